@@ -1,0 +1,159 @@
+//! Palettes: which band is shown in which colour.
+
+use super::{SRGB_FROM_XYZ, matching_functions, transform};
+use crate::error::{Result, SpectraError};
+use crate::passband::Passband;
+
+/// Linear RGB = Σ_c matrix[c] · I_c.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Palette {
+    /// One RGB column for each band.
+    pub columns: Vec<[f64; 3]>,
+}
+
+/// One row of the catalogue.
+#[derive(Clone, Copy)]
+pub struct PaletteEntry {
+    /// Its name in scenes.
+    pub name: &'static str,
+    /// One line.
+    pub summary: &'static str,
+    /// Makes the columns for the bands of a scene.
+    pub build: fn(&[Passband]) -> Result<Vec<[f64; 3]>>,
+}
+
+/// All palettes; a user matrix is given in the scene itself.
+pub const PALETTES: &[PaletteEntry] = &[
+    PaletteEntry {
+        name: "natural",
+        summary: "each band in the colour the eye gives its passband (CIE 1931); cie-xyz is exact",
+        build: natural,
+    },
+    PaletteEntry {
+        name: "rgb",
+        summary: "bands by wavelength: the reddest third in red, the middle in green, the bluest in blue",
+        build: rgb,
+    },
+    PaletteEntry { name: "sho", summary: "Hubble palette: [S II] red, H-alpha green, [O III] blue; needs three bands", build: sho },
+    PaletteEntry { name: "hoo", summary: "H-alpha red, [O III] green and blue; needs two bands", build: hoo },
+    PaletteEntry { name: "grey", summary: "the mean of all bands", build: |bands| Ok(vec![[1.0 / bands.len() as f64; 3]; bands.len()]) },
+];
+
+impl Palette {
+    /// The palette called `name` for these bands.
+    pub fn named(name: &str, bands: &[Passband]) -> Result<Self> {
+        let known: Vec<&str> = PALETTES.iter().map(|p| p.name).collect();
+        let entry = PALETTES.iter().find(|p| p.name == name).ok_or_else(|| SpectraError::unknown("palette", name, &known))?;
+        Ok(Self { columns: (entry.build)(bands)? })
+    }
+
+    /// Linear RGB of one pixel's bands.
+    pub fn rgb(&self, bands: impl Iterator<Item = f64>) -> [f64; 3] {
+        let mut rgb = [0.0; 3];
+        for (column, value) in self.columns.iter().zip(bands) {
+            (0..3).for_each(|i| rgb[i] += column[i] * value);
+        }
+        rgb
+    }
+}
+
+/// XYZ of light spread evenly over the passband, then sRGB; colours outside of the gamut are cut at zero.
+fn natural(bands: &[Passband]) -> Result<Vec<[f64; 3]>> {
+    if bands.iter().map(|b| b.name()).eq(["cie-x", "cie-y", "cie-z"]) {
+        return Ok((0..3).map(|j| std::array::from_fn(|i| SRGB_FROM_XYZ[i][j])).collect());
+    }
+    let functions = matching_functions()?;
+    let columns: Vec<[f64; 3]> = bands
+        .iter()
+        .map(|band| {
+            let total = band.integrate(|_| 1.0);
+            let xyz = std::array::from_fn(|i| band.integrate(|l| functions[i].at_or_zero(l)) / total);
+            transform(&SRGB_FROM_XYZ, xyz).map(|v| v.max(0.0))
+        })
+        .collect();
+    let brightest = columns.iter().flatten().fold(0.0, |m: f64, v| m.max(*v));
+    if brightest < 1e-6 {
+        let message = "palette \"natural\" shows nothing: no passband of the scene lies in the visible; use palette = \"rgb\"";
+        return Err(SpectraError::Spectrum(message.into()));
+    }
+    Ok(columns)
+}
+
+/// Positions of the bands from blue to red, in [0, 1].
+fn rank(bands: &[Passband]) -> Vec<f64> {
+    let pivot: Vec<f64> = bands.iter().map(|b| b.pivot().0).collect();
+    let below = |p: f64| pivot.iter().filter(|q| **q < p).count() as f64;
+    pivot.iter().map(|p| if bands.len() > 1 { below(*p) / (bands.len() - 1) as f64 } else { 0.5 }).collect()
+}
+
+fn rgb(bands: &[Passband]) -> Result<Vec<[f64; 3]>> {
+    if bands.len() == 1 {
+        return Ok(vec![[1.0; 3]]);
+    }
+    // Tents over rank: red at 1, green at ½, blue at 0; each colour's bands add up to one.
+    let tent = |r: f64, at: f64| (1.0 - 2.0 * (r - at).abs()).max(0.0);
+    let raw: Vec<[f64; 3]> = rank(bands).iter().map(|r| [tent(*r, 1.0), tent(*r, 0.5), tent(*r, 0.0)]).collect();
+    if bands.len() == 2 {
+        return Ok(raw.iter().map(|c| [c[0], 0.5 * (c[0] + c[2]), c[2]]).collect());
+    }
+    let sums: [f64; 3] = std::array::from_fn(|i| raw.iter().map(|c| c[i]).sum::<f64>().max(1e-12));
+    Ok(raw.iter().map(|c| std::array::from_fn(|i| c[i] / sums[i])).collect())
+}
+
+fn sho(bands: &[Passband]) -> Result<Vec<[f64; 3]>> {
+    by_rank("sho", bands, &[[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+}
+
+fn hoo(bands: &[Passband]) -> Result<Vec<[f64; 3]>> {
+    by_rank("hoo", bands, &[[0.0, 1.0, 1.0], [1.0, 0.0, 0.0]])
+}
+
+/// One colour for each band, from blue to red.
+fn by_rank(name: &str, bands: &[Passband], colours: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
+    if bands.len() != colours.len() {
+        return Err(SpectraError::Spectrum(format!(
+            "palette \"{name}\" needs {} bands, the scene has {}; use palette = \"rgb\"",
+            colours.len(),
+            bands.len()
+        )));
+    }
+    Ok(rank(bands).iter().map(|r| colours[(r * (colours.len() - 1) as f64).round() as usize]).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::passband::set;
+
+    #[test]
+    fn every_palette_builds() {
+        for entry in PALETTES {
+            let name = match entry.name {
+                "hoo" => "hoo-3nm",
+                "sho" => "sho-3nm",
+                _ => "johnson",
+            };
+            assert!(Palette::named(entry.name, &set(name).unwrap()).is_ok(), "{}", entry.name);
+        }
+    }
+
+    #[test]
+    fn johnson_is_blue_green_red() {
+        for name in ["natural", "rgb"] {
+            let columns = Palette::named(name, &set("johnson").unwrap()).unwrap().columns;
+            assert!(columns[0][2] > columns[0][0] && columns[1][1] > columns[1][2] && columns[2][0] > columns[2][2], "{name} {columns:?}");
+        }
+    }
+
+    #[test]
+    fn hubble_palette_is_sho() {
+        let palette = Palette::named("sho", &set("sho-3nm").unwrap()).unwrap();
+        assert_eq!(palette.rgb([0.1, 0.2, 0.3].into_iter()), [0.3, 0.2, 0.1]);
+        assert!(Palette::named("sho", &set("johnson-cousins").unwrap()).is_err());
+    }
+
+    #[test]
+    fn infrared_has_no_natural_colour() {
+        assert!(Palette::named("natural", &set("2mass").unwrap()).is_err());
+    }
+}

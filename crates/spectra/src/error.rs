@@ -1,0 +1,83 @@
+//! What a user of the λ-mathematics can put right.
+
+/// Errors of this crate; each says what was wrong and what would be right.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SpectraError {
+    /// A quantity that does not parse.
+    #[error("\"{text}\" is not a {quantity}: {reason}; write it like \"{example}\"")]
+    Quantity {
+        /// What was written.
+        text: String,
+        /// What it should have been.
+        quantity: &'static str,
+        /// Why it is not.
+        reason: String,
+        /// One that is right.
+        example: &'static str,
+    },
+    /// A name that a catalogue does not hold.
+    #[error("unknown {noun} \"{name}\"{}; known: {known}", nearest_hint(nearest))]
+    Unknown {
+        /// The catalogue's noun.
+        noun: &'static str,
+        /// What was asked for.
+        name: String,
+        /// The nearest name that exists.
+        nearest: Option<String>,
+        /// All names, or the way to list them.
+        known: String,
+    },
+    /// A value outside of the range in which it means something.
+    #[error("{what} is {value}, outside of its validity range {low} to {high}")]
+    Range {
+        /// What was given.
+        what: String,
+        /// Its value.
+        value: f64,
+        /// Lower end.
+        low: f64,
+        /// Upper end.
+        high: f64,
+    },
+    /// A table that cannot be read.
+    #[error("{name}: {reason}")]
+    Table {
+        /// Which table.
+        name: String,
+        /// What is wrong and what would be right.
+        reason: String,
+    },
+    /// A spectrum or a rule that has no meaning.
+    #[error("{0}")]
+    Spectrum(String),
+}
+
+fn nearest_hint(nearest: &Option<String>) -> String {
+    nearest.as_ref().map(|n| format!(", did you mean \"{n}\"?")).unwrap_or_default()
+}
+
+/// The candidate that is closest to `name`, if any is close.
+pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    candidates
+        .into_iter()
+        .map(|c| (strsim::jaro_winkler(name, c), c))
+        .filter(|(score, _)| *score > 0.75)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, c)| c.to_owned())
+}
+
+impl SpectraError {
+    /// The error for a `name` that is not among `known`; long catalogues are named, not printed.
+    pub fn unknown(noun: &'static str, name: &str, known: &[&str]) -> Self {
+        let listing = if known.len() > 24 { format!("{} entries, see `barnard list`", known.len()) } else { known.join(", ") };
+        SpectraError::Unknown { noun, name: name.to_owned(), nearest: nearest(name, known.iter().copied()), known: listing }
+    }
+
+    /// The error for a table called `name`.
+    pub fn table(name: &str, reason: impl Into<String>) -> Self {
+        SpectraError::Table { name: name.to_owned(), reason: reason.into() }
+    }
+}
+
+/// Result of this crate.
+pub type Result<T, E = SpectraError> = std::result::Result<T, E>;

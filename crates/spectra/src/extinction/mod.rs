@@ -1,0 +1,171 @@
+//! Extinction laws: the shape k(λ) = A(λ)/A(V) of dust extinction.
+//!
+//! A law is one file and one row of [`LAWS`]. Outside of its validity range a law is an error, never an extrapolation:
+//! [`Extinction::check`] is asked once for each passband, [`ExtinctionLaw::k`] may then be called inside.
+
+mod ccm89;
+mod fitzpatrick99;
+mod fitzpatrick_massa90;
+mod gordon23;
+mod inverse_wavelength;
+mod odonnell94;
+mod tabulated;
+
+pub use tabulated::DustTable;
+
+use crate::error::{Result, SpectraError};
+
+/// A shape of extinction over wavelength.
+pub trait ExtinctionLaw: std::fmt::Debug + Send + Sync {
+    /// Extinction relative to V, k(λ) = A(λ)/A(V) [1]; λ [µm] within [`Self::range_um`].
+    fn k(&self, lambda_um: f64) -> f64;
+    /// Validity range [µm].
+    fn range_um(&self) -> (f64, f64);
+    /// Wavelengths at which the law is not smooth [µm].
+    fn breakpoints_um(&self) -> Vec<f64> {
+        Vec::new()
+    }
+    /// Albedo and mean cosine, where the law comes with them.
+    fn dust_table(&self) -> Option<&DustTable> {
+        None
+    }
+}
+
+/// How a law is made.
+#[derive(Clone, Copy)]
+pub enum Maker {
+    /// From R_V, valid between two values; the default is 3.1.
+    RatioOfV {
+        /// Least R_V.
+        low: f64,
+        /// Largest R_V.
+        high: f64,
+        /// Makes the law.
+        make: fn(f64) -> Box<dyn ExtinctionLaw>,
+    },
+    /// Without a parameter.
+    Fixed(fn() -> Result<Box<dyn ExtinctionLaw>>),
+}
+
+/// One row of the catalogue.
+#[derive(Clone, Copy)]
+pub struct LawEntry {
+    /// Its name in scenes.
+    pub name: &'static str,
+    /// One line: what it is, its source.
+    pub summary: &'static str,
+    /// How it is made.
+    pub maker: Maker,
+}
+
+/// All extinction laws.
+pub const LAWS: &[LawEntry] = &[
+    inverse_wavelength::ENTRY,
+    ccm89::ENTRY,
+    odonnell94::ENTRY,
+    fitzpatrick99::ENTRY,
+    gordon23::ENTRY,
+    tabulated::DRAINE_RV31,
+    tabulated::DRAINE_RV40,
+    tabulated::DRAINE_RV55,
+    tabulated::LMC,
+    tabulated::SMC,
+];
+
+/// The ratio A(V)/E(B−V) of the diffuse Milky Way [1].
+pub const DEFAULT_R_V: f64 = 3.1;
+
+/// A law with its name.
+#[derive(Debug)]
+pub struct Extinction {
+    /// The catalogue's name.
+    pub name: &'static str,
+    law: Box<dyn ExtinctionLaw>,
+}
+
+impl Extinction {
+    /// The law called `name`, with R_V where it takes one (3.1 if not given).
+    pub fn named(name: &str, r_v: Option<f64>) -> Result<Self> {
+        let known: Vec<&str> = LAWS.iter().map(|l| l.name).collect();
+        let entry = LAWS.iter().find(|l| l.name == name).ok_or_else(|| SpectraError::unknown("extinction law", name, &known))?;
+        let law = match (entry.maker, r_v) {
+            (Maker::RatioOfV { low, high, make }, r_v) => {
+                let r_v = r_v.unwrap_or(DEFAULT_R_V);
+                if !(low..=high).contains(&r_v) {
+                    return Err(SpectraError::Range { what: format!("R_V of {name}"), value: r_v, low, high });
+                }
+                make(r_v)
+            }
+            (Maker::Fixed(make), None) => make()?,
+            (Maker::Fixed(_), Some(_)) => {
+                return Err(SpectraError::Spectrum(format!(
+                    "extinction law \"{name}\" takes no r_v: leave it out or choose ccm89, odonnell94, fitzpatrick99 or gordon23"
+                )));
+            }
+        };
+        Ok(Self { name: entry.name, law })
+    }
+
+    /// Whether the law holds over [`low_um`, `high_um`]; the error names `what` asked.
+    pub fn check(&self, what: &str, low_um: f64, high_um: f64) -> Result<()> {
+        let (low, high) = self.law.range_um();
+        // Ranges are published with few digits: a part in 10⁹ is rounding, not extrapolation.
+        if low_um < low * (1.0 - 1e-9) || high_um > high * (1.0 + 1e-9) {
+            return Err(SpectraError::Spectrum(format!(
+                "{what} covers {:.6} to {:.6} um, but extinction law \"{}\" is valid from {low:.6} to {high:.6} um only; choose a law that reaches further, such as {}",
+                low_um,
+                high_um,
+                self.name,
+                if self.name == "gordon23" { "draine03_rv31" } else { "gordon23" }
+            )));
+        }
+        Ok(())
+    }
+}
+
+impl std::ops::Deref for Extinction {
+    type Target = dyn ExtinctionLaw;
+    fn deref(&self) -> &Self::Target {
+        &*self.law
+    }
+}
+
+/// Σ cᵢ xⁱ, highest power first: as the papers print their polynomials.
+fn polynomial(coefficients: &[f64], x: f64) -> f64 {
+    coefficients.iter().fold(0.0, |sum, c| sum * x + c)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_law_is_near_one_at_v_and_falls_to_the_red() {
+        for entry in LAWS {
+            let law = Extinction::named(entry.name, None).unwrap();
+            assert!((law.k(0.55) - 1.0).abs() < 0.025, "{}: {}", entry.name, law.k(0.55));
+            assert!(law.k(0.44) > law.k(0.55) && law.k(0.55) > law.k(0.8), "{}", entry.name);
+        }
+    }
+
+    #[test]
+    fn ranges_are_enforced() {
+        for entry in LAWS {
+            let law = Extinction::named(entry.name, None).unwrap();
+            let (low, high) = law.range_um();
+            assert!(law.check("x", low, high).is_ok(), "{}", entry.name);
+            assert!(law.check("x", low * 0.99, high).is_err() || low == 0.0, "{}", entry.name);
+            assert!(law.check("x", low, high * 1.01).is_err() || high.is_infinite(), "{}", entry.name);
+            if let Maker::RatioOfV { low, high, .. } = entry.maker {
+                assert!(Extinction::named(entry.name, Some(low - 0.1)).is_err());
+                assert!(Extinction::named(entry.name, Some(high + 0.1)).is_err());
+            }
+        }
+    }
+
+    #[test]
+    fn unknown_names_are_answered_with_the_nearest() {
+        let message = Extinction::named("ccm98", None).unwrap_err().to_string();
+        assert!(message.contains("ccm89"), "{message}");
+    }
+}

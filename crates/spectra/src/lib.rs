@@ -1,0 +1,19 @@
+//! The λ-mathematics of Barnard, in f64 and without rendering: units, dust, spectra, passbands, rules for spectral integrals, colour.
+//!
+//! Arrows only go down: nothing here knows of scenes, grids or images. Catalogues are tables of data; a new law, spectrum, passband or rule is
+//! one file and one row.
+
+pub mod colour;
+pub mod constants;
+pub mod error;
+pub mod extinction;
+pub mod nebular;
+pub mod passband;
+pub mod quadrature;
+pub mod rule;
+pub mod sed;
+pub mod spectrum;
+pub mod table;
+pub mod units;
+
+pub use error::{Result, SpectraError};

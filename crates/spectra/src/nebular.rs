@@ -1,0 +1,234 @@
+//! Light of ionised gas: line emissivities, line lists and the recombination continuum.
+//!
+//! j = ε(T, n_e) n_e n_ion / 4π
+//!
+//! | symbol | variable | unit |
+//! |---|---|---|
+//! | ε | emissivity | erg cm³ s⁻¹ (per Å for the continuum) |
+//! | n_e, n_ion | densities | cm⁻³ |
+//! | j | emission coefficient | W m⁻³ sr⁻¹ (µm⁻¹) for n_e n_ion = 1 cm⁻⁶ |
+//!
+//! ln ε is interpolated linearly in T and log n_e; valid for 5000 to 20000 K, 10 to 10⁵ cm⁻³ (lines) and 6000 to 15000 K, 10² to 10⁴ cm⁻³ (continuum).
+//! Tables: PyNeb 1.1.32 (Luridiana, Morisset & Shaw 2015, A&A 573, A42), H I and He II case B of Storey & Hummer 1995.
+//! Wavelengths are in air, as listed there. Left out: He I and He II continua beyond He⁺/H⁺ = 0.1.
+
+use std::sync::Arc;
+
+use crate::constants::SPHERE;
+use crate::error::{Result, SpectraError};
+use crate::spectrum::{Line, Spectrum};
+use crate::table::{Table, rows, with_provenance};
+use crate::units::{NumberDensity, Temperature};
+
+const EMISSIVITIES: &str = include_str!("../data/nebular/line_emissivities.csv");
+const CONTINUUM: &str = include_str!("../data/nebular/continuum.csv");
+
+/// 1 erg s⁻¹ cm⁻³ = 0.1 W m⁻³, over the whole sphere.
+const W_PER_M3_SR: f64 = 0.1 / SPHERE;
+
+/// A list of lines with relative strengths.
+#[derive(Debug, Clone, Copy)]
+pub struct LineListEntry {
+    /// Its name in scenes.
+    pub name: &'static str,
+    /// One line.
+    pub summary: &'static str,
+    text: &'static str,
+}
+
+/// Embedded line lists, strengths relative to Hβ = 1.
+pub const LINE_LISTS: &[LineListEntry] = &[
+    LineListEntry {
+        name: "diffuse_hii",
+        summary: "one-zone H II region, 8000 K, 100 cm-3, relative to H-beta",
+        text: include_str!("../data/nebular/lines_diffuse_hii.csv"),
+    },
+    LineListEntry {
+        name: "orion_like",
+        summary: "one-zone Orion-like H II region, 8500 K, 6000 cm-3, relative to H-beta",
+        text: include_str!("../data/nebular/lines_orion_like.csv"),
+    },
+    LineListEntry {
+        name: "planetary_high_excitation",
+        summary: "one-zone planetary nebula, 12000 K, 3000 cm-3, relative to H-beta",
+        text: include_str!("../data/nebular/lines_pn_high_exc.csv"),
+    },
+];
+
+/// The lines of the list called `name`, Hβ = 1.
+pub fn line_list(name: &str) -> Result<Spectrum> {
+    let known: Vec<&str> = LINE_LISTS.iter().map(|l| l.name).collect();
+    let entry = LINE_LISTS.iter().find(|l| l.name == name).ok_or_else(|| SpectraError::unknown("line list", name, &known))?;
+    let lines =
+        labelled_rows(name, entry.text)?.into_iter().map(|(_, _, v)| Line { lambda_um: v[0] * 1e-4, strength: v[1] / 100.0 }).collect();
+    Ok(Spectrum::of_lines(lines))
+}
+
+/// Rows of "ion,label,numbers…".
+fn labelled_rows(name: &str, text: &'static str) -> Result<Vec<(&'static str, &'static str, Vec<f64>)>> {
+    let body = with_provenance(name, text)?;
+    let lines = body.lines().filter(|l| !l.starts_with('#') && !l.starts_with("ion,"));
+    lines
+        .map(|line| {
+            let mut cells = line.split(',');
+            let (ion, label) = (cells.next().unwrap_or(""), cells.next().unwrap_or(""));
+            let numbers: std::result::Result<Vec<f64>, _> = cells.map(str::parse).collect();
+            numbers.map(|n| (ion, label, n)).map_err(|_| SpectraError::table(name, format!("not a row of line data: {line}")))
+        })
+        .collect()
+}
+
+/// The ions that the emissivity table holds, such as "H1" (lines of H⁺ recombining) and "O3" ([O III]).
+pub fn ions() -> Vec<&'static str> {
+    let mut ions: Vec<&str> = Vec::new();
+    for (ion, _, _) in labelled_rows("line_emissivities", EMISSIVITIES).unwrap_or_default() {
+        if !ions.contains(&ion) {
+            ions.push(ion);
+        }
+    }
+    ions
+}
+
+/// The lines of `ion` at T and n_e [W m⁻³ sr⁻¹ for n_e n_ion = 1 cm⁻⁶].
+pub fn ion_lines(ion: &str, temperature: Temperature, electrons: NumberDensity) -> Result<Spectrum> {
+    let all = labelled_rows("line_emissivities", EMISSIVITIES)?;
+    if !all.iter().any(|(i, _, _)| *i == ion) {
+        return Err(SpectraError::unknown("ion", ion, &ions()));
+    }
+    let header = EMISSIVITIES.lines().find(|l| l.starts_with("ion,")).unwrap_or_default();
+    let grid = Grid::from_header("line emissivities", header.split(',').skip(3))?;
+    let weights = grid.weights(temperature, electrons)?;
+    let lines = all
+        .iter()
+        .filter(|(i, _, _)| *i == ion)
+        .map(|(_, _, v)| Line { lambda_um: v[0] * 1e-4, strength: W_PER_M3_SR * logarithmic_mean(&weights, &v[1..]) })
+        .collect();
+    Ok(Spectrum::of_lines(lines))
+}
+
+/// The recombination continuum of hydrogen at T and n_e [W m⁻³ sr⁻¹ µm⁻¹ for n_e n_H⁺ = 1 cm⁻⁶].
+pub fn recombination_continuum(temperature: Temperature, electrons: NumberDensity) -> Result<Spectrum> {
+    let body = with_provenance("continuum", CONTINUUM)?;
+    let header = body.lines().find(|l| l.starts_with("wavelength_nm,")).unwrap_or_default();
+    let grid = Grid::from_header("recombination continuum", header.split(',').skip(1))?;
+    let weights = grid.weights(temperature, electrons)?;
+    let rows = rows("continuum", body, 11)?;
+    // Per ångström to per µm: 10⁴.
+    let value = |r: &Vec<f64>| W_PER_M3_SR * 1e4 * logarithmic_mean(&weights, &r[1..]);
+    let table = Table::new("continuum", rows.iter().map(|r| r[0] * 1e-3).collect(), rows.iter().map(value).collect())?;
+    Ok(Spectrum::continuous(1.0, Arc::new(table)))
+}
+
+/// exp Σ w ln v, where the weights are at most four.
+fn logarithmic_mean(weights: &[(usize, f64)], values: &[f64]) -> f64 {
+    weights.iter().map(|(i, w)| w * values[*i].max(1e-60).ln()).sum::<f64>().exp()
+}
+
+/// Columns "T8000_n2": temperature and log₁₀ density of each.
+struct Grid {
+    what: &'static str,
+    temperatures: Vec<f64>,
+    log_densities: Vec<f64>,
+    columns: Vec<(f64, f64)>,
+}
+
+impl Grid {
+    fn from_header<'a>(what: &'static str, names: impl Iterator<Item = &'a str>) -> Result<Self> {
+        let parse = |name: &str| {
+            let (t, n) = name.trim().strip_prefix('T')?.split_once("_n")?;
+            Some((t.parse::<f64>().ok()?, n.parse::<f64>().ok()?))
+        };
+        let columns: Option<Vec<(f64, f64)>> = names.map(parse).collect();
+        let columns = columns.ok_or_else(|| SpectraError::table(what, "column names must be like T8000_n2"))?;
+        let ascending = |values: Vec<f64>| {
+            let mut v = values;
+            v.sort_by(f64::total_cmp);
+            v.dedup();
+            v
+        };
+        Ok(Self {
+            what,
+            temperatures: ascending(columns.iter().map(|c| c.0).collect()),
+            log_densities: ascending(columns.iter().map(|c| c.1).collect()),
+            columns,
+        })
+    }
+
+    /// Bilinear weights of the four columns around (T, n_e).
+    fn weights(&self, temperature: Temperature, electrons: NumberDensity) -> Result<Vec<(usize, f64)>> {
+        let t = bracket(&self.temperatures, temperature.0)
+            .ok_or_else(|| self.outside("temperature [K]", temperature.0, &self.temperatures, |v| v))?;
+        let n = bracket(&self.log_densities, electrons.0.log10())
+            .ok_or_else(|| self.outside("electron density [cm-3]", electrons.0, &self.log_densities, |v| 10f64.powf(v)))?;
+        let column = |t: f64, n: f64| self.columns.iter().position(|c| *c == (t, n)).unwrap_or(0);
+        Ok(t.iter().flat_map(|(tv, tw)| n.iter().map(move |(nv, nw)| (*tv, *nv, tw * nw))).map(|(t, n, w)| (column(t, n), w)).collect())
+    }
+
+    fn outside(&self, axis: &str, value: f64, nodes: &[f64], unit: impl Fn(f64) -> f64) -> SpectraError {
+        SpectraError::Range { what: format!("{axis} of {}", self.what), value, low: unit(nodes[0]), high: unit(nodes[nodes.len() - 1]) }
+    }
+}
+
+/// The two nodes around `value` with their linear weights.
+fn bracket(nodes: &[f64], value: f64) -> Option<[(f64, f64); 2]> {
+    let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
+    if !(first..=last).contains(&value) {
+        return None;
+    }
+    let i = nodes.partition_point(|n| *n <= value).clamp(1, nodes.len() - 1);
+    let t = (value - nodes[i - 1]) / (nodes[i] - nodes[i - 1]);
+    Some([(nodes[i - 1], 1.0 - t), (nodes[i], t)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn strength(spectrum: &Spectrum, nm: f64) -> f64 {
+        spectrum.lines().iter().find(|l| (l.lambda_um * 1e3 - nm).abs() < 0.05).unwrap().strength
+    }
+
+    /// Osterbrock & Ferland 2006, table 4.2 (case B, 10⁴ K, 100 cm⁻³): Hα/Hβ = 2.863, Hγ/Hβ = 0.468, 4π j_Hβ = 1.235e-25 n_e n_p;
+    /// [O III] 5007/4959 = 2.98 and [N II] 6584/6548 = 2.94 are ratios of transition probabilities.
+    #[test]
+    fn case_b_and_forbidden_ratios() {
+        let (t, n) = (Temperature(1e4), NumberDensity(100.0));
+        let h = ion_lines("H1", t, n).unwrap();
+        let hb = strength(&h, 486.138);
+        assert!((strength(&h, 656.288) / hb - 2.863).abs() < 2e-3);
+        assert!((strength(&h, 434.051) / hb - 0.468).abs() < 1e-3);
+        assert!((hb * SPHERE / 0.1 / 1.235e-25 - 1.0).abs() < 2e-3);
+        let o = ion_lines("O3", t, n).unwrap();
+        assert!((strength(&o, 500.684) / strength(&o, 495.891) - 2.984).abs() < 5e-3);
+        let nii = ion_lines("N2", t, n).unwrap();
+        assert!((strength(&nii, 658.345) / strength(&nii, 654.805) - 2.942).abs() < 5e-3);
+    }
+
+    #[test]
+    fn interpolation_lies_between_its_nodes() {
+        let at = |t: f64| strength(&ion_lines("H1", Temperature(t), NumberDensity(316.0)).unwrap(), 656.288);
+        assert!(at(8000.0) > at(8500.0) && at(8500.0) > at(9000.0));
+    }
+
+    #[test]
+    fn outside_is_an_error() {
+        assert!(ion_lines("H1", Temperature(4000.0), NumberDensity(100.0)).is_err());
+        assert!(ion_lines("H1", Temperature(8000.0), NumberDensity(1e7)).is_err());
+        assert!(ion_lines("X9", Temperature(8000.0), NumberDensity(100.0)).is_err());
+        assert!(recombination_continuum(Temperature(5000.0), NumberDensity(100.0)).is_err());
+    }
+
+    #[test]
+    fn every_list_has_hydrogen_beta_of_one() {
+        for entry in LINE_LISTS {
+            assert!((strength(&line_list(entry.name).unwrap(), 486.138) - 1.0).abs() < 1e-6, "{}", entry.name);
+        }
+    }
+
+    /// The Balmer jump: the continuum is brighter just below 364.6 nm than just above.
+    #[test]
+    fn balmer_jump() {
+        let c = recombination_continuum(Temperature(1e4), NumberDensity(100.0)).unwrap();
+        assert!(c.continuum(0.360) > 3.0 * c.continuum(0.372));
+    }
+}

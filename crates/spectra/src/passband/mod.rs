@@ -1,0 +1,203 @@
+//! Passbands: what a telescope, a filter and a detector let through.
+//!
+//! R(λ) = T(λ) for energy-counting, T(λ) λ/λ_p for photon-counting detectors, so that a band radiance ∫ R I_λ dλ is in W m⁻² sr⁻¹ for both
+//! and equals T·I for a line at the pivot wavelength λ_p (Tokunaga & Vacca 2005, PASP 117, 421):
+//! λ_p² = ∫ T λ dλ / ∫ T/λ dλ (photons), ∫ T dλ / ∫ T/λ² dλ (energy).
+//!
+//! | symbol | variable | unit |
+//! |---|---|---|
+//! | T | `throughput` | 1 |
+//! | R | `response` | 1 |
+//!
+//! Embedded curves are sections of the files of [`FAMILIES`], sets of them rows of [`SETS`]; analytic windows are in `window`.
+
+mod embedded;
+mod window;
+
+use std::sync::Arc;
+
+pub use embedded::{FAMILIES, Family, SETS, SetEntry, names, set};
+pub use window::{Window, window};
+
+use crate::error::{Result, SpectraError};
+use crate::quadrature::gauss_legendre;
+use crate::table::Table;
+use crate::units::Wavelength;
+
+/// What a detector counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Counting {
+    /// Energy: R = T.
+    Energy,
+    /// Photons: R = T λ/λ_p.
+    Photon,
+}
+
+impl Counting {
+    /// "energy" or "photon".
+    pub fn name(self) -> &'static str {
+        match self {
+            Counting::Energy => "energy",
+            Counting::Photon => "photon",
+        }
+    }
+
+    /// From its name.
+    pub fn named(name: &str) -> Result<Self> {
+        match name {
+            "energy" => Ok(Counting::Energy),
+            "photon" => Ok(Counting::Photon),
+            _ => Err(SpectraError::unknown("way of counting", name, &["energy", "photon"])),
+        }
+    }
+}
+
+/// A throughput curve T(λ).
+pub trait Curve: std::fmt::Debug + Send + Sync {
+    /// T(λ) [1].
+    fn throughput(&self, lambda_um: f64) -> f64;
+    /// Where T is not zero [µm].
+    fn support_um(&self) -> (f64, f64);
+    /// Where T is not smooth, both ends of the support included [µm].
+    fn breakpoints_um(&self) -> Vec<f64>;
+}
+
+impl Curve for Table {
+    fn throughput(&self, lambda_um: f64) -> f64 {
+        self.at_or_zero(lambda_um)
+    }
+    fn support_um(&self) -> (f64, f64) {
+        let first = self.y().iter().position(|t| *t > 0.0).unwrap_or(0);
+        let last = self.y().iter().rposition(|t| *t > 0.0).unwrap_or(0);
+        (self.x()[first.saturating_sub(1)], self.x()[(last + 1).min(self.x().len() - 1)])
+    }
+    fn breakpoints_um(&self) -> Vec<f64> {
+        let (low, high) = self.support_um();
+        self.x().iter().copied().filter(|x| (low..=high).contains(x)).collect()
+    }
+}
+
+/// A named passband.
+#[derive(Debug, Clone)]
+pub struct Passband {
+    name: String,
+    counting: Counting,
+    pivot_um: f64,
+    curve: Arc<dyn Curve>,
+}
+
+/// Gauss points a smooth piece of a passband is integrated with.
+const PIECE_ORDER: usize = 4;
+
+impl Passband {
+    /// From a curve; an empty or negative one is an error.
+    pub fn new(name: &str, counting: Counting, curve: Arc<dyn Curve>) -> Result<Self> {
+        let breaks = curve.breakpoints_um();
+        if let Some(l) = breaks.iter().find(|l| curve.throughput(**l) < 0.0) {
+            return Err(SpectraError::table(name, format!("throughput is negative at {:.4} nm; a passband lies between 0 and 1", l * 1e3)));
+        }
+        let mut band = Self { name: name.to_owned(), counting, pivot_um: 1.0, curve };
+        let moment = |power: i32| band.samples(&[]).iter().map(|(l, w)| w * band.curve.throughput(*l) * l.powi(power)).sum::<f64>();
+        let (above, below) = match counting {
+            Counting::Photon => (moment(1), moment(-1)),
+            Counting::Energy => (moment(0), moment(-2)),
+        };
+        if !(above > 0.0 && below > 0.0 && above.is_finite()) {
+            return Err(SpectraError::table(name, "the passband is empty: its throughput is zero everywhere"));
+        }
+        band.pivot_um = (above / below).sqrt();
+        Ok(band)
+    }
+
+    /// The embedded passband called `name`, such as `johnson-V` or `hst-wfc3-f656n`.
+    pub fn named(name: &str) -> Result<Self> {
+        embedded::named(name)
+    }
+
+    /// From the CSV text of a user's curve (wavelength, throughput; the header may name the unit, nm otherwise).
+    pub fn from_csv(name: &str, text: &str, counting: Counting) -> Result<Self> {
+        Self::new(name, counting, Arc::new(crate::table::spectrum_from_csv(name, text)?))
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The same band under another name.
+    pub fn renamed(mut self, name: &str) -> Self {
+        self.name = name.to_owned();
+        self
+    }
+
+    /// What its detector counts.
+    pub fn counting(&self) -> Counting {
+        self.counting
+    }
+
+    /// Pivot wavelength λ_p.
+    pub fn pivot(&self) -> Wavelength {
+        Wavelength(self.pivot_um)
+    }
+
+    /// Response R(λ) [1].
+    pub fn response(&self, lambda_um: f64) -> f64 {
+        let t = self.curve.throughput(lambda_um);
+        match self.counting {
+            Counting::Energy => t,
+            Counting::Photon => t * lambda_um / self.pivot_um,
+        }
+    }
+
+    /// Where the response is not zero [µm].
+    pub fn support_um(&self) -> (f64, f64) {
+        self.curve.support_um()
+    }
+
+    /// Points and weights dλ [µm] for integrals over the band, split at its own breaks and at `breaks_um`.
+    pub fn samples(&self, breaks_um: &[f64]) -> Vec<(f64, f64)> {
+        let rule = gauss_legendre(PIECE_ORDER);
+        let pieces = self.pieces(breaks_um);
+        pieces
+            .windows(2)
+            .flat_map(|p| {
+                let (centre, half) = (0.5 * (p[0] + p[1]), 0.5 * (p[1] - p[0]));
+                rule.iter().map(move |(x, w)| (centre + half * x, half * w)).collect::<Vec<_>>()
+            })
+            .collect()
+    }
+
+    /// The ascending ends of the pieces on which band and `breaks_um` are smooth [µm].
+    pub fn pieces(&self, breaks_um: &[f64]) -> Vec<f64> {
+        let (low, high) = self.support_um();
+        let mut ends = self.curve.breakpoints_um();
+        ends.extend(breaks_um.iter().copied().filter(|b| (low..=high).contains(b)));
+        ends.sort_by(f64::total_cmp);
+        ends.dedup_by(|a, b| (*a - *b).abs() < 1e-12 * b.abs());
+        ends
+    }
+
+    /// ∫ R f dλ, in the unit of f times µm.
+    pub fn integrate(&self, f: impl Fn(f64) -> f64) -> f64 {
+        self.samples(&[]).iter().map(|(l, w)| w * self.response(*l) * f(*l)).sum()
+    }
+
+    /// Effective wavelength ∫ λ R s dλ / ∫ R s dλ for a spectrum s.
+    pub fn effective_wavelength(&self, spectrum: impl Fn(f64) -> f64) -> Wavelength {
+        Wavelength(self.integrate(|l| l * spectrum(l)) / self.integrate(&spectrum))
+    }
+
+    /// Equivalent width ∫ T dλ / max T.
+    pub fn width(&self) -> Wavelength {
+        let samples = self.samples(&[]);
+        let area: f64 = samples.iter().map(|(l, w)| w * self.curve.throughput(*l)).sum();
+        Wavelength(area / self.peak())
+    }
+
+    /// Largest throughput [1].
+    pub fn peak(&self) -> f64 {
+        let pieces = self.curve.breakpoints_um();
+        let inner = self.samples(&[]);
+        pieces.iter().copied().chain(inner.iter().map(|s| s.0)).map(|l| self.curve.throughput(l)).fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,108 @@
+//! The default: for each passband, the Gauss rule of the weight itself, in the variable k.
+//!
+//! Nodes k_j: the n-point Gauss rule of the measure Σ_s W_s dλ / F_s(0) · e^(−t k) (Stieltjes, Golub & Welsch 1969).
+//! Weights of each source: w_sj = ∫ W_s ℓ_j(k) dλ, ℓ_j the Lagrange polynomials of the nodes; where one comes out negative, as a red leak
+//! can make it, non-negative least squares on samples of F_s. Tilt t moves accuracy into the dark.
+//!
+//! e^(−a k) is entire in k, so the error falls faster than any power of n: F is exact for polynomials in k of degree 2n − 1 (one source),
+//! n − 1 (each of several).
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{BandProblem, BandRule, Measure, Node, RuleEntry, Weighting};
+use crate::error::Result;
+use crate::quadrature::{gauss_of_measure, non_negative_least_squares};
+
+pub(super) const ENTRY: RuleEntry = RuleEntry {
+    name: "band_quadrature",
+    summary: "Gauss rule of each passband's own weight in k; nodes chosen by accuracy (default)",
+    solve,
+};
+
+const MAX_NODES: usize = 16;
+const TILTS: [f64; 4] = [0.0, 0.5, 1.5, 4.0];
+
+fn solve(problem: &BandProblem) -> Result<BandRule> {
+    let counts = match problem.count {
+        Some(n) => n..=n,
+        None => 1..=MAX_NODES,
+    };
+    let mut best: Option<BandRule> = None;
+    for n in counts {
+        let candidates = TILTS.iter().map(|t| with_nodes(problem, n, *t));
+        let candidate = candidates.min_by(|a, b| a.worst().total_cmp(&b.worst()));
+        best = match (best, candidate) {
+            (Some(b), Some(c)) if b.worst() <= c.worst() => Some(b),
+            (b, c) => c.or(b),
+        };
+        if best.as_ref().is_some_and(|b| b.worst() <= problem.accuracy) {
+            break;
+        }
+    }
+    Ok(best.unwrap_or_else(|| with_nodes(problem, 1, 0.0)))
+}
+
+/// The rule of `n` nodes and tilt `t`.
+fn with_nodes(problem: &BandProblem, n: usize, t: f64) -> BandRule {
+    let nodes = nodes(problem, n, t);
+    let mut weighting = Vec::new();
+    let weights = problem
+        .sources
+        .iter()
+        .map(|source| {
+            let integrated = interpolatory_weights(&nodes, &source.measure);
+            if integrated.iter().all(|w| *w >= 0.0) {
+                weighting.push(Weighting::Interpolatory);
+                integrated
+            } else {
+                weighting.push(Weighting::AtNodes);
+                fitted_weights(&nodes, &source.measure, problem.depth)
+            }
+        })
+        .collect();
+    BandRule::at_nodes(problem, nodes, weights, weighting)
+}
+
+/// Gauss nodes of the sum of all sources, each normalised.
+fn nodes(problem: &BandProblem, n: usize, t: f64) -> Vec<Node> {
+    let (mut k, mut mass, mut lambda) = (Vec::new(), Vec::new(), Vec::new());
+    for source in problem.sources {
+        let tilted: Vec<f64> = source.measure.mass.iter().zip(&source.measure.k).map(|(m, k)| m * (-t * k).exp()).collect();
+        let total: f64 = tilted.iter().sum();
+        if total > 0.0 {
+            k.extend_from_slice(&source.measure.k);
+            lambda.extend_from_slice(&source.measure.lambda_um);
+            mass.extend(tilted.iter().map(|m| m / total));
+        }
+    }
+    let nearest = |at: f64| {
+        let i = (0..k.len()).min_by(|&i, &j| (k[i] - at).abs().total_cmp(&(k[j] - at).abs()));
+        i.map_or(problem.pivot.lambda_um, |i| lambda[i])
+    };
+    let rule = gauss_of_measure(&k, &mass, n);
+    if rule.is_empty() {
+        return vec![problem.pivot];
+    }
+    rule.iter().map(|(k, _)| Node { k: *k, lambda_um: nearest(*k) }).collect()
+}
+
+/// w_j = ∫ W ℓ_j(k) dλ.
+pub(super) fn interpolatory_weights(nodes: &[Node], measure: &Measure) -> Vec<f64> {
+    let mut weights = vec![0.0; nodes.len()];
+    for (k, mass) in measure.k.iter().zip(&measure.mass) {
+        for (j, weight) in weights.iter_mut().enumerate() {
+            let lagrange: f64 = nodes.iter().enumerate().filter(|(i, _)| *i != j).map(|(_, n)| (k - n.k) / (nodes[j].k - n.k)).product();
+            *weight += mass * lagrange;
+        }
+    }
+    weights
+}
+
+/// w ≥ 0 that fit F(a) best on samples of a.
+fn fitted_weights(nodes: &[Node], measure: &Measure, depth: f64) -> Vec<f64> {
+    let samples: Vec<f64> = (0..40).map(|i| depth.min(40.0) * (i as f64 / 39.0).powi(2)).collect();
+    let a = DMatrix::from_fn(samples.len(), nodes.len(), |i, j| (-samples[i] * nodes[j].k).exp());
+    let total = measure.total().max(f64::MIN_POSITIVE);
+    let b = DVector::from_iterator(samples.len(), samples.iter().map(|s| measure.at(*s) / total));
+    non_negative_least_squares(&a, &b).iter().map(|w| w * total).collect()
+}

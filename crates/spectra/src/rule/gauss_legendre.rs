@@ -1,0 +1,27 @@
+//! Gauss–Legendre points over the domain D, doubled until `accuracy` is kept.
+//!
+//! F(a) ≈ Σ_j W(λ_j) w_j e^(−a k(λ_j));  fast for smooth weights, slow for tabulated curves with kinks.
+
+use super::newton::with_panels;
+use super::{BandProblem, BandRule, RuleEntry};
+use crate::error::Result;
+use crate::quadrature::gauss_legendre;
+
+pub(super) const ENTRY: RuleEntry =
+    RuleEntry { name: "gauss_legendre", summary: "Gauss-Legendre points over the domain; their number chosen by accuracy", solve };
+
+const MAX_NODES: usize = 128;
+
+fn solve(problem: &BandProblem) -> Result<BandRule> {
+    let of = |n: usize| with_panels(problem, 1, &gauss_legendre(n));
+    if let Some(n) = problem.count {
+        return Ok(of(n));
+    }
+    let mut n = 2;
+    let mut rule = of(n);
+    while rule.worst() > problem.accuracy && n < MAX_NODES {
+        n += (n / 4).max(1);
+        rule = of(n);
+    }
+    Ok(rule)
+}

@@ -1,0 +1,70 @@
+//! F itself as a table over optical depth, for each source.
+//!
+//! ln F(a) is concave-up and smooth; it is tabulated at equal steps of a and taken linear between: in an interval the medium is grey
+//! with the local mean extinction −d ln F/da. The number of entries doubles until `accuracy` is kept.
+
+use super::{BandProblem, BandRule, Form, Measure, RuleEntry, Weighting};
+use crate::error::Result;
+
+pub(super) const ENTRY: RuleEntry = RuleEntry {
+    name: "lookup",
+    summary: "a table of the band integral over optical depth for each source; size chosen by accuracy",
+    solve,
+};
+
+const MIN_ENTRIES: usize = 64;
+const MAX_ENTRIES: usize = 1 << 14;
+
+/// ln F at equal steps of optical depth.
+#[derive(Debug, Clone)]
+pub struct DepthTable {
+    /// Step of the depth [1].
+    pub step: f64,
+    /// F(0), in the unit of F.
+    pub scale: f64,
+    /// ln (F(a)/F(0)) at a = 0, step, 2 step … [1].
+    pub log: Vec<f64>,
+}
+
+impl DepthTable {
+    fn new(measure: &Measure, depth: f64, entries: usize) -> Self {
+        let scale = measure.total();
+        let step = depth.max(1e-3) / (entries - 1) as f64;
+        let log = (0..entries).map(|i| ratio(measure.at(step * i as f64), scale).ln()).collect();
+        Self { step, scale, log }
+    }
+
+    /// A table of the same layout for another measure.
+    pub fn like(&self, measure: &Measure) -> Self {
+        Self::new(measure, self.step * (self.log.len() - 1) as f64, self.log.len())
+    }
+
+    /// F(a); beyond the last entry the last slope goes on.
+    pub fn at(&self, depth: f64) -> f64 {
+        let x = depth / self.step;
+        let i = (x as usize).min(self.log.len() - 2);
+        self.scale * (self.log[i] + (x - i as f64) * (self.log[i + 1] - self.log[i])).exp()
+    }
+}
+
+/// F(a)/F(0), kept above the least number whose logarithm is harmless.
+fn ratio(value: f64, scale: f64) -> f64 {
+    if scale > 0.0 { (value / scale).max(1e-300) } else { 1.0 }
+}
+
+fn solve(problem: &BandProblem) -> Result<BandRule> {
+    let of = |entries: usize| {
+        let tables = problem.sources.iter().map(|s| DepthTable::new(&s.measure, problem.depth, entries)).collect();
+        let mut rule =
+            BandRule { form: Form::Lookup(tables), weighting: vec![Weighting::AtNodes; problem.sources.len()], certificates: Vec::new() };
+        rule.certificates = rule.certify(problem.sources, problem.depth);
+        rule
+    };
+    let mut entries = problem.count.unwrap_or(MIN_ENTRIES).max(2);
+    let mut rule = of(entries);
+    while problem.count.is_none() && rule.worst() > problem.accuracy && entries < MAX_ENTRIES {
+        entries *= 2;
+        rule = of(entries);
+    }
+    Ok(rule)
+}

@@ -1,0 +1,41 @@
+//! The deck's slow truth: M equal midpoints over a domain D.
+//!
+//! F(a) ≈ Σ_j W(λ_j) Δλ e^(−a k(λ_j)),  λ_j the midpoints of M equal intervals of D; a line counts at the midpoint of its interval.
+//!
+//! Source: Barrès & Neyret 2023, "double integration". M = 30 there; here M doubles from 30 until `accuracy` is kept, if not given.
+
+use super::{BandProblem, BandRule, Node, RuleEntry, Weighting};
+
+pub(super) const ENTRY: RuleEntry = RuleEntry {
+    name: "newton",
+    summary: "equal midpoints over the domain, 30 of them unless told otherwise: the deck's double integration",
+    solve: |problem| Ok(with_panels(problem, problem.count.unwrap_or(DECK_COUNT), &[(0.0, 2.0)])),
+};
+
+/// M of the deck.
+const DECK_COUNT: usize = 30;
+
+/// A composite rule: `rule` on [−1, 1] in each of `panels` equal intervals of the domain.
+pub(super) fn with_panels(problem: &BandProblem, panels: usize, rule: &[(f64, f64)]) -> BandRule {
+    let (low, high) = problem.domain_um;
+    let width = (high - low) / panels as f64;
+    let points: Vec<(f64, f64)> =
+        (0..panels).flat_map(|p| rule.iter().map(move |(x, w)| (low + width * (p as f64 + 0.5 * (1.0 + x)), 0.5 * width * w))).collect();
+    let nodes: Vec<Node> = points.iter().map(|(l, _)| Node { lambda_um: *l, k: (problem.k)(*l) }).collect();
+    let nearest = |lambda: f64| {
+        let distance = |j: &usize| (points[*j].0 - lambda).abs();
+        (0..points.len()).min_by(|i, j| distance(i).total_cmp(&distance(j))).unwrap_or(0)
+    };
+    let weights = problem
+        .sources
+        .iter()
+        .map(|source| {
+            let mut weights: Vec<f64> = points.iter().map(|(l, w)| w * (source.density)(*l)).collect();
+            for &(lambda, mass) in source.lines.iter().filter(|(l, _)| (low..=high).contains(l)) {
+                weights[nearest(lambda)] += mass;
+            }
+            weights
+        })
+        .collect();
+    BandRule::at_nodes(problem, nodes, weights, vec![Weighting::AtNodes; problem.sources.len()])
+}

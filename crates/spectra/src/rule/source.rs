@@ -1,0 +1,87 @@
+//! The light of one source through one passband, as a measure over λ and k.
+
+use crate::extinction::ExtinctionLaw;
+use crate::passband::Passband;
+use crate::spectrum::Spectrum;
+
+/// A discrete measure Σ mass δ(λ): F(a) = Σ mass e^(−a k).
+#[derive(Debug, Clone, Default)]
+pub struct Measure {
+    /// λ [µm].
+    pub lambda_um: Vec<f64>,
+    /// k(λ) [1].
+    pub k: Vec<f64>,
+    /// W dλ, in the unit of F.
+    pub mass: Vec<f64>,
+}
+
+impl Measure {
+    /// F(0).
+    pub fn total(&self) -> f64 {
+        self.mass.iter().sum()
+    }
+
+    /// F(a).
+    pub fn at(&self, depth: f64) -> f64 {
+        self.k.iter().zip(&self.mass).map(|(k, m)| m * (-depth * k).exp()).sum()
+    }
+
+    /// The measure with one more factor f(λ).
+    pub fn reweighted(&self, factor: impl Fn(f64) -> f64) -> Self {
+        Self {
+            lambda_um: self.lambda_um.clone(),
+            k: self.k.clone(),
+            mass: self.mass.iter().zip(&self.lambda_um).map(|(m, l)| m * factor(*l)).collect(),
+        }
+    }
+}
+
+/// A further spectral factor f(λ).
+pub type Factor = Box<dyn Fn(f64) -> f64 + Send + Sync>;
+
+/// One source through one passband.
+pub struct Source {
+    /// Its name, for the certificate.
+    pub name: String,
+    /// W dλ, lines included.
+    pub measure: Measure,
+    /// W(λ) without the lines, for rules that sample it.
+    pub density: Factor,
+    /// (λ [µm], mass) of the lines.
+    pub lines: Vec<(f64, f64)>,
+    /// Factors, such as the phase function at several angles, under which the certificate must hold as well.
+    pub variants: Vec<Factor>,
+}
+
+impl Source {
+    /// R(λ) · spectrum · factor(λ) through `band`, under `law`.
+    pub fn new(
+        name: &str,
+        band: &Passband,
+        spectrum: &Spectrum,
+        law: &dyn ExtinctionLaw,
+        factor: impl Fn(f64) -> f64 + Send + Sync + Clone + 'static,
+    ) -> Self {
+        let breaks: Vec<f64> = spectrum.breakpoints_um().chain(law.breakpoints_um()).collect();
+        let mut measure = Measure::default();
+        let mut push = |lambda_um: f64, mass: f64| {
+            if mass != 0.0 {
+                measure.lambda_um.push(lambda_um);
+                measure.k.push(law.k(lambda_um));
+                measure.mass.push(mass);
+            }
+        };
+        for (lambda_um, weight) in band.samples(&breaks) {
+            push(lambda_um, weight * band.response(lambda_um) * spectrum.continuum(lambda_um) * factor(lambda_um));
+        }
+        let through = |l: &crate::spectrum::Line| (l.lambda_um, l.strength * band.response(l.lambda_um));
+        let seen: Vec<(f64, f64)> = spectrum.lines().iter().map(through).filter(|(_, m)| *m > 0.0).collect();
+        let lines: Vec<(f64, f64)> = seen.iter().map(|&(l, m)| (l, m * factor(l))).collect();
+        for &(lambda_um, mass) in &lines {
+            push(lambda_um, mass);
+        }
+        let (band, spectrum) = (band.clone(), spectrum.clone());
+        let density = Box::new(move |l: f64| band.response(l) * spectrum.continuum(l) * factor(l));
+        Self { name: name.to_owned(), measure, density, lines, variants: Vec::new() }
+    }
+}

@@ -1,0 +1,158 @@
+//! Rules against the integral itself.
+
+use std::sync::Arc;
+
+use super::*;
+use crate::extinction::Extinction;
+use crate::passband::Passband;
+use crate::quadrature::integrate;
+use crate::sed::BlackBody;
+use crate::spectrum::{Line, Spectrum};
+use crate::units::Temperature;
+
+fn black_bodies() -> Vec<Spectrum> {
+    [3000.0, 5000.0, 8000.0, 12000.0, 20000.0, 40000.0].map(|t| Spectrum::continuous(1.0, Arc::new(BlackBody(Temperature(t))))).to_vec()
+}
+
+fn sources(band: &Passband, spectra: &[Spectrum], law: &Extinction) -> Vec<Source> {
+    spectra.iter().map(|s| Source::new("star", band, s, &**law, |_| 1.0)).collect()
+}
+
+fn solve_with(
+    name: &str,
+    band: &Passband,
+    spectra: &[Spectrum],
+    law_name: &str,
+    accuracy: f64,
+    count: Option<usize>,
+) -> (BandRule, Vec<Source>) {
+    let law = Extinction::named(law_name, None).unwrap();
+    let sources = sources(band, spectra, &law);
+    let k = |l: f64| law.k(l);
+    let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
+    let problem =
+        BandProblem { band: band.name(), sources: &sources, domain_um: band.support_um(), pivot, k: &k, depth: 20.0, accuracy, count };
+    let solved = (rule(name).unwrap().solve)(&problem).unwrap();
+    (solved, sources)
+}
+
+/// The measured table of the design (real curves, six black bodies, k = 0.55/λ, a up to 20): the order of magnitude of each entry.
+#[test]
+fn band_quadrature_converges_as_designed() {
+    for (name, errors) in
+        [("johnson-B", [2e-2, 1e-3, 6e-5, 2e-6]), ("johnson-V", [8e-3, 8e-5, 5e-7, 1e-8]), ("cousins-R", [1e-2, 2e-4, 1e-6, 1e-8])]
+    {
+        let band = Passband::named(name).unwrap();
+        for (n, expected) in errors.iter().enumerate() {
+            let (rule, _) = solve_with("band_quadrature", &band, &black_bodies(), "inverse_wavelength", 0.0, Some(n + 1));
+            assert!(rule.worst() < 2.0 * expected, "{name} with {} nodes: {:e}, designed {expected:e}", n + 1, rule.worst());
+        }
+    }
+}
+
+/// Every rule keeps what it certifies against an adaptive integral that shares nothing with it.
+#[test]
+fn every_certificate_is_honest() {
+    for entry in RULES {
+        for name in ["johnson-B", "hst-wfc3-f656n", "sdss2010-r"] {
+            let band = Passband::named(name).unwrap();
+            let spectra = black_bodies();
+            let (rule, _) = solve_with(entry.name, &band, &spectra, "gordon23", 1e-3, None);
+            let law = Extinction::named("gordon23", None).unwrap();
+            let pieces = band.pieces(&[]);
+            for (s, spectrum) in spectra.iter().enumerate() {
+                let truth = |a: f64| -> f64 {
+                    let f = |l: f64| band.response(l) * spectrum.continuum(l) * (-a * law.k(l)).exp();
+                    pieces.windows(2).map(|p| integrate(f, p[0], p[1], 1e-10)).sum()
+                };
+                for a in [0.0, 0.37, 1.9, 7.3, 19.7] {
+                    let error = (rule.evaluate(s, a) - truth(a)).abs() / truth(0.0);
+                    assert!(
+                        error <= rule.certificates[s].absolute + 1e-9,
+                        "{} {name} {a}: {error:e} > {:e}",
+                        entry.name,
+                        rule.certificates[s].absolute
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// A certificate that could not fail would be worthless: a rule whose weights are off by ten times the accuracy is caught.
+#[test]
+fn a_wrong_rule_is_caught() {
+    let band = Passband::named("johnson-V").unwrap();
+    let (mut rule, sources) = solve_with("band_quadrature", &band, &black_bodies(), "ccm89", 1e-3, None);
+    assert!(rule.worst() <= 1e-3);
+    if let Form::Nodes { weights, .. } = &mut rule.form {
+        weights[2][0] *= 1.02;
+    }
+    assert!(rule.certify(&sources, 20.0)[2].absolute > 5e-3);
+}
+
+#[test]
+fn accuracy_is_kept_over_six_decades() {
+    let band = Passband::named("johnson-B").unwrap();
+    for exponent in 1..=8 {
+        let accuracy = 10f64.powi(-exponent);
+        let (rule, _) = solve_with("band_quadrature", &band, &black_bodies(), "fitzpatrick99", accuracy, None);
+        assert!(rule.worst() <= accuracy, "{accuracy}: {:e}", rule.worst());
+    }
+}
+
+#[test]
+fn weights_are_never_negative() {
+    for name in crate::passband::names() {
+        let band = Passband::named(name).unwrap();
+        if band.support_um().1 > 30.0 || band.support_um().0 < 0.0912 {
+            continue;
+        }
+        let (rule, _) = solve_with("band_quadrature", &band, &black_bodies()[2..], "gordon23", 1e-3, None);
+        let Form::Nodes { weights, .. } = &rule.form else { panic!("nodes expected") };
+        assert!(weights.iter().flatten().all(|w| *w >= 0.0), "{name}");
+        assert!(rule.worst() <= 1e-3, "{name}: {:e}", rule.worst());
+    }
+}
+
+/// A single line is monochromatic: one node, exact.
+#[test]
+fn a_line_needs_one_node() {
+    let band = Passband::named("hst-wfc3-f656n").unwrap();
+    let line = Spectrum::of_lines(vec![Line { lambda_um: 0.6563, strength: 3.0 }]);
+    let (rule, _) = solve_with("band_quadrature", &band, &[line], "ccm89", 1e-12, None);
+    let Form::Nodes { nodes, .. } = &rule.form else { panic!("nodes expected") };
+    assert_eq!(nodes.len(), 1);
+    assert!(rule.worst() < 1e-12);
+}
+
+/// A phase-like factor under the integral is kept by the interpolatory weights.
+#[test]
+fn factors_are_integrated() {
+    let band = Passband::named("johnson-V").unwrap();
+    let (rule, sources) = solve_with("band_quadrature", &band, &black_bodies(), "ccm89", 1e-6, None);
+    let factor = |l: f64| 1.0 / (1.0 + 4.0 * l * l);
+    let Form::Nodes { nodes, .. } = &rule.form else { panic!("nodes expected") };
+    let weights = rule.weights_with(3, &sources[3], factor);
+    let value: f64 = nodes.iter().zip(&weights).map(|(n, w)| w * (-2.0 * n.k).exp()).sum();
+    let truth = sources[3].measure.reweighted(factor).at(2.0);
+    assert!((value / truth - 1.0).abs() < 1e-5, "{value} {truth}");
+}
+
+/// The truth's own points against closed form: a flat spectrum through a top-hat, k = 0.55/λ, against adaptive integration of one function.
+#[test]
+fn truth_points_converge() {
+    let band = Passband::named("johnson-B").unwrap();
+    let law = Extinction::named("fitzpatrick99", None).unwrap();
+    let spectrum = &black_bodies()[3];
+    let pieces = band.pieces(&law.breakpoints_um());
+    for accuracy in [1e-4, 1e-6] {
+        let points = truth_points(&band, &[spectrum], &*law, accuracy);
+        for a in [0.0, 2.0, 20.0] {
+            let f = |l: f64| band.response(l) * spectrum.continuum(l) * (-a * law.k(l)).exp();
+            let truth: f64 = pieces.windows(2).map(|p| integrate(f, p[0], p[1], 1e-11)).sum();
+            let value: f64 = points.iter().map(|(l, w)| w * f(*l)).sum();
+            assert!((value / truth - 1.0).abs() < 20.0 * accuracy, "{accuracy} {a}: {}", value / truth - 1.0);
+        }
+    }
+}

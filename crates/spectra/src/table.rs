@@ -1,0 +1,204 @@
+//! Sampled functions of one variable, and the CSV text they are read from.
+//!
+//! Embedded data carry their provenance in `# key: value` lines and do not load without it.
+
+use crate::error::{Result, SpectraError};
+
+/// A piecewise linear function given by samples with ascending abscissae.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    x: Vec<f64>,
+    y: Vec<f64>,
+}
+
+/// The most samples a user's table may have: far past any real curve, small enough to hold.
+pub const MAX_SAMPLES: usize = 1_000_000;
+
+impl Table {
+    /// From samples; `x` strictly ascending, all finite, at least two.
+    pub fn new(name: &str, x: Vec<f64>, y: Vec<f64>) -> Result<Self> {
+        if x.len() < 2 || x.len() != y.len() {
+            return Err(SpectraError::table(name, format!("needs at least two rows of two numbers, has {}", x.len())));
+        }
+        if let Some(i) = (0..x.len()).find(|&i| !x[i].is_finite() || !y[i].is_finite()) {
+            return Err(SpectraError::table(name, format!("row {} is not finite: {}, {}", i + 1, x[i], y[i])));
+        }
+        if let Some(i) = (1..x.len()).find(|&i| x[i] <= x[i - 1]) {
+            return Err(SpectraError::table(name, format!("abscissae must ascend, row {} has {} after {}", i + 1, x[i], x[i - 1])));
+        }
+        Ok(Self { x, y })
+    }
+
+    /// The value at `x`, linear between samples; the border values outside.
+    pub fn at(&self, x: f64) -> f64 {
+        let i = self.x.partition_point(|&v| v <= x);
+        if i == 0 {
+            return self.y[0];
+        }
+        if i == self.x.len() {
+            return self.y[i - 1];
+        }
+        let t = (x - self.x[i - 1]) / (self.x[i] - self.x[i - 1]);
+        self.y[i - 1] + t * (self.y[i] - self.y[i - 1])
+    }
+
+    /// The value at `x`, zero outside of the samples.
+    pub fn at_or_zero(&self, x: f64) -> f64 {
+        let (low, high) = self.range();
+        if x < low || x > high { 0.0 } else { self.at(x) }
+    }
+
+    /// First and last abscissa.
+    pub fn range(&self) -> (f64, f64) {
+        (self.x[0], self.x[self.x.len() - 1])
+    }
+
+    /// Abscissae.
+    pub fn x(&self) -> &[f64] {
+        &self.x
+    }
+
+    /// Ordinates.
+    pub fn y(&self) -> &[f64] {
+        &self.y
+    }
+
+    /// The same function with both axes scaled.
+    pub fn scaled(&self, x_factor: f64, y_factor: f64) -> Self {
+        Self { x: self.x.iter().map(|v| v * x_factor).collect(), y: self.y.iter().map(|v| v * y_factor).collect() }
+    }
+}
+
+/// Rows of numbers out of CSV text: `#` lines and one line of column names are skipped.
+///
+/// `columns` is the least number of columns; errors name `name` and the line.
+pub fn rows(name: &str, text: &str, columns: usize) -> Result<Vec<Vec<f64>>> {
+    let mut rows = Vec::new();
+    let mut header_seen = false;
+    for (number, line) in text.lines().enumerate() {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let cells: Vec<&str> = line.split([',', ';', '\t']).flat_map(|c| c.split_whitespace()).collect();
+        let values: std::result::Result<Vec<f64>, _> = cells.iter().map(|c| c.parse::<f64>()).collect();
+        match values {
+            Ok(values) if values.len() >= columns => rows.push(values),
+            Ok(values) => {
+                let reason = format!("line {} has {} numbers, {columns} are needed", number + 1, values.len());
+                return Err(SpectraError::table(name, reason));
+            }
+            Err(_) if rows.is_empty() && !header_seen => header_seen = true,
+            Err(_) => {
+                return Err(SpectraError::table(name, format!("line {} is not a row of numbers: \"{}\"", number + 1, clipped(line))));
+            }
+        }
+        if rows.len() > MAX_SAMPLES {
+            return Err(SpectraError::table(name, format!("has more than {MAX_SAMPLES} rows")));
+        }
+    }
+    if rows.is_empty() {
+        return Err(SpectraError::table(name, format!("holds no rows of {columns} numbers")));
+    }
+    Ok(rows)
+}
+
+fn clipped(line: &str) -> String {
+    line.chars().take(60).collect()
+}
+
+/// A two-column CSV whose abscissa is a wavelength; the header may name its unit (`nm`, `um`, `angstrom`), nm otherwise.
+///
+/// Returns a table over wavelength [µm].
+pub fn spectrum_from_csv(name: &str, text: &str) -> Result<Table> {
+    let rows = rows(name, text, 2)?;
+    let to_um = wavelength_unit(text);
+    let (x, y) = rows.iter().map(|r| (r[0] * to_um, r[1])).unzip();
+    Table::new(name, x, y)
+}
+
+/// The size in µm of the wavelength unit that the first header line names.
+fn wavelength_unit(text: &str) -> f64 {
+    let header: String = text
+        .lines()
+        .map(str::trim)
+        .take_while(|l| l.starts_with('#') || l.parse_first().is_none())
+        .collect::<Vec<_>>()
+        .join(" ")
+        .to_lowercase();
+    let has = |unit: &str| header.split(|c: char| !c.is_alphanumeric() && c != 'µ').any(|w| w == unit);
+    if has("um") || has("µm") || has("micron") || has("microns") || has("wavelength_um") || header.contains("_um") {
+        1.0
+    } else if header.contains("angstrom") || header.contains("_aa") {
+        1e-4
+    } else {
+        1e-3
+    }
+}
+
+trait ParseFirst {
+    fn parse_first(&self) -> Option<f64>;
+}
+
+impl ParseFirst for str {
+    fn parse_first(&self) -> Option<f64> {
+        self.split([',', ';', '\t', ' ']).next()?.trim().parse().ok()
+    }
+}
+
+/// The provenance that every embedded data file must state.
+pub const PROVENANCE: [&str; 5] = ["source", "reference", "licence", "date", "columns"];
+
+/// Checks that an embedded file states where it comes from; gives the body back.
+pub fn with_provenance<'a>(name: &str, text: &'a str) -> Result<&'a str> {
+    for key in PROVENANCE {
+        let start = format!("# {key}: ");
+        if !text.lines().any(|l| l.strip_prefix(&start).is_some_and(|v| !v.trim().is_empty())) {
+            return Err(SpectraError::table(name, format!("has no \"# {key}:\" line")));
+        }
+    }
+    Ok(text)
+}
+
+/// Columns of an embedded file, after the check of its provenance.
+pub fn embedded_columns(name: &str, text: &str, columns: usize) -> Result<Vec<Vec<f64>>> {
+    let rows = rows(name, with_provenance(name, text)?, columns)?;
+    Ok((0..columns).map(|c| rows.iter().map(|r| r[c]).collect()).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn interpolates_and_clamps() {
+        let table = Table::new("t", vec![1.0, 2.0, 4.0], vec![0.0, 10.0, 20.0]).unwrap();
+        assert_eq!(table.at(1.5), 5.0);
+        assert_eq!(table.at(3.0), 15.0);
+        assert_eq!(table.at(9.0), 20.0);
+        assert_eq!(table.at_or_zero(9.0), 0.0);
+    }
+
+    #[test]
+    fn bad_tables_are_refused() {
+        assert!(Table::new("t", vec![1.0], vec![1.0]).is_err());
+        assert!(Table::new("t", vec![1.0, 1.0], vec![1.0, 1.0]).is_err());
+        assert!(Table::new("t", vec![1.0, f64::NAN], vec![1.0, 1.0]).is_err());
+        assert!(rows("t", "a,b\n1,2\nx,y\n", 2).unwrap_err().to_string().contains("line 3"));
+        assert!(rows("t", "1\n", 2).is_err());
+        assert!(rows("t", "", 2).is_err());
+        assert!(with_provenance("t", "# source: somewhere\n1,2\n").is_err());
+    }
+
+    #[test]
+    fn the_header_names_the_unit() {
+        for (text, expected) in [
+            ("wavelength_nm,t\n500,1\n600,1\n", 0.5),
+            ("# wavelength [um], t\n0.5,1\n0.6,1\n", 0.5),
+            ("wavelength (angstrom),t\n5000,1\n6000,1\n", 0.5),
+            ("500,1\n600,1\n", 0.5),
+        ] {
+            assert!((spectrum_from_csv("t", text).unwrap().range().0 - expected).abs() < 1e-12, "{text}");
+        }
+    }
+}
