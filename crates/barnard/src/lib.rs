@@ -1,1 +1,20 @@
-//! x
+//! Barnard: physically calibrated spectral rendering of nebulae.
+//!
+//! [`scene::Scene`] is what a file says, [`plan::Plan`] the numbers it comes to, [`image::Image`] what a telescope sees; a back end
+//! ([`backend`]) turns one into the other.
+
+pub mod backend;
+pub mod camera;
+pub mod control;
+pub mod error;
+pub mod field;
+pub mod formats;
+pub mod geometry;
+pub mod image;
+pub mod light;
+pub mod phase;
+pub mod plan;
+mod points;
+pub mod scene;
+
+pub use error::{Error, Result};

@@ -20,7 +20,7 @@ pub struct Stretch {
 }
 
 /// One row of the catalogue.
-#[derive(Debug, PartialEq)]
+#[derive(Debug)]
 pub struct StretchEntry {
     /// Its name in scenes.
     pub name: &'static str,
@@ -29,6 +29,12 @@ pub struct StretchEntry {
     default_strength: f64,
     range: (f64, f64),
     curve: fn(f64, f64) -> f64,
+}
+
+impl PartialEq for StretchEntry {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
 }
 
 /// All stretches.

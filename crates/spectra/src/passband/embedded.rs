@@ -203,7 +203,7 @@ mod tests {
                 let stated: f64 = words[2].strip_prefix("pivot_nm=").unwrap().parse().unwrap();
                 let band = Passband::named(words[0]).unwrap();
                 let coarse = trapezoid_pivot(&band, 1) * 1e3;
-                assert!((coarse / stated - 1.0).abs() < 3e-6, "{}: {coarse} {stated}", words[0]);
+                assert!((coarse - stated).abs() < 6e-4, "{}: {coarse} {stated}", words[0]);
                 let fine = trapezoid_pivot(&band, 100);
                 assert!((band.pivot().0 / fine - 1.0).abs() < 1e-6, "{}: {} {fine}", words[0], band.pivot().0);
                 count += 1;

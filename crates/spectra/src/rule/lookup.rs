@@ -34,11 +34,6 @@ impl DepthTable {
         Self { step, scale, log }
     }
 
-    /// A table of the same layout for another measure.
-    pub fn like(&self, measure: &Measure) -> Self {
-        Self::new(measure, self.step * (self.log.len() - 1) as f64, self.log.len())
-    }
-
     /// F(a); beyond the last entry the last slope goes on.
     pub fn at(&self, depth: f64) -> f64 {
         let x = depth / self.step;

@@ -125,9 +125,10 @@ impl BandRule {
                     let value = |a: f64| nodes.iter().zip(&weights).map(|(n, w)| w * (-a * n.k).exp()).sum();
                     Certificate::measured(&measure, value, depth)
                 }
+                // A table knows a further factor only by its mean.
                 Form::Lookup(tables) => {
-                    let table = tables[s].like(&measure);
-                    Certificate::measured(&measure, |a| table.at(a), depth)
+                    let mean = measure.total() / source.measure.total();
+                    Certificate::measured(&measure, |a| mean * tables[s].at(a), depth)
                 }
             };
             worst.or_worse(certificate)

@@ -1,0 +1,108 @@
+//! The fast picture on the processor: f32, sixteen rays at a time, all cores, and the same bits on any number of threads.
+//!
+//! A tile of 4 × 4 rays is one packet (`march`); packets share nothing, so the order in which threads take them does not matter.
+
+mod fetch;
+mod lane;
+mod march;
+mod tables;
+
+use rayon::prelude::*;
+
+use crate::control::{Control, Stage};
+use crate::error::Result;
+use crate::geometry::Ray;
+use crate::image::{Image, Samples};
+use crate::plan::{Plan, describe};
+use crate::points;
+use crate::scene::Scene;
+use lane::LANES;
+use march::March;
+use tables::Tables;
+
+/// Rays along each edge of a packet's tile.
+const TILE: usize = 4;
+
+/// What a render found beside the picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Findings {
+    /// The largest optical depth, eye to sample to star, that was met [1].
+    pub depth: f64,
+    /// Rays that were marched.
+    pub rays: u64,
+}
+
+/// Band radiances of the extended light alone, bands × height × width [W m⁻² sr⁻¹], and what was found.
+pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, Findings)> {
+    let camera = &plan.camera;
+    let s = camera.supersampling;
+    let (width, height) = (camera.width, camera.height);
+    let (columns, rows) = ((width * s).div_ceil(TILE), (height * s).div_ceil(TILE));
+    let tables = Tables::new(plan);
+    let march = March::new(plan, &tables);
+    let bands = plan.spectral.bands.len();
+    let done = std::sync::atomic::AtomicU64::new(0);
+    // A band of tile rows that holds whole pixels: TILE · s rows of rays, TILE rows of pixels.
+    let strip = |strip: usize| -> Result<(Vec<f32>, f32)> {
+        control.check()?;
+        let first = strip * TILE;
+        let strip_rows = TILE.min(height - first);
+        let mut pixels = vec![0.0f32; bands * strip_rows * width];
+        let mut deepest = 0.0f32;
+        let share = 1.0 / (s * s) as f32;
+        for tile_row in 0..s {
+            for tile in 0..columns {
+                let place = |lane: usize| ((tile * TILE + lane % TILE), (first * s + tile_row * TILE + lane / TILE));
+                let ray = |lane: usize| -> Ray {
+                    let (x, y) = place(lane);
+                    camera.ray((x.min(width * s - 1) as f64 + 0.5) / s as f64, (y.min(height * s - 1) as f64 + 0.5) / s as f64)
+                };
+                let (radiance, depth) = march.packet(&std::array::from_fn(ray));
+                deepest = deepest.max(depth);
+                for lane in 0..LANES {
+                    let (x, y) = place(lane);
+                    if x < width * s && y < (first + strip_rows) * s {
+                        let (column, row) = (x / s, y / s - first);
+                        for band in 0..bands {
+                            pixels[(band * strip_rows + row) * width + column] += share * radiance[band * LANES + lane];
+                        }
+                    }
+                }
+            }
+        }
+        let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+        control.report(Stage::Rays, count, height.div_ceil(TILE) as u64);
+        Ok((pixels, deepest))
+    };
+    let strips = (0..height.div_ceil(TILE)).into_par_iter().map(strip).collect::<Result<Vec<_>>>()?;
+    let mut data = vec![0.0; bands * width * height];
+    let mut depth = 0.0f32;
+    for (i, (pixels, deepest)) in strips.iter().enumerate() {
+        let strip_rows = pixels.len() / (bands * width);
+        for band in 0..bands {
+            let (to, from) = ((band * height + i * TILE) * width, band * strip_rows * width);
+            data[to..to + strip_rows * width].copy_from_slice(&pixels[from..from + strip_rows * width]);
+        }
+        depth = depth.max(*deepest);
+    }
+    Ok((data, Findings { depth: f64::from(depth), rays: (columns * rows * LANES) as u64 }))
+}
+
+/// Renders the plan of `scene`.
+pub fn render(scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, Findings)> {
+    let (mut data, findings) = radiance(plan, control)?;
+    let mut unresolved = vec![0.0f64; data.len()];
+    let far = 2.0 * plan.space.occupied.map_or(0.0, |b| b.size().length() + (0.5 * (b.low + b.high) - plan.camera.position).length());
+    let depth = |ray: &Ray, length: f64| plan.space.depth(ray.origin, ray.at(length.min(far)));
+    let flux = |light: usize, band: usize, depth: f64| plan.spectral.bands[band].rule.evaluate(light, depth);
+    points::draw(scene, &plan.camera, &plan.lights, depth, flux, &mut unresolved)?;
+    data.iter_mut().zip(unresolved).for_each(|(d, u)| *d += u as f32);
+    let mut image = describe(scene, Samples::Single(data));
+    for (b, band) in image.bands.iter_mut().enumerate() {
+        band.certificate = plan.certificate(b, findings.depth);
+    }
+    image.notes.push(("backend".into(), "cpu".into()));
+    image.notes.push(("method".into(), plan.spectral.method.into()));
+    image.notes.extend(plan.spatial_note());
+    Ok((image, findings))
+}

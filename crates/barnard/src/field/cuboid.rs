@@ -1,0 +1,36 @@
+//! A uniform box: 1 inside, 0 outside.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::Field;
+use crate::geometry::{Bounds, Ray};
+use crate::scene::{Key, Kind};
+
+pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
+    name: "box",
+    summary: "1 inside of an axis-aligned box",
+    keys: &[Key::required("low", "position", "its lowest corner"), Key::required("high", "position", "its highest corner")],
+    build: |section, _| {
+        let bounds = section.bounds("low", "high")?;
+        Ok(Arc::new(Cuboid { bounds }))
+    },
+};
+
+#[derive(Debug)]
+struct Cuboid {
+    bounds: Bounds,
+}
+
+impl Field for Cuboid {
+    fn at(&self, p: DVec3) -> f64 {
+        f64::from(self.bounds.contains(p))
+    }
+    fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+    fn crossings(&self, ray: &Ray, out: &mut Vec<f64>) {
+        out.extend(self.bounds.clip(ray).into_iter().flat_map(|(a, b)| [a, b]));
+    }
+}

@@ -1,0 +1,146 @@
+//! Fractional Brownian motion on simplex noise, as in the deck, with its ridged and warped variants.
+//!
+//! f(p) = max(0, offset + Σ_{i<octaves} gainⁱ n_i(p lacunarityⁱ / scale)) · falloff(|p|/radius)
+//!
+//! | variant | n_i |
+//! |---|---|
+//! | plain | n |
+//! | ridged | 1 − 2|n| |
+//! | warped | n(p + warp · (n', n'', n''')) |
+//!
+//! Falloff: 1 − smoothstep between half the radius and the radius, so the cloud ends inside its box. Unit: 1.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use spectra::units::Length;
+
+use super::{Field, Simplex};
+use crate::error::Result;
+use crate::geometry::Bounds;
+use crate::scene::{Key, Kind, Loader, Section};
+
+pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
+    name: "fbm",
+    summary: "a cloud of fractional Brownian motion on simplex noise (values about 0 to 1)",
+    keys: &[
+        Key::optional("seed", "integer", "1", "number of the noise"),
+        Key::optional("centre", "position", "0 0 0 pc", "middle of the cloud"),
+        Key::optional("radius", "length", "1 pc", "where the cloud has ended; it fades from half of it on"),
+        Key::optional("scale", "length", "0.7 pc", "size of the largest structures"),
+        Key::optional("octaves", "integer", "5", "number of octaves, 1 to 12"),
+        Key::optional("lacunarity", "number", "2.0", "frequency ratio of successive octaves, above 1"),
+        Key::optional("gain", "number", "0.5", "amplitude ratio of successive octaves"),
+        Key::optional("offset", "number", "0.2", "added before the cut at zero: more fills more of space"),
+        Key::optional("variant", "text", "plain", "plain or ridged"),
+        Key::optional("warp", "length", "0 pc", "how far a second noise bends space"),
+    ],
+    build,
+};
+
+#[derive(Debug)]
+struct Fbm {
+    noise: Simplex,
+    warps: [Simplex; 3],
+    centre: DVec3,
+    radius: f64,
+    scale: f64,
+    octaves: i32,
+    lacunarity: f64,
+    gain: f64,
+    offset: f64,
+    ridged: bool,
+    warp: f64,
+}
+
+fn build(section: &Section, _: &Loader) -> Result<Arc<dyn Field>> {
+    let seed = section.integer("seed", 0..=u32::MAX as i64)?.unwrap_or(1) as u32;
+    let variant = section.choice("variant", &["plain", "ridged"])?.unwrap_or("plain");
+    let fbm = Fbm {
+        noise: Simplex::new(seed),
+        warps: [1, 2, 3].map(|i| Simplex::new(seed.wrapping_add(0x9e37_79b9u32.wrapping_mul(i)))),
+        centre: section.position("centre")?.unwrap_or(DVec3::ZERO),
+        radius: section.positive::<Length>("radius")?.map_or(1.0, |l| l.0),
+        scale: section.positive::<Length>("scale")?.map_or(0.7, |l| l.0),
+        octaves: section.integer("octaves", 1..=12)?.unwrap_or(5) as i32,
+        lacunarity: section.number("lacunarity", 1.0..=16.0)?.unwrap_or(2.0),
+        gain: section.number("gain", 0.0..=1.0)?.unwrap_or(0.5),
+        offset: section.number("offset", -10.0..=10.0)?.unwrap_or(0.2),
+        ridged: variant == "ridged",
+        warp: section.quantity::<Length>("warp")?.map_or(0.0, |l| l.0),
+    };
+    Ok(Arc::new(fbm))
+}
+
+impl Fbm {
+    fn octave(&self, p: DVec3) -> f64 {
+        let n = self.noise.at(p);
+        if self.ridged { 1.0 - 2.0 * n.abs() } else { n }
+    }
+}
+
+impl Field for Fbm {
+    fn at(&self, p: DVec3) -> f64 {
+        let r = (p - self.centre).length() / self.radius;
+        if r >= 1.0 {
+            return 0.0;
+        }
+        let mut q = p - self.centre;
+        if self.warp != 0.0 {
+            q += self.warp * DVec3::from(self.warps.map(|n| n.at((p - self.centre) / self.scale)));
+        }
+        let (mut frequency, mut amplitude, mut sum) = (1.0 / self.scale, 1.0, self.offset);
+        for _ in 0..self.octaves {
+            sum += amplitude * self.octave(q * frequency);
+            frequency *= self.lacunarity;
+            amplitude *= self.gain;
+        }
+        let edge = ((r - 0.5) / 0.5).clamp(0.0, 1.0);
+        sum.max(0.0) * (1.0 - edge * edge * (3.0 - 2.0 * edge))
+    }
+    fn bounds(&self) -> Bounds {
+        Bounds::cube(self.centre, self.radius)
+    }
+    fn feature_pc(&self) -> f64 {
+        0.25 * self.scale / self.lacunarity.powi(self.octaves - 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cloud(seed: u32, ridged: bool, warp: f64) -> Fbm {
+        Fbm {
+            noise: Simplex::new(seed),
+            warps: [4, 5, 6].map(Simplex::new),
+            centre: DVec3::ZERO,
+            radius: 1.0,
+            scale: 0.5,
+            octaves: 4,
+            lacunarity: 2.0,
+            gain: 0.5,
+            offset: 0.2,
+            ridged,
+            warp,
+        }
+    }
+
+    #[test]
+    fn never_negative_and_ends_at_its_radius() {
+        for (ridged, warp) in [(false, 0.0), (true, 0.0), (false, 0.3)] {
+            let cloud = cloud(3, ridged, warp);
+            let points = (0..5000).map(|i| DVec3::new((i as f64 * 0.61).sin(), (i as f64 * 0.37).cos(), (i as f64 * 0.23).sin()));
+            let values: Vec<(f64, f64)> = points.map(|p| (p.length(), cloud.at(p))).collect();
+            assert!(values.iter().all(|(r, v)| *v >= 0.0 && (*r < 1.0 || *v == 0.0)));
+            assert!(values.iter().any(|(_, v)| *v > 0.3));
+        }
+    }
+
+    #[test]
+    fn variants_and_seeds_differ() {
+        let p = DVec3::new(0.1, 0.2, -0.15);
+        let values = [cloud(3, false, 0.0).at(p), cloud(3, true, 0.0).at(p), cloud(3, false, 0.4).at(p), cloud(4, false, 0.0).at(p)];
+        assert!((0..4).all(|i| (0..i).all(|j| values[i] != values[j])), "{values:?}");
+    }
+}

@@ -1,0 +1,53 @@
+//! Scalar fields over space: densities of dust and gas.
+//!
+//! A field is a grid (trilinear between voxel centres, the border value in the outer half voxel, zero outside) or a function. An expression that uses a
+//! grid lives on that grid's voxels; an expression of functions alone stays a function. A new kind of field is one file and one row of [`KINDS`].
+
+mod cuboid;
+mod expression;
+mod fbm;
+mod grid;
+mod loaded;
+mod plummer;
+mod shell;
+mod simplex;
+mod slab;
+mod sphere;
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+pub use expression::Expression;
+pub use grid::{Grid, Lattice};
+pub use simplex::Simplex;
+
+use crate::error::Result;
+use crate::geometry::Bounds;
+use crate::scene::{Kind, Loader, Section};
+
+/// A scalar function of place.
+pub trait Field: std::fmt::Debug + Send + Sync {
+    /// The value at `p` [unit of the field]; zero outside of [`Self::bounds`].
+    fn at(&self, p: DVec3) -> f64;
+    /// Where it is not zero.
+    fn bounds(&self) -> Bounds;
+    /// The grid itself, where the field is one.
+    fn grid(&self) -> Option<&Grid> {
+        None
+    }
+    /// The length over which the field changes [pc]: its exact integrals start from steps of this size.
+    fn feature_pc(&self) -> f64 {
+        self.bounds().size().min_element() / 16.0
+    }
+    /// Distances [pc] at which the field is not smooth along a ray.
+    fn crossings(&self, _ray: &crate::geometry::Ray, _out: &mut Vec<f64>) {}
+}
+
+/// All kinds of field.
+pub const KINDS: &[Kind<Arc<dyn Field>>] = &[loaded::KIND, fbm::KIND, sphere::KIND, cuboid::KIND, plummer::KIND, shell::KIND, slab::KIND];
+
+/// Builds the field that a `[field.NAME]` table describes.
+pub fn build(section: &Section, loader: &Loader) -> Result<Arc<dyn Field>> {
+    crate::scene::build_kind("field", KINDS, section, loader)
+}

@@ -1,0 +1,53 @@
+//! A Plummer sphere, cut at a radius.
+//!
+//! ρ(r) = (1 + r²/a²)^(−5/2), zero beyond the cut; one in the middle.
+//!
+//! Source: Plummer 1911, MNRAS 71, 460.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use spectra::units::Length;
+
+use super::Field;
+use super::sphere::sphere_crossings;
+use crate::geometry::{Bounds, Ray};
+use crate::scene::{Key, Kind};
+
+pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
+    name: "plummer",
+    summary: "(1 + r2/a2)^(-5/2), cut at a radius",
+    keys: &[
+        Key::optional("centre", "position", "0 0 0 pc", "its middle"),
+        Key::required("core", "length", "the Plummer radius a"),
+        Key::optional("cut", "length", "5 core", "beyond this radius it is zero"),
+    ],
+    build: |section, _| {
+        let core = section.need_positive::<Length>("core")?.0;
+        let cut = section.positive::<Length>("cut")?.map_or(5.0 * core, |l| l.0);
+        Ok(Arc::new(Plummer { centre: section.position("centre")?.unwrap_or(DVec3::ZERO), core, cut }))
+    },
+};
+
+#[derive(Debug)]
+struct Plummer {
+    centre: DVec3,
+    core: f64,
+    cut: f64,
+}
+
+impl Field for Plummer {
+    fn at(&self, p: DVec3) -> f64 {
+        let r2 = (p - self.centre).length_squared();
+        if r2 > self.cut * self.cut { 0.0 } else { (1.0 + r2 / (self.core * self.core)).powf(-2.5) }
+    }
+    fn bounds(&self) -> Bounds {
+        Bounds::cube(self.centre, self.cut)
+    }
+    fn feature_pc(&self) -> f64 {
+        0.25 * self.core
+    }
+    fn crossings(&self, ray: &Ray, out: &mut Vec<f64>) {
+        out.extend(sphere_crossings(ray, self.centre, self.cut).into_iter().flatten());
+    }
+}

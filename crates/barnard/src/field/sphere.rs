@@ -1,0 +1,47 @@
+//! A uniform sphere: 1 inside, 0 outside.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use spectra::units::Length;
+
+use super::Field;
+use crate::geometry::{Bounds, Ray};
+use crate::scene::{Key, Kind};
+
+pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
+    name: "sphere",
+    summary: "1 inside of a sphere",
+    keys: &[Key::optional("centre", "position", "0 0 0 pc", "its middle"), Key::required("radius", "length", "its radius")],
+    build: |section, _| {
+        let centre = section.position("centre")?.unwrap_or(DVec3::ZERO);
+        let radius = section.need_positive::<Length>("radius")?.0;
+        Ok(Arc::new(Sphere { centre, radius }))
+    },
+};
+
+#[derive(Debug)]
+struct Sphere {
+    centre: DVec3,
+    radius: f64,
+}
+
+/// Distances at which a ray meets a sphere.
+pub(super) fn sphere_crossings(ray: &Ray, centre: DVec3, radius: f64) -> Option<[f64; 2]> {
+    let along = (centre - ray.origin).dot(ray.direction);
+    let beside = (ray.at(along) - centre).length_squared();
+    let half = (radius * radius - beside).max(0.0).sqrt();
+    (half > 0.0).then_some([along - half, along + half])
+}
+
+impl Field for Sphere {
+    fn at(&self, p: DVec3) -> f64 {
+        f64::from((p - self.centre).length_squared() < self.radius * self.radius)
+    }
+    fn bounds(&self) -> Bounds {
+        Bounds::cube(self.centre, self.radius)
+    }
+    fn crossings(&self, ray: &Ray, out: &mut Vec<f64>) {
+        out.extend(sphere_crossings(ray, self.centre, self.radius).into_iter().flatten());
+    }
+}

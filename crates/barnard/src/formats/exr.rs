@@ -1,0 +1,72 @@
+//! OpenEXR: one 32-bit float channel a band, wavelengths and certificate as attributes.
+
+use std::io::Cursor;
+
+use exr::prelude::*;
+
+use super::{Request, Writer, check_memory};
+use crate::error::{Error, Result};
+use crate::image;
+
+pub(super) const WRITER: Writer =
+    Writer { extension: "exr", summary: "OpenEXR, one float channel a band, certificate as attributes", encode: |image, _| encode(image) };
+
+pub(super) const READER: super::Reader = super::Reader {
+    extensions: &["exr"],
+    summary: "OpenEXR image (to compare)",
+    array: |request| Err(Error::file(request.path, "is an image; a grid comes from .npy, .npz or .fits")),
+    image: Some(decode),
+};
+
+fn encode(picture: &image::Image) -> Result<Vec<u8>> {
+    let size = picture.width * picture.height;
+    let channel = |band: usize| {
+        let values: Vec<f32> = (band * size..(band + 1) * size).map(|i| picture.samples.at(i) as f32).collect();
+        AnyChannel::new(picture.bands[band].name.as_str(), FlatSamples::F32(values))
+    };
+    let mut attributes = LayerAttributes::named("Barnard");
+    attributes.software_name = Some(Text::from(format!("Barnard {}", env!("CARGO_PKG_VERSION")).as_str()));
+    let mut note = |key: String, value: &str| {
+        attributes.other.insert(Text::from(key.as_str()), AttributeValue::Text(Text::from(ascii(value).as_str())));
+    };
+    note("unit".into(), "W m-2 sr-1");
+    for (key, value) in &picture.notes {
+        note(key.clone(), value);
+    }
+    for band in &picture.bands {
+        if let Some(pivot) = band.pivot_um {
+            note(format!("{}.pivot", band.name), &format!("{:.3} nm", pivot * 1e3));
+        }
+        if let Some(counting) = band.counting {
+            note(format!("{}.counting", band.name), counting);
+        }
+        for (i, line) in band.certificate.iter().enumerate() {
+            note(format!("{}.certificate.{i}", band.name), line);
+        }
+    }
+    let channels = AnyChannels::sort((0..picture.bands.len()).map(channel).collect());
+    let layer = Layer::new((picture.width, picture.height), attributes, Encoding::SMALL_LOSSLESS, channels);
+    let mut bytes = Cursor::new(Vec::new());
+    Image::from_layer(layer).write().to_buffered(&mut bytes).map_err(|e| Error::Render(format!("cannot encode .exr: {e}")))?;
+    Ok(bytes.into_inner())
+}
+
+/// Attributes of EXR are Latin text.
+fn ascii(text: &str) -> String {
+    text.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect()
+}
+
+fn decode(request: &Request) -> Result<image::Image> {
+    let broken = |e: exr::error::Error| Error::file(request.path, format!("is no readable OpenEXR image: {e}"));
+    // The header's size is checked before pixels are decoded.
+    let meta = MetaData::read_from_buffered(Cursor::new(request.bytes), false).map_err(broken)?;
+    let pixels: u64 = meta.headers.iter().map(|h| (h.layer_size.area() as u64).saturating_mul(h.channels.list.len() as u64)).sum();
+    check_memory(&format!("the image of {}", request.path.display()), pixels.saturating_mul(4), request.memory_limit)?;
+    let reader = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
+    let file = reader.non_parallel().from_buffered(Cursor::new(request.bytes)).map_err(broken)?;
+    let layer = file.layer_data;
+    let (width, height) = (layer.size.width(), layer.size.height());
+    let names = layer.channel_data.list.iter().map(|c| c.name.to_string()).collect();
+    let samples: Vec<f32> = layer.channel_data.list.iter().flat_map(|c| c.sample_data.values_as_f32()).collect();
+    Ok(image::Image::bare(width, height, names, image::Samples::Single(samples)))
+}

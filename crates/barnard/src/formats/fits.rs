@@ -1,0 +1,283 @@
+//! FITS: images with units, pixel scale and certificate; cubes as input.
+//!
+//! Own code, small on purpose: input is not trusted, so sizes are checked before anything is allocated, and output needs one cube, its keywords and
+//! nothing else. Source: FITS standard 4.0 (2018, doi 10.5281/zenodo.3660299 text), §3.3, §4.4, §8.
+
+use super::{Array, Reader, Request, Writer, checked_shape};
+use crate::error::{Error, Result};
+use crate::image::{Image, PixelScale, Samples};
+
+pub(super) const READER: Reader =
+    Reader { extensions: &["fits", "fit", "fts"], summary: "FITS image HDU, three axes", array, image: Some(image) };
+pub(super) const WRITER: Writer = Writer {
+    extension: "fits",
+    summary: "one image HDU a band: BUNIT, pixel scale, passband, certificate",
+    encode: |image, _| encode(image),
+};
+
+const BLOCK: usize = 2880;
+const CARD: usize = 80;
+/// More header blocks than any real file has.
+const MAX_HEADER_BLOCKS: usize = 4096;
+
+/// Header cards as text, keyword first.
+struct Header {
+    cards: Vec<(String, String)>,
+    /// Where the data begin.
+    data: usize,
+}
+
+impl Header {
+    fn read(request: &Request, start: usize) -> Result<Self> {
+        let broken = |reason: &str| Error::file(request.path, format!("is no valid FITS file: {reason}"));
+        let mut cards = Vec::new();
+        for block in 0..MAX_HEADER_BLOCKS {
+            let from = start + block * BLOCK;
+            let bytes = request.bytes.get(from..from + BLOCK).ok_or_else(|| broken("the header is truncated, no END card"))?;
+            for card in bytes.chunks_exact(CARD) {
+                let text = String::from_utf8_lossy(card).into_owned();
+                let keyword: String = text.chars().take(8).collect::<String>().trim().to_owned();
+                if keyword == "END" {
+                    return Ok(Self { cards, data: from + BLOCK });
+                }
+                if text.chars().nth(8) == Some('=') {
+                    cards.push((keyword, value_of(&text.chars().skip(10).collect::<String>())));
+                }
+            }
+        }
+        Err(broken("the header has no end"))
+    }
+
+    fn text(&self, keyword: &str) -> Option<&str> {
+        self.cards.iter().find(|(k, _)| k == keyword).map(|(_, v)| v.as_str())
+    }
+
+    fn number(&self, keyword: &str) -> Option<f64> {
+        self.text(keyword)?.replace(['D', 'd'], "E").parse().ok()
+    }
+
+    fn integer(&self, keyword: &str) -> Option<i64> {
+        self.text(keyword)?.parse().ok()
+    }
+
+    /// Lengths of the axes, the fastest first.
+    fn axes(&self) -> Option<Vec<u64>> {
+        let count = self.integer("NAXIS").filter(|n| (0..=9).contains(n))?;
+        (1..=count).map(|i| self.integer(&format!("NAXIS{i}")).and_then(|n| u64::try_from(n).ok())).collect()
+    }
+
+    /// Bytes of the data, padded to blocks.
+    fn data_bytes(&self) -> Option<u64> {
+        let axes = self.axes()?;
+        let size = self.integer("BITPIX")?.unsigned_abs() / 8;
+        let (parameters, groups) = (self.integer("PCOUNT").unwrap_or(0).max(0) as u64, self.integer("GCOUNT").unwrap_or(1).max(0) as u64);
+        let cells = if axes.is_empty() { Some(0) } else { axes.iter().try_fold(1u64, |n, a| n.checked_mul(*a)) }?;
+        let bytes = cells.checked_add(parameters)?.checked_mul(groups)?.checked_mul(size)?;
+        bytes.checked_next_multiple_of(BLOCK as u64)
+    }
+}
+
+/// The value of a card: text without quotes, anything else up to the comment.
+fn value_of(field: &str) -> String {
+    let field = field.trim();
+    if let Some(quoted) = field.strip_prefix('\'') {
+        return quoted.split('\'').next().unwrap_or("").trim_end().to_owned();
+    }
+    field.split('/').next().unwrap_or("").trim().to_owned()
+}
+
+/// All HDUs of the file.
+fn headers(request: &Request) -> Result<Vec<Header>> {
+    if !request.bytes.starts_with(b"SIMPLE  =") {
+        return Err(Error::file(request.path, "is no FITS file: it does not begin with SIMPLE"));
+    }
+    let mut headers = Vec::new();
+    let mut start = 0;
+    while start + BLOCK <= request.bytes.len() && headers.len() < 1000 {
+        let header = Header::read(request, start)?;
+        let next = header.data_bytes().and_then(|n| (header.data as u64).checked_add(n));
+        let next = next.ok_or_else(|| Error::file(request.path, "BITPIX or NAXIS are missing or impossible"))?;
+        headers.push(header);
+        start = usize::try_from(next).unwrap_or(usize::MAX - BLOCK);
+    }
+    Ok(headers)
+}
+
+/// The pixel values of an HDU, scaled by BSCALE and BZERO; blank integers are NaN.
+fn values(request: &Request, header: &Header, cells: usize) -> Result<Vec<f64>> {
+    let bitpix = header.integer("BITPIX").unwrap_or(0);
+    let size = (bitpix.unsigned_abs() / 8) as usize;
+    if ![8, 16, 32, 64, -32, -64].contains(&bitpix) {
+        return Err(Error::file(request.path, format!("BITPIX = {bitpix} is none of 8, 16, 32, 64, -32, -64")));
+    }
+    let end = cells.checked_mul(size).and_then(|n| n.checked_add(header.data));
+    let bytes = end.and_then(|end| request.bytes.get(header.data..end)).ok_or_else(|| {
+        let there = request.bytes.len().saturating_sub(header.data);
+        Error::file(request.path, format!("is truncated: {cells} values of {size} bytes announced, {there} bytes there"))
+    })?;
+    let (scale, zero) = (header.number("BSCALE").unwrap_or(1.0), header.number("BZERO").unwrap_or(0.0));
+    let blank = header.integer("BLANK");
+    let integer = |v: i64| if Some(v) == blank { f64::NAN } else { zero + scale * v as f64 };
+    let real = |v: f64| zero + scale * v;
+    macro_rules! decode {
+        ($type:ty, $to:expr) => {
+            bytes.chunks_exact(size).map(|b| $to(<$type>::from_be_bytes(b.try_into().expect("chunks have the type's size")))).collect()
+        };
+    }
+    Ok(match bitpix {
+        8 => decode!(u8, |v| integer(i64::from(v))),
+        16 => decode!(i16, |v| integer(i64::from(v))),
+        32 => decode!(i32, |v| integer(i64::from(v))),
+        64 => decode!(i64, integer),
+        -32 => decode!(f32, |v| real(f64::from(v))),
+        _ => decode!(f64, real),
+    })
+}
+
+fn array(request: &Request) -> Result<Array> {
+    let headers = headers(request)?;
+    let squeezed = |h: &Header| h.axes().unwrap_or_default().into_iter().filter(|n| *n != 1).collect::<Vec<u64>>();
+    let header = match request.part {
+        Some(part) => {
+            let number: Option<usize> = part.parse().ok();
+            let by_name = |h: &&Header| h.text("EXTNAME") == Some(part);
+            number.and_then(|n| headers.get(n)).or_else(|| headers.iter().find(by_name)).ok_or_else(|| {
+                Error::file(request.path, format!("has no HDU \"{part}\"; it has {} (0 to {})", headers.len(), headers.len() - 1))
+            })?
+        }
+        None => headers.iter().find(|h| squeezed(h).len() == 3).unwrap_or(&headers[0]),
+    };
+    // FITS lists the fastest axis first; indices in C order run the other way.
+    let mut shape = squeezed(header);
+    shape.reverse();
+    let (shape, cells) = checked_shape(request, &shape)?;
+    let data = values(request, header, cells)?;
+    Ok(Array { shape, data: data.into_iter().map(|v| v as f32).collect(), fortran: false, fits: true })
+}
+
+fn image(request: &Request) -> Result<Image> {
+    let headers = headers(request)?;
+    let mut bands = Vec::new();
+    let (mut size, mut data, mut double) = (None, Vec::new(), false);
+    for header in headers.iter().filter(|h| h.axes().is_some_and(|a| a.len() == 2)) {
+        let axes = header.axes().unwrap_or_default();
+        let (_, cells) = checked_shape(request, &[1, axes[1], axes[0]])?;
+        if *size.get_or_insert((axes[0], axes[1])) != (axes[0], axes[1]) {
+            return Err(Error::file(request.path, "holds images of different sizes"));
+        }
+        double |= header.integer("BITPIX") == Some(-64);
+        bands.push(header.text("EXTNAME").unwrap_or("band").to_owned());
+        // The first row of FITS is the lowest.
+        let values = values(request, header, cells)?;
+        data.extend(values.chunks(axes[0] as usize).rev().flatten().copied());
+    }
+    let (width, height) = size.ok_or_else(|| Error::file(request.path, "holds no two-dimensional image"))?;
+    let samples = if double { Samples::Double(data) } else { Samples::Single(data.iter().map(|v| *v as f32).collect()) };
+    Ok(Image::bare(width as usize, height as usize, bands, samples))
+}
+
+/// Cards of one header, padded to whole blocks at the end.
+#[derive(Default)]
+struct Cards(Vec<u8>);
+
+impl Cards {
+    fn push(&mut self, card: String) {
+        let ascii: String = card.chars().map(|c| if (' '..='~').contains(&c) { c } else { '?' }).take(CARD).collect();
+        self.0.extend(format!("{ascii:<CARD$}").bytes());
+    }
+    fn value(&mut self, keyword: &str, value: impl std::fmt::Display, comment: &str) {
+        self.push(format!("{keyword:<8}= {:>20} / {comment}", value.to_string()));
+    }
+    fn number(&mut self, keyword: &str, value: f64, comment: &str) {
+        self.value(keyword, format!("{value:E}"), comment);
+    }
+    fn text(&mut self, keyword: &str, value: &str, comment: &str) {
+        let quoted = format!("'{:<8}'", value.replace('\'', "''").chars().take(66).collect::<String>());
+        self.push(format!("{keyword:<8}= {quoted:<20} / {comment}"));
+    }
+    /// Free text, over several cards where it is long.
+    fn history(&mut self, text: &str) {
+        let characters: Vec<char> = text.chars().collect();
+        for chunk in characters.chunks(72) {
+            self.push(format!("HISTORY {}", chunk.iter().collect::<String>()));
+        }
+    }
+    fn finish(mut self) -> Vec<u8> {
+        self.push("END".into());
+        self.0.resize(self.0.len().next_multiple_of(BLOCK), b' ');
+        self.0
+    }
+}
+
+fn encode(image: &Image) -> Result<Vec<u8>> {
+    let mut primary = Cards::default();
+    primary.value("SIMPLE", "T", "conforms to FITS standard");
+    primary.value("BITPIX", 8, "no data in this HDU");
+    primary.value("NAXIS", 0, "the bands follow as IMAGE extensions");
+    primary.value("EXTEND", "T", "");
+    primary.text("CREATOR", &format!("Barnard {}", env!("CARGO_PKG_VERSION")), "spectral renderer of nebulae");
+    for (key, value) in &image.notes {
+        primary.history(&format!("{key}: {value}"));
+    }
+    let mut bytes = primary.finish();
+    for band in 0..image.bands.len() {
+        bytes.extend(header_of(image, band));
+        // The first row of FITS is the lowest.
+        for row in (0..image.height).rev() {
+            for column in 0..image.width {
+                match &image.samples {
+                    Samples::Single(_) => bytes.extend((image.at(band, row, column) as f32).to_be_bytes()),
+                    Samples::Double(_) => bytes.extend(image.at(band, row, column).to_be_bytes()),
+                }
+            }
+        }
+        bytes.resize(bytes.len().next_multiple_of(BLOCK), 0);
+    }
+    Ok(bytes)
+}
+
+fn header_of(image: &Image, index: usize) -> Vec<u8> {
+    let band = &image.bands[index];
+    let mut cards = Cards::default();
+    cards.text("XTENSION", "IMAGE", "image extension");
+    cards.value("BITPIX", if matches!(image.samples, Samples::Double(_)) { -64 } else { -32 }, "IEEE floating point");
+    cards.value("NAXIS", 2, "");
+    cards.value("NAXIS1", image.width, "");
+    cards.value("NAXIS2", image.height, "");
+    cards.value("PCOUNT", 0, "");
+    cards.value("GCOUNT", 1, "");
+    cards.text("EXTNAME", &band.name, "passband");
+    cards.text("BUNIT", "W m-2 sr-1", "band radiance, integral of R I_lambda");
+    cards.text("FILTER", &band.name, "passband");
+    if let Some(pivot) = band.pivot_um {
+        cards.number("PIVOT", pivot * 1e3, "[nm] pivot wavelength");
+    }
+    if let Some(width) = band.width_um {
+        cards.number("BANDWID", width * 1e3, "[nm] integral of the response R");
+    }
+    if let Some(counting) = band.counting {
+        cards.text("COUNTING", counting, "what the detector counts");
+    }
+    wcs(&mut cards, image);
+    for line in &band.certificate {
+        cards.history(&format!("certificate: {line}"));
+    }
+    cards.finish()
+}
+
+/// A linear frame centred on the image: tangent plane in degrees, or lengths.
+fn wcs(cards: &mut Cards, image: &Image) {
+    let (kinds, unit, step) = match image.pixel {
+        Some(PixelScale::Angle(degrees)) => (["XLON-TAN", "XLAT-TAN"], "deg", degrees),
+        Some(PixelScale::Length(pc)) => (["X", "Y"], "pc", pc),
+        None => return,
+    };
+    for (i, (kind, size)) in kinds.iter().zip([image.width, image.height]).enumerate() {
+        let axis = i + 1;
+        cards.text(&format!("CTYPE{axis}"), kind, "camera frame");
+        cards.text(&format!("CUNIT{axis}"), unit, "");
+        cards.number(&format!("CRPIX{axis}"), 0.5 * (size as f64 + 1.0), "middle of the image");
+        cards.number(&format!("CRVAL{axis}"), 0.0, "");
+        cards.number(&format!("CDELT{axis}"), step, "pixel scale");
+    }
+}

@@ -1,0 +1,134 @@
+//! NumPy's `.npy` and `.npz`.
+//!
+//! Reading checks the header against the bytes that are there before anything is allocated. Images are bands × height × width.
+
+use std::io::{Cursor, Read};
+
+use npyz::{DType, NpyFile, Order, TypeChar, WriterBuilder};
+
+use super::{Array, Reader, Request, Writer, checked_shape};
+use crate::error::{Error, Result};
+use crate::image::{Image, Samples};
+
+pub(super) const NPY_READER: Reader =
+    Reader { extensions: &["npy"], summary: "NumPy array of floats or integers", array: npy, image: Some(image) };
+pub(super) const NPZ_READER: Reader = Reader { extensions: &["npz"], summary: "archive of NumPy arrays", array: npz, image: None };
+pub(super) const WRITER: Writer =
+    Writer { extension: "npy", summary: "NumPy array, bands x height x width, radiance in W m-2 sr-1", encode: |image, _| encode(image) };
+
+fn npy(request: &Request) -> Result<Array> {
+    let (file, order) = open(request, request.bytes)?;
+    let (shape, cells) = checked_shape(request, file.shape())?;
+    let data = values(request, file, cells, request.bytes.len())?;
+    Ok(Array { shape, data: data.into_iter().map(|v| v as f32).collect(), fortran: order == Order::Fortran, fits: false })
+}
+
+/// The header; a panic-free description of what is wrong with it otherwise.
+fn open<'a>(request: &Request, bytes: &'a [u8]) -> Result<(NpyFile<Cursor<&'a [u8]>>, Order)> {
+    if !bytes.starts_with(b"\x93NUMPY") {
+        return Err(Error::file(request.path, "is no .npy array: it does not begin with \\x93NUMPY"));
+    }
+    let file = NpyFile::new(Cursor::new(bytes)).map_err(|e| Error::file(request.path, format!("the .npy header is broken: {e}")))?;
+    let order = file.order();
+    Ok((file, order))
+}
+
+/// All values as f64, whatever plain number type they have.
+fn values(request: &Request, file: NpyFile<Cursor<&[u8]>>, cells: usize, available: usize) -> Result<Vec<f64>> {
+    let dtype = file.dtype();
+    let DType::Plain(kind) = &dtype else {
+        return Err(Error::file(request.path, "holds records; a plain array of numbers is needed"));
+    };
+    let (letter, size) = (kind.type_char(), kind.num_bytes().unwrap_or(usize::MAX));
+    let stored = available.saturating_sub(64);
+    if cells.saturating_mul(size) > available {
+        let reason = format!("is truncated: {cells} values of {size} bytes announced, {stored} bytes there");
+        return Err(Error::file(request.path, reason));
+    }
+    macro_rules! read {
+        ($type:ty, $to:expr) => {
+            file.data::<$type>()
+                .map_err(|e| e.to_string())
+                .and_then(|rows| rows.map(|v| v.map($to).map_err(|e| e.to_string())).collect::<Result<Vec<f64>, String>>())
+        };
+    }
+    let read = match (letter, size) {
+        (TypeChar::Float, 2) => read!(half::f16, |v| v.to_f64()),
+        (TypeChar::Float, 4) => read!(f32, f64::from),
+        (TypeChar::Float, 8) => read!(f64, |v| v),
+        (TypeChar::Int, 1) => read!(i8, f64::from),
+        (TypeChar::Int, 2) => read!(i16, f64::from),
+        (TypeChar::Int, 4) => read!(i32, f64::from),
+        (TypeChar::Int, 8) => read!(i64, |v| v as f64),
+        (TypeChar::Uint, 1) => read!(u8, f64::from),
+        (TypeChar::Uint, 2) => read!(u16, f64::from),
+        (TypeChar::Uint, 4) => read!(u32, f64::from),
+        (TypeChar::Uint, 8) => read!(u64, |v| v as f64),
+        _ => Err(format!("values of type {} are no real numbers", dtype.descr())),
+    };
+    let data = read.map_err(|e| Error::file(request.path, format!("cannot be read: {e}")))?;
+    if data.len() != cells {
+        return Err(Error::file(request.path, format!("is truncated: {cells} values announced, {} there", data.len())));
+    }
+    Ok(data)
+}
+
+/// The largest part of a header or a small array beside the values.
+const OVERHEAD: u64 = 1 << 20;
+
+fn npz(request: &Request) -> Result<Array> {
+    let path = request.path;
+    let mut archive =
+        zip::ZipArchive::new(Cursor::new(request.bytes)).map_err(|e| Error::file(path, format!("is no .npz archive: {e}")))?;
+    let names: Vec<String> = archive.file_names().filter_map(|n| Some(n.ok()?.strip_suffix(".npy")?.to_owned())).collect();
+    let name = match request.part {
+        Some(part) => names.iter().find(|n| *n == part).cloned().ok_or_else(|| {
+            let message = format!("has no array \"{part}\"; it holds {}", names.join(", "));
+            Error::file(path, message)
+        })?,
+        None if names.len() == 1 => names[0].clone(),
+        None => {
+            return Err(Error::file(path, format!("holds {} arrays ({}); name one with array = \"...\"", names.len(), names.join(", "))));
+        }
+    };
+    let entry = archive.by_name(&format!("{name}.npy")).map_err(|e| Error::file(path, format!("array {name}: {e}")))?;
+    // The stated size may lie: no more than the limit is ever inflated.
+    let limit = 2 * request.memory_limit + OVERHEAD;
+    super::check_memory(&format!("array {name} of {}", path.display()), entry.size(), limit)?;
+    let mut bytes = Vec::new();
+    entry.take(limit).read_to_end(&mut bytes).map_err(|e| Error::file(path, format!("array {name} is corrupt: {e}")))?;
+    npy(&Request { bytes: &bytes, path, part: None, memory_limit: request.memory_limit })
+}
+
+fn image(request: &Request) -> Result<Image> {
+    let (file, order) = open(request, request.bytes)?;
+    if order == Order::Fortran {
+        return Err(Error::file(request.path, "is in Fortran order; an image of Barnard is bands x height x width in C order"));
+    }
+    let double = matches!(file.dtype(), DType::Plain(t) if t.num_bytes() == Some(8));
+    let mut shape = file.shape().to_vec();
+    if shape.len() == 2 {
+        shape.insert(0, 1);
+    }
+    let ([bands, height, width], cells) = checked_shape(request, &shape)?;
+    let data = values(request, file, cells, request.bytes.len())?;
+    let samples = if double { Samples::Double(data) } else { Samples::Single(data.iter().map(|v| *v as f32).collect()) };
+    Ok(Image::bare(width, height, (0..bands).map(|b| format!("band{b}")).collect(), samples))
+}
+
+fn encode(image: &Image) -> Result<Vec<u8>> {
+    let shape = [image.bands.len() as u64, image.height as u64, image.width as u64];
+    let mut bytes = Vec::new();
+    macro_rules! write {
+        ($data:expr, $type:ty) => {{
+            let options = npyz::WriteOptions::<$type>::new().default_dtype().shape(&shape).writer(&mut bytes).begin_nd();
+            options.and_then(|mut w| w.extend($data.iter().copied()).and_then(|()| w.finish()))
+        }};
+    }
+    let written = match &image.samples {
+        Samples::Single(data) => write!(data, f32),
+        Samples::Double(data) => write!(data, f64),
+    };
+    written.map_err(|e| Error::Render(format!("cannot encode .npy: {e}")))?;
+    Ok(bytes)
+}

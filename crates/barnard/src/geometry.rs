@@ -1,0 +1,93 @@
+//! Rays and boxes [pc].
+
+use glam::DVec3;
+
+/// A half line.
+#[derive(Debug, Clone, Copy)]
+pub struct Ray {
+    /// Where it starts [pc].
+    pub origin: DVec3,
+    /// Where it goes, of length one.
+    pub direction: DVec3,
+}
+
+impl Ray {
+    /// The point at distance `t_pc`.
+    pub fn at(&self, t_pc: f64) -> DVec3 {
+        self.origin + t_pc * self.direction
+    }
+
+    /// From `a` towards `b`, with the distance between them [pc].
+    pub fn between(a: DVec3, b: DVec3) -> (Self, f64) {
+        let length = (b - a).length();
+        let direction = if length > 0.0 { (b - a) / length } else { DVec3::X };
+        (Self { origin: a, direction }, length)
+    }
+}
+
+/// An axis-aligned box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Lowest corner [pc].
+    pub low: DVec3,
+    /// Highest corner [pc].
+    pub high: DVec3,
+}
+
+impl Bounds {
+    /// The cube of half side `half_pc` around `centre`.
+    pub fn cube(centre: DVec3, half_pc: f64) -> Self {
+        Self { low: centre - DVec3::splat(half_pc), high: centre + DVec3::splat(half_pc) }
+    }
+
+    /// Edge lengths [pc].
+    pub fn size(&self) -> DVec3 {
+        self.high - self.low
+    }
+
+    /// Whether `p` lies inside or on the border.
+    pub fn contains(&self, p: DVec3) -> bool {
+        p.cmpge(self.low).all() && p.cmple(self.high).all()
+    }
+
+    /// The smallest box around both.
+    pub fn union(&self, other: &Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// The part of the ray inside, from zero on, as distances [pc].
+    pub fn clip(&self, ray: &Ray) -> Option<(f64, f64)> {
+        let (mut near, mut far) = (0.0f64, f64::INFINITY);
+        for axis in 0..3 {
+            let (o, d) = (ray.origin[axis], ray.direction[axis]);
+            if d == 0.0 {
+                if o < self.low[axis] || o > self.high[axis] {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = ((self.low[axis] - o) / d, (self.high[axis] - o) / d);
+            near = near.max(a.min(b));
+            far = far.min(a.max(b));
+        }
+        (near < far).then_some((near, far))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clips() {
+        let cube = Bounds::cube(DVec3::ZERO, 1.0);
+        let ray = Ray { origin: DVec3::new(0.0, 0.0, -5.0), direction: DVec3::Z };
+        assert_eq!(cube.clip(&ray), Some((4.0, 6.0)));
+        let inside = Ray { origin: DVec3::ZERO, direction: DVec3::Z };
+        assert_eq!(cube.clip(&inside), Some((0.0, 1.0)));
+        let beside = Ray { origin: DVec3::new(2.0, 0.0, -5.0), direction: DVec3::Z };
+        assert_eq!(cube.clip(&beside), None);
+        let behind = Ray { origin: DVec3::new(0.0, 0.0, 5.0), direction: DVec3::Z };
+        assert_eq!(cube.clip(&behind), None);
+    }
+}

@@ -1,0 +1,160 @@
+//! Images: linear band radiance with everything a reader needs to use it.
+
+use spectra::colour::{Palette, Stretch};
+
+/// Band radiances, bands × height × width [W m⁻² sr⁻¹].
+#[derive(Debug, Clone, PartialEq)]
+pub enum Samples {
+    /// From the fast back ends.
+    Single(Vec<f32>),
+    /// From the reference.
+    Double(Vec<f64>),
+}
+
+impl Samples {
+    /// The value at a position in the array.
+    pub fn at(&self, index: usize) -> f64 {
+        match self {
+            Samples::Single(v) => f64::from(v[index]),
+            Samples::Double(v) => v[index],
+        }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Samples::Single(v) => v.len(),
+            Samples::Double(v) => v.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// One band of an image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Band {
+    /// The passband's name.
+    pub name: String,
+    /// Pivot wavelength [µm], where known.
+    pub pivot_um: Option<f64>,
+    /// "energy" or "photon", where known.
+    pub counting: Option<&'static str>,
+    /// ∫ R dλ [µm], to turn band radiance into mean spectral radiance.
+    pub width_um: Option<f64>,
+    /// The certificate in words, a line for each source.
+    pub certificate: Vec<String>,
+}
+
+/// How large a pixel is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PixelScale {
+    /// Angle at the middle of the image [deg].
+    Angle(f64),
+    /// Length [pc], under an orthographic camera.
+    Length(f64),
+}
+
+/// A rendered image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Image {
+    /// Pixels along a row.
+    pub width: usize,
+    /// Rows, the first on top.
+    pub height: usize,
+    /// The bands.
+    pub bands: Vec<Band>,
+    /// The radiances.
+    pub samples: Samples,
+    /// Size of a pixel, where known.
+    pub pixel: Option<PixelScale>,
+    /// Key and value, in words: scene, back end, method, accuracy.
+    pub notes: Vec<(String, String)>,
+}
+
+impl Image {
+    /// An image of which only names and values are known.
+    pub fn bare(width: usize, height: usize, names: Vec<String>, samples: Samples) -> Self {
+        let band = |name| Band { name, pivot_um: None, counting: None, width_um: None, certificate: Vec::new() };
+        Self { width, height, bands: names.into_iter().map(band).collect(), samples, pixel: None, notes: Vec::new() }
+    }
+
+    /// Radiance of a pixel in a band [W m⁻² sr⁻¹].
+    pub fn at(&self, band: usize, row: usize, column: usize) -> f64 {
+        self.samples.at((band * self.height + row) * self.width + column)
+    }
+
+    /// The values of one band, row by row.
+    pub fn band(&self, band: usize) -> impl Iterator<Item = f64> + '_ {
+        let size = self.width * self.height;
+        (band * size..(band + 1) * size).map(|i| self.samples.at(i))
+    }
+}
+
+/// Where black or white lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Level {
+    /// Found from the picture.
+    Auto,
+    /// A radiance, after the palette [W m⁻² sr⁻¹].
+    Radiance(f64),
+}
+
+/// How radiances become a picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Display {
+    /// From bands to linear RGB.
+    pub palette: Palette,
+    /// Gains of the bands before the palette: 1, or the inverse of each band's own white level.
+    pub balance: bool,
+    /// The curve.
+    pub stretch: Stretch,
+    /// Zero of the stretch.
+    pub black: Level,
+    /// One of the stretch.
+    pub white: Level,
+}
+
+/// The part of the pixels that may be brighter than an automatic white.
+const WHITE_PERCENTILE: f64 = 0.998;
+
+impl Display {
+    /// The picture, height × width × RGB in sRGB encoding [0, 1].
+    pub fn picture(&self, image: &Image) -> Vec<[f64; 3]> {
+        let gains: Vec<f64> = (0..image.bands.len()).map(|b| if self.balance { gain(image.band(b)) } else { 1.0 }).collect();
+        let pixel = |i: usize| {
+            let size = image.width * image.height;
+            self.palette.rgb((0..image.bands.len()).map(|b| gains[b] * image.samples.at(b * size + i)))
+        };
+        let linear: Vec<[f64; 3]> = (0..image.width * image.height).map(pixel).collect();
+        let brightness = || linear.iter().map(|p| p.iter().copied().fold(0.0, f64::max));
+        let black = match self.black {
+            Level::Auto => 0.0,
+            Level::Radiance(v) => v,
+        };
+        let white = match self.white {
+            Level::Auto => percentile(brightness().collect(), WHITE_PERCENTILE).max(black + f64::MIN_POSITIVE),
+            Level::Radiance(v) => v,
+        };
+        let scaled = |p: &[f64; 3]| p.map(|v| (v - black) / (white - black));
+        linear.iter().map(|p| self.stretch.apply_rgb(scaled(p)).map(spectra::colour::srgb_encode)).collect()
+    }
+}
+
+fn gain(values: impl Iterator<Item = f64>) -> f64 {
+    let white = percentile(values.collect(), WHITE_PERCENTILE);
+    if white > 0.0 { 1.0 / white } else { 1.0 }
+}
+
+/// The value below which the part `p` of the finite positive `values` lies; zero where there are none.
+fn percentile(mut values: Vec<f64>, p: f64) -> f64 {
+    values.retain(|v| v.is_finite() && *v > 0.0);
+    if values.is_empty() {
+        return 0.0;
+    }
+    let index = ((values.len() - 1) as f64 * p) as usize;
+    *values.select_nth_unstable_by(index, f64::total_cmp).1
+}

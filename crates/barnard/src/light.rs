@@ -1,0 +1,92 @@
+//! The lights of a scene, as both back ends name them, and what each contributes through a passband.
+
+use spectra::constants::{PARSEC, SPHERE};
+use spectra::extinction::Extinction;
+use spectra::spectrum::Spectrum;
+
+use crate::error::Result;
+use crate::points::{self, FieldClass};
+use crate::scene::{Dust, Scene};
+
+/// One light and the way it takes to the eye.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Path {
+    /// From a star, scattered once by dust.
+    Scattered {
+        /// Its number among the scene's stars.
+        star: usize,
+    },
+    /// From a glowing species.
+    Emitted {
+        /// Its number among the scene's species.
+        species: usize,
+    },
+    /// From behind, evenly.
+    Background,
+    /// From a star straight to the eye.
+    Direct {
+        /// Its number among the scene's stars.
+        star: usize,
+    },
+    /// From a class of the star field.
+    FieldStar {
+        /// Its number among the classes.
+        class: usize,
+    },
+}
+
+/// A light with its spectrum, in the unit that its geometry turns into radiance:
+/// scattered: W m⁻² sr… times σ dl and 1/r² [pc⁻²]; emitted: times j dl [pc]; background: as it is; direct: times 1/r² [pc⁻²], irradiance.
+#[derive(Debug, Clone)]
+pub struct Light {
+    /// The way it takes.
+    pub path: Path,
+    /// Its name in certificates.
+    pub name: String,
+    /// Its spectrum.
+    pub spectrum: Spectrum,
+}
+
+/// All lights of a scene; those that can send nothing are left out.
+pub fn lights(scene: &Scene) -> Result<Vec<Light>> {
+    let mut lights = Vec::new();
+    let per_square_parsec = 1.0 / (SPHERE * PARSEC * PARSEC);
+    for (star, s) in scene.stars.iter().enumerate() {
+        let spectrum = s.spectrum.clone().scaled(per_square_parsec);
+        if scene.dust.is_some() {
+            lights.push(Light { path: Path::Scattered { star }, name: format!("{}, scattered", s.name), spectrum: spectrum.clone() });
+        }
+        if s.visible {
+            lights.push(Light { path: Path::Direct { star }, name: format!("{}, direct", s.name), spectrum });
+        }
+    }
+    for (species, e) in scene.emission.iter().enumerate() {
+        lights.push(Light { path: Path::Emitted { species }, name: e.name.clone(), spectrum: e.spectrum.clone().scaled(PARSEC) });
+    }
+    if let Some(spectrum) = &scene.background.spectrum {
+        lights.push(Light { path: Path::Background, name: "background".into(), spectrum: spectrum.clone() });
+    }
+    if scene.background.star_field.is_some() {
+        for (class, FieldClass { name, spectrum }) in points::field_classes()?.into_iter().enumerate() {
+            lights.push(Light { path: Path::FieldStar { class }, name, spectrum });
+        }
+    }
+    Ok(lights)
+}
+
+/// Extinction of a scene; without dust nothing is asked of it but a number.
+pub fn law(scene: &Scene) -> Result<std::sync::Arc<Extinction>> {
+    Ok(match &scene.dust {
+        Some(dust) => dust.extinction.clone(),
+        None => std::sync::Arc::new(Extinction::named("inverse_wavelength", None)?),
+    })
+}
+
+/// The spectral factor of a path beside its spectrum: k ω where light is scattered, 1 otherwise.
+pub fn factor(path: Path, dust: Option<&Dust>) -> impl Fn(f64) -> f64 + Send + Sync + Clone + 'static {
+    let scattering = match (path, dust) {
+        (Path::Scattered { .. }, Some(dust)) => Some((dust.extinction.clone(), dust.albedo.clone())),
+        _ => None,
+    };
+    move |lambda| scattering.as_ref().map_or(1.0, |(law, albedo)| law.k(lambda) * albedo.at(lambda))
+}

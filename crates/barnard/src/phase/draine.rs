@@ -1,0 +1,52 @@
+//! Draine's phase function, between Rayleigh and Henyey–Greenstein.
+//!
+//! p = (1/4π) (1 − g²)/(1 + α(1 + 2g²)/3) · (1 + α cos²θ)/(1 + g² − 2 g cos θ)^(3/2)
+//!
+//! α = 0: Henyey–Greenstein; g = 0, α = 1: Rayleigh. Source: Draine 2003, ApJ 598, 1017, eq. 4. Here g is its shape parameter; with α ≠ 0 the mean cosine
+//! is larger (his eq. 5).
+
+use std::sync::Arc;
+
+use spectra::constants::SPHERE;
+
+use super::henyey_greenstein::henyey_greenstein;
+use super::{MeanCosine, Phase, PhaseKind};
+use crate::scene::Key;
+
+pub(super) const KIND: PhaseKind = PhaseKind {
+    name: "draine",
+    summary: "Draine 2003 with g(lambda) and alpha: between Rayleigh and Henyey-Greenstein",
+    keys: &[
+        Key::optional("g", "number", "the law's own", "shape parameter, -0.999 to 0.999"),
+        Key::optional("g_file", "path", "none", "CSV of wavelength and g"),
+        Key::optional("alpha", "number", "1", "0 is Henyey-Greenstein, 1 with g = 0 is Rayleigh"),
+    ],
+    build: |section, loader, extinction| {
+        let g = MeanCosine::read(section, loader, extinction)?;
+        Ok(Arc::new(Draine { g, alpha: section.number("alpha", 0.0..=1e3)?.unwrap_or(1.0) }))
+    },
+};
+
+#[derive(Debug)]
+pub(super) struct Draine {
+    g: MeanCosine,
+    alpha: f64,
+}
+
+impl Draine {
+    #[cfg(test)]
+    pub fn constant(g: f64, alpha: f64) -> Self {
+        Self { g: MeanCosine::Constant(g), alpha }
+    }
+}
+
+impl Phase for Draine {
+    fn at(&self, cosine: f64, lambda_um: f64) -> f64 {
+        let g = self.g.at(lambda_um);
+        let norm = 1.0 + self.alpha * (1.0 + 2.0 * g * g) / 3.0;
+        henyey_greenstein(cosine, g) * (1.0 + self.alpha * cosine * cosine) / (norm * SPHERE)
+    }
+    fn is_spectral(&self) -> bool {
+        matches!(self.g, MeanCosine::Table(_))
+    }
+}

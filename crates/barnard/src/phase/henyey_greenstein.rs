@@ -1,0 +1,48 @@
+//! Henyey–Greenstein.
+//!
+//! p = (1/4π) (1 − g²) / (1 + g² − 2 g cos θ)^(3/2)
+//!
+//! Source: Henyey & Greenstein 1941, ApJ 93, 70.
+
+use std::sync::Arc;
+
+use spectra::constants::SPHERE;
+
+use super::{MeanCosine, Phase, PhaseKind};
+use crate::scene::Key;
+
+pub(super) const KIND: PhaseKind = PhaseKind {
+    name: "henyey_greenstein",
+    summary: "Henyey & Greenstein 1941 with mean cosine g(lambda)",
+    keys: &[
+        Key::optional("g", "number", "the law's own", "mean cosine, -0.999 to 0.999"),
+        Key::optional("g_file", "path", "none", "CSV of wavelength and g"),
+    ],
+    build: |section, loader, extinction| Ok(Arc::new(HenyeyGreenstein { g: MeanCosine::read(section, loader, extinction)? })),
+};
+
+#[derive(Debug)]
+pub(super) struct HenyeyGreenstein {
+    g: MeanCosine,
+}
+
+impl HenyeyGreenstein {
+    #[cfg(test)]
+    pub fn constant(g: f64) -> Self {
+        Self { g: MeanCosine::Constant(g) }
+    }
+}
+
+/// (1 − g²) / (1 + g² − 2 g cos θ)^(3/2)
+pub(super) fn henyey_greenstein(cosine: f64, g: f64) -> f64 {
+    (1.0 - g * g) / (1.0 + g * g - 2.0 * g * cosine).max(1e-12).powf(1.5)
+}
+
+impl Phase for HenyeyGreenstein {
+    fn at(&self, cosine: f64, lambda_um: f64) -> f64 {
+        henyey_greenstein(cosine, self.g.at(lambda_um)) / SPHERE
+    }
+    fn is_spectral(&self) -> bool {
+        matches!(self.g, MeanCosine::Table(_))
+    }
+}

@@ -1,0 +1,25 @@
+//! Isotropic scattering: p = 1/4π.
+
+use std::sync::Arc;
+
+use spectra::constants::SPHERE;
+
+use super::{Phase, PhaseKind};
+
+pub(super) const KIND: PhaseKind =
+    PhaseKind { name: "isotropic", summary: "the same in all directions", keys: &[], build: |_, _, _| Ok(Arc::new(Isotropic)) };
+
+#[derive(Debug)]
+pub(super) struct Isotropic;
+
+impl Phase for Isotropic {
+    fn at(&self, _: f64, _: f64) -> f64 {
+        1.0 / SPHERE
+    }
+    fn is_isotropic(&self) -> bool {
+        true
+    }
+    fn is_spectral(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,139 @@
+//! Phase functions: how scattered light is spread over angle.
+//!
+//! Conventions: cos θ = +1 is forward scattering; ∫ p dΩ = 1; unit sr⁻¹. A phase function is one file and one row of [`KINDS`].
+
+mod draine;
+mod henyey_greenstein;
+mod isotropic;
+mod rayleigh;
+mod tabulated;
+
+use std::sync::Arc;
+
+use spectra::extinction::Extinction;
+use spectra::table::Table;
+
+use crate::error::Result;
+use crate::scene::{Key, Loader, Section};
+
+/// The spread of scattered light.
+pub trait Phase: std::fmt::Debug + Send + Sync {
+    /// p(cos θ, λ) [sr⁻¹]; λ [µm].
+    fn at(&self, cosine: f64, lambda_um: f64) -> f64;
+    /// Whether it is 1/4π for every angle.
+    fn is_isotropic(&self) -> bool {
+        false
+    }
+    /// Whether it changes with wavelength.
+    fn is_spectral(&self) -> bool;
+}
+
+/// One row of the catalogue; the scene's extinction law may bring its own mean cosine.
+pub struct PhaseKind {
+    /// Its name in scenes.
+    pub name: &'static str,
+    /// One line.
+    pub summary: &'static str,
+    /// Its keys.
+    pub keys: &'static [Key],
+    /// Makes it.
+    pub build: fn(&Section, &Loader, &Extinction) -> Result<Arc<dyn Phase>>,
+}
+
+/// All phase functions.
+pub const KINDS: &[PhaseKind] = &[isotropic::KIND, henyey_greenstein::KIND, draine::KIND, rayleigh::KIND, tabulated::KIND];
+
+/// Reads a `[dust.phase]` table.
+pub fn build(section: &Section, loader: &Loader, extinction: &Extinction) -> Result<Arc<dyn Phase>> {
+    let name = section.need_text("kind")?;
+    let known: Vec<&str> = KINDS.iter().map(|k| k.name).collect();
+    let found = KINDS.iter().find(|k| k.name == name).ok_or_else(|| spectra::SpectraError::unknown("phase function", name, &known));
+    let kind = section.wrap("kind", found)?;
+    let keys: Vec<&str> = ["kind"].into_iter().chain(kind.keys.iter().map(|k| k.name)).collect();
+    section.check_keys(&keys)?;
+    (kind.build)(section, loader, extinction)
+}
+
+/// The phase function of dust that says nothing about it.
+pub fn isotropic() -> Arc<dyn Phase> {
+    Arc::new(isotropic::Isotropic)
+}
+
+/// A mean cosine g(λ).
+#[derive(Debug, Clone)]
+enum MeanCosine {
+    Constant(f64),
+    Table(Table),
+}
+
+impl MeanCosine {
+    fn at(&self, lambda_um: f64) -> f64 {
+        match self {
+            MeanCosine::Constant(g) => *g,
+            MeanCosine::Table(table) => table.at(lambda_um),
+        }
+    }
+
+    /// From the key `g`, a file, or the law's own table.
+    fn read(section: &Section, loader: &Loader, extinction: &Extinction) -> Result<Self> {
+        if let Some(g) = section.number("g", -0.999..=0.999)? {
+            return Ok(MeanCosine::Constant(g));
+        }
+        if let Some(file) = section.text("g_file")? {
+            let table = section.wrap("g_file", spectra::table::spectrum_from_csv(file, &loader.read_text(file)?))?;
+            if table.y().iter().any(|g| g.abs() > 0.999) {
+                return Err(section.error("g_file", format!("{file} has mean cosines outside of -0.999 to 0.999")));
+            }
+            return Ok(MeanCosine::Table(table));
+        }
+        let own = extinction.dust_table().map(|t| MeanCosine::Table(t.mean_cosine.clone()));
+        own.ok_or_else(|| {
+            section.error("g", format!("law \"{}\" brings no mean cosine: give g, such as g = 0.5, or g_file", extinction.name))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use spectra::quadrature::integrate;
+
+    use super::*;
+
+    fn all() -> Vec<Arc<dyn Phase>> {
+        vec![
+            isotropic(),
+            Arc::new(henyey_greenstein::HenyeyGreenstein::constant(0.6)),
+            Arc::new(henyey_greenstein::HenyeyGreenstein::constant(-0.3)),
+            Arc::new(draine::Draine::constant(0.5, 1.0)),
+            Arc::new(rayleigh::Rayleigh),
+        ]
+    }
+
+    #[test]
+    fn every_phase_function_integrates_to_one() {
+        for phase in all() {
+            let sum = 2.0 * PI * integrate(|mu| phase.at(mu, 0.55), -1.0, 1.0, 1e-10);
+            assert!((sum - 1.0).abs() < 1e-8, "{phase:?}: {sum}");
+        }
+    }
+
+    /// ⟨cos θ⟩ = g for Henyey–Greenstein; forward is +1.
+    #[test]
+    fn mean_cosines() {
+        let mean = |phase: &dyn Phase| 2.0 * PI * integrate(|mu| mu * phase.at(mu, 0.55), -1.0, 1.0, 1e-10);
+        assert!((mean(&henyey_greenstein::HenyeyGreenstein::constant(0.6)) - 0.6).abs() < 1e-8);
+        assert!(mean(&rayleigh::Rayleigh).abs() < 1e-10);
+        // Draine 2003, eq. 5: g_D = g (1 + α(3 + 2g²)/5) / (1 + α(1 + 2g²)/3).
+        let (g, a) = (0.5f64, 1.0f64);
+        let expected = g * (1.0 + a * (3.0 + 2.0 * g * g) / 5.0) / (1.0 + a * (1.0 + 2.0 * g * g) / 3.0);
+        assert!((mean(&draine::Draine::constant(g, a)) - expected).abs() < 1e-8);
+    }
+
+    #[test]
+    fn no_asymmetry_is_isotropic() {
+        let flat = henyey_greenstein::HenyeyGreenstein::constant(0.0);
+        assert!((flat.at(0.3, 0.5) - 1.0 / (4.0 * PI)).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,104 @@
+//! Plans: the numbers a scene comes to, made once in f64. The fast back ends read only this.
+//!
+//! [`Space`] holds what the places of things decide (density, star depths, empty space, step), [`Spectral`] what spectra decide (nodes, weights,
+//! phase tables). A changed spectrum keeps the space, a changed camera keeps both.
+
+mod bricks;
+mod describe;
+pub mod near;
+mod pilot;
+pub mod segment;
+mod space;
+mod spectral;
+mod star_depth;
+mod volume;
+
+use std::sync::Arc;
+
+pub use bricks::Bricks;
+pub use describe::describe;
+pub use pilot::Spatial;
+pub use space::Space;
+pub use spectral::{BandPlan, PhaseTable, Spectral};
+pub use volume::{Channel, MAX_CHANNELS, Volume};
+
+use crate::camera::Camera;
+use crate::control::Control;
+use crate::error::Result;
+use crate::light::Light;
+use crate::scene::{Method, Scene};
+
+/// What a user may decide beside the scene.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Spectral rule and accuracy.
+    pub method: Method,
+    /// A fixed number of samples a ray, for comparisons.
+    pub steps: Option<usize>,
+    /// Most bytes a plan may take.
+    pub memory_limit: u64,
+}
+
+/// Everything a fast back end needs.
+#[derive(Debug)]
+pub struct Plan {
+    /// From pixels to rays.
+    pub camera: Camera,
+    /// The lights, in the order of all tables.
+    pub lights: Arc<Vec<Light>>,
+    /// What places decide.
+    pub space: Arc<Space>,
+    /// What spectra decide.
+    pub spectral: Arc<Spectral>,
+    /// Steps along a ray.
+    pub stepping: Stepping,
+}
+
+/// How far a ray's samples are apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Stepping {
+    /// So many samples in each voxel edge of the finest grid.
+    PerVoxel(f64),
+    /// So many samples on every ray.
+    Fixed(usize),
+}
+
+impl Plan {
+    /// Plans `scene`.
+    pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
+        let lights = Arc::new(crate::light::lights(scene)?);
+        let mut space = Space::new(scene, options, control)?;
+        let spectral = Arc::new(Spectral::new(scene, &lights, options, space.reach(&scene.camera))?);
+        let stepping = match options.steps {
+            Some(n) => Stepping::Fixed(n),
+            None => Stepping::PerVoxel(pilot::choose(scene, &lights, &spectral, &mut space, options, control)?),
+        };
+        Ok(Self { camera: scene.camera.clone(), lights, space: Arc::new(space), spectral, stepping })
+    }
+
+    /// The certificate of a passband in words, a line for each light, for optical depths up to `depth`.
+    pub fn certificate(&self, band: usize, depth: f64) -> Vec<String> {
+        let plan = &self.spectral.bands[band];
+        let shining = |light: usize| plan.sources[light].measure.total() > 0.0;
+        let words = |(light, c): (usize, spectra::rule::Certificate)| {
+            let (name, absolute, relative) = (&self.lights[light].name, c.absolute, c.relative);
+            format!("{name}: spectral error at most {absolute:.1e} of F(0), {relative:.1e} of F(a), for depths up to {:.3}", c.depth)
+        };
+        self.spectral.certify(band, depth).into_iter().enumerate().filter(|(light, _)| shining(*light)).map(words).collect()
+    }
+
+    /// The spatial error in words.
+    pub fn spatial_note(&self) -> Option<(String, String)> {
+        let s = self.space.spatial?;
+        let words = format!(
+            "measured {:.1e} (relative rms of the worst band over {} pilot rays, {} samples a voxel, star depths of {} a voxel)",
+            s.error, s.rays, s.per_voxel, self.space.star_factor
+        );
+        Some(("spatial error".into(), words))
+    }
+
+    /// Bytes of all tables and grids.
+    pub fn bytes(&self) -> u64 {
+        self.space.bytes() + self.spectral.bytes()
+    }
+}

@@ -1,0 +1,49 @@
+//! The neighbourhood of a star: where 1/r², the phase function and the star depth all change within a step.
+//!
+//! The segment is cut into equal angles as the star sees it (dt/r² = dϑ/b), each with its density and its exact star depth.
+
+use glam::DVec3;
+
+use super::Space;
+use crate::field::Field;
+use crate::geometry::Ray;
+
+/// A piece of a segment near a star.
+pub struct NearPiece {
+    /// ∫ σ dt/r² [pc⁻²].
+    pub scattering: f64,
+    /// Optical depth at V, eye to piece to star [1].
+    pub depth: f64,
+    /// cos θ, +1 forward.
+    pub cosine: f64,
+}
+
+/// Widest angle of a piece [rad].
+const PIECE: f64 = 0.12;
+/// A ray through the star itself passes by at this distance [pc], as in the reference.
+const CLOSEST: f64 = 1e-6;
+/// Segments closer than this many voxels of the star depths are cut.
+pub const NEAR_VOXELS: f64 = 2.5;
+/// Segments that the star sees under more than about this angle [rad] are cut.
+pub const NEAR_ANGLE: f64 = 0.35;
+
+/// The pieces of [`from`, `to`] on `ray`, along which τ grows from `tau` by `growth`.
+pub fn pieces(space: &Space, star: DVec3, ray: &Ray, (from, to): (f64, f64), (tau, growth): (f64, f64), mut visit: impl FnMut(NearPiece)) {
+    let Some(dust) = &space.dust else { return };
+    let foot = (star - ray.origin).dot(ray.direction);
+    let b = (star - ray.at(foot)).length().max(CLOSEST);
+    let (start, end) = (((from - foot) / b).atan(), ((to - foot) / b).atan());
+    let count = ((end - start) / PIECE).ceil().max(2.0);
+    let width = (end - start) / count;
+    for i in 0..count as usize {
+        let theta = start + (i as f64 + 0.5) * width;
+        let t = foot + b * theta.tan();
+        let place = ray.at(t);
+        let sigma = dust.at(place);
+        if sigma > 0.0 {
+            let depth = tau + growth * ((t - from) / (to - from)).clamp(0.0, 1.0) + space.depth(star, place);
+            let cosine = -(place - star).normalize_or_zero().dot(ray.direction);
+            visit(NearPiece { scattering: sigma * width / b, depth, cosine });
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! Pilot rays: what a step size and the resolution of the star depths cost in error, measured on the scene itself.
+//!
+//! Some rays of the image are marched in f64 with steps of an eighth of a voxel and exact star depths; then with coarser steps and the baked depths, as the fast
+//! back ends do. The coarsest that keeps `accuracy` (relative rms over the pilots, worst band) is taken.
+
+use rayon::prelude::*;
+
+use super::near::{self, NearPiece};
+use super::segment::{mean_inverse_square, mean_transmittance};
+use super::volume::Channel;
+use super::{Options, Space, Spectral};
+use crate::control::Control;
+use crate::error::Result;
+use crate::geometry::Ray;
+use crate::light::{Light, Path};
+use crate::scene::Scene;
+
+/// The spatial error that pilot rays measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spatial {
+    /// Samples in a voxel edge.
+    pub per_voxel: f64,
+    /// Relative rms error of the worst band.
+    pub error: f64,
+    /// How many rays were asked.
+    pub rays: usize,
+}
+
+/// Pilot rays along each edge of the image.
+const EDGE: usize = 8;
+/// Samples in a voxel edge, from cheap to dear.
+const STEPS: [f64; 6] = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0];
+/// Those of the truth.
+const TRUTH: f64 = 12.0;
+/// The finest star depths that are baked, in voxels along one of dust.
+const MAX_FACTOR: usize = 3;
+
+/// Picks the step, refining the star depths where they are what is wrong; returns samples in a voxel edge.
+pub fn choose(
+    scene: &Scene,
+    lights: &[Light],
+    spectral: &Spectral,
+    space: &mut Space,
+    options: &Options,
+    control: &Control,
+) -> Result<f64> {
+    space.check_stars(scene)?;
+    let camera = &scene.camera;
+    let along = |n: usize, i: usize| n as f64 * (i as f64 + 0.5) / EDGE as f64;
+    let rays: Vec<Ray> = (0..EDGE * EDGE).map(|i| camera.ray(along(camera.width, i % EDGE), along(camera.height, i / EDGE))).collect();
+    let march = |space: &Space, per_voxel: f64, exact: bool| -> Result<Vec<Vec<f64>>> {
+        let ray = |ray: &Ray| control.check().map(|()| march(space, spectral, lights, ray, per_voxel, exact));
+        rays.par_iter().map(ray).collect()
+    };
+    let truth = march(space, TRUTH, true)?;
+    let mut best = Spatial { per_voxel: STEPS[STEPS.len() - 1], error: f64::INFINITY, rays: rays.len() };
+    for factor in 1..=MAX_FACTOR {
+        if factor > 1 {
+            // More memory than allowed for finer depths is no failure of the scene: the coarser ones stay, with their error stated.
+            match space.refine_stars(factor, options, control) {
+                Err(crate::Error::Memory { .. }) => {
+                    space.refine_stars(factor - 1, options, control)?;
+                    break;
+                }
+                other => other?,
+            }
+        }
+        let mut improved = false;
+        for per_voxel in STEPS {
+            let error = relative_error(&march(space, per_voxel, false)?, &truth);
+            if error < best.error {
+                improved = best.error.is_infinite() || error < 0.8 * best.error || improved;
+                best = Spatial { per_voxel, error, rays: rays.len() };
+            }
+            if error <= options.method.accuracy {
+                space.spatial = Some(Spatial { per_voxel, error, rays: rays.len() });
+                return Ok(per_voxel);
+            }
+        }
+        if !improved || space.stars.is_empty() {
+            break;
+        }
+    }
+    space.spatial = Some(best);
+    Ok(best.per_voxel)
+}
+
+/// Largest relative rms over the bands.
+fn relative_error(values: &[Vec<f64>], truth: &[Vec<f64>]) -> f64 {
+    let bands = truth.first().map_or(0, Vec::len);
+    let of_band = |b: usize| {
+        let difference: f64 = values.iter().zip(truth).map(|(v, t)| (v[b] - t[b]).powi(2)).sum();
+        let size: f64 = truth.iter().map(|t| t[b].powi(2)).sum();
+        if size > 0.0 { (difference / size).sqrt() } else { 0.0 }
+    };
+    (0..bands).map(of_band).fold(0.0, f64::max)
+}
+
+/// Band radiances of one ray, marched as the fast back ends do, in f64.
+fn march(space: &Space, spectral: &Spectral, lights: &[Light], ray: &Ray, per_voxel: f64, exact: bool) -> Vec<f64> {
+    let mut bands = vec![0.0; spectral.bands.len()];
+    let mut tau = 0.0;
+    if let Some((near, far)) = space.occupied.and_then(|b| b.clip(ray)) {
+        let steps = ((far - near) / space.voxel_pc() * per_voxel).ceil().max(1.0) as usize;
+        let dt = (far - near) / steps as f64;
+        let mut before = Sample::at(space, ray, near, exact);
+        for i in 0..steps {
+            let (t0, t1) = (near + i as f64 * dt, near + (i + 1) as f64 * dt);
+            let after = Sample::at(space, ray, t1, exact);
+            let growth = 0.5 * dt * (before.sigma + after.sigma);
+            for (light, l) in lights.iter().enumerate() {
+                match l.path {
+                    Path::Scattered { star } if growth > 0.0 => {
+                        let depths = (tau + before.depths[star], tau + growth + after.depths[star]);
+                        scatter(space, spectral, light, star, ray, (t0, t1), (tau, growth), depths, &mut bands);
+                    }
+                    Path::Emitted { species } => {
+                        let density = 0.5 * dt * (before.emission[species] + after.emission[species]);
+                        if density > 0.0 {
+                            add(spectral, light, &mut bands, |k, w| density * w * mean_transmittance(k * tau, k * (tau + growth)));
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            tau += growth;
+            before = after;
+        }
+    }
+    for (light, _) in lights.iter().enumerate().filter(|(_, l)| l.path == Path::Background) {
+        for (band, plan) in bands.iter_mut().zip(&spectral.bands) {
+            *band += plan.rule.evaluate(light, tau);
+        }
+    }
+    bands
+}
+
+/// Scattered light of one star in one segment.
+#[allow(clippy::too_many_arguments)]
+fn scatter(
+    space: &Space,
+    spectral: &Spectral,
+    light: usize,
+    star: usize,
+    ray: &Ray,
+    (t0, t1): (f64, f64),
+    (tau, growth): (f64, f64),
+    depths: (f64, f64),
+    bands: &mut [f64],
+) {
+    let position = space.stars[star];
+    let foot = (position - ray.origin).dot(ray.direction);
+    let b = (position - ray.at(foot)).length();
+    let (u0, u1) = (t0 - foot, t1 - foot);
+    let product = b * b + u0 * u1;
+    let reach = near::NEAR_VOXELS * space.voxel_pc();
+    if product < reach * reach || b * (t1 - t0) > near::NEAR_ANGLE * product {
+        near::pieces(space, position, ray, (t0, t1), (tau, growth), |NearPiece { scattering, depth, cosine }| {
+            add_scattered(spectral, light, cosine, bands, |k, w| scattering * w * (-k * depth).exp());
+        });
+        return;
+    }
+    let scattering = growth * mean_inverse_square(b, u0, u1);
+    let middle = ray.at(0.5 * (t0 + t1)) - position;
+    let cosine = -middle.normalize_or_zero().dot(ray.direction);
+    add_scattered(spectral, light, cosine, bands, |k, w| scattering * w * mean_transmittance(k * depths.0, k * depths.1));
+}
+
+/// Adds `f(k, weight)` over the nodes of every band; a lookup counts as its mean extinction.
+fn add(spectral: &Spectral, light: usize, bands: &mut [f64], f: impl Fn(f64, f64) -> f64) {
+    for (band, plan) in bands.iter_mut().zip(&spectral.bands) {
+        for (k, w) in plan.nodes_of(light) {
+            *band += f(k, w);
+        }
+    }
+}
+
+fn add_scattered(spectral: &Spectral, light: usize, cosine: f64, bands: &mut [f64], f: impl Fn(f64, f64) -> f64) {
+    let phase = spectral.phase_factor(cosine);
+    add(spectral, light, bands, |k, w| phase * f(k, w));
+}
+
+/// What a place holds.
+struct Sample {
+    sigma: f64,
+    depths: Vec<f64>,
+    emission: Vec<f64>,
+}
+
+impl Sample {
+    fn at(space: &Space, ray: &Ray, t: f64, exact: bool) -> Self {
+        let p = ray.at(t);
+        let mut sample = Self { sigma: 0.0, depths: vec![0.0; space.stars.len()], emission: vec![0.0; space.species()] };
+        for volume in &space.volumes {
+            // A place on the border belongs to the box, whatever its rounding.
+            let margin = 1e-9 * volume.lattice.bounds.size();
+            let grown = crate::geometry::Bounds { low: volume.lattice.bounds.low - margin, high: volume.lattice.bounds.high + margin };
+            if !grown.contains(p) {
+                continue;
+            }
+            for (c, channel) in volume.channels.iter().enumerate() {
+                match *channel {
+                    Channel::Dust => sample.sigma = volume.at(c, p),
+                    Channel::StarDepth(star) if !exact => sample.depths[star] = volume.at(c, p),
+                    Channel::StarDepth(_) => {}
+                    Channel::Emission(species) => sample.emission[species] = volume.at(c, p),
+                }
+            }
+        }
+        if exact && sample.sigma > 0.0 {
+            sample.depths.iter_mut().zip(&space.stars).for_each(|(d, star)| *d = space.depth(*star, p));
+        }
+        sample
+    }
+}

@@ -1,0 +1,177 @@
+//! What the places of things decide: density, star depths, empty space.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::volume::{Channel, MAX_CHANNELS, Volume, scaled};
+use super::{Bricks, Options, Spatial, star_depth};
+use crate::camera::Camera;
+use crate::control::Control;
+use crate::error::{Error, Result};
+use crate::field::{Field, Grid, Lattice};
+use crate::formats::check_memory;
+use crate::geometry::Bounds;
+use crate::scene::Scene;
+
+/// The most voxels along an edge of a function that is sampled without being told how finely.
+const MAX_BAKE: usize = 256;
+const MIN_BAKE: usize = 32;
+
+/// Density and star depths, sampled.
+#[derive(Debug)]
+pub struct Space {
+    /// Everything the march reads.
+    pub volumes: Vec<Volume>,
+    /// Dust alone, σ at V [pc⁻¹], for exact depths.
+    pub dust: Option<Arc<Grid>>,
+    /// Bricks of each volume's lattice: zero where nothing absorbs, scatters or glows.
+    pub bricks: Vec<Bricks>,
+    /// Places of the stars [pc].
+    pub stars: Vec<DVec3>,
+    /// Star depth voxels along a voxel of dust.
+    pub star_factor: usize,
+    /// Largest star depth at a place with dust [1].
+    pub star_depth: f64,
+    /// The spatial error that the pilot rays measured.
+    pub spatial: Option<Spatial>,
+    /// The smallest box around everything that absorbs, scatters or glows.
+    pub occupied: Option<Bounds>,
+    emission: Vec<Grid>,
+}
+
+/// The field as a grid, sampled if it is a function.
+fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, options: &Options) -> Result<Grid> {
+    if let Some(grid) = field.grid() {
+        check_memory(&format!("the plan's copy of {what}"), 4 * grid.lattice.cells() as u64, options.memory_limit)?;
+        return Ok(scaled(grid, factor));
+    }
+    let size = field.bounds().size();
+    let finest = (size.max_element() / field.feature_pc()).ceil() as usize;
+    let edge = options.method.bake.unwrap_or(finest.clamp(MIN_BAKE, MAX_BAKE)) as f64;
+    let dims = <[f64; 3]>::from(size / size.max_element() * edge).map(|n| (n.round() as usize).max(2));
+    let lattice = Lattice { dims, bounds: field.bounds() };
+    check_memory(&format!("{what}, sampled"), 4 * lattice.cells() as u64, options.memory_limit)?;
+    let grid = Grid::sampled(lattice, |p| factor * field.at(p));
+    grid.check(what)?;
+    Ok(grid)
+}
+
+impl Space {
+    /// Samples densities and bakes star depths at the dust's own resolution.
+    pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
+        let dust = scene.dust.as_ref().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", options)).transpose()?;
+        let emission = scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, options)).collect::<Result<Vec<_>>>()?;
+        let mut space = Self {
+            volumes: Vec::new(),
+            dust: dust.map(Arc::new),
+            bricks: Vec::new(),
+            stars: scene.stars.iter().map(|s| s.position).collect(),
+            star_factor: 0,
+            star_depth: 0.0,
+            spatial: None,
+            occupied: None,
+            emission,
+        };
+        space.refine_stars(1, options, control)?;
+        Ok(space)
+    }
+
+    /// Bakes star depths anew with `factor` voxels along one of dust.
+    pub fn refine_stars(&mut self, factor: usize, options: &Options, control: &Control) -> Result<()> {
+        self.volumes.clear();
+        let depths = self.star_depths(factor, options, control)?;
+        let mut lattices: Vec<Lattice> = Vec::new();
+        let mut parts: Vec<(Lattice, Channel, &[f32])> = Vec::new();
+        if let Some(dust) = &self.dust {
+            parts.push((dust.lattice.clone(), Channel::Dust, &dust.data));
+            for (star, depth) in depths.iter().enumerate() {
+                parts.push((dust.lattice.refined(factor), Channel::StarDepth(star), depth));
+            }
+        }
+        for (species, grid) in self.emission.iter().enumerate() {
+            parts.push((grid.lattice.clone(), Channel::Emission(species), &grid.data));
+        }
+        for (lattice, _, _) in &parts {
+            if !lattices.contains(lattice) {
+                lattices.push(lattice.clone());
+            }
+        }
+        let mut volumes = Vec::new();
+        for lattice in &lattices {
+            let own: Vec<(Channel, &[f32])> = parts.iter().filter(|p| p.0 == *lattice).map(|p| (p.1, p.2)).collect();
+            volumes.extend(own.chunks(MAX_CHANNELS).map(|chunk| Volume::new(lattice, chunk)));
+        }
+        self.star_depth = depths.iter().flatten().fold(0.0f32, |m, d| m.max(*d)).into();
+        self.star_factor = factor;
+        let grids = || self.dust.iter().map(|d| &**d).chain(&self.emission);
+        self.bricks = grids().map(Bricks::new).collect();
+        self.occupied = grids().zip(&self.bricks).filter_map(|(g, b)| b.occupied(&g.lattice.bounds)).reduce(|a, b| a.union(&b));
+        self.volumes = volumes;
+        Ok(())
+    }
+
+    fn star_depths(&self, factor: usize, options: &Options, control: &Control) -> Result<Vec<Vec<f32>>> {
+        let Some(dust) = &self.dust else { return Ok(Vec::new()) };
+        let lattice = dust.lattice.refined(factor);
+        let cells = lattice.cells() as u64;
+        let stars = self.stars.len() as u64;
+        // Once as baked and once interleaved.
+        check_memory(&format!("star depths of {stars} stars"), 8 * cells * stars, options.memory_limit)?;
+        let bricks = Bricks::new(dust);
+        let bake =
+            |(i, star): (usize, &DVec3)| star_depth::bake(dust, &bricks, &lattice, *star, (i as u64 * cells, stars * cells), control);
+        self.stars.iter().enumerate().map(bake).collect()
+    }
+
+    /// The finest voxel edge [pc].
+    pub fn voxel_pc(&self) -> f64 {
+        let grids = self.dust.iter().map(|d| &**d).chain(&self.emission);
+        grids.map(|g| g.lattice.voxel_pc().min_element()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Number of glowing species.
+    pub fn species(&self) -> usize {
+        self.emission.len()
+    }
+
+    /// Exact optical depth at V between two places [1].
+    pub fn depth(&self, a: DVec3, b: DVec3) -> f64 {
+        self.dust.as_ref().map_or(0.0, |d| d.column(a, b, 2.0 * star_depth::OPAQUE))
+    }
+
+    /// The largest optical depth, eye to sample to star, that the camera's rays reach: exact on 1024 of them, a quarter more for those between.
+    pub fn reach(&self, camera: &Camera) -> f64 {
+        const EDGE: usize = 32;
+        let Some(dust) = &self.dust else { return 0.1 };
+        let along = |n: usize, i: usize| n as f64 * (i as f64 + 0.5) / EDGE as f64;
+        let depth = |i: usize| {
+            let ray = camera.ray(along(camera.width, i % EDGE), along(camera.height, i / EDGE));
+            dust.bounds().clip(&ray).map_or(0.0, |(near, far)| self.depth(ray.at(near), ray.at(far)))
+        };
+        let view = (0..EDGE * EDGE).map(depth).fold(0.0, f64::max);
+        (1.25 * view + self.star_depth).clamp(0.1, 2.0 * star_depth::OPAQUE)
+    }
+
+    /// Bytes of all grids.
+    pub fn bytes(&self) -> u64 {
+        let own = self.dust.iter().map(|d| d.data.len()).sum::<usize>() + self.emission.iter().map(|e| e.data.len()).sum::<usize>();
+        self.volumes.iter().map(Volume::bytes).sum::<u64>() + 4 * own as u64
+    }
+
+    /// Refuses a star whose own cell already swallows all of its light.
+    pub fn check_stars(&self, scene: &Scene) -> Result<()> {
+        let Some(dust) = &self.dust else { return Ok(()) };
+        let edge = dust.lattice.voxel_pc().max_element();
+        for star in &scene.stars {
+            let own = dust.at(star.position) * edge;
+            if own > star_depth::OPAQUE {
+                return Err(Error::Render(format!(
+                    "{} lies in a cell of optical depth {own:.1} a voxel: none of its light gets out; move the star, or carve a hole such as density = \"cloud * step((x-X)^2+(y-Y)^2+(z-Z)^2, R^2)\"",
+                    star.name
+                )));
+            }
+        }
+        Ok(())
+    }
+}

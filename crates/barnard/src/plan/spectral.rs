@@ -1,0 +1,204 @@
+//! What spectra decide: a solved rule for each passband, phase tables, and the certificate.
+
+use std::sync::Arc;
+
+use spectra::passband::Passband;
+use spectra::rule::{self, BandProblem, BandRule, Form, Node, Source};
+
+use super::Options;
+use crate::error::Result;
+use crate::light::{Light, Path, factor, law};
+use crate::phase::Phase;
+use crate::scene::Scene;
+
+/// The rules of all passbands.
+#[derive(Debug)]
+pub struct Spectral {
+    /// The spectral rule's name.
+    pub method: &'static str,
+    /// The accuracy it was asked for [1].
+    pub accuracy: f64,
+    /// One for each passband.
+    pub bands: Vec<BandPlan>,
+    /// How scattered light is spread, if not evenly.
+    pub phase: Option<PhaseTable>,
+    /// Optical depth for which the certificates hold [1].
+    pub depth: f64,
+    phase_at_pivot: Option<(Arc<dyn Phase>, f64)>,
+}
+
+/// One passband.
+pub struct BandPlan {
+    /// The passband.
+    pub band: Passband,
+    /// What shines through it, in the order of the plan's lights.
+    pub sources: Vec<Source>,
+    /// How its integrals are done.
+    pub rule: BandRule,
+}
+
+impl std::fmt::Debug for BandPlan {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "BandPlan({}, {:?})", self.band.name(), self.rule.certificates)
+    }
+}
+
+impl Spectral {
+    /// p(cos θ) at the middle wavelength of the first band, for what needs no spectrum [sr⁻¹].
+    pub fn phase_factor(&self, cosine: f64) -> f64 {
+        self.phase_at_pivot.as_ref().map_or(1.0 / spectra::constants::SPHERE, |p| p.0.at(cosine, p.1))
+    }
+}
+
+/// Weights of scattered light over angle, linear in u = √((1 − cos θ)/2) = sin(θ/2).
+#[derive(Debug, Clone)]
+pub struct PhaseTable {
+    /// Number of entries from u = 0 to u = 1.
+    pub entries: usize,
+    /// Whether one p(θ) serves all wavelengths: each light then has one number an entry, which multiplies its weights.
+    pub separable: bool,
+    /// For each light that is scattered: entry × term, a term being a node of the rule or a band of a lookup; empty for the others.
+    pub weights: Vec<Vec<f32>>,
+}
+
+/// Angles at which the certificate must hold beside the mean.
+const CERTIFIED_COSINES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
+const MAX_PHASE_ENTRIES: usize = 4096;
+
+impl Spectral {
+    /// Solves the rule for every passband of `scene`, for optical depths up to `depth`.
+    pub fn new(scene: &Scene, lights: &[Light], options: &Options, depth: f64) -> Result<Self> {
+        let method = &options.method;
+        let law = law(scene)?;
+        let entry = rule::rule(method.name)?;
+        let phase = scene.dust.as_ref().map(|d| d.phase.clone());
+        let bands = scene
+            .bands
+            .iter()
+            .map(|band| {
+                let sources: Vec<Source> = lights.iter().map(|light| source(scene, light, band, &law)).collect();
+                let k = |l: f64| law.k(l);
+                let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
+                if let (Some(dust), Some((low, high))) = (&scene.dust, method.domain_um) {
+                    dust.extinction.check("the method's domain", low, high)?;
+                }
+                let problem = BandProblem {
+                    band: band.name(),
+                    sources: &sources,
+                    domain_um: method.domain_um.unwrap_or(band.support_um()),
+                    pivot,
+                    k: &k,
+                    depth,
+                    accuracy: method.accuracy,
+                    count: method.count,
+                };
+                let rule = (entry.solve)(&problem)?;
+                Ok(BandPlan { band: band.clone(), sources, rule })
+            })
+            .collect::<Result<Vec<BandPlan>>>()?;
+        let pivot = bands.first().map_or(0.55, |b| b.band.pivot().0);
+        let anisotropic = phase.filter(|p| !p.is_isotropic());
+        let table = anisotropic.as_ref().map(|p| phase_table(&**p, lights, &bands, pivot, method.accuracy));
+        Ok(Self {
+            method: entry.name,
+            accuracy: method.accuracy,
+            bands,
+            phase: table,
+            depth,
+            phase_at_pivot: anisotropic.map(|p| (p, pivot)),
+        })
+    }
+
+    /// Nodes of all bands, or bands of a lookup.
+    pub fn terms(&self) -> usize {
+        self.bands.iter().map(BandPlan::terms).sum()
+    }
+
+    /// Bytes of all tables.
+    pub fn bytes(&self) -> u64 {
+        4 * self.phase.iter().flat_map(|p| &p.weights).map(Vec::len).sum::<usize>() as u64
+    }
+
+    /// The certificates for depths up to `depth`, which a render found to be reached.
+    pub fn certify(&self, band: usize, depth: f64) -> Vec<spectra::rule::Certificate> {
+        let plan = &self.bands[band];
+        if depth <= self.depth { plan.rule.certificates.clone() } else { plan.rule.certify(&plan.sources, depth) }
+    }
+}
+
+impl BandPlan {
+    /// How many exponentials a sample of this band costs.
+    pub fn terms(&self) -> usize {
+        match &self.rule.form {
+            Form::Nodes { nodes, .. } => nodes.len(),
+            Form::Lookup(_) => 1,
+        }
+    }
+
+    /// (k, weight) of a light's nodes; a lookup counts as one node of its mean extinction near zero.
+    pub fn nodes_of(&self, light: usize) -> Vec<(f64, f64)> {
+        match &self.rule.form {
+            Form::Nodes { nodes, weights } => nodes.iter().map(|n| n.k).zip(weights[light].iter().copied()).collect(),
+            Form::Lookup(tables) => vec![((tables[light].log[0] - tables[light].log[1]) / tables[light].step, tables[light].scale)],
+        }
+    }
+
+    /// The weights of each term for a light whose W carries one more factor.
+    fn weights_with(&self, light: usize, f: impl Fn(f64) -> f64) -> Vec<f64> {
+        match &self.rule.form {
+            Form::Nodes { .. } => self.rule.weights_with(light, &self.sources[light], f),
+            Form::Lookup(_) => vec![self.sources[light].measure.reweighted(f).total()],
+        }
+    }
+}
+
+fn source(scene: &Scene, light: &Light, band: &Passband, law: &Arc<spectra::extinction::Extinction>) -> Source {
+    let mut source = Source::new(&light.name, band, &light.spectrum, &***law, factor(light.path, scene.dust.as_ref()));
+    let spectral = scene.dust.as_ref().map(|d| d.phase.clone()).filter(|p| p.is_spectral());
+    if let (Path::Scattered { .. }, Some(phase)) = (light.path, spectral) {
+        for cosine in CERTIFIED_COSINES {
+            let phase = phase.clone();
+            source.variants.push(Box::new(move |lambda| phase.at(cosine, lambda)));
+        }
+    }
+    source
+}
+
+/// cos θ at the table's abscissa u.
+fn cosine(u: f64) -> f64 {
+    1.0 - 2.0 * u * u
+}
+
+fn phase_table(phase: &dyn Phase, lights: &[Light], bands: &[BandPlan], pivot: f64, accuracy: f64) -> PhaseTable {
+    let at = |u: f64| phase.at(cosine(u), pivot);
+    let error = |entries: usize| {
+        let u = |i: f64| i / (entries - 1) as f64;
+        (0..entries - 1)
+            .map(|i| (i as f64, i as f64 + 0.5, i as f64 + 1.0))
+            .map(|(a, m, b)| (0.5 * (at(u(a)) + at(u(b))) / at(u(m)).max(f64::MIN_POSITIVE) - 1.0).abs())
+            .fold(0.0, f64::max)
+    };
+    let mut entries = 65;
+    while error(entries) > 0.1 * accuracy && entries < MAX_PHASE_ENTRIES {
+        entries = 2 * entries - 1;
+    }
+    let separable = !phase.is_spectral();
+    let weights = lights
+        .iter()
+        .enumerate()
+        .map(|(light, l)| {
+            if !matches!(l.path, Path::Scattered { .. }) {
+                return Vec::new();
+            }
+            if separable {
+                return (0..entries).map(|i| at(i as f64 / (entries - 1) as f64) as f32).collect();
+            }
+            let entry = |i: usize| {
+                let cosine = cosine(i as f64 / (entries - 1) as f64);
+                bands.iter().flat_map(move |b| b.weights_with(light, |lambda| phase.at(cosine, lambda))).map(|w| w as f32)
+            };
+            (0..entries).flat_map(entry).collect()
+        })
+        .collect();
+    PhaseTable { entries, separable, weights }
+}

@@ -1,0 +1,227 @@
+//! Unresolved sources: visible stars and the star field, spread over pixels by a small normalised point-spread function.
+//!
+//! A source of irradiance E [W m⁻²] adds E w_p / Ω_p to pixel p, Ω_p its solid angle, Σ w_p = 1: the flux in the image is the star's. Under an orthographic
+//! camera the intensity L/4π [W sr⁻¹] takes the place of E and the pixel's area [m²] that of Ω.
+//!
+//! The star field: stars at infinity, drawn from a counter-based generator by (seed, cell of the sky), so they are the same from every camera. Counts grow as
+//! 10^(0.4 m) with V magnitude; temperatures follow a table of classes.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use spectra::passband::Passband;
+use spectra::sed::{BlackBody, MagnitudeSystem, zero_point};
+use spectra::spectrum::Spectrum;
+use spectra::units::Temperature;
+
+use crate::camera::{Camera, Projection};
+use crate::error::{Error, Result};
+use crate::geometry::Ray;
+use crate::light::{Light, Path};
+use crate::scene::{Scene, StarField};
+
+/// Standard deviation of the point-spread function [pixels]: FWHM of 1.65, well sampled.
+const PSF_SIGMA: f64 = 0.7;
+/// Where it is cut [pixels].
+const PSF_RADIUS: i64 = 4;
+/// More field stars than this are a mistake of the scene.
+const MAX_FIELD_STARS: f64 = 2e7;
+
+/// A class of field stars: black bodies of one temperature, V = 0 (Vega).
+pub struct FieldClass {
+    /// Its name in certificates.
+    pub name: String,
+    /// Irradiance of magnitude zero [W m⁻² µm⁻¹].
+    pub spectrum: Spectrum,
+}
+
+/// Temperature [K] and part of the stars.
+const CLASSES: [(f64, f64); 6] = [(3600.0, 0.22), (4500.0, 0.28), (5600.0, 0.25), (6800.0, 0.14), (9500.0, 0.08), (18000.0, 0.03)];
+
+/// The classes, in order.
+pub fn field_classes() -> Result<Vec<FieldClass>> {
+    let v = Passband::named("johnson-V")?;
+    let flux = zero_point(&v, MagnitudeSystem::Vega)?;
+    CLASSES
+        .iter()
+        .map(|(t, _)| {
+            let shape = BlackBody(Temperature(*t));
+            let scale = flux / v.integrate(|l| spectra::spectrum::Shape::at(&shape, l));
+            Ok(FieldClass { name: format!("field stars of {t} K"), spectrum: Spectrum::continuous(scale, Arc::new(shape)) })
+        })
+        .collect()
+}
+
+/// Where an unresolved source appears, how bright it is and through how much dust it is seen.
+struct Point {
+    column: f64,
+    row: f64,
+    light: usize,
+    /// The light's band flux is multiplied by it, then divided by the pixel's measure.
+    gain: f64,
+    depth: f64,
+}
+
+/// Adds all unresolved sources to `image` (bands × height × width): `depth(ray, length)` is the optical depth on the way, `flux(light, band, depth)`
+/// the band's flux of a light behind it.
+pub fn draw(
+    scene: &Scene,
+    camera: &Camera,
+    lights: &[Light],
+    depth: impl Fn(&Ray, f64) -> f64 + Sync,
+    flux: impl Fn(usize, usize, f64) -> f64 + Sync,
+    image: &mut [f64],
+) -> Result<()> {
+    let mut points = direct_points(scene, camera, lights, &depth);
+    if let Some(field) = &scene.background.star_field {
+        points.extend(field_points(field, camera, lights, &depth)?);
+    }
+    for point in &points {
+        let fluxes: Vec<f64> = (0..scene.bands.len()).map(|b| point.gain * flux(point.light, b, point.depth)).collect();
+        splat(camera, point, &fluxes, image);
+    }
+    Ok(())
+}
+
+fn direct_points(scene: &Scene, camera: &Camera, lights: &[Light], depth: &(impl Fn(&Ray, f64) -> f64 + Sync)) -> Vec<Point> {
+    let point = |(light, l): (usize, &Light)| {
+        let Path::Direct { star } = l.path else { return None };
+        let position = scene.stars[star].position;
+        let (column, row) = camera.project(position)?;
+        let (ray, length, gain) = match camera.projection {
+            Projection::Perspective { .. } => {
+                let (ray, length) = Ray::between(camera.position, position);
+                (ray, length, 1.0 / (length * length))
+            }
+            // L/4π [W sr⁻¹] over pc² of pixel: the light's unit is W m⁻² at one parsec, so its intensity is that times pc².
+            Projection::Orthographic { .. } => {
+                let ray = camera.ray(column, row);
+                (ray, (position - ray.origin).dot(ray.direction), 1.0)
+            }
+        };
+        let inside = (-(PSF_RADIUS as f64)..=(camera.width as f64 + PSF_RADIUS as f64)).contains(&column)
+            && (-(PSF_RADIUS as f64)..=(camera.height as f64 + PSF_RADIUS as f64)).contains(&row);
+        inside.then(|| Point { column, row, light, gain, depth: depth(&ray, length) })
+    };
+    lights.iter().enumerate().filter_map(point).collect()
+}
+
+/// Number of cells from pole to pole; cells have equal areas.
+const SKY_SLICES: u64 = 512;
+
+fn field_points(field: &StarField, camera: &Camera, lights: &[Light], depth: &(impl Fn(&Ray, f64) -> f64 + Sync)) -> Result<Vec<Point>> {
+    let first = lights.iter().position(|l| matches!(l.path, Path::FieldStar { class: 0 })).unwrap_or(0);
+    let cells = 2 * SKY_SLICES * SKY_SLICES;
+    let per_cell = field.density_per_sr * spectra::constants::SPHERE / cells as f64;
+    let in_view = camera.pixel_measure(0.5 * camera.width as f64, 0.5 * camera.height as f64) * (camera.width * camera.height) as f64;
+    if field.density_per_sr * in_view > MAX_FIELD_STARS {
+        return Err(Error::Render(format!(
+            "the star field has {:.1e} stars in view; at most {MAX_FIELD_STARS:.0e} are drawn, lower its density",
+            field.density_per_sr * in_view
+        )));
+    }
+    let visible: Vec<u64> = (0..cells).into_par_iter().filter(|c| cell_in_view(*c, camera)).collect();
+    let of_cell = |cell: &u64| {
+        let mut random = Counter::new(field.seed, *cell);
+        let count = poisson(per_cell, &mut random);
+        let star = |_| field_star(field, *cell, &mut random);
+        let stars: Vec<(DVec3, f64, usize)> = (0..count).map(star).collect();
+        stars
+            .into_iter()
+            .filter_map(|(direction, magnitude, class)| {
+                let (column, row) = camera.project(camera.position + direction)?;
+                let margin = PSF_RADIUS as f64;
+                let inside =
+                    column > -margin && row > -margin && column < camera.width as f64 + margin && row < camera.height as f64 + margin;
+                let ray = Ray { origin: camera.position, direction };
+                let gain = 10f64.powf(-0.4 * magnitude);
+                inside.then(|| Point { column, row, light: first + class, gain, depth: depth(&ray, f64::INFINITY) })
+            })
+            .collect::<Vec<Point>>()
+    };
+    Ok(visible.par_iter().flat_map_iter(of_cell).collect())
+}
+
+/// A direction within slices of equal z and longitude.
+fn sky_direction(cell: u64, u: f64, v: f64) -> DVec3 {
+    let (slice, sector) = (cell / (2 * SKY_SLICES), cell % (2 * SKY_SLICES));
+    let z = 2.0 * (slice as f64 + u) / SKY_SLICES as f64 - 1.0;
+    let phi = std::f64::consts::PI * (sector as f64 + v) / SKY_SLICES as f64;
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    DVec3::new(r * phi.cos(), r * phi.sin(), z)
+}
+
+/// Whether the cell can touch the image: its middle within the image's circle, widened by the cell's own size.
+fn cell_in_view(cell: u64, camera: &Camera) -> bool {
+    let Projection::Perspective { half_width } = camera.projection else { return false };
+    let diagonal = (1.0 + (camera.height as f64 / camera.width as f64).powi(2)).sqrt();
+    let radius = (half_width * diagonal * (1.0 + 8.0 / camera.width as f64)).atan();
+    let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| sky_direction(cell, u, v));
+    let middle = sky_direction(cell, 0.5, 0.5);
+    let own = corners.iter().map(|c| c.dot(middle).clamp(-1.0, 1.0).acos()).fold(0.0, f64::max);
+    middle.dot(camera.forward).clamp(-1.0, 1.0).acos() <= radius + own
+}
+
+fn field_star(field: &StarField, cell: u64, random: &mut Counter) -> (DVec3, f64, usize) {
+    let direction = sky_direction(cell, random.next(), random.next());
+    // Counts as 10^(0.4 m): invert the cumulative distribution.
+    let (bright, faint) = field.magnitudes;
+    let (low, high) = (10f64.powf(0.4 * (bright - faint)), 1.0);
+    let magnitude = faint + 2.5 * (low + random.next() * (high - low)).log10();
+    let mut pick = random.next();
+    let class = CLASSES.iter().position(|(_, part)| {
+        pick -= part;
+        pick < 0.0
+    });
+    (direction, magnitude, class.unwrap_or(CLASSES.len() - 1))
+}
+
+/// Numbers in [0, 1) by (seed, cell, count): SplitMix64 (Steele, Lea & Flood 2014).
+struct Counter(u64);
+
+impl Counter {
+    fn new(seed: u64, cell: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ cell.wrapping_mul(0xd134_2543_de82_ef95))
+    }
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// A Poisson number: by inversion where the mean is small, by its normal limit where it is large.
+fn poisson(mean: f64, random: &mut Counter) -> u64 {
+    if mean > 200.0 {
+        let (u, v) = (random.next().max(1e-300), random.next());
+        let normal = (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos();
+        return (mean + mean.sqrt() * normal).round().max(0.0) as u64;
+    }
+    let (mut k, mut product, limit) = (0, random.next(), (-mean).exp());
+    while product > limit {
+        product *= random.next();
+        k += 1;
+    }
+    k
+}
+
+/// Spreads one source over its pixels.
+fn splat(camera: &Camera, point: &Point, fluxes: &[f64], image: &mut [f64]) {
+    let (column, row) = (point.column.floor() as i64, point.row.floor() as i64);
+    let weight = |i: i64, at: f64| (-0.5 * ((i as f64 + 0.5 - at) / PSF_SIGMA).powi(2)).exp();
+    let sum = |middle: i64, at: f64| (middle - PSF_RADIUS..=middle + PSF_RADIUS).map(|i| weight(i, at)).sum::<f64>();
+    let norm = 1.0 / (sum(column, point.column) * sum(row, point.row));
+    for i in row - PSF_RADIUS..=row + PSF_RADIUS {
+        for j in column - PSF_RADIUS..=column + PSF_RADIUS {
+            if i < 0 || j < 0 || i >= camera.height as i64 || j >= camera.width as i64 {
+                continue;
+            }
+            let share = norm * weight(i, point.row) * weight(j, point.column) / camera.pixel_measure(j as f64 + 0.5, i as f64 + 0.5);
+            for (band, flux) in fluxes.iter().enumerate() {
+                image[(band * camera.height + i as usize) * camera.width + j as usize] += share * flux;
+            }
+        }
+    }
+}

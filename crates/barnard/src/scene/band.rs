@@ -1,0 +1,117 @@
+//! Passbands of a scene: `bands = "SET"`, `bands = ["NAME", ...]`, and `[[band]]` tables.
+
+use spectra::passband::{self, Counting, Passband, Window, window};
+use spectra::units::Wavelength;
+
+use super::{Key, Kind, Loader, Section, build_kind_with};
+use crate::error::Result;
+
+/// Makes a band of its name.
+pub(super) type Named = Box<dyn FnOnce(&str, Counting) -> spectra::Result<Passband>>;
+
+const CENTRE: Key = Key::required("centre", "wavelength", "its middle");
+
+pub(super) const KINDS: &[Kind<Named>] = &[
+    Kind {
+        name: "catalogue",
+        summary: "an embedded passband",
+        keys: &[Key::required("passband", "text", "such as \"hst-wfc3-f656n\"; see `barnard list passbands`")],
+        build: |section, _| {
+            let band = section.wrap("passband", Passband::named(section.need_text("passband")?))?;
+            Ok(Box::new(move |name, _| Ok(band.renamed(name))))
+        },
+    },
+    Kind {
+        name: "file",
+        summary: "from a CSV of wavelength and throughput",
+        keys: &[Key::required("file", "path", "the CSV; its header may name the unit of wavelength, nm otherwise")],
+        build: |section, loader| {
+            let (file, text) = (section.need_text("file")?.to_owned(), loader.read_text(section.need_text("file")?)?);
+            let checked = Passband::from_csv(&file, &text, Counting::Energy);
+            section.wrap("file", checked)?;
+            Ok(Box::new(move |name, counting| Passband::from_csv(name, &text, counting)))
+        },
+    },
+    Kind {
+        name: "top_hat",
+        summary: "one within centre +- width/2",
+        keys: &[CENTRE, Key::required("width", "wavelength", "its full width")],
+        build: |section, _| analytic(Window::TopHat { centre: section.need("centre")?, width: section.need_positive("width")? }),
+    },
+    Kind {
+        name: "gaussian",
+        summary: "a Gaussian, cut at 2.5 FWHM",
+        keys: &[CENTRE, Key::required("fwhm", "wavelength", "its full width at half maximum")],
+        build: |section, _| analytic(Window::Gaussian { centre: section.need("centre")?, fwhm: section.need_positive("fwhm")? }),
+    },
+    Kind {
+        name: "cos2",
+        summary: "cos2(pi (lambda - centre)/(2 half_width))",
+        keys: &[CENTRE, Key::required("half_width", "wavelength", "where it reaches zero on both sides")],
+        build: |section, _| analytic(Window::Cos2 { centre: section.need("centre")?, half_width: section.need_positive("half_width")? }),
+    },
+    Kind {
+        name: "polynomial",
+        summary: "sum of c_i lambda^i with lambda in um, cut at zero",
+        keys: &[
+            Key::required("coefficients", "list of numbers", "c_0, c_1, ..."),
+            Key::required("low", "wavelength", "lower end"),
+            Key::required("high", "wavelength", "upper end"),
+        ],
+        build: |section, _| {
+            let coefficients = section.numbers("coefficients")?;
+            let coefficients =
+                coefficients.ok_or_else(|| section.error("coefficients", "key \"coefficients\" is missing; write it like [0, 1]"))?;
+            analytic(Window::Polynomial { coefficients, low: section.need("low")?, high: section.need::<Wavelength>("high")? })
+        },
+    },
+];
+
+fn analytic(shape: Window) -> Result<Named> {
+    Ok(Box::new(move |name, counting| window(name, counting, shape)))
+}
+
+/// Keys of every band.
+pub(super) const KEYS: &[Key] = &[
+    Key::required("name", "text", "its name in the output"),
+    Key::optional("counting", "text", "energy", "what the detector counts: energy or photon (embedded passbands know)"),
+];
+
+pub(super) fn build(root: &Section, loader: &Loader) -> Result<Vec<Passband>> {
+    let own = root.tables("band")?;
+    let mut bands = match root.texts("bands")? {
+        Some(names) => named(root, &names)?,
+        None if own.is_empty() => named(root, &["johnson"])?,
+        None => Vec::new(),
+    };
+    for section in own {
+        let make = build_kind_with("passband", KINDS, KEYS, &section, loader)?;
+        let counting = section.wrap("counting", Counting::named(section.choice("counting", &["energy", "photon"])?.unwrap_or("energy")))?;
+        bands.push(section.wrap("name", make(section.need_text("name")?, counting))?);
+    }
+    for (i, band) in bands.iter().enumerate() {
+        if bands[..i].iter().any(|b| b.name() == band.name()) {
+            return Err(root.error("bands", format!("two passbands are called \"{}\"; give one another name", band.name())));
+        }
+    }
+    if bands.is_empty() {
+        return Err(root.error("bands", "the scene has no passband; write bands = \"johnson\""));
+    }
+    Ok(bands)
+}
+
+/// Each name is a set or a passband.
+fn named(root: &Section, names: &[&str]) -> Result<Vec<Passband>> {
+    let mut bands = Vec::new();
+    for name in names {
+        if passband::SETS.iter().any(|s| s.name == *name) {
+            bands.extend(root.wrap("bands", passband::set(name))?);
+        } else if passband::names().contains(name) {
+            bands.push(root.wrap("bands", Passband::named(name))?);
+        } else {
+            let known: Vec<&str> = passband::SETS.iter().map(|s| s.name).chain(passband::names()).collect();
+            return root.wrap("bands", Err(spectra::SpectraError::unknown("passband or set", name, &known)));
+        }
+    }
+    Ok(bands)
+}

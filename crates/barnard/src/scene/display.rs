@@ -1,0 +1,56 @@
+//! The `[display]` table: palette and stretch of pictures.
+
+use spectra::colour::{Palette, Stretch};
+use spectra::passband::Passband;
+
+use super::{Key, Section};
+use crate::error::Result;
+use crate::image::{Display, Level};
+
+pub(super) const KEYS: &[Key] = &[
+    Key::optional("palette", "text", "natural, or rgb outside the visible", "which band is shown in which colour"),
+    Key::optional("matrix", "list of numbers", "none", "a palette of one's own: red, green, blue of the first band, then of the next"),
+    Key::optional("balance", "boolean", "false", "each band is first scaled to its own white, as is usual for narrow bands"),
+    Key::optional("stretch", "text", "asinh", "curve from radiance to brightness"),
+    Key::optional("strength", "number", "the stretch's own", "its parameter"),
+    Key::optional("black", "number", "0", "radiance that is black [W m-2 sr-1, or of the balanced band]"),
+    Key::optional("white", "number", "the brightest 0.2 % lie above", "radiance that is white"),
+];
+
+pub(super) fn build(section: Option<&Section>, bands: &[Passband]) -> Result<Display> {
+    let automatic = || Palette::named("natural", bands).or_else(|_| Palette::named("rgb", bands));
+    let Some(section) = section else {
+        return Ok(Display {
+            palette: automatic()?,
+            balance: false,
+            stretch: Stretch::named("asinh", None)?,
+            black: Level::Auto,
+            white: Level::Auto,
+        });
+    };
+    let keys: Vec<&str> = KEYS.iter().map(|k| k.name).collect();
+    section.check_keys(&keys)?;
+    let palette = match (section.numbers("matrix")?, section.text("palette")?) {
+        (Some(_), Some(_)) => return Err(section.error("matrix", "give either palette or matrix, not both")),
+        (Some(numbers), None) => matrix(section, &numbers, bands.len())?,
+        (None, Some(name)) => section.wrap("palette", Palette::named(name, bands))?,
+        (None, None) => section.wrap("palette", automatic())?,
+    };
+    let stretch = Stretch::named(section.text("stretch")?.unwrap_or("asinh"), section.number("strength", 0.0..=f64::MAX)?);
+    let level = |key| Ok::<_, crate::Error>(section.number(key, 0.0..=f64::MAX)?.map_or(Level::Auto, Level::Radiance));
+    let (black, white) = (level("black")?, level("white")?);
+    if let (Level::Radiance(b), Level::Radiance(w)) = (black, white) {
+        if w <= b {
+            return Err(section.error("white", "white must be brighter than black"));
+        }
+    }
+    Ok(Display { palette, balance: section.flag("balance")?.unwrap_or(false), stretch: section.wrap("stretch", stretch)?, black, white })
+}
+
+fn matrix(section: &Section, numbers: &[f64], bands: usize) -> Result<Palette> {
+    if numbers.len() != 3 * bands {
+        let message = format!("a matrix for {bands} bands has {} numbers, this one {}", 3 * bands, numbers.len());
+        return Err(section.error("matrix", message));
+    }
+    Ok(Palette { columns: numbers.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect() })
+}

@@ -1,0 +1,138 @@
+//! The `[[emission]]` tables: gas that glows.
+
+use std::sync::Arc;
+
+use spectra::nebular::{ion_lines, line_list, recombination_continuum};
+use spectra::sed::PowerLaw;
+use spectra::spectrum::{Line, Spectrum};
+use spectra::table::spectrum_from_csv;
+use spectra::units::{Emissivity, NumberDensity, Temperature, Velocity, Wavelength};
+
+use super::{Fields, Key, Kind, Loader, Section, build_kind_with};
+use crate::error::Result;
+use crate::field::Field;
+
+/// One species of glowing gas.
+#[derive(Debug)]
+pub struct Emission {
+    /// Its name.
+    pub name: String,
+    /// How much of it is where, in a unit of its own.
+    pub density: Arc<dyn Field>,
+    /// Emission coefficient of density 1 [W m⁻³ sr⁻¹ µm⁻¹, lines W m⁻³ sr⁻¹].
+    pub spectrum: Spectrum,
+}
+
+const SCALE: Key = Key::required("scale", "emission coefficient", "of density 1 for spectral strength 1, such as \"1e-25 W/m3/sr\"");
+
+pub(super) const KINDS: &[Kind<Spectrum>] = &[
+    Kind {
+        name: "lines",
+        summary: "lines of given strengths, with or without a power-law continuum",
+        keys: &[
+            SCALE,
+            Key::required("lines", "list of tables", "{ wavelength = \"656.3 nm\", strength = 3 }, strength integrated over the line"),
+            Key::optional("continuum", "number", "0", "strength per nm at `continuum_at`"),
+            Key::optional("continuum_at", "wavelength", "550 nm", "where the continuum has that strength"),
+            Key::optional("continuum_exponent", "number", "0", "exponent of the continuum in wavelength"),
+        ],
+        build: lines,
+    },
+    Kind {
+        name: "ion",
+        summary: "all lines of an ion from its emissivities; density is n_e n_H in cm-6",
+        keys: &[
+            Key::required("ion", "text", "such as \"H1\", \"O3\", \"N2\", \"S2\"; see `barnard list ions`"),
+            Key::required("temperature", "temperature", "of the electrons, 5000 to 20000 K"),
+            Key::required("electron_density", "number density", "for collisional de-excitation, 10 to 1e5 cm-3"),
+            Key::optional("abundance", "number", "1", "n_ion / n_H"),
+        ],
+        build: |section, _| {
+            let (t, n) = conditions(section)?;
+            let lines = section.wrap("ion", ion_lines(section.need_text("ion")?, t, n))?;
+            Ok(lines.scaled(section.number("abundance", 0.0..=1e3)?.unwrap_or(1.0)))
+        },
+    },
+    Kind {
+        name: "recombination",
+        summary: "continuum of recombining hydrogen (free-bound, free-free, two-photon); density is n_e n_H+ in cm-6",
+        keys: &[
+            Key::required("temperature", "temperature", "of the electrons, 6000 to 15000 K"),
+            Key::required("electron_density", "number density", "100 to 1e4 cm-3"),
+        ],
+        build: |section, _| {
+            let (t, n) = conditions(section)?;
+            section.wrap("temperature", recombination_continuum(t, n))
+        },
+    },
+    Kind {
+        name: "line_list",
+        summary: "a model nebula's lines relative to H-beta",
+        keys: &[SCALE, Key::required("list", "text", "see `barnard list line-lists`")],
+        build: |section, _| {
+            let scale = section.need_positive::<Emissivity>("scale")?;
+            Ok(section.wrap("list", line_list(section.need_text("list")?))?.scaled(scale.0))
+        },
+    },
+    Kind {
+        name: "file",
+        summary: "a tabulated spectrum",
+        keys: &[
+            SCALE,
+            Key::required(
+                "file",
+                "path",
+                "CSV of wavelength and strength per nm; its header may name the unit of wavelength, nm otherwise",
+            ),
+        ],
+        build: |section, loader| {
+            let file = section.need_text("file")?;
+            let table = section.wrap("file", spectrum_from_csv(file, &loader.read_text(file)?))?;
+            let per_um = 1e3 * section.need_positive::<Emissivity>("scale")?.0;
+            Ok(Spectrum::continuous(per_um, Arc::new(table)))
+        },
+    },
+];
+
+/// Keys of every species.
+pub(super) const KEYS: &[Key] = &[
+    Key::optional("name", "text", "emission N", "its name"),
+    Key::required("density", "expression", "of the fields, such as \"n_H^2 * x_ion^2\""),
+    Key::optional("doppler_fwhm", "velocity", "0 km/s", "full width at half maximum of its lines"),
+];
+
+pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Result<Emission> {
+    let mut spectrum = build_kind_with("emission", KINDS, KEYS, section, loader)?;
+    if let Some(fwhm) = section.positive::<Velocity>("doppler_fwhm")? {
+        spectrum = spectrum.broadened(fwhm);
+    }
+    if let Some(lambda) = spectrum.first_negative_um() {
+        return Err(section.error("kind", format!("the spectrum is negative at {:.2} nm; emission is not", lambda * 1e3)));
+    }
+    Ok(Emission {
+        name: section.text("name")?.map_or_else(|| format!("emission {}", section.name()), str::to_owned),
+        density: fields.expression(section, "density")?,
+        spectrum,
+    })
+}
+
+fn conditions(section: &Section) -> Result<(Temperature, NumberDensity)> {
+    Ok((section.need_positive("temperature")?, section.need_positive("electron_density")?))
+}
+
+fn lines(section: &Section, _: &Loader) -> Result<Spectrum> {
+    let scale = section.need_positive::<Emissivity>("scale")?.0;
+    let mut lines = Vec::new();
+    for line in section.tables("lines")? {
+        line.check_keys(&["wavelength", "strength"])?;
+        let strength = line.number("strength", 0.0..=f64::MAX)?;
+        let strength = strength.ok_or_else(|| line.error("strength", "key \"strength\" is missing; write it like strength = 3"))?;
+        lines.push(Line { lambda_um: line.need_positive::<Wavelength>("wavelength")?.0, strength: strength * scale });
+    }
+    let spectrum = Spectrum::of_lines(lines);
+    let Some(level) = section.number("continuum", 0.0..=f64::MAX)? else { return Ok(spectrum) };
+    let reference = section.positive::<Wavelength>("continuum_at")?.unwrap_or(Wavelength(0.55));
+    let exponent = section.number("continuum_exponent", -50.0..=50.0)?.unwrap_or(0.0);
+    // Per nm to per µm: 10³.
+    Ok(spectrum.plus(Spectrum::continuous(1e3 * level * scale, Arc::new(PowerLaw { reference, exponent }))))
+}

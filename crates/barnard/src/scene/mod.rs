@@ -1,0 +1,179 @@
+//! Scenes: plain, validated data; what a TOML file says.
+//!
+//! Quantities are texts with units. Unknown keys are refused with the nearest known one, file and line. Every table that has a `kind` reads a catalogue; the
+//! catalogues also make the manual, `docs/scene-format.md`.
+
+mod albedo;
+mod background;
+mod band;
+mod display;
+mod dust;
+mod emission;
+mod kind;
+mod loader;
+mod manual;
+mod method;
+mod section;
+mod star;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use spectra::passband::Passband;
+use toml_edit::Document;
+
+pub use background::{Background, StarField};
+pub use dust::Dust;
+pub use emission::Emission;
+pub use kind::{Kind, build_kind, build_kind_with};
+pub use loader::{DEFAULT_MEMORY, Loader, read_limited};
+pub use manual::manual;
+pub use method::Method;
+pub use section::{Key, SceneText, Section};
+pub use star::Star;
+
+use crate::camera::{self, Camera};
+use crate::error::Result;
+use crate::field::{self, Expression, Field};
+use crate::image::Display;
+
+/// Everything that is in front of the telescope, and the telescope.
+#[derive(Debug)]
+pub struct Scene {
+    /// Its name.
+    pub name: String,
+    /// What it shows.
+    pub description: String,
+    /// Where the observer is.
+    pub camera: Camera,
+    /// Dust that absorbs and scatters.
+    pub dust: Option<Dust>,
+    /// Gas that glows.
+    pub emission: Vec<Emission>,
+    /// Stars within or near the cloud.
+    pub stars: Vec<Star>,
+    /// What lies behind.
+    pub background: Background,
+    /// What the telescope lets through.
+    pub bands: Vec<Passband>,
+    /// How the picture is shown.
+    pub display: Display,
+    /// How the spectral integrals are done.
+    pub method: Method,
+}
+
+/// Keys of the scene itself.
+const ROOT: &[Key] = &[
+    Key::optional("name", "text", "the file's name", "name of the scene"),
+    Key::optional("description", "text", "", "what it shows"),
+    Key::optional("bands", "text or list", "johnson", "a set of passbands, or a list of embedded ones"),
+    Key::required("camera", "table", "where the observer is"),
+    Key::optional("field", "tables by name", "none", "scalar fields, [field.NAME]"),
+    Key::optional("dust", "table", "none", "dust that absorbs and scatters"),
+    Key::optional("emission", "list of tables", "none", "gas that glows, [[emission]]"),
+    Key::optional("star", "list of tables", "none", "stars, [[star]]"),
+    Key::optional("background", "table", "none", "what lies behind"),
+    Key::optional("band", "list of tables", "none", "passbands of one's own, [[band]]; they replace the default of `bands`"),
+    Key::optional("display", "table", "defaults", "palette and stretch of pictures"),
+    Key::optional("method", "table", "defaults", "how spectral integrals are done"),
+];
+
+/// The named fields of a scene.
+pub struct Fields(BTreeMap<String, Arc<dyn Field>>);
+
+impl Fields {
+    /// The field that the expression under `key` is.
+    pub fn expression(&self, section: &Section, key: &str) -> Result<Arc<dyn Field>> {
+        let formula = section.need_text(key)?;
+        let lookup = |name: &str| {
+            self.0.get(name).cloned().ok_or_else(|| {
+                let known: Vec<&str> = self.0.keys().map(String::as_str).collect();
+                spectra::SpectraError::unknown("field", name, &known).to_string()
+            })
+        };
+        let field = Expression::parse(formula, lookup).map_err(|e| section.error(key, e))?.into_field();
+        if let Some(grid) = field.grid() {
+            section.wrap(key, grid.check(formula))?;
+        }
+        Ok(field)
+    }
+}
+
+impl Scene {
+    /// Reads the scene file at `path`; arrays may take `memory_limit` bytes each.
+    pub fn load(path: &Path, memory_limit: u64) -> Result<Self> {
+        const LONGEST: u64 = 4 << 20;
+        let bytes = read_limited(path, LONGEST)?;
+        let text = String::from_utf8(bytes).map_err(|_| crate::Error::file(path, "is no text in UTF-8; a scene is a TOML file"))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        Self::parse(&path.display().to_string(), &name, text, &Loader::in_folder(folder, memory_limit))
+    }
+
+    /// Reads a scene from its text; `file` is its name in messages, `name` the scene's default name.
+    pub fn parse(file: &str, name: &str, text: String, loader: &Loader) -> Result<Self> {
+        let source = SceneText { file: file.to_owned(), text };
+        let document = Document::parse(source.text.as_str()).map_err(|e| source.error(e.span(), "TOML", e.message().trim().to_owned()))?;
+        let root = Section::new(&source, document.as_table(), None, "");
+        let known: Vec<&str> = ROOT.iter().map(|k| k.name).collect();
+        root.check_keys(&known)?;
+        Self::build(&root, name, loader)
+    }
+
+    fn build(root: &Section, name: &str, loader: &Loader) -> Result<Self> {
+        let need = |key: &str| root.table(key)?.ok_or_else(|| root.error(key, format!("table [{key}] is missing")));
+        let camera = camera::build(&need("camera")?, loader)?;
+        let mut fields = BTreeMap::new();
+        for (name, section) in root.named_tables("field")? {
+            fields.insert(name.to_owned(), field::build(&section, loader)?);
+        }
+        let fields = Fields(fields);
+        let bands = band::build(root, loader)?;
+        let dust = root.table("dust")?.map(|s| dust::build(&s, loader, &fields)).transpose()?;
+        let emission = root.tables("emission")?.iter().map(|s| emission::build(s, loader, &fields)).collect::<Result<Vec<_>>>()?;
+        let stars = root.tables("star")?.iter().map(|s| star::build(s, loader)).collect::<Result<Vec<_>>>()?;
+        let background = root.table("background")?.map(|s| background::build(&s, loader)).transpose()?;
+        let display = display::build(root.table("display")?.as_ref(), &bands)?;
+        let method = method::build(root.table("method")?.as_ref())?;
+        let scene = Self {
+            name: root.text("name")?.unwrap_or(name).to_owned(),
+            description: root.text("description")?.unwrap_or("").to_owned(),
+            camera,
+            dust,
+            emission,
+            stars,
+            background: background.unwrap_or_default(),
+            bands,
+            display,
+            method,
+        };
+        scene.check(root)?;
+        Ok(scene)
+    }
+
+    /// What no single table can check: spectra and laws must reach over every passband.
+    fn check(&self, root: &Section) -> Result<()> {
+        let key = if root.has("band") { "band" } else { "bands" };
+        for band in &self.bands {
+            let (low, high) = band.support_um();
+            let what = format!("passband {}", band.name());
+            if let Some(dust) = &self.dust {
+                root.wrap(key, dust.extinction.check(&what, low, high))?;
+            }
+            for spectrum in self.spectra() {
+                root.wrap(key, spectrum.check(&what, low, high))?;
+            }
+        }
+        if self.background.star_field.is_some() && matches!(self.camera.projection, camera::Projection::Orthographic { .. }) {
+            return Err(root.error("background", "a star field lies on the sky and needs kind = \"perspective\" in [camera]"));
+        }
+        Ok(())
+    }
+
+    /// Every spectrum in the scene.
+    fn spectra(&self) -> impl Iterator<Item = &spectra::spectrum::Spectrum> {
+        let stars = self.stars.iter().map(|s| &s.spectrum);
+        stars.chain(self.emission.iter().map(|e| &e.spectrum)).chain(self.background.spectrum.iter())
+    }
+}

@@ -1,0 +1,127 @@
+//! The `[[star]]` tables, and the spectra that stars and backgrounds choose.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use spectra::passband::Passband;
+use spectra::sed::{self, MagnitudeSystem, PowerLaw, Scale, StarShape};
+use spectra::spectrum::Spectrum;
+use spectra::table::spectrum_from_csv;
+use spectra::units::{Length, Luminosity, Magnitude, SpectralLuminosity, Temperature, Wavelength};
+
+use super::{Key, Kind, Loader, Section, build_kind_with};
+use crate::error::Result;
+
+/// A star.
+#[derive(Debug)]
+pub struct Star {
+    /// Its name.
+    pub name: String,
+    /// Where it is [pc].
+    pub position: DVec3,
+    /// L_λ [W µm⁻¹].
+    pub spectrum: Spectrum,
+    /// Whether the star itself is drawn.
+    pub visible: bool,
+}
+
+/// Shapes of spectra.
+pub(super) const SPECTRA: &[Kind<StarShape>] = &[
+    Kind {
+        name: "blackbody",
+        summary: "Planck function of a temperature",
+        keys: &[Key::required("temperature", "temperature", "effective temperature")],
+        build: |section, _| Ok(StarShape::BlackBody(section.need_positive::<Temperature>("temperature")?)),
+    },
+    Kind {
+        name: "stellar",
+        summary: "an embedded stellar spectrum (Pickles 1998)",
+        keys: &[Key::required("type", "text", "spectral type, such as \"o9v\"; see `barnard list stars`")],
+        build: |section, _| Ok(StarShape::Table(section.wrap("type", sed::star(section.need_text("type")?))?)),
+    },
+    Kind {
+        name: "power_law",
+        summary: "(lambda/reference)^exponent",
+        keys: &[
+            Key::required("exponent", "number", "exponent in wavelength"),
+            Key::optional("reference", "wavelength", "550 nm", "where it is one"),
+        ],
+        build: |section, _| {
+            let exponent = section.number("exponent", -50.0..=50.0)?;
+            let exponent = exponent.ok_or_else(|| section.error("exponent", "key \"exponent\" is missing; write it like exponent = -2"))?;
+            let reference = section.positive::<Wavelength>("reference")?.unwrap_or(Wavelength(0.55));
+            Ok(StarShape::Other(Arc::new(PowerLaw { reference, exponent })))
+        },
+    },
+    Kind {
+        name: "file",
+        summary: "from a CSV of wavelength and flux",
+        keys: &[Key::required("file", "path", "the CSV; its header may name the unit of wavelength, nm otherwise")],
+        build: |section, loader| {
+            let file = section.need_text("file")?;
+            let table = section.wrap("file", spectrum_from_csv(file, &loader.read_text(file)?))?;
+            if let Some(i) = table.y().iter().position(|f| *f < 0.0) {
+                return Err(section.error("file", format!("{file}: flux is negative at {:.4} um; light is not", table.x()[i])));
+            }
+            Ok(StarShape::Table(table))
+        },
+    },
+];
+
+/// Keys of every star.
+pub(super) const KEYS: &[Key] = &[
+    Key::optional("name", "text", "star N", "its name"),
+    Key::required("position", "position", "where it is"),
+    Key::optional("visible", "boolean", "true", "whether the star itself is drawn, as an unresolved source"),
+    Key::optional("luminosity", "luminosity", "one scale is needed", "bolometric luminosity"),
+    Key::optional("radius", "length", "one scale is needed", "radius, for black bodies, such as \"9.9 Rsun\""),
+    Key::optional("spectral_luminosity", "spectral luminosity", "one scale is needed", "luminosity per wavelength at `wavelength`"),
+    Key::optional("wavelength", "wavelength", "550 nm", "where spectral_luminosity holds"),
+    Key::optional(
+        "magnitude",
+        "magnitude",
+        "one scale is needed",
+        "apparent magnitude without extinction, in `magnitude_band` at `distance`",
+    ),
+    Key::optional("magnitude_band", "text", "johnson-V", "an embedded passband"),
+    Key::optional("distance", "length", "needed with magnitude", "where the magnitude was seen from"),
+    Key::optional("magnitude_system", "text", "vega", "vega or ab"),
+];
+
+pub(super) fn build(section: &Section, loader: &Loader) -> Result<Star> {
+    let shape = build_kind_with("spectrum", SPECTRA, KEYS, section, loader)?;
+    let spectrum = section.wrap("kind", sed::scaled(shape, &scale(section)?))?;
+    Ok(Star {
+        name: section.text("name")?.map_or_else(|| format!("star {}", section.name()), str::to_owned),
+        position: section.need_position("position")?,
+        spectrum,
+        visible: section.flag("visible")?.unwrap_or(true),
+    })
+}
+
+/// Exactly one of the four ways to say how bright.
+fn scale(section: &Section) -> Result<Scale> {
+    const WAYS: [&str; 4] = ["luminosity", "radius", "spectral_luminosity", "magnitude"];
+    let given: Vec<&str> = WAYS.into_iter().filter(|w| section.has(w)).collect();
+    let [way] = given[..] else {
+        let message = format!("a star needs exactly one of {}; it has {}", WAYS.join(", "), given.len());
+        return Err(section.error(given.first().unwrap_or(&"luminosity"), message));
+    };
+    Ok(match way {
+        "luminosity" => Scale::Luminosity(section.need_positive::<Luminosity>(way)?),
+        "radius" => Scale::Radius(section.need_positive::<Length>(way)?),
+        "spectral_luminosity" => {
+            let at = section.positive::<Wavelength>("wavelength")?.unwrap_or(Wavelength(0.55));
+            Scale::SpectralLuminosity(section.need_positive::<SpectralLuminosity>(way)?, at)
+        }
+        _ => {
+            let band = section.text("magnitude_band")?.unwrap_or("johnson-V");
+            let band = section.wrap("magnitude_band", Passband::named(band))?;
+            let system = match section.choice("magnitude_system", &["vega", "ab"])? {
+                Some("ab") => MagnitudeSystem::Ab,
+                _ => MagnitudeSystem::Vega,
+            };
+            Scale::Magnitude(section.need::<Magnitude>(way)?, Box::new(band), section.need_positive::<Length>("distance")?, system)
+        }
+    })
+}
