@@ -4,7 +4,10 @@
 //! ([`backend`]) turns one into the other.
 
 pub mod backend;
+pub mod bench;
+pub mod builtin;
 pub mod camera;
+pub mod catalogue;
 pub mod control;
 pub mod error;
 pub mod field;
@@ -18,3 +21,4 @@ mod points;
 pub mod scene;
 
 pub use error::{Error, Result};
+pub use glam;

@@ -122,7 +122,7 @@ fn load(folder: &Path) -> Scene {
 }
 
 fn cpu(scene: &Scene, method: Method) -> Image {
-    let options = Options { method, steps: None, memory_limit: DEFAULT_MEMORY };
+    let options = Options { method, memory_limit: DEFAULT_MEMORY };
     let plan = Plan::new(scene, &options, &Control::default()).unwrap();
     println!("{:?} {:?}, terms {}", plan.space.spatial, plan.space.star_factor, plan.spectral.terms());
     barnard::backend::cpu::render(scene, &plan, &Control::default()).unwrap().0

@@ -1,1 +1,32 @@
-fn main() {}
+//! The command `barnard`: what any telescope would see of a three-dimensional nebula, in true units.
+
+mod progress;
+mod source;
+mod verbs;
+
+use clap::Parser;
+
+/// Physically calibrated spectral rendering of nebulae.
+///
+/// Begin with:  barnard render --builtin reflection_nebula -o nebula.png
+#[derive(Parser)]
+#[command(name = "barnard", version, propagate_version = true, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    verb: verbs::Verb,
+}
+
+fn main() -> std::process::ExitCode {
+    tracing_subscriber::fmt().with_max_level(tracing::Level::WARN).with_writer(std::io::stderr).init();
+    match Cli::parse().verb.run() {
+        Ok(code) => code,
+        Err(error) => {
+            // A reader that closed the pipe has seen enough.
+            if error.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe) {
+                return std::process::ExitCode::SUCCESS;
+            }
+            eprintln!("barnard: {error:#}");
+            std::process::ExitCode::FAILURE
+        }
+    }
+}

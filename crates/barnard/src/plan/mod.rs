@@ -33,8 +33,6 @@ use crate::scene::{Method, Scene};
 pub struct Options {
     /// Spectral rule and accuracy.
     pub method: Method,
-    /// A fixed number of samples a ray, for comparisons.
-    pub steps: Option<usize>,
     /// Most bytes a plan may take.
     pub memory_limit: u64,
 }
@@ -69,7 +67,7 @@ impl Plan {
         let lights = Arc::new(crate::light::lights(scene)?);
         let mut space = Space::new(scene, options, control)?;
         let spectral = Arc::new(Spectral::new(scene, &lights, options, space.reach(&scene.camera))?);
-        let stepping = match options.steps {
+        let stepping = match options.method.steps {
             Some(n) => Stepping::Fixed(n),
             None => Stepping::PerVoxel(pilot::choose(scene, &lights, &spectral, &mut space, options, control)?),
         };

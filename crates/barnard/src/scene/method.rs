@@ -17,16 +17,21 @@ pub struct Method {
     pub count: Option<usize>,
     /// The domain D of rules that work in λ [µm]; each band's own support otherwise.
     pub domain_um: Option<(f64, f64)>,
+    /// A fixed number of samples a ray.
+    pub steps: Option<usize>,
     /// Voxels along the longest edge of a baked function; by the field's finest structure otherwise.
     pub bake: Option<usize>,
 }
+
+/// Most samples a ray that may be asked for.
+pub const MAX_STEPS: i64 = 1_000_000;
 
 /// The accuracy that holds unless told otherwise.
 pub const DEFAULT_ACCURACY: f64 = 1e-3;
 
 impl Default for Method {
     fn default() -> Self {
-        Self { name: rule::RULES[0].name, accuracy: DEFAULT_ACCURACY, count: None, domain_um: None, bake: None }
+        Self { name: rule::RULES[0].name, accuracy: DEFAULT_ACCURACY, count: None, domain_um: None, steps: None, bake: None }
     }
 }
 
@@ -53,6 +58,7 @@ pub(super) const KEYS: &[Key] = &[
         "each band's own",
         "wavelengths between which newton and gauss_legendre place their points, such as [\"300 nm\", \"1 um\"]",
     ),
+    Key::optional("steps", "integer", "chosen by accuracy", "fixed number of samples a ray, for comparisons"),
     Key::optional(
         "bake",
         "integer",
@@ -84,6 +90,7 @@ pub(super) fn build(section: Option<&Section>) -> Result<Method> {
         accuracy: section.number("accuracy", 1e-9..=0.5)?.unwrap_or(DEFAULT_ACCURACY),
         count: section.integer("count", 1..=4096)?.map(|n| n as usize),
         domain_um,
+        steps: section.integer("steps", 1..=MAX_STEPS)?.map(|n| n as usize),
         bake: section.integer("bake", 4..=2048)?.map(|n| n as usize),
     })
 }

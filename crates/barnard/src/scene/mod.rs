@@ -29,7 +29,7 @@ pub use emission::Emission;
 pub use kind::{Kind, build_kind, build_kind_with};
 pub use loader::{DEFAULT_MEMORY, Loader, read_limited};
 pub use manual::manual;
-pub use method::Method;
+pub use method::{MAX_STEPS, Method};
 pub use section::{Key, SceneText, Section};
 pub use star::Star;
 
@@ -78,6 +78,21 @@ const ROOT: &[Key] = &[
     Key::optional("display", "table", "defaults", "palette and stretch of pictures"),
     Key::optional("method", "table", "defaults", "how spectral integrals are done"),
 ];
+
+/// (name, summary) of the kinds of spectrum that stars and backgrounds choose from.
+pub fn star_spectra() -> impl Iterator<Item = (&'static str, &'static str)> {
+    star::SPECTRA.iter().map(|k| (k.name, k.summary))
+}
+
+/// (name, summary) of the kinds of glowing gas.
+pub fn emission_kinds() -> impl Iterator<Item = (&'static str, &'static str)> {
+    emission::KINDS.iter().map(|k| (k.name, k.summary))
+}
+
+/// (name, summary) of the kinds of passband.
+pub fn band_kinds() -> impl Iterator<Item = (&'static str, &'static str)> {
+    band::KINDS.iter().map(|k| (k.name, k.summary))
+}
 
 /// The named fields of a scene.
 pub struct Fields(BTreeMap<String, Arc<dyn Field>>);

@@ -1,0 +1,89 @@
+//! The table of `barnard bench`: every method on one scene in one run, time beside error.
+
+use std::time::Instant;
+
+use crate::backend::{cpu, reference};
+use crate::control::Control;
+use crate::error::Result;
+use crate::image::Image;
+use crate::plan::{Options, Plan};
+use crate::scene::Scene;
+
+/// One method's row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// The method.
+    pub name: String,
+    /// Exponentials a sample and star.
+    pub terms: usize,
+    /// Median time of a frame [s].
+    pub seconds: f64,
+    /// Median processor time of a frame, all threads [s]; NaN where the system does not tell.
+    pub cpu_seconds: f64,
+    /// Relative rms error of the worst band against the reference.
+    pub error: Option<f64>,
+}
+
+/// Times each method on `scene`; errors on an image of `error_size` pixels an edge, none if that is zero.
+pub fn table(mut scene: Scene, options: &Options, frames: usize, error_size: usize, control: &Control) -> Result<Vec<Row>> {
+    let size = (scene.camera.width, scene.camera.height);
+    let truth = if error_size > 0 {
+        (scene.camera.width, scene.camera.height) = (error_size, error_size);
+        Some(reference::render(&scene, reference::DEFAULT_ACCURACY, control)?)
+    } else {
+        None
+    };
+    let mut rows = Vec::new();
+    for rule in spectra::rule::RULES.iter().rev() {
+        let options = Options { method: options.method.clone().with_name(rule.name)?, ..options.clone() };
+        (scene.camera.width, scene.camera.height) = (error_size.max(1), error_size.max(1));
+        let small = Plan::new(&scene, &options, control)?;
+        let error = match &truth {
+            Some(truth) => Some(worst_error(&cpu::render(&scene, &small, control)?.0, truth)),
+            None => None,
+        };
+        (scene.camera.width, scene.camera.height) = size;
+        let plan = Plan { camera: scene.camera.clone(), ..small };
+        let (seconds, cpu_seconds) = timed(frames, || cpu::radiance(&plan, control).map(drop))?;
+        rows.push(Row { name: rule.name.to_owned(), terms: plan.spectral.terms(), seconds, cpu_seconds, error });
+    }
+    Ok(rows)
+}
+
+/// Median seconds and processor seconds of `work`, after one warm-up.
+pub fn timed(frames: usize, mut work: impl FnMut() -> Result<()>) -> Result<(f64, f64)> {
+    work()?;
+    let (mut wall, mut cpu) = (Vec::new(), Vec::new());
+    for _ in 0..frames {
+        let (start, before) = (Instant::now(), processor_seconds());
+        work()?;
+        wall.push(start.elapsed().as_secs_f64());
+        cpu.push(processor_seconds() - before);
+    }
+    let median = |mut v: Vec<f64>| {
+        v.sort_by(f64::total_cmp);
+        v[v.len() / 2]
+    };
+    Ok((median(wall), median(cpu)))
+}
+
+/// Processor time of this process so far [s]; on Linux from its statistics, NaN elsewhere.
+fn processor_seconds() -> f64 {
+    // Fields 14 and 15 behind the command's name: user and system time in ticks of 10 ms (Linux fixes USER_HZ at 100).
+    let read = || -> Option<f64> {
+        let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+        let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
+        Some((fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?) / 100.0)
+    };
+    read().unwrap_or(f64::NAN)
+}
+
+/// Relative rms difference of the worst band.
+fn worst_error(image: &Image, truth: &Image) -> f64 {
+    let error = |b: usize| {
+        let difference: f64 = image.band(b).zip(truth.band(b)).map(|(a, t)| (a - t).powi(2)).sum();
+        let size: f64 = truth.band(b).map(|t| t * t).sum();
+        if size > 0.0 { (difference / size).sqrt() } else { 0.0 }
+    };
+    (0..truth.bands.len()).map(error).fold(0.0, f64::max)
+}

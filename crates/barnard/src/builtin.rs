@@ -1,0 +1,53 @@
+//! Scenes that are compiled in. Each is a file of `scenes/` and one row of [`SCENES`].
+
+use spectra::SpectraError;
+
+use crate::error::Result;
+use crate::scene::{Loader, Scene};
+
+/// One row of the catalogue.
+#[derive(Debug, Clone, Copy)]
+pub struct BuiltinScene {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// One line.
+    pub summary: &'static str,
+    /// The scene file.
+    pub text: &'static str,
+}
+
+macro_rules! scene {
+    ($name:literal, $summary:literal) => {
+        BuiltinScene { name: $name, summary: $summary, text: include_str!(concat!("../../../scenes/", $name, ".toml")) }
+    };
+}
+
+/// All built-in scenes; the first is the one to begin with.
+pub const SCENES: &[BuiltinScene] = &[
+    scene!("reflection_nebula", "a young B star in a ragged cloud: blue scattered light, Johnson BVR"),
+    scene!("hii_region", "an O star ionises a turbulent cloud (simulation): H-alpha, [O III], [S II] of 3 nm, Hubble palette"),
+    scene!("pillars", "pillars eroded by ultraviolet light (simulation), HST narrow bands, Hubble palette"),
+    scene!("dark_globule", "a Bok globule in front of a field of stars"),
+    scene!("six_stars", "six stars of different colours in one cloud, Johnson BVR"),
+    scene!("turbulent_cloud", "a supersonic turbulent cloud (simulation) with embedded stars in the near infrared, JWST NIRCam"),
+    scene!("deck", "the model of Barres & Neyret 2023: fBm on simplex noise, extinction 1/lambda, polynomial filters, N = 100"),
+];
+
+/// Files that built-in scenes use.
+const FILES: &[(&str, &[u8])] = &[
+    ("volumes/hii_turbulent_96.npz", include_bytes!("../../../scenes/volumes/hii_turbulent_96.npz")),
+    ("volumes/pillars_128.npz", include_bytes!("../../../scenes/volumes/pillars_128.npz")),
+    ("volumes/turbulent_cloud_128.npz", include_bytes!("../../../scenes/volumes/turbulent_cloud_128.npz")),
+];
+
+/// The built-in scene called `name`.
+pub fn entry(name: &str) -> Result<&'static BuiltinScene> {
+    let known: Vec<&str> = SCENES.iter().map(|s| s.name).collect();
+    Ok(SCENES.iter().find(|s| s.name == name).ok_or_else(|| SpectraError::unknown("built-in scene", name, &known))?)
+}
+
+/// Loads the built-in scene called `name`.
+pub fn load(name: &str, memory_limit: u64) -> Result<Scene> {
+    let entry = entry(name)?;
+    Scene::parse(&format!("built-in {name}"), name, entry.text.to_owned(), &Loader::embedded(FILES, memory_limit))
+}

@@ -1,0 +1,100 @@
+//! All catalogues by name: `barnard list`, the manual and test loops read the same tables.
+
+use spectra::SpectraError;
+
+use crate::error::Result;
+use crate::{backend, builtin, camera, field, formats, phase};
+
+/// Rows of (name, summary).
+type Rows = Vec<(String, String)>;
+
+/// One catalogue.
+pub struct Catalogue {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// What it holds.
+    pub summary: &'static str,
+    /// Its rows.
+    pub rows: fn() -> Rows,
+}
+
+fn rows<'a>(pairs: impl Iterator<Item = (&'a str, &'a str)>) -> Rows {
+    pairs.map(|(name, summary)| (name.to_owned(), summary.to_owned())).collect()
+}
+
+/// All of them.
+pub const CATALOGUES: &[Catalogue] = &[
+    Catalogue { name: "scenes", summary: "built-in scenes", rows: || rows(builtin::SCENES.iter().map(|s| (s.name, s.summary))) },
+    Catalogue { name: "methods", summary: "spectral rules", rows: || rows(spectra::rule::RULES.iter().map(|r| (r.name, r.summary))) },
+    Catalogue { name: "backends", summary: "what renders", rows: || rows(backend::BACKENDS.iter().map(|b| (b.name, b.summary))) },
+    Catalogue { name: "laws", summary: "extinction laws", rows: || rows(spectra::extinction::LAWS.iter().map(|l| (l.name, l.summary))) },
+    Catalogue { name: "phases", summary: "phase functions", rows: || rows(phase::KINDS.iter().map(|k| (k.name, k.summary))) },
+    Catalogue { name: "fields", summary: "kinds of field", rows: || rows(field::KINDS.iter().map(|k| (k.name, k.summary))) },
+    Catalogue { name: "cameras", summary: "kinds of camera", rows: || rows(camera::KINDS.iter().map(|k| (k.name, k.summary))) },
+    Catalogue { name: "spectra", summary: "kinds of stellar spectrum", rows: || rows(crate::scene::star_spectra()) },
+    Catalogue {
+        name: "stars",
+        summary: "embedded stellar spectra",
+        rows: || rows(spectra::sed::STARS.iter().map(|s| (s.name, s.summary))),
+    },
+    Catalogue { name: "emission", summary: "kinds of glowing gas", rows: || rows(crate::scene::emission_kinds()) },
+    Catalogue {
+        name: "line-lists",
+        summary: "lines of model nebulae",
+        rows: || rows(spectra::nebular::LINE_LISTS.iter().map(|l| (l.name, l.summary))),
+    },
+    Catalogue {
+        name: "ions",
+        summary: "ions with line emissivities",
+        rows: || rows(spectra::nebular::ions().into_iter().map(|i| (i, "emissivities over temperature and density, PyNeb 1.1.32"))),
+    },
+    Catalogue { name: "passbands", summary: "embedded passbands", rows: passbands },
+    Catalogue {
+        name: "passband-sets",
+        summary: "named sets of passbands",
+        rows: || rows(spectra::passband::SETS.iter().map(|s| (s.name, s.summary))),
+    },
+    Catalogue { name: "passband-kinds", summary: "kinds of passband of one's own", rows: || rows(crate::scene::band_kinds()) },
+    Catalogue {
+        name: "palettes",
+        summary: "colours of bands",
+        rows: || rows(spectra::colour::PALETTES.iter().map(|p| (p.name, p.summary))),
+    },
+    Catalogue {
+        name: "stretches",
+        summary: "curves from radiance to brightness",
+        rows: || rows(spectra::colour::STRETCHES.iter().map(|s| (s.name, s.summary))),
+    },
+    Catalogue {
+        name: "readers",
+        summary: "files that can be read",
+        rows: || formats::READERS.iter().map(|r| (r.extensions.join(", "), r.summary.to_owned())).collect(),
+    },
+    Catalogue {
+        name: "writers",
+        summary: "files that can be written",
+        rows: || rows(formats::WRITERS.iter().map(|w| (w.extension, w.summary))),
+    },
+];
+
+impl Catalogue {
+    /// The catalogue called `name`.
+    pub fn named(name: &str) -> Result<&'static Catalogue> {
+        let known: Vec<&str> = CATALOGUES.iter().map(|c| c.name).collect();
+        Ok(CATALOGUES.iter().find(|c| c.name == name).ok_or_else(|| SpectraError::unknown("catalogue", name, &known))?)
+    }
+}
+
+/// Name, pivot, width, counting and family.
+fn passbands() -> Rows {
+    let family = |name: &str| {
+        let found = spectra::passband::FAMILIES.iter().filter(|f| name.starts_with(f.name)).max_by_key(|f| f.name.len());
+        found.map_or(if name.starts_with("cie") { "CIE 1931" } else { "Johnson UBV and Cousins RI, energy, peak 1" }, |f| f.summary)
+    };
+    let row = |name: &str| {
+        let band = spectra::passband::Passband::named(name).ok()?;
+        let words = format!("pivot {:.2} nm, width {:.2} nm; {}", band.pivot().nm(), band.width().nm(), family(name));
+        Some((name.to_owned(), words))
+    };
+    spectra::passband::names().into_iter().filter_map(row).collect()
+}

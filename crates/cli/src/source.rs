@@ -1,0 +1,97 @@
+//! Which scene, and what the command line changes of it.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, bail};
+use barnard::plan::Options;
+use barnard::scene::{MAX_STEPS, Scene};
+use clap::Args;
+
+/// The scene and its overrides.
+#[derive(Args)]
+pub struct SceneArgs {
+    /// The scene file (TOML; see docs/scene-format.md)
+    #[arg(required_unless_present = "builtin", conflicts_with = "builtin")]
+    pub scene: Option<PathBuf>,
+    /// A built-in scene instead of a file; `barnard list scenes` names them
+    #[arg(long, value_name = "NAME")]
+    pub builtin: Option<String>,
+    /// Spectral method; `barnard list methods` names them
+    #[arg(long, value_name = "NAME")]
+    pub method: Option<String>,
+    /// Allowed error, such as 1e-3 (default: the scene's; reference: 1e-5)
+    #[arg(long, value_name = "X")]
+    pub accuracy: Option<f64>,
+    /// Fixed number of samples a ray, for comparisons
+    #[arg(long, value_name = "N")]
+    pub steps: Option<usize>,
+    /// Size of the image, such as 1920x1080
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<(usize, usize)>,
+    /// Number of threads (default: all cores)
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Most memory that one array, grid or image may take [GiB]
+    #[arg(long, value_name = "GIB", default_value_t = 16.0)]
+    pub memory: f64,
+}
+
+fn parse_size(text: &str) -> Result<(usize, usize), String> {
+    let wrong = || format!("a size is two whole numbers from 1 to {}, such as 1920x1080", barnard::camera::MAX_EDGE);
+    let (w, h) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
+    let edge = |t: &str| t.trim().parse().ok().filter(|n| (1..=barnard::camera::MAX_EDGE).contains(n)).ok_or_else(wrong);
+    Ok((edge(w)?, edge(h)?))
+}
+
+impl SceneArgs {
+    /// The memory limit [bytes].
+    pub fn memory_limit(&self) -> anyhow::Result<u64> {
+        if !(self.memory > 0.0 && self.memory < 1e6) {
+            bail!("--memory {} is no amount of GiB; give a number such as 8", self.memory);
+        }
+        Ok((self.memory * f64::from(1u32 << 30)) as u64)
+    }
+
+    /// Loads the scene and applies the overrides; starts the threads.
+    pub fn load(&self) -> anyhow::Result<(Scene, Options)> {
+        if let Some(threads) = self.threads {
+            if !(1..=4096).contains(&threads) {
+                bail!("--threads {threads} cannot be; give a number from 1 to 4096");
+            }
+            rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("cannot start the threads")?;
+        }
+        let memory_limit = self.memory_limit()?;
+        let mut scene = match (&self.scene, &self.builtin) {
+            (_, Some(name)) => barnard::builtin::load(name, memory_limit)?,
+            (Some(path), None) => Scene::load(path, memory_limit)?,
+            (None, None) => bail!("no scene; give a file, or --builtin NAME"),
+        };
+        if let Some((width, height)) = self.size {
+            (scene.camera.width, scene.camera.height) = (width, height);
+        }
+        let values = (scene.camera.width * scene.camera.height) as u64 * scene.bands.len() as u64;
+        barnard::formats::check_memory("the image", values.saturating_mul(16), memory_limit)?;
+        let method = self.method(&scene)?;
+        Ok((scene, Options { method, memory_limit }))
+    }
+
+    fn method(&self, scene: &Scene) -> anyhow::Result<barnard::scene::Method> {
+        let mut method = scene.method.clone();
+        if let Some(name) = &self.method {
+            method = method.with_name(name)?;
+        }
+        if let Some(accuracy) = self.accuracy {
+            if !(1e-9..=0.5).contains(&accuracy) {
+                bail!("--accuracy {accuracy} lies outside of 1e-9 to 0.5");
+            }
+            method.accuracy = accuracy;
+        }
+        if let Some(steps) = self.steps {
+            if !(1..=MAX_STEPS as usize).contains(&steps) {
+                bail!("--steps {steps} lies outside of 1 to {MAX_STEPS}");
+            }
+            method.steps = Some(steps);
+        }
+        Ok(method)
+    }
+}

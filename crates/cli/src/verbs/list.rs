@@ -1,0 +1,37 @@
+//! `barnard list`
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use barnard::catalogue::{CATALOGUES, Catalogue};
+use clap::Args;
+
+/// Prints a catalogue, one entry a line: name, then summary. Without a name, the catalogues.
+#[derive(Args)]
+pub struct List {
+    /// Which catalogue
+    catalogue: Option<String>,
+    /// As JSON, for programs
+    #[arg(long)]
+    json: bool,
+}
+
+impl List {
+    pub fn run(self) -> anyhow::Result<ExitCode> {
+        let rows: Vec<(String, String)> = match &self.catalogue {
+            None => CATALOGUES.iter().map(|c| (c.name.to_owned(), c.summary.to_owned())).collect(),
+            Some(name) => (Catalogue::named(name)?.rows)(),
+        };
+        let mut out = std::io::stdout().lock();
+        if self.json {
+            let list: Vec<_> = rows.iter().map(|(name, summary)| serde_json::json!({ "name": name, "summary": summary })).collect();
+            writeln!(out, "{}", serde_json::to_string_pretty(&list)?)?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        let width = rows.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+        for (name, summary) in rows {
+            writeln!(out, "{name:width$}  {summary}")?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}

@@ -1,0 +1,43 @@
+//! The verbs: one file each.
+
+mod bench;
+mod check;
+mod compare;
+mod completions;
+mod list;
+mod render;
+
+use std::process::ExitCode;
+
+use clap::Subcommand;
+
+/// What to do.
+#[derive(Subcommand)]
+pub enum Verb {
+    /// Render a scene to .exr, .fits, .npy or .png
+    Render(render::Render),
+    /// Validate a scene and print its plan: nodes, certificate, memory
+    Check(check::Check),
+    /// Print a catalogue, one entry a line
+    List(list::List),
+    /// Compare two images band by band
+    Compare(compare::Compare),
+    /// Time the methods on this machine, with their errors
+    Bench(bench::Bench),
+    /// Print shell completions
+    Completions(completions::Completions),
+}
+
+impl Verb {
+    /// Does it.
+    pub fn run(self) -> anyhow::Result<ExitCode> {
+        match self {
+            Verb::Render(verb) => verb.run(),
+            Verb::Check(verb) => verb.run(),
+            Verb::List(verb) => verb.run(),
+            Verb::Compare(verb) => verb.run(),
+            Verb::Bench(verb) => verb.run(),
+            Verb::Completions(verb) => verb.run(),
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! `barnard render`
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::bail;
+use barnard::backend::{BACKENDS, cpu, reference};
+use barnard::formats::{check_writable, save};
+use barnard::image::Image;
+use barnard::plan::{Options, Plan};
+use barnard::scene::Scene;
+use clap::{Args, ValueEnum};
+
+use crate::progress;
+use crate::source::SceneArgs;
+
+/// Renders a scene.
+///
+/// Examples:
+///   barnard render --builtin pillars -o pillars.png
+///   barnard render my.toml -o my.fits --accuracy 1e-4
+///   barnard render my.toml -o truth.npy --backend reference --size 64x64
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub struct Render {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Where to: .exr, .fits, .npy (radiance) or .png (picture)
+    #[arg(short, long, value_name = "OUT", required = true)]
+    output: Vec<PathBuf>,
+    /// What renders
+    #[arg(long, value_enum, default_value_t = Backend::Cpu)]
+    backend: Backend,
+}
+
+/// The rows of the back ends.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Backend {
+    /// f32, SIMD, all cores
+    Cpu,
+    /// f64, adaptive, exact: slow
+    Reference,
+}
+
+impl Render {
+    pub fn run(self) -> anyhow::Result<ExitCode> {
+        debug_assert_eq!(BACKENDS.len(), Backend::value_variants().len());
+        for path in &self.output {
+            check_writable(path)?;
+        }
+        let (scene, options) = self.scene.load()?;
+        let image = match self.backend {
+            Backend::Cpu => on_cpu(&scene, &options)?,
+            Backend::Reference => self.on_reference(&scene)?,
+        };
+        for path in &self.output {
+            save(&image, &scene.display, path)?;
+            println!("wrote {}", path.display());
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn on_reference(&self, scene: &Scene) -> anyhow::Result<Image> {
+        if self.scene.method.is_some() || self.scene.steps.is_some() {
+            bail!("--method and --steps belong to --backend cpu; the reference is adaptive and takes --accuracy alone");
+        }
+        let control = progress::control()?;
+        let start = Instant::now();
+        let accuracy = self.scene.accuracy.unwrap_or(reference::DEFAULT_ACCURACY);
+        let image = reference::render(scene, accuracy, &control)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let rays = scene.camera.width * scene.camera.height * scene.camera.supersampling.pow(2);
+        println!(
+            "{} x {}, {} bands, {seconds:.2} s, {:.0} rays/s, accuracy {accuracy:e} of each pixel",
+            image.width,
+            image.height,
+            image.bands.len(),
+            rays as f64 / seconds
+        );
+        Ok(image)
+    }
+}
+
+fn on_cpu(scene: &Scene, options: &Options) -> anyhow::Result<Image> {
+    let control = progress::control()?;
+    let start = Instant::now();
+    let plan = Plan::new(scene, options, &control)?;
+    let planned = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let (image, findings) = cpu::render(scene, &plan, &control)?;
+    let seconds = start.elapsed().as_secs_f64();
+    println!(
+        "{} x {}, {} bands, plan {planned:.2} s, render {seconds:.2} s, {:.2e} rays/s, {} ({} terms a sample)",
+        image.width,
+        image.height,
+        image.bands.len(),
+        findings.rays as f64 / seconds,
+        plan.spectral.method,
+        plan.spectral.terms()
+    );
+    for band in &image.bands {
+        for line in &band.certificate {
+            println!("{}: {line}", band.name);
+        }
+    }
+    if let Some((key, value)) = plan.spatial_note() {
+        println!("{key}: {value}");
+    }
+    Ok(image)
+}
