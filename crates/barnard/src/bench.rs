@@ -6,7 +6,7 @@ use crate::backend::{cpu, reference};
 use crate::control::Control;
 use crate::error::Result;
 use crate::image::Image;
-use crate::plan::{Options, Plan};
+use crate::plan::{Options, Plan, sample_functions};
 use crate::scene::Scene;
 
 /// One method's row.
@@ -26,6 +26,8 @@ pub struct Row {
 
 /// Times each method on `scene`; errors on an image of `error_size` pixels an edge, none if that is zero.
 pub fn table(mut scene: Scene, options: &Options, frames: usize, error_size: usize, control: &Control) -> Result<Vec<Row>> {
+    // Errors are those of transport: functions are sampled first, the same for all.
+    sample_functions(&mut scene, options)?;
     let size = (scene.camera.width, scene.camera.height);
     let truth = if error_size > 0 {
         (scene.camera.width, scene.camera.height) = (error_size, error_size);

@@ -18,7 +18,7 @@ use std::sync::Arc;
 pub use bricks::Bricks;
 pub use describe::describe;
 pub use pilot::Spatial;
-pub use space::Space;
+pub use space::{Space, sample_functions};
 pub use spectral::{BandPlan, PhaseTable, Spectral};
 pub use volume::{Channel, MAX_CHANNELS, Volume};
 

@@ -40,6 +40,17 @@ pub struct Space {
     emission: Vec<Grid>,
 }
 
+/// Puts grids in the place of functions, so that every back end sees the same samples.
+pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
+    if let Some(dust) = &mut scene.dust {
+        dust.density = Arc::new(baked(&dust.density, 1.0, "dust", options)?);
+    }
+    for gas in &mut scene.emission {
+        gas.density = Arc::new(baked(&gas.density, 1.0, &gas.name, options)?);
+    }
+    Ok(())
+}
+
 /// The field as a grid, sampled if it is a function.
 fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, options: &Options) -> Result<Grid> {
     if let Some(grid) = field.grid() {
@@ -119,8 +130,9 @@ impl Space {
         // Once as baked and once interleaved.
         check_memory(&format!("star depths of {stars} stars"), 8 * cells * stars, options.memory_limit)?;
         let bricks = Bricks::new(dust);
+        let volume = Volume::new(&dust.lattice, &[(Channel::Dust, &dust.data)]);
         let bake =
-            |(i, star): (usize, &DVec3)| star_depth::bake(dust, &bricks, &lattice, *star, (i as u64 * cells, stars * cells), control);
+            |(i, star): (usize, &DVec3)| star_depth::bake(&volume, &bricks, &lattice, *star, (i as u64 * cells, stars * cells), control);
         self.stars.iter().enumerate().map(bake).collect()
     }
 

@@ -10,10 +10,9 @@
 
 use multiversion::multiversion;
 
-use super::fetch::Cursor;
-use super::lane::{LANES, Lane, SERIES_LIMIT, exp, lanes, largest, mean_transmittance, sinhc};
 use super::tables::{Scatterer, Tables, Terms};
 use crate::geometry::Ray;
+use crate::packet::{Cursor, LANES, Lane, SERIES_LIMIT, exp, lanes, largest, mean_transmittance, sinhc};
 use crate::plan::near::{self, NEAR_ANGLE, NEAR_VOXELS};
 use crate::plan::{Channel, Plan, Stepping};
 
@@ -73,7 +72,7 @@ struct State<'a> {
     tau: Lane,
     /// Light so far, term × lane.
     sum: Vec<Lane>,
-    deepest: f32,
+    deepest: Lane,
 }
 
 /// A star as the packet sees it: foot of the perpendicular, from the span's start, and length of it.
@@ -95,7 +94,8 @@ impl<'a> March<'a> {
     pub fn packet(&self, rays: &[Ray; LANES]) -> (Vec<f32>, f32) {
         let terms = self.tables.band_of.len();
         let nowhere = ([0.0; LANES], [0.0; LANES]);
-        let mut state = State { rays, span: nowhere, dt: [0.0; LANES], tau: [0.0; LANES], sum: vec![[0.0; LANES]; terms], deepest: 0.0 };
+        let mut state =
+            State { rays, span: nowhere, dt: [0.0; LANES], tau: [0.0; LANES], sum: vec![[0.0; LANES]; terms], deepest: [0.0; LANES] };
         for span in self.spans(rays) {
             let length = |lane: usize| span.1[lane] - span.0[lane];
             let longest = (0..LANES).map(length).fold(0.0, f64::max);
@@ -109,7 +109,7 @@ impl<'a> March<'a> {
                 march_span(self, &mut state, steps);
             }
         }
-        (self.bands_of(&state), state.deepest)
+        (self.bands_of(&state), largest(&state.deepest))
     }
 
     /// The parts of the rays between the borders of all boxes: within one, a ray is inside or outside of each volume.
@@ -356,12 +356,10 @@ fn scatter(march: &March, state: &mut State, scatterer: &Scatterer, view: &StarV
         base[lane] = if near { 0.0 } else { mean * growth[lane] };
         along[lane] = t0 + 0.5 * dt;
     }
-    let mut deepest = state.deepest;
     for lane in 0..LANES {
-        let a = middle[lane] + half[lane].abs();
-        deepest = if growth[lane] > 0.0 && a > deepest { a } else { deepest };
+        let a = if growth[lane] > 0.0 { middle[lane] + half[lane].abs() } else { 0.0 };
+        state.deepest[lane] = if a > state.deepest[lane] { a } else { state.deepest[lane] };
     }
-    state.deepest = deepest;
     match &march.plan.spectral.phase {
         None => gather(march, state, scatterer, &base, &middle, &half, |term, _| scatterer.weights[term]),
         Some(table) => {

@@ -2,8 +2,6 @@
 //!
 //! A tile of 4 × 4 rays is one packet (`march`); packets share nothing, so the order in which threads take them does not matter.
 
-mod fetch;
-mod lane;
 mod march;
 mod tables;
 
@@ -13,10 +11,10 @@ use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::image::{Image, Samples};
+use crate::packet::LANES;
 use crate::plan::{Plan, describe};
 use crate::points;
 use crate::scene::Scene;
-use lane::LANES;
 use march::March;
 use tables::Tables;
 

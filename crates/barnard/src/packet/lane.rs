@@ -51,16 +51,18 @@ pub fn lanes(mut f: impl FnMut(usize) -> f32) -> Lane {
     lane
 }
 
-/// The largest of the lanes.
+/// The largest of the lanes, by halves: a chain of sixteen comparisons would wait for each.
 #[inline(always)]
 pub fn largest(lane: &Lane) -> f32 {
-    let mut largest = lane[0];
-    for v in lane {
-        if *v > largest {
-            largest = *v;
+    let mut rest = *lane;
+    let mut width = LANES / 2;
+    while width > 0 {
+        for i in 0..width {
+            rest[i] = if rest[i + width] > rest[i] { rest[i + width] } else { rest[i] };
         }
+        width /= 2;
     }
-    largest
+    rest[0]
 }
 
 #[cfg(test)]

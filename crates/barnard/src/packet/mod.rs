@@ -1,0 +1,7 @@
+//! Packets of rays: the arithmetic and the reads that the star depths and the march share.
+
+mod fetch;
+mod lane;
+
+pub use fetch::Cursor;
+pub use lane::{LANES, Lane, SERIES_LIMIT, exp, lanes, largest, mean_transmittance, sinhc};
