@@ -6,7 +6,7 @@
 use crate::geometry::Ray;
 use crate::plan::Volume;
 
-use super::lane::{LANES, Lane, ROUND};
+use super::lane::{LANES, Lane, ROUND, fma};
 
 /// A volume's place along a packet's rays: u = origin + slope · t in units of voxels.
 pub struct Cursor<'a> {
@@ -17,7 +17,13 @@ pub struct Cursor<'a> {
 
 impl<'a> Cursor<'a> {
     /// For `rays`, distances counted from `start` of each.
+    ///
+    /// # Panics
+    /// If the volume does not hold dims × channels values, at least two voxels along each axis: what the reads rely on.
     pub fn new(volume: &'a Volume, rays: &[Ray; LANES], start: &[f64; LANES]) -> Self {
+        let dims = volume.lattice.dims;
+        assert!(dims.iter().all(|n| *n >= 2) && (1..=8).contains(&volume.channels.len()));
+        assert_eq!(volume.data.len(), volume.lattice.cells() * volume.channels.len());
         let (mut origin, mut slope) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
         let voxel = volume.lattice.voxel_pc();
         for (lane, ray) in rays.iter().enumerate() {
@@ -55,24 +61,33 @@ impl<'a> Cursor<'a> {
     /// `ROW` is twice the number of channels.
     #[inline(always)]
     fn read_channels<const CHANNELS: usize, const ROW: usize>(&self, t: &Lane, out: &mut [Lane]) {
+        let out = &mut out[..CHANNELS];
         let [nx, ny, nz] = self.volume.lattice.dims;
         let (ix, fx) = self.axis(0, nx, t);
         let (iy, fy) = self.axis(1, ny, t);
         let (iz, fz) = self.axis(2, nz, t);
         let (dy, dz) = (nx * CHANNELS, nx * ny * CHANNELS);
         let data = &self.volume.data[..];
+        let mut base = [0usize; LANES];
         for lane in 0..LANES {
-            let base = iz[lane] as usize * dz + iy[lane] as usize * dy + ix[lane] as usize * CHANNELS;
-            let row = |at: usize| -> &[f32; ROW] { data[at..at + ROW].try_into().expect("a slice of ROW values") };
-            let (a, b, c, d) = (row(base), row(base + dy), row(base + dz), row(base + dz + dy));
+            base[lane] = iz[lane] as usize * dz + iy[lane] as usize * dy + ix[lane] as usize * CHANNELS;
+        }
+        for lane in 0..LANES {
+            let row = |at: usize| -> [f32; ROW] {
+                debug_assert!(at + ROW <= data.len());
+                // SAFETY: `axis` keeps every cell at most dims − 2 and the volume holds dims × CHANNELS values, so the row of the next
+                // y and z ends at or before the last value; `reads_at_every_border_stay_inside` walks all borders.
+                unsafe { data.as_ptr().add(at).cast::<[f32; ROW]>().read() }
+            };
+            let (a, b, c, d) = (row(base[lane]), row(base[lane] + dy), row(base[lane] + dz), row(base[lane] + dz + dy));
             let mut mixed = [0.0f32; ROW];
             for i in 0..ROW {
-                let low = a[i] + fy[lane] * (b[i] - a[i]);
-                let high = c[i] + fy[lane] * (d[i] - c[i]);
-                mixed[i] = low + fz[lane] * (high - low);
+                let low = fma(fy[lane], b[i] - a[i], a[i]);
+                let high = fma(fy[lane], d[i] - c[i], c[i]);
+                mixed[i] = fma(fz[lane], high - low, low);
             }
-            for (channel, values) in out.iter_mut().enumerate().take(CHANNELS) {
-                values[lane] = mixed[channel] + fx[lane] * (mixed[CHANNELS + channel] - mixed[channel]);
+            for channel in 0..CHANNELS {
+                out[channel][lane] = fma(fx[lane], mixed[CHANNELS + channel] - mixed[channel], mixed[channel]);
             }
         }
     }
@@ -83,7 +98,7 @@ impl<'a> Cursor<'a> {
         let (mut cell, mut fraction) = ([0; LANES], [0.0; LANES]);
         let (last, last_cell) = ((n - 1) as f32, (n - 2) as u32);
         for lane in 0..LANES {
-            let u = self.origin[axis][lane] + self.slope[axis][lane] * t[lane];
+            let u = fma(self.slope[axis][lane], t[lane], self.origin[axis][lane]);
             let u = if u < 0.0 { 0.0 } else { u };
             let u = if u > last { last } else { u };
             // Rounding u − ½ gives floor(u), or u − 1 on an integer: the fraction is then 1, which is the same place.
@@ -127,6 +142,29 @@ mod tests {
                         let truth = volume.at(c, ray.at(0.3 + f64::from(t[lane])));
                         assert!((f64::from(out[c][lane]) - truth).abs() < 2e-5, "{count} {step} {lane}");
                     }
+                }
+            }
+        }
+    }
+
+    /// Rays along every border and corner, far outside and with NaN: the values are the border's, and debug builds check every address.
+    #[test]
+    fn reads_at_every_border_stay_inside() {
+        let lattice = Lattice { dims: [3, 2, 4], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
+        let grid = Grid::sampled(lattice.clone(), |p| 1.0 + p.x + 2.0 * p.y + 4.0 * p.z);
+        for count in 1..=8 {
+            let parts: Vec<(Channel, &[f32])> = (0..count).map(|c| (Channel::Emission(c), &grid.data[..])).collect();
+            let volume = Volume::new(&lattice, &parts);
+            let ray = |i: usize| {
+                let corner = DVec3::new(f64::from(i as u32 & 1), f64::from(i as u32 >> 1 & 1), f64::from(i as u32 >> 2 & 1)) * 2.0 - 1.0;
+                Ray { origin: corner * if i < 8 { 1.0 } else { 50.0 }, direction: if i % 3 == 0 { -corner.normalize() } else { DVec3::X } }
+            };
+            let cursor = Cursor::new(&volume, &std::array::from_fn(ray), &[0.0; LANES]);
+            for t in [0.0, 1.0, 2.0, 3.5, 1e6, -1e6, f32::INFINITY, f32::NAN] {
+                let mut out = [[0.0; LANES]; 8];
+                cursor.read(&[t; LANES], &mut out);
+                if t.is_finite() {
+                    assert!(out[..count].iter().flatten().all(|v| (-6.0..=8.0).contains(v)), "{t}");
                 }
             }
         }

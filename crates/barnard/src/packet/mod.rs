@@ -4,4 +4,4 @@ mod fetch;
 mod lane;
 
 pub use fetch::Cursor;
-pub use lane::{LANES, Lane, SERIES_LIMIT, exp, lanes, largest, mean_transmittance, sinhc};
+pub use lane::{LANES, Lane, SERIES_LIMIT, exp, fma, lanes, largest, mean_transmittance, sinhc};

@@ -48,11 +48,7 @@ pub fn bake(dust: &Volume, bricks: &Bricks, lattice: &Lattice, star: DVec3, shar
 }
 
 /// Depths from `star` to sixteen places.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx512cd+avx2+fma+bmi1+bmi2+lzcnt+popcnt",
-    "x86_64+avx2+fma+bmi1+bmi2+lzcnt+popcnt",
-    "aarch64+neon"
-))]
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
 fn depths_of(dust: &Volume, star: DVec3, places: &[DVec3; LANES]) -> Lane {
     let rays: [(Ray, f64); LANES] = std::array::from_fn(|lane| Ray::between(star, places[lane]));
     let inside = |lane: usize| dust.lattice.bounds.clip(&rays[lane].0).map_or((0.0, 0.0), |(near, far)| (near, far.min(rays[lane].1)));

@@ -12,7 +12,7 @@ use multiversion::multiversion;
 
 use super::tables::{Scatterer, Tables, Terms};
 use crate::geometry::Ray;
-use crate::packet::{Cursor, LANES, Lane, SERIES_LIMIT, exp, lanes, largest, mean_transmittance, sinhc};
+use crate::packet::{Cursor, LANES, Lane, SERIES_LIMIT, exp, fma, lanes, largest, mean_transmittance, sinhc};
 use crate::plan::near::{self, NEAR_ANGLE, NEAR_VOXELS};
 use crate::plan::{Channel, Plan, Stepping};
 
@@ -258,11 +258,7 @@ impl<'a> March<'a> {
     }
 }
 
-#[multiversion(targets(
-    "x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx512cd+avx2+fma+bmi1+bmi2+lzcnt+popcnt",
-    "x86_64+avx2+fma+bmi1+bmi2+lzcnt+popcnt",
-    "aarch64+neon"
-))]
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
 fn march_span(march: &March, state: &mut State, steps: usize) {
     let cursors: Vec<Cursor> = march.plan.space.volumes.iter().map(|v| Cursor::new(v, state.rays, &state.span.0)).collect();
     let masks = march.masks(state);
@@ -345,13 +341,13 @@ fn scatter(march: &March, state: &mut State, scatterer: &Scatterer, view: &StarV
     let (mut close, mut base, mut along) = ([false; LANES], [0.0; LANES], [0.0; LANES]);
     for lane in 0..LANES {
         let (b, dt) = (view.distance[lane], state.dt[lane]);
-        let t0 = step as f32 * dt - view.foot[lane];
-        let p = b * b + t0 * (t0 + dt);
+        let t0 = fma(step as f32, dt, -view.foot[lane]);
+        let p = fma(b, b, t0 * (t0 + dt));
         let near = p < reach * reach || b * dt > NEAR_ANGLE as f32 * p;
         let inverse = 1.0 / if near { 1.0 } else { p };
         let q = b * dt * inverse;
         let q2 = q * q;
-        let mean = inverse * (1.0 - q2 * (1.0 / 3.0 - q2 * (1.0 / 5.0 - q2 * (1.0 / 7.0 - q2 * (1.0 / 9.0)))));
+        let mean = inverse * fma(q2, fma(q2, fma(q2, fma(q2, 1.0 / 9.0, -1.0 / 7.0), 1.0 / 5.0), -1.0 / 3.0), 1.0);
         close[lane] = near && growth[lane] > 0.0;
         base[lane] = if near { 0.0 } else { mean * growth[lane] };
         along[lane] = t0 + 0.5 * dt;
@@ -360,8 +356,9 @@ fn scatter(march: &March, state: &mut State, scatterer: &Scatterer, view: &StarV
         let a = if growth[lane] > 0.0 { middle[lane] + half[lane].abs() } else { 0.0 };
         state.deepest[lane] = if a > state.deepest[lane] { a } else { state.deepest[lane] };
     }
+    let weights = &scatterer.weights[..];
     match &march.plan.spectral.phase {
-        None => gather(march, state, scatterer, &base, &middle, &half, |term, _| scatterer.weights[term]),
+        None => gather(march, state, scatterer, &middle, &half, |term| scaled(&base, weights[term])),
         Some(table) => {
             let mut entry = [(0, 0.0); LANES];
             for lane in 0..LANES {
@@ -369,14 +366,16 @@ fn scatter(march: &March, state: &mut State, scatterer: &Scatterer, view: &StarV
                 entry[lane] = march.phase_entry(-along[lane] / if r > 0.0 { r } else { 1.0 });
             }
             if table.separable {
+                let values = &table.weights[scatterer.light];
                 let spread = lanes(|lane| {
                     let (i, f) = entry[lane];
-                    let values = &table.weights[scatterer.light];
                     base[lane] * (values[i] + f * (values[i + 1] - values[i]))
                 });
-                gather(march, state, scatterer, &spread, &middle, &half, |term, _| scatterer.weights[term]);
+                gather(march, state, scatterer, &middle, &half, |term| scaled(&spread, weights[term]));
             } else {
-                gather(march, state, scatterer, &base, &middle, &half, |term, lane| march.phase_weight(scatterer, term, entry[lane]));
+                gather(march, state, scatterer, &middle, &half, |term| {
+                    lanes(|lane| base[lane] * march.phase_weight(scatterer, term, entry[lane]))
+                });
             }
         }
     }
@@ -385,40 +384,39 @@ fn scatter(march: &March, state: &mut State, scatterer: &Scatterer, view: &StarV
     }
 }
 
-/// Adds base · weight · ⟨e^(−k a)⟩ to every term.
+/// Each lane times one number.
 #[inline(always)]
-fn gather(
-    march: &March,
-    state: &mut State,
-    scatterer: &Scatterer,
-    base: &Lane,
-    middle: &Lane,
-    half: &Lane,
-    weight: impl Fn(usize, usize) -> f32,
-) {
+fn scaled(lane: &Lane, factor: f32) -> Lane {
+    lanes(|i| lane[i] * factor)
+}
+
+/// Adds base · ⟨e^(−k a)⟩ to every term, `base` being scattering times the term's weight.
+#[inline(always)]
+fn gather(march: &March, state: &mut State, scatterer: &Scatterer, middle: &Lane, half: &Lane, base: impl Fn(usize) -> Lane) {
     match &march.tables.terms {
         Terms::Nodes { k } => {
             let gentle = largest(&lanes(|lane| half[lane].abs())) * march.tables.k_range.1 <= SERIES_LIMIT;
             for (term, (k, sum)) in k.iter().zip(&mut state.sum).enumerate() {
+                let base = base(term);
                 if gentle {
                     for lane in 0..LANES {
                         let y = k * half[lane];
-                        sum[lane] += base[lane] * weight(term, lane) * exp(-k * middle[lane]) * sinhc(y * y);
+                        sum[lane] = fma(base[lane] * sinhc(y * y), exp(-k * middle[lane]), sum[lane]);
                     }
                 } else {
                     for lane in 0..LANES {
-                        sum[lane] += base[lane] * weight(term, lane) * mean_transmittance(k * middle[lane], k * half[lane]);
+                        sum[lane] += base[lane] * mean_transmittance(k * middle[lane], k * half[lane]);
                     }
                 }
             }
         }
         Terms::Lookup { tables } => {
             for (term, (table, sum)) in tables[scatterer.light].iter().zip(&mut state.sum).enumerate() {
+                let base = base(term);
                 for lane in 0..LANES {
                     let (log, slope) = table.at(middle[lane]);
                     // In the segment the medium is grey with the local mean extinction.
-                    let decay = mean_transmittance(0.0, slope * half[lane]) * exp(log);
-                    sum[lane] += base[lane] * weight(term, lane) * decay;
+                    sum[lane] += base[lane] * mean_transmittance(0.0, slope * half[lane]) * exp(log);
                 }
             }
         }
@@ -429,6 +427,7 @@ fn gather(
 #[inline(always)]
 fn emit(march: &March, state: &mut State, growth: &Lane, before: &[Lane], after: &[Lane]) {
     let middle = lanes(|lane| state.tau[lane] + 0.5 * growth[lane]);
+    let gentle = 0.5 * largest(growth) * march.tables.k_range.1 <= SERIES_LIMIT;
     for (light, species, weights) in &march.tables.emitted {
         let slot = march.slots.species[*species];
         let base = lanes(|lane| 0.5 * state.dt[lane] * (before[slot][lane] + after[slot][lane]));
@@ -436,16 +435,26 @@ fn emit(march: &March, state: &mut State, growth: &Lane, before: &[Lane], after:
             continue;
         }
         for (term, sum) in state.sum.iter_mut().enumerate().filter(|(term, _)| weights[*term] > 0.0) {
+            let base = scaled(&base, weights[term]);
             match &march.tables.terms {
-                Terms::Nodes { k } => {
+                Terms::Nodes { k } if gentle => {
+                    let k = k[term];
                     for lane in 0..LANES {
-                        sum[lane] += base[lane] * weights[term] * mean_transmittance(k[term] * middle[lane], 0.5 * k[term] * growth[lane]);
+                        let y = 0.5 * k * growth[lane];
+                        sum[lane] = fma(base[lane] * sinhc(y * y), exp(-k * middle[lane]), sum[lane]);
+                    }
+                }
+                Terms::Nodes { k } => {
+                    let k = k[term];
+                    for lane in 0..LANES {
+                        sum[lane] += base[lane] * mean_transmittance(k * middle[lane], 0.5 * k * growth[lane]);
                     }
                 }
                 Terms::Lookup { tables } => {
+                    let table = &tables[*light][term];
                     for lane in 0..LANES {
-                        let (log, slope) = tables[*light][term].at(middle[lane]);
-                        sum[lane] += base[lane] * weights[term] * mean_transmittance(0.0, 0.5 * slope * growth[lane]) * exp(log);
+                        let (log, slope) = table.at(middle[lane]);
+                        sum[lane] += base[lane] * mean_transmittance(0.0, 0.5 * slope * growth[lane]) * exp(log);
                     }
                 }
             }
