@@ -45,12 +45,12 @@ fn with_bar() -> Control {
     })
 }
 
-/// A line at most every two seconds.
+/// A line at most every ten seconds.
 fn with_lines() -> Control {
     let last = Mutex::new(Instant::now());
     Control::with_listener(move |stage, done, all| {
         let Ok(mut last) = last.lock() else { return };
-        if last.elapsed() > Duration::from_secs(2) {
+        if last.elapsed() > Duration::from_secs(10) {
             *last = Instant::now();
             eprintln!("{}: {} %", words(stage), 100 * done / all.max(1));
         }

@@ -1,6 +1,6 @@
 //! Pilot rays: what a step size and the resolution of the star depths cost in error, measured on the scene itself.
 //!
-//! Some rays of the image are marched in f64 with steps of an eighth of a voxel and exact star depths; then with coarser steps and the baked depths, as the fast
+//! Some rays of the image are marched in f64 with twelve steps a voxel and exact star depths; then with coarser steps and the baked depths, as the fast
 //! back ends do. The coarsest that keeps `accuracy` (relative rms over the pilots, worst band) is taken.
 
 use rayon::prelude::*;

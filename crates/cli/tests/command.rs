@@ -1,0 +1,333 @@
+//! The command as a user meets it: good input works, bad input gives one clear message, status 1 or 2 and no file.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+struct Desk {
+    folder: tempfile::TempDir,
+}
+
+const SCENE: &str = r#"
+bands = "johnson"
+[camera]
+kind = "perspective"
+position = "0 0 5 pc"
+field_of_view = "30 deg"
+size = [16, 12]
+[field.cloud]
+kind = "grid"
+file = "cloud.npy"
+low = "-1 -1 -1 pc"
+high = "1 1 1 pc"
+[dust]
+density = "cloud"
+scale = "2 mag/pc"
+law = "fitzpatrick99"
+albedo = 0.6
+[[star]]
+kind = "blackbody"
+position = "0.3 0.3 0.3 pc"
+temperature = "12000 K"
+luminosity = "500 Lsun"
+"#;
+
+/// A version 1.0 .npy file.
+fn npy(descr: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+    let mut header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
+    while (10 + header.len() + 1) % 64 != 0 {
+        header.push(' ');
+    }
+    header.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.bytes());
+    bytes.extend(data);
+    bytes
+}
+
+fn cloud(change: impl Fn(usize) -> f32) -> Vec<u8> {
+    let data: Vec<u8> = (0..512).flat_map(|i| change(i).to_le_bytes()).collect();
+    npy("<f4", "(8, 8, 8)", &data)
+}
+
+impl Desk {
+    fn new() -> Self {
+        let desk = Self { folder: tempfile::tempdir().unwrap() };
+        desk.write("cloud.npy", &cloud(|i| 0.5 + 0.4 * (i as f32).sin()));
+        desk.write("scene.toml", SCENE.as_bytes());
+        desk
+    }
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+    fn write(&self, name: &str, bytes: &[u8]) {
+        std::fs::write(self.path(name), bytes).unwrap();
+    }
+    fn with(&self, from: &str, to: &str) -> &Self {
+        assert!(SCENE.contains(from), "{from}");
+        self.write("scene.toml", SCENE.replace(from, to).as_bytes());
+        self
+    }
+    fn run(&self, arguments: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_barnard")).args(arguments).current_dir(self.folder.path()).output().unwrap()
+    }
+    /// Renders and expects a message with all of `words`, a failing status, no panic and no file.
+    fn refuses(&self, arguments: &[&str], words: &[&str]) {
+        let before = listing(self.folder.path());
+        let output = self.run(arguments);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success(), "{arguments:?} went through");
+        assert!(output.status.code().is_some_and(|c| c == 1 || c == 2), "{:?}: {message}", output.status);
+        for word in words {
+            assert!(message.contains(word), "\"{word}\" is not in: {message}");
+        }
+        assert!(!message.contains("panicked"), "{message}");
+        assert_eq!(before, listing(self.folder.path()), "files were left behind");
+    }
+    fn refuses_scene(&self, words: &[&str]) {
+        self.refuses(&["render", "scene.toml", "-o", "out.npy"], words);
+    }
+}
+
+fn listing(folder: &Path) -> Vec<PathBuf> {
+    let mut names: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn renders_every_format_and_compares_them() {
+    let desk = Desk::new();
+    let output = desk.run(&["render", "scene.toml", "-o", "a.npy", "-o", "a.fits", "-o", "a.exr", "-o", "a.png"]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(text.contains("rays/s") && text.contains("spectral error at most"), "{text}");
+    for other in ["a.fits", "a.exr"] {
+        assert!(desk.run(&["compare", "a.npy", other, "--tolerance", "1e-7"]).status.success(), "{other}");
+    }
+    assert!(std::fs::read(desk.path("a.png")).unwrap().starts_with(b"\x89PNG"));
+    // Another star is another picture, and compare says so by its status.
+    desk.with("12000 K", "11000 K");
+    assert!(desk.run(&["render", "scene.toml", "-o", "b.npy"]).status.success());
+    assert_eq!(desk.run(&["compare", "b.npy", "a.npy", "--tolerance", "1e-3"]).status.code(), Some(1));
+}
+
+#[test]
+fn the_cpu_agrees_with_the_reference() {
+    let desk = Desk::new();
+    assert!(desk.run(&["render", "scene.toml", "-o", "cpu.npy"]).status.success());
+    assert!(desk.run(&["render", "scene.toml", "-o", "truth.npy", "--backend", "reference"]).status.success());
+    let output = desk.run(&["compare", "cpu.npy", "truth.npy", "--tolerance", "3e-3"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
+}
+
+#[test]
+fn the_same_bits_on_one_thread_and_on_many() {
+    let desk = Desk::new();
+    for threads in ["1", "5"] {
+        assert!(desk.run(&["render", "scene.toml", "-o", &format!("{threads}.npy"), "--threads", threads]).status.success());
+    }
+    assert_eq!(std::fs::read(desk.path("1.npy")).unwrap(), std::fs::read(desk.path("5.npy")).unwrap());
+}
+
+#[test]
+fn every_method_renders() {
+    let desk = Desk::new();
+    assert!(desk.run(&["render", "scene.toml", "-o", "truth.npy", "--backend", "reference"]).status.success());
+    let list = desk.run(&["list", "methods", "--json"]);
+    let names: Vec<String> = String::from_utf8(list.stdout)
+        .unwrap()
+        .lines()
+        .filter_map(|l| l.trim().strip_prefix("\"name\": \"")?.strip_suffix("\",").map(str::to_owned))
+        .collect();
+    assert!(names.len() >= 5);
+    for name in names {
+        let output = desk.run(&["render", "scene.toml", "--method", &name, "-o", "m.npy"]);
+        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        let tolerance = if name == "fixed_wavelength" { "0.2" } else { "0.01" };
+        let compared = desk.run(&["compare", "m.npy", "truth.npy", "--tolerance", tolerance]);
+        assert!(compared.status.success(), "{name}: {}", String::from_utf8_lossy(&compared.stdout));
+    }
+}
+
+#[test]
+fn every_catalogue_lists() {
+    let desk = Desk::new();
+    let names = String::from_utf8(desk.run(&["list"]).stdout).unwrap();
+    assert!(names.lines().count() >= 15);
+    for line in names.lines() {
+        let name = line.split_whitespace().next().unwrap();
+        let rows = String::from_utf8(desk.run(&["list", name]).stdout).unwrap();
+        assert!(rows.lines().count() >= 2 && rows.lines().all(|l| l.split_whitespace().count() >= 2), "{name}: {rows}");
+    }
+    assert!(String::from_utf8(desk.run(&["list", "passbands"]).stdout).unwrap().lines().count() == 209);
+}
+
+#[test]
+fn every_built_in_scene_is_valid() {
+    for scene in barnard::builtin::SCENES {
+        barnard::builtin::load(scene.name, barnard::scene::DEFAULT_MEMORY).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
+    }
+}
+
+#[test]
+fn check_prints_the_plan() {
+    let output = Desk::new().run(&["check", "scene.toml"]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    for word in ["nodes", "memory", "steps", "johnson-B", "ok"] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+}
+
+#[test]
+fn unknown_keys_and_names_are_answered_with_the_nearest() {
+    let desk = Desk::new();
+    desk.with("albedo = 0.6", "albdeo = 0.6").refuses_scene(&["albdeo", "did you mean \"albedo\"", "scene.toml:18"]);
+    desk.with("fitzpatrick99", "fitzpatrik99").refuses_scene(&["fitzpatrik99", "fitzpatrick99", "scene.toml:17"]);
+    desk.with("\"johnson\"", "\"jonson\"").refuses_scene(&["jonson", "did you mean \"johnson"]);
+    desk.with("kind = \"blackbody\"", "kind = \"blackbodi\"").refuses_scene(&["blackbodi", "blackbody"]);
+    desk.with("density = \"cloud\"", "density = \"clud\"").refuses_scene(&["clud", "cloud"]);
+    desk.with("kind = \"grid\"", "kind = \"gird\"").refuses_scene(&["gird", "grid"]);
+}
+
+#[test]
+fn wrong_units_and_values_are_named() {
+    let desk = Desk::new();
+    desk.with("30 deg", "30 pc").refuses_scene(&["30 pc", "angle", "field_of_view", "scene.toml:6"]);
+    desk.with("2 mag/pc", "2 mag").refuses_scene(&["2 mag", "mag/pc"]);
+    desk.with("12000 K", "-5 K").refuses_scene(&["-5 K", "above zero"]);
+    desk.with("albedo = 0.6", "albedo = 1.5").refuses_scene(&["albedo"]);
+    desk.with("[16, 12]", "[0, 12]").refuses_scene(&["0 x 12", "size"]);
+    desk.with("\"0 0 5 pc\"", "\"0 0 pc\"").refuses_scene(&["position"]);
+    desk.with("bands = \"johnson\"", "bands = 'johnson").refuses_scene(&["scene.toml:2"]);
+}
+
+#[test]
+fn bad_densities_are_counted() {
+    let desk = Desk::new();
+    desk.write("cloud.npy", &cloud(|i| if i % 100 == 7 { -1.0 } else { 1.0 }));
+    desk.refuses_scene(&["6 negative cells of 512 cells", "cloud"]);
+    desk.write("cloud.npy", &cloud(|i| if i == 9 { f32::NAN } else { 1.0 }));
+    desk.refuses_scene(&["1 cells that are NaN or infinite", "[1, 1, 0]"]);
+    desk.write("cloud.npy", &cloud(|i| if i == 9 { f32::INFINITY } else { 1.0 }));
+    desk.refuses_scene(&["NaN or infinite"]);
+}
+
+#[test]
+fn broken_grids_are_refused_before_they_are_believed() {
+    let desk = Desk::new();
+    let good = cloud(|_| 1.0);
+    desk.write("cloud.npy", &good[..1000]);
+    desk.refuses_scene(&["truncated", "cloud.npy"]);
+    desk.write("cloud.npy", b"hello");
+    desk.refuses_scene(&["no .npy array", "cloud.npy"]);
+    desk.write("cloud.npy", &npy("<f4", "(8, 64)", &good[128..]));
+    desk.refuses_scene(&["2 axes", "three"]);
+    desk.write("cloud.npy", &npy("<f4", "(99999, 99999, 99999)", &[0; 64]));
+    desk.refuses_scene(&["MiB"]);
+    desk.write("cloud.npy", &npy("<c8", "(2, 2, 2)", &[0; 64]));
+    desk.refuses_scene(&["no real numbers"]);
+    desk.write("cloud.npy", &npy("<f4", "(0, 8, 8)", &[]));
+    desk.refuses_scene(&["empty"]);
+    // A header that is cut, twisted or longer than the file.
+    for length in [8, 10, 20, 60] {
+        desk.write("cloud.npy", &good[..length]);
+        desk.refuses_scene(&["cloud.npy"]);
+    }
+    std::fs::remove_file(desk.path("cloud.npy")).unwrap();
+    desk.refuses_scene(&["cannot be read", "cloud.npy"]);
+}
+
+#[test]
+fn broken_archives_and_fits_are_refused() {
+    let desk = Desk::new();
+    desk.write("cloud.npz", b"PK\x03\x04 nothing");
+    desk.with("cloud.npy", "cloud.npz").refuses_scene(&["cloud.npz"]);
+    let mut fits = b"SIMPLE  =                    T".to_vec();
+    fits.resize(2880, b' ');
+    desk.write("cloud.fits", &fits);
+    desk.with("cloud.npy", "cloud.fits").refuses_scene(&["cloud.fits", "END"]);
+    let card = |text: &str| format!("{text:<80}");
+    let header = |axes: &str| {
+        let cards = [
+            "SIMPLE  =                    T",
+            "BITPIX  =                  -32",
+            "NAXIS   =                    3",
+            axes,
+            "NAXIS2  =                    8",
+            "NAXIS3  =                    8",
+            "END",
+        ];
+        let mut bytes: Vec<u8> = cards.iter().flat_map(|c| card(c).into_bytes()).collect();
+        bytes.resize(2880, b' ');
+        bytes
+    };
+    desk.write("cloud.fits", &header("NAXIS1  =                    8"));
+    desk.refuses_scene(&["truncated", "cloud.fits"]);
+    desk.write("cloud.fits", &header("NAXIS1  =  9223372036854775807"));
+    desk.refuses_scene(&["cloud.fits"]);
+    // And a good one renders.
+    let mut good = header("NAXIS1  =                    8");
+    good.extend((0..512).flat_map(|_| 0.7f32.to_be_bytes()));
+    good.resize(5760, 0);
+    desk.write("cloud.fits", &good);
+    assert!(desk.run(&["render", "scene.toml", "-o", "fits.npy"]).status.success());
+}
+
+#[test]
+fn laws_and_passbands_must_meet() {
+    let desk = Desk::new();
+    desk.with("\"johnson\"", "\"jwst-miri\"").refuses_scene(&["fitzpatrick99", "valid from", "jwst-miri"]);
+    desk.write("band.csv", b"wavelength_nm,t\n500,0\n600,0\n");
+    let own = "[[band]]\nname = \"mine\"\nkind = \"file\"\nfile = \"band.csv\"\n[camera]";
+    desk.with("bands = \"johnson\"\n[camera]", own).refuses_scene(&["empty", "band.csv"]);
+    desk.write("band.csv", b"wavelength_nm,t\n500,0.1\n400,x\n");
+    desk.refuses_scene(&["line 3", "band.csv"]);
+    desk.write("band.csv", b"wavelength_nm,t\n500,0.1\n520,0.9\n600,0.3\n");
+    assert!(desk.run(&["render", "scene.toml", "-o", "own.npy"]).status.success());
+}
+
+#[test]
+fn a_buried_star_is_noticed() {
+    Desk::new().with("2 mag/pc", "5000 mag/pc").refuses_scene(&["star 1", "optical depth"]);
+}
+
+#[test]
+fn impossible_sizes_and_outputs_are_refused_at_once() {
+    let desk = Desk::new();
+    let render = |rest: &[&'static str]| [&["render", "scene.toml"], rest].concat();
+    desk.refuses(&render(&["-o", "missing/out.npy"]), &["missing", "does not exist"]);
+    desk.refuses(&render(&["-o", "out.gif"]), &["gif", ".png"]);
+    desk.refuses(&render(&["-o", "out.npy", "--size", "0x5"]), &["1920x1080"]);
+    desk.refuses(&render(&["-o", "out.npy", "--size", "60000x60000"]), &["MiB", "the image"]);
+    desk.refuses(&render(&["-o", "out.npy", "--memory", "0.000001"]), &["MiB"]);
+    desk.refuses(&render(&["-o", "out.npy", "--accuracy", "0"]), &["accuracy"]);
+    desk.refuses(&render(&["-o", "out.npy", "--method", "newtn"]), &["newtn", "newton"]);
+    desk.refuses(&["render", "nowhere.toml", "-o", "out.npy"], &["nowhere.toml"]);
+    desk.refuses(&["render", "--builtin", "pilars", "-o", "out.npy"], &["pilars", "pillars"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_render_leaves_nothing() {
+    let desk = Desk::new();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_barnard"))
+        .args(["render", "scene.toml", "-o", "out.npy", "--size", "6000x6000", "--backend", "reference"])
+        .current_dir(desk.folder.path())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(800));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait().unwrap();
+    assert_eq!(output.code(), Some(1));
+    assert_eq!(listing(desk.folder.path()).len(), 2, "files were left behind");
+}
+
+/// A folder that takes no file, not even from root.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_unwritable_folder_is_refused() {
+    let desk = Desk::new();
+    desk.refuses(&["render", "scene.toml", "-o", "/proc/out.npy"], &["/proc", "cannot be written"]);
+}
