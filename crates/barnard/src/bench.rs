@@ -7,7 +7,7 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::image::Image;
 use crate::plan::{Options, Plan, sample_functions};
-use crate::scene::Scene;
+use crate::scene::{Method, Scene};
 
 /// One method's row.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,27 +36,56 @@ pub fn table(mut scene: Scene, options: &Options, frames: usize, error_size: usi
         None
     };
     let mut rows = Vec::new();
-    for rule in spectra::rule::RULES.iter().rev() {
-        let options = Options { method: options.method.clone().with_name(rule.name)?, ..options.clone() };
+    for contestant in contestants(&options.method)? {
+        let options = Options { method: contestant.method, ..options.clone() };
         (scene.camera.width, scene.camera.height) = (error_size.max(1), error_size.max(1));
-        let small = Plan::new(&scene, &options, control)?;
+        let small = Plan { star_march: contestant.star_march, ..Plan::new(&scene, &options, control)? };
         let error = match &truth {
             Some(truth) => Some(worst_error(&cpu::render(&scene, &small, control)?.0, truth)),
             None => None,
         };
         (scene.camera.width, scene.camera.height) = size;
         let plan = Plan { camera: scene.camera.clone(), ..small };
+        // The deck's double integration takes minutes a frame: one frame says enough.
+        let frames = if contestant.star_march.is_some() { 0 } else { frames };
         let (seconds, cpu_seconds) = timed(frames, || cpu::radiance(&plan, control).map(drop))?;
-        rows.push(Row { name: rule.name.to_owned(), terms: plan.spectral.terms(), seconds, cpu_seconds, error });
+        rows.push(Row { name: contestant.name, terms: plan.spectral.terms(), seconds, cpu_seconds, error });
     }
     Ok(rows)
 }
 
-/// Median seconds and processor seconds of `work`, after one warm-up.
+/// One line of the table to be.
+struct Contestant {
+    name: String,
+    method: Method,
+    star_march: Option<usize>,
+}
+
+/// Samples a ray of the deck.
+const DECK_STEPS: usize = 100;
+
+/// The plain RGB march first, then every rule by accuracy, the default with the deck's N, and the deck's double integration.
+fn contestants(method: &Method) -> Result<Vec<Contestant>> {
+    let mut list = Vec::new();
+    for rule in spectra::rule::RULES.iter().rev() {
+        list.push(Contestant { name: rule.name.to_owned(), method: method.clone().with_name(rule.name)?, star_march: None });
+    }
+    let fixed = |name: &str| -> Result<Method> { Ok(Method { steps: Some(DECK_STEPS), ..method.clone().with_name(name)? }) };
+    for rule in ["fixed_wavelength", "band_quadrature", "newton"] {
+        list.push(Contestant { name: format!("{rule}, N = {DECK_STEPS}"), method: fixed(rule)?, star_march: None });
+    }
+    let name = format!("double integration, N = {DECK_STEPS}");
+    list.push(Contestant { name, method: fixed("newton")?, star_march: Some(DECK_STEPS) });
+    Ok(list)
+}
+
+/// Median seconds and processor seconds of `work`, after one warm-up; of the warm-up itself where `frames` is zero.
 pub fn timed(frames: usize, mut work: impl FnMut() -> Result<()>) -> Result<(f64, f64)> {
-    work()?;
+    if frames > 0 {
+        work()?;
+    }
     let (mut wall, mut cpu) = (Vec::new(), Vec::new());
-    for _ in 0..frames {
+    for _ in 0..frames.max(1) {
         let (start, before) = (Instant::now(), processor_seconds());
         work()?;
         wall.push(start.elapsed().as_secs_f64());

@@ -14,11 +14,14 @@ pub enum Stage {
     Rays,
 }
 
+/// Hears of (stage, done, all).
+type Listener = dyn Fn(Stage, u64, u64) + Send + Sync;
+
 /// Hears of progress and can stop the work.
 #[derive(Clone, Default)]
 pub struct Control {
     stop: Arc<AtomicBool>,
-    listener: Option<Arc<dyn Fn(Stage, u64, u64) + Send + Sync>>,
+    listener: Option<Arc<Listener>>,
 }
 
 impl Control {

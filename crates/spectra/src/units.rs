@@ -171,7 +171,7 @@ quantity! {
 }
 quantity! {
     /// A density of objects on the sky [sr⁻¹].
-    SkyDensity("density on the sky", "2000 /deg2") { "/deg2" = 3282.806_350_011_744, "/arcmin2" = 3282.806_350_011_744 * 3600.0, "/sr" = 1.0 }
+    SkyDensity("density on the sky", "2000 /deg2") { "/deg2" = 3_282.806_350_011_744, "/arcmin2" = 3_282.806_350_011_744 * 3600.0, "/sr" = 1.0 }
 }
 
 impl Wavelength {

@@ -70,10 +70,11 @@ impl Expression {
 
     /// The field this expression is: the named field itself, a grid where a grid takes part, the function otherwise.
     pub fn into_field(self) -> Arc<dyn Field> {
-        if let [Variable::Field(only)] = &self.variables[..] {
-            if self.formula.unparse().trim() == self.formula.var_names()[0] {
-                return only.clone();
-            }
+        let names = self.formula.var_names();
+        if let ([Variable::Field(only)], [name]) = (&self.variables[..], names)
+            && self.formula.unparse().trim() == name
+        {
+            return only.clone();
         }
         let finest = self.fields().filter_map(|f| f.grid()).max_by_key(|g| g.lattice.cells()).map(|g| g.lattice.clone());
         match finest {

@@ -75,9 +75,9 @@ impl Grid {
 
     /// Refuses negative, NaN and infinite values; says how many and where.
     pub fn check(&self, field: &str) -> Result<()> {
-        let tests: [(&'static str, fn(f32) -> bool); 2] =
-            [("cells that are NaN or infinite", |v| !v.is_finite()), ("negative cells", |v| v < 0.0)];
-        for (what, bad) in tests {
+        type Test = (&'static str, fn(f32) -> bool);
+        const TESTS: [Test; 2] = [("cells that are NaN or infinite", |v| !v.is_finite()), ("negative cells", |v| v < 0.0)];
+        for (what, bad) in TESTS {
             let count = self.data.iter().filter(|v| bad(**v)).count();
             if let Some(first) = self.data.iter().position(|v| bad(*v)) {
                 let [x, y, z] = self.lattice.place(first);

@@ -18,6 +18,9 @@ pub(super) const READER: super::Reader = super::Reader {
     image: Some(decode),
 };
 
+/// The attribute that lists the bands in the scene's order, a line each.
+const ORDER: &str = "bands";
+
 fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     let size = picture.width * picture.height;
     let channel = |band: usize| {
@@ -30,6 +33,9 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
         attributes.other.insert(Text::from(key.as_str()), AttributeValue::Text(Text::from(ascii(value).as_str())));
     };
     note("unit".into(), "W m-2 sr-1");
+    // Channels are stored by name; this is the scene's order.
+    let names: Vec<&str> = picture.bands.iter().map(|b| b.name.as_str()).collect();
+    note(ORDER.into(), &names.join("\n"));
     for (key, value) in &picture.notes {
         note(key.clone(), value);
     }
@@ -66,7 +72,14 @@ fn decode(request: &Request) -> Result<image::Image> {
     let file = reader.non_parallel().from_buffered(Cursor::new(request.bytes)).map_err(broken)?;
     let layer = file.layer_data;
     let (width, height) = (layer.size.width(), layer.size.height());
-    let names = layer.channel_data.list.iter().map(|c| c.name.to_string()).collect();
-    let samples: Vec<f32> = layer.channel_data.list.iter().flat_map(|c| c.sample_data.values_as_f32()).collect();
+    let order = match layer.attributes.other.get(&Text::from(ORDER)) {
+        Some(AttributeValue::Text(text)) => text.to_string(),
+        _ => String::new(),
+    };
+    let position = |name: &str| order.lines().position(|n| n == name).unwrap_or(usize::MAX);
+    let mut channels: Vec<_> = layer.channel_data.list.iter().collect();
+    channels.sort_by_key(|c| position(&c.name.to_string()));
+    let names = channels.iter().map(|c| c.name.to_string()).collect();
+    let samples: Vec<f32> = channels.iter().flat_map(|c| c.sample_data.values_as_f32()).collect();
     Ok(image::Image::bare(width, height, names, image::Samples::Single(samples)))
 }

@@ -157,7 +157,10 @@ mod tests {
             let volume = Volume::new(&lattice, &parts);
             let ray = |i: usize| {
                 let corner = DVec3::new(f64::from(i as u32 & 1), f64::from(i as u32 >> 1 & 1), f64::from(i as u32 >> 2 & 1)) * 2.0 - 1.0;
-                Ray { origin: corner * if i < 8 { 1.0 } else { 50.0 }, direction: if i % 3 == 0 { -corner.normalize() } else { DVec3::X } }
+                Ray {
+                    origin: corner * if i < 8 { 1.0 } else { 50.0 },
+                    direction: if i.is_multiple_of(3) { -corner.normalize() } else { DVec3::X },
+                }
             };
             let cursor = Cursor::new(&volume, &std::array::from_fn(ray), &[0.0; LANES]);
             for t in [0.0, 1.0, 2.0, 3.5, 1e6, -1e6, f32::INFINITY, f32::NAN] {

@@ -10,7 +10,7 @@ mod pilot;
 pub mod segment;
 mod space;
 mod spectral;
-mod star_depth;
+pub mod star_depth;
 mod volume;
 
 use std::sync::Arc;
@@ -50,6 +50,8 @@ pub struct Plan {
     pub spectral: Arc<Spectral>,
     /// Steps along a ray.
     pub stepping: Stepping,
+    /// Samples of a star depth that is marched again at every sample of a ray instead of being read: the deck's double integration.
+    pub star_march: Option<usize>,
 }
 
 /// How far a ray's samples are apart.
@@ -71,7 +73,7 @@ impl Plan {
             Some(n) => Stepping::Fixed(n),
             None => Stepping::PerVoxel(pilot::choose(scene, &lights, &spectral, &mut space, options, control)?),
         };
-        Ok(Self { camera: scene.camera.clone(), lights, space: Arc::new(space), spectral, stepping })
+        Ok(Self { camera: scene.camera.clone(), lights, space: Arc::new(space), spectral, stepping, star_march: None })
     }
 
     /// The certificate of a passband in words, a line for each light, for optical depths up to `depth`.

@@ -112,7 +112,8 @@ fn march(space: &Space, spectral: &Spectral, lights: &[Light], ray: &Ray, per_vo
                 match l.path {
                     Path::Scattered { star } if growth > 0.0 => {
                         let depths = (tau + before.depths[star], tau + growth + after.depths[star]);
-                        scatter(space, spectral, light, star, ray, (t0, t1), (tau, growth), depths, &mut bands);
+                        let segment = Segment { span: (t0, t1), tau: (tau, growth), depths };
+                        scatter((space, spectral), (light, star), ray, &segment, &mut bands);
                     }
                     Path::Emitted { species } => {
                         let density = 0.5 * dt * (before.emission[species] + after.emission[species]);
@@ -135,19 +136,16 @@ fn march(space: &Space, spectral: &Spectral, lights: &[Light], ray: &Ray, per_vo
     bands
 }
 
-/// Scattered light of one star in one segment.
-#[allow(clippy::too_many_arguments)]
-fn scatter(
-    space: &Space,
-    spectral: &Spectral,
-    light: usize,
-    star: usize,
-    ray: &Ray,
-    (t0, t1): (f64, f64),
-    (tau, growth): (f64, f64),
+/// A segment of a ray: distances of its ends, τ at its start and how it grows, depths eye to sample to star at its ends.
+struct Segment {
+    span: (f64, f64),
+    tau: (f64, f64),
     depths: (f64, f64),
-    bands: &mut [f64],
-) {
+}
+
+/// Scattered light of one star in one segment.
+fn scatter((space, spectral): (&Space, &Spectral), (light, star): (usize, usize), ray: &Ray, segment: &Segment, bands: &mut [f64]) {
+    let ((t0, t1), (tau, growth), depths) = (segment.span, segment.tau, segment.depths);
     let position = space.stars[star];
     let foot = (position - ray.origin).dot(ray.direction);
     let b = (position - ray.at(foot)).length();

@@ -14,7 +14,7 @@ use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::field::Lattice;
 use crate::geometry::Ray;
-use crate::packet::{Cursor, LANES, Lane, lanes, largest};
+use crate::packet::{Cursor, LANES, lanes, largest};
 use crate::plan::{Bricks, Volume};
 
 /// Depth past which light is gone: e^(−80) is below the smallest f32 beside 1.
@@ -37,7 +37,7 @@ pub fn bake(dust: &Volume, bricks: &Bricks, lattice: &Lattice, star: DVec3, shar
             let centre = |lane: usize| lattice.centre((packet * LANES + lane).min(row - 1), y, z);
             let centres: [DVec3; LANES] = std::array::from_fn(centre);
             if centres.iter().any(|c| dusty(bricks, *c)) {
-                values.copy_from_slice(&depths_of(dust, star, &centres)[..values.len()]);
+                values.copy_from_slice(&depths_of(dust, 0, star, &centres, None)[..values.len()]);
             }
         }
         let count = done.fetch_add(row as u64, Ordering::Relaxed) + row as u64;
@@ -47,23 +47,24 @@ pub fn bake(dust: &Volume, bricks: &Bricks, lattice: &Lattice, star: DVec3, shar
     Ok(depths)
 }
 
-/// Depths from `star` to sixteen places.
+/// Depths from `star` to sixteen places through channel `slot` of `dust`, with `steps` samples or [`PER_VOXEL`] of them a voxel.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn depths_of(dust: &Volume, star: DVec3, places: &[DVec3; LANES]) -> Lane {
+pub fn depths_of(dust: &Volume, slot: usize, star: DVec3, places: &[DVec3; LANES], steps: Option<usize>) -> [f32; LANES] {
     let rays: [(Ray, f64); LANES] = std::array::from_fn(|lane| Ray::between(star, places[lane]));
     let inside = |lane: usize| dust.lattice.bounds.clip(&rays[lane].0).map_or((0.0, 0.0), |(near, far)| (near, far.min(rays[lane].1)));
     let spans: [(f64, f64); LANES] = std::array::from_fn(inside);
     let length = lanes(|lane| (spans[lane].1 - spans[lane].0).max(0.0) as f32);
-    let steps = (f64::from(largest(&length)) / dust.lattice.voxel_pc().min_element() * PER_VOXEL).ceil().max(1.0) as usize;
+    let natural = f64::from(largest(&length)) / dust.lattice.voxel_pc().min_element() * PER_VOXEL;
+    let steps = steps.unwrap_or(natural.ceil().max(1.0) as usize);
     let dt = lanes(|lane| length[lane] / steps as f32);
     let cursor = Cursor::new(dust, &std::array::from_fn(|lane| rays[lane].0), &std::array::from_fn(|lane| spans[lane].0));
     let mut sum = [0.0; LANES];
     for step in 0..steps {
         let t = lanes(|lane| (step as f32 + 0.5) * dt[lane]);
-        let mut sigma = [[0.0; LANES]];
-        cursor.read(&t, &mut sigma);
+        let mut values = [[0.0; LANES]; crate::plan::MAX_CHANNELS];
+        cursor.read(&t, &mut values);
         for lane in 0..LANES {
-            sum[lane] += sigma[0][lane] * dt[lane];
+            sum[lane] += values[slot][lane] * dt[lane];
         }
         if step % 16 == 15 && sum.iter().all(|s| *s > OPAQUE as f32) {
             break;

@@ -39,10 +39,10 @@ pub(super) fn build(section: Option<&Section>, bands: &[Passband]) -> Result<Dis
     let stretch = Stretch::named(section.text("stretch")?.unwrap_or("asinh"), section.number("strength", 0.0..=f64::MAX)?);
     let level = |key| Ok::<_, crate::Error>(section.number(key, 0.0..=f64::MAX)?.map_or(Level::Auto, Level::Radiance));
     let (black, white) = (level("black")?, level("white")?);
-    if let (Level::Radiance(b), Level::Radiance(w)) = (black, white) {
-        if w <= b {
-            return Err(section.error("white", "white must be brighter than black"));
-        }
+    if let (Level::Radiance(b), Level::Radiance(w)) = (black, white)
+        && w <= b
+    {
+        return Err(section.error("white", "white must be brighter than black"));
     }
     Ok(Display { palette, balance: section.flag("balance")?.unwrap_or(false), stretch: section.wrap("stretch", stretch)?, black, white })
 }

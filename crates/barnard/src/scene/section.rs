@@ -93,12 +93,9 @@ impl<'a> Section<'a> {
 
     /// Refuses keys that are not in `known`.
     pub fn check_keys(&self, known: &[&str]) -> Result<()> {
-        for (key, _) in self.table.iter().filter(|(k, _)| !known.contains(k)) {
-            let hint = nearest(key, known.iter().copied()).map(|n| format!(", did you mean \"{n}\"?")).unwrap_or_default();
-            let message = format!("unknown key \"{key}\"{hint}; known: {}", known.join(", "));
-            return Err(self.error(key, message));
-        }
-        Ok(())
+        let Some((key, _)) = self.table.iter().find(|(k, _)| !known.contains(k)) else { return Ok(()) };
+        let hint = nearest(key, known.iter().copied()).map(|n| format!(", did you mean \"{n}\"?")).unwrap_or_default();
+        Err(self.error(key, format!("unknown key \"{key}\"{hint}; known: {}", known.join(", "))))
     }
 
     /// The error `message` about `key`.

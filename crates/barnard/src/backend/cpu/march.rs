@@ -14,7 +14,7 @@ use super::tables::{Scatterer, Tables, Terms};
 use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, SERIES_LIMIT, exp, fma, lanes, largest, mean_transmittance, sinhc};
 use crate::plan::near::{self, NEAR_ANGLE, NEAR_VOXELS};
-use crate::plan::{Channel, Plan, Stepping};
+use crate::plan::{Channel, Plan, Stepping, star_depth};
 
 /// What is the same for all packets.
 pub struct March<'a> {
@@ -168,9 +168,20 @@ impl<'a> March<'a> {
         let middle = |lane: usize| state.rays[lane].at(0.5 * (state.span.0[lane] + state.span.1[lane]));
         let mask = |v: &crate::plan::Volume| {
             let mask = lanes(|lane| f32::from(u8::from(v.lattice.bounds.contains(middle(lane)))));
-            mask.iter().any(|m| *m == 0.0).then_some(mask)
+            mask.contains(&0.0).then_some(mask)
         };
         self.plan.space.volumes.iter().map(mask).collect()
+    }
+
+    /// Marches the star depths of a sample again, as the deck does.
+    fn star_depths_again(&self, state: &State, step: usize, samples: usize, out: &mut [Lane]) {
+        let volumes = &self.plan.space.volumes;
+        let Some((dust, slot)) = volumes.iter().find_map(|v| v.channel(Channel::Dust).map(|slot| (v, slot))) else { return };
+        let place = |lane: usize| state.rays[lane].at(state.span.0[lane] + step as f64 * f64::from(state.dt[lane]));
+        let places = std::array::from_fn(place);
+        for (star, position) in self.plan.space.stars.iter().enumerate() {
+            out[self.slots.stars[star]] = star_depth::depths_of(dust, slot, *position, &places, Some(samples));
+        }
     }
 
     /// How many steps a ray may jump where everything around is empty.
@@ -276,6 +287,9 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
             continue;
         }
         sample(march, &cursors, &masks, &state.dt, step + 1, &mut after);
+        if let Some(samples) = march.plan.star_march {
+            march.star_depths_again(state, step + 1, samples, &mut after);
+        }
         segment(march, state, &views, step, &before, &after);
         std::mem::swap(&mut before, &mut after);
         step += 1;

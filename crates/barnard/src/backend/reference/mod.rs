@@ -62,8 +62,8 @@ pub fn render(scene: &Scene, accuracy: f64, control: &Control) -> Result<Image> 
     let rows: Vec<Vec<f64>> = {
         let done = std::sync::atomic::AtomicU64::new(0);
         let row = |i: usize| {
-            control.check()?;
-            let pixels: Vec<Vec<f64>> = (0..camera.width).map(|j| truth.pixel(camera, i, j)).collect();
+            let pixel = |j: usize| control.check().map(|()| truth.pixel(camera, i, j));
+            let pixels = (0..camera.width).map(pixel).collect::<Result<Vec<Vec<f64>>>>()?;
             let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
             control.report(Stage::Rays, count, camera.height as u64);
             Ok((0..bands).flat_map(|b| pixels.iter().map(move |p| p[b])).collect())
@@ -237,7 +237,7 @@ const PAIR: [(f64, f64, f64); 7] = [
 
 const MAX_LEVEL: usize = 20;
 /// The part of a pixel's allowed error that one cell may have: cells are some hundreds, their errors of either sign.
-const CELL_SHARE: f64 = 0.02;
+const CELL_SHARE: f64 = 0.1;
 
 impl<'a> Radiance<'a> {
     fn new(truth: &'a Truth<'a>) -> Self {
