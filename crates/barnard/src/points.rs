@@ -26,7 +26,7 @@ const PSF_SIGMA: f64 = 0.7;
 /// Where it is cut [pixels].
 const PSF_RADIUS: i64 = 4;
 /// More field stars than this are a mistake of the scene.
-const MAX_FIELD_STARS: f64 = 2e7;
+const MAX_FIELD_STARS: f64 = 5e6;
 
 /// A class of field stars: black bodies of one temperature, V = 0 (Vega).
 pub struct FieldClass {

@@ -1,7 +1,7 @@
 //! Reference answers that no renderer of ours made: images of an independent double-precision program, case by case.
 //!
-//! The folder is `../shared/cases` beside the project, or what BARNARD_CASES names; every sub-folder with a `scene.json` is a case. One case is
-//! also kept in `tests/cases`, so that the comparison runs everywhere. The measure is relative RMSE per band, units taken from the definitions.
+//! Three cases are kept in `tests/cases`; every sub-folder with a `scene.json` of the folder that BARNARD_CASES names, or of `../shared/cases` beside the project, is compared as well.
+//! The measure is relative RMSE per band, units taken from the definitions.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -15,20 +15,22 @@ use spectra::constants::{PARSEC, SPHERE};
 
 fn folders() -> Vec<PathBuf> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let shared = std::env::var("BARNARD_CASES").map(PathBuf::from).unwrap_or(here.join("../../../shared/cases"));
-    let own = here.join("tests/cases");
-    let mut cases = Vec::new();
-    for root in [own, shared] {
+    let more = std::env::var("BARNARD_CASES").map(PathBuf::from).unwrap_or(here.join("../../../shared/cases"));
+    let mut cases: Vec<PathBuf> = Vec::new();
+    for root in [here.join("tests/cases"), more] {
         match std::fs::read_dir(&root) {
-            Ok(entries) => cases.extend(entries.flatten().map(|e| e.path()).filter(|p| p.join("scene.json").is_file())),
-            Err(_) => eprintln!(
-                "MISSING: the reference cases in {} are not there; only the case kept in the repository is compared",
-                root.display()
-            ),
+            Ok(entries) => {
+                let found = entries.flatten().map(|e| e.path()).filter(|p| p.join("scene.json").is_file());
+                let new: Vec<PathBuf> = found.filter(|p| cases.iter().all(|c| c.file_name() != p.file_name())).collect();
+                cases.extend(new);
+            }
+            Err(_) => {
+                eprintln!("MISSING: no further reference cases in {}; only those kept in the repository are compared", root.display())
+            }
         }
     }
     cases.sort();
-    assert!(!cases.is_empty(), "no reference case at all");
+    assert!(cases.len() >= 3, "reference cases are missing");
     cases
 }
 

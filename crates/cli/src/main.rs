@@ -17,7 +17,6 @@ struct Cli {
 }
 
 fn main() -> std::process::ExitCode {
-    tracing_subscriber::fmt().with_max_level(tracing::Level::WARN).with_writer(std::io::stderr).init();
     match Cli::parse().verb.run() {
         Ok(code) => code,
         Err(error) => {

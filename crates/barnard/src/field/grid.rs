@@ -133,7 +133,11 @@ impl Grid {
         // Two-point Gauss: abscissae ½ ± 1/(2√3).
         const OFFSET: f64 = 0.288_675_134_594_812_9;
         let (mut t, mut sum) = (near, 0.0);
-        while t < far && sum < enough {
+        // A ray crosses each plane once: whatever rounding does, the walk ends.
+        for _ in 0..self.lattice.dims.iter().sum::<usize>() + 8 {
+            if t >= far || sum >= enough {
+                break;
+            }
             let axis = if next[0] < next[1] {
                 if next[0] < next[2] { 0 } else { 2 }
             } else if next[1] < next[2] {

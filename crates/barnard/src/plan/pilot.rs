@@ -27,7 +27,9 @@ pub struct Spatial {
 }
 
 /// Pilot rays along each edge of the image.
-const EDGE: usize = 8;
+const EDGE: usize = 10;
+/// The part of the accuracy that the pilots may use up: rays between them can be worse.
+const SHARE: f64 = 0.7;
 /// Samples in a voxel edge, from cheap to dear.
 const STEPS: [f64; 6] = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0];
 /// Those of the truth.
@@ -72,7 +74,7 @@ pub fn choose(
                 improved = best.error.is_infinite() || error < 0.8 * best.error || improved;
                 best = Spatial { per_voxel, error, rays: rays.len() };
             }
-            if error <= options.method.accuracy {
+            if error <= SHARE * options.method.accuracy {
                 space.spatial = Some(Spatial { per_voxel, error, rays: rays.len() });
                 return Ok(per_voxel);
             }

@@ -56,6 +56,9 @@ impl SceneText {
     }
 }
 
+/// Positions beyond this [pc] leave too few digits for a cloud.
+const FARTHEST_PC: f64 = 1e9;
+
 /// One table of the file.
 #[derive(Clone)]
 pub struct Section<'a> {
@@ -212,7 +215,11 @@ impl<'a> Section<'a> {
         let [x, y, z, unit] = words[..] else { return Err(wrong()) };
         let size = Length::unit_size(unit).ok_or_else(|| self.wrong(key, "a position with a unit of length, such as \"0.5 0 -2 pc\""))?;
         let parse = |t: &str| t.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(wrong);
-        Ok(Some(size * DVec3::new(parse(x)?, parse(y)?, parse(z)?)))
+        let place = size * DVec3::new(parse(x)?, parse(y)?, parse(z)?);
+        if place.abs().max_element() > FARTHEST_PC {
+            return Err(self.error(key, format!("lies farther than {FARTHEST_PC:e} pc from the origin; bring the scene closer")));
+        }
+        Ok(Some(place))
     }
 
     /// A place that must be there.

@@ -86,14 +86,15 @@ impl Stretch {
         self.entry.name
     }
 
-    /// A stretched colour: the brightest channel follows the curve, the others keep their ratio to it.
+    /// A stretched colour: the brightest channel follows the curve, the others keep their ratio to it; what is overexposed pales to white.
     pub fn apply_rgb(&self, rgb: [f64; 3]) -> [f64; 3] {
         let brightest = rgb.iter().copied().fold(0.0, f64::max);
         if brightest <= 0.0 {
             return [0.0; 3];
         }
         let gain = self.apply(brightest) / brightest;
-        rgb.map(|v| v.max(0.0) * gain)
+        let pale = 1.0 - 1.0 / brightest.max(1.0);
+        rgb.map(|v| v.max(0.0) * gain).map(|v| v + pale * (1.0 - v))
     }
 }
 
@@ -113,6 +114,14 @@ mod tests {
     #[test]
     fn midtone_maps_its_parameter_to_one_half() {
         assert!((Stretch::named("midtone", Some(0.2)).unwrap().apply(0.2) - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn overexposure_pales() {
+        let stretch = Stretch::named("asinh", None).unwrap();
+        let rgb = stretch.apply_rgb([1000.0, 300.0, 100.0]);
+        assert!(rgb.iter().all(|v| *v > 0.99 && *v <= 1.0));
+        assert!(stretch.apply_rgb([1.0, 0.3, 0.1])[2] < 0.2);
     }
 
     #[test]

@@ -156,3 +156,52 @@ fn truth_points_converge() {
         }
     }
 }
+
+/// Random bands, spectra, laws and depths: the true error, by adaptive integration of W itself, never exceeds the certificate.
+#[test]
+fn certificates_hold_on_random_scenes() {
+    let mut state = 0x2545_f491_4f6c_dd1du64;
+    let mut random = |low: f64, high: f64| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        low + (high - low) * (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let laws = ["inverse_wavelength", "ccm89", "odonnell94", "fitzpatrick99", "gordon23", "draine03_rv31"];
+    for scene in 0..120 {
+        let law_name = laws[random(0.0, laws.len() as f64) as usize];
+        let law = Extinction::named(law_name, None).unwrap();
+        let centre = random(0.35, 1.6);
+        let half = centre * random(0.002, 0.35);
+        let shape = match scene % 3 {
+            0 => crate::passband::Window::Cos2 { centre: crate::units::Wavelength(centre), half_width: crate::units::Wavelength(half) },
+            1 => crate::passband::Window::TopHat { centre: crate::units::Wavelength(centre), width: crate::units::Wavelength(half) },
+            _ => crate::passband::Window::Gaussian { centre: crate::units::Wavelength(centre), fwhm: crate::units::Wavelength(0.3 * half) },
+        };
+        let band = crate::passband::window("random", crate::passband::Counting::Photon, shape).unwrap();
+        let spectra: Vec<Spectrum> =
+            (0..1 + scene % 4).map(|_| Spectrum::continuous(1.0, Arc::new(BlackBody(Temperature(random(2500.0, 45_000.0)))))).collect();
+        let sources = sources(&band, &spectra, &law);
+        let (depth, accuracy) = (10f64.powf(random(-1.0, 1.8)), 10f64.powf(random(-6.0, -1.5)));
+        let k = |l: f64| law.k(l);
+        let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
+        let entry = &RULES[scene % RULES.len()];
+        let problem =
+            BandProblem { band: "random", sources: &sources, domain_um: band.support_um(), pivot, k: &k, depth, accuracy, count: None };
+        let solved = (entry.solve)(&problem).unwrap();
+        let pieces = band.pieces(&law.breakpoints_um());
+        for (s, spectrum) in spectra.iter().enumerate() {
+            let truth = |a: f64| -> f64 {
+                let f = |l: f64| band.response(l) * spectrum.continuum(l) * (-a * law.k(l)).exp();
+                pieces.windows(2).map(|p| integrate(f, p[0], p[1], 1e-12)).sum()
+            };
+            let total = truth(0.0);
+            for _ in 0..12 {
+                let a = depth * random(0.0, 1.0).powi(2);
+                let error = (solved.evaluate(s, a) - truth(a)).abs() / total;
+                let stated = solved.certificates[s].absolute;
+                assert!(error <= stated + 1e-10, "{} {law_name} scene {scene} depth {a}: {error:e} > {stated:e}", entry.name);
+            }
+        }
+    }
+}

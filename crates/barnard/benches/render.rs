@@ -1,0 +1,47 @@
+//! Frames of the scene of the README's table: `cargo bench -p barnard`. Names are noun/method/size.
+
+use barnard::backend::cpu;
+use barnard::control::Control;
+use barnard::plan::{Options, Plan};
+use barnard::scene::{DEFAULT_MEMORY, Loader, Method, Scene};
+
+const METHODS: [&str; 3] = ["fixed_wavelength", "band_quadrature", "lookup"];
+const SIZES: [usize; 3] = [64, 128, 256];
+
+fn main() {
+    divan::main();
+}
+
+fn scene(bake: usize) -> Scene {
+    let text = format!(
+        "bands = \"johnson\"\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"30 deg\"\nsize = [256, 256]\n\
+         [field.cloud]\nkind = \"fbm\"\nseed = 2\nscale = \"0.6 pc\"\noffset = 0.15\n\
+         [dust]\ndensity = \"cloud\"\nscale = \"4 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.7\n\
+         [[star]]\nkind = \"blackbody\"\nposition = \"0.3 0.35 0.4 pc\"\ntemperature = \"10000 K\"\nluminosity = \"1000 Lsun\"\nvisible = false\n\
+         [method]\nbake = {bake}\nsteps = {bake}\n"
+    );
+    Scene::parse("bench.toml", "bench", text, &Loader::in_folder(".", DEFAULT_MEMORY)).expect("the bench's scene is valid")
+}
+
+fn plan(scene: &Scene, method: &str) -> Plan {
+    let method: Method = scene.method.clone().with_name(method).expect("a known method");
+    Plan::new(scene, &Options { method, memory_limit: DEFAULT_MEMORY }, &Control::default()).expect("the bench's scene can be planned")
+}
+
+/// One frame with warm star depths, by method, 256 × 256 pixels, 128³ voxels.
+#[divan::bench(args = METHODS)]
+fn frame_by_method(bencher: divan::Bencher, method: &str) {
+    let plan = plan(&scene(128), method);
+    bencher.bench(|| {
+        let (radiance, _) = cpu::radiance(&plan, &Control::default()).expect("a frame");
+        assert!(radiance.iter().all(|v| v.is_finite()) && radiance.iter().any(|v| *v > 0.0));
+        radiance
+    });
+}
+
+/// One frame by grid, a sample for each voxel crossed: linear in the edge.
+#[divan::bench(args = SIZES)]
+fn frame_by_voxels(bencher: divan::Bencher, bake: usize) {
+    let plan = plan(&scene(bake), "band_quadrature");
+    bencher.bench(|| cpu::radiance(&plan, &Control::default()).expect("a frame"));
+}
