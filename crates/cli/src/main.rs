@@ -1,5 +1,13 @@
 //! The command `barnard`: what any telescope would see of a three-dimensional nebula, in true units.
 
+/// Prints a line; a reader that closed the pipe stops neither the work nor the file it writes.
+macro_rules! say {
+    ($($part:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stdout(), $($part)*);
+    }};
+}
+
 mod progress;
 mod source;
 mod verbs;

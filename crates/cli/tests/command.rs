@@ -112,6 +112,22 @@ fn renders_every_format_and_compares_them() {
     assert_eq!(desk.run(&["compare", "b.npy", "a.npy", "--tolerance", "1e-3"]).status.code(), Some(1));
 }
 
+/// A reader that stops listening does not stop the render.
+#[cfg(unix)]
+#[test]
+fn a_closed_pipe_loses_nothing() {
+    let desk = Desk::new();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_barnard"))
+        .args(["render", "scene.toml", "-o", "out.npy"])
+        .current_dir(desk.folder.path())
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    assert!(child.wait().unwrap().success());
+    assert!(desk.path("out.npy").is_file());
+}
+
 #[test]
 fn the_cpu_agrees_with_the_reference() {
     let desk = Desk::new();

@@ -32,14 +32,14 @@ impl Bench {
         let rows = table(scene, &options, self.frames.clamp(1, 1000), self.error_size.min(1024), &progress::control()?)?;
         if self.json {
             let list: Vec<_> = rows.iter().map(json).collect();
-            println!("{}", serde_json::to_string_pretty(&list)?);
+            say!("{}", serde_json::to_string_pretty(&list)?);
             return Ok(ExitCode::SUCCESS);
         }
-        println!("{:28} {:>6} {:>10} {:>10} {:>8} {:>10}", "method", "terms", "frame [s]", "CPU [s]", "ratio", "error");
+        say!("{:28} {:>6} {:>10} {:>10} {:>8} {:>10}", "method", "terms", "frame [s]", "CPU [s]", "ratio", "error");
         let first = rows.first().map_or(1.0, |r| r.seconds);
         for row in &rows {
             let error = row.error.map_or("-".into(), |e| format!("{e:.2e}"));
-            println!(
+            say!(
                 "{:28} {:>6} {:>10.4} {:>10.4} {:>8.3} {:>10}",
                 row.name,
                 row.terms,

@@ -23,30 +23,30 @@ impl Check {
         describe(&scene);
         let plan = Plan::new(&scene, &options, &progress::control()?)?;
         describe_plan(&plan);
-        println!("ok");
+        say!("ok");
         Ok(ExitCode::SUCCESS)
     }
 }
 
 fn describe(scene: &Scene) {
     let camera = &scene.camera;
-    println!("scene     {}{}", scene.name, if scene.description.is_empty() { String::new() } else { format!(": {}", scene.description) });
-    println!("camera    {} x {} pixels, {} rays each", camera.width, camera.height, camera.supersampling.pow(2));
+    say!("scene     {}{}", scene.name, if scene.description.is_empty() { String::new() } else { format!(": {}", scene.description) });
+    say!("camera    {} x {} pixels, {} rays each", camera.width, camera.height, camera.supersampling.pow(2));
     match &scene.dust {
-        None => println!("dust      none"),
+        None => say!("dust      none"),
         Some(dust) => {
-            println!("dust      law {}, box {}, {}", dust.extinction.name, size(dust.density.bounds().size()), lattice(&*dust.density))
+            say!("dust      law {}, box {}, {}", dust.extinction.name, size(dust.density.bounds().size()), lattice(&*dust.density))
         }
     }
     for star in &scene.stars {
-        println!("star      {} at {}, L_lambda(550 nm) {:.3e} W/um", star.name, place(star.position), star.spectrum.continuum(0.55));
+        say!("star      {} at {}, L_lambda(550 nm) {:.3e} W/um", star.name, place(star.position), star.spectrum.continuum(0.55));
     }
     for gas in &scene.emission {
-        println!("emission  {}: {} lines, {}", gas.name, gas.spectrum.lines().len(), lattice(&*gas.density));
+        say!("emission  {}: {} lines, {}", gas.name, gas.spectrum.lines().len(), lattice(&*gas.density));
     }
     for band in &scene.bands {
         let (low, high) = band.support_um();
-        println!(
+        say!(
             "band      {}: pivot {:.2} nm, width {:.2} nm, {:.1} to {:.1} nm, {}-counting",
             band.name(),
             band.pivot().nm(),
@@ -71,22 +71,22 @@ fn place(v: barnard::glam::DVec3) -> String {
 }
 
 fn describe_plan(plan: &Plan) {
-    println!("method    {}, {} terms a sample, depths up to {:.3}", plan.spectral.method, plan.spectral.terms(), plan.spectral.depth);
+    say!("method    {}, {} terms a sample, depths up to {:.3}", plan.spectral.method, plan.spectral.terms(), plan.spectral.depth);
     for (b, band) in plan.spectral.bands.iter().enumerate() {
         if let Form::Nodes { nodes, .. } = &band.rule.form {
             let list: Vec<String> = nodes.iter().map(|n| format!("{:.1} nm (k {:.4})", n.lambda_um * 1e3, n.k)).collect();
-            println!("nodes     {}: {}", band.band.name(), list.join(", "));
+            say!("nodes     {}: {}", band.band.name(), list.join(", "));
         }
         for line in plan.certificate(b, plan.spectral.depth) {
-            println!("          {line}");
+            say!("          {line}");
         }
     }
     match plan.stepping {
-        Stepping::PerVoxel(n) => println!("steps     {n} samples a voxel"),
-        Stepping::Fixed(n) => println!("steps     {n} samples a ray"),
+        Stepping::PerVoxel(n) => say!("steps     {n} samples a voxel"),
+        Stepping::Fixed(n) => say!("steps     {n} samples a ray"),
     }
     if let Some((key, value)) = plan.spatial_note() {
-        println!("{key}: {value}");
+        say!("{key}: {value}");
     }
-    println!("memory    {:.1} MiB of grids and tables", plan.bytes() as f64 / f64::from(1 << 20));
+    say!("memory    {:.1} MiB of grids and tables", plan.bytes() as f64 / f64::from(1 << 20));
 }

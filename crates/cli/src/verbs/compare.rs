@@ -41,10 +41,10 @@ impl Compare {
         if self.json {
             let list: Vec<_> =
                 rows.iter().map(|d| serde_json::json!({ "band": d.band, "relative_rmse": d.rmse, "max": d.largest })).collect();
-            println!("{}", serde_json::to_string_pretty(&list)?);
+            say!("{}", serde_json::to_string_pretty(&list)?);
         } else {
             for d in &rows {
-                println!("{}: relative RMSE {:.3e}, largest difference {:.3e} W m-2 sr-1", d.band, d.rmse, d.largest);
+                say!("{}: relative RMSE {:.3e}, largest difference {:.3e} W m-2 sr-1", d.band, d.rmse, d.largest);
             }
         }
         // NaN is above any tolerance.

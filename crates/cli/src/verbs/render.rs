@@ -56,7 +56,7 @@ impl Render {
         };
         for path in &self.output {
             save(&image, &scene.display, path)?;
-            println!("wrote {}", path.display());
+            say!("wrote {}", path.display());
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -71,7 +71,7 @@ impl Render {
         let image = reference::render(scene, accuracy, &control)?;
         let seconds = start.elapsed().as_secs_f64();
         let rays = scene.camera.width * scene.camera.height * scene.camera.supersampling.pow(2);
-        println!(
+        say!(
             "{} x {}, {} bands, {seconds:.2} s, {:.0} rays/s, accuracy {accuracy:e} of each pixel",
             image.width,
             image.height,
@@ -90,7 +90,7 @@ fn on_cpu(scene: &Scene, options: &Options) -> anyhow::Result<Image> {
     let start = Instant::now();
     let (image, findings) = cpu::render(scene, &plan, &control)?;
     let seconds = start.elapsed().as_secs_f64();
-    println!(
+    say!(
         "{} x {}, {} bands, plan {planned:.2} s, render {seconds:.2} s, {:.2e} rays/s, {} ({} terms a sample)",
         image.width,
         image.height,
@@ -101,11 +101,11 @@ fn on_cpu(scene: &Scene, options: &Options) -> anyhow::Result<Image> {
     );
     for band in &image.bands {
         for line in &band.certificate {
-            println!("{}: {line}", band.name);
+            say!("{}: {line}", band.name);
         }
     }
     if let Some((key, value)) = plan.spatial_note() {
-        println!("{key}: {value}");
+        say!("{key}: {value}");
     }
     Ok(image)
 }

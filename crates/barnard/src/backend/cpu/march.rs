@@ -10,30 +10,31 @@
 
 use multiversion::multiversion;
 
+use super::segment::segment;
 use super::tables::{Scatterer, Tables, Terms};
 use crate::geometry::Ray;
-use crate::packet::{Cursor, LANES, Lane, SERIES_LIMIT, exp, fma, lanes, largest, mean_transmittance, sinhc};
-use crate::plan::near::{self, NEAR_ANGLE, NEAR_VOXELS};
+use crate::packet::{Cursor, LANES, Lane, exp, lanes, largest};
+use crate::plan::near;
 use crate::plan::{Channel, Plan, Stepping, star_depth};
 
 /// What is the same for all packets.
 pub struct March<'a> {
-    plan: &'a Plan,
-    tables: &'a Tables,
-    slots: Slots,
-    voxel_pc: f64,
+    pub(super) plan: &'a Plan,
+    pub(super) tables: &'a Tables,
+    pub(super) slots: Slots,
+    pub(super) voxel_pc: f64,
     /// Largest σ and largest density of each species.
     brightest: (f32, Vec<f32>),
 }
 
 /// Where the channels of all volumes stand in a sample.
-struct Slots {
+pub(super) struct Slots {
     count: usize,
     /// First slot of each volume.
     first: Vec<usize>,
-    dust: Option<usize>,
-    stars: Vec<usize>,
-    species: Vec<usize>,
+    pub(super) dust: Option<usize>,
+    pub(super) stars: Vec<usize>,
+    pub(super) species: Vec<usize>,
 }
 
 impl Slots {
@@ -64,21 +65,21 @@ const END_SHARE: f32 = 0.02;
 const END_DEPTH: f32 = 3.0;
 
 /// A packet on its way.
-struct State<'a> {
+pub(super) struct State<'a> {
     rays: &'a [Ray; LANES],
     /// Where the current span starts and ends.
     span: ([f64; LANES], [f64; LANES]),
-    dt: Lane,
-    tau: Lane,
+    pub(super) dt: Lane,
+    pub(super) tau: Lane,
     /// Light so far, term × lane.
-    sum: Vec<Lane>,
-    deepest: Lane,
+    pub(super) sum: Vec<Lane>,
+    pub(super) deepest: Lane,
 }
 
 /// A star as the packet sees it: foot of the perpendicular, from the span's start, and length of it.
-struct StarView {
-    foot: Lane,
-    distance: Lane,
+pub(super) struct StarView {
+    pub(super) foot: Lane,
+    pub(super) distance: Lane,
 }
 
 impl<'a> March<'a> {
@@ -229,7 +230,7 @@ impl<'a> March<'a> {
     }
 
     /// The pieces of the segments that are close to a star, lane by lane.
-    fn near(&self, state: &mut State, scatterer: &Scatterer, close: &[bool; LANES], step: usize, growth: &Lane) {
+    pub(super) fn near(&self, state: &mut State, scatterer: &Scatterer, close: &[bool; LANES], step: usize, growth: &Lane) {
         let star = self.plan.space.stars[scatterer.star];
         for lane in (0..LANES).filter(|lane| close[*lane]) {
             let at = |i: usize| state.span.0[lane] + i as f64 * f64::from(state.dt[lane]);
@@ -250,7 +251,7 @@ impl<'a> March<'a> {
 
     /// Entry and fraction of the phase table for cos θ.
     #[inline(always)]
-    fn phase_entry(&self, cosine: f32) -> (usize, f32) {
+    pub(super) fn phase_entry(&self, cosine: f32) -> (usize, f32) {
         let half = 0.5 * (1.0 - cosine);
         let u = (if half > 0.0 { half } else { 0.0 }).sqrt() * (self.tables.phase_entries.saturating_sub(1)) as f32;
         let entry = (u as usize).min(self.tables.phase_entries.saturating_sub(2));
@@ -259,7 +260,7 @@ impl<'a> March<'a> {
 
     /// The weight of a term at an angle, 1/4π or p(θ) included.
     #[inline(always)]
-    fn phase_weight(&self, scatterer: &Scatterer, term: usize, (entry, fraction): (usize, f32)) -> f32 {
+    pub(super) fn phase_weight(&self, scatterer: &Scatterer, term: usize, (entry, fraction): (usize, f32)) -> f32 {
         let Some(table) = &self.plan.spectral.phase else { return scatterer.weights[term] };
         let values = &table.weights[scatterer.light];
         let (stride, column, weight) =
@@ -322,156 +323,4 @@ fn sample(march: &March, cursors: &[Cursor], masks: &[Option<Lane>], dt: &Lane, 
 fn is_dark(march: &March, sample: &[Lane]) -> bool {
     let empty = |slot: &usize| largest(&sample[*slot]) <= 0.0;
     march.slots.dust.iter().all(empty) && march.slots.species.iter().all(empty)
-}
-
-/// Adds the light of one segment and moves τ to its end.
-#[inline(always)]
-fn segment(march: &March, state: &mut State, views: &[StarView], step: usize, before: &[Lane], after: &[Lane]) {
-    let growth = match march.slots.dust {
-        Some(dust) => lanes(|lane| 0.5 * state.dt[lane] * (before[dust][lane] + after[dust][lane])),
-        None => [0.0; LANES],
-    };
-    if largest(&growth) > 0.0 {
-        for (scatterer, view) in march.tables.scattered.iter().zip(views) {
-            let slot = march.slots.stars[scatterer.star];
-            scatter(march, state, scatterer, view, step, &growth, (&before[slot], &after[slot]));
-        }
-    }
-    if !march.tables.emitted.is_empty() {
-        emit(march, state, &growth, before, after);
-    }
-    for lane in 0..LANES {
-        state.tau[lane] += growth[lane];
-    }
-}
-
-/// Light of one star, scattered in one segment.
-#[inline(always)]
-fn scatter(march: &March, state: &mut State, scatterer: &Scatterer, view: &StarView, step: usize, growth: &Lane, depths: (&Lane, &Lane)) {
-    let middle = lanes(|lane| state.tau[lane] + 0.5 * (growth[lane] + depths.0[lane] + depths.1[lane]));
-    let half = lanes(|lane| 0.5 * (growth[lane] + depths.1[lane] - depths.0[lane]));
-    // ⟨1/r²⟩ = atan(q)/(q p), q = b Δt/p, p = b² + t₀t₁; segments that a star sees under a wide angle go another way.
-    let reach = (NEAR_VOXELS * march.voxel_pc) as f32;
-    let (mut close, mut base, mut along) = ([false; LANES], [0.0; LANES], [0.0; LANES]);
-    for lane in 0..LANES {
-        let (b, dt) = (view.distance[lane], state.dt[lane]);
-        let t0 = fma(step as f32, dt, -view.foot[lane]);
-        let p = fma(b, b, t0 * (t0 + dt));
-        let near = p < reach * reach || b * dt > NEAR_ANGLE as f32 * p;
-        let inverse = 1.0 / if near { 1.0 } else { p };
-        let q = b * dt * inverse;
-        let q2 = q * q;
-        let mean = inverse * fma(q2, fma(q2, fma(q2, fma(q2, 1.0 / 9.0, -1.0 / 7.0), 1.0 / 5.0), -1.0 / 3.0), 1.0);
-        close[lane] = near && growth[lane] > 0.0;
-        base[lane] = if near { 0.0 } else { mean * growth[lane] };
-        along[lane] = t0 + 0.5 * dt;
-    }
-    for lane in 0..LANES {
-        let a = if growth[lane] > 0.0 { middle[lane] + half[lane].abs() } else { 0.0 };
-        state.deepest[lane] = if a > state.deepest[lane] { a } else { state.deepest[lane] };
-    }
-    let weights = &scatterer.weights[..];
-    match &march.plan.spectral.phase {
-        None => gather(march, state, scatterer, &middle, &half, |term| scaled(&base, weights[term])),
-        Some(table) => {
-            let mut entry = [(0, 0.0); LANES];
-            for lane in 0..LANES {
-                let r = (view.distance[lane] * view.distance[lane] + along[lane] * along[lane]).sqrt();
-                entry[lane] = march.phase_entry(-along[lane] / if r > 0.0 { r } else { 1.0 });
-            }
-            if table.separable {
-                let values = &table.weights[scatterer.light];
-                let spread = lanes(|lane| {
-                    let (i, f) = entry[lane];
-                    base[lane] * (values[i] + f * (values[i + 1] - values[i]))
-                });
-                gather(march, state, scatterer, &middle, &half, |term| scaled(&spread, weights[term]));
-            } else {
-                gather(march, state, scatterer, &middle, &half, |term| {
-                    lanes(|lane| base[lane] * march.phase_weight(scatterer, term, entry[lane]))
-                });
-            }
-        }
-    }
-    if close.contains(&true) {
-        march.near(state, scatterer, &close, step, growth);
-    }
-}
-
-/// Each lane times one number.
-#[inline(always)]
-fn scaled(lane: &Lane, factor: f32) -> Lane {
-    lanes(|i| lane[i] * factor)
-}
-
-/// Adds base · ⟨e^(−k a)⟩ to every term, `base` being scattering times the term's weight.
-#[inline(always)]
-fn gather(march: &March, state: &mut State, scatterer: &Scatterer, middle: &Lane, half: &Lane, base: impl Fn(usize) -> Lane) {
-    match &march.tables.terms {
-        Terms::Nodes { k } => {
-            let gentle = largest(&lanes(|lane| half[lane].abs())) * march.tables.k_range.1 <= SERIES_LIMIT;
-            for (term, (k, sum)) in k.iter().zip(&mut state.sum).enumerate() {
-                let base = base(term);
-                if gentle {
-                    for lane in 0..LANES {
-                        let y = k * half[lane];
-                        sum[lane] = fma(base[lane] * sinhc(y * y), exp(-k * middle[lane]), sum[lane]);
-                    }
-                } else {
-                    for lane in 0..LANES {
-                        sum[lane] += base[lane] * mean_transmittance(k * middle[lane], k * half[lane]);
-                    }
-                }
-            }
-        }
-        Terms::Lookup { tables } => {
-            for (term, (table, sum)) in tables[scatterer.light].iter().zip(&mut state.sum).enumerate() {
-                let base = base(term);
-                for lane in 0..LANES {
-                    let (log, slope) = table.at(middle[lane]);
-                    // In the segment the medium is grey with the local mean extinction.
-                    sum[lane] += base[lane] * mean_transmittance(0.0, slope * half[lane]) * exp(log);
-                }
-            }
-        }
-    }
-}
-
-/// Light of all species in one segment.
-#[inline(always)]
-fn emit(march: &March, state: &mut State, growth: &Lane, before: &[Lane], after: &[Lane]) {
-    let middle = lanes(|lane| state.tau[lane] + 0.5 * growth[lane]);
-    let gentle = 0.5 * largest(growth) * march.tables.k_range.1 <= SERIES_LIMIT;
-    for (light, species, weights) in &march.tables.emitted {
-        let slot = march.slots.species[*species];
-        let base = lanes(|lane| 0.5 * state.dt[lane] * (before[slot][lane] + after[slot][lane]));
-        if largest(&base) <= 0.0 {
-            continue;
-        }
-        for (term, sum) in state.sum.iter_mut().enumerate().filter(|(term, _)| weights[*term] > 0.0) {
-            let base = scaled(&base, weights[term]);
-            match &march.tables.terms {
-                Terms::Nodes { k } if gentle => {
-                    let k = k[term];
-                    for lane in 0..LANES {
-                        let y = 0.5 * k * growth[lane];
-                        sum[lane] = fma(base[lane] * sinhc(y * y), exp(-k * middle[lane]), sum[lane]);
-                    }
-                }
-                Terms::Nodes { k } => {
-                    let k = k[term];
-                    for lane in 0..LANES {
-                        sum[lane] += base[lane] * mean_transmittance(k * middle[lane], 0.5 * k * growth[lane]);
-                    }
-                }
-                Terms::Lookup { tables } => {
-                    let table = &tables[*light][term];
-                    for lane in 0..LANES {
-                        let (log, slope) = table.at(middle[lane]);
-                        sum[lane] += base[lane] * mean_transmittance(0.0, 0.5 * slope * growth[lane]) * exp(log);
-                    }
-                }
-            }
-        }
-    }
 }

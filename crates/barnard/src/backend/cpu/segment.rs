@@ -1,0 +1,158 @@
+//! The light of one segment, for sixteen rays: the closed forms of `plan::segment` in f32.
+
+use super::march::{March, StarView, State};
+use super::tables::{Scatterer, Terms};
+use crate::packet::{LANES, Lane, SERIES_LIMIT, exp, fma, lanes, largest, mean_transmittance, sinhc};
+use crate::plan::near::{NEAR_ANGLE, NEAR_VOXELS};
+
+/// Adds the light of one segment and moves τ to its end.
+#[inline(always)]
+pub(super) fn segment(march: &March, state: &mut State, views: &[StarView], step: usize, before: &[Lane], after: &[Lane]) {
+    let growth = match march.slots.dust {
+        Some(dust) => lanes(|lane| 0.5 * state.dt[lane] * (before[dust][lane] + after[dust][lane])),
+        None => [0.0; LANES],
+    };
+    if largest(&growth) > 0.0 {
+        for (scatterer, view) in march.tables.scattered.iter().zip(views) {
+            let slot = march.slots.stars[scatterer.star];
+            scatter(march, state, scatterer, view, step, &growth, (&before[slot], &after[slot]));
+        }
+    }
+    if !march.tables.emitted.is_empty() {
+        emit(march, state, &growth, before, after);
+    }
+    for lane in 0..LANES {
+        state.tau[lane] += growth[lane];
+    }
+}
+
+/// Light of one star, scattered in one segment.
+#[inline(always)]
+fn scatter(march: &March, state: &mut State, scatterer: &Scatterer, view: &StarView, step: usize, growth: &Lane, depths: (&Lane, &Lane)) {
+    let middle = lanes(|lane| state.tau[lane] + 0.5 * (growth[lane] + depths.0[lane] + depths.1[lane]));
+    let half = lanes(|lane| 0.5 * (growth[lane] + depths.1[lane] - depths.0[lane]));
+    // ⟨1/r²⟩ = atan(q)/(q p), q = b Δt/p, p = b² + t₀t₁; segments that a star sees under a wide angle go another way.
+    let reach = (NEAR_VOXELS * march.voxel_pc) as f32;
+    let (mut close, mut base, mut along) = ([false; LANES], [0.0; LANES], [0.0; LANES]);
+    for lane in 0..LANES {
+        let (b, dt) = (view.distance[lane], state.dt[lane]);
+        let t0 = fma(step as f32, dt, -view.foot[lane]);
+        let p = fma(b, b, t0 * (t0 + dt));
+        let near = p < reach * reach || b * dt > NEAR_ANGLE as f32 * p;
+        let inverse = 1.0 / if near { 1.0 } else { p };
+        let q = b * dt * inverse;
+        let q2 = q * q;
+        let mean = inverse * fma(q2, fma(q2, fma(q2, fma(q2, 1.0 / 9.0, -1.0 / 7.0), 1.0 / 5.0), -1.0 / 3.0), 1.0);
+        close[lane] = near && growth[lane] > 0.0;
+        base[lane] = if near { 0.0 } else { mean * growth[lane] };
+        along[lane] = t0 + 0.5 * dt;
+    }
+    for lane in 0..LANES {
+        let a = if growth[lane] > 0.0 { middle[lane] + half[lane].abs() } else { 0.0 };
+        state.deepest[lane] = if a > state.deepest[lane] { a } else { state.deepest[lane] };
+    }
+    let weights = &scatterer.weights[..];
+    match &march.plan.spectral.phase {
+        None => gather(march, state, scatterer, &middle, &half, |term| scaled(&base, weights[term])),
+        Some(table) => {
+            let mut entry = [(0, 0.0); LANES];
+            for lane in 0..LANES {
+                let r = (view.distance[lane] * view.distance[lane] + along[lane] * along[lane]).sqrt();
+                entry[lane] = march.phase_entry(-along[lane] / if r > 0.0 { r } else { 1.0 });
+            }
+            if table.separable {
+                let values = &table.weights[scatterer.light];
+                let spread = lanes(|lane| {
+                    let (i, f) = entry[lane];
+                    base[lane] * (values[i] + f * (values[i + 1] - values[i]))
+                });
+                gather(march, state, scatterer, &middle, &half, |term| scaled(&spread, weights[term]));
+            } else {
+                gather(march, state, scatterer, &middle, &half, |term| {
+                    lanes(|lane| base[lane] * march.phase_weight(scatterer, term, entry[lane]))
+                });
+            }
+        }
+    }
+    if close.contains(&true) {
+        march.near(state, scatterer, &close, step, growth);
+    }
+}
+
+/// Each lane times one number.
+#[inline(always)]
+fn scaled(lane: &Lane, factor: f32) -> Lane {
+    lanes(|i| lane[i] * factor)
+}
+
+/// Adds base · ⟨e^(−k a)⟩ to every term, `base` being scattering times the term's weight.
+#[inline(always)]
+fn gather(march: &March, state: &mut State, scatterer: &Scatterer, middle: &Lane, half: &Lane, base: impl Fn(usize) -> Lane) {
+    match &march.tables.terms {
+        Terms::Nodes { k } => {
+            let gentle = largest(&lanes(|lane| half[lane].abs())) * march.tables.k_range.1 <= SERIES_LIMIT;
+            for (term, (k, sum)) in k.iter().zip(&mut state.sum).enumerate() {
+                let base = base(term);
+                if gentle {
+                    for lane in 0..LANES {
+                        let y = k * half[lane];
+                        sum[lane] = fma(base[lane] * sinhc(y * y), exp(-k * middle[lane]), sum[lane]);
+                    }
+                } else {
+                    for lane in 0..LANES {
+                        sum[lane] += base[lane] * mean_transmittance(k * middle[lane], k * half[lane]);
+                    }
+                }
+            }
+        }
+        Terms::Lookup { tables } => {
+            for (term, (table, sum)) in tables[scatterer.light].iter().zip(&mut state.sum).enumerate() {
+                let base = base(term);
+                for lane in 0..LANES {
+                    let (log, slope) = table.at(middle[lane]);
+                    // In the segment the medium is grey with the local mean extinction.
+                    sum[lane] += base[lane] * mean_transmittance(0.0, slope * half[lane]) * exp(log);
+                }
+            }
+        }
+    }
+}
+
+/// Light of all species in one segment.
+#[inline(always)]
+fn emit(march: &March, state: &mut State, growth: &Lane, before: &[Lane], after: &[Lane]) {
+    let middle = lanes(|lane| state.tau[lane] + 0.5 * growth[lane]);
+    let gentle = 0.5 * largest(growth) * march.tables.k_range.1 <= SERIES_LIMIT;
+    for (light, species, weights) in &march.tables.emitted {
+        let slot = march.slots.species[*species];
+        let base = lanes(|lane| 0.5 * state.dt[lane] * (before[slot][lane] + after[slot][lane]));
+        if largest(&base) <= 0.0 {
+            continue;
+        }
+        for (term, sum) in state.sum.iter_mut().enumerate().filter(|(term, _)| weights[*term] > 0.0) {
+            let base = scaled(&base, weights[term]);
+            match &march.tables.terms {
+                Terms::Nodes { k } if gentle => {
+                    let k = k[term];
+                    for lane in 0..LANES {
+                        let y = 0.5 * k * growth[lane];
+                        sum[lane] = fma(base[lane] * sinhc(y * y), exp(-k * middle[lane]), sum[lane]);
+                    }
+                }
+                Terms::Nodes { k } => {
+                    let k = k[term];
+                    for lane in 0..LANES {
+                        sum[lane] += base[lane] * mean_transmittance(k * middle[lane], 0.5 * k * growth[lane]);
+                    }
+                }
+                Terms::Lookup { tables } => {
+                    let table = &tables[*light][term];
+                    for lane in 0..LANES {
+                        let (log, slope) = table.at(middle[lane]);
+                        sum[lane] += base[lane] * mean_transmittance(0.0, 0.5 * slope * growth[lane]) * exp(log);
+                    }
+                }
+            }
+        }
+    }
+}
