@@ -1,7 +1,7 @@
 //! Star depths: the optical depth at V from a star to every voxel centre, each by a march of its own.
 //!
 //! A sweep would cost O(1) a voxel, but interpolates what it has interpolated before and smears shadows; a march costs O(N) a voxel and none of its
-//! error travels. Sixteen neighbours are marched together, by the midpoint rule with [`PER_VOXEL`] samples a voxel edge. Voxels around which there is
+//! error travels. Sixteen neighbours are marched together, by the midpoint rule with `PER_VOXEL` samples a voxel edge. Voxels around which there is
 //! no dust scatter nothing and are left at zero; a march stops where nothing is left of the light.
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -47,7 +47,7 @@ pub fn bake(dust: &Volume, bricks: &Bricks, lattice: &Lattice, star: DVec3, shar
     Ok(depths)
 }
 
-/// Depths from `star` to sixteen places through channel `slot` of `dust`, with `steps` samples or [`PER_VOXEL`] of them a voxel.
+/// Depths from `star` to sixteen places through channel `slot` of `dust`, with `steps` samples or `PER_VOXEL` of them a voxel.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
 pub fn depths_of(dust: &Volume, slot: usize, star: DVec3, places: &[DVec3; LANES], steps: Option<usize>) -> [f32; LANES] {
     let rays: [(Ray, f64); LANES] = std::array::from_fn(|lane| Ray::between(star, places[lane]));
