@@ -306,6 +306,8 @@ fn laws_and_passbands_must_meet() {
 #[test]
 fn a_buried_star_is_noticed() {
     Desk::new().with("2 mag/pc", "5000 mag/pc").refuses_scene(&["star 1", "optical depth"]);
+    let desk = Desk::new();
+    desk.with("2 mag/pc", "5000 mag/pc").refuses(&["render", "scene.toml", "-o", "out.npy", "--steps", "20"], &["star 1", "optical depth"]);
 }
 
 #[test]

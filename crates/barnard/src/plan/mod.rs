@@ -68,6 +68,7 @@ impl Plan {
     pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
         let lights = Arc::new(crate::light::lights(scene)?);
         let mut space = Space::new(scene, options, control)?;
+        space.check_stars(scene)?;
         let spectral = Arc::new(Spectral::new(scene, &lights, options, space.reach(&scene.camera))?);
         let stepping = match options.method.steps {
             Some(n) => Stepping::Fixed(n),

@@ -46,7 +46,6 @@ pub fn choose(
     options: &Options,
     control: &Control,
 ) -> Result<f64> {
-    space.check_stars(scene)?;
     let camera = &scene.camera;
     let along = |n: usize, i: usize| n as f64 * (i as f64 + 0.5) / EDGE as f64;
     let rays: Vec<Ray> = (0..EDGE * EDGE).map(|i| camera.ray(along(camera.width, i % EDGE), along(camera.height, i / EDGE))).collect();

@@ -67,6 +67,8 @@ const END_DEPTH: f32 = 3.0;
 /// A packet on its way.
 pub(super) struct State<'a> {
     rays: &'a [Ray; LANES],
+    /// Whether τ at the end of this span is asked for no more: by no further span and no background.
+    final_span: bool,
     /// Where the current span starts and ends.
     span: ([f64; LANES], [f64; LANES]),
     pub(super) dt: Lane,
@@ -95,9 +97,19 @@ impl<'a> March<'a> {
     pub fn packet(&self, rays: &[Ray; LANES]) -> (Vec<f32>, f32) {
         let terms = self.tables.band_of.len();
         let nowhere = ([0.0; LANES], [0.0; LANES]);
-        let mut state =
-            State { rays, span: nowhere, dt: [0.0; LANES], tau: [0.0; LANES], sum: vec![[0.0; LANES]; terms], deepest: [0.0; LANES] };
-        for span in self.spans(rays) {
+        let mut state = State {
+            rays,
+            final_span: false,
+            span: nowhere,
+            dt: [0.0; LANES],
+            tau: [0.0; LANES],
+            sum: vec![[0.0; LANES]; terms],
+            deepest: [0.0; LANES],
+        };
+        let spans = self.spans(rays);
+        let last = spans.len().saturating_sub(1);
+        for (i, span) in spans.into_iter().enumerate() {
+            state.final_span = i == last && self.tables.background.is_none();
             let length = |lane: usize| span.1[lane] - span.0[lane];
             let longest = (0..LANES).map(length).fold(0.0, f64::max);
             if longest > 0.0 {
@@ -202,6 +214,9 @@ impl<'a> March<'a> {
     /// Whether nothing behind `steps` can change any term by a part of the accuracy.
     fn ended(&self, state: &State, views: &[StarView], steps: usize) -> bool {
         let Terms::Nodes { k } = &self.tables.terms else { return false };
+        if !state.final_span {
+            return false;
+        }
         let shallowest = state.tau.iter().copied().fold(f32::MAX, f32::min);
         if shallowest * self.tables.k_range.0 < END_DEPTH {
             return false;
