@@ -120,6 +120,12 @@ mod tests {
     use crate::geometry::Bounds;
     use crate::plan::Channel;
 
+    fn filled(lattice: &Lattice, grids: &[Grid]) -> Volume {
+        let mut volume = Volume::zeroed(lattice, (0..grids.len()).map(Channel::Emission).collect());
+        grids.iter().enumerate().for_each(|(slot, grid)| volume.fill(slot, grid));
+        volume
+    }
+
     /// The twin of `Volume::at`, for every number of channels.
     #[test]
     fn reads_are_those_of_the_scalar_twin() {
@@ -127,8 +133,7 @@ mod tests {
         for count in 1..=8usize {
             let grids: Vec<Grid> =
                 (0..count).map(|c| Grid::sampled(lattice.clone(), |p| (p.x * 3.0 + c as f64).sin() + p.y * p.z)).collect();
-            let parts: Vec<(Channel, &[f32])> = grids.iter().enumerate().map(|(c, g)| (Channel::Emission(c), &g.data[..])).collect();
-            let volume = Volume::new(&lattice, &parts);
+            let volume = filled(&lattice, &grids);
             let ray =
                 |i: usize| Ray { origin: DVec3::new(-1.5, -0.9 + 0.11 * i as f64, 0.1), direction: DVec3::new(1.0, 0.05, 0.1).normalize() };
             let rays: [Ray; LANES] = std::array::from_fn(ray);
@@ -153,8 +158,7 @@ mod tests {
         let lattice = Lattice { dims: [3, 2, 4], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
         let grid = Grid::sampled(lattice.clone(), |p| 1.0 + p.x + 2.0 * p.y + 4.0 * p.z);
         for count in 1..=8 {
-            let parts: Vec<(Channel, &[f32])> = (0..count).map(|c| (Channel::Emission(c), &grid.data[..])).collect();
-            let volume = Volume::new(&lattice, &parts);
+            let volume = filled(&lattice, &vec![grid.clone(); count]);
             let ray = |i: usize| {
                 let corner = DVec3::new(f64::from(i as u32 & 1), f64::from(i as u32 >> 1 & 1), f64::from(i as u32 >> 2 & 1)) * 2.0 - 1.0;
                 Ray {

@@ -73,15 +73,18 @@ impl Space {
     pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
         let dust = scene.dust.as_ref().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", options)).transpose()?;
         let emission = scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, options)).collect::<Result<Vec<_>>>()?;
+        let grids = || dust.iter().chain(&emission);
+        let bricks: Vec<Bricks> = grids().map(Bricks::new).collect();
+        let occupied = grids().zip(&bricks).filter_map(|(g, b)| b.occupied(&g.lattice.bounds)).reduce(|a, b| a.union(&b));
         let mut space = Self {
             volumes: Vec::new(),
+            bricks,
+            occupied,
             dust: dust.map(Arc::new),
-            bricks: Vec::new(),
             stars: scene.stars.iter().map(|s| s.position).collect(),
             star_factor: 0,
             star_depth: 0.0,
             spatial: None,
-            occupied: None,
             emission,
         };
         space.refine_stars(1, options, control)?;
@@ -90,50 +93,49 @@ impl Space {
 
     /// Bakes star depths anew with `factor` voxels along one of dust.
     pub fn refine_stars(&mut self, factor: usize, options: &Options, control: &Control) -> Result<()> {
-        self.volumes.clear();
-        let depths = self.star_depths(factor, options, control)?;
-        let mut lattices: Vec<Lattice> = Vec::new();
-        let mut parts: Vec<(Lattice, Channel, &[f32])> = Vec::new();
+        let mut parts: Vec<(Lattice, Channel)> = Vec::new();
         if let Some(dust) = &self.dust {
-            parts.push((dust.lattice.clone(), Channel::Dust, &dust.data));
-            for (star, depth) in depths.iter().enumerate() {
-                parts.push((dust.lattice.refined(factor), Channel::StarDepth(star), depth));
-            }
+            parts.push((dust.lattice.clone(), Channel::Dust));
+            let lattice = dust.lattice.refined(factor);
+            let stars = self.stars.len() as u64;
+            check_memory(&format!("star depths of {stars} stars"), 4 * stars * lattice.cells() as u64, options.memory_limit)?;
+            parts.extend((0..self.stars.len()).map(|star| (lattice.clone(), Channel::StarDepth(star))));
         }
-        for (species, grid) in self.emission.iter().enumerate() {
-            parts.push((grid.lattice.clone(), Channel::Emission(species), &grid.data));
+        parts.extend(self.emission.iter().enumerate().map(|(species, grid)| (grid.lattice.clone(), Channel::Emission(species))));
+        self.volumes.clear();
+        while let Some((lattice, _)) = parts.first().cloned() {
+            let (own, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|p| p.0 == lattice);
+            let channels: Vec<Channel> = own.into_iter().map(|p| p.1).collect();
+            self.volumes.extend(channels.chunks(MAX_CHANNELS).map(|chunk| Volume::zeroed(&lattice, chunk.to_vec())));
+            parts = others;
         }
-        for (lattice, _, _) in &parts {
-            if !lattices.contains(lattice) {
-                lattices.push(lattice.clone());
-            }
-        }
-        let mut volumes = Vec::new();
-        for lattice in &lattices {
-            let own: Vec<(Channel, &[f32])> = parts.iter().filter(|p| p.0 == *lattice).map(|p| (p.1, p.2)).collect();
-            volumes.extend(own.chunks(MAX_CHANNELS).map(|chunk| Volume::new(lattice, chunk)));
-        }
-        self.star_depth = depths.iter().flatten().fold(0.0f32, |m, d| m.max(*d)).into();
         self.star_factor = factor;
-        let grids = || self.dust.iter().map(|d| &**d).chain(&self.emission);
-        self.bricks = grids().map(Bricks::new).collect();
-        self.occupied = grids().zip(&self.bricks).filter_map(|(g, b)| b.occupied(&g.lattice.bounds)).reduce(|a, b| a.union(&b));
+        self.star_depth = 0.0;
+        let mut volumes = std::mem::take(&mut self.volumes);
+        for volume in &mut volumes {
+            for slot in 0..volume.channels.len() {
+                self.fill(volume, slot, control)?;
+            }
+        }
         self.volumes = volumes;
         Ok(())
     }
 
-    fn star_depths(&self, factor: usize, options: &Options, control: &Control) -> Result<Vec<Vec<f32>>> {
-        let Some(dust) = &self.dust else { return Ok(Vec::new()) };
-        let lattice = dust.lattice.refined(factor);
-        let cells = lattice.cells() as u64;
-        let stars = self.stars.len() as u64;
-        // Once as baked and once interleaved.
-        check_memory(&format!("star depths of {stars} stars"), 8 * cells * stars, options.memory_limit)?;
-        let bricks = Bricks::new(dust);
-        let volume = Volume::new(&dust.lattice, &[(Channel::Dust, &dust.data)]);
-        let bake =
-            |(i, star): (usize, &DVec3)| star_depth::bake(&volume, &bricks, &lattice, *star, (i as u64 * cells, stars * cells), control);
-        self.stars.iter().enumerate().map(bake).collect()
+    /// Puts into a channel what it is to hold.
+    fn fill(&mut self, volume: &mut Volume, slot: usize, control: &Control) -> Result<()> {
+        match (volume.channels[slot], &self.dust) {
+            (Channel::Emission(species), _) => volume.fill(slot, &self.emission[species]),
+            (Channel::Dust, Some(dust)) => volume.fill(slot, dust),
+            (Channel::StarDepth(star), Some(dust)) => {
+                let cells = volume.lattice.cells() as u64;
+                let share = (star as u64 * cells, self.stars.len() as u64 * cells);
+                star_depth::bake(dust, self.stars[star], volume, slot, share, control)?;
+                let deepest = star_depth::deepest(volume, slot, &self.bricks[0]);
+                self.star_depth = self.star_depth.max(deepest.into());
+            }
+            (Channel::Dust | Channel::StarDepth(_), None) => {}
+        }
+        Ok(())
     }
 
     /// The finest voxel edge [pc].

@@ -30,18 +30,21 @@ pub struct Volume {
 pub const MAX_CHANNELS: usize = 8;
 
 impl Volume {
-    /// Interleaves grids of the same lattice.
-    pub fn new(lattice: &Lattice, grids: &[(Channel, &[f32])]) -> Self {
-        let padded = Lattice { dims: lattice.dims.map(|n| n.max(2)), bounds: lattice.bounds };
-        let count = grids.len();
-        let mut data = vec![0.0; padded.cells() * count];
-        for (index, values) in data.chunks_exact_mut(count).enumerate() {
-            // An axis of one voxel is doubled: trilinear between equals is the same.
-            let [x, y, z] = padded.place(index);
-            let from = lattice.index(x.min(lattice.dims[0] - 1), y.min(lattice.dims[1] - 1), z.min(lattice.dims[2] - 1));
-            values.iter_mut().zip(grids).for_each(|(v, (_, grid))| *v = grid[from]);
+    /// Room for `channels` on a lattice, all zero. An axis of one voxel is doubled: trilinear between equals is the same.
+    pub fn zeroed(lattice: &Lattice, channels: Vec<Channel>) -> Self {
+        let lattice = Lattice { dims: lattice.dims.map(|n| n.max(2)), bounds: lattice.bounds };
+        let data = vec![0.0; lattice.cells() * channels.len()];
+        Self { lattice, channels, data }
+    }
+
+    /// Copies a grid of the same box and resolution into channel `slot`.
+    pub fn fill(&mut self, slot: usize, grid: &Grid) {
+        let own = &self.lattice;
+        let from = &grid.lattice;
+        for (index, values) in self.data.chunks_exact_mut(self.channels.len()).enumerate() {
+            let [x, y, z] = own.place(index);
+            values[slot] = grid.data[from.index(x.min(from.dims[0] - 1), y.min(from.dims[1] - 1), z.min(from.dims[2] - 1))];
         }
-        Self { lattice: padded, channels: grids.iter().map(|(c, _)| *c).collect(), data }
     }
 
     /// One channel as a grid, in f64 arithmetic.

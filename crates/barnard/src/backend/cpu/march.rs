@@ -10,12 +10,13 @@
 
 use multiversion::multiversion;
 
+use super::double_integration;
 use super::segment::segment;
 use super::tables::{Scatterer, Tables, Terms};
 use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, exp, lanes, largest};
 use crate::plan::near;
-use crate::plan::{Channel, Plan, Stepping, star_depth};
+use crate::plan::{Channel, Plan, Stepping};
 
 /// What is the same for all packets.
 pub struct March<'a> {
@@ -193,7 +194,7 @@ impl<'a> March<'a> {
         let place = |lane: usize| state.rays[lane].at(state.span.0[lane] + step as f64 * f64::from(state.dt[lane]));
         let places = std::array::from_fn(place);
         for (star, position) in self.plan.space.stars.iter().enumerate() {
-            out[self.slots.stars[star]] = star_depth::depths_of(dust, slot, *position, &places, Some(samples));
+            out[self.slots.stars[star]] = double_integration::depths_of(dust, slot, *position, &places, samples);
         }
     }
 

@@ -1,0 +1,418 @@
+//! Sweeps of optical depth through a pyramid that has a star at its apex.
+//!
+//! Space around a star is cut into six pyramids, one along each axis and direction of the lattice. In one of them every ray from the star crosses
+//! the planes of voxel centres one after the other, and is told by its slopes (u, v) in voxels a plane:
+//!
+//!   τ(u, v; w_k) = τ(u, v; w_{k−1}) + ℓ(u, v) ∫ σ(w u, w v, w) dw
+//!
+//! A ray carries its own depth from the star outwards, so nothing is smeared; a voxel centre of plane k takes the depth of the rays around it, which
+//! is the only interpolation (cubic, within the two nearest). Trilinear σ is a cubic polynomial in w but for the crossings of other planes: two Gauss
+//! points an interval. Beside the box σ goes on as at its border, so that the rays next to a border voxel are of its kind; what a ray collects before
+//! it comes in through a side is taken off again, which makes it negative out there, in one line with what follows. Where that line bends too much,
+//! behind a side that rays graze, voxels get exact columns. Rays are as far apart as voxels at the far end of a tier and half as far at its near end; tiers double in distance, and each
+//! starts at the star again. So the cost is that of the voxels, however long the box.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Volume;
+use super::star_depth::OPAQUE;
+use crate::control::Control;
+use crate::error::Result;
+use crate::field::Grid;
+
+/// Two-point Gauss rule on [0, 1], weights one half.
+const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+/// Planes in the first tier [voxels].
+const FIRST_TIER: f64 = 8.0;
+/// Rays along a voxel edge at the far end of a tier.
+const RAYS_PER_VOXEL: f64 = 1.0;
+/// A ray that comes in behind the last plane is followed so many intervals on; others never come in.
+const BEYOND: f64 = 3.0;
+/// Planes that are copied together: a line of memory holds sixteen values.
+const BLOCK: usize = 16;
+/// Rays or voxels in a row are more than this for a second thread to be worth waking.
+const ROWS_TOGETHER: usize = 8;
+
+/// One pyramid: `axes` are those of u, v and w.
+struct Pyramid<'a> {
+    /// σ at V [pc⁻¹].
+    dust: &'a Grid,
+    /// Where the star is [pc].
+    place: DVec3,
+    /// And along u, v, w, zero at the first centre [voxels].
+    star: [f64; 3],
+    axes: [usize; 3],
+    /// Voxels along u, v, w, and edges of a voxel [pc].
+    dims: [usize; 3],
+    edge: [f64; 3],
+    /// ±1: towards larger or smaller w.
+    sign: f64,
+}
+
+/// Rays of one tier: a grid in slopes.
+struct Tier {
+    /// Slopes of ray 1 of each axis; ray 0 stands before it, so that a cubic has its four.
+    first: [f64; 2],
+    spacing: f64,
+    counts: [usize; 2],
+    /// Depths so far, v × u.
+    depths: Vec<f32>,
+    /// Depths at which rays come into the box through a side, if any do.
+    entries: Option<Vec<f32>>,
+}
+
+/// An interval between two planes, in distances from the star [voxels].
+#[derive(Clone, Copy)]
+struct Interval {
+    from: f64,
+    to: f64,
+    /// No other follows in this tier.
+    last: bool,
+}
+
+impl Interval {
+    fn gauss(&self) -> [f64; 2] {
+        GAUSS.map(|g| self.from + g * (self.to - self.from))
+    }
+}
+
+/// Depths from `star` [pc] through `dust` (σ at V [pc⁻¹]) of all voxels of `volume`, written into `slot`; `visit` hears how many were written.
+pub fn sweep(dust: &Grid, star: DVec3, volume: &mut Volume, slot: usize, control: &Control, mut visit: impl FnMut(u64)) -> Result<()> {
+    let index = (star - volume.lattice.bounds.low) / volume.lattice.voxel_pc() - 0.5;
+    for axes in [[0, 1, 2], [0, 2, 1], [1, 2, 0]] {
+        for sign in [-1.0, 1.0] {
+            let pyramid = Pyramid {
+                dust,
+                place: star,
+                star: axes.map(|a| index[a]),
+                axes,
+                dims: axes.map(|a| volume.lattice.dims[a]),
+                edge: axes.map(|a| volume.lattice.voxel_pc()[a]),
+                sign,
+            };
+            pyramid.run(volume, slot, control, &mut visit)?;
+        }
+    }
+    Ok(())
+}
+
+impl Pyramid<'_> {
+    /// Planes in the order in which rays meet them.
+    fn planes(&self) -> Vec<usize> {
+        let last = self.dims[2] as f64 - 1.0;
+        if self.sign > 0.0 {
+            let first = (self.star[2].floor() + 1.0).max(0.0);
+            if first > last { Vec::new() } else { (first as usize..self.dims[2]).collect() }
+        } else {
+            let first = (self.star[2].ceil() - 1.0).min(last);
+            if first < 0.0 { Vec::new() } else { (0..=first as usize).rev().collect() }
+        }
+    }
+
+    /// Distance of a plane from the star [voxels].
+    fn distance(&self, plane: usize) -> f64 {
+        self.sign * (plane as f64 - self.star[2])
+    }
+
+    /// Distance at which rays enter the box through the face that is nearest along w, zero inside [voxels].
+    fn entry(&self) -> f64 {
+        let face = if self.sign > 0.0 { -0.5 } else { self.dims[2] as f64 - 0.5 };
+        (self.sign * (face - self.star[2])).max(0.0)
+    }
+
+    fn run(&self, volume: &mut Volume, slot: usize, control: &Control, visit: &mut impl FnMut(u64)) -> Result<()> {
+        let planes = self.planes();
+        let mut begin = 0;
+        while begin < planes.len() {
+            let near = self.distance(planes[begin]);
+            let reach = (2.0 * near).max(FIRST_TIER);
+            let end = begin + planes[begin..].iter().take_while(|p| self.distance(**p) <= reach).count();
+            if let Some(tier) = self.tier(near, self.distance(planes[end - 1])) {
+                self.run_tier(tier, &planes[..end], begin, (volume, slot), control, visit)?;
+            }
+            begin = end;
+        }
+        Ok(())
+    }
+
+    /// The rays towards all voxels between two distances, if the pyramid holds any.
+    fn tier(&self, near: f64, far: f64) -> Option<Tier> {
+        let spacing = 1.0 / (RAYS_PER_VOXEL * far);
+        let mut tier = Tier { first: [0.0; 2], spacing, counts: [0; 2], depths: Vec::new(), entries: None };
+        for axis in 0..2 {
+            let (low, high) = (-self.star[axis], self.dims[axis] as f64 - 1.0 - self.star[axis]);
+            let (low, high) = ((low / near).min(low / far), (high / near).max(high / far));
+            if low > 1.0 || high < -1.0 {
+                return None;
+            }
+            let (low, high) = (low.max(-1.0), high.min(1.0));
+            tier.first[axis] = low;
+            tier.counts[axis] = ((high - low) / spacing).ceil() as usize + 4;
+        }
+        tier.depths = vec![0.0; tier.counts[0] * tier.counts[1]];
+        Some(tier)
+    }
+
+    /// Follows the rays through `planes`, writing voxels from number `begin` on.
+    fn run_tier(
+        &self,
+        mut tier: Tier,
+        planes: &[usize],
+        begin: usize,
+        (volume, slot): (&mut Volume, usize),
+        control: &Control,
+        visit: &mut impl FnMut(u64),
+    ) -> Result<()> {
+        if self.from_side() {
+            // Rays come in through sides: a first pass finds their depths there.
+            tier.entries = Some(vec![0.0; tier.depths.len()]);
+            self.follow(&mut tier, planes, control, |_, _| ())?;
+            tier.depths = tier.entries.take().unwrap_or_default().into_iter().map(|depth| -depth).collect();
+        }
+        let mut out = vec![0.0; self.dims[0] * self.dims[1]];
+        self.follow(&mut tier, planes, control, |tier, number| {
+            if number >= begin {
+                visit(self.write_plane(tier, planes[number], &mut out, (volume, slot)));
+            }
+        })
+    }
+
+    /// Carries the rays from plane to plane; `visit` sees them on each.
+    fn follow(&self, tier: &mut Tier, planes: &[usize], control: &Control, mut visit: impl FnMut(&Tier, usize)) -> Result<()> {
+        let mut store = Planes::new(self.dust, self.axes, self.sign);
+        let mut slabs = [Vec::new(), Vec::new()];
+        let mut from = self.entry();
+        for (number, plane) in planes.iter().enumerate() {
+            control.check()?;
+            let interval = Interval { from, to: self.distance(*plane), last: number + 1 == planes.len() };
+            for (slab, point) in slabs.iter_mut().zip(interval.gauss()) {
+                store.slab(self.to_dust(2, self.star[2] + self.sign * point), slab);
+            }
+            self.advance(tier, &slabs, interval);
+            visit(tier, number);
+            from = interval.to;
+        }
+        Ok(())
+    }
+
+    /// The border through which rays come in along u or v: none where the star stands between both.
+    fn side(&self, axis: usize) -> Option<f64> {
+        let (low, high) = (-0.5, self.dims[axis] as f64 - 0.5);
+        if self.star[axis] < low {
+            Some(low)
+        } else if self.star[axis] > high {
+            Some(high)
+        } else {
+            None
+        }
+    }
+
+    /// Whether any ray comes in through a side.
+    fn from_side(&self) -> bool {
+        (0..2).any(|axis| self.side(axis).is_some())
+    }
+
+    /// Distance at which a ray of this slope is past the side's border [voxels]; infinite if it never is.
+    fn enters(&self, axis: usize, slope: f64) -> f64 {
+        let Some(border) = self.side(axis) else { return 0.0 };
+        let way = border - self.star[axis];
+        if way * slope > 0.0 { way / slope } else { f64::INFINITY }
+    }
+
+    /// A coordinate of the voxels in those of the dust, clamped to its outermost centres.
+    fn to_dust(&self, axis: usize, x: f64) -> f64 {
+        let cells = self.dust.lattice.dims[self.axes[axis]] as f64;
+        ((x + 0.5) * cells / self.dims[axis] as f64 - 0.5).clamp(0.0, cells - 1.0)
+    }
+
+    /// Adds to every ray its depth in an interval, σ given on the planes of the two Gauss points.
+    fn advance(&self, tier: &mut Tier, slabs: &[Vec<f32>; 2], interval: Interval) {
+        let (first, spacing, width) = (tier.first, tier.spacing, tier.counts[0]);
+        let [cells, rows] = [0, 1].map(|axis| self.dust.lattice.dims[self.axes[axis]]);
+        let scale = cells as f64 / self.dims[0] as f64;
+        let half = 0.5 * (interval.to - interval.from);
+        let scratch = || ([vec![0.0f32; cells + 1], vec![0.0f32; cells + 1]], vec![0.0f32; width]);
+        let row = |(mixed, gains): &mut ([Vec<f32>; 2], Vec<f32>), (j, depths): (usize, &mut [f32]), entries: Option<&mut [f32]>| {
+            let v = first[1] + (j as f64 - 1.0) * spacing;
+            for ((row, slab), point) in mixed.iter_mut().zip(slabs).zip(interval.gauss()) {
+                let y = self.to_dust(1, self.star[1] + v * point);
+                let low = (y as usize).min(rows - 1);
+                let high = (low + 1).min(rows - 1);
+                mix(row, &slab[low * cells..][..cells], &slab[high * cells..][..cells], (y - low as f64) as f32);
+                row[cells] = row[cells - 1];
+            }
+            let slope = first[0] - spacing;
+            // Ray 0 and the step from ray to ray at the Gauss points, in voxels of dust.
+            let samples = interval.gauss().map(|z| ((self.star[0] + slope * z + 0.5) * scale - 0.5, spacing * z * scale));
+            let flat = self.edge[2].powi(2) + (v * self.edge[1]).powi(2);
+            for (i, (gain, depth)) in gains.iter_mut().zip(depths.iter_mut()).enumerate() {
+                let u = (slope + i as f64 * spacing) * self.edge[0];
+                *gain = ((flat + u * u).sqrt() * half) as f32 * two_samples(mixed, samples, i);
+                *depth += *gain;
+            }
+            let Some(entries) = entries else { return };
+            for (i, entry) in entries.iter_mut().enumerate() {
+                let at = self.enters(0, slope + i as f64 * spacing).max(self.enters(1, v));
+                let part = (at - interval.from) / (interval.to - interval.from);
+                if part > 0.0 && (part <= 1.0 || interval.last) {
+                    *entry = if part < BEYOND { depths[i] + (part - 1.0) as f32 * gains[i] } else { f32::MAX };
+                }
+            }
+        };
+        let lines = tier.depths.par_chunks_mut(width).enumerate().with_min_len(ROWS_TOGETHER);
+        match &mut tier.entries {
+            None => lines.for_each_init(scratch, |scratch, line| row(scratch, line, None)),
+            Some(entries) => {
+                let entries = entries.par_chunks_mut(width).with_min_len(ROWS_TOGETHER);
+                lines.zip(entries).for_each_init(scratch, |scratch, (line, entries)| row(scratch, line, Some(entries)));
+            }
+        }
+    }
+
+    /// Depths of the voxels of one plane inside the pyramid; returns their number.
+    fn write_plane(&self, tier: &Tier, plane: usize, out: &mut [f32], (volume, slot): (&mut Volume, usize)) -> u64 {
+        let z = self.distance(plane);
+        let range = |axis: usize| {
+            let (low, high) = ((self.star[axis] - z).ceil().max(0.0), (self.star[axis] + z).floor().min(self.dims[axis] as f64 - 1.0));
+            if low > high { 0..0 } else { low as usize..high as usize + 1 }
+        };
+        let (columns, rows) = (range(0), range(1));
+        let from_side = self.from_side();
+        let [width, height] = tier.counts;
+        // Rays beside a voxel: the second of its four, and where it stands between that and the third.
+        let around = |axis: usize, x: usize, count: usize| {
+            let at = ((x as f64 - self.star[axis]) / z - tier.first[axis]) / tier.spacing + 1.0;
+            let second = (at.max(1.0) as usize).min(count - 3);
+            (second, (at - second as f64) as f32)
+        };
+        let lattice = volume.lattice.clone();
+        let exact = |x: usize, y: usize| {
+            let mut voxel = [0; 3];
+            self.axes.iter().zip([x, y, plane]).for_each(|(axis, i)| voxel[*axis] = i);
+            self.dust.column(self.place, lattice.centre(voxel[0], voxel[1], voxel[2]), OPAQUE) as f32
+        };
+        let lines = out.par_chunks_mut(self.dims[0]).enumerate().skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
+        lines.for_each_init(
+            || vec![0.0f32; width],
+            |mixed, (y, line)| {
+                let (j, f) = around(1, y, height);
+                let ray_rows = [j - 1, j, j + 1, j + 2].map(|j| &tier.depths[j * width..][..width]);
+                cubic_rows(mixed, ray_rows, f);
+                for x in columns.clone() {
+                    let (i, f) = around(0, x, width);
+                    let bent = from_side && grazed(ray_rows.map(|row| &row[i - 1..i + 3]));
+                    let swept = cubic([mixed[i - 1], mixed[i], mixed[i + 1], mixed[i + 2]], f);
+                    line[x] = if bent { exact(x, y).min(OPAQUE as f32) } else { swept.max(0.0) };
+                }
+            },
+        );
+        let channels = volume.channels.len();
+        let strides = [1, volume.lattice.dims[0], volume.lattice.dims[0] * volume.lattice.dims[1]];
+        let [du, dv, dw] = self.axes.map(|a| strides[a]);
+        for y in rows.clone() {
+            for x in columns.clone() {
+                volume.data[(x * du + y * dv + plane * dw) * channels + slot] = out[y * self.dims[0] + x];
+            }
+        }
+        (rows.len() * columns.len()) as u64
+    }
+}
+
+/// σ at a ray's two Gauss points: rows along u, ray 0 and the step from ray to ray.
+#[inline(always)]
+fn two_samples(rows: &[Vec<f32>; 2], samples: [(f64, f64); 2], i: usize) -> f32 {
+    let mut sum = 0.0;
+    for (row, (at, step)) in rows.iter().zip(samples) {
+        let last = (row.len() - 2) as f64;
+        let x = (at + i as f64 * step).clamp(0.0, last);
+        let cell = x as u32 as usize;
+        let f = (x - cell as f64) as f32;
+        sum += row[cell] + f * (row[cell + 1] - row[cell]);
+    }
+    sum
+}
+
+/// a + f (b − a), value by value.
+fn mix(out: &mut [f32], a: &[f32], b: &[f32], f: f32) {
+    for ((o, a), b) in out.iter_mut().zip(a).zip(b) {
+        *o = a + f * (b - a);
+    }
+}
+
+/// `cubic` on four rows.
+fn cubic_rows(out: &mut [f32], [a, b, c, d]: [&[f32]; 4], t: f32) {
+    for i in 0..out.len() {
+        out[i] = cubic([a[i], b[i], c[i], d[i]], t);
+    }
+}
+
+/// The cubic through four depths (Catmull–Rom), never outside of the middle two: an opaque edge throws no false shadow beside itself.
+#[inline(always)]
+fn cubic(values: [f32; 4], t: f32) -> f32 {
+    let [a, b, c, d] = values.map(|v| if v > OPAQUE as f32 { OPAQUE as f32 } else { v });
+    let value = b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)));
+    let (low, high) = if b < c { (b, c) } else { (c, b) };
+    let value = if value < low { low } else { value };
+    if value > high { high } else { value }
+}
+
+/// Whether rays beside a voxel are so far from coming in that no cubic follows them.
+fn grazed(rays: [&[f32]; 4]) -> bool {
+    let (low, high) = rays.iter().flat_map(|r| r.iter()).fold((f32::MAX, f32::MIN), |(l, h), d| (l.min(*d), h.max(*d)));
+    low < -high.max(0.0)
+}
+
+/// The dust's planes along w, copied sixteen at a time, whichever way they lie in memory.
+struct Planes<'a> {
+    dust: &'a Grid,
+    axes: [usize; 3],
+    backwards: bool,
+    /// Number of the first plane in `block`.
+    first: usize,
+    /// plane × v × u.
+    block: Vec<f32>,
+}
+
+impl<'a> Planes<'a> {
+    fn new(dust: &'a Grid, axes: [usize; 3], sign: f64) -> Self {
+        Self { dust, axes, backwards: sign < 0.0, first: 0, block: Vec::new() }
+    }
+
+    /// σ on the plane at `w` [voxels of dust].
+    fn slab(&mut self, w: f64, out: &mut Vec<f32>) {
+        let [nu, nv, nw] = self.axes.map(|a| self.dust.lattice.dims[a]);
+        let low = (w as usize).min(nw - 1);
+        let high = (low + 1).min(nw - 1);
+        let held = self.block.len() / (nu * nv);
+        if low < self.first || high >= self.first + held {
+            self.first = if self.backwards { (high + 1).saturating_sub(BLOCK) } else { low };
+            self.copy(self.first, BLOCK.min(nw - self.first));
+        }
+        let plane = |k: usize| &self.block[(k - self.first) * nu * nv..][..nu * nv];
+        out.resize(nu * nv, 0.0);
+        mix(out, plane(low), plane(high), (w - low as f64) as f32);
+    }
+
+    fn copy(&mut self, first: usize, count: usize) {
+        let [nx, ny, _] = self.dust.lattice.dims;
+        let strides = [1, nx, nx * ny];
+        let [nu, nv, _] = self.axes.map(|a| self.dust.lattice.dims[a]);
+        let [du, dv, dw] = self.axes.map(|a| strides[a]);
+        let data = &self.dust.data;
+        self.block.resize(count * nu * nv, 0.0);
+        for v in 0..nv {
+            if dw == 1 {
+                for u in 0..nu {
+                    let line = &data[u * du + v * dv + first..][..count];
+                    line.iter().enumerate().for_each(|(k, value)| self.block[(k * nv + v) * nu + u] = *value);
+                }
+            } else {
+                for k in 0..count {
+                    let line = &data[v * dv + (first + k) * dw..][..nu];
+                    self.block[(k * nv + v) * nu..][..nu].copy_from_slice(line);
+                }
+            }
+        }
+    }
+}
