@@ -5,7 +5,6 @@ use std::time::Instant;
 use crate::backend::{cpu, reference};
 use crate::control::Control;
 use crate::error::Result;
-use crate::image::Image;
 use crate::plan::{Options, Plan, sample_functions};
 use crate::scene::{Method, Scene};
 
@@ -24,8 +23,15 @@ pub struct Row {
     pub error: Option<f64>,
 }
 
-/// Times each method on `scene`; errors on an image of `error_size` pixels an edge, none if that is zero.
-pub fn table(mut scene: Scene, options: &Options, frames: usize, error_size: usize, control: &Control) -> Result<Vec<Row>> {
+/// Times each method on `scene`, `visit` hearing each row as it comes; errors on an image of `error_size` pixels an edge, none if that is zero.
+pub fn table(
+    mut scene: Scene,
+    options: &Options,
+    frames: usize,
+    error_size: usize,
+    control: &Control,
+    mut visit: impl FnMut(Row),
+) -> Result<()> {
     // Errors are those of transport: functions are sampled first, the same for all.
     sample_functions(&mut scene, options)?;
     let size = (scene.camera.width, scene.camera.height);
@@ -35,13 +41,15 @@ pub fn table(mut scene: Scene, options: &Options, frames: usize, error_size: usi
     } else {
         None
     };
-    let mut rows = Vec::new();
     for contestant in contestants(&options.method)? {
         let options = Options { method: contestant.method, ..options.clone() };
         (scene.camera.width, scene.camera.height) = (error_size.max(1), error_size.max(1));
         let small = Plan { star_march: contestant.star_march, ..Plan::new(&scene, &options, control)? };
         let error = match &truth {
-            Some(truth) => Some(worst_error(&cpu::render(&scene, &small, control)?.0, truth)),
+            Some(truth) => {
+                let image = cpu::render(&scene, &small, control)?.0;
+                Some((0..truth.bands.len()).map(|b| image.relative_rmse(b, truth, b)).fold(0.0, f64::max))
+            }
             None => None,
         };
         (scene.camera.width, scene.camera.height) = size;
@@ -49,9 +57,9 @@ pub fn table(mut scene: Scene, options: &Options, frames: usize, error_size: usi
         // The deck's double integration takes minutes a frame: one frame says enough.
         let frames = if contestant.star_march.is_some() { 0 } else { frames };
         let (seconds, cpu_seconds) = timed(frames, || cpu::radiance(&plan, control).map(drop))?;
-        rows.push(Row { name: contestant.name, terms: plan.spectral.terms(), seconds, cpu_seconds, error });
+        visit(Row { name: contestant.name, terms: plan.spectral.terms(), seconds, cpu_seconds, error });
     }
-    Ok(rows)
+    Ok(())
 }
 
 /// One line of the table to be.
@@ -111,14 +119,4 @@ fn processor_seconds() -> f64 {
         Some((fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?) / 100.0)
     };
     read().unwrap_or(f64::NAN)
-}
-
-/// Relative rms difference of the worst band.
-fn worst_error(image: &Image, truth: &Image) -> f64 {
-    let error = |b: usize| {
-        let difference: f64 = image.band(b).zip(truth.band(b)).map(|(a, t)| (a - t).powi(2)).sum();
-        let size: f64 = truth.band(b).map(|t| t * t).sum();
-        if size > 0.0 { (difference / size).sqrt() } else { 0.0 }
-    };
-    (0..truth.bands.len()).map(error).fold(0.0, f64::max)
 }

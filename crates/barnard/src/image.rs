@@ -2,6 +2,8 @@
 
 use spectra::colour::{Palette, Stretch};
 
+use crate::error::{Error, Result};
+
 /// Band radiances, bands × height × width [W m⁻² sr⁻¹].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Samples {
@@ -85,6 +87,28 @@ impl Image {
     /// Radiance of a pixel in a band [W m⁻² sr⁻¹].
     pub fn at(&self, band: usize, row: usize, column: usize) -> f64 {
         self.samples.at((band * self.height + row) * self.width + column)
+    }
+
+    /// Refuses values that are no numbers: sums that went past the range of f32.
+    pub fn check(&self) -> Result<()> {
+        for (b, band) in self.bands.iter().enumerate() {
+            let count = self.band(b).filter(|v| !v.is_finite()).count();
+            if count > 0 {
+                let reason = format!(
+                    "{count} pixels of band {} are NaN or infinite: densities or spectra are too large for single precision",
+                    band.name
+                );
+                return Err(Error::Render(format!("{reason}; check their units and scales")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Relative rms difference of a band from one of `truth`, √Σ(a − b)² / √Σb²; zero where they are equal.
+    pub fn relative_rmse(&self, band: usize, truth: &Self, truth_band: usize) -> f64 {
+        let squares: f64 = self.band(band).zip(truth.band(truth_band)).map(|(a, b)| (a - b).powi(2)).sum();
+        let size: f64 = truth.band(truth_band).map(|b| b * b).sum();
+        if squares == 0.0 { 0.0 } else { (squares / size).sqrt() }
     }
 
     /// The values of one band, row by row.

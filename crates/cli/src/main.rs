@@ -8,6 +8,14 @@ macro_rules! say {
     }};
 }
 
+/// Prints a line on standard error; whoever closed that hears nothing.
+macro_rules! complain {
+    ($($part:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($part)*);
+    }};
+}
+
 mod progress;
 mod source;
 mod verbs;
@@ -32,7 +40,7 @@ fn main() -> std::process::ExitCode {
             if error.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe) {
                 return std::process::ExitCode::SUCCESS;
             }
-            eprintln!("barnard: {error:#}");
+            complain!("barnard: {error:#}");
             std::process::ExitCode::FAILURE
         }
     }

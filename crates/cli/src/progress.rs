@@ -52,7 +52,7 @@ fn with_lines() -> Control {
         let Ok(mut last) = last.lock() else { return };
         if last.elapsed() > Duration::from_secs(10) {
             *last = Instant::now();
-            eprintln!("{}: {} %", words(stage), 100 * done / all.max(1));
+            complain!("{}: {} %", words(stage), 100 * done / all.max(1));
         }
     })
 }

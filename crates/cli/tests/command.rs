@@ -278,6 +278,8 @@ fn broken_archives_and_fits_are_refused() {
         bytes.resize(2880, b' ');
         bytes
     };
+    desk.write("cloud.fits", &header("NAXIS1  =                    8")[..1000]);
+    desk.refuses_scene(&["truncated", "cloud.fits"]);
     desk.write("cloud.fits", &header("NAXIS1  =                    8"));
     desk.refuses_scene(&["truncated", "cloud.fits"]);
     desk.write("cloud.fits", &header("NAXIS1  =  9223372036854775807"));
@@ -348,4 +350,110 @@ fn an_interrupted_render_leaves_nothing() {
 fn an_unwritable_folder_is_refused() {
     let desk = Desk::new();
     desk.refuses(&["render", "scene.toml", "-o", "/proc/out.npy"], &["/proc", "cannot be written"]);
+}
+
+#[test]
+fn completions_end_quietly_in_a_closed_pipe() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_barnard"))
+        .args(["completions", "bash"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"));
+    assert!(Desk::new().run(&["completions", "zsh"]).stdout.len() > 1000);
+}
+
+#[test]
+fn inputs_are_not_overwritten() {
+    let desk = Desk::new();
+    let before = std::fs::read(desk.path("cloud.npy")).unwrap();
+    desk.refuses(&["render", "scene.toml", "-o", "cloud.npy"], &["cloud.npy", "another name"]);
+    desk.refuses(&["render", "scene.toml", "-o", "./../../nowhere/../cloud.npy"], &["cloud.npy"]);
+    std::fs::rename(desk.path("scene.toml"), desk.path("scene.png")).unwrap();
+    desk.refuses(&["render", "scene.png", "-o", "scene.png"], &["another name"]);
+    assert_eq!(before, std::fs::read(desk.path("cloud.npy")).unwrap());
+}
+
+#[test]
+fn numbers_past_single_precision_are_refused() {
+    let desk = Desk::new();
+    desk.with("\"2 mag/pc\"", "\"1e60 mag/pc\"").refuses_scene(&["dust"]);
+    desk.with("[[star]]", "[background]\nkind = \"uniform\"\nradiance = \"1e60 W/m2/sr/nm\"\n[[star]]").refuses_scene(&["NaN or infinite"]);
+    desk.with("low = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"", "voxel = \"1e50 pc\"").refuses_scene(&["voxel", "longer"]);
+}
+
+#[test]
+fn names_that_mean_something_else_are_refused() {
+    let desk = Desk::new();
+    for name in ["x", "exp", "pi", "a-b"] {
+        desk.write("scene.toml", SCENE.replace("field.cloud", &format!("field.{name}")).as_bytes());
+        desk.refuses_scene(&[name, "scene.toml", "expression"]);
+    }
+}
+
+#[test]
+fn filters_are_checked() {
+    let desk = Desk::new();
+    let own = "[[band]]\nname = \"own\"\nkind = \"file\"\nfile = \"own.csv\"\n[camera]";
+    desk.write("scene.toml", SCENE.replace("bands = \"johnson\"", "").replace("[camera]", own).as_bytes());
+    desk.write("own.csv", b"wavelength_nm,throughput\n500,50\n600,80\n");
+    desk.refuses_scene(&["own.csv", "percent"]);
+    desk.write("own.csv", b"frequency_Hz,throughput\n500,0.5\n600,0.8\n");
+    desk.refuses_scene(&["own.csv", "hz"]);
+    desk.write("own.csv", b"a,b\n500,5;0,5\n600,0;0,8\n");
+    desk.refuses_scene(&["own.csv", "decimal point"]);
+    desk.write("own.csv", "Wavelength (Å),T\n5000,0.5\n6000,0.8\n".as_bytes());
+    assert!(desk.run(&["render", "scene.toml", "-o", "out.npy"]).status.success());
+}
+
+#[test]
+fn comparisons_are_of_like_with_like() {
+    let desk = Desk::new();
+    for (set, file) in [("johnson", "a.fits"), ("2mass", "b.fits")] {
+        desk.with("\"johnson\"", &format!("\"{set}\""));
+        assert!(desk.run(&["render", "scene.toml", "-o", file]).status.success(), "{set}");
+    }
+    desk.refuses(&["compare", "a.fits", "b.fits"], &["different bands", "johnson-V", "2mass"]);
+    desk.refuses(&["compare", "a.fits", "a.fits", "--tolerance", "nan"], &["--tolerance"]);
+    assert!(desk.run(&["compare", "a.fits", "a.fits", "--tolerance", "0"]).status.success());
+}
+
+/// An archive whose member holds more than its header says.
+#[test]
+fn what_lies_behind_an_array_is_refused() {
+    let desk = Desk::new();
+    let mut bytes = cloud(|_| 0.5);
+    bytes.extend(vec![0; 1 << 20]);
+    desk.write("cloud.npy", &bytes);
+    desk.refuses_scene(&["cloud.npy", "1048576 bytes beside"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn links_lead_on_and_masks_hold() {
+    use std::os::unix::fs::PermissionsExt;
+    let desk = Desk::new();
+    desk.write("target.npy", b"old");
+    std::os::unix::fs::symlink("target.npy", desk.path("link.npy")).unwrap();
+    assert!(desk.run(&["render", "scene.toml", "-o", "link.npy"]).status.success());
+    assert!(desk.path("link.npy").is_symlink() && std::fs::read(desk.path("target.npy")).unwrap().starts_with(b"\x93NUMPY"));
+    let script = format!("umask 077; exec {} render scene.toml -o private.npy", env!("CARGO_BIN_EXE_barnard"));
+    assert!(Command::new("sh").args(["-c", &script]).current_dir(desk.folder.path()).status().unwrap().success());
+    assert_eq!(std::fs::metadata(desk.path("private.npy")).unwrap().permissions().mode() & 0o777, 0o600);
+}
+
+/// A disk that is full: a file size limit makes the system refuse the bytes, as a full disk does.
+#[cfg(unix)]
+#[test]
+fn a_refused_write_leaves_nothing() {
+    let desk = Desk::new();
+    let before = listing(desk.folder.path());
+    let script = format!("trap '' XFSZ; ulimit -f 1; exec {} render scene.toml -o out.npy --size 64x64", env!("CARGO_BIN_EXE_barnard"));
+    let output = Command::new("sh").args(["-c", &script]).current_dir(desk.folder.path()).output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && message.contains("out.npy") && message.contains("cannot be written"), "{message}");
+    assert_eq!(before, listing(desk.folder.path()));
 }

@@ -29,8 +29,7 @@ impl Shape for Table {
     }
     /// A table that has come down to zero at an end is known to be zero beyond it.
     fn range_um(&self) -> (f64, f64) {
-        let largest = self.y().iter().fold(0.0, |m: f64, y| m.max(y.abs()));
-        let ended = |y: f64| y.abs() <= 1e-6 * largest;
+        let ended = |y: f64| y == 0.0;
         let (low, high) = self.range();
         (if ended(self.y()[0]) { 0.0 } else { low }, if ended(self.y()[self.y().len() - 1]) { f64::INFINITY } else { high })
     }

@@ -75,6 +75,7 @@ impl Table {
 pub fn rows(name: &str, text: &str, columns: usize) -> Result<Vec<Vec<f64>>> {
     let mut rows = Vec::new();
     let mut header_seen = false;
+    let mut width = None;
     for (number, line) in text.lines().enumerate() {
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
@@ -83,12 +84,26 @@ pub fn rows(name: &str, text: &str, columns: usize) -> Result<Vec<Vec<f64>>> {
         let cells: Vec<&str> = line.split([',', ';', '\t']).flat_map(|c| c.split_whitespace()).collect();
         let values: std::result::Result<Vec<f64>, _> = cells.iter().map(|c| c.parse::<f64>()).collect();
         match values {
-            Ok(values) if values.len() >= columns => rows.push(values),
+            Ok(values) if values.len() >= columns => {
+                let expected = *width.get_or_insert(values.len());
+                if values.len() > expected {
+                    let reason = format!(
+                        "line {} has {} numbers, those before it {expected}; numbers have a decimal point",
+                        number + 1,
+                        values.len()
+                    );
+                    return Err(SpectraError::table(name, reason));
+                }
+                rows.push(values);
+            }
             Ok(values) => {
                 let reason = format!("line {} has {} numbers, {columns} are needed", number + 1, values.len());
                 return Err(SpectraError::table(name, reason));
             }
-            Err(_) if rows.is_empty() && !header_seen => header_seen = true,
+            Err(_) if rows.is_empty() && !header_seen => {
+                header_seen = true;
+                width = Some(line.split([',', ';', '\t']).count()).filter(|n| *n > 1);
+            }
             Err(_) => {
                 return Err(SpectraError::table(name, format!("line {} is not a row of numbers: \"{}\"", number + 1, clipped(line))));
             }
@@ -112,28 +127,48 @@ fn clipped(line: &str) -> String {
 /// Returns a table over wavelength [µm].
 pub fn spectrum_from_csv(name: &str, text: &str) -> Result<Table> {
     let rows = rows(name, text, 2)?;
-    let to_um = wavelength_unit(text);
+    let to_um = wavelength_unit(name, text)?;
     let (x, y) = rows.iter().map(|r| (r[0] * to_um, r[1])).unzip();
     Table::new(name, x, y)
 }
 
-/// The size in µm of the wavelength unit that the first header line names.
-fn wavelength_unit(text: &str) -> f64 {
-    let header: String = text
-        .lines()
-        .map(str::trim)
-        .take_while(|l| l.starts_with('#') || l.parse_first().is_none())
-        .collect::<Vec<_>>()
-        .join(" ")
-        .to_lowercase();
-    let has = |unit: &str| header.split(|c: char| !c.is_alphanumeric() && c != 'µ').any(|w| w == unit);
-    if has("um") || has("µm") || has("micron") || has("microns") || has("wavelength_um") || header.contains("_um") {
-        1.0
-    } else if header.contains("angstrom") || header.contains("_aa") {
-        1e-4
-    } else {
-        1e-3
+/// Units of wavelength as headers write them, in µm.
+const HEADER_UNITS: [(&str, f64); 14] = [
+    ("nm", 1e-3),
+    ("nanometer", 1e-3),
+    ("nanometers", 1e-3),
+    ("nanometre", 1e-3),
+    ("um", 1.0),
+    ("µm", 1.0),
+    ("μm", 1.0),
+    ("micron", 1.0),
+    ("microns", 1.0),
+    ("micrometer", 1.0),
+    ("angstrom", 1e-4),
+    ("angstroms", 1e-4),
+    ("å", 1e-4),
+    ("aa", 1e-4),
+];
+
+/// The size in µm of the unit that the header names beside the wavelength; nm where it names none.
+fn wavelength_unit(name: &str, text: &str) -> Result<f64> {
+    let header = text.lines().map(str::trim).take_while(|l| l.is_empty() || l.starts_with('#') || l.parse_first().is_none());
+    let header = header.collect::<Vec<_>>().join(" ").to_lowercase();
+    let words: Vec<&str> = header.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty()).collect();
+    if let Some((_, size)) = words.iter().find_map(|w| HEADER_UNITS.iter().find(|u| u.0 == *w)) {
+        return Ok(*size);
     }
+    let refuse = |what: String| Err(SpectraError::table(name, format!("{what}; the first column is a wavelength in nm, um or angstrom")));
+    if let Some(word) = words.iter().find(|w| ["hz", "ghz", "thz", "ev", "kev", "frequency", "wavenumber", "energy"].contains(w)) {
+        return refuse(format!("the header speaks of \"{word}\""));
+    }
+    // "wavelength_furlong", "lambda [furlong]": a word that is tied to the wavelength is meant as its unit.
+    let tied = ["wavelength_", "wavelength [", "wavelength (", "wavelength[", "wavelength(", "lambda_", "lambda [", "lambda ("];
+    if let Some(rest) = tied.iter().find_map(|t| header.split_once(t).map(|(_, rest)| rest)) {
+        let unit: String = rest.chars().take_while(|c| c.is_alphanumeric()).collect();
+        return refuse(format!("unknown unit of wavelength \"{unit}\" in the header"));
+    }
+    Ok(1e-3)
 }
 
 trait ParseFirst {
@@ -199,6 +234,11 @@ mod tests {
             ("500,1\n600,1\n", 0.5),
         ] {
             assert!((spectrum_from_csv("t", text).unwrap().range().0 - expected).abs() < 1e-12, "{text}");
+        }
+        assert!((spectrum_from_csv("t", "Wavelength (Å),T\n5000,1\n6000,1\n").unwrap().range().0 - 0.5).abs() < 1e-12);
+        assert!((spectrum_from_csv("t", "lambda [μm],T\n0.5,1\n0.6,1\n").unwrap().range().0 - 0.5).abs() < 1e-12);
+        for text in ["wavelength_furlong,t\n5,1\n6,1\n", "frequency_Hz,t\n5,1\n6,1\n", "a,b\n500,5;0,5\n600,5;0,6\n"] {
+            assert!(spectrum_from_csv("t", text).is_err(), "{text}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Expressions of fields: products, sums and masks, such as `n_H^2 * x_ion^2` or `cloud * (1 - hole)`.
 //!
-//! Operators + − * / ^ and parentheses; functions sqrt, exp, ln, abs, sin, cos, floor, and min(a, b), max(a, b), step(a, edge) = 1 where a ≥ edge;
-//! variables are the scene's fields and x, y, z [pc]. The expression is zero outside of the union of its fields' boxes.
+//! Operators + − * / ^ and parentheses, bound as in mathematics (`formula`); functions sqrt, exp, ln, log10, abs, sin, cos, tan, tanh, floor, ceil, and
+//! min(a, b), max(a, b), step(a, edge) = 1 where a ≥ edge; pi; variables are the scene's fields and x, y, z [pc]. The expression is zero outside of the union of its fields' boxes.
 
 use std::sync::Arc;
 
@@ -9,6 +9,7 @@ use exmex::prelude::*;
 use exmex::{BinOp, FloatOpsFactory, MakeOperators, Operator};
 use glam::DVec3;
 
+use super::formula::normalised;
 use super::{Field, Grid};
 use crate::geometry::{Bounds, Ray};
 
@@ -47,7 +48,9 @@ impl Expression {
         if formula.len() > MAX_LENGTH {
             return Err(format!("the expression has {} characters, at most {MAX_LENGTH} are read", formula.len()));
         }
-        let parsed = FlatEx::<f64, FieldOperators>::parse(formula).map_err(|e| format!("\"{formula}\" is no expression: {e}"))?;
+        let wrong = |e: String| format!("\"{formula}\" is no expression: {e}");
+        let normalised = normalised(formula).map_err(wrong)?;
+        let parsed = FlatEx::<f64, FieldOperators>::parse(&normalised).map_err(|e| wrong(e.to_string()))?;
         let variables: Result<Vec<Variable>, String> = parsed
             .var_names()
             .iter()
@@ -72,7 +75,7 @@ impl Expression {
     pub fn into_field(self) -> Arc<dyn Field> {
         let names = self.formula.var_names();
         if let ([Variable::Field(only)], [name]) = (&self.variables[..], names)
-            && self.formula.unparse().trim() == name
+            && self.formula.unparse().trim().trim_matches(['{', '}']) == name
         {
             return only.clone();
         }
@@ -142,6 +145,20 @@ mod tests {
         {
             assert!((parse(formula).unwrap().at(p) - value).abs() < 1e-12, "{formula}");
         }
+        for (formula, value) in [
+            ("exp(-x^2)*a/3", (-0.0625f64).exp()),
+            ("-a^2 + 20", 11.0),
+            ("a*-b^2", -0.75),
+            ("2*1e-3*a", 6e-3),
+            ("a*1.5E+1", 45.0),
+            ("(-a)^2", 9.0),
+            ("a^(2^2)", 81.0),
+            ("a*cos(pi)", -3.0),
+            ("a - -b", 3.5),
+            ("+a", 3.0),
+        ] {
+            assert!((parse(formula).unwrap().at(p) - value).abs() < 1e-12, "{formula}: {}", parse(formula).unwrap().at(p));
+        }
         assert_eq!(parse("a + 1").unwrap().at(DVec3::splat(2.0)), 0.0);
     }
 
@@ -149,6 +166,14 @@ mod tests {
     fn mistakes_are_named() {
         assert!(parse("a + c").unwrap_err().contains("no field c"));
         assert!(parse("a +* b").is_err());
+        assert!(parse("a^2^b").unwrap_err().contains("a^(b^c)"));
+        assert!(parse("a/-b").unwrap_err().contains("parentheses"));
+        assert!(parse("sine(a)").unwrap_err().contains("sin"));
+        assert!(parse("a $ b").unwrap_err().contains("no place"));
+        for name in ["x", "pi", "exp", "a-b", "2a", ""] {
+            assert!(super::super::formula::check_name(name).is_err(), "{name}");
+        }
+        assert!(["max_n", "e", "step1", "n_H"].iter().all(|n| super::super::formula::check_name(n).is_ok()));
         assert!(parse("3").unwrap_err().contains("uses no field"));
         assert!(parse(&"(".repeat(5000)).is_err());
     }

@@ -6,6 +6,7 @@
 mod cuboid;
 mod expression;
 mod fbm;
+mod formula;
 mod grid;
 mod loaded;
 mod plummer;
@@ -19,6 +20,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 pub use expression::Expression;
+pub use formula::check_name;
 pub use grid::{Grid, Lattice};
 pub use simplex::Simplex;
 

@@ -100,6 +100,9 @@ fn headers(request: &Request) -> Result<Vec<Header>> {
         headers.push(header);
         start = usize::try_from(next).unwrap_or(usize::MAX - BLOCK);
     }
+    if headers.is_empty() {
+        return Err(Error::file(request.path, "is truncated: its first header does not end"));
+    }
     Ok(headers)
 }
 
@@ -145,7 +148,14 @@ fn array(request: &Request) -> Result<Array> {
                 Error::file(request.path, format!("has no HDU \"{part}\"; it has {} (0 to {})", headers.len(), headers.len() - 1))
             })?
         }
-        None => headers.iter().find(|h| squeezed(h).len() == 3).unwrap_or(&headers[0]),
+        None => {
+            let cubes: Vec<usize> = (0..headers.len()).filter(|i| squeezed(&headers[*i]).len() == 3).collect();
+            if cubes.len() > 1 {
+                let reason = format!("holds {} cubes (HDUs {cubes:?}); choose one with array = \"{}\"", cubes.len(), cubes[0]);
+                return Err(Error::file(request.path, reason));
+            }
+            &headers[cubes.first().copied().unwrap_or(0)]
+        }
     };
     // FITS lists the fastest axis first; indices in C order run the other way.
     let mut shape = squeezed(header);
@@ -166,7 +176,7 @@ fn image(request: &Request) -> Result<Image> {
             return Err(Error::file(request.path, "holds images of different sizes"));
         }
         double |= header.integer("BITPIX") == Some(-64);
-        bands.push(header.text("EXTNAME").unwrap_or("band").to_owned());
+        bands.push(header.text("EXTNAME").map_or_else(|| super::nameless(bands.len()), str::to_owned));
         // The first row of FITS is the lowest.
         let values = values(request, header, cells)?;
         data.extend(values.chunks(axes[0] as usize).rev().flatten().copied());

@@ -114,6 +114,11 @@ fn checked_shape(request: &Request, shape: &[u64]) -> Result<([usize; 3], usize)
     Ok(([a as usize, b as usize, c as usize], cells as usize))
 }
 
+/// The name of band `index` in a file that knows no names.
+pub fn nameless(index: usize) -> String {
+    format!("band{index}")
+}
+
 /// Refuses what would not fit before it is allocated.
 pub fn check_memory(what: &str, bytes: u64, limit: u64) -> Result<()> {
     if bytes > limit {

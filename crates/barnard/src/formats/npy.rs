@@ -67,12 +67,21 @@ fn values(request: &Request, file: NpyFile<Cursor<&[u8]>>, cells: usize, availab
         _ => Err(format!("values of type {} are no real numbers", dtype.descr())),
     };
     let data = read.map_err(|e| Error::file(request.path, format!("cannot be read: {e}")))?;
+    let excess = available.saturating_sub(cells * size);
+    if excess > HEADER {
+        return Err(Error::file(
+            request.path,
+            format!("holds {excess} bytes beside the {cells} values of {size} bytes that its header announces"),
+        ));
+    }
     if data.len() != cells {
         return Err(Error::file(request.path, format!("is truncated: {cells} values announced, {} there", data.len())));
     }
     Ok(data)
 }
 
+/// Bytes of the longest header that an array of numbers has.
+const HEADER: usize = 1 << 16;
 /// The largest part of a header or a small array beside the values.
 const OVERHEAD: u64 = 1 << 20;
 
@@ -94,9 +103,10 @@ fn npz(request: &Request) -> Result<Array> {
     let entry = archive.by_name(&format!("{name}.npy")).map_err(|e| Error::file(path, format!("array {name}: {e}")))?;
     // The stated size may lie: no more than the limit is ever inflated.
     let limit = 2 * request.memory_limit + OVERHEAD;
-    super::check_memory(&format!("array {name} of {}", path.display()), entry.size(), limit)?;
+    let stated = entry.size();
+    super::check_memory(&format!("array {name} of {}", path.display()), stated, limit)?;
     let mut bytes = Vec::new();
-    entry.take(limit).read_to_end(&mut bytes).map_err(|e| Error::file(path, format!("array {name} is corrupt: {e}")))?;
+    entry.take(stated).read_to_end(&mut bytes).map_err(|e| Error::file(path, format!("array {name} is corrupt: {e}")))?;
     npy(&Request { bytes: &bytes, path, part: None, memory_limit: request.memory_limit })
 }
 
@@ -113,7 +123,7 @@ fn image(request: &Request) -> Result<Image> {
     let ([bands, height, width], cells) = checked_shape(request, &shape)?;
     let data = values(request, file, cells, request.bytes.len())?;
     let samples = if double { Samples::Double(data) } else { Samples::Single(data.iter().map(|v| *v as f32).collect()) };
-    Ok(Image::bare(width, height, (0..bands).map(|b| format!("band{b}")).collect(), samples))
+    Ok(Image::bare(width, height, (0..bands).map(super::nameless).collect(), samples))
 }
 
 fn encode(image: &Image) -> Result<Vec<u8>> {

@@ -10,6 +10,9 @@ use crate::image::{Display, Image};
 /// Whether `path` can be written at all: known extension, folder there and writable. Asked before a long render.
 pub fn check_writable(path: &Path) -> Result<()> {
     writer(path)?;
+    if std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
+        return Err(Error::file(path, "is no plain file; it cannot be replaced by a picture"));
+    }
     temporary(path).map(drop)
 }
 
@@ -25,29 +28,24 @@ fn temporary(path: &Path) -> Result<tempfile::NamedTempFile> {
     if path.is_dir() {
         return Err(Error::file(path, "is a folder; give the name of a file in it"));
     }
-    tempfile::Builder::new()
+    let mut builder = tempfile::Builder::new();
+    // As any new file: the system takes away what the user's mask forbids.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder
         .prefix(".barnard-")
         .tempfile_in(folder)
         .map_err(|e| Error::file(path, format!("the output folder {} cannot be written to: {e}", folder.display())))
 }
 
-/// Writes `image` in the format of the path's extension.
+/// Writes `image` in the format of the path's extension; a link stays a link, and the file that it leads to is replaced.
 pub fn save(image: &Image, display: &Display, path: &Path) -> Result<()> {
     let bytes = (writer(path)?.encode)(image, display)?;
     let failed = |e: std::io::Error| Error::file(path, format!("cannot be written, nothing was kept: {e}"));
-    let mut file = temporary(path)?;
+    let target = if path.is_symlink() { std::fs::canonicalize(path).map_err(failed)? } else { path.to_owned() };
+    let mut file = temporary(&target)?;
     file.write_all(&bytes).and_then(|()| file.as_file().sync_all()).map_err(failed)?;
-    let mode = permissions(path);
-    let file = file.persist(path).map_err(|e| failed(e.error))?;
-    file.set_permissions(mode).map_err(failed)
-}
-
-/// Those of the file that is replaced; read by all, written by the owner, otherwise.
-fn permissions(path: &Path) -> std::fs::Permissions {
-    #[cfg(unix)]
-    let fallback = std::os::unix::fs::PermissionsExt::from_mode(0o644);
-    #[cfg(unix)]
-    return std::fs::metadata(path).map_or(fallback, |m| m.permissions());
-    #[cfg(not(unix))]
-    return std::fs::metadata(path).map(|m| m.permissions()).expect("the file was persisted a moment ago");
+    let replaced = std::fs::metadata(&target).map(|m| m.permissions());
+    let file = file.persist(&target).map_err(|e| failed(e.error))?;
+    replaced.map_or(Ok(()), |permissions| file.set_permissions(permissions).map_err(failed))
 }

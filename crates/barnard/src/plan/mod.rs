@@ -89,6 +89,21 @@ impl Plan {
         self.spectral.certify(band, depth).into_iter().enumerate().filter(|(light, _)| shining(*light)).map(words).collect()
     }
 
+    /// The certificate of the light that a passband's rule serves worst, in words.
+    pub fn worst_certificate(&self, band: usize, depth: f64) -> String {
+        let shining = |light: &usize| self.spectral.bands[band].sources[*light].measure.total() > 0.0;
+        let certificates = self.spectral.certify(band, depth);
+        let worst = (0..certificates.len()).filter(shining).max_by(|a, b| certificates[*a].absolute.total_cmp(&certificates[*b].absolute));
+        let Some(worst) = worst else { return "no light shines in this band".into() };
+        let c = &certificates[worst];
+        let others = if certificates.len() > 1 {
+            format!(", worst of {} lights ({})", certificates.len(), self.lights[worst].name)
+        } else {
+            String::new()
+        };
+        format!("spectral error at most {:.1e} of F(0), {:.1e} of F(a), for depths up to {:.3}{others}", c.absolute, c.relative, c.depth)
+    }
+
     /// The spatial error in words.
     pub fn spatial_note(&self) -> Option<(String, String)> {
         let s = self.space.spatial?;
@@ -96,6 +111,8 @@ impl Plan {
             "measured {:.1e} (relative rms of the worst band over {} pilot rays, {} samples a voxel, star depths of {} a voxel)",
             s.error, s.rays, s.per_voxel, self.space.star_factor
         );
+        let asked = self.spectral.accuracy;
+        let words = if s.error > asked { format!("{words}: more than the {asked:.1e} that was asked for") } else { words };
         Some(("spatial error".into(), words))
     }
 

@@ -55,7 +55,9 @@ pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
 fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, options: &Options) -> Result<Grid> {
     if let Some(grid) = field.grid() {
         check_memory(&format!("the plan's copy of {what}"), 4 * grid.lattice.cells() as u64, options.memory_limit)?;
-        return Ok(scaled(grid, factor));
+        let scaled = scaled(grid, factor);
+        scaled.check(what)?;
+        return Ok(scaled);
     }
     let size = field.bounds().size();
     let finest = (size.max_element() / field.feature_pc()).ceil() as usize;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
 use spectra::passband::Passband;
 use spectra::rule::{self, BandProblem, BandRule, Form, Node, Source};
 
@@ -74,7 +75,7 @@ impl Spectral {
         let phase = scene.dust.as_ref().map(|d| d.phase.clone());
         let bands = scene
             .bands
-            .iter()
+            .par_iter()
             .map(|band| {
                 let sources: Vec<Source> = lights.iter().map(|light| source(scene, light, band, &law)).collect();
                 let k = |l: f64| law.k(l);

@@ -142,7 +142,7 @@ mod tests {
         let grid = waves([48; 3]);
         for star in STARS {
             let (rms, worst) = differences(&grid, &grid.lattice, star);
-            assert!(rms < 2e-3 && worst < 2e-2, "{star}: {rms:.1e} {worst:.1e}");
+            assert!(rms < 3e-3 && worst < 6e-2, "{star}: {rms:.1e} {worst:.1e}");
         }
     }
 

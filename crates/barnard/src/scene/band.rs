@@ -28,7 +28,13 @@ pub(super) const KINDS: &[Kind<Named>] = &[
         build: |section, loader| {
             let (file, text) = (section.need_text("file")?.to_owned(), loader.read_text(section.need_text("file")?)?);
             let checked = Passband::from_csv(&file, &text, Counting::Energy);
-            section.wrap("file", checked)?;
+            let brightest = section.wrap("file", checked)?.largest();
+            if brightest > MAX_THROUGHPUT {
+                return Err(section.error(
+                    "file",
+                    format!("{file} reaches a throughput of {brightest:.4}; a passband lies between 0 and 1 (percent? divide by 100)"),
+                ));
+            }
             Ok(Box::new(move |name, counting| Passband::from_csv(name, &text, counting)))
         },
     },
@@ -70,6 +76,9 @@ pub(super) const KINDS: &[Kind<Named>] = &[
 fn analytic(shape: Window) -> Result<Named> {
     Ok(Box::new(move |name, counting| window(name, counting, shape)))
 }
+
+/// Relative curves, such as those of the eye, may pass one; percent do not.
+const MAX_THROUGHPUT: f64 = 2.0;
 
 /// Keys of every band.
 pub(super) const KEYS: &[Key] = &[

@@ -103,7 +103,13 @@ pub(super) const KEYS: &[Key] = &[
 
 pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Result<Emission> {
     let mut spectrum = build_kind_with("emission", KINDS, KEYS, section, loader)?;
-    if let Some(fwhm) = section.positive::<Velocity>("doppler_fwhm")? {
+    if let Some(fwhm) = section.quantity::<Velocity>("doppler_fwhm")?.filter(|v| v.0 != 0.0) {
+        if !(0.0..1e-4 * spectra::constants::SPEED_OF_LIGHT).contains(&fwhm.0) {
+            return Err(section.error(
+                "doppler_fwhm",
+                format!("{fwhm} is no width of a line: none is negative, and a tenth of the speed of light is too much"),
+            ));
+        }
         spectrum = spectrum.broadened(fwhm);
     }
     if let Some(lambda) = spectrum.first_negative_um() {

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 use crate::error::{Error, Result};
 use crate::formats::check_memory;
@@ -10,9 +11,10 @@ use crate::formats::check_memory;
 pub const DEFAULT_MEMORY: u64 = 16 << 30;
 
 /// Finds the files that a scene names.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Loader {
     folder: PathBuf,
+    read: Mutex<Vec<PathBuf>>,
     embedded: &'static [(&'static str, &'static [u8])],
     /// Most bytes that one array or image may take.
     pub memory_limit: u64,
@@ -21,12 +23,12 @@ pub struct Loader {
 impl Loader {
     /// Files are relative to `folder`.
     pub fn in_folder(folder: impl Into<PathBuf>, memory_limit: u64) -> Self {
-        Self { folder: folder.into(), embedded: &[], memory_limit }
+        Self { folder: folder.into(), read: Mutex::default(), embedded: &[], memory_limit }
     }
 
     /// Files are those compiled in.
     pub fn embedded(files: &'static [(&'static str, &'static [u8])], memory_limit: u64) -> Self {
-        Self { folder: PathBuf::new(), embedded: files, memory_limit }
+        Self { folder: PathBuf::new(), read: Mutex::default(), embedded: files, memory_limit }
     }
 
     /// The path of `file`, for messages and extensions.
@@ -39,7 +41,17 @@ impl Loader {
         if let Some((_, bytes)) = self.embedded.iter().find(|(name, _)| *name == file) {
             return Ok(Cow::Borrowed(bytes));
         }
-        read_limited(&self.path(file), self.memory_limit).map(Cow::Owned)
+        let path = self.path(file);
+        let bytes = read_limited(&path, self.memory_limit)?;
+        if let Ok(mut read) = self.read.lock() {
+            read.push(path);
+        }
+        Ok(Cow::Owned(bytes))
+    }
+
+    /// The files on disk that were read so far.
+    pub fn files(&self) -> Vec<PathBuf> {
+        self.read.lock().map(|read| read.clone()).unwrap_or_default()
     }
 
     /// The text of `file`.

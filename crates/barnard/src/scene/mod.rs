@@ -61,6 +61,8 @@ pub struct Scene {
     pub display: Display,
     /// How the spectral integrals are done.
     pub method: Method,
+    /// The files that were read, the scene's own first.
+    pub files: Vec<std::path::PathBuf>,
 }
 
 /// Keys of the scene itself.
@@ -123,7 +125,9 @@ impl Scene {
         let text = String::from_utf8(bytes).map_err(|_| crate::Error::file(path, "is no text in UTF-8; a scene is a TOML file"))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        Self::parse(&path.display().to_string(), &name, text, &Loader::in_folder(folder, memory_limit))
+        let mut scene = Self::parse(&path.display().to_string(), &name, text, &Loader::in_folder(folder, memory_limit))?;
+        scene.files.insert(0, path.to_owned());
+        Ok(scene)
     }
 
     /// Reads a scene from its text; `file` is its name in messages, `name` the scene's default name.
@@ -141,6 +145,7 @@ impl Scene {
         let camera = camera::build(&need("camera")?, loader)?;
         let mut fields = BTreeMap::new();
         for (name, section) in root.named_tables("field")? {
+            field::check_name(name).map_err(|e| section.error("name", e))?;
             fields.insert(name.to_owned(), field::build(&section, loader)?);
         }
         let fields = Fields(fields);
@@ -162,6 +167,7 @@ impl Scene {
             bands,
             display,
             method,
+            files: loader.files(),
         };
         scene.check(root)?;
         Ok(scene)

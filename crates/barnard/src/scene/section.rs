@@ -184,7 +184,13 @@ impl<'a> Section<'a> {
         }
         match self.text(key)? {
             None => Ok(None),
-            Some(text) => self.wrap(key, Q::parse(text).map(Some)),
+            Some(text) => {
+                let quantity = self.wrap(key, Q::parse(text))?;
+                if Q::NAME == Length::NAME && quantity.internal().abs() > FARTHEST_PC {
+                    return Err(self.error(key, format!("{text} is longer than {FARTHEST_PC:e} pc; bring the scene closer")));
+                }
+                Ok(Some(quantity))
+            }
         }
     }
 

@@ -29,15 +29,17 @@ pub struct Bench {
 impl Bench {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let (scene, options) = self.scene.load()?;
-        let rows = table(scene, &options, self.frames.clamp(1, 1000), self.error_size.min(1024), &progress::control()?)?;
+        let (frames, error_size, control) = (self.frames.clamp(1, 1000), self.error_size.min(1024), progress::control()?);
         if self.json {
-            let list: Vec<_> = rows.iter().map(json).collect();
+            let mut list = Vec::new();
+            table(scene, &options, frames, error_size, &control, |row| list.push(json(&row)))?;
             say!("{}", serde_json::to_string_pretty(&list)?);
             return Ok(ExitCode::SUCCESS);
         }
         say!("{:28} {:>6} {:>10} {:>10} {:>8} {:>10}", "method", "terms", "frame [s]", "CPU [s]", "ratio", "error");
-        let first = rows.first().map_or(1.0, |r| r.seconds);
-        for row in &rows {
+        let mut first = None;
+        table(scene, &options, frames, error_size, &control, |row| {
+            let first = *first.get_or_insert(row.seconds);
             let error = row.error.map_or("-".into(), |e| format!("{e:.2e}"));
             say!(
                 "{:28} {:>6} {:>10.4} {:>10.4} {:>8.3} {:>10}",
@@ -48,7 +50,7 @@ impl Bench {
                 row.seconds / first,
                 error
             );
-        }
+        })?;
         Ok(ExitCode::SUCCESS)
     }
 }

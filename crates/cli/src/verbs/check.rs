@@ -77,9 +77,7 @@ fn describe_plan(plan: &Plan) {
             let list: Vec<String> = nodes.iter().map(|n| format!("{:.1} nm (k {:.4})", n.lambda_um * 1e3, n.k)).collect();
             say!("nodes     {}: {}", band.band.name(), list.join(", "));
         }
-        for line in plan.certificate(b, plan.spectral.depth) {
-            say!("          {line}");
-        }
+        say!("          {}", plan.worst_certificate(b, plan.spectral.depth));
     }
     match plan.stepping {
         Stepping::PerVoxel(n) => say!("steps     {n} samples a voxel"),

@@ -32,12 +32,17 @@ struct Difference {
 
 impl Compare {
     pub fn run(self) -> anyhow::Result<ExitCode> {
+        if let Some(tolerance) = self.tolerance
+            && !(0.0..f64::INFINITY).contains(&tolerance)
+        {
+            bail!("--tolerance {tolerance} is no relative RMSE; give a number such as 1e-3");
+        }
         let (a, b) = (read_image(&self.a, DEFAULT_MEMORY)?, read_image(&self.b, DEFAULT_MEMORY)?);
         if (a.width, a.height, a.bands.len()) != (b.width, b.height, b.bands.len()) {
             let shape = |i: &Image| format!("{} bands of {} x {}", i.bands.len(), i.width, i.height);
             bail!("the images differ in shape: {} has {}, {} has {}", self.a.display(), shape(&a), self.b.display(), shape(&b));
         }
-        let rows: Vec<Difference> = pairs(&a, &b).into_iter().map(|(i, j)| difference(&a, i, &b, j)).collect();
+        let rows: Vec<Difference> = pairs(&a, &b)?.into_iter().map(|(i, j)| difference(&a, i, &b, j)).collect();
         if self.json {
             let list: Vec<_> =
                 rows.iter().map(|d| serde_json::json!({ "band": d.band, "relative_rmse": d.rmse, "max": d.largest })).collect();
@@ -53,20 +58,23 @@ impl Compare {
     }
 }
 
-/// Bands by name where both have them (EXR sorts its channels), by position otherwise.
-fn pairs(a: &Image, b: &Image) -> Vec<(usize, usize)> {
-    let by_name: Option<Vec<(usize, usize)>> =
-        a.bands.iter().enumerate().map(|(i, band)| Some((i, b.bands.iter().position(|other| other.name == band.name)?))).collect();
-    by_name.unwrap_or_else(|| (0..a.bands.len()).map(|i| (i, i)).collect())
+/// Bands by name; by position where a file knows no names.
+fn pairs(a: &Image, b: &Image) -> anyhow::Result<Vec<(usize, usize)>> {
+    let nameless = |i: &Image| i.bands.iter().enumerate().all(|(n, band)| band.name == barnard::formats::nameless(n));
+    if nameless(a) || nameless(b) {
+        return Ok((0..a.bands.len()).map(|i| (i, i)).collect());
+    }
+    let names = |i: &Image| i.bands.iter().map(|band| band.name.as_str()).collect::<Vec<_>>().join(", ");
+    let partner = |(i, band): (usize, &barnard::image::Band)| {
+        let Some(j) = b.bands.iter().position(|other| other.name == band.name) else {
+            bail!("the images have different bands: {} against {}", names(a), names(b));
+        };
+        Ok((i, j))
+    };
+    a.bands.iter().enumerate().map(partner).collect()
 }
 
 fn difference(a: &Image, i: usize, b: &Image, j: usize) -> Difference {
-    let (mut squares, mut size, mut largest) = (0.0, 0.0, 0.0f64);
-    for (x, y) in a.band(i).zip(b.band(j)) {
-        squares += (x - y) * (x - y);
-        size += y * y;
-        largest = if (x - y).is_nan() { f64::NAN } else { largest.max((x - y).abs()) };
-    }
-    let rmse = if squares == 0.0 { 0.0 } else { (squares / size).sqrt() };
-    Difference { band: b.bands[j].name.clone(), rmse, largest }
+    let largest = a.band(i).zip(b.band(j)).fold(0.0f64, |m, (x, y)| if (x - y).is_nan() { f64::NAN } else { m.max((x - y).abs()) });
+    Difference { band: b.bands[j].name.clone(), rmse: a.relative_rmse(i, b, j), largest }
 }

@@ -50,6 +50,12 @@ impl Render {
             check_writable(path)?;
         }
         let (scene, options) = self.scene.load()?;
+        for path in &self.output {
+            let same = |file: &&PathBuf| file.canonicalize().is_ok_and(|f| path.canonicalize().is_ok_and(|p| p == f));
+            if let Some(input) = scene.files.iter().find(same) {
+                bail!("{}: is read by the scene ({}); choose another name for the output", path.display(), input.display());
+            }
+        }
         let image = match self.backend {
             Backend::Cpu => on_cpu(&scene, &options)?,
             Backend::Reference => self.on_reference(&scene)?,
@@ -99,10 +105,8 @@ fn on_cpu(scene: &Scene, options: &Options) -> anyhow::Result<Image> {
         plan.spectral.method,
         plan.spectral.terms()
     );
-    for band in &image.bands {
-        for line in &band.certificate {
-            say!("{}: {line}", band.name);
-        }
+    for (band, name) in image.bands.iter().enumerate().map(|(b, band)| (b, &band.name)) {
+        say!("{name}: {}", plan.worst_certificate(band, findings.depth));
     }
     if let Some((key, value)) = plan.spatial_note() {
         say!("{key}: {value}");

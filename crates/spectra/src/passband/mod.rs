@@ -90,6 +90,11 @@ pub struct Passband {
 const PIECE_ORDER: usize = 4;
 
 impl Passband {
+    /// The largest throughput at its breakpoints [1].
+    pub fn largest(&self) -> f64 {
+        self.curve.breakpoints_um().iter().map(|l| self.curve.throughput(*l)).fold(0.0, f64::max)
+    }
+
     /// From a curve; an empty or negative one is an error.
     pub fn new(name: &str, counting: Counting, curve: Arc<dyn Curve>) -> Result<Self> {
         let breaks = curve.breakpoints_um();

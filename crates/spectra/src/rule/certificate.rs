@@ -23,6 +23,7 @@ const MARGIN: f64 = 1.05;
 impl Certificate {
     /// The error of `approximation` against `measure` up to `depth`.
     pub fn measured(measure: &Measure, approximation: impl Fn(f64) -> f64, depth: f64) -> Self {
+        let measure = measure.condensed(depth);
         let total = measure.total();
         if total == 0.0 {
             return Self { absolute: 0.0, relative: 0.0, depth };

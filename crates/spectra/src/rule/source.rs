@@ -2,6 +2,7 @@
 
 use crate::extinction::ExtinctionLaw;
 use crate::passband::Passband;
+use crate::quadrature::gauss_of_measure;
 use crate::spectrum::Spectrum;
 
 /// A discrete measure Σ mass δ(λ): F(a) = Σ mass e^(−a k).
@@ -24,6 +25,31 @@ impl Measure {
     /// F(a).
     pub fn at(&self, depth: f64) -> f64 {
         self.k.iter().zip(&self.mass).map(|(k, m)| m * (-depth * k).exp()).sum()
+    }
+
+    /// A measure of fewer points with the same F(a) for 0 ≤ a ≤ `depth`, to a few parts in 1e11: in bins of k so narrow that a Δk ≤ 0.2, the three-point
+    /// Gauss rule of what lies there (error (aΔk)⁶/2 016 000). λ of the points is lost.
+    pub fn condensed(&self, depth: f64) -> Self {
+        const WIDTH: f64 = 0.2;
+        const POINTS: usize = 3;
+        let mut order: Vec<usize> = (0..self.k.len()).collect();
+        order.sort_by(|a, b| self.k[*a].total_cmp(&self.k[*b]));
+        let width = WIDTH / depth.max(1e-9);
+        let mut condensed = Self::default();
+        let mut rest = &order[..];
+        while let Some(first) = rest.first() {
+            let count = rest.iter().take_while(|i| self.k[**i] <= self.k[*first] + width).count();
+            let (bin, behind) = rest.split_at(count);
+            let (k, mass): (Vec<f64>, Vec<f64>) = bin.iter().map(|i| (self.k[*i], self.mass[*i])).unzip();
+            let points = if count > POINTS { gauss_of_measure(&k, &mass, POINTS) } else { k.into_iter().zip(mass).collect() };
+            for (k, mass) in points {
+                condensed.lambda_um.push(f64::NAN);
+                condensed.k.push(k);
+                condensed.mass.push(mass);
+            }
+            rest = behind;
+        }
+        condensed
     }
 
     /// The measure with one more factor f(λ).

@@ -205,3 +205,22 @@ fn certificates_hold_on_random_scenes() {
         }
     }
 }
+
+/// A condensed measure has the same F(a), in the light and in the dark, with far fewer points.
+#[test]
+fn condensed_measures_keep_their_integrals() {
+    let n = 5000;
+    let k: Vec<f64> = (0..n).map(|i| 0.7 + 0.6 * (i as f64 / n as f64) + 0.01 * (i as f64).sin()).collect();
+    let mass: Vec<f64> = (0..n).map(|i| (0.003 * i as f64).sin().powi(2)).collect();
+    let measure = super::Measure { lambda_um: k.clone(), k, mass };
+    for depth in [0.1, 3.0, 80.0] {
+        let condensed = measure.condensed(depth);
+        assert!(condensed.k.len() < n / 4, "{}", condensed.k.len());
+        for i in 0..=20 {
+            let a = depth * i as f64 / 20.0;
+            assert!((condensed.at(a) / measure.at(a) - 1.0).abs() < 1e-10, "{a} of {depth}");
+        }
+    }
+    // Past the depth it was made for it may be wrong, and is: the comparison can fail.
+    assert!((measure.condensed(0.1).at(300.0) / measure.at(300.0) - 1.0).abs() > 1e-6);
+}

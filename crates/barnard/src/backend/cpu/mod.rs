@@ -98,6 +98,7 @@ pub fn render(scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, F
     points::draw(scene, &plan.camera, &plan.lights, depth, flux, &mut unresolved)?;
     data.iter_mut().zip(unresolved).for_each(|(d, u)| *d += u as f32);
     let mut image = describe(scene, Samples::Single(data));
+    image.check()?;
     for (b, band) in image.bands.iter_mut().enumerate() {
         band.certificate = plan.certificate(b, findings.depth);
     }
