@@ -228,7 +228,7 @@ fn lit_wall(behind: &str) -> Scene {
 #[test]
 fn a_wall_hides_no_more_than_it_swallows() {
     let behind = [
-        "[background]\nkind = \"uniform\"\nradiance = \"RADIANCE W/m2/sr/nm\"\n",
+        "[background]\nkind = \"power_law\"\nexponent = 0\nradiance = \"RADIANCE W/m2/sr/nm\"\n",
         "[[emission]]\nkind = \"lines\"\ndensity = \"lamp\"\nscale = \"RADIANCE W/m2/sr/pc\"\nlines = [{ wavelength = \"550 nm\", strength = 2 }]\n",
     ];
     let dark = on_reference(&lit_wall("")).at(0, 0, 0);

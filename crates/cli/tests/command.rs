@@ -381,7 +381,7 @@ fn inputs_are_not_overwritten() {
 fn numbers_past_single_precision_are_refused() {
     let desk = Desk::new();
     desk.with("\"2 mag/pc\"", "\"1e60 mag/pc\"").refuses_scene(&["dust"]);
-    desk.with("[[star]]", "[background]\nkind = \"uniform\"\nradiance = \"1e60 W/m2/sr/nm\"\n[[star]]").refuses_scene(&["NaN or infinite"]);
+    desk.with("[[star]]", "[background]\nkind = \"power_law\"\nexponent = 0\nradiance = \"1e60 W/m2/sr/nm\"\n[[star]]").refuses_scene(&["NaN or infinite"]);
     desk.with("low = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"", "voxel = \"1e50 pc\"").refuses_scene(&["voxel", "longer"]);
 }
 
@@ -402,7 +402,7 @@ fn filters_are_checked() {
     desk.write("own.csv", b"wavelength_nm,throughput\n500,50\n600,80\n");
     desk.refuses_scene(&["own.csv", "percent"]);
     desk.write("own.csv", b"frequency_Hz,throughput\n500,0.5\n600,0.8\n");
-    desk.refuses_scene(&["own.csv", "hz"]);
+    desk.refuses_scene(&["own.csv", "frequency"]);
     desk.write("own.csv", b"a,b\n500,5;0,5\n600,0;0,8\n");
     desk.refuses_scene(&["own.csv", "decimal point"]);
     desk.write("own.csv", "Wavelength (Å),T\n5000,0.5\n6000,0.8\n".as_bytes());
@@ -416,7 +416,7 @@ fn comparisons_are_of_like_with_like() {
         desk.with("\"johnson\"", &format!("\"{set}\""));
         assert!(desk.run(&["render", "scene.toml", "-o", file]).status.success(), "{set}");
     }
-    desk.refuses(&["compare", "a.fits", "b.fits"], &["different bands", "johnson-V", "2mass"]);
+    desk.refuses(&["compare", "a.fits", "b.fits"], &["different bands", "johnson-V", "twomass-J"]);
     desk.refuses(&["compare", "a.fits", "a.fits", "--tolerance", "nan"], &["--tolerance"]);
     assert!(desk.run(&["compare", "a.fits", "a.fits", "--tolerance", "0"]).status.success());
 }
@@ -428,7 +428,7 @@ fn what_lies_behind_an_array_is_refused() {
     let mut bytes = cloud(|_| 0.5);
     bytes.extend(vec![0; 1 << 20]);
     desk.write("cloud.npy", &bytes);
-    desk.refuses_scene(&["cloud.npy", "1048576 bytes beside"]);
+    desk.refuses_scene(&["cloud.npy", "1050752 bytes", "512 values"]);
 }
 
 #[cfg(unix)]

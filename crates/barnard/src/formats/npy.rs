@@ -67,12 +67,8 @@ fn values(request: &Request, file: NpyFile<Cursor<&[u8]>>, cells: usize, availab
         _ => Err(format!("values of type {} are no real numbers", dtype.descr())),
     };
     let data = read.map_err(|e| Error::file(request.path, format!("cannot be read: {e}")))?;
-    let excess = available.saturating_sub(cells * size);
-    if excess > HEADER {
-        return Err(Error::file(
-            request.path,
-            format!("holds {excess} bytes beside the {cells} values of {size} bytes that its header announces"),
-        ));
+    if available - cells * size > HEADER {
+        return Err(Error::file(request.path, format!("has {available} bytes, but its header announces {cells} values of {size} bytes")));
     }
     if data.len() != cells {
         return Err(Error::file(request.path, format!("is truncated: {cells} values announced, {} there", data.len())));

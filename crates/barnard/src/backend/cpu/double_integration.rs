@@ -8,9 +8,9 @@ use crate::packet::{Cursor, LANES, Lane, lanes};
 use crate::plan::star_depth::OPAQUE;
 use crate::plan::{MAX_CHANNELS, Volume};
 
-/// Depths from `star` to sixteen places through channel `slot` of `dust`, by `steps` midpoints each.
+/// Depths from `star` to sixteen places through `dust`, a volume of nothing else, by `steps` midpoints each.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-pub fn depths_of(dust: &Volume, slot: usize, star: DVec3, places: &[DVec3; LANES], steps: usize) -> Lane {
+pub fn depths_of(dust: &Volume, star: DVec3, places: &[DVec3; LANES], steps: usize) -> Lane {
     let rays: [(Ray, f64); LANES] = std::array::from_fn(|lane| Ray::between(star, places[lane]));
     let inside = |lane: usize| dust.lattice.bounds.clip(&rays[lane].0).map_or((0.0, 0.0), |(near, far)| (near, far.min(rays[lane].1)));
     let spans: [(f64, f64); LANES] = std::array::from_fn(inside);
@@ -22,7 +22,7 @@ pub fn depths_of(dust: &Volume, slot: usize, star: DVec3, places: &[DVec3; LANES
         let mut values = [[0.0; LANES]; MAX_CHANNELS];
         cursor.read(&t, &mut values);
         for lane in 0..LANES {
-            sum[lane] += values[slot][lane] * dt[lane];
+            sum[lane] += values[0][lane] * dt[lane];
         }
         if step % 16 == 15 && sum.iter().all(|s| *s > OPAQUE as f32) {
             break;

@@ -16,7 +16,7 @@ use super::tables::{Scatterer, Tables, Terms};
 use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, exp, lanes, largest};
 use crate::plan::near;
-use crate::plan::{Channel, Plan, Stepping};
+use crate::plan::{Channel, Plan, Stepping, Volume};
 
 /// What is the same for all packets.
 pub struct March<'a> {
@@ -24,6 +24,8 @@ pub struct March<'a> {
     pub(super) tables: &'a Tables,
     pub(super) slots: Slots,
     pub(super) voxel_pc: f64,
+    /// The dust without star depths beside it, for the double integration, which reads nothing else.
+    dust_alone: Option<Volume>,
     /// Largest σ and largest density of each species.
     brightest: (f32, Vec<f32>),
 }
@@ -91,7 +93,12 @@ impl<'a> March<'a> {
         let slots = Slots::new(plan);
         let mut largest = plan.space.bricks.iter().map(|b| b.largest());
         let sigma = if slots.dust.is_some() { largest.next().unwrap_or(0.0) } else { 0.0 };
-        Self { plan, tables, slots, voxel_pc: plan.space.voxel_pc(), brightest: (sigma, largest.collect()) }
+        let dust_alone = plan.space.dust.as_ref().filter(|_| plan.star_march.is_some()).map(|dust| {
+            let mut volume = Volume::zeroed(&dust.lattice, vec![Channel::Dust]);
+            volume.fill(0, dust);
+            volume
+        });
+        Self { plan, tables, slots, voxel_pc: plan.space.voxel_pc(), dust_alone, brightest: (sigma, largest.collect()) }
     }
 
     /// Radiance of a packet, band × lane, and the largest optical depth met.
@@ -180,7 +187,7 @@ impl<'a> March<'a> {
     /// For each volume, one where a lane's span lies inside of it.
     fn masks(&self, state: &State) -> Vec<Option<Lane>> {
         let middle = |lane: usize| state.rays[lane].at(0.5 * (state.span.0[lane] + state.span.1[lane]));
-        let mask = |v: &crate::plan::Volume| {
+        let mask = |v: &Volume| {
             let mask = lanes(|lane| f32::from(u8::from(v.lattice.bounds.contains(middle(lane)))));
             mask.contains(&0.0).then_some(mask)
         };
@@ -189,12 +196,11 @@ impl<'a> March<'a> {
 
     /// Marches the star depths of a sample again, as the deck does.
     fn star_depths_again(&self, state: &State, step: usize, samples: usize, out: &mut [Lane]) {
-        let volumes = &self.plan.space.volumes;
-        let Some((dust, slot)) = volumes.iter().find_map(|v| v.channel(Channel::Dust).map(|slot| (v, slot))) else { return };
+        let Some(dust) = &self.dust_alone else { return };
         let place = |lane: usize| state.rays[lane].at(state.span.0[lane] + step as f64 * f64::from(state.dt[lane]));
         let places = std::array::from_fn(place);
         for (star, position) in self.plan.space.stars.iter().enumerate() {
-            out[self.slots.stars[star]] = double_integration::depths_of(dust, slot, *position, &places, samples);
+            out[self.slots.stars[star]] = double_integration::depths_of(dust, *position, &places, samples);
         }
     }
 
