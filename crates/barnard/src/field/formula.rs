@@ -5,9 +5,10 @@
 
 /// Names that no field may have: coordinates and π.
 pub const RESERVED: [&str; 4] = ["x", "y", "z", "pi"];
-/// Functions of one argument, and of two.
-const FUNCTIONS: [&str; 11] = ["sqrt", "exp", "ln", "log10", "abs", "sin", "cos", "tan", "tanh", "floor", "ceil"];
-const FUNCTIONS_OF_TWO: [&str; 3] = ["min", "max", "step"];
+/// Functions of one argument.
+pub const FUNCTIONS: [&str; 11] = ["sqrt", "exp", "ln", "log10", "abs", "sin", "cos", "tan", "tanh", "floor", "ceil"];
+/// Functions of two arguments.
+pub const FUNCTIONS_OF_TWO: [&str; 3] = ["min", "max", "step"];
 
 #[derive(Debug, Clone, PartialEq)]
 enum Token {

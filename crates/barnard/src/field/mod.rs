@@ -20,7 +20,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 pub use expression::Expression;
-pub use formula::check_name;
+pub use formula::{FUNCTIONS, FUNCTIONS_OF_TWO, check_name};
 pub use grid::{Grid, Lattice};
 pub use simplex::Simplex;
 

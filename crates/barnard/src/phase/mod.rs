@@ -14,7 +14,7 @@ use spectra::extinction::Extinction;
 use spectra::table::Table;
 
 use crate::error::Result;
-use crate::scene::{Key, Loader, Section};
+use crate::scene::{Key, Loader, Section, chosen};
 
 /// The spread of scattered light.
 pub trait Phase: std::fmt::Debug + Send + Sync {
@@ -45,12 +45,7 @@ pub const KINDS: &[PhaseKind] = &[isotropic::KIND, henyey_greenstein::KIND, drai
 
 /// Reads a `[dust.phase]` table.
 pub fn build(section: &Section, loader: &Loader, extinction: &Extinction) -> Result<Arc<dyn Phase>> {
-    let name = section.need_text("kind")?;
-    let known: Vec<&str> = KINDS.iter().map(|k| k.name).collect();
-    let found = KINDS.iter().find(|k| k.name == name).ok_or_else(|| spectra::SpectraError::unknown("phase function", name, &known));
-    let kind = section.wrap("kind", found)?;
-    let keys: Vec<&str> = ["kind"].into_iter().chain(kind.keys.iter().map(|k| k.name)).collect();
-    section.check_keys(&keys)?;
+    let kind = chosen("phase function", KINDS, |k| (k.name, k.keys), &[], section)?;
     (kind.build)(section, loader, extinction)
 }
 

@@ -84,7 +84,6 @@ impl Spectral {
                     dust.extinction.check("the method's domain", low, high)?;
                 }
                 let problem = BandProblem {
-                    band: band.name(),
                     sources: &sources,
                     domain_um: method.domain_um.unwrap_or(band.support_um()),
                     pivot,

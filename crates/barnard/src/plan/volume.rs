@@ -61,11 +61,6 @@ impl Volume {
         lerp(plane(0), plane(1), f.z)
     }
 
-    /// The channel that holds `what`.
-    pub fn channel(&self, what: Channel) -> Option<usize> {
-        self.channels.iter().position(|c| *c == what)
-    }
-
     /// Bytes of the values.
     pub fn bytes(&self) -> u64 {
         4 * self.data.len() as u64

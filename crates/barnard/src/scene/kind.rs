@@ -24,11 +24,22 @@ pub fn build_kind<T>(noun: &'static str, kinds: &[Kind<T>], section: &Section, l
 
 /// The same for tables that take `common` keys beside those of their kind.
 pub fn build_kind_with<T>(noun: &'static str, kinds: &[Kind<T>], common: &[Key], section: &Section, loader: &Loader) -> Result<T> {
+    (chosen(noun, kinds, |k| (k.name, k.keys), common, section)?.build)(section, loader)
+}
+
+/// The row of `kinds` that the key `kind` names, `section` holding no keys but its own and the `common` ones; `row` gives name and keys of one.
+pub fn chosen<'k, K>(
+    noun: &'static str,
+    kinds: &'k [K],
+    row: impl Fn(&K) -> (&'static str, &'static [Key]),
+    common: &[Key],
+    section: &Section,
+) -> Result<&'k K> {
     let name = section.need_text("kind")?;
-    let known: Vec<&str> = kinds.iter().map(|k| k.name).collect();
-    let found = kinds.iter().find(|k| k.name == name).ok_or_else(|| SpectraError::unknown(noun, name, &known));
+    let known: Vec<&str> = kinds.iter().map(|k| row(k).0).collect();
+    let found = kinds.iter().find(|k| row(k).0 == name).ok_or_else(|| SpectraError::unknown(noun, name, &known));
     let kind = section.wrap("kind", found)?;
-    let keys: Vec<&str> = ["kind"].into_iter().chain(kind.keys.iter().chain(common).map(|k| k.name)).collect();
+    let keys: Vec<&str> = ["kind"].into_iter().chain(row(kind).1.iter().chain(common).map(|k| k.name)).collect();
     section.check_keys(&keys)?;
-    (kind.build)(section, loader)
+    Ok(kind)
 }

@@ -8,15 +8,25 @@ use crate::{camera, field, phase};
 /// `docs/scene-format.md`.
 pub fn manual() -> String {
     let mut page = String::from(INTRODUCTION);
+    units(&mut page);
     page.push_str("\n## The scene\n\n");
     keys(&mut page, ROOT);
     section(&mut page, "[camera]", "Where the observer is; `kind` chooses the projection.", camera::common_keys(), camera::KINDS);
     section(
         &mut page,
         "[field.NAME]",
-        "Named scalar fields. Expressions elsewhere use them by name, so products, sums and masks are written as formulas: `+ - * / ^`, `sqrt exp ln abs sin cos floor`, `min(a, b)`, `max(a, b)`, `step(a, edge)`, and x, y, z in pc. An expression that uses a grid lives on the finest such grid's voxels.",
+        "Named scalar fields. Expressions elsewhere use them by name, so products, sums and masks are written as formulas (below). An expression that uses a grid lives on the finest such grid's voxels.",
         &[],
         field::KINDS,
+    );
+    let functions = |names: &[&str]| names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
+    let _ = writeln!(
+        page,
+        "\n**Expressions** have `+ - * / ^` and parentheses, bound as in mathematics (−x² is −(x²); `a^b^c` and `a/-b`, which can be read in two ways, are refused), \
+         numbers such as `1e-3`, functions {}, of two arguments {} (`step(a, edge)` is 1 where a ≥ edge; `ln` is natural), x, y, z in pc, and pi. \
+         A field's name has letters, digits and _, and is none of these.",
+        functions(&field::FUNCTIONS),
+        functions(&field::FUNCTIONS_OF_TWO)
     );
     plain(&mut page, "[dust]", "Dust that absorbs and scatters.", dust::KEYS);
     catalogue(&mut page, "Extinction laws", spectra::extinction::LAWS.iter().map(|l| (l.name, l.summary)));
@@ -85,6 +95,40 @@ position = \"0 0.2 0.3 pc\"
 temperature = \"20000 K\"
 luminosity = \"8000 Lsun\"
 ```
+";
+
+fn units(page: &mut String) {
+    use spectra::units::*;
+    page.push_str("\n## Units\n\n| quantity | units | example |\n|---|---|---|\n");
+    row::<Wavelength>(page);
+    row::<Length>(page);
+    row::<Angle>(page);
+    row::<Temperature>(page);
+    row::<Velocity>(page);
+    row::<Luminosity>(page);
+    row::<SpectralLuminosity>(page);
+    row::<Magnitude>(page);
+    row::<SpectralRadiance>(page);
+    row::<ExtinctionCoefficient>(page);
+    row::<ExtinctionPerColumn>(page);
+    row::<NumberDensity>(page);
+    row::<Emissivity>(page);
+    row::<SkyDensity>(page);
+    page.push_str(CSV);
+}
+
+fn row<Q: spectra::units::Quantity>(page: &mut String) {
+    let units: Vec<String> = Q::UNITS.iter().map(|(name, _)| format!("`{name}`")).collect();
+    let _ = writeln!(page, "| {} | {} | `{}` |", Q::NAME, units.join(", "), Q::EXAMPLE);
+}
+
+const CSV: &str = "
+## Files of spectra
+
+Filters, stars, gas, albedos and mean cosines are read from CSV text: two columns, a wavelength in ascending order and a value, parted by commas, semicolons,
+tabs or blanks; numbers have a decimal point. Lines that begin with `#` and one line of column names are skipped; they may name the unit of the wavelength
+(`nm`, `um`, `µm`, `micron`, `angstrom`, `Å`), nm otherwise. Between rows the curve is straight. A filter is zero outside of its rows; a star or a gas must reach
+over every passband, unless its rows end with zero; an albedo or a mean cosine keeps its first and last value beyond its rows.
 ";
 
 fn section<T>(page: &mut String, title: &str, text: &str, common: &[Key], kinds: &[Kind<T>]) {

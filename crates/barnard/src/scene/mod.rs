@@ -26,7 +26,7 @@ use toml_edit::Document;
 pub use background::{Background, StarField};
 pub use dust::Dust;
 pub use emission::Emission;
-pub use kind::{Kind, build_kind, build_kind_with};
+pub use kind::{Kind, build_kind, build_kind_with, chosen};
 pub use loader::{DEFAULT_MEMORY, Loader, read_limited};
 pub use manual::manual;
 pub use method::{MAX_STEPS, Method};

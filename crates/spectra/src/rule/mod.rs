@@ -28,8 +28,6 @@ use crate::error::{Result, SpectraError};
 
 /// What a rule is asked for: one passband, its sources, the reach and the accuracy.
 pub struct BandProblem<'a> {
-    /// The passband's name, for messages.
-    pub band: &'a str,
     /// What shines through it.
     pub sources: &'a [Source],
     /// The domain D of rules that work in λ [µm].
