@@ -164,7 +164,7 @@ impl Pyramid<'_> {
         control: &Control,
         visit: &mut impl FnMut(u64),
     ) -> Result<()> {
-        if self.from_side() {
+        if self.has_side_entries() {
             // Rays come in through sides: a first pass finds their depths there.
             tier.entries = Some(vec![0.0; tier.depths.len()]);
             self.follow(&mut tier, planes, control, |_, _| ())?;
@@ -209,7 +209,7 @@ impl Pyramid<'_> {
     }
 
     /// Whether any ray comes in through a side.
-    fn from_side(&self) -> bool {
+    fn has_side_entries(&self) -> bool {
         (0..2).any(|axis| self.side(axis).is_some())
     }
 
@@ -278,7 +278,7 @@ impl Pyramid<'_> {
             if low > high { 0..0 } else { low as usize..high as usize + 1 }
         };
         let (columns, rows) = (range(0), range(1));
-        let from_side = self.from_side();
+        let has_side_entries = self.has_side_entries();
         let [width, height] = tier.counts;
         // Rays beside a voxel: the second of its four, and where it stands between that and the third.
         let around = |axis: usize, x: usize, count: usize| {
@@ -301,7 +301,7 @@ impl Pyramid<'_> {
                 cubic_rows(mixed, ray_rows, f);
                 for x in columns.clone() {
                     let (i, f) = around(0, x, width);
-                    let bent = from_side && grazed(ray_rows.map(|row| &row[i - 1..i + 3]));
+                    let bent = has_side_entries && grazed(ray_rows.map(|row| &row[i - 1..i + 3]));
                     let swept = cubic([mixed[i - 1], mixed[i], mixed[i + 1], mixed[i + 2]], f);
                     line[x] = if bent { exact(x, y).min(OPAQUE as f32) } else { swept.max(0.0) };
                 }

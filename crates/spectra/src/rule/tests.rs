@@ -30,8 +30,7 @@ fn solve_with(
     let sources = sources(band, spectra, &law);
     let k = |l: f64| law.k(l);
     let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
-    let problem =
-        BandProblem { sources: &sources, domain_um: band.support_um(), pivot, k: &k, depth: 20.0, accuracy, count };
+    let problem = BandProblem { sources: &sources, domain_um: band.support_um(), pivot, k: &k, depth: 20.0, accuracy, count };
     let solved = (rule(name).unwrap().solve)(&problem).unwrap();
     (solved, sources)
 }
@@ -186,8 +185,7 @@ fn certificates_hold_on_random_scenes() {
         let k = |l: f64| law.k(l);
         let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
         let entry = &RULES[scene % RULES.len()];
-        let problem =
-            BandProblem { sources: &sources, domain_um: band.support_um(), pivot, k: &k, depth, accuracy, count: None };
+        let problem = BandProblem { sources: &sources, domain_um: band.support_um(), pivot, k: &k, depth, accuracy, count: None };
         let solved = (entry.solve)(&problem).unwrap();
         let pieces = band.pieces(&law.breakpoints_um());
         for (s, spectrum) in spectra.iter().enumerate() {
