@@ -257,6 +257,7 @@ fn broken_grids_are_refused_before_they_are_believed() {
 #[test]
 fn broken_archives_and_fits_are_refused() {
     let desk = Desk::new();
+    desk.with("cloud.npy", "no.npy").refuses_scene(&["no.npy", "scene.toml:", "[field.cloud] file"]);
     desk.write("cloud.npz", b"PK\x03\x04 nothing");
     desk.with("cloud.npy", "cloud.npz").refuses_scene(&["cloud.npz"]);
     let mut fits = b"SIMPLE  =                    T".to_vec();

@@ -31,7 +31,8 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
 fn build(section: &Section, loader: &Loader) -> Result<Arc<dyn Field>> {
     let file = section.need_text("file")?;
     let path = loader.path(file);
-    let array = section.wrap("file", read_array(&loader.read(file)?, &path, section.text("array")?, loader.memory_limit))?;
+    let array =
+        section.wrap("file", read_array(&section.wrap("file", loader.read(file))?, &path, section.text("array")?, loader.memory_limit))?;
     let default_axes = if array.fits { "zyx" } else { "xyz" };
     let axes = section.choice("axes", &["xyz", "xzy", "yxz", "yzx", "zxy", "zyx"])?.unwrap_or(default_axes);
     let dims = dims(&array, axes);

@@ -75,7 +75,8 @@ impl MeanCosine {
             return Ok(MeanCosine::Constant(g));
         }
         if let Some(file) = section.text("g_file")? {
-            let table = section.wrap("g_file", spectra::table::spectrum_from_csv(file, &loader.read_text(file)?))?;
+            let table =
+                section.wrap("g_file", spectra::table::spectrum_from_csv(file, &section.wrap("g_file", loader.read_text(file))?))?;
             if table.y().iter().any(|g| g.abs() > 0.999) {
                 return Err(section.error("g_file", format!("{file} has mean cosines outside of -0.999 to 0.999")));
             }

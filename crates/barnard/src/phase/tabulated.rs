@@ -17,7 +17,7 @@ pub(super) const KIND: PhaseKind = PhaseKind {
     keys: &[Key::required("file", "path", "the CSV")],
     build: |section, loader, _| {
         let file = section.need_text("file")?;
-        Ok(Arc::new(parse(section, file, &loader.read_text(file)?)?))
+        Ok(Arc::new(parse(section, file, &section.wrap("file", loader.read_text(file))?)?))
     },
 };
 

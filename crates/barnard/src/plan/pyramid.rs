@@ -9,8 +9,15 @@
 //! is the only interpolation (cubic, within the two nearest). Trilinear σ is a cubic polynomial in w but for the crossings of other planes: two Gauss
 //! points an interval. Beside the box σ goes on as at its border, so that the rays next to a border voxel are of its kind; what a ray collects before
 //! it comes in through a side is taken off again, which makes it negative out there, in one line with what follows. Where that line bends too much,
-//! behind a side that rays graze, voxels get exact columns. Rays are as far apart as voxels at the far end of a tier and half as far at its near end; tiers double in distance, and each
-//! starts at the star again. So the cost is that of the voxels, however long the box.
+//! behind a side that rays graze, voxels get exact columns. Rays are as far apart as voxels at the far end of a tier and half as far at its near end;
+//! tiers double in distance, and each starts at the star again. So the cost is that of the voxels, however long the box.
+//!
+//! | symbol | variable | unit |
+//! |---|---|---|
+//! | u, v | `first` + i · `spacing` | voxels a plane |
+//! | w | `Pyramid::distance` | voxels |
+//! | τ | `Tier::depths` | 1 |
+//! | ℓ | `edge`, in `advance` | pc |
 
 use glam::DVec3;
 use rayon::prelude::*;

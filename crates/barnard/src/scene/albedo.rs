@@ -68,7 +68,7 @@ pub(super) const KINDS: &[Kind<Albedo>] = &[
         keys: &[Key::required("file", "path", "the CSV; its header may name the unit, nm otherwise")],
         build: |section, loader| {
             let file = section.need_text("file")?;
-            let table = section.wrap("file", spectrum_from_csv(file, &loader.read_text(file)?))?;
+            let table = section.wrap("file", spectrum_from_csv(file, &section.wrap("file", loader.read_text(file))?))?;
             if table.y().iter().any(|v| !(0.0..=1.0).contains(v)) {
                 return Err(section.error("file", format!("{file} has albedos outside of 0 to 1")));
             }

@@ -26,7 +26,7 @@ pub(super) const KINDS: &[Kind<Named>] = &[
         summary: "from a CSV of wavelength and throughput",
         keys: &[Key::required("file", "path", "the CSV; its header may name the unit of wavelength, nm otherwise")],
         build: |section, loader| {
-            let (file, text) = (section.need_text("file")?.to_owned(), loader.read_text(section.need_text("file")?)?);
+            let (file, text) = (section.need_text("file")?.to_owned(), section.wrap("file", loader.read_text(section.need_text("file")?))?);
             let checked = Passband::from_csv(&file, &text, Counting::Energy);
             let brightest = section.wrap("file", checked)?.largest();
             if brightest > MAX_THROUGHPUT {

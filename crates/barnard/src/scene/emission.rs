@@ -87,7 +87,7 @@ pub(super) const KINDS: &[Kind<Spectrum>] = &[
         ],
         build: |section, loader| {
             let file = section.need_text("file")?;
-            let table = section.wrap("file", spectrum_from_csv(file, &loader.read_text(file)?))?;
+            let table = section.wrap("file", spectrum_from_csv(file, &section.wrap("file", loader.read_text(file))?))?;
             let per_um = 1e3 * section.need_positive::<Emissivity>("scale")?.0;
             Ok(Spectrum::continuous(per_um, Arc::new(table)))
         },

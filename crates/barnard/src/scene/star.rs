@@ -59,7 +59,7 @@ pub(super) const SPECTRA: &[Kind<StarShape>] = &[
         keys: &[Key::required("file", "path", "the CSV; its header may name the unit of wavelength, nm otherwise")],
         build: |section, loader| {
             let file = section.need_text("file")?;
-            let table = section.wrap("file", spectrum_from_csv(file, &loader.read_text(file)?))?;
+            let table = section.wrap("file", spectrum_from_csv(file, &section.wrap("file", loader.read_text(file))?))?;
             if let Some(i) = table.y().iter().position(|f| *f < 0.0) {
                 return Err(section.error("file", format!("{file}: flux is negative at {:.4} um; light is not", table.x()[i])));
             }

@@ -20,6 +20,8 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
 };
 
 const MAX_NODES: usize = 16;
+/// The part of the accuracy that a rule may use up: errors are parts of F(0), pixels hold the light that dust has left.
+const SHARE: f64 = 0.3;
 const TILTS: [f64; 4] = [0.0, 0.5, 1.5, 4.0];
 
 fn solve(problem: &BandProblem) -> Result<BandRule> {
@@ -35,7 +37,7 @@ fn solve(problem: &BandProblem) -> Result<BandRule> {
             (Some(b), Some(c)) if b.worst() <= c.worst() => Some(b),
             (b, c) => c.or(b),
         };
-        if best.as_ref().is_some_and(|b| b.worst() <= problem.accuracy) {
+        if best.as_ref().is_some_and(|b| b.worst() <= SHARE * problem.accuracy) {
             break;
         }
     }
