@@ -81,7 +81,9 @@ fn contestants(method: &Method) -> Result<Vec<Contestant>> {
         list.push(Contestant { name: rule.name.to_owned(), method: method.clone().with_name(rule.name)?, star_march: None });
     }
     let loose = Method { accuracy: LOOSE, ..method.clone().with_name(spectra::rule::RULES[0].name)? };
+    let half = Method { steps: Some(DECK_STEPS / 2), ..loose.clone() };
     list.push(Contestant { name: format!("{}, accuracy {LOOSE}", loose.name), method: loose, star_march: None });
+    list.push(Contestant { name: format!("{}, {LOOSE}, N = {}", half.name, DECK_STEPS / 2), method: half, star_march: None });
     let fixed = |name: &str| -> Result<Method> { Ok(Method { steps: Some(DECK_STEPS), ..method.clone().with_name(name)? }) };
     for rule in ["fixed_wavelength", "band_quadrature", "newton"] {
         list.push(Contestant { name: format!("{rule}, N = {DECK_STEPS}"), method: fixed(rule)?, star_march: None });

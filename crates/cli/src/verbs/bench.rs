@@ -36,13 +36,13 @@ impl Bench {
             say!("{}", serde_json::to_string_pretty(&list)?);
             return Ok(ExitCode::SUCCESS);
         }
-        say!("{:28} {:>6} {:>10} {:>10} {:>8} {:>10}", "method", "terms", "frame [s]", "CPU [s]", "ratio", "error");
+        say!("{:34} {:>6} {:>10} {:>10} {:>8} {:>10}", "method", "terms", "frame [s]", "CPU [s]", "ratio", "error");
         let mut first = None;
         table(scene, &options, frames, error_size, &control, |row| {
             let first = *first.get_or_insert(row.seconds);
             let error = row.error.map_or("-".into(), |e| format!("{e:.2e}"));
             say!(
-                "{:28} {:>6} {:>10.4} {:>10.4} {:>8.3} {:>10}",
+                "{:34} {:>6} {:>10.4} {:>10.4} {:>8.3} {:>10}",
                 row.name,
                 row.terms,
                 row.seconds,
