@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::backend::{cpu, reference};
 use crate::control::Control;
 use crate::error::Result;
-use crate::plan::{Options, Plan, sample_functions};
+use crate::plan::{Options, Plan, Stepping, sample_functions};
 use crate::scene::{Method, Scene};
 
 /// One method's row.
@@ -34,30 +34,44 @@ pub fn table(
 ) -> Result<()> {
     // Errors are those of transport: functions are sampled first, the same for all.
     sample_functions(&mut scene, options)?;
-    let size = (scene.camera.width, scene.camera.height);
-    let truth = if error_size > 0 {
-        (scene.camera.width, scene.camera.height) = (error_size, error_size);
-        Some(reference::render(&scene, reference::DEFAULT_ACCURACY, control)?)
-    } else {
-        None
+    let full = scene.camera.clone();
+    (scene.camera.width, scene.camera.height) = (error_size.max(1), error_size.max(1));
+    let truth = (error_size > 0).then(|| reference::render(&scene, reference::DEFAULT_ACCURACY, control)).transpose()?;
+    let plan_of = |method: Method| Plan::new(&scene, &Options { method, ..options.clone() }, control);
+    let error_of = |plan: &Plan| -> Result<Option<f64>> {
+        let Some(truth) = &truth else { return Ok(None) };
+        let image = cpu::render(&scene, plan, control)?.0;
+        (0..truth.bands.len()).map(|b| Ok(image.relative_rmse(b, truth, b))).reduce(|a, b| Ok(f64::max(a?, b?))).transpose()
     };
-    for contestant in contestants(&options.method)? {
-        let options = Options { method: contestant.method, ..options.clone() };
-        (scene.camera.width, scene.camera.height) = (error_size.max(1), error_size.max(1));
-        let small = Plan { star_march: contestant.star_march, ..Plan::new(&scene, &options, control)? };
-        let error = match &truth {
-            Some(truth) => {
-                let image = cpu::render(&scene, &small, control)?.0;
-                Some((0..truth.bands.len()).map(|b| image.relative_rmse(b, truth, b)).fold(0.0, f64::max))
-            }
-            None => None,
-        };
-        (scene.camera.width, scene.camera.height) = size;
-        let plan = Plan { camera: scene.camera.clone(), ..small };
+    let mut time = |name: String, plan: Plan, error: Option<f64>| -> Result<()> {
+        let plan = Plan { camera: full.clone(), ..plan };
         // The deck's double integration takes minutes a frame: one frame says enough.
-        let frames = if contestant.star_march.is_some() { 0 } else { frames };
+        let frames = if plan.star_march.is_some() { 0 } else { frames };
         let (seconds, cpu_seconds) = timed(frames, || cpu::radiance(&plan, control).map(drop))?;
-        visit(Row { name: contestant.name, terms: plan.spectral.terms(), seconds, cpu_seconds, error });
+        visit(Row { name, terms: plan.spectral.terms(), seconds, cpu_seconds, error });
+        Ok(())
+    };
+    let mut deck = None;
+    for Contestant { name, method, star_march } in contestants(&options.method)? {
+        let plan = Plan { star_march, ..plan_of(method)? };
+        let error = error_of(&plan)?;
+        deck = error.filter(|_| star_march.is_some());
+        time(name, plan, error)?;
+    }
+    let Some(deck) = deck else { return Ok(()) };
+    let loose = loose(&options.method)?;
+    let mut plan = plan_of(loose.clone())?;
+    let mut matched = None;
+    for steps in MATCHING_STEPS {
+        plan.stepping = Stepping::Fixed(steps);
+        match error_of(&plan)? {
+            Some(error) if error <= deck => matched = Some((steps, error)),
+            _ => break,
+        }
+    }
+    if let Some((steps, error)) = matched {
+        plan.stepping = Stepping::Fixed(steps);
+        time(format!("{}, {LOOSE}, N = {steps}", loose.name), plan, Some(error))?;
     }
     Ok(())
 }
@@ -73,17 +87,22 @@ struct Contestant {
 const LOOSE: f64 = 5e-3;
 /// Samples a ray of the deck.
 const DECK_STEPS: usize = 100;
+/// Samples a ray that are tried, from many to few, for the error of the double integration.
+const MATCHING_STEPS: [usize; 12] = [100, 80, 64, 50, 40, 32, 28, 24, 20, 16, 14, 12];
 
-/// The plain RGB march first, then every rule by accuracy, the default with the deck's N, and the deck's double integration.
+/// The default rule at [`LOOSE`].
+fn loose(method: &Method) -> Result<Method> {
+    Ok(Method { accuracy: LOOSE, ..method.clone().with_name(spectra::rule::RULES[0].name)? })
+}
+
+/// The plain RGB march first, then every rule by accuracy, the default with the deck's N, and at last the deck's double integration.
 fn contestants(method: &Method) -> Result<Vec<Contestant>> {
     let mut list = Vec::new();
     for rule in spectra::rule::RULES.iter().rev() {
         list.push(Contestant { name: rule.name.to_owned(), method: method.clone().with_name(rule.name)?, star_march: None });
     }
-    let loose = Method { accuracy: LOOSE, ..method.clone().with_name(spectra::rule::RULES[0].name)? };
-    let half = Method { steps: Some(DECK_STEPS / 2), ..loose.clone() };
+    let loose = loose(method)?;
     list.push(Contestant { name: format!("{}, accuracy {LOOSE}", loose.name), method: loose, star_march: None });
-    list.push(Contestant { name: format!("{}, {LOOSE}, N = {}", half.name, DECK_STEPS / 2), method: half, star_march: None });
     let fixed = |name: &str| -> Result<Method> { Ok(Method { steps: Some(DECK_STEPS), ..method.clone().with_name(name)? }) };
     for rule in ["fixed_wavelength", "band_quadrature", "newton"] {
         list.push(Contestant { name: format!("{rule}, N = {DECK_STEPS}"), method: fixed(rule)?, star_march: None });

@@ -118,7 +118,8 @@ impl Camera {
     /// The ray through (`column`, `row`) in pixels from the upper left corner, pixel centres at halves.
     pub fn ray(&self, column: f64, row: f64) -> Ray {
         let (w, h) = (self.width as f64, self.height as f64);
-        let (x, y) = (2.0 * column / w - 1.0, (1.0 - 2.0 * row / h) * h / w);
+        let per_pixel = 2.0 / w;
+        let (x, y) = (per_pixel * (column - 0.5 * w), per_pixel * (0.5 * h - row));
         match self.projection {
             Projection::Perspective { half_width } => {
                 let direction = self.forward + half_width * (x * self.right + y * self.up);

@@ -219,7 +219,7 @@ fn lit_wall(behind: &str) -> Scene {
     parse(&format!(
         "{VIEW}{LINE_BAND}[field.wall]\nkind = \"box\"\nlow = \"-1 -1 0 pc\"\nhigh = \"1 1 1 pc\"\n\
          [field.lamp]\nkind = \"box\"\nlow = \"-1 -1 -2 pc\"\nhigh = \"1 1 -1 pc\"\n\
-         [dust]\ndensity = \"wall\"\nscale = \"9 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.6\n\
+         [dust]\ndensity = \"wall\"\nscale = \"20 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.6\n\
          [[star]]\nkind = \"blackbody\"\nposition = \"0.4 0.3 1.5 pc\"\ntemperature = \"10000 K\"\nspectral_luminosity = \"1e26 W/nm\"\nvisible = false\n\
          {behind}[method]\nbake = 64\n"
     ))
@@ -234,10 +234,11 @@ fn a_wall_hides_no_more_than_it_swallows() {
     let dark = on_reference(&lit_wall("")).at(0, 0, 0);
     for behind in behind {
         // As bright behind the wall as the wall itself: half of the pixel.
-        let radiance = 0.5 * dark * 9f64.exp();
+        let radiance = 0.5 * dark * 20f64.exp();
         let scene = lit_wall(&behind.replace("RADIANCE", &format!("{radiance:e}")));
         let (cpu, truth) = (on_cpu(&scene).at(0, 0, 0), on_reference(&scene).at(0, 0, 0));
         assert!((truth / dark - 2.0).abs() < 0.02, "{truth} {dark}");
-        assert!((cpu / truth - 1.0).abs() < 3e-3, "{behind}: {cpu} {truth}");
+        // A depth of 20 that is right to 1e-3 leaves 2 % of doubt; a ray that ends early here was measured 10 % off.
+        assert!((cpu / truth - 1.0).abs() < 20.0 * 1e-3, "{behind}: {cpu} {truth}");
     }
 }

@@ -3,16 +3,26 @@
 //! Channels are interleaved and x runs fastest, so the two x-neighbours of all channels are one contiguous row: four rows a sample, lerped in y and z
 //! as short vectors, then in x.
 
+use glam::DVec3;
+use wide::f32x4;
+
 use crate::geometry::Ray;
 use crate::plan::Volume;
 
-use super::lane::{LANES, Lane, ROUND, fma};
+use super::lane::{LANES, Lane, fma};
+use super::track::Track;
 
-/// A volume's place along a packet's rays: u = origin + slope · t in units of voxels.
+/// A volume along a packet's rays.
 pub struct Cursor<'a> {
     volume: &'a Volume,
-    origin: [Lane; 3],
-    slope: [Lane; 3],
+    track: Track,
+}
+
+/// Where a packet stands in a volume: the index of each cell's first value, the strides of the axes, and the place within the cell, axis × lane.
+struct Cells {
+    first: [usize; LANES],
+    strides: [usize; 3],
+    fraction: [Lane; 3],
 }
 
 impl<'a> Cursor<'a> {
@@ -24,17 +34,9 @@ impl<'a> Cursor<'a> {
         let dims = volume.lattice.dims;
         assert!(dims.iter().all(|n| *n >= 2) && (1..=8).contains(&volume.channels.len()));
         assert_eq!(volume.data.len(), volume.lattice.cells() * volume.channels.len());
-        let (mut origin, mut slope) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
-        let voxel = volume.lattice.voxel_pc();
-        for (lane, ray) in rays.iter().enumerate() {
-            let u = (ray.at(start[lane]) - volume.lattice.bounds.low) / voxel - 0.5;
-            let s = ray.direction / voxel;
-            for axis in 0..3 {
-                origin[axis][lane] = u[axis] as f32;
-                slope[axis][lane] = s[axis] as f32;
-            }
-        }
-        Self { volume, origin, slope }
+        // Values stand in the middles of voxels.
+        let track = Track::new(&volume.lattice, DVec3::splat(0.5), rays, start);
+        Self { volume, track }
     }
 
     /// How many channels are read.
@@ -47,7 +49,7 @@ impl<'a> Cursor<'a> {
     #[inline(always)]
     pub fn read(&self, t: &Lane, out: &mut [Lane]) {
         match self.volume.channels.len() {
-            1 => self.read_channels::<1, 2>(t, out),
+            1 => self.read_one(t, &mut out[0]),
             2 => self.read_channels::<2, 4>(t, out),
             3 => self.read_channels::<3, 6>(t, out),
             4 => self.read_channels::<4, 8>(t, out),
@@ -58,57 +60,74 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// `ROW` is twice the number of channels.
+    /// `ROW` is twice the number of channels, at least four; quads of a row may overlap.
     #[inline(always)]
     fn read_channels<const CHANNELS: usize, const ROW: usize>(&self, t: &Lane, out: &mut [Lane]) {
         let out = &mut out[..CHANNELS];
-        let [nx, ny, nz] = self.volume.lattice.dims;
-        let (ix, fx) = self.axis(0, nx, t);
-        let (iy, fy) = self.axis(1, ny, t);
-        let (iz, fz) = self.axis(2, nz, t);
-        let (dy, dz) = (nx * CHANNELS, nx * ny * CHANNELS);
-        let data = &self.volume.data[..];
-        let mut base = [0usize; LANES];
-        for lane in 0..LANES {
-            base[lane] = iz[lane] as usize * dz + iy[lane] as usize * dy + ix[lane] as usize * CHANNELS;
-        }
-        for lane in 0..LANES {
-            let row = |at: usize| -> [f32; ROW] {
-                debug_assert!(at + ROW <= data.len());
-                // SAFETY: `axis` keeps every cell at most dims − 2 and the volume holds dims × CHANNELS values, so the row of the next
-                // y and z ends at or before the last value; `reads_at_every_border_stay_inside` walks all borders.
-                unsafe { data.as_ptr().add(at).cast::<[f32; ROW]>().read() }
-            };
-            let (a, b, c, d) = (row(base[lane]), row(base[lane] + dy), row(base[lane] + dz), row(base[lane] + dz + dy));
-            let mut mixed = [0.0f32; ROW];
-            for i in 0..ROW {
-                let low = fma(fy[lane], b[i] - a[i], a[i]);
-                let high = fma(fy[lane], d[i] - c[i], c[i]);
-                mixed[i] = fma(fz[lane], high - low, low);
+        let cells = self.cells(t);
+        let [_, dy, dz] = cells.strides;
+        let mut rows = [[0.0f32; ROW]; LANES];
+        for (lane, row) in rows.iter_mut().enumerate() {
+            let cell = &self.volume.data[cells.first[lane]..][..dz + dy + ROW];
+            let (fy, fz) = (f32x4::splat(cells.fraction[1][lane]), f32x4::splat(cells.fraction[2][lane]));
+            let of = |at: usize| -> &[f32; ROW] { cell[at..at + ROW].try_into().expect("ROW values") };
+            let (a, b, c, d) = (of(0), of(dy), of(dz), of(dz + dy));
+            for i in (0..ROW).step_by(4).map(|i| i.min(ROW - 4)) {
+                let (low, high) = (lerp(quad(a, i), quad(b, i), fy), lerp(quad(c, i), quad(d, i), fy));
+                row[i..i + 4].copy_from_slice(&lerp(low, high, fz).to_array());
             }
-            for channel in 0..CHANNELS {
-                out[channel][lane] = fma(fx[lane], mixed[CHANNELS + channel] - mixed[channel], mixed[channel]);
+        }
+        for (channel, out) in out.iter_mut().enumerate() {
+            for lane in 0..LANES {
+                let (low, high) = (rows[lane][channel], rows[lane][CHANNELS + channel]);
+                out[lane] = fma(cells.fraction[0][lane], high - low, low);
             }
         }
     }
 
-    /// Cell and fraction along one axis, clamped to the border.
+    /// A single channel: its rows are pairs, so those of both y are lerped in z together.
     #[inline(always)]
-    fn axis(&self, axis: usize, n: usize, t: &Lane) -> ([u32; LANES], Lane) {
-        let (mut cell, mut fraction) = ([0; LANES], [0.0; LANES]);
-        let (last, last_cell) = ((n - 1) as f32, (n - 2) as u32);
-        for lane in 0..LANES {
-            let u = fma(self.slope[axis][lane], t[lane], self.origin[axis][lane]);
-            let u = if u < 0.0 { 0.0 } else { u };
-            let u = if u > last { last } else { u };
-            // Rounding u − ½ gives floor(u), or u − 1 on an integer: the fraction is then 1, which is the same place.
-            let rounded = (u - 0.5 + ROUND).to_bits() & 0x003f_ffff;
-            let c = if rounded > last_cell { last_cell } else { rounded };
-            cell[lane] = c;
-            fraction[lane] = u - c as i32 as f32;
+    fn read_one(&self, t: &Lane, out: &mut Lane) {
+        let cells = self.cells(t);
+        let [_, dy, dz] = cells.strides;
+        let mut faces = [[0.0f32; 4]; LANES];
+        for (lane, face) in faces.iter_mut().enumerate() {
+            let cell = &self.volume.data[cells.first[lane]..][..dz + dy + 2];
+            let pairs = |at: usize| f32x4::new([cell[at], cell[at + 1], cell[at + dy], cell[at + dy + 1]]);
+            *face = lerp(pairs(0), pairs(dz), f32x4::splat(cells.fraction[2][lane])).to_array();
         }
-        (cell, fraction)
+        let [fx, fy, _] = &cells.fraction;
+        for lane in 0..LANES {
+            let [a, b, c, d] = faces[lane];
+            let (low, high) = (fma(fy[lane], c - a, a), fma(fy[lane], d - b, b));
+            out[lane] = fma(fx[lane], high - low, low);
+        }
     }
+
+    /// The cells that hold the rays' places at distance `t`.
+    #[inline(always)]
+    fn cells(&self, t: &Lane) -> Cells {
+        let [nx, ny, nz] = self.volume.lattice.dims;
+        let channels = self.volume.channels.len();
+        let [(ix, fx), (iy, fy), (iz, fz)] = self.track.cells([nx - 1, ny - 1, nz - 1], t);
+        let strides = [channels, nx * channels, nx * ny * channels];
+        let mut first = [0usize; LANES];
+        for lane in 0..LANES {
+            first[lane] = iz[lane] as usize * strides[2] + iy[lane] as usize * strides[1] + ix[lane] as usize * strides[0];
+        }
+        Cells { first, strides, fraction: [fx, fy, fz] }
+    }
+}
+
+/// Four values in a row.
+#[inline(always)]
+fn quad<const N: usize>(values: &[f32; N], at: usize) -> f32x4 {
+    f32x4::new([values[at], values[at + 1], values[at + 2], values[at + 3]])
+}
+
+#[inline(always)]
+fn lerp(a: f32x4, b: f32x4, t: f32x4) -> f32x4 {
+    (b - a).mul_add(t, a)
 }
 
 #[cfg(test)]

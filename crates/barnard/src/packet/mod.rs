@@ -2,6 +2,8 @@
 
 mod fetch;
 mod lane;
+mod track;
 
 pub use fetch::Cursor;
 pub use lane::{LANES, Lane, SERIES_LIMIT, exp, fma, lanes, largest, mean_transmittance, sinhc};
+pub use track::Track;

@@ -15,8 +15,8 @@ pub struct Bricks {
     pub lattice: Lattice,
     /// Largest value of each brick.
     pub majorant: Vec<f32>,
-    /// Whether a brick and all around it are empty: a ray there may jump by the edge of a brick.
-    pub clear: Vec<bool>,
+    /// How many bricks away, diagonals counting as one, the next that is not empty stands; zero where that is the brick itself.
+    distance: Vec<u8>,
 }
 
 impl Bricks {
@@ -42,9 +42,20 @@ impl Bricks {
                 largest
             })
             .collect();
-        let mut bricks = Self { lattice, majorant, clear: Vec::new() };
-        bricks.clear = (0..bricks.majorant.len()).map(|i| bricks.surroundings(i).all(|j| bricks.majorant[j] == 0.0)).collect();
+        let mut bricks = Self { lattice, majorant, distance: Vec::new() };
+        bricks.distance = bricks.distances();
         bricks
+    }
+
+    /// Distances by two passes, there and back: each brick is one further than the nearest of its neighbours.
+    fn distances(&self) -> Vec<u8> {
+        let mut distance: Vec<u8> = self.majorant.iter().map(|m| if *m > 0.0 { 0 } else { u8::MAX }).collect();
+        let count = distance.len();
+        for index in (0..count).chain((0..count).rev()) {
+            let nearest = self.surroundings(index).map(|i| distance[i]).min().unwrap_or(u8::MAX);
+            distance[index] = distance[index].min(nearest.saturating_add(1));
+        }
+        distance
     }
 
     /// A brick and its neighbours.
@@ -54,11 +65,16 @@ impl Bricks {
         range(2).flat_map(move |z| range(1).flat_map(move |y| range(0).map(move |x| self.lattice.index(x, y, z))))
     }
 
-    /// Whether a ray at `p` may jump by the edge of a brick.
-    pub fn clear_at(&self, p: DVec3) -> bool {
-        let cell = ((p - self.lattice.bounds.low) / self.lattice.voxel_pc()).floor();
-        let inside = |axis: usize| (cell[axis].max(0.0) as usize).min(self.lattice.dims[axis] - 1);
-        self.clear[self.lattice.index(inside(0), inside(1), inside(2))]
+    /// How many edges of a brick one may go in any direction from one of them, and still stand in an empty one.
+    pub fn clear(&self, brick: [usize; 3]) -> usize {
+        usize::from(self.distance[self.lattice.index(brick[0], brick[1], brick[2])].saturating_sub(1))
+    }
+
+    /// The brick of `p`, the nearest where `p` is outside.
+    pub fn brick_of(&self, p: DVec3) -> [usize; 3] {
+        let cell = (p - self.lattice.bounds.low) / self.lattice.voxel_pc();
+        // Conversion cuts fractions off and makes zero of what is negative.
+        std::array::from_fn(|axis| (cell[axis] as usize).min(self.lattice.dims[axis] - 1))
     }
 
     /// The largest value of all.

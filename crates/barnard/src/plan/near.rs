@@ -26,6 +26,18 @@ const CLOSEST: f64 = 1e-6;
 pub const NEAR_VOXELS: f64 = 2.5;
 /// Segments that the star sees under more than about this angle [rad] are cut.
 pub const NEAR_ANGLE: f64 = 0.35;
+/// Steps longer than this part of their distance to a star are marched in parts: what is near is bright, and is sampled finely.
+pub const PART_DISTANCE: f64 = 0.2;
+/// The shortest part of a step, in voxels.
+const SHORTEST_PART: f64 = 0.5;
+
+/// In how many parts a step of length `dt` must be marched, so that each is short beside its distance to a star with the closest approach `b` at
+/// `foot`; all lengths in pc, along the ray from where the step starts.
+pub fn parts(b: f64, foot: f64, dt: f64, voxel: f64) -> usize {
+    let nearest = foot - foot.clamp(0.0, dt);
+    let distance = (b * b + nearest * nearest).sqrt().max(NEAR_VOXELS * voxel);
+    (dt / (PART_DISTANCE * distance)).min(dt / (SHORTEST_PART * voxel)).ceil().max(1.0) as usize
+}
 
 /// The pieces of [`from`, `to`] on `ray`, along which τ grows from `tau` by `growth`.
 pub fn pieces(space: &Space, star: DVec3, ray: &Ray, (from, to): (f64, f64), (tau, growth): (f64, f64), mut visit: impl FnMut(NearPiece)) {

@@ -3,6 +3,7 @@
 //! Some rays of the image are marched in f64 with six steps a voxel and exact star depths; then with coarser steps and the baked depths, as the fast
 //! back ends do. The coarsest that keeps `accuracy` (relative rms over the pilots, worst band) is taken.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::near::{self, NearPiece};
@@ -105,8 +106,20 @@ fn march(space: &Space, spectral: &Spectral, lights: &[Light], ray: &Ray, per_vo
         let steps = ((far - near) / space.voxel_pc() * per_voxel).ceil().max(1.0) as usize;
         let dt = (far - near) / steps as f64;
         let mut before = Sample::at(space, ray, near, exact);
-        for i in 0..steps {
-            let (t0, t1) = (near + i as f64 * dt, near + (i + 1) as f64 * dt);
+        // A step that a star sees under a wide angle is marched in parts, as the back ends do.
+        let voxel = space.voxel_pc();
+        let parts_of = |t: f64, star: &DVec3| {
+            let foot = (*star - ray.origin).dot(ray.direction);
+            near::parts((*star - ray.at(foot)).length(), foot - t, dt, voxel)
+        };
+        let ends = (0..steps).flat_map(|i| {
+            let t = near + i as f64 * dt;
+            let parts = space.stars.iter().map(|star| parts_of(t, star)).max().unwrap_or(1);
+            (1..=parts).map(move |part| t + dt * part as f64 / parts as f64)
+        });
+        let mut t0 = near;
+        for t1 in ends {
+            let dt = t1 - t0;
             let after = Sample::at(space, ray, t1, exact);
             let growth = 0.5 * dt * (before.sigma + after.sigma);
             for (light, l) in lights.iter().enumerate() {
@@ -126,7 +139,7 @@ fn march(space: &Space, spectral: &Spectral, lights: &[Light], ray: &Ray, per_vo
                 }
             }
             tau += growth;
-            before = after;
+            (t0, before) = (t1, after);
         }
     }
     for (light, _) in lights.iter().enumerate().filter(|(_, l)| l.path == Path::Background) {

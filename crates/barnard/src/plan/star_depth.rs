@@ -34,7 +34,7 @@ pub fn deepest(volume: &Volume, slot: usize, dust: &Bricks) -> f32 {
     let row = lattice.dims[0] * volume.channels.len();
     let deepest = |(r, values): (usize, &[f32])| {
         let [_, y, z] = lattice.place(r * lattice.dims[0]);
-        let depth = |(x, depths): (usize, &[f32])| if dust.clear_at(lattice.centre(x, y, z)) { 0.0 } else { depths[slot] };
+        let depth = |(x, depths): (usize, &[f32])| if dust.clear(dust.brick_of(lattice.centre(x, y, z))) > 0 { 0.0 } else { depths[slot] };
         values.chunks_exact(volume.channels.len()).enumerate().map(depth).fold(0.0, f32::max)
     };
     volume.data.par_chunks_exact(row).enumerate().map(deepest).reduce(|| 0.0, f32::max)

@@ -5,17 +5,20 @@
 //!
 //!   ΔI = Σ_j Δτ ⟨1/r²⟩ w_j(θ) e^(−k_j ā) sinh(k_j y)/(k_j y),  a = τ + τ_ℓ
 //!
-//! Where a segment is close to a star its pieces come from `plan::near`. Empty bricks are jumped over; a packet ends when what lies behind cannot
+//! A step that a star sees under a wide angle is marched in parts; what is close to a star comes in pieces from `plan::near`. Empty bricks are jumped over; a packet ends when what lies behind cannot
 //! change a pixel by a fiftieth of the accuracy.
 
+use std::ops::Range;
+
+use glam::DVec3;
 use multiversion::multiversion;
 
 use super::double_integration;
 use super::segment::segment;
 use super::tables::{Scatterer, Tables, Terms};
-use crate::geometry::Ray;
-use crate::packet::{Cursor, LANES, Lane, exp, lanes, largest};
-use crate::plan::near;
+use crate::geometry::{Bounds, Ray};
+use crate::packet::{Cursor, LANES, Lane, Track, exp, lanes, largest};
+use crate::plan::near::{self, PART_DISTANCE};
 use crate::plan::{Channel, Plan, Stepping, Volume};
 
 /// What is the same for all packets.
@@ -24,6 +27,8 @@ pub struct March<'a> {
     pub(super) tables: &'a Tables,
     pub(super) slots: Slots,
     pub(super) voxel_pc: f64,
+    /// Boxes of volumes that end within the occupied one.
+    inner_boxes: Vec<Bounds>,
     /// The dust without star depths beside it, for the double integration, which reads nothing else.
     dust_alone: Option<Volume>,
     /// Largest σ and largest density of each species.
@@ -67,13 +72,16 @@ const END_SHARE: f32 = 0.02;
 /// Depth from which on a look is worth its price.
 const END_DEPTH: f32 = 3.0;
 
+/// Where a part of each ray starts and ends [pc].
+type Span = ([f64; LANES], [f64; LANES]);
+
 /// A packet on its way.
 pub(super) struct State<'a> {
     rays: &'a [Ray; LANES],
     /// Whether τ at the end of this span is asked for no more: by no further span and no background.
     final_span: bool,
     /// Where the current span starts and ends.
-    span: ([f64; LANES], [f64; LANES]),
+    span: Span,
     pub(super) dt: Lane,
     pub(super) tau: Lane,
     /// Light so far, term × lane.
@@ -85,6 +93,21 @@ pub(super) struct State<'a> {
 pub(super) struct StarView {
     pub(super) foot: Lane,
     pub(super) distance: Lane,
+    /// Steps that the star can see under a wide angle.
+    wide: Range<usize>,
+}
+
+/// Where a segment starts and how long it is, in steps.
+#[derive(Clone, Copy)]
+pub(super) struct Stretch {
+    pub(super) start: f32,
+    pub(super) length: f32,
+}
+
+impl Stretch {
+    fn end(self) -> f32 {
+        self.start + self.length
+    }
 }
 
 impl<'a> March<'a> {
@@ -98,7 +121,14 @@ impl<'a> March<'a> {
             volume.fill(0, dust);
             volume
         });
-        Self { plan, tables, slots, voxel_pc: plan.space.voxel_pc(), dust_alone, brightest: (sigma, largest.collect()) }
+        let mut inner_boxes: Vec<Bounds> = Vec::new();
+        for volume in &plan.space.volumes {
+            let bounds = volume.lattice.bounds;
+            if !plan.space.occupied.is_none_or(|o| bounds.union(&o) == bounds) && !inner_boxes.contains(&bounds) {
+                inner_boxes.push(bounds);
+            }
+        }
+        Self { plan, tables, slots, voxel_pc: plan.space.voxel_pc(), inner_boxes, dust_alone, brightest: (sigma, largest.collect()) }
     }
 
     /// Radiance of a packet, band × lane, and the largest optical depth met.
@@ -134,27 +164,20 @@ impl<'a> March<'a> {
     }
 
     /// The parts of the rays between the borders of all boxes: within one, a ray is inside or outside of each volume.
-    fn spans(&self, rays: &[Ray; LANES]) -> Vec<([f64; LANES], [f64; LANES])> {
+    fn spans(&self, rays: &[Ray; LANES]) -> Vec<Span> {
         let Some(occupied) = self.plan.space.occupied else { return Vec::new() };
-        let mut boxes: Vec<crate::geometry::Bounds> = Vec::new();
-        for volume in &self.plan.space.volumes {
-            if !boxes.contains(&volume.lattice.bounds) {
-                boxes.push(volume.lattice.bounds);
-            }
+        let whole = rays.each_ref().map(|ray| occupied.clip(ray).unwrap_or((0.0, 0.0)));
+        let mut ends = vec![whole.map(|(near, _)| near), whole.map(|(_, far)| far)];
+        for inner in &self.inner_boxes {
+            let clipped = std::array::from_fn(|lane| {
+                let (low, high) = whole[lane];
+                let (near, far) = inner.clip(&rays[lane]).unwrap_or((high, high));
+                (near.clamp(low, high), far.clamp(low, high))
+            });
+            ends.extend([clipped.map(|(near, _): (f64, f64)| near), clipped.map(|(_, far)| far)]);
         }
-        let ends: Vec<Vec<f64>> = rays
-            .iter()
-            .map(|ray| {
-                let Some((near, far)) = occupied.clip(ray) else { return Vec::new() };
-                let inner = boxes.iter().filter_map(|b| b.clip(ray)).flat_map(|(a, b)| [a, b]).filter(|t| *t > near && *t < far);
-                let mut ends: Vec<f64> = [near, far].into_iter().chain(inner).collect();
-                ends.sort_by(f64::total_cmp);
-                ends
-            })
-            .collect();
-        let count = ends.iter().map(|e| e.len().saturating_sub(1)).max().unwrap_or(0);
-        let end = |lane: usize, i: usize| ends[lane].get(i).or(ends[lane].last()).copied().unwrap_or(0.0);
-        (0..count).map(|i| (std::array::from_fn(|lane| end(lane, i)), std::array::from_fn(|lane| end(lane, i + 1)))).collect()
+        sort_lanes(&mut ends);
+        ends.windows(2).map(|pair| (pair[0], pair[1])).collect()
     }
 
     /// The sums with the background behind them, band by band.
@@ -178,10 +201,27 @@ impl<'a> March<'a> {
     fn star_view(&self, star: usize, state: &State) -> StarView {
         let place = self.plan.space.stars[star];
         let foot = |lane: usize| (place - state.rays[lane].origin).dot(state.rays[lane].direction);
-        StarView {
-            foot: lanes(|lane| (foot(lane) - state.span.0[lane]) as f32),
-            distance: lanes(|lane| (place - state.rays[lane].at(foot(lane))).length() as f32),
-        }
+        let foot_of = lanes(|lane| (foot(lane) - state.span.0[lane]) as f32);
+        let distance = lanes(|lane| (place - state.rays[lane].at(foot(lane))).length() as f32);
+        let wide = |lane: usize| {
+            let (b, dt) = (distance[lane], state.dt[lane]);
+            let reach = ((dt / PART_DISTANCE as f32).powi(2) - b * b).max(0.0).sqrt();
+            (dt > 0.0 && reach > 0.0).then(|| ((foot_of[lane] - reach) / dt, (foot_of[lane] + reach) / dt))
+        };
+        let widest = (0..LANES).filter_map(wide).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        // A step more at both ends, since the whole of it counts; negative numbers become zero.
+        let wide = widest.map_or(0..0, |(from, to)| (from - 1.0) as usize..(to + 2.0) as usize);
+        StarView { foot: foot_of, distance, wide }
+    }
+
+    /// In how many parts a step must be marched.
+    fn parts(&self, state: &State, views: &[StarView], step: usize) -> usize {
+        let of_lane = |view: &StarView, lane: usize| {
+            let dt = f64::from(state.dt[lane]);
+            near::parts(f64::from(view.distance[lane]), f64::from(view.foot[lane]) - step as f64 * dt, dt, self.voxel_pc)
+        };
+        let wide = views.iter().filter(|view| view.wide.contains(&step));
+        wide.flat_map(|view| (0..LANES).map(move |lane| of_lane(view, lane))).max().unwrap_or(1)
     }
 
     /// For each volume, one where a lane's span lies inside of it.
@@ -195,27 +235,13 @@ impl<'a> March<'a> {
     }
 
     /// Marches the star depths of a sample again, as the deck does.
-    fn star_depths_again(&self, state: &State, step: usize, samples: usize, out: &mut [Lane]) {
+    fn star_depths_again(&self, state: &State, at: f32, samples: usize, out: &mut [Lane]) {
         let Some(dust) = &self.dust_alone else { return };
-        let place = |lane: usize| state.rays[lane].at(state.span.0[lane] + step as f64 * f64::from(state.dt[lane]));
+        let place = |lane: usize| state.rays[lane].at(state.span.0[lane] + f64::from(at) * f64::from(state.dt[lane]));
         let places = std::array::from_fn(place);
         for (star, position) in self.plan.space.stars.iter().enumerate() {
             out[self.slots.stars[star]] = double_integration::depths_of(dust, *position, &places, samples);
         }
-    }
-
-    /// How many steps a ray may jump where everything around is empty.
-    fn jump(&self, state: &State) -> usize {
-        let edge = self.plan.space.bricks.iter().map(|b| b.lattice.voxel_pc().min_element()).fold(f64::INFINITY, f64::min);
-        (edge / f64::from(largest(&state.dt)).max(1e-30)) as usize
-    }
-
-    /// Whether all lanes, `steps` into the span, stand where a brick and its neighbours are empty.
-    fn all_clear(&self, state: &State, steps: usize) -> bool {
-        (0..LANES).all(|lane| {
-            let place = state.rays[lane].at(state.span.0[lane] + steps as f64 * f64::from(state.dt[lane]));
-            self.plan.space.bricks.iter().all(|b| b.clear_at(place))
-        })
     }
 
     /// Whether nothing behind `steps` can change any term by a part of the accuracy.
@@ -252,12 +278,12 @@ impl<'a> March<'a> {
     }
 
     /// The pieces of the segments that are close to a star, lane by lane.
-    pub(super) fn near(&self, state: &mut State, scatterer: &Scatterer, close: &[bool; LANES], step: usize, growth: &Lane) {
+    pub(super) fn near(&self, state: &mut State, scatterer: &Scatterer, close: &[bool; LANES], stretch: Stretch, growth: &Lane) {
         let star = self.plan.space.stars[scatterer.star];
         for lane in (0..LANES).filter(|lane| close[*lane]) {
-            let at = |i: usize| state.span.0[lane] + i as f64 * f64::from(state.dt[lane]);
+            let at = |steps: f32| state.span.0[lane] + f64::from(steps) * f64::from(state.dt[lane]);
             let depth = (f64::from(state.tau[lane]), f64::from(growth[lane]));
-            near::pieces(&self.plan.space, star, &state.rays[lane], (at(step), at(step + 1)), depth, |piece| {
+            near::pieces(&self.plan.space, star, &state.rays[lane], (at(stretch.start), at(stretch.end())), depth, |piece| {
                 let phase = self.phase_entry(piece.cosine as f32);
                 for term in 0..self.tables.band_of.len() {
                     let weight = self.phase_weight(scatterer, term, phase);
@@ -296,25 +322,33 @@ impl<'a> March<'a> {
 fn march_span(march: &March, state: &mut State, steps: usize) {
     let cursors: Vec<Cursor> = march.plan.space.volumes.iter().map(|v| Cursor::new(v, state.rays, &state.span.0)).collect();
     let masks = march.masks(state);
+    let tracks: Vec<Track> =
+        march.plan.space.bricks.iter().map(|b| Track::new(&b.lattice, DVec3::ZERO, state.rays, &state.span.0)).collect();
     let views: Vec<StarView> = march.tables.scattered.iter().map(|s| march.star_view(s.star, state)).collect();
-    let jump = march.jump(state);
     let mut before = vec![[0.0; LANES]; march.slots.count];
     let mut after = before.clone();
-    sample(march, &cursors, &masks, &state.dt, 0, &mut before);
+    sample(march, &cursors, &masks, &state.dt, 0.0, &mut before);
     let mut step = 0;
     while step < steps {
         // Jump over empty space; the sample behind the jump starts anew.
-        if jump > 1 && is_dark(march, &before) && march.all_clear(state, step) {
-            step = (step + jump).min(steps);
-            sample(march, &cursors, &masks, &state.dt, step, &mut before);
+        let jump = if is_dark(march, &before) { clear_steps(march, &tracks, &state.dt, step) } else { 0 };
+        if jump > 1 {
+            step = step.saturating_add(jump).min(steps);
+            sample(march, &cursors, &masks, &state.dt, step as f32, &mut before);
             continue;
         }
-        sample(march, &cursors, &masks, &state.dt, step + 1, &mut after);
-        if let Some(samples) = march.plan.star_march {
-            march.star_depths_again(state, step + 1, samples, &mut after);
+        // The deck's own form takes its N samples and no more.
+        let parts = if march.plan.star_march.is_some() { 1 } else { march.parts(state, &views, step) };
+        for part in 0..parts {
+            let length = 1.0 / parts as f32;
+            let stretch = Stretch { start: step as f32 + part as f32 * length, length };
+            sample(march, &cursors, &masks, &state.dt, stretch.end(), &mut after);
+            if let Some(samples) = march.plan.star_march {
+                march.star_depths_again(state, stretch.end(), samples, &mut after);
+            }
+            segment(march, state, &views, stretch, &before, &after);
+            std::mem::swap(&mut before, &mut after);
         }
-        segment(march, state, &views, step, &before, &after);
-        std::mem::swap(&mut before, &mut after);
         step += 1;
         if step % END_EVERY == 0 && march.ended(state, &views, step) {
             break;
@@ -322,10 +356,10 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
     }
 }
 
-/// All channels, `step` steps into the span.
+/// All channels, so many steps into the span.
 #[inline(always)]
-fn sample(march: &March, cursors: &[Cursor], masks: &[Option<Lane>], dt: &Lane, step: usize, out: &mut [Lane]) {
-    let t = lanes(|lane| step as f32 * dt[lane]);
+fn sample(march: &March, cursors: &[Cursor], masks: &[Option<Lane>], dt: &Lane, steps: f32, out: &mut [Lane]) {
+    let t = lanes(|lane| steps * dt[lane]);
     for ((cursor, mask), first) in cursors.iter().zip(masks).zip(&march.slots.first) {
         let end = out.len().min(first + crate::plan::MAX_CHANNELS);
         let own = &mut out[*first..end];
@@ -345,4 +379,33 @@ fn sample(march: &March, cursors: &[Cursor], masks: &[Option<Lane>], dt: &Lane, 
 fn is_dark(march: &March, sample: &[Lane]) -> bool {
     let empty = |slot: &usize| largest(&sample[*slot]) <= 0.0;
     march.slots.dust.iter().all(empty) && march.slots.species.iter().all(empty)
+}
+
+/// How many steps all lanes, `step` steps into the span, may jump through empty bricks.
+#[inline(always)]
+fn clear_steps(march: &March, tracks: &[Track], dt: &Lane, step: usize) -> usize {
+    let mut clear_pc = f32::INFINITY;
+    for (bricks, track) in march.plan.space.bricks.iter().zip(tracks) {
+        let mut fewest = usize::MAX;
+        for lane in (0..LANES).filter(|lane| dt[*lane] > 0.0) {
+            fewest = fewest.min(bricks.clear(track.cell_of(lane, bricks.lattice.dims, step as f32 * dt[lane])));
+            if fewest == 0 {
+                return 0;
+            }
+        }
+        clear_pc = clear_pc.min(fewest as f32 * bricks.lattice.voxel_pc().min_element() as f32);
+    }
+    (clear_pc / largest(dt).max(f32::MIN_POSITIVE)) as usize
+}
+
+/// Sorts each lane by itself, from near to far.
+fn sort_lanes(rows: &mut [[f64; LANES]]) {
+    for end in (1..rows.len()).rev() {
+        for i in 0..end {
+            for lane in 0..LANES {
+                let (a, b) = (rows[i][lane], rows[i + 1][lane]);
+                (rows[i][lane], rows[i + 1][lane]) = (a.min(b), a.max(b));
+            }
+        }
+    }
 }

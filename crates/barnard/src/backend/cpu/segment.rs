@@ -1,25 +1,26 @@
 //! The light of one segment, for sixteen rays: the closed forms of `plan::segment` in f32.
 
-use super::march::{March, StarView, State};
+use super::march::{March, StarView, State, Stretch};
 use super::tables::{Scatterer, Terms};
 use crate::packet::{LANES, Lane, SERIES_LIMIT, exp, fma, lanes, largest, mean_transmittance, sinhc};
 use crate::plan::near::{NEAR_ANGLE, NEAR_VOXELS};
 
 /// Adds the light of one segment and moves τ to its end.
 #[inline(always)]
-pub(super) fn segment(march: &March, state: &mut State, views: &[StarView], step: usize, before: &[Lane], after: &[Lane]) {
+pub(super) fn segment(march: &March, state: &mut State, views: &[StarView], stretch: Stretch, before: &[Lane], after: &[Lane]) {
+    let dt = lanes(|lane| stretch.length * state.dt[lane]);
     let growth = match march.slots.dust {
-        Some(dust) => lanes(|lane| 0.5 * state.dt[lane] * (before[dust][lane] + after[dust][lane])),
+        Some(dust) => lanes(|lane| 0.5 * dt[lane] * (before[dust][lane] + after[dust][lane])),
         None => [0.0; LANES],
     };
     if largest(&growth) > 0.0 {
         for (scatterer, view) in march.tables.scattered.iter().zip(views) {
             let slot = march.slots.stars[scatterer.star];
-            scatter(march, state, scatterer, view, step, &growth, (&before[slot], &after[slot]));
+            scatter(march, state, (scatterer, view), stretch, &growth, (&before[slot], &after[slot]));
         }
     }
     if !march.tables.emitted.is_empty() {
-        emit(march, state, &growth, before, after);
+        emit(march, state, &dt, &growth, (before, after));
     }
     for lane in 0..LANES {
         state.tau[lane] += growth[lane];
@@ -28,15 +29,22 @@ pub(super) fn segment(march: &March, state: &mut State, views: &[StarView], step
 
 /// Light of one star, scattered in one segment.
 #[inline(always)]
-fn scatter(march: &March, state: &mut State, scatterer: &Scatterer, view: &StarView, step: usize, growth: &Lane, depths: (&Lane, &Lane)) {
+fn scatter(
+    march: &March,
+    state: &mut State,
+    (scatterer, view): (&Scatterer, &StarView),
+    stretch: Stretch,
+    growth: &Lane,
+    depths: (&Lane, &Lane),
+) {
     let middle = lanes(|lane| state.tau[lane] + 0.5 * (growth[lane] + depths.0[lane] + depths.1[lane]));
     let half = lanes(|lane| 0.5 * (growth[lane] + depths.1[lane] - depths.0[lane]));
     // ⟨1/r²⟩ = atan(q)/(q p), q = b Δt/p, p = b² + t₀t₁; segments that a star sees under a wide angle go another way.
     let reach = (NEAR_VOXELS * march.voxel_pc) as f32;
     let (mut close, mut base, mut along) = ([false; LANES], [0.0; LANES], [0.0; LANES]);
     for lane in 0..LANES {
-        let (b, dt) = (view.distance[lane], state.dt[lane]);
-        let t0 = fma(step as f32, dt, -view.foot[lane]);
+        let (b, dt) = (view.distance[lane], stretch.length * state.dt[lane]);
+        let t0 = fma(stretch.start, state.dt[lane], -view.foot[lane]);
         let p = fma(b, b, t0 * (t0 + dt));
         let near = p < reach * reach || b * dt > NEAR_ANGLE as f32 * p;
         let inverse = 1.0 / if near { 1.0 } else { p };
@@ -75,7 +83,7 @@ fn scatter(march: &March, state: &mut State, scatterer: &Scatterer, view: &StarV
         }
     }
     if close.contains(&true) {
-        march.near(state, scatterer, &close, step, growth);
+        march.near(state, scatterer, &close, stretch, growth);
     }
 }
 
@@ -120,12 +128,12 @@ fn gather(march: &March, state: &mut State, scatterer: &Scatterer, middle: &Lane
 
 /// Light of all species in one segment.
 #[inline(always)]
-fn emit(march: &March, state: &mut State, growth: &Lane, before: &[Lane], after: &[Lane]) {
+fn emit(march: &March, state: &mut State, dt: &Lane, growth: &Lane, (before, after): (&[Lane], &[Lane])) {
     let middle = lanes(|lane| state.tau[lane] + 0.5 * growth[lane]);
     let gentle = 0.5 * largest(growth) * march.tables.k_range.1 <= SERIES_LIMIT;
     for (light, species, weights) in &march.tables.emitted {
         let slot = march.slots.species[*species];
-        let base = lanes(|lane| 0.5 * state.dt[lane] * (before[slot][lane] + after[slot][lane]));
+        let base = lanes(|lane| 0.5 * dt[lane] * (before[slot][lane] + after[slot][lane]));
         if largest(&base) <= 0.0 {
             continue;
         }

@@ -1,0 +1,60 @@
+//! Where a packet's rays run through a lattice.
+
+use glam::DVec3;
+
+use super::lane::{LANES, Lane, ROUND, fma};
+use crate::field::Lattice;
+use crate::geometry::Ray;
+
+/// u = origin + slope · t in cells of a lattice, axis × lane.
+pub struct Track {
+    origin: [Lane; 3],
+    slope: [Lane; 3],
+}
+
+impl Track {
+    /// Of `rays`, distances counted from `start` of each, cells from the lattice's corner plus `shift` of them.
+    pub fn new(lattice: &Lattice, shift: DVec3, rays: &[Ray; LANES], start: &[f64; LANES]) -> Self {
+        let mut track = Self { origin: [[0.0; LANES]; 3], slope: [[0.0; LANES]; 3] };
+        let per_pc = lattice.voxel_pc().recip();
+        for (lane, ray) in rays.iter().enumerate() {
+            let u = (ray.at(start[lane]) - lattice.bounds.low) * per_pc - shift;
+            let s = ray.direction * per_pc;
+            for axis in 0..3 {
+                track.origin[axis][lane] = u[axis] as f32;
+                track.slope[axis][lane] = s[axis] as f32;
+            }
+        }
+        track
+    }
+
+    /// Cell and place within it at distance `t` along each axis of `counts` cells, clamped to the borders.
+    #[inline(always)]
+    pub fn cells(&self, counts: [usize; 3], t: &Lane) -> [([u32; LANES], Lane); 3] {
+        [self.axis(0, counts[0], t), self.axis(1, counts[1], t), self.axis(2, counts[2], t)]
+    }
+
+    /// The cell of one ray.
+    #[inline(always)]
+    pub fn cell_of(&self, lane: usize, counts: [usize; 3], t: f32) -> [usize; 3] {
+        let cell = |axis: usize| fma(self.slope[axis][lane], t, self.origin[axis][lane]) as usize;
+        std::array::from_fn(|axis| cell(axis).min(counts[axis] - 1))
+    }
+
+    #[inline(always)]
+    fn axis(&self, axis: usize, count: usize, t: &Lane) -> ([u32; LANES], Lane) {
+        let (mut cell, mut fraction) = ([0; LANES], [0.0; LANES]);
+        let (last, last_cell) = (count as f32, (count - 1) as u32);
+        for lane in 0..LANES {
+            let u = fma(self.slope[axis][lane], t[lane], self.origin[axis][lane]);
+            let u = if u < 0.0 { 0.0 } else { u };
+            let u = if u > last { last } else { u };
+            // Rounding u − ½ gives floor(u), or u − 1 on an integer: the fraction is then 1, which is the same place.
+            let rounded = (u - 0.5 + ROUND).to_bits() & 0x003f_ffff;
+            let c = if rounded > last_cell { last_cell } else { rounded };
+            cell[lane] = c;
+            fraction[lane] = u - c as i32 as f32;
+        }
+        (cell, fraction)
+    }
+}
