@@ -442,6 +442,9 @@ fn links_lead_on_and_masks_hold() {
     std::os::unix::fs::symlink("target.npy", desk.path("link.npy")).unwrap();
     assert!(desk.run(&["render", "scene.toml", "-o", "link.npy"]).status.success());
     assert!(desk.path("link.npy").is_symlink() && std::fs::read(desk.path("target.npy")).unwrap().starts_with(b"\x93NUMPY"));
+    std::os::unix::fs::symlink("nowhere/lost.npy", desk.path("dangling.npy")).unwrap();
+    let refused = desk.run(&["render", "scene.toml", "-o", "dangling.npy"]);
+    assert!(!refused.status.success() && String::from_utf8_lossy(&refused.stderr).contains("leads to no file"));
     let script = format!("umask 077; exec {} render scene.toml -o private.npy", env!("CARGO_BIN_EXE_barnard"));
     assert!(Command::new("sh").args(["-c", &script]).current_dir(desk.folder.path()).status().unwrap().success());
     assert_eq!(std::fs::metadata(desk.path("private.npy")).unwrap().permissions().mode() & 0o777, 0o600);

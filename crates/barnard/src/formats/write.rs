@@ -1,7 +1,7 @@
 //! Writing so that a killed render leaves no half file: to a temporary name in the same folder, then renamed.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::writer;
 use crate::error::{Error, Result};
@@ -13,7 +13,16 @@ pub fn check_writable(path: &Path) -> Result<()> {
     if std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
         return Err(Error::file(path, "is no plain file; it cannot be replaced by a picture"));
     }
-    temporary(path).map(drop)
+    temporary(&target(path)?).map(drop)
+}
+
+/// The file that is written: a link stays a link, what it leads to is replaced.
+fn target(path: &Path) -> Result<PathBuf> {
+    if !path.is_symlink() {
+        return Ok(path.to_owned());
+    }
+    let lost = |e: std::io::Error| Error::file(path, format!("is a link that leads to no file ({e}); remove it or name another output"));
+    std::fs::canonicalize(path).map_err(lost)
 }
 
 fn folder(path: &Path) -> &Path {
@@ -38,11 +47,11 @@ fn temporary(path: &Path) -> Result<tempfile::NamedTempFile> {
         .map_err(|e| Error::file(path, format!("the output folder {} cannot be written to: {e}", folder.display())))
 }
 
-/// Writes `image` in the format of the path's extension; a link stays a link, and the file that it leads to is replaced.
+/// Writes `image` in the format of the path's extension.
 pub fn save(image: &Image, display: &Display, path: &Path) -> Result<()> {
     let bytes = (writer(path)?.encode)(image, display)?;
     let failed = |e: std::io::Error| Error::file(path, format!("cannot be written, nothing was kept: {e}"));
-    let target = if path.is_symlink() { std::fs::canonicalize(path).map_err(failed)? } else { path.to_owned() };
+    let target = target(path)?;
     let mut file = temporary(&target)?;
     file.write_all(&bytes).and_then(|()| file.as_file().sync_all()).map_err(failed)?;
     let replaced = std::fs::metadata(&target).map(|m| m.permissions());

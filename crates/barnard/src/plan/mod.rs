@@ -23,6 +23,8 @@ pub use space::{Space, sample_functions};
 pub use spectral::{BandPlan, PhaseTable, Spectral};
 pub use volume::{Channel, MAX_CHANNELS, Volume};
 
+use spectra::rule::Certificate;
+
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::Result;
@@ -80,28 +82,26 @@ impl Plan {
 
     /// The certificate of a passband in words, a line for each light, for optical depths up to `depth`.
     pub fn certificate(&self, band: usize, depth: f64) -> Vec<String> {
-        let plan = &self.spectral.bands[band];
-        let shining = |light: usize| plan.sources[light].measure.total() > 0.0;
-        let words = |(light, c): (usize, spectra::rule::Certificate)| {
-            let (name, absolute, relative) = (&self.lights[light].name, c.absolute, c.relative);
-            format!("{name}: spectral error at most {absolute:.1e} of F(0), {relative:.1e} of F(a), for depths up to {:.3}", c.depth)
-        };
-        self.spectral.certify(band, depth).into_iter().enumerate().filter(|(light, _)| shining(*light)).map(words).collect()
+        self.certificates(band, depth).iter().map(|(light, c)| format!("{}: {}", self.lights[*light].name, in_words(c))).collect()
     }
 
     /// The certificate of the light that a passband's rule serves worst, in words.
     pub fn worst_certificate(&self, band: usize, depth: f64) -> String {
-        let shining = |light: &usize| self.spectral.bands[band].sources[*light].measure.total() > 0.0;
-        let certificates = self.spectral.certify(band, depth);
-        let worst = (0..certificates.len()).filter(shining).max_by(|a, b| certificates[*a].absolute.total_cmp(&certificates[*b].absolute));
-        let Some(worst) = worst else { return "no light shines in this band".into() };
-        let c = &certificates[worst];
-        let others = if certificates.len() > 1 {
-            format!(", worst of {} lights ({})", certificates.len(), self.lights[worst].name)
-        } else {
-            String::new()
+        let certificates = self.certificates(band, depth);
+        let Some((light, worst)) = certificates.iter().max_by(|a, b| a.1.absolute.total_cmp(&b.1.absolute)) else {
+            return "no light shines in this band".into();
         };
-        format!("spectral error at most {:.1e} of F(0), {:.1e} of F(a), for depths up to {:.3}{others}", c.absolute, c.relative, c.depth)
+        let others = match certificates.len() {
+            1 => String::new(),
+            count => format!(", worst of {count} lights ({})", self.lights[*light].name),
+        };
+        in_words(worst) + &others
+    }
+
+    /// Certificates of the lights that shine in a passband.
+    fn certificates(&self, band: usize, depth: f64) -> Vec<(usize, Certificate)> {
+        let shining = |light: usize| self.spectral.bands[band].sources[light].measure.total() > 0.0;
+        self.spectral.certify(band, depth).into_iter().enumerate().filter(|(light, _)| shining(*light)).collect()
     }
 
     /// The spatial error in words.
@@ -120,4 +120,8 @@ impl Plan {
     pub fn bytes(&self) -> u64 {
         self.space.bytes() + self.spectral.bytes()
     }
+}
+
+fn in_words(c: &Certificate) -> String {
+    format!("spectral error at most {:.1e} of F(0), {:.1e} of F(a), for depths up to {:.3}", c.absolute, c.relative, c.depth)
 }
