@@ -7,6 +7,7 @@ mod bricks;
 mod describe;
 pub mod near;
 mod pilot;
+mod planes;
 mod pyramid;
 pub mod segment;
 mod space;

@@ -106,7 +106,7 @@ fn march(space: &Space, spectral: &Spectral, lights: &[Light], ray: &Ray, per_vo
         let steps = ((far - near) / space.voxel_pc() * per_voxel).ceil().max(1.0) as usize;
         let dt = (far - near) / steps as f64;
         let mut before = Sample::at(space, ray, near, exact);
-        // A step that a star sees under a wide angle is marched in parts, as the back ends do.
+        // A step that is long beside its distance to a star is marched in parts, as the back ends do.
         let voxel = space.voxel_pc();
         let parts_of = |t: f64, star: &DVec3| {
             let foot = (*star - ray.origin).dot(ray.direction);

@@ -23,6 +23,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Volume;
+use super::planes::{Planes, mix};
 use super::star_depth::OPAQUE;
 use crate::control::Control;
 use crate::error::Result;
@@ -36,9 +37,7 @@ const FIRST_TIER: f64 = 8.0;
 const RAYS_PER_VOXEL: f64 = 1.0;
 /// A ray that comes in behind the last plane is followed so many intervals on; others never come in.
 const BEYOND: f64 = 3.0;
-/// Planes that are copied together: a line of memory holds sixteen values.
-const BLOCK: usize = 16;
-/// Rays or voxels in a row are more than this for a second thread to be worth waking.
+/// The fewest rows that a thread takes.
 const ROWS_TOGETHER: usize = 8;
 
 /// One pyramid: `axes` are those of u, v and w.
@@ -340,13 +339,6 @@ fn two_samples(rows: &[Vec<f32>; 2], samples: [(f64, f64); 2], i: usize) -> f32 
     sum
 }
 
-/// a + f (b − a), value by value.
-fn mix(out: &mut [f32], a: &[f32], b: &[f32], f: f32) {
-    for ((o, a), b) in out.iter_mut().zip(a).zip(b) {
-        *o = a + f * (b - a);
-    }
-}
-
 /// `cubic` on four rows.
 fn cubic_rows(out: &mut [f32], [a, b, c, d]: [&[f32]; 4], t: f32) {
     for i in 0..out.len() {
@@ -368,58 +360,4 @@ fn cubic(values: [f32; 4], t: f32) -> f32 {
 fn grazed(rays: [&[f32]; 4]) -> bool {
     let (low, high) = rays.iter().flat_map(|r| r.iter()).fold((f32::MAX, f32::MIN), |(l, h), d| (l.min(*d), h.max(*d)));
     low < -high.max(0.0)
-}
-
-/// The dust's planes along w, copied sixteen at a time, whichever way they lie in memory.
-struct Planes<'a> {
-    dust: &'a Grid,
-    axes: [usize; 3],
-    backwards: bool,
-    /// Number of the first plane in `block`.
-    first: usize,
-    /// plane × v × u.
-    block: Vec<f32>,
-}
-
-impl<'a> Planes<'a> {
-    fn new(dust: &'a Grid, axes: [usize; 3], sign: f64) -> Self {
-        Self { dust, axes, backwards: sign < 0.0, first: 0, block: Vec::new() }
-    }
-
-    /// σ on the plane at `w` [voxels of dust].
-    fn slab(&mut self, w: f64, out: &mut Vec<f32>) {
-        let [nu, nv, nw] = self.axes.map(|a| self.dust.lattice.dims[a]);
-        let low = (w as usize).min(nw - 1);
-        let high = (low + 1).min(nw - 1);
-        let held = self.block.len() / (nu * nv);
-        if low < self.first || high >= self.first + held {
-            self.first = if self.backwards { (high + 1).saturating_sub(BLOCK) } else { low };
-            self.copy(self.first, BLOCK.min(nw - self.first));
-        }
-        let plane = |k: usize| &self.block[(k - self.first) * nu * nv..][..nu * nv];
-        out.resize(nu * nv, 0.0);
-        mix(out, plane(low), plane(high), (w - low as f64) as f32);
-    }
-
-    fn copy(&mut self, first: usize, count: usize) {
-        let [nx, ny, _] = self.dust.lattice.dims;
-        let strides = [1, nx, nx * ny];
-        let [nu, nv, _] = self.axes.map(|a| self.dust.lattice.dims[a]);
-        let [du, dv, dw] = self.axes.map(|a| strides[a]);
-        let data = &self.dust.data;
-        self.block.resize(count * nu * nv, 0.0);
-        for v in 0..nv {
-            if dw == 1 {
-                for u in 0..nu {
-                    let line = &data[u * du + v * dv + first..][..count];
-                    line.iter().enumerate().for_each(|(k, value)| self.block[(k * nv + v) * nu + u] = *value);
-                }
-            } else {
-                for k in 0..count {
-                    let line = &data[v * dv + (first + k) * dw..][..nu];
-                    self.block[(k * nv + v) * nu..][..nu].copy_from_slice(line);
-                }
-            }
-        }
-    }
 }

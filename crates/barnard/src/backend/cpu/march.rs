@@ -5,18 +5,19 @@
 //!
 //!   ΔI = Σ_j Δτ ⟨1/r²⟩ w_j(θ) e^(−k_j ā) sinh(k_j y)/(k_j y),  a = τ + τ_ℓ
 //!
-//! A step that a star sees under a wide angle is marched in parts; what is close to a star comes in pieces from `plan::near`. Empty bricks are jumped over; a packet ends when what lies behind cannot
-//! change a pixel by a fiftieth of the accuracy.
+//! A step that is long beside its distance to a star is marched in parts; what is close to a star comes in pieces from `plan::near`. Empty bricks
+//! are jumped over; a packet ends when what lies behind cannot change a pixel by a fiftieth of the accuracy.
 
 use std::ops::Range;
 
 use glam::DVec3;
 use multiversion::multiversion;
 
+use super::borders::{Borders, Span};
 use super::double_integration;
 use super::segment::segment;
 use super::tables::{Scatterer, Tables, Terms};
-use crate::geometry::{Bounds, Ray};
+use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, Track, exp, lanes, largest};
 use crate::plan::near::{self, PART_DISTANCE};
 use crate::plan::{Channel, Plan, Stepping, Volume};
@@ -27,8 +28,7 @@ pub struct March<'a> {
     pub(super) tables: &'a Tables,
     pub(super) slots: Slots,
     pub(super) voxel_pc: f64,
-    /// Boxes of volumes that end within the occupied one.
-    inner_boxes: Vec<Bounds>,
+    borders: Borders,
     /// The dust without star depths beside it, for the double integration, which reads nothing else.
     dust_alone: Option<Volume>,
     /// Largest σ and largest density of each species.
@@ -72,9 +72,6 @@ const END_SHARE: f32 = 0.02;
 /// Depth from which on a look is worth its price.
 const END_DEPTH: f32 = 3.0;
 
-/// Where a part of each ray starts and ends [pc].
-type Span = ([f64; LANES], [f64; LANES]);
-
 /// A packet on its way.
 pub(super) struct State<'a> {
     rays: &'a [Ray; LANES],
@@ -93,8 +90,8 @@ pub(super) struct State<'a> {
 pub(super) struct StarView {
     pub(super) foot: Lane,
     pub(super) distance: Lane,
-    /// Steps that the star can see under a wide angle.
-    wide: Range<usize>,
+    /// Steps that may be long beside their distance to the star.
+    long: Range<usize>,
 }
 
 /// Where a segment starts and how long it is, in steps.
@@ -121,14 +118,15 @@ impl<'a> March<'a> {
             volume.fill(0, dust);
             volume
         });
-        let mut inner_boxes: Vec<Bounds> = Vec::new();
-        for volume in &plan.space.volumes {
-            let bounds = volume.lattice.bounds;
-            if !plan.space.occupied.is_none_or(|o| bounds.union(&o) == bounds) && !inner_boxes.contains(&bounds) {
-                inner_boxes.push(bounds);
-            }
+        Self {
+            plan,
+            tables,
+            slots,
+            voxel_pc: plan.space.voxel_pc(),
+            borders: Borders::new(&plan.space),
+            dust_alone,
+            brightest: (sigma, largest.collect()),
         }
-        Self { plan, tables, slots, voxel_pc: plan.space.voxel_pc(), inner_boxes, dust_alone, brightest: (sigma, largest.collect()) }
     }
 
     /// Radiance of a packet, band × lane, and the largest optical depth met.
@@ -144,7 +142,7 @@ impl<'a> March<'a> {
             sum: vec![[0.0; LANES]; terms],
             deepest: [0.0; LANES],
         };
-        let spans = self.spans(rays);
+        let spans = self.borders.spans(rays);
         let last = spans.len().saturating_sub(1);
         for (i, span) in spans.into_iter().enumerate() {
             state.final_span = i == last && self.tables.background.is_none();
@@ -161,23 +159,6 @@ impl<'a> March<'a> {
             }
         }
         (self.bands_of(&state), largest(&state.deepest))
-    }
-
-    /// The parts of the rays between the borders of all boxes: within one, a ray is inside or outside of each volume.
-    fn spans(&self, rays: &[Ray; LANES]) -> Vec<Span> {
-        let Some(occupied) = self.plan.space.occupied else { return Vec::new() };
-        let whole = rays.each_ref().map(|ray| occupied.clip(ray).unwrap_or((0.0, 0.0)));
-        let mut ends = vec![whole.map(|(near, _)| near), whole.map(|(_, far)| far)];
-        for inner in &self.inner_boxes {
-            let clipped = std::array::from_fn(|lane| {
-                let (low, high) = whole[lane];
-                let (near, far) = inner.clip(&rays[lane]).unwrap_or((high, high));
-                (near.clamp(low, high), far.clamp(low, high))
-            });
-            ends.extend([clipped.map(|(near, _): (f64, f64)| near), clipped.map(|(_, far)| far)]);
-        }
-        sort_lanes(&mut ends);
-        ends.windows(2).map(|pair| (pair[0], pair[1])).collect()
     }
 
     /// The sums with the background behind them, band by band.
@@ -203,15 +184,15 @@ impl<'a> March<'a> {
         let foot = |lane: usize| (place - state.rays[lane].origin).dot(state.rays[lane].direction);
         let foot_of = lanes(|lane| (foot(lane) - state.span.0[lane]) as f32);
         let distance = lanes(|lane| (place - state.rays[lane].at(foot(lane))).length() as f32);
-        let wide = |lane: usize| {
+        let long = |lane: usize| {
             let (b, dt) = (distance[lane], state.dt[lane]);
             let reach = ((dt / PART_DISTANCE as f32).powi(2) - b * b).max(0.0).sqrt();
             (dt > 0.0 && reach > 0.0).then(|| ((foot_of[lane] - reach) / dt, (foot_of[lane] + reach) / dt))
         };
-        let widest = (0..LANES).filter_map(wide).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let longest = (0..LANES).filter_map(long).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         // A step more at both ends, since the whole of it counts; negative numbers become zero.
-        let wide = widest.map_or(0..0, |(from, to)| (from - 1.0) as usize..(to + 2.0) as usize);
-        StarView { foot: foot_of, distance, wide }
+        let long = longest.map_or(0..0, |(from, to)| (from - 1.0) as usize..(to + 2.0) as usize);
+        StarView { foot: foot_of, distance, long }
     }
 
     /// In how many parts a step must be marched.
@@ -220,8 +201,8 @@ impl<'a> March<'a> {
             let dt = f64::from(state.dt[lane]);
             near::parts(f64::from(view.distance[lane]), f64::from(view.foot[lane]) - step as f64 * dt, dt, self.voxel_pc)
         };
-        let wide = views.iter().filter(|view| view.wide.contains(&step));
-        wide.flat_map(|view| (0..LANES).map(move |lane| of_lane(view, lane))).max().unwrap_or(1)
+        let near = views.iter().filter(|view| view.long.contains(&step));
+        near.flat_map(|view| (0..LANES).map(move |lane| of_lane(view, lane))).max().unwrap_or(1)
     }
 
     /// For each volume, one where a lane's span lies inside of it.
@@ -396,16 +377,4 @@ fn clear_steps(march: &March, tracks: &[Track], dt: &Lane, step: usize) -> usize
         clear_pc = clear_pc.min(fewest as f32 * bricks.lattice.voxel_pc().min_element() as f32);
     }
     (clear_pc / largest(dt).max(f32::MIN_POSITIVE)) as usize
-}
-
-/// Sorts each lane by itself, from near to far.
-fn sort_lanes(rows: &mut [[f64; LANES]]) {
-    for end in (1..rows.len()).rev() {
-        for i in 0..end {
-            for lane in 0..LANES {
-                let (a, b) = (rows[i][lane], rows[i + 1][lane]);
-                (rows[i][lane], rows[i + 1][lane]) = (a.min(b), a.max(b));
-            }
-        }
-    }
 }

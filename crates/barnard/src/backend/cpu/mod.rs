@@ -2,6 +2,7 @@
 //!
 //! A tile of 4 × 4 rays is one packet (`march`); packets share nothing, so the order in which threads take them does not matter.
 
+mod borders;
 mod double_integration;
 mod march;
 mod segment;

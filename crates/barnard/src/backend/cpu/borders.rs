@@ -1,0 +1,58 @@
+//! The borders that a packet's rays cross: of the occupied box, and of volumes that end within it.
+
+use crate::geometry::{Bounds, Ray};
+use crate::packet::LANES;
+use crate::plan::Space;
+
+/// Where a part of each ray starts and ends [pc].
+pub type Span = ([f64; LANES], [f64; LANES]);
+
+/// The boxes whose borders count.
+pub struct Borders {
+    occupied: Option<Bounds>,
+    /// Boxes of volumes that end within the occupied one.
+    inner: Vec<Bounds>,
+}
+
+impl Borders {
+    /// Of one space.
+    pub fn new(space: &Space) -> Self {
+        let mut inner: Vec<Bounds> = Vec::new();
+        for volume in &space.volumes {
+            let bounds = volume.lattice.bounds;
+            if !space.occupied.is_none_or(|o| bounds.union(&o) == bounds) && !inner.contains(&bounds) {
+                inner.push(bounds);
+            }
+        }
+        Self { occupied: space.occupied, inner }
+    }
+
+    /// The parts of the rays between the borders of all boxes: within one, a ray is inside or outside of each volume.
+    pub fn spans(&self, rays: &[Ray; LANES]) -> Vec<Span> {
+        let Some(occupied) = self.occupied else { return Vec::new() };
+        let whole = rays.each_ref().map(|ray| occupied.clip(ray).unwrap_or((0.0, 0.0)));
+        let mut ends = vec![whole.map(|(near, _)| near), whole.map(|(_, far)| far)];
+        for inner in &self.inner {
+            let clipped = std::array::from_fn(|lane| {
+                let (low, high) = whole[lane];
+                let (near, far) = inner.clip(&rays[lane]).unwrap_or((high, high));
+                (near.clamp(low, high), far.clamp(low, high))
+            });
+            ends.extend([clipped.map(|(near, _): (f64, f64)| near), clipped.map(|(_, far)| far)]);
+        }
+        sort_lanes(&mut ends);
+        ends.windows(2).map(|pair| (pair[0], pair[1])).collect()
+    }
+}
+
+/// Sorts each lane by itself, from near to far.
+fn sort_lanes(rows: &mut [[f64; LANES]]) {
+    for end in (1..rows.len()).rev() {
+        for i in 0..end {
+            for lane in 0..LANES {
+                let (a, b) = (rows[i][lane], rows[i + 1][lane]);
+                (rows[i][lane], rows[i + 1][lane]) = (a.min(b), a.max(b));
+            }
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! Planes of a grid across any of its axes, as the pyramids' sweeps read them.
+
+use crate::field::Grid;
+
+/// Planes that are copied together: a line of memory holds sixteen values.
+const BLOCK: usize = 16;
+
+/// The dust's planes along w, copied sixteen at a time, whichever way they lie in memory.
+pub struct Planes<'a> {
+    dust: &'a Grid,
+    axes: [usize; 3],
+    backwards: bool,
+    /// Number of the first plane in `block`.
+    first: usize,
+    /// plane × v × u.
+    block: Vec<f32>,
+}
+
+impl<'a> Planes<'a> {
+    /// Of `dust`, w being the last of `axes`; they will be asked for one after the other, towards `sign`.
+    pub fn new(dust: &'a Grid, axes: [usize; 3], sign: f64) -> Self {
+        Self { dust, axes, backwards: sign < 0.0, first: 0, block: Vec::new() }
+    }
+
+    /// σ on the plane at `w` [voxels of dust].
+    pub fn slab(&mut self, w: f64, out: &mut Vec<f32>) {
+        let [nu, nv, nw] = self.axes.map(|a| self.dust.lattice.dims[a]);
+        let low = (w as usize).min(nw - 1);
+        let high = (low + 1).min(nw - 1);
+        let held = self.block.len() / (nu * nv);
+        if low < self.first || high >= self.first + held {
+            self.first = if self.backwards { (high + 1).saturating_sub(BLOCK) } else { low };
+            self.copy(self.first, BLOCK.min(nw - self.first));
+        }
+        let plane = |k: usize| &self.block[(k - self.first) * nu * nv..][..nu * nv];
+        out.resize(nu * nv, 0.0);
+        mix(out, plane(low), plane(high), (w - low as f64) as f32);
+    }
+
+    fn copy(&mut self, first: usize, count: usize) {
+        let [nx, ny, _] = self.dust.lattice.dims;
+        let strides = [1, nx, nx * ny];
+        let [nu, nv, _] = self.axes.map(|a| self.dust.lattice.dims[a]);
+        let [du, dv, dw] = self.axes.map(|a| strides[a]);
+        let data = &self.dust.data;
+        self.block.resize(count * nu * nv, 0.0);
+        for v in 0..nv {
+            if dw == 1 {
+                for u in 0..nu {
+                    let line = &data[u * du + v * dv + first..][..count];
+                    line.iter().enumerate().for_each(|(k, value)| self.block[(k * nv + v) * nu + u] = *value);
+                }
+            } else {
+                for k in 0..count {
+                    let line = &data[v * dv + (first + k) * dw..][..nu];
+                    self.block[(k * nv + v) * nu..][..nu].copy_from_slice(line);
+                }
+            }
+        }
+    }
+}
+
+/// a + f (b − a), value by value.
+pub fn mix(out: &mut [f32], a: &[f32], b: &[f32], f: f32) {
+    for ((o, a), b) in out.iter_mut().zip(a).zip(b) {
+        *o = a + f * (b - a);
+    }
+}
