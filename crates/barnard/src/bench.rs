@@ -5,6 +5,7 @@ use std::time::Instant;
 use crate::backend::{cpu, reference};
 use crate::control::Control;
 use crate::error::Result;
+use crate::image::worst;
 use crate::plan::{Options, Plan, Stepping, sample_functions};
 use crate::scene::{Method, Scene};
 
@@ -41,7 +42,7 @@ pub fn table(
     let error_of = |plan: &Plan| -> Result<Option<f64>> {
         let Some(truth) = &truth else { return Ok(None) };
         let image = cpu::render(&scene, plan, control)?.0;
-        (0..truth.bands.len()).map(|b| Ok(image.relative_rmse(b, truth, b))).reduce(|a, b| Ok(f64::max(a?, b?))).transpose()
+        Ok(Some(worst((0..truth.bands.len()).map(|b| image.relative_rmse(b, truth, b)))))
     };
     let mut time = |name: String, plan: Plan, error: Option<f64>| -> Result<()> {
         let plan = Plan { camera: full.clone(), ..plan };

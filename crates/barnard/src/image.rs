@@ -106,9 +106,7 @@ impl Image {
 
     /// Relative rms difference of a band from one of `truth`, √Σ(a − b)² / √Σb²; zero where they are equal.
     pub fn relative_rmse(&self, band: usize, truth: &Self, truth_band: usize) -> f64 {
-        let squares: f64 = self.band(band).zip(truth.band(truth_band)).map(|(a, b)| (a - b).powi(2)).sum();
-        let size: f64 = truth.band(truth_band).map(|b| b * b).sum();
-        if squares == 0.0 { 0.0 } else { (squares / size).sqrt() }
+        relative_rms(self.band(band).zip(truth.band(truth_band)))
     }
 
     /// The values of one band, row by row.
@@ -116,6 +114,17 @@ impl Image {
         let size = self.width * self.height;
         (band * size..(band + 1) * size).map(|i| self.samples.at(i))
     }
+}
+
+/// Relative rms difference of pairs (a, b), √Σ(a − b)² / √Σb²; zero where they are equal, NaN where one is no number.
+pub(crate) fn relative_rms(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (squares, size) = pairs.fold((0.0, 0.0), |(squares, size), (a, b)| (squares + (a - b).powi(2), size + b * b));
+    if squares == 0.0 { 0.0 } else { (squares / size).sqrt() }
+}
+
+/// The largest of some errors; NaN where one is NaN.
+pub(crate) fn worst(errors: impl Iterator<Item = f64>) -> f64 {
+    errors.fold(0.0, |worst, error| if error <= worst || worst.is_nan() { worst } else { error })
 }
 
 /// Where black or white lies.

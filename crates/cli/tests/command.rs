@@ -219,6 +219,18 @@ fn wrong_units_and_values_are_named() {
 }
 
 #[test]
+fn keys_that_would_be_ignored_are_refused() {
+    let desk = Desk::new();
+    let magnitude = "luminosity = \"500 Lsun\"\ndistance = \"100 pc\"";
+    desk.with("luminosity = \"500 Lsun\"", magnitude).refuses_scene(&["\"distance\" goes with magnitude"]);
+    let wavelength = "luminosity = \"500 Lsun\"\nwavelength = \"500 nm\"";
+    desk.with("luminosity = \"500 Lsun\"", wavelength).refuses_scene(&["\"wavelength\" goes with spectral_luminosity"]);
+    desk.with("\"cloud.npy\"", "\"cloud.npy\"\narray = \"density\"").refuses_scene(&["without a name", "cloud.npy"]);
+    let phase = "albedo = 0.6\nphase = { kind = \"henyey_greenstein\", g = 0.5, g_file = \"g.csv\" }";
+    desk.with("albedo = 0.6", phase).refuses_scene(&["g_file", "not both"]);
+}
+
+#[test]
 fn bad_densities_are_counted() {
     let desk = Desk::new();
     desk.write("cloud.npy", &cloud(|i| if i % 100 == 7 { -1.0 } else { 1.0 }));

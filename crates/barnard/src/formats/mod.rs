@@ -124,7 +124,7 @@ pub fn check_memory(what: &str, bytes: u64, limit: u64) -> Result<()> {
     if bytes > limit {
         return Err(Error::Memory {
             what: what.to_owned(),
-            needed_mib: bytes >> 20,
+            needed_mib: bytes.div_ceil(1 << 20),
             limit_mib: limit >> 20,
             advice: "use a smaller grid or image, or raise the limit with --memory".into(),
         });

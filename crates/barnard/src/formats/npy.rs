@@ -17,6 +17,9 @@ pub(super) const WRITER: Writer =
     Writer { extension: "npy", summary: "NumPy array, bands x height x width, radiance in W m-2 sr-1", encode: |image, _| encode(image) };
 
 fn npy(request: &Request) -> Result<Array> {
+    if let Some(part) = request.part {
+        return Err(Error::file(request.path, format!("holds one array without a name; leave out array = \"{part}\"")));
+    }
     let (file, order) = open(request, request.bytes)?;
     let (shape, cells) = checked_shape(request, file.shape())?;
     let data = values(request, file, cells, request.bytes.len())?;

@@ -72,6 +72,9 @@ impl MeanCosine {
     /// From the key `g`, a file, or the law's own table.
     fn read(section: &Section, loader: &Loader, extinction: &Extinction) -> Result<Self> {
         if let Some(g) = section.number("g", -0.999..=0.999)? {
+            if section.has("g_file") {
+                return Err(section.error("g_file", "give either g or g_file, not both"));
+            }
             return Ok(MeanCosine::Constant(g));
         }
         if let Some(file) = section.text("g_file")? {

@@ -3,7 +3,6 @@
 //! Some rays of the image are marched in f64 with six steps a voxel and exact star depths; then with coarser steps and the baked depths, as the fast
 //! back ends do. The coarsest that keeps `accuracy` (relative rms over the pilots, worst band) is taken.
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::near::{self, NearPiece};
@@ -13,6 +12,7 @@ use super::{Options, Space, Spectral};
 use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::Ray;
+use crate::image::{relative_rms, worst};
 use crate::light::{Light, Path};
 use crate::scene::Scene;
 
@@ -90,12 +90,8 @@ pub fn choose(
 /// Largest relative rms over the bands.
 fn relative_error(values: &[Vec<f64>], truth: &[Vec<f64>]) -> f64 {
     let bands = truth.first().map_or(0, Vec::len);
-    let of_band = |b: usize| {
-        let difference: f64 = values.iter().zip(truth).map(|(v, t)| (v[b] - t[b]).powi(2)).sum();
-        let size: f64 = truth.iter().map(|t| t[b].powi(2)).sum();
-        if size > 0.0 { (difference / size).sqrt() } else { 0.0 }
-    };
-    (0..bands).map(of_band).fold(0.0, f64::max)
+    let of_band = |b: usize| relative_rms(values.iter().zip(truth).map(|(v, t)| (v[b], t[b])));
+    worst((0..bands).map(of_band))
 }
 
 /// Band radiances of one ray, marched as the fast back ends do, in f64.
@@ -108,13 +104,14 @@ fn march(space: &Space, spectral: &Spectral, lights: &[Light], ray: &Ray, per_vo
         let mut before = Sample::at(space, ray, near, exact);
         // A step that is long beside its distance to a star is marched in parts, as the back ends do.
         let voxel = space.voxel_pc();
-        let parts_of = |t: f64, star: &DVec3| {
+        let feet = space.stars.iter().map(|star| {
             let foot = (*star - ray.origin).dot(ray.direction);
-            near::parts((*star - ray.at(foot)).length(), foot - t, dt, voxel)
-        };
+            (foot, (*star - ray.at(foot)).length())
+        });
+        let feet: Vec<(f64, f64)> = feet.collect();
         let ends = (0..steps).flat_map(|i| {
             let t = near + i as f64 * dt;
-            let parts = space.stars.iter().map(|star| parts_of(t, star)).max().unwrap_or(1);
+            let parts = feet.iter().map(|(foot, distance)| near::parts(*distance, foot - t, dt, voxel)).max().unwrap_or(1);
             (1..=parts).map(move |part| t + dt * part as f64 / parts as f64)
         });
         let mut t0 = near;

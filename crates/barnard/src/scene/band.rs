@@ -96,7 +96,7 @@ pub(super) fn build(root: &Section, loader: &Loader) -> Result<Vec<Passband>> {
     for section in own {
         let make = build_kind_with("passband", KINDS, KEYS, &section, loader)?;
         let counting = section.wrap("counting", Counting::named(section.choice("counting", &["energy", "photon"])?.unwrap_or("energy")))?;
-        bands.push(section.wrap("name", make(section.need_text("name")?, counting))?);
+        bands.push(section.wrap("kind", make(section.need_text("name")?, counting))?);
     }
     for (i, band) in bands.iter().enumerate() {
         if bands[..i].iter().any(|b| b.name() == band.name()) {

@@ -101,6 +101,12 @@ impl<'a> Section<'a> {
         Err(self.error(key, format!("unknown key \"{key}\"{hint}; known: {}", known.join(", "))))
     }
 
+    /// Refuses `keys` that nothing would read here, since they go with `partner`.
+    pub fn refuse(&self, keys: &[&str], partner: &str) -> Result<()> {
+        let Some(key) = keys.iter().find(|k| self.has(k)) else { return Ok(()) };
+        Err(self.error(key, format!("\"{key}\" goes with {partner} only and would be ignored here; leave it out")))
+    }
+
     /// The error `message` about `key`.
     pub fn error(&self, key: &str, message: impl Into<String>) -> Error {
         let span = self.table.get_key_value(key).and_then(|(k, item)| k.span().or_else(|| item.span())).or_else(|| self.span.clone());

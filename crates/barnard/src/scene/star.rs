@@ -107,6 +107,12 @@ fn scale(section: &Section) -> Result<Scale> {
         let message = format!("a star needs exactly one of {}; it has {}", WAYS.join(", "), given.len());
         return Err(section.error(given.first().unwrap_or(&"luminosity"), message));
     };
+    if way != "spectral_luminosity" {
+        section.refuse(&["wavelength"], "spectral_luminosity")?;
+    }
+    if way != "magnitude" {
+        section.refuse(&["magnitude_band", "distance", "magnitude_system"], "magnitude")?;
+    }
     Ok(match way {
         "luminosity" => Scale::Luminosity(section.need_positive::<Luminosity>(way)?),
         "radius" => Scale::Radius(section.need_positive::<Length>(way)?),
