@@ -3,7 +3,7 @@
 use spectra::SpectraError;
 
 use crate::error::Result;
-use crate::{backend, builtin, camera, field, formats, phase};
+use crate::{backend, builtin, camera, field, formats, phase, scene};
 
 /// Rows of (name, summary).
 type Rows = Vec<(String, String)>;
@@ -25,7 +25,7 @@ fn rows<'a>(pairs: impl Iterator<Item = (&'a str, &'a str)>) -> Rows {
 /// All of them.
 pub const CATALOGUES: &[Catalogue] = &[
     Catalogue { name: "scenes", summary: "built-in scenes", rows: || rows(builtin::SCENES.iter().map(|s| (s.name, s.summary))) },
-    Catalogue { name: "methods", summary: "spectral rules", rows: || rows(spectra::rule::RULES.iter().map(|r| (r.name, r.summary))) },
+    Catalogue { name: "methods", summary: "spectral methods", rows: || rows(scene::methods().map(|m| (m.name, m.summary))) },
     Catalogue { name: "backends", summary: "what renders", rows: || rows(backend::BACKENDS.iter().map(|b| (b.name, b.summary))) },
     Catalogue { name: "laws", summary: "extinction laws", rows: || rows(spectra::extinction::LAWS.iter().map(|l| (l.name, l.summary))) },
     Catalogue { name: "phases", summary: "phase functions", rows: || rows(phase::KINDS.iter().map(|k| (k.name, k.summary))) },

@@ -9,6 +9,7 @@ pub mod builtin;
 pub mod camera;
 pub mod catalogue;
 pub mod control;
+mod counter;
 pub mod error;
 pub mod field;
 pub mod formats;

@@ -16,6 +16,7 @@ use spectra::spectrum::Spectrum;
 use spectra::units::Temperature;
 
 use crate::camera::{Camera, Projection};
+use crate::counter::Counter;
 use crate::error::{Error, Result};
 use crate::geometry::Ray;
 use crate::light::{Light, Path};
@@ -175,21 +176,6 @@ fn field_star(field: &StarField, cell: u64, random: &mut Counter) -> (DVec3, f64
         pick < 0.0
     });
     (direction, magnitude, class.unwrap_or(CLASSES.len() - 1))
-}
-
-/// Numbers in [0, 1) by (seed, cell, count): SplitMix64 (Steele, Lea & Flood 2014).
-struct Counter(u64);
-
-impl Counter {
-    fn new(seed: u64, cell: u64) -> Self {
-        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ cell.wrapping_mul(0xd134_2543_de82_ef95))
-    }
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
 }
 
 /// A Poisson number: by inversion where the mean is small, by its normal limit where it is large.

@@ -25,6 +25,9 @@ pub struct SceneArgs {
     /// Fixed number of samples a ray, for comparisons
     #[arg(long, value_name = "N")]
     pub steps: Option<usize>,
+    /// Fixed number of nodes, intervals, elements or samples of the method, for comparisons
+    #[arg(long, value_name = "N")]
+    pub count: Option<usize>,
     /// Size of the image, such as 1920x1080
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(usize, usize)>,
@@ -91,6 +94,12 @@ impl SceneArgs {
                 bail!("--steps {steps} lies outside of 1 to {MAX_STEPS}");
             }
             method.steps = Some(steps);
+        }
+        if let Some(count) = self.count {
+            if !(1..=4096).contains(&count) {
+                bail!("--count {count} lies outside of 1 to 4096");
+            }
+            method.settings.count = Some(count);
         }
         Ok(method)
     }

@@ -149,6 +149,9 @@ fn the_same_bits_on_one_thread_and_on_many() {
 #[test]
 fn every_method_renders() {
     let desk = Desk::new();
+    // A closed form holds for one law alone.
+    desk.refuses(&["render", "scene.toml", "-o", "m.npy", "--method", "analytic"], &["inverse_wavelength"]);
+    desk.with("fitzpatrick99", "inverse_wavelength");
     assert!(desk.run(&["render", "scene.toml", "-o", "truth.npy", "--backend", "reference"]).status.success());
     let list = desk.run(&["list", "methods", "--json"]);
     let names: Vec<String> = String::from_utf8(list.stdout)
@@ -160,7 +163,12 @@ fn every_method_renders() {
     for name in names {
         let output = desk.run(&["render", "scene.toml", "--method", &name, "-o", "m.npy"]);
         assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
-        let tolerance = if name == "fixed_wavelength" { "0.2" } else { "0.01" };
+        // One wavelength is no spectrum, and four random ones are noisy; analytic fits real filters with a polynomial.
+        let tolerance = match name.as_str() {
+            "fixed_wavelength" => "0.2",
+            "sampled" => "0.05",
+            _ => "0.01",
+        };
         let compared = desk.run(&["compare", "m.npy", "truth.npy", "--tolerance", tolerance]);
         assert!(compared.status.success(), "{name}: {}", String::from_utf8_lossy(&compared.stdout));
     }

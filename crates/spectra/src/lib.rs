@@ -3,12 +3,15 @@
 //! Arrows only go down: nothing here knows of scenes, grids or images. Catalogues are tables of data; a new law, spectrum, passband or rule is
 //! one file and one row.
 
+pub mod basis;
 pub mod colour;
 pub mod constants;
 pub mod error;
+pub mod exp_integral;
 pub mod extinction;
 pub mod nebular;
 pub mod passband;
+pub mod polynomial;
 pub mod quadrature;
 pub mod rule;
 pub mod sed;

@@ -29,6 +29,18 @@ pub fn exp(x: f32) -> f32 {
     f32::from_bits(p.to_bits().wrapping_add(rounded.to_bits() << 23))
 }
 
+/// ln x for x > 0: the exponent's bits, and 2 atanh((m − 1)/(m + 1)) of a mantissa between √½ and √2, relative error 2e-7.
+#[inline(always)]
+pub fn ln(x: f32) -> f32 {
+    let bits = x.to_bits().wrapping_sub(std::f32::consts::FRAC_1_SQRT_2.to_bits());
+    let exponent = (bits as i32 >> 23) as f32;
+    let mantissa = f32::from_bits((bits & 0x007f_ffff).wrapping_add(std::f32::consts::FRAC_1_SQRT_2.to_bits()));
+    let s = (mantissa - 1.0) / (mantissa + 1.0);
+    let s2 = s * s;
+    let series = fma(s2, fma(s2, fma(s2, fma(s2, 1.0 / 9.0, 1.0 / 7.0), 1.0 / 5.0), 1.0 / 3.0), 1.0);
+    fma(exponent, std::f32::consts::LN_2, 2.0 * s * series)
+}
+
 /// sinh(y)/y for |y| ≤ [`SERIES_LIMIT`], error 2e-6.
 #[inline(always)]
 pub fn sinhc(y2: f32) -> f32 {
@@ -77,6 +89,15 @@ mod tests {
     use super::*;
 
     #[test]
+    fn ln_is_ln() {
+        for i in 0..200_000 {
+            let x = 10f32.powf(-30.0 + 60.0 * i as f32 / 200_000.0);
+            let truth = f64::from(x).ln();
+            assert!((f64::from(ln(x)) - truth).abs() <= 3e-7 * truth.abs().max(1.0), "{x}");
+        }
+    }
+
+    #[test]
     fn exp_is_exp() {
         for i in -8700..=4000 {
             let x = 0.01 * i as f32;
@@ -86,13 +107,13 @@ mod tests {
         assert!(exp(-1000.0) < 2e-38 && exp(0.0) <= 1.0 + 2e-7);
     }
 
-    /// The twin of `plan::segment::mean_transmittance`.
+    /// The twin of `spectra::rule::mean_transmittance`.
     #[test]
     fn mean_transmittance_is_its_twin() {
         for i in 0..60 {
             for j in 0..60 {
                 let (a, b) = (0.21 * i as f64, 0.17 * j as f64);
-                let truth = crate::plan::segment::mean_transmittance(a, b);
+                let truth = spectra::rule::mean_transmittance(a, b);
                 let value = f64::from(mean_transmittance((0.5 * (a + b)) as f32, (0.5 * (b - a)) as f32));
                 assert!((value / truth - 1.0).abs() < 6e-6, "{a} {b}: {value} {truth}");
             }

@@ -1,9 +1,11 @@
 //! Packets of rays: the arithmetic and the reads that the star depths and the march share.
 
+mod exp_integral;
 mod fetch;
 mod lane;
 mod track;
 
+pub use exp_integral::scaled_exp_integrals;
 pub use fetch::Cursor;
 pub use lane::{LANES, Lane, SERIES_LIMIT, exp, fma, lanes, largest, mean_transmittance, sinhc};
 pub use track::Track;

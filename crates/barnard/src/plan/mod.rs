@@ -30,7 +30,7 @@ use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::Result;
 use crate::light::Light;
-use crate::scene::{Method, Scene};
+use crate::scene::{Method, Scene, StarDepth};
 
 /// What a user may decide beside the scene.
 #[derive(Debug, Clone)]
@@ -58,6 +58,9 @@ pub struct Plan {
     pub star_march: Option<usize>,
 }
 
+/// Samples a ray of the deck.
+pub const DECK_STEPS: usize = 100;
+
 /// How far a ray's samples are apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stepping {
@@ -74,11 +77,13 @@ impl Plan {
         let mut space = Space::new(scene, options, control)?;
         space.check_stars(scene)?;
         let spectral = Arc::new(Spectral::new(scene, &lights, options, space.reach(&scene.camera))?);
-        let stepping = match options.method.steps {
+        let marched = options.method.entry.star_depth == StarDepth::Marched;
+        let star_march = marched.then(|| options.method.steps.unwrap_or(DECK_STEPS));
+        let stepping = match options.method.steps.or(star_march) {
             Some(n) => Stepping::Fixed(n),
             None => Stepping::PerVoxel(pilot::choose(scene, &lights, &spectral, &mut space, options, control)?),
         };
-        Ok(Self { camera: scene.camera.clone(), lights, space: Arc::new(space), spectral, stepping, star_march: None })
+        Ok(Self { camera: scene.camera.clone(), lights, space: Arc::new(space), spectral, stepping, star_march })
     }
 
     /// The certificate of a passband in words, a line for each light, for optical depths up to `depth`.

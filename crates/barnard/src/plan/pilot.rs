@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::near::{self, NearPiece};
-use super::segment::{mean_inverse_square, mean_transmittance};
+use super::segment::mean_inverse_square;
 use super::volume::Channel;
 use super::{Options, Space, Spectral};
 use crate::control::Control;
@@ -129,7 +129,7 @@ fn march(space: &Space, spectral: &Spectral, lights: &[Light], ray: &Ray, per_vo
                     Path::Emitted { species } => {
                         let density = 0.5 * dt * (before.emission[species] + after.emission[species]);
                         if density > 0.0 {
-                            add(spectral, light, &mut bands, |k, w| density * w * mean_transmittance(k * tau, k * (tau + growth)));
+                            add(spectral, light, density, (tau, tau + growth), &mut bands);
                         }
                     }
                     _ => {}
@@ -165,28 +165,21 @@ fn scatter((space, spectral): (&Space, &Spectral), (light, star): (usize, usize)
     let reach = near::NEAR_VOXELS * space.voxel_pc();
     if product < reach * reach || b * (t1 - t0) > near::NEAR_ANGLE * product {
         near::pieces(space, position, ray, (t0, t1), (tau, growth), |NearPiece { scattering, depth, cosine }| {
-            add_scattered(spectral, light, cosine, bands, |k, w| scattering * w * (-k * depth).exp());
+            add(spectral, light, scattering * spectral.phase_factor(cosine), (depth, depth), bands);
         });
         return;
     }
     let scattering = growth * mean_inverse_square(b, u0, u1);
     let middle = ray.at(0.5 * (t0 + t1)) - position;
     let cosine = -middle.normalize_or_zero().dot(ray.direction);
-    add_scattered(spectral, light, cosine, bands, |k, w| scattering * w * mean_transmittance(k * depths.0, k * depths.1));
+    add(spectral, light, scattering * spectral.phase_factor(cosine), depths, bands);
 }
 
-/// Adds `f(k, weight)` over the nodes of every band; a lookup counts as its mean extinction.
-fn add(spectral: &Spectral, light: usize, bands: &mut [f64], f: impl Fn(f64, f64) -> f64) {
+/// Adds so much light to every band, fallen by the rule's mean over the depths.
+fn add(spectral: &Spectral, light: usize, amount: f64, depths: (f64, f64), bands: &mut [f64]) {
     for (band, plan) in bands.iter_mut().zip(&spectral.bands) {
-        for (k, w) in plan.nodes_of(light) {
-            *band += f(k, w);
-        }
+        *band += amount * plan.rule.mean(light, depths);
     }
-}
-
-fn add_scattered(spectral: &Spectral, light: usize, cosine: f64, bands: &mut [f64], f: impl Fn(f64, f64) -> f64) {
-    let phase = spectral.phase_factor(cosine);
-    add(spectral, light, bands, |k, w| phase * f(k, w));
 }
 
 /// What a place holds.

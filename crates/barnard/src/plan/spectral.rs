@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use spectra::passband::Passband;
-use spectra::rule::{self, BandProblem, BandRule, Form, Node, Source};
+use spectra::rule::{BandProblem, BandRule, Node, Source};
 
 use super::Options;
 use crate::error::Result;
@@ -15,7 +15,7 @@ use crate::scene::Scene;
 /// The rules of all passbands.
 #[derive(Debug)]
 pub struct Spectral {
-    /// The spectral rule's name.
+    /// The method's name.
     pub method: &'static str,
     /// The accuracy it was asked for [1].
     pub accuracy: f64,
@@ -71,7 +71,9 @@ impl Spectral {
     pub fn new(scene: &Scene, lights: &[Light], options: &Options, depth: f64) -> Result<Self> {
         let method = &options.method;
         let law = law(scene)?;
-        let entry = rule::rule(method.name)?;
+        let settings = &method.settings;
+        let ends = scene.bands.iter().map(Passband::support_um);
+        let common_um = ends.fold((f64::MAX, 0.0), |(low, high): (f64, f64), (l, h)| (low.min(l), high.max(h)));
         let phase = scene.dust.as_ref().map(|d| d.phase.clone());
         let bands = scene
             .bands
@@ -80,19 +82,20 @@ impl Spectral {
                 let sources: Vec<Source> = lights.iter().map(|light| source(scene, light, band, &law)).collect();
                 let k = |l: f64| law.k(l);
                 let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
-                if let (Some(dust), Some((low, high))) = (&scene.dust, method.domain_um) {
+                if let (Some(dust), Some((low, high))) = (&scene.dust, settings.domain_um) {
                     dust.extinction.check("the method's domain", low, high)?;
                 }
                 let problem = BandProblem {
                     sources: &sources,
-                    domain_um: method.domain_um.unwrap_or(band.support_um()),
+                    domain_um: settings.domain_um.unwrap_or(band.support_um()),
+                    common_um: settings.domain_um.unwrap_or(common_um),
                     pivot,
                     k: &k,
                     depth,
                     accuracy: method.accuracy,
-                    count: method.count,
+                    settings,
                 };
-                let rule = (entry.solve)(&problem)?;
+                let rule = (method.entry.rule.solve)(&problem)?;
                 Ok(BandPlan { band: band.clone(), sources, rule })
             })
             .collect::<Result<Vec<BandPlan>>>()?;
@@ -100,7 +103,7 @@ impl Spectral {
         let anisotropic = phase.filter(|p| !p.is_isotropic());
         let table = anisotropic.as_ref().map(|p| phase_table(&**p, lights, &bands, pivot, method.accuracy));
         Ok(Self {
-            method: entry.name,
+            method: method.entry.name,
             accuracy: method.accuracy,
             bands,
             phase: table,
@@ -127,28 +130,14 @@ impl Spectral {
 }
 
 impl BandPlan {
-    /// How many exponentials a sample of this band costs.
+    /// How many terms a sample of this band costs.
     pub fn terms(&self) -> usize {
-        match &self.rule.form {
-            Form::Nodes { nodes, .. } => nodes.len(),
-            Form::Lookup(_) => 1,
-        }
-    }
-
-    /// (k, weight) of a light's nodes; a lookup counts as one node of its mean extinction near zero.
-    pub fn nodes_of(&self, light: usize) -> Vec<(f64, f64)> {
-        match &self.rule.form {
-            Form::Nodes { nodes, weights } => nodes.iter().map(|n| n.k).zip(weights[light].iter().copied()).collect(),
-            Form::Lookup(tables) => vec![((tables[light].log[0] - tables[light].log[1]) / tables[light].step, tables[light].scale)],
-        }
+        self.rule.form.decay().terms()
     }
 
     /// The weights of each term for a light whose W carries one more factor.
-    fn weights_with(&self, light: usize, f: impl Fn(f64) -> f64) -> Vec<f64> {
-        match &self.rule.form {
-            Form::Nodes { .. } => self.rule.weights_with(light, &self.sources[light], f),
-            Form::Lookup(_) => vec![self.sources[light].measure.reweighted(f).total()],
-        }
+    fn weights_with(&self, light: usize, factor: impl Fn(f64) -> f64) -> Vec<f64> {
+        self.rule.form.decay().weights_with(light, &self.sources[light], &factor)
     }
 }
 

@@ -60,7 +60,7 @@ pub fn manual() -> String {
     catalogue(&mut page, "Palettes", spectra::colour::PALETTES.iter().map(|p| (p.name, p.summary)));
     catalogue(&mut page, "Stretches", spectra::colour::STRETCHES.iter().map(|s| (s.name, s.summary)));
     plain(&mut page, "[method]", "How spectral integrals are done.", method::KEYS);
-    catalogue(&mut page, "Spectral rules", spectra::rule::RULES.iter().map(|r| (r.name, r.summary)));
+    catalogue(&mut page, "Methods", method::methods().map(|m| (m.name, m.summary)));
     page
 }
 

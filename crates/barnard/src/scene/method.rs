@@ -1,22 +1,68 @@
 //! The `[method]` table: how spectral integrals are done, and how exact.
 
-use spectra::rule;
+use spectra::basis::CRITERIA;
+use spectra::polynomial::MAX_DEGREE;
+use spectra::rule::{RULES, RuleEntry, Settings};
 use spectra::units::Wavelength;
 
 use super::{Key, Section};
 use crate::error::Result;
 
+/// One row of the catalogue: a spectral rule and where star depths come from.
+#[derive(Clone, Copy)]
+pub struct MethodEntry {
+    /// Its name in scenes and on the command line.
+    pub name: &'static str,
+    /// One line.
+    pub summary: &'static str,
+    /// How the spectral integrals are done.
+    pub rule: &'static RuleEntry,
+    /// Where star depths come from.
+    pub star_depth: StarDepth,
+}
+
+/// Where the optical depth from a star to a sample comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StarDepth {
+    /// From a grid that is made once.
+    Cached,
+    /// Marched again at every sample.
+    Marched,
+}
+
+impl std::fmt::Debug for MethodEntry {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl PartialEq for MethodEntry {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+/// All methods, the default first: every spectral rule over cached star depths, and the deck's form of one of them.
+pub fn methods() -> impl Iterator<Item = MethodEntry> {
+    let cached = |rule: &'static RuleEntry| MethodEntry { name: rule.name, summary: rule.summary, rule, star_depth: StarDepth::Cached };
+    let marched = |rule: &'static RuleEntry| MethodEntry {
+        name: "double_integration",
+        summary: "newton with the star depth marched again at every sample: the deck's baseline",
+        rule,
+        star_depth: StarDepth::Marched,
+    };
+    RULES.iter().map(cached).chain(RULES.iter().filter(|r| r.name == "newton").map(marched))
+}
+
 /// How the spectral integrals are done.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Method {
-    /// The spectral rule's name.
-    pub name: &'static str,
+    /// The method.
+    pub entry: MethodEntry,
     /// Allowed error relative to F(0), and of the image relative to its rms [1].
     pub accuracy: f64,
-    /// A fixed number of nodes a band.
-    pub count: Option<usize>,
-    /// The domain D of rules that work in λ [µm]; each band's own support otherwise.
-    pub domain_um: Option<(f64, f64)>,
+    /// What is fixed of the rule.
+    pub settings: Settings,
     /// A fixed number of samples a ray.
     pub steps: Option<usize>,
     /// Voxels along the longest edge of a baked function; by the field's finest structure otherwise.
@@ -31,32 +77,47 @@ pub const DEFAULT_ACCURACY: f64 = 1e-3;
 
 impl Default for Method {
     fn default() -> Self {
-        Self { name: rule::RULES[0].name, accuracy: DEFAULT_ACCURACY, count: None, domain_um: None, steps: None, bake: None }
+        let entry = MethodEntry { name: RULES[0].name, summary: RULES[0].summary, rule: &RULES[0], star_depth: StarDepth::Cached };
+        Self { entry, accuracy: DEFAULT_ACCURACY, settings: Settings::default(), steps: None, bake: None }
     }
 }
 
 impl Method {
-    /// The rule called `name` in place of this one's.
+    /// The method called `name` in place of this one's.
     pub fn with_name(mut self, name: &str) -> spectra::Result<Self> {
-        self.name = rule::rule(name)?.name;
+        let known: Vec<&str> = methods().map(|m| m.name).collect();
+        self.entry = methods().find(|m| m.name == name).ok_or_else(|| spectra::SpectraError::unknown("method", name, &known))?;
         Ok(self)
     }
 }
 
 pub(super) const KEYS: &[Key] = &[
-    Key::optional("name", "text", "band_quadrature", "spectral rule"),
+    Key::optional("name", "text", "band_quadrature", "see `barnard list methods`"),
     Key::optional(
         "accuracy",
         "number",
         "0.001",
         "allowed error: spectral relative to the light without extinction, spatial relative to the image's rms",
     ),
-    Key::optional("count", "integer", "chosen by accuracy", "fixed number of nodes a band, for comparisons"),
+    Key::optional(
+        "count",
+        "integer",
+        "chosen by accuracy",
+        "fixed number of nodes, intervals, elements or samples a band, for comparisons",
+    ),
     Key::optional(
         "domain",
         "list of texts",
-        "each band's own",
-        "wavelengths between which newton and gauss_legendre place their points, such as [\"300 nm\", \"1 um\"]",
+        "each band's own (projection: that of all bands)",
+        "wavelengths between which newton, gauss_legendre, preintegrated, analytic and projection work, such as [\"300 nm\", \"1 um\"]",
+    ),
+    Key::optional("degree", "integer", "5", "degree of the polynomials that stand for spectra in analytic"),
+    Key::optional("range", "number", "what the scene reaches", "largest optical depth that the basis of projection is made for"),
+    Key::optional(
+        "criterion",
+        "text",
+        "mean",
+        "what the exponents of projection minimise over the range: the mean error, the largest, or the mean weighted by each filter",
     ),
     Key::optional("steps", "integer", "chosen by accuracy", "fixed number of samples a ray, for comparisons"),
     Key::optional(
@@ -71,7 +132,6 @@ pub(super) fn build(section: Option<&Section>) -> Result<Method> {
     let Some(section) = section else { return Ok(Method::default()) };
     let keys: Vec<&str> = KEYS.iter().map(|k| k.name).collect();
     section.check_keys(&keys)?;
-    let name = section.wrap("name", rule::rule(section.text("name")?.unwrap_or(rule::RULES[0].name)))?.name;
     let domain_um = match section.texts("domain")? {
         None => None,
         Some(ends) => {
@@ -85,12 +145,25 @@ pub(super) fn build(section: Option<&Section>) -> Result<Method> {
             Some((low.0, high.0))
         }
     };
-    Ok(Method {
-        name,
-        accuracy: section.number("accuracy", 1e-9..=0.5)?.unwrap_or(DEFAULT_ACCURACY),
+    let names = CRITERIA.map(|(name, _)| name);
+    let criterion = section.choice("criterion", &names)?.unwrap_or(names[0]);
+    let defaults = Settings::default();
+    let settings = Settings {
         count: section.integer("count", 1..=4096)?.map(|n| n as usize),
         domain_um,
+        degree: section.integer("degree", 0..=MAX_DEGREE as i64)?.map_or(defaults.degree, |n| n as usize),
+        range: section.number("range", 1e-6..=1e6)?,
+        criterion: CRITERIA.iter().find(|c| c.0 == criterion).map_or(defaults.criterion, |c| c.1),
+    };
+    let method = Method {
+        accuracy: section.number("accuracy", 1e-9..=0.5)?.unwrap_or(DEFAULT_ACCURACY),
+        settings,
         steps: section.integer("steps", 1..=MAX_STEPS)?.map(|n| n as usize),
         bake: section.integer("bake", 4..=2048)?.map(|n| n as usize),
-    })
+        ..Method::default()
+    };
+    match section.text("name")? {
+        Some(name) => section.wrap("name", method.with_name(name)),
+        None => Ok(method),
+    }
 }

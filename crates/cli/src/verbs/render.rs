@@ -68,8 +68,8 @@ impl Render {
     }
 
     fn on_reference(&self, scene: &Scene) -> anyhow::Result<Image> {
-        if self.scene.method.is_some() || self.scene.steps.is_some() {
-            bail!("--method and --steps belong to --backend cpu; the reference is adaptive and takes --accuracy alone");
+        if self.scene.method.is_some() || self.scene.steps.is_some() || self.scene.count.is_some() {
+            bail!("--method, --count and --steps belong to --backend cpu; the reference is adaptive and takes --accuracy alone");
         }
         let control = progress::control()?;
         let start = Instant::now();
@@ -108,7 +108,7 @@ fn on_cpu(scene: &Scene, options: &Options) -> anyhow::Result<Image> {
     for (band, name) in image.bands.iter().enumerate().map(|(b, band)| (b, &band.name)) {
         say!("{name}: {}", plan.worst_certificate(band, findings.depth));
     }
-    if let Some((key, value)) = plan.spatial_note() {
+    for (key, value) in plan.spatial_note().into_iter().chain(findings.negative_note()) {
         say!("{key}: {value}");
     }
     Ok(image)

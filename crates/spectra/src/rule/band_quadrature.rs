@@ -9,7 +9,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{BandProblem, BandRule, Measure, Node, RuleEntry, Weighting};
+use super::nodes::Weighting;
+use super::{BandProblem, BandRule, Measure, Node, Nodes, RuleEntry};
 use crate::error::Result;
 use crate::quadrature::{gauss_of_measure, non_negative_least_squares};
 
@@ -25,7 +26,7 @@ const SHARE: f64 = 0.3;
 const TILTS: [f64; 4] = [0.0, 0.5, 1.5, 4.0];
 
 fn solve(problem: &BandProblem) -> Result<BandRule> {
-    let counts = match problem.count {
+    let counts = match problem.settings.count {
         Some(n) => n..=n,
         None => 1..=MAX_NODES,
     };
@@ -62,7 +63,7 @@ fn with_nodes(problem: &BandProblem, n: usize, t: f64) -> BandRule {
             }
         })
         .collect();
-    BandRule::at_nodes(problem, nodes, weights, weighting)
+    Nodes::rule(problem, nodes, weights, weighting)
 }
 
 /// Gauss nodes of the sum of all sources, each normalised.

@@ -2,7 +2,8 @@
 //!
 //! F(a) ≈ F(0) e^(−a k(λ_p)),  λ_p the pivot of the passband. What a renderer without spectra does; its certificate shows the price.
 
-use super::{BandProblem, BandRule, RuleEntry, Weighting};
+use super::nodes::Weighting;
+use super::{BandProblem, Nodes, RuleEntry};
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "fixed_wavelength",
@@ -10,6 +11,6 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
     solve: |problem: &BandProblem| {
         let weights = problem.sources.iter().map(|s| vec![s.measure.total()]).collect();
         let weighting = vec![Weighting::AtNodes; problem.sources.len()];
-        Ok(BandRule::at_nodes(problem, vec![problem.pivot], weights, weighting))
+        Ok(Nodes::rule(problem, vec![problem.pivot], weights, weighting))
     },
 };

@@ -14,7 +14,7 @@ const MAX_NODES: usize = 128;
 
 fn solve(problem: &BandProblem) -> Result<BandRule> {
     let of = |n: usize| with_panels(problem, 1, &gauss_legendre(n));
-    if let Some(n) = problem.count {
+    if let Some(n) = problem.settings.count {
         return Ok(of(n));
     }
     let mut n = 2;

@@ -3,7 +3,7 @@
 //! ln F(a) is concave-up and smooth; it is tabulated at equal steps of a and taken linear between: in an interval the medium is grey
 //! with the local mean extinction −d ln F/da. The number of entries doubles until `accuracy` is kept.
 
-use super::{BandProblem, BandRule, Form, Measure, RuleEntry, Weighting};
+use super::{BandProblem, BandRule, Decay, Form, Measure, RuleEntry, Source, mean_transmittance};
 use crate::error::Result;
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
@@ -15,13 +15,42 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
 const MIN_ENTRIES: usize = 64;
 const MAX_ENTRIES: usize = 1 << 14;
 
+/// A table for each source; one term.
+#[derive(Debug, Clone)]
+pub struct Lookup {
+    /// ln F of each source.
+    pub tables: Vec<DepthTable>,
+    /// F(0), source × 1.
+    weights: Vec<[f64; 1]>,
+}
+
+impl Decay for Lookup {
+    fn terms(&self) -> usize {
+        1
+    }
+
+    fn weights(&self, s: usize) -> &[f64] {
+        &self.weights[s]
+    }
+
+    /// A table knows a further factor only by its mean.
+    fn weights_with(&self, _: usize, source: &Source, factor: &dyn Fn(f64) -> f64) -> Vec<f64> {
+        vec![source.measure.reweighted(factor).total()]
+    }
+
+    /// In a short course the medium is grey with the local mean extinction.
+    fn mean(&self, s: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
+        let (log, slope) = self.tables[s].at(0.5 * (from + to));
+        let y = 0.5 * slope * (to - from);
+        weights[0] * log.exp() * mean_transmittance(-y, y)
+    }
+}
+
 /// ln F at equal steps of optical depth.
 #[derive(Debug, Clone)]
 pub struct DepthTable {
     /// Step of the depth [1].
     pub step: f64,
-    /// F(0), in the unit of F.
-    pub scale: f64,
     /// ln (F(a)/F(0)) at a = 0, step, 2 step … [1].
     pub log: Vec<f64>,
 }
@@ -31,14 +60,15 @@ impl DepthTable {
         let scale = measure.total();
         let step = depth.max(1e-3) / (entries - 1) as f64;
         let log = (0..entries).map(|i| ratio(measure.at(step * i as f64), scale).ln()).collect();
-        Self { step, scale, log }
+        Self { step, log }
     }
 
-    /// F(a); beyond the last entry the last slope goes on.
-    pub fn at(&self, depth: f64) -> f64 {
+    /// ln (F(a)/F(0)) and its slope; beyond the last entry the last slope goes on.
+    pub fn at(&self, depth: f64) -> (f64, f64) {
         let x = depth / self.step;
         let i = (x as usize).min(self.log.len() - 2);
-        self.scale * (self.log[i] + (x - i as f64) * (self.log[i + 1] - self.log[i])).exp()
+        let rise = self.log[i + 1] - self.log[i];
+        (self.log[i] + (x - i as f64) * rise, rise / self.step)
     }
 }
 
@@ -50,14 +80,12 @@ fn ratio(value: f64, scale: f64) -> f64 {
 fn solve(problem: &BandProblem) -> Result<BandRule> {
     let of = |entries: usize| {
         let tables = problem.sources.iter().map(|s| DepthTable::new(&s.measure, problem.depth, entries)).collect();
-        let mut rule =
-            BandRule { form: Form::Lookup(tables), weighting: vec![Weighting::AtNodes; problem.sources.len()], certificates: Vec::new() };
-        rule.certificates = rule.certify(problem.sources, problem.depth);
-        rule
+        let weights = problem.sources.iter().map(|s| [s.measure.total()]).collect();
+        BandRule::certified(problem, Form::Lookup(Lookup { tables, weights }))
     };
-    let mut entries = problem.count.unwrap_or(MIN_ENTRIES).max(2);
+    let mut entries = problem.settings.count.unwrap_or(MIN_ENTRIES).max(2);
     let mut rule = of(entries);
-    while problem.count.is_none() && rule.worst() > problem.accuracy && entries < MAX_ENTRIES {
+    while problem.settings.count.is_none() && rule.worst() > problem.accuracy && entries < MAX_ENTRIES {
         entries *= 2;
         rule = of(entries);
     }

@@ -10,28 +10,41 @@
 //! A rule serves one passband and all sources that shine through it. Rules of the nodes family share their nodes k_j between the sources,
 //! so that a node is monochromatic transport: F_s(a) ≈ Σ_j w_sj e^(−a k_j). A rule is one file and one row of [`RULES`].
 
+mod analytic;
 mod band_quadrature;
 mod certificate;
 mod fixed_wavelength;
 mod gauss_legendre;
 mod lookup;
 mod newton;
+mod nodes;
+mod preintegrated;
+mod projection;
+mod sampled;
 mod source;
 mod truth;
 
+pub use analytic::{Analytic, PolynomialSource};
 pub use certificate::Certificate;
-pub use lookup::DepthTable;
+pub use lookup::{DepthTable, Lookup};
+pub use nodes::{Nodes, mean_transmittance};
+pub use preintegrated::{Preintegrated, SegmentTable};
+pub use projection::Projection;
+pub use sampled::Sampled;
 pub use source::{Measure, Source};
 pub use truth::truth_points;
 
+use crate::basis::Criterion;
 use crate::error::{Result, SpectraError};
 
 /// What a rule is asked for: one passband, its sources, the reach and the accuracy.
 pub struct BandProblem<'a> {
     /// What shines through it.
     pub sources: &'a [Source],
-    /// The domain D of rules that work in λ [µm].
+    /// The domain D of rules that work in λ: what the settings say, or the passband's support [µm].
     pub domain_um: (f64, f64),
+    /// The domain of rules that serve all passbands at once: what the settings say, or the support of all passbands [µm].
+    pub common_um: (f64, f64),
     /// λ and k at the band's pivot.
     pub pivot: Node,
     /// The extinction law over λ [µm], for rules that place their own wavelengths.
@@ -40,8 +53,30 @@ pub struct BandProblem<'a> {
     pub depth: f64,
     /// Allowed error of F relative to F(0) [1].
     pub accuracy: f64,
-    /// A fixed number of nodes, for comparisons.
+    /// What is fixed.
+    pub settings: &'a Settings,
+}
+
+/// What a user may fix of a rule, for comparisons.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Number of nodes, intervals, elements or samples; chosen by accuracy otherwise.
     pub count: Option<usize>,
+    /// The domain D [µm].
+    pub domain_um: Option<(f64, f64)>,
+    /// Degree of polynomials that stand for spectra.
+    pub degree: usize,
+    /// The largest argument a basis is made for; what the scene reaches otherwise [1].
+    pub range: Option<f64>,
+    /// What the exponents of a basis minimise.
+    pub criterion: Criterion,
+}
+
+impl Default for Settings {
+    /// Everything by accuracy; degree and criterion are the deck's.
+    fn default() -> Self {
+        Self { count: None, domain_um: None, degree: 5, range: None, criterion: Criterion::Mean }
+    }
 }
 
 /// A wavelength with its extinction.
@@ -53,27 +88,55 @@ pub struct Node {
     pub k: f64,
 }
 
-/// How a source's weights follow from its measure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Weighting {
-    /// w_j = ∫ W ℓ_j(k) dλ: any further spectral factor is integrated with them.
-    Interpolatory,
-    /// w_j fixed, a further spectral factor is taken at the node's wavelength.
-    AtNodes,
+/// F̂_s(a) = Σ_t w_st D_st(a): weights w are constant over a picture, decays D depend on the optical depth alone.
+pub trait Decay {
+    /// Number of terms of one source.
+    fn terms(&self) -> usize;
+
+    /// w_st of source `s`, in the unit of F [term].
+    fn weights(&self, s: usize) -> &[f64];
+
+    /// The weights of source `s` when its W carries one more factor f(λ), such as a phase function at one angle [term].
+    fn weights_with(&self, s: usize, source: &Source, factor: &dyn Fn(f64) -> f64) -> Vec<f64>;
+
+    /// Σ_t w_t ⟨D_st⟩ over a course of depths that is linear between two ends, in the unit of w.
+    fn mean(&self, s: usize, weights: &[f64], depths: (f64, f64)) -> f64;
+
+    /// The largest error of Σ_t w_t D_st(a) against what `measure` says, over depths up to `depth`.
+    fn certificate(&self, s: usize, weights: &[f64], measure: &Measure, depth: f64) -> Certificate {
+        Certificate::measured(measure, |a| self.mean(s, weights, (a, a)), depth)
+    }
 }
 
 /// The evaluated form of a rule.
 #[derive(Debug, Clone)]
 pub enum Form {
     /// Exponentials at shared nodes.
-    Nodes {
-        /// The nodes, ascending in k.
-        nodes: Vec<Node>,
-        /// Weights, source × node.
-        weights: Vec<Vec<f64>>,
-    },
+    Nodes(Nodes),
     /// F itself as a table for each source.
-    Lookup(Vec<DepthTable>),
+    Lookup(Lookup),
+    /// Polynomial spectra against the exponential in closed form.
+    Analytic(Analytic),
+    /// Coordinates in a basis of exponentials.
+    Projection(Projection),
+    /// Intervals of wavelength with tables over a segment's own depth.
+    Preintegrated(Preintegrated),
+    /// A few random wavelengths for each ray.
+    Sampled(Sampled),
+}
+
+impl Form {
+    /// What all forms can do.
+    pub fn decay(&self) -> &dyn Decay {
+        match self {
+            Form::Nodes(nodes) => nodes,
+            Form::Lookup(lookup) => lookup,
+            Form::Analytic(analytic) => analytic,
+            Form::Projection(projection) => projection,
+            Form::Preintegrated(preintegrated) => preintegrated,
+            Form::Sampled(sampled) => sampled,
+        }
+    }
 }
 
 /// A solved rule for one passband.
@@ -81,31 +144,27 @@ pub enum Form {
 pub struct BandRule {
     /// How F is evaluated.
     pub form: Form,
-    weighting: Vec<Weighting>,
     /// The error bound of each source over the reachable depths.
     pub certificates: Vec<Certificate>,
 }
 
 impl BandRule {
-    /// The rule's F(a) of source `s`.
-    pub fn evaluate(&self, s: usize, depth: f64) -> f64 {
-        match &self.form {
-            Form::Nodes { nodes, weights } => nodes.iter().zip(&weights[s]).map(|(n, w)| w * (-depth * n.k).exp()).sum(),
-            Form::Lookup(tables) => tables[s].at(depth),
-        }
+    /// A form with its certificates.
+    fn certified(problem: &BandProblem, form: Form) -> Self {
+        let mut rule = Self { form, certificates: Vec::new() };
+        rule.certificates = rule.certify(problem.sources, problem.depth);
+        rule
     }
 
-    /// The weights of source `s` when its W carries one more factor f(λ), such as a phase function at one angle [node].
-    pub fn weights_with(&self, s: usize, source: &Source, factor: impl Fn(f64) -> f64) -> Vec<f64> {
-        let Form::Nodes { nodes, weights } = &self.form else { return Vec::new() };
-        if self.weighting[s] == Weighting::Interpolatory {
-            let measure = source.measure.reweighted(&factor);
-            let integrated = band_quadrature::interpolatory_weights(nodes, &measure);
-            if integrated.iter().all(|w| *w >= 0.0) {
-                return integrated;
-            }
-        }
-        nodes.iter().zip(&weights[s]).map(|(n, w)| w * factor(n.lambda_um)).collect()
+    /// The rule's F(a) of source `s`.
+    pub fn evaluate(&self, s: usize, depth: f64) -> f64 {
+        self.mean(s, (depth, depth))
+    }
+
+    /// The rule's ⟨F⟩ of source `s` over a course of depths that is linear between two ends.
+    pub fn mean(&self, s: usize, depths: (f64, f64)) -> f64 {
+        let decay = self.form.decay();
+        decay.mean(s, decay.weights(s), depths)
     }
 
     /// Certificates over the depths up to `depth`, for the sources the rule was solved for.
@@ -114,30 +173,12 @@ impl BandRule {
     }
 
     fn certify_source(&self, s: usize, source: &Source, depth: f64) -> Certificate {
-        let plain = Certificate::measured(&source.measure, |a| self.evaluate(s, a), depth);
+        let decay = self.form.decay();
+        let plain = decay.certificate(s, decay.weights(s), &source.measure, depth);
         source.variants.iter().fold(plain, |worst, factor| {
-            let measure = source.measure.reweighted(factor);
-            let certificate = match &self.form {
-                Form::Nodes { nodes, .. } => {
-                    let weights = self.weights_with(s, source, factor);
-                    let value = |a: f64| nodes.iter().zip(&weights).map(|(n, w)| w * (-a * n.k).exp()).sum();
-                    Certificate::measured(&measure, value, depth)
-                }
-                // A table knows a further factor only by its mean.
-                Form::Lookup(tables) => {
-                    let mean = measure.total() / source.measure.total();
-                    Certificate::measured(&measure, |a| mean * tables[s].at(a), depth)
-                }
-            };
-            worst.or_worse(certificate)
+            let weights = decay.weights_with(s, source, factor);
+            worst.or_worse(decay.certificate(s, &weights, &source.measure.reweighted(factor), depth))
         })
-    }
-
-    /// A rule at fixed wavelengths, certified.
-    fn at_nodes(problem: &BandProblem, nodes: Vec<Node>, weights: Vec<Vec<f64>>, weighting: Vec<Weighting>) -> Self {
-        let mut rule = Self { form: Form::Nodes { nodes, weights }, weighting, certificates: Vec::new() };
-        rule.certificates = rule.certify(problem.sources, problem.depth);
-        rule
     }
 
     /// The largest absolute error over the sources, relative to F(0) [1].
@@ -158,7 +199,17 @@ pub struct RuleEntry {
 }
 
 /// All rules; the first is the default.
-pub const RULES: &[RuleEntry] = &[band_quadrature::ENTRY, lookup::ENTRY, gauss_legendre::ENTRY, newton::ENTRY, fixed_wavelength::ENTRY];
+pub const RULES: &[RuleEntry] = &[
+    band_quadrature::ENTRY,
+    lookup::ENTRY,
+    projection::ENTRY,
+    analytic::ENTRY,
+    preintegrated::ENTRY,
+    sampled::ENTRY,
+    gauss_legendre::ENTRY,
+    newton::ENTRY,
+    fixed_wavelength::ENTRY,
+];
 
 /// The rule called `name`.
 pub fn rule(name: &str) -> Result<&'static RuleEntry> {

@@ -4,12 +4,13 @@
 //!
 //! Source: Barrès & Neyret 2023, "double integration". M = 30 there; here M doubles from 30 until `accuracy` is kept, if not given.
 
-use super::{BandProblem, BandRule, Node, RuleEntry, Weighting};
+use super::nodes::Weighting;
+use super::{BandProblem, BandRule, Node, Nodes, RuleEntry};
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "newton",
     summary: "equal midpoints over the domain, 30 of them unless told otherwise: the deck's double integration",
-    solve: |problem| Ok(with_panels(problem, problem.count.unwrap_or(DECK_COUNT), &[(0.0, 2.0)])),
+    solve: |problem| Ok(with_panels(problem, problem.settings.count.unwrap_or(DECK_COUNT), &[(0.0, 2.0)])),
 };
 
 /// M of the deck.
@@ -37,5 +38,5 @@ pub(super) fn with_panels(problem: &BandProblem, panels: usize, rule: &[(f64, f6
             weights
         })
         .collect();
-    BandRule::at_nodes(problem, nodes, weights, vec![Weighting::AtNodes; problem.sources.len()])
+    Nodes::rule(problem, nodes, weights, vec![Weighting::AtNodes; problem.sources.len()])
 }

@@ -30,7 +30,10 @@ fn solve_with(
     let sources = sources(band, spectra, &law);
     let k = |l: f64| law.k(l);
     let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
-    let problem = BandProblem { sources: &sources, domain_um: band.support_um(), pivot, k: &k, depth: 20.0, accuracy, count };
+    let domain_um = band.support_um();
+    let settings = Settings { count, ..Settings::default() };
+    let problem =
+        BandProblem { sources: &sources, domain_um, common_um: domain_um, pivot, k: &k, depth: 20.0, accuracy, settings: &settings };
     let solved = (rule(name).unwrap().solve)(&problem).unwrap();
     (solved, sources)
 }
@@ -49,6 +52,11 @@ fn band_quadrature_converges_as_designed() {
     }
 }
 
+/// A closed form holds for one law alone.
+fn law_of<'a>(entry: &RuleEntry, other: &'a str) -> &'a str {
+    if entry.name == "analytic" { "inverse_wavelength" } else { other }
+}
+
 /// Every rule keeps what it certifies against an adaptive integral that shares nothing with it.
 #[test]
 fn every_certificate_is_honest() {
@@ -56,8 +64,9 @@ fn every_certificate_is_honest() {
         for name in ["johnson-B", "hst-wfc3-f656n", "sdss2010-r"] {
             let band = Passband::named(name).unwrap();
             let spectra = black_bodies();
-            let (rule, _) = solve_with(entry.name, &band, &spectra, "gordon23", 1e-3, None);
-            let law = Extinction::named("gordon23", None).unwrap();
+            let law_name = law_of(entry, "gordon23");
+            let (rule, _) = solve_with(entry.name, &band, &spectra, law_name, 1e-3, None);
+            let law = Extinction::named(law_name, None).unwrap();
             let pieces = band.pieces(&[]);
             for (s, spectrum) in spectra.iter().enumerate() {
                 let truth = |a: f64| -> f64 {
@@ -84,7 +93,7 @@ fn a_wrong_rule_is_caught() {
     let band = Passband::named("johnson-V").unwrap();
     let (mut rule, sources) = solve_with("band_quadrature", &band, &black_bodies(), "ccm89", 1e-3, None);
     assert!(rule.worst() <= 1e-3);
-    if let Form::Nodes { weights, .. } = &mut rule.form {
+    if let Form::Nodes(Nodes { weights, .. }) = &mut rule.form {
         weights[2][0] *= 1.02;
     }
     assert!(rule.certify(&sources, 20.0)[2].absolute > 5e-3);
@@ -108,7 +117,7 @@ fn weights_are_never_negative() {
             continue;
         }
         let (rule, _) = solve_with("band_quadrature", &band, &black_bodies()[2..], "gordon23", 1e-3, None);
-        let Form::Nodes { weights, .. } = &rule.form else { panic!("nodes expected") };
+        let Form::Nodes(Nodes { weights, .. }) = &rule.form else { panic!("nodes expected") };
         assert!(weights.iter().flatten().all(|w| *w >= 0.0), "{name}");
         assert!(rule.worst() <= 1e-3, "{name}: {:e}", rule.worst());
     }
@@ -120,7 +129,7 @@ fn a_line_needs_one_node() {
     let band = Passband::named("hst-wfc3-f656n").unwrap();
     let line = Spectrum::of_lines(vec![Line { lambda_um: 0.6563, strength: 3.0 }]);
     let (rule, _) = solve_with("band_quadrature", &band, &[line], "ccm89", 1e-12, None);
-    let Form::Nodes { nodes, .. } = &rule.form else { panic!("nodes expected") };
+    let Form::Nodes(Nodes { nodes, .. }) = &rule.form else { panic!("nodes expected") };
     assert_eq!(nodes.len(), 1);
     assert!(rule.worst() < 1e-12);
 }
@@ -131,8 +140,8 @@ fn factors_are_integrated() {
     let band = Passband::named("johnson-V").unwrap();
     let (rule, sources) = solve_with("band_quadrature", &band, &black_bodies(), "ccm89", 1e-6, None);
     let factor = |l: f64| 1.0 / (1.0 + 4.0 * l * l);
-    let Form::Nodes { nodes, .. } = &rule.form else { panic!("nodes expected") };
-    let weights = rule.weights_with(3, &sources[3], factor);
+    let Form::Nodes(Nodes { nodes, .. }) = &rule.form else { panic!("nodes expected") };
+    let weights = rule.form.decay().weights_with(3, &sources[3], &factor);
     let value: f64 = nodes.iter().zip(&weights).map(|(n, w)| w * (-2.0 * n.k).exp()).sum();
     let truth = sources[3].measure.reweighted(factor).at(2.0);
     assert!((value / truth - 1.0).abs() < 1e-5, "{value} {truth}");
@@ -168,7 +177,8 @@ fn certificates_hold_on_random_scenes() {
     };
     let laws = ["inverse_wavelength", "ccm89", "odonnell94", "fitzpatrick99", "gordon23", "draine03_rv31"];
     for scene in 0..120 {
-        let law_name = laws[random(0.0, laws.len() as f64) as usize];
+        let entry = &RULES[scene % RULES.len()];
+        let law_name = law_of(entry, laws[random(0.0, laws.len() as f64) as usize]);
         let law = Extinction::named(law_name, None).unwrap();
         let centre = random(0.35, 1.6);
         let half = centre * random(0.002, 0.35);
@@ -184,8 +194,9 @@ fn certificates_hold_on_random_scenes() {
         let (depth, accuracy) = (10f64.powf(random(-1.0, 1.8)), 10f64.powf(random(-6.0, -1.5)));
         let k = |l: f64| law.k(l);
         let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
-        let entry = &RULES[scene % RULES.len()];
-        let problem = BandProblem { sources: &sources, domain_um: band.support_um(), pivot, k: &k, depth, accuracy, count: None };
+        let domain_um = band.support_um();
+        let settings = &Settings::default();
+        let problem = BandProblem { sources: &sources, domain_um, common_um: domain_um, pivot, k: &k, depth, accuracy, settings };
         let solved = (entry.solve)(&problem).unwrap();
         let pieces = band.pieces(&law.breakpoints_um());
         for (s, spectrum) in spectra.iter().enumerate() {
@@ -221,4 +232,87 @@ fn condensed_measures_keep_their_integrals() {
     }
     // Past the depth it was made for it may be wrong, and is: the comparison can fail.
     assert!((measure.condensed(0.1).at(300.0) / measure.at(300.0) - 1.0).abs() > 1e-6);
+}
+
+/// A draw has the right mean: over many rays the estimate is the integral, and no ray is further off than stated.
+#[test]
+fn random_wavelengths_have_the_right_mean() {
+    let band = Passband::named("johnson-B").unwrap();
+    let (rule, sources) = solve_with("sampled", &band, &black_bodies(), "ccm89", 1e-3, Some(3));
+    let Form::Sampled(sampled) = &rule.form else { panic!("samples expected") };
+    const RAYS: usize = 4000;
+    for (s, source) in sources.iter().enumerate() {
+        for a in [0.0, 2.0, 9.0] {
+            let ray = |i: usize| -> f64 {
+                let value = |j: usize| {
+                    let draw = sampled.draw(j, (i as f64 + 0.5) / RAYS as f64);
+                    sampled.ratio[s][draw] * (-a * sampled.k[draw]).exp()
+                };
+                (0..3).map(value).sum::<f64>() / 3.0
+            };
+            let truth = source.measure.at(a) / source.measure.total();
+            let mean = (0..RAYS).map(ray).sum::<f64>() / RAYS as f64;
+            assert!((mean - truth).abs() < 2e-3 * truth.max(0.05), "{s} {a}: {mean} {truth}");
+            let worst = (0..RAYS).map(|i| (ray(i) - truth).abs()).fold(0.0, f64::max);
+            assert!(worst <= rule.certificates[s].absolute && worst > 0.0, "{worst} {:?}", rule.certificates[s]);
+        }
+    }
+}
+
+/// What a segment holds is its integral, for every form.
+#[test]
+fn means_are_integrals_over_the_course() {
+    let band = Passband::named("johnson-V").unwrap();
+    for entry in RULES {
+        let (rule, _) = solve_with(entry.name, &band, &black_bodies()[1..3], law_of(entry, "fitzpatrick99"), 1e-4, None);
+        for (from, to) in [(0.5, 0.5), (0.3, 0.8), (2.0, 1.6), (0.0, 1.0)] {
+            let truth = integrate(|u| rule.evaluate(0, from + u * (to - from)), 0.0, 1.0, 1e-10);
+            // Grey segments and two Gauss points leave less than a thousandth of a depth of one.
+            assert!((rule.mean(0, (from, to)) / truth - 1.0).abs() < 1e-3, "{} {from} {to}", entry.name);
+        }
+    }
+}
+
+/// Each family falls as it must: exponentials by more than eight for an element, intervals by four for twice as many.
+#[test]
+fn methods_converge_at_their_order() {
+    let band = Passband::named("johnson-V").unwrap();
+    let worst = |name: &str, count: usize| solve_with(name, &band, &black_bodies(), "inverse_wavelength", 0.0, Some(count)).0.worst();
+    for size in 1..4 {
+        assert!(worst("projection", size) > 6.0 * worst("projection", size + 1), "{size}");
+    }
+    for count in [2, 4, 8] {
+        let ratio = worst("preintegrated", count) / worst("preintegrated", 2 * count);
+        assert!((2.5..6.0).contains(&ratio), "{count}: {ratio}");
+    }
+    assert!(worst("sampled", 16) < 0.25 * worst("sampled", 2));
+}
+
+#[test]
+fn what_a_method_cannot_do_is_said() {
+    let band = Passband::named("johnson-V").unwrap();
+    let law = Extinction::named("ccm89", None).unwrap();
+    let sources = sources(&band, &black_bodies(), &law);
+    let k = |l: f64| law.k(l);
+    let pivot = Node { lambda_um: 0.55, k: 1.0 };
+    let refuse = |name: &str, settings: Settings| {
+        let domain_um = settings.domain_um.unwrap_or(band.support_um());
+        let problem = BandProblem {
+            sources: &sources,
+            domain_um,
+            common_um: domain_um,
+            pivot,
+            k: &k,
+            depth: 20.0,
+            accuracy: 1e-3,
+            settings: &settings,
+        };
+        (rule(name).unwrap().solve)(&problem).map(|_| ()).unwrap_err().to_string()
+    };
+    assert!(refuse("analytic", Settings::default()).contains("inverse_wavelength"));
+    assert!(refuse("projection", Settings { count: Some(9), ..Settings::default() }).contains("1 to 8"));
+    assert!(refuse("sampled", Settings { count: Some(1000), ..Settings::default() }).contains("256"));
+    // ccm89 means nothing at 0.05 um, where its polynomials pass infinity.
+    let nowhere = Settings { domain_um: Some((0.0, 0.0)), ..Settings::default() };
+    assert!(refuse("projection", nowhere).contains("domain"));
 }

@@ -16,7 +16,8 @@ use multiversion::multiversion;
 use super::borders::{Borders, Span};
 use super::double_integration;
 use super::segment::segment;
-use super::tables::{Scatterer, Tables, Terms};
+use super::tables::{Scatterer, Tables};
+use super::terms::{Drawn, NodeTerms, Terms};
 use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, Track, exp, lanes, largest};
 use crate::plan::near::{self, PART_DISTANCE};
@@ -75,6 +76,8 @@ const END_DEPTH: f32 = 3.0;
 /// A packet on its way.
 pub(super) struct State<'a> {
     rays: &'a [Ray; LANES],
+    /// Random wavelengths, where the method has them.
+    pub(super) drawn: Drawn,
     /// Whether τ at the end of this span is asked for no more: by no further span and no background.
     final_span: bool,
     /// Where the current span starts and ends.
@@ -130,11 +133,14 @@ impl<'a> March<'a> {
     }
 
     /// Radiance of a packet, band × lane, and the largest optical depth met.
-    pub fn packet(&self, rays: &[Ray; LANES]) -> (Vec<f32>, f32) {
+    ///
+    /// `numbers` tell the rays of an image apart.
+    pub fn packet(&self, rays: &[Ray; LANES], numbers: &[u64; LANES]) -> (Vec<f32>, f32) {
         let terms = self.tables.band_of.len();
         let nowhere = ([0.0; LANES], [0.0; LANES]);
         let mut state = State {
             rays,
+            drawn: self.tables.terms.draw(numbers),
             final_span: false,
             span: nowhere,
             dt: [0.0; LANES],
@@ -227,12 +233,12 @@ impl<'a> March<'a> {
 
     /// Whether nothing behind `steps` can change any term by a part of the accuracy.
     fn ended(&self, state: &State, views: &[StarView], steps: usize) -> bool {
-        let Terms::Nodes { k } = &self.tables.terms else { return false };
+        let Terms::Nodes(NodeTerms { k, range }) = &self.tables.terms else { return false };
         if !state.final_span {
             return false;
         }
         let shallowest = state.tau.iter().copied().fold(f32::MAX, f32::min);
-        if shallowest * self.tables.k_range.0 < END_DEPTH {
+        if shallowest * range.0 < END_DEPTH {
             return false;
         }
         let tolerance = END_SHARE * self.plan.spectral.accuracy as f32;
@@ -268,10 +274,7 @@ impl<'a> March<'a> {
                 let phase = self.phase_entry(piece.cosine as f32);
                 for term in 0..self.tables.band_of.len() {
                     let weight = self.phase_weight(scatterer, term, phase);
-                    let decay = match &self.tables.terms {
-                        Terms::Nodes { k } => exp(-k[term] * piece.depth as f32),
-                        Terms::Lookup { tables } => exp(tables[scatterer.light][term].at(piece.depth as f32).0),
-                    };
+                    let decay = self.tables.terms.at(scatterer.light, (&state.drawn, lane), term, piece.depth as f32);
                     state.sum[term][lane] += piece.scattering as f32 * weight * decay;
                 }
             });

@@ -7,6 +7,7 @@ mod double_integration;
 mod march;
 mod segment;
 mod tables;
+mod terms;
 
 use rayon::prelude::*;
 
@@ -31,6 +32,15 @@ pub struct Findings {
     pub depth: f64,
     /// Rays that were marched.
     pub rays: u64,
+    /// Values below zero, which a projection can make where little light is left.
+    pub negative: u64,
+}
+
+impl Findings {
+    /// The values below zero in words, where there are any.
+    pub fn negative_note(&self) -> Option<(String, String)> {
+        (self.negative > 0).then(|| ("negative values".into(), format!("{} pixels of all bands together, left as they are", self.negative)))
+    }
 }
 
 /// Band radiances of the extended light alone, bands × height × width [W m⁻² sr⁻¹], and what was found.
@@ -58,7 +68,11 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, Findings)> 
                     let (x, y) = place(lane);
                     camera.ray((x.min(width * s - 1) as f64 + 0.5) / s as f64, (y.min(height * s - 1) as f64 + 0.5) / s as f64)
                 };
-                let (radiance, depth) = march.packet(&std::array::from_fn(ray));
+                let number = |lane: usize| {
+                    let (x, y) = place(lane);
+                    (y * width * s + x) as u64
+                };
+                let (radiance, depth) = march.packet(&std::array::from_fn(ray), &std::array::from_fn(number));
                 deepest = deepest.max(depth);
                 for lane in 0..LANES {
                     let (x, y) = place(lane);
@@ -86,7 +100,8 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, Findings)> 
         }
         depth = depth.max(*deepest);
     }
-    Ok((data, Findings { depth: f64::from(depth), rays: (columns * rows * LANES) as u64 }))
+    let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
+    Ok((data, Findings { depth: f64::from(depth), rays: (columns * rows * LANES) as u64, negative }))
 }
 
 /// Renders the plan of `scene`.
@@ -106,5 +121,6 @@ pub fn render(scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, F
     image.notes.push(("backend".into(), "cpu".into()));
     image.notes.push(("method".into(), plan.spectral.method.into()));
     image.notes.extend(plan.spatial_note());
+    image.notes.extend(findings.negative_note());
     Ok((image, findings))
 }

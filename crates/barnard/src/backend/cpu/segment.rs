@@ -1,8 +1,9 @@
 //! The light of one segment, for sixteen rays: the closed forms of `plan::segment` in f32.
 
 use super::march::{March, StarView, State, Stretch};
-use super::tables::{Scatterer, Terms};
-use crate::packet::{LANES, Lane, SERIES_LIMIT, exp, fma, lanes, largest, mean_transmittance, sinhc};
+use super::tables::Scatterer;
+use super::terms::Course;
+use crate::packet::{LANES, Lane, fma, lanes, largest};
 use crate::plan::near::{NEAR_ANGLE, NEAR_VOXELS};
 
 /// Adds the light of one segment and moves τ to its end.
@@ -59,9 +60,10 @@ fn scatter(
         let a = if growth[lane] > 0.0 { middle[lane] + half[lane].abs() } else { 0.0 };
         state.deepest[lane] = if a > state.deepest[lane] { a } else { state.deepest[lane] };
     }
-    let weights = &scatterer.weights[..];
+    let (weights, terms, light) = (&scatterer.weights[..], &march.tables.terms, scatterer.light);
+    let course = Course { middle, half };
     match &march.plan.spectral.phase {
-        None => gather(march, state, scatterer, &middle, &half, |term| scaled(&base, weights[term])),
+        None => terms.gather(light, &state.drawn, &course, |term| Some(scaled(&base, weights[term])), &mut state.sum),
         Some(table) => {
             let mut entry = [(0, 0.0); LANES];
             for lane in 0..LANES {
@@ -74,11 +76,10 @@ fn scatter(
                     let (i, f) = entry[lane];
                     base[lane] * (values[i] + f * (values[i + 1] - values[i]))
                 });
-                gather(march, state, scatterer, &middle, &half, |term| scaled(&spread, weights[term]));
+                terms.gather(light, &state.drawn, &course, |term| Some(scaled(&spread, weights[term])), &mut state.sum);
             } else {
-                gather(march, state, scatterer, &middle, &half, |term| {
-                    lanes(|lane| base[lane] * march.phase_weight(scatterer, term, entry[lane]))
-                });
+                let of_term = |term: usize| Some(lanes(|lane| base[lane] * march.phase_weight(scatterer, term, entry[lane])));
+                terms.gather(light, &state.drawn, &course, of_term, &mut state.sum);
             }
         }
     }
@@ -93,74 +94,16 @@ fn scaled(lane: &Lane, factor: f32) -> Lane {
     lanes(|i| lane[i] * factor)
 }
 
-/// Adds base · ⟨e^(−k a)⟩ to every term, `base` being scattering times the term's weight.
-#[inline(always)]
-fn gather(march: &March, state: &mut State, scatterer: &Scatterer, middle: &Lane, half: &Lane, base: impl Fn(usize) -> Lane) {
-    match &march.tables.terms {
-        Terms::Nodes { k } => {
-            let gentle = largest(&lanes(|lane| half[lane].abs())) * march.tables.k_range.1 <= SERIES_LIMIT;
-            for (term, (k, sum)) in k.iter().zip(&mut state.sum).enumerate() {
-                let base = base(term);
-                if gentle {
-                    for lane in 0..LANES {
-                        let y = k * half[lane];
-                        sum[lane] = fma(base[lane] * sinhc(y * y), exp(-k * middle[lane]), sum[lane]);
-                    }
-                } else {
-                    for lane in 0..LANES {
-                        sum[lane] += base[lane] * mean_transmittance(k * middle[lane], k * half[lane]);
-                    }
-                }
-            }
-        }
-        Terms::Lookup { tables } => {
-            for (term, (table, sum)) in tables[scatterer.light].iter().zip(&mut state.sum).enumerate() {
-                let base = base(term);
-                for lane in 0..LANES {
-                    let (log, slope) = table.at(middle[lane]);
-                    // In the segment the medium is grey with the local mean extinction.
-                    sum[lane] += base[lane] * mean_transmittance(0.0, slope * half[lane]) * exp(log);
-                }
-            }
-        }
-    }
-}
-
 /// Light of all species in one segment.
 #[inline(always)]
 fn emit(march: &March, state: &mut State, dt: &Lane, growth: &Lane, (before, after): (&[Lane], &[Lane])) {
-    let middle = lanes(|lane| state.tau[lane] + 0.5 * growth[lane]);
-    let gentle = 0.5 * largest(growth) * march.tables.k_range.1 <= SERIES_LIMIT;
+    let course = Course { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
     for (light, species, weights) in &march.tables.emitted {
         let slot = march.slots.species[*species];
         let base = lanes(|lane| 0.5 * dt[lane] * (before[slot][lane] + after[slot][lane]));
-        if largest(&base) <= 0.0 {
-            continue;
-        }
-        for (term, sum) in state.sum.iter_mut().enumerate().filter(|(term, _)| weights[*term] > 0.0) {
-            let base = scaled(&base, weights[term]);
-            match &march.tables.terms {
-                Terms::Nodes { k } if gentle => {
-                    let k = k[term];
-                    for lane in 0..LANES {
-                        let y = 0.5 * k * growth[lane];
-                        sum[lane] = fma(base[lane] * sinhc(y * y), exp(-k * middle[lane]), sum[lane]);
-                    }
-                }
-                Terms::Nodes { k } => {
-                    let k = k[term];
-                    for lane in 0..LANES {
-                        sum[lane] += base[lane] * mean_transmittance(k * middle[lane], 0.5 * k * growth[lane]);
-                    }
-                }
-                Terms::Lookup { tables } => {
-                    let table = &tables[*light][term];
-                    for lane in 0..LANES {
-                        let (log, slope) = table.at(middle[lane]);
-                        sum[lane] += base[lane] * mean_transmittance(0.0, 0.5 * slope * growth[lane]) * exp(log);
-                    }
-                }
-            }
+        if largest(&base) > 0.0 {
+            let of_term = |term: usize| (weights[term] > 0.0).then(|| scaled(&base, weights[term]));
+            march.tables.terms.gather(*light, &state.drawn, &course, of_term, &mut state.sum);
         }
     }
 }

@@ -1,0 +1,95 @@
+//! How terms fall with optical depth, for sixteen rays: the forms of `spectra::rule` in f32, one file each.
+//!
+//! A term t of light s adds base · ⟨D_st⟩ in a segment, base being scattering or emission times the term's weight, ⟨D⟩ the mean of its decay over
+//! the segment's depths.
+
+mod analytic;
+mod lookup;
+mod nodes;
+mod preintegrated;
+mod projection;
+mod sampled;
+
+use spectra::rule::Form;
+
+use crate::packet::{LANES, Lane};
+use crate::plan::Plan;
+
+pub use analytic::AnalyticTerms;
+pub use lookup::LookupTerms;
+pub use nodes::NodeTerms;
+pub use preintegrated::PreintegratedTerms;
+pub use projection::ProjectionTerms;
+pub use sampled::{Drawn, SampledTerms};
+
+/// Depths of a segment on each ray: linear between middle − half and middle + half [1].
+pub struct Course {
+    /// Their mean.
+    pub middle: Lane,
+    /// Half their difference.
+    pub half: Lane,
+}
+
+/// The terms of all bands, in one form.
+#[derive(Debug)]
+pub enum Terms {
+    /// Exponentials.
+    Nodes(NodeTerms),
+    /// Tables of ln F.
+    Lookup(LookupTerms),
+    /// Exponential integrals.
+    Analytic(AnalyticTerms),
+    /// Coordinates in a basis.
+    Projection(ProjectionTerms),
+    /// Intervals with tables over a segment.
+    Preintegrated(PreintegratedTerms),
+    /// Random wavelengths.
+    Sampled(SampledTerms),
+}
+
+impl Terms {
+    /// Those of `plan`; all its bands are solved by one rule.
+    pub fn new(plan: &Plan) -> Self {
+        match plan.spectral.bands.first().map(|b| &b.rule.form) {
+            Some(Form::Nodes(_)) | None => Terms::Nodes(NodeTerms::new(plan)),
+            Some(Form::Lookup(_)) => Terms::Lookup(LookupTerms::new(plan)),
+            Some(Form::Analytic(_)) => Terms::Analytic(AnalyticTerms::new(plan)),
+            Some(Form::Projection(_)) => Terms::Projection(ProjectionTerms::new(plan)),
+            Some(Form::Preintegrated(_)) => Terms::Preintegrated(PreintegratedTerms::new(plan)),
+            Some(Form::Sampled(_)) => Terms::Sampled(SampledTerms::new(plan)),
+        }
+    }
+
+    /// What the rays of a packet, by their numbers in the image, draw.
+    pub fn draw(&self, numbers: &[u64; LANES]) -> Drawn {
+        match self {
+            Terms::Sampled(sampled) => sampled.draw(numbers),
+            _ => Drawn::default(),
+        }
+    }
+
+    /// Adds base · ⟨D⟩ to the sum of every term of `light` that has a base.
+    #[inline(always)]
+    pub fn gather(&self, light: usize, drawn: &Drawn, course: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+        match self {
+            Terms::Nodes(nodes) => nodes.gather(course, base, sum),
+            Terms::Lookup(lookup) => lookup.gather(light, course, base, sum),
+            Terms::Analytic(analytic) => analytic.gather(light, course, base, sum),
+            Terms::Projection(projection) => projection.gather(course, base, sum),
+            Terms::Preintegrated(preintegrated) => preintegrated.gather(light, course, base, sum),
+            Terms::Sampled(_) => drawn.gather(light, course, base, sum),
+        }
+    }
+
+    /// D of one term at one depth of one ray [1].
+    pub fn at(&self, light: usize, drawn: (&Drawn, usize), term: usize, depth: f32) -> f32 {
+        match self {
+            Terms::Nodes(nodes) => nodes.at(term, depth),
+            Terms::Lookup(lookup) => lookup.at(light, term, depth),
+            Terms::Analytic(analytic) => analytic.at(light, term, depth),
+            Terms::Projection(projection) => projection.at(term, depth),
+            Terms::Preintegrated(preintegrated) => preintegrated.at(term, depth),
+            Terms::Sampled(_) => drawn.0.at(light, drawn.1, term, depth),
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Exponentials: ⟨D⟩ = e^(−k ā) sinh(k y)/(k y).
+
+use spectra::rule::Form;
+
+use super::Course;
+use crate::packet::{LANES, Lane, SERIES_LIMIT, exp, fma, lanes, largest, mean_transmittance, sinhc};
+use crate::plan::Plan;
+
+/// One extinction for each term, shared by all lights.
+#[derive(Debug)]
+pub struct NodeTerms {
+    /// k [term].
+    pub k: Vec<f32>,
+    /// Smallest and largest k.
+    pub range: (f32, f32),
+}
+
+impl NodeTerms {
+    pub(super) fn new(plan: &Plan) -> Self {
+        let of_band = |form: &Form| match form {
+            Form::Nodes(nodes) => nodes.nodes.iter().map(|n| n.k as f32).collect(),
+            _ => Vec::new(),
+        };
+        let k: Vec<f32> = plan.spectral.bands.iter().flat_map(|b| of_band(&b.rule.form)).collect();
+        let range = k.iter().fold((f32::MAX, f32::MIN_POSITIVE), |(low, high), k| (low.min(*k), high.max(*k)));
+        Self { k, range }
+    }
+
+    #[inline(always)]
+    pub(super) fn gather(&self, Course { middle, half }: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+        let gentle = largest(&lanes(|lane| half[lane].abs())) * self.range.1 <= SERIES_LIMIT;
+        for (term, (k, sum)) in self.k.iter().zip(sum).enumerate() {
+            let Some(base) = base(term) else { continue };
+            if gentle {
+                for lane in 0..LANES {
+                    let y = k * half[lane];
+                    sum[lane] = fma(base[lane] * sinhc(y * y), exp(-k * middle[lane]), sum[lane]);
+                }
+            } else {
+                for lane in 0..LANES {
+                    sum[lane] += base[lane] * mean_transmittance(k * middle[lane], k * half[lane]);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn at(&self, term: usize, depth: f32) -> f32 {
+        exp(-self.k[term] * depth)
+    }
+}

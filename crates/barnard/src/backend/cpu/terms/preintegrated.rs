@@ -1,0 +1,61 @@
+//! Intervals of wavelength: ⟨D⟩ = e^(−k_j a₀) T_j(Δ), a₀ in front of the segment, Δ its own depth.
+
+use spectra::rule::Form;
+
+use super::Course;
+use crate::packet::{LANES, Lane, exp, lanes};
+use crate::plan::Plan;
+
+/// One extinction for each term, one table for each light and term.
+#[derive(Debug)]
+pub struct PreintegratedTerms {
+    k: Vec<f32>,
+    tables: Vec<Vec<Table>>,
+}
+
+#[derive(Debug)]
+struct Table {
+    per_depth: f32,
+    mean: Vec<f32>,
+}
+
+impl PreintegratedTerms {
+    pub(super) fn new(plan: &Plan) -> Self {
+        let forms = || {
+            plan.spectral.bands.iter().filter_map(|b| match &b.rule.form {
+                Form::Preintegrated(p) => Some(p),
+                _ => None,
+            })
+        };
+        let table =
+            |t: &spectra::rule::SegmentTable| Table { per_depth: (1.0 / t.step) as f32, mean: t.mean.iter().map(|v| *v as f32).collect() };
+        let of_light = |light: usize| forms().flat_map(|p| p.tables[light].iter().map(table)).collect();
+        Self { k: forms().flat_map(|p| p.k.iter().map(|k| *k as f32)).collect(), tables: (0..plan.lights.len()).map(of_light).collect() }
+    }
+
+    #[inline(always)]
+    pub(super) fn gather(&self, light: usize, Course { middle, half }: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+        let front = lanes(|lane| middle[lane] - half[lane].abs());
+        let delta = lanes(|lane| 2.0 * half[lane].abs());
+        for (term, ((k, table), sum)) in self.k.iter().zip(&self.tables[light]).zip(sum).enumerate() {
+            let Some(base) = base(term) else { continue };
+            for lane in 0..LANES {
+                sum[lane] += base[lane] * exp(-k * front[lane]) * table.at(delta[lane]);
+            }
+        }
+    }
+
+    pub(super) fn at(&self, term: usize, depth: f32) -> f32 {
+        exp(-self.k[term] * depth)
+    }
+}
+
+impl Table {
+    #[inline(always)]
+    fn at(&self, delta: f32) -> f32 {
+        let x = delta * self.per_depth;
+        let i = (x as usize).min(self.mean.len() - 2);
+        let f = (x - i as f32).min(1.0);
+        self.mean[i] + f * (self.mean[i + 1] - self.mean[i])
+    }
+}

@@ -1,0 +1,110 @@
+//! The deck's closed form: k = c/λ and W a polynomial, F(a) = Σ cₙ [λ^(n+1) E_{n+2}(a c/λ)].
+//!
+//! W of each source is fitted by a polynomial over the passband; the fit's error is reported apart, the certificate holds all of it. Lines are no polynomials:
+//! they stay exponentials. See [`crate::polynomial`].
+//!
+//! Source: Barrès & Neyret 2023, "naive analytical".
+
+use super::{BandProblem, BandRule, Decay, Form, RuleEntry, Source, mean_transmittance};
+use crate::error::{Result, SpectraError};
+use crate::polynomial::{Fit, Polynomial};
+
+pub(super) const ENTRY: RuleEntry = RuleEntry {
+    name: "analytic",
+    summary: "exponential integrals of polynomial spectra, for extinction proportional to 1/lambda: the deck's naive analytical method",
+    solve,
+};
+
+/// Wavelengths at which a spectrum is fitted.
+const SAMPLES: usize = 512;
+/// Relative deviation of k λ from a constant that still is extinction proportional to 1/λ.
+const TOLERANCE: f64 = 1e-9;
+
+/// One polynomial for each source; one term.
+#[derive(Debug, Clone)]
+pub struct Analytic {
+    /// c = k λ [µm].
+    pub c_um: f64,
+    /// The sources.
+    pub sources: Vec<PolynomialSource>,
+    /// F(0), source × 1.
+    weights: Vec<[f64; 1]>,
+}
+
+/// A source as a polynomial and lines.
+#[derive(Debug, Clone)]
+pub struct PolynomialSource {
+    /// The polynomial with what its fit costs.
+    pub fit: Fit,
+    /// (k, mass) of lines.
+    pub lines: Vec<(f64, f64)>,
+    /// F(0) of the whole.
+    pub total: f64,
+}
+
+impl PolynomialSource {
+    fn new(problem: &BandProblem, source: &Source) -> Result<Self> {
+        let (low, high) = problem.domain_um;
+        let at = |i: usize| low + (high - low) * i as f64 / (SAMPLES - 1) as f64;
+        let points: Vec<(f64, f64, f64)> = (0..SAMPLES).map(|i| (at(i), (source.density)(at(i)), 1.0)).collect();
+        let fit = Polynomial::fit(&points, problem.settings.degree)?;
+        let lines: Vec<(f64, f64)> = source.lines.iter().map(|(l, mass)| ((problem.k)(*l), *mass)).collect();
+        let total = fit.polynomial.against_exponential(0.0).0 + lines.iter().map(|l| l.1).sum::<f64>();
+        Ok(Self { fit, lines, total })
+    }
+
+    /// F and −dF/da at depth `a`.
+    pub fn at(&self, c_um: f64, a: f64) -> (f64, f64) {
+        let (value, slope) = self.fit.polynomial.against_exponential(a * c_um);
+        self.lines.iter().fold((value, c_um * slope), |(value, slope), (k, mass)| {
+            let line = mass * (-a * k).exp();
+            (value + line, slope + k * line)
+        })
+    }
+}
+
+impl Decay for Analytic {
+    fn terms(&self) -> usize {
+        1
+    }
+
+    fn weights(&self, s: usize) -> &[f64] {
+        &self.weights[s]
+    }
+
+    /// A polynomial knows a further factor only by its mean.
+    fn weights_with(&self, _: usize, source: &Source, factor: &dyn Fn(f64) -> f64) -> Vec<f64> {
+        vec![source.measure.reweighted(factor).total()]
+    }
+
+    /// In a short course the medium is grey with the local mean extinction.
+    fn mean(&self, s: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
+        let source = &self.sources[s];
+        if source.total == 0.0 {
+            return 0.0;
+        }
+        let (value, slope) = source.at(self.c_um, 0.5 * (from + to));
+        let grey = if from == to || value <= 0.0 {
+            1.0
+        } else {
+            let y = 0.5 * slope / value * (to - from);
+            mean_transmittance(-y, y)
+        };
+        weights[0] * value / source.total * grey
+    }
+}
+
+fn solve(problem: &BandProblem) -> Result<BandRule> {
+    let (low, high) = problem.domain_um;
+    let c_um = high * (problem.k)(high);
+    for i in 0..=16 {
+        let lambda = low + (high - low) * f64::from(i) / 16.0;
+        if lambda > 0.0 && (lambda * (problem.k)(lambda) / c_um - 1.0).abs() > TOLERANCE {
+            let message = "method \"analytic\" is a closed form for extinction proportional to 1/lambda; take law = \"inverse_wavelength\" or another method";
+            return Err(SpectraError::Spectrum(message.into()));
+        }
+    }
+    let sources = problem.sources.iter().map(|s| PolynomialSource::new(problem, s)).collect::<Result<Vec<_>>>()?;
+    let weights = sources.iter().map(|s| [s.total]).collect();
+    Ok(BandRule::certified(problem, Form::Analytic(Analytic { c_um, sources, weights })))
+}

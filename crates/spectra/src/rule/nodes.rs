@@ -1,0 +1,95 @@
+//! The nodes family: F(a) ≈ Σ_j w_j e^(−a k_j). A node is monochromatic transport.
+//!
+//! Over a course of depths that is linear between a₀ and a₁, mean ā and half difference y = (a₁ − a₀)/2,
+//!
+//!   ⟨e^(−k a)⟩ = e^(−k ā) sinh(k y)/(k y)
+
+use super::band_quadrature::interpolatory_weights;
+use super::{BandProblem, BandRule, Decay, Form, Node, Source};
+
+/// Exponentials at nodes that the sources share.
+#[derive(Debug, Clone)]
+pub struct Nodes {
+    /// The nodes, ascending in k.
+    pub nodes: Vec<Node>,
+    /// Weights, source × node.
+    pub weights: Vec<Vec<f64>>,
+    /// How each source's weights follow from its measure.
+    pub(super) weighting: Vec<Weighting>,
+}
+
+/// How a source's weights follow from its measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Weighting {
+    /// w_j = ∫ W ℓ_j(k) dλ: any further spectral factor is integrated with them.
+    Interpolatory,
+    /// w_j fixed, a further spectral factor is taken at the node's wavelength.
+    AtNodes,
+}
+
+impl Nodes {
+    /// A rule at fixed wavelengths, certified.
+    pub(super) fn rule(problem: &BandProblem, nodes: Vec<Node>, weights: Vec<Vec<f64>>, weighting: Vec<Weighting>) -> BandRule {
+        BandRule::certified(problem, Form::Nodes(Self { nodes, weights, weighting }))
+    }
+}
+
+impl Decay for Nodes {
+    fn terms(&self) -> usize {
+        self.nodes.len()
+    }
+
+    fn weights(&self, s: usize) -> &[f64] {
+        &self.weights[s]
+    }
+
+    fn weights_with(&self, s: usize, source: &Source, factor: &dyn Fn(f64) -> f64) -> Vec<f64> {
+        if self.weighting[s] == Weighting::Interpolatory {
+            let measure = source.measure.reweighted(factor);
+            let integrated = interpolatory_weights(&self.nodes, &measure);
+            if integrated.iter().all(|w| *w >= 0.0) {
+                return integrated;
+            }
+        }
+        self.nodes.iter().zip(&self.weights[s]).map(|(n, w)| w * factor(n.lambda_um)).collect()
+    }
+
+    fn mean(&self, _: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
+        self.nodes.iter().zip(weights).map(|(n, w)| w * mean_transmittance(n.k * from, n.k * to)).sum()
+    }
+}
+
+/// Mean of e^(−a) over a linear a [1]; never larger than its larger end.
+pub fn mean_transmittance(from: f64, to: f64) -> f64 {
+    let y = 0.5 * (to - from);
+    if y.abs() < 0.5 {
+        let y2 = y * y;
+        return (-0.5 * (from + to)).exp() * (1.0 + y2 / 6.0 * (1.0 + y2 / 20.0 * (1.0 + y2 / 42.0 * (1.0 + y2 / 72.0))));
+    }
+    ((-from).exp() - (-to).exp()) / (to - from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quadrature::integrate;
+
+    #[test]
+    fn transmittance_is_its_integral() {
+        for (from, to) in [(0.0, 0.0), (0.1, 0.1 + 1e-9), (0.0, 0.9), (2.0, 1.3), (0.0, 40.0), (30.0, 0.0)] {
+            let truth = integrate(|u| (-(from + u * (to - from))).exp(), 0.0, 1.0, 1e-13);
+            assert!((mean_transmittance(from, to) / truth - 1.0).abs() < 1e-9, "{from} {to}");
+        }
+    }
+
+    /// No step size makes light from nothing.
+    #[test]
+    fn never_more_than_the_brighter_end() {
+        for i in 0..200 {
+            for j in 0..200 {
+                let (a, b) = (0.3 * i as f64, 0.37 * j as f64);
+                assert!(mean_transmittance(a, b) <= (-a.min(b)).exp() * (1.0 + 1e-12));
+            }
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! The deck's method: e^(−a k) projected on a few exponentials, F(a) ≈ Σ_i q_i(a) ∫ W Q_i dλ.
+//!
+//! The integrals are constant over a picture, the coordinates q_i(a) a table that all passbands and lights share; see [`crate::basis`]. The basis lives on one
+//! domain for all passbands and one range of the argument; beyond the range the last coordinates are held, and the certificate says what that costs. F̂ can
+//! go negative where little light is left.
+//!
+//! Source: Barrès & Neyret 2023.
+
+use super::{BandProblem, BandRule, Decay, Form, Measure, RuleEntry, Source};
+use crate::basis::{Basis, Criterion, Domain, MAX_SIZE};
+use crate::error::Result;
+
+pub(super) const ENTRY: RuleEntry =
+    RuleEntry { name: "projection", summary: "the deck's projection on 1 to 8 exponentials; size chosen by accuracy", solve };
+
+/// The part of the accuracy that a basis may use up, as for the default.
+const SHARE: f64 = 0.3;
+/// The part of the accuracy that reading the table between its entries may cost.
+const TABLE_SHARE: f64 = 0.03;
+const MIN_ENTRIES: usize = 256;
+const MAX_ENTRIES: usize = 1 << 14;
+
+/// Coordinates over depth and the integrals of each source.
+#[derive(Debug, Clone)]
+pub struct Projection {
+    /// The elements.
+    pub basis: Basis,
+    /// Step of the table's depths [1].
+    pub step: f64,
+    /// q_i(a) at a = 0, step, 2 step … [element][entry].
+    pub coordinates: Vec<Vec<f64>>,
+    /// ∫ W Q_i dλ, source × element.
+    integrals: Vec<Vec<f64>>,
+}
+
+impl Projection {
+    fn new(problem: &BandProblem, domain: &Domain, size: usize) -> Result<Self> {
+        let range = problem.settings.range.unwrap_or(problem.depth);
+        let basis = Basis::optimal(domain, range, size, problem.settings.criterion)?;
+        let norm = domain.exponential(0.0).norm();
+        let mut entries = MIN_ENTRIES + 1;
+        while interpolation_error(&basis, entries) > TABLE_SHARE * problem.accuracy * norm && entries < MAX_ENTRIES {
+            entries = 2 * entries - 1;
+        }
+        let step = basis.range / (entries - 1) as f64;
+        let columns: Vec<Vec<f64>> = (0..entries).map(|i| basis.coordinates(step * i as f64)).collect();
+        let coordinates = (0..size).map(|i| columns.iter().map(|c| c[i]).collect()).collect();
+        let integrals = problem.sources.iter().map(|s| integrals(&basis, &s.measure)).collect();
+        Ok(Self { basis, step, coordinates, integrals })
+    }
+
+    /// q_i at one depth [element].
+    fn at(&self, depth: f64) -> impl Iterator<Item = f64> + '_ {
+        let x = depth / self.step;
+        let last = self.coordinates[0].len() - 2;
+        let i = (x as usize).min(last);
+        let fraction = (x - i as f64).min(1.0);
+        self.coordinates.iter().map(move |q| q[i] + fraction * (q[i + 1] - q[i]))
+    }
+}
+
+/// The largest difference between a coordinate and the line between its entries, where coordinates bend most.
+fn interpolation_error(basis: &Basis, entries: usize) -> f64 {
+    let step = basis.range / (entries - 1) as f64;
+    let (a, m, b) = (basis.coordinates(0.0), basis.coordinates(0.5 * step), basis.coordinates(step));
+    (0..basis.size()).map(|i| (0.5 * (a[i] + b[i]) - m[i]).abs()).fold(0.0, f64::max)
+}
+
+/// ∫ W Q_i dλ.
+fn integrals(basis: &Basis, measure: &Measure) -> Vec<f64> {
+    let mut sum = vec![0.0; basis.size()];
+    for (k, mass) in measure.k.iter().zip(&measure.mass) {
+        sum.iter_mut().zip(basis.elements(*k)).for_each(|(s, q)| *s += mass * q);
+    }
+    sum
+}
+
+impl Decay for Projection {
+    fn terms(&self) -> usize {
+        self.basis.size()
+    }
+
+    fn weights(&self, s: usize) -> &[f64] {
+        &self.integrals[s]
+    }
+
+    fn weights_with(&self, _: usize, source: &Source, factor: &dyn Fn(f64) -> f64) -> Vec<f64> {
+        integrals(&self.basis, &source.measure.reweighted(factor))
+    }
+
+    /// By the two points of Gauss: exact for cubics in the depth.
+    fn mean(&self, _: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
+        let value = |depth: f64| self.at(depth).zip(weights).map(|(q, w)| q * w).sum::<f64>();
+        if from == to {
+            return value(from);
+        }
+        let (middle, offset) = (0.5 * (from + to), 0.5 * (to - from) / 3f64.sqrt());
+        0.5 * (value(middle - offset) + value(middle + offset))
+    }
+}
+
+fn solve(problem: &BandProblem) -> Result<BandRule> {
+    let weight = |l: f64| problem.sources.iter().map(|s| (s.density)(l) / s.measure.total().max(f64::MIN_POSITIVE)).sum::<f64>();
+    let domain = match problem.settings.criterion {
+        Criterion::Filter => Domain::new(problem.domain_um, problem.k, weight)?,
+        Criterion::Mean | Criterion::Largest => Domain::new(problem.common_um, problem.k, |_| 1.0)?,
+    };
+    let of = |size: usize| Ok(BandRule::certified(problem, Form::Projection(Projection::new(problem, &domain, size)?)));
+    if let Some(size) = problem.settings.count {
+        return of(size);
+    }
+    let mut best: BandRule = of(1)?;
+    for size in 2..=MAX_SIZE {
+        if best.worst() <= SHARE * problem.accuracy {
+            break;
+        }
+        // Elements that rounding can no longer tell apart end the growth.
+        match of(size) {
+            Ok(rule) if rule.worst() < best.worst() => best = rule,
+            _ => break,
+        }
+    }
+    Ok(best)
+}
