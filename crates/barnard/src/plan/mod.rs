@@ -21,7 +21,7 @@ pub use bricks::Bricks;
 pub use describe::describe;
 pub use pilot::Spatial;
 pub use space::{Space, sample_functions};
-pub use spectral::{BandPlan, PhaseTable, Spectral};
+pub use spectral::{BandPlan, PHASE_RANGE, PhaseTable, Spectral};
 pub use volume::{Channel, MAX_CHANNELS, Volume};
 
 use spectra::rule::Certificate;
@@ -70,18 +70,38 @@ pub enum Stepping {
     Fixed(usize),
 }
 
+impl Stepping {
+    /// Samples along so many parsecs.
+    pub fn steps(self, length_pc: f64, voxel_pc: f64) -> usize {
+        match self {
+            Stepping::PerVoxel(n) => (length_pc / voxel_pc * n).ceil().max(1.0) as usize,
+            Stepping::Fixed(n) => n,
+        }
+    }
+}
+
+impl std::fmt::Display for Stepping {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Stepping::PerVoxel(n) => write!(f, "{n} samples a voxel"),
+            Stepping::Fixed(n) => write!(f, "{n} samples a ray"),
+        }
+    }
+}
+
 impl Plan {
     /// Plans `scene`.
     pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
         let lights = Arc::new(crate::light::lights(scene)?);
         let mut space = Space::new(scene, options, control)?;
         space.check_stars(scene)?;
-        let spectral = Arc::new(Spectral::new(scene, &lights, options, space.reach(&scene.camera))?);
+        let spectral = Arc::new(pilot::spectral(scene, &lights, &space, options, control)?);
         let marched = options.method.entry.star_depth == StarDepth::Marched;
         let star_march = marched.then(|| options.method.steps.unwrap_or(DECK_STEPS));
-        let stepping = match options.method.steps.or(star_march) {
-            Some(n) => Stepping::Fixed(n),
-            None => Stepping::PerVoxel(pilot::choose(scene, &lights, &spectral, &mut space, options, control)?),
+        let stepping = match star_march {
+            // Nothing is baked that a step could be wrong about.
+            Some(n) => Stepping::Fixed(options.method.steps.unwrap_or(n)),
+            None => pilot::choose(scene, &lights, &spectral, &mut space, options, options.method.steps, control)?,
         };
         Ok(Self { camera: scene.camera.clone(), lights, space: Arc::new(space), spectral, stepping, star_march })
     }
@@ -114,8 +134,8 @@ impl Plan {
     pub fn spatial_note(&self) -> Option<(String, String)> {
         let s = self.space.spatial?;
         let words = format!(
-            "measured {:.1e} (relative rms of the worst band over {} pilot rays, {} samples a voxel, star depths of {} a voxel)",
-            s.error, s.rays, s.per_voxel, self.space.star_factor
+            "measured {:.1e} (relative rms of the worst band over {} pilot rays, {}, star depths of {} a voxel)",
+            s.error, s.rays, s.stepping, self.space.star_factor
         );
         let asked = self.spectral.accuracy;
         let words = if s.error > asked { format!("{words}: more than the {asked:.1e} that was asked for") } else { words };

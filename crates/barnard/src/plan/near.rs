@@ -39,23 +39,44 @@ pub fn parts(b: f64, foot: f64, dt: f64, voxel: f64) -> usize {
     (dt / (PART_DISTANCE * distance)).min(dt / (SHORTEST_PART * voxel)).ceil().max(1.0) as usize
 }
 
-/// The pieces of [`from`, `to`] on `ray`, along which τ grows from `tau` by `growth`.
-pub fn pieces(space: &Space, star: DVec3, ray: &Ray, (from, to): (f64, f64), (tau, growth): (f64, f64), mut visit: impl FnMut(NearPiece)) {
+/// Most angles at which the phase function is asked in one segment or piece.
+pub const MAX_PHASES: usize = 64;
+
+/// At how many angles the phase function must be asked within one [rad].
+pub fn phases(angle: f64, phase_angle: f64) -> usize {
+    ((angle / phase_angle).ceil() as usize).clamp(1, MAX_PHASES)
+}
+
+/// The pieces of [`from`, `to`] on `ray`, along which τ grows from `tau` by `growth`, split where the phase function changes within one.
+pub fn pieces(
+    space: &Space,
+    phase_angle: f64,
+    star: DVec3,
+    ray: &Ray,
+    (from, to): (f64, f64),
+    (tau, growth): (f64, f64),
+    mut visit: impl FnMut(NearPiece),
+) {
     let Some(dust) = &space.dust else { return };
     let foot = (star - ray.origin).dot(ray.direction);
     let b = (star - ray.at(foot)).length().max(CLOSEST);
     let (start, end) = (((from - foot) / b).atan(), ((to - foot) / b).atan());
     let count = ((end - start) / PIECE).ceil().max(2.0);
     let width = (end - start) / count;
+    let phases = phases(width, phase_angle);
     for i in 0..count as usize {
         let theta = start + (i as f64 + 0.5) * width;
         let t = foot + b * theta.tan();
-        let place = ray.at(t);
-        let sigma = dust.at(place);
-        if sigma > 0.0 {
-            let depth = tau + growth * ((t - from) / (to - from)).clamp(0.0, 1.0) + space.depth(star, place);
-            let cosine = -(place - star).normalize_or_zero().dot(ray.direction);
-            visit(NearPiece { scattering: sigma * width / b, depth, cosine });
+        let mut depth = None;
+        for j in 0..phases {
+            // Seen from the star the ray runs through θ; light turns by θ + π/2, and where it goes to counts as much as what is there.
+            let theta = start + (i as f64 + (j as f64 + 0.5) / phases as f64) * width;
+            let sigma = dust.at(ray.at(foot + b * theta.tan()));
+            if sigma > 0.0 {
+                let along = tau + growth * ((t - from) / (to - from)).clamp(0.0, 1.0);
+                let depth = *depth.get_or_insert_with(|| along + space.depth(star, ray.at(t)));
+                visit(NearPiece { scattering: sigma * width / (b * phases as f64), depth, cosine: -theta.sin() });
+            }
         }
     }
 }

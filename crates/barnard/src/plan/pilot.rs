@@ -1,14 +1,16 @@
 //! Pilot rays: what a step size and the resolution of the star depths cost in error, measured on the scene itself.
 //!
-//! Some rays of the image are marched in f64 with six steps a voxel and exact star depths; then with coarser steps and the baked depths, as the fast
-//! back ends do. The coarsest that keeps `accuracy` (relative rms over the pilots, worst band) is taken.
+//! Some rays of the image, those at stars and at the edges of the dust among them, are marched in f64 with six steps a voxel or more and exact star depths;
+//! then with coarser steps and the baked depths, as the fast back ends do. The coarsest that keeps `accuracy` (relative rms over the pilots, each
+//! for as many pixels as it stands for, worst band) is taken.
 
 use rayon::prelude::*;
+use spectra::rule::{Measure, mean_transmittance};
 
 use super::near::{self, NearPiece};
 use super::segment::mean_inverse_square;
 use super::volume::Channel;
-use super::{Options, Space, Spectral};
+use super::{Options, Space, Spectral, Stepping};
 use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::Ray;
@@ -19,87 +21,236 @@ use crate::scene::Scene;
 /// The spatial error that pilot rays measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spatial {
-    /// Samples in a voxel edge.
-    pub per_voxel: f64,
+    /// How the rays were sampled.
+    pub stepping: Stepping,
     /// Relative rms error of the worst band.
     pub error: f64,
     /// How many rays were asked.
     pub rays: usize,
 }
 
-/// Pilot rays along each edge of the image.
+/// Pilot rays along each edge of the image, evenly.
 const EDGE: usize = 10;
+/// Pilots on each edge of the dust's box, where star depths have kinks.
+const ON_EDGE: usize = 3;
+/// Most stars that get pilots of their own: the pixel they stand in and those around it.
+const STARS: usize = 16;
 /// The part of the accuracy that the pilots may use up: rays between them can be worse.
 const SHARE: f64 = 0.7;
 /// Samples in a voxel edge, from cheap to dear.
-const STEPS: [f64; 6] = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0];
-/// Those of the truth, whose own error is a few parts in 1e5.
-const TRUTH: f64 = 6.0;
-/// The finest star depths that are baked, in voxels along one of dust.
-const MAX_FACTOR: usize = 3;
+const STEPS: [f64; 10] = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0];
+/// Samples of the truth in a voxel edge at least and at most, and in an optical depth of one: its own error is a few parts in 1e5.
+const TRUTH: (f64, f64) = (6.0, 48.0);
+const TRUTH_PER_DEPTH: f64 = 8.0;
+/// And along the longest edge of a small grid, up to half of the most.
+const TRUTH_PER_EDGE: f64 = 768.0;
+/// Cells of the even pilots, the brightest, that are looked at by nine rays each.
+const BRIGHT: usize = 6;
+/// The part of the accuracy that spectral rules may cost in the picture: they are chosen by the light without dust, pixels hold what is left of it.
+const SPECTRAL_SHARE: f64 = 0.3;
+/// How often a rule that is too coarse for what is left is made finer, and by how much.
+const SPECTRAL_TRIES: usize = 4;
+const FINER: f64 = 0.01;
+/// Images of no more pixels are marched whole.
+const SMALL: usize = 400;
+/// How finely star depths are baked, in voxels along one of dust: past the third only while all of them take less than `FINE_BYTES`.
+const FACTORS: [usize; 7] = [1, 2, 3, 4, 6, 8, 12];
+const MODEST: usize = 3;
+const FINE_BYTES: u64 = 64 << 20;
 
-/// Picks the step, refining the star depths where they are what is wrong; returns samples in a voxel edge.
+/// A pilot ray and how many pixels it stands for.
+struct Pilot {
+    ray: Ray,
+    pixels: f64,
+}
+
+/// Finds how finely the star depths must be baked and, where `fixed` does not say it, the rays sampled.
 pub fn choose(
     scene: &Scene,
     lights: &[Light],
     spectral: &Spectral,
     space: &mut Space,
     options: &Options,
+    fixed: Option<usize>,
     control: &Control,
-) -> Result<f64> {
-    let camera = &scene.camera;
-    let along = |n: usize, i: usize| n as f64 * (i as f64 + 0.5) / EDGE as f64;
-    let rays: Vec<Ray> = (0..EDGE * EDGE).map(|i| camera.ray(along(camera.width, i % EDGE), along(camera.height, i / EDGE))).collect();
-    let march = |space: &Space, per_voxel: f64, exact: bool| -> Result<Vec<Vec<f64>>> {
-        let ray = |ray: &Ray| control.check().map(|()| march(space, spectral, lights, ray, per_voxel, exact));
-        rays.par_iter().map(ray).collect()
+) -> Result<Stepping> {
+    let pilots = pilots(scene, space, spectral, lights);
+    let march = |space: &Space, stepping: Stepping, exact: bool| -> Result<Vec<Vec<f64>>> {
+        let ray = |pilot: &Pilot| control.check().map(|()| march(space, &Shading::new(spectral, lights), &pilot.ray, stepping, exact));
+        pilots.par_iter().map(ray).collect()
     };
-    let truth = march(space, TRUTH, true)?;
-    let mut best = Spatial { per_voxel: STEPS[STEPS.len() - 1], error: f64::INFINITY, rays: rays.len() };
-    for factor in 1..=MAX_FACTOR {
+    let voxel_depth = space.dust.as_ref().map_or(0.0, |_| f64::from(space.bricks[0].largest()) * space.voxel_pc());
+    let edge = space.dust.as_ref().map_or(1, |d| d.lattice.dims.into_iter().max().unwrap_or(1)) as f64;
+    let finest = (TRUTH_PER_DEPTH * voxel_depth).max((TRUTH_PER_EDGE / edge).min(0.5 * TRUTH.1)).clamp(TRUTH.0, TRUTH.1);
+    let truth = march(space, Stepping::PerVoxel(finest), true)?;
+    let accuracy = SHARE * options.method.accuracy;
+    let mut best: Option<(Stepping, usize, f64)> = None;
+    for factor in FACTORS {
         if factor > 1 {
+            if factor > MODEST && space.star_bytes(factor) > FINE_BYTES {
+                break;
+            }
             // More memory than allowed for finer depths is no failure of the scene: the coarser ones stay, with their error stated.
             match space.refine_stars(factor, options, control) {
-                Err(crate::Error::Memory { .. }) => {
-                    space.refine_stars(factor - 1, options, control)?;
-                    break;
-                }
+                Err(crate::Error::Memory { .. }) => break,
                 other => other?,
             }
         }
-        let mut improved = false;
-        for per_voxel in STEPS {
-            let error = relative_error(&march(space, per_voxel, false)?, &truth);
-            if error < best.error {
-                improved = best.error.is_infinite() || error < 0.8 * best.error || improved;
-                best = Spatial { per_voxel, error, rays: rays.len() };
+        let per_voxel = STEPS.into_iter().filter(|n| *n < finest).map(Stepping::PerVoxel);
+        let candidates = fixed.map_or_else(|| per_voxel.collect(), |n| vec![Stepping::Fixed(n)]);
+        let before = best.map_or(f64::INFINITY, |b| b.2);
+        for stepping in candidates {
+            let error = relative_error(&march(space, stepping, false)?, &truth, &pilots);
+            if best.is_none_or(|b| error < b.2) {
+                best = Some((stepping, factor, error));
             }
-            if error <= SHARE * options.method.accuracy {
-                space.spatial = Some(Spatial { per_voxel, error, rays: rays.len() });
-                return Ok(per_voxel);
+            if error <= accuracy {
+                break;
             }
         }
-        if !improved || space.stars.is_empty() {
+        let error = best.map_or(f64::INFINITY, |b| b.2);
+        if error <= accuracy || error > 0.8 * before || space.stars.is_empty() {
             break;
         }
     }
-    space.spatial = Some(best);
-    Ok(best.per_voxel)
+    let (stepping, factor, error) = best.unwrap_or((Stepping::PerVoxel(1.0), 1, f64::INFINITY));
+    if space.star_factor != factor {
+        space.refine_stars(factor, options, control)?;
+    }
+    space.spatial = Some(Spatial { stepping, error, rays: pilots.len() });
+    Ok(stepping)
+}
+
+/// The rules of `scene`, made finer until what they cost in the picture is a part of the accuracy.
+pub fn spectral(scene: &Scene, lights: &[Light], space: &Space, options: &Options, control: &Control) -> Result<Spectral> {
+    let accuracy = options.method.accuracy;
+    let reach = space.reach(&scene.camera);
+    let mut finer = options.clone();
+    let mut best: Option<(Spectral, f64)> = None;
+    for _ in 0..SPECTRAL_TRIES {
+        control.check()?;
+        let mut spectral = Spectral::new(scene, lights, &finer, reach)?;
+        spectral.accuracy = accuracy;
+        let pilots = pilots(scene, space, &spectral, lights);
+        let march = |shading: &Shading| -> Vec<Vec<f64>> {
+            pilots.par_iter().map(|pilot| march(space, shading, &pilot.ray, Stepping::PerVoxel(1.0), false)).collect()
+        };
+        let rules = Shading::new(&spectral, lights);
+        let error = relative_error(&march(&rules), &march(&Shading { measures: Some(measures(&spectral)), ..rules }), &pilots);
+        if best.as_ref().is_none_or(|b| error < b.1) {
+            best = Some((spectral, error));
+        }
+        // A rule of fixed size stays as it is.
+        if error <= SPECTRAL_SHARE * accuracy || options.method.settings.count.is_some() {
+            break;
+        }
+        finer.method.accuracy *= FINER;
+    }
+    best.map(|b| b.0).ok_or_else(|| crate::Error::Render("no spectral rule was found".into()))
+}
+
+/// What shines through each band, exactly: band × light.
+fn measures(spectral: &Spectral) -> Vec<Vec<Measure>> {
+    let of_band = |band: &super::BandPlan| band.sources.iter().map(|s| s.measure.condensed(spectral.depth)).collect();
+    spectral.bands.iter().map(of_band).collect()
+}
+
+/// Rays evenly over the image, more where it is bright, those of the pixels at and around stars, and those along the edges of the dust's box.
+fn pilots(scene: &Scene, space: &Space, spectral: &Spectral, lights: &[Light]) -> Vec<Pilot> {
+    let camera = &scene.camera;
+    let size = (camera.width, camera.height);
+    if size.0 * size.1 <= SMALL {
+        let centre = |i: usize| camera.ray((i % size.0) as f64 + 0.5, (i / size.0) as f64 + 0.5);
+        return (0..size.0 * size.1).map(|i| Pilot { ray: centre(i), pixels: 1.0 }).collect();
+    }
+    let along = |n: usize, i: usize, shift: f64| n as f64 * (i as f64 + 0.5 + shift) / EDGE as f64;
+    let even = (size.0 * size.1) as f64 / (EDGE * EDGE) as f64;
+    let ray = |i: usize, x: f64, y: f64| camera.ray(along(size.0, i % EDGE, x), along(size.1, i / EDGE, y));
+    let shading = Shading::new(spectral, lights);
+    let light: Vec<Vec<f64>> =
+        (0..EDGE * EDGE).into_par_iter().map(|i| march(space, &shading, &ray(i, 0.0, 0.0), Stepping::PerVoxel(1.0), false)).collect();
+    let bands = spectral.bands.len();
+    let most: Vec<f64> = (0..bands).map(|b| light.iter().map(|l| l[b]).fold(f64::MIN_POSITIVE, f64::max)).collect();
+    let bright = |i: usize| light[i].iter().zip(&most).map(|(l, m)| l / m).fold(0.0, f64::max);
+    let mut cells: Vec<usize> = (0..EDGE * EDGE).collect();
+    cells.sort_by(|a, b| bright(*b).total_cmp(&bright(*a)));
+    let (looked_at, others) = cells.split_at(BRIGHT);
+    let mut pilots: Vec<Pilot> = others.iter().map(|i| Pilot { ray: ray(*i, 0.0, 0.0), pixels: even }).collect();
+    let thirds = |i: usize| (f64::from(i as u32 % 3) - 1.0, f64::from(i as u32 / 3) - 1.0);
+    let within = |cell: usize| (0..9).map(thirds).map(move |(x, y)| (cell, x / 3.0, y / 3.0));
+    pilots.extend(looked_at.iter().flat_map(|i| within(*i)).map(|(i, x, y)| Pilot { ray: ray(i, x, y), pixels: even / 9.0 }));
+    let pixel = |column: f64, row: f64, pixels: f64| {
+        let inside = (0.0..size.0 as f64).contains(&column) && (0.0..size.1 as f64).contains(&row);
+        inside.then(|| Pilot { ray: camera.ray(column.floor() + 0.5, row.floor() + 0.5), pixels })
+    };
+    for (column, row) in space.stars.iter().take(STARS).filter_map(|star| camera.project(*star)) {
+        for i in 0..9 {
+            pilots.extend(pixel(column + f64::from(i % 3 - 1), row + f64::from(i / 3 - 1), 1.0));
+        }
+    }
+    let Some(bounds) = space.dust.as_ref().map(|d| d.lattice.bounds) else { return pilots };
+    for axis in 0..3 {
+        for corner in 0..4 {
+            let place = |part: f64| {
+                let mut unit = [0.0; 3];
+                unit[axis] = part;
+                unit[(axis + 1) % 3] = f64::from(corner & 1);
+                unit[(axis + 2) % 3] = f64::from(corner >> 1);
+                camera.project(bounds.low + glam::DVec3::from(unit) * bounds.size())
+            };
+            let (Some(a), Some(b)) = (place(0.0), place(1.0)) else { continue };
+            // The pixels that an edge crosses, shared by its pilots.
+            let pixels = ((a.0 - b.0).hypot(a.1 - b.1) / ON_EDGE as f64).max(1.0).min(even);
+            let parts = (0..ON_EDGE).map(|i| (i as f64 + 0.5) / ON_EDGE as f64);
+            pilots.extend(parts.filter_map(place).filter_map(|(column, row)| pixel(column, row, pixels)));
+        }
+    }
+    pilots
 }
 
 /// Largest relative rms over the bands.
-fn relative_error(values: &[Vec<f64>], truth: &[Vec<f64>]) -> f64 {
+fn relative_error(values: &[Vec<f64>], truth: &[Vec<f64>], pilots: &[Pilot]) -> f64 {
     let bands = truth.first().map_or(0, Vec::len);
-    let of_band = |b: usize| relative_rms(values.iter().zip(truth).map(|(v, t)| (v[b], t[b])));
+    let of_band =
+        |b: usize| relative_rms(values.iter().zip(truth).zip(pilots).map(|((v, t), p)| (p.pixels.sqrt() * v[b], p.pixels.sqrt() * t[b])));
     worst((0..bands).map(of_band))
 }
 
+/// How spectral integrals are done: by the rules, or exactly.
+#[derive(Clone)]
+struct Shading<'a> {
+    spectral: &'a Spectral,
+    lights: &'a [Light],
+    measures: Option<Vec<Vec<Measure>>>,
+}
+
+impl<'a> Shading<'a> {
+    fn new(spectral: &'a Spectral, lights: &'a [Light]) -> Self {
+        Self { spectral, lights, measures: None }
+    }
+
+    /// Adds so much of a light to every band, fallen by its mean over the depths.
+    fn add(&self, light: usize, amount: f64, depths: (f64, f64), bands: &mut [f64]) {
+        for (b, band) in bands.iter_mut().enumerate() {
+            *band += amount
+                * match &self.measures {
+                    None => self.spectral.bands[b].rule.mean(light, depths),
+                    Some(measures) => {
+                        let Measure { k, mass, .. } = &measures[b][light];
+                        k.iter().zip(mass).map(|(k, m)| m * mean_transmittance(k * depths.0, k * depths.1)).sum()
+                    }
+                };
+        }
+    }
+}
+
 /// Band radiances of one ray, marched as the fast back ends do, in f64.
-fn march(space: &Space, spectral: &Spectral, lights: &[Light], ray: &Ray, per_voxel: f64, exact: bool) -> Vec<f64> {
+fn march(space: &Space, shading: &Shading, ray: &Ray, stepping: Stepping, exact: bool) -> Vec<f64> {
+    let Shading { spectral, lights, .. } = shading;
     let mut bands = vec![0.0; spectral.bands.len()];
     let mut tau = 0.0;
     if let Some((near, far)) = space.occupied.and_then(|b| b.clip(ray)) {
-        let steps = ((far - near) / space.voxel_pc() * per_voxel).ceil().max(1.0) as usize;
+        let steps = stepping.steps(far - near, space.voxel_pc());
         let dt = (far - near) / steps as f64;
         let mut before = Sample::at(space, ray, near, exact);
         // A step that is long beside its distance to a star is marched in parts, as the back ends do.
@@ -123,13 +274,13 @@ fn march(space: &Space, spectral: &Spectral, lights: &[Light], ray: &Ray, per_vo
                 match l.path {
                     Path::Scattered { star } if growth > 0.0 => {
                         let depths = (tau + before.depths[star], tau + growth + after.depths[star]);
-                        let segment = Segment { span: (t0, t1), tau: (tau, growth), depths };
-                        scatter((space, spectral), (light, star), ray, &segment, &mut bands);
+                        let segment = Segment { span: (t0, t1), sigma: (before.sigma, after.sigma), tau: (tau, growth), depths };
+                        scatter((space, shading), (light, star), ray, &segment, &mut bands);
                     }
                     Path::Emitted { species } => {
                         let density = 0.5 * dt * (before.emission[species] + after.emission[species]);
                         if density > 0.0 {
-                            add(spectral, light, density, (tau, tau + growth), &mut bands);
+                            shading.add(light, density, (tau, tau + growth), &mut bands);
                         }
                     }
                     _ => {}
@@ -140,46 +291,45 @@ fn march(space: &Space, spectral: &Spectral, lights: &[Light], ray: &Ray, per_vo
         }
     }
     for (light, _) in lights.iter().enumerate().filter(|(_, l)| l.path == Path::Background) {
-        for (band, plan) in bands.iter_mut().zip(&spectral.bands) {
-            *band += plan.rule.evaluate(light, tau);
-        }
+        shading.add(light, 1.0, (tau, tau), &mut bands);
     }
     bands
 }
 
-/// A segment of a ray: distances of its ends, τ at its start and how it grows, depths eye to sample to star at its ends.
+/// A segment of a ray: distances of its ends, σ there, τ at its start and how it grows, depths eye to sample to star at its ends.
 struct Segment {
     span: (f64, f64),
+    sigma: (f64, f64),
     tau: (f64, f64),
     depths: (f64, f64),
 }
 
 /// Scattered light of one star in one segment.
-fn scatter((space, spectral): (&Space, &Spectral), (light, star): (usize, usize), ray: &Ray, segment: &Segment, bands: &mut [f64]) {
-    let ((t0, t1), (tau, growth), depths) = (segment.span, segment.tau, segment.depths);
-    let position = space.stars[star];
+fn scatter((space, shading): (&Space, &Shading), (light, star): (usize, usize), ray: &Ray, segment: &Segment, bands: &mut [f64]) {
+    let ((t0, t1), (tau, growth), depths, sigma) = (segment.span, segment.tau, segment.depths, segment.sigma);
+    let (position, spectral) = (space.stars[star], shading.spectral);
     let foot = (position - ray.origin).dot(ray.direction);
     let b = (position - ray.at(foot)).length();
     let (u0, u1) = (t0 - foot, t1 - foot);
     let product = b * b + u0 * u1;
     let reach = near::NEAR_VOXELS * space.voxel_pc();
     if product < reach * reach || b * (t1 - t0) > near::NEAR_ANGLE * product {
-        near::pieces(space, position, ray, (t0, t1), (tau, growth), |NearPiece { scattering, depth, cosine }| {
-            add(spectral, light, scattering * spectral.phase_factor(cosine), (depth, depth), bands);
+        near::pieces(space, spectral.phase_angle, position, ray, (t0, t1), (tau, growth), |NearPiece { scattering, depth, cosine }| {
+            shading.add(light, scattering * spectral.phase_factor(cosine), (depth, depth), bands);
         });
         return;
     }
     let scattering = growth * mean_inverse_square(b, u0, u1);
-    let middle = ray.at(0.5 * (t0 + t1)) - position;
-    let cosine = -middle.normalize_or_zero().dot(ray.direction);
-    add(spectral, light, scattering * spectral.phase_factor(cosine), depths, bands);
-}
-
-/// Adds so much light to every band, fallen by the rule's mean over the depths.
-fn add(spectral: &Spectral, light: usize, amount: f64, depths: (f64, f64), bands: &mut [f64]) {
-    for (band, plan) in bands.iter_mut().zip(&spectral.bands) {
-        *band += amount * plan.rule.mean(light, depths);
-    }
+    // The mean of the phase function over the angle that the segment spans, weighted by σ/r² as the light is.
+    let phases = near::phases(scattering / growth * b * (t1 - t0), spectral.phase_angle);
+    let sample = |j: usize| {
+        let u = u0 + (t1 - t0) * (j as f64 + 0.5) / phases as f64;
+        let r2 = b * b + u * u;
+        let share = sigma.0 + (sigma.1 - sigma.0) * (j as f64 + 0.5) / phases as f64;
+        (share * spectral.phase_factor(-u / r2.sqrt()) / r2, 1.0 / r2)
+    };
+    let (sum, weight) = (0..phases).map(sample).fold((0.0, 0.0), |(s, w), (p, v)| (s + p, w + v));
+    shading.add(light, scattering * sum / (weight * 0.5 * (sigma.0 + sigma.1)), depths, bands);
 }
 
 /// What a place holds.
@@ -195,8 +345,8 @@ impl Sample {
         let mut sample = Self { sigma: 0.0, depths: vec![0.0; space.stars.len()], emission: vec![0.0; space.species()] };
         for volume in &space.volumes {
             // A place on the border belongs to the box, whatever its rounding.
-            let margin = 1e-9 * volume.lattice.bounds.size();
-            let grown = crate::geometry::Bounds { low: volume.lattice.bounds.low - margin, high: volume.lattice.bounds.high + margin };
+            let margin = 1e-9 * volume.inner.bounds.size();
+            let grown = crate::geometry::Bounds { low: volume.inner.bounds.low - margin, high: volume.inner.bounds.high + margin };
             if !grown.contains(p) {
                 continue;
             }

@@ -85,7 +85,7 @@ impl Interval {
 
 /// Depths from `star` [pc] through `dust` (σ at V [pc⁻¹]) of all voxels of `volume`, written into `slot`; `visit` hears how many were written.
 pub fn sweep(dust: &Grid, star: DVec3, volume: &mut Volume, slot: usize, control: &Control, mut visit: impl FnMut(u64)) -> Result<()> {
-    let index = (star - volume.lattice.bounds.low) / volume.lattice.voxel_pc() - 0.5;
+    let index = (star - volume.inner.bounds.low) / volume.inner.voxel_pc() - 0.5;
     for axes in [[0, 1, 2], [0, 2, 1], [1, 2, 0]] {
         for sign in [-1.0, 1.0] {
             let pyramid = Pyramid {
@@ -93,8 +93,8 @@ pub fn sweep(dust: &Grid, star: DVec3, volume: &mut Volume, slot: usize, control
                 place: star,
                 star: axes.map(|a| index[a]),
                 axes,
-                dims: axes.map(|a| volume.lattice.dims[a]),
-                edge: axes.map(|a| volume.lattice.voxel_pc()[a]),
+                dims: axes.map(|a| volume.inner.dims[a]),
+                edge: axes.map(|a| volume.inner.voxel_pc()[a]),
                 sign,
             };
             pyramid.run(volume, slot, control, &mut visit)?;
@@ -292,7 +292,7 @@ impl Pyramid<'_> {
             let second = (at.max(1.0) as usize).min(count - 3);
             (second, (at - second as f64) as f32)
         };
-        let lattice = volume.lattice.clone();
+        let lattice = volume.inner.clone();
         let exact = |x: usize, y: usize| {
             let mut voxel = [0; 3];
             self.axes.iter().zip([x, y, plane]).for_each(|(axis, i)| voxel[*axis] = i);
@@ -315,10 +315,11 @@ impl Pyramid<'_> {
         );
         let channels = volume.channels.len();
         let strides = [1, volume.lattice.dims[0], volume.lattice.dims[0] * volume.lattice.dims[1]];
-        let [du, dv, dw] = self.axes.map(|a| strides[a]);
+        let [du, dv, dw] = self.axes.map(|a| strides[a] * channels);
+        let origin = volume.index([0; 3]) + slot;
         for y in rows.clone() {
             for x in columns.clone() {
-                volume.data[(x * du + y * dv + plane * dw) * channels + slot] = out[y * self.dims[0] + x];
+                volume.data[origin + x * du + y * dv + plane * dw] = out[y * self.dims[0] + x];
             }
         }
         (rows.len() * columns.len()) as u64

@@ -129,7 +129,7 @@ impl Space {
             (Channel::Emission(species), _) => volume.fill(slot, &self.emission[species]),
             (Channel::Dust, Some(dust)) => volume.fill(slot, dust),
             (Channel::StarDepth(star), Some(dust)) => {
-                let cells = volume.lattice.cells() as u64;
+                let cells = volume.inner.cells() as u64;
                 let share = (star as u64 * cells, self.stars.len() as u64 * cells);
                 star_depth::bake(dust, self.stars[star], volume, slot, share, control)?;
                 let deepest = star_depth::deepest(volume, slot, &self.bricks[0]);
@@ -167,6 +167,12 @@ impl Space {
         };
         let view = (0..EDGE * EDGE).map(depth).fold(0.0, f64::max);
         (1.25 * view + self.star_depth).clamp(0.1, 2.0 * star_depth::OPAQUE)
+    }
+
+    /// Bytes of star depths of `factor` voxels along one of dust.
+    pub fn star_bytes(&self, factor: usize) -> u64 {
+        let cells = self.dust.as_ref().map_or(0, |d| d.lattice.cells() as u64);
+        4 * cells.saturating_mul(factor.pow(3) as u64).saturating_mul(self.stars.len() as u64)
     }
 
     /// Bytes of all grids.

@@ -25,6 +25,8 @@ pub struct Spectral {
     pub phase: Option<PhaseTable>,
     /// Optical depth for which the certificates hold [1].
     pub depth: f64,
+    /// The widest angle over which the phase function changes but little [rad]; infinite where scattering is isotropic.
+    pub phase_angle: f64,
     phase_at_pivot: Option<(Arc<dyn Phase>, f64)>,
 }
 
@@ -51,10 +53,10 @@ impl Spectral {
     }
 }
 
-/// Weights of scattered light over angle, linear in u = √((1 − cos θ)/2) = sin(θ/2).
+/// Weights of scattered light over angle, linear in u: see [`PHASE_RANGE`].
 #[derive(Debug, Clone)]
 pub struct PhaseTable {
-    /// Number of entries from u = 0 to u = 1.
+    /// Number of entries from u = 0, forwards, to u = √2, backwards.
     pub entries: usize,
     /// Whether one p(θ) serves all wavelengths: each light then has one number an entry, which multiplies its weights.
     pub separable: bool,
@@ -108,6 +110,7 @@ impl Spectral {
             bands,
             phase: table,
             depth,
+            phase_angle: anisotropic.as_ref().map_or(f64::INFINITY, |p| phase_angle(&**p, pivot, method.accuracy)),
             phase_at_pivot: anisotropic.map(|p| (p, pivot)),
         })
     }
@@ -153,15 +156,30 @@ fn source(scene: &Scene, light: &Light, band: &Passband, law: &Arc<spectra::exti
     source
 }
 
-/// cos θ at the table's abscissa u.
+/// Samples of an angle from 0 to π.
+const PHASE_SAMPLES: usize = 4096;
+
+/// The angle at whose middle the phase function may be asked [rad]: over it ln p changes so much that the error of the midpoint, Δ²/24, is the
+/// accuracy where it is steepest.
+fn phase_angle(phase: &dyn Phase, pivot: f64, accuracy: f64) -> f64 {
+    let step = std::f64::consts::PI / PHASE_SAMPLES as f64;
+    let log = |i: usize| phase.at((i as f64 * step).cos(), pivot).max(f64::MIN_POSITIVE).ln();
+    let steepest = (0..PHASE_SAMPLES).map(|i| (log(i + 1) - log(i)).abs() / step).fold(f64::MIN_POSITIVE, f64::max);
+    (24.0 * accuracy).sqrt() / steepest
+}
+
+/// The largest abscissa of a phase table, backwards.
+pub const PHASE_RANGE: f64 = std::f64::consts::SQRT_2;
+
+/// cos θ at the table's abscissa u: sin(θ/2) up to 90 degrees, √2 − cos(θ/2) behind, so that both poles are seen as finely.
 fn cosine(u: f64) -> f64 {
-    1.0 - 2.0 * u * u
+    if u < 0.5 * PHASE_RANGE { 1.0 - 2.0 * u * u } else { 2.0 * (PHASE_RANGE - u).powi(2) - 1.0 }
 }
 
 fn phase_table(phase: &dyn Phase, lights: &[Light], bands: &[BandPlan], pivot: f64, accuracy: f64) -> PhaseTable {
     let at = |u: f64| phase.at(cosine(u), pivot);
     let error = |entries: usize| {
-        let u = |i: f64| i / (entries - 1) as f64;
+        let u = |i: f64| PHASE_RANGE * i / (entries - 1) as f64;
         (0..entries - 1)
             .map(|i| (i as f64, i as f64 + 0.5, i as f64 + 1.0))
             .map(|(a, m, b)| (0.5 * (at(u(a)) + at(u(b))) / at(u(m)).max(f64::MIN_POSITIVE) - 1.0).abs())
@@ -180,10 +198,10 @@ fn phase_table(phase: &dyn Phase, lights: &[Light], bands: &[BandPlan], pivot: f
                 return Vec::new();
             }
             if separable {
-                return (0..entries).map(|i| at(i as f64 / (entries - 1) as f64) as f32).collect();
+                return (0..entries).map(|i| at(PHASE_RANGE * i as f64 / (entries - 1) as f64) as f32).collect();
             }
             let entry = |i: usize| {
-                let cosine = cosine(i as f64 / (entries - 1) as f64);
+                let cosine = cosine(PHASE_RANGE * i as f64 / (entries - 1) as f64);
                 bands.iter().flat_map(move |b| b.weights_with(light, |lambda| phase.at(cosine, lambda))).map(|w| w as f32)
             };
             (0..entries).flat_map(entry).collect()

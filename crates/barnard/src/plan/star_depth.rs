@@ -25,27 +25,31 @@ pub fn bake(dust: &Grid, star: DVec3, volume: &mut Volume, slot: usize, share: (
         control.report(Stage::StarDepths, (before + voxels).min(share.1), share.1);
     })?;
     match_means(volume, slot);
+    volume.extrapolate(slot);
     Ok(())
 }
 
 /// The largest of these depths at a place with dust, whose bricks come first in the plan [1].
 pub fn deepest(volume: &Volume, slot: usize, dust: &Bricks) -> f32 {
-    let lattice = &volume.lattice;
-    let row = lattice.dims[0] * volume.channels.len();
-    let deepest = |(r, values): (usize, &[f32])| {
-        let [_, y, z] = lattice.place(r * lattice.dims[0]);
-        let depth = |(x, depths): (usize, &[f32])| if dust.clear(dust.brick_of(lattice.centre(x, y, z))) > 0 { 0.0 } else { depths[slot] };
-        values.chunks_exact(volume.channels.len()).enumerate().map(depth).fold(0.0, f32::max)
+    let lattice = &volume.inner;
+    let deepest = |z: usize| {
+        let depth = |[x, y, z]: [usize; 3]| {
+            if dust.clear(dust.brick_of(lattice.centre(x, y, z))) > 0 { 0.0 } else { volume.data[volume.index([x, y, z]) + slot] }
+        };
+        let row = |y: usize| (0..lattice.dims[0]).map(move |x| [x, y, z]).map(depth).fold(0.0, f32::max);
+        (0..lattice.dims[1]).map(row).fold(0.0, f32::max)
     };
-    volume.data.par_chunks_exact(row).enumerate().map(deepest).reduce(|| 0.0, f32::max)
+    (0..lattice.dims[2]).into_par_iter().map(deepest).reduce(|| 0.0, f32::max)
 }
 
 /// Moves every value by −δ²/12 along each axis, not past its neighbours.
 fn match_means(volume: &mut Volume, slot: usize) {
-    let [nx, ny, nz] = volume.lattice.dims;
+    let [nx, ny, nz] = volume.inner.dims;
     let channels = volume.channels.len();
+    let row = volume.lattice.dims[0] * channels;
+    let (starts, plane) = ((0..nz).map(|z| volume.index([0, 0, z])).collect::<Vec<usize>>(), ny * row);
     let plane_of = |data: &[f32], z: usize| -> Vec<f32> {
-        data[z * nx * ny * channels..][..nx * ny * channels].iter().skip(slot).step_by(channels).copied().collect()
+        (0..ny).flat_map(|y| data[starts[z] + y * row..][..nx * channels].iter().skip(slot).step_by(channels).copied()).collect()
     };
     // Planes before, here and behind, as they were swept.
     let mut planes: Vec<Vec<f32>> = (0..nz.min(3)).map(|z| plane_of(&volume.data, z)).collect();
@@ -60,7 +64,9 @@ fn match_means(volume: &mut Volume, slot: usize) {
         }
         let own = &planes[z - first];
         let across = |i: usize| if nz > 2 { second_difference(planes[0][i], planes[1][i], planes[2][i]) } else { Around::flat(own[i]) };
-        let lines = volume.data[z * nx * ny * channels..][..nx * ny * channels].par_chunks_mut(nx * channels).enumerate();
+        // The last row ends within its plane: two voxels of the layer follow the box's.
+        let end = (starts[z] + plane).min(volume.data.len());
+        let lines = volume.data[starts[z]..end].par_chunks_mut(row).enumerate();
         lines.for_each(|(y, line)| {
             for x in 0..nx {
                 let i = y * nx + x;
@@ -110,9 +116,11 @@ mod tests {
         let mut volume = Volume::zeroed(lattice, vec![Channel::StarDepth(0), Channel::Dust]);
         sweep(grid, star, &mut volume, 0, &Control::default(), |_| ()).unwrap();
         let (mut sum, mut size, mut worst) = (0.0, 0.0f64, 0.0f64);
-        for (index, values) in volume.data.chunks_exact(2).enumerate() {
-            let [x, y, z] = volume.lattice.place(index);
-            let exact = grid.column(star, volume.lattice.centre(x, y, z), f64::INFINITY);
+        let lattice = &volume.inner;
+        for index in 0..lattice.cells() {
+            let [x, y, z] = lattice.place(index);
+            let values = &volume.data[volume.index([x, y, z])..][..2];
+            let exact = grid.column(star, lattice.centre(x, y, z), f64::INFINITY);
             let difference = f64::from(values[0]) - exact;
             assert_eq!(values[1], 0.0, "the channel beside it is left alone");
             sum += difference * difference;
@@ -175,15 +183,31 @@ mod tests {
         let wall = Grid::sampled(lattice.clone(), |p| if p.z.abs() < 0.1 && p.x > 0.0 { 1e4 } else { 0.0 });
         let mut volume = Volume::zeroed(&lattice, vec![Channel::StarDepth(0)]);
         bake(&wall, DVec3::new(0.0, 0.0, -0.9), &mut volume, 0, (0, 1), &Control::default()).unwrap();
-        for (index, depth) in volume.data.iter().enumerate() {
+        for index in 0..lattice.cells() {
             let [x, y, z] = lattice.place(index);
-            let p = lattice.centre(x, y, z);
+            let (p, depth) = (lattice.centre(x, y, z), &volume.data[volume.index([x, y, z])]);
             if p.z > 0.2 && p.x > 0.12 * (p.z + 0.9) {
                 assert_eq!(*depth, OPAQUE as f32, "{p}");
             }
             if p.z < -0.2 || p.x < -0.12 * (p.z + 0.9) {
                 assert_eq!(*depth, 0.0, "{p}");
             }
+        }
+    }
+
+    /// A lit face has no depth, whatever the angle, and just behind it the depth is that of the way through the dust.
+    #[test]
+    fn depths_begin_at_the_face() {
+        let lattice = Lattice { dims: [8; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
+        let uniform = Grid::sampled(lattice.clone(), |_| 2.0);
+        let star = DVec3::new(4.0, 2.0, -30.0);
+        let mut volume = Volume::zeroed(&lattice, vec![Channel::StarDepth(0)]);
+        bake(&uniform, star, &mut volume, 0, (0, 1), &Control::default()).unwrap();
+        for depth in [0.0, 0.05, 0.1, 0.2, 0.4] {
+            let p = DVec3::new(-0.3, -0.2, -1.0 + depth);
+            let truth = uniform.column(star, p, f64::INFINITY);
+            // A box without the layer would hold the first centre's 0.25 here.
+            assert!((volume.at(0, p) - truth).abs() < 2e-3, "{depth}: {} {truth}", volume.at(0, p));
         }
     }
 

@@ -1,8 +1,12 @@
 //! Volumes: several scalar fields on one lattice, interleaved, so that one place is read together.
+//!
+//! A layer of voxels lies around the box: in its outermost half voxel a density is that of the border, but a star depth goes on as it came, down to
+//! nothing on a face that the star shines on.
 
 use glam::DVec3;
 
 use crate::field::{Grid, Lattice};
+use crate::geometry::Bounds;
 
 /// What a channel holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,7 +22,9 @@ pub enum Channel {
 /// Fields on one lattice: depth × height × width × channels, f32.
 #[derive(Debug, Clone)]
 pub struct Volume {
-    /// Where the voxels are; at least two along each axis.
+    /// Where the voxels of the box are; at least two along each axis.
+    pub inner: Lattice,
+    /// Those and the layer around them.
     pub lattice: Lattice,
     /// What each channel holds.
     pub channels: Vec<Channel>,
@@ -32,18 +38,48 @@ pub const MAX_CHANNELS: usize = 8;
 impl Volume {
     /// Room for `channels` on a lattice, all zero. An axis of one voxel is doubled: trilinear between equals is the same.
     pub fn zeroed(lattice: &Lattice, channels: Vec<Channel>) -> Self {
-        let lattice = Lattice { dims: lattice.dims.map(|n| n.max(2)), bounds: lattice.bounds };
+        let inner = Lattice { dims: lattice.dims.map(|n| n.max(2)), bounds: lattice.bounds };
+        let voxel = inner.voxel_pc();
+        let bounds = Bounds { low: inner.bounds.low - voxel, high: inner.bounds.high + voxel };
+        let lattice = Lattice { dims: inner.dims.map(|n| n + 2), bounds };
         let data = vec![0.0; lattice.cells() * channels.len()];
-        Self { lattice, channels, data }
+        Self { inner, lattice, channels, data }
     }
 
-    /// Copies a grid of the same box and resolution into channel `slot`.
+    /// Position of channel 0 of a voxel of the box.
+    pub fn index(&self, [x, y, z]: [usize; 3]) -> usize {
+        self.lattice.index(x + 1, y + 1, z + 1) * self.channels.len()
+    }
+
+    /// Copies a grid of the same box and resolution into channel `slot`; the layer around it is like the border.
     pub fn fill(&mut self, slot: usize, grid: &Grid) {
-        let own = &self.lattice;
-        let from = &grid.lattice;
-        for (index, values) in self.data.chunks_exact_mut(self.channels.len()).enumerate() {
-            let [x, y, z] = own.place(index);
-            values[slot] = grid.data[from.index(x.min(from.dims[0] - 1), y.min(from.dims[1] - 1), z.min(from.dims[2] - 1))];
+        let dims = grid.lattice.dims;
+        let inside = |axis: usize, i: usize| i.saturating_sub(1).min(dims[axis] - 1);
+        let [nx, ny, _] = self.lattice.dims;
+        for (r, row) in self.data.chunks_exact_mut(nx * self.channels.len()).enumerate() {
+            let from = grid.lattice.index(0, inside(1, r % ny), inside(2, r / ny));
+            for (x, values) in row.chunks_exact_mut(self.channels.len()).enumerate() {
+                values[slot] = grid.data[from + inside(0, x)];
+            }
+        }
+    }
+
+    /// Lets the layer around channel `slot` go on as the two voxels beside it do, on the face not below zero.
+    pub fn extrapolate(&mut self, slot: usize) {
+        let dims = self.lattice.dims;
+        let strides = [1, dims[0], dims[0] * dims[1]].map(|s| s * self.channels.len());
+        for axis in 0..3 {
+            let (one, other) = ((axis + 1) % 3, (axis + 2) % 3);
+            let last = dims[axis] - 1;
+            for j in 0..dims[other] {
+                for i in 0..dims[one] {
+                    let line = slot + i * strides[one] + j * strides[other];
+                    for (ghost, first, second) in [(0, 1, 2), (last, last - 1, last - 2)] {
+                        let (a, b) = (self.data[line + first * strides[axis]], self.data[line + second * strides[axis]]);
+                        self.data[line + ghost * strides[axis]] = (2.0 * a - b).max(-a.abs());
+                    }
+                }
+            }
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use barnard::plan::{Plan, Stepping};
+use barnard::plan::Plan;
 use barnard::scene::Scene;
 use clap::Args;
 use spectra::rule::Form;
@@ -79,10 +79,7 @@ fn describe_plan(plan: &Plan) {
         }
         say!("          {}", plan.worst_certificate(b, plan.spectral.depth));
     }
-    match plan.stepping {
-        Stepping::PerVoxel(n) => say!("steps     {n} samples a voxel"),
-        Stepping::Fixed(n) => say!("steps     {n} samples a ray"),
-    }
+    say!("steps     {}", plan.stepping);
     if let Some((key, value)) = plan.spatial_note() {
         say!("{key}: {value}");
     }

@@ -19,7 +19,7 @@ impl Borders {
     pub fn new(space: &Space) -> Self {
         let mut inner: Vec<Bounds> = Vec::new();
         for volume in &space.volumes {
-            let bounds = volume.lattice.bounds;
+            let bounds = volume.inner.bounds;
             if !space.occupied.is_none_or(|o| bounds.union(&o) == bounds) && !inner.contains(&bounds) {
                 inner.push(bounds);
             }

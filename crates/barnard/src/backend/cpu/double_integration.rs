@@ -12,7 +12,7 @@ use crate::plan::{MAX_CHANNELS, Volume};
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
 pub fn depths_of(dust: &Volume, star: DVec3, places: &[DVec3; LANES], steps: usize) -> Lane {
     let rays: [(Ray, f64); LANES] = std::array::from_fn(|lane| Ray::between(star, places[lane]));
-    let inside = |lane: usize| dust.lattice.bounds.clip(&rays[lane].0).map_or((0.0, 0.0), |(near, far)| (near, far.min(rays[lane].1)));
+    let inside = |lane: usize| dust.inner.bounds.clip(&rays[lane].0).map_or((0.0, 0.0), |(near, far)| (near, far.min(rays[lane].1)));
     let spans: [(f64, f64); LANES] = std::array::from_fn(inside);
     let dt = lanes(|lane| (spans[lane].1 - spans[lane].0).max(0.0) as f32 / steps as f32);
     let cursor = Cursor::new(dust, &std::array::from_fn(|lane| rays[lane].0), &std::array::from_fn(|lane| spans[lane].0));

@@ -21,7 +21,7 @@ use super::terms::{Drawn, NodeTerms, Terms};
 use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, Track, exp, lanes, largest};
 use crate::plan::near::{self, PART_DISTANCE};
-use crate::plan::{Channel, Plan, Stepping, Volume};
+use crate::plan::{Channel, PHASE_RANGE, Plan, Volume};
 
 /// What is the same for all packets.
 pub struct March<'a> {
@@ -155,10 +155,7 @@ impl<'a> March<'a> {
             let length = |lane: usize| span.1[lane] - span.0[lane];
             let longest = (0..LANES).map(length).fold(0.0, f64::max);
             if longest > 0.0 {
-                let steps = match self.plan.stepping {
-                    Stepping::PerVoxel(n) => (longest / self.voxel_pc * n).ceil().max(1.0) as usize,
-                    Stepping::Fixed(n) => n,
-                };
+                let steps = self.plan.stepping.steps(longest, self.voxel_pc);
                 state.dt = lanes(|lane| (length(lane) / steps as f64) as f32);
                 state.span = span;
                 march_span(self, &mut state, steps);
@@ -215,7 +212,7 @@ impl<'a> March<'a> {
     fn masks(&self, state: &State) -> Vec<Option<Lane>> {
         let middle = |lane: usize| state.rays[lane].at(0.5 * (state.span.0[lane] + state.span.1[lane]));
         let mask = |v: &Volume| {
-            let mask = lanes(|lane| f32::from(u8::from(v.lattice.bounds.contains(middle(lane)))));
+            let mask = lanes(|lane| f32::from(u8::from(v.inner.bounds.contains(middle(lane)))));
             mask.contains(&0.0).then_some(mask)
         };
         self.plan.space.volumes.iter().map(mask).collect()
@@ -267,11 +264,12 @@ impl<'a> March<'a> {
     /// The pieces of the segments that are close to a star, lane by lane.
     pub(super) fn near(&self, state: &mut State, scatterer: &Scatterer, close: &[bool; LANES], stretch: Stretch, growth: &Lane) {
         let star = self.plan.space.stars[scatterer.star];
+        let phase_angle = self.plan.spectral.phase_angle;
         for lane in (0..LANES).filter(|lane| close[*lane]) {
             let at = |steps: f32| state.span.0[lane] + f64::from(steps) * f64::from(state.dt[lane]);
             let depth = (f64::from(state.tau[lane]), f64::from(growth[lane]));
-            near::pieces(&self.plan.space, star, &state.rays[lane], (at(stretch.start), at(stretch.end())), depth, |piece| {
-                let phase = self.phase_entry(piece.cosine as f32);
+            near::pieces(&self.plan.space, phase_angle, star, &state.rays[lane], (at(stretch.start), at(stretch.end())), depth, |piece| {
+                let phase = self.phase_entry(piece.cosine as f32, (1.0 - piece.cosine * piece.cosine) as f32);
                 for term in 0..self.tables.band_of.len() {
                     let weight = self.phase_weight(scatterer, term, phase);
                     let decay = self.tables.terms.at(scatterer.light, (&state.drawn, lane), term, piece.depth as f32);
@@ -281,11 +279,13 @@ impl<'a> March<'a> {
         }
     }
 
-    /// Entry and fraction of the phase table for cos θ.
+    /// Entry and fraction of the phase table for cos θ and sin² θ.
     #[inline(always)]
-    pub(super) fn phase_entry(&self, cosine: f32) -> (usize, f32) {
-        let half = 0.5 * (1.0 - cosine);
-        let u = (if half > 0.0 { half } else { 0.0 }).sqrt() * (self.tables.phase_entries.saturating_sub(1)) as f32;
+    pub(super) fn phase_entry(&self, cosine: f32, sine2: f32) -> (usize, f32) {
+        // sin or cos of θ/2, whichever is small, without cancellation.
+        let small = (sine2 / (2.0 * (1.0 + cosine.abs()))).sqrt();
+        let at = if cosine >= 0.0 { small } else { PHASE_RANGE as f32 - small };
+        let u = at * (self.tables.phase_entries.saturating_sub(1)) as f32 * (1.0 / PHASE_RANGE as f32);
         let entry = (u as usize).min(self.tables.phase_entries.saturating_sub(2));
         (entry, u - entry as f32)
     }

@@ -1,10 +1,12 @@
 //! The light of one segment, for sixteen rays: the closed forms of `plan::segment` in f32.
 
+use smallvec::SmallVec;
+
 use super::march::{March, StarView, State, Stretch};
 use super::tables::Scatterer;
 use super::terms::Course;
 use crate::packet::{LANES, Lane, fma, lanes, largest};
-use crate::plan::near::{NEAR_ANGLE, NEAR_VOXELS};
+use crate::plan::near::{self, NEAR_ANGLE, NEAR_VOXELS};
 
 /// Adds the light of one segment and moves τ to its end.
 #[inline(always)]
@@ -15,9 +17,17 @@ pub(super) fn segment(march: &March, state: &mut State, views: &[StarView], stre
         None => [0.0; LANES],
     };
     if largest(&growth) > 0.0 {
+        // What σ grows by in parts of its mean.
+        let tilt = match march.slots.dust.filter(|_| march.plan.spectral.phase.is_some()) {
+            Some(dust) => lanes(|lane| {
+                let (a, b) = (before[dust][lane], after[dust][lane]);
+                if a + b > 0.0 { 2.0 * (b - a) / (a + b) } else { 0.0 }
+            }),
+            None => [0.0; LANES],
+        };
         for (scatterer, view) in march.tables.scattered.iter().zip(views) {
             let slot = march.slots.stars[scatterer.star];
-            scatter(march, state, (scatterer, view), stretch, &growth, (&before[slot], &after[slot]));
+            scatter(march, state, (scatterer, view), stretch, (&growth, &tilt), (&before[slot], &after[slot]));
         }
     }
     if !march.tables.emitted.is_empty() {
@@ -35,16 +45,17 @@ fn scatter(
     state: &mut State,
     (scatterer, view): (&Scatterer, &StarView),
     stretch: Stretch,
-    growth: &Lane,
+    (growth, tilt): (&Lane, &Lane),
     depths: (&Lane, &Lane),
 ) {
     let middle = lanes(|lane| state.tau[lane] + 0.5 * (growth[lane] + depths.0[lane] + depths.1[lane]));
     let half = lanes(|lane| 0.5 * (growth[lane] + depths.1[lane] - depths.0[lane]));
     // ⟨1/r²⟩ = atan(q)/(q p), q = b Δt/p, p = b² + t₀t₁; segments that a star sees under a wide angle go another way.
     let reach = (NEAR_VOXELS * march.voxel_pc) as f32;
+    let length = lanes(|lane| stretch.length * state.dt[lane]);
     let (mut close, mut base, mut along) = ([false; LANES], [0.0; LANES], [0.0; LANES]);
     for lane in 0..LANES {
-        let (b, dt) = (view.distance[lane], stretch.length * state.dt[lane]);
+        let (b, dt) = (view.distance[lane], length[lane]);
         let t0 = fma(stretch.start, state.dt[lane], -view.foot[lane]);
         let p = fma(b, b, t0 * (t0 + dt));
         let near = p < reach * reach || b * dt > NEAR_ANGLE as f32 * p;
@@ -65,20 +76,32 @@ fn scatter(
     match &march.plan.spectral.phase {
         None => terms.gather(light, &state.drawn, &course, |term| Some(scaled(&base, weights[term])), &mut state.sum),
         Some(table) => {
-            let mut entry = [(0, 0.0); LANES];
-            for lane in 0..LANES {
-                let r = (view.distance[lane] * view.distance[lane] + along[lane] * along[lane]).sqrt();
-                entry[lane] = march.phase_entry(-along[lane] / if r > 0.0 { r } else { 1.0 });
-            }
+            let widest = largest(&lanes(|lane| base[lane] / growth[lane].max(f32::MIN_POSITIVE) * view.distance[lane] * length[lane]));
+            let phases = near::phases(f64::from(widest), march.plan.spectral.phase_angle);
+            let angles = angles(march, view, &along, &length, tilt, phases);
             if table.separable {
-                let values = &table.weights[scatterer.light];
-                let spread = lanes(|lane| {
-                    let (i, f) = entry[lane];
-                    base[lane] * (values[i] + f * (values[i + 1] - values[i]))
-                });
+                let values = &table.weights[light];
+                let mut spread = [0.0; LANES];
+                for (entry, share) in &angles {
+                    for lane in 0..LANES {
+                        let (i, f) = entry[lane];
+                        spread[lane] += base[lane] * share[lane] * (values[i] + f * (values[i + 1] - values[i]));
+                    }
+                }
                 terms.gather(light, &state.drawn, &course, |term| Some(scaled(&spread, weights[term])), &mut state.sum);
-            } else {
+            } else if let [(entry, _)] = &angles[..] {
                 let of_term = |term: usize| Some(lanes(|lane| base[lane] * march.phase_weight(scatterer, term, entry[lane])));
+                terms.gather(light, &state.drawn, &course, of_term, &mut state.sum);
+            } else {
+                let of_term = |term: usize| {
+                    let mut spread = [0.0; LANES];
+                    for (entry, share) in &angles {
+                        for lane in 0..LANES {
+                            spread[lane] += base[lane] * share[lane] * march.phase_weight(scatterer, term, entry[lane]);
+                        }
+                    }
+                    Some(spread)
+                };
                 terms.gather(light, &state.drawn, &course, of_term, &mut state.sum);
             }
         }
@@ -86,6 +109,36 @@ fn scatter(
     if close.contains(&true) {
         march.near(state, scatterer, &close, stretch, growth);
     }
+}
+
+/// Entry and fraction of the phase table, and the share of the light, lane by lane.
+type Angle = ([(usize, f32); LANES], Lane);
+
+/// Entries of the phase table and shares of the light at some angles of a segment, which go as σ/r²; one angle in its middle, mostly.
+#[inline(always)]
+fn angles(march: &March, view: &StarView, along: &Lane, length: &Lane, tilt: &Lane, phases: usize) -> SmallVec<[Angle; 1]> {
+    let mut angles: SmallVec<[Angle; 1]> = SmallVec::new();
+    let mut sum = [0.0; LANES];
+    for j in 0..phases {
+        let part = (j as f32 + 0.5) / phases as f32 - 0.5;
+        let (mut entry, mut share) = ([(0, 0.0); LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let t = fma(part, length[lane], along[lane]);
+            let r2 = fma(t, t, view.distance[lane] * view.distance[lane]);
+            let inverse = if r2 > 0.0 { 1.0 / r2 } else { 0.0 };
+            let b = view.distance[lane];
+            entry[lane] = march.phase_entry(-t * inverse.sqrt(), b * b * inverse);
+            share[lane] = fma(part, tilt[lane], 1.0) * inverse;
+            sum[lane] += inverse;
+        }
+        angles.push((entry, share));
+    }
+    for (_, share) in &mut angles {
+        for lane in 0..LANES {
+            share[lane] = if sum[lane] > 0.0 { share[lane] / sum[lane] } else { 0.0 };
+        }
+    }
+    angles
 }
 
 /// Each lane times one number.
