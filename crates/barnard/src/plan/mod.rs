@@ -130,6 +130,11 @@ impl Plan {
         self.spectral.certify(band, depth).into_iter().enumerate().filter(|(light, _)| shining(*light)).collect()
     }
 
+    /// Whether the pilot rays found a larger error than was asked for.
+    pub fn misses_accuracy(&self) -> bool {
+        self.space.spatial.is_some_and(|s| s.error > self.spectral.accuracy)
+    }
+
     /// The spatial error in words.
     pub fn spatial_note(&self) -> Option<(String, String)> {
         let s = self.space.spatial?;
@@ -138,7 +143,7 @@ impl Plan {
             s.error, s.rays, s.stepping, self.space.star_factor
         );
         let asked = self.spectral.accuracy;
-        let words = if s.error > asked { format!("{words}: more than the {asked:.1e} that was asked for") } else { words };
+        let words = if self.misses_accuracy() { format!("{words}: more than the {asked:.1e} that was asked for") } else { words };
         Some(("spatial error".into(), words))
     }
 

@@ -83,7 +83,12 @@ const MAX_THROUGHPUT: f64 = 2.0;
 /// Keys of every band.
 pub(super) const KEYS: &[Key] = &[
     Key::required("name", "text", "its name in the output"),
-    Key::optional("counting", "text", "energy", "what the detector counts: energy or photon (embedded passbands know)"),
+    Key::optional(
+        "counting",
+        "text",
+        "energy",
+        "what the detector counts: energy (R = T), or photon (R = T lambda/lambda_pivot); embedded passbands know",
+    ),
 ];
 
 pub(super) fn build(root: &Section, loader: &Loader) -> Result<Vec<Passband>> {

@@ -83,5 +83,6 @@ fn describe_plan(plan: &Plan) {
     if let Some((key, value)) = plan.spatial_note() {
         say!("{key}: {value}");
     }
+    crate::verbs::warn_of_accuracy(plan);
     say!("memory    {:.1} MiB of grids and tables", plan.bytes() as f64 / f64::from(1 << 20));
 }

@@ -41,3 +41,10 @@ impl Verb {
         }
     }
 }
+
+/// Says on standard error that a picture will not be as exact as was asked for.
+fn warn_of_accuracy(plan: &barnard::plan::Plan) {
+    if plan.misses_accuracy() {
+        complain!("warning: the spatial error is larger than the accuracy asked for; a finer grid or more samples would be needed");
+    }
+}

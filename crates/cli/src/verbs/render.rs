@@ -111,5 +111,6 @@ fn on_cpu(scene: &Scene, options: &Options) -> anyhow::Result<Image> {
     for (key, value) in plan.spatial_note().into_iter().chain(findings.negative_note()) {
         say!("{key}: {value}");
     }
+    crate::verbs::warn_of_accuracy(&plan);
     Ok(image)
 }
