@@ -127,16 +127,22 @@ pub fn spectral(scene: &Scene, lights: &[Light], space: &Space, options: &Option
     let reach = space.reach(&scene.camera);
     let mut finer = options.clone();
     let mut best: Option<(Spectral, f64)> = None;
+    // What shines does not depend on the rule: the rays and the truth are those of the first.
+    let mut exact: Option<(Vec<Pilot>, Vec<Vec<f64>>)> = None;
     for _ in 0..SPECTRAL_TRIES {
         control.check()?;
         let mut spectral = Spectral::new(scene, lights, &finer, reach)?;
         spectral.accuracy = accuracy;
-        let pilots = pilots(scene, space, &spectral, lights);
-        let march = |shading: &Shading| -> Vec<Vec<f64>> {
+        let march = |pilots: &[Pilot], shading: &Shading| -> Vec<Vec<f64>> {
             pilots.par_iter().map(|pilot| march(space, shading, &pilot.ray, Stepping::PerVoxel(1.0), false)).collect()
         };
         let rules = Shading::new(&spectral, lights);
-        let error = relative_error(&march(&rules), &march(&Shading { measures: Some(measures(&spectral)), ..rules }), &pilots);
+        let (pilots, truth) = exact.get_or_insert_with(|| {
+            let pilots = pilots(scene, space, &spectral, lights);
+            let truth = march(&pilots, &Shading { measures: Some(measures(&spectral)), ..Shading::new(&spectral, lights) });
+            (pilots, truth)
+        });
+        let error = relative_error(&march(pilots, &rules), truth, pilots);
         if best.as_ref().is_none_or(|b| error < b.1) {
             best = Some((spectral, error));
         }
@@ -217,7 +223,6 @@ fn relative_error(values: &[Vec<f64>], truth: &[Vec<f64>], pilots: &[Pilot]) -> 
 }
 
 /// How spectral integrals are done: by the rules, or exactly.
-#[derive(Clone)]
 struct Shading<'a> {
     spectral: &'a Spectral,
     lights: &'a [Light],

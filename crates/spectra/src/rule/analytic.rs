@@ -72,11 +72,6 @@ impl Decay for Analytic {
         &self.weights[s]
     }
 
-    /// A polynomial knows a further factor only by its mean.
-    fn weights_with(&self, _: usize, source: &Source, factor: &dyn Fn(f64) -> f64) -> Vec<f64> {
-        vec![source.measure.reweighted(factor).total()]
-    }
-
     /// In a short course the medium is grey with the local mean extinction.
     fn mean(&self, s: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
         let source = &self.sources[s];

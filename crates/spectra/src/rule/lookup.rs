@@ -3,7 +3,7 @@
 //! ln F(a) is concave-up and smooth; it is tabulated at equal steps of a and taken linear between: in an interval the medium is grey
 //! with the local mean extinction −d ln F/da. The number of entries doubles until `accuracy` is kept.
 
-use super::{BandProblem, BandRule, Decay, Form, Measure, RuleEntry, Source, mean_transmittance};
+use super::{BandProblem, BandRule, Decay, Form, Measure, RuleEntry, mean_transmittance};
 use crate::error::Result;
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
@@ -31,11 +31,6 @@ impl Decay for Lookup {
 
     fn weights(&self, s: usize) -> &[f64] {
         &self.weights[s]
-    }
-
-    /// A table knows a further factor only by its mean.
-    fn weights_with(&self, _: usize, source: &Source, factor: &dyn Fn(f64) -> f64) -> Vec<f64> {
-        vec![source.measure.reweighted(factor).total()]
     }
 
     /// In a short course the medium is grey with the local mean extinction.

@@ -97,7 +97,11 @@ pub trait Decay {
     fn weights(&self, s: usize) -> &[f64];
 
     /// The weights of source `s` when its W carries one more factor f(λ), such as a phase function at one angle [term].
-    fn weights_with(&self, s: usize, source: &Source, factor: &dyn Fn(f64) -> f64) -> Vec<f64>;
+    ///
+    /// A form that does not know where its terms lie in λ knows the factor by its mean.
+    fn weights_with(&self, _s: usize, source: &Source, factor: &dyn Fn(f64) -> f64) -> Vec<f64> {
+        vec![source.measure.reweighted(factor).total() / self.terms() as f64; self.terms()]
+    }
 
     /// Σ_t w_t ⟨D_st⟩ over a course of depths that is linear between two ends, in the unit of w.
     fn mean(&self, s: usize, weights: &[f64], depths: (f64, f64)) -> f64;

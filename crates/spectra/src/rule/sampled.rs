@@ -5,7 +5,7 @@
 //! λ_j is drawn from the j-th of n parts of equal probability (stratified), so no ray can be further off than the sum over the parts of what lies between
 //! the largest and the smallest value in each, over n: that bound is the certificate. The mean over many rays is exact.
 
-use super::{BandProblem, BandRule, Certificate, Decay, Form, Measure, RuleEntry, Source, mean_transmittance};
+use super::{BandProblem, BandRule, Certificate, Decay, Form, Measure, RuleEntry, mean_transmittance};
 use crate::error::{Result, SpectraError};
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
@@ -121,11 +121,6 @@ impl Decay for Sampled {
 
     fn weights(&self, s: usize) -> &[f64] {
         &self.weights[s]
-    }
-
-    /// A draw knows a further factor only by its mean.
-    fn weights_with(&self, _: usize, source: &Source, factor: &dyn Fn(f64) -> f64) -> Vec<f64> {
-        vec![source.measure.reweighted(factor).total() / self.count as f64; self.count]
     }
 
     fn mean(&self, s: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
