@@ -160,6 +160,25 @@ impl Basis {
         self.q.tr_mul(&self.domain.exponential(a)).iter().copied().collect()
     }
 
+    /// q_i″(a) = ⟨k² e^(−a k), Q_i⟩ [µm^½, element].
+    pub fn curvatures(&self, a: f64) -> Vec<f64> {
+        let mut bent = self.domain.exponential(a);
+        bent.iter_mut().zip(&self.domain.k).for_each(|(e, k)| *e *= k * k);
+        self.q.tr_mul(&bent).iter().copied().collect()
+    }
+
+    /// ⟨Q_i Q_m, Q_j⟩: products of two elements, projected back [µm^−½, element × element × element].
+    pub fn products(&self) -> Vec<f64> {
+        let n = self.size();
+        let mut products = vec![0.0; n * n * n];
+        for (row, weight) in self.q.row_iter().zip(&self.domain.weight).filter(|(_, w)| **w > 0.0) {
+            for (at, product) in products.iter_mut().enumerate() {
+                *product += row[at / (n * n)] * row[at / n % n] * row[at % n] / weight.sqrt();
+            }
+        }
+        products
+    }
+
     /// A_i(a), the coordinates in the raw exponentials [element].
     pub fn coefficients(&self, a: f64) -> Vec<f64> {
         let q = DVector::from_vec(self.coordinates(a));

@@ -23,13 +23,17 @@ const MARGIN: f64 = 1.05;
 impl Certificate {
     /// The error of `approximation` against `measure` up to `depth`.
     pub fn measured(measure: &Measure, approximation: impl Fn(f64) -> f64, depth: f64) -> Self {
-        let measure = measure.condensed(depth);
+        Self::behind(&measure.condensed(depth), approximation, 0.0, depth)
+    }
+
+    /// The error of `approximation`(a) against F(`before` + a), as parts of F(0) and F(`before` + a), for a up to `depth`.
+    pub fn behind(measure: &Measure, approximation: impl Fn(f64) -> f64, before: f64, depth: f64) -> Self {
         let total = measure.total();
         if total == 0.0 {
             return Self { absolute: 0.0, relative: 0.0, depth };
         }
         let error = |a: f64| {
-            let truth = measure.at(a);
+            let truth = measure.at(before + a);
             let difference = (approximation(a) - truth).abs();
             (difference / total, difference / truth.max(f64::MIN_POSITIVE))
         };

@@ -27,7 +27,7 @@ pub struct Projection {
     pub basis: Basis,
     /// Step of the table's depths [1].
     pub step: f64,
-    /// q_i(a) at a = 0, step, 2 step … [element][entry].
+    /// q_i(a) at a = 0, step, 2 step … [entry][element].
     pub coordinates: Vec<Vec<f64>>,
     /// ∫ W Q_i dλ, source × element.
     integrals: Vec<Vec<f64>>,
@@ -43,19 +43,17 @@ impl Projection {
             entries = 2 * entries - 1;
         }
         let step = basis.range / (entries - 1) as f64;
-        let columns: Vec<Vec<f64>> = (0..entries).map(|i| basis.coordinates(step * i as f64)).collect();
-        let coordinates = (0..size).map(|i| columns.iter().map(|c| c[i]).collect()).collect();
+        let coordinates = (0..entries).map(|i| basis.coordinates(step * i as f64)).collect();
         let integrals = problem.sources.iter().map(|s| integrals(&basis, &s.measure)).collect();
         Ok(Self { basis, step, coordinates, integrals })
     }
 
     /// q_i at one depth [element].
-    fn at(&self, depth: f64) -> impl Iterator<Item = f64> + '_ {
+    pub fn at(&self, depth: f64) -> impl Iterator<Item = f64> + '_ {
         let x = depth / self.step;
-        let last = self.coordinates[0].len() - 2;
-        let i = (x as usize).min(last);
+        let i = (x as usize).min(self.coordinates.len() - 2);
         let fraction = (x - i as f64).min(1.0);
-        self.coordinates.iter().map(move |q| q[i] + fraction * (q[i + 1] - q[i]))
+        self.coordinates[i].iter().zip(&self.coordinates[i + 1]).map(move |(low, high)| low + fraction * (high - low))
     }
 }
 

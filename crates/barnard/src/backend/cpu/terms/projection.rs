@@ -1,6 +1,7 @@
 //! Coordinates of e^(−a k) in a basis: read once for all bands that share it.
 
-use spectra::rule::Form;
+use spectra::rule::{Form, Projection};
+use wide::f32x4;
 
 use super::Course;
 use crate::packet::{LANES, Lane, lanes, largest};
@@ -17,16 +18,22 @@ pub struct ProjectionTerms {
 struct Group {
     /// The first term of each band.
     first: Vec<usize>,
+    table: CoordinateTable,
+}
+
+/// q_i(a) and q_i″(a)/6, so that a row of few elements is read as short vectors.
+#[derive(Debug)]
+pub struct CoordinateTable {
     /// Number of elements.
     size: usize,
     /// Entries per unit of depth.
     per_depth: f32,
-    /// Coordinates, entry × element.
-    coordinates: Vec<f32>,
+    /// The elements and what lies behind them up to the fourth or eighth, then as many curvatures: entry × row.
+    rows: Vec<f32>,
 }
 
-/// Half difference of depth up to which a segment is read at its middle alone: 2e-5 k² of what is there.
-const SHORT: f32 = 0.01;
+/// Half difference of depth up to which a segment is its middle and a curvature: y⁴/120 k⁴ is left out.
+const SHORT: f32 = 0.2;
 
 impl ProjectionTerms {
     pub(super) fn new(plan: &Plan) -> Self {
@@ -34,77 +41,106 @@ impl ProjectionTerms {
         let mut first = 0;
         for band in &plan.spectral.bands {
             let Form::Projection(projection) = &band.rule.form else { continue };
-            let (size, exponents) = (projection.basis.size(), &projection.basis.exponents[..]);
+            let exponents = &projection.basis.exponents[..];
             match groups.iter_mut().find(|(e, _)| *e == exponents) {
                 Some((_, group)) => group.first.push(first),
-                None => {
-                    let entries = projection.coordinates[0].len();
-                    let coordinates = (0..entries).flat_map(|i| projection.coordinates.iter().map(move |q| q[i] as f32)).collect();
-                    groups.push((exponents, Group { first: vec![first], size, per_depth: (1.0 / projection.step) as f32, coordinates }));
-                }
+                None => groups.push((exponents, Group { first: vec![first], table: CoordinateTable::new(projection) })),
             }
-            first += size;
+            first += projection.basis.size();
         }
         Self { groups: groups.into_iter().map(|(_, group)| group).collect() }
     }
 
     #[inline(always)]
-    pub(super) fn gather(&self, Course { middle, half }: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
-        let short = largest(&lanes(|lane| half[lane].abs())) <= SHORT;
+    pub(super) fn gather(&self, course: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
         for group in &self.groups {
-            let (low, high) = if short {
-                (group.place(middle), None)
+            if group.table.size <= 4 {
+                group.gather::<4>(course, &base, sum);
             } else {
-                // The two points of Gauss.
-                let offset = lanes(|lane| half[lane] * 0.577_350_26);
-                (group.place(&lanes(|lane| middle[lane] - offset[lane])), Some(group.place(&lanes(|lane| middle[lane] + offset[lane]))))
-            };
-            for element in 0..group.size {
-                let mut q = group.read(element, &low);
-                if let Some(high) = &high {
-                    let other = group.read(element, high);
-                    q = lanes(|lane| 0.5 * (q[lane] + other[lane]));
-                }
-                for first in &group.first {
-                    let Some(base) = base(first + element) else { continue };
-                    let sum = &mut sum[first + element];
-                    for lane in 0..LANES {
-                        sum[lane] += base[lane] * q[lane];
-                    }
-                }
+                group.gather::<8>(course, &base, sum);
             }
         }
     }
 
     pub(super) fn at(&self, term: usize, depth: f32) -> f32 {
-        let inside = |group: &&Group| group.first.iter().any(|first| (*first..first + group.size).contains(&term));
+        let inside = |group: &&Group| group.first.iter().any(|first| (*first..first + group.table.size).contains(&term));
         let Some(group) = self.groups.iter().find(inside) else { return 0.0 };
         let element = group.first.iter().filter(|first| **first <= term).map(|first| term - first).min().unwrap_or(0);
-        group.read(element, &group.place(&[depth; LANES]))[0]
+        group.table.mean::<8>(depth, 0.0)[element]
     }
 }
 
 impl Group {
-    /// Entry and fraction of each lane's depth; the last entry is held.
     #[inline(always)]
-    fn place(&self, depth: &Lane) -> ([usize; LANES], Lane) {
-        let last = self.coordinates.len() / self.size - 2;
-        let (mut entry, mut fraction) = ([0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            let x = depth[lane] * self.per_depth;
-            entry[lane] = (x as usize).min(last);
-            let f = x - entry[lane] as f32;
-            fraction[lane] = if f < 1.0 { f } else { 1.0 };
+    fn gather<const ROW: usize>(&self, course: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+        let means = self.table.means::<ROW>(course);
+        for element in 0..self.table.size {
+            for first in &self.first {
+                let Some(base) = base(first + element) else { continue };
+                let sum = &mut sum[first + element];
+                for lane in 0..LANES {
+                    sum[lane] += base[lane] * means[lane][element];
+                }
+            }
         }
-        (entry, fraction)
+    }
+}
+
+impl CoordinateTable {
+    /// In f32.
+    pub fn new(projection: &Projection) -> Self {
+        let size = projection.basis.size();
+        let padding = size.next_multiple_of(4) - size;
+        let entry = |(i, q): (usize, &Vec<f64>)| {
+            let bent = projection.basis.curvatures(projection.step * i as f64).into_iter().map(|c| c / 6.0);
+            let gap = || std::iter::repeat_n(0.0, padding);
+            q.iter().copied().chain(gap()).chain(bent).chain(gap()).map(|v| v as f32).collect::<Vec<f32>>()
+        };
+        let rows = projection.coordinates.iter().enumerate().flat_map(entry).collect();
+        Self { size, per_depth: (1.0 / projection.step) as f32, rows }
     }
 
+    /// The mean coordinates of each lane over its course, lane × element.
+    ///
+    /// `ROW` is the number of elements, rounded up to four or eight.
     #[inline(always)]
-    fn read(&self, element: usize, (entry, fraction): &([usize; LANES], Lane)) -> Lane {
-        lanes(|lane| {
-            let i = entry[lane] * self.size + element;
-            let (low, high) = (self.coordinates[i], self.coordinates[i + self.size]);
-            low + fraction[lane] * (high - low)
-        })
+    pub fn means<const ROW: usize>(&self, Course { middle, half }: &Course) -> [[f32; ROW]; LANES] {
+        let mut means = [[0.0; ROW]; LANES];
+        if largest(&lanes(|lane| half[lane].abs())) <= SHORT {
+            for lane in 0..LANES {
+                means[lane] = self.mean(middle[lane], half[lane] * half[lane]);
+            }
+        } else {
+            // The two points of Gauss.
+            for lane in 0..LANES {
+                let offset = half[lane] * 0.577_350_26;
+                let (low, high) = (self.mean::<ROW>(middle[lane] - offset, 0.0), self.mean::<ROW>(middle[lane] + offset, 0.0));
+                for i in 0..ROW {
+                    means[lane][i] = 0.5 * (low[i] + high[i]);
+                }
+            }
+        }
+        means
+    }
+
+    /// q + half² q″/6 at one depth; beyond the table its last entry is held.
+    #[inline(always)]
+    fn mean<const ROW: usize>(&self, depth: f32, half_squared: f32) -> [f32; ROW] {
+        // A table of four elements may be asked for eight.
+        let width = if self.size <= 4 { 4 } else { ROW };
+        let stride = 2 * width;
+        let x = depth * self.per_depth;
+        let entry = (x as usize).min(self.rows.len() / stride - 2);
+        let fraction = x - entry as f32;
+        let fraction = f32x4::splat(if fraction < 1.0 { fraction } else { 1.0 });
+        let row = &self.rows[entry * stride..][..2 * stride];
+        let quad = |at: usize| f32x4::new([row[at], row[at + 1], row[at + 2], row[at + 3]]);
+        let read = |at: usize| (quad(at + stride) - quad(at)).mul_add(fraction, quad(at));
+        let mut mean = [0.0; ROW];
+        for at in (0..width).step_by(4) {
+            let value = read(width + at).mul_add(f32x4::splat(half_squared), read(at));
+            mean[at..at + 4].copy_from_slice(&value.to_array());
+        }
+        mean
     }
 }
