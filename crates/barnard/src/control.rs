@@ -10,6 +10,8 @@ use crate::error::{Error, Result};
 pub enum Stage {
     /// Depths between stars and cells.
     StarDepths,
+    /// Starlight put into voxels.
+    Light,
     /// Rays of the image.
     Rays,
 }

@@ -123,7 +123,7 @@ pub(crate) fn relative_rms(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
 }
 
 /// The largest of some errors; NaN where one is NaN.
-pub(crate) fn worst(errors: impl Iterator<Item = f64>) -> f64 {
+pub fn worst(errors: impl Iterator<Item = f64>) -> f64 {
     errors.fold(0.0, |worst, error| if error <= worst || worst.is_nan() { worst } else { error })
 }
 

@@ -64,7 +64,7 @@ struct Point {
     depth: f64,
 }
 
-/// Adds all unresolved sources to `image` (bands × height × width): `depth(ray, length)` is the optical depth on the way, `flux(light, band, depth)`
+/// Draws all unresolved sources: `add` hears of places in an image (bands × height × width) and radiances; `depth(ray, length)` is the optical depth on the way, `flux(light, band, depth)`
 /// the band's flux of a light behind it.
 pub fn draw(
     scene: &Scene,
@@ -72,7 +72,7 @@ pub fn draw(
     lights: &[Light],
     depth: impl Fn(&Ray, f64) -> f64 + Sync,
     flux: impl Fn(usize, usize, f64) -> f64 + Sync,
-    image: &mut [f64],
+    mut add: impl FnMut(usize, f64),
 ) -> Result<()> {
     let mut points = direct_points(scene, camera, lights, &depth);
     if let Some(field) = &scene.background.star_field {
@@ -80,7 +80,7 @@ pub fn draw(
     }
     for point in &points {
         let fluxes: Vec<f64> = (0..scene.bands.len()).map(|b| point.gain * flux(point.light, b, point.depth)).collect();
-        splat(camera, point, &fluxes, image);
+        splat(camera, point, &fluxes, &mut add);
     }
     Ok(())
 }
@@ -194,7 +194,7 @@ fn poisson(mean: f64, random: &mut Counter) -> u64 {
 }
 
 /// Spreads one source over its pixels.
-fn splat(camera: &Camera, point: &Point, fluxes: &[f64], image: &mut [f64]) {
+fn splat(camera: &Camera, point: &Point, fluxes: &[f64], add: &mut impl FnMut(usize, f64)) {
     let (column, row) = (point.column.floor() as i64, point.row.floor() as i64);
     let weight = |i: i64, at: f64| (-0.5 * ((i as f64 + 0.5 - at) / PSF_SIGMA).powi(2)).exp();
     let sum = |middle: i64, at: f64| (middle - PSF_RADIUS..=middle + PSF_RADIUS).map(|i| weight(i, at)).sum::<f64>();
@@ -206,7 +206,7 @@ fn splat(camera: &Camera, point: &Point, fluxes: &[f64], image: &mut [f64]) {
             }
             let share = norm * weight(i, point.row) * weight(j, point.column) / camera.pixel_measure(j as f64 + 0.5, i as f64 + 0.5);
             for (band, flux) in fluxes.iter().enumerate() {
-                image[(band * camera.height + i as usize) * camera.width + j as usize] += share * flux;
+                add((band * camera.height + i as usize) * camera.width + j as usize, share * flux);
             }
         }
     }

@@ -276,3 +276,46 @@ fn hard_places_are_as_true_as_others() {
     let other = lit_box(outside, &dust(5.0, 0.4), "4 2 -3 pc", "");
     assert!(on_cpu(&scenes[0].1).relative_rmse(0, &on_reference(&other), 0) > 1e-2);
 }
+
+/// The deck's many lights: stars around a cloud, gathered in one field, are those of the reference to the error that is stated, whatever their number.
+#[test]
+fn gathered_light_is_that_of_all_stars() {
+    let scene = |stars: usize, phase: &str| {
+        let place = |i: usize| {
+            let turn = 2.4 * i as f64;
+            format!("{:.3} {:.3} {:.3} pc", 1.3 * turn.cos(), 1.3 * turn.sin(), 0.4 * turn.sin())
+        };
+        let star = |i: usize| {
+            let temperature = 3000 + 4000 * i;
+            format!(
+                "[[star]]\nkind = \"blackbody\"\nposition = \"{}\"\ntemperature = \"{temperature} K\"\nluminosity = \"100 Lsun\"\nvisible = false\n",
+                place(i)
+            )
+        };
+        parse(&format!(
+            "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"16 deg\"\nsize = [8, 8]\n\
+             [field.cloud]\nkind = \"fbm\"\nseed = 4\nscale = \"0.4 pc\"\noffset = 0.2\n\
+             [dust]\ndensity = \"cloud\"\nscale = \"3 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n{phase}\n[method]\nname = \"propagation\"\nbake = 48\naccuracy = 5e-3\n{}",
+            (0..stars).map(star).collect::<String>()
+        ))
+    };
+    for stars in [1, 5] {
+        let mut scene = scene(stars, "");
+        let options = options(&scene);
+        barnard::plan::sample_functions(&mut scene, &options).unwrap();
+        let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
+        let image = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
+        let error = image.relative_rmse(0, &on_reference(&scene), 0);
+        let stated = plan.space.spatial.unwrap().error;
+        assert!(error < 1.1 * stated + 1e-5 && stated < 1e-2, "{stars} stars: {error:e}, stated {stated:e}");
+        // A star less would be seen.
+        if stars > 1 {
+            scene.stars.pop();
+            assert!(image.relative_rmse(0, &on_reference(&scene), 0) > 5.0 * stated);
+        }
+    }
+    let forward = scene(2, "phase = { kind = \"henyey_greenstein\", g = 0.6 }");
+    let plan = Plan::new(&forward, &options(&forward), &Control::default()).unwrap();
+    assert!(plan.notes().iter().any(|(_, words)| words.contains("scatters evenly")));
+    assert!(plan.misses_accuracy(), "the phase function is a part of the error");
+}

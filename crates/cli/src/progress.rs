@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 fn words(stage: Stage) -> &'static str {
     match stage {
         Stage::StarDepths => "star depths",
+        Stage::Light => "light field",
         Stage::Rays => "rays",
     }
 }

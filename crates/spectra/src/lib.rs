@@ -12,6 +12,7 @@ pub mod extinction;
 pub mod nebular;
 pub mod passband;
 pub mod polynomial;
+pub mod propagation;
 pub mod quadrature;
 pub mod rule;
 pub mod sed;

@@ -8,7 +8,7 @@ mod write;
 
 use std::path::Path;
 
-pub use write::{check_writable, save};
+pub use write::{check_writable, replace, save};
 
 use crate::error::{Error, Result};
 use crate::image::{Display, Image};

@@ -49,11 +49,15 @@ fn temporary(path: &Path) -> Result<tempfile::NamedTempFile> {
 
 /// Writes `image` in the format of the path's extension.
 pub fn save(image: &Image, display: &Display, path: &Path) -> Result<()> {
-    let bytes = (writer(path)?.encode)(image, display)?;
+    replace(path, &(writer(path)?.encode)(image, display)?)
+}
+
+/// Writes a file whole or not at all.
+pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     let failed = |e: std::io::Error| Error::file(path, format!("cannot be written, nothing was kept: {e}"));
     let target = target(path)?;
     let mut file = temporary(&target)?;
-    file.write_all(&bytes).and_then(|()| file.as_file().sync_all()).map_err(failed)?;
+    file.write_all(bytes).and_then(|()| file.as_file().sync_all()).map_err(failed)?;
     let replaced = std::fs::metadata(&target).map(|m| m.permissions());
     let file = file.persist(&target).map_err(|e| failed(e.error))?;
     replaced.map_or(Ok(()), |permissions| file.set_permissions(permissions).map_err(failed))

@@ -52,11 +52,39 @@ impl<'a> Cursor<'a> {
             1 => self.read_one(t, &mut out[0]),
             2 => self.read_channels::<2, 4>(t, out),
             3 => self.read_channels::<3, 6>(t, out),
-            4 => self.read_channels::<4, 8>(t, out),
-            5 => self.read_channels::<5, 10>(t, out),
-            6 => self.read_channels::<6, 12>(t, out),
-            7 => self.read_channels::<7, 14>(t, out),
-            _ => self.read_channels::<8, 16>(t, out),
+            4 => self.read_quads::<4>(t, out),
+            5 => self.read_quads::<5>(t, out),
+            6 => self.read_quads::<6>(t, out),
+            7 => self.read_quads::<7>(t, out),
+            _ => self.read_quads::<8>(t, out),
+        }
+    }
+
+    /// Four channels or more: each quad of them is lerped in all axes, then four lanes change places with four channels. Quads may overlap.
+    #[inline(always)]
+    fn read_quads<const CHANNELS: usize>(&self, t: &Lane, out: &mut [Lane]) {
+        let out = &mut out[..CHANNELS];
+        let cells = self.cells(t);
+        let [dx, dy, dz] = cells.strides;
+        let quads = || (0..CHANNELS).step_by(4).map(|i| i.min(CHANNELS - 4));
+        for lane in (0..LANES).step_by(4) {
+            let mut four = [[f32x4::ZERO; 2]; 4];
+            for (i, values) in four.iter_mut().enumerate() {
+                let lane = lane + i;
+                let cell = &self.volume.data[cells.first[lane]..][..dz + dy + 2 * CHANNELS];
+                let [fx, fy, fz] = [0, 1, 2].map(|axis| f32x4::splat(cells.fraction[axis][lane]));
+                for (value, at) in values.iter_mut().zip(quads()) {
+                    let quad = |at: usize| f32x4::new(cell[at..at + 4].try_into().expect("four values"));
+                    let face = |at: usize| lerp(lerp(quad(at), quad(at + dy), fy), lerp(quad(at + dz), quad(at + dz + dy), fy), fz);
+                    *value = lerp(face(at), face(at + dx), fx);
+                }
+            }
+            for (q, at) in quads().enumerate() {
+                let turned = f32x4::transpose([four[0][q], four[1][q], four[2][q], four[3][q]]);
+                for (channel, values) in turned.into_iter().enumerate() {
+                    out[at + channel][lane..lane + 4].copy_from_slice(&values.to_array());
+                }
+            }
         }
     }
 

@@ -5,6 +5,7 @@
 
 mod bricks;
 mod describe;
+mod light_field;
 pub mod near;
 mod pilot;
 mod planes;
@@ -19,6 +20,7 @@ use std::sync::Arc;
 
 pub use bricks::Bricks;
 pub use describe::describe;
+pub use light_field::LightField;
 pub use pilot::Spatial;
 pub use space::{Space, sample_functions};
 pub use spectral::{BandPlan, PHASE_RANGE, PhaseTable, Spectral};
@@ -56,6 +58,8 @@ pub struct Plan {
     pub stepping: Stepping,
     /// Samples of a star depth that is marched again at every sample of a ray instead of being read: the deck's double integration.
     pub star_march: Option<usize>,
+    /// The light of all stars together, which is marched in place of star depths.
+    pub light_field: Option<Arc<LightField>>,
 }
 
 /// Samples a ray of the deck.
@@ -89,21 +93,75 @@ impl std::fmt::Display for Stepping {
     }
 }
 
-impl Plan {
-    /// Plans `scene`.
-    pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
-        let lights = Arc::new(crate::light::lights(scene)?);
-        let mut space = Space::new(scene, options, control)?;
-        space.check_stars(scene)?;
-        let spectral = Arc::new(pilot::spectral(scene, &lights, &space, options, control)?);
-        let marched = options.method.entry.star_depth == StarDepth::Marched;
-        let star_march = marched.then(|| options.method.steps.unwrap_or(DECK_STEPS));
-        let stepping = match star_march {
-            // Nothing is baked that a step could be wrong about.
-            Some(n) => Stepping::Fixed(options.method.steps.unwrap_or(n)),
-            None => pilot::choose(scene, &lights, &spectral, &mut space, options, options.method.steps, control)?,
+/// A plan before its steps are known.
+struct Draft {
+    lights: Vec<Light>,
+    space: Space,
+    spectral: Spectral,
+    light_field: Option<LightField>,
+    star_march: Option<usize>,
+}
+
+impl Draft {
+    fn new(scene: &Scene, lights: Vec<Light>, space: Space, spectral: Spectral, options: &Options, control: &Control) -> Result<Self> {
+        let star_depth = options.method.entry.star_depth;
+        let light_field = match star_depth {
+            StarDepth::Gathered => LightField::new(scene, &lights, &spectral, &space, options, control)?,
+            StarDepth::Cached | StarDepth::Marched => None,
         };
-        Ok(Self { camera: scene.camera.clone(), lights, space: Arc::new(space), spectral, stepping, star_march })
+        let star_march = (star_depth == StarDepth::Marched).then(|| options.method.steps.unwrap_or(DECK_STEPS));
+        Ok(Self { lights, space, spectral, light_field, star_march })
+    }
+
+    fn plan(mut self, scene: &Scene, stepping: Stepping, options: &Options, control: &Control) -> Result<Plan> {
+        if self.light_field.is_some() {
+            self.space.forget_star_depths(options, control)?;
+        }
+        Ok(Plan {
+            camera: scene.camera.clone(),
+            lights: Arc::new(self.lights),
+            space: Arc::new(self.space),
+            spectral: Arc::new(self.spectral),
+            stepping,
+            star_march: self.star_march,
+            light_field: self.light_field.map(Arc::new),
+        })
+    }
+}
+
+impl Plan {
+    /// Plans `scene`: pilot rays choose steps, star depths and rules, and measure what they cost.
+    pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
+        let lights = crate::light::lights(scene)?;
+        let space = Space::new(scene, options, control)?;
+        space.check_stars(scene)?;
+        let spectral = pilot::spectral(scene, &lights, &space, options, control)?;
+        let mut draft = Draft::new(scene, lights, space, spectral, options, control)?;
+        let stepping = match draft.star_march {
+            // Nothing is baked that a step could be wrong about.
+            Some(n) => Stepping::Fixed(n),
+            None => {
+                let Draft { lights, space, spectral, light_field, .. } = &mut draft;
+                pilot::choose(scene, lights, spectral, space, light_field.as_ref(), options, control)?
+            }
+        };
+        draft.plan(scene, stepping, options, control)
+    }
+
+    /// Plans `scene` at `steps` samples a ray, with rules as they are asked for and nothing measured: for comparisons that measure from outside.
+    pub fn sampled(scene: &Scene, options: &Options, steps: usize, control: &Control) -> Result<Self> {
+        let method = Method { steps: Some(steps), ..options.method.clone() };
+        let options = &Options { method, ..options.clone() };
+        let lights = crate::light::lights(scene)?;
+        let space = Space::new(scene, options, control)?;
+        space.check_stars(scene)?;
+        let spectral = Spectral::new(scene, &lights, options, space.reach(&scene.camera))?;
+        Draft::new(scene, lights, space, spectral, options, control)?.plan(scene, Stepping::Fixed(steps), options, control)
+    }
+
+    /// Everything the march reads.
+    pub fn volumes(&self) -> impl Iterator<Item = &Volume> {
+        self.space.volumes.iter().chain(self.light_field.iter().flat_map(|f| &f.volumes))
     }
 
     /// The certificate of a passband in words, a line for each light, for optical depths up to `depth`.
@@ -126,8 +184,14 @@ impl Plan {
 
     /// Certificates of the lights that shine in a passband.
     fn certificates(&self, band: usize, depth: f64) -> Vec<(usize, Certificate)> {
-        let shining = |light: usize| self.spectral.bands[band].sources[light].measure.total() > 0.0;
-        self.spectral.certify(band, depth).into_iter().enumerate().filter(|(light, _)| shining(*light)).collect()
+        let sources = &self.spectral.bands[band].sources;
+        let gathered = |light: usize| {
+            let reach = depth.max(self.spectral.depth);
+            self.light_field.as_ref()?.certificate(band, light, &sources[light].measure, reach)
+        };
+        let certificates = self.spectral.certify(band, depth).into_iter().enumerate();
+        let shining = certificates.filter(|(light, _)| sources[*light].measure.total() > 0.0);
+        shining.map(|(light, own)| (light, gathered(light).unwrap_or(own))).collect()
     }
 
     /// Whether the pilot rays found a larger error than was asked for.
@@ -135,12 +199,41 @@ impl Plan {
         self.space.spatial.is_some_and(|s| s.error > self.spectral.accuracy)
     }
 
+    /// What to know of the picture beside the certificates: what it is about, and words.
+    pub fn notes(&self) -> Vec<(String, String)> {
+        let isotropic = self.light_field.as_ref().filter(|f| f.isotropic_instead);
+        let isotropic = isotropic.map(|_| ("phase function".into(), "put aside by this method, which scatters evenly".into()));
+        self.spatial_note().into_iter().chain(isotropic).chain(self.fit_note()).collect()
+    }
+
+    /// The worst of the polynomials that stand for spectra.
+    fn fit_note(&self) -> Option<(String, String)> {
+        let of_rules = self.spectral.bands.iter().flat_map(|band| {
+            let fits = (0..self.lights.len()).filter_map(|light| band.rule.form.decay().fit(light).map(|fit| (light, fit)));
+            fits.map(|(light, fit)| (format!("{} in {}", self.lights[light].name, band.band.name()), fit))
+        });
+        let of_stars = self.light_field.iter().flat_map(|f| f.fits().map(|(light, fit)| (self.lights[light].name.clone(), fit)));
+        let (name, worst) = of_rules.chain(of_stars).max_by(|a, b| a.1.rms.total_cmp(&b.1.rms))?;
+        let degree = worst.polynomial.coefficients.len() - 1;
+        let words = format!(
+            "worst of degree {degree}: {name}, rms {:.1e}, at most {:.1e} of its peak; a part of the spectral error",
+            worst.rms, worst.largest
+        );
+        Some(("polynomial fits".into(), words))
+    }
+
     /// The spatial error in words.
-    pub fn spatial_note(&self) -> Option<(String, String)> {
+    fn spatial_note(&self) -> Option<(String, String)> {
         let s = self.space.spatial?;
         let words = format!(
-            "measured {:.1e} (relative rms of the worst band over {} pilot rays, {}, star depths of {} a voxel)",
-            s.error, s.rays, s.stepping, self.space.star_factor
+            "measured {:.1e} (relative rms of the worst band over {} pilot rays, {}, {})",
+            s.error,
+            s.rays,
+            s.stepping,
+            match &self.light_field {
+                None => format!("star depths of {} a voxel", self.space.star_factor),
+                Some(field) => format!("a light field of {} numbers a voxel", field.propagation.channels()),
+            }
         );
         let asked = self.spectral.accuracy;
         let words = if self.misses_accuracy() { format!("{words}: more than the {asked:.1e} that was asked for") } else { words };
@@ -149,7 +242,7 @@ impl Plan {
 
     /// Bytes of all tables and grids.
     pub fn bytes(&self) -> u64 {
-        self.space.bytes() + self.spectral.bytes()
+        self.space.bytes() + self.spectral.bytes() + self.light_field.as_ref().map_or(0, |f| f.bytes())
     }
 }
 

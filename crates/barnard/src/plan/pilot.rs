@@ -10,7 +10,7 @@ use spectra::rule::{Measure, mean_transmittance};
 use super::near::{self, NearPiece};
 use super::segment::mean_inverse_square;
 use super::volume::Channel;
-use super::{Options, Space, Spectral, Stepping};
+use super::{LightField, Options, Space, Spectral, Stepping};
 use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::Ray;
@@ -51,6 +51,8 @@ const SPECTRAL_SHARE: f64 = 0.3;
 /// How often a rule that is too coarse for what is left is made finer, and by how much.
 const SPECTRAL_TRIES: usize = 4;
 const FINER: f64 = 0.01;
+/// What a finer step or finer star depths must make of the error, else they are not worth their price.
+const WORTHWHILE: f64 = 0.8;
 /// Images of no more pixels are marched whole.
 const SMALL: usize = 400;
 /// How finely star depths are baked, in voxels along one of dust: past the third only while all of them take less than `FINE_BYTES`.
@@ -64,20 +66,27 @@ struct Pilot {
     pixels: f64,
 }
 
-/// Finds how finely the star depths must be baked and, where `fixed` does not say it, the rays sampled.
+/// Finds how finely the star depths must be baked and, where the options do not say it, the rays sampled; the former matters not where a `field`
+/// holds the light, whose whole error is then measured.
 pub fn choose(
     scene: &Scene,
     lights: &[Light],
     spectral: &Spectral,
     space: &mut Space,
+    field: Option<&LightField>,
     options: &Options,
-    fixed: Option<usize>,
     control: &Control,
 ) -> Result<Stepping> {
     let pilots = pilots(scene, space, spectral, lights);
+    let (plain, gathered) = (Shading::new(spectral, lights), Shading { field, ..Shading::new(spectral, lights) });
+    let exactly = Shading { measures: field.map(|_| measures(spectral)), ..Shading::new(spectral, lights) };
     let march = |space: &Space, stepping: Stepping, exact: bool| -> Result<Vec<Vec<f64>>> {
-        let ray = |pilot: &Pilot| control.check().map(|()| march(space, &Shading::new(spectral, lights), &pilot.ray, stepping, exact));
-        pilots.par_iter().map(ray).collect()
+        let shading = match (field, exact) {
+            (None, _) => &plain,
+            (Some(_), false) => &gathered,
+            (Some(_), true) => &exactly,
+        };
+        pilots.par_iter().map(|pilot| control.check().map(|()| march(space, shading, &pilot.ray, stepping, exact))).collect()
     };
     let voxel_depth = space.dust.as_ref().map_or(0.0, |_| f64::from(space.bricks[0].largest()) * space.voxel_pc());
     let edge = space.dust.as_ref().map_or(1, |d| d.lattice.dims.into_iter().max().unwrap_or(1)) as f64;
@@ -97,19 +106,21 @@ pub fn choose(
             }
         }
         let per_voxel = STEPS.into_iter().filter(|n| *n < finest).map(Stepping::PerVoxel);
-        let candidates = fixed.map_or_else(|| per_voxel.collect(), |n| vec![Stepping::Fixed(n)]);
+        let fixed = options.method.steps.map(|n| vec![Stepping::Fixed(n)]);
+        let candidates = fixed.unwrap_or_else(|| per_voxel.collect());
         let before = best.map_or(f64::INFINITY, |b| b.2);
         for stepping in candidates {
             let error = relative_error(&march(space, stepping, false)?, &truth, &pilots);
-            if best.is_none_or(|b| error < b.2) {
+            let worthwhile = best.is_none_or(|b| error < b.2 * if field.is_some() { WORTHWHILE } else { 1.0 });
+            if worthwhile {
                 best = Some((stepping, factor, error));
             }
-            if error <= accuracy {
+            if error <= accuracy || field.is_some() && !worthwhile {
                 break;
             }
         }
         let error = best.map_or(f64::INFINITY, |b| b.2);
-        if error <= accuracy || error > 0.8 * before || space.stars.is_empty() {
+        if error <= accuracy || error > WORTHWHILE * before || space.stars.is_empty() || field.is_some() {
             break;
         }
     }
@@ -227,11 +238,12 @@ struct Shading<'a> {
     spectral: &'a Spectral,
     lights: &'a [Light],
     measures: Option<Vec<Vec<Measure>>>,
+    field: Option<&'a LightField>,
 }
 
 impl<'a> Shading<'a> {
     fn new(spectral: &'a Spectral, lights: &'a [Light]) -> Self {
-        Self { spectral, lights, measures: None }
+        Self { spectral, lights, measures: None, field: None }
     }
 
     /// Adds so much of a light to every band, fallen by its mean over the depths.
@@ -253,6 +265,7 @@ impl<'a> Shading<'a> {
 fn march(space: &Space, shading: &Shading, ray: &Ray, stepping: Stepping, exact: bool) -> Vec<f64> {
     let Shading { spectral, lights, .. } = shading;
     let mut bands = vec![0.0; spectral.bands.len()];
+    let mut gathered = shading.field.map(|field| (field, vec![0.0; field.propagation.channels()]));
     let mut tau = 0.0;
     if let Some((near, far)) = space.occupied.and_then(|b| b.clip(ray)) {
         let steps = stepping.steps(far - near, space.voxel_pc());
@@ -260,7 +273,7 @@ fn march(space: &Space, shading: &Shading, ray: &Ray, stepping: Stepping, exact:
         let mut before = Sample::at(space, ray, near, exact);
         // A step that is long beside its distance to a star is marched in parts, as the back ends do.
         let voxel = space.voxel_pc();
-        let feet = space.stars.iter().map(|star| {
+        let feet = space.stars.iter().filter(|_| gathered.is_none()).map(|star| {
             let foot = (*star - ray.origin).dot(ray.direction);
             (foot, (*star - ray.at(foot)).length())
         });
@@ -277,7 +290,7 @@ fn march(space: &Space, shading: &Shading, ray: &Ray, stepping: Stepping, exact:
             let growth = 0.5 * dt * (before.sigma + after.sigma);
             for (light, l) in lights.iter().enumerate() {
                 match l.path {
-                    Path::Scattered { star } if growth > 0.0 => {
+                    Path::Scattered { star } if growth > 0.0 && shading.field.is_none() => {
                         let depths = (tau + before.depths[star], tau + growth + after.depths[star]);
                         let segment = Segment { span: (t0, t1), sigma: (before.sigma, after.sigma), tau: (tau, growth), depths };
                         scatter((space, shading), (light, star), ray, &segment, &mut bands);
@@ -291,8 +304,18 @@ fn march(space: &Space, shading: &Shading, ray: &Ray, stepping: Stepping, exact:
                     _ => {}
                 }
             }
+            if let Some((field, sum)) = gathered.as_mut().filter(|_| growth > 0.0) {
+                let (a, b) = (field.at(ray.at(t0)), field.at(ray.at(t1)));
+                let light: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
+                field.propagation.gather(tau + 0.5 * growth, growth, &light, sum);
+            }
             tau += growth;
             (t0, before) = (t1, after);
+        }
+    }
+    if let Some((field, sum)) = gathered {
+        for (band, resolution) in bands.iter_mut().zip(&field.resolution) {
+            *band += sum.iter().zip(resolution).map(|(s, r)| s * r).sum::<f64>();
         }
     }
     for (light, _) in lights.iter().enumerate().filter(|(_, l)| l.path == Path::Background) {
@@ -361,6 +384,7 @@ impl Sample {
                     Channel::StarDepth(star) if !exact => sample.depths[star] = volume.at(c, p),
                     Channel::StarDepth(_) => {}
                     Channel::Emission(species) => sample.emission[species] = volume.at(c, p),
+                    Channel::Light(_) => {}
                 }
             }
         }

@@ -95,13 +95,29 @@ impl Space {
 
     /// Bakes star depths anew with `factor` voxels along one of dust.
     pub fn refine_stars(&mut self, factor: usize, options: &Options, control: &Control) -> Result<()> {
+        self.star_factor = factor;
+        self.star_depth = 0.0;
+        self.lay_out(factor, self.stars.len(), options, control)
+    }
+
+    /// Lets go of the star depths, once something else holds the light.
+    pub fn forget_star_depths(&mut self, options: &Options, control: &Control) -> Result<()> {
+        self.lay_out(1, 0, options, control)
+    }
+
+    /// The volume and channel of a star's depths.
+    pub fn star_channel(&self, star: usize) -> Option<(&Volume, usize)> {
+        self.volumes.iter().find_map(|v| v.channels.iter().position(|c| *c == Channel::StarDepth(star)).map(|slot| (v, slot)))
+    }
+
+    /// Volumes of dust, the depths of so many stars, and gas: what has one lattice stands together.
+    fn lay_out(&mut self, factor: usize, stars: usize, options: &Options, control: &Control) -> Result<()> {
         let mut parts: Vec<(Lattice, Channel)> = Vec::new();
         if let Some(dust) = &self.dust {
             parts.push((dust.lattice.clone(), Channel::Dust));
             let lattice = dust.lattice.refined(factor);
-            let stars = self.stars.len() as u64;
-            check_memory(&format!("star depths of {stars} stars"), 4 * stars * lattice.cells() as u64, options.memory_limit)?;
-            parts.extend((0..self.stars.len()).map(|star| (lattice.clone(), Channel::StarDepth(star))));
+            check_memory(&format!("star depths of {stars} stars"), 4 * stars as u64 * lattice.cells() as u64, options.memory_limit)?;
+            parts.extend((0..stars).map(|star| (lattice.clone(), Channel::StarDepth(star))));
         }
         parts.extend(self.emission.iter().enumerate().map(|(species, grid)| (grid.lattice.clone(), Channel::Emission(species))));
         self.volumes.clear();
@@ -111,8 +127,6 @@ impl Space {
             self.volumes.extend(channels.chunks(MAX_CHANNELS).map(|chunk| Volume::zeroed(&lattice, chunk.to_vec())));
             parts = others;
         }
-        self.star_factor = factor;
-        self.star_depth = 0.0;
         let mut volumes = std::mem::take(&mut self.volumes);
         for volume in &mut volumes {
             for slot in 0..volume.channels.len() {
@@ -135,7 +149,7 @@ impl Space {
                 let deepest = star_depth::deepest(volume, slot, &self.bricks[0]);
                 self.star_depth = self.star_depth.max(deepest.into());
             }
-            (Channel::Dust | Channel::StarDepth(_), None) => {}
+            (Channel::Dust | Channel::StarDepth(_), None) | (Channel::Light(_), _) => {}
         }
         Ok(())
     }

@@ -17,6 +17,8 @@ pub enum Channel {
     StarDepth(usize),
     /// Density of a glowing species, in its own unit.
     Emission(usize),
+    /// Light of all stars, in one element and polynomial.
+    Light(usize),
 }
 
 /// Fields on one lattice: depth × height × width × channels, f32.

@@ -28,6 +28,8 @@ pub enum StarDepth {
     Cached,
     /// Marched again at every sample.
     Marched,
+    /// Nowhere: the light of all stars is gathered in voxels once.
+    Gathered,
 }
 
 impl std::fmt::Debug for MethodEntry {
@@ -42,16 +44,25 @@ impl PartialEq for MethodEntry {
     }
 }
 
-/// All methods, the default first: every spectral rule over cached star depths, and the deck's form of one of them.
+/// Methods beside the rules over cached star depths: rule, name, summary, star depths.
+const OTHERS: [(&str, &str, &str, StarDepth); 2] = [
+    ("newton", "double_integration", "newton with the star depth marched again at every sample: the deck's baseline", StarDepth::Marched),
+    (
+        "projection",
+        "propagation",
+        "projection with the light of all stars gathered in voxels as polynomials: the deck's many lights; scatters evenly",
+        StarDepth::Gathered,
+    ),
+];
+
+/// All methods, the default first.
 pub fn methods() -> impl Iterator<Item = MethodEntry> {
     let cached = |rule: &'static RuleEntry| MethodEntry { name: rule.name, summary: rule.summary, rule, star_depth: StarDepth::Cached };
-    let marched = |rule: &'static RuleEntry| MethodEntry {
-        name: "double_integration",
-        summary: "newton with the star depth marched again at every sample: the deck's baseline",
-        rule,
-        star_depth: StarDepth::Marched,
-    };
-    RULES.iter().map(cached).chain(RULES.iter().filter(|r| r.name == "newton").map(marched))
+    let others = OTHERS.iter().flat_map(|(of, name, summary, star_depth)| {
+        let rules = RULES.iter().filter(move |rule| rule.name == *of);
+        rules.map(|rule| MethodEntry { name, summary, rule, star_depth: *star_depth })
+    });
+    RULES.iter().map(cached).chain(others)
 }
 
 /// How the spectral integrals are done.

@@ -80,7 +80,7 @@ fn describe_plan(plan: &Plan) {
         say!("          {}", plan.worst_certificate(b, plan.spectral.depth));
     }
     say!("steps     {}", plan.stepping);
-    if let Some((key, value)) = plan.spatial_note() {
+    for (key, value) in plan.notes() {
         say!("{key}: {value}");
     }
     crate::verbs::warn_of_accuracy(plan);

@@ -6,6 +6,7 @@ mod compare;
 mod completions;
 mod list;
 mod render;
+mod study;
 
 use std::process::ExitCode;
 
@@ -24,6 +25,8 @@ pub enum Verb {
     Compare(compare::Compare),
     /// Time the methods on this machine, with their errors
     Bench(bench::Bench),
+    /// Measure every method beside the others: figures and tables
+    Study(study::Study),
     /// Print shell completions
     Completions(completions::Completions),
 }
@@ -37,6 +40,7 @@ impl Verb {
             Verb::List(verb) => verb.run(),
             Verb::Compare(verb) => verb.run(),
             Verb::Bench(verb) => verb.run(),
+            Verb::Study(verb) => verb.run(),
             Verb::Completions(verb) => verb.run(),
         }
     }

@@ -108,7 +108,7 @@ fn on_cpu(scene: &Scene, options: &Options) -> anyhow::Result<Image> {
     for (band, name) in image.bands.iter().enumerate().map(|(b, band)| (b, &band.name)) {
         say!("{name}: {}", plan.worst_certificate(band, findings.depth));
     }
-    for (key, value) in plan.spatial_note().into_iter().chain(findings.negative_note()) {
+    for (key, value) in plan.notes().into_iter().chain(findings.negative_note()) {
         say!("{key}: {value}");
     }
     crate::verbs::warn_of_accuracy(&plan);

@@ -72,6 +72,10 @@ impl Decay for Analytic {
         &self.weights[s]
     }
 
+    fn fit(&self, s: usize) -> Option<&Fit> {
+        Some(&self.sources[s].fit)
+    }
+
     /// In a short course the medium is grey with the local mean extinction.
     fn mean(&self, s: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
         let source = &self.sources[s];

@@ -36,6 +36,7 @@ pub use truth::truth_points;
 
 use crate::basis::Criterion;
 use crate::error::{Result, SpectraError};
+use crate::polynomial::Fit;
 
 /// What a rule is asked for: one passband, its sources, the reach and the accuracy.
 pub struct BandProblem<'a> {
@@ -105,6 +106,11 @@ pub trait Decay {
 
     /// Σ_t w_t ⟨D_st⟩ over a course of depths that is linear between two ends, in the unit of w.
     fn mean(&self, s: usize, weights: &[f64], depths: (f64, f64)) -> f64;
+
+    /// The polynomial that stands for source `s`, where one does.
+    fn fit(&self, _s: usize) -> Option<&Fit> {
+        None
+    }
 
     /// The largest error of Σ_t w_t D_st(a) against what `measure` says, over depths up to `depth`.
     fn certificate(&self, s: usize, weights: &[f64], measure: &Measure, depth: f64) -> Certificate {

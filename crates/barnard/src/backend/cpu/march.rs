@@ -44,20 +44,29 @@ pub(super) struct Slots {
     pub(super) dust: Option<usize>,
     pub(super) stars: Vec<usize>,
     pub(super) species: Vec<usize>,
+    /// Element × polynomial of the light field.
+    pub(super) light: Vec<usize>,
 }
 
 impl Slots {
     fn new(plan: &Plan) -> Self {
         let space = &plan.space;
-        let mut slots =
-            Self { count: 0, first: Vec::new(), dust: None, stars: vec![0; space.stars.len()], species: vec![0; space.species()] };
-        for volume in &space.volumes {
+        let mut slots = Self {
+            count: 0,
+            first: Vec::new(),
+            dust: None,
+            stars: vec![0; space.stars.len()],
+            species: vec![0; space.species()],
+            light: vec![0; plan.light_field.as_ref().map_or(0, |f| f.propagation.channels())],
+        };
+        for volume in plan.volumes() {
             slots.first.push(slots.count);
             for channel in &volume.channels {
                 match *channel {
                     Channel::Dust => slots.dust = Some(slots.count),
                     Channel::StarDepth(star) => slots.stars[star] = slots.count,
                     Channel::Emission(species) => slots.species[species] = slots.count,
+                    Channel::Light(channel) => slots.light[channel] = slots.count,
                 }
                 slots.count += 1;
             }
@@ -86,6 +95,8 @@ pub(super) struct State<'a> {
     pub(super) tau: Lane,
     /// Light so far, term × lane.
     pub(super) sum: Vec<Lane>,
+    /// Scattered light so far where it comes from the light field, element × polynomial × lane.
+    pub(super) gathered: Vec<Lane>,
     pub(super) deepest: Lane,
 }
 
@@ -146,6 +157,7 @@ impl<'a> March<'a> {
             dt: [0.0; LANES],
             tau: [0.0; LANES],
             sum: vec![[0.0; LANES]; terms],
+            gathered: vec![[0.0; LANES]; self.tables.gathered.as_ref().map_or(0, |g| g.channels())],
             deepest: [0.0; LANES],
         };
         let spans = self.borders.spans(rays);
@@ -171,6 +183,9 @@ impl<'a> March<'a> {
         for (term, band) in self.tables.band_of.iter().enumerate() {
             let out = &mut radiance[band * LANES..(band + 1) * LANES];
             out.iter_mut().zip(&state.sum[term]).for_each(|(r, s)| *r += s);
+        }
+        if let Some(gathered) = &self.tables.gathered {
+            gathered.resolve(&state.gathered, &mut radiance);
         }
         if let Some(light) = self.tables.background {
             for (band, plan) in self.plan.spectral.bands.iter().enumerate() {
@@ -215,7 +230,7 @@ impl<'a> March<'a> {
             let mask = lanes(|lane| f32::from(u8::from(v.inner.bounds.contains(middle(lane)))));
             mask.contains(&0.0).then_some(mask)
         };
-        self.plan.space.volumes.iter().map(mask).collect()
+        self.plan.volumes().map(mask).collect()
     }
 
     /// Marches the star depths of a sample again, as the deck does.
@@ -304,7 +319,7 @@ impl<'a> March<'a> {
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
 fn march_span(march: &March, state: &mut State, steps: usize) {
-    let cursors: Vec<Cursor> = march.plan.space.volumes.iter().map(|v| Cursor::new(v, state.rays, &state.span.0)).collect();
+    let cursors: Vec<Cursor> = march.plan.volumes().map(|v| Cursor::new(v, state.rays, &state.span.0)).collect();
     let masks = march.masks(state);
     let tracks: Vec<Track> =
         march.plan.space.bricks.iter().map(|b| Track::new(&b.lattice, DVec3::ZERO, state.rays, &state.span.0)).collect();

@@ -5,6 +5,7 @@
 mod borders;
 mod double_integration;
 mod march;
+mod propagation;
 mod segment;
 mod tables;
 mod terms;
@@ -53,12 +54,16 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, Findings)> 
     let march = March::new(plan, &tables);
     let bands = plan.spectral.bands.len();
     let done = std::sync::atomic::AtomicU64::new(0);
-    // A band of tile rows that holds whole pixels: TILE · s rows of rays, TILE rows of pixels.
-    let strip = |strip: usize| -> Result<(Vec<f32>, f32)> {
+    // Rows of pixels that hold whole tiles, band by band: TILE · s rows of rays, TILE rows of pixels.
+    let mut data = vec![0.0; bands * width * height];
+    let mut strips: Vec<Vec<&mut [f32]>> = (0..height.div_ceil(TILE)).map(|_| Vec::new()).collect();
+    for band in data.chunks_exact_mut(width * height) {
+        band.chunks_mut(TILE * width).zip(&mut strips).for_each(|(part, strip)| strip.push(part));
+    }
+    let strip = |(strip, mut pixels): (usize, Vec<&mut [f32]>)| -> Result<f32> {
         control.check()?;
         let first = strip * TILE;
         let strip_rows = TILE.min(height - first);
-        let mut pixels = vec![0.0f32; bands * strip_rows * width];
         let mut deepest = 0.0f32;
         let share = 1.0 / (s * s) as f32;
         for tile_row in 0..s {
@@ -79,7 +84,7 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, Findings)> 
                     if x < width * s && y < (first + strip_rows) * s {
                         let (column, row) = (x / s, y / s - first);
                         for band in 0..bands {
-                            pixels[(band * strip_rows + row) * width + column] += share * radiance[band * LANES + lane];
+                            pixels[band][row * width + column] += share * radiance[band * LANES + lane];
                         }
                     }
                 }
@@ -87,19 +92,9 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, Findings)> 
         }
         let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         control.report(Stage::Rays, count, height.div_ceil(TILE) as u64);
-        Ok((pixels, deepest))
+        Ok(deepest)
     };
-    let strips = (0..height.div_ceil(TILE)).into_par_iter().map(strip).collect::<Result<Vec<_>>>()?;
-    let mut data = vec![0.0; bands * width * height];
-    let mut depth = 0.0f32;
-    for (i, (pixels, deepest)) in strips.iter().enumerate() {
-        let strip_rows = pixels.len() / (bands * width);
-        for band in 0..bands {
-            let (to, from) = ((band * height + i * TILE) * width, band * strip_rows * width);
-            data[to..to + strip_rows * width].copy_from_slice(&pixels[from..from + strip_rows * width]);
-        }
-        depth = depth.max(*deepest);
-    }
+    let depth = strips.into_par_iter().enumerate().map(strip).try_reduce(|| 0.0, |a, b| Ok(a.max(b)))?;
     let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
     Ok((data, Findings { depth: f64::from(depth), rays: (columns * rows * LANES) as u64, negative }))
 }
@@ -107,12 +102,10 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, Findings)> 
 /// Renders the plan of `scene`.
 pub fn render(scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, Findings)> {
     let (mut data, findings) = radiance(plan, control)?;
-    let mut unresolved = vec![0.0f64; data.len()];
     let far = 2.0 * plan.space.occupied.map_or(0.0, |b| b.size().length() + (0.5 * (b.low + b.high) - plan.camera.position).length());
     let depth = |ray: &Ray, length: f64| plan.space.depth(ray.origin, ray.at(length.min(far)));
     let flux = |light: usize, band: usize, depth: f64| plan.spectral.bands[band].rule.evaluate(light, depth);
-    points::draw(scene, &plan.camera, &plan.lights, depth, flux, &mut unresolved)?;
-    data.iter_mut().zip(unresolved).for_each(|(d, u)| *d += u as f32);
+    points::draw(scene, &plan.camera, &plan.lights, depth, flux, |i, value| data[i] += value as f32)?;
     let mut image = describe(scene, Samples::Single(data));
     image.check()?;
     for (b, band) in image.bands.iter_mut().enumerate() {
@@ -120,7 +113,7 @@ pub fn render(scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, F
     }
     image.notes.push(("backend".into(), "cpu".into()));
     image.notes.push(("method".into(), plan.spectral.method.into()));
-    image.notes.extend(plan.spatial_note());
+    image.notes.extend(plan.notes());
     image.notes.extend(findings.negative_note());
     Ok((image, findings))
 }

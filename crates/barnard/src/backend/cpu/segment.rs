@@ -3,6 +3,7 @@
 use smallvec::SmallVec;
 
 use super::march::{March, StarView, State, Stretch};
+use super::propagation;
 use super::tables::Scatterer;
 use super::terms::Course;
 use crate::packet::{LANES, Lane, fma, lanes, largest};
@@ -16,7 +17,9 @@ pub(super) fn segment(march: &March, state: &mut State, views: &[StarView], stre
         Some(dust) => lanes(|lane| 0.5 * dt[lane] * (before[dust][lane] + after[dust][lane])),
         None => [0.0; LANES],
     };
-    if largest(&growth) > 0.0 {
+    if let Some(gathered) = march.tables.gathered.as_ref().filter(|_| largest(&growth) > 0.0) {
+        propagation::gather(march, gathered, state, &growth, (before, after));
+    } else if largest(&growth) > 0.0 {
         // What σ grows by in parts of its mean.
         let tilt = match march.slots.dust.filter(|_| march.plan.spectral.phase.is_some()) {
             Some(dust) => lanes(|lane| {

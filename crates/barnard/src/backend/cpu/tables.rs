@@ -1,5 +1,6 @@
 //! The plan's spectral side as the march reads it: flat f32 tables.
 
+use super::propagation::Gathered;
 use super::terms::Terms;
 use crate::light::Path;
 use crate::plan::Plan;
@@ -30,6 +31,8 @@ pub struct Tables {
     pub emitted: Vec<(usize, usize, Vec<f32>)>,
     /// The light that is the background.
     pub background: Option<usize>,
+    /// The light field, in place of what is scattered star by star.
+    pub gathered: Option<Gathered>,
     /// Entries of the phase tables, zero where scattering is isotropic.
     pub phase_entries: usize,
 }
@@ -46,6 +49,7 @@ impl Tables {
         let (mut scattered, mut emitted, mut background) = (Vec::new(), Vec::new(), None);
         for (light, l) in plan.lights.iter().enumerate() {
             match l.path {
+                Path::Scattered { .. } if plan.light_field.is_some() => {}
                 Path::Scattered { star } => {
                     let weights: Vec<f32> = weights(light).iter().map(|w| w * isotropic).collect();
                     let brightest = brightest(plan, light, &weights);
@@ -57,7 +61,8 @@ impl Tables {
             }
         }
         let phase_entries = spectral.phase.as_ref().map_or(0, |p| p.entries);
-        Self { terms: Terms::new(plan), band_of, scattered, emitted, background, phase_entries }
+        let gathered = plan.light_field.as_deref().map(Gathered::new);
+        Self { terms: Terms::new(plan), band_of, scattered, emitted, background, gathered, phase_entries }
     }
 }
 

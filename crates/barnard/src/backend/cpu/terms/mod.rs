@@ -19,7 +19,7 @@ pub use analytic::AnalyticTerms;
 pub use lookup::LookupTerms;
 pub use nodes::NodeTerms;
 pub use preintegrated::PreintegratedTerms;
-pub use projection::ProjectionTerms;
+pub use projection::{CoordinateTable, ProjectionTerms};
 pub use sampled::{Drawn, SampledTerms};
 
 /// Depths of a segment on each ray: linear between middle − half and middle + half [1].

@@ -1,0 +1,103 @@
+//! The light field of all stars, for sixteen rays: `spectra::propagation` in f32.
+//!
+//! A sample adds Δτ Σ_i (Σ_m q_m(τ) M_imj) V_i to the ray's j-th polynomial, V being its light there; a band is read from the polynomials at the end.
+
+use super::march::{March, State};
+use super::terms::{CoordinateTable, Course};
+use crate::packet::{LANES, Lane, lanes};
+use crate::plan::LightField;
+
+/// Tables of a light field.
+#[derive(Debug)]
+pub struct Gathered {
+    coordinates: CoordinateTable,
+    /// M_imj, element × element × element.
+    products: Vec<f32>,
+    /// Number of elements.
+    size: usize,
+    /// Number of polynomials.
+    width: usize,
+    /// Band × element × polynomial.
+    resolution: Vec<Vec<f32>>,
+}
+
+impl Gathered {
+    /// In f32.
+    pub fn new(field: &LightField) -> Self {
+        let propagation = &field.propagation;
+        let single = |values: &Vec<f64>| values.iter().map(|v| *v as f32).collect::<Vec<f32>>();
+        Self {
+            coordinates: CoordinateTable::new(&propagation.projection),
+            products: single(&propagation.products),
+            size: propagation.projection.basis.size(),
+            width: propagation.span.len(),
+            resolution: field.resolution.iter().map(single).collect(),
+        }
+    }
+
+    /// Numbers a ray carries.
+    pub fn channels(&self) -> usize {
+        self.size * self.width
+    }
+
+    /// Radiance of a ray's polynomials, into band × lane.
+    pub fn resolve(&self, sum: &[Lane], radiance: &mut [f32]) {
+        for (band, resolution) in self.resolution.iter().enumerate() {
+            for (share, sum) in resolution.iter().zip(sum) {
+                for lane in 0..LANES {
+                    radiance[band * LANES + lane] += share * sum[lane];
+                }
+            }
+        }
+    }
+}
+
+/// Adds what one segment scatters.
+#[inline(always)]
+pub(super) fn gather(march: &March, gathered: &Gathered, state: &mut State, growth: &Lane, (before, after): (&[Lane], &[Lane])) {
+    if gathered.size <= 4 {
+        gather_rows::<4>(march, gathered, state, growth, (before, after));
+    } else {
+        gather_rows::<8>(march, gathered, state, growth, (before, after));
+    }
+}
+
+#[inline(always)]
+fn gather_rows<const ROW: usize>(
+    march: &March,
+    gathered: &Gathered,
+    state: &mut State,
+    growth: &Lane,
+    (before, after): (&[Lane], &[Lane]),
+) {
+    let course = Course { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: lanes(|lane| 0.5 * growth[lane]) };
+    let means = gathered.coordinates.means::<ROW>(&course);
+    let (size, width) = (gathered.size, gathered.width);
+    let light = &march.slots.light[..size * width];
+    for i in 0..size {
+        for j in i..size {
+            // M does not change when its indices do places.
+            let mut share = [0.0; LANES];
+            for m in 0..size {
+                let product = gathered.products[(m * size + i) * size + j];
+                for lane in 0..LANES {
+                    share[lane] += product * means[lane][m];
+                }
+            }
+            let share = lanes(|lane| 0.5 * growth[lane] * share[lane]);
+            for (from, to) in [(i, j), (j, i)].into_iter().take(if i == j { 1 } else { 2 }) {
+                for (sum, slot) in state.gathered[to * width..][..width].iter_mut().zip(&light[from * width..]) {
+                    for lane in 0..LANES {
+                        sum[lane] += share[lane] * (before[*slot][lane] + after[*slot][lane]);
+                    }
+                }
+            }
+        }
+    }
+    // How deep the stars shine is known for the whole field alone.
+    let behind = march.plan.space.star_depth as f32;
+    for lane in 0..LANES {
+        let depth = if growth[lane] > 0.0 { state.tau[lane] + growth[lane] + behind } else { 0.0 };
+        state.deepest[lane] = if depth > state.deepest[lane] { depth } else { state.deepest[lane] };
+    }
+}

@@ -1,0 +1,162 @@
+//! The light of all stars in one field: what `propagation` marches in place of star depths.
+//!
+//! A voxel holds Σ_ℓ q_i(τ_ℓ) P_ℓ/(4π r_ℓ²) as element × polynomial; see `spectra::propagation`. 1/r² is the mean over the voxel, so that no star stands
+//! in a pole; what trilinear interpolation makes of it near a star is part of the spatial error that the pilots measure. Directions are lost: light is
+//! scattered evenly.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use spectra::polynomial::Fit;
+use spectra::propagation::Propagation;
+use spectra::rule::{Certificate, Form, Measure, Source};
+use spectra::sed::PowerLaw;
+use spectra::spectrum::Spectrum;
+use spectra::units::Wavelength;
+
+use super::volume::{Channel, MAX_CHANNELS, Volume};
+use super::{Options, Space, Spectral};
+use crate::control::{Control, Stage};
+use crate::error::{Error, Result};
+use crate::field::Lattice;
+use crate::formats::check_memory;
+use crate::light::{Light, Path, factor, law};
+use crate::scene::Scene;
+
+/// Starlight as a few polynomials a voxel.
+#[derive(Debug)]
+pub struct LightField {
+    /// The basis, its products and the polynomials.
+    pub propagation: Propagation,
+    /// Element × polynomial, eight channels in each volume.
+    pub volumes: Vec<Volume>,
+    /// ∫ R k ω Q_j P dλ/(4π) [band][element × polynomial].
+    pub resolution: Vec<Vec<f64>>,
+    /// Whether a phase function was put aside.
+    pub isotropic_instead: bool,
+    /// The light of each star.
+    lights: Vec<usize>,
+}
+
+/// Distance from a star, in voxel edges, within which 1/r² is averaged over a voxel, and by how many points along an edge.
+const CLOSE: f64 = 4.0;
+const CLOSE_POINTS: usize = 6;
+
+impl LightField {
+    /// Gathers the light of all stars of `scene`.
+    pub fn new(
+        scene: &Scene,
+        lights: &[Light],
+        spectral: &Spectral,
+        space: &Space,
+        options: &Options,
+        control: &Control,
+    ) -> Result<Option<Self>> {
+        let Some(dust) = &space.dust else { return Ok(None) };
+        let scattered = lights.iter().enumerate().filter_map(|(i, l)| match l.path {
+            Path::Scattered { star } => Some((i, star)),
+            _ => None,
+        });
+        let (numbers, stars): (Vec<usize>, Vec<usize>) = scattered.unzip();
+        let projections = spectral.bands.iter().filter_map(|b| match &b.rule.form {
+            Form::Projection(projection) => Some(projection),
+            _ => None,
+        });
+        let Some(projection) = projections.max_by_key(|p| p.basis.size()).filter(|_| !stars.is_empty()) else { return Ok(None) };
+        let settings = &options.method.settings;
+        let ends = scene.bands.iter().map(|b| b.support_um());
+        let common = ends.fold((f64::MAX, 0.0), |(low, high): (f64, f64), (l, h)| (low.min(l), high.max(h)));
+        let continua: Vec<_> = numbers.iter().map(|light| |lambda: f64| lights[*light].spectrum.continuum(lambda)).collect();
+        let spectra: Vec<&dyn Fn(f64) -> f64> = continua.iter().map(|c| c as &dyn Fn(f64) -> f64).collect();
+        let propagation =
+            Propagation::new(projection, &spectra, settings.domain_um.unwrap_or(common), settings.degree, options.method.accuracy)?;
+        let law = law(scene)?;
+        let resolution = |band| {
+            let flat = PowerLaw { reference: Wavelength(1.0), exponent: 0.0 };
+            let flat = Spectrum::continuous(1.0, std::sync::Arc::new(flat));
+            let response = Source::new("response", band, &flat, &**law, factor(lights[numbers[0]].path, scene.dust.as_ref())).measure;
+            propagation.resolution(&response).iter().map(|r| r / spectra::constants::SPHERE).collect()
+        };
+        let resolution = scene.bands.iter().map(resolution).collect();
+        let voxels = Volume::zeroed(&dust.lattice, Vec::new()).lattice.cells() as u64;
+        check_memory("the light field of propagation", 4 * voxels * propagation.channels() as u64, options.memory_limit)?;
+        let volumes = gathered(&propagation, space, &stars, &dust.lattice, control)?;
+        let isotropic_instead = spectral.phase.is_some();
+        Ok(Some(Self { propagation, volumes, resolution, isotropic_instead, lights: numbers }))
+    }
+
+    /// Element × polynomial at a place.
+    pub fn at(&self, p: DVec3) -> Vec<f64> {
+        self.volumes.iter().flat_map(|v| (0..v.channels.len()).map(move |c| v.at(c, p))).collect()
+    }
+
+    /// The error of a scattered light through a band, for depths up to `depth`; none for lights that are not in the field.
+    pub fn certificate(&self, band: usize, light: usize, measure: &Measure, depth: f64) -> Option<Certificate> {
+        let star = self.lights.iter().position(|l| *l == light)?;
+        let resolution: Vec<f64> = self.resolution[band].iter().map(|r| r * spectra::constants::SPHERE).collect();
+        Some(self.propagation.certificate(star, &resolution, measure, depth))
+    }
+
+    /// The polynomial of each light.
+    pub fn fits(&self) -> impl Iterator<Item = (usize, &Fit)> {
+        self.lights.iter().copied().zip(&self.propagation.fits)
+    }
+
+    /// Bytes of the field.
+    pub fn bytes(&self) -> u64 {
+        self.volumes.iter().map(Volume::bytes).sum()
+    }
+}
+
+/// Voxels on the dust's lattice, filled from the star depths of `space`.
+fn gathered(propagation: &Propagation, space: &Space, stars: &[usize], lattice: &Lattice, control: &Control) -> Result<Vec<Volume>> {
+    let channels: Vec<Channel> = (0..propagation.channels()).map(Channel::Light).collect();
+    let mut volumes: Vec<Volume> = channels.chunks(MAX_CHANNELS).map(|chunk| Volume::zeroed(lattice, chunk.to_vec())).collect();
+    let lattice = volumes.first().map_or_else(|| lattice.clone(), |v| v.lattice.clone());
+    let depths = stars.iter().map(|star| space.star_channel(*star));
+    let depths = depths.collect::<Option<Vec<_>>>().ok_or_else(|| Error::Render("a star has no depths".into()))?;
+    let voxel = lattice.voxel_pc();
+    let [nx, ny, nz] = lattice.dims;
+    // The same plane of all volumes goes to one thread.
+    let mut planes: Vec<Vec<&mut [f32]>> = (0..nz).map(|_| Vec::new()).collect();
+    for volume in &mut volumes {
+        let plane = nx * ny * volume.channels.len();
+        volume.data.chunks_exact_mut(plane).zip(&mut planes).for_each(|(part, planes)| planes.push(part));
+    }
+    let done = std::sync::atomic::AtomicU64::new(0);
+    planes.into_par_iter().enumerate().try_for_each(|(z, mut parts)| {
+        control.check()?;
+        let mut light = vec![0.0; propagation.channels()];
+        for i in 0..nx * ny {
+            let centre = lattice.centre(i % nx, i / nx, z);
+            light.fill(0.0);
+            for (s, (star, (volume, slot))) in stars.iter().zip(&depths).enumerate() {
+                let depth = volume.at(*slot, centre);
+                propagation.deposit(s, depth, mean_inverse_square(centre - space.stars[*star], voxel), &mut light);
+            }
+            for (part, light) in parts.iter_mut().zip(light.chunks(MAX_CHANNELS)) {
+                part[i * light.len()..][..light.len()].iter_mut().zip(light).for_each(|(v, l)| *v = *l as f32);
+            }
+        }
+        let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+        control.report(Stage::Light, count, nz as u64);
+        Ok::<(), Error>(())
+    })?;
+    Ok(volumes)
+}
+
+/// 1/r² of a voxel at `offset` from a star: its mean over the voxel where that is close [pc⁻²].
+fn mean_inverse_square(offset: DVec3, voxel: DVec3) -> f64 {
+    let square = offset.length_squared();
+    if square > (CLOSE * voxel.max_element()).powi(2) {
+        return 1.0 / square;
+    }
+    let along = |i: usize| (i as f64 + 0.5) / CLOSE_POINTS as f64 - 0.5;
+    let point = |i: usize| {
+        let part = DVec3::new(along(i % CLOSE_POINTS), along(i / CLOSE_POINTS % CLOSE_POINTS), along(i / (CLOSE_POINTS * CLOSE_POINTS)));
+        // A part of edge e around the star itself: ∫ dV/r² = 7.68 e.
+        let own = (voxel.min_element() / CLOSE_POINTS as f64).powi(2) / 7.68;
+        1.0 / (offset + part * voxel).length_squared().max(own)
+    };
+    let count = CLOSE_POINTS.pow(3);
+    (0..count).map(point).sum::<f64>() / count as f64
+}

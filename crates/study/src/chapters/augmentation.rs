@@ -1,0 +1,101 @@
+//! What a growing basis makes of one exponential, and what lies beyond its range.
+
+use barnard::control::Control;
+use spectra::basis::{Basis, Criterion, Domain};
+
+use crate::page::{short, table};
+use crate::{Axis, Chapter, Figure, Findings, Result, Series};
+
+pub(super) const CHAPTER: Chapter = Chapter {
+    name: "augmentation",
+    title: "3. Basis augmentation and range",
+    question: "How does the projection of e^(−a k) approach it as the basis grows; what happens for arguments beyond those it was made for, for huge ones, and at longer wavelengths?",
+    run,
+};
+
+/// The argument whose exponential is shown.
+const SHOWN: f64 = 6.0;
+const RANGES: [f64; 3] = [20.0, 100.0, 1000.0];
+const SIZES: [usize; 3] = [3, 5, 7];
+
+fn basis((low, high): (f64, f64), range: f64, size: usize) -> Result<(Domain, Basis)> {
+    let domain = Domain::new((low, high), |l| 0.55 / l, |_| 1.0)?;
+    let basis = Basis::optimal(&domain, range, size, Criterion::Mean)?;
+    Ok((domain, basis))
+}
+
+/// e^(−a k) and its projections over λ.
+fn curves(name: &str, title: String, ends: (f64, f64), a: f64, range: f64) -> Result<Figure> {
+    let lambda = |i: usize| ends.0 + (ends.1 - ends.0) * (i as f64 + 0.5) / 120.0;
+    let mut series =
+        vec![Series { name: "e^(-a k)".into(), points: (0..120).map(|i| (lambda(i), (-a * 0.55 / lambda(i)).exp())).collect() }];
+    for size in [1, 2, 3, 4] {
+        let (_, basis) = basis(ends, range, size)?;
+        let q = basis.coordinates(a);
+        let value = |l: f64| basis.elements(0.55 / l).iter().zip(&q).map(|(e, q)| e * q).sum::<f64>();
+        series.push(Series { name: format!("{size} elements"), points: (0..120).map(|i| (lambda(i), value(lambda(i)))).collect() });
+    }
+    Ok(Figure { name: name.into(), title, x: Axis::linear("wavelength [µm]"), y: Axis::linear("transmission"), series })
+}
+
+fn run(control: &Control) -> Result<Findings> {
+    let visible = (0.3, 1.0);
+    let mut figures = vec![
+        curves(
+            "augmentation",
+            format!("e^(-a k), a = {SHOWN}, and its projections on growing bases, D = [0.3, 1 µm]"),
+            visible,
+            SHOWN,
+            20.0,
+        )?,
+        curves("augmentation_infrared", "The same for a = 30 on D = [1, 10 µm]".into(), (1.0, 10.0), 30.0, 100.0)?,
+    ];
+    let (mut series, mut rows) = (Vec::new(), Vec::new());
+    for range in RANGES {
+        control.check()?;
+        for size in SIZES {
+            let Ok((domain, basis)) = basis(visible, range, size) else { continue };
+            let norm = domain.exponential(0.0).norm();
+            let relative = |a: f64| basis.error(a) / domain.exponential(a).norm();
+            if size == 5 {
+                let point = |i: i32| 10f64.powf(-1.0 + 5.0 * f64::from(i) / 100.0);
+                series.push(Series {
+                    name: format!("5 elements, range {range}"),
+                    points: (0..=100).map(|i| (point(i), basis.error(point(i)) / norm)).collect(),
+                });
+            }
+            let row = [
+                format!("{range}"),
+                format!("{size}"),
+                short(basis.mean_error()),
+                short(basis.error(2.0 * range) / norm),
+                short(relative(range)),
+                short(relative(1e4)),
+            ];
+            rows.push(row.to_vec());
+        }
+    }
+    figures.push(Figure {
+        name: "augmentation_range".into(),
+        title: "Error over the argument, bases made for three ranges, D = [0.3, 1 µm]".into(),
+        x: Axis::log("a [optical depth at V]"),
+        y: Axis::log("‖error‖ / ‖1‖"),
+        series,
+    });
+    let head = [
+        "range",
+        "elements",
+        "mean error in the range",
+        "error at twice the range",
+        "relative error at its end",
+        "relative error at a = 10000",
+    ];
+    let text = format!(
+        "D = [0.3, 1 µm], k = 0.55 µm/λ; errors as parts of ‖1‖, relative ones as parts of ‖e^(−a k)‖ itself.\n\n{}\
+         Beyond its range a basis does no harm in absolute terms, since there is hardly light left, but all of that light is wrong: a relative error of one means that nothing of it is \
+         found. A longer range costs accuracy where the light is. The renderer makes its basis for the depths that the scene reaches, or for `range`; what lies beyond is held at the \
+         table's end and shows in the certificate.\n",
+        table(&head, &rows)
+    );
+    Ok(Findings { figures, text, ..Findings::default() })
+}

@@ -1,0 +1,160 @@
+//! How time grows.
+
+use barnard::control::Control;
+
+use super::scene::{Contender, Trial};
+use crate::page::{short, table};
+use crate::{Axis, Chapter, Figure, Findings, Result, Series};
+
+pub(super) const CHAPTER: Chapter = Chapter {
+    name: "complexity",
+    title: "8. Complexity",
+    question: "Time of a frame against samples N, wavelengths M, elements C_B, degree and lights L, as a fitted power beside the deck's formulas.",
+    run,
+};
+
+const EDGE: usize = 96;
+const BAKE: usize = 64;
+
+/// One quantity that grows.
+struct Growth {
+    what: &'static str,
+    deck: &'static str,
+    values: &'static [usize],
+    contender: fn(usize) -> Contender,
+    stars: fn(usize) -> usize,
+}
+
+const GROWTHS: &[Growth] = &[
+    Growth {
+        what: "double_integration over N",
+        deck: "N (M + N): 1 to 2",
+        values: &[25, 50, 100, 200],
+        contender: |n| Contender { steps: n, ..Contender::new("double_integration", Some(30)) },
+        stars: |_| 1,
+    },
+    Growth {
+        what: "double_integration over M",
+        deck: "N (M + N): 0 to 1",
+        values: &[10, 20, 40, 80],
+        contender: |m| Contender::new("double_integration", Some(m)),
+        stars: |_| 1,
+    },
+    Growth {
+        what: "newton over N",
+        deck: "N M: 1",
+        values: &[50, 100, 200, 400],
+        contender: |n| Contender { steps: n, ..Contender::new("newton", Some(30)) },
+        stars: |_| 1,
+    },
+    Growth {
+        what: "newton over M",
+        deck: "N M: 1",
+        values: &[10, 20, 40, 80, 160],
+        contender: |m| Contender::new("newton", Some(m)),
+        stars: |_| 1,
+    },
+    Growth {
+        what: "projection over N",
+        deck: "N C_B: 1",
+        values: &[50, 100, 200, 400],
+        contender: |n| Contender { steps: n, ..Contender::new("projection", Some(3)) },
+        stars: |_| 1,
+    },
+    Growth {
+        what: "projection over C_B",
+        deck: "N C_B: 1",
+        values: &[1, 2, 3, 4, 5, 6, 8],
+        contender: |c| Contender::new("projection", Some(c)),
+        stars: |_| 1,
+    },
+    Growth {
+        what: "analytic over degree + 1",
+        deck: "N (degree + 1): 1",
+        values: &[2, 3, 5, 7, 10],
+        contender: |d| Contender { degree: d - 1, ..Contender::new("analytic", None) },
+        stars: |_| 1,
+    },
+    Growth {
+        what: "band_quadrature over nodes",
+        deck: "-",
+        values: &[1, 2, 3, 4, 6, 8],
+        contender: |n| Contender::new("band_quadrature", Some(n)),
+        stars: |_| 1,
+    },
+    Growth {
+        what: "band_quadrature over L",
+        deck: "-",
+        values: &[1, 2, 4, 8, 16],
+        contender: |_| Contender::new("band_quadrature", Some(2)),
+        stars: |l| l,
+    },
+    Growth {
+        what: "projection over L",
+        deck: "N C_B L: 1",
+        values: &[1, 2, 4, 8, 16],
+        contender: |_| Contender::new("projection", Some(4)),
+        stars: |l| l,
+    },
+    Growth {
+        what: "propagation over L",
+        deck: "independent: 0",
+        values: &[1, 2, 4, 8, 16],
+        contender: |_| Contender::new("propagation", Some(4)),
+        stars: |l| l,
+    },
+    Growth {
+        what: "propagation over C_B",
+        deck: "N C_B²: 2",
+        values: &[2, 3, 4, 6, 8],
+        contender: |c| Contender::new("propagation", Some(c)),
+        stars: |_| 4,
+    },
+];
+
+fn run(control: &Control) -> Result<Findings> {
+    let (mut series, mut rows) = (Vec::new(), Vec::new());
+    for growth in GROWTHS {
+        let mut points = Vec::new();
+        for value in growth.values {
+            control.check()?;
+            let trial = Trial::new((growth.stars)(*value), None, BAKE, EDGE)?;
+            let plan = trial.plan(&(growth.contender)(*value), control)?;
+            points.push((*value as f64, trial.seconds(&plan, control)?));
+        }
+        let listed: Vec<String> = points.iter().map(|(v, s)| format!("{v}: {}", short(*s))).collect();
+        rows.push(vec![growth.what.to_owned(), growth.deck.to_owned(), format!("{:.2}", power(&points)), listed.join(", ")]);
+        series.push(Series { name: growth.what.into(), points });
+    }
+    let text = format!(
+        "The deck's scene on {BAKE}³ voxels, {EDGE} × {EDGE} pixels; a power p means time ∝ quantity^p, by least squares in the logarithms. What every sample costs anyway (reading the volume) makes \
+         powers smaller than those of the formulas, which count spectral work alone.\n\n{}",
+        table(&["quantity", "the deck's formula: power", "fitted power", "seconds a frame"], &rows)
+    );
+    let figure = Figure {
+        name: "complexity".into(),
+        title: "Time of a frame against what it depends on".into(),
+        x: Axis::log("N, M, C_B, degree + 1, nodes or L"),
+        y: Axis::log("frame [s]"),
+        series,
+    };
+    Ok(Findings { figures: vec![figure], text, ..Findings::default() })
+}
+
+/// The slope of ln y over ln x.
+fn power(points: &[(f64, f64)]) -> f64 {
+    let n = points.len() as f64;
+    let logs = || points.iter().map(|(x, y)| (x.ln(), y.ln()));
+    let (mx, my) = logs().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
+    let (xy, xx) = logs().fold((0.0, 0.0), |(a, b), (x, y)| (a + (x - mx) * (y - my), b + (x - mx) * (x - mx)));
+    xy / xx
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn powers_are_found() {
+        let points: Vec<(f64, f64)> = [1.0f64, 2.0, 5.0, 9.0].iter().map(|x| (*x, 3.0 * x.powf(1.5))).collect();
+        assert!((super::power(&points) - 1.5).abs() < 1e-12);
+    }
+}

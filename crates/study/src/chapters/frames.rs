@@ -1,0 +1,137 @@
+//! The deck's two tables.
+
+use barnard::control::Control;
+use barnard::image::Image;
+
+use super::scene::{Contender, Trial, error, error_away_from_stars};
+use crate::page::{short, table};
+use crate::{Chapter, Findings, Picture, Result};
+
+pub(super) const CHAPTER: Chapter = Chapter {
+    name: "frames",
+    title: "6. The deck's two tables",
+    question: "Time of a frame (512 × 512, N = 100, M = 30, degree 5) and error against the reference: one light with C_B = 3, six lights with C_B = 4; the deck says newton 260, analytic 160, projection \
+               30 ms with one light, 2500 against 30 ms with six.",
+    run,
+};
+
+const EDGE: usize = 512;
+const BAKE: usize = 128;
+/// Pixels an edge of what is compared with the reference, and how many times larger they are shown.
+const COMPARED: usize = 32;
+const SHOWN: usize = 6;
+
+struct Table {
+    stars: usize,
+    name: &'static str,
+    amplified: f64,
+    methods: Vec<(&'static str, Option<usize>)>,
+}
+
+fn tables() -> [Table; 2] {
+    let one = vec![
+        ("double_integration", Some(30)),
+        ("analytic", None),
+        ("projection", Some(3)),
+        ("newton", Some(30)),
+        ("lookup", None),
+        ("band_quadrature", Some(2)),
+    ];
+    let mut six = one.clone();
+    six[2] = ("projection", Some(4));
+    six.insert(3, ("propagation", Some(4)));
+    [
+        Table { stars: 1, name: "one light", amplified: 16.0, methods: one },
+        Table { stars: 6, name: "six lights", amplified: 6.0, methods: six },
+    ]
+}
+
+fn run(control: &Control) -> Result<Findings> {
+    let mut findings = Findings::default();
+    for Table { stars, name, amplified, methods } in tables() {
+        let mut trial = Trial::new(stars, None, BAKE, EDGE)?;
+        let mut timed = Vec::new();
+        for (method, count) in methods {
+            control.check()?;
+            let contender = Contender::new(method, count);
+            let seconds = trial.seconds(&trial.plan(&contender, control)?, control)?;
+            timed.push((contender, seconds));
+        }
+        trial.resized(COMPARED);
+        let truth = trial.reference(control)?;
+        let (mut rows, mut differences) = (Vec::new(), Vec::new());
+        let slowest = timed[0].1;
+        for (contender, seconds) in &timed {
+            let image = trial.image(&trial.plan(contender, control)?, control)?;
+            let row = [
+                contender.label(),
+                short(*seconds),
+                format!("{:.1}", slowest / seconds),
+                short(error(&image, &truth)),
+                short(error_away_from_stars(&image, &truth)),
+            ];
+            rows.push(row.to_vec());
+            differences.push(image);
+        }
+        let labels: Vec<String> = timed.iter().map(|(c, _)| c.label()).collect();
+        findings.pictures.push(Picture {
+            title: format!("{name}: the reference, then |difference| × {amplified} of {}", labels.join(", ")),
+            ..montage(&format!("frames_{stars}"), &truth, &differences, amplified)
+        });
+        findings.text += &format!(
+            "### {name}\n\n{}",
+            table(&["method", "frame [s]", "times faster than the deck's newton", "error", "error away from stars"], &rows)
+        );
+        let of = |method: &str| timed.iter().find(|(c, _)| c.method == method).map_or(f64::NAN, |(_, s)| *s);
+        findings.text += &verdict(stars, slowest, of("analytic"), of("projection"), of("propagation"));
+    }
+    findings.text += &format!(
+        "\nErrors are relative rms of the worst band on {COMPARED} × {COMPARED} pixels; the last column leaves the brightest hundredth of the pixels out, which stand next to stars. `double_integration` is the \
+         deck's newton, with the star depth marched again at every sample; all others read star depths that are made once, or none. On a GPU the deck's ratios are those of texture reads and \
+         exponentials; here all methods march the same SIMD packets.\n"
+    );
+    Ok(findings)
+}
+
+/// The deck's ratios and ours.
+fn verdict(stars: usize, newton: f64, analytic: f64, projection: f64, propagation: f64) -> String {
+    let claim = |what: &str, ratio: f64, deck: f64| {
+        let holds =
+            if ratio >= deck { "holds here".to_owned() } else { format!("does not hold here: {:.0} % of it", 100.0 * ratio / deck) };
+        format!("- {what}: {ratio:.1} times; the deck's {deck} {holds}.\n")
+    };
+    if stars == 1 {
+        claim("projection against newton", newton / projection, 8.7)
+            + &claim("projection against analytic", analytic / projection, 5.3)
+            + "\n"
+    } else {
+        claim("propagation against newton", newton / propagation, 83.0)
+            + &claim("projection with a depth for each star against newton", newton / projection, 83.0)
+            + "\n"
+    }
+}
+
+/// The truth and the amplified differences side by side, each band as a colour.
+fn montage(name: &str, truth: &Image, images: &[Image], amplified: f64) -> Picture {
+    let size = truth.width * truth.height;
+    let white: Vec<f64> = (0..3)
+        .map(|b| {
+            let mut values: Vec<f64> = truth.band(b).collect();
+            values.sort_by(f64::total_cmp);
+            values[size * 98 / 100].max(f64::MIN_POSITIVE)
+        })
+        .collect();
+    let columns = 1 + images.len();
+    let (width, height) = (columns * truth.width * SHOWN, truth.height * SHOWN);
+    let pixel = |i: usize| -> [f64; 3] {
+        let (x, y) = (i % width / SHOWN, i / width / SHOWN);
+        let (picture, column) = (x / truth.width, x % truth.width);
+        // The deck's filters go from blue to red.
+        [2, 1, 0].map(|b: usize| {
+            let light = truth.at(b, y, column);
+            let value = if picture == 0 { light } else { amplified * (images[picture - 1].at(b, y, column) - light).abs() };
+            (value / white[b]).clamp(0.0, 1.0).powf(1.0 / 2.2)
+        })
+    };
+    Picture { name: name.into(), title: String::new(), size: (width, height), pixels: (0..width * height).map(pixel).collect() }
+}

@@ -1,0 +1,127 @@
+//! The deck's scene with as many stars as a chapter wants, and its frames.
+
+use barnard::backend::{cpu, reference};
+use barnard::bench::timed;
+use barnard::control::Control;
+use barnard::image::{Image, worst};
+use barnard::plan::{Options, Plan, sample_functions};
+use barnard::scene::{DEFAULT_MEMORY, Loader, Method, Scene};
+use spectra::rule::Settings;
+
+use crate::Result;
+
+/// A scene whose functions are sampled, so that all methods and the reference see one cloud.
+pub struct Trial {
+    /// The scene.
+    pub scene: Scene,
+}
+
+/// How a method is tried.
+pub struct Contender {
+    /// Its name in the catalogue.
+    pub method: &'static str,
+    /// Its fixed size, if it has one.
+    pub count: Option<usize>,
+    /// Degree of polynomials.
+    pub degree: usize,
+    /// Samples a ray.
+    pub steps: usize,
+}
+
+impl Contender {
+    /// One of the deck's N = 100 and degree 5.
+    pub fn new(method: &'static str, count: Option<usize>) -> Self {
+        Self { method, count, degree: 5, steps: 100 }
+    }
+
+    /// Name and size.
+    pub fn label(&self) -> String {
+        self.count.map_or(self.method.to_owned(), |n| format!("{} {n}", self.method))
+    }
+}
+
+/// Temperatures that stars take in turn [K].
+const TEMPERATURES: [u32; 6] = [10000, 3000, 5000, 8000, 20000, 40000];
+/// The deck's three polynomial filters.
+const BANDS: &str = "[[band]]\nname = \"blue\"\nkind = \"polynomial\"\ncoefficients = [-38.5062, 179.5555, -204.0816]\nlow = \"370 nm\"\nhigh = \"510 nm\"\n\
+     [[band]]\nname = \"green\"\nkind = \"polynomial\"\ncoefficients = [-60.7347, 224.4898, -204.0816]\nlow = \"480 nm\"\nhigh = \"620 nm\"\n\
+     [[band]]\nname = \"red\"\nkind = \"polynomial\"\ncoefficients = [-51.1605, 160.4938, -123.4568]\nlow = \"560 nm\"\nhigh = \"740 nm\"\n";
+
+impl Trial {
+    /// The deck's cloud on `bake` voxels an edge, lit by so many stars, seen through its filters or through one passband of the catalogue, in `edge` × `edge`
+    /// pixels.
+    pub fn new(stars: usize, passband: Option<&str>, bake: usize, edge: usize) -> Result<Self> {
+        let mut text = passband.map_or(String::new(), |name| format!("bands = [\"{name}\"]\n"));
+        text += &format!(
+            "[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"30 deg\"\nsize = [{edge}, {edge}]\n\
+             [field.cloud]\nkind = \"fbm\"\nseed = 2\nradius = \"1 pc\"\nscale = \"0.6 pc\"\noctaves = 5\noffset = 0.15\n\
+             [dust]\ndensity = \"cloud\"\nscale = \"4 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.7\n[method]\nbake = {bake}\n"
+        );
+        for star in 0..stars {
+            // The deck's own star first; the others around the cloud's middle by the golden angle.
+            let (turn, height) = (2.399_963 * star as f64, 0.9 - 1.8 * (star as f64 + 0.5) / stars as f64);
+            let flat = (1.0 - height * height).sqrt();
+            let place = if star == 0 { [0.3, 0.35, 0.4] } else { [0.62 * flat * turn.cos(), 0.62 * height, 0.62 * flat * turn.sin()] };
+            text += &format!(
+                "[[star]]\nkind = \"blackbody\"\nposition = \"{} {} {} pc\"\ntemperature = \"{} K\"\nluminosity = \"1000 Lsun\"\nvisible = false\n",
+                place[0],
+                place[1],
+                place[2],
+                TEMPERATURES[star % TEMPERATURES.len()]
+            );
+        }
+        if passband.is_none() {
+            text += BANDS;
+        }
+        let mut scene = Scene::parse("study.toml", "study", text, &Loader::in_folder(".", DEFAULT_MEMORY))?;
+        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        sample_functions(&mut scene, &options)?;
+        Ok(Self { scene })
+    }
+
+    /// The plan of a method as it is asked for, without pilots.
+    pub fn plan(&self, contender: &Contender, control: &Control) -> Result<Plan> {
+        let settings = Settings { count: contender.count, degree: contender.degree, ..Settings::default() };
+        let method = Method { settings, ..self.scene.method.clone().with_name(contender.method)? };
+        let options = Options { method, memory_limit: DEFAULT_MEMORY };
+        Ok(Plan::sampled(&self.scene, &options, contender.steps, control)?)
+    }
+
+    /// Seconds a frame: the median of three, or one if that is long.
+    pub fn seconds(&self, plan: &Plan, control: &Control) -> Result<f64> {
+        Ok(timed(3, || cpu::radiance(plan, control).map(drop))?.0)
+    }
+
+    /// The same scene in fewer pixels.
+    pub fn resized(&mut self, edge: usize) {
+        (self.scene.camera.width, self.scene.camera.height) = (edge, edge);
+    }
+
+    /// The picture of the fast back end.
+    pub fn image(&self, plan: &Plan, control: &Control) -> Result<Image> {
+        Ok(cpu::render(&self.scene, plan, control)?.0)
+    }
+
+    /// The truth.
+    pub fn reference(&self, control: &Control) -> Result<Image> {
+        Ok(reference::render(&self.scene, 1e-5, control)?)
+    }
+}
+
+/// Relative rms error of the worst band.
+pub fn error(image: &Image, truth: &Image) -> f64 {
+    worst((0..truth.bands.len()).map(|b| image.relative_rmse(b, truth, b)))
+}
+
+/// The same without the brightest part in a hundred of the truth's pixels, which stand next to stars.
+pub fn error_away_from_stars(image: &Image, truth: &Image) -> f64 {
+    let of_band = |b: usize| {
+        let mut order: Vec<f64> = truth.band(b).collect();
+        order.sort_by(f64::total_cmp);
+        let limit = order[(order.len() * 99 / 100).min(order.len() - 1)];
+        let pairs = image.band(b).zip(truth.band(b)).filter(|(_, t)| *t < limit);
+        let (difference, light) = pairs.fold((0.0, 0.0), |(d, l), (v, t)| (d + (v - t) * (v - t), l + t * t));
+        (difference / light).sqrt()
+    };
+    worst((0..truth.bands.len()).map(of_band))
+}

@@ -1,0 +1,235 @@
+//! Figures: series over two axes, as CSV, SVG and PNG; and pictures of pixels.
+
+use std::sync::Once;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use crate::{Result, StudyError};
+
+/// An axis.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    /// What it shows, with its unit.
+    pub label: &'static str,
+    /// Whether it is logarithmic.
+    pub log: bool,
+}
+
+impl Axis {
+    /// Equal steps.
+    pub fn linear(label: &'static str) -> Self {
+        Self { label, log: false }
+    }
+
+    /// Equal ratios.
+    pub fn log(label: &'static str) -> Self {
+        Self { label, log: true }
+    }
+
+    fn place(&self, v: f64) -> f64 {
+        if self.log { v.log10() } else { v }
+    }
+
+    /// What a tick says.
+    fn tick(&self, v: f64) -> String {
+        match self.log {
+            true if v.abs() < 2.5 => format!("{}", (10f64.powf(v) * 1e3).round() / 1e3),
+            true => format!("1e{}", (v * 10.0).round() / 10.0),
+            false => format!("{}", (v * 1e4).round() / 1e4),
+        }
+    }
+}
+
+/// A line of points.
+#[derive(Debug, Clone)]
+pub struct Series {
+    /// Its name in the legend.
+    pub name: String,
+    /// Its points.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// A figure.
+#[derive(Debug, Clone)]
+pub struct Figure {
+    /// The name of its files.
+    pub name: String,
+    /// Its caption.
+    pub title: String,
+    /// Across.
+    pub x: Axis,
+    /// Up.
+    pub y: Axis,
+    /// What it shows.
+    pub series: Vec<Series>,
+}
+
+/// A picture of pixels.
+#[derive(Debug, Clone)]
+pub struct Picture {
+    /// The name of its file.
+    pub name: String,
+    /// Its caption.
+    pub title: String,
+    /// Columns and rows.
+    pub size: (usize, usize),
+    /// sRGB, row by row [0, 1].
+    pub pixels: Vec<[f64; 3]>,
+}
+
+/// Width and height of figures [px].
+const SIZE: (u32, u32) = (900, 560);
+/// Colours that are told apart by most eyes: Okabe & Ito 2008, and three greys.
+const COLOURS: [RGBColor; 10] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(60, 60, 60),
+    RGBColor(130, 130, 130),
+    RGBColor(180, 180, 180),
+    RGBColor(120, 80, 40),
+];
+
+impl Figure {
+    /// series, x, y in lines.
+    pub fn csv(&self) -> String {
+        let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
+        let mut csv = format!("series,{},{}\n", quoted(self.x.label), quoted(self.y.label));
+        for series in &self.series {
+            series.points.iter().for_each(|(x, y)| csv += &format!("{},{x:e},{y:e}\n", quoted(&series.name)));
+        }
+        csv
+    }
+
+    /// As SVG.
+    pub fn svg(&self) -> Result<String> {
+        let mut svg = String::new();
+        self.draw(&SVGBackend::with_string(&mut svg, SIZE).into_drawing_area())?;
+        Ok(svg)
+    }
+
+    /// As PNG.
+    pub fn png(&self) -> Result<Vec<u8>> {
+        let mut pixels = vec![0; (SIZE.0 * SIZE.1 * 3) as usize];
+        self.draw(&BitMapBackend::with_buffer(&mut pixels, SIZE).into_drawing_area())?;
+        encoded(&self.name, (SIZE.0, SIZE.1), &pixels)
+    }
+
+    fn draw<D: DrawingBackend>(&self, area: &DrawingArea<D, Shift>) -> Result<()> {
+        register_font();
+        let failed = |e: &dyn std::fmt::Display| StudyError::Figure(self.name.clone(), e.to_string());
+        area.fill(&WHITE).map_err(|e| failed(&e))?;
+        let visible = |(x, y): &(f64, f64)| {
+            let (x, y) = (self.x.place(*x), self.y.place(*y));
+            (x.is_finite() && y.is_finite()).then_some((x, y))
+        };
+        let lines: Vec<(&str, Vec<(f64, f64)>)> =
+            self.series.iter().map(|s| (s.name.as_str(), s.points.iter().filter_map(visible).collect())).collect();
+        let range = |of: fn(&(f64, f64)) -> f64| {
+            let values = lines.iter().flat_map(|l| l.1.iter().map(of));
+            let (low, high) = values.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+            let margin = 0.03 * (high - low).max(1e-9);
+            if low > high { 0.0..1.0 } else { low - margin..high + margin }
+        };
+        let mut chart = ChartBuilder::on(area)
+            .caption(&self.title, ("sans-serif", 20))
+            .margin(12)
+            .x_label_area_size(44)
+            .y_label_area_size(70)
+            .build_cartesian_2d(range(|p| p.0), range(|p| p.1))
+            .map_err(|e| failed(&e))?;
+        chart
+            .configure_mesh()
+            .light_line_style(WHITE)
+            .x_desc(self.x.label)
+            .y_desc(self.y.label)
+            .x_label_formatter(&|v| self.x.tick(*v))
+            .y_label_formatter(&|v| self.y.tick(*v))
+            .label_style(("sans-serif", 15))
+            .axis_desc_style(("sans-serif", 16))
+            .draw()
+            .map_err(|e| failed(&e))?;
+        for (i, (name, points)) in lines.into_iter().enumerate() {
+            let colour = COLOURS[i % COLOURS.len()];
+            let few = points.len() <= 40;
+            let style = colour.stroke_width(2);
+            let line = chart.draw_series(LineSeries::new(points.iter().copied(), style)).map_err(|e| failed(&e))?;
+            line.label(name).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
+            if few {
+                chart.draw_series(points.iter().map(|p| Circle::new(*p, 3, colour.filled()))).map_err(|e| failed(&e))?;
+            }
+        }
+        chart
+            .configure_series_labels()
+            .background_style(WHITE.mix(0.8))
+            .border_style(BLACK.mix(0.3))
+            .label_font(("sans-serif", 14))
+            .position(SeriesLabelPosition::UpperRight)
+            .draw()
+            .map_err(|e| failed(&e))?;
+        area.present().map_err(|e| failed(&e))
+    }
+}
+
+/// Text is drawn with a font that is compiled in: the same figure on every machine.
+fn register_font() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let _ = plotters::style::register_font("sans-serif", FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT);
+    });
+}
+
+impl Picture {
+    /// As PNG.
+    pub fn png(&self) -> Result<Vec<u8>> {
+        let bytes: Vec<u8> = self.pixels.iter().flatten().map(|v| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect();
+        encoded(&self.name, (self.size.0 as u32, self.size.1 as u32), &bytes)
+    }
+}
+
+fn encoded(name: &str, (width, height): (u32, u32), pixels: &[u8]) -> Result<Vec<u8>> {
+    let failed = |e: png::EncodingError| StudyError::Figure(name.to_owned(), e.to_string());
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer.write_image_data(pixels).map_err(failed)?;
+    writer.finish().map_err(failed)?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figure() -> Figure {
+        let series = Series { name: "a \"b\"".into(), points: vec![(1.0, 1e-3), (2.0, 1e-5), (3.0, 0.0)] };
+        Figure { name: "f".into(), title: "t".into(), x: Axis::linear("x"), y: Axis::log("y [1]"), series: vec![series] }
+    }
+
+    /// A zero has no place on a logarithmic axis, but in the table.
+    #[test]
+    fn figures_are_drawn_and_told() {
+        let svg = figure().svg().unwrap();
+        assert!(svg.starts_with("<svg") && svg.contains("y [1]") && svg.matches("<circle").count() == 2, "{svg}");
+        let png = figure().png().unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&png)).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+        assert!(pixels.chunks(3).any(|p| p == [0, 114, 178]) && pixels.chunks(3).any(|p| p == [255, 255, 255]));
+        assert_eq!(
+            figure().csv().lines().collect::<Vec<_>>()[1..],
+            ["\"a \"\"b\"\"\",1e0,1e-3", "\"a \"\"b\"\"\",2e0,1e-5", "\"a \"\"b\"\"\",3e0,0e0"]
+        );
+    }
+
+    #[test]
+    fn nothing_to_draw_is_drawn() {
+        assert!(Figure { series: Vec::new(), ..figure() }.svg().unwrap().starts_with("<svg"));
+    }
+}

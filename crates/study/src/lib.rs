@@ -1,0 +1,90 @@
+//! The study: every spectral method beside the others, as figures and tables that lie beside those of Barrès & Neyret 2023.
+//!
+//! A chapter is one file and one row of [`CHAPTERS`]. It measures, and says in words with numbers what was found; nothing in it is written beforehand but
+//! what was asked.
+
+mod chapters;
+mod figure;
+mod page;
+mod rules;
+
+use std::path::Path;
+
+use barnard::control::Control;
+
+pub use chapters::CHAPTERS;
+pub use figure::{Axis, Figure, Picture, Series};
+
+/// What can go wrong.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// In the renderer, or the user's wish to stop.
+    #[error(transparent)]
+    Render(#[from] barnard::Error),
+    /// In the λ-mathematics.
+    #[error(transparent)]
+    Spectra(#[from] spectra::SpectraError),
+    /// In a figure.
+    #[error("cannot draw the figure {0}: {1}")]
+    Figure(String, String),
+}
+
+/// Result of the study.
+pub type Result<T> = std::result::Result<T, StudyError>;
+
+/// What a chapter found.
+#[derive(Debug, Clone, Default)]
+pub struct Findings {
+    /// Figures, each a CSV and two pictures.
+    pub figures: Vec<Figure>,
+    /// Pictures without axes.
+    pub pictures: Vec<Picture>,
+    /// Markdown: tables and what they say.
+    pub text: String,
+}
+
+/// One row of the catalogue.
+#[derive(Clone, Copy)]
+pub struct Chapter {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// Its headline.
+    pub title: &'static str,
+    /// What is asked.
+    pub question: &'static str,
+    /// Answers it.
+    pub run: fn(&Control) -> Result<Findings>,
+}
+
+/// The chapter called `name`.
+pub fn chapter(name: &str) -> Result<&'static Chapter> {
+    let known: Vec<&str> = CHAPTERS.iter().map(|c| c.name).collect();
+    Ok(CHAPTERS.iter().find(|c| c.name == name).ok_or_else(|| spectra::SpectraError::unknown("chapter", name, &known))?)
+}
+
+/// Runs `chapters` and writes `study.md`, or `study-NAME.md` where one is run alone, into `folder`, with the figures in `folder/study`; `heard` is told of each.
+pub fn write(chapters: &[Chapter], folder: &Path, control: &Control, mut heard: impl FnMut(&Chapter)) -> Result<()> {
+    let own = folder.join("study");
+    std::fs::create_dir_all(&own).map_err(|e| barnard::Error::file(&own, format!("the folder cannot be made: {e}")))?;
+    let mut page = page::Page::default();
+    for chapter in chapters {
+        heard(chapter);
+        let findings = (chapter.run)(control)?;
+        for figure in &findings.figures {
+            let path = |extension: &str| own.join(format!("{}.{extension}", figure.name));
+            barnard::formats::replace(&path("csv"), figure.csv().as_bytes())?;
+            barnard::formats::replace(&path("svg"), figure.svg()?.as_bytes())?;
+            barnard::formats::replace(&path("png"), &figure.png()?)?;
+        }
+        for picture in &findings.pictures {
+            barnard::formats::replace(&own.join(format!("{}.png", picture.name)), &picture.png()?)?;
+        }
+        page.add(chapter, &findings);
+    }
+    let name = match chapters {
+        [one] => format!("study-{}.md", one.name),
+        _ => "study.md".to_owned(),
+    };
+    barnard::formats::replace(&folder.join(name), page.text().as_bytes())?;
+    Ok(())
+}
