@@ -319,3 +319,41 @@ fn gathered_light_is_that_of_all_stars() {
     assert!(plan.notes().iter().any(|(_, words)| words.contains("scatters evenly")));
     assert!(plan.misses_accuracy(), "the phase function is a part of the error");
 }
+
+/// Every method of the catalogue on random clouds, to what it states of itself: the spatial error, and the spectral one as a part of the light without dust, of
+/// which these thin clouds leave an eighth or more.
+#[test]
+fn every_method_keeps_to_what_it_states() {
+    for seed in [3, 11] {
+        let text = |temperature: u32| {
+            format!(
+                "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"16 deg\"\nsize = [6, 6]\n\
+                 [field.cloud]\nkind = \"fbm\"\nseed = {seed}\nscale = \"0.5 pc\"\noffset = 0.2\n\
+                 [dust]\ndensity = \"cloud\"\nscale = \"0.8 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.6\n\
+                 [[star]]\nkind = \"blackbody\"\nposition = \"0.9 1.1 {} pc\"\ntemperature = \"{temperature} K\"\nradius = \"5 Rsun\"\nvisible = false\n\
+                 [method]\nbake = 24\n",
+                0.1 * f64::from(seed)
+            )
+        };
+        let mut scene = parse(&text(9000));
+        barnard::plan::sample_functions(&mut scene, &options(&parse(&text(9000)))).unwrap();
+        let mut hotter = parse(&text(9900));
+        barnard::plan::sample_functions(&mut hotter, &options(&parse(&text(9900)))).unwrap();
+        let (truth, other) = (on_reference(&scene), on_reference(&hotter));
+        for entry in barnard::scene::methods() {
+            // A wavelength of its own in place of a spectrum is no approximation that is stated for the image.
+            let mut options = options(&scene);
+            options.method = options.method.with_name(entry.name).unwrap();
+            let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
+            let image = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
+            assert!(plan.spectral.depth < 3.0, "a thin cloud: {}", plan.spectral.depth);
+            let certificates = plan.spectral.certify(0, plan.spectral.depth);
+            let spectral = certificates.iter().map(|c| c.absolute).fold(0.0, f64::max);
+            // The deck's double integration says nothing of its steps: 100 in 2 pc.
+            let spatial = plan.space.spatial.map_or(5e-3, |s| s.error);
+            let (error, wrong) = (image.relative_rmse(0, &truth, 0), image.relative_rmse(0, &other, 0));
+            assert!(error <= 1.1 * spatial + 8.0 * spectral, "{} {seed}: {error:e} > {spatial:e}, {spectral:e}", entry.name);
+            assert!(wrong > 0.05, "{}: {wrong}", entry.name);
+        }
+    }
+}

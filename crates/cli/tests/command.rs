@@ -482,3 +482,32 @@ fn a_refused_write_leaves_nothing() {
     assert!(!output.status.success() && message.contains("out.npy") && message.contains("cannot be written"), "{message}");
     assert_eq!(before, listing(desk.folder.path()));
 }
+
+#[test]
+fn the_study_is_written_or_refused() {
+    let desk = Desk::new();
+    let output = desk.run(&["study", "convergence", "-o", "new/folder"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let page = std::fs::read_to_string(desk.path("new/folder/study-convergence.md")).unwrap();
+    assert!(page.contains("band_quadrature") && page.contains("](study/convergence.svg)"), "{page}");
+    for extension in ["csv", "svg", "png"] {
+        assert!(desk.path(&format!("new/folder/study/convergence.{extension}")).is_file());
+    }
+    desk.refuses(&["study", "convergance", "-o", "x"], &["convergance", "convergence"]);
+    desk.refuses(&["study", "convergence", "-o", "scene.toml"], &["scene.toml", "folder"]);
+}
+
+/// What a method puts aside, or approximates beside its integrals, is said.
+#[test]
+fn methods_say_what_they_cost() {
+    let desk = Desk::new();
+    desk.with("albedo = 0.6", "albedo = 0.6\nphase = { kind = \"henyey_greenstein\", g = 0.5 }");
+    let text = |output: Output| String::from_utf8_lossy(&output.stdout).into_owned();
+    let words = text(desk.run(&["check", "scene.toml", "--method", "propagation", "--count", "3"]));
+    assert!(words.contains("scatters evenly") && words.contains("polynomial fits: worst of degree 5"), "{words}");
+    assert!(words.contains("numbers a voxel"), "{words}");
+    desk.with("fitzpatrick99", "inverse_wavelength");
+    let words = text(desk.run(&["check", "scene.toml", "--method", "analytic"]));
+    assert!(words.contains("polynomial fits: worst of degree 5"), "{words}");
+    assert!(!text(desk.run(&["check", "scene.toml"])).contains("polynomial fits"));
+}

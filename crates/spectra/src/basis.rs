@@ -1,4 +1,4 @@
-//! Projection of e^(−a k(λ)) on a few of its own kind.
+//! Projection of e^(−a k(λ)) on a few of its own kind: eqs. (15) and (16) of docs/method.md.
 //!
 //!   e^(−a k) ≈ Σ_i A_i(a) e^(−d_i k) = Σ_i q_i(a) Q_i(λ),   ⟨f, g⟩ = ∫_D f g dλ
 //!

@@ -1,4 +1,4 @@
-//! Generalised exponential integrals E_n(x) = ∫₁^∞ e^(−x t)/tⁿ dt, scaled by e^x, for all n up to some order at once.
+//! Generalised exponential integrals E_n(x) = ∫₁^∞ e^(−x t)/tⁿ dt, scaled by e^x, for all n up to some order at once; eq. (14) of docs/method.md.
 //!
 //!   n E_{n+1}(x) = e^(−x) − x E_n(x)
 //!

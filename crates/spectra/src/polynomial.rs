@@ -1,4 +1,4 @@
-//! Polynomials in λ, their least-squares fit to spectra, and their integral against e^(−a c/λ) in closed form.
+//! Polynomials in λ, their least-squares fit to spectra, and their integral against e^(−a c/λ) in closed form, eq. (13) of docs/method.md.
 //!
 //!   ∫ λⁿ e^(−g/λ) dλ = [λ^(n+1) E_{n+2}(g/λ)]
 //!

@@ -1,11 +1,11 @@
 //! Light of many stars as a few polynomials: the deck's spectral-spatial basis propagation.
 //!
-//!   e^(−τ_ℓ k) P_ℓ(λ) summed over the stars  ≈ Σ_i Q_i(λ) V_i(λ),   V_i = Σ_ℓ q_i(τ_ℓ) P_ℓ/(4π r_ℓ²)      (the deck's eq. 2)
-//!   e^(−τ k)                                 ≈ Σ_m q_m(τ) Q_m(λ)                                          (eq. 3)
-//!   Q_i Q_m                                  ≈ Σ_j M_imj Q_j,  M_imj = ⟨Q_i Q_m, Q_j⟩                      (eq. 4)
+//!   e^(−τ_ℓ k) P_ℓ(λ) summed over the stars  ≈ Σ_i Q_i(λ) V_i(λ),   V_i = Σ_ℓ q_i(τ_ℓ) P_ℓ/(4π r_ℓ²)      eq. (18) of docs/method.md, the deck's 2
+//!   e^(−τ k)                                 ≈ Σ_m q_m(τ) Q_m(λ)                                          eq. (19), the deck's 3
+//!   Q_i Q_m                                  ≈ Σ_j M_imj Q_j,  M_imj = ⟨Q_i Q_m, Q_j⟩                      eq. (19), the deck's 4
 //!
-//! so that a sample adds Σ_i (Σ_m q_m(τ) M_imj) V_i to the j-th polynomial of a ray, whatever the number of stars; at its end, ∫ R k ω Q_j P dλ turns the
-//! polynomials into bands. Each star's P_ℓ is a least-squares polynomial of its spectrum. Black bodies lie nearly in a space of two or three
+//! so that a sample adds Σ_i (Σ_m q_m(τ) M_imj) V_i to the j-th polynomial of a ray, whatever the number of stars, eq. (20);
+//! at its end, ∫ R k ω Q_j P dλ turns the polynomials into bands, eq. (21). Each star's P_ℓ is a least-squares polynomial of its spectrum. Black bodies lie nearly in a space of two or three
 //! dimensions: what is carried are coordinates in the few orthonormal polynomials that span all stars.
 //!
 //! Source: Barrès & Neyret 2023.
@@ -33,19 +33,14 @@ pub struct Propagation {
 
 /// Wavelengths at which spectra are fitted.
 const SAMPLES: usize = 512;
+/// The error that fits are taken to have at least.
+const NEGLIGIBLE: f64 = 1e-4;
 /// Depths, along each way, at which the certificate looks.
 const CERTIFIED: usize = 24;
 
 impl Propagation {
-    /// For stars of these `spectra` over λ [µm], fitted between `low` and `high` [µm]; what adds less than `negligible` of a star's light to the span
-    /// is left out.
-    pub fn new(
-        projection: &Projection,
-        spectra: &[&dyn Fn(f64) -> f64],
-        (low, high): (f64, f64),
-        degree: usize,
-        negligible: f64,
-    ) -> Result<Self> {
+    /// For stars of these `spectra` over λ [µm], fitted between `low` and `high` [µm].
+    pub fn new(projection: &Projection, spectra: &[&dyn Fn(f64) -> f64], (low, high): (f64, f64), degree: usize) -> Result<Self> {
         let lambda = |i: usize| low + (high - low) * i as f64 / (SAMPLES - 1) as f64;
         let fit = |spectrum: &&dyn Fn(f64) -> f64| {
             Polynomial::fit(&(0..SAMPLES).map(|i| (lambda(i), spectrum(lambda(i)), 1.0)).collect::<Vec<_>>(), degree)
@@ -56,6 +51,8 @@ impl Propagation {
         let sampled = DMatrix::from_fn(SAMPLES, fits.len(), |i, s| step * fits[s].polynomial.at(lambda(i)));
         let brightness: Vec<f64> = sampled.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
         let even = DMatrix::from_fn(SAMPLES, fits.len(), |i, s| sampled[(i, s)] / brightness[s]);
+        // What adds less to the span than the fits cost anyway is left out.
+        let negligible = fits.iter().map(|f| f.rms).fold(NEGLIGIBLE, f64::max);
         let svd = even.svd(false, true);
         let right = svd.v_t.unwrap_or_else(|| DMatrix::zeros(0, 0));
         let kept: Vec<usize> = (0..right.nrows()).filter(|i| svd.singular_values[*i] > negligible * svd.singular_values.max()).collect();
@@ -176,7 +173,7 @@ mod tests {
         let Form::Projection(projection) = solved.form else { panic!("another form") };
         let continua: Vec<_> = stars.iter().map(|s| move |l: f64| s.continuum(l)).collect();
         let spectra: Vec<&dyn Fn(f64) -> f64> = continua.iter().map(|c| c as &dyn Fn(f64) -> f64).collect();
-        Propagation::new(&projection, &spectra, domain, 5, 1e-4).unwrap()
+        Propagation::new(&projection, &spectra, domain, 5).unwrap()
     }
 
     /// Six stars in one voxel, seen through dust, against the adaptive integral of all; each further element helps.

@@ -34,8 +34,13 @@ impl Axis {
     /// What a tick says.
     fn tick(&self, v: f64) -> String {
         match self.log {
-            true if v.abs() < 2.5 => format!("{}", (10f64.powf(v) * 1e3).round() / 1e3),
-            true => format!("1e{}", (v * 10.0).round() / 10.0),
+            true if (-2.5..4.0).contains(&v) => {
+                // Two digits.
+                let digits = 10f64.powf(1.0 - v.floor());
+                format!("{}", (10f64.powf(v) * digits).round() / digits)
+            }
+            true if (v - v.round()).abs() < 1e-9 => format!("1e{v}"),
+            true => format!("{:.0e}", 10f64.powf(v)),
             false => format!("{}", (v * 1e4).round() / 1e4),
         }
     }
@@ -78,10 +83,15 @@ pub struct Picture {
     pub pixels: Vec<[f64; 3]>,
 }
 
+/// A line in its parts.
+type Runs = Vec<Vec<(f64, f64)>>;
+
 /// Width and height of figures [px].
 const SIZE: (u32, u32) = (900, 560);
-/// Colours that are told apart by most eyes: Okabe & Ito 2008, and three greys.
-const COLOURS: [RGBColor; 10] = [
+/// Most points of a line that are shown as such.
+const FEW: usize = 40;
+/// Colours that are told apart by most eyes: Okabe & Ito 2008, and five others.
+const COLOURS: [RGBColor; 12] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -92,6 +102,8 @@ const COLOURS: [RGBColor; 10] = [
     RGBColor(130, 130, 130),
     RGBColor(180, 180, 180),
     RGBColor(120, 80, 40),
+    RGBColor(0, 60, 60),
+    RGBColor(150, 0, 60),
 ];
 
 impl Figure {
@@ -127,10 +139,14 @@ impl Figure {
             let (x, y) = (self.x.place(*x), self.y.place(*y));
             (x.is_finite() && y.is_finite()).then_some((x, y))
         };
-        let lines: Vec<(&str, Vec<(f64, f64)>)> =
-            self.series.iter().map(|s| (s.name.as_str(), s.points.iter().filter_map(visible).collect())).collect();
+        // Where a point has no place the line is interrupted.
+        let runs = |s: &Series| -> Runs {
+            let places: Vec<Option<(f64, f64)>> = s.points.iter().map(visible).collect();
+            places.split(Option::is_none).filter(|run| !run.is_empty()).map(|run| run.iter().copied().flatten().collect()).collect()
+        };
+        let lines: Vec<(&str, Runs)> = self.series.iter().map(|s| (s.name.as_str(), runs(s))).collect();
         let range = |of: fn(&(f64, f64)) -> f64| {
-            let values = lines.iter().flat_map(|l| l.1.iter().map(of));
+            let values = lines.iter().flat_map(|l| l.1.iter().flatten().map(of));
             let (low, high) = values.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
             let margin = 0.03 * (high - low).max(1e-9);
             if low > high { 0.0..1.0 } else { low - margin..high + margin }
@@ -153,14 +169,15 @@ impl Figure {
             .axis_desc_style(("sans-serif", 16))
             .draw()
             .map_err(|e| failed(&e))?;
-        for (i, (name, points)) in lines.into_iter().enumerate() {
+        for (i, (name, runs)) in lines.into_iter().enumerate() {
             let colour = COLOURS[i % COLOURS.len()];
-            let few = points.len() <= 40;
             let style = colour.stroke_width(2);
-            let line = chart.draw_series(LineSeries::new(points.iter().copied(), style)).map_err(|e| failed(&e))?;
-            line.label(name).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
-            if few {
-                chart.draw_series(points.iter().map(|p| Circle::new(*p, 3, colour.filled()))).map_err(|e| failed(&e))?;
+            let paths = runs.iter().map(|run| PathElement::new(run.clone(), style));
+            let drawn = chart.draw_series(paths).map_err(|e| failed(&e))?;
+            drawn.label(name).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
+            let points = runs.iter().flatten();
+            if points.clone().count() <= FEW {
+                chart.draw_series(points.map(|p| Circle::new(*p, 3, colour.filled()))).map_err(|e| failed(&e))?;
             }
         }
         chart

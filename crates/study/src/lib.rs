@@ -88,3 +88,36 @@ pub fn write(chapters: &[Chapter], folder: &Path, control: &Control, mut heard: 
     barnard::formats::replace(&folder.join(name), page.text().as_bytes())?;
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The chapters that time nothing, whole: what they write is there, and their figures hold numbers.
+    #[test]
+    fn quick_chapters_are_written() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["convergence", "basis_size", "augmentation", "density"] {
+            let one = [*chapter(name).unwrap()];
+            write(&one, folder.path(), &Control::default(), |_| {}).unwrap();
+            let page = std::fs::read_to_string(folder.path().join(format!("study-{name}.md"))).unwrap();
+            let pictures: Vec<&str> = page.split("](study/").skip(1).filter_map(|rest| rest.split(')').next()).collect();
+            assert!(pictures.len() >= 2 && page.contains("| --- |"), "{page}");
+            for picture in pictures {
+                let file = std::fs::read(folder.path().join("study").join(picture)).unwrap();
+                assert!(file.len() > 200, "{picture}");
+            }
+        }
+        let csv = std::fs::read_to_string(folder.path().join("study/convergence.csv")).unwrap();
+        let numbers = csv.lines().skip(1).filter_map(|l| l.rsplit(',').next()?.parse::<f64>().ok());
+        assert!(numbers.clone().count() > 40 && numbers.into_iter().all(|v| (0.0..1.0).contains(&v)));
+    }
+
+    #[test]
+    fn stopped_work_stops_and_bad_names_are_refused() {
+        assert!(chapter("convergance").err().unwrap().to_string().contains("convergence"));
+        let control = Control::default();
+        control.interrupt();
+        assert!(write(&[*chapter("complexity").unwrap()], tempfile::tempdir().unwrap().path(), &control, |_| {}).is_err());
+    }
+}

@@ -1,6 +1,6 @@
 //! The light of all stars in one field: what `propagation` marches in place of star depths.
 //!
-//! A voxel holds Σ_ℓ q_i(τ_ℓ) P_ℓ/(4π r_ℓ²) as element × polynomial; see `spectra::propagation`. 1/r² is the mean over the voxel, so that no star stands
+//! A voxel holds Σ_ℓ q_i(τ_ℓ) P_ℓ/(4π r_ℓ²) as element × polynomial, eq. (18) of docs/method.md; see `spectra::propagation`. 1/r² is the mean over the voxel, so that no star stands
 //! in a pole; what trilinear interpolation makes of it near a star is part of the spatial error that the pilots measure. Directions are lost: light is
 //! scattered evenly.
 
@@ -67,8 +67,7 @@ impl LightField {
         let common = ends.fold((f64::MAX, 0.0), |(low, high): (f64, f64), (l, h)| (low.min(l), high.max(h)));
         let continua: Vec<_> = numbers.iter().map(|light| |lambda: f64| lights[*light].spectrum.continuum(lambda)).collect();
         let spectra: Vec<&dyn Fn(f64) -> f64> = continua.iter().map(|c| c as &dyn Fn(f64) -> f64).collect();
-        let propagation =
-            Propagation::new(projection, &spectra, settings.domain_um.unwrap_or(common), settings.degree, options.method.accuracy)?;
+        let propagation = Propagation::new(projection, &spectra, settings.domain_um.unwrap_or(common), settings.degree)?;
         let law = law(scene)?;
         let resolution = |band| {
             let flat = PowerLaw { reference: Wavelength(1.0), exponent: 0.0 };

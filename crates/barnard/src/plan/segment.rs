@@ -2,7 +2,7 @@
 //!
 //! A star at distance b from the ray, its foot at t = 0, gives in a segment from t₀ to t₁
 //!
-//!   ∫ dt/(b² + t²)/Δt = atan2(b Δt, b² + t₀ t₁)/(b Δt)
+//!   ∫ dt/(b² + t²)/Δt = atan2(b Δt, b² + t₀ t₁)/(b Δt)                   eq. (6) of docs/method.md
 //!
 //! (what light falls by in a segment is `spectra::rule::mean_transmittance`).
 //!

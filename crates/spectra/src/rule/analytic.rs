@@ -1,4 +1,4 @@
-//! The deck's closed form: k = c/λ and W a polynomial, F(a) = Σ cₙ [λ^(n+1) E_{n+2}(a c/λ)].
+//! The deck's closed form: k = c/λ and W a polynomial, F(a) = Σ cₙ [λ^(n+1) E_{n+2}(a c/λ)], eq. (13) of docs/method.md.
 //!
 //! W of each source is fitted by a polynomial over the passband; the fit's error is reported apart, the certificate holds all of it. Lines are no polynomials:
 //! they stay exponentials. See [`crate::polynomial`].

@@ -1,4 +1,4 @@
-//! The default: for each passband, the Gauss rule of the weight itself, in the variable k.
+//! The default: for each passband, the Gauss rule of the weight itself, in the variable k, eq. (9) of docs/method.md.
 //!
 //! Nodes k_j: the n-point Gauss rule of the measure Σ_s W_s dλ / F_s(0) · e^(−t k) (Stieltjes, Golub & Welsch 1969).
 //! Weights of each source: w_sj = ∫ W_s ℓ_j(k) dλ, ℓ_j the Lagrange polynomials of the nodes; where one comes out negative, as a red leak

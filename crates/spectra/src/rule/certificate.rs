@@ -1,4 +1,4 @@
-//! The stated error of a rule: sup over 0 ≤ a ≤ a_max of |F̂(a) − F(a)|.
+//! The stated error of a rule: sup over 0 ≤ a ≤ a_max of |F̂(a) − F(a)|, eq. (4) of docs/method.md.
 //!
 //! Both functions are sums of exponentials in a, smooth on the scale 1/k: the error is sampled densely, close to zero
 //! logarithmically, and every neighbourhood of a largest sample is searched again, finer, three times. The bound is stated

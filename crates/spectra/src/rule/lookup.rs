@@ -1,4 +1,4 @@
-//! F itself as a table over optical depth, for each source.
+//! F itself as a table over optical depth, for each source: eq. (11) of docs/method.md.
 //!
 //! ln F(a) is concave-up and smooth; it is tabulated at equal steps of a and taken linear between: in an interval the medium is grey
 //! with the local mean extinction −d ln F/da. The number of entries doubles until `accuracy` is kept.

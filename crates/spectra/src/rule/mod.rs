@@ -1,5 +1,7 @@
 //! Spectral rules: ways to evaluate F(a) = ∫ W(λ) e^(−a k(λ)) dλ for many optical depths a, cheaply, with a certificate.
 //!
+//! Equations are numbered as in docs/method.md: F is eq. (2), terms are eq. (3).
+//!
 //! | symbol | variable | unit |
 //! |---|---|---|
 //! | W = R·s·(k ω p …) | `Source` | of the owner |

@@ -1,8 +1,8 @@
-//! The nodes family: F(a) ≈ Σ_j w_j e^(−a k_j). A node is monochromatic transport.
+//! The nodes family: F(a) ≈ Σ_j w_j e^(−a k_j), eq. (7) of docs/method.md. A node is monochromatic transport.
 //!
 //! Over a course of depths that is linear between a₀ and a₁, mean ā and half difference y = (a₁ − a₀)/2,
 //!
-//!   ⟨e^(−k a)⟩ = e^(−k ā) sinh(k y)/(k y)
+//!   ⟨e^(−k a)⟩ = e^(−k ā) sinh(k y)/(k y)                                      eq. (5)
 
 use super::band_quadrature::interpolatory_weights;
 use super::{BandProblem, BandRule, Decay, Form, Node, Source};

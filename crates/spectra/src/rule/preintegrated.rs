@@ -1,4 +1,4 @@
-//! Pre-integration: the wavelengths of a passband in intervals, each with one extinction in front of a segment and a table of what happens within it.
+//! Pre-integration: the wavelengths of a passband in intervals, each with one extinction in front of a segment and a table of what happens within it: eq. (12) of docs/method.md.
 //!
 //!   ∫ W e^(−k a) ds/Δs ≈ Σ_j e^(−k_j a₀) ∫_j W (1 − e^(−k Δ))/(k Δ) dλ,   a from a₀ to a₀ + Δ
 //!

@@ -1,4 +1,4 @@
-//! The deck's method: e^(−a k) projected on a few exponentials, F(a) ≈ Σ_i q_i(a) ∫ W Q_i dλ.
+//! The deck's method: e^(−a k) projected on a few exponentials, F(a) ≈ Σ_i q_i(a) ∫ W Q_i dλ, eq. (17) of docs/method.md.
 //!
 //! The integrals are constant over a picture, the coordinates q_i(a) a table that all passbands and lights share; see [`crate::basis`]. The basis lives on one
 //! domain for all passbands and one range of the argument; beyond the range the last coordinates are held, and the certificate says what that costs. F̂ can

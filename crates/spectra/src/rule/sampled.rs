@@ -1,6 +1,6 @@
 //! A few random wavelengths for each ray, chosen by importance: what real-time engines do, with its noise.
 //!
-//!   F(a) ≈ 1/n Σ_j W(λ_j)/p(λ_j) e^(−a k(λ_j)),   p the mean of all sources through the passband, each normalised
+//!   F(a) ≈ 1/n Σ_j W(λ_j)/p(λ_j) e^(−a k(λ_j)),   p the mean of all sources through the passband, each normalised, eq. (10) of docs/method.md
 //!
 //! λ_j is drawn from the j-th of n parts of equal probability (stratified), so no ray can be further off than the sum over the parts of what lies between
 //! the largest and the smallest value in each, over n: that bound is the certificate. The mean over many rays is exact.

@@ -128,7 +128,8 @@ fn run(control: &Control) -> Result<Findings> {
     }
     let text = format!(
         "The deck's scene on {BAKE}³ voxels, {EDGE} × {EDGE} pixels; a power p means time ∝ quantity^p, by least squares in the logarithms. What every sample costs anyway (reading the volume) makes \
-         powers smaller than those of the formulas, which count spectral work alone.\n\n{}",
+         powers smaller than those of the formulas, which count spectral work alone. The closed form jumps where the terms of its polynomial cancel so much that f32 would lose them and \
+         f64 takes over; a light field grows with the stars only until its polynomials span their spectra.\n\n{}",
         table(&["quantity", "the deck's formula: power", "fitted power", "seconds a frame"], &rows)
     );
     let figure = Figure {

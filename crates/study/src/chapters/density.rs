@@ -49,7 +49,7 @@ fn spectra() -> Result<Figure> {
     }
     Ok(Figure {
         name: "density_spectra".into(),
-        title: "A black body of 10 000 K behind columns of depth 1, 5, 20; projections below zero have no place here".into(),
+        title: "A black body of 10 000 K behind columns of depth 1, 5, 20; lines are interrupted where a projection is below zero".into(),
         x: Axis::linear("wavelength [µm]"),
         y: Axis::log("spectrum, parts of its peak without dust"),
         series,

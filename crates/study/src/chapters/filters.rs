@@ -29,6 +29,9 @@ const METHODS: [(&str, &[usize]); 6] = [
 ];
 /// Those without a size.
 const SINGLE: [&str; 2] = ["lookup", "analytic"];
+/// The filter and depth of the summary, and the error that is wanted there.
+const SUMMARY: (&str, f64) = ("johnson-B", 10.0);
+const WANTED: f64 = 1e-3;
 const EDGE: usize = 160;
 const BAKE: usize = 64;
 
@@ -53,7 +56,8 @@ fn run(control: &Control) -> Result<Findings> {
         let plan = frame.plan(&Contender::new(name, count), control)?;
         times.push(Timed { name, count, seconds: frame.seconds(&plan, control)? });
     }
-    let (mut rows, mut ratios, mut figures) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut rows, mut ratios, mut same_size, mut figures) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut summary = Vec::new();
     for filter in FILTERS {
         control.check()?;
         let trial = Trial::passband(filter, &TEMPERATURES)?;
@@ -63,6 +67,9 @@ fn run(control: &Control) -> Result<Findings> {
                 trial.solve(t.name, &settings, depth).map(|rule| rule.worst()).ok()
             };
             let errors: Vec<Option<f64>> = times.iter().map(error).collect();
+            if (filter, depth) == SUMMARY {
+                summary = needed(&times, &errors);
+            }
             let of = |name: &str| -> Vec<(f64, f64)> {
                 let own = times.iter().zip(&errors).filter(|(t, _)| t.name == name);
                 own.filter_map(|(t, e)| e.map(|e| (t.seconds, e))).collect()
@@ -77,6 +84,7 @@ fn run(control: &Control) -> Result<Findings> {
             let at = |n: usize| list.get(n - 1).map_or("-".into(), |r| short(*r));
             rows.push(vec![filter.to_owned(), format!("{depth}"), at(2), at(3), at(4), at(5)]);
             ratios.extend(list.into_iter().skip(1).take(4));
+            same_size.extend(theirs.iter().zip(&ours).skip(1).take(4).map(|(t, o)| t.1 / o.1));
             if ["johnson-B", "sdss2010-g", "hst-wfc3-f656n"].contains(&filter) && [1.0, 30.0].contains(&depth) {
                 let names = METHODS.iter().map(|m| m.0).chain(SINGLE);
                 let series = names.map(|name| Series { name: name.into(), points: of(name) }).filter(|s| !s.points.is_empty()).collect();
@@ -97,7 +105,7 @@ fn run(control: &Control) -> Result<Findings> {
     let text = format!(
         "Times are of the deck's scene, one star, one filter, {EDGE} × {EDGE} pixels, N = 100. Errors are the certificates of the rules, made for each filter and depth alone (projection's D is the filter's \
          own support, which favours it).\n\n{}### The default beside projection at equal time\n\nError of projection with 2 to 5 elements over that of the best band quadrature that takes no longer.\n\n{}\
-         At least 10 times as exact as projection in {better} of {} comparisons; the least is {}. {}\n\n{}",
+         At least 10 times as exact as projection in {better} of {} comparisons; the least is {}. {} With as many nodes as elements the least is {}, the median {}.\n\n### What 1e-3 costs\n\nOn {} up to depth {}: the smallest size tried whose error is at most {WANTED:.0e}, and its frame beside the default's.\n\n{}{}",
         table(&["method", "size", "frame [s]"], &time_rows),
         table(&["filter", "depth up to", "2 elements", "3", "4", "5"], &rows),
         finite.len(),
@@ -107,9 +115,39 @@ fn run(control: &Control) -> Result<Findings> {
         } else {
             "Ten times on every filter and depth does not hold: the rows above say where."
         },
+        short(sorted(&same_size)[0]),
+        short(sorted(&same_size)[same_size.len() / 2]),
+        SUMMARY.0,
+        SUMMARY.1,
+        table(&["method", "size", "largest error / F(0)", "frame, of the default's"], &summary),
         WHEN
     );
     Ok(Findings { figures, text, ..Findings::default() })
+}
+
+/// For each method, what it takes to keep [`WANTED`].
+fn needed(times: &[Timed], errors: &[Option<f64>]) -> Vec<Vec<String>> {
+    let names = || METHODS.iter().map(|m| m.0).chain(SINGLE);
+    let of = |name: &'static str| times.iter().zip(errors).filter(move |(t, _)| t.name == name);
+    let good = |name: &'static str| of(name).find(|(_, e)| e.is_some_and(|e| e <= WANTED));
+    let default = good("band_quadrature").map_or(f64::NAN, |(t, _)| t.seconds);
+    let row = |name: &'static str| match good(name) {
+        Some((t, e)) => {
+            let size = t.count.map_or("-".into(), |n| n.to_string());
+            vec![name.to_owned(), size, e.map_or("-".into(), short), format!("{:.1}", t.seconds / default)]
+        }
+        None => {
+            let best = of(name).filter_map(|(_, e)| *e).fold(f64::NAN, f64::min);
+            vec![name.to_owned(), "none tried".into(), short(best), "-".into()]
+        }
+    };
+    names().map(row).collect()
+}
+
+fn sorted(values: &[f64]) -> Vec<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted
 }
 
 const WHEN: &str = "### Which to use\n\n\

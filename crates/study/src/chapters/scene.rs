@@ -113,12 +113,12 @@ pub fn error(image: &Image, truth: &Image) -> f64 {
     worst((0..truth.bands.len()).map(|b| image.relative_rmse(b, truth, b)))
 }
 
-/// The same without the brightest part in a hundred of the truth's pixels, which stand next to stars.
+/// The same without the brightest part in twenty of the truth's pixels, which stand next to stars.
 pub fn error_away_from_stars(image: &Image, truth: &Image) -> f64 {
     let of_band = |b: usize| {
         let mut order: Vec<f64> = truth.band(b).collect();
         order.sort_by(f64::total_cmp);
-        let limit = order[(order.len() * 99 / 100).min(order.len() - 1)];
+        let limit = order[(order.len() * 95 / 100).min(order.len() - 1)];
         let pairs = image.band(b).zip(truth.band(b)).filter(|(_, t)| *t < limit);
         let (difference, light) = pairs.fold((0.0, 0.0), |(d, l), (v, t)| (d + (v - t) * (v - t), l + t * t));
         (difference / light).sqrt()

@@ -1,6 +1,6 @@
 //! The light field of all stars, for sixteen rays: `spectra::propagation` in f32.
 //!
-//! A sample adds Δτ Σ_i (Σ_m q_m(τ) M_imj) V_i to the ray's j-th polynomial, V being its light there; a band is read from the polynomials at the end.
+//! A sample adds Δτ Σ_i (Σ_m q_m(τ) M_imj) V_i, eq. (20) of docs/method.md, to the ray's j-th polynomial, V being its light there; a band is read from the polynomials at the end.
 
 use super::march::{March, State};
 use super::terms::{CoordinateTable, Course};
@@ -81,7 +81,7 @@ fn gather_rows<const ROW: usize>(
             for m in 0..size {
                 let product = gathered.products[(m * size + i) * size + j];
                 for lane in 0..LANES {
-                    share[lane] += product * means[lane][m];
+                    share[lane] += product * means[m][lane];
                 }
             }
             let share = lanes(|lane| 0.5 * growth[lane] * share[lane]);

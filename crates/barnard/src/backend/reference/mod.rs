@@ -2,7 +2,7 @@
 //!
 //! It reads the scene's physics itself and shares none of the plan's approximations: no baked grids, no cached star depths, no nodes.
 //!
-//! Along a ray, per wavelength:
+//! Along a ray, per wavelength, eq. (1) of docs/method.md:
 //!
 //!   I_λ = Σ_ℓ ∫dt σ k ω p(θ_ℓ) L_ℓ/(4π r_ℓ²) e^(−k(τ + τ_ℓ)) + Σ_e ∫dt j_e Φ_e e^(−k τ) + background e^(−k τ_end)
 //!

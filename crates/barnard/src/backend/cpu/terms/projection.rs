@@ -75,11 +75,12 @@ impl Group {
     fn gather<const ROW: usize>(&self, course: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
         let means = self.table.means::<ROW>(course);
         for element in 0..self.table.size {
+            let mean = &means[element];
             for first in &self.first {
                 let Some(base) = base(first + element) else { continue };
                 let sum = &mut sum[first + element];
                 for lane in 0..LANES {
-                    sum[lane] += base[lane] * means[lane][element];
+                    sum[lane] += base[lane] * mean[lane];
                 }
             }
         }
@@ -100,11 +101,11 @@ impl CoordinateTable {
         Self { size, per_depth: (1.0 / projection.step) as f32, rows }
     }
 
-    /// The mean coordinates of each lane over its course, lane × element.
+    /// The mean coordinates over the lanes' courses, element × lane.
     ///
     /// `ROW` is the number of elements, rounded up to four or eight.
     #[inline(always)]
-    pub fn means<const ROW: usize>(&self, Course { middle, half }: &Course) -> [[f32; ROW]; LANES] {
+    pub fn means<const ROW: usize>(&self, Course { middle, half }: &Course) -> [Lane; ROW] {
         let mut means = [[0.0; ROW]; LANES];
         if largest(&lanes(|lane| half[lane].abs())) <= SHORT {
             for lane in 0..LANES {
@@ -120,7 +121,17 @@ impl CoordinateTable {
                 }
             }
         }
-        means
+        // Four lanes change places with four elements.
+        let mut turned = [[0.0; LANES]; ROW];
+        for lane in (0..LANES).step_by(4) {
+            for element in (0..ROW).step_by(4) {
+                let quad = |i: usize| f32x4::new(std::array::from_fn(|e| means[lane + i][element + e]));
+                for (e, values) in f32x4::transpose([quad(0), quad(1), quad(2), quad(3)]).into_iter().enumerate() {
+                    turned[element + e][lane..lane + 4].copy_from_slice(&values.to_array());
+                }
+            }
+        }
+        turned
     }
 
     /// q + half² q″/6 at one depth; beyond the table its last entry is held.
