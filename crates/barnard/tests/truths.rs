@@ -341,7 +341,6 @@ fn every_method_keeps_to_what_it_states() {
         barnard::plan::sample_functions(&mut hotter, &options(&parse(&text(9900)))).unwrap();
         let (truth, other) = (on_reference(&scene), on_reference(&hotter));
         for entry in barnard::scene::methods() {
-            // A wavelength of its own in place of a spectrum is no approximation that is stated for the image.
             let mut options = options(&scene);
             options.method = options.method.with_name(entry.name).unwrap();
             let plan = Plan::new(&scene, &options, &Control::default()).unwrap();

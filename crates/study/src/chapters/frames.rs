@@ -37,9 +37,10 @@ fn tables() -> [Table; 2] {
         ("lookup", None),
         ("band_quadrature", Some(2)),
     ];
-    let mut six = one.clone();
-    six[2] = ("projection", Some(4));
-    six.insert(3, ("propagation", Some(4)));
+    // The closed form takes minutes with six lights; the deck has it with one alone.
+    let mut six: Vec<_> = one.iter().copied().filter(|(method, _)| *method != "analytic").collect();
+    six[1] = ("projection", Some(4));
+    six.insert(2, ("propagation", Some(4)));
     [
         Table { stars: 1, name: "one light", amplified: 16.0, methods: one },
         Table { stars: 6, name: "six lights", amplified: 6.0, methods: six },
@@ -88,7 +89,7 @@ fn run(control: &Control) -> Result<Findings> {
     findings.text += &format!(
         "\nErrors are relative rms of the worst band on {COMPARED} × {COMPARED} pixels; the last column leaves the brightest twentieth of the pixels out, which stand next to stars. `double_integration` is the \
          deck's newton, with the star depth marched again at every sample; all others read star depths that are made once, or none. Where a ratio of the deck is missed, this is why: here all methods march sixteen rays at once, so that \
-         newton's exponentials are cheap beside reading the volume, and newton's own marches to the stars read a volume of one channel; propagation reads elements × polynomials at every sample.\n"
+         newton's exponentials are cheap beside reading the volume, and newton's own marches to the stars read a volume of one channel; propagation reads elements × polynomials at every sample. All but newton in the deck's form also cut their steps near stars, and so take more than N samples there.\n"
     );
     Ok(findings)
 }
