@@ -131,6 +131,23 @@ impl Figure {
         encoded(&self.name, (SIZE.0, SIZE.1), &pixels)
     }
 
+    /// Where a legend hides the fewest points.
+    fn emptiest_corner<'a>(&self, points: impl Iterator<Item = &'a (f64, f64)> + Clone) -> SeriesLabelPosition {
+        let ends = |of: fn(&(f64, f64)) -> f64| points.clone().map(of).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+        let ((left, right), (bottom, top)) = (ends(|p| p.0), ends(|p| p.1));
+        let near = |from: f64, to: f64, v: f64, part: f64| (v - from).abs() <= part * (to - from).abs();
+        let hidden = |x: (f64, f64), y: (f64, f64)| {
+            points.clone().filter(|p| near(x.0, x.1, p.0, LEGEND.0) && near(y.0, y.1, p.1, LEGEND.1)).count()
+        };
+        let corners = [
+            (SeriesLabelPosition::UpperRight, hidden((right, left), (top, bottom))),
+            (SeriesLabelPosition::UpperLeft, hidden((left, right), (top, bottom))),
+            (SeriesLabelPosition::LowerRight, hidden((right, left), (bottom, top))),
+            (SeriesLabelPosition::LowerLeft, hidden((left, right), (bottom, top))),
+        ];
+        corners.into_iter().min_by_key(|c| c.1).map_or(SeriesLabelPosition::UpperRight, |c| c.0)
+    }
+
     fn draw<D: DrawingBackend>(&self, area: &DrawingArea<D, Shift>) -> Result<()> {
         register_font();
         let failed = |e: &dyn std::fmt::Display| StudyError::Figure(self.name.clone(), e.to_string());
@@ -151,6 +168,7 @@ impl Figure {
             let margin = 0.03 * (high - low).max(1e-9);
             if low > high { 0.0..1.0 } else { low - margin..high + margin }
         };
+        let corner = self.emptiest_corner(lines.iter().flat_map(|l| l.1.iter().flatten()));
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, ("sans-serif", 20))
             .margin(12)
@@ -185,12 +203,15 @@ impl Figure {
             .background_style(WHITE.mix(0.8))
             .border_style(BLACK.mix(0.3))
             .label_font(("sans-serif", 14))
-            .position(SeriesLabelPosition::UpperRight)
+            .position(corner)
             .draw()
             .map_err(|e| failed(&e))?;
         area.present().map_err(|e| failed(&e))
     }
 }
+
+/// The part of a figure's width and height that a legend may take.
+const LEGEND: (f64, f64) = (0.3, 0.4);
 
 /// Text is drawn with a font that is compiled in: the same figure on every machine.
 fn register_font() {

@@ -35,7 +35,10 @@ fn curves(name: &str, title: String, ends: (f64, f64), a: f64, range: f64) -> Re
         let (_, basis) = basis(ends, range, size)?;
         let q = basis.coordinates(a);
         let value = |l: f64| basis.elements(0.55 / l).iter().zip(&q).map(|(e, q)| e * q).sum::<f64>();
-        series.push(Series { name: format!("{size} elements"), points: (0..120).map(|i| (lambda(i), value(lambda(i)))).collect() });
+        series.push(Series {
+            name: format!("{size} element{}", if size == 1 { "" } else { "s" }),
+            points: (0..120).map(|i| (lambda(i), value(lambda(i)))).collect(),
+        });
     }
     Ok(Figure { name: name.into(), title, x: Axis::linear("wavelength [µm]"), y: Axis::linear("transmission"), series })
 }
@@ -81,7 +84,7 @@ fn run(control: &Control) -> Result<Findings> {
         name: "augmentation_range".into(),
         title: "Error over the argument, bases made for three ranges, D = [0.3, 1 µm]".into(),
         x: Axis::log("a [optical depth at V]"),
-        y: Axis::log("‖error‖ / ‖1‖"),
+        y: Axis::log("error, parts of the norm of 1"),
         series,
     });
     let head = [

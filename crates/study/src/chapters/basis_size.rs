@@ -65,14 +65,14 @@ fn run(control: &Control) -> Result<Findings> {
             name: "basis_size".into(),
             title: "Mean error against basis size".into(),
             x: axis.clone(),
-            y: Axis::log("mean ‖error‖ / ‖1‖"),
+            y: Axis::log("mean error, parts of the norm of 1"),
             series: norm,
         },
         Figure {
             name: "basis_best".into(),
             title: "Root mean square error: optimal exponentials and the best linear basis (SVD)".into(),
             x: axis,
-            y: Axis::log("rms ‖error‖ / ‖1‖"),
+            y: Axis::log("rms error, parts of the norm of 1"),
             series: best,
         },
     ];
