@@ -35,6 +35,8 @@ pub struct Propagation {
 const SAMPLES: usize = 512;
 /// The error that fits are taken to have at least.
 const NEGLIGIBLE: f64 = 1e-4;
+/// Light that is none beside that of the brightest star.
+const DARK: f64 = 1e-30;
 /// Depths, along each way, at which the certificate looks.
 const CERTIFIED: usize = 24;
 
@@ -49,8 +51,11 @@ impl Propagation {
         // Each of the same brightness, so that faint stars count: their light may be all there is.
         let step = ((high - low) / SAMPLES as f64).sqrt();
         let sampled = DMatrix::from_fn(SAMPLES, fits.len(), |i, s| step * fits[s].polynomial.at(lambda(i)));
-        let brightness: Vec<f64> = sampled.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
-        let even = DMatrix::from_fn(SAMPLES, fits.len(), |i, s| sampled[(i, s)] / brightness[s]);
+        let brightness: Vec<f64> = sampled.column_iter().map(|c| c.norm()).collect();
+        let most = brightness.iter().copied().fold(0.0, f64::max);
+        // A star that shines not at all here would be all rounding.
+        let scale: Vec<f64> = brightness.iter().map(|b| if *b > DARK * most { 1.0 / b } else { 0.0 }).collect();
+        let even = DMatrix::from_fn(SAMPLES, fits.len(), |i, s| sampled[(i, s)] * scale[s]);
         // What adds less to the span than the fits cost anyway is left out.
         let negligible = fits.iter().map(|f| f.rms).fold(NEGLIGIBLE, f64::max);
         let svd = even.svd(false, true);
@@ -59,7 +64,7 @@ impl Propagation {
         let combined = |i: usize| {
             let mut coefficients = vec![0.0; degree + 1];
             for (s, fit) in fits.iter().enumerate() {
-                let share = right[(i, s)] / (svd.singular_values[i] * brightness[s]);
+                let share = right[(i, s)] * scale[s] / svd.singular_values[i];
                 coefficients.iter_mut().zip(&fit.polynomial.coefficients).for_each(|(sum, c)| *sum += share * c);
             }
             Polynomial { coefficients, interval_um: (low, high) }
@@ -243,6 +248,10 @@ mod tests {
         let many: Vec<Spectrum> =
             (0..40).map(|i| Spectrum::continuous(1.0, Arc::new(BlackBody(Temperature(3000.0 + 900.0 * f64::from(i)))))).collect();
         assert!(propagation(&band, &many, 3).span.len() <= 4);
+        // Dark stars add nothing, and nothing but dark stars is nothing.
+        let cold = |t: f64| Spectrum::continuous(1.0, Arc::new(BlackBody(Temperature(t))));
+        let with_dark = propagation(&band, &[many[7].clone(), cold(20.0), cold(50.0)], 3);
+        assert!(with_dark.span.len() == 1 && with_dark.stars[0][0].abs() > 0.0 && with_dark.stars.iter().flatten().all(|c| c.is_finite()));
         let equal = vec![many[7].clone(), many[7].clone().scaled(1e-6)];
         assert_eq!(propagation(&band, &equal, 3).span.len(), 1);
     }

@@ -42,7 +42,7 @@ const CLOSE: f64 = 4.0;
 const CLOSE_POINTS: usize = 6;
 
 impl LightField {
-    /// Gathers the light of all stars of `scene`.
+    /// Gathers the light of all stars of `scene`; none where there is no dust, or none of them shines through a band.
     pub fn new(
         scene: &Scene,
         lights: &[Light],
@@ -68,6 +68,9 @@ impl LightField {
         let continua: Vec<_> = numbers.iter().map(|light| |lambda: f64| lights[*light].spectrum.continuum(lambda)).collect();
         let spectra: Vec<&dyn Fn(f64) -> f64> = continua.iter().map(|c| c as &dyn Fn(f64) -> f64).collect();
         let propagation = Propagation::new(projection, &spectra, settings.domain_um.unwrap_or(common), settings.degree)?;
+        if propagation.span.is_empty() {
+            return Ok(None);
+        }
         let law = law(scene)?;
         let resolution = |band| {
             let flat = PowerLaw { reference: Wavelength(1.0), exponent: 0.0 };
@@ -77,7 +80,8 @@ impl LightField {
         };
         let resolution = scene.bands.iter().map(resolution).collect();
         let voxels = Volume::zeroed(&dust.lattice, Vec::new()).lattice.cells() as u64;
-        check_memory("the light field of propagation", 4 * voxels * propagation.channels() as u64, options.memory_limit)?;
+        let bytes = space.bytes() + 4 * voxels * propagation.channels() as u64;
+        check_memory("star depths and the light field of propagation", bytes, options.memory_limit)?;
         let volumes = gathered(&propagation, space, &stars, &dust.lattice, control)?;
         let isotropic_instead = spectral.phase.is_some();
         Ok(Some(Self { propagation, volumes, resolution, isotropic_instead, lights: numbers }))

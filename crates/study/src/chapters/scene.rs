@@ -92,6 +92,13 @@ impl Trial {
         Ok(timed(3, || cpu::radiance(plan, control).map(drop))?.0)
     }
 
+    /// Seconds of one frame.
+    pub fn once(&self, plan: &Plan, control: &Control) -> Result<f64> {
+        let start = std::time::Instant::now();
+        cpu::radiance(plan, control)?;
+        Ok(start.elapsed().as_secs_f64())
+    }
+
     /// The same scene in fewer pixels.
     pub fn resized(&mut self, edge: usize) {
         (self.scene.camera.width, self.scene.camera.height) = (edge, edge);
