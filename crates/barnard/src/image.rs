@@ -117,7 +117,7 @@ impl Image {
 }
 
 /// Relative rms difference of pairs (a, b), √Σ(a − b)² / √Σb²; zero where they are equal, NaN where one is no number.
-pub(crate) fn relative_rms(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
+pub fn relative_rms(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
     let (squares, size) = pairs.fold((0.0, 0.0), |(squares, size), (a, b)| (squares + (a - b).powi(2), size + b * b));
     if squares == 0.0 { 0.0 } else { (squares / size).sqrt() }
 }

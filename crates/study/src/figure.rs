@@ -2,6 +2,7 @@
 
 use std::sync::Once;
 
+use barnard::formats::encode_png;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
@@ -126,9 +127,10 @@ impl Figure {
 
     /// As PNG.
     pub fn png(&self) -> Result<Vec<u8>> {
-        let mut pixels = vec![0; (SIZE.0 * SIZE.1 * 3) as usize];
+        let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
+        let mut pixels = vec![0; 3 * width * height];
         self.draw(&BitMapBackend::with_buffer(&mut pixels, SIZE).into_drawing_area())?;
-        encoded(&self.name, (SIZE.0, SIZE.1), &pixels)
+        Ok(encode_png((width, height), &pixels, &[])?)
     }
 
     /// Where a legend hides the fewest points.
@@ -225,20 +227,8 @@ impl Picture {
     /// As PNG.
     pub fn png(&self) -> Result<Vec<u8>> {
         let bytes: Vec<u8> = self.pixels.iter().flatten().map(|v| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect();
-        encoded(&self.name, (self.size.0 as u32, self.size.1 as u32), &bytes)
+        Ok(encode_png(self.size, &bytes, &[])?)
     }
-}
-
-fn encoded(name: &str, (width, height): (u32, u32), pixels: &[u8]) -> Result<Vec<u8>> {
-    let failed = |e: png::EncodingError| StudyError::Figure(name.to_owned(), e.to_string());
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    let mut writer = encoder.write_header().map_err(failed)?;
-    writer.write_image_data(pixels).map_err(failed)?;
-    writer.finish().map_err(failed)?;
-    Ok(bytes)
 }
 
 #[cfg(test)]

@@ -101,11 +101,11 @@ mod tests {
             let one = [*chapter(name).unwrap()];
             write(&one, folder.path(), &Control::default(), |_| {}).unwrap();
             let page = std::fs::read_to_string(folder.path().join(format!("study-{name}.md"))).unwrap();
-            let pictures: Vec<&str> = page.split("](study/").skip(1).filter_map(|rest| rest.split(')').next()).collect();
-            assert!(pictures.len() >= 2 && page.contains("| --- |"), "{page}");
-            for picture in pictures {
-                let file = std::fs::read(folder.path().join("study").join(picture)).unwrap();
-                assert!(file.len() > 200, "{picture}");
+            let files: Vec<&str> = page.split("](study/").skip(1).filter_map(|rest| rest.split(')').next()).collect();
+            assert!(files.len() == 2 * page.matches("![").count() && !files.is_empty() && page.contains("| --- |"), "{page}");
+            for name in files {
+                let file = std::fs::read(folder.path().join("study").join(name)).unwrap();
+                assert!(file.len() > 200, "{name}");
             }
         }
         let csv = std::fs::read_to_string(folder.path().join("study/convergence.csv")).unwrap();
@@ -118,6 +118,9 @@ mod tests {
         assert!(chapter("convergance").err().unwrap().to_string().contains("convergence"));
         let control = Control::default();
         control.interrupt();
-        assert!(write(&[*chapter("complexity").unwrap()], tempfile::tempdir().unwrap().path(), &control, |_| {}).is_err());
+        for chapter in CHAPTERS {
+            let stopped = write(&[*chapter], tempfile::tempdir().unwrap().path(), &control, |_| {});
+            assert!(matches!(stopped, Err(StudyError::Render(barnard::Error::Interrupted))), "{}", chapter.name);
+        }
     }
 }

@@ -8,6 +8,7 @@ mod write;
 
 use std::path::Path;
 
+pub use png::encode_png;
 pub use write::{check_writable, replace, save};
 
 use crate::error::{Error, Result};

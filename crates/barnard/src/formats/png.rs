@@ -7,18 +7,23 @@ use crate::image::{Display, Image};
 pub(super) const WRITER: Writer = Writer { extension: "png", summary: "picture in the scene's palette and stretch, sRGB", encode };
 
 fn encode(image: &Image, display: &Display) -> Result<Vec<u8>> {
+    let pixels: Vec<u8> = display.picture(image).iter().flatten().map(|v| (v * 255.0 + 0.5) as u8).collect();
+    encode_png((image.width, image.height), &pixels, &image.notes)
+}
+
+/// Pixels as a .png: red, green and blue in sRGB, row by row, with notes of key and words.
+pub fn encode_png(size: (usize, usize), pixels: &[u8], notes: &[(String, String)]) -> Result<Vec<u8>> {
     let failed = |e: png::EncodingError| Error::Render(format!("cannot encode .png: {e}"));
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, image.width as u32, image.height as u32);
+    let mut encoder = png::Encoder::new(&mut bytes, size.0 as u32, size.1 as u32);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    for (key, value) in &image.notes {
+    for (key, value) in notes {
         encoder.add_itxt_chunk(key.clone(), value.clone()).map_err(failed)?;
     }
-    let pixels: Vec<u8> = display.picture(image).iter().flatten().map(|v| (v * 255.0 + 0.5) as u8).collect();
     let mut writer = encoder.write_header().map_err(failed)?;
-    writer.write_image_data(&pixels).map_err(failed)?;
+    writer.write_image_data(pixels).map_err(failed)?;
     writer.finish().map_err(failed)?;
     Ok(bytes)
 }

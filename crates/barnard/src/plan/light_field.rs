@@ -13,6 +13,7 @@ use spectra::sed::PowerLaw;
 use spectra::spectrum::Spectrum;
 use spectra::units::Wavelength;
 
+use super::spectral::common_um;
 use super::volume::{Channel, MAX_CHANNELS, Volume};
 use super::{Options, Space, Spectral};
 use crate::control::{Control, Stage};
@@ -63,11 +64,9 @@ impl LightField {
         });
         let Some(projection) = projections.max_by_key(|p| p.basis.size()).filter(|_| !stars.is_empty()) else { return Ok(None) };
         let settings = &options.method.settings;
-        let ends = scene.bands.iter().map(|b| b.support_um());
-        let common = ends.fold((f64::MAX, 0.0), |(low, high): (f64, f64), (l, h)| (low.min(l), high.max(h)));
         let continua: Vec<_> = numbers.iter().map(|light| |lambda: f64| lights[*light].spectrum.continuum(lambda)).collect();
         let spectra: Vec<&dyn Fn(f64) -> f64> = continua.iter().map(|c| c as &dyn Fn(f64) -> f64).collect();
-        let propagation = Propagation::new(projection, &spectra, settings.domain_um.unwrap_or(common), settings.degree)?;
+        let propagation = Propagation::new(projection, &spectra, common_um(scene, settings), settings.degree)?;
         if propagation.span.is_empty() {
             return Ok(None);
         }
@@ -134,7 +133,7 @@ fn gathered(propagation: &Propagation, space: &Space, stars: &[usize], lattice: 
             light.fill(0.0);
             for (s, (star, (volume, slot))) in stars.iter().zip(&depths).enumerate() {
                 let depth = volume.at(*slot, centre);
-                propagation.deposit(s, depth, mean_inverse_square(centre - space.stars[*star], voxel), &mut light);
+                propagation.deposit(s, depth, inverse_square_of_voxel(centre - space.stars[*star], voxel), &mut light);
             }
             for (part, light) in parts.iter_mut().zip(light.chunks(MAX_CHANNELS)) {
                 part[i * light.len()..][..light.len()].iter_mut().zip(light).for_each(|(v, l)| *v = *l as f32);
@@ -148,7 +147,7 @@ fn gathered(propagation: &Propagation, space: &Space, stars: &[usize], lattice: 
 }
 
 /// 1/r² of a voxel at `offset` from a star: its mean over the voxel where that is close [pc⁻²].
-fn mean_inverse_square(offset: DVec3, voxel: DVec3) -> f64 {
+fn inverse_square_of_voxel(offset: DVec3, voxel: DVec3) -> f64 {
     let square = offset.length_squared();
     if square > (CLOSE * voxel.max_element()).powi(2) {
         return 1.0 / square;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use spectra::passband::Passband;
-use spectra::rule::{BandProblem, BandRule, Node, Source};
+use spectra::rule::{BandProblem, BandRule, Node, Settings, Source};
 
 use super::Options;
 use crate::error::Result;
@@ -74,8 +74,7 @@ impl Spectral {
         let method = &options.method;
         let law = law(scene)?;
         let settings = &method.settings;
-        let ends = scene.bands.iter().map(Passband::support_um);
-        let common_um = ends.fold((f64::MAX, 0.0), |(low, high): (f64, f64), (l, h)| (low.min(l), high.max(h)));
+        let common_um = common_um(scene, settings);
         let phase = scene.dust.as_ref().map(|d| d.phase.clone());
         let bands = scene
             .bands
@@ -90,7 +89,7 @@ impl Spectral {
                 let problem = BandProblem {
                     sources: &sources,
                     domain_um: settings.domain_um.unwrap_or(band.support_um()),
-                    common_um: settings.domain_um.unwrap_or(common_um),
+                    common_um,
                     pivot,
                     k: &k,
                     depth,
@@ -142,6 +141,13 @@ impl BandPlan {
     fn weights_with(&self, light: usize, factor: impl Fn(f64) -> f64) -> Vec<f64> {
         self.rule.form.decay().weights_with(light, &self.sources[light], &factor)
     }
+}
+
+/// The domain of what serves all passbands at once: what the settings say, or their support together [µm].
+pub(super) fn common_um(scene: &Scene, settings: &Settings) -> (f64, f64) {
+    let ends = scene.bands.iter().map(Passband::support_um);
+    let support = ends.fold((f64::MAX, 0.0), |(low, high): (f64, f64), (l, h)| (low.min(l), high.max(h)));
+    settings.domain_um.unwrap_or(support)
 }
 
 fn source(scene: &Scene, light: &Light, band: &Passband, law: &Arc<spectra::extinction::Extinction>) -> Source {

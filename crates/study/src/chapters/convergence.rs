@@ -42,7 +42,7 @@ fn legendre(n: usize) -> f64 {
     gauss_legendre(n).iter().map(|(x, w)| 0.5 * w * f(0.5 + 0.5 * x)).sum()
 }
 
-fn run(_: &Control) -> Result<Findings> {
+fn run(control: &Control) -> Result<Findings> {
     let truth = integrate(f, 0.0, 1.0, 1e-14);
     let counts = [1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128];
     let error = |value: f64| (value / truth - 1.0).abs();
@@ -58,6 +58,7 @@ fn run(_: &Control) -> Result<Findings> {
     for name in ["projection", "band_quadrature"] {
         let mut points = Vec::new();
         for n in 1..=8 {
+            control.check()?;
             // Elements that rounding can no longer tell apart end the growth.
             let Ok(rule) = trial.solve(name, &sized(n), RANGE) else { break };
             points.push((n as f64, error(rule.evaluate(0, DEPTH))));

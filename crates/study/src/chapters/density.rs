@@ -56,11 +56,12 @@ fn spectra() -> Result<Figure> {
     })
 }
 
-fn run(_: &Control) -> Result<Findings> {
+fn run(control: &Control) -> Result<Findings> {
     let trial = Trial::passband("johnson-V", &[10000.0])?;
     let measure = &trial.sources[0].measure;
     let (mut absolute, mut relative, mut rows) = (Vec::new(), Vec::new(), Vec::new());
     for (name, count) in METHODS {
+        control.check()?;
         let settings = count.map_or_else(Settings::default, sized);
         let rule = trial.solve(name, &settings, DEEPEST)?;
         let error = |a: f64| (rule.evaluate(0, a) - measure.at(a)).abs();

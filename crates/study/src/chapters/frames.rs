@@ -51,19 +51,20 @@ fn run(control: &Control) -> Result<Findings> {
     let mut findings = Findings::default();
     for Table { stars, name, amplified, methods } in tables() {
         let mut trial = Trial::new(stars, None, BAKE, EDGE)?;
-        let mut timed = Vec::new();
+        let (mut timed, mut plans) = (Vec::new(), Vec::new());
         for (method, count) in methods {
             control.check()?;
             let contender = Contender::new(method, count);
-            let seconds = trial.seconds(&trial.plan(&contender, control)?, control)?;
-            timed.push((contender, seconds));
+            let plan = trial.plan(&contender, control)?;
+            timed.push((contender, trial.seconds(&plan, control)?));
+            plans.push(plan);
         }
         trial.resized(COMPARED);
         let truth = trial.reference(control)?;
         let (mut rows, mut differences) = (Vec::new(), Vec::new());
         let slowest = timed[0].1;
-        for (contender, seconds) in &timed {
-            let image = trial.image(&trial.plan(contender, control)?, control)?;
+        for ((contender, seconds), plan) in timed.iter().zip(plans) {
+            let image = trial.image(plan, control)?;
             let row = [
                 contender.label(),
                 short(*seconds),

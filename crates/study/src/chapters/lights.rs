@@ -26,19 +26,20 @@ fn run(control: &Control) -> Result<Findings> {
     let (mut errors, mut rows) = (seconds.clone(), Vec::new());
     for stars in STARS {
         let mut trial = Trial::new(stars, None, BAKE, EDGE)?;
-        let mut times = Vec::new();
+        let (mut times, mut plans) = (Vec::new(), Vec::new());
         for ((method, count), series) in METHODS.iter().zip(&mut seconds) {
             control.check()?;
             let plan = trial.plan(&Contender::new(method, Some(*count)), control)?;
             times.push(trial.seconds(&plan, control)?);
             series.points.push((stars as f64, times[times.len() - 1]));
+            plans.push(plan);
         }
         let mut wrong = vec!["-".to_owned(); METHODS.len()];
         if stars <= COMPARED_STARS {
             trial.resized(COMPARED);
             let truth = trial.reference(control)?;
-            for (i, (method, count)) in METHODS.iter().enumerate() {
-                let image = trial.image(&trial.plan(&Contender::new(method, Some(*count)), control)?, control)?;
+            for (i, plan) in plans.into_iter().enumerate() {
+                let image = trial.image(plan, control)?;
                 errors[i].points.push((stars as f64, error(&image, &truth)));
                 wrong[i] = format!("{} ({})", short(error(&image, &truth)), short(error_away_from_stars(&image, &truth)));
             }

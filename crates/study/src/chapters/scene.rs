@@ -3,7 +3,7 @@
 use barnard::backend::{cpu, reference};
 use barnard::bench::timed;
 use barnard::control::Control;
-use barnard::image::{Image, worst};
+use barnard::image::{Image, relative_rms, worst};
 use barnard::plan::{Options, Plan, sample_functions};
 use barnard::scene::{DEFAULT_MEMORY, Loader, Method, Scene};
 use spectra::rule::Settings;
@@ -94,9 +94,7 @@ impl Trial {
 
     /// Seconds of one frame.
     pub fn once(&self, plan: &Plan, control: &Control) -> Result<f64> {
-        let start = std::time::Instant::now();
-        cpu::radiance(plan, control)?;
-        Ok(start.elapsed().as_secs_f64())
+        Ok(timed(0, || cpu::radiance(plan, control).map(drop))?.0)
     }
 
     /// The same scene in fewer pixels.
@@ -104,9 +102,10 @@ impl Trial {
         (self.scene.camera.width, self.scene.camera.height) = (edge, edge);
     }
 
-    /// The picture of the fast back end.
-    pub fn image(&self, plan: &Plan, control: &Control) -> Result<Image> {
-        Ok(cpu::render(&self.scene, plan, control)?.0)
+    /// The picture of a plan at the scene's present size, whatever it was planned for.
+    pub fn image(&self, plan: Plan, control: &Control) -> Result<Image> {
+        let plan = Plan { camera: self.scene.camera.clone(), ..plan };
+        Ok(cpu::render(&self.scene, &plan, control)?.0)
     }
 
     /// The truth.
@@ -126,9 +125,7 @@ pub fn error_away_from_stars(image: &Image, truth: &Image) -> f64 {
         let mut order: Vec<f64> = truth.band(b).collect();
         order.sort_by(f64::total_cmp);
         let limit = order[(order.len() * 95 / 100).min(order.len() - 1)];
-        let pairs = image.band(b).zip(truth.band(b)).filter(|(_, t)| *t < limit);
-        let (difference, light) = pairs.fold((0.0, 0.0), |(d, l), (v, t)| (d + (v - t) * (v - t), l + t * t));
-        (difference / light).sqrt()
+        relative_rms(image.band(b).zip(truth.band(b)).filter(|(_, t)| *t < limit))
     };
     worst((0..truth.bands.len()).map(of_band))
 }
