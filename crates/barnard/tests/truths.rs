@@ -6,6 +6,7 @@ use barnard::image::Image;
 use barnard::plan::{Options, Plan};
 use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
 use spectra::constants::PARSEC;
+use spectra::passband::Passband;
 
 fn parse(text: &str) -> Scene {
     Scene::parse("truth.toml", "truth", text.to_owned(), &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap()
@@ -318,6 +319,20 @@ fn gathered_light_is_that_of_all_stars() {
     let plan = Plan::new(&forward, &options(&forward), &Control::default()).unwrap();
     assert!(plan.notes().iter().any(|(_, words)| words.contains("scatters evenly")));
     assert!(plan.misses_accuracy(), "the phase function is a part of the error");
+    // One basis cannot be made for each of two passbands.
+    let mut two = scene(2, "");
+    two.method.settings.criterion = spectra::basis::Criterion::Filter;
+    assert!(Plan::sampled(&two, &options(&two), 20, &Control::default()).is_ok());
+    two.bands.push(Passband::named("johnson-B").unwrap());
+    let refused = Plan::sampled(&two, &options(&two), 20, &Control::default()).unwrap_err().to_string();
+    assert!(refused.contains("one basis") && refused.contains("largest"), "{refused}");
+    // Spectra are fitted wherever light comes through, even where the basis was made for less.
+    let mut narrow = scene(2, "");
+    (narrow.method.settings.domain_um, narrow.method.settings.degree) = (Some((0.54, 0.56)), 12);
+    let plan = Plan::sampled(&narrow, &options(&narrow), 20, &Control::default()).unwrap();
+    let field = plan.light_field.as_ref().unwrap();
+    let worst = field.certify(0, &plan.spectral.bands[0].sources, 1.0).iter().map(|(_, c)| c.absolute).fold(0.0, f64::max);
+    assert!(worst < 0.02, "{worst:e}");
 }
 
 /// Every method of the catalogue on random clouds, to what it states of itself: the spatial error, and the spectral one as a part of the light without dust, of

@@ -33,16 +33,21 @@ pub struct Propagation {
 
 /// Wavelengths at which spectra are fitted.
 const SAMPLES: usize = 512;
-/// The error that fits are taken to have at least.
-const NEGLIGIBLE: f64 = 1e-4;
+/// The part of the accuracy that a spectrum may lose when it is written in the common polynomials.
+const SPAN_SHARE: f64 = 0.3;
 /// Light that is none beside that of the brightest star.
 const DARK: f64 = 1e-30;
 /// Depths, along each way, at which the certificate looks.
 const CERTIFIED: usize = 24;
 
 impl Propagation {
-    /// For stars of these `spectra` over λ [µm], fitted between `low` and `high` [µm].
-    pub fn new(projection: &Projection, spectra: &[&dyn Fn(f64) -> f64], (low, high): (f64, f64), degree: usize) -> Result<Self> {
+    /// For stars of these `spectra` over λ [µm], fitted between `low` and `high` [µm] by polynomials of so high a `degree`.
+    pub fn new(
+        projection: &Projection,
+        spectra: &[&dyn Fn(f64) -> f64],
+        (low, high): (f64, f64),
+        (degree, accuracy): (usize, f64),
+    ) -> Result<Self> {
         let lambda = |i: usize| low + (high - low) * i as f64 / (SAMPLES - 1) as f64;
         let fit = |spectrum: &&dyn Fn(f64) -> f64| {
             Polynomial::fit(&(0..SAMPLES).map(|i| (lambda(i), spectrum(lambda(i)), 1.0)).collect::<Vec<_>>(), degree)
@@ -56,11 +61,13 @@ impl Propagation {
         // A star that shines not at all here would be all rounding.
         let scale: Vec<f64> = brightness.iter().map(|b| if *b > DARK * most { 1.0 / b } else { 0.0 }).collect();
         let even = DMatrix::from_fn(SAMPLES, fits.len(), |i, s| sampled[(i, s)] * scale[s]);
-        // What adds less to the span than the fits cost anyway is left out.
-        let negligible = fits.iter().map(|f| f.rms).fold(NEGLIGIBLE, f64::max);
         let svd = even.svd(false, true);
         let right = svd.v_t.unwrap_or_else(|| DMatrix::zeros(0, 0));
-        let kept: Vec<usize> = (0..right.nrows()).filter(|i| svd.singular_values[*i] > negligible * svd.singular_values.max()).collect();
+        // So many directions that what is left of each star is less than its fit costs anyway, or than matters.
+        let left =
+            |s: usize, kept: usize| (kept..right.nrows()).map(|i| (svd.singular_values[i] * right[(i, s)]).powi(2)).sum::<f64>().sqrt();
+        let enough = |kept: &usize| fits.iter().enumerate().all(|(s, fit)| left(s, *kept) <= fit.rms.max(SPAN_SHARE * accuracy));
+        let kept = (0..right.nrows()).find(enough).unwrap_or(right.nrows());
         let combined = |i: usize| {
             let mut coefficients = vec![0.0; degree + 1];
             for (s, fit) in fits.iter().enumerate() {
@@ -69,8 +76,8 @@ impl Propagation {
             }
             Polynomial { coefficients, interval_um: (low, high) }
         };
-        let span = kept.iter().map(|i| combined(*i)).collect();
-        let star = |s: usize| kept.iter().map(|i| brightness[s] * svd.singular_values[*i] * right[(*i, s)]).collect();
+        let span = (0..kept).map(combined).collect();
+        let star = |s: usize| (0..kept).map(|i| brightness[s] * svd.singular_values[i] * right[(i, s)]).collect();
         let stars = (0..fits.len()).map(star).collect();
         Ok(Self { products: projection.basis.products(), projection: projection.clone(), span, fits, stars })
     }
@@ -148,6 +155,7 @@ mod tests {
     use crate::units::{Temperature, Wavelength};
 
     const DEPTH: f64 = 8.0;
+    const ACCURACY: f64 = 1e-4;
 
     fn stars() -> Vec<Spectrum> {
         [3000.0, 5000.0, 8000.0, 12000.0, 20000.0, 40000.0].map(|t| Spectrum::continuous(1.0, Arc::new(BlackBody(Temperature(t))))).to_vec()
@@ -171,14 +179,14 @@ mod tests {
             pivot,
             k: &k,
             depth: DEPTH,
-            accuracy: 1e-4,
+            accuracy: ACCURACY,
             settings: &settings,
         };
         let solved = (rule("projection").unwrap().solve)(&problem).unwrap();
         let Form::Projection(projection) = solved.form else { panic!("another form") };
         let continua: Vec<_> = stars.iter().map(|s| move |l: f64| s.continuum(l)).collect();
         let spectra: Vec<&dyn Fn(f64) -> f64> = continua.iter().map(|c| c as &dyn Fn(f64) -> f64).collect();
-        Propagation::new(&projection, &spectra, domain, 5).unwrap()
+        Propagation::new(&projection, &spectra, domain, (5, ACCURACY)).unwrap()
     }
 
     /// Six stars in one voxel, seen through dust, against the adaptive integral of all; each further element helps.
@@ -247,11 +255,20 @@ mod tests {
         let band = Passband::named("johnson-V").unwrap();
         let many: Vec<Spectrum> =
             (0..40).map(|i| Spectrum::continuous(1.0, Arc::new(BlackBody(Temperature(3000.0 + 900.0 * f64::from(i)))))).collect();
-        assert!(propagation(&band, &many, 3).span.len() <= 4);
+        let width = propagation(&band, &many, 3).span.len();
+        assert!(width <= 5, "{width}");
         // Dark stars add nothing, and nothing but dark stars is nothing.
         let cold = |t: f64| Spectrum::continuous(1.0, Arc::new(BlackBody(Temperature(t))));
         let with_dark = propagation(&band, &[many[7].clone(), cold(20.0), cold(50.0)], 3);
         assert!(with_dark.span.len() == 1 && with_dark.stars[0][0].abs() > 0.0 && with_dark.stars.iter().flatten().all(|c| c.is_finite()));
+        // A star unlike the others keeps a direction of its own, however many those are.
+        let mut odd = vec![many[7].clone(); 20];
+        odd.push(many[0].clone());
+        let spanned = propagation(&band, &odd, 3);
+        let rebuilt = |l: f64| spanned.stars[20].iter().zip(&spanned.span).map(|(c, p)| c * p.at(l)).sum::<f64>();
+        for l in [0.5, 0.55, 0.6] {
+            assert!((rebuilt(l) / odd[20].continuum(l) - 1.0).abs() < 1e-3, "{l}: {}", rebuilt(l) / odd[20].continuum(l));
+        }
         let equal = vec![many[7].clone(), many[7].clone().scaled(1e-6)];
         assert_eq!(propagation(&band, &equal, 3).span.len(), 1);
     }

@@ -1,7 +1,7 @@
 //! The study: every spectral method beside the others, as figures and tables that lie beside those of Barrès & Neyret 2023.
 //!
-//! A chapter is one file and one row of [`CHAPTERS`]. It measures, and says in words with numbers what was found; nothing in it is written beforehand but
-//! what was asked.
+//! A chapter is one file and one row of [`CHAPTERS`]. It measures, and says in words with numbers what was found. Whether a claim holds is decided by the
+//! numbers; why, and what to make of it, is ours.
 
 mod chapters;
 mod figure;

@@ -9,7 +9,7 @@ pub const LANES: usize = 16;
 pub type Lane = [f32; LANES];
 
 /// 1.5 · 2²³: adding it rounds to an integer, which then stands in the low bits.
-pub const ROUND: f32 = 12_582_912.0;
+const ROUND: f32 = 12_582_912.0;
 
 /// a b + c in one instruction: AVX2, AVX-512 and NEON machines have it; on others it is right, but slow.
 #[inline(always)]
@@ -70,6 +70,18 @@ pub fn lanes(mut f: impl FnMut(usize) -> f32) -> Lane {
     lane
 }
 
+/// The cell that `u` lies in, of `count` from 0, and its place within, held at both ends.
+#[inline(always)]
+pub fn cell(u: f32, count: usize) -> (u32, f32) {
+    let (last, last_cell) = (count as f32, (count - 1) as u32);
+    let u = if u < 0.0 { 0.0 } else { u };
+    let u = if u > last { last } else { u };
+    // Rounding u − ½ gives floor(u), or u − 1 on an integer: the fraction is then 1, which is the same place.
+    let rounded = (u - 0.5 + ROUND).to_bits() & 0x003f_ffff;
+    let cell = if rounded > last_cell { last_cell } else { rounded };
+    (cell, u - cell as i32 as f32)
+}
+
 /// The largest of the lanes, by halves: a chain of sixteen comparisons would wait for each.
 #[inline(always)]
 pub fn largest(lane: &Lane) -> f32 {
@@ -118,5 +130,16 @@ mod tests {
                 assert!((value / truth - 1.0).abs() < 6e-6, "{a} {b}: {value} {truth}");
             }
         }
+    }
+
+    #[test]
+    fn cells_are_held_at_both_ends() {
+        for (u, truth) in [(-3.0, (0, 0.0)), (0.25, (0, 0.25)), (2.5, (2, 0.5)), (4.75, (4, 0.75)), (5.0, (4, 1.0)), (1e9, (4, 1.0))] {
+            assert_eq!(cell(u, 5), truth, "{u}");
+        }
+        // Whole numbers are an end of a cell, whichever; NaN is some cell.
+        let (c, fraction) = cell(3.0, 5);
+        assert_eq!(c as f32 + fraction, 3.0);
+        assert!(cell(f32::NAN, 5).0 < 5);
     }
 }

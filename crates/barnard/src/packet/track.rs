@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::lane::{LANES, Lane, ROUND, fma};
+use super::lane::{self, LANES, Lane, fma};
 use crate::field::Lattice;
 use crate::geometry::Ray;
 
@@ -44,16 +44,9 @@ impl Track {
     #[inline(always)]
     fn axis(&self, axis: usize, count: usize, t: &Lane) -> ([u32; LANES], Lane) {
         let (mut cell, mut fraction) = ([0; LANES], [0.0; LANES]);
-        let (last, last_cell) = (count as f32, (count - 1) as u32);
         for lane in 0..LANES {
             let u = fma(self.slope[axis][lane], t[lane], self.origin[axis][lane]);
-            let u = if u < 0.0 { 0.0 } else { u };
-            let u = if u > last { last } else { u };
-            // Rounding u − ½ gives floor(u), or u − 1 on an integer: the fraction is then 1, which is the same place.
-            let rounded = (u - 0.5 + ROUND).to_bits() & 0x003f_ffff;
-            let c = if rounded > last_cell { last_cell } else { rounded };
-            cell[lane] = c;
-            fraction[lane] = u - c as i32 as f32;
+            (cell[lane], fraction[lane]) = lane::cell(u, count);
         }
         (cell, fraction)
     }

@@ -6,14 +6,15 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use spectra::basis::Criterion;
 use spectra::polynomial::Fit;
 use spectra::propagation::Propagation;
-use spectra::rule::{Certificate, Form, Measure, Source};
+use spectra::rule::{Certificate, Form, Source};
 use spectra::sed::PowerLaw;
 use spectra::spectrum::Spectrum;
 use spectra::units::Wavelength;
 
-use super::spectral::common_um;
+use super::spectral::support_um;
 use super::volume::{Channel, MAX_CHANNELS, Volume};
 use super::{Options, Space, Spectral};
 use crate::control::{Control, Stage};
@@ -36,6 +37,10 @@ pub struct LightField {
     pub isotropic_instead: bool,
     /// The light of each star.
     lights: Vec<usize>,
+    /// The error of each star for depths up to those of the plan [band][star].
+    certificates: Vec<Vec<Certificate>>,
+    /// Those depths [1].
+    depth: f64,
 }
 
 /// Distance from a star, in voxel edges, within which 1/r² is averaged over a voxel, and by how many points along an edge.
@@ -64,9 +69,13 @@ impl LightField {
         });
         let Some(projection) = projections.max_by_key(|p| p.basis.size()).filter(|_| !stars.is_empty()) else { return Ok(None) };
         let settings = &options.method.settings;
+        if settings.criterion == Criterion::Filter && scene.bands.len() > 1 {
+            let message = "method \"propagation\" has one basis for all passbands, criterion = \"filter\" makes one for each; take \"mean\" or \"largest\", or one passband";
+            return Err(Error::Render(message.into()));
+        }
         let continua: Vec<_> = numbers.iter().map(|light| |lambda: f64| lights[*light].spectrum.continuum(lambda)).collect();
         let spectra: Vec<&dyn Fn(f64) -> f64> = continua.iter().map(|c| c as &dyn Fn(f64) -> f64).collect();
-        let propagation = Propagation::new(projection, &spectra, common_um(scene, settings), settings.degree)?;
+        let propagation = Propagation::new(projection, &spectra, support_um(scene), (settings.degree, spectral.accuracy))?;
         if propagation.span.is_empty() {
             return Ok(None);
         }
@@ -83,7 +92,13 @@ impl LightField {
         check_memory("star depths and the light field of propagation", bytes, options.memory_limit)?;
         let volumes = gathered(&propagation, space, &stars, &dust.lattice, control)?;
         let isotropic_instead = spectral.phase.is_some();
-        Ok(Some(Self { propagation, volumes, resolution, isotropic_instead, lights: numbers }))
+        let depth = spectral.depth;
+        let mut field = Self { propagation, volumes, resolution, isotropic_instead, lights: numbers, certificates: Vec::new(), depth };
+        for (b, band) in spectral.bands.iter().enumerate() {
+            control.check()?;
+            field.certificates.push(field.certified(b, &band.sources, depth));
+        }
+        Ok(Some(field))
     }
 
     /// Element × polynomial at a place.
@@ -91,11 +106,16 @@ impl LightField {
         self.volumes.iter().flat_map(|v| (0..v.channels.len()).map(move |c| v.at(c, p))).collect()
     }
 
-    /// The error of a scattered light through a band, for depths up to `depth`; none for lights that are not in the field.
-    pub fn certificate(&self, band: usize, light: usize, measure: &Measure, depth: f64) -> Option<Certificate> {
-        let star = self.lights.iter().position(|l| *l == light)?;
+    /// The error of each light of the field through a band, for depths up to `depth`.
+    pub fn certify(&self, band: usize, sources: &[Source], depth: f64) -> Vec<(usize, Certificate)> {
+        let certificates = if depth <= self.depth { self.certificates[band].clone() } else { self.certified(band, sources, depth) };
+        self.lights.iter().copied().zip(certificates).collect()
+    }
+
+    fn certified(&self, band: usize, sources: &[Source], depth: f64) -> Vec<Certificate> {
         let resolution: Vec<f64> = self.resolution[band].iter().map(|r| r * spectra::constants::SPHERE).collect();
-        Some(self.propagation.certificate(star, &resolution, measure, depth))
+        let of_star = |(star, light): (usize, &usize)| self.propagation.certificate(star, &resolution, &sources[*light].measure, depth);
+        self.lights.par_iter().enumerate().map(of_star).collect()
     }
 
     /// The polynomial of each light.

@@ -185,13 +185,12 @@ impl Plan {
     /// Certificates of the lights that shine in a passband.
     fn certificates(&self, band: usize, depth: f64) -> Vec<(usize, Certificate)> {
         let sources = &self.spectral.bands[band].sources;
-        let gathered = |light: usize| {
-            let reach = depth.max(self.spectral.depth);
-            self.light_field.as_ref()?.certificate(band, light, &sources[light].measure, reach)
-        };
-        let certificates = self.spectral.certify(band, depth).into_iter().enumerate();
-        let shining = certificates.filter(|(light, _)| sources[*light].measure.total() > 0.0);
-        shining.map(|(light, own)| (light, gathered(light).unwrap_or(own))).collect()
+        let mut certificates = self.spectral.certify(band, depth);
+        for (light, gathered) in self.light_field.iter().flat_map(|field| field.certify(band, sources, depth)) {
+            certificates[light] = gathered;
+        }
+        let shining = |(light, _): &(usize, Certificate)| sources[*light].measure.total() > 0.0;
+        certificates.into_iter().enumerate().filter(shining).collect()
     }
 
     /// Whether the pilot rays found a larger error than was asked for.

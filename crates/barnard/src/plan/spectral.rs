@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use spectra::passband::Passband;
-use spectra::rule::{BandProblem, BandRule, Node, Settings, Source};
+use spectra::rule::{BandProblem, BandRule, Node, Source};
 
 use super::Options;
 use crate::error::Result;
@@ -74,7 +74,7 @@ impl Spectral {
         let method = &options.method;
         let law = law(scene)?;
         let settings = &method.settings;
-        let common_um = common_um(scene, settings);
+        let support_um = support_um(scene);
         let phase = scene.dust.as_ref().map(|d| d.phase.clone());
         let bands = scene
             .bands
@@ -89,7 +89,7 @@ impl Spectral {
                 let problem = BandProblem {
                     sources: &sources,
                     domain_um: settings.domain_um.unwrap_or(band.support_um()),
-                    common_um,
+                    common_um: settings.domain_um.unwrap_or(support_um),
                     pivot,
                     k: &k,
                     depth,
@@ -143,11 +143,10 @@ impl BandPlan {
     }
 }
 
-/// The domain of what serves all passbands at once: what the settings say, or their support together [µm].
-pub(super) fn common_um(scene: &Scene, settings: &Settings) -> (f64, f64) {
+/// Where any passband lets light through [µm].
+pub(super) fn support_um(scene: &Scene) -> (f64, f64) {
     let ends = scene.bands.iter().map(Passband::support_um);
-    let support = ends.fold((f64::MAX, 0.0), |(low, high): (f64, f64), (l, h)| (low.min(l), high.max(h)));
-    settings.domain_um.unwrap_or(support)
+    ends.fold((f64::MAX, 0.0), |(low, high): (f64, f64), (l, h)| (low.min(l), high.max(h)))
 }
 
 fn source(scene: &Scene, light: &Light, band: &Passband, law: &Arc<spectra::extinction::Extinction>) -> Source {

@@ -19,7 +19,8 @@ const BAKE: usize = 64;
 /// One quantity that grows.
 struct Growth {
     what: &'static str,
-    deck: &'static str,
+    /// The deck's formula, and the powers it gives.
+    deck: Option<(&'static str, f64, f64)>,
     values: &'static [usize],
     contender: fn(usize) -> Contender,
     stars: fn(usize) -> usize,
@@ -28,84 +29,84 @@ struct Growth {
 const GROWTHS: &[Growth] = &[
     Growth {
         what: "double_integration over N",
-        deck: "N (M + N): 1 to 2",
+        deck: Some(("N (M + N)", 1.0, 2.0)),
         values: &[25, 50, 100, 200],
         contender: |n| Contender { steps: n, ..Contender::new("double_integration", Some(30)) },
         stars: |_| 1,
     },
     Growth {
         what: "double_integration over M",
-        deck: "N (M + N): 0 to 1",
+        deck: Some(("N (M + N)", 0.0, 1.0)),
         values: &[10, 20, 40, 80],
         contender: |m| Contender::new("double_integration", Some(m)),
         stars: |_| 1,
     },
     Growth {
         what: "newton over N",
-        deck: "N M: 1",
+        deck: Some(("N M", 1.0, 1.0)),
         values: &[50, 100, 200, 400],
         contender: |n| Contender { steps: n, ..Contender::new("newton", Some(30)) },
         stars: |_| 1,
     },
     Growth {
         what: "newton over M",
-        deck: "N M: 1",
+        deck: Some(("N M", 1.0, 1.0)),
         values: &[10, 20, 40, 80, 160],
         contender: |m| Contender::new("newton", Some(m)),
         stars: |_| 1,
     },
     Growth {
         what: "projection over N",
-        deck: "N C_B: 1",
+        deck: Some(("N C_B", 1.0, 1.0)),
         values: &[50, 100, 200, 400],
         contender: |n| Contender { steps: n, ..Contender::new("projection", Some(3)) },
         stars: |_| 1,
     },
     Growth {
         what: "projection over C_B",
-        deck: "N C_B: 1",
+        deck: Some(("N C_B", 1.0, 1.0)),
         values: &[1, 2, 3, 4, 5, 6, 8],
         contender: |c| Contender::new("projection", Some(c)),
         stars: |_| 1,
     },
     Growth {
         what: "analytic over degree + 1",
-        deck: "N (degree + 1): 1",
+        deck: Some(("N (degree + 1)", 1.0, 1.0)),
         values: &[2, 3, 5, 7, 10],
         contender: |d| Contender { degree: d - 1, ..Contender::new("analytic", None) },
         stars: |_| 1,
     },
     Growth {
         what: "band_quadrature over nodes",
-        deck: "-",
+        deck: None,
         values: &[1, 2, 3, 4, 6, 8],
         contender: |n| Contender::new("band_quadrature", Some(n)),
         stars: |_| 1,
     },
     Growth {
         what: "band_quadrature over L",
-        deck: "-",
+        deck: None,
         values: &[1, 2, 4, 8, 16],
         contender: |_| Contender::new("band_quadrature", Some(2)),
         stars: |l| l,
     },
     Growth {
         what: "projection over L",
-        deck: "N C_B L: 1",
+        deck: Some(("N C_B L", 1.0, 1.0)),
         values: &[1, 2, 4, 8, 16],
         contender: |_| Contender::new("projection", Some(4)),
         stars: |l| l,
     },
     Growth {
         what: "propagation over L",
-        deck: "independent: 0",
+        deck: Some(("independent", 0.0, 0.0)),
         values: &[1, 2, 4, 8, 16],
         contender: |_| Contender::new("propagation", Some(4)),
         stars: |l| l,
     },
     Growth {
         what: "propagation over C_B",
-        deck: "N C_B²: 2",
+        deck: Some(("N C_B²", 2.0, 2.0)),
         values: &[2, 3, 4, 6, 8],
         contender: |c| Contender::new("propagation", Some(c)),
         stars: |_| 4,
@@ -123,14 +124,20 @@ fn run(control: &Control) -> Result<Findings> {
             points.push((*value as f64, trial.seconds(&plan, control)?));
         }
         let listed: Vec<String> = points.iter().map(|(v, s)| format!("{v}: {}", short(*s))).collect();
-        rows.push(vec![growth.what.to_owned(), growth.deck.to_owned(), format!("{:.2}", power(&points)), listed.join(", ")]);
+        let power = power(&points);
+        let (formula, beside) = growth.deck.map_or(("-".into(), "-".into()), |(formula, low, high)| {
+            let expected = if low == high { format!("{low}") } else { format!("{low} to {high}") };
+            let distance = if power < low { power - low } else { (power - high).max(0.0) };
+            (format!("{formula}: {expected}"), format!("{distance:+.2}"))
+        });
+        rows.push(vec![growth.what.to_owned(), formula, format!("{power:.2}"), beside, listed.join(", ")]);
         series.push(Series { name: growth.what.into(), points });
     }
     let text = format!(
-        "The deck's scene on {BAKE}³ voxels, {EDGE} × {EDGE} pixels; a power p means time ∝ quantity^p, by least squares in the logarithms. What every sample costs anyway (reading the volume) makes \
+        "The deck's scene on {BAKE}³ voxels, {EDGE} × {EDGE} pixels; a power p means time ∝ quantity^p, by least squares in the logarithms; beside it, how far it lies outside of what the formula gives. What every sample costs anyway (reading the volume) makes \
          powers smaller than those of the formulas, which count spectral work alone. The closed form jumps where the terms of its polynomial cancel so much that f32 would lose them and \
          f64 takes over; a light field grows with the stars only until its polynomials span their spectra.\n\n{}",
-        table(&["quantity", "the deck's formula: power", "fitted power", "seconds a frame"], &rows)
+        table(&["quantity", "the deck's formula: power", "fitted power", "outside by", "seconds a frame"], &rows)
     );
     let figure = Figure {
         name: "complexity".into(),
@@ -143,7 +150,7 @@ fn run(control: &Control) -> Result<Findings> {
 }
 
 /// The slope of ln y over ln x.
-fn power(points: &[(f64, f64)]) -> f64 {
+pub(super) fn power(points: &[(f64, f64)]) -> f64 {
     let n = points.len() as f64;
     let logs = || points.iter().map(|(x, y)| (x.ln(), y.ln()));
     let (mx, my) = logs().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));

@@ -1,8 +1,10 @@
 //! Error against time over real filters.
 
 use barnard::control::Control;
+use barnard::plan::Plan;
 
-use super::scene::{Contender, Trial as Frame};
+use super::complexity::power;
+use super::scene::{Contender, Trial as Frame, error};
 use crate::page::{short, table};
 use crate::rules::{Trial, sized};
 use crate::{Axis, Chapter, Figure, Findings, Result, Series};
@@ -64,7 +66,8 @@ fn run(control: &Control) -> Result<Findings> {
             timed.seconds = timed.seconds.min(frame.once(plan, control)?);
         }
     }
-    let times: Vec<Timed> = plans.into_iter().map(|(timed, _)| timed).collect();
+    let (times, plans): (Vec<Timed>, Vec<Plan>) = plans.into_iter().unzip();
+    let noise = noise(&frame, &times, plans, control)?;
     let (mut rows, mut ratios, mut same_size, mut figures) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut summary = Vec::new();
     for filter in FILTERS {
@@ -118,7 +121,7 @@ fn run(control: &Control) -> Result<Findings> {
     let text = format!(
         "Times are of the deck's scene, one star, one filter, {EDGE} × {EDGE} pixels, N = 100. Errors are the certificates of the rules, made for each filter and depth alone (projection's D is the filter's \
          own support, which favours it).\n\n{}### The default beside projection at equal time\n\nError of projection with 2 to 5 elements over that of the best band quadrature that takes no longer (within {:.0} %; the shortest of {ROUNDS} frames each, in turn); 0 where none does, - where there is no such basis.\n\n{}\
-         At least 10 times as exact as projection in {better} of {} comparisons; the least is {}. {} Frames of few nodes or elements differ by no more than a shared machine's noise, so the surer figure is that with as many nodes as elements: the least is {}, the median {}.\n\n### What 1e-3 costs\n\nOn {} up to depth {}: the smallest size tried whose error is at most {WANTED:.0e}, and its frame beside the default's.\n\n{}{}",
+         At least 10 times as exact as projection in {better} of {} comparisons; the least is {}. {} The frames of 1 to 4 nodes or elements differ by {:.0} % at most, which is noise on a shared machine as well; with as many nodes as elements, which is no timing, the least is {}, the median {}.\n\n{noise}### What 1e-3 costs\n\nOn {} up to depth {}: the smallest size tried whose error is at most {WANTED:.0e}, and its frame beside the default's.\n\n{}{}",
         table(&["method", "size", "frame [s]"], &time_rows),
         100.0 * (EQUAL - 1.0),
         table(&["filter", "depth up to", "2 elements", "3", "4", "5"], &rows),
@@ -129,6 +132,7 @@ fn run(control: &Control) -> Result<Findings> {
         } else {
             "Ten times on every filter and depth does not hold: the rows above say where."
         },
+        100.0 * (spread(&times) - 1.0),
         short(sorted(&same_size)[0]),
         short(sorted(&same_size)[same_size.len() / 2]),
         SUMMARY.0,
@@ -137,6 +141,35 @@ fn run(control: &Control) -> Result<Findings> {
         WHEN
     );
     Ok(Findings { figures, text, ..Findings::default() })
+}
+
+/// The longest over the shortest frame of few nodes or elements.
+fn spread(times: &[Timed]) -> f64 {
+    let few = |t: &&Timed| ["band_quadrature", "projection"].contains(&t.name) && t.count.is_some_and(|n| n <= 4);
+    let (low, high) = times.iter().filter(few).fold((f64::MAX, 0.0f64), |(low, high), t| (low.min(t.seconds), high.max(t.seconds)));
+    high / low
+}
+
+/// What `sampled` is off by in a picture: a relative rms, beside the same march with many nodes.
+fn noise(frame: &Frame, times: &[Timed], plans: Vec<Plan>, control: &Control) -> Result<String> {
+    let (mut samples, mut exact) = (Vec::new(), None);
+    for (timed, plan) in times.iter().zip(plans) {
+        match (timed.name, timed.count) {
+            ("sampled", Some(count)) => samples.push((count, frame.image(plan, control)?)),
+            ("band_quadrature", Some(_)) => exact = Some(plan),
+            _ => {}
+        }
+    }
+    let Some(exact) = exact else { return Ok(String::new()) };
+    let exact = frame.image(exact, control)?;
+    let rows = samples.iter().map(|(count, image)| vec![count.to_string(), short(error(image, &exact))]).collect::<Vec<_>>();
+    let points: Vec<(f64, f64)> = samples.iter().map(|(count, image)| (*count as f64, error(image, &exact))).collect();
+    Ok(format!(
+        "### The noise of `sampled`\n\nIts certificate is a bound for every ray. In the picture through Johnson V its relative rms error, which is noise, is this; it falls with the power {:.2} of the wavelengths a \
+         ray (independent draws: -0.5; stratified ones fall faster).\n\n{}",
+        power(&points),
+        table(&["wavelengths a ray", "relative rms"], &rows)
+    ))
 }
 
 /// For each method, what it takes to keep [`WANTED`].
@@ -164,6 +197,7 @@ fn sorted(values: &[f64]) -> Vec<f64> {
     sorted
 }
 
+/// Our reading of the tables.
 const WHEN: &str = "### Which to use\n\n\
     - `band_quadrature`: always, unless one of the following asks for another.\n\
     - `lookup`: one light a filter and isotropic scattering, as exact as wanted at one table read.\n\

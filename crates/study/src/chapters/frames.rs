@@ -17,6 +17,10 @@ pub(super) const CHAPTER: Chapter = Chapter {
 
 const EDGE: usize = 512;
 const BAKE: usize = 128;
+/// Frames of each method, and of one that takes so many seconds.
+const ROUNDS: usize = 8;
+const LONG_ROUNDS: usize = 2;
+const LONG: f64 = 3.0;
 /// Pixels an edge of what is compared with the reference, and how many times larger they are shown.
 const COMPARED: usize = 24;
 const SHOWN: usize = 6;
@@ -48,16 +52,21 @@ fn tables() -> [Table; 2] {
 }
 
 fn run(control: &Control) -> Result<Findings> {
-    let mut findings = Findings::default();
+    let (mut findings, mut missed) = (Findings::default(), false);
     for Table { stars, name, amplified, methods } in tables() {
         let mut trial = Trial::new(stars, None, BAKE, EDGE)?;
         let (mut timed, mut plans) = (Vec::new(), Vec::new());
         for (method, count) in methods {
             control.check()?;
             let contender = Contender::new(method, count);
-            let plan = trial.plan(&contender, control)?;
-            timed.push((contender, trial.seconds(&plan, control)?));
-            plans.push(plan);
+            plans.push(trial.plan(&contender, control)?);
+            timed.push((contender, f64::INFINITY));
+        }
+        // One frame of each in turn, so that a busy minute of the machine strikes all alike; the shortest counts.
+        for round in 0..ROUNDS {
+            for ((_, seconds), plan) in timed.iter_mut().zip(&plans).filter(|((_, s), _)| round < LONG_ROUNDS || *s < LONG) {
+                *seconds = seconds.min(trial.once(plan, control)?);
+            }
         }
         trial.resized(COMPARED);
         let truth = trial.reference(control)?;
@@ -85,31 +94,61 @@ fn run(control: &Control) -> Result<Findings> {
             table(&["method", "frame [s]", "times faster than the deck's newton", "error", "without the brightest twentieth"], &rows)
         );
         let of = |method: &str| timed.iter().find(|(c, _)| c.method == method).map_or(f64::NAN, |(_, s)| *s);
-        findings.text += &verdict(stars, slowest, of("analytic"), of("projection"), of("propagation"));
+        let claims = claims(stars, slowest, of("analytic"), of("projection"), of("propagation"), of("band_quadrature"));
+        findings.text += &claims.iter().map(Claim::in_words).collect::<String>();
+        findings.text += "\n";
+        missed |= claims.iter().any(|c| !c.holds());
     }
     findings.text += &format!(
-        "\nErrors are relative rms of the worst band on {COMPARED} × {COMPARED} pixels; the last column leaves the brightest twentieth of the pixels out, which stand next to stars. `double_integration` is the \
-         deck's newton, with the star depth marched again at every sample; all others read star depths that are made once, or none. Where a ratio of the deck is missed, this is why: here all methods march sixteen rays at once, so that \
-         newton's exponentials are cheap beside reading the volume, and newton's own marches to the stars read a volume of one channel; propagation reads elements × polynomials at every sample. All but newton in the deck's form also cut their steps near stars, and so take more than N samples there.\n"
+        "\nTimes are the shortest of {ROUNDS} frames, of {LONG_ROUNDS} where one takes longer than {LONG} s, each in turn. Errors are relative rms of the worst band on {COMPARED} × {COMPARED} pixels; the last column leaves the brightest twentieth of the pixels out, which stand next to stars. `double_integration` is the \
+         deck's newton, with the star depth marched again at every sample; all others read star depths that are made once, or none. All but newton in the deck's form also cut their steps near stars, and so take more than N samples there.\n"
     );
+    if missed {
+        findings.text += WHY;
+    }
     Ok(findings)
 }
 
-/// The deck's ratios and ours.
-fn verdict(stars: usize, newton: f64, analytic: f64, projection: f64, propagation: f64) -> String {
-    let claim = |what: &str, ratio: f64, deck: f64| {
-        let holds =
-            if ratio >= deck { "holds here".to_owned() } else { format!("does not hold here: {:.0} % of it", 100.0 * ratio / deck) };
-        format!("- {what}: {ratio:.1} times; the deck's {deck} {holds}.\n")
-    };
+/// Why a ratio of the deck can be missed.
+const WHY: &str = "\nWhy a ratio of the deck is missed: here all methods march sixteen rays at once, so that newton's exponentials are cheap beside reading the volume, and \
+                   newton's own marches to the stars read a volume of one channel; propagation reads elements × polynomials at every sample.\n";
+
+/// A ratio of the deck and ours.
+struct Claim {
+    what: &'static str,
+    ratio: f64,
+    asked: f64,
+}
+
+impl Claim {
+    fn holds(&self) -> bool {
+        self.ratio >= self.asked
+    }
+
+    fn in_words(&self) -> String {
+        let holds = if self.holds() {
+            "holds here".to_owned()
+        } else {
+            format!("does not hold here: {:.0} % of it", 100.0 * self.ratio / self.asked)
+        };
+        format!("- {}: {:.1} times; the deck's {} {holds}.\n", self.what, self.ratio, self.asked)
+    }
+}
+
+fn claims(stars: usize, newton: f64, analytic: f64, projection: f64, propagation: f64, default: f64) -> Vec<Claim> {
+    let claim = |what, ratio, asked| Claim { what, ratio, asked };
     if stars == 1 {
-        claim("projection against newton", newton / projection, 8.7)
-            + &claim("projection against analytic", analytic / projection, 5.3)
-            + "\n"
+        vec![
+            claim("projection against newton", newton / projection, 8.7),
+            claim("projection against analytic", analytic / projection, 5.3),
+            claim("band_quadrature against newton", newton / default, 8.7),
+        ]
     } else {
-        claim("propagation against newton", newton / propagation, 83.0)
-            + &claim("projection with a depth for each star against newton", newton / projection, 83.0)
-            + "\n"
+        vec![
+            claim("projection with a depth for each star against newton", newton / projection, 83.0),
+            claim("propagation against newton", newton / propagation, 83.0),
+            claim("band_quadrature against newton", newton / default, 83.0),
+        ]
     }
 }
 

@@ -4,7 +4,7 @@ use spectra::rule::{Form, Projection};
 use wide::f32x4;
 
 use super::Course;
-use crate::packet::{LANES, Lane, lanes, largest};
+use crate::packet::{LANES, Lane, cell, lanes, largest};
 use crate::plan::Plan;
 
 /// The bases of all bands.
@@ -21,15 +21,28 @@ struct Group {
     table: CoordinateTable,
 }
 
-/// q_i(a) and q_i″(a)/6, so that a row of few elements is read as short vectors.
+/// q_i(a) and q_i″(a)/6 with their growth to the next entry, so that few elements are read as short vectors.
 #[derive(Debug)]
 pub struct CoordinateTable {
     /// Number of elements.
     size: usize,
     /// Entries per unit of depth.
     per_depth: f32,
-    /// The elements and what lies behind them up to the fourth or eighth, then as many curvatures: entry × row.
-    rows: Vec<f32>,
+    /// Number of gaps between entries.
+    gaps: usize,
+    /// Four elements each, the last ones filled up with zeros: gap × quad of elements.
+    quads: Vec<CoordinateQuad>,
+}
+
+/// Four elements over one gap of the table: one line of the cache.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+struct CoordinateQuad {
+    value: f32x4,
+    growth: f32x4,
+    /// A sixth of it.
+    curvature: f32x4,
+    curvature_growth: f32x4,
 }
 
 /// Half difference of depth up to which a segment is its middle and a curvature: y⁴/120 k⁴ is left out.
@@ -66,7 +79,8 @@ impl ProjectionTerms {
         let inside = |group: &&Group| group.first.iter().any(|first| (*first..first + group.table.size).contains(&term));
         let Some(group) = self.groups.iter().find(inside) else { return 0.0 };
         let element = group.first.iter().filter(|first| **first <= term).map(|first| term - first).min().unwrap_or(0);
-        group.table.mean::<8>(depth, 0.0)[element]
+        let (gap, fraction) = cell(depth * group.table.per_depth, group.table.gaps);
+        group.table.quad(gap, element / 4).mean(fraction, 0.0).to_array()[element % 4]
     }
 }
 
@@ -91,67 +105,124 @@ impl CoordinateTable {
     /// In f32.
     pub fn new(projection: &Projection) -> Self {
         let size = projection.basis.size();
-        let padding = size.next_multiple_of(4) - size;
-        let entry = |(i, q): (usize, &Vec<f64>)| {
-            let bent = projection.basis.curvatures(projection.step * i as f64).into_iter().map(|c| c / 6.0);
-            let gap = || std::iter::repeat_n(0.0, padding);
-            q.iter().copied().chain(gap()).chain(bent).chain(gap()).map(|v| v as f32).collect::<Vec<f32>>()
+        let curvature = |i: usize| projection.basis.curvatures(projection.step * i as f64).into_iter().map(|c| c / 6.0).collect();
+        let curvatures: Vec<Vec<f64>> = (0..projection.coordinates.len()).map(curvature).collect();
+        let values = &projection.coordinates;
+        let quad = |gap: usize, quad: usize| {
+            let four = |of: &dyn Fn(usize) -> f64| {
+                f32x4::new(std::array::from_fn(|i| if 4 * quad + i < size { of(4 * quad + i) as f32 } else { 0.0 }))
+            };
+            CoordinateQuad {
+                value: four(&|e| values[gap][e]),
+                growth: four(&|e| values[gap + 1][e] - values[gap][e]),
+                curvature: four(&|e| curvatures[gap][e]),
+                curvature_growth: four(&|e| curvatures[gap + 1][e] - curvatures[gap][e]),
+            }
         };
-        let rows = projection.coordinates.iter().enumerate().flat_map(entry).collect();
-        Self { size, per_depth: (1.0 / projection.step) as f32, rows }
+        let gaps = values.len() - 1;
+        let quads = (0..gaps).flat_map(|gap| (0..size.div_ceil(4)).map(move |q| (gap, q))).map(|(gap, q)| quad(gap, q)).collect();
+        Self { size, per_depth: (1.0 / projection.step) as f32, gaps, quads }
     }
 
-    /// The mean coordinates over the lanes' courses, element × lane.
+    /// The mean coordinates over the lanes' courses, element × lane; beyond the table its last entry is held.
     ///
     /// `ROW` is the number of elements, rounded up to four or eight.
     #[inline(always)]
     pub fn means<const ROW: usize>(&self, Course { middle, half }: &Course) -> [Lane; ROW] {
-        let mut means = [[0.0; ROW]; LANES];
+        let mut means = [[0.0; LANES]; ROW];
         if largest(&lanes(|lane| half[lane].abs())) <= SHORT {
-            for lane in 0..LANES {
-                means[lane] = self.mean(middle[lane], half[lane] * half[lane]);
-            }
+            self.add(middle, &lanes(|lane| half[lane] * half[lane]), 1.0, &mut means);
         } else {
             // The two points of Gauss.
-            for lane in 0..LANES {
-                let offset = half[lane] * 0.577_350_26;
-                let (low, high) = (self.mean::<ROW>(middle[lane] - offset, 0.0), self.mean::<ROW>(middle[lane] + offset, 0.0));
-                for i in 0..ROW {
-                    means[lane][i] = 0.5 * (low[i] + high[i]);
-                }
-            }
+            let offset = lanes(|lane| half[lane] * 0.577_350_26);
+            self.add(&lanes(|lane| middle[lane] - offset[lane]), &[0.0; LANES], 0.5, &mut means);
+            self.add(&lanes(|lane| middle[lane] + offset[lane]), &[0.0; LANES], 0.5, &mut means);
         }
-        // Four lanes change places with four elements.
-        let mut turned = [[0.0; LANES]; ROW];
-        for lane in (0..LANES).step_by(4) {
-            for element in (0..ROW).step_by(4) {
-                let quad = |i: usize| f32x4::new(std::array::from_fn(|e| means[lane + i][element + e]));
-                for (e, values) in f32x4::transpose([quad(0), quad(1), quad(2), quad(3)]).into_iter().enumerate() {
-                    turned[element + e][lane..lane + 4].copy_from_slice(&values.to_array());
-                }
-            }
-        }
-        turned
+        means
     }
 
-    /// q + half² q″/6 at one depth; beyond the table its last entry is held.
+    /// Adds a share of q + half² q″/6 at one depth a lane.
     #[inline(always)]
-    fn mean<const ROW: usize>(&self, depth: f32, half_squared: f32) -> [f32; ROW] {
-        // A table of four elements may be asked for eight.
-        let width = if self.size <= 4 { 4 } else { ROW };
-        let stride = 2 * width;
-        let x = depth * self.per_depth;
-        let entry = (x as usize).min(self.rows.len() / stride - 2);
-        let fraction = x - entry as f32;
-        let fraction = f32x4::splat(if fraction < 1.0 { fraction } else { 1.0 });
-        let row = &self.rows[entry * stride..][..2 * stride];
-        let quad = |at: usize| f32x4::new([row[at], row[at + 1], row[at + 2], row[at + 3]]);
-        let read = |at: usize| (quad(at + stride) - quad(at)).mul_add(fraction, quad(at));
-        let mut mean = [0.0; ROW];
-        for at in (0..width).step_by(4) {
-            let value = read(width + at).mul_add(f32x4::splat(half_squared), read(at));
-            mean[at..at + 4].copy_from_slice(&value.to_array());
+    fn add<const ROW: usize>(&self, depth: &Lane, half_squared: &Lane, share: f32, means: &mut [Lane; ROW]) {
+        let (mut gap, mut fraction) = ([0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            (gap[lane], fraction[lane]) = cell(depth[lane] * self.per_depth, self.gaps);
         }
-        mean
+        for q in 0..ROW / 4 {
+            for lane in (0..LANES).step_by(4) {
+                let mean = |i: usize| self.quad(gap[lane + i], q).mean(fraction[lane + i], half_squared[lane + i]);
+                // Four lanes change places with four elements.
+                let turned = f32x4::transpose(std::array::from_fn(mean));
+                for (mean, values) in means[4 * q..4 * q + 4].iter_mut().zip(turned) {
+                    for (m, v) in mean[lane..lane + 4].iter_mut().zip(values.to_array()) {
+                        *m += share * v;
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn quad(&self, gap: u32, quad: usize) -> &CoordinateQuad {
+        &self.quads[gap as usize * self.size.div_ceil(4) + quad]
+    }
+}
+
+impl CoordinateQuad {
+    /// q + half² q″/6.
+    #[inline(always)]
+    fn mean(&self, fraction: f32, half_squared: f32) -> f32x4 {
+        let fraction = f32x4::splat(fraction);
+        let curvature = self.curvature_growth.mul_add(fraction, self.curvature);
+        curvature.mul_add(f32x4::splat(half_squared), self.growth.mul_add(fraction, self.value))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use spectra::basis::{Basis, Criterion, Domain};
+    use spectra::quadrature::gauss_legendre;
+
+    use super::*;
+    use crate::scene::{Loader, Scene};
+
+    /// ⟨q⟩ of the plan's own basis by quadrature, for one quad of elements and for two, short courses, long ones, and beyond the table.
+    #[test]
+    fn means_are_those_of_the_basis() {
+        let rule = gauss_legendre(8);
+        for size in [3, 6] {
+            let text = format!(
+                "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"30 deg\"\nsize = [4, 4]\n\
+                 [field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"4 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.5\n\
+                 [[star]]\nkind = \"blackbody\"\nposition = \"0 0 0 pc\"\ntemperature = \"9000 K\"\nluminosity = \"1 Lsun\"\n[method]\nname = \"projection\"\ncount = {size}\nbake = 8\n"
+            );
+            let scene = Scene::parse("test.toml", "test", text, &Loader::in_folder(".", u64::MAX)).unwrap();
+            let options = crate::plan::Options { method: scene.method.clone(), memory_limit: u64::MAX };
+            let plan = Plan::sampled(&scene, &options, 10, &crate::control::Control::default()).unwrap();
+            let Form::Projection(projection) = &plan.spectral.bands[0].rule.form else { panic!("another form") };
+            let table = CoordinateTable::new(projection);
+            let end = projection.basis.range;
+            for reach in [0.0, 0.1, 0.15] {
+                let course =
+                    Course { middle: lanes(|lane| end as f32 * lane as f32 / 12.0), half: lanes(|lane| reach * (lane % 3) as f32) };
+                let means = if size <= 4 { table.means::<4>(&course).to_vec() } else { table.means::<8>(&course).to_vec() };
+                for lane in 0..LANES {
+                    let at = |x: f64| {
+                        projection.basis.coordinates(f64::from(course.middle[lane] + x as f32 * course.half[lane]).clamp(0.0, end))
+                    };
+                    // Where a course leaves the table, values are held but the curvature of its end stays: no such course is asked for.
+                    let inside = f64::from(course.middle[lane] + course.half[lane]) <= end && course.middle[lane] >= course.half[lane];
+                    for element in (0..size).filter(|_| inside || reach == 0.0) {
+                        let truth: f64 = rule.iter().map(|(x, w)| 0.5 * w * at(*x)[element]).sum();
+                        let error = (f64::from(means[element][lane]) - truth).abs();
+                        assert!(error < 2e-4 * truth.abs().max(0.1), "{size} {reach} {lane} {element}: {} {truth}", means[element][lane]);
+                    }
+                }
+            }
+            // Another basis has other coordinates.
+            let domain = Domain::new((0.4, 0.7), |l| 0.55 / l, |_| 1.0).unwrap();
+            let other = Basis::optimal(&domain, end, size, Criterion::Mean).unwrap().coordinates(1.0);
+            assert!((other[0] - projection.basis.coordinates(1.0)[0]).abs() > 1e-3);
+        }
     }
 }
