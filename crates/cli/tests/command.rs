@@ -513,3 +513,34 @@ fn methods_say_what_they_cost() {
     assert!(words.contains("polynomial fits: worst of degree 5"), "{words}");
     assert!(!text(desk.run(&["check", "scene.toml"])).contains("polynomial fits"));
 }
+
+/// What this machine renders on, and a picture by whatever it has; where there is no adapter, words that say what to do.
+#[test]
+fn the_gpu_renders_or_says_why_not() {
+    let desk = Desk::new();
+    let out = desk.run(&["info", "--json"]);
+    assert!(out.status.success());
+    let info: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert!(info["threads"].as_u64().unwrap() > 0);
+    let adapters = info["adapters"].as_array().unwrap().len();
+    assert!(String::from_utf8_lossy(&desk.run(&["info"]).stdout).contains("--backend auto takes"));
+    let auto = desk.run(&["render", "scene.toml", "-o", "auto.npy", "--backend", "auto"]);
+    assert!(auto.status.success());
+    let words = String::from_utf8_lossy(&auto.stdout).into_owned();
+    assert!(words.contains("auto: on the cpu") || words.contains("gpu: "), "{words}");
+    let gpu = desk.run(&["render", "scene.toml", "-o", "gpu.npy", "--backend", "gpu"]);
+    if adapters == 0 {
+        let error = String::from_utf8_lossy(&gpu.stderr).into_owned();
+        assert!(!gpu.status.success() && error.contains("--backend cpu") && !desk.path("gpu.npy").exists(), "{error}");
+        return;
+    }
+    assert!(gpu.status.success(), "{gpu:?}");
+    assert!(desk.run(&["render", "scene.toml", "-o", "cpu.npy"]).status.success());
+    assert!(desk.run(&["compare", "gpu.npy", "cpu.npy", "--tolerance", "3e-3"]).status.success());
+    assert!(!desk.run(&["compare", "gpu.npy", "cpu.npy", "--tolerance", "1e-9"]).status.success());
+    let other = desk.run(&["render", "scene.toml", "-o", "other.npy", "--backend", "gpu", "--method", "lookup"]);
+    let error = String::from_utf8_lossy(&other.stderr).into_owned();
+    assert!(!other.status.success() && error.contains("lookup") && !desk.path("other.npy").exists(), "{error}");
+    let auto = desk.run(&["render", "scene.toml", "-o", "auto.npy", "--backend", "auto", "--method", "lookup"]);
+    assert!(auto.status.success());
+}

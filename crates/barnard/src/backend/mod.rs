@@ -12,8 +12,13 @@ pub struct BackendEntry {
     pub summary: &'static str,
 }
 
-/// All back ends; the first is the default.
+/// All back ends; the first is the default. `gpu` stands in a crate of its own, for its dependencies.
 pub const BACKENDS: &[BackendEntry] = &[
     BackendEntry { name: "cpu", summary: "f32, SIMD, all cores, reads only the plan; the same bits on any number of threads" },
+    BackendEntry {
+        name: "gpu",
+        summary: "f32 on a graphics processor (Vulkan, Metal, DirectX 12), reads only the plan; methods of exponentials",
+    },
+    BackendEntry { name: "auto", summary: "gpu where there is a real one that does the method, otherwise cpu; says which and why" },
     BackendEntry { name: "reference", summary: "f64, adaptive in space and wavelength, exact star depths: slow, plain, the definition" },
 ];

@@ -15,6 +15,7 @@ mod space;
 mod spectral;
 pub mod star_depth;
 mod volume;
+mod weights;
 
 use std::sync::Arc;
 
@@ -25,6 +26,7 @@ pub use pilot::Spatial;
 pub use space::{Space, sample_functions};
 pub use spectral::{BandPlan, PHASE_RANGE, PhaseTable, Spectral};
 pub use volume::{Channel, MAX_CHANNELS, Volume};
+pub use weights::{Emitter, Scatterer, Weights, weights as weights_of};
 
 use spectra::rule::Certificate;
 

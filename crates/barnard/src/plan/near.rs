@@ -19,9 +19,9 @@ pub struct NearPiece {
 }
 
 /// Widest angle of a piece [rad].
-const PIECE: f64 = 0.12;
+pub const PIECE: f64 = 0.12;
 /// A ray through the star itself passes by at this distance [pc], as in the reference.
-const CLOSEST: f64 = 1e-6;
+pub const CLOSEST: f64 = 1e-6;
 /// Segments closer than this many voxels of the star depths are cut.
 pub const NEAR_VOXELS: f64 = 2.5;
 /// Segments that the star sees under more than about this angle [rad] are cut.
@@ -29,7 +29,7 @@ pub const NEAR_ANGLE: f64 = 0.35;
 /// Steps longer than this part of their distance to a star are marched in parts: what is near is bright, and is sampled finely.
 pub const PART_DISTANCE: f64 = 0.2;
 /// The shortest part of a step, in voxels.
-const SHORTEST_PART: f64 = 0.5;
+pub const SHORTEST_PART: f64 = 0.5;
 
 /// In how many parts a step of length `dt` must be marched, so that each is short beside its distance to a star with the closest approach `b` at
 /// `foot`; all lengths in pc, along the ray from where the step starts.

@@ -105,6 +105,18 @@ impl Space {
         self.lay_out(1, 0, options, control)
     }
 
+    /// Boxes of volumes that end within the occupied one.
+    pub fn inner_boxes(&self) -> Vec<Bounds> {
+        let mut inner: Vec<Bounds> = Vec::new();
+        for volume in &self.volumes {
+            let bounds = volume.inner.bounds;
+            if !self.occupied.is_none_or(|o| bounds.union(&o) == bounds) && !inner.contains(&bounds) {
+                inner.push(bounds);
+            }
+        }
+        inner
+    }
+
     /// The volume and channel of a star's depths.
     pub fn star_channel(&self, star: usize) -> Option<(&Volume, usize)> {
         self.volumes.iter().find_map(|v| v.channels.iter().position(|c| *c == Channel::StarDepth(star)).map(|slot| (v, slot)))

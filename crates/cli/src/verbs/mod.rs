@@ -4,6 +4,7 @@ mod bench;
 mod check;
 mod compare;
 mod completions;
+mod info;
 mod list;
 mod render;
 mod study;
@@ -21,6 +22,8 @@ pub enum Verb {
     Check(check::Check),
     /// Print a catalogue, one entry a line
     List(list::List),
+    /// Show what this machine renders on: processor, graphics adapters and their limits
+    Info(info::Info),
     /// Compare two images band by band
     Compare(compare::Compare),
     /// Time the methods on this machine, with their errors
@@ -38,6 +41,7 @@ impl Verb {
             Verb::Render(verb) => verb.run(),
             Verb::Check(verb) => verb.run(),
             Verb::List(verb) => verb.run(),
+            Verb::Info(verb) => verb.run(),
             Verb::Compare(verb) => verb.run(),
             Verb::Bench(verb) => verb.run(),
             Verb::Study(verb) => verb.run(),

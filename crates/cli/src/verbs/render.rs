@@ -5,11 +5,14 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::bail;
+use barnard::backend::cpu::Findings;
 use barnard::backend::{BACKENDS, cpu, reference};
+use barnard::control::Control;
 use barnard::formats::{check_writable, save};
 use barnard::image::Image;
 use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
+use barnard_gpu::{Gpu, GpuError};
 use clap::{Args, ValueEnum};
 
 use crate::progress;
@@ -39,6 +42,10 @@ pub struct Render {
 enum Backend {
     /// f32, SIMD, all cores
     Cpu,
+    /// f32 on a graphics processor
+    Gpu,
+    /// gpu where there is a real one, otherwise cpu
+    Auto,
     /// f64, adaptive, exact: slow
     Reference,
 }
@@ -57,7 +64,7 @@ impl Render {
             }
         }
         let image = match self.backend {
-            Backend::Cpu => on_cpu(&scene, &options)?,
+            Backend::Cpu | Backend::Gpu | Backend::Auto => self.planned(&scene, &options)?,
             Backend::Reference => self.on_reference(&scene)?,
         };
         for path in &self.output {
@@ -69,7 +76,7 @@ impl Render {
 
     fn on_reference(&self, scene: &Scene) -> anyhow::Result<Image> {
         if self.scene.method.is_some() || self.scene.steps.is_some() || self.scene.count.is_some() {
-            bail!("--method, --count and --steps belong to --backend cpu; the reference is adaptive and takes --accuracy alone");
+            bail!("--method, --count and --steps belong to the other back ends; the reference is adaptive and takes --accuracy alone");
         }
         let control = progress::control()?;
         let start = Instant::now();
@@ -88,29 +95,65 @@ impl Render {
     }
 }
 
-fn on_cpu(scene: &Scene, options: &Options) -> anyhow::Result<Image> {
-    let control = progress::control()?;
-    let start = Instant::now();
-    let plan = Plan::new(scene, options, &control)?;
-    let planned = start.elapsed().as_secs_f64();
-    let start = Instant::now();
-    let (image, findings) = cpu::render(scene, &plan, &control)?;
-    let seconds = start.elapsed().as_secs_f64();
-    say!(
-        "{} x {}, {} bands, plan {planned:.2} s, render {seconds:.2} s, {:.2e} rays/s, {} ({} terms a sample)",
-        image.width,
-        image.height,
-        image.bands.len(),
-        findings.rays as f64 / seconds,
-        plan.spectral.method,
-        plan.spectral.terms()
-    );
-    for (band, name) in image.bands.iter().enumerate().map(|(b, band)| (b, &band.name)) {
-        say!("{name}: {}", plan.worst_certificate(band, findings.depth));
+impl Render {
+    /// By a back end that reads a plan.
+    fn planned(&self, scene: &Scene, options: &Options) -> anyhow::Result<Image> {
+        let control = progress::control()?;
+        let start = Instant::now();
+        let plan = Plan::new(scene, options, &control)?;
+        let planned = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let (image, findings) = match self.backend {
+            Backend::Gpu => on_gpu(scene, &plan, &control)?,
+            Backend::Auto => match why_not_gpu(&plan) {
+                None => on_gpu(scene, &plan, &control)?,
+                Some(why) => {
+                    say!("auto: on the cpu, {why}");
+                    cpu::render(scene, &plan, &control)?
+                }
+            },
+            _ => cpu::render(scene, &plan, &control)?,
+        };
+        let seconds = start.elapsed().as_secs_f64();
+        say!(
+            "{} x {}, {} bands, plan {planned:.2} s, render {seconds:.2} s, {:.2e} rays/s, {} ({} terms a sample)",
+            image.width,
+            image.height,
+            image.bands.len(),
+            findings.rays as f64 / seconds,
+            plan.spectral.method,
+            plan.spectral.terms()
+        );
+        for (band, name) in image.bands.iter().enumerate().map(|(b, band)| (b, &band.name)) {
+            say!("{name}: {}", plan.worst_certificate(band, findings.depth));
+        }
+        for (key, value) in plan.notes().into_iter().chain(findings.negative_note()) {
+            say!("{key}: {value}");
+        }
+        crate::verbs::warn_of_accuracy(&plan);
+        Ok(image)
     }
-    for (key, value) in plan.notes().into_iter().chain(findings.negative_note()) {
-        say!("{key}: {value}");
+}
+
+/// Why `auto` does not take the GPU.
+fn why_not_gpu(plan: &Plan) -> Option<String> {
+    let Some(best) = barnard_gpu::adapters().into_iter().next() else { return Some("no graphics adapter was found".into()) };
+    if !best.real {
+        return Some(format!("the only graphics adapter is software ({})", best.name));
     }
-    crate::verbs::warn_of_accuracy(&plan);
-    Ok(image)
+    barnard_gpu::unable(plan).map(|e| e.to_string())
+}
+
+/// On the best adapter. A device that gives up is opened once more; then the processor takes over.
+fn on_gpu(scene: &Scene, plan: &Plan, control: &Control) -> anyhow::Result<(Image, Findings)> {
+    for _ in 0..2 {
+        let gpu = Gpu::open()?;
+        say!("gpu: {} ({})", gpu.adapter.name, gpu.adapter.api);
+        match barnard_gpu::render(&gpu, scene, plan, control) {
+            Err(GpuError::Lost(why)) => complain!("warning: the device gave up: {why}"),
+            done => return Ok(done?),
+        }
+    }
+    complain!("warning: the device gave up twice; rendering on the cpu");
+    Ok(cpu::render(scene, plan, control)?)
 }

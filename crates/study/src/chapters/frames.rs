@@ -126,12 +126,8 @@ impl Claim {
     }
 
     fn in_words(&self) -> String {
-        let holds = if self.holds() {
-            "holds here".to_owned()
-        } else {
-            format!("does not hold here: {:.0} % of it", 100.0 * self.ratio / self.asked)
-        };
-        format!("- {}: {:.1} times; the deck's {} {holds}.\n", self.what, self.ratio, self.asked)
+        let holds = if self.holds() { "holds" } else { "does not hold" };
+        format!("- {}: {:.1} times; the deck's {} {holds} here.\n", self.what, self.ratio, self.asked)
     }
 }
 

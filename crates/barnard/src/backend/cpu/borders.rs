@@ -17,14 +17,7 @@ pub struct Borders {
 impl Borders {
     /// Of one space.
     pub fn new(space: &Space) -> Self {
-        let mut inner: Vec<Bounds> = Vec::new();
-        for volume in &space.volumes {
-            let bounds = volume.inner.bounds;
-            if !space.occupied.is_none_or(|o| bounds.union(&o) == bounds) && !inner.contains(&bounds) {
-                inner.push(bounds);
-            }
-        }
-        Self { occupied: space.occupied, inner }
+        Self { occupied: space.occupied, inner: space.inner_boxes() }
     }
 
     /// The parts of the rays between the borders of all boxes: within one, a ray is inside or outside of each volume.

@@ -16,12 +16,12 @@ use multiversion::multiversion;
 use super::borders::{Borders, Span};
 use super::double_integration;
 use super::segment::segment;
-use super::tables::{Scatterer, Tables};
+use super::tables::Tables;
 use super::terms::{Drawn, NodeTerms, Terms};
 use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, Track, exp, lanes, largest};
 use crate::plan::near::{self, PART_DISTANCE};
-use crate::plan::{Channel, PHASE_RANGE, Plan, Volume};
+use crate::plan::{Channel, PHASE_RANGE, Plan, Scatterer, Volume};
 
 /// What is the same for all packets.
 pub struct March<'a> {
@@ -147,7 +147,7 @@ impl<'a> March<'a> {
     ///
     /// `numbers` tell the rays of an image apart.
     pub fn packet(&self, rays: &[Ray; LANES], numbers: &[u64; LANES]) -> (Vec<f32>, f32) {
-        let terms = self.tables.band_of.len();
+        let terms = self.tables.weights.band_of.len();
         let nowhere = ([0.0; LANES], [0.0; LANES]);
         let mut state = State {
             rays,
@@ -163,7 +163,7 @@ impl<'a> March<'a> {
         let spans = self.borders.spans(rays);
         let last = spans.len().saturating_sub(1);
         for (i, span) in spans.into_iter().enumerate() {
-            state.final_span = i == last && self.tables.background.is_none();
+            state.final_span = i == last && self.tables.weights.background.is_none();
             let length = |lane: usize| span.1[lane] - span.0[lane];
             let longest = (0..LANES).map(length).fold(0.0, f64::max);
             if longest > 0.0 {
@@ -180,14 +180,14 @@ impl<'a> March<'a> {
     fn bands_of(&self, state: &State) -> Vec<f32> {
         let bands = self.plan.spectral.bands.len();
         let mut radiance = vec![0.0; bands * LANES];
-        for (term, band) in self.tables.band_of.iter().enumerate() {
+        for (term, band) in self.tables.weights.band_of.iter().enumerate() {
             let out = &mut radiance[band * LANES..(band + 1) * LANES];
             out.iter_mut().zip(&state.sum[term]).for_each(|(r, s)| *r += s);
         }
         if let Some(gathered) = &self.tables.gathered {
             gathered.resolve(&state.gathered, &mut radiance);
         }
-        if let Some(light) = self.tables.background {
+        if let Some(light) = self.tables.weights.background {
             for (band, plan) in self.plan.spectral.bands.iter().enumerate() {
                 for lane in 0..LANES {
                     radiance[band * LANES + lane] += plan.rule.evaluate(light, f64::from(state.tau[lane])) as f32;
@@ -257,9 +257,9 @@ impl<'a> March<'a> {
         let rest: Vec<Lane> = views.iter().map(|view| self.rest_of_star(state, view, steps)).collect();
         (0..k.len()).all(|term| {
             (0..LANES).all(|lane| {
-                let stars: f32 = self.tables.scattered.iter().zip(&rest).map(|(s, r)| s.brightest[term] * r[lane]).sum();
+                let stars: f32 = self.tables.weights.scattered.iter().zip(&rest).map(|(s, r)| s.brightest[term] * r[lane]).sum();
                 let length = (state.span.1[lane] - state.span.0[lane]) as f32;
-                let gas: f32 = self.tables.emitted.iter().map(|(_, species, w)| w[term] * self.brightest.1[*species] * length).sum();
+                let gas: f32 = self.tables.weights.emitted.iter().map(|e| e.weights[term] * self.brightest.1[e.species] * length).sum();
                 let behind = exp(-k[term] * state.tau[lane]) * (stars + gas);
                 behind <= tolerance * state.sum[term][lane] || state.dt[lane] == 0.0
             })
@@ -285,7 +285,7 @@ impl<'a> March<'a> {
             let depth = (f64::from(state.tau[lane]), f64::from(growth[lane]));
             near::pieces(&self.plan.space, phase_angle, star, &state.rays[lane], (at(stretch.start), at(stretch.end())), depth, |piece| {
                 let phase = self.phase_entry(piece.cosine as f32, (1.0 - piece.cosine * piece.cosine) as f32);
-                for term in 0..self.tables.band_of.len() {
+                for term in 0..self.tables.weights.band_of.len() {
                     let weight = self.phase_weight(scatterer, term, phase);
                     let decay = self.tables.terms.at(scatterer.light, (&state.drawn, lane), term, piece.depth as f32);
                     state.sum[term][lane] += piece.scattering as f32 * weight * decay;
@@ -311,7 +311,7 @@ impl<'a> March<'a> {
         let Some(table) = &self.plan.spectral.phase else { return scatterer.weights[term] };
         let values = &table.weights[scatterer.light];
         let (stride, column, weight) =
-            if table.separable { (1, 0, scatterer.weights[term]) } else { (self.tables.band_of.len(), term, 1.0) };
+            if table.separable { (1, 0, scatterer.weights[term]) } else { (self.tables.weights.band_of.len(), term, 1.0) };
         let (low, high) = (values[entry * stride + column], values[(entry + 1) * stride + column]);
         weight * (low + fraction * (high - low))
     }
@@ -323,7 +323,7 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
     let masks = march.masks(state);
     let tracks: Vec<Track> =
         march.plan.space.bricks.iter().map(|b| Track::new(&b.lattice, DVec3::ZERO, state.rays, &state.span.0)).collect();
-    let views: Vec<StarView> = march.tables.scattered.iter().map(|s| march.star_view(s.star, state)).collect();
+    let views: Vec<StarView> = march.tables.weights.scattered.iter().map(|s| march.star_view(s.star, state)).collect();
     let mut before = vec![[0.0; LANES]; march.slots.count];
     let mut after = before.clone();
     sample(march, &cursors, &masks, &state.dt, 0.0, &mut before);

@@ -101,7 +101,12 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, Findings)> 
 
 /// Renders the plan of `scene`.
 pub fn render(scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, Findings)> {
-    let (mut data, findings) = radiance(plan, control)?;
+    let (data, findings) = radiance(plan, control)?;
+    Ok((finished(scene, plan, data, findings, "cpu")?, findings))
+}
+
+/// A picture of the extended light in `data` [W m⁻² sr⁻¹], bands × height × width: stars are drawn, errors and origin are told.
+pub fn finished(scene: &Scene, plan: &Plan, mut data: Vec<f32>, findings: Findings, backend: &str) -> Result<Image> {
     let far = 2.0 * plan.space.occupied.map_or(0.0, |b| b.size().length() + (0.5 * (b.low + b.high) - plan.camera.position).length());
     let depth = |ray: &Ray, length: f64| plan.space.depth(ray.origin, ray.at(length.min(far)));
     let flux = |light: usize, band: usize, depth: f64| plan.spectral.bands[band].rule.evaluate(light, depth);
@@ -111,9 +116,9 @@ pub fn render(scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, F
     for (b, band) in image.bands.iter_mut().enumerate() {
         band.certificate = plan.certificate(b, findings.depth);
     }
-    image.notes.push(("backend".into(), "cpu".into()));
+    image.notes.push(("backend".into(), backend.into()));
     image.notes.push(("method".into(), plan.spectral.method.into()));
     image.notes.extend(plan.notes());
     image.notes.extend(findings.negative_note());
-    Ok((image, findings))
+    Ok(image)
 }

@@ -4,9 +4,9 @@ use smallvec::SmallVec;
 
 use super::march::{March, StarView, State, Stretch};
 use super::propagation;
-use super::tables::Scatterer;
 use super::terms::Course;
 use crate::packet::{LANES, Lane, fma, lanes, largest};
+use crate::plan::Scatterer;
 use crate::plan::near::{self, NEAR_ANGLE, NEAR_VOXELS};
 
 /// Adds the light of one segment and moves τ to its end.
@@ -28,12 +28,12 @@ pub(super) fn segment(march: &March, state: &mut State, views: &[StarView], stre
             }),
             None => [0.0; LANES],
         };
-        for (scatterer, view) in march.tables.scattered.iter().zip(views) {
+        for (scatterer, view) in march.tables.weights.scattered.iter().zip(views) {
             let slot = march.slots.stars[scatterer.star];
             scatter(march, state, (scatterer, view), stretch, (&growth, &tilt), (&before[slot], &after[slot]));
         }
     }
-    if !march.tables.emitted.is_empty() {
+    if !march.tables.weights.emitted.is_empty() {
         emit(march, state, &dt, &growth, (before, after));
     }
     for lane in 0..LANES {
@@ -154,12 +154,12 @@ fn scaled(lane: &Lane, factor: f32) -> Lane {
 #[inline(always)]
 fn emit(march: &March, state: &mut State, dt: &Lane, growth: &Lane, (before, after): (&[Lane], &[Lane])) {
     let course = Course { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
-    for (light, species, weights) in &march.tables.emitted {
-        let slot = march.slots.species[*species];
+    for emitter in &march.tables.weights.emitted {
+        let slot = march.slots.species[emitter.species];
         let base = lanes(|lane| 0.5 * dt[lane] * (before[slot][lane] + after[slot][lane]));
         if largest(&base) > 0.0 {
-            let of_term = |term: usize| (weights[term] > 0.0).then(|| scaled(&base, weights[term]));
-            march.tables.terms.gather(*light, &state.drawn, &course, of_term, &mut state.sum);
+            let of_term = |term: usize| (emitter.weights[term] > 0.0).then(|| scaled(&base, emitter.weights[term]));
+            march.tables.terms.gather(emitter.light, &state.drawn, &course, of_term, &mut state.sum);
         }
     }
 }

@@ -1,0 +1,81 @@
+//! The plan's spectral side as a march reads it: the weight of each term for each light, in f32.
+
+use super::Plan;
+use crate::light::Path;
+
+/// A light that is scattered, and how.
+#[derive(Debug, Clone)]
+pub struct Scatterer {
+    /// Its number among the lights.
+    pub light: usize,
+    /// Its star.
+    pub star: usize,
+    /// Weight of each term, 1/4π included where scattering is isotropic.
+    pub weights: Vec<f32>,
+    /// Largest weight of each term over all angles.
+    pub brightest: Vec<f32>,
+}
+
+/// A light that a species of gas sends out.
+#[derive(Debug, Clone)]
+pub struct Emitter {
+    /// Its number among the lights.
+    pub light: usize,
+    /// The species.
+    pub species: usize,
+    /// Weight of each term.
+    pub weights: Vec<f32>,
+}
+
+/// Weights of all lights; a term is a node of the rule of one passband.
+#[derive(Debug, Clone)]
+pub struct Weights {
+    /// The passband of each term.
+    pub band_of: Vec<usize>,
+    /// Lights scattered by dust, star by star.
+    pub scattered: Vec<Scatterer>,
+    /// Lights of gas.
+    pub emitted: Vec<Emitter>,
+    /// The light that is the background.
+    pub background: Option<usize>,
+}
+
+impl Weights {
+    /// Flattens `plan`; light that its light field holds is left out.
+    pub fn new(plan: &Plan) -> Self {
+        let spectral = &plan.spectral;
+        let band_of: Vec<usize> = spectral.bands.iter().enumerate().flat_map(|(b, p)| vec![b; p.terms()]).collect();
+        let isotropic = if spectral.phase.is_some() { 1.0 } else { 1.0 / spectra::constants::SPHERE as f32 };
+        let (mut scattered, mut emitted, mut background) = (Vec::new(), Vec::new(), None);
+        for (light, l) in plan.lights.iter().enumerate() {
+            match l.path {
+                Path::Scattered { .. } if plan.light_field.is_some() => {}
+                Path::Scattered { star } => {
+                    let weights: Vec<f32> = weights(plan, light).iter().map(|w| w * isotropic).collect();
+                    let brightest = brightest(plan, light, &weights);
+                    scattered.push(Scatterer { light, star, weights, brightest });
+                }
+                Path::Emitted { species } => emitted.push(Emitter { light, species, weights: weights(plan, light) }),
+                Path::Background => background = Some(light),
+                Path::Direct { .. } | Path::FieldStar { .. } => {}
+            }
+        }
+        Self { band_of, scattered, emitted, background }
+    }
+}
+
+/// The weight of each term for a light, in the order of [`Weights::band_of`].
+pub fn weights(plan: &Plan, light: usize) -> Vec<f32> {
+    plan.spectral.bands.iter().flat_map(|p| p.rule.form.decay().weights(light)).map(|w| *w as f32).collect()
+}
+
+/// The largest weight that any angle gives each term.
+fn brightest(plan: &Plan, light: usize, weights: &[f32]) -> Vec<f32> {
+    let Some(table) = &plan.spectral.phase else { return weights.to_vec() };
+    let values = &table.weights[light];
+    let largest = |stride: usize, column: usize| values.iter().skip(column).step_by(stride).fold(0.0f32, |m, v| m.max(*v));
+    match table.separable {
+        true => weights.iter().map(|w| w * largest(1, 0)).collect(),
+        false => (0..weights.len()).map(|term| largest(weights.len(), term)).collect(),
+    }
+}

@@ -1,0 +1,56 @@
+//! `barnard info`
+
+use std::process::ExitCode;
+
+use clap::Args;
+
+/// Shows what this machine renders on.
+#[derive(Args)]
+pub struct Info {
+    /// As JSON, for programs
+    #[arg(long)]
+    json: bool,
+}
+
+impl Info {
+    pub fn run(self) -> anyhow::Result<ExitCode> {
+        let threads = rayon::current_num_threads();
+        let adapters = barnard_gpu::adapters();
+        if self.json {
+            let list: Vec<_> = adapters.iter().map(json).collect();
+            let info = serde_json::json!({ "version": env!("CARGO_PKG_VERSION"), "threads": threads, "adapters": list });
+            say!("{}", serde_json::to_string_pretty(&info)?);
+            return Ok(ExitCode::SUCCESS);
+        }
+        say!("barnard {}", env!("CARGO_PKG_VERSION"));
+        say!("cpu        {threads} threads, {}", std::env::consts::ARCH);
+        for adapter in &adapters {
+            say!("gpu        {} ({}{})", adapter.name, adapter.api, if adapter.real { "" } else { ", software: slower than cpu" });
+            say!("           driver {}", adapter.driver);
+            say!(
+                "           volumes of at most {} voxels along an edge, {} textures of four channels, buffers of {:.0} MiB",
+                adapter.volume_edge,
+                adapter.textures,
+                adapter.buffer as f64 / f64::from(1 << 20)
+            );
+        }
+        if adapters.is_empty() {
+            say!("gpu        none: no Vulkan, Metal or DirectX 12 driver was found");
+        }
+        let choice = if adapters.first().is_some_and(|a| a.real) { "gpu" } else { "cpu" };
+        say!("--backend auto takes {choice}");
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+fn json(adapter: &barnard_gpu::Adapter) -> serde_json::Value {
+    serde_json::json!({
+        "name": adapter.name,
+        "api": adapter.api,
+        "real": adapter.real,
+        "driver": adapter.driver,
+        "volume_edge_voxels": adapter.volume_edge,
+        "textures": adapter.textures,
+        "buffer_bytes": adapter.buffer,
+    })
+}

@@ -1,0 +1,99 @@
+//! Adapters and devices.
+
+use std::sync::{Arc, Mutex};
+
+use crate::error::{GpuError, Result};
+
+/// An adapter, as `barnard info` shows it.
+#[derive(Debug, Clone)]
+pub struct Adapter {
+    /// Its name.
+    pub name: String,
+    /// Vulkan, Metal, Dx12.
+    pub api: String,
+    /// Whether it is a processor of graphics, and not software on the processor.
+    pub real: bool,
+    /// Driver and its version.
+    pub driver: String,
+    /// Most voxels along an edge of a volume.
+    pub volume_edge: u32,
+    /// Most textures, of four channels each.
+    pub textures: u32,
+    /// Largest buffer that a shader reads [bytes].
+    pub buffer: u64,
+}
+
+/// A device with its queue.
+pub struct Gpu {
+    /// What it is.
+    pub adapter: Adapter,
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    /// What the device complained of, which wgpu tells elsewhere than where it happens.
+    complaints: Arc<Mutex<Vec<String>>>,
+}
+
+/// The APIs that compute right. GL does not: 3-D textures lose all slices but the first.
+const APIS: wgpu::Backends = wgpu::Backends::PRIMARY;
+
+/// All adapters, real ones first.
+pub fn adapters() -> Vec<Adapter> {
+    found().iter().map(described).collect()
+}
+
+fn found() -> Vec<wgpu::Adapter> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = APIS;
+    let instance = wgpu::Instance::new(descriptor);
+    let mut found = pollster::block_on(instance.enumerate_adapters(APIS));
+    let rank = |a: &wgpu::Adapter| match a.get_info().device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    };
+    found.sort_by_key(rank);
+    found
+}
+
+fn described(adapter: &wgpu::Adapter) -> Adapter {
+    let (info, limits) = (adapter.get_info(), adapter.limits());
+    Adapter {
+        name: info.name.clone(),
+        api: info.backend.to_string(),
+        real: !matches!(info.device_type, wgpu::DeviceType::Cpu),
+        driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
+        volume_edge: limits.max_texture_dimension_3d,
+        textures: limits.max_sampled_textures_per_shader_stage,
+        buffer: limits.max_storage_buffer_binding_size,
+    }
+}
+
+impl Gpu {
+    /// The best adapter of this machine: a real one if there is one, software otherwise.
+    ///
+    /// # Errors
+    /// Where there is none, or it does not open.
+    pub fn open() -> Result<Self> {
+        let adapter = found().into_iter().next().ok_or(GpuError::NoAdapter)?;
+        let described = described(&adapter);
+        let descriptor = wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..Default::default() };
+        let opened = pollster::block_on(adapter.request_device(&descriptor));
+        let (device, queue) = opened.map_err(|e| GpuError::Device(described.name.clone(), e.to_string()))?;
+        let complaints = Arc::new(Mutex::new(Vec::new()));
+        let list = complaints.clone();
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            if let Ok(mut list) = list.lock() {
+                list.push(error.to_string());
+            }
+        }));
+        Ok(Self { adapter: described, device, queue, complaints })
+    }
+
+    /// An error where the device has complained.
+    pub(crate) fn check(&self) -> Result<()> {
+        let complaint = self.complaints.lock().ok().and_then(|mut list| list.drain(..).next());
+        complaint.map_or(Ok(()), |words| Err(GpuError::Lost(words)))
+    }
+}

@@ -1,0 +1,198 @@
+//! The source of a shader: constants and bindings printed from a [`Shape`], then `shaders/*.wgsl`.
+
+use barnard::plan::PHASE_RANGE;
+use barnard::plan::near::{CLOSEST, MAX_PHASES, NEAR_ANGLE, NEAR_VOXELS, PART_DISTANCE, PIECE, SHORTEST_PART};
+
+use crate::layout::{PhaseKind, Shape};
+
+/// The files, in the order in which they are read.
+const FILES: [&str; 5] = [
+    include_str!("shaders/frame.wgsl"),
+    include_str!("shaders/volume.wgsl"),
+    include_str!("shaders/near.wgsl"),
+    include_str!("shaders/segment.wgsl"),
+    include_str!("shaders/march.wgsl"),
+];
+
+/// WGSL for a shape, by workgroups of so many rays across and down.
+pub fn source(shape: &Shape, workgroup: (u32, u32)) -> String {
+    let mut text = constants(shape, workgroup);
+    text += &bindings(shape.quads);
+    for file in FILES {
+        text += "\n";
+        text += file;
+    }
+    text
+}
+
+fn constants(shape: &Shape, workgroup: (u32, u32)) -> String {
+    let offsets = shape.offsets();
+    let kind = |kind: PhaseKind| kind as usize;
+    let whole = [
+        ("WORKGROUP_X", workgroup.0 as usize),
+        ("WORKGROUP_Y", workgroup.1 as usize),
+        ("QUADS", shape.quads),
+        ("TERMS", shape.terms),
+        ("TERM_QUADS", shape.term_quads()),
+        ("BANDS", shape.bands),
+        ("SCATTERERS", shape.scatterers),
+        ("EMITTERS", shape.emitters),
+        ("INNER", shape.inner),
+        ("BORDERS", 2 + 2 * shape.inner),
+        ("BRICK_GRIDS", shape.brick_grids),
+        ("ISOTROPIC", kind(PhaseKind::Isotropic)),
+        ("SEPARABLE", kind(PhaseKind::Separable)),
+        ("PHASE_KIND", kind(shape.phase)),
+        ("PHASE_ENTRIES", shape.phase_entries),
+        ("DUST_QUAD", shape.dust.map_or(0, |d| d.0)),
+        ("DUST_LANE", shape.dust.map_or(0, |d| d.1)),
+        ("END_EVERY", END_EVERY),
+        ("EXTINCTION", offsets.extinction),
+        ("BAND_OF", offsets.band_of),
+        ("BACKGROUND", offsets.background),
+        ("STARS", offsets.stars),
+        ("EMITTER_SLOTS", offsets.emitter_slots),
+        ("WEIGHTS", offsets.weights),
+        ("BRIGHTEST", offsets.brightest),
+        ("LATTICES", offsets.lattices),
+        ("INNER_BOXES", offsets.inner_boxes),
+        ("BRICK_TABLE", offsets.brick_table),
+        ("PHASE", offsets.phase),
+    ];
+    let real = [
+        ("PHASE_RANGE", PHASE_RANGE),
+        ("MAX_PHASES", MAX_PHASES as f64),
+        ("NEAR_ANGLE", NEAR_ANGLE),
+        ("NEAR_VOXELS", NEAR_VOXELS),
+        ("PART_DISTANCE", PART_DISTANCE),
+        ("SHORTEST_PART", SHORTEST_PART),
+        ("PIECE", PIECE),
+        ("CLOSEST", CLOSEST),
+        ("SERIES_LIMIT", SERIES_LIMIT),
+        ("MAX_DEPTH_STEPS", MAX_DEPTH_STEPS),
+        ("END_DEPTH", END_DEPTH),
+        ("FAR", 1e30),
+        ("TINY", 1e-30),
+    ];
+    let truth = [("HAS_DUST", shape.dust.is_some()), ("HAS_BACKGROUND", shape.background)];
+    let whole = whole.iter().map(|(name, value)| format!("const {name} = {value}u;\n"));
+    let real = real.iter().map(|(name, value)| format!("const {name}: f32 = {:e};\n", *value as f32));
+    let truth = truth.iter().map(|(name, value)| format!("const {name} = {value};\n"));
+    whole.chain(real).chain(truth).collect()
+}
+
+/// Samples between looks at whether a ray can end, and the depth from which on a look is worth its price; as on the processor.
+const END_EVERY: usize = 8;
+const END_DEPTH: f64 = 3.0;
+/// Half difference of depth up to which a mean is a series.
+const SERIES_LIMIT: f64 = 1.0;
+/// Most midpoints of a depth next to a star.
+const MAX_DEPTH_STEPS: f64 = 64.0;
+
+/// The textures, and which of them a quad is.
+fn bindings(quads: usize) -> String {
+    let texture = |q: usize| format!("@group(1) @binding({q}) var volume_{q}: texture_3d<f32>;\n");
+    let read = |q: usize| format!("        case {q}u: {{ return textureSampleLevel(volume_{q}, linear, at, 0.0); }}\n");
+    format!(
+        "{}@group(1) @binding({quads}) var linear: sampler;\n\nfn read_quad(q: u32, at: vec3f) -> vec4f {{\n    switch q {{\n{}        default: {{ return textureSampleLevel(volume_0, linear, at, 0.0); }}\n    }}\n}}\n",
+        (0..quads).map(texture).collect::<String>(),
+        (1..quads).map(read).collect::<String>()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::Frame;
+
+    const WORKGROUP: (u32, u32) = (8, 8);
+
+    fn shapes() -> Vec<Shape> {
+        let plain = Shape {
+            quads: 1,
+            terms: 6,
+            bands: 3,
+            scatterers: 1,
+            emitters: 0,
+            inner: 0,
+            brick_grids: 1,
+            phase: PhaseKind::Isotropic,
+            phase_entries: 2,
+            dust: Some((0, 0)),
+            background: false,
+        };
+        vec![
+            Shape { phase: PhaseKind::Separable, phase_entries: 65, ..plain.clone() },
+            Shape {
+                phase: PhaseKind::Spectral,
+                phase_entries: 129,
+                quads: 3,
+                scatterers: 6,
+                emitters: 2,
+                inner: 2,
+                background: true,
+                ..plain.clone()
+            },
+            Shape { scatterers: 0, emitters: 1, dust: None, ..plain.clone() },
+            plain,
+        ]
+    }
+
+    fn module(text: &str) -> naga::Module {
+        naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(text)))
+    }
+
+    /// Every shape is right WGSL, without any adapter.
+    #[test]
+    fn shaders_are_valid() {
+        for shape in shapes() {
+            let text = source(&shape, WORKGROUP);
+            let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::default());
+            if let Err(e) = validator.validate(&module(&text)) {
+                panic!("{shape:?}: {}", e.emit_to_string(&text));
+            }
+        }
+    }
+
+    /// The frame that Rust writes is the frame that WGSL reads, field by field.
+    #[test]
+    fn frames_agree() {
+        let module = module(&source(&shapes()[0], WORKGROUP));
+        let members = module.types.iter().find_map(|(_, t)| match &t.inner {
+            naga::TypeInner::Struct { members, span } if t.name.as_deref() == Some("Frame") => Some((members, *span)),
+            _ => None,
+        });
+        let (members, span) = members.unwrap();
+        assert_eq!(span as usize, size_of::<Frame>());
+        macro_rules! offsets {
+            ($($field:ident),*) => { vec![$((stringify!($field), std::mem::offset_of!(Frame, $field))),*] };
+        }
+        let ours = offsets!(middle, across, upwards, forward, turn_x, turn_y, low, high, steps, limits, size, strip);
+        let theirs: Vec<(&str, usize)> = members.iter().map(|m| (m.name.as_deref().unwrap_or(""), m.offset as usize)).collect();
+        assert_eq!(ours, theirs);
+    }
+
+    /// Every function of a shader that repeats one in Rust says which; those are there.
+    #[test]
+    fn twins_are_named() {
+        let twins: Vec<&str> = FILES.iter().flat_map(|f| f.lines()).filter_map(|l| l.strip_prefix("// twin: ")).collect();
+        assert!(twins.len() >= 8, "{twins:?}");
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../barnard/src");
+        let mut sources = Vec::new();
+        let mut folders = vec![root];
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    folders.push(path);
+                } else {
+                    sources.push(std::fs::read_to_string(path).unwrap());
+                }
+            }
+        }
+        for twin in twins {
+            let function = format!("fn {}", twin.rsplit("::").next().unwrap());
+            assert!(sources.iter().any(|s| s.contains(&format!("{function}(")) || s.contains(&format!("{function}<"))), "{twin}");
+        }
+    }
+}

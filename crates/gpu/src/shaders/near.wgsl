@@ -1,0 +1,51 @@
+// The neighbourhood of a star: pieces of equal angle, each with its density and its own depth.
+
+// In how many parts a step must be marched, so that each is short beside its distance to a star.
+// twin: barnard::plan::near::parts
+fn parts(b: f32, foot: f32, dt: f32, voxel: f32) -> f32 {
+    let nearest = foot - clamp(foot, 0.0, dt);
+    let distance = max(sqrt(b * b + nearest * nearest), NEAR_VOXELS * voxel);
+    return max(ceil(min(dt / (PART_DISTANCE * distance), dt / (SHORTEST_PART * voxel))), 1.0);
+}
+
+// Optical depth at V between two near places, by midpoints a quarter of a voxel apart.
+fn depth_between(a: vec3f, z: vec3f) -> f32 {
+    let length = distance(a, z);
+    let count = clamp(ceil(4.0 * length / frame.steps.z), 1.0, MAX_DEPTH_STEPS);
+    var depth = 0.0;
+    for (var i = 0.0; i < count; i += 1.0) {
+        depth += read_dust(mix(a, z, (i + 0.5) / count));
+    }
+    return depth * length / count;
+}
+
+// twin: barnard::plan::near::pieces
+fn near(state: ptr<function, State>, ray: Ray, scatterer: u32, b: f32, foot: f32, stretch: Stretch, growth: f32) {
+    let star = tables[STARS + scatterer].xyz;
+    let start = atan((stretch.start - foot) / b);
+    let end = atan((stretch.start + stretch.length - foot) / b);
+    let count = max(ceil((end - start) / PIECE), 2.0);
+    let width = (end - start) / count;
+    var asked = 1u;
+    if PHASE_KIND != ISOTROPIC {
+        asked = phases(width);
+    }
+    for (var i = 0.0; i < count; i += 1.0) {
+        let t = foot + b * tan(start + (i + 0.5) * width);
+        let along = (*state).tau + growth * clamp((t - stretch.start) / stretch.length, 0.0, 1.0);
+        let depth = along + depth_between(star, ray.origin + t * ray.direction);
+        for (var j = 0u; j < asked; j++) {
+            let theta = start + (i + (f32(j) + 0.5) / f32(asked)) * width;
+            let sigma = read_dust(ray.origin + (foot + b * tan(theta)) * ray.direction);
+            let scattering = sigma * width / (b * f32(asked));
+            let cosine = -sin(theta);
+            for (var c = 0u; c < TERM_QUADS; c++) {
+                var weight = tables[WEIGHTS + scatterer * TERM_QUADS + c];
+                if PHASE_KIND != ISOTROPIC {
+                    weight = phase_weight(scatterer, c, phase_entry(cosine, 1.0 - cosine * cosine));
+                }
+                (*state).sum[c] += scattering * weight * exp(-tables[EXTINCTION + c] * depth);
+            }
+        }
+    }
+}

@@ -1,0 +1,65 @@
+// All channels at a place, four in a texture, held at the borders as on the processor.
+
+struct Lattice {
+    // From places to texture coordinates.
+    scale: vec4f,
+    shift: vec4f,
+    // What a stored one stands for, channel by channel.
+    unit: vec4f,
+    // The box, without the layer around it.
+    low: vec4f,
+    high: vec4f,
+}
+
+struct BrickGrid {
+    // Its corner, and the shortest edge of a brick [pc].
+    low: vec4f,
+    per_pc: vec4f,
+    // Bricks along each axis, and where its values start.
+    dims: vec4u,
+}
+
+fn lattice(q: u32) -> Lattice {
+    let i = LATTICES + 5u * q;
+    return Lattice(tables[i], tables[i + 1u], tables[i + 2u], tables[i + 3u], tables[i + 4u]);
+}
+
+fn brick_grid(i: u32) -> BrickGrid {
+    let at = BRICK_TABLE + 3u * i;
+    return BrickGrid(tables[at], tables[at + 1u], vec4u(tables[at + 2u]));
+}
+
+fn read_all(p: vec3f) -> array<vec4f, QUADS> {
+    var values: array<vec4f, QUADS>;
+    for (var q = 0u; q < QUADS; q++) {
+        let place = lattice(q);
+        values[q] = read_quad(q, p * place.scale.xyz + place.shift.xyz) * place.unit;
+    }
+    return values;
+}
+
+fn read_dust(p: vec3f) -> f32 {
+    let place = lattice(DUST_QUAD);
+    return read_quad(DUST_QUAD, p * place.scale.xyz + place.shift.xyz)[DUST_LANE] * place.unit[DUST_LANE];
+}
+
+// One for each quad of channels whose box holds `p`.
+fn masks(p: vec3f) -> array<f32, QUADS> {
+    var masks: array<f32, QUADS>;
+    for (var q = 0u; q < QUADS; q++) {
+        masks[q] = f32(all(p >= lattice(q).low.xyz) && all(p <= lattice(q).high.xyz));
+    }
+    return masks;
+}
+
+// How far one may go from `p` in any direction and stand in empty bricks [pc].
+fn clear_pc(p: vec3f) -> f32 {
+    var clear = FAR;
+    for (var i = 0u; i < BRICK_GRIDS; i++) {
+        let grid = brick_grid(i);
+        let cell = clamp(vec3i(floor((p - grid.low.xyz) * grid.per_pc.xyz)), vec3i(0), vec3i(grid.dims.xyz) - 1);
+        let index = (u32(cell.z) * grid.dims.y + u32(cell.y)) * grid.dims.x + u32(cell.x);
+        clear = min(clear, f32(brick_distances[grid.dims.w + index]) * grid.low.w);
+    }
+    return clear;
+}

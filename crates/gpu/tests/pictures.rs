@@ -1,0 +1,149 @@
+//! Pictures of the graphics processor beside those of the processor: the same plan, the same light.
+
+use barnard::backend::cpu;
+use barnard::control::Control;
+use barnard::image::relative_rms;
+use barnard::plan::{Options, Plan, Stepping};
+use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
+use barnard_gpu::{Gpu, Tuning};
+
+/// How far pictures of so many samples a voxel may differ: 16-bit volumes, the device's own interpolation, and what finite steps still cost.
+const TOLERANCE: f64 = 1e-3;
+const FINE: Stepping = Stepping::PerVoxel(10.0);
+
+/// A device, or none with a loud word; in CI there must be one.
+fn device() -> Option<Gpu> {
+    match Gpu::open() {
+        Ok(gpu) => Some(gpu),
+        Err(error) if std::env::var_os("CI").is_some() => panic!("CI needs an adapter: {error}"),
+        Err(error) => {
+            eprintln!("SKIPPED, no picture of the GPU was compared: {error}");
+            None
+        }
+    }
+}
+
+fn plan(scene: &mut Scene, edge: usize) -> Plan {
+    let shape = scene.camera.height as f64 / scene.camera.width as f64;
+    (scene.camera.width, scene.camera.height) = (edge, (edge as f64 * shape) as usize);
+    let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+    Plan::new(scene, &options, &Control::default()).unwrap()
+}
+
+/// The relative rms difference of the worst band.
+fn difference(plan: &Plan, ours: &[f32], theirs: &[f32]) -> f64 {
+    let pixels = plan.camera.width * plan.camera.height;
+    let bands = ours.chunks(pixels).zip(theirs.chunks(pixels));
+    bands.map(|(a, b)| relative_rms(a.iter().zip(b).map(|(a, b)| (f64::from(*a), f64::from(*b))))).fold(0.0, f64::max)
+}
+
+/// Every built-in scene: with fine steps the same light, with the plan's own, which a packet of sixteen rays shares on the processor, to its accuracy.
+#[test]
+fn pictures_are_those_of_the_processor() {
+    let Some(gpu) = device() else { return };
+    for builtin in barnard::builtin::SCENES {
+        let mut scene = barnard::builtin::load(builtin.name, DEFAULT_MEMORY).unwrap();
+        let planned = plan(&mut scene, 32);
+        let accuracy = planned.spectral.accuracy;
+        let stepping = planned.stepping;
+        let fine = Plan { stepping: FINE, ..planned };
+        let (theirs, found) = cpu::radiance(&fine, &Control::default()).unwrap();
+        let (ours, ours_found) = barnard_gpu::radiance(&gpu, &fine, &Control::default()).unwrap();
+        let wrong = difference(&fine, &ours, &theirs);
+        assert!(wrong < TOLERANCE, "{}: {wrong:e}", builtin.name);
+        assert!((ours_found.depth / found.depth - 1.0).abs() < 0.01, "{}: {} {}", builtin.name, ours_found.depth, found.depth);
+        // A hundredth more light would be seen.
+        let more: Vec<f32> = theirs.iter().map(|v| 1.01 * v).collect();
+        assert!(difference(&fine, &ours, &more) > TOLERANCE);
+        let planned = Plan { stepping, ..fine };
+        let theirs = cpu::radiance(&planned, &Control::default()).unwrap().0;
+        let ours = barnard_gpu::radiance(&gpu, &planned, &Control::default()).unwrap().0;
+        let wrong = difference(&planned, &ours, &theirs);
+        assert!(wrong < accuracy.max(TOLERANCE), "{}: {wrong:e} of {accuracy:e}", builtin.name);
+    }
+}
+
+fn parsed(text: &str) -> Scene {
+    Scene::parse("test.toml", "test", text.to_owned(), &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap()
+}
+
+const CAMERA: &str = "bands = [\"johnson-B\", \"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.3 0.2 4 pc\"\nfield_of_view = \"40 deg\"\nsize = [24, 24]\n";
+const DUST: &str =
+    "[field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"2 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n";
+const STAR: &str =
+    "[[star]]\nkind = \"blackbody\"\nposition = \"0.2 0.5 0.3 pc\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\nvisible = false\n";
+
+/// Gas that ends within the dust, a background, spectral and forward scattering, far and near cameras: each by itself.
+#[test]
+fn each_part_is_that_of_the_processor() {
+    let Some(gpu) = device() else { return };
+    // Glowing gas on a finer lattice that reaches out of the dust.
+    let gas = "[field.knot]\nkind = \"sphere\"\nradius = \"0.7 pc\"\ncentre = \"0.6 0 0.2 pc\"\n[[emission]]\nname = \"H I\"\nkind = \"ion\"\nion = \"H1\"\n\
+               density = \"1e4 * knot\"\ntemperature = \"8000 K\"\nelectron_density = \"300 cm-3\"\n";
+    let behind = "[background]\nkind = \"blackbody\"\ntemperature = \"4000 K\"\nradiance = \"2.5e-8 W/m2/sr/um\"\n";
+    let forward = "phase = { kind = \"henyey_greenstein\", g = 0.7 }\n";
+    let spectral = DUST.replace("ccm89", "draine03_rv31") + "phase = { kind = \"henyey_greenstein\" }\n";
+    let far = CAMERA.replace("4 pc", "4000 pc").replace("40 deg", "0.04 deg");
+    let inside = CAMERA.replace("0.3 0.2 4 pc", "0.3 0.2 0.4 pc").replace("40 deg", "90 deg");
+    let flat =
+        CAMERA.replace("kind = \"perspective\"", "kind = \"orthographic\"").replace("field_of_view = \"40 deg\"", "width = \"2.5 pc\"");
+    let method = "[method]\nbake = 24\n";
+    for (name, text) in [
+        ("plain", format!("{CAMERA}{DUST}{STAR}{method}")),
+        ("forward", format!("{CAMERA}{DUST}{forward}{STAR}{method}")),
+        ("far", format!("{far}{DUST}{STAR}{method}")),
+        ("inside", format!("{inside}{DUST}{STAR}{method}")),
+        ("orthographic", format!("{flat}{DUST}{STAR}{method}")),
+        ("supersampled", format!("{}{DUST}{STAR}{method}", CAMERA.replace("size", "supersampling = 2\nsize"))),
+        ("gas", format!("{CAMERA}{DUST}{STAR}{gas}{method}")),
+        ("background", format!("{CAMERA}{DUST}{STAR}{behind}{method}")),
+        ("spectral", format!("{CAMERA}{spectral}{STAR}{method}")),
+        ("dark", format!("{CAMERA}{DUST}{method}")),
+    ] {
+        let mut scene = parsed(&text);
+        let plan = Plan { stepping: FINE, ..plan(&mut scene, 24) };
+        let theirs = cpu::radiance(&plan, &Control::default()).unwrap().0;
+        let ours = barnard_gpu::radiance(&gpu, &plan, &Control::default()).unwrap().0;
+        let wrong = difference(&plan, &ours, &theirs);
+        assert!(wrong < TOLERANCE, "{name}: {wrong:e}");
+        assert_eq!(name == "dark", theirs.iter().all(|v| *v == 0.0), "{name}");
+    }
+}
+
+/// The same picture at every size of workgroup, and with empty space marched through, to what other places of samples behind a jump cost.
+#[test]
+fn tuning_changes_nothing() {
+    let Some(gpu) = device() else { return };
+    let shell = "[field.ball]\nkind = \"shell\"\nradius = \"1 pc\"\nthickness = \"0.05 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"2 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n";
+    let mut scene = parsed(&format!("{CAMERA}{shell}{STAR}[method]\nbake = 64\n"));
+    let plan = Plan { stepping: FINE, ..plan(&mut scene, 33) };
+    let by = |tuning: Tuning| barnard_gpu::radiance_with(&gpu, &plan, &Control::default(), &tuning).unwrap().0;
+    let usual = by(Tuning::default());
+    for workgroup in [(1, 1), (4, 4), (64, 1), (3, 7)] {
+        assert!(by(Tuning { workgroup, ..Tuning::default() }) == usual, "{workgroup:?}");
+    }
+    let through = by(Tuning { skip_empty: false, ..Tuning::default() });
+    let wrong = difference(&plan, &through, &usual);
+    assert!(wrong < 1e-5, "{wrong:e}");
+    assert!(usual.iter().any(|v| *v > 0.0));
+}
+
+/// What no shader does is refused, with what would be right.
+#[test]
+fn other_methods_are_refused() {
+    let Some(gpu) = device() else { return };
+    for method in ["lookup", "propagation", "double_integration"] {
+        let scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\nname = \"{method}\"\n"));
+        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        let plan = Plan::sampled(&scene, &options, 20, &Control::default()).unwrap();
+        let error = barnard_gpu::radiance(&gpu, &plan, &Control::default()).unwrap_err().to_string();
+        assert!(error.contains(method) && error.contains("--backend cpu"), "{error}");
+    }
+    // A wish to stop is heard.
+    let scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\n"));
+    let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+    let plan = Plan::sampled(&scene, &options, 20, &Control::default()).unwrap();
+    let control = Control::default();
+    control.interrupt();
+    assert!(barnard_gpu::radiance(&gpu, &plan, &control).is_err());
+}
