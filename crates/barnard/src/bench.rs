@@ -4,12 +4,45 @@ use std::time::Instant;
 
 use spectra::rule::RULES;
 
-use crate::backend::{cpu, reference};
+use crate::backend::cpu::{self, Findings};
+use crate::backend::reference;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::image::worst;
 use crate::plan::{DECK_STEPS, Options, Plan, Stepping, sample_functions};
 use crate::scene::{Method, Scene};
+
+/// What is timed: a back end that takes a plan and makes frames of it.
+pub trait Frames {
+    /// Takes a plan; false where this back end does not do its method.
+    fn take(&mut self, plan: &Plan) -> Result<bool>;
+
+    /// Band radiances of the plan that was taken last [W m⁻² sr⁻¹], and what was found.
+    fn frame(&mut self, control: &Control) -> Result<(Vec<f32>, Findings)>;
+
+    /// Seconds that the device has worked so far, all threads of a processor together; NaN where it does not tell.
+    fn device_seconds(&self) -> f64;
+}
+
+/// The processor's frames.
+#[derive(Debug, Default)]
+pub struct OnCpu(Option<Plan>);
+
+impl Frames for OnCpu {
+    fn take(&mut self, plan: &Plan) -> Result<bool> {
+        self.0 = Some(plan.clone());
+        Ok(true)
+    }
+
+    fn frame(&mut self, control: &Control) -> Result<(Vec<f32>, Findings)> {
+        let plan = self.0.as_ref().ok_or_else(|| Error::Render("no plan was taken".into()))?;
+        cpu::radiance(plan, control)
+    }
+
+    fn device_seconds(&self) -> f64 {
+        processor_seconds()
+    }
+}
 
 /// One method's row.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,18 +53,18 @@ pub struct Row {
     pub terms: usize,
     /// Median time of a frame [s].
     pub seconds: f64,
-    /// Median processor time of a frame, all threads [s]; NaN where the system does not tell.
-    pub cpu_seconds: f64,
+    /// Median time of the device for a frame, all threads of a processor together [s]; NaN where it does not tell.
+    pub device_seconds: f64,
     /// Relative rms error of the worst band against the reference.
     pub error: Option<f64>,
 }
 
-/// Times each method on `scene`, `visit` hearing each row as it comes; errors on an image of `error_size` pixels an edge, none if that is zero.
+/// Times each method that `backend` does on `scene`, `visit` hearing each row as it comes; errors on an image of `error_size` pixels an edge, none if that is zero.
 pub fn table(
+    backend: &mut dyn Frames,
     mut scene: Scene,
     options: &Options,
-    frames: usize,
-    error_size: usize,
+    (frames, error_size): (usize, usize),
     control: &Control,
     mut visit: impl FnMut(Row),
 ) -> Result<()> {
@@ -41,15 +74,25 @@ pub fn table(
     (scene.camera.width, scene.camera.height) = (error_size.max(1), error_size.max(1));
     let truth = (error_size > 0).then(|| reference::render(&scene, reference::DEFAULT_ACCURACY, control)).transpose()?;
     let plan_of = |method: Method| Plan::new(&scene, &Options { method, ..options.clone() }, control);
-    let error_of = |plan: &Plan| -> Result<Option<f64>> {
-        let Some(truth) = &truth else { return Ok(None) };
-        let image = cpu::render(&scene, plan, control)?.0;
-        Ok(Some(worst((0..truth.bands.len()).map(|b| image.relative_rmse(b, truth, b)))))
+    // None where the back end does not do the method.
+    let error_of = |backend: &mut dyn Frames, plan: &Plan| -> Result<Option<Option<f64>>> {
+        if !backend.take(plan)? {
+            return Ok(None);
+        }
+        let Some(truth) = &truth else { return Ok(Some(None)) };
+        let (data, findings) = backend.frame(control)?;
+        let image = cpu::finished(&scene, plan, data, findings, "")?;
+        Ok(Some(Some(worst((0..truth.bands.len()).map(|b| image.relative_rmse(b, truth, b))))))
     };
-    let mut time = |name: String, plan: Plan, error: Option<f64>| -> Result<()> {
+    let mut time = |backend: &mut dyn Frames, name: String, plan: Plan, error: Option<f64>| -> Result<()> {
         let plan = Plan { camera: full.clone(), ..plan };
-        let (seconds, cpu_seconds) = timed(frames, || cpu::radiance(&plan, control).map(drop))?;
-        visit(Row { name, terms: plan.spectral.terms(), seconds, cpu_seconds, error });
+        backend.take(&plan)?;
+        let (seconds, device_seconds) = timed(frames, || {
+            let before = backend.device_seconds();
+            backend.frame(control)?;
+            Ok(backend.device_seconds() - before)
+        })?;
+        visit(Row { name, terms: plan.spectral.terms(), seconds, device_seconds, error });
         Ok(())
     };
     let mut deck = None;
@@ -60,9 +103,9 @@ pub fn table(
             Err(Error::Spectra(_)) if closed => continue,
             plan => plan?,
         };
-        let error = error_of(&plan)?;
+        let Some(error) = error_of(backend, &plan)? else { continue };
         deck = error.filter(|_| plan.star_march.is_some());
-        time(name, plan, error)?;
+        time(backend, name, plan, error)?;
     }
     let Some(deck) = deck else { return Ok(()) };
     let loose = loose(&options.method)?;
@@ -70,14 +113,14 @@ pub fn table(
     let mut matched = None;
     for steps in MATCHING_STEPS {
         plan.stepping = Stepping::Fixed(steps);
-        match error_of(&plan)? {
+        match error_of(backend, &plan)?.flatten() {
             Some(error) if error <= deck => matched = Some((steps, error)),
             _ => break,
         }
     }
     if let Some((steps, error)) = matched {
         plan.stepping = Stepping::Fixed(steps);
-        time(format!("{}, {LOOSE}, N = {steps}", loose.entry.name), plan, Some(error))?;
+        time(backend, format!("{}, {LOOSE}, N = {steps}", loose.entry.name), plan, Some(error))?;
     }
     Ok(())
 }
@@ -110,23 +153,23 @@ fn contestants(method: &Method) -> Result<Vec<(String, Method)>> {
 /// A first frame that takes longer says enough by itself [s].
 const LONG: f64 = 5.0;
 
-/// Median seconds and processor seconds of `work`, after one warm-up; of the warm-up itself where that takes long.
-pub fn timed(frames: usize, mut work: impl FnMut() -> Result<()>) -> Result<(f64, f64)> {
+/// Median seconds of `work`, and of what it says of its device, after one warm-up; of the warm-up itself where that takes long.
+pub fn timed(frames: usize, mut work: impl FnMut() -> Result<f64>) -> Result<(f64, f64)> {
     let mut once = || -> Result<(f64, f64)> {
-        let (start, before) = (Instant::now(), processor_seconds());
-        work()?;
-        Ok((start.elapsed().as_secs_f64(), processor_seconds() - before))
+        let start = Instant::now();
+        let device = work()?;
+        Ok((start.elapsed().as_secs_f64(), device))
     };
     let first = once()?;
     if first.0 > LONG || frames == 0 {
         return Ok(first);
     }
-    let (wall, cpu): (Vec<f64>, Vec<f64>) = (0..frames).map(|_| once()).collect::<Result<Vec<_>>>()?.into_iter().unzip();
+    let (wall, device): (Vec<f64>, Vec<f64>) = (0..frames).map(|_| once()).collect::<Result<Vec<_>>>()?.into_iter().unzip();
     let median = |mut v: Vec<f64>| {
         v.sort_by(f64::total_cmp);
         v[v.len() / 2]
     };
-    Ok((median(wall), median(cpu)))
+    Ok((median(wall), median(device)))
 }
 
 /// Processor time of this process so far [s]; on Linux from its statistics, NaN elsewhere.

@@ -538,6 +538,11 @@ fn the_gpu_renders_or_says_why_not() {
     assert!(desk.run(&["render", "scene.toml", "-o", "cpu.npy"]).status.success());
     assert!(desk.run(&["compare", "gpu.npy", "cpu.npy", "--tolerance", "3e-3"]).status.success());
     assert!(!desk.run(&["compare", "gpu.npy", "cpu.npy", "--tolerance", "1e-9"]).status.success());
+    let bench = desk.run(&["bench", "scene.toml", "--backend", "gpu", "--frames", "1", "--error-size", "0", "--json"]);
+    let rows: serde_json::Value = serde_json::from_slice(&bench.stdout).unwrap();
+    let rows = rows.as_array().unwrap();
+    assert!(rows.len() >= 5 && rows.iter().all(|r| r["gpu_seconds"].is_number()), "{rows:?}");
+    assert!(rows.iter().all(|r| r["method"] != "lookup") && rows.iter().any(|r| r["method"] == "band_quadrature"));
     let other = desk.run(&["render", "scene.toml", "-o", "other.npy", "--backend", "gpu", "--method", "lookup"]);
     let error = String::from_utf8_lossy(&other.stderr).into_owned();
     assert!(!other.status.success() && error.contains("lookup") && !desk.path("other.npy").exists(), "{error}");

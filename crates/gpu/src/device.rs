@@ -2,6 +2,8 @@
 
 use std::sync::{Arc, Mutex};
 
+use wgpu::util::DeviceExt;
+
 use crate::error::{GpuError, Result};
 
 /// An adapter, as `barnard info` shows it.
@@ -29,6 +31,9 @@ pub struct Gpu {
     pub adapter: Adapter,
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
+    /// The times at which a pass begins and ends, where the device tells, and where they are written.
+    pub(crate) timer: Option<wgpu::QuerySet>,
+    pub(crate) times: wgpu::Buffer,
     /// What the device complained of, which wgpu tells elsewhere than where it happens.
     complaints: Arc<Mutex<Vec<String>>>,
 }
@@ -78,9 +83,19 @@ impl Gpu {
     pub fn open() -> Result<Self> {
         let adapter = found().into_iter().next().ok_or(GpuError::NoAdapter)?;
         let described = described(&adapter);
-        let descriptor = wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..Default::default() };
+        let required_features = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
+        let descriptor = wgpu::DeviceDescriptor { required_limits: adapter.limits(), required_features, ..Default::default() };
         let opened = pollster::block_on(adapter.request_device(&descriptor));
         let (device, queue) = opened.map_err(|e| GpuError::Device(described.name.clone(), e.to_string()))?;
+        let query = wgpu::QuerySetDescriptor { label: None, ty: wgpu::QueryType::Timestamp, count: 2 };
+        let timer = required_features.contains(wgpu::Features::TIMESTAMP_QUERY).then(|| device.create_query_set(&query));
+        let usage = if timer.is_some() { wgpu::BufferUsages::QUERY_RESOLVE } else { wgpu::BufferUsages::COPY_DST };
+        let times = device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: 16,
+            usage: usage | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
         let complaints = Arc::new(Mutex::new(Vec::new()));
         let list = complaints.clone();
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
@@ -88,7 +103,17 @@ impl Gpu {
                 list.push(error.to_string());
             }
         }));
-        Ok(Self { adapter: described, device, queue, complaints })
+        Ok(Self { adapter: described, device, queue, timer, times, complaints })
+    }
+
+    /// Room for so many bytes.
+    pub(crate) fn buffer(&self, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+    }
+
+    /// A buffer that holds these bytes.
+    pub(crate) fn filled(&self, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
     }
 
     /// An error where the device has complained.

@@ -117,13 +117,12 @@ pub struct Layout {
 const END_SHARE: f64 = 0.02;
 
 impl Layout {
-    /// Of a plan whose method is one of exponentials.
-    pub fn new(plan: &Plan) -> Result<Self> {
+    /// Of a plan whose method is one of exponentials; `quads` are those of its volumes.
+    pub fn new(plan: &Plan, quads: Vec<Quad>) -> Result<Self> {
         let k = exponents(plan)?;
         let weights = Weights::new(plan);
         let middle = plan.space.occupied.map_or(DVec3::ZERO, |b| 0.5 * (b.low + b.high));
         let volumes: Vec<&Volume> = plan.volumes().collect();
-        let quads = quads(&volumes);
         let slot_of = |channel: Channel| {
             let at = |(q, quad): (usize, &Quad)| {
                 let lane = volumes[quad.volume].channels.iter().skip(quad.first).take(4).position(|c| *c == channel);
@@ -191,14 +190,14 @@ impl Layout {
         Ok(Self { shape, frame, tables: tables.list, bricks, quads })
     }
 
-    /// The frame for other eyes.
+    /// The frame for some rows of the image.
     pub fn strip(&self, first: usize, rows: usize) -> Frame {
         Frame { strip: [first as u32, rows as u32, 0, 0], ..self.frame }
     }
 }
 
 /// k of each term.
-fn exponents(plan: &Plan) -> Result<Vec<f32>> {
+pub fn exponents(plan: &Plan) -> Result<Vec<f32>> {
     if plan.star_march.is_some() || plan.light_field.is_some() {
         return Err(GpuError::Method(plan.spectral.method.into()));
     }
@@ -210,8 +209,8 @@ fn exponents(plan: &Plan) -> Result<Vec<f32>> {
 }
 
 /// The channels of all volumes, four at a time.
-fn quads(volumes: &[&Volume]) -> Vec<Quad> {
-    let of = |(volume, v): (usize, &&Volume)| {
+pub fn quads(plan: &Plan) -> Vec<Quad> {
+    let of = |(volume, v): (usize, &Volume)| {
         let unit = |first: usize| {
             let mut unit = [0.0f32; 4];
             for row in v.data.chunks_exact(v.channels.len()) {
@@ -221,7 +220,7 @@ fn quads(volumes: &[&Volume]) -> Vec<Quad> {
         };
         (0..v.channels.len()).step_by(4).map(|first| Quad { volume, first, unit: unit(first) }).collect::<Vec<_>>()
     };
-    volumes.iter().enumerate().flat_map(of).collect()
+    plan.volumes().enumerate().flat_map(of).collect()
 }
 
 /// Quads of numbers in the order of [`Offsets`].

@@ -1,17 +1,21 @@
 //! The march on a device: volumes up, strips of rows, radiance down.
+//!
+//! A [`Renderer`] keeps what a change leaves as it was: textures as long as the space is the same, the pipeline as long as the shape is.
+
+use std::sync::Arc;
 
 use barnard::backend::cpu::{Findings, finished};
 use barnard::control::{Control, Stage};
 use barnard::image::Image;
-use barnard::plan::{Plan, Volume};
+use barnard::plan::{Plan, Space, Volume};
 use barnard::scene::Scene;
-use half::f16;
-use wgpu::util::DeviceExt;
+use wgpu::BufferUsages as Use;
 
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
-use crate::layout::{Layout, Quad};
+use crate::layout::{Layout, Quad, exponents, quads};
 use crate::shader::source;
+use crate::textures::{dark, texture};
 
 /// Numbers of radiance that a strip of rows holds at most: what one dispatch may do before somebody may wish to stop.
 const STRIP: usize = 1 << 20;
@@ -33,211 +37,259 @@ impl Default for Tuning {
     }
 }
 
-/// Band radiances of the extended light alone, bands × height × width [W m⁻² sr⁻¹], and what was found.
+/// Renders the plan of `scene`; stars are drawn by the processor.
 ///
 /// # Errors
 /// For methods that no shader has, grids beyond the device's limits, and devices that give up.
-pub fn radiance(gpu: &Gpu, plan: &Plan, control: &Control) -> Result<(Vec<f32>, Findings)> {
-    radiance_with(gpu, plan, control, &Tuning::default())
-}
-
-/// The same by a device that is used in another way.
-pub fn radiance_with(gpu: &Gpu, plan: &Plan, control: &Control, tuning: &Tuning) -> Result<(Vec<f32>, Findings)> {
-    let mut layout = Layout::new(plan)?;
-    if !tuning.skip_empty {
-        layout.bricks.fill(0);
-    }
-    let volumes: Vec<&Volume> = plan.volumes().collect();
-    check_limits(gpu, &volumes, &layout)?;
-    let mut pass = Pass::new(gpu, &layout, &volumes, tuning.workgroup);
-    gpu.check()?;
-    let (width, height, bands, s) = (plan.camera.width, plan.camera.height, layout.shape.bands, plan.camera.supersampling);
-    let rows = pass.rows;
-    let mut data = vec![0.0; bands * width * height];
-    let mut deepest = 0.0f32;
-    for (i, first) in (0..height).step_by(rows).enumerate() {
-        control.check()?;
-        let count = rows.min(height - first);
-        let (strip, depth) = pass.strip(&layout, first, count)?;
-        deepest = deepest.max(depth);
-        for band in 0..bands {
-            data[band * width * height + first * width..][..count * width].copy_from_slice(&strip[band * count * width..][..count * width]);
-        }
-        control.report(Stage::Rays, i as u64 + 1, height.div_ceil(rows) as u64);
-    }
-    let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
-    Ok((data, Findings { depth: f64::from(deepest), rays: (width * height * s * s) as u64, negative }))
-}
-
-/// Renders the plan of `scene`; stars are drawn by the processor.
 pub fn render(gpu: &Gpu, scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, Findings)> {
-    let (data, findings) = radiance(gpu, plan, control)?;
+    let (data, findings) = Renderer::new(gpu, plan, Tuning::default())?.radiance(control)?;
     let image = finished(scene, plan, data, findings, &format!("gpu: {} ({})", gpu.adapter.name, gpu.adapter.api))?;
     Ok((image, findings))
 }
 
 /// Why no device can render this plan; none where one can, as far as its limits go.
 pub fn unable(plan: &Plan) -> Option<GpuError> {
-    Layout::new(plan).err()
+    exponents(plan).err()
 }
 
-fn check_limits(gpu: &Gpu, volumes: &[&Volume], layout: &Layout) -> Result<()> {
-    let limits = gpu.device.limits();
-    for volume in volumes {
-        let edge = volume.lattice.dims.into_iter().max().unwrap_or(0) as u64;
-        let most = u64::from(limits.max_texture_dimension_3d);
-        if edge > most {
-            let instead = format!("take a grid of at most {} voxels along each axis, or --backend cpu", most - 2);
-            return Err(GpuError::TooLarge { what: "the edge of a volume in voxels".into(), size: edge, most, instead });
-        }
-    }
-    let most = u64::from(limits.max_sampled_textures_per_shader_stage);
-    if layout.quads.len() as u64 > most {
-        let instead = format!("dust, star depths and gas are four to a texture: at most {} stars, or --backend cpu", 4 * most - 1);
-        return Err(GpuError::TooLarge { what: "the number of textures".into(), size: layout.quads.len() as u64, most, instead });
-    }
-    let bytes = 16 * layout.tables.len() as u64;
-    let most = limits.max_storage_buffer_binding_size;
-    if bytes > most {
-        let instead = "take a smoother phase function or fewer stars, or --backend cpu".into();
-        return Err(GpuError::TooLarge { what: "the tables in bytes".into(), size: bytes, most, instead });
-    }
-    Ok(())
-}
-
-/// A pipeline with what it reads and writes.
-struct Pass<'a> {
+/// A plan on a device.
+pub struct Renderer<'a> {
     gpu: &'a Gpu,
+    tuning: Tuning,
+    layout: Layout,
+    volumes: Volumes,
     pipeline: wgpu::ComputePipeline,
+    strips: Strips,
+    groups: [wgpu::BindGroup; 2],
+    /// Time of the device for the last picture [s].
+    seconds: Option<f64>,
+}
+
+/// What places decide, on the device.
+struct Volumes {
+    space: Arc<Space>,
+    views: Vec<wgpu::TextureView>,
+    bricks: wgpu::Buffer,
+}
+
+/// Buffers of a strip of rows.
+struct Strips {
     frame: wgpu::Buffer,
     radiance: wgpu::Buffer,
     found: wgpu::Buffer,
     back: wgpu::Buffer,
-    groups: [wgpu::BindGroup; 2],
-    workgroup: (u32, u32),
-    /// Rows of a full strip.
     rows: usize,
 }
 
-impl<'a> Pass<'a> {
-    fn new(gpu: &'a Gpu, layout: &Layout, volumes: &[&Volume], workgroup: (u32, u32)) -> Self {
-        let device = &gpu.device;
-        let text = source(&layout.shape, workgroup);
-        let module = device
-            .create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("march"), source: wgpu::ShaderSource::Wgsl(text.into()) });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("march"),
-            layout: None,
-            module: &module,
-            entry_point: Some("main"),
-            compilation_options: Default::default(),
-            cache: None,
-        });
-        let [width, height, s, _] = layout.frame.size.map(|n| n as usize);
-        let rows = (STRIP / (width * layout.shape.bands)).min(STRIP_RAYS / (width * s * s)).clamp(1, height);
-        let bytes = 4 * (rows * width * layout.shape.bands) as u64;
-        let buffer =
-            |size: u64, usage| device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false });
-        let filled = |contents: &[u8], usage| device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage });
-        use wgpu::BufferUsages as Use;
-        let frame = buffer(size_of_val(&layout.frame) as u64, Use::UNIFORM | Use::COPY_DST);
-        let tables = filled(bytemuck::cast_slice(&layout.tables), Use::STORAGE);
-        let bricks = filled(bytemuck::cast_slice(&layout.bricks), Use::STORAGE);
-        let radiance = buffer(bytes, Use::STORAGE | Use::COPY_SRC);
-        let found = filled(&[0; 4], Use::STORAGE | Use::COPY_SRC);
-        let back = buffer(bytes + 4, Use::MAP_READ | Use::COPY_DST);
-        let entries = [&frame, &tables, &bricks, &radiance, &found];
-        let entries: Vec<_> =
-            entries.iter().enumerate().map(|(i, b)| wgpu::BindGroupEntry { binding: i as u32, resource: b.as_entire_binding() }).collect();
-        let buffers = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
-        let mut views: Vec<wgpu::TextureView> = layout.quads.iter().map(|quad| texture(gpu, volumes[quad.volume], quad)).collect();
-        if views.is_empty() {
-            views.push(dark(gpu));
-        }
-        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
-            mag_filter: wgpu::FilterMode::Linear,
-            min_filter: wgpu::FilterMode::Linear,
-            ..Default::default()
-        });
-        let mut entries: Vec<_> = views
-            .iter()
-            .enumerate()
-            .map(|(i, view)| wgpu::BindGroupEntry { binding: i as u32, resource: wgpu::BindingResource::TextureView(view) })
-            .collect();
-        entries.push(wgpu::BindGroupEntry { binding: views.len() as u32, resource: wgpu::BindingResource::Sampler(&sampler) });
-        let textures = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &pipeline.get_bind_group_layout(1),
-            entries: &entries,
-        });
-        Self { gpu, pipeline, frame, radiance, found, back, groups: [buffers, textures], workgroup, rows }
+impl<'a> Renderer<'a> {
+    /// For one plan.
+    ///
+    /// # Errors
+    /// For methods that no shader has, and for grids beyond the device's limits.
+    pub fn new(gpu: &'a Gpu, plan: &Plan, tuning: Tuning) -> Result<Self> {
+        let layout = Layout::new(plan, quads(plan))?;
+        check_limits(gpu, plan, &layout)?;
+        let volumes = Volumes::new(gpu, plan, &layout, tuning);
+        let pipeline = pipeline(gpu, &layout, tuning);
+        let strips = Strips::new(gpu, &layout);
+        let groups = groups(gpu, &pipeline, &layout, &volumes, &strips);
+        gpu.check()?;
+        Ok(Self { gpu, tuning, layout, volumes, pipeline, strips, groups, seconds: None })
     }
 
-    /// Radiance of some rows, bands × rows × width, and the largest depth so far.
-    fn strip(&mut self, layout: &Layout, first: usize, rows: usize) -> Result<(Vec<f32>, f32)> {
-        let width = layout.frame.size[0];
-        self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&layout.strip(first, rows)));
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+    /// Takes another plan: what has changed is uploaded, what has not stays.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); the plan before stays in place then.
+    pub fn update(&mut self, plan: &Plan) -> Result<()> {
+        let same_space = Arc::ptr_eq(&plan.space, &self.volumes.space);
+        let quads = if same_space { self.layout.quads.clone() } else { quads(plan) };
+        let layout = Layout::new(plan, quads)?;
+        check_limits(self.gpu, plan, &layout)?;
+        if !same_space {
+            self.volumes = Volumes::new(self.gpu, plan, &layout, self.tuning);
+        }
+        if layout.shape != self.layout.shape {
+            self.pipeline = pipeline(self.gpu, &layout, self.tuning);
+        }
+        if layout.frame.size != self.layout.frame.size || layout.shape.bands != self.layout.shape.bands {
+            self.strips = Strips::new(self.gpu, &layout);
+        }
+        self.groups = groups(self.gpu, &self.pipeline, &layout, &self.volumes, &self.strips);
+        self.layout = layout;
+        self.gpu.check()
+    }
+
+    /// Band radiances of the extended light alone, bands × height × width [W m⁻² sr⁻¹], and what was found.
+    ///
+    /// # Errors
+    /// Where the device gives up, or the user wishes to stop.
+    pub fn radiance(&mut self, control: &Control) -> Result<(Vec<f32>, Findings)> {
+        let [width, height, s, _] = self.layout.frame.size.map(|n| n as usize);
+        let (bands, rows) = (self.layout.shape.bands, self.strips.rows);
+        let mut data = vec![0.0; bands * width * height];
+        let (mut deepest, mut seconds) = (0.0f32, self.gpu.timer.as_ref().map(|_| 0.0));
+        self.gpu.queue.write_buffer(&self.strips.found, 0, &[0; 4]);
+        for (i, first) in (0..height).step_by(rows).enumerate() {
+            control.check()?;
+            let count = rows.min(height - first);
+            let strip = self.strip(first, count)?;
+            deepest = deepest.max(strip.deepest);
+            seconds = seconds.zip(strip.seconds).map(|(all, own)| all + own);
+            for (band, values) in strip.radiance.chunks_exact(count * width).enumerate() {
+                data[band * width * height + first * width..][..count * width].copy_from_slice(values);
+            }
+            control.report(Stage::Rays, i as u64 + 1, height.div_ceil(rows) as u64);
+        }
+        self.seconds = seconds;
+        let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
+        Ok((data, Findings { depth: f64::from(deepest), rays: (width * height * s * s) as u64, negative }))
+    }
+
+    /// The device's own time for the last picture [s]; none where it does not tell.
+    pub fn seconds(&self) -> Option<f64> {
+        self.seconds
+    }
+
+    fn strip(&self, first: usize, rows: usize) -> Result<Strip> {
+        let (gpu, strips) = (self.gpu, &self.strips);
+        let width = self.layout.frame.size[0];
+        let workgroup = self.tuning.workgroup;
+        gpu.queue.write_buffer(&strips.frame, 0, bytemuck::bytes_of(&self.layout.strip(first, rows)));
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
         {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
+            let timestamp_writes = gpu.timer.as_ref().map(|timer| wgpu::ComputePassTimestampWrites {
+                query_set: timer,
+                beginning_of_pass_write_index: Some(0),
+                end_of_pass_write_index: Some(1),
+            });
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("march"), timestamp_writes });
             pass.set_pipeline(&self.pipeline);
             for (i, group) in self.groups.iter().enumerate() {
                 pass.set_bind_group(i as u32, group, &[]);
             }
-            pass.dispatch_workgroups(width.div_ceil(self.workgroup.0), (rows as u32).div_ceil(self.workgroup.1), 1);
+            pass.dispatch_workgroups(width.div_ceil(workgroup.0), (rows as u32).div_ceil(workgroup.1), 1);
         }
-        let bytes = 4 * (rows * width as usize * layout.shape.bands) as u64;
-        encoder.copy_buffer_to_buffer(&self.found, 0, &self.back, 0, 4);
-        encoder.copy_buffer_to_buffer(&self.radiance, 0, &self.back, 4, bytes);
-        self.gpu.queue.submit([encoder.finish()]);
-        let slice = self.back.slice(..4 + bytes);
+        let bytes = 4 * (rows * width as usize * self.layout.shape.bands) as u64;
+        if let Some(timer) = &gpu.timer {
+            encoder.resolve_query_set(timer, 0..2, &gpu.times, 0);
+            encoder.copy_buffer_to_buffer(&gpu.times, 0, &strips.back, 0, 16);
+        }
+        encoder.copy_buffer_to_buffer(&strips.found, 0, &strips.back, 16, 4);
+        encoder.copy_buffer_to_buffer(&strips.radiance, 0, &strips.back, HEAD, bytes);
+        gpu.queue.submit([encoder.finish()]);
+        let values = self.read(HEAD + bytes)?;
+        let ticks: [u64; 2] = bytemuck::pod_read_unaligned(&values[..16]);
+        let seconds =
+            gpu.timer.as_ref().map(|_| ticks[1].saturating_sub(ticks[0]) as f64 * f64::from(gpu.queue.get_timestamp_period()) * 1e-9);
+        let deepest = bytemuck::pod_read_unaligned(&values[16..20]);
+        Ok(Strip { radiance: bytemuck::pod_collect_to_vec(&values[HEAD as usize..]), deepest, seconds })
+    }
+
+    /// The first bytes of what came back.
+    fn read(&self, bytes: u64) -> Result<Vec<u8>> {
+        fn lost(e: impl std::fmt::Display) -> GpuError {
+            GpuError::Lost(e.to_string())
+        }
+        let slice = self.strips.back.slice(..bytes);
         let (sender, receiver) = std::sync::mpsc::channel();
         slice.map_async(wgpu::MapMode::Read, move |result| drop(sender.send(result)));
-        self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
+        self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
         self.gpu.check()?;
-        receiver.recv().map_err(|e| GpuError::Lost(e.to_string()))?.map_err(|e| GpuError::Lost(e.to_string()))?;
-        let values: Vec<f32> = {
-            let view = slice.get_mapped_range().map_err(|e| GpuError::Lost(e.to_string()))?;
-            bytemuck::pod_collect_to_vec(&view)
-        };
-        self.back.unmap();
-        Ok((values[1..].to_vec(), values[0]))
+        receiver.recv().map_err(lost)?.map_err(lost)?;
+        let values = slice.get_mapped_range().map_err(lost)?.to_vec();
+        self.strips.back.unmap();
+        Ok(values)
     }
 }
 
-/// Four channels of a volume in f16, each in parts of its largest value.
-fn texture(gpu: &Gpu, volume: &Volume, quad: &Quad) -> wgpu::TextureView {
-    let count = volume.channels.len();
-    let mut texels = vec![f16::ZERO; 4 * volume.lattice.cells()];
-    for (row, texel) in volume.data.chunks_exact(count).zip(texels.chunks_exact_mut(4)) {
-        for ((value, unit), out) in row.iter().skip(quad.first).zip(&quad.unit).zip(texel) {
-            *out = f16::from_f32(if *unit > 0.0 { value / unit } else { 0.0 });
+/// Bytes in front of the radiance that comes back: two times, the largest depth, and room to the next aligned place.
+const HEAD: u64 = 32;
+
+/// What one dispatch found.
+struct Strip {
+    /// Bands × rows × width.
+    radiance: Vec<f32>,
+    deepest: f32,
+    seconds: Option<f64>,
+}
+
+impl Volumes {
+    fn new(gpu: &Gpu, plan: &Plan, layout: &Layout, tuning: Tuning) -> Self {
+        let volumes: Vec<&Volume> = plan.volumes().collect();
+        let view = |quad: &Quad| texture(gpu, volumes[quad.volume], quad);
+        let mut views: Vec<wgpu::TextureView> = layout.quads.iter().map(view).collect();
+        if views.is_empty() {
+            views.push(dark(gpu));
+        }
+        let still = vec![0; layout.bricks.len()];
+        let bricks = gpu.filled(bytemuck::cast_slice(if tuning.skip_empty { &layout.bricks } else { &still }), Use::STORAGE);
+        Self { space: plan.space.clone(), views, bricks }
+    }
+}
+
+impl Strips {
+    fn new(gpu: &Gpu, layout: &Layout) -> Self {
+        let [width, height, s, _] = layout.frame.size.map(|n| n as usize);
+        let rows = (STRIP / (width * layout.shape.bands)).min(STRIP_RAYS / (width * s * s)).clamp(1, height);
+        let bytes = 4 * (rows * width * layout.shape.bands) as u64;
+        Self {
+            frame: gpu.buffer(size_of_val(&layout.frame) as u64, Use::UNIFORM | Use::COPY_DST),
+            radiance: gpu.buffer(bytes, Use::STORAGE | Use::COPY_SRC),
+            found: gpu.buffer(4, Use::STORAGE | Use::COPY_SRC | Use::COPY_DST),
+            back: gpu.buffer(HEAD + bytes, Use::MAP_READ | Use::COPY_DST),
+            rows,
         }
     }
-    uploaded(gpu, volume.lattice.dims, &texels)
 }
 
-/// Nothing, where there is nothing to read.
-fn dark(gpu: &Gpu) -> wgpu::TextureView {
-    uploaded(gpu, [1; 3], &[f16::ZERO; 4])
+fn pipeline(gpu: &Gpu, layout: &Layout, tuning: Tuning) -> wgpu::ComputePipeline {
+    let source = wgpu::ShaderSource::Wgsl(source(&layout.shape, tuning.workgroup).into());
+    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("march"), source });
+    gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("march"),
+        layout: None,
+        module: &module,
+        entry_point: Some("main"),
+        compilation_options: Default::default(),
+        cache: None,
+    })
 }
 
-fn uploaded(gpu: &Gpu, [x, y, z]: [usize; 3], texels: &[f16]) -> wgpu::TextureView {
-    let descriptor = wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width: x as u32, height: y as u32, depth_or_array_layers: z as u32 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D3,
-        format: wgpu::TextureFormat::Rgba16Float,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
+/// The bindings of a pipeline: buffers, then textures and their sampler.
+fn groups(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, layout: &Layout, volumes: &Volumes, strips: &Strips) -> [wgpu::BindGroup; 2] {
+    let tables = gpu.filled(bytemuck::cast_slice(&layout.tables), Use::STORAGE);
+    let buffers = [&strips.frame, &tables, &volumes.bricks, &strips.radiance, &strips.found].map(|b| b.as_entire_binding());
+    let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        ..Default::default()
+    });
+    let textures = volumes.views.iter().map(wgpu::BindingResource::TextureView).chain([wgpu::BindingResource::Sampler(&sampler)]);
+    let group = |number: u32, resources: Vec<wgpu::BindingResource>| {
+        let entry = |(i, resource)| wgpu::BindGroupEntry { binding: i as u32, resource };
+        let entries: Vec<_> = resources.into_iter().enumerate().map(entry).collect();
+        let layout = &pipeline.get_bind_group_layout(number);
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     };
-    let order = wgpu::util::TextureDataOrder::LayerMajor;
-    let texture = gpu.device.create_texture_with_data(&gpu.queue, &descriptor, order, bytemuck::cast_slice(texels));
-    texture.create_view(&Default::default())
+    [group(0, buffers.to_vec()), group(1, textures.collect())]
+}
+
+fn check_limits(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Result<()> {
+    let limits = gpu.device.limits();
+    let too_large = |what: &str, size: u64, most: u64, instead: String| {
+        if size > most { Err(GpuError::TooLarge { what: what.into(), size, most, instead }) } else { Ok(()) }
+    };
+    let edge = plan.volumes().flat_map(|v| v.lattice.dims).max().unwrap_or(0) as u64;
+    let most = u64::from(limits.max_texture_dimension_3d);
+    let instead = format!("take a grid of at most {} voxels along each axis, or --backend cpu", most.saturating_sub(2));
+    too_large("the edge of a volume in voxels", edge, most, instead)?;
+    let most = u64::from(limits.max_sampled_textures_per_shader_stage);
+    let instead = format!("dust, star depths and gas are four to a texture: at most {} stars, or --backend cpu", 4 * most - 1);
+    too_large("the number of textures", layout.quads.len() as u64, most, instead)?;
+    let most = limits.max_storage_buffer_binding_size;
+    let instead = "take a smoother phase function or fewer stars, or --backend cpu".into();
+    too_large("the tables in bytes", 16 * layout.tables.len() as u64, most, instead)?;
+    let instead = "take a coarser grid, or --backend cpu".into();
+    too_large("the bricks in bytes", 4 * layout.bricks.len() as u64, most, instead)
 }

@@ -1,11 +1,11 @@
 //! Pictures of the graphics processor beside those of the processor: the same plan, the same light.
 
-use barnard::backend::cpu;
+use barnard::backend::cpu::{self, Findings};
 use barnard::control::Control;
 use barnard::image::relative_rms;
 use barnard::plan::{Options, Plan, Stepping};
 use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
-use barnard_gpu::{Gpu, Tuning};
+use barnard_gpu::{Gpu, Renderer, Tuning};
 
 /// How far pictures of so many samples a voxel may differ: 16-bit volumes, the device's own interpolation, and what finite steps still cost.
 const TOLERANCE: f64 = 1e-3;
@@ -30,6 +30,11 @@ fn plan(scene: &mut Scene, edge: usize) -> Plan {
     Plan::new(scene, &options, &Control::default()).unwrap()
 }
 
+/// Radiance and findings by the device.
+fn on(gpu: &Gpu, plan: &Plan) -> (Vec<f32>, Findings) {
+    Renderer::new(gpu, plan, Tuning::default()).unwrap().radiance(&Control::default()).unwrap()
+}
+
 /// The relative rms difference of the worst band.
 fn difference(plan: &Plan, ours: &[f32], theirs: &[f32]) -> f64 {
     let pixels = plan.camera.width * plan.camera.height;
@@ -48,7 +53,7 @@ fn pictures_are_those_of_the_processor() {
         let stepping = planned.stepping;
         let fine = Plan { stepping: FINE, ..planned };
         let (theirs, found) = cpu::radiance(&fine, &Control::default()).unwrap();
-        let (ours, ours_found) = barnard_gpu::radiance(&gpu, &fine, &Control::default()).unwrap();
+        let (ours, ours_found) = on(&gpu, &fine);
         let wrong = difference(&fine, &ours, &theirs);
         assert!(wrong < TOLERANCE, "{}: {wrong:e}", builtin.name);
         assert!((ours_found.depth / found.depth - 1.0).abs() < 0.01, "{}: {} {}", builtin.name, ours_found.depth, found.depth);
@@ -57,7 +62,7 @@ fn pictures_are_those_of_the_processor() {
         assert!(difference(&fine, &ours, &more) > TOLERANCE);
         let planned = Plan { stepping, ..fine };
         let theirs = cpu::radiance(&planned, &Control::default()).unwrap().0;
-        let ours = barnard_gpu::radiance(&gpu, &planned, &Control::default()).unwrap().0;
+        let ours = on(&gpu, &planned).0;
         let wrong = difference(&planned, &ours, &theirs);
         assert!(wrong < accuracy.max(TOLERANCE), "{}: {wrong:e} of {accuracy:e}", builtin.name);
     }
@@ -103,7 +108,7 @@ fn each_part_is_that_of_the_processor() {
         let mut scene = parsed(&text);
         let plan = Plan { stepping: FINE, ..plan(&mut scene, 24) };
         let theirs = cpu::radiance(&plan, &Control::default()).unwrap().0;
-        let ours = barnard_gpu::radiance(&gpu, &plan, &Control::default()).unwrap().0;
+        let ours = on(&gpu, &plan).0;
         let wrong = difference(&plan, &ours, &theirs);
         assert!(wrong < TOLERANCE, "{name}: {wrong:e}");
         assert_eq!(name == "dark", theirs.iter().all(|v| *v == 0.0), "{name}");
@@ -117,7 +122,7 @@ fn tuning_changes_nothing() {
     let shell = "[field.ball]\nkind = \"shell\"\nradius = \"1 pc\"\nthickness = \"0.05 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"2 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n";
     let mut scene = parsed(&format!("{CAMERA}{shell}{STAR}[method]\nbake = 64\n"));
     let plan = Plan { stepping: FINE, ..plan(&mut scene, 33) };
-    let by = |tuning: Tuning| barnard_gpu::radiance_with(&gpu, &plan, &Control::default(), &tuning).unwrap().0;
+    let by = |tuning: Tuning| Renderer::new(&gpu, &plan, tuning).unwrap().radiance(&Control::default()).unwrap().0;
     let usual = by(Tuning::default());
     for workgroup in [(1, 1), (4, 4), (64, 1), (3, 7)] {
         assert!(by(Tuning { workgroup, ..Tuning::default() }) == usual, "{workgroup:?}");
@@ -128,6 +133,41 @@ fn tuning_changes_nothing() {
     assert!(usual.iter().any(|v| *v > 0.0));
 }
 
+/// A plan that changes on the device gives the picture of one that is new: another star, camera, size, method, space, and back.
+#[test]
+fn changes_are_taken() {
+    let Some(gpu) = device() else { return };
+    let made = |text: String| {
+        let scene = parsed(&text);
+        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        Plan::sampled(&scene, &options, 40, &Control::default()).unwrap()
+    };
+    let method = "[method]\nbake = 16\n";
+    let first = made(format!("{CAMERA}{DUST}{STAR}{method}"));
+    let hot = made(format!("{CAMERA}{DUST}{}{method}", STAR.replace("9000 K", "30000 K")));
+    let finer = made(format!("{CAMERA}{DUST}{STAR}{method}count = 5\n"));
+    let from = |camera: &str| made(format!("{camera}{DUST}{STAR}{method}"));
+    let (aside, larger) = (from(&CAMERA.replace("0.3 0.2 4", "3 1 2")), from(&CAMERA.replace("[24, 24]", "[40, 17]")));
+    let space = || first.space.clone();
+    let changed = [
+        Plan { space: space(), ..hot },
+        Plan { space: space(), ..aside },
+        Plan { space: space(), ..finer },
+        larger,
+        made(format!("{CAMERA}{DUST}{STAR}{}{method}", STAR.replace("0.2 0.5", "-0.2 0.1"))),
+    ];
+    let mut renderer = Renderer::new(&gpu, &first, Tuning::default()).unwrap();
+    let before = renderer.radiance(&Control::default()).unwrap();
+    for (i, plan) in changed.iter().enumerate() {
+        renderer.update(plan).unwrap();
+        let after = renderer.radiance(&Control::default()).unwrap();
+        assert!(after == on(&gpu, plan), "{i}");
+        assert!(after.0 != before.0, "{i}");
+    }
+    renderer.update(&first).unwrap();
+    assert!(renderer.radiance(&Control::default()).unwrap() == before);
+}
+
 /// What no shader does is refused, with what would be right.
 #[test]
 fn other_methods_are_refused() {
@@ -136,7 +176,8 @@ fn other_methods_are_refused() {
         let scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\nname = \"{method}\"\n"));
         let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
         let plan = Plan::sampled(&scene, &options, 20, &Control::default()).unwrap();
-        let error = barnard_gpu::radiance(&gpu, &plan, &Control::default()).unwrap_err().to_string();
+        let error = Renderer::new(&gpu, &plan, Tuning::default()).err().unwrap().to_string();
+        assert_eq!(barnard_gpu::unable(&plan).unwrap().to_string(), error);
         assert!(error.contains(method) && error.contains("--backend cpu"), "{error}");
     }
     // A wish to stop is heard.
@@ -145,5 +186,5 @@ fn other_methods_are_refused() {
     let plan = Plan::sampled(&scene, &options, 20, &Control::default()).unwrap();
     let control = Control::default();
     control.interrupt();
-    assert!(barnard_gpu::radiance(&gpu, &plan, &control).is_err());
+    assert!(Renderer::new(&gpu, &plan, Tuning::default()).unwrap().radiance(&control).is_err());
 }

@@ -45,8 +45,8 @@ pub struct Options {
     pub memory_limit: u64,
 }
 
-/// Everything a fast back end needs.
-#[derive(Debug)]
+/// Everything a fast back end needs; a copy shares all that is large.
+#[derive(Debug, Clone)]
 pub struct Plan {
     /// From pixels to rays.
     pub camera: Camera,

@@ -2,8 +2,13 @@
 
 use std::process::ExitCode;
 
-use barnard::bench::{Row, table};
-use clap::Args;
+use barnard::Error;
+use barnard::backend::cpu::Findings;
+use barnard::bench::{Frames, OnCpu, Row, table};
+use barnard::control::Control;
+use barnard::plan::Plan;
+use barnard_gpu::{Gpu, GpuError, Renderer, Tuning};
+use clap::{Args, ValueEnum};
 
 use crate::progress;
 use crate::source::SceneArgs;
@@ -21,24 +26,92 @@ pub struct Bench {
     /// Edge of the small image whose error is measured against the reference; 0 leaves the errors out
     #[arg(long, default_value_t = 48)]
     error_size: usize,
+    /// What renders; methods that it does not do are left out
+    #[arg(long, value_enum, default_value_t = Device::Cpu)]
+    backend: Device,
     /// As JSON, for programs
     #[arg(long)]
     json: bool,
 }
 
+/// Back ends that read a plan.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Device {
+    /// f32, SIMD, all cores
+    Cpu,
+    /// f32 on a graphics processor
+    Gpu,
+}
+
+/// A device's frames.
+struct OnGpu<'a> {
+    gpu: &'a Gpu,
+    renderer: Option<Renderer<'a>>,
+    seconds: f64,
+}
+
+impl Frames for OnGpu<'_> {
+    fn take(&mut self, plan: &Plan) -> barnard::Result<bool> {
+        if barnard_gpu::unable(plan).is_some() {
+            return Ok(false);
+        }
+        match &mut self.renderer {
+            Some(renderer) => renderer.update(plan).map_err(told)?,
+            None => self.renderer = Some(Renderer::new(self.gpu, plan, Tuning::default()).map_err(told)?),
+        }
+        Ok(true)
+    }
+
+    fn frame(&mut self, control: &Control) -> barnard::Result<(Vec<f32>, Findings)> {
+        let renderer = self.renderer.as_mut().ok_or_else(|| Error::Render("no plan was taken".into()))?;
+        let frame = renderer.radiance(control).map_err(told)?;
+        self.seconds += renderer.seconds().unwrap_or(f64::NAN);
+        Ok(frame)
+    }
+
+    fn device_seconds(&self) -> f64 {
+        self.seconds
+    }
+}
+
+fn told(error: GpuError) -> Error {
+    match error {
+        GpuError::Render(error) => error,
+        other => Error::Render(other.to_string()),
+    }
+}
+
 impl Bench {
     pub fn run(self) -> anyhow::Result<ExitCode> {
+        match self.backend {
+            Device::Cpu => self.by(&mut OnCpu::default(), "CPU"),
+            Device::Gpu => {
+                let gpu = Gpu::open()?;
+                if !self.json {
+                    say!(
+                        "gpu: {} ({}); its own time by timestamps, without the way back of the picture",
+                        gpu.adapter.name,
+                        gpu.adapter.api
+                    );
+                }
+                self.by(&mut OnGpu { gpu: &gpu, renderer: None, seconds: 0.0 }, "GPU")
+            }
+        }
+    }
+
+    fn by(self, backend: &mut dyn Frames, device: &str) -> anyhow::Result<ExitCode> {
         let (scene, options) = self.scene.load()?;
-        let (frames, error_size, control) = (self.frames.clamp(1, 1000), self.error_size.min(1024), progress::control()?);
+        let (sizes, control) = ((self.frames.clamp(1, 1000), self.error_size.min(1024)), progress::control()?);
         if self.json {
             let mut list = Vec::new();
-            table(scene, &options, frames, error_size, &control, |row| list.push(json(&row)))?;
+            let key = format!("{}_seconds", device.to_lowercase());
+            table(backend, scene, &options, sizes, &control, |row| list.push(json(&row, &key)))?;
             say!("{}", serde_json::to_string_pretty(&list)?);
             return Ok(ExitCode::SUCCESS);
         }
-        say!("{:34} {:>6} {:>10} {:>10} {:>8} {:>10}", "method", "terms", "frame [s]", "CPU [s]", "ratio", "error");
+        say!("{:34} {:>6} {:>10} {:>10} {:>8} {:>10}", "method", "terms", "frame [s]", format!("{device} [s]"), "ratio", "error");
         let mut first = None;
-        table(scene, &options, frames, error_size, &control, |row| {
+        table(backend, scene, &options, sizes, &control, |row| {
             let first = *first.get_or_insert(row.seconds);
             let error = row.error.map_or("-".into(), |e| format!("{e:.2e}"));
             say!(
@@ -46,7 +119,7 @@ impl Bench {
                 row.name,
                 row.terms,
                 row.seconds,
-                row.cpu_seconds,
+                row.device_seconds,
                 row.seconds / first,
                 error
             );
@@ -55,6 +128,6 @@ impl Bench {
     }
 }
 
-fn json(row: &Row) -> serde_json::Value {
-    serde_json::json!({ "method": row.name, "terms": row.terms, "seconds": row.seconds, "cpu_seconds": row.cpu_seconds, "relative_rmse": row.error })
+fn json(row: &Row, key: &str) -> serde_json::Value {
+    serde_json::json!({ "method": row.name, "terms": row.terms, "seconds": row.seconds, key: row.device_seconds, "relative_rmse": row.error })
 }

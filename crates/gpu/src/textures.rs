@@ -1,0 +1,40 @@
+//! Volumes as 3-D textures of 16-bit floats.
+
+use barnard::plan::Volume;
+use half::f16;
+use wgpu::util::DeviceExt;
+
+use crate::device::Gpu;
+use crate::layout::Quad;
+
+/// Four channels of a volume, each in parts of its largest value.
+pub fn texture(gpu: &Gpu, volume: &Volume, quad: &Quad) -> wgpu::TextureView {
+    let mut texels = vec![f16::ZERO; 4 * volume.lattice.cells()];
+    for (row, texel) in volume.data.chunks_exact(volume.channels.len()).zip(texels.chunks_exact_mut(4)) {
+        for ((value, unit), out) in row.iter().skip(quad.first).zip(&quad.unit).zip(texel) {
+            *out = f16::from_f32(if *unit > 0.0 { value / unit } else { 0.0 });
+        }
+    }
+    uploaded(gpu, volume.lattice.dims, &texels)
+}
+
+/// Nothing, where there is nothing to read.
+pub fn dark(gpu: &Gpu) -> wgpu::TextureView {
+    uploaded(gpu, [1; 3], &[f16::ZERO; 4])
+}
+
+fn uploaded(gpu: &Gpu, [x, y, z]: [usize; 3], texels: &[f16]) -> wgpu::TextureView {
+    let descriptor = wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: x as u32, height: y as u32, depth_or_array_layers: z as u32 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D3,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    };
+    let order = wgpu::util::TextureDataOrder::LayerMajor;
+    let texture = gpu.device.create_texture_with_data(&gpu.queue, &descriptor, order, bytemuck::cast_slice(texels));
+    texture.create_view(&Default::default())
+}
