@@ -155,9 +155,10 @@ impl Layout {
         for emitter in &weights.emitted {
             tables.list.push([slot_of(Channel::Emission(emitter.species)).unwrap_or(0) as f32, 0.0, 0.0, 0.0]);
         }
-        let lights =
-            || weights.scattered.iter().map(|s| (&s.weights, &s.brightest)).chain(weights.emitted.iter().map(|e| (&e.weights, &e.weights)));
-        lights().for_each(|(weights, _)| tables.numbers(weights, shape.term_quads()));
+        let scattered = weights.scattered.iter().map(|s| &s.weights);
+        for weights in scattered.chain(weights.emitted.iter().map(|e| &e.weights)) {
+            tables.numbers(weights, shape.term_quads());
+        }
         let largest: Vec<f32> = plan.space.bricks.iter().map(|b| b.largest()).collect();
         let species = largest.len() - plan.space.species();
         for scatterer in &weights.scattered {
