@@ -4,7 +4,7 @@
 //! each, four to a texture.
 
 use barnard::camera::{Camera, Projection};
-use barnard::plan::{Channel, Plan, Stepping, Volume, Weights};
+use barnard::plan::{Channel, END_SHARE, Plan, Stepping, Volume, Weights};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use spectra::rule::Form;
@@ -112,9 +112,6 @@ pub struct Layout {
     pub bricks: Vec<u32>,
     pub quads: Vec<Quad>,
 }
-
-/// What lies behind an ended ray, as a part of the accuracy; as on the processor.
-const END_SHARE: f64 = 0.02;
 
 impl Layout {
     /// Of a plan whose method is one of exponentials; `quads` are those of its volumes.
@@ -301,7 +298,7 @@ fn frame(plan: &Plan, middle: DVec3, k: &[f32], brightest: f32) -> Frame {
         low: four(bounds.low - middle, 0.0),
         high: four(bounds.high - middle, 0.0),
         steps: [per_pc as f32, fixed as f32, voxel as f32, angle as f32],
-        limits: [smallest, (END_SHARE * plan.spectral.accuracy) as f32, brightest, 0.0],
+        limits: [smallest, END_SHARE * plan.spectral.accuracy as f32, brightest, 0.0],
         size: [camera.width as u32, camera.height as u32, camera.supersampling as u32, 0],
         strip: [0; 4],
     }

@@ -1,7 +1,7 @@
 //! The source of a shader: constants and bindings printed from a [`Shape`], then `shaders/*.wgsl`.
 
-use barnard::plan::PHASE_RANGE;
 use barnard::plan::near::{CLOSEST, MAX_PHASES, NEAR_ANGLE, NEAR_VOXELS, PART_DISTANCE, PIECE, SHORTEST_PART};
+use barnard::plan::{END_DEPTH, END_EVERY, PHASE_RANGE};
 
 use crate::layout::{PhaseKind, Shape};
 
@@ -70,7 +70,7 @@ fn constants(shape: &Shape, workgroup: (u32, u32)) -> String {
         ("CLOSEST", CLOSEST),
         ("SERIES_LIMIT", SERIES_LIMIT),
         ("MAX_DEPTH_STEPS", MAX_DEPTH_STEPS),
-        ("END_DEPTH", END_DEPTH),
+        ("END_DEPTH", f64::from(END_DEPTH)),
         ("FAR", 1e30),
         ("TINY", 1e-30),
     ];
@@ -81,9 +81,6 @@ fn constants(shape: &Shape, workgroup: (u32, u32)) -> String {
     whole.chain(real).chain(truth).collect()
 }
 
-/// Samples between looks at whether a ray can end, and the depth from which on a look is worth its price; as on the processor.
-const END_EVERY: usize = 8;
-const END_DEPTH: f64 = 3.0;
 /// Half difference of depth up to which a mean is a series.
 const SERIES_LIMIT: f64 = 1.0;
 /// Most midpoints of a depth next to a star.

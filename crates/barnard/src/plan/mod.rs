@@ -64,6 +64,13 @@ pub struct Plan {
     pub light_field: Option<Arc<LightField>>,
 }
 
+/// Samples between looks at whether a ray can end.
+pub const END_EVERY: usize = 8;
+/// What lies behind an ended ray, as a part of the accuracy.
+pub const END_SHARE: f32 = 0.02;
+/// Depth from which on a look is worth its price.
+pub const END_DEPTH: f32 = 3.0;
+
 /// Samples a ray of the deck.
 pub const DECK_STEPS: usize = 100;
 

@@ -21,7 +21,7 @@ use super::terms::{Drawn, NodeTerms, Terms};
 use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, Track, exp, lanes, largest};
 use crate::plan::near::{self, PART_DISTANCE};
-use crate::plan::{Channel, PHASE_RANGE, Plan, Scatterer, Volume};
+use crate::plan::{Channel, END_DEPTH, END_EVERY, END_SHARE, PHASE_RANGE, Plan, Scatterer, Volume};
 
 /// What is the same for all packets.
 pub struct March<'a> {
@@ -74,13 +74,6 @@ impl Slots {
         slots
     }
 }
-
-/// Samples between looks at whether the ray can end.
-const END_EVERY: usize = 8;
-/// What lies behind an ended ray, as a part of the accuracy.
-const END_SHARE: f32 = 0.02;
-/// Depth from which on a look is worth its price.
-const END_DEPTH: f32 = 3.0;
 
 /// A packet on its way.
 pub(super) struct State<'a> {
