@@ -16,7 +16,7 @@ pub mod formats;
 pub mod geometry;
 pub mod image;
 pub mod light;
-mod packet;
+pub mod packet;
 pub mod phase;
 pub mod plan;
 mod points;

@@ -542,10 +542,10 @@ fn the_gpu_renders_or_says_why_not() {
     let rows: serde_json::Value = serde_json::from_slice(&bench.stdout).unwrap();
     let rows = rows.as_array().unwrap();
     assert!(rows.len() >= 5 && rows.iter().all(|r| r["gpu_seconds"].is_number()), "{rows:?}");
-    assert!(rows.iter().all(|r| r["method"] != "lookup") && rows.iter().any(|r| r["method"] == "band_quadrature"));
-    let other = desk.run(&["render", "scene.toml", "-o", "other.npy", "--backend", "gpu", "--method", "lookup"]);
+    assert!(rows.iter().all(|r| r["method"] != "sampled") && rows.iter().any(|r| r["method"] == "band_quadrature"));
+    let other = desk.run(&["render", "scene.toml", "-o", "other.npy", "--backend", "gpu", "--method", "sampled"]);
     let error = String::from_utf8_lossy(&other.stderr).into_owned();
-    assert!(!other.status.success() && error.contains("lookup") && !desk.path("other.npy").exists(), "{error}");
-    let auto = desk.run(&["render", "scene.toml", "-o", "auto.npy", "--backend", "auto", "--method", "lookup"]);
+    assert!(!other.status.success() && error.contains("sampled") && !desk.path("other.npy").exists(), "{error}");
+    let auto = desk.run(&["render", "scene.toml", "-o", "auto.npy", "--backend", "auto", "--method", "sampled"]);
     assert!(auto.status.success());
 }

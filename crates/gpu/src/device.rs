@@ -31,11 +31,27 @@ pub struct Gpu {
     pub adapter: Adapter,
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
-    /// The times at which a pass begins and ends, where the device tells, and where they are written.
+    /// The times at which a pass begins and ends, where the device tells.
     pub(crate) timer: Option<wgpu::QuerySet>,
-    pub(crate) times: wgpu::Buffer,
     /// What the device complained of, which wgpu tells elsewhere than where it happens.
-    complaints: Arc<Mutex<Vec<String>>>,
+    complaints: Complaints,
+}
+
+/// The first complaint is the reason of all others.
+type Complaints = Arc<Mutex<Option<Complaint>>>;
+
+/// What a device complains of.
+enum Complaint {
+    /// It has no room.
+    Memory,
+    /// Anything else.
+    Lost(String),
+}
+
+fn complain(list: &Complaints, complaint: Complaint) {
+    if let Ok(mut first) = list.lock() {
+        first.get_or_insert(complaint);
+    }
 }
 
 /// The APIs that compute right. GL does not: 3-D textures lose all slices but the first.
@@ -81,29 +97,35 @@ impl Gpu {
     /// # Errors
     /// Where there is none, or it does not open.
     pub fn open() -> Result<Self> {
+        Self::opened(|adapter| adapter.limits())
+    }
+
+    /// That adapter as if it held no more than `limits`.
+    #[cfg(test)]
+    pub fn limited(limits: wgpu::Limits) -> Result<Self> {
+        Self::opened(|_| limits)
+    }
+
+    fn opened(limits: impl FnOnce(&wgpu::Adapter) -> wgpu::Limits) -> Result<Self> {
         let adapter = found().into_iter().next().ok_or(GpuError::NoAdapter)?;
         let described = described(&adapter);
         let required_features = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
-        let descriptor = wgpu::DeviceDescriptor { required_limits: adapter.limits(), required_features, ..Default::default() };
+        let descriptor = wgpu::DeviceDescriptor { required_limits: limits(&adapter), required_features, ..Default::default() };
         let opened = pollster::block_on(adapter.request_device(&descriptor));
         let (device, queue) = opened.map_err(|e| GpuError::Device(described.name.clone(), e.to_string()))?;
         let query = wgpu::QuerySetDescriptor { label: None, ty: wgpu::QueryType::Timestamp, count: 2 };
         let timer = required_features.contains(wgpu::Features::TIMESTAMP_QUERY).then(|| device.create_query_set(&query));
-        let usage = if timer.is_some() { wgpu::BufferUsages::QUERY_RESOLVE } else { wgpu::BufferUsages::COPY_DST };
-        let times = device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: 16,
-            usage: usage | wgpu::BufferUsages::COPY_SRC,
-            mapped_at_creation: false,
-        });
-        let complaints = Arc::new(Mutex::new(Vec::new()));
-        let list = complaints.clone();
+        let complaints = Complaints::default();
+        let (of_errors, of_loss) = (complaints.clone(), complaints.clone());
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            if let Ok(mut list) = list.lock() {
-                list.push(error.to_string());
-            }
+            let complaint = match error {
+                wgpu::Error::OutOfMemory { .. } => Complaint::Memory,
+                error => Complaint::Lost(error.to_string()),
+            };
+            complain(&of_errors, complaint);
         }));
-        Ok(Self { adapter: described, device, queue, timer, times, complaints })
+        device.set_device_lost_callback(move |reason, words| complain(&of_loss, Complaint::Lost(format!("{reason:?}: {words}"))));
+        Ok(Self { adapter: described, device, queue, timer, complaints })
     }
 
     /// Room for so many bytes.
@@ -116,9 +138,41 @@ impl Gpu {
         self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
     }
 
-    /// An error where the device has complained.
-    pub(crate) fn check(&self) -> Result<()> {
-        let complaint = self.complaints.lock().ok().and_then(|mut list| list.drain(..).next());
-        complaint.map_or(Ok(()), |words| Err(GpuError::Lost(words)))
+    /// An error where the device has complained; `needed` is what a plan takes there [bytes].
+    pub(crate) fn check(&self, needed: u64) -> Result<()> {
+        let complaint = self.complaints.lock().ok().and_then(|mut first| first.take());
+        match complaint {
+            None => Ok(()),
+            Some(Complaint::Memory) => Err(GpuError::Memory(needed)),
+            Some(Complaint::Lost(words)) => Err(GpuError::Lost(words)),
+        }
+    }
+
+    /// Waits until what was submitted last is done.
+    pub(crate) fn wait(&self) -> Result<()> {
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|e| GpuError::Lost(e.to_string()))
+    }
+
+    /// The first bytes of a buffer, by way of `back`, which grows as it must.
+    pub(crate) fn read(&self, from: &wgpu::Buffer, bytes: u64, back: &mut Option<wgpu::Buffer>) -> Result<Vec<u8>> {
+        fn lost(e: impl std::fmt::Display) -> GpuError {
+            GpuError::Lost(e.to_string())
+        }
+        if back.as_ref().is_none_or(|b| b.size() < bytes) {
+            *back = Some(self.buffer(bytes, wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST));
+        }
+        let Some(staging) = back else { return Err(lost("no room to read back")) };
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(from, 0, staging, 0, bytes);
+        self.queue.submit([encoder.finish()]);
+        let slice = staging.slice(..bytes);
+        let (sender, receiver) = std::sync::mpsc::channel();
+        slice.map_async(wgpu::MapMode::Read, move |result| drop(sender.send(result)));
+        self.wait()?;
+        self.check(bytes)?;
+        receiver.recv().map_err(lost)?.map_err(lost)?;
+        let values = slice.get_mapped_range().map_err(lost)?.to_vec();
+        staging.unmap();
+        Ok(values)
     }
 }

@@ -13,10 +13,18 @@ pub enum GpuError {
     #[error("the adapter \"{0}\" cannot be used: {1}; take --backend cpu")]
     Device(String, String),
     /// A method that no shader has.
-    #[error(
-        "method \"{0}\" does not run on the GPU yet; take --backend cpu, or a method of exponentials: band_quadrature, gauss_legendre, newton, fixed_wavelength"
-    )]
+    #[error("method \"{0}\" does not run on the GPU; take --backend cpu or another method, such as band_quadrature")]
     Method(String),
+    /// A closed form whose terms cancel.
+    #[error(
+        "the polynomial of {light} in {band} loses its digits in single precision, which is all that a GPU has; take --backend cpu, a wider domain, a lower degree, or another method"
+    )]
+    Digits {
+        /// The light.
+        light: String,
+        /// The passband.
+        band: String,
+    },
     /// More than the device holds.
     #[error("{what} is {size}, this device takes at most {most}; {instead}")]
     TooLarge {
@@ -29,8 +37,14 @@ pub enum GpuError {
         /// What would fit.
         instead: String,
     },
-    /// The device stopped answering, or ran out of memory.
-    #[error("the device gave up: {0}; take --backend cpu, or a smaller grid")]
+    /// The device has no room.
+    #[error(
+        "the device has no room for this plan, which takes {} there; half the voxels along each edge take an eighth of that; or take --backend cpu",
+        format_args!("{} MiB", .0.div_ceil(1 << 20))
+    )]
+    Memory(u64),
+    /// The device stopped answering.
+    #[error("the device gave up: {0}; take --backend cpu")]
     Lost(String),
 }
 

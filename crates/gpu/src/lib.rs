@@ -1,15 +1,24 @@
 //! The pictures of `barnard` on a graphics processor: wgpu and WGSL, reading nothing but the plan.
 //!
-//! [`Gpu`] is a device, [`render`] a picture, [`Renderer`] a plan that stays on the device while it changes. `layout` turns a plan into flat tables and the shape of a shader, `shader` prints that shape in front of
-//! `shaders/*.wgsl`, `textures` uploads volumes, `march` keeps a plan on the device, dispatches strips of rows and reads them back. Twins: a function of a shader names the Rust function that it repeats.
+//! [`Gpu`] is a device, [`render`] a picture, [`Renderer`] a plan that stays on the device while it changes. `layout` turns a plan into flat tables and the
+//! shape of a shader, `forms` adds what the plan's spectral rule needs, `frame` what changes from picture to picture; `shader` prints the shape in front of
+//! `shaders/*.wgsl`, `textures` uploads volumes, `march` keeps a plan on the device, dispatches strips of rows and reads them back. Twins: a function of a
+//! shader names the Rust function that it repeats.
 
+#[cfg(test)]
+mod bad_devices;
 mod device;
 mod error;
+mod forms;
+mod frame;
 mod layout;
 mod march;
 mod shader;
 mod textures;
+#[cfg(test)]
+mod twins;
 
 pub use device::{Adapter, Gpu, adapters};
 pub use error::{GpuError, Result};
-pub use march::{Renderer, Tuning, render, unable};
+pub use frame::Pass;
+pub use march::{Renderer, Tuning, render, render_surely, unable};

@@ -3,6 +3,7 @@
 //! A [`Renderer`] keeps what a change leaves as it was: textures as long as the space is the same, the pipeline as long as the shape is.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use barnard::backend::cpu::{Findings, finished};
 use barnard::control::{Control, Stage};
@@ -13,14 +14,23 @@ use wgpu::BufferUsages as Use;
 
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
-use crate::layout::{Layout, Quad, exponents, quads};
-use crate::shader::source;
+use crate::frame::{Pass, Patience, Rows};
+use crate::layout::{Layout, Quad, Shape, quads};
+use crate::shader::{Pauses, source};
 use crate::textures::{dark, texture};
 
-/// Numbers of radiance that a strip of rows holds at most: what one dispatch may do before somebody may wish to stop.
-const STRIP: usize = 1 << 20;
-/// Rays of a strip at most.
-const STRIP_RAYS: usize = 1 << 17;
+/// Rays of the first dispatch at most; what follows takes as many rows as are done in [`SLICE`].
+const FIRST_RAYS: usize = 1 << 17;
+/// What one dispatch may take before somebody may wish to stop [s]; drivers give up on what takes seconds.
+const SLICE: f64 = 0.1;
+/// Bytes of a picture that the device holds at once at most.
+const PICTURE: u64 = 1 << 28;
+/// Dispatches of a picture whose times are taken.
+const TIMED: usize = 2048;
+/// Bytes of what is found beside a picture.
+const FOUND: u64 = 12;
+/// Bytes from the times of one dispatch to those of the next, as wgpu aligns them.
+const TIMES: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
 
 /// What may change without the picture changing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,11 +39,15 @@ pub struct Tuning {
     pub workgroup: (u32, u32),
     /// Whether rays jump over empty bricks.
     pub skip_empty: bool,
+    /// Whether rays end where nothing behind can be seen.
+    pub end_early: bool,
+    /// Whether rays pause on a real adapter too, as they must in software.
+    pub pauses: bool,
 }
 
 impl Default for Tuning {
     fn default() -> Self {
-        Self { workgroup: (8, 8), skip_empty: true }
+        Self { workgroup: (8, 8), skip_empty: true, end_early: true, pauses: false }
     }
 }
 
@@ -47,9 +61,30 @@ pub fn render(gpu: &Gpu, scene: &Scene, plan: &Plan, control: &Control) -> Resul
     Ok((image, findings))
 }
 
+/// Renders on a device that `open` brings. One that gives up is opened once more, then the processor takes over; `tell` hears of it.
+///
+/// # Errors
+/// As [`render`], but for devices that give up.
+pub fn render_surely(
+    mut open: impl FnMut() -> Result<Gpu>,
+    scene: &Scene,
+    plan: &Plan,
+    control: &Control,
+    mut tell: impl FnMut(&str),
+) -> Result<(Image, Findings)> {
+    for _ in 0..2 {
+        match render(&open()?, scene, plan, control) {
+            Err(GpuError::Lost(why)) => tell(&format!("the device gave up: {why}")),
+            done => return done,
+        }
+    }
+    tell("the device gave up twice; rendering on the cpu");
+    Ok(barnard::backend::cpu::render(scene, plan, control)?)
+}
+
 /// Why no device can render this plan; none where one can, as far as its limits go.
 pub fn unable(plan: &Plan) -> Option<GpuError> {
-    exponents(plan).err()
+    Layout::new(plan, Vec::new()).err()
 }
 
 /// A plan on a device.
@@ -59,25 +94,37 @@ pub struct Renderer<'a> {
     layout: Layout,
     volumes: Volumes,
     pipeline: wgpu::ComputePipeline,
-    strips: Strips,
+    buffers: Buffers,
     groups: [wgpu::BindGroup; 2],
+    /// Rows that are done in about [`SLICE`].
+    pace: usize,
+    /// Turns of loops before rays pause, in software.
+    patience: Patience,
     /// Time of the device for the last picture [s].
     seconds: Option<f64>,
 }
 
 /// What places decide, on the device.
-struct Volumes {
+pub(crate) struct Volumes {
     space: Arc<Space>,
-    views: Vec<wgpu::TextureView>,
-    bricks: wgpu::Buffer,
+    pub(crate) views: Vec<wgpu::TextureView>,
+    pub(crate) bricks: wgpu::Buffer,
+    bytes: u64,
 }
 
-/// Buffers of a strip of rows.
-struct Strips {
+/// What a picture needs.
+struct Buffers {
     frame: wgpu::Buffer,
-    radiance: wgpu::Buffer,
+    /// Bands × rows × width.
+    picture: wgpu::Buffer,
+    /// What is found beside the picture.
     found: wgpu::Buffer,
-    back: wgpu::Buffer,
+    /// Rays that pause.
+    paused: wgpu::Buffer,
+    times: Option<wgpu::Buffer>,
+    /// The way back.
+    back: Option<wgpu::Buffer>,
+    /// Rows of the picture that are held.
     rows: usize,
 }
 
@@ -87,14 +134,17 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// For methods that no shader has, and for grids beyond the device's limits.
     pub fn new(gpu: &'a Gpu, plan: &Plan, tuning: Tuning) -> Result<Self> {
-        let layout = Layout::new(plan, quads(plan))?;
+        let layout = tuned(Layout::new(plan, quads(plan))?, tuning);
         check_limits(gpu, plan, &layout)?;
-        let volumes = Volumes::new(gpu, plan, &layout, tuning);
+        let volumes = Volumes::new(gpu, plan, &layout);
         let pipeline = pipeline(gpu, &layout, tuning);
-        let strips = Strips::new(gpu, &layout);
-        let groups = groups(gpu, &pipeline, &layout, &volumes, &strips);
-        gpu.check()?;
-        Ok(Self { gpu, tuning, layout, volumes, pipeline, strips, groups, seconds: None })
+        let buffers = Buffers::new(gpu, &layout, pauses(gpu, tuning))?;
+        let groups = groups(gpu, &pipeline, &layout, &volumes, &buffers);
+        let [width, height, ..] = layout.frame.size.map(|n| n as usize);
+        let pace = (FIRST_RAYS / width).clamp(1, height);
+        let renderer = Self { gpu, tuning, layout, volumes, pipeline, buffers, groups, pace, patience: Patience::FULL, seconds: None };
+        renderer.check()?;
+        Ok(renderer)
     }
 
     /// Takes another plan: what has changed is uploaded, what has not stays.
@@ -103,21 +153,22 @@ impl<'a> Renderer<'a> {
     /// As [`new`](Self::new); the plan before stays in place then.
     pub fn update(&mut self, plan: &Plan) -> Result<()> {
         let same_space = Arc::ptr_eq(&plan.space, &self.volumes.space);
-        let quads = if same_space { self.layout.quads.clone() } else { quads(plan) };
-        let layout = Layout::new(plan, quads)?;
+        let quads = if same_space && plan.light_field.is_none() { self.layout.quads.clone() } else { quads(plan) };
+        let layout = tuned(Layout::new(plan, quads)?, self.tuning);
         check_limits(self.gpu, plan, &layout)?;
-        if !same_space {
-            self.volumes = Volumes::new(self.gpu, plan, &layout, self.tuning);
+        let carried = |shape: &Shape| (shape.bands, shape.field_channels());
+        if layout.frame.size != self.layout.frame.size || carried(&layout.shape) != carried(&self.layout.shape) {
+            self.buffers = Buffers::new(self.gpu, &layout, self.pauses())?;
+        }
+        if !same_space || plan.light_field.is_some() {
+            self.volumes = Volumes::new(self.gpu, plan, &layout);
         }
         if layout.shape != self.layout.shape {
             self.pipeline = pipeline(self.gpu, &layout, self.tuning);
         }
-        if layout.frame.size != self.layout.frame.size || layout.shape.bands != self.layout.shape.bands {
-            self.strips = Strips::new(self.gpu, &layout);
-        }
-        self.groups = groups(self.gpu, &self.pipeline, &layout, &self.volumes, &self.strips);
+        self.groups = groups(self.gpu, &self.pipeline, &layout, &self.volumes, &self.buffers);
         self.layout = layout;
-        self.gpu.check()
+        self.check()
     }
 
     /// Band radiances of the extended light alone, bands × height × width [W m⁻² sr⁻¹], and what was found.
@@ -125,25 +176,31 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// Where the device gives up, or the user wishes to stop.
     pub fn radiance(&mut self, control: &Control) -> Result<(Vec<f32>, Findings)> {
-        let [width, height, s, _] = self.layout.frame.size.map(|n| n as usize);
-        let (bands, rows) = (self.layout.shape.bands, self.strips.rows);
+        let [width, height, ..] = self.layout.frame.size.map(|n| n as usize);
+        let (bands, rays) = (self.layout.shape.bands, self.layout.supersampling.pow(2));
         let mut data = vec![0.0; bands * width * height];
-        let (mut deepest, mut seconds) = (0.0f32, self.gpu.timer.as_ref().map(|_| 0.0));
-        self.gpu.queue.write_buffer(&self.strips.found, 0, &[0; 4]);
-        for (i, first) in (0..height).step_by(rows).enumerate() {
-            control.check()?;
-            let count = rows.min(height - first);
-            let strip = self.strip(first, count)?;
-            deepest = deepest.max(strip.deepest);
-            seconds = seconds.zip(strip.seconds).map(|(all, own)| all + own);
-            for (band, values) in strip.radiance.chunks_exact(count * width).enumerate() {
-                data[band * width * height + first * width..][..count * width].copy_from_slice(values);
+        self.gpu.queue.write_buffer(&self.buffers.found, 0, &[0; FOUND as usize]);
+        let (mut dispatches, mut done) = (0, 0);
+        for first in (0..height).step_by(self.buffers.rows) {
+            let held = (first, self.buffers.rows.min(height - first));
+            for n in 0..rays {
+                let pass = Pass::supersampling(self.layout.supersampling, n);
+                self.dispatch(held, &pass, &mut dispatches, control, |rows| {
+                    done += rows;
+                    control.report(Stage::Rays, done as u64, (rays * height) as u64);
+                })?;
             }
-            control.report(Stage::Rays, i as u64 + 1, height.div_ceil(rows) as u64);
+            let bytes = 4 * (bands * held.1 * width) as u64;
+            let values = self.gpu.read(&self.buffers.picture, bytes, &mut self.buffers.back)?;
+            for (band, values) in values.chunks_exact(4 * held.1 * width).enumerate() {
+                let out = &mut data[band * width * height + first * width..][..held.1 * width];
+                bytemuck::cast_slice_mut(out).copy_from_slice(values);
+            }
         }
-        self.seconds = seconds;
+        let [deepest, ..] = self.found()?;
+        self.seconds = self.device_seconds(dispatches)?;
         let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
-        Ok((data, Findings { depth: f64::from(deepest), rays: (width * height * s * s) as u64, negative }))
+        Ok((data, Findings { depth: f64::from(f32::from_bits(deepest)), rays: (width * height * rays) as u64, negative }))
     }
 
     /// The device's own time for the last picture [s]; none where it does not tell.
@@ -151,14 +208,72 @@ impl<'a> Renderer<'a> {
         self.seconds
     }
 
-    fn strip(&self, first: usize, rows: usize) -> Result<Strip> {
-        let (gpu, strips) = (self.gpu, &self.strips);
-        let width = self.layout.frame.size[0];
-        let workgroup = self.tuning.workgroup;
-        gpu.queue.write_buffer(&strips.frame, 0, bytemuck::bytes_of(&self.layout.strip(first, rows)));
+    /// The largest depth, whether a ray paused, whether one did so too late.
+    fn found(&mut self) -> Result<[u32; 3]> {
+        Ok(bytemuck::pod_read_unaligned(&self.gpu.read(&self.buffers.found, FOUND, &mut self.buffers.back)?))
+    }
+
+    /// Renders the rows of `held`, some at a time; `visit` hears how many.
+    fn dispatch(
+        &mut self,
+        held: (usize, usize),
+        pass: &Pass,
+        dispatches: &mut usize,
+        control: &Control,
+        mut visit: impl FnMut(usize),
+    ) -> Result<()> {
+        let (gpu, height) = (self.gpu, self.layout.frame.size[1] as usize);
+        let (mut first, end) = (held.0, held.0 + held.1);
+        while first < end {
+            let start = Instant::now();
+            let rows = self.pace.min(end - first);
+            let (mut resumed, mut rounds) = (false, 0);
+            while resumed || rounds == 0 {
+                control.check()?;
+                let frame = self.layout.frame.of(Rows { strip: (first, rows), held }, pass, self.patience, resumed);
+                gpu.queue.write_buffer(&self.buffers.frame, 0, bytemuck::bytes_of(&frame));
+                self.submit(rows as u32, *dispatches);
+                *dispatches += 1;
+                gpu.wait()?;
+                self.check()?;
+                rounds += 1;
+                resumed = self.pauses() == Pauses::Software && self.paused()?;
+            }
+            first += rows;
+            visit(rows);
+            let fitting = rows as f64 * SLICE * f64::from(rounds) / start.elapsed().as_secs_f64();
+            // A short last strip says little.
+            if rows == self.pace || fitting < self.pace as f64 {
+                self.pace = (fitting as usize).clamp(self.pace.div_ceil(4), 4 * self.pace).clamp(1, height);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether any ray must go on.
+    fn paused(&mut self) -> Result<bool> {
+        let [_, paused, late] = self.found()?;
+        self.gpu.queue.write_buffer(&self.buffers.found, 4, &[0; 8]);
+        if late > 0 {
+            if self.patience == Patience::NONE {
+                let words = "a part of a step takes more turns of loops than it does at once".into();
+                return Err(GpuError::Device(self.gpu.adapter.name.clone(), words));
+            }
+            self.patience = self.patience.less();
+        }
+        Ok(paused + late > 0)
+    }
+
+    fn pauses(&self) -> Pauses {
+        pauses(self.gpu, self.tuning)
+    }
+
+    fn submit(&self, rows: u32, number: usize) {
+        let (gpu, workgroup) = (self.gpu, self.tuning.workgroup);
+        let timer = gpu.timer.as_ref().zip(self.buffers.times.as_ref()).filter(|_| number < TIMED);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         {
-            let timestamp_writes = gpu.timer.as_ref().map(|timer| wgpu::ComputePassTimestampWrites {
+            let timestamp_writes = timer.map(|(timer, _)| wgpu::ComputePassTimestampWrites {
                 query_set: timer,
                 beginning_of_pass_write_index: Some(0),
                 end_of_pass_write_index: Some(1),
@@ -168,83 +283,88 @@ impl<'a> Renderer<'a> {
             for (i, group) in self.groups.iter().enumerate() {
                 pass.set_bind_group(i as u32, group, &[]);
             }
-            pass.dispatch_workgroups(width.div_ceil(workgroup.0), (rows as u32).div_ceil(workgroup.1), 1);
+            pass.dispatch_workgroups(self.layout.frame.size[0].div_ceil(workgroup.0), rows.div_ceil(workgroup.1), 1);
         }
-        let bytes = 4 * (rows * width as usize * self.layout.shape.bands) as u64;
-        if let Some(timer) = &gpu.timer {
-            encoder.resolve_query_set(timer, 0..2, &gpu.times, 0);
-            encoder.copy_buffer_to_buffer(&gpu.times, 0, &strips.back, 0, 16);
+        if let Some((timer, times)) = timer {
+            encoder.resolve_query_set(timer, 0..2, times, number as u64 * TIMES);
         }
-        encoder.copy_buffer_to_buffer(&strips.found, 0, &strips.back, 16, 4);
-        encoder.copy_buffer_to_buffer(&strips.radiance, 0, &strips.back, HEAD, bytes);
         gpu.queue.submit([encoder.finish()]);
-        let values = self.read(HEAD + bytes)?;
-        let ticks: [u64; 2] = bytemuck::pod_read_unaligned(&values[..16]);
-        let seconds =
-            gpu.timer.as_ref().map(|_| ticks[1].saturating_sub(ticks[0]) as f64 * f64::from(gpu.queue.get_timestamp_period()) * 1e-9);
-        let deepest = bytemuck::pod_read_unaligned(&values[16..20]);
-        Ok(Strip { radiance: bytemuck::pod_collect_to_vec(&values[HEAD as usize..]), deepest, seconds })
     }
 
-    /// The first bytes of what came back.
-    fn read(&self, bytes: u64) -> Result<Vec<u8>> {
-        fn lost(e: impl std::fmt::Display) -> GpuError {
-            GpuError::Lost(e.to_string())
-        }
-        let slice = self.strips.back.slice(..bytes);
-        let (sender, receiver) = std::sync::mpsc::channel();
-        slice.map_async(wgpu::MapMode::Read, move |result| drop(sender.send(result)));
-        self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
-        self.gpu.check()?;
-        receiver.recv().map_err(lost)?.map_err(lost)?;
-        let values = slice.get_mapped_range().map_err(lost)?.to_vec();
-        self.strips.back.unmap();
-        Ok(values)
+    /// What the timestamps of so many dispatches come to.
+    fn device_seconds(&mut self, dispatches: usize) -> Result<Option<f64>> {
+        let Some(times) = self.buffers.times.as_ref().filter(|_| dispatches <= TIMED) else { return Ok(None) };
+        let values = self.gpu.read(times, dispatches as u64 * TIMES, &mut self.buffers.back)?;
+        let ticks = values.chunks_exact(TIMES as usize).map(|v| {
+            let [begin, end]: [u64; 2] = bytemuck::pod_read_unaligned(&v[..16]);
+            end.saturating_sub(begin)
+        });
+        Ok(Some(ticks.sum::<u64>() as f64 * f64::from(self.gpu.queue.get_timestamp_period()) * 1e-9))
+    }
+
+    fn check(&self) -> Result<()> {
+        self.gpu.check(self.volumes.bytes + self.buffers.picture.size() + 16 * self.layout.tables.len() as u64)
     }
 }
 
-/// Bytes in front of the radiance that comes back: two times, the largest depth, and room to the next aligned place.
-const HEAD: u64 = 32;
+fn pauses(gpu: &Gpu, tuning: Tuning) -> Pauses {
+    if gpu.adapter.real && !tuning.pauses { Pauses::Never } else { Pauses::Software }
+}
 
-/// What one dispatch found.
-struct Strip {
-    /// Bands × rows × width.
-    radiance: Vec<f32>,
-    deepest: f32,
-    seconds: Option<f64>,
+/// Without what the tuning leaves out.
+fn tuned(mut layout: Layout, tuning: Tuning) -> Layout {
+    if !tuning.end_early {
+        // Nothing is so deep.
+        layout.frame.limits[0] = 0.0;
+    }
+    if !tuning.skip_empty {
+        layout.bricks.fill(0);
+    }
+    layout
 }
 
 impl Volumes {
-    fn new(gpu: &Gpu, plan: &Plan, layout: &Layout, tuning: Tuning) -> Self {
+    pub(crate) fn new(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Self {
         let volumes: Vec<&Volume> = plan.volumes().collect();
         let view = |quad: &Quad| texture(gpu, volumes[quad.volume], quad);
         let mut views: Vec<wgpu::TextureView> = layout.quads.iter().map(view).collect();
         if views.is_empty() {
             views.push(dark(gpu));
         }
-        let still = vec![0; layout.bricks.len()];
-        let bricks = gpu.filled(bytemuck::cast_slice(if tuning.skip_empty { &layout.bricks } else { &still }), Use::STORAGE);
-        Self { space: plan.space.clone(), views, bricks }
+        let bytes = layout.quads.iter().map(|q| 8 * volumes[q.volume].lattice.cells() as u64).sum();
+        let bricks = gpu.filled(bytemuck::cast_slice(&layout.bricks), Use::STORAGE);
+        Self { space: plan.space.clone(), views, bricks, bytes }
     }
 }
 
-impl Strips {
-    fn new(gpu: &Gpu, layout: &Layout) -> Self {
-        let [width, height, s, _] = layout.frame.size.map(|n| n as usize);
-        let rows = (STRIP / (width * layout.shape.bands)).min(STRIP_RAYS / (width * s * s)).clamp(1, height);
-        let bytes = 4 * (rows * width * layout.shape.bands) as u64;
-        Self {
-            frame: gpu.buffer(size_of_val(&layout.frame) as u64, Use::UNIFORM | Use::COPY_DST),
-            radiance: gpu.buffer(bytes, Use::STORAGE | Use::COPY_SRC),
-            found: gpu.buffer(4, Use::STORAGE | Use::COPY_SRC | Use::COPY_DST),
-            back: gpu.buffer(HEAD + bytes, Use::MAP_READ | Use::COPY_DST),
-            rows,
+impl Buffers {
+    fn new(gpu: &Gpu, layout: &Layout, pauses: Pauses) -> Result<Self> {
+        let [width, height, ..] = layout.frame.size.map(|n| n as usize);
+        let row = 4 * (width * layout.shape.bands) as u64;
+        // Span, step, part, depth and deepest beside the light.
+        let carried = 4 * (width * (5 + layout.shape.bands + layout.shape.field_channels().max(1))) as u64;
+        let largest = if pauses == Pauses::Software { carried } else { row };
+        let limits = gpu.device.limits();
+        let most = PICTURE.min(limits.max_storage_buffer_binding_size).min(limits.max_buffer_size);
+        if largest > most {
+            let instead = "take fewer pixels along a row, fewer bands, or --backend cpu".into();
+            return Err(GpuError::TooLarge { what: "a row of the picture in bytes".into(), size: largest, most, instead });
         }
+        let rows = ((most / largest) as usize).clamp(1, height);
+        Ok(Self {
+            frame: gpu.buffer(size_of_val(&layout.frame) as u64, Use::UNIFORM | Use::COPY_DST),
+            picture: gpu.buffer(rows as u64 * row, Use::STORAGE | Use::COPY_SRC),
+            found: gpu.buffer(FOUND, Use::STORAGE | Use::COPY_SRC | Use::COPY_DST),
+            paused: gpu.buffer(if pauses == Pauses::Software { rows as u64 * carried } else { 4 }, Use::STORAGE),
+            times: gpu.timer.as_ref().map(|_| gpu.buffer(TIMED as u64 * TIMES, Use::QUERY_RESOLVE | Use::COPY_SRC)),
+            back: None,
+            rows,
+        })
     }
 }
 
 fn pipeline(gpu: &Gpu, layout: &Layout, tuning: Tuning) -> wgpu::ComputePipeline {
-    let source = wgpu::ShaderSource::Wgsl(source(&layout.shape, tuning.workgroup).into());
+    let source = wgpu::ShaderSource::Wgsl(source(&layout.shape, tuning.workgroup, pauses(gpu, tuning)).into());
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("march"), source });
     gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some("march"),
@@ -257,9 +377,10 @@ fn pipeline(gpu: &Gpu, layout: &Layout, tuning: Tuning) -> wgpu::ComputePipeline
 }
 
 /// The bindings of a pipeline: buffers, then textures and their sampler.
-fn groups(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, layout: &Layout, volumes: &Volumes, strips: &Strips) -> [wgpu::BindGroup; 2] {
+fn groups(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, layout: &Layout, volumes: &Volumes, buffers: &Buffers) -> [wgpu::BindGroup; 2] {
     let tables = gpu.filled(bytemuck::cast_slice(&layout.tables), Use::STORAGE);
-    let buffers = [&strips.frame, &tables, &volumes.bricks, &strips.radiance, &strips.found].map(|b| b.as_entire_binding());
+    let buffers = [&buffers.frame, &tables, &tables, &volumes.bricks, &buffers.picture, &buffers.found, &buffers.paused]
+        .map(|b| b.as_entire_binding());
     let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
         mag_filter: wgpu::FilterMode::Linear,
         min_filter: wgpu::FilterMode::Linear,
@@ -275,11 +396,18 @@ fn groups(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, layout: &Layout, volumes:
     [group(0, buffers.to_vec()), group(1, textures.collect())]
 }
 
+/// Storage buffers that a shader binds.
+const BUFFERS: u64 = 6;
+/// Positions in tables are written as f32, which counts so far.
+const COUNTABLE: u64 = 1 << 24;
+
 fn check_limits(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Result<()> {
     let limits = gpu.device.limits();
     let too_large = |what: &str, size: u64, most: u64, instead: String| {
         if size > most { Err(GpuError::TooLarge { what: what.into(), size, most, instead }) } else { Ok(()) }
     };
+    let most = u64::from(limits.max_storage_buffers_per_shader_stage);
+    too_large("the number of buffers of the shader", BUFFERS, most, "take --backend cpu".into())?;
     let edge = plan.volumes().flat_map(|v| v.lattice.dims).max().unwrap_or(0) as u64;
     let most = u64::from(limits.max_texture_dimension_3d);
     let instead = format!("take a grid of at most {} voxels along each axis, or --backend cpu", most.saturating_sub(2));
@@ -287,7 +415,7 @@ fn check_limits(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Result<()> {
     let most = u64::from(limits.max_sampled_textures_per_shader_stage);
     let instead = format!("dust, star depths and gas are four to a texture: at most {} stars, or --backend cpu", 4 * most - 1);
     too_large("the number of textures", layout.quads.len() as u64, most, instead)?;
-    let most = limits.max_storage_buffer_binding_size;
+    let most = limits.max_storage_buffer_binding_size.min(16 * COUNTABLE);
     let instead = "take a smoother phase function or fewer stars, or --backend cpu".into();
     too_large("the tables in bytes", 16 * layout.tables.len() as u64, most, instead)?;
     let instead = "take a coarser grid, or --backend cpu".into();

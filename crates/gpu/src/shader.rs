@@ -1,39 +1,50 @@
 //! The source of a shader: constants and bindings printed from a [`Shape`], then `shaders/*.wgsl`.
 
 use barnard::plan::near::{CLOSEST, MAX_PHASES, NEAR_ANGLE, NEAR_VOXELS, PART_DISTANCE, PIECE, SHORTEST_PART};
+use barnard::plan::star_depth::OPAQUE;
 use barnard::plan::{END_DEPTH, END_EVERY, PHASE_RANGE};
+use spectra::basis::MAX_SIZE;
+use spectra::polynomial::MAX_DEGREE;
 
 use crate::layout::{PhaseKind, Shape};
 
-/// The files, in the order in which they are read.
-const FILES: [&str; 5] = [
-    include_str!("shaders/frame.wgsl"),
-    include_str!("shaders/volume.wgsl"),
-    include_str!("shaders/near.wgsl"),
-    include_str!("shaders/segment.wgsl"),
-    include_str!("shaders/march.wgsl"),
+/// The files of the march, in the order in which they are read; the form's own stands behind the first three.
+const FILES: [(&str, &str); 9] = [
+    ("frame", include_str!("shaders/frame.wgsl")),
+    ("arithmetic", include_str!("shaders/arithmetic.wgsl")),
+    ("coordinates", include_str!("shaders/coordinates.wgsl")),
+    ("phase", include_str!("shaders/phase.wgsl")),
+    ("volume", include_str!("shaders/volume.wgsl")),
+    ("near", include_str!("shaders/near.wgsl")),
+    ("field", include_str!("shaders/field.wgsl")),
+    ("segment", include_str!("shaders/segment.wgsl")),
+    ("march", include_str!("shaders/march.wgsl")),
 ];
 
-/// WGSL for a shape, by workgroups of so many rays across and down.
-pub fn source(shape: &Shape, workgroup: (u32, u32)) -> String {
-    let mut text = constants(shape, workgroup);
-    text += &bindings(shape.quads);
-    for file in FILES {
-        text += "\n";
-        text += file;
-    }
-    text
+/// Whether rays pause.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pauses {
+    /// Never.
+    Never,
+    /// Before a software adapter stops all loops.
+    Software,
 }
 
-fn constants(shape: &Shape, workgroup: (u32, u32)) -> String {
+/// WGSL for a shape, by workgroups of so many rays across and down.
+pub fn source(shape: &Shape, workgroup: (u32, u32), pauses: Pauses) -> String {
+    let files = FILES.iter().map(|f| f.1).chain([shape.form.wgsl]);
+    constants(shape, workgroup, pauses) + &bindings(shape.quads) + &files.map(|f| format!("\n{f}")).collect::<String>()
+}
+
+fn constants(shape: &Shape, workgroup: (u32, u32), pauses: Pauses) -> String {
+    let lights = shape.scatterers + shape.emitters;
     let offsets = shape.offsets();
     let kind = |kind: PhaseKind| kind as usize;
     let whole = [
         ("WORKGROUP_X", workgroup.0 as usize),
         ("WORKGROUP_Y", workgroup.1 as usize),
         ("QUADS", shape.quads),
-        ("TERMS", shape.terms),
-        ("TERM_QUADS", shape.term_quads()),
+        ("ROOM", shape.room),
         ("BANDS", shape.bands),
         ("SCATTERERS", shape.scatterers),
         ("EMITTERS", shape.emitters),
@@ -42,22 +53,34 @@ fn constants(shape: &Shape, workgroup: (u32, u32)) -> String {
         ("BRICK_GRIDS", shape.brick_grids),
         ("ISOTROPIC", kind(PhaseKind::Isotropic)),
         ("SEPARABLE", kind(PhaseKind::Separable)),
+        ("SPECTRAL", kind(PhaseKind::Spectral)),
         ("PHASE_KIND", kind(shape.phase)),
-        ("PHASE_ENTRIES", shape.phase_entries),
         ("DUST_QUAD", shape.dust.map_or(0, |d| d.0)),
         ("DUST_LANE", shape.dust.map_or(0, |d| d.1)),
+        ("FIELD_ELEMENTS", shape.field.map_or(0, |f| f.elements)),
+        ("FIELD_POLYNOMIALS", shape.field.map_or(0, |f| f.polynomials)),
+        ("FIELD_CHANNELS", shape.field_channels().max(1)),
+        ("FIELD_QUAD", shape.field.map_or(0, |f| f.quad)),
+        ("MAX_ELEMENTS", MAX_SIZE),
+        ("MAX_EXP_INTEGRALS", MAX_DEGREE + 2),
         ("END_EVERY", END_EVERY),
+        ("BAND_TURNS", shape.form.turns.0),
+        ("TERM_TURNS", shape.form.turns.1),
+        ("PART_TURNS", 2 + 2 * shape.quads + 2 * lights),
+        ("STEP_TURNS", 4 + 4 * shape.quads + shape.brick_grids + 2 * lights + shape.bands * lights * shape.room / END_EVERY),
         ("EXTINCTION", offsets.extinction),
-        ("BAND_OF", offsets.band_of),
-        ("BACKGROUND", offsets.background),
+        ("BAND_RANGES", offsets.band_ranges),
         ("STARS", offsets.stars),
         ("EMITTER_SLOTS", offsets.emitter_slots),
         ("WEIGHTS", offsets.weights),
         ("BRIGHTEST", offsets.brightest),
+        ("HEADS", offsets.heads),
+        ("FIELD_HEAD", offsets.field_head),
+        ("FIELD_PRODUCTS", offsets.field_products),
+        ("FIELD_RESOLUTION", offsets.field_resolution),
         ("LATTICES", offsets.lattices),
         ("INNER_BOXES", offsets.inner_boxes),
         ("BRICK_TABLE", offsets.brick_table),
-        ("PHASE", offsets.phase),
     ];
     let real = [
         ("PHASE_RANGE", PHASE_RANGE),
@@ -68,21 +91,26 @@ fn constants(shape: &Shape, workgroup: (u32, u32)) -> String {
         ("SHORTEST_PART", SHORTEST_PART),
         ("PIECE", PIECE),
         ("CLOSEST", CLOSEST),
-        ("SERIES_LIMIT", SERIES_LIMIT),
+        ("OPAQUE", OPAQUE),
+        ("SERIES_LIMIT", f64::from(barnard::packet::SERIES_LIMIT)),
         ("MAX_DEPTH_STEPS", MAX_DEPTH_STEPS),
         ("END_DEPTH", f64::from(END_DEPTH)),
         ("FAR", 1e30),
         ("TINY", 1e-30),
     ];
-    let truth = [("HAS_DUST", shape.dust.is_some()), ("HAS_BACKGROUND", shape.background)];
+    let truth = [
+        ("HAS_DUST", shape.dust.is_some()),
+        ("HAS_BACKGROUND", shape.background),
+        ("HAS_FIELD", shape.field.is_some()),
+        ("STAR_MARCH", shape.star_march),
+        ("PAUSES", pauses == Pauses::Software),
+    ];
     let whole = whole.iter().map(|(name, value)| format!("const {name} = {value}u;\n"));
     let real = real.iter().map(|(name, value)| format!("const {name}: f32 = {:e};\n", *value as f32));
     let truth = truth.iter().map(|(name, value)| format!("const {name} = {value};\n"));
     whole.chain(real).chain(truth).collect()
 }
 
-/// Half difference of depth up to which a mean is a series.
-const SERIES_LIMIT: f64 = 1.0;
 /// Most midpoints of a depth next to a star.
 const MAX_DEPTH_STEPS: f64 = 64.0;
 
@@ -100,39 +128,36 @@ fn bindings(quads: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layout::Frame;
+    use crate::forms::FORMS;
+    use crate::frame::Frame;
+    use crate::layout::FieldShape;
 
     const WORKGROUP: (u32, u32) = (8, 8);
 
     fn shapes() -> Vec<Shape> {
         let plain = Shape {
+            form: FORMS[0],
             quads: 1,
-            terms: 6,
+            room: 32,
             bands: 3,
             scatterers: 1,
             emitters: 0,
             inner: 0,
             brick_grids: 1,
             phase: PhaseKind::Isotropic,
-            phase_entries: 2,
             dust: Some((0, 0)),
             background: false,
+            field: None,
+            star_march: false,
         };
-        vec![
-            Shape { phase: PhaseKind::Separable, phase_entries: 65, ..plain.clone() },
-            Shape {
-                phase: PhaseKind::Spectral,
-                phase_entries: 129,
-                quads: 3,
-                scatterers: 6,
-                emitters: 2,
-                inner: 2,
-                background: true,
-                ..plain.clone()
-            },
+        let of_forms = FORMS.iter().map(|form| Shape { form, phase: PhaseKind::Spectral, background: true, ..plain.clone() });
+        let others = [
+            Shape { phase: PhaseKind::Separable, star_march: true, ..plain.clone() },
+            Shape { phase: PhaseKind::Spectral, quads: 3, scatterers: 6, emitters: 2, inner: 2, ..plain.clone() },
             Shape { scatterers: 0, emitters: 1, dust: None, ..plain.clone() },
-            plain,
-        ]
+            Shape { scatterers: 0, quads: 3, field: Some(FieldShape { elements: 3, polynomials: 2, quad: 1 }), ..plain.clone() },
+        ];
+        of_forms.chain(others).collect()
     }
 
     fn module(text: &str) -> naga::Module {
@@ -143,7 +168,7 @@ mod tests {
     #[test]
     fn shaders_are_valid() {
         for shape in shapes() {
-            let text = source(&shape, WORKGROUP);
+            let text = source(&shape, WORKGROUP, Pauses::Software);
             let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::default());
             if let Err(e) = validator.validate(&module(&text)) {
                 panic!("{shape:?}: {}", e.emit_to_string(&text));
@@ -154,7 +179,7 @@ mod tests {
     /// The frame that Rust writes is the frame that WGSL reads, field by field.
     #[test]
     fn frames_agree() {
-        let module = module(&source(&shapes()[0], WORKGROUP));
+        let module = module(&source(&shapes()[0], WORKGROUP, Pauses::Never));
         let members = module.types.iter().find_map(|(_, t)| match &t.inner {
             naga::TypeInner::Struct { members, span } if t.name.as_deref() == Some("Frame") => Some((members, *span)),
             _ => None,
@@ -164,7 +189,8 @@ mod tests {
         macro_rules! offsets {
             ($($field:ident),*) => { vec![$((stringify!($field), std::mem::offset_of!(Frame, $field))),*] };
         }
-        let ours = offsets!(middle, across, upwards, forward, turn_x, turn_y, low, high, steps, limits, size, strip);
+        let ours =
+            offsets!(middle, across, upwards, forward, turn_x, turn_y, low, high, steps, limits, jitter, size, strip, counts, depths);
         let theirs: Vec<(&str, usize)> = members.iter().map(|m| (m.name.as_deref().unwrap_or(""), m.offset as usize)).collect();
         assert_eq!(ours, theirs);
     }
@@ -172,8 +198,9 @@ mod tests {
     /// Every function of a shader that repeats one in Rust says which; those are there.
     #[test]
     fn twins_are_named() {
-        let twins: Vec<&str> = FILES.iter().flat_map(|f| f.lines()).filter_map(|l| l.strip_prefix("// twin: ")).collect();
-        assert!(twins.len() >= 8, "{twins:?}");
+        let files = FILES.iter().map(|f| f.1).chain(FORMS.iter().map(|f| f.wgsl));
+        let twins: Vec<&str> = files.flat_map(|f| f.lines()).filter_map(|l| l.strip_prefix("// twin: ")).collect();
+        assert!(twins.len() >= 20, "{twins:?}");
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../barnard/src");
         let mut sources = Vec::new();
         let mut folders = vec![root];

@@ -3,7 +3,7 @@
 use barnard::backend::cpu::{self, Findings};
 use barnard::control::Control;
 use barnard::image::relative_rms;
-use barnard::plan::{Options, Plan, Stepping};
+use barnard::plan::{END_SHARE, Options, Plan, Stepping};
 use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
 use barnard_gpu::{Gpu, Renderer, Tuning};
 
@@ -56,7 +56,9 @@ fn pictures_are_those_of_the_processor() {
         let (ours, ours_found) = on(&gpu, &fine);
         let wrong = difference(&fine, &ours, &theirs);
         assert!(wrong < TOLERANCE, "{}: {wrong:e}", builtin.name);
-        assert!((ours_found.depth / found.depth - 1.0).abs() < 0.01, "{}: {} {}", builtin.name, ours_found.depth, found.depth);
+        // Rays of a packet end together, those of the GPU each by itself: they need not go as deep.
+        let deep = ours_found.depth / found.depth;
+        assert!(deep > 0.9 && deep < 1.01, "{}: {} {}", builtin.name, ours_found.depth, found.depth);
         // A hundredth more light would be seen.
         let more: Vec<f32> = theirs.iter().map(|v| 1.01 * v).collect();
         assert!(difference(&fine, &ours, &more) > TOLERANCE);
@@ -115,22 +117,37 @@ fn each_part_is_that_of_the_processor() {
     }
 }
 
-/// The same picture at every size of workgroup, and with empty space marched through, to what other places of samples behind a jump cost.
+/// The same picture at every size of workgroup, with empty space marched through and rays followed to their ends, to what other places of samples behind a
+/// jump and faint light behind an end cost.
 #[test]
 fn tuning_changes_nothing() {
     let Some(gpu) = device() else { return };
-    let shell = "[field.ball]\nkind = \"shell\"\nradius = \"1 pc\"\nthickness = \"0.05 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"2 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n";
+    let shell = "[field.ball]\nkind = \"shell\"\nradius = \"1 pc\"\nthickness = \"0.05 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"400 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n";
     let mut scene = parsed(&format!("{CAMERA}{shell}{STAR}[method]\nbake = 64\n"));
     let plan = Plan { stepping: FINE, ..plan(&mut scene, 33) };
-    let by = |tuning: Tuning| Renderer::new(&gpu, &plan, tuning).unwrap().radiance(&Control::default()).unwrap().0;
+    let by = |tuning: Tuning| Renderer::new(&gpu, &plan, tuning).unwrap().radiance(&Control::default()).unwrap();
     let usual = by(Tuning::default());
     for workgroup in [(1, 1), (4, 4), (64, 1), (3, 7)] {
         assert!(by(Tuning { workgroup, ..Tuning::default() }) == usual, "{workgroup:?}");
     }
     let through = by(Tuning { skip_empty: false, ..Tuning::default() });
-    let wrong = difference(&plan, &through, &usual);
+    let wrong = difference(&plan, &through.0, &usual.0);
     assert!(wrong < 1e-5, "{wrong:e}");
-    assert!(usual.iter().any(|v| *v > 0.0));
+    let whole = by(Tuning { end_early: false, ..Tuning::default() });
+    let wrong = difference(&plan, &whole.0, &usual.0);
+    assert!(wrong < END_SHARE as f64 * plan.spectral.accuracy && whole.1.depth > 1.1 * usual.1.depth, "{wrong:e} {whole:?} {usual:?}");
+    assert!(usual.0.iter().any(|v| *v > 0.0));
+}
+
+/// Rays that pause many times on a software adapter, in the middle of steps too, bring the light of those that need not: software stops loops after 65535 turns.
+#[test]
+fn rays_pause_in_time() {
+    let Some(gpu) = device() else { return };
+    let mut scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\nname = \"newton\"\ncount = 200\n"));
+    let plan = Plan { stepping: Stepping::PerVoxel(30.0), ..plan(&mut scene, 16) };
+    let theirs = cpu::radiance(&plan, &Control::default()).unwrap().0;
+    let wrong = difference(&plan, &on(&gpu, &plan).0, &theirs);
+    assert!(wrong < 1e-4, "{wrong:e}");
 }
 
 /// A plan that changes on the device gives the picture of one that is new: another star, camera, size, method, space, and back.
@@ -168,17 +185,54 @@ fn changes_are_taken() {
     assert!(renderer.radiance(&Control::default()).unwrap() == before);
 }
 
+/// Every method with a shader: two stars, gas, a background and a phase function at once.
+#[test]
+fn every_method_is_that_of_the_processor() {
+    let Some(gpu) = device() else { return };
+    let dust = DUST.replace("ccm89", "inverse_wavelength");
+    let second = STAR.replace("0.2 0.5 0.3", "-0.3 -0.2 0.1").replace("9000 K", "4000 K");
+    let camera = CAMERA.replace("[\"johnson-B\", \"johnson-V\"]", "[\"cie-x\", \"cie-y\"]");
+    let gas = "[field.knot]\nkind = \"sphere\"\nradius = \"0.4 pc\"\ncentre = \"0.2 0 0.2 pc\"\n[[emission]]\nname = \"H I\"\nkind = \"ion\"\nion = \"H1\"\n\
+               density = \"1e3 * knot\"\ntemperature = \"8000 K\"\nelectron_density = \"300 cm-3\"\n";
+    let behind = "[background]\nkind = \"blackbody\"\ntemperature = \"4000 K\"\nradiance = \"2.5e-8 W/m2/sr/um\"\n";
+    let forward = "phase = { kind = \"henyey_greenstein\", g = 0.5 }\n";
+    let mut compared = 0;
+    for method in barnard::scene::methods().map(|m| m.name) {
+        // Closed forms keep few digits of narrow passbands in single precision.
+        let (degree, accuracy) = if method == "analytic" { ("degree = 2\n", 0.02) } else { ("", 1e-3) };
+        let text = format!(
+            "{camera}{dust}{forward}{STAR}{second}{gas}{behind}[method]\nname = \"{method}\"\nbake = 24\naccuracy = {accuracy}\n{degree}"
+        );
+        let mut scene = parsed(&text);
+        let stepping = if method == "double_integration" { Stepping::Fixed(60) } else { FINE };
+        let plan = Plan { stepping, ..plan(&mut scene, 12) };
+        if method == "sampled" {
+            assert!(barnard_gpu::unable(&plan).is_some());
+            continue;
+        }
+        let (theirs, found) = cpu::radiance(&plan, &Control::default()).unwrap();
+        let (ours, ours_found) = on(&gpu, &plan);
+        let wrong = difference(&plan, &ours, &theirs);
+        println!("{method}: {wrong:.1e}");
+        assert!(wrong < TOLERANCE, "{method}: {wrong:e}");
+        assert!((ours_found.depth / found.depth - 1.0).abs() < 0.01, "{method}: {} {}", ours_found.depth, found.depth);
+        compared += 1;
+    }
+    assert!(compared >= 9);
+}
+
 /// What no shader does is refused, with what would be right.
 #[test]
 fn other_methods_are_refused() {
     let Some(gpu) = device() else { return };
-    for method in ["lookup", "propagation", "double_integration"] {
-        let scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\nname = \"{method}\"\n"));
+    let narrow = DUST.replace("ccm89", "inverse_wavelength");
+    for (method, dust, words) in [("sampled", DUST, "sampled"), ("analytic", &narrow, "single precision")] {
+        let scene = parsed(&format!("{CAMERA}{dust}{STAR}[method]\nbake = 16\nname = \"{method}\"\n"));
         let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
         let plan = Plan::sampled(&scene, &options, 20, &Control::default()).unwrap();
         let error = Renderer::new(&gpu, &plan, Tuning::default()).err().unwrap().to_string();
         assert_eq!(barnard_gpu::unable(&plan).unwrap().to_string(), error);
-        assert!(error.contains(method) && error.contains("--backend cpu"), "{error}");
+        assert!(error.contains(words) && error.contains("--backend cpu"), "{error}");
     }
     // A wish to stop is heard.
     let scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\n"));

@@ -4,6 +4,7 @@
 //! phase tables). A changed spectrum keeps the space, a changed camera keeps both.
 
 mod bricks;
+mod closed_form;
 mod describe;
 mod light_field;
 pub mod near;
@@ -20,6 +21,7 @@ mod weights;
 use std::sync::Arc;
 
 pub use bricks::Bricks;
+pub use closed_form::{ClosedForm, End};
 pub use describe::describe;
 pub use light_field::LightField;
 pub use pilot::Spatial;

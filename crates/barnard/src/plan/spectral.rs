@@ -64,6 +64,19 @@ pub struct PhaseTable {
     pub weights: Vec<Vec<f32>>,
 }
 
+impl PhaseTable {
+    /// Entry, and place between it and the next, for cos θ and sin² θ in a table of so many.
+    #[inline(always)]
+    pub fn entry(entries: usize, cosine: f32, sine2: f32) -> (usize, f32) {
+        // sin or cos of θ/2, whichever is small, without cancellation.
+        let small = (sine2 / (2.0 * (1.0 + cosine.abs()))).sqrt();
+        let at = if cosine >= 0.0 { small } else { PHASE_RANGE as f32 - small };
+        let u = at * (entries.saturating_sub(1)) as f32 * (1.0 / PHASE_RANGE as f32);
+        let entry = (u as usize).min(entries.saturating_sub(2));
+        (entry, u - entry as f32)
+    }
+}
+
 /// Angles at which the certificate must hold beside the mean.
 const CERTIFIED_COSINES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const MAX_PHASE_ENTRIES: usize = 4096;

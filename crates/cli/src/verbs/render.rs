@@ -12,7 +12,7 @@ use barnard::formats::{check_writable, save};
 use barnard::image::Image;
 use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
-use barnard_gpu::{Gpu, GpuError};
+use barnard_gpu::Gpu;
 use clap::{Args, ValueEnum};
 
 use crate::progress;
@@ -144,16 +144,12 @@ fn why_not_gpu(plan: &Plan) -> Option<String> {
     barnard_gpu::unable(plan).map(|e| e.to_string())
 }
 
-/// On the best adapter. A device that gives up is opened once more; then the processor takes over.
+/// On the best adapter, as long as it does not give up.
 fn on_gpu(scene: &Scene, plan: &Plan, control: &Control) -> anyhow::Result<(Image, Findings)> {
-    for _ in 0..2 {
+    let open = || {
         let gpu = Gpu::open()?;
         say!("gpu: {} ({})", gpu.adapter.name, gpu.adapter.api);
-        match barnard_gpu::render(&gpu, scene, plan, control) {
-            Err(GpuError::Lost(why)) => complain!("warning: the device gave up: {why}"),
-            done => return Ok(done?),
-        }
-    }
-    complain!("warning: the device gave up twice; rendering on the cpu");
-    Ok(cpu::render(scene, plan, control)?)
+        Ok(gpu)
+    };
+    Ok(barnard_gpu::render_surely(open, scene, plan, control, |words| complain!("warning: {words}"))?)
 }

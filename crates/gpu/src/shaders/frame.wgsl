@@ -14,16 +14,69 @@ struct Frame {
     high: vec4f,
     // Samples a parsec, or on every ray if not zero; the finest voxel; the angle over which the phase function changes little.
     steps: vec4f,
-    // Smallest extinction, what may be left out behind a ray's end, largest dust.
+    // Smallest extinction, what may be left out behind a ray's end, largest dust, largest extinction.
     limits: vec4f,
-    // Pixels along a row, rows, rays along each side of a pixel.
+    // Where in its pixel a ray goes, and in which part of a step it starts, or none if negative; what this picture counts beside those before it.
+    jitter: vec4f,
+    // Pixels along a row, rows, turns of loops before a ray pauses, and whether rays go on where they paused.
     size: vec4u,
-    // First row, and how many.
+    // First row and how many; first row that the picture holds and how many.
     strip: vec4u,
+    // Terms; entries of the phase table, and where it starts; samples of a star depth that is marched again.
+    counts: vec4u,
+    // The largest star depth, where a light field stands in place of all of them; turns by which a loop shows that it turns.
+    depths: vec4f,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<storage, read> tables: array<vec4f>;
-@group(0) @binding(2) var<storage, read> brick_distances: array<u32>;
-@group(0) @binding(3) var<storage, read_write> radiance: array<f32>;
-@group(0) @binding(4) var<storage, read_write> found: array<atomic<u32>>;
+// The same, number by number.
+@group(0) @binding(2) var<storage, read> numbers: array<f32>;
+@group(0) @binding(3) var<storage, read> brick_distances: array<u32>;
+@group(0) @binding(4) var<storage, read_write> picture: array<f32>;
+// The largest depth met, whether a ray paused, and whether one paused too late.
+@group(0) @binding(5) var<storage, read_write> found: array<atomic<u32>>;
+// Rays that pause, number × ray.
+@group(0) @binding(6) var<storage, read_write> paused: array<f32>;
+
+// Turns of loops so far, about: software adapters stop all loops of a shader after 65535 and go on as if they were done, so rays pause before that.
+var<private> turns: u32;
+
+struct Ray {
+    origin: vec3f,
+    direction: vec3f,
+    // Where the observer stands on it.
+    first: f32,
+}
+
+// Light of each band so far, the depth in front of what comes, and the largest one met.
+struct State {
+    sum: array<f32, BANDS>,
+    // Element × polynomial of the light field.
+    field: array<f32, FIELD_CHANNELS>,
+    tau: f32,
+    deepest: f32,
+    // Where the ray is: number of the span, step within, part of the step.
+    span: u32,
+    step: f32,
+    part: f32,
+}
+
+struct Stretch {
+    start: f32,
+    length: f32,
+}
+
+// The first term of a band, and the one behind its last.
+fn band_terms(band: u32) -> vec2u {
+    return vec2u(tables[BAND_RANGES + band].xy);
+}
+
+// What a light's term weighs at a place of the phase table; 1/4π or p(θ) is included, but where one p(θ) serves all terms.
+fn weight(light: u32, term: u32, at: vec2f) -> f32 {
+    if PHASE_KIND == SPECTRAL && light < SCATTERERS {
+        let first = frame.counts.z + (light * frame.counts.y + u32(at.x)) * frame.counts.x + term;
+        return mix(numbers[first], numbers[first + frame.counts.x], at.y);
+    }
+    return numbers[4u * WEIGHTS + light * ROOM + term];
+}

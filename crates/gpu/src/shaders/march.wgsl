@@ -22,24 +22,25 @@ fn clip(ray: Ray, low: vec3f, high: vec3f, first: f32) -> vec2f {
     return vec2f(max(max(nearest.x, nearest.y), max(nearest.z, first)), min(furthest.x, min(furthest.y, furthest.z)));
 }
 
-// Whether nothing behind can change any term by a part of the accuracy.
+// Whether nothing behind can change any band by a part of the accuracy.
 // twin: barnard::backend::cpu::march::March::ended
 fn ended(state: ptr<function, State>, ray: Ray, here: f32, far: f32) -> bool {
     if (*state).tau * frame.limits.x < END_DEPTH {
         return false;
     }
-    for (var c = 0u; c < TERM_QUADS; c++) {
-        var behind = vec4f(0.0);
+    for (var b = 0u; b < BANDS; b++) {
+        var behind = 0.0;
         for (var s = 0u; s < SCATTERERS; s++) {
             let star = tables[STARS + s].xyz;
             let foot = dot(star - ray.origin, ray.direction);
-            let b = max(length(star - (ray.origin + foot * ray.direction)), CLOSEST);
-            behind += tables[BRIGHTEST + s * TERM_QUADS + c] * frame.limits.z * (atan((far - foot) / b) - atan((here - foot) / b)) / b;
+            let b_pc = max(length(star - (ray.origin + foot * ray.direction)), CLOSEST);
+            let sky = (atan((far - foot) / b_pc) - atan((here - foot) / b_pc)) / b_pc;
+            behind += left(s, b, (*state).tau) * frame.limits.z * sky;
         }
         for (var e = 0u; e < EMITTERS; e++) {
-            behind += tables[BRIGHTEST + (SCATTERERS + e) * TERM_QUADS + c] * (far - here);
+            behind += left(SCATTERERS + e, b, (*state).tau) * (far - here);
         }
-        if any(exp(-tables[EXTINCTION + c] * (*state).tau) * behind > frame.limits.y * (*state).sum[c]) {
+        if behind > frame.limits.y * (*state).sum[b] {
             return false;
         }
     }
@@ -58,6 +59,18 @@ fn is_dark(values: ptr<function, array<vec4f, QUADS>>) -> bool {
     return light <= 0.0;
 }
 
+// All channels at a place; star depths are marched again where the method does so.
+fn sampled(p: vec3f, mask: ptr<function, array<f32, QUADS>>) -> array<vec4f, QUADS> {
+    var values = masked(p, mask);
+    if STAR_MARCH {
+        for (var s = 0u; s < SCATTERERS; s++) {
+            let slot = u32(tables[STARS + s].w);
+            values[slot / 4u][slot % 4u] = depth_again(tables[STARS + s].xyz, p);
+        }
+    }
+    return values;
+}
+
 fn masked(p: vec3f, mask: ptr<function, array<f32, QUADS>>) -> array<vec4f, QUADS> {
     var values = read_all(p);
     for (var q = 0u; q < QUADS; q++) {
@@ -66,9 +79,12 @@ fn masked(p: vec3f, mask: ptr<function, array<f32, QUADS>>) -> array<vec4f, QUAD
     return values;
 }
 
-// In how many parts the step from `start` must be marched.
+// In how many parts the step from `start` must be marched; the deck's own form takes its samples and no more.
 fn parts_of(ray: Ray, start: f32, dt: f32) -> f32 {
     var most = 1.0;
+    if STAR_MARCH {
+        return most;
+    }
     for (var s = 0u; s < SCATTERERS; s++) {
         let foot = dot(tables[STARS + s].xyz - ray.origin, ray.direction);
         let b = length(tables[STARS + s].xyz - (ray.origin + foot * ray.direction));
@@ -77,45 +93,62 @@ fn parts_of(ray: Ray, start: f32, dt: f32) -> f32 {
     return most;
 }
 
-// The part of a ray between two borders.
-fn march_span(state: ptr<function, State>, ray: Ray, near: f32, far: f32, final_span: bool) {
+// The part of a ray between two borders, from where its state is; whether it came to the end. Steps start `offset` of one early, held to the span.
+fn march_span(state: ptr<function, State>, ray: Ray, near: f32, far: f32, offset: f32, final_span: bool) -> bool {
     let fixed = frame.steps.y;
-    let steps = select(max(ceil((far - near) * frame.steps.x), 1.0), fixed, fixed > 0.0);
-    let dt = (far - near) / steps;
+    let whole = select(max(ceil((far - near) * frame.steps.x), 1.0), fixed, fixed > 0.0);
+    let dt = (far - near) / whole;
+    let steps = whole + ceil(offset);
     var mask = masks(ray.origin + 0.5 * (near + far) * ray.direction);
-    var before = masked(ray.origin + near * ray.direction, &mask);
-    var step = 0.0;
-    while step < steps {
-        let start = near + step * dt;
-        // Jump over empty space; the sample behind the jump starts anew.
+    var before: array<vec4f, QUADS>;
+    var fresh = true;
+    while (*state).step < steps {
+        turns += STEP_TURNS;
+        let start = clamp(near + ((*state).step - offset) * dt, near, far);
+        let length = clamp(near + ((*state).step + 1.0 - offset) * dt, near, far) - start;
+        let count = parts_of(ray, start, length);
+        if fresh {
+            // At the border, behind a jump, or where the ray paused.
+            let here = ray.origin + (start + (*state).part * length / count) * ray.direction;
+            before = masked(here, &mask);
+            if STAR_MARCH && (*state).part > 0.0 {
+                before = sampled(here, &mask);
+            }
+            fresh = false;
+        }
         if is_dark(&before) {
             let jump = floor(clear_pc(ray.origin + start * ray.direction) / dt);
             if jump > 1.0 {
-                step = min(step + jump, steps);
-                before = masked(ray.origin + (near + step * dt) * ray.direction, &mask);
+                (*state).step = min((*state).step + jump, steps);
+                fresh = true;
                 continue;
             }
         }
-        let count = parts_of(ray, start, dt);
-        for (var part = 0.0; part < count; part += 1.0) {
-            let stretch = Stretch(start + part * dt / count, dt / count);
-            var after = masked(ray.origin + (stretch.start + stretch.length) * ray.direction, &mask);
+        while (*state).part < count {
+            turns += PART_TURNS;
+            let stretch = Stretch(start + (*state).part * length / count, length / count);
+            var after = sampled(ray.origin + (stretch.start + stretch.length) * ray.direction, &mask);
             segment(state, ray, stretch, &before, &after);
             before = after;
+            (*state).part += 1.0;
+            if PAUSES && turns > frame.size.z {
+                return false;
+            }
         }
-        step += 1.0;
-        if final_span && u32(step) % END_EVERY == 0u && ended(state, ray, near + step * dt, far) {
+        (*state).part = 0.0;
+        (*state).step += 1.0;
+        if final_span && u32((*state).step) % END_EVERY == 0u && ended(state, ray, near + ((*state).step - offset) * dt, far) {
             break;
         }
     }
+    return true;
 }
 
-// All of a ray: the borders of volumes that end within the occupied box cut it into spans.
-fn march_ray(ray: Ray) -> State {
-    var state: State;
+// All of a ray: the borders of volumes that end within the occupied box cut it into spans; whether it came to the end.
+fn march_ray(state: ptr<function, State>, ray: Ray, offset: f32) -> bool {
     let whole = clip(ray, frame.low.xyz, frame.high.xyz, ray.first);
     if whole.y <= whole.x {
-        return state;
+        return true;
     }
     var ends: array<f32, BORDERS>;
     ends[0] = whole.x;
@@ -126,6 +159,7 @@ fn march_ray(ray: Ray) -> State {
         ends[2u + 2u * i] = select(whole.y, clamp(inner.x, whole.x, whole.y), hit);
         ends[3u + 2u * i] = select(whole.y, clamp(inner.y, whole.x, whole.y), hit);
     }
+    turns += BORDERS * BORDERS;
     for (var i = 1u; i < BORDERS; i++) {
         let end = ends[i];
         var j = i;
@@ -135,37 +169,120 @@ fn march_ray(ray: Ray) -> State {
         }
         ends[j] = end;
     }
-    for (var i = 0u; i + 1u < BORDERS; i++) {
-        if ends[i + 1u] > ends[i] {
-            march_span(&state, ray, ends[i], ends[i + 1u], i + 2u == BORDERS && !HAS_BACKGROUND);
+    while (*state).span + 1u < BORDERS {
+        let near = ends[(*state).span];
+        let far = ends[(*state).span + 1u];
+        if far > near && !march_span(state, ray, near, far, offset, (*state).span + 2u == BORDERS && !HAS_BACKGROUND) {
+            return false;
         }
+        (*state).span += 1u;
+        (*state).step = 0.0;
     }
-    return state;
+    return true;
+}
+
+// The part of a step in which a pixel's ray starts, another for each pixel and picture.
+fn start_of(pixel: vec2u) -> f32 {
+    if frame.jitter.z < 0.0 {
+        return 0.0;
+    }
+    // Interleaved gradient noise (Jimenez 2014).
+    let noise = fract(52.9829189 * fract(dot(vec2f(pixel), vec2f(0.06711056, 0.00583715))));
+    return fract(noise + frame.jitter.z);
+}
+
+fn loops_turn() -> bool {
+    var n = 0.0;
+    while n < frame.depths.y {
+        n += 1.0;
+    }
+    return n >= frame.depths.y;
+}
+
+// A ray goes on where it paused; false where it is done.
+fn resumed(state: ptr<function, State>, ray: u32) -> bool {
+    let rays = frame.size.x * frame.strip.w;
+    var at = ray;
+    (*state).span = u32(paused[at]);
+    (*state).step = paused[at + rays];
+    (*state).part = paused[at + 2u * rays];
+    (*state).tau = paused[at + 3u * rays];
+    (*state).deepest = paused[at + 4u * rays];
+    at += 5u * rays;
+    for (var b = 0u; b < BANDS; b++) {
+        (*state).sum[b] = paused[at + b * rays];
+    }
+    at += BANDS * rays;
+    for (var c = 0u; c < FIELD_CHANNELS; c++) {
+        (*state).field[c] = paused[at + c * rays];
+    }
+    return (*state).span < BORDERS;
+}
+
+fn pause(state: ptr<function, State>, ray: u32) {
+    let rays = frame.size.x * frame.strip.w;
+    var at = ray;
+    paused[at] = f32((*state).span);
+    paused[at + rays] = (*state).step;
+    paused[at + 2u * rays] = (*state).part;
+    paused[at + 3u * rays] = (*state).tau;
+    paused[at + 4u * rays] = (*state).deepest;
+    at += 5u * rays;
+    for (var b = 0u; b < BANDS; b++) {
+        paused[at + b * rays] = (*state).sum[b];
+    }
+    at += BANDS * rays;
+    for (var c = 0u; c < FIELD_CHANNELS; c++) {
+        paused[at + c * rays] = (*state).field[c];
+    }
 }
 
 @compute @workgroup_size(WORKGROUP_X, WORKGROUP_Y)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    let rows = frame.strip.y;
-    if id.x >= frame.size.x || id.y >= rows {
+    if id.x >= frame.size.x || id.y >= frame.strip.y {
         return;
     }
-    let sub = frame.size.z;
-    let pixel = id.y * frame.size.x + id.x;
-    var bands: array<f32, BANDS>;
-    for (var i = 0u; i < sub * sub; i++) {
-        let column = f32(id.x) + (f32(i % sub) + 0.5) / f32(sub);
-        let row = f32(frame.strip.x + id.y) + (f32(i / sub) + 0.5) / f32(sub);
-        var state = march_ray(camera_ray(column, row));
-        atomicMax(&found[0], bitcast<u32>(state.deepest));
-        for (var t = 0u; t < TERMS; t++) {
-            var light = state.sum[t / 4u][t % 4u];
-            if HAS_BACKGROUND {
-                light += tables[BACKGROUND + t / 4u][t % 4u] * exp(-tables[EXTINCTION + t / 4u][t % 4u] * state.tau);
+    let y = frame.strip.x + id.y;
+    let number = (y - frame.strip.z) * frame.size.x + id.x;
+    var state: State;
+    if PAUSES && frame.size.w > 0u && !resumed(&state, number) {
+        return;
+    }
+    let ray = camera_ray(f32(id.x) + 0.5 + frame.jitter.x, f32(y) + 0.5 + frame.jitter.y);
+    let done = march_ray(&state, ray, start_of(vec2u(id.x, y)));
+    if PAUSES {
+        if !loops_turn() {
+            // All since the last pause is worth nothing.
+            atomicMax(&found[2], 1u);
+            if frame.size.w == 0u {
+                var fresh: State;
+                pause(&fresh, number);
             }
-            bands[u32(tables[BAND_OF + t / 4u][t % 4u])] += light / f32(sub * sub);
+            return;
+        }
+        if !done {
+            atomicMax(&found[1], 1u);
+            pause(&state, number);
+            return;
         }
     }
+    atomicMax(&found[0], bitcast<u32>(state.deepest));
+    if HAS_FIELD {
+        resolve_field(&state);
+    }
+    if HAS_BACKGROUND {
+        gather(&state, SCATTERERS + EMITTERS, vec2f(0.0), 1.0, state.tau, 0.0);
+    }
     for (var b = 0u; b < BANDS; b++) {
-        radiance[b * rows * frame.size.x + pixel] = bands[b];
+        let at = b * frame.size.x * frame.strip.w + number;
+        var value = state.sum[b];
+        if frame.jitter.w < 1.0 {
+            value = mix(picture[at], value, frame.jitter.w);
+        }
+        picture[at] = value;
+    }
+    if PAUSES {
+        state.span = BORDERS;
+        pause(&state, number);
     }
 }

@@ -12,6 +12,7 @@ fn parts(b: f32, foot: f32, dt: f32, voxel: f32) -> f32 {
 fn depth_between(a: vec3f, z: vec3f) -> f32 {
     let length = distance(a, z);
     let count = clamp(ceil(4.0 * length / frame.steps.z), 1.0, MAX_DEPTH_STEPS);
+    turns += u32(count);
     var depth = 0.0;
     for (var i = 0.0; i < count; i += 1.0) {
         depth += read_dust(mix(a, z, (i + 0.5) / count));
@@ -30,22 +31,45 @@ fn near(state: ptr<function, State>, ray: Ray, scatterer: u32, b: f32, foot: f32
     if PHASE_KIND != ISOTROPIC {
         asked = phases(width);
     }
+    turns += u32(count) * (2u + asked);
     for (var i = 0.0; i < count; i += 1.0) {
         let t = foot + b * tan(start + (i + 0.5) * width);
         let along = (*state).tau + growth * clamp((t - stretch.start) / stretch.length, 0.0, 1.0);
         let depth = along + depth_between(star, ray.origin + t * ray.direction);
+        // One depth serves all angles: their light is summed first, where one p(θ) serves all terms.
+        var spread = 0.0;
         for (var j = 0u; j < asked; j++) {
             let theta = start + (i + (f32(j) + 0.5) / f32(asked)) * width;
             let sigma = read_dust(ray.origin + (foot + b * tan(theta)) * ray.direction);
             let scattering = sigma * width / (b * f32(asked));
             let cosine = -sin(theta);
-            for (var c = 0u; c < TERM_QUADS; c++) {
-                var weight = tables[WEIGHTS + scatterer * TERM_QUADS + c];
-                if PHASE_KIND != ISOTROPIC {
-                    weight = phase_weight(scatterer, c, phase_entry(cosine, 1.0 - cosine * cosine));
-                }
-                (*state).sum[c] += scattering * weight * exp(-tables[EXTINCTION + c] * depth);
+            let at = phase_entry(cosine, 1.0 - cosine * cosine);
+            if PHASE_KIND == SPECTRAL {
+                gather(state, scatterer, at, scattering, depth, 0.0);
+            } else {
+                spread += scattering * phase_value(scatterer, at);
             }
         }
+        if PHASE_KIND != SPECTRAL {
+            gather(state, scatterer, vec2f(0.0), spread, depth, 0.0);
+        }
     }
+}
+
+// Optical depth at V from a star to a place, by midpoints through the box of dust: the deck's double integration.
+// twin: barnard::backend::cpu::double_integration::depths_of
+fn depth_again(star: vec3f, p: vec3f) -> f32 {
+    let length = distance(star, p);
+    let box = lattice(DUST_QUAD);
+    let inside = clip(Ray(star, (p - star) / max(length, TINY), 0.0), box.low.xyz, box.high.xyz, 0.0);
+    let dt = max(min(inside.y, length) - inside.x, 0.0) / f32(frame.counts.w);
+    turns += frame.counts.w;
+    var depth = 0.0;
+    for (var i = 0u; i < frame.counts.w; i++) {
+        depth += dt * read_dust(star + (inside.x + (f32(i) + 0.5) * dt) / max(length, TINY) * (p - star));
+        if i % 16u == 15u && depth > OPAQUE {
+            break;
+        }
+    }
+    return min(depth, OPAQUE);
 }

@@ -21,7 +21,7 @@ use super::terms::{Drawn, NodeTerms, Terms};
 use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, Track, exp, lanes, largest};
 use crate::plan::near::{self, PART_DISTANCE};
-use crate::plan::{Channel, END_DEPTH, END_EVERY, END_SHARE, PHASE_RANGE, Plan, Scatterer, Volume};
+use crate::plan::{Channel, END_DEPTH, END_EVERY, END_SHARE, PhaseTable, Plan, Scatterer, Volume};
 
 /// What is the same for all packets.
 pub struct March<'a> {
@@ -236,7 +236,7 @@ impl<'a> March<'a> {
         }
     }
 
-    /// Whether nothing behind `steps` can change any term by a part of the accuracy.
+    /// Whether nothing behind `steps` can change any band by a part of the accuracy.
     fn ended(&self, state: &State, views: &[StarView], steps: usize) -> bool {
         let Terms::Nodes(NodeTerms { k, range }) = &self.tables.terms else { return false };
         if !state.final_span {
@@ -248,15 +248,22 @@ impl<'a> March<'a> {
         }
         let tolerance = END_SHARE * self.plan.spectral.accuracy as f32;
         let rest: Vec<Lane> = views.iter().map(|view| self.rest_of_star(state, view, steps)).collect();
-        (0..k.len()).all(|term| {
-            (0..LANES).all(|lane| {
-                let stars: f32 = self.tables.weights.scattered.iter().zip(&rest).map(|(s, r)| s.brightest[term] * r[lane]).sum();
-                let length = (state.span.1[lane] - state.span.0[lane]) as f32;
-                let gas: f32 = self.tables.weights.emitted.iter().map(|e| e.weights[term] * self.brightest.1[e.species] * length).sum();
-                let behind = exp(-k[term] * state.tau[lane]) * (stars + gas);
-                behind <= tolerance * state.sum[term][lane] || state.dt[lane] == 0.0
-            })
-        })
+        let weights = &self.tables.weights;
+        let lane_ended = |lane: usize| {
+            let length = (state.span.1[lane] - state.span.0[lane]) as f32;
+            // What may lie behind a term, and what it has.
+            let of_term = |term: usize| {
+                let stars: f32 = weights.scattered.iter().zip(&rest).map(|(s, r)| s.brightest[term] * r[lane]).sum();
+                let gas: f32 = weights.emitted.iter().map(|e| e.weights[term] * self.brightest.1[e.species] * length).sum();
+                (exp(-k[term] * state.tau[lane]) * (stars + gas), state.sum[term][lane])
+            };
+            let of_band = |band: usize| {
+                let terms = (0..k.len()).filter(|term| weights.band_of[*term] == band);
+                terms.map(of_term).fold((0.0, 0.0), |all, own| (all.0 + own.0, all.1 + own.1))
+            };
+            state.dt[lane] == 0.0 || (0..self.plan.spectral.bands.len()).map(of_band).all(|(behind, sum)| behind <= tolerance * sum)
+        };
+        (0..LANES).all(lane_ended)
     }
 
     /// Bound of ∫ σ dt/r² over the rest of the span.
@@ -290,12 +297,7 @@ impl<'a> March<'a> {
     /// Entry and fraction of the phase table for cos θ and sin² θ.
     #[inline(always)]
     pub(super) fn phase_entry(&self, cosine: f32, sine2: f32) -> (usize, f32) {
-        // sin or cos of θ/2, whichever is small, without cancellation.
-        let small = (sine2 / (2.0 * (1.0 + cosine.abs()))).sqrt();
-        let at = if cosine >= 0.0 { small } else { PHASE_RANGE as f32 - small };
-        let u = at * (self.tables.phase_entries.saturating_sub(1)) as f32 * (1.0 / PHASE_RANGE as f32);
-        let entry = (u as usize).min(self.tables.phase_entries.saturating_sub(2));
-        (entry, u - entry as f32)
+        PhaseTable::entry(self.tables.phase_entries, cosine, sine2)
     }
 
     /// The weight of a term at an angle, 1/4π or p(θ) included.

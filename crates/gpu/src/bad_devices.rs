@@ -1,0 +1,95 @@
+//! What devices do that they should not, and plans that they cannot hold.
+
+use std::sync::{Arc, Mutex};
+
+use barnard::backend::cpu;
+use barnard::control::Control;
+
+use crate::march::{Tuning, render_surely};
+use crate::twins::{device, plan_of, scene};
+use crate::{Gpu, GpuError, Renderer};
+
+/// A device that is taken away in the middle of a picture is opened once more; if that is taken too, the processor renders.
+#[test]
+fn a_lost_device_does_not_lose_the_picture() {
+    if device().is_none() {
+        return;
+    }
+    let scene = scene(24, "");
+    let plan = plan_of(&scene);
+    let (truth, _) = cpu::render(&scene, &plan, &Control::default()).unwrap();
+    for losses in [0, 1, 2] {
+        let (opened, left) = (Arc::new(Mutex::new(None::<wgpu::Device>)), Arc::new(Mutex::new(losses)));
+        let (victim, hits) = (opened.clone(), left.clone());
+        let control = Control::with_listener(move |_, _, _| {
+            let mut hits = hits.lock().unwrap();
+            if *hits > 0
+                && let Some(device) = victim.lock().unwrap().take()
+            {
+                device.destroy();
+                *hits -= 1;
+            }
+        });
+        let open = || {
+            let gpu = Gpu::open()?;
+            *opened.lock().unwrap() = Some(gpu.device.clone());
+            Ok(gpu)
+        };
+        let mut told = Vec::new();
+        let (image, _) = render_surely(open, &scene, &plan, &control, |words| told.push(words.to_owned())).unwrap();
+        assert_eq!(*left.lock().unwrap(), 0);
+        assert_eq!(told.len(), [0, 1, 3][losses], "{told:?}");
+        let backend = &image.notes.iter().find(|n| n.0 == "backend").unwrap().1;
+        assert_eq!(backend.starts_with("gpu"), losses < 2, "{backend}");
+        for band in 0..2 {
+            assert!(image.relative_rmse(band, &truth, band) < 5e-3);
+        }
+        assert_eq!(image.samples == truth.samples, losses == 2);
+    }
+}
+
+/// An adapter without timestamps renders the same, and tells no time.
+#[test]
+fn timestamps_are_not_needed() {
+    let Some(mut gpu) = device() else { return };
+    let plan = plan_of(&scene(24, ""));
+    let mut renderer = Renderer::new(&gpu, &plan, Tuning::default()).unwrap();
+    let with = renderer.radiance(&Control::default()).unwrap();
+    let timed = gpu.timer.is_some();
+    assert_eq!(renderer.seconds().is_some(), timed);
+    gpu.timer = None;
+    let mut renderer = Renderer::new(&gpu, &plan, Tuning::default()).unwrap();
+    assert!(renderer.radiance(&Control::default()).unwrap() == with);
+    assert!(renderer.seconds().is_none());
+}
+
+/// Plans beyond a device's limits are refused before anything is uploaded, with what would fit; the plan before stays.
+#[test]
+fn what_is_too_large_is_refused() {
+    let limits = wgpu::Limits { max_texture_dimension_3d: 16, ..wgpu::Limits::default() };
+    let edges = (limits, "16", "at most 14 voxels");
+    let limits = wgpu::Limits { max_sampled_textures_per_shader_stage: 1, ..wgpu::Limits::default() };
+    let textures = (limits, "at most 1;", "at most 3 stars");
+    let limits = wgpu::Limits { max_storage_buffer_binding_size: 1 << 10, ..wgpu::Limits::default() };
+    let tables = (limits, "tables", "--backend cpu");
+    let limits = wgpu::Limits { max_storage_buffers_per_shader_stage: 4, ..wgpu::Limits::default() };
+    let buffers = (limits, "at most 4;", "--backend cpu");
+    for (limits, is, right) in [edges, textures, tables, buffers] {
+        let gpu = match Gpu::limited(limits) {
+            Ok(gpu) => gpu,
+            Err(error) if std::env::var_os("CI").is_some() => panic!("CI needs an adapter: {error}"),
+            Err(error) => return eprintln!("SKIPPED: {error}"),
+        };
+        let plan = plan_of(&scene(24, ""));
+        let error = Renderer::new(&gpu, &plan, Tuning::default()).err().unwrap();
+        let words = error.to_string();
+        assert!(matches!(error, GpuError::TooLarge { .. }) && words.contains(is) && words.contains(right), "{words}");
+    }
+}
+
+/// A device without room says how much a plan takes, and what takes less.
+#[test]
+fn no_room_is_an_error_that_says_what_fits() {
+    let words = GpuError::Memory(3 << 30).to_string();
+    assert!(words.contains("3072 MiB") && words.contains("half the voxels") && words.contains("--backend cpu"), "{words}");
+}

@@ -1,0 +1,122 @@
+//! How terms fall with optical depth, on the device: the forms of `spectra::rule`, one file, one shader and one row each.
+
+mod analytic;
+mod lookup;
+mod nodes;
+mod preintegrated;
+mod projection;
+
+use barnard::plan::Plan;
+use spectra::rule::{Form, Projection};
+
+use crate::error::{GpuError, Result};
+use crate::layout::QuadList;
+
+/// One form.
+pub struct FormEntry {
+    /// Its name.
+    pub name: &'static str,
+    /// Whether a rule has it.
+    pub of: fn(&Form) -> bool,
+    /// `gather` and `left`.
+    pub wgsl: &'static str,
+    /// Heads of tables for each light.
+    pub heads: Heads,
+    /// Turns of loops for a segment: for each band, and for each term.
+    pub turns: (usize, usize),
+    /// Writes heads and tables; lights are those of [`crate::layout::lights`].
+    pub fill: fn(&Plan, &[usize], &mut Contents) -> Result<()>,
+}
+
+/// How many heads a form has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Heads {
+    /// One for each band.
+    Bands,
+    /// One for each light and band.
+    LightsAndBands,
+    /// One for each light and term.
+    LightsAndTerms,
+}
+
+impl PartialEq for FormEntry {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl std::fmt::Debug for FormEntry {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+/// All forms.
+pub const FORMS: &[&FormEntry] = &[&nodes::ENTRY, &lookup::ENTRY, &projection::ENTRY, &analytic::ENTRY, &preintegrated::ENTRY];
+
+/// The form of a plan's rules.
+///
+/// # Errors
+/// Where no shader has it.
+pub fn form(plan: &Plan) -> Result<&'static FormEntry> {
+    let Some(band) = plan.spectral.bands.first() else { return Ok(FORMS[0]) };
+    let known = FORMS.iter().find(|f| (f.of)(&band.rule.form));
+    known.copied().ok_or_else(|| GpuError::Method(plan.spectral.method.into()))
+}
+
+/// k of each term, zero where a form has none.
+pub fn extinctions(plan: &Plan) -> Vec<f32> {
+    let of_band = |form: &Form, terms: usize| match form {
+        Form::Nodes(nodes) => nodes.nodes.iter().map(|n| n.k as f32).collect(),
+        Form::Preintegrated(intervals) => intervals.k.iter().map(|k| *k as f32).collect(),
+        _ => vec![0.0; terms],
+    };
+    plan.spectral.bands.iter().flat_map(|b| of_band(&b.rule.form, b.terms())).collect()
+}
+
+/// Heads, and the tables that they tell of.
+pub struct Contents {
+    /// As many as [`Heads`] says; where a table starts is a number of quads.
+    pub heads: Vec<[f32; 4]>,
+    /// Tables one behind the other.
+    pub tables: QuadList,
+    /// Where they will stand.
+    start: usize,
+}
+
+impl Contents {
+    /// That will stand at quad `start`.
+    pub fn new(heads: usize, start: usize) -> Self {
+        Self { heads: vec![[0.0; 4]; heads], tables: QuadList::default(), start }
+    }
+
+    /// Where the next table starts.
+    pub fn here(&self) -> f32 {
+        (self.start + self.tables.0.len()) as f32
+    }
+
+    /// A table at equal steps: its head, with entries per unit, gaps and where it starts.
+    pub fn equal_steps(&mut self, step: f64, values: &[f64]) -> [f32; 4] {
+        let head = [(1.0 / step) as f32, (values.len() - 1) as f32, self.here(), 0.0];
+        self.tables.numbers(&values.iter().map(|v| *v as f32).collect::<Vec<_>>(), 0);
+        head
+    }
+
+    /// Coordinates of a basis as `coordinates.wgsl` reads them.
+    pub fn coordinates(&mut self, projection: &Projection) -> [f32; 4] {
+        let values = &projection.coordinates;
+        let (size, gaps) = (projection.basis.size(), values.len() - 1);
+        let head = [(1.0 / projection.step) as f32, gaps as f32, self.here(), size as f32];
+        let curvatures = |i: usize| projection.basis.curvatures(projection.step * i as f64);
+        let mut curvature = curvatures(0);
+        for gap in 0..gaps {
+            let next = curvatures(gap + 1);
+            for e in 0..size {
+                let (value, growth) = (values[gap][e], values[gap + 1][e] - values[gap][e]);
+                self.tables.0.push([value as f32, growth as f32, (curvature[e] / 6.0) as f32, ((next[e] - curvature[e]) / 6.0) as f32]);
+            }
+            curvature = next;
+        }
+        head
+    }
+}

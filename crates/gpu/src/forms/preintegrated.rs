@@ -1,0 +1,32 @@
+//! Intervals of wavelength, a table over the segment's own depth for each light and interval.
+
+use barnard::plan::Plan;
+use spectra::rule::Form;
+
+use super::{Contents, FormEntry, Heads};
+use crate::error::Result;
+use crate::layout::room;
+
+pub(super) const ENTRY: FormEntry = FormEntry {
+    name: "preintegrated",
+    of: |form| matches!(form, Form::Preintegrated(_)),
+    wgsl: include_str!("../shaders/forms/preintegrated.wgsl"),
+    turns: (2, 1),
+    heads: Heads::LightsAndTerms,
+    fill,
+};
+
+fn fill(plan: &Plan, lights: &[usize], contents: &mut Contents) -> Result<()> {
+    let room = room(plan.spectral.terms());
+    for (i, light) in lights.iter().enumerate() {
+        let mut term = i * room;
+        for band in &plan.spectral.bands {
+            let Form::Preintegrated(intervals) = &band.rule.form else { continue };
+            for table in &intervals.tables[*light] {
+                contents.heads[term] = contents.equal_steps(table.step, &table.mean);
+                term += 1;
+            }
+        }
+    }
+    Ok(())
+}

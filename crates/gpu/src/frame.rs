@@ -1,0 +1,153 @@
+//! What changes from picture to picture.
+
+use barnard::camera::{Camera, Projection};
+use barnard::geometry::Bounds;
+use barnard::plan::{END_SHARE, Plan, Stepping};
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+
+/// The fields are those of `frame.wgsl`.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Frame {
+    pub middle: [f32; 4],
+    pub across: [f32; 4],
+    pub upwards: [f32; 4],
+    pub forward: [f32; 4],
+    pub turn_x: [f32; 4],
+    pub turn_y: [f32; 4],
+    pub low: [f32; 4],
+    pub high: [f32; 4],
+    pub steps: [f32; 4],
+    pub limits: [f32; 4],
+    pub jitter: [f32; 4],
+    pub size: [u32; 4],
+    pub strip: [u32; 4],
+    pub counts: [u32; 4],
+    pub depths: [f32; 4],
+}
+
+/// Turns by which a loop shows that it turns.
+const SHOWN_TURNS: f32 = 8.0;
+
+/// Turns of loops that a ray takes before it pauses on a software adapter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Patience(pub u32);
+
+impl Patience {
+    /// Neighbours, which count together, mostly take the same turns: a half of what llvmpipe allows.
+    pub const FULL: Patience = Patience(32_000);
+    /// After every part of a step.
+    pub const NONE: Patience = Patience(0);
+
+    /// After a ray paused too late.
+    pub fn less(self) -> Self {
+        if self.0 < 500 { Self::NONE } else { Patience(self.0 / 4) }
+    }
+}
+
+/// Rows of the picture that a dispatch renders, and those that its buffer holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rows {
+    /// The first row, and how many.
+    pub strip: (usize, usize),
+    /// The first row of the buffer, and how many it holds.
+    pub held: (usize, usize),
+}
+
+/// How one pass over a picture takes its samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pass {
+    /// Where in its pixel a ray goes, from the middle [pixels].
+    pub subpixel: (f32, f32),
+    /// The part of a step in which a ray starts, moved from pixel to pixel; none: at the border.
+    pub start: Option<f32>,
+    /// Samples in parts of the plan's.
+    pub steps: f32,
+    /// What it counts beside the passes before it.
+    pub share: f32,
+}
+
+impl Pass {
+    /// The picture as the plan says.
+    pub const WHOLE: Pass = Pass { subpixel: (0.0, 0.0), start: None, steps: 1.0, share: 1.0 };
+    /// A first look, with a quarter of the samples.
+    pub const COARSE: Pass = Pass { steps: 0.25, start: Some(0.5), ..Pass::WHOLE };
+
+    /// Number `n` of the passes over a picture with `s` rays along each side of a pixel.
+    pub fn supersampling(s: usize, n: usize) -> Self {
+        let place = |i: usize| ((i as f64 + 0.5) / s as f64 - 0.5) as f32;
+        Pass { subpixel: (place(n % s), place(n / s)), share: 1.0 / (n + 1) as f32, ..Pass::WHOLE }
+    }
+
+    /// Number `n` of passes that refine a picture without end: a first look, then pictures with the plan's samples, each at other places, whose mean is
+    /// that of pixels with an area.
+    pub fn refining(n: u32) -> Self {
+        if n == 0 {
+            return Pass::COARSE;
+        }
+        // Roberts' R3 sequence: powers of the root of x⁴ = x + 1.
+        let part = |step: f64| (0.5 + step * f64::from(n)).fract() as f32;
+        let subpixel = (part(0.819_172_513_396_164_4) - 0.5, part(0.671_043_606_703_789_2) - 0.5);
+        Pass { subpixel, start: Some(part(0.549_700_477_901_970_3)), steps: 1.0, share: 1.0 / n as f32 }
+    }
+}
+
+impl Frame {
+    /// Of a plan seen from `middle`, whose terms have the extinctions `k`; dust is at most `brightest` [pc⁻¹].
+    pub fn new(plan: &Plan, middle: DVec3, k: &[f32], brightest: f32, counts: [u32; 4]) -> Self {
+        let camera: &Camera = &plan.camera;
+        let bounds = plan.space.occupied.unwrap_or(Bounds { low: middle, high: middle });
+        // The observer moves along the view until the middle of the scene is beside them.
+        let ahead = (middle - camera.position).dot(camera.forward).max(0.0);
+        let start = camera.position + ahead * camera.forward - middle;
+        let (right, up) = (camera.right, camera.up);
+        let (across, upwards, turn_x, turn_y) = match camera.projection {
+            Projection::Perspective { half_width: h } => (ahead * h * right, ahead * h * up, h * right, h * up),
+            Projection::Orthographic { half_width_pc: h } => (h * right, h * up, DVec3::ZERO, DVec3::ZERO),
+        };
+        let voxel = plan.space.voxel_pc();
+        let (per_pc, fixed) = match plan.stepping {
+            Stepping::PerVoxel(n) => (n / voxel, 0.0),
+            Stepping::Fixed(n) => (0.0, n as f64),
+        };
+        let (smallest, largest) = k.iter().fold((f32::MAX, 0.0f32), |(low, high), k| (low.min(*k), high.max(*k)));
+        let angle = plan.spectral.phase_angle.min(10.0);
+        Self {
+            middle: four(start, ahead as f32),
+            across: four(across, 0.0),
+            upwards: four(upwards, 0.0),
+            forward: four(camera.forward, 0.0),
+            turn_x: four(turn_x, 0.0),
+            turn_y: four(turn_y, 0.0),
+            low: four(bounds.low - middle, 0.0),
+            high: four(bounds.high - middle, 0.0),
+            steps: [per_pc as f32, fixed as f32, voxel as f32, angle as f32],
+            limits: [smallest, END_SHARE * plan.spectral.accuracy as f32, brightest, largest],
+            jitter: [0.0; 4],
+            size: [camera.width as u32, camera.height as u32, 0, 0],
+            strip: [0; 4],
+            counts,
+            depths: [plan.space.star_depth as f32, SHOWN_TURNS, 0.0, 0.0],
+        }
+    }
+
+    /// For some rows in one pass; rays that paused go on where they are `resumed`.
+    pub fn of(&self, rows: Rows, pass: &Pass, patience: Patience, resumed: bool) -> Frame {
+        let [per_pc, fixed, voxel, angle] = self.steps;
+        let fixed = if fixed > 0.0 { (fixed * pass.steps).ceil() } else { 0.0 };
+        let ((first, count), (first_held, held)) = (rows.strip, rows.held);
+        Frame {
+            steps: [per_pc * pass.steps, fixed, voxel, angle],
+            jitter: [pass.subpixel.0, pass.subpixel.1, pass.start.unwrap_or(-1.0), pass.share],
+            size: [self.size[0], self.size[1], patience.0, u32::from(resumed)],
+            strip: [first as u32, count as u32, first_held as u32, held as u32],
+            ..*self
+        }
+    }
+}
+
+/// A place, and one number more.
+pub fn four(p: DVec3, fourth: f32) -> [f32; 4] {
+    [p.x as f32, p.y as f32, p.z as f32, fourth]
+}

@@ -1,0 +1,26 @@
+// Intervals of wavelength: ⟨D⟩ = e^(-k_j a₀) T_j(Δ), a₀ in front of the segment, Δ its own depth.
+
+// twin: barnard::backend::cpu::terms::PreintegratedTerms::gather
+fn gather(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle: f32, half: f32) {
+    turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
+    let front = middle - abs(half);
+    let delta = 2.0 * abs(half);
+    for (var b = 0u; b < BANDS; b++) {
+        let terms = band_terms(b);
+        var sum = 0.0;
+        for (var t = terms.x; t < terms.y; t++) {
+            // Entries per unit of depth, gaps, and where they start.
+            let head = tables[HEADS + light * ROOM + t];
+            let place = cell(delta * head.x, head.y);
+            let first = 4u * u32(head.z) + u32(place.x);
+            let mean = mix(numbers[first], numbers[first + 1u], place.y);
+            sum += weight(light, t, at) * exp(-numbers[4u * EXTINCTION + t] * front) * mean;
+        }
+        (*state).sum[b] += base * sum;
+    }
+}
+
+// No bound is known.
+fn left(light: u32, band: u32, depth: f32) -> f32 {
+    return FAR;
+}

@@ -1,0 +1,26 @@
+// Coordinates in a basis: read once for all bands that share it.
+
+// twin: barnard::backend::cpu::terms::ProjectionTerms::gather
+fn gather(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle: f32, half: f32) {
+    turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
+    var means: array<f32, MAX_ELEMENTS>;
+    var table = 0u;
+    for (var b = 0u; b < BANDS; b++) {
+        let head = tables[HEADS + b];
+        if u32(head.z) != table {
+            table = u32(head.z);
+            means = mean_coordinates(head, middle, half);
+        }
+        let terms = band_terms(b);
+        var sum = 0.0;
+        for (var t = terms.x; t < terms.y; t++) {
+            sum = fma(weight(light, t, at), means[t - terms.x], sum);
+        }
+        (*state).sum[b] = fma(base, sum, (*state).sum[b]);
+    }
+}
+
+// No bound is known.
+fn left(light: u32, band: u32, depth: f32) -> f32 {
+    return FAR;
+}

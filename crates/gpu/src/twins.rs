@@ -1,0 +1,323 @@
+//! Functions of the shaders beside their twins in Rust, one by one, on the numbers of a real plan.
+
+use barnard::control::Control;
+use barnard::geometry::Bounds;
+use barnard::packet::{self, LANES, scaled_exp_integrals};
+use barnard::plan::{Options, PhaseTable, Plan, near, segment};
+use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
+use glam::DVec3;
+
+use crate::Gpu;
+use crate::frame::{Pass, Patience, Rows};
+use crate::layout::{Layout, quads};
+use crate::march::Volumes;
+use crate::shader::{Pauses, source};
+
+/// Numbers in and out of a function.
+const ARGUMENTS: usize = 8;
+type Numbers = [f32; ARGUMENTS];
+
+/// A device, or none with a loud word; in CI there must be one.
+pub fn device() -> Option<Gpu> {
+    match Gpu::open() {
+        Ok(gpu) => Some(gpu),
+        Err(error) if std::env::var_os("CI").is_some() => panic!("CI needs an adapter: {error}"),
+        Err(error) => {
+            eprintln!("SKIPPED, no function of the GPU was compared: {error}");
+            None
+        }
+    }
+}
+
+/// A cloud of dust with two stars, and gas at its border, by `method`.
+fn plan(method: &str) -> Plan {
+    plan_of(&scene(24, method))
+}
+
+pub fn plan_of(scene: &Scene) -> Plan {
+    let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+    Plan::sampled(scene, &options, 40, &Control::default()).unwrap()
+}
+
+/// That cloud with so many voxels along an edge.
+pub fn scene(bake: usize, method: &str) -> Scene {
+    let text = format!(
+        "bands = [\"cie-x\", \"cie-y\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.3 0.2 4 pc\"\nfield_of_view = \"40 deg\"\nsize = [48, 32]\n\
+         [field.ball]\nkind = \"fbm\"\nradius = \"1 pc\"\n[field.knot]\nkind = \"sphere\"\nradius = \"0.3 pc\"\ncentre = \"0.9 0 0.2 pc\"\n\
+         [dust]\ndensity = \"ball\"\nscale = \"2 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.6\nphase = {{ kind = \"henyey_greenstein\", g = 0.6 }}\n\
+         [[star]]\nkind = \"blackbody\"\nposition = \"0.2 0.5 0.3 pc\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\n\
+         [[star]]\nkind = \"blackbody\"\nposition = \"-0.3 -0.2 0.1 pc\"\ntemperature = \"4000 K\"\nluminosity = \"100 Lsun\"\n\
+         [[emission]]\nname = \"H I\"\nkind = \"ion\"\nion = \"H1\"\ndensity = \"1e3 * knot\"\ntemperature = \"8000 K\"\nelectron_density = \"300 cm-3\"\n\
+         [method]\nbake = {bake}\n{method}\n"
+    );
+    Scene::parse("test.toml", "test", text, &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap()
+}
+
+/// What `body` makes of each x: it reads `x` and writes `y`, numbers both.
+fn evaluated(gpu: &Gpu, plan: &Plan, body: &str, asked: &[Numbers]) -> Vec<Numbers> {
+    use wgpu::BufferUsages as Use;
+    let layout = Layout::new(plan, quads(plan)).unwrap();
+    let volumes = Volumes::new(gpu, plan, &layout);
+    let entry = format!(
+        "@group(0) @binding(7) var<storage, read> asked: array<array<f32, {ARGUMENTS}>>;\n@group(0) @binding(8) var<storage, read_write> told: array<array<f32, {ARGUMENTS}>>;\n\
+         @compute @workgroup_size(1) fn twin(@builtin(global_invocation_id) id: vec3u) {{\n    let x = asked[id.x];\n    var y: array<f32, {ARGUMENTS}>;\n{body}\n    told[id.x] = y;\n}}\n"
+    );
+    let text = source(&layout.shape, (8, 8), Pauses::Never) + &entry;
+    let module =
+        gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source: wgpu::ShaderSource::Wgsl(text.into()) });
+    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    let bound = |(i, ty): (usize, wgpu::BindingType)| wgpu::BindGroupLayoutEntry {
+        binding: i as u32,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty,
+        count: None,
+    };
+    let storage = |read_only| buffer(wgpu::BufferBindingType::Storage { read_only });
+    let kinds =
+        [buffer(wgpu::BufferBindingType::Uniform)].into_iter().chain([true, true, true, false, false, false, true, false].map(storage));
+    let texture = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+        view_dimension: wgpu::TextureViewDimension::D3,
+        multisampled: false,
+    };
+    let of_textures =
+        vec![texture; layout.shape.quads].into_iter().chain([wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)]);
+    let group_layout = |kinds: Vec<wgpu::BindingType>| {
+        let entries: Vec<_> = kinds.into_iter().enumerate().map(bound).collect();
+        gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+    };
+    let layouts = [group_layout(kinds.collect()), group_layout(of_textures.collect())];
+    let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        bind_group_layouts: &[Some(&layouts[0]), Some(&layouts[1])],
+        ..Default::default()
+    });
+    let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: Some(&pipeline_layout),
+        module: &module,
+        entry_point: Some("twin"),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    let rows = Rows { strip: (0, 32), held: (0, 32) };
+    let frame = gpu.filled(bytemuck::bytes_of(&layout.frame.of(rows, &Pass::WHOLE, Patience::FULL, false)), Use::UNIFORM);
+    let tables = gpu.filled(bytemuck::cast_slice(&layout.tables), Use::STORAGE);
+    let scratch = [0, 1, 2].map(|_| gpu.buffer(64, Use::STORAGE));
+    let (asked_buffer, bytes) = (gpu.filled(bytemuck::cast_slice(asked), Use::STORAGE), size_of_val(asked) as u64);
+    let told = gpu.buffer(bytes, Use::STORAGE | Use::COPY_SRC);
+    let buffers = [&frame, &tables, &tables, &volumes.bricks, &scratch[0], &scratch[1], &scratch[2], &asked_buffer, &told];
+    let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor { mag_filter: wgpu::FilterMode::Linear, ..Default::default() });
+    let textures = volumes.views.iter().map(wgpu::BindingResource::TextureView).chain([wgpu::BindingResource::Sampler(&sampler)]);
+    let group = |layout: &wgpu::BindGroupLayout, resources: Vec<wgpu::BindingResource>| {
+        let entry = |(i, resource)| wgpu::BindGroupEntry { binding: i as u32, resource };
+        let entries: Vec<_> = resources.into_iter().enumerate().map(entry).collect();
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    };
+    let groups = [group(&layouts[0], buffers.map(|b| b.as_entire_binding()).to_vec()), group(&layouts[1], textures.collect())];
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&pipeline);
+        groups.iter().enumerate().for_each(|(i, group)| pass.set_bind_group(i as u32, group, &[]));
+        pass.dispatch_workgroups(asked.len() as u32, 1, 1);
+    }
+    gpu.queue.submit([encoder.finish()]);
+    gpu.wait().unwrap();
+    gpu.check(0).unwrap();
+    bytemuck::pod_collect_to_vec(&gpu.read(&told, bytes, &mut None).unwrap())
+}
+
+/// Arguments that fill their ranges evenly.
+fn arguments(ranges: &[(f64, f64)]) -> Vec<Numbers> {
+    // Powers of the inverse of a number between 1 and 2 that no polynomial of low degree has as its root.
+    let part = |i: usize, axis: usize| (0.5 + (i + 1) as f64 * 1.17f64.powi(-(axis as i32) - 1)).fract();
+    let of = |i: usize| {
+        let mut x = [0.0; ARGUMENTS];
+        for (axis, (low, high)) in ranges.iter().enumerate() {
+            x[axis] = (low + (high - low) * part(i, axis)) as f32;
+        }
+        x
+    };
+    (0..256).map(of).collect()
+}
+
+/// What `body` computes is what `twin` does, to `tolerance` of 1 + |value|; and would not be, were any argument a quarter larger.
+fn agree(gpu: &Gpu, plan: &Plan, body: &str, ranges: &[(f64, f64)], tolerance: f64, twin: impl Fn([f64; ARGUMENTS]) -> Vec<f64>) {
+    let asked = arguments(ranges);
+    let told = evaluated(gpu, plan, body, &asked);
+    let worst = |argument: Option<usize>| {
+        let of = |(x, y): (&Numbers, &Numbers)| {
+            let mut x = x.map(f64::from);
+            if let Some(i) = argument {
+                x[i] *= 1.25;
+            }
+            let truth = twin(x);
+            assert!(!truth.is_empty() && truth.len() <= ARGUMENTS);
+            let wrong = truth.iter().zip(y).map(|(t, y)| (f64::from(*y) - t).abs() / (1.0 + t.abs()));
+            wrong.fold(0.0, |m: f64, v| if v.is_nan() { f64::INFINITY } else { m.max(v) })
+        };
+        asked.iter().zip(&told).map(of).fold(0.0, f64::max)
+    };
+    let wrong = worst(None);
+    assert!(wrong < tolerance, "{body}: {wrong:e} of {tolerance:e}");
+    for i in 0..ranges.len() {
+        assert!(worst(Some(i)) > tolerance, "{body} does not see its argument {i}");
+    }
+}
+
+#[test]
+fn arithmetic() {
+    let Some(gpu) = device() else { return };
+    let plan = &plan("");
+    agree(&gpu, plan, "y[0] = sinhc(x[0]);", &[(0.0, 1.0)], 1e-6, |x| vec![packet::sinhc(x[0] as f32).into()]);
+    agree(&gpu, plan, "y[0] = mean_transmittance(x[0], x[1]);", &[(0.0, 6.0), (-5.0, 5.0)], 2e-6, |x| {
+        // The half difference is no larger than the middle where depths are not negative; the arithmetic does not mind.
+        let (from, to) = (x[0] - x[1], x[0] + x[1]);
+        vec![spectra::rule::mean_transmittance(from, to)]
+    });
+    agree(&gpu, plan, "let c = cell(x[0], 7.0); y[0] = c.x + c.y; y[1] = c.x;", &[(-2.0, 9.0)], 1e-6, |x| {
+        let (cell, fraction) = packet::cell(x[0] as f32, 7);
+        vec![f64::from(cell as f32 + fraction), f64::from(cell)]
+    });
+    agree(&gpu, plan, "y[0] = ln(x[0]) / 10.0;", &[(1e-6, 90.0)], 1e-6, |x| vec![x[0].ln() / 10.0]);
+    agree(
+        &gpu,
+        plan,
+        "y[0] = 0.01 * mean_inverse_square(x[0] * x[1], x[0] * x[0] + x[2] * (x[2] + x[1]));",
+        &[(0.4, 2.0), (0.01, 0.1), (0.1, 2.0)],
+        2e-7,
+        |x| vec![0.01 * segment::mean_inverse_square(x[0], x[2], x[2] + x[1])],
+    );
+}
+
+#[test]
+fn exponential_integrals() {
+    let Some(gpu) = device() else { return };
+    let plan = &plan("name = \"analytic\"\ndegree = 2\naccuracy = 0.02");
+    let body = "let e = scaled_exp_integrals(x[0], 7u); for (var n = 0u; n < 7u; n++) { y[n] = e[n]; }";
+    for range in [(1e-4, 1.0), (0.9, 4.0), (3.0, 60.0)] {
+        agree(&gpu, plan, body, &[range], 1e-5, |x| {
+            let mut out = [[0.0; LANES]; 7];
+            scaled_exp_integrals(&[x[0] as f32; LANES], &mut out);
+            out.iter().map(|e| f64::from(e[0])).collect()
+        });
+    }
+}
+
+#[test]
+fn phases_and_parts() {
+    let Some(gpu) = device() else { return };
+    let plan = &plan("");
+    let entries = plan.spectral.phase.as_ref().unwrap().entries;
+    let body = "let e = phase_entry(cos(x[0]), sin(x[0]) * sin(x[0])); y[0] = (e.x + e.y) / 1000.0;";
+    agree(&gpu, plan, body, &[(0.0, std::f64::consts::PI)], 1e-6, |x| {
+        let (entry, fraction) = PhaseTable::entry(entries, x[0].cos() as f32, x[0].sin().powi(2) as f32);
+        vec![f64::from(entry as f32 + fraction) / 1000.0]
+    });
+    let angle = plan.spectral.phase_angle;
+    agree(&gpu, plan, "y[0] = f32(phases(x[0])) / 10.0;", &[(0.0, 1.0)], 1e-6, |x| vec![near::phases(x[0], angle) as f64 / 10.0]);
+    let voxel = plan.space.voxel_pc();
+    agree(&gpu, plan, "y[0] = parts(x[0], x[1], x[2], frame.steps.z);", &[(0.0, 1.0), (-1.0, 1.0), (0.1, 3.0)], 1e-6, |x| {
+        vec![near::parts(x[0], x[1], x[2], voxel) as f64]
+    });
+}
+
+#[test]
+fn rays_and_boxes() {
+    let Some(gpu) = device() else { return };
+    let plan = &plan("");
+    let middle = plan.space.occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
+    let body = "let r = camera_ray(x[0], x[1]); let p = r.origin + r.first * r.direction; y[0] = p.x; y[1] = p.y; y[2] = p.z; y[3] = r.direction.x; y[4] = r.direction.y; y[5] = r.direction.z;";
+    agree(&gpu, plan, body, &[(1.0, 48.0), (1.0, 32.0)], 1e-6, |x| {
+        let ray = plan.camera.ray(x[0], x[1]);
+        let origin = ray.origin - middle;
+        [origin.to_array(), ray.direction.to_array()].concat()
+    });
+    let body = "let d = normalize(vec3f(x[3], x[4], x[5])); let c = clip(Ray(vec3f(x[0], x[1], x[2]), d, 0.0), vec3f(-1.0), vec3f(1.0, 2.0, 3.0), 0.0); y[0] = c.x; y[1] = c.y; if c.y <= c.x { y[0] = -1.0; y[1] = -1.0; }";
+    let coordinates = [(-2.0, 2.0); 6];
+    agree(&gpu, plan, body, &coordinates, 1e-5, |x| {
+        let bounds = Bounds { low: DVec3::splat(-1.0), high: DVec3::new(1.0, 2.0, 3.0) };
+        let ray = barnard::geometry::Ray { origin: DVec3::new(x[0], x[1], x[2]), direction: DVec3::new(x[3], x[4], x[5]).normalize() };
+        bounds.clip(&ray).map_or(vec![-1.0; 2], |(near, far)| vec![near, far])
+    });
+}
+
+#[test]
+fn volumes_and_bricks() {
+    let Some(gpu) = device() else { return };
+    let plan = &plan("");
+    let middle = plan.space.occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
+    let place = |x: &[f64; ARGUMENTS]| middle + DVec3::new(x[0], x[1], x[2]);
+    let volumes: Vec<_> = plan.volumes().collect();
+    let within = [(-0.9, 0.9); 3];
+    // Dust and two star depths stand in the first quad, gas in the second; f16 keeps three digits.
+    agree(
+        &gpu,
+        plan,
+        "let v = read_all(vec3f(x[0], x[1], x[2])); y[0] = v[0].x; y[1] = v[0].y; y[2] = v[0].z; y[3] = read_dust(vec3f(x[0], x[1], x[2]));",
+        &within,
+        1e-3,
+        |x| {
+            let at = |channel: usize| volumes[0].at(channel, place(&x));
+            vec![at(0), at(1), at(2), at(0)]
+        },
+    );
+    agree(&gpu, plan, "let m = masks(vec3f(x[0], x[1], x[2])); y[0] = m[0]; y[1] = m[1];", &[(-1.2, 1.2); 3], 1e-6, |x| {
+        volumes.iter().map(|v| f64::from(u8::from(v.inner.bounds.contains(place(&x))))).collect()
+    });
+    let body = "y[0] = depth_between(vec3f(x[0], x[1], x[2]), vec3f(x[0] + x[3], x[1] + x[4], x[2] + x[5]));";
+    let ranges = [within[0], within[1], within[2], (-0.2, 0.2), (-0.2, 0.2), (-0.2, 0.2)];
+    agree(&gpu, plan, body, &ranges, 1e-3, |x| vec![plan.space.depth(place(&x), place(&x) + DVec3::new(x[3], x[4], x[5]))]);
+}
+
+#[test]
+fn empty_bricks() {
+    let Some(gpu) = device() else { return };
+    let plan = &plan_of(&scene(128, ""));
+    let middle = plan.space.occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
+    agree(&gpu, plan, "y[0] = clear_pc(vec3f(x[0], x[1], x[2]));", &[(-1.1, 1.1); 3], 1e-6, |x| {
+        let place = middle + DVec3::new(x[0], x[1], x[2]);
+        let of = |b: &barnard::plan::Bricks| b.clear(b.brick_of(place)) as f64 * b.lattice.voxel_pc().min_element();
+        vec![plan.space.bricks.iter().map(of).fold(f64::INFINITY, f64::min)]
+    });
+}
+
+#[test]
+fn star_depths_marched_again() {
+    let Some(gpu) = device() else { return };
+    let plan = &plan("name = \"double_integration\"");
+    let middle = plan.space.occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
+    let star = plan.space.stars[1];
+    let body = "y[0] = depth_again(tables[STARS + 1u].xyz, vec3f(x[0], x[1], x[2]));";
+    agree(&gpu, plan, body, &[(-1.0, 1.0); 3], 5e-3, |x| vec![plan.space.depth(star, middle + DVec3::new(x[0], x[1], x[2]))]);
+}
+
+/// ⟨F⟩ of every form as its rule has it in f64, for a star and for gas, which stand behind each other in all tables.
+#[test]
+fn forms() {
+    let Some(gpu) = device() else { return };
+    for (method, tolerance) in [
+        ("name = \"band_quadrature\"", 3e-6),
+        ("name = \"newton\"\ncount = 30", 3e-6),
+        ("name = \"lookup\"", 3e-6),
+        ("name = \"projection\"", 2e-4),
+        ("name = \"preintegrated\"", 1e-5),
+        ("name = \"analytic\"\ndegree = 2\naccuracy = 0.02", 2e-3),
+    ] {
+        let plan = &plan(method);
+        let weights = barnard::plan::Weights::new(plan);
+        for (row, light) in [(1, weights.scattered[1].light), (2, weights.emitted[0].light)] {
+            // Weights are tiny numbers in their own units: each band in parts of its F(0).
+            let total = |band: usize| plan.spectral.bands[band].rule.evaluate(light, 0.0);
+            let totals = [total(0), total(1)];
+            let body = format!(
+                "var state: State; gather(&state, {row}u, vec2f(0.0), 1.0, x[0], x[1]); y[0] = state.sum[0] / {:e}; y[1] = state.sum[1] / {:e};",
+                totals[0] as f32, totals[1] as f32
+            );
+            agree(&gpu, plan, &body, &[(0.5, plan.spectral.depth.min(8.0) - 0.5), (-0.45, 0.45)], tolerance, |x| {
+                let of = |band: usize| plan.spectral.bands[band].rule.mean(light, (x[0] - x[1], x[0] + x[1])) / totals[band];
+                vec![of(0), of(1)]
+            });
+        }
+    }
+}

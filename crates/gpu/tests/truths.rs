@@ -1,0 +1,68 @@
+//! Pictures of the graphics processor beside truths that know nothing of plans: reference answers of another program, and our own adaptive reference.
+
+#[path = "../../barnard/tests/common/cases.rs"]
+mod reference_cases;
+
+use barnard::backend::reference;
+use barnard::control::Control;
+use barnard::image::Image;
+use barnard::plan::{Options, Plan, sample_functions};
+use barnard::scene::{DEFAULT_MEMORY, Method, Scene};
+use barnard_gpu::Gpu;
+use reference_cases::{compare, folders, load};
+
+/// A device, or none with a loud word; in CI there must be one.
+fn device() -> Option<Gpu> {
+    match Gpu::open() {
+        Ok(gpu) => Some(gpu),
+        Err(error) if std::env::var_os("CI").is_some() => panic!("CI needs an adapter: {error}"),
+        Err(error) => {
+            eprintln!("SKIPPED, no picture of the GPU was compared: {error}");
+            None
+        }
+    }
+}
+
+fn picture(gpu: &Gpu, scene: &Scene, options: &Options) -> (Image, Plan) {
+    let plan = Plan::new(scene, options, &Control::default()).unwrap();
+    (barnard_gpu::render(gpu, scene, &plan, &Control::default()).unwrap().0, plan)
+}
+
+#[test]
+fn gpu_is_within_3e_3_of_every_case() {
+    let Some(gpu) = device() else { return };
+    let options = Options { method: Method::default(), memory_limit: DEFAULT_MEMORY };
+    for folder in folders() {
+        let image = picture(&gpu, &load(&folder), &options).0;
+        assert!(compare(&folder, &image, 3e-3) < 3e-3, "{}", folder.display());
+        // Three percent more dust would be noticed.
+        let mut denser = load(&folder);
+        denser.dust.as_mut().unwrap().sigma_v_per_pc *= 1.03;
+        assert!(compare(&folder, &picture(&gpu, &denser, &options).0, 3e-3) > 3e-3, "{}", folder.display());
+    }
+}
+
+/// Every built-in scene against the reference on the same samples, to the error that the plan states: spectral and spatial.
+#[test]
+fn gpu_is_within_its_stated_accuracy_of_the_reference() {
+    let Some(gpu) = device() else { return };
+    for builtin in barnard::builtin::SCENES {
+        let mut scene = barnard::builtin::load(builtin.name, DEFAULT_MEMORY).unwrap();
+        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        sample_functions(&mut scene, &options).unwrap();
+        scene.camera.supersampling = 1;
+        (scene.camera.width, scene.camera.height) = (EDGE, EDGE);
+        let (image, plan) = picture(&gpu, &scene, &options);
+        let truth = reference::render(&scene, 3e-4, &Control::default()).unwrap();
+        let spatial = plan.space.spatial.map_or(0.0, |s| s.error);
+        let stated = plan.spectral.accuracy.max(spatial);
+        for (b, band) in image.bands.iter().enumerate() {
+            let wrong = image.relative_rmse(b, &truth, b);
+            println!("{} {}: {wrong:.2e} of {stated:.1e}", builtin.name, band.name);
+            assert!(wrong < stated, "{} {}: {wrong:e} of {stated:e}", builtin.name, band.name);
+        }
+    }
+}
+
+/// Pixels along an edge: the reference takes its time.
+const EDGE: usize = 6;
