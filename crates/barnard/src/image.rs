@@ -154,27 +154,58 @@ pub struct Display {
 /// The part of the pixels that may be brighter than an automatic white.
 const WHITE_PERCENTILE: f64 = 0.998;
 
+/// How the bands of a pixel become a colour: a display whose levels are numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tone {
+    /// From balanced bands to linear RGB.
+    pub palette: Palette,
+    /// Zero of the stretch [W m⁻² sr⁻¹, or of the balanced band].
+    pub black: f64,
+    /// One of the stretch.
+    pub white: f64,
+    /// The curve.
+    pub stretch: Stretch,
+}
+
+impl Tone {
+    /// A linear colour between black and white, in sRGB encoding [0, 1].
+    fn encoded(&self, linear: [f64; 3]) -> [f64; 3] {
+        let scaled = linear.map(|v| (v - self.black) / (self.white - self.black));
+        self.stretch.apply_rgb(scaled).map(spectra::colour::srgb_encode)
+    }
+}
+
 impl Display {
-    /// The picture, height × width × RGB in sRGB encoding [0, 1].
-    pub fn picture(&self, image: &Image) -> Vec<[f64; 3]> {
-        let gains: Vec<f64> = (0..image.bands.len()).map(|b| if self.balance { gain(image.band(b)) } else { 1.0 }).collect();
-        let pixel = |i: usize| {
-            let size = image.width * image.height;
-            self.palette.rgb((0..image.bands.len()).map(|b| gains[b] * image.samples.at(b * size + i)))
-        };
-        let linear: Vec<[f64; 3]> = (0..image.width * image.height).map(pixel).collect();
-        let brightness = || linear.iter().map(|p| p.iter().copied().fold(0.0, f64::max));
+    /// The levels that `image` asks for.
+    pub fn tone(&self, image: &Image) -> Tone {
+        let gain = |b: usize| if self.balance { gain(image.band(b)) } else { 1.0 };
+        let columns = self.palette.columns.iter().enumerate().map(|(b, column)| column.map(|c| c * gain(b))).collect();
         let black = match self.black {
             Level::Auto => 0.0,
             Level::Radiance(v) => v,
         };
-        let white = match self.white {
-            Level::Auto => percentile(brightness().collect(), WHITE_PERCENTILE).max(black + f64::MIN_POSITIVE),
+        let mut tone = Tone { palette: Palette { columns }, black, white: 0.0, stretch: self.stretch };
+        tone.white = match self.white {
+            Level::Auto => {
+                let brightness = linear(&tone, image).map(|p| p.into_iter().fold(0.0, f64::max));
+                percentile(brightness.collect(), WHITE_PERCENTILE).max(black + f64::MIN_POSITIVE)
+            }
             Level::Radiance(v) => v,
         };
-        let scaled = |p: &[f64; 3]| p.map(|v| (v - black) / (white - black));
-        linear.iter().map(|p| self.stretch.apply_rgb(scaled(p)).map(spectra::colour::srgb_encode)).collect()
+        tone
     }
+
+    /// The picture, height × width × RGB in sRGB encoding [0, 1].
+    pub fn picture(&self, image: &Image) -> Vec<[f64; 3]> {
+        let tone = self.tone(image);
+        linear(&tone, image).map(|p| tone.encoded(p)).collect()
+    }
+}
+
+/// The pixels of an image as linear colours.
+fn linear(tone: &Tone, image: &Image) -> impl Iterator<Item = [f64; 3]> {
+    let size = image.width * image.height;
+    (0..size).map(move |i| tone.palette.rgb((0..image.bands.len()).map(|b| image.samples.at(b * size + i))))
 }
 
 fn gain(values: impl Iterator<Item = f64>) -> f64 {

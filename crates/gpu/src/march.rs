@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use barnard::backend::cpu::{Findings, finished};
 use barnard::control::{Control, Stage};
-use barnard::image::Image;
+use barnard::image::{Image, Tone};
 use barnard::plan::{Plan, Space, Volume};
 use barnard::scene::Scene;
 use wgpu::BufferUsages as Use;
@@ -16,6 +16,7 @@ use crate::device::Gpu;
 use crate::error::{GpuError, Result};
 use crate::frame::{Pass, Patience, Rows};
 use crate::layout::{Layout, Quad, Shape, quads};
+use crate::resolve::Resolver;
 use crate::shader::{Pauses, source};
 use crate::textures::{dark, texture};
 
@@ -100,6 +101,9 @@ pub struct Renderer<'a> {
     pace: usize,
     /// Turns of loops before rays pause, in software.
     patience: Patience,
+    /// Passes that the picture on the device is the mean of.
+    passes: u32,
+    resolver: Option<Resolver>,
     /// Time of the device for the last picture [s].
     seconds: Option<f64>,
 }
@@ -142,7 +146,20 @@ impl<'a> Renderer<'a> {
         let groups = groups(gpu, &pipeline, &layout, &volumes, &buffers);
         let [width, height, ..] = layout.frame.size.map(|n| n as usize);
         let pace = (FIRST_RAYS / width).clamp(1, height);
-        let renderer = Self { gpu, tuning, layout, volumes, pipeline, buffers, groups, pace, patience: Patience::FULL, seconds: None };
+        let renderer = Self {
+            gpu,
+            tuning,
+            layout,
+            volumes,
+            pipeline,
+            buffers,
+            groups,
+            pace,
+            patience: Patience::FULL,
+            passes: 0,
+            resolver: None,
+            seconds: None,
+        };
         renderer.check()?;
         Ok(renderer)
     }
@@ -168,7 +185,66 @@ impl<'a> Renderer<'a> {
         }
         self.groups = groups(self.gpu, &self.pipeline, &layout, &self.volumes, &self.buffers);
         self.layout = layout;
+        self.passes = 0;
         self.check()
+    }
+
+    /// One more pass over the picture on the device, which stays there: a first look with a quarter of the samples, then passes with the plan's own, each at
+    /// other places in its pixels and steps, whose mean settles. Returns how many the picture is the mean of; a first look counts as none.
+    ///
+    /// # Errors
+    /// Where the picture is larger than the device holds at once, the device gives up, or the user wishes to stop.
+    pub fn refine(&mut self, control: &Control) -> Result<u32> {
+        self.whole()?;
+        let pass = Pass::refining(self.passes);
+        let height = self.buffers.rows;
+        self.gpu.queue.write_buffer(&self.buffers.found, 0, &[0; FOUND as usize]);
+        let (mut dispatches, mut done) = (0, 0);
+        self.dispatch((0, height), &pass, &mut dispatches, control, |rows| {
+            done += rows;
+            control.report(Stage::Rays, done as u64, height as u64);
+        })?;
+        self.passes += 1;
+        Ok(self.passes - 1)
+    }
+
+    /// The picture on the device as display colours: a texture of sRGB values, rgba8unorm.
+    ///
+    /// # Errors
+    /// Where the picture is larger than the device holds at once, or the device gives up.
+    pub fn resolve(&mut self, tone: &Tone) -> Result<&wgpu::Texture> {
+        self.whole()?;
+        let [width, height, ..] = self.layout.frame.size;
+        if self.resolver.as_ref().is_none_or(|r| r.size() != (width, height)) {
+            self.resolver = Some(Resolver::new(self.gpu, (width, height)));
+        }
+        let Some(resolver) = &self.resolver else { return Err(GpuError::Lost("no resolver".into())) };
+        let texture = resolver.resolve(self.gpu, &self.buffers.picture, tone);
+        self.gpu.check(self.volumes.bytes)?;
+        Ok(texture)
+    }
+
+    /// What [`resolve`](Self::resolve) made last, height × width × RGBA; nothing before that.
+    ///
+    /// # Errors
+    /// Where the device gives up.
+    pub fn pixels(&self) -> Result<Vec<u8>> {
+        self.resolver.as_ref().map_or(Ok(Vec::new()), |r| r.pixels(self.gpu))
+    }
+
+    /// Refuses pictures that the device does not hold at once.
+    fn whole(&self) -> Result<()> {
+        let (height, rows) = (u64::from(self.layout.frame.size[1]), self.buffers.rows as u64);
+        if rows < height {
+            let instead = "take fewer pixels, or render in one go".into();
+            return Err(GpuError::TooLarge {
+                what: "the number of rows of a picture that stays".into(),
+                size: height,
+                most: rows,
+                instead,
+            });
+        }
+        Ok(())
     }
 
     /// Band radiances of the extended light alone, bands × height × width [W m⁻² sr⁻¹], and what was found.
@@ -201,6 +277,15 @@ impl<'a> Renderer<'a> {
         self.seconds = self.device_seconds(dispatches)?;
         let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
         Ok((data, Findings { depth: f64::from(f32::from_bits(deepest)), rays: (width * height * rays) as u64, negative }))
+    }
+
+    /// The picture on the device, bands × height × width [W m⁻² sr⁻¹].
+    ///
+    /// # Errors
+    /// As [`resolve`](Self::resolve).
+    pub fn picture(&mut self) -> Result<Vec<f32>> {
+        self.whole()?;
+        Ok(bytemuck::pod_collect_to_vec(&self.gpu.read(&self.buffers.picture, self.buffers.picture.size(), &mut self.buffers.back)?))
     }
 
     /// The device's own time for the last picture [s]; none where it does not tell.

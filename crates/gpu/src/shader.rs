@@ -131,6 +131,7 @@ mod tests {
     use crate::forms::FORMS;
     use crate::frame::Frame;
     use crate::layout::FieldShape;
+    use crate::resolve::{self, DisplayLevels};
 
     const WORKGROUP: (u32, u32) = (8, 8);
 
@@ -160,50 +161,59 @@ mod tests {
         of_forms.chain(others).collect()
     }
 
-    fn module(text: &str) -> naga::Module {
-        naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(text)))
+    fn validated(text: &str) -> naga::Module {
+        let module = naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(text)));
+        let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::default());
+        if let Err(e) = validator.validate(&module) {
+            panic!("{}", e.emit_to_string(text));
+        }
+        module
     }
 
     /// Every shape is right WGSL, without any adapter.
     #[test]
     fn shaders_are_valid() {
         for shape in shapes() {
-            let text = source(&shape, WORKGROUP, Pauses::Software);
-            let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::default());
-            if let Err(e) = validator.validate(&module(&text)) {
-                panic!("{shape:?}: {}", e.emit_to_string(&text));
+            for pauses in [Pauses::Never, Pauses::Software] {
+                validated(&source(&shape, WORKGROUP, pauses));
             }
         }
     }
 
-    /// The frame that Rust writes is the frame that WGSL reads, field by field.
-    #[test]
-    fn frames_agree() {
-        let module = module(&source(&shapes()[0], WORKGROUP, Pauses::Never));
-        let members = module.types.iter().find_map(|(_, t)| match &t.inner {
-            naga::TypeInner::Struct { members, span } if t.name.as_deref() == Some("Frame") => Some((members, *span)),
+    /// Names and places of the fields of a struct in WGSL, and its size.
+    fn fields(module: &naga::Module, name: &str) -> (Vec<(String, usize)>, usize) {
+        let found = module.types.iter().find_map(|(_, t)| match &t.inner {
+            naga::TypeInner::Struct { members, span } if t.name.as_deref() == Some(name) => Some((members, *span)),
             _ => None,
         });
-        let (members, span) = members.unwrap();
-        assert_eq!(span as usize, size_of::<Frame>());
-        macro_rules! offsets {
-            ($($field:ident),*) => { vec![$((stringify!($field), std::mem::offset_of!(Frame, $field))),*] };
+        let (members, span) = found.unwrap();
+        (members.iter().map(|m| (m.name.clone().unwrap_or_default(), m.offset as usize)).collect(), span as usize)
+    }
+
+    /// The structs that Rust writes are those that WGSL reads, field by field.
+    #[test]
+    fn structs_agree() {
+        macro_rules! ours {
+            ($kind:ty: $($field:ident),*) => {
+                (vec![$((stringify!($field).to_owned(), std::mem::offset_of!($kind, $field))),*], size_of::<$kind>())
+            };
         }
-        let ours =
-            offsets!(middle, across, upwards, forward, turn_x, turn_y, low, high, steps, limits, jitter, size, strip, counts, depths);
-        let theirs: Vec<(&str, usize)> = members.iter().map(|m| (m.name.as_deref().unwrap_or(""), m.offset as usize)).collect();
-        assert_eq!(ours, theirs);
+        let frame =
+            ours!(Frame: middle, across, upwards, forward, turn_x, turn_y, low, high, steps, limits, jitter, size, strip, counts, depths);
+        assert_eq!(frame, fields(&validated(&source(&shapes()[0], WORKGROUP, Pauses::Never)), "Frame"));
+        let display = ours!(DisplayLevels: levels, size);
+        assert_eq!(display, fields(&validated(resolve::SOURCE), "Display"));
     }
 
     /// Every function of a shader that repeats one in Rust says which; those are there.
     #[test]
     fn twins_are_named() {
-        let files = FILES.iter().map(|f| f.1).chain(FORMS.iter().map(|f| f.wgsl));
+        let files = FILES.iter().map(|f| f.1).chain(FORMS.iter().map(|f| f.wgsl)).chain([resolve::SOURCE]);
         let twins: Vec<&str> = files.flat_map(|f| f.lines()).filter_map(|l| l.strip_prefix("// twin: ")).collect();
         assert!(twins.len() >= 20, "{twins:?}");
-        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../barnard/src");
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
         let mut sources = Vec::new();
-        let mut folders = vec![root];
+        let mut folders = vec![root.join("../barnard/src"), root.join("../spectra/src")];
         while let Some(folder) = folders.pop() {
             for entry in std::fs::read_dir(folder).unwrap() {
                 let path = entry.unwrap().path();

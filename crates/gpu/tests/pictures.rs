@@ -2,10 +2,11 @@
 
 use barnard::backend::cpu::{self, Findings};
 use barnard::control::Control;
-use barnard::image::relative_rms;
+use barnard::image::{Display, Image, Level, Samples, Tone, relative_rms};
 use barnard::plan::{END_SHARE, Options, Plan, Stepping};
 use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
 use barnard_gpu::{Gpu, Renderer, Tuning};
+use spectra::colour::{Palette, Stretch};
 
 /// How far pictures of so many samples a voxel may differ: 16-bit volumes, the device's own interpolation, and what finite steps still cost.
 const TOLERANCE: f64 = 1e-3;
@@ -148,6 +149,56 @@ fn rays_pause_in_time() {
     let theirs = cpu::radiance(&plan, &Control::default()).unwrap().0;
     let wrong = difference(&plan, &on(&gpu, &plan).0, &theirs);
     assert!(wrong < 1e-4, "{wrong:e}");
+}
+
+/// Passes settle to the light of whole pixels: to a picture of 144 rays a pixel by the processor, closer with every four times as many; a first look shows
+/// all of it, and nothing brighter than it is; another plan starts anew.
+#[test]
+fn passes_settle() {
+    let Some(gpu) = device() else { return };
+    let mut scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 24\n"));
+    scene.camera.supersampling = 12;
+    let plan = plan(&mut scene, 24);
+    let truth = cpu::radiance(&plan, &Control::default()).unwrap().0;
+    let mut renderer = Renderer::new(&gpu, &plan, Tuning::default()).unwrap();
+    let tone = Tone {
+        palette: Palette::named("natural", &scene.bands).unwrap(),
+        black: 0.0,
+        white: 1e-5,
+        stretch: Stretch::named("asinh", None).unwrap(),
+    };
+    let image = |data: &[f32]| {
+        let mut image = Image::bare(24, 24, vec!["B".into(), "V".into()], Samples::Single(data.to_vec()));
+        image.pixel = None;
+        image
+    };
+    let display = Display {
+        palette: tone.palette.clone(),
+        balance: false,
+        stretch: tone.stretch,
+        black: Level::Radiance(tone.black),
+        white: Level::Radiance(tone.white),
+    };
+    // Colours by the device beside those of the processor from the same light, in parts of 255.
+    let mut wrong = Vec::new();
+    for pass in 0..=64 {
+        assert_eq!(renderer.refine(&Control::default()).unwrap(), pass);
+        let data = renderer.picture().unwrap();
+        if [0, 1, 4, 16, 64].contains(&pass) {
+            wrong.push(difference(&plan, &data, &truth));
+            renderer.resolve(&tone).unwrap();
+            let colours = display.picture(&image(&data)).into_iter().flat_map(|p| p.map(|v| 255.0 * v));
+            let pixels = renderer.pixels().unwrap();
+            let ours = pixels.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).map(f64::from);
+            let furthest = colours.zip(ours).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(furthest < 1.0, "{furthest}");
+            assert!(pixels.iter().any(|v| *v > 60 && *v < 255));
+        }
+    }
+    println!("{wrong:?}");
+    assert!(wrong[4] < 0.02 && wrong[4] < 0.5 * wrong[2] && wrong[2] < wrong[1], "{wrong:?}");
+    renderer.update(&plan).unwrap();
+    assert_eq!(renderer.refine(&Control::default()).unwrap(), 0);
 }
 
 /// A plan that changes on the device gives the picture of one that is new: another star, camera, size, method, space, and back.
