@@ -36,7 +36,7 @@ fn a_lost_device_does_not_lose_the_picture() {
             Ok(gpu)
         };
         let mut told = Vec::new();
-        let (image, _) = render_surely(open, &scene, &plan, &control, |words| told.push(words.to_owned())).unwrap();
+        let (image, _) = render_surely(open, &scene, &plan, (Tuning::default(), &control), |words| told.push(words.to_owned())).unwrap();
         assert_eq!(*left.lock().unwrap(), 0);
         assert_eq!(told.len(), [0, 1, 3][losses], "{told:?}");
         let backend = &image.notes.iter().find(|n| n.0 == "backend").unwrap().1;

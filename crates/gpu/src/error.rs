@@ -25,6 +25,9 @@ pub enum GpuError {
         /// The passband.
         band: String,
     },
+    /// Dust that cannot be evaluated at every sample.
+    #[error("only dust that is one field of kind \"fbm\" is evaluated on the fly; leave --on-the-fly out, and it is sampled to a grid")]
+    NoCloud,
     /// More than the device holds.
     #[error("{what} is {size}, this device takes at most {most}; {instead}")]
     TooLarge {

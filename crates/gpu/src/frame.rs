@@ -25,6 +25,7 @@ pub struct Frame {
     pub strip: [u32; 4],
     pub counts: [u32; 4],
     pub depths: [f32; 4],
+    pub seeds: [u32; 4],
 }
 
 /// Turns by which a loop shows that it turns.
@@ -129,6 +130,10 @@ impl Frame {
             strip: [0; 4],
             counts,
             depths: [plan.space.star_depth as f32, SHOWN_TURNS, 0.0, 0.0],
+            seeds: plan.space.cloud.as_ref().map_or([0; 4], |(cloud, _)| {
+                let [x, y, z] = cloud.warps.map(|w| w.seed());
+                [cloud.noise.seed(), x, y, z]
+            }),
         }
     }
 

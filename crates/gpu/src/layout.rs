@@ -6,7 +6,7 @@
 use barnard::plan::{Channel, Plan, Volume, Weights, weights_of};
 use glam::DVec3;
 
-use crate::error::Result;
+use crate::error::{GpuError, Result};
 use crate::forms::{Contents, FormEntry, Heads, extinctions, form};
 use crate::frame::{Frame, four};
 
@@ -48,6 +48,8 @@ pub struct Shape {
     pub field: Option<FieldShape>,
     /// Whether star depths are marched again at every sample.
     pub star_march: bool,
+    /// Whether dust is noise that is evaluated at every sample.
+    pub cloud: bool,
 }
 
 /// Where tables start, in quads of numbers.
@@ -63,6 +65,7 @@ pub struct Offsets {
     pub field_head: usize,
     pub field_products: usize,
     pub field_resolution: usize,
+    pub cloud: usize,
     pub lattices: usize,
     pub inner_boxes: usize,
     pub brick_table: usize,
@@ -115,6 +118,7 @@ impl Shape {
             field_head: take(usize::from(self.field.is_some())),
             field_products: take(products),
             field_resolution: take((self.bands * self.field_channels()).div_ceil(4)),
+            cloud: take(3),
             lattices: take(5 * self.quads),
             inner_boxes: take(2 * self.inner),
             brick_table: take(3 * self.brick_grids),
@@ -165,11 +169,14 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Of a plan; `quads` are those of its volumes.
+    /// Of a plan; `quads` are those of its volumes. Dust that is noise is evaluated `on_the_fly`, or read as it was sampled.
     ///
     /// # Errors
-    /// For methods that no shader has.
-    pub fn new(plan: &Plan, quads: Vec<Quad>) -> Result<Self> {
+    /// For methods that no shader has, and dust that is no noise.
+    pub fn new(plan: &Plan, quads: Vec<Quad>, on_the_fly: bool) -> Result<Self> {
+        if on_the_fly && plan.space.cloud.is_none() {
+            return Err(GpuError::NoCloud);
+        }
         let form = form(plan)?;
         let weights = Weights::new(plan);
         let middle = plan.space.occupied.map_or(DVec3::ZERO, |b| 0.5 * (b.low + b.high));
@@ -201,6 +208,7 @@ impl Layout {
                 quad: slot_of(Channel::Light(0)).unwrap_or(0) / 4,
             }),
             star_march: plan.star_march.is_some(),
+            cloud: on_the_fly,
         };
         let offsets = shape.offsets();
         let lights: Vec<usize> = lights(&weights);
@@ -240,6 +248,7 @@ impl Layout {
             tables.list.numbers(&single(&mut field.propagation.products.iter()), 0);
             tables.list.numbers(&single(&mut field.resolution.iter().flatten()), 0);
         }
+        tables.cloud(plan);
         for quad in &quads {
             tables.lattice(volumes[quad.volume], quad);
         }
@@ -294,6 +303,14 @@ impl Tables {
     /// A place, and one number more.
     fn place(&mut self, p: DVec3, fourth: f32) {
         self.list.0.push(four(p - self.middle, fourth));
+    }
+
+    /// The noise that dust is.
+    fn cloud(&mut self, plan: &Plan) {
+        let Some((cloud, sigma)) = &plan.space.cloud else { return self.list.0.extend([[0.0; 4]; 3]) };
+        self.place(cloud.centre, cloud.radius as f32);
+        self.list.0.push([1.0 / cloud.scale, f64::from(cloud.octaves), cloud.lacunarity, cloud.gain].map(|v| v as f32));
+        self.list.0.push([cloud.offset, f64::from(u8::from(cloud.ridged)), cloud.warp, *sigma].map(|v| v as f32));
     }
 
     fn lattice(&mut self, volume: &Volume, quad: &Quad) {

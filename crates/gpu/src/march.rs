@@ -33,7 +33,7 @@ const FOUND: u64 = 12;
 /// Bytes from the times of one dispatch to those of the next, as wgpu aligns them.
 const TIMES: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
 
-/// What may change without the picture changing.
+/// How a picture is made; all but `on_the_fly` leave it as it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tuning {
     /// Rays of a workgroup, across and down.
@@ -44,11 +44,13 @@ pub struct Tuning {
     pub end_early: bool,
     /// Whether rays pause on a real adapter too, as they must in software.
     pub pauses: bool,
+    /// Whether dust that is noise is evaluated at every sample and not read as it was sampled: another picture, by what a grid cannot show.
+    pub on_the_fly: bool,
 }
 
 impl Default for Tuning {
     fn default() -> Self {
-        Self { workgroup: (8, 8), skip_empty: true, end_early: true, pauses: false }
+        Self { workgroup: (8, 8), skip_empty: true, end_early: true, pauses: false, on_the_fly: false }
     }
 }
 
@@ -56,9 +58,12 @@ impl Default for Tuning {
 ///
 /// # Errors
 /// For methods that no shader has, grids beyond the device's limits, and devices that give up.
-pub fn render(gpu: &Gpu, scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, Findings)> {
-    let (data, findings) = Renderer::new(gpu, plan, Tuning::default())?.radiance(control)?;
-    let image = finished(scene, plan, data, findings, &format!("gpu: {} ({})", gpu.adapter.name, gpu.adapter.api))?;
+pub fn render(gpu: &Gpu, scene: &Scene, plan: &Plan, tuning: Tuning, control: &Control) -> Result<(Image, Findings)> {
+    let (data, findings) = Renderer::new(gpu, plan, tuning)?.radiance(control)?;
+    let mut image = finished(scene, plan, data, findings, &format!("gpu: {} ({})", gpu.adapter.name, gpu.adapter.api))?;
+    if tuning.on_the_fly {
+        image.notes.push(("density".into(), "noise at every sample; star depths and empty space as sampled".into()));
+    }
     Ok((image, findings))
 }
 
@@ -70,11 +75,11 @@ pub fn render_surely(
     mut open: impl FnMut() -> Result<Gpu>,
     scene: &Scene,
     plan: &Plan,
-    control: &Control,
+    (tuning, control): (Tuning, &Control),
     mut tell: impl FnMut(&str),
 ) -> Result<(Image, Findings)> {
     for _ in 0..2 {
-        match render(&open()?, scene, plan, control) {
+        match render(&open()?, scene, plan, tuning, control) {
             Err(GpuError::Lost(why)) => tell(&format!("the device gave up: {why}")),
             done => return done,
         }
@@ -84,8 +89,8 @@ pub fn render_surely(
 }
 
 /// Why no device can render this plan; none where one can, as far as its limits go.
-pub fn unable(plan: &Plan) -> Option<GpuError> {
-    Layout::new(plan, Vec::new()).err()
+pub fn unable(plan: &Plan, tuning: Tuning) -> Option<GpuError> {
+    Layout::new(plan, Vec::new(), tuning.on_the_fly).err()
 }
 
 /// A plan on a device.
@@ -138,7 +143,7 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// For methods that no shader has, and for grids beyond the device's limits.
     pub fn new(gpu: &'a Gpu, plan: &Plan, tuning: Tuning) -> Result<Self> {
-        let layout = tuned(Layout::new(plan, quads(plan))?, tuning);
+        let layout = tuned(Layout::new(plan, quads(plan), tuning.on_the_fly)?, tuning);
         check_limits(gpu, plan, &layout)?;
         let volumes = Volumes::new(gpu, plan, &layout);
         let pipeline = pipeline(gpu, &layout, tuning);
@@ -171,7 +176,7 @@ impl<'a> Renderer<'a> {
     pub fn update(&mut self, plan: &Plan) -> Result<()> {
         let same_space = Arc::ptr_eq(&plan.space, &self.volumes.space);
         let quads = if same_space && plan.light_field.is_none() { self.layout.quads.clone() } else { quads(plan) };
-        let layout = tuned(Layout::new(plan, quads)?, self.tuning);
+        let layout = tuned(Layout::new(plan, quads, self.tuning.on_the_fly)?, self.tuning);
         check_limits(self.gpu, plan, &layout)?;
         let carried = |shape: &Shape| (shape.bands, shape.field_channels());
         if layout.frame.size != self.layout.frame.size || carried(&layout.shape) != carried(&self.layout.shape) {

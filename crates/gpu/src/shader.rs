@@ -9,11 +9,12 @@ use spectra::polynomial::MAX_DEGREE;
 use crate::layout::{PhaseKind, Shape};
 
 /// The files of the march, in the order in which they are read; the form's own stands behind the first three.
-const FILES: [(&str, &str); 9] = [
+const FILES: [(&str, &str); 10] = [
     ("frame", include_str!("shaders/frame.wgsl")),
     ("arithmetic", include_str!("shaders/arithmetic.wgsl")),
     ("coordinates", include_str!("shaders/coordinates.wgsl")),
     ("phase", include_str!("shaders/phase.wgsl")),
+    ("cloud", include_str!("shaders/cloud.wgsl")),
     ("volume", include_str!("shaders/volume.wgsl")),
     ("near", include_str!("shaders/near.wgsl")),
     ("field", include_str!("shaders/field.wgsl")),
@@ -78,6 +79,7 @@ fn constants(shape: &Shape, workgroup: (u32, u32), pauses: Pauses) -> String {
         ("FIELD_HEAD", offsets.field_head),
         ("FIELD_PRODUCTS", offsets.field_products),
         ("FIELD_RESOLUTION", offsets.field_resolution),
+        ("CLOUD", offsets.cloud),
         ("LATTICES", offsets.lattices),
         ("INNER_BOXES", offsets.inner_boxes),
         ("BRICK_TABLE", offsets.brick_table),
@@ -102,6 +104,7 @@ fn constants(shape: &Shape, workgroup: (u32, u32), pauses: Pauses) -> String {
         ("HAS_DUST", shape.dust.is_some()),
         ("HAS_BACKGROUND", shape.background),
         ("HAS_FIELD", shape.field.is_some()),
+        ("HAS_CLOUD", shape.cloud),
         ("STAR_MARCH", shape.star_march),
         ("PAUSES", pauses == Pauses::Software),
     ];
@@ -150,11 +153,13 @@ mod tests {
             background: false,
             field: None,
             star_march: false,
+            cloud: false,
         };
         let of_forms = FORMS.iter().map(|form| Shape { form, phase: PhaseKind::Spectral, background: true, ..plain.clone() });
         let others = [
             Shape { phase: PhaseKind::Separable, star_march: true, ..plain.clone() },
             Shape { phase: PhaseKind::Spectral, quads: 3, scatterers: 6, emitters: 2, inner: 2, ..plain.clone() },
+            Shape { cloud: true, ..plain.clone() },
             Shape { scatterers: 0, emitters: 1, dust: None, ..plain.clone() },
             Shape { scatterers: 0, quads: 3, field: Some(FieldShape { elements: 3, polynomials: 2, quad: 1 }), ..plain.clone() },
         ];
@@ -198,8 +203,7 @@ mod tests {
                 (vec![$((stringify!($field).to_owned(), std::mem::offset_of!($kind, $field))),*], size_of::<$kind>())
             };
         }
-        let frame =
-            ours!(Frame: middle, across, upwards, forward, turn_x, turn_y, low, high, steps, limits, jitter, size, strip, counts, depths);
+        let frame = ours!(Frame: middle, across, upwards, forward, turn_x, turn_y, low, high, steps, limits, jitter, size, strip, counts, depths, seeds);
         assert_eq!(frame, fields(&validated(&source(&shapes()[0], WORKGROUP, Pauses::Never)), "Frame"));
         let display = ours!(DisplayLevels: levels, size);
         assert_eq!(display, fields(&validated(resolve::SOURCE), "Display"));

@@ -43,7 +43,7 @@ pub fn plan_of(scene: &Scene) -> Plan {
 pub fn scene(bake: usize, method: &str) -> Scene {
     let text = format!(
         "bands = [\"cie-x\", \"cie-y\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.3 0.2 4 pc\"\nfield_of_view = \"40 deg\"\nsize = [48, 32]\n\
-         [field.ball]\nkind = \"fbm\"\nradius = \"1 pc\"\n[field.knot]\nkind = \"sphere\"\nradius = \"0.3 pc\"\ncentre = \"0.9 0 0.2 pc\"\n\
+         [field.ball]\nkind = \"fbm\"\nradius = \"1 pc\"\nwarp = \"0.2 pc\"\nvariant = \"ridged\"\n[field.knot]\nkind = \"sphere\"\nradius = \"0.3 pc\"\ncentre = \"0.9 0 0.2 pc\"\n\
          [dust]\ndensity = \"ball\"\nscale = \"2 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.6\nphase = {{ kind = \"henyey_greenstein\", g = 0.6 }}\n\
          [[star]]\nkind = \"blackbody\"\nposition = \"0.2 0.5 0.3 pc\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\n\
          [[star]]\nkind = \"blackbody\"\nposition = \"-0.3 -0.2 0.1 pc\"\ntemperature = \"4000 K\"\nluminosity = \"100 Lsun\"\n\
@@ -56,7 +56,7 @@ pub fn scene(bake: usize, method: &str) -> Scene {
 /// What `body` makes of each x: it reads `x` and writes `y`, numbers both.
 fn evaluated(gpu: &Gpu, plan: &Plan, body: &str, asked: &[Numbers]) -> Vec<Numbers> {
     use wgpu::BufferUsages as Use;
-    let layout = Layout::new(plan, quads(plan)).unwrap();
+    let layout = Layout::new(plan, quads(plan), false).unwrap();
     let volumes = Volumes::new(gpu, plan, &layout);
     let entry = format!(
         "@group(0) @binding(7) var<storage, read> asked: array<array<f32, {ARGUMENTS}>>;\n@group(0) @binding(8) var<storage, read_write> told: array<array<f32, {ARGUMENTS}>>;\n\
@@ -279,6 +279,20 @@ fn empty_bricks() {
         let place = middle + DVec3::new(x[0], x[1], x[2]);
         let of = |b: &barnard::plan::Bricks| b.clear(b.brick_of(place)) as f64 * b.lattice.voxel_pc().min_element();
         vec![plan.space.bricks.iter().map(of).fold(f64::INFINITY, f64::min)]
+    });
+}
+
+#[test]
+fn noise() {
+    let Some(gpu) = device() else { return };
+    let plan = &plan("");
+    let (cloud, sigma) = plan.space.cloud.as_ref().unwrap();
+    agree(&gpu, plan, "y[0] = simplex(vec3f(x[0], x[1], x[2]), frame.seeds.x);", &[(-20.0, 20.0); 3], 2e-5, |x| {
+        vec![cloud.noise.at(DVec3::new(x[0], x[1], x[2]))]
+    });
+    let middle = plan.space.occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
+    agree(&gpu, plan, "y[0] = cloud(vec3f(x[0], x[1], x[2]));", &[(-0.7, 0.7); 3], 2e-5, |x| {
+        vec![sigma * barnard::field::Field::at(cloud, middle + DVec3::new(x[0], x[1], x[2]))]
     });
 }
 

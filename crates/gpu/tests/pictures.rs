@@ -201,6 +201,25 @@ fn passes_settle() {
     assert_eq!(renderer.refine(&Control::default()).unwrap(), 0);
 }
 
+/// Noise evaluated at every sample gives the picture of noise that was sampled, closer the finer it was; what is no noise is refused.
+#[test]
+fn noise_on_the_fly_is_noise_that_was_sampled() {
+    let Some(gpu) = device() else { return };
+    let cloud = "[field.ball]\nkind = \"fbm\"\nradius = \"1 pc\"\nscale = \"0.8 pc\"\noctaves = 3\noffset = 0.6\n[dust]\ndensity = \"ball\"\nscale = \"2 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n";
+    let on_the_fly = Tuning { on_the_fly: true, ..Tuning::default() };
+    let wrong = [12, 24, 48].map(|bake| {
+        let mut scene = parsed(&format!("{CAMERA}{cloud}{}[method]\nbake = {bake}\n", STAR.replace("0.2 0.5 0.3", "1.5 1.2 1.4")));
+        let plan = Plan { stepping: Stepping::Fixed(100), ..plan(&mut scene, 12) };
+        let ours = Renderer::new(&gpu, &plan, on_the_fly).unwrap().radiance(&Control::default()).unwrap().0;
+        difference(&plan, &ours, &on(&gpu, &plan).0)
+    });
+    println!("{wrong:?}");
+    assert!(wrong[2] < 0.02 && wrong[2] < 0.5 * wrong[1] && wrong[1] < 0.5 * wrong[0] && wrong[2] > 0.0, "{wrong:?}");
+    let mut scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\n"));
+    let error = Renderer::new(&gpu, &plan(&mut scene, 24), on_the_fly).err().unwrap().to_string();
+    assert!(error.contains("fbm") && error.contains("--on-the-fly"), "{error}");
+}
+
 /// A plan that changes on the device gives the picture of one that is new: another star, camera, size, method, space, and back.
 #[test]
 fn changes_are_taken() {
@@ -258,7 +277,7 @@ fn every_method_is_that_of_the_processor() {
         let stepping = if method == "double_integration" { Stepping::Fixed(60) } else { FINE };
         let plan = Plan { stepping, ..plan(&mut scene, 12) };
         if method == "sampled" {
-            assert!(barnard_gpu::unable(&plan).is_some());
+            assert!(barnard_gpu::unable(&plan, Tuning::default()).is_some());
             continue;
         }
         let (theirs, found) = cpu::radiance(&plan, &Control::default()).unwrap();
@@ -282,7 +301,7 @@ fn other_methods_are_refused() {
         let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
         let plan = Plan::sampled(&scene, &options, 20, &Control::default()).unwrap();
         let error = Renderer::new(&gpu, &plan, Tuning::default()).err().unwrap().to_string();
-        assert_eq!(barnard_gpu::unable(&plan).unwrap().to_string(), error);
+        assert_eq!(barnard_gpu::unable(&plan, Tuning::default()).unwrap().to_string(), error);
         assert!(error.contains(words) && error.contains("--backend cpu"), "{error}");
     }
     // A wish to stop is heard.

@@ -8,7 +8,7 @@ use barnard::control::Control;
 use barnard::image::Image;
 use barnard::plan::{Options, Plan, sample_functions};
 use barnard::scene::{DEFAULT_MEMORY, Method, Scene};
-use barnard_gpu::Gpu;
+use barnard_gpu::{Gpu, Tuning};
 use reference_cases::{compare, folders, load};
 
 /// A device, or none with a loud word; in CI there must be one.
@@ -25,7 +25,7 @@ fn device() -> Option<Gpu> {
 
 fn picture(gpu: &Gpu, scene: &Scene, options: &Options) -> (Image, Plan) {
     let plan = Plan::new(scene, options, &Control::default()).unwrap();
-    (barnard_gpu::render(gpu, scene, &plan, &Control::default()).unwrap().0, plan)
+    (barnard_gpu::render(gpu, scene, &plan, Tuning::default(), &Control::default()).unwrap().0, plan)
 }
 
 #[test]
@@ -55,7 +55,9 @@ fn gpu_is_within_its_stated_accuracy_of_the_reference() {
         let (image, plan) = picture(&gpu, &scene, &options);
         let truth = reference::render(&scene, 3e-4, &Control::default()).unwrap();
         let spatial = plan.space.spatial.map_or(0.0, |s| s.error);
-        let stated = plan.spectral.accuracy.max(spatial);
+        // Steps that the scene fixes can miss the accuracy, and the plan says by how much: beside that there is the spectral part.
+        let asked = plan.spectral.accuracy;
+        let stated = if spatial > asked { asked + spatial } else { asked };
         for (b, band) in image.bands.iter().enumerate() {
             let wrong = image.relative_rmse(b, &truth, b);
             println!("{} {}: {wrong:.2e} of {stated:.1e}", builtin.name, band.name);

@@ -38,19 +38,31 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     build,
 };
 
-#[derive(Debug)]
-struct Fbm {
-    noise: Simplex,
-    warps: [Simplex; 3],
-    centre: DVec3,
-    radius: f64,
-    scale: f64,
-    octaves: i32,
-    lacunarity: f64,
-    gain: f64,
-    offset: f64,
-    ridged: bool,
-    warp: f64,
+/// A cloud of noise.
+#[derive(Debug, Clone)]
+pub struct Fbm {
+    /// The noise of all octaves.
+    pub noise: Simplex,
+    /// Those that bend space along x, y and z.
+    pub warps: [Simplex; 3],
+    /// Middle [pc].
+    pub centre: DVec3,
+    /// Where it has ended [pc].
+    pub radius: f64,
+    /// Size of the largest structures [pc].
+    pub scale: f64,
+    /// Number of octaves.
+    pub octaves: i32,
+    /// Ratio of frequencies from octave to octave.
+    pub lacunarity: f64,
+    /// And of amplitudes.
+    pub gain: f64,
+    /// Added before the cut at zero.
+    pub offset: f64,
+    /// Whether octaves are 1 − 2|n|.
+    pub ridged: bool,
+    /// How far space is bent [pc].
+    pub warp: f64,
 }
 
 fn build(section: &Section, _: &Loader) -> Result<Arc<dyn Field>> {
@@ -100,6 +112,9 @@ impl Field for Fbm {
     }
     fn bounds(&self) -> Bounds {
         Bounds::cube(self.centre, self.radius)
+    }
+    fn fbm(&self) -> Option<&Fbm> {
+        Some(self)
     }
     fn feature_pc(&self) -> f64 {
         0.25 * self.scale / self.lacunarity.powi(self.octaves - 1)

@@ -20,6 +20,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 pub use expression::Expression;
+pub use fbm::Fbm;
 pub use formula::{FUNCTIONS, FUNCTIONS_OF_TWO, check_name};
 pub use grid::{Grid, Lattice};
 pub use simplex::Simplex;
@@ -36,6 +37,10 @@ pub trait Field: std::fmt::Debug + Send + Sync {
     fn bounds(&self) -> Bounds;
     /// The grid itself, where the field is one.
     fn grid(&self) -> Option<&Grid> {
+        None
+    }
+    /// The cloud of noise itself, where the field is one: for back ends that evaluate it at every sample.
+    fn fbm(&self) -> Option<&Fbm> {
         None
     }
     /// The length over which the field changes [pc]: its exact integrals start from steps of this size.

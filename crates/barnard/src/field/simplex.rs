@@ -34,6 +34,11 @@ impl Simplex {
         Self { seed }
     }
 
+    /// Its number.
+    pub fn seed(&self) -> u32 {
+        self.seed
+    }
+
     /// n(p) [1], within [−1, 1]; p in units of the noise's own scale.
     pub fn at(&self, p: DVec3) -> f64 {
         // Skew to find the simplex, unskew to measure distances.

@@ -9,7 +9,7 @@ use super::{Bricks, Options, Spatial, star_depth};
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::field::{Field, Grid, Lattice};
+use crate::field::{Fbm, Field, Grid, Lattice};
 use crate::formats::check_memory;
 use crate::geometry::Bounds;
 use crate::scene::Scene;
@@ -25,6 +25,8 @@ pub struct Space {
     pub volumes: Vec<Volume>,
     /// Dust alone, σ at V [pc⁻¹], for exact depths.
     pub dust: Option<Arc<Grid>>,
+    /// The noise that the dust is, and σ at V of one [pc⁻¹], for back ends that evaluate it at every sample.
+    pub cloud: Option<(Fbm, f64)>,
     /// Bricks of each volume's lattice: zero where nothing absorbs, scatters or glows.
     pub bricks: Vec<Bricks>,
     /// Places of the stars [pc].
@@ -83,6 +85,7 @@ impl Space {
             bricks,
             occupied,
             dust: dust.map(Arc::new),
+            cloud: scene.dust.as_ref().and_then(|d| d.density.fbm().map(|fbm| (fbm.clone(), d.sigma_v_per_pc))),
             stars: scene.stars.iter().map(|s| s.position).collect(),
             star_factor: 0,
             star_depth: 0.0,

@@ -52,7 +52,7 @@ struct OnGpu<'a> {
 
 impl Frames for OnGpu<'_> {
     fn take(&mut self, plan: &Plan) -> barnard::Result<bool> {
-        if barnard_gpu::unable(plan).is_some() {
+        if barnard_gpu::unable(plan, Tuning::default()).is_some() {
             return Ok(false);
         }
         match &mut self.renderer {

@@ -12,7 +12,7 @@ use barnard::formats::{check_writable, save};
 use barnard::image::Image;
 use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
-use barnard_gpu::Gpu;
+use barnard_gpu::{Gpu, Tuning};
 use clap::{Args, ValueEnum};
 
 use crate::progress;
@@ -35,6 +35,9 @@ pub struct Render {
     /// What renders
     #[arg(long, value_enum, default_value_t = Backend::Cpu)]
     backend: Backend,
+    /// Evaluate dust that is one field of kind "fbm" at every sample of a ray, on the GPU, instead of sampling it to a grid
+    #[arg(long)]
+    on_the_fly: bool,
 }
 
 /// The rows of the back ends.
@@ -55,6 +58,9 @@ impl Render {
         debug_assert_eq!(BACKENDS.len(), Backend::value_variants().len());
         for path in &self.output {
             check_writable(path)?;
+        }
+        if self.on_the_fly && !matches!(self.backend, Backend::Gpu) {
+            bail!("--on-the-fly belongs to --backend gpu; the reference evaluates fields as they are, cpu samples them");
         }
         let (scene, options) = self.scene.load()?;
         for path in &self.output {
@@ -104,9 +110,9 @@ impl Render {
         let planned = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let (image, findings) = match self.backend {
-            Backend::Gpu => on_gpu(scene, &plan, &control)?,
-            Backend::Auto => match why_not_gpu(&plan) {
-                None => on_gpu(scene, &plan, &control)?,
+            Backend::Gpu => self.on_gpu(scene, &plan, &control)?,
+            Backend::Auto => match self.why_not_gpu(&plan) {
+                None => self.on_gpu(scene, &plan, &control)?,
                 Some(why) => {
                     say!("auto: on the cpu, {why}");
                     cpu::render(scene, &plan, &control)?
@@ -133,23 +139,27 @@ impl Render {
         crate::verbs::warn_of_accuracy(&plan);
         Ok(image)
     }
-}
 
-/// Why `auto` does not take the GPU.
-fn why_not_gpu(plan: &Plan) -> Option<String> {
-    let Some(best) = barnard_gpu::adapters().into_iter().next() else { return Some("no graphics adapter was found".into()) };
-    if !best.real {
-        return Some(format!("the only graphics adapter is software ({})", best.name));
+    /// Why `auto` does not take the GPU.
+    fn why_not_gpu(&self, plan: &Plan) -> Option<String> {
+        let Some(best) = barnard_gpu::adapters().into_iter().next() else { return Some("no graphics adapter was found".into()) };
+        if !best.real {
+            return Some(format!("the only graphics adapter is software ({})", best.name));
+        }
+        barnard_gpu::unable(plan, self.tuning()).map(|e| e.to_string())
     }
-    barnard_gpu::unable(plan).map(|e| e.to_string())
-}
 
-/// On the best adapter, as long as it does not give up.
-fn on_gpu(scene: &Scene, plan: &Plan, control: &Control) -> anyhow::Result<(Image, Findings)> {
-    let open = || {
-        let gpu = Gpu::open()?;
-        say!("gpu: {} ({})", gpu.adapter.name, gpu.adapter.api);
-        Ok(gpu)
-    };
-    Ok(barnard_gpu::render_surely(open, scene, plan, control, |words| complain!("warning: {words}"))?)
+    /// On the best adapter, as long as it does not give up.
+    fn on_gpu(&self, scene: &Scene, plan: &Plan, control: &Control) -> anyhow::Result<(Image, Findings)> {
+        let open = || {
+            let gpu = Gpu::open()?;
+            say!("gpu: {} ({})", gpu.adapter.name, gpu.adapter.api);
+            Ok(gpu)
+        };
+        Ok(barnard_gpu::render_surely(open, scene, plan, (self.tuning(), control), |words| complain!("warning: {words}"))?)
+    }
+
+    fn tuning(&self) -> Tuning {
+        Tuning { on_the_fly: self.on_the_fly, ..Tuning::default() }
+    }
 }

@@ -26,6 +26,8 @@ struct Frame {
     counts: vec4u,
     // The largest star depth, where a light field stands in place of all of them; turns by which a loop shows that it turns.
     depths: vec4f,
+    // Numbers of the noise that dust is, and of those that bend space along x, y and z.
+    seeds: vec4u,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

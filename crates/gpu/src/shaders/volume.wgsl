@@ -35,10 +35,16 @@ fn read_all(p: vec3f) -> array<vec4f, QUADS> {
         let place = lattice(q);
         values[q] = read_quad(q, p * place.scale.xyz + place.shift.xyz) * place.unit;
     }
+    if HAS_CLOUD {
+        values[DUST_QUAD][DUST_LANE] = cloud(p);
+    }
     return values;
 }
 
 fn read_dust(p: vec3f) -> f32 {
+    if HAS_CLOUD {
+        return cloud(p);
+    }
     let place = lattice(DUST_QUAD);
     return read_quad(DUST_QUAD, p * place.scale.xyz + place.shift.xyz)[DUST_LANE] * place.unit[DUST_LANE];
 }
