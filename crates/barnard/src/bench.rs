@@ -20,6 +20,11 @@ pub trait Frames {
     /// Band radiances of the plan that was taken last [W m⁻² sr⁻¹], and what was found.
     fn frame(&mut self, control: &Control) -> Result<(Vec<f32>, Findings)>;
 
+    /// Other times that matter here, for the plan that was taken last: what is timed, median seconds, and those of the device.
+    fn others(&mut self, _plan: &Plan, _frames: usize) -> Result<Vec<(String, f64, f64)>> {
+        Ok(Vec::new())
+    }
+
     /// Seconds that the device has worked so far, all threads of a processor together; NaN where it does not tell.
     fn device_seconds(&self) -> f64;
 }
@@ -59,13 +64,14 @@ pub struct Row {
     pub error: Option<f64>,
 }
 
-/// Times each method that `backend` does on `scene`, `visit` hearing each row as it comes; errors on an image of `error_size` pixels an edge, none if that is zero.
+/// Times each of `methods`, or all, that `backend` does on `scene`, `visit` hearing each row as it comes; errors on an image of `error_size` pixels an edge, none if that is zero.
 pub fn table(
     backend: &mut dyn Frames,
     mut scene: Scene,
     options: &Options,
     (frames, error_size): (usize, usize),
     control: &Control,
+    methods: Option<&[String]>,
     mut visit: impl FnMut(Row),
 ) -> Result<()> {
     // Errors are those of transport: functions are sampled first, the same for all.
@@ -84,7 +90,7 @@ pub fn table(
         let image = cpu::finished(&scene, plan, data, findings, "")?;
         Ok(Some(Some(worst((0..truth.bands.len()).map(|b| image.relative_rmse(b, truth, b))))))
     };
-    let mut time = |backend: &mut dyn Frames, name: String, plan: Plan, error: Option<f64>| -> Result<()> {
+    let time = |backend: &mut dyn Frames, name: String, plan: Plan, error: Option<f64>| -> Result<Row> {
         let plan = Plan { camera: full.clone(), ..plan };
         backend.take(&plan)?;
         let (seconds, device_seconds) = timed(frames, || {
@@ -92,11 +98,14 @@ pub fn table(
             backend.frame(control)?;
             Ok(backend.device_seconds() - before)
         })?;
-        visit(Row { name, terms: plan.spectral.terms(), seconds, device_seconds, error });
-        Ok(())
+        Ok(Row { name, terms: plan.spectral.terms(), seconds, device_seconds, error })
     };
     let mut deck = None;
+    let mut default = None;
     for (name, method) in contestants(&options.method)? {
+        if methods.is_some_and(|asked| !asked.iter().any(|m| m == method.entry.name)) {
+            continue;
+        }
         // A closed form holds for one law: where it does not, its row is left out.
         let closed = method.entry.rule.name == "analytic";
         let plan = match plan_of(method) {
@@ -105,7 +114,16 @@ pub fn table(
         };
         let Some(error) = error_of(backend, &plan)? else { continue };
         deck = error.filter(|_| plan.star_march.is_some());
-        time(backend, name, plan, error)?;
+        if name == RULES[0].name {
+            default = Some(Plan { camera: full.clone(), ..plan.clone() });
+        }
+        visit(time(backend, name, plan, error)?);
+    }
+    if let Some(plan) = &default {
+        backend.take(plan)?;
+        for (name, seconds, device_seconds) in backend.others(plan, frames)? {
+            visit(Row { name, terms: 0, seconds, device_seconds, error: None });
+        }
     }
     let Some(deck) = deck else { return Ok(()) };
     let loose = loose(&options.method)?;
@@ -120,7 +138,7 @@ pub fn table(
     }
     if let Some((steps, error)) = matched {
         plan.stepping = Stepping::Fixed(steps);
-        time(backend, format!("{}, {LOOSE}, N = {steps}", loose.entry.name), plan, Some(error))?;
+        visit(time(backend, format!("{}, {LOOSE}, N = {steps}", loose.entry.name), plan, Some(error))?);
     }
     Ok(())
 }

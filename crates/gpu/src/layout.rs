@@ -3,6 +3,7 @@
 //! Places are seen from the middle of the occupied box, so that f32 is finest where the light is. Channels are stored in f16 as parts of the largest value of
 //! each, four to a texture. Terms have room to grow, and phase tables stand last: an edit of a spectrum changes numbers, not the shape.
 
+use barnard::plan::star_depth::OPAQUE;
 use barnard::plan::{Channel, Plan, Volume, Weights, weights_of};
 use glam::DVec3;
 
@@ -149,6 +150,12 @@ pub fn quads(plan: &Plan) -> Vec<Quad> {
             for row in v.data.chunks_exact(v.channels.len()) {
                 row.iter().skip(first).zip(&mut unit).for_each(|(value, unit)| *unit = unit.max(value.abs()));
             }
+            // Depths may change on the device.
+            for (unit, channel) in unit.iter_mut().zip(&v.channels[first..]) {
+                if let Channel::StarDepth(_) = channel {
+                    *unit = OPAQUE as f32;
+                }
+            }
             unit.map(|largest| largest / LARGEST)
         };
         (0..v.channels.len()).step_by(4).map(|first| Quad { volume, first, unit: unit(first) }).collect::<Vec<_>>()
@@ -166,6 +173,10 @@ pub struct Layout {
     pub quads: Vec<Quad>,
     /// Rays along each side of a pixel.
     pub supersampling: usize,
+    /// The star of each scatterer.
+    pub stars: Vec<usize>,
+    /// The middle of the scene, from which places are seen [pc].
+    pub middle: DVec3,
 }
 
 impl Layout {
@@ -269,8 +280,26 @@ impl Layout {
         }
         let entries = phase.as_ref().map_or(2, |p| p.entries);
         let counts = [plan.spectral.terms(), entries, phase_start, plan.star_march.unwrap_or(0)].map(|n| n as u32);
+        let stars = scattered().map(|s| s.star).collect();
         let frame = Frame::new(plan, middle, &k, if shape.dust.is_some() { largest[0] } else { 0.0 }, counts);
-        Ok(Self { shape, frame, tables: tables.list.0, bricks, quads, supersampling: plan.camera.supersampling })
+        Ok(Self { shape, frame, tables: tables.list.0, bricks, quads, supersampling: plan.camera.supersampling, stars, middle })
+    }
+}
+
+impl Layout {
+    /// The quad and channel of a star's depths in `volumes`.
+    pub fn star_slot(&self, volumes: &[&Volume], star: usize) -> Option<(usize, usize)> {
+        let lane = |quad: &Quad| volumes[quad.volume].channels.iter().skip(quad.first).take(4).position(|c| *c == Channel::StarDepth(star));
+        self.quads.iter().enumerate().find_map(|(q, quad)| lane(quad).map(|lane| (q, lane)))
+    }
+
+    /// Puts a star elsewhere.
+    pub fn place_star(&mut self, star: usize, place: DVec3) {
+        let first = self.shape.offsets().stars;
+        for i in self.stars.iter().enumerate().filter(|(_, s)| **s == star).map(|(i, _)| i) {
+            let slot = self.tables[first + i][3];
+            self.tables[first + i] = four(place - self.middle, slot);
+        }
     }
 }
 

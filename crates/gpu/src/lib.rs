@@ -2,8 +2,9 @@
 //!
 //! [`Gpu`] is a device, [`render`] a picture, [`Renderer`] a plan that stays on the device while it changes. `layout` turns a plan into flat tables and the
 //! shape of a shader, `forms` adds what the plan's spectral rule needs, `frame` what changes from picture to picture; `shader` prints the shape in front of
-//! `shaders/*.wgsl`, `textures` uploads volumes, `march` keeps a plan on the device, dispatches
-//! strips of rows and reads them back, `resolve` makes display colours of them. Twins: a function of a
+//! `shaders/*.wgsl`, `textures` uploads volumes, `resources` what fits, `march` keeps a plan on the device, dispatches
+//! strips of rows and reads them back, `resolve` makes display colours of them,
+//! `sweep` the depths of a star that has moved. Twins: a function of a
 //! shader names the Rust function that it repeats.
 
 #[cfg(test)]
@@ -15,7 +16,9 @@ mod frame;
 mod layout;
 mod march;
 mod resolve;
+mod resources;
 mod shader;
+mod sweep;
 mod textures;
 #[cfg(test)]
 mod twins;

@@ -8,31 +8,23 @@ use std::time::Instant;
 use barnard::backend::cpu::{Findings, finished};
 use barnard::control::{Control, Stage};
 use barnard::image::{Image, Tone};
-use barnard::plan::{Plan, Space, Volume};
+use barnard::plan::{Plan, Volume};
 use barnard::scene::Scene;
-use wgpu::BufferUsages as Use;
+use glam::DVec3;
 
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
 use crate::frame::{Pass, Patience, Rows};
-use crate::layout::{Layout, Quad, Shape, quads};
+use crate::layout::{Layout, Shape, quads};
 use crate::resolve::Resolver;
-use crate::shader::{Pauses, source};
-use crate::textures::{dark, texture};
+use crate::resources::{Buffers, FOUND, TIMED, TIMES, Volumes, check_limits, groups, pauses, pipeline, tuned};
+use crate::shader::Pauses;
+use crate::sweep::{Dust, Sweeper, Target};
 
 /// Rays of the first dispatch at most; what follows takes as many rows as are done in [`SLICE`].
 const FIRST_RAYS: usize = 1 << 17;
 /// What one dispatch may take before somebody may wish to stop [s]; drivers give up on what takes seconds.
 const SLICE: f64 = 0.1;
-/// Bytes of a picture that the device holds at once at most.
-const PICTURE: u64 = 1 << 28;
-/// Dispatches of a picture whose times are taken.
-const TIMED: usize = 2048;
-/// Bytes of what is found beside a picture.
-const FOUND: u64 = 12;
-/// Bytes from the times of one dispatch to those of the next, as wgpu aligns them.
-const TIMES: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
-
 /// How a picture is made; all but `on_the_fly` leave it as it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tuning {
@@ -109,32 +101,9 @@ pub struct Renderer<'a> {
     /// Passes that the picture on the device is the mean of.
     passes: u32,
     resolver: Option<Resolver>,
+    sweeper: Option<Sweeper>,
     /// Time of the device for the last picture [s].
     seconds: Option<f64>,
-}
-
-/// What places decide, on the device.
-pub(crate) struct Volumes {
-    space: Arc<Space>,
-    pub(crate) views: Vec<wgpu::TextureView>,
-    pub(crate) bricks: wgpu::Buffer,
-    bytes: u64,
-}
-
-/// What a picture needs.
-struct Buffers {
-    frame: wgpu::Buffer,
-    /// Bands × rows × width.
-    picture: wgpu::Buffer,
-    /// What is found beside the picture.
-    found: wgpu::Buffer,
-    /// Rays that pause.
-    paused: wgpu::Buffer,
-    times: Option<wgpu::Buffer>,
-    /// The way back.
-    back: Option<wgpu::Buffer>,
-    /// Rows of the picture that are held.
-    rows: usize,
 }
 
 impl<'a> Renderer<'a> {
@@ -163,6 +132,7 @@ impl<'a> Renderer<'a> {
             patience: Patience::FULL,
             passes: 0,
             resolver: None,
+            sweeper: None,
             seconds: None,
         };
         renderer.check()?;
@@ -174,7 +144,7 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// As [`new`](Self::new); the plan before stays in place then.
     pub fn update(&mut self, plan: &Plan) -> Result<()> {
-        let same_space = Arc::ptr_eq(&plan.space, &self.volumes.space);
+        let same_space = Arc::ptr_eq(&plan.space, &self.volumes.space) && !self.volumes.moved;
         let quads = if same_space && plan.light_field.is_none() { self.layout.quads.clone() } else { quads(plan) };
         let layout = tuned(Layout::new(plan, quads, self.tuning.on_the_fly)?, self.tuning);
         check_limits(self.gpu, plan, &layout)?;
@@ -192,6 +162,32 @@ impl<'a> Renderer<'a> {
         self.layout = layout;
         self.passes = 0;
         self.check()
+    }
+
+    /// Puts star `star` to `place` [pc]: its depths are swept anew on the device, all others stay. A plan that is taken later has its own places again.
+    /// Returns the device's seconds for it, where it tells.
+    ///
+    /// # Errors
+    /// Where the plan has no such star, or no star depths, and where the device gives up; the star stays where it was then.
+    pub fn move_star(&mut self, star: usize, place: DVec3) -> Result<Option<f64>> {
+        let space = self.volumes.space.clone();
+        let volumes: Vec<&Volume> = space.volumes.iter().collect();
+        let (Some((quad, lane)), Some((dust_quad, dust_lane))) = (self.layout.star_slot(&volumes, star), self.layout.shape.dust) else {
+            return Err(GpuError::NoStar(star, space.stars.len()));
+        };
+        let place_of = |q: usize| (&self.volumes.views[q], volumes[self.layout.quads[q].volume]);
+        let ((view, volume), unit) = (place_of(dust_quad), self.layout.quads[dust_quad].unit[dust_lane]);
+        let dust = Dust { view, volume, lane: dust_lane, unit };
+        let ((view, volume), unit) = (place_of(quad), self.layout.quads[quad].unit[lane]);
+        let sweeper = self.sweeper.get_or_insert_with(|| Sweeper::new(self.gpu));
+        let (view, seconds) = sweeper.swept(self.gpu, &dust, &Target { view, volume, lane, unit }, place)?;
+        self.volumes.views[quad] = view;
+        self.volumes.moved = true;
+        self.layout.place_star(star, place);
+        self.groups = groups(self.gpu, &self.pipeline, &self.layout, &self.volumes, &self.buffers);
+        self.passes = 0;
+        self.check()?;
+        Ok(seconds)
     }
 
     /// One more pass over the picture on the device, which stays there: a first look with a quarter of the samples, then passes with the plan's own, each at
@@ -220,10 +216,8 @@ impl<'a> Renderer<'a> {
     pub fn resolve(&mut self, tone: &Tone) -> Result<&wgpu::Texture> {
         self.whole()?;
         let [width, height, ..] = self.layout.frame.size;
-        if self.resolver.as_ref().is_none_or(|r| r.size() != (width, height)) {
-            self.resolver = Some(Resolver::new(self.gpu, (width, height)));
-        }
-        let Some(resolver) = &self.resolver else { return Err(GpuError::Lost("no resolver".into())) };
+        self.resolver.take_if(|r| r.size() != (width, height));
+        let resolver = self.resolver.get_or_insert_with(|| Resolver::new(self.gpu, (width, height)));
         let texture = resolver.resolve(self.gpu, &self.buffers.picture, tone);
         self.gpu.check(self.volumes.bytes)?;
         Ok(texture)
@@ -395,119 +389,4 @@ impl<'a> Renderer<'a> {
     fn check(&self) -> Result<()> {
         self.gpu.check(self.volumes.bytes + self.buffers.picture.size() + 16 * self.layout.tables.len() as u64)
     }
-}
-
-fn pauses(gpu: &Gpu, tuning: Tuning) -> Pauses {
-    if gpu.adapter.real && !tuning.pauses { Pauses::Never } else { Pauses::Software }
-}
-
-/// Without what the tuning leaves out.
-fn tuned(mut layout: Layout, tuning: Tuning) -> Layout {
-    if !tuning.end_early {
-        // Nothing is so deep.
-        layout.frame.limits[0] = 0.0;
-    }
-    if !tuning.skip_empty {
-        layout.bricks.fill(0);
-    }
-    layout
-}
-
-impl Volumes {
-    pub(crate) fn new(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Self {
-        let volumes: Vec<&Volume> = plan.volumes().collect();
-        let view = |quad: &Quad| texture(gpu, volumes[quad.volume], quad);
-        let mut views: Vec<wgpu::TextureView> = layout.quads.iter().map(view).collect();
-        if views.is_empty() {
-            views.push(dark(gpu));
-        }
-        let bytes = layout.quads.iter().map(|q| 8 * volumes[q.volume].lattice.cells() as u64).sum();
-        let bricks = gpu.filled(bytemuck::cast_slice(&layout.bricks), Use::STORAGE);
-        Self { space: plan.space.clone(), views, bricks, bytes }
-    }
-}
-
-impl Buffers {
-    fn new(gpu: &Gpu, layout: &Layout, pauses: Pauses) -> Result<Self> {
-        let [width, height, ..] = layout.frame.size.map(|n| n as usize);
-        let row = 4 * (width * layout.shape.bands) as u64;
-        // Span, step, part, depth and deepest beside the light.
-        let carried = 4 * (width * (5 + layout.shape.bands + layout.shape.field_channels().max(1))) as u64;
-        let largest = if pauses == Pauses::Software { carried } else { row };
-        let limits = gpu.device.limits();
-        let most = PICTURE.min(limits.max_storage_buffer_binding_size).min(limits.max_buffer_size);
-        if largest > most {
-            let instead = "take fewer pixels along a row, fewer bands, or --backend cpu".into();
-            return Err(GpuError::TooLarge { what: "a row of the picture in bytes".into(), size: largest, most, instead });
-        }
-        let rows = ((most / largest) as usize).clamp(1, height);
-        Ok(Self {
-            frame: gpu.buffer(size_of_val(&layout.frame) as u64, Use::UNIFORM | Use::COPY_DST),
-            picture: gpu.buffer(rows as u64 * row, Use::STORAGE | Use::COPY_SRC),
-            found: gpu.buffer(FOUND, Use::STORAGE | Use::COPY_SRC | Use::COPY_DST),
-            paused: gpu.buffer(if pauses == Pauses::Software { rows as u64 * carried } else { 4 }, Use::STORAGE),
-            times: gpu.timer.as_ref().map(|_| gpu.buffer(TIMED as u64 * TIMES, Use::QUERY_RESOLVE | Use::COPY_SRC)),
-            back: None,
-            rows,
-        })
-    }
-}
-
-fn pipeline(gpu: &Gpu, layout: &Layout, tuning: Tuning) -> wgpu::ComputePipeline {
-    let source = wgpu::ShaderSource::Wgsl(source(&layout.shape, tuning.workgroup, pauses(gpu, tuning)).into());
-    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("march"), source });
-    gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("march"),
-        layout: None,
-        module: &module,
-        entry_point: Some("main"),
-        compilation_options: Default::default(),
-        cache: None,
-    })
-}
-
-/// The bindings of a pipeline: buffers, then textures and their sampler.
-fn groups(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, layout: &Layout, volumes: &Volumes, buffers: &Buffers) -> [wgpu::BindGroup; 2] {
-    let tables = gpu.filled(bytemuck::cast_slice(&layout.tables), Use::STORAGE);
-    let buffers = [&buffers.frame, &tables, &tables, &volumes.bricks, &buffers.picture, &buffers.found, &buffers.paused]
-        .map(|b| b.as_entire_binding());
-    let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-        mag_filter: wgpu::FilterMode::Linear,
-        min_filter: wgpu::FilterMode::Linear,
-        ..Default::default()
-    });
-    let textures = volumes.views.iter().map(wgpu::BindingResource::TextureView).chain([wgpu::BindingResource::Sampler(&sampler)]);
-    let group = |number: u32, resources: Vec<wgpu::BindingResource>| {
-        let entry = |(i, resource)| wgpu::BindGroupEntry { binding: i as u32, resource };
-        let entries: Vec<_> = resources.into_iter().enumerate().map(entry).collect();
-        let layout = &pipeline.get_bind_group_layout(number);
-        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
-    };
-    [group(0, buffers.to_vec()), group(1, textures.collect())]
-}
-
-/// Storage buffers that a shader binds.
-const BUFFERS: u64 = 6;
-/// Positions in tables are written as f32, which counts so far.
-const COUNTABLE: u64 = 1 << 24;
-
-fn check_limits(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Result<()> {
-    let limits = gpu.device.limits();
-    let too_large = |what: &str, size: u64, most: u64, instead: String| {
-        if size > most { Err(GpuError::TooLarge { what: what.into(), size, most, instead }) } else { Ok(()) }
-    };
-    let most = u64::from(limits.max_storage_buffers_per_shader_stage);
-    too_large("the number of buffers of the shader", BUFFERS, most, "take --backend cpu".into())?;
-    let edge = plan.volumes().flat_map(|v| v.lattice.dims).max().unwrap_or(0) as u64;
-    let most = u64::from(limits.max_texture_dimension_3d);
-    let instead = format!("take a grid of at most {} voxels along each axis, or --backend cpu", most.saturating_sub(2));
-    too_large("the edge of a volume in voxels", edge, most, instead)?;
-    let most = u64::from(limits.max_sampled_textures_per_shader_stage);
-    let instead = format!("dust, star depths and gas are four to a texture: at most {} stars, or --backend cpu", 4 * most - 1);
-    too_large("the number of textures", layout.quads.len() as u64, most, instead)?;
-    let most = limits.max_storage_buffer_binding_size.min(16 * COUNTABLE);
-    let instead = "take a smoother phase function or fewer stars, or --backend cpu".into();
-    too_large("the tables in bytes", 16 * layout.tables.len() as u64, most, instead)?;
-    let instead = "take a coarser grid, or --backend cpu".into();
-    too_large("the bricks in bytes", 4 * layout.bricks.len() as u64, most, instead)
 }

@@ -135,6 +135,7 @@ mod tests {
     use crate::frame::Frame;
     use crate::layout::FieldShape;
     use crate::resolve::{self, DisplayLevels};
+    use crate::sweep::{PACK, PackNumbers, SWEEP, SweepNumbers, sweep_source};
 
     const WORKGROUP: (u32, u32) = (8, 8);
 
@@ -205,6 +206,9 @@ mod tests {
         }
         let frame = ours!(Frame: middle, across, upwards, forward, turn_x, turn_y, low, high, steps, limits, jitter, size, strip, counts, depths, seeds);
         assert_eq!(frame, fields(&validated(&source(&shapes()[0], WORKGROUP, Pauses::Never)), "Frame"));
+        let sweep = ours!(SweepNumbers: apex, along_u, along_v, along_w, star, slopes, edge, sides, counts, dims, strides);
+        assert_eq!(sweep, fields(&validated(&sweep_source()), "Sweep"));
+        assert_eq!(ours!(PackNumbers: dims, scale), fields(&validated(PACK), "Pack"));
         let display = ours!(DisplayLevels: levels, size);
         assert_eq!(display, fields(&validated(resolve::SOURCE), "Display"));
     }
@@ -212,7 +216,7 @@ mod tests {
     /// Every function of a shader that repeats one in Rust says which; those are there.
     #[test]
     fn twins_are_named() {
-        let files = FILES.iter().map(|f| f.1).chain(FORMS.iter().map(|f| f.wgsl)).chain([resolve::SOURCE]);
+        let files = FILES.iter().map(|f| f.1).chain(FORMS.iter().map(|f| f.wgsl)).chain([resolve::SOURCE, SWEEP, PACK]);
         let twins: Vec<&str> = files.flat_map(|f| f.lines()).filter_map(|l| l.strip_prefix("// twin: ")).collect();
         assert!(twins.len() >= 20, "{twins:?}");
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));

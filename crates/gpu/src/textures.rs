@@ -23,18 +23,33 @@ pub fn dark(gpu: &Gpu) -> wgpu::TextureView {
     uploaded(gpu, [1; 3], &[f16::ZERO; 4])
 }
 
-fn uploaded(gpu: &Gpu, [x, y, z]: [usize; 3], texels: &[f16]) -> wgpu::TextureView {
-    let descriptor = wgpu::TextureDescriptor {
+/// A texture of so many voxels that shaders write and read.
+pub fn usable(gpu: &Gpu, dims: [usize; 3]) -> (wgpu::Texture, wgpu::TextureView) {
+    let texture = gpu.device.create_texture(&descriptor(dims, wgpu::TextureUsages::STORAGE_BINDING));
+    let view = texture.create_view(&Default::default());
+    (texture, view)
+}
+
+fn uploaded(gpu: &Gpu, dims: [usize; 3], texels: &[f16]) -> wgpu::TextureView {
+    let order = wgpu::util::TextureDataOrder::LayerMajor;
+    let texture = gpu.device.create_texture_with_data(
+        &gpu.queue,
+        &descriptor(dims, wgpu::TextureUsages::COPY_DST),
+        order,
+        bytemuck::cast_slice(texels),
+    );
+    texture.create_view(&Default::default())
+}
+
+fn descriptor([x, y, z]: [usize; 3], filled_by: wgpu::TextureUsages) -> wgpu::TextureDescriptor<'static> {
+    wgpu::TextureDescriptor {
         label: None,
         size: wgpu::Extent3d { width: x as u32, height: y as u32, depth_or_array_layers: z as u32 },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D3,
         format: wgpu::TextureFormat::Rgba16Float,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | filled_by,
         view_formats: &[],
-    };
-    let order = wgpu::util::TextureDataOrder::LayerMajor;
-    let texture = gpu.device.create_texture_with_data(&gpu.queue, &descriptor, order, bytemuck::cast_slice(texels));
-    texture.create_view(&Default::default())
+    }
 }

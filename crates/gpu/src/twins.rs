@@ -10,7 +10,7 @@ use glam::DVec3;
 use crate::Gpu;
 use crate::frame::{Pass, Patience, Rows};
 use crate::layout::{Layout, quads};
-use crate::march::Volumes;
+use crate::resources::Volumes;
 use crate::shader::{Pauses, source};
 
 /// Numbers in and out of a function.

@@ -151,6 +151,38 @@ fn rays_pause_in_time() {
     assert!(wrong < 1e-4, "{wrong:e}");
 }
 
+/// A star that moves on the device gives the picture of a plan that has it there: inside, on a voxel, outside, beside a face; the other star stays, and a plan
+/// that is taken afterwards has its own places.
+#[test]
+fn a_star_moves_on_the_device() {
+    let Some(gpu) = device() else { return };
+    let cloud =
+        "[field.ball]\nkind = \"fbm\"\nradius = \"1 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"3 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n";
+    let second = STAR.replace("0.2 0.5 0.3", "-0.3 -0.2 0.1").replace("9000 K", "4000 K");
+    let made = |place: &str| {
+        let mut scene = parsed(&format!("{CAMERA}{cloud}{second}{}[method]\nbake = 40\n", STAR.replace("0.2 0.5 0.3", place)));
+        (scene.camera.width, scene.camera.height) = (12, 12);
+        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        Plan { stepping: FINE, ..Plan::sampled(&scene, &options, 40, &Control::default()).unwrap() }
+    };
+    let first = made("0.2 0.5 0.3");
+    let mut renderer = Renderer::new(&gpu, &first, Tuning::default()).unwrap();
+    let before = renderer.radiance(&Control::default()).unwrap();
+    for place in [[-0.4, 0.1, 0.5], [0.025, 0.075, -0.025], [1.6, 0.3, 0.2], [0.2, -3.0, 2.5], [0.3, 0.2, 0.999]] {
+        let there = made(&place.map(|x: f64| x.to_string()).join(" "));
+        let theirs = cpu::radiance(&Plan { space: there.space.clone(), ..first.clone() }, &Control::default()).unwrap().0;
+        renderer.move_star(1, place.into()).unwrap();
+        let ours = renderer.radiance(&Control::default()).unwrap().0;
+        let wrong = difference(&first, &ours, &theirs);
+        println!("{place:?}: {wrong:.1e}");
+        assert!(wrong < TOLERANCE, "{place:?}: {wrong:e}");
+        assert!(difference(&first, &before.0, &theirs) > 10.0 * TOLERANCE);
+    }
+    assert!(renderer.move_star(2, [0.0; 3].into()).err().unwrap().to_string().contains("2 stars"));
+    renderer.update(&first).unwrap();
+    assert!(renderer.radiance(&Control::default()).unwrap() == before);
+}
+
 /// Passes settle to the light of whole pixels: to a picture of 144 rays a pixel by the processor, closer with every four times as many; a first look shows
 /// all of it, and nothing brighter than it is; another plan starts anew.
 #[test]

@@ -5,12 +5,13 @@
 
 mod bricks;
 mod closed_form;
+pub mod cone;
 mod describe;
 mod light_field;
 pub mod near;
 mod pilot;
 mod planes;
-mod pyramid;
+pub mod pyramid;
 pub mod segment;
 mod space;
 mod spectral;

@@ -14,8 +14,8 @@
 //!
 //! | symbol | variable | unit |
 //! |---|---|---|
-//! | u, v | `first` + i · `spacing` | voxels a plane |
-//! | w | `Pyramid::distance` | voxels |
+//! | u, v | `Rays::first` + i · `spacing` | voxels a plane |
+//! | w | `Cone::distance` | voxels |
 //! | τ | `Tier::depths` | 1 |
 //! | ℓ | `edge`, in `advance` | pc |
 
@@ -23,6 +23,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Volume;
+use super::cone::{Cone, Rays, TierOf, cones};
 use super::planes::{Planes, mix};
 use super::star_depth::OPAQUE;
 use crate::control::Control;
@@ -30,38 +31,24 @@ use crate::error::Result;
 use crate::field::Grid;
 
 /// Two-point Gauss rule on [0, 1], weights one half.
-const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
-/// Planes in the first tier [voxels].
-const FIRST_TIER: f64 = 8.0;
-/// Rays along a voxel edge at the far end of a tier.
-const RAYS_PER_VOXEL: f64 = 1.0;
+pub const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 /// A ray that comes in behind the last plane is followed so many intervals on; others never come in.
-const BEYOND: f64 = 3.0;
+pub const BEYOND: f64 = 3.0;
 /// The fewest rows that a thread takes.
 const ROWS_TOGETHER: usize = 8;
 
-/// One pyramid: `axes` are those of u, v and w.
+/// One pyramid in the dust.
 struct Pyramid<'a> {
     /// σ at V [pc⁻¹].
     dust: &'a Grid,
     /// Where the star is [pc].
     place: DVec3,
-    /// And along u, v, w, zero at the first centre [voxels].
-    star: [f64; 3],
-    axes: [usize; 3],
-    /// Voxels along u, v, w, and edges of a voxel [pc].
-    dims: [usize; 3],
-    edge: [f64; 3],
-    /// ±1: towards larger or smaller w.
-    sign: f64,
+    cone: Cone,
 }
 
-/// Rays of one tier: a grid in slopes.
+/// The depths of a tier's rays.
 struct Tier {
-    /// Slopes of ray 1 of each axis; ray 0 stands before it, so that a cubic has its four.
-    first: [f64; 2],
-    spacing: f64,
-    counts: [usize; 2],
+    rays: Rays,
     /// Depths so far, v × u.
     depths: Vec<f32>,
     /// Depths at which rays come into the box through a side, if any do.
@@ -85,79 +72,20 @@ impl Interval {
 
 /// Depths from `star` [pc] through `dust` (σ at V [pc⁻¹]) of all voxels of `volume`, written into `slot`; `visit` hears how many were written.
 pub fn sweep(dust: &Grid, star: DVec3, volume: &mut Volume, slot: usize, control: &Control, mut visit: impl FnMut(u64)) -> Result<()> {
-    let index = (star - volume.inner.bounds.low) / volume.inner.voxel_pc() - 0.5;
-    for axes in [[0, 1, 2], [0, 2, 1], [1, 2, 0]] {
-        for sign in [-1.0, 1.0] {
-            let pyramid = Pyramid {
-                dust,
-                place: star,
-                star: axes.map(|a| index[a]),
-                axes,
-                dims: axes.map(|a| volume.inner.dims[a]),
-                edge: axes.map(|a| volume.inner.voxel_pc()[a]),
-                sign,
-            };
-            pyramid.run(volume, slot, control, &mut visit)?;
-        }
+    for cone in cones(&volume.inner, star) {
+        Pyramid { dust, place: star, cone }.run(volume, slot, control, &mut visit)?;
     }
     Ok(())
 }
 
 impl Pyramid<'_> {
-    /// Planes in the order in which rays meet them.
-    fn planes(&self) -> Vec<usize> {
-        let last = self.dims[2] as f64 - 1.0;
-        if self.sign > 0.0 {
-            let first = (self.star[2].floor() + 1.0).max(0.0);
-            if first > last { Vec::new() } else { (first as usize..self.dims[2]).collect() }
-        } else {
-            let first = (self.star[2].ceil() - 1.0).min(last);
-            if first < 0.0 { Vec::new() } else { (0..=first as usize).rev().collect() }
-        }
-    }
-
-    /// Distance of a plane from the star [voxels].
-    fn distance(&self, plane: usize) -> f64 {
-        self.sign * (plane as f64 - self.star[2])
-    }
-
-    /// Distance at which rays enter the box through the face that is nearest along w, zero inside [voxels].
-    fn entry(&self) -> f64 {
-        let face = if self.sign > 0.0 { -0.5 } else { self.dims[2] as f64 - 0.5 };
-        (self.sign * (face - self.star[2])).max(0.0)
-    }
-
     fn run(&self, volume: &mut Volume, slot: usize, control: &Control, visit: &mut impl FnMut(u64)) -> Result<()> {
-        let planes = self.planes();
-        let mut begin = 0;
-        while begin < planes.len() {
-            let near = self.distance(planes[begin]);
-            let reach = (2.0 * near).max(FIRST_TIER);
-            let end = begin + planes[begin..].iter().take_while(|p| self.distance(**p) <= reach).count();
-            if let Some(tier) = self.tier(near, self.distance(planes[end - 1])) {
-                self.run_tier(tier, &planes[..end], begin, (volume, slot), control, visit)?;
-            }
-            begin = end;
+        let planes = self.cone.planes();
+        for TierOf { rays, begin, end } in self.cone.tiers() {
+            let depths = vec![0.0; rays.counts[0] * rays.counts[1]];
+            self.run_tier(Tier { rays, depths, entries: None }, &planes[..end], begin, (volume, slot), control, visit)?;
         }
         Ok(())
-    }
-
-    /// The rays towards all voxels between two distances, if the pyramid holds any.
-    fn tier(&self, near: f64, far: f64) -> Option<Tier> {
-        let spacing = 1.0 / (RAYS_PER_VOXEL * far);
-        let mut tier = Tier { first: [0.0; 2], spacing, counts: [0; 2], depths: Vec::new(), entries: None };
-        for axis in 0..2 {
-            let (low, high) = (-self.star[axis], self.dims[axis] as f64 - 1.0 - self.star[axis]);
-            let (low, high) = ((low / near).min(low / far), (high / near).max(high / far));
-            if low > 1.0 || high < -1.0 {
-                return None;
-            }
-            let (low, high) = (low.max(-1.0), high.min(1.0));
-            tier.first[axis] = low;
-            tier.counts[axis] = ((high - low) / spacing).ceil() as usize + 4;
-        }
-        tier.depths = vec![0.0; tier.counts[0] * tier.counts[1]];
-        Some(tier)
     }
 
     /// Follows the rays through `planes`, writing voxels from number `begin` on.
@@ -170,13 +98,13 @@ impl Pyramid<'_> {
         control: &Control,
         visit: &mut impl FnMut(u64),
     ) -> Result<()> {
-        if self.has_side_entries() {
+        if self.cone.has_side_entries() {
             // Rays come in through sides: a first pass finds their depths there.
             tier.entries = Some(vec![0.0; tier.depths.len()]);
             self.follow(&mut tier, planes, control, |_, _| ())?;
             tier.depths = tier.entries.take().unwrap_or_default().into_iter().map(|depth| -depth).collect();
         }
-        let mut out = vec![0.0; self.dims[0] * self.dims[1]];
+        let mut out = vec![0.0; self.cone.dims[0] * self.cone.dims[1]];
         self.follow(&mut tier, planes, control, |tier, number| {
             if number >= begin {
                 visit(self.write_plane(tier, planes[number], &mut out, (volume, slot)));
@@ -186,14 +114,14 @@ impl Pyramid<'_> {
 
     /// Carries the rays from plane to plane; `visit` sees them on each.
     fn follow(&self, tier: &mut Tier, planes: &[usize], control: &Control, mut visit: impl FnMut(&Tier, usize)) -> Result<()> {
-        let mut store = Planes::new(self.dust, self.axes, self.sign);
+        let mut store = Planes::new(self.dust, self.cone.axes, self.cone.sign);
         let mut slabs = [Vec::new(), Vec::new()];
-        let mut from = self.entry();
+        let mut from = self.cone.entry();
         for (number, plane) in planes.iter().enumerate() {
             control.check()?;
-            let interval = Interval { from, to: self.distance(*plane), last: number + 1 == planes.len() };
+            let interval = Interval { from, to: self.cone.distance(*plane), last: number + 1 == planes.len() };
             for (slab, point) in slabs.iter_mut().zip(interval.gauss()) {
-                store.slab(self.to_dust(2, self.star[2] + self.sign * point), slab);
+                store.slab(self.to_dust(2, self.cone.star[2] + self.cone.sign * point), slab);
             }
             self.advance(tier, &slabs, interval);
             visit(tier, number);
@@ -202,47 +130,23 @@ impl Pyramid<'_> {
         Ok(())
     }
 
-    /// The border through which rays come in along u or v: none where the star stands between both.
-    fn side(&self, axis: usize) -> Option<f64> {
-        let (low, high) = (-0.5, self.dims[axis] as f64 - 0.5);
-        if self.star[axis] < low {
-            Some(low)
-        } else if self.star[axis] > high {
-            Some(high)
-        } else {
-            None
-        }
-    }
-
-    /// Whether any ray comes in through a side.
-    fn has_side_entries(&self) -> bool {
-        (0..2).any(|axis| self.side(axis).is_some())
-    }
-
-    /// Distance at which a ray of this slope is past the side's border [voxels]; infinite if it never is.
-    fn enters(&self, axis: usize, slope: f64) -> f64 {
-        let Some(border) = self.side(axis) else { return 0.0 };
-        let way = border - self.star[axis];
-        if way * slope > 0.0 { way / slope } else { f64::INFINITY }
-    }
-
     /// A coordinate of the voxels in those of the dust, clamped to its outermost centres.
     fn to_dust(&self, axis: usize, x: f64) -> f64 {
-        let cells = self.dust.lattice.dims[self.axes[axis]] as f64;
-        ((x + 0.5) * cells / self.dims[axis] as f64 - 0.5).clamp(0.0, cells - 1.0)
+        let cells = self.dust.lattice.dims[self.cone.axes[axis]] as f64;
+        ((x + 0.5) * cells / self.cone.dims[axis] as f64 - 0.5).clamp(0.0, cells - 1.0)
     }
 
     /// Adds to every ray its depth in an interval, σ given on the planes of the two Gauss points.
     fn advance(&self, tier: &mut Tier, slabs: &[Vec<f32>; 2], interval: Interval) {
-        let (first, spacing, width) = (tier.first, tier.spacing, tier.counts[0]);
-        let [cells, rows] = [0, 1].map(|axis| self.dust.lattice.dims[self.axes[axis]]);
-        let scale = cells as f64 / self.dims[0] as f64;
+        let (first, spacing, width) = (tier.rays.first, tier.rays.spacing, tier.rays.counts[0]);
+        let [cells, rows] = [0, 1].map(|axis| self.dust.lattice.dims[self.cone.axes[axis]]);
+        let scale = cells as f64 / self.cone.dims[0] as f64;
         let half = 0.5 * (interval.to - interval.from);
         let scratch = || ([vec![0.0f32; cells + 1], vec![0.0f32; cells + 1]], vec![0.0f32; width]);
         let row = |(mixed, gains): &mut ([Vec<f32>; 2], Vec<f32>), (j, depths): (usize, &mut [f32]), entries: Option<&mut [f32]>| {
             let v = first[1] + (j as f64 - 1.0) * spacing;
             for ((row, slab), point) in mixed.iter_mut().zip(slabs).zip(interval.gauss()) {
-                let y = self.to_dust(1, self.star[1] + v * point);
+                let y = self.to_dust(1, self.cone.star[1] + v * point);
                 let low = (y as usize).min(rows - 1);
                 let high = (low + 1).min(rows - 1);
                 mix(row, &slab[low * cells..][..cells], &slab[high * cells..][..cells], (y - low as f64) as f32);
@@ -250,16 +154,16 @@ impl Pyramid<'_> {
             }
             let slope = first[0] - spacing;
             // Ray 0 and the step from ray to ray at the Gauss points, in voxels of dust.
-            let samples = interval.gauss().map(|z| ((self.star[0] + slope * z + 0.5) * scale - 0.5, spacing * z * scale));
-            let flat = self.edge[2].powi(2) + (v * self.edge[1]).powi(2);
+            let samples = interval.gauss().map(|z| ((self.cone.star[0] + slope * z + 0.5) * scale - 0.5, spacing * z * scale));
+            let flat = self.cone.edge[2].powi(2) + (v * self.cone.edge[1]).powi(2);
             for (i, (gain, depth)) in gains.iter_mut().zip(depths.iter_mut()).enumerate() {
-                let u = (slope + i as f64 * spacing) * self.edge[0];
+                let u = (slope + i as f64 * spacing) * self.cone.edge[0];
                 *gain = ((flat + u * u).sqrt() * half) as f32 * two_samples(mixed, samples, i);
                 *depth += *gain;
             }
             let Some(entries) = entries else { return };
             for (i, entry) in entries.iter_mut().enumerate() {
-                let at = self.enters(0, slope + i as f64 * spacing).max(self.enters(1, v));
+                let at = self.cone.enters(0, slope + i as f64 * spacing).max(self.cone.enters(1, v));
                 let part = (at - interval.from) / (interval.to - interval.from);
                 if part > 0.0 && (part <= 1.0 || interval.last) {
                     *entry = if part < BEYOND { depths[i] + (part - 1.0) as f32 * gains[i] } else { f32::MAX };
@@ -278,27 +182,28 @@ impl Pyramid<'_> {
 
     /// Depths of the voxels of one plane inside the pyramid; returns their number.
     fn write_plane(&self, tier: &Tier, plane: usize, out: &mut [f32], (volume, slot): (&mut Volume, usize)) -> u64 {
-        let z = self.distance(plane);
+        let z = self.cone.distance(plane);
         let range = |axis: usize| {
-            let (low, high) = ((self.star[axis] - z).ceil().max(0.0), (self.star[axis] + z).floor().min(self.dims[axis] as f64 - 1.0));
+            let (low, high) =
+                ((self.cone.star[axis] - z).ceil().max(0.0), (self.cone.star[axis] + z).floor().min(self.cone.dims[axis] as f64 - 1.0));
             if low > high { 0..0 } else { low as usize..high as usize + 1 }
         };
         let (columns, rows) = (range(0), range(1));
-        let has_side_entries = self.has_side_entries();
-        let [width, height] = tier.counts;
+        let has_side_entries = self.cone.has_side_entries();
+        let [width, height] = tier.rays.counts;
         // Rays beside a voxel: the second of its four, and where it stands between that and the third.
         let around = |axis: usize, x: usize, count: usize| {
-            let at = ((x as f64 - self.star[axis]) / z - tier.first[axis]) / tier.spacing + 1.0;
+            let at = ((x as f64 - self.cone.star[axis]) / z - tier.rays.first[axis]) / tier.rays.spacing + 1.0;
             let second = (at.max(1.0) as usize).min(count - 3);
             (second, (at - second as f64) as f32)
         };
         let lattice = volume.inner.clone();
         let exact = |x: usize, y: usize| {
             let mut voxel = [0; 3];
-            self.axes.iter().zip([x, y, plane]).for_each(|(axis, i)| voxel[*axis] = i);
+            self.cone.axes.iter().zip([x, y, plane]).for_each(|(axis, i)| voxel[*axis] = i);
             self.dust.column(self.place, lattice.centre(voxel[0], voxel[1], voxel[2]), OPAQUE) as f32
         };
-        let lines = out.par_chunks_mut(self.dims[0]).enumerate().skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
+        let lines = out.par_chunks_mut(self.cone.dims[0]).enumerate().skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
         lines.for_each_init(
             || vec![0.0f32; width],
             |mixed, (y, line)| {
@@ -315,11 +220,11 @@ impl Pyramid<'_> {
         );
         let channels = volume.channels.len();
         let strides = [1, volume.lattice.dims[0], volume.lattice.dims[0] * volume.lattice.dims[1]];
-        let [du, dv, dw] = self.axes.map(|a| strides[a] * channels);
+        let [du, dv, dw] = self.cone.axes.map(|a| strides[a] * channels);
         let origin = volume.index([0; 3]) + slot;
         for y in rows.clone() {
             for x in columns.clone() {
-                volume.data[origin + x * du + y * dv + plane * dw] = out[y * self.dims[0] + x];
+                volume.data[origin + x * du + y * dv + plane * dw] = out[y * self.cone.dims[0] + x];
             }
         }
         (rows.len() * columns.len()) as u64

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use barnard::Error;
 use barnard::backend::cpu::Findings;
-use barnard::bench::{Frames, OnCpu, Row, table};
+use barnard::bench::{Frames, OnCpu, Row, table, timed};
 use barnard::control::Control;
 use barnard::plan::Plan;
 use barnard_gpu::{Gpu, GpuError, Renderer, Tuning};
@@ -26,6 +26,9 @@ pub struct Bench {
     /// Edge of the small image whose error is measured against the reference; 0 leaves the errors out
     #[arg(long, default_value_t = 48)]
     error_size: usize,
+    /// Which methods, such as band_quadrature,newton; all if not given
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    methods: Option<Vec<String>>,
     /// What renders; methods that it does not do are left out
     #[arg(long, value_enum, default_value_t = Device::Cpu)]
     backend: Device,
@@ -69,6 +72,19 @@ impl Frames for OnGpu<'_> {
         Ok(frame)
     }
 
+    /// What an edit of a spectrum uploads, and the depths of a star that has moved.
+    fn others(&mut self, plan: &Plan, frames: usize) -> barnard::Result<Vec<(String, f64, f64)>> {
+        let Some(renderer) = &mut self.renderer else { return Ok(Vec::new()) };
+        let (seconds, device) = timed(frames, || renderer.update(plan).map(|()| f64::NAN).map_err(told))?;
+        let mut rows = vec![("upload after a spectrum edit".to_owned(), seconds, device)];
+        if let Some(star) = plan.space.stars.first() {
+            let sweep = || renderer.move_star(0, *star).map(|s| s.unwrap_or(f64::NAN)).map_err(told);
+            let (seconds, device) = timed(frames, sweep)?;
+            rows.push(("star depths of one star".to_owned(), seconds, device));
+        }
+        Ok(rows)
+    }
+
     fn device_seconds(&self) -> f64 {
         self.seconds
     }
@@ -101,17 +117,21 @@ impl Bench {
 
     fn by(self, backend: &mut dyn Frames, device: &str) -> anyhow::Result<ExitCode> {
         let (scene, options) = self.scene.load()?;
+        let methods = self.methods.as_deref();
+        for name in methods.into_iter().flatten() {
+            options.method.clone().with_name(name)?;
+        }
         let (sizes, control) = ((self.frames.clamp(1, 1000), self.error_size.min(1024)), progress::control()?);
         if self.json {
             let mut list = Vec::new();
             let key = format!("{}_seconds", device.to_lowercase());
-            table(backend, scene, &options, sizes, &control, |row| list.push(json(&row, &key)))?;
+            table(backend, scene, &options, sizes, &control, methods, |row| list.push(json(&row, &key)))?;
             say!("{}", serde_json::to_string_pretty(&list)?);
             return Ok(ExitCode::SUCCESS);
         }
         say!("{:34} {:>6} {:>10} {:>10} {:>8} {:>10}", "method", "terms", "frame [s]", format!("{device} [s]"), "ratio", "error");
         let mut first = None;
-        table(backend, scene, &options, sizes, &control, |row| {
+        table(backend, scene, &options, sizes, &control, methods, |row| {
             let first = *first.get_or_insert(row.seconds);
             let error = row.error.map_or("-".into(), |e| format!("{e:.2e}"));
             say!(

@@ -1,0 +1,163 @@
+//! What a plan needs on a device: textures, buffers, the pipeline, and whether they fit.
+
+use std::sync::Arc;
+
+use barnard::plan::{Plan, Space, Volume};
+use wgpu::BufferUsages as Use;
+
+use crate::device::Gpu;
+use crate::error::{GpuError, Result};
+use crate::layout::{Layout, Quad};
+use crate::march::Tuning;
+use crate::shader::{Pauses, source};
+use crate::textures::{dark, texture};
+
+/// Bytes of a picture that the device holds at once at most.
+const PICTURE: u64 = 1 << 28;
+/// Dispatches of a picture whose times are taken.
+pub const TIMED: usize = 2048;
+/// Bytes of what is found beside a picture.
+pub const FOUND: u64 = 12;
+/// Bytes from the times of one dispatch to those of the next, as wgpu aligns them.
+pub const TIMES: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
+
+/// What places decide, on the device.
+pub struct Volumes {
+    pub space: Arc<Space>,
+    pub views: Vec<wgpu::TextureView>,
+    pub bricks: wgpu::Buffer,
+    pub bytes: u64,
+    /// Whether a star is no longer where the space has it.
+    pub moved: bool,
+}
+
+/// What a picture needs.
+pub struct Buffers {
+    pub frame: wgpu::Buffer,
+    /// Bands × rows × width.
+    pub picture: wgpu::Buffer,
+    /// What is found beside the picture.
+    pub found: wgpu::Buffer,
+    /// Rays that pause.
+    pub paused: wgpu::Buffer,
+    pub times: Option<wgpu::Buffer>,
+    /// The way back.
+    pub back: Option<wgpu::Buffer>,
+    /// Rows of the picture that are held.
+    pub rows: usize,
+}
+
+pub fn pauses(gpu: &Gpu, tuning: Tuning) -> Pauses {
+    if gpu.adapter.real && !tuning.pauses { Pauses::Never } else { Pauses::Software }
+}
+
+/// Without what the tuning leaves out.
+pub fn tuned(mut layout: Layout, tuning: Tuning) -> Layout {
+    if !tuning.end_early {
+        // Nothing is so deep.
+        layout.frame.limits[0] = 0.0;
+    }
+    if !tuning.skip_empty {
+        layout.bricks.fill(0);
+    }
+    layout
+}
+
+impl Volumes {
+    pub fn new(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Self {
+        let volumes: Vec<&Volume> = plan.volumes().collect();
+        let view = |quad: &Quad| texture(gpu, volumes[quad.volume], quad);
+        let mut views: Vec<wgpu::TextureView> = layout.quads.iter().map(view).collect();
+        if views.is_empty() {
+            views.push(dark(gpu));
+        }
+        let bytes = layout.quads.iter().map(|q| 8 * volumes[q.volume].lattice.cells() as u64).sum();
+        let bricks = gpu.filled(bytemuck::cast_slice(&layout.bricks), Use::STORAGE);
+        Self { space: plan.space.clone(), views, bricks, bytes, moved: false }
+    }
+}
+
+impl Buffers {
+    pub fn new(gpu: &Gpu, layout: &Layout, pauses: Pauses) -> Result<Self> {
+        let [width, height, ..] = layout.frame.size.map(|n| n as usize);
+        let row = 4 * (width * layout.shape.bands) as u64;
+        // Span, step, part, depth and deepest beside the light.
+        let carried = 4 * (width * (5 + layout.shape.bands + layout.shape.field_channels().max(1))) as u64;
+        let largest = if pauses == Pauses::Software { carried } else { row };
+        let limits = gpu.device.limits();
+        let most = PICTURE.min(limits.max_storage_buffer_binding_size).min(limits.max_buffer_size);
+        if largest > most {
+            let instead = "take fewer pixels along a row, fewer bands, or --backend cpu".into();
+            return Err(GpuError::TooLarge { what: "a row of the picture in bytes".into(), size: largest, most, instead });
+        }
+        let rows = ((most / largest) as usize).clamp(1, height);
+        Ok(Self {
+            frame: gpu.buffer(size_of_val(&layout.frame) as u64, Use::UNIFORM | Use::COPY_DST),
+            picture: gpu.buffer(rows as u64 * row, Use::STORAGE | Use::COPY_SRC),
+            found: gpu.buffer(FOUND, Use::STORAGE | Use::COPY_SRC | Use::COPY_DST),
+            paused: gpu.buffer(if pauses == Pauses::Software { rows as u64 * carried } else { 4 }, Use::STORAGE),
+            times: gpu.timer.as_ref().map(|_| gpu.buffer(TIMED as u64 * TIMES, Use::QUERY_RESOLVE | Use::COPY_SRC)),
+            back: None,
+            rows,
+        })
+    }
+}
+
+pub fn pipeline(gpu: &Gpu, layout: &Layout, tuning: Tuning) -> wgpu::ComputePipeline {
+    let source = wgpu::ShaderSource::Wgsl(source(&layout.shape, tuning.workgroup, pauses(gpu, tuning)).into());
+    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("march"), source });
+    gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("march"),
+        layout: None,
+        module: &module,
+        entry_point: Some("main"),
+        compilation_options: Default::default(),
+        cache: None,
+    })
+}
+
+/// The bindings of a pipeline: buffers, then textures and their sampler.
+pub fn groups(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, layout: &Layout, volumes: &Volumes, buffers: &Buffers) -> [wgpu::BindGroup; 2] {
+    let tables = gpu.filled(bytemuck::cast_slice(&layout.tables), Use::STORAGE);
+    let buffers = [&buffers.frame, &tables, &tables, &volumes.bricks, &buffers.picture, &buffers.found, &buffers.paused]
+        .map(|b| b.as_entire_binding());
+    let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        ..Default::default()
+    });
+    let textures = volumes.views.iter().map(wgpu::BindingResource::TextureView).chain([wgpu::BindingResource::Sampler(&sampler)]);
+    let group = |number: u32, resources: Vec<wgpu::BindingResource>| {
+        let entry = |(i, resource)| wgpu::BindGroupEntry { binding: i as u32, resource };
+        let entries: Vec<_> = resources.into_iter().enumerate().map(entry).collect();
+        let layout = &pipeline.get_bind_group_layout(number);
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    };
+    [group(0, buffers.to_vec()), group(1, textures.collect())]
+}
+
+/// Storage buffers that a shader binds.
+const BUFFERS: u64 = 6;
+/// Positions in tables are written as f32, which counts so far.
+const COUNTABLE: u64 = 1 << 24;
+
+pub fn check_limits(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Result<()> {
+    let limits = gpu.device.limits();
+    let too_large = |what: &str, size: u64, most: u64, instead: String| {
+        if size > most { Err(GpuError::TooLarge { what: what.into(), size, most, instead }) } else { Ok(()) }
+    };
+    let most = u64::from(limits.max_storage_buffers_per_shader_stage);
+    too_large("the number of buffers of the shader", BUFFERS, most, "take --backend cpu".into())?;
+    let edge = plan.volumes().flat_map(|v| v.lattice.dims).max().unwrap_or(0) as u64;
+    let most = u64::from(limits.max_texture_dimension_3d);
+    let instead = format!("take a grid of at most {} voxels along each axis, or --backend cpu", most.saturating_sub(2));
+    too_large("the edge of a volume in voxels", edge, most, instead)?;
+    let most = u64::from(limits.max_sampled_textures_per_shader_stage);
+    let instead = format!("dust, star depths and gas are four to a texture: at most {} stars, or --backend cpu", 4 * most - 1);
+    too_large("the number of textures", layout.quads.len() as u64, most, instead)?;
+    let most = limits.max_storage_buffer_binding_size.min(16 * COUNTABLE);
+    let instead = "take a smoother phase function or fewer stars, or --backend cpu".into();
+    too_large("the tables in bytes", 16 * layout.tables.len() as u64, most, instead)?;
+    let instead = "take a coarser grid, or --backend cpu".into();
+    too_large("the bricks in bytes", 4 * layout.bricks.len() as u64, most, instead)
+}

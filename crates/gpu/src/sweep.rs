@@ -1,0 +1,215 @@
+//! Star depths on the device: one star's channel anew, all others as they are.
+
+use barnard::field::Lattice;
+use barnard::plan::Volume;
+use barnard::plan::cone::{Cone, TierOf, cones};
+use barnard::plan::pyramid::{BEYOND, GAUSS};
+use barnard::plan::star_depth::OPAQUE;
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+use wgpu::BufferUsages as Use;
+
+use crate::device::Gpu;
+use crate::textures::usable;
+
+/// The fields are those of `sweep.wgsl`.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct SweepNumbers {
+    pub apex: [f32; 4],
+    pub along_u: [f32; 4],
+    pub along_v: [f32; 4],
+    pub along_w: [f32; 4],
+    pub star: [f32; 4],
+    pub slopes: [f32; 4],
+    pub edge: [f32; 4],
+    pub sides: [f32; 4],
+    pub counts: [u32; 4],
+    pub dims: [u32; 4],
+    pub strides: [i32; 4],
+}
+
+/// The fields are those of `pack.wgsl`.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct PackNumbers {
+    pub dims: [u32; 4],
+    pub scale: [f32; 4],
+}
+
+/// The source of the sweep.
+pub fn sweep_source() -> String {
+    format!(
+        "const GAUSS_LOW: f32 = {:e};\nconst GAUSS_HIGH: f32 = {:e};\nconst BEYOND: f32 = {BEYOND:e};\nconst OPAQUE: f32 = {OPAQUE:e};\nconst FAR: f32 = 1e30;\n\n{}",
+        GAUSS[0] as f32, GAUSS[1] as f32, SWEEP
+    )
+}
+
+/// The files.
+pub const SWEEP: &str = include_str!("shaders/sweep.wgsl");
+pub const PACK: &str = include_str!("shaders/pack.wgsl");
+
+/// Numbers that the rays of a dispatch keep at most.
+const KEPT: usize = 1 << 24;
+
+/// Where the dust is: its texture, lattice, channel, and what a stored one stands for.
+pub struct Dust<'a> {
+    pub view: &'a wgpu::TextureView,
+    pub volume: &'a Volume,
+    pub lane: usize,
+    pub unit: f32,
+}
+
+/// Where depths go: the texture with the other channels, its volume, the channel, and what a stored one stands for.
+pub struct Target<'a> {
+    pub view: &'a wgpu::TextureView,
+    pub volume: &'a Volume,
+    pub lane: usize,
+    pub unit: f32,
+}
+
+/// The shaders of a sweep.
+pub struct Sweeper {
+    follow: wgpu::ComputePipeline,
+    collect: wgpu::ComputePipeline,
+    pack: wgpu::ComputePipeline,
+}
+
+impl Sweeper {
+    /// On a device.
+    pub fn new(gpu: &Gpu) -> Self {
+        let module = |label, source: &str| {
+            gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source: wgpu::ShaderSource::Wgsl(source.into()) })
+        };
+        let pipeline = |module: &wgpu::ShaderModule, entry| {
+            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: None,
+                module,
+                entry_point: Some(entry),
+                compilation_options: Default::default(),
+                cache: None,
+            })
+        };
+        let (sweep, pack) = (module(Some("sweep"), &sweep_source()), module(Some("pack"), PACK));
+        Self { follow: pipeline(&sweep, "follow"), collect: pipeline(&sweep, "collect"), pack: pipeline(&pack, "main") }
+    }
+
+    /// A texture like that of `target`, with the depths from `star` in its channel, and the seconds of the device where it tells.
+    pub fn swept(&self, gpu: &Gpu, dust: &Dust, target: &Target, star: DVec3) -> crate::Result<(wgpu::TextureView, Option<f64>)> {
+        let Self { follow, collect, pack } = self;
+        let inner = &target.volume.inner;
+        // Buffers start as zero, which is the star's own voxel.
+        let depths = gpu.buffer(4 * inner.cells() as u64, Use::STORAGE);
+        let parts: Vec<SweepNumbers> = cones(inner, star).iter().flat_map(|cone| parts(cone, dust, inner)).collect();
+        let most = parts.iter().map(kept).max().unwrap_or(1);
+        let rays = gpu.buffer(4 * most.max(1) as u64, Use::STORAGE);
+        let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..Default::default()
+        });
+        let group = |pipeline: &wgpu::ComputePipeline, resources: Vec<(u32, wgpu::BindingResource)>| {
+            let entries: Vec<_> = resources.into_iter().map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: None,
+                layout: &pipeline.get_bind_group_layout(0),
+                entries: &entries,
+            })
+        };
+        let (texture, view) = usable(gpu, target.volume.lattice.dims);
+        let times = gpu.timer.as_ref().map(|_| gpu.buffer(16, Use::QUERY_RESOLVE | Use::COPY_SRC));
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        {
+            let timestamp_writes = gpu.timer.as_ref().map(|timer| wgpu::ComputePassTimestampWrites {
+                query_set: timer,
+                beginning_of_pass_write_index: Some(0),
+                end_of_pass_write_index: Some(1),
+            });
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("sweep"), timestamp_writes });
+            for part in &parts {
+                let numbers = gpu.filled(bytemuck::bytes_of(part), Use::UNIFORM);
+                let [numbers, rays, depths] = [&numbers, &rays, &depths].map(|b| b.as_entire_binding());
+                let reading = [(1, wgpu::BindingResource::TextureView(dust.view)), (2, wgpu::BindingResource::Sampler(&sampler))];
+                let both: Vec<_> = [(0, numbers), (3, rays)].into_iter().chain(reading).collect();
+                pass.set_pipeline(follow);
+                pass.set_bind_group(0, &group(follow, both.clone()), &[]);
+                pass.dispatch_workgroups(part.counts[0].div_ceil(8), part.counts[1].div_ceil(8), 1);
+                pass.set_pipeline(collect);
+                pass.set_bind_group(0, &group(collect, both.into_iter().chain([(4, depths)]).collect()), &[]);
+                pass.dispatch_workgroups(part.dims[0].div_ceil(8), part.dims[1].div_ceil(8), part.counts[3] - part.counts[2]);
+            }
+            let [x, y, z] = inner.dims.map(|n| n as u32);
+            let numbers = PackNumbers { dims: [x, y, z, target.lane as u32], scale: [1.0 / target.unit, 0.0, 0.0, 0.0] };
+            let numbers = gpu.filled(bytemuck::bytes_of(&numbers), Use::UNIFORM);
+            let resources = vec![
+                (0, numbers.as_entire_binding()),
+                (1, depths.as_entire_binding()),
+                (2, wgpu::BindingResource::TextureView(target.view)),
+                (3, wgpu::BindingResource::TextureView(&view)),
+            ];
+            pass.set_pipeline(pack);
+            pass.set_bind_group(0, &group(pack, resources), &[]);
+            let [x, y, z] = [x, y, z].map(|n| (n + 2).div_ceil(4));
+            pass.dispatch_workgroups(x, y, z);
+        }
+        if let (Some(timer), Some(times)) = (&gpu.timer, &times) {
+            encoder.resolve_query_set(timer, 0..2, times, 0);
+        }
+        gpu.queue.submit([encoder.finish()]);
+        gpu.wait()?;
+        gpu.check(8 * target.volume.lattice.cells() as u64 + 4 * (inner.cells() + most) as u64)?;
+        drop(texture);
+        let seconds = times.map(|times| -> crate::Result<f64> {
+            let [begin, end]: [u64; 2] = bytemuck::pod_read_unaligned(&gpu.read(&times, 16, &mut None)?);
+            Ok(end.saturating_sub(begin) as f64 * f64::from(gpu.queue.get_timestamp_period()) * 1e-9)
+        });
+        Ok((view, seconds.transpose()?))
+    }
+}
+
+/// Depths that the rays of a part keep.
+fn kept(part: &SweepNumbers) -> usize {
+    part.counts[0] as usize * part.counts[1] as usize * (part.counts[3] - part.counts[2]) as usize
+}
+
+/// A pyramid in parts: tiers, and planes of them that fit.
+fn parts(cone: &Cone, dust: &Dust, inner: &Lattice) -> Vec<SweepNumbers> {
+    let planes = cone.planes();
+    let Some(first) = planes.first() else { return Vec::new() };
+    let whole = |tier: &TierOf| {
+        let rays = tier.rays.counts[0] * tier.rays.counts[1];
+        let together = (KEPT / rays).max(1);
+        let (rays, end) = (tier.rays.clone(), tier.end);
+        let begins = (tier.begin..tier.end).step_by(together);
+        begins.map(move |begin| TierOf { rays: rays.clone(), begin, end: end.min(begin + together) }).collect::<Vec<_>>()
+    };
+    // Texture coordinates of the first centre, and from voxel to voxel.
+    let size = dust.volume.lattice.bounds.size();
+    let step = inner.voxel_pc() / size;
+    let origin = (inner.bounds.low - dust.volume.lattice.bounds.low) / size + 0.5 * step;
+    let axis = |i: usize| {
+        let mut along = DVec3::ZERO;
+        along[cone.axes[i]] = step[cone.axes[i]];
+        along
+    };
+    let along = [axis(0), axis(1), axis(2)];
+    let apex = origin + (0..3).map(|i| cone.star[i] * along[i]).sum::<DVec3>();
+    let four = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32, 0.0];
+    let stride = |i: usize| [1, inner.dims[0], inner.dims[0] * inner.dims[1]][cone.axes[i]] as i32;
+    let side = |i: usize| cone.side(i).map_or(0.0, |border| (border - cone.star[i]) as f32);
+    let numbers = |tier: TierOf, last: usize| SweepNumbers {
+        apex: four(apex),
+        along_u: four(along[0]),
+        along_v: four(along[1]),
+        along_w: four(cone.sign * along[2]),
+        star: [cone.star[0] as f32, cone.star[1] as f32, dust.unit, 0.0],
+        slopes: [tier.rays.first[0] as f32, tier.rays.first[1] as f32, tier.rays.spacing as f32, cone.entry() as f32],
+        edge: [cone.edge[0] as f32, cone.edge[1] as f32, cone.edge[2] as f32, cone.distance(*first) as f32],
+        sides: [side(0), side(1), last as f32, 0.0],
+        counts: [tier.rays.counts[0], tier.rays.counts[1], tier.begin, tier.end].map(|n| n as u32),
+        dims: [cone.dims[0], cone.dims[1], *first, dust.lane].map(|n| n as u32),
+        strides: [stride(0), stride(1), stride(2), cone.sign as i32],
+    };
+    cone.tiers().iter().flat_map(|tier| whole(tier).into_iter().map(move |part| numbers(part, tier.end))).collect()
+}
