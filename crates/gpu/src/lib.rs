@@ -21,6 +21,7 @@ mod shader;
 mod sweep;
 mod textures;
 #[cfg(test)]
+#[cfg(test)]
 mod twins;
 
 pub use device::{Adapter, Gpu, adapters};

@@ -72,7 +72,8 @@ pub struct Target<'a> {
 pub struct Sweeper {
     follow: wgpu::ComputePipeline,
     collect: wgpu::ComputePipeline,
-    pack: wgpu::ComputePipeline,
+    settle: wgpu::ComputePipeline,
+    carry_on: wgpu::ComputePipeline,
 }
 
 impl Sweeper {
@@ -92,15 +93,21 @@ impl Sweeper {
             })
         };
         let (sweep, pack) = (module(Some("sweep"), &sweep_source()), module(Some("pack"), PACK));
-        Self { follow: pipeline(&sweep, "follow"), collect: pipeline(&sweep, "collect"), pack: pipeline(&pack, "main") }
+        Self {
+            follow: pipeline(&sweep, "follow"),
+            collect: pipeline(&sweep, "collect"),
+            settle: pipeline(&pack, "settle"),
+            carry_on: pipeline(&pack, "carry_on"),
+        }
     }
 
     /// A texture like that of `target`, with the depths from `star` in its channel, and the seconds of the device where it tells.
     pub fn swept(&self, gpu: &Gpu, dust: &Dust, target: &Target, star: DVec3) -> crate::Result<(wgpu::TextureView, Option<f64>)> {
-        let Self { follow, collect, pack } = self;
+        let Self { follow, collect, settle, carry_on } = self;
         let inner = &target.volume.inner;
         // Buffers start as zero, which is the star's own voxel.
         let depths = gpu.buffer(4 * inner.cells() as u64, Use::STORAGE);
+        let settled = gpu.buffer(4 * inner.cells() as u64, Use::STORAGE);
         let parts: Vec<SweepNumbers> = cones(inner, star).iter().flat_map(|cone| parts(cone, dust, inner)).collect();
         let most = parts.iter().map(kept).max().unwrap_or(1);
         let rays = gpu.buffer(4 * most.max(1) as u64, Use::STORAGE);
@@ -142,16 +149,16 @@ impl Sweeper {
             let [x, y, z] = inner.dims.map(|n| n as u32);
             let numbers = PackNumbers { dims: [x, y, z, target.lane as u32], scale: [1.0 / target.unit, 0.0, 0.0, 0.0] };
             let numbers = gpu.filled(bytemuck::bytes_of(&numbers), Use::UNIFORM);
-            let resources = vec![
-                (0, numbers.as_entire_binding()),
-                (1, depths.as_entire_binding()),
-                (2, wgpu::BindingResource::TextureView(target.view)),
-                (3, wgpu::BindingResource::TextureView(&view)),
-            ];
-            pass.set_pipeline(pack);
-            pass.set_bind_group(0, &group(pack, resources), &[]);
-            let [x, y, z] = [x, y, z].map(|n| (n + 2).div_ceil(4));
-            pass.dispatch_workgroups(x, y, z);
+            let [numbers, depths, settled] = [&numbers, &depths, &settled].map(|b| b.as_entire_binding());
+            pass.set_pipeline(settle);
+            pass.set_bind_group(0, &group(settle, vec![(0, numbers.clone()), (1, depths), (4, settled.clone())]), &[]);
+            let [i, j, k] = [x, y, z].map(|n| n.div_ceil(4));
+            pass.dispatch_workgroups(i, j, k);
+            let textures = [(2, target.view), (3, &view)].map(|(i, view)| (i, wgpu::BindingResource::TextureView(view)));
+            pass.set_pipeline(carry_on);
+            pass.set_bind_group(0, &group(carry_on, [(0, numbers), (4, settled)].into_iter().chain(textures).collect()), &[]);
+            let [i, j, k] = [x, y, z].map(|n| (n + 2).div_ceil(4));
+            pass.dispatch_workgroups(i, j, k);
         }
         if let (Some(timer), Some(times)) = (&gpu.timer, &times) {
             encoder.resolve_query_set(timer, 0..2, times, 0);

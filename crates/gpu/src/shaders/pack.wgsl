@@ -9,17 +9,23 @@ struct Pack {
 
 @group(0) @binding(0) var<uniform> pack: Pack;
 @group(0) @binding(1) var<storage, read> swept: array<f32>;
+// The same, moved.
+@group(0) @binding(4) var<storage, read_write> settled: array<f32>;
 @group(0) @binding(2) var before: texture_3d<f32>;
 @group(0) @binding(3) var after: texture_storage_3d<rgba16float, write>;
 
-fn depth(p: vec3i) -> f32 {
+fn index(p: vec3i) -> i32 {
     let d = vec3i(pack.dims.xyz);
-    return swept[(p.z * d.y + p.y) * d.x + p.x];
+    return (p.z * d.y + p.y) * d.x + p.x;
+}
+
+fn depth(p: vec3i) -> f32 {
+    return swept[index(p)];
 }
 
 // Moved by a twelfth of the second difference along each axis, not past its neighbours.
 // twin: barnard::plan::star_depth::match_means
-fn matched(p: vec3i) -> f32 {
+fn match_mean(p: vec3i) -> f32 {
     let own = depth(p);
     var low = own;
     var high = own;
@@ -41,6 +47,17 @@ fn matched(p: vec3i) -> f32 {
         high = max(high, max(a, max(b, c)));
     }
     return clamp(own - second / 12.0, low, high);
+}
+
+@compute @workgroup_size(4, 4, 4)
+fn settle(@builtin(global_invocation_id) id: vec3u) {
+    if all(id < pack.dims.xyz) {
+        settled[index(vec3i(id))] = match_mean(vec3i(id));
+    }
+}
+
+fn matched(p: vec3i) -> f32 {
+    return settled[index(p)];
 }
 
 // What goes on behind two voxels.
@@ -84,7 +101,7 @@ fn along_z(p: vec3i) -> f32 {
 }
 
 @compute @workgroup_size(4, 4, 4)
-fn main(@builtin(global_invocation_id) id: vec3u) {
+fn carry_on(@builtin(global_invocation_id) id: vec3u) {
     if any(id >= pack.dims.xyz + 2u) {
         return;
     }
