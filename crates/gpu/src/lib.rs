@@ -21,10 +21,8 @@ mod shader;
 mod sweep;
 mod textures;
 #[cfg(test)]
-#[cfg(test)]
 mod twins;
 
 pub use device::{Adapter, Gpu, adapters};
 pub use error::{GpuError, Result};
-pub use frame::Pass;
 pub use march::{Renderer, Tuning, render, render_surely, unable};
