@@ -528,6 +528,10 @@ fn the_gpu_renders_or_says_why_not() {
     assert!(auto.status.success());
     let words = String::from_utf8_lossy(&auto.stdout).into_owned();
     assert!(words.contains("auto: on the cpu") || words.contains("gpu: "), "{words}");
+    let wrong = desk.run(&["render", "scene.toml", "-o", "fly.npy", "--on-the-fly"]);
+    assert!(!wrong.status.success() && String::from_utf8_lossy(&wrong.stderr).contains("--backend gpu") && !desk.path("fly.npy").exists());
+    let wrong = desk.run(&["bench", "scene.toml", "--methods", "band_quadrature,newtom"]);
+    assert!(!wrong.status.success() && String::from_utf8_lossy(&wrong.stderr).contains("\"newton\""), "{wrong:?}");
     let gpu = desk.run(&["render", "scene.toml", "-o", "gpu.npy", "--backend", "gpu"]);
     if adapters == 0 {
         let error = String::from_utf8_lossy(&gpu.stderr).into_owned();
@@ -541,8 +545,14 @@ fn the_gpu_renders_or_says_why_not() {
     let bench = desk.run(&["bench", "scene.toml", "--backend", "gpu", "--frames", "1", "--error-size", "0", "--json"]);
     let rows: serde_json::Value = serde_json::from_slice(&bench.stdout).unwrap();
     let rows = rows.as_array().unwrap();
-    assert!(rows.len() >= 5 && rows.iter().all(|r| r["gpu_seconds"].is_number()), "{rows:?}");
+    // What the device does not do itself, an upload, has no time of the device.
+    let timed = |r: &serde_json::Value| r["gpu_seconds"].is_number() || (r["terms"] == 0 && r["seconds"].is_number());
+    assert!(rows.len() >= 5 && rows.iter().all(timed), "{rows:?}");
     assert!(rows.iter().all(|r| r["method"] != "sampled") && rows.iter().any(|r| r["method"] == "band_quadrature"));
+    assert!(rows.iter().any(|r| r["method"] == "star depths of one star"));
+    let few = desk.run(&["bench", "scene.toml", "--methods", "newton", "--frames", "1", "--error-size", "0", "--json"]);
+    let few: serde_json::Value = serde_json::from_slice(&few.stdout).unwrap();
+    assert!(few.as_array().unwrap().iter().all(|r| r["method"].as_str().unwrap().starts_with("newton")), "{few}");
     let other = desk.run(&["render", "scene.toml", "-o", "other.npy", "--backend", "gpu", "--method", "sampled"]);
     let error = String::from_utf8_lossy(&other.stderr).into_owned();
     assert!(!other.status.success() && error.contains("sampled") && !desk.path("other.npy").exists(), "{error}");

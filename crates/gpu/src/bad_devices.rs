@@ -6,7 +6,8 @@ use barnard::backend::cpu;
 use barnard::control::Control;
 
 use crate::march::{Tuning, render_surely};
-use crate::twins::{device, plan_of, scene};
+use crate::test_device::device;
+use crate::twins::{plan_of, scene};
 use crate::{Gpu, GpuError, Renderer};
 
 /// A device that is taken away in the middle of a picture is opened once more; if that is taken too, the processor renders.
@@ -63,7 +64,7 @@ fn timestamps_are_not_needed() {
     assert!(renderer.seconds().is_none());
 }
 
-/// Plans beyond a device's limits are refused before anything is uploaded, with what would fit; the plan before stays.
+/// Plans beyond a device's limits are refused before anything is uploaded, with what would fit.
 #[test]
 fn what_is_too_large_is_refused() {
     let limits = wgpu::Limits { max_texture_dimension_3d: 16, ..wgpu::Limits::default() };

@@ -34,24 +34,22 @@ pub struct Gpu {
     /// The times at which a pass begins and ends, where the device tells.
     pub(crate) timer: Option<wgpu::QuerySet>,
     /// What the device complained of, which wgpu tells elsewhere than where it happens.
-    complaints: Complaints,
+    complaints: Arc<Mutex<Complaints>>,
 }
 
-/// The first complaint is the reason of all others.
-type Complaints = Arc<Mutex<Option<Complaint>>>;
+/// The first complaint is the reason of all others; a device that is gone stays so.
+#[derive(Default)]
+struct Complaints {
+    gone: Option<String>,
+    first: Option<Complaint>,
+}
 
 /// What a device complains of.
 enum Complaint {
     /// It has no room.
     Memory,
-    /// Anything else.
-    Lost(String),
-}
-
-fn complain(list: &Complaints, complaint: Complaint) {
-    if let Ok(mut first) = list.lock() {
-        first.get_or_insert(complaint);
-    }
+    /// What it was asked for.
+    Fault(String),
 }
 
 /// The APIs that compute right. GL does not: 3-D textures lose all slices but the first.
@@ -115,16 +113,22 @@ impl Gpu {
         let (device, queue) = opened.map_err(|e| GpuError::Device(described.name.clone(), e.to_string()))?;
         let query = wgpu::QuerySetDescriptor { label: None, ty: wgpu::QueryType::Timestamp, count: 2 };
         let timer = required_features.contains(wgpu::Features::TIMESTAMP_QUERY).then(|| device.create_query_set(&query));
-        let complaints = Complaints::default();
+        let complaints = Arc::<Mutex<Complaints>>::default();
         let (of_errors, of_loss) = (complaints.clone(), complaints.clone());
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             let complaint = match error {
                 wgpu::Error::OutOfMemory { .. } => Complaint::Memory,
-                error => Complaint::Lost(error.to_string()),
+                error => Complaint::Fault(error.to_string()),
             };
-            complain(&of_errors, complaint);
+            if let Ok(mut complaints) = of_errors.lock() {
+                complaints.first.get_or_insert(complaint);
+            }
         }));
-        device.set_device_lost_callback(move |reason, words| complain(&of_loss, Complaint::Lost(format!("{reason:?}: {words}"))));
+        device.set_device_lost_callback(move |reason, words| {
+            if let Ok(mut complaints) = of_loss.lock() {
+                complaints.gone.get_or_insert(format!("{reason:?}: {words}"));
+            }
+        });
         Ok(Self { adapter: described, device, queue, timer, complaints })
     }
 
@@ -138,13 +142,49 @@ impl Gpu {
         self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
     }
 
+    /// One entry of a shader, ready to run; its bindings are those that it uses.
+    pub(crate) fn pipeline(&self, source: &str, entry: &str) -> wgpu::ComputePipeline {
+        let source = wgpu::ShaderSource::Wgsl(source.into());
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(entry), source });
+        self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: None,
+            module: &module,
+            entry_point: Some(entry),
+            compilation_options: Default::default(),
+            cache: None,
+        })
+    }
+
+    /// What a shader binds, by number.
+    pub(crate) fn group<'a>(
+        &self,
+        layout: &wgpu::BindGroupLayout,
+        resources: impl IntoIterator<Item = (u32, wgpu::BindingResource<'a>)>,
+    ) -> wgpu::BindGroup {
+        let entries: Vec<_> = resources.into_iter().map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    }
+
+    /// Linear between voxels, held at the borders.
+    pub(crate) fn sampler(&self) -> wgpu::Sampler {
+        self.device.create_sampler(&wgpu::SamplerDescriptor {
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..Default::default()
+        })
+    }
+
     /// An error where the device has complained; `needed` is what a plan takes there [bytes].
     pub(crate) fn check(&self, needed: u64) -> Result<()> {
-        let complaint = self.complaints.lock().ok().and_then(|mut first| first.take());
-        match complaint {
+        let Ok(mut complaints) = self.complaints.lock() else { return Err(GpuError::Lost("a listener panicked".into())) };
+        if let Some(words) = &complaints.gone {
+            return Err(GpuError::Lost(words.clone()));
+        }
+        match complaints.first.take() {
             None => Ok(()),
             Some(Complaint::Memory) => Err(GpuError::Memory(needed)),
-            Some(Complaint::Lost(words)) => Err(GpuError::Lost(words)),
+            Some(Complaint::Fault(words)) => Err(GpuError::Fault(words)),
         }
     }
 

@@ -49,6 +49,15 @@ pub enum GpuError {
         format_args!("{} MiB", .0.div_ceil(1 << 20))
     )]
     Memory(u64),
+    /// A place that no star can be swept from.
+    #[error("{0:?} pc is no place for a star on the device: {1}")]
+    Place([f64; 3], &'static str),
+    /// A display that is made for other bands.
+    #[error("the display has columns for {0} bands, the picture has {1}")]
+    Bands(usize, usize),
+    /// What the device was asked for was wrong.
+    #[error("the device refused what it was asked for, which is a fault of this program; take --backend cpu: {0}")]
+    Fault(String),
     /// The device stopped answering.
     #[error("the device gave up: {0}; take --backend cpu")]
     Lost(String),

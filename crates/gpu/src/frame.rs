@@ -28,8 +28,10 @@ pub struct Frame {
     pub seeds: [u32; 4],
 }
 
-/// Turns by which a loop shows that it turns.
-const SHOWN_TURNS: f32 = 8.0;
+/// Turns by which a loop shows that it turns: more than what a ray takes behind it, to be stored.
+fn shown_turns(bands: usize, field_channels: usize) -> f32 {
+    (8 + 4 * (bands + field_channels)) as f32
+}
 
 /// Turns of loops that a ray takes before it pauses on a software adapter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -129,7 +131,12 @@ impl Frame {
             size: [camera.width as u32, camera.height as u32, 0, 0],
             strip: [0; 4],
             counts,
-            depths: [plan.space.star_depth as f32, SHOWN_TURNS, 0.0, 0.0],
+            depths: [
+                plan.space.star_depth as f32,
+                shown_turns(plan.spectral.bands.len(), plan.light_field.as_ref().map_or(1, |f| f.propagation.channels())),
+                0.0,
+                0.0,
+            ],
             seeds: plan.space.cloud.as_ref().map_or([0; 4], |(cloud, _)| {
                 let [x, y, z] = cloud.warps.map(|w| w.seed());
                 [cloud.noise.seed(), x, y, z]

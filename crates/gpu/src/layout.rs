@@ -139,7 +139,7 @@ pub struct Quad {
     pub unit: [f32; 4],
 }
 
-/// The largest stored value: f16 then holds what is a thousand million times less with as many digits.
+/// The largest stored value: f16 then holds what is a hundred million times less with as many digits.
 const LARGEST: f32 = 32768.0;
 
 /// The channels of all volumes, four at a time.
@@ -281,7 +281,11 @@ impl Layout {
         let entries = phase.as_ref().map_or(2, |p| p.entries);
         let counts = [plan.spectral.terms(), entries, phase_start, plan.star_march.unwrap_or(0)].map(|n| n as u32);
         let stars = scattered().map(|s| s.star).collect();
-        let frame = Frame::new(plan, middle, &k, if shape.dust.is_some() { largest[0] } else { 0.0 }, counts);
+        let mut frame = Frame::new(plan, middle, &k, if shape.dust.is_some() { largest[0] } else { 0.0 }, counts);
+        if !form.bounded {
+            // No depth is asked for what lies behind it.
+            frame.limits[0] = 0.0;
+        }
         Ok(Self { shape, frame, tables: tables.list.0, bricks, quads, supersampling: plan.camera.supersampling, stars, middle })
     }
 }
@@ -365,5 +369,55 @@ impl Tables {
         }
         distances.resize(distances.len().max(1), 0);
         distances
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::march::Tuning;
+    use crate::resources::tuned;
+    use crate::twins::{parsed, plan_of, scene, text};
+
+    /// What the tuning leaves out is left out: no brick is known to be empty, and no depth is deep enough to end at.
+    #[test]
+    fn tuning_is_heard() {
+        let plan = plan_of(&scene(128, ""));
+        let by = |tuning| tuned(Layout::new(&plan, quads(&plan), false).unwrap(), tuning);
+        let usual = by(Tuning::default());
+        assert!(usual.bricks.iter().any(|b| *b > 0) && usual.frame.limits[0] > 0.0);
+        assert!(by(Tuning { skip_empty: false, ..Tuning::default() }).bricks.iter().all(|b| *b == 0));
+        assert_eq!(by(Tuning { end_early: false, ..Tuning::default() }).frame.limits[0], 0.0);
+    }
+
+    /// Edits of spectra, accuracy, phase angle, steps and camera are numbers: the shape, and with it the pipeline, stays. Another method or another star is another shape.
+    #[test]
+    fn edits_of_spectra_keep_the_shape() {
+        let shape = |method: &str, from: &str, to: &str| {
+            let before = text(24, method);
+            assert!(before.contains(from), "{from}");
+            let plan = plan_of(&parsed(before.replacen(from, to, 1)));
+            (Layout::new(&plan, quads(&plan), false).unwrap().shape, plan.spectral.terms())
+        };
+        let (usual, terms) = shape("", "", "");
+        let edits = [
+            ("", "9000 K", "30000 K"),
+            ("", "100 Lsun", "1 Lsun"),
+            ("", "albedo = 0.6", "albedo = 0.2"),
+            ("", "g = 0.6", "g = 0.85"),
+            ("", "8000 K", "12000 K"),
+            ("", "field_of_view = \"40 deg\"", "field_of_view = \"10 deg\""),
+            ("accuracy = 1e-5", "", ""),
+            ("count = 9", "", ""),
+        ];
+        let mut most = 0;
+        for (method, from, to) in edits {
+            let (edited, terms) = shape(method, from, to);
+            assert_eq!(edited, usual, "{method} {to}");
+            most = most.max(terms);
+        }
+        assert!(most > 2 * terms);
+        assert_ne!(shape("name = \"lookup\"", "", "").0, usual);
+        assert_ne!(shape("count = 30", "", "").0, usual);
     }
 }

@@ -19,6 +19,9 @@ mod resolve;
 mod resources;
 mod shader;
 mod sweep;
+#[cfg(test)]
+#[path = "../tests/common/device.rs"]
+mod test_device;
 mod textures;
 #[cfg(test)]
 mod twins;

@@ -15,7 +15,7 @@ use glam::DVec3;
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
 use crate::frame::{Pass, Patience, Rows};
-use crate::layout::{Layout, Shape, quads};
+use crate::layout::{Layout, quads};
 use crate::resolve::Resolver;
 use crate::resources::{Buffers, FOUND, TIMED, TIMES, Volumes, check_limits, groups, pauses, pipeline, tuned};
 use crate::shader::Pauses;
@@ -25,6 +25,9 @@ use crate::sweep::{Dust, Sweeper, Target};
 const FIRST_RAYS: usize = 1 << 17;
 /// What one dispatch may take before somebody may wish to stop [s]; drivers give up on what takes seconds.
 const SLICE: f64 = 0.1;
+/// Voxels between the box and a star that is swept on the device at most.
+const FURTHEST: f64 = 1e5;
+
 /// How a picture is made; all but `on_the_fly` leave it as it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tuning {
@@ -34,15 +37,15 @@ pub struct Tuning {
     pub skip_empty: bool,
     /// Whether rays end where nothing behind can be seen.
     pub end_early: bool,
-    /// Whether rays pause on a real adapter too, as they must in software.
-    pub pauses: bool,
+    /// Whether rays pause, as they must in software; as the adapter needs it if none.
+    pub pauses: Option<bool>,
     /// Whether dust that is noise is evaluated at every sample and not read as it was sampled: another picture, by what a grid cannot show.
     pub on_the_fly: bool,
 }
 
 impl Default for Tuning {
     fn default() -> Self {
-        Self { workgroup: (8, 8), skip_empty: true, end_early: true, pauses: false, on_the_fly: false }
+        Self { workgroup: (8, 8), skip_empty: true, end_early: true, pauses: None, on_the_fly: false }
     }
 }
 
@@ -80,6 +83,12 @@ pub fn render_surely(
     Ok(barnard::backend::cpu::render(scene, plan, control)?)
 }
 
+/// Rows of the first dispatch.
+fn first_pace(layout: &Layout) -> usize {
+    let [width, height, ..] = layout.frame.size.map(|n| n as usize);
+    (FIRST_RAYS / width).clamp(1, height)
+}
+
 /// Why no device can render this plan; none where one can, as far as its limits go.
 pub fn unable(plan: &Plan, tuning: Tuning) -> Option<GpuError> {
     Layout::new(plan, Vec::new(), tuning.on_the_fly).err()
@@ -102,6 +111,8 @@ pub struct Renderer<'a> {
     passes: u32,
     resolver: Option<Resolver>,
     sweeper: Option<Sweeper>,
+    /// Dispatches of the last picture.
+    dispatches: usize,
     /// Time of the device for the last picture [s].
     seconds: Option<f64>,
 }
@@ -118,8 +129,7 @@ impl<'a> Renderer<'a> {
         let pipeline = pipeline(gpu, &layout, tuning);
         let buffers = Buffers::new(gpu, &layout, pauses(gpu, tuning))?;
         let groups = groups(gpu, &pipeline, &layout, &volumes, &buffers);
-        let [width, height, ..] = layout.frame.size.map(|n| n as usize);
-        let pace = (FIRST_RAYS / width).clamp(1, height);
+        let pace = first_pace(&layout);
         let renderer = Self {
             gpu,
             tuning,
@@ -133,6 +143,7 @@ impl<'a> Renderer<'a> {
             passes: 0,
             resolver: None,
             sweeper: None,
+            dispatches: 0,
             seconds: None,
         };
         renderer.check()?;
@@ -144,24 +155,43 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// As [`new`](Self::new); the plan before stays in place then.
     pub fn update(&mut self, plan: &Plan) -> Result<()> {
-        let same_space = Arc::ptr_eq(&plan.space, &self.volumes.space) && !self.volumes.moved;
-        let quads = if same_space && plan.light_field.is_none() { self.layout.quads.clone() } else { quads(plan) };
+        let field = plan.light_field.is_some() || self.layout.shape.field.is_some();
+        let same_space = Arc::ptr_eq(&plan.space, &self.volumes.space) && !self.volumes.moved && !field;
+        let quads = if same_space { self.layout.quads.clone() } else { quads(plan) };
         let layout = tuned(Layout::new(plan, quads, self.tuning.on_the_fly)?, self.tuning);
         check_limits(self.gpu, plan, &layout)?;
-        let carried = |shape: &Shape| (shape.bands, shape.field_channels());
-        if layout.frame.size != self.layout.frame.size || carried(&layout.shape) != carried(&self.layout.shape) {
-            self.buffers = Buffers::new(self.gpu, &layout, self.pauses())?;
+        let carried = |layout: &Layout| (layout.frame.size, layout.shape.bands, layout.shape.field_channels());
+        let same_size = carried(&layout) == carried(&self.layout);
+        let buffers = if same_size { None } else { Some(Buffers::new(self.gpu, &layout, self.pauses())?) };
+        let volumes = (!same_space).then(|| Volumes::new(self.gpu, plan, &layout));
+        let same_shape = layout.shape == self.layout.shape;
+        let pipeline = (!same_shape).then(|| pipeline(self.gpu, &layout, self.tuning));
+        let groups = groups(
+            self.gpu,
+            pipeline.as_ref().unwrap_or(&self.pipeline),
+            &layout,
+            volumes.as_ref().unwrap_or(&self.volumes),
+            buffers.as_ref().unwrap_or(&self.buffers),
+        );
+        // Nothing is taken that the device has complained of.
+        self.gpu.check(volumes.as_ref().unwrap_or(&self.volumes).bytes + buffers.as_ref().map_or(0, |b| b.picture.size()))?;
+        let work = |layout: &Layout| (layout.frame.steps, layout.frame.counts);
+        if !(same_space && same_size && same_shape && work(&layout) == work(&self.layout)) {
+            self.pace = first_pace(&layout);
         }
-        if !same_space || plan.light_field.is_some() {
-            self.volumes = Volumes::new(self.gpu, plan, &layout);
+        self.groups = groups;
+        if let Some(buffers) = buffers {
+            self.buffers = buffers;
         }
-        if layout.shape != self.layout.shape {
-            self.pipeline = pipeline(self.gpu, &layout, self.tuning);
+        if let Some(volumes) = volumes {
+            self.volumes = volumes;
         }
-        self.groups = groups(self.gpu, &self.pipeline, &layout, &self.volumes, &self.buffers);
+        if let Some(pipeline) = pipeline {
+            self.pipeline = pipeline;
+        }
         self.layout = layout;
         self.passes = 0;
-        self.check()
+        Ok(())
     }
 
     /// Puts star `star` to `place` [pc]: its depths are swept anew on the device, all others stay. A plan that is taken later has its own places again.
@@ -170,6 +200,9 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// Where the plan has no such star, or no star depths, and where the device gives up; the star stays where it was then.
     pub fn move_star(&mut self, star: usize, place: DVec3) -> Result<Option<f64>> {
+        if !place.is_finite() {
+            return Err(GpuError::Place(place.into(), "coordinates are numbers"));
+        }
         let space = self.volumes.space.clone();
         let volumes: Vec<&Volume> = space.volumes.iter().collect();
         let (Some((quad, lane)), Some((dust_quad, dust_lane))) = (self.layout.star_slot(&volumes, star), self.layout.shape.dust) else {
@@ -177,6 +210,16 @@ impl<'a> Renderer<'a> {
         };
         let place_of = |q: usize| (&self.volumes.views[q], volumes[self.layout.quads[q].volume]);
         let ((view, volume), unit) = (place_of(dust_quad), self.layout.quads[dust_quad].unit[dust_lane]);
+        let inner = &volumes[self.layout.quads[quad].volume].inner;
+        if ((place - 0.5 * (inner.bounds.low + inner.bounds.high)) / inner.voxel_pc()).abs().max_element() > FURTHEST {
+            return Err(GpuError::Place(place.into(), "it is so far that single precision loses its rays; make a new plan"));
+        }
+        let size = 4 * inner.cells() as u64;
+        let most = self.gpu.device.limits().max_storage_buffer_binding_size;
+        if size > most {
+            let instead = "make a new plan instead, which sweeps on the processor".into();
+            return Err(GpuError::TooLarge { what: "the depths of a star in bytes".into(), size, most, instead });
+        }
         let dust = Dust { view, volume, lane: dust_lane, unit };
         let ((view, volume), unit) = (place_of(quad), self.layout.quads[quad].unit[lane]);
         let sweeper = self.sweeper.get_or_insert_with(|| Sweeper::new(self.gpu));
@@ -197,7 +240,9 @@ impl<'a> Renderer<'a> {
     /// Where the picture is larger than the device holds at once, the device gives up, or the user wishes to stop.
     pub fn refine(&mut self, control: &Control) -> Result<u32> {
         self.whole()?;
-        let pass = Pass::refining(self.passes);
+        // Whatever stops it, rows of two kinds do not mix: the next one starts anew.
+        let number = std::mem::take(&mut self.passes);
+        let pass = Pass::refining(number);
         let height = self.buffers.rows;
         self.gpu.queue.write_buffer(&self.buffers.found, 0, &[0; FOUND as usize]);
         let (mut dispatches, mut done) = (0, 0);
@@ -205,8 +250,8 @@ impl<'a> Renderer<'a> {
             done += rows;
             control.report(Stage::Rays, done as u64, height as u64);
         })?;
-        self.passes += 1;
-        Ok(self.passes - 1)
+        self.passes = number + 1;
+        Ok(number)
     }
 
     /// The picture on the device as display colours: a texture of sRGB values, rgba8unorm.
@@ -216,6 +261,14 @@ impl<'a> Renderer<'a> {
     pub fn resolve(&mut self, tone: &Tone) -> Result<&wgpu::Texture> {
         self.whole()?;
         let [width, height, ..] = self.layout.frame.size;
+        if tone.palette.columns.len() != self.layout.shape.bands {
+            return Err(GpuError::Bands(tone.palette.columns.len(), self.layout.shape.bands));
+        }
+        let most = u64::from(self.gpu.device.limits().max_texture_dimension_2d);
+        if u64::from(width.max(height)) > most {
+            let (size, instead) = (u64::from(width.max(height)), "take fewer pixels".into());
+            return Err(GpuError::TooLarge { what: "the edge of a picture in pixels".into(), size, most, instead });
+        }
         self.resolver.take_if(|r| r.size() != (width, height));
         let resolver = self.resolver.get_or_insert_with(|| Resolver::new(self.gpu, (width, height)));
         let texture = resolver.resolve(self.gpu, &self.buffers.picture, tone);
@@ -254,6 +307,7 @@ impl<'a> Renderer<'a> {
         let [width, height, ..] = self.layout.frame.size.map(|n| n as usize);
         let (bands, rays) = (self.layout.shape.bands, self.layout.supersampling.pow(2));
         let mut data = vec![0.0; bands * width * height];
+        self.passes = 0;
         self.gpu.queue.write_buffer(&self.buffers.found, 0, &[0; FOUND as usize]);
         let (mut dispatches, mut done) = (0, 0);
         for first in (0..height).step_by(self.buffers.rows) {
@@ -273,6 +327,7 @@ impl<'a> Renderer<'a> {
             }
         }
         let [deepest, ..] = self.found()?;
+        self.dispatches = dispatches;
         self.seconds = self.device_seconds(dispatches)?;
         let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
         Ok((data, Findings { depth: f64::from(f32::from_bits(deepest)), rays: (width * height * rays) as u64, negative }))
@@ -285,6 +340,11 @@ impl<'a> Renderer<'a> {
     pub fn picture(&mut self) -> Result<Vec<f32>> {
         self.whole()?;
         Ok(bytemuck::pod_collect_to_vec(&self.gpu.read(&self.buffers.picture, self.buffers.picture.size(), &mut self.buffers.back)?))
+    }
+
+    /// Into how many dispatches the last picture was cut, those after pauses included.
+    pub fn dispatches(&self) -> usize {
+        self.dispatches
     }
 
     /// The device's own time for the last picture [s]; none where it does not tell.

@@ -30,16 +30,6 @@ pub struct Resolver {
 impl Resolver {
     /// For pictures of so many pixels.
     pub fn new(gpu: &Gpu, (width, height): (u32, u32)) -> Self {
-        let source = wgpu::ShaderSource::Wgsl(SOURCE.into());
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("resolve"), source });
-        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("resolve"),
-            layout: None,
-            module: &module,
-            entry_point: Some("main"),
-            compilation_options: Default::default(),
-            cache: None,
-        });
         let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("picture"),
@@ -51,7 +41,7 @@ impl Resolver {
             usage,
             view_formats: &[],
         });
-        Self { pipeline, texture }
+        Self { pipeline: gpu.pipeline(SOURCE, "main"), texture }
     }
 
     /// Pixels along a row, and rows.
@@ -62,7 +52,7 @@ impl Resolver {
     /// Fills the texture from `light`, bands × height × width.
     pub fn resolve(&self, gpu: &Gpu, light: &wgpu::Buffer, tone: &Tone) -> &wgpu::Texture {
         let (width, height) = self.size();
-        let (bands, range) = (tone.palette.columns.len(), tone.white - tone.black);
+        let (bands, range) = (tone.palette.columns.len(), (tone.white - tone.black).max(f64::from(f32::MIN_POSITIVE)));
         let display =
             DisplayLevels { levels: [tone.black as f32, (1.0 / range) as f32, GAPS as f32, 0.0], size: [width, height, bands as u32, 0] };
         let at = |i: usize| tone.stretch.apply((i as f64 / GAPS as f64).powi(4)) as f32;
@@ -74,12 +64,7 @@ impl Resolver {
         let view = self.texture.create_view(&Default::default());
         let buffers = [&display, &table, light].map(|b| b.as_entire_binding());
         let resources = buffers.into_iter().chain([wgpu::BindingResource::TextureView(&view)]);
-        let entry = |(i, resource)| wgpu::BindGroupEntry { binding: i as u32, resource };
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &self.pipeline.get_bind_group_layout(0),
-            entries: &resources.enumerate().map(entry).collect::<Vec<_>>(),
-        });
+        let group = gpu.group(&self.pipeline.get_bind_group_layout(0), (0..).zip(resources));
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         {
             let mut pass = encoder.begin_compute_pass(&Default::default());

@@ -48,7 +48,7 @@ pub struct Buffers {
 }
 
 pub fn pauses(gpu: &Gpu, tuning: Tuning) -> Pauses {
-    if gpu.adapter.real && !tuning.pauses { Pauses::Never } else { Pauses::Software }
+    if tuning.pauses.unwrap_or(!gpu.adapter.real) { Pauses::Software } else { Pauses::Never }
 }
 
 /// Without what the tuning leaves out.
@@ -104,16 +104,7 @@ impl Buffers {
 }
 
 pub fn pipeline(gpu: &Gpu, layout: &Layout, tuning: Tuning) -> wgpu::ComputePipeline {
-    let source = wgpu::ShaderSource::Wgsl(source(&layout.shape, tuning.workgroup, pauses(gpu, tuning)).into());
-    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("march"), source });
-    gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("march"),
-        layout: None,
-        module: &module,
-        entry_point: Some("main"),
-        compilation_options: Default::default(),
-        cache: None,
-    })
+    gpu.pipeline(&source(&layout.shape, tuning.workgroup, pauses(gpu, tuning)), "main")
 }
 
 /// The bindings of a pipeline: buffers, then textures and their sampler.
@@ -121,19 +112,10 @@ pub fn groups(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, layout: &Layout, volu
     let tables = gpu.filled(bytemuck::cast_slice(&layout.tables), Use::STORAGE);
     let buffers = [&buffers.frame, &tables, &tables, &volumes.bricks, &buffers.picture, &buffers.found, &buffers.paused]
         .map(|b| b.as_entire_binding());
-    let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-        mag_filter: wgpu::FilterMode::Linear,
-        min_filter: wgpu::FilterMode::Linear,
-        ..Default::default()
-    });
+    let sampler = gpu.sampler();
     let textures = volumes.views.iter().map(wgpu::BindingResource::TextureView).chain([wgpu::BindingResource::Sampler(&sampler)]);
-    let group = |number: u32, resources: Vec<wgpu::BindingResource>| {
-        let entry = |(i, resource)| wgpu::BindGroupEntry { binding: i as u32, resource };
-        let entries: Vec<_> = resources.into_iter().enumerate().map(entry).collect();
-        let layout = &pipeline.get_bind_group_layout(number);
-        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
-    };
-    [group(0, buffers.to_vec()), group(1, textures.collect())]
+    let layout = |number: u32| pipeline.get_bind_group_layout(number);
+    [gpu.group(&layout(0), (0..).zip(buffers)), gpu.group(&layout(1), (0..).zip(textures))]
 }
 
 /// Storage buffers that a shader binds.

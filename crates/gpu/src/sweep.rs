@@ -79,25 +79,12 @@ pub struct Sweeper {
 impl Sweeper {
     /// On a device.
     pub fn new(gpu: &Gpu) -> Self {
-        let module = |label, source: &str| {
-            gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source: wgpu::ShaderSource::Wgsl(source.into()) })
-        };
-        let pipeline = |module: &wgpu::ShaderModule, entry| {
-            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: None,
-                module,
-                entry_point: Some(entry),
-                compilation_options: Default::default(),
-                cache: None,
-            })
-        };
-        let (sweep, pack) = (module(Some("sweep"), &sweep_source()), module(Some("pack"), PACK));
+        let sweep = sweep_source();
         Self {
-            follow: pipeline(&sweep, "follow"),
-            collect: pipeline(&sweep, "collect"),
-            settle: pipeline(&pack, "settle"),
-            carry_on: pipeline(&pack, "carry_on"),
+            follow: gpu.pipeline(&sweep, "follow"),
+            collect: gpu.pipeline(&sweep, "collect"),
+            settle: gpu.pipeline(PACK, "settle"),
+            carry_on: gpu.pipeline(PACK, "carry_on"),
         }
     }
 
@@ -111,20 +98,11 @@ impl Sweeper {
         let parts: Vec<SweepNumbers> = cones(inner, star).iter().flat_map(|cone| parts(cone, dust, inner)).collect();
         let most = parts.iter().map(kept).max().unwrap_or(1);
         let rays = gpu.buffer(4 * most.max(1) as u64, Use::STORAGE);
-        let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-            mag_filter: wgpu::FilterMode::Linear,
-            min_filter: wgpu::FilterMode::Linear,
-            ..Default::default()
-        });
+        let sampler = gpu.sampler();
         let group = |pipeline: &wgpu::ComputePipeline, resources: Vec<(u32, wgpu::BindingResource)>| {
-            let entries: Vec<_> = resources.into_iter().map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: None,
-                layout: &pipeline.get_bind_group_layout(0),
-                entries: &entries,
-            })
+            gpu.group(&pipeline.get_bind_group_layout(0), resources)
         };
-        let (texture, view) = usable(gpu, target.volume.lattice.dims);
+        let view = usable(gpu, target.volume.lattice.dims);
         let times = gpu.timer.as_ref().map(|_| gpu.buffer(16, Use::QUERY_RESOLVE | Use::COPY_SRC));
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         {
@@ -166,7 +144,6 @@ impl Sweeper {
         gpu.queue.submit([encoder.finish()]);
         gpu.wait()?;
         gpu.check(8 * target.volume.lattice.cells() as u64 + 4 * (inner.cells() + most) as u64)?;
-        drop(texture);
         let seconds = times.map(|times| -> crate::Result<f64> {
             let [begin, end]: [u64; 2] = bytemuck::pod_read_unaligned(&gpu.read(&times, 16, &mut None)?);
             Ok(end.saturating_sub(begin) as f64 * f64::from(gpu.queue.get_timestamp_period()) * 1e-9)

@@ -7,12 +7,15 @@ use wgpu::util::DeviceExt;
 use crate::device::Gpu;
 use crate::layout::Quad;
 
+/// Depths go on behind the borders of the box, where they may pass what f16 holds: opaque all the same.
+const LARGEST_F16: f32 = 65504.0;
+
 /// Four channels of a volume, each in parts of its largest value.
 pub fn texture(gpu: &Gpu, volume: &Volume, quad: &Quad) -> wgpu::TextureView {
     let mut texels = vec![f16::ZERO; 4 * volume.lattice.cells()];
     for (row, texel) in volume.data.chunks_exact(volume.channels.len()).zip(texels.chunks_exact_mut(4)) {
         for ((value, unit), out) in row.iter().skip(quad.first).zip(&quad.unit).zip(texel) {
-            *out = f16::from_f32(if *unit > 0.0 { value / unit } else { 0.0 });
+            *out = f16::from_f32(if *unit > 0.0 { (value / unit).clamp(-LARGEST_F16, LARGEST_F16) } else { 0.0 });
         }
     }
     uploaded(gpu, volume.lattice.dims, &texels)
@@ -24,10 +27,8 @@ pub fn dark(gpu: &Gpu) -> wgpu::TextureView {
 }
 
 /// A texture of so many voxels that shaders write and read.
-pub fn usable(gpu: &Gpu, dims: [usize; 3]) -> (wgpu::Texture, wgpu::TextureView) {
-    let texture = gpu.device.create_texture(&descriptor(dims, wgpu::TextureUsages::STORAGE_BINDING));
-    let view = texture.create_view(&Default::default());
-    (texture, view)
+pub fn usable(gpu: &Gpu, dims: [usize; 3]) -> wgpu::TextureView {
+    gpu.device.create_texture(&descriptor(dims, wgpu::TextureUsages::STORAGE_BINDING)).create_view(&Default::default())
 }
 
 fn uploaded(gpu: &Gpu, dims: [usize; 3], texels: &[f16]) -> wgpu::TextureView {

@@ -12,22 +12,11 @@ use crate::frame::{Pass, Patience, Rows};
 use crate::layout::{Layout, quads};
 use crate::resources::Volumes;
 use crate::shader::{Pauses, source};
+use crate::test_device::device;
 
 /// Numbers in and out of a function.
 const ARGUMENTS: usize = 8;
 type Numbers = [f32; ARGUMENTS];
-
-/// A device, or none with a loud word; in CI there must be one.
-pub fn device() -> Option<Gpu> {
-    match Gpu::open() {
-        Ok(gpu) => Some(gpu),
-        Err(error) if std::env::var_os("CI").is_some() => panic!("CI needs an adapter: {error}"),
-        Err(error) => {
-            eprintln!("SKIPPED, no function of the GPU was compared: {error}");
-            None
-        }
-    }
-}
 
 /// A cloud of dust with two stars, and gas at its border, by `method`.
 fn plan(method: &str) -> Plan {
@@ -41,7 +30,15 @@ pub fn plan_of(scene: &Scene) -> Plan {
 
 /// That cloud with so many voxels along an edge.
 pub fn scene(bake: usize, method: &str) -> Scene {
-    let text = format!(
+    parsed(text(bake, method))
+}
+
+pub fn parsed(text: String) -> Scene {
+    Scene::parse("test.toml", "test", text, &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap()
+}
+
+pub fn text(bake: usize, method: &str) -> String {
+    format!(
         "bands = [\"cie-x\", \"cie-y\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.3 0.2 4 pc\"\nfield_of_view = \"40 deg\"\nsize = [48, 32]\n\
          [field.ball]\nkind = \"fbm\"\nradius = \"1 pc\"\nwarp = \"0.2 pc\"\nvariant = \"ridged\"\n[field.knot]\nkind = \"sphere\"\nradius = \"0.3 pc\"\ncentre = \"0.9 0 0.2 pc\"\n\
          [dust]\ndensity = \"ball\"\nscale = \"2 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.6\nphase = {{ kind = \"henyey_greenstein\", g = 0.6 }}\n\
@@ -49,8 +46,7 @@ pub fn scene(bake: usize, method: &str) -> Scene {
          [[star]]\nkind = \"blackbody\"\nposition = \"-0.3 -0.2 0.1 pc\"\ntemperature = \"4000 K\"\nluminosity = \"100 Lsun\"\n\
          [[emission]]\nname = \"H I\"\nkind = \"ion\"\nion = \"H1\"\ndensity = \"1e3 * knot\"\ntemperature = \"8000 K\"\nelectron_density = \"300 cm-3\"\n\
          [method]\nbake = {bake}\n{method}\n"
-    );
-    Scene::parse("test.toml", "test", text, &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap()
+    )
 }
 
 /// What `body` makes of each x: it reads `x` and writes `y`, numbers both.
@@ -106,14 +102,10 @@ fn evaluated(gpu: &Gpu, plan: &Plan, body: &str, asked: &[Numbers]) -> Vec<Numbe
     let (asked_buffer, bytes) = (gpu.filled(bytemuck::cast_slice(asked), Use::STORAGE), size_of_val(asked) as u64);
     let told = gpu.buffer(bytes, Use::STORAGE | Use::COPY_SRC);
     let buffers = [&frame, &tables, &tables, &volumes.bricks, &scratch[0], &scratch[1], &scratch[2], &asked_buffer, &told];
-    let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor { mag_filter: wgpu::FilterMode::Linear, ..Default::default() });
+    let sampler = gpu.sampler();
     let textures = volumes.views.iter().map(wgpu::BindingResource::TextureView).chain([wgpu::BindingResource::Sampler(&sampler)]);
-    let group = |layout: &wgpu::BindGroupLayout, resources: Vec<wgpu::BindingResource>| {
-        let entry = |(i, resource)| wgpu::BindGroupEntry { binding: i as u32, resource };
-        let entries: Vec<_> = resources.into_iter().enumerate().map(entry).collect();
-        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
-    };
-    let groups = [group(&layouts[0], buffers.map(|b| b.as_entire_binding()).to_vec()), group(&layouts[1], textures.collect())];
+    let buffers = buffers.map(|b| b.as_entire_binding());
+    let groups = [gpu.group(&layouts[0], (0..).zip(buffers)), gpu.group(&layouts[1], (0..).zip(textures))];
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     {
         let mut pass = encoder.begin_compute_pass(&Default::default());

@@ -1,5 +1,8 @@
 //! Pictures of the graphics processor beside those of the processor: the same plan, the same light.
 
+#[path = "common/device.rs"]
+mod test_device;
+
 use barnard::backend::cpu::{self, Findings};
 use barnard::control::Control;
 use barnard::image::{Display, Image, Level, Samples, Tone, relative_rms};
@@ -7,22 +10,11 @@ use barnard::plan::{END_SHARE, Options, Plan, Stepping};
 use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
 use barnard_gpu::{Gpu, Renderer, Tuning};
 use spectra::colour::{Palette, Stretch};
+use test_device::device;
 
 /// How far pictures of so many samples a voxel may differ: 16-bit volumes, the device's own interpolation, and what finite steps still cost.
 const TOLERANCE: f64 = 1e-3;
 const FINE: Stepping = Stepping::PerVoxel(10.0);
-
-/// A device, or none with a loud word; in CI there must be one.
-fn device() -> Option<Gpu> {
-    match Gpu::open() {
-        Ok(gpu) => Some(gpu),
-        Err(error) if std::env::var_os("CI").is_some() => panic!("CI needs an adapter: {error}"),
-        Err(error) => {
-            eprintln!("SKIPPED, no picture of the GPU was compared: {error}");
-            None
-        }
-    }
-}
 
 fn plan(scene: &mut Scene, edge: usize) -> Plan {
     let shape = scene.camera.height as f64 / scene.camera.width as f64;
@@ -147,8 +139,24 @@ fn rays_pause_in_time() {
     let mut scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\nname = \"newton\"\ncount = 200\n"));
     let plan = Plan { stepping: Stepping::PerVoxel(30.0), ..plan(&mut scene, 16) };
     let theirs = cpu::radiance(&plan, &Control::default()).unwrap().0;
-    let wrong = difference(&plan, &on(&gpu, &plan).0, &theirs);
+    let pausing = Tuning { pauses: Some(true), ..Tuning::default() };
+    let mut renderer = Renderer::new(&gpu, &plan, pausing).unwrap();
+    let first = renderer.radiance(&Control::default()).unwrap().0;
+    let wrong = difference(&plan, &first, &theirs);
     assert!(wrong < 1e-4, "{wrong:e}");
+    assert!(renderer.dispatches() > 3, "{}", renderer.dispatches());
+    // What rays of the picture before left behind is not met again.
+    assert!(renderer.radiance(&Control::default()).unwrap().0 == first);
+    // Where there is little to do, the shader without pauses, which real adapters run, makes the same picture.
+    let plan = Plan { stepping: Stepping::Fixed(8), ..plan };
+    let by = |pauses| {
+        let tuning = Tuning { pauses: Some(pauses), ..Tuning::default() };
+        let mut renderer = Renderer::new(&gpu, &plan, tuning).unwrap();
+        let data = renderer.radiance(&Control::default()).unwrap().0;
+        assert_eq!(renderer.dispatches(), 1);
+        data
+    };
+    assert!(by(true) == by(false));
 }
 
 /// A star that moves on the device gives the picture of a plan that has it there: inside, on a voxel, outside, beside a face; the other star stays, and a plan
@@ -168,7 +176,16 @@ fn a_star_moves_on_the_device() {
     let first = made("0.2 0.5 0.3");
     let mut renderer = Renderer::new(&gpu, &first, Tuning::default()).unwrap();
     let before = renderer.radiance(&Control::default()).unwrap();
-    for place in [[-0.4, 0.1, 0.5], [0.025, 0.075, -0.025], [1.6, 0.3, 0.2], [0.2, -3.0, 2.5], [0.3, 0.2, 0.999]] {
+    // The last ones stand on diagonals that run through voxel centres only to rounding.
+    for place in [
+        [-0.4, 0.1, 0.5],
+        [0.025, 0.075, -0.025],
+        [1.6, 0.3, 0.2],
+        [0.2, -3.0, 2.5],
+        [0.3, 0.2, 0.999],
+        [0.22, -0.1, 0.22],
+        [0.22, 0.22, 0.22],
+    ] {
         let there = made(&place.map(|x: f64| x.to_string()).join(" "));
         let theirs = cpu::radiance(&Plan { space: there.space.clone(), ..first.clone() }, &Control::default()).unwrap().0;
         renderer.move_star(1, place.into()).unwrap();
@@ -178,13 +195,16 @@ fn a_star_moves_on_the_device() {
         assert!(wrong < TOLERANCE, "{place:?}: {wrong:e}");
         assert!(difference(&first, &before.0, &theirs) > 10.0 * TOLERANCE);
     }
+    for (place, word) in [([f64::NAN, 0.0, 0.0], "numbers"), ([0.0, f64::INFINITY, 0.0], "numbers"), ([0.0, 0.0, 1e9], "so far")] {
+        assert!(renderer.move_star(1, place.into()).err().unwrap().to_string().contains(word), "{place:?}");
+    }
     assert!(renderer.move_star(2, [0.0; 3].into()).err().unwrap().to_string().contains("2 stars"));
     renderer.update(&first).unwrap();
     assert!(renderer.radiance(&Control::default()).unwrap() == before);
 }
 
-/// Passes settle to the light of whole pixels: to a picture of 144 rays a pixel by the processor, closer with every four times as many; a first look shows
-/// all of it, and nothing brighter than it is; another plan starts anew.
+/// Passes settle to the light of whole pixels: to a picture of 144 rays a pixel by the processor, closer with every four times as many, from a first look on;
+/// colours are those of the processor; another plan, a picture in one go and an interrupted pass start anew.
 #[test]
 fn passes_settle() {
     let Some(gpu) = device() else { return };
@@ -228,7 +248,16 @@ fn passes_settle() {
         }
     }
     println!("{wrong:?}");
-    assert!(wrong[4] < 0.02 && wrong[4] < 0.5 * wrong[2] && wrong[2] < wrong[1], "{wrong:?}");
+    assert!(wrong[4] < 0.02 && wrong[4] < 0.5 * wrong[2] && wrong[2] < wrong[1] && wrong[0] < 1.0, "{wrong:?}");
+    renderer.radiance(&Control::default()).unwrap();
+    assert_eq!(renderer.refine(&Control::default()).unwrap(), 0);
+    assert_eq!(renderer.refine(&Control::default()).unwrap(), 1);
+    let control = Control::default();
+    control.interrupt();
+    assert!(renderer.refine(&control).is_err());
+    assert_eq!(renderer.refine(&Control::default()).unwrap(), 0);
+    let other = Tone { palette: Palette::named("grey", &scene.bands[..1]).unwrap(), ..tone };
+    assert!(renderer.resolve(&other).err().unwrap().to_string().contains("1 bands, the picture has 2"));
     renderer.update(&plan).unwrap();
     assert_eq!(renderer.refine(&Control::default()).unwrap(), 0);
 }

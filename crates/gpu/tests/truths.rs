@@ -2,6 +2,8 @@
 
 #[path = "../../barnard/tests/common/cases.rs"]
 mod reference_cases;
+#[path = "common/device.rs"]
+mod test_device;
 
 use barnard::backend::reference;
 use barnard::control::Control;
@@ -10,18 +12,7 @@ use barnard::plan::{Options, Plan, sample_functions};
 use barnard::scene::{DEFAULT_MEMORY, Method, Scene};
 use barnard_gpu::{Gpu, Tuning};
 use reference_cases::{compare, folders, load};
-
-/// A device, or none with a loud word; in CI there must be one.
-fn device() -> Option<Gpu> {
-    match Gpu::open() {
-        Ok(gpu) => Some(gpu),
-        Err(error) if std::env::var_os("CI").is_some() => panic!("CI needs an adapter: {error}"),
-        Err(error) => {
-            eprintln!("SKIPPED, no picture of the GPU was compared: {error}");
-            None
-        }
-    }
-}
+use test_device::device;
 
 fn picture(gpu: &Gpu, scene: &Scene, options: &Options) -> (Image, Plan) {
     let plan = Plan::new(scene, options, &Control::default()).unwrap();

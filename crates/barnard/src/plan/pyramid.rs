@@ -34,6 +34,8 @@ use crate::field::Grid;
 pub const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 /// A ray that comes in behind the last plane is followed so many intervals on; others never come in.
 pub const BEYOND: f64 = 3.0;
+/// Voxels on an edge between pyramids belong to both: rounding must not leave them to none.
+const SHARED: f64 = 1e-6;
 /// The fewest rows that a thread takes.
 const ROWS_TOGETHER: usize = 8;
 
@@ -184,8 +186,8 @@ impl Pyramid<'_> {
     fn write_plane(&self, tier: &Tier, plane: usize, out: &mut [f32], (volume, slot): (&mut Volume, usize)) -> u64 {
         let z = self.cone.distance(plane);
         let range = |axis: usize| {
-            let (low, high) =
-                ((self.cone.star[axis] - z).ceil().max(0.0), (self.cone.star[axis] + z).floor().min(self.cone.dims[axis] as f64 - 1.0));
+            let (low, high) = (self.cone.star[axis] - z - SHARED, self.cone.star[axis] + z + SHARED);
+            let (low, high) = (low.ceil().max(0.0), high.floor().min(self.cone.dims[axis] as f64 - 1.0));
             if low > high { 0..0 } else { low as usize..high as usize + 1 }
         };
         let (columns, rows) = (range(0), range(1));

@@ -11,6 +11,7 @@ pub(super) const ENTRY: FormEntry = FormEntry {
     name: "analytic",
     of: |form| matches!(form, Form::Analytic(_)),
     wgsl: include_str!("../shaders/forms/analytic.wgsl"),
+    bounded: false,
     turns: (2 * TURNS_OF_AN_END, 0),
     heads: Heads::LightsAndBands,
     fill,

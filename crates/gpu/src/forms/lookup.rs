@@ -10,6 +10,7 @@ pub(super) const ENTRY: FormEntry = FormEntry {
     name: "lookup",
     of: |form| matches!(form, Form::Lookup(_)),
     wgsl: include_str!("../shaders/forms/lookup.wgsl"),
+    bounded: false,
     turns: (1, 0),
     heads: Heads::LightsAndBands,
     fill,

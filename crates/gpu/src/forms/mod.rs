@@ -22,6 +22,8 @@ pub struct FormEntry {
     pub wgsl: &'static str,
     /// Heads of tables for each light.
     pub heads: Heads,
+    /// Whether `left` knows what is left behind a depth, so that rays can end early.
+    pub bounded: bool,
     /// Turns of loops for a segment: for each band, and for each term.
     pub turns: (usize, usize),
     /// Writes heads and tables; lights are those of [`crate::layout::lights`].

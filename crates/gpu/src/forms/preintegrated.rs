@@ -11,6 +11,7 @@ pub(super) const ENTRY: FormEntry = FormEntry {
     name: "preintegrated",
     of: |form| matches!(form, Form::Preintegrated(_)),
     wgsl: include_str!("../shaders/forms/preintegrated.wgsl"),
+    bounded: false,
     turns: (2, 1),
     heads: Heads::LightsAndTerms,
     fill,

@@ -11,6 +11,7 @@ pub(super) const ENTRY: FormEntry = FormEntry {
     name: "projection",
     of: |form| matches!(form, Form::Projection(_)),
     wgsl: include_str!("../shaders/forms/projection.wgsl"),
+    bounded: false,
     turns: (2 + 2 * MAX_SIZE, 1),
     heads: Heads::Bands,
     fill,

@@ -116,7 +116,7 @@ fn march_span(state: ptr<function, State>, ray: Ray, near: f32, far: f32, offset
             }
             fresh = false;
         }
-        if is_dark(&before) {
+        if (*state).part == 0.0 && is_dark(&before) {
             let jump = floor(clear_pc(ray.origin + start * ray.direction) / dt);
             if jump > 1.0 {
                 (*state).step = min((*state).step + jump, steps);
@@ -172,7 +172,7 @@ fn march_ray(state: ptr<function, State>, ray: Ray, offset: f32) -> bool {
     while (*state).span + 1u < BORDERS {
         let near = ends[(*state).span];
         let far = ends[(*state).span + 1u];
-        if far > near && !march_span(state, ray, near, far, offset, (*state).span + 2u == BORDERS && !HAS_BACKGROUND) {
+        if far > near && !march_span(state, ray, near, far, offset, far >= ends[BORDERS - 1u] && !HAS_BACKGROUND) {
             return false;
         }
         (*state).span += 1u;
@@ -203,6 +203,10 @@ fn loops_turn() -> bool {
 fn resumed(state: ptr<function, State>, ray: u32) -> bool {
     let rays = frame.size.x * frame.strip.w;
     var at = ray;
+    if paused[at] < 0.0 {
+        // It has not begun.
+        return true;
+    }
     (*state).span = u32(paused[at]);
     (*state).step = paused[at + rays];
     (*state).part = paused[at + 2u * rays];
@@ -250,13 +254,18 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let ray = camera_ray(f32(id.x) + 0.5 + frame.jitter.x, f32(y) + 0.5 + frame.jitter.y);
     let done = march_ray(&state, ray, start_of(vec2u(id.x, y)));
+    if done && HAS_FIELD {
+        resolve_field(&state);
+    }
+    if done && HAS_BACKGROUND {
+        gather(&state, SCATTERERS + EMITTERS, vec2f(0.0), 1.0, state.tau, 0.0);
+    }
     if PAUSES {
         if !loops_turn() {
-            // All since the last pause is worth nothing.
+            // All since the last pause is worth nothing; no loop may say so.
             atomicMax(&found[2], 1u);
             if frame.size.w == 0u {
-                var fresh: State;
-                pause(&fresh, number);
+                paused[number] = -1.0;
             }
             return;
         }
@@ -267,12 +276,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     atomicMax(&found[0], bitcast<u32>(state.deepest));
-    if HAS_FIELD {
-        resolve_field(&state);
-    }
-    if HAS_BACKGROUND {
-        gather(&state, SCATTERERS + EMITTERS, vec2f(0.0), 1.0, state.tau, 0.0);
-    }
     for (var b = 0u; b < BANDS; b++) {
         let at = b * frame.size.x * frame.strip.w + number;
         var value = state.sum[b];

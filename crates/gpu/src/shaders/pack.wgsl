@@ -107,6 +107,6 @@ fn carry_on(@builtin(global_invocation_id) id: vec3u) {
     }
     let p = vec3i(id);
     var values = textureLoad(before, p, 0);
-    values[pack.dims.w] = along_z(p) * pack.scale.x;
+    values[pack.dims.w] = clamp(along_z(p) * pack.scale.x, -65504.0, 65504.0);
     textureStore(after, p, values);
 }

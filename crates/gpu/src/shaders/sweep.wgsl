@@ -127,7 +127,8 @@ fn collect(@builtin(global_invocation_id) id: vec3u) {
     }
     let distance = sweep.edge.w + f32(n);
     let from_star = vec2f(id.xy) - sweep.star.xy;
-    if any(abs(from_star) > vec2f(distance)) {
+    // Voxels on an edge between pyramids belong to both: rounding must not leave them to none.
+    if any(abs(from_star) > vec2f(distance * 1.00001)) {
         return;
     }
     let slope = from_star / distance;

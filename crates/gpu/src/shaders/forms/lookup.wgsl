@@ -7,7 +7,7 @@ fn gather(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle:
         // Entries per unit of depth, gaps, and where they start.
         let head = tables[HEADS + light * BANDS + b];
         let x = middle * head.x;
-        let cell = min(floor(x), head.y - 1.0);
+        let cell = clamp(floor(x), 0.0, head.y - 1.0);
         let first = 4u * u32(head.z) + u32(cell);
         let low = numbers[first];
         let rise = numbers[first + 1u] - low;
