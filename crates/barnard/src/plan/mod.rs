@@ -171,6 +171,15 @@ impl Plan {
         Draft::new(scene, lights, space, spectral, options, control)?.plan(scene, Stepping::Fixed(steps), options, control)
     }
 
+    /// Puts a star elsewhere [pc]: its depths alone are swept anew, nothing that spectra decide is touched. The measured spatial error stays that of the
+    /// places before.
+    ///
+    /// # Errors
+    /// Where there is no such star, a light field stands in place of its depths, or the user wishes to stop; the plan is as before then.
+    pub fn move_star(&mut self, star: usize, place: glam::DVec3, control: &Control) -> Result<()> {
+        Arc::make_mut(&mut self.space).move_star(star, place, control)
+    }
+
     /// Everything the march reads.
     pub fn volumes(&self) -> impl Iterator<Item = &Volume> {
         self.space.volumes.iter().chain(self.light_field.iter().flat_map(|f| &f.volumes))

@@ -19,7 +19,7 @@ const MAX_BAKE: usize = 256;
 const MIN_BAKE: usize = 32;
 
 /// Density and star depths, sampled.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Space {
     /// Everything the march reads.
     pub volumes: Vec<Volume>,
@@ -101,6 +101,43 @@ impl Space {
         self.star_factor = factor;
         self.star_depth = 0.0;
         self.lay_out(factor, self.stars.len(), options, control)
+    }
+
+    /// Puts a star elsewhere [pc] and sweeps its depths alone anew.
+    ///
+    /// # Errors
+    /// Where there is no such star, its depths are not kept, or the place is none.
+    pub fn move_star(&mut self, star: usize, place: DVec3, control: &Control) -> Result<()> {
+        if !place.is_finite() {
+            return Err(Error::Render(format!("{place} pc is no place for a star: coordinates are numbers")));
+        }
+        let slot_in = |v: &Volume| v.channels.iter().position(|c| *c == Channel::StarDepth(star));
+        let Some((i, slot)) = self.volumes.iter().enumerate().find_map(|(i, v)| slot_in(v).map(|slot| (i, slot))) else {
+            let count = self.stars.len();
+            return Err(Error::Render(format!("star number {star} of {count} has no depths to sweep; make a new plan")));
+        };
+        let before = std::mem::replace(&mut self.stars[star], place);
+        let mut volume = self.volumes.swap_remove(i);
+        let done = self.fill(&mut volume, slot, control);
+        if done.is_err() {
+            // Somebody stopped it half way: the star goes back, without being asked again.
+            self.stars[star] = before;
+            self.fill(&mut volume, slot, &Control::default())?;
+        }
+        self.volumes.push(volume);
+        let last = self.volumes.len() - 1;
+        self.volumes.swap(i, last);
+        self.star_depth = self.deepest();
+        done
+    }
+
+    /// The largest star depth at a place with dust [1].
+    fn deepest(&self) -> f64 {
+        let of = |v: &Volume| {
+            let stars = v.channels.iter().enumerate().filter(|(_, c)| matches!(c, Channel::StarDepth(_)));
+            stars.map(|(slot, _)| f64::from(star_depth::deepest(v, slot, &self.bricks[0]))).fold(0.0, f64::max)
+        };
+        self.volumes.iter().map(of).fold(0.0, f64::max)
     }
 
     /// Lets go of the star depths, once something else holds the light.
@@ -224,5 +261,42 @@ impl Space {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::Plan;
+    use crate::scene::{DEFAULT_MEMORY, Loader};
+
+    fn plan(place: &str) -> Plan {
+        let text = format!(
+            "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"30 deg\"\nsize = [4, 4]\n\
+             [field.ball]\nkind = \"fbm\"\nradius = \"1 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"4 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.5\n\
+             [[star]]\nkind = \"blackbody\"\nposition = \"0.1 0 0 pc\"\ntemperature = \"9000 K\"\nluminosity = \"1 Lsun\"\n\
+             [[star]]\nkind = \"blackbody\"\nposition = \"{place} pc\"\ntemperature = \"4000 K\"\nluminosity = \"1 Lsun\"\n[method]\nbake = 20\n"
+        );
+        let scene = Scene::parse("test.toml", "test", text, &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap();
+        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        Plan::sampled(&scene, &options, 20, &Control::default()).unwrap()
+    }
+
+    /// A moved star has the depths of a plan that was made with it there, bit by bit; who holds the space of before keeps it; a stopped move changes nothing.
+    #[test]
+    fn a_star_moves() {
+        let data = |plan: &Plan| plan.space.volumes.iter().map(|v| v.data.clone()).collect::<Vec<_>>();
+        let (first, there) = (plan("-0.3 0.4 0.2"), plan("0.5 0.1 -0.3"));
+        let mut moved = first.clone();
+        moved.move_star(1, DVec3::new(0.5, 0.1, -0.3), &Control::default()).unwrap();
+        assert!(data(&moved) == data(&there) && moved.space.star_depth == there.space.star_depth);
+        assert!(data(&first) != data(&there) && data(&first) == data(&plan("-0.3 0.4 0.2")));
+        let stop = Control::default();
+        stop.interrupt();
+        let mut stopped = first.clone();
+        assert!(stopped.move_star(1, DVec3::ZERO, &stop).is_err());
+        assert!(data(&stopped) == data(&first) && stopped.space.stars == first.space.stars);
+        assert!(stopped.move_star(2, DVec3::ZERO, &Control::default()).is_err());
+        assert!(stopped.move_star(1, DVec3::NAN, &Control::default()).is_err());
     }
 }
