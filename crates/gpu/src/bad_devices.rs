@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex};
 use barnard::backend::cpu;
 use barnard::control::Control;
 
-use crate::march::{Tuning, render_surely};
+use crate::march::Tuning;
+use crate::picture::render_surely;
 use crate::test_device::device;
 use crate::twins::{plan_of, scene};
 use crate::{Gpu, GpuError, Renderer};

@@ -166,6 +166,24 @@ impl Gpu {
         self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     }
 
+    /// Where a pass writes when it begins and ends, if the device tells.
+    pub(crate) fn timestamps(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+        self.timer.as_ref().map(|timer| wgpu::ComputePassTimestampWrites {
+            query_set: timer,
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
+        })
+    }
+
+    /// Seconds between the two timestamps of each pass; `times` holds them every `stride` bytes.
+    pub(crate) fn seconds(&self, times: &[u8], stride: usize) -> f64 {
+        let ticks = times.chunks_exact(stride).map(|v| {
+            let [begin, end]: [u64; 2] = bytemuck::pod_read_unaligned(&v[..16]);
+            end.saturating_sub(begin)
+        });
+        ticks.sum::<u64>() as f64 * f64::from(self.queue.get_timestamp_period()) * 1e-9
+    }
+
     /// Linear between voxels, held at the borders.
     pub(crate) fn sampler(&self) -> wgpu::Sampler {
         self.device.create_sampler(&wgpu::SamplerDescriptor {

@@ -63,5 +63,12 @@ pub enum GpuError {
     Lost(String),
 }
 
+impl GpuError {
+    /// An error where `size` is more than the device takes; `instead` says what would fit.
+    pub(crate) fn too_large(what: &str, size: u64, most: u64, instead: impl Into<String>) -> Result<()> {
+        if size > most { Err(GpuError::TooLarge { what: what.into(), size, most, instead: instead.into() }) } else { Ok(()) }
+    }
+}
+
 /// Result of this crate.
 pub type Result<T> = std::result::Result<T, GpuError>;

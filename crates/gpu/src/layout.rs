@@ -10,6 +10,7 @@ use glam::DVec3;
 use crate::error::{GpuError, Result};
 use crate::forms::{Contents, FormEntry, Heads, extinctions, form};
 use crate::frame::{Frame, four};
+use crate::tables::{QuadList, Tables};
 
 /// How scattered light is spread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -192,13 +193,8 @@ impl Layout {
         let weights = Weights::new(plan);
         let middle = plan.space.occupied.map_or(DVec3::ZERO, |b| 0.5 * (b.low + b.high));
         let volumes: Vec<&Volume> = plan.volumes().collect();
-        let slot_of = |channel: Channel| {
-            let at = |(q, quad): (usize, &Quad)| {
-                let lane = volumes[quad.volume].channels.iter().skip(quad.first).take(4).position(|c| *c == channel);
-                lane.map(|lane| 4 * q + lane)
-            };
-            quads.iter().enumerate().find_map(at)
-        };
+        let slot_of = |channel| slot_of(&quads, &volumes, channel);
+        let number_of = |channel| slot_of(channel).map_or(0, |(quad, lane)| 4 * quad + lane) as f32;
         let phase = &plan.spectral.phase;
         let field = plan.light_field.as_ref();
         let shape = Shape {
@@ -211,12 +207,12 @@ impl Layout {
             inner: plan.space.inner_boxes().len(),
             brick_grids: plan.space.bricks.len(),
             phase: phase.as_ref().map_or(PhaseKind::Isotropic, |p| if p.separable { PhaseKind::Separable } else { PhaseKind::Spectral }),
-            dust: slot_of(Channel::Dust).map(|slot| (slot / 4, slot % 4)),
+            dust: slot_of(Channel::Dust),
             background: weights.background.is_some(),
             field: field.map(|f| FieldShape {
                 elements: f.propagation.projection.basis.size(),
                 polynomials: f.propagation.span.len(),
-                quad: slot_of(Channel::Light(0)).unwrap_or(0) / 4,
+                quad: slot_of(Channel::Light(0)).map_or(0, |(quad, _)| quad),
             }),
             star_march: plan.star_march.is_some(),
             cloud: on_the_fly,
@@ -237,11 +233,10 @@ impl Layout {
             first = end;
         }
         for scatterer in &weights.scattered {
-            let slot = slot_of(Channel::StarDepth(scatterer.star)).unwrap_or(0);
-            tables.place(plan.space.stars[scatterer.star], slot as f32);
+            tables.place(plan.space.stars[scatterer.star], number_of(Channel::StarDepth(scatterer.star)));
         }
         for emitter in &weights.emitted {
-            tables.list.0.push([slot_of(Channel::Emission(emitter.species)).unwrap_or(0) as f32, 0.0, 0.0, 0.0]);
+            tables.list.0.push([number_of(Channel::Emission(emitter.species)), 0.0, 0.0, 0.0]);
         }
         let largest: Vec<f32> = plan.space.bricks.iter().map(|b| b.largest()).collect();
         let species = largest.len() - plan.space.species();
@@ -288,14 +283,6 @@ impl Layout {
         }
         Ok(Self { shape, frame, tables: tables.list.0, bricks, quads, supersampling: plan.camera.supersampling, stars, middle })
     }
-}
-
-impl Layout {
-    /// The quad and channel of a star's depths in `volumes`.
-    pub fn star_slot(&self, volumes: &[&Volume], star: usize) -> Option<(usize, usize)> {
-        let lane = |quad: &Quad| volumes[quad.volume].channels.iter().skip(quad.first).take(4).position(|c| *c == Channel::StarDepth(star));
-        self.quads.iter().enumerate().find_map(|(q, quad)| lane(quad).map(|lane| (q, lane)))
-    }
 
     /// Puts a star elsewhere.
     pub fn place_star(&mut self, star: usize, place: DVec3) {
@@ -307,69 +294,16 @@ impl Layout {
     }
 }
 
+/// The quad that holds a channel, and which of its four it is.
+pub fn slot_of(quads: &[Quad], volumes: &[&Volume], channel: Channel) -> Option<(usize, usize)> {
+    let lane = |quad: &Quad| volumes[quad.volume].channels.iter().skip(quad.first).take(4).position(|c| *c == channel);
+    quads.iter().enumerate().find_map(|(q, quad)| lane(quad).map(|lane| (q, lane)))
+}
+
 /// The plan's numbers of the lights, in the order of [`Shape::lights`].
 fn lights(weights: &Weights) -> Vec<usize> {
     let (scattered, emitted) = (weights.scattered.iter().map(|s| s.light), weights.emitted.iter().map(|e| e.light));
     scattered.chain(emitted).chain(weights.background).collect()
-}
-
-/// Numbers, four at a time.
-#[derive(Debug, Default)]
-pub struct QuadList(pub Vec<[f32; 4]>);
-
-impl QuadList {
-    /// Numbers in a row, filled up with zeros to at least so many quads.
-    pub fn numbers(&mut self, numbers: &[f32], least: usize) {
-        let quads = numbers.len().div_ceil(4).max(least);
-        let at = |i: usize| numbers.get(i).copied().unwrap_or(0.0);
-        self.0.extend((0..quads).map(|q| std::array::from_fn(|i| at(4 * q + i))));
-    }
-}
-
-/// Quads of numbers in the order of [`Offsets`].
-struct Tables {
-    list: QuadList,
-    middle: DVec3,
-}
-
-impl Tables {
-    /// A place, and one number more.
-    fn place(&mut self, p: DVec3, fourth: f32) {
-        self.list.0.push(four(p - self.middle, fourth));
-    }
-
-    /// The noise that dust is.
-    fn cloud(&mut self, plan: &Plan) {
-        let Some((cloud, sigma)) = &plan.space.cloud else { return self.list.0.extend([[0.0; 4]; 3]) };
-        self.place(cloud.centre, cloud.radius as f32);
-        self.list.0.push([1.0 / cloud.scale, f64::from(cloud.octaves), cloud.lacunarity, cloud.gain].map(|v| v as f32));
-        self.list.0.push([cloud.offset, f64::from(u8::from(cloud.ridged)), cloud.warp, *sigma].map(|v| v as f32));
-    }
-
-    fn lattice(&mut self, volume: &Volume, quad: &Quad) {
-        let size = volume.lattice.bounds.size();
-        self.list.0.push(four(size.recip(), 0.0));
-        self.list.0.push(four((self.middle - volume.lattice.bounds.low) / size, 0.0));
-        self.list.0.push(quad.unit);
-        self.place(volume.inner.bounds.low, 0.0);
-        self.place(volume.inner.bounds.high, 0.0);
-    }
-
-    /// The grids of bricks, and how far from each the next light is.
-    fn bricks(&mut self, plan: &Plan) -> Vec<u32> {
-        let mut distances = Vec::new();
-        for bricks in &plan.space.bricks {
-            let lattice = &bricks.lattice;
-            let edge = lattice.voxel_pc();
-            self.place(lattice.bounds.low, edge.min_element() as f32);
-            self.list.0.push(four(edge.recip(), 0.0));
-            let [x, y, z] = lattice.dims.map(|n| n as f32);
-            self.list.0.push([x, y, z, distances.len() as f32]);
-            distances.extend((0..lattice.cells()).map(|i| bricks.clear(lattice.place(i)) as u32));
-        }
-        distances.resize(distances.len().max(1), 0);
-        distances
-    }
 }
 
 #[cfg(test)]

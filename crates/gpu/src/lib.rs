@@ -15,10 +15,12 @@ mod forms;
 mod frame;
 mod layout;
 mod march;
+mod picture;
 mod resolve;
 mod resources;
 mod shader;
 mod sweep;
+mod tables;
 #[cfg(test)]
 #[path = "../tests/common/device.rs"]
 mod test_device;
@@ -28,4 +30,5 @@ mod twins;
 
 pub use device::{Adapter, Gpu, adapters};
 pub use error::{GpuError, Result};
-pub use march::{Renderer, Tuning, render, render_surely, unable};
+pub use march::{Renderer, Tuning};
+pub use picture::{render, render_surely, unable};

@@ -5,28 +5,25 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use barnard::backend::cpu::{Findings, finished};
+use barnard::backend::cpu::Findings;
 use barnard::control::{Control, Stage};
-use barnard::image::{Image, Tone};
-use barnard::plan::{Plan, Volume};
-use barnard::scene::Scene;
+use barnard::image::Tone;
+use barnard::plan::{Channel, Plan, Volume};
 use glam::DVec3;
 
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
 use crate::frame::{Pass, Patience, Rows};
-use crate::layout::{Layout, quads};
+use crate::layout::{Layout, Quad, quads, slot_of};
 use crate::resolve::Resolver;
 use crate::resources::{Buffers, FOUND, TIMED, TIMES, Volumes, check_limits, groups, pauses, pipeline, tuned};
 use crate::shader::Pauses;
-use crate::sweep::{Dust, Sweeper, Target};
+use crate::sweep::{Slot, Sweeper};
 
 /// Rays of the first dispatch at most; what follows takes as many rows as are done in [`SLICE`].
 const FIRST_RAYS: usize = 1 << 17;
 /// What one dispatch may take before somebody may wish to stop [s]; drivers give up on what takes seconds.
 const SLICE: f64 = 0.1;
-/// Voxels between the box and a star that is swept on the device at most.
-const FURTHEST: f64 = 1e5;
 
 /// How a picture is made; all but `on_the_fly` leave it as it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,49 +46,10 @@ impl Default for Tuning {
     }
 }
 
-/// Renders the plan of `scene`; stars are drawn by the processor.
-///
-/// # Errors
-/// For methods that no shader has, grids beyond the device's limits, and devices that give up.
-pub fn render(gpu: &Gpu, scene: &Scene, plan: &Plan, tuning: Tuning, control: &Control) -> Result<(Image, Findings)> {
-    let (data, findings) = Renderer::new(gpu, plan, tuning)?.radiance(control)?;
-    let mut image = finished(scene, plan, data, findings, &format!("gpu: {} ({})", gpu.adapter.name, gpu.adapter.api))?;
-    if tuning.on_the_fly {
-        image.notes.push(("density".into(), "noise at every sample; star depths and empty space as sampled".into()));
-    }
-    Ok((image, findings))
-}
-
-/// Renders on a device that `open` brings. One that gives up is opened once more, then the processor takes over; `tell` hears of it.
-///
-/// # Errors
-/// As [`render`], but for devices that give up.
-pub fn render_surely(
-    mut open: impl FnMut() -> Result<Gpu>,
-    scene: &Scene,
-    plan: &Plan,
-    (tuning, control): (Tuning, &Control),
-    mut tell: impl FnMut(&str),
-) -> Result<(Image, Findings)> {
-    for _ in 0..2 {
-        match render(&open()?, scene, plan, tuning, control) {
-            Err(GpuError::Lost(why)) => tell(&format!("the device gave up: {why}")),
-            done => return done,
-        }
-    }
-    tell("the device gave up twice; rendering on the cpu");
-    Ok(barnard::backend::cpu::render(scene, plan, control)?)
-}
-
 /// Rows of the first dispatch.
 fn first_pace(layout: &Layout) -> usize {
     let [width, height, ..] = layout.frame.size.map(|n| n as usize);
     (FIRST_RAYS / width).clamp(1, height)
-}
-
-/// Why no device can render this plan; none where one can, as far as its limits go.
-pub fn unable(plan: &Plan, tuning: Tuning) -> Option<GpuError> {
-    Layout::new(plan, Vec::new(), tuning.on_the_fly).err()
 }
 
 /// A plan on a device.
@@ -200,31 +158,19 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// Where the plan has no such star, or no star depths, and where the device gives up; the star stays where it was then.
     pub fn move_star(&mut self, star: usize, place: DVec3) -> Result<Option<f64>> {
-        if !place.is_finite() {
-            return Err(GpuError::Place(place.into(), "coordinates are numbers"));
-        }
         let space = self.volumes.space.clone();
         let volumes: Vec<&Volume> = space.volumes.iter().collect();
-        let (Some((quad, lane)), Some((dust_quad, dust_lane))) = (self.layout.star_slot(&volumes, star), self.layout.shape.dust) else {
+        let target = slot_of(&self.layout.quads, &volumes, Channel::StarDepth(star));
+        let (Some(target), Some(dust)) = (target, self.layout.shape.dust) else {
             return Err(GpuError::NoStar(star, space.stars.len()));
         };
-        let place_of = |q: usize| (&self.volumes.views[q], volumes[self.layout.quads[q].volume]);
-        let ((view, volume), unit) = (place_of(dust_quad), self.layout.quads[dust_quad].unit[dust_lane]);
-        let inner = &volumes[self.layout.quads[quad].volume].inner;
-        if ((place - 0.5 * (inner.bounds.low + inner.bounds.high)) / inner.voxel_pc()).abs().max_element() > FURTHEST {
-            return Err(GpuError::Place(place.into(), "it is so far that single precision loses its rays; make a new plan"));
-        }
-        let size = 4 * inner.cells() as u64;
-        let most = self.gpu.device.limits().max_storage_buffer_binding_size;
-        if size > most {
-            let instead = "make a new plan instead, which sweeps on the processor".into();
-            return Err(GpuError::TooLarge { what: "the depths of a star in bytes".into(), size, most, instead });
-        }
-        let dust = Dust { view, volume, lane: dust_lane, unit };
-        let ((view, volume), unit) = (place_of(quad), self.layout.quads[quad].unit[lane]);
+        let slot = |(quad, lane): (usize, usize)| {
+            let Quad { volume, unit, .. } = self.layout.quads[quad];
+            Slot { view: &self.volumes.views[quad], volume: volumes[volume], lane, unit: unit[lane] }
+        };
         let sweeper = self.sweeper.get_or_insert_with(|| Sweeper::new(self.gpu));
-        let (view, seconds) = sweeper.swept(self.gpu, &dust, &Target { view, volume, lane, unit }, place)?;
-        self.volumes.views[quad] = view;
+        let (view, seconds) = sweeper.swept(self.gpu, &slot(dust), &slot(target), place)?;
+        self.volumes.views[target.0] = view;
         self.volumes.moved = true;
         self.layout.place_star(star, place);
         self.groups = groups(self.gpu, &self.pipeline, &self.layout, &self.volumes, &self.buffers);
@@ -264,11 +210,8 @@ impl<'a> Renderer<'a> {
         if tone.palette.columns.len() != self.layout.shape.bands {
             return Err(GpuError::Bands(tone.palette.columns.len(), self.layout.shape.bands));
         }
-        let most = u64::from(self.gpu.device.limits().max_texture_dimension_2d);
-        if u64::from(width.max(height)) > most {
-            let (size, instead) = (u64::from(width.max(height)), "take fewer pixels".into());
-            return Err(GpuError::TooLarge { what: "the edge of a picture in pixels".into(), size, most, instead });
-        }
+        let most = self.gpu.device.limits().max_texture_dimension_2d;
+        GpuError::too_large("the edge of a picture in pixels", width.max(height).into(), most.into(), "take fewer pixels")?;
         self.resolver.take_if(|r| r.size() != (width, height));
         let resolver = self.resolver.get_or_insert_with(|| Resolver::new(self.gpu, (width, height)));
         let texture = resolver.resolve(self.gpu, &self.buffers.picture, tone);
@@ -287,16 +230,7 @@ impl<'a> Renderer<'a> {
     /// Refuses pictures that the device does not hold at once.
     fn whole(&self) -> Result<()> {
         let (height, rows) = (u64::from(self.layout.frame.size[1]), self.buffers.rows as u64);
-        if rows < height {
-            let instead = "take fewer pixels, or render in one go".into();
-            return Err(GpuError::TooLarge {
-                what: "the number of rows of a picture that stays".into(),
-                size: height,
-                most: rows,
-                instead,
-            });
-        }
-        Ok(())
+        GpuError::too_large("the number of rows of a picture that stays", height, rows, "take fewer pixels, or render in one go")
     }
 
     /// Band radiances of the extended light alone, bands × height × width [W m⁻² sr⁻¹], and what was found.
@@ -417,11 +351,7 @@ impl<'a> Renderer<'a> {
         let timer = gpu.timer.as_ref().zip(self.buffers.times.as_ref()).filter(|_| number < TIMED);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         {
-            let timestamp_writes = timer.map(|(timer, _)| wgpu::ComputePassTimestampWrites {
-                query_set: timer,
-                beginning_of_pass_write_index: Some(0),
-                end_of_pass_write_index: Some(1),
-            });
+            let timestamp_writes = timer.and_then(|_| gpu.timestamps());
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("march"), timestamp_writes });
             pass.set_pipeline(&self.pipeline);
             for (i, group) in self.groups.iter().enumerate() {
@@ -439,11 +369,7 @@ impl<'a> Renderer<'a> {
     fn device_seconds(&mut self, dispatches: usize) -> Result<Option<f64>> {
         let Some(times) = self.buffers.times.as_ref().filter(|_| dispatches <= TIMED) else { return Ok(None) };
         let values = self.gpu.read(times, dispatches as u64 * TIMES, &mut self.buffers.back)?;
-        let ticks = values.chunks_exact(TIMES as usize).map(|v| {
-            let [begin, end]: [u64; 2] = bytemuck::pod_read_unaligned(&v[..16]);
-            end.saturating_sub(begin)
-        });
-        Ok(Some(ticks.sum::<u64>() as f64 * f64::from(self.gpu.queue.get_timestamp_period()) * 1e-9))
+        Ok(Some(self.gpu.seconds(&values, TIMES as usize)))
     }
 
     fn check(&self) -> Result<()> {

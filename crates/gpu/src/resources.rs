@@ -86,10 +86,12 @@ impl Buffers {
         let largest = if pauses == Pauses::Software { carried } else { row };
         let limits = gpu.device.limits();
         let most = PICTURE.min(limits.max_storage_buffer_binding_size).min(limits.max_buffer_size);
-        if largest > most {
-            let instead = "take fewer pixels along a row, fewer bands, or --backend cpu".into();
-            return Err(GpuError::TooLarge { what: "a row of the picture in bytes".into(), size: largest, most, instead });
-        }
+        GpuError::too_large(
+            "a row of the picture in bytes",
+            largest,
+            most,
+            "take fewer pixels along a row, fewer bands, or --backend cpu",
+        )?;
         let rows = ((most / largest) as usize).clamp(1, height);
         Ok(Self {
             frame: gpu.buffer(size_of_val(&layout.frame) as u64, Use::UNIFORM | Use::COPY_DST),
@@ -125,21 +127,18 @@ const COUNTABLE: u64 = 1 << 24;
 
 pub fn check_limits(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Result<()> {
     let limits = gpu.device.limits();
-    let too_large = |what: &str, size: u64, most: u64, instead: String| {
-        if size > most { Err(GpuError::TooLarge { what: what.into(), size, most, instead }) } else { Ok(()) }
-    };
     let most = u64::from(limits.max_storage_buffers_per_shader_stage);
-    too_large("the number of buffers of the shader", BUFFERS, most, "take --backend cpu".into())?;
+    GpuError::too_large("the number of buffers of the shader", BUFFERS, most, "take --backend cpu")?;
     let edge = plan.volumes().flat_map(|v| v.lattice.dims).max().unwrap_or(0) as u64;
     let most = u64::from(limits.max_texture_dimension_3d);
     let instead = format!("take a grid of at most {} voxels along each axis, or --backend cpu", most.saturating_sub(2));
-    too_large("the edge of a volume in voxels", edge, most, instead)?;
+    GpuError::too_large("the edge of a volume in voxels", edge, most, instead)?;
     let most = u64::from(limits.max_sampled_textures_per_shader_stage);
     let instead = format!("dust, star depths and gas are four to a texture: at most {} stars, or --backend cpu", 4 * most - 1);
-    too_large("the number of textures", layout.quads.len() as u64, most, instead)?;
+    GpuError::too_large("the number of textures", layout.quads.len() as u64, most, instead)?;
     let most = limits.max_storage_buffer_binding_size.min(16 * COUNTABLE);
-    let instead = "take a smoother phase function or fewer stars, or --backend cpu".into();
-    too_large("the tables in bytes", 16 * layout.tables.len() as u64, most, instead)?;
-    let instead = "take a coarser grid, or --backend cpu".into();
-    too_large("the bricks in bytes", 4 * layout.bricks.len() as u64, most, instead)
+    let instead = "take a smoother phase function or fewer stars, or --backend cpu";
+    GpuError::too_large("the tables in bytes", 16 * layout.tables.len() as u64, most, instead)?;
+    let instead = "take a coarser grid, or --backend cpu";
+    GpuError::too_large("the bricks in bytes", 4 * layout.bricks.len() as u64, most, instead)
 }

@@ -8,18 +8,18 @@ use spectra::polynomial::MAX_DEGREE;
 
 use crate::layout::{PhaseKind, Shape};
 
-/// The files of the march, in the order in which they are read; the form's own stands behind the first three.
-const FILES: [(&str, &str); 10] = [
-    ("frame", include_str!("shaders/frame.wgsl")),
-    ("arithmetic", include_str!("shaders/arithmetic.wgsl")),
-    ("coordinates", include_str!("shaders/coordinates.wgsl")),
-    ("phase", include_str!("shaders/phase.wgsl")),
-    ("cloud", include_str!("shaders/cloud.wgsl")),
-    ("volume", include_str!("shaders/volume.wgsl")),
-    ("near", include_str!("shaders/near.wgsl")),
-    ("field", include_str!("shaders/field.wgsl")),
-    ("segment", include_str!("shaders/segment.wgsl")),
-    ("march", include_str!("shaders/march.wgsl")),
+/// The files of the march, in the order in which a ray meets them; the form's own follows.
+const FILES: [&str; 10] = [
+    include_str!("shaders/frame.wgsl"),
+    include_str!("shaders/arithmetic.wgsl"),
+    include_str!("shaders/coordinates.wgsl"),
+    include_str!("shaders/phase.wgsl"),
+    include_str!("shaders/cloud.wgsl"),
+    include_str!("shaders/volume.wgsl"),
+    include_str!("shaders/near.wgsl"),
+    include_str!("shaders/field.wgsl"),
+    include_str!("shaders/segment.wgsl"),
+    include_str!("shaders/march.wgsl"),
 ];
 
 /// Whether rays pause.
@@ -33,7 +33,7 @@ pub enum Pauses {
 
 /// WGSL for a shape, by workgroups of so many rays across and down.
 pub fn source(shape: &Shape, workgroup: (u32, u32), pauses: Pauses) -> String {
-    let files = FILES.iter().map(|f| f.1).chain([shape.form.wgsl]);
+    let files = FILES.iter().copied().chain([shape.form.wgsl]);
     constants(shape, workgroup, pauses) + &bindings(shape.quads) + &files.map(|f| format!("\n{f}")).collect::<String>()
 }
 
@@ -216,7 +216,7 @@ mod tests {
     /// Every function of a shader that repeats one in Rust says which; those are there.
     #[test]
     fn twins_are_named() {
-        let files = FILES.iter().map(|f| f.1).chain(FORMS.iter().map(|f| f.wgsl)).chain([resolve::SOURCE, SWEEP, PACK]);
+        let files = FILES.iter().copied().chain(FORMS.iter().map(|f| f.wgsl)).chain([resolve::SOURCE, SWEEP, PACK]);
         let twins: Vec<&str> = files.flat_map(|f| f.lines()).filter_map(|l| l.strip_prefix("// twin: ")).collect();
         assert!(twins.len() >= 20, "{twins:?}");
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));

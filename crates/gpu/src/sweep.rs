@@ -10,6 +10,7 @@ use glam::DVec3;
 use wgpu::BufferUsages as Use;
 
 use crate::device::Gpu;
+use crate::error::{GpuError, Result};
 use crate::textures::usable;
 
 /// The fields are those of `sweep.wgsl`.
@@ -52,20 +53,29 @@ pub const PACK: &str = include_str!("shaders/pack.wgsl");
 /// Numbers that the rays of a dispatch keep at most.
 const KEPT: usize = 1 << 24;
 
-/// Where the dust is: its texture, lattice, channel, and what a stored one stands for.
-pub struct Dust<'a> {
+/// A channel of a texture: the volume that it shows, which of the four, and what a stored one stands for.
+pub struct Slot<'a> {
     pub view: &'a wgpu::TextureView,
     pub volume: &'a Volume,
     pub lane: usize,
     pub unit: f32,
 }
 
-/// Where depths go: the texture with the other channels, its volume, the channel, and what a stored one stands for.
-pub struct Target<'a> {
-    pub view: &'a wgpu::TextureView,
-    pub volume: &'a Volume,
-    pub lane: usize,
-    pub unit: f32,
+/// Voxels between the box and a star that is swept on the device at most.
+const FURTHEST: f64 = 1e5;
+
+/// Refuses places and sizes that a sweep cannot do.
+fn check(gpu: &Gpu, inner: &Lattice, star: DVec3) -> Result<()> {
+    if !star.is_finite() {
+        return Err(GpuError::Place(star.into(), "coordinates are numbers"));
+    }
+    let middle = 0.5 * (inner.bounds.low + inner.bounds.high);
+    if ((star - middle) / inner.voxel_pc()).abs().max_element() > FURTHEST {
+        return Err(GpuError::Place(star.into(), "it is so far that single precision loses its rays; make a new plan"));
+    }
+    let most = gpu.device.limits().max_storage_buffer_binding_size;
+    let instead = "make a new plan instead, which sweeps on the processor";
+    GpuError::too_large("the depths of a star in bytes", 4 * inner.cells() as u64, most, instead)
 }
 
 /// The shaders of a sweep.
@@ -88,10 +98,14 @@ impl Sweeper {
         }
     }
 
-    /// A texture like that of `target`, with the depths from `star` in its channel, and the seconds of the device where it tells.
-    pub fn swept(&self, gpu: &Gpu, dust: &Dust, target: &Target, star: DVec3) -> crate::Result<(wgpu::TextureView, Option<f64>)> {
+    /// A texture like that of `target`, with the depths from `star` through `dust` in its channel, and the seconds of the device where it tells.
+    ///
+    /// # Errors
+    /// For places that are none or too far, volumes beyond the device's limits, and devices that give up.
+    pub fn swept(&self, gpu: &Gpu, dust: &Slot, target: &Slot, star: DVec3) -> Result<(wgpu::TextureView, Option<f64>)> {
         let Self { follow, collect, settle, carry_on } = self;
         let inner = &target.volume.inner;
+        check(gpu, inner, star)?;
         // Buffers start as zero, which is the star's own voxel.
         let depths = gpu.buffer(4 * inner.cells() as u64, Use::STORAGE);
         let settled = gpu.buffer(4 * inner.cells() as u64, Use::STORAGE);
@@ -106,11 +120,7 @@ impl Sweeper {
         let times = gpu.timer.as_ref().map(|_| gpu.buffer(16, Use::QUERY_RESOLVE | Use::COPY_SRC));
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         {
-            let timestamp_writes = gpu.timer.as_ref().map(|timer| wgpu::ComputePassTimestampWrites {
-                query_set: timer,
-                beginning_of_pass_write_index: Some(0),
-                end_of_pass_write_index: Some(1),
-            });
+            let timestamp_writes = gpu.timestamps();
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("sweep"), timestamp_writes });
             for part in &parts {
                 let numbers = gpu.filled(bytemuck::bytes_of(part), Use::UNIFORM);
@@ -144,10 +154,7 @@ impl Sweeper {
         gpu.queue.submit([encoder.finish()]);
         gpu.wait()?;
         gpu.check(8 * target.volume.lattice.cells() as u64 + 4 * (inner.cells() + most) as u64)?;
-        let seconds = times.map(|times| -> crate::Result<f64> {
-            let [begin, end]: [u64; 2] = bytemuck::pod_read_unaligned(&gpu.read(&times, 16, &mut None)?);
-            Ok(end.saturating_sub(begin) as f64 * f64::from(gpu.queue.get_timestamp_period()) * 1e-9)
-        });
+        let seconds = times.map(|times| gpu.read(&times, 16, &mut None).map(|values| gpu.seconds(&values, 16)));
         Ok((view, seconds.transpose()?))
     }
 }
@@ -158,7 +165,7 @@ fn kept(part: &SweepNumbers) -> usize {
 }
 
 /// A pyramid in parts: tiers, and planes of them that fit.
-fn parts(cone: &Cone, dust: &Dust, inner: &Lattice) -> Vec<SweepNumbers> {
+fn parts(cone: &Cone, dust: &Slot, inner: &Lattice) -> Vec<SweepNumbers> {
     let planes = cone.planes();
     let Some(first) = planes.first() else { return Vec::new() };
     let whole = |tier: &TierOf| {

@@ -99,8 +99,9 @@ impl Space {
     /// Bakes star depths anew with `factor` voxels along one of dust.
     pub fn refine_stars(&mut self, factor: usize, options: &Options, control: &Control) -> Result<()> {
         self.star_factor = factor;
-        self.star_depth = 0.0;
-        self.lay_out(factor, self.stars.len(), options, control)
+        self.lay_out(factor, self.stars.len(), options, control)?;
+        self.star_depth = self.deepest();
+        Ok(())
     }
 
     /// Puts a star elsewhere [pc] and sweeps its depths alone anew.
@@ -190,7 +191,7 @@ impl Space {
     }
 
     /// Puts into a channel what it is to hold.
-    fn fill(&mut self, volume: &mut Volume, slot: usize, control: &Control) -> Result<()> {
+    fn fill(&self, volume: &mut Volume, slot: usize, control: &Control) -> Result<()> {
         match (volume.channels[slot], &self.dust) {
             (Channel::Emission(species), _) => volume.fill(slot, &self.emission[species]),
             (Channel::Dust, Some(dust)) => volume.fill(slot, dust),
@@ -198,8 +199,6 @@ impl Space {
                 let cells = volume.inner.cells() as u64;
                 let share = (star as u64 * cells, self.stars.len() as u64 * cells);
                 star_depth::bake(dust, self.stars[star], volume, slot, share, control)?;
-                let deepest = star_depth::deepest(volume, slot, &self.bricks[0]);
-                self.star_depth = self.star_depth.max(deepest.into());
             }
             (Channel::Dust | Channel::StarDepth(_), None) | (Channel::Light(_), _) => {}
         }

@@ -10,7 +10,7 @@ use barnard::plan::Plan;
 use spectra::rule::{Form, Projection};
 
 use crate::error::{GpuError, Result};
-use crate::layout::QuadList;
+use crate::tables::QuadList;
 
 /// One form.
 pub struct FormEntry {

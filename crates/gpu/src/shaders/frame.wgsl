@@ -14,7 +14,7 @@ struct Frame {
     high: vec4f,
     // Samples a parsec, or on every ray if not zero; the finest voxel; the angle over which the phase function changes little.
     steps: vec4f,
-    // Smallest extinction, what may be left out behind a ray's end, largest dust, largest extinction.
+    // Smallest extinction, what may be left out behind a ray's end, largest dust.
     limits: vec4f,
     // Where in its pixel a ray goes, and in which part of a step it starts, or none if negative; what this picture counts beside those before it.
     jitter: vec4f,
