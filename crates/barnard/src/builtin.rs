@@ -49,5 +49,10 @@ pub fn entry(name: &str) -> Result<&'static BuiltinScene> {
 /// Loads the built-in scene called `name`.
 pub fn load(name: &str, memory_limit: u64) -> Result<Scene> {
     let entry = entry(name)?;
-    Scene::parse(&format!("built-in {name}"), name, entry.text.to_owned(), &Loader::embedded(FILES, memory_limit))
+    Scene::parse(&format!("built-in {name}"), name, entry.text.to_owned(), &loader(memory_limit))
+}
+
+/// Finds the files that built-in scenes name.
+pub fn loader(memory_limit: u64) -> Loader {
+    Loader::embedded(FILES, memory_limit)
 }

@@ -47,7 +47,8 @@ pub struct Camera {
     pub supersampling: usize,
 }
 
-const COMMON: &[Key] = &[
+/// Keys of every camera.
+pub(crate) const COMMON: &[Key] = &[
     Key::required("position", "position", "where the observer is"),
     Key::optional("target", "position", "0 0 0 pc", "what they look at"),
     Key::optional("up", "direction", "[0, 1, 0]", "what is up in the image"),
@@ -76,11 +77,6 @@ pub const KINDS: &[Kind<Projection>] = &[
         build: |section, _| Ok(Projection::Orthographic { half_width_pc: 0.5 * section.need_positive::<Length>("width")?.0 }),
     },
 ];
-
-/// Keys of every camera.
-pub fn common_keys() -> &'static [Key] {
-    COMMON
-}
 
 /// Most pixels along an edge: what the formats can hold and a mistake cannot reach.
 pub const MAX_EDGE: usize = 65_536;

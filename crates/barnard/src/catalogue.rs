@@ -54,6 +54,11 @@ pub const CATALOGUES: &[Catalogue] = &[
         summary: "named sets of passbands",
         rows: || rows(spectra::passband::SETS.iter().map(|s| (s.name, s.summary))),
     },
+    Catalogue {
+        name: "passband-families",
+        summary: "families of embedded passbands",
+        rows: || rows(spectra::passband::FAMILIES.iter().map(|f| (f.name, f.summary))),
+    },
     Catalogue { name: "passband-kinds", summary: "kinds of passband of one's own", rows: || rows(crate::scene::band_kinds()) },
     Catalogue {
         name: "palettes",

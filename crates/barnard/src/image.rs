@@ -1,5 +1,6 @@
 //! Images: linear band radiance with everything a reader needs to use it.
 
+use rayon::prelude::*;
 use spectra::colour::{Palette, Stretch};
 
 use crate::error::{Error, Result};
@@ -168,6 +169,16 @@ pub struct Tone {
 }
 
 impl Tone {
+    /// The picture, height × width × RGB in sRGB encoding [0, 1].
+    pub fn picture(&self, image: &Image) -> Vec<[f64; 3]> {
+        linear(self, image).map(|p| self.encoded(p)).collect()
+    }
+
+    /// The colour of one pixel's bands, in sRGB encoding [0, 1].
+    pub fn colour(&self, bands: impl Iterator<Item = f64>) -> [f64; 3] {
+        self.encoded(self.palette.rgb(bands))
+    }
+
     /// A linear colour between black and white, in sRGB encoding [0, 1].
     fn encoded(&self, linear: [f64; 3]) -> [f64; 3] {
         let scaled = linear.map(|v| (v - self.black) / (self.white - self.black));
@@ -197,15 +208,14 @@ impl Display {
 
     /// The picture, height × width × RGB in sRGB encoding [0, 1].
     pub fn picture(&self, image: &Image) -> Vec<[f64; 3]> {
-        let tone = self.tone(image);
-        linear(&tone, image).map(|p| tone.encoded(p)).collect()
+        self.tone(image).picture(image)
     }
 }
 
 /// The pixels of an image as linear colours.
-fn linear(tone: &Tone, image: &Image) -> impl Iterator<Item = [f64; 3]> {
+fn linear(tone: &Tone, image: &Image) -> impl IndexedParallelIterator<Item = [f64; 3]> {
     let size = image.width * image.height;
-    (0..size).map(move |i| tone.palette.rgb((0..image.bands.len()).map(|b| image.samples.at(b * size + i))))
+    (0..size).into_par_iter().map(move |i| tone.palette.rgb((0..image.bands.len()).map(|b| image.samples.at(b * size + i))))
 }
 
 fn gain(values: impl Iterator<Item = f64>) -> f64 {

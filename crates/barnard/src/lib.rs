@@ -19,7 +19,7 @@ pub mod light;
 pub mod packet;
 pub mod phase;
 pub mod plan;
-mod points;
+pub mod points;
 pub mod scene;
 
 pub use error::{Error, Result};

@@ -64,18 +64,27 @@ struct Point {
     depth: f64,
 }
 
-/// Draws all unresolved sources: `add` hears of places in an image (bands × height × width) and radiances; `depth(ray, length)` is the optical depth on the way, `flux(light, band, depth)`
+/// Which unresolved sources are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sources {
+    /// All.
+    All,
+    /// Stars of the scene without the star field.
+    Stars,
+}
+
+/// Draws unresolved sources: `add` hears of places in an image (bands × height × width) and radiances; `depth(ray, length)` is the optical depth on the way, `flux(light, band, depth)`
 /// the band's flux of a light behind it.
 pub fn draw(
-    scene: &Scene,
-    camera: &Camera,
+    sources: Sources,
+    (scene, camera): (&Scene, &Camera),
     lights: &[Light],
     depth: impl Fn(&Ray, f64) -> f64 + Sync,
     flux: impl Fn(usize, usize, f64) -> f64 + Sync,
     mut add: impl FnMut(usize, f64),
 ) -> Result<()> {
     let mut points = direct_points(scene, camera, lights, &depth);
-    if let Some(field) = &scene.background.star_field {
+    if let Some(field) = scene.background.star_field.as_ref().filter(|_| sources == Sources::All) {
         points.extend(field_points(field, camera, lights, &depth)?);
     }
     for point in &points {

@@ -89,6 +89,12 @@ fn described(adapter: &wgpu::Adapter) -> Adapter {
     }
 }
 
+/// All that `adapter` can do, and its clock.
+pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+    let required_features = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
+    wgpu::DeviceDescriptor { required_limits: adapter.limits(), required_features, ..Default::default() }
+}
+
 impl Gpu {
     /// The best adapter of this machine: a real one if there is one, software otherwise.
     ///
@@ -107,12 +113,20 @@ impl Gpu {
     fn opened(limits: impl FnOnce(&wgpu::Adapter) -> wgpu::Limits) -> Result<Self> {
         let adapter = found().into_iter().next().ok_or(GpuError::NoAdapter)?;
         let described = described(&adapter);
-        let required_features = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
-        let descriptor = wgpu::DeviceDescriptor { required_limits: limits(&adapter), required_features, ..Default::default() };
+        let descriptor = wgpu::DeviceDescriptor { required_limits: limits(&adapter), ..device_descriptor(&adapter) };
         let opened = pollster::block_on(adapter.request_device(&descriptor));
         let (device, queue) = opened.map_err(|e| GpuError::Device(described.name.clone(), e.to_string()))?;
+        Ok(Self::on(described, device, queue))
+    }
+
+    /// A device that somebody else opened by [`device_descriptor`], to draw with; none where its API computes wrong.
+    pub fn shared(adapter: &wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Option<Self> {
+        APIS.contains(adapter.get_info().backend.into()).then(|| Self::on(described(adapter), device, queue))
+    }
+
+    fn on(described: Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let query = wgpu::QuerySetDescriptor { label: None, ty: wgpu::QueryType::Timestamp, count: 2 };
-        let timer = required_features.contains(wgpu::Features::TIMESTAMP_QUERY).then(|| device.create_query_set(&query));
+        let timer = device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| device.create_query_set(&query));
         let complaints = Arc::<Mutex<Complaints>>::default();
         let (of_errors, of_loss) = (complaints.clone(), complaints.clone());
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
@@ -129,7 +143,7 @@ impl Gpu {
                 complaints.gone.get_or_insert(format!("{reason:?}: {words}"));
             }
         });
-        Ok(Self { adapter: described, device, queue, timer, complaints })
+        Self { adapter: described, device, queue, timer, complaints }
     }
 
     /// Room for so many bytes.

@@ -28,7 +28,7 @@ mod textures;
 #[cfg(test)]
 mod twins;
 
-pub use device::{Adapter, Gpu, adapters};
+pub use device::{Adapter, Gpu, adapters, device_descriptor};
 pub use error::{GpuError, Result};
 pub use march::{Renderer, Tuning};
 pub use picture::{render, render_surely, unable};

@@ -174,6 +174,45 @@ quantity! {
     SkyDensity("density on the sky", "2000 /deg2") { "/deg2" = 3_282.806_350_011_744, "/arcmin2" = 3_282.806_350_011_744 * 3600.0, "/sr" = 1.0 }
 }
 
+/// What is to be known of a quantity to write one.
+#[derive(Debug, Clone, Copy)]
+pub struct QuantityRow {
+    /// What it is called.
+    pub name: &'static str,
+    /// A well-written value.
+    pub example: &'static str,
+    /// Unit names, the one for printing first, with their sizes in the internal unit.
+    pub units: &'static [(&'static str, f64)],
+}
+
+const fn row<Q: Quantity>() -> QuantityRow {
+    QuantityRow { name: Q::NAME, example: Q::EXAMPLE, units: Q::UNITS }
+}
+
+/// All quantities.
+pub const QUANTITIES: &[QuantityRow] = &[
+    row::<Wavelength>(),
+    row::<Length>(),
+    row::<Angle>(),
+    row::<Temperature>(),
+    row::<Velocity>(),
+    row::<Luminosity>(),
+    row::<SpectralLuminosity>(),
+    row::<Magnitude>(),
+    row::<SpectralRadiance>(),
+    row::<ExtinctionCoefficient>(),
+    row::<ExtinctionPerColumn>(),
+    row::<NumberDensity>(),
+    row::<Emissivity>(),
+    row::<SkyDensity>(),
+];
+
+/// Splits "656.3 nm" into its number and its unit; none where there is no number.
+pub fn parts(text: &str) -> Option<(f64, &str)> {
+    let (number, unit) = split(text.trim());
+    Some((number.parse().ok()?, unit))
+}
+
 impl Wavelength {
     /// From nanometres.
     pub fn from_nm(nm: f64) -> Self {

@@ -73,6 +73,30 @@ impl Grid {
         Self { lattice, data }
     }
 
+    /// `factor` times the means of blocks of `block` voxels along each axis; blocks at the upper faces take what is left.
+    ///
+    /// The box grows to whole blocks, so that densities stay where they are.
+    pub fn merged(&self, block: usize, factor: f64) -> Self {
+        let own = self.lattice.dims;
+        let dims = own.map(|n| n.div_ceil(block));
+        let voxel = self.lattice.voxel_pc() * block as f64;
+        let low = self.lattice.bounds.low;
+        let bounds = Bounds { low, high: low + voxel * DVec3::from(dims.map(|n| n as f64)) };
+        let mut merged = Self { lattice: Lattice { dims, bounds }, data: Vec::new() };
+        let share = factor / block.pow(3) as f64;
+        let mean = |index: usize| {
+            let [x, y, z] = merged.lattice.place(index);
+            let along = |axis: usize, i: usize| i * block..((i + 1) * block).min(own[axis]);
+            let rows = along(2, z).flat_map(|z| along(1, y).map(move |y| (y, z)));
+            let row =
+                |(y, z): (usize, usize)| self.data[self.lattice.index(0, y, z)..][along(0, x)].iter().map(|v| f64::from(*v)).sum::<f64>();
+            (share * rows.map(row).sum::<f64>()) as f32
+        };
+        use rayon::prelude::*;
+        merged.data = (0..merged.lattice.cells()).into_par_iter().map(mean).collect();
+        merged
+    }
+
     /// Refuses negative, NaN and infinite values; says how many and where.
     pub fn check(&self, field: &str) -> Result<()> {
         type Test = (&'static str, fn(f32) -> bool);
@@ -249,5 +273,20 @@ mod tests {
         assert!(message.contains("2 negative cells") && message.contains("[5, 0, 0]"), "{message}");
         grid.data[7] = f32::NAN;
         assert!(grid.check("dust").unwrap_err().to_string().contains("1 cells that are NaN"));
+    }
+
+    /// Merged voxels hold as much as those they are made of, where they were, and blocks at the edge count what is missing as nothing.
+    #[test]
+    fn voxels_are_merged() {
+        let lattice = Lattice { dims: [5, 4, 6], bounds: Bounds { low: DVec3::ZERO, high: DVec3::new(5.0, 4.0, 6.0) } };
+        let grid = Grid::sampled(lattice, |p| 1.0 + p.x + 10.0 * p.y * p.z);
+        let merged = grid.merged(2, 3.0);
+        assert_eq!(merged.lattice.dims, [3, 2, 3]);
+        assert_eq!(merged.lattice.bounds.high, DVec3::new(6.0, 4.0, 6.0));
+        let sum = |g: &Grid| g.data.iter().map(|v| f64::from(*v)).sum::<f64>() * g.lattice.voxel_pc().element_product();
+        assert!((sum(&merged) / (3.0 * sum(&grid)) - 1.0).abs() < 1e-6);
+        let corner =
+            [0.5, 1.5].into_iter().flat_map(|x| [0.5, 1.5].into_iter().flat_map(move |y| [0.5, 1.5].map(|z| 1.0 + x + 10.0 * y * z)));
+        assert!((f64::from(merged.data[0]) - 3.0 * corner.sum::<f64>() / 8.0).abs() < 1e-4);
     }
 }

@@ -11,12 +11,14 @@ mod light_field;
 pub mod near;
 mod pilot;
 mod planes;
+mod probe;
 pub mod pyramid;
 pub mod segment;
 mod space;
 mod spectral;
 pub mod star_depth;
 mod volume;
+mod walk;
 mod weights;
 
 use std::sync::Arc;
@@ -26,18 +28,19 @@ pub use closed_form::{ClosedForm, End};
 pub use describe::describe;
 pub use light_field::LightField;
 pub use pilot::Spatial;
+pub use probe::Probe;
 pub use space::{Space, sample_functions};
 pub use spectral::{BandPlan, PHASE_RANGE, PhaseTable, Spectral};
 pub use volume::{Channel, MAX_CHANNELS, Volume};
 pub use weights::{Emitter, Scatterer, Weights, weights as weights_of};
 
-use spectra::rule::Certificate;
+use spectra::rule::{self, Certificate};
 
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::Result;
-use crate::light::Light;
-use crate::scene::{Method, Scene, StarDepth};
+use crate::light::{Light, Path};
+use crate::scene::{Method, MethodEntry, Scene, StarDepth};
 
 /// What a user may decide beside the scene.
 #[derive(Debug, Clone)]
@@ -73,6 +76,12 @@ pub const END_EVERY: usize = 8;
 pub const END_SHARE: f32 = 0.02;
 /// Depth from which on a look is worth its price.
 pub const END_DEPTH: f32 = 3.0;
+
+/// Most voxels along an edge of a [glance](Plan::glance), and its samples along one.
+pub const GLANCE_VOXELS: usize = 64;
+const GLANCE_STEPS: f64 = 0.75;
+/// At which it looks where a phase function must be asked, and where rays may end.
+const GLANCE_ACCURACY: f64 = 0.02;
 
 /// Samples a ray of the deck.
 pub const DECK_STEPS: usize = 100;
@@ -158,6 +167,32 @@ impl Plan {
             }
         };
         draft.plan(scene, stepping, options, control)
+    }
+
+    /// Plans `scene` for a look at once, while things change, from what `before`, another glance, has that still holds: without the star field, by the rule
+    /// [`GLANCE`](rule::GLANCE) whatever the scene's method is, at [`GLANCE_VOXELS`], and nothing is measured or stated of its error.
+    pub fn glance(before: Option<&Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
+        let entry =
+            MethodEntry { name: rule::GLANCE.name, summary: rule::GLANCE.summary, rule: &rule::GLANCE, star_depth: StarDepth::Cached };
+        let method = Method { entry, accuracy: GLANCE_ACCURACY, bake: options.method.bake, ..Method::default() };
+        let options = &Options { method, ..options.clone() };
+        let space = match before.map(|plan| plan.space.follow(scene, options, control)).transpose()?.flatten() {
+            Some(space) => space,
+            None => Arc::new(Space::coarse(scene, options, GLANCE_VOXELS, control)?),
+        };
+        space.check_stars(scene)?;
+        let mut lights = crate::light::lights(scene)?;
+        lights.retain(|light| !matches!(light.path, Path::FieldStar { .. }));
+        let spectral = Spectral::new(scene, &lights, options, space.reach(&scene.camera))?;
+        Ok(Self {
+            camera: scene.camera.clone(),
+            lights: Arc::new(lights),
+            space,
+            spectral: Arc::new(spectral),
+            stepping: Stepping::PerVoxel(GLANCE_STEPS),
+            star_march: None,
+            light_field: None,
+        })
     }
 
     /// Plans `scene` at `steps` samples a ray, with rules as they are asked for and nothing measured: for comparisons that measure from outside.

@@ -7,15 +7,13 @@
 use rayon::prelude::*;
 use spectra::rule::{Measure, mean_transmittance};
 
-use super::near::{self, NearPiece};
-use super::segment::mean_inverse_square;
-use super::volume::Channel;
+use super::walk::{Eye, walk};
 use super::{LightField, Options, Space, Spectral, Stepping};
 use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::image::{relative_rms, worst};
-use crate::light::{Light, Path};
+use crate::light::Light;
 use crate::scene::Scene;
 
 /// The spatial error that pilot rays measured.
@@ -245,13 +243,22 @@ impl<'a> Shading<'a> {
     fn new(spectral: &'a Spectral, lights: &'a [Light]) -> Self {
         Self { spectral, lights, measures: None, field: None }
     }
+}
 
-    /// Adds so much of a light to every band, fallen by its mean over the depths.
-    fn add(&self, light: usize, amount: f64, depths: (f64, f64), bands: &mut [f64]) {
-        for (b, band) in bands.iter_mut().enumerate() {
+/// What arrives of a ray in every band.
+struct Bands<'a> {
+    shading: &'a Shading<'a>,
+    ray: &'a Ray,
+    radiance: Vec<f64>,
+    gathered: Vec<f64>,
+}
+
+impl Eye for Bands<'_> {
+    fn light(&mut self, light: usize, amount: f64, depths: (f64, f64)) {
+        for (b, band) in self.radiance.iter_mut().enumerate() {
             *band += amount
-                * match &self.measures {
-                    None => self.spectral.bands[b].rule.mean(light, depths),
+                * match &self.shading.measures {
+                    None => self.shading.spectral.bands[b].rule.mean(light, depths),
                     Some(measures) => {
                         let Measure { k, mass, .. } = &measures[b][light];
                         k.iter().zip(mass).map(|(k, m)| m * mean_transmittance(k * depths.0, k * depths.1)).sum()
@@ -259,138 +266,31 @@ impl<'a> Shading<'a> {
                 };
         }
     }
+
+    fn scattered_together(&self) -> bool {
+        self.shading.field.is_some()
+    }
+
+    fn dust(&mut self, (t0, t1): (f64, f64), (tau, growth): (f64, f64)) {
+        if let Some(field) = self.shading.field {
+            let (a, b) = (field.at(self.ray.at(t0)), field.at(self.ray.at(t1)));
+            let light: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
+            field.propagation.gather(tau + 0.5 * growth, growth, &light, &mut self.gathered);
+        }
+    }
 }
 
 /// Band radiances of one ray, marched as the fast back ends do, in f64.
 fn march(space: &Space, shading: &Shading, ray: &Ray, stepping: Stepping, exact: bool) -> Vec<f64> {
-    let Shading { spectral, lights, .. } = shading;
-    let mut bands = vec![0.0; spectral.bands.len()];
-    let mut gathered = shading.field.map(|field| (field, vec![0.0; field.propagation.channels()]));
-    let mut tau = 0.0;
-    if let Some((near, far)) = space.occupied.and_then(|b| b.clip(ray)) {
-        let steps = stepping.steps(far - near, space.voxel_pc());
-        let dt = (far - near) / steps as f64;
-        let mut before = Sample::at(space, ray, near, exact);
-        // A step that is long beside its distance to a star is marched in parts, as the back ends do.
-        let voxel = space.voxel_pc();
-        let feet = space.stars.iter().filter(|_| gathered.is_none()).map(|star| {
-            let foot = (*star - ray.origin).dot(ray.direction);
-            (foot, (*star - ray.at(foot)).length())
-        });
-        let feet: Vec<(f64, f64)> = feet.collect();
-        let ends = (0..steps).flat_map(|i| {
-            let t = near + i as f64 * dt;
-            let parts = feet.iter().map(|(foot, distance)| near::parts(*distance, foot - t, dt, voxel)).max().unwrap_or(1);
-            (1..=parts).map(move |part| t + dt * part as f64 / parts as f64)
-        });
-        let mut t0 = near;
-        for t1 in ends {
-            let dt = t1 - t0;
-            let after = Sample::at(space, ray, t1, exact);
-            let growth = 0.5 * dt * (before.sigma + after.sigma);
-            for (light, l) in lights.iter().enumerate() {
-                match l.path {
-                    Path::Scattered { star } if growth > 0.0 && shading.field.is_none() => {
-                        let depths = (tau + before.depths[star], tau + growth + after.depths[star]);
-                        let segment = Segment { span: (t0, t1), sigma: (before.sigma, after.sigma), tau: (tau, growth), depths };
-                        scatter((space, shading), (light, star), ray, &segment, &mut bands);
-                    }
-                    Path::Emitted { species } => {
-                        let density = 0.5 * dt * (before.emission[species] + after.emission[species]);
-                        if density > 0.0 {
-                            shading.add(light, density, (tau, tau + growth), &mut bands);
-                        }
-                    }
-                    _ => {}
-                }
-            }
-            if let Some((field, sum)) = gathered.as_mut().filter(|_| growth > 0.0) {
-                let (a, b) = (field.at(ray.at(t0)), field.at(ray.at(t1)));
-                let light: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
-                field.propagation.gather(tau + 0.5 * growth, growth, &light, sum);
-            }
-            tau += growth;
-            (t0, before) = (t1, after);
+    let radiance = vec![0.0; shading.spectral.bands.len()];
+    let gathered = shading.field.map_or_else(Vec::new, |field| vec![0.0; field.propagation.channels()]);
+    let mut bands = Bands { shading, ray, radiance, gathered };
+    walk(space, shading.spectral, shading.lights, ray, stepping, exact, &mut bands);
+    let Bands { mut radiance, gathered, .. } = bands;
+    if let Some(field) = shading.field {
+        for (band, resolution) in radiance.iter_mut().zip(&field.resolution) {
+            *band += gathered.iter().zip(resolution).map(|(s, r)| s * r).sum::<f64>();
         }
     }
-    if let Some((field, sum)) = gathered {
-        for (band, resolution) in bands.iter_mut().zip(&field.resolution) {
-            *band += sum.iter().zip(resolution).map(|(s, r)| s * r).sum::<f64>();
-        }
-    }
-    for (light, _) in lights.iter().enumerate().filter(|(_, l)| l.path == Path::Background) {
-        shading.add(light, 1.0, (tau, tau), &mut bands);
-    }
-    bands
-}
-
-/// A segment of a ray: distances of its ends, σ there, τ at its start and how it grows, depths eye to sample to star at its ends.
-struct Segment {
-    span: (f64, f64),
-    sigma: (f64, f64),
-    tau: (f64, f64),
-    depths: (f64, f64),
-}
-
-/// Scattered light of one star in one segment.
-fn scatter((space, shading): (&Space, &Shading), (light, star): (usize, usize), ray: &Ray, segment: &Segment, bands: &mut [f64]) {
-    let ((t0, t1), (tau, growth), depths, sigma) = (segment.span, segment.tau, segment.depths, segment.sigma);
-    let (position, spectral) = (space.stars[star], shading.spectral);
-    let foot = (position - ray.origin).dot(ray.direction);
-    let b = (position - ray.at(foot)).length();
-    let (u0, u1) = (t0 - foot, t1 - foot);
-    let product = b * b + u0 * u1;
-    let reach = near::NEAR_VOXELS * space.voxel_pc();
-    if product < reach * reach || b * (t1 - t0) > near::NEAR_ANGLE * product {
-        near::pieces(space, spectral.phase_angle, position, ray, (t0, t1), (tau, growth), |NearPiece { scattering, depth, cosine }| {
-            shading.add(light, scattering * spectral.phase_factor(cosine), (depth, depth), bands);
-        });
-        return;
-    }
-    let scattering = growth * mean_inverse_square(b, u0, u1);
-    // The mean of the phase function over the angle that the segment spans, weighted by σ/r² as the light is.
-    let phases = near::phases(scattering / growth * b * (t1 - t0), spectral.phase_angle);
-    let sample = |j: usize| {
-        let u = u0 + (t1 - t0) * (j as f64 + 0.5) / phases as f64;
-        let r2 = b * b + u * u;
-        let share = sigma.0 + (sigma.1 - sigma.0) * (j as f64 + 0.5) / phases as f64;
-        (share * spectral.phase_factor(-u / r2.sqrt()) / r2, 1.0 / r2)
-    };
-    let (sum, weight) = (0..phases).map(sample).fold((0.0, 0.0), |(s, w), (p, v)| (s + p, w + v));
-    shading.add(light, scattering * sum / (weight * 0.5 * (sigma.0 + sigma.1)), depths, bands);
-}
-
-/// What a place holds.
-struct Sample {
-    sigma: f64,
-    depths: Vec<f64>,
-    emission: Vec<f64>,
-}
-
-impl Sample {
-    fn at(space: &Space, ray: &Ray, t: f64, exact: bool) -> Self {
-        let p = ray.at(t);
-        let mut sample = Self { sigma: 0.0, depths: vec![0.0; space.stars.len()], emission: vec![0.0; space.species()] };
-        for volume in &space.volumes {
-            // A place on the border belongs to the box, whatever its rounding.
-            let margin = 1e-9 * volume.inner.bounds.size();
-            let grown = crate::geometry::Bounds { low: volume.inner.bounds.low - margin, high: volume.inner.bounds.high + margin };
-            if !grown.contains(p) {
-                continue;
-            }
-            for (c, channel) in volume.channels.iter().enumerate() {
-                match *channel {
-                    Channel::Dust => sample.sigma = volume.at(c, p),
-                    Channel::StarDepth(star) if !exact => sample.depths[star] = volume.at(c, p),
-                    Channel::StarDepth(_) => {}
-                    Channel::Emission(species) => sample.emission[species] = volume.at(c, p),
-                    Channel::Light(_) => {}
-                }
-            }
-        }
-        if exact && sample.sigma > 0.0 {
-            sample.depths.iter_mut().zip(&space.stars).for_each(|(d, star)| *d = space.depth(*star, p));
-        }
-        sample
-    }
+    radiance
 }

@@ -40,30 +40,59 @@ pub struct Space {
     /// The smallest box around everything that absorbs, scatters or glows.
     pub occupied: Option<Bounds>,
     emission: Vec<Grid>,
+    /// The densities that were sampled: dust, then gas.
+    densities: Vec<Arc<dyn Field>>,
+    /// σ at V of a density of one [pc⁻¹].
+    sigma_v_per_pc: f64,
+    bake: Option<usize>,
+    /// Most voxels along an edge.
+    most: Option<usize>,
+}
+
+/// The densities of a scene: dust, then gas.
+fn densities(scene: &Scene) -> impl Iterator<Item = &Arc<dyn Field>> {
+    scene.dust.iter().map(|d| &d.density).chain(scene.emission.iter().map(|e| &e.density))
+}
+
+fn sigma_v_per_pc(scene: &Scene) -> f64 {
+    scene.dust.as_ref().map_or(0.0, |d| d.sigma_v_per_pc)
+}
+
+/// The noise that the dust of a scene is, and σ at V of one [pc⁻¹].
+fn cloud(scene: &Scene) -> Option<(Fbm, f64)> {
+    scene.dust.as_ref().and_then(|d| d.density.fbm().map(|fbm| (fbm.clone(), d.sigma_v_per_pc)))
+}
+
+/// The smallest box around what is not empty.
+fn occupied<'a>(grids: impl Iterator<Item = &'a Grid>, bricks: &[Bricks]) -> Option<Bounds> {
+    grids.zip(bricks).filter_map(|(g, b)| b.occupied(&g.lattice.bounds)).reduce(|a, b| a.union(&b))
 }
 
 /// Puts grids in the place of functions, so that every back end sees the same samples.
 pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
     if let Some(dust) = &mut scene.dust {
-        dust.density = Arc::new(baked(&dust.density, 1.0, "dust", options)?);
+        dust.density = Arc::new(baked(&dust.density, 1.0, "dust", options, None)?);
     }
     for gas in &mut scene.emission {
-        gas.density = Arc::new(baked(&gas.density, 1.0, &gas.name, options)?);
+        gas.density = Arc::new(baked(&gas.density, 1.0, &gas.name, options, None)?);
     }
     Ok(())
 }
 
 /// The field as a grid, sampled if it is a function.
-fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, options: &Options) -> Result<Grid> {
+fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, options: &Options, most: Option<usize>) -> Result<Grid> {
     if let Some(grid) = field.grid() {
         check_memory(&format!("the plan's copy of {what}"), 4 * grid.lattice.cells() as u64, options.memory_limit)?;
-        let scaled = scaled(grid, factor);
+        let longest = grid.lattice.dims.into_iter().max().unwrap_or(1);
+        let merged = longest.div_ceil(most.unwrap_or(longest).max(1));
+        let scaled = if merged > 1 { grid.merged(merged, factor) } else { scaled(grid, factor) };
         scaled.check(what)?;
         return Ok(scaled);
     }
     let size = field.bounds().size();
     let finest = (size.max_element() / field.feature_pc()).ceil() as usize;
-    let edge = options.method.bake.unwrap_or(finest.clamp(MIN_BAKE, MAX_BAKE)) as f64;
+    let edge = options.method.bake.unwrap_or(finest.clamp(MIN_BAKE, MAX_BAKE));
+    let edge = edge.min(most.unwrap_or(edge)) as f64;
     let dims = <[f64; 3]>::from(size / size.max_element() * edge).map(|n| (n.round() as usize).max(2));
     let lattice = Lattice { dims, bounds: field.bounds() };
     check_memory(&format!("{what}, sampled"), 4 * lattice.cells() as u64, options.memory_limit)?;
@@ -75,25 +104,79 @@ fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, options: &Options) -> 
 impl Space {
     /// Samples densities and bakes star depths at the dust's own resolution.
     pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
-        let dust = scene.dust.as_ref().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", options)).transpose()?;
-        let emission = scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, options)).collect::<Result<Vec<_>>>()?;
-        let grids = || dust.iter().chain(&emission);
-        let bricks: Vec<Bricks> = grids().map(Bricks::new).collect();
-        let occupied = grids().zip(&bricks).filter_map(|(g, b)| b.occupied(&g.lattice.bounds)).reduce(|a, b| a.union(&b));
+        Self::sampled(scene, options, None, control)
+    }
+
+    /// The same with no more than `most` voxels along an edge: functions are sampled so, voxels of grids merged.
+    pub fn coarse(scene: &Scene, options: &Options, most: usize, control: &Control) -> Result<Self> {
+        Self::sampled(scene, options, Some(most), control)
+    }
+
+    fn sampled(scene: &Scene, options: &Options, most: Option<usize>, control: &Control) -> Result<Self> {
+        let dust = scene.dust.as_ref().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", options, most)).transpose()?;
+        let emission = scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, options, most)).collect::<Result<Vec<_>>>()?;
+        let bricks: Vec<Bricks> = dust.iter().chain(&emission).map(Bricks::new).collect();
         let mut space = Self {
             volumes: Vec::new(),
+            occupied: occupied(dust.iter().chain(&emission), &bricks),
             bricks,
-            occupied,
             dust: dust.map(Arc::new),
-            cloud: scene.dust.as_ref().and_then(|d| d.density.fbm().map(|fbm| (fbm.clone(), d.sigma_v_per_pc))),
+            cloud: cloud(scene),
             stars: scene.stars.iter().map(|s| s.position).collect(),
             star_factor: 0,
             star_depth: 0.0,
             spatial: None,
             emission,
+            densities: densities(scene).cloned().collect(),
+            sigma_v_per_pc: sigma_v_per_pc(scene),
+            bake: options.method.bake,
+            most,
         };
         space.refine_stars(1, options, control)?;
         Ok(space)
+    }
+
+    /// The space of a scene that has the same densities as this one's; none where it has others. Stars that moved are swept anew, and all of them where
+    /// dust has become more or less; the space itself where nothing of it changed. What pilots measured is forgotten where something did.
+    pub fn follow(self: &Arc<Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Option<Arc<Self>>> {
+        let same = |(a, b): (&Arc<dyn Field>, &Arc<dyn Field>)| std::ptr::addr_eq(Arc::as_ptr(a), Arc::as_ptr(b));
+        let known = densities(scene).count() == self.densities.len() && densities(scene).zip(&self.densities).all(same);
+        if !known || scene.dust.is_some() != self.dust.is_some() || self.bake != options.method.bake {
+            return Ok(None);
+        }
+        let stars: Vec<DVec3> = scene.stars.iter().map(|s| s.position).collect();
+        if stars.len() == self.stars.len() && sigma_v_per_pc(scene) == self.sigma_v_per_pc {
+            let moved: Vec<usize> = (0..stars.len()).filter(|s| stars[*s] != self.stars[*s]).collect();
+            if moved.is_empty() {
+                return Ok(Some(self.clone()));
+            }
+            let mut space = Self { spatial: None, ..(**self).clone() };
+            for star in moved {
+                space.move_star(star, stars[star], control)?;
+            }
+            return Ok(Some(Arc::new(space)));
+        }
+        let mut space = Self { stars, spatial: None, ..(**self).clone() };
+        space.take_dust(scene, options)?;
+        space.refine_stars(self.star_factor, options, control)?;
+        Ok(Some(Arc::new(space)))
+    }
+
+    /// Samples the dust of `scene` in place of this one's.
+    fn take_dust(&mut self, scene: &Scene, options: &Options) -> Result<()> {
+        let Some(dust) = scene.dust.as_ref().filter(|d| d.sigma_v_per_pc != self.sigma_v_per_pc) else { return Ok(()) };
+        let before = self.dust.as_deref().filter(|_| self.sigma_v_per_pc > 0.0);
+        let grid = match before {
+            Some(grid) => scaled(grid, dust.sigma_v_per_pc / self.sigma_v_per_pc),
+            None => baked(&dust.density, dust.sigma_v_per_pc, "dust", options, self.most)?,
+        };
+        grid.check("dust")?;
+        self.bricks[0] = Bricks::new(&grid);
+        self.dust = Some(Arc::new(grid));
+        self.cloud = cloud(scene);
+        self.sigma_v_per_pc = dust.sigma_v_per_pc;
+        self.occupied = occupied(self.dust.as_deref().into_iter().chain(&self.emission), &self.bricks);
+        Ok(())
     }
 
     /// Bakes star depths anew with `factor` voxels along one of dust.
@@ -269,22 +352,72 @@ mod tests {
     use crate::plan::Plan;
     use crate::scene::{DEFAULT_MEMORY, Loader};
 
-    fn plan(place: &str) -> Plan {
-        let text = format!(
+    fn text(place: &str, scale: f64) -> String {
+        format!(
             "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"30 deg\"\nsize = [4, 4]\n\
-             [field.ball]\nkind = \"fbm\"\nradius = \"1 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"4 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.5\n\
+             [field.ball]\nkind = \"fbm\"\nradius = \"1 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"{scale} /pc\"\nlaw = \"ccm89\"\nalbedo = 0.5\n\
              [[star]]\nkind = \"blackbody\"\nposition = \"0.1 0 0 pc\"\ntemperature = \"9000 K\"\nluminosity = \"1 Lsun\"\n\
              [[star]]\nkind = \"blackbody\"\nposition = \"{place} pc\"\ntemperature = \"4000 K\"\nluminosity = \"1 Lsun\"\n[method]\nbake = 20\n"
-        );
-        let scene = Scene::parse("test.toml", "test", text, &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap();
+        )
+    }
+
+    fn parsed(text: String, loader: &Loader) -> (Scene, Options) {
+        let scene = Scene::parse("test.toml", "test", text, loader).unwrap();
         let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        (scene, options)
+    }
+
+    fn plan(place: &str) -> Plan {
+        let (scene, options) = parsed(text(place, 4.0), &Loader::in_folder(".", DEFAULT_MEMORY));
         Plan::sampled(&scene, &options, 20, &Control::default()).unwrap()
+    }
+
+    fn data(space: &Space) -> Vec<Vec<f32>> {
+        space.volumes.iter().map(|v| v.data.clone()).collect()
+    }
+
+    /// A space follows a scene that is read again: the same where nothing moved, with the bits of a new one where a star did, within rounding where there is more dust;
+    /// not at all where the densities are others.
+    #[test]
+    fn spaces_follow_their_scenes() {
+        let (loader, control) = (Loader::in_folder(".", DEFAULT_MEMORY), Control::default());
+        let (first, options) = parsed(text("-0.3 0.4 0.2", 4.0), &loader);
+        let space = Arc::new(Space::new(&first, &options, &control).unwrap());
+        let follow = |text: String| {
+            let (scene, options) = parsed(text, &loader);
+            let followed = space.follow(&scene, &options, &control).unwrap();
+            (followed, Space::new(&scene, &options, &control).unwrap())
+        };
+        assert!(Arc::ptr_eq(&follow(text("-0.3 0.4 0.2", 4.0).replace("9000", "5000")).0.unwrap(), &space));
+        let (moved, new) = follow(text("0.5 0.1 -0.3", 4.0));
+        assert!(data(&moved.unwrap()) == data(&new) && data(&space) != data(&new));
+        let (denser, new) = follow(text("-0.3 0.4 0.2", 7.0));
+        let denser = denser.unwrap();
+        let worst = data(&denser)
+            .iter()
+            .flatten()
+            .zip(data(&new).iter().flatten())
+            .map(|(a, b)| (a - b).abs() / (1e-3 + b.abs()))
+            .fold(0.0, f32::max);
+        assert!(
+            worst < 1e-4
+                && (denser.star_depth / new.star_depth - 1.0).abs() < 1e-5
+                && (new.star_depth / space.star_depth - 1.75).abs() < 1e-4,
+            "{worst}"
+        );
+        let (fewer, new) = follow(text("-0.3 0.4 0.2", 4.0).replace(
+            "[[star]]\nkind = \"blackbody\"\nposition = \"0.1",
+            "[[star]]\nvisible = false\nkind = \"blackbody\"\nposition = \"0.1",
+        ));
+        assert!(data(&fewer.unwrap()) == data(&new));
+        assert!(follow(text("-0.3 0.4 0.2", 4.0).replace("radius = \"1 pc\"", "radius = \"1.1 pc\"")).0.is_none());
+        assert!(follow(text("-0.3 0.4 0.2", 4.0).replace("bake = 20", "bake = 22")).0.is_none());
     }
 
     /// A moved star has the depths of a plan that was made with it there, bit by bit; who holds the space of before keeps it; a stopped move changes nothing.
     #[test]
     fn a_star_moves() {
-        let data = |plan: &Plan| plan.space.volumes.iter().map(|v| v.data.clone()).collect::<Vec<_>>();
+        let data = |plan: &Plan| data(&plan.space);
         let (first, there) = (plan("-0.3 0.4 0.2"), plan("0.5 0.1 -0.3"));
         let mut moved = first.clone();
         moved.move_star(1, DVec3::new(0.5, 0.1, -0.3), &Control::default()).unwrap();

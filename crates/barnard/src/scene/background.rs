@@ -9,7 +9,7 @@ use super::{Key, Loader, Section, build_kind_with};
 use crate::error::Result;
 
 /// What lies behind.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Background {
     /// Even light I_λ [W m⁻² sr⁻¹ µm⁻¹].
     pub spectrum: Option<Spectrum>,

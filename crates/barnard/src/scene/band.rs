@@ -1,6 +1,7 @@
 //! Passbands of a scene: `bands = "SET"`, `bands = ["NAME", ...]`, and `[[band]]` tables.
 
 use spectra::passband::{self, Counting, Passband, Window, window};
+use spectra::table::Table;
 use spectra::units::Wavelength;
 
 use super::{Key, Kind, Loader, Section, build_kind_with};
@@ -15,7 +16,7 @@ pub(super) const KINDS: &[Kind<Named>] = &[
     Kind {
         name: "catalogue",
         summary: "an embedded passband",
-        keys: &[Key::required("passband", "text", "such as \"hst-wfc3-f656n\"; see `barnard list passbands`")],
+        keys: &[Key::required("passband", "text", "such as \"hst-wfc3-f656n\"; see `barnard list passbands`").of("passbands")],
         build: |section, _| {
             let band = section.wrap("passband", Passband::named(section.need_text("passband")?))?;
             Ok(Box::new(move |name, _| Ok(band.renamed(name))))
@@ -36,6 +37,31 @@ pub(super) const KINDS: &[Kind<Named>] = &[
                 ));
             }
             Ok(Box::new(move |name, counting| Passband::from_csv(name, &text, counting)))
+        },
+    },
+    Kind {
+        name: "points",
+        summary: "straight lines between points; zero outside of them",
+        keys: &[
+            Key::required("nm", "list of numbers", "wavelengths of the points, ascending [nm]"),
+            Key::required("throughput", "list of numbers", "throughput at the points, 0 to 1"),
+        ],
+        build: |section, _| {
+            let need = |key: &str| {
+                let missing = || section.error(key, format!("key \"{key}\" is missing; write it like {key} = [400, 500, 600]"));
+                section.numbers(key)?.ok_or_else(missing)
+            };
+            let (nm, throughput) = (need("nm")?, need("throughput")?);
+            if nm.len() != throughput.len() || nm.len() < 2 {
+                let message =
+                    format!("{} wavelengths and {} throughputs; a curve has as many of both, two at least", nm.len(), throughput.len());
+                return Err(section.error("throughput", message));
+            }
+            if let Some(wrong) = throughput.iter().find(|t| !(0.0..=1.0).contains(*t)) {
+                return Err(section.error("throughput", format!("a throughput of {wrong} cannot be; it lies between 0 and 1")));
+            }
+            let table = section.wrap("nm", Table::new("points", nm.iter().map(|v| v * 1e-3).collect(), throughput))?;
+            Ok(Box::new(move |name, counting| Passband::new(name, counting, std::sync::Arc::new(table))))
         },
     },
     Kind {

@@ -8,10 +8,10 @@ use crate::error::Result;
 use crate::image::{Display, Level};
 
 pub(super) const KEYS: &[Key] = &[
-    Key::optional("palette", "text", "natural, or rgb outside the visible", "which band is shown in which colour"),
+    Key::optional("palette", "text", "natural, or rgb outside the visible", "which band is shown in which colour").of("palettes"),
     Key::optional("matrix", "list of numbers", "none", "a palette of one's own: red, green, blue of the first band, then of the next"),
     Key::optional("balance", "boolean", "false", "each band is first scaled to its own white, as is usual for narrow bands"),
-    Key::optional("stretch", "text", "asinh", "curve from radiance to brightness"),
+    Key::optional("stretch", "text", "asinh", "curve from radiance to brightness").of("stretches"),
     Key::optional("strength", "number", "the stretch's own", "its parameter"),
     Key::optional("black", "number", "0", "radiance that is black [W m-2 sr-1, or of the balanced band]"),
     Key::optional("white", "number", "the brightest 0.2 % lie above", "radiance that is white"),

@@ -12,7 +12,7 @@ use crate::field::Field;
 use crate::phase::{self, Phase};
 
 /// Dust: where it is, and what it does to light.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Dust {
     /// Its density, in a unit of its own.
     pub density: Arc<dyn Field>,
@@ -33,7 +33,7 @@ pub(super) const KEYS: &[Key] = &[
         "extinction",
         "of density 1: per length (\"2 mag/pc\" of A_V, \"4 /pc\" of depth), or per column for a density in cm-3 (\"5.32e-22 mag cm2\")",
     ),
-    Key::optional("law", "text", "draine03_rv31", "extinction law"),
+    Key::optional("law", "text", "draine03_rv31", "extinction law").of("laws"),
     Key::optional("r_v", "number", "3.1", "A(V)/E(B-V), for laws that take it"),
     Key::optional("albedo", "number or table", "the law's own", "part of extinction that scatters"),
     Key::optional("phase", "table", "isotropic", "spread of scattered light over angle"),
@@ -47,7 +47,7 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Resu
     let albedo = albedo::build(section, loader, &extinction)?;
     let phase = section.table("phase")?.map(|s| phase::build(&s, loader, &extinction)).transpose()?;
     Ok(Dust {
-        density: fields.expression(section, "density")?,
+        density: fields.expression(section, "density", loader)?,
         sigma_v_per_pc: scale(section)?,
         extinction: Arc::new(extinction),
         albedo,

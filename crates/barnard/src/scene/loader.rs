@@ -1,10 +1,12 @@
 //! Where a scene's files come from, and how large they may be.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex, Weak};
 
 use crate::error::{Error, Result};
+use crate::field::Field;
 use crate::formats::check_memory;
 
 /// Memory that a scene may use unless told otherwise [bytes].
@@ -16,6 +18,9 @@ pub struct Loader {
     folder: PathBuf,
     read: Mutex<Vec<PathBuf>>,
     embedded: &'static [(&'static str, &'static [u8])],
+    /// Names of those that were read.
+    unpacked: Mutex<Vec<&'static str>>,
+    fields: Mutex<HashMap<String, Weak<dyn Field>>>,
     /// Most bytes that one array or image may take.
     pub memory_limit: u64,
 }
@@ -23,12 +28,16 @@ pub struct Loader {
 impl Loader {
     /// Files are relative to `folder`.
     pub fn in_folder(folder: impl Into<PathBuf>, memory_limit: u64) -> Self {
-        Self { folder: folder.into(), read: Mutex::default(), embedded: &[], memory_limit }
+        Self::new(folder.into(), &[], memory_limit)
     }
 
     /// Files are those compiled in.
     pub fn embedded(files: &'static [(&'static str, &'static [u8])], memory_limit: u64) -> Self {
-        Self { folder: PathBuf::new(), read: Mutex::default(), embedded: files, memory_limit }
+        Self::new(PathBuf::new(), files, memory_limit)
+    }
+
+    fn new(folder: PathBuf, embedded: &'static [(&'static str, &'static [u8])], memory_limit: u64) -> Self {
+        Self { folder, embedded, memory_limit, read: Mutex::default(), unpacked: Mutex::default(), fields: Mutex::default() }
     }
 
     /// The path of `file`, for messages and extensions.
@@ -38,15 +47,51 @@ impl Loader {
 
     /// The bytes of `file`.
     pub fn read(&self, file: &str) -> Result<Cow<'static, [u8]>> {
-        if let Some((_, bytes)) = self.embedded.iter().find(|(name, _)| *name == file) {
+        if let Some((name, bytes)) = self.embedded.iter().find(|(name, _)| *name == file) {
+            if let Ok(mut unpacked) = self.unpacked.lock() {
+                unpacked.push(name);
+            }
             return Ok(Cow::Borrowed(bytes));
         }
         let path = self.path(file);
         let bytes = read_limited(&path, self.memory_limit)?;
-        if let Ok(mut read) = self.read.lock() {
+        if let Ok(mut read) = self.read.lock()
+            && !read.contains(&path)
+        {
             read.push(path);
         }
         Ok(Cow::Owned(bytes))
+    }
+
+    /// The field that `text` describes: the same one as before, as long as somebody holds it, or a new one. Files are not read again for it.
+    pub(crate) fn field(&self, text: &str, build: impl FnOnce() -> Result<Arc<dyn Field>>) -> Result<Arc<dyn Field>> {
+        let kept = self.fields.lock().ok().and_then(|fields| fields.get(text).and_then(Weak::upgrade));
+        if let Some(field) = kept {
+            return Ok(field);
+        }
+        let field = build()?;
+        if let Ok(mut fields) = self.fields.lock() {
+            fields.retain(|_, field| field.strong_count() > 0);
+            fields.insert(text.to_owned(), Arc::downgrade(&field));
+        }
+        Ok(field)
+    }
+
+    /// Writes the files that are compiled in and were read into `folder`, those that are not there yet.
+    ///
+    /// # Errors
+    /// Where one cannot be written.
+    pub fn write_embedded(&self, folder: &Path) -> Result<()> {
+        let unpacked = self.unpacked.lock().map(|names| names.clone()).unwrap_or_default();
+        for (name, bytes) in self.embedded.iter().filter(|(name, _)| unpacked.contains(name)) {
+            let path = folder.join(name);
+            if !path.exists() {
+                let parent = path.parent().unwrap_or(folder);
+                std::fs::create_dir_all(parent).map_err(|e| Error::file(parent, format!("cannot be made: {e}")))?;
+                crate::formats::replace(&path, bytes)?;
+            }
+        }
+        Ok(())
     }
 
     /// The files on disk that were read so far.

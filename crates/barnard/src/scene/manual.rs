@@ -2,23 +2,42 @@
 
 use std::fmt::Write;
 
-use super::{Key, Kind, ROOT, albedo, background, band, display, dust, emission, method, star};
-use crate::{camera, field, phase};
+use super::Key;
+use super::schema::{KindRow, TABLES, TableRow};
+use crate::catalogue::CATALOGUES;
+use crate::field;
 
 /// `docs/scene-format.md`.
 pub fn manual() -> String {
     let mut page = String::from(INTRODUCTION);
     units(&mut page);
-    page.push_str("\n## The scene\n\n");
-    keys(&mut page, ROOT);
-    section(&mut page, "[camera]", "Where the observer is; `kind` chooses the projection.", camera::common_keys(), camera::KINDS);
-    section(
-        &mut page,
-        "[field.NAME]",
-        "Named scalar fields. Expressions elsewhere use them by name, so products, sums and masks are written as formulas (below). An expression that uses a grid lives on the finest such grid's voxels.",
-        &[],
-        field::KINDS,
-    );
+    for table in TABLES {
+        section(&mut page, table);
+    }
+    page
+}
+
+fn section(page: &mut String, table: &TableRow) {
+    let _ = writeln!(page, "\n## {}\n", table.title);
+    if !table.text.is_empty() {
+        let _ = writeln!(page, "{}\n", table.text);
+    }
+    if !table.keys.is_empty() {
+        keys(page, table.keys);
+    }
+    for kind in (table.kinds)().into_iter().filter(|_| table.path != "background") {
+        entry(page, &kind);
+    }
+    match table.path {
+        "field.*" => expressions(page),
+        "emission" => catalogues(page, table, |page| {
+            let _ = writeln!(page, "\nIons with emissivities: {}.", spectra::nebular::ions().join(", "));
+        }),
+        _ => catalogues(page, table, |_| ()),
+    }
+}
+
+fn expressions(page: &mut String) {
     let functions = |names: &[&str]| names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
     let _ = writeln!(
         page,
@@ -28,40 +47,17 @@ pub fn manual() -> String {
         functions(&field::FUNCTIONS),
         functions(&field::FUNCTIONS_OF_TWO)
     );
-    plain(&mut page, "[dust]", "Dust that absorbs and scatters.", dust::KEYS);
-    catalogue(&mut page, "Extinction laws", spectra::extinction::LAWS.iter().map(|l| (l.name, l.summary)));
-    section(&mut page, "[dust.albedo]", "The part of extinction that scatters.", &[], albedo::KINDS);
-    page.push_str("\n## [dust.phase]\n\nHow scattered light is spread over angle; cos θ = +1 is forward.\n");
-    for kind in phase::KINDS {
-        entry(&mut page, kind.name, kind.summary, kind.keys);
+}
+
+fn catalogues(page: &mut String, table: &TableRow, more: impl FnOnce(&mut String)) {
+    for (title, name) in table.catalogues {
+        let rows = CATALOGUES.iter().find(|c| c.name == *name).map_or_else(Vec::new, |c| (c.rows)());
+        let _ = writeln!(page, "\n**{title}**\n\n| name | what it is |\n|---|---|");
+        for (name, summary) in rows {
+            let _ = writeln!(page, "| `{name}` | {summary} |");
+        }
     }
-    section(
-        &mut page,
-        "[[star]]",
-        "A star; `kind` chooses the shape of its spectrum, and exactly one scale says how bright it is.",
-        star::KEYS,
-        star::SPECTRA,
-    );
-    catalogue(&mut page, "Stellar spectra", spectra::sed::STARS.iter().map(|s| (s.name, s.summary)));
-    section(&mut page, "[[emission]]", "Gas that glows.", emission::KEYS, emission::KINDS);
-    catalogue(&mut page, "Line lists", spectra::nebular::LINE_LISTS.iter().map(|l| (l.name, l.summary)));
-    let _ = writeln!(page, "\nIons with emissivities: {}.", spectra::nebular::ions().join(", "));
-    plain(
-        &mut page,
-        "[background]",
-        "What lies behind the cloud: with a `kind` (the spectra of stars, above) an even light, with `[background.stars]` a field of stars.",
-        background::UNIFORM_KEYS,
-    );
-    plain(&mut page, "[background.stars]", "Stars at infinity, the same from every camera.", background::STAR_KEYS);
-    section(&mut page, "[[band]]", "Passbands of one's own, beside the sets and embedded passbands of `bands`.", band::KEYS, band::KINDS);
-    catalogue(&mut page, "Sets of passbands", spectra::passband::SETS.iter().map(|s| (s.name, s.summary)));
-    catalogue(&mut page, "Families of embedded passbands", spectra::passband::FAMILIES.iter().map(|f| (f.name, f.summary)));
-    plain(&mut page, "[display]", "Palette and stretch of pictures; they never touch the radiance.", display::KEYS);
-    catalogue(&mut page, "Palettes", spectra::colour::PALETTES.iter().map(|p| (p.name, p.summary)));
-    catalogue(&mut page, "Stretches", spectra::colour::STRETCHES.iter().map(|s| (s.name, s.summary)));
-    plain(&mut page, "[method]", "How spectral integrals are done.", method::KEYS);
-    catalogue(&mut page, "Methods", method::methods().map(|m| (m.name, m.summary)));
-    page
+    more(page);
 }
 
 const INTRODUCTION: &str = "# The scene format
@@ -98,28 +94,12 @@ luminosity = \"8000 Lsun\"
 ";
 
 fn units(page: &mut String) {
-    use spectra::units::*;
     page.push_str("\n## Units\n\n| quantity | units | example |\n|---|---|---|\n");
-    row::<Wavelength>(page);
-    row::<Length>(page);
-    row::<Angle>(page);
-    row::<Temperature>(page);
-    row::<Velocity>(page);
-    row::<Luminosity>(page);
-    row::<SpectralLuminosity>(page);
-    row::<Magnitude>(page);
-    row::<SpectralRadiance>(page);
-    row::<ExtinctionCoefficient>(page);
-    row::<ExtinctionPerColumn>(page);
-    row::<NumberDensity>(page);
-    row::<Emissivity>(page);
-    row::<SkyDensity>(page);
+    for quantity in spectra::units::QUANTITIES {
+        let units: Vec<String> = quantity.units.iter().map(|(name, _)| format!("`{name}`")).collect();
+        let _ = writeln!(page, "| {} | {} | `{}` |", quantity.name, units.join(", "), quantity.example);
+    }
     page.push_str(CSV);
-}
-
-fn row<Q: spectra::units::Quantity>(page: &mut String) {
-    let units: Vec<String> = Q::UNITS.iter().map(|(name, _)| format!("`{name}`")).collect();
-    let _ = writeln!(page, "| {} | {} | `{}` |", Q::NAME, units.join(", "), Q::EXAMPLE);
 }
 
 const CSV: &str = "
@@ -131,26 +111,11 @@ tabs or blanks; numbers have a decimal point. Lines that begin with `#` and one 
 over every passband, unless its rows end with zero; an albedo or a mean cosine keeps its first and last value beyond its rows.
 ";
 
-fn section<T>(page: &mut String, title: &str, text: &str, common: &[Key], kinds: &[Kind<T>]) {
-    let _ = writeln!(page, "\n## {title}\n\n{text}\n");
-    if !common.is_empty() {
-        keys(page, common);
-    }
-    for kind in kinds {
-        entry(page, kind.name, kind.summary, kind.keys);
-    }
-}
-
-fn plain(page: &mut String, title: &str, text: &str, own: &[Key]) {
-    let _ = writeln!(page, "\n## {title}\n\n{text}\n");
-    keys(page, own);
-}
-
-fn entry(page: &mut String, name: &str, summary: &str, own: &[Key]) {
-    let _ = writeln!(page, "\n### kind = \"{name}\"\n\n{summary}.");
-    if !own.is_empty() {
+fn entry(page: &mut String, kind: &KindRow) {
+    let _ = writeln!(page, "\n### kind = \"{}\"\n\n{}.", kind.name, kind.summary);
+    if !kind.keys.is_empty() {
         page.push('\n');
-        keys(page, own);
+        keys(page, kind.keys);
     }
 }
 
@@ -159,12 +124,5 @@ fn keys(page: &mut String, keys: &[Key]) {
     for key in keys {
         let default = key.default.map_or("**required**".to_owned(), str::to_owned);
         let _ = writeln!(page, "| `{}` | {} | {default} | {} |", key.name, key.kind, key.summary);
-    }
-}
-
-fn catalogue<'a>(page: &mut String, title: &str, rows: impl Iterator<Item = (&'a str, &'a str)>) {
-    let _ = writeln!(page, "\n**{title}**\n\n| name | what it is |\n|---|---|");
-    for (name, summary) in rows {
-        let _ = writeln!(page, "| `{name}` | {summary} |");
     }
 }

@@ -103,7 +103,7 @@ impl Method {
 }
 
 pub(super) const KEYS: &[Key] = &[
-    Key::optional("name", "text", "band_quadrature", "see `barnard list methods`"),
+    Key::optional("name", "text", "band_quadrature", "see `barnard list methods`").of("methods"),
     Key::optional(
         "accuracy",
         "number",

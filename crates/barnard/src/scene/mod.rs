@@ -13,6 +13,7 @@ mod kind;
 mod loader;
 mod manual;
 mod method;
+pub mod schema;
 mod section;
 mod star;
 
@@ -30,7 +31,7 @@ pub use kind::{Kind, build_kind, build_kind_with, chosen};
 pub use loader::{DEFAULT_MEMORY, Loader, read_limited};
 pub use manual::manual;
 pub use method::{MAX_STEPS, Method, MethodEntry, StarDepth, methods};
-pub use section::{Key, SceneText, Section};
+pub use section::{Key, SceneText, Section, said};
 pub use star::Star;
 
 use crate::camera::{self, Camera};
@@ -39,7 +40,7 @@ use crate::field::{self, Expression, Field};
 use crate::image::Display;
 
 /// Everything that is in front of the telescope, and the telescope.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Scene {
     /// Its name.
     pub name: String,
@@ -69,7 +70,7 @@ pub struct Scene {
 const ROOT: &[Key] = &[
     Key::optional("name", "text", "the file's name", "name of the scene"),
     Key::optional("description", "text", "", "what it shows"),
-    Key::optional("bands", "text or list", "johnson", "a set of passbands, or a list of embedded ones"),
+    Key::optional("bands", "text or list", "johnson", "a set of passbands, or a list of embedded ones").of("passband-sets"),
     Key::required("camera", "table", "where the observer is"),
     Key::optional("field", "tables by name", "none", "scalar fields, [field.NAME]"),
     Key::optional("dust", "table", "none", "dust that absorbs and scatters"),
@@ -97,37 +98,59 @@ pub fn band_kinds() -> impl Iterator<Item = (&'static str, &'static str)> {
 }
 
 /// The named fields of a scene.
-pub struct Fields(BTreeMap<String, Arc<dyn Field>>);
+pub struct Fields {
+    named: BTreeMap<String, Arc<dyn Field>>,
+    /// What stands in the scene about all of them.
+    said: String,
+}
 
 impl Fields {
+    fn new(root: &Section, loader: &Loader) -> Result<Self> {
+        let mut fields = Self { named: BTreeMap::new(), said: String::new() };
+        for (name, section) in root.named_tables("field")? {
+            field::check_name(name).map_err(|e| section.error("name", e))?;
+            let said = section.said();
+            fields.named.insert(name.to_owned(), loader.field(&said, || field::build(&section, loader))?);
+            fields.said += &format!("[{name}] {said}");
+        }
+        Ok(fields)
+    }
+
     /// The field that the expression under `key` is.
-    pub fn expression(&self, section: &Section, key: &str) -> Result<Arc<dyn Field>> {
+    pub fn expression(&self, section: &Section, key: &str, loader: &Loader) -> Result<Arc<dyn Field>> {
         let formula = section.need_text(key)?;
         let lookup = |name: &str| {
-            self.0.get(name).cloned().ok_or_else(|| {
-                let known: Vec<&str> = self.0.keys().map(String::as_str).collect();
+            self.named.get(name).cloned().ok_or_else(|| {
+                let known: Vec<&str> = self.named.keys().map(String::as_str).collect();
                 spectra::SpectraError::unknown("field", name, &known).to_string()
             })
         };
-        let field = Expression::parse(formula, lookup).map_err(|e| section.error(key, e))?.into_field();
-        if let Some(grid) = field.grid() {
-            section.wrap(key, grid.check(formula))?;
-        }
-        Ok(field)
+        loader.field(&format!("{formula} of {}", self.said), || {
+            let field = Expression::parse(formula, lookup).map_err(|e| section.error(key, e))?.into_field();
+            if let Some(grid) = field.grid() {
+                section.wrap(key, grid.check(formula))?;
+            }
+            Ok(field)
+        })
     }
 }
 
 impl Scene {
     /// Reads the scene file at `path`; arrays may take `memory_limit` bytes each.
     pub fn load(path: &Path, memory_limit: u64) -> Result<Self> {
-        const LONGEST: u64 = 4 << 20;
-        let bytes = read_limited(path, LONGEST)?;
-        let text = String::from_utf8(bytes).map_err(|_| crate::Error::file(path, "is no text in UTF-8; a scene is a TOML file"))?;
+        let text = Self::read_text(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         let mut scene = Self::parse(&path.display().to_string(), &name, text, &Loader::in_folder(folder, memory_limit))?;
         scene.files.insert(0, path.to_owned());
         Ok(scene)
+    }
+
+    /// The text of the scene file at `path`.
+    pub fn read_text(path: &Path) -> Result<String> {
+        const LONGEST: u64 = 4 << 20;
+        let bytes = read_limited(path, LONGEST)?;
+        String::from_utf8(bytes).map_err(|_| crate::Error::file(path, "is no text in UTF-8; a scene is a TOML file"))
     }
 
     /// Reads a scene from its text; `file` is its name in messages, `name` the scene's default name.
@@ -143,12 +166,7 @@ impl Scene {
     fn build(root: &Section, name: &str, loader: &Loader) -> Result<Self> {
         let need = |key: &str| root.table(key)?.ok_or_else(|| root.error(key, format!("table [{key}] is missing")));
         let camera = camera::build(&need("camera")?, loader)?;
-        let mut fields = BTreeMap::new();
-        for (name, section) in root.named_tables("field")? {
-            field::check_name(name).map_err(|e| section.error("name", e))?;
-            fields.insert(name.to_owned(), field::build(&section, loader)?);
-        }
-        let fields = Fields(fields);
+        let fields = Fields::new(root, loader)?;
         let bands = band::build(root, loader)?;
         let dust = root.table("dust")?.map(|s| dust::build(&s, loader, &fields)).transpose()?;
         let emission = root.tables("emission")?.iter().map(|s| emission::build(s, loader, &fields)).collect::<Result<Vec<_>>>()?;

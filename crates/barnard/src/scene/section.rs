@@ -21,17 +21,24 @@ pub struct Key {
     pub default: Option<&'static str>,
     /// One line.
     pub summary: &'static str,
+    /// The catalogue that its text is a name of, if any: see [`crate::catalogue`].
+    pub catalogue: Option<&'static str>,
 }
 
 impl Key {
     /// A key that may be left out.
     pub const fn optional(name: &'static str, kind: &'static str, default: &'static str, summary: &'static str) -> Self {
-        Self { name, kind, default: Some(default), summary }
+        Self { name, kind, default: Some(default), summary, catalogue: None }
     }
 
     /// A key that must be there.
     pub const fn required(name: &'static str, kind: &'static str, summary: &'static str) -> Self {
-        Self { name, kind, default: None, summary }
+        Self { name, kind, default: None, summary, catalogue: None }
+    }
+
+    /// Its text is a name of a catalogue.
+    pub const fn of(self, catalogue: &'static str) -> Self {
+        Self { catalogue: Some(catalogue), ..self }
     }
 }
 
@@ -54,6 +61,16 @@ impl SceneText {
     pub fn error(&self, span: Option<Range<usize>>, place: impl Into<String>, message: impl Into<String>) -> Error {
         Error::Scene { message: message.into(), file: self.file.clone(), line: self.line(span), place: place.into() }
     }
+}
+
+/// What stands in a table, without comments: equal texts say the same.
+pub fn said(table: &dyn TableLike) -> String {
+    let of = |item: &Item| match (item.as_table_like(), item.as_array_of_tables()) {
+        (Some(table), _) => said(table),
+        (None, Some(tables)) => tables.iter().map(|t| said(t)).collect(),
+        (None, None) => item.as_value().map(|v| v.clone().decorated("", "").to_string()).unwrap_or_default(),
+    };
+    table.iter().map(|(key, item)| format!("{key:?} = {{{}}} ", of(item))).collect()
 }
 
 /// Positions beyond this [pc] leave too few digits for a cloud.
@@ -92,6 +109,11 @@ impl<'a> Section<'a> {
     /// Whether `key` is there.
     pub fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
+    }
+
+    /// What stands in the table, without comments: equal texts say the same.
+    pub fn said(&self) -> String {
+        said(self.table)
     }
 
     /// Refuses keys that are not in `known`.

@@ -13,7 +13,7 @@ use super::{Key, Kind, Loader, Section, build_kind_with};
 use crate::error::Result;
 
 /// A star.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Star {
     /// Its name.
     pub name: String,
@@ -36,7 +36,7 @@ pub(super) const SPECTRA: &[Kind<StarShape>] = &[
     Kind {
         name: "stellar",
         summary: "an embedded stellar spectrum (Pickles 1998)",
-        keys: &[Key::required("type", "text", "spectral type, such as \"o9v\"; see `barnard list stars`")],
+        keys: &[Key::required("type", "text", "spectral type, such as \"o9v\"; see `barnard list stars`").of("stars")],
         build: |section, _| Ok(StarShape::Table(section.wrap("type", sed::star(section.need_text("type")?))?)),
     },
     Kind {
@@ -83,7 +83,7 @@ pub(super) const KEYS: &[Key] = &[
         "one scale is needed",
         "apparent magnitude without extinction, in `magnitude_band` at `distance`",
     ),
-    Key::optional("magnitude_band", "text", "johnson-V", "an embedded passband"),
+    Key::optional("magnitude_band", "text", "johnson-V", "an embedded passband").of("passbands"),
     Key::optional("distance", "length", "needed with magnitude", "where the magnitude was seen from"),
     Key::optional("magnitude_system", "text", "vega", "vega or ab"),
 ];

@@ -10,7 +10,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::nodes::Weighting;
-use super::{BandProblem, BandRule, Measure, Node, Nodes, RuleEntry};
+use super::{BandProblem, BandRule, Certificate, Measure, Node, Nodes, RuleEntry};
 use crate::error::Result;
 use crate::quadrature::{gauss_of_measure, non_negative_least_squares};
 
@@ -19,6 +19,21 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
     summary: "Gauss rule of each passband's own weight in k; nodes chosen by accuracy (default)",
     solve,
 };
+
+/// The same for a look that passes by: so many nodes, and nothing is stated of the error.
+pub const GLANCE: RuleEntry =
+    RuleEntry { name: "glance", summary: "three Gauss nodes a band, without a certificate: a look while things change", solve: glance };
+
+/// Nodes of a glance, and their tilt: about 1e-3 in broad filters.
+const GLANCE_NODES: usize = 3;
+const GLANCE_TILT: f64 = 0.5;
+
+fn glance(problem: &BandProblem) -> Result<BandRule> {
+    let (nodes, weights, weighting) = with_weights(problem, GLANCE_NODES, GLANCE_TILT);
+    let form = super::Form::Nodes(Nodes::of(nodes, weights, weighting));
+    let unknown = Certificate { absolute: f64::INFINITY, relative: f64::INFINITY, depth: f64::INFINITY };
+    Ok(BandRule { form, certificates: vec![unknown; problem.sources.len()] })
+}
 
 const MAX_NODES: usize = 16;
 /// The part of the accuracy that a rule may use up: errors are parts of F(0), pixels hold the light that dust has left.
@@ -47,6 +62,12 @@ fn solve(problem: &BandProblem) -> Result<BandRule> {
 
 /// The rule of `n` nodes and tilt `t`.
 fn with_nodes(problem: &BandProblem, n: usize, t: f64) -> BandRule {
+    let (nodes, weights, weighting) = with_weights(problem, n, t);
+    Nodes::rule(problem, nodes, weights, weighting)
+}
+
+/// Nodes, and each source's weights and how they were found.
+fn with_weights(problem: &BandProblem, n: usize, t: f64) -> (Vec<Node>, Vec<Vec<f64>>, Vec<Weighting>) {
     let nodes = nodes(problem, n, t);
     let mut weighting = Vec::new();
     let weights = problem
@@ -63,7 +84,7 @@ fn with_nodes(problem: &BandProblem, n: usize, t: f64) -> BandRule {
             }
         })
         .collect();
-    Nodes::rule(problem, nodes, weights, weighting)
+    (nodes, weights, weighting)
 }
 
 /// Gauss nodes of the sum of all sources, each normalised.

@@ -27,6 +27,7 @@ mod source;
 mod truth;
 
 pub use analytic::{Analytic, PolynomialSource};
+pub use band_quadrature::GLANCE;
 pub use certificate::Certificate;
 pub use lookup::{DepthTable, Lookup};
 pub use nodes::{Nodes, mean_transmittance};

@@ -30,7 +30,12 @@ pub(super) enum Weighting {
 impl Nodes {
     /// A rule at fixed wavelengths, certified.
     pub(super) fn rule(problem: &BandProblem, nodes: Vec<Node>, weights: Vec<Vec<f64>>, weighting: Vec<Weighting>) -> BandRule {
-        BandRule::certified(problem, Form::Nodes(Self { nodes, weights, weighting }))
+        BandRule::certified(problem, Form::Nodes(Self::of(nodes, weights, weighting)))
+    }
+
+    /// Nodes, and each source's weights.
+    pub(super) fn of(nodes: Vec<Node>, weights: Vec<Vec<f64>>, weighting: Vec<Weighting>) -> Self {
+        Self { nodes, weights, weighting }
     }
 }
 

@@ -18,7 +18,7 @@ use crate::geometry::Ray;
 use crate::image::{Image, Samples};
 use crate::packet::LANES;
 use crate::plan::{Plan, describe};
-use crate::points;
+use crate::points::{self, Sources};
 use crate::scene::Scene;
 use march::March;
 use tables::Tables;
@@ -107,10 +107,7 @@ pub fn render(scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, F
 
 /// A picture of the extended light in `data` [W m⁻² sr⁻¹], bands × height × width: stars are drawn, errors and origin are told.
 pub fn finished(scene: &Scene, plan: &Plan, mut data: Vec<f32>, findings: Findings, backend: &str) -> Result<Image> {
-    let far = 2.0 * plan.space.occupied.map_or(0.0, |b| b.size().length() + (0.5 * (b.low + b.high) - plan.camera.position).length());
-    let depth = |ray: &Ray, length: f64| plan.space.depth(ray.origin, ray.at(length.min(far)));
-    let flux = |light: usize, band: usize, depth: f64| plan.spectral.bands[band].rule.evaluate(light, depth);
-    points::draw(scene, &plan.camera, &plan.lights, depth, flux, |i, value| data[i] += value as f32)?;
+    draw(Sources::All, scene, plan, |i, value| data[i] += value as f32)?;
     let mut image = describe(scene, Samples::Single(data));
     image.check()?;
     for (b, band) in image.bands.iter_mut().enumerate() {
@@ -121,4 +118,19 @@ pub fn finished(scene: &Scene, plan: &Plan, mut data: Vec<f32>, findings: Findin
     image.notes.extend(plan.notes());
     image.notes.extend(findings.negative_note());
     Ok(image)
+}
+
+/// A picture of the extended light in `data` alone, for a look that passes by.
+pub fn extended(scene: &Scene, data: Vec<f32>) -> Result<Image> {
+    let image = describe(scene, Samples::Single(data));
+    image.check()?;
+    Ok(image)
+}
+
+/// Draws unresolved sources as the plan's camera sees them: `add` hears of places in bands × height × width, and radiances [W m⁻² sr⁻¹].
+pub fn draw(sources: Sources, scene: &Scene, plan: &Plan, add: impl FnMut(usize, f64)) -> Result<()> {
+    let far = 2.0 * plan.space.occupied.map_or(0.0, |b| b.size().length() + (0.5 * (b.low + b.high) - plan.camera.position).length());
+    let depth = |ray: &Ray, length: f64| plan.space.depth(ray.origin, ray.at(length.min(far)));
+    let flux = |light: usize, band: usize, depth: f64| plan.spectral.bands[band].rule.evaluate(light, depth);
+    points::draw(sources, (scene, &plan.camera), &plan.lights, depth, flux, add)
 }

@@ -30,7 +30,7 @@ use crate::geometry::Ray;
 use crate::image::{Image, Samples};
 use crate::light::{Light, Path, factor, law, lights};
 use crate::plan::describe;
-use crate::points;
+use crate::points::{self, Sources};
 use crate::scene::{Dust, Scene};
 use profile::Profile;
 
@@ -78,7 +78,14 @@ pub fn render(scene: &Scene, accuracy: f64, control: &Control) -> Result<Image> 
         }
     }
     let depth = |ray: &Ray, length: f64| truth.depth(ray.origin, ray.at(length.min(truth.horizon(ray))));
-    points::draw(scene, camera, &truth.lights, depth, |light, band, tau| truth.flux(light, band, tau), |i, value| data[i] += value)?;
+    points::draw(
+        Sources::All,
+        (scene, camera),
+        &truth.lights,
+        depth,
+        |light, band, tau| truth.flux(light, band, tau),
+        |i, value| data[i] += value,
+    )?;
     let mut image = describe(scene, Samples::Double(data));
     image.notes.push(("backend".into(), format!("reference, accuracy {accuracy:e} of each pixel")));
     Ok(image)

@@ -1,0 +1,145 @@
+//! What one ray brings, wavelength by wavelength.
+
+use spectra::rule::mean_transmittance;
+use spectra::spectrum::Line;
+
+use super::walk::{Eye, walk};
+use super::{Plan, Stepping};
+use crate::error::Result;
+use crate::geometry::Ray;
+use crate::light::{factor, law};
+use crate::scene::Scene;
+
+/// Samples along a voxel.
+const STEPS: f64 = 2.0;
+
+/// The light of a ray without that of unresolved sources.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Probe {
+    /// Optical depth at V of all that the ray passes [1].
+    pub depth: f64,
+    /// I_λ at the wavelengths that were asked for [W m⁻² sr⁻¹ µm⁻¹].
+    pub continuum: Vec<f64>,
+    /// Spectral lines, each with its radiance [W m⁻² sr⁻¹].
+    pub lines: Vec<Line>,
+}
+
+/// One wavelength: k, and the strength of each light there.
+struct Wave {
+    k: f64,
+    strength: Vec<f64>,
+}
+
+struct Spectrograph {
+    waves: Vec<Wave>,
+    radiance: Vec<f64>,
+}
+
+impl Eye for Spectrograph {
+    fn light(&mut self, light: usize, amount: f64, depths: (f64, f64)) {
+        for (wave, radiance) in self.waves.iter().zip(&mut self.radiance).filter(|(wave, _)| wave.strength[light] != 0.0) {
+            *radiance += amount * wave.strength[light] * mean_transmittance(wave.k * depths.0, wave.k * depths.1);
+        }
+    }
+}
+
+impl Plan {
+    /// The spectrum that arrives along `ray` at `wavelengths_um`, in f64 with the star depths of this plan; the phase function is that of the first band's
+    /// middle. `scene` is the one that was planned.
+    ///
+    /// # Errors
+    /// Where the extinction law is not known at one of the wavelengths.
+    pub fn probe(&self, scene: &Scene, ray: &Ray, wavelengths_um: &[f64]) -> Result<Probe> {
+        let law = law(scene)?;
+        let ends = wavelengths_um.iter().fold((f64::MAX, 0.0f64), |(low, high), l| (low.min(*l), high.max(*l)));
+        if scene.dust.is_some() && ends.1 > 0.0 {
+            law.check("the probe", ends.0, ends.1)?;
+        }
+        let factors: Vec<_> = self.lights.iter().map(|l| factor(l.path, scene.dust.as_ref())).collect();
+        let continua = wavelengths_um.iter().map(|lambda| {
+            let strength = self.lights.iter().zip(&factors).map(|(l, f)| l.spectrum.continuum(*lambda) * f(*lambda)).collect();
+            Wave { k: law.k(*lambda), strength }
+        });
+        let lines: Vec<(usize, Line)> =
+            self.lights.iter().enumerate().flat_map(|(light, l)| l.spectrum.lines().iter().map(move |line| (light, *line))).collect();
+        let lines: Vec<(usize, Line)> = lines.into_iter().filter(|(_, l)| (ends.0..=ends.1).contains(&l.lambda_um)).collect();
+        let of_line = |(light, line): &(usize, Line)| {
+            let strength = (0..self.lights.len()).map(|l| if l == *light { line.strength * factors[l](line.lambda_um) } else { 0.0 });
+            Wave { k: law.k(line.lambda_um), strength: strength.collect() }
+        };
+        let waves: Vec<Wave> = continua.chain(lines.iter().map(of_line)).collect();
+        let mut eye = Spectrograph { radiance: vec![0.0; waves.len()], waves };
+        let depth = walk(&self.space, &self.spectral, &self.lights, ray, Stepping::PerVoxel(STEPS), false, &mut eye);
+        let (continuum, strengths) = eye.radiance.split_at(wavelengths_um.len());
+        let lines = lines.iter().zip(strengths).map(|((_, line), strength)| Line { strength: *strength, ..*line }).collect();
+        Ok(Probe { depth, continuum: continuum.to_vec(), lines })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::backend::reference;
+    use crate::control::Control;
+    use crate::plan::Options;
+    use crate::scene::{DEFAULT_MEMORY, Loader};
+
+    /// The spectrum, seen through the passband, is what the reference sees in the pixel: starlight, gas with a line, and a background behind dust.
+    #[test]
+    fn spectra_add_up_to_bands() {
+        let text = r#"bands = ["johnson-V"]
+[camera]
+kind = "perspective"
+position = "0 0 4 pc"
+field_of_view = "10 deg"
+size = [1, 1]
+[field.ball]
+kind = "sphere"
+radius = "1 pc"
+[dust]
+density = "ball"
+scale = "1.5 /pc"
+law = "ccm89"
+albedo = 0.5
+[[star]]
+kind = "blackbody"
+visible = false
+position = "0.5 0.9 0.8 pc"
+temperature = "9000 K"
+luminosity = "100 Lsun"
+[[emission]]
+kind = "lines"
+density = "ball"
+scale = "1e-24 W/m3/sr"
+lines = [{ wavelength = "540 nm", strength = 40 }]
+continuum = 1.0
+[background]
+kind = "power_law"
+exponent = -2
+radiance = "1e-7 W/m2/sr/um"
+[method]
+accuracy = 1e-3
+bake = 48
+"#;
+        let loader = Loader::in_folder(".", DEFAULT_MEMORY);
+        let mut scene = Scene::parse("test.toml", "test", text.to_owned(), &loader).unwrap();
+        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        crate::plan::sample_functions(&mut scene, &options).unwrap();
+        let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
+        let truth = reference::render(&scene, 1e-5, &Control::default()).unwrap().at(0, 0, 0);
+        let band = &scene.bands[0];
+        let (low, high) = band.support_um();
+        let count = 2000;
+        let step = (high - low) / count as f64;
+        let wavelengths: Vec<f64> = (0..count).map(|i| low + (i as f64 + 0.5) * step).collect();
+        let probe = plan.probe(&scene, &scene.camera.ray(0.5, 0.5), &wavelengths).unwrap();
+        let continuum: f64 = wavelengths.iter().zip(&probe.continuum).map(|(l, v)| step * band.response(*l) * v).sum();
+        let lines: f64 = probe.lines.iter().map(|l| band.response(l.lambda_um) * l.strength).sum();
+        assert!(((continuum + lines) / truth - 1.0).abs() < 3e-3, "{continuum} {lines} {truth}");
+        // Each part matters: without one of them the sum is another.
+        assert!(lines > 0.02 * truth && continuum > 0.02 * truth && probe.lines.len() == 1);
+        // Along the axis of a ball of radius 1 pc.
+        assert!((probe.depth / 3.0 - 1.0).abs() < 0.03, "{}", probe.depth);
+        assert!(plan.probe(&scene, &scene.camera.ray(0.5, 0.5), &[90.0]).is_err());
+    }
+}

@@ -1,0 +1,159 @@
+//! One ray in f64, step by step as the fast back ends march it: what light arrives, and through how much dust.
+//!
+//! Pilot rays and the probe are eyes at its end.
+
+use super::near::{self, NearPiece};
+use super::segment::mean_inverse_square;
+use super::volume::Channel;
+use super::{Space, Spectral, Stepping};
+use crate::geometry::{Bounds, Ray};
+use crate::light::{Light, Path};
+
+/// What looks along a ray.
+pub(super) trait Eye {
+    /// So much of a light arrives, fallen by its mean over the depths at V.
+    fn light(&mut self, light: usize, amount: f64, depths: (f64, f64));
+
+    /// Whether scattered light comes by [`dust`](Self::dust), that of all stars together, and not star by star.
+    fn scattered_together(&self) -> bool {
+        false
+    }
+
+    /// The ray passes dust between two distances [pc]: the depth before it, and how much it grows.
+    fn dust(&mut self, _span: (f64, f64), _depth: (f64, f64)) {}
+}
+
+/// Walks `ray` from the front to the back; returns the optical depth of all of it at V [1]. Star depths are read, or marched where `exact`.
+pub(super) fn walk(
+    space: &Space,
+    spectral: &Spectral,
+    lights: &[Light],
+    ray: &Ray,
+    stepping: Stepping,
+    exact: bool,
+    eye: &mut impl Eye,
+) -> f64 {
+    let mut tau = 0.0;
+    if let Some((near, far)) = space.occupied.and_then(|b| b.clip(ray)) {
+        let mut before = Sample::at(space, ray, near, exact);
+        let mut t0 = near;
+        for t1 in ends(space, ray, (near, far), stepping, !eye.scattered_together()) {
+            let dt = t1 - t0;
+            let after = Sample::at(space, ray, t1, exact);
+            let growth = 0.5 * dt * (before.sigma + after.sigma);
+            for (light, l) in lights.iter().enumerate() {
+                match l.path {
+                    Path::Scattered { star } if growth > 0.0 && !eye.scattered_together() => {
+                        let depths = (tau + before.depths[star], tau + growth + after.depths[star]);
+                        let segment = Segment { span: (t0, t1), sigma: (before.sigma, after.sigma), tau: (tau, growth), depths };
+                        scatter((space, spectral), (light, star), ray, &segment, eye);
+                    }
+                    Path::Emitted { species } => {
+                        let density = 0.5 * dt * (before.emission[species] + after.emission[species]);
+                        if density > 0.0 {
+                            eye.light(light, density, (tau, tau + growth));
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            if growth > 0.0 {
+                eye.dust((t0, t1), (tau, growth));
+            }
+            tau += growth;
+            (t0, before) = (t1, after);
+        }
+    }
+    for (light, _) in lights.iter().enumerate().filter(|(_, l)| l.path == Path::Background) {
+        eye.light(light, 1.0, (tau, tau));
+    }
+    tau
+}
+
+/// Where the steps end [pc]. A step that is long beside its distance to a star is marched in parts, as the back ends do.
+fn ends(space: &Space, ray: &Ray, (near, far): (f64, f64), stepping: Stepping, cut: bool) -> impl Iterator<Item = f64> {
+    let voxel = space.voxel_pc();
+    let steps = stepping.steps(far - near, voxel);
+    let dt = (far - near) / steps as f64;
+    let feet = space.stars.iter().filter(|_| cut).map(|star| {
+        let foot = (*star - ray.origin).dot(ray.direction);
+        (foot, (*star - ray.at(foot)).length())
+    });
+    let feet: Vec<(f64, f64)> = feet.collect();
+    (0..steps).flat_map(move |i| {
+        let t = near + i as f64 * dt;
+        let parts = feet.iter().map(|(foot, distance)| near::parts(*distance, foot - t, dt, voxel)).max().unwrap_or(1);
+        (1..=parts).map(move |part| t + dt * part as f64 / parts as f64)
+    })
+}
+
+/// A segment of a ray: distances of its ends, σ there, τ at its start and how it grows, depths eye to sample to star at its ends.
+struct Segment {
+    span: (f64, f64),
+    sigma: (f64, f64),
+    tau: (f64, f64),
+    depths: (f64, f64),
+}
+
+/// Scattered light of one star in one segment.
+fn scatter((space, spectral): (&Space, &Spectral), (light, star): (usize, usize), ray: &Ray, segment: &Segment, eye: &mut impl Eye) {
+    let ((t0, t1), (tau, growth), depths, sigma) = (segment.span, segment.tau, segment.depths, segment.sigma);
+    let position = space.stars[star];
+    let foot = (position - ray.origin).dot(ray.direction);
+    let b = (position - ray.at(foot)).length();
+    let (u0, u1) = (t0 - foot, t1 - foot);
+    let product = b * b + u0 * u1;
+    let reach = near::NEAR_VOXELS * space.voxel_pc();
+    if product < reach * reach || b * (t1 - t0) > near::NEAR_ANGLE * product {
+        near::pieces(space, spectral.phase_angle, position, ray, (t0, t1), (tau, growth), |NearPiece { scattering, depth, cosine }| {
+            eye.light(light, scattering * spectral.phase_factor(cosine), (depth, depth));
+        });
+        return;
+    }
+    let scattering = growth * mean_inverse_square(b, u0, u1);
+    // The mean of the phase function over the angle that the segment spans, weighted by σ/r² as the light is.
+    let phases = near::phases(scattering / growth * b * (t1 - t0), spectral.phase_angle);
+    let sample = |j: usize| {
+        let u = u0 + (t1 - t0) * (j as f64 + 0.5) / phases as f64;
+        let r2 = b * b + u * u;
+        let share = sigma.0 + (sigma.1 - sigma.0) * (j as f64 + 0.5) / phases as f64;
+        (share * spectral.phase_factor(-u / r2.sqrt()) / r2, 1.0 / r2)
+    };
+    let (sum, weight) = (0..phases).map(sample).fold((0.0, 0.0), |(s, w), (p, v)| (s + p, w + v));
+    eye.light(light, scattering * sum / (weight * 0.5 * (sigma.0 + sigma.1)), depths);
+}
+
+/// What a place holds.
+struct Sample {
+    sigma: f64,
+    depths: Vec<f64>,
+    emission: Vec<f64>,
+}
+
+impl Sample {
+    fn at(space: &Space, ray: &Ray, t: f64, exact: bool) -> Self {
+        let p = ray.at(t);
+        let mut sample = Self { sigma: 0.0, depths: vec![0.0; space.stars.len()], emission: vec![0.0; space.species()] };
+        for volume in &space.volumes {
+            // A place on the border belongs to the box, whatever its rounding.
+            let margin = 1e-9 * volume.inner.bounds.size();
+            let grown = Bounds { low: volume.inner.bounds.low - margin, high: volume.inner.bounds.high + margin };
+            if !grown.contains(p) {
+                continue;
+            }
+            for (c, channel) in volume.channels.iter().enumerate() {
+                match *channel {
+                    Channel::Dust => sample.sigma = volume.at(c, p),
+                    Channel::StarDepth(star) if !exact => sample.depths[star] = volume.at(c, p),
+                    Channel::StarDepth(_) => {}
+                    Channel::Emission(species) => sample.emission[species] = volume.at(c, p),
+                    Channel::Light(_) => {}
+                }
+            }
+        }
+        if exact && sample.sigma > 0.0 {
+            sample.depths.iter_mut().zip(&space.stars).for_each(|(d, star)| *d = space.depth(*star, p));
+        }
+        sample
+    }
+}

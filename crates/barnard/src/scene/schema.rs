@@ -1,0 +1,153 @@
+//! What a scene file may hold, table by table: the manual is printed from it, the explorer edits by it.
+
+use super::{Key, Kind, ROOT, albedo, background, band, display, dust, emission, method, star};
+use crate::{camera, field, phase};
+
+/// One table of a scene file.
+pub struct TableRow {
+    /// Its name as it is written; NAME stands for any.
+    pub title: &'static str,
+    /// Its place in the file, without brackets: "field.*" is any field, "star" one of many.
+    pub path: &'static str,
+    /// What it is, in sentences.
+    pub text: &'static str,
+    /// Keys that it has whatever its kind.
+    pub keys: &'static [Key],
+    /// What its key `kind` chooses from; empty where it has none.
+    pub kinds: fn() -> Vec<KindRow>,
+    /// Catalogues that its keys name: headline and name.
+    pub catalogues: &'static [(&'static str, &'static str)],
+}
+
+/// One kind of table.
+#[derive(Debug, Clone, Copy)]
+pub struct KindRow {
+    /// Its name.
+    pub name: &'static str,
+    /// One line.
+    pub summary: &'static str,
+    /// The keys it takes beside those of every kind.
+    pub keys: &'static [Key],
+}
+
+fn kinds<T>(kinds: &'static [Kind<T>]) -> Vec<KindRow> {
+    kinds.iter().map(|k| KindRow { name: k.name, summary: k.summary, keys: k.keys }).collect()
+}
+
+/// All tables, in the order of the manual.
+pub const TABLES: &[TableRow] = &[
+    TableRow { title: "The scene", path: "", text: "", keys: ROOT, kinds: Vec::new, catalogues: &[] },
+    TableRow {
+        title: "[camera]",
+        path: "camera",
+        text: "Where the observer is; `kind` chooses the projection.",
+        keys: camera::COMMON,
+        kinds: || kinds(camera::KINDS),
+        catalogues: &[],
+    },
+    TableRow {
+        title: "[field.NAME]",
+        path: "field.*",
+        text: "Named scalar fields. Expressions elsewhere use them by name, so products, sums and masks are written as formulas (below). An expression that uses a grid lives on the finest such grid's voxels.",
+        keys: &[],
+        kinds: || kinds(field::KINDS),
+        catalogues: &[],
+    },
+    TableRow {
+        title: "[dust]",
+        path: "dust",
+        text: "Dust that absorbs and scatters.",
+        keys: dust::KEYS,
+        kinds: Vec::new,
+        catalogues: &[("Extinction laws", "laws")],
+    },
+    TableRow {
+        title: "[dust.albedo]",
+        path: "dust.albedo",
+        text: "The part of extinction that scatters.",
+        keys: &[],
+        kinds: || kinds(albedo::KINDS),
+        catalogues: &[],
+    },
+    TableRow {
+        title: "[dust.phase]",
+        path: "dust.phase",
+        text: "How scattered light is spread over angle; cos θ = +1 is forward.",
+        keys: &[],
+        kinds: || phase::KINDS.iter().map(|k| KindRow { name: k.name, summary: k.summary, keys: k.keys }).collect(),
+        catalogues: &[],
+    },
+    TableRow {
+        title: "[[star]]",
+        path: "star",
+        text: "A star; `kind` chooses the shape of its spectrum, and exactly one scale says how bright it is.",
+        keys: star::KEYS,
+        kinds: || kinds(star::SPECTRA),
+        catalogues: &[("Stellar spectra", "stars")],
+    },
+    TableRow {
+        title: "[[emission]]",
+        path: "emission",
+        text: "Gas that glows.",
+        keys: emission::KEYS,
+        kinds: || kinds(emission::KINDS),
+        catalogues: &[("Line lists", "line-lists")],
+    },
+    TableRow {
+        title: "[background]",
+        path: "background",
+        text: "What lies behind the cloud: with a `kind` (the spectra of stars, above) an even light, with `[background.stars]` a field of stars.",
+        keys: background::UNIFORM_KEYS,
+        kinds: || kinds(star::SPECTRA),
+        catalogues: &[],
+    },
+    TableRow {
+        title: "[background.stars]",
+        path: "background.stars",
+        text: "Stars at infinity, the same from every camera.",
+        keys: background::STAR_KEYS,
+        kinds: Vec::new,
+        catalogues: &[],
+    },
+    TableRow {
+        title: "[[band]]",
+        path: "band",
+        text: "Passbands of one's own, beside the sets and embedded passbands of `bands`.",
+        keys: band::KEYS,
+        kinds: || kinds(band::KINDS),
+        catalogues: &[("Sets of passbands", "passband-sets"), ("Families of embedded passbands", "passband-families")],
+    },
+    TableRow {
+        title: "[display]",
+        path: "display",
+        text: "Palette and stretch of pictures; they never touch the radiance.",
+        keys: display::KEYS,
+        kinds: Vec::new,
+        catalogues: &[("Palettes", "palettes"), ("Stretches", "stretches")],
+    },
+    TableRow {
+        title: "[method]",
+        path: "method",
+        text: "How spectral integrals are done.",
+        keys: method::KEYS,
+        kinds: Vec::new,
+        catalogues: &[("Methods", "methods")],
+    },
+];
+
+impl TableRow {
+    /// The row of a table called `path`; none where a scene has no such table.
+    pub fn named(path: &str) -> Option<&'static TableRow> {
+        let is = |row: &&TableRow| match row.path.strip_suffix(".*") {
+            Some(parent) => path.strip_prefix(parent).is_some_and(|rest| rest.starts_with('.')),
+            None => row.path == path,
+        };
+        TABLES.iter().find(is)
+    }
+
+    /// The keys of one kind; those of every kind alone where there is no such kind.
+    pub fn keys_of(&self, kind: Option<&str>) -> impl Iterator<Item = &'static Key> {
+        let own = (self.kinds)().into_iter().find(|k| Some(k.name) == kind).map_or(&[] as &[Key], |k| k.keys);
+        own.iter().chain(self.keys)
+    }
+}
