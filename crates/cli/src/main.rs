@@ -20,20 +20,25 @@ mod progress;
 mod source;
 mod verbs;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
 /// Physically calibrated spectral rendering of nebulae.
 ///
 /// Begin with:  barnard render --builtin reflection_nebula -o nebula.png
 #[derive(Parser)]
-#[command(name = "barnard", version, propagate_version = true, arg_required_else_help = true)]
+#[command(name = "barnard", version, propagate_version = true)]
 struct Cli {
     #[command(subcommand)]
-    verb: verbs::Verb,
+    verb: Option<verbs::Verb>,
 }
 
 fn main() -> std::process::ExitCode {
-    match Cli::parse().verb.run() {
+    let Some(verb) = Cli::parse().verb.or_else(verbs::Verb::unsaid) else {
+        // As where clap itself misses a verb: the help, and a failure.
+        let _ = Cli::command().write_help(&mut std::io::stderr());
+        return std::process::ExitCode::from(2);
+    };
+    match verb.run() {
         Ok(code) => code,
         Err(error) => {
             // A reader that closed the pipe has seen enough.

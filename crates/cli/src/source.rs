@@ -39,6 +39,14 @@ pub struct SceneArgs {
     pub memory: f64,
 }
 
+/// The limit that --memory says [bytes].
+pub fn memory_limit(gib: f64) -> anyhow::Result<u64> {
+    if !(gib > 0.0 && gib < 1e6) {
+        bail!("--memory {gib} is no amount of GiB; give a number such as 8");
+    }
+    Ok((gib * f64::from(1u32 << 30)) as u64)
+}
+
 fn parse_size(text: &str) -> Result<(usize, usize), String> {
     let wrong = || format!("a size is two whole numbers from 1 to {}, such as 1920x1080", barnard::camera::MAX_EDGE);
     let (w, h) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
@@ -49,10 +57,7 @@ fn parse_size(text: &str) -> Result<(usize, usize), String> {
 impl SceneArgs {
     /// The memory limit [bytes].
     pub fn memory_limit(&self) -> anyhow::Result<u64> {
-        if !(self.memory > 0.0 && self.memory < 1e6) {
-            bail!("--memory {} is no amount of GiB; give a number such as 8", self.memory);
-        }
-        Ok((self.memory * f64::from(1u32 << 30)) as u64)
+        memory_limit(self.memory)
     }
 
     /// Loads the scene and applies the overrides; starts the threads.

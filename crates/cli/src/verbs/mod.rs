@@ -8,6 +8,8 @@ mod info;
 mod list;
 mod render;
 mod study;
+#[cfg(feature = "view")]
+mod view;
 
 use std::process::ExitCode;
 
@@ -16,6 +18,9 @@ use clap::Subcommand;
 /// What to do.
 #[derive(Subcommand)]
 pub enum Verb {
+    /// Open the explorer: fly through a scene and change every spectrum while you look
+    #[cfg(feature = "view")]
+    View(view::View),
     /// Render a scene to .exr, .fits, .npy or .png
     Render(render::Render),
     /// Validate a scene and print its plan: nodes, certificate, memory
@@ -35,9 +40,20 @@ pub enum Verb {
 }
 
 impl Verb {
+    /// What is done where nothing is said: the explorer, where there is a screen.
+    pub fn unsaid() -> Option<Self> {
+        #[cfg(feature = "view")]
+        if view::View::is_possible() {
+            return Some(Verb::View(view::View::plain()));
+        }
+        None
+    }
+
     /// Does it.
     pub fn run(self) -> anyhow::Result<ExitCode> {
         match self {
+            #[cfg(feature = "view")]
+            Verb::View(verb) => verb.run(),
             Verb::Render(verb) => verb.run(),
             Verb::Check(verb) => verb.run(),
             Verb::List(verb) => verb.run(),

@@ -1,0 +1,70 @@
+//! `barnard view`
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use barnard_viewer::document::Origin;
+use barnard_viewer::{Backend, Start, open};
+use clap::{Args, ValueEnum};
+
+/// Opens the explorer: fly through a scene and change every spectrum while you look.
+///
+/// Examples:
+///   barnard view
+///   barnard view my.toml
+///   barnard view --builtin pillars
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub struct View {
+    /// The scene file (TOML; see docs/scene-format.md)
+    #[arg(conflicts_with = "builtin")]
+    scene: Option<PathBuf>,
+    /// A built-in scene instead of a file; `barnard list scenes` names them
+    #[arg(long, value_name = "NAME")]
+    builtin: Option<String>,
+    /// What marches the rays
+    #[arg(long, value_enum, default_value_t = Marcher::Auto)]
+    backend: Marcher,
+    /// Most memory that one array, grid or image may take [GiB]
+    #[arg(long, value_name = "GIB", default_value_t = 16.0)]
+    memory: f64,
+}
+
+/// What marches the rays.
+#[derive(Clone, Copy, ValueEnum)]
+enum Marcher {
+    /// f32, SIMD, all cores
+    Cpu,
+    /// The device that draws the window, whatever it is
+    Gpu,
+    /// gpu where it is a real one, otherwise cpu
+    Auto,
+}
+
+impl View {
+    /// With the first built-in scene, or what was not saved last time.
+    pub fn plain() -> Self {
+        Self { scene: None, builtin: None, backend: Marcher::Auto, memory: 16.0 }
+    }
+
+    /// Whether there is a screen to open a window on.
+    pub fn is_possible() -> bool {
+        let named = |name: &str| std::env::var_os(name).is_some_and(|v| !v.is_empty());
+        cfg!(any(target_os = "macos", target_os = "windows")) || named("DISPLAY") || named("WAYLAND_DISPLAY")
+    }
+
+    pub fn run(self) -> anyhow::Result<ExitCode> {
+        let scene = match (self.scene, self.builtin) {
+            (Some(path), _) => Some(Origin::File(path)),
+            (None, Some(name)) => Some(Origin::Builtin(barnard::builtin::entry(&name)?.name)),
+            (None, None) => None,
+        };
+        let backend = match self.backend {
+            Marcher::Cpu => Backend::Cpu,
+            Marcher::Gpu => Backend::Gpu,
+            Marcher::Auto => Backend::Auto,
+        };
+        open(Start { scene, backend, memory_limit: crate::source::memory_limit(self.memory)? })?;
+        Ok(ExitCode::SUCCESS)
+    }
+}

@@ -1,0 +1,449 @@
+//! The explorer: a document, the view of it, the pictures that come, and the panels around them.
+
+use std::path::PathBuf;
+
+use barnard::image::Level;
+use eframe::egui::{self, Context, Key, Modifiers, TextureHandle, TextureOptions, Ui, ViewportCommand};
+
+use crate::comparison::Comparison;
+use crate::document::{Document, Origin};
+use crate::edit::Edit;
+use crate::editor::Edits;
+use crate::engine::{Engine, Order, Quality, View};
+use crate::export::Export;
+use crate::files::{Files, Purpose};
+use crate::flight::Flight;
+use crate::panels;
+use crate::session::Session;
+use crate::studio::Picture;
+use crate::viewport::Viewport;
+
+/// How long nothing may have moved before finer pictures are made [s].
+const REST: f64 = 0.15;
+
+/// What is shown.
+pub struct Shown {
+    /// Of which order.
+    number: u64,
+    /// How far it has come.
+    pub quality: Quality,
+    /// The scene's picture, and what it is compared with.
+    pub pictures: Vec<Picture>,
+    /// Their colours on the device.
+    pub textures: Vec<TextureHandle>,
+}
+
+/// Something to tell the user.
+pub struct Notice {
+    /// The words.
+    pub words: String,
+    /// Whether something went wrong.
+    pub error: bool,
+}
+
+/// What the last order was about.
+struct Ordered {
+    number: u64,
+    views: Vec<View>,
+    camera: barnard::camera::Camera,
+    moving: bool,
+}
+
+/// The whole window.
+pub struct App {
+    /// The open scene.
+    pub document: Document,
+    /// Where it is seen from.
+    pub flight: Flight,
+    /// What it is compared with.
+    pub comparison: Comparison,
+    /// The last picture.
+    pub shown: Option<Shown>,
+    /// What is to be told.
+    pub notice: Option<Notice>,
+    /// The middle of the window.
+    pub viewport: Viewport,
+    /// Dialogs.
+    pub files: Files,
+    /// Recent files, bookmarks, what survives a crash.
+    pub session: Session,
+    /// A picture that is being written.
+    pub export: Option<Export>,
+    /// Which panels are open.
+    pub layout: panels::Layout,
+    /// Most bytes that a plan may take.
+    pub memory_limit: u64,
+    /// What marches the rays.
+    pub backend: String,
+    engine: Engine,
+    ordered: Option<Ordered>,
+    /// When something moved last [s of the context].
+    moved: f64,
+    /// What waits for an answer about unsaved changes.
+    leaving: Option<Leaving>,
+}
+
+/// What the user wants beside keeping their changes.
+#[derive(Clone)]
+enum Leaving {
+    Window,
+    For(Origin),
+}
+
+impl App {
+    /// With `document`, whose pictures `engine` makes.
+    pub fn new(document: Document, engine: Engine, session: Session, memory_limit: u64, backend: String) -> Self {
+        Self {
+            flight: Flight::of(document.scene()),
+            document,
+            comparison: Comparison::default(),
+            shown: None,
+            notice: None,
+            viewport: Viewport::default(),
+            files: Files::default(),
+            session,
+            export: None,
+            layout: panels::Layout::default(),
+            memory_limit,
+            backend,
+            engine,
+            ordered: None,
+            moved: f64::NEG_INFINITY,
+            leaving: None,
+        }
+    }
+
+    /// Tells the user of an error.
+    pub fn complain(&mut self, error: impl std::fmt::Display) {
+        self.notice = Some(Notice { words: error.to_string(), error: true });
+    }
+
+    /// Tells the user something.
+    pub fn tell(&mut self, words: impl Into<String>) {
+        self.notice = Some(Notice { words: words.into(), error: false });
+    }
+
+    /// Whether the last picture is that of `barnard render`, of all that was asked for.
+    pub fn is_settled(&self) -> bool {
+        let settled = |(o, s): (&Ordered, &Shown)| !o.moving && s.number == o.number && s.quality == Quality::Settled;
+        self.ordered.as_ref().zip(self.shown.as_ref()).is_some_and(settled)
+    }
+
+    /// Changes the document, and tells what is wrong with the change.
+    pub fn apply(&mut self, edit: Edit) {
+        let before = self.document.scene().clone();
+        match self.document.apply(edit) {
+            Ok(()) => self.after_change(&before),
+            Err(error) => self.complain(error),
+        }
+    }
+
+    fn after_change(&mut self, before: &barnard::scene::Scene) {
+        if self.document.scene().camera != before.camera {
+            self.flight.take(&self.document.scene().camera);
+        }
+        if self.notice.as_ref().is_some_and(|n| n.error) {
+            self.notice = None;
+        }
+    }
+
+    /// Takes the last edit back, or does it again.
+    pub fn step(&mut self, again: bool) {
+        let before = self.document.scene().clone();
+        match if again { self.document.redo() } else { self.document.undo() } {
+            Ok(()) => self.after_change(&before),
+            Err(error) => self.complain(error),
+        }
+    }
+
+    /// Opens another scene; asks first where changes would be lost.
+    pub fn open(&mut self, origin: Origin) {
+        if self.document.is_changed() {
+            self.leaving = Some(Leaving::For(origin));
+        } else {
+            self.open_now(&origin);
+        }
+    }
+
+    fn open_now(&mut self, origin: &Origin) {
+        let opened = match origin {
+            Origin::Builtin(name) => Document::builtin(name, self.memory_limit),
+            Origin::File(path) => Document::open(path, self.memory_limit),
+        };
+        match opened {
+            Ok(document) => {
+                self.flight = Flight::of(document.scene());
+                self.document = document;
+                self.comparison = Comparison::default();
+                self.shown = None;
+                self.notice = None;
+                self.session.opened(origin);
+                self.session.forget_recovery();
+            }
+            Err(error) => self.complain(error),
+        }
+    }
+
+    /// Saves to the document's own file, or asks for one.
+    pub fn save(&mut self) {
+        match self.document.origin().clone() {
+            Origin::File(path) => self.save_to(path),
+            Origin::Builtin(_) => self.files.ask(Purpose::SaveScene, &self.document),
+        }
+    }
+
+    /// Saves to `path`.
+    pub fn save_to(&mut self, path: PathBuf) {
+        match self.document.save(&path) {
+            Ok(()) => {
+                self.session.opened(self.document.origin());
+                self.session.forget_recovery();
+                self.tell(format!("wrote {}", path.display()));
+            }
+            Err(error) => self.complain(error),
+        }
+    }
+
+    /// Makes the picture brighter by `stops`, from the white it has now.
+    pub fn expose(&mut self, stops: f64) {
+        let Some(white) = self.shown.as_ref().and_then(|s| s.pictures.first()).map(|p| p.tone.white) else { return };
+        let white = match self.document.scene().display.white {
+            Level::Radiance(white) => white,
+            Level::Auto => white,
+        };
+        self.apply(Edit::set("display", "white", crate::edit::significant(white * (-stops).exp2())).named("exposure"));
+    }
+
+    /// Black and white as the picture asks for.
+    pub fn expose_automatically(&mut self) {
+        self.apply(Edit::remove("display", "white").and(Edit::remove("display", "black")).named("automatic exposure"));
+    }
+
+    /// One frame of the window.
+    pub fn ui(&mut self, ui: &mut Ui) {
+        let ctx = ui.ctx().clone();
+        self.take_frames(&ctx);
+        self.take_drops(&ctx);
+        let mut edits = Edits::new();
+        panels::menu(ui, self);
+        panels::status(ui, self);
+        panels::left(ui, self, &mut edits);
+        panels::right(ui, self, &mut edits);
+        egui::CentralPanel::no_frame().show(ui, |ui| crate::viewport::show(ui, self, &mut edits));
+        self.dialogs(&ctx);
+        if !ctx.egui_wants_keyboard_input() {
+            self.keys(&ctx);
+        }
+        for edit in edits {
+            self.apply(edit);
+        }
+        if !ctx.input(|i| i.pointer.any_down()) && !self.viewport.is_moving() {
+            self.document.rest();
+        }
+        self.order(&ctx);
+        self.session.keep(&self.document, ctx.input(|i| i.time));
+        self.close(&ctx);
+    }
+
+    fn take_frames(&mut self, ctx: &Context) {
+        let frames: Vec<_> = self.engine.frames().collect();
+        for frame in frames {
+            match frame.pictures {
+                Ok(pictures) => {
+                    let mut textures = self.shown.take().map_or_else(Vec::new, |s| s.textures);
+                    textures.truncate(pictures.len());
+                    for (i, picture) in pictures.iter().enumerate() {
+                        let size = [picture.image.width, picture.image.height];
+                        let image = egui::ColorImage::new(size, picture.colours.to_vec());
+                        match textures.get_mut(i) {
+                            Some(texture) => texture.set(image, TextureOptions::LINEAR),
+                            None => textures.push(ctx.load_texture(format!("picture {i}"), image, TextureOptions::LINEAR)),
+                        }
+                    }
+                    self.shown = Some(Shown { number: frame.number, quality: frame.quality, pictures, textures });
+                }
+                Err(words) => self.complain(words),
+            }
+        }
+    }
+
+    fn take_drops(&mut self, ctx: &Context) {
+        let dropped = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).next());
+        if let Some(path) = dropped {
+            self.open(Origin::File(path));
+        }
+    }
+
+    fn keys(&mut self, ctx: &Context) {
+        let pressed = |modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
+        let both = Modifiers::COMMAND | Modifiers::SHIFT;
+        if pressed(both, Key::Z) || pressed(Modifiers::COMMAND, Key::Y) {
+            self.step(true);
+        }
+        if pressed(Modifiers::COMMAND, Key::Z) {
+            self.step(false);
+        }
+        if pressed(Modifiers::COMMAND, Key::O) {
+            self.files.ask(Purpose::Open, &self.document);
+        }
+        if pressed(both, Key::S) {
+            self.files.ask(Purpose::SaveScene, &self.document);
+        }
+        if pressed(Modifiers::COMMAND, Key::S) {
+            self.save();
+        }
+        if pressed(Modifiers::COMMAND, Key::E) {
+            self.files.ask(Purpose::SavePicture, &self.document);
+        }
+        if pressed(Modifiers::COMMAND, Key::Q) {
+            ctx.send_viewport_cmd(ViewportCommand::Close);
+        }
+        if pressed(Modifiers::NONE, Key::F1) {
+            self.layout.help = !self.layout.help;
+        }
+        crate::viewport::keys(ctx, self);
+    }
+
+    /// Asks for what is to be seen, where that is not what was asked for last.
+    fn order(&mut self, ctx: &Context) {
+        let now = ctx.input(|i| i.time);
+        let Some(size) = self.viewport.pixels else { return };
+        let views = match self.comparison.views(&self.document) {
+            Ok(views) => views,
+            Err(error) => {
+                self.comparison = Comparison::default();
+                self.complain(error);
+                return;
+            }
+        };
+        let same_views = |o: &Ordered| {
+            o.views.len() == views.len() && o.views.iter().zip(&views).all(|(a, b)| std::sync::Arc::ptr_eq(&a.scene, &b.scene))
+        };
+        let camera = self.flight.seen(size);
+        let same = self.ordered.as_ref().is_some_and(|o| o.camera == camera && same_views(o));
+        if !same {
+            self.moved = now;
+        }
+        let moving = self.ordered.is_some() && (now - self.moved < REST || self.viewport.is_moving());
+        if same && self.ordered.as_ref().is_some_and(|o| o.moving == moving) {
+            return;
+        }
+        if !moving && self.flight.camera != self.document.scene().camera {
+            // What was flown to is written down, and seen as it is written.
+            let edit = self.flight.edit();
+            if self.flight_is_new() {
+                self.apply(edit);
+                self.flight.take(&self.document.scene().camera.clone());
+                self.document.rest();
+                ctx.request_repaint();
+                return;
+            }
+        }
+        if moving {
+            ctx.request_repaint_after(std::time::Duration::from_secs_f64(REST));
+        }
+        let difference = self.comparison.with == crate::comparison::With::Finer;
+        let order = Order { views: views.clone(), camera: camera.clone(), moving, difference, memory_limit: self.memory_limit };
+        self.ordered = Some(Ordered { number: self.engine.submit(order), views, camera, moving });
+    }
+
+    /// Whether the view differs from the document's by more than the digits that it is written with.
+    fn flight_is_new(&self) -> bool {
+        let (a, b) = (&self.flight.camera, &self.document.scene().camera);
+        let scale = 1e-5 * self.flight.distance();
+        a.position.distance(b.position) > scale
+            || a.forward.distance(b.forward) > 1e-5
+            || a.up.distance(b.up) > 1e-5
+            || format!("{:?}", a.projection) != format!("{:?}", b.projection)
+    }
+
+    fn dialogs(&mut self, ctx: &Context) {
+        if let Some((purpose, path, size)) = self.files.show(ctx) {
+            match purpose {
+                Purpose::Open => self.open(Origin::File(path)),
+                Purpose::SaveScene => {
+                    self.save_to(path);
+                    if let Some(leaving) = self.leaving.take().filter(|_| !self.document.is_changed()) {
+                        self.leave(ctx, &leaving);
+                    }
+                }
+                Purpose::SavePicture => match Export::start(self.document.scene(), &path, size, self.memory_limit, ctx) {
+                    Ok(export) => self.export = Some(export),
+                    Err(error) => self.complain(error),
+                },
+            }
+        }
+        if let Some(export) = &mut self.export
+            && let Some(done) = export.show(ctx)
+        {
+            self.export = None;
+            match done {
+                Ok(words) => self.tell(words),
+                Err(words) => self.complain(words),
+            }
+        }
+        panels::help(ctx, &mut self.layout.help);
+        self.ask_about_changes(ctx);
+    }
+
+    fn ask_about_changes(&mut self, ctx: &Context) {
+        let Some(leaving) = self.leaving.clone().filter(|_| !self.files.is_open()) else { return };
+        let modal = egui::Modal::new(egui::Id::unique("unsaved")).show(ctx, |ui| {
+            ui.heading(format!("Save the changes of {}?", self.document.origin().name()));
+            ui.add_space(8.0);
+            ui.horizontal(|ui| {
+                if ui.button("Save").clicked() {
+                    self.save();
+                    if !self.document.is_changed() {
+                        self.leave(ui.ctx(), &leaving);
+                    }
+                }
+                if ui.button("Discard").clicked() {
+                    self.leave(ui.ctx(), &leaving);
+                }
+                if ui.button("Cancel").clicked() {
+                    self.leaving = None;
+                }
+            });
+        });
+        if modal.should_close() {
+            self.leaving = None;
+        }
+    }
+
+    fn leave(&mut self, ctx: &Context, leaving: &Leaving) {
+        self.leaving = None;
+        self.session.forget_recovery();
+        match leaving {
+            Leaving::Window => {
+                self.session.close();
+                ctx.send_viewport_cmd(ViewportCommand::Close);
+            }
+            Leaving::For(origin) => self.open_now(origin),
+        }
+    }
+
+    /// Lets the window close, unless changes would be lost.
+    fn close(&mut self, ctx: &Context) {
+        if !ctx.input(|i| i.viewport().close_requested()) || self.session.is_closed() {
+            return;
+        }
+        if self.document.is_changed() {
+            ctx.send_viewport_cmd(ViewportCommand::CancelClose);
+            self.leaving = Some(Leaving::Window);
+        } else {
+            self.session.close();
+        }
+    }
+}
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        self.ui(ui);
+    }
+
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        self.session.save(storage);
+        self.layout.save(storage);
+    }
+}

@@ -1,0 +1,255 @@
+//! The scene that is open: the text of its file, what that says, and what it said before.
+//!
+//! The text is the truth. Every edit changes keys of it and reads it again as `barnard check` would, so nothing can be set that a file could not say,
+//! comments stay, and what is saved is what was seen.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use barnard::builtin;
+use barnard::scene::{Loader, Scene, said};
+use barnard::{Error, Result};
+use toml_edit::DocumentMut;
+
+use crate::edit::Edit;
+
+/// Where a document is from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Origin {
+    /// A built-in scene.
+    Builtin(&'static str),
+    /// A file.
+    File(PathBuf),
+}
+
+impl Origin {
+    /// Its name for titles.
+    pub fn name(&self) -> String {
+        match self {
+            Origin::Builtin(name) => (*name).to_owned(),
+            Origin::File(path) => path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+        }
+    }
+}
+
+/// Texts that can be gone back to, at most; and their bytes.
+const PAST: (usize, usize) = (1000, 64 << 20);
+
+/// An open scene.
+pub struct Document {
+    origin: Origin,
+    loader: Loader,
+    text: String,
+    saved: String,
+    toml: DocumentMut,
+    scene: Arc<Scene>,
+    physics: Arc<str>,
+    past: Vec<String>,
+    future: Vec<String>,
+    /// The edit that the next of the same name goes on with.
+    going_on: Option<String>,
+}
+
+/// A text and what it says.
+struct Reading {
+    toml: DocumentMut,
+    scene: Arc<Scene>,
+    physics: Arc<str>,
+}
+
+impl Document {
+    /// A built-in scene.
+    ///
+    /// # Errors
+    /// Where there is none of that name.
+    pub fn builtin(name: &str, memory_limit: u64) -> Result<Self> {
+        let entry = builtin::entry(name)?;
+        Self::new(Origin::Builtin(entry.name), entry.text.to_owned(), builtin::loader(memory_limit))
+    }
+
+    /// The scene file at `path`.
+    ///
+    /// # Errors
+    /// Those of `barnard check`.
+    pub fn open(path: &Path, memory_limit: u64) -> Result<Self> {
+        let text = Scene::read_text(path)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Self::new(Origin::File(path.to_owned()), text, Loader::in_folder(folder, memory_limit))
+    }
+
+    fn new(origin: Origin, text: String, loader: Loader) -> Result<Self> {
+        let Reading { toml, scene, physics } = read(&origin, &text, &loader)?;
+        Ok(Self { saved: text.clone(), origin, loader, text, toml, scene, physics, past: Vec::new(), future: Vec::new(), going_on: None })
+    }
+
+    /// Where it is from.
+    pub fn origin(&self) -> &Origin {
+        &self.origin
+    }
+
+    /// What it says.
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.scene
+    }
+
+    /// What its text says of everything but the camera and how pictures are shown: where that is equal, a plan holds.
+    pub fn physics(&self) -> &Arc<str> {
+        &self.physics
+    }
+
+    /// Its text, as it would be saved.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Its tables.
+    pub fn toml(&self) -> &DocumentMut {
+        &self.toml
+    }
+
+    /// Whether there is something to save.
+    pub fn is_changed(&self) -> bool {
+        self.text != self.saved
+    }
+
+    /// Changes the text, if what it then says is a scene. Edits of one name that follow each other are undone together, until
+    /// [`rest`](Self::rest).
+    ///
+    /// # Errors
+    /// Those of `barnard check`; nothing is changed then.
+    pub fn apply(&mut self, edit: Edit) -> Result<()> {
+        let mut toml = self.toml.clone();
+        let name = edit.name.clone();
+        edit.apply(&mut toml);
+        let text = toml.to_string();
+        if text == self.text {
+            return Ok(());
+        }
+        let reading = read(&self.origin, &text, &self.loader)?;
+        let before = std::mem::replace(&mut self.text, text);
+        if self.going_on.as_ref() != Some(&name) {
+            self.past.push(before);
+            self.going_on = Some(name);
+        }
+        self.future.clear();
+        while self.past.len() > PAST.0 || self.past.iter().map(String::len).sum::<usize>() > PAST.1 {
+            self.past.remove(0);
+        }
+        self.take(reading);
+        Ok(())
+    }
+
+    /// What the scene would be after `edit`, which is not kept, and what its text then says beside camera and display.
+    ///
+    /// # Errors
+    /// Those of `barnard check`.
+    pub fn variant(&self, edit: Edit) -> Result<(Arc<Scene>, Arc<str>)> {
+        let mut toml = self.toml.clone();
+        edit.apply(&mut toml);
+        let reading = read(&self.origin, &toml.to_string(), &self.loader)?;
+        Ok((reading.scene, reading.physics))
+    }
+
+    /// The next edit is one of its own.
+    pub fn rest(&mut self) {
+        self.going_on = None;
+    }
+
+    /// Whether there is an edit to take back.
+    pub fn can_undo(&self) -> bool {
+        !self.past.is_empty()
+    }
+
+    /// Whether there is an edit to do again.
+    pub fn can_redo(&self) -> bool {
+        !self.future.is_empty()
+    }
+
+    /// Takes the last edit back.
+    ///
+    /// # Errors
+    /// Where a file that the scene names has gone since.
+    pub fn undo(&mut self) -> Result<()> {
+        self.step(|d| (&mut d.past, &mut d.future))
+    }
+
+    /// Does the last edit that was taken back again.
+    ///
+    /// # Errors
+    /// As [`undo`](Self::undo).
+    pub fn redo(&mut self) -> Result<()> {
+        self.step(|d| (&mut d.future, &mut d.past))
+    }
+
+    fn step(&mut self, stacks: impl Fn(&mut Self) -> (&mut Vec<String>, &mut Vec<String>)) -> Result<()> {
+        let Some(text) = stacks(self).0.last().cloned() else { return Ok(()) };
+        let reading = read(&self.origin, &text, &self.loader)?;
+        let before = std::mem::replace(&mut self.text, text);
+        let (from, to) = stacks(self);
+        from.pop();
+        to.push(before);
+        self.going_on = None;
+        self.take(reading);
+        Ok(())
+    }
+
+    fn take(&mut self, reading: Reading) {
+        (self.toml, self.scene, self.physics) = (reading.toml, reading.scene, reading.physics);
+    }
+
+    /// Puts another text in place of this one, as one edit: a recovered one.
+    ///
+    /// # Errors
+    /// Those of `barnard check`; nothing is changed then.
+    pub fn replace(&mut self, text: &str) -> Result<()> {
+        let toml: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| Error::Render(e.message().to_owned()))?;
+        self.rest();
+        self.apply(Edit::new("recover", move |document| *document = toml))
+    }
+
+    /// Writes the scene to `path`, whole or not at all; it then is that file's. Files that it names stay where they are: their names are mended, and
+    /// those of a built-in scene are written beside it.
+    ///
+    /// # Errors
+    /// Where something cannot be written.
+    pub fn save(&mut self, path: &Path) -> Result<()> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let moved = match &self.origin {
+            Origin::File(before) => before.parent().unwrap_or(Path::new("")) != folder,
+            Origin::Builtin(_) => false,
+        };
+        if matches!(self.origin, Origin::Builtin(_)) {
+            self.loader.write_embedded(folder)?;
+        }
+        let mut text = self.text.clone();
+        if moved {
+            let mut toml = self.toml.clone();
+            crate::edit::rebase_files(toml.as_table_mut(), &|file| self.loader.path(file));
+            text = toml.to_string();
+        }
+        barnard::formats::replace(path, text.as_bytes())?;
+        let saved = Self::open(path, self.loader.memory_limit)?;
+        (self.origin, self.loader, self.text) = (saved.origin, saved.loader, saved.text);
+        self.take(Reading { toml: saved.toml, scene: saved.scene, physics: saved.physics });
+        self.saved = self.text.clone();
+        self.rest();
+        Ok(())
+    }
+}
+
+fn read(origin: &Origin, text: &str, loader: &Loader) -> Result<Reading> {
+    let (file, name) = match origin {
+        Origin::Builtin(name) => (format!("built-in {name}"), (*name).to_owned()),
+        Origin::File(path) => (path.display().to_string(), path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()),
+    };
+    let mut scene = Scene::parse(&file, &name, text.to_owned(), loader)?;
+    if let Origin::File(path) = origin {
+        scene.files.insert(0, path.clone());
+    }
+    let toml: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| Error::Render(e.message().to_owned()))?;
+    let mut physical = toml.as_table().clone();
+    for key in ["camera", "display", "name", "description"] {
+        physical.remove(key);
+    }
+    Ok(Reading { toml, scene: Arc::new(scene), physics: said(&physical).into() })
+}

@@ -1,0 +1,187 @@
+//! Edits of a scene's text: keys of tables that are set, removed and added.
+//!
+//! A table is named by its place: "" is the scene, "dust.phase" and "field.cloud" are tables in tables, "star.0" is the first of a list.
+
+use std::path::{Path, PathBuf};
+
+use barnard::glam::DVec3;
+use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, Value};
+
+/// A change of the text, and its name: edits of one name that follow each other are undone together.
+pub struct Edit {
+    /// Its name.
+    pub name: String,
+    apply: Box<dyn FnOnce(&mut DocumentMut)>,
+}
+
+impl Edit {
+    /// Any change.
+    pub fn new(name: impl Into<String>, apply: impl FnOnce(&mut DocumentMut) + 'static) -> Self {
+        Self { name: name.into(), apply: Box::new(apply) }
+    }
+
+    /// Sets a key; a table that is not there is made.
+    pub fn set(place: &str, key: &str, value: impl Into<Value>) -> Self {
+        let (name, place, key, value) = (format!("{place}.{key}"), place.to_owned(), key.to_owned(), value.into());
+        Self::new(name, move |document| {
+            if let Some(table) = made(document.as_table_mut(), &place) {
+                put(table, &key, value);
+            }
+        })
+    }
+
+    /// Removes a key.
+    pub fn remove(place: &str, key: &str) -> Self {
+        let (name, place, key) = (format!("{place}.{key} removed"), place.to_owned(), key.to_owned());
+        Self::new(name, move |document| {
+            if let Some(table) = table_mut(document.as_table_mut(), &place) {
+                table.remove(&key);
+            }
+        })
+    }
+
+    /// Adds a table to a list such as "star".
+    pub fn push(list: &str, table: Table) -> Self {
+        let (name, list) = (format!("{list} added"), list.to_owned());
+        Self::new(name, move |document| {
+            let item = document.entry(&list).or_insert_with(|| Item::ArrayOfTables(ArrayOfTables::new()));
+            if let Some(tables) = item.as_array_of_tables_mut() {
+                tables.push(table);
+            } else if let Some(array) = item.as_array_mut() {
+                array.push(table.into_inline_table());
+            }
+        })
+    }
+
+    /// Removes a table of a list.
+    pub fn drop(list: &str, index: usize) -> Self {
+        let (name, list) = (format!("{list}.{index} removed"), list.to_owned());
+        Self::new(name, move |document| {
+            let Some(item) = document.get_mut(&list) else { return };
+            if let Some(tables) = item.as_array_of_tables_mut().filter(|t| index < t.len()) {
+                tables.remove(index);
+            } else if let Some(array) = item.as_array_mut().filter(|a| index < a.len()) {
+                array.remove(index);
+            }
+        })
+    }
+
+    /// This and then another, under this one's name.
+    pub fn and(self, other: Edit) -> Self {
+        Self::new(self.name, move |document| {
+            (self.apply)(document);
+            (other.apply)(document);
+        })
+    }
+
+    /// The same under another name.
+    pub fn named(self, name: impl Into<String>) -> Self {
+        Self { name: name.into(), ..self }
+    }
+
+    pub(crate) fn apply(self, document: &mut DocumentMut) {
+        (self.apply)(document);
+    }
+}
+
+/// Sets a key and leaves the blanks and comments around it as they are.
+fn put(table: &mut dyn TableLike, key: &str, mut value: Value) {
+    if let Some(before) = table.get(key).and_then(Item::as_value) {
+        *value.decor_mut() = before.decor().clone();
+    }
+    if let Some(item) = table.get_mut(key) {
+        *item = Item::Value(value);
+    } else {
+        table.insert(key, Item::Value(value));
+    }
+}
+
+/// The table at `place`.
+pub fn table<'a>(root: &'a Table, place: &str) -> Option<&'a dyn TableLike> {
+    let mut table: &dyn TableLike = root;
+    let mut steps = place.split('.').filter(|s| !s.is_empty()).peekable();
+    while let Some(step) = steps.next() {
+        let item = table.get(step)?;
+        let index = steps.next_if(|s| s.parse::<usize>().is_ok() && item.as_table_like().is_none());
+        table = match index.and_then(|s| s.parse::<usize>().ok()) {
+            Some(index) => item.get(index)?.as_table_like()?,
+            None => item.as_table_like()?,
+        };
+    }
+    Some(table)
+}
+
+/// The same, to change.
+fn table_mut<'a>(root: &'a mut Table, place: &str) -> Option<&'a mut dyn TableLike> {
+    let mut table: &mut dyn TableLike = root;
+    let mut steps = place.split('.').filter(|s| !s.is_empty()).peekable();
+    while let Some(step) = steps.next() {
+        let item = table.get_mut(step)?;
+        let index = steps.next_if(|s| s.parse::<usize>().is_ok() && item.as_table_like().is_none());
+        table = match index.and_then(|s| s.parse::<usize>().ok()) {
+            Some(index) => item.get_mut(index)?.as_table_like_mut()?,
+            None => item.as_table_like_mut()?,
+        };
+    }
+    Some(table)
+}
+
+/// The same; tables on the way that are not there are made, and a value in the way, such as `albedo = 0.6`, gives way.
+fn made<'a>(root: &'a mut Table, place: &str) -> Option<&'a mut dyn TableLike> {
+    if table(root, place).is_none()
+        && let Some((parent, name)) = place.rsplit_once('.').or(Some(("", place)))
+    {
+        let parent = made(root, parent)?;
+        let child = if parent.get("kind").is_some_and(Item::is_value) && !name.is_empty() {
+            Item::Value(Value::InlineTable(InlineTable::new()))
+        } else {
+            Item::Table(Table::new())
+        };
+        parent.insert(name, child);
+    }
+    table_mut(root, place)
+}
+
+/// How many tables stand in a list.
+pub fn count(root: &Table, list: &str) -> usize {
+    root.get(list).map_or(0, |item| item.as_array_of_tables().map_or_else(|| item.as_array().map_or(0, Array::len), ArrayOfTables::len))
+}
+
+/// A number with so many significant digits, without an exponent where it can be.
+pub fn rounded(value: f64, digits: usize) -> String {
+    let rounded: f64 = format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value);
+    if rounded == 0.0 || (1e-4..1e9).contains(&rounded.abs()) { format!("{rounded}") } else { format!("{rounded:e}") }
+}
+
+/// A number as scenes write it, to the digits that matter.
+pub fn significant(value: f64) -> f64 {
+    rounded(value, 6).parse().unwrap_or(value)
+}
+
+/// A place as scenes write it.
+pub fn place_text(p: DVec3) -> String {
+    let [x, y, z] = p.to_array().map(|v| rounded(if v.abs() < 1e-9 { 0.0 } else { v }, 6));
+    format!("{x} {y} {z} pc")
+}
+
+/// A list of numbers.
+pub fn numbers(values: impl IntoIterator<Item = f64>) -> Value {
+    Value::Array(values.into_iter().map(significant).collect::<Array>())
+}
+
+/// Makes the names of files in `table` those that `path` says, absolute.
+pub fn rebase_files(table: &mut dyn TableLike, path: &dyn Fn(&str) -> PathBuf) {
+    for (key, item) in table.iter_mut() {
+        let is_file = matches!(key.get(), "file" | "g_file");
+        if let Some(text) = item.as_str().filter(|text| is_file && Path::new(text).is_relative()).map(str::to_owned) {
+            let full = std::path::absolute(path(&text)).unwrap_or_else(|_| path(&text));
+            *item = Item::Value(full.to_string_lossy().into_owned().into());
+        } else if let Some(child) = item.as_table_like_mut() {
+            rebase_files(child, path);
+        } else if let Some(tables) = item.as_array_of_tables_mut() {
+            tables.iter_mut().for_each(|t| rebase_files(t, path));
+        } else if let Some(array) = item.as_array_mut() {
+            array.iter_mut().filter_map(Value::as_inline_table_mut).for_each(|t| rebase_files(t, path));
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! Tables of a scene as widgets: the rows of `scene::schema` say which keys there are, what they mean and what they are written as.
+
+use barnard::catalogue::CATALOGUES;
+use barnard::scene::Key;
+use barnard::scene::schema::TableRow;
+use eframe::egui::{self, DragValue, Id, Response, Ui};
+use spectra::units::{QUANTITIES, QuantityRow, parts};
+use toml_edit::{Array, Item, TableLike, Value};
+
+use crate::document::Document;
+use crate::edit::{Edit, numbers, rounded, table};
+
+/// Keys that are not shown as widgets: tables have headings of their own.
+const TABLES: [&str; 3] = ["table", "tables by name", "list of tables"];
+/// The relative change of a number in one point of a drag.
+const DRAG: f64 = 0.006;
+/// Size of a coordinate, whatever its digits: panels keep their width while a star is dragged.
+const COORDINATE: [f32; 2] = [58.0, 18.0];
+/// Digits of numbers that are written.
+const DIGITS: usize = 6;
+
+/// What the widgets of one frame ask for.
+pub type Edits = Vec<Edit>;
+
+/// The keys of the table at `place`, those that are there, and a menu of those that could be.
+pub fn keys(ui: &mut Ui, document: &Document, place: &str, edits: &mut Edits) {
+    keys_but(ui, document, place, &[], edits);
+}
+
+/// The same without some keys, which stand elsewhere.
+pub fn keys_but(ui: &mut Ui, document: &Document, place: &str, but: &[&str], edits: &mut Edits) {
+    let Some(row) = row(place) else { return };
+    let empty = toml_edit::Table::new();
+    let here = table(document.toml().as_table(), place).unwrap_or(&empty);
+    let kind = here.get("kind").and_then(Item::as_str);
+    egui::Grid::new(("keys", place)).num_columns(2).spacing([8.0, 4.0]).show(ui, |ui| {
+        if !(row.kinds)().is_empty() {
+            kinds(ui, row, place, here, edits);
+            ui.end_row();
+        }
+        for key in row.keys_of(kind).filter(|k| here.contains_key(k.name) && !TABLES.contains(&k.kind) && !but.contains(&k.name)) {
+            if let Some(item) = here.get(key.name) {
+                one(ui, place, key, item, edits);
+                ui.end_row();
+            }
+        }
+    });
+    missing(ui, row, place, here, but, edits);
+}
+
+/// The row of a place: "star.0" is a "star".
+fn row(place: &str) -> Option<&'static TableRow> {
+    let path: Vec<&str> = place.split('.').filter(|s| s.parse::<usize>().is_err()).collect();
+    TableRow::named(&path.join("."))
+}
+
+/// One key, wherever it stands: its name and its widget.
+pub fn key(ui: &mut Ui, document: &Document, place: &str, name: &str, edits: &mut Edits) {
+    let Some(row) = row(place) else { return };
+    let here = table(document.toml().as_table(), place);
+    let kind = here.and_then(|t| t.get("kind")).and_then(Item::as_str);
+    let found = row.keys_of(kind).find(|k| k.name == name);
+    if let (Some(key), Some(item)) = (found, here.and_then(|t| t.get(name))) {
+        ui.horizontal(|ui| one(ui, place, key, item, edits));
+    }
+}
+
+/// Which kind a table is of. Another kind takes the keys it needs, and lets go of those it does not know.
+fn kinds(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLike, edits: &mut Edits) {
+    let now = here.get("kind").and_then(Item::as_str).unwrap_or("");
+    let label = ui.label("kind");
+    let kinds = (row.kinds)();
+    let summary = kinds.iter().find(|k| k.name == now).map_or("", |k| k.summary);
+    let response = egui::ComboBox::from_id_salt(("kind", place)).selected_text(now).show_ui(ui, |ui| {
+        for kind in &kinds {
+            if ui.selectable_label(kind.name == now, kind.name).on_hover_text(kind.summary).clicked() && kind.name != now {
+                let known: Vec<&Key> = row.keys_of(Some(kind.name)).collect();
+                let mut edit = Edit::set(place, "kind", kind.name);
+                for (name, _) in here.iter().filter(|(name, _)| *name != "kind" && !known.iter().any(|k| k.name == *name)) {
+                    edit = edit.and(Edit::remove(place, name));
+                }
+                for key in known.iter().filter(|k| k.default.is_none() && !here.contains_key(k.name)) {
+                    edit = edit.and(Edit::set(place, key.name, first_value(key)));
+                }
+                edits.push(edit);
+            }
+        }
+    });
+    response.response.labelled_by(label.id).on_hover_text(summary);
+}
+
+/// A menu of keys that the table could have.
+fn missing(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLike, but: &[&str], edits: &mut Edits) {
+    let kind = here.get("kind").and_then(Item::as_str);
+    let absent = |k: &&Key| !here.contains_key(k.name) && !TABLES.contains(&k.kind) && !but.contains(&k.name);
+    let absent: Vec<&Key> = row.keys_of(kind).filter(absent).collect();
+    if absent.is_empty() {
+        return;
+    }
+    ui.menu_button("more …", |ui| {
+        for key in absent {
+            let default = key.default.map_or_else(String::new, |d| format!("\nnow: {d}"));
+            if ui.button(key.name).on_hover_text(format!("{} ({}){default}", key.summary, key.kind)).clicked() {
+                edits.push(Edit::set(place, key.name, first_value(key)));
+                ui.close();
+            }
+        }
+    });
+}
+
+/// The name of a key, with all that is known of it; a menu takes it away.
+fn name(ui: &mut Ui, place: &str, key: &Key, edits: &mut Edits) -> Response {
+    let default = key.default.map_or_else(|| "required".to_owned(), |d| format!("without it: {d}"));
+    let label = ui.add(egui::Label::new(key.name).sense(egui::Sense::click()));
+    let label = label.on_hover_text(format!("{}\n{} · {default}", key.summary, key.kind));
+    if key.default.is_some() {
+        label.context_menu(|ui| {
+            if ui.button("Take away").clicked() {
+                edits.push(Edit::remove(place, key.name));
+                ui.close();
+            }
+        });
+    }
+    label
+}
+
+fn one(ui: &mut Ui, place: &str, key: &Key, item: &Item, edits: &mut Edits) {
+    let label = name(ui, place, key, edits);
+    let response = match (key.kind, item.as_value()) {
+        (_, Some(Value::Boolean(flag))) => {
+            let mut on = *flag.value();
+            let response = ui.checkbox(&mut on, "");
+            set_if(response, place, key, edits, || on.into())
+        }
+        ("position", Some(Value::String(text))) => position(ui, (place, key), label.id, text.value(), edits),
+        (_, Some(Value::Integer(n))) => {
+            let mut number = *n.value();
+            let response = ui.add(DragValue::new(&mut number));
+            set_if(response, place, key, edits, || number.into())
+        }
+        (_, Some(Value::Float(v))) => {
+            number(ui, *v.value(), "", |v| rounded(v, DIGITS).parse::<f64>().unwrap_or(v).into(), (place, key), edits)
+        }
+        (_, Some(Value::String(text))) => match (key.catalogue, parts(text.value()).filter(|_| quantity(key).is_some())) {
+            (Some(catalogue), _) => choice(ui, catalogue, text.value(), (place, key), edits),
+            (None, Some((value, unit))) => measured(ui, value, unit.to_owned(), (place, key), edits),
+            (None, None) => words(ui, text.value(), |t| Some(t.into()), (place, key), edits),
+        },
+        (_, Some(value)) => {
+            let text = value.clone().decorated("", "").to_string();
+            words(ui, &text, |t| t.parse::<Value>().ok(), (place, key), edits)
+        }
+        (_, None) => ui.weak("a table"),
+    };
+    response.labelled_by(label.id);
+}
+
+fn set_if(response: Response, place: &str, key: &Key, edits: &mut Edits, value: impl FnOnce() -> Value) -> Response {
+    if response.changed() {
+        edits.push(Edit::set(place, key.name, value()));
+    }
+    response
+}
+
+/// The quantity that a key is written in; extinction is of two.
+fn quantity(key: &Key) -> Option<&'static QuantityRow> {
+    let name = if key.kind == "extinction" { "extinction per length" } else { key.kind };
+    QUANTITIES.iter().find(|q| q.name == name)
+}
+
+/// A number that is dragged in proportion to itself.
+fn number(ui: &mut Ui, value: f64, unit: &str, write: impl Fn(f64) -> Value, (place, key): (&str, &Key), edits: &mut Edits) -> Response {
+    let mut changed = value;
+    let speed = (value.abs() * DRAG).max(1e-4);
+    let shown = |v: f64, _: std::ops::RangeInclusive<usize>| rounded(v, DIGITS);
+    let suffix = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    let response = ui.add(DragValue::new(&mut changed).speed(speed).suffix(suffix).custom_formatter(shown));
+    set_if(response, place, key, edits, || write(changed))
+}
+
+/// A quantity: its number, and the unit it is written in.
+fn measured(ui: &mut Ui, value: f64, unit: String, (place, key): (&str, &Key), edits: &mut Edits) -> Response {
+    let text = |v: f64| Value::from(format!("{} {unit}", rounded(v, DIGITS)));
+    number(ui, value, &unit, text, (place, key), edits)
+}
+
+/// Three coordinates and a unit of length.
+fn position(ui: &mut Ui, (place, key): (&str, &Key), label: Id, text: &str, edits: &mut Edits) -> Response {
+    let words: Vec<&str> = text.split([' ', ',']).filter(|w| !w.is_empty()).collect();
+    let &[x, y, z, unit] = &words[..] else { return ui.weak(text) };
+    let (Ok(x), Ok(y), Ok(z)) = (x.parse::<f64>(), y.parse::<f64>(), z.parse::<f64>()) else { return ui.weak(text) };
+    let mut coordinates = [x, y, z];
+    let speed = (coordinates.iter().map(|v| v.abs()).fold(0.0, f64::max) * DRAG).max(1e-3);
+    let shown = |v: f64, _: std::ops::RangeInclusive<usize>| format!("{v:.3}");
+    let row = ui.horizontal(|ui| {
+        let drags = coordinates
+            .each_mut()
+            .map(|v| ui.add_sized(COORDINATE, DragValue::new(v).speed(speed).custom_formatter(shown)).labelled_by(label));
+        ui.label(unit);
+        drags.into_iter().reduce(|a, b| a | b)
+    });
+    let response = row.inner.unwrap_or(row.response);
+    set_if(response, place, key, edits, || format!("{} {unit}", coordinates.map(|v| rounded(v, DIGITS)).join(" ")).into())
+}
+
+/// A name of a catalogue.
+fn choice(ui: &mut Ui, catalogue: &str, now: &str, (place, key): (&str, &Key), edits: &mut Edits) -> Response {
+    let rows = CATALOGUES.iter().find(|c| c.name == catalogue).map_or_else(Vec::new, |c| (c.rows)());
+    let summary = rows.iter().find(|(name, _)| name == now).map_or("", |(_, summary)| summary).to_owned();
+    let combo = egui::ComboBox::from_id_salt((place, key.name)).selected_text(now).width(150.0).show_ui(ui, |ui| {
+        for (name, summary) in &rows {
+            if ui.selectable_label(name == now, name).on_hover_text(summary).clicked() && name != now {
+                edits.push(Edit::set(place, key.name, name.as_str()));
+            }
+        }
+    });
+    combo.response.on_hover_text(summary)
+}
+
+/// A text that is taken when it is left.
+fn words(ui: &mut Ui, now: &str, write: impl Fn(&str) -> Option<Value>, (place, key): (&str, &Key), edits: &mut Edits) -> Response {
+    let id = Id::unique(("words", place, key.name));
+    let mut text = ui.data_mut(|d| d.get_temp::<String>(id)).unwrap_or_else(|| now.to_owned());
+    let response = ui.add(egui::TextEdit::singleline(&mut text).id(id.with("edit")).desired_width(150.0));
+    if response.has_focus() {
+        ui.data_mut(|d| d.insert_temp(id, text.clone()));
+    }
+    if response.lost_focus() {
+        ui.data_mut(|d| d.remove::<String>(id));
+        match write(&text) {
+            Some(value) if text != now => edits.push(Edit::set(place, key.name, value)),
+            _ => {}
+        }
+    }
+    response
+}
+
+/// What a key is set to when it is added.
+fn first_value(key: &Key) -> Value {
+    if let Some(catalogue) = key.catalogue.and_then(|name| CATALOGUES.iter().find(|c| c.name == name)) {
+        let rows = (catalogue.rows)();
+        let default = key.default.filter(|d| rows.iter().any(|(name, _)| name == d));
+        return default.map(str::to_owned).or_else(|| rows.first().map(|r| r.0.clone())).unwrap_or_default().into();
+    }
+    if let Some(quantity) = quantity(key) {
+        let default = key.default.filter(|d| parts(d).is_some_and(|(_, unit)| !unit.is_empty()));
+        return default.unwrap_or(quantity.example).into();
+    }
+    let default = key.default.unwrap_or("");
+    match key.kind {
+        "position" => (if parts(default).is_some() { default } else { "0 0 0 pc" }).into(),
+        "direction" => numbers([0.0, 0.0, 1.0]),
+        "boolean" => (default != "true").into(),
+        "integer" => default.parse::<i64>().unwrap_or(1).into(),
+        "number" | "number or table" => default.parse::<f64>().unwrap_or(0.5).into(),
+        "list of numbers" => numbers([0.0, 1.0]),
+        "list of texts" => Value::Array(["300 nm", "1 um"].into_iter().collect::<Array>()),
+        "[width, height]" => Value::Array([512i64, 512].into_iter().collect::<Array>()),
+        "text or list" => default.into(),
+        _ => default.into(),
+    }
+}

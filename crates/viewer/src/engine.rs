@@ -1,0 +1,166 @@
+//! The worker behind the window: a coarse picture at once, finer ones while nothing moves, at last the one that `barnard render` would write.
+//!
+//! Orders replace each other: the newest counts. A first look is never given up for a newer order, so that pictures keep coming while somebody drags; all
+//! that is finer is.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::thread::JoinHandle;
+
+use barnard::camera::Camera;
+use barnard::control::Control;
+use barnard::scene::Scene;
+use barnard_gpu::Gpu;
+
+use crate::studio::{Picture, Studio};
+
+/// One picture that is asked for.
+#[derive(Clone)]
+pub struct View {
+    /// What is seen; its camera does not count.
+    pub scene: Arc<Scene>,
+    /// What its text says beside camera and display: equal texts are one plan.
+    pub physics: Arc<str>,
+}
+
+/// What is asked for.
+#[derive(Clone)]
+pub struct Order {
+    /// The scene, and what it is compared with.
+    pub views: Vec<View>,
+    /// From where, in the pixels of the window.
+    pub camera: Camera,
+    /// Whether a coarse look is enough, since another order will follow.
+    pub moving: bool,
+    /// Whether the second view is shown as what the first differs from it.
+    pub difference: bool,
+    /// Most bytes that a plan may take.
+    pub memory_limit: u64,
+}
+
+/// How far a picture has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Quality {
+    /// By a quick plan, with fewer pixels than the window has.
+    Coarse,
+    /// By a quick plan, in all pixels.
+    Full,
+    /// As `barnard render` makes it.
+    Settled,
+}
+
+/// What comes of an order.
+pub struct Frame {
+    /// Which order.
+    pub number: u64,
+    /// How far.
+    pub quality: Quality,
+    /// A picture for each view, or why there is none.
+    pub pictures: Result<Vec<Picture>, String>,
+}
+
+#[derive(Default)]
+struct State {
+    order: Option<(u64, Order)>,
+    number: u64,
+    closed: bool,
+    /// Stops what may be given up.
+    refining: Control,
+}
+
+#[derive(Default)]
+struct Shared {
+    state: Mutex<State>,
+    wake: Condvar,
+}
+
+impl Shared {
+    fn state(&self) -> std::sync::MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The next order, with what stops its finer pictures; none once the engine is closed.
+    fn next(&self) -> Option<(u64, Order, Control)> {
+        let mut state = self.state();
+        loop {
+            if state.closed {
+                return None;
+            }
+            if let Some((number, order)) = state.order.take() {
+                state.refining = Control::default();
+                return Some((number, order, state.refining.clone()));
+            }
+            state = self.wake.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+/// The worker and the way to it.
+pub struct Engine {
+    shared: Arc<Shared>,
+    frames: Receiver<Frame>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Engine {
+    /// Starts the worker: on `gpu` as long as it does, otherwise on the processor. `wake` is called whenever a frame is there.
+    pub fn start(gpu: Option<Gpu>, wake: impl Fn() + Send + 'static) -> Self {
+        let (sender, frames) = channel();
+        let shared = Arc::<Shared>::default();
+        let of_thread = shared.clone();
+        let thread = std::thread::spawn(move || work(&of_thread, gpu.as_ref(), &sender, &wake));
+        Self { shared, frames, thread: Some(thread) }
+    }
+
+    /// Asks for a picture; returns the order's number.
+    pub fn submit(&self, order: Order) -> u64 {
+        let mut state = self.shared.state();
+        state.number += 1;
+        let number = state.number;
+        state.order = Some((number, order));
+        state.refining.interrupt();
+        self.shared.wake.notify_one();
+        number
+    }
+
+    /// The frames that have come since.
+    pub fn frames(&self) -> impl Iterator<Item = Frame> + '_ {
+        self.frames.try_iter()
+    }
+}
+
+impl Drop for Engine {
+    fn drop(&mut self) {
+        {
+            let mut state = self.shared.state();
+            state.closed = true;
+            state.refining.interrupt();
+        }
+        self.shared.wake.notify_one();
+        if let Some(thread) = self.thread.take() {
+            // A panic of the worker was told already.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn work(shared: &Shared, gpu: Option<&Gpu>, sender: &Sender<Frame>, wake: &dyn Fn()) {
+    let mut studio = Studio::new(gpu);
+    while let Some((number, order, control)) = shared.next() {
+        let tell = |quality, pictures| {
+            // Nobody listens any more once the window is gone.
+            let _ = sender.send(Frame { number, quality, pictures });
+            wake();
+        };
+        let serve = || studio.serve(&order, &control, &mut |quality, pictures| tell(quality, Ok(pictures)));
+        match catch_unwind(AssertUnwindSafe(serve)) {
+            Ok(Ok(()) | Err(barnard::Error::Interrupted)) => {}
+            Ok(Err(error)) => tell(Quality::Coarse, Err(error.to_string())),
+            Err(_) => {
+                tell(Quality::Coarse, Err("a picture failed by a fault of this program; the scene is as it was".into()));
+                studio = Studio::new(gpu);
+            }
+        }
+    }
+}

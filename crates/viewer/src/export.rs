@@ -1,0 +1,89 @@
+//! A picture on its way into a file: the one that `barnard render` writes, made beside the window.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+
+use barnard::backend::cpu;
+use barnard::control::{Control, Stage};
+use barnard::formats::{check_memory, check_writable, save, writer};
+use barnard::plan::{Options, Plan};
+use barnard::scene::Scene;
+use eframe::egui::{self, Context};
+
+/// What is being done, and how much of it.
+#[derive(Default)]
+struct Progress {
+    stage: AtomicU64,
+    done: AtomicU64,
+    all: AtomicU64,
+}
+
+const STAGES: [(Stage, &str); 3] = [(Stage::StarDepths, "star depths"), (Stage::Light, "starlight"), (Stage::Rays, "rays")];
+
+/// The work and the way to stop it.
+pub struct Export {
+    path: PathBuf,
+    control: Control,
+    progress: Arc<Progress>,
+    result: Receiver<barnard::Result<()>>,
+}
+
+impl Export {
+    /// Begins to render `scene` into `path`.
+    ///
+    /// # Errors
+    /// Where the format is not known, the file cannot be written, or the picture would not fit.
+    pub fn start(scene: &Scene, path: &Path, size: (usize, usize), memory_limit: u64, ctx: &Context) -> barnard::Result<Self> {
+        writer(path)?;
+        check_writable(path)?;
+        check_memory("the image", (size.0 * size.1 * scene.bands.len()) as u64 * 16, memory_limit)?;
+        let mut scene = scene.clone();
+        (scene.camera.width, scene.camera.height) = size;
+        let progress = Arc::<Progress>::default();
+        let (heard, repaint) = (progress.clone(), ctx.clone());
+        let control = Control::with_listener(move |stage, done, all| {
+            heard.stage.store(STAGES.iter().position(|s| s.0 == stage).unwrap_or(0) as u64, Ordering::Relaxed);
+            heard.done.store(done, Ordering::Relaxed);
+            heard.all.store(all, Ordering::Relaxed);
+            repaint.request_repaint();
+        });
+        let (sender, result) = channel();
+        let (target, stop, repaint) = (path.to_owned(), control.clone(), ctx.clone());
+        std::thread::spawn(move || {
+            let work = || {
+                let options = Options { method: scene.method.clone(), memory_limit };
+                let plan = Plan::new(&scene, &options, &stop)?;
+                let (image, _) = cpu::render(&scene, &plan, &stop)?;
+                save(&image, &scene.display, &target)
+            };
+            // Nobody listens any more where the window is gone.
+            let _ = sender.send(work());
+            repaint.request_repaint();
+        });
+        Ok(Self { path: path.to_owned(), control, progress, result })
+    }
+
+    /// Shows how far it is; returns what came of it once it is done.
+    pub fn show(&mut self, ctx: &Context) -> Option<Result<String, String>> {
+        if let Ok(result) = self.result.try_recv() {
+            return Some(result.map(|()| format!("wrote {}", self.path.display())).map_err(|e| e.to_string()));
+        }
+        egui::Window::new("Saving the picture").collapsible(false).resizable(false).show(ctx, |ui| {
+            let (done, all) = (self.progress.done.load(Ordering::Relaxed), self.progress.all.load(Ordering::Relaxed).max(1));
+            let stage = STAGES[self.progress.stage.load(Ordering::Relaxed) as usize].1;
+            ui.add(egui::ProgressBar::new(done as f32 / all as f32).text(stage).desired_width(280.0));
+            if ui.button("Stop").clicked() {
+                self.control.interrupt();
+            }
+        });
+        None
+    }
+}
+
+impl Drop for Export {
+    fn drop(&mut self) {
+        self.control.interrupt();
+    }
+}

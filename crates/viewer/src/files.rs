@@ -1,0 +1,225 @@
+//! The dialog for files: folders, scenes or pictures, a name.
+//!
+//! It is drawn by the explorer itself: it is the same everywhere, and needs no service of the desktop.
+
+use std::path::{Path, PathBuf};
+
+use eframe::egui::{self, Context, Key, ScrollArea, Ui};
+
+use crate::document::{Document, Origin};
+
+/// What a file is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// To read a scene.
+    Open,
+    /// To write the scene.
+    SaveScene,
+    /// To write the picture.
+    SavePicture,
+}
+
+impl Purpose {
+    fn title(self) -> &'static str {
+        match self {
+            Purpose::Open => "Open a scene",
+            Purpose::SaveScene => "Save the scene",
+            Purpose::SavePicture => "Save the picture",
+        }
+    }
+
+    fn extensions(self) -> Vec<&'static str> {
+        match self {
+            Purpose::Open | Purpose::SaveScene => vec!["toml"],
+            Purpose::SavePicture => barnard::formats::WRITERS.iter().map(|w| w.extension).collect(),
+        }
+    }
+}
+
+/// More entries of a folder than this are not listed.
+const MOST: usize = 2000;
+
+/// The dialog.
+#[derive(Default)]
+pub struct Files {
+    asked: Option<Asked>,
+    /// Where the last file was.
+    folder: Option<PathBuf>,
+}
+
+struct Asked {
+    purpose: Purpose,
+    folder: PathBuf,
+    name: String,
+    size: (usize, usize),
+    entries: Vec<(String, bool)>,
+    /// Whether it was shown yet.
+    shown: bool,
+    /// A file that is there already and that the user was asked about.
+    replace: Option<PathBuf>,
+}
+
+impl Files {
+    /// Whether it is open.
+    pub fn is_open(&self) -> bool {
+        self.asked.is_some()
+    }
+
+    /// Opens it.
+    pub fn ask(&mut self, purpose: Purpose, document: &Document) {
+        let own = match document.origin() {
+            Origin::File(path) => path.parent().map(Path::to_owned),
+            Origin::Builtin(_) => None,
+        };
+        let folder = self.folder.clone().or(own).filter(|f| f.is_dir()).or_else(|| std::env::current_dir().ok()).unwrap_or_default();
+        let stem = document.origin().name();
+        let stem = stem.strip_suffix(".toml").unwrap_or(&stem);
+        let name = match purpose {
+            Purpose::Open => String::new(),
+            Purpose::SaveScene => format!("{stem}.toml"),
+            Purpose::SavePicture => format!("{stem}.png"),
+        };
+        let camera = &document.scene().camera;
+        let mut asked =
+            Asked { purpose, folder, name, size: (camera.width, camera.height), entries: Vec::new(), shown: false, replace: None };
+        asked.look();
+        self.asked = Some(asked);
+    }
+
+    /// Shows it; returns the file once one is chosen, and the size of a picture.
+    pub fn show(&mut self, ctx: &Context) -> Option<(Purpose, PathBuf, (usize, usize))> {
+        let asked = self.asked.as_mut()?;
+        let mut chosen = None;
+        let modal = egui::Modal::new(egui::Id::unique("files")).show(ctx, |ui| {
+            ui.set_width(520.0);
+            ui.heading(asked.purpose.title());
+            chosen = if asked.replace.is_some() { asked.confirm(ui) } else { asked.browse(ui) };
+        });
+        let done = (asked.purpose, asked.size);
+        if let Some(answer) = chosen {
+            let folder = asked.folder.clone();
+            self.asked = None;
+            let path = answer?;
+            self.folder = Some(folder);
+            return Some((done.0, path, done.1));
+        }
+        if modal.should_close() {
+            self.asked = None;
+        }
+        None
+    }
+}
+
+/// A file; nothing where the user gave up.
+type Answer = Option<PathBuf>;
+
+impl Asked {
+    /// Lists the folder: folders, then files that can be meant.
+    fn look(&mut self) {
+        let extensions = self.purpose.extensions();
+        let known = |name: &str| Path::new(name).extension().is_some_and(|e| extensions.iter().any(|x| e.eq_ignore_ascii_case(x)));
+        let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten().take(MOST);
+        let mut entries: Vec<(String, bool)> = entries
+            .map(|e| (e.file_name().to_string_lossy().into_owned(), e.path().is_dir()))
+            .filter(|(name, folder)| !name.starts_with('.') && (*folder || known(name)))
+            .collect();
+        entries.sort_by_key(|(name, folder)| (!folder, name.to_lowercase()));
+        self.entries = entries;
+    }
+
+    fn browse(&mut self, ui: &mut Ui) -> Option<Answer> {
+        let mut into = None;
+        ui.horizontal(|ui| {
+            if ui.button("Up").on_hover_text("the folder above").clicked() {
+                into = self.folder.parent().map(Path::to_owned);
+            }
+            ui.label(self.folder.display().to_string());
+        });
+        let mut picked = false;
+        ScrollArea::vertical().max_height(260.0).auto_shrink(false).show(ui, |ui| {
+            for (name, folder) in &self.entries {
+                let label = if *folder { format!("{name}/") } else { name.clone() };
+                let entry = ui.selectable_label(*name == self.name, label);
+                if *folder && entry.clicked() {
+                    into = Some(self.folder.join(name));
+                } else if entry.clicked() {
+                    self.name.clone_from(name);
+                }
+                picked |= !folder && entry.double_clicked();
+            }
+        });
+        if let Some(folder) = into {
+            self.folder = folder;
+            self.look();
+        }
+        ui.horizontal(|ui| {
+            let label = ui.label("file");
+            let edit = ui.add(egui::TextEdit::singleline(&mut self.name).desired_width(360.0)).labelled_by(label.id);
+            if !std::mem::replace(&mut self.shown, true) {
+                edit.request_focus();
+            }
+            picked |= edit.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
+        });
+        if self.purpose == Purpose::SavePicture {
+            self.picture(ui);
+        }
+        let mut answer = None;
+        ui.horizontal(|ui| {
+            let verb = if self.purpose == Purpose::Open { "Open" } else { "Save" };
+            picked |= ui.add_enabled(!self.name.is_empty(), egui::Button::new(verb)).clicked();
+            if ui.button("Cancel").clicked() {
+                answer = Some(None);
+            }
+        });
+        if picked && !self.name.is_empty() {
+            answer = self.pick();
+        }
+        answer
+    }
+
+    /// The size of a picture.
+    fn picture(&mut self, ui: &mut Ui) {
+        let most = barnard::camera::MAX_EDGE;
+        ui.horizontal(|ui| {
+            let label = ui.label("size");
+            ui.add(egui::DragValue::new(&mut self.size.0).range(1..=most).suffix(" px")).labelled_by(label.id);
+            ui.label("×");
+            ui.add(egui::DragValue::new(&mut self.size.1).range(1..=most).suffix(" px")).labelled_by(label.id);
+            ui.label(format!("as .{}", self.purpose.extensions().join(", .")));
+        });
+    }
+
+    /// The file that is named; a folder is gone into, a file that would be lost is asked about.
+    fn pick(&mut self) -> Option<Answer> {
+        let mut path = self.folder.join(self.name.trim());
+        if path.is_dir() {
+            self.folder = path;
+            self.name.clear();
+            self.look();
+            return None;
+        }
+        if self.purpose == Purpose::SaveScene && path.extension().is_none() {
+            path.set_extension("toml");
+        }
+        if self.purpose != Purpose::Open && path.exists() {
+            self.replace = Some(path);
+            return None;
+        }
+        Some(Some(path))
+    }
+
+    fn confirm(&mut self, ui: &mut Ui) -> Option<Answer> {
+        let path = self.replace.clone()?;
+        ui.label(format!("{} is there already.", path.display()));
+        let mut answer = None;
+        ui.horizontal(|ui| {
+            if ui.button("Replace").clicked() {
+                answer = Some(Some(path));
+            }
+            if ui.button("Back").clicked() {
+                self.replace = None;
+            }
+        });
+        answer
+    }
+}

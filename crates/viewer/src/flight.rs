@@ -1,0 +1,273 @@
+//! How the observer moves: around a place, across the view, towards it, and freely.
+
+use barnard::camera::{Camera, Projection};
+use barnard::geometry::Bounds;
+use barnard::glam::{DQuat, DVec3};
+use barnard::scene::Scene;
+use toml_edit::Value;
+
+use crate::edit::{Edit, numbers, place_text, rounded};
+
+/// Turns of a drag over the whole width of the view [rad].
+const ORBIT: f64 = std::f64::consts::PI;
+/// Closest to and furthest from the middle of motion [pc].
+const REACH: (f64, f64) = (1e-6, 1e8);
+/// Fields of view that can be reached [rad].
+const FIELD: (f64, f64) = (1e-5, 2.9);
+
+/// The observer, and the place they move around.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Flight {
+    /// Where and how they look; its size is that of the scene's own picture.
+    pub camera: Camera,
+    /// What they look at [pc].
+    pub pivot: DVec3,
+    /// Speed of free flight [pc s⁻¹].
+    pub speed: f64,
+}
+
+impl Flight {
+    /// The scene's own view.
+    pub fn of(scene: &Scene) -> Self {
+        let camera = scene.camera.clone();
+        let distance = match scene.dust.as_ref().map(|d| d.density.bounds()).or_else(|| scene.emission.first().map(|e| e.density.bounds()))
+        {
+            Some(bounds) => (0.5 * (bounds.low + bounds.high) - camera.position).dot(camera.forward),
+            None => camera.position.length(),
+        };
+        let distance = if distance > REACH.0 { distance } else { 1.0 };
+        Self { pivot: camera.position + distance * camera.forward, speed: 0.15 * distance, camera }
+    }
+
+    /// Another camera, from the same scene's text.
+    pub fn take(&mut self, camera: &Camera) {
+        let distance = self.distance();
+        self.camera = camera.clone();
+        self.pivot = camera.position + distance * camera.forward;
+    }
+
+    /// From the eye to the middle of motion [pc].
+    pub fn distance(&self) -> f64 {
+        (self.pivot - self.camera.position).dot(self.camera.forward).clamp(REACH.0, REACH.1)
+    }
+
+    /// The length that the width of the view has at the middle of motion [pc].
+    fn width(&self) -> f64 {
+        2.0 * match self.camera.projection {
+            Projection::Perspective { half_width } => half_width * self.distance(),
+            Projection::Orthographic { half_width_pc } => half_width_pc,
+        }
+    }
+
+    fn turn(&mut self, rotation: DQuat) {
+        let c = &mut self.camera;
+        c.forward = (rotation * c.forward).normalize();
+        c.right = (rotation * c.right - (rotation * c.right).dot(c.forward) * c.forward).normalize();
+        c.up = c.right.cross(c.forward);
+    }
+
+    /// Around the middle of motion, by parts of the view's width.
+    pub fn orbit(&mut self, right: f64, down: f64) {
+        let distance = self.distance();
+        let rotation = DQuat::from_axis_angle(self.camera.up, -ORBIT * right) * DQuat::from_axis_angle(self.camera.right, -ORBIT * down);
+        self.turn(rotation);
+        self.camera.position = self.pivot - distance * self.camera.forward;
+    }
+
+    /// The eye turns where it stands, by parts of the view's width.
+    pub fn look(&mut self, right: f64, down: f64) {
+        let field = match self.camera.projection {
+            Projection::Perspective { half_width } => 2.0 * half_width.atan(),
+            Projection::Orthographic { .. } => 0.5,
+        };
+        let distance = self.distance();
+        let rotation = DQuat::from_axis_angle(self.camera.up, -field * right) * DQuat::from_axis_angle(self.camera.right, -field * down);
+        self.turn(rotation);
+        self.pivot = self.camera.position + distance * self.camera.forward;
+    }
+
+    /// About the line of sight [rad].
+    pub fn roll(&mut self, angle: f64) {
+        self.turn(DQuat::from_axis_angle(self.camera.forward, angle));
+    }
+
+    /// Across the view, by parts of its width: what was under the pointer stays there.
+    pub fn pan(&mut self, right: f64, down: f64) {
+        let shift = self.width() * (down * self.camera.up - right * self.camera.right);
+        self.camera.position += shift;
+        self.pivot += shift;
+    }
+
+    /// Towards the middle of motion: the distance is multiplied by `factor`.
+    pub fn approach(&mut self, factor: f64) {
+        if let Projection::Orthographic { half_width_pc } = &mut self.camera.projection {
+            *half_width_pc = (*half_width_pc * factor).clamp(REACH.0, REACH.1);
+            return;
+        }
+        let distance = (self.distance() * factor).clamp(REACH.0, REACH.1);
+        self.camera.position = self.pivot - distance * self.camera.forward;
+    }
+
+    /// Freely: to the right, up and forward in seconds of flight.
+    pub fn fly(&mut self, right: f64, up: f64, forward: f64) {
+        let c = &self.camera;
+        let shift = self.speed * (right * c.right + up * c.up + forward * c.forward);
+        self.camera.position += shift;
+        self.pivot += shift;
+    }
+
+    /// The field of view, or the width of parallel rays, is multiplied by `factor`.
+    pub fn widen(&mut self, factor: f64) {
+        match &mut self.camera.projection {
+            Projection::Perspective { half_width } => {
+                *half_width = (0.5 * (2.0 * half_width.atan() * factor).clamp(FIELD.0, FIELD.1)).tan();
+            }
+            Projection::Orthographic { half_width_pc } => *half_width_pc = (*half_width_pc * factor).clamp(REACH.0, REACH.1),
+        }
+    }
+
+    /// Moves back or forth until all of `bounds` is seen.
+    pub fn frame(&mut self, bounds: &Bounds) {
+        let (middle, radius) = (0.5 * (bounds.low + bounds.high), 0.5 * bounds.size().length());
+        let narrow = (self.camera.height as f64 / self.camera.width as f64).min(1.0);
+        self.pivot = middle;
+        let distance = match &mut self.camera.projection {
+            Projection::Perspective { half_width } => radius / (*half_width * narrow).atan().sin(),
+            Projection::Orthographic { half_width_pc } => {
+                *half_width_pc = radius / narrow;
+                2.0 * radius
+            }
+        };
+        self.camera.position = middle - distance * self.camera.forward;
+        self.speed = 0.15 * distance;
+    }
+
+    /// The camera of a view of `width` × `height` pixels that shows at least what the scene's own picture shows.
+    pub fn seen(&self, (width, height): (usize, usize)) -> Camera {
+        let mut camera = self.camera.clone();
+        let widened = (width as f64 / height as f64 * camera.height as f64 / camera.width as f64).max(1.0);
+        match &mut camera.projection {
+            Projection::Perspective { half_width } => *half_width *= widened,
+            Projection::Orthographic { half_width_pc } => *half_width_pc *= widened,
+        }
+        (camera.width, camera.height, camera.supersampling) = (width, height, 1);
+        camera
+    }
+
+    /// The camera that a table of such keys describes.
+    pub fn read(&self, table: &dyn toml_edit::TableLike) -> Option<Camera> {
+        let place = |key: &str| {
+            let words: Vec<f64> = table.get(key)?.as_str()?.split(' ').filter_map(|w| w.parse().ok()).collect();
+            <[f64; 3]>::try_from(words).ok().map(DVec3::from)
+        };
+        let number = |key: &str| table.get(key)?.as_str().and_then(spectra::units::parts).map(|(number, _)| number);
+        let (position, target) = (place("position")?, place("target")?);
+        let up: Vec<f64> = table.get("up")?.as_array()?.iter().filter_map(|v| v.as_float().or(v.as_integer().map(|i| i as f64))).collect();
+        let forward = (target - position).try_normalize()?;
+        let right = forward.cross(DVec3::from(<[f64; 3]>::try_from(up).ok()?)).try_normalize()?;
+        let projection = match self.camera.projection {
+            Projection::Perspective { .. } => Projection::Perspective { half_width: (0.5 * number("field_of_view")?.to_radians()).tan() },
+            Projection::Orthographic { .. } => Projection::Orthographic { half_width_pc: 0.5 * number("width")? },
+        };
+        Some(Camera { position, forward, right, up: right.cross(forward), projection, ..self.camera.clone() })
+    }
+
+    /// What the scene's text must say to be seen from here.
+    pub fn edit(&self) -> Edit {
+        let c = &self.camera;
+        let set = |key: &str, value: Value| Edit::set("camera", key, value);
+        let edit = set("position", place_text(c.position).into())
+            .and(set("target", place_text(self.pivot).into()))
+            .and(set("up", numbers(c.up.to_array())));
+        let width = match c.projection {
+            Projection::Perspective { half_width } => {
+                set("field_of_view", format!("{} deg", rounded((2.0 * half_width.atan()).to_degrees(), 6)).into())
+            }
+            Projection::Orthographic { half_width_pc } => set("width", format!("{} pc", rounded(2.0 * half_width_pc, 6)).into()),
+        };
+        edit.and(width).named("camera")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn flight() -> Flight {
+        Flight::of(&barnard::builtin::load("reflection_nebula", 1 << 30).unwrap())
+    }
+
+    fn is_right(c: &Camera) -> bool {
+        let unit = |v: DVec3| (v.length() - 1.0).abs() < 1e-9;
+        unit(c.forward) && unit(c.right) && unit(c.up) && c.right.cross(c.forward).distance(c.up) < 1e-9
+    }
+
+    /// An orbit keeps the distance and the middle of the view; half a turn looks from behind.
+    #[test]
+    fn orbits_keep_their_distance() {
+        let mut flight = flight();
+        let (distance, pivot, forward) = (flight.distance(), flight.pivot, flight.camera.forward);
+        for _ in 0..10 {
+            flight.orbit(0.1, 0.0);
+        }
+        assert!(is_right(&flight.camera) && (flight.distance() / distance - 1.0).abs() < 1e-9 && flight.pivot == pivot);
+        assert!(flight.camera.forward.dot(forward) < -0.999, "{:?}", flight.camera.forward);
+    }
+
+    /// What was under the pointer stays under it.
+    #[test]
+    fn pans_carry_the_view_along() {
+        let mut flight = flight();
+        let place = flight.pivot;
+        flight.pan(0.25, -0.1);
+        let (column, row) = flight.camera.project(place).unwrap();
+        let (w, h) = (flight.camera.width as f64, flight.camera.height as f64);
+        assert!((column - (0.5 * w + 0.25 * w)).abs() < 1e-6 * w && (row - (0.5 * h - 0.1 * w)).abs() < 1e-6 * w, "{column} {row}");
+    }
+
+    /// Framed, all corners are seen, and something reaches near the border.
+    #[test]
+    fn frames_show_all() {
+        let mut flight = flight();
+        flight.approach(7.0);
+        flight.orbit(0.3, 0.1);
+        let bounds = Bounds { low: DVec3::new(-1.0, -2.0, 0.5), high: DVec3::new(3.0, 1.0, 1.5) };
+        flight.frame(&bounds);
+        let corner = |i: usize| DVec3::from_array(std::array::from_fn(|a| if i >> a & 1 == 0 { bounds.low[a] } else { bounds.high[a] }));
+        let places: Vec<(f64, f64)> = (0..8).map(|i| flight.camera.project(corner(i)).unwrap()).collect();
+        let edge = flight.camera.width as f64;
+        assert!(places.iter().all(|(x, y)| (0.0..=edge).contains(x) && (0.0..=edge).contains(y)), "{places:?}");
+        assert!(places.iter().any(|(x, y)| (x - 0.5 * edge).abs().max((y - 0.5 * edge).abs()) > 0.25 * edge), "{places:?}");
+    }
+
+    /// The text that a view is written as brings it back, to the digits that are written.
+    #[test]
+    fn views_are_written() {
+        let mut document = crate::document::Document::builtin("reflection_nebula", 1 << 30).unwrap();
+        let mut flight = Flight::of(document.scene());
+        flight.orbit(0.2, -0.15);
+        flight.roll(0.4);
+        flight.widen(0.7);
+        document.apply(flight.edit()).unwrap();
+        let (seen, written) = (&flight.camera, &document.scene().camera);
+        assert!(is_right(written) && seen.position.distance(written.position) < 1e-4 && seen.forward.distance(written.forward) < 1e-5);
+        assert!(seen.up.distance(written.up) < 1e-5 && seen.position.distance(Flight::of(document.scene()).camera.position) < 1e-4);
+        let (Projection::Perspective { half_width: a }, Projection::Perspective { half_width: b }) = (seen.projection, written.projection)
+        else {
+            panic!("another projection")
+        };
+        assert!((a / b - 1.0).abs() < 1e-5);
+    }
+
+    /// A view of another shape shows all that the scene's own picture shows.
+    #[test]
+    fn wide_views_show_the_frame() {
+        let flight = flight();
+        for size in [(640, 360), (200, 500)] {
+            let camera = flight.seen(size);
+            let ray = flight.camera.ray(1.0, flight.camera.height as f64 - 1.0);
+            let (column, row) = camera.project(ray.at(5.0)).unwrap();
+            assert!((0.0..=size.0 as f64).contains(&column) && (0.0..=size.1 as f64).contains(&row), "{size:?} {column} {row}");
+        }
+    }
+}

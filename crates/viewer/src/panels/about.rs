@@ -1,0 +1,39 @@
+//! What mouse and keys do.
+
+use eframe::egui::{self, Context};
+
+/// What is done, and how.
+const KEYS: &[(&str, &str)] = &[
+    ("Orbit", "drag"),
+    ("Pan", "Shift + drag, or middle drag"),
+    ("Look around", "right drag"),
+    ("Nearer, further", "wheel"),
+    ("Wider, narrower", "Ctrl + wheel, or ] ["),
+    ("Fly", "W A S D, R up, F down; , . roll; wheel: speed"),
+    ("Frame all", "Home"),
+    ("Brighter, darker", "E + wheel, or + -"),
+    ("Automatic exposure", "0"),
+    ("Stars and frame", "M"),
+    ("Move a star", "drag it in the picture"),
+    ("Bookmarks", "Ctrl + 1 … 9 sets, 1 … 9 goes there"),
+    ("Open, save, save as", "Ctrl + O, Ctrl + S, Ctrl + Shift + S"),
+    ("Save the picture", "Ctrl + E"),
+    ("Undo, redo", "Ctrl + Z, Ctrl + Shift + Z"),
+    ("Quit", "Ctrl + Q"),
+    ("This list", "F1"),
+];
+
+/// The list of keys, while it is open.
+pub fn help(ctx: &Context, open: &mut bool) {
+    egui::Window::new("Mouse and keys").open(open).resizable(false).show(ctx, |ui| {
+        egui::Grid::new("help").num_columns(2).striped(true).spacing([20.0, 4.0]).show(ui, |ui| {
+            for (what, how) in KEYS {
+                ui.label(*what);
+                ui.monospace(*how);
+                ui.end_row();
+            }
+        });
+        ui.separator();
+        ui.label("Numbers are dragged, or typed after a click. Point at a name to see what it means and in which unit.");
+    });
+}

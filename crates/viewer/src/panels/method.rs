@@ -1,0 +1,59 @@
+//! How the spectral integrals are done, what is known of the error, and how long it took.
+
+use eframe::egui::{self, Ui};
+
+use super::short;
+use crate::app::App;
+use crate::comparison::With;
+use crate::editor::{self, Edits};
+use crate::engine::Quality;
+
+/// The panel.
+pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
+    editor::keys(ui, &app.document, "method", edits);
+    let mut finer = app.comparison.with == With::Finer;
+    if ui
+        .checkbox(&mut finer, "difference × 16")
+        .on_hover_text("what the method gets wrong against one twenty times as fine, amplified")
+        .changed()
+    {
+        app.comparison.with = if finer { With::Finer } else { With::Nothing };
+    }
+    let Some(shown) = &app.shown else { return };
+    let Some(picture) = shown.pictures.first() else { return };
+    if shown.quality < Quality::Settled {
+        ui.weak("a quick look: what is known of the error follows when nothing moves");
+    } else {
+        for (b, band) in picture.image.bands.iter().enumerate() {
+            let worst = picture.plan.worst_certificate(b, picture.findings.depth);
+            ui.label(format!("{}: {worst}", band.name)).on_hover_text(band.certificate.join("\n"));
+        }
+        for (key, words) in picture.plan.notes() {
+            ui.label(format!("{key}: {words}"));
+        }
+    }
+    if let (With::Finer, [own, truth]) = (&app.comparison.with, &shown.pictures[..]) {
+        for (b, band) in own.image.bands.iter().enumerate() {
+            ui.label(format!("{}: differs by {:.1e} (relative rms)", band.name, own.image.relative_rmse(b, &truth.image, b)));
+        }
+    }
+    let t = picture.times;
+    let rays = (picture.image.width * picture.image.height) as f64;
+    egui::Grid::new("times").num_columns(2).show(ui, |ui| {
+        let rows = [("plan", t.plan), ("march", t.march), ("stars, certificates", t.stars), ("colours", t.colours), ("frame", t.all())];
+        for (what, seconds) in rows {
+            ui.label(what);
+            ui.label(format!("{:.1} ms", 1e3 * seconds));
+            ui.end_row();
+        }
+        ui.label("rays");
+        ui.label(format!("{} /s, {} terms a sample", short(rays / t.march.max(1e-9)), picture.plan.spectral.terms()));
+        ui.end_row();
+        ui.label("plan's size");
+        ui.label(format!("{} MiB", picture.plan.bytes() >> 20));
+        ui.end_row();
+        ui.label("back end");
+        ui.label(&picture.backend);
+        ui.end_row();
+    });
+}

@@ -1,0 +1,201 @@
+//! The panels around the picture.
+
+mod about;
+mod method;
+mod picture;
+mod probe;
+mod spectra;
+
+use barnard::scene::Scene;
+use eframe::egui::{self, Panel, ScrollArea, Ui};
+
+use crate::app::App;
+use crate::document::Origin;
+use crate::editor::Edits;
+use crate::files::Purpose;
+
+pub use about::help;
+
+/// Which panels are open.
+pub struct Layout {
+    /// Spectra and the scene, on the left.
+    pub scene: bool,
+    /// Picture, method and probe, on the right.
+    pub picture: bool,
+    /// The list of keys.
+    pub help: bool,
+    /// Whether spectra are plotted in logarithms.
+    pub logarithmic: bool,
+}
+
+impl Default for Layout {
+    fn default() -> Self {
+        Self { scene: true, picture: true, help: false, logarithmic: false }
+    }
+}
+
+/// Under which name the layout is stored.
+const KEY: &str = "layout";
+
+impl Layout {
+    /// As it was when the last window closed.
+    pub fn stored(storage: Option<&dyn eframe::Storage>) -> Self {
+        let Some(text) = storage.and_then(|s| s.get_string(KEY)) else { return Self::default() };
+        let on = |name: &str| text.split(' ').any(|word| word == name);
+        Self { scene: on("scene"), picture: on("picture"), help: false, logarithmic: on("logarithmic") }
+    }
+
+    /// Writes it down.
+    pub fn save(&self, storage: &mut dyn eframe::Storage) {
+        let open = [("scene", self.scene), ("picture", self.picture), ("logarithmic", self.logarithmic)];
+        storage.set_string(KEY, open.iter().filter(|(_, on)| *on).map(|(name, _)| *name).collect::<Vec<_>>().join(" "));
+    }
+}
+
+/// The menus on top.
+pub fn menu(ui: &mut Ui, app: &mut App) {
+    Panel::top("menu").show(ui, |ui| {
+        egui::MenuBar::new().ui(ui, |ui| {
+            ui.menu_button("File", |ui| file_menu(ui, app));
+            ui.menu_button("Edit", |ui| {
+                if ui.add_enabled(app.document.can_undo(), egui::Button::new("Undo").shortcut_text("Ctrl+Z")).clicked() {
+                    app.step(false);
+                }
+                if ui.add_enabled(app.document.can_redo(), egui::Button::new("Redo").shortcut_text("Ctrl+Shift+Z")).clicked() {
+                    app.step(true);
+                }
+            });
+            ui.menu_button("View", |ui| {
+                if ui.add(egui::Button::new("Frame all").shortcut_text("Home")).clicked() {
+                    crate::viewport::frame(app);
+                }
+                ui.checkbox(&mut app.viewport.overlay, "Stars and frame (M)");
+                ui.checkbox(&mut app.layout.scene, "Scene panel");
+                ui.checkbox(&mut app.layout.picture, "Picture panel");
+                ui.horizontal(|ui| {
+                    ui.label("Theme");
+                    egui::widgets::global_theme_preference_buttons(ui);
+                });
+            });
+            if ui.button("Keys").on_hover_text("what mouse and keys do (F1)").clicked() {
+                app.layout.help = !app.layout.help;
+            }
+            let mark = if app.document.is_changed() { "*" } else { "" };
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                ui.label(format!("{}{mark}", app.document.origin().name())).on_hover_text(&app.document.scene().description);
+            });
+        });
+    });
+}
+
+fn file_menu(ui: &mut Ui, app: &mut App) {
+    let button = |ui: &mut Ui, text: &str, keys: &str| ui.add(egui::Button::new(text).shortcut_text(keys)).clicked();
+    if button(ui, "Open …", "Ctrl+O") {
+        app.files.ask(Purpose::Open, &app.document);
+    }
+    ui.menu_button("Open recent", |ui| {
+        for origin in app.session.recent.clone() {
+            if ui.button(origin.name()).clicked() {
+                app.open(origin);
+            }
+        }
+    });
+    ui.menu_button("Built-in scenes", |ui| {
+        for scene in barnard::builtin::SCENES {
+            if ui.button(scene.name).on_hover_text(scene.summary).clicked() {
+                app.open(Origin::Builtin(scene.name));
+            }
+        }
+    });
+    ui.separator();
+    if button(ui, "Save", "Ctrl+S") {
+        app.save();
+    }
+    if button(ui, "Save as …", "Ctrl+Shift+S") {
+        app.files.ask(Purpose::SaveScene, &app.document);
+    }
+    if button(ui, "Save picture …", "Ctrl+E") {
+        app.files.ask(Purpose::SavePicture, &app.document);
+    }
+    ui.separator();
+    if button(ui, "Quit", "Ctrl+Q") {
+        ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
+    }
+}
+
+/// One line below: what is to be told, or how the picture came about.
+pub fn status(ui: &mut Ui, app: &mut App) {
+    Panel::bottom("status").show(ui, |ui| {
+        ui.horizontal_wrapped(|ui| match &app.notice {
+            Some(notice) => {
+                let colour = if notice.error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };
+                let close = ui.small_button("×").on_hover_text("close the message");
+                ui.colored_label(colour, &notice.words);
+                if close.clicked() {
+                    app.notice = None;
+                }
+            }
+            None => {
+                let words = app.shown.as_ref().and_then(|s| s.pictures.first()).map_or_else(String::new, |p| {
+                    let (w, h) = (p.image.width, p.image.height);
+                    format!("{w} × {h} · {:.0} ms · {} · {}", 1e3 * p.times.all(), p.plan.spectral.method, p.backend)
+                });
+                ui.label(words);
+            }
+        });
+    });
+}
+
+/// Spectra, and the tables of the scene.
+pub fn left(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
+    if app.layout.scene {
+        Panel::left("scene").default_size(330.0).show(ui, |ui| {
+            ScrollArea::both().auto_shrink(false).show(ui, |ui| spectra::show(ui, app, edits));
+        });
+    }
+}
+
+/// Picture, method, probe.
+pub fn right(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
+    if app.layout.picture {
+        Panel::right("picture").default_size(330.0).show(ui, |ui| {
+            ScrollArea::both().auto_shrink(false).show(ui, |ui| {
+                section(ui, "Picture", true, |ui| picture::show(ui, app, edits));
+                section(ui, "Method", true, |ui| method::show(ui, app, edits));
+                section(ui, "Probe", true, |ui| probe::show(ui, app));
+            });
+        });
+    }
+}
+
+/// A part of a panel that can be closed.
+fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
+    egui::CollapsingHeader::new(title).default_open(open).show(ui, contents);
+}
+
+/// Hues of wavelengths [nm], as curves are drawn in them: a plain ramp from violet to red.
+const HUES: [(f64, f64); 7] = [(380.0, 0.78), (450.0, 0.64), (490.0, 0.5), (530.0, 0.36), (575.0, 0.17), (610.0, 0.07), (660.0, 0.0)];
+
+/// The colour of a wavelength [nm] in plots.
+fn wavelength_colour(nm: f64) -> egui::Color32 {
+    let i = HUES.iter().rposition(|h| h.0 <= nm).unwrap_or(0).min(HUES.len() - 2);
+    let (a, b) = (HUES[i], HUES[i + 1]);
+    let hue = a.1 + ((nm - a.0) / (b.0 - a.0)).clamp(0.0, 1.0) * (b.1 - a.1);
+    egui::ecolor::Hsva::new(hue as f32, 0.7, 0.95, 1.0).into()
+}
+
+/// The colour that a band has in the picture, as bright as a plot needs it.
+fn band_colour(scene: &Scene, band: usize) -> egui::Color32 {
+    let column = scene.display.palette.columns.get(band).copied().unwrap_or([1.0; 3]).map(|v| v.max(0.0));
+    let brightest = column.into_iter().fold(0.0, f64::max);
+    if brightest == 0.0 {
+        return egui::Color32::GRAY;
+    }
+    let [r, g, b] = column.map(|v| (255.0 * ::spectra::colour::srgb_encode(v / brightest)).max(70.0) as u8);
+    egui::Color32::from_rgb(r, g, b)
+}
+
+/// A number in the digits that a reader needs.
+fn short(value: f64) -> String {
+    if value == 0.0 || (1e-2..1e5).contains(&value.abs()) { crate::edit::rounded(value, 4) } else { format!("{value:.3e}") }
+}

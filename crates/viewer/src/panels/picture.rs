@@ -1,0 +1,152 @@
+//! How the picture is shown: palette, stretch, black and white on the histogram, and what it is compared with.
+
+use eframe::egui::{self, Color32, Ui};
+use egui_plot::{Line, Plot, PlotPoints, VLine};
+
+use super::{band_colour, short};
+use crate::app::App;
+use crate::comparison::{Arrangement, With};
+use crate::edit::{Edit, numbers, significant};
+use crate::editor::{self, Edits};
+
+/// Palettes that have a button of their own.
+const BUTTONS: [(&str, &str); 3] = [("Natural", "natural"), ("SHO", "sho"), ("HOO", "hoo")];
+
+/// The panel.
+pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
+    palettes(ui, app, edits);
+    editor::keys_but(ui, &app.document, "display", &["matrix"], edits);
+    matrix(ui, app, edits);
+    ui.horizontal(|ui| {
+        ui.label("exposure");
+        if ui.button("−").on_hover_text("half a stop darker (-)").clicked() {
+            app.expose(-0.5);
+        }
+        if ui.button("+").on_hover_text("half a stop brighter (+)").clicked() {
+            app.expose(0.5);
+        }
+        if ui.button("Auto").on_hover_text("black and white as the picture asks for (0)").clicked() {
+            app.expose_automatically();
+        }
+    });
+    histogram(ui, app, edits);
+    comparison(ui, app);
+}
+
+fn palettes(ui: &mut Ui, app: &App, edits: &mut Edits) {
+    let bands = &app.document.scene().bands;
+    ui.horizontal(|ui| {
+        for (title, name) in BUTTONS {
+            let palette = spectra::colour::Palette::named(name, bands);
+            let words = match &palette {
+                Ok(_) => spectra::colour::PALETTES.iter().find(|p| p.name == name).map_or("", |p| p.summary).to_owned(),
+                Err(error) => error.to_string(),
+            };
+            let button = ui.add_enabled(palette.is_ok(), egui::Button::new(title));
+            if button.on_hover_text(&words).on_disabled_hover_text(&words).clicked() {
+                edits.push(Edit::remove("display", "matrix").and(Edit::set("display", "palette", name)).named("palette"));
+            }
+        }
+        if ui.button("Matrix").on_hover_text("a palette of one's own: red, green and blue of each band").clicked() {
+            let columns = app.document.scene().display.palette.columns.iter().flatten().copied();
+            edits.push(Edit::set("display", "matrix", numbers(columns)).and(Edit::remove("display", "palette")).named("palette"));
+        }
+    });
+}
+
+/// Red, green and blue of each band, where the palette is one's own.
+fn matrix(ui: &mut Ui, app: &App, edits: &mut Edits) {
+    let scene = app.document.scene();
+    if crate::edit::table(app.document.toml().as_table(), "display").is_none_or(|t| !t.contains_key("matrix")) {
+        return;
+    }
+    let mut columns = scene.display.palette.columns.clone();
+    let mut changed = false;
+    egui::Grid::new("matrix").num_columns(4).show(ui, |ui| {
+        for (band, column) in scene.bands.iter().zip(&mut columns) {
+            let label = ui.label(band.name());
+            for (value, colour) in column.iter_mut().zip(["red", "green", "blue"]) {
+                let drag = ui.add(egui::DragValue::new(value).speed(0.01)).labelled_by(label.id);
+                changed |= drag.on_hover_text(format!("{colour} of {}", band.name())).changed();
+            }
+            ui.end_row();
+        }
+    });
+    if changed {
+        edits.push(Edit::set("display", "matrix", numbers(columns.into_iter().flatten())));
+    }
+}
+
+/// Pixels of each band by radiance; black and white are dragged.
+fn histogram(ui: &mut Ui, app: &App, edits: &mut Edits) {
+    let Some(picture) = app.shown.as_ref().and_then(|s| s.pictures.first()) else { return };
+    let balanced = app.document.scene().display.balance;
+    let (black, white) = (picture.tone.black, picture.tone.white);
+    let plot = Plot::new("histogram")
+        .height(110.0)
+        .show_axes([true, false])
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .x_axis_label("log10 radiance [W/m²/sr]")
+        .include_y(0.0);
+    let shown = plot.show(ui, |plot| {
+        for (b, (band, histogram)) in picture.scene.bands.iter().zip(&picture.histograms).enumerate() {
+            let (low, high) = histogram.range;
+            let step = (high - low) / histogram.counts.len() as f64;
+            let points = histogram.counts.iter().enumerate().map(|(i, n)| [low + (i as f64 + 0.5) * step, f64::from(*n).sqrt()]);
+            let colour = band_colour(&picture.scene, b);
+            plot.line(Line::new(band.name(), PlotPoints::from(points.collect::<Vec<_>>())).color(colour).fill(0.0).fill_alpha(0.1));
+        }
+        if !balanced {
+            plot.vline(VLine::new("white", white.max(f64::MIN_POSITIVE).log10()).color(Color32::WHITE));
+            if black > 0.0 {
+                plot.vline(VLine::new("black", black.log10()).color(Color32::GRAY));
+            }
+        }
+        plot.pointer_coordinate()
+    });
+    if balanced {
+        ui.label(format!("white at {} of each band's own", short(white)));
+    } else {
+        ui.label(format!("black {}, white {} W/m²/sr", short(black), short(white)))
+            .on_hover_text("drag in the histogram: white; with Shift: black");
+    }
+    let (Some(at), true) = (shown.inner, shown.response.dragged() && !balanced) else { return };
+    let level = significant(10f64.powf(at.x));
+    let as_black = ui.input(|i| i.modifiers.shift);
+    let edit = if as_black {
+        Edit::set("display", "black", level.min(0.99 * white)).and(Edit::set("display", "white", significant(white)))
+    } else {
+        Edit::set("display", "white", level.max(significant(1.01 * black)))
+    };
+    edits.push(edit.named(if as_black { "black dragged" } else { "white dragged" }));
+}
+
+/// What the picture is compared with.
+fn comparison(ui: &mut Ui, app: &mut App) {
+    let now = match &app.comparison.with {
+        With::Nothing => "nothing".to_owned(),
+        With::Filters(set) => set.clone(),
+        With::Finer => "a finer method".to_owned(),
+    };
+    let mut chosen = app.comparison.with.clone();
+    ui.horizontal(|ui| {
+        let label = ui.label("compare with");
+        let combo = egui::ComboBox::from_id_salt("compare").selected_text(&now).width(150.0).show_ui(ui, |ui| {
+            ui.selectable_value(&mut chosen, With::Nothing, "nothing");
+            ui.selectable_value(&mut chosen, With::Finer, "a finer method").on_hover_text("what the method in use gets wrong, amplified");
+            for set in spectra::passband::SETS {
+                ui.selectable_value(&mut chosen, With::Filters(set.name.to_owned()), set.name).on_hover_text(set.summary);
+            }
+        });
+        combo.response.labelled_by(label.id);
+    });
+    app.comparison.with = chosen;
+    if matches!(app.comparison.with, With::Filters(_)) {
+        ui.horizontal(|ui| {
+            ui.radio_value(&mut app.comparison.arrangement, Arrangement::Wipe, "wipe");
+            ui.radio_value(&mut app.comparison.arrangement, Arrangement::SideBySide, "side by side");
+        });
+    }
+}

@@ -1,0 +1,110 @@
+//! What arrives at the pixel under the pointer: radiances in the units of the field, depth, and the whole spectrum.
+
+use eframe::egui::{self, Ui};
+use egui_plot::{Line, Plot, PlotPoints, VLine};
+use spectra::passband::Passband;
+use spectra::sed::{MagnitudeSystem, zero_point};
+
+use super::{band_colour, short, wavelength_colour};
+use crate::app::App;
+use crate::studio::Picture;
+
+/// Wavelengths of the spectrum.
+const SAMPLES: usize = 120;
+/// Steradians of a square arcsecond.
+const SQUARE_ARCSECOND: f64 = (std::f64::consts::PI / 648_000.0) * (std::f64::consts::PI / 648_000.0);
+
+/// Mean radiance per frequency of a band radiance, at the band's pivot [MJy sr⁻¹]: I_ν = λ_p² / c · L / ∫ R dλ.
+fn megajansky(band: &Passband, radiance: f64) -> f64 {
+    let (pivot, width) = (1e-6 * band.pivot().0, 1e-6 * band.integrate(|_| 1.0));
+    radiance / width * pivot * pivot / spectra::constants::SPEED_OF_LIGHT / 1e-20
+}
+
+/// Surface brightness [mag arcsec⁻²].
+fn magnitude(band: &Passband, radiance: f64, system: MagnitudeSystem) -> Option<f64> {
+    let zero = zero_point(band, system).ok()?;
+    (radiance > 0.0).then(|| -2.5 * (radiance * SQUARE_ARCSECOND / zero).log10())
+}
+
+/// The panel.
+pub fn show(ui: &mut Ui, app: &App) {
+    let picture = app.shown.as_ref().and_then(|s| s.pictures.first());
+    let (Some(picture), Some((x, y))) = (picture, app.viewport.pointer) else {
+        ui.weak("point at the picture");
+        return;
+    };
+    let image = &picture.image;
+    let (column, row) = ((x * image.width as f64) as usize, (y * image.height as f64) as usize);
+    if column >= image.width || row >= image.height {
+        return;
+    }
+    ui.label(format!("column {column}, row {row} of {} × {}", image.width, image.height));
+    egui::Grid::new("probe").num_columns(5).striped(true).spacing([8.0, 3.0]).show(ui, |ui| {
+        for title in ["", "W/m²/sr", "MJy/sr", "Vega", "AB"] {
+            ui.strong(title);
+        }
+        ui.end_row();
+        for (b, band) in picture.scene.bands.iter().enumerate() {
+            let radiance = image.at(b, row, column);
+            ui.colored_label(band_colour(&picture.scene, b), band.name());
+            ui.monospace(format!("{radiance:.3e}"));
+            ui.monospace(short(megajansky(band, radiance)));
+            for system in [MagnitudeSystem::Vega, MagnitudeSystem::Ab] {
+                ui.monospace(magnitude(band, radiance, system).map_or_else(String::new, |m| format!("{m:.2}")));
+            }
+            ui.end_row();
+        }
+    });
+    ui.weak("Vega and AB in mag/arcsec²; MJy/sr at the pivot");
+    spectrum(ui, picture, (column, row));
+}
+
+/// The spectrum that reaches the eye there, without that of stars.
+fn spectrum(ui: &mut Ui, picture: &Picture, (column, row): (usize, usize)) {
+    let scene = &picture.scene;
+    let ends = scene.bands.iter().map(Passband::support_um).fold((f64::MAX, 0.0f64), |(l, h), (a, b)| (l.min(a), h.max(b)));
+    let wavelengths: Vec<f64> = (0..SAMPLES).map(|i| ends.0 + (ends.1 - ends.0) * i as f64 / (SAMPLES - 1) as f64).collect();
+    let camera = &picture.image;
+    let ray = picture.plan.camera.ray(column as f64 + 0.5, row as f64 + 0.5);
+    debug_assert_eq!((camera.width, camera.height), (picture.plan.camera.width, picture.plan.camera.height));
+    let probe = match picture.plan.probe(scene, &ray, &wavelengths) {
+        Ok(probe) => probe,
+        Err(error) => {
+            ui.weak(error.to_string());
+            return;
+        }
+    };
+    ui.label(format!("optical depth {} at V", short(probe.depth)));
+    let plot = Plot::new("probe spectrum")
+        .height(150.0)
+        .allow_scroll(false)
+        .x_axis_label("wavelength [nm]")
+        .y_axis_label("W/m²/sr/µm")
+        .include_y(0.0);
+    plot.show(ui, |plot| {
+        let line: Vec<[f64; 2]> = wavelengths.iter().zip(&probe.continuum).map(|(l, v)| [1e3 * l, *v]).collect();
+        plot.line(Line::new("continuum", PlotPoints::from(line)));
+        for line in &probe.lines {
+            let nm = 1e3 * line.lambda_um;
+            plot.vline(VLine::new(format!("{nm:.1} nm: {:.2e} W/m²/sr", line.strength), nm).color(wavelength_colour(nm)));
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A radiance of 3631 Jy a square arcsecond has magnitude zero, and is 3631e-6 MJy over an arcsecond's steradians.
+    #[test]
+    fn units_agree() {
+        let band = Passband::named("johnson-V").unwrap();
+        let radiance = zero_point(&band, MagnitudeSystem::Ab).unwrap() / SQUARE_ARCSECOND;
+        assert!(magnitude(&band, radiance, MagnitudeSystem::Ab).unwrap().abs() < 1e-9);
+        assert!((megajansky(&band, radiance) / (3631e-6 / SQUARE_ARCSECOND) - 1.0).abs() < 0.01);
+        // Johnson V: AB − Vega = −0.02 to 0.02 (Blanton & Roweis 2007, table 1: 0.02).
+        let vega = magnitude(&band, radiance, MagnitudeSystem::Vega).unwrap();
+        assert!(vega.abs() < 0.05, "{vega}");
+        assert_eq!(magnitude(&band, 0.0, MagnitudeSystem::Ab), None);
+    }
+}

@@ -1,0 +1,293 @@
+//! Stars, filters, dust and gas: their spectra in one plot, and every key that the scene has of them.
+
+use barnard::glam::DVec3;
+use barnard::scene::Scene;
+use eframe::egui::{self, Color32, Ui};
+use egui_plot::{Legend, Line, LineStyle, Plot, PlotPoints, Points, VLine};
+use spectra::passband::Passband;
+use toml_edit::{Array, ArrayOfTables, Item, Table, Value};
+
+use super::{band_colour, section, wavelength_colour};
+use crate::app::App;
+use crate::edit::{Edit, count, numbers, place_text, table};
+use crate::editor::{self, Edits};
+
+/// Points of a curve in the plot.
+const SAMPLES: usize = 240;
+/// Points of a filter that is made to be dragged.
+const POINTS: usize = 11;
+/// Least value of a curve in logarithms, as a part of its largest.
+const FLOOR: f64 = 1e-4;
+/// How near the pointer must be to a point of a curve [points of the screen].
+const GRIP: f32 = 12.0;
+
+/// The panel.
+pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
+    section(ui, "Spectra", true, |ui| {
+        ui.checkbox(&mut app.layout.logarithmic, "logarithmic");
+        plot(ui, app, edits);
+    });
+    section(ui, "Filters", true, |ui| filters(ui, app, edits));
+    section(ui, "Stars", true, |ui| list(ui, app, "star", edits));
+    if app.document.scene().dust.is_some() {
+        section(ui, "Dust", true, |ui| {
+            editor::keys(ui, &app.document, "dust", edits);
+            for part in ["dust.phase", "dust.albedo"] {
+                if table(app.document.toml().as_table(), part).is_some() {
+                    section(ui, part, true, |ui| editor::keys(ui, &app.document, part, edits));
+                }
+            }
+        });
+    }
+    if count(app.document.toml().as_table(), "emission") > 0 {
+        section(ui, "Gas", true, |ui| list(ui, app, "emission", edits));
+    }
+    section(ui, "Background", false, |ui| {
+        editor::keys(ui, &app.document, "background", edits);
+        if table(app.document.toml().as_table(), "background.stars").is_some() {
+            section(ui, "Star field", true, |ui| editor::keys(ui, &app.document, "background.stars", edits));
+        }
+    });
+    section(ui, "Fields", false, |ui| {
+        let names: Vec<String> = app
+            .document
+            .toml()
+            .get("field")
+            .and_then(Item::as_table_like)
+            .map_or_else(Vec::new, |fields| fields.iter().map(|(name, _)| name.to_owned()).collect());
+        for name in names {
+            section(ui, &name, false, |ui| editor::keys(ui, &app.document, &format!("field.{name}"), edits));
+        }
+    });
+    section(ui, "Camera", false, |ui| editor::keys(ui, &app.document, "camera", edits));
+}
+
+/// The tables of a list, each with its keys.
+fn list(ui: &mut Ui, app: &App, name: &str, edits: &mut Edits) {
+    let titles: Vec<String> = match name {
+        "star" => app.document.scene().stars.iter().map(|s| s.name.clone()).collect(),
+        _ => app.document.scene().emission.iter().map(|e| e.name.clone()).collect(),
+    };
+    for (i, title) in titles.iter().enumerate() {
+        egui::CollapsingHeader::new(title).id_salt((name, i)).default_open(i == 0).show(ui, |ui| {
+            editor::keys(ui, &app.document, &format!("{name}.{i}"), edits);
+            if name == "emission" {
+                lines(ui, app, i, edits);
+            }
+            if ui.button("Remove").on_hover_text(format!("take {title} out of the scene")).clicked() {
+                edits.push(Edit::drop(name, i));
+            }
+        });
+    }
+    if name == "star" && ui.button("Add a star").on_hover_text("a star of 10000 K, 100 Lsun, in the middle of the view").clicked() {
+        edits.push(Edit::push("star", star(app.flight.pivot)));
+    }
+}
+
+fn star(place: DVec3) -> Table {
+    let mut star = Table::new();
+    for (key, value) in [("kind", "blackbody"), ("position", &place_text(place)), ("temperature", "10000 K"), ("luminosity", "100 Lsun")] {
+        star.insert(key, Item::Value(value.into()));
+    }
+    star
+}
+
+/// The strengths of a gas's own lines.
+fn lines(ui: &mut Ui, app: &App, i: usize, edits: &mut Edits) {
+    let place = format!("emission.{i}");
+    let Some(item) = table(app.document.toml().as_table(), &place).and_then(|t| t.get("lines")) else { return };
+    let Some(lines) = item.as_array() else { return };
+    egui::Grid::new((&place, "lines")).num_columns(2).show(ui, |ui| {
+        for (n, line) in lines.iter().enumerate().filter_map(|(n, v)| Some((n, v.as_inline_table()?))) {
+            let name = line.get("wavelength").and_then(Value::as_str).unwrap_or("").to_owned();
+            let now = line.get("strength").and_then(|v| v.as_float().or(v.as_integer().map(|i| i as f64))).unwrap_or(0.0);
+            let label = ui.label(&name);
+            let mut strength = now;
+            let drag = egui::DragValue::new(&mut strength).speed((0.01 * now).max(1e-3)).range(0.0..=f64::MAX);
+            if ui.add(drag).labelled_by(label.id).on_hover_text("strength, integrated over the line").changed() {
+                edits.push(Edit::set(&format!("{place}.lines.{n}"), "strength", strength));
+            }
+            ui.end_row();
+        }
+    });
+}
+
+/// Sets of filters, and filters whose curves are dragged.
+fn filters(ui: &mut Ui, app: &App, edits: &mut Edits) {
+    let now = app.document.toml().get("bands").and_then(Item::as_str).unwrap_or("own").to_owned();
+    let label = ui.label("set").on_hover_text("a set of passbands; its picture begins with colours of its own");
+    let chosen = egui::ComboBox::from_id_salt("bands").selected_text(&now).width(180.0).show_ui(ui, |ui| {
+        for set in spectra::passband::SETS {
+            if ui.selectable_label(set.name == now, set.name).on_hover_text(set.summary).clicked() && set.name != now {
+                edits.push(crate::comparison::filters(set.name));
+            }
+        }
+    });
+    chosen.response.labelled_by(label.id);
+    for (b, band) in app.document.scene().bands.iter().enumerate() {
+        let words = format!(
+            "{}: pivot {:.1} nm, width {:.1} nm, counts {}",
+            band.name(),
+            band.pivot().nm(),
+            band.width().nm(),
+            band.counting().name()
+        );
+        ui.colored_label(band_colour(app.document.scene(), b), words);
+    }
+    for i in 0..count(app.document.toml().as_table(), "band") {
+        section(ui, &format!("band {}", i + 1), false, |ui| editor::keys(ui, &app.document, &format!("band.{i}"), edits));
+    }
+    let own = count(app.document.toml().as_table(), "band") > 0;
+    if !own && ui.button("Curves to drag").on_hover_text("write each filter as points, which can be dragged in the plot").clicked() {
+        edits.push(as_points(&app.document.scene().bands));
+    }
+}
+
+/// The same filters as straight lines between points.
+fn as_points(bands: &[Passband]) -> Edit {
+    let mut list = ArrayOfTables::new();
+    for band in bands {
+        let (low, high) = band.support_um();
+        let nm: Vec<f64> = (0..POINTS).map(|i| 1e3 * (low + (high - low) * i as f64 / (POINTS - 1) as f64)).collect();
+        let peak = if band.peak() > 1.0 { band.peak() } else { 1.0 };
+        // What a photon counts for is said by `counting`, the curve is the throughput alone.
+        let weight = |nm: f64| if band.counting().name() == "photon" { band.pivot().nm() / nm } else { 1.0 };
+        let mut own = Table::new();
+        own.insert("name", Item::Value(band.name().into()));
+        own.insert("kind", Item::Value("points".into()));
+        own.insert("counting", Item::Value(band.counting().name().into()));
+        own.insert("throughput", Item::Value(numbers(nm.iter().map(|l| (band.response(1e-3 * l) * weight(*l) / peak).clamp(0.0, 1.0)))));
+        own.insert("nm", Item::Value(numbers(nm)));
+        list.push(own);
+    }
+    Edit::new("curves to drag", move |document| {
+        document.remove("bands");
+        document.insert("band", Item::ArrayOfTables(list));
+    })
+}
+
+/// Where filters of the scene let light through [nm], with a margin.
+fn range(scene: &Scene) -> (f64, f64) {
+    let ends = scene.bands.iter().map(Passband::support_um).fold((f64::MAX, 0.0f64), |(l, h), (a, b)| (l.min(a), h.max(b)));
+    let margin = 0.05 * (ends.1 - ends.0);
+    (1e3 * (ends.0 - margin).max(1e-3), 1e3 * (ends.1 + margin))
+}
+
+/// One curve over nm, as parts of its largest value, in logarithms if asked for.
+fn curve(range: (f64, f64), logarithmic: bool, f: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+    let nm = |i: usize| range.0 + (range.1 - range.0) * i as f64 / (SAMPLES - 1) as f64;
+    let values: Vec<[f64; 2]> = (0..SAMPLES).map(|i| [nm(i), f(1e-3 * nm(i))]).collect();
+    let largest = values.iter().map(|v| v[1]).fold(0.0, f64::max);
+    let shown = |v: f64| if logarithmic { (v / largest).max(FLOOR).log10() } else { v / largest };
+    if largest > 0.0 { values.iter().map(|[nm, v]| [*nm, shown(*v)]).collect() } else { Vec::new() }
+}
+
+fn plot(ui: &mut Ui, app: &App, edits: &mut Edits) {
+    let scene = app.document.scene();
+    let (range, logarithmic) = (range(scene), app.layout.logarithmic);
+    let held = ui.data(|d| d.get_temp::<(usize, usize)>(egui::Id::unique("curve point")));
+    let points = draggable(app, logarithmic);
+    let strong = ui.visuals().strong_text_color();
+    let plot = Plot::new("spectra")
+        .height(190.0)
+        .legend(Legend::default().text_style(egui::TextStyle::Small))
+        .x_axis_label("wavelength [nm]")
+        .y_axis_label(if logarithmic { "log10 of the largest" } else { "part of the largest" })
+        .allow_scroll(false)
+        .allow_drag(points.is_empty())
+        .include_x(range.0)
+        .include_x(range.1)
+        .include_y(if logarithmic { FLOOR.log10() } else { 0.0 })
+        .include_y(if logarithmic { 0.0 } else { 1.0 });
+    let shown = plot.show(ui, |plot| {
+        for (b, band) in scene.bands.iter().enumerate() {
+            let colour = band_colour(scene, b);
+            let floor = if logarithmic { FLOOR.log10() } else { 0.0 };
+            let line = Line::new(band.name(), PlotPoints::from(curve(range, logarithmic, |l| band.response(l))));
+            plot.line(line.color(colour).fill(floor as f32).fill_alpha(0.18));
+        }
+        for star in &scene.stars {
+            let line = curve(range, logarithmic, |l| star.spectrum.continuum(l));
+            plot.line(Line::new(&star.name, PlotPoints::from(line)).width(1.5).color(strong));
+        }
+        for gas in &scene.emission {
+            let line = curve(range, logarithmic, |l| gas.spectrum.continuum(l));
+            if !line.is_empty() {
+                plot.line(Line::new(&gas.name, PlotPoints::from(line)).style(LineStyle::dotted_loose()));
+            }
+            for line in gas.spectrum.lines().iter().filter(|l| (range.0..=range.1).contains(&(1e3 * l.lambda_um))) {
+                plot.vline(VLine::new(&gas.name, 1e3 * line.lambda_um).width(1.0).color(wavelength_colour(1e3 * line.lambda_um)));
+            }
+        }
+        if let Some(dust) = &scene.dust {
+            let known = |l: f64| dust.extinction.check("", l, l).map_or(0.0, |()| dust.extinction.k(l));
+            plot.line(Line::new("extinction", PlotPoints::from(curve(range, logarithmic, known))).color(Color32::GRAY));
+            let albedo = curve(range, logarithmic, |l| dust.albedo.at(l));
+            plot.line(Line::new("albedo", PlotPoints::from(albedo)).color(Color32::GRAY).style(LineStyle::dashed_loose()));
+        }
+        for (_, marks) in &points {
+            plot.points(Points::new("", PlotPoints::from(marks.clone())).radius(3.5).color(Color32::WHITE));
+        }
+        plot.pointer_coordinate()
+    });
+    drag(ui, app, &shown, &points, held, logarithmic, edits);
+}
+
+/// Points of the scene's own curves, as the plot shows them: which band, and where.
+fn draggable(app: &App, logarithmic: bool) -> Vec<(usize, Vec<[f64; 2]>)> {
+    let root = app.document.toml().as_table();
+    let shown = |v: f64, largest: f64| if logarithmic { (v / largest).max(FLOOR).log10() } else { v / largest };
+    let of = |i: usize| {
+        let band = table(root, &format!("band.{i}"))?;
+        let list = |key: &str| -> Option<Vec<f64>> {
+            Some(band.get(key)?.as_array()?.iter().filter_map(|v| v.as_float().or(v.as_integer().map(|i| i as f64))).collect())
+        };
+        (band.get("kind")?.as_str()? == "points").then_some(())?;
+        let (nm, throughput) = (list("nm")?, list("throughput")?);
+        let largest = throughput.iter().copied().fold(1e-9, f64::max);
+        Some((i, nm.into_iter().zip(throughput).map(|(l, t)| [l, shown(t, largest)]).collect()))
+    };
+    (0..count(root, "band")).filter_map(of).collect()
+}
+
+/// Takes hold of a point, and carries it.
+fn drag(
+    ui: &Ui,
+    app: &App,
+    shown: &egui_plot::PlotResponse<Option<egui_plot::PlotPoint>>,
+    points: &[(usize, Vec<[f64; 2]>)],
+    held: Option<(usize, usize)>,
+    logarithmic: bool,
+    edits: &mut Edits,
+) {
+    let id = egui::Id::unique("curve point");
+    let Some(pointer) = shown.response.interact_pointer_pos() else {
+        ui.data_mut(|d| d.remove::<(usize, usize)>(id));
+        return;
+    };
+    if shown.response.drag_started() {
+        let pressed = ui.input(|i| i.pointer.press_origin()).unwrap_or(pointer);
+        let on_screen = |p: &[f64; 2]| shown.transform.position_from_point(&(*p).into()).distance(pressed);
+        let all = points.iter().flat_map(|(band, marks)| marks.iter().enumerate().map(move |(i, p)| (*band, i, on_screen(p))));
+        if let Some((band, i, _)) = all.filter(|p| p.2 < GRIP).min_by(|a, b| a.2.total_cmp(&b.2)) {
+            ui.data_mut(|d| d.insert_temp(id, (band, i)));
+        }
+        return;
+    }
+    let (Some((band, i)), Some(at), true) = (held, shown.inner, shown.response.dragged()) else { return };
+    let place = format!("band.{band}");
+    let list = |key: &str| -> Option<Vec<f64>> {
+        let array: &Array = table(app.document.toml().as_table(), &place)?.get(key)?.as_array()?;
+        Some(array.iter().filter_map(|v| v.as_float().or(v.as_integer().map(|i| i as f64))).collect())
+    };
+    let (Some(mut nm), Some(mut throughput)) = (list("nm"), list("throughput")) else { return };
+    let largest = throughput.iter().copied().fold(1e-9, f64::max);
+    // Points keep their order: each stays between its neighbours.
+    let low = if i == 0 { 1.0 } else { nm[i - 1] + 0.01 };
+    let high = nm.get(i + 1).map_or(f64::MAX, |n| n - 0.01);
+    nm[i] = at.x.clamp(low, high.max(low));
+    throughput[i] = (if logarithmic { 10f64.powf(at.y) } else { at.y } * largest).clamp(0.0, 1.0);
+    edits.push(
+        Edit::set(&place, "nm", numbers(nm)).and(Edit::set(&place, "throughput", numbers(throughput))).named(format!("{place} dragged")),
+    );
+}

@@ -1,0 +1,145 @@
+//! What outlives a window: recent scenes, bookmarks, and changes that were not saved when it ended.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use barnard::formats::replace;
+use eframe::Storage;
+
+use crate::document::{Document, Origin};
+use crate::flight::Flight;
+
+/// Most recent scenes that are remembered.
+const RECENT: usize = 12;
+/// How often unsaved changes are written down at most [s].
+const EVERY: f64 = 2.0;
+/// Names of what is stored.
+const KEYS: (&str, &str) = ("recent", "bookmarks");
+
+/// Memory beyond one document.
+#[derive(Default)]
+pub struct Session {
+    /// Scenes that were open, the last one first.
+    pub recent: Vec<Origin>,
+    /// Views by scene and number.
+    bookmarks: BTreeMap<String, toml_edit::Table>,
+    /// Where unsaved changes are written; nowhere if none.
+    recovery: Option<PathBuf>,
+    written: Option<String>,
+    when: f64,
+    closed: bool,
+}
+
+/// Changes that were not saved.
+pub struct Recovered {
+    /// Of which scene.
+    pub origin: Origin,
+    /// Its text.
+    pub text: String,
+}
+
+fn named(origin: &Origin) -> String {
+    match origin {
+        Origin::Builtin(name) => format!("built-in {name}"),
+        Origin::File(path) => std::path::absolute(path).unwrap_or_else(|_| path.clone()).display().to_string(),
+    }
+}
+
+fn origin(name: &str) -> Option<Origin> {
+    match name.strip_prefix("built-in ") {
+        Some(name) => barnard::builtin::entry(name).ok().map(|e| Origin::Builtin(e.name)),
+        None => (!name.is_empty()).then(|| Origin::File(PathBuf::from(name))),
+    }
+}
+
+impl Session {
+    /// What was stored, and unsaved changes kept in `folder`.
+    pub fn new(storage: Option<&dyn Storage>, folder: Option<PathBuf>) -> Self {
+        let stored = |key: &str| storage.and_then(|s| s.get_string(key)).unwrap_or_default();
+        let recent = stored(KEYS.0).lines().filter_map(origin).take(RECENT).collect();
+        let table: toml_edit::DocumentMut = stored(KEYS.1).parse().unwrap_or_default();
+        let bookmarks = table.iter().filter_map(|(name, item)| Some((name.to_owned(), item.as_table()?.clone()))).collect();
+        Self { recent, bookmarks, recovery: folder.map(|f| f.join("unsaved.toml")), ..Self::default() }
+    }
+
+    /// Writes it down.
+    pub fn save(&self, storage: &mut dyn Storage) {
+        storage.set_string(KEYS.0, self.recent.iter().map(named).collect::<Vec<_>>().join("\n"));
+        let mut document = toml_edit::DocumentMut::new();
+        for (name, table) in &self.bookmarks {
+            document.insert(name, toml_edit::Item::Table(table.clone()));
+        }
+        storage.set_string(KEYS.1, document.to_string());
+    }
+
+    /// A scene was opened.
+    pub fn opened(&mut self, origin: &Origin) {
+        self.recent.retain(|o| named(o) != named(origin));
+        self.recent.insert(0, origin.clone());
+        self.recent.truncate(RECENT);
+    }
+
+    /// Remembers a view.
+    pub fn mark(&mut self, origin: &Origin, number: usize, flight: &Flight) {
+        let mut document = toml_edit::DocumentMut::new();
+        flight.edit().apply(&mut document);
+        let camera = document.get("camera").cloned().unwrap_or_default();
+        self.bookmarks.entry(named(origin)).or_default().insert(&(number + 1).to_string(), camera);
+    }
+
+    /// Goes back to a view; false where there is none.
+    pub fn recall(&self, origin: &Origin, number: usize, flight: &mut Flight) -> bool {
+        let marked = self.bookmarks.get(&named(origin)).and_then(|t| t.get(&(number + 1).to_string()));
+        let Some(camera) = marked.and_then(|item| flight.read(item.as_table_like()?)) else { return false };
+        flight.take(&camera);
+        true
+    }
+
+    /// Keeps the changes of a document that are not saved, now and then.
+    pub fn keep(&mut self, document: &Document, now: f64) {
+        let Some(path) = &self.recovery else { return };
+        if !document.is_changed() {
+            if self.written.is_some() {
+                self.forget_recovery();
+            }
+            return;
+        }
+        if self.closed || now - self.when < EVERY || self.written.as_deref() == Some(document.text()) {
+            return;
+        }
+        let text = format!("# unsaved changes of {}\n{}", named(document.origin()), document.text());
+        let folder = path.parent().unwrap_or(Path::new(""));
+        // Whoever has no place for it works on without.
+        if std::fs::create_dir_all(folder).is_ok() && replace(path, text.as_bytes()).is_ok() {
+            self.written = Some(document.text().to_owned());
+        }
+        self.when = now;
+    }
+
+    /// Changes that the last window left behind.
+    pub fn recovered(&self) -> Option<Recovered> {
+        let text = std::fs::read_to_string(self.recovery.as_ref()?).ok()?;
+        let (first, text) = text.split_once('\n')?;
+        Some(Recovered { origin: origin(first.strip_prefix("# unsaved changes of ")?)?, text: text.to_owned() })
+    }
+
+    /// There is nothing left to recover.
+    pub fn forget_recovery(&mut self) {
+        if let Some(path) = &self.recovery {
+            // It may not be there.
+            let _ = std::fs::remove_file(path);
+        }
+        self.written = None;
+    }
+
+    /// The window closes in order.
+    pub fn close(&mut self) {
+        self.forget_recovery();
+        self.closed = true;
+    }
+
+    /// Whether it does.
+    pub fn is_closed(&self) -> bool {
+        self.closed
+    }
+}

@@ -1,0 +1,304 @@
+//! The middle of the window: the picture, what lies over it, and the hands that move it.
+
+use barnard::glam::DVec3;
+use eframe::egui::{self, Align2, Color32, Context, FontId, Key, Modifiers, PointerButton, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
+
+use crate::app::App;
+use crate::comparison::{AMPLIFIED, Arrangement, With};
+use crate::edit::{Edit, place_text};
+use crate::editor::Edits;
+use crate::engine::Quality;
+
+/// Most pixels along an edge of a picture in the window.
+const MOST: f32 = 4096.0;
+/// How near the pointer must be to take hold of something [points].
+const GRIP: f32 = 10.0;
+/// Change of distance, and of brightness in stops, in one point of the wheel.
+const WHEEL: f64 = 0.003;
+const STOPS: f64 = 0.01;
+
+/// What the pointer holds.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+enum Hold {
+    #[default]
+    Nothing,
+    View,
+    Star(usize),
+    Edge,
+}
+
+/// What is known of the middle of the window between frames.
+#[derive(Default)]
+pub struct Viewport {
+    /// Its size in pixels; none before it was shown.
+    pub pixels: Option<(usize, usize)>,
+    /// Whether places of stars and the frame of the scene's own picture are drawn.
+    pub overlay: bool,
+    /// Where the pointer is, as parts of width and height.
+    pub pointer: Option<(f64, f64)>,
+    hold: Hold,
+    flying: bool,
+}
+
+impl Viewport {
+    /// Whether a hand is on it.
+    pub fn is_moving(&self) -> bool {
+        self.hold != Hold::Nothing || self.flying
+    }
+}
+
+/// Draws the pictures and lets them be moved.
+pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
+    let rect = ui.available_rect_before_wrap();
+    let response = ui.allocate_rect(rect, Sense::click_and_drag());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "picture"));
+    let scale = ui.ctx().pixels_per_point();
+    let edge = |points: f32| (points * scale).round().clamp(16.0, MOST) as usize;
+    let halves = if side_by_side(app) { 2.0 } else { 1.0 };
+    app.viewport.pixels = Some((edge(rect.width() / halves), edge(rect.height())));
+    ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
+    draw(ui, app, rect);
+    let seen = if side_by_side(app) { rect.split_left_right_at_fraction(0.5).0 } else { rect };
+    sparks(ui, app, seen);
+    hands(ui, app, &response, rect, seen, edits);
+    if app.viewport.overlay {
+        overlay(ui, app, seen);
+    }
+    labels(ui, app, rect);
+}
+
+fn side_by_side(app: &App) -> bool {
+    matches!(app.comparison.with, With::Filters(_)) && app.comparison.arrangement == Arrangement::SideBySide
+}
+
+/// All of a texture.
+const WHOLE: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
+
+fn draw(ui: &Ui, app: &App, rect: Rect) {
+    let Some(shown) = &app.shown else { return };
+    let painter = ui.painter().with_clip_rect(rect);
+    let textures = &shown.textures;
+    match (&app.comparison.with, &textures[..]) {
+        (With::Nothing, [own, ..]) | (_, [own]) => painter.image(own.id(), rect, WHOLE, Color32::WHITE),
+        (With::Filters(_), [own, other]) if side_by_side(app) => {
+            let (left, right) = rect.split_left_right_at_fraction(0.5);
+            painter.image(own.id(), left, WHOLE, Color32::WHITE);
+            painter.image(other.id(), right, WHOLE, Color32::WHITE)
+        }
+        (_, [own, other]) => {
+            let x = app.comparison.edge.unwrap_or(0.5);
+            let (left, right) = rect.split_left_right_at_fraction(x);
+            painter.image(own.id(), left, Rect::from_min_max(WHOLE.min, pos2(x, 1.0)), Color32::WHITE);
+            painter.image(other.id(), right, Rect::from_min_max(pos2(x, 0.0), WHOLE.max), Color32::WHITE);
+            painter.vline(left.right(), rect.y_range(), Stroke::new(1.5, Color32::from_white_alpha(160)))
+        }
+        _ => return,
+    };
+}
+
+/// Stars over a quick picture, in the pixels that they will have.
+fn sparks(ui: &Ui, app: &App, seen: Rect) {
+    let (Some(picture), Some((width, height))) = (app.shown.as_ref().and_then(|s| s.pictures.first()), app.viewport.pixels) else { return };
+    let pixel = vec2(seen.width() / width as f32, seen.height() / height as f32);
+    let mut mesh = egui::Mesh::default();
+    for (column, row, colour) in &picture.sparks {
+        let at = seen.min + vec2(*column as f32 * pixel.x, *row as f32 * pixel.y);
+        mesh.add_colored_rect(Rect::from_min_size(at, pixel), *colour);
+    }
+    ui.painter().with_clip_rect(seen).add(mesh);
+}
+
+/// What the mouse does.
+fn hands(ui: &Ui, app: &mut App, response: &egui::Response, rect: Rect, seen: Rect, edits: &mut Edits) {
+    let ctx = ui.ctx();
+    let pointer = response.hover_pos().filter(|p| seen.contains(*p));
+    app.viewport.pointer = pointer.map(|p| (f64::from((p.x - seen.left()) / seen.width()), f64::from((p.y - seen.top()) / seen.height())));
+    if response.drag_started() {
+        app.viewport.hold = ctx.input(|i| i.pointer.press_origin()).map_or(Hold::View, |p| grip(app, rect, seen, p));
+    }
+    if response.drag_stopped() || !ctx.input(|i| i.pointer.any_down()) {
+        app.viewport.hold = Hold::Nothing;
+    }
+    if response.dragged() {
+        let delta = response.drag_delta();
+        let part = |points: f32| f64::from(points / seen.width());
+        let (right, down) = (part(delta.x), part(delta.y));
+        match app.viewport.hold {
+            Hold::Star(star) => move_star(app, star, seen, response.interact_pointer_pos(), edits),
+            Hold::Edge => app.comparison.edge = Some((app.comparison.edge.unwrap_or(0.5) + delta.x / rect.width()).clamp(0.02, 0.98)),
+            _ => {
+                let shift = ctx.input(|i| i.modifiers.shift);
+                if response.dragged_by(PointerButton::Middle) || shift && response.dragged_by(PointerButton::Primary) {
+                    app.flight.pan(right, down);
+                } else if response.dragged_by(PointerButton::Secondary) {
+                    app.flight.look(right, down);
+                } else {
+                    app.flight.orbit(right, down);
+                }
+            }
+        }
+    }
+    if response.hovered() {
+        wheel(ctx, app);
+    }
+    response.clone().on_hover_cursor(match pointer.map(|p| grip(app, rect, seen, p)) {
+        Some(Hold::Star(_)) => egui::CursorIcon::Grab,
+        Some(Hold::Edge) => egui::CursorIcon::ResizeHorizontal,
+        _ => egui::CursorIcon::Crosshair,
+    });
+}
+
+/// The wheel: nearer and further; with E brighter and darker; with Ctrl wider and narrower; in flight faster and slower.
+fn wheel(ctx: &Context, app: &mut App) {
+    let (turned, zoomed, bright) = ctx.input(|i| (f64::from(i.smooth_scroll_delta().y), f64::from(i.zoom_delta()), i.key_down(Key::E)));
+    if zoomed != 1.0 {
+        app.flight.widen(1.0 / zoomed);
+    } else if turned != 0.0 && bright {
+        app.expose(STOPS * turned);
+    } else if turned != 0.0 && app.viewport.flying {
+        app.flight.speed = (app.flight.speed * (WHEEL * turned).exp()).clamp(1e-6, 1e6);
+        app.tell(format!("speed {} pc/s", crate::edit::rounded(app.flight.speed, 2)));
+    } else if turned != 0.0 {
+        app.flight.approach((-WHEEL * turned).exp());
+    }
+}
+
+/// Where a place appears.
+fn on_screen(app: &App, seen: Rect, place: DVec3) -> Option<Pos2> {
+    let camera = app.flight.seen(app.viewport.pixels?);
+    let (column, row) = camera.project(place)?;
+    let (x, y) = (column / camera.width as f64, row / camera.height as f64);
+    Some(seen.min + vec2(x as f32 * seen.width(), y as f32 * seen.height()))
+}
+
+fn grip(app: &App, rect: Rect, seen: Rect, pointer: Pos2) -> Hold {
+    if app.comparison.with != With::Nothing && !side_by_side(app) {
+        let x = rect.left() + app.comparison.edge.unwrap_or(0.5) * rect.width();
+        if (pointer.x - x).abs() < GRIP {
+            return Hold::Edge;
+        }
+    }
+    let distance = |place: DVec3| on_screen(app, seen, place).map_or(f32::INFINITY, |p| p.distance(pointer));
+    let stars = app.document.scene().stars.iter().enumerate().map(|(i, star)| (i, distance(star.position)));
+    stars.filter(|(_, d)| *d < GRIP).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(Hold::View, |(i, _)| Hold::Star(i))
+}
+
+/// A star follows the pointer, in the plane across the line of sight that it stands in.
+fn move_star(app: &App, star: usize, seen: Rect, pointer: Option<Pos2>, edits: &mut Edits) {
+    let (Some(pointer), Some(pixels), Some(star_now)) = (pointer, app.viewport.pixels, app.document.scene().stars.get(star)) else {
+        return;
+    };
+    let camera = app.flight.seen(pixels);
+    let (x, y) = ((pointer.x - seen.left()) / seen.width(), (pointer.y - seen.top()) / seen.height());
+    let ray = camera.ray(f64::from(x) * camera.width as f64, f64::from(y) * camera.height as f64);
+    let along = ray.direction.dot(camera.forward);
+    let t = (star_now.position - ray.origin).dot(camera.forward) / along;
+    if t.is_finite() && t > 0.0 {
+        edits.push(Edit::set(&format!("star.{star}"), "position", place_text(ray.at(t))));
+    }
+}
+
+/// Rings at stars, and the frame of the scene's own picture.
+fn overlay(ui: &Ui, app: &App, seen: Rect) {
+    let painter = ui.painter().with_clip_rect(seen);
+    let colour = Color32::from_rgba_unmultiplied(120, 200, 255, 200);
+    for star in &app.document.scene().stars {
+        if let Some(p) = on_screen(app, seen, star.position) {
+            painter.circle_stroke(p, GRIP, Stroke::new(1.0, colour));
+            painter.text(p + vec2(GRIP + 2.0, -GRIP), Align2::LEFT_BOTTOM, &star.name, FontId::proportional(12.0), colour);
+        }
+    }
+    let camera = &app.flight.camera;
+    let (own, window) = (camera.width as f32 / camera.height as f32, seen.width() / seen.height());
+    let size = if window > own { vec2(seen.height() * own, seen.height()) } else { vec2(seen.width(), seen.width() / own) };
+    painter.rect_stroke(
+        Rect::from_center_size(seen.center(), size),
+        0.0,
+        Stroke::new(1.0, colour.gamma_multiply(0.5)),
+        egui::StrokeKind::Inside,
+    );
+}
+
+/// What is not the picture, in words on it.
+fn labels(ui: &Ui, app: &App, rect: Rect) {
+    let painter = ui.painter().with_clip_rect(rect);
+    let write = |place: Pos2, align: Align2, words: &str| {
+        let text = painter.layout_no_wrap(words.to_owned(), FontId::proportional(13.0), Color32::from_gray(225));
+        let at = align.anchor_size(place, text.size());
+        painter.rect_filled(at.expand(3.0), 3.0, Color32::from_black_alpha(150));
+        painter.galley(at.min, text, Color32::WHITE);
+    };
+    let below = pos2(rect.left() + 8.0, rect.bottom() - 8.0);
+    match &app.shown {
+        None => write(rect.center(), Align2::CENTER_CENTER, "planning …"),
+        Some(shown) if shown.quality < Quality::Settled => write(below, Align2::LEFT_BOTTOM, "refining …"),
+        Some(_) => {}
+    }
+    let names = |i: usize| {
+        let picture = app.shown.as_ref()?.pictures.get(i)?;
+        Some(picture.image.bands.iter().map(|b| b.name.as_str()).collect::<Vec<_>>().join(", "))
+    };
+    if let (With::Filters(_), Some(own), Some(other)) = (&app.comparison.with, names(0), names(1)) {
+        write(rect.left_top() + vec2(8.0, 8.0), Align2::LEFT_TOP, &own);
+        write(rect.right_top() + vec2(-8.0, 8.0), Align2::RIGHT_TOP, &other);
+    }
+    if app.comparison.with == With::Finer {
+        write(rect.right_top() + vec2(-8.0, 8.0), Align2::RIGHT_TOP, &format!("difference from a finer method, × {AMPLIFIED}"));
+    }
+}
+
+/// What the keys do: flight, frames, bookmarks, exposure.
+pub fn keys(ctx: &Context, app: &mut App) {
+    let axis = |more: Key, less: Key| ctx.input(|i| f64::from(i8::from(i.key_down(more)) - i8::from(i.key_down(less))));
+    let plain = ctx.input(|i| !i.modifiers.command && !i.modifiers.alt);
+    let (right, up, forward) = (axis(Key::D, Key::A), axis(Key::R, Key::F), axis(Key::W, Key::S));
+    let roll = axis(Key::Period, Key::Comma);
+    app.viewport.flying = plain && (right, up, forward, roll) != (0.0, 0.0, 0.0, 0.0);
+    if app.viewport.flying {
+        let dt = f64::from(ctx.input(|i| i.stable_dt)).min(0.1);
+        app.flight.fly(dt * right, dt * up, dt * forward);
+        app.flight.roll(dt * roll);
+        ctx.request_repaint();
+    }
+    let pressed = |modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
+    if pressed(Modifiers::NONE, Key::Home) {
+        frame(app);
+    }
+    if pressed(Modifiers::NONE, Key::M) {
+        app.viewport.overlay = !app.viewport.overlay;
+    }
+    if pressed(Modifiers::NONE, Key::Plus) || pressed(Modifiers::NONE, Key::Equals) {
+        app.expose(0.5);
+    }
+    if pressed(Modifiers::NONE, Key::Minus) {
+        app.expose(-0.5);
+    }
+    if pressed(Modifiers::NONE, Key::Num0) {
+        app.expose_automatically();
+    }
+    if pressed(Modifiers::NONE, Key::OpenBracket) {
+        app.flight.widen(1.0 / 1.1);
+    }
+    if pressed(Modifiers::NONE, Key::CloseBracket) {
+        app.flight.widen(1.1);
+    }
+    const DIGITS: [Key; 9] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
+    for (i, key) in DIGITS.into_iter().enumerate() {
+        if pressed(Modifiers::COMMAND, key) {
+            app.session.mark(app.document.origin(), i, &app.flight);
+            app.tell(format!("bookmark {} is here", i + 1));
+        }
+        if pressed(Modifiers::NONE, key) && !app.session.recall(app.document.origin(), i, &mut app.flight) {
+            app.tell(format!("there is no bookmark {}; Ctrl+{} sets it", i + 1, i + 1));
+        }
+    }
+}
+
+/// Shows all that there is.
+pub fn frame(app: &mut App) {
+    let scene = app.document.scene();
+    let fields = scene.dust.iter().map(|d| d.density.bounds()).chain(scene.emission.iter().map(|e| e.density.bounds()));
+    if let Some(bounds) = fields.reduce(|a, b| a.union(&b)) {
+        app.flight.frame(&bounds);
+    }
+}

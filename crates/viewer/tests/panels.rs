@@ -1,0 +1,416 @@
+//! The explorer without a window: every panel is shown, changed by its own widgets, and looked at.
+//!
+//! `UPDATE_SNAPSHOTS=1` writes the pictures of the panels anew.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use barnard_viewer::app::App;
+use barnard_viewer::comparison::With;
+use barnard_viewer::document::{Document, Origin};
+use barnard_viewer::engine::Engine;
+use barnard_viewer::session::Session;
+use eframe::egui::accesskit::Role;
+use eframe::egui::{Key, Modifiers, PointerButton, Pos2, Rect, vec2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+
+const SCENE: &str = r#"# A small cloud.
+bands = "johnson" # comments stay
+
+[camera]
+kind = "perspective"
+position = "0 0 6 pc"
+field_of_view = "24 deg"
+size = [64, 48]
+
+[field.cloud]
+kind = "fbm"
+radius = "1 pc"
+
+[dust]
+density = "cloud"
+scale = "4 mag/pc"
+
+[[star]]
+name = "hot star"
+kind = "blackbody"
+position = "0.3 0.2 0.9 pc"
+temperature = "20000 K"
+luminosity = "3000 Lsun"
+
+[method]
+accuracy = 0.02
+bake = 24
+"#;
+
+const LIMIT: u64 = 1 << 32;
+
+/// A folder with the scene in it.
+fn folder() -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cloud.toml");
+    std::fs::write(&path, SCENE).unwrap();
+    (folder, path)
+}
+
+fn app(path: &Path, recovery: Option<PathBuf>) -> App {
+    let document = Document::open(path, LIMIT).unwrap();
+    App::new(document, Engine::start(None, || ()), Session::new(None, recovery), LIMIT, "cpu".into())
+}
+
+fn harness(app: App) -> Harness<'static, App> {
+    Harness::builder().with_size(vec2(1150.0, 760.0)).build_ui_state(|ui, app: &mut App| app.ui(ui), app)
+}
+
+fn open() -> (tempfile::TempDir, Harness<'static, App>) {
+    let (folder, path) = folder();
+    let mut harness = harness(app(&path, None));
+    settle(&mut harness);
+    (folder, harness)
+}
+
+/// Frames until the picture is the final one.
+fn settle(harness: &mut Harness<App>) {
+    let start = Instant::now();
+    harness.step();
+    harness.step();
+    while !harness.state().is_settled() {
+        harness.step();
+        std::thread::sleep(Duration::from_millis(5));
+        assert!(start.elapsed() < Duration::from_secs(120), "{:?}", harness.state().notice.as_ref().map(|n| &n.words));
+    }
+    harness.step();
+}
+
+/// Mean radiance of each band.
+fn means(harness: &Harness<App>) -> Vec<f64> {
+    let shown = harness.state().shown.as_ref().unwrap();
+    let image = &shown.pictures[0].image;
+    (0..image.bands.len()).map(|b| image.band(b).sum::<f64>() / (image.width * image.height) as f64).collect()
+}
+
+fn notice<'a>(harness: &'a Harness<App>) -> &'a str {
+    harness.state().notice.as_ref().map_or("", |n| &n.words)
+}
+
+/// The picture's place in the window.
+fn viewport(harness: &Harness<App>) -> Rect {
+    harness.get_by_role_and_label(Role::Image, "picture").rect()
+}
+
+fn drag(harness: &mut Harness<App>, button: PointerButton, from: Pos2, to: Pos2) {
+    let press = |harness: &mut Harness<App>, pos, pressed| {
+        harness.event(eframe::egui::Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE });
+    };
+    harness.hover_at(from);
+    harness.step();
+    press(harness, from, true);
+    harness.step();
+    for i in 1..=4 {
+        harness.hover_at(from + (to - from) * (i as f32 / 4.0));
+        harness.step();
+    }
+    press(harness, to, false);
+    harness.step();
+}
+
+/// A hotter star: the text says so, the plan has another spectrum, the picture is bluer, the comment is where it was; undo brings all of it back.
+#[test]
+fn a_temperature_changes_plan_and_picture() {
+    let (_folder, mut harness) = open();
+    let before = means(&harness);
+    harness.get_by_role_and_label(Role::SpinButton, "temperature").set_value_accesskit(6000.0);
+    settle(&mut harness);
+    let text = harness.state().document.text().to_owned();
+    assert!(text.contains("temperature = \"6000 K\"") && text.contains("# comments stay"), "{text}");
+    let after = means(&harness);
+    assert!(after[0] / before[0] < 0.9 * after[2] / before[2], "{before:?} {after:?}");
+    assert!(harness.state().document.is_changed());
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut harness);
+    assert_eq!(harness.state().document.text(), SCENE);
+    assert_eq!(means(&harness), before);
+    harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    harness.step();
+    assert_eq!(harness.state().document.text(), text);
+}
+
+/// What cannot be is told as `barnard check` tells it, and nothing is changed.
+#[test]
+fn impossible_values_are_refused() {
+    let (_folder, mut harness) = open();
+    harness.get_by_role_and_label(Role::SpinButton, "temperature").set_value_accesskit(-5.0);
+    harness.step();
+    harness.step();
+    assert!(notice(&harness).contains("not above zero") && notice(&harness).contains("cloud.toml:22"), "{}", notice(&harness));
+    assert_eq!(harness.state().document.text(), SCENE);
+}
+
+/// Another set of filters has bands and colours of its own; another palette colours the same radiances anew.
+#[test]
+fn filters_and_palettes_change_what_is_seen() {
+    let (_folder, mut harness) = open();
+    harness.state_mut().apply(barnard_viewer::comparison::filters("sho-3nm"));
+    settle(&mut harness);
+    let bands =
+        |h: &Harness<App>| h.state().shown.as_ref().unwrap().pictures[0].image.bands.iter().map(|b| b.name.clone()).collect::<Vec<_>>();
+    assert_eq!(bands(&harness).len(), 3);
+    let (image, colours) = {
+        let picture = &harness.state().shown.as_ref().unwrap().pictures[0];
+        (picture.image.clone(), picture.colours.clone())
+    };
+    harness.get_by_role_and_label(Role::Button, "SHO").click();
+    settle(&mut harness);
+    let picture = &harness.state().shown.as_ref().unwrap().pictures[0];
+    assert!(std::sync::Arc::ptr_eq(&picture.image, &image) && picture.colours != colours);
+    assert!(harness.state().document.text().contains("palette = \"sho\""));
+    harness.get_by_role_and_label(Role::Button, "Matrix").click();
+    harness.step();
+    harness.step();
+    assert!(harness.state().document.text().contains("matrix = ["), "{}", notice(&harness));
+}
+
+/// Brighter is a lower white; automatic takes it away again.
+#[test]
+fn exposure_is_written() {
+    let (_folder, mut harness) = open();
+    let white = harness.state().shown.as_ref().unwrap().pictures[0].tone.white;
+    harness.key_press(Key::Plus);
+    settle(&mut harness);
+    let tone = &harness.state().shown.as_ref().unwrap().pictures[0].tone;
+    assert!((tone.white / white - 0.5f64.sqrt()).abs() < 1e-4, "{} {white}", tone.white);
+    harness.get_by_role_and_label(Role::Button, "Auto").click();
+    settle(&mut harness);
+    assert!(!harness.state().document.text().contains("white"));
+}
+
+/// Another method makes the picture and states its error; the difference from a finer one is small, and that of a poor one is larger.
+#[test]
+fn methods_state_their_errors() {
+    let (_folder, mut harness) = open();
+    assert!(harness.query_by_label_contains("johnson-B: spectral error at most").is_some());
+    harness.get_by_role_and_label(Role::CheckBox, "difference × 16").click();
+    settle(&mut harness);
+    let difference = |h: &Harness<App>| {
+        let pictures = &h.state().shown.as_ref().unwrap().pictures;
+        pictures[0].image.relative_rmse(0, &pictures[1].image, 0)
+    };
+    let fine = difference(&harness);
+    assert!(harness.query_by_label_contains("johnson-B: differs by").is_some());
+    harness.state_mut().apply(barnard_viewer::edit::Edit::set("method", "name", "fixed_wavelength"));
+    settle(&mut harness);
+    assert!(fine < 0.03 && difference(&harness) > fine, "{fine} {}", difference(&harness));
+    assert_eq!(harness.state().shown.as_ref().unwrap().pictures[0].plan.spectral.method, "fixed_wavelength");
+}
+
+/// The probe shows the radiance of the pixel under the pointer.
+#[test]
+fn the_probe_reads_pixels() {
+    let (_folder, mut harness) = open();
+    assert!(harness.query_by_label("point at the picture").is_some());
+    harness.hover_at(viewport(&harness).center());
+    harness.step();
+    harness.step();
+    let image = harness.state().shown.as_ref().unwrap().pictures[0].image.clone();
+    let (column, row) = (image.width / 2, image.height / 2);
+    assert!(harness.query_by_label(&format!("column {column}, row {row} of {} × {}", image.width, image.height)).is_some());
+    assert!(harness.query_by_label(&format!("{:.3e}", image.at(1, row, column))).is_some());
+    assert!(harness.query_by_label_contains("optical depth").is_some());
+}
+
+/// A drag turns the view; at rest the camera is written down, and one undo takes the whole drag back.
+#[test]
+fn the_view_is_dragged() {
+    let (_folder, mut harness) = open();
+    let centre = viewport(&harness).center();
+    drag(&mut harness, PointerButton::Primary, centre, centre + vec2(120.0, 30.0));
+    settle(&mut harness);
+    let camera = harness.state().document.scene().camera.clone();
+    assert!(camera.position.x < -1.0 && (camera.position.length() - 6.0).abs() < 1e-3, "{:?}", camera.position);
+    assert_eq!(harness.state().flight.camera, camera);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut harness);
+    assert_eq!(harness.state().document.text(), SCENE);
+    assert!(harness.state().flight.camera.position.distance(barnard::glam::DVec3::new(0.0, 0.0, 6.0)) < 1e-9);
+}
+
+/// A star follows the pointer; the camera stays.
+#[test]
+fn a_star_is_dragged() {
+    let (_folder, mut harness) = open();
+    let rect = viewport(&harness);
+    let (column, row, width) = {
+        let state = harness.state();
+        let camera = state.flight.seen(state.viewport.pixels.unwrap());
+        let (column, row) = camera.project(state.document.scene().stars[0].position).unwrap();
+        (column, row, camera.width)
+    };
+    let scale = rect.width() / width as f32;
+    let star = rect.min + vec2(column as f32, row as f32) * scale;
+    let target = star + vec2(-80.0, 40.0);
+    drag(&mut harness, PointerButton::Primary, star, target);
+    settle(&mut harness);
+    let state = harness.state();
+    let moved = state.document.scene().stars[0].position;
+    let camera = state.flight.seen(state.viewport.pixels.unwrap());
+    let (column, row) = camera.project(moved).unwrap();
+    let seen = rect.min + vec2(column as f32, row as f32) * scale;
+    assert!(seen.distance(target) < 3.0 && (moved.z - 0.9).abs() < 1e-4, "{seen:?} {target:?} {moved}");
+    assert_eq!(camera.position, barnard::glam::DVec3::new(0.0, 0.0, 6.0));
+}
+
+/// Two sets of filters share the window; the edge between them is dragged.
+#[test]
+fn filters_are_compared() {
+    let (_folder, mut harness) = open();
+    harness.state_mut().comparison.with = With::Filters("2mass".into());
+    settle(&mut harness);
+    let names: Vec<String> = harness.state().shown.as_ref().unwrap().pictures.iter().map(|p| p.image.bands[0].name.clone()).collect();
+    assert!(names.len() == 2 && names[0].starts_with("johnson") && names[1].starts_with("twomass"), "{names:?}");
+    let rect = viewport(&harness);
+    drag(&mut harness, PointerButton::Primary, rect.center(), rect.center() + vec2(100.0, 0.0));
+    assert!(harness.state().comparison.edge.unwrap() > 0.6);
+    assert_eq!(harness.state().document.text(), SCENE);
+}
+
+/// A broken scene from the dialog tells what `barnard check` tells, and the scene that was open stays.
+#[test]
+fn a_broken_scene_is_refused() {
+    let (folder, mut harness) = open();
+    let broken = folder.path().join("broken.toml");
+    std::fs::write(&broken, SCENE.replace("fbm", "fog")).unwrap();
+    let expected = Document::open(&broken, LIMIT).err().unwrap().to_string();
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::O);
+    harness.step();
+    harness.get_by_label("broken.toml").click();
+    harness.step();
+    harness.get_by_role_and_label(Role::Button, "Open").click();
+    harness.step();
+    harness.step();
+    assert_eq!(notice(&harness), expected);
+    assert!(expected.contains("unknown field \"fog\"") && expected.contains("broken.toml:11"), "{expected}");
+    assert_eq!(*harness.state().document.origin(), Origin::File(folder.path().join("cloud.toml")));
+    assert_eq!(harness.state().document.text(), SCENE);
+}
+
+/// A scene that is saved says, byte by byte, what was open; a built-in one brings its volumes along.
+#[test]
+fn scenes_are_saved() {
+    let (folder, mut harness) = open();
+    harness.get_by_role_and_label(Role::SpinButton, "temperature").set_value_accesskit(9000.0);
+    harness.step();
+    harness.step();
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    harness.step();
+    let saved = std::fs::read_to_string(folder.path().join("cloud.toml")).unwrap();
+    assert_eq!(saved, SCENE.replace("20000 K", "9000 K"));
+    assert!(!harness.state().document.is_changed());
+    let mut builtin = Document::builtin("hii_region", LIMIT).unwrap();
+    let text = builtin.text().to_owned();
+    let path = folder.path().join("own/region.toml");
+    std::fs::create_dir(folder.path().join("own")).unwrap();
+    builtin.save(&path).unwrap();
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+    assert!(folder.path().join("own/volumes").is_dir());
+    // Elsewhere, its files are named where they are.
+    let mut again = Document::open(&path, LIMIT).unwrap();
+    again.save(&folder.path().join("region.toml")).unwrap();
+    assert!(Document::open(&folder.path().join("region.toml"), LIMIT).is_ok());
+}
+
+/// The picture that is saved is the one that `barnard render` makes.
+#[test]
+fn pictures_are_saved() {
+    let (folder, mut harness) = open();
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::E);
+    harness.step();
+    harness.get_by_role_and_label(Role::TextInput, "file").focus();
+    harness.step();
+    harness.key_combination_modifiers(Modifiers::COMMAND, &[Key::A]);
+    harness.get_by_role_and_label(Role::TextInput, "file").type_text("out.fits");
+    harness.step();
+    harness.get_by_role_and_label(Role::Button, "Save").click();
+    let start = Instant::now();
+    while !notice(&harness).starts_with("wrote") {
+        harness.step();
+        std::thread::sleep(Duration::from_millis(5));
+        assert!(start.elapsed() < Duration::from_secs(60), "{}", notice(&harness));
+    }
+    let image = barnard::formats::read_image(&folder.path().join("out.fits"), LIMIT).unwrap();
+    let scene = harness.state().document.scene();
+    let options = barnard::plan::Options { method: scene.method.clone(), memory_limit: LIMIT };
+    let control = barnard::control::Control::default();
+    let plan = barnard::plan::Plan::new(scene, &options, &control).unwrap();
+    let rendered = barnard::backend::cpu::render(scene, &plan, &control).unwrap().0;
+    assert_eq!(image.samples, rendered.samples);
+}
+
+/// Changes that are not saved are asked about, and come back after a crash.
+#[test]
+fn changes_are_not_lost() {
+    let (folder, path) = folder();
+    let recovery = folder.path().join("data");
+    let mut first = harness(app(&path, Some(recovery.clone())));
+    settle(&mut first);
+    first.get_by_role_and_label(Role::SpinButton, "temperature").set_value_accesskit(7000.0);
+    for _ in 0..12 {
+        first.step();
+    }
+    first.state_mut().open(Origin::Builtin("deck"));
+    first.step();
+    first.step();
+    assert!(first.query_by_label("Save the changes of cloud.toml?").is_some());
+    first.get_by_role_and_label(Role::Button, "Cancel").click();
+    first.step();
+    first.step();
+    assert!(first.state().document.text().contains("7000 K"));
+    // A crash: nothing is closed in order.
+    drop(first);
+    let lost = Session::new(None, Some(recovery)).recovered().unwrap();
+    assert_eq!(lost.origin, Origin::File(path.clone()));
+    let mut document = Document::open(&path, LIMIT).unwrap();
+    document.replace(&lost.text).unwrap();
+    assert!(document.is_changed() && document.text() == SCENE.replace("20000 K", "7000 K"));
+    document.undo().unwrap();
+    assert_eq!(document.text(), SCENE);
+}
+
+/// Bookmarks bring a view back.
+#[test]
+fn bookmarks_are_places() {
+    let (_folder, mut harness) = open();
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Num3);
+    harness.step();
+    let centre = viewport(&harness).center();
+    drag(&mut harness, PointerButton::Primary, centre, centre + vec2(150.0, 0.0));
+    settle(&mut harness);
+    assert!(harness.state().flight.camera.position.x.abs() > 1.0);
+    harness.key_press(Key::Num3);
+    settle(&mut harness);
+    assert!(harness.state().flight.camera.position.distance(barnard::glam::DVec3::new(0.0, 0.0, 6.0)) < 1e-4);
+}
+
+/// One part of the window as it looked before, and how it looks now.
+fn looks(harness: &mut Harness<App>, name: &str, rect: Rect) {
+    let window = harness.render().unwrap();
+    let part = image::imageops::crop_imm(&window, rect.left() as u32, rect.top() as u32, rect.width() as u32, rect.height() as u32);
+    egui_kittest::image_snapshot(&part.to_image(), name);
+}
+
+/// The panels, as they look: but for what a clock says.
+#[test]
+fn panels_look_as_they_did() {
+    let (_folder, mut harness) = open();
+    let centre = viewport(&harness).center();
+    harness.hover_at(centre);
+    harness.step();
+    harness.step();
+    let from = |harness: &Harness<App>, label: &str| harness.get_by_label(label).rect().left_top() - vec2(20.0, 4.0);
+    let left = Rect::from_min_size(from(&harness, "Spectra"), vec2(330.0, 240.0));
+    looks(&mut harness, "spectra", left);
+    let right = Rect::from_min_size(from(&harness, "Picture"), vec2(320.0, 255.0));
+    looks(&mut harness, "picture", right);
+    let method = Rect::from_min_size(from(&harness, "Method"), vec2(320.0, 200.0));
+    looks(&mut harness, "method", method);
+}
