@@ -84,10 +84,9 @@ pub struct App {
 }
 
 /// What the user wants beside keeping their changes.
-#[derive(Clone)]
 enum Leaving {
     Window,
-    For(Origin),
+    For(Box<Document>),
 }
 
 impl App {
@@ -156,32 +155,28 @@ impl App {
         }
     }
 
-    /// Opens another scene; asks first where changes would be lost.
-    pub fn open(&mut self, origin: Origin) {
-        if self.document.is_changed() {
-            self.leaving = Some(Leaving::For(origin));
-        } else {
-            self.open_now(&origin);
-        }
-    }
-
-    fn open_now(&mut self, origin: &Origin) {
+    /// Opens another scene, if it is one; asks first where changes would be lost.
+    pub fn open(&mut self, origin: &Origin) {
         let opened = match origin {
             Origin::Builtin(name) => Document::builtin(name, self.memory_limit),
             Origin::File(path) => Document::open(path, self.memory_limit),
         };
         match opened {
-            Ok(document) => {
-                self.flight = Flight::of(document.scene());
-                self.document = document;
-                self.comparison = Comparison::default();
-                self.shown = None;
-                self.notice = None;
-                self.session.opened(origin);
-                self.session.forget_recovery();
-            }
+            Ok(document) if self.document.is_changed() => self.leaving = Some(Leaving::For(Box::new(document))),
+            Ok(document) => self.take(document),
             Err(error) => self.complain(error),
         }
+    }
+
+    /// Puts another scene in place of this one.
+    fn take(&mut self, document: Document) {
+        self.flight = Flight::of(document.scene());
+        self.document = document;
+        self.comparison = Comparison::default();
+        self.shown = None;
+        self.notice = None;
+        self.session.opened(self.document.origin());
+        self.session.forget_recovery();
     }
 
     /// Saves to the document's own file, or asks for one.
@@ -270,17 +265,19 @@ impl App {
     fn take_drops(&mut self, ctx: &Context) {
         let dropped = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).next());
         if let Some(path) = dropped {
-            self.open(Origin::File(path));
+            self.open(&Origin::File(path));
         }
     }
 
     fn keys(&mut self, ctx: &Context) {
         let pressed = |modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
         let both = Modifiers::COMMAND | Modifiers::SHIFT;
-        if pressed(both, Key::Z) || pressed(Modifiers::COMMAND, Key::Y) {
+        // A slow frame can hold several.
+        let times = |modifiers, key| ctx.input_mut(|i| i.count_and_consume_key(modifiers, key));
+        for _ in 0..times(both, Key::Z) + times(Modifiers::COMMAND, Key::Y) {
             self.step(true);
         }
-        if pressed(Modifiers::COMMAND, Key::Z) {
+        for _ in 0..times(Modifiers::COMMAND, Key::Z) {
             self.step(false);
         }
         if pressed(Modifiers::COMMAND, Key::O) {
@@ -360,11 +357,11 @@ impl App {
     fn dialogs(&mut self, ctx: &Context) {
         if let Some((purpose, path, size)) = self.files.show(ctx) {
             match purpose {
-                Purpose::Open => self.open(Origin::File(path)),
+                Purpose::Open => self.open(&Origin::File(path)),
                 Purpose::SaveScene => {
                     self.save_to(path);
-                    if let Some(leaving) = self.leaving.take().filter(|_| !self.document.is_changed()) {
-                        self.leave(ctx, &leaving);
+                    if self.leaving.is_some() && !self.document.is_changed() {
+                        self.leave(ctx);
                     }
                 }
                 Purpose::SavePicture => match Export::start(self.document.scene(), &path, size, self.memory_limit, ctx) {
@@ -387,7 +384,9 @@ impl App {
     }
 
     fn ask_about_changes(&mut self, ctx: &Context) {
-        let Some(leaving) = self.leaving.clone().filter(|_| !self.files.is_open()) else { return };
+        if self.leaving.is_none() || self.files.is_open() {
+            return;
+        }
         let modal = egui::Modal::new(egui::Id::unique("unsaved")).show(ctx, |ui| {
             ui.heading(format!("Save the changes of {}?", self.document.origin().name()));
             ui.add_space(8.0);
@@ -395,11 +394,11 @@ impl App {
                 if ui.button("Save").clicked() {
                     self.save();
                     if !self.document.is_changed() {
-                        self.leave(ui.ctx(), &leaving);
+                        self.leave(ui.ctx());
                     }
                 }
                 if ui.button("Discard").clicked() {
-                    self.leave(ui.ctx(), &leaving);
+                    self.leave(ui.ctx());
                 }
                 if ui.button("Cancel").clicked() {
                     self.leaving = None;
@@ -411,15 +410,15 @@ impl App {
         }
     }
 
-    fn leave(&mut self, ctx: &Context, leaving: &Leaving) {
-        self.leaving = None;
+    fn leave(&mut self, ctx: &Context) {
         self.session.forget_recovery();
-        match leaving {
-            Leaving::Window => {
+        match self.leaving.take() {
+            Some(Leaving::Window) => {
                 self.session.close();
                 ctx.send_viewport_cmd(ViewportCommand::Close);
             }
-            Leaving::For(origin) => self.open_now(origin),
+            Some(Leaving::For(document)) => self.take(*document),
+            None => {}
         }
     }
 

@@ -267,11 +267,10 @@ pub fn keys(ctx: &Context, app: &mut App) {
     if pressed(Modifiers::NONE, Key::M) {
         app.viewport.overlay = !app.viewport.overlay;
     }
-    if pressed(Modifiers::NONE, Key::Plus) || pressed(Modifiers::NONE, Key::Equals) {
-        app.expose(0.5);
-    }
-    if pressed(Modifiers::NONE, Key::Minus) {
-        app.expose(-0.5);
+    let times = |key| ctx.input_mut(|i| i.count_and_consume_key(Modifiers::NONE, key)) as f64;
+    let stops = 0.5 * (times(Key::Plus) + times(Key::Equals) - times(Key::Minus));
+    if stops != 0.0 {
+        app.expose(stops);
     }
     if pressed(Modifiers::NONE, Key::Num0) {
         app.expose_automatically();

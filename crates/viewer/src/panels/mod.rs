@@ -96,14 +96,14 @@ fn file_menu(ui: &mut Ui, app: &mut App) {
     ui.menu_button("Open recent", |ui| {
         for origin in app.session.recent.clone() {
             if ui.button(origin.name()).clicked() {
-                app.open(origin);
+                app.open(&origin);
             }
         }
     });
     ui.menu_button("Built-in scenes", |ui| {
         for scene in barnard::builtin::SCENES {
             if ui.button(scene.name).on_hover_text(scene.summary).clicked() {
-                app.open(Origin::Builtin(scene.name));
+                app.open(&Origin::Builtin(scene.name));
             }
         }
     });
