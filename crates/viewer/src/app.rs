@@ -75,7 +75,11 @@ pub struct App {
     pub memory_limit: u64,
     /// What marches the rays.
     pub backend: String,
+    /// What the probe saw last.
+    pub probed: Option<panels::Probed>,
     engine: Engine,
+    /// What stands over the window.
+    title: String,
     ordered: Option<Ordered>,
     /// When something moved last [s of the context].
     moved: f64,
@@ -105,7 +109,9 @@ impl App {
             layout: panels::Layout::default(),
             memory_limit,
             backend,
+            probed: None,
             engine,
+            title: String::new(),
             ordered: None,
             moved: f64::NEG_INFINITY,
             leaving: None,
@@ -226,7 +232,9 @@ impl App {
         panels::right(ui, self, &mut edits);
         egui::CentralPanel::no_frame().show(ui, |ui| crate::viewport::show(ui, self, &mut edits));
         self.dialogs(&ctx);
-        if !ctx.egui_wants_keyboard_input() {
+        if ctx.egui_wants_keyboard_input() {
+            self.viewport.land();
+        } else {
             self.keys(&ctx);
         }
         for edit in edits {
@@ -237,6 +245,11 @@ impl App {
         }
         self.order(&ctx);
         self.session.keep(&self.document, ctx.input(|i| i.time));
+        let title = format!("{}{} · Barnard", self.document.origin().name(), if self.document.is_changed() { "*" } else { "" });
+        if title != self.title {
+            ctx.send_viewport_cmd(ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
         self.close(&ctx);
     }
 

@@ -5,13 +5,13 @@ use barnard::scene::Key;
 use barnard::scene::schema::TableRow;
 use eframe::egui::{self, DragValue, Id, Response, Ui};
 use spectra::units::{QUANTITIES, QuantityRow, parts};
-use toml_edit::{Array, Item, TableLike, Value};
+use toml_edit::{Array, InlineTable, Item, TableLike, Value};
 
 use crate::document::Document;
 use crate::edit::{Edit, numbers, rounded, table};
 
 /// Keys that are not shown as widgets: tables have headings of their own.
-const TABLES: [&str; 3] = ["table", "tables by name", "list of tables"];
+const NESTED: [&str; 3] = ["table", "tables by name", "list of tables"];
 /// The relative change of a number in one point of a drag.
 const DRAG: f64 = 0.006;
 /// Size of a coordinate, whatever its digits: panels keep their width while a star is dragged.
@@ -38,7 +38,7 @@ pub fn keys_but(ui: &mut Ui, document: &Document, place: &str, but: &[&str], edi
             kinds(ui, row, place, here, edits);
             ui.end_row();
         }
-        for key in row.keys_of(kind).filter(|k| here.contains_key(k.name) && !TABLES.contains(&k.kind) && !but.contains(&k.name)) {
+        for key in row.keys_of(kind).filter(|k| here.contains_key(k.name) && !NESTED.contains(&k.kind) && !but.contains(&k.name)) {
             if let Some(item) = here.get(key.name) {
                 one(ui, place, key, item, edits);
                 ui.end_row();
@@ -74,25 +74,46 @@ fn kinds(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLike,
     let response = egui::ComboBox::from_id_salt(("kind", place)).selected_text(now).show_ui(ui, |ui| {
         for kind in &kinds {
             if ui.selectable_label(kind.name == now, kind.name).on_hover_text(kind.summary).clicked() && kind.name != now {
-                let known: Vec<&Key> = row.keys_of(Some(kind.name)).collect();
-                let mut edit = Edit::set(place, "kind", kind.name);
-                for (name, _) in here.iter().filter(|(name, _)| *name != "kind" && !known.iter().any(|k| k.name == *name)) {
-                    edit = edit.and(Edit::remove(place, name));
-                }
-                for key in known.iter().filter(|k| k.default.is_none() && !here.contains_key(k.name)) {
-                    edit = edit.and(Edit::set(place, key.name, first_value(key)));
-                }
-                edits.push(edit);
+                edits.push(of_kind(row, place, here, kind.name));
             }
         }
     });
     response.response.labelled_by(label.id).on_hover_text(summary);
 }
 
+/// Makes the table one of another kind.
+fn of_kind(row: &'static TableRow, place: &str, here: &dyn TableLike, kind: &str) -> Edit {
+    let known: Vec<&Key> = row.keys_of(Some(kind)).collect();
+    let mut edit = Edit::set(place, "kind", kind);
+    for (name, _) in here.iter().filter(|(name, _)| *name != "kind" && !known.iter().any(|k| k.name == *name)) {
+        edit = edit.and(Edit::remove(place, name));
+    }
+    for key in known.iter().filter(|k| k.default.is_none() && !here.contains_key(k.name)) {
+        edit = edit.and(Edit::set(place, key.name, first_value(key)));
+    }
+    edit
+}
+
+/// Default of keys of which a table has exactly one.
+const ONE_OF: &str = "one scale is needed";
+
+/// What the default of a key begins with that another one needs.
+const NEEDED_WITH: &str = "needed with ";
+
+/// Adds a key, and those that it needs; where a table has exactly one of several, the other gives way.
+fn added(row: &'static TableRow, place: &str, here: &dyn TableLike, key: &Key) -> Edit {
+    let kind = here.get("kind").and_then(Item::as_str);
+    let rival = |k: &&Key| key.default == Some(ONE_OF) && k.default == Some(ONE_OF) && here.contains_key(k.name);
+    let partner = |k: &&Key| k.default.and_then(|d| d.strip_prefix(NEEDED_WITH)) == Some(key.name) && !here.contains_key(k.name);
+    let edit = Edit::set(place, key.name, first_value(key));
+    let edit = row.keys_of(kind).filter(rival).fold(edit, |edit, k| edit.and(Edit::remove(place, k.name)));
+    row.keys_of(kind).filter(partner).fold(edit, |edit, k| edit.and(Edit::set(place, k.name, first_value(k))))
+}
+
 /// A menu of keys that the table could have.
 fn missing(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLike, but: &[&str], edits: &mut Edits) {
     let kind = here.get("kind").and_then(Item::as_str);
-    let absent = |k: &&Key| !here.contains_key(k.name) && !TABLES.contains(&k.kind) && !but.contains(&k.name);
+    let absent = |k: &&Key| !here.contains_key(k.name) && !NESTED.contains(&k.kind) && !but.contains(&k.name);
     let absent: Vec<&Key> = row.keys_of(kind).filter(absent).collect();
     if absent.is_empty() {
         return;
@@ -101,7 +122,7 @@ fn missing(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLik
         for key in absent {
             let default = key.default.map_or_else(String::new, |d| format!("\nnow: {d}"));
             if ui.button(key.name).on_hover_text(format!("{} ({}){default}", key.summary, key.kind)).clicked() {
-                edits.push(Edit::set(place, key.name, first_value(key)));
+                edits.push(added(row, place, here, key));
                 ui.close();
             }
         }
@@ -235,8 +256,22 @@ fn words(ui: &mut Ui, now: &str, write: impl Fn(&str) -> Option<Value>, (place, 
     response
 }
 
+/// First values of keys that an example of their unit would not fit: key, what it is, value. Ends of a range are not equal, widths are narrow.
+const FIRST: [(&str, &str, &str); 7] = [
+    ("low", "position", "-1 -1 -1 pc"),
+    ("high", "position", "1 1 1 pc"),
+    ("low", "wavelength", "400 nm"),
+    ("high", "wavelength", "700 nm"),
+    ("width", "wavelength", "50 nm"),
+    ("fwhm", "wavelength", "50 nm"),
+    ("half_width", "wavelength", "50 nm"),
+];
+
 /// What a key is set to when it is added.
 fn first_value(key: &Key) -> Value {
+    if let Some((_, _, value)) = FIRST.iter().find(|(name, kind, _)| *name == key.name && *kind == key.kind) {
+        return (*value).into();
+    }
     if let Some(catalogue) = key.catalogue.and_then(|name| CATALOGUES.iter().find(|c| c.name == name)) {
         let rows = (catalogue.rows)();
         let default = key.default.filter(|d| rows.iter().any(|(name, _)| name == d));
@@ -249,14 +284,151 @@ fn first_value(key: &Key) -> Value {
     let default = key.default.unwrap_or("");
     match key.kind {
         "position" => (if parts(default).is_some() { default } else { "0 0 0 pc" }).into(),
+        "direction" | "[width, height]" if default.parse::<Value>().is_ok_and(|v| v.is_array()) => {
+            default.parse().unwrap_or_else(|_| default.into())
+        }
         "direction" => numbers([0.0, 0.0, 1.0]),
+        "list of tables" => {
+            let line = [("wavelength", Value::from("656.28 nm")), ("strength", Value::from(1.0))].into_iter().collect::<InlineTable>();
+            Value::Array([line].into_iter().collect::<Array>())
+        }
         "boolean" => (default != "true").into(),
-        "integer" => default.parse::<i64>().unwrap_or(1).into(),
+        "integer" => default.parse::<i64>().unwrap_or(64).into(),
         "number" | "number or table" => default.parse::<f64>().unwrap_or(0.5).into(),
+        "list of numbers" if key.name == "nm" => numbers([500.0, 600.0]),
         "list of numbers" => numbers([0.0, 1.0]),
         "list of texts" => Value::Array(["300 nm", "1 um"].into_iter().collect::<Array>()),
         "[width, height]" => Value::Array([512i64, 512].into_iter().collect::<Array>()),
         "text or list" => default.into(),
         _ => default.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use barnard::scene::schema::TABLES;
+
+    const SCENE: &str = r#"
+[camera]
+kind = "perspective"
+position = "0 0 6 pc"
+field_of_view = "24 deg"
+
+[field.cloud]
+kind = "fbm"
+
+[dust]
+density = "cloud"
+scale = "4 mag/pc"
+albedo = { kind = "constant", value = 0.5 }
+phase = { kind = "isotropic" }
+
+[[star]]
+kind = "blackbody"
+position = "0.3 0.2 0.9 pc"
+temperature = "20000 K"
+luminosity = "3000 Lsun"
+
+[[emission]]
+kind = "recombination"
+density = "cloud"
+temperature = "10000 K"
+electron_density = "1000 cm-3"
+
+[background]
+kind = "blackbody"
+temperature = "5000 K"
+radiance = "1e-7 W/m2/sr/um"
+
+[background.stars]
+
+[[band]]
+name = "mine"
+kind = "top_hat"
+centre = "550 nm"
+width = "50 nm"
+
+[display]
+[method]
+"#;
+
+    fn document() -> Document {
+        said(SCENE)
+    }
+
+    fn said(text: &str) -> Document {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, text).unwrap();
+        Document::open(&path, 1 << 30).unwrap()
+    }
+
+    /// A place of every table.
+    fn place(path: &str) -> String {
+        match path {
+            "star" | "emission" | "band" => format!("{path}.0"),
+            "field.*" => "field.cloud".into(),
+            path => path.into(),
+        }
+    }
+
+    /// Every kind of every table can be chosen, and gets the keys that it needs; what needs a file says so.
+    #[test]
+    fn every_kind_can_be_chosen() {
+        let mut chosen = 0;
+        for row in TABLES {
+            for kind in (row.kinds)() {
+                // Parallel rays see no stars at infinity.
+                let mut document = said(&SCENE.replace(if row.path == "camera" { "[background.stars]" } else { "\0" }, ""));
+                let place = place(row.path);
+                if kind.name == "power_law" && row.path == "star" {
+                    let key = row.keys_of(None).find(|k| k.name == "spectral_luminosity").unwrap();
+                    let edit = added(row, &place, table(document.toml().as_table(), &place).unwrap(), key);
+                    document.apply(edit).unwrap();
+                }
+                let edit = of_kind(row, &place, table(document.toml().as_table(), &place).unwrap(), kind.name);
+                let needs_file = kind.keys.iter().any(|k| k.name == "file" && k.default.is_none());
+                match document.apply(edit) {
+                    Ok(()) => assert!(!needs_file, "{} {}", row.path, kind.name),
+                    Err(error) => assert!(needs_file, "{} {}: {error}", row.path, kind.name),
+                }
+                chosen += 1;
+            }
+        }
+        assert!(chosen > 30, "{chosen}");
+    }
+
+    /// Every key that a table may have can be added, but for those that only go with others, and the message then says which. A matrix has a button of its own.
+    #[test]
+    fn keys_can_be_added() {
+        let mut refused = Vec::new();
+        for row in TABLES.iter().filter(|row| !row.path.is_empty()) {
+            let base = document();
+            let place = place(row.path);
+            let here = table(base.toml().as_table(), &place).unwrap();
+            let kind = here.get("kind").and_then(Item::as_str);
+            for key in row.keys_of(kind).filter(|k| !here.contains_key(k.name) && !NESTED.contains(&k.kind) && k.name != "matrix") {
+                let mut document = document();
+                if let Err(error) = document.apply(added(row, &place, here, key)) {
+                    refused.push(format!("{} {}: {error}", row.path, key.name));
+                }
+            }
+        }
+        let explained = |e: &String| ["goes with", "takes no r_v", "cannot be read", "not both"].iter().any(|w| e.contains(w));
+        assert!(refused.iter().all(explained) && refused.len() < 12, "{refused:#?}");
+    }
+
+    /// Comments and blanks stay where they are, whatever is set around them; tables on the way are made.
+    #[test]
+    fn texts_keep_their_comments() {
+        let mut toml: toml_edit::DocumentMut = "a = 1 # one\n\n# two\n[b]\nc = \"x\"   # three\n".parse().unwrap();
+        Edit::set("b", "c", "y").and(Edit::set("", "a", 2)).and(Edit::set("d.e", "f", true)).apply(&mut toml);
+        assert_eq!(toml.to_string(), "a = 2 # one\n\n# two\n[b]\nc = \"y\"   # three\n\n[d]\n\n[d.e]\nf = true\n");
+        let mut toml: toml_edit::DocumentMut = "[[e]]\nlines = [{ w = 1, s = 2 }, { w = 3, s = 4 }]\n".parse().unwrap();
+        Edit::set("e.0.lines.1", "s", 9.5).and(Edit::drop("e", 7)).apply(&mut toml);
+        assert_eq!(toml.to_string(), "[[e]]\nlines = [{ w = 1, s = 2 }, { w = 3, s = 9.5 }]\n");
+        Edit::drop("e", 0).apply(&mut toml);
+        assert_eq!(crate::edit::count(&toml, "e"), 0);
     }
 }

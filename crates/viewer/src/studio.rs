@@ -432,6 +432,25 @@ mod tests {
         assert!(Arc::ptr_eq(&hotter[0].1.plan.space, &first[0].1.plan.space) && hotter[0].1.image != first[0].1.image);
     }
 
+    /// On a device, the picture is that of the processor to the accuracy that both are planned for.
+    #[test]
+    fn devices_make_the_same_pictures() {
+        let Ok(gpu) = Gpu::open() else {
+            assert!(std::env::var_os("CI").is_none(), "no graphics adapter");
+            eprintln!("SKIPPED devices_make_the_same_pictures: no graphics adapter");
+            return;
+        };
+        let document = Document::builtin("deck", 1 << 32).unwrap();
+        let order = order(&document, (48, 32), false);
+        let last = |studio: &mut Studio| served(studio, &order).pop().unwrap().1;
+        let (device, processor) = (last(&mut Studio::new(Some(&gpu))), last(&mut Studio::new(None)));
+        assert!(device.backend.starts_with("gpu: ") && processor.backend == "cpu", "{}", device.backend);
+        for band in 0..3 {
+            let difference = device.image.relative_rmse(band, &processor.image, band);
+            assert!((1e-9..1e-3).contains(&difference), "band {band}: {difference}");
+        }
+    }
+
     #[test]
     fn histograms_count_pixels() {
         let histogram = Histogram::of([0.0, 1e-3, 1e-3, 1e-9, 1.0, f64::NAN].into_iter());

@@ -45,6 +45,11 @@ impl Viewport {
     pub fn is_moving(&self) -> bool {
         self.hold != Hold::Nothing || self.flying
     }
+
+    /// Keys are for something else.
+    pub fn land(&mut self) {
+        self.flying = false;
+    }
 }
 
 /// Draws the pictures and lets them be moved.

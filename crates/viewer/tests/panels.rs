@@ -274,6 +274,58 @@ fn filters_are_compared() {
     assert_eq!(harness.state().document.text(), SCENE);
 }
 
+/// Filters become points, and a point of a curve that is dragged down lets less light through.
+#[test]
+fn curves_are_dragged() {
+    let (_folder, mut harness) = open();
+    harness.get_by_role_and_label(Role::Button, "Curves to drag").click();
+    settle(&mut harness);
+    let text = harness.state().document.text().to_owned();
+    assert!(text.matches("kind = \"points\"").count() == 3 && !text.contains("bands ="), "{text}");
+    let before = means(&harness);
+    let throughput = |h: &Harness<App>| h.state().document.scene().bands[1].response(0.547);
+    let high = throughput(&harness);
+    // The middle of the second filter: wherever it is drawn, a short way down from the top of the plot.
+    let header = harness.get_by_label("Spectra").rect();
+    let plot = Rect::from_min_max(header.left_bottom() + vec2(30.0, 24.0), header.left_bottom() + vec2(310.0, 200.0));
+    let mut dragged = false;
+    'search: for row in 0..8 {
+        for column in 0..28 {
+            let from = plot.min + vec2(10.0 * column as f32, 8.0 * row as f32);
+            drag(&mut harness, PointerButton::Primary, from, from + vec2(0.0, 60.0));
+            if harness.state().document.text() != text {
+                dragged = true;
+                break 'search;
+            }
+        }
+    }
+    assert!(dragged);
+    settle(&mut harness);
+    let after = means(&harness);
+    assert!(before.iter().zip(&after).any(|(b, a)| (a / b - 1.0).abs() > 1e-3), "{before:?} {after:?} {high} {}", throughput(&harness));
+}
+
+/// A star is added in the middle of the view and taken away again; another kind of spectrum brings the keys it needs.
+#[test]
+fn stars_come_and_go() {
+    let (_folder, mut harness) = open();
+    let before = means(&harness);
+    harness.get_by_role_and_label(Role::Button, "Add a star").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().document.scene().stars.len(), 2);
+    assert!(means(&harness)[1] > before[1]);
+    harness.get_by_role_and_label(Role::ComboBox, "kind").click();
+    harness.step();
+    harness.step();
+    harness.get_by_label("stellar").click();
+    settle(&mut harness);
+    let text = harness.state().document.text().to_owned();
+    assert!(text.contains("kind = \"stellar\"") && text.contains("type = ") && !text.contains("20000 K"), "{text}");
+    harness.get_by_role_and_label(Role::Button, "Remove").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().document.scene().stars.len(), 1);
+}
+
 /// A broken scene from the dialog tells what `barnard check` tells, and the scene that was open stays.
 #[test]
 fn a_broken_scene_is_refused() {
@@ -409,7 +461,7 @@ fn panels_look_as_they_did() {
     let from = |harness: &Harness<App>, label: &str| harness.get_by_label(label).rect().left_top() - vec2(20.0, 4.0);
     let left = Rect::from_min_size(from(&harness, "Spectra"), vec2(330.0, 240.0));
     looks(&mut harness, "spectra", left);
-    let right = Rect::from_min_size(from(&harness, "Picture"), vec2(320.0, 255.0));
+    let right = Rect::from_min_size(from(&harness, "Picture"), vec2(320.0, 105.0));
     looks(&mut harness, "picture", right);
     let method = Rect::from_min_size(from(&harness, "Method"), vec2(320.0, 200.0));
     looks(&mut harness, "method", method);

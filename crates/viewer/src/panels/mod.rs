@@ -15,6 +15,7 @@ use crate::editor::Edits;
 use crate::files::Purpose;
 
 pub use about::help;
+pub use probe::Probed;
 
 /// Which panels are open.
 pub struct Layout {

@@ -1,5 +1,9 @@
 //! What arrives at the pixel under the pointer: radiances in the units of the field, depth, and the whole spectrum.
 
+use std::sync::Arc;
+
+use barnard::image::Image;
+use barnard::plan::Probe;
 use eframe::egui::{self, Ui};
 use egui_plot::{Line, Plot, PlotPoints, VLine};
 use spectra::passband::Passband;
@@ -26,8 +30,16 @@ fn magnitude(band: &Passband, radiance: f64, system: MagnitudeSystem) -> Option<
     (radiance > 0.0).then(|| -2.5 * (radiance * SQUARE_ARCSECOND / zero).log10())
 }
 
+/// What was seen at a pixel of a picture, until the pointer or the picture moves.
+pub struct Probed {
+    image: Arc<Image>,
+    pixel: (usize, usize),
+    wavelengths_um: Vec<f64>,
+    found: Result<Probe, String>,
+}
+
 /// The panel.
-pub fn show(ui: &mut Ui, app: &App) {
+pub fn show(ui: &mut Ui, app: &mut App) {
     let picture = app.shown.as_ref().and_then(|s| s.pictures.first());
     let (Some(picture), Some((x, y))) = (picture, app.viewport.pointer) else {
         ui.weak("point at the picture");
@@ -56,21 +68,26 @@ pub fn show(ui: &mut Ui, app: &App) {
         }
     });
     ui.weak("Vega and AB in mag/arcsec²; MJy/sr at the pivot");
-    spectrum(ui, picture, (column, row));
+    let known = |p: &Probed| Arc::ptr_eq(&p.image, image) && p.pixel == (column, row);
+    let probed = app.probed.take().filter(known).unwrap_or_else(|| probe(picture, (column, row)));
+    spectrum(ui, &probed);
+    app.probed = Some(probed);
 }
 
 /// The spectrum that reaches the eye there, without that of stars.
-fn spectrum(ui: &mut Ui, picture: &Picture, (column, row): (usize, usize)) {
-    let scene = &picture.scene;
-    let ends = scene.bands.iter().map(Passband::support_um).fold((f64::MAX, 0.0f64), |(l, h), (a, b)| (l.min(a), h.max(b)));
-    let wavelengths: Vec<f64> = (0..SAMPLES).map(|i| ends.0 + (ends.1 - ends.0) * i as f64 / (SAMPLES - 1) as f64).collect();
-    let camera = &picture.image;
+fn probe(picture: &Picture, (column, row): (usize, usize)) -> Probed {
+    let ends = picture.scene.bands.iter().map(Passband::support_um).fold((f64::MAX, 0.0f64), |(l, h), (a, b)| (l.min(a), h.max(b)));
+    let wavelengths_um: Vec<f64> = (0..SAMPLES).map(|i| ends.0 + (ends.1 - ends.0) * i as f64 / (SAMPLES - 1) as f64).collect();
     let ray = picture.plan.camera.ray(column as f64 + 0.5, row as f64 + 0.5);
-    debug_assert_eq!((camera.width, camera.height), (picture.plan.camera.width, picture.plan.camera.height));
-    let probe = match picture.plan.probe(scene, &ray, &wavelengths) {
+    let found = picture.plan.probe(&picture.scene, &ray, &wavelengths_um).map_err(|e| e.to_string());
+    Probed { image: picture.image.clone(), pixel: (column, row), wavelengths_um, found }
+}
+
+fn spectrum(ui: &mut Ui, probed: &Probed) {
+    let probe = match &probed.found {
         Ok(probe) => probe,
-        Err(error) => {
-            ui.weak(error.to_string());
+        Err(words) => {
+            ui.weak(words);
             return;
         }
     };
@@ -82,7 +99,7 @@ fn spectrum(ui: &mut Ui, picture: &Picture, (column, row): (usize, usize)) {
         .y_axis_label("W/m²/sr/µm")
         .include_y(0.0);
     plot.show(ui, |plot| {
-        let line: Vec<[f64; 2]> = wavelengths.iter().zip(&probe.continuum).map(|(l, v)| [1e3 * l, *v]).collect();
+        let line: Vec<[f64; 2]> = probed.wavelengths_um.iter().zip(&probe.continuum).map(|(l, v)| [1e3 * l, *v]).collect();
         plot.line(Line::new("continuum", PlotPoints::from(line)));
         for line in &probe.lines {
             let nm = 1e3 * line.lambda_um;
