@@ -155,6 +155,10 @@ pub struct Display {
 /// The part of the pixels that may be brighter than an automatic white.
 const WHITE_PERCENTILE: f64 = 0.998;
 
+/// Gaps of the tables of [`Tone::bytes`]: of the stretch at equal steps of the fourth root, of the encoding at equal steps of the square root.
+const STRETCH_GAPS: usize = 1024;
+const CODE_GAPS: usize = 4096;
+
 /// How the bands of a pixel become a colour: a display whose levels are numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tone {
@@ -172,6 +176,30 @@ impl Tone {
     /// The picture, height × width × RGB in sRGB encoding [0, 1].
     pub fn picture(&self, image: &Image) -> Vec<[f64; 3]> {
         linear(self, image).map(|p| self.encoded(p)).collect()
+    }
+
+    /// The picture in bytes, height × width × RGB, by tables: for windows, fast, and at most one level from the exact one.
+    pub fn bytes(&self, image: &Image) -> Vec<[u8; 3]> {
+        let stretch: Vec<f64> = (0..=STRETCH_GAPS).map(|i| self.stretch.apply((i as f64 / STRETCH_GAPS as f64).powi(4))).collect();
+        let code = |i: usize| (255.0 * spectra::colour::srgb_encode((i as f64 / CODE_GAPS as f64).powi(2)) + 0.5) as u8;
+        let codes: Vec<u8> = (0..=CODE_GAPS).map(code).collect();
+        let range = 1.0 / (self.white - self.black);
+        let colour = |linear: [f64; 3]| {
+            let scaled = linear.map(|v| ((v - self.black) * range).max(0.0));
+            let brightest = scaled[0].max(scaled[1]).max(scaled[2]);
+            if brightest.is_nan() || brightest <= 0.0 {
+                return [0; 3];
+            }
+            let u = brightest.min(1.0).sqrt().sqrt() * STRETCH_GAPS as f64;
+            let gap = (u as usize).min(STRETCH_GAPS - 1);
+            let gain = (stretch[gap] + (u - gap as f64) * (stretch[gap + 1] - stretch[gap])) / brightest;
+            let pale = 1.0 - 1.0 / brightest.max(1.0);
+            scaled.map(|v| {
+                let bright = v * gain;
+                codes[((bright + pale * (1.0 - bright)).clamp(0.0, 1.0).sqrt() * CODE_GAPS as f64 + 0.5) as usize]
+            })
+        };
+        linear(self, image).map(colour).collect()
     }
 
     /// The colour of one pixel's bands, in sRGB encoding [0, 1].
@@ -231,4 +259,27 @@ fn percentile(mut values: Vec<f64>, p: f64) -> f64 {
     }
     let index = ((values.len() - 1) as f64 * p) as usize;
     *values.select_nth_unstable_by(index, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use spectra::colour::STRETCHES;
+
+    /// Bytes by tables are those of the exact picture, one level at most aside, in every stretch, from black to far above white.
+    #[test]
+    fn quick_bytes_are_the_picture() {
+        let value = |i: usize| 10f64.powf(-7.0 + 9.0 * (i as f64 * 0.618_034).fract()) as f32;
+        let (width, height) = (128, 64);
+        let names = ["a", "b", "c"].map(str::to_owned).to_vec();
+        let image = Image::bare(width, height, names, Samples::Single((0..3 * width * height).map(value).collect()));
+        let palette = Palette { columns: vec![[0.1, 0.2, 1.0], [0.2, 1.0, 0.1], [1.0, 0.0, 0.1]] };
+        for entry in STRETCHES {
+            let tone = Tone { palette: palette.clone(), black: 1e-3, white: 2.0, stretch: Stretch::named(entry.name, None).unwrap() };
+            let exact = tone.picture(&image).into_iter().map(|p| p.map(|v| (v * 255.0 + 0.5) as u8));
+            let steps: Vec<u8> = tone.bytes(&image).iter().zip(exact).flat_map(|(a, b)| (0..3).map(move |c| a[c].abs_diff(b[c]))).collect();
+            assert!(steps.iter().all(|s| *s <= 1), "{}: {:?}", entry.name, steps.iter().max());
+            assert!(steps.iter().filter(|s| **s == 1).count() < steps.len() / 20, "{}", entry.name);
+        }
+    }
 }

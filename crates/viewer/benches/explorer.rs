@@ -19,6 +19,9 @@ const SCENE: &str = "reflection_nebula";
 /// How long previews are counted [s].
 const COUNTED: f64 = 5.0;
 
+/// The edit of a frame, for a star that stood there.
+type Change = fn(usize, barnard::glam::DVec3) -> Edit;
+
 fn main() {
     let started = Instant::now();
     let document = Document::builtin(SCENE, LIMIT).expect("a built-in scene");
@@ -27,7 +30,7 @@ fn main() {
     first_picture(&engine, &document, &flight, started);
     let star = document.scene().stars[0].position;
     previews(&engine, "orbit", document, |_, _, flight| flight.orbit(0.004, 0.0), &mut flight);
-    let edits: [(&str, fn(usize, barnard::glam::DVec3) -> Edit); 4] = [
+    let edits: [(&str, Change); 4] = [
         ("temperature of a star", |i, _| Edit::set("star.0", "temperature", format!("{} K", 8000 + 100 * (i % 200)))),
         ("place of a star", |i, p| Edit::set("star.0", "position", place_text(p + 0.002 * (i % 100) as f64))),
         ("scale of the dust", |i, _| Edit::set("dust", "scale", format!("{} mag/pc", significant(4.0 + 0.05 * (i % 100) as f64)))),

@@ -318,7 +318,7 @@ impl Picture {
     fn colour(&mut self, display: &Display) {
         let start = Instant::now();
         self.tone = display.tone(&self.image);
-        self.colours = Arc::new(self.tone.picture(&self.image).into_iter().map(colour).collect());
+        self.colours = Arc::new(self.tone.bytes(&self.image).into_iter().map(|[r, g, b]| Color32::from_rgb(r, g, b)).collect());
         let image = &self.image;
         self.histograms = (0..image.bands.len())
             .map(|b| Histogram::of((0..image.width * image.height).map(move |i| image.samples.at(b * image.width * image.height + i))))

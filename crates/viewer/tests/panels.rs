@@ -463,6 +463,6 @@ fn panels_look_as_they_did() {
     looks(&mut harness, "spectra", left);
     let right = Rect::from_min_size(from(&harness, "Picture"), vec2(320.0, 105.0));
     looks(&mut harness, "picture", right);
-    let method = Rect::from_min_size(from(&harness, "Method"), vec2(320.0, 200.0));
+    let method = Rect::from_min_size(from(&harness, "Method"), vec2(320.0, 116.0));
     looks(&mut harness, "method", method);
 }

@@ -183,7 +183,7 @@ impl Plan {
         space.check_stars(scene)?;
         let mut lights = crate::light::lights(scene)?;
         lights.retain(|light| !matches!(light.path, Path::FieldStar { .. }));
-        let spectral = Spectral::new(scene, &lights, options, space.reach(&scene.camera))?;
+        let spectral = Spectral::new(scene, &lights, options, space.reach(&scene.camera), control)?;
         Ok(Self {
             camera: scene.camera.clone(),
             lights: Arc::new(lights),
@@ -202,7 +202,7 @@ impl Plan {
         let lights = crate::light::lights(scene)?;
         let space = Space::new(scene, options, control)?;
         space.check_stars(scene)?;
-        let spectral = Spectral::new(scene, &lights, options, space.reach(&scene.camera))?;
+        let spectral = Spectral::new(scene, &lights, options, space.reach(&scene.camera), control)?;
         Draft::new(scene, lights, space, spectral, options, control)?.plan(scene, Stepping::Fixed(steps), options, control)
     }
 

@@ -7,6 +7,7 @@ use spectra::passband::Passband;
 use spectra::rule::{BandProblem, BandRule, Node, Source};
 
 use super::Options;
+use crate::control::Control;
 use crate::error::Result;
 use crate::light::{Light, Path, factor, law};
 use crate::phase::Phase;
@@ -83,7 +84,7 @@ const MAX_PHASE_ENTRIES: usize = 4096;
 
 impl Spectral {
     /// Solves the rule for every passband of `scene`, for optical depths up to `depth`.
-    pub fn new(scene: &Scene, lights: &[Light], options: &Options, depth: f64) -> Result<Self> {
+    pub fn new(scene: &Scene, lights: &[Light], options: &Options, depth: f64, control: &Control) -> Result<Self> {
         let method = &options.method;
         let law = law(scene)?;
         let settings = &method.settings;
@@ -93,6 +94,7 @@ impl Spectral {
             .bands
             .par_iter()
             .map(|band| {
+                control.check()?;
                 let sources: Vec<Source> = lights.iter().map(|light| source(scene, light, band, &law)).collect();
                 let k = |l: f64| law.k(l);
                 let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
