@@ -32,7 +32,7 @@ fn main() {
     previews(&engine, "orbit", document, |_, _, flight| flight.orbit(0.004, 0.0), &mut flight);
     let edits: [(&str, Change); 4] = [
         ("temperature of a star", |i, _| Edit::set("star.0", "temperature", format!("{} K", 8000 + 100 * (i % 200)))),
-        ("place of a star", |i, p| Edit::set("star.0", "position", place_text(p + 0.002 * (i % 100) as f64))),
+        ("place of a star", |i, p| Edit::set("star.0", "position", place_text(p + 0.002 * (i % 100) as f64, 1.0))),
         ("scale of the dust", |i, _| Edit::set("dust", "scale", format!("{} mag/pc", significant(4.0 + 0.05 * (i % 100) as f64)))),
         ("stretch", |i, _| Edit::set("display", "strength", 20.0 + (i % 100) as f64)),
     ];

@@ -80,6 +80,8 @@ pub struct App {
     engine: Engine,
     /// What stands over the window.
     title: String,
+    /// A command that waits until what was typed is taken.
+    later: Option<(Modifiers, Key)>,
     ordered: Option<Ordered>,
     /// When something moved last [s of the context].
     moved: f64,
@@ -112,6 +114,7 @@ impl App {
             probed: None,
             engine,
             title: String::new(),
+            later: None,
             ordered: None,
             moved: f64::NEG_INFINITY,
             leaving: None,
@@ -232,7 +235,8 @@ impl App {
         panels::right(ui, self, &mut edits);
         egui::CentralPanel::no_frame().show(ui, |ui| crate::viewport::show(ui, self, &mut edits));
         self.dialogs(&ctx);
-        if ctx.egui_wants_keyboard_input() {
+        let asking = self.leaving.is_some() || self.files.is_open();
+        if asking || ctx.egui_wants_keyboard_input() {
             self.viewport.land();
         } else {
             self.keys(&ctx);
@@ -240,7 +244,11 @@ impl App {
         for edit in edits {
             self.apply(edit);
         }
-        if !ctx.input(|i| i.pointer.any_down()) && !self.viewport.is_moving() {
+        if !asking {
+            self.commands(&ctx);
+        }
+        let busy = ctx.input(|i| i.pointer.any_down() || i.key_down(Key::E) || i.smooth_scroll_delta() != egui::Vec2::ZERO);
+        if !busy && !self.viewport.is_moving() {
             self.document.rest();
         }
         self.order(&ctx);
@@ -284,34 +292,45 @@ impl App {
 
     fn keys(&mut self, ctx: &Context) {
         let pressed = |modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
-        let both = Modifiers::COMMAND | Modifiers::SHIFT;
         // A slow frame can hold several.
         let times = |modifiers, key| ctx.input_mut(|i| i.count_and_consume_key(modifiers, key));
-        for _ in 0..times(both, Key::Z) + times(Modifiers::COMMAND, Key::Y) {
+        for _ in 0..times(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) + times(Modifiers::COMMAND, Key::Y) {
             self.step(true);
         }
         for _ in 0..times(Modifiers::COMMAND, Key::Z) {
             self.step(false);
         }
-        if pressed(Modifiers::COMMAND, Key::O) {
-            self.files.ask(Purpose::Open, &self.document);
-        }
-        if pressed(both, Key::S) {
-            self.files.ask(Purpose::SaveScene, &self.document);
-        }
-        if pressed(Modifiers::COMMAND, Key::S) {
-            self.save();
-        }
-        if pressed(Modifiers::COMMAND, Key::E) {
-            self.files.ask(Purpose::SavePicture, &self.document);
-        }
-        if pressed(Modifiers::COMMAND, Key::Q) {
-            ctx.send_viewport_cmd(ViewportCommand::Close);
-        }
         if pressed(Modifiers::NONE, Key::F1) {
             self.layout.help = !self.layout.help;
         }
         crate::viewport::keys(ctx, self);
+    }
+
+    /// Keys of the file menu, which hold while something is typed as well: that is taken first.
+    fn commands(&mut self, ctx: &Context) {
+        const SHIFTED: Modifiers = Modifiers { shift: true, ..Modifiers::COMMAND };
+        const COMMANDS: [(Modifiers, Key); 5] = [
+            (Modifiers::COMMAND, Key::O),
+            (SHIFTED, Key::S),
+            (Modifiers::COMMAND, Key::S),
+            (Modifiers::COMMAND, Key::E),
+            (Modifiers::COMMAND, Key::Q),
+        ];
+        let pressed = COMMANDS.into_iter().find(|(modifiers, key)| ctx.input_mut(|i| i.consume_key(*modifiers, *key)));
+        if let (Some(_), Some(typed)) = (pressed, ctx.memory(|m| m.focused())) {
+            ctx.memory_mut(|m| m.surrender_focus(typed));
+            self.later = pressed;
+            ctx.request_repaint();
+            return;
+        }
+        match pressed.or(self.later.take()) {
+            Some((_, Key::O)) => self.files.ask(Purpose::Open, &self.document),
+            Some((SHIFTED, Key::S)) => self.files.ask(Purpose::SaveScene, &self.document),
+            Some((_, Key::S)) => self.save(),
+            Some((_, Key::E)) => self.files.ask(Purpose::SavePicture, &self.document),
+            Some((_, Key::Q)) => ctx.send_viewport_cmd(ViewportCommand::Close),
+            _ => {}
+        }
     }
 
     /// Asks for what is to be seen, where that is not what was asked for last.
@@ -335,6 +354,10 @@ impl App {
             self.moved = now;
         }
         let moving = self.ordered.is_some() && (now - self.moved < REST || self.viewport.is_moving());
+        if moving {
+            // Whatever draws the next frame, one comes when rest is reached.
+            ctx.request_repaint_after(std::time::Duration::from_secs_f64((REST - (now - self.moved)).clamp(0.01, REST)));
+        }
         if same && self.ordered.as_ref().is_some_and(|o| o.moving == moving) {
             return;
         }
@@ -348,9 +371,6 @@ impl App {
                 ctx.request_repaint();
                 return;
             }
-        }
-        if moving {
-            ctx.request_repaint_after(std::time::Duration::from_secs_f64(REST));
         }
         let difference = self.comparison.with == crate::comparison::With::Finer;
         let order = Order { views: views.clone(), camera: camera.clone(), moving, difference, memory_limit: self.memory_limit };
@@ -377,6 +397,7 @@ impl App {
                         self.leave(ctx);
                     }
                 }
+                Purpose::SavePicture if self.export.is_some() => self.complain("a picture is being saved; wait for it, or stop it"),
                 Purpose::SavePicture => match Export::start(self.document.scene(), &path, size, self.memory_limit, ctx) {
                     Ok(export) => self.export = Some(export),
                     Err(error) => self.complain(error),
@@ -440,7 +461,10 @@ impl App {
         if !ctx.input(|i| i.viewport().close_requested()) || self.session.is_closed() {
             return;
         }
-        if self.document.is_changed() {
+        if self.export.is_some() {
+            ctx.send_viewport_cmd(ViewportCommand::CancelClose);
+            self.complain("a picture is being saved; wait for it, or stop it");
+        } else if self.document.is_changed() {
             ctx.send_viewport_cmd(ViewportCommand::CancelClose);
             self.leaving = Some(Leaving::Window);
         } else {

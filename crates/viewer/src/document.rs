@@ -5,6 +5,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use barnard::builtin;
 use barnard::scene::{Loader, Scene, said};
@@ -44,6 +45,8 @@ pub struct Document {
     toml: DocumentMut,
     scene: Arc<Scene>,
     physics: Arc<str>,
+    /// Sets equal texts of two openings apart: their files may be others.
+    opening: u64,
     past: Vec<String>,
     future: Vec<String>,
     /// The edit that the next of the same name goes on with.
@@ -78,8 +81,22 @@ impl Document {
     }
 
     fn new(origin: Origin, text: String, loader: Loader) -> Result<Self> {
-        let Reading { toml, scene, physics } = read(&origin, &text, &loader)?;
-        Ok(Self { saved: text.clone(), origin, loader, text, toml, scene, physics, past: Vec::new(), future: Vec::new(), going_on: None })
+        static OPENINGS: AtomicU64 = AtomicU64::new(0);
+        let opening = OPENINGS.fetch_add(1, Ordering::Relaxed);
+        let Reading { toml, scene, physics } = read(&origin, &text, &loader, opening)?;
+        Ok(Self {
+            opening,
+            saved: text.clone(),
+            origin,
+            loader,
+            text,
+            toml,
+            scene,
+            physics,
+            past: Vec::new(),
+            future: Vec::new(),
+            going_on: None,
+        })
     }
 
     /// Where it is from.
@@ -125,7 +142,7 @@ impl Document {
         if text == self.text {
             return Ok(());
         }
-        let reading = read(&self.origin, &text, &self.loader)?;
+        let reading = read(&self.origin, &text, &self.loader, self.opening)?;
         let before = std::mem::replace(&mut self.text, text);
         if self.going_on.as_ref() != Some(&name) {
             self.past.push(before);
@@ -146,7 +163,7 @@ impl Document {
     pub fn variant(&self, edit: Edit) -> Result<(Arc<Scene>, Arc<str>)> {
         let mut toml = self.toml.clone();
         edit.apply(&mut toml);
-        let reading = read(&self.origin, &toml.to_string(), &self.loader)?;
+        let reading = read(&self.origin, &toml.to_string(), &self.loader, self.opening)?;
         Ok((reading.scene, reading.physics))
     }
 
@@ -183,7 +200,7 @@ impl Document {
 
     fn step(&mut self, stacks: impl Fn(&mut Self) -> (&mut Vec<String>, &mut Vec<String>)) -> Result<()> {
         let Some(text) = stacks(self).0.last().cloned() else { return Ok(()) };
-        let reading = read(&self.origin, &text, &self.loader)?;
+        let reading = read(&self.origin, &text, &self.loader, self.opening)?;
         let before = std::mem::replace(&mut self.text, text);
         let (from, to) = stacks(self);
         from.pop();
@@ -213,31 +230,40 @@ impl Document {
     /// # Errors
     /// Where something cannot be written.
     pub fn save(&mut self, path: &Path) -> Result<()> {
-        let folder = path.parent().unwrap_or(Path::new(""));
+        let folder = |path: &Path| std::path::absolute(path).ok().and_then(|p| p.parent().map(Path::to_owned)).unwrap_or_default();
         let moved = match &self.origin {
-            Origin::File(before) => before.parent().unwrap_or(Path::new("")) != folder,
-            Origin::Builtin(_) => false,
+            Origin::File(before) => folder(before) != folder(path),
+            Origin::Builtin(_) => {
+                self.loader.write_embedded(&folder(path))?;
+                false
+            }
         };
-        if matches!(self.origin, Origin::Builtin(_)) {
-            self.loader.write_embedded(folder)?;
-        }
-        let mut text = self.text.clone();
-        if moved {
-            let mut toml = self.toml.clone();
-            crate::edit::rebase_files(toml.as_table_mut(), &|file| self.loader.path(file));
-            text = toml.to_string();
-        }
+        let text = if moved { self.rebased(&self.text) } else { self.text.clone() };
         barnard::formats::replace(path, text.as_bytes())?;
-        let saved = Self::open(path, self.loader.memory_limit)?;
-        (self.origin, self.loader, self.text) = (saved.origin, saved.loader, saved.text);
-        self.take(Reading { toml: saved.toml, scene: saved.scene, physics: saved.physics });
+        if self.origin != Origin::File(path.to_owned()) {
+            let saved = Self::open(path, self.loader.memory_limit)?;
+            if moved {
+                self.past = self.past.iter().map(|text| self.rebased(text)).collect();
+                self.future = self.future.iter().map(|text| self.rebased(text)).collect();
+            }
+            (self.origin, self.loader, self.opening) = (saved.origin, saved.loader, saved.opening);
+            self.take(Reading { toml: saved.toml, scene: saved.scene, physics: saved.physics });
+        }
+        self.text = text;
         self.saved = self.text.clone();
         self.rest();
         Ok(())
     }
+
+    /// A text whose files are named where they are, wherever it is read from.
+    fn rebased(&self, text: &str) -> String {
+        let Ok(mut toml) = text.parse::<DocumentMut>() else { return text.to_owned() };
+        crate::edit::rebase_files(toml.as_table_mut(), &|file| self.loader.path(file));
+        toml.to_string()
+    }
 }
 
-fn read(origin: &Origin, text: &str, loader: &Loader) -> Result<Reading> {
+fn read(origin: &Origin, text: &str, loader: &Loader, opening: u64) -> Result<Reading> {
     let (file, name) = match origin {
         Origin::Builtin(name) => (format!("built-in {name}"), (*name).to_owned()),
         Origin::File(path) => (path.display().to_string(), path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()),
@@ -251,5 +277,5 @@ fn read(origin: &Origin, text: &str, loader: &Loader) -> Result<Reading> {
     for key in ["camera", "display", "name", "description"] {
         physical.remove(key);
     }
-    Ok(Reading { toml, scene: Arc::new(scene), physics: said(&physical).into() })
+    Ok(Reading { toml, scene: Arc::new(scene), physics: format!("{opening}: {}", said(&physical)).into() })
 }

@@ -158,9 +158,13 @@ pub fn significant(value: f64) -> f64 {
     rounded(value, 6).parse().unwrap_or(value)
 }
 
-/// A place as scenes write it.
-pub fn place_text(p: DVec3) -> String {
-    let [x, y, z] = p.to_array().map(|v| rounded(if v.abs() < 1e-9 { 0.0 } else { v }, 6));
+/// A place as scenes write it, to a millionth of what is `near` it [pc].
+pub fn place_text(p: DVec3, near: f64) -> String {
+    let least = 1e-6 * near;
+    let [x, y, z] = p.to_array().map(|v| {
+        let digits = (v.abs() / least).max(1.0).log10().ceil().clamp(1.0, 15.0);
+        rounded(if v.abs() < least { 0.0 } else { v }, digits as usize)
+    });
     format!("{x} {y} {z} pc")
 }
 

@@ -8,7 +8,7 @@ use spectra::units::{QUANTITIES, QuantityRow, parts};
 use toml_edit::{Array, InlineTable, Item, TableLike, Value};
 
 use crate::document::Document;
-use crate::edit::{Edit, numbers, rounded, table};
+use crate::edit::{Edit, numbers, rounded, significant, table};
 
 /// Keys that are not shown as widgets: tables have headings of their own.
 const NESTED: [&str; 3] = ["table", "tables by name", "list of tables"];
@@ -154,14 +154,13 @@ fn one(ui: &mut Ui, place: &str, key: &Key, item: &Item, edits: &mut Edits) {
             set_if(response, place, key, edits, || on.into())
         }
         ("position", Some(Value::String(text))) => position(ui, (place, key), label.id, text.value(), edits),
-        (_, Some(Value::Integer(n))) => {
+        ("integer", Some(Value::Integer(n))) => {
             let mut number = *n.value();
-            let response = ui.add(DragValue::new(&mut number));
+            let response = ui.add(DragValue::new(&mut number).update_while_editing(false));
             set_if(response, place, key, edits, || number.into())
         }
-        (_, Some(Value::Float(v))) => {
-            number(ui, *v.value(), "", |v| rounded(v, DIGITS).parse::<f64>().unwrap_or(v).into(), (place, key), edits)
-        }
+        (_, Some(Value::Integer(n))) => number(ui, *n.value() as f64, "", |v| significant(v).into(), (place, key), edits),
+        (_, Some(Value::Float(v))) => number(ui, *v.value(), "", |v| significant(v).into(), (place, key), edits),
         (_, Some(Value::String(text))) => match (key.catalogue, parts(text.value()).filter(|_| quantity(key).is_some())) {
             (Some(catalogue), _) => choice(ui, catalogue, text.value(), (place, key), edits),
             (None, Some((value, unit))) => measured(ui, value, unit.to_owned(), (place, key), edits),
@@ -189,14 +188,25 @@ fn quantity(key: &Key) -> Option<&'static QuantityRow> {
     QUANTITIES.iter().find(|q| q.name == name)
 }
 
+/// A number that is dragged, or typed and then taken as a whole, in the digits that it is written with.
+pub fn drag(value: &mut f64, speed: f64) -> DragValue<'_> {
+    DragValue::new(value).speed(speed).update_while_editing(false).custom_formatter(|v, _| rounded(v, DIGITS))
+}
+
+/// Whether a number was changed by more than being shown in fewer digits.
+pub fn is_changed(response: &Response, before: f64, after: f64) -> bool {
+    response.changed() && rounded(before, DIGITS) != rounded(after, DIGITS)
+}
+
 /// A number that is dragged in proportion to itself.
 fn number(ui: &mut Ui, value: f64, unit: &str, write: impl Fn(f64) -> Value, (place, key): (&str, &Key), edits: &mut Edits) -> Response {
     let mut changed = value;
-    let speed = (value.abs() * DRAG).max(1e-4);
-    let shown = |v: f64, _: std::ops::RangeInclusive<usize>| rounded(v, DIGITS);
     let suffix = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    let response = ui.add(DragValue::new(&mut changed).speed(speed).suffix(suffix).custom_formatter(shown));
-    set_if(response, place, key, edits, || write(changed))
+    let response = ui.add(drag(&mut changed, (value.abs() * DRAG).max(1e-4)).suffix(suffix));
+    if is_changed(&response, value, changed) {
+        edits.push(Edit::set(place, key.name, write(changed)));
+    }
+    response
 }
 
 /// A quantity: its number, and the unit it is written in.
@@ -210,18 +220,24 @@ fn position(ui: &mut Ui, (place, key): (&str, &Key), label: Id, text: &str, edit
     let words: Vec<&str> = text.split([' ', ',']).filter(|w| !w.is_empty()).collect();
     let &[x, y, z, unit] = &words[..] else { return ui.weak(text) };
     let (Ok(x), Ok(y), Ok(z)) = (x.parse::<f64>(), y.parse::<f64>(), z.parse::<f64>()) else { return ui.weak(text) };
-    let mut coordinates = [x, y, z];
-    let speed = (coordinates.iter().map(|v| v.abs()).fold(0.0, f64::max) * DRAG).max(1e-3);
-    let shown = |v: f64, _: std::ops::RangeInclusive<usize>| format!("{v:.3}");
+    let before = [x, y, z];
+    let mut after = before;
+    let speed = (before.iter().map(|v| v.abs()).fold(0.0, f64::max) * DRAG).max(1e-3);
+    let mut changed = false;
     let row = ui.horizontal(|ui| {
-        let drags = coordinates
-            .each_mut()
-            .map(|v| ui.add_sized(COORDINATE, DragValue::new(v).speed(speed).custom_formatter(shown)).labelled_by(label));
+        let drags = [0, 1, 2].map(|i| {
+            let response = ui.add_sized(COORDINATE, drag(&mut after[i], speed)).labelled_by(label);
+            changed |= is_changed(&response, before[i], after[i]);
+            response
+        });
         ui.label(unit);
         drags.into_iter().reduce(|a, b| a | b)
     });
-    let response = row.inner.unwrap_or(row.response);
-    set_if(response, place, key, edits, || format!("{} {unit}", coordinates.map(|v| rounded(v, DIGITS)).join(" ")).into())
+    if changed {
+        let written = |i: usize| if after[i] == before[i] { words[i].to_owned() } else { rounded(after[i], DIGITS) };
+        edits.push(Edit::set(place, key.name, format!("{} {} {} {unit}", written(0), written(1), written(2))));
+    }
+    row.inner.unwrap_or(row.response)
 }
 
 /// A name of a catalogue.
@@ -248,8 +264,9 @@ fn words(ui: &mut Ui, now: &str, write: impl Fn(&str) -> Option<Value>, (place, 
     }
     if response.lost_focus() {
         ui.data_mut(|d| d.remove::<String>(id));
+        let given_up = ui.input(|i| i.key_pressed(egui::Key::Escape));
         match write(&text) {
-            Some(value) if text != now => edits.push(Edit::set(place, key.name, value)),
+            Some(value) if text != now && !given_up => edits.push(Edit::set(place, key.name, value)),
             _ => {}
         }
     }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use barnard::backend::cpu;
 use barnard::control::{Control, Stage};
@@ -67,8 +67,12 @@ impl Export {
 
     /// Shows how far it is; returns what came of it once it is done.
     pub fn show(&mut self, ctx: &Context) -> Option<Result<String, String>> {
-        if let Ok(result) = self.result.try_recv() {
-            return Some(result.map(|()| format!("wrote {}", self.path.display())).map_err(|e| e.to_string()));
+        match self.result.try_recv() {
+            Ok(result) => return Some(result.map(|()| format!("wrote {}", self.path.display())).map_err(|e| e.to_string())),
+            Err(TryRecvError::Disconnected) => {
+                return Some(Err("the picture failed by a fault of this program; nothing was written".into()));
+            }
+            Err(TryRecvError::Empty) => {}
         }
         egui::Window::new("Saving the picture").collapsible(false).resizable(false).show(ctx, |ui| {
             let (done, all) = (self.progress.done.load(Ordering::Relaxed), self.progress.all.load(Ordering::Relaxed).max(1));

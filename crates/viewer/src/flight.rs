@@ -176,8 +176,9 @@ impl Flight {
     pub fn edit(&self) -> Edit {
         let c = &self.camera;
         let set = |key: &str, value: Value| Edit::set("camera", key, value);
-        let edit = set("position", place_text(c.position).into())
-            .and(set("target", place_text(self.pivot).into()))
+        let distance = self.distance();
+        let edit = set("position", place_text(c.position, distance).into())
+            .and(set("target", place_text(c.position + distance * c.forward, distance).into()))
             .and(set("up", numbers(c.up.to_array())));
         let width = match c.projection {
             Projection::Perspective { half_width } => {

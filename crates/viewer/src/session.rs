@@ -1,6 +1,7 @@
 //! What outlives a window: recent scenes, bookmarks, and changes that were not saved when it ended.
 
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use barnard::formats::replace;
@@ -13,6 +14,8 @@ use crate::flight::Flight;
 const RECENT: usize = 12;
 /// How often unsaved changes are written down at most [s].
 const EVERY: f64 = 2.0;
+/// How a file of unsaved changes begins.
+const HEAD: &str = "# unsaved changes of ";
 /// Names of what is stored.
 const KEYS: (&str, &str) = ("recent", "bookmarks");
 
@@ -23,19 +26,29 @@ pub struct Session {
     pub recent: Vec<Origin>,
     /// Views by scene and number.
     bookmarks: BTreeMap<String, toml_edit::Table>,
-    /// Where unsaved changes are written; nowhere if none.
+    /// Where unsaved changes are written; nowhere if none. No two windows share it.
     recovery: Option<PathBuf>,
+    /// Held as long as this window lives, so that others leave its changes alone.
+    lock: Option<File>,
     written: Option<String>,
     when: f64,
     closed: bool,
 }
 
-/// Changes that were not saved.
+/// Changes that a window left behind that did not end in order.
 pub struct Recovered {
+    /// Where they are kept.
+    pub path: PathBuf,
     /// Of which scene.
     pub origin: Origin,
     /// Its text.
     pub text: String,
+}
+
+/// The lock beside a file, if nobody holds it.
+fn locked(path: &Path) -> Option<File> {
+    let lock = File::options().create(true).truncate(false).write(true).open(path.with_extension("lock")).ok()?;
+    lock.try_lock().ok().map(|()| lock)
 }
 
 fn named(origin: &Origin) -> String {
@@ -59,7 +72,13 @@ impl Session {
         let recent = stored(KEYS.0).lines().filter_map(origin).take(RECENT).collect();
         let table: toml_edit::DocumentMut = stored(KEYS.1).parse().unwrap_or_default();
         let bookmarks = table.iter().filter_map(|(name, item)| Some((name.to_owned(), item.as_table()?.clone()))).collect();
-        Self { recent, bookmarks, recovery: folder.map(|f| f.join("unsaved.toml")), ..Self::default() }
+        let own = folder.and_then(|folder| {
+            std::fs::create_dir_all(&folder).ok()?;
+            let free = (0..).map(|n| folder.join(format!("unsaved-{}-{n}.toml", std::process::id())));
+            free.take(100).filter(|path| !path.exists()).find_map(|path| locked(&path).map(|lock| (path, lock)))
+        });
+        let (recovery, lock) = own.unzip();
+        Self { recent, bookmarks, recovery, lock, ..Self::default() }
     }
 
     /// Writes it down.
@@ -107,7 +126,7 @@ impl Session {
         if self.closed || now - self.when < EVERY || self.written.as_deref() == Some(document.text()) {
             return;
         }
-        let text = format!("# unsaved changes of {}\n{}", named(document.origin()), document.text());
+        let text = format!("{HEAD}{}\n{}", named(document.origin()), document.text());
         let folder = path.parent().unwrap_or(Path::new(""));
         // Whoever has no place for it works on without.
         if std::fs::create_dir_all(folder).is_ok() && replace(path, text.as_bytes()).is_ok() {
@@ -116,11 +135,31 @@ impl Session {
         self.when = now;
     }
 
-    /// Changes that the last window left behind.
+    /// Changes that a window left behind, the last first; those of windows that live are theirs.
     pub fn recovered(&self) -> Option<Recovered> {
-        let text = std::fs::read_to_string(self.recovery.as_ref()?).ok()?;
-        let (first, text) = text.split_once('\n')?;
-        Some(Recovered { origin: origin(first.strip_prefix("# unsaved changes of ")?)?, text: text.to_owned() })
+        let folder = self.recovery.as_ref()?.parent()?;
+        let is_left = |path: &PathBuf| {
+            let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+            Some(path) != self.recovery.as_ref() && name.starts_with("unsaved-") && name.ends_with(".toml") && locked(path).is_some()
+        };
+        let mut left: Vec<PathBuf> = std::fs::read_dir(folder).ok()?.flatten().map(|e| e.path()).filter(is_left).collect();
+        left.sort_by_key(|path| std::fs::metadata(path).and_then(|m| m.modified()).ok());
+        let read = |path: PathBuf| {
+            let text = std::fs::read_to_string(&path).ok()?;
+            let (first, text) = text.split_once('\n')?;
+            Some(Recovered { origin: origin(first.strip_prefix(HEAD)?)?, text: text.to_owned(), path })
+        };
+        left.into_iter().rev().find_map(read)
+    }
+
+    /// What was left behind is this window's now.
+    pub fn adopt(&mut self, lost: &Recovered) {
+        if let Some(own) = &self.recovery {
+            // Where it cannot be moved, it is written anew in a while.
+            let _ = std::fs::rename(&lost.path, own);
+            let _ = std::fs::remove_file(lost.path.with_extension("lock"));
+        }
+        self.written = Some(String::new());
     }
 
     /// There is nothing left to recover.
@@ -135,6 +174,10 @@ impl Session {
     /// The window closes in order.
     pub fn close(&mut self) {
         self.forget_recovery();
+        if let Some(path) = self.recovery.as_ref().filter(|_| self.lock.take().is_some()) {
+            // It may be gone.
+            let _ = std::fs::remove_file(path.with_extension("lock"));
+        }
         self.closed = true;
     }
 

@@ -119,7 +119,9 @@ fn hands(ui: &Ui, app: &mut App, response: &egui::Response, rect: Rect, seen: Re
     let pointer = response.hover_pos().filter(|p| seen.contains(*p));
     app.viewport.pointer = pointer.map(|p| (f64::from((p.x - seen.left()) / seen.width()), f64::from((p.y - seen.top()) / seen.height())));
     if response.drag_started() {
-        app.viewport.hold = ctx.input(|i| i.pointer.press_origin()).map_or(Hold::View, |p| grip(app, rect, seen, p));
+        let (origin, plain) = ctx.input(|i| (i.pointer.press_origin(), !i.modifiers.shift));
+        let origin = origin.filter(|_| plain && response.dragged_by(PointerButton::Primary));
+        app.viewport.hold = origin.map_or(Hold::View, |p| grip(app, rect, seen, p));
     }
     if response.drag_stopped() || !ctx.input(|i| i.pointer.any_down()) {
         app.viewport.hold = Hold::Nothing;
@@ -199,7 +201,7 @@ fn move_star(app: &App, star: usize, seen: Rect, pointer: Option<Pos2>, edits: &
     let along = ray.direction.dot(camera.forward);
     let t = (star_now.position - ray.origin).dot(camera.forward) / along;
     if t.is_finite() && t > 0.0 {
-        edits.push(Edit::set(&format!("star.{star}"), "position", place_text(ray.at(t))));
+        edits.push(Edit::set(&format!("star.{star}"), "position", place_text(ray.at(t), app.flight.distance())));
     }
 }
 

@@ -71,17 +71,24 @@ fn read(origin: &Origin, memory_limit: u64) -> barnard::Result<Document> {
 
 fn app(context: &eframe::CreationContext, document: Option<Document>, start: &Start) -> barnard::Result<App> {
     let mut session = Session::new(context.storage, eframe::storage_dir(NAME));
-    let recovered = session.recovered().filter(|_| document.is_none());
     let first = || Document::builtin(barnard::builtin::SCENES[0].name, start.memory_limit);
     let mut words = None;
-    let document = match (document, recovered) {
-        (Some(document), _) => document,
+    let document = match (document, session.recovered()) {
+        (Some(document), None) => document,
+        (Some(document), Some(lost)) => {
+            words = Some(format!("changes of {} were not saved: barnard view without a scene brings them back", lost.origin.name()));
+            document
+        }
         (None, Some(lost)) => match read(&lost.origin, start.memory_limit).and_then(|mut d| d.replace(&lost.text).map(|()| d)) {
             Ok(document) => {
+                session.adopt(&lost);
                 words = Some(format!("changes of {} that were not saved are back; Ctrl+Z takes them away", lost.origin.name()));
                 document
             }
-            Err(_) => first()?,
+            Err(error) => {
+                words = Some(format!("changes of {} that were not saved are in {}: {error}", lost.origin.name(), lost.path.display()));
+                first()?
+            }
         },
         (None, None) => first()?,
     };

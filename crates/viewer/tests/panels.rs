@@ -428,6 +428,69 @@ fn changes_are_not_lost() {
     assert_eq!(document.text(), SCENE);
 }
 
+/// Windows keep their changes apart: what belongs to one that lives is left alone; once it is gone without a word, another takes it.
+#[test]
+fn windows_do_not_share_changes() {
+    let (folder, path) = folder();
+    let data = Some(folder.path().join("data"));
+    let mut document = Document::open(&path, LIMIT).unwrap();
+    document.apply(barnard_viewer::edit::Edit::set("star.0", "temperature", "7000 K")).unwrap();
+    let (mut first, mut second) = (Session::new(None, data.clone()), Session::new(None, data.clone()));
+    first.keep(&document, 10.0);
+    assert!(second.recovered().is_none());
+    second.close();
+    drop(first);
+    let mut third = Session::new(None, data.clone());
+    let lost = third.recovered().unwrap();
+    third.adopt(&lost);
+    assert!(lost.text.contains("7000 K") && third.recovered().is_none() && Session::new(None, data.clone()).recovered().is_none());
+    third.close();
+    assert!(Session::new(None, data).recovered().is_none());
+}
+
+/// A scene without dust has stars that move; a thick one is looked at although its voxels are merged.
+#[test]
+fn scenes_without_dust_are_explored() {
+    let (folder, _) = folder();
+    let path = folder.path().join("gas.toml");
+    let from = SCENE.find("[dust]").unwrap();
+    let to = SCENE.find("[[star]]").unwrap();
+    let gas = "[[emission]]\nkind = \"lines\"\ndensity = \"cloud\"\nscale = \"1e-24 W/m3/sr\"\nlines = [{ wavelength = \"550 nm\", strength = 1 }]\n\n";
+    std::fs::write(&path, format!("{}{gas}{}", &SCENE[..from], &SCENE[to..])).unwrap();
+    let mut harness = harness(app(&path, None));
+    settle(&mut harness);
+    let before = means(&harness);
+    harness.state_mut().apply(barnard_viewer::edit::Edit::set("star.0", "position", "0.5 0.2 0.9 pc"));
+    settle(&mut harness);
+    assert_eq!(notice(&harness), "");
+    assert!(means(&harness) != before && before[1] > 0.0);
+}
+
+/// The same text with another file beside it is another scene.
+#[test]
+fn equal_texts_of_other_folders_are_other_scenes() {
+    let (folder, path) = folder();
+    let document = Document::open(&path, LIMIT).unwrap();
+    let other = folder.path().join("other.toml");
+    std::fs::write(&other, SCENE).unwrap();
+    assert!(document.physics() != Document::open(&other, LIMIT).unwrap().physics());
+}
+
+/// Undo goes on working behind a scene that was saved elsewhere.
+#[test]
+fn undo_outlives_saving_elsewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let (one, two) = (folder.path().join("one"), folder.path().join("two"));
+    std::fs::create_dir_all(&one).unwrap();
+    std::fs::create_dir_all(&two).unwrap();
+    Document::builtin("hii_region", LIMIT).unwrap().save(&one.join("region.toml")).unwrap();
+    let mut document = Document::open(&one.join("region.toml"), LIMIT).unwrap();
+    document.apply(barnard_viewer::edit::Edit::set("method", "accuracy", 0.02)).unwrap();
+    document.save(&two.join("region.toml")).unwrap();
+    document.undo().unwrap();
+    assert!(document.scene().method.accuracy != 0.02 && document.is_changed());
+}
+
 /// Bookmarks bring a view back.
 #[test]
 fn bookmarks_are_places() {

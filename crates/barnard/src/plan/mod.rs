@@ -180,7 +180,6 @@ impl Plan {
             Some(space) => space,
             None => Arc::new(Space::coarse(scene, options, GLANCE_VOXELS, control)?),
         };
-        space.check_stars(scene)?;
         let mut lights = crate::light::lights(scene)?;
         lights.retain(|light| !matches!(light.path, Path::FieldStar { .. }));
         let spectral = Spectral::new(scene, &lights, options, space.reach(&scene.camera), control)?;

@@ -44,7 +44,7 @@ impl Eye for Spectrograph {
 }
 
 impl Plan {
-    /// The spectrum that arrives along `ray` at `wavelengths_um`, in f64 with the star depths of this plan; the phase function is that of the first band's
+    /// The spectrum that arrives along `ray` at `wavelengths_um`, in f64 with the star depths of this plan, exact ones where it has let go of them; the phase function is that of the first band's
     /// middle. `scene` is the one that was planned.
     ///
     /// # Errors
@@ -69,7 +69,7 @@ impl Plan {
         };
         let waves: Vec<Wave> = continua.chain(lines.iter().map(of_line)).collect();
         let mut eye = Spectrograph { radiance: vec![0.0; waves.len()], waves };
-        let depth = walk(&self.space, &self.spectral, &self.lights, ray, Stepping::PerVoxel(STEPS), false, &mut eye);
+        let depth = walk(&self.space, &self.spectral, &self.lights, ray, Stepping::PerVoxel(STEPS), self.light_field.is_some(), &mut eye);
         let (continuum, strengths) = eye.radiance.split_at(wavelengths_um.len());
         let lines = lines.iter().zip(strengths).map(|((_, line), strength)| Line { strength: *strength, ..*line }).collect();
         Ok(Probe { depth, continuum: continuum.to_vec(), lines })

@@ -151,6 +151,10 @@ impl Space {
                 return Ok(Some(self.clone()));
             }
             let mut space = Self { spatial: None, ..(**self).clone() };
+            if self.dust.is_none() {
+                // Without dust there are no depths.
+                return Ok(Some(Arc::new(Self { stars, ..space })));
+            }
             for star in moved {
                 space.move_star(star, stars[star], control)?;
             }

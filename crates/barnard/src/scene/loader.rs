@@ -85,7 +85,13 @@ impl Loader {
         let unpacked = self.unpacked.lock().map(|names| names.clone()).unwrap_or_default();
         for (name, bytes) in self.embedded.iter().filter(|(name, _)| unpacked.contains(name)) {
             let path = folder.join(name);
-            if !path.exists() {
+            if path.exists() {
+                let same = std::fs::metadata(&path).is_ok_and(|m| m.len() == bytes.len() as u64)
+                    && std::fs::read(&path).is_ok_and(|own| own == *bytes);
+                if !same {
+                    return Err(Error::file(&path, "is there already and is another file than the scene's; choose another folder"));
+                }
+            } else {
                 let parent = path.parent().unwrap_or(folder);
                 std::fs::create_dir_all(parent).map_err(|e| Error::file(parent, format!("cannot be made: {e}")))?;
                 crate::formats::replace(&path, bytes)?;

@@ -66,8 +66,10 @@ fn matrix(ui: &mut Ui, app: &App, edits: &mut Edits) {
         for (band, column) in scene.bands.iter().zip(&mut columns) {
             let label = ui.label(band.name());
             for (value, colour) in column.iter_mut().zip(["red", "green", "blue"]) {
-                let drag = ui.add(egui::DragValue::new(value).speed(0.01)).labelled_by(label.id);
-                changed |= drag.on_hover_text(format!("{colour} of {}", band.name())).changed();
+                let before = *value;
+                let drag = ui.add(editor::drag(value, 0.01)).labelled_by(label.id);
+                changed |= editor::is_changed(&drag, before, *value);
+                drag.on_hover_text(format!("{colour} of {}", band.name()));
             }
             ui.end_row();
         }

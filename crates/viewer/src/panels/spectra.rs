@@ -80,13 +80,15 @@ fn list(ui: &mut Ui, app: &App, name: &str, edits: &mut Edits) {
         });
     }
     if name == "star" && ui.button("Add a star").on_hover_text("a star of 10000 K, 100 Lsun, in the middle of the view").clicked() {
-        edits.push(Edit::push("star", star(app.flight.pivot)));
+        edits.push(Edit::push("star", star(app.flight.pivot, app.flight.distance())));
     }
 }
 
-fn star(place: DVec3) -> Table {
+fn star(place: DVec3, distance: f64) -> Table {
     let mut star = Table::new();
-    for (key, value) in [("kind", "blackbody"), ("position", &place_text(place)), ("temperature", "10000 K"), ("luminosity", "100 Lsun")] {
+    for (key, value) in
+        [("kind", "blackbody"), ("position", &place_text(place, distance)), ("temperature", "10000 K"), ("luminosity", "100 Lsun")]
+    {
         star.insert(key, Item::Value(value.into()));
     }
     star
@@ -103,10 +105,11 @@ fn lines(ui: &mut Ui, app: &App, i: usize, edits: &mut Edits) {
             let now = line.get("strength").and_then(|v| v.as_float().or(v.as_integer().map(|i| i as f64))).unwrap_or(0.0);
             let label = ui.label(&name);
             let mut strength = now;
-            let drag = egui::DragValue::new(&mut strength).speed((0.01 * now).max(1e-3)).range(0.0..=f64::MAX);
-            if ui.add(drag).labelled_by(label.id).on_hover_text("strength, integrated over the line").changed() {
-                edits.push(Edit::set(&format!("{place}.lines.{n}"), "strength", strength));
+            let drag = ui.add(editor::drag(&mut strength, (0.01 * now).max(1e-6)).range(0.0..=f64::MAX)).labelled_by(label.id);
+            if editor::is_changed(&drag, now, strength) {
+                edits.push(Edit::set(&format!("{place}.lines.{n}"), "strength", crate::edit::significant(strength)));
             }
+            drag.on_hover_text("strength, integrated over the line");
             ui.end_row();
         }
     });
