@@ -18,8 +18,10 @@ use eframe::egui::Color32;
 use crate::comparison::AMPLIFIED;
 use crate::engine::{Order, Quality, View};
 
-/// What a picture may take while things move [s].
+/// What the rays of a picture may take while things move, and together with its plan; rays get at least the last of them [s].
 const MOVING: f64 = 0.06;
+const FRAME: f64 = 0.085;
+const RAYS: f64 = 0.02;
 /// Rays a second before any was measured.
 const FIRST_RATE: f64 = 4e4;
 /// How many times fewer pixels each way the next finer picture has not.
@@ -129,12 +131,14 @@ pub struct Studio<'g> {
     stands: Vec<Stand<'g>>,
     /// Rays a second of quick plans.
     rate: f64,
+    /// What the last quick plan took [s].
+    planned: f64,
 }
 
 impl<'g> Studio<'g> {
     /// On `gpu` as long as it does.
     pub fn new(gpu: Option<&'g Gpu>) -> Self {
-        Self { gpu, stands: Vec::new(), rate: FIRST_RATE }
+        Self { gpu, stands: Vec::new(), rate: FIRST_RATE, planned: 0.0 }
     }
 
     /// Makes what is asked for, from coarse to fine; `show` hears of every stage. A picture that is only shown in another way is coloured anew, no more.
@@ -152,7 +156,8 @@ impl<'g> Studio<'g> {
         self.stands.resize_with(order.views.len(), Stand::default);
         let mut reached = self.shown_again(order, show);
         let full = (order.camera.width as f64, order.camera.height as f64);
-        let mut scale = (full.0 * full.1 * order.views.len() as f64 / (self.rate * MOVING)).sqrt().max(1.0);
+        let budget = (FRAME - self.planned).clamp(RAYS, MOVING);
+        let mut scale = (full.0 * full.1 * order.views.len() as f64 / (self.rate * budget)).sqrt().max(1.0);
         if reached.is_none() {
             let quality = if scale > 1.0 { Quality::Coarse } else { Quality::Full };
             show(quality, self.glances(order, scale, &Control::default())?);
@@ -218,6 +223,7 @@ impl<'g> Studio<'g> {
         let Some((_, plan)) = &mut stand.glance else { return Err(Error::Interrupted) };
         plan.camera = camera;
         let planned = start.elapsed().as_secs_f64();
+        self.planned = planned;
         let (data, findings, marched, backend) = stand.quick.radiance(gpu, plan, control)?;
         self.rate = (camera_rays(plan) / marched.max(1e-6)).max(1.0);
         let start = Instant::now();

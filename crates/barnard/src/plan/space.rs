@@ -160,10 +160,38 @@ impl Space {
             }
             return Ok(Some(Arc::new(space)));
         }
+        let (moved, ratio) = (stars != self.stars, sigma_v_per_pc(scene) / self.sigma_v_per_pc);
         let mut space = Self { stars, spatial: None, ..(**self).clone() };
         space.take_dust(scene, options)?;
-        space.refine_stars(self.star_factor, options, control)?;
+        if moved || !space.scale_depths(ratio) {
+            space.refine_stars(self.star_factor, options, control)?;
+        }
         Ok(Some(Arc::new(space)))
+    }
+
+    /// Multiplies all star depths and puts the dust of now into its volume; false, and nothing done, where depths were or would be cut.
+    fn scale_depths(&mut self, ratio: f64) -> bool {
+        let depths = |v: &Volume| (0..v.channels.len()).filter(|c| matches!(v.channels[*c], Channel::StarDepth(_))).collect::<Vec<_>>();
+        let largest = |v: &Volume| {
+            depths(v).into_iter().flat_map(|c| v.data.iter().skip(c).step_by(v.channels.len())).fold(0.0f32, |m, d| m.max(d.abs()))
+        };
+        let deepest = f64::from(self.volumes.iter().map(largest).fold(0.0, f32::max));
+        let Some(dust) =
+            self.dust.clone().filter(|_| ratio.is_finite() && ratio > 0.0 && deepest * ratio.max(1.0) < 0.99 * star_depth::OPAQUE)
+        else {
+            return false;
+        };
+        for volume in &mut self.volumes {
+            let (channels, depths) = (volume.channels.len(), depths(volume));
+            for values in volume.data.chunks_exact_mut(channels) {
+                depths.iter().for_each(|c| values[*c] *= ratio as f32);
+            }
+            if let Some(slot) = volume.channels.iter().position(|c| *c == Channel::Dust) {
+                volume.fill(slot, &dust);
+            }
+        }
+        self.star_depth *= ratio;
+        true
     }
 
     /// Samples the dust of `scene` in place of this one's.

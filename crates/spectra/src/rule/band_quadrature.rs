@@ -29,7 +29,9 @@ const GLANCE_NODES: usize = 3;
 const GLANCE_TILT: f64 = 0.5;
 
 fn glance(problem: &BandProblem) -> Result<BandRule> {
-    let (nodes, weights, weighting) = with_weights(problem, GLANCE_NODES, GLANCE_TILT);
+    let (nodes, weights, _) = with_weights(problem, GLANCE_NODES, GLANCE_TILT);
+    // A phase function is asked at the nodes alone.
+    let weighting = vec![Weighting::AtNodes; problem.sources.len()];
     let form = super::Form::Nodes(Nodes::of(nodes, weights, weighting));
     let unknown = Certificate { absolute: f64::INFINITY, relative: f64::INFINITY, depth: f64::INFINITY };
     Ok(BandRule { form, certificates: vec![unknown; problem.sources.len()] })
