@@ -94,7 +94,7 @@ fn resident() -> f64 {
 /// Frames of the whole window, each with an edit.
 fn soak(frames: usize) {
     let document = Document::builtin(SCENE, LIMIT).expect("a built-in scene");
-    let app = App::new(document, Engine::start(None, || ()), Session::new(None, None), LIMIT, "cpu".into());
+    let app = App::new(document, Engine::start(None, || ()), Session::new(None, None), LIMIT);
     let mut harness =
         Harness::builder().with_size(vec2(900.0, 360.0)).with_max_steps(1).build_ui_state(|ui, app: &mut App| app.ui(ui), app);
     let start = Instant::now();

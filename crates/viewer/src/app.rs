@@ -73,8 +73,6 @@ pub struct App {
     pub layout: panels::Layout,
     /// Most bytes that a plan may take.
     pub memory_limit: u64,
-    /// What marches the rays.
-    pub backend: String,
     /// What the probe saw last.
     pub probed: Option<panels::Probed>,
     engine: Engine,
@@ -97,7 +95,7 @@ enum Leaving {
 
 impl App {
     /// With `document`, whose pictures `engine` makes.
-    pub fn new(document: Document, engine: Engine, session: Session, memory_limit: u64, backend: String) -> Self {
+    pub fn new(document: Document, engine: Engine, session: Session, memory_limit: u64) -> Self {
         Self {
             flight: Flight::of(document.scene()),
             document,
@@ -110,7 +108,6 @@ impl App {
             export: None,
             layout: panels::Layout::default(),
             memory_limit,
-            backend,
             probed: None,
             engine,
             title: String::new(),
@@ -166,11 +163,7 @@ impl App {
 
     /// Opens another scene, if it is one; asks first where changes would be lost.
     pub fn open(&mut self, origin: &Origin) {
-        let opened = match origin {
-            Origin::Builtin(name) => Document::builtin(name, self.memory_limit),
-            Origin::File(path) => Document::open(path, self.memory_limit),
-        };
-        match opened {
+        match Document::of(origin, self.memory_limit) {
             Ok(document) if self.document.is_changed() => self.leaving = Some(Leaving::For(Box::new(document))),
             Ok(document) => self.take(document),
             Err(error) => self.complain(error),

@@ -61,6 +61,17 @@ struct Reading {
 }
 
 impl Document {
+    /// The scene of that origin.
+    ///
+    /// # Errors
+    /// Those of [`builtin`](Self::builtin) and [`open`](Self::open).
+    pub fn of(origin: &Origin, memory_limit: u64) -> Result<Self> {
+        match origin {
+            Origin::Builtin(name) => Self::builtin(name, memory_limit),
+            Origin::File(path) => Self::open(path, memory_limit),
+        }
+    }
+
     /// A built-in scene.
     ///
     /// # Errors

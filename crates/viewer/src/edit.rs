@@ -173,6 +173,16 @@ pub fn numbers(values: impl IntoIterator<Item = f64>) -> Value {
     Value::Array(values.into_iter().map(significant).collect::<Array>())
 }
 
+/// A number, whole or not.
+pub fn number(value: &Value) -> Option<f64> {
+    value.as_float().or(value.as_integer().map(|i| i as f64))
+}
+
+/// The numbers of a list.
+pub fn list(table: &dyn TableLike, key: &str) -> Option<Vec<f64>> {
+    Some(table.get(key)?.as_array()?.iter().filter_map(number).collect())
+}
+
 /// Makes the names of files in `table` those that `path` says, absolute.
 pub fn rebase_files(table: &mut dyn TableLike, path: &dyn Fn(&str) -> PathBuf) {
     for (key, item) in table.iter_mut() {

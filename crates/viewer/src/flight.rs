@@ -6,7 +6,7 @@ use barnard::glam::{DQuat, DVec3};
 use barnard::scene::Scene;
 use toml_edit::Value;
 
-use crate::edit::{Edit, numbers, place_text, rounded};
+use crate::edit::{Edit, list, numbers, place_text, rounded};
 
 /// Turns of a drag over the whole width of the view [rad].
 const ORBIT: f64 = std::f64::consts::PI;
@@ -162,7 +162,7 @@ impl Flight {
         };
         let number = |key: &str| table.get(key)?.as_str().and_then(spectra::units::parts).map(|(number, _)| number);
         let (position, target) = (place("position")?, place("target")?);
-        let up: Vec<f64> = table.get("up")?.as_array()?.iter().filter_map(|v| v.as_float().or(v.as_integer().map(|i| i as f64))).collect();
+        let up = list(table, "up")?;
         let forward = (target - position).try_normalize()?;
         let right = forward.cross(DVec3::from(<[f64; 3]>::try_from(up).ok()?)).try_normalize()?;
         let projection = match self.camera.projection {

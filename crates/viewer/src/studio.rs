@@ -7,7 +7,7 @@ use std::time::Instant;
 use barnard::backend::cpu::{self, Findings};
 use barnard::camera::Camera;
 use barnard::control::Control;
-use barnard::image::{Display, Image, Tone};
+use barnard::image::{Image, Tone};
 use barnard::plan::{Options, Plan};
 use barnard::points::Sources;
 use barnard::scene::Scene;
@@ -159,7 +159,7 @@ impl<'g> Studio<'g> {
         let budget = (FRAME - self.planned).clamp(RAYS, MOVING);
         let mut scale = (full.0 * full.1 * order.views.len() as f64 / (self.rate * budget)).sqrt().max(1.0);
         if reached.is_none() {
-            let quality = if scale > 1.0 { Quality::Coarse } else { Quality::Full };
+            let quality = stage(scale);
             show(quality, self.glances(order, scale, &Control::default())?);
             reached = Some(quality);
         }
@@ -168,7 +168,7 @@ impl<'g> Studio<'g> {
         }
         while reached < Some(Quality::Full) {
             scale = (scale / FINER).max(1.0);
-            let quality = if scale > 1.0 { Quality::Coarse } else { Quality::Full };
+            let quality = stage(scale);
             show(quality, self.glances(order, scale, control)?);
             reached = Some(quality);
         }
@@ -189,11 +189,10 @@ impl<'g> Studio<'g> {
         let quality = qualities?.into_iter().min()?;
         let coloured = |(stand, view): (&mut Stand, &View)| {
             let picture = &mut stand.last.as_mut()?.picture;
-            let display = &view.scene.display;
-            picture.colour(display);
-            let mut scene = (*picture.scene).clone();
-            scene.display = display.clone();
-            picture.scene = Arc::new(scene);
+            let (start, display) = (Instant::now(), view.scene.display.clone());
+            picture.tone = display.tone(&picture.image);
+            picture.colour(start);
+            picture.scene = Arc::new(Scene { display, ..(*picture.scene).clone() });
             if !picture.sparks.is_empty() {
                 picture.sparks = sparks(picture, &order.camera).unwrap_or_default();
             }
@@ -232,8 +231,7 @@ impl<'g> Studio<'g> {
         let mut picture = Picture::new(image, scene, plan.clone(), findings, times, backend);
         picture.sparks = sparks(&picture, &order.camera)?;
         picture.times.stars = start.elapsed().as_secs_f64() - picture.times.colours;
-        let quality = if scale > 1.0 { Quality::Coarse } else { Quality::Full };
-        stand.keep(view, &order.camera, quality, &picture);
+        stand.keep(view, &order.camera, stage(scale), &picture);
         Ok(picture)
     }
 
@@ -278,6 +276,11 @@ fn sparks(picture: &Picture, camera: &Camera) -> Result<Vec<(usize, usize, Color
     Ok(lit.into_iter().map(spark).collect())
 }
 
+/// How far a quick picture with `scale` times fewer pixels each way has come.
+fn stage(scale: f64) -> Quality {
+    if scale > 1.0 { Quality::Coarse } else { Quality::Full }
+}
+
 fn camera_rays(plan: &Plan) -> f64 {
     (plan.camera.width * plan.camera.height) as f64
 }
@@ -295,6 +298,7 @@ fn seen(scene: &Scene, camera: &Camera) -> Arc<Scene> {
 
 impl Picture {
     fn new(image: Image, scene: Arc<Scene>, plan: Plan, findings: Findings, times: Times, backend: String) -> Self {
+        let start = Instant::now();
         let tone = scene.display.tone(&image);
         let mut picture = Self {
             image: Arc::new(image),
@@ -308,8 +312,7 @@ impl Picture {
             backend,
             scene,
         };
-        let display = picture.scene.display.clone();
-        picture.colour(&display);
+        picture.colour(start);
         picture
     }
 
@@ -320,10 +323,8 @@ impl Picture {
         own.iter().zip(&other).map(one).collect()
     }
 
-    /// Shows the radiances by `display`.
-    fn colour(&mut self, display: &Display) {
-        let start = Instant::now();
-        self.tone = display.tone(&self.image);
+    /// Shows the radiances by the tone, which was begun at `start`.
+    fn colour(&mut self, start: Instant) {
         self.colours = Arc::new(self.tone.bytes(&self.image).into_iter().map(|[r, g, b]| Color32::from_rgb(r, g, b)).collect());
         let image = &self.image;
         self.histograms = (0..image.bands.len())

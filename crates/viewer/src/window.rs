@@ -44,7 +44,7 @@ const NAME: &str = "barnard";
 /// Where the scene cannot be read, and where there is no screen.
 pub fn open(start: Start) -> barnard::Result<()> {
     // A scene that is wrong is told where the command was given.
-    let document = start.scene.as_ref().map(|origin| read(origin, start.memory_limit)).transpose()?;
+    let document = start.scene.as_ref().map(|origin| Document::of(origin, start.memory_limit)).transpose()?;
     let mut options = eframe::NativeOptions {
         viewport: ViewportBuilder::default()
             .with_title("Barnard")
@@ -62,13 +62,6 @@ pub fn open(start: Start) -> barnard::Result<()> {
     made.map_err(|e| Error::Render(format!("no window can be opened: {e}; barnard render makes pictures without one")))
 }
 
-fn read(origin: &Origin, memory_limit: u64) -> barnard::Result<Document> {
-    match origin {
-        Origin::Builtin(name) => Document::builtin(name, memory_limit),
-        Origin::File(path) => Document::open(path, memory_limit),
-    }
-}
-
 fn app(context: &eframe::CreationContext, document: Option<Document>, start: &Start) -> barnard::Result<App> {
     let mut session = Session::new(context.storage, eframe::storage_dir(NAME));
     let first = || Document::builtin(barnard::builtin::SCENES[0].name, start.memory_limit);
@@ -79,7 +72,7 @@ fn app(context: &eframe::CreationContext, document: Option<Document>, start: &St
             words = Some(format!("changes of {} were not saved: barnard view without a scene brings them back", lost.origin.name()));
             document
         }
-        (None, Some(lost)) => match read(&lost.origin, start.memory_limit).and_then(|mut d| d.replace(&lost.text).map(|()| d)) {
+        (None, Some(lost)) => match Document::of(&lost.origin, start.memory_limit).and_then(|mut d| d.replace(&lost.text).map(|()| d)) {
             Ok(document) => {
                 session.adopt(&lost);
                 words = Some(format!("changes of {} that were not saved are back; Ctrl+Z takes them away", lost.origin.name()));
@@ -94,10 +87,9 @@ fn app(context: &eframe::CreationContext, document: Option<Document>, start: &St
     };
     session.opened(document.origin());
     let gpu = context.wgpu_render_state.as_ref().and_then(|state| shared(state, start.backend));
-    let backend = gpu.as_ref().map_or_else(|| "cpu".to_owned(), |g| g.adapter.name.clone());
     let wake = context.egui_ctx.clone();
     let engine = Engine::start(gpu, move || wake.request_repaint());
-    let mut app = App::new(document, engine, session, start.memory_limit, backend);
+    let mut app = App::new(document, engine, session, start.memory_limit);
     app.layout = Layout::stored(context.storage);
     if let Some(words) = words {
         app.tell(words);

@@ -56,7 +56,7 @@ fn folder() -> (tempfile::TempDir, PathBuf) {
 
 fn app(path: &Path, recovery: Option<PathBuf>) -> App {
     let document = Document::open(path, LIMIT).unwrap();
-    App::new(document, Engine::start(None, || ()), Session::new(None, recovery), LIMIT, "cpu".into())
+    App::new(document, Engine::start(None, || ()), Session::new(None, recovery), LIMIT)
 }
 
 fn harness(app: App) -> Harness<'static, App> {

@@ -5,11 +5,11 @@ use barnard::scene::Scene;
 use eframe::egui::{self, Color32, Ui};
 use egui_plot::{Legend, Line, LineStyle, Plot, PlotPoints, Points, VLine};
 use spectra::passband::Passband;
-use toml_edit::{Array, ArrayOfTables, Item, Table, Value};
+use toml_edit::{ArrayOfTables, Item, Table, Value};
 
 use super::{band_colour, section, wavelength_colour};
 use crate::app::App;
-use crate::edit::{Edit, count, numbers, place_text, table};
+use crate::edit::{self, Edit, count, numbers, place_text, table};
 use crate::editor::{self, Edits};
 
 /// Points of a curve in the plot.
@@ -102,12 +102,12 @@ fn lines(ui: &mut Ui, app: &App, i: usize, edits: &mut Edits) {
     egui::Grid::new((&place, "lines")).num_columns(2).show(ui, |ui| {
         for (n, line) in lines.iter().enumerate().filter_map(|(n, v)| Some((n, v.as_inline_table()?))) {
             let name = line.get("wavelength").and_then(Value::as_str).unwrap_or("").to_owned();
-            let now = line.get("strength").and_then(|v| v.as_float().or(v.as_integer().map(|i| i as f64))).unwrap_or(0.0);
+            let now = line.get("strength").and_then(edit::number).unwrap_or(0.0);
             let label = ui.label(&name);
             let mut strength = now;
             let drag = ui.add(editor::drag(&mut strength, (0.01 * now).max(1e-6)).range(0.0..=f64::MAX)).labelled_by(label.id);
             if editor::is_changed(&drag, now, strength) {
-                edits.push(Edit::set(&format!("{place}.lines.{n}"), "strength", crate::edit::significant(strength)));
+                edits.push(Edit::set(&format!("{place}.lines.{n}"), "strength", edit::significant(strength)));
             }
             drag.on_hover_text("strength, integrated over the line");
             ui.end_row();
@@ -242,11 +242,8 @@ fn draggable(app: &App, logarithmic: bool) -> Vec<(usize, Vec<[f64; 2]>)> {
     let shown = |v: f64, largest: f64| if logarithmic { (v / largest).max(FLOOR).log10() } else { v / largest };
     let of = |i: usize| {
         let band = table(root, &format!("band.{i}"))?;
-        let list = |key: &str| -> Option<Vec<f64>> {
-            Some(band.get(key)?.as_array()?.iter().filter_map(|v| v.as_float().or(v.as_integer().map(|i| i as f64))).collect())
-        };
         (band.get("kind")?.as_str()? == "points").then_some(())?;
-        let (nm, throughput) = (list("nm")?, list("throughput")?);
+        let (nm, throughput) = (edit::list(band, "nm")?, edit::list(band, "throughput")?);
         let largest = throughput.iter().copied().fold(1e-9, f64::max);
         Some((i, nm.into_iter().zip(throughput).map(|(l, t)| [l, shown(t, largest)]).collect()))
     };
@@ -279,11 +276,8 @@ fn drag(
     }
     let (Some((band, i)), Some(at), true) = (held, shown.inner, shown.response.dragged()) else { return };
     let place = format!("band.{band}");
-    let list = |key: &str| -> Option<Vec<f64>> {
-        let array: &Array = table(app.document.toml().as_table(), &place)?.get(key)?.as_array()?;
-        Some(array.iter().filter_map(|v| v.as_float().or(v.as_integer().map(|i| i as f64))).collect())
-    };
-    let (Some(mut nm), Some(mut throughput)) = (list("nm"), list("throughput")) else { return };
+    let Some(own) = table(app.document.toml().as_table(), &place) else { return };
+    let (Some(mut nm), Some(mut throughput)) = (edit::list(own, "nm"), edit::list(own, "throughput")) else { return };
     let largest = throughput.iter().copied().fold(1e-9, f64::max);
     // Points keep their order: each stays between its neighbours.
     let low = if i == 0 { 1.0 } else { nm[i - 1] + 0.01 };
