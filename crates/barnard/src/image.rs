@@ -111,7 +111,7 @@ impl Image {
     }
 
     /// The values of one band, row by row.
-    pub fn band(&self, band: usize) -> impl Iterator<Item = f64> + '_ {
+    pub fn band(&self, band: usize) -> impl Iterator<Item = f64> + Clone + '_ {
         let size = self.width * self.height;
         (band * size..(band + 1) * size).map(|i| self.samples.at(i))
     }
@@ -155,7 +155,7 @@ pub struct Display {
 /// The part of the pixels that may be brighter than an automatic white.
 const WHITE_PERCENTILE: f64 = 0.998;
 
-/// Gaps of the tables of [`Tone::bytes`]: of the stretch at equal steps of the fourth root, of the encoding at equal steps of the square root.
+/// Gaps of a stretch's table at equal steps of the fourth root, since stretches are steep in the dark; of the encoding's at equal steps of the square root.
 const STRETCH_GAPS: usize = 1024;
 const CODE_GAPS: usize = 4096;
 
@@ -180,7 +180,7 @@ impl Tone {
 
     /// The picture in bytes, height × width × RGB, by tables: for windows, fast, and at most one level from the exact one.
     pub fn bytes(&self, image: &Image) -> Vec<[u8; 3]> {
-        let stretch: Vec<f64> = (0..=STRETCH_GAPS).map(|i| self.stretch.apply((i as f64 / STRETCH_GAPS as f64).powi(4))).collect();
+        let stretch = self.stretch_table();
         let code = |i: usize| (255.0 * spectra::colour::srgb_encode((i as f64 / CODE_GAPS as f64).powi(2)) + 0.5) as u8;
         let codes: Vec<u8> = (0..=CODE_GAPS).map(code).collect();
         let range = 1.0 / (self.white - self.black);
@@ -200,6 +200,11 @@ impl Tone {
             })
         };
         linear(self, image).map(colour).collect()
+    }
+
+    /// The stretch at equal steps of the fourth root of what it stretches, from 0 to 1.
+    pub fn stretch_table(&self) -> Vec<f64> {
+        (0..=STRETCH_GAPS).map(|i| self.stretch.apply((i as f64 / STRETCH_GAPS as f64).powi(4))).collect()
     }
 
     /// The colour of one pixel's bands, in sRGB encoding [0, 1].

@@ -2,8 +2,6 @@
 
 use std::sync::{Arc, Mutex};
 
-use wgpu::util::DeviceExt;
-
 use crate::error::{GpuError, Result};
 
 /// An adapter, as `barnard info` shows it.
@@ -151,9 +149,12 @@ impl Gpu {
         self.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
     }
 
-    /// A buffer that holds these bytes.
+    /// A buffer that holds these bytes, a multiple of four.
     pub(crate) fn filled(&self, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
-        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
+        // A device that is gone refuses it in silence; one that maps it at its creation would panic.
+        let buffer = self.buffer(contents.len() as u64, usage | wgpu::BufferUsages::COPY_DST);
+        self.queue.write_buffer(&buffer, 0, contents);
+        buffer
     }
 
     /// One entry of a shader, ready to run; its bindings are those that it uses.

@@ -7,9 +7,6 @@ use wgpu::BufferUsages as Use;
 use crate::device::Gpu;
 use crate::error::Result;
 
-/// Gaps of the stretch's table, at equal steps of the fourth root: stretches are steep in the dark.
-const GAPS: usize = 1024;
-
 /// The fields are those of `resolve.wgsl`.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
@@ -53,11 +50,12 @@ impl Resolver {
     pub fn resolve(&self, gpu: &Gpu, light: &wgpu::Buffer, tone: &Tone) -> &wgpu::Texture {
         let (width, height) = self.size();
         let (bands, range) = (tone.palette.columns.len(), (tone.white - tone.black).max(f64::from(f32::MIN_POSITIVE)));
+        let stretch = tone.stretch_table();
+        let gaps = (stretch.len() - 1) as f32;
         let display =
-            DisplayLevels { levels: [tone.black as f32, (1.0 / range) as f32, GAPS as f32, 0.0], size: [width, height, bands as u32, 0] };
-        let at = |i: usize| tone.stretch.apply((i as f64 / GAPS as f64).powi(4)) as f32;
+            DisplayLevels { levels: [tone.black as f32, (1.0 / range) as f32, gaps, 0.0], size: [width, height, bands as u32, 0] };
         let column = |c: &[f64; 3]| [c[0] as f32, c[1] as f32, c[2] as f32, 0.0];
-        let gaps = (0..GAPS).map(|i| [at(i), at(i + 1), 0.0, 0.0]);
+        let gaps = stretch.windows(2).map(|ends| [ends[0] as f32, ends[1] as f32, 0.0, 0.0]);
         let table: Vec<[f32; 4]> = tone.palette.columns.iter().map(column).chain(gaps).collect();
         let display = gpu.filled(bytemuck::bytes_of(&display), Use::UNIFORM);
         let table = gpu.filled(bytemuck::cast_slice(&table), Use::STORAGE);

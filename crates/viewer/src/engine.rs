@@ -5,7 +5,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 
 use barnard::camera::Camera;
@@ -13,7 +13,8 @@ use barnard::control::Control;
 use barnard::scene::Scene;
 use barnard_gpu::Gpu;
 
-use crate::studio::{Picture, Studio};
+use crate::picture::Picture;
+use crate::studio::Studio;
 
 /// One picture that is asked for.
 #[derive(Clone)]
@@ -73,6 +74,9 @@ struct State {
 struct Shared {
     state: Mutex<State>,
     wake: Condvar,
+    gpu: OnceLock<Gpu>,
+    /// Stops a first look.
+    closing: Control,
 }
 
 impl Shared {
@@ -104,13 +108,19 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Starts the worker: on `gpu` as long as it does, otherwise on the processor. `wake` is called whenever a frame is there.
-    pub fn start(gpu: Option<Gpu>, wake: impl Fn() + Send + 'static) -> Self {
+    /// Starts the worker, on the processor. `wake` is called whenever a frame is there.
+    pub fn start(wake: impl Fn() + Send + 'static) -> Self {
         let (sender, frames) = channel();
         let shared = Arc::<Shared>::default();
         let of_thread = shared.clone();
-        let thread = std::thread::spawn(move || work(&of_thread, gpu.as_ref(), &sender, &wake));
+        let thread = std::thread::spawn(move || work(&of_thread, &sender, &wake));
         Self { shared, frames, thread: Some(thread) }
+    }
+
+    /// Has the orders that follow marched by `gpu`, as long as it does; the first one that is lent stays.
+    pub fn lend(&self, gpu: Gpu) {
+        // A second one is not needed.
+        let _ = self.shared.gpu.set(gpu);
     }
 
     /// Asks for a picture; returns the order's number.
@@ -137,6 +147,7 @@ impl Drop for Engine {
             state.closed = true;
             state.refining.interrupt();
         }
+        self.shared.closing.interrupt();
         self.shared.wake.notify_one();
         if let Some(thread) = self.thread.take() {
             // A panic of the worker was told already.
@@ -145,9 +156,10 @@ impl Drop for Engine {
     }
 }
 
-fn work(shared: &Shared, gpu: Option<&Gpu>, sender: &Sender<Frame>, wake: &dyn Fn()) {
-    let mut studio = Studio::new(gpu);
+fn work(shared: &Shared, sender: &Sender<Frame>, wake: &dyn Fn()) {
+    let mut studio = Studio::new(shared.closing.clone());
     while let Some((number, order, control)) = shared.next() {
+        studio.gpu = shared.gpu.get();
         let tell = |quality, pictures| {
             // Nobody listens any more once the window is gone.
             let _ = sender.send(Frame { number, quality, pictures });
@@ -159,7 +171,7 @@ fn work(shared: &Shared, gpu: Option<&Gpu>, sender: &Sender<Frame>, wake: &dyn F
             Ok(Err(error)) => tell(Quality::Coarse, Err(error.to_string())),
             Err(_) => {
                 tell(Quality::Coarse, Err("a picture failed by a fault of this program; the scene is as it was".into()));
-                studio = Studio::new(gpu);
+                studio = Studio::new(shared.closing.clone());
             }
         }
     }

@@ -24,7 +24,8 @@ const STAGES: [(Stage, &str); 3] = [(Stage::StarDepths, "star depths"), (Stage::
 
 /// The work and the way to stop it.
 pub struct Export {
-    path: PathBuf,
+    /// Where to.
+    pub path: PathBuf,
     control: Control,
     progress: Arc<Progress>,
     result: Receiver<barnard::Result<()>>,
@@ -65,6 +66,11 @@ impl Export {
         Ok(Self { path: path.to_owned(), control, progress, result })
     }
 
+    /// Stops it; nothing is written then.
+    pub fn stop(&self) {
+        self.control.interrupt();
+    }
+
     /// Shows how far it is; returns what came of it once it is done.
     pub fn show(&mut self, ctx: &Context) -> Option<Result<String, String>> {
         match self.result.try_recv() {
@@ -79,7 +85,7 @@ impl Export {
             let stage = STAGES[self.progress.stage.load(Ordering::Relaxed) as usize].1;
             ui.add(egui::ProgressBar::new(done as f32 / all as f32).text(stage).desired_width(280.0));
             if ui.button("Stop").clicked() {
-                self.control.interrupt();
+                self.stop();
             }
         });
         None
@@ -88,6 +94,6 @@ impl Export {
 
 impl Drop for Export {
     fn drop(&mut self) {
-        self.control.interrupt();
+        self.stop();
     }
 }

@@ -98,15 +98,22 @@ impl Files {
         let done = (asked.purpose, asked.size);
         if let Some(answer) = chosen {
             let folder = asked.folder.clone();
-            self.asked = None;
+            self.close(ctx);
             let path = answer?;
             self.folder = Some(folder);
             return Some((done.0, path, done.1));
         }
         if modal.should_close() {
-            self.asked = None;
+            self.close(ctx);
         }
         None
+    }
+
+    /// Keys are the window's again from the next frame on, which comes at once.
+    fn close(&mut self, ctx: &Context) {
+        self.asked = None;
+        ctx.memory_mut(egui::Memory::stop_text_input);
+        ctx.request_repaint();
     }
 }
 

@@ -66,19 +66,23 @@ fn origin(name: &str) -> Option<Origin> {
 }
 
 impl Session {
-    /// What was stored, and unsaved changes kept in `folder`.
-    pub fn new(storage: Option<&dyn Storage>, folder: Option<PathBuf>) -> Self {
-        let stored = |key: &str| storage.and_then(|s| s.get_string(key)).unwrap_or_default();
-        let recent = stored(KEYS.0).lines().filter_map(origin).take(RECENT).collect();
-        let table: toml_edit::DocumentMut = stored(KEYS.1).parse().unwrap_or_default();
-        let bookmarks = table.iter().filter_map(|(name, item)| Some((name.to_owned(), item.as_table()?.clone()))).collect();
+    /// Unsaved changes are kept in `folder`.
+    pub fn new(folder: Option<PathBuf>) -> Self {
         let own = folder.and_then(|folder| {
             std::fs::create_dir_all(&folder).ok()?;
             let free = (0..).map(|n| folder.join(format!("unsaved-{}-{n}.toml", std::process::id())));
             free.take(100).filter(|path| !path.exists()).find_map(|path| locked(&path).map(|lock| (path, lock)))
         });
         let (recovery, lock) = own.unzip();
-        Self { recent, bookmarks, recovery, lock, ..Self::default() }
+        Self { recovery, lock, ..Self::default() }
+    }
+
+    /// What was written down when a window closed.
+    pub fn restore(&mut self, storage: &dyn Storage) {
+        let stored = |key: &str| storage.get_string(key).unwrap_or_default();
+        self.recent = stored(KEYS.0).lines().filter_map(origin).take(RECENT).collect();
+        let table: toml_edit::DocumentMut = stored(KEYS.1).parse().unwrap_or_default();
+        self.bookmarks = table.iter().filter_map(|(name, item)| Some((name.to_owned(), item.as_table()?.clone()))).collect();
     }
 
     /// Writes it down.

@@ -1,112 +1,35 @@
 //! Where pictures are made: plans that are kept, marches at several sizes, colours.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
 use barnard::backend::cpu::{self, Findings};
 use barnard::camera::Camera;
 use barnard::control::Control;
-use barnard::image::{Image, Tone};
 use barnard::plan::{Options, Plan};
-use barnard::points::Sources;
 use barnard::scene::Scene;
 use barnard::{Error, Result};
 use barnard_gpu::{Gpu, GpuError, Renderer, Tuning};
-use eframe::egui::Color32;
 
-use crate::comparison::AMPLIFIED;
 use crate::engine::{Order, Quality, View};
+use crate::picture::{Picture, Times};
 
-/// What the rays of a picture may take while things move, and together with its plan; rays get at least the last of them [s].
-const MOVING: f64 = 0.06;
-const FRAME: f64 = 0.085;
-const RAYS: f64 = 0.02;
-/// Rays a second before any was measured.
+/// What a picture may take while things move [s].
+struct Pace {
+    /// Rays and colours, at most and, whatever the plan takes, at least.
+    rays: (f64, f64),
+    /// The plan with them.
+    all: f64,
+}
+
+const ON_PROCESSOR: Pace = Pace { rays: (0.06, 0.02), all: 0.085 };
+const ON_DEVICE: Pace = Pace { rays: (0.03, 0.01), all: 0.04 };
+/// Pixels a second before any was measured.
 const FIRST_RATE: f64 = 4e4;
 /// How many times fewer pixels each way the next finer picture has not.
 const FINER: f64 = 3.0;
 /// Fewest pixels along an edge.
 const LEAST: f64 = 24.0;
-
-/// A picture and what is known of it.
-#[derive(Clone)]
-pub struct Picture {
-    /// Radiances of all bands.
-    pub image: Arc<Image>,
-    /// The scene it shows, with the camera it was seen by.
-    pub scene: Arc<Scene>,
-    /// The plan that made it.
-    pub plan: Plan,
-    /// What was found on the way.
-    pub findings: Findings,
-    /// How it is shown.
-    pub tone: Tone,
-    /// Its colours, height × width.
-    pub colours: Arc<Vec<Color32>>,
-    /// Stars over a picture that has none, in pixels of the window: column, row, colour.
-    pub sparks: Vec<(usize, usize, Color32)>,
-    /// How bright the pixels of each band are.
-    pub histograms: Vec<Histogram>,
-    /// How long its parts took.
-    pub times: Times,
-    /// What marched the rays.
-    pub backend: String,
-}
-
-/// How long the parts of a picture took [s].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Times {
-    /// The plan; zero where it was still there.
-    pub plan: f64,
-    /// Rays.
-    pub march: f64,
-    /// Stars and certificates.
-    pub stars: f64,
-    /// Colours and histograms.
-    pub colours: f64,
-}
-
-impl Times {
-    /// All of it [s].
-    pub fn all(&self) -> f64 {
-        self.plan + self.march + self.stars + self.colours
-    }
-}
-
-/// Pixels of a band by the logarithm of their radiance.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Histogram {
-    /// log₁₀ of radiance at both ends [W m⁻² sr⁻¹].
-    pub range: (f64, f64),
-    /// Pixels in equal steps between them.
-    pub counts: Vec<u32>,
-}
-
-/// Steps of a histogram, the decades it spans, the part of the pixels that its range is made for, and the decades above them.
-const BINS: usize = 96;
-const DECADES: f64 = 6.0;
-const MANY: f64 = 0.99;
-const ABOVE: f64 = 1.0;
-
-impl Histogram {
-    /// Of one band.
-    pub fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
-        // Stars are few and far brighter than all else: the range is that of the many.
-        let mut bright: Vec<f64> = values.clone().filter(|v| v.is_finite() && *v > 0.0).collect();
-        let many = (bright.len() as f64 * MANY) as usize;
-        let high = if bright.is_empty() { 0.0 } else { bright.select_nth_unstable_by(many, f64::total_cmp).1.log10() + ABOVE };
-        let range = (high - DECADES, high);
-        let mut counts = vec![0; BINS];
-        for value in values.filter(|v| *v > 0.0) {
-            let bin = (value.log10() - range.0) / DECADES * BINS as f64;
-            if bin >= 0.0 {
-                counts[(bin as usize).min(BINS - 1)] += 1;
-            }
-        }
-        Self { range, counts }
-    }
-}
 
 /// What is kept of one view between orders.
 #[derive(Default)]
@@ -127,18 +50,21 @@ struct Last {
 
 /// All views.
 pub struct Studio<'g> {
-    gpu: Option<&'g Gpu>,
+    /// What marches rays, as long as it does; the processor if none.
+    pub gpu: Option<&'g Gpu>,
+    /// Stops a first look.
+    closing: Control,
     stands: Vec<Stand<'g>>,
-    /// Rays a second of quick plans.
+    /// Pixels a second of quick plans, marched and coloured.
     rate: f64,
     /// What the last quick plan took [s].
     planned: f64,
 }
 
 impl<'g> Studio<'g> {
-    /// On `gpu` as long as it does.
-    pub fn new(gpu: Option<&'g Gpu>) -> Self {
-        Self { gpu, stands: Vec::new(), rate: FIRST_RATE, planned: 0.0 }
+    /// On the processor; `closing` stops all that it does.
+    pub fn new(closing: Control) -> Self {
+        Self { gpu: None, closing, stands: Vec::new(), rate: FIRST_RATE, planned: 0.0 }
     }
 
     /// Makes what is asked for, from coarse to fine; `show` hears of every stage. A picture that is only shown in another way is coloured anew, no more.
@@ -155,12 +81,13 @@ impl<'g> Studio<'g> {
         self.stands.truncate(order.views.len());
         self.stands.resize_with(order.views.len(), Stand::default);
         let mut reached = self.shown_again(order, show);
-        let full = (order.camera.width as f64, order.camera.height as f64);
-        let budget = (FRAME - self.planned).clamp(RAYS, MOVING);
-        let mut scale = (full.0 * full.1 * order.views.len() as f64 / (self.rate * budget)).sqrt().max(1.0);
+        let asked = pixels(&order.camera) * order.views.len() as f64;
+        let pace = if self.gpu.is_some() { ON_DEVICE } else { ON_PROCESSOR };
+        let budget = (pace.all - self.planned).clamp(pace.rays.1, pace.rays.0);
+        let mut scale = (asked / (self.rate * budget)).sqrt().max(1.0);
         if reached.is_none() {
             let quality = stage(scale);
-            show(quality, self.glances(order, scale, &Control::default())?);
+            show(quality, self.glances(order, scale, &self.closing.clone())?);
             reached = Some(quality);
         }
         if order.moving {
@@ -183,20 +110,17 @@ impl<'g> Studio<'g> {
     fn shown_again(&mut self, order: &Order, show: &mut dyn FnMut(Quality, Vec<Picture>)) -> Option<Quality> {
         let same = |(stand, view): (&Stand, &View)| {
             let last = stand.last.as_ref().filter(|last| last.physics == view.physics && last.camera == order.camera)?;
-            (last.picture.image.width == order.camera.width).then_some(last.quality)
+            Some(last.quality)
         };
         let qualities: Option<Vec<Quality>> = self.stands.iter().zip(&order.views).map(same).collect();
         let quality = qualities?.into_iter().min()?;
         let coloured = |(stand, view): (&mut Stand, &View)| {
-            let picture = &mut stand.last.as_mut()?.picture;
-            let (start, display) = (Instant::now(), view.scene.display.clone());
-            picture.tone = display.tone(&picture.image);
-            picture.colour(start);
-            picture.scene = Arc::new(Scene { display, ..(*picture.scene).clone() });
-            if !picture.sparks.is_empty() {
-                picture.sparks = sparks(picture, &order.camera).unwrap_or_default();
+            let last = stand.last.as_mut()?;
+            last.picture.show(&view.scene.display);
+            if last.quality < Quality::Settled {
+                last.picture.spark(&order.camera).ok()?;
             }
-            Some(picture.clone())
+            Some(last.picture.clone())
         };
         let pictures: Option<Vec<Picture>> = self.stands.iter_mut().zip(&order.views).map(coloured).collect();
         show(quality, pictures?);
@@ -216,7 +140,7 @@ impl<'g> Studio<'g> {
         let known = stand.glance.as_ref().filter(|(physics, _)| *physics == view.physics);
         if known.is_none() {
             let options = Options { method: scene.method.clone(), memory_limit: order.memory_limit };
-            let plan = Plan::glance(stand.glance.as_ref().map(|(_, plan)| plan), &scene, &options, &Control::default())?;
+            let plan = Plan::glance(stand.glance.as_ref().map(|(_, plan)| plan), &scene, &options, control)?;
             stand.glance = Some((view.physics.clone(), plan));
         }
         let Some((_, plan)) = &mut stand.glance else { return Err(Error::Interrupted) };
@@ -224,13 +148,11 @@ impl<'g> Studio<'g> {
         let planned = start.elapsed().as_secs_f64();
         self.planned = planned;
         let (data, findings, marched, backend) = stand.quick.radiance(gpu, plan, control)?;
-        self.rate = (camera_rays(plan) / marched.max(1e-6)).max(1.0);
-        let start = Instant::now();
         let times = Times { plan: planned, march: marched, stars: 0.0, colours: 0.0 };
         let image = cpu::extended(&scene, data)?;
         let mut picture = Picture::new(image, scene, plan.clone(), findings, times, backend);
-        picture.sparks = sparks(&picture, &order.camera)?;
-        picture.times.stars = start.elapsed().as_secs_f64() - picture.times.colours;
+        picture.spark(&order.camera)?;
+        self.rate = (pixels(&plan.camera) / (picture.times.all() - planned).max(1e-6)).max(1.0);
         stand.keep(view, &order.camera, stage(scale), &picture);
         Ok(picture)
     }
@@ -259,30 +181,13 @@ impl Stand<'_> {
     }
 }
 
-/// The scene's stars over a quick picture, in the pixels of the window.
-fn sparks(picture: &Picture, camera: &Camera) -> Result<Vec<(usize, usize, Color32)>> {
-    let plan = Plan { camera: camera.clone(), ..picture.plan.clone() };
-    let (bands, size) = (picture.image.bands.len(), camera.width * camera.height);
-    let mut lit: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
-    cpu::draw(Sources::Stars, &picture.scene, &plan, |i, value| {
-        lit.entry(i % size).or_insert_with(|| vec![0.0; bands])[i / size] += value;
-    })?;
-    let spark = |(pixel, light): (usize, Vec<f64>)| {
-        let (column, row) = (pixel % camera.width, pixel / camera.width);
-        let image = &picture.image;
-        let below = |b: usize| image.at(b, row * image.height / camera.height, column * image.width / camera.width);
-        (column, row, colour(picture.tone.colour((0..bands).map(|b| below(b) + light[b]))))
-    };
-    Ok(lit.into_iter().map(spark).collect())
-}
-
 /// How far a quick picture with `scale` times fewer pixels each way has come.
 fn stage(scale: f64) -> Quality {
     if scale > 1.0 { Quality::Coarse } else { Quality::Full }
 }
 
-fn camera_rays(plan: &Plan) -> f64 {
-    (plan.camera.width * plan.camera.height) as f64
+fn pixels(camera: &Camera) -> f64 {
+    (camera.width * camera.height) as f64
 }
 
 /// The same view with fewer pixels.
@@ -294,49 +199,6 @@ fn reduced(camera: &Camera, scale: f64) -> Camera {
 /// The scene from there.
 fn seen(scene: &Scene, camera: &Camera) -> Arc<Scene> {
     Arc::new(Scene { camera: camera.clone(), ..scene.clone() })
-}
-
-impl Picture {
-    fn new(image: Image, scene: Arc<Scene>, plan: Plan, findings: Findings, times: Times, backend: String) -> Self {
-        let start = Instant::now();
-        let tone = scene.display.tone(&image);
-        let mut picture = Self {
-            image: Arc::new(image),
-            plan,
-            findings,
-            tone,
-            colours: Arc::default(),
-            sparks: Vec::new(),
-            histograms: Vec::new(),
-            times,
-            backend,
-            scene,
-        };
-        picture.colour(start);
-        picture
-    }
-
-    /// Colours of what `other` differs from this, amplified; both as this one is shown.
-    fn difference(&self, other: &Self) -> Vec<Color32> {
-        let (own, other) = (self.tone.picture(&self.image), self.tone.picture(&other.image));
-        let one = |(a, b): (&[f64; 3], &[f64; 3])| colour(std::array::from_fn(|i| (f64::from(AMPLIFIED) * (a[i] - b[i]).abs()).min(1.0)));
-        own.iter().zip(&other).map(one).collect()
-    }
-
-    /// Shows the radiances by the tone, which was begun at `start`.
-    fn colour(&mut self, start: Instant) {
-        self.colours = Arc::new(self.tone.bytes(&self.image).into_iter().map(|[r, g, b]| Color32::from_rgb(r, g, b)).collect());
-        let image = &self.image;
-        self.histograms = (0..image.bands.len())
-            .map(|b| Histogram::of((0..image.width * image.height).map(move |i| image.samples.at(b * image.width * image.height + i))))
-            .collect();
-        self.times.colours = start.elapsed().as_secs_f64();
-    }
-}
-
-fn colour(p: [f64; 3]) -> Color32 {
-    let [r, g, b] = p.map(|v| (v * 255.0 + 0.5) as u8);
-    Color32::from_rgb(r, g, b)
 }
 
 /// What marches the rays of one kind of plan; it stays on the device between pictures.
@@ -410,7 +272,7 @@ mod tests {
     fn pictures_settle_to_what_is_rendered() {
         let document = Document::builtin("deck", 1 << 32).unwrap();
         let order = order(&document, (60, 40), false);
-        let shown = served(&mut Studio::new(None), &order);
+        let shown = served(&mut Studio::new(Control::default()), &order);
         let (quality, last) = shown.last().unwrap();
         assert_eq!(*quality, Quality::Settled);
         let scene = seen(document.scene(), &order.camera);
@@ -424,11 +286,11 @@ mod tests {
         }
     }
 
-    /// Another stretch colours the picture anew and marches nothing; another temperature marches, and keeps what places decided.
+    /// Another stretch colours the picture anew, coarse as it is, and marches nothing; another temperature marches, and keeps what places decided.
     #[test]
     fn what_has_not_changed_stays() {
         let mut document = Document::builtin("deck", 1 << 32).unwrap();
-        let mut studio = Studio::new(None);
+        let mut studio = Studio::new(Control::default());
         let first = served(&mut studio, &order(&document, (40, 30), true));
         document.apply(Edit::set("display", "stretch", "linear")).unwrap();
         let shown = served(&mut studio, &order(&document, (40, 30), true));
@@ -439,30 +301,51 @@ mod tests {
         assert!(Arc::ptr_eq(&hotter[0].1.plan.space, &first[0].1.plan.space) && hotter[0].1.image != first[0].1.image);
     }
 
-    /// On a device, the picture is that of the processor to the accuracy that both are planned for.
-    #[test]
-    fn devices_make_the_same_pictures() {
-        let Ok(gpu) = Gpu::open() else {
-            assert!(std::env::var_os("CI").is_none(), "no graphics adapter");
-            eprintln!("SKIPPED devices_make_the_same_pictures: no graphics adapter");
-            return;
-        };
-        let document = Document::builtin("deck", 1 << 32).unwrap();
-        let order = order(&document, (48, 32), false);
-        let last = |studio: &mut Studio| served(studio, &order).pop().unwrap().1;
-        let (device, processor) = (last(&mut Studio::new(Some(&gpu))), last(&mut Studio::new(None)));
-        assert!(device.backend.starts_with("gpu: ") && processor.backend == "cpu", "{}", device.backend);
-        for band in 0..3 {
-            let difference = device.image.relative_rmse(band, &processor.image, band);
-            assert!((1e-9..1e-3).contains(&difference), "band {band}: {difference}");
+    /// A device of software or a real one, and how to take it away; none where there is none, which is an error in CI.
+    fn device() -> Option<(Gpu, eframe::wgpu::Device)> {
+        use eframe::wgpu;
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let opened = pollster::block_on(async {
+            let adapter = instance.request_adapter(&wgpu::RequestAdapterOptions::default()).await.ok()?;
+            let (device, queue) = adapter.request_device(&barnard_gpu::device_descriptor(&adapter)).await.ok()?;
+            Some((Gpu::shared(&adapter, device.clone(), queue)?, device))
+        });
+        assert!(opened.is_some() || std::env::var_os("CI").is_none(), "no graphics adapter");
+        if opened.is_none() {
+            eprintln!("SKIPPED a test on a device: no graphics adapter");
         }
+        opened
     }
 
+    /// On a device, the picture is that of the processor to the accuracy that both are planned for. A device that is lost is told, and the processor goes on.
     #[test]
-    fn histograms_count_pixels() {
-        let histogram = Histogram::of([0.0, 1e-3, 1e-3, 1e-9, 1.0, f64::NAN].into_iter());
-        assert_eq!(histogram.range, (-5.0, 1.0));
-        assert_eq!(histogram.counts.iter().sum::<u32>(), 3);
-        assert_eq!((histogram.counts[BINS / 3], histogram.counts[BINS * 5 / 6]), (2, 1));
+    fn devices_make_the_same_pictures() {
+        let Some((gpu, device)) = device() else { return };
+        let mut document = Document::builtin("deck", 1 << 32).unwrap();
+        let last = |studio: &mut Studio, document: &Document| served(studio, &order(document, (48, 32), false)).pop().unwrap().1;
+        let mut studio = Studio::new(Control::default());
+        studio.gpu = Some(&gpu);
+        let (on_device, on_processor) = (last(&mut studio, &document), last(&mut Studio::new(Control::default()), &document));
+        assert!(on_device.backend.starts_with("gpu: ") && on_processor.backend == "cpu", "{}", on_device.backend);
+        for band in 0..3 {
+            let difference = on_device.image.relative_rmse(band, &on_processor.image, band);
+            assert!((1e-9..1e-3).contains(&difference), "band {band}: {difference}");
+        }
+        device.destroy();
+        document.apply(Edit::set("star.0", "temperature", "4000 K")).unwrap();
+        let after = last(&mut studio, &document);
+        assert!(after.backend.starts_with("cpu, since "), "{}", after.backend);
+        assert!(after.image.samples == last(&mut Studio::new(Control::default()), &document).image.samples);
+    }
+
+    /// A worker that is closed gives up its first look as well.
+    #[test]
+    fn closing_stops_a_first_look() {
+        let document = Document::builtin("deck", 1 << 32).unwrap();
+        let closing = Control::default();
+        closing.interrupt();
+        let mut studio = Studio::new(closing);
+        let served = studio.serve(&order(&document, (48, 32), true), &Control::default(), &mut |_, _| panic!("a picture"));
+        assert!(matches!(served, Err(Error::Interrupted)));
     }
 }

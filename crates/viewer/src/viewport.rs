@@ -1,7 +1,9 @@
 //! The middle of the window: the picture, what lies over it, and the hands that move it.
 
 use barnard::glam::DVec3;
-use eframe::egui::{self, Align2, Color32, Context, FontId, Key, Modifiers, PointerButton, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
+use eframe::egui::{
+    self, Align2, Color32, Context, Event, FontId, Key, Modifiers, PointerButton, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2,
+};
 
 use crate::app::App;
 use crate::comparison::{AMPLIFIED, Arrangement, With};
@@ -22,7 +24,10 @@ const STOPS: f64 = 0.01;
 enum Hold {
     #[default]
     Nothing,
-    View,
+    /// The view: around what it shows, across it, or the eye itself.
+    Orbit,
+    Pan,
+    Look,
     Star(usize),
     Edge,
 }
@@ -37,7 +42,11 @@ pub struct Viewport {
     /// Where the pointer is, as parts of width and height.
     pub pointer: Option<(f64, f64)>,
     hold: Hold,
+    /// Where what it holds has been brought to.
+    held_at: Option<Pos2>,
     flying: bool,
+    /// A key of flight was pressed as part of a command, and is still down: S of Ctrl+S, held longer than Ctrl.
+    grounded: bool,
 }
 
 impl Viewport {
@@ -119,31 +128,35 @@ fn hands(ui: &Ui, app: &mut App, response: &egui::Response, rect: Rect, seen: Re
     let pointer = response.hover_pos().filter(|p| seen.contains(*p));
     app.viewport.pointer = pointer.map(|p| (f64::from((p.x - seen.left()) / seen.width()), f64::from((p.y - seen.top()) / seen.height())));
     if response.drag_started() {
-        let (origin, plain) = ctx.input(|i| (i.pointer.press_origin(), !i.modifiers.shift));
-        let origin = origin.filter(|_| plain && response.dragged_by(PointerButton::Primary));
-        app.viewport.hold = origin.map_or(Hold::View, |p| grip(app, rect, seen, p));
+        app.viewport.held_at = ctx.input(|i| i.pointer.press_origin());
+        let shift = ctx.input(|i| i.modifiers.shift);
+        let by = |button| response.dragged_by(button);
+        app.viewport.hold = match app.viewport.held_at {
+            Some(origin) if by(PointerButton::Primary) && !shift => grip(app, rect, seen, origin),
+            _ if by(PointerButton::Secondary) => Hold::Look,
+            _ => Hold::Pan,
+        };
     }
-    if response.drag_stopped() || !ctx.input(|i| i.pointer.any_down()) {
-        app.viewport.hold = Hold::Nothing;
-    }
-    if response.dragged() {
-        let delta = response.drag_delta();
-        let part = |points: f32| f64::from(points / seen.width());
-        let (right, down) = (part(delta.x), part(delta.y));
+    // The frame that hears of the end hears of the last way as well.
+    if let (true, Some(from), Some(to)) =
+        (response.dragged() || response.drag_stopped(), app.viewport.held_at, response.interact_pointer_pos())
+    {
+        app.viewport.held_at = Some(to);
+        let way = (to - from) / seen.width();
+        let (right, down) = (f64::from(way.x), f64::from(way.y));
         match app.viewport.hold {
-            Hold::Star(star) => move_star(app, star, seen, response.interact_pointer_pos(), edits),
-            Hold::Edge => app.comparison.edge = Some((app.comparison.edge.unwrap_or(0.5) + delta.x / rect.width()).clamp(0.02, 0.98)),
-            _ => {
-                let shift = ctx.input(|i| i.modifiers.shift);
-                if response.dragged_by(PointerButton::Middle) || shift && response.dragged_by(PointerButton::Primary) {
-                    app.flight.pan(right, down);
-                } else if response.dragged_by(PointerButton::Secondary) {
-                    app.flight.look(right, down);
-                } else {
-                    app.flight.orbit(right, down);
-                }
+            Hold::Nothing => {}
+            Hold::Orbit => app.flight.orbit(right, down),
+            Hold::Pan => app.flight.pan(right, down),
+            Hold::Look => app.flight.look(right, down),
+            Hold::Star(star) => move_star(app, star, seen, to, edits),
+            Hold::Edge => {
+                app.comparison.edge = Some((app.comparison.edge.unwrap_or(0.5) + (to - from).x / rect.width()).clamp(0.02, 0.98));
             }
         }
+    }
+    if response.drag_stopped() || !ctx.input(|i| i.pointer.any_down()) {
+        (app.viewport.hold, app.viewport.held_at) = (Hold::Nothing, None);
     }
     if response.hovered() {
         wheel(ctx, app);
@@ -187,14 +200,12 @@ fn grip(app: &App, rect: Rect, seen: Rect, pointer: Pos2) -> Hold {
     }
     let distance = |place: DVec3| on_screen(app, seen, place).map_or(f32::INFINITY, |p| p.distance(pointer));
     let stars = app.document.scene().stars.iter().enumerate().map(|(i, star)| (i, distance(star.position)));
-    stars.filter(|(_, d)| *d < GRIP).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(Hold::View, |(i, _)| Hold::Star(i))
+    stars.filter(|(_, d)| *d < GRIP).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(Hold::Orbit, |(i, _)| Hold::Star(i))
 }
 
 /// A star follows the pointer, in the plane across the line of sight that it stands in.
-fn move_star(app: &App, star: usize, seen: Rect, pointer: Option<Pos2>, edits: &mut Edits) {
-    let (Some(pointer), Some(pixels), Some(star_now)) = (pointer, app.viewport.pixels, app.document.scene().stars.get(star)) else {
-        return;
-    };
+fn move_star(app: &App, star: usize, seen: Rect, pointer: Pos2, edits: &mut Edits) {
+    let (Some(pixels), Some(star_now)) = (app.viewport.pixels, app.document.scene().stars.get(star)) else { return };
     let camera = app.flight.seen(pixels);
     let (x, y) = ((pointer.x - seen.left()) / seen.width(), (pointer.y - seen.top()) / seen.height());
     let ray = camera.ray(f64::from(x) * camera.width as f64, f64::from(y) * camera.height as f64);
@@ -257,10 +268,14 @@ fn labels(ui: &Ui, app: &App, rect: Rect) {
 /// What the keys do: flight, frames, bookmarks, exposure.
 pub fn keys(ctx: &Context, app: &mut App) {
     let axis = |more: Key, less: Key| ctx.input(|i| f64::from(i8::from(i.key_down(more)) - i8::from(i.key_down(less))));
-    let plain = ctx.input(|i| !i.modifiers.command && !i.modifiers.alt);
     let (right, up, forward) = (axis(Key::D, Key::A), axis(Key::R, Key::F), axis(Key::W, Key::S));
     let roll = axis(Key::Period, Key::Comma);
-    app.viewport.flying = plain && (right, up, forward, roll) != (0.0, 0.0, 0.0, 0.0);
+    let down = (right, up, forward, roll) != (0.0, 0.0, 0.0, 0.0);
+    let is_command = |m: &Modifiers| m.command || m.alt;
+    let of_command = |e: &Event| matches!(e, Event::Key { pressed: true, modifiers, .. } if is_command(modifiers));
+    let command = ctx.input(|i| is_command(&i.modifiers) || i.events.iter().any(of_command));
+    app.viewport.grounded = down && (app.viewport.grounded || command);
+    app.viewport.flying = down && !app.viewport.grounded;
     if app.viewport.flying {
         let dt = f64::from(ctx.input(|i| i.stable_dt)).min(0.1);
         app.flight.fly(dt * right, dt * up, dt * forward);

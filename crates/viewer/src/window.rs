@@ -1,13 +1,13 @@
 //! The window itself.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use barnard::Error;
 use barnard_gpu::Gpu;
-use eframe::egui::ViewportBuilder;
+use eframe::egui::{Context, ViewportBuilder};
 use eframe::egui_wgpu::{RenderState, WgpuConfiguration, WgpuSetup};
 
-use crate::app::App;
+use crate::app::{App, first_look};
 use crate::document::{Document, Origin};
 use crate::engine::Engine;
 use crate::panels::Layout;
@@ -45,6 +45,13 @@ const NAME: &str = "barnard";
 pub fn open(start: Start) -> barnard::Result<()> {
     // A scene that is wrong is told where the command was given.
     let document = start.scene.as_ref().map(|origin| Document::of(origin, start.memory_limit)).transpose()?;
+    let mut session = Session::new(eframe::storage_dir(NAME));
+    let (document, words) = begun(document, &mut session, start.memory_limit)?;
+    // The first picture is made while the window opens.
+    let context = Arc::<OnceLock<Context>>::default();
+    let of_worker = context.clone();
+    let engine = Engine::start(move || of_worker.get().into_iter().for_each(Context::request_repaint));
+    engine.submit(first_look(&document, start.memory_limit));
     let mut options = eframe::NativeOptions {
         viewport: ViewportBuilder::default()
             .with_title("Barnard")
@@ -58,43 +65,37 @@ pub fn open(start: Start) -> barnard::Result<()> {
         // Egui asks for little; the march wants what the device has.
         setup.device_descriptor = Arc::new(barnard_gpu::device_descriptor);
     }
-    let made = eframe::run_native(NAME, options, Box::new(move |context| Ok(Box::new(app(context, document, &start)?))));
+    let app = move |creation: &eframe::CreationContext| {
+        context.get_or_init(|| creation.egui_ctx.clone());
+        if let Some(gpu) = creation.wgpu_render_state.as_ref().and_then(|state| shared(state, start.backend)) {
+            engine.lend(gpu);
+        }
+        creation.storage.into_iter().for_each(|storage| session.restore(storage));
+        session.opened(document.origin());
+        let mut app = App::new(document, engine, session, start.memory_limit);
+        app.layout = Layout::stored(creation.storage);
+        words.into_iter().for_each(|words| app.tell(words));
+        app
+    };
+    let made = eframe::run_native(NAME, options, Box::new(move |creation| Ok(Box::new(app(creation)))));
     made.map_err(|e| Error::Render(format!("no window can be opened: {e}; barnard render makes pictures without one")))
 }
 
-fn app(context: &eframe::CreationContext, document: Option<Document>, start: &Start) -> barnard::Result<App> {
-    let mut session = Session::new(context.storage, eframe::storage_dir(NAME));
-    let first = || Document::builtin(barnard::builtin::SCENES[0].name, start.memory_limit);
-    let mut words = None;
-    let document = match (document, session.recovered()) {
-        (Some(document), None) => document,
-        (Some(document), Some(lost)) => {
-            words = Some(format!("changes of {} were not saved: barnard view without a scene brings them back", lost.origin.name()));
-            document
-        }
-        (None, Some(lost)) => match Document::of(&lost.origin, start.memory_limit).and_then(|mut d| d.replace(&lost.text).map(|()| d)) {
-            Ok(document) => {
-                session.adopt(&lost);
-                words = Some(format!("changes of {} that were not saved are back; Ctrl+Z takes them away", lost.origin.name()));
-                document
-            }
-            Err(error) => {
-                words = Some(format!("changes of {} that were not saved are in {}: {error}", lost.origin.name(), lost.path.display()));
-                first()?
-            }
-        },
-        (None, None) => first()?,
-    };
-    session.opened(document.origin());
-    let gpu = context.wgpu_render_state.as_ref().and_then(|state| shared(state, start.backend));
-    let wake = context.egui_ctx.clone();
-    let engine = Engine::start(gpu, move || wake.request_repaint());
-    let mut app = App::new(document, engine, session, start.memory_limit);
-    app.layout = Layout::stored(context.storage);
-    if let Some(words) = words {
-        app.tell(words);
+/// The scene to begin with: the one that was asked for, else what was not saved last time, else a built-in one; and what is to be told of it.
+fn begun(asked: Option<Document>, session: &mut Session, memory_limit: u64) -> barnard::Result<(Document, Option<String>)> {
+    let first = || Document::builtin(barnard::builtin::SCENES[0].name, memory_limit);
+    let Some(lost) = session.recovered() else { return Ok((asked.map_or_else(first, Ok)?, None)) };
+    let of = format!("changes of {} that were not saved", lost.origin.name());
+    if let Some(document) = asked {
+        return Ok((document, Some(format!("there are {of}: barnard view without a scene brings them back"))));
     }
-    Ok(app)
+    match Document::of(&lost.origin, memory_limit).and_then(|mut d| d.replace(&lost.text).map(|()| d)) {
+        Ok(document) => {
+            session.adopt(&lost);
+            Ok((document, Some(format!("{of} are back; Ctrl+Z takes them away"))))
+        }
+        Err(error) => Ok((first()?, Some(format!("{of} are in {}: {error}", lost.path.display())))),
+    }
 }
 
 /// The window's device, where it is to march.

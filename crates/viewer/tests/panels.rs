@@ -3,15 +3,21 @@
 //! `UPDATE_SNAPSHOTS=1` writes the pictures of the panels anew.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use barnard::image::Level;
 use barnard_viewer::app::App;
 use barnard_viewer::comparison::With;
 use barnard_viewer::document::{Document, Origin};
 use barnard_viewer::engine::Engine;
+use barnard_viewer::export::Export;
 use barnard_viewer::session::Session;
 use eframe::egui::accesskit::Role;
-use eframe::egui::{Key, Modifiers, PointerButton, Pos2, Rect, vec2};
+use eframe::egui::{
+    DroppedFile, Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, Rect, TouchPhase, ViewportEvent, ViewportId,
+    vec2,
+};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
@@ -56,7 +62,7 @@ fn folder() -> (tempfile::TempDir, PathBuf) {
 
 fn app(path: &Path, recovery: Option<PathBuf>) -> App {
     let document = Document::open(path, LIMIT).unwrap();
-    App::new(document, Engine::start(None, || ()), Session::new(None, recovery), LIMIT)
+    App::new(document, Engine::start(|| ()), Session::new(recovery), LIMIT)
 }
 
 fn harness(app: App) -> Harness<'static, App> {
@@ -101,7 +107,7 @@ fn viewport(harness: &Harness<App>) -> Rect {
 
 fn drag(harness: &mut Harness<App>, button: PointerButton, from: Pos2, to: Pos2) {
     let press = |harness: &mut Harness<App>, pos, pressed| {
-        harness.event(eframe::egui::Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE });
+        harness.event(Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE });
     };
     harness.hover_at(from);
     harness.step();
@@ -163,7 +169,7 @@ fn filters_and_palettes_change_what_is_seen() {
     harness.get_by_role_and_label(Role::Button, "SHO").click();
     settle(&mut harness);
     let picture = &harness.state().shown.as_ref().unwrap().pictures[0];
-    assert!(std::sync::Arc::ptr_eq(&picture.image, &image) && picture.colours != colours);
+    assert!(Arc::ptr_eq(&picture.image, &image) && picture.colours != colours);
     assert!(harness.state().document.text().contains("palette = \"sho\""));
     harness.get_by_role_and_label(Role::Button, "Matrix").click();
     harness.step();
@@ -341,6 +347,10 @@ fn a_broken_scene_is_refused() {
     harness.step();
     harness.step();
     assert_eq!(notice(&harness), expected);
+    // The keys are the window's again at once.
+    harness.key_press(Key::M);
+    harness.step();
+    assert!(harness.state().viewport.overlay);
     assert!(expected.contains("unknown field \"fog\"") && expected.contains("broken.toml:11"), "{expected}");
     assert_eq!(*harness.state().document.origin(), Origin::File(folder.path().join("cloud.toml")));
     assert_eq!(harness.state().document.text(), SCENE);
@@ -398,6 +408,137 @@ fn pictures_are_saved() {
     assert_eq!(image.samples, rendered.samples);
 }
 
+/// A picture that is being saved can be stopped, and is asked about before the window closes; nothing is written then.
+#[test]
+fn saving_is_stopped() {
+    let (folder, mut harness) = open();
+    let export = |harness: &mut Harness<App>, name: &str| {
+        let (ctx, path) = (harness.ctx.clone(), folder.path().join(name));
+        let app = harness.state_mut();
+        app.export = Some(Export::start(app.document.scene(), &path, (6000, 6000), LIMIT, &ctx).unwrap());
+        harness.run_steps(3);
+    };
+    let until = |harness: &mut Harness<App>, so: &dyn Fn(&Harness<App>) -> bool| {
+        let start = Instant::now();
+        while !so(harness) {
+            harness.step();
+            std::thread::sleep(Duration::from_millis(5));
+            assert!(start.elapsed() < Duration::from_secs(60), "{}", notice(harness));
+        }
+    };
+    export(&mut harness, "one.fits");
+    harness.get_by_role_and_label(Role::Button, "Stop").click();
+    until(&mut harness, &|h| h.state().export.is_none());
+    assert!(notice(&harness).contains("interrupted"), "{}", notice(&harness));
+    export(&mut harness, "two.fits");
+    let close = |harness: &mut Harness<App>| {
+        harness.input_mut().viewports.entry(ViewportId::ROOT).or_default().events.push(ViewportEvent::Close);
+        harness.run_steps(3);
+    };
+    close(&mut harness);
+    harness.get_by_role_and_label(Role::Button, "Wait").click();
+    harness.step();
+    harness.step();
+    assert!(harness.state().export.is_some() && !harness.state().session.is_closed());
+    close(&mut harness);
+    harness.get_by_role_and_label(Role::Button, "Stop it").click();
+    until(&mut harness, &|h| h.state().session.is_closed());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+/// A file that is dropped.
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|e| e.to_string())
+    }
+}
+
+/// Scenes that are dropped are opened; broken ones are told.
+#[test]
+fn scenes_are_dropped() {
+    let (folder, mut harness) = open();
+    let (other, broken) = (folder.path().join("other.toml"), folder.path().join("broken.toml"));
+    std::fs::write(&other, SCENE.replace("johnson", "2mass")).unwrap();
+    std::fs::write(&broken, SCENE.replace("fbm", "fog")).unwrap();
+    let mut drop = |path: &Path| {
+        harness.input_mut().dropped_files.push(Arc::new(Dropped(path.to_owned())));
+        settle(&mut harness);
+        (harness.state().document.origin().clone(), notice(&harness).to_owned(), means(&harness))
+    };
+    let (origin, words, means) = drop(&other);
+    assert!(origin == Origin::File(other.clone()) && words.is_empty() && means.iter().all(|m| *m > 0.0));
+    let (origin, words, _) = drop(&broken);
+    assert!(origin == Origin::File(other) && words.contains("unknown field \"fog\""), "{words}");
+}
+
+/// White is dragged on the histogram, black with Shift; the picture follows without a new march.
+#[test]
+fn levels_are_dragged() {
+    let (_folder, mut harness) = open();
+    let picture = |h: &Harness<App>| h.state().shown.as_ref().unwrap().pictures[0].clone();
+    let before = picture(&harness);
+    let (white, below) = (before.tone.white, harness.get_by_label_contains("black 0, white").rect());
+    let place = |part: f32| below.left_top() + vec2(310.0 * part, -60.0);
+    drag(&mut harness, PointerButton::Primary, place(0.3), place(0.5));
+    settle(&mut harness);
+    let after = picture(&harness);
+    assert!(Arc::ptr_eq(&after.image, &before.image) && after.tone.white < 0.5 * white && after.colours != before.colours);
+    assert_eq!(harness.state().document.scene().display.white, Level::Radiance(after.tone.white));
+    harness.event(Event::ModifiersChanged(Modifiers::SHIFT));
+    drag(&mut harness, PointerButton::Primary, place(0.3), place(0.2));
+    settle(&mut harness);
+    let darker = picture(&harness);
+    assert!(darker.tone.black > 0.0 && darker.tone.black < darker.tone.white, "{:?}", darker.tone);
+}
+
+/// W flies ahead for as long as it is held, and the wheel changes how fast; what was flown to is written down.
+#[test]
+fn keys_fly() {
+    let (_folder, mut harness) = open();
+    let place = |h: &Harness<App>| h.state().flight.camera.position;
+    let speed = harness.state().flight.speed;
+    harness.hover_at(viewport(&harness).center());
+    harness.key_down(Key::W);
+    harness.run_steps(5);
+    let nearer = place(&harness);
+    assert!(nearer.z < 6.0 - 1e-3 && nearer.x.abs() < 1e-9, "{nearer}");
+    harness.event(Event::MouseWheel {
+        unit: MouseWheelUnit::Point,
+        source: MouseWheelSource::Wheel,
+        delta: vec2(0.0, 200.0),
+        phase: TouchPhase::Move,
+        modifiers: Modifiers::NONE,
+    });
+    harness.run_steps(5);
+    assert!(harness.state().flight.speed > 1.2 * speed, "{}", harness.state().flight.speed);
+    harness.key_up(Key::W);
+    harness.step();
+    let there = place(&harness);
+    assert!(there.z < nearer.z);
+    settle(&mut harness);
+    assert!(harness.state().document.scene().camera.position.distance(there) < 1e-3);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut harness);
+    assert_eq!(harness.state().document.text(), SCENE);
+    // Ctrl+S is no flight backwards, though Ctrl is let go first.
+    harness.key_down_modifiers(Modifiers::COMMAND, Key::S);
+    harness.run_steps(5);
+    settle(&mut harness);
+    assert!(harness.state().document.text() == SCENE && !harness.state().document.is_changed());
+    harness.key_up(Key::S);
+    harness.step();
+    harness.key_down(Key::S);
+    harness.run_steps(5);
+    assert!(place(&harness).z > 6.0 + 1e-3);
+}
+
 /// Changes that are not saved are asked about, and come back after a crash.
 #[test]
 fn changes_are_not_lost() {
@@ -419,7 +560,7 @@ fn changes_are_not_lost() {
     assert!(first.state().document.text().contains("7000 K"));
     // A crash: nothing is closed in order.
     drop(first);
-    let lost = Session::new(None, Some(recovery)).recovered().unwrap();
+    let lost = Session::new(Some(recovery)).recovered().unwrap();
     assert_eq!(lost.origin, Origin::File(path.clone()));
     let mut document = Document::open(&path, LIMIT).unwrap();
     document.replace(&lost.text).unwrap();
@@ -435,17 +576,17 @@ fn windows_do_not_share_changes() {
     let data = Some(folder.path().join("data"));
     let mut document = Document::open(&path, LIMIT).unwrap();
     document.apply(barnard_viewer::edit::Edit::set("star.0", "temperature", "7000 K")).unwrap();
-    let (mut first, mut second) = (Session::new(None, data.clone()), Session::new(None, data.clone()));
+    let (mut first, mut second) = (Session::new(data.clone()), Session::new(data.clone()));
     first.keep(&document, 10.0);
     assert!(second.recovered().is_none());
     second.close();
     drop(first);
-    let mut third = Session::new(None, data.clone());
+    let mut third = Session::new(data.clone());
     let lost = third.recovered().unwrap();
     third.adopt(&lost);
-    assert!(lost.text.contains("7000 K") && third.recovered().is_none() && Session::new(None, data.clone()).recovered().is_none());
+    assert!(lost.text.contains("7000 K") && third.recovered().is_none() && Session::new(data.clone()).recovered().is_none());
     third.close();
-    assert!(Session::new(None, data).recovered().is_none());
+    assert!(Session::new(data).recovered().is_none());
 }
 
 /// A scene without dust has stars that move; a thick one is looked at although its voxels are merged.
@@ -528,4 +669,12 @@ fn panels_look_as_they_did() {
     looks(&mut harness, "picture", right);
     let method = Rect::from_min_size(from(&harness, "Method"), vec2(320.0, 116.0));
     looks(&mut harness, "method", method);
+    // The probe stands further down.
+    harness.set_size(vec2(1150.0, 1120.0));
+    settle(&mut harness);
+    let centre = viewport(&harness).center();
+    harness.hover_at(centre);
+    harness.run_steps(2);
+    let probe = Rect::from_min_size(from(&harness, "Probe"), vec2(340.0, 290.0));
+    looks(&mut harness, "probe", probe);
 }

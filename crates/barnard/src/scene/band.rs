@@ -47,11 +47,8 @@ pub(super) const KINDS: &[Kind<Named>] = &[
             Key::required("throughput", "list of numbers", "throughput at the points, 0 to 1"),
         ],
         build: |section, _| {
-            let need = |key: &str| {
-                let missing = || section.error(key, format!("key \"{key}\" is missing; write it like {key} = [400, 500, 600]"));
-                section.numbers(key)?.ok_or_else(missing)
-            };
-            let (nm, throughput) = (need("nm")?, need("throughput")?);
+            let nm = section.need_numbers("nm", "[400, 500, 600]")?;
+            let throughput = section.need_numbers("throughput", "[0, 1, 0]")?;
             if nm.len() != throughput.len() || nm.len() < 2 {
                 let message =
                     format!("{} wavelengths and {} throughputs; a curve has as many of both, two at least", nm.len(), throughput.len());
@@ -91,9 +88,7 @@ pub(super) const KINDS: &[Kind<Named>] = &[
             Key::required("high", "wavelength", "upper end"),
         ],
         build: |section, _| {
-            let coefficients = section.numbers("coefficients")?;
-            let coefficients =
-                coefficients.ok_or_else(|| section.error("coefficients", "key \"coefficients\" is missing; write it like [0, 1]"))?;
+            let coefficients = section.need_numbers("coefficients", "[0, 1]")?;
             analytic(Window::Polynomial { coefficients, low: section.need("low")?, high: section.need::<Wavelength>("high")? })
         },
     },

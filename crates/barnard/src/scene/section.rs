@@ -287,6 +287,11 @@ impl<'a> Section<'a> {
         array.iter().map(|v| number(v).ok_or_else(wrong)).collect::<Result<Vec<f64>>>().map(Some)
     }
 
+    /// A list of numbers that must be there, written like `example`.
+    pub fn need_numbers(&self, key: &str, example: &str) -> Result<Vec<f64>> {
+        self.numbers(key)?.ok_or_else(|| self.error(key, format!("key \"{key}\" is missing; write it like {key} = {example}")))
+    }
+
     /// A list of texts; a single text is a list of one.
     pub fn texts(&self, key: &str) -> Result<Option<Vec<&'a str>>> {
         let Some(item) = self.table.get(key) else { return Ok(None) };

@@ -11,7 +11,7 @@ use spectra::sed::{MagnitudeSystem, zero_point};
 
 use super::{band_colour, short, wavelength_colour};
 use crate::app::App;
-use crate::studio::Picture;
+use crate::picture::Picture;
 
 /// Wavelengths of the spectrum.
 const SAMPLES: usize = 120;
@@ -51,7 +51,7 @@ pub fn show(ui: &mut Ui, app: &mut App) {
         return;
     }
     ui.label(format!("column {column}, row {row} of {} × {}", image.width, image.height));
-    egui::Grid::new("probe").num_columns(5).striped(true).spacing([8.0, 3.0]).show(ui, |ui| {
+    egui::Grid::new("probe").num_columns(5).striped(true).spacing([6.0, 3.0]).show(ui, |ui| {
         for title in ["", "W/m²/sr", "MJy/sr", "Vega", "AB"] {
             ui.strong(title);
         }
@@ -97,6 +97,7 @@ fn spectrum(ui: &mut Ui, probed: &Probed) {
         .allow_scroll(false)
         .x_axis_label("wavelength [nm]")
         .y_axis_label("W/m²/sr/µm")
+        .y_axis_formatter(|mark, _| if mark.value == 0.0 { "0".to_owned() } else { format!("{:.0e}", mark.value) })
         .include_y(0.0);
     plot.show(ui, |plot| {
         let line: Vec<[f64; 2]> = probed.wavelengths_um.iter().zip(&probe.continuum).map(|(l, v)| [1e3 * l, *v]).collect();

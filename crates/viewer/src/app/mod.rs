@@ -1,5 +1,8 @@
 //! The explorer: a document, the view of it, the pictures that come, and the panels around them.
 
+mod leaving;
+mod ordering;
+
 use std::path::PathBuf;
 
 use barnard::image::Level;
@@ -9,17 +12,18 @@ use crate::comparison::Comparison;
 use crate::document::{Document, Origin};
 use crate::edit::Edit;
 use crate::editor::Edits;
-use crate::engine::{Engine, Order, Quality, View};
+use crate::engine::{Engine, Quality};
 use crate::export::Export;
 use crate::files::{Files, Purpose};
 use crate::flight::Flight;
 use crate::panels;
+use crate::picture::Picture;
 use crate::session::Session;
-use crate::studio::Picture;
 use crate::viewport::Viewport;
+use leaving::Leaving;
+use ordering::Ordered;
 
-/// How long nothing may have moved before finer pictures are made [s].
-const REST: f64 = 0.15;
+pub use ordering::first_look;
 
 /// What is shown.
 pub struct Shown {
@@ -39,14 +43,6 @@ pub struct Notice {
     pub words: String,
     /// Whether something went wrong.
     pub error: bool,
-}
-
-/// What the last order was about.
-struct Ordered {
-    number: u64,
-    views: Vec<View>,
-    camera: barnard::camera::Camera,
-    moving: bool,
 }
 
 /// The whole window.
@@ -85,12 +81,6 @@ pub struct App {
     moved: f64,
     /// What waits for an answer about unsaved changes.
     leaving: Option<Leaving>,
-}
-
-/// What the user wants beside keeping their changes.
-enum Leaving {
-    Window,
-    For(Box<Document>),
 }
 
 impl App {
@@ -326,70 +316,11 @@ impl App {
         }
     }
 
-    /// Asks for what is to be seen, where that is not what was asked for last.
-    fn order(&mut self, ctx: &Context) {
-        let now = ctx.input(|i| i.time);
-        let Some(size) = self.viewport.pixels else { return };
-        let views = match self.comparison.views(&self.document) {
-            Ok(views) => views,
-            Err(error) => {
-                self.comparison = Comparison::default();
-                self.complain(error);
-                return;
-            }
-        };
-        let same_views = |o: &Ordered| {
-            o.views.len() == views.len() && o.views.iter().zip(&views).all(|(a, b)| std::sync::Arc::ptr_eq(&a.scene, &b.scene))
-        };
-        let camera = self.flight.seen(size);
-        let same = self.ordered.as_ref().is_some_and(|o| o.camera == camera && same_views(o));
-        if !same {
-            self.moved = now;
-        }
-        let moving = self.ordered.is_some() && (now - self.moved < REST || self.viewport.is_moving());
-        if moving {
-            // Whatever draws the next frame, one comes when rest is reached.
-            ctx.request_repaint_after(std::time::Duration::from_secs_f64((REST - (now - self.moved)).clamp(0.01, REST)));
-        }
-        if same && self.ordered.as_ref().is_some_and(|o| o.moving == moving) {
-            return;
-        }
-        if !moving && self.flight.camera != self.document.scene().camera {
-            // What was flown to is written down, and seen as it is written.
-            let edit = self.flight.edit();
-            if self.flight_is_new() {
-                self.apply(edit);
-                self.flight.take(&self.document.scene().camera.clone());
-                self.document.rest();
-                ctx.request_repaint();
-                return;
-            }
-        }
-        let difference = self.comparison.with == crate::comparison::With::Finer;
-        let order = Order { views: views.clone(), camera: camera.clone(), moving, difference, memory_limit: self.memory_limit };
-        self.ordered = Some(Ordered { number: self.engine.submit(order), views, camera, moving });
-    }
-
-    /// Whether the view differs from the document's by more than the digits that it is written with.
-    fn flight_is_new(&self) -> bool {
-        let (a, b) = (&self.flight.camera, &self.document.scene().camera);
-        let scale = 1e-5 * self.flight.distance();
-        a.position.distance(b.position) > scale
-            || a.forward.distance(b.forward) > 1e-5
-            || a.up.distance(b.up) > 1e-5
-            || format!("{:?}", a.projection) != format!("{:?}", b.projection)
-    }
-
     fn dialogs(&mut self, ctx: &Context) {
         if let Some((purpose, path, size)) = self.files.show(ctx) {
             match purpose {
                 Purpose::Open => self.open(&Origin::File(path)),
-                Purpose::SaveScene => {
-                    self.save_to(path);
-                    if self.leaving.is_some() && !self.document.is_changed() {
-                        self.leave(ctx);
-                    }
-                }
+                Purpose::SaveScene => self.save_to(path),
                 Purpose::SavePicture if self.export.is_some() => self.complain("a picture is being saved; wait for it, or stop it"),
                 Purpose::SavePicture => match Export::start(self.document.scene(), &path, size, self.memory_limit, ctx) {
                     Ok(export) => self.export = Some(export),
@@ -407,62 +338,7 @@ impl App {
             }
         }
         panels::help(ctx, &mut self.layout.help);
-        self.ask_about_changes(ctx);
-    }
-
-    fn ask_about_changes(&mut self, ctx: &Context) {
-        if self.leaving.is_none() || self.files.is_open() {
-            return;
-        }
-        let modal = egui::Modal::new(egui::Id::unique("unsaved")).show(ctx, |ui| {
-            ui.heading(format!("Save the changes of {}?", self.document.origin().name()));
-            ui.add_space(8.0);
-            ui.horizontal(|ui| {
-                if ui.button("Save").clicked() {
-                    self.save();
-                    if !self.document.is_changed() {
-                        self.leave(ui.ctx());
-                    }
-                }
-                if ui.button("Discard").clicked() {
-                    self.leave(ui.ctx());
-                }
-                if ui.button("Cancel").clicked() {
-                    self.leaving = None;
-                }
-            });
-        });
-        if modal.should_close() {
-            self.leaving = None;
-        }
-    }
-
-    fn leave(&mut self, ctx: &Context) {
-        self.session.forget_recovery();
-        match self.leaving.take() {
-            Some(Leaving::Window) => {
-                self.session.close();
-                ctx.send_viewport_cmd(ViewportCommand::Close);
-            }
-            Some(Leaving::For(document)) => self.take(*document),
-            None => {}
-        }
-    }
-
-    /// Lets the window close, unless changes would be lost.
-    fn close(&mut self, ctx: &Context) {
-        if !ctx.input(|i| i.viewport().close_requested()) || self.session.is_closed() {
-            return;
-        }
-        if self.export.is_some() {
-            ctx.send_viewport_cmd(ViewportCommand::CancelClose);
-            self.complain("a picture is being saved; wait for it, or stop it");
-        } else if self.document.is_changed() {
-            ctx.send_viewport_cmd(ViewportCommand::CancelClose);
-            self.leaving = Some(Leaving::Window);
-        } else {
-            self.session.close();
-        }
+        self.ask_before_leaving(ctx);
     }
 }
 

@@ -1,0 +1,87 @@
+//! What the explorer asks its engine for.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use barnard::camera::Camera;
+use eframe::egui::Context;
+
+use super::App;
+use crate::comparison::{Comparison, With};
+use crate::document::Document;
+use crate::engine::{Order, View};
+use crate::flight::Flight;
+
+/// How long nothing may have moved before finer pictures are made [s].
+const REST: f64 = 0.15;
+/// Pixels of the picture in a window that nobody has changed yet.
+const FIRST: (usize, usize) = (604, 744);
+
+/// What the last order was about.
+pub(super) struct Ordered {
+    pub(super) number: u64,
+    views: Vec<View>,
+    camera: Camera,
+    pub(super) moving: bool,
+}
+
+/// A first look at a document, before there is a window.
+pub fn first_look(document: &Document, memory_limit: u64) -> Order {
+    let view = View { scene: document.scene().clone(), physics: document.physics().clone() };
+    Order { views: vec![view], camera: Flight::of(document.scene()).seen(FIRST), moving: true, difference: false, memory_limit }
+}
+
+impl App {
+    /// Asks for what is to be seen, where that is not what was asked for last.
+    pub(super) fn order(&mut self, ctx: &Context) {
+        let now = ctx.input(|i| i.time);
+        let Some(size) = self.viewport.pixels else { return };
+        let views = match self.comparison.views(&self.document) {
+            Ok(views) => views,
+            Err(error) => {
+                self.comparison = Comparison::default();
+                self.complain(error);
+                return;
+            }
+        };
+        let same_views =
+            |o: &Ordered| o.views.len() == views.len() && o.views.iter().zip(&views).all(|(a, b)| Arc::ptr_eq(&a.scene, &b.scene));
+        let camera = self.flight.seen(size);
+        let same = self.ordered.as_ref().is_some_and(|o| o.camera == camera && same_views(o));
+        if !same {
+            self.moved = now;
+        }
+        let moving = self.ordered.is_some() && (now - self.moved < REST || self.viewport.is_moving());
+        if moving {
+            // Whatever draws the next frame, one comes when rest is reached.
+            ctx.request_repaint_after(Duration::from_secs_f64((REST - (now - self.moved)).clamp(0.01, REST)));
+        }
+        if same && self.ordered.as_ref().is_some_and(|o| o.moving == moving) {
+            return;
+        }
+        if !moving && self.flight.camera != self.document.scene().camera {
+            // What was flown to is written down, and seen as it is written.
+            let edit = self.flight.edit();
+            if self.flight_is_new() {
+                self.apply(edit);
+                self.flight.take(&self.document.scene().camera.clone());
+                self.document.rest();
+                ctx.request_repaint();
+                return;
+            }
+        }
+        let difference = self.comparison.with == With::Finer;
+        let order = Order { views: views.clone(), camera: camera.clone(), moving, difference, memory_limit: self.memory_limit };
+        self.ordered = Some(Ordered { number: self.engine.submit(order), views, camera, moving });
+    }
+
+    /// Whether the view differs from the document's by more than the digits that it is written with.
+    fn flight_is_new(&self) -> bool {
+        let (a, b) = (&self.flight.camera, &self.document.scene().camera);
+        let scale = 1e-5 * self.flight.distance();
+        a.position.distance(b.position) > scale
+            || a.forward.distance(b.forward) > 1e-5
+            || a.up.distance(b.up) > 1e-5
+            || format!("{:?}", a.projection) != format!("{:?}", b.projection)
+    }
+}

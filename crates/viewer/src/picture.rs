@@ -1,0 +1,175 @@
+//! A picture in the window: radiances, the plan that made them, and how they are shown.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Instant;
+
+use barnard::Result;
+use barnard::backend::cpu::{self, Findings};
+use barnard::camera::Camera;
+use barnard::image::{Display, Image, Tone};
+use barnard::plan::Plan;
+use barnard::points::Sources;
+use barnard::scene::Scene;
+use eframe::egui::Color32;
+use rayon::prelude::*;
+
+use crate::comparison::AMPLIFIED;
+
+/// A picture and what is known of it.
+#[derive(Clone)]
+pub struct Picture {
+    /// Radiances of all bands.
+    pub image: Arc<Image>,
+    /// The scene it shows, with the camera it was seen by.
+    pub scene: Arc<Scene>,
+    /// The plan that made it.
+    pub plan: Plan,
+    /// What was found on the way.
+    pub findings: Findings,
+    /// How it is shown.
+    pub tone: Tone,
+    /// Its colours, height × width.
+    pub colours: Arc<Vec<Color32>>,
+    /// Stars over a picture that has none, in pixels of the window: column, row, colour.
+    pub sparks: Vec<(usize, usize, Color32)>,
+    /// How bright the pixels of each band are.
+    pub histograms: Vec<Histogram>,
+    /// How long its parts took.
+    pub times: Times,
+    /// What marched the rays.
+    pub backend: String,
+}
+
+/// How long the parts of a picture took [s].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Times {
+    /// The plan; zero where it was still there.
+    pub plan: f64,
+    /// Rays.
+    pub march: f64,
+    /// Stars and certificates.
+    pub stars: f64,
+    /// Colours and histograms.
+    pub colours: f64,
+}
+
+impl Times {
+    /// All of it [s].
+    pub fn all(&self) -> f64 {
+        self.plan + self.march + self.stars + self.colours
+    }
+}
+
+/// Pixels of a band by the logarithm of their radiance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Histogram {
+    /// log₁₀ of radiance at both ends [W m⁻² sr⁻¹].
+    pub range: (f64, f64),
+    /// Pixels in equal steps between them.
+    pub counts: Vec<u32>,
+}
+
+/// Steps of a histogram, the decades it spans, the part of the pixels that its range is made for, and the decades above them.
+const BINS: usize = 96;
+const DECADES: f64 = 6.0;
+const MANY: f64 = 0.99;
+const ABOVE: f64 = 1.0;
+
+/// Most pixels that are counted, evenly over the picture.
+const COUNTED: usize = 1 << 18;
+
+impl Histogram {
+    /// Of one band.
+    pub fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
+        // Stars are few and far brighter than all else: the range is that of the many.
+        let mut bright: Vec<f64> = values.clone().filter(|v| v.is_finite() && *v > 0.0).collect();
+        let many = (bright.len() as f64 * MANY) as usize;
+        let high = if bright.is_empty() { 0.0 } else { bright.select_nth_unstable_by(many, f64::total_cmp).1.log10() + ABOVE };
+        let range = (high - DECADES, high);
+        let mut counts = vec![0; BINS];
+        for value in values.filter(|v| *v > 0.0) {
+            let bin = (value.log10() - range.0) / DECADES * BINS as f64;
+            if bin >= 0.0 {
+                counts[(bin as usize).min(BINS - 1)] += 1;
+            }
+        }
+        Self { range, counts }
+    }
+}
+
+impl Picture {
+    /// The picture of `image`, which `plan` made of `scene`.
+    pub fn new(image: Image, scene: Arc<Scene>, plan: Plan, findings: Findings, times: Times, backend: String) -> Self {
+        let tone = Tone { palette: scene.display.palette.clone(), black: 0.0, white: 1.0, stretch: scene.display.stretch };
+        let (colours, sparks, histograms) = (Arc::default(), Vec::new(), Vec::new());
+        let mut picture = Self { image: Arc::new(image), plan, findings, tone, colours, sparks, histograms, times, backend, scene };
+        picture.colour();
+        picture
+    }
+
+    /// The same light, shown in another way.
+    pub fn show(&mut self, display: &Display) {
+        self.scene = Arc::new(Scene { display: display.clone(), ..(*self.scene).clone() });
+        self.colour();
+    }
+
+    /// Colours and histograms.
+    fn colour(&mut self) {
+        let start = Instant::now();
+        let image = &self.image;
+        self.tone = self.scene.display.tone(image);
+        self.colours = Arc::new(self.tone.bytes(image).into_iter().map(|[r, g, b]| Color32::from_rgb(r, g, b)).collect());
+        let stride = (image.width * image.height).div_ceil(COUNTED).max(1);
+        self.histograms = (0..image.bands.len()).into_par_iter().map(|b| Histogram::of(image.band(b).step_by(stride))).collect();
+        self.times.colours = start.elapsed().as_secs_f64();
+    }
+
+    /// Puts the scene's stars over a picture that has none, in the pixels of `camera`.
+    ///
+    /// # Errors
+    /// Where a star's light cannot be told.
+    pub fn spark(&mut self, camera: &Camera) -> Result<()> {
+        let start = Instant::now();
+        let plan = Plan { camera: camera.clone(), ..self.plan.clone() };
+        let (bands, size) = (self.image.bands.len(), camera.width * camera.height);
+        let mut lit: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        cpu::draw(Sources::Stars, &self.scene, &plan, |i, value| {
+            lit.entry(i % size).or_insert_with(|| vec![0.0; bands])[i / size] += value;
+        })?;
+        let spark = |(pixel, light): (usize, Vec<f64>)| {
+            let (column, row) = (pixel % camera.width, pixel / camera.width);
+            let image = &self.image;
+            let below = |b: usize| image.at(b, row * image.height / camera.height, column * image.width / camera.width);
+            (column, row, colour(self.tone.colour((0..bands).map(|b| below(b) + light[b]))))
+        };
+        self.sparks = lit.into_iter().map(spark).collect();
+        self.times.stars = start.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Colours of what `other` differs from this, amplified; both as this one is shown.
+    pub fn difference(&self, other: &Self) -> Vec<Color32> {
+        let (own, other) = (self.tone.picture(&self.image), self.tone.picture(&other.image));
+        let one = |(a, b): (&[f64; 3], &[f64; 3])| colour(std::array::from_fn(|i| (f64::from(AMPLIFIED) * (a[i] - b[i]).abs()).min(1.0)));
+        own.iter().zip(&other).map(one).collect()
+    }
+}
+
+fn colour(p: [f64; 3]) -> Color32 {
+    let [r, g, b] = p.map(|v| (v * 255.0 + 0.5) as u8);
+    Color32::from_rgb(r, g, b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn histograms_count_pixels() {
+        let histogram = Histogram::of([0.0, 1e-3, 1e-3, 1e-9, 1.0, f64::NAN].into_iter());
+        assert_eq!(histogram.range, (-5.0, 1.0));
+        assert_eq!(histogram.counts.iter().sum::<u32>(), 3);
+        assert_eq!((histogram.counts[BINS / 3], histogram.counts[BINS * 5 / 6]), (2, 1));
+    }
+}
