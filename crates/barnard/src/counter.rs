@@ -9,11 +9,21 @@ impl Counter {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ cell.wrapping_mul(0xd134_2543_de82_ef95))
     }
 
+    /// The sequence of a part of a cell, far from those of all others.
+    pub fn nested(seed: u64, cell: u64, part: u64) -> Self {
+        let own = Self::new(seed, cell).bits();
+        Self(Self::new(own, part).bits())
+    }
+
     /// The next number.
     pub fn next(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        z ^ (z >> 31)
     }
 }

@@ -52,6 +52,9 @@ pub struct Band {
     pub certificate: Vec<String>,
 }
 
+/// What the name of a band of standard errors ends with, after the name of the band that they are of.
+pub const ERROR_SUFFIX: &str = "_error";
+
 /// How large a pixel is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PixelScale {
@@ -108,6 +111,11 @@ impl Image {
     /// Relative rms difference of a band from one of `truth`, √Σ(a − b)² / √Σb²; zero where they are equal.
     pub fn relative_rmse(&self, band: usize, truth: &Self, truth_band: usize) -> f64 {
         relative_rms(self.band(band).zip(truth.band(truth_band)))
+    }
+
+    /// The bands that are radiances, without those of standard errors.
+    pub fn radiances(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.bands.len()).filter(|b| !self.bands[*b].name.ends_with(ERROR_SUFFIX))
     }
 
     /// The values of one band, row by row.

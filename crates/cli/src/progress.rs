@@ -1,7 +1,7 @@
 //! Progress of long work: a bar on a terminal, plain lines otherwise; Ctrl-C stops it cleanly.
 
 use std::io::IsTerminal;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use barnard::control::{Control, Stage};
@@ -15,16 +15,36 @@ fn words(stage: Stage) -> &'static str {
     }
 }
 
+/// Words that stand beside the progress, such as an error that falls.
+#[derive(Clone, Default)]
+pub struct Note(Arc<Mutex<String>>);
+
+impl Note {
+    /// Other words from now on.
+    pub fn set(&self, words: String) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = words;
+    }
+
+    fn words(&self) -> String {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
 /// A control that shows progress and hears Ctrl-C.
 pub fn control() -> anyhow::Result<Control> {
-    let control = if std::io::stderr().is_terminal() { with_bar() } else { with_lines() };
+    control_with(&Note::default())
+}
+
+/// The same with words beside it.
+pub fn control_with(note: &Note) -> anyhow::Result<Control> {
+    let control = if std::io::stderr().is_terminal() { with_bar(note.clone()) } else { with_lines(note.clone()) };
     let handle = control.clone();
     ctrlc::set_handler(move || handle.interrupt())?;
     Ok(control)
 }
 
-fn with_bar() -> Control {
-    let style = ProgressStyle::with_template("{msg:12} {bar:40.cyan/black} {percent:>3} %  {eta} left")
+fn with_bar(note: Note) -> Control {
+    let style = ProgressStyle::with_template("{msg:12} {bar:40.cyan/black} {percent:>3} %  {eta} left  {prefix}")
         .unwrap_or_else(|_| ProgressStyle::default_bar())
         .progress_chars("█▉▊▋▌▍▎▏ ");
     let bar = Mutex::new(None::<(Stage, ProgressBar)>);
@@ -39,6 +59,7 @@ fn with_bar() -> Control {
         if let Some((_, bar)) = current.as_ref() {
             bar.set_length(all);
             bar.set_position(done.max(bar.position()));
+            bar.set_prefix(note.words());
             if done >= all {
                 bar.finish_and_clear();
             }
@@ -47,13 +68,13 @@ fn with_bar() -> Control {
 }
 
 /// A line at most every ten seconds.
-fn with_lines() -> Control {
+fn with_lines(note: Note) -> Control {
     let last = Mutex::new(Instant::now());
     Control::with_listener(move |stage, done, all| {
         let Ok(mut last) = last.lock() else { return };
         if last.elapsed() > Duration::from_secs(10) {
             *last = Instant::now();
-            complain!("{}: {} %", words(stage), 100 * done / all.max(1));
+            complain!("{}: {} % {}", words(stage), 100 * done / all.max(1), note.words());
         }
     })
 }

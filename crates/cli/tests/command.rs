@@ -71,6 +71,11 @@ impl Desk {
     fn run(&self, arguments: &[&str]) -> Output {
         Command::new(env!("CARGO_BIN_EXE_barnard")).args(arguments).current_dir(self.folder.path()).output().unwrap()
     }
+    /// Renders the scene and expects that it goes well.
+    fn renders(&self, arguments: &[&str]) {
+        let output = self.run(&[&["render", "scene.toml"], arguments].concat());
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    }
     /// Renders and expects a message with all of `words`, a failing status, no panic and no file.
     fn refuses(&self, arguments: &[&str], words: &[&str]) {
         let before = listing(self.folder.path());
@@ -93,6 +98,29 @@ fn listing(folder: &Path) -> Vec<PathBuf> {
     let mut names: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     names.sort();
     names
+}
+
+/// One bounce by chance is the reference's picture, within the errors that stand beside it; more bounces are brighter; a target ends it; settings of others are refused.
+#[test]
+fn paths_referee() {
+    let desk = Desk::new();
+    desk.renders(&["--backend", "reference", "-o", "truth.fits"]);
+    desk.renders(&["--backend", "path", "--bounces", "1", "--samples", "400", "-o", "once.fits", "-o", "once.png"]);
+    let compared = desk.run(&["compare", "once.fits", "truth.fits", "--json", "--tolerance", "0.2"]);
+    let list: serde_json::Value = serde_json::from_slice(&compared.stdout).unwrap();
+    assert!(compared.status.success() && list.as_array().unwrap().len() == 3, "{list}");
+    for band in list.as_array().unwrap() {
+        assert!((0.5..2.0).contains(&band["chi_squared"].as_f64().unwrap()), "{list}");
+    }
+    desk.renders(&["--backend", "path", "--target-error", "0.5", "--samples", "100000", "-o", "many.fits"]);
+    let compared = desk.run(&["compare", "many.fits", "truth.fits", "--json"]);
+    let list: serde_json::Value = serde_json::from_slice(&compared.stdout).unwrap();
+    assert!(list[0]["chi_squared"].as_f64().unwrap() > 1.0, "{list}");
+    desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--samples", "4"], &["--backend path"]);
+    desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--steps", "4"], &["--steps", "--samples"]);
+    desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--samples", "0"], &["--samples 0"]);
+    desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--bounces", "0"], &["--bounces 0"]);
+    desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--target-error", "nan"], &["--target-error NaN"]);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Back ends: the ways to turn a scene into an image. One file (or folder) and one row of [`BACKENDS`] each.
 
 pub mod cpu;
+pub mod path;
 pub mod reference;
 
 /// One row of the catalogue.
@@ -20,5 +21,9 @@ pub const BACKENDS: &[BackendEntry] = &[
         summary: "f32 on a graphics processor (Vulkan, Metal, DirectX 12), reads only the plan; methods of exponentials",
     },
     BackendEntry { name: "auto", summary: "gpu where there is a real one that does the method, otherwise cpu; says which and why" },
+    BackendEntry {
+        name: "path",
+        summary: "f64, the referee: an unbiased path tracer, any number of bounces, standard errors beside the bands",
+    },
     BackendEntry { name: "reference", summary: "f64, adaptive in space and wavelength, exact star depths: slow, plain, the definition" },
 ];

@@ -9,8 +9,9 @@ use std::sync::Arc;
 
 use spectra::constants::SPHERE;
 
-use super::henyey_greenstein::henyey_greenstein;
+use super::henyey_greenstein::{draw, henyey_greenstein};
 use super::{MeanCosine, Phase, PhaseKind};
+use crate::counter::Counter;
 use crate::scene::Key;
 
 pub(super) const KIND: PhaseKind = PhaseKind {
@@ -45,6 +46,15 @@ impl Phase for Draine {
         let g = self.g.at(lambda_um);
         let norm = 1.0 + self.alpha * (1.0 + 2.0 * g * g) / 3.0;
         henyey_greenstein(cosine, g) * (1.0 + self.alpha * cosine * cosine) / (norm * SPHERE)
+    }
+    fn sample(&self, lambda_um: f64, random: &mut Counter) -> f64 {
+        // One of Henyey & Greenstein's is kept with the chance (1 + α cos²θ)/(1 + α): every third at least.
+        loop {
+            let cosine = draw(self.g.at(lambda_um), random);
+            if random.next() * (1.0 + self.alpha) < 1.0 + self.alpha * cosine * cosine {
+                return cosine;
+            }
+        }
     }
     fn is_spectral(&self) -> bool {
         matches!(self.g, MeanCosine::Table(_))

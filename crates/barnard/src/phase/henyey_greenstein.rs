@@ -9,6 +9,7 @@ use std::sync::Arc;
 use spectra::constants::SPHERE;
 
 use super::{MeanCosine, Phase, PhaseKind};
+use crate::counter::Counter;
 use crate::scene::Key;
 
 pub(super) const KIND: PhaseKind = PhaseKind {
@@ -38,9 +39,25 @@ pub(super) fn henyey_greenstein(cosine: f64, g: f64) -> f64 {
     (1.0 - g * g) / (1.0 + g * g - 2.0 * g * cosine).max(1e-12).powf(1.5)
 }
 
+/// Below this |g| the inverse is its first order in g: what is left out is g².
+const NEARLY_FLAT: f64 = 1e-4;
+
+/// A cos θ drawn by inverting the distribution.
+pub(super) fn draw(g: f64, random: &mut Counter) -> f64 {
+    let even = 2.0 * random.next() - 1.0;
+    if g.abs() < NEARLY_FLAT {
+        return even + 1.5 * g * (1.0 - even * even);
+    }
+    let s = (1.0 - g * g) / (1.0 + g * even);
+    ((1.0 + g * g - s * s) / (2.0 * g)).clamp(-1.0, 1.0)
+}
+
 impl Phase for HenyeyGreenstein {
     fn at(&self, cosine: f64, lambda_um: f64) -> f64 {
         henyey_greenstein(cosine, self.g.at(lambda_um)) / SPHERE
+    }
+    fn sample(&self, lambda_um: f64, random: &mut Counter) -> f64 {
+        draw(self.g.at(lambda_um), random)
     }
     fn is_spectral(&self) -> bool {
         matches!(self.g, MeanCosine::Table(_))

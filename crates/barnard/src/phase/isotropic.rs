@@ -5,6 +5,7 @@ use std::sync::Arc;
 use spectra::constants::SPHERE;
 
 use super::{Phase, PhaseKind};
+use crate::counter::Counter;
 
 pub(super) const KIND: PhaseKind =
     PhaseKind { name: "isotropic", summary: "the same in all directions", keys: &[], build: |_, _, _| Ok(Arc::new(Isotropic)) };
@@ -15,6 +16,9 @@ pub(super) struct Isotropic;
 impl Phase for Isotropic {
     fn at(&self, _: f64, _: f64) -> f64 {
         1.0 / SPHERE
+    }
+    fn sample(&self, _: f64, random: &mut Counter) -> f64 {
+        2.0 * random.next() - 1.0
     }
     fn is_isotropic(&self) -> bool {
         true

@@ -13,6 +13,7 @@ use std::sync::Arc;
 use spectra::extinction::Extinction;
 use spectra::table::Table;
 
+use crate::counter::Counter;
 use crate::error::Result;
 use crate::scene::{Key, Loader, Section, chosen};
 
@@ -20,6 +21,8 @@ use crate::scene::{Key, Loader, Section, chosen};
 pub trait Phase: std::fmt::Debug + Send + Sync {
     /// p(cos θ, λ) [sr⁻¹]; λ [µm].
     fn at(&self, cosine: f64, lambda_um: f64) -> f64;
+    /// A cos θ drawn with the density 2π p.
+    fn sample(&self, lambda_um: f64, random: &mut Counter) -> f64;
     /// Whether it is 1/4π for every angle.
     fn is_isotropic(&self) -> bool {
         false
@@ -107,6 +110,8 @@ mod tests {
             Arc::new(henyey_greenstein::HenyeyGreenstein::constant(-0.3)),
             Arc::new(draine::Draine::constant(0.5, 1.0)),
             Arc::new(rayleigh::Rayleigh),
+            Arc::new(henyey_greenstein::HenyeyGreenstein::constant(5e-5)),
+            Arc::new(tabulated::two_columns()),
         ]
     }
 
@@ -116,6 +121,33 @@ mod tests {
             let sum = 2.0 * PI * integrate(|mu| phase.at(mu, 0.55), -1.0, 1.0, 1e-10);
             assert!((sum - 1.0).abs() < 1e-8, "{phase:?}: {sum}");
         }
+    }
+
+    /// What is drawn falls into 32 equal steps of cos θ as often as its integral over them says: χ² of 31 degrees of freedom.
+    #[test]
+    fn phase_functions_are_sampled() {
+        const STEPS: usize = 32;
+        const DRAWN: usize = 200_000;
+        let statistic = |drawn: &dyn Phase, expected: &dyn Phase| -> f64 {
+            let mut counts = [0.0; STEPS];
+            let mut random = Counter::new(11, 5);
+            for _ in 0..DRAWN {
+                let cosine = drawn.sample(0.5, &mut random);
+                assert!((-1.0..=1.0).contains(&cosine));
+                counts[((0.5 * (cosine + 1.0) * STEPS as f64) as usize).min(STEPS - 1)] += 1.0;
+            }
+            let end = |i: usize| 2.0 * i as f64 / STEPS as f64 - 1.0;
+            let share = |i: usize| 2.0 * PI * integrate(|mu| expected.at(mu, 0.5), end(i), end(i + 1), 1e-8);
+            counts.iter().enumerate().map(|(i, n)| (n - DRAWN as f64 * share(i)).powi(2) / (DRAWN as f64 * share(i))).sum()
+        };
+        // 61.1 is passed once in a thousand times.
+        for phase in all() {
+            let chi = statistic(&*phase, &*phase);
+            assert!(chi < 61.1, "{phase:?}: {chi}");
+        }
+        // It sees a sign that is wrong, and a small asymmetry.
+        let [forward, backward, flat, slight] = [0.3, -0.3, 0.0, 0.02].map(henyey_greenstein::HenyeyGreenstein::constant);
+        assert!(statistic(&forward, &backward) > 1e3 && statistic(&flat, &slight) > 61.1);
     }
 
     /// ⟨cos θ⟩ = g for Henyey–Greenstein; forward is +1.

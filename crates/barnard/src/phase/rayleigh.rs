@@ -5,6 +5,7 @@ use std::sync::Arc;
 use spectra::constants::SPHERE;
 
 use super::{Phase, PhaseKind};
+use crate::counter::Counter;
 
 pub(super) const KIND: PhaseKind =
     PhaseKind { name: "rayleigh", summary: "3/16pi (1 + cos2): small grains", keys: &[], build: |_, _, _| Ok(Arc::new(Rayleigh)) };
@@ -15,6 +16,12 @@ pub(super) struct Rayleigh;
 impl Phase for Rayleigh {
     fn at(&self, cosine: f64, _: f64) -> f64 {
         0.75 * (1.0 + cosine * cosine) / SPHERE
+    }
+    fn sample(&self, _: f64, random: &mut Counter) -> f64 {
+        // The root of μ³ + 3μ + 4 = 8u.
+        let half = 4.0 * random.next() - 2.0;
+        let root = half.hypot(1.0);
+        ((half + root).cbrt() + (half - root).cbrt()).clamp(-1.0, 1.0)
     }
     fn is_spectral(&self) -> bool {
         false

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use spectra::table::{Table, rows};
 
 use super::{Phase, PhaseKind};
+use crate::counter::Counter;
 use crate::error::Result;
 use crate::scene::{Key, Section};
 
@@ -22,7 +23,7 @@ pub(super) const KIND: PhaseKind = PhaseKind {
 };
 
 #[derive(Debug)]
-struct Tabulated {
+pub(super) struct Tabulated {
     lambda_um: Vec<f64>,
     columns: Vec<Table>,
 }
@@ -53,20 +54,52 @@ fn parse(section: &Section, file: &str, text: &str) -> Result<Tabulated> {
     Ok(Tabulated { lambda_um, columns })
 }
 
+impl Tabulated {
+    /// The columns around a wavelength, and how much of the second.
+    fn around(&self, lambda_um: f64) -> (&Table, &Table, f64) {
+        let last = self.lambda_um.len() - 1;
+        let i = self.lambda_um.partition_point(|l| *l <= lambda_um).clamp(1, last.max(1));
+        let (low, high) = (i - 1, i.min(last));
+        let gap = self.lambda_um[high] - self.lambda_um[low];
+        let t = if gap > 0.0 { ((lambda_um - self.lambda_um[low]) / gap).clamp(0.0, 1.0) } else { 0.0 };
+        (&self.columns[low], &self.columns[high], t)
+    }
+}
+
 impl Phase for Tabulated {
     fn at(&self, cosine: f64, lambda_um: f64) -> f64 {
-        let last = self.lambda_um.len() - 1;
-        let i = self.lambda_um.partition_point(|l| *l <= lambda_um);
-        if i == 0 || last == 0 {
-            return self.columns[0].at(cosine);
+        let (low, high, t) = self.around(lambda_um);
+        (1.0 - t) * low.at(cosine) + t * high.at(cosine)
+    }
+    fn sample(&self, lambda_um: f64, random: &mut Counter) -> f64 {
+        let (low, high, t) = self.around(lambda_um);
+        let column = if random.next() < t { high } else { low };
+        let (x, y) = (column.x(), column.y());
+        let mut left = random.next() / (2.0 * std::f64::consts::PI);
+        for i in 1..x.len() {
+            let (step, own) = (x[i] - x[i - 1], 0.5 * (x[i] - x[i - 1]) * (y[i] + y[i - 1]));
+            if left < own {
+                // The density rises evenly: the root of y d + slope d²/2 = left.
+                let slope = (y[i] - y[i - 1]) / step;
+                let root = (y[i - 1] * y[i - 1] + 2.0 * slope * left).max(0.0).sqrt();
+                return x[i - 1] + (2.0 * left / (y[i - 1] + root)).clamp(0.0, step);
+            }
+            left -= own;
         }
-        if i > last {
-            return self.columns[last].at(cosine);
-        }
-        let t = (lambda_um - self.lambda_um[i - 1]) / (self.lambda_um[i] - self.lambda_um[i - 1]);
-        (1.0 - t) * self.columns[i - 1].at(cosine) + t * self.columns[i].at(cosine)
+        1.0
     }
     fn is_spectral(&self) -> bool {
         self.columns.len() > 1
     }
+}
+
+/// Two wavelengths, one thrown forward and one backward.
+#[cfg(test)]
+pub(super) fn two_columns() -> Tabulated {
+    let column = |p: [f64; 3]| {
+        let table = Table::new("test", vec![-1.0, 0.2, 1.0], p.to_vec()).unwrap();
+        let sum = 0.6 * (p[0] + p[1]) + 0.4 * (p[1] + p[2]);
+        table.scaled(1.0, 1.0 / (2.0 * std::f64::consts::PI * sum))
+    };
+    Tabulated { lambda_um: vec![0.4, 0.65], columns: vec![column([0.1, 0.5, 4.0]), column([2.0, 1.0, 0.0])] }
 }

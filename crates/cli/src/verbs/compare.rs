@@ -5,11 +5,13 @@ use std::process::ExitCode;
 
 use anyhow::bail;
 use barnard::formats::read_image;
-use barnard::image::Image;
+use barnard::image::{ERROR_SUFFIX, Image};
 use barnard::scene::DEFAULT_MEMORY;
 use clap::Args;
 
 /// Compares two images (.npy, .fits, .exr), B being the truth: relative RMSE √(mean (a − b)²)/√(mean b²) and largest difference, per band.
+///
+/// Standard errors that stand beside the bands are not compared; where A has some, the mean of ((a − b)/error)² is told, which is 1 where chance alone differs.
 #[derive(Args)]
 pub struct Compare {
     /// The image
@@ -28,6 +30,8 @@ struct Difference {
     band: String,
     rmse: f64,
     largest: f64,
+    /// Mean of ((a − b)/error)², where A knows its standard errors.
+    chance: Option<f64>,
 }
 
 impl Compare {
@@ -38,18 +42,22 @@ impl Compare {
             bail!("--tolerance {tolerance} is no relative RMSE; give a number such as 1e-3");
         }
         let (a, b) = (read_image(&self.a, DEFAULT_MEMORY)?, read_image(&self.b, DEFAULT_MEMORY)?);
-        if (a.width, a.height, a.bands.len()) != (b.width, b.height, b.bands.len()) {
-            let shape = |i: &Image| format!("{} bands of {} x {}", i.bands.len(), i.width, i.height);
+        let shape = |i: &Image| (i.width, i.height, i.radiances().count());
+        if shape(&a) != shape(&b) {
+            let shape = |i: &Image| format!("{} bands of {} x {}", i.radiances().count(), i.width, i.height);
             bail!("the images differ in shape: {} has {}, {} has {}", self.a.display(), shape(&a), self.b.display(), shape(&b));
         }
         let rows: Vec<Difference> = pairs(&a, &b)?.into_iter().map(|(i, j)| difference(&a, i, &b, j)).collect();
         if self.json {
-            let list: Vec<_> =
-                rows.iter().map(|d| serde_json::json!({ "band": d.band, "relative_rmse": d.rmse, "max": d.largest })).collect();
+            let list: Vec<_> = rows
+                .iter()
+                .map(|d| serde_json::json!({ "band": d.band, "relative_rmse": d.rmse, "max": d.largest, "chi_squared": d.chance }))
+                .collect();
             say!("{}", serde_json::to_string_pretty(&list)?);
         } else {
             for d in &rows {
-                say!("{}: relative RMSE {:.3e}, largest difference {:.3e} W m-2 sr-1", d.band, d.rmse, d.largest);
+                let chance = d.chance.map_or_else(String::new, |c| format!(", ((a - b)/error)^2 is {c:.3} in the mean"));
+                say!("{}: relative RMSE {:.3e}, largest difference {:.3e} W m-2 sr-1{chance}", d.band, d.rmse, d.largest);
             }
         }
         // NaN is above any tolerance.
@@ -62,19 +70,25 @@ impl Compare {
 fn pairs(a: &Image, b: &Image) -> anyhow::Result<Vec<(usize, usize)>> {
     let nameless = |i: &Image| i.bands.iter().enumerate().all(|(n, band)| band.name == barnard::formats::nameless(n));
     if nameless(a) || nameless(b) {
-        return Ok((0..a.bands.len()).map(|i| (i, i)).collect());
+        return Ok(a.radiances().zip(b.radiances()).collect());
     }
     let names = |i: &Image| i.bands.iter().map(|band| band.name.as_str()).collect::<Vec<_>>().join(", ");
-    let partner = |(i, band): (usize, &barnard::image::Band)| {
-        let Some(j) = b.bands.iter().position(|other| other.name == band.name) else {
+    let partner = |i: usize| {
+        let Some(j) = b.bands.iter().position(|other| other.name == a.bands[i].name) else {
             bail!("the images have different bands: {} against {}", names(a), names(b));
         };
         Ok((i, j))
     };
-    a.bands.iter().enumerate().map(partner).collect()
+    a.radiances().map(partner).collect()
 }
 
 fn difference(a: &Image, i: usize, b: &Image, j: usize) -> Difference {
     let largest = a.band(i).zip(b.band(j)).fold(0.0f64, |m, (x, y)| if (x - y).is_nan() { f64::NAN } else { m.max((x - y).abs()) });
-    Difference { band: b.bands[j].name.clone(), rmse: a.relative_rmse(i, b, j), largest }
+    let errors = a.bands.iter().position(|band| band.name.strip_suffix(ERROR_SUFFIX) == Some(&a.bands[i].name));
+    let chance = errors.map(|e| {
+        let known = a.band(i).zip(b.band(j)).zip(a.band(e)).filter(|(_, error)| *error > 0.0);
+        let (sum, count) = known.fold((0.0, 0.0), |(sum, count), ((x, y), error)| (sum + ((x - y) / error).powi(2), count + 1.0));
+        sum / f64::max(count, 1.0)
+    });
+    Difference { band: b.bands[j].name.clone(), rmse: a.relative_rmse(i, b, j), largest, chance }
 }

@@ -6,6 +6,7 @@ mod compare;
 mod completions;
 mod info;
 mod list;
+mod referee;
 mod render;
 mod study;
 #[cfg(feature = "view")]

@@ -17,6 +17,7 @@ use clap::{Args, ValueEnum};
 
 use crate::progress;
 use crate::source::SceneArgs;
+use crate::verbs::referee::Referee;
 
 /// Renders a scene.
 ///
@@ -24,6 +25,7 @@ use crate::source::SceneArgs;
 ///   barnard render --builtin pillars -o pillars.png
 ///   barnard render my.toml -o my.fits --accuracy 1e-4
 ///   barnard render my.toml -o truth.npy --backend reference --size 64x64
+///   barnard render my.toml -o many.exr --backend path --target-error 0.01 --samples 100000
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct Render {
@@ -35,6 +37,8 @@ pub struct Render {
     /// What renders
     #[arg(long, value_enum, default_value_t = Backend::Cpu)]
     backend: Backend,
+    #[command(flatten)]
+    referee: Referee,
     /// Evaluate dust that is one field of kind "fbm" at every sample of a ray, on the GPU, instead of sampling it to a grid
     #[arg(long)]
     on_the_fly: bool,
@@ -49,6 +53,8 @@ enum Backend {
     Gpu,
     /// gpu where there is a real one, otherwise cpu
     Auto,
+    /// f64, paths of light by chance: any number of bounces, with standard errors
+    Path,
     /// f64, adaptive, exact: slow
     Reference,
 }
@@ -62,6 +68,9 @@ impl Render {
         if self.on_the_fly && !matches!(self.backend, Backend::Gpu) {
             bail!("--on-the-fly belongs to --backend gpu; the reference evaluates fields as they are, cpu samples them");
         }
+        if self.referee.is_asked() && self.backend != Backend::Path {
+            bail!("--samples, --target-error, --bounces and --seed belong to --backend path; all other back ends do one bounce");
+        }
         let (scene, options) = self.scene.load()?;
         for path in &self.output {
             let same = |file: &&PathBuf| file.canonicalize().is_ok_and(|f| path.canonicalize().is_ok_and(|p| p == f));
@@ -71,6 +80,7 @@ impl Render {
         }
         let image = match self.backend {
             Backend::Cpu | Backend::Gpu | Backend::Auto => self.planned(&scene, &options)?,
+            Backend::Path => self.on_path(&scene)?,
             Backend::Reference => self.on_reference(&scene)?,
         };
         for path in &self.output {
@@ -78,6 +88,14 @@ impl Render {
             say!("wrote {}", path.display());
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    fn on_path(&self, scene: &Scene) -> anyhow::Result<Image> {
+        let scene_args = &self.scene;
+        if scene_args.method.is_some() || scene_args.steps.is_some() || scene_args.count.is_some() || scene_args.accuracy.is_some() {
+            bail!("--method, --count, --steps and --accuracy belong to the other back ends; path takes --samples and --target-error");
+        }
+        self.referee.render(scene)
     }
 
     fn on_reference(&self, scene: &Scene) -> anyhow::Result<Image> {

@@ -77,18 +77,15 @@ pub fn render(scene: &Scene, accuracy: f64, control: &Control) -> Result<Image> 
             data[start..start + camera.width].copy_from_slice(&row[b * camera.width..(b + 1) * camera.width]);
         }
     }
-    let depth = |ray: &Ray, length: f64| truth.depth(ray.origin, ray.at(length.min(truth.horizon(ray))));
-    points::draw(
-        Sources::All,
-        (scene, camera),
-        &truth.lights,
-        depth,
-        |light, band, tau| truth.flux(light, band, tau),
-        |i, value| data[i] += value,
-    )?;
+    truth.draw_points(|i, value| data[i] += value)?;
     let mut image = describe(scene, Samples::Double(data));
     image.notes.push(("backend".into(), format!("reference, accuracy {accuracy:e} of each pixel")));
     Ok(image)
+}
+
+/// Draws the unresolved sources of `scene` to `accuracy`: `add` hears of places in bands × height × width, and radiances [W m⁻² sr⁻¹].
+pub(super) fn draw_points(scene: &Scene, accuracy: f64, add: impl FnMut(usize, f64)) -> Result<()> {
+    Truth::new(scene, accuracy)?.draw_points(add)
 }
 
 impl<'a> Truth<'a> {
@@ -123,6 +120,12 @@ impl<'a> Truth<'a> {
     /// Band flux of a light behind optical depth `tau`.
     fn flux(&self, light: usize, band: usize, tau: f64) -> f64 {
         self.waves.iter().filter(|w| w.band == band).map(|w| w.weight[light] * (-w.k * tau).exp()).sum()
+    }
+
+    fn draw_points(&self, add: impl FnMut(usize, f64)) -> Result<()> {
+        let depth = |ray: &Ray, length: f64| self.depth(ray.origin, ray.at(length.min(self.horizon(ray))));
+        let flux = |light, band, tau| self.flux(light, band, tau);
+        points::draw(Sources::All, (self.scene, &self.scene.camera), &self.lights, depth, flux, add)
     }
 
     /// Where the last field ends along a ray [pc].

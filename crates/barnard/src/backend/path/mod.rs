@@ -1,0 +1,141 @@
+//! The referee: an unbiased path tracer in f64, for any number of bounces.
+//!
+//! It reads the scene's physics itself and shares none of the plan's approximations. Each pixel's paths are drawn from generators of their own, by seed, pixel
+//! and number, so that pictures are the same on any number of threads. [`tracer`] is the transport, [`medium`] the flights through dust by
+//! [`majorant`] bounds, [`waves`] the wavelengths; the [`film`] keeps means with their standard errors. Visible stars and the star field are points, drawn
+//! as `reference` draws them.
+
+mod film;
+mod majorant;
+mod medium;
+mod tracer;
+mod waves;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rayon::prelude::*;
+
+pub use film::{Estimate, Film};
+
+use crate::control::{Control, Stage};
+use crate::counter::Counter;
+use crate::error::{Error, Result};
+use crate::image::{Band, ERROR_SUFFIX, Image, Samples};
+use crate::light::lights;
+use crate::plan::describe;
+use crate::scene::Scene;
+use tracer::Tracer;
+
+/// How far the referee goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Times that light may scatter; 1 is what all other back ends do.
+    pub bounces: usize,
+    /// Paths of each pixel and band at most.
+    pub samples: u64,
+    /// Relative standard error of the worst band at which it ends earlier.
+    pub target_error: Option<f64>,
+    /// Another seed is another picture of the same mean.
+    pub seed: u64,
+}
+
+/// More bounces than any light lives.
+pub const MANY_BOUNCES: usize = 1000;
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { bounces: MANY_BOUNCES, samples: 64, target_error: None, seed: 1 }
+    }
+}
+
+/// Paths of each pixel that are finished together.
+const PASS: u64 = 8;
+
+/// Adds paths to `film` until the options are met; passes that are finished stay when `control` interrupts. `tell` hears of the film after each.
+///
+/// # Errors
+/// Where a density has no bound, and [`Error::Interrupted`].
+pub fn trace(scene: &Scene, options: &Options, film: &mut Film, control: &Control, tell: &mut dyn FnMut(&Film)) -> Result<()> {
+    let lights = lights(scene)?;
+    let tracer = Tracer::new(scene, &lights, options.bounces)?;
+    let (camera, bands) = (&scene.camera, scene.bands.len());
+    let size = camera.width * camera.height;
+    if film.estimates.len() != bands * size {
+        *film = Film::new(bands * size);
+    }
+    let supersampling = camera.supersampling;
+    while film.samples < options.samples && !is_met(film, bands, options) {
+        let pass = (film.samples..options.samples.min(film.samples + PASS)).collect::<Vec<_>>();
+        let (done, bad) = (AtomicU64::new(0), AtomicU64::new(0));
+        let mut estimates = film.estimates.clone();
+        // A pixel of all bands is one piece of work; bands stand apart in the film.
+        let pixel = |i: usize| -> Result<Vec<Estimate>> {
+            control.check()?;
+            let mut own: Vec<Estimate> = (0..bands).map(|b| film.estimates[b * size + i]).collect();
+            for s in &pass {
+                let mut random = Counter::nested(options.seed, i as u64, *s);
+                let part = *s as usize % (supersampling * supersampling);
+                let place = |at: usize, part: usize| at as f64 + (part as f64 + 0.5) / supersampling as f64;
+                let ray = camera.ray(place(i % camera.width, part % supersampling), place(i / camera.width, part / supersampling));
+                for (band, estimate) in own.iter_mut().enumerate() {
+                    let radiance = tracer.radiance(ray, band, &mut random);
+                    if radiance.is_finite() {
+                        estimate.add(radiance);
+                    } else {
+                        bad.fetch_add(1, Ordering::Relaxed);
+                    }
+                }
+            }
+            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+            if count % camera.width as u64 == 0 {
+                control.report(Stage::Rays, film.samples * size as u64 + count * pass.len() as u64, options.samples * size as u64);
+            }
+            Ok(own)
+        };
+        let pixels: Vec<Vec<Estimate>> = (0..size).into_par_iter().map(pixel).collect::<Result<_>>()?;
+        for (i, own) in pixels.into_iter().enumerate() {
+            own.into_iter().enumerate().for_each(|(b, e)| estimates[b * size + i] = e);
+        }
+        *film = Film { estimates, samples: film.samples + pass.len() as u64, bad: film.bad + bad.into_inner() };
+        tell(film);
+    }
+    Ok(())
+}
+
+fn is_met(film: &Film, bands: usize, options: &Options) -> bool {
+    options.target_error.is_some_and(|target| film.samples > 0 && (0..bands).all(|b| film.relative_error(b, bands) <= target))
+}
+
+/// The picture that `film` holds, its bands followed by their standard errors, with points as `reference` draws them.
+///
+/// # Errors
+/// Where a point's light cannot be told.
+pub fn image(scene: &Scene, film: &Film, options: &Options) -> Result<Image> {
+    let mut data: Vec<f64> = film.estimates.iter().map(|e| e.mean).collect();
+    super::reference::draw_points(scene, super::reference::DEFAULT_ACCURACY, |i, value| data[i] += value)?;
+    data.extend(film.estimates.iter().map(|e| if e.error().is_finite() { e.error() } else { 0.0 }));
+    let mut image = describe(scene, Samples::Double(data));
+    let errors: Vec<Band> = image.bands.iter().map(|b| Band { name: format!("{}{ERROR_SUFFIX}", b.name), ..b.clone() }).collect();
+    image.bands.extend(errors);
+    image.notes.push((
+        "backend".into(),
+        format!("path, {} paths a pixel, at most {} bounces, seed {}", film.samples, options.bounces, options.seed),
+    ));
+    if film.bad > 0 {
+        image.notes.push(("bad paths".into(), format!("{} brought no number and were left out", film.bad)));
+    }
+    Ok(image)
+}
+
+/// Renders `scene`; [`Error::Interrupted`] where `control` says so.
+///
+/// # Errors
+/// Those of [`trace`] and [`image`].
+pub fn render(scene: &Scene, options: &Options, control: &Control) -> Result<Image> {
+    let mut film = Film::default();
+    trace(scene, options, &mut film, control, &mut |_| ())?;
+    if film.samples == 0 {
+        return Err(Error::Render("no path was asked for: give one sample at least".into()));
+    }
+    image(scene, &film, options)
+}

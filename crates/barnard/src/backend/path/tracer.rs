@@ -1,0 +1,312 @@
+//! One path of light, backwards from the eye.
+//!
+//! A path carries four wavelengths. The first draws its collisions and directions; every wavelength's share is weighed by how likely all four would have
+//! drawn the same path (balance heuristic; Wilkie et al. 2014, Hero wavelength spectral sampling; Miller, Georgiev & Jarosz 2019 for null collisions). As
+//! extinction is k(λ) σ(x) everywhere, the density of a path at wavelength i is e^(−k_i M) k_i^n Π p_i(θ), with M = ∫μ dt along it and n its collisions,
+//! null ones too: all else is common.
+//!
+//! Starlight is added on each leg of the path twice, at its collision and at a place drawn in proportion to F(t) = Σ L/r² (equiangular sampling, Kulla &
+//! Fajardo 2012), the two weighed so that their sum counts once: near a star, where 1/r² has a peak, the second counts alone.
+//!
+//! A star's light may scatter `bounces` times; light of gas and background, which comes from everywhere, one time less. One bounce is thus eq. (1) of
+//! docs/method.md.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::majorant::Majorant;
+use super::medium::Medium;
+use super::waves::{CARRIED, Wave, Waves, is_extended};
+use crate::counter::Counter;
+use crate::error::Result;
+use crate::geometry::Ray;
+use crate::light::{Light, Path};
+use crate::scene::Scene;
+
+/// Paths are ended by chance from this scattering on.
+const ROULETTE: usize = 4;
+/// Rays pass stars at this distance at least [pc]: the light of one that is met has no finite radiance.
+const NEAREST: f64 = 1e-6;
+
+/// A number for each wavelength that is carried.
+type Carried = [f64; CARRIED];
+
+/// The scene as paths meet it.
+pub struct Tracer<'a> {
+    lights: &'a [Light],
+    medium: Option<Medium<'a>>,
+    stars: Vec<Star>,
+    species: Vec<Species<'a>>,
+    background: Option<usize>,
+    bands: Vec<Waves>,
+    bounces: usize,
+}
+
+/// A star that lights the dust.
+struct Star {
+    light: usize,
+    position: DVec3,
+    /// What it sends through each band, to be drawn by.
+    power: Vec<f64>,
+}
+
+/// Gas that glows.
+struct Species<'a> {
+    light: usize,
+    density: &'a dyn crate::field::Field,
+    majorant: Majorant,
+}
+
+/// A path so far.
+struct Walker {
+    waves: [Wave; CARRIED],
+    k: Carried,
+    /// What is common to all wavelengths.
+    weight: f64,
+    /// Π ω of each wavelength.
+    albedo: Carried,
+    /// How likely each would have drawn the path, in parts of the first's.
+    likely: Carried,
+}
+
+impl Walker {
+    /// What light counts that each wavelength brings to where the path is now.
+    fn share(&self, i: usize) -> f64 {
+        self.weight * self.albedo[i] * self.likely[i] / self.likely.iter().sum::<f64>()
+    }
+
+    /// What weights may depend on: the same whichever wavelength leads.
+    fn mean_k(&self) -> f64 {
+        self.k.iter().sum::<f64>() / CARRIED as f64
+    }
+
+    fn sum(&self, value: impl Fn(usize) -> f64) -> f64 {
+        (0..CARRIED).map(|i| self.share(i) * value(i)).sum()
+    }
+}
+
+impl<'a> Tracer<'a> {
+    /// For `lights` of `scene`, which may scatter `bounces` times.
+    ///
+    /// # Errors
+    /// Where a density has no bound.
+    pub fn new(scene: &'a Scene, lights: &'a [Light], bounces: usize) -> Result<Self> {
+        let bands = (0..scene.bands.len()).map(|b| Waves::new(scene, lights, b)).collect::<Result<Vec<_>>>()?;
+        let (mut stars, mut species, mut background) = (Vec::new(), Vec::new(), None);
+        for (light, l) in lights.iter().enumerate().filter(|(_, l)| is_extended(l.path)) {
+            match l.path {
+                Path::Scattered { star } => {
+                    let power = scene.bands.iter().map(|band| band.integrate(|lambda| l.spectrum.continuum(lambda)));
+                    let lines =
+                        |b: usize| l.spectrum.lines().iter().map(move |line| scene.bands[b].response(line.lambda_um) * line.strength);
+                    let power = power.enumerate().map(|(b, p)| p + lines(b).sum::<f64>()).collect();
+                    stars.push(Star { light, position: scene.stars[star].position, power });
+                }
+                Path::Emitted { species: i } => {
+                    let density = &*scene.emission[i].density;
+                    species.push(Species { light, density, majorant: Majorant::new(density)? });
+                }
+                Path::Background => background = Some(light),
+                Path::Direct { .. } | Path::FieldStar { .. } => {}
+            }
+        }
+        let medium = scene.dust.as_ref().map(Medium::new).transpose()?;
+        Ok(Self { lights, medium, stars, species, background, bands, bounces })
+    }
+
+    /// Radiance along `ray` through a band, in the mean of all `random` [W m⁻² sr⁻¹].
+    pub fn radiance(&self, mut ray: Ray, band: usize, random: &mut Counter) -> f64 {
+        if self.bands[band].is_dark() {
+            return 0.0;
+        }
+        let waves = self.bands[band].draw(random.next());
+        let k = waves.map(|w| w.k);
+        let mut path = Walker { waves, k, weight: 1.0, albedo: [1.0; CARRIED], likely: [1.0; CARRIED] };
+        let mut radiance = 0.0;
+        for scattered in 0..=self.bounces {
+            let diffuse = scattered == 0 || scattered < self.bounces;
+            if diffuse {
+                radiance += self.glow(&path, &ray, random);
+            }
+            let Some(medium) = &self.medium else { return radiance + self.behind(&path) };
+            let starlit = scattered < self.bounces;
+            if starlit {
+                radiance += self.near_stars(&path, medium, &ray, band, random);
+            }
+            let flight = medium.fly(&ray, path.k[0], random);
+            path.weight *= flight.weight;
+            for i in 0..CARRIED {
+                let k = path.k[i];
+                path.likely[i] *= (f64::from(flight.tentative) * (k / path.k[0]).ln() - (k - path.k[0]) * flight.bound_depth).exp();
+            }
+            let Some(t) = flight.collision else { return radiance + if diffuse { self.behind(&path) } else { 0.0 } };
+            if !starlit {
+                return radiance;
+            }
+            let place = ray.at(t);
+            for (albedo, wave) in path.albedo.iter_mut().zip(path.waves) {
+                *albedo *= medium.dust.albedo.at(wave.lambda_um);
+            }
+            let at_collision = self.at_collision(&path, medium, &ray, t, band);
+            radiance += at_collision * self.lit(&path, medium, place, ray.direction, band, random);
+            if !self.survives(&mut path, scattered, random) {
+                return radiance;
+            }
+            ray = self.scatter(&mut path, medium, place, ray.direction, random);
+        }
+        radiance
+    }
+
+    /// Light of the background, where a path leaves.
+    fn behind(&self, path: &Walker) -> f64 {
+        self.background.map_or(0.0, |light| path.sum(|i| path.waves[i].of(light, self.lights)))
+    }
+
+    /// Light of glowing gas along a leg: at one place of each species, drawn by its bounds.
+    fn glow(&self, path: &Walker, ray: &Ray, random: &mut Counter) -> f64 {
+        let mut radiance = 0.0;
+        for species in &self.species {
+            let total: f64 = species.majorant.cells(ray, f64::INFINITY).map(|(start, end, bound)| bound * (end - start)).sum();
+            if total <= 0.0 {
+                continue;
+            }
+            let mut left = random.next() * total;
+            let drawn = species.majorant.cells(ray, f64::INFINITY).find_map(|(start, end, bound)| {
+                let own = bound * (end - start);
+                left -= own;
+                (left < 0.0).then(|| (end + left / bound, bound))
+            });
+            let Some((t, bound)) = drawn else { continue };
+            let glow = species.density.at(ray.at(t)) * total / bound;
+            let through = self.medium.as_ref().map_or([1.0; CARRIED], |m| m.transmittances(ray, t, &path.k, random));
+            radiance += glow * path.sum(|i| through[i] * path.waves[i].of(species.light, self.lights));
+        }
+        radiance
+    }
+
+    /// F = Σ L/r² at a place, of a band.
+    fn fluence(&self, place: DVec3, band: usize) -> f64 {
+        self.stars.iter().map(|s| s.power[band] / (place - s.position).length_squared().max(NEAREST * NEAREST)).sum()
+    }
+
+    /// For each star, ∫dt/r² along a part of a ray times its power.
+    fn along(&self, ray: &Ray, (near, far): (f64, f64), band: usize) -> Vec<(f64, Equiangular)> {
+        let of = |star: &Star| {
+            let angles = Equiangular::new(ray, star.position, near, far);
+            (star.power[band] * angles.integral(), angles)
+        };
+        self.stars.iter().map(of).collect()
+    }
+
+    /// The weight of starlight at a collision, beside that of [`Self::near_stars`].
+    fn at_collision(&self, path: &Walker, medium: &Medium, ray: &Ray, t: f64, band: usize) -> f64 {
+        let Some(extent) = medium.extent(ray) else { return 1.0 };
+        let along: f64 = self.along(ray, extent, band).iter().map(|a| a.0).sum();
+        let (by_stars, by_collision) = (self.fluence(ray.at(t), band), path.mean_k() * medium.sigma(ray, t) * along);
+        if by_collision > 0.0 { by_collision / (by_stars + by_collision) } else { 0.0 }
+    }
+
+    /// Starlight scattered once on a leg of the path, at a place drawn in proportion to F.
+    fn near_stars(&self, path: &Walker, medium: &Medium, ray: &Ray, band: usize, random: &mut Counter) -> f64 {
+        let Some(extent) = medium.extent(ray) else { return 0.0 };
+        let along = self.along(ray, extent, band);
+        let total: f64 = along.iter().map(|a| a.0).sum();
+        if total <= 0.0 {
+            return 0.0;
+        }
+        let mut left = random.next() * total;
+        let drawn = along.iter().find(|(own, _)| {
+            left -= own;
+            left < 0.0
+        });
+        let Some((_, angles)) = drawn else { return 0.0 };
+        let t = angles.place(random.next());
+        let (sigma, fluence) = (medium.sigma(ray, t), self.fluence(ray.at(t), band));
+        if sigma == 0.0 {
+            return 0.0;
+        }
+        let through = medium.transmittances(ray, t, &path.k, random);
+        let by_collision = path.mean_k() * sigma * total;
+        // ∫ over t with the density F/total, and the part of the light that collisions do not bring.
+        let weight = total / fluence * sigma * fluence / (fluence + by_collision);
+        let mut there = Walker { albedo: path.albedo, likely: path.likely, ..*path };
+        for i in 0..CARRIED {
+            there.albedo[i] *= through[i] * path.k[i] * medium.dust.albedo.at(path.waves[i].lambda_um);
+        }
+        weight * self.lit(&there, medium, ray.at(t), ray.direction, band, random)
+    }
+
+    /// Light of one star, drawn by power and distance, that scatters at `place` against `direction`.
+    fn lit(&self, path: &Walker, medium: &Medium, place: DVec3, direction: DVec3, band: usize, random: &mut Counter) -> f64 {
+        let total = self.fluence(place, band);
+        if total <= 0.0 {
+            return 0.0;
+        }
+        let mut left = random.next() * total;
+        let share = |s: &Star| s.power[band] / (place - s.position).length_squared().max(NEAREST * NEAREST);
+        let drawn = self.stars.iter().find(|s| {
+            left -= share(s);
+            left < 0.0
+        });
+        let Some(star) = drawn else { return 0.0 };
+        let (to_star, distance) = Ray::between(place, star.position);
+        // 1/r² over the chance of the star.
+        let chance = total / star.power[band];
+        let cosine = to_star.direction.dot(direction);
+        let through = medium.transmittances(&to_star, distance, &path.k, random);
+        let phase = |i: usize| medium.dust.phase.at(cosine, path.waves[i].lambda_um);
+        chance * path.sum(|i| through[i] * phase(i) * path.waves[i].of(star.light, self.lights))
+    }
+
+    /// Ends long paths by chance; those that go on count more.
+    fn survives(&self, path: &mut Walker, scattered: usize, random: &mut Counter) -> bool {
+        let brightest = (0..CARRIED).map(|i| (CARRIED as f64 * path.share(i)).abs()).fold(0.0, f64::max);
+        if scattered + 1 < ROULETTE || brightest >= 1.0 {
+            return brightest > 0.0;
+        }
+        path.weight /= brightest;
+        random.next() < brightest
+    }
+
+    /// A new leg, by the phase function of the first wavelength.
+    fn scatter(&self, path: &mut Walker, medium: &Medium, place: DVec3, direction: DVec3, random: &mut Counter) -> Ray {
+        let phase = &medium.dust.phase;
+        let cosine = phase.sample(path.waves[0].lambda_um, random);
+        if phase.is_spectral() {
+            let own = phase.at(cosine, path.waves[0].lambda_um);
+            for i in 1..CARRIED {
+                path.likely[i] *= phase.at(cosine, path.waves[i].lambda_um) / own;
+            }
+        }
+        let (across, other) = direction.any_orthonormal_pair();
+        let (sine, azimuth) = ((1.0 - cosine * cosine).max(0.0).sqrt(), TAU * random.next());
+        let direction = cosine * direction + sine * (azimuth.cos() * across + azimuth.sin() * other);
+        Ray { origin: place, direction: direction.normalize() }
+    }
+}
+
+/// Places along a ray in equal steps of the angle at which a star sees them: t = t₀ + b tan ϑ.
+#[derive(Debug, Clone, Copy)]
+struct Equiangular {
+    foot: f64,
+    distance: f64,
+    angles: (f64, f64),
+}
+
+impl Equiangular {
+    fn new(ray: &Ray, star: DVec3, near: f64, far: f64) -> Self {
+        let foot = (star - ray.origin).dot(ray.direction);
+        let distance = (star - ray.at(foot)).length().max(NEAREST);
+        Self { foot, distance, angles: (((near - foot) / distance).atan(), ((far - foot) / distance).atan()) }
+    }
+
+    /// ∫dt/r² [pc⁻¹].
+    fn integral(&self) -> f64 {
+        (self.angles.1 - self.angles.0) / self.distance
+    }
+
+    fn place(&self, u: f64) -> f64 {
+        self.foot + self.distance * (self.angles.0 + u * (self.angles.1 - self.angles.0)).tan()
+    }
+}

@@ -1,0 +1,97 @@
+//! What `barnard render --backend path` asks, and how it is told.
+
+use std::time::Instant;
+
+use anyhow::bail;
+use barnard::Error;
+use barnard::backend::path::{self, Film, MANY_BOUNCES, Options};
+use barnard::image::Image;
+use barnard::scene::Scene;
+use clap::Args;
+
+use crate::progress;
+
+/// Settings of the referee.
+#[derive(Args)]
+pub struct Referee {
+    /// Paths of each pixel and band, for --backend path (default: 64)
+    #[arg(long, value_name = "N")]
+    samples: Option<u64>,
+    /// Relative standard error of the worst band at which --backend path ends earlier, such as 0.01
+    #[arg(long, value_name = "X")]
+    target_error: Option<f64>,
+    /// Times that light may scatter, for --backend path; 1 is what the other back ends do (default: all)
+    #[arg(long, value_name = "N")]
+    bounces: Option<usize>,
+    /// Another seed of --backend path is another picture of the same mean (default: 1)
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+}
+
+/// Most paths of a pixel: their number is exact in a double.
+const MOST: u64 = 1 << 40;
+
+impl Referee {
+    /// Whether anything of it was said.
+    pub fn is_asked(&self) -> bool {
+        self.samples.is_some() || self.target_error.is_some() || self.bounces.is_some() || self.seed.is_some()
+    }
+
+    fn options(&self) -> anyhow::Result<Options> {
+        let defaults = Options::default();
+        let options = Options {
+            bounces: self.bounces.unwrap_or(defaults.bounces),
+            samples: self.samples.unwrap_or(defaults.samples),
+            target_error: self.target_error,
+            seed: self.seed.unwrap_or(defaults.seed),
+        };
+        if !(1..=MOST).contains(&options.samples) {
+            bail!("--samples {} lies outside of 1 to {MOST}", options.samples);
+        }
+        if !(1..=MANY_BOUNCES).contains(&options.bounces) {
+            bail!("--bounces {} lies outside of 1 to {MANY_BOUNCES}", options.bounces);
+        }
+        if let Some(target) = options.target_error.filter(|t| !(1e-6..1.0).contains(t)) {
+            bail!("--target-error {target} lies outside of 1e-6 to 1");
+        }
+        Ok(options)
+    }
+
+    /// Follows paths until enough is known, or Ctrl-C: what is done until then is kept.
+    pub fn render(&self, scene: &Scene) -> anyhow::Result<Image> {
+        let options = self.options()?;
+        let note = progress::Note::default();
+        let control = progress::control_with(&note)?;
+        let (start, bands) = (Instant::now(), scene.bands.len());
+        let mut film = Film::default();
+        let worst = |film: &Film| (0..bands).map(|b| film.relative_error(b, bands)).fold(0.0, f64::max);
+        let told = path::trace(scene, &options, &mut film, &control, &mut |film| note.set(format!("error {:.2e}", worst(film))));
+        match told {
+            Err(Error::Interrupted) if film.samples > 0 => {
+                complain!("stopped after {} of {} paths a pixel; they are kept", film.samples, options.samples)
+            }
+            told => told?,
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        let paths = film.samples as f64 * film.estimates.len() as f64;
+        say!(
+            "{} x {}, {bands} bands, {} paths a pixel, {seconds:.2} s, {:.2e} paths/s, at most {} bounces, seed {}",
+            scene.camera.width,
+            scene.camera.height,
+            film.samples,
+            paths / seconds,
+            options.bounces,
+            options.seed
+        );
+        for (band, passband) in scene.bands.iter().enumerate() {
+            say!("{}: standard error {:.2e} (rms over pixels, relative to the band's)", passband.name(), film.relative_error(band, bands));
+        }
+        if let Some(target) = options.target_error.filter(|t| worst(&film) > *t) {
+            complain!("warning: the error {:.2e} is larger than the {target:.2e} asked for; give more --samples", worst(&film));
+        }
+        if film.bad > 0 {
+            complain!("warning: {} paths brought no number and were left out", film.bad);
+        }
+        Ok(path::image(scene, &film, &options)?)
+    }
+}
