@@ -116,6 +116,25 @@ fn paths_referee() {
     let compared = desk.run(&["compare", "many.fits", "truth.fits", "--json"]);
     let list: serde_json::Value = serde_json::from_slice(&compared.stdout).unwrap();
     assert!(list[0]["chi_squared"].as_f64().unwrap() > 1.0, "{list}");
+    // In two runs or in one, it is the same picture.
+    desk.renders(&["--backend", "path", "--samples", "8", "--state", "s.npz", "-o", "half.fits"]);
+    desk.renders(&["--backend", "path", "--samples", "16", "--state", "s.npz", "-o", "two.fits"]);
+    desk.renders(&["--backend", "path", "--samples", "16", "-o", "one.fits"]);
+    assert!(std::fs::read(desk.path("one.fits")).unwrap() == std::fs::read(desk.path("two.fits")).unwrap());
+    assert!(std::fs::read(desk.path("one.fits")).unwrap() != std::fs::read(desk.path("half.fits")).unwrap());
+    let again = |more: &[&str], words: &[&str]| {
+        desk.refuses(&[&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--state", "s.npz"], more].concat(), words);
+    };
+    again(&["--seed", "2"], &["s.npz", "another seed"]);
+    again(&["--bounces", "1"], &["s.npz", "other bounces"]);
+    again(&["--size", "8x8"], &["s.npz", "another size"]);
+    desk.with("12000 K", "11000 K");
+    again(&[], &["s.npz", "another scene"]);
+    desk.with("12000 K", "12000 K");
+    let whole = std::fs::read(desk.path("s.npz")).unwrap();
+    desk.write("s.npz", &whole[..whole.len() / 2]);
+    again(&[], &["s.npz", "no .npz archive"]);
+    desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--state", "s.txt"], &["--state", ".npz"]);
     desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--samples", "4"], &["--backend path"]);
     desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--steps", "4"], &["--steps", "--samples"]);
     desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--samples", "0"], &["--samples 0"]);

@@ -8,8 +8,9 @@ mod write;
 
 use std::path::Path;
 
+pub(crate) use npy::{archive, doubles};
 pub use png::encode_png;
-pub use write::{check_writable, replace, save};
+pub use write::{check_replaceable, check_writable, replace, save};
 
 use crate::error::{Error, Result};
 use crate::image::{Display, Image};

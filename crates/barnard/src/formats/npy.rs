@@ -85,6 +85,12 @@ const HEADER: usize = 1 << 16;
 const OVERHEAD: u64 = 1 << 20;
 
 fn npz(request: &Request) -> Result<Array> {
+    let bytes = part_of(request)?;
+    npy(&Request { bytes: &bytes, part: None, ..*request })
+}
+
+/// The bytes of the one array of an archive that is meant.
+fn part_of(request: &Request) -> Result<Vec<u8>> {
     let path = request.path;
     let mut archive =
         zip::ZipArchive::new(Cursor::new(request.bytes)).map_err(|e| Error::file(path, format!("is no .npz archive: {e}")))?;
@@ -106,7 +112,32 @@ fn npz(request: &Request) -> Result<Array> {
     super::check_memory(&format!("array {name} of {}", path.display()), stated, limit)?;
     let mut bytes = Vec::new();
     entry.take(stated).read_to_end(&mut bytes).map_err(|e| Error::file(path, format!("array {name} is corrupt: {e}")))?;
-    npy(&Request { bytes: &bytes, path, part: None, memory_limit: request.memory_limit })
+    Ok(bytes)
+}
+
+/// The shape and the values of an array of an archive, as doubles in C order.
+pub(crate) fn doubles(request: &Request) -> Result<(Vec<u64>, Vec<f64>)> {
+    let bytes = part_of(request)?;
+    let (file, order) = open(request, &bytes)?;
+    let shape = file.shape().to_vec();
+    let cells = shape.iter().try_fold(1u64, |n, edge| n.checked_mul(*edge)).unwrap_or(u64::MAX);
+    super::check_memory(&format!("an array of {}", request.path.display()), cells.saturating_mul(8), request.memory_limit)?;
+    if order == Order::Fortran {
+        return Err(Error::file(request.path, "is in Fortran order; C order is needed"));
+    }
+    Ok((shape, values(request, file, cells as usize, bytes.len())?))
+}
+
+/// An archive of arrays of doubles, each with its name and shape.
+pub(crate) fn archive(arrays: &[(&str, &[u64], Vec<f64>)]) -> Result<Vec<u8>> {
+    let failed = |e: &dyn std::fmt::Display| Error::Render(format!("an archive of arrays cannot be made: {e}"));
+    let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, shape, data) in arrays {
+        zip.start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default()).map_err(|e| failed(&e))?;
+        let writer = npyz::WriteOptions::<f64>::new().default_dtype().shape(shape).writer(&mut zip).begin_nd();
+        writer.and_then(|mut w| w.extend(data.iter().copied()).and_then(|()| w.finish())).map_err(|e| failed(&e))?;
+    }
+    Ok(zip.finish().map_err(|e| failed(&e))?.into_inner())
 }
 
 fn image(request: &Request) -> Result<Image> {

@@ -10,6 +10,11 @@ use crate::image::{Display, Image};
 /// Whether `path` can be written at all: known extension, folder there and writable. Asked before a long render.
 pub fn check_writable(path: &Path) -> Result<()> {
     writer(path)?;
+    check_replaceable(path)
+}
+
+/// The same for a file of any extension.
+pub fn check_replaceable(path: &Path) -> Result<()> {
     if std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
         return Err(Error::file(path, "is no plain file; it cannot be replaced by a picture"));
     }

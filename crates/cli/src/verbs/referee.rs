@@ -1,10 +1,12 @@
 //! What `barnard render --backend path` asks, and how it is told.
 
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::bail;
 use barnard::Error;
 use barnard::backend::path::{self, Film, MANY_BOUNCES, Options};
+use barnard::formats::check_replaceable;
 use barnard::image::Image;
 use barnard::scene::Scene;
 use clap::Args;
@@ -23,6 +25,9 @@ pub struct Referee {
     /// Times that light may scatter, for --backend path; 1 is what the other back ends do (default: all)
     #[arg(long, value_name = "N")]
     bounces: Option<usize>,
+    /// Sums of paths (.npz): --backend path goes on from them where the file is there, and writes them at its end and at Ctrl-C
+    #[arg(long, value_name = "FILE")]
+    state: Option<PathBuf>,
     /// Another seed of --backend path is another picture of the same mean (default: 1)
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -34,7 +39,7 @@ const MOST: u64 = 1 << 40;
 impl Referee {
     /// Whether anything of it was said.
     pub fn is_asked(&self) -> bool {
-        self.samples.is_some() || self.target_error.is_some() || self.bounces.is_some() || self.seed.is_some()
+        self.samples.is_some() || self.target_error.is_some() || self.bounces.is_some() || self.seed.is_some() || self.state.is_some()
     }
 
     fn options(&self) -> anyhow::Result<Options> {
@@ -54,16 +59,29 @@ impl Referee {
         if let Some(target) = options.target_error.filter(|t| !(1e-6..1.0).contains(t)) {
             bail!("--target-error {target} lies outside of 1e-6 to 1");
         }
+        if let Some(state) = &self.state {
+            if state.extension().is_none_or(|e| !e.eq_ignore_ascii_case("npz")) {
+                bail!("--state {}: sums of paths are an archive of arrays; give it a name that ends with .npz", state.display());
+            }
+            check_replaceable(state)?;
+        }
         Ok(options)
     }
 
     /// Follows paths until enough is known, or Ctrl-C: what is done until then is kept.
-    pub fn render(&self, scene: &Scene) -> anyhow::Result<Image> {
+    pub fn render(&self, scene: &Scene, memory_limit: u64) -> anyhow::Result<Image> {
         let options = self.options()?;
         let note = progress::Note::default();
         let control = progress::control_with(&note)?;
         let (start, bands) = (Instant::now(), scene.bands.len());
-        let mut film = Film::default();
+        let mut film = match self.state.as_ref().filter(|path| path.exists()) {
+            Some(path) => path::state::load(path, scene, &options, memory_limit)?,
+            None => Film::default(),
+        };
+        let before = film.samples;
+        if before > 0 {
+            say!("going on from {before} paths a pixel");
+        }
         let worst = |film: &Film| (0..bands).map(|b| film.relative_error(b, bands)).fold(0.0, f64::max);
         let told = path::trace(scene, &options, &mut film, &control, &mut |film| note.set(format!("error {:.2e}", worst(film))));
         match told {
@@ -73,7 +91,11 @@ impl Referee {
             told => told?,
         }
         let seconds = start.elapsed().as_secs_f64();
-        let paths = film.samples as f64 * film.estimates.len() as f64;
+        if let Some(path) = &self.state {
+            path::state::save(path, scene, &options, &film)?;
+            say!("wrote {}", path.display());
+        }
+        let paths = (film.samples - before) as f64 * film.estimates.len() as f64;
         say!(
             "{} x {}, {bands} bands, {} paths a pixel, {seconds:.2} s, {:.2e} paths/s, at most {} bounces, seed {}",
             scene.camera.width,

@@ -69,7 +69,7 @@ impl Render {
             bail!("--on-the-fly belongs to --backend gpu; the reference evaluates fields as they are, cpu samples them");
         }
         if self.referee.is_asked() && self.backend != Backend::Path {
-            bail!("--samples, --target-error, --bounces and --seed belong to --backend path; all other back ends do one bounce");
+            bail!("--samples, --target-error, --bounces, --seed and --state belong to --backend path; all other back ends do one bounce");
         }
         let (scene, options) = self.scene.load()?;
         for path in &self.output {
@@ -80,7 +80,7 @@ impl Render {
         }
         let image = match self.backend {
             Backend::Cpu | Backend::Gpu | Backend::Auto => self.planned(&scene, &options)?,
-            Backend::Path => self.on_path(&scene)?,
+            Backend::Path => self.on_path(&scene, options.memory_limit)?,
             Backend::Reference => self.on_reference(&scene)?,
         };
         for path in &self.output {
@@ -90,12 +90,12 @@ impl Render {
         Ok(ExitCode::SUCCESS)
     }
 
-    fn on_path(&self, scene: &Scene) -> anyhow::Result<Image> {
+    fn on_path(&self, scene: &Scene, memory_limit: u64) -> anyhow::Result<Image> {
         let scene_args = &self.scene;
         if scene_args.method.is_some() || scene_args.steps.is_some() || scene_args.count.is_some() || scene_args.accuracy.is_some() {
             bail!("--method, --count, --steps and --accuracy belong to the other back ends; path takes --samples and --target-error");
         }
-        self.referee.render(scene)
+        self.referee.render(scene, memory_limit)
     }
 
     fn on_reference(&self, scene: &Scene) -> anyhow::Result<Image> {

@@ -2,12 +2,13 @@
 //!
 //! It reads the scene's physics itself and shares none of the plan's approximations. Each pixel's paths are drawn from generators of their own, by seed, pixel
 //! and number, so that pictures are the same on any number of threads. [`tracer`] is the transport, [`medium`] the flights through dust by
-//! [`majorant`] bounds, [`waves`] the wavelengths; the [`film`] keeps means with their standard errors. Visible stars and the star field are points, drawn
+//! [`majorant`] bounds, [`waves`] the wavelengths; the [`film`] keeps means with their standard errors, [`state`] keeps it for a later run. Visible stars and the star field are points, drawn
 //! as `reference` draws them.
 
 mod film;
 mod majorant;
 mod medium;
+pub mod state;
 mod tracer;
 mod waves;
 
@@ -63,7 +64,6 @@ pub fn trace(scene: &Scene, options: &Options, film: &mut Film, control: &Contro
     if film.estimates.len() != bands * size {
         *film = Film::new(bands * size);
     }
-    let supersampling = camera.supersampling;
     while film.samples < options.samples && !is_met(film, bands, options) {
         let pass = (film.samples..options.samples.min(film.samples + PASS)).collect::<Vec<_>>();
         let (done, bad) = (AtomicU64::new(0), AtomicU64::new(0));
@@ -73,18 +73,13 @@ pub fn trace(scene: &Scene, options: &Options, film: &mut Film, control: &Contro
             control.check()?;
             let mut own: Vec<Estimate> = (0..bands).map(|b| film.estimates[b * size + i]).collect();
             for s in &pass {
-                let mut random = Counter::nested(options.seed, i as u64, *s);
-                let part = *s as usize % (supersampling * supersampling);
-                let place = |at: usize, part: usize| at as f64 + (part as f64 + 0.5) / supersampling as f64;
-                let ray = camera.ray(place(i % camera.width, part % supersampling), place(i / camera.width, part / supersampling));
-                for (band, estimate) in own.iter_mut().enumerate() {
-                    let radiance = tracer.radiance(ray, band, &mut random);
+                follow(&tracer, scene, options.seed, i, *s, |band, radiance| {
                     if radiance.is_finite() {
-                        estimate.add(radiance);
+                        own[band].add(radiance);
                     } else {
                         bad.fetch_add(1, Ordering::Relaxed);
                     }
-                }
+                });
             }
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;
             if count % camera.width as u64 == 0 {
@@ -100,6 +95,19 @@ pub fn trace(scene: &Scene, options: &Options, film: &mut Film, control: &Contro
         tell(film);
     }
     Ok(())
+}
+
+/// Path number `number` of a pixel in every band: `brings` hears of bands and radiances.
+fn follow(tracer: &Tracer, scene: &Scene, seed: u64, pixel: usize, number: u64, mut brings: impl FnMut(usize, f64)) {
+    let camera = &scene.camera;
+    let mut random = Counter::nested(seed, pixel as u64, number);
+    let supersampling = camera.supersampling;
+    let part = (number % (supersampling * supersampling) as u64) as usize;
+    let place = |at: usize, part: usize| at as f64 + (part as f64 + 0.5) / supersampling as f64;
+    let ray = camera.ray(place(pixel % camera.width, part % supersampling), place(pixel / camera.width, part / supersampling));
+    for band in 0..scene.bands.len() {
+        brings(band, tracer.radiance(ray, band, &mut random));
+    }
 }
 
 fn is_met(film: &Film, bands: usize, options: &Options) -> bool {

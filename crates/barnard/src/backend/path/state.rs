@@ -1,0 +1,87 @@
+//! What a run of the referee leaves for a later one: an `.npz` archive of doubles.
+//!
+//! | array | shape | what |
+//! |---|---|---|
+//! | `paths` | 2 | paths of each pixel so far, and how many of all were left out |
+//! | `count`, `mean`, `scatter` | bands × height × width | those that count, their mean [W m⁻² sr⁻¹], Σ (x − mean)² |
+//! | `first` | bands × checked pixels | what the first paths of some pixels bring: the same where scene, camera, bands, bounces and seed are |
+
+use std::path::Path;
+
+use super::film::{Estimate, Film};
+use super::tracer::Tracer;
+use super::{Options, follow};
+use crate::error::{Error, Result};
+use crate::formats::{self, Request};
+use crate::light::lights;
+use crate::scene::Scene;
+
+/// Pixels whose first paths are compared.
+const CHECKED: usize = 64;
+
+/// What the first paths bring, bands × pixels.
+fn first(scene: &Scene, options: &Options) -> Result<Vec<f64>> {
+    let lights = lights(scene)?;
+    let tracer = Tracer::new(scene, &lights, options.bounces)?;
+    let size = scene.camera.width * scene.camera.height;
+    let count = CHECKED.min(size);
+    let mut first = vec![0.0; scene.bands.len() * count];
+    for i in 0..count {
+        follow(&tracer, scene, options.seed, i * size / count, 0, |band, radiance| first[band * count + i] = radiance);
+    }
+    Ok(first)
+}
+
+/// Writes `film` down, whole or not at all.
+///
+/// # Errors
+/// Where the file cannot be written.
+pub fn save(path: &Path, scene: &Scene, options: &Options, film: &Film) -> Result<()> {
+    let first = first(scene, options)?;
+    let bands = scene.bands.len() as u64;
+    let shape = [bands, scene.camera.height as u64, scene.camera.width as u64];
+    let all = |value: fn(&Estimate) -> f64| film.estimates.iter().map(value).collect::<Vec<f64>>();
+    let checked = [bands, first.len() as u64 / bands.max(1)];
+    let bytes = formats::archive(&[
+        ("paths", &[2], vec![film.samples as f64, film.bad as f64]),
+        ("count", &shape, all(|e| e.count as f64)),
+        ("mean", &shape, all(|e| e.mean)),
+        ("scatter", &shape, all(|e| e.scatter)),
+        ("first", &checked, first),
+    ])?;
+    formats::replace(path, &bytes)
+}
+
+/// Reads what [`save`] wrote of the same scene with the same bounces and seed.
+///
+/// # Errors
+/// Where it is of another scene, or no such file.
+pub fn load(path: &Path, scene: &Scene, options: &Options, memory_limit: u64) -> Result<Film> {
+    let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
+    let other =
+        |what: &str| Error::file(path, format!("holds paths of another {what}; name another file, or remove this one to begin anew"));
+    let array = |name: &str| formats::doubles(&Request { bytes: &bytes, path, part: Some(name), memory_limit });
+    let shape = vec![scene.bands.len() as u64, scene.camera.height as u64, scene.camera.width as u64];
+    let plane = |name: &str| {
+        let (own, values) = array(name)?;
+        if own == shape { Ok(values) } else { Err(other("size or number of bands")) }
+    };
+    let (count, mean, scatter) = (plane("count")?, plane("mean")?, plane("scatter")?);
+    let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect::<Vec<u64>>();
+    if bits(array("first")?.1) != bits(first(scene, options)?) {
+        return Err(other("scene, or of other bounces or another seed"));
+    }
+    let paths = array("paths")?.1;
+    let whole = |v: f64| v >= 0.0 && v.fract() == 0.0 && v < 2f64.powi(53);
+    let sound = paths.len() == 2
+        && paths.iter().chain(&count).all(|v| whole(*v))
+        && count.iter().all(|v| *v <= paths[0])
+        && mean.iter().all(|v| v.is_finite())
+        && scatter.iter().all(|v| v.is_finite() && *v >= 0.0);
+    if !sound {
+        return Err(Error::file(path, "holds no sums of paths: counts, means or scatters are impossible; remove it to begin anew"));
+    }
+    let estimate = |((count, mean), scatter): ((f64, f64), f64)| Estimate { count: count as u64, mean, scatter };
+    let estimates = count.into_iter().zip(mean).zip(scatter).map(estimate).collect();
+    Ok(Film { estimates, samples: paths[0] as u64, bad: paths[1] as u64 })
+}
