@@ -102,12 +102,16 @@ fn toml(case: &Value) -> String {
     t
 }
 
+/// The independent program's image of one band.
+pub fn answer(folder: &Path, band: &str) -> Image {
+    barnard::formats::read_image(&folder.join(format!("ref_{band}.npy")), DEFAULT_MEMORY).unwrap()
+}
+
 /// Our radiance is per µm inside and W m⁻² sr⁻¹ outside, theirs counts λ in nm: a band value ∫ I_λ R dλ is the same number.
 pub fn compare(folder: &Path, image: &Image, tolerance: f64) -> f64 {
     let mut worst = 0.0f64;
     for (b, band) in image.bands.iter().enumerate() {
-        let path = folder.join(format!("ref_{}.npy", band.name));
-        let reference = barnard::formats::read_image(&path, DEFAULT_MEMORY).unwrap();
+        let reference = answer(folder, &band.name);
         let difference: f64 = image.band(b).zip(reference.band(0)).map(|(a, r)| (a - r).powi(2)).sum();
         let size: f64 = reference.band(0).map(|r| r * r).sum();
         let error = (difference / size).sqrt();
