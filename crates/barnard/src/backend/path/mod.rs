@@ -1,8 +1,8 @@
 //! The referee: an unbiased path tracer in f64, for any number of bounces.
 //!
 //! It reads the scene's physics itself and shares none of the plan's approximations. Each pixel's paths are drawn from generators of their own, by seed, pixel
-//! and number, so that pictures are the same on any number of threads. [`tracer`] is the transport, [`medium`] the flights through dust by
-//! [`majorant`] bounds, [`waves`] the wavelengths; the [`film`] keeps means with their standard errors, [`state`] keeps it for a later run. Visible stars and the star field are points, drawn
+//! and number, so that pictures are the same on any number of threads. `tracer` is the transport, `medium` the flights through dust by
+//! `majorant` bounds, `waves` the wavelengths; the `film` keeps means with their standard errors, [`state`] keeps it for a later run. Visible stars and the star field are points, drawn
 //! as `reference` draws them.
 
 mod film;

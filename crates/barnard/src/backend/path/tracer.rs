@@ -11,7 +11,7 @@
 //! A star's light may scatter `bounces` times; light of gas and background, which comes from everywhere, one time less. One bounce is thus eq. (1) of
 //! docs/method.md.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
@@ -26,6 +26,8 @@ use crate::scene::Scene;
 
 /// Paths are ended by chance from this scattering on.
 const ROULETTE: usize = 4;
+/// How often a leg begins by where stars are rather than by the phase function.
+const TOWARDS_STARS: f64 = 0.25;
 /// Rays pass stars at this distance at least [pc]: the light of one that is met has no finite radiance.
 const NEAREST: f64 = 1e-6;
 
@@ -49,6 +51,13 @@ struct Star {
     position: DVec3,
     /// What it sends through each band, to be drawn by.
     power: Vec<f64>,
+}
+
+impl Star {
+    /// L/r² at a place, of a band.
+    fn fluence(&self, place: DVec3, band: usize) -> f64 {
+        self.power[band] / (place - self.position).length_squared().max(NEAREST * NEAREST)
+    }
 }
 
 /// Gas that glows.
@@ -124,26 +133,17 @@ impl<'a> Tracer<'a> {
         let k = waves.map(|w| w.k);
         let mut path = Walker { waves, k, weight: 1.0, albedo: [1.0; CARRIED], likely: [1.0; CARRIED] };
         let mut radiance = 0.0;
-        for scattered in 0..=self.bounces {
-            let diffuse = scattered == 0 || scattered < self.bounces;
-            if diffuse {
-                radiance += self.glow(&path, &ray, random);
-            }
+        for scattered in 0..self.bounces {
+            radiance += self.glow(&path, &ray, random);
             let Some(medium) = &self.medium else { return radiance + self.behind(&path) };
-            let starlit = scattered < self.bounces;
-            if starlit {
-                radiance += self.near_stars(&path, medium, &ray, band, random);
-            }
+            radiance += self.near_stars(&path, medium, &ray, band, random);
             let flight = medium.fly(&ray, path.k[0], random);
             path.weight *= flight.weight;
             for i in 0..CARRIED {
                 let k = path.k[i];
                 path.likely[i] *= (f64::from(flight.tentative) * (k / path.k[0]).ln() - (k - path.k[0]) * flight.bound_depth).exp();
             }
-            let Some(t) = flight.collision else { return radiance + if diffuse { self.behind(&path) } else { 0.0 } };
-            if !starlit {
-                return radiance;
-            }
+            let Some(t) = flight.collision else { return radiance + self.behind(&path) };
             let place = ray.at(t);
             for (albedo, wave) in path.albedo.iter_mut().zip(path.waves) {
                 *albedo *= medium.dust.albedo.at(wave.lambda_um);
@@ -153,7 +153,7 @@ impl<'a> Tracer<'a> {
             if !self.survives(&mut path, scattered, random) {
                 return radiance;
             }
-            ray = self.scatter(&mut path, medium, place, ray.direction, random);
+            ray = self.scatter(&mut path, medium, place, ray.direction, band, random);
         }
         radiance
     }
@@ -187,7 +187,7 @@ impl<'a> Tracer<'a> {
 
     /// F = Σ L/r² at a place, of a band.
     fn fluence(&self, place: DVec3, band: usize) -> f64 {
-        self.stars.iter().map(|s| s.power[band] / (place - s.position).length_squared().max(NEAREST * NEAREST)).sum()
+        self.stars.iter().map(|s| s.fluence(place, band)).sum()
     }
 
     /// For each star, ∫dt/r² along a part of a ray times its power.
@@ -243,13 +243,7 @@ impl<'a> Tracer<'a> {
         if total <= 0.0 {
             return 0.0;
         }
-        let mut left = random.next() * total;
-        let share = |s: &Star| s.power[band] / (place - s.position).length_squared().max(NEAREST * NEAREST);
-        let drawn = self.stars.iter().find(|s| {
-            left -= share(s);
-            left < 0.0
-        });
-        let Some(star) = drawn else { return 0.0 };
+        let star = self.drawn(place, total, band, random);
         let (to_star, distance) = Ray::between(place, star.position);
         // 1/r² over the chance of the star.
         let chance = total / star.power[band];
@@ -269,21 +263,54 @@ impl<'a> Tracer<'a> {
         random.next() < brightest
     }
 
-    /// A new leg, by the phase function of the first wavelength.
-    fn scatter(&self, path: &mut Walker, medium: &Medium, place: DVec3, direction: DVec3, random: &mut Counter) -> Ray {
+    /// A new leg: by the phase function of the first wavelength, now and then towards a star.
+    ///
+    /// A leg that passes a star at the distance b brings light as 1/b, that is as 1/sin ϑ with ϑ the angle between leg and star: legs with ϑ drawn evenly,
+    /// 1/(2π² sin ϑ) a steradian, take that peak away.
+    fn scatter(&self, path: &mut Walker, medium: &Medium, place: DVec3, direction: DVec3, band: usize, random: &mut Counter) -> Ray {
         let phase = &medium.dust.phase;
-        let cosine = phase.sample(path.waves[0].lambda_um, random);
-        if phase.is_spectral() {
-            let own = phase.at(cosine, path.waves[0].lambda_um);
-            for i in 1..CARRIED {
-                path.likely[i] *= phase.at(cosine, path.waves[i].lambda_um) / own;
-            }
+        let total = self.fluence(place, band);
+        let towards = if total > 0.0 { TOWARDS_STARS } else { 0.0 };
+        let new = if random.next() < towards {
+            let star = self.drawn(place, total, band, random);
+            let (sine, cosine) = (PI * random.next()).sin_cos();
+            around((star.position - place).normalize_or(DVec3::Z), cosine, sine, random)
+        } else {
+            let cosine = phase.sample(path.waves[0].lambda_um, random);
+            around(direction, cosine, (1.0 - cosine * cosine).max(0.0).sqrt(), random)
+        };
+        let by_star = |star: &Star| {
+            let sine = new.cross((star.position - place).normalize_or(DVec3::Z)).length().max(f64::MIN_POSITIVE);
+            star.fluence(place, band) / total / (2.0 * PI * PI * sine)
+        };
+        let by_stars: f64 = if towards > 0.0 { towards * self.stars.iter().map(by_star).sum::<f64>() } else { 0.0 };
+        let cosine = new.dot(direction);
+        let phases = path.waves.map(|w| phase.at(cosine, w.lambda_um));
+        let densities = phases.map(|p| (1.0 - towards) * p + by_stars);
+        for i in 0..CARRIED {
+            path.albedo[i] *= phases[i] / densities[i];
+            path.likely[i] *= densities[i] / densities[0];
         }
-        let (across, other) = direction.any_orthonormal_pair();
-        let (sine, azimuth) = ((1.0 - cosine * cosine).max(0.0).sqrt(), TAU * random.next());
-        let direction = cosine * direction + sine * (azimuth.cos() * across + azimuth.sin() * other);
-        Ray { origin: place, direction: direction.normalize() }
+        Ray { origin: place, direction: new }
     }
+
+    /// A star by its share of `total`, the light of all at `place`.
+    fn drawn(&self, place: DVec3, total: f64, band: usize, random: &mut Counter) -> &Star {
+        let mut left = random.next() * total;
+        let found = self.stars.iter().find(|s| {
+            left -= s.fluence(place, band);
+            left < 0.0
+        });
+        // What rounding leaves over belongs to the last.
+        found.unwrap_or(&self.stars[self.stars.len() - 1])
+    }
+}
+
+/// A direction at an angle from another, anywhere around it.
+fn around(axis: DVec3, cosine: f64, sine: f64, random: &mut Counter) -> DVec3 {
+    let (across, other) = axis.any_orthonormal_pair();
+    let (y, x) = (TAU * random.next()).sin_cos();
+    (cosine * axis + sine * (x * across + y * other)).normalize()
 }
 
 /// Places along a ray in equal steps of the angle at which a star sees them: t = t₀ + b tan ϑ.
