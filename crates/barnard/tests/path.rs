@@ -102,7 +102,7 @@ fn one_bounce_is_the_reference() {
             film.relative_error(band, 3)
         );
         assert!(deviations(chi, pixels) < 3.0 && worst < 5.0, "band {band}: {} deviations, worst pixel {worst}", deviations(chi, pixels));
-        // A picture with errors that are too small or too large by a quarter would be seen as well.
+        // Errors that are twice too large would be seen as well.
         assert!(deviations(chi, pixels) > -3.0, "band {band}: {}", deviations(chi, pixels));
         assert!(film.relative_error(band, 3) < 0.04);
         let backward: f64 = squares(&film, &wrong, band).sum();

@@ -74,7 +74,7 @@ fn with_lines(note: Note) -> Control {
         let Ok(mut last) = last.lock() else { return };
         if last.elapsed() > Duration::from_secs(10) {
             *last = Instant::now();
-            complain!("{}: {} % {}", words(stage), 100 * done / all.max(1), note.words());
+            complain!("{}: {} % {}", words(stage), (100.0 * done as f64 / all.max(1) as f64) as u64, note.words());
         }
     })
 }

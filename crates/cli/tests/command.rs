@@ -126,7 +126,7 @@ fn paths_referee() {
         desk.refuses(&[&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--state", "s.npz"], more].concat(), words);
     };
     again(&["--seed", "2"], &["s.npz", "another seed"]);
-    again(&["--bounces", "1"], &["s.npz", "other bounces"]);
+    again(&["--bounces", "1"], &["s.npz", "another number of bounces"]);
     again(&["--size", "8x8"], &["s.npz", "another size"]);
     desk.with("12000 K", "11000 K");
     again(&[], &["s.npz", "another scene"]);

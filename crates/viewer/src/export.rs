@@ -71,6 +71,11 @@ impl Export {
         self.control.interrupt();
     }
 
+    /// Whether it was stopped.
+    pub fn is_stopped(&self) -> bool {
+        self.control.check().is_err()
+    }
+
     /// Shows how far it is; returns what came of it once it is done.
     pub fn show(&mut self, ctx: &Context) -> Option<Result<String, String>> {
         match self.result.try_recv() {

@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::bail;
 use barnard::Error;
 use barnard::backend::path::{self, Film, MANY_BOUNCES, Options};
-use barnard::formats::check_replaceable;
+use barnard::formats::{check_memory, check_replaceable};
 use barnard::image::Image;
 use barnard::scene::Scene;
 use clap::Args;
@@ -71,6 +71,9 @@ impl Referee {
     /// Follows paths until enough is known, or Ctrl-C: what is done until then is kept.
     pub fn render(&self, scene: &Scene, memory_limit: u64) -> anyhow::Result<Image> {
         let options = self.options()?;
+        // Sums, those of a pass beside them, and the picture.
+        let values = (scene.camera.width * scene.camera.height * scene.bands.len()) as u64;
+        check_memory("the sums of paths", values.saturating_mul(96), memory_limit)?;
         let note = progress::Note::default();
         let control = progress::control_with(&note)?;
         let (start, bands) = (Instant::now(), scene.bands.len());

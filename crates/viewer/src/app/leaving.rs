@@ -82,7 +82,11 @@ impl App {
                 self.session.close();
                 ctx.send_viewport_cmd(ViewportCommand::Close);
             }
-            Some(Leaving::For(document)) => self.take(*document),
+            // As it is now: what was saved just before may be this very file.
+            Some(Leaving::For(document)) => match Document::of(document.origin(), self.memory_limit) {
+                Ok(document) => self.take(document),
+                Err(error) => self.complain(error),
+            },
             None => {}
         }
     }

@@ -331,10 +331,17 @@ impl App {
         if let Some(export) = &mut self.export
             && let Some(done) = export.show(ctx)
         {
+            let stopped = export.is_stopped();
             self.export = None;
             match done {
                 Ok(words) => self.tell(words),
-                Err(words) => self.complain(words),
+                Err(words) => {
+                    // Whoever waited for the picture must hear that there is none.
+                    if !stopped {
+                        self.leaving = None;
+                    }
+                    self.complain(words);
+                }
             }
         }
         panels::help(ctx, &mut self.layout.help);

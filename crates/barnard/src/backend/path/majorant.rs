@@ -126,7 +126,9 @@ fn of_function(field: &dyn Field) -> Grid {
         rows.flat_map(|(y, z)| &asked.data[fine.index(0, y, z)..][along(0)]).copied().fold(0.0, larger)
     };
     let mut data: Vec<f32> = (0..lattice.cells()).into_par_iter().map(largest).collect();
-    let least = LEAST * data.iter().copied().fold(0.0, f32::max);
+    // Any bound does where nothing was met, as long as it is one: a field may be thinner than the places asked.
+    let largest = data.iter().copied().filter(|v| v.is_finite()).fold(0.0, f32::max);
+    let least = if largest > 0.0 { LEAST * largest } else { 1.0 };
     data.iter_mut().filter(|v| **v < least).for_each(|v| *v = least);
     Grid { lattice, data }
 }
@@ -168,6 +170,24 @@ mod tests {
             }
         }
         assert!(tight > 0.95, "{tight}");
+    }
+
+    /// A slab between the places that are asked has a bound all the same.
+    #[test]
+    fn thin_fields_are_bounded() {
+        #[derive(Debug)]
+        struct Thin;
+        impl Field for Thin {
+            fn at(&self, p: DVec3) -> f64 {
+                f64::from(p.z.abs() < 0.005)
+            }
+            fn bounds(&self) -> Bounds {
+                Bounds::cube(DVec3::ZERO, 1.0)
+            }
+        }
+        let majorant = Majorant::new(&Thin).unwrap();
+        let ray = Ray { origin: DVec3::new(0.1, 0.2, -3.0), direction: DVec3::Z };
+        assert!(majorant.cells(&ray, f64::INFINITY).all(|(_, _, bound)| bound > 0.0));
     }
 
     /// Rays that run along an axis, on a border of blocks or backwards, cross the box as well.

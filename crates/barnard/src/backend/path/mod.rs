@@ -83,7 +83,11 @@ pub fn trace(scene: &Scene, options: &Options, film: &mut Film, control: &Contro
             }
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;
             if count % camera.width as u64 == 0 {
-                control.report(Stage::Rays, film.samples * size as u64 + count * pass.len() as u64, options.samples * size as u64);
+                control.report(
+                    Stage::Rays,
+                    film.samples * size as u64 + count * pass.len() as u64,
+                    options.samples.saturating_mul(size as u64),
+                );
             }
             Ok(own)
         };
@@ -102,7 +106,9 @@ fn follow(tracer: &Tracer, scene: &Scene, seed: u64, pixel: usize, number: u64, 
     let camera = &scene.camera;
     let mut random = Counter::nested(seed, pixel as u64, number);
     let supersampling = camera.supersampling;
-    let part = (number % (supersampling * supersampling) as u64) as usize;
+    // By chance, so that no number of paths prefers a part of the pixel.
+    let parts = supersampling * supersampling;
+    let part = if parts > 1 { ((random.next() * parts as f64) as usize).min(parts - 1) } else { 0 };
     let place = |at: usize, part: usize| at as f64 + (part as f64 + 0.5) / supersampling as f64;
     let ray = camera.ray(place(pixel % camera.width, part % supersampling), place(pixel / camera.width, part / supersampling));
     for band in 0..scene.bands.len() {

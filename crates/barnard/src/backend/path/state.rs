@@ -2,7 +2,7 @@
 //!
 //! | array | shape | what |
 //! |---|---|---|
-//! | `paths` | 2 | paths of each pixel so far, and how many of all were left out |
+//! | `paths` | 4 | paths of each pixel so far, how many of all were left out, bounces, seed |
 //! | `count`, `mean`, `scatter` | bands × height × width | those that count, their mean [W m⁻² sr⁻¹], Σ (x − mean)² |
 //! | `first` | bands × checked pixels | what the first paths of some pixels bring: the same where scene, camera, bands, bounces and seed are |
 
@@ -11,6 +11,7 @@ use std::path::Path;
 use super::film::{Estimate, Film};
 use super::tracer::Tracer;
 use super::{Options, follow};
+use crate::counter::Counter;
 use crate::error::{Error, Result};
 use crate::formats::{self, Request};
 use crate::light::lights;
@@ -27,7 +28,9 @@ fn first(scene: &Scene, options: &Options) -> Result<Vec<f64>> {
     let count = CHECKED.min(size);
     let mut first = vec![0.0; scene.bands.len() * count];
     for i in 0..count {
-        follow(&tracer, scene, options.seed, i * size / count, 0, |band, radiance| first[band * count + i] = radiance);
+        // Places all over the picture.
+        let pixel = (Counter::new(CHECKED as u64, i as u64).next() * size as f64) as usize;
+        follow(&tracer, scene, options.seed, pixel.min(size - 1), 0, |band, radiance| first[band * count + i] = radiance);
     }
     Ok(first)
 }
@@ -43,7 +46,7 @@ pub fn save(path: &Path, scene: &Scene, options: &Options, film: &Film) -> Resul
     let all = |value: fn(&Estimate) -> f64| film.estimates.iter().map(value).collect::<Vec<f64>>();
     let checked = [bands, first.len() as u64 / bands.max(1)];
     let bytes = formats::archive(&[
-        ("paths", &[2], vec![film.samples as f64, film.bad as f64]),
+        ("paths", &[4], vec![film.samples as f64, film.bad as f64, options.bounces as f64, options.seed as f64]),
         ("count", &shape, all(|e| e.count as f64)),
         ("mean", &shape, all(|e| e.mean)),
         ("scatter", &shape, all(|e| e.scatter)),
@@ -68,13 +71,15 @@ pub fn load(path: &Path, scene: &Scene, options: &Options, memory_limit: u64) ->
     };
     let (count, mean, scatter) = (plane("count")?, plane("mean")?, plane("scatter")?);
     let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect::<Vec<u64>>();
-    if bits(array("first")?.1) != bits(first(scene, options)?) {
-        return Err(other("scene, or of other bounces or another seed"));
-    }
     let paths = array("paths")?.1;
+    if paths.len() != 4 || paths[2] != options.bounces as f64 || paths[3] != options.seed as f64 {
+        return Err(other("number of bounces or another seed"));
+    }
+    if bits(array("first")?.1) != bits(first(scene, options)?) {
+        return Err(other("scene"));
+    }
     let whole = |v: f64| v >= 0.0 && v.fract() == 0.0 && v < 2f64.powi(53);
-    let sound = paths.len() == 2
-        && paths.iter().chain(&count).all(|v| whole(*v))
+    let sound = paths.iter().chain(&count).all(|v| whole(*v))
         && count.iter().all(|v| *v <= paths[0])
         && mean.iter().all(|v| v.is_finite())
         && scatter.iter().all(|v| v.is_finite() && *v >= 0.0);
