@@ -3,7 +3,7 @@
 use barnard::backend::{path, reference};
 use barnard::control::Control;
 use barnard::image::Image;
-use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
+use barnard::scene::{DEFAULT_MEMORY, Loader, MANY_BOUNCES, Scene};
 use spectra::constants::PARSEC;
 use spectra::quadrature::gauss_legendre;
 
@@ -137,7 +137,7 @@ radiance = "1e-9 W/m2/sr/nm"
 "#,
     );
     let expected = 1e-6 * scene.bands[0].integrate(|_| 1.0);
-    let film = film(&scene, path::MANY_BOUNCES, 200);
+    let film = film(&scene, MANY_BOUNCES, 200);
     for estimate in &film.estimates {
         assert!((estimate.mean / expected - 1.0).abs() < 5.0 * estimate.error() / expected + 1e-3, "{} {expected}", estimate.mean);
         assert!(estimate.error() < 0.02 * expected, "{}", estimate.error() / expected);
@@ -184,7 +184,7 @@ visible = false
         )
     };
     let intensity = |scene: &Scene| {
-        let film = film(scene, path::MANY_BOUNCES, 1600);
+        let film = film(scene, MANY_BOUNCES, 1600);
         let area = (0.2 * PARSEC).powi(2);
         let error = film.estimates.iter().map(|e| e.error().powi(2)).sum::<f64>().sqrt();
         (area * film.estimates.iter().map(|e| e.mean).sum::<f64>(), area * error)
@@ -258,7 +258,7 @@ visible = false
         ));
         let irradiance = 2.0 * 1e36 / (4.0 * std::f64::consts::PI * (distance * PARSEC).powi(2));
         let expected = albedo / (4.0 * std::f64::consts::PI) * irradiance * sun / (view + sun) * h(view) * h(sun);
-        let estimate = film(&scene, path::MANY_BOUNCES, 100_000).estimates[0];
+        let estimate = film(&scene, MANY_BOUNCES, 100_000).estimates[0];
         println!("{view}: {} ± {} of the table", estimate.mean / expected, estimate.error() / expected);
         assert!((estimate.mean - expected).abs() < 3.0 * estimate.error() + 2e-3 * expected, "{view}: {estimate:?} {expected:e}");
         assert!(estimate.error() < 0.004 * expected);
@@ -275,7 +275,7 @@ fn pictures_depend_on_their_seed_alone() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut film = path::Film::default();
         for samples in samples {
-            let options = path::Options { bounces: 3, samples: *samples, target_error: None, seed };
+            let options = path::Options { bounces: 3, samples: *samples, seed, ..path::Options::default() };
             pool.install(|| path::trace(&scene, &options, &mut film, &Control::default(), &mut |_| ()).unwrap());
         }
         film

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use barnard::plan::Options;
-use barnard::scene::{MAX_STEPS, Scene};
+use barnard::scene::{MANY_BOUNCES, MAX_STEPS, Scene};
 use clap::Args;
 
 /// The scene and its overrides.
@@ -28,6 +28,9 @@ pub struct SceneArgs {
     /// Fixed number of nodes, intervals, elements or samples of the method, for comparisons
     #[arg(long, value_name = "N")]
     pub count: Option<usize>,
+    /// Times that starlight may scatter, 1000 for all (default: the scene's)
+    #[arg(long, value_name = "N")]
+    pub bounces: Option<usize>,
     /// Size of the image, such as 1920x1080
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(usize, usize)>,
@@ -80,6 +83,8 @@ impl SceneArgs {
         let values = (scene.camera.width * scene.camera.height) as u64 * scene.bands.len() as u64;
         barnard::formats::check_memory("the image", values.saturating_mul(16), memory_limit)?;
         let method = self.method(&scene)?;
+        // What `reference` and `path` read, who know no method.
+        scene.method.bounces = method.bounces;
         Ok((scene, Options { method, memory_limit }))
     }
 
@@ -99,6 +104,12 @@ impl SceneArgs {
                 bail!("--steps {steps} lies outside of 1 to {MAX_STEPS}");
             }
             method.steps = Some(steps);
+        }
+        if let Some(bounces) = self.bounces {
+            if !(1..=MANY_BOUNCES).contains(&bounces) {
+                bail!("--bounces {bounces} lies outside of 1 to {MANY_BOUNCES}");
+            }
+            method.bounces = bounces;
         }
         if let Some(count) = self.count {
             if !(1..=4096).contains(&count) {

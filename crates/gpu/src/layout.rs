@@ -48,6 +48,8 @@ pub struct Shape {
     pub dust: Option<(usize, usize)>,
     pub background: bool,
     pub field: Option<FieldShape>,
+    /// The quad of the first term of the diffuse field.
+    pub diffuse: Option<usize>,
     /// Whether star depths are marched again at every sample.
     pub star_march: bool,
     /// Whether dust is noise that is evaluated at every sample.
@@ -67,6 +69,7 @@ pub struct Offsets {
     pub field_head: usize,
     pub field_products: usize,
     pub field_resolution: usize,
+    pub diffuse_largest: usize,
     pub cloud: usize,
     pub lattices: usize,
     pub inner_boxes: usize,
@@ -120,6 +123,7 @@ impl Shape {
             field_head: take(usize::from(self.field.is_some())),
             field_products: take(products),
             field_resolution: take((self.bands * self.field_channels()).div_ceil(4)),
+            diffuse_largest: take(if self.diffuse.is_some() { rows } else { 0 }),
             cloud: take(3),
             lattices: take(5 * self.quads),
             inner_boxes: take(2 * self.inner),
@@ -143,8 +147,8 @@ pub struct Quad {
 /// The largest stored value: f16 then holds what is a hundred million times less with as many digits.
 const LARGEST: f32 = 32768.0;
 
-/// The channels of all volumes, four at a time.
-pub fn quads(plan: &Plan) -> Vec<Quad> {
+/// The channels of all volumes from number `first` on, four at a time.
+pub fn quads(plan: &Plan, first: usize) -> Vec<Quad> {
     let of = |(volume, v): (usize, &Volume)| {
         let unit = |first: usize| {
             let mut unit = [0.0f32; 4];
@@ -161,7 +165,7 @@ pub fn quads(plan: &Plan) -> Vec<Quad> {
         };
         (0..v.channels.len()).step_by(4).map(|first| Quad { volume, first, unit: unit(first) }).collect::<Vec<_>>()
     };
-    plan.volumes().enumerate().flat_map(of).collect()
+    plan.volumes().enumerate().skip(first).flat_map(of).collect()
 }
 
 /// All that a shader reads, but the volumes' values.
@@ -214,6 +218,7 @@ impl Layout {
                 polynomials: f.propagation.span.len(),
                 quad: slot_of(Channel::Light(0)).map_or(0, |(quad, _)| quad),
             }),
+            diffuse: slot_of(Channel::Diffuse(0)).map(|(quad, _)| quad),
             star_march: plan.star_march.is_some(),
             cloud: on_the_fly,
         };
@@ -253,6 +258,9 @@ impl Layout {
             let single = |values: &mut dyn Iterator<Item = &f64>| values.map(|v| *v as f32).collect::<Vec<f32>>();
             tables.list.numbers(&single(&mut field.propagation.products.iter()), 0);
             tables.list.numbers(&single(&mut field.resolution.iter().flatten()), 0);
+        }
+        if let Some(diffuse) = &plan.diffuse {
+            tables.list.numbers(&diffuse.largest, shape.room / 4);
         }
         tables.cloud(plan);
         for quad in &quads {
@@ -317,7 +325,7 @@ mod tests {
     #[test]
     fn tuning_is_heard() {
         let plan = plan_of(&scene(128, ""));
-        let by = |tuning| tuned(Layout::new(&plan, quads(&plan), false).unwrap(), tuning);
+        let by = |tuning| tuned(Layout::new(&plan, quads(&plan, 0), false).unwrap(), tuning);
         let usual = by(Tuning::default());
         assert!(usual.bricks.iter().any(|b| *b > 0) && usual.frame.limits[0] > 0.0);
         assert!(by(Tuning { skip_empty: false, ..Tuning::default() }).bricks.iter().all(|b| *b == 0));
@@ -331,7 +339,7 @@ mod tests {
             let before = text(24, method);
             assert!(before.contains(from), "{from}");
             let plan = plan_of(&parsed(before.replacen(from, to, 1)));
-            (Layout::new(&plan, quads(&plan), false).unwrap().shape, plan.spectral.terms())
+            (Layout::new(&plan, quads(&plan, 0), false).unwrap().shape, plan.spectral.terms())
         };
         let (usual, terms) = shape("", "", "");
         let edits = [

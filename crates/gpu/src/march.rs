@@ -81,9 +81,9 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// For methods that no shader has, and for grids beyond the device's limits.
     pub fn new(gpu: &'a Gpu, plan: &Plan, tuning: Tuning) -> Result<Self> {
-        let layout = tuned(Layout::new(plan, quads(plan), tuning.on_the_fly)?, tuning);
+        let layout = tuned(Layout::new(plan, quads(plan, 0), tuning.on_the_fly)?, tuning);
         check_limits(gpu, plan, &layout)?;
-        let volumes = Volumes::new(gpu, plan, &layout);
+        let volumes = Volumes::new(gpu, plan, &layout, &[]);
         let pipeline = pipeline(gpu, &layout, tuning);
         let buffers = Buffers::new(gpu, &layout, pauses(gpu, tuning))?;
         let groups = groups(gpu, &pipeline, &layout, &volumes, &buffers);
@@ -115,13 +115,25 @@ impl<'a> Renderer<'a> {
     pub fn update(&mut self, plan: &Plan) -> Result<()> {
         let field = plan.light_field.is_some() || self.layout.shape.field.is_some();
         let same_space = Arc::ptr_eq(&plan.space, &self.volumes.space) && !self.volumes.moved && !field;
-        let quads = if same_space { self.layout.quads.clone() } else { quads(plan) };
+        let same_volumes = same_space
+            && match (&plan.diffuse, &self.volumes.diffuse) {
+                (Some(own), Some(kept)) => Arc::ptr_eq(own, kept),
+                (own, kept) => own.is_none() && kept.is_none(),
+            };
+        // What the space holds comes first, and stays; light that was scattered may have changed, or be seen from elsewhere.
+        let of_space = plan.space.volumes.len();
+        let kept = if same_space { self.layout.quads.iter().filter(|q| q.volume < of_space).count() } else { 0 };
+        let quads = match (same_volumes, same_space) {
+            (true, _) => self.layout.quads.clone(),
+            (false, true) => self.layout.quads[..kept].iter().copied().chain(quads(plan, of_space)).collect(),
+            (false, false) => quads(plan, 0),
+        };
         let layout = tuned(Layout::new(plan, quads, self.tuning.on_the_fly)?, self.tuning);
         check_limits(self.gpu, plan, &layout)?;
         let carried = |layout: &Layout| (layout.frame.size, layout.shape.bands, layout.shape.field_channels());
         let same_size = carried(&layout) == carried(&self.layout);
         let buffers = if same_size { None } else { Some(Buffers::new(self.gpu, &layout, self.pauses())?) };
-        let volumes = (!same_space).then(|| Volumes::new(self.gpu, plan, &layout));
+        let volumes = (!same_volumes).then(|| Volumes::new(self.gpu, plan, &layout, &self.volumes.views[..kept]));
         let same_shape = layout.shape == self.layout.shape;
         let pipeline = (!same_shape).then(|| pipeline(self.gpu, &layout, self.tuning));
         let groups = groups(
@@ -134,7 +146,7 @@ impl<'a> Renderer<'a> {
         // Nothing is taken that the device has complained of.
         self.gpu.check(volumes.as_ref().unwrap_or(&self.volumes).bytes + buffers.as_ref().map_or(0, |b| b.picture.size()))?;
         let work = |layout: &Layout| (layout.frame.steps, layout.frame.counts);
-        if !(same_space && same_size && same_shape && work(&layout) == work(&self.layout)) {
+        if !(same_volumes && same_size && same_shape && work(&layout) == work(&self.layout)) {
             self.pace = first_pace(&layout);
         }
         self.groups = groups;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use barnard::plan::{Plan, Space, Volume};
+use barnard::plan::{Diffuse, Plan, Space, Volume};
 use wgpu::BufferUsages as Use;
 
 use crate::device::Gpu;
@@ -21,9 +21,10 @@ pub const FOUND: u64 = 12;
 /// Bytes from the times of one dispatch to those of the next, as wgpu aligns them.
 pub const TIMES: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
 
-/// What places decide, on the device.
+/// What places decide, on the device, and the light that was scattered before.
 pub struct Volumes {
     pub space: Arc<Space>,
+    pub diffuse: Option<Arc<Diffuse>>,
     pub views: Vec<wgpu::TextureView>,
     pub bricks: wgpu::Buffer,
     pub bytes: u64,
@@ -64,16 +65,17 @@ pub fn tuned(mut layout: Layout, tuning: Tuning) -> Layout {
 }
 
 impl Volumes {
-    pub fn new(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Self {
+    /// Of a plan; the first textures may be `kept`.
+    pub fn new(gpu: &Gpu, plan: &Plan, layout: &Layout, kept: &[wgpu::TextureView]) -> Self {
         let volumes: Vec<&Volume> = plan.volumes().collect();
         let view = |quad: &Quad| texture(gpu, volumes[quad.volume], quad);
-        let mut views: Vec<wgpu::TextureView> = layout.quads.iter().map(view).collect();
+        let mut views: Vec<wgpu::TextureView> = kept.iter().cloned().chain(layout.quads.iter().skip(kept.len()).map(view)).collect();
         if views.is_empty() {
             views.push(dark(gpu));
         }
         let bytes = layout.quads.iter().map(|q| 8 * volumes[q.volume].lattice.cells() as u64).sum();
         let bricks = gpu.filled(bytemuck::cast_slice(&layout.bricks), Use::STORAGE);
-        Self { space: plan.space.clone(), views, bricks, bytes, moved: false }
+        Self { space: plan.space.clone(), diffuse: plan.diffuse.clone(), views, bricks, bytes, moved: false }
     }
 }
 

@@ -52,8 +52,8 @@ pub fn text(bake: usize, method: &str) -> String {
 /// What `body` makes of each x: it reads `x` and writes `y`, numbers both.
 fn evaluated(gpu: &Gpu, plan: &Plan, body: &str, asked: &[Numbers]) -> Vec<Numbers> {
     use wgpu::BufferUsages as Use;
-    let layout = Layout::new(plan, quads(plan), false).unwrap();
-    let volumes = Volumes::new(gpu, plan, &layout);
+    let layout = Layout::new(plan, quads(plan, 0), false).unwrap();
+    let volumes = Volumes::new(gpu, plan, &layout, &[]);
     let entry = format!(
         "@group(0) @binding(7) var<storage, read> asked: array<array<f32, {ARGUMENTS}>>;\n@group(0) @binding(8) var<storage, read_write> told: array<array<f32, {ARGUMENTS}>>;\n\
          @compute @workgroup_size(1) fn twin(@builtin(global_invocation_id) id: vec3u) {{\n    let x = asked[id.x];\n    var y: array<f32, {ARGUMENTS}>;\n{body}\n    told[id.x] = y;\n}}\n"

@@ -98,6 +98,7 @@ fn each_part_is_that_of_the_processor() {
         ("gas", format!("{CAMERA}{DUST}{STAR}{gas}{method}")),
         ("background", format!("{CAMERA}{DUST}{STAR}{behind}{method}")),
         ("spectral", format!("{CAMERA}{spectral}{STAR}{method}")),
+        ("many bounces", format!("{CAMERA}{DUST}{forward}{STAR}{gas}{method}bounces = 4\n")),
         ("dark", format!("{CAMERA}{DUST}{method}")),
     ] {
         let mut scene = parsed(&text);
@@ -281,7 +282,7 @@ fn noise_on_the_fly_is_noise_that_was_sampled() {
     assert!(error.contains("fbm") && error.contains("--on-the-fly"), "{error}");
 }
 
-/// A plan that changes on the device gives the picture of one that is new: another star, camera, size, method, space, and back.
+/// A plan that changes on the device gives the picture of one that is new: another star, camera, size, method, number of bounces, space, and back.
 #[test]
 fn changes_are_taken() {
     let Some(gpu) = device() else { return };
@@ -296,11 +297,17 @@ fn changes_are_taken() {
     let finer = made(format!("{CAMERA}{DUST}{STAR}{method}count = 5\n"));
     let from = |camera: &str| made(format!("{camera}{DUST}{STAR}{method}"));
     let (aside, larger) = (from(&CAMERA.replace("0.3 0.2 4", "3 1 2")), from(&CAMERA.replace("[24, 24]", "[40, 17]")));
+    let many = made(format!("{CAMERA}{DUST}{STAR}{method}bounces = 3\n"));
+    let mut many_aside = many.clone();
+    many_aside.look_from(aside.camera.clone());
     let space = || first.space.clone();
     let changed = [
         Plan { space: space(), ..hot },
         Plan { space: space(), ..aside },
         Plan { space: space(), ..finer },
+        Plan { space: space(), ..many.clone() },
+        Plan { space: space(), ..many_aside },
+        many,
         larger,
         made(format!("{CAMERA}{DUST}{STAR}{}{method}", STAR.replace("0.2 0.5", "-0.2 0.1"))),
     ];

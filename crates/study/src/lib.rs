@@ -1,19 +1,21 @@
-//! The study: every spectral method beside the others, as figures and tables that lie beside those of Barrès & Neyret 2023.
+//! What was measured, as pages that a command writes anew: the [`STUDY`] has every spectral method beside the others, with figures and tables that lie beside those of Barrès & Neyret 2023,
+//! the [`VALIDATION`] what is fast beside the path tracer.
 //!
-//! A chapter is one file and one row of [`CHAPTERS`]. It measures, and says in words with numbers what was found. Whether a claim holds is decided by the
+//! A chapter is one file and one row of its page's catalogue. It measures, and says in words with numbers what was found. Whether a claim holds is decided by the
 //! numbers; why, and what to make of it, is ours.
 
 mod chapters;
 mod figure;
 mod page;
 mod rules;
+mod validation;
 
 use std::path::Path;
 
 use barnard::control::Control;
 
-pub use chapters::CHAPTERS;
 pub use figure::{Axis, Figure, Picture, Series};
+use page::Page;
 
 /// What can go wrong.
 #[derive(Debug, thiserror::Error)]
@@ -56,17 +58,50 @@ pub struct Chapter {
     pub run: fn(&Control) -> Result<Findings>,
 }
 
-/// The chapter called `name`.
-pub fn chapter(name: &str) -> Result<&'static Chapter> {
-    let known: Vec<&str> = CHAPTERS.iter().map(|c| c.name).collect();
-    Ok(CHAPTERS.iter().find(|c| c.name == name).ok_or_else(|| spectra::SpectraError::unknown("chapter", name, &known))?)
+/// A page of chapters.
+pub struct Book {
+    /// The name of its file and of the folder of its figures.
+    pub name: &'static str,
+    /// Its headline.
+    pub title: &'static str,
+    /// What is to be known before.
+    pub preface: &'static str,
+    /// Its chapters.
+    pub chapters: &'static [Chapter],
 }
 
-/// Runs `chapters` and writes `study.md`, or `study-NAME.md` where one is run alone, into `folder`, with the figures in `folder/study`; `heard` is told of each.
-pub fn write(chapters: &[Chapter], folder: &Path, control: &Control, mut heard: impl FnMut(&Chapter)) -> Result<()> {
-    let own = folder.join("study");
+/// Every spectral method beside the others.
+pub const STUDY: Book = Book {
+    name: "study",
+    title: "Spectral methods, side by side",
+    preface: "\"The deck\" is Barrès & Neyret 2023; equations are numbered as in [method.md](method.md). Errors are parts of the light without dust, F(0), unless said otherwise.",
+    chapters: chapters::CHAPTERS,
+};
+
+/// What is fast beside the path tracer.
+pub const VALIDATION: Book = Book {
+    name: "validation",
+    title: "Validation",
+    preface: "The truth is `--backend path`, an unbiased path tracer that shares none of the plan's approximations; its own noise stands beside every error. Equations are numbered as in [method.md](method.md).",
+    chapters: validation::CHAPTERS,
+};
+
+/// All pages.
+pub const BOOKS: &[&Book] = &[&STUDY, &VALIDATION];
+
+impl Book {
+    /// The chapter called `name`.
+    pub fn chapter(&self, name: &str) -> Result<&'static Chapter> {
+        let known: Vec<&str> = self.chapters.iter().map(|c| c.name).collect();
+        Ok(self.chapters.iter().find(|c| c.name == name).ok_or_else(|| spectra::SpectraError::unknown("chapter", name, &known))?)
+    }
+}
+
+/// Runs `chapters` of `book` and writes `BOOK.md`, or `BOOK-NAME.md` where one of several is run alone, into `folder`, with the figures in `folder/BOOK`; `heard` is told of each.
+pub fn write(book: &Book, chapters: &[Chapter], folder: &Path, control: &Control, mut heard: impl FnMut(&Chapter)) -> Result<()> {
+    let own = folder.join(book.name);
     std::fs::create_dir_all(&own).map_err(|e| barnard::Error::file(&own, format!("the folder cannot be made: {e}")))?;
-    let mut page = page::Page::default();
+    let mut page = Page::new(book);
     for chapter in chapters {
         heard(chapter);
         let findings = (chapter.run)(control)?;
@@ -82,8 +117,8 @@ pub fn write(chapters: &[Chapter], folder: &Path, control: &Control, mut heard: 
         page.add(chapter, &findings);
     }
     let name = match chapters {
-        [one] => format!("study-{}.md", one.name),
-        _ => "study.md".to_owned(),
+        [one] if book.chapters.len() > 1 => format!("{}-{}.md", book.name, one.name),
+        _ => format!("{}.md", book.name),
     };
     barnard::formats::replace(&folder.join(name), page.text().as_bytes())?;
     Ok(())
@@ -98,8 +133,8 @@ mod tests {
     fn quick_chapters_are_written() {
         let folder = tempfile::tempdir().unwrap();
         for name in ["convergence", "basis_size", "augmentation", "density"] {
-            let one = [*chapter(name).unwrap()];
-            write(&one, folder.path(), &Control::default(), |_| {}).unwrap();
+            let one = [*STUDY.chapter(name).unwrap()];
+            write(&STUDY, &one, folder.path(), &Control::default(), |_| {}).unwrap();
             let page = std::fs::read_to_string(folder.path().join(format!("study-{name}.md"))).unwrap();
             let files: Vec<&str> = page.split("](study/").skip(1).filter_map(|rest| rest.split(')').next()).collect();
             assert!(files.len() == 2 * page.matches("![").count() && !files.is_empty() && page.contains("| --- |"), "{page}");
@@ -115,11 +150,11 @@ mod tests {
 
     #[test]
     fn stopped_work_stops_and_bad_names_are_refused() {
-        assert!(chapter("convergance").err().unwrap().to_string().contains("convergence"));
+        assert!(STUDY.chapter("convergance").err().unwrap().to_string().contains("convergence"));
         let control = Control::default();
         control.interrupt();
-        for chapter in CHAPTERS {
-            let stopped = write(&[*chapter], tempfile::tempdir().unwrap().path(), &control, |_| {});
+        for (book, chapter) in BOOKS.iter().flat_map(|book| book.chapters.iter().map(move |chapter| (book, chapter))) {
+            let stopped = write(book, &[*chapter], tempfile::tempdir().unwrap().path(), &control, |_| {});
             assert!(matches!(stopped, Err(StudyError::Render(barnard::Error::Interrupted))), "{}", chapter.name);
         }
     }

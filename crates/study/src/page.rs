@@ -1,33 +1,42 @@
 //! The page: chapters as Markdown, with their figures.
 
-use crate::{Chapter, Findings};
+use crate::{Book, Chapter, Findings};
 
 /// A page in the making.
-#[derive(Debug, Default)]
-pub struct Page {
+pub struct Page<'a> {
+    book: &'a Book,
     text: String,
 }
 
-impl Page {
+impl<'a> Page<'a> {
+    /// Of a book, without chapters.
+    pub fn new(book: &'a Book) -> Self {
+        Self { book, text: String::new() }
+    }
+
     /// Adds a chapter.
     pub fn add(&mut self, chapter: &Chapter, findings: &Findings) {
         self.text += &format!("\n## {}\n\n{}\n\n{}\n", chapter.title, chapter.question, findings.text.trim_end());
+        let folder = self.book.name;
         for figure in &findings.figures {
-            self.text +=
-                &format!("\n![{}](study/{}.svg)\n\n*{}* ([values](study/{}.csv))\n", figure.title, figure.name, figure.title, figure.name);
+            let (title, name) = (&figure.title, &figure.name);
+            self.text += &format!("\n![{title}]({folder}/{name}.svg)\n\n*{title}* ([values]({folder}/{name}.csv))\n");
         }
         for picture in &findings.pictures {
-            self.text += &format!("\n![{}](study/{}.png)\n\n*{}*\n", picture.title, picture.name, picture.title);
+            let (title, name) = (&picture.title, &picture.name);
+            self.text += &format!("\n![{title}]({folder}/{name}.png)\n\n*{title}*\n");
         }
     }
 
     /// All of it.
     pub fn text(&self) -> String {
         format!(
-            "# Spectral methods, side by side\n\nWritten by `barnard study`, version {}, on {} threads of one machine; times are of one run on a shared machine, so ratios count. \
-             \"The deck\" is Barrès & Neyret 2023; equations are numbered as in [method.md](method.md). Errors are parts of the light without dust, F(0), unless said otherwise.\n{}",
+            "# {}\n\nWritten by `barnard study --page {}`, version {}, on {} threads of one machine; times are of one run on a shared machine, so ratios count. {}\n{}",
+            self.book.title,
+            self.book.name,
             env!("CARGO_PKG_VERSION"),
             std::thread::available_parallelism().map_or(1, usize::from),
+            self.book.preface,
             self.text
         )
     }

@@ -48,7 +48,7 @@ fn main() {
 }
 
 fn order(document: &Document, flight: &Flight) -> Order {
-    let view = View { scene: document.scene().clone(), physics: document.physics().clone() };
+    let view = View::of(document);
     Order { views: vec![view], camera: flight.seen((640, 360)), moving: true, difference: false, memory_limit: LIMIT }
 }
 

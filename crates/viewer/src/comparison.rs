@@ -52,7 +52,7 @@ impl Comparison {
     /// # Errors
     /// Where the scene is none with other filters.
     pub fn views(&mut self, document: &Document) -> Result<Vec<View>> {
-        let own = View { scene: document.scene().clone(), physics: document.physics().clone() };
+        let own = View::of(document);
         let edit = match &self.with {
             With::Nothing => return Ok(vec![own]),
             With::Filters(set) => filters(set),

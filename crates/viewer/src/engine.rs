@@ -13,6 +13,7 @@ use barnard::control::Control;
 use barnard::scene::Scene;
 use barnard_gpu::Gpu;
 
+use crate::document::Document;
 use crate::picture::Picture;
 use crate::studio::Studio;
 
@@ -23,6 +24,13 @@ pub struct View {
     pub scene: Arc<Scene>,
     /// What its text says beside camera and display: equal texts are one plan.
     pub physics: Arc<str>,
+}
+
+impl View {
+    /// Of a document.
+    pub fn of(document: &Document) -> Self {
+        Self { scene: document.scene().clone(), physics: document.physics().clone() }
+    }
 }
 
 /// What is asked for.

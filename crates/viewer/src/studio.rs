@@ -144,7 +144,7 @@ impl<'g> Studio<'g> {
             stand.glance = Some((view.physics.clone(), plan));
         }
         let Some((_, plan)) = &mut stand.glance else { return Err(Error::Interrupted) };
-        plan.camera = camera;
+        plan.look_from(camera);
         let planned = start.elapsed().as_secs_f64();
         self.planned = planned;
         let (data, findings, marched, backend) = stand.quick.radiance(gpu, plan, control)?;
@@ -255,7 +255,7 @@ mod tests {
     use crate::flight::Flight;
 
     fn order(document: &Document, size: (usize, usize), moving: bool) -> Order {
-        let view = View { scene: document.scene().clone(), physics: document.physics().clone() };
+        let view = View::of(document);
         Order { views: vec![view], camera: Flight::of(document.scene()).seen(size), moving, difference: false, memory_limit: 1 << 32 }
     }
 

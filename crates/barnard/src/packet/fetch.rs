@@ -68,19 +68,18 @@ impl<'a> Cursor<'a> {
         let [dx, dy, dz] = cells.strides;
         let quads = || (0..CHANNELS).step_by(4).map(|i| i.min(CHANNELS - 4));
         for lane in (0..LANES).step_by(4) {
-            let mut four = [[f32x4::ZERO; 2]; 4];
-            for (i, values) in four.iter_mut().enumerate() {
+            let mut turning = [[f32x4::ZERO; 2]; 4];
+            for (i, values) in turning.iter_mut().enumerate() {
                 let lane = lane + i;
                 let cell = &self.volume.data[cells.first[lane]..][..dz + dy + 2 * CHANNELS];
                 let [fx, fy, fz] = [0, 1, 2].map(|axis| f32x4::splat(cells.fraction[axis][lane]));
                 for (value, at) in values.iter_mut().zip(quads()) {
-                    let quad = |at: usize| f32x4::new(cell[at..at + 4].try_into().expect("four values"));
-                    let face = |at: usize| lerp(lerp(quad(at), quad(at + dy), fy), lerp(quad(at + dz), quad(at + dz + dy), fy), fz);
-                    *value = lerp(face(at), face(at + dx), fx);
+                    let (low, high) = (face(cell, at, [dy, dz], [fy, fz]), face(cell, at + dx, [dy, dz], [fy, fz]));
+                    *value = lerp(low, high, fx);
                 }
             }
             for (q, at) in quads().enumerate() {
-                let turned = f32x4::transpose([four[0][q], four[1][q], four[2][q], four[3][q]]);
+                let turned = f32x4::transpose([turning[0][q], turning[1][q], turning[2][q], turning[3][q]]);
                 for (channel, values) in turned.into_iter().enumerate() {
                     out[at + channel][lane..lane + 4].copy_from_slice(&values.to_array());
                 }
@@ -151,6 +150,19 @@ impl<'a> Cursor<'a> {
 #[inline(always)]
 fn quad<const N: usize>(values: &[f32; N], at: usize) -> f32x4 {
     f32x4::new([values[at], values[at + 1], values[at + 2], values[at + 3]])
+}
+
+/// Four channels in the middle of a face of a cell, from value `at` on, by the strides and fractions of y and z.
+#[inline(always)]
+fn face(cell: &[f32], at: usize, [dy, dz]: [usize; 2], [fy, fz]: [f32x4; 2]) -> f32x4 {
+    let (low, high) = (lerp(four(cell, at), four(cell, at + dy), fy), lerp(four(cell, at + dz), four(cell, at + dz + dy), fy));
+    lerp(low, high, fz)
+}
+
+/// Four values of a cell.
+#[inline(always)]
+fn four(cell: &[f32], at: usize) -> f32x4 {
+    f32x4::new(cell[at..at + 4].try_into().expect("four values"))
 }
 
 /// a + t (b − a), the product and the sum in one instruction where there is one: `wide` knows of none before the machine is known.

@@ -167,7 +167,7 @@ fn gathered(propagation: &Propagation, space: &Space, stars: &[usize], lattice: 
 }
 
 /// 1/r² of a voxel at `offset` from a star: its mean over the voxel where that is close [pc⁻²].
-fn inverse_square_of_voxel(offset: DVec3, voxel: DVec3) -> f64 {
+pub(super) fn inverse_square_of_voxel(offset: DVec3, voxel: DVec3) -> f64 {
     let square = offset.length_squared();
     if square > (CLOSE * voxel.max_element()).powi(2) {
         return 1.0 / square;

@@ -7,6 +7,7 @@ mod bricks;
 mod closed_form;
 pub mod cone;
 mod describe;
+mod diffuse;
 mod light_field;
 pub mod near;
 mod pilot;
@@ -26,6 +27,7 @@ use std::sync::Arc;
 pub use bricks::Bricks;
 pub use closed_form::{ClosedForm, End};
 pub use describe::describe;
+pub use diffuse::{Diffuse, Fineness};
 pub use light_field::LightField;
 pub use pilot::Spatial;
 pub use probe::Probe;
@@ -68,6 +70,8 @@ pub struct Plan {
     pub star_march: Option<usize>,
     /// The light of all stars together, which is marched in place of star depths.
     pub light_field: Option<Arc<LightField>>,
+    /// Light that was scattered before it scatters towards the eye, where more than one scattering is asked for.
+    pub diffuse: Option<Arc<Diffuse>>,
 }
 
 /// Samples between looks at whether a ray can end.
@@ -135,6 +139,8 @@ impl Draft {
     }
 
     fn plan(mut self, scene: &Scene, stepping: Stepping, options: &Options, control: &Control) -> Result<Plan> {
+        let fineness = (options, Fineness::FULL);
+        let diffuse = Diffuse::new(scene, &self.lights, &self.spectral, &self.space, fineness, control)?;
         if self.light_field.is_some() {
             self.space.forget_star_depths(options, control)?;
         }
@@ -146,6 +152,7 @@ impl Draft {
             stepping,
             star_march: self.star_march,
             light_field: self.light_field.map(Arc::new),
+            diffuse: diffuse.map(Arc::new),
         })
     }
 }
@@ -174,7 +181,8 @@ impl Plan {
     pub fn glance(before: Option<&Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
         let entry =
             MethodEntry { name: rule::GLANCE.name, summary: rule::GLANCE.summary, rule: &rule::GLANCE, star_depth: StarDepth::Cached };
-        let method = Method { entry, accuracy: GLANCE_ACCURACY, bake: options.method.bake, ..Method::default() };
+        let kept = &options.method;
+        let method = Method { entry, accuracy: GLANCE_ACCURACY, bake: kept.bake, bounces: kept.bounces, ..Method::default() };
         let options = &Options { method, ..options.clone() };
         let space = match before.map(|plan| plan.space.follow(scene, options, control)).transpose()?.flatten() {
             Some(space) => space,
@@ -183,6 +191,7 @@ impl Plan {
         let mut lights = crate::light::lights(scene)?;
         lights.retain(|light| !matches!(light.path, Path::FieldStar { .. }));
         let spectral = Spectral::new(scene, &lights, options, space.reach(&scene.camera), control)?;
+        let diffuse = Diffuse::new(scene, &lights, &spectral, &space, (options, Fineness::GLANCE), control)?;
         Ok(Self {
             camera: scene.camera.clone(),
             lights: Arc::new(lights),
@@ -191,7 +200,16 @@ impl Plan {
             stepping: Stepping::PerVoxel(GLANCE_STEPS),
             star_march: None,
             light_field: None,
+            diffuse: diffuse.map(Arc::new),
         })
+    }
+
+    /// Looks from elsewhere; all that space and spectra decide stays.
+    pub fn look_from(&mut self, camera: Camera) {
+        if let Some(diffuse) = &self.diffuse {
+            self.diffuse = Some(diffuse.seen_by(&camera));
+        }
+        self.camera = camera;
     }
 
     /// Plans `scene` at `steps` samples a ray, with rules as they are asked for and nothing measured: for comparisons that measure from outside.
@@ -216,7 +234,8 @@ impl Plan {
 
     /// Everything the march reads.
     pub fn volumes(&self) -> impl Iterator<Item = &Volume> {
-        self.space.volumes.iter().chain(self.light_field.iter().flat_map(|f| &f.volumes))
+        let fields = self.light_field.iter().flat_map(|f| &f.volumes);
+        self.space.volumes.iter().chain(fields).chain(self.diffuse.iter().flat_map(|d| &d.volumes))
     }
 
     /// The certificate of a passband in words, a line for each light, for optical depths up to `depth`.
@@ -257,7 +276,8 @@ impl Plan {
     pub fn notes(&self) -> Vec<(String, String)> {
         let isotropic = self.light_field.as_ref().filter(|f| f.isotropic_instead);
         let isotropic = isotropic.map(|_| ("phase function".into(), "put aside by this method, which scatters evenly".into()));
-        self.spatial_note().into_iter().chain(isotropic).chain(self.fit_note()).collect()
+        let diffuse = self.diffuse.as_ref().map(|d| ("many bounces".into(), d.to_string()));
+        self.spatial_note().into_iter().chain(isotropic).chain(self.fit_note()).chain(diffuse).collect()
     }
 
     /// The worst of the polynomials that stand for spectra.

@@ -315,7 +315,7 @@ impl Space {
                 let share = (star as u64 * cells, self.stars.len() as u64 * cells);
                 star_depth::bake(dust, self.stars[star], volume, slot, share, control)?;
             }
-            (Channel::Dust | Channel::StarDepth(_), None) | (Channel::Light(_), _) => {}
+            (Channel::Dust | Channel::StarDepth(_), None) | (Channel::Light(_) | Channel::Diffuse(_), _) => {}
         }
         Ok(())
     }
@@ -324,6 +324,11 @@ impl Space {
     pub fn voxel_pc(&self) -> f64 {
         let grids = self.dust.iter().map(|d| &**d).chain(&self.emission);
         grids.map(|g| g.lattice.voxel_pc().min_element()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Densities of glowing species, each in its own unit.
+    pub fn gas(&self) -> &[Grid] {
+        &self.emission
     }
 
     /// Number of glowing species.

@@ -19,6 +19,8 @@ pub enum Channel {
     Emission(usize),
     /// Light of all stars, in one element and polynomial.
     Light(usize),
+    /// Source function towards the eye of light that was scattered before, of one term [W m⁻² sr⁻¹].
+    Diffuse(usize),
 }
 
 /// Fields on one lattice: depth × height × width × channels, f32.

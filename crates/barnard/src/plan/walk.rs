@@ -147,7 +147,7 @@ impl Sample {
                     Channel::StarDepth(star) if !exact => sample.depths[star] = volume.at(c, p),
                     Channel::StarDepth(_) => {}
                     Channel::Emission(species) => sample.emission[species] = volume.at(c, p),
-                    Channel::Light(_) => {}
+                    Channel::Light(_) | Channel::Diffuse(_) => {}
                 }
             }
         }

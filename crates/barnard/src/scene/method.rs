@@ -78,10 +78,15 @@ pub struct Method {
     pub steps: Option<usize>,
     /// Voxels along the longest edge of a baked function; by the field's finest structure otherwise.
     pub bake: Option<usize>,
+    /// Times that light of stars may scatter.
+    pub bounces: usize,
 }
 
 /// Most samples a ray that may be asked for.
 pub const MAX_STEPS: i64 = 1_000_000;
+
+/// More bounces than any light lives.
+pub const MANY_BOUNCES: usize = 1000;
 
 /// The accuracy that holds unless told otherwise.
 pub const DEFAULT_ACCURACY: f64 = 1e-3;
@@ -89,7 +94,7 @@ pub const DEFAULT_ACCURACY: f64 = 1e-3;
 impl Default for Method {
     fn default() -> Self {
         let entry = MethodEntry { name: RULES[0].name, summary: RULES[0].summary, rule: &RULES[0], star_depth: StarDepth::Cached };
-        Self { entry, accuracy: DEFAULT_ACCURACY, settings: Settings::default(), steps: None, bake: None }
+        Self { entry, accuracy: DEFAULT_ACCURACY, settings: Settings::default(), steps: None, bake: None, bounces: 1 }
     }
 }
 
@@ -137,6 +142,12 @@ pub(super) const KEYS: &[Key] = &[
         "by the finest structure, at most 256",
         "voxels along the longest edge onto which functions are sampled for the fast back ends",
     ),
+    Key::optional(
+        "bounces",
+        "integer",
+        "1",
+        "times that starlight may scatter, 1000 for all; light of gas and background, which comes from everywhere, scatters one time less",
+    ),
 ];
 
 pub(super) fn build(section: Option<&Section>) -> Result<Method> {
@@ -171,6 +182,7 @@ pub(super) fn build(section: Option<&Section>) -> Result<Method> {
         settings,
         steps: section.integer("steps", 1..=MAX_STEPS)?.map(|n| n as usize),
         bake: section.integer("bake", 4..=2048)?.map(|n| n as usize),
+        bounces: section.integer("bounces", 1..=MANY_BOUNCES as i64)?.map_or(1, |n| n as usize),
         ..Method::default()
     };
     match section.text("name")? {

@@ -30,7 +30,7 @@ pub use emission::Emission;
 pub use kind::{Kind, build_kind, build_kind_with, chosen};
 pub use loader::{DEFAULT_MEMORY, Loader, read_limited};
 pub use manual::manual;
-pub use method::{MAX_STEPS, Method, MethodEntry, StarDepth, methods};
+pub use method::{MANY_BOUNCES, MAX_STEPS, Method, MethodEntry, StarDepth, methods};
 pub use section::{Key, SceneText, Section, said};
 pub use star::Star;
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::bail;
 use barnard::Error;
-use barnard::backend::path::{self, Film, MANY_BOUNCES, Options};
+use barnard::backend::path::{self, Film, Options};
 use barnard::formats::{check_memory, check_replaceable};
 use barnard::image::Image;
 use barnard::scene::Scene;
@@ -22,9 +22,6 @@ pub struct Referee {
     /// Relative standard error of the worst band at which --backend path ends earlier, such as 0.01
     #[arg(long, value_name = "X")]
     target_error: Option<f64>,
-    /// Times that light may scatter, for --backend path; 1 is what the other back ends do (default: all)
-    #[arg(long, value_name = "N")]
-    bounces: Option<usize>,
     /// Sums of paths (.npz): --backend path goes on from them where the file is there, and writes them at its end and at Ctrl-C
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
@@ -39,22 +36,20 @@ const MOST: u64 = 1 << 40;
 impl Referee {
     /// Whether anything of it was said.
     pub fn is_asked(&self) -> bool {
-        self.samples.is_some() || self.target_error.is_some() || self.bounces.is_some() || self.seed.is_some() || self.state.is_some()
+        self.samples.is_some() || self.target_error.is_some() || self.seed.is_some() || self.state.is_some()
     }
 
-    fn options(&self) -> anyhow::Result<Options> {
+    fn options(&self, scene: &Scene) -> anyhow::Result<Options> {
         let defaults = Options::default();
         let options = Options {
-            bounces: self.bounces.unwrap_or(defaults.bounces),
+            bounces: scene.method.bounces,
             samples: self.samples.unwrap_or(defaults.samples),
             target_error: self.target_error,
             seed: self.seed.unwrap_or(defaults.seed),
+            ..defaults
         };
         if !(1..=MOST).contains(&options.samples) {
             bail!("--samples {} lies outside of 1 to {MOST}", options.samples);
-        }
-        if !(1..=MANY_BOUNCES).contains(&options.bounces) {
-            bail!("--bounces {} lies outside of 1 to {MANY_BOUNCES}", options.bounces);
         }
         if let Some(target) = options.target_error.filter(|t| !(1e-6..1.0).contains(t)) {
             bail!("--target-error {target} lies outside of 1e-6 to 1");
@@ -70,7 +65,7 @@ impl Referee {
 
     /// Follows paths until enough is known, or Ctrl-C: what is done until then is kept.
     pub fn render(&self, scene: &Scene, memory_limit: u64) -> anyhow::Result<Image> {
-        let options = self.options()?;
+        let options = self.options(scene)?;
         // Sums, those of a pass beside them, and the picture.
         let values = (scene.camera.width * scene.camera.height * scene.bands.len()) as u64;
         check_memory("the sums of paths", values.saturating_mul(96), memory_limit)?;

@@ -69,7 +69,7 @@ impl Render {
             bail!("--on-the-fly belongs to --backend gpu; the reference evaluates fields as they are, cpu samples them");
         }
         if self.referee.is_asked() && self.backend != Backend::Path {
-            bail!("--samples, --target-error, --bounces, --seed and --state belong to --backend path; all other back ends do one bounce");
+            bail!("--samples, --target-error, --seed and --state belong to --backend path");
         }
         let (scene, options) = self.scene.load()?;
         for path in &self.output {

@@ -68,6 +68,23 @@ fn scatter_stars(state: ptr<function, State>, ray: Ray, stretch: Stretch, growth
     }
 }
 
+// Light of one segment that was scattered before.
+// twin: barnard::backend::cpu::segment::scatter_again
+fn scatter_again(state: ptr<function, State>, growth: f32, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
+    turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
+    for (var b = 0u; b < BANDS; b++) {
+        let terms = band_terms(b);
+        var sum = 0.0;
+        for (var t = terms.x; t < terms.y; t++) {
+            let k = numbers[4u * EXTINCTION + t];
+            let quad = DIFFUSE_QUAD + t / 4u;
+            let source = 0.5 * ((*before)[quad][t % 4u] + (*after)[quad][t % 4u]);
+            sum = fma(k * source, mean_transmittance(k * ((*state).tau + 0.5 * growth), 0.5 * k * growth), sum);
+        }
+        (*state).sum[b] = fma(growth, sum, (*state).sum[b]);
+    }
+}
+
 // Adds the light of one segment and moves the depth to its end.
 // twin: barnard::backend::cpu::segment::segment
 fn segment(state: ptr<function, State>, ray: Ray, stretch: Stretch, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
@@ -79,6 +96,9 @@ fn segment(state: ptr<function, State>, ray: Ray, stretch: Stretch, before: ptr<
                 gather_field(state, growth, before, after);
             } else {
                 scatter_stars(state, ray, stretch, growth, before, after);
+            }
+            if HAS_DIFFUSE {
+                scatter_again(state, growth, before, after);
             }
         }
     }

@@ -27,7 +27,7 @@ pub(super) struct Ordered {
 
 /// A first look at a document, before there is a window.
 pub fn first_look(document: &Document, memory_limit: u64) -> Order {
-    let view = View { scene: document.scene().clone(), physics: document.physics().clone() };
+    let view = View::of(document);
     Order { views: vec![view], camera: Flight::of(document.scene()).seen(FIRST), moving: true, difference: false, memory_limit }
 }
 

@@ -46,6 +46,8 @@ pub(super) struct Slots {
     pub(super) species: Vec<usize>,
     /// Element × polynomial of the light field.
     pub(super) light: Vec<usize>,
+    /// Terms of the diffuse field.
+    pub(super) diffuse: Vec<usize>,
 }
 
 impl Slots {
@@ -58,6 +60,7 @@ impl Slots {
             stars: vec![0; space.stars.len()],
             species: vec![0; space.species()],
             light: vec![0; plan.light_field.as_ref().map_or(0, |f| f.propagation.channels())],
+            diffuse: vec![0; plan.diffuse.as_ref().map_or(0, |_| plan.spectral.terms())],
         };
         for volume in plan.volumes() {
             slots.first.push(slots.count);
@@ -67,6 +70,7 @@ impl Slots {
                     Channel::StarDepth(star) => slots.stars[star] = slots.count,
                     Channel::Emission(species) => slots.species[species] = slots.count,
                     Channel::Light(channel) => slots.light[channel] = slots.count,
+                    Channel::Diffuse(term) => slots.diffuse[term] = slots.count,
                 }
                 slots.count += 1;
             }
@@ -255,7 +259,9 @@ impl<'a> March<'a> {
             let of_term = |term: usize| {
                 let stars: f32 = weights.scattered.iter().zip(&rest).map(|(s, r)| s.brightest[term] * r[lane]).sum();
                 let gas: f32 = weights.emitted.iter().map(|e| e.weights[term] * self.brightest.1[e.species] * length).sum();
-                (exp(-k[term] * state.tau[lane]) * (stars + gas), state.sum[term][lane])
+                // ∫ k σ e^(−k τ) ds is less than one.
+                let diffuse = self.plan.diffuse.as_ref().map_or(0.0, |d| d.largest[term]);
+                (exp(-k[term] * state.tau[lane]) * (stars + gas + diffuse), state.sum[term][lane])
             };
             let of_band = |band: usize| {
                 let terms = (0..k.len()).filter(|term| weights.band_of[*term] == band);

@@ -4,7 +4,7 @@ use smallvec::SmallVec;
 
 use super::march::{March, StarView, State, Stretch};
 use super::propagation;
-use super::terms::Course;
+use super::terms::{Course, Terms};
 use crate::packet::{LANES, Lane, fma, lanes, largest};
 use crate::plan::Scatterer;
 use crate::plan::near::{self, NEAR_ANGLE, NEAR_VOXELS};
@@ -32,6 +32,9 @@ pub(super) fn segment(march: &March, state: &mut State, views: &[StarView], stre
             let slot = march.slots.stars[scatterer.star];
             scatter(march, state, (scatterer, view), stretch, (&growth, &tilt), (&before[slot], &after[slot]));
         }
+    }
+    if !march.slots.diffuse.is_empty() && largest(&growth) > 0.0 {
+        scatter_again(march, state, &growth, (before, after));
     }
     if !march.tables.weights.emitted.is_empty() {
         emit(march, state, &dt, &growth, (before, after));
@@ -148,6 +151,18 @@ fn angles(march: &March, view: &StarView, along: &Lane, length: &Lane, tilt: &La
 #[inline(always)]
 fn scaled(lane: &Lane, factor: f32) -> Lane {
     lanes(|i| lane[i] * factor)
+}
+
+/// Light of one segment that was scattered before.
+#[inline(always)]
+fn scatter_again(march: &March, state: &mut State, growth: &Lane, (before, after): (&[Lane], &[Lane])) {
+    let Terms::Nodes(nodes) = &march.tables.terms else { return };
+    let course = Course { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
+    let base = |term: usize| {
+        let slot = march.slots.diffuse[term];
+        Some(lanes(|lane| 0.5 * nodes.k[term] * growth[lane] * (before[slot][lane] + after[slot][lane])))
+    };
+    march.tables.terms.gather(0, &state.drawn, &course, base, &mut state.sum);
 }
 
 /// Light of all species in one segment.

@@ -20,18 +20,20 @@ pub use film::{Estimate, Film};
 
 use crate::control::{Control, Stage};
 use crate::counter::Counter;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::image::{Band, ERROR_SUFFIX, Image, Samples};
 use crate::light::lights;
 use crate::plan::describe;
-use crate::scene::Scene;
+use crate::scene::{MANY_BOUNCES, Scene};
 use tracer::Tracer;
 
 /// How far the referee goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Times that light may scatter; 1 is what all other back ends do.
+    /// Times that light may scatter.
     pub bounces: usize,
+    /// Light that has scattered less often than this is left out: 1 is all of it.
+    pub first: usize,
     /// Paths of each pixel and band at most.
     pub samples: u64,
     /// Relative standard error of the worst band at which it ends earlier.
@@ -40,12 +42,9 @@ pub struct Options {
     pub seed: u64,
 }
 
-/// More bounces than any light lives.
-pub const MANY_BOUNCES: usize = 1000;
-
 impl Default for Options {
     fn default() -> Self {
-        Self { bounces: MANY_BOUNCES, samples: 64, target_error: None, seed: 1 }
+        Self { bounces: MANY_BOUNCES, first: 1, samples: 64, target_error: None, seed: 1 }
     }
 }
 
@@ -55,10 +54,10 @@ const PASS: u64 = 8;
 /// Adds paths to `film` until the options are met; passes that are finished stay when `control` interrupts. `tell` hears of the film after each.
 ///
 /// # Errors
-/// Where a density has no bound, and [`Error::Interrupted`].
+/// Where a density has no bound, and [`Interrupted`](crate::Error::Interrupted).
 pub fn trace(scene: &Scene, options: &Options, film: &mut Film, control: &Control, tell: &mut dyn FnMut(&Film)) -> Result<()> {
     let lights = lights(scene)?;
-    let tracer = Tracer::new(scene, &lights, options.bounces)?;
+    let tracer = Tracer::new(scene, &lights, options.first..=options.bounces)?;
     let (camera, bands) = (&scene.camera, scene.bands.len());
     let size = camera.width * camera.height;
     if film.estimates.len() != bands * size {
@@ -139,17 +138,4 @@ pub fn image(scene: &Scene, film: &Film, options: &Options) -> Result<Image> {
         image.notes.push(("bad paths".into(), format!("{} brought no number and were left out", film.bad)));
     }
     Ok(image)
-}
-
-/// Renders `scene`; [`Error::Interrupted`] where `control` says so.
-///
-/// # Errors
-/// Those of [`trace`] and [`image`].
-pub fn render(scene: &Scene, options: &Options, control: &Control) -> Result<Image> {
-    let mut film = Film::default();
-    trace(scene, options, &mut film, control, &mut |_| ())?;
-    if film.samples == 0 {
-        return Err(Error::Render("no path was asked for: give one sample at least".into()));
-    }
-    image(scene, &film, options)
 }

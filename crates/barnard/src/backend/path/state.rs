@@ -23,7 +23,7 @@ const CHECKED: usize = 64;
 /// What the first paths bring, bands × pixels.
 fn first(scene: &Scene, options: &Options) -> Result<Vec<f64>> {
     let lights = lights(scene)?;
-    let tracer = Tracer::new(scene, &lights, options.bounces)?;
+    let tracer = Tracer::new(scene, &lights, options.first..=options.bounces)?;
     let size = scene.camera.width * scene.camera.height;
     let count = CHECKED.min(size);
     let mut first = vec![0.0; scene.bands.len() * count];
@@ -46,7 +46,7 @@ pub fn save(path: &Path, scene: &Scene, options: &Options, film: &Film) -> Resul
     let all = |value: fn(&Estimate) -> f64| film.estimates.iter().map(value).collect::<Vec<f64>>();
     let checked = [bands, first.len() as u64 / bands.max(1)];
     let bytes = formats::archive(&[
-        ("paths", &[4], vec![film.samples as f64, film.bad as f64, options.bounces as f64, options.seed as f64]),
+        ("paths", &[5], vec![film.samples as f64, film.bad as f64, options.bounces as f64, options.seed as f64, options.first as f64]),
         ("count", &shape, all(|e| e.count as f64)),
         ("mean", &shape, all(|e| e.mean)),
         ("scatter", &shape, all(|e| e.scatter)),
@@ -72,7 +72,7 @@ pub fn load(path: &Path, scene: &Scene, options: &Options, memory_limit: u64) ->
     let (count, mean, scatter) = (plane("count")?, plane("mean")?, plane("scatter")?);
     let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect::<Vec<u64>>();
     let paths = array("paths")?.1;
-    if paths.len() != 4 || paths[2] != options.bounces as f64 || paths[3] != options.seed as f64 {
+    if paths.len() != 5 || paths[2..] != [options.bounces as f64, options.seed as f64, options.first as f64] {
         return Err(other("number of bounces or another seed"));
     }
     if bits(array("first")?.1) != bits(first(scene, options)?) {

@@ -12,6 +12,7 @@
 //! docs/method.md.
 
 use std::f64::consts::{PI, TAU};
+use std::ops::RangeInclusive;
 
 use glam::DVec3;
 
@@ -42,7 +43,8 @@ pub struct Tracer<'a> {
     species: Vec<Species<'a>>,
     background: Option<usize>,
     bands: Vec<Waves>,
-    bounces: usize,
+    /// How often light may scatter.
+    bounces: RangeInclusive<usize>,
 }
 
 /// A star that lights the dust.
@@ -70,7 +72,6 @@ struct Species<'a> {
 /// A path so far.
 struct Walker {
     waves: [Wave; CARRIED],
-    k: Carried,
     /// What is common to all wavelengths.
     weight: f64,
     /// Π ω of each wavelength.
@@ -85,9 +86,13 @@ impl Walker {
         self.weight * self.albedo[i] * self.likely[i] / self.likely.iter().sum::<f64>()
     }
 
+    fn k(&self) -> Carried {
+        self.waves.map(|w| w.k)
+    }
+
     /// What weights may depend on: the same whichever wavelength leads.
     fn mean_k(&self) -> f64 {
-        self.k.iter().sum::<f64>() / CARRIED as f64
+        self.k().iter().sum::<f64>() / CARRIED as f64
     }
 
     fn sum(&self, value: impl Fn(usize) -> f64) -> f64 {
@@ -96,11 +101,11 @@ impl Walker {
 }
 
 impl<'a> Tracer<'a> {
-    /// For `lights` of `scene`, which may scatter `bounces` times.
+    /// For `lights` of `scene` that scatter so many times.
     ///
     /// # Errors
     /// Where a density has no bound.
-    pub fn new(scene: &'a Scene, lights: &'a [Light], bounces: usize) -> Result<Self> {
+    pub fn new(scene: &'a Scene, lights: &'a [Light], bounces: RangeInclusive<usize>) -> Result<Self> {
         let bands = (0..scene.bands.len()).map(|b| Waves::new(scene, lights, b)).collect::<Result<Vec<_>>>()?;
         let (mut stars, mut species, mut background) = (Vec::new(), Vec::new(), None);
         for (light, l) in lights.iter().enumerate().filter(|(_, l)| is_extended(l.path)) {
@@ -130,26 +135,27 @@ impl<'a> Tracer<'a> {
             return 0.0;
         }
         let waves = self.bands[band].draw(random.next());
-        let k = waves.map(|w| w.k);
-        let mut path = Walker { waves, k, weight: 1.0, albedo: [1.0; CARRIED], likely: [1.0; CARRIED] };
+        let mut path = Walker { waves, weight: 1.0, albedo: [1.0; CARRIED], likely: [1.0; CARRIED] };
         let mut radiance = 0.0;
-        for scattered in 0..self.bounces {
-            radiance += self.glow(&path, &ray, random);
-            let Some(medium) = &self.medium else { return radiance + self.behind(&path) };
-            radiance += self.near_stars(&path, medium, &ray, band, random);
-            let flight = medium.fly(&ray, path.k[0], random);
+        for scattered in 0..*self.bounces.end() {
+            let counts = if scattered + 1 < *self.bounces.start() { 0.0 } else { 1.0 };
+            radiance += counts * self.glow(&path, &ray, random);
+            let Some(medium) = &self.medium else { return radiance + counts * self.behind(&path) };
+            let leg = Leg::new(&self.stars, medium, ray, band);
+            radiance += counts * self.near_stars(&path, medium, &leg, band, random);
+            let k = path.k();
+            let flight = medium.fly(&ray, k[0], random);
             path.weight *= flight.weight;
-            for i in 0..CARRIED {
-                let k = path.k[i];
-                path.likely[i] *= (f64::from(flight.tentative) * (k / path.k[0]).ln() - (k - path.k[0]) * flight.bound_depth).exp();
+            for (likely, k_i) in path.likely.iter_mut().zip(k) {
+                *likely *= (f64::from(flight.tentative) * (k_i / k[0]).ln() - (k_i - k[0]) * flight.bound_depth).exp();
             }
-            let Some(t) = flight.collision else { return radiance + self.behind(&path) };
+            let Some(t) = flight.collision else { return radiance + counts * self.behind(&path) };
             let place = ray.at(t);
             for (albedo, wave) in path.albedo.iter_mut().zip(path.waves) {
                 *albedo *= medium.dust.albedo.at(wave.lambda_um);
             }
-            let at_collision = self.at_collision(&path, medium, &ray, t, band);
-            radiance += at_collision * self.lit(&path, medium, place, ray.direction, band, random);
+            let weight = 1.0 - leg.by_stars(self.fluence(place, band), path.mean_k() * medium.sigma(&ray, t));
+            radiance += counts * weight * self.lit(&path, medium, place, ray.direction, band, random);
             if !self.survives(&mut path, scattered, random) {
                 return radiance;
             }
@@ -179,7 +185,7 @@ impl<'a> Tracer<'a> {
             });
             let Some((t, bound)) = drawn else { continue };
             let glow = species.density.at(ray.at(t)) * total / bound;
-            let through = self.medium.as_ref().map_or([1.0; CARRIED], |m| m.transmittances(ray, t, &path.k, random));
+            let through = self.medium.as_ref().map_or([1.0; CARRIED], |m| m.transmittances(ray, t, &path.k(), random));
             radiance += glow * path.sum(|i| through[i] * path.waves[i].of(species.light, self.lights));
         }
         radiance
@@ -190,51 +196,24 @@ impl<'a> Tracer<'a> {
         self.stars.iter().map(|s| s.fluence(place, band)).sum()
     }
 
-    /// For each star, ∫dt/r² along a part of a ray times its power.
-    fn along(&self, ray: &Ray, (near, far): (f64, f64), band: usize) -> Vec<(f64, Equiangular)> {
-        let of = |star: &Star| {
-            let angles = Equiangular::new(ray, star.position, near, far);
-            (star.power[band] * angles.integral(), angles)
-        };
-        self.stars.iter().map(of).collect()
-    }
-
-    /// The weight of starlight at a collision, beside that of [`Self::near_stars`].
-    fn at_collision(&self, path: &Walker, medium: &Medium, ray: &Ray, t: f64, band: usize) -> f64 {
-        let Some(extent) = medium.extent(ray) else { return 1.0 };
-        let along: f64 = self.along(ray, extent, band).iter().map(|a| a.0).sum();
-        let (by_stars, by_collision) = (self.fluence(ray.at(t), band), path.mean_k() * medium.sigma(ray, t) * along);
-        if by_collision > 0.0 { by_collision / (by_stars + by_collision) } else { 0.0 }
-    }
-
     /// Starlight scattered once on a leg of the path, at a place drawn in proportion to F.
-    fn near_stars(&self, path: &Walker, medium: &Medium, ray: &Ray, band: usize, random: &mut Counter) -> f64 {
-        let Some(extent) = medium.extent(ray) else { return 0.0 };
-        let along = self.along(ray, extent, band);
-        let total: f64 = along.iter().map(|a| a.0).sum();
-        if total <= 0.0 {
-            return 0.0;
-        }
-        let mut left = random.next() * total;
-        let drawn = along.iter().find(|(own, _)| {
-            left -= own;
-            left < 0.0
-        });
-        let Some((_, angles)) = drawn else { return 0.0 };
-        let t = angles.place(random.next());
-        let (sigma, fluence) = (medium.sigma(ray, t), self.fluence(ray.at(t), band));
+    fn near_stars(&self, path: &Walker, medium: &Medium, leg: &Leg, band: usize, random: &mut Counter) -> f64 {
+        let Some(star) = picked(leg.stars.iter().map(|s| s.0), leg.total, random) else { return 0.0 };
+        let t = leg.stars[star].1.place(random.next());
+        let (place, sigma) = (leg.ray.at(t), medium.sigma(&leg.ray, t));
         if sigma == 0.0 {
             return 0.0;
         }
-        let through = medium.transmittances(ray, t, &path.k, random);
-        let by_collision = path.mean_k() * sigma * total;
+        let k = path.k();
+        let through = medium.transmittances(&leg.ray, t, &k, random);
+        let fluence = self.fluence(place, band);
         // ∫ over t with the density F/total, and the part of the light that collisions do not bring.
-        let weight = total / fluence * sigma * fluence / (fluence + by_collision);
-        let mut there = Walker { albedo: path.albedo, likely: path.likely, ..*path };
+        let weight = leg.total / fluence * sigma * leg.by_stars(fluence, path.mean_k() * sigma);
+        let mut there = Walker { ..*path };
         for i in 0..CARRIED {
-            there.albedo[i] *= through[i] * path.k[i] * medium.dust.albedo.at(path.waves[i].lambda_um);
+            there.albedo[i] *= through[i] * k[i] * medium.dust.albedo.at(path.waves[i].lambda_um);
         }
-        weight * self.lit(&there, medium, ray.at(t), ray.direction, band, random)
+        weight * self.lit(&there, medium, place, leg.ray.direction, band, random)
     }
 
     /// Light of one star, drawn by power and distance, that scatters at `place` against `direction`.
@@ -248,7 +227,7 @@ impl<'a> Tracer<'a> {
         // 1/r² over the chance of the star.
         let chance = total / star.power[band];
         let cosine = to_star.direction.dot(direction);
-        let through = medium.transmittances(&to_star, distance, &path.k, random);
+        let through = medium.transmittances(&to_star, distance, &path.k(), random);
         let phase = |i: usize| medium.dust.phase.at(cosine, path.waves[i].lambda_um);
         chance * path.sum(|i| through[i] * phase(i) * path.waves[i].of(star.light, self.lights))
     }
@@ -296,13 +275,9 @@ impl<'a> Tracer<'a> {
 
     /// A star by its share of `total`, the light of all at `place`.
     fn drawn(&self, place: DVec3, total: f64, band: usize, random: &mut Counter) -> &Star {
-        let mut left = random.next() * total;
-        let found = self.stars.iter().find(|s| {
-            left -= s.fluence(place, band);
-            left < 0.0
-        });
+        let found = picked(self.stars.iter().map(|s| s.fluence(place, band)), total, random);
         // What rounding leaves over belongs to the last.
-        found.unwrap_or(&self.stars[self.stars.len() - 1])
+        &self.stars[found.unwrap_or(self.stars.len() - 1)]
     }
 }
 
@@ -311,6 +286,44 @@ fn around(axis: DVec3, cosine: f64, sine: f64, random: &mut Counter) -> DVec3 {
     let (across, other) = axis.any_orthonormal_pair();
     let (y, x) = (TAU * random.next()).sin_cos();
     (cosine * axis + sine * (x * across + y * other)).normalize()
+}
+
+/// Which of some shares of `total` a number falls into; none where they are nothing, or rounding leaves it over.
+fn picked(mut shares: impl Iterator<Item = f64>, total: f64, random: &mut Counter) -> Option<usize> {
+    if total <= 0.0 {
+        return None;
+    }
+    let mut left = random.next() * total;
+    shares.position(|share| {
+        left -= share;
+        left < 0.0
+    })
+}
+
+/// A leg of a path as the stars see it.
+struct Leg {
+    ray: Ray,
+    /// For each star its power times ∫dt/r² through the dust, and the angles.
+    stars: Vec<(f64, Equiangular)>,
+    /// Their sum, ∫F dt.
+    total: f64,
+}
+
+impl Leg {
+    fn new(stars: &[Star], medium: &Medium, ray: Ray, band: usize) -> Self {
+        let of = |star: &Star, (near, far)| {
+            let angles = Equiangular::new(&ray, star.position, near, far);
+            (star.power[band] * angles.integral(), angles)
+        };
+        let stars: Vec<_> = medium.extent(&ray).into_iter().flat_map(|extent| stars.iter().map(move |star| of(star, extent))).collect();
+        Self { ray, total: stars.iter().map(|s| s.0).sum(), stars }
+    }
+
+    /// How much of the starlight at a place comes by places that are drawn by the stars, F/∫F dt, beside collisions, kσ.
+    fn by_stars(&self, fluence: f64, by_collision: f64) -> f64 {
+        let both = fluence + by_collision * self.total;
+        if both > 0.0 { fluence / both } else { 1.0 }
+    }
 }
 
 /// Places along a ray in equal steps of the angle at which a star sees them: t = t₀ + b tan ϑ.

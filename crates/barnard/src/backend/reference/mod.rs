@@ -24,7 +24,7 @@ use spectra::rule::truth_points;
 
 use crate::camera::Camera;
 use crate::control::{Control, Stage};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::geometry::Ray;
 use crate::image::{Image, Samples};
@@ -56,6 +56,10 @@ struct Truth<'a> {
 
 /// Renders `scene` to `accuracy` of each pixel's radiance.
 pub fn render(scene: &Scene, accuracy: f64, control: &Control) -> Result<Image> {
+    if scene.method.bounces > 1 {
+        let message = "the reference scatters light once, and this scene asks for more: write bounces = 1, or take the path tracer";
+        return Err(Error::Render(message.into()));
+    }
     let truth = Truth::new(scene, accuracy)?;
     let camera = &scene.camera;
     let bands = scene.bands.len();

@@ -1,0 +1,89 @@
+//! Directions of discrete ordinates: the six faces of a cube, each cut into cells of equal angles along both slopes (u, v).
+//!
+//!   Ω(u, v) = atan(u v/√(1 + u² + v²))
+//!
+//! is the solid angle of a rectangle of slopes from the middle of a face. Directions stand in the middles of the cells, all slopes scaled by one factor near one, so
+//! that ⟨d_x⁴⟩ = 1/5 as on a sphere. Odd moments vanish and ⟨d_i d_j⟩ = δ_ij/3 as they do for all that has the symmetry of a cube; so harmonics up to degree two
+//! are orthonormal. All directions of a face cross the planes of the grid along one axis: in a sweep, a plane depends on the one before alone.
+
+use glam::DVec3;
+use spectra::constants::SPHERE;
+
+/// A face of the cube: all directions whose largest component is along `axis`.
+pub struct Face {
+    /// The axis.
+    pub axis: usize,
+    /// Whether they go up along it.
+    pub up: bool,
+    /// Its directions.
+    pub directions: Vec<Direction>,
+}
+
+/// One direction of light.
+#[derive(Debug, Clone, Copy)]
+pub struct Direction {
+    /// Where light goes, of length one.
+    pub towards: DVec3,
+    /// Solid angle that it stands for [sr].
+    pub weight: f64,
+}
+
+/// The axes in a plane across `axis`: along its rows, and from row to row.
+pub fn across(axis: usize) -> (usize, usize) {
+    [(1, 2), (0, 2), (0, 1)][axis]
+}
+
+/// Six faces of `edge` × `edge` directions.
+pub fn faces(edge: usize) -> Vec<Face> {
+    let slope = |part: f64| (std::f64::consts::FRAC_PI_4 * (2.0 * part / edge as f64 - 1.0)).tan();
+    let grid = || (0..edge * edge).map(|i| (i % edge, i / edge));
+    let weight = |(i, j): (usize, usize)| {
+        let (u, v) = ((slope(i as f64), slope(i as f64 + 1.0)), (slope(j as f64), slope(j as f64 + 1.0)));
+        solid_angle(u.1, v.1) - solid_angle(u.0, v.1) - solid_angle(u.1, v.0) + solid_angle(u.0, v.0)
+    };
+    let at = |scale: f64, (i, j): (usize, usize)| (scale * slope(i as f64 + 0.5), scale * slope(j as f64 + 0.5));
+    let fourth = |(u, v): (f64, f64)| (1.0 + u.powi(4) + v.powi(4)) / 3.0 / (1.0 + u * u + v * v).powi(2);
+    let (mut narrow, mut wide) = (0.8, 1.2);
+    for _ in 0..60 {
+        let middle = 0.5 * (narrow + wide);
+        let mean = grid().map(|cell| weight(cell) * fourth(at(middle, cell))).sum::<f64>() * 6.0 / SPHERE;
+        *if mean > 0.2 { &mut narrow } else { &mut wide } = middle;
+    }
+    let face = |axis: usize, up: bool| {
+        let (column, row) = across(axis);
+        let direction = |cell| {
+            let mut towards = [0.0; 3];
+            towards[axis] = if up { 1.0 } else { -1.0 };
+            (towards[column], towards[row]) = at(narrow, cell);
+            Direction { towards: DVec3::from(towards).normalize(), weight: weight(cell) }
+        };
+        Face { axis, up, directions: grid().map(direction).collect() }
+    };
+    (0..6).map(|f| face(f / 2, f % 2 == 0)).collect()
+}
+
+/// Of slopes between 0 and `u`, 0 and `v` [sr].
+fn solid_angle(u: f64, v: f64) -> f64 {
+    (u * v / (1.0 + u * u + v * v).sqrt()).atan()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Σ w f over the directions is ∫ f dΩ for all f up to the fourth power.
+    #[test]
+    fn directions_integrate() {
+        for edge in [2, 3, 4] {
+            let sum =
+                |f: &dyn Fn(DVec3) -> f64| faces(edge).iter().flat_map(|f| &f.directions).map(|d| d.weight * f(d.towards)).sum::<f64>();
+            assert!((sum(&|_| 1.0) / SPHERE - 1.0).abs() < 1e-12);
+            assert!(sum(&|d| d.x).abs() < 1e-12 && sum(&|d| d.x * d.y * d.z).abs() < 1e-12 && sum(&|d| d.x * d.y).abs() < 1e-12);
+            assert!((sum(&|d| d.z * d.z) * 3.0 / SPHERE - 1.0).abs() < 1e-12);
+            let fourth = sum(&|d| d.x.powi(4)) * 5.0 / SPHERE - 1.0;
+            assert!(fourth.abs() < 1e-9, "{edge}: {fourth}");
+            let mixed = sum(&|d| d.x * d.x * d.y * d.y) * 15.0 / SPHERE - 1.0;
+            assert!(mixed.abs() < 1e-9, "{edge}: {mixed}");
+        }
+    }
+}

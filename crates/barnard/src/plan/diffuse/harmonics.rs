@@ -1,0 +1,114 @@
+//! Real spherical harmonics, and phase functions in them.
+//!
+//!   p(a·b) = Σ_l p_l Σ_m Y_lm(a) Y_lm(b),  p_l = 2π ∫ p(μ) P_l(μ) dμ
+//!
+//! The addition theorem; p_0 = 1, p_1 = g, and p_l = g^l for Henyey & Greenstein. Y_lm by the recurrences of associated Legendre functions and of
+//! sin mφ, cos mφ in Cartesian form (Sloan 2013, JCGT 2 (2), 84), l by l, m from −l to l.
+
+use glam::DVec3;
+use spectra::quadrature::integrate;
+
+use crate::phase::Phase;
+
+/// The highest degree that is kept of any field.
+pub const DEGREE: usize = 5;
+/// Harmonics up to that.
+pub const COUNT: usize = count(DEGREE);
+
+/// Harmonics up to a degree.
+pub const fn count(degree: usize) -> usize {
+    (degree + 1) * (degree + 1)
+}
+
+/// Y_lm of a direction, l by l [sr^-½].
+pub fn harmonics(d: DVec3) -> [f64; COUNT] {
+    let mut values = [0.0; COUNT];
+    // sin^m θ times cos mφ and sin mφ, and P_mm without sin^m θ, with its norm.
+    let (mut cosine, mut sine) = (1.0, 0.0);
+    let mut diagonal = (1.0 / spectra::constants::SPHERE).sqrt();
+    for m in 0..=DEGREE {
+        let (mut before, mut legendre) = (0.0, diagonal);
+        for l in m..=DEGREE {
+            let around = if m == 0 { 1.0 } else { std::f64::consts::SQRT_2 };
+            values[l * (l + 1) + m] = around * legendre * cosine;
+            if m > 0 {
+                values[l * (l + 1) - m] = around * legendre * sine;
+            }
+            // From l to l + 1 at the same m, for normalised functions.
+            let (n, m2) = ((l + 1) as f64, (m * m) as f64);
+            let rise = ((4.0 * n * n - 1.0) / (n * n - m2)).sqrt();
+            let fall = (((n - 1.0).powi(2) - m2) / (4.0 * (n - 1.0).powi(2) - 1.0)).sqrt();
+            (before, legendre) = (legendre, rise * (d.z * legendre - fall.max(0.0) * before));
+        }
+        (cosine, sine) = (d.x * cosine - d.y * sine, d.x * sine + d.y * cosine);
+        diagonal *= ((2 * m + 3) as f64 / (2 * m + 2) as f64).sqrt();
+    }
+    values
+}
+
+/// l of each harmonic.
+pub fn degree(harmonic: usize) -> usize {
+    harmonic.isqrt()
+}
+
+/// P_l(μ) for all degrees.
+fn legendre(mu: f64) -> [f64; DEGREE + 1] {
+    let mut values = [1.0; DEGREE + 1];
+    let (mut before, mut value) = (0.0, 1.0);
+    for (l, v) in values.iter_mut().enumerate() {
+        *v = value;
+        let l = l as f64;
+        (before, value) = (value, ((2.0 * l + 1.0) * mu * value - l * before) / (l + 1.0));
+    }
+    values
+}
+
+/// p_l of a phase function at a wavelength [1].
+pub fn legendre_moments(phase: &dyn Phase, lambda_um: f64) -> [f64; DEGREE + 1] {
+    std::array::from_fn(|l| match (l, phase.is_isotropic()) {
+        (0, _) => 1.0,
+        (_, true) => 0.0,
+        _ => std::f64::consts::TAU * integrate(|mu| phase.at(mu, lambda_um) * legendre(mu)[l], -1.0, 1.0, 1e-9),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Henyey & Greenstein's function of g = 0.6, written out again.
+    #[derive(Debug)]
+    struct Forward;
+
+    impl Phase for Forward {
+        fn at(&self, cosine: f64, _: f64) -> f64 {
+            0.64 / (1.36 - 1.2 * cosine).powf(1.5) / spectra::constants::SPHERE
+        }
+        fn sample(&self, _: f64, _: &mut crate::counter::Counter) -> f64 {
+            0.0
+        }
+        fn is_spectral(&self) -> bool {
+            false
+        }
+    }
+
+    /// Σ_lm p_l Y_lm(a) Y_lm(b) is the Legendre series of Henyey & Greenstein's function, and harmonics are orthonormal.
+    #[test]
+    fn the_addition_theorem_holds() {
+        let g: f64 = 0.6;
+        let moments = legendre_moments(&Forward, 0.5);
+        for (l, p) in moments.iter().enumerate() {
+            assert!((p - g.powi(l as i32)).abs() < 1e-7, "{l}: {p}");
+        }
+        let (a, b) = (DVec3::new(0.3, -0.5, 0.7).normalize(), DVec3::new(-0.8, 0.1, 0.4).normalize());
+        let (ya, yb, mu) = (harmonics(a), harmonics(b), a.dot(b));
+        for l in 0..=DEGREE {
+            let own = (0..COUNT).filter(|h| degree(*h) == l).map(|h| ya[h] * yb[h]).sum::<f64>();
+            // Bonnet's polynomials, written out.
+            let polynomials = [1.0, mu, 0.5 * (3.0 * mu * mu - 1.0), 0.5 * mu * (5.0 * mu * mu - 3.0)];
+            let Some(polynomial) = polynomials.get(l) else { break };
+            let expected = (2 * l + 1) as f64 / spectra::constants::SPHERE * polynomial;
+            assert!((own - expected).abs() < 1e-12, "{l}: {own} {expected}");
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! One sweep: the radiance that given sources make, by short characteristics along discrete ordinates.
+//!
+//! Plane by plane along a face's axis; between two planes, a cell's radiance in a direction is
+//!
+//!   I = I₀ e^(−Δ) + S₀ (g − e^(−Δ)) + S (1 − g) + ē s g,   g = (1 − e^(−Δ))/Δ
+//!
+//! | symbol | variable | unit |
+//! |---|---|---|
+//! | I₀, S₀: radiance and source function one plane before, where the ray comes from, bilinear | `before` | of radiance |
+//! | S = Σ_lm Y_lm Q_lm: what is scattered there, in parts of extinction | `source` | of radiance |
+//! | Δ = k σ̄ s: optical depth between the planes | `depth` | 1 |
+//! | ē s: light of gas | `glow` | of radiance |
+//!
+//! This is eq. (23) of docs/method.md, with the light of gas. Both weights of S are positive and add up to 1 − e^(−Δ): no cell makes light from nothing, and an even field of light stays as it is where nothing is
+//! absorbed. Source: Kunasz & Auer 1988, JQSRT 39, 67 (short characteristics). Left out: higher orders of interpolation, whose overshoots would need
+//! limits; the blur that bilinear interpolation brings is known to be small for light that was scattered.
+
+use multiversion::multiversion;
+use rayon::prelude::*;
+
+use super::directions::{Direction, Face, across};
+use super::harmonics::{COUNT, harmonics};
+use super::medium::Cells;
+use super::{Moments, Octet, WIDTH};
+use crate::control::Control;
+use crate::error::Result;
+use crate::packet::{exp, fma};
+
+/// What shines, for eight terms.
+pub struct Sources<'a> {
+    /// Q_lm of each cell: scattered light in parts of extinction.
+    pub scattered: &'a Moments,
+    /// Emission per length of each cell [pc⁻¹], where gas glows.
+    pub glow: Option<&'a [Octet]>,
+    /// Radiance that comes in from all around.
+    pub around: Octet,
+}
+
+/// A direction in units of the grid.
+struct Beam {
+    /// Cells, along a row and from row to row, to the first of the four that it comes from.
+    shift: [isize; 2],
+    /// Bilinear weights of the four.
+    weights: [f32; 4],
+    /// From plane to plane [pc].
+    length_pc: f32,
+    /// Y_lm.
+    harmonics: [f32; COUNT],
+    /// Y_lm dΩ.
+    gather: [f32; COUNT],
+}
+
+/// A row of a plane, with cells around it where nothing is but what comes in.
+#[derive(Clone)]
+struct Row {
+    /// Cell × direction.
+    radiance: Vec<Octet>,
+    /// σ S, cell × direction.
+    scattering: Vec<Octet>,
+    /// Light of gas per length.
+    glow: Vec<Octet>,
+    sigma: Vec<f32>,
+}
+
+/// A row of cells that is to be done.
+struct Line<'a> {
+    cells: &'a Cells,
+    k: &'a Octet,
+    sources: &'a Sources<'a>,
+    beams: &'a [Beam],
+    /// Cells around a plane.
+    margin: usize,
+    /// Its number in the plane.
+    row: usize,
+    /// Number of the first cell, and from one to the next.
+    first: usize,
+    stride: usize,
+    /// Number of the first cell whose moments are at hand.
+    base: usize,
+}
+
+/// Adds to `out` the moments of the light that `sources` send through `cells`, in which eight terms have the extinctions `k`.
+///
+/// # Errors
+/// When the user wishes to stop.
+pub fn sweep(cells: &Cells, k: &Octet, faces: &[Face], sources: &Sources, out: &mut Moments, control: &Control) -> Result<()> {
+    for face in faces {
+        control.check()?;
+        sweep_face(cells, k, face, sources, out);
+    }
+    Ok(())
+}
+
+fn sweep_face(cells: &Cells, k: &Octet, face: &Face, sources: &Sources, out: &mut Moments) {
+    let dims = cells.lattice.dims;
+    let (column, row) = across(face.axis);
+    let beams: Vec<Beam> = face.directions.iter().map(|d| beam(cells, face, d)).collect();
+    let margin = beams.iter().flat_map(|b| b.shift).map(|s| s.unsigned_abs() + 1).max().unwrap_or(1);
+    let length = dims[column] + 2 * margin;
+    let empty = Row {
+        radiance: vec![sources.around; length * beams.len()],
+        scattering: vec![[0.0; WIDTH]; length * beams.len()],
+        glow: vec![[0.0; WIDTH]; length],
+        sigma: vec![0.0; length],
+    };
+    let mut before = vec![empty; dims[row] + 2 * margin];
+    let mut after = before.clone();
+    let strides = [1, dims[0], dims[0] * dims[1]];
+    // Rows of a plane lie in parts of the moments that do not overlap: slabs of equal z, or rows of one.
+    let part = strides[row];
+    for step in 0..dims[face.axis] {
+        let plane = if face.up { step } else { dims[face.axis] - 1 - step };
+        let start = if face.axis == 2 { plane * strides[2] } else { 0 };
+        let parts = out.data[start * out.count..].par_chunks_mut(part * out.count).take(dims[row]);
+        after[margin..margin + dims[row]].par_iter_mut().zip(parts).enumerate().with_min_len(ROWS).for_each(|(number, (done, out))| {
+            let first = plane * strides[face.axis] + number * strides[row];
+            let base = start + number * part;
+            let line = Line { cells, k, sources, beams: &beams, margin, row: number, first, stride: strides[column], base };
+            march_row(&line, &before, done, out);
+        });
+        std::mem::swap(&mut before, &mut after);
+    }
+}
+
+/// Rows that one thread takes at least.
+const ROWS: usize = 4;
+
+fn beam(cells: &Cells, face: &Face, direction: &Direction) -> Beam {
+    let (column, row) = across(face.axis);
+    let edge = cells.lattice.voxel_pc();
+    let along = direction.towards[face.axis].abs();
+    // Where light comes from, one plane before.
+    let back = |axis: usize| -direction.towards[axis] / along * edge[face.axis] / edge[axis];
+    let (u, v) = (back(column), back(row));
+    let (fu, fv) = ((u - u.floor()) as f32, (v - v.floor()) as f32);
+    let y = harmonics(direction.towards);
+    Beam {
+        shift: [u.floor() as isize, v.floor() as isize],
+        weights: [(1.0 - fu) * (1.0 - fv), fu * (1.0 - fv), (1.0 - fu) * fv, fu * fv],
+        length_pc: (edge[face.axis] / along) as f32,
+        harmonics: y.map(|y| y as f32),
+        gather: y.map(|y| (y * direction.weight) as f32),
+    }
+}
+
+/// Σ of four values by weights.
+#[inline(always)]
+fn blend(four: [&Octet; 4], weights: &[f32; 4]) -> Octet {
+    let mut sum = [0.0; WIDTH];
+    for (values, weight) in four.into_iter().zip(weights) {
+        for t in 0..WIDTH {
+            sum[t] = fma(*weight, values[t], sum[t]);
+        }
+    }
+    sum
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
+fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [Octet]) {
+    let (count, harmonics) = (line.beams.len(), line.sources.scattered.count);
+    let columns = done.sigma.len() - 2 * line.margin;
+    for column in 0..columns {
+        let cell = line.first + column * line.stride;
+        let sigma = line.cells.sigma[cell];
+        let glow = line.sources.glow.map_or([0.0; WIDTH], |glow| glow[cell]);
+        let source = line.sources.scattered.cell(cell);
+        let moments = &mut out[(cell - line.base) * harmonics..][..harmonics];
+        let here = column + line.margin;
+        (done.sigma[here], done.glow[here]) = (sigma, glow);
+        for (b, beam) in line.beams.iter().enumerate() {
+            let rows = [0, 1].map(|r| &before[(line.row + line.margin).wrapping_add_signed(beam.shift[1] + r)]);
+            let at = here.wrapping_add_signed(beam.shift[0]);
+            let four = |values: fn(&Row) -> &[Octet], stride: usize, b: usize| {
+                let place = |i: usize| (at + i) * stride + b;
+                [&values(rows[0])[place(0)], &values(rows[0])[place(1)], &values(rows[1])[place(0)], &values(rows[1])[place(1)]]
+            };
+            let incoming = blend(four(|r| &r.radiance, count, b), &beam.weights);
+            let scattering = blend(four(|r| &r.scattering, count, b), &beam.weights);
+            let w = &beam.weights;
+            let upwind =
+                fma(w[0], rows[0].sigma[at], w[1] * rows[0].sigma[at + 1]) + fma(w[2], rows[1].sigma[at], w[3] * rows[1].sigma[at + 1]);
+            let mut own_source = [0.0; WIDTH];
+            for (y, moment) in beam.harmonics.iter().zip(source) {
+                for t in 0..WIDTH {
+                    own_source[t] = fma(*y, moment[t], own_source[t]);
+                }
+            }
+            // Where no dust is, its source function is that of the dust beside it.
+            let (inverse, own) = if upwind > line.cells.least { (1.0 / upwind, 0.0) } else { (0.0, 1.0) };
+            let depth = 0.5 * (upwind + sigma) * beam.length_pc;
+            let mut radiance = [0.0; WIDTH];
+            for t in 0..WIDTH {
+                let (e, first, second) = shares(line.k[t] * depth);
+                let upwind_source = fma(scattering[t], inverse, own * own_source[t]);
+                radiance[t] = fma(incoming[t], e, fma(upwind_source, first, own_source[t] * second));
+            }
+            if line.sources.glow.is_some() {
+                let coming = blend(four(|r| &r.glow, 1, 0), &beam.weights);
+                for t in 0..WIDTH {
+                    let (e, first, _) = shares(line.k[t] * depth);
+                    radiance[t] = fma(0.5 * (coming[t] + glow[t]) * beam.length_pc, first + e, radiance[t]);
+                }
+            }
+            for (weight, moment) in beam.gather.iter().zip(moments.iter_mut()) {
+                for t in 0..WIDTH {
+                    moment[t] = fma(*weight, radiance[t], moment[t]);
+                }
+            }
+            done.radiance[here * count + b] = radiance;
+            done.scattering[here * count + b] = own_source.map(|s| s * sigma);
+        }
+    }
+}
+
+/// e^(−Δ), g − e^(−Δ) and 1 − g, with g = (1 − e^(−Δ))/Δ.
+#[inline(always)]
+fn shares(depth: f32) -> (f32, f32, f32) {
+    let e = exp(-depth);
+    let thin = depth < 0.03;
+    let g = (1.0 - e) / if thin { 1.0 } else { depth };
+    let first = if thin { depth * fma(depth, fma(depth, 0.125, -1.0 / 3.0), 0.5) } else { g - e };
+    let second = if thin { depth * fma(depth, fma(depth, 1.0 / 24.0, -1.0 / 6.0), 0.5) } else { 1.0 - g };
+    (e, first, second)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::directions::faces;
+    use super::*;
+    use crate::field::Lattice;
+    use crate::geometry::Bounds;
+    use glam::DVec3;
+
+    fn cells(dims: [usize; 3], size: DVec3, sigma: impl Fn(DVec3) -> f64) -> Cells {
+        let lattice = Lattice { dims, bounds: Bounds { low: -0.5 * size, high: 0.5 * size } };
+        let of = |cell: usize| {
+            let [x, y, z] = lattice.place(cell);
+            sigma(lattice.centre(x, y, z)) as f32
+        };
+        Cells { sigma: (0..lattice.cells()).map(of).collect(), lattice, block: 1, least: 1e-9 }
+    }
+
+    /// In an even field of light, dust that absorbs nothing changes nothing, wherever it is.
+    #[test]
+    fn an_even_field_stays() {
+        let cells = cells([7, 5, 9], DVec3::new(1.0, 2.0, 1.5), |p| 3.0 + 40.0 * (7.0 * p.x).sin().max(0.0) + 5.0 * p.y * p.y);
+        let (k, faces) = ([0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 4.0, 9.0], faces(3));
+        let around: Octet = std::array::from_fn(|t| 1.0 + t as f32);
+        // S = I: its moment of degree zero is √4π of it.
+        let fluence = around.map(|i| i * (spectra::constants::SPHERE as f32).sqrt());
+        let mut scattered = Moments::dark(cells.lattice.cells(), 9);
+        scattered.data.iter_mut().step_by(9).for_each(|m| *m = fluence);
+        let mut out = Moments::dark(cells.lattice.cells(), 9);
+        sweep(&cells, &k, &faces, &Sources { scattered: &scattered, glow: None, around }, &mut out, &Control::default()).unwrap();
+        for (i, (found, expected)) in out.data.iter().zip(&scattered.data).enumerate() {
+            let close = (0..WIDTH).all(|t| (found[t] - expected[t]).abs() < 2e-5 * fluence[t]);
+            assert!(close, "{i}: {found:?} {expected:?}");
+        }
+    }
+
+    /// Without dust, gas between two planes sends its length; with even dust and no scattering what comes in falls as e^(−kΔ).
+    #[test]
+    fn light_falls_and_gas_glows() {
+        let size = DVec3::new(1.0, 1.0, 1.0);
+        let (k, faces) = ([0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6], faces(2));
+        let clear = cells([16; 3], size, |_| 0.0);
+        let dark = Moments::dark(clear.lattice.cells(), 1);
+        let run = |cells: &Cells, glow: Option<&[Octet]>, around: Octet| {
+            let mut out = dark.clone();
+            sweep(cells, &k, &faces, &Sources { scattered: &dark, glow, around }, &mut out, &Control::default()).unwrap();
+            out
+        };
+        // Far inside, the path through gas along each direction is the same to both faces: fluence is 4π times the mean path.
+        let gas = vec![[2.0; WIDTH]; dark.data.len()];
+        let out = run(&clear, Some(&gas), [0.0; WIDTH]);
+        let middle = clear.lattice.index(8, 8, 8);
+        let path = |d: &Direction| d.weight * 2.0 * 8.0 / 16.0 / d.towards.abs().max_element();
+        let expected: f64 = faces.iter().flat_map(|f| &f.directions).map(path).sum::<f64>() * harmonics(DVec3::X)[0];
+        let found = f64::from(out.cell(middle)[0][3]);
+        assert!((found / expected - 1.0).abs() < 0.05, "{found} {expected}");
+        let dusty = cells([16; 3], size, |_| 3.0);
+        let (near, far) = (run(&dusty, None, [1.0; WIDTH]).cell(middle)[0], run(&clear, None, [1.0; WIDTH]).cell(middle)[0]);
+        for t in 0..WIDTH {
+            let mean = |d: &Direction| {
+                d.weight / spectra::constants::SPHERE * (-f64::from(k[t]) * 3.0 * 0.5 / d.towards.abs().max_element()).exp()
+            };
+            let expected: f64 = faces.iter().flat_map(|f| &f.directions).map(mean).sum();
+            let found = f64::from(near[t] / far[t]);
+            assert!((found / expected - 1.0).abs() < 0.05, "{t}: {found} {expected}");
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Many bounces by the plan's diffuse field: against the path tracer, which knows nothing of it, and against what is known.
+
+use barnard::backend::{cpu, path, reference};
+use barnard::control::Control;
+use barnard::plan::{Options, Plan};
+use barnard::scene::{DEFAULT_MEMORY, Loader, MANY_BOUNCES, Scene};
+
+fn parse(text: &str) -> Scene {
+    Scene::parse("bounces.toml", "bounces", text.to_owned(), &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap()
+}
+
+fn options(scene: &Scene) -> Options {
+    Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY }
+}
+
+fn plan(scene: &Scene) -> Plan {
+    Plan::new(scene, &options(scene), &Control::default()).unwrap()
+}
+
+fn radiance(plan: &Plan) -> Vec<f64> {
+    cpu::radiance(plan, &Control::default()).unwrap().0.into_iter().map(f64::from).collect()
+}
+
+const CAMERA: &str =
+    "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.4 0.3 5 pc\"\nfield_of_view = \"26 deg\"\nsize = [16, 16]\n";
+const BALL: &str =
+    "[field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n[dust]\ndensity = \"ball\"\nlaw = \"ccm89\"\nscale = \"1.5 /pc\"\nalbedo = 0.8\n";
+const STAR: &str =
+    "[[star]]\nkind = \"blackbody\"\nposition = \"0.3 0.5 1.3 pc\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\nvisible = false\n";
+const GAS: &str = "[field.knot]\nkind = \"sphere\"\nradius = \"0.6 pc\"\ncentre = \"0.3 0 0.2 pc\"\n[[emission]]\nname = \"line\"\nkind = \"lines\"\ndensity = \"knot\"\n\
+                   scale = \"4e-25 W/m3/sr\"\nlines = [{ wavelength = \"540 nm\", strength = 1 }]\n";
+const BEHIND: &str = "[background]\nkind = \"blackbody\"\ntemperature = \"4000 K\"\nradiance = \"5e-10 W/m2/sr/nm\"\n";
+const METHOD: &str = "[method]\naccuracy = 0.003\nbake = 40\n";
+
+fn forward(g: f64) -> String {
+    format!("phase = {{ kind = \"henyey_greenstein\", g = {g} }}\n")
+}
+
+/// Light of so many bounces that has scattered at least twice (or, of gas and background, once), with its standard errors.
+fn again(scene: &Scene, bounces: usize, samples: u64) -> (Vec<f64>, Vec<f64>) {
+    let options = path::Options { bounces, first: 2, samples, ..path::Options::default() };
+    let mut film = path::Film::default();
+    path::trace(scene, &options, &mut film, &Control::default(), &mut |_| ()).unwrap();
+    film.estimates.iter().map(|e| (e.mean, e.error())).unzip()
+}
+
+/// The relative rms of a picture's error beyond what chance has, to all of its light.
+fn error(many: &[f64], once: &[f64], (mean, chance): &(Vec<f64>, Vec<f64>)) -> f64 {
+    let (mut wrong, mut all) = (0.0, 0.0);
+    for i in 0..many.len() {
+        wrong += (many[i] - once[i] - mean[i]).powi(2) - chance[i].powi(2);
+        all += (once[i] + mean[i]).powi(2);
+    }
+    (wrong.max(0.0) / all).sqrt()
+}
+
+/// Two bounces and all of them, even and forward scattering, light of a star, of gas and of a background: within 5 % of the path tracer; the light of more or fewer bounces, and
+/// that of another phase function, is not.
+#[test]
+fn many_bounces_are_those_of_the_path_tracer() {
+    for (g, bounces, samples) in [(0.0, 2, 200), (0.0, MANY_BOUNCES, 300), (0.7, MANY_BOUNCES, 600)] {
+        let scene =
+            |g: f64, bounces: usize| parse(&format!("{CAMERA}{BALL}{}{STAR}{GAS}{BEHIND}{METHOD}bounces = {bounces}\n", forward(g)));
+        let truth = again(&scene(g, bounces), bounces, samples);
+        let once = radiance(&Plan { diffuse: None, ..plan(&scene(g, bounces)) });
+        let many = |g: f64, bounces: usize| error(&radiance(&plan(&scene(g, bounces))), &once, &truth);
+        let own = many(g, bounces);
+        assert!(own < 0.05, "g {g}, {bounces} bounces: {own}");
+        let share = truth.0.iter().sum::<f64>() / (truth.0.iter().sum::<f64>() + once.iter().sum::<f64>());
+        assert!(share > 0.2, "{share}");
+        for (g, bounces) in [(-g, if bounces == 2 { 4 } else { 2 }), (g, 1), (if g == 0.0 { 0.9 } else { -g }, bounces)] {
+            let other = many(g, bounces);
+            assert!(other > 0.05, "g {g}, {bounces} bounces: {other}");
+        }
+    }
+}
+
+/// White dust in an even field of light cannot be seen: what it takes out of a ray it scatters into it.
+#[test]
+fn white_dust_in_even_light_is_invisible() {
+    for (albedo, g) in [(1.0, 0.0), (1.0, 0.6), (0.8, 0.0)] {
+        let dust = BALL.replace("0.8", &albedo.to_string()).replace("1.5 /pc", "4 /pc");
+        let scene = parse(&format!("{CAMERA}{dust}{}{BEHIND}{METHOD}bounces = 1000\n", forward(g)));
+        let clear = parse(&format!("{CAMERA}{BEHIND}{METHOD}"));
+        let (dusty, clear) = (radiance(&plan(&scene)), radiance(&plan(&clear)));
+        let worst = dusty.iter().zip(&clear).map(|(d, c)| (d / c - 1.0).abs()).fold(0.0, f64::max);
+        assert_eq!(worst < 0.01, albedo == 1.0, "albedo {albedo}, g {g}: {worst}");
+    }
+}
+
+/// One bounce is what it was, bit by bit; another camera sees the same field as a plan that was made for it; threads change nothing.
+#[test]
+fn fields_are_kept() {
+    let text = |camera: &str, bounces: usize| format!("{camera}{BALL}{}{STAR}{METHOD}steps = 60\nbounces = {bounces}\n", forward(0.5));
+    let sampled = |text: &str| {
+        let scene = parse(text);
+        Plan::sampled(&scene, &options(&scene), 60, &Control::default()).unwrap()
+    };
+    let (one, two) = (sampled(&text(CAMERA, 1)), sampled(&text(CAMERA, 2)));
+    assert!(
+        one.diffuse.is_none() && radiance(&one) == radiance(&Plan { diffuse: None, ..two.clone() }) && radiance(&one) != radiance(&two)
+    );
+    let aside = CAMERA.replace("0.4 0.3 5 pc", "3 -1 4 pc");
+    let (mut moved, there) = (two.clone(), sampled(&text(&aside, 2)));
+    moved.look_from(there.camera.clone());
+    let volumes = |plan: &Plan| plan.diffuse.as_ref().unwrap().volumes.iter().map(|v| v.data.clone()).collect::<Vec<_>>();
+    assert!(volumes(&moved) == volumes(&there) && volumes(&moved) != volumes(&two));
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    assert!(volumes(&alone.install(|| sampled(&text(CAMERA, 2)))) == volumes(&two));
+}
+
+/// What a scene asks that cannot be had is refused in words, or done with fewer cells, which is said; a stop is heard.
+#[test]
+fn limits_are_said() {
+    let scene = |method: &str| parse(&format!("{CAMERA}{BALL}{}{STAR}{METHOD}{method}", forward(0.6)));
+    let many = scene("bounces = 3\n");
+    let within = |memory_limit: u64| Plan::new(&many, &Options { memory_limit, ..options(&many) }, &Control::default());
+    let (whole, coarse) = (plan(&many), within(40 << 20).unwrap());
+    let cells = |plan: &Plan| plan.diffuse.as_ref().unwrap().found.cells;
+    assert!(cells(&coarse)[0] < cells(&whole)[0] && coarse.diffuse.as_ref().unwrap().bytes() < 40 << 20);
+    let said = |plan: &Plan| plan.notes().into_iter().find(|n| n.0 == "many bounces").unwrap().1;
+    assert!(said(&coarse).contains("--memory") && !said(&whole).contains("--memory"), "{}", said(&coarse));
+    assert!(within(2 << 20).unwrap_err().to_string().contains("memory"));
+    let refused = |scene: &Scene| Plan::new(scene, &options(scene), &Control::default()).unwrap_err().to_string();
+    let lookup = refused(&scene("bounces = 3\nname = \"lookup\"\n"));
+    assert!(lookup.contains("bounces = 1") && lookup.contains("band_quadrature"), "{lookup}");
+    let message = reference::render(&many, 1e-3, &Control::default()).unwrap_err().to_string();
+    assert!(message.contains("bounces = 1"), "{message}");
+    let control = Control::default();
+    control.interrupt();
+    assert!(matches!(Plan::new(&many, &options(&many), &control), Err(barnard::Error::Interrupted)));
+}

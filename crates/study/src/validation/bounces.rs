@@ -1,0 +1,282 @@
+//! Many bounces by the plan's field, beside those of the path tracer.
+
+use std::time::Instant;
+
+use barnard::backend::{cpu, path};
+use barnard::control::Control;
+use barnard::plan::{Options, Plan};
+use barnard::scene::{DEFAULT_MEMORY, MANY_BOUNCES, Scene};
+
+use crate::page::{short, table};
+use crate::{Chapter, Findings, Picture, Result};
+
+pub(super) const CHAPTER: Chapter = Chapter {
+    name: "bounces",
+    title: "1. Many bounces",
+    question: "How far is the field of light that was scattered before, solved once on cells and marched as volumes (eqs. 22 and 23), from the path tracer, and what does it cost? Albedo 0.8, Henyey & Greenstein's \
+               phase function, Johnson V, depths through the middle of the cloud at V; asked are at most 5 % up to a depth of 3, at most 15 % up to 30, and frames of at most twice the length.",
+    run,
+};
+
+/// A cloud: its name, its fields, its density, and the scale that makes its deepest ray one of depth 1 at V.
+struct Cloud {
+    name: &'static str,
+    fields: &'static str,
+    density: &'static str,
+    scale: f64,
+}
+
+const CLOUDS: [Cloud; 3] = [
+    Cloud { name: "sphere", fields: "[field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n", density: "ball", scale: 0.5 },
+    Cloud {
+        name: "fBm cloud",
+        fields: "[field.cloud]\nkind = \"fbm\"\nseed = 11\nradius = \"1 pc\"\nscale = \"0.8 pc\"\noctaves = 5\noffset = 0.2\n",
+        density: "cloud",
+        scale: 1.07,
+    },
+    Cloud {
+        name: "turbulent cloud, simulated, 128³",
+        fields: "[field.n_H]\nkind = \"grid\"\nfile = \"volumes/turbulent_cloud_128.npz\"\naxes = \"xyz\"\nlow = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"\n\
+                 [field.ball]\nkind = \"sphere\"\nradius = \"0.95 pc\"\n",
+        density: "n_H * ball",
+        scale: 0.000386,
+    },
+];
+
+/// A depth, the star's place that goes with it, and the error that is asked.
+struct Case {
+    depth: f64,
+    star: &'static str,
+    asked: f64,
+}
+
+/// In clouds of depth 30 a star is outside: paths from the eye do not find one that is buried so deep.
+const CASES: [Case; 2] =
+    [Case { depth: 3.0, star: "0.25 0.15 0.35", asked: 0.05 }, Case { depth: 30.0, star: "0.3 0.5 1.35", asked: 0.15 }];
+/// Mean cosines of the phase function.
+const MEAN_COSINES: [f64; 2] = [0.0, 0.7];
+/// Pixels an edge of what is compared, and how many times larger they are shown; paths of each.
+const COMPARED: usize = 48;
+const SHOWN: usize = 5;
+const PATHS: u64 = 1600;
+/// Pixels an edge of frames that are timed, and how many of each kind.
+const TIMED: usize = 192;
+const ROUNDS: usize = 5;
+/// How much brighter differences are shown.
+const AMPLIFIED: f64 = 4.0;
+
+fn scene(cloud: &Cloud, case: &Case, g: f64) -> Result<Scene> {
+    let text = format!(
+        "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.6 0.4 6 pc\"\nfield_of_view = \"24 deg\"\nsize = [{COMPARED}, {COMPARED}]\n\
+         {}[dust]\ndensity = \"{}\"\nscale = \"{} /pc\"\nlaw = \"ccm89\"\nalbedo = 0.8\nphase = {{ kind = \"henyey_greenstein\", g = {g} }}\n\
+         [[star]]\nkind = \"blackbody\"\nposition = \"{} pc\"\ntemperature = \"15000 K\"\nluminosity = \"1000 Lsun\"\nvisible = false\n\
+         [method]\naccuracy = 0.003\nbake = 96\nbounces = {MANY_BOUNCES}\n",
+        cloud.fields,
+        cloud.density,
+        cloud.scale * case.depth,
+        case.star
+    );
+    Ok(Scene::parse("validation.toml", cloud.name, text, &barnard::builtin::loader(DEFAULT_MEMORY))?)
+}
+
+/// What was found of one scene.
+struct Trial {
+    once: Vec<f64>,
+    many: Vec<f64>,
+    /// Light that scattered at least twice, by paths, and its standard errors.
+    paths: Vec<f64>,
+    errors: Vec<f64>,
+    /// Seconds of: paths, the plan with and without the field, a frame with and without.
+    path_seconds: f64,
+    planned: (f64, f64),
+    frames: (f64, f64),
+    plan: Plan,
+}
+
+impl Trial {
+    fn new(scene: &Scene, control: &Control) -> Result<Self> {
+        let start = Instant::now();
+        let options = path::Options { first: 2, samples: PATHS, ..path::Options::default() };
+        let mut film = path::Film::default();
+        path::trace(scene, &options, &mut film, control, &mut |_| ())?;
+        let path_seconds = start.elapsed().as_secs_f64();
+        let (paths, errors) = film.estimates.iter().map(|e| (e.mean, e.error())).unzip();
+        let planned = |bounces: usize| -> Result<(Plan, f64)> {
+            let mut options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+            options.method.bounces = bounces;
+            let start = Instant::now();
+            Ok((Plan::new(scene, &options, control)?, start.elapsed().as_secs_f64()))
+        };
+        let ((once, once_planned), (plan, many_planned)) = (planned(1)?, planned(MANY_BOUNCES)?);
+        let light = |plan: &Plan| -> Result<Vec<f64>> { Ok(cpu::radiance(plan, control)?.0.into_iter().map(f64::from).collect()) };
+        let large =
+            |plan: &Plan| Plan { camera: barnard::camera::Camera { width: TIMED, height: TIMED, ..plan.camera.clone() }, ..plan.clone() };
+        let (large_once, large_many) = (large(&once), large(&plan));
+        let mut frames = (f64::INFINITY, f64::INFINITY);
+        for _ in 0..ROUNDS {
+            for (plan, shortest) in [(&large_once, &mut frames.1), (&large_many, &mut frames.0)] {
+                let start = Instant::now();
+                cpu::radiance(plan, control)?;
+                *shortest = shortest.min(start.elapsed().as_secs_f64());
+            }
+        }
+        Ok(Self {
+            once: light(&once)?,
+            many: light(&plan)?,
+            paths,
+            errors,
+            path_seconds,
+            planned: (many_planned, once_planned),
+            frames,
+            plan,
+        })
+    }
+
+    /// Σ over the pixels.
+    fn sum(&self, value: impl Fn(usize) -> f64) -> f64 {
+        (0..self.once.len()).map(value).sum()
+    }
+
+    fn truth(&self, i: usize) -> f64 {
+        self.once[i] + self.paths[i]
+    }
+
+    /// Rms of the truth.
+    fn power(&self) -> f64 {
+        self.sum(|i| self.truth(i).powi(2)).sqrt()
+    }
+
+    /// Relative rms error, what chance adds to it taken off.
+    fn error(&self) -> f64 {
+        let wrong = self.sum(|i| (self.many[i] - self.truth(i)).powi(2) - self.errors[i].powi(2));
+        wrong.max(0.0).sqrt() / self.power()
+    }
+
+    /// Relative rms of what chance has left in the truth.
+    fn noise(&self) -> f64 {
+        self.sum(|i| self.errors[i].powi(2)).sqrt() / self.power()
+    }
+
+    /// The part of light that has scattered more than once.
+    fn share(&self) -> f64 {
+        self.sum(|i| self.paths[i]) / self.sum(|i| self.truth(i))
+    }
+
+    /// Light of all pixels in that of the truth.
+    fn total(&self) -> f64 {
+        self.sum(|i| self.many[i]) / self.sum(|i| self.truth(i))
+    }
+
+    /// Seconds in which the path tracer would come to the same error, and the plan and a frame of as many pixels do.
+    fn equal_error(&self) -> (f64, f64) {
+        let frame = self.frames.0 * (COMPARED as f64 / TIMED as f64).powi(2);
+        (self.path_seconds * (self.noise() / self.error()).powi(2), self.planned.0 + frame)
+    }
+}
+
+fn run(control: &Control) -> Result<Findings> {
+    let mut findings = Findings::default();
+    let (mut errors, mut costs) = (Vec::new(), Vec::new());
+    let (mut worst, mut slowest) = ([0.0f64; 2], 0.0f64);
+    for cloud in &CLOUDS {
+        for (case, worst) in CASES.iter().zip(&mut worst) {
+            let mut rows = Vec::new();
+            for g in MEAN_COSINES {
+                control.check()?;
+                let trial = Trial::new(&scene(cloud, case, g)?, control)?;
+                let (error, ratio) = (trial.error(), trial.frames.0 / trial.frames.1);
+                (*worst, slowest) = (worst.max(error), slowest.max(ratio));
+                let name = [cloud.name.to_owned(), short(case.depth), short(g)];
+                let percent = |v: f64| format!("{:.1} %", 100.0 * v);
+                let holds = if error <= case.asked { "yes" } else { "no" };
+                errors.push(
+                    [
+                        percent(trial.share()),
+                        percent(error),
+                        percent(trial.noise()),
+                        format!("{:.3}", trial.total()),
+                        percent(case.asked),
+                        holds.into(),
+                    ]
+                    .to_vec(),
+                );
+                let (by_paths, by_field) = trial.equal_error();
+                let found = trial.plan.diffuse.as_ref().map(|d| d.found);
+                let field = found.map_or_else(String::new, |f| {
+                    let [x, y, z] = f.cells;
+                    format!("{x} × {y} × {z}, degree {}, {} orders, {} MiB", f.degree, f.sweeps, f.bytes >> 20)
+                });
+                costs.push(
+                    [field, short(trial.planned.0), short(trial.planned.1), format!("{ratio:.2}"), short(by_paths), short(by_field)]
+                        .to_vec(),
+                );
+                for rows in [&mut errors, &mut costs] {
+                    if let Some(row) = rows.last_mut() {
+                        row.splice(0..0, name.clone());
+                    }
+                }
+                rows.push(trial);
+            }
+            let words = format!("{}, depth {}", cloud.name, short(case.depth));
+            findings.pictures.push(montage(&format!("bounces_{}", findings.pictures.len() + 1), &words, &rows));
+        }
+    }
+    let head = ["cloud", "depth", "g"];
+    let with = |more: &[&'static str]| head.iter().chain(more).copied().collect::<Vec<_>>();
+    let head = with(&["of light scattered twice or more", "error", "chance in the truth", "light of all pixels", "asked", "kept"]);
+    findings.text += &table(&head, &errors);
+    findings.text += &format!(
+        "The worst error is {:.1} % up to a depth of 3, {:.1} % up to 30. Errors are relative rms over the pixels, of all light, what chance adds to them taken off; the light of one scattering is that of the \
+         plan in both pictures, and paths bring what has scattered twice or more. In clouds of depth 30 the star stands outside: paths from the eye hardly find one that is buried so deep.\n\n",
+        100.0 * worst[0],
+        100.0 * worst[1]
+    );
+    let head = with(&[
+        "field",
+        "plan [s]",
+        "plan of one bounce [s]",
+        "frame, of one with one bounce",
+        "paths to the same error [s]",
+        "plan and frame [s]",
+    ]);
+    findings.text += &table(&head, &costs);
+    findings.text += &format!(
+        "Frames of {TIMED} × {TIMED} pixels on the processor, the shortest of {ROUNDS} of each kind in turn: the longest takes {slowest:.2} times that of one bounce. The time of paths is that of {PATHS} a pixel, \
+         scaled by the square of its noise over the error, for {COMPARED} × {COMPARED} pixels and the light of two scatterings and more alone; a further frame costs paths as much again, the plan nothing.\n"
+    );
+    Ok(findings)
+}
+
+/// For each mean cosine a row: one bounce, many, those of the path tracer, and the difference.
+fn montage(name: &str, words: &str, trials: &[Trial]) -> Picture {
+    let (columns, rows) = (4 * COMPARED, trials.len() * COMPARED);
+    let (width, height) = (columns * SHOWN, rows * SHOWN);
+    let white = |trial: &Trial| {
+        let mut values: Vec<f64> = (0..trial.once.len()).map(|i| trial.truth(i)).collect();
+        values.sort_by(f64::total_cmp);
+        values[values.len() * 98 / 100].max(f64::MIN_POSITIVE)
+    };
+    let whites: Vec<f64> = trials.iter().map(white).collect();
+    let pixel = |at: usize| {
+        let (x, y) = (at % width / SHOWN, at / width / SHOWN);
+        let (trial, panel) = (y / COMPARED, x / COMPARED);
+        let (t, i) = (&trials[trial], y % COMPARED * COMPARED + x % COMPARED);
+        let light = match panel {
+            0 => t.once[i],
+            1 => t.many[i],
+            2 => t.truth(i),
+            _ => AMPLIFIED * (t.many[i] - t.truth(i)).abs(),
+        };
+        [(light / whites[trial]).clamp(0.0, 1.0).powf(1.0 / 2.2); 3]
+    };
+    let cosines: Vec<String> = MEAN_COSINES.iter().map(|g| format!("g = {g}")).collect();
+    Picture {
+        name: name.to_owned(),
+        title: format!(
+            "{words}, above to below {}: one bounce, many bounces, many by paths, |difference| × {AMPLIFIED}",
+            cosines.join(", ")
+        ),
+        size: (width, height),
+        pixels: (0..width * height).map(pixel).collect(),
+    }
+}
