@@ -1,14 +1,14 @@
-//! The table of `barnard bench`: every method on one scene in one run, time beside error.
+//! The table of `barnard bench`: every method on one scene in one run, time beside error; where light scatters more than once, the methods that know that, beside the path tracer.
 
 use std::time::Instant;
 
 use spectra::rule::RULES;
 
 use crate::backend::cpu::{self, Findings};
-use crate::backend::reference;
+use crate::backend::{path, reference};
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::image::worst;
+use crate::image::{Image, worst};
 use crate::plan::{DECK_STEPS, Options, Plan, Stepping, sample_functions};
 use crate::scene::{Method, Scene};
 
@@ -78,7 +78,7 @@ pub fn table(
     sample_functions(&mut scene, options)?;
     let full = scene.camera.clone();
     (scene.camera.width, scene.camera.height) = (error_size.max(1), error_size.max(1));
-    let truth = (error_size > 0).then(|| reference::render(&scene, reference::DEFAULT_ACCURACY, control)).transpose()?;
+    let truth = (error_size > 0).then(|| Truth::new(&scene, options.method.bounces, control)).transpose()?;
     let plan_of = |method: Method| Plan::new(&scene, &Options { method, ..options.clone() }, control);
     // None where the back end does not do the method.
     let error_of = |backend: &mut dyn Frames, plan: &Plan| -> Result<Option<Option<f64>>> {
@@ -88,7 +88,7 @@ pub fn table(
         let Some(truth) = &truth else { return Ok(Some(None)) };
         let (data, findings) = backend.frame(control)?;
         let image = cpu::finished(&scene, plan, data, findings, "")?;
-        Ok(Some(Some(worst((0..truth.bands.len()).map(|b| image.relative_rmse(b, truth, b))))))
+        Ok(Some(Some(truth.error(&image))))
     };
     let time = |backend: &mut dyn Frames, name: String, plan: Plan, error: Option<f64>| -> Result<Row> {
         let plan = Plan { camera: full.clone(), ..plan };
@@ -106,20 +106,25 @@ pub fn table(
         if methods.is_some_and(|asked| !asked.iter().any(|m| m == method.entry.name)) {
             continue;
         }
-        // A closed form holds for one law: where it does not, its row is left out.
+        // A closed form holds for one law, and many know one bounce: where they do not do it, their row is left out.
         let closed = method.entry.rule.name == "analytic";
         let plan = match plan_of(method) {
             Err(Error::Spectra(_)) if closed => continue,
+            Err(Error::OneBounce(..)) => continue,
             plan => plan?,
         };
         let Some(error) = error_of(backend, &plan)? else { continue };
         deck = error.filter(|_| plan.star_march.is_some());
         if name == RULES[0].name {
-            default = Some(Plan { camera: full.clone(), ..plan.clone() });
+            default = Some((Plan { camera: full.clone(), ..plan.clone() }, error));
         }
         visit(time(backend, name, plan, error)?);
     }
-    if let Some(plan) = &default {
+    if let Some((plan, error)) = &default {
+        if let Some((seconds, error)) = truth.as_ref().zip(*error).and_then(|(truth, error)| Some((truth.seconds_to(error)?, error))) {
+            let seconds = seconds * (full.width * full.height) as f64 / (error_size * error_size) as f64;
+            visit(Row { name: "path, to the default's error".into(), terms: 0, seconds, device_seconds: f64::NAN, error: Some(error) });
+        }
         backend.take(plan)?;
         for (name, seconds, device_seconds) in backend.others(plan, frames)? {
             visit(Row { name, terms: 0, seconds, device_seconds, error: None });
@@ -141,6 +146,49 @@ pub fn table(
         visit(time(backend, format!("{}, {LOOSE}, N = {steps}", loose.entry.name), plan, Some(error))?);
     }
     Ok(())
+}
+
+/// What methods are held to.
+struct Truth {
+    image: Image,
+    /// Relative rms of what chance has left in each band.
+    noise: Vec<f64>,
+    /// Seconds that paths took; none where there were no paths.
+    paths: Option<f64>,
+}
+
+/// Paths of each pixel, where they are the truth.
+const PATHS: u64 = 1024;
+
+impl Truth {
+    /// By the reference, or by paths where light may scatter more than once.
+    fn new(scene: &Scene, bounces: usize, control: &Control) -> Result<Self> {
+        let bands = scene.bands.len();
+        if bounces == 1 {
+            let image = reference::render(scene, reference::DEFAULT_ACCURACY, control)?;
+            return Ok(Self { image, noise: vec![0.0; bands], paths: None });
+        }
+        let options = path::Options { bounces, samples: PATHS, ..path::Options::default() };
+        let (mut film, start) = (path::Film::default(), Instant::now());
+        path::trace(scene, &options, &mut film, control, &mut |_| ())?;
+        let image = path::image(scene, &film, &options)?;
+        let paths = Some(start.elapsed().as_secs_f64());
+        let power = |band: usize| image.band(band).map(|v| v * v).sum::<f64>();
+        let noise = (0..bands).map(|b| (power(bands + b) / power(b).max(f64::MIN_POSITIVE)).sqrt()).collect();
+        Ok(Self { image, noise, paths })
+    }
+
+    /// Relative rms of the worst band, what chance adds taken off.
+    fn error(&self, image: &Image) -> f64 {
+        let of_band = |(b, noise): (usize, &f64)| (image.relative_rmse(b, &self.image, b).powi(2) - noise * noise).max(0.0).sqrt();
+        worst(self.noise.iter().enumerate().map(of_band))
+    }
+
+    /// Seconds in which paths come to an error, for a picture of this size.
+    fn seconds_to(&self, error: f64) -> Option<f64> {
+        let noise = worst(self.noise.iter().copied());
+        self.paths.filter(|_| error > 0.0).map(|seconds| seconds * (noise / error).powi(2))
+    }
 }
 
 /// An accuracy at which the default's error is about that of the deck's double integration: speed at equal error.

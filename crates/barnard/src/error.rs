@@ -64,6 +64,9 @@ pub enum Error {
     /// A spectrum, passband or law.
     #[error(transparent)]
     Spectra(#[from] SpectraError),
+    /// A method that knows light of one scattering alone, asked for more.
+    #[error("{0} scatters light once: write bounces = 1, or take {1}")]
+    OneBounce(String, &'static str),
     /// A scene that cannot be rendered.
     #[error("{0}")]
     Render(String),

@@ -125,6 +125,21 @@ fn paths_referee() {
     let (once, twice, many) = (light("1"), light("2"), light("1000"));
     assert!(twice > 1.05 * once && many > 1.02 * twice && many < 5.0 * once, "{once:e} {twice:e} {many:e}");
     desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--backend", "reference", "--bounces", "2"], &["bounces = 1"]);
+    // Methods that know one bounce are left out; what the path tracer would need stands beside the others.
+    let bench =
+        ["bench", "scene.toml", "--bounces", "3", "--methods", "lookup,band_quadrature", "--frames", "1", "--error-size", "8", "--json"];
+    let rows: serde_json::Value = serde_json::from_slice(&desk.run(&bench).stdout).unwrap();
+    let row = |name: &str| rows.as_array().unwrap().iter().find(|r| r["method"].as_str().unwrap().starts_with(name));
+    assert!(
+        row("lookup").is_none() && row("band_quadrature").is_some() && row("path").unwrap()["seconds"].as_f64().unwrap() > 0.0,
+        "{rows}"
+    );
+    let render = desk.run(&["render", "scene.toml", "-o", "x.npy", "--bounces", "3"]);
+    let words = String::from_utf8_lossy(&render.stdout).into_owned();
+    assert!(
+        render.status.success() && words.contains("many bounces: 2 orders of scattering") && words.contains("angular about"),
+        "{words}"
+    );
     // In two runs or in one, it is the same picture.
     desk.renders(&["--backend", "path", "--samples", "8", "--state", "s.npz", "-o", "half.fits"]);
     desk.renders(&["--backend", "path", "--samples", "16", "--state", "s.npz", "-o", "two.fits"]);

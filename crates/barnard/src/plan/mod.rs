@@ -27,7 +27,7 @@ use std::sync::Arc;
 pub use bricks::Bricks;
 pub use closed_form::{ClosedForm, End};
 pub use describe::describe;
-pub use diffuse::{Diffuse, Fineness};
+pub use diffuse::{Diffuse, Doubt, Fineness};
 pub use light_field::LightField;
 pub use pilot::Spatial;
 pub use probe::Probe;
@@ -224,7 +224,7 @@ impl Plan {
     }
 
     /// Puts a star elsewhere [pc]: its depths alone are swept anew, nothing that spectra decide is touched. The measured spatial error stays that of the
-    /// places before.
+    /// places before, and so does light that was scattered before.
     ///
     /// # Errors
     /// Where there is no such star, a light field stands in place of its depths, or the user wishes to stop; the plan is as before then.

@@ -57,8 +57,7 @@ struct Truth<'a> {
 /// Renders `scene` to `accuracy` of each pixel's radiance.
 pub fn render(scene: &Scene, accuracy: f64, control: &Control) -> Result<Image> {
     if scene.method.bounces > 1 {
-        let message = "the reference scatters light once, and this scene asks for more: write bounces = 1, or take the path tracer";
-        return Err(Error::Render(message.into()));
+        return Err(Error::OneBounce("the reference".into(), "the path tracer"));
     }
     let truth = Truth::new(scene, accuracy)?;
     let camera = &scene.camera;

@@ -43,7 +43,8 @@ impl Cells {
         let mut block = 1;
         while {
             let (_, below, above) = placed(block);
-            (below + above).max_element() > most as f64
+            // Where gas reaches out of the dust on both sides, two are the fewest.
+            (below + above).max_element() > most.max(2) as f64
         } {
             block += 1;
         }
@@ -99,5 +100,31 @@ impl Cells {
             Ok(())
         };
         out.data.par_chunks_mut(out.count).with_min_len(256).enumerate().try_for_each(of_cell)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Cells hold the dust of the grid, however few they are and however far gas reaches out of it.
+    #[test]
+    fn cells_hold_all_dust() {
+        let lattice = |dims, low: f64, high: f64| Lattice { dims, bounds: Bounds { low: DVec3::splat(low), high: DVec3::splat(high) } };
+        let dust = Grid::sampled(lattice([7, 5, 3], -1.0, 1.0), |p| 2.0 + p.x + p.y * p.z);
+        let gas = [Grid::sampled(lattice([2; 3], -3.0, 1.5), |_| 1.0)];
+        let all =
+            |sigma: &[f32], lattice: &Lattice| sigma.iter().map(|s| f64::from(*s)).sum::<f64>() * lattice.voxel_pc().element_product();
+        let truth = all(&dust.data, &dust.lattice);
+        for (gas, most) in [(&[][..], 64), (&[][..], 3), (&[][..], 1), (&gas[..], 64), (&gas[..], 8), (&gas[..], 1)] {
+            let cells = Cells::new(&dust, gas, most);
+            let [x, y, z] = cells.lattice.dims;
+            assert!(x.max(y).max(z) <= most.max(2), "{most}: {x} {y} {z}");
+            let whole = gas.iter().map(|g| g.lattice.bounds).fold(dust.lattice.bounds, |a, b| a.union(&b));
+            let margin = DVec3::splat(1e-9);
+            assert!(cells.lattice.bounds.contains(whole.low + margin) && cells.lattice.bounds.contains(whole.high - margin));
+            let own = all(&cells.sigma, &cells.lattice);
+            assert!((own / truth - 1.0).abs() < 1e-5, "{most}: {own} {truth}");
+        }
     }
 }
