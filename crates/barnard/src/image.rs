@@ -113,9 +113,15 @@ impl Image {
         relative_rms(self.band(band).zip(truth.band(truth_band)))
     }
 
+    /// The band of the standard errors of band `of`, where there is one.
+    pub fn errors_of(&self, of: usize) -> Option<usize> {
+        self.bands.iter().position(|band| band.name.strip_suffix(ERROR_SUFFIX) == Some(&self.bands[of].name))
+    }
+
     /// The bands that are radiances, without those of standard errors.
     pub fn radiances(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.bands.len()).filter(|b| !self.bands[*b].name.ends_with(ERROR_SUFFIX))
+        let errors: Vec<usize> = (0..self.bands.len()).filter_map(|b| self.errors_of(b)).collect();
+        (0..self.bands.len()).filter(move |b| !errors.contains(b))
     }
 
     /// The values of one band, row by row.
@@ -278,6 +284,18 @@ fn percentile(mut values: Vec<f64>, p: f64) -> f64 {
 mod tests {
     use super::*;
     use spectra::colour::STRETCHES;
+
+    /// Standard errors are those of a band that is there; a filter of one's own may be called like them.
+    #[test]
+    fn errors_have_a_band() {
+        let image =
+            |names: &[&str]| Image::bare(1, 1, names.iter().map(|n| (*n).to_owned()).collect(), Samples::Double(vec![0.0; names.len()]));
+        let radiances = |names: &[&str]| image(names).radiances().collect::<Vec<_>>();
+        assert_eq!(radiances(&["V", "V_error", "tracking_error"]), [0, 2]);
+        assert_eq!(radiances(&["V_error"]), [0]);
+        assert_eq!(image(&["B", "V", "B_error", "V_error"]).errors_of(1), Some(3));
+        assert_eq!(image(&["B", "V_error"]).errors_of(0), None);
+    }
 
     /// Bytes by tables are those of the exact picture, one level at most aside, in every stretch, from black to far above white.
     #[test]

@@ -110,6 +110,38 @@ fn one_bounce_is_the_reference() {
     }
 }
 
+/// A band of 300 nm, over which extinction, albedo and phase function all change, brings through several scatterings what twelve of 25 nm bring together: the weights of wavelengths that are
+/// carried together are right. Dust of one albedo and phase function is seen to be other dust.
+#[test]
+fn wide_bands_are_the_sum_of_narrow_ones() {
+    let top_hat = |centre: f64, width: f64| {
+        format!(
+            "[[band]]\nname = \"{centre}\"\nkind = \"top_hat\"\ncentre = \"{centre} nm\"\nwidth = \"{width} nm\"\ncounting = \"energy\"\n"
+        )
+    };
+    let scene = |bands: &str, optics: &str| {
+        parse(&format!(
+            "[camera]\nkind = \"perspective\"\nposition = \"0 0 5 pc\"\nfield_of_view = \"20 deg\"\nsize = [4, 4]\n[field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n\
+             [dust]\ndensity = \"ball\"\nscale = \"2 /pc\"\nlaw = \"draine03_rv31\"\n{optics}\n\
+             [[star]]\nkind = \"blackbody\"\nposition = \"0.4 0.5 1.2 pc\"\ntemperature = \"9000 K\"\nluminosity = \"10 Lsun\"\nvisible = false\n{bands}"
+        ))
+    };
+    // Light of all pixels, and its standard error, of bands from `first` on.
+    let light = |film: &path::Film, bands: std::ops::Range<usize>| {
+        let own = bands.flat_map(|b| &film.estimates[16 * b..16 * (b + 1)]);
+        own.fold((0.0, 0.0), |(sum, error), e| (sum + e.mean, f64::hypot(error, e.error())))
+    };
+    let spectral = "phase = { kind = \"henyey_greenstein\" }";
+    let narrow: String = (0..12).map(|i| top_hat(412.5 + 25.0 * f64::from(i), 25.0)).collect();
+    let narrow = light(&film(&scene(&narrow, spectral), MANY_BOUNCES, 1000), 0..12);
+    let wide = |optics: &str| light(&film(&scene(&top_hat(550.0, 300.0), optics), MANY_BOUNCES, 6000), 0..1);
+    let deviations = |(sum, error): (f64, f64)| (sum - narrow.0) / error.hypot(narrow.1);
+    let own = deviations(wide(spectral));
+    assert!(own.abs() < 3.5 && narrow.1 < 0.01 * narrow.0, "{own} deviations, error {}", narrow.1 / narrow.0);
+    let grey = deviations(wide("albedo = 0.55\nphase = { kind = \"henyey_greenstein\", g = 0.3 }"));
+    assert!(grey.abs() > 5.0, "{grey}");
+}
+
 /// In a furnace nothing is seen: with an albedo of one and the same light from everywhere, every ray brings that light, whatever stands in its way.
 #[test]
 fn white_dust_cannot_be_seen_in_a_furnace() {

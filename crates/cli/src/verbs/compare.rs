@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::bail;
 use barnard::formats::read_image;
-use barnard::image::{ERROR_SUFFIX, Image};
+use barnard::image::Image;
 use barnard::scene::DEFAULT_MEMORY;
 use clap::Args;
 
@@ -84,8 +84,7 @@ fn pairs(a: &Image, b: &Image) -> anyhow::Result<Vec<(usize, usize)>> {
 
 fn difference(a: &Image, i: usize, b: &Image, j: usize) -> Difference {
     let largest = a.band(i).zip(b.band(j)).fold(0.0f64, |m, (x, y)| if (x - y).is_nan() { f64::NAN } else { m.max((x - y).abs()) });
-    let errors = a.bands.iter().position(|band| band.name.strip_suffix(ERROR_SUFFIX) == Some(&a.bands[i].name));
-    let chance = errors.map(|e| {
+    let chance = a.errors_of(i).map(|e| {
         let known = a.band(i).zip(b.band(j)).zip(a.band(e)).filter(|(_, error)| *error > 0.0);
         let (sum, count) = known.fold((0.0, 0.0), |(sum, count), ((x, y), error)| (sum + ((x - y) / error).powi(2), count + 1.0));
         sum / f64::max(count, 1.0)
