@@ -164,7 +164,8 @@ impl<'a> Renderer<'a> {
         Ok(())
     }
 
-    /// Puts star `star` to `place` [pc]: its depths are swept anew on the device, all others stay. A plan that is taken later has its own places again.
+    /// Puts star `star` to `place` [pc]: its depths are swept anew on the device, all others stay. Light that was scattered before stays
+    /// that of the place before. A plan that is taken later has its own places again.
     /// Returns the device's seconds for it, where it tells.
     ///
     /// # Errors

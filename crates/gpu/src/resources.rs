@@ -136,7 +136,10 @@ pub fn check_limits(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Result<()> {
     let instead = format!("take a grid of at most {} voxels along each axis, or --backend cpu", most.saturating_sub(2));
     GpuError::too_large("the edge of a volume in voxels", edge, most, instead)?;
     let most = u64::from(limits.max_sampled_textures_per_shader_stage);
-    let instead = format!("dust, star depths and gas are four to a texture: at most {} stars, or --backend cpu", 4 * most - 1);
+    let instead = format!(
+        "dust, star depths, gas and terms of many bounces are four to a texture: at most {} of them together, or --backend cpu",
+        4 * most
+    );
     GpuError::too_large("the number of textures", layout.quads.len() as u64, most, instead)?;
     let most = limits.max_storage_buffer_binding_size.min(16 * COUNTABLE);
     let instead = "take a smoother phase function or fewer stars, or --backend cpu";

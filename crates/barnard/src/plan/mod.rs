@@ -129,6 +129,7 @@ struct Draft {
 
 impl Draft {
     fn new(scene: &Scene, lights: Vec<Light>, space: Space, spectral: Spectral, options: &Options, control: &Control) -> Result<Self> {
+        diffuse::check(&spectral, options)?;
         let star_depth = options.method.entry.star_depth;
         let light_field = match star_depth {
             StarDepth::Gathered => LightField::new(scene, &lights, &spectral, &space, options, control)?,
@@ -316,7 +317,8 @@ impl Plan {
 
     /// Bytes of all tables and grids.
     pub fn bytes(&self) -> u64 {
-        self.space.bytes() + self.spectral.bytes() + self.light_field.as_ref().map_or(0, |f| f.bytes())
+        let fields = self.light_field.as_ref().map_or(0, |f| f.bytes()) + self.diffuse.as_ref().map_or(0, |d| d.bytes());
+        self.space.bytes() + self.spectral.bytes() + fields
     }
 }
 

@@ -4,6 +4,8 @@ use super::{Octet, WIDTH};
 
 /// By how much the sum of the orders that are not swept may be wrong, as a part of all.
 const REST: f64 = 1e-3;
+/// Orders of less are none, as a part of all.
+const NOTHING: f64 = 1e-9;
 /// What they may stand for at most.
 const MOST_SERIES: f64 = 0.2;
 
@@ -30,8 +32,12 @@ impl Course {
     /// Whether the series that goes on from here is known well enough.
     pub fn is_known(&self) -> bool {
         let known = |t: usize| {
+            // An order of nothing is the last.
+            if self.orders.last().is_some_and(|(own, all)| own[t] <= NOTHING * all[t]) {
+                return true;
+            }
             let (Some((ratio, part)), Some((before, _)), Some((first, _))) = (self.last(0, t), self.last(1, t), self.last(2, t)) else {
-                return self.orders.last().is_some_and(|(_, all)| all[t] <= 0.0);
+                return false;
             };
             // By how much the sum of the series may be wrong, and what it stands for.
             let change = (ratio - before).abs().max((before - first).abs());

@@ -15,67 +15,85 @@ use crate::plan::light_field::inverse_square_of_voxel;
 /// The least σ of a cell, in parts of the largest.
 const LEAST: f32 = 1e-9;
 
-/// Cells of a sweep.
+/// Cells of a sweep: as near to cubes as the box lets them be.
 #[derive(Debug, Clone)]
 pub struct Cells {
     /// Where they are.
     pub lattice: Lattice,
-    /// Voxels of dust along an edge of one.
-    pub block: usize,
+    /// Places along each edge of a cell at which it is asked what it holds.
+    samples: [usize; 3],
     /// Mean σ at V [pc⁻¹].
     pub sigma: Vec<f32>,
     /// Dust of less is none [pc⁻¹]: its source function would be one of rounding.
     pub least: f32,
 }
 
+/// How far around the dust gas may stand whose light scatters in it, in parts of the dust's box on each side.
+const AROUND: f64 = 0.5;
+/// Cells along the longest edge that even a coarse grid is cut into.
+const FINE: usize = 32;
+/// Most places along an edge of a cell.
+const MOST_SAMPLES: usize = 4;
+
 impl Cells {
-    /// The smallest blocks of the dust's voxels of which no more than `most` stand along an edge of the box around dust and gas.
+    /// No more than `most` along an edge of the box around the dust, and gas near it; whole blocks of voxels where they can be.
     pub fn new(dust: &Grid, gas: &[Grid], most: usize) -> Self {
-        let whole = gas.iter().map(|g| g.lattice.bounds).fold(dust.lattice.bounds, |a, b| a.union(&b));
         let own = dust.lattice.bounds;
-        let placed = |block: usize| {
-            let edge = dust.lattice.voxel_pc() * block as f64;
-            // A border of the box may lie on that of a cell.
-            let below = ((own.low - whole.low) / edge - 1e-9).ceil().max(DVec3::ZERO);
-            let above = ((whole.high - own.low) / edge - 1e-9).ceil().max(DVec3::ONE);
-            (edge, below, above)
+        let reach = AROUND * own.size();
+        let near = Bounds { low: own.low - reach, high: own.high + reach };
+        let clipped = |b: Bounds| Bounds { low: b.low.max(near.low).min(own.low), high: b.high.min(near.high).max(own.high) };
+        let bounds = gas.iter().map(|g| clipped(g.lattice.bounds)).fold(own, |a, b| a.union(&b));
+        let voxel = dust.lattice.voxel_pc();
+        let (longest, finest) = (bounds.size().max_element(), voxel.min_element());
+        let along = longest / finest;
+        let edge = match (along - 1e-6) / most as f64 {
+            many if many > 1.0 => finest * many.ceil(),
+            // Few voxels are cut.
+            _ => finest / (FINE.min(most) as f64 / along - 1e-6).ceil().max(1.0),
         };
-        let mut block = 1;
-        while {
-            let (_, below, above) = placed(block);
-            // Where gas reaches out of the dust on both sides, two are the fewest.
-            (below + above).max_element() > most.max(2) as f64
-        } {
-            block += 1;
-        }
-        let (edge, below, above) = placed(block);
-        let dims = <[f64; 3]>::from(below + above).map(|n| n as usize);
-        let lattice = Lattice { dims, bounds: Bounds { low: own.low - below * edge, high: own.low + above * edge } };
-        let mut cells = Self { lattice, block, sigma: Vec::new(), least: 0.0 };
+        // Where gas reaches out of flat dust, cells must not be thicker than that.
+        let (fewest, oversampled) = if bounds == own { (1, 1.0) } else { (4.min(most), 2.0) };
+        let dims = <[f64; 3]>::from(bounds.size() / edge).map(|n| (n.round() as usize).clamp(fewest, most));
+        let lattice = Lattice { dims, bounds };
+        // Twice as many places where cells do not end with the dust.
+        let samples = <[f64; 3]>::from(oversampled * lattice.voxel_pc() / voxel - 1e-6);
+        let samples = samples.map(|n| (n.ceil() as usize).clamp(1, MOST_SAMPLES));
+        let mut cells = Self { lattice, samples, sigma: Vec::new(), least: 0.0 };
         cells.sigma = cells.means(dust);
-        cells.least = LEAST * cells.sigma.iter().fold(f32::MIN_POSITIVE, |most, s| most.max(*s));
+        cells.least = LEAST * cells.sigma.iter().fold(f32::MIN_POSITIVE / LEAST, |most, s| most.max(*s));
         cells
     }
 
-    /// Places in a cell: the middles of the dust's voxels.
+    /// Of these densities.
+    #[cfg(test)]
+    pub fn of(lattice: Lattice, sigma: Vec<f32>) -> Self {
+        Self { lattice, samples: [1; 3], sigma, least: LEAST }
+    }
+
+    /// From one place in a cell to the next [pc].
+    fn spacing(&self) -> DVec3 {
+        self.lattice.voxel_pc() / DVec3::from(self.samples.map(|n| n as f64))
+    }
+
+    /// Places in a cell.
     fn places(&self, cell: usize) -> impl Iterator<Item = DVec3> + use<> {
         let [x, y, z] = self.lattice.place(cell);
-        let (edge, block) = (self.lattice.voxel_pc(), self.block);
-        let low = self.lattice.bounds.low + edge * DVec3::new(x as f64, y as f64, z as f64);
-        let part = move |i: usize| (i as f64 + 0.5) / block as f64;
-        (0..block.pow(3)).map(move |i| low + edge * DVec3::new(part(i % block), part(i / block % block), part(i / (block * block))))
+        let (spacing, [nx, ny, nz]) = (self.spacing(), self.samples);
+        let low = self.lattice.bounds.low + self.lattice.voxel_pc() * DVec3::new(x as f64, y as f64, z as f64);
+        let part = |i: usize| i as f64 + 0.5;
+        (0..nx * ny * nz).map(move |i| low + spacing * DVec3::new(part(i % nx), part(i / nx % ny), part(i / (nx * ny))))
     }
 
     /// Means of a field over the cells.
     pub fn means(&self, field: &Grid) -> Vec<f32> {
-        let mean = |cell| self.places(cell).map(|p| field.at(p)).sum::<f64>() / self.block.pow(3) as f64;
+        let mean = |cell| self.places(cell).map(|p| field.at(p)).sum::<f64>() / self.samples.iter().product::<usize>() as f64;
         (0..self.lattice.cells()).into_par_iter().map(|cell| mean(cell) as f32).collect()
     }
 
     /// Adds moments of the stars' own light, in the mean over the dust of each cell; `weights` are those of each star's terms, `k` the terms' extinctions.
     pub fn direct(&self, space: &Space, stars: &[(usize, Octet)], k: &Octet, out: &mut Moments, control: &Control) -> Result<()> {
         let Some(dust) = &space.dust else { return Ok(()) };
-        let voxel = dust.lattice.voxel_pc();
+        let spacing = self.spacing();
         let of_cell = |(cell, sum): (usize, &mut [Octet])| -> Result<()> {
             control.check()?;
             let mut mass = 0.0;
@@ -88,9 +106,11 @@ impl Cells {
                 for (star, weights) in stars {
                     let offset = place - space.stars[*star];
                     let depth = space.star_channel(*star).map_or(0.0, |(volume, slot)| volume.at(slot, place)).max(0.0) as f32;
-                    let near = (sigma * inverse_square_of_voxel(offset, voxel)) as f32;
+                    let near = (sigma * inverse_square_of_voxel(offset, spacing)) as f32;
                     let light: Octet = std::array::from_fn(|t| weights[t] * near * (-k[t] * depth).exp());
-                    for (sum, y) in sum.iter_mut().zip(harmonics(offset.normalize_or(DVec3::Z))) {
+                    // What a star has in the middle of goes everywhere.
+                    let kept = if (offset / spacing).length() < 0.3 { 1 } else { sum.len() };
+                    for (sum, y) in sum[..kept].iter_mut().zip(harmonics(offset.normalize_or(DVec3::Z))) {
                         sum.iter_mut().zip(light).for_each(|(s, l)| *s += y as f32 * l);
                     }
                 }
@@ -107,24 +127,37 @@ impl Cells {
 mod tests {
     use super::*;
 
-    /// Cells hold the dust of the grid, however few they are and however far gas reaches out of it.
+    /// Cells hold the dust of the grid along every axis, however few or flat its voxels are and however far gas reaches out of it; coarse grids are cut, and the number of
+    /// cells is held to.
     #[test]
     fn cells_hold_all_dust() {
-        let lattice = |dims, low: f64, high: f64| Lattice { dims, bounds: Bounds { low: DVec3::splat(low), high: DVec3::splat(high) } };
-        let dust = Grid::sampled(lattice([7, 5, 3], -1.0, 1.0), |p| 2.0 + p.x + p.y * p.z);
-        let gas = [Grid::sampled(lattice([2; 3], -3.0, 1.5), |_| 1.0)];
-        let all =
-            |sigma: &[f32], lattice: &Lattice| sigma.iter().map(|s| f64::from(*s)).sum::<f64>() * lattice.voxel_pc().element_product();
-        let truth = all(&dust.data, &dust.lattice);
-        for (gas, most) in [(&[][..], 64), (&[][..], 3), (&[][..], 1), (&gas[..], 64), (&gas[..], 8), (&gas[..], 1)] {
-            let cells = Cells::new(&dust, gas, most);
-            let [x, y, z] = cells.lattice.dims;
-            assert!(x.max(y).max(z) <= most.max(2), "{most}: {x} {y} {z}");
-            let whole = gas.iter().map(|g| g.lattice.bounds).fold(dust.lattice.bounds, |a, b| a.union(&b));
-            let margin = DVec3::splat(1e-9);
-            assert!(cells.lattice.bounds.contains(whole.low + margin) && cells.lattice.bounds.contains(whole.high - margin));
-            let own = all(&cells.sigma, &cells.lattice);
-            assert!((own / truth - 1.0).abs() < 1e-5, "{most}: {own} {truth}");
+        let lattice = |dims, size: DVec3| Lattice { dims, bounds: Bounds { low: -0.5 * size, high: 0.5 * size } };
+        let cube = DVec3::splat(2.0);
+        let gas = |size: f64| [Grid::sampled(lattice([2; 3], DVec3::splat(size)), |_| 1.0)];
+        let (none, near, far) = ([], gas(2.6), gas(4e6));
+        for (dims, size) in
+            [([96; 3], cube), ([7, 5, 3], cube), ([1, 1, 200], cube), ([1; 3], cube), ([128, 128, 1], DVec3::new(2.0, 2.0, 0.02))]
+        {
+            let dust = Grid::sampled(lattice(dims, size), |p| 2.0 + p.x + p.z);
+            for (gas, most) in [(&none[..], 64), (&none[..], 24), (&none[..], 1), (&near[..], 64), (&far[..], 48)] {
+                let cells = Cells::new(&dust, gas, most);
+                let [nx, ny, nz] = cells.lattice.dims;
+                assert!(nx.max(ny).max(nz) <= most && (most < 24 || nx.max(ny).max(nz) >= 16), "{dims:?} {most}: {nx} {ny} {nz}");
+                assert!(gas.is_empty() || cells.lattice.bounds.size().max_element() <= 2.01 * size.max_element());
+                let grid = Grid { lattice: cells.lattice.clone(), data: cells.sigma.clone() };
+                for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+                    let column = |grid: &Grid| grid.column(-9.0 * axis, 9.0 * axis, f64::INFINITY);
+                    let (own, truth) = (column(&grid), column(&dust));
+                    let coarse = if most == 1 || !gas.is_empty() { 0.35 } else { 0.03 };
+                    assert!(
+                        (own / truth - 1.0).abs() < coarse,
+                        "{dims:?} {most} {axis}: {own} {truth} in {:?} {} {}",
+                        cells.lattice,
+                        cells.sigma[0],
+                        grid.at(DVec3::splat(1e-3))
+                    );
+                }
+            }
         }
     }
 }

@@ -14,7 +14,7 @@
 //! This is eq. (22) of docs/method.md. The march reads S, which is smooth, beside σ, which is not: ΔI = k σ S Δs. Starlight that scatters once is not in it: the march
 //! has it exactly, with the phase function itself. Orders of scattering are summed until what is left goes as a geometric series, whose rest is added.
 //!
-//! Valid where light is nearly diffuse after its first scattering. Left out: moments of the radiance above degree five, structure of the dust within a cell.
+//! Valid where light is nearly diffuse after its first scattering. Left out: gas farther from the dust's box than half its size, the change of S within a cell around an eye that is inside the dust, moments of the radiance above degree five, structure of the dust within a cell.
 
 mod course;
 mod directions;
@@ -38,7 +38,7 @@ use super::volume::{Channel, MAX_CHANNELS, Volume};
 use super::{Options, Space, Spectral};
 use crate::camera::{Camera, Projection};
 use crate::control::Control;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::light::Light;
 use crate::scene::Scene;
 
@@ -98,7 +98,9 @@ pub struct Found {
     pub sweeps: usize,
     /// The part of all that the geometric series behind them stands for, of the worst term.
     pub series: f64,
-    /// What is known of its error; nothing where it was made for a look.
+    /// Whether the orders went as a geometric series at last.
+    pub settled: bool,
+    /// What is known of its error for the first camera; nothing where it was made for a look.
     pub doubt: Option<Doubt>,
     /// Bytes that it takes.
     pub bytes: u64,
@@ -154,6 +156,15 @@ impl View {
     }
 }
 
+/// Refuses more than one bounce by rules that have no nodes.
+///
+/// # Errors
+/// That is [`OneBounce`](crate::Error::OneBounce).
+pub(super) fn check(spectral: &Spectral, options: &Options) -> Result<()> {
+    let mut bands = spectral.bands.iter().filter(|_| options.method.bounces > 1);
+    bands.try_for_each(|band| solve::nodes(band).map(|_| ()))
+}
+
 impl Diffuse {
     /// The field of `scene` for its camera; none where light scatters once, or nothing scatters.
     ///
@@ -169,19 +180,19 @@ impl Diffuse {
     ) -> Result<Option<Self>> {
         let (Some(dust), true) = (&space.dust, options.method.bounces > 1) else { return Ok(None) };
         let problem = Problem { scene, lights, spectral, space, options, terms: terms(scene, spectral)? };
-        let (cells, bytes) = problem.fitting(dust, fineness)?;
-        let coarser = cells.lattice.dims != Cells::new(dust, space.gas(), fineness.cells).lattice.dims;
-        // Half as fine, then with fewer directions too: what that changes says how exact the field is, at a fifth of its price.
-        let doubtful = fineness == Fineness::FULL;
+        let (cells, bytes, coarser) = problem.fitting(dust, fineness)?;
+        // Half as fine, then with fewer directions too: what that changes says how exact the field is, at a part of its price.
         let half = |fineness: Fineness| {
-            let most = cells.lattice.dims.into_iter().max().unwrap_or(1).div_ceil(2);
-            problem.solve(Cells::new(dust, space.gas(), most), fineness, control)
+            let most = cells.lattice.dims.into_iter().max().unwrap_or(1) / 2;
+            problem.solve(Cells::new(dust, space.gas(), most.max(1)), fineness, control)
         };
-        let halves = doubtful
-            .then(|| Ok::<_, Error>((half(fineness)?, half(Fineness { directions: fineness.directions - 1, ..fineness })?)))
-            .transpose()?;
+        let halves = match fineness == Fineness::FULL {
+            true => Some((half(fineness)?, half(Fineness { directions: fineness.directions - 1, ..fineness })?)),
+            false => None,
+        };
         let mut own = problem.solve(cells, fineness, control)?;
         own.found = Found { coarser, bytes, ..own.found };
+        let halves = halves.filter(|(half, _)| half.cells.lattice.dims != own.cells.lattice.dims);
         own.found.doubt = halves.map(|(half, few)| Doubt { spatial: half.differs_from(&own), angular: few.differs_from(&half) });
         Ok(Some(own))
     }
@@ -252,7 +263,7 @@ impl Diffuse {
 
 impl std::fmt::Display for Diffuse {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Found { cells: [x, y, z], coarser, directions, degree, sweeps, series, doubt, bytes } = self.found;
+        let Found { cells: [x, y, z], coarser, directions, degree, sweeps, series, settled, doubt, bytes } = self.found;
         write!(
             f,
             "{sweeps} orders of scattering swept in {x} x {y} x {z} cells and {directions} directions, moments to degree {degree}, {} MiB",
@@ -261,7 +272,10 @@ impl std::fmt::Display for Diffuse {
         if coarser {
             write!(f, " (more cells would not fit: give more --memory)")?;
         }
-        write!(f, ", {:.1} % of this light by their geometric series; of this light's error, spectral is as certified", 100.0 * series)?;
+        if !settled {
+            write!(f, " (more would be needed)")?;
+        }
+        write!(f, ", {:.1} % of this light by their geometric series; error of this light: spectral not certified", 100.0 * series)?;
         match doubt {
             Some(Doubt { spatial, angular }) => {
                 write!(f, ", spatial about {:.1} %, angular about {:.1} % (by halving)", 100.0 * spatial, 100.0 * angular)?;

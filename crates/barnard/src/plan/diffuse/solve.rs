@@ -38,14 +38,17 @@ pub struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// As many cells as `fineness` says, or as the memory limit lets be; and the bytes of all.
-    pub fn fitting(&self, dust: &Grid, fineness: Fineness) -> Result<(Cells, u64)> {
-        let harmonics = count(kept_degree(&self.terms, fineness.degree));
+    /// As many cells as `fineness` says, or as the memory limit lets be; the bytes of all, and whether it was the limit.
+    pub fn fitting(&self, dust: &Grid, fineness: Fineness) -> Result<(Cells, u64, bool)> {
+        let harmonics = count(kept_degree(&self.terms, fineness));
         let parts = self.terms.len().div_ceil(WIDTH) as u64;
         // All orders of each part, two orders of one, and what the march reads.
         let bytes_of = |cells: &Cells| {
             let count = cells.lattice.cells();
-            Moments::bytes(count, harmonics).saturating_mul(2 + parts).saturating_add(4 * (count * self.terms.len()) as u64)
+            let field = Moments::bytes(count, harmonics).saturating_mul(2 + parts).saturating_add(4 * (count * self.terms.len()) as u64);
+            let glow = if self.space.gas().is_empty() { 0 } else { Moments::bytes(count, 1) };
+            // A quarter more for the halves beside it.
+            (field + glow) / 4 * 5
         };
         let (limit, space) = (self.options.memory_limit, self.space.bytes());
         let mut edge = fineness.cells;
@@ -56,44 +59,63 @@ impl Problem<'_> {
         }
         let bytes = bytes_of(&cells);
         check_memory("the field of light that is scattered more than once", space + bytes, limit)?;
-        Ok((cells, bytes))
+        Ok((cells, bytes, edge < fineness.cells))
     }
 
     /// The field in `cells`, seen by the scene's camera.
     pub fn solve(&self, cells: Cells, fineness: Fineness, control: &Control) -> Result<Diffuse> {
-        let degree = kept_degree(&self.terms, fineness.degree);
+        let degree = kept_degree(&self.terms, fineness);
         let glow: Vec<Vec<f32>> = self.space.gas().iter().map(|gas| cells.means(gas)).collect();
         let faces = faces(fineness.directions);
-        let (mut field, mut sweeps, mut series) = (Vec::new(), 0, 0.0f64);
+        let (mut field, mut sweeps, mut series, mut settled) = (Vec::new(), 0, 0.0f64, true);
         for (p, own) in self.terms.chunks(WIDTH).enumerate() {
             let medium = Medium { cells: &cells, count: count(degree), faces: &faces, terms: own };
             let lamps = Lamps::new(self.lights, self.spectral, (p * WIDTH, own), &glow);
             let solved = medium.solve(self.space, &lamps, self.options.method.bounces, control)?;
             (sweeps, series) = (sweeps.max(solved.sweeps), series.max(solved.series));
+            settled &= solved.settled;
             field.push(Part { terms: own.to_vec(), moments: solved.moments, unit: lamps.unit });
         }
         let directions = faces.iter().map(|f| f.directions.len()).sum();
-        let found = Found { cells: cells.lattice.dims, coarser: false, directions, degree, sweeps, series, doubt: None, bytes: 0 };
+        let found = Found { cells: cells.lattice.dims, coarser: false, directions, degree, sweeps, series, settled, doubt: None, bytes: 0 };
         Ok(Diffuse::resolved(Arc::new(cells), Arc::new(field), found, View::of(&self.scene.camera)))
     }
 }
 
 /// The highest degree that any phase function still has something of: moments of the light above it scatter into nothing.
-fn kept_degree(terms: &[Term], most: usize) -> usize {
+fn kept_degree(terms: &[Term], fineness: Fineness) -> usize {
+    // What so few directions tell apart.
+    let most = fineness.degree.min(if fineness.directions > 2 { DEGREE } else { 2 });
     let has = |l: usize| terms.iter().any(|term| term.legendre[l].abs() > NEGLIGIBLE);
-    (0..=most.min(DEGREE)).rev().find(|l| has(*l)).unwrap_or(0)
+    (0..=most).rev().find(|l| has(*l)).unwrap_or(0)
+}
+
+/// Moments of a phase function that do not grow when they scatter: nine directions a face make up to a tenth too much of harmonics above the second degree.
+fn stable(mut legendre: [f64; DEGREE + 1]) -> [f64; DEGREE + 1] {
+    legendre.iter_mut().skip(3).for_each(|p| *p = p.clamp(-0.9, 0.9));
+    legendre
 }
 
 /// The nodes of all passbands.
 pub fn terms(scene: &Scene, spectral: &Spectral) -> Result<Vec<Term>> {
     let Some(dust) = &scene.dust else { return Ok(Vec::new()) };
-    let term =
-        |node: &Node| Term { k: node.k, albedo: dust.albedo.at(node.lambda_um), legendre: legendre_moments(&*dust.phase, node.lambda_um) };
-    let of_band = |band: &BandPlan| match &band.rule.form {
-        Form::Nodes(nodes) => Ok(nodes.nodes.iter().map(term).collect::<Vec<Term>>()),
-        _ => Err(Error::OneBounce(format!("method \"{}\"", spectral.method), "a method of nodes such as band_quadrature")),
+    let term = |node: &Node| Term {
+        k: node.k,
+        albedo: dust.albedo.at(node.lambda_um),
+        legendre: stable(legendre_moments(&*dust.phase, node.lambda_um)),
     };
-    Ok(spectral.bands.iter().map(of_band).collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
+    Ok(spectral.bands.iter().map(nodes).collect::<Result<Vec<_>>>()?.into_iter().flatten().map(term).collect())
+}
+
+/// The nodes of a passband.
+///
+/// # Errors
+/// For rules that have none.
+pub fn nodes(band: &BandPlan) -> Result<&[Node]> {
+    match &band.rule.form {
+        Form::Nodes(nodes) => Ok(&nodes.nodes),
+        _ => Err(Error::OneBounce("this spectral method".into(), "a method of nodes such as band_quadrature")),
+    }
 }
 
 /// What light meets.
@@ -110,6 +132,7 @@ struct Solved {
     moments: Moments,
     sweeps: usize,
     series: f64,
+    settled: bool,
 }
 
 impl Medium<'_> {
@@ -130,7 +153,12 @@ impl Medium<'_> {
             sweep(self.cells, &k, self.faces, &Sources { scattered: &order, glow, around }, &mut next, control)?;
             all.add(&next, &[1.0; WIDTH]);
             std::mem::swap(&mut order, &mut next);
-            course.push(self.power(&order), self.power(&all));
+            let (own, sum) = (self.power(&order), self.power(&all));
+            if !own.iter().chain(&sum).all(|power| power.is_finite()) {
+                let message = "light that is scattered more than once comes to no number here: densities or lights are too large or too small; write bounces = 1";
+                return Err(Error::Render(message.into()));
+            }
+            course.push(own, sum);
             control.report(Stage::Light, sweeps as u64, course.expected(bounces));
             if course.is_known() {
                 break;
@@ -138,7 +166,8 @@ impl Medium<'_> {
         }
         let (series, rest) = course.rest(bounces);
         all.add(&order, &rest);
-        Ok(Solved { moments: all, sweeps: course.orders.len(), series })
+        let settled = course.is_known() || course.orders.len() + 1 == bounces;
+        Ok(Solved { moments: all, sweeps: course.orders.len(), series, settled })
     }
 
     /// Fluence in the dust, for each term.

@@ -95,7 +95,8 @@ fn sweep_face(cells: &Cells, k: &Octet, face: &Face, sources: &Sources, out: &mu
     let dims = cells.lattice.dims;
     let (column, row) = across(face.axis);
     let beams: Vec<Beam> = face.directions.iter().map(|d| beam(cells, face, d)).collect();
-    let margin = beams.iter().flat_map(|b| b.shift).map(|s| s.unsigned_abs() + 1).max().unwrap_or(1);
+    // Behind the margin all is as it is in it.
+    let margin = beams.iter().flat_map(|b| b.shift).map(|s| s.unsigned_abs() + 1).max().unwrap_or(1).min(dims[column].max(dims[row]) + 2);
     let length = dims[column] + 2 * margin;
     let empty = Row {
         radiance: vec![sources.around; length * beams.len()],
@@ -168,8 +169,9 @@ fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [Octet]) {
         let here = column + line.margin;
         (done.sigma[here], done.glow[here]) = (sigma, glow);
         for (b, beam) in line.beams.iter().enumerate() {
-            let rows = [0, 1].map(|r| &before[(line.row + line.margin).wrapping_add_signed(beam.shift[1] + r)]);
-            let at = here.wrapping_add_signed(beam.shift[0]);
+            let row = (line.row + line.margin).saturating_add_signed(beam.shift[1]).min(before.len() - 2);
+            let rows = [&before[row], &before[row + 1]];
+            let at = here.saturating_add_signed(beam.shift[0]).min(done.sigma.len() - 2);
             let four = |values: fn(&Row) -> &[Octet], stride: usize, b: usize| {
                 let place = |i: usize| (at + i) * stride + b;
                 [&values(rows[0])[place(0)], &values(rows[0])[place(1)], &values(rows[1])[place(0)], &values(rows[1])[place(1)]]
@@ -187,12 +189,14 @@ fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [Octet]) {
             }
             // Where no dust is, its source function is that of the dust beside it.
             let (inverse, own) = if upwind > line.cells.least { (1.0 / upwind, 0.0) } else { (0.0, 1.0) };
+            let clear = sigma <= line.cells.least;
             let depth = 0.5 * (upwind + sigma) * beam.length_pc;
             let mut radiance = [0.0; WIDTH];
             for t in 0..WIDTH {
                 let (e, first, second) = shares(line.k[t] * depth);
                 let upwind_source = fma(scattering[t], inverse, own * own_source[t]);
-                radiance[t] = fma(incoming[t], e, fma(upwind_source, first, own_source[t] * second));
+                let source = if clear { upwind_source } else { own_source[t] };
+                radiance[t] = fma(incoming[t], e, fma(upwind_source, first, source * second));
             }
             if line.sources.glow.is_some() {
                 let coming = blend(four(|r| &r.glow, 1, 0), &beam.weights);
@@ -237,7 +241,8 @@ mod tests {
             let [x, y, z] = lattice.place(cell);
             sigma(lattice.centre(x, y, z)) as f32
         };
-        Cells { sigma: (0..lattice.cells()).map(of).collect(), lattice, block: 1, least: 1e-9 }
+        let sigma = (0..lattice.cells()).map(of).collect();
+        Cells::of(lattice, sigma)
     }
 
     /// In an even field of light, dust that absorbs nothing changes nothing, wherever it is.
