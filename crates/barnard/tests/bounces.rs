@@ -109,6 +109,24 @@ fn fields_are_kept() {
     assert!(volumes(&alone.install(|| sampled(&text(CAMERA, 2)))) == volumes(&two));
 }
 
+/// Twelve terms of three passbands, more than are solved side by side, are those of each passband by itself; another passband's are not.
+#[test]
+fn passbands_do_not_mix() {
+    let picture = |bands: &str| {
+        let camera = CAMERA.replace("\"johnson-V\"", bands);
+        let dust = BALL.replace("ccm89", "draine03_rv31").replace("albedo = 0.8\n", "");
+        let scene = parse(&format!("{camera}{dust}phase = {{ kind = \"henyey_greenstein\" }}\n{STAR}{METHOD}count = 4\nbounces = 3\n"));
+        radiance(&Plan::sampled(&scene, &options(&scene), 60, &Control::default()).unwrap())
+    };
+    let all = picture("\"johnson-B\", \"johnson-V\", \"cousins-R\"");
+    for (b, band) in ["\"johnson-B\"", "\"johnson-V\"", "\"cousins-R\""].into_iter().enumerate() {
+        let alone = picture(band);
+        let pixels = alone.len();
+        let apart = |of: usize| barnard::image::relative_rms(all[of * pixels..][..pixels].iter().copied().zip(alone.iter().copied()));
+        assert!(apart(b) < 1e-3 && apart((b + 1) % 3) > 0.02, "{band}: {} {}", apart(b), apart((b + 1) % 3));
+    }
+}
+
 /// What a scene asks that cannot be had is refused in words, or done with fewer cells, which is said; a stop is heard.
 #[test]
 fn limits_are_said() {

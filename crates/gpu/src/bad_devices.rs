@@ -71,7 +71,7 @@ fn what_is_too_large_is_refused() {
     let limits = wgpu::Limits { max_texture_dimension_3d: 16, ..wgpu::Limits::default() };
     let edges = (limits, "16", "at most 14 voxels");
     let limits = wgpu::Limits { max_sampled_textures_per_shader_stage: 1, ..wgpu::Limits::default() };
-    let textures = (limits, "at most 1;", "at most 3 stars");
+    let textures = (limits, "at most 1;", "at most 4 of them together");
     let limits = wgpu::Limits { max_storage_buffer_binding_size: 1 << 10, ..wgpu::Limits::default() };
     let tables = (limits, "tables", "--backend cpu");
     let limits = wgpu::Limits { max_storage_buffers_per_shader_stage: 4, ..wgpu::Limits::default() };
