@@ -178,9 +178,13 @@ impl Truth {
         Ok(Self { image, noise, paths })
     }
 
-    /// Relative rms of the worst band, what chance adds taken off.
+    /// Relative rms of the worst band, what chance adds taken off; not less than what can be told beside that, the square root of the deviation of its square over so many pixels.
     fn error(&self, image: &Image) -> f64 {
-        let of_band = |(b, noise): (usize, &f64)| (image.relative_rmse(b, &self.image, b).powi(2) - noise * noise).max(0.0).sqrt();
+        let told = (2.0 / (self.image.width * self.image.height) as f64).sqrt();
+        let of_band = |(b, noise): (usize, &f64)| {
+            let chance = noise * noise;
+            (image.relative_rmse(b, &self.image, b).powi(2) - chance).max(told * chance).sqrt()
+        };
         worst(self.noise.iter().enumerate().map(of_band))
     }
 
