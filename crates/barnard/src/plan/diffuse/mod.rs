@@ -14,7 +14,8 @@
 //! This is eq. (22) of docs/method.md. The march reads S, which is smooth, beside σ, which is not: ΔI = k σ S Δs. Starlight that scatters once is not in it: the march
 //! has it exactly, with the phase function itself. Orders of scattering are summed until what is left goes as a geometric series, whose rest is added.
 //!
-//! Valid where light is nearly diffuse after its first scattering. Left out: gas farther from the dust's box than half its size, the change of S within a cell around an eye that is inside the dust, moments of the radiance above degree five, structure of the dust within a cell.
+//! Valid where light is nearly diffuse after its first scattering. Left out: gas farther from the dust's box than half its size, the change of S within a cell around an eye that is inside the dust, moments of the radiance above degree five, structure of the dust within a cell. Known to be wrong: 54 directions
+//! draw a faint cross along the axes through a star inside thin even dust (ray effect).
 
 mod course;
 mod directions;
