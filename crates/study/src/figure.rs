@@ -84,6 +84,12 @@ pub struct Picture {
     pub pixels: Vec<[f64; 3]>,
 }
 
+/// What is shown as white: all but the brightest fiftieth is below it, whatever its unit.
+pub fn white(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() * 98 / 100].max(f64::MIN_POSITIVE)
+}
+
 /// A line in its parts.
 type Runs = Vec<Vec<(f64, f64)>>;
 

@@ -4,6 +4,7 @@ use barnard::control::Control;
 use barnard::image::Image;
 
 use super::scene::{Contender, Trial, error, error_away_from_stars};
+use crate::figure::white;
 use crate::page::{short, table};
 use crate::{Chapter, Findings, Picture, Result};
 
@@ -150,14 +151,7 @@ fn claims(stars: usize, newton: f64, analytic: f64, projection: f64, propagation
 
 /// The truth and the amplified differences side by side, each band as a colour.
 fn montage(name: &str, truth: &Image, images: &[Image], amplified: f64) -> Picture {
-    let size = truth.width * truth.height;
-    let white: Vec<f64> = (0..3)
-        .map(|b| {
-            let mut values: Vec<f64> = truth.band(b).collect();
-            values.sort_by(f64::total_cmp);
-            values[size * 98 / 100].max(f64::MIN_POSITIVE)
-        })
-        .collect();
+    let white: Vec<f64> = (0..3).map(|b| white(truth.band(b).collect())).collect();
     let columns = 1 + images.len();
     let (width, height) = (columns * truth.width * SHOWN, truth.height * SHOWN);
     let pixel = |i: usize| -> [f64; 3] {

@@ -7,6 +7,7 @@ use barnard::control::Control;
 use barnard::plan::{Doubt, Options, Plan};
 use barnard::scene::{DEFAULT_MEMORY, MANY_BOUNCES, Scene};
 
+use crate::figure::white;
 use crate::page::{short, table};
 use crate::{Chapter, Findings, Picture, Result};
 
@@ -271,12 +272,7 @@ fn run(control: &Control) -> Result<Findings> {
 fn montage(name: &str, words: &str, trials: &[Trial]) -> Picture {
     let (columns, rows) = (4 * COMPARED, trials.len() * COMPARED);
     let (width, height) = (columns * SHOWN, rows * SHOWN);
-    let white = |trial: &Trial| {
-        let mut values: Vec<f64> = (0..trial.once.len()).map(|i| trial.truth(i)).collect();
-        values.sort_by(f64::total_cmp);
-        values[values.len() * 98 / 100].max(f64::MIN_POSITIVE)
-    };
-    let whites: Vec<f64> = trials.iter().map(white).collect();
+    let whites: Vec<f64> = trials.iter().map(|trial| white((0..trial.once.len()).map(|i| trial.truth(i)).collect())).collect();
     let pixel = |at: usize| {
         let (x, y) = (at % width / SHOWN, at / width / SHOWN);
         let (trial, panel) = (y / COMPARED, x / COMPARED);

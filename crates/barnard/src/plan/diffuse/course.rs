@@ -4,10 +4,10 @@ use super::{Octet, WIDTH};
 
 /// By how much the sum of the orders that are not swept may be wrong, as a part of all.
 const REST: f64 = 1e-3;
+/// What that sum may be at most.
+const MOST_SERIES: f64 = 0.2;
 /// Orders of less are none, as a part of all.
 const NOTHING: f64 = 1e-9;
-/// What they may stand for at most.
-const MOST_SERIES: f64 = 0.2;
 
 /// How the orders of scattering go.
 #[derive(Default)]

@@ -191,9 +191,10 @@ fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [Octet]) {
             let (inverse, own) = if upwind > line.cells.least { (1.0 / upwind, 0.0) } else { (0.0, 1.0) };
             let clear = sigma <= line.cells.least;
             let depth = 0.5 * (upwind + sigma) * beam.length_pc;
-            let mut radiance = [0.0; WIDTH];
+            let (mut radiance, mut through) = ([0.0; WIDTH], [0.0; WIDTH]);
             for t in 0..WIDTH {
                 let (e, first, second) = shares(line.k[t] * depth);
+                through[t] = first + e;
                 let upwind_source = fma(scattering[t], inverse, own * own_source[t]);
                 let source = if clear { upwind_source } else { own_source[t] };
                 radiance[t] = fma(incoming[t], e, fma(upwind_source, first, source * second));
@@ -201,8 +202,7 @@ fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [Octet]) {
             if line.sources.glow.is_some() {
                 let coming = blend(four(|r| &r.glow, 1, 0), &beam.weights);
                 for t in 0..WIDTH {
-                    let (e, first, _) = shares(line.k[t] * depth);
-                    radiance[t] = fma(0.5 * (coming[t] + glow[t]) * beam.length_pc, first + e, radiance[t]);
+                    radiance[t] = fma(0.5 * (coming[t] + glow[t]) * beam.length_pc, through[t], radiance[t]);
                 }
             }
             for (weight, moment) in beam.gather.iter().zip(moments.iter_mut()) {
