@@ -7,6 +7,7 @@ use barnard::plan::star_depth::OPAQUE;
 use barnard::plan::{Channel, Plan, Volume, Weights, weights_of};
 use glam::DVec3;
 
+use crate::crowd;
 use crate::error::{GpuError, Result};
 use crate::forms::{Contents, FormEntry, Heads, extinctions, form};
 use crate::frame::{Frame, four};
@@ -50,6 +51,8 @@ pub struct Shape {
     pub field: Option<FieldShape>,
     /// The quad of the first term of the diffuse field.
     pub diffuse: Option<usize>,
+    /// Stars of the crowd.
+    pub crowd: usize,
     /// Whether star depths are marched again at every sample.
     pub star_march: bool,
     /// Whether dust is noise that is evaluated at every sample.
@@ -70,6 +73,8 @@ pub struct Offsets {
     pub field_products: usize,
     pub field_resolution: usize,
     pub diffuse_largest: usize,
+    pub crowd_head: usize,
+    pub crowd_stars: usize,
     pub cloud: usize,
     pub lattices: usize,
     pub inner_boxes: usize,
@@ -124,6 +129,8 @@ impl Shape {
             field_products: take(products),
             field_resolution: take((self.bands * self.field_channels()).div_ceil(4)),
             diffuse_largest: take(if self.diffuse.is_some() { rows } else { 0 }),
+            crowd_head: take(if self.crowd > 0 { crowd::HEAD } else { 0 }),
+            crowd_stars: take(self.crowd * (crowd::STAR + rows)),
             cloud: take(3),
             lattices: take(5 * self.quads),
             inner_boxes: take(2 * self.inner),
@@ -174,7 +181,10 @@ pub struct Layout {
     pub shape: Shape,
     pub frame: Frame,
     pub tables: Vec<[f32; 4]>,
+    /// Distances of bricks to the next light, and lists of the crowd behind them.
     pub bricks: Vec<u32>,
+    /// How many distances there are.
+    pub distances: usize,
     pub quads: Vec<Quad>,
     /// Rays along each side of a pixel.
     pub supersampling: usize,
@@ -219,6 +229,7 @@ impl Layout {
                 quad: slot_of(Channel::Light(0)).map_or(0, |(quad, _)| quad),
             }),
             diffuse: slot_of(Channel::Diffuse(0)).map(|(quad, _)| quad),
+            crowd: crowd::of(plan).map_or(0, |_| weights.crowd.len()),
             star_march: plan.star_march.is_some(),
             cloud: on_the_fly,
         };
@@ -262,6 +273,9 @@ impl Layout {
         if let Some(diffuse) = &plan.diffuse {
             tables.list.numbers(&diffuse.largest, shape.room / 4);
         }
+        let mut bricks = Tables::distances(plan);
+        let distances = bricks.len();
+        tables.crowd(plan, &weights, shape.room, &mut bricks);
         tables.cloud(plan);
         for quad in &quads {
             tables.lattice(volumes[quad.volume], quad);
@@ -273,13 +287,13 @@ impl Layout {
             tables.place(bounds.low, 0.0);
             tables.place(bounds.high, 0.0);
         }
-        let bricks = tables.bricks(plan);
+        tables.bricks(plan);
         debug_assert_eq!(tables.list.0.len(), offsets.contents);
         tables.list.0.extend(contents.tables.0);
         let phase_start = 4 * tables.list.0.len();
         if let Some(phase) = phase {
-            let values: Vec<f32> = scattered().flat_map(|s| phase.weights[s.light].iter().copied()).collect();
-            tables.list.numbers(&values, 0);
+            let of_stars = scattered().flat_map(|s| &phase.weights[s.light]);
+            tables.list.numbers(&of_stars.chain(&phase.at_nodes).copied().collect::<Vec<f32>>(), 0);
         }
         let entries = phase.as_ref().map_or(2, |p| p.entries);
         let counts = [plan.spectral.terms(), entries, phase_start, plan.star_march.unwrap_or(0)].map(|n| n as u32);
@@ -289,7 +303,7 @@ impl Layout {
             // No depth is asked for what lies behind it.
             frame.limits[0] = 0.0;
         }
-        Ok(Self { shape, frame, tables: tables.list.0, bricks, quads, supersampling: plan.camera.supersampling, stars, middle })
+        Ok(Self { shape, frame, tables: tables.list.0, bricks, distances, quads, supersampling: plan.camera.supersampling, stars, middle })
     }
 
     /// Puts a star elsewhere.

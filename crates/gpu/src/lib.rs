@@ -9,6 +9,7 @@
 
 #[cfg(test)]
 mod bad_devices;
+mod crowd;
 mod device;
 mod error;
 mod forms;

@@ -133,7 +133,9 @@ impl<'a> Renderer<'a> {
         let carried = |layout: &Layout| (layout.frame.size, layout.shape.bands, layout.shape.field_channels());
         let same_size = carried(&layout) == carried(&self.layout);
         let buffers = if same_size { None } else { Some(Buffers::new(self.gpu, &layout, self.pauses())?) };
-        let volumes = (!same_volumes).then(|| Volumes::new(self.gpu, plan, &layout, &self.volumes.views[..kept]));
+        let views = if same_volumes { &self.volumes.views[..] } else { &self.volumes.views[..kept] };
+        let same_volumes = same_volumes && layout.bricks == self.layout.bricks;
+        let volumes = (!same_volumes).then(|| Volumes::new(self.gpu, plan, &layout, views));
         let same_shape = layout.shape == self.layout.shape;
         let pipeline = (!same_shape).then(|| pipeline(self.gpu, &layout, self.tuning));
         let groups = groups(

@@ -59,7 +59,7 @@ pub fn tuned(mut layout: Layout, tuning: Tuning) -> Layout {
         layout.frame.limits[0] = 0.0;
     }
     if !tuning.skip_empty {
-        layout.bricks.fill(0);
+        layout.bricks[..layout.distances].fill(0);
     }
     layout
 }

@@ -1,15 +1,17 @@
 //! The source of a shader: constants and bindings printed from a [`Shape`], then `shaders/*.wgsl`.
 
-use barnard::plan::near::{CLOSEST, MAX_PHASES, NEAR_ANGLE, NEAR_VOXELS, PART_DISTANCE, PIECE, SHORTEST_PART};
+use barnard::plan::crowd::PROFILE;
+use barnard::plan::near::{CLOSEST, MAX_PHASES, NEAR_ANGLE, NEAR_VOXELS, NEIGHBOUR_PIECES, PART_DISTANCE, PIECE, SHORTEST_PART};
 use barnard::plan::star_depth::OPAQUE;
 use barnard::plan::{END_DEPTH, END_EVERY, PHASE_RANGE};
 use spectra::basis::MAX_SIZE;
 use spectra::polynomial::MAX_DEGREE;
 
+use crate::crowd;
 use crate::layout::{PhaseKind, Shape};
 
 /// The files of the march, in the order in which a ray meets them; the form's own follows.
-const FILES: [&str; 10] = [
+const FILES: [&str; 11] = [
     include_str!("shaders/frame.wgsl"),
     include_str!("shaders/arithmetic.wgsl"),
     include_str!("shaders/coordinates.wgsl"),
@@ -17,6 +19,7 @@ const FILES: [&str; 10] = [
     include_str!("shaders/cloud.wgsl"),
     include_str!("shaders/volume.wgsl"),
     include_str!("shaders/near.wgsl"),
+    include_str!("shaders/neighbours.wgsl"),
     include_str!("shaders/field.wgsl"),
     include_str!("shaders/segment.wgsl"),
     include_str!("shaders/march.wgsl"),
@@ -63,6 +66,13 @@ fn constants(shape: &Shape, workgroup: (u32, u32), pauses: Pauses) -> String {
         ("FIELD_CHANNELS", shape.field_channels().max(1)),
         ("FIELD_QUAD", shape.field.map_or(0, |f| f.quad)),
         ("DIFFUSE_QUAD", shape.diffuse.unwrap_or(0)),
+        ("CROWD", shape.crowd),
+        ("CROWD_HEAD", offsets.crowd_head),
+        ("CROWD_STARS", offsets.crowd_stars),
+        ("CROWD_STRIDE", crowd::STAR + shape.room / 4),
+        ("CROWD_WEIGHTS", crowd::STAR),
+        ("PROFILE", PROFILE),
+        ("NEIGHBOUR_PIECES", NEIGHBOUR_PIECES),
         ("MAX_ELEMENTS", MAX_SIZE),
         ("MAX_EXP_INTEGRALS", MAX_DEGREE + 2),
         ("END_EVERY", END_EVERY),
@@ -157,6 +167,7 @@ mod tests {
             background: false,
             field: None,
             diffuse: None,
+            crowd: 0,
             star_march: false,
             cloud: false,
         };
@@ -166,6 +177,9 @@ mod tests {
             Shape { phase: PhaseKind::Spectral, quads: 3, scatterers: 6, emitters: 2, inner: 2, ..plain.clone() },
             Shape { cloud: true, ..plain.clone() },
             Shape { quads: 4, diffuse: Some(1), ..plain.clone() },
+            Shape { quads: 4, scatterers: 0, diffuse: Some(1), crowd: 1000, ..plain.clone() },
+            Shape { quads: 4, diffuse: Some(1), crowd: 9, phase: PhaseKind::Separable, ..plain.clone() },
+            Shape { quads: 4, diffuse: Some(1), crowd: 9, phase: PhaseKind::Spectral, ..plain.clone() },
             Shape { scatterers: 0, emitters: 1, dust: None, ..plain.clone() },
             Shape { scatterers: 0, quads: 3, field: Some(FieldShape { elements: 3, polynomials: 2, quad: 1 }), ..plain.clone() },
         ];

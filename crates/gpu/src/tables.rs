@@ -1,6 +1,6 @@
 //! Lists of numbers as shaders read them: four at a time.
 
-use barnard::plan::{Plan, Volume};
+use barnard::plan::{Bricks, Plan, Volume};
 use glam::DVec3;
 
 use crate::frame::four;
@@ -48,18 +48,24 @@ impl Tables {
         self.place(volume.inner.bounds.high, 0.0);
     }
 
-    /// The grids of bricks, and how far from each the next light is.
-    pub fn bricks(&mut self, plan: &Plan) -> Vec<u32> {
-        let mut distances = Vec::new();
+    /// The grids of bricks, whose values stand one behind the other.
+    pub fn bricks(&mut self, plan: &Plan) {
+        let mut start = 0;
         for bricks in &plan.space.bricks {
             let lattice = &bricks.lattice;
             let edge = lattice.voxel_pc();
             self.place(lattice.bounds.low, edge.min_element() as f32);
             self.list.0.push(four(edge.recip(), 0.0));
             let [x, y, z] = lattice.dims.map(|n| n as f32);
-            self.list.0.push([x, y, z, distances.len() as f32]);
-            distances.extend((0..lattice.cells()).map(|i| bricks.clear(lattice.place(i)) as u32));
+            self.list.0.push([x, y, z, start as f32]);
+            start += lattice.cells();
         }
+    }
+
+    /// How far from each brick the next light is.
+    pub fn distances(plan: &Plan) -> Vec<u32> {
+        let of = |bricks: &Bricks| (0..bricks.lattice.cells()).map(|i| bricks.clear(bricks.lattice.place(i)) as u32).collect::<Vec<_>>();
+        let mut distances: Vec<u32> = plan.space.bricks.iter().flat_map(of).collect();
         distances.resize(distances.len().max(1), 0);
         distances
     }

@@ -282,6 +282,46 @@ fn noise_on_the_fly_is_noise_that_was_sampled() {
     assert!(error.contains("fbm") && error.contains("--on-the-fly"), "{error}");
 }
 
+/// Stars of a crowd: places and temperatures that look like chance.
+fn crowd(count: usize) -> String {
+    let part = |i: usize, step: f64| (step * (i + 1) as f64).fract();
+    let star = |i: usize| {
+        let place = [0.618_034, 0.414_214, 0.732_051].map(|step| 1.2 * part(i, step) - 0.6);
+        STAR.replace("0.2 0.5 0.3", &format!("{:.4} {:.4} {:.4}", place[0], place[1], place[2]))
+            .replace("9000 K", &format!("{} K", 4000 + 700 * (i % 20)))
+    };
+    (0..count).map(star).collect()
+}
+
+/// Stars whose light is gathered, scattered evenly, by one phase function and by one for each wavelength, seen from near and from infinity.
+#[test]
+fn crowds_are_those_of_the_processor() {
+    let Some(gpu) = device() else { return };
+    let method = "[method]\nbake = 24\naccuracy = 1e-3\n";
+    let aside =
+        CAMERA.replace("kind = \"perspective\"", "kind = \"orthographic\"").replace("field_of_view = \"40 deg\"", "width = \"3 pc\"");
+    let cases = [
+        (CAMERA.to_owned(), ""),
+        (CAMERA.to_owned(), "phase = { kind = \"henyey_greenstein\", g = 0.7 }\n"),
+        (aside, "phase = { kind = \"draine\", g = 0.6, alpha = 0.5 }\n"),
+        (CAMERA.to_owned(), "phase = { kind = \"henyey_greenstein\" }\nlaw = \"draine03_rv31\"\n"),
+    ];
+    for (camera, phase) in cases {
+        let dust = if phase.contains("law") { DUST.replace("law = \"ccm89\"\nalbedo = 0.6\n", "") } else { DUST.to_owned() };
+        let mut scene = parsed(&format!("{camera}{dust}{phase}{}{method}", crowd(30)));
+        let plan = Plan { stepping: FINE, ..plan(&mut scene, 24) };
+        let ours = on(&gpu, &plan).0;
+        let wrong = difference(&plan, &ours, &cpu::radiance(&plan, &Control::default()).unwrap().0);
+        println!("{phase}: {wrong:.1e}");
+        assert!(wrong < 2.0 * TOLERANCE, "{phase}: {wrong:e}");
+        // Without what is near the stars the pictures would differ.
+        let mut lonely = plan.clone();
+        let diffuse = std::sync::Arc::make_mut(lonely.diffuse.as_mut().unwrap());
+        diffuse.found.gathered = None;
+        assert!(difference(&plan, &on(&gpu, &lonely).0, &ours) > 10.0 * TOLERANCE, "{phase}");
+    }
+}
+
 /// A plan that changes on the device gives the picture of one that is new: another star, camera, size, method, number of bounces, space, and back.
 #[test]
 fn changes_are_taken() {
@@ -299,7 +339,11 @@ fn changes_are_taken() {
     let (aside, larger) = (from(&CAMERA.replace("0.3 0.2 4", "3 1 2")), from(&CAMERA.replace("[24, 24]", "[40, 17]")));
     let many = made(format!("{CAMERA}{DUST}{STAR}{method}bounces = 3\n"));
     let mut many_aside = many.clone();
-    many_aside.look_from(aside.camera.clone());
+    many_aside.look_from(aside.camera.clone(), &Control::default()).unwrap();
+    let gathered = made(format!("{CAMERA}{DUST}{}{method}", crowd(12)));
+    let mut gathered_aside = gathered.clone();
+    gathered_aside.look_from(aside.camera.clone(), &Control::default()).unwrap();
+    let gathered_finer = Plan { stepping: Stepping::Fixed(80), ..gathered_aside.clone() };
     let space = || first.space.clone();
     let changed = [
         Plan { space: space(), ..hot },
@@ -308,6 +352,9 @@ fn changes_are_taken() {
         Plan { space: space(), ..many.clone() },
         Plan { space: space(), ..many_aside },
         many,
+        gathered,
+        gathered_aside,
+        gathered_finer,
         larger,
         made(format!("{CAMERA}{DUST}{STAR}{}{method}", STAR.replace("0.2 0.5", "-0.2 0.1"))),
     ];

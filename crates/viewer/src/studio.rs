@@ -144,7 +144,7 @@ impl<'g> Studio<'g> {
             stand.glance = Some((view.physics.clone(), plan));
         }
         let Some((_, plan)) = &mut stand.glance else { return Err(Error::Interrupted) };
-        plan.look_from(camera);
+        plan.look_from(camera, control)?;
         let planned = start.elapsed().as_secs_f64();
         self.planned = planned;
         let (data, findings, marched, backend) = stand.quick.radiance(gpu, plan, control)?;

@@ -6,6 +6,7 @@
 mod bricks;
 mod closed_form;
 pub mod cone;
+pub mod crowd;
 mod describe;
 mod diffuse;
 mod light_field;
@@ -26,8 +27,9 @@ use std::sync::Arc;
 
 pub use bricks::Bricks;
 pub use closed_form::{ClosedForm, End};
+pub use crowd::Crowd;
 pub use describe::describe;
-pub use diffuse::{Diffuse, Doubt, Fineness};
+pub use diffuse::{Diffuse, Doubt, Fineness, Gathered};
 pub use light_field::LightField;
 pub use pilot::Spatial;
 pub use probe::Probe;
@@ -183,7 +185,14 @@ impl Plan {
         let entry =
             MethodEntry { name: rule::GLANCE.name, summary: rule::GLANCE.summary, rule: &rule::GLANCE, star_depth: StarDepth::Cached };
         let kept = &options.method;
-        let method = Method { entry, accuracy: GLANCE_ACCURACY, bake: kept.bake, bounces: kept.bounces, ..Method::default() };
+        let method = Method {
+            entry,
+            accuracy: GLANCE_ACCURACY,
+            bake: kept.bake,
+            bounces: kept.bounces,
+            exact_stars: kept.exact_stars,
+            ..Method::default()
+        };
         let options = &Options { method, ..options.clone() };
         let space = match before.map(|plan| plan.space.follow(scene, options, control)).transpose()?.flatten() {
             Some(space) => space,
@@ -206,11 +215,15 @@ impl Plan {
     }
 
     /// Looks from elsewhere; all that space and spectra decide stays.
-    pub fn look_from(&mut self, camera: Camera) {
+    ///
+    /// # Errors
+    /// When the user wishes to stop; the plan is as before then.
+    pub fn look_from(&mut self, camera: Camera, control: &Control) -> Result<()> {
         if let Some(diffuse) = &self.diffuse {
-            self.diffuse = Some(diffuse.seen_by(&camera));
+            self.diffuse = Some(diffuse.seen_by(&camera, control)?);
         }
         self.camera = camera;
+        Ok(())
     }
 
     /// Plans `scene` at `steps` samples a ray, with rules as they are asked for and nothing measured: for comparisons that measure from outside.
@@ -277,8 +290,9 @@ impl Plan {
     pub fn notes(&self) -> Vec<(String, String)> {
         let isotropic = self.light_field.as_ref().filter(|f| f.isotropic_instead);
         let isotropic = isotropic.map(|_| ("phase function".into(), "put aside by this method, which scatters evenly".into()));
-        let diffuse = self.diffuse.as_ref().map(|d| ("many bounces".into(), d.to_string()));
-        self.spatial_note().into_iter().chain(isotropic).chain(self.fit_note()).chain(diffuse).collect()
+        let gathered = self.diffuse.iter().filter_map(|d| d.found.gathered).map(|g| ("gathered stars".into(), g.to_string()));
+        let diffuse = self.diffuse.iter().filter(|d| d.found.sweeps > 0).map(|d| ("many bounces".into(), d.to_string()));
+        self.spatial_note().into_iter().chain(isotropic).chain(self.fit_note()).chain(gathered).chain(diffuse).collect()
     }
 
     /// The worst of the polynomials that stand for spectra.

@@ -31,6 +31,18 @@ pub const PART_DISTANCE: f64 = 0.2;
 /// The shortest part of a step, in voxels.
 pub const SHORTEST_PART: f64 = 0.5;
 
+/// Widest angle of a piece beside a star of the crowd [rad], and by how much a phase function may change within one.
+pub const NEIGHBOUR_PIECE: f64 = 0.4;
+/// That is the accuracy to which it is asked there.
+pub const NEIGHBOUR_ACCURACY: f64 = 0.02;
+/// Most pieces of a segment there.
+pub const NEIGHBOUR_PIECES: usize = 32;
+
+/// Widest angle of a piece beside a star of the crowd for a phase function that may be asked at the middle of `phase_angle` at an `accuracy` [rad].
+pub fn neighbour_piece(phase_angle: f64, accuracy: f64) -> f64 {
+    NEIGHBOUR_PIECE.min(phase_angle * (NEIGHBOUR_ACCURACY / accuracy).sqrt())
+}
+
 /// In how many parts a step of length `dt` must be marched, so that each is short beside its distance to a star with the closest approach `b` at
 /// `foot`; all lengths in pc, along the ray from where the step starts.
 pub fn parts(b: f64, foot: f64, dt: f64, voxel: f64) -> usize {

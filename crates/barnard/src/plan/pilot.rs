@@ -118,7 +118,7 @@ pub fn choose(
             }
         }
         let error = best.map_or(f64::INFINITY, |b| b.2);
-        if error <= accuracy || error > WORTHWHILE * before || space.stars.is_empty() || field.is_some() {
+        if error <= accuracy || error > WORTHWHILE * before || space.marched().is_empty() || field.is_some() {
             break;
         }
     }

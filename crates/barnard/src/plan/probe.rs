@@ -4,7 +4,7 @@ use spectra::rule::mean_transmittance;
 use spectra::spectrum::Line;
 
 use super::walk::{Eye, walk};
-use super::{Plan, Stepping};
+use super::{Plan, Space, Stepping};
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::light::{factor, law};
@@ -36,6 +36,12 @@ struct Spectrograph {
 }
 
 impl Eye for Spectrograph {
+    /// All: what the crowd's field has gathered knows of no wavelengths but its own.
+    fn stars(&self, space: &Space) -> Vec<usize> {
+        let gathered = space.crowd.iter().flat_map(|crowd| &crowd.stars);
+        space.marched().iter().chain(gathered).copied().collect()
+    }
+
     fn light(&mut self, light: usize, amount: f64, depths: (f64, f64)) {
         for (wave, radiance) in self.waves.iter().zip(&mut self.radiance).filter(|(wave, _)| wave.strength[light] != 0.0) {
             *radiance += amount * wave.strength[light] * mean_transmittance(wave.k * depths.0, wave.k * depths.1);

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::crowd::{self, Crowd};
 use super::volume::{Channel, MAX_CHANNELS, Volume, scaled};
 use super::{Bricks, Options, Spatial, star_depth};
 use crate::camera::Camera;
@@ -31,6 +32,10 @@ pub struct Space {
     pub bricks: Vec<Bricks>,
     /// Places of the stars [pc].
     pub stars: Vec<DVec3>,
+    /// Those whose light is gathered, where some are.
+    pub crowd: Option<Arc<Crowd>>,
+    /// Numbers of the others, which have depths in volumes of their own.
+    marched: Vec<usize>,
     /// Star depth voxels along a voxel of dust.
     pub star_factor: usize,
     /// Largest star depth at a place with dust [1].
@@ -123,6 +128,8 @@ impl Space {
             dust: dust.map(Arc::new),
             cloud: cloud(scene),
             stars: scene.stars.iter().map(|s| s.position).collect(),
+            crowd: None,
+            marched: Vec::new(),
             star_factor: 0,
             star_depth: 0.0,
             spatial: None,
@@ -132,8 +139,23 @@ impl Space {
             bake: options.method.bake,
             most,
         };
+        space.part_stars(&crowd::members(scene, &options.method), options, control)?;
         space.refine_stars(1, options, control)?;
         Ok(space)
+    }
+
+    /// Puts the stars `members` into the crowd.
+    fn part_stars(&mut self, members: &[usize], options: &Options, control: &Control) -> Result<()> {
+        let mut gathered = vec![false; self.stars.len()];
+        members.iter().for_each(|star| gathered[*star] = true);
+        self.marched = (0..self.stars.len()).filter(|star| !gathered[*star]).collect();
+        self.crowd = match &self.dust {
+            Some(dust) if !members.is_empty() => {
+                Some(Arc::new(Crowd::new(self.crowd.as_deref(), members, &self.stars, dust, options, control)?))
+            }
+            _ => None,
+        };
+        Ok(())
     }
 
     /// The space of a scene that has the same densities as this one's; none where it has others. Stars that moved are swept anew, and all of them where
@@ -145,7 +167,13 @@ impl Space {
             return Ok(None);
         }
         let stars: Vec<DVec3> = scene.stars.iter().map(|s| s.position).collect();
-        if stars.len() == self.stars.len() && sigma_v_per_pc(scene) == self.sigma_v_per_pc {
+        let members = crowd::members(scene, &options.method);
+        // The stars of the crowd are those that it has now.
+        let mut gathered = vec![false; stars.len()];
+        members.iter().for_each(|star| gathered[*star] = true);
+        let parted =
+            self.marched.len() + members.len() == stars.len() && self.marched.iter().all(|star| gathered.get(*star) == Some(&false));
+        if parted && stars.len() == self.stars.len() && sigma_v_per_pc(scene) == self.sigma_v_per_pc {
             let moved: Vec<usize> = (0..stars.len()).filter(|s| stars[*s] != self.stars[*s]).collect();
             if moved.is_empty() {
                 return Ok(Some(self.clone()));
@@ -155,15 +183,22 @@ impl Space {
                 // Without dust there are no depths.
                 return Ok(Some(Arc::new(Self { stars, ..space })));
             }
-            for star in moved {
+            let (gathered, marched): (Vec<usize>, Vec<usize>) = moved.into_iter().partition(|star| gathered[*star]);
+            for star in marched {
                 space.move_star(star, stars[star], control)?;
+            }
+            if !gathered.is_empty() {
+                space.stars = stars;
+                space.part_stars(&members, options, control)?;
+                space.star_depth = space.deepest();
             }
             return Ok(Some(Arc::new(space)));
         }
-        let (moved, ratio) = (stars != self.stars, sigma_v_per_pc(scene) / self.sigma_v_per_pc);
+        let (moved, ratio) = (!parted || stars != self.stars, sigma_v_per_pc(scene) / self.sigma_v_per_pc);
         let mut space = Self { stars, spatial: None, ..(**self).clone() };
         space.take_dust(scene, options)?;
         if moved || !space.scale_depths(ratio) {
+            space.part_stars(&members, options, control)?;
             space.refine_stars(self.star_factor, options, control)?;
         }
         Ok(Some(Arc::new(space)))
@@ -181,6 +216,10 @@ impl Space {
         else {
             return false;
         };
+        if let Some(crowd) = &self.crowd {
+            let Some(scaled) = crowd.scaled(ratio, &dust) else { return false };
+            self.crowd = Some(Arc::new(scaled));
+        }
         for volume in &mut self.volumes {
             let (channels, depths) = (volume.channels.len(), depths(volume));
             for values in volume.data.chunks_exact_mut(channels) {
@@ -214,7 +253,7 @@ impl Space {
     /// Bakes star depths anew with `factor` voxels along one of dust.
     pub fn refine_stars(&mut self, factor: usize, options: &Options, control: &Control) -> Result<()> {
         self.star_factor = factor;
-        self.lay_out(factor, self.stars.len(), options, control)?;
+        self.lay_out(factor, &self.marched.clone(), options, control)?;
         self.star_depth = self.deepest();
         Ok(())
     }
@@ -230,7 +269,7 @@ impl Space {
         let slot_in = |v: &Volume| v.channels.iter().position(|c| *c == Channel::StarDepth(star));
         let Some((i, slot)) = self.volumes.iter().enumerate().find_map(|(i, v)| slot_in(v).map(|slot| (i, slot))) else {
             let count = self.stars.len();
-            return Err(Error::Render(format!("star number {star} of {count} has no depths to sweep; make a new plan")));
+            return Err(Error::Render(format!("star number {star} of {count} has no depths of its own to sweep; make a new plan")));
         };
         let before = std::mem::replace(&mut self.stars[star], place);
         let mut volume = self.volumes.swap_remove(i);
@@ -253,12 +292,13 @@ impl Space {
             let stars = v.channels.iter().enumerate().filter(|(_, c)| matches!(c, Channel::StarDepth(_)));
             stars.map(|(slot, _)| f64::from(star_depth::deepest(v, slot, &self.bricks[0]))).fold(0.0, f64::max)
         };
-        self.volumes.iter().map(of).fold(0.0, f64::max)
+        let gathered = self.crowd.as_ref().map_or(0.0, |crowd| crowd.deepest(&self.bricks[0]));
+        self.volumes.iter().map(of).fold(gathered, f64::max)
     }
 
     /// Lets go of the star depths, once something else holds the light.
     pub fn forget_star_depths(&mut self, options: &Options, control: &Control) -> Result<()> {
-        self.lay_out(1, 0, options, control)
+        self.lay_out(1, &[], options, control)
     }
 
     /// Boxes of volumes that end within the occupied one.
@@ -279,13 +319,14 @@ impl Space {
     }
 
     /// Volumes of dust, the depths of so many stars, and gas: what has one lattice stands together.
-    fn lay_out(&mut self, factor: usize, stars: usize, options: &Options, control: &Control) -> Result<()> {
+    fn lay_out(&mut self, factor: usize, stars: &[usize], options: &Options, control: &Control) -> Result<()> {
         let mut parts: Vec<(Lattice, Channel)> = Vec::new();
         if let Some(dust) = &self.dust {
             parts.push((dust.lattice.clone(), Channel::Dust));
             let lattice = dust.lattice.refined(factor);
-            check_memory(&format!("star depths of {stars} stars"), 4 * stars as u64 * lattice.cells() as u64, options.memory_limit)?;
-            parts.extend((0..stars).map(|star| (lattice.clone(), Channel::StarDepth(star))));
+            let count = stars.len();
+            check_memory(&format!("star depths of {count} stars"), 4 * count as u64 * lattice.cells() as u64, options.memory_limit)?;
+            parts.extend(stars.iter().map(|star| (lattice.clone(), Channel::StarDepth(*star))));
         }
         parts.extend(self.emission.iter().enumerate().map(|(species, grid)| (grid.lattice.clone(), Channel::Emission(species))));
         self.volumes.clear();
@@ -312,7 +353,8 @@ impl Space {
             (Channel::Dust, Some(dust)) => volume.fill(slot, dust),
             (Channel::StarDepth(star), Some(dust)) => {
                 let cells = volume.inner.cells() as u64;
-                let share = (star as u64 * cells, self.stars.len() as u64 * cells);
+                let before = self.marched.iter().take_while(|s| **s != star).count() as u64;
+                let share = (before * cells, self.marched.len() as u64 * cells);
                 star_depth::bake(dust, self.stars[star], volume, slot, share, control)?;
             }
             (Channel::Dust | Channel::StarDepth(_), None) | (Channel::Light(_) | Channel::Diffuse(_), _) => {}
@@ -357,13 +399,19 @@ impl Space {
     /// Bytes of star depths of `factor` voxels along one of dust.
     pub fn star_bytes(&self, factor: usize) -> u64 {
         let cells = self.dust.as_ref().map_or(0, |d| d.lattice.cells() as u64);
-        4 * cells.saturating_mul(factor.pow(3) as u64).saturating_mul(self.stars.len() as u64)
+        4 * cells.saturating_mul(factor.pow(3) as u64).saturating_mul(self.marched.len() as u64)
+    }
+
+    /// Numbers of the stars that have depths in volumes of their own.
+    pub fn marched(&self) -> &[usize] {
+        &self.marched
     }
 
     /// Bytes of all grids.
     pub fn bytes(&self) -> u64 {
         let own = self.dust.iter().map(|d| d.data.len()).sum::<usize>() + self.emission.iter().map(|e| e.data.len()).sum::<usize>();
-        self.volumes.iter().map(Volume::bytes).sum::<u64>() + 4 * own as u64
+        let gathered = self.crowd.as_ref().map_or(0, |crowd| crowd.bytes());
+        self.volumes.iter().map(Volume::bytes).sum::<u64>() + 4 * own as u64 + gathered
     }
 
     /// Refuses a star whose own cell already swallows all of its light.

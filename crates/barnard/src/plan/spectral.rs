@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use spectra::passband::Passband;
-use spectra::rule::{BandProblem, BandRule, Node, Source};
+use spectra::rule::{BandProblem, BandRule, Form, Node, Source};
 
-use super::Options;
+use super::{Options, crowd};
 use crate::control::Control;
 use crate::error::Result;
 use crate::light::{Light, Path, factor, law};
@@ -54,6 +54,16 @@ impl Spectral {
     }
 }
 
+impl Spectral {
+    /// The angle at which the phase function has half of what it has forwards [rad]; π where it has no less.
+    pub fn forward_peak(&self) -> f64 {
+        let Some((phase, pivot)) = &self.phase_at_pivot else { return std::f64::consts::PI };
+        let half = 0.5 * phase.at(1.0, *pivot);
+        let angle = |i: usize| i as f64 * std::f64::consts::PI / PHASE_SAMPLES as f64;
+        (1..=PHASE_SAMPLES).map(angle).find(|angle| phase.at(angle.cos(), *pivot) < half).unwrap_or(std::f64::consts::PI)
+    }
+}
+
 /// Weights of scattered light over angle, linear in u: see [`PHASE_RANGE`].
 #[derive(Debug, Clone)]
 pub struct PhaseTable {
@@ -61,8 +71,10 @@ pub struct PhaseTable {
     pub entries: usize,
     /// Whether one p(θ) serves all wavelengths: each light then has one number an entry, which multiplies its weights.
     pub separable: bool,
-    /// For each light that is scattered: entry × term, a term being a node of the rule or a band of a lookup; empty for the others.
+    /// For each light that is scattered: entry × term, a term being a node of the rule or a band of a lookup; empty for the others and those of the crowd.
     pub weights: Vec<Vec<f32>>,
+    /// The phase function at the nodes themselves, for the crowd: entry × term, one number an entry where it is separable; empty where there is no crowd.
+    pub at_nodes: Vec<f32>,
 }
 
 impl PhaseTable {
@@ -117,7 +129,9 @@ impl Spectral {
             .collect::<Result<Vec<BandPlan>>>()?;
         let pivot = bands.first().map_or(0.55, |b| b.band.pivot().0);
         let anisotropic = phase.filter(|p| !p.is_isotropic());
-        let table = anisotropic.as_ref().map(|p| phase_table(&**p, lights, &bands, pivot, method.accuracy));
+        let mut gathered = vec![false; scene.stars.len()];
+        crowd::members(scene, method).into_iter().for_each(|star| gathered[star] = true);
+        let table = anisotropic.as_ref().map(|p| phase_table(&**p, (lights, &gathered), &bands, pivot, method.accuracy));
         Ok(Self {
             method: method.entry.name,
             accuracy: method.accuracy,
@@ -136,7 +150,7 @@ impl Spectral {
 
     /// Bytes of all tables.
     pub fn bytes(&self) -> u64 {
-        4 * self.phase.iter().flat_map(|p| &p.weights).map(Vec::len).sum::<usize>() as u64
+        4 * self.phase.iter().flat_map(|p| p.weights.iter().chain([&p.at_nodes])).map(Vec::len).sum::<usize>() as u64
     }
 
     /// The certificates for depths up to `depth`, which a render found to be reached.
@@ -150,6 +164,14 @@ impl BandPlan {
     /// How many terms a sample of this band costs.
     pub fn terms(&self) -> usize {
         self.rule.form.decay().terms()
+    }
+
+    /// The nodes of its rule, where that has some.
+    pub fn nodes(&self) -> Option<&[Node]> {
+        match &self.rule.form {
+            Form::Nodes(nodes) => Some(&nodes.nodes),
+            _ => None,
+        }
     }
 
     /// The weights of each term for a light whose W carries one more factor.
@@ -196,7 +218,8 @@ fn cosine(u: f64) -> f64 {
     if u < 0.5 * PHASE_RANGE { 1.0 - 2.0 * u * u } else { 2.0 * (PHASE_RANGE - u).powi(2) - 1.0 }
 }
 
-fn phase_table(phase: &dyn Phase, lights: &[Light], bands: &[BandPlan], pivot: f64, accuracy: f64) -> PhaseTable {
+/// `gathered` tells the stars of the crowd.
+fn phase_table(phase: &dyn Phase, (lights, gathered): (&[Light], &[bool]), bands: &[BandPlan], pivot: f64, accuracy: f64) -> PhaseTable {
     let at = |u: f64| phase.at(cosine(u), pivot);
     let error = |entries: usize| {
         let u = |i: f64| PHASE_RANGE * i / (entries - 1) as f64;
@@ -214,7 +237,7 @@ fn phase_table(phase: &dyn Phase, lights: &[Light], bands: &[BandPlan], pivot: f
         .iter()
         .enumerate()
         .map(|(light, l)| {
-            if !matches!(l.path, Path::Scattered { .. }) {
+            if !matches!(l.path, Path::Scattered { star } if !gathered[star]) {
                 return Vec::new();
             }
             if separable {
@@ -227,5 +250,12 @@ fn phase_table(phase: &dyn Phase, lights: &[Light], bands: &[BandPlan], pivot: f
             (0..entries).flat_map(entry).collect()
         })
         .collect();
-    PhaseTable { entries, separable, weights }
+    let nodes: Vec<Node> = bands.iter().filter_map(BandPlan::nodes).flatten().copied().collect();
+    let of_nodes = |i: usize| {
+        let cosine = cosine(PHASE_RANGE * i as f64 / (entries - 1) as f64);
+        let count = if separable { 1 } else { nodes.len() };
+        nodes[..count.min(nodes.len())].iter().map(move |node| phase.at(cosine, if separable { pivot } else { node.lambda_um }) as f32)
+    };
+    let at_nodes = if gathered.contains(&true) { (0..entries).flat_map(of_nodes).collect() } else { Vec::new() };
+    PhaseTable { entries, separable, weights, at_nodes }
 }

@@ -14,6 +14,12 @@ pub(super) trait Eye {
     /// So much of a light arrives, fallen by its mean over the depths at V.
     fn light(&mut self, light: usize, amount: f64, depths: (f64, f64));
 
+    /// The stars that it sees; those that have depths of their own, and of the crowd its scouts where there are no others.
+    fn stars(&self, space: &Space) -> Vec<usize> {
+        let scouts = space.crowd.iter().flat_map(|crowd| &crowd.scouts);
+        space.marched().iter().chain(scouts).copied().collect()
+    }
+
     /// Whether scattered light comes by [`dust`](Self::dust), that of all stars together, and not star by star.
     fn scattered_together(&self) -> bool {
         false
@@ -34,16 +40,19 @@ pub(super) fn walk(
     eye: &mut impl Eye,
 ) -> f64 {
     let mut tau = 0.0;
+    let seen = eye.stars(space);
+    let mut sees = vec![false; space.stars.len()];
+    seen.iter().for_each(|star| sees[*star] = true);
     if let Some((near, far)) = space.occupied.and_then(|b| b.clip(ray)) {
-        let mut before = Sample::at(space, ray, near, exact);
+        let mut before = Sample::at(space, ray, near, exact, &seen);
         let mut t0 = near;
         for t1 in ends(space, ray, (near, far), stepping, !eye.scattered_together()) {
             let dt = t1 - t0;
-            let after = Sample::at(space, ray, t1, exact);
+            let after = Sample::at(space, ray, t1, exact, &seen);
             let growth = 0.5 * dt * (before.sigma + after.sigma);
             for (light, l) in lights.iter().enumerate() {
                 match l.path {
-                    Path::Scattered { star } if growth > 0.0 && !eye.scattered_together() => {
+                    Path::Scattered { star } if growth > 0.0 && sees[star] && !eye.scattered_together() => {
                         let depths = (tau + before.depths[star], tau + growth + after.depths[star]);
                         let segment = Segment { span: (t0, t1), sigma: (before.sigma, after.sigma), tau: (tau, growth), depths };
                         scatter((space, spectral), (light, star), ray, &segment, eye);
@@ -75,9 +84,10 @@ fn ends(space: &Space, ray: &Ray, (near, far): (f64, f64), stepping: Stepping, c
     let voxel = space.voxel_pc();
     let steps = stepping.steps(far - near, voxel);
     let dt = (far - near) / steps as f64;
-    let feet = space.stars.iter().filter(|_| cut).map(|star| {
-        let foot = (*star - ray.origin).dot(ray.direction);
-        (foot, (*star - ray.at(foot)).length())
+    let feet = space.marched().iter().filter(|_| cut).map(|star| {
+        let star = space.stars[*star];
+        let foot = (star - ray.origin).dot(ray.direction);
+        (foot, (star - ray.at(foot)).length())
     });
     let feet: Vec<(f64, f64)> = feet.collect();
     (0..steps).flat_map(move |i| {
@@ -131,7 +141,7 @@ struct Sample {
 }
 
 impl Sample {
-    fn at(space: &Space, ray: &Ray, t: f64, exact: bool) -> Self {
+    fn at(space: &Space, ray: &Ray, t: f64, exact: bool, seen: &[usize]) -> Self {
         let p = ray.at(t);
         let mut sample = Self { sigma: 0.0, depths: vec![0.0; space.stars.len()], emission: vec![0.0; space.species()] };
         for volume in &space.volumes {
@@ -151,8 +161,10 @@ impl Sample {
                 }
             }
         }
-        if exact && sample.sigma > 0.0 {
-            sample.depths.iter_mut().zip(&space.stars).for_each(|(d, star)| *d = space.depth(*star, p));
+        // Stars without depths of their own come last.
+        let marched = if exact { seen } else { &seen[space.marched().len().min(seen.len())..] };
+        if sample.sigma > 0.0 {
+            marched.iter().for_each(|star| sample.depths[*star] = space.depth(space.stars[*star], p));
         }
         sample
     }

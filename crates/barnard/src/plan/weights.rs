@@ -34,6 +34,8 @@ pub struct Weights {
     pub band_of: Vec<usize>,
     /// Lights scattered by dust, star by star.
     pub scattered: Vec<Scatterer>,
+    /// Weights of each term for the stars of the crowd, in its order, 1/4π included where scattering is isotropic.
+    pub crowd: Vec<Vec<f32>>,
     /// Lights of gas.
     pub emitted: Vec<Emitter>,
     /// The light that is the background.
@@ -47,9 +49,14 @@ impl Weights {
         let band_of: Vec<usize> = spectral.bands.iter().enumerate().flat_map(|(b, p)| vec![b; p.terms()]).collect();
         let isotropic = if spectral.phase.is_some() { 1.0 } else { 1.0 / spectra::constants::SPHERE as f32 };
         let (mut scattered, mut emitted, mut background) = (Vec::new(), Vec::new(), None);
+        let crowd = plan.space.crowd.as_deref();
+        let mut gathered = vec![Vec::new(); plan.space.stars.len()];
         for (light, l) in plan.lights.iter().enumerate() {
             match l.path {
                 Path::Scattered { .. } if plan.light_field.is_some() => {}
+                Path::Scattered { star } if crowd.is_some_and(|c| c.holds(star)) => {
+                    gathered[star] = weights(plan, light).iter().map(|w| w * isotropic).collect();
+                }
                 Path::Scattered { star } => {
                     let weights: Vec<f32> = weights(plan, light).iter().map(|w| w * isotropic).collect();
                     let brightest = brightest(plan, light, &weights);
@@ -60,7 +67,8 @@ impl Weights {
                 Path::Direct { .. } | Path::FieldStar { .. } => {}
             }
         }
-        Self { band_of, scattered, emitted, background }
+        let crowd = crowd.map_or_else(Vec::new, |crowd| crowd.stars.iter().map(|star| std::mem::take(&mut gathered[*star])).collect());
+        Self { band_of, scattered, crowd, emitted, background }
     }
 }
 

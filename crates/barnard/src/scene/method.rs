@@ -80,10 +80,15 @@ pub struct Method {
     pub bake: Option<usize>,
     /// Times that light of stars may scatter.
     pub bounces: usize,
+    /// Stars that are marched one by one, the brightest; the light of the others is gathered. By their number and light otherwise.
+    pub exact_stars: Option<usize>,
 }
 
 /// Most samples a ray that may be asked for.
 pub const MAX_STEPS: i64 = 1_000_000;
+
+/// Most stars that may be asked to be marched one by one.
+const MAX_EXACT_STARS: i64 = 1_000_000;
 
 /// More bounces than any light lives.
 pub const MANY_BOUNCES: usize = 1000;
@@ -94,7 +99,7 @@ pub const DEFAULT_ACCURACY: f64 = 1e-3;
 impl Default for Method {
     fn default() -> Self {
         let entry = MethodEntry { name: RULES[0].name, summary: RULES[0].summary, rule: &RULES[0], star_depth: StarDepth::Cached };
-        Self { entry, accuracy: DEFAULT_ACCURACY, settings: Settings::default(), steps: None, bake: None, bounces: 1 }
+        Self { entry, accuracy: DEFAULT_ACCURACY, settings: Settings::default(), steps: None, bake: None, bounces: 1, exact_stars: None }
     }
 }
 
@@ -148,6 +153,12 @@ pub(super) const KEYS: &[Key] = &[
         "1",
         "times that starlight may scatter, 1000 for all; light of gas and background, which comes from everywhere, scatters one time less",
     ),
+    Key::optional(
+        "exact_stars",
+        "integer",
+        "all of up to 8; of more, those that send a tenth of the light",
+        "how many stars, the brightest, are marched one by one; the light of the others is gathered in cells, beyond the neighbourhood of each, by methods of nodes",
+    ),
 ];
 
 pub(super) fn build(section: Option<&Section>) -> Result<Method> {
@@ -183,6 +194,7 @@ pub(super) fn build(section: Option<&Section>) -> Result<Method> {
         steps: section.integer("steps", 1..=MAX_STEPS)?.map(|n| n as usize),
         bake: section.integer("bake", 4..=2048)?.map(|n| n as usize),
         bounces: section.integer("bounces", 1..=MANY_BOUNCES as i64)?.map_or(1, |n| n as usize),
+        exact_stars: section.integer("exact_stars", 0..=MAX_EXACT_STARS)?.map(|n| n as usize),
         ..Method::default()
     };
     match section.text("name")? {

@@ -97,6 +97,12 @@ fn segment(state: ptr<function, State>, ray: Ray, stretch: Stretch, before: ptr<
             } else {
                 scatter_stars(state, ray, stretch, growth, before, after);
             }
+            if CROWD > 0u {
+                let dust = vec2f((*before)[DUST_QUAD][DUST_LANE], (*after)[DUST_QUAD][DUST_LANE]);
+                scatter_neighbours(state, ray, stretch, growth, dust);
+                // How deep the stars shine is known for all of them alone.
+                (*state).deepest = max((*state).deepest, (*state).tau + growth + frame.depths.x);
+            }
             if HAS_DIFFUSE {
                 scatter_again(state, growth, before, after);
             }

@@ -12,6 +12,7 @@ use crate::polynomial::{Fit, Polynomial};
 pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "analytic",
     summary: "exponential integrals of polynomial spectra, for extinction proportional to 1/lambda: the deck's naive analytical method",
+    nodes: false,
     solve,
 };
 

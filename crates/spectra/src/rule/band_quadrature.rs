@@ -10,26 +10,31 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::nodes::Weighting;
-use super::{BandProblem, BandRule, Certificate, Measure, Node, Nodes, RuleEntry};
+use super::{BandProblem, BandRule, Certificate, Measure, Node, Nodes, RuleEntry, Source};
 use crate::error::Result;
 use crate::quadrature::{gauss_of_measure, non_negative_least_squares};
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "band_quadrature",
     summary: "Gauss rule of each passband's own weight in k; nodes chosen by accuracy (default)",
+    nodes: true,
     solve,
 };
 
 /// The same for a look that passes by: so many nodes, and nothing is stated of the error.
-pub const GLANCE: RuleEntry =
-    RuleEntry { name: "glance", summary: "three Gauss nodes a band, without a certificate: a look while things change", solve: glance };
+pub const GLANCE: RuleEntry = RuleEntry {
+    name: "glance",
+    summary: "three Gauss nodes a band, without a certificate: a look while things change",
+    nodes: true,
+    solve: glance,
+};
 
 /// Nodes of a glance, and their tilt: about 1e-3 in broad filters.
 const GLANCE_NODES: usize = 3;
 const GLANCE_TILT: f64 = 0.5;
 
 fn glance(problem: &BandProblem) -> Result<BandRule> {
-    let (nodes, weights, _) = with_weights(problem, GLANCE_NODES, GLANCE_TILT);
+    let (nodes, weights, _) = with_weights(problem, GLANCE_NODES, GLANCE_TILT, &choosing(problem));
     // A phase function is asked at the nodes alone.
     let weighting = vec![Weighting::AtNodes; problem.sources.len()];
     let form = super::Form::Nodes(Nodes::of(nodes, weights, weighting));
@@ -42,57 +47,86 @@ const MAX_NODES: usize = 16;
 const SHARE: f64 = 0.3;
 const TILTS: [f64; 4] = [0.0, 0.5, 1.5, 4.0];
 
+/// Where there are more sources, so many of them choose the nodes; the certificate is asked for all.
+const CHOOSING: usize = 16;
+
 fn solve(problem: &BandProblem) -> Result<BandRule> {
     let counts = match problem.settings.count {
         Some(n) => n..=n,
         None => 1..=MAX_NODES,
     };
+    let choosing = choosing(problem);
     let mut best: Option<BandRule> = None;
     for n in counts {
-        let candidates = TILTS.iter().map(|t| with_nodes(problem, n, *t));
-        let candidate = candidates.min_by(|a, b| a.worst().total_cmp(&b.worst()));
-        best = match (best, candidate) {
-            (Some(b), Some(c)) if b.worst() <= c.worst() => Some(b),
-            (b, c) => c.or(b),
+        let candidates = TILTS.iter().map(|t| (*t, worst(problem, n, *t, &choosing)));
+        let Some((tilt, found)) = candidates.min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
+        if best.as_ref().is_some_and(|b| b.worst() <= found) {
+            continue;
+        }
+        let candidate = with_nodes(problem, n, tilt, &choosing);
+        best = match best {
+            Some(b) if b.worst() <= candidate.worst() => Some(b),
+            _ => Some(candidate),
         };
         if best.as_ref().is_some_and(|b| b.worst() <= SHARE * problem.accuracy) {
             break;
         }
     }
-    Ok(best.unwrap_or_else(|| with_nodes(problem, 1, 0.0)))
+    Ok(best.unwrap_or_else(|| with_nodes(problem, 1, 0.0, &choosing)))
+}
+
+/// The sources by which nodes are chosen: all, or from the lowest mean k to the highest.
+fn choosing(problem: &BandProblem) -> Vec<usize> {
+    let mut sources: Vec<(usize, f64)> = problem.sources.iter().map(|s| s.measure.mean_k()).enumerate().collect();
+    if sources.len() > CHOOSING {
+        sources.retain(|(_, mean)| mean.is_finite());
+        sources.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let last = sources.len().saturating_sub(1);
+        let mut places: Vec<usize> = (0..CHOOSING).map(|i| i * last / (CHOOSING - 1)).collect();
+        places.dedup();
+        sources = places.into_iter().filter_map(|i| sources.get(i).copied()).collect();
+    }
+    sources.into_iter().map(|(source, _)| source).collect()
+}
+
+/// The largest error of the rule of `n` nodes and tilt `t` for some sources.
+fn worst(problem: &BandProblem, n: usize, t: f64, sources: &[usize]) -> f64 {
+    let nodes = nodes(problem, n, t, sources);
+    let error = |s: &usize| {
+        let source = &problem.sources[*s];
+        let (weights, weighting) = weights_of(&nodes, source, problem.depth);
+        let form = super::Form::Nodes(Nodes::of(nodes.clone(), vec![weights], vec![weighting]));
+        BandRule { form, certificates: Vec::new() }.certify_source(0, source, problem.depth).absolute
+    };
+    sources.iter().map(error).fold(0.0, f64::max)
 }
 
 /// The rule of `n` nodes and tilt `t`.
-fn with_nodes(problem: &BandProblem, n: usize, t: f64) -> BandRule {
-    let (nodes, weights, weighting) = with_weights(problem, n, t);
+fn with_nodes(problem: &BandProblem, n: usize, t: f64, choosing: &[usize]) -> BandRule {
+    let (nodes, weights, weighting) = with_weights(problem, n, t, choosing);
     Nodes::rule(problem, nodes, weights, weighting)
 }
 
 /// Nodes, and each source's weights and how they were found.
-fn with_weights(problem: &BandProblem, n: usize, t: f64) -> (Vec<Node>, Vec<Vec<f64>>, Vec<Weighting>) {
-    let nodes = nodes(problem, n, t);
-    let mut weighting = Vec::new();
-    let weights = problem
-        .sources
-        .iter()
-        .map(|source| {
-            let integrated = interpolatory_weights(&nodes, &source.measure);
-            if integrated.iter().all(|w| *w >= 0.0) {
-                weighting.push(Weighting::Interpolatory);
-                integrated
-            } else {
-                weighting.push(Weighting::AtNodes);
-                fitted_weights(&nodes, &source.measure, problem.depth)
-            }
-        })
-        .collect();
+fn with_weights(problem: &BandProblem, n: usize, t: f64, choosing: &[usize]) -> (Vec<Node>, Vec<Vec<f64>>, Vec<Weighting>) {
+    let nodes = nodes(problem, n, t, choosing);
+    let (weights, weighting) = problem.sources.iter().map(|source| weights_of(&nodes, source, problem.depth)).unzip();
     (nodes, weights, weighting)
 }
 
-/// Gauss nodes of the sum of all sources, each normalised.
-fn nodes(problem: &BandProblem, n: usize, t: f64) -> Vec<Node> {
+/// The weights of one source, and how they were found.
+fn weights_of(nodes: &[Node], source: &Source, depth: f64) -> (Vec<f64>, Weighting) {
+    let integrated = interpolatory_weights(nodes, &source.measure);
+    match integrated.iter().all(|w| *w >= 0.0) {
+        true => (integrated, Weighting::Interpolatory),
+        false => (fitted_weights(nodes, &source.measure, depth), Weighting::AtNodes),
+    }
+}
+
+/// Gauss nodes of the sum of the sources that choose, each normalised.
+fn nodes(problem: &BandProblem, n: usize, t: f64, choosing: &[usize]) -> Vec<Node> {
     let (mut k, mut mass, mut lambda) = (Vec::new(), Vec::new(), Vec::new());
-    for source in problem.sources {
+    for source in choosing.iter().map(|s| &problem.sources[*s]) {
         let tilted: Vec<f64> = source.measure.mass.iter().zip(&source.measure.k).map(|(m, k)| m * (-t * k).exp()).collect();
         let total: f64 = tilted.iter().sum();
         if total > 0.0 {

@@ -7,8 +7,12 @@ use super::{BandProblem, BandRule, RuleEntry};
 use crate::error::Result;
 use crate::quadrature::gauss_legendre;
 
-pub(super) const ENTRY: RuleEntry =
-    RuleEntry { name: "gauss_legendre", summary: "Gauss-Legendre points over the domain; their number chosen by accuracy", solve };
+pub(super) const ENTRY: RuleEntry = RuleEntry {
+    name: "gauss_legendre",
+    summary: "Gauss-Legendre points over the domain; their number chosen by accuracy",
+    nodes: true,
+    solve,
+};
 
 const MAX_NODES: usize = 128;
 

@@ -9,6 +9,7 @@ use crate::error::Result;
 pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "lookup",
     summary: "a table of the band integral over optical depth for each source; size chosen by accuracy",
+    nodes: false,
     solve,
 };
 

@@ -207,6 +207,8 @@ pub struct RuleEntry {
     pub name: &'static str,
     /// One line.
     pub summary: &'static str,
+    /// Whether its terms are nodes, each of which is monochromatic transport.
+    pub nodes: bool,
     /// Makes the rule for one band.
     pub solve: fn(&BandProblem) -> Result<BandRule>,
 }

@@ -10,6 +10,7 @@ use super::{BandProblem, BandRule, Node, Nodes, RuleEntry};
 pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "newton",
     summary: "equal midpoints over the domain, 30 of them unless told otherwise: the deck's double integration",
+    nodes: true,
     solve: |problem| Ok(with_panels(problem, problem.settings.count.unwrap_or(DECK_COUNT), &[(0.0, 2.0)])),
 };
 

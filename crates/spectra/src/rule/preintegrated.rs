@@ -13,6 +13,7 @@ use crate::error::Result;
 pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "preintegrated",
     summary: "intervals of wavelength with pre-integrated segments (Engel et al. 2001); their number chosen by accuracy",
+    nodes: false,
     solve,
 };
 

@@ -11,7 +11,7 @@ use crate::basis::{Basis, Criterion, Domain, MAX_SIZE};
 use crate::error::Result;
 
 pub(super) const ENTRY: RuleEntry =
-    RuleEntry { name: "projection", summary: "the deck's projection on 1 to 8 exponentials; size chosen by accuracy", solve };
+    RuleEntry { name: "projection", summary: "the deck's projection on 1 to 8 exponentials; size chosen by accuracy", nodes: false, solve };
 
 /// The part of the accuracy that a basis may use up, as for the default.
 const SHARE: f64 = 0.3;

@@ -11,6 +11,7 @@ use crate::error::{Result, SpectraError};
 pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "sampled",
     summary: "random wavelengths for each ray by importance, stratified: noise instead of bias; 4 unless told otherwise",
+    nodes: false,
     solve,
 };
 

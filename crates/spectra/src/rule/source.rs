@@ -22,6 +22,11 @@ impl Measure {
         self.mass.iter().sum()
     }
 
+    /// Mean of k over the mass [1]; not a number where there is none.
+    pub fn mean_k(&self) -> f64 {
+        self.k.iter().zip(&self.mass).map(|(k, m)| k * m).sum::<f64>() / self.total()
+    }
+
     /// F(a).
     pub fn at(&self, depth: f64) -> f64 {
         self.k.iter().zip(&self.mass).map(|(k, m)| m * (-depth * k).exp()).sum()

@@ -15,11 +15,13 @@ use multiversion::multiversion;
 
 use super::borders::{Borders, Span};
 use super::double_integration;
+use super::neighbours::neighbours;
 use super::segment::segment;
 use super::tables::Tables;
 use super::terms::{Drawn, NodeTerms, Terms};
 use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, Track, exp, lanes, largest};
+use crate::plan::crowd::Window;
 use crate::plan::near::{self, PART_DISTANCE};
 use crate::plan::{Channel, END_DEPTH, END_EVERY, END_SHARE, PhaseTable, Plan, Scatterer, Volume};
 
@@ -29,6 +31,10 @@ pub struct March<'a> {
     pub(super) tables: &'a Tables,
     pub(super) slots: Slots,
     pub(super) voxel_pc: f64,
+    /// The windows around the stars of the crowd, their largest radius [pc], and the widest angle of a piece there [rad].
+    pub(super) windows: &'a [Window],
+    pub(super) reach_pc: f64,
+    pub(super) piece: f32,
     borders: Borders,
     /// The dust without star depths beside it, for the double integration, which reads nothing else.
     dust_alone: Option<Volume>,
@@ -81,13 +87,13 @@ impl Slots {
 
 /// A packet on its way.
 pub(super) struct State<'a> {
-    rays: &'a [Ray; LANES],
+    pub(super) rays: &'a [Ray; LANES],
     /// Random wavelengths, where the method has them.
     pub(super) drawn: Drawn,
     /// Whether τ at the end of this span is asked for no more: by no further span and no background.
     final_span: bool,
     /// Where the current span starts and ends.
-    span: Span,
+    pub(super) span: Span,
     pub(super) dt: Lane,
     pub(super) tau: Lane,
     /// Light so far, term × lane.
@@ -113,7 +119,7 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
-    fn end(self) -> f32 {
+    pub(super) fn end(self) -> f32 {
         self.start + self.length
     }
 }
@@ -134,6 +140,9 @@ impl<'a> March<'a> {
             tables,
             slots,
             voxel_pc: plan.space.voxel_pc(),
+            windows: plan.diffuse.as_ref().filter(|d| d.found.gathered.is_some()).map_or(&[], |d| d.windows()),
+            reach_pc: plan.diffuse.as_ref().and_then(|d| d.found.gathered).map_or(0.0, |g| g.near_pc.1),
+            piece: near::neighbour_piece(plan.spectral.phase_angle, plan.spectral.accuracy) as f32,
             borders: Borders::new(&plan.space),
             dust_alone,
             brightest: (sigma, largest.collect()),
@@ -325,6 +334,7 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
     let tracks: Vec<Track> =
         march.plan.space.bricks.iter().map(|b| Track::new(&b.lattice, DVec3::ZERO, state.rays, &state.span.0)).collect();
     let views: Vec<StarView> = march.tables.weights.scattered.iter().map(|s| march.star_view(s.star, state)).collect();
+    let neighbours = neighbours(march, state);
     let mut before = vec![[0.0; LANES]; march.slots.count];
     let mut after = before.clone();
     sample(march, &cursors, &masks, &state.dt, 0.0, &mut before);
@@ -346,7 +356,7 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
             if let Some(samples) = march.plan.star_march {
                 march.star_depths_again(state, stretch.end(), samples, &mut after);
             }
-            segment(march, state, &views, stretch, &before, &after);
+            segment(march, state, (&views, &neighbours), stretch, &before, &after);
             std::mem::swap(&mut before, &mut after);
         }
         step += 1;

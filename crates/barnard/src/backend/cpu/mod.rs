@@ -5,6 +5,7 @@
 mod borders;
 mod double_integration;
 mod march;
+mod neighbours;
 mod propagation;
 mod segment;
 mod tables;

@@ -3,6 +3,7 @@
 use smallvec::SmallVec;
 
 use super::march::{March, StarView, State, Stretch};
+use super::neighbours::Neighbour;
 use super::propagation;
 use super::terms::{Course, Terms};
 use crate::packet::{LANES, Lane, fma, lanes, largest};
@@ -11,7 +12,14 @@ use crate::plan::near::{self, NEAR_ANGLE, NEAR_VOXELS};
 
 /// Adds the light of one segment and moves τ to its end.
 #[inline(always)]
-pub(super) fn segment(march: &March, state: &mut State, views: &[StarView], stretch: Stretch, before: &[Lane], after: &[Lane]) {
+pub(super) fn segment(
+    march: &March,
+    state: &mut State,
+    (views, neighbours): (&[StarView], &[Neighbour]),
+    stretch: Stretch,
+    before: &[Lane],
+    after: &[Lane],
+) {
     let dt = lanes(|lane| stretch.length * state.dt[lane]);
     let growth = match march.slots.dust {
         Some(dust) => lanes(|lane| 0.5 * dt[lane] * (before[dust][lane] + after[dust][lane])),
@@ -31,6 +39,11 @@ pub(super) fn segment(march: &March, state: &mut State, views: &[StarView], stre
         for (scatterer, view) in march.tables.weights.scattered.iter().zip(views) {
             let slot = march.slots.stars[scatterer.star];
             scatter(march, state, (scatterer, view), stretch, (&growth, &tilt), (&before[slot], &after[slot]));
+        }
+    }
+    if let Some(dust) = march.slots.dust.filter(|_| largest(&growth) > 0.0) {
+        for neighbour in neighbours.iter().filter(|n| n.meets(stretch)) {
+            neighbour.scatter(march, state, stretch, &growth, (&before[dust], &after[dust]));
         }
     }
     if !march.slots.diffuse.is_empty() && largest(&growth) > 0.0 {
@@ -163,6 +176,14 @@ fn scatter_again(march: &March, state: &mut State, growth: &Lane, (before, after
         Some(lanes(|lane| 0.5 * nodes.k[term] * growth[lane] * (before[slot][lane] + after[slot][lane])))
     };
     march.tables.terms.gather(0, &state.drawn, &course, base, &mut state.sum);
+    if march.plan.space.crowd.is_some() {
+        // Stars that are gathered may be as deep as any.
+        let behind = march.plan.space.star_depth as f32;
+        for lane in 0..LANES {
+            let depth = if growth[lane] > 0.0 { state.tau[lane] + growth[lane] + behind } else { 0.0 };
+            state.deepest[lane] = state.deepest[lane].max(depth);
+        }
+    }
 }
 
 /// Light of all species in one segment.

@@ -5,6 +5,9 @@
 //! The addition theorem; p_0 = 1, p_1 = g, and p_l = g^l for Henyey & Greenstein. Y_lm by the recurrences of associated Legendre functions and of
 //! sin mφ, cos mφ in Cartesian form (Sloan 2013, JCGT 2 (2), 84), l by l, m from −l to l.
 
+use std::ops::{Add, Mul, Sub};
+use std::sync::LazyLock;
+
 use glam::DVec3;
 use spectra::quadrature::integrate;
 
@@ -20,30 +23,68 @@ pub const fn count(degree: usize) -> usize {
     (degree + 1) * (degree + 1)
 }
 
+/// What the recurrences multiply by: from l to l + 1 at the same m, and from m to m + 1 along the diagonal, for normalised functions.
+struct Recurrence {
+    rise: [[f64; DEGREE + 1]; DEGREE + 1],
+    fall: [[f64; DEGREE + 1]; DEGREE + 1],
+    diagonal: [f64; DEGREE + 1],
+}
+
+static RECURRENCE: LazyLock<Recurrence> = LazyLock::new(|| {
+    let rise = |l: usize, m: usize| {
+        let (n, m2) = ((l + 1) as f64, (m * m) as f64);
+        ((4.0 * n * n - 1.0) / (n * n - m2)).sqrt()
+    };
+    let fall = |l: usize, m: usize| {
+        let (l, m2) = (l as f64, (m * m) as f64);
+        ((l * l - m2) / (4.0 * l * l - 1.0)).max(0.0).sqrt()
+    };
+    let mut diagonal = [(1.0 / spectra::constants::SPHERE).sqrt(); DEGREE + 1];
+    for m in 0..DEGREE {
+        diagonal[m + 1] = diagonal[m] * ((2 * m + 3) as f64 / (2 * m + 2) as f64).sqrt();
+    }
+    let of = |f: &dyn Fn(usize, usize) -> f64| std::array::from_fn(|m| std::array::from_fn(|l| if l < m { 0.0 } else { f(l, m) }));
+    Recurrence { rise: of(&rise), fall: of(&fall), diagonal }
+});
+
 /// Y_lm of a direction, l by l [sr^-½].
 pub fn harmonics(d: DVec3) -> [f64; COUNT] {
-    let mut values = [0.0; COUNT];
+    let mut values = [[0.0]; COUNT];
+    harmonics_of([[d.x], [d.y], [d.z]], |x| x, &mut values);
+    values.map(|[value]| value)
+}
+
+/// Y_lm of several directions, l by l, as many harmonics as there is room for: harmonic × direction [sr^-½].
+#[inline(always)]
+pub fn harmonics_of<F, const N: usize>([x, y, z]: [[F; N]; 3], number: impl Fn(f64) -> F, values: &mut [[F; N]])
+where
+    F: Copy + Add<Output = F> + Sub<Output = F> + Mul<Output = F>,
+{
+    let Some(most) = values.len().checked_sub(1).map(degree) else { return };
+    let recurrence = &*RECURRENCE;
     // sin^m θ times cos mφ and sin mφ, and P_mm without sin^m θ, with its norm.
-    let (mut cosine, mut sine) = (1.0, 0.0);
-    let mut diagonal = (1.0 / spectra::constants::SPHERE).sqrt();
-    for m in 0..=DEGREE {
-        let (mut before, mut legendre) = (0.0, diagonal);
-        for l in m..=DEGREE {
-            let around = if m == 0 { 1.0 } else { std::f64::consts::SQRT_2 };
-            values[l * (l + 1) + m] = around * legendre * cosine;
-            if m > 0 {
-                values[l * (l + 1) - m] = around * legendre * sine;
+    let (mut cosine, mut sine) = ([number(1.0); N], [number(0.0); N]);
+    for m in 0..=most {
+        let (mut before, mut legendre) = ([number(0.0); N], [number(recurrence.diagonal[m]); N]);
+        let around = number(if m == 0 { 1.0 } else { std::f64::consts::SQRT_2 });
+        for l in m..=most {
+            let (rise, fall) = (number(recurrence.rise[m][l]), number(recurrence.fall[m][l]));
+            for i in 0..N {
+                values[l * (l + 1) + m][i] = around * legendre[i] * cosine[i];
             }
-            // From l to l + 1 at the same m, for normalised functions.
-            let (n, m2) = ((l + 1) as f64, (m * m) as f64);
-            let rise = ((4.0 * n * n - 1.0) / (n * n - m2)).sqrt();
-            let fall = (((n - 1.0).powi(2) - m2) / (4.0 * (n - 1.0).powi(2) - 1.0)).sqrt();
-            (before, legendre) = (legendre, rise * (d.z * legendre - fall.max(0.0) * before));
+            if m > 0 {
+                for i in 0..N {
+                    values[l * (l + 1) - m][i] = around * legendre[i] * sine[i];
+                }
+            }
+            for i in 0..N {
+                (before[i], legendre[i]) = (legendre[i], rise * (z[i] * legendre[i] - fall * before[i]));
+            }
         }
-        (cosine, sine) = (d.x * cosine - d.y * sine, d.x * sine + d.y * cosine);
-        diagonal *= ((2 * m + 3) as f64 / (2 * m + 2) as f64).sqrt();
+        for i in 0..N {
+            (cosine[i], sine[i]) = (x[i] * cosine[i] - y[i] * sine[i], x[i] * sine[i] + y[i] * cosine[i]);
+        }
     }
-    values
 }
 
 /// l of each harmonic.

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use smallvec::SmallVec;
 
 use super::harmonics::harmonics;
 use super::{Moments, Octet};
@@ -9,7 +10,7 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::field::{Field, Grid, Lattice};
 use crate::geometry::Bounds;
-use crate::plan::Space;
+use crate::plan::crowd::Window;
 use crate::plan::light_field::inverse_square_of_voxel;
 
 /// The least σ of a cell, in parts of the largest.
@@ -90,37 +91,66 @@ impl Cells {
         (0..self.lattice.cells()).into_par_iter().map(|cell| mean(cell) as f32).collect()
     }
 
-    /// Adds moments of the stars' own light, in the mean over the dust of each cell; `weights` are those of each star's terms, `k` the terms' extinctions.
-    pub fn direct(&self, space: &Space, stars: &[(usize, Octet)], k: &Octet, out: &mut Moments, control: &Control) -> Result<()> {
-        let Some(dust) = &space.dust else { return Ok(()) };
-        let spacing = self.spacing();
-        let of_cell = |(cell, sum): (usize, &mut [Octet])| -> Result<()> {
+    /// Adds moments of the stars' own light, in the mean over the dust of each cell; `lamps` are those that a row of cells sees, `k` the terms' extinctions.
+    pub fn direct<'a>(
+        &self,
+        dust: &Grid,
+        lamps: impl Fn(usize) -> Vec<Lamp<'a>> + Sync,
+        k: &Octet,
+        out: &mut Moments,
+        control: &Control,
+    ) -> Result<()> {
+        let (row, count) = (self.lattice.dims[0], out.count);
+        let radius = 0.5 * self.lattice.voxel_pc().length();
+        out.data.par_chunks_mut(row * count).enumerate().try_for_each(|(r, out)| -> Result<()> {
             control.check()?;
-            let mut mass = 0.0;
-            for place in self.places(cell) {
-                let sigma = dust.at(place);
-                if sigma <= f64::from(self.least) {
-                    continue;
-                }
-                mass += sigma;
-                for (star, weights) in stars {
-                    let offset = place - space.stars[*star];
-                    let depth = space.star_channel(*star).map_or(0.0, |(volume, slot)| volume.at(slot, place)).max(0.0) as f32;
-                    let near = (sigma * inverse_square_of_voxel(offset, spacing)) as f32;
-                    let light: Octet = std::array::from_fn(|t| weights[t] * near * (-k[t] * depth).exp());
-                    // What a star has in the middle of goes everywhere.
-                    let kept = if (offset / spacing).length() < 0.3 { 1 } else { sum.len() };
-                    for (sum, y) in sum[..kept].iter_mut().zip(harmonics(offset.normalize_or(DVec3::Z))) {
-                        sum.iter_mut().zip(light).for_each(|(s, l)| *s += y as f32 * l);
-                    }
+            let lamps = lamps(r);
+            for (x, sum) in out.chunks_exact_mut(count).enumerate().filter(|_| !lamps.is_empty()) {
+                let [_, y, z] = self.lattice.place(r * row);
+                let centre = self.lattice.centre(x, y, z);
+                let reaches = |lamp: &&Lamp| lamp.window_pc.is_none_or(|reach| (lamp.place - centre).length() < reach + radius);
+                let near: SmallVec<[&Lamp; 8]> = lamps.iter().filter(reaches).collect();
+                if !near.is_empty() {
+                    self.starlight(dust, r * row + x, &near, k, sum);
                 }
             }
-            let share = if mass > 0.0 { 1.0 / mass as f32 } else { 0.0 };
-            sum.iter_mut().flatten().for_each(|s| *s *= share);
             Ok(())
-        };
-        out.data.par_chunks_mut(out.count).with_min_len(256).enumerate().try_for_each(of_cell)
+        })
     }
+
+    /// Adds the light of some stars in one cell.
+    fn starlight(&self, dust: &Grid, cell: usize, lamps: &[&Lamp], k: &Octet, sum: &mut [Octet]) {
+        let spacing = self.spacing();
+        let sigmas: SmallVec<[f64; 64]> = self.places(cell).map(|place| dust.at(place)).collect();
+        let filled = |sigma: &f64| *sigma > f64::from(self.least);
+        let mass: f64 = sigmas.iter().filter(|s| filled(s)).sum();
+        for (place, sigma) in self.places(cell).zip(&sigmas).filter(|(_, sigma)| filled(sigma)) {
+            for lamp in lamps {
+                let offset = place - lamp.place;
+                let part = lamp.window_pc.map_or(1.0, |reach| Window::even(reach).share(offset.length_squared(), 0.0));
+                let near = (part * sigma / mass * inverse_square_of_voxel(offset, spacing)) as f32;
+                let depth = (lamp.depth)(place, *sigma).max(0.0) as f32;
+                let light: Octet = std::array::from_fn(|t| lamp.sent[t] * near * (-k[t] * depth).exp());
+                // What a star has in the middle of goes everywhere.
+                let kept = if (offset / spacing).length() < 0.3 { 1 } else { sum.len() };
+                for (sum, y) in sum[..kept].iter_mut().zip(harmonics(offset.normalize_or(DVec3::Z))) {
+                    sum.iter_mut().zip(light).for_each(|(s, l)| *s += y as f32 * l);
+                }
+            }
+        }
+    }
+}
+
+/// A star as cells see it.
+pub struct Lamp<'a> {
+    /// Where it is [pc].
+    pub place: DVec3,
+    /// What it sends: weights without k ω.
+    pub sent: &'a Octet,
+    /// Depth at V from it to a place with so much σ [1].
+    pub depth: Box<dyn Fn(DVec3, f64) -> f64 + 'a>,
+    /// Radius of the window within which its light counts [pc]; none where all of it does.
+    pub window_pc: Option<f64>,
 }
 
 #[cfg(test)]

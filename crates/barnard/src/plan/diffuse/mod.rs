@@ -19,24 +19,29 @@
 
 mod course;
 mod directions;
+mod gather;
 mod harmonics;
 mod lamps;
 mod medium;
 mod moments;
 mod solve;
 mod sweep;
+mod trial;
+mod windows;
 
 use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use self::gather::{Gathering, Scattering};
 use self::harmonics::{COUNT, DEGREE, degree, harmonics};
 use self::medium::Cells;
 use self::moments::Moments;
 use self::solve::{Problem, terms};
+use super::crowd::{Profile, Window};
 use super::volume::{Channel, MAX_CHANNELS, Volume};
-use super::{Options, Space, Spectral};
+use super::{Crowd, Options, PhaseTable, Space, Spectral};
 use crate::camera::{Camera, Projection};
 use crate::control::Control;
 use crate::error::Result;
@@ -49,7 +54,7 @@ const WIDTH: usize = MAX_CHANNELS;
 type Octet = [f32; WIDTH];
 
 /// How finely the field is made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fineness {
     /// Most cells along an edge.
     pub cells: usize,
@@ -74,12 +79,13 @@ const FAINT: f32 = 1e-15;
 pub struct Diffuse {
     /// S towards the eye, as many volumes of eight terms as it takes.
     pub volumes: Vec<Volume>,
-    /// Largest S of each term.
+    /// Largest S of each term, and what the stars of the crowd near a ray may add.
     pub largest: Vec<f32>,
+    /// Depths from each star of the crowd towards the eye.
+    pub profiles: Vec<Profile>,
     /// What there is to say of it.
     pub found: Found,
-    field: Arc<Vec<Part>>,
-    cells: Arc<Cells>,
+    field: Arc<Field>,
     /// Where the eye is or looks, for which the volumes hold.
     view: View,
 }
@@ -103,8 +109,21 @@ pub struct Found {
     pub settled: bool,
     /// What is known of its error for the first camera; nothing where it was made for a look.
     pub doubt: Option<Doubt>,
+    /// What of it is first light of the crowd.
+    pub gathered: Option<Gathered>,
     /// Bytes that it takes.
     pub bytes: u64,
+}
+
+/// Light of stars that scatters once and is gathered in the field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gathered {
+    /// So many stars.
+    pub stars: usize,
+    /// Smallest and largest radius of the windows around them, within which their light is marched [pc].
+    pub near_pc: (f64, f64),
+    /// The mean difference from the exact light towards the first camera, in parts of its mean, at places in the dust; nothing where it was not measured.
+    pub error: Option<f64>,
 }
 
 /// Errors of the field as half as many cells an edge, and fewer directions there, let them be estimated: relative rms over the dust.
@@ -116,6 +135,18 @@ pub struct Doubt {
     pub angular: f64,
 }
 
+/// What the field is, however it is looked at.
+#[derive(Debug)]
+struct Field {
+    parts: Vec<Part>,
+    cells: Cells,
+    /// Stars whose first light is part of it, and how that is scattered.
+    crowd: Option<Arc<Crowd>>,
+    phase: Option<PhaseTable>,
+    /// The windows around them.
+    windows: Vec<Window>,
+}
+
 /// Eight terms of it.
 #[derive(Debug)]
 struct Part {
@@ -123,11 +154,16 @@ struct Part {
     moments: Moments,
     /// What the moments are in parts of: radiances are so small that their faint ones would not be numbers.
     unit: f32,
+    /// What the stars of the crowd near a ray may add at most.
+    near: Octet,
+    /// What they send, weights without k ω in parts of the unit.
+    sent: Vec<Octet>,
 }
 
 /// A node as a medium.
 #[derive(Debug, Clone, Copy)]
 struct Term {
+    lambda_um: f64,
     k: f64,
     albedo: f64,
     legendre: [f64; DEGREE + 1],
@@ -179,36 +215,57 @@ impl Diffuse {
         (options, fineness): (&Options, Fineness),
         control: &Control,
     ) -> Result<Option<Self>> {
-        let (Some(dust), true) = (&space.dust, options.method.bounces > 1) else { return Ok(None) };
+        let many = options.method.bounces > 1;
+        let (Some(dust), true) = (&space.dust, many || space.crowd.is_some()) else { return Ok(None) };
         let problem = Problem { scene, lights, spectral, space, options, terms: terms(scene, spectral)? };
         let (cells, bytes, coarser) = problem.fitting(dust, fineness)?;
+        let windows = space.crowd.as_ref().map_or_else(Vec::new, |crowd| problem.windows(crowd, &cells));
         // Half as fine, then with fewer directions too: what that changes says how exact the field is, at a part of its price.
         let half = |fineness: Fineness| {
             let most = cells.lattice.dims.into_iter().max().unwrap_or(1) / 2;
-            problem.solve(Cells::new(dust, space.gas(), most.max(1)), fineness, control)
+            problem.solve(Cells::new(dust, space.gas(), most.max(1)), fineness, &windows, &[], control)
         };
-        let halves = match fineness == Fineness::FULL {
+        let halves = match fineness == Fineness::FULL && many {
             true => Some((half(fineness)?, half(Fineness { directions: fineness.directions - 1, ..fineness })?)),
             false => None,
         };
-        let mut own = problem.solve(cells, fineness, control)?;
+        let trials = match &space.crowd {
+            Some(crowd) if fineness == Fineness::FULL => trial::trials(crowd, space, &cells, control)?,
+            _ => Vec::new(),
+        };
+        let mut own = problem.solve(cells, fineness, &windows, &trials, control)?;
         own.found = Found { coarser, bytes, ..own.found };
-        let halves = halves.filter(|(half, _)| half.cells.lattice.dims != own.cells.lattice.dims);
+        let halves = halves.filter(|(half, _)| half.field.cells.lattice.dims != own.field.cells.lattice.dims);
         own.found.doubt = halves.map(|(half, few)| Doubt { spatial: half.differs_from(&own), angular: few.differs_from(&half) });
         Ok(Some(own))
     }
 
     /// The same field as `camera` sees it; what it was if that sees the same directions.
-    pub fn seen_by(self: &Arc<Self>, camera: &Camera) -> Arc<Self> {
+    ///
+    /// # Errors
+    /// When the user wishes to stop.
+    pub fn seen_by(self: &Arc<Self>, camera: &Camera, control: &Control) -> Result<Arc<Self>> {
         let view = View::of(camera);
         if view == self.view {
-            return self.clone();
+            return Ok(self.clone());
         }
-        Arc::new(Self::resolved(self.cells.clone(), self.field.clone(), self.found, view))
+        let seen = self.field.gathered(view, control)?;
+        Ok(Arc::new(Self::resolved(self.field.clone(), seen, self.found, view)))
     }
 
-    /// S of every term towards the eye.
-    fn resolved(cells: Arc<Cells>, field: Arc<Vec<Part>>, found: Found, view: View) -> Self {
+    /// The windows around the stars of the crowd, within which their light is marched.
+    pub fn windows(&self) -> &[Window] {
+        &self.field.windows
+    }
+
+    /// Where its eye is, seen from a place.
+    pub fn towards_eye(&self, place: DVec3) -> DVec3 {
+        self.view.towards(place)
+    }
+
+    /// S of every term towards the eye, what is gathered of it having been `seen`.
+    fn resolved(field: Arc<Field>, seen: Vec<Moments>, found: Found, view: View) -> Self {
+        let cells = &field.cells;
         let volume = |(p, part): (usize, &Part)| {
             let channels: Vec<Channel> = (0..part.terms.len()).map(|t| Channel::Diffuse(p * WIDTH + t)).collect();
             let mut volume = Volume::zeroed(&cells.lattice, channels);
@@ -221,14 +278,19 @@ impl Diffuse {
                     let [_, y, z] = lattice.place(r * lattice.dims[0]);
                     let inside = |axis: usize, i: usize| i.saturating_sub(1).min(dims[axis] - 1);
                     let [x, y, z] = [inside(0, x), inside(1, y), inside(2, z)];
-                    let moments = part.moments.cell(cells.lattice.index(x, y, z));
-                    let light = towards(moments, &scattered, view.towards(cells.lattice.centre(x, y, z)));
-                    out.iter_mut().zip(light).for_each(|(out, light)| *out = light * part.unit);
+                    let cell = cells.lattice.index(x, y, z);
+                    if !part.moments.data.is_empty() {
+                        let light = towards(part.moments.cell(cell), &scattered, view.towards(cells.lattice.centre(x, y, z)));
+                        out.iter_mut().zip(light).for_each(|(out, light)| *out = light * part.unit);
+                    }
+                    if let Some(seen) = seen.get(p) {
+                        out.iter_mut().zip(seen.cell(cell)[0]).for_each(|(out, light)| *out += light * part.unit);
+                    }
                 }
             });
             volume
         };
-        let mut volumes: Vec<Volume> = field.iter().enumerate().map(volume).collect();
+        let mut volumes: Vec<Volume> = field.parts.iter().enumerate().map(volume).collect();
         let largest_of = |v: &Volume, c: usize| v.data.iter().skip(c).step_by(v.channels.len()).fold(0.0f32, |m, x| m.max(*x));
         let largest: Vec<f32> = volumes.iter().flat_map(|v| (0..v.channels.len()).map(move |c| largest_of(v, c))).collect();
         for (volume, largest) in volumes.iter_mut().zip(largest.chunks(WIDTH)) {
@@ -238,12 +300,15 @@ impl Diffuse {
                 values.chunks_exact_mut(row).for_each(|cell| cell.iter_mut().zip(largest).for_each(faint));
             });
         }
-        Self { volumes, largest, found, field, cells, view }
+        let near = field.parts.iter().flat_map(|part| part.near);
+        let largest = largest.iter().zip(near).map(|(own, near)| own + near).collect();
+        let profiles = field.profiles(view);
+        Self { volumes, largest, profiles, found, field, view }
     }
 
     /// Relative rms difference of S from that of a finer field, over the dust of this one's cells.
     fn differs_from(&self, finer: &Self) -> f64 {
-        let lattice = &self.cells.lattice;
+        let lattice = &self.field.cells.lattice;
         let of_cell = |(cell, sigma): (usize, &f32)| {
             let [x, y, z] = lattice.place(cell);
             let place = lattice.centre(x, y, z);
@@ -252,7 +317,7 @@ impl Diffuse {
             let sums = pairs.fold((0.0, 0.0), |(wrong, all), (a, b)| (wrong + (a - b).powi(2), all + b * b));
             (f64::from(*sigma) * sums.0, f64::from(*sigma) * sums.1)
         };
-        let (wrong, all) = self.cells.sigma.iter().enumerate().map(of_cell).fold((0.0, 0.0), |s, c| (s.0 + c.0, s.1 + c.1));
+        let (wrong, all) = self.field.cells.sigma.iter().enumerate().map(of_cell).fold((0.0, 0.0), |s, c| (s.0 + c.0, s.1 + c.1));
         if all > 0.0 { (wrong / all).sqrt() } else { 0.0 }
     }
 
@@ -262,13 +327,24 @@ impl Diffuse {
     }
 }
 
+impl std::fmt::Display for Gathered {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { stars, near_pc: (low, high), error } = self;
+        write!(f, "light of {stars} stars is gathered in cells beyond {low:.3} to {high:.3} pc of each, ")?;
+        match error {
+            Some(error) => write!(f, "{:.1} % from the exact light at places in the dust on average", 100.0 * error),
+            None => write!(f, "its error is unknown"),
+        }
+    }
+}
+
 impl std::fmt::Display for Diffuse {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Found { cells: [x, y, z], coarser, directions, degree, sweeps, series, settled, doubt, bytes } = self.found;
+        let Found { cells: [x, y, z], coarser, directions, degree, sweeps, series, settled, doubt, .. } = self.found;
         write!(
             f,
             "{sweeps} orders of scattering swept in {x} x {y} x {z} cells and {directions} directions, moments to degree {degree}, {} MiB",
-            bytes >> 20
+            self.found.bytes >> 20
         )?;
         if coarser {
             write!(f, " (more cells would not fit: give more --memory)")?;
@@ -284,6 +360,27 @@ impl std::fmt::Display for Diffuse {
             None => write!(f, ", spatial and angular unknown")?,
         }
         write!(f, ", that of moments above the degree unknown")
+    }
+}
+
+impl Field {
+    /// What is gathered of the crowd's light in each cell as one eye sees it, part by part; nothing where there is no crowd.
+    fn gathered(&self, view: View, control: &Control) -> Result<Vec<Moments>> {
+        let Some(crowd) = &self.crowd else { return Ok(Vec::new()) };
+        let terms = self.parts.iter().map(|part| part.terms.len()).sum();
+        let of_part = |(p, part): (usize, &Part)| {
+            let of = |value: fn(&Term) -> f64| std::array::from_fn(|t| part.terms.get(t).map_or(0.0, |term| value(term) as f32));
+            let (k, albedo) = (of(|term| term.k), of(|term| term.albedo));
+            let gathering = Gathering { crowd, sent: &part.sent, k: &k, windows: &self.windows };
+            let scattering = Scattering { view, phase: self.phase.as_ref(), first: p * WIDTH, terms, albedo };
+            gathering.seen(&self.cells, &scattering, control)
+        };
+        self.parts.iter().enumerate().map(of_part).collect()
+    }
+
+    /// Depths from each star of the crowd towards the eye, as far as windows go.
+    fn profiles(&self, view: View) -> Vec<Profile> {
+        self.crowd.as_ref().map_or_else(Vec::new, |crowd| crowd.profiles(&self.windows, |place| view.towards(place)))
     }
 }
 

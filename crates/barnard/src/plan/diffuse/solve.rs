@@ -2,21 +2,25 @@
 
 use std::sync::Arc;
 
-use spectra::rule::{Form, Node};
+use rayon::prelude::*;
+use spectra::rule::Node;
 
 use super::course::Course;
 use super::directions::{Face, faces};
+use super::gather::Gathering;
 use super::harmonics::{DEGREE, count, legendre_moments};
 use super::lamps::Lamps;
-use super::medium::Cells;
+use super::medium::{Cells, Lamp};
 use super::moments::Moments;
 use super::sweep::{Sources, sweep};
-use super::{Diffuse, Fineness, Found, Octet, Part, Term, View, WIDTH, scattering};
+use super::trial::{Deviation, Trial};
+use super::{Diffuse, Field, Fineness, Found, Gathered, Octet, Part, Term, View, WIDTH, scattering};
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
 use crate::field::Grid;
 use crate::formats::check_memory;
 use crate::light::Light;
+use crate::plan::crowd::Window;
 use crate::plan::{BandPlan, Options, Space, Spectral};
 use crate::scene::Scene;
 
@@ -42,13 +46,15 @@ impl Problem<'_> {
     pub fn fitting(&self, dust: &Grid, fineness: Fineness) -> Result<(Cells, u64, bool)> {
         let harmonics = count(kept_degree(&self.terms, fineness));
         let parts = self.terms.len().div_ceil(WIDTH) as u64;
-        // All orders of each part, two orders of one, and what the march reads.
+        // All orders of each part, two orders of one where it is swept, what the march reads, and that as it is gathered.
+        let orders = if self.options.method.bounces > 1 { 2 + parts } else { 0 };
+        let gathered = if self.space.crowd.is_some() { 2 * parts } else { 0 };
         let bytes_of = |cells: &Cells| {
             let count = cells.lattice.cells();
-            let field = Moments::bytes(count, harmonics).saturating_mul(2 + parts).saturating_add(4 * (count * self.terms.len()) as u64);
+            let field = Moments::bytes(count, harmonics).saturating_mul(orders).saturating_add(4 * (count * self.terms.len()) as u64);
             let glow = if self.space.gas().is_empty() { 0 } else { Moments::bytes(count, 1) };
             // A quarter more for the halves beside it.
-            (field + glow) / 4 * 5
+            (field + glow) / 4 * 5 + Moments::bytes(count, 1) * gathered
         };
         let (limit, space) = (self.options.memory_limit, self.space.bytes());
         let mut edge = fineness.cells;
@@ -63,24 +69,71 @@ impl Problem<'_> {
     }
 
     /// The field in `cells`, seen by the scene's camera.
-    pub fn solve(&self, cells: Cells, fineness: Fineness, control: &Control) -> Result<Diffuse> {
+    ///
+    /// `windows` are those around the stars of the crowd; their light is compared with the exact one by `trials`.
+    pub fn solve(&self, cells: Cells, fineness: Fineness, windows: &[Window], trials: &[Trial], control: &Control) -> Result<Diffuse> {
         let degree = kept_degree(&self.terms, fineness);
         let glow: Vec<Vec<f32>> = self.space.gas().iter().map(|gas| cells.means(gas)).collect();
         let faces = faces(fineness.directions);
+        let crowd = self.space.crowd.as_deref();
+        let even: Vec<Window> = windows.iter().map(|window| Window::even(window.reach_pc)).collect();
         let (mut field, mut sweeps, mut series, mut settled) = (Vec::new(), 0, 0.0f64, true);
         for (p, own) in self.terms.chunks(WIDTH).enumerate() {
             let medium = Medium { cells: &cells, count: count(degree), faces: &faces, terms: own };
-            let lamps = Lamps::new(self.lights, self.spectral, (p * WIDTH, own), &glow);
-            let solved = medium.solve(self.space, &lamps, self.options.method.bounces, control)?;
+            let lamps = Lamps::new(self.lights, self.spectral, (p * WIDTH, own), &glow, crowd);
+            let k: Octet = std::array::from_fn(|t| own.get(t).map_or(0.0, |term| term.k as f32));
+            let gathering = crowd.map(|crowd| Gathering { crowd, sent: &lamps.crowd, k: &k, windows: &even });
+            let solved = medium.solve(self.space, &lamps, (&k, gathering), self.options.method.bounces, control)?;
             (sweeps, series) = (sweeps.max(solved.sweeps), series.max(solved.series));
             settled &= solved.settled;
-            field.push(Part { terms: own.to_vec(), moments: solved.moments, unit: lamps.unit });
+            let near = self.nearest(own, &lamps);
+            field.push(Part { terms: own.to_vec(), moments: solved.moments, unit: lamps.unit, near, sent: lamps.crowd });
         }
+        let gathered = crowd.map(|crowd| Gathered { stars: crowd.stars.len(), near_pc: reaches(windows), error: None });
         let directions = faces.iter().map(|f| f.directions.len()).sum();
-        let found = Found { cells: cells.lattice.dims, coarser: false, directions, degree, sweeps, series, settled, doubt: None, bytes: 0 };
-        Ok(Diffuse::resolved(Arc::new(cells), Arc::new(field), found, View::of(&self.scene.camera)))
+        let mut found = Found {
+            cells: cells.lattice.dims,
+            coarser: false,
+            directions,
+            degree,
+            sweeps,
+            series,
+            settled,
+            doubt: None,
+            gathered,
+            bytes: 0,
+        };
+        let phase = self.spectral.phase.as_ref().filter(|_| crowd.is_some()).cloned();
+        let field = Field { parts: field, cells, crowd: self.space.crowd.clone(), phase, windows: windows.to_vec() };
+        let view = View::of(&self.scene.camera);
+        let seen = field.gathered(view, control)?;
+        if let (Some(gathered), Some(dust)) = (&mut found.gathered, &self.scene.dust) {
+            let near = field.profiles(view);
+            let of_trial = |trial: &Trial| trial.deviation(&field, (&seen, &near), &*dust.phase, view);
+            let deviations: Vec<Deviation> = trials.par_iter().map(of_trial).collect();
+            gathered.error = Deviation::part(&deviations);
+        }
+        Ok(Diffuse::resolved(Arc::new(field), seen, found, view))
+    }
+
+    /// The light that the brightest star of the crowd sends along a ray that passes it at a quarter of a voxel: ∫ σ ds/r² is less than σ π/b.
+    fn nearest(&self, terms: &[Term], lamps: &Lamps) -> Octet {
+        let Some(dust) = self.space.dust.as_ref().filter(|_| !lamps.crowd.is_empty()) else { return [0.0; WIDTH] };
+        let densest = f64::from(dust.data.iter().fold(0.0f32, |most, sigma| most.max(*sigma)));
+        let phase = self.spectral.phase_factor(1.0).max(self.spectral.phase_factor(-1.0));
+        let bound = phase * densest * std::f64::consts::PI / (CLOSE * self.space.voxel_pc()) * f64::from(lamps.unit);
+        let brightest = |t: usize| lamps.crowd.iter().fold(0.0f32, |most, sent| most.max(sent[t]));
+        std::array::from_fn(|t| terms.get(t).map_or(0.0, |term| (f64::from(brightest(t)) * term.k * term.albedo * bound) as f32))
     }
 }
+
+/// Smallest and largest radius of some windows [pc].
+fn reaches(windows: &[Window]) -> (f64, f64) {
+    windows.iter().fold((f64::INFINITY, 0.0), |(low, high), w| (low.min(w.reach_pc), high.max(w.reach_pc)))
+}
+
+/// What the light of a star of the crowd that passes so close comes to at most, in voxels of dust [1].
+const CLOSE: f64 = 0.25;
 
 /// The highest degree that any phase function still has something of: moments of the light above it scatter into nothing.
 fn kept_degree(terms: &[Term], fineness: Fineness) -> usize {
@@ -101,6 +154,7 @@ pub fn terms(scene: &Scene, spectral: &Spectral) -> Result<Vec<Term>> {
     let Some(dust) = &scene.dust else { return Ok(Vec::new()) };
     let term = |node: &Node| Term {
         k: node.k,
+        lambda_um: node.lambda_um,
         albedo: dust.albedo.at(node.lambda_um),
         legendre: stable(legendre_moments(&*dust.phase, node.lambda_um)),
     };
@@ -112,10 +166,7 @@ pub fn terms(scene: &Scene, spectral: &Spectral) -> Result<Vec<Term>> {
 /// # Errors
 /// For rules that have none.
 pub fn nodes(band: &BandPlan) -> Result<&[Node]> {
-    match &band.rule.form {
-        Form::Nodes(nodes) => Ok(&nodes.nodes),
-        _ => Err(Error::OneBounce("this spectral method".into(), "a method of nodes such as band_quadrature")),
-    }
+    band.nodes().ok_or_else(|| Error::OneBounce("this spectral method".into(), "a method of nodes such as band_quadrature"))
 }
 
 /// What light meets.
@@ -125,6 +176,16 @@ struct Medium<'a> {
     count: usize,
     faces: &'a [Face],
     terms: &'a [Term],
+}
+
+/// Stars that have depths of their own, as cells see them.
+fn marched<'a>(space: &'a Space, stars: &'a [(usize, Octet)]) -> Vec<Lamp<'a>> {
+    let lamp = |(star, sent): &'a (usize, Octet)| {
+        let channel = space.star_channel(*star);
+        let depth = move |place, _| channel.map_or(0.0, |(volume, slot)| volume.at(slot, place));
+        Lamp { place: space.stars[*star], sent, depth: Box::new(depth), window_pc: None }
+    };
+    stars.iter().map(lamp).collect()
 }
 
 /// A field that was found.
@@ -137,20 +198,35 @@ struct Solved {
 
 impl Medium<'_> {
     /// The light of all orders below `bounces`.
-    fn solve(&self, space: &Space, lamps: &Lamps, bounces: usize, control: &Control) -> Result<Solved> {
-        let k: Octet = std::array::from_fn(|t| self.terms.get(t).map_or(0.0, |term| term.k as f32));
+    fn solve(
+        &self,
+        space: &Space,
+        lamps: &Lamps,
+        (k, gathering): (&Octet, Option<Gathering>),
+        bounces: usize,
+        control: &Control,
+    ) -> Result<Solved> {
         let scattered = scattering(self.terms);
-        let mut order = Moments::dark(self.cells.lattice.cells(), self.count);
-        let (mut all, mut next) = (order.clone(), order.clone());
-        self.cells.direct(space, &lamps.stars, &k, &mut order, control)?;
+        let dark = || Moments::dark(self.cells.lattice.cells(), self.count);
+        if bounces == 1 {
+            return Ok(Solved { moments: Moments::dark(0, self.count), sweeps: 0, series: 0.0, settled: true });
+        }
+        let mut order = gathering.as_ref().map_or_else(|| Ok(dark()), |g| g.moments(self.cells, self.count, control))?;
+        let (mut all, mut next) = (dark(), dark());
         let mut course = Course::default();
+        if let Some(dust) = &space.dust {
+            self.cells.direct(dust, |_| marched(space, &lamps.stars), k, &mut order, control)?;
+            if let Some(gathering) = &gathering {
+                self.cells.direct(dust, |row| gathering.near(self.cells, row), k, &mut order, control)?;
+            }
+        }
         for sweeps in 1..bounces.min(MOST_SWEEPS + 1) {
             order.scatter(&scattered);
             next.data.fill([0.0; WIDTH]);
             let first = sweeps == 1;
             let glow = lamps.glow.as_deref().filter(|_| first);
             let around = if first { lamps.around } else { [0.0; WIDTH] };
-            sweep(self.cells, &k, self.faces, &Sources { scattered: &order, glow, around }, &mut next, control)?;
+            sweep(self.cells, k, self.faces, &Sources { scattered: &order, glow, around }, &mut next, control)?;
             all.add(&next, &[1.0; WIDTH]);
             std::mem::swap(&mut order, &mut next);
             let (own, sum) = (self.power(&order), self.power(&all));

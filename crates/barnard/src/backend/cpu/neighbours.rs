@@ -1,0 +1,221 @@
+//! Stars of the crowd that a packet passes: the part of their light that is not gathered in the field, within a window around each.
+//!
+//! A segment within the window is marched in pieces of equal angle as the star sees them,
+//!
+//!   ΔI = Σ_j w_j p(θ) σ w Δϑ/b e^(−k_j (τ + d))
+//!
+//! with the window w and the depths d of `plan::crowd`.
+
+use std::ops::Range;
+
+use smallvec::SmallVec;
+
+use super::march::{March, State, Stretch};
+use super::terms::Course;
+use crate::packet::{LANES, Lane, fma, lanes, largest};
+use crate::plan::crowd::{PROFILE, Profile, Shape, depth_within};
+use crate::plan::near::{CLOSEST, NEIGHBOUR_PIECES};
+
+/// A star of the crowd beside a packet: foot of the perpendicular, from the span's start, its length, and half the chord of the window.
+pub struct Neighbour<'a> {
+    star: usize,
+    foot: Lane,
+    distance: Lane,
+    half: Lane,
+    /// How many times longer it is before the star.
+    ahead: f32,
+    shape: Shape,
+    /// Depths before it, their places in one parsec, and σ at it.
+    profile: &'a Profile,
+    inverse_step: f32,
+    sigma: f32,
+    /// Steps that touch the window.
+    steps: Range<f32>,
+}
+
+/// A piece of a segment on each ray: its light without phase function, and where in the phase table it is.
+struct Piece {
+    light: Lane,
+    entry: [(usize, f32); LANES],
+}
+
+/// The stars whose windows a packet's span crosses.
+pub fn neighbours<'a>(march: &March<'a>, state: &State) -> Vec<Neighbour<'a>> {
+    let Some(crowd) = march.plan.space.crowd.as_deref().filter(|_| !march.windows.is_empty()) else { return Vec::new() };
+    let (near, far) = (0..LANES)
+        .filter(|lane| state.dt[*lane] > 0.0)
+        .fold((f64::MAX, 0.0f64), |(near, far), lane| (near.min(state.span.0[lane]), far.max(state.span.1[lane])));
+    if far <= near {
+        return Vec::new();
+    }
+    let middle = &state.rays[LANES / 2];
+    let apart = |t: f64| state.rays.iter().map(|ray| (ray.at(t) - middle.at(t)).length()).fold(0.0, f64::max);
+    let reach = march.reach_pc + apart(near).max(apart(far));
+    // What is before a star may be met though the star itself is behind the end.
+    crowd.beside(middle, (near, f64::INFINITY), reach).filter_map(|star| neighbour(march, state, star)).collect()
+}
+
+fn neighbour<'a>(march: &March<'a>, state: &State, star: usize) -> Option<Neighbour<'a>> {
+    let crowd = march.plan.space.crowd.as_ref()?;
+    let place = crowd.places[star];
+    let along = |lane: usize| (place - state.rays[lane].origin).dot(state.rays[lane].direction);
+    let foot = lanes(|lane| (along(lane) - state.span.0[lane]) as f32);
+    let distance = lanes(|lane| (place - state.rays[lane].at(along(lane))).length().max(CLOSEST) as f32);
+    let window = march.windows.get(star)?;
+    let reach = window.reach_pc as f32;
+    let half = lanes(|lane| (reach * reach - distance[lane] * distance[lane]).max(0.0).sqrt());
+    let ahead = (window.ahead_pc / window.reach_pc) as f32;
+    let touched = |lane: usize| {
+        let dt = state.dt[lane];
+        (dt > 0.0 && half[lane] > 0.0).then(|| ((foot[lane] - ahead * half[lane]) / dt, (foot[lane] + half[lane]) / dt))
+    };
+    let (from, to) = (0..LANES).filter_map(touched).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+    let profile = march.plan.diffuse.as_ref()?.profiles.get(star)?;
+    let inverse_step = (PROFILE as f64 / window.ahead_pc) as f32;
+    let (shape, sigma) = (window.shape(), crowd.sigma[star]);
+    Some(Neighbour { star, foot, distance, half, ahead, shape, profile, inverse_step, sigma, steps: from..to })
+}
+
+impl Neighbour<'_> {
+    /// Whether a stretch touches the window.
+    #[inline(always)]
+    pub fn meets(&self, stretch: Stretch) -> bool {
+        stretch.start < self.steps.end && stretch.end() > self.steps.start
+    }
+
+    /// Adds its light of one segment, between whose ends σ is linear.
+    #[inline(always)]
+    pub fn scatter(&self, march: &March, state: &mut State, stretch: Stretch, growth: &Lane, sigma: (&Lane, &Lane)) {
+        let weights = &march.tables.weights.crowd[self.star];
+        // Where the segment enters and leaves the window, from the foot.
+        let start = lanes(|lane| fma(stretch.start, state.dt[lane], -self.foot[lane]));
+        let length = lanes(|lane| stretch.length * state.dt[lane]);
+        let from = lanes(|lane| start[lane].max(-self.ahead * self.half[lane]));
+        let to = lanes(|lane| (start[lane] + length[lane]).min(self.half[lane]).max(from[lane]));
+        let b = &self.distance;
+        // The angle between both as the star sees them: its sine and cosine, times both distances.
+        let sine = lanes(|lane| b[lane] * (to[lane] - from[lane]));
+        let cosine = lanes(|lane| fma(b[lane], b[lane], from[lane] * to[lane]));
+        let is_narrow = (0..LANES).all(|lane| sine[lane] <= march.piece * cosine[lane]);
+        let angle: Lane = match is_narrow {
+            true => lanes(|lane| small_atan(sine[lane] / cosine[lane])),
+            // An eighth of it, by three halvings.
+            false => lanes(|lane| {
+                let (s, c) = (sine[lane], cosine[lane]);
+                let length = length_of(s, c);
+                let half = if c > 0.0 { s / (length + c) } else { (length - c) / s.max(f32::MIN_POSITIVE) };
+                8.0 * small_atan(halved(halved(half)))
+            }),
+        };
+        let count = ((largest(&angle) / march.piece).ceil() as usize).clamp(1, NEIGHBOUR_PIECES);
+        let turn = lanes(|lane| angle[lane] / count as f32);
+        let (mut total, mut deep) = ([0.0; LANES], [0.0; LANES]);
+        let mut pieces: SmallVec<[Piece; 1]> = SmallVec::new();
+        // Cosine and sine of half a turn, and of where the first piece has its middle, as the star sees it.
+        let turned: [Lane; 2] = [lanes(|lane| small_cos(0.5 * turn[lane])), lanes(|lane| small_sin(0.5 * turn[lane]))];
+        let mut towards = [[0.0; LANES]; 2];
+        for lane in 0..LANES {
+            let inverse = 1.0 / length_of(b[lane], from[lane]);
+            (towards[0][lane], towards[1][lane]) = rotated((b[lane] * inverse, from[lane] * inverse), (turned[0][lane], turned[1][lane]));
+        }
+        for _ in 0..count {
+            let (mut piece, mut entry) = ([0.0; LANES], [(0, 0.0); LANES]);
+            for lane in 0..LANES {
+                let tangent = match is_narrow {
+                    true => 0.5 * (from[lane] + to[lane]) / b[lane],
+                    false => towards[1][lane] / towards[0][lane].max(f32::MIN_POSITIVE),
+                };
+                let t = (b[lane] * tangent).clamp(from[lane], to[lane]);
+                let square = fma(t, t, b[lane] * b[lane]);
+                let part = if length[lane] > 0.0 { (t - start[lane]) / length[lane] } else { 0.0 };
+                let density = fma(part, sigma.1[lane] - sigma.0[lane], sigma.0[lane]);
+                let along = if t < 0.0 { t * t * (1.0 - self.shape.flat) } else { t * t };
+                let window = fma(-self.shape.inverse_square, fma(b[lane], b[lane], along), 1.0).max(0.0);
+                piece[lane] = density * window * window * turn[lane] / b[lane];
+                total[lane] += piece[lane];
+                let inverse = 1.0 / square.sqrt();
+                let cosine = -t * inverse;
+                let depth = depth_within(self.profile, self.inverse_step, 0.5 * (self.sigma + density), square * inverse, cosine);
+                deep[lane] = fma(piece[lane], depth, deep[lane]);
+                entry[lane] = march.phase_entry(cosine, b[lane] * b[lane] * inverse * inverse);
+            }
+            pieces.push(Piece { light: piece, entry });
+            for lane in 0..LANES {
+                let half = (turned[0][lane], turned[1][lane]);
+                (towards[0][lane], towards[1][lane]) = rotated(rotated((towards[0][lane], towards[1][lane]), half), half);
+            }
+        }
+        if largest(&total) <= 0.0 {
+            return;
+        }
+        // Of all pieces, as they shine.
+        let depth = lanes(|lane| if total[lane] > 0.0 { deep[lane] / total[lane] } else { 0.0 });
+        let course =
+            Course { middle: lanes(|lane| fma(0.5, growth[lane], state.tau[lane] + depth[lane])), half: lanes(|lane| 0.5 * growth[lane]) };
+        let terms = &march.tables.terms;
+        match &march.plan.spectral.phase {
+            None => terms.gather(0, &state.drawn, &course, |term| Some(lanes(|lane| weights[term] * total[lane])), &mut state.sum),
+            Some(table) => {
+                let stride = if table.separable { 1 } else { march.tables.weights.band_of.len() };
+                let spread = |column: usize| {
+                    let mut sum = [0.0; LANES];
+                    for Piece { light, entry } in &pieces {
+                        for lane in 0..LANES {
+                            let (i, f) = entry[lane];
+                            let (low, high) = (table.at_nodes[i * stride + column], table.at_nodes[(i + 1) * stride + column]);
+                            sum[lane] = fma(light[lane], fma(f, high - low, low), sum[lane]);
+                        }
+                    }
+                    sum
+                };
+                if table.separable {
+                    let spread = spread(0);
+                    terms.gather(0, &state.drawn, &course, |term| Some(lanes(|lane| weights[term] * spread[lane])), &mut state.sum);
+                } else {
+                    let of_term = |term: usize| {
+                        let spread = spread(term);
+                        Some(lanes(|lane| weights[term] * spread[lane]))
+                    };
+                    terms.gather(0, &state.drawn, &course, of_term, &mut state.sum);
+                }
+            }
+        }
+    }
+}
+
+/// atan x for |x| ≤ 0.42, error 3e-5 of it.
+#[inline(always)]
+fn small_atan(x: f32) -> f32 {
+    let square = x * x;
+    x * fma(square, fma(square, fma(square, fma(square, 1.0 / 9.0, -1.0 / 7.0), 1.0 / 5.0), -1.0 / 3.0), 1.0)
+}
+
+/// tan(x/2) of tan x, for 0 ≤ x < π/2.
+#[inline(always)]
+fn halved(tangent: f32) -> f32 {
+    tangent / (1.0 + length_of(1.0, tangent))
+}
+
+#[inline(always)]
+fn length_of(a: f32, b: f32) -> f32 {
+    fma(a, a, b * b).sqrt()
+}
+
+/// cos x and sin x for |x| ≤ 0.2, error below 1e-7.
+#[inline(always)]
+fn small_cos(x: f32) -> f32 {
+    let square = x * x;
+    fma(square, fma(square, 1.0 / 24.0, -0.5), 1.0)
+}
+
+#[inline(always)]
+fn small_sin(x: f32) -> f32 {
+    let square = x * x;
+    x * fma(square, fma(square, 1.0 / 120.0, -1.0 / 6.0), 1.0)
+}
+
+/// A direction (cosine, sine) turned by another.
+#[inline(always)]
+fn rotated((a, b): (f32, f32), (cosine, sine): (f32, f32)) -> (f32, f32) {
+    (fma(a, cosine, -b * sine), fma(a, sine, b * cosine))
+}

@@ -1,0 +1,458 @@
+//! The crowd: stars that are too many to be marched one by one.
+//!
+//! A star's light is split by a smooth window around it,
+//!
+//!   1/r² = w/r² + (1 − w)/r²                                                        eq. (24) of docs/method.md
+//!
+//! so that the second part is smooth: that of all stars together is gathered in cells (`diffuse`) and marched as one field. The first part is marched star by star, but only where it is: a ray meets few of the neighbourhoods. So a frame does not grow with the stars. Depths of a crowd's stars
+//! are swept through merged dust, at most [`EDGE`] voxels an edge: what is finer of their shadows is lost.
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::DVec3;
+use rayon::prelude::*;
+use spectra::passband::Passband;
+
+use super::star_depth;
+use super::volume::{Channel, Volume};
+use super::{Bricks, Options};
+use crate::control::{Control, Stage};
+use crate::error::Result;
+use crate::field::{Field, Grid, Lattice};
+use crate::formats::check_memory;
+use crate::geometry::{Bounds, Ray};
+use crate::scene::{Method, Scene, Star, StarDepth};
+
+/// So many stars are all marched one by one, unless told otherwise.
+const ALL: usize = 8;
+/// Where there are more, those are marched that send more than this part of all light through a band.
+const BRIGHT: f64 = 0.1;
+/// Most voxels along an edge of the depths of one star, fewest where memory is short, and the part of the memory that all may take.
+const EDGE: usize = 32;
+const LEAST_EDGE: usize = 8;
+const MEMORY_SHARE: u64 = 4;
+/// Stars that are looked for together.
+const GROUP: usize = 16;
+/// Stars of the crowd that pilot rays march where no other star shines.
+const SCOUTS: usize = 4;
+
+/// The crowd of one scene.
+#[derive(Debug, Clone)]
+pub struct Crowd {
+    /// Numbers of its stars in the scene; neighbours in space stand beside each other.
+    pub stars: Vec<usize>,
+    /// Where they are [pc].
+    pub places: Vec<DVec3>,
+    /// σ at V at each of them [pc⁻¹].
+    pub sigma: Vec<f32>,
+    /// Whether each star of the scene is one of them.
+    member: Vec<bool>,
+    /// The brightest, by which pilot rays choose their steps where all stars are in the crowd.
+    pub scouts: Vec<usize>,
+    /// Depths at V from each of them.
+    depths: Vec<Arc<Volume>>,
+    /// What they were swept through.
+    dust: Arc<Grid>,
+    groups: Vec<Group>,
+}
+
+/// Neighbours in a sphere.
+#[derive(Debug, Clone)]
+struct Group {
+    centre: DVec3,
+    radius: f64,
+    stars: Range<usize>,
+}
+
+/// The window w = (1 − q)² for q < 1, 0 beyond, q = (b² + t² s)/R², around a star: what of its light is not gathered. Before the star, where light goes on towards the eye, s = (R/L)²: phase functions are peaked
+/// there, and a peak is wider than cells only from some distance on; behind it s = 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Window {
+    /// R: across the line of sight, and behind the star [pc].
+    pub reach_pc: f64,
+    /// L: before the star [pc].
+    pub ahead_pc: f64,
+}
+
+/// A window in f32.
+#[derive(Debug, Clone, Copy)]
+pub struct Shape {
+    /// 1/R² [pc⁻²].
+    pub inverse_square: f32,
+    /// 1 − s before the star.
+    pub flat: f32,
+}
+
+impl Window {
+    /// The same in all directions.
+    pub fn even(reach_pc: f64) -> Self {
+        Self { reach_pc, ahead_pc: reach_pc }
+    }
+
+    /// What is inside [pc³].
+    pub fn volume(&self) -> f64 {
+        2.0 / 3.0 * std::f64::consts::PI * self.reach_pc * self.reach_pc * (self.reach_pc + self.ahead_pc)
+    }
+
+    /// As f32 has it.
+    pub fn shape(&self) -> Shape {
+        Shape { inverse_square: self.reach_pc.powi(-2) as f32, flat: (1.0 - (self.reach_pc / self.ahead_pc).powi(2)) as f32 }
+    }
+
+    /// w at a squared distance [pc²] where light turns by an angle of this cosine.
+    pub fn share(&self, square: f64, cosine: f64) -> f64 {
+        let ahead = cosine.max(0.0);
+        let flat = 1.0 - (self.reach_pc / self.ahead_pc).powi(2);
+        let part = 1.0 - square * (1.0 - flat * ahead * ahead) / (self.reach_pc * self.reach_pc);
+        if part > 0.0 { part * part } else { 0.0 }
+    }
+
+    /// The box around a window whose star is at the origin, the eye being in this direction [pc].
+    pub fn bounds(&self, eye: DVec3) -> Bounds {
+        // Eyes that are near see it under other angles.
+        let end = (self.ahead_pc - self.reach_pc) * eye;
+        let around = DVec3::splat(AROUND * self.reach_pc);
+        Bounds { low: end.min(DVec3::ZERO) - around, high: end.max(DVec3::ZERO) + around }
+    }
+}
+
+/// How much larger the box around a window is.
+const AROUND: f64 = 1.25;
+
+impl Shape {
+    /// (1 − w)/r²: what is gathered [pc⁻²].
+    #[inline(always)]
+    pub fn beyond(&self, square: f32, cosine: f32) -> f32 {
+        let ahead = if cosine > 0.0 { cosine } else { 0.0 };
+        let scale = self.inverse_square * (1.0 - self.flat * ahead * ahead);
+        let part = square * scale;
+        if part < 1.0 { scale * (2.0 - part) } else { 1.0 / square }
+    }
+}
+
+/// Places along a star's line of sight, as far as its window goes, at which its depth is known.
+pub const PROFILE: usize = 8;
+/// Depths at V from a star to those, itself the first [1].
+pub type Profile = [f32; PROFILE + 1];
+
+/// Depth at V from a star to a place in its window: that of a mean σ around it, of its profile before it [1].
+#[inline(always)]
+pub fn depth_within(profile: &Profile, inverse_step: f32, sigma: f32, distance: f32, cosine: f32) -> f32 {
+    let around = distance * sigma;
+    let ahead = if cosine > 0.0 { cosine * cosine } else { 0.0 };
+    let at = (distance * inverse_step).min(PROFILE as f32);
+    let i = (at as usize).min(PROFILE - 1);
+    let along = profile[i] + (at - i as f32) * (profile[i + 1] - profile[i]);
+    around + ahead * (along - around)
+}
+
+/// The stars of `scene` that `method` gathers, from the brightest on.
+pub fn members(scene: &Scene, method: &Method) -> Vec<usize> {
+    let can = scene.dust.is_some() && method.entry.rule.nodes && method.entry.star_depth == StarDepth::Cached;
+    if !can || scene.stars.len() <= method.exact_stars.unwrap_or(ALL) {
+        return Vec::new();
+    }
+    let parts = brightness(&scene.stars, &scene.bands);
+    let mut order: Vec<usize> = (0..parts.len()).collect();
+    order.sort_by(|a, b| parts[*b].total_cmp(&parts[*a]));
+    let marched = method.exact_stars.unwrap_or_else(|| parts.iter().filter(|part| **part > BRIGHT).count());
+    order.split_off(marched.min(order.len()))
+}
+
+/// The largest part that each star has of the light of all through any band.
+fn brightness(stars: &[Star], bands: &[Passband]) -> Vec<f64> {
+    let power = |star: &Star, band: &Passband| {
+        let lines = star.spectrum.lines().iter().map(|line| line.strength * band.response(line.lambda_um)).sum::<f64>();
+        band.integrate(|lambda| star.spectrum.continuum(lambda)) + lines
+    };
+    let of_band = |band: &Passband| {
+        let powers: Vec<f64> = stars.par_iter().map(|star| power(star, band)).collect();
+        let all = powers.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        powers.into_iter().map(|power| power / all).collect::<Vec<f64>>()
+    };
+    let none = vec![0.0; stars.len()];
+    bands.iter().map(of_band).fold(none, |most, own| most.iter().zip(own).map(|(m, o)| m.max(o)).collect())
+}
+
+impl Crowd {
+    /// The stars `members`, from the brightest on, of those at `places` [pc] in `dust`, with depths of at most `edge` voxels an edge; those that another crowd has swept through the same
+    /// dust are not swept again.
+    ///
+    /// # Errors
+    /// For more memory than is allowed, and when the user wishes to stop.
+    pub fn new(
+        before: Option<&Self>,
+        members: &[usize],
+        places: &[DVec3],
+        dust: &Arc<Grid>,
+        options: &Options,
+        control: &Control,
+    ) -> Result<Self> {
+        let mut stars = members.to_vec();
+        let mut groups = Vec::new();
+        group(&mut stars, places, 0, &mut groups);
+        let own: Vec<DVec3> = stars.iter().map(|star| places[*star]).collect();
+        let (merged, lattice) = fitting(dust, stars.len(), options)?;
+        let known = before.filter(|b| Arc::ptr_eq(&b.dust, dust) && b.depths.first().is_some_and(|d| d.inner == lattice));
+        let bits = |place: &DVec3| place.to_array().map(f64::to_bits);
+        let known: HashMap<[u64; 3], &Arc<Volume>> = known.iter().flat_map(|b| b.places.iter().map(bits).zip(&b.depths)).collect();
+        let done = AtomicU64::new(0);
+        let swept = |place: &DVec3| -> Result<Arc<Volume>> {
+            control.check()?;
+            let depths = match known.get(&bits(place)) {
+                Some(depths) => Arc::clone(depths),
+                None => {
+                    let mut volume = Volume::zeroed(&lattice, vec![Channel::StarDepth(0)]);
+                    star_depth::bake(&merged, *place, &mut volume, 0, (0, 1), &Control::default())?;
+                    Arc::new(volume)
+                }
+            };
+            control.report(Stage::StarDepths, done.fetch_add(1, Ordering::Relaxed) + 1, own.len() as u64);
+            Ok(depths)
+        };
+        let depths = own.par_iter().map(swept).collect::<Result<Vec<_>>>()?;
+        let sigma = own.iter().map(|place| dust.at(*place) as f32).collect();
+        let alone = members.len() == places.len();
+        let scouts = members.iter().copied().take(if alone { SCOUTS } else { 0 }).collect();
+        let mut member = vec![false; places.len()];
+        members.iter().for_each(|star| member[*star] = true);
+        Ok(Self { stars, places: own, member, sigma, scouts, depths, dust: dust.clone(), groups })
+    }
+
+    /// The same through `ratio` times as much dust, `dust`; none where depths were or would be cut.
+    pub fn scaled(&self, ratio: f64, dust: &Arc<Grid>) -> Option<Self> {
+        let largest = self.depths.iter().flat_map(|d| &d.data).fold(0.0f32, |most, d| most.max(d.abs()));
+        let fits = ratio.is_finite() && ratio > 0.0 && f64::from(largest) * ratio.max(1.0) < 0.99 * star_depth::OPAQUE;
+        fits.then(|| {
+            let scaled = |volume: &Arc<Volume>| {
+                let mut volume = (**volume).clone();
+                volume.data.iter_mut().for_each(|d| *d *= ratio as f32);
+                Arc::new(volume)
+            };
+            let sigma = self.places.iter().map(|place| dust.at(*place) as f32).collect();
+            Self { depths: self.depths.par_iter().map(scaled).collect(), sigma, dust: dust.clone(), ..self.clone() }
+        })
+    }
+
+    /// Whether a star of the scene is one of it.
+    pub fn holds(&self, star: usize) -> bool {
+        self.member.get(star) == Some(&true)
+    }
+
+    /// Depth at V from star number `i` to a place near it with so much σ: that of a mean of both ends [1].
+    pub fn near_depth(&self, i: usize, distance_pc: f64, sigma: f64) -> f64 {
+        0.5 * distance_pc * (f64::from(self.sigma[i]) + sigma)
+    }
+
+    /// The profile of each star for an eye in its direction, as far as its window goes.
+    pub fn profiles(&self, windows: &[Window], eye: impl Fn(DVec3) -> DVec3 + Sync) -> Vec<Profile> {
+        let profile = |(place, window): (&DVec3, &Window)| {
+            let step = window.ahead_pc / PROFILE as f64 * eye(*place);
+            let mut depth = 0.0;
+            std::array::from_fn(|i| {
+                if i > 0 {
+                    depth += self.dust.column(*place + (i - 1) as f64 * step, *place + i as f64 * step, star_depth::OPAQUE);
+                }
+                depth.min(star_depth::OPAQUE) as f32
+            })
+        };
+        self.places.par_iter().zip(windows).map(profile).collect()
+    }
+
+    /// Depths at V from star number `i` along the row at (y, z) [pc], from voxel to voxel.
+    pub fn row(&self, i: usize, [y, z]: [f64; 2], out: &mut Vec<f32>) {
+        let volume = &self.depths[i];
+        let Lattice { dims: [nx, ny, nz], bounds } = volume.lattice;
+        let voxel = volume.lattice.voxel_pc();
+        let along = |at: f64, low: f64, edge: f64, count: usize| {
+            let u = ((at - low) / edge - 0.5).clamp(0.0, (count - 1) as f64);
+            let first = (u as usize).min(count - 2);
+            (first, (u - first as f64) as f32)
+        };
+        let ((y, fy), (z, fz)) = (along(y, bounds.low.y, voxel.y, ny), along(z, bounds.low.z, voxel.z, nz));
+        let row = |dy: usize, dz: usize| &volume.data[volume.lattice.index(0, y + dy, z + dz)..][..nx];
+        let (a, b, c, d) = (row(0, 0), row(1, 0), row(0, 1), row(1, 1));
+        out.clear();
+        out.extend((0..nx).map(|x| {
+            let (low, high) = (a[x] + fy * (b[x] - a[x]), c[x] + fy * (d[x] - c[x]));
+            low + fz * (high - low)
+        }));
+    }
+
+    /// Where voxels of its depths stand, and those around them.
+    pub fn lattice(&self) -> Option<&Lattice> {
+        self.depths.first().map(|d| &d.lattice)
+    }
+
+    /// The largest depth at a place with dust [1].
+    pub fn deepest(&self, dust: &Bricks) -> f64 {
+        self.depths.par_iter().map(|d| f64::from(star_depth::deepest(d, 0, dust))).reduce(|| 0.0, f64::max)
+    }
+
+    /// Numbers in the crowd of stars no farther than `reach` [pc] from `ray` between two distances.
+    pub fn beside(&self, ray: &Ray, (near, far): (f64, f64), reach: f64) -> impl Iterator<Item = usize> {
+        let square = move |place: DVec3| (ray.at((place - ray.origin).dot(ray.direction).clamp(near, far)) - place).length_squared();
+        let groups = self.groups.iter().filter(move |group| square(group.centre) <= (group.radius + reach).powi(2));
+        groups.flat_map(|group| group.stars.clone()).filter(move |i| square(self.places[*i]) <= reach * reach)
+    }
+
+    /// Bytes of all depths.
+    pub fn bytes(&self) -> u64 {
+        self.depths.iter().map(|d| d.bytes()).sum()
+    }
+}
+
+/// Dust that is merged for sweeps, and the lattice of the depths of `count` stars that fits into memory.
+fn fitting(dust: &Grid, count: usize, options: &Options) -> Result<(Grid, Lattice)> {
+    let longest = dust.lattice.dims.into_iter().max().unwrap_or(1);
+    // The sweeps of a lattice read the dust at two places a voxel.
+    let merged = dust.merged(longest.div_ceil(2 * EDGE), 1.0);
+    let lattice_of = |edge: usize| {
+        let block = merged.lattice.dims.into_iter().max().unwrap_or(1).div_ceil(edge);
+        Lattice { dims: merged.lattice.dims.map(|n| n.div_ceil(block)), bounds: merged.lattice.bounds }
+    };
+    let bytes = |lattice: &Lattice| Volume::zeroed(lattice, vec![Channel::StarDepth(0)]).bytes().saturating_mul(count as u64);
+    let mut edge = EDGE;
+    while bytes(&lattice_of(edge)) > options.memory_limit / MEMORY_SHARE && edge > LEAST_EDGE {
+        edge = (edge / 2).max(LEAST_EDGE);
+    }
+    let lattice = lattice_of(edge);
+    check_memory(&format!("depths of {count} stars"), bytes(&lattice), options.memory_limit)?;
+    Ok((merged, lattice))
+}
+
+/// Orders stars by halves along the longest axis of their box until few are left.
+fn group(stars: &mut [usize], places: &[DVec3], first: usize, out: &mut Vec<Group>) {
+    let box_of = |stars: &[usize]| {
+        let empty = Bounds { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+        stars.iter().fold(empty, |b, s| Bounds { low: b.low.min(places[*s]), high: b.high.max(places[*s]) })
+    };
+    let bounds = box_of(stars);
+    if stars.len() <= GROUP {
+        let centre = 0.5 * (bounds.low + bounds.high);
+        let radius = stars.iter().map(|s| (places[*s] - centre).length()).fold(0.0, f64::max);
+        out.extend((!stars.is_empty()).then(|| Group { centre, radius, stars: first..first + stars.len() }));
+        return;
+    }
+    let size = bounds.size();
+    let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
+    // Equal coordinates by number: the order is the same whatever it was.
+    stars.sort_unstable_by(|a, b| places[*a][axis].total_cmp(&places[*b][axis]).then(a.cmp(b)));
+    let (low, high) = stars.split_at_mut(stars.len() / 2);
+    let middle = first + low.len();
+    group(low, places, first, out);
+    group(high, places, middle, out);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::DEFAULT_MEMORY;
+
+    /// What is gathered and what is marched are all of a star's light, in every direction; and nothing is marched beyond the window.
+    #[test]
+    fn windows_part_the_light() {
+        for window in [Window::even(0.3), Window { reach_pc: 0.3, ahead_pc: 1.1 }] {
+            let shape = window.shape();
+            for i in 1..400 {
+                for cosine in [-1.0, -0.4, 0.0, 0.3, 0.8, 1.0] {
+                    let square = (0.004 * f64::from(i)).powi(2);
+                    let beyond = f64::from(shape.beyond(square as f32, cosine as f32));
+                    let sum = window.share(square, cosine) + square * beyond;
+                    assert!((sum - 1.0).abs() < 2e-6, "{window:?} {square} {cosine}: {sum}");
+                    // Never more than at the star.
+                    assert!(beyond <= 2.0 / (0.3 * 0.3) * (1.0 + 1e-6));
+                }
+            }
+            assert_eq!(window.share((window.reach_pc * 1.001).powi(2), -1.0), 0.0);
+            assert_eq!(window.share((window.ahead_pc * 1.001).powi(2), 1.0), 0.0);
+            assert!(window.share((window.reach_pc * 0.9).powi(2), 1.0) > 0.0);
+        }
+    }
+
+    fn dust() -> Arc<Grid> {
+        let lattice =
+            Lattice { dims: [40, 36, 30], bounds: Bounds { low: DVec3::new(-1.0, -0.9, -0.75), high: DVec3::new(1.0, 0.9, 0.75) } };
+        Arc::new(Grid::sampled(lattice, |p| 2.0 + (5.0 * p.x).sin() + p.y * p.z))
+    }
+
+    fn places(count: usize) -> Vec<DVec3> {
+        let part = |i: usize, step: f64| 1.6 * (step * (i + 1) as f64).fract() - 0.8;
+        (0..count).map(|i| DVec3::new(part(i, 0.618_034), part(i, 0.414_214), 0.8 * part(i, 0.732_051))).collect()
+    }
+
+    fn crowd(before: Option<&Crowd>, places: &[DVec3], dust: &Arc<Grid>) -> Crowd {
+        let options = Options { method: Method::default(), memory_limit: DEFAULT_MEMORY };
+        let members: Vec<usize> = (0..places.len()).collect();
+        Crowd::new(before, &members, places, dust, &options, &Control::default()).unwrap()
+    }
+
+    /// Rows of depths and profiles are those of exact columns, as far as merged dust goes.
+    #[test]
+    fn depths_are_those_of_columns() {
+        let (dust, places) = (dust(), places(20));
+        let crowd = crowd(None, &places, &dust);
+        let lattice = crowd.lattice().unwrap().clone();
+        let mut row = Vec::new();
+        for (i, star) in crowd.places.iter().enumerate() {
+            crowd.row(i, [0.21, -0.33], &mut row);
+            for x in 1..lattice.dims[0] - 1 {
+                let place = DVec3::new(lattice.centre(x, 0, 0).x, 0.21, -0.33);
+                let exact = dust.column(*star, place, f64::INFINITY);
+                assert!((f64::from(row[x]) - exact).abs() < 0.02 * (1.0 + exact), "{star} {place}: {} {exact}", row[x]);
+            }
+        }
+        let window = Window { reach_pc: 0.1, ahead_pc: 0.4 };
+        let profiles = crowd.profiles(&vec![window; 20], |_| DVec3::Z);
+        for (profile, star) in profiles.iter().zip(&crowd.places) {
+            let exact = |part: f64| dust.column(*star, *star + 0.4 * part * DVec3::Z, f64::INFINITY);
+            let inverse_step = PROFILE as f32 / 0.4;
+            // At its places, and between two of them.
+            for (part, tolerance) in [(0.0, 1e-6), (0.25, 1e-5), (0.75, 1e-5), (1.0, 1e-5), (0.3, 0.01)] {
+                let found = f64::from(depth_within(profile, inverse_step, 1.0, 0.4 * part as f32, 1.0));
+                assert!((found - exact(part)).abs() < tolerance, "{part}: {found} {}", exact(part));
+            }
+            // Behind a star its profile does not count.
+            assert_eq!(depth_within(profile, inverse_step, 1.5, 0.1, -0.5), 0.15);
+        }
+    }
+
+    /// Stars that stay are not swept again, whatever their order is; one that moves is, and has the depths of a crowd that is new.
+    #[test]
+    fn only_what_moved_is_swept() {
+        let (dust, mut places) = (dust(), places(50));
+        let first = crowd(None, &places, &dust);
+        places[7] = DVec3::new(-0.5, 0.5, 0.3);
+        let (moved, new) = (crowd(Some(&first), &places, &dust), crowd(None, &places, &dust));
+        assert_eq!(moved.stars, new.stars);
+        for i in 0..50 {
+            let at = first.stars.iter().position(|star| *star == moved.stars[i]).unwrap();
+            assert_eq!(Arc::ptr_eq(&moved.depths[i], &first.depths[at]), moved.stars[i] != 7);
+            assert!(moved.depths[i].data == new.depths[i].data);
+        }
+        // Through other dust all are.
+        let other = self::dust();
+        let swept = crowd(Some(&first), &places, &other);
+        assert!((0..50).all(|i| !first.depths.iter().any(|d| Arc::ptr_eq(d, &swept.depths[i]))));
+    }
+
+    /// What is found beside a ray is what a look at every star finds.
+    #[test]
+    fn stars_beside_a_ray_are_found() {
+        let (dust, places) = (dust(), places(300));
+        let crowd = crowd(None, &places, &dust);
+        for i in 0..40 {
+            let ray = Ray { origin: places[i], direction: (places[i + 60] - places[i]).normalize() };
+            for (span, reach) in [((0.0, 2.0), 0.1), ((0.3, 0.5), 0.02), ((-1.0, f64::INFINITY), 0.3)] {
+                let far = |p: DVec3| (ray.at((p - ray.origin).dot(ray.direction).clamp(span.0, span.1)) - p).length();
+                let mut found: Vec<usize> = crowd.beside(&ray, span, reach).collect();
+                found.sort_unstable();
+                let expected: Vec<usize> = (0..300).filter(|s| far(crowd.places[*s]) <= reach).collect();
+                assert_eq!(found, expected);
+            }
+        }
+    }
+}

@@ -1,0 +1,315 @@
+//! The crowd's light in cells, beyond the neighbourhood of each star: as one camera sees it scattered, and as moments of the radiance, from which it scatters again.
+//!
+//!   S_t(x, n) = ω_t Σ_s w_st p_t(θ_s) e^(−k_t τ_s) (1 − w(r_s))/r_s²
+//!
+//! Light from afar is smooth and is gathered in cells of twice the edge; of stars that are nearer than [`MIDDLE`] of those, only what that leaves out is gathered in the cells
+//! themselves. So a star costs as many cells as the coarse lattice has, and a few thousand more. The phase function is asked for every star and cell: nothing of it is lost but what
+//! changes within a cell.
+//!
+//! | symbol | variable | unit |
+//! |---|---|---|
+//! | (1 − w)/r² | `Shape::beyond` | pc⁻² |
+//! | w_st: weights without k ω | `sent` | W m⁻² sr⁻¹ pc² |
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::DVec3;
+use multiversion::multiversion;
+use rayon::prelude::*;
+
+use super::harmonics::{COUNT, harmonics_of};
+use super::medium::{Cells, Lamp};
+use super::{Moments, Octet, View, WIDTH};
+use crate::control::{Control, Stage};
+use crate::error::{Error, Result};
+use crate::field::Lattice;
+use crate::geometry::{Bounds, Ray};
+use crate::packet::{LANES, Lane, exp, fma, lanes};
+use crate::plan::crowd::{Shape, Window};
+use crate::plan::{Crowd, PhaseTable};
+
+/// Radius within which a star's light is gathered in the finer cells, in coarse ones.
+const MIDDLE: f64 = 4.0;
+
+/// The stars of a crowd, as eight terms see them.
+#[derive(Clone, Copy)]
+pub struct Gathering<'a> {
+    pub crowd: &'a Crowd,
+    /// What each star sends.
+    pub sent: &'a [Octet],
+    /// Extinctions of the terms.
+    pub k: &'a Octet,
+    /// The window around each star.
+    pub windows: &'a [Window],
+}
+
+/// How eight terms scatter light towards an eye.
+#[derive(Clone, Copy)]
+pub struct Scattering<'a> {
+    pub view: View,
+    /// Phase functions; even scattering where there are none.
+    pub phase: Option<&'a PhaseTable>,
+    /// Number of the first of the terms among all.
+    pub first: usize,
+    /// How many terms there are in all.
+    pub terms: usize,
+    /// ω of each.
+    pub albedo: Octet,
+}
+
+/// Cells that take a star's light between two windows.
+struct Level {
+    lattice: Lattice,
+    /// That within which nothing counts, for all; each star's own where there is none.
+    inner: Option<Window>,
+    outer: Option<Window>,
+}
+
+/// A star beside a row of cells.
+struct Beside<'a> {
+    /// From the star to the first cell of the row [pc].
+    offset: [f32; 3],
+    /// From cell to cell [pc].
+    edge: f32,
+    /// Depths along the row, and where the first cell and the others stand in them.
+    depths: &'a [f32],
+    first: f32,
+    step: f32,
+    sent: &'a Octet,
+    k: &'a Octet,
+    /// The windows between which its light counts.
+    inner: Shape,
+    outer: Option<Shape>,
+    /// From the cells to the eye; nowhere where windows are even.
+    eye: [Lane; 3],
+}
+
+impl Gathering<'_> {
+    /// Source functions of each cell beyond all windows.
+    ///
+    /// # Errors
+    /// When the user wishes to stop.
+    pub fn seen(&self, cells: &Cells, scattering: &Scattering, control: &Control) -> Result<Moments> {
+        self.levels(cells, 1, Some(scattering.view), control, |star, first, out| add_seen(star, scattering, first, out))
+    }
+
+    /// Moments of the radiance of each cell beyond all windows, which must be even, for so many harmonics.
+    ///
+    /// # Errors
+    /// When the user wishes to stop.
+    pub fn moments(&self, cells: &Cells, count: usize, control: &Control) -> Result<Moments> {
+        self.levels(cells, count, None, control, |star, first, out| add_moments(star, first, count, out))
+    }
+
+    /// The stars whose windows reach into a row of cells, as those see what is within.
+    pub fn near(&self, cells: &Cells, row: usize) -> Vec<Lamp<'_>> {
+        let lattice = &cells.lattice;
+        let [_, y, z] = lattice.place(row * lattice.dims[0]);
+        let (along, length) = Ray::between(lattice.centre(0, y, z), lattice.centre(lattice.dims[0] - 1, y, z));
+        let widest = self.windows.iter().map(|window| window.reach_pc).fold(0.0, f64::max);
+        let reach = widest + 0.5 * lattice.voxel_pc().length();
+        let lamp = |star: usize| Lamp {
+            place: self.crowd.places[star],
+            sent: &self.sent[star],
+            depth: Box::new(move |place, sigma| self.crowd.near_depth(star, (place - self.crowd.places[star]).length(), sigma)),
+            window_pc: Some(self.windows[star].reach_pc),
+        };
+        self.crowd.beside(&along, (0.0, length), reach).map(lamp).collect()
+    }
+
+    /// What `add` makes of each star for sixteen cells of a row: (star, first cell, values).
+    fn levels(
+        &self,
+        cells: &Cells,
+        count: usize,
+        view: Option<View>,
+        control: &Control,
+        add: impl Fn(&Beside, usize, &mut [Octet]) + Sync,
+    ) -> Result<Moments> {
+        let own = &cells.lattice;
+        let coarse = Lattice { dims: own.dims.map(|n| n.div_ceil(2)), bounds: own.bounds };
+        let largest = |of: fn(&Window) -> f64| self.windows.iter().map(of).fold(0.0, f64::max);
+        let reach = (MIDDLE * coarse.voxel_pc().max_element()).max(largest(|w| w.reach_pc));
+        // Twice as far ahead: coarse cells see peaks from there on.
+        let outer = Window { reach_pc: reach, ahead_pc: if view.is_some() { reach.max(2.0 * largest(|w| w.ahead_pc)) } else { reach } };
+        let mut far = self.level(&Level { lattice: coarse.clone(), inner: Some(outer), outer: None }, count, view, control, &add)?;
+        let mut all = self.level(&Level { lattice: own.clone(), inner: None, outer: Some(outer) }, count, view, control, &add)?;
+        if view.is_some() {
+            far.match_means(&coarse);
+            all.match_means(own);
+        }
+        all.add_interpolated(own, &far, &coarse);
+        Ok(all)
+    }
+
+    fn level(
+        &self,
+        level: &Level,
+        count: usize,
+        view: Option<View>,
+        control: &Control,
+        add: &(impl Fn(&Beside, usize, &mut [Octet]) + Sync),
+    ) -> Result<Moments> {
+        let mut light = Moments::dark(level.lattice.cells(), count);
+        let [nx, ny, nz] = level.lattice.dims;
+        let reached: Vec<Option<Bounds>> = self.crowd.places.iter().map(|star| level.reached(*star, view)).collect();
+        let done = AtomicU64::new(0);
+        light.data.par_chunks_mut(nx * count).enumerate().try_for_each_init(Vec::new, |depths, (row, out)| {
+            control.check()?;
+            let place = |x: usize| level.lattice.centre(x.min(nx - 1), row % ny, row / ny);
+            let eyes: Vec<[Lane; 3]> = (0..nx)
+                .step_by(LANES)
+                .map(|first| {
+                    let eye: [[f32; 3]; LANES] =
+                        std::array::from_fn(|i| view.map_or([0.0; 3], |view| view.towards(place(first + i)).as_vec3().to_array()));
+                    std::array::from_fn(|axis| lanes(|i| eye[i][axis]))
+                })
+                .collect();
+            for (star, reached) in reached.iter().enumerate() {
+                let Some(range) = level.cells_within(reached.as_ref(), place(0)) else { continue };
+                let mut beside: Option<Beside> = None;
+                // Chunks stand where those of the eye do.
+                for first in (range.start / LANES * LANES..range.end).step_by(LANES) {
+                    if beside.is_none() {
+                        beside = self.beside(level, (star, place(0)), depths);
+                    }
+                    let Some(beside) = &mut beside else { continue };
+                    beside.eye = eyes[first / LANES];
+                    let cells = LANES.min(nx - first);
+                    add(beside, first, &mut out[first * count..][..cells * count]);
+                }
+            }
+            control.report(Stage::Light, done.fetch_add(1, Ordering::Relaxed) + 1, (ny * nz) as u64);
+            Ok::<(), Error>(())
+        })?;
+        Ok(light)
+    }
+
+    /// A star as the row of cells that begins at `start` has it.
+    fn beside<'a>(&'a self, level: &Level, (star, start): (usize, DVec3), depths: &'a mut Vec<f32>) -> Option<Beside<'a>> {
+        let theirs = self.crowd.lattice()?;
+        self.crowd.row(star, [start.y, start.z], depths);
+        let (edge, voxel) = (level.lattice.voxel_pc().x, theirs.voxel_pc().x);
+        Some(Beside {
+            offset: (start - self.crowd.places[star]).as_vec3().to_array(),
+            edge: edge as f32,
+            depths,
+            first: ((start.x - theirs.bounds.low.x) / voxel - 0.5) as f32,
+            step: (edge / voxel) as f32,
+            sent: &self.sent[star],
+            k: self.k,
+            inner: level.inner.unwrap_or(self.windows[star]).shape(),
+            outer: level.outer.map(|window| window.shape()),
+            eye: [[0.0; LANES]; 3],
+        })
+    }
+}
+
+impl Level {
+    /// What light of a star can be in; none where it is everywhere.
+    fn reached(&self, star: DVec3, view: Option<View>) -> Option<Bounds> {
+        let own = self.outer?.bounds(view.map_or(DVec3::ZERO, |view| view.towards(star)));
+        Some(Bounds { low: star + own.low, high: star + own.high })
+    }
+
+    /// The cells of the row that begins at `start` whose middles are within a box; none where no cell is.
+    fn cells_within(&self, reached: Option<&Bounds>, start: DVec3) -> Option<Range<usize>> {
+        let (nx, edge) = (self.lattice.dims[0], self.lattice.voxel_pc().x);
+        let Some(Bounds { low, high }) = reached else { return Some(0..nx) };
+        let beside = start.y < low.y || start.y > high.y || start.z < low.z || start.z > high.z;
+        let cell = |x: f64| ((x - start.x) / edge).ceil().clamp(0.0, nx as f64) as usize;
+        let range = cell(low.x)..cell(high.x);
+        (!beside && !range.is_empty()).then_some(range)
+    }
+}
+
+/// The light of a star at sixteen cells.
+struct Lit {
+    /// (1 − w)/r² [pc⁻²].
+    strength: Lane,
+    depth: Lane,
+    /// Of the angle by which it turns towards the eye.
+    cosine: Lane,
+    /// Where it goes.
+    towards: [Lane; 3],
+}
+
+impl Beside<'_> {
+    /// At cells from number `first` on.
+    #[inline(always)]
+    fn at(&self, first: usize) -> Lit {
+        let x: Lane = lanes(|i| fma((first + i) as f32, self.edge, self.offset[0]));
+        let [_, y, z] = self.offset;
+        let square: Lane = lanes(|i| fma(x[i], x[i], fma(y, y, z * z)));
+        let inverse: Lane = lanes(|i| 1.0 / (square[i] + f32::MIN_POSITIVE).sqrt());
+        let towards = [lanes(|i| x[i] * inverse[i]), lanes(|i| y * inverse[i]), lanes(|i| z * inverse[i])];
+        let [a, b, c] = &self.eye;
+        let cosine: Lane = lanes(|i| fma(towards[0][i], a[i], fma(towards[1][i], b[i], towards[2][i] * c[i])).clamp(-1.0, 1.0));
+        let strength: Lane = match &self.outer {
+            None => lanes(|i| self.inner.beyond(square[i], cosine[i])),
+            Some(outer) => lanes(|i| self.inner.beyond(square[i], cosine[i]) - outer.beyond(square[i], cosine[i])),
+        };
+        let last = (self.depths.len() - 2) as f32;
+        let depth: Lane = lanes(|i| {
+            let u = fma((first + i) as f32, self.step, self.first).clamp(0.0, last + 1.0);
+            let voxel = u.min(last) as usize;
+            let (a, b) = (self.depths[voxel], self.depths[voxel + 1]);
+            fma(u - voxel as f32, b - a, a).max(0.0)
+        });
+        Lit { strength, depth, cosine, towards }
+    }
+
+    /// What arrives in cell `i` of them.
+    #[inline(always)]
+    fn light(&self, lit: &Lit, i: usize) -> Octet {
+        let mut light = [0.0; WIDTH];
+        for t in 0..WIDTH {
+            light[t] = self.sent[t] * lit.strength[i] * exp(-self.k[t] * lit.depth[i]);
+        }
+        light
+    }
+}
+
+/// Adds moments of a star's light, so many harmonics a cell, to up to sixteen cells from number `first` of the row on.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
+fn add_moments(star: &Beside, first: usize, count: usize, out: &mut [Octet]) {
+    let lit = star.at(first);
+    let mut values = [[0.0; LANES]; COUNT];
+    harmonics_of(lit.towards, |x| x as f32, &mut values[..count]);
+    for (i, moments) in out.chunks_exact_mut(count).enumerate() {
+        let light = star.light(&lit, i);
+        for (moment, value) in moments.iter_mut().zip(&values) {
+            for t in 0..WIDTH {
+                moment[t] = fma(value[i], light[t], moment[t]);
+            }
+        }
+    }
+}
+
+/// Adds what of a star's light is scattered towards the eye in up to sixteen cells, from number `first` of the row on.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
+fn add_seen(star: &Beside, scattering: &Scattering, first: usize, out: &mut [Octet]) {
+    const EVENLY: f32 = 1.0 / spectra::constants::SPHERE as f32;
+    let lit = star.at(first);
+    let cosine = &lit.cosine;
+    for (i, source) in out.iter_mut().enumerate() {
+        let mut phase = [EVENLY; WIDTH];
+        if let Some(table) = scattering.phase {
+            let (entry, f) = PhaseTable::entry(table.entries, cosine[i], fma(-cosine[i], cosine[i], 1.0));
+            if table.separable {
+                let (low, high) = (table.at_nodes[entry], table.at_nodes[entry + 1]);
+                phase = [fma(f, high - low, low); WIDTH];
+            } else {
+                let row = |entry: usize| &table.at_nodes[entry * scattering.terms + scattering.first..];
+                for ((phase, low), high) in phase.iter_mut().zip(row(entry)).zip(row(entry + 1)) {
+                    *phase = fma(f, high - low, *low);
+                }
+            }
+        }
+        let light = star.light(&lit, i);
+        for t in 0..WIDTH {
+            source[t] = fma(scattering.albedo[t] * phase[t], light[t], source[t]);
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! How far the gathered light of a crowd is from that of its stars one by one, with exact depths and the phase function itself, at places in the dust.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::medium::Cells;
+use super::{Field as DiffuseField, Moments, View, WIDTH};
+use crate::control::Control;
+use crate::counter::Counter;
+use crate::error::Result;
+use crate::field::{Field, Lattice};
+use crate::phase::Phase;
+use crate::plan::crowd::{PROFILE, Profile, depth_within};
+use crate::plan::{Crowd, Space};
+
+/// Places that are looked at, fewer where there are more stars than `DEPTHS` together allow, and how many at least.
+const PLACES: usize = 256;
+const DEPTHS: usize = 500_000;
+const FEWEST: usize = 24;
+const SEED: u64 = 0x6361_6c6d;
+
+/// A place in the dust.
+pub struct Trial {
+    place: DVec3,
+    /// σ at V there [pc⁻¹].
+    sigma: f64,
+    /// Exact depths at V from the stars of the crowd, in its order [1].
+    depths: Vec<f64>,
+}
+
+/// Sums of differences and of what is exact.
+#[derive(Debug, Clone, Copy)]
+pub struct Deviation {
+    wrong: f64,
+    all: f64,
+}
+
+impl Deviation {
+    /// All differences as a part of all that is exact; none where nothing was compared.
+    pub fn part(deviations: &[Self]) -> Option<f64> {
+        let sum = |of: fn(&Self) -> f64| deviations.iter().map(of).sum::<f64>();
+        let all = sum(|d| d.all);
+        (all > 0.0).then(|| sum(|d| d.wrong) / all)
+    }
+}
+
+/// Places by chance, as often as there is dust.
+///
+/// # Errors
+/// When the user wishes to stop.
+pub fn trials(crowd: &Crowd, space: &Space, cells: &Cells, control: &Control) -> Result<Vec<Trial>> {
+    let Some(dust) = &space.dust else { return Ok(Vec::new()) };
+    let mut sum = 0.0;
+    let cumulated: Vec<f64> = cells
+        .sigma
+        .iter()
+        .map(|sigma| {
+            sum += f64::from(*sigma);
+            sum
+        })
+        .collect();
+    let count = (DEPTHS / crowd.stars.len().max(1)).clamp(FEWEST, PLACES);
+    let trial = |i: usize| -> Result<Option<Trial>> {
+        control.check()?;
+        let mut chance = Counter::new(SEED, i as u64);
+        let at = chance.next() * sum;
+        let cell = cumulated.partition_point(|c| *c <= at).min(cumulated.len() - 1);
+        let [x, y, z] = cells.lattice.place(cell);
+        let within = DVec3::new(chance.next(), chance.next(), chance.next()) - 0.5;
+        let place = cells.lattice.centre(x, y, z) + within * cells.lattice.voxel_pc();
+        let sigma = dust.at(place);
+        let depths = || crowd.places.iter().map(|star| space.depth(*star, place)).collect();
+        Ok((sigma > 0.0).then(|| Trial { place, sigma, depths: depths() }))
+    };
+    let trials: Vec<Option<Trial>> = (0..count).into_par_iter().map(trial).collect::<Result<_>>()?;
+    Ok(trials.into_iter().flatten().collect())
+}
+
+impl Trial {
+    /// Source functions towards the eye, what is gathered and what is near against the exact ones, of all terms.
+    pub fn deviation(&self, field: &DiffuseField, (seen, profiles): (&[Moments], &[Profile]), phase: &dyn Phase, view: View) -> Deviation {
+        let mut deviation = Deviation { wrong: 0.0, all: 0.0 };
+        let Some(crowd) = &field.crowd else { return deviation };
+        for (part, seen) in field.parts.iter().zip(seen) {
+            let mut found = gathered(self.place, &field.cells.lattice, seen);
+            let mut exact = [0.0; WIDTH];
+            for (star, sent) in part.sent.iter().enumerate() {
+                let offset = self.place - crowd.places[star];
+                let square = offset.length_squared();
+                let cosine = offset.normalize_or(DVec3::Z).dot(view.towards(self.place));
+                let window = &field.windows[star];
+                let step = PROFILE as f64 / window.ahead_pc;
+                let mean = 0.5 * (crowd.sigma[star] + self.sigma as f32);
+                let depth = f64::from(depth_within(&profiles[star], step as f32, mean, square.sqrt() as f32, cosine as f32));
+                let near = window.share(square, cosine);
+                for (t, term) in part.terms.iter().enumerate() {
+                    let scattered = f64::from(sent[t]) * term.albedo * phase.at(cosine, term.lambda_um) / square;
+                    exact[t] += scattered * (-term.k * self.depths[star]).exp();
+                    if near > 0.0 {
+                        found[t] += near * scattered * (-term.k * depth).exp();
+                    }
+                }
+            }
+            let unit = f64::from(part.unit);
+            deviation.wrong += unit * found.iter().zip(&exact).map(|(f, e)| (f - e).abs()).sum::<f64>();
+            deviation.all += unit * exact.iter().sum::<f64>();
+        }
+        deviation
+    }
+}
+
+/// What is gathered at a place, as the march reads it.
+fn gathered(place: DVec3, lattice: &Lattice, seen: &Moments) -> [f64; WIDTH] {
+    let u = (place - lattice.bounds.low) / lattice.voxel_pc() - 0.5;
+    let mut sum = [0.0; WIDTH];
+    for corner in 0..8 {
+        let (mut cell, mut share) = ([0; 3], 1.0);
+        for axis in 0..3 {
+            let last = (lattice.dims[axis] - 1) as f64;
+            let at = u[axis].clamp(0.0, last);
+            let up = f64::from(corner >> axis & 1);
+            cell[axis] = (at.floor() + up).min(last) as usize;
+            share *= if up > 0.0 { at - at.floor() } else { 1.0 - (at - at.floor()) };
+        }
+        let [x, y, z] = cell;
+        sum.iter_mut().zip(seen.cell(lattice.index(x, y, z))[0]).for_each(|(s, own)| *s += share * f64::from(own));
+    }
+    sum
+}

@@ -1,0 +1,56 @@
+//! How large the windows around the stars of a crowd are: what cells do not see of a star falls as L/R² in the picture, marching what is in the window costs as R³ for each. With as much
+//! work as is allowed along an average ray the error is least for R ∝ L^(2/7).
+
+use super::medium::Cells;
+use super::solve::Problem;
+use crate::light::Path;
+use crate::plan::Crowd;
+use crate::plan::crowd::Window;
+
+/// Smallest and largest R, in cells.
+const REACH: (f64, f64) = (0.75, 4.0);
+/// Stars of the crowd that a sample in the dust is in the windows of, on average.
+const CROWDED: f64 = 0.25;
+/// Cells that the forward peak of a phase function must be wide for cells to see it.
+const PEAK: f64 = 2.5;
+const EXPONENT: f64 = 2.0 / 7.0;
+/// Halvings of what is between the smallest and the largest.
+const HALVINGS: usize = 40;
+
+impl Problem<'_> {
+    /// The window around each star of the crowd, for these cells.
+    pub fn windows(&self, crowd: &Crowd, cells: &Cells) -> Vec<Window> {
+        let edge = cells.lattice.voxel_pc().max_element();
+        let peak = PEAK * edge / self.spectral.forward_peak();
+        let sizes: Vec<f64> = self.brightness(crowd).into_iter().map(|part| part.powf(EXPONENT)).collect();
+        let window = |reach: f64| Window { reach_pc: reach * edge, ahead_pc: (reach * edge).max(peak) };
+        let at = |scale: f64| sizes.iter().map(move |size| window((scale * size).clamp(REACH.0, REACH.1)));
+        let filled = cells.sigma.iter().filter(|sigma| **sigma > cells.least).count() as f64 * cells.lattice.voxel_pc().element_product();
+        let fits = |scale: f64| at(scale).map(|w| w.volume()).sum::<f64>() <= CROWDED * filled;
+        // Whatever it is in parts of the mean, no star needs less than the one nor more than the other.
+        let span = (1e-3 * REACH.0, 1e3 * REACH.1);
+        let halved = |(low, high): (f64, f64), _| {
+            let middle = (low * high).sqrt();
+            if fits(middle) { (middle, high) } else { (low, middle) }
+        };
+        at((0..HALVINGS).fold(span, halved).0).collect()
+    }
+
+    /// The largest part of each star of the crowd through any band, in parts of the mean.
+    fn brightness(&self, crowd: &Crowd) -> Vec<f64> {
+        let mut parts = vec![0.0f64; crowd.stars.len()];
+        let mut light_of = vec![None; self.space.stars.len()];
+        for (light, l) in self.lights.iter().enumerate() {
+            if let Path::Scattered { star } = l.path {
+                light_of[star] = Some(light);
+            }
+        }
+        for band in &self.spectral.bands {
+            let of = |star: &usize| light_of[*star].map_or(0.0, |light| band.rule.form.decay().weights(light).iter().sum::<f64>());
+            let powers: Vec<f64> = crowd.stars.iter().map(of).collect();
+            let mean = powers.iter().sum::<f64>() / powers.len().max(1) as f64;
+            parts.iter_mut().zip(powers).filter(|_| mean > 0.0).for_each(|(part, power)| *part = part.max(power / mean));
+        }
+        parts
+    }
+}

@@ -1,0 +1,135 @@
+//! Stars without number: light that is gathered against that of stars one by one, by integrators that know of no crowd.
+
+use barnard::backend::{cpu, path, reference};
+use barnard::control::Control;
+use barnard::image::relative_rms;
+use barnard::plan::{Options, Plan};
+use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
+
+/// A cloud with so many stars of different spectra, at places that look like chance, seen by 14 x 14 pixels.
+fn text(stars: usize, phase: &str, method: &str) -> String {
+    let part = |i: usize, step: f64| (step * (i + 1) as f64).fract();
+    let star = |i: usize| {
+        let place = [0.618_034, 0.414_214, 0.732_051].map(|step| 1.6 * part(i, step) - 0.8);
+        format!(
+            "[[star]]\nkind = \"blackbody\"\nvisible = false\nposition = \"{:.4} {:.4} {:.4} pc\"\ntemperature = \"{} K\"\nluminosity = \"{} Lsun\"\n",
+            place[0],
+            place[1],
+            place[2],
+            3500 + 900 * (i % 17),
+            50 + 37 * (i % 11)
+        )
+    };
+    format!(
+        "bands = [\"johnson-B\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.3 0.2 5 pc\"\nfield_of_view = \"26 deg\"\nsize = [14, 14]\n\
+         [field.cloud]\nkind = \"fbm\"\nseed = 3\nradius = \"1 pc\"\nscale = \"0.8 pc\"\noctaves = 3\noffset = 0.3\n\
+         [dust]\ndensity = \"cloud\"\nscale = \"1.2 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.7\n{phase}{}[method]\nbake = 48\naccuracy = 3e-3\n{method}",
+        (0..stars).map(star).collect::<String>()
+    )
+}
+
+fn scene(text: String) -> Scene {
+    let mut scene = Scene::parse("test.toml", "test", text, &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap();
+    let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+    barnard::plan::sample_functions(&mut scene, &options).unwrap();
+    scene
+}
+
+fn plan(scene: &Scene) -> Plan {
+    let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+    Plan::new(scene, &options, &Control::default()).unwrap()
+}
+
+fn light(plan: &Plan) -> Vec<f64> {
+    cpu::radiance(plan, &Control::default()).unwrap().0.into_iter().map(f64::from).collect()
+}
+
+fn difference(ours: &[f64], truth: &[f64]) -> f64 {
+    relative_rms(ours.iter().copied().zip(truth.iter().copied()))
+}
+
+const FORWARD: &str = "phase = { kind = \"henyey_greenstein\", g = 0.6 }\n";
+const BACKWARD: &str = "phase = { kind = \"henyey_greenstein\", g = -0.6 }\n";
+
+/// A crowd of twelve stars, scattered evenly and forwards, is what the reference has star by star; another phase function would be seen.
+#[test]
+fn a_crowd_is_the_sum_of_its_stars() {
+    for (phase, other, most) in [("", FORWARD, 0.005), (FORWARD, BACKWARD, 0.02)] {
+        let scene = scene(text(12, phase, "exact_stars = 0\n"));
+        let plan = plan(&scene);
+        let gathered = plan.diffuse.as_ref().unwrap().found.gathered.unwrap();
+        assert_eq!(gathered.stars, 12);
+        let truth = reference::render(&scene, 3e-3, &Control::default()).unwrap();
+        let truth: Vec<f64> = (0..196).map(|i| truth.at(0, i / 14, i % 14)).collect();
+        let error = difference(&light(&plan), &truth);
+        println!("{phase}: {error:.1e}, at places {:?}", gathered.error);
+        assert!(error < most, "{phase}: {error}");
+        // At places errors do not average out, and more than a tenth of the light would be wrong there if anything was left out.
+        assert!(gathered.error.is_some_and(|e| e > 0.0 && e < 0.1), "{gathered}");
+        let wrong = self::plan(&self::scene(text(12, other, "exact_stars = 0\n")));
+        assert!(difference(&light(&wrong), &truth) > 0.1);
+    }
+}
+
+/// Light of a crowd that scatters many times is that of the path tracer, whose noise is taken off; its first scattering alone is not.
+#[test]
+fn a_crowd_scatters_many_times() {
+    let scene = scene(text(12, FORWARD, "exact_stars = 0\nbounces = 1000\n"));
+    let all = light(&plan(&scene));
+    let mut film = path::Film::default();
+    let options = path::Options { samples: 150, ..path::Options::default() };
+    path::trace(&scene, &options, &mut film, &Control::default(), &mut |_| ()).unwrap();
+    let truth: Vec<f64> = film.estimates.iter().map(|e| e.mean).collect();
+    let error = |ours: &[f64]| {
+        let wrong: f64 = ours.iter().zip(&film.estimates).map(|(o, e)| (o - e.mean).powi(2) - e.error().powi(2)).sum();
+        (wrong.max(0.0) / truth.iter().map(|t| t * t).sum::<f64>()).sqrt()
+    };
+    let once = light(&plan(&self::scene(text(12, FORWARD, "exact_stars = 0\n"))));
+    println!("{:.1e} {:.1e}", error(&all), error(&once));
+    assert!(error(&all) < 0.05 && error(&once) > 0.1, "{} {}", error(&all), error(&once));
+}
+
+/// The brightest are marched one by one, as many as are asked for, and what is asked for of all is what it was without a crowd.
+#[test]
+fn bright_stars_stay_exact() {
+    let marched = |method: &str, bright: bool| {
+        let text = text(40, "", method);
+        let text = if bright { text.replacen("luminosity = \"50 Lsun\"", "luminosity = \"9e6 Lsun\"", 1) } else { text };
+        plan(&scene(text)).space.marched().to_vec()
+    };
+    assert_eq!(marched("", false), []);
+    assert_eq!(marched("", true), [0]);
+    assert_eq!(marched("exact_stars = 3\n", true).len(), 3);
+    assert_eq!(marched("name = \"lookup\"\ncount = 64\n", true).len(), 40);
+    let all = plan(&scene(text(9, "", "exact_stars = 9\n")));
+    assert!(all.space.crowd.is_none() && all.diffuse.is_none());
+    let few = plan(&scene(text(8, "", "")));
+    assert!(few.space.crowd.is_none() && few.diffuse.is_none() && few.space.marched().len() == 8);
+}
+
+/// A plan that looks from elsewhere is that of a camera there, bit by bit.
+#[test]
+fn a_crowd_is_seen_from_elsewhere() {
+    let there = text(20, FORWARD, "").replace("0.3 0.2 5", "2 -1 4").replace("26 deg", "30 deg");
+    let mut moved = Plan::sampled(&scene(text(20, FORWARD, "")), &options(), 60, &Control::default()).unwrap();
+    let there = Plan::sampled(&scene(there), &options(), 60, &Control::default()).unwrap();
+    let before = light(&moved);
+    moved.look_from(there.camera.clone(), &Control::default()).unwrap();
+    assert!(light(&moved) == light(&there) && light(&moved) != before);
+}
+
+fn options() -> Options {
+    Options { method: scene(text(9, "", "")).method.clone(), memory_limit: DEFAULT_MEMORY }
+}
+
+/// Too little memory for depths and field: coarser ones, then an error that says what is needed.
+#[test]
+fn a_crowd_keeps_to_its_memory() {
+    let scene = scene(text(40, FORWARD, ""));
+    let by = |memory_limit: u64| Plan::new(&scene, &Options { method: scene.method.clone(), memory_limit }, &Control::default());
+    let (large, small) = (by(DEFAULT_MEMORY).unwrap(), by(3 << 20).unwrap());
+    let bytes = |plan: &Plan| plan.space.crowd.as_ref().unwrap().bytes();
+    assert!(bytes(&small) < bytes(&large) / 4 && bytes(&small) < 1 << 20);
+    let error = by(1 << 19).err().unwrap().to_string();
+    assert!(error.contains("memory"), "{error}");
+}

@@ -1,0 +1,93 @@
+//! The crowd on the device: a table of its stars, and for each cell of a grid the stars whose windows reach into it.
+
+use barnard::geometry::Bounds;
+use barnard::plan::crowd::{PROFILE, Window};
+use barnard::plan::near::neighbour_piece;
+use barnard::plan::{Crowd, Diffuse, Plan, Stepping, Weights};
+use glam::DVec3;
+
+use crate::tables::Tables;
+
+/// Quads in front of the stars.
+pub const HEAD: usize = 3;
+/// Quads of a star beside its weights: place and σ, its window, depths before it.
+pub const STAR: usize = 2 + PROFILE / 4;
+/// Most cells along an edge of the grid.
+const CELLS: f64 = 32.0;
+
+/// The crowd of a plan whose light is gathered.
+pub fn of(plan: &Plan) -> Option<(&Crowd, &Diffuse)> {
+    let (crowd, diffuse) = (plan.space.crowd.as_deref()?, plan.diffuse.as_deref()?);
+    diffuse.found.gathered.map(|_| (crowd, diffuse))
+}
+
+/// Cells that know the stars near them.
+struct Grid {
+    low: DVec3,
+    edge: f64,
+    dims: [usize; 3],
+}
+
+impl Grid {
+    fn new(occupied: Bounds, windows: &[Window]) -> Self {
+        let size = occupied.size();
+        let edge =
+            (size.max_element() / CELLS).max(windows.iter().map(|window| window.reach_pc).sum::<f64>() / windows.len().max(1) as f64);
+        Self { low: occupied.low, edge, dims: <[f64; 3]>::from(size / edge).map(|n| n.ceil().max(1.0) as usize) }
+    }
+
+    /// Numbers of the cells that a box touches.
+    fn touched(&self, bounds: Bounds) -> impl Iterator<Item = usize> + use<> {
+        let dims = self.dims;
+        let cell = |p: DVec3| ((p - self.low) / self.edge).floor();
+        let (low, high) = (cell(bounds.low).to_array(), cell(bounds.high).to_array());
+        // Boxes beside the grid touch nothing.
+        let range = |axis: usize| low[axis].max(0.0) as usize..(high[axis] + 1.0).clamp(0.0, dims[axis] as f64) as usize;
+        let (x, y, z) = (range(0), range(1), range(2));
+        z.flat_map(move |z| {
+            let x = x.clone();
+            y.clone().flat_map(move |y| x.clone().map(move |x| (z * dims[1] + y) * dims[0] + x))
+        })
+    }
+}
+
+impl Tables {
+    /// The stars of the crowd, and behind the `bricks` the lists of the grid.
+    pub fn crowd(&mut self, plan: &Plan, weights: &Weights, room: usize, bricks: &mut Vec<u32>) {
+        let (Some((crowd, diffuse)), Some(occupied)) = (of(plan), plan.space.occupied) else { return };
+        let windows = diffuse.windows();
+        let grid = Grid::new(occupied, windows);
+        // A segment is known by its middle.
+        let longest = match plan.stepping {
+            Stepping::PerVoxel(n) => plan.space.voxel_pc() / n,
+            Stepping::Fixed(n) => occupied.size().length() / n as f64,
+        };
+        let mut lists: Vec<Vec<u32>> = vec![Vec::new(); grid.dims.iter().product()];
+        for (star, (place, window)) in crowd.places.iter().zip(windows).enumerate() {
+            let own = window.bounds(diffuse.towards_eye(*place));
+            let reached = Bounds { low: *place + own.low - 0.5 * longest, high: *place + own.high + 0.5 * longest };
+            grid.touched(reached).for_each(|cell| lists[cell].push(star as u32));
+        }
+        let cells = bricks.len();
+        let mut first = (cells + lists.len() + 1) as u32;
+        for list in &lists {
+            bricks.push(first);
+            first += list.len() as u32;
+        }
+        bricks.push(first);
+        bricks.extend(lists.into_iter().flatten());
+        self.place(grid.low, (1.0 / grid.edge) as f32);
+        let [x, y, z] = grid.dims.map(|n| n as f32);
+        self.list.0.push([x, y, z, cells as f32]);
+        let piece = neighbour_piece(plan.spectral.phase_angle, plan.spectral.accuracy);
+        self.list.0.push([piece as f32, 0.0, 0.0, 0.0]);
+        for (star, weights) in weights.crowd.iter().enumerate() {
+            self.place(crowd.places[star], crowd.sigma[star]);
+            let window = windows[star];
+            let (shape, ahead) = (window.shape(), window.ahead_pc / window.reach_pc);
+            self.list.0.push([window.reach_pc, ahead, f64::from(shape.flat), PROFILE as f64 / window.ahead_pc].map(|v| v as f32));
+            self.list.numbers(&diffuse.profiles[star][1..], 0);
+            self.list.numbers(weights, room / 4);
+        }
+    }
+}

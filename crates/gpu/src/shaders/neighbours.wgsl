@@ -1,0 +1,111 @@
+// Stars of the crowd near a segment: the part of their light that is not gathered in the field.
+
+// Depth at V from a star of the crowd to a place in its window.
+// twin: barnard::plan::crowd::depth_within
+fn depth_within(star: u32, sigma: f32, distance: f32, cosine: f32) -> f32 {
+    let around = distance * sigma;
+    let ahead = max(cosine, 0.0) * max(cosine, 0.0);
+    let at = min(distance * tables[CROWD_STARS + star * CROWD_STRIDE + 1u].w, f32(PROFILE));
+    let i = min(u32(at), PROFILE - 1u);
+    let first = 4u * (CROWD_STARS + star * CROWD_STRIDE + 2u);
+    let low = select(numbers[first + max(i, 1u) - 1u], 0.0, i == 0u);
+    let along = mix(low, numbers[first + i], at - f32(i));
+    return around + ahead * (along - around);
+}
+
+// p(θ) of a term at its node, where light is not scattered evenly; 1/4π is in the weights.
+fn phase_at_node(term: u32, at: vec2f) -> f32 {
+    if PHASE_KIND == ISOTROPIC {
+        return 1.0;
+    }
+    var stride = 1u;
+    var column = 0u;
+    if PHASE_KIND == SPECTRAL {
+        stride = frame.counts.x;
+        column = term;
+    }
+    let first = frame.counts.z + (SCATTERERS * frame.counts.y + u32(at.x)) * stride + column;
+    return mix(numbers[first], numbers[first + stride], at.y);
+}
+
+// Adds base · weight · p(θ) · ⟨D⟩ of every term of a star of the crowd.
+fn gather_neighbour(state: ptr<function, State>, star: u32, at: vec2f, base: f32, middle: f32, half: f32) {
+    turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
+    let weights = 4u * (CROWD_STARS + star * CROWD_STRIDE + CROWD_WEIGHTS);
+    for (var b = 0u; b < BANDS; b++) {
+        let terms = band_terms(b);
+        var sum = 0.0;
+        for (var t = terms.x; t < terms.y; t++) {
+            let k = numbers[4u * EXTINCTION + t];
+            var share = numbers[weights + t];
+            if PHASE_KIND == SPECTRAL {
+                share *= phase_at_node(t, at);
+            }
+            sum = fma(share, mean_transmittance(k * middle, k * half), sum);
+        }
+        (*state).sum[b] = fma(base, sum, (*state).sum[b]);
+    }
+}
+
+// twin: barnard::backend::cpu::neighbours::scatter
+fn scatter_neighbour(state: ptr<function, State>, ray: Ray, number: u32, stretch: Stretch, growth: f32, sigma: vec2f) {
+    let star = tables[CROWD_STARS + number * CROWD_STRIDE];
+    // R, L/R, what the window is flatter ahead, and places of the profile a parsec.
+    let window = tables[CROWD_STARS + number * CROWD_STRIDE + 1u];
+    let foot = dot(star.xyz - ray.origin, ray.direction);
+    let b = max(length(star.xyz - (ray.origin + foot * ray.direction)), CLOSEST);
+    let half = sqrt(max(window.x * window.x - b * b, 0.0));
+    let start = stretch.start - foot;
+    let entered = max(start, -window.y * half);
+    let left_at = min(start + stretch.length, half);
+    if left_at <= entered {
+        return;
+    }
+    let angle = atan2(b * (left_at - entered), fma(b, b, entered * left_at));
+    let count = clamp(ceil(angle / tables[CROWD_HEAD + 2u].x), 1.0, f32(NEIGHBOUR_PIECES));
+    let turn = angle / count;
+    let first = atan(entered / b);
+    turns += 2u * u32(count);
+    var total = 0.0;
+    var spread = 0.0;
+    var deep = 0.0;
+    for (var j = 0.0; j < count; j += 1.0) {
+        var t = 0.5 * (entered + left_at);
+        if count > 1.0 {
+            t = clamp(b * tan(first + (j + 0.5) * turn), entered, left_at);
+        }
+        let square = fma(t, t, b * b);
+        let density = mix(sigma.x, sigma.y, (t - start) / stretch.length);
+        let along = select(t * t, t * t * (1.0 - window.z), t < 0.0);
+        let inside = max(1.0 - fma(b, b, along) / (window.x * window.x), 0.0);
+        let piece = density * inside * inside * turn / b;
+        let inverse = inverseSqrt(square);
+        let cosine = -t * inverse;
+        let depth = depth_within(number, 0.5 * (star.w + density), square * inverse, cosine);
+        let at = phase_entry(cosine, b * b * inverse * inverse);
+        if PHASE_KIND == SPECTRAL {
+            gather_neighbour(state, number, at, piece, (*state).tau + 0.5 * growth + depth, 0.5 * growth);
+        } else {
+            total += piece;
+            deep = fma(piece, depth, deep);
+            spread = fma(piece, phase_at_node(0u, at), spread);
+        }
+    }
+    if PHASE_KIND != SPECTRAL && total > 0.0 {
+        gather_neighbour(state, number, vec2f(0.0), spread, (*state).tau + 0.5 * growth + deep / total, 0.5 * growth);
+    }
+}
+
+// The stars whose windows reach to a segment, whose ends have so much dust.
+fn scatter_neighbours(state: ptr<function, State>, ray: Ray, stretch: Stretch, growth: f32, sigma: vec2f) {
+    let low = tables[CROWD_HEAD];
+    let dims = vec4u(tables[CROWD_HEAD + 1u]);
+    let place = ray.origin + (stretch.start + 0.5 * stretch.length) * ray.direction;
+    let cell = vec3u(clamp(vec3i(floor((place - low.xyz) * low.w)), vec3i(0), vec3i(dims.xyz) - 1));
+    let index = dims.w + (cell.z * dims.y + cell.y) * dims.x + cell.x;
+    let end = brick_distances[index + 1u];
+    for (var i = brick_distances[index]; i < end; i++) {
+        turns += 2u;
+        scatter_neighbour(state, ray, brick_distances[i], stretch, growth, sigma);
+    }
+}
