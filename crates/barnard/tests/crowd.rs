@@ -133,3 +133,32 @@ fn a_crowd_keeps_to_its_memory() {
     let error = by(1 << 19).err().unwrap().to_string();
     assert!(error.contains("memory"), "{error}");
 }
+
+/// A plan that is renewed has the bits of one that is new: seen from elsewhere, with a star of another colour, with one that moved, with more dust. Light that was scattered before is solved again only
+/// where something else shines.
+#[test]
+fn what_did_not_change_is_not_baked_again() {
+    // The same loader: densities that are read again are the same.
+    let loader = Loader::in_folder(".", DEFAULT_MEMORY);
+    let parsed = |text: String| Scene::parse("test.toml", "test", text, &loader).unwrap();
+    let before = text(11, FORWARD, "exact_stars = 2\nbounces = 4\ncount = 2\n").replace("[14, 14]", "[8, 8]");
+    let first = plan(&parsed(before.clone()));
+    let cases = [
+        ("0.3 0.2 5", "2 -1 4", true),
+        ("temperature = \"4400 K\"", "temperature = \"9400 K\"", false),
+        ("position = \"0.1889", "position = \"0.2889", false),
+        ("scale = \"1.2 /pc\"", "scale = \"1.5 /pc\"", false),
+    ];
+    for (from, to, kept) in cases {
+        assert!(before.contains(from), "{from}");
+        let scene = parsed(before.replace(from, to));
+        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        let renewed = Plan::renewed(Some(&first), &scene, &options, &Control::default()).unwrap();
+        let new = plan(&scene);
+        assert_eq!(renewed.notes(), new.notes(), "{from}");
+        assert!(light(&renewed) == light(&new), "{from}");
+        assert!(light(&renewed) != light(&first), "{from}");
+        let shares = renewed.diffuse.as_ref().unwrap().shares(first.diffuse.as_ref().unwrap());
+        assert_eq!(shares, kept, "{from}");
+    }
+}

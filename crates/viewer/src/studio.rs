@@ -28,6 +28,8 @@ const ON_DEVICE: Pace = Pace { rays: (0.03, 0.01), all: 0.04 };
 const FIRST_RATE: f64 = 4e4;
 /// How many times fewer pixels each way the next finer picture has not.
 const FINER: f64 = 3.0;
+/// Part of the memory that a plan may take to be kept.
+const KEPT: u64 = 4;
 /// Fewest pixels along an edge.
 const LEAST: f64 = 24.0;
 
@@ -37,6 +39,8 @@ struct Stand<'g> {
     glance: Option<(Arc<str>, Plan)>,
     quick: Marcher<'g>,
     slow: Marcher<'g>,
+    /// The last settled plan, of which the next one takes what still holds.
+    settled: Option<Plan>,
     last: Option<Last>,
 }
 
@@ -163,7 +167,9 @@ impl<'g> Studio<'g> {
         let stand = &mut self.stands[i];
         let start = Instant::now();
         let options = Options { method: scene.method.clone(), memory_limit: order.memory_limit };
-        let plan = Plan::new(&scene, &options, control)?;
+        let plan = Plan::renewed(stand.settled.as_ref(), &scene, &options, control)?;
+        // Nothing is kept that the next one could miss the room for.
+        stand.settled = Some(plan.clone()).filter(|plan| plan.bytes() < order.memory_limit / KEPT);
         let planned = start.elapsed().as_secs_f64();
         let (data, findings, marched, backend) = stand.slow.radiance(self.gpu, &plan, control)?;
         let start = Instant::now();

@@ -28,8 +28,8 @@ use crate::scene::{Method, Scene, Star, StarDepth};
 
 /// So many stars are all marched one by one, unless told otherwise.
 const ALL: usize = 8;
-/// Where there are more, those are marched that send more than this part of all light through a band.
-const BRIGHT: f64 = 0.1;
+/// Where there are more, one is marched that sends more than this part of all light through a band.
+const BRIGHT: f64 = 0.5;
 /// Most voxels along an edge of the depths of one star, fewest where memory is short, and the part of the memory that all may take.
 const EDGE: usize = 32;
 const LEAST_EDGE: usize = 8;
@@ -191,7 +191,9 @@ impl Crowd {
         options: &Options,
         control: &Control,
     ) -> Result<Self> {
+        // The order is that of places, whatever shines.
         let mut stars = members.to_vec();
+        stars.sort_unstable();
         let mut groups = Vec::new();
         group(&mut stars, places, 0, &mut groups);
         let own: Vec<DVec3> = stars.iter().map(|star| places[*star]).collect();
@@ -339,7 +341,7 @@ fn group(stars: &mut [usize], places: &[DVec3], first: usize, out: &mut Vec<Grou
     }
     let size = bounds.size();
     let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
-    // Equal coordinates by number: the order is the same whatever it was.
+    // Equal coordinates by number.
     stars.sort_unstable_by(|a, b| places[*a][axis].total_cmp(&places[*b][axis]).then(a.cmp(b)));
     let (low, high) = stars.split_at_mut(stars.len() / 2);
     let middle = first + low.len();

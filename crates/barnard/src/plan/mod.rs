@@ -141,9 +141,9 @@ impl Draft {
         Ok(Self { lights, space, spectral, light_field, star_march })
     }
 
-    fn plan(mut self, scene: &Scene, stepping: Stepping, options: &Options, control: &Control) -> Result<Plan> {
+    fn plan(mut self, scene: &Scene, stepping: Stepping, options: &Options, before: Option<&Diffuse>, control: &Control) -> Result<Plan> {
         let fineness = (options, Fineness::FULL);
-        let diffuse = Diffuse::new(scene, &self.lights, &self.spectral, &self.space, fineness, control)?;
+        let diffuse = Diffuse::new(scene, &self.lights, &self.spectral, &self.space, fineness, before, control)?;
         if self.light_field.is_some() {
             self.space.forget_star_depths(options, control)?;
         }
@@ -163,8 +163,18 @@ impl Draft {
 impl Plan {
     /// Plans `scene`: pilot rays choose steps, star depths and rules, and measure what they cost.
     pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
+        Self::renewed(None, scene, options, control)
+    }
+
+    /// The same, bit by bit, from what another plan has that still holds: densities, depths of stars that did not move, light that was scattered before.
+    pub fn renewed(before: Option<&Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
         let lights = crate::light::lights(scene)?;
-        let space = Space::new(scene, options, control)?;
+        // A light field stands in place of star depths, which are gone.
+        let known = before.filter(|plan| plan.light_field.is_none());
+        let space = match known.map(|plan| plan.space.again(scene, options, control)).transpose()?.flatten() {
+            Some(space) => space,
+            None => Space::new(scene, options, control)?,
+        };
         space.check_stars(scene)?;
         let spectral = pilot::spectral(scene, &lights, &space, options, control)?;
         let mut draft = Draft::new(scene, lights, space, spectral, options, control)?;
@@ -176,7 +186,7 @@ impl Plan {
                 pilot::choose(scene, lights, spectral, space, light_field.as_ref(), options, control)?
             }
         };
-        draft.plan(scene, stepping, options, control)
+        draft.plan(scene, stepping, options, before.and_then(|plan| plan.diffuse.as_deref()), control)
     }
 
     /// Plans `scene` for a look at once, while things change, from what `before`, another glance, has that still holds: without the star field, by the rule
@@ -201,7 +211,8 @@ impl Plan {
         let mut lights = crate::light::lights(scene)?;
         lights.retain(|light| !matches!(light.path, Path::FieldStar { .. }));
         let spectral = Spectral::new(scene, &lights, options, space.reach(&scene.camera), control)?;
-        let diffuse = Diffuse::new(scene, &lights, &spectral, &space, (options, Fineness::GLANCE), control)?;
+        let known = before.and_then(|plan| plan.diffuse.as_deref());
+        let diffuse = Diffuse::new(scene, &lights, &spectral, &space, (options, Fineness::GLANCE), known, control)?;
         Ok(Self {
             camera: scene.camera.clone(),
             lights: Arc::new(lights),
@@ -234,7 +245,7 @@ impl Plan {
         let space = Space::new(scene, options, control)?;
         space.check_stars(scene)?;
         let spectral = Spectral::new(scene, &lights, options, space.reach(&scene.camera), control)?;
-        Draft::new(scene, lights, space, spectral, options, control)?.plan(scene, Stepping::Fixed(steps), options, control)
+        Draft::new(scene, lights, space, spectral, options, control)?.plan(scene, Stepping::Fixed(steps), options, None, control)
     }
 
     /// Puts a star elsewhere [pc]: its depths alone are swept anew, nothing that spectra decide is touched. The measured spatial error stays that of the

@@ -204,6 +204,19 @@ impl Space {
         Ok(Some(Arc::new(space)))
     }
 
+    /// The space of a scene that has the same densities and as much dust, as it is before pilots choose how finely; none otherwise.
+    pub fn again(self: &Arc<Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Option<Self>> {
+        if sigma_v_per_pc(scene) != self.sigma_v_per_pc || self.most.is_some() {
+            return Ok(None);
+        }
+        let Some(followed) = self.follow(scene, options, control)? else { return Ok(None) };
+        let mut own = Self { spatial: None, ..Arc::unwrap_or_clone(followed) };
+        if own.star_factor != 1 {
+            own.refine_stars(1, options, control)?;
+        }
+        Ok(Some(own))
+    }
+
     /// Multiplies all star depths and puts the dust of now into its volume; false, and nothing done, where depths were or would be cut.
     fn scale_depths(&mut self, ratio: f64) -> bool {
         let depths = |v: &Volume| (0..v.channels.len()).filter(|c| matches!(v.channels[*c], Channel::StarDepth(_))).collect::<Vec<_>>();

@@ -156,7 +156,7 @@ pub(super) const KEYS: &[Key] = &[
     Key::optional(
         "exact_stars",
         "integer",
-        "all of up to 8; of more, those that send a tenth of the light",
+        "all of up to 8; of more, one that sends over half of the light",
         "how many stars, the brightest, are marched one by one; the light of the others is gathered in cells, beyond the neighbourhood of each, by methods of nodes",
     ),
 ];

@@ -7,6 +7,7 @@ use crate::light::{Light, Path};
 use crate::plan::{BandPlan, Crowd, Spectral};
 
 /// Stars, gas and background.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Lamps {
     /// Stars that are marched one by one, and what each sends: weights without k ω.
     pub stars: Vec<(usize, Octet)>,

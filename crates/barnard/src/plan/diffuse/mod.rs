@@ -36,6 +36,7 @@ use rayon::prelude::*;
 
 use self::gather::{Gathering, Scattering};
 use self::harmonics::{COUNT, DEGREE, degree, harmonics};
+use self::lamps::Lamps;
 use self::medium::Cells;
 use self::moments::Moments;
 use self::solve::{Problem, terms};
@@ -45,6 +46,7 @@ use super::{Crowd, Options, PhaseTable, Space, Spectral};
 use crate::camera::{Camera, Projection};
 use crate::control::Control;
 use crate::error::Result;
+use crate::field::{Grid, Lattice};
 use crate::light::Light;
 use crate::scene::Scene;
 
@@ -86,6 +88,8 @@ pub struct Diffuse {
     /// What there is to say of it.
     pub found: Found,
     field: Arc<Field>,
+    /// The fields by which its error is known: half as fine, and with fewer directions.
+    halves: Option<Arc<(Self, Self)>>,
     /// Where the eye is or looks, for which the volumes hold.
     view: View,
 }
@@ -151,7 +155,7 @@ struct Field {
 #[derive(Debug)]
 struct Part {
     terms: Vec<Term>,
-    moments: Moments,
+    solved: Arc<Solved>,
     /// What the moments are in parts of: radiances are so small that their faint ones would not be numbers.
     unit: f32,
     /// What the stars of the crowd near a ray may add at most.
@@ -160,8 +164,50 @@ struct Part {
     sent: Vec<Octet>,
 }
 
+/// Light that was scattered before, and what it was found from.
+#[derive(Debug)]
+struct Solved {
+    origin: Origin,
+    moments: Moments,
+    /// Orders that were swept, what the series behind them stands for, and whether they went as one.
+    sweeps: usize,
+    series: f64,
+    settled: bool,
+}
+
+/// All that the light of eight terms depends on.
+#[derive(Debug)]
+struct Origin {
+    lattice: Lattice,
+    sigma: Vec<f32>,
+    dust: Arc<Grid>,
+    /// Where stars are, how finely their depths are known, and the windows around those of the crowd.
+    places: Vec<DVec3>,
+    star_factor: usize,
+    windows: Vec<Window>,
+    terms: Vec<Term>,
+    lamps: Lamps,
+    directions: usize,
+    harmonics: usize,
+    bounces: usize,
+}
+
+impl PartialEq for Origin {
+    fn eq(&self, other: &Self) -> bool {
+        let numbers = |o: &Self| (o.star_factor, o.directions, o.harmonics, o.bounces);
+        numbers(self) == numbers(other)
+            && self.lattice == other.lattice
+            && self.terms == other.terms
+            && self.places == other.places
+            && self.windows == other.windows
+            && self.lamps == other.lamps
+            && self.sigma == other.sigma
+            && (Arc::ptr_eq(&self.dust, &other.dust) || self.dust == other.dust)
+    }
+}
+
 /// A node as a medium.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Term {
     lambda_um: f64,
     k: f64,
@@ -203,7 +249,7 @@ pub(super) fn check(spectral: &Spectral, options: &Options) -> Result<()> {
 }
 
 impl Diffuse {
-    /// The field of `scene` for its camera; none where light scatters once, or nothing scatters.
+    /// The field of `scene` for its camera; none where light scatters once, or nothing scatters. What another field was found from is not solved again.
     ///
     /// # Errors
     /// For rules that have no nodes, more memory than is allowed, and when the user wishes to stop.
@@ -213,6 +259,7 @@ impl Diffuse {
         spectral: &Spectral,
         space: &Space,
         (options, fineness): (&Options, Fineness),
+        before: Option<&Self>,
         control: &Control,
     ) -> Result<Option<Self>> {
         let many = options.method.bounces > 1;
@@ -221,23 +268,33 @@ impl Diffuse {
         let (cells, bytes, coarser) = problem.fitting(dust, fineness)?;
         let windows = space.crowd.as_ref().map_or_else(Vec::new, |crowd| problem.windows(crowd, &cells));
         // Half as fine, then with fewer directions too: what that changes says how exact the field is, at a part of its price.
-        let half = |fineness: Fineness| {
+        let half = |fineness: Fineness, before: Option<&Self>| {
             let most = cells.lattice.dims.into_iter().max().unwrap_or(1) / 2;
-            problem.solve(Cells::new(dust, space.gas(), most.max(1)), fineness, &windows, &[], control)
+            problem.solve((Cells::new(dust, space.gas(), most.max(1)), fineness), (&windows, &[]), before, control)
         };
+        let known = before.and_then(|b| b.halves.as_deref());
+        let fewer = Fineness { directions: fineness.directions - 1, ..fineness };
         let halves = match fineness == Fineness::FULL && many {
-            true => Some((half(fineness)?, half(Fineness { directions: fineness.directions - 1, ..fineness })?)),
+            true => Some((half(fineness, known.map(|k| &k.0))?, half(fewer, known.map(|k| &k.1))?)),
             false => None,
         };
         let trials = match &space.crowd {
             Some(crowd) if fineness == Fineness::FULL => trial::trials(crowd, space, &cells, control)?,
             _ => Vec::new(),
         };
-        let mut own = problem.solve(cells, fineness, &windows, &trials, control)?;
+        let mut own = problem.solve((cells, fineness), (&windows, &trials), before, control)?;
         own.found = Found { coarser, bytes, ..own.found };
         let halves = halves.filter(|(half, _)| half.field.cells.lattice.dims != own.field.cells.lattice.dims);
-        own.found.doubt = halves.map(|(half, few)| Doubt { spatial: half.differs_from(&own), angular: few.differs_from(&half) });
+        let doubt = |(half, few): &(Self, Self)| Doubt { spatial: half.differs_from(&own), angular: few.differs_from(half) };
+        own.found.doubt = halves.as_ref().map(doubt);
+        own.halves = halves.map(Arc::new);
         Ok(Some(own))
+    }
+
+    /// Whether light that was scattered before is that of another field, and was not solved again.
+    pub fn shares(&self, other: &Self) -> bool {
+        let pairs = || self.field.parts.iter().zip(&other.field.parts);
+        self.field.parts.len() == other.field.parts.len() && pairs().all(|(a, b)| Arc::ptr_eq(&a.solved, &b.solved))
     }
 
     /// The same field as `camera` sees it; what it was if that sees the same directions.
@@ -250,7 +307,7 @@ impl Diffuse {
             return Ok(self.clone());
         }
         let seen = self.field.gathered(view, control)?;
-        Ok(Arc::new(Self::resolved(self.field.clone(), seen, self.found, view)))
+        Ok(Arc::new(Self { halves: self.halves.clone(), ..Self::resolved(self.field.clone(), seen, self.found, view) }))
     }
 
     /// The windows around the stars of the crowd, within which their light is marched.
@@ -279,8 +336,8 @@ impl Diffuse {
                     let inside = |axis: usize, i: usize| i.saturating_sub(1).min(dims[axis] - 1);
                     let [x, y, z] = [inside(0, x), inside(1, y), inside(2, z)];
                     let cell = cells.lattice.index(x, y, z);
-                    if !part.moments.data.is_empty() {
-                        let light = towards(part.moments.cell(cell), &scattered, view.towards(cells.lattice.centre(x, y, z)));
+                    if !part.solved.moments.data.is_empty() {
+                        let light = towards(part.solved.moments.cell(cell), &scattered, view.towards(cells.lattice.centre(x, y, z)));
                         out.iter_mut().zip(light).for_each(|(out, light)| *out = light * part.unit);
                     }
                     if let Some(seen) = seen.get(p) {
@@ -303,7 +360,7 @@ impl Diffuse {
         let near = field.parts.iter().flat_map(|part| part.near);
         let largest = largest.iter().zip(near).map(|(own, near)| own + near).collect();
         let profiles = field.profiles(view);
-        Self { volumes, largest, profiles, found, field, view }
+        Self { volumes, largest, profiles, found, field, halves: None, view }
     }
 
     /// Relative rms difference of S from that of a finer field, over the dust of this one's cells.

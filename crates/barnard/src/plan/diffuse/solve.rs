@@ -14,7 +14,7 @@ use super::medium::{Cells, Lamp};
 use super::moments::Moments;
 use super::sweep::{Sources, sweep};
 use super::trial::{Deviation, Trial};
-use super::{Diffuse, Field, Fineness, Found, Gathered, Octet, Part, Term, View, WIDTH, scattering};
+use super::{Diffuse, Field, Fineness, Found, Gathered, Octet, Origin, Part, Solved, Term, View, WIDTH, scattering};
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
 use crate::field::Grid;
@@ -71,7 +71,13 @@ impl Problem<'_> {
     /// The field in `cells`, seen by the scene's camera.
     ///
     /// `windows` are those around the stars of the crowd; their light is compared with the exact one by `trials`.
-    pub fn solve(&self, cells: Cells, fineness: Fineness, windows: &[Window], trials: &[Trial], control: &Control) -> Result<Diffuse> {
+    pub fn solve(
+        &self,
+        (cells, fineness): (Cells, Fineness),
+        (windows, trials): (&[Window], &[Trial]),
+        before: Option<&Diffuse>,
+        control: &Control,
+    ) -> Result<Diffuse> {
         let degree = kept_degree(&self.terms, fineness);
         let glow: Vec<Vec<f32>> = self.space.gas().iter().map(|gas| cells.means(gas)).collect();
         let faces = faces(fineness.directions);
@@ -83,11 +89,16 @@ impl Problem<'_> {
             let lamps = Lamps::new(self.lights, self.spectral, (p * WIDTH, own), &glow, crowd);
             let k: Octet = std::array::from_fn(|t| own.get(t).map_or(0.0, |term| term.k as f32));
             let gathering = crowd.map(|crowd| Gathering { crowd, sent: &lamps.crowd, k: &k, windows: &even });
-            let solved = medium.solve(self.space, &lamps, (&k, gathering), self.options.method.bounces, control)?;
+            let origin = self.origin(&medium, (&lamps, &even), fineness);
+            let known = before.and_then(|b| b.field.parts.get(p)).filter(|part| part.solved.origin == origin);
+            let solved = match known {
+                Some(part) => part.solved.clone(),
+                None => Arc::new(medium.solve(self.space, origin, (&k, gathering), control)?),
+            };
             (sweeps, series) = (sweeps.max(solved.sweeps), series.max(solved.series));
             settled &= solved.settled;
             let near = self.nearest(own, &lamps);
-            field.push(Part { terms: own.to_vec(), moments: solved.moments, unit: lamps.unit, near, sent: lamps.crowd });
+            field.push(Part { terms: own.to_vec(), solved, unit: lamps.unit, near, sent: lamps.crowd });
         }
         let gathered = crowd.map(|crowd| Gathered { stars: crowd.stars.len(), near_pc: reaches(windows), error: None });
         let directions = faces.iter().map(|f| f.directions.len()).sum();
@@ -114,6 +125,24 @@ impl Problem<'_> {
             gathered.error = Deviation::part(&deviations);
         }
         Ok(Diffuse::resolved(Arc::new(field), seen, found, view))
+    }
+
+    /// What the light of some terms depends on.
+    fn origin(&self, medium: &Medium, (lamps, windows): (&Lamps, &[Window]), fineness: Fineness) -> Origin {
+        let none = || Arc::new(Grid { lattice: medium.cells.lattice.clone(), data: Vec::new() });
+        Origin {
+            lattice: medium.cells.lattice.clone(),
+            sigma: medium.cells.sigma.clone(),
+            dust: self.space.dust.clone().unwrap_or_else(none),
+            places: self.space.stars.clone(),
+            star_factor: self.space.star_factor,
+            windows: windows.to_vec(),
+            terms: medium.terms.to_vec(),
+            lamps: lamps.clone(),
+            directions: fineness.directions,
+            harmonics: medium.count,
+            bounces: self.options.method.bounces,
+        }
     }
 
     /// The light that the brightest star of the crowd sends along a ray that passes it at a quarter of a voxel: ∫ σ ds/r² is less than σ π/b.
@@ -188,28 +217,14 @@ fn marched<'a>(space: &'a Space, stars: &'a [(usize, Octet)]) -> Vec<Lamp<'a>> {
     stars.iter().map(lamp).collect()
 }
 
-/// A field that was found.
-struct Solved {
-    moments: Moments,
-    sweeps: usize,
-    series: f64,
-    settled: bool,
-}
-
 impl Medium<'_> {
-    /// The light of all orders below `bounces`.
-    fn solve(
-        &self,
-        space: &Space,
-        lamps: &Lamps,
-        (k, gathering): (&Octet, Option<Gathering>),
-        bounces: usize,
-        control: &Control,
-    ) -> Result<Solved> {
+    /// The light of all orders below the bounces of its `origin`.
+    fn solve(&self, space: &Space, origin: Origin, (k, gathering): (&Octet, Option<Gathering>), control: &Control) -> Result<Solved> {
+        let (lamps, bounces) = (&origin.lamps, origin.bounces);
         let scattered = scattering(self.terms);
         let dark = || Moments::dark(self.cells.lattice.cells(), self.count);
         if bounces == 1 {
-            return Ok(Solved { moments: Moments::dark(0, self.count), sweeps: 0, series: 0.0, settled: true });
+            return Ok(Solved { origin, moments: Moments::dark(0, self.count), sweeps: 0, series: 0.0, settled: true });
         }
         let mut order = gathering.as_ref().map_or_else(|| Ok(dark()), |g| g.moments(self.cells, self.count, control))?;
         let (mut all, mut next) = (dark(), dark());
@@ -243,7 +258,7 @@ impl Medium<'_> {
         let (series, rest) = course.rest(bounces);
         all.add(&order, &rest);
         let settled = course.is_known() || course.orders.len() + 1 == bounces;
-        Ok(Solved { moments: all, sweeps: course.orders.len(), series, settled })
+        Ok(Solved { origin, moments: all, sweeps: course.orders.len(), series, settled })
     }
 
     /// Fluence in the dust, for each term.

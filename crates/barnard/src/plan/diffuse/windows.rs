@@ -10,7 +10,7 @@ use crate::plan::crowd::Window;
 /// Smallest and largest R, in cells.
 const REACH: (f64, f64) = (0.75, 4.0);
 /// Stars of the crowd that a sample in the dust is in the windows of, on average.
-const CROWDED: f64 = 0.25;
+const CROWDED: f64 = 0.15;
 /// Cells that the forward peak of a phase function must be wide for cells to see it.
 const PEAK: f64 = 2.5;
 const EXPONENT: f64 = 2.0 / 7.0;

@@ -1,0 +1,181 @@
+//! Stars without number: gathered light beside that of stars one by one, and of the path tracer.
+
+use std::time::Instant;
+
+use barnard::backend::{cpu, path};
+use barnard::camera::Camera;
+use barnard::control::Control;
+use barnard::plan::{Options, Plan};
+use barnard::scene::{DEFAULT_MEMORY, Scene};
+
+use crate::figure::white;
+use crate::page::{short, table};
+use crate::{Chapter, Findings, Picture, Result};
+
+pub(super) const CHAPTER: Chapter = Chapter {
+    name: "stars",
+    title: "2. Stars without number",
+    question: "What do a thousand stars with a thousand spectra cost, and how far is their light, gathered in cells beyond the neighbourhood of each (eq. 24), from that of stars one by one? An fBm cloud of depth 3, sampled to 128³, albedo 0.7, \
+               Henyey & Greenstein's phase function with g = 0.6, one bounce, Johnson V; black bodies of 3000 to 30 000 K whose luminosities span three decades. Asked are frames of at most 1.3 times that of one star.",
+    run,
+};
+
+const COUNTS: [usize; 4] = [1, 10, 100, 1000];
+/// So many stars are also marched one by one.
+const ONE_BY_ONE: usize = 100;
+/// Pixels an edge of what is compared, paths of each, and pixels an edge of what is timed and shown.
+const COMPARED: usize = 48;
+const PATHS: u64 = 800;
+const TIMED: usize = 768;
+const SHOWN: usize = 192;
+const ROUNDS: usize = 3;
+const AMPLIFIED: f64 = 4.0;
+
+/// Golden and silver parts of one: numbers that look like chance.
+fn part(i: usize, step: f64) -> f64 {
+    (step * (i + 1) as f64).fract()
+}
+
+fn scene(stars: usize, exact: Option<usize>) -> Result<Scene> {
+    let star = |i: usize| {
+        let [x, y, z] = [0.618_033_99, 0.414_213_56, 0.732_050_81].map(|step| 1.5 * part(i, step) - 0.75);
+        let (temperature, power) = (3000.0 + 27_000.0 * part(i, 0.236_067_98), 3.0 * part(i, 0.302_775_64));
+        format!(
+            "[[star]]\nkind = \"blackbody\"\nvisible = false\nposition = \"{x:.5} {y:.5} {z:.5} pc\"\ntemperature = \"{temperature:.0} K\"\nluminosity = \"{:.3} Lsun\"\n",
+            10f64.powf(power)
+        )
+    };
+    let text = format!(
+        "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.6 0.4 6 pc\"\nfield_of_view = \"21 deg\"\nsize = [{COMPARED}, {COMPARED}]\n\
+         [field.cloud]\nkind = \"fbm\"\nseed = 11\nradius = \"1 pc\"\nscale = \"0.8 pc\"\noctaves = 5\noffset = 0.2\n\
+         [dust]\ndensity = \"cloud\"\nscale = \"3.21 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.7\nphase = {{ kind = \"henyey_greenstein\", g = 0.6 }}\n{}\
+         [method]\naccuracy = 0.01\ncount = 2\nbake = 128\n{}",
+        (0..stars).map(star).collect::<String>(),
+        exact.map_or(String::new(), |n| format!("exact_stars = {n}\n"))
+    );
+    Ok(Scene::parse("validation.toml", "stars", text, &barnard::builtin::loader(DEFAULT_MEMORY))?)
+}
+
+/// A plan, and what it took [s].
+fn planned(scene: &Scene, control: &Control) -> Result<(Plan, f64)> {
+    let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+    let start = Instant::now();
+    let plan = Plan::new(scene, &options, control)?;
+    Ok((plan, start.elapsed().as_secs_f64()))
+}
+
+fn of_size(plan: &Plan, edge: usize) -> Plan {
+    Plan { camera: Camera { width: edge, height: edge, ..plan.camera.clone() }, ..plan.clone() }
+}
+
+fn light(plan: &Plan, control: &Control) -> Result<Vec<f64>> {
+    Ok(cpu::radiance(plan, control)?.0.into_iter().map(f64::from).collect())
+}
+
+/// Seconds of a frame of each plan, the shortest of some in turn.
+fn frames(plans: [&Plan; 2], control: &Control) -> Result<[f64; 2]> {
+    let large = plans.map(|plan| of_size(plan, TIMED));
+    let mut shortest = [f64::INFINITY; 2];
+    for _ in 0..ROUNDS {
+        for (plan, shortest) in large.iter().zip(&mut shortest) {
+            let start = Instant::now();
+            cpu::radiance(plan, control)?;
+            *shortest = shortest.min(start.elapsed().as_secs_f64());
+        }
+    }
+    Ok(shortest)
+}
+
+/// Relative rms difference from a truth, what chance adds to it taken off, and what that is.
+fn error(ours: &[f64], film: &path::Film) -> (f64, f64) {
+    let sum = |value: &dyn Fn(usize) -> f64| (0..ours.len()).map(value).sum::<f64>();
+    let of = |i: usize| (film.estimates[i].mean, film.estimates[i].error());
+    let power = sum(&|i| of(i).0.powi(2));
+    let (wrong, chance) = (sum(&|i| (ours[i] - of(i).0).powi(2)), sum(&|i| of(i).1.powi(2)));
+    (((wrong - chance).max(0.0) / power).sqrt(), (chance / power).sqrt())
+}
+
+fn run(control: &Control) -> Result<Findings> {
+    let mut findings = Findings::default();
+    let percent = |v: f64| format!("{:.2} %", 100.0 * v);
+    let one = planned(&scene(1, None)?, control)?.0;
+    let (mut rows, mut slowest) = (Vec::new(), 0.0f64);
+    for count in COUNTS {
+        control.check()?;
+        let own = scene(count, None)?;
+        let (plan, seconds) = planned(&own, control)?;
+        let [alone, all] = frames([&one, &plan], control)?;
+        slowest = slowest.max(all / alone);
+        let mut film = path::Film::default();
+        let options = path::Options { bounces: 1, samples: PATHS, ..path::Options::default() };
+        path::trace(&own, &options, &mut film, control, &mut |_| ())?;
+        let (wrong, chance) = error(&light(&plan, control)?, &film);
+        let gathered = plan.diffuse.as_ref().and_then(|d| d.found.gathered);
+        let mut row = vec![
+            count.to_string(),
+            plan.space.marched().len().to_string(),
+            short(seconds),
+            format!("{:.2}", all / alone),
+            (plan.bytes() >> 20).to_string(),
+            gathered.and_then(|g| g.error).map_or("none is gathered".into(), percent),
+            percent(wrong),
+            percent(chance),
+        ];
+        if (2..=ONE_BY_ONE).contains(&count) {
+            let (exact, seconds) = planned(&scene(count, Some(count))?, control)?;
+            let [alone, all] = frames([&one, &exact], control)?;
+            let (ours, theirs) = (light(&of_size(&plan, SHOWN), control)?, light(&of_size(&exact, SHOWN), control)?);
+            let pairs = || ours.iter().copied().zip(theirs.iter().copied());
+            row.extend([percent(barnard::image::relative_rms(pairs())), short(seconds), format!("{:.2}", all / alone)]);
+            if count == ONE_BY_ONE {
+                findings.pictures.push(montage(&ours, &theirs));
+            }
+        } else {
+            row.extend(["".into(), "".into(), "".into()]);
+        }
+        rows.push(row);
+    }
+    findings.text += &table(
+        &[
+            "stars",
+            "marched one by one",
+            "plan [s]",
+            "frame, of one with one star",
+            "plan [MiB]",
+            "error at places, as stated",
+            "error against paths",
+            "chance in those",
+            "error against stars one by one",
+            "plan of those [s]",
+            "frame of those, of one with one star",
+        ],
+        &rows,
+    );
+    findings.text += &format!(
+        "Frames of {TIMED} × {TIMED} pixels on the processor, the shortest of {ROUNDS} of each kind in turn: with gathered stars the longest takes {slowest:.2} times that of one star. Errors are relative rms over the pixels; what chance \
+         adds to the difference from {PATHS} paths a pixel is taken off. Stars one by one are the same plan with `exact_stars` as many as there are, which takes the memory of a volume each.\n"
+    );
+    Ok(findings)
+}
+
+/// Gathered stars, stars one by one, and the difference.
+fn montage(ours: &[f64], theirs: &[f64]) -> Picture {
+    let (width, height) = (3 * SHOWN, SHOWN);
+    let white = white(theirs.to_vec());
+    let pixel = |at: usize| {
+        let (x, y) = (at % width, at / width);
+        let i = y * SHOWN + x % SHOWN;
+        let light = match x / SHOWN {
+            0 => ours[i],
+            1 => theirs[i],
+            _ => AMPLIFIED * (ours[i] - theirs[i]).abs(),
+        };
+        [(light / white).clamp(0.0, 1.0).powf(1.0 / 2.2); 3]
+    };
+    Picture {
+        name: "stars_1".into(),
+        title: format!("{ONE_BY_ONE} stars: gathered, one by one, |difference| × {AMPLIFIED}"),
+        size: (width, height),
+        pixels: (0..width * height).map(pixel).collect(),
+    }
+}
