@@ -15,8 +15,9 @@ pub const STAR: usize = 2 + PROFILE / 4;
 /// Most cells along an edge of the grid.
 const CELLS: f64 = 32.0;
 
-/// The crowd of a plan whose light is gathered.
+/// The crowd of a plan whose light is gathered, where there is anything that scatters it.
 pub fn of(plan: &Plan) -> Option<(&Crowd, &Diffuse)> {
+    plan.space.occupied?;
     let (crowd, diffuse) = (plan.space.crowd.as_deref()?, plan.diffuse.as_deref()?);
     diffuse.found.gathered.map(|_| (crowd, diffuse))
 }

@@ -29,7 +29,9 @@ pub enum GpuError {
     #[error("only dust that is one field of kind \"fbm\" is evaluated on the fly; leave --on-the-fly out, and it is sampled to a grid")]
     NoCloud,
     /// A star that there is not, or that has no depths on the device.
-    #[error("star number {0} has no depths on the device: the plan has {1} stars, and needs dust and a method that reads star depths")]
+    #[error(
+        "star number {0} has no depths on the device: the plan has {1} stars, and needs dust and a method that reads star depths; stars whose light is gathered have none"
+    )]
     NoStar(usize, usize),
     /// More than the device holds.
     #[error("{what} is {size}, this device takes at most {most}; {instead}")]

@@ -168,7 +168,7 @@ impl<'g> Studio<'g> {
         let start = Instant::now();
         let options = Options { method: scene.method.clone(), memory_limit: order.memory_limit };
         let plan = Plan::renewed(stand.settled.as_ref(), &scene, &options, control)?;
-        // Nothing is kept that the next one could miss the room for.
+        // What is kept stands beside the next one: no more than a part of the room.
         stand.settled = Some(plan.clone()).filter(|plan| plan.bytes() < order.memory_limit / KEPT);
         let planned = start.elapsed().as_secs_f64();
         let (data, findings, marched, backend) = stand.slow.radiance(self.gpu, &plan, control)?;

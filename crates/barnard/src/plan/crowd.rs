@@ -217,11 +217,16 @@ impl Crowd {
         };
         let depths = own.par_iter().map(swept).collect::<Result<Vec<_>>>()?;
         let sigma = own.iter().map(|place| dust.at(*place) as f32).collect();
-        let alone = members.len() == places.len();
-        let scouts = members.iter().copied().take(if alone { SCOUTS } else { 0 }).collect();
+        let scouts = scouts(members, places.len());
         let mut member = vec![false; places.len()];
         members.iter().for_each(|star| member[*star] = true);
         Ok(Self { stars, places: own, member, sigma, scouts, depths, dust: dust.clone(), groups })
+    }
+
+    /// The same where other stars are the brightest; none where they are not.
+    pub fn led_by(&self, members: &[usize]) -> Option<Self> {
+        let scouts = scouts(members, self.member.len());
+        (scouts != self.scouts).then(|| Self { scouts, ..self.clone() })
     }
 
     /// The same through `ratio` times as much dust, `dust`; none where depths were or would be cut.
@@ -289,6 +294,11 @@ impl Crowd {
         self.depths.first().map(|d| &d.lattice)
     }
 
+    /// Voxels along the longest edge of its depths.
+    pub fn edge(&self) -> usize {
+        self.depths.first().and_then(|d| d.inner.dims.into_iter().max()).unwrap_or(0)
+    }
+
     /// The largest depth at a place with dust [1].
     pub fn deepest(&self, dust: &Bricks) -> f64 {
         self.depths.par_iter().map(|d| f64::from(star_depth::deepest(d, 0, dust))).reduce(|| 0.0, f64::max)
@@ -305,6 +315,11 @@ impl Crowd {
     pub fn bytes(&self) -> u64 {
         self.depths.iter().map(|d| d.bytes()).sum()
     }
+}
+
+/// The brightest, where there is no star beside them.
+fn scouts(members: &[usize], stars: usize) -> Vec<usize> {
+    members.iter().copied().take(if members.len() == stars { SCOUTS } else { 0 }).collect()
 }
 
 /// Dust that is merged for sweeps, and the lattice of the depths of `count` stars that fits into memory.

@@ -176,7 +176,11 @@ impl Space {
         if parted && stars.len() == self.stars.len() && sigma_v_per_pc(scene) == self.sigma_v_per_pc {
             let moved: Vec<usize> = (0..stars.len()).filter(|s| stars[*s] != self.stars[*s]).collect();
             if moved.is_empty() {
-                return Ok(Some(self.clone()));
+                let led = self.crowd.as_ref().and_then(|crowd| crowd.led_by(&members));
+                return Ok(Some(match led {
+                    Some(crowd) => Arc::new(Self { crowd: Some(Arc::new(crowd)), ..(**self).clone() }),
+                    None => self.clone(),
+                }));
             }
             let mut space = Self { spatial: None, ..(**self).clone() };
             if self.dust.is_none() {

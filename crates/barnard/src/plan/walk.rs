@@ -14,7 +14,7 @@ pub(super) trait Eye {
     /// So much of a light arrives, fallen by its mean over the depths at V.
     fn light(&mut self, light: usize, amount: f64, depths: (f64, f64));
 
-    /// The stars that it sees; those that have depths of their own, and of the crowd its scouts where there are no others.
+    /// The stars that it sees, those with depths of their own first: those that have depths of their own, and of the crowd its scouts where there are no others.
     fn stars(&self, space: &Space) -> Vec<usize> {
         let scouts = space.crowd.iter().flat_map(|crowd| &crowd.scouts);
         space.marched().iter().chain(scouts).copied().collect()
@@ -41,8 +41,14 @@ pub(super) fn walk(
 ) -> f64 {
     let mut tau = 0.0;
     let seen = eye.stars(space);
-    let mut sees = vec![false; space.stars.len()];
-    seen.iter().for_each(|star| sees[*star] = true);
+    let mut number = vec![None; space.stars.len()];
+    seen.iter().enumerate().for_each(|(i, star)| number[*star] = Some(i));
+    let shines = |(_, light): &(usize, &Light)| match light.path {
+        Path::Scattered { star } => number[star].is_some(),
+        Path::Emitted { .. } => true,
+        _ => false,
+    };
+    let shining: Vec<(usize, &Light)> = lights.iter().enumerate().filter(shines).collect();
     if let Some((near, far)) = space.occupied.and_then(|b| b.clip(ray)) {
         let mut before = Sample::at(space, ray, near, exact, &seen);
         let mut t0 = near;
@@ -50,10 +56,12 @@ pub(super) fn walk(
             let dt = t1 - t0;
             let after = Sample::at(space, ray, t1, exact, &seen);
             let growth = 0.5 * dt * (before.sigma + after.sigma);
-            for (light, l) in lights.iter().enumerate() {
+            for (light, l) in &shining {
+                let light = *light;
                 match l.path {
-                    Path::Scattered { star } if growth > 0.0 && sees[star] && !eye.scattered_together() => {
-                        let depths = (tau + before.depths[star], tau + growth + after.depths[star]);
+                    Path::Scattered { star } if growth > 0.0 && !eye.scattered_together() => {
+                        let Some(i) = number[star] else { continue };
+                        let depths = (tau + before.depths[i], tau + growth + after.depths[i]);
                         let segment = Segment { span: (t0, t1), sigma: (before.sigma, after.sigma), tau: (tau, growth), depths };
                         scatter((space, spectral), (light, star), ray, &segment, eye);
                     }
@@ -136,6 +144,7 @@ fn scatter((space, spectral): (&Space, &Spectral), (light, star): (usize, usize)
 /// What a place holds.
 struct Sample {
     sigma: f64,
+    /// From the stars that are seen, in their order.
     depths: Vec<f64>,
     emission: Vec<f64>,
 }
@@ -143,7 +152,7 @@ struct Sample {
 impl Sample {
     fn at(space: &Space, ray: &Ray, t: f64, exact: bool, seen: &[usize]) -> Self {
         let p = ray.at(t);
-        let mut sample = Self { sigma: 0.0, depths: vec![0.0; space.stars.len()], emission: vec![0.0; space.species()] };
+        let mut sample = Self { sigma: 0.0, depths: vec![0.0; seen.len()], emission: vec![0.0; space.species()] };
         for volume in &space.volumes {
             // A place on the border belongs to the box, whatever its rounding.
             let margin = 1e-9 * volume.inner.bounds.size();
@@ -154,7 +163,12 @@ impl Sample {
             for (c, channel) in volume.channels.iter().enumerate() {
                 match *channel {
                     Channel::Dust => sample.sigma = volume.at(c, p),
-                    Channel::StarDepth(star) if !exact => sample.depths[star] = volume.at(c, p),
+                    Channel::StarDepth(star) if !exact => {
+                        // Stars with depths of their own come first, in ascending order.
+                        if let Ok(i) = space.marched().binary_search(&star) {
+                            sample.depths[i] = volume.at(c, p);
+                        }
+                    }
                     Channel::StarDepth(_) => {}
                     Channel::Emission(species) => sample.emission[species] = volume.at(c, p),
                     Channel::Light(_) | Channel::Diffuse(_) => {}
@@ -162,9 +176,10 @@ impl Sample {
             }
         }
         // Stars without depths of their own come last.
-        let marched = if exact { seen } else { &seen[space.marched().len().min(seen.len())..] };
+        let first = if exact { 0 } else { space.marched().len().min(seen.len()) };
         if sample.sigma > 0.0 {
-            marched.iter().for_each(|star| sample.depths[*star] = space.depth(space.stars[*star], p));
+            let marched = sample.depths.iter_mut().zip(seen).skip(first);
+            marched.for_each(|(depth, star)| *depth = space.depth(space.stars[*star], p));
         }
         sample
     }

@@ -77,8 +77,9 @@ impl Frames for OnGpu<'_> {
         let Some(renderer) = &mut self.renderer else { return Ok(Vec::new()) };
         let (seconds, device) = timed(frames, || renderer.update(plan).map(|()| f64::NAN).map_err(told))?;
         let mut rows = vec![("upload after a spectrum edit".to_owned(), seconds, device)];
-        if let Some(star) = plan.space.stars.first() {
-            let sweep = || renderer.move_star(0, *star).map(|s| s.unwrap_or(f64::NAN)).map_err(told);
+        if let Some(number) = plan.space.marched().first() {
+            let star = &plan.space.stars[*number];
+            let sweep = || renderer.move_star(*number, *star).map(|s| s.unwrap_or(f64::NAN)).map_err(told);
             let (seconds, device) = timed(frames, sweep)?;
             rows.push(("star depths of one star".to_owned(), seconds, device));
         }

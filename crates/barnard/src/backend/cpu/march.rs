@@ -31,9 +31,10 @@ pub struct March<'a> {
     pub(super) tables: &'a Tables,
     pub(super) slots: Slots,
     pub(super) voxel_pc: f64,
-    /// The windows around the stars of the crowd, their largest radius [pc], and the widest angle of a piece there [rad].
+    /// The windows around the stars of the crowd, their largest radius and length ahead [pc], and the widest angle of a piece there [rad].
     pub(super) windows: &'a [Window],
     pub(super) reach_pc: f64,
+    pub(super) ahead_pc: f64,
     pub(super) piece: f32,
     borders: Borders,
     /// The dust without star depths beside it, for the double integration, which reads nothing else.
@@ -141,6 +142,7 @@ impl<'a> March<'a> {
             slots,
             voxel_pc: plan.space.voxel_pc(),
             windows: plan.diffuse.as_ref().filter(|d| d.found.gathered.is_some()).map_or(&[], |d| d.windows()),
+            ahead_pc: plan.diffuse.as_ref().map_or(0.0, |d| d.windows().iter().map(|w| w.ahead_pc).fold(0.0, f64::max)),
             reach_pc: plan.diffuse.as_ref().and_then(|d| d.found.gathered).map_or(0.0, |g| g.near_pc.1),
             piece: near::neighbour_piece(plan.spectral.phase_angle, plan.spectral.accuracy) as f32,
             borders: Borders::new(&plan.space),

@@ -50,9 +50,10 @@ pub fn neighbours<'a>(march: &March<'a>, state: &State) -> Vec<Neighbour<'a>> {
     }
     let middle = &state.rays[LANES / 2];
     let apart = |t: f64| state.rays.iter().map(|ray| (ray.at(t) - middle.at(t)).length()).fold(0.0, f64::max);
-    let reach = march.reach_pc + apart(near).max(apart(far));
     // What is before a star may be met though the star itself is behind the end.
-    crowd.beside(middle, (near, f64::INFINITY), reach).filter_map(|star| neighbour(march, state, star)).collect()
+    let far = far + march.ahead_pc;
+    let reach = march.reach_pc + apart(near).max(apart(far));
+    crowd.beside(middle, (near, far), reach).filter_map(|star| neighbour(march, state, star)).collect()
 }
 
 fn neighbour<'a>(march: &March<'a>, state: &State, star: usize) -> Option<Neighbour<'a>> {

@@ -242,7 +242,8 @@ impl Beside<'_> {
         let x: Lane = lanes(|i| fma((first + i) as f32, self.edge, self.offset[0]));
         let [_, y, z] = self.offset;
         let square: Lane = lanes(|i| fma(x[i], x[i], fma(y, y, z * z)));
-        let inverse: Lane = lanes(|i| 1.0 / (square[i] + f32::MIN_POSITIVE).sqrt());
+        // At the star itself light goes nowhere.
+        let inverse: Lane = lanes(|i| if square[i] > 0.0 { 1.0 / square[i].sqrt() } else { 0.0 });
         let towards = [lanes(|i| x[i] * inverse[i]), lanes(|i| y * inverse[i]), lanes(|i| z * inverse[i])];
         let [a, b, c] = &self.eye;
         let cosine: Lane = lanes(|i| fma(towards[0][i], a[i], fma(towards[1][i], b[i], towards[2][i] * c[i])).clamp(-1.0, 1.0));
@@ -277,6 +278,9 @@ fn add_moments(star: &Beside, first: usize, count: usize, out: &mut [Octet]) {
     let lit = star.at(first);
     let mut values = [[0.0; LANES]; COUNT];
     harmonics_of(lit.towards, |x| x as f32, &mut values[..count]);
+    // In the middle of a cell it goes everywhere.
+    let somewhere: Lane = lanes(|i| lit.towards.iter().map(|axis| axis[i] * axis[i]).sum());
+    values[1..].iter_mut().for_each(|value| *value = lanes(|i| if somewhere[i] > 0.0 { value[i] } else { 0.0 }));
     for (i, moments) in out.chunks_exact_mut(count).enumerate() {
         let light = star.light(&lit, i);
         for (moment, value) in moments.iter_mut().zip(&values) {

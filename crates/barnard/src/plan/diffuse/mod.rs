@@ -126,6 +126,8 @@ pub struct Gathered {
     pub stars: usize,
     /// Smallest and largest radius of the windows around them, within which their light is marched [pc].
     pub near_pc: (f64, f64),
+    /// Voxels along the longest edge of their depths.
+    pub shadows: usize,
     /// The mean difference from the exact light towards the first camera, in parts of its mean, at places in the dust; nothing where it was not measured.
     pub error: Option<f64>,
 }
@@ -270,7 +272,7 @@ impl Diffuse {
         // Half as fine, then with fewer directions too: what that changes says how exact the field is, at a part of its price.
         let half = |fineness: Fineness, before: Option<&Self>| {
             let most = cells.lattice.dims.into_iter().max().unwrap_or(1) / 2;
-            problem.solve((Cells::new(dust, space.gas(), most.max(1)), fineness), (&windows, &[]), before, control)
+            problem.solve((Cells::new(dust, space.gas(), most.max(1)), fineness), (&windows, None), before, control)
         };
         let known = before.and_then(|b| b.halves.as_deref());
         let fewer = Fineness { directions: fineness.directions - 1, ..fineness };
@@ -282,10 +284,16 @@ impl Diffuse {
             Some(crowd) if fineness == Fineness::FULL => trial::trials(crowd, space, &cells, control)?,
             _ => Vec::new(),
         };
-        let mut own = problem.solve((cells, fineness), (&windows, &trials), before, control)?;
+        let mut own = problem.solve((cells, fineness), (&windows, Some(&trials)), before, control)?;
         own.found = Found { coarser, bytes, ..own.found };
         let halves = halves.filter(|(half, _)| half.field.cells.lattice.dims != own.field.cells.lattice.dims);
-        let doubt = |(half, few): &(Self, Self)| Doubt { spatial: half.differs_from(&own), angular: few.differs_from(half) };
+        // Of light that was scattered before, alone.
+        let alone = halves.as_ref().filter(|_| space.crowd.is_some());
+        let alone = alone.map(|_| Self::resolved(own.field.clone(), Vec::new(), own.found, own.view));
+        let doubt = |(half, few): &(Self, Self)| Doubt {
+            spatial: half.differs_from(alone.as_ref().unwrap_or(&own)),
+            angular: few.differs_from(half),
+        };
         own.found.doubt = halves.as_ref().map(doubt);
         own.halves = halves.map(Arc::new);
         Ok(Some(own))
@@ -386,8 +394,11 @@ impl Diffuse {
 
 impl std::fmt::Display for Gathered {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { stars, near_pc: (low, high), error } = self;
-        write!(f, "light of {stars} stars is gathered in cells beyond {low:.3} to {high:.3} pc of each, ")?;
+        let Self { stars, near_pc: (low, high), shadows, error } = self;
+        write!(
+            f,
+            "light of {stars} stars is gathered in cells beyond {low:.3} to {high:.3} pc of each, with shadows of {shadows} voxels an edge, "
+        )?;
         match error {
             Some(error) => write!(f, "{:.1} % from the exact light at places in the dust on average", 100.0 * error),
             None => write!(f, "its error is unknown"),

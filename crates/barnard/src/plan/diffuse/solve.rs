@@ -70,11 +70,11 @@ impl Problem<'_> {
 
     /// The field in `cells`, seen by the scene's camera.
     ///
-    /// `windows` are those around the stars of the crowd; their light is compared with the exact one by `trials`.
+    /// `windows` are those around the stars of the crowd; their light is compared with the exact one by `trials`, and left out where there are none.
     pub fn solve(
         &self,
         (cells, fineness): (Cells, Fineness),
-        (windows, trials): (&[Window], &[Trial]),
+        (windows, trials): (&[Window], Option<&[Trial]>),
         before: Option<&Diffuse>,
         control: &Control,
     ) -> Result<Diffuse> {
@@ -100,7 +100,8 @@ impl Problem<'_> {
             let near = self.nearest(own, &lamps);
             field.push(Part { terms: own.to_vec(), solved, unit: lamps.unit, near, sent: lamps.crowd });
         }
-        let gathered = crowd.map(|crowd| Gathered { stars: crowd.stars.len(), near_pc: reaches(windows), error: None });
+        let gathered =
+            crowd.map(|crowd| Gathered { stars: crowd.stars.len(), near_pc: reaches(windows), shadows: crowd.edge(), error: None });
         let directions = faces.iter().map(|f| f.directions.len()).sum();
         let mut found = Found {
             cells: cells.lattice.dims,
@@ -117,8 +118,8 @@ impl Problem<'_> {
         let phase = self.spectral.phase.as_ref().filter(|_| crowd.is_some()).cloned();
         let field = Field { parts: field, cells, crowd: self.space.crowd.clone(), phase, windows: windows.to_vec() };
         let view = View::of(&self.scene.camera);
-        let seen = field.gathered(view, control)?;
-        if let (Some(gathered), Some(dust)) = (&mut found.gathered, &self.scene.dust) {
+        let seen = trials.map_or(Ok(Vec::new()), |_| field.gathered(view, control))?;
+        if let (Some(trials), Some(gathered), Some(dust)) = (trials, &mut found.gathered, &self.scene.dust) {
             let near = field.profiles(view);
             let of_trial = |trial: &Trial| trial.deviation(&field, (&seen, &near), &*dust.phase, view);
             let deviations: Vec<Deviation> = trials.par_iter().map(of_trial).collect();
@@ -145,7 +146,7 @@ impl Problem<'_> {
         }
     }
 
-    /// The light that the brightest star of the crowd sends along a ray that passes it at a quarter of a voxel: ∫ σ ds/r² is less than σ π/b.
+    /// The most that the brightest star of the crowd sends along a ray that passes it at a quarter of a voxel, ∫ σ ds/r² being less than σ π/b: about what may lie behind a ray's end.
     fn nearest(&self, terms: &[Term], lamps: &Lamps) -> Octet {
         let Some(dust) = self.space.dust.as_ref().filter(|_| !lamps.crowd.is_empty()) else { return [0.0; WIDTH] };
         let densest = f64::from(dust.data.iter().fold(0.0f32, |most, sigma| most.max(*sigma)));
@@ -161,7 +162,7 @@ fn reaches(windows: &[Window]) -> (f64, f64) {
     windows.iter().fold((f64::INFINITY, 0.0), |(low, high), w| (low.min(w.reach_pc), high.max(w.reach_pc)))
 }
 
-/// What the light of a star of the crowd that passes so close comes to at most, in voxels of dust [1].
+/// How close to a star of the crowd a ray passes, in voxels of dust [1].
 const CLOSE: f64 = 0.25;
 
 /// The highest degree that any phase function still has something of: moments of the light above it scatter into nothing.

@@ -86,7 +86,7 @@ impl Trial {
             let mut exact = [0.0; WIDTH];
             for (star, sent) in part.sent.iter().enumerate() {
                 let offset = self.place - crowd.places[star];
-                let square = offset.length_squared();
+                let square = offset.length_squared().max(f64::MIN_POSITIVE);
                 let cosine = offset.normalize_or(DVec3::Z).dot(view.towards(self.place));
                 let window = &field.windows[star];
                 let step = PROFILE as f64 / window.ahead_pc;

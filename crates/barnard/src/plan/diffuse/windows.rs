@@ -21,11 +21,14 @@ impl Problem<'_> {
     /// The window around each star of the crowd, for these cells.
     pub fn windows(&self, crowd: &Crowd, cells: &Cells) -> Vec<Window> {
         let edge = cells.lattice.voxel_pc().max_element();
+        let filled = cells.sigma.iter().filter(|sigma| **sigma > cells.least).count() as f64 * cells.lattice.voxel_pc().element_product();
+        let smallest = |peak: f64| Window { reach_pc: REACH.0 * edge, ahead_pc: (REACH.0 * edge).max(peak) };
+        // Where there are too many stars even for the smallest windows, peaks are left to the cells.
         let peak = PEAK * edge / self.spectral.forward_peak();
+        let peak = if crowd.stars.len() as f64 * smallest(peak).volume() <= CROWDED * filled { peak } else { 0.0 };
         let sizes: Vec<f64> = self.brightness(crowd).into_iter().map(|part| part.powf(EXPONENT)).collect();
         let window = |reach: f64| Window { reach_pc: reach * edge, ahead_pc: (reach * edge).max(peak) };
         let at = |scale: f64| sizes.iter().map(move |size| window((scale * size).clamp(REACH.0, REACH.1)));
-        let filled = cells.sigma.iter().filter(|sigma| **sigma > cells.least).count() as f64 * cells.lattice.voxel_pc().element_product();
         let fits = |scale: f64| at(scale).map(|w| w.volume()).sum::<f64>() <= CROWDED * filled;
         // Whatever it is in parts of the mean, no star needs less than the one nor more than the other.
         let span = (1e-3 * REACH.0, 1e3 * REACH.1);
