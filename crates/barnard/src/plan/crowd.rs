@@ -5,7 +5,7 @@
 //!   1/r² = w/r² + (1 − w)/r²                                                        eq. (24) of docs/method.md
 //!
 //! so that the second part is smooth: that of all stars together is gathered in cells (`diffuse`) and marched as one field. The first part is marched star by star, but only where it is: a ray meets few of the neighbourhoods. So a frame does not grow with the stars. Depths of a crowd's stars
-//! are swept through merged dust, at most [`EDGE`] voxels an edge: what is finer of their shadows is lost.
+//! are swept through merged dust, at most 32 voxels an edge: what is finer of their shadows is lost.
 
 use std::collections::HashMap;
 use std::ops::Range;

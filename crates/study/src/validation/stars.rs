@@ -72,9 +72,9 @@ fn light(plan: &Plan, control: &Control) -> Result<Vec<f64>> {
     Ok(cpu::radiance(plan, control)?.0.into_iter().map(f64::from).collect())
 }
 
-/// Seconds of a frame of each plan, the shortest of some in turn.
-fn frames(plans: [&Plan; 2], control: &Control) -> Result<[f64; 2]> {
-    let large = plans.map(|plan| of_size(plan, TIMED));
+/// Seconds of a frame of each plan, `edge` pixels an edge, the shortest of some in turn.
+fn frames(plans: [&Plan; 2], edge: usize, control: &Control) -> Result<[f64; 2]> {
+    let large = plans.map(|plan| of_size(plan, edge));
     let mut shortest = [f64::INFINITY; 2];
     for _ in 0..ROUNDS {
         for (plan, shortest) in large.iter().zip(&mut shortest) {
@@ -104,7 +104,7 @@ fn run(control: &Control) -> Result<Findings> {
         control.check()?;
         let own = scene(count, None)?;
         let (plan, seconds) = planned(&own, control)?;
-        let [alone, all] = frames([&one, &plan], control)?;
+        let [alone, all] = frames([&one, &plan], TIMED, control)?;
         slowest = slowest.max(all / alone);
         let mut film = path::Film::default();
         let options = path::Options { bounces: 1, samples: PATHS, ..path::Options::default() };
@@ -123,7 +123,7 @@ fn run(control: &Control) -> Result<Findings> {
         ];
         if (2..=ONE_BY_ONE).contains(&count) {
             let (exact, seconds) = planned(&scene(count, Some(count))?, control)?;
-            let [alone, all] = frames([&one, &exact], control)?;
+            let [alone, all] = frames([&one, &exact], SHOWN, control)?;
             let (ours, theirs) = (light(&of_size(&plan, SHOWN), control)?, light(&of_size(&exact, SHOWN), control)?);
             let pairs = || ours.iter().copied().zip(theirs.iter().copied());
             row.extend([percent(barnard::image::relative_rms(pairs())), short(seconds), format!("{:.2}", all / alone)]);
@@ -153,7 +153,7 @@ fn run(control: &Control) -> Result<Findings> {
     );
     findings.text += &format!(
         "Frames of {TIMED} × {TIMED} pixels on the processor, the shortest of {ROUNDS} of each kind in turn: with gathered stars the longest takes {slowest:.2} times that of one star. Errors are relative rms over the pixels; what chance \
-         adds to the difference from {PATHS} paths a pixel is taken off. Stars one by one are the same plan with `exact_stars` as many as there are, which takes the memory of a volume each.\n"
+         adds to the difference from {PATHS} paths a pixel is taken off. Stars one by one are the same plan with `exact_stars` as many as there are, which takes the memory of a volume each, in frames of {SHOWN} × {SHOWN}.\n"
     );
     Ok(findings)
 }
