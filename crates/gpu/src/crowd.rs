@@ -1,8 +1,8 @@
 //! The crowd on the device: a table of its stars, and for each cell of a grid the stars whose windows reach into it.
 
 use barnard::geometry::Bounds;
-use barnard::plan::crowd::{PROFILE, Window};
 use barnard::plan::near::neighbour_piece;
+use barnard::plan::window::{PROFILE, Window};
 use barnard::plan::{Crowd, Diffuse, Plan, Stepping, Weights};
 use glam::DVec3;
 

@@ -1,8 +1,8 @@
 //! The source of a shader: constants and bindings printed from a [`Shape`], then `shaders/*.wgsl`.
 
-use barnard::plan::crowd::PROFILE;
 use barnard::plan::near::{CLOSEST, MAX_PHASES, NEAR_ANGLE, NEAR_VOXELS, NEIGHBOUR_PIECES, PART_DISTANCE, PIECE, SHORTEST_PART};
 use barnard::plan::star_depth::OPAQUE;
+use barnard::plan::window::PROFILE;
 use barnard::plan::{END_DEPTH, END_EVERY, PHASE_RANGE};
 use spectra::basis::MAX_SIZE;
 use spectra::polynomial::MAX_DEGREE;

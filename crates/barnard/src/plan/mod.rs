@@ -22,6 +22,7 @@ pub mod star_depth;
 mod volume;
 mod walk;
 mod weights;
+pub mod window;
 
 use std::sync::Arc;
 
@@ -210,7 +211,7 @@ impl Plan {
         };
         let mut lights = crate::light::lights(scene)?;
         lights.retain(|light| !matches!(light.path, Path::FieldStar { .. }));
-        let spectral = Spectral::new(scene, &lights, options, space.reach(&scene.camera), control)?;
+        let spectral = Spectral::new(scene, &lights, space.crowd.as_deref(), options, space.reach(&scene.camera), control)?;
         let known = before.and_then(|plan| plan.diffuse.as_deref());
         let diffuse = Diffuse::new(scene, &lights, &spectral, &space, (options, Fineness::GLANCE), known, control)?;
         Ok(Self {
@@ -244,7 +245,7 @@ impl Plan {
         let lights = crate::light::lights(scene)?;
         let space = Space::new(scene, options, control)?;
         space.check_stars(scene)?;
-        let spectral = Spectral::new(scene, &lights, options, space.reach(&scene.camera), control)?;
+        let spectral = Spectral::new(scene, &lights, space.crowd.as_deref(), options, space.reach(&scene.camera), control)?;
         Draft::new(scene, lights, space, spectral, options, control)?.plan(scene, Stepping::Fixed(steps), options, None, control)
     }
 
@@ -302,7 +303,7 @@ impl Plan {
         let isotropic = self.light_field.as_ref().filter(|f| f.isotropic_instead);
         let isotropic = isotropic.map(|_| ("phase function".into(), "put aside by this method, which scatters evenly".into()));
         let gathered = self.diffuse.iter().filter_map(|d| d.found.gathered).map(|g| ("gathered stars".into(), g.to_string()));
-        let diffuse = self.diffuse.iter().filter(|d| d.found.sweeps > 0).map(|d| ("many bounces".into(), d.to_string()));
+        let diffuse = self.diffuse.iter().filter(|d| d.found.sweeps > 0).map(|d| ("many bounces".into(), d.found.to_string()));
         self.spatial_note().into_iter().chain(isotropic).chain(self.fit_note()).chain(gathered).chain(diffuse).collect()
     }
 

@@ -140,7 +140,7 @@ pub fn spectral(scene: &Scene, lights: &[Light], space: &Space, options: &Option
     let mut exact: Option<(Vec<Pilot>, Vec<Vec<f64>>)> = None;
     for _ in 0..SPECTRAL_TRIES {
         control.check()?;
-        let mut spectral = Spectral::new(scene, lights, &finer, reach, control)?;
+        let mut spectral = Spectral::new(scene, lights, space.crowd.as_deref(), &finer, reach, control)?;
         spectral.accuracy = accuracy;
         let march = |pilots: &[Pilot], shading: &Shading| -> Vec<Vec<f64>> {
             pilots.par_iter().map(|pilot| march(space, shading, &pilot.ray, Stepping::PerVoxel(1.0), false)).collect()

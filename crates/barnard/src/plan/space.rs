@@ -146,8 +146,7 @@ impl Space {
 
     /// Puts the stars `members` into the crowd.
     fn part_stars(&mut self, members: &[usize], options: &Options, control: &Control) -> Result<()> {
-        let mut gathered = vec![false; self.stars.len()];
-        members.iter().for_each(|star| gathered[*star] = true);
+        let gathered = crowd::mask(members, self.stars.len());
         self.marched = (0..self.stars.len()).filter(|star| !gathered[*star]).collect();
         self.crowd = match &self.dust {
             Some(dust) if !members.is_empty() => {
@@ -169,8 +168,7 @@ impl Space {
         let stars: Vec<DVec3> = scene.stars.iter().map(|s| s.position).collect();
         let members = crowd::members(scene, &options.method);
         // The stars of the crowd are those that it has now.
-        let mut gathered = vec![false; stars.len()];
-        members.iter().for_each(|star| gathered[*star] = true);
+        let gathered = crowd::mask(&members, stars.len());
         let parted =
             self.marched.len() + members.len() == stars.len() && self.marched.iter().all(|star| gathered.get(*star) == Some(&false));
         if parted && stars.len() == self.stars.len() && sigma_v_per_pc(scene) == self.sigma_v_per_pc {

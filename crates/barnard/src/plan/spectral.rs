@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use spectra::passband::Passband;
 use spectra::rule::{BandProblem, BandRule, Form, Node, Source};
 
-use super::{Options, crowd};
+use super::{Crowd, Options};
 use crate::control::Control;
 use crate::error::Result;
 use crate::light::{Light, Path, factor, law};
@@ -96,7 +96,7 @@ const MAX_PHASE_ENTRIES: usize = 4096;
 
 impl Spectral {
     /// Solves the rule for every passband of `scene`, for optical depths up to `depth`.
-    pub fn new(scene: &Scene, lights: &[Light], options: &Options, depth: f64, control: &Control) -> Result<Self> {
+    pub fn new(scene: &Scene, lights: &[Light], crowd: Option<&Crowd>, options: &Options, depth: f64, control: &Control) -> Result<Self> {
         let method = &options.method;
         let law = law(scene)?;
         let settings = &method.settings;
@@ -129,9 +129,7 @@ impl Spectral {
             .collect::<Result<Vec<BandPlan>>>()?;
         let pivot = bands.first().map_or(0.55, |b| b.band.pivot().0);
         let anisotropic = phase.filter(|p| !p.is_isotropic());
-        let mut gathered = vec![false; scene.stars.len()];
-        crowd::members(scene, method).into_iter().for_each(|star| gathered[star] = true);
-        let table = anisotropic.as_ref().map(|p| phase_table(&**p, (lights, &gathered), &bands, pivot, method.accuracy));
+        let table = anisotropic.as_ref().map(|p| phase_table(&**p, (lights, crowd), &bands, pivot, method.accuracy));
         Ok(Self {
             method: method.entry.name,
             accuracy: method.accuracy,
@@ -218,8 +216,13 @@ fn cosine(u: f64) -> f64 {
     if u < 0.5 * PHASE_RANGE { 1.0 - 2.0 * u * u } else { 2.0 * (PHASE_RANGE - u).powi(2) - 1.0 }
 }
 
-/// `gathered` tells the stars of the crowd.
-fn phase_table(phase: &dyn Phase, (lights, gathered): (&[Light], &[bool]), bands: &[BandPlan], pivot: f64, accuracy: f64) -> PhaseTable {
+fn phase_table(
+    phase: &dyn Phase,
+    (lights, crowd): (&[Light], Option<&Crowd>),
+    bands: &[BandPlan],
+    pivot: f64,
+    accuracy: f64,
+) -> PhaseTable {
     let at = |u: f64| phase.at(cosine(u), pivot);
     let error = |entries: usize| {
         let u = |i: f64| PHASE_RANGE * i / (entries - 1) as f64;
@@ -237,7 +240,7 @@ fn phase_table(phase: &dyn Phase, (lights, gathered): (&[Light], &[bool]), bands
         .iter()
         .enumerate()
         .map(|(light, l)| {
-            if !matches!(l.path, Path::Scattered { star } if !gathered[star]) {
+            if !matches!(l.path, Path::Scattered { star } if crowd.is_none_or(|c| !c.holds(star))) {
                 return Vec::new();
             }
             if separable {
@@ -256,6 +259,6 @@ fn phase_table(phase: &dyn Phase, (lights, gathered): (&[Light], &[bool]), bands
         let count = if separable { 1 } else { nodes.len() };
         nodes[..count.min(nodes.len())].iter().map(move |node| phase.at(cosine, if separable { pivot } else { node.lambda_um }) as f32)
     };
-    let at_nodes = if gathered.contains(&true) { (0..entries).flat_map(of_nodes).collect() } else { Vec::new() };
+    let at_nodes = if crowd.is_some() { (0..entries).flat_map(of_nodes).collect() } else { Vec::new() };
     PhaseTable { entries, separable, weights, at_nodes }
 }

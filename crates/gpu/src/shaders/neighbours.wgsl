@@ -1,7 +1,7 @@
 // Stars of the crowd near a segment: the part of their light that is not gathered in the field.
 
 // Depth at V from a star of the crowd to a place in its window.
-// twin: barnard::plan::crowd::depth_within
+// twin: barnard::plan::window::depth_within
 fn depth_within(star: u32, sigma: f32, distance: f32, cosine: f32) -> f32 {
     let around = distance * sigma;
     let ahead = max(cosine, 0.0) * max(cosine, 0.0);

@@ -15,13 +15,12 @@ use multiversion::multiversion;
 
 use super::borders::{Borders, Span};
 use super::double_integration;
-use super::neighbours::neighbours;
+use super::neighbours::{Neighbour, Neighbourhood};
 use super::segment::segment;
 use super::tables::Tables;
 use super::terms::{Drawn, NodeTerms, Terms};
 use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, Track, exp, lanes, largest};
-use crate::plan::crowd::Window;
 use crate::plan::near::{self, PART_DISTANCE};
 use crate::plan::{Channel, END_DEPTH, END_EVERY, END_SHARE, PhaseTable, Plan, Scatterer, Volume};
 
@@ -31,11 +30,7 @@ pub struct March<'a> {
     pub(super) tables: &'a Tables,
     pub(super) slots: Slots,
     pub(super) voxel_pc: f64,
-    /// The windows around the stars of the crowd, their largest radius and length ahead [pc], and the widest angle of a piece there [rad].
-    pub(super) windows: &'a [Window],
-    pub(super) reach_pc: f64,
-    pub(super) ahead_pc: f64,
-    pub(super) piece: f32,
+    pub(super) crowd: Option<Neighbourhood<'a>>,
     borders: Borders,
     /// The dust without star depths beside it, for the double integration, which reads nothing else.
     dust_alone: Option<Volume>,
@@ -141,10 +136,7 @@ impl<'a> March<'a> {
             tables,
             slots,
             voxel_pc: plan.space.voxel_pc(),
-            windows: plan.diffuse.as_ref().filter(|d| d.found.gathered.is_some()).map_or(&[], |d| d.windows()),
-            ahead_pc: plan.diffuse.as_ref().map_or(0.0, |d| d.windows().iter().map(|w| w.ahead_pc).fold(0.0, f64::max)),
-            reach_pc: plan.diffuse.as_ref().and_then(|d| d.found.gathered).map_or(0.0, |g| g.near_pc.1),
-            piece: near::neighbour_piece(plan.spectral.phase_angle, plan.spectral.accuracy) as f32,
+            crowd: Neighbourhood::new(plan),
             borders: Borders::new(&plan.space),
             dust_alone,
             brightest: (sigma, largest.collect()),
@@ -336,7 +328,7 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
     let tracks: Vec<Track> =
         march.plan.space.bricks.iter().map(|b| Track::new(&b.lattice, DVec3::ZERO, state.rays, &state.span.0)).collect();
     let views: Vec<StarView> = march.tables.weights.scattered.iter().map(|s| march.star_view(s.star, state)).collect();
-    let neighbours = neighbours(march, state);
+    let neighbours: Vec<Neighbour> = march.crowd.as_ref().map_or_else(Vec::new, |crowd| crowd.beside(state));
     let mut before = vec![[0.0; LANES]; march.slots.count];
     let mut after = before.clone();
     sample(march, &cursors, &masks, &state.dt, 0.0, &mut before);

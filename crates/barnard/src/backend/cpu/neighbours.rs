@@ -4,7 +4,7 @@
 //!
 //!   ΔI = Σ_j w_j p(θ) σ w Δϑ/b e^(−k_j (τ + d))
 //!
-//! with the window w and the depths d of `plan::crowd`.
+//! with the window w and the depths d of `plan::window`.
 
 use std::ops::Range;
 
@@ -13,8 +13,9 @@ use smallvec::SmallVec;
 use super::march::{March, State, Stretch};
 use super::terms::Course;
 use crate::packet::{LANES, Lane, fma, lanes, largest};
-use crate::plan::crowd::{PROFILE, Profile, Shape, depth_within};
-use crate::plan::near::{CLOSEST, NEIGHBOUR_PIECES};
+use crate::plan::near::{CLOSEST, NEIGHBOUR_PIECES, neighbour_piece};
+use crate::plan::window::{PROFILE, Profile, Shape, depth_within};
+use crate::plan::{Crowd, Diffuse, Plan};
 
 /// A star of the crowd beside a packet: foot of the perpendicular, from the span's start, its length, and half the chord of the window.
 pub struct Neighbour<'a> {
@@ -29,6 +30,8 @@ pub struct Neighbour<'a> {
     profile: &'a Profile,
     inverse_step: f32,
     sigma: f32,
+    /// Widest angle of a piece [rad].
+    piece: f32,
     /// Steps that touch the window.
     steps: Range<f32>,
 }
@@ -39,42 +42,61 @@ struct Piece {
     entry: [(usize, f32); LANES],
 }
 
-/// The stars whose windows a packet's span crosses.
-pub fn neighbours<'a>(march: &March<'a>, state: &State) -> Vec<Neighbour<'a>> {
-    let Some(crowd) = march.plan.space.crowd.as_deref().filter(|_| !march.windows.is_empty()) else { return Vec::new() };
-    let (near, far) = (0..LANES)
-        .filter(|lane| state.dt[*lane] > 0.0)
-        .fold((f64::MAX, 0.0f64), |(near, far), lane| (near.min(state.span.0[lane]), far.max(state.span.1[lane])));
-    if far <= near {
-        return Vec::new();
-    }
-    let middle = &state.rays[LANES / 2];
-    let apart = |t: f64| state.rays.iter().map(|ray| (ray.at(t) - middle.at(t)).length()).fold(0.0, f64::max);
-    // What is before a star may be met though the star itself is behind the end.
-    let far = far + march.ahead_pc;
-    let reach = march.reach_pc + apart(near).max(apart(far));
-    crowd.beside(middle, (near, far), reach).filter_map(|star| neighbour(march, state, star)).collect()
+/// The crowd of a plan, as packets meet it.
+pub struct Neighbourhood<'a> {
+    crowd: &'a Crowd,
+    diffuse: &'a Diffuse,
+    /// The largest radius of a window, and the longest before a star [pc].
+    reach_pc: f64,
+    ahead_pc: f64,
+    /// Widest angle of a piece [rad].
+    piece: f32,
 }
 
-fn neighbour<'a>(march: &March<'a>, state: &State, star: usize) -> Option<Neighbour<'a>> {
-    let crowd = march.plan.space.crowd.as_ref()?;
-    let place = crowd.places[star];
-    let along = |lane: usize| (place - state.rays[lane].origin).dot(state.rays[lane].direction);
-    let foot = lanes(|lane| (along(lane) - state.span.0[lane]) as f32);
-    let distance = lanes(|lane| (place - state.rays[lane].at(along(lane))).length().max(CLOSEST) as f32);
-    let window = march.windows.get(star)?;
-    let reach = window.reach_pc as f32;
-    let half = lanes(|lane| (reach * reach - distance[lane] * distance[lane]).max(0.0).sqrt());
-    let ahead = (window.ahead_pc / window.reach_pc) as f32;
-    let touched = |lane: usize| {
-        let dt = state.dt[lane];
-        (dt > 0.0 && half[lane] > 0.0).then(|| ((foot[lane] - ahead * half[lane]) / dt, (foot[lane] + half[lane]) / dt))
-    };
-    let (from, to) = (0..LANES).filter_map(touched).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
-    let profile = march.plan.diffuse.as_ref()?.profiles.get(star)?;
-    let inverse_step = (PROFILE as f64 / window.ahead_pc) as f32;
-    let (shape, sigma) = (window.shape(), crowd.sigma[star]);
-    Some(Neighbour { star, foot, distance, half, ahead, shape, profile, inverse_step, sigma, steps: from..to })
+impl<'a> Neighbourhood<'a> {
+    /// None where no light is gathered.
+    pub fn new(plan: &'a Plan) -> Option<Self> {
+        let (crowd, diffuse) = (plan.space.crowd.as_deref()?, plan.diffuse.as_deref()?);
+        let reach_pc = diffuse.found.gathered?.near_pc.1;
+        let ahead_pc = diffuse.windows().iter().map(|window| window.ahead_pc).fold(0.0, f64::max);
+        let piece = neighbour_piece(plan.spectral.phase_angle, plan.spectral.accuracy) as f32;
+        Some(Self { crowd, diffuse, reach_pc, ahead_pc, piece })
+    }
+
+    /// The stars whose windows a packet's span crosses.
+    pub fn beside(&self, state: &State) -> Vec<Neighbour<'a>> {
+        let (near, far) = (0..LANES)
+            .filter(|lane| state.dt[*lane] > 0.0)
+            .fold((f64::MAX, 0.0f64), |(near, far), lane| (near.min(state.span.0[lane]), far.max(state.span.1[lane])));
+        if far <= near {
+            return Vec::new();
+        }
+        let middle = &state.rays[LANES / 2];
+        let apart = |t: f64| state.rays.iter().map(|ray| (ray.at(t) - middle.at(t)).length()).fold(0.0, f64::max);
+        // What is before a star may be met though the star itself is behind the end.
+        let far = far + self.ahead_pc;
+        let reach = self.reach_pc + apart(near).max(apart(far));
+        self.crowd.beside(middle, (near, far), reach).filter_map(|star| self.neighbour(state, star)).collect()
+    }
+
+    fn neighbour(&self, state: &State, star: usize) -> Option<Neighbour<'a>> {
+        let place = self.crowd.places[star];
+        let along = |lane: usize| (place - state.rays[lane].origin).dot(state.rays[lane].direction);
+        let foot = lanes(|lane| (along(lane) - state.span.0[lane]) as f32);
+        let distance = lanes(|lane| (place - state.rays[lane].at(along(lane))).length().max(CLOSEST) as f32);
+        let (window, profile) = (self.diffuse.windows().get(star)?, self.diffuse.profiles.get(star)?);
+        let reach = window.reach_pc as f32;
+        let half = lanes(|lane| (reach * reach - distance[lane] * distance[lane]).max(0.0).sqrt());
+        let ahead = (window.ahead_pc / window.reach_pc) as f32;
+        let touched = |lane: usize| {
+            let dt = state.dt[lane];
+            (dt > 0.0 && half[lane] > 0.0).then(|| ((foot[lane] - ahead * half[lane]) / dt, (foot[lane] + half[lane]) / dt))
+        };
+        let (from, to) = (0..LANES).filter_map(touched).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+        let inverse_step = (PROFILE as f64 / window.ahead_pc) as f32;
+        let (shape, sigma, piece) = (window.shape(), self.crowd.sigma[star], self.piece);
+        Some(Neighbour { star, foot, distance, half, ahead, shape, profile, inverse_step, sigma, piece, steps: from..to })
+    }
 }
 
 impl Neighbour<'_> {
@@ -97,7 +119,7 @@ impl Neighbour<'_> {
         // The angle between both as the star sees them: its sine and cosine, times both distances.
         let sine = lanes(|lane| b[lane] * (to[lane] - from[lane]));
         let cosine = lanes(|lane| fma(b[lane], b[lane], from[lane] * to[lane]));
-        let is_narrow = (0..LANES).all(|lane| sine[lane] <= march.piece * cosine[lane]);
+        let is_narrow = (0..LANES).all(|lane| sine[lane] <= self.piece * cosine[lane]);
         let angle: Lane = match is_narrow {
             true => lanes(|lane| small_atan(sine[lane] / cosine[lane])),
             // An eighth of it, by three halvings.
@@ -108,7 +130,7 @@ impl Neighbour<'_> {
                 8.0 * small_atan(halved(halved(half)))
             }),
         };
-        let count = ((largest(&angle) / march.piece).ceil() as usize).clamp(1, NEIGHBOUR_PIECES);
+        let count = ((largest(&angle) / self.piece).ceil() as usize).clamp(1, NEIGHBOUR_PIECES);
         let turn = lanes(|lane| angle[lane] / count as f32);
         let (mut total, mut deep) = ([0.0; LANES], [0.0; LANES]);
         let mut pieces: SmallVec<[Piece; 1]> = SmallVec::new();

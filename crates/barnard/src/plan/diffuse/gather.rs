@@ -26,7 +26,7 @@ use crate::error::{Error, Result};
 use crate::field::Lattice;
 use crate::geometry::{Bounds, Ray};
 use crate::packet::{LANES, Lane, exp, fma, lanes};
-use crate::plan::crowd::{Shape, Window};
+use crate::plan::window::{Shape, Window};
 use crate::plan::{Crowd, PhaseTable};
 
 /// Radius within which a star's light is gathered in the finer cells, in coarse ones.

@@ -10,8 +10,8 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::field::{Field, Grid, Lattice};
 use crate::geometry::Bounds;
-use crate::plan::crowd::Window;
 use crate::plan::light_field::inverse_square_of_voxel;
+use crate::plan::window::Window;
 
 /// The least σ of a cell, in parts of the largest.
 const LEAST: f32 = 1e-9;

@@ -11,7 +11,7 @@
 //! | S: source function towards n | `volumes` | W m⁻² sr⁻¹ |
 //! | N: how often light may scatter | `bounces` | |
 //!
-//! This is eq. (22) of docs/method.md. The march reads S, which is smooth, beside σ, which is not: ΔI = k σ S Δs. Starlight that scatters once is not in it: the march
+//! This is eq. (22) of docs/method.md. The march reads S, which is smooth, beside σ, which is not: ΔI = k σ S Δs. Starlight that scatters once is not in it, but that of the crowd (`gather`): the march
 //! has it exactly, with the phase function itself. Orders of scattering are summed until what is left goes as a geometric series, whose rest is added.
 //!
 //! Valid where light is nearly diffuse after its first scattering. Left out: gas farther from the dust's box than half its size, the change of S within a cell around an eye that is inside the dust, moments of the radiance above degree five, structure of the dust within a cell. Known to be wrong: 54 directions
@@ -19,6 +19,7 @@
 
 mod course;
 mod directions;
+mod found;
 mod gather;
 mod harmonics;
 mod lamps;
@@ -34,14 +35,15 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
+pub use self::found::{Doubt, Found, Gathered};
 use self::gather::{Gathering, Scattering};
 use self::harmonics::{COUNT, DEGREE, degree, harmonics};
 use self::lamps::Lamps;
 use self::medium::Cells;
 use self::moments::Moments;
 use self::solve::{Problem, terms};
-use super::crowd::{Profile, Window};
 use super::volume::{Channel, MAX_CHANNELS, Volume};
+use super::window::{Profile, Window};
 use super::{Crowd, Options, PhaseTable, Space, Spectral};
 use crate::camera::{Camera, Projection};
 use crate::control::Control;
@@ -92,53 +94,6 @@ pub struct Diffuse {
     halves: Option<Arc<(Self, Self)>>,
     /// Where the eye is or looks, for which the volumes hold.
     view: View,
-}
-
-/// How the field was found.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
-    /// Cells along each axis.
-    pub cells: [usize; 3],
-    /// Whether they are fewer than they should be, to keep to the memory limit.
-    pub coarser: bool,
-    /// Directions of light.
-    pub directions: usize,
-    /// Degree of the harmonics.
-    pub degree: usize,
-    /// Orders of scattering that were swept.
-    pub sweeps: usize,
-    /// The part of all that the geometric series behind them stands for, of the worst term.
-    pub series: f64,
-    /// Whether the orders went as a geometric series at last.
-    pub settled: bool,
-    /// What is known of its error for the first camera; nothing where it was made for a look.
-    pub doubt: Option<Doubt>,
-    /// What of it is first light of the crowd.
-    pub gathered: Option<Gathered>,
-    /// Bytes that it takes.
-    pub bytes: u64,
-}
-
-/// Light of stars that scatters once and is gathered in the field.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gathered {
-    /// So many stars.
-    pub stars: usize,
-    /// Smallest and largest radius of the windows around them, within which their light is marched [pc].
-    pub near_pc: (f64, f64),
-    /// Voxels along the longest edge of their depths.
-    pub shadows: usize,
-    /// The mean difference from the exact light towards the first camera, in parts of its mean, at places in the dust; nothing where it was not measured.
-    pub error: Option<f64>,
-}
-
-/// Errors of the field as half as many cells an edge, and fewer directions there, let them be estimated: relative rms over the dust.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Doubt {
-    /// Of cells.
-    pub spatial: f64,
-    /// Of directions.
-    pub angular: f64,
 }
 
 /// What the field is, however it is looked at.
@@ -389,45 +344,6 @@ impl Diffuse {
     /// Bytes of all of it.
     pub fn bytes(&self) -> u64 {
         self.found.bytes
-    }
-}
-
-impl std::fmt::Display for Gathered {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { stars, near_pc: (low, high), shadows, error } = self;
-        write!(
-            f,
-            "light of {stars} stars is gathered in cells beyond {low:.3} to {high:.3} pc of each, with shadows of {shadows} voxels an edge, "
-        )?;
-        match error {
-            Some(error) => write!(f, "{:.1} % from the exact light at places in the dust on average", 100.0 * error),
-            None => write!(f, "its error is unknown"),
-        }
-    }
-}
-
-impl std::fmt::Display for Diffuse {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Found { cells: [x, y, z], coarser, directions, degree, sweeps, series, settled, doubt, .. } = self.found;
-        write!(
-            f,
-            "{sweeps} orders of scattering swept in {x} x {y} x {z} cells and {directions} directions, moments to degree {degree}, {} MiB",
-            self.found.bytes >> 20
-        )?;
-        if coarser {
-            write!(f, " (more cells would not fit: give more --memory)")?;
-        }
-        if !settled {
-            write!(f, " (more would be needed)")?;
-        }
-        write!(f, ", {:.1} % of this light by their geometric series; error of this light: spectral not certified", 100.0 * series)?;
-        match doubt {
-            Some(Doubt { spatial, angular }) => {
-                write!(f, ", spatial about {:.1} %, angular about {:.1} % (by halving)", 100.0 * spatial, 100.0 * angular)?;
-            }
-            None => write!(f, ", spatial and angular unknown")?,
-        }
-        write!(f, ", that of moments above the degree unknown")
     }
 }
 

@@ -20,7 +20,7 @@ use crate::error::{Error, Result};
 use crate::field::Grid;
 use crate::formats::check_memory;
 use crate::light::Light;
-use crate::plan::crowd::Window;
+use crate::plan::window::Window;
 use crate::plan::{BandPlan, Options, Space, Spectral};
 use crate::scene::Scene;
 

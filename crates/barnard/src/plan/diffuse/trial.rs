@@ -10,7 +10,7 @@ use crate::counter::Counter;
 use crate::error::Result;
 use crate::field::{Field, Lattice};
 use crate::phase::Phase;
-use crate::plan::crowd::{PROFILE, Profile, depth_within};
+use crate::plan::window::{PROFILE, Profile, depth_within};
 use crate::plan::{Crowd, Space};
 
 /// Places that are looked at, fewer where there are more stars than `DEPTHS` together allow, and how many at least.

@@ -5,7 +5,7 @@ use super::medium::Cells;
 use super::solve::Problem;
 use crate::light::Path;
 use crate::plan::Crowd;
-use crate::plan::crowd::Window;
+use crate::plan::window::Window;
 
 /// Smallest and largest R, in cells.
 const REACH: (f64, f64) = (0.75, 4.0);

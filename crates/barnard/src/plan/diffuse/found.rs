@@ -1,0 +1,87 @@
+//! What there is to say of a field, in numbers and in words.
+
+/// How the field was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// Cells along each axis.
+    pub cells: [usize; 3],
+    /// Whether they are fewer than they should be, to keep to the memory limit.
+    pub coarser: bool,
+    /// Directions of light.
+    pub directions: usize,
+    /// Degree of the harmonics.
+    pub degree: usize,
+    /// Orders of scattering that were swept.
+    pub sweeps: usize,
+    /// The part of all that the geometric series behind them stands for, of the worst term.
+    pub series: f64,
+    /// Whether the orders went as a geometric series at last.
+    pub settled: bool,
+    /// What is known of its error for the first camera; nothing where it was made for a look.
+    pub doubt: Option<Doubt>,
+    /// What of it is first light of the crowd.
+    pub gathered: Option<Gathered>,
+    /// Bytes that it takes.
+    pub bytes: u64,
+}
+
+/// Light of stars that scatters once and is gathered in the field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gathered {
+    /// So many stars.
+    pub stars: usize,
+    /// Smallest and largest radius of the windows around them, within which their light is marched [pc].
+    pub near_pc: (f64, f64),
+    /// Voxels along the longest edge of their depths.
+    pub shadows: usize,
+    /// The mean difference from the exact light towards the first camera, in parts of its mean, at places in the dust; nothing where it was not measured.
+    pub error: Option<f64>,
+}
+
+/// Errors of the field as half as many cells an edge, and fewer directions there, let them be estimated: relative rms over the dust.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Doubt {
+    /// Of cells.
+    pub spatial: f64,
+    /// Of directions.
+    pub angular: f64,
+}
+
+impl std::fmt::Display for Gathered {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { stars, near_pc: (low, high), shadows, error } = self;
+        write!(
+            f,
+            "light of {stars} stars is gathered in cells beyond {low:.3} to {high:.3} pc of each, with shadows of {shadows} voxels an edge, "
+        )?;
+        match error {
+            Some(error) => write!(f, "{:.1} % from the exact light at places in the dust on average", 100.0 * error),
+            None => write!(f, "its error is unknown"),
+        }
+    }
+}
+
+impl std::fmt::Display for Found {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Found { cells: [x, y, z], coarser, directions, degree, sweeps, series, settled, doubt, .. } = *self;
+        write!(
+            f,
+            "{sweeps} orders of scattering swept in {x} x {y} x {z} cells and {directions} directions, moments to degree {degree}, {} MiB",
+            self.bytes >> 20
+        )?;
+        if coarser {
+            write!(f, " (more cells would not fit: give more --memory)")?;
+        }
+        if !settled {
+            write!(f, " (more would be needed)")?;
+        }
+        write!(f, ", {:.1} % of this light by their geometric series; error of this light: spectral not certified", 100.0 * series)?;
+        match doubt {
+            Some(Doubt { spatial, angular }) => {
+                write!(f, ", spatial about {:.1} %, angular about {:.1} % (by halving)", 100.0 * spatial, 100.0 * angular)?;
+            }
+            None => write!(f, ", spatial and angular unknown")?,
+        }
+        write!(f, ", that of moments above the degree unknown")
+    }
+}
