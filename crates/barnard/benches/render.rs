@@ -25,7 +25,7 @@ fn scene(bake: usize) -> Scene {
 
 fn plan(scene: &Scene, method: &str) -> Plan {
     let method: Method = scene.method.clone().with_name(method).expect("a known method");
-    Plan::new(scene, &Options { method, memory_limit: DEFAULT_MEMORY }, &Control::default()).expect("the bench's scene can be planned")
+    Plan::new(scene, &Options::new(method, DEFAULT_MEMORY), &Control::default()).expect("the bench's scene can be planned")
 }
 
 /// One frame with warm star depths, by method, 256 × 256 pixels, 128³ voxels.

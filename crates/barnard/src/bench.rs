@@ -1,5 +1,6 @@
 //! The table of `barnard bench`: every method on one scene in one run, time beside error; where light scatters more than once, the methods that know that, beside the path tracer.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use spectra::rule::RULES;
@@ -9,7 +10,8 @@ use crate::backend::{path, reference};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::image::{Image, worst};
-use crate::plan::{DECK_STEPS, Options, Plan, Stepping, sample_functions};
+use crate::plan::ordinates::Sweeper;
+use crate::plan::{DECK_STEPS, Diffuse, Fineness, Options, Plan, Stepping, sample_functions};
 use crate::scene::{Method, Scene};
 
 /// What is timed: a back end that takes a plan and makes frames of it.
@@ -19,6 +21,11 @@ pub trait Frames {
 
     /// Band radiances of the plan that was taken last [W m⁻² sr⁻¹], and what was found.
     fn frame(&mut self, control: &Control) -> Result<(Vec<f32>, Findings)>;
+
+    /// What sweeps light that is scattered more than once beside the processor.
+    fn sweeper(&self) -> Option<Arc<dyn Sweeper>> {
+        None
+    }
 
     /// Other times that matter here, for the plan that was taken last: what is timed, median seconds, and those of the device.
     fn others(&mut self, _plan: &Plan, _frames: usize) -> Result<Vec<(String, f64, f64)>> {
@@ -125,6 +132,17 @@ pub fn table(
             let seconds = seconds * (full.width * full.height) as f64 / (error_size * error_size) as f64;
             visit(Row { name: "path, to the default's error".into(), terms: 0, seconds, device_seconds: f64::NAN, error: Some(error) });
         }
+        let swept = plan.diffuse.is_some() && options.method.bounces > 1;
+        for sweeper in [Some(None), backend.sweeper().map(Some)].into_iter().flatten().filter(|_| swept) {
+            let on = if sweeper.is_none() { "cpu" } else { "gpu" };
+            let options = Options { sweeper, ..options.clone() };
+            let (seconds, device_seconds) = timed(frames.min(BAKES), || {
+                let fineness = (&options, Fineness::FULL);
+                Diffuse::new(&scene, &plan.lights, &plan.spectral, &plan.space, fineness, None, control)?;
+                Ok(f64::NAN)
+            })?;
+            visit(Row { name: format!("bake of many bounces, {on}"), terms: plan.spectral.terms(), seconds, device_seconds, error: None });
+        }
         backend.take(plan)?;
         for (name, seconds, device_seconds) in backend.others(plan, frames)? {
             visit(Row { name, terms: 0, seconds, device_seconds, error: None });
@@ -220,6 +238,8 @@ fn contestants(method: &Method) -> Result<Vec<(String, Method)>> {
     Ok(list)
 }
 
+/// Most bakes of light that is scattered more than once.
+const BAKES: usize = 3;
 /// A first frame that takes longer says enough by itself [s].
 const LONG: f64 = 5.0;
 

@@ -10,7 +10,7 @@ fn parse(text: &str) -> Scene {
 }
 
 fn options(scene: &Scene) -> Options {
-    Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY }
+    Options::new(scene.method.clone(), DEFAULT_MEMORY)
 }
 
 fn plan(scene: &Scene) -> Plan {

@@ -10,7 +10,7 @@ use barnard::scene::{DEFAULT_MEMORY, Method, Scene};
 use reference_cases::{answer, compare, folders, load};
 
 fn cpu(scene: &Scene, method: Method) -> Image {
-    let options = Options { method, memory_limit: DEFAULT_MEMORY };
+    let options = Options::new(method, DEFAULT_MEMORY);
     let plan = Plan::new(scene, &options, &Control::default()).unwrap();
     println!("{:?} {:?}, terms {}", plan.space.spatial, plan.space.star_factor, plan.spectral.terms());
     barnard::backend::cpu::render(scene, &plan, &Control::default()).unwrap().0

@@ -30,13 +30,13 @@ fn text(stars: usize, phase: &str, method: &str) -> String {
 
 fn scene(text: String) -> Scene {
     let mut scene = Scene::parse("test.toml", "test", text, &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap();
-    let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+    let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
     barnard::plan::sample_functions(&mut scene, &options).unwrap();
     scene
 }
 
 fn plan(scene: &Scene) -> Plan {
-    let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+    let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
     Plan::new(scene, &options, &Control::default()).unwrap()
 }
 
@@ -119,14 +119,14 @@ fn a_crowd_is_seen_from_elsewhere() {
 }
 
 fn options() -> Options {
-    Options { method: scene(text(9, "", "")).method.clone(), memory_limit: DEFAULT_MEMORY }
+    Options::new(scene(text(9, "", "")).method.clone(), DEFAULT_MEMORY)
 }
 
 /// Too little memory for depths and field: coarser ones, then an error that says what is needed.
 #[test]
 fn a_crowd_keeps_to_its_memory() {
     let scene = scene(text(40, FORWARD, ""));
-    let by = |memory_limit: u64| Plan::new(&scene, &Options { method: scene.method.clone(), memory_limit }, &Control::default());
+    let by = |memory_limit: u64| Plan::new(&scene, &Options::new(scene.method.clone(), memory_limit), &Control::default());
     let (large, small) = (by(DEFAULT_MEMORY).unwrap(), by(3 << 20).unwrap());
     let bytes = |plan: &Plan| plan.space.crowd.as_ref().unwrap().bytes();
     assert!(bytes(&small) < bytes(&large) / 4 && bytes(&small) < 1 << 20);
@@ -152,7 +152,7 @@ fn what_did_not_change_is_not_baked_again() {
     for (from, to, kept) in cases {
         assert!(before.contains(from), "{from}");
         let scene = parsed(before.replace(from, to));
-        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
         let renewed = Plan::renewed(Some(&first), &scene, &options, &Control::default()).unwrap();
         let new = plan(&scene);
         assert_eq!(renewed.notes(), new.notes(), "{from}");

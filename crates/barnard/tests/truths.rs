@@ -13,7 +13,7 @@ fn parse(text: &str) -> Scene {
 }
 
 fn options(scene: &Scene) -> Options {
-    Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY }
+    Options::new(scene.method.clone(), DEFAULT_MEMORY)
 }
 
 fn on_cpu(scene: &Scene) -> Image {

@@ -85,7 +85,7 @@ impl SceneArgs {
         let method = self.method(&scene)?;
         // What `reference` and `path` read, who know no method.
         scene.method.bounces = method.bounces;
-        Ok((scene, Options { method, memory_limit }))
+        Ok((scene, Options::new(method, memory_limit)))
     }
 
     fn method(&self, scene: &Scene) -> anyhow::Result<barnard::scene::Method> {

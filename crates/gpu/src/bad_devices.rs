@@ -3,13 +3,15 @@
 use std::sync::{Arc, Mutex};
 
 use barnard::backend::cpu;
-use barnard::control::Control;
+use barnard::control::{Control, Stage};
+use barnard::plan::{Options, Plan};
+use barnard::scene::DEFAULT_MEMORY;
 
 use crate::march::Tuning;
 use crate::picture::render_surely;
 use crate::test_device::device;
 use crate::twins::{plan_of, scene};
-use crate::{Gpu, GpuError, Renderer};
+use crate::{Gpu, GpuError, Ordinates, Renderer};
 
 /// A device that is taken away in the middle of a picture is opened once more; if that is taken too, the processor renders.
 #[test]
@@ -94,4 +96,37 @@ fn what_is_too_large_is_refused() {
 fn no_room_is_an_error_that_says_what_fits() {
     let words = GpuError::Memory(3 << 30).to_string();
     assert!(words.contains("3072 MiB") && words.contains("half the voxels") && words.contains("--backend cpu"), "{words}");
+}
+
+/// Light that a device has no room to sweep, or that goes in the middle of it, is swept by the processor, with the same bits; the output says why.
+#[test]
+fn the_processor_sweeps_what_a_device_cannot() {
+    let Some(lost) = device() else { return };
+    let scene = scene(16, "bounces = 30");
+    let plan = |gpu: Option<&Gpu>, control: &Control| {
+        let mut options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
+        if let Some(gpu) = gpu {
+            options.sweeper = Some(Arc::new(Ordinates::new(gpu.clone())));
+        }
+        let plan = Plan::sampled(&scene, &options, 40, control).unwrap();
+        let words = plan.notes().into_iter().find(|note| note.0 == "many bounces").unwrap().1;
+        (plan.diffuse.unwrap().volumes.iter().flat_map(|v| v.data.clone()).collect::<Vec<f32>>(), words)
+    };
+    let small = Gpu::limited(wgpu::Limits { max_storage_buffer_binding_size: 1 << 20, ..wgpu::Limits::default() }).unwrap();
+    let (victim, hits) = (lost.device.clone(), Arc::new(Mutex::new(0)));
+    let heard = hits.clone();
+    let takes_away = Control::with_listener(move |stage, _, _| {
+        if stage == Stage::Light {
+            *heard.lock().unwrap() += 1;
+            victim.destroy();
+        }
+    });
+    let (truth, words) = plan(None, &Control::default());
+    assert!(words.contains("swept on cpu in"), "{words}");
+    for (gpu, control, why) in [(&small, Control::default(), "this device takes at most 1048576"), (&lost, takes_away, "gave up")] {
+        let (volumes, words) = plan(Some(gpu), &control);
+        assert!(words.contains(&format!("swept on cpu ({}: ", gpu.name())) && words.contains(why), "{words}");
+        assert!(volumes == truth);
+    }
+    assert!(*hits.lock().unwrap() > 0);
 }

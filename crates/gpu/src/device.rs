@@ -23,7 +23,8 @@ pub struct Adapter {
     pub buffer: u64,
 }
 
-/// A device with its queue.
+/// A device with its queue; a copy is the same device.
+#[derive(Debug, Clone)]
 pub struct Gpu {
     /// What it is.
     pub adapter: Adapter,
@@ -36,13 +37,14 @@ pub struct Gpu {
 }
 
 /// The first complaint is the reason of all others; a device that is gone stays so.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Complaints {
     gone: Option<String>,
     first: Option<Complaint>,
 }
 
 /// What a device complains of.
+#[derive(Debug)]
 enum Complaint {
     /// It has no room.
     Memory,
@@ -144,6 +146,11 @@ impl Gpu {
         Self { adapter: described, device, queue, timer, complaints }
     }
 
+    /// What it is, for what outputs state.
+    pub fn name(&self) -> String {
+        format!("gpu: {} ({})", self.adapter.name, self.adapter.api)
+    }
+
     /// Room for so many bytes.
     pub(crate) fn buffer(&self, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
         self.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
@@ -228,6 +235,17 @@ impl Gpu {
 
     /// The first bytes of a buffer, by way of `back`, which grows as it must.
     pub(crate) fn read(&self, from: &wgpu::Buffer, bytes: u64, back: &mut Option<wgpu::Buffer>) -> Result<Vec<u8>> {
+        self.read_as(from, bytes, back, <[u8]>::to_vec)
+    }
+
+    /// What `made` makes of the first bytes of a buffer, by way of `back`, which grows as it must.
+    pub(crate) fn read_as<T>(
+        &self,
+        from: &wgpu::Buffer,
+        bytes: u64,
+        back: &mut Option<wgpu::Buffer>,
+        made: impl FnOnce(&[u8]) -> T,
+    ) -> Result<T> {
         fn lost(e: impl std::fmt::Display) -> GpuError {
             GpuError::Lost(e.to_string())
         }
@@ -244,7 +262,7 @@ impl Gpu {
         self.wait()?;
         self.check(bytes)?;
         receiver.recv().map_err(lost)?.map_err(lost)?;
-        let values = slice.get_mapped_range().map_err(lost)?.to_vec();
+        let values = made(&slice.get_mapped_range().map_err(lost)?);
         staging.unmap();
         Ok(values)
     }

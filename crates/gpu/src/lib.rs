@@ -4,7 +4,7 @@
 //! shape of a shader, `forms` adds what the plan's spectral rule needs, `frame` what changes from picture to picture; `shader` prints the shape in front of
 //! `shaders/*.wgsl`, `textures` uploads volumes, `resources` what fits, `march` keeps a plan on the device, dispatches
 //! strips of rows and reads them back, `resolve` makes display colours of them,
-//! `sweep` the depths of a star that has moved. Twins: a function of a
+//! `sweep` the depths of a star that has moved, `ordinates` light that is scattered more than once. Twins: a function of a
 //! shader names the Rust function that it repeats.
 
 #[cfg(test)]
@@ -16,6 +16,7 @@ mod forms;
 mod frame;
 mod layout;
 mod march;
+mod ordinates;
 mod picture;
 mod resolve;
 mod resources;
@@ -32,4 +33,5 @@ mod twins;
 pub use device::{Adapter, Gpu, adapters, device_descriptor};
 pub use error::{GpuError, Result};
 pub use march::{Renderer, Tuning};
+pub use ordinates::Ordinates;
 pub use picture::{render, render_surely, unable};

@@ -17,7 +17,7 @@ use crate::march::{Renderer, Tuning};
 /// For methods that no shader has, grids beyond the device's limits, and devices that give up.
 pub fn render(gpu: &Gpu, scene: &Scene, plan: &Plan, tuning: Tuning, control: &Control) -> Result<(Image, Findings)> {
     let (data, findings) = Renderer::new(gpu, plan, tuning)?.radiance(control)?;
-    let mut image = finished(scene, plan, data, findings, &format!("gpu: {} ({})", gpu.adapter.name, gpu.adapter.api))?;
+    let mut image = finished(scene, plan, data, findings, &gpu.name())?;
     if tuning.on_the_fly {
         image.notes.push(("density".into(), "noise at every sample; star depths and empty space as sampled".into()));
     }

@@ -147,6 +147,7 @@ mod tests {
     use crate::forms::FORMS;
     use crate::frame::Frame;
     use crate::layout::FieldShape;
+    use crate::ordinates::{self, ORDINATES, PlaneNumbers, TermNumbers};
     use crate::resolve::{self, DisplayLevels};
     use crate::sweep::{PACK, PackNumbers, SWEEP, SweepNumbers, sweep_source};
 
@@ -228,6 +229,9 @@ mod tests {
         let sweep = ours!(SweepNumbers: apex, along_u, along_v, along_w, star, slopes, edge, sides, counts, dims, strides);
         assert_eq!(sweep, fields(&validated(&sweep_source()), "Sweep"));
         assert_eq!(ours!(PackNumbers: dims, scale), fields(&validated(PACK), "Pack"));
+        let ordinates = validated(&ordinates::source(36, 9));
+        assert_eq!(ours!(TermNumbers: k, around, factor, cells, glows, least, nothing), fields(&ordinates, "Terms"));
+        assert_eq!(ours!(PlaneNumbers: first, before, column, row, columns, rows, beam, half), fields(&ordinates, "Plane"));
         let display = ours!(DisplayLevels: levels, size);
         assert_eq!(display, fields(&validated(resolve::SOURCE), "Display"));
     }
@@ -235,7 +239,7 @@ mod tests {
     /// Every function of a shader that repeats one in Rust says which; those are there.
     #[test]
     fn twins_are_named() {
-        let files = FILES.iter().copied().chain(FORMS.iter().map(|f| f.wgsl)).chain([resolve::SOURCE, SWEEP, PACK]);
+        let files = FILES.iter().copied().chain(FORMS.iter().map(|f| f.wgsl)).chain([resolve::SOURCE, SWEEP, PACK, ORDINATES]);
         let twins: Vec<&str> = files.flat_map(|f| f.lines()).filter_map(|l| l.strip_prefix("// twin: ")).collect();
         assert!(twins.len() >= 20, "{twins:?}");
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));

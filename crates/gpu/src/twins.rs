@@ -24,7 +24,7 @@ fn plan(method: &str) -> Plan {
 }
 
 pub fn plan_of(scene: &Scene) -> Plan {
-    let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+    let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
     Plan::sampled(scene, &options, 40, &Control::default()).unwrap()
 }
 

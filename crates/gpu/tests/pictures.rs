@@ -19,7 +19,7 @@ const FINE: Stepping = Stepping::PerVoxel(10.0);
 fn plan(scene: &mut Scene, edge: usize) -> Plan {
     let shape = scene.camera.height as f64 / scene.camera.width as f64;
     (scene.camera.width, scene.camera.height) = (edge, (edge as f64 * shape) as usize);
-    let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+    let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
     Plan::new(scene, &options, &Control::default()).unwrap()
 }
 
@@ -171,7 +171,7 @@ fn a_star_moves_on_the_device() {
     let made = |place: &str| {
         let mut scene = parsed(&format!("{CAMERA}{cloud}{second}{}[method]\nbake = 40\n", STAR.replace("0.2 0.5 0.3", place)));
         (scene.camera.width, scene.camera.height) = (12, 12);
-        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
         Plan { stepping: FINE, ..Plan::sampled(&scene, &options, 40, &Control::default()).unwrap() }
     };
     let first = made("0.2 0.5 0.3");
@@ -328,7 +328,7 @@ fn changes_are_taken() {
     let Some(gpu) = device() else { return };
     let made = |text: String| {
         let scene = parsed(&text);
-        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
         Plan::sampled(&scene, &options, 40, &Control::default()).unwrap()
     };
     let method = "[method]\nbake = 16\n";
@@ -413,7 +413,7 @@ fn other_methods_are_refused() {
     let narrow = DUST.replace("ccm89", "inverse_wavelength");
     for (method, dust, words) in [("sampled", DUST, "sampled"), ("analytic", &narrow, "single precision")] {
         let scene = parsed(&format!("{CAMERA}{dust}{STAR}[method]\nbake = 16\nname = \"{method}\"\n"));
-        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
         let plan = Plan::sampled(&scene, &options, 20, &Control::default()).unwrap();
         let error = Renderer::new(&gpu, &plan, Tuning::default()).err().unwrap().to_string();
         assert_eq!(barnard_gpu::unable(&plan, Tuning::default()).unwrap().to_string(), error);
@@ -421,7 +421,7 @@ fn other_methods_are_refused() {
     }
     // A wish to stop is heard.
     let scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\n"));
-    let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+    let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
     let plan = Plan::sampled(&scene, &options, 20, &Control::default()).unwrap();
     let control = Control::default();
     control.interrupt();

@@ -22,7 +22,7 @@ fn picture(gpu: &Gpu, scene: &Scene, options: &Options) -> (Image, Plan) {
 #[test]
 fn gpu_is_within_3e_3_of_every_case() {
     let Some(gpu) = device() else { return };
-    let options = Options { method: Method::default(), memory_limit: DEFAULT_MEMORY };
+    let options = Options::new(Method::default(), DEFAULT_MEMORY);
     for folder in folders() {
         let image = picture(&gpu, &load(&folder), &options).0;
         assert!(compare(&folder, &image, 3e-3) < 3e-3, "{}", folder.display());
@@ -39,7 +39,7 @@ fn gpu_is_within_its_stated_accuracy_of_the_reference() {
     let Some(gpu) = device() else { return };
     for builtin in barnard::builtin::SCENES {
         let mut scene = barnard::builtin::load(builtin.name, DEFAULT_MEMORY).unwrap();
-        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
         sample_functions(&mut scene, &options).unwrap();
         scene.camera.supersampling = 1;
         (scene.camera.width, scene.camera.height) = (EDGE, EDGE);

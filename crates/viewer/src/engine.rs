@@ -167,7 +167,9 @@ impl Drop for Engine {
 fn work(shared: &Shared, sender: &Sender<Frame>, wake: &dyn Fn()) {
     let mut studio = Studio::new(shared.closing.clone());
     while let Some((number, order, control)) = shared.next() {
-        studio.gpu = shared.gpu.get();
+        if let Some(gpu) = shared.gpu.get() {
+            studio.take(gpu);
+        }
         let tell = |quality, pictures| {
             // Nobody listens any more once the window is gone.
             let _ = sender.send(Frame { number, quality, pictures });

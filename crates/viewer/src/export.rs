@@ -54,7 +54,7 @@ impl Export {
         let (target, stop, repaint) = (path.to_owned(), control.clone(), ctx.clone());
         std::thread::spawn(move || {
             let work = || {
-                let options = Options { method: scene.method.clone(), memory_limit };
+                let options = Options::new(scene.method.clone(), memory_limit);
                 let plan = Plan::new(&scene, &options, &stop)?;
                 let (image, _) = cpu::render(&scene, &plan, &stop)?;
                 save(&image, &scene.display, &target)

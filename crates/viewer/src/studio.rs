@@ -6,10 +6,11 @@ use std::time::Instant;
 use barnard::backend::cpu::{self, Findings};
 use barnard::camera::Camera;
 use barnard::control::Control;
+use barnard::plan::ordinates::Sweeper;
 use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
 use barnard::{Error, Result};
-use barnard_gpu::{Gpu, GpuError, Renderer, Tuning};
+use barnard_gpu::{Gpu, GpuError, Ordinates, Renderer, Tuning};
 
 use crate::engine::{Order, Quality, View};
 use crate::picture::{Picture, Times};
@@ -55,7 +56,9 @@ struct Last {
 /// All views.
 pub struct Studio<'g> {
     /// What marches rays, as long as it does; the processor if none.
-    pub gpu: Option<&'g Gpu>,
+    gpu: Option<&'g Gpu>,
+    /// What sweeps light that is scattered more than once beside it.
+    sweeper: Option<Arc<dyn Sweeper>>,
     /// Stops a first look.
     closing: Control,
     stands: Vec<Stand<'g>>,
@@ -68,7 +71,18 @@ pub struct Studio<'g> {
 impl<'g> Studio<'g> {
     /// On the processor; `closing` stops all that it does.
     pub fn new(closing: Control) -> Self {
-        Self { gpu: None, closing, stands: Vec::new(), rate: FIRST_RATE, planned: 0.0 }
+        Self { gpu: None, sweeper: None, closing, stands: Vec::new(), rate: FIRST_RATE, planned: 0.0 }
+    }
+
+    /// Has rays marched by `gpu` from now on.
+    pub fn take(&mut self, gpu: &'g Gpu) {
+        if self.gpu.is_none() {
+            (self.gpu, self.sweeper) = (Some(gpu), Ordinates::if_faster(gpu));
+        }
+    }
+
+    fn options(&self, scene: &Scene, memory_limit: u64) -> Options {
+        Options { sweeper: self.sweeper.clone(), ..Options::new(scene.method.clone(), memory_limit) }
     }
 
     /// Makes what is asked for, from coarse to fine; `show` hears of every stage. A picture that is only shown in another way is coloured anew, no more.
@@ -139,11 +153,11 @@ impl<'g> Studio<'g> {
     fn glance(&mut self, i: usize, view: &View, order: &Order, scale: f64, control: &Control) -> Result<Picture> {
         let camera = reduced(&order.camera, scale);
         let scene = seen(&view.scene, &camera);
+        let options = self.options(&scene, order.memory_limit);
         let (gpu, stand) = (self.gpu, &mut self.stands[i]);
         let start = Instant::now();
         let known = stand.glance.as_ref().filter(|(physics, _)| *physics == view.physics);
         if known.is_none() {
-            let options = Options { method: scene.method.clone(), memory_limit: order.memory_limit };
             let plan = Plan::glance(stand.glance.as_ref().map(|(_, plan)| plan), &scene, &options, control)?;
             stand.glance = Some((view.physics.clone(), plan));
         }
@@ -164,9 +178,9 @@ impl<'g> Studio<'g> {
     /// The picture that `barnard render` writes.
     fn settled(&mut self, i: usize, view: &View, order: &Order, control: &Control) -> Result<Picture> {
         let scene = seen(&view.scene, &order.camera);
+        let options = self.options(&scene, order.memory_limit);
         let stand = &mut self.stands[i];
         let start = Instant::now();
-        let options = Options { method: scene.method.clone(), memory_limit: order.memory_limit };
         let plan = Plan::renewed(stand.settled.as_ref(), &scene, &options, control)?;
         // What is kept stands beside the next one: no more than a part of the room.
         stand.settled = Some(plan.clone()).filter(|plan| plan.bytes() < order.memory_limit / KEPT);
@@ -223,7 +237,7 @@ impl<'g> Marcher<'g> {
         if let Some(gpu) = gpu.filter(|_| self.given_up.is_none()) {
             match self.on(gpu, plan, control) {
                 Ok((data, findings)) => {
-                    return Ok((data, findings, start.elapsed().as_secs_f64(), format!("gpu: {} ({})", gpu.adapter.name, gpu.adapter.api)));
+                    return Ok((data, findings, start.elapsed().as_secs_f64(), gpu.name()));
                 }
                 Err(GpuError::Render(Error::Interrupted)) => return Err(Error::Interrupted),
                 Err(error) => {
@@ -282,7 +296,7 @@ mod tests {
         let (quality, last) = shown.last().unwrap();
         assert_eq!(*quality, Quality::Settled);
         let scene = seen(document.scene(), &order.camera);
-        let plan = Plan::new(&scene, &Options { method: scene.method.clone(), memory_limit: 1 << 32 }, &Control::default()).unwrap();
+        let plan = Plan::new(&scene, &Options::new(scene.method.clone(), 1 << 32), &Control::default()).unwrap();
         let rendered = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
         assert!(*last.image == rendered);
         let (_, full) = shown.iter().rev().find(|(q, _)| *q == Quality::Full).unwrap();
@@ -330,7 +344,7 @@ mod tests {
         let mut document = Document::builtin("deck", 1 << 32).unwrap();
         let last = |studio: &mut Studio, document: &Document| served(studio, &order(document, (48, 32), false)).pop().unwrap().1;
         let mut studio = Studio::new(Control::default());
-        studio.gpu = Some(&gpu);
+        studio.take(&gpu);
         let (on_device, on_processor) = (last(&mut studio, &document), last(&mut Studio::new(Control::default()), &document));
         assert!(on_device.backend.starts_with("gpu: ") && on_processor.backend == "cpu", "{}", on_device.backend);
         for band in 0..3 {

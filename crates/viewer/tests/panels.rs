@@ -401,7 +401,7 @@ fn pictures_are_saved() {
     }
     let image = barnard::formats::read_image(&folder.path().join("out.fits"), LIMIT).unwrap();
     let scene = harness.state().document.scene();
-    let options = barnard::plan::Options { method: scene.method.clone(), memory_limit: LIMIT };
+    let options = barnard::plan::Options::new(scene.method.clone(), LIMIT);
     let control = barnard::control::Control::default();
     let plan = barnard::plan::Plan::new(scene, &options, &control).unwrap();
     let rendered = barnard::backend::cpu::render(scene, &plan, &control).unwrap().0;

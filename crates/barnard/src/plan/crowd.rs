@@ -307,7 +307,7 @@ mod tests {
     }
 
     fn crowd(before: Option<&Crowd>, places: &[DVec3], dust: &Arc<Grid>) -> Crowd {
-        let options = Options { method: Method::default(), memory_limit: DEFAULT_MEMORY };
+        let options = Options::new(Method::default(), DEFAULT_MEMORY);
         let members: Vec<usize> = (0..places.len()).collect();
         Crowd::new(before, &members, places, dust, &options, &Control::default()).unwrap()
     }

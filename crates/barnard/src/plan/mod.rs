@@ -30,7 +30,7 @@ pub use bricks::Bricks;
 pub use closed_form::{ClosedForm, End};
 pub use crowd::Crowd;
 pub use describe::describe;
-pub use diffuse::{Diffuse, Doubt, Fineness, Gathered};
+pub use diffuse::{Diffuse, Doubt, Fineness, Gathered, ordinates};
 pub use light_field::LightField;
 pub use pilot::Spatial;
 pub use probe::Probe;
@@ -54,6 +54,15 @@ pub struct Options {
     pub method: Method,
     /// Most bytes a plan may take.
     pub memory_limit: u64,
+    /// What sweeps light that is scattered more than once; the processor where it is not said.
+    pub sweeper: Option<Arc<dyn ordinates::Sweeper>>,
+}
+
+impl Options {
+    /// On the processor alone.
+    pub fn new(method: Method, memory_limit: u64) -> Self {
+        Self { method, memory_limit, sweeper: None }
+    }
 }
 
 /// Everything a fast back end needs; a copy shares all that is large.

@@ -129,7 +129,7 @@ bake = 48
 "#;
         let loader = Loader::in_folder(".", DEFAULT_MEMORY);
         let mut scene = Scene::parse("test.toml", "test", text.to_owned(), &loader).unwrap();
-        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
         crate::plan::sample_functions(&mut scene, &options).unwrap();
         let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
         let truth = reference::render(&scene, 1e-5, &Control::default()).unwrap().at(0, 0, 0);

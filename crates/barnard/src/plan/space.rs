@@ -463,7 +463,7 @@ mod tests {
 
     fn parsed(text: String, loader: &Loader) -> (Scene, Options) {
         let scene = Scene::parse("test.toml", "test", text, loader).unwrap();
-        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
         (scene, options)
     }
 

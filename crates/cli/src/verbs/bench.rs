@@ -1,13 +1,15 @@
 //! `barnard bench`
 
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use barnard::Error;
 use barnard::backend::cpu::Findings;
 use barnard::bench::{Frames, OnCpu, Row, table, timed};
 use barnard::control::Control;
 use barnard::plan::Plan;
-use barnard_gpu::{Gpu, GpuError, Renderer, Tuning};
+use barnard::plan::ordinates::Sweeper;
+use barnard_gpu::{Gpu, GpuError, Ordinates, Renderer, Tuning};
 use clap::{Args, ValueEnum};
 
 use crate::progress;
@@ -72,6 +74,10 @@ impl Frames for OnGpu<'_> {
         Ok(frame)
     }
 
+    fn sweeper(&self) -> Option<Arc<dyn Sweeper>> {
+        Some(Arc::new(Ordinates::new(self.gpu.clone())))
+    }
+
     /// What an edit of a spectrum uploads, and the depths of a star that has moved.
     fn others(&mut self, plan: &Plan, frames: usize) -> barnard::Result<Vec<(String, f64, f64)>> {
         let Some(renderer) = &mut self.renderer else { return Ok(Vec::new()) };
@@ -105,11 +111,7 @@ impl Bench {
             Device::Gpu => {
                 let gpu = Gpu::open()?;
                 if !self.json {
-                    say!(
-                        "gpu: {} ({}); its own time by timestamps, without the way back of the picture",
-                        gpu.adapter.name,
-                        gpu.adapter.api
-                    );
+                    say!("{}; its own time by timestamps, without the way back of the picture", gpu.name());
                 }
                 self.by(&mut OnGpu { gpu: &gpu, renderer: None, seconds: 0.0 }, "GPU")
             }

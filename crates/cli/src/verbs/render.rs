@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::bail;
@@ -10,9 +11,10 @@ use barnard::backend::{BACKENDS, cpu, reference};
 use barnard::control::Control;
 use barnard::formats::{check_writable, save};
 use barnard::image::Image;
+use barnard::plan::ordinates::Sweeper;
 use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
-use barnard_gpu::{Gpu, Tuning};
+use barnard_gpu::{Gpu, Ordinates, Tuning};
 use clap::{Args, ValueEnum};
 
 use crate::progress;
@@ -124,7 +126,7 @@ impl Render {
     fn planned(&self, scene: &Scene, options: &Options) -> anyhow::Result<Image> {
         let control = progress::control()?;
         let start = Instant::now();
-        let plan = Plan::new(scene, options, &control)?;
+        let plan = Plan::new(scene, &Options { sweeper: self.sweeper(options), ..options.clone() }, &control)?;
         let planned = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let (image, findings) = match self.backend {
@@ -158,6 +160,12 @@ impl Render {
         Ok(image)
     }
 
+    /// What sweeps light that is scattered more than once: the device that marches, if it is one.
+    fn sweeper(&self, options: &Options) -> Option<Arc<dyn Sweeper>> {
+        let asked = options.method.bounces > 1 && matches!(self.backend, Backend::Gpu | Backend::Auto);
+        asked.then(|| Ordinates::if_faster(&Gpu::open().ok()?)).flatten()
+    }
+
     /// Why `auto` does not take the GPU.
     fn why_not_gpu(&self, plan: &Plan) -> Option<String> {
         let Some(best) = barnard_gpu::adapters().into_iter().next() else { return Some("no graphics adapter was found".into()) };
@@ -171,7 +179,7 @@ impl Render {
     fn on_gpu(&self, scene: &Scene, plan: &Plan, control: &Control) -> anyhow::Result<(Image, Findings)> {
         let open = || {
             let gpu = Gpu::open()?;
-            say!("gpu: {} ({})", gpu.adapter.name, gpu.adapter.api);
+            say!("{}", gpu.name());
             Ok(gpu)
         };
         Ok(barnard_gpu::render_surely(open, scene, plan, (self.tuning(), control), |words| complain!("warning: {words}"))?)

@@ -74,7 +74,7 @@ impl Trial {
             text += BANDS;
         }
         let mut scene = Scene::parse("study.toml", "study", text, &Loader::in_folder(".", DEFAULT_MEMORY))?;
-        let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+        let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
         sample_functions(&mut scene, &options)?;
         Ok(Self { scene })
     }
@@ -83,7 +83,7 @@ impl Trial {
     pub fn plan(&self, contender: &Contender, control: &Control) -> Result<Plan> {
         let settings = Settings { count: contender.count, degree: contender.degree, ..Settings::default() };
         let method = Method { settings, ..self.scene.method.clone().with_name(contender.method)? };
-        let options = Options { method, memory_limit: DEFAULT_MEMORY };
+        let options = Options::new(method, DEFAULT_MEMORY);
         Ok(Plan::sampled(&self.scene, &options, contender.steps, control)?)
     }
 

@@ -103,7 +103,7 @@ impl Trial {
         let path_seconds = start.elapsed().as_secs_f64();
         let (paths, errors) = film.estimates.iter().map(|e| (e.mean, e.error())).unzip();
         let planned = |bounces: usize| -> Result<(Plan, f64)> {
-            let mut options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+            let mut options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
             options.method.bounces = bounces;
             let start = Instant::now();
             Ok((Plan::new(scene, &options, control)?, start.elapsed().as_secs_f64()))

@@ -55,14 +55,14 @@ fn scene(stars: usize, exact: Option<usize>) -> Result<Scene> {
     );
     let mut scene = Scene::parse("validation.toml", "stars", text, &barnard::builtin::loader(DEFAULT_MEMORY))?;
     // A ray that all but hits a star sees the dust of one voxel: paths must have the same.
-    let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+    let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
     barnard::plan::sample_functions(&mut scene, &options)?;
     Ok(scene)
 }
 
 /// A plan, and what it took [s].
 fn planned(scene: &Scene, control: &Control) -> Result<(Plan, f64)> {
-    let options = Options { method: scene.method.clone(), memory_limit: DEFAULT_MEMORY };
+    let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
     let start = Instant::now();
     let plan = Plan::new(scene, &options, control)?;
     Ok((plan, start.elapsed().as_secs_f64()))

@@ -10,6 +10,7 @@ use glam::DVec3;
 use spectra::constants::SPHERE;
 
 /// A face of the cube: all directions whose largest component is along `axis`.
+#[derive(Debug)]
 pub struct Face {
     /// The axis.
     pub axis: usize,

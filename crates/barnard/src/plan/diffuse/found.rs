@@ -1,7 +1,9 @@
 //! What there is to say of a field, in numbers and in words.
 
+use std::sync::Arc;
+
 /// How the field was found.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     /// Cells along each axis.
     pub cells: [usize; 3],
@@ -13,6 +15,8 @@ pub struct Found {
     pub degree: usize,
     /// Orders of scattering that were swept.
     pub sweeps: usize,
+    /// By what they were swept, and why not by what should have.
+    pub swept_by: Arc<str>,
     /// The part of all that the geometric series behind them stands for, of the worst term.
     pub series: f64,
     /// Whether the orders went as a geometric series at last.
@@ -64,9 +68,10 @@ impl std::fmt::Display for Gathered {
 impl std::fmt::Display for Found {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Found { cells: [x, y, z], coarser, directions, degree, sweeps, series, settled, doubt, .. } = *self;
+        let by = &self.swept_by;
         write!(
             f,
-            "{sweeps} orders of scattering swept in {x} x {y} x {z} cells and {directions} directions, moments to degree {degree}, {} MiB",
+            "{sweeps} orders of scattering swept on {by} in {x} x {y} x {z} cells and {directions} directions, moments to degree {degree}, {} MiB",
             self.bytes >> 20
         )?;
         if coarser {

@@ -25,6 +25,7 @@ mod harmonics;
 mod lamps;
 mod medium;
 mod moments;
+pub mod ordinates;
 mod solve;
 mod sweep;
 mod trial;
@@ -41,8 +42,9 @@ use self::harmonics::{COUNT, DEGREE, degree, harmonics};
 use self::lamps::Lamps;
 use self::medium::Cells;
 use self::moments::Moments;
+use self::ordinates::{Octet, WIDTH};
 use self::solve::{Problem, terms};
-use super::volume::{Channel, MAX_CHANNELS, Volume};
+use super::volume::{Channel, Volume};
 use super::window::{Profile, Window};
 use super::{Crowd, Options, PhaseTable, Space, Spectral};
 use crate::camera::{Camera, Projection};
@@ -51,11 +53,6 @@ use crate::error::Result;
 use crate::field::{Grid, Lattice};
 use crate::light::Light;
 use crate::scene::Scene;
-
-/// Terms that are swept side by side.
-const WIDTH: usize = MAX_CHANNELS;
-/// A number for each of them.
-type Octet = [f32; WIDTH];
 
 /// How finely the field is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -130,6 +127,8 @@ struct Solved {
     sweeps: usize,
     series: f64,
     settled: bool,
+    /// By what they were swept, and why not by what should have.
+    by: Arc<str>,
 }
 
 /// All that the light of eight terms depends on.
@@ -244,7 +243,7 @@ impl Diffuse {
         let halves = halves.filter(|(half, _)| half.field.cells.lattice.dims != own.field.cells.lattice.dims);
         // Of light that was scattered before, alone.
         let alone = halves.as_ref().filter(|_| space.crowd.is_some());
-        let alone = alone.map(|_| Self::resolved(own.field.clone(), Vec::new(), own.found, own.view));
+        let alone = alone.map(|_| Self::resolved(own.field.clone(), Vec::new(), own.found.clone(), own.view));
         let doubt = |(half, few): &(Self, Self)| Doubt {
             spatial: half.differs_from(alone.as_ref().unwrap_or(&own)),
             angular: few.differs_from(half),
@@ -270,7 +269,7 @@ impl Diffuse {
             return Ok(self.clone());
         }
         let seen = self.field.gathered(view, control)?;
-        Ok(Arc::new(Self { halves: self.halves.clone(), ..Self::resolved(self.field.clone(), seen, self.found, view) }))
+        Ok(Arc::new(Self { halves: self.halves.clone(), ..Self::resolved(self.field.clone(), seen, self.found.clone(), view) }))
     }
 
     /// The windows around the stars of the crowd, within which their light is marched.

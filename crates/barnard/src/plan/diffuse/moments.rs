@@ -10,6 +10,7 @@ use crate::field::Lattice;
 pub struct Moments {
     /// Harmonics of a cell.
     pub count: usize,
+    /// All of them.
     pub data: Vec<Octet>,
 }
 

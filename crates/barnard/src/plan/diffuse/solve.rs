@@ -12,9 +12,9 @@ use super::harmonics::{DEGREE, count, legendre_moments};
 use super::lamps::Lamps;
 use super::medium::{Cells, Lamp};
 use super::moments::Moments;
-use super::sweep::{Sources, sweep};
+use super::ordinates::{Failure, Octet, Processor, Sweeper, Transfer, WIDTH};
 use super::trial::{Deviation, Trial};
-use super::{Diffuse, Field, Fineness, Found, Gathered, Octet, Origin, Part, Solved, Term, View, WIDTH, scattering};
+use super::{Diffuse, Field, Fineness, Found, Gathered, Origin, Part, Solved, Term, View, scattering};
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
 use crate::field::Grid;
@@ -84,6 +84,7 @@ impl Problem<'_> {
         let crowd = self.space.crowd.as_deref();
         let even: Vec<Window> = windows.iter().map(|window| Window::even(window.reach_pc)).collect();
         let (mut field, mut sweeps, mut series, mut settled) = (Vec::new(), 0, 0.0f64, true);
+        let mut swept_by: Arc<str> = Processor.name().into();
         for (p, own) in self.terms.chunks(WIDTH).enumerate() {
             let medium = Medium { cells: &cells, count: count(degree), faces: &faces, terms: own };
             let lamps = Lamps::new(self.lights, self.spectral, (p * WIDTH, own), &glow, crowd);
@@ -93,10 +94,11 @@ impl Problem<'_> {
             let known = before.and_then(|b| b.field.parts.get(p)).filter(|part| part.solved.origin == origin);
             let solved = match known {
                 Some(part) => part.solved.clone(),
-                None => Arc::new(medium.solve(self.space, origin, (&k, gathering), control)?),
+                None => Arc::new(medium.solve(self.space, origin, (&k, gathering), (self.options.sweeper.as_deref(), control))?),
             };
             (sweeps, series) = (sweeps.max(solved.sweeps), series.max(solved.series));
             settled &= solved.settled;
+            swept_by = solved.by.clone();
             let near = self.nearest(own, &lamps);
             field.push(Part { terms: own.to_vec(), solved, unit: lamps.unit, near, sent: lamps.crowd });
         }
@@ -109,6 +111,7 @@ impl Problem<'_> {
             directions,
             degree,
             sweeps,
+            swept_by,
             series,
             settled,
             doubt: None,
@@ -219,55 +222,74 @@ fn marched<'a>(space: &'a Space, stars: &'a [(usize, Octet)]) -> Vec<Lamp<'a>> {
 }
 
 impl Medium<'_> {
-    /// The light of all orders below the bounces of its `origin`.
-    fn solve(&self, space: &Space, origin: Origin, (k, gathering): (&Octet, Option<Gathering>), control: &Control) -> Result<Solved> {
-        let (lamps, bounces) = (&origin.lamps, origin.bounces);
-        let scattered = scattering(self.terms);
-        let dark = || Moments::dark(self.cells.lattice.cells(), self.count);
-        if bounces == 1 {
-            return Ok(Solved { origin, moments: Moments::dark(0, self.count), sweeps: 0, series: 0.0, settled: true });
+    /// The light of all orders below the bounces of its `origin`; by the processor where `sweeper` cannot.
+    fn solve(
+        &self,
+        space: &Space,
+        origin: Origin,
+        (k, gathering): (&Octet, Option<Gathering>),
+        (sweeper, control): (Option<&dyn Sweeper>, &Control),
+    ) -> Result<Solved> {
+        if origin.bounces == 1 {
+            let moments = Moments::dark(0, self.count);
+            return Ok(Solved { origin, moments, sweeps: 0, series: 0.0, settled: true, by: Processor.name().into() });
         }
-        let mut order = gathering.as_ref().map_or_else(|| Ok(dark()), |g| g.moments(self.cells, self.count, control))?;
-        let (mut all, mut next) = (dark(), dark());
-        let mut course = Course::default();
-        if let Some(dust) = &space.dust {
-            self.cells.direct(dust, |_| marched(space, &lamps.stars), k, &mut order, control)?;
-            if let Some(gathering) = &gathering {
-                self.cells.direct(dust, |row| gathering.near(self.cells, row), k, &mut order, control)?;
+        let scattering = scattering(self.terms);
+        let Lamps { glow, around, .. } = &origin.lamps;
+        let transfer =
+            Transfer { cells: self.cells, k, faces: self.faces, scattering: &scattering[..self.count], glow: glow.as_deref(), around };
+        let mut unable = String::new();
+        for sweeper in sweeper.into_iter().chain([&Processor as &dyn Sweeper]) {
+            let first = self.first(space, &origin.lamps, (k, gathering), control)?;
+            match orders(sweeper, transfer, first, origin.bounces, control) {
+                Ok((moments, course)) => {
+                    let (series, _) = course.rest(origin.bounces);
+                    let (sweeps, settled) = (course.orders.len(), course.is_known() || course.orders.len() + 1 == origin.bounces);
+                    return Ok(Solved { origin, moments, sweeps, series, settled, by: (sweeper.name() + &unable).into() });
+                }
+                Err(Failure::Stopped(error)) => return Err(error),
+                Err(Failure::Unable(why)) => unable = format!(" ({}: {why})", sweeper.name()),
             }
         }
-        for sweeps in 1..bounces.min(MOST_SWEEPS + 1) {
-            order.scatter(&scattered);
-            next.data.fill([0.0; WIDTH]);
-            let first = sweeps == 1;
-            let glow = lamps.glow.as_deref().filter(|_| first);
-            let around = if first { lamps.around } else { [0.0; WIDTH] };
-            sweep(self.cells, k, self.faces, &Sources { scattered: &order, glow, around }, &mut next, control)?;
-            all.add(&next, &[1.0; WIDTH]);
-            std::mem::swap(&mut order, &mut next);
-            let (own, sum) = (self.power(&order), self.power(&all));
-            if !own.iter().chain(&sum).all(|power| power.is_finite()) {
-                let message = "light that is scattered more than once comes to no number here: densities or lights are too large or too small; write bounces = 1";
-                return Err(Error::Render(message.into()));
-            }
-            course.push(own, sum);
-            control.report(Stage::Light, sweeps as u64, course.expected(bounces));
-            if course.is_known() {
-                break;
-            }
-        }
-        let (series, rest) = course.rest(bounces);
-        all.add(&order, &rest);
-        let settled = course.is_known() || course.orders.len() + 1 == bounces;
-        Ok(Solved { origin, moments: all, sweeps: course.orders.len(), series, settled })
+        Err(Error::Render(format!("light that is scattered more than once cannot be swept{unable}; write bounces = 1")))
     }
 
-    /// Fluence in the dust, for each term.
-    fn power(&self, moments: &Moments) -> [f64; WIDTH] {
-        let mut power = [0.0; WIDTH];
-        for (fluence, sigma) in moments.data.iter().step_by(self.count).zip(&self.cells.sigma) {
-            power.iter_mut().zip(fluence).for_each(|(p, m)| *p += f64::from(*sigma) * f64::from(*m));
+    /// Moments of light that has not been scattered yet.
+    fn first(&self, space: &Space, lamps: &Lamps, (k, gathering): (&Octet, Option<Gathering>), control: &Control) -> Result<Moments> {
+        let dark = || Ok(Moments::dark(self.cells.lattice.cells(), self.count));
+        let mut first = gathering.map_or_else(dark, |g| g.moments(self.cells, self.count, control))?;
+        if let Some(dust) = &space.dust {
+            self.cells.direct(dust, |_| marched(space, &lamps.stars), k, &mut first, control)?;
+            if let Some(gathering) = &gathering {
+                self.cells.direct(dust, |row| gathering.near(self.cells, row), k, &mut first, control)?;
+            }
         }
-        power
+        Ok(first)
     }
+}
+
+/// All orders of scattering below `bounces`, and how they went.
+fn orders(
+    sweeper: &dyn Sweeper,
+    transfer: Transfer,
+    first: Moments,
+    bounces: usize,
+    control: &Control,
+) -> std::result::Result<(Moments, Course), Failure> {
+    let mut orders = sweeper.start(transfer, first)?;
+    let mut course = Course::default();
+    for sweeps in 1..bounces.min(MOST_SWEEPS + 1) {
+        let (own, sum) = orders.next(control)?;
+        if !own.iter().chain(&sum).all(|power| power.is_finite()) {
+            let message = "light that is scattered more than once comes to no number here: densities or lights are too large or too small; write bounces = 1";
+            return Err(Error::Render(message.into()).into());
+        }
+        course.push(own, sum);
+        control.report(Stage::Light, sweeps as u64, course.expected(bounces));
+        if course.is_known() {
+            break;
+        }
+    }
+    let (_, rest) = course.rest(bounces);
+    Ok((orders.sum(&rest)?, course))
 }

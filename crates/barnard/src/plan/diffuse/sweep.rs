@@ -37,17 +37,18 @@ pub struct Sources<'a> {
 }
 
 /// A direction in units of the grid.
-struct Beam {
+#[derive(Debug)]
+pub struct Beam {
     /// Cells, along a row and from row to row, to the first of the four that it comes from.
-    shift: [isize; 2],
+    pub shift: [isize; 2],
     /// Bilinear weights of the four.
-    weights: [f32; 4],
+    pub weights: [f32; 4],
     /// From plane to plane [pc].
-    length_pc: f32,
+    pub length_pc: f32,
     /// Y_lm.
-    harmonics: [f32; COUNT],
+    pub harmonics: [f32; COUNT],
     /// Y_lm dΩ.
-    gather: [f32; COUNT],
+    pub gather: [f32; COUNT],
 }
 
 /// A row of a plane, with cells around it where nothing is but what comes in.
@@ -126,7 +127,8 @@ fn sweep_face(cells: &Cells, k: &Octet, face: &Face, sources: &Sources, out: &mu
 /// Rows that one thread takes at least.
 const ROWS: usize = 4;
 
-fn beam(cells: &Cells, face: &Face, direction: &Direction) -> Beam {
+/// A direction of a face between planes of cells.
+pub fn beam(cells: &Cells, face: &Face, direction: &Direction) -> Beam {
     let (column, row) = across(face.axis);
     let edge = cells.lattice.voxel_pc();
     let along = direction.towards[face.axis].abs();

@@ -197,7 +197,7 @@ mod tests {
                  [[star]]\nkind = \"blackbody\"\nposition = \"0 0 0 pc\"\ntemperature = \"9000 K\"\nluminosity = \"1 Lsun\"\n[method]\nname = \"projection\"\ncount = {size}\nbake = 8\n"
             );
             let scene = Scene::parse("test.toml", "test", text, &Loader::in_folder(".", u64::MAX)).unwrap();
-            let options = crate::plan::Options { method: scene.method.clone(), memory_limit: u64::MAX };
+            let options = crate::plan::Options::new(scene.method.clone(), u64::MAX);
             let plan = Plan::sampled(&scene, &options, 10, &crate::control::Control::default()).unwrap();
             let Form::Projection(projection) = &plan.spectral.bands[0].rule.form else { panic!("another form") };
             let table = CoordinateTable::new(projection);

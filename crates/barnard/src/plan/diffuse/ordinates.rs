@@ -1,0 +1,133 @@
+//! Orders of scattering, one after the other, wherever they are swept: on the processor, or on a device that the caller brings.
+//!
+//! A [`Sweeper`] takes up a [`Transfer`] and what shines first, and brings [`Orders`]: each scatters the one before and sweeps it along the discrete ordinates. What is
+//! found does not depend on where it is found, but for the rounding of single precision.
+
+use std::fmt::Debug;
+
+pub use super::directions::{Face, across, faces};
+pub use super::medium::Cells;
+pub use super::moments::Moments;
+pub use super::sweep::{Beam, beam};
+use super::sweep::{Sources, sweep};
+use crate::control::Control;
+use crate::error::Error;
+
+/// Terms that are swept side by side.
+pub const WIDTH: usize = super::super::volume::MAX_CHANNELS;
+/// A number for each of them.
+pub type Octet = [f32; WIDTH];
+/// Fluence in the dust, for each of them.
+pub type Powers = [f64; WIDTH];
+
+/// What the light of eight terms meets.
+#[derive(Debug, Clone, Copy)]
+pub struct Transfer<'a> {
+    /// Where the dust is.
+    pub cells: &'a Cells,
+    /// Extinction in parts of that at V.
+    pub k: &'a Octet,
+    /// The directions.
+    pub faces: &'a [Face],
+    /// ω p_l of each harmonic.
+    pub scattering: &'a [Octet],
+    /// Light of gas per length [pc⁻¹], where there is any.
+    pub glow: Option<&'a [Octet]>,
+    /// Radiance that comes in from all around.
+    pub around: &'a Octet,
+}
+
+/// Why there is no next order.
+#[derive(Debug)]
+pub enum Failure {
+    /// The user's wish to stop.
+    Stopped(Error),
+    /// What sweeps cannot go on, and why.
+    Unable(String),
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Failure::Stopped(error)
+    }
+}
+
+/// What can sweep.
+pub trait Sweeper: Debug + Send + Sync {
+    /// What it is, for what outputs state.
+    fn name(&self) -> String;
+
+    /// Takes up moments of light that has not been scattered yet.
+    ///
+    /// # Errors
+    /// Where they do not fit.
+    fn start<'a>(&self, transfer: Transfer<'a>, first: Moments) -> Result<Box<dyn Orders + 'a>, Failure>;
+}
+
+/// Orders of scattering.
+pub trait Orders {
+    /// The next one; gas and what comes in from around are part of the first. Its power, and that of all so far.
+    ///
+    /// # Errors
+    /// When the user wishes to stop, and when a device gives up.
+    fn next(&mut self, control: &Control) -> Result<(Powers, Powers), Failure>;
+
+    /// The sum of all, and the last one by these factors.
+    ///
+    /// # Errors
+    /// When a device gives up.
+    fn sum(self: Box<Self>, last: &Octet) -> Result<Moments, Failure>;
+}
+
+/// Sweeps on the processor.
+#[derive(Debug)]
+pub struct Processor;
+
+impl Sweeper for Processor {
+    fn name(&self) -> String {
+        "cpu".into()
+    }
+
+    fn start<'a>(&self, transfer: Transfer<'a>, first: Moments) -> Result<Box<dyn Orders + 'a>, Failure> {
+        let dark = || Moments::dark(transfer.cells.lattice.cells(), first.count);
+        let (sum, next) = (dark(), dark());
+        Ok(Box::new(OnProcessor { transfer, order: first, next, sum, is_first: true }))
+    }
+}
+
+struct OnProcessor<'a> {
+    transfer: Transfer<'a>,
+    order: Moments,
+    next: Moments,
+    sum: Moments,
+    is_first: bool,
+}
+
+impl Orders for OnProcessor<'_> {
+    fn next(&mut self, control: &Control) -> Result<(Powers, Powers), Failure> {
+        let Transfer { cells, k, faces, scattering, glow, around } = self.transfer;
+        self.order.scatter(scattering);
+        self.next.data.fill([0.0; WIDTH]);
+        let glow = glow.filter(|_| self.is_first);
+        let around = if self.is_first { *around } else { [0.0; WIDTH] };
+        sweep(cells, k, faces, &Sources { scattered: &self.order, glow, around }, &mut self.next, control)?;
+        self.is_first = false;
+        self.sum.add(&self.next, &[1.0; WIDTH]);
+        std::mem::swap(&mut self.order, &mut self.next);
+        Ok((power(cells, &self.order), power(cells, &self.sum)))
+    }
+
+    fn sum(mut self: Box<Self>, last: &Octet) -> Result<Moments, Failure> {
+        self.sum.add(&self.order, last);
+        Ok(self.sum)
+    }
+}
+
+/// Fluence in the dust.
+fn power(cells: &Cells, moments: &Moments) -> Powers {
+    let mut power = [0.0; WIDTH];
+    for (fluence, sigma) in moments.data.iter().step_by(moments.count).zip(&cells.sigma) {
+        power.iter_mut().zip(fluence).for_each(|(p, m)| *p += f64::from(*sigma) * f64::from(*m));
+    }
+    power
+}

@@ -1,0 +1,362 @@
+//! Orders of scattering on the device: what [`barnard::plan::ordinates::Processor`] does, plane after plane, one invocation for each cell and term.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
+use barnard::control::Control;
+use barnard::plan::ordinates::{Beam, Cells, Face, Failure, Moments, Octet, Orders, Powers, Sweeper, Transfer, WIDTH, across, beam};
+use bytemuck::{Pod, Zeroable};
+use wgpu::BufferUsages as Use;
+
+use crate::device::Gpu;
+use crate::error::{GpuError, Result};
+
+/// The fields are those of `ordinates.wgsl`.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct TermNumbers {
+    pub k: Octet,
+    pub around: Octet,
+    pub factor: Octet,
+    pub cells: u32,
+    pub glows: u32,
+    pub least: f32,
+    pub nothing: u32,
+}
+
+/// The fields are those of `ordinates.wgsl`.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct PlaneNumbers {
+    pub first: u32,
+    pub before: u32,
+    pub column: u32,
+    pub row: u32,
+    pub columns: u32,
+    pub rows: u32,
+    pub beam: u32,
+    pub half: u32,
+}
+
+/// Invocations of a workgroup.
+const WORKGROUP: usize = 64;
+/// Chunks of cells whose power is summed in single precision.
+const CHUNKS: usize = 1024;
+/// Most workgroups of a dispatch.
+const MOST_GROUPS: usize = 65535;
+/// Numbers of a beam before its harmonics.
+const HEAD: usize = 7;
+/// Bytes of two numbers for each term.
+const PAIRS: u64 = 2 * size_of::<Octet>() as u64;
+/// Binding of the numbers of a plane.
+const PLANE: u32 = 1;
+
+/// The file.
+pub const ORDINATES: &str = include_str!("shaders/ordinates.wgsl");
+
+/// The source for so many harmonics of a cell and directions of a face.
+pub fn source(harmonics: usize, beams: usize) -> String {
+    let constants = [("WIDTH", WIDTH), ("HARMONICS", harmonics), ("BEAMS", beams), ("BEAM", HEAD + 2 * harmonics), ("CHUNKS", CHUNKS)];
+    let line = |(name, value): (&str, usize)| format!("const {name} = {value}u;\n");
+    constants.into_iter().map(line).collect::<String>() + "\n" + ORDINATES
+}
+
+/// The entries of the shader.
+#[derive(Debug)]
+struct Pipelines {
+    scatter: wgpu::ComputePipeline,
+    sweep: wgpu::ComputePipeline,
+    add: wgpu::ComputePipeline,
+    power: wgpu::ComputePipeline,
+}
+
+/// Sweeps on a device.
+#[derive(Debug)]
+pub struct Ordinates {
+    gpu: Gpu,
+    /// Those that were made, by harmonics and directions.
+    made: Mutex<HashMap<(usize, usize), Arc<Pipelines>>>,
+}
+
+impl Ordinates {
+    /// On a device.
+    pub fn new(gpu: Gpu) -> Self {
+        Self { gpu, made: Mutex::default() }
+    }
+
+    /// What sweeps best where there is this device: software is slower than the processor that it runs on.
+    pub fn if_faster(gpu: &Gpu) -> Option<Arc<dyn Sweeper>> {
+        gpu.adapter.real.then(|| Arc::new(Self::new(gpu.clone())) as Arc<dyn Sweeper>)
+    }
+
+    fn pipelines(&self, harmonics: usize, beams: usize) -> Arc<Pipelines> {
+        let make = || {
+            let source = source(harmonics, beams);
+            let entry = |entry: &str| self.gpu.pipeline(&source, entry);
+            Arc::new(Pipelines { scatter: entry("scatter"), sweep: entry("sweep"), add: entry("add"), power: entry("power") })
+        };
+        match self.made.lock() {
+            Ok(mut made) => made.entry((harmonics, beams)).or_insert_with(make).clone(),
+            Err(_) => make(),
+        }
+    }
+}
+
+fn unable(error: GpuError) -> Failure {
+    match error {
+        GpuError::Render(error) => Failure::Stopped(error),
+        error => Failure::Unable(error.to_string()),
+    }
+}
+
+impl Sweeper for Ordinates {
+    fn name(&self) -> String {
+        self.gpu.name()
+    }
+
+    fn start<'a>(&self, transfer: Transfer<'a>, first: Moments) -> std::result::Result<Box<dyn Orders + 'a>, Failure> {
+        let pipelines = self.pipelines(first.count, beams_of(transfer.faces));
+        let on_device = OnDevice::new(self.gpu.clone(), pipelines, &transfer, &first);
+        Ok(Box::new(on_device.map_err(unable)?))
+    }
+}
+
+/// One plane of a face.
+struct Plane {
+    group: wgpu::BindGroup,
+    groups: u32,
+}
+
+/// What the shader reads and writes, in the order of its bindings.
+struct Buffers {
+    terms: wgpu::Buffer,
+    planes: wgpu::Buffer,
+    sigma: wgpu::Buffer,
+    scattering: wgpu::Buffer,
+    beams: wgpu::Buffer,
+    glow: wgpu::Buffer,
+    source: wgpu::Buffer,
+    order: wgpu::Buffer,
+    sum: wgpu::Buffer,
+    kept: wgpu::Buffer,
+    powers: wgpu::Buffer,
+    /// Bytes from the numbers of one plane to those of the next.
+    apart: usize,
+}
+
+impl Buffers {
+    /// Those of a transfer that starts with `first`, and the bytes of what is large.
+    fn new(gpu: &Gpu, transfer: &Transfer, first: &Moments, (numbers, planes): (&TermNumbers, &[PlaneNumbers])) -> Result<(Self, u64)> {
+        let Transfer { cells, faces, scattering, glow, .. } = *transfer;
+        let moments = Moments::bytes(cells.lattice.cells(), first.count);
+        let widest = faces.iter().map(|face| cells.lattice.cells() / cells.lattice.dims[face.axis]).max().unwrap_or(0);
+        let kept = (2 * widest * beams_of(faces)) as u64 * PAIRS;
+        let limits = gpu.device.limits();
+        let room = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let instead = "the processor has room for them";
+        GpuError::too_large("light in cells, in bytes,", moments.max(kept), room, instead)?;
+        GpuError::too_large("the number of cells", cells.lattice.cells() as u64, (MOST_GROUPS * WORKGROUP / WIDTH) as u64, instead)?;
+        // Every plane's numbers stand where a device may begin to read.
+        let apart = (limits.min_uniform_buffer_offset_alignment as usize).max(size_of::<PlaneNumbers>());
+        let mut placed = vec![0; apart * planes.len()];
+        placed.chunks_exact_mut(apart).zip(planes).for_each(|(to, plane)| {
+            to[..size_of::<PlaneNumbers>()].copy_from_slice(bytemuck::bytes_of(plane));
+        });
+        let beams = faces.iter().flat_map(|face| face.directions.iter().map(|d| beam(cells, face, d)));
+        let beams: Vec<f32> = beams.flat_map(|beam| flat(&beam, first.count)).collect();
+        // Buffers start as zero.
+        let buffers = Self {
+            terms: gpu.filled(bytemuck::bytes_of(numbers), Use::UNIFORM),
+            planes: gpu.filled(&placed, Use::UNIFORM),
+            sigma: gpu.filled(bytemuck::cast_slice(&cells.sigma), Use::STORAGE),
+            scattering: gpu.filled(bytemuck::cast_slice(scattering), Use::STORAGE),
+            beams: gpu.filled(bytemuck::cast_slice(&beams), Use::STORAGE),
+            glow: gpu.filled(bytemuck::cast_slice(glow.unwrap_or(&[[0.0; WIDTH]])), Use::STORAGE),
+            source: gpu.buffer(moments, Use::STORAGE),
+            order: gpu.filled(bytemuck::cast_slice(&first.data), Use::STORAGE),
+            sum: gpu.buffer(moments, Use::STORAGE | Use::COPY_SRC),
+            kept: gpu.buffer(kept, Use::STORAGE),
+            powers: gpu.buffer(CHUNKS as u64 * PAIRS, Use::STORAGE | Use::COPY_SRC),
+            apart,
+        };
+        Ok((buffers, 3 * moments + kept))
+    }
+
+    /// What an entry binds, the numbers of one plane among it if it reads them.
+    fn group(&self, gpu: &Gpu, pipeline: &wgpu::ComputePipeline, used: &[u32], plane: usize) -> wgpu::BindGroup {
+        let Self { terms, planes, sigma, scattering, beams, glow, source, order, sum, kept, powers, apart } = self;
+        let all = [terms, planes, sigma, scattering, beams, glow, source, order, sum, kept, powers];
+        let bound = |binding: u32| match binding {
+            PLANE => {
+                let size = std::num::NonZeroU64::new(size_of::<PlaneNumbers>() as u64);
+                wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer: planes, offset: (plane * apart) as u64, size })
+            }
+            other => all[other as usize].as_entire_binding(),
+        };
+        gpu.group(&pipeline.get_bind_group_layout(0), used.iter().map(|binding| (*binding, bound(*binding))))
+    }
+}
+
+struct OnDevice {
+    gpu: Gpu,
+    pipelines: Arc<Pipelines>,
+    harmonics: usize,
+    numbers: TermNumbers,
+    buffers: Buffers,
+    back: Option<wgpu::Buffer>,
+    scatter: wgpu::BindGroup,
+    add: wgpu::BindGroup,
+    power: wgpu::BindGroup,
+    /// Of all faces, in the order of the sweep.
+    planes: Vec<Plane>,
+    /// Planes of each face.
+    counts: Vec<usize>,
+    bytes: u64,
+}
+
+impl OnDevice {
+    fn new(gpu: Gpu, pipelines: Arc<Pipelines>, transfer: &Transfer, first: &Moments) -> Result<Self> {
+        let Transfer { cells, k, faces, glow, around, .. } = *transfer;
+        let numbers = TermNumbers {
+            k: *k,
+            around: *around,
+            factor: [1.0; WIDTH],
+            cells: cells.lattice.cells() as u32,
+            glows: u32::from(glow.is_some()),
+            least: cells.least,
+            nothing: 0,
+        };
+        let numbered: Vec<PlaneNumbers> = faces.iter().enumerate().flat_map(|(f, face)| planes(cells, face, f * beams_of(faces))).collect();
+        let (buffers, bytes) = Buffers::new(&gpu, transfer, first, (&numbers, &numbered))?;
+        let plane = |(number, plane): (usize, &PlaneNumbers)| Plane {
+            group: buffers.group(&gpu, &pipelines.sweep, &[0, PLANE, 2, 4, 5, 6, 7, 9], number),
+            groups: groups((plane.columns * plane.rows) as usize * WIDTH),
+        };
+        let planes: Vec<Plane> = numbered.iter().enumerate().map(plane).collect();
+        let whole = |pipeline, used| buffers.group(&gpu, pipeline, used, 0);
+        let scatter = whole(&pipelines.scatter, &[0, 3, 6, 7]);
+        let add = whole(&pipelines.add, &[0, 7, 8]);
+        let power = whole(&pipelines.power, &[0, 2, 7, 8, 10]);
+        let counts = faces.iter().map(|face| cells.lattice.dims[face.axis]).collect();
+        gpu.wait()?;
+        gpu.check(bytes)?;
+        Ok(Self { gpu, pipelines, harmonics: first.count, numbers, buffers, back: None, scatter, add, power, planes, counts, bytes })
+    }
+
+    /// Does `work` in one pass.
+    fn submit(&self, work: impl FnOnce(&mut wgpu::ComputePass)) {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        work(&mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("ordinates"), timestamp_writes: None }));
+        self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Dispatches for each cell and term.
+    fn cells(&self) -> u32 {
+        groups(self.numbers.cells as usize * WIDTH)
+    }
+
+    fn order(&mut self) -> Result<(Powers, Powers)> {
+        let all = self.cells();
+        self.submit(|pass| {
+            pass.set_pipeline(&self.pipelines.scatter);
+            pass.set_bind_group(0, &self.scatter, &[]);
+            pass.dispatch_workgroups(all, 1, 1);
+        });
+        // A submission for each face: displays that share the device wait no longer for it.
+        let mut planes = self.planes.iter();
+        for count in &self.counts {
+            self.submit(|pass| {
+                pass.set_pipeline(&self.pipelines.sweep);
+                for plane in planes.by_ref().take(*count) {
+                    pass.set_bind_group(0, &plane.group, &[]);
+                    pass.dispatch_workgroups(plane.groups, 1, 1);
+                }
+            });
+        }
+        self.submit(|pass| {
+            pass.set_pipeline(&self.pipelines.add);
+            pass.set_bind_group(0, &self.add, &[]);
+            pass.dispatch_workgroups(all, 1, 1);
+            pass.set_pipeline(&self.pipelines.power);
+            pass.set_bind_group(0, &self.power, &[]);
+            pass.dispatch_workgroups(groups(CHUNKS * WIDTH), 1, 1);
+        });
+        let found = self.gpu.read(&self.buffers.powers, CHUNKS as u64 * PAIRS, &mut self.back)?;
+        // Gas and what comes in from around are part of the first order alone.
+        (self.numbers.glows, self.numbers.around) = (0, [0.0; WIDTH]);
+        self.gpu.queue.write_buffer(&self.buffers.terms, 0, bytemuck::bytes_of(&self.numbers));
+        let (mut own, mut sum) = ([0.0; WIDTH], [0.0; WIDTH]);
+        for chunk in found.chunks_exact(PAIRS as usize) {
+            let powers: [[f32; 2]; WIDTH] = bytemuck::pod_read_unaligned(chunk);
+            for (t, [o, s]) in powers.into_iter().enumerate() {
+                own[t] += f64::from(o);
+                sum[t] += f64::from(s);
+            }
+        }
+        Ok((own, sum))
+    }
+
+    fn total(mut self, last: &Octet) -> Result<Moments> {
+        self.numbers.factor = *last;
+        self.gpu.queue.write_buffer(&self.buffers.terms, 0, bytemuck::bytes_of(&self.numbers));
+        self.submit(|pass| {
+            pass.set_pipeline(&self.pipelines.add);
+            pass.set_bind_group(0, &self.add, &[]);
+            pass.dispatch_workgroups(self.cells(), 1, 1);
+        });
+        let count = self.harmonics;
+        let size = Moments::bytes(self.numbers.cells as usize, count);
+        let data = self.gpu.read_as(&self.buffers.sum, size, &mut None, |bytes| {
+            bytes.chunks_exact(size_of::<Octet>()).map(bytemuck::pod_read_unaligned).collect()
+        })?;
+        self.gpu.check(self.bytes)?;
+        Ok(Moments { count, data })
+    }
+}
+
+impl Orders for OnDevice {
+    fn next(&mut self, control: &Control) -> std::result::Result<(Powers, Powers), Failure> {
+        control.check()?;
+        self.order().map_err(unable)
+    }
+
+    fn sum(self: Box<Self>, last: &Octet) -> std::result::Result<Moments, Failure> {
+        self.total(last).map_err(unable)
+    }
+}
+
+/// Workgroups for so many invocations.
+fn groups(invocations: usize) -> u32 {
+    invocations.div_ceil(WORKGROUP) as u32
+}
+
+/// Directions of each face.
+fn beams_of(faces: &[Face]) -> usize {
+    faces.first().map_or(0, |face| face.directions.len())
+}
+
+/// The planes of a face, in the order of the sweep.
+fn planes(cells: &Cells, face: &Face, beam: usize) -> Vec<PlaneNumbers> {
+    let dims = cells.lattice.dims;
+    let strides = [1, dims[0], dims[0] * dims[1]];
+    let (column, row) = across(face.axis);
+    let count = dims[face.axis];
+    let at = |step: usize| (if face.up { step } else { count - 1 - step }) * strides[face.axis];
+    let plane = |step: usize| PlaneNumbers {
+        first: at(step) as u32,
+        before: at(step.saturating_sub(1)) as u32,
+        column: strides[column] as u32,
+        row: strides[row] as u32,
+        columns: dims[column] as u32,
+        rows: dims[row] as u32,
+        beam: beam as u32,
+        half: (step % 2) as u32 + if step == 0 { 2 } else { 0 },
+    };
+    (0..count).map(plane).collect()
+}
+
+/// A beam as the shader reads it.
+fn flat(beam: &Beam, harmonics: usize) -> Vec<f32> {
+    let head = beam.shift.map(|shift| shift as f32).into_iter().chain([beam.length_pc]).chain(beam.weights);
+    head.chain(beam.harmonics.into_iter().take(harmonics)).chain(beam.gather.into_iter().take(harmonics)).collect()
+}

@@ -1,0 +1,110 @@
+//! Orders of scattering that are swept on the device, beside those of the processor.
+
+#[path = "common/device.rs"]
+mod test_device;
+
+use std::sync::Arc;
+
+use barnard::control::Control;
+use barnard::field::{Grid, Lattice};
+use barnard::geometry::Bounds;
+use barnard::plan::ordinates::{Cells, Moments, Octet, Powers, Processor, Sweeper, Transfer, WIDTH, faces};
+use barnard::plan::{Options, Plan};
+use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
+use barnard_gpu::{Gpu, Ordinates};
+use glam::DVec3;
+use test_device::device;
+
+/// Three orders in dust with a hole, their powers, and the sum with half of the last once more.
+fn swept(by: &dyn Sweeper, (harmonics, edge): (usize, usize), k: &Octet, glows: bool) -> (Vec<(Powers, Powers)>, Moments) {
+    let size = DVec3::new(1.0, 2.0, 1.5);
+    let lattice = Lattice { dims: [21, 34, 27], bounds: Bounds { low: -0.5 * size, high: 0.5 * size } };
+    let dust = Grid::sampled(lattice, |p| if p.length() < 0.3 { 0.0 } else { 3.0 + 40.0 * (7.0 * p.x).sin().max(0.0) + 5.0 * p.y * p.y });
+    let cells = Cells::new(&dust, &[], 17);
+    let count = cells.lattice.cells();
+    // Numbers without order that any machine makes.
+    let number = |i: usize, scale: f32| scale * ((i * 7919 % 1009) as f32 / 1009.0 - 0.3);
+    let first = Moments {
+        count: harmonics,
+        data: (0..count * harmonics)
+            .map(|i| std::array::from_fn(|t| number(i + 31 * t, if i % harmonics == 0 { 2.0 } else { 0.5 })))
+            .collect(),
+    };
+    let scattering: Vec<Octet> =
+        (0..harmonics).map(|h| std::array::from_fn(|t| 0.8 * (0.3 + 0.08 * t as f32).powi(h.isqrt() as i32))).collect();
+    let glow: Vec<Octet> = (0..count).map(|i| [number(i, 1.0).max(0.0); WIDTH]).collect();
+    let around = std::array::from_fn(|t| if glows { 0.1 * t as f32 } else { 0.0 });
+    let faces = faces(edge);
+    let transfer = Transfer { cells: &cells, k, faces: &faces, scattering: &scattering, glow: glows.then_some(&glow[..]), around: &around };
+    let mut orders = by.start(transfer, first).unwrap();
+    let powers = (0..3).map(|_| orders.next(&Control::default()).unwrap()).collect();
+    (powers, orders.sum(&[0.5; WIDTH]).unwrap())
+}
+
+/// The largest difference, in parts of the largest number of each term.
+fn difference(ours: &Moments, theirs: &Moments) -> f32 {
+    let largest = |t: usize| theirs.data.iter().fold(0.0f32, |most, m| most.max(m[t].abs()));
+    let worst = |t: usize| ours.data.iter().zip(&theirs.data).fold(0.0f32, |most, (a, b)| most.max((a[t] - b[t]).abs())) / largest(t);
+    (0..WIDTH).map(worst).fold(0.0, f32::max)
+}
+
+/// All degrees and numbers of directions, with gas and light from around and without: moments and powers agree to single precision, and do not where the dust is another.
+#[test]
+fn orders_are_those_of_the_processor() {
+    let Some(gpu) = device() else { return };
+    let device = Ordinates::new(gpu);
+    let k = [0.2, 0.5, 0.7, 1.0, 1.5, 2.0, 4.0, 9.0];
+    for (kind, glows) in [((36, 3), true), ((9, 2), false), ((1, 3), true), ((4, 3), false)] {
+        let ((powers, ours), (expected, theirs)) = (swept(&device, kind, &k, glows), swept(&Processor, kind, &k, glows));
+        let wrong = difference(&ours, &theirs);
+        assert!(wrong < 1e-5, "{kind:?}: {wrong:e}");
+        for (own, sum) in powers.iter().zip(&expected).map(|(ours, theirs)| ((ours.0, theirs.0), (ours.1, theirs.1))) {
+            for t in 0..WIDTH {
+                let close = |(a, b): (Powers, Powers)| (a[t] / b[t] - 1.0).abs() < 1e-5;
+                assert!(close(own) && close(sum), "{kind:?} {t}: {own:?} {sum:?}");
+            }
+        }
+        let denser = k.map(|k| 1.001 * k);
+        assert!(difference(&swept(&device, kind, &denser, glows).1, &theirs) > 1e-5);
+    }
+}
+
+const SCENE: &str = "bands = [\"johnson-B\", \"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.4 0.3 5 pc\"\nfield_of_view = \"26 deg\"\nsize = [16, 16]\n\
+    [field.cloud]\nkind = \"fbm\"\nradius = \"1 pc\"\n[field.knot]\nkind = \"sphere\"\nradius = \"0.3 pc\"\n\
+    [dust]\ndensity = \"cloud\"\nlaw = \"ccm89\"\nscale = \"4 /pc\"\nalbedo = 0.8\nphase = { kind = \"henyey_greenstein\", g = 0.5 }\n\
+    [[star]]\nkind = \"blackbody\"\nposition = \"0.2 0.3 0.4 pc\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\nvisible = false\n\
+    [[emission]]\nname = \"line\"\nkind = \"lines\"\ndensity = \"knot\"\nscale = \"4e-25 W/m3/sr\"\nlines = [{ wavelength = \"540 nm\", strength = 1 }]\n\
+    [background]\nkind = \"blackbody\"\ntemperature = \"4000 K\"\nradiance = \"5e-11 W/m2/sr/nm\"\n\
+    [method]\naccuracy = 0.003\nbake = 24\nbounces = 30\n";
+
+fn plan(text: impl Into<String>, sweeper: Option<Arc<dyn Sweeper>>) -> Plan {
+    let scene = Scene::parse("test.toml", "test", text.into(), &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap();
+    Plan::new(&scene, &Options { sweeper, ..Options::new(scene.method.clone(), DEFAULT_MEMORY) }, &Control::default()).unwrap()
+}
+
+fn words(plan: &Plan) -> String {
+    plan.notes().into_iter().find(|note| note.0 == "many bounces").unwrap().1
+}
+
+/// The source functions of two plans: the largest difference in parts of the largest.
+fn apart(ours: &Plan, theirs: &Plan) -> f32 {
+    let volumes = |plan: &Plan| plan.diffuse.as_ref().unwrap().volumes.iter().flat_map(|v| v.data.clone()).collect::<Vec<f32>>();
+    let (ours, theirs) = (volumes(ours), volumes(theirs));
+    assert_eq!(ours.len(), theirs.len());
+    let largest = theirs.iter().fold(0.0f32, |most, x| most.max(*x));
+    ours.iter().zip(&theirs).fold(0.0f32, |most, (a, b)| most.max((a - b).abs())) / largest
+}
+
+/// A plan whose light was swept on the device is that of the processor, and says where it was.
+#[test]
+fn plans_are_those_of_the_processor() {
+    let Some(gpu) = device() else { return };
+    let theirs = plan(SCENE, None);
+    assert!(words(&theirs).contains("swept on cpu in"), "{}", words(&theirs));
+    let ours = plan(SCENE, Some(Arc::new(Ordinates::new(gpu.clone()))));
+    assert!(words(&ours).contains(&format!("swept on {} in", gpu.name())), "{}", words(&ours));
+    // Sums of 36 harmonics cancel.
+    let wrong = apart(&ours, &theirs);
+    assert!(wrong > 0.0 && wrong < 3e-4, "{wrong:e}");
+    assert!(apart(&ours, &plan(SCENE.replace("albedo = 0.8", "albedo = 0.801"), None)) > 3e-4);
+}
