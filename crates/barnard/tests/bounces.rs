@@ -88,6 +88,32 @@ fn white_dust_in_even_light_is_invisible() {
     }
 }
 
+/// Light that scatters again around a star in the middle of thin even dust is as round as the dust is: no rays along the axes. (With the directions of later orders alone the ring was 18 % uneven.) Beside the
+/// middle it is not.
+#[test]
+fn no_rays_are_drawn_around_a_star() {
+    let spread = |g: f64, star: &str| {
+        let camera = CAMERA.replace("0.4 0.3 5 pc", "0 0 5 pc").replace("[16, 16]", "[33, 33]");
+        let dust = BALL.replace("1.5 /pc", "0.25 /pc");
+        let star = STAR.replace("0.3 0.5 1.3 pc", star);
+        let scene = parse(&format!("{camera}{dust}{}{star}{METHOD}bounces = 100\n", forward(g)));
+        let many = plan(&scene);
+        let once = radiance(&Plan { diffuse: None, ..many.clone() });
+        let again: Vec<f64> = radiance(&many).iter().zip(&once).map(|(many, once)| many - once).collect();
+        // All pixels that are ten from the middle.
+        let across = (-10i32..=10).flat_map(|x| (-10i32..=10).map(move |y| (x, y))).filter(|(x, y)| x * x + y * y == 100);
+        let ring: Vec<f64> = across.map(|(x, y)| again[((16 + y) * 33 + 16 + x) as usize]).collect();
+        assert_eq!(ring.len(), 12);
+        let (low, high) = ring.iter().fold((f64::INFINITY, 0.0f64), |(low, high), x| (low.min(*x), high.max(*x)));
+        high / low - 1.0
+    };
+    for g in [0.0, 0.7] {
+        let (round, beside) = (spread(g, "0 0 0 pc"), spread(g, "0.1 0 0 pc"));
+
+        assert!(round < 0.05 && beside > 0.05, "g {g}: {round} {beside}");
+    }
+}
+
 /// One bounce is what it was, bit by bit; another camera sees the same field as a plan that was made for it; threads change nothing.
 #[test]
 fn fields_are_kept() {

@@ -115,7 +115,7 @@ impl Sweeper for Ordinates {
     }
 
     fn start<'a>(&self, transfer: Transfer<'a>, first: Moments) -> std::result::Result<Box<dyn Orders + 'a>, Failure> {
-        let pipelines = self.pipelines(first.count, beams_of(transfer.faces));
+        let pipelines = self.pipelines(first.count, beams_of(&transfer));
         let on_device = OnDevice::new(self.gpu.clone(), pipelines, &transfer, &first);
         Ok(Box::new(on_device.map_err(unable)?))
     }
@@ -147,10 +147,10 @@ struct Buffers {
 impl Buffers {
     /// Those of a transfer that starts with `first`, and the bytes of what is large.
     fn new(gpu: &Gpu, transfer: &Transfer, first: &Moments, (numbers, planes): (&TermNumbers, &[PlaneNumbers])) -> Result<(Self, u64)> {
-        let Transfer { cells, faces, scattering, glow, .. } = *transfer;
+        let Transfer { cells, scattering, glow, .. } = *transfer;
         let moments = Moments::bytes(cells.lattice.cells(), first.count);
-        let widest = faces.iter().map(|face| cells.lattice.cells() / cells.lattice.dims[face.axis]).max().unwrap_or(0);
-        let kept = (2 * widest * beams_of(faces)) as u64 * PAIRS;
+        let widest = cells.lattice.dims.map(|n| cells.lattice.cells() / n).into_iter().max().unwrap_or(0);
+        let kept = (2 * widest * beams_of(transfer)) as u64 * PAIRS;
         let limits = gpu.device.limits();
         let room = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let instead = "the processor has room for them";
@@ -162,8 +162,7 @@ impl Buffers {
         placed.chunks_exact_mut(apart).zip(planes).for_each(|(to, plane)| {
             to[..size_of::<PlaneNumbers>()].copy_from_slice(bytemuck::bytes_of(plane));
         });
-        let beams = faces.iter().flat_map(|face| face.directions.iter().map(|d| beam(cells, face, d)));
-        let beams: Vec<f32> = beams.flat_map(|beam| flat(&beam, first.count)).collect();
+        let beams: Vec<f32> = faces(transfer).flat_map(|face| beams(cells, face, beams_of(transfer), first.count)).collect();
         // Buffers start as zero.
         let buffers = Self {
             terms: gpu.filled(bytemuck::bytes_of(numbers), Use::UNIFORM),
@@ -172,7 +171,7 @@ impl Buffers {
             scattering: gpu.filled(bytemuck::cast_slice(scattering), Use::STORAGE),
             beams: gpu.filled(bytemuck::cast_slice(&beams), Use::STORAGE),
             glow: gpu.filled(bytemuck::cast_slice(glow.unwrap_or(&[[0.0; WIDTH]])), Use::STORAGE),
-            source: gpu.buffer(moments, Use::STORAGE),
+            source: gpu.buffer(moments, Use::STORAGE | Use::COPY_DST),
             order: gpu.filled(bytemuck::cast_slice(&first.data), Use::STORAGE),
             sum: gpu.buffer(moments, Use::STORAGE | Use::COPY_SRC),
             kept: gpu.buffer(kept, Use::STORAGE),
@@ -201,23 +200,23 @@ struct OnDevice {
     gpu: Gpu,
     pipelines: Arc<Pipelines>,
     harmonics: usize,
-    numbers: TermNumbers,
+    /// While gas and what comes in from around shine, which is in the first order alone.
+    shining: TermNumbers,
     buffers: Buffers,
     back: Option<wgpu::Buffer>,
     scatter: wgpu::BindGroup,
     add: wgpu::BindGroup,
     power: wgpu::BindGroup,
-    /// Of all faces, in the order of the sweep.
-    planes: Vec<Plane>,
-    /// Planes of each face.
-    counts: Vec<usize>,
+    /// Of each face of the first order, and of all others, in the order of the sweep.
+    planes: [Vec<Vec<Plane>>; 2],
+    is_first: bool,
     bytes: u64,
 }
 
 impl OnDevice {
     fn new(gpu: Gpu, pipelines: Arc<Pipelines>, transfer: &Transfer, first: &Moments) -> Result<Self> {
-        let Transfer { cells, k, faces, glow, around, .. } = *transfer;
-        let numbers = TermNumbers {
+        let Transfer { cells, k, glow, around, .. } = *transfer;
+        let shining = TermNumbers {
             k: *k,
             around: *around,
             factor: [1.0; WIDTH],
@@ -226,21 +225,37 @@ impl OnDevice {
             least: cells.least,
             nothing: 0,
         };
-        let numbered: Vec<PlaneNumbers> = faces.iter().enumerate().flat_map(|(f, face)| planes(cells, face, f * beams_of(faces))).collect();
-        let (buffers, bytes) = Buffers::new(&gpu, transfer, first, (&numbers, &numbered))?;
-        let plane = |(number, plane): (usize, &PlaneNumbers)| Plane {
-            group: buffers.group(&gpu, &pipelines.sweep, &[0, PLANE, 2, 4, 5, 6, 7, 9], number),
+        let dark = TermNumbers { glows: 0, around: [0.0; WIDTH], ..shining };
+        let numbered: Vec<Vec<PlaneNumbers>> =
+            faces(transfer).enumerate().map(|(f, face)| planes(cells, face, f * beams_of(transfer))).collect();
+        let (buffers, bytes) = Buffers::new(&gpu, transfer, first, (&dark, &numbered.concat()))?;
+        let mut number = 0..;
+        let mut plane = |plane: &PlaneNumbers| Plane {
+            group: buffers.group(&gpu, &pipelines.sweep, &[0, PLANE, 2, 4, 5, 6, 7, 9], number.next().unwrap_or(0)),
             groups: groups((plane.columns * plane.rows) as usize * WIDTH),
         };
-        let planes: Vec<Plane> = numbered.iter().enumerate().map(plane).collect();
+        let mut planes: Vec<Vec<Plane>> = numbered.iter().map(|face| face.iter().map(&mut plane).collect()).collect();
+        let others = planes.split_off(transfer.faces[0].len());
         let whole = |pipeline, used| buffers.group(&gpu, pipeline, used, 0);
         let scatter = whole(&pipelines.scatter, &[0, 3, 6, 7]);
         let add = whole(&pipelines.add, &[0, 7, 8]);
         let power = whole(&pipelines.power, &[0, 2, 7, 8, 10]);
-        let counts = faces.iter().map(|face| cells.lattice.dims[face.axis]).collect();
         gpu.wait()?;
         gpu.check(bytes)?;
-        Ok(Self { gpu, pipelines, harmonics: first.count, numbers, buffers, back: None, scatter, add, power, planes, counts, bytes })
+        Ok(Self {
+            gpu,
+            pipelines,
+            harmonics: first.count,
+            shining,
+            buffers,
+            back: None,
+            scatter,
+            add,
+            power,
+            planes: [planes, others],
+            is_first: true,
+            bytes,
+        })
     }
 
     /// Does `work` in one pass.
@@ -252,7 +267,24 @@ impl OnDevice {
 
     /// Dispatches for each cell and term.
     fn cells(&self) -> u32 {
-        groups(self.numbers.cells as usize * WIDTH)
+        groups(self.shining.cells as usize * WIDTH)
+    }
+
+    fn tell(&self, numbers: TermNumbers) {
+        self.gpu.queue.write_buffer(&self.buffers.terms, 0, bytemuck::bytes_of(&numbers));
+    }
+
+    /// Sweeps along the directions of the first order, or of all others; a submission for each face, so that displays that share the device wait no longer for it.
+    fn sweep(&self, set: usize) {
+        for face in &self.planes[set] {
+            self.submit(|pass| {
+                pass.set_pipeline(&self.pipelines.sweep);
+                for plane in face {
+                    pass.set_bind_group(0, &plane.group, &[]);
+                    pass.dispatch_workgroups(plane.groups, 1, 1);
+                }
+            });
+        }
     }
 
     fn order(&mut self) -> Result<(Powers, Powers)> {
@@ -262,16 +294,14 @@ impl OnDevice {
             pass.set_bind_group(0, &self.scatter, &[]);
             pass.dispatch_workgroups(all, 1, 1);
         });
-        // A submission for each face: displays that share the device wait no longer for it.
-        let mut planes = self.planes.iter();
-        for count in &self.counts {
-            self.submit(|pass| {
-                pass.set_pipeline(&self.pipelines.sweep);
-                for plane in planes.by_ref().take(*count) {
-                    pass.set_bind_group(0, &plane.group, &[]);
-                    pass.dispatch_workgroups(plane.groups, 1, 1);
-                }
-            });
+        self.sweep(usize::from(!self.is_first));
+        if std::mem::take(&mut self.is_first) && (self.shining.glows != 0 || self.shining.around != [0.0; WIDTH]) {
+            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+            encoder.clear_buffer(&self.buffers.source, 0, None);
+            self.gpu.queue.submit([encoder.finish()]);
+            self.tell(self.shining);
+            self.sweep(1);
+            self.tell(TermNumbers { glows: 0, around: [0.0; WIDTH], ..self.shining });
         }
         self.submit(|pass| {
             pass.set_pipeline(&self.pipelines.add);
@@ -282,9 +312,6 @@ impl OnDevice {
             pass.dispatch_workgroups(groups(CHUNKS * WIDTH), 1, 1);
         });
         let found = self.gpu.read(&self.buffers.powers, CHUNKS as u64 * PAIRS, &mut self.back)?;
-        // Gas and what comes in from around are part of the first order alone.
-        (self.numbers.glows, self.numbers.around) = (0, [0.0; WIDTH]);
-        self.gpu.queue.write_buffer(&self.buffers.terms, 0, bytemuck::bytes_of(&self.numbers));
         let (mut own, mut sum) = ([0.0; WIDTH], [0.0; WIDTH]);
         for chunk in found.chunks_exact(PAIRS as usize) {
             let powers: [[f32; 2]; WIDTH] = bytemuck::pod_read_unaligned(chunk);
@@ -296,16 +323,15 @@ impl OnDevice {
         Ok((own, sum))
     }
 
-    fn total(mut self, last: &Octet) -> Result<Moments> {
-        self.numbers.factor = *last;
-        self.gpu.queue.write_buffer(&self.buffers.terms, 0, bytemuck::bytes_of(&self.numbers));
+    fn total(self, last: &Octet) -> Result<Moments> {
+        self.tell(TermNumbers { factor: *last, glows: 0, ..self.shining });
         self.submit(|pass| {
             pass.set_pipeline(&self.pipelines.add);
             pass.set_bind_group(0, &self.add, &[]);
             pass.dispatch_workgroups(self.cells(), 1, 1);
         });
         let count = self.harmonics;
-        let size = Moments::bytes(self.numbers.cells as usize, count);
+        let size = Moments::bytes(self.shining.cells as usize, count);
         let data = self.gpu.read_as(&self.buffers.sum, size, &mut None, |bytes| {
             bytes.chunks_exact(size_of::<Octet>()).map(bytemuck::pod_read_unaligned).collect()
         })?;
@@ -330,9 +356,14 @@ fn groups(invocations: usize) -> u32 {
     invocations.div_ceil(WORKGROUP) as u32
 }
 
-/// Directions of each face.
-fn beams_of(faces: &[Face]) -> usize {
-    faces.first().map_or(0, |face| face.directions.len())
+/// Those of the first order, then those of all others.
+fn faces<'a>(transfer: &Transfer<'a>) -> impl Iterator<Item = &'a Face> {
+    transfer.faces.into_iter().flatten()
+}
+
+/// Most directions of a face.
+fn beams_of(transfer: &Transfer) -> usize {
+    faces(transfer).map(|face| face.directions.len()).max().unwrap_or(0)
 }
 
 /// The planes of a face, in the order of the sweep.
@@ -355,8 +386,14 @@ fn planes(cells: &Cells, face: &Face, beam: usize) -> Vec<PlaneNumbers> {
     (0..count).map(plane).collect()
 }
 
-/// A beam as the shader reads it.
-fn flat(beam: &Beam, harmonics: usize) -> Vec<f32> {
-    let head = beam.shift.map(|shift| shift as f32).into_iter().chain([beam.length_pc]).chain(beam.weights);
-    head.chain(beam.harmonics.into_iter().take(harmonics)).chain(beam.gather.into_iter().take(harmonics)).collect()
+/// The beams of a face as the shader reads them, and as many of nothing as make up `room`.
+fn beams(cells: &Cells, face: &Face, room: usize, harmonics: usize) -> Vec<f32> {
+    let flat = |beam: Beam| {
+        let head = beam.shift.map(|shift| shift as f32).into_iter().chain([beam.length_pc]).chain(beam.weights);
+        let own = beam.harmonics.into_iter().take(harmonics).chain(beam.gather.into_iter().take(harmonics));
+        head.chain(own).collect::<Vec<f32>>()
+    };
+    let mut beams: Vec<f32> = face.directions.iter().flat_map(|d| flat(beam(cells, face, d))).collect();
+    beams.resize(room * (HEAD + 2 * harmonics), 0.0);
+    beams
 }

@@ -4,12 +4,13 @@
 //!
 //! is the solid angle of a rectangle of slopes from the middle of a face. Directions stand in the middles of the cells, all slopes scaled by one factor near one, so
 //! that ⟨d_x⁴⟩ = 1/5 as on a sphere. Odd moments vanish and ⟨d_i d_j⟩ = δ_ij/3 as they do for all that has the symmetry of a cube; so harmonics up to degree two
-//! are orthonormal. All directions of a face cross the planes of the grid along one axis: in a sweep, a plane depends on the one before alone.
+//! are orthonormal. All directions of a face cross the planes of the grid along one axis: in a sweep, a plane depends on the one before alone. Faces of many directions come in parts, so that
+//! what a sweep keeps of a plane stays near the processor.
 
 use glam::DVec3;
 use spectra::constants::SPHERE;
 
-/// A face of the cube: all directions whose largest component is along `axis`.
+/// A face of the cube, or a part of it: directions whose largest component is along `axis`.
 #[derive(Debug)]
 pub struct Face {
     /// The axis.
@@ -34,7 +35,10 @@ pub fn across(axis: usize) -> (usize, usize) {
     [(1, 2), (0, 2), (0, 1)][axis]
 }
 
-/// Six faces of `edge` × `edge` directions.
+/// Most directions of a part of a face.
+const MOST: usize = 9;
+
+/// Six faces of `edge` × `edge` directions, in as few equal parts as may be.
 pub fn faces(edge: usize) -> Vec<Face> {
     let slope = |part: f64| (std::f64::consts::FRAC_PI_4 * (2.0 * part / edge as f64 - 1.0)).tan();
     let grid = || (0..edge * edge).map(|i| (i % edge, i / edge));
@@ -50,7 +54,9 @@ pub fn faces(edge: usize) -> Vec<Face> {
         let mean = grid().map(|cell| weight(cell) * fourth(at(middle, cell))).sum::<f64>() * 6.0 / SPHERE;
         *if mean > 0.2 { &mut narrow } else { &mut wide } = middle;
     }
-    let face = |axis: usize, up: bool| {
+    let together = (edge * edge).div_ceil((edge * edge).div_ceil(MOST));
+    let face = |f: usize| {
+        let (axis, up) = (f / 2, [true, false][f % 2]);
         let (column, row) = across(axis);
         let direction = |cell| {
             let mut towards = [0.0; 3];
@@ -58,9 +64,10 @@ pub fn faces(edge: usize) -> Vec<Face> {
             (towards[column], towards[row]) = at(narrow, cell);
             Direction { towards: DVec3::from(towards).normalize(), weight: weight(cell) }
         };
-        Face { axis, up, directions: grid().map(direction).collect() }
+        let directions: Vec<Direction> = grid().map(direction).collect();
+        directions.chunks(together).map(|part| Face { axis, up, directions: part.to_vec() }).collect::<Vec<_>>()
     };
-    (0..6).map(|f| face(f / 2, f % 2 == 0)).collect()
+    (0..6).flat_map(face).collect()
 }
 
 /// Of slopes between 0 and `u`, 0 and `v` [sr].
@@ -75,7 +82,7 @@ mod tests {
     /// Σ w f over the directions is ∫ f dΩ for all f up to the fourth power.
     #[test]
     fn directions_integrate() {
-        for edge in [2, 3, 4] {
+        for edge in [2, 3, 4, 6] {
             let sum =
                 |f: &dyn Fn(DVec3) -> f64| faces(edge).iter().flat_map(|f| &f.directions).map(|d| d.weight * f(d.towards)).sum::<f64>();
             assert!((sum(&|_| 1.0) / SPHERE - 1.0).abs() < 1e-12);

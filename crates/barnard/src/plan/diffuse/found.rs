@@ -9,8 +9,8 @@ pub struct Found {
     pub cells: [usize; 3],
     /// Whether they are fewer than they should be, to keep to the memory limit.
     pub coarser: bool,
-    /// Directions of light.
-    pub directions: usize,
+    /// Directions of light: of the first order and of the others.
+    pub directions: [usize; 2],
     /// Degree of the harmonics.
     pub degree: usize,
     /// Orders of scattering that were swept.
@@ -67,11 +67,11 @@ impl std::fmt::Display for Gathered {
 
 impl std::fmt::Display for Found {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Found { cells: [x, y, z], coarser, directions, degree, sweeps, series, settled, doubt, .. } = *self;
+        let Found { cells: [x, y, z], coarser, directions: [first, others], degree, sweeps, series, settled, doubt, .. } = *self;
         let by = &self.swept_by;
         write!(
             f,
-            "{sweeps} orders of scattering swept on {by} in {x} x {y} x {z} cells and {directions} directions, moments to degree {degree}, {} MiB",
+            "{sweeps} orders of scattering swept on {by} in {x} x {y} x {z} cells and {first} directions, then {others}, moments to degree {degree}, {} MiB",
             self.bytes >> 20
         )?;
         if coarser {

@@ -14,8 +14,7 @@
 //! This is eq. (22) of docs/method.md. The march reads S, which is smooth, beside σ, which is not: ΔI = k σ S Δs. Starlight that scatters once is not in it, but that of the crowd (`gather`): the march
 //! has it exactly, with the phase function itself. Orders of scattering are summed until what is left goes as a geometric series, whose rest is added.
 //!
-//! Valid where light is nearly diffuse after its first scattering. Left out: gas farther from the dust's box than half its size, the change of S within a cell around an eye that is inside the dust, moments of the radiance above degree five, structure of the dust within a cell. Known to be wrong: 54 directions
-//! draw a faint cross along the axes through a star inside thin even dust (ray effect).
+//! Valid where light is nearly diffuse after its first scattering. Left out: gas farther from the dust's box than half its size, the change of S within a cell around an eye that is inside the dust, moments of the radiance above degree five, structure of the dust within a cell.
 
 mod course;
 mod directions;
@@ -59,19 +58,21 @@ use crate::scene::Scene;
 pub struct Fineness {
     /// Most cells along an edge.
     pub cells: usize,
-    /// Directions along each edge of a cube's face.
-    pub directions: usize,
+    /// Directions along each edge of a cube's face: of light that has scattered once, which comes from near the stars, and of all other.
+    pub directions: [usize; 2],
     /// Highest degree of harmonics.
     pub degree: usize,
 }
 
 impl Fineness {
     /// For pictures that are to be right.
-    pub const FULL: Self = Self { cells: 64, directions: 3, degree: DEGREE };
+    pub const FULL: Self = Self { cells: 64, directions: [6, 3], degree: DEGREE };
     /// For a look while things move.
-    pub const GLANCE: Self = Self { cells: 24, directions: 2, degree: 1 };
+    pub const GLANCE: Self = Self { cells: 24, directions: [4, 2], degree: 1 };
 }
 
+/// Directions of the field that tells how exact those of the full one are.
+const FEWER: [usize; 2] = [4, 3];
 /// Light of less is none, in parts of the brightest.
 const FAINT: f32 = 1e-15;
 
@@ -143,7 +144,7 @@ struct Origin {
     windows: Vec<Window>,
     terms: Vec<Term>,
     lamps: Lamps,
-    directions: usize,
+    directions: [usize; 2],
     harmonics: usize,
     bounces: usize,
 }
@@ -229,7 +230,7 @@ impl Diffuse {
             problem.solve((Cells::new(dust, space.gas(), most.max(1)), fineness), (&windows, None), before, control)
         };
         let known = before.and_then(|b| b.halves.as_deref());
-        let fewer = Fineness { directions: fineness.directions - 1, ..fineness };
+        let fewer = Fineness { directions: FEWER, ..fineness };
         let halves = match fineness == Fineness::FULL && many {
             true => Some((half(fineness, known.map(|k| &k.0))?, half(fewer, known.map(|k| &k.1))?)),
             false => None,

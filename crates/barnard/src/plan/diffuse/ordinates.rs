@@ -27,8 +27,9 @@ pub struct Transfer<'a> {
     pub cells: &'a Cells,
     /// Extinction in parts of that at V.
     pub k: &'a Octet,
-    /// The directions.
-    pub faces: &'a [Face],
+    /// Directions of starlight that has scattered once, and of all other: it comes from near the stars, and few directions would draw rays of it. What comes in from around must have those
+    /// of later orders, or an even field of light would not stay even.
+    pub faces: [&'a [Face]; 2],
     /// ω p_l of each harmonic.
     pub scattering: &'a [Octet],
     /// Light of gas per length [pc⁻¹], where there is any.
@@ -108,10 +109,13 @@ impl Orders for OnProcessor<'_> {
         let Transfer { cells, k, faces, scattering, glow, around } = self.transfer;
         self.order.scatter(scattering);
         self.next.data.fill([0.0; WIDTH]);
-        let glow = glow.filter(|_| self.is_first);
-        let around = if self.is_first { *around } else { [0.0; WIDTH] };
-        sweep(cells, k, faces, &Sources { scattered: &self.order, glow, around }, &mut self.next, control)?;
-        self.is_first = false;
+        let ([near, far], dark) = (faces, [0.0; WIDTH]);
+        let directions = if self.is_first { near } else { far };
+        sweep(cells, k, directions, &Sources { scattered: &self.order, glow: None, around: dark }, &mut self.next, control)?;
+        if std::mem::take(&mut self.is_first) && (glow.is_some() || *around != dark) {
+            self.order.data.fill(dark);
+            sweep(cells, k, far, &Sources { scattered: &self.order, glow, around: *around }, &mut self.next, control)?;
+        }
         self.sum.add(&self.next, &[1.0; WIDTH]);
         std::mem::swap(&mut self.order, &mut self.next);
         Ok((power(cells, &self.order), power(cells, &self.sum)))

@@ -80,13 +80,13 @@ impl Problem<'_> {
     ) -> Result<Diffuse> {
         let degree = kept_degree(&self.terms, fineness);
         let glow: Vec<Vec<f32>> = self.space.gas().iter().map(|gas| cells.means(gas)).collect();
-        let faces = faces(fineness.directions);
+        let faces = fineness.directions.map(faces);
         let crowd = self.space.crowd.as_deref();
         let even: Vec<Window> = windows.iter().map(|window| Window::even(window.reach_pc)).collect();
         let (mut field, mut sweeps, mut series, mut settled) = (Vec::new(), 0, 0.0f64, true);
         let mut swept_by: Arc<str> = Processor.name().into();
         for (p, own) in self.terms.chunks(WIDTH).enumerate() {
-            let medium = Medium { cells: &cells, count: count(degree), faces: &faces, terms: own };
+            let medium = Medium { cells: &cells, count: count(degree), faces: faces.each_ref().map(|f| &f[..]), terms: own };
             let lamps = Lamps::new(self.lights, self.spectral, (p * WIDTH, own), &glow, crowd);
             let k: Octet = std::array::from_fn(|t| own.get(t).map_or(0.0, |term| term.k as f32));
             let gathering = crowd.map(|crowd| Gathering { crowd, sent: &lamps.crowd, k: &k, windows: &even });
@@ -104,7 +104,7 @@ impl Problem<'_> {
         }
         let gathered =
             crowd.map(|crowd| Gathered { stars: crowd.stars.len(), near_pc: reaches(windows), shadows: crowd.edge(), error: None });
-        let directions = faces.iter().map(|f| f.directions.len()).sum();
+        let directions = faces.each_ref().map(|faces| faces.iter().map(|f| f.directions.len()).sum());
         let mut found = Found {
             cells: cells.lattice.dims,
             coarser: false,
@@ -171,7 +171,7 @@ const CLOSE: f64 = 0.25;
 /// The highest degree that any phase function still has something of: moments of the light above it scatter into nothing.
 fn kept_degree(terms: &[Term], fineness: Fineness) -> usize {
     // What so few directions tell apart.
-    let most = fineness.degree.min(if fineness.directions > 2 { DEGREE } else { 2 });
+    let most = fineness.degree.min(if fineness.directions[1] > 2 { DEGREE } else { 2 });
     let has = |l: usize| terms.iter().any(|term| term.legendre[l].abs() > NEGLIGIBLE);
     (0..=most).rev().find(|l| has(*l)).unwrap_or(0)
 }
@@ -207,7 +207,7 @@ struct Medium<'a> {
     cells: &'a Cells,
     /// Harmonics that are kept.
     count: usize,
-    faces: &'a [Face],
+    faces: [&'a [Face]; 2],
     terms: &'a [Term],
 }
 
