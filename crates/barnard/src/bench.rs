@@ -134,13 +134,16 @@ pub fn table(
         }
         let swept = plan.diffuse.is_some() && options.method.bounces > 1;
         for sweeper in [Some(None), backend.sweeper().map(Some)].into_iter().flatten().filter(|_| swept) {
-            let on = if sweeper.is_none() { "cpu" } else { "gpu" };
+            let mut on: Arc<str> = "".into();
             let options = Options { sweeper, ..options.clone() };
             let (seconds, device_seconds) = timed(frames.min(BAKES), || {
                 let fineness = (&options, Fineness::FULL);
-                Diffuse::new(&scene, &plan.lights, &plan.spectral, &plan.space, fineness, None, control)?;
+                let made = Diffuse::new(&scene, &plan.lights, &plan.spectral, &plan.space, fineness, None, control)?;
+                on = made.map_or_else(|| "".into(), |made| made.found.swept_by);
                 Ok(f64::NAN)
             })?;
+            // The kind of device, or all words where it gave up.
+            let on = if on.starts_with("cpu (") { &on[..] } else { on.split(':').next().unwrap_or_default() };
             visit(Row { name: format!("bake of many bounces, {on}"), terms: plan.spectral.terms(), seconds, device_seconds, error: None });
         }
         backend.take(plan)?;

@@ -29,12 +29,17 @@ pub const SCENES: &[BuiltinScene] = &[
     scene!("pillars", "pillars eroded by ultraviolet light (simulation), HST narrow bands, Hubble palette"),
     scene!("dark_globule", "a Bok globule in front of a field of stars"),
     scene!("six_stars", "six stars of different colours in one cloud, Johnson BVR"),
+    scene!(
+        "star_cluster",
+        "three hundred young stars in the cloud that they were born in, from a table: their light is gathered, Johnson BVR"
+    ),
     scene!("turbulent_cloud", "a supersonic turbulent cloud (simulation) with embedded stars in the near infrared, JWST NIRCam"),
     scene!("deck", "the model of Barres & Neyret 2023: fBm on simplex noise, extinction 1/lambda, polynomial filters, N = 100"),
 ];
 
 /// Files that built-in scenes use.
 const FILES: &[(&str, &[u8])] = &[
+    ("stars/young_cluster.csv", include_bytes!("../../../scenes/stars/young_cluster.csv")),
     ("volumes/hii_turbulent_96.npz", include_bytes!("../../../scenes/volumes/hii_turbulent_96.npz")),
     ("volumes/pillars_128.npz", include_bytes!("../../../scenes/volumes/pillars_128.npz")),
     ("volumes/turbulent_cloud_128.npz", include_bytes!("../../../scenes/volumes/turbulent_cloud_128.npz")),

@@ -40,6 +40,10 @@ fn gpu_is_within_its_stated_accuracy_of_the_reference() {
     for builtin in barnard::builtin::SCENES {
         let mut scene = barnard::builtin::load(builtin.name, DEFAULT_MEMORY).unwrap();
         let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
+        // Stars without number state an error of their own, and are held to stars one by one in tests of their own.
+        if scene.stars.len() > MANY_STARS {
+            continue;
+        }
         sample_functions(&mut scene, &options).unwrap();
         scene.camera.supersampling = 1;
         (scene.camera.width, scene.camera.height) = (EDGE, EDGE);
@@ -57,5 +61,7 @@ fn gpu_is_within_its_stated_accuracy_of_the_reference() {
     }
 }
 
+/// More stars than are marched one by one.
+const MANY_STARS: usize = 8;
 /// Pixels along an edge: the reference takes its time.
 const EDGE: usize = 4;

@@ -8,11 +8,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use barnard::builtin;
-use barnard::scene::{Loader, Scene, said};
+use barnard::scene::{Loader, Scene, Star, said};
 use barnard::{Error, Result};
 use toml_edit::DocumentMut;
 
-use crate::edit::Edit;
+use crate::edit::{Edit, count};
 
 /// Where a document is from.
 #[derive(Debug, Clone, PartialEq)]
@@ -118,6 +118,12 @@ impl Document {
     /// What it says.
     pub fn scene(&self) -> &Arc<Scene> {
         &self.scene
+    }
+
+    /// The stars that have tables of their own, which can be taken hold of; those of a CSV cannot.
+    pub fn stars(&self) -> &[Star] {
+        let stars = &self.scene.stars;
+        &stars[..count(self.toml.as_table(), "star").min(stars.len())]
     }
 
     /// What its text says of everything but the camera and how pictures are shown: where that is equal, a plan holds.

@@ -347,6 +347,9 @@ position = "0.3 0.2 0.9 pc"
 temperature = "20000 K"
 luminosity = "3000 Lsun"
 
+[[star_table]]
+file = "stars.csv"
+
 [[emission]]
 kind = "recombination"
 density = "cloud"
@@ -378,13 +381,14 @@ width = "50 nm"
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scene.toml");
         std::fs::write(&path, text).unwrap();
+        std::fs::write(folder.path().join("stars.csv"), "x,y,z,temperature,luminosity\n0.1,0.2,0.3,5000,1\n").unwrap();
         Document::open(&path, 1 << 30).unwrap()
     }
 
     /// A place of every table.
     fn place(path: &str) -> String {
         match path {
-            "star" | "emission" | "band" => format!("{path}.0"),
+            "star" | "star_table" | "emission" | "band" => format!("{path}.0"),
             "field.*" => "field.cloud".into(),
             path => path.into(),
         }

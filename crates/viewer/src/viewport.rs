@@ -199,13 +199,13 @@ fn grip(app: &App, rect: Rect, seen: Rect, pointer: Pos2) -> Hold {
         }
     }
     let distance = |place: DVec3| on_screen(app, seen, place).map_or(f32::INFINITY, |p| p.distance(pointer));
-    let stars = app.document.scene().stars.iter().enumerate().map(|(i, star)| (i, distance(star.position)));
+    let stars = app.document.stars().iter().enumerate().map(|(i, star)| (i, distance(star.position)));
     stars.filter(|(_, d)| *d < GRIP).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(Hold::Orbit, |(i, _)| Hold::Star(i))
 }
 
 /// A star follows the pointer, in the plane across the line of sight that it stands in.
 fn move_star(app: &App, star: usize, seen: Rect, pointer: Pos2, edits: &mut Edits) {
-    let (Some(pixels), Some(star_now)) = (app.viewport.pixels, app.document.scene().stars.get(star)) else { return };
+    let (Some(pixels), Some(star_now)) = (app.viewport.pixels, app.document.stars().get(star)) else { return };
     let camera = app.flight.seen(pixels);
     let (x, y) = ((pointer.x - seen.left()) / seen.width(), (pointer.y - seen.top()) / seen.height());
     let ray = camera.ray(f64::from(x) * camera.width as f64, f64::from(y) * camera.height as f64);
@@ -220,7 +220,7 @@ fn move_star(app: &App, star: usize, seen: Rect, pointer: Pos2, edits: &mut Edit
 fn overlay(ui: &Ui, app: &App, seen: Rect) {
     let painter = ui.painter().with_clip_rect(seen);
     let colour = Color32::from_rgba_unmultiplied(120, 200, 255, 200);
-    for star in &app.document.scene().stars {
+    for star in app.document.stars() {
         if let Some(p) = on_screen(app, seen, star.position) {
             painter.circle_stroke(p, GRIP, Stroke::new(1.0, colour));
             painter.text(p + vec2(GRIP + 2.0, -GRIP), Align2::LEFT_BOTTOM, &star.name, FontId::proportional(12.0), colour);

@@ -332,6 +332,30 @@ fn stars_come_and_go() {
     assert_eq!(harness.state().document.scene().stars.len(), 1);
 }
 
+/// Stars of a table shine and have a panel, but cannot be taken hold of: only their table says where they are.
+#[test]
+fn stars_of_a_table_are_seen() {
+    let (folder, path) = folder();
+    std::fs::write(folder.path().join("more.csv"), "x,y,z,temperature,luminosity\n-0.3,-0.2,0.9,4000,9000\n").unwrap();
+    let mut bare = harness(app(&path, None));
+    settle(&mut bare);
+    std::fs::write(&path, format!("{SCENE}[[star_table]]\nfile = \"more.csv\"\n")).unwrap();
+    let mut harness = harness(app(&path, None));
+    settle(&mut harness);
+    let (state, before) = (harness.state(), means(&bare));
+    assert_eq!((state.document.scene().stars.len(), state.document.stars().len()), (2, 1));
+    assert!(means(&harness)[2] > 1.5 * before[2], "{:?} {before:?}", means(&harness));
+    assert!(harness.query_by_label_contains("Table of stars 1").is_some() && bare.query_by_label_contains("Table of stars 1").is_none());
+    let camera = state.flight.seen(state.viewport.pixels.unwrap());
+    let (column, row) = camera.project(state.document.scene().stars[1].position).unwrap();
+    let rect = viewport(&harness);
+    let star = rect.min + vec2(column as f32, row as f32) * (rect.width() / camera.width as f32);
+    drag(&mut harness, PointerButton::Primary, star, star + vec2(80.0, 0.0));
+    settle(&mut harness);
+    let scene = harness.state().document.scene();
+    assert!(scene.stars[1].position == barnard::glam::DVec3::new(-0.3, -0.2, 0.9) && scene.camera.position.x < -1.0, "{:?}", scene.camera);
+}
+
 /// A broken scene from the dialog tells what `barnard check` tells, and the scene that was open stays.
 #[test]
 fn a_broken_scene_is_refused() {

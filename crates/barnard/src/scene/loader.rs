@@ -5,12 +5,16 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, Weak};
 
+use super::Star;
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::formats::check_memory;
 
 /// Memory that a scene may use unless told otherwise [bytes].
 pub const DEFAULT_MEMORY: u64 = 16 << 30;
+
+/// Tables of stars that are kept at most.
+const MOST_TABLES: usize = 8;
 
 /// Finds the files that a scene names.
 #[derive(Debug)]
@@ -21,6 +25,7 @@ pub struct Loader {
     /// Names of those that were read.
     unpacked: Mutex<Vec<&'static str>>,
     fields: Mutex<HashMap<String, Weak<dyn Field>>>,
+    stars: Mutex<HashMap<String, Arc<Vec<Star>>>>,
     /// Most bytes that one array or image may take.
     pub memory_limit: u64,
 }
@@ -37,7 +42,15 @@ impl Loader {
     }
 
     fn new(folder: PathBuf, embedded: &'static [(&'static str, &'static [u8])], memory_limit: u64) -> Self {
-        Self { folder, embedded, memory_limit, read: Mutex::default(), unpacked: Mutex::default(), fields: Mutex::default() }
+        Self {
+            folder,
+            embedded,
+            memory_limit,
+            read: Mutex::default(),
+            unpacked: Mutex::default(),
+            fields: Mutex::default(),
+            stars: Mutex::default(),
+        }
     }
 
     /// The path of `file`, for messages and extensions.
@@ -75,6 +88,22 @@ impl Loader {
             fields.insert(text.to_owned(), Arc::downgrade(&field));
         }
         Ok(field)
+    }
+
+    /// The stars of the table that `text` describes: those of before, or new ones. The file is not read again for it.
+    pub(super) fn stars(&self, text: &str, build: impl FnOnce() -> Result<Vec<Star>>) -> Result<Arc<Vec<Star>>> {
+        let kept = self.stars.lock().ok().and_then(|stars| stars.get(text).cloned());
+        if let Some(stars) = kept {
+            return Ok(stars);
+        }
+        let built = Arc::new(build()?);
+        if let Ok(mut stars) = self.stars.lock() {
+            if stars.len() >= MOST_TABLES {
+                stars.clear();
+            }
+            stars.insert(text.to_owned(), built.clone());
+        }
+        Ok(built)
     }
 
     /// Writes the files that are compiled in and were read into `folder`, those that are not there yet.

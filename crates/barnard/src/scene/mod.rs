@@ -16,6 +16,7 @@ mod method;
 pub mod schema;
 mod section;
 mod star;
+mod star_table;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -52,7 +53,7 @@ pub struct Scene {
     pub dust: Option<Dust>,
     /// Gas that glows.
     pub emission: Vec<Emission>,
-    /// Stars within or near the cloud.
+    /// Stars within or near the cloud: those of `[[star]]`, then those of each `[[star_table]]`.
     pub stars: Vec<Star>,
     /// What lies behind.
     pub background: Background,
@@ -76,6 +77,7 @@ const ROOT: &[Key] = &[
     Key::optional("dust", "table", "none", "dust that absorbs and scatters"),
     Key::optional("emission", "list of tables", "none", "gas that glows, [[emission]]"),
     Key::optional("star", "list of tables", "none", "stars, [[star]]"),
+    Key::optional("star_table", "list of tables", "none", "stars of a CSV, [[star_table]]"),
     Key::optional("background", "table", "none", "what lies behind"),
     Key::optional("band", "list of tables", "none", "passbands of one's own, [[band]]; they replace the default of `bands`"),
     Key::optional("display", "table", "defaults", "palette and stretch of pictures"),
@@ -170,7 +172,10 @@ impl Scene {
         let bands = band::build(root, loader)?;
         let dust = root.table("dust")?.map(|s| dust::build(&s, loader, &fields)).transpose()?;
         let emission = root.tables("emission")?.iter().map(|s| emission::build(s, loader, &fields)).collect::<Result<Vec<_>>>()?;
-        let stars = root.tables("star")?.iter().map(|s| star::build(s, loader)).collect::<Result<Vec<_>>>()?;
+        let mut stars = root.tables("star")?.iter().map(|s| star::build(s, loader)).collect::<Result<Vec<_>>>()?;
+        for table in root.tables("star_table")? {
+            stars.extend_from_slice(&loader.stars(&table.said(), || star_table::build(&table, loader))?);
+        }
         let background = root.table("background")?.map(|s| background::build(&s, loader)).transpose()?;
         let display = display::build(root.table("display")?.as_ref(), &bands)?;
         let method = method::build(root.table("method")?.as_ref())?;

@@ -1,6 +1,6 @@
 //! What a scene file may hold, table by table: the manual is printed from it, the explorer edits by it.
 
-use super::{Key, Kind, ROOT, albedo, background, band, display, dust, emission, method, star};
+use super::{Key, Kind, ROOT, albedo, background, band, display, dust, emission, method, star, star_table};
 use crate::{camera, field, phase};
 
 /// One table of a scene file.
@@ -84,6 +84,17 @@ pub const TABLES: &[TableRow] = &[
         keys: star::KEYS,
         kinds: || kinds(star::SPECTRA),
         catalogues: &[("Stellar spectra", "stars")],
+    },
+    TableRow {
+        title: "[[star_table]]",
+        path: "star_table",
+        text: "Stars of a CSV, one a row. Columns are named like the keys of [[star]], `position` being x, y and z; a unit may stand behind the name, as in `temperature [K]`, \
+               and, but for places, in the cell; otherwise lengths are in pc, radii in Rsun, temperatures in K, luminosities in Lsun, magnitudes in mag. An empty cell says nothing; other columns are left out. \
+               Any key of [[star]] beside `file` holds for all of its stars. `kind` is \"stellar\" where there is a column `type`, \
+               \"blackbody\" otherwise. Columns are parted by commas, semicolons, tabs or blanks; lines that begin with `#` are skipped.",
+        keys: star_table::KEYS,
+        kinds: Vec::new,
+        catalogues: &[],
     },
     TableRow {
         title: "[[emission]]",

@@ -73,6 +73,11 @@ pub fn said(table: &dyn TableLike) -> String {
     table.iter().map(|(key, item)| format!("{key:?} = {{{}}} ", of(item))).collect()
 }
 
+/// A text in quotes, in one line: breaks are blanks.
+pub(super) fn one_line(text: &str) -> String {
+    Value::from(text.replace(char::is_control, " ")).to_string()
+}
+
 /// Positions beyond this [pc] leave too few digits for a cloud.
 const FARTHEST_PC: f64 = 1e9;
 
@@ -114,6 +119,12 @@ impl<'a> Section<'a> {
     /// What stands in the table, without comments: equal texts say the same.
     pub fn said(&self) -> String {
         said(self.table)
+    }
+
+    /// Its values under `keys`, as they would stand in one line of an inline table.
+    pub(super) fn inline<'k>(&self, keys: impl Iterator<Item = &'k str>) -> Vec<String> {
+        let written = |value: &Value| value.as_str().map_or_else(|| value.clone().decorated("", "").to_string(), one_line);
+        keys.filter_map(|key| Some(format!("{key} = {}", written(self.value(key)?)))).collect()
     }
 
     /// Refuses keys that are not in `known`.

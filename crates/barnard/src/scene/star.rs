@@ -63,7 +63,7 @@ pub(super) const SPECTRA: &[Kind<StarShape>] = &[
             if let Some(i) = table.y().iter().position(|f| *f < 0.0) {
                 return Err(section.error("file", format!("{file}: flux is negative at {:.4} um; light is not", table.x()[i])));
             }
-            Ok(StarShape::Table(table))
+            Ok(StarShape::Table(Arc::new(table)))
         },
     },
 ];

@@ -28,6 +28,9 @@ impl Check {
     }
 }
 
+/// Stars that are told one by one.
+const MOST_STARS: usize = 12;
+
 fn describe(scene: &Scene) {
     let camera = &scene.camera;
     say!("scene     {}{}", scene.name, if scene.description.is_empty() { String::new() } else { format!(": {}", scene.description) });
@@ -38,8 +41,11 @@ fn describe(scene: &Scene) {
             say!("dust      law {}, box {}, {}", dust.extinction.name, size(dust.density.bounds().size()), lattice(&*dust.density))
         }
     }
-    for star in &scene.stars {
+    for star in scene.stars.iter().take(MOST_STARS) {
         say!("star      {} at {}, L_lambda(550 nm) {:.3e} W/um", star.name, place(star.position), star.spectrum.continuum(0.55));
+    }
+    if scene.stars.len() > MOST_STARS {
+        say!("star      and {} more", scene.stars.len() - MOST_STARS);
     }
     for gas in &scene.emission {
         say!("emission  {}: {} lines, {}", gas.name, gas.spectrum.lines().len(), lattice(&*gas.density));

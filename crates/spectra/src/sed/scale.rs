@@ -48,7 +48,7 @@ pub enum StarShape {
     /// A black body.
     BlackBody(Temperature),
     /// A table over λ [µm].
-    Table(Table),
+    Table(Arc<Table>),
     /// Any other shape, without a finite integral.
     Other(Arc<dyn Shape>),
 }
@@ -57,7 +57,7 @@ pub enum StarShape {
 pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Spectrum> {
     let dynamic: Arc<dyn Shape> = match &shape {
         StarShape::BlackBody(t) => Arc::new(BlackBody(*t)),
-        StarShape::Table(t) => Arc::new(t.clone()),
+        StarShape::Table(t) => t.clone(),
         StarShape::Other(s) => s.clone(),
     };
     let factor = match (scale, &shape) {

@@ -248,7 +248,7 @@ fn run(control: &Control) -> Result<Findings> {
     findings.text += &table(&head, &errors);
     findings.text += &format!(
         "The worst error is {:.1} % up to a depth of 3, {:.1} % up to 30. Errors are relative rms over the pixels, of all light, what chance adds to them taken off; the light of one scattering is that of the \
-         plan in both pictures, and paths bring what has scattered twice or more. What a render states of its own field, by halving, stands at the end. In clouds of depth 30 the star stands outside: paths from the eye hardly find one that is buried so deep.\n\n",
+         plan in both pictures, and paths bring what has scattered twice or more. What a render states of its own field stands at the end. In clouds of depth 30 the star stands outside: paths from the eye hardly find one that is buried so deep.\n\n",
         100.0 * worst[0],
         100.0 * worst[1]
     );

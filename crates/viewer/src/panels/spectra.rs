@@ -20,6 +20,8 @@ const POINTS: usize = 11;
 const FLOOR: f64 = 1e-4;
 /// How near the pointer must be to a point of a curve [points of the screen].
 const GRIP: f32 = 12.0;
+/// Most stars whose spectra are drawn.
+const MOST_STARS: usize = 24;
 
 /// The panel.
 pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
@@ -29,6 +31,9 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     });
     section(ui, "Filters", true, |ui| filters(ui, app, edits));
     section(ui, "Stars", true, |ui| list(ui, app, "star", edits));
+    for i in 0..count(app.document.toml().as_table(), "star_table") {
+        section(ui, &format!("Table of stars {}", i + 1), true, |ui| editor::keys(ui, &app.document, &format!("star_table.{i}"), edits));
+    }
     if app.document.scene().dust.is_some() {
         section(ui, "Dust", true, |ui| {
             editor::keys(ui, &app.document, "dust", edits);
@@ -65,7 +70,7 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
 /// The tables of a list, each with its keys.
 fn list(ui: &mut Ui, app: &App, name: &str, edits: &mut Edits) {
     let titles: Vec<String> = match name {
-        "star" => app.document.scene().stars.iter().map(|s| s.name.clone()).collect(),
+        "star" => app.document.stars().iter().map(|s| s.name.clone()).collect(),
         _ => app.document.scene().emission.iter().map(|e| e.name.clone()).collect(),
     };
     for (i, title) in titles.iter().enumerate() {
@@ -209,7 +214,7 @@ fn plot(ui: &mut Ui, app: &App, edits: &mut Edits) {
             let line = Line::new(band.name(), PlotPoints::from(curve(range, logarithmic, |l| band.response(l))));
             plot.line(line.color(colour).fill(floor as f32).fill_alpha(0.18));
         }
-        for star in &scene.stars {
+        for star in scene.stars.iter().take(MOST_STARS) {
             let line = curve(range, logarithmic, |l| star.spectrum.continuum(l));
             plot.line(Line::new(&star.name, PlotPoints::from(line)).width(1.5).color(strong));
         }

@@ -42,7 +42,7 @@ pub struct Gathered {
     pub error: Option<f64>,
 }
 
-/// Errors of the field as half as many cells an edge, and fewer directions there, let them be estimated: relative rms over the dust.
+/// Errors of the field as half as many cells an edge, and other directions there, let them be estimated: relative rms over the dust.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Doubt {
     /// Of cells.
@@ -83,7 +83,12 @@ impl std::fmt::Display for Found {
         write!(f, ", {:.1} % of this light by their geometric series; error of this light: spectral not certified", 100.0 * series)?;
         match doubt {
             Some(Doubt { spatial, angular }) => {
-                write!(f, ", spatial about {:.1} %, angular about {:.1} % (by halving)", 100.0 * spatial, 100.0 * angular)?;
+                write!(
+                    f,
+                    ", spatial about {:.1} %, angular about {:.1} % (by half as many cells an edge, and other directions)",
+                    100.0 * spatial,
+                    100.0 * angular
+                )?;
             }
             None => write!(f, ", spatial and angular unknown")?,
         }

@@ -30,7 +30,7 @@ mod sweep;
 mod trial;
 mod windows;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -71,8 +71,8 @@ impl Fineness {
     pub const GLANCE: Self = Self { cells: 24, directions: [4, 2], degree: 1 };
 }
 
-/// Directions of the field that tells how exact those of the full one are.
-const FEWER: [usize; 2] = [4, 3];
+/// Directions of the field that tells how exact those of the full one are: fewer of the first order, more of the others.
+const OTHER: [usize; 2] = [4, 4];
 /// Light of less is none, in parts of the brightest.
 const FAINT: f32 = 1e-15;
 
@@ -88,7 +88,7 @@ pub struct Diffuse {
     /// What there is to say of it.
     pub found: Found,
     field: Arc<Field>,
-    /// The fields by which its error is known: half as fine, and with fewer directions.
+    /// The fields by which its error is known: half as fine, and with other directions.
     halves: Option<Arc<(Self, Self)>>,
     /// Where the eye is or looks, for which the volumes hold.
     view: View,
@@ -221,18 +221,18 @@ impl Diffuse {
     ) -> Result<Option<Self>> {
         let many = options.method.bounces > 1;
         let (Some(dust), true) = (&space.dust, many || space.crowd.is_some()) else { return Ok(None) };
-        let problem = Problem { scene, lights, spectral, space, options, terms: terms(scene, spectral)? };
+        let problem = Problem { scene, lights, spectral, space, options, terms: terms(scene, spectral)?, gave_up: OnceLock::new() };
         let (cells, bytes, coarser) = problem.fitting(dust, fineness)?;
         let windows = space.crowd.as_ref().map_or_else(Vec::new, |crowd| problem.windows(crowd, &cells));
-        // Half as fine, then with fewer directions too: what that changes says how exact the field is, at a part of its price.
+        // Half as fine, then with other directions too: what that changes says how exact the field is, at a part of its price.
         let half = |fineness: Fineness, before: Option<&Self>| {
             let most = cells.lattice.dims.into_iter().max().unwrap_or(1) / 2;
             problem.solve((Cells::new(dust, space.gas(), most.max(1)), fineness), (&windows, None), before, control)
         };
         let known = before.and_then(|b| b.halves.as_deref());
-        let fewer = Fineness { directions: FEWER, ..fineness };
+        let other = Fineness { directions: OTHER, ..fineness };
         let halves = match fineness == Fineness::FULL && many {
-            true => Some((half(fineness, known.map(|k| &k.0))?, half(fewer, known.map(|k| &k.1))?)),
+            true => Some((half(fineness, known.map(|k| &k.0))?, half(other, known.map(|k| &k.1))?)),
             false => None,
         };
         let trials = match &space.crowd {
@@ -245,9 +245,9 @@ impl Diffuse {
         // Of light that was scattered before, alone.
         let alone = halves.as_ref().filter(|_| space.crowd.is_some());
         let alone = alone.map(|_| Self::resolved(own.field.clone(), Vec::new(), own.found.clone(), own.view));
-        let doubt = |(half, few): &(Self, Self)| Doubt {
+        let doubt = |(half, other): &(Self, Self)| Doubt {
             spatial: half.differs_from(alone.as_ref().unwrap_or(&own)),
-            angular: few.differs_from(half),
+            angular: other.differs_from(half),
         };
         own.found.doubt = halves.as_ref().map(doubt);
         own.halves = halves.map(Arc::new);

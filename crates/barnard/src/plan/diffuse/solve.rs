@@ -1,6 +1,6 @@
 //! Orders of scattering, one after the other, for all nodes of a plan.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 use spectra::rule::Node;
@@ -39,6 +39,8 @@ pub struct Problem<'a> {
     pub space: &'a Space,
     pub options: &'a Options,
     pub terms: Vec<Term>,
+    /// Why a sweeper was given up, once it was.
+    pub gave_up: OnceLock<String>,
 }
 
 impl Problem<'_> {
@@ -84,7 +86,7 @@ impl Problem<'_> {
         let crowd = self.space.crowd.as_deref();
         let even: Vec<Window> = windows.iter().map(|window| Window::even(window.reach_pc)).collect();
         let (mut field, mut sweeps, mut series, mut settled) = (Vec::new(), 0, 0.0f64, true);
-        let mut swept_by: Arc<str> = Processor.name().into();
+        let mut swept_by: Vec<Arc<str>> = Vec::new();
         for (p, own) in self.terms.chunks(WIDTH).enumerate() {
             let medium = Medium { cells: &cells, count: count(degree), faces: faces.each_ref().map(|f| &f[..]), terms: own };
             let lamps = Lamps::new(self.lights, self.spectral, (p * WIDTH, own), &glow, crowd);
@@ -94,11 +96,19 @@ impl Problem<'_> {
             let known = before.and_then(|b| b.field.parts.get(p)).filter(|part| part.solved.origin == origin);
             let solved = match known {
                 Some(part) => part.solved.clone(),
-                None => Arc::new(medium.solve(self.space, origin, (&k, gathering), (self.options.sweeper.as_deref(), control))?),
+                None => Arc::new(medium.solve(
+                    self.space,
+                    origin,
+                    (&k, gathering),
+                    (self.options.sweeper.as_deref(), &self.gave_up),
+                    control,
+                )?),
             };
             (sweeps, series) = (sweeps.max(solved.sweeps), series.max(solved.series));
             settled &= solved.settled;
-            swept_by = solved.by.clone();
+            if !swept_by.contains(&solved.by) {
+                swept_by.push(solved.by.clone());
+            }
             let near = self.nearest(own, &lamps);
             field.push(Part { terms: own.to_vec(), solved, unit: lamps.unit, near, sent: lamps.crowd });
         }
@@ -111,7 +121,7 @@ impl Problem<'_> {
             directions,
             degree,
             sweeps,
-            swept_by,
+            swept_by: swept_by.join(" and ").into(),
             series,
             settled,
             doubt: None,
@@ -228,7 +238,8 @@ impl Medium<'_> {
         space: &Space,
         origin: Origin,
         (k, gathering): (&Octet, Option<Gathering>),
-        (sweeper, control): (Option<&dyn Sweeper>, &Control),
+        (sweeper, gave_up): (Option<&dyn Sweeper>, &OnceLock<String>),
+        control: &Control,
     ) -> Result<Solved> {
         if origin.bounces == 1 {
             let moments = Moments::dark(0, self.count);
@@ -240,6 +251,10 @@ impl Medium<'_> {
             Transfer { cells: self.cells, k, faces: self.faces, scattering: &scattering[..self.count], glow: glow.as_deref(), around };
         let mut unable = String::new();
         for sweeper in sweeper.into_iter().chain([&Processor as &dyn Sweeper]) {
+            if let Some(why) = gave_up.get().filter(|_| sweeper.name() != Processor.name()) {
+                unable.clone_from(why);
+                continue;
+            }
             let first = self.first(space, &origin.lamps, (k, gathering), control)?;
             match orders(sweeper, transfer, first, origin.bounces, control) {
                 Ok((moments, course)) => {
@@ -248,7 +263,7 @@ impl Medium<'_> {
                     return Ok(Solved { origin, moments, sweeps, series, settled, by: (sweeper.name() + &unable).into() });
                 }
                 Err(Failure::Stopped(error)) => return Err(error),
-                Err(Failure::Unable(why)) => unable = format!(" ({}: {why})", sweeper.name()),
+                Err(Failure::Unable(why)) => unable = gave_up.get_or_init(|| format!(" ({}: {why})", sweeper.name())).clone(),
             }
         }
         Err(Error::Render(format!("light that is scattered more than once cannot be swept{unable}; write bounces = 1")))
@@ -281,8 +296,7 @@ fn orders(
     for sweeps in 1..bounces.min(MOST_SWEEPS + 1) {
         let (own, sum) = orders.next(control)?;
         if !own.iter().chain(&sum).all(|power| power.is_finite()) {
-            let message = "light that is scattered more than once comes to no number here: densities or lights are too large or too small; write bounces = 1";
-            return Err(Error::Render(message.into()).into());
+            return Err(Failure::Unable("it comes to no number, since densities or lights are too large or too small".into()));
         }
         course.push(own, sum);
         control.report(Stage::Light, sweeps as u64, course.expected(bounces));
