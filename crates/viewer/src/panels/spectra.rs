@@ -21,7 +21,7 @@ const FLOOR: f64 = 1e-4;
 /// How near the pointer must be to a point of a curve [points of the screen].
 const GRIP: f32 = 12.0;
 /// Most stars whose spectra are drawn.
-const MOST_STARS: usize = 24;
+const MOST_STARS: usize = 6;
 
 /// The panel.
 pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
