@@ -133,7 +133,7 @@ pub fn table(
             visit(Row { name: "path, to the default's error".into(), terms: 0, seconds, device_seconds: f64::NAN, error: Some(error) });
         }
         let swept = plan.diffuse.is_some() && options.method.bounces > 1;
-        for sweeper in [Some(None), backend.sweeper().map(Some)].into_iter().flatten().filter(|_| swept) {
+        for sweeper in [None].into_iter().chain(backend.sweeper().map(Some)).filter(|_| swept) {
             let mut on: Arc<str> = "".into();
             let options = Options { sweeper, ..options.clone() };
             let (seconds, device_seconds) = timed(frames.min(BAKES), || {

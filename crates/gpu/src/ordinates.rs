@@ -56,7 +56,8 @@ pub const ORDINATES: &str = include_str!("shaders/ordinates.wgsl");
 
 /// The source for so many harmonics of a cell and directions of a face.
 pub fn source(harmonics: usize, beams: usize) -> String {
-    let constants = [("WIDTH", WIDTH), ("HARMONICS", harmonics), ("BEAMS", beams), ("BEAM", HEAD + 2 * harmonics), ("CHUNKS", CHUNKS)];
+    let constants =
+        [("WIDTH", WIDTH), ("HARMONICS", harmonics), ("BEAMS", beams), ("HEAD", HEAD), ("BEAM", HEAD + 2 * harmonics), ("CHUNKS", CHUNKS)];
     let line = |(name, value): (&str, usize)| format!("const {name} = {value}u;\n");
     constants.into_iter().map(line).collect::<String>() + "\n" + ORDINATES
 }
@@ -258,6 +259,13 @@ impl OnDevice {
         })
     }
 
+    /// Adds the order to the sum, by the factor that the shader was told.
+    fn add(&self, pass: &mut wgpu::ComputePass) {
+        pass.set_pipeline(&self.pipelines.add);
+        pass.set_bind_group(0, &self.add, &[]);
+        pass.dispatch_workgroups(self.cells(), 1, 1);
+    }
+
     /// Does `work` in one pass.
     fn submit(&self, work: impl FnOnce(&mut wgpu::ComputePass)) {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
@@ -288,11 +296,10 @@ impl OnDevice {
     }
 
     fn order(&mut self) -> Result<(Powers, Powers)> {
-        let all = self.cells();
         self.submit(|pass| {
             pass.set_pipeline(&self.pipelines.scatter);
             pass.set_bind_group(0, &self.scatter, &[]);
-            pass.dispatch_workgroups(all, 1, 1);
+            pass.dispatch_workgroups(self.cells(), 1, 1);
         });
         self.sweep(usize::from(!self.is_first));
         if std::mem::take(&mut self.is_first) && (self.shining.glows != 0 || self.shining.around != [0.0; WIDTH]) {
@@ -304,9 +311,7 @@ impl OnDevice {
             self.tell(TermNumbers { glows: 0, around: [0.0; WIDTH], ..self.shining });
         }
         self.submit(|pass| {
-            pass.set_pipeline(&self.pipelines.add);
-            pass.set_bind_group(0, &self.add, &[]);
-            pass.dispatch_workgroups(all, 1, 1);
+            self.add(pass);
             pass.set_pipeline(&self.pipelines.power);
             pass.set_bind_group(0, &self.power, &[]);
             pass.dispatch_workgroups(groups(CHUNKS * WIDTH), 1, 1);
@@ -325,11 +330,7 @@ impl OnDevice {
 
     fn total(self, last: &Octet) -> Result<Moments> {
         self.tell(TermNumbers { factor: *last, glows: 0, ..self.shining });
-        self.submit(|pass| {
-            pass.set_pipeline(&self.pipelines.add);
-            pass.set_bind_group(0, &self.add, &[]);
-            pass.dispatch_workgroups(self.cells(), 1, 1);
-        });
+        self.submit(|pass| self.add(pass));
         let count = self.harmonics;
         let size = Moments::bytes(self.shining.cells as usize, count);
         let data = self.gpu.read_as(&self.buffers.sum, size, &mut None, |bytes| {

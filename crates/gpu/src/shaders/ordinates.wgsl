@@ -89,7 +89,7 @@ fn shares(depth: f32) -> vec3f {
     for (var h = 0u; h < HARMONICS; h++) {
         let moment = source[(cell * HARMONICS + h) * WIDTH + t];
         for (var b = 0u; b < BEAMS; b++) {
-            own[b] = fma(beams[(plane.beam + b) * BEAM + 7u + h], moment, own[b]);
+            own[b] = fma(beams[(plane.beam + b) * BEAM + HEAD + h], moment, own[b]);
         }
     }
     for (var b = 0u; b < BEAMS; b++) {
@@ -133,7 +133,7 @@ fn shares(depth: f32) -> vec3f {
         let at = (cell * HARMONICS + h) * WIDTH + t;
         var moment = order[at];
         for (var b = 0u; b < BEAMS; b++) {
-            moment = fma(beams[(plane.beam + b) * BEAM + 7u + HARMONICS + h], radiance[b], moment);
+            moment = fma(beams[(plane.beam + b) * BEAM + HEAD + HARMONICS + h], radiance[b], moment);
         }
         order[at] = moment;
     }

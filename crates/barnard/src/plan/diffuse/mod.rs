@@ -30,7 +30,7 @@ mod sweep;
 mod trial;
 mod windows;
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -41,7 +41,7 @@ use self::harmonics::{COUNT, DEGREE, degree, harmonics};
 use self::lamps::Lamps;
 use self::medium::Cells;
 use self::moments::Moments;
-use self::ordinates::{Octet, WIDTH};
+use self::ordinates::{Octet, Sweepers, WIDTH};
 use self::solve::{Problem, terms};
 use super::volume::{Channel, Volume};
 use super::window::{Profile, Window};
@@ -221,7 +221,15 @@ impl Diffuse {
     ) -> Result<Option<Self>> {
         let many = options.method.bounces > 1;
         let (Some(dust), true) = (&space.dust, many || space.crowd.is_some()) else { return Ok(None) };
-        let problem = Problem { scene, lights, spectral, space, options, terms: terms(scene, spectral)?, gave_up: OnceLock::new() };
+        let problem = Problem {
+            scene,
+            lights,
+            spectral,
+            space,
+            options,
+            terms: terms(scene, spectral)?,
+            sweepers: Sweepers::new(options.sweeper.as_deref()),
+        };
         let (cells, bytes, coarser) = problem.fitting(dust, fineness)?;
         let windows = space.crowd.as_ref().map_or_else(Vec::new, |crowd| problem.windows(crowd, &cells));
         // Half as fine, then with other directions too: what that changes says how exact the field is, at a part of its price.

@@ -4,6 +4,7 @@
 //! found does not depend on where it is found, but for the rounding of single precision.
 
 use std::fmt::Debug;
+use std::sync::{Arc, OnceLock};
 
 pub use super::directions::{Face, across, faces};
 pub use super::medium::Cells;
@@ -93,6 +94,44 @@ impl Sweeper for Processor {
         let dark = || Moments::dark(transfer.cells.lattice.cells(), first.count);
         let (sum, next) = (dark(), dark());
         Ok(Box::new(OnProcessor { transfer, order: first, next, sum, is_first: true }))
+    }
+}
+
+/// A device, as long as it can, and the processor behind it.
+pub struct Sweepers<'a> {
+    device: Option<&'a dyn Sweeper>,
+    /// Why the device was given up, once it was: it is not tried again.
+    gave_up: OnceLock<String>,
+}
+
+impl<'a> Sweepers<'a> {
+    /// The processor alone where there is no device.
+    pub fn new(device: Option<&'a dyn Sweeper>) -> Self {
+        Self { device, gave_up: OnceLock::new() }
+    }
+
+    /// What `work` makes with the first that can, and by what it was made, for what outputs state.
+    ///
+    /// # Errors
+    /// When the user wishes to stop, and where the processor cannot either.
+    pub fn run<T>(&self, work: impl Fn(&dyn Sweeper) -> Result<T, Failure>) -> crate::error::Result<(T, Arc<str>)> {
+        if let Some(device) = self.device.filter(|_| self.gave_up.get().is_none()) {
+            match work(device) {
+                Ok(made) => return Ok((made, device.name().into())),
+                Err(Failure::Stopped(error)) => return Err(error),
+                Err(Failure::Unable(why)) => {
+                    self.gave_up.get_or_init(|| format!(" ({}: {why})", device.name()));
+                }
+            }
+        }
+        let processor = Processor.name();
+        match work(&Processor) {
+            Ok(made) => Ok((made, (processor + self.gave_up.get().map_or("", String::as_str)).into())),
+            Err(Failure::Stopped(error)) => Err(error),
+            Err(Failure::Unable(why)) => Err(Error::Render(format!(
+                "light that is scattered more than once cannot be swept ({processor}: {why}); write bounces = 1"
+            ))),
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Orders of scattering, one after the other, for all nodes of a plan.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use spectra::rule::Node;
@@ -12,7 +12,7 @@ use super::harmonics::{DEGREE, count, legendre_moments};
 use super::lamps::Lamps;
 use super::medium::{Cells, Lamp};
 use super::moments::Moments;
-use super::ordinates::{Failure, Octet, Processor, Sweeper, Transfer, WIDTH};
+use super::ordinates::{Failure, Octet, Processor, Sweeper, Sweepers, Transfer, WIDTH};
 use super::trial::{Deviation, Trial};
 use super::{Diffuse, Field, Fineness, Found, Gathered, Origin, Part, Solved, Term, View, scattering};
 use crate::control::{Control, Stage};
@@ -39,8 +39,7 @@ pub struct Problem<'a> {
     pub space: &'a Space,
     pub options: &'a Options,
     pub terms: Vec<Term>,
-    /// Why a sweeper was given up, once it was.
-    pub gave_up: OnceLock<String>,
+    pub sweepers: Sweepers<'a>,
 }
 
 impl Problem<'_> {
@@ -96,13 +95,7 @@ impl Problem<'_> {
             let known = before.and_then(|b| b.field.parts.get(p)).filter(|part| part.solved.origin == origin);
             let solved = match known {
                 Some(part) => part.solved.clone(),
-                None => Arc::new(medium.solve(
-                    self.space,
-                    origin,
-                    (&k, gathering),
-                    (self.options.sweeper.as_deref(), &self.gave_up),
-                    control,
-                )?),
+                None => Arc::new(medium.solve(self.space, origin, (&k, gathering), (&self.sweepers, control))?),
             };
             (sweeps, series) = (sweeps.max(solved.sweeps), series.max(solved.series));
             settled &= solved.settled;
@@ -232,14 +225,13 @@ fn marched<'a>(space: &'a Space, stars: &'a [(usize, Octet)]) -> Vec<Lamp<'a>> {
 }
 
 impl Medium<'_> {
-    /// The light of all orders below the bounces of its `origin`; by the processor where `sweeper` cannot.
+    /// The light of all orders below the bounces of its `origin`; by the first of the `sweepers` that can.
     fn solve(
         &self,
         space: &Space,
         origin: Origin,
         (k, gathering): (&Octet, Option<Gathering>),
-        (sweeper, gave_up): (Option<&dyn Sweeper>, &OnceLock<String>),
-        control: &Control,
+        (sweepers, control): (&Sweepers, &Control),
     ) -> Result<Solved> {
         if origin.bounces == 1 {
             let moments = Moments::dark(0, self.count);
@@ -249,24 +241,13 @@ impl Medium<'_> {
         let Lamps { glow, around, .. } = &origin.lamps;
         let transfer =
             Transfer { cells: self.cells, k, faces: self.faces, scattering: &scattering[..self.count], glow: glow.as_deref(), around };
-        let mut unable = String::new();
-        for sweeper in sweeper.into_iter().chain([&Processor as &dyn Sweeper]) {
-            if let Some(why) = gave_up.get().filter(|_| sweeper.name() != Processor.name()) {
-                unable.clone_from(why);
-                continue;
-            }
+        let ((moments, course), by) = sweepers.run(|sweeper| {
             let first = self.first(space, &origin.lamps, (k, gathering), control)?;
-            match orders(sweeper, transfer, first, origin.bounces, control) {
-                Ok((moments, course)) => {
-                    let (series, _) = course.rest(origin.bounces);
-                    let (sweeps, settled) = (course.orders.len(), course.is_known() || course.orders.len() + 1 == origin.bounces);
-                    return Ok(Solved { origin, moments, sweeps, series, settled, by: (sweeper.name() + &unable).into() });
-                }
-                Err(Failure::Stopped(error)) => return Err(error),
-                Err(Failure::Unable(why)) => unable = gave_up.get_or_init(|| format!(" ({}: {why})", sweeper.name())).clone(),
-            }
-        }
-        Err(Error::Render(format!("light that is scattered more than once cannot be swept{unable}; write bounces = 1")))
+            orders(sweeper, transfer, first, origin.bounces, control)
+        })?;
+        let (series, _) = course.rest(origin.bounces);
+        let (sweeps, settled) = (course.orders.len(), course.is_known() || course.orders.len() + 1 == origin.bounces);
+        Ok(Solved { origin, moments, sweeps, series, settled, by })
     }
 
     /// Moments of light that has not been scattered yet.
