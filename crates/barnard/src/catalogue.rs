@@ -34,8 +34,8 @@ pub const CATALOGUES: &[Catalogue] = &[
     Catalogue { name: "spectra", summary: "kinds of stellar spectrum", rows: || rows(crate::scene::star_spectra()) },
     Catalogue {
         name: "stars",
-        summary: "embedded stellar spectra",
-        rows: || rows(spectra::sed::STARS.iter().map(|s| (s.name, s.summary))),
+        summary: "stellar spectra of the embedded library; types between are interpolated",
+        rows: || spectra::sed::star_names().map(|name| (name.to_owned(), spectra::sed::star_summary(name))).collect(),
     },
     Catalogue { name: "emission", summary: "kinds of glowing gas", rows: || rows(crate::scene::emission_kinds()) },
     Catalogue {
@@ -94,11 +94,12 @@ impl Catalogue {
 fn passbands() -> Rows {
     let family = |name: &str| {
         let found = spectra::passband::FAMILIES.iter().filter(|f| name.starts_with(f.name)).max_by_key(|f| f.name.len());
-        found.map_or(if name.starts_with("cie") { "CIE 1931" } else { "Johnson UBV and Cousins RI, energy, peak 1" }, |f| f.summary)
+        found.map_or(if name.starts_with("cie") { "CIE 1931" } else { spectra::passband::FAMILIES[0].summary }, |f| f.summary)
     };
     let row = |name: &str| {
         let band = spectra::passband::Passband::named(name).ok()?;
-        let words = format!("pivot {:.2} nm, width {:.2} nm; {}", band.pivot().nm(), band.width().nm(), family(name));
+        let leak = band.leak().map_or(String::new(), |leak| format!("; {leak}"));
+        let words = format!("pivot {:.2} nm, width {:.2} nm; {}{leak}", band.pivot().nm(), band.width().nm(), family(name));
         Some((name.to_owned(), words))
     };
     spectra::passband::names().into_iter().filter_map(row).collect()

@@ -55,6 +55,12 @@ impl Bounds {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
+    /// What both hold, where they meet.
+    pub fn intersection(&self, other: &Self) -> Option<Self> {
+        let (low, high) = (self.low.max(other.low), self.high.min(other.high));
+        low.cmplt(high).all().then_some(Self { low, high })
+    }
+
     /// The part of the ray inside, from zero on, as distances [pc].
     pub fn clip(&self, ray: &Ray) -> Option<(f64, f64)> {
         let (mut near, mut far) = (0.0f64, f64::INFINITY);

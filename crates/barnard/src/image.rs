@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use spectra::colour::{Palette, Stretch};
 
 use crate::error::{Error, Result};
+use crate::keywords::Keyword;
 
 /// Band radiances, bands × height × width [W m⁻² sr⁻¹].
 #[derive(Debug, Clone, PartialEq)]
@@ -50,6 +51,8 @@ pub struct Band {
     pub width_um: Option<f64>,
     /// The certificate in words, a line for each source.
     pub certificate: Vec<String>,
+    /// What it says of itself in keywords.
+    pub keywords: Vec<Keyword>,
 }
 
 /// What the name of a band of standard errors ends with, after the name of the band that they are of.
@@ -79,13 +82,15 @@ pub struct Image {
     pub pixel: Option<PixelScale>,
     /// Key and value, in words: scene, back end, method, accuracy.
     pub notes: Vec<(String, String)>,
+    /// What it says of itself in keywords.
+    pub keywords: Vec<Keyword>,
 }
 
 impl Image {
     /// An image of which only names and values are known.
     pub fn bare(width: usize, height: usize, names: Vec<String>, samples: Samples) -> Self {
-        let band = |name| Band { name, pivot_um: None, counting: None, width_um: None, certificate: Vec::new() };
-        Self { width, height, bands: names.into_iter().map(band).collect(), samples, pixel: None, notes: Vec::new() }
+        let band = |name| Band { name, pivot_um: None, counting: None, width_um: None, certificate: Vec::new(), keywords: Vec::new() };
+        Self { width, height, bands: names.into_iter().map(band).collect(), samples, pixel: None, notes: Vec::new(), keywords: Vec::new() }
     }
 
     /// Radiance of a pixel in a band [W m⁻² sr⁻¹].
@@ -116,6 +121,11 @@ impl Image {
     /// The band of the standard errors of band `of`, where there is one.
     pub fn errors_of(&self, of: usize) -> Option<usize> {
         self.bands.iter().position(|band| band.name.strip_suffix(ERROR_SUFFIX) == Some(&self.bands[of].name))
+    }
+
+    /// Whether a band holds the standard errors of another.
+    pub fn is_error(&self, band: usize) -> bool {
+        (0..self.bands.len()).any(|of| self.errors_of(of) == Some(band))
     }
 
     /// The bands that are radiances, without those of standard errors.

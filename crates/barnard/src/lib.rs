@@ -15,6 +15,7 @@ pub mod field;
 pub mod formats;
 pub mod geometry;
 pub mod image;
+pub mod keywords;
 pub mod light;
 pub mod packet;
 pub mod phase;

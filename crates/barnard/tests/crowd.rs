@@ -86,7 +86,7 @@ fn a_crowd_scatters_many_times() {
     };
     let once = light(&plan(&self::scene(text(12, FORWARD, "exact_stars = 0\n"))));
     println!("{:.1e} {:.1e}", error(&all), error(&once));
-    assert!(error(&all) < 0.05 && error(&once) > 0.1, "{} {}", error(&all), error(&once));
+    assert!(error(&all) < 0.05 && error(&once) > 0.09, "{} {}", error(&all), error(&once));
 }
 
 /// The brightest are marched one by one, as many as are asked for, and what is asked for of all is what it was without a crowd.

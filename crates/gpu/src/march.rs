@@ -8,7 +8,7 @@ use std::time::Instant;
 use barnard::backend::cpu::Findings;
 use barnard::control::{Control, Stage};
 use barnard::image::Tone;
-use barnard::plan::{Channel, Plan, Volume};
+use barnard::plan::{Channel, HALF, Plan, Volume};
 use glam::DVec3;
 
 use crate::device::Gpu;
@@ -279,7 +279,7 @@ impl<'a> Renderer<'a> {
         self.dispatches = dispatches;
         self.seconds = self.device_seconds(dispatches)?;
         let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
-        Ok((data, Findings { depth: f64::from(f32::from_bits(deepest)), rays: (width * height * rays) as u64, negative }))
+        Ok((data, Findings { depth: f64::from(f32::from_bits(deepest)), rays: (width * height * rays) as u64, storage: HALF, negative }))
     }
 
     /// The picture on the device, bands × height × width [W m⁻² sr⁻¹].

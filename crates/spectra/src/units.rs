@@ -153,7 +153,7 @@ quantity! {
 }
 quantity! {
     /// A number density [cm⁻³].
-    NumberDensity("number density", "600 cm-3") { "cm-3" = 1.0, "/cm3" = 1.0, "1/cm3" = 1.0, "m-3" = 1e-6 }
+    NumberDensity("number density", "600 cm-3") { "cm-3" = 1.0, "/cm3" = 1.0, "1/cm3" = 1.0, "m-3" = 1e-6, "/m3" = 1e-6, "1/m3" = 1e-6, "pc-3" = CM * CM * CM }
 }
 quantity! {
     /// A velocity [km s⁻¹].

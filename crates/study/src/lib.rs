@@ -4,6 +4,7 @@
 //! A chapter is one file and one row of its page's catalogue. It measures, and says in words with numbers what was found. Whether a claim holds is decided by the
 //! numbers; why, and what to make of it, is ours.
 
+mod campaign;
 mod chapters;
 mod figure;
 mod page;
@@ -86,8 +87,16 @@ pub const VALIDATION: Book = Book {
     chapters: validation::CHAPTERS,
 };
 
+/// Stated errors beside true ones.
+pub const CERTIFICATES: Book = Book {
+    name: "certificates",
+    title: "Certificates, tried",
+    preface: "A certificate bounds the spectral error of a method, arithmetic included, over all depths that a scene reaches: of the light without dust, F(0), and of the light that is left, F(a). Here bounds are held to true errors.",
+    chapters: campaign::CHAPTERS,
+};
+
 /// All pages.
-pub const BOOKS: &[&Book] = &[&STUDY, &VALIDATION];
+pub const BOOKS: &[&Book] = &[&STUDY, &VALIDATION, &CERTIFICATES];
 
 impl Book {
     /// The chapter called `name`.

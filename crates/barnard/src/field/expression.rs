@@ -2,6 +2,8 @@
 //!
 //! Operators + − * / ^ and parentheses, bound as in mathematics (`formula`); functions sqrt, exp, ln, log10, abs, sin, cos, tan, tanh, floor, ceil, and
 //! min(a, b), max(a, b), step(a, edge) = 1 where a ≥ edge; pi; variables are the scene's fields and x, y, z [pc]. The expression is zero outside of the union of its fields' boxes.
+//!
+//! Where grids take part it lives on a lattice of its own: the voxels of the finest of them, all over the box in which the expression can be other than zero (`support`).
 
 use std::sync::Arc;
 
@@ -10,7 +12,10 @@ use exmex::{BinOp, FloatOpsFactory, MakeOperators, Operator};
 use glam::DVec3;
 
 use super::formula::normalised;
-use super::{Field, Grid};
+use super::support::{Support, support};
+use super::{Field, Grid, Lattice};
+use crate::error::Result;
+use crate::formats::check_memory;
 use crate::geometry::{Bounds, Ray};
 
 /// The field's own operators beside exmex's.
@@ -44,14 +49,14 @@ const MAX_LENGTH: usize = 2000;
 
 impl Expression {
     /// Parses `formula`; `lookup` finds fields by name. The message says what is wrong.
-    pub fn parse(formula: &str, lookup: impl Fn(&str) -> Result<Arc<dyn Field>, String>) -> Result<Self, String> {
+    pub fn parse(formula: &str, lookup: impl Fn(&str) -> std::result::Result<Arc<dyn Field>, String>) -> std::result::Result<Self, String> {
         if formula.len() > MAX_LENGTH {
             return Err(format!("the expression has {} characters, at most {MAX_LENGTH} are read", formula.len()));
         }
         let wrong = |e: String| format!("\"{formula}\" is no expression: {e}");
         let normalised = normalised(formula).map_err(wrong)?;
         let parsed = FlatEx::<f64, FieldOperators>::parse(&normalised).map_err(|e| wrong(e.to_string()))?;
-        let variables: Result<Vec<Variable>, String> = parsed
+        let variables: std::result::Result<Vec<Variable>, String> = parsed
             .var_names()
             .iter()
             .map(|name| match name.as_str() {
@@ -63,7 +68,15 @@ impl Expression {
             .collect();
         let variables = variables?;
         let boxes = variables.iter().filter_map(|v| if let Variable::Field(f) = v { Some(f.bounds()) } else { None });
-        let bounds = boxes.reduce(|a, b| a.union(&b)).ok_or_else(|| format!("\"{formula}\" uses no field"))?;
+        let union = boxes.reduce(|a, b| a.union(&b)).ok_or_else(|| format!("\"{formula}\" uses no field"))?;
+        let of_variable = |v: &Variable| match v {
+            Variable::Field(f) => Support::Within(f.bounds()),
+            Variable::Axis(_) => Support::Everywhere,
+        };
+        let bounds = match support(&normalised, &variables.iter().map(of_variable).collect::<Vec<_>>()) {
+            Support::Within(own) => own.intersection(&union).unwrap_or(union),
+            Support::Number(_) | Support::Everywhere => union,
+        };
         Ok(Self { formula: parsed, variables, bounds })
     }
 
@@ -72,18 +85,43 @@ impl Expression {
     }
 
     /// The field this expression is: the named field itself, a grid where a grid takes part, the function otherwise.
-    pub fn into_field(self) -> Arc<dyn Field> {
+    ///
+    /// # Errors
+    /// Where that grid would take more than `memory_limit` bytes.
+    pub fn into_field(self, memory_limit: u64) -> Result<Arc<dyn Field>> {
         let names = self.formula.var_names();
         if let ([Variable::Field(only)], [name]) = (&self.variables[..], names)
             && self.formula.unparse().trim().trim_matches(['{', '}']) == name
         {
-            return only.clone();
+            return Ok(only.clone());
         }
-        let finest = self.fields().filter_map(|f| f.grid()).max_by_key(|g| g.lattice.cells()).map(|g| g.lattice.clone());
-        match finest {
-            Some(lattice) => Arc::new(Grid::sampled(lattice, |p| self.at(p))),
-            None => Arc::new(self),
+        let Some(dims) = self.lattice().map(|l| (l.0.map(|n| n as u64), l.1)) else { return Ok(Arc::new(self)) };
+        let (dims, bounds) = dims;
+        let cells = dims.iter().try_fold(1u64, |n, d| n.checked_mul(*d)).unwrap_or(u64::MAX);
+        let size = bounds.size();
+        let what = format!(
+            "an expression over a box of {:.4} x {:.4} x {:.4} pc in the voxels of its finest grid, {} x {} x {},",
+            size.x, size.y, size.z, dims[0], dims[1], dims[2]
+        );
+        check_memory(&what, cells.saturating_mul(4), memory_limit)?;
+        Ok(Arc::new(Grid::sampled(Lattice { dims: dims.map(|n| n as usize), bounds }, |p| self.at(p))))
+    }
+
+    /// Voxels along each axis, and the box that they fill, where a grid takes part: those of the grid with the finest voxels, and as many more of the same edge and places as
+    /// cover the expression's box.
+    fn lattice(&self) -> Option<([usize; 3], Bounds)> {
+        let volume = |lattice: &Lattice| lattice.voxel_pc().element_product();
+        let lattices = self.fields().filter_map(|f| f.grid()).map(|g| &g.lattice);
+        let finest = lattices.min_by(|a, b| volume(a).total_cmp(&volume(b)))?;
+        let voxel = finest.voxel_pc();
+        // Whole voxels from the finest grid's lowest corner; rounding makes no voxel of its own.
+        let low = ((self.bounds.low - finest.bounds.low) / voxel + 1e-6).floor();
+        let high = ((self.bounds.high - finest.bounds.low) / voxel - 1e-6).ceil().max(low + 1.0);
+        let dims = <[f64; 3]>::from(high - low).map(|n| n as usize);
+        if dims == finest.dims && low == DVec3::ZERO {
+            return Some((dims, finest.bounds));
         }
+        Some((dims, Bounds { low: finest.bounds.low + low * voxel, high: finest.bounds.low + high * voxel }))
     }
 }
 
@@ -129,7 +167,7 @@ mod tests {
         }
     }
 
-    fn parse(formula: &str) -> Result<Expression, String> {
+    fn parse(formula: &str) -> std::result::Result<Expression, String> {
         Expression::parse(formula, |name| match name {
             "a" => Ok(Arc::new(Constant(3.0)) as Arc<dyn Field>),
             "b" => Ok(Arc::new(Constant(0.5))),
@@ -160,6 +198,35 @@ mod tests {
             assert!((parse(formula).unwrap().at(p) - value).abs() < 1e-12, "{formula}: {}", parse(formula).unwrap().at(p));
         }
         assert_eq!(parse("a + 1").unwrap().at(DVec3::splat(2.0)), 0.0);
+    }
+
+    /// Grids of different boxes and voxels: a sum holds all that both hold, in the finest voxels; a product is no larger than its factors allow.
+    #[test]
+    fn nested_grids_lose_nothing() {
+        let grid = |half: f64, n: usize| {
+            let lattice = Lattice { dims: [n; 3], bounds: Bounds::cube(DVec3::ZERO, half) };
+            Arc::new(Grid::sampled(lattice, |p| 1.0 + (3.0 * p.x).sin().powi(2)))
+        };
+        let (outer, inner) = (grid(2.0, 16), grid(0.5, 16));
+        let field = |formula: &str, limit: u64| {
+            let lookup = |name: &str| Ok(if name == "outer" { outer.clone() } else { inner.clone() } as Arc<dyn Field>);
+            Expression::parse(formula, lookup).unwrap().into_field(limit)
+        };
+        let mass = |g: &Grid| g.data.iter().map(|v| f64::from(*v)).sum::<f64>() * g.lattice.voxel_pc().element_product();
+        let sum = field("outer + inner", 1 << 30).unwrap();
+        let sum = sum.grid().unwrap();
+        assert_eq!((sum.lattice.dims, sum.lattice.bounds), ([64; 3], outer.lattice.bounds));
+        assert!((mass(sum) / (mass(&outer) + mass(&inner)) - 1.0).abs() < 2e-3, "{} {}", mass(sum), mass(&outer) + mass(&inner));
+        // Detail is where it was: at the centres of the finest voxels the sum is the sum.
+        for i in 0..16 {
+            let p = inner.lattice.centre(i, 15 - i, i / 2);
+            assert!((sum.at(p) - outer.at(p) - inner.at(p)).abs() < 1e-5);
+        }
+        let corner = DVec3::splat(-1.9);
+        assert!((sum.at(corner) - outer.at(corner)).abs() < 1e-2 && sum.at(corner) > 0.9);
+        assert_eq!(field("outer * inner", 1 << 30).unwrap().grid().unwrap().lattice, inner.lattice);
+        let refused = field("outer + inner", 1 << 19).unwrap_err().to_string();
+        assert!(refused.contains("64 x 64 x 64") && refused.contains("finest grid"), "{refused}");
     }
 
     #[test]

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use spectra::units::Length;
+use spectra::units::{Length, NumberDensity, Quantity};
 
 use super::{Field, Grid, Lattice};
 use crate::error::Result;
-use crate::formats::{Array, read_array};
+use crate::formats::{Array, Frame, read_array};
 use crate::geometry::Bounds;
 use crate::scene::{Key, Kind, Loader, Section};
 
@@ -22,6 +22,8 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
         Key::optional("high", "position", "from voxel", "highest corner"),
         Key::optional("voxel", "length", "from low and high", "edge of a cubic voxel, instead of low and high"),
         Key::optional("centre", "position", "0 0 0 pc", "middle of the box, with voxel"),
+        Key::optional("unit", "text", "BUNIT of a FITS file", "what the values are in: number densities are turned into cm-3, which dust and gas are scaled by; anything else is taken as it is"),
+        Key::optional("wcs", "boolean", "true", "whether a FITS file's own frame is read: CDELT or CD, CRPIX, CRVAL, CUNIT; false where low and high, or voxel, say better"),
         Key::optional("factor", "number", "1", "every value is multiplied by it"),
         Key::optional("clip", "boolean", "false", "blank, NaN and negative cells become zero instead of an error"),
     ],
@@ -33,11 +35,14 @@ fn build(section: &Section, loader: &Loader) -> Result<Arc<dyn Field>> {
     let path = loader.path(file);
     let array =
         section.wrap("file", read_array(&section.wrap("file", loader.read(file))?, &path, section.text("array")?, loader.memory_limit))?;
-    let default_axes = if array.fits { "zyx" } else { "xyz" };
+    let default_axes = if array.frame.is_some() { "zyx" } else { "xyz" };
     let axes = section.choice("axes", &["xyz", "xzy", "yxz", "yzx", "zxy", "zyx"])?.unwrap_or(default_axes);
     let dims = dims(&array, axes);
-    let lattice = Lattice { dims, bounds: bounds(section, dims)? };
-    let factor = section.number("factor", f64::MIN..=f64::MAX)?.unwrap_or(1.0) as f32;
+    let frame = array.frame.clone().unwrap_or_default();
+    let own = own_bounds(section, &frame, axes, dims)?;
+    let lattice = Lattice { dims, bounds: bounds(section, dims, own)? };
+    let factor = section.number("factor", f64::MIN..=f64::MAX)?.unwrap_or(1.0) * unit(section, &frame)?;
+    let factor = factor as f32;
     let mut grid = Grid { data: arranged(array, axes, &lattice), lattice };
     if factor != 1.0 {
         grid.data.iter_mut().for_each(|v| *v *= factor);
@@ -54,7 +59,70 @@ fn dims(array: &Array, axes: &str) -> [usize; 3] {
     ['x', 'y', 'z'].map(|c| array.shape[axes.find(c).unwrap_or(0)])
 }
 
-fn bounds(section: &Section, dims: [usize; 3]) -> Result<Bounds> {
+/// What a value of one is, in cm-3 where it is a number density.
+fn unit(section: &Section, frame: &Frame) -> Result<f64> {
+    let size = |unit: &str| NumberDensity::unit_size(unit);
+    match (section.text("unit")?, frame.unit.as_deref()) {
+        (None, None) => Ok(1.0),
+        (None, Some(own)) => size(own).ok_or_else(|| {
+            let message = format!(
+                "the file's BUNIT is \"{own}\", which is no number density: write unit = \"{own}\" to take the values as they are, and choose the scale of dust or gas for it"
+            );
+            section.error("file", message)
+        }),
+        (Some(said), None) => Ok(size(said).unwrap_or(1.0)),
+        (Some(said), Some(own)) if said.trim() == own.trim() => Ok(size(said).unwrap_or(1.0)),
+        (Some(said), Some(own)) => match (size(said), size(own)) {
+            (Some(a), Some(b)) if a == b => Ok(a),
+            _ => Err(section.error("unit", format!("the scene says \"{said}\", the file's BUNIT is \"{own}\": one of both is wrong"))),
+        },
+    }
+}
+
+/// The box that a FITS file's own frame says, where its axes are lengths.
+fn own_bounds(section: &Section, frame: &Frame, axes: &str, dims: [usize; 3]) -> Result<Option<Bounds>> {
+    if !section.flag("wcs")?.unwrap_or(true) {
+        return Ok(None);
+    }
+    let mut bounds = Bounds { low: DVec3::ZERO, high: DVec3::ZERO };
+    for (i, letter) in ['x', 'y', 'z'].into_iter().enumerate() {
+        let Some(axis) = &frame.axes[axes.find(letter).unwrap_or(0)] else { return Ok(None) };
+        let Some(pc) = Length::unit_size(&axis.unit) else { return Ok(None) };
+        if axis.step < 0.0 {
+            let message = format!("the file's axis {letter} runs backwards (step {} {}): flip the array, or say wcs = false with low and high", axis.step, axis.unit);
+            return Err(section.error("file", message));
+        }
+        bounds.low[i] = (axis.first - 0.5 * axis.step) * pc;
+        bounds.high[i] = bounds.low[i] + dims[i] as f64 * axis.step * pc;
+    }
+    Ok(Some(bounds))
+}
+
+/// How far voxels of the scene may be from those of the file's own frame, in parts of them.
+const FRAME_TOLERANCE: f64 = 0.01;
+
+/// The box: the scene's, or the file's own, `frame`; both must say the same size.
+fn bounds(section: &Section, dims: [usize; 3], frame: Option<Bounds>) -> Result<Bounds> {
+    let said = ["voxel", "low", "high", "centre"].iter().any(|key| section.has(key));
+    let Some(frame) = frame else { return said_bounds(section, dims) };
+    if !said {
+        return Ok(frame);
+    }
+    let own = said_bounds(section, dims)?;
+    let (size, other) = (own.size(), frame.size());
+    if ((size - other) / other).abs().max_element() > FRAME_TOLERANCE {
+        let key = if section.has("voxel") { "voxel" } else { "low" };
+        let message = format!(
+            "the scene's box is {:.4} x {:.4} x {:.4} pc, the file's own frame {:.4} x {:.4} x {:.4} pc: leave out low and high to take the file's, or say wcs = false",
+            size.x, size.y, size.z, other.x, other.y, other.z
+        );
+        return Err(section.error(key, message));
+    }
+    Ok(own)
+}
+
+/// The box that the scene says.
+fn said_bounds(section: &Section, dims: [usize; 3]) -> Result<Bounds> {
     if let Some(voxel) = section.positive::<Length>("voxel")? {
         if section.has("low") || section.has("high") {
             return Err(section.error("voxel", "give either voxel (with centre), or low and high, not both"));

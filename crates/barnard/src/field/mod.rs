@@ -1,7 +1,7 @@
 //! Scalar fields over space: densities of dust and gas.
 //!
 //! A field is a grid (trilinear between voxel centres, the border value in the outer half voxel, zero outside) or a function. An expression that uses a
-//! grid lives on that grid's voxels; an expression of functions alone stays a function. A new kind of field is one file and one row of [`KINDS`].
+//! grid lives on the voxels of the finest of them, over the box in which it can be other than zero; an expression of functions alone stays a function. A new kind of field is one file and one row of [`KINDS`].
 
 mod cuboid;
 mod expression;
@@ -14,6 +14,7 @@ mod shell;
 mod simplex;
 mod slab;
 mod sphere;
+mod support;
 
 use std::sync::Arc;
 

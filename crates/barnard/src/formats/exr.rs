@@ -6,7 +6,7 @@ use exr::prelude::*;
 
 use super::{Request, Writer, check_memory};
 use crate::error::{Error, Result};
-use crate::image;
+use crate::image::{self, PixelScale};
 
 pub(super) const WRITER: Writer =
     Writer { extension: "exr", summary: "OpenEXR, one float channel a band, certificate as attributes", encode: |image, _| encode(image) };
@@ -14,7 +14,7 @@ pub(super) const WRITER: Writer =
 pub(super) const READER: super::Reader = super::Reader {
     extensions: &["exr"],
     summary: "OpenEXR image (to compare)",
-    array: |request| Err(Error::file(request.path, "is an image; a grid comes from .npy, .npz or .fits")),
+    array: None,
     image: Some(decode),
 };
 
@@ -23,31 +23,43 @@ const ORDER: &str = "bands";
 
 fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     let size = picture.width * picture.height;
+    let names = super::distinct_names(picture);
     let channel = |band: usize| {
         let values: Vec<f32> = (band * size..(band + 1) * size).map(|i| picture.samples.at(i) as f32).collect();
-        AnyChannel::new(picture.bands[band].name.as_str(), FlatSamples::F32(values))
+        AnyChannel::new(names[band].as_str(), FlatSamples::F32(values))
     };
     let mut attributes = LayerAttributes::named("Barnard");
     attributes.software_name = Some(Text::from(format!("Barnard {}", env!("CARGO_PKG_VERSION")).as_str()));
     let mut note = |key: String, value: &str| {
-        attributes.other.insert(Text::from(key.as_str()), AttributeValue::Text(Text::from(ascii(value).as_str())));
+        attributes.other.insert(Text::from(super::ascii(&key).as_str()), AttributeValue::Text(Text::from(lines(value).as_str())));
     };
     note("unit".into(), "W m-2 sr-1");
     // Channels are stored by name; this is the scene's order.
-    let names: Vec<&str> = picture.bands.iter().map(|b| b.name.as_str()).collect();
     note(ORDER.into(), &names.join("\n"));
+    note("DATE".into(), &super::now());
+    for keyword in &picture.keywords {
+        note(keyword.name.into(), &format!("{} / {}", keyword.value, keyword.comment));
+    }
+    match picture.pixel {
+        Some(PixelScale::Angle(degrees)) => note("PIXSCALE".into(), &format!("{degrees:E} / [deg] angle of a pixel in the middle")),
+        Some(PixelScale::Length(pc)) => note("PIXSCALE".into(), &format!("{pc:E} / [pc] width of a pixel")),
+        None => {}
+    }
     for (key, value) in &picture.notes {
         note(key.clone(), value);
     }
-    for band in &picture.bands {
+    for (name, band) in names.iter().zip(&picture.bands) {
         if let Some(pivot) = band.pivot_um {
-            note(format!("{}.pivot", band.name), &format!("{:.3} nm", pivot * 1e3));
+            note(format!("{name}.pivot"), &format!("{:.3} nm", pivot * 1e3));
         }
         if let Some(counting) = band.counting {
-            note(format!("{}.counting", band.name), counting);
+            note(format!("{name}.counting"), counting);
+        }
+        for keyword in &band.keywords {
+            note(format!("{name}.{}", keyword.name), &format!("{} / {}", keyword.value, keyword.comment));
         }
         for (i, line) in band.certificate.iter().enumerate() {
-            note(format!("{}.certificate.{i}", band.name), line);
+            note(format!("{name}.certificate.{i}"), line);
         }
     }
     let channels = AnyChannels::sort((0..picture.bands.len()).map(channel).collect());
@@ -57,9 +69,9 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     Ok(bytes.into_inner())
 }
 
-/// Attributes of EXR are Latin text.
-fn ascii(text: &str) -> String {
-    text.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect()
+/// Attributes of EXR are Latin text; lines stay lines.
+fn lines(text: &str) -> String {
+    text.lines().map(super::ascii).collect::<Vec<_>>().join("\n")
 }
 
 fn decode(request: &Request) -> Result<image::Image> {

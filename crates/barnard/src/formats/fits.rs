@@ -3,12 +3,13 @@
 //! Own code, small on purpose: input is not trusted, so sizes are checked before anything is allocated, and output needs one cube, its keywords and
 //! nothing else. Source: FITS standard 4.0 (2018, doi 10.5281/zenodo.3660299 text), §3.3, §4.4, §8.
 
-use super::{Array, Reader, Request, Writer, checked_shape};
+use super::{Array, Axis, Frame, Reader, Request, Writer, checked_shape};
 use crate::error::{Error, Result};
 use crate::image::{Image, PixelScale, Samples};
+use crate::keywords::{Keyword, Value};
 
 pub(super) const READER: Reader =
-    Reader { extensions: &["fits", "fit", "fts"], summary: "FITS image HDU, three axes", array, image: Some(image) };
+    Reader { extensions: &["fits", "fit", "fts"], summary: "FITS image HDU, three axes", array: Some(array), image: Some(image) };
 pub(super) const WRITER: Writer = Writer {
     extension: "fits",
     summary: "one image HDU a band: BUNIT, pixel scale, passband, certificate",
@@ -64,6 +65,46 @@ impl Header {
     fn axes(&self) -> Option<Vec<u64>> {
         let count = self.integer("NAXIS").filter(|n| (0..=9).contains(n))?;
         (1..=count).map(|i| self.integer(&format!("NAXIS{i}")).and_then(|n| u64::try_from(n).ok())).collect()
+    }
+
+    /// Numbers, from one on, and lengths of the axes that are longer than one, the fastest first.
+    fn squeezed(&self) -> Vec<(usize, u64)> {
+        self.axes().unwrap_or_default().into_iter().enumerate().map(|(i, n)| (i + 1, n)).filter(|(_, n)| *n != 1).collect()
+    }
+
+    /// What a table holds that people take for an image, in words.
+    fn table(&self) -> Option<String> {
+        if self.text("XTENSION") != Some("BINTABLE") {
+            return None;
+        }
+        let name = self.text("EXTNAME").map_or(String::new(), |n| format!(" \"{n}\""));
+        Some(match (self.text("ZIMAGE"), self.text("PIXTYPE")) {
+            (Some("T"), _) => format!("HDU{name} is a tile-compressed image (ZCMPTYPE {}): unpack the file with funpack first", self.text("ZCMPTYPE").unwrap_or("unknown")),
+            (_, Some("HEALPIX")) => format!("HDU{name} is a HEALPix map of the sky (NSIDE {}), which has no depth: make a grid of it first", self.text("NSIDE").unwrap_or("unknown")),
+            _ => format!("HDU{name} is a table"),
+        })
+    }
+
+    /// What the header says of the values and, where they are linear and along the array's own axes, of the axes.
+    fn frame(&self) -> Frame {
+        let written = |keyword: &str| self.text(keyword).map(str::trim).filter(|t| !t.is_empty()).map(str::to_owned);
+        let matrix = |i: usize, j: usize| self.number(&format!("CD{i}_{j}")).or_else(|| self.number(&format!("PC{i}_{j}")));
+        let count = self.axes().map_or(0, |a| a.len());
+        let turned = |i: usize| (1..=count).filter(|j| *j != i).any(|j| matrix(i, j).is_some_and(|v| v != 0.0));
+        let axis = |i: usize| {
+            let scale = self.number(&format!("PC{i}_{i}")).unwrap_or(1.0);
+            let step = self.number(&format!("CD{i}_{i}")).or_else(|| Some(scale * self.number(&format!("CDELT{i}"))?))?;
+            let reference = self.number(&format!("CRPIX{i}")).unwrap_or(1.0);
+            let first = self.number(&format!("CRVAL{i}")).unwrap_or(0.0) + (1.0 - reference) * step;
+            let usable = step.is_finite() && step != 0.0 && first.is_finite() && !turned(i);
+            usable.then(|| Axis { unit: written(&format!("CUNIT{i}")).unwrap_or_default(), step, first })
+        };
+        let mut frame = Frame { unit: written("BUNIT"), ..Frame::default() };
+        // Indices run the other way.
+        for (slot, (i, _)) in frame.axes.iter_mut().rev().zip(self.squeezed()) {
+            *slot = axis(i);
+        }
+        frame
     }
 
     /// Bytes of the data, padded to blocks.
@@ -139,7 +180,7 @@ fn values(request: &Request, header: &Header, cells: usize) -> Result<Vec<f64>> 
 
 fn array(request: &Request) -> Result<Array> {
     let headers = headers(request)?;
-    let squeezed = |h: &Header| h.axes().unwrap_or_default().into_iter().filter(|n| *n != 1).collect::<Vec<u64>>();
+    let squeezed = |h: &Header| h.squeezed().into_iter().map(|(_, n)| n).collect::<Vec<u64>>();
     let header = match request.part {
         Some(part) => {
             let number: Option<usize> = part.parse().ok();
@@ -157,12 +198,16 @@ fn array(request: &Request) -> Result<Array> {
             &headers[cubes.first().copied().unwrap_or(0)]
         }
     };
+    let tables = if squeezed(header).is_empty() { headers.iter().find_map(Header::table) } else { header.table() };
+    if let Some(what) = tables {
+        return Err(Error::file(request.path, format!("{what}; a grid is an image HDU of three axes")));
+    }
     // FITS lists the fastest axis first; indices in C order run the other way.
     let mut shape = squeezed(header);
     shape.reverse();
     let (shape, cells) = checked_shape(request, &shape)?;
     let data = values(request, header, cells)?;
-    Ok(Array { shape, data: data.into_iter().map(|v| v as f32).collect(), fortran: false, fits: true })
+    Ok(Array { shape, data: data.into_iter().map(|v| v as f32).collect(), fortran: false, frame: Some(header.frame()) })
 }
 
 fn image(request: &Request) -> Result<Image> {
@@ -192,7 +237,7 @@ struct Cards(Vec<u8>);
 
 impl Cards {
     fn push(&mut self, card: String) {
-        let ascii: String = card.chars().map(|c| if (' '..='~').contains(&c) { c } else { '?' }).take(CARD).collect();
+        let ascii: String = super::ascii(&card).chars().take(CARD).collect();
         self.0.extend(format!("{ascii:<CARD$}").bytes());
     }
     fn value(&mut self, keyword: &str, value: impl std::fmt::Display, comment: &str) {
@@ -202,14 +247,32 @@ impl Cards {
         self.value(keyword, format!("{value:E}"), comment);
     }
     fn text(&mut self, keyword: &str, value: &str, comment: &str) {
-        let quoted = format!("'{:<8}'", value.replace('\'', "''").chars().take(66).collect::<String>());
+        let quoted = format!("'{:<8}'", super::ascii(value).replace('\'', "''").chars().take(66).collect::<String>());
         self.push(format!("{keyword:<8}= {quoted:<20} / {comment}"));
     }
-    /// Free text, over several cards where it is long.
+    fn keyword(&mut self, keyword: &Keyword) {
+        match &keyword.value {
+            Value::Text(text) => self.text(keyword.name, text, keyword.comment),
+            Value::Number(number) => self.number(keyword.name, *number, keyword.comment),
+            Value::Integer(number) => self.value(keyword.name, number, keyword.comment),
+        }
+    }
+    /// Free text, over several cards where it is long, broken between words.
     fn history(&mut self, text: &str) {
-        let characters: Vec<char> = text.chars().collect();
-        for chunk in characters.chunks(72) {
-            self.push(format!("HISTORY {}", chunk.iter().collect::<String>()));
+        const WIDTH: usize = 72;
+        let mut line = String::new();
+        for word in super::ascii(text).split_whitespace() {
+            if !line.is_empty() && line.len() + 1 + word.len() > WIDTH {
+                self.push(format!("HISTORY {}", std::mem::take(&mut line)));
+            }
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line += word;
+        }
+        // One word may be longer than a card.
+        for chunk in line.as_bytes().chunks(WIDTH) {
+            self.push(format!("HISTORY {}", String::from_utf8_lossy(chunk)));
         }
     }
     fn finish(mut self) -> Vec<u8> {
@@ -226,6 +289,8 @@ fn encode(image: &Image) -> Result<Vec<u8>> {
     primary.value("NAXIS", 0, "the bands follow as IMAGE extensions");
     primary.value("EXTEND", "T", "");
     primary.text("CREATOR", &format!("Barnard {}", env!("CARGO_PKG_VERSION")), "spectral renderer of nebulae");
+    primary.text("DATE", &super::now(), "UTC, when the file was written");
+    image.keywords.iter().for_each(|keyword| primary.keyword(keyword));
     for (key, value) in &image.notes {
         primary.history(&format!("{key}: {value}"));
     }
@@ -256,9 +321,14 @@ fn header_of(image: &Image, index: usize) -> Vec<u8> {
     cards.value("NAXIS2", image.height, "");
     cards.value("PCOUNT", 0, "");
     cards.value("GCOUNT", 1, "");
-    cards.text("EXTNAME", &band.name, "passband");
-    cards.text("BUNIT", "W m-2 sr-1", "band radiance, integral of R I_lambda");
-    cards.text("FILTER", &band.name, "passband");
+    cards.text("EXTNAME", &super::distinct_names(image)[index], "passband");
+    if image.is_error(index) {
+        cards.text("BUNIT", "W m-2 sr-1", "standard error of the band radiance");
+        cards.text("HDUCLAS2", "ERROR", "standard errors of another HDU");
+    } else {
+        cards.text("BUNIT", "W m-2 sr-1", "band radiance, integral of R I_lambda");
+        cards.text("FILTER", &band.name, "passband");
+    }
     if let Some(pivot) = band.pivot_um {
         cards.number("PIVOT", pivot * 1e3, "[nm] pivot wavelength");
     }
@@ -268,6 +338,7 @@ fn header_of(image: &Image, index: usize) -> Vec<u8> {
     if let Some(counting) = band.counting {
         cards.text("COUNTING", counting, "what the detector counts");
     }
+    band.keywords.iter().for_each(|keyword| cards.keyword(keyword));
     wcs(&mut cards, image);
     for line in &band.certificate {
         cards.history(&format!("certificate: {line}"));

@@ -17,6 +17,7 @@ use crate::image::{Display, Image};
 use spectra::error::nearest;
 
 /// A three-dimensional array as it stands in a file.
+#[derive(Debug)]
 pub struct Array {
     /// Lengths of the axes, in the file's order of indices.
     pub shape: [usize; 3],
@@ -24,8 +25,28 @@ pub struct Array {
     pub data: Vec<f32>,
     /// Whether the first index runs fastest.
     pub fortran: bool,
-    /// Whether the file was FITS, whose customs for axes differ.
-    pub fits: bool,
+    /// What the file itself says of its values and axes, where it was FITS, whose customs for axes differ.
+    pub frame: Option<Frame>,
+}
+
+/// What a file says of an array's values and axes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Frame {
+    /// Unit of the values, as it is written.
+    pub unit: Option<String>,
+    /// The axes in the order of the array's indices, where their steps are known.
+    pub axes: [Option<Axis>; 3],
+}
+
+/// One linear axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// Unit of its coordinate, as it is written; empty where nothing is.
+    pub unit: String,
+    /// From one element to the next, in that unit.
+    pub step: f64,
+    /// Coordinate of the middle of the first element.
+    pub first: f64,
 }
 
 /// What was read of a file: bytes, where they are from, which part is meant.
@@ -47,7 +68,7 @@ pub struct Reader {
     /// One line.
     pub summary: &'static str,
     /// Reads a three-dimensional array.
-    pub array: fn(&Request) -> Result<Array>,
+    pub array: Option<fn(&Request) -> Result<Array>>,
     /// Reads an image, where the format holds them.
     pub image: Option<fn(&Request) -> Result<Image>>,
 }
@@ -82,23 +103,25 @@ pub fn writer(path: &Path) -> Result<&'static Writer> {
     })
 }
 
-fn reader(path: &Path) -> Result<&'static Reader> {
+/// The reader of a path among those that can `serve`, by its extension.
+fn reader(path: &Path, serve: fn(&Reader) -> bool) -> Result<&'static Reader> {
     let wanted = extension(path);
-    let known: Vec<&str> = READERS.iter().flat_map(|r| r.extensions.iter().copied()).collect();
-    READERS
-        .iter()
-        .find(|r| r.extensions.contains(&wanted.as_str()))
-        .ok_or_else(|| Error::file(path, format!("cannot read \".{wanted}\"; known: .{}", known.join(", ."))))
+    let able = || READERS.iter().filter(|r| serve(r));
+    able().find(|r| r.extensions.contains(&wanted.as_str())).ok_or_else(|| {
+        let known: Vec<&str> = able().flat_map(|r| r.extensions.iter().copied()).collect();
+        Error::file(path, format!("cannot read \".{wanted}\" here; known: .{}", known.join(", .")))
+    })
 }
 
 /// Reads a three-dimensional array; `part` names the array or HDU, `memory_limit` is in bytes.
 pub fn read_array(bytes: &[u8], path: &Path, part: Option<&str>, memory_limit: u64) -> Result<Array> {
-    (reader(path)?.array)(&Request { bytes, path, part, memory_limit })
+    let read = reader(path, |r| r.array.is_some())?.array;
+    read.map_or_else(|| Err(Error::file(path, "holds no grid")), |read| read(&Request { bytes, path, part, memory_limit }))
 }
 
 /// Reads an image that was written before.
 pub fn read_image(path: &Path, memory_limit: u64) -> Result<Image> {
-    let read = reader(path)?;
+    let read = reader(path, |r| r.image.is_some())?;
     let image = read.image.ok_or_else(|| Error::file(path, "holds no image; compare .npy, .fits or .exr"))?;
     let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
     image(&Request { bytes: &bytes, path, part: None, memory_limit })
@@ -119,6 +142,45 @@ fn checked_shape(request: &Request, shape: &[u64]) -> Result<([usize; 3], usize)
 /// The name of band `index` in a file that knows no names.
 pub fn nameless(index: usize) -> String {
     format!("band{index}")
+}
+
+/// Text in the characters that FITS cards and EXR attributes have: Greek letters by their names, anything else that is not ASCII as a question mark.
+pub(crate) fn ascii(text: &str) -> String {
+    const GREEK: [&str; 25] = [
+        "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu", "xi", "omicron", "pi",
+        "rho", "sigma", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega",
+    ];
+    let letter = |c: char| match c {
+        ' '..='~' => c.to_string(),
+        'α'..='ω' => GREEK[c as usize - 'α' as usize].to_owned(),
+        'Α'..='Ω' => {
+            let name = GREEK[c as usize - 'Α' as usize];
+            name[..1].to_uppercase() + &name[1..]
+        }
+        'µ' => "u".into(),
+        'Å' => "Angstrom".into(),
+        '−' | '–' | '—' => "-".into(),
+        '×' => "x".into(),
+        c if c.is_whitespace() => " ".into(),
+        _ => "?".into(),
+    };
+    text.chars().map(letter).collect()
+}
+
+/// The names of an image's bands in ASCII, no two the same: a number follows where two would be.
+pub(crate) fn distinct_names(image: &Image) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for band in &image.bands {
+        let name = ascii(&band.name);
+        let numbered = std::iter::once(name.clone()).chain((2..).map(|i| format!("{name}_{i}")));
+        names.extend(numbered.into_iter().find(|n| !names.contains(n)));
+    }
+    names
+}
+
+/// The time now as ISO 8601 has it, in UTC: 2026-11-22T21:09:33.
+pub(crate) fn now() -> String {
+    jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%S").to_string()
 }
 
 /// Refuses what would not fit before it is allocated.

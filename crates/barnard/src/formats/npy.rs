@@ -11,10 +11,10 @@ use crate::error::{Error, Result};
 use crate::image::{Image, Samples};
 
 pub(super) const NPY_READER: Reader =
-    Reader { extensions: &["npy"], summary: "NumPy array of floats or integers", array: npy, image: Some(image) };
-pub(super) const NPZ_READER: Reader = Reader { extensions: &["npz"], summary: "archive of NumPy arrays", array: npz, image: None };
+    Reader { extensions: &["npy"], summary: "NumPy array of floats or integers", array: Some(npy), image: Some(image) };
+pub(super) const NPZ_READER: Reader = Reader { extensions: &["npz"], summary: "archive of NumPy arrays", array: Some(npz), image: None };
 pub(super) const WRITER: Writer =
-    Writer { extension: "npy", summary: "NumPy array, bands x height x width, radiance in W m-2 sr-1", encode: |image, _| encode(image) };
+    Writer { extension: "npy", summary: "NumPy array, bands x height x width, the first row on top, radiance in W m-2 sr-1", encode: |image, _| encode(image) };
 
 fn npy(request: &Request) -> Result<Array> {
     if let Some(part) = request.part {
@@ -23,14 +23,51 @@ fn npy(request: &Request) -> Result<Array> {
     let (file, order) = open(request, request.bytes)?;
     let (shape, cells) = checked_shape(request, file.shape())?;
     let data = values(request, file, cells, request.bytes.len())?;
-    Ok(Array { shape, data: data.into_iter().map(|v| v as f32).collect(), fortran: order == Order::Fortran, fits: false })
+    Ok(Array { shape, data: data.into_iter().map(|v| v as f32).collect(), fortran: order == Order::Fortran, frame: None })
+}
+
+const MAGIC: &[u8] = b"\x93NUMPY";
+/// Bytes of a header at most, as NumPy itself has it (`max_header_size`).
+const LONGEST_HEADER: usize = 10_000;
+/// How deep its brackets nest at most: a dictionary, the list of a record's fields, a field, its shape.
+const DEEPEST_HEADER: usize = 6;
+
+/// The dictionary behind magic, version and length: two bytes of it in version 1, four later. Less where the file ends before.
+fn header(bytes: &[u8]) -> &[u8] {
+    let little_endian = |range: std::ops::Range<usize>| {
+        let own = bytes.get(range).unwrap_or(&[]);
+        own.iter().rev().fold(0usize, |n, byte| n << 8 | usize::from(*byte))
+    };
+    let (start, length) = if bytes.get(6) == Some(&1) { (10, little_endian(8..10)) } else { (12, little_endian(8..12)) };
+    let rest = bytes.get(start..).unwrap_or(&[]);
+    &rest[..length.min(rest.len())]
+}
+
+/// Refuses what no array of numbers needs before it is parsed: a parser that tries again at every bracket takes for ever.
+fn check_header(header: &[u8]) -> Result<(), String> {
+    if header.len() > LONGEST_HEADER {
+        return Err(format!("the .npy header has {} bytes; NumPy reads {LONGEST_HEADER} at most", header.len()));
+    }
+    let mut depth = 0usize;
+    for byte in header {
+        match byte {
+            b'[' | b'{' | b'(' => depth += 1,
+            b']' | b'}' | b')' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if depth > DEEPEST_HEADER {
+            return Err(format!("the .npy header nests more than {DEEPEST_HEADER} brackets; that of an array of numbers has two"));
+        }
+    }
+    Ok(())
 }
 
 /// The header; a panic-free description of what is wrong with it otherwise.
 fn open<'a>(request: &Request, bytes: &'a [u8]) -> Result<(NpyFile<Cursor<&'a [u8]>>, Order)> {
-    if !bytes.starts_with(b"\x93NUMPY") {
+    if !bytes.starts_with(MAGIC) {
         return Err(Error::file(request.path, "is no .npy array: it does not begin with \\x93NUMPY"));
     }
+    check_header(header(bytes)).map_err(|reason| Error::file(request.path, reason))?;
     let file = NpyFile::new(Cursor::new(bytes)).map_err(|e| Error::file(request.path, format!("the .npy header is broken: {e}")))?;
     let order = file.order();
     Ok((file, order))
@@ -105,14 +142,20 @@ fn part_of(request: &Request) -> Result<Vec<u8>> {
             return Err(Error::file(path, format!("holds {} arrays ({}); name one with array = \"...\"", names.len(), names.join(", "))));
         }
     };
-    let entry = archive.by_name(&format!("{name}.npy")).map_err(|e| Error::file(path, format!("array {name}: {e}")))?;
+    let mut entry = archive.by_name(&format!("{name}.npy")).map_err(|e| Error::file(path, format!("array {name}: {e}")))?;
     // The stated size may lie: no more than the limit is ever inflated.
     let limit = 2 * request.memory_limit + OVERHEAD;
     let stated = entry.size();
     super::check_memory(&format!("array {name} of {}", path.display()), stated, limit)?;
+    let corrupt = |reason: String| Error::file(path, format!("array {name} is corrupt: {reason}"));
     let mut bytes = Vec::new();
-    entry.take(stated).read_to_end(&mut bytes).map_err(|e| Error::file(path, format!("array {name} is corrupt: {e}")))?;
-    Ok(bytes)
+    entry.by_ref().take(stated).read_to_end(&mut bytes).map_err(|e| corrupt(e.to_string()))?;
+    // The archive's checksum is looked at where an entry ends, and not before.
+    match entry.read(&mut [0]) {
+        Ok(0) => Ok(bytes),
+        Ok(_) => Err(corrupt(format!("it is longer than the {stated} bytes that the archive states"))),
+        Err(e) => Err(corrupt(e.to_string())),
+    }
 }
 
 /// The shape and the values of an array of an archive, as doubles in C order.
@@ -171,4 +214,56 @@ fn encode(image: &Image) -> Result<Vec<u8>> {
     };
     written.map_err(|e| Error::Render(format!("cannot encode .npy: {e}")))?;
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn request(bytes: &[u8]) -> Request<'_> {
+        Request { bytes, path: Path::new("test.npy"), part: None, memory_limit: 1 << 30 }
+    }
+
+    /// A version 1 file whose header is `text`.
+    fn with_header(text: &str) -> Vec<u8> {
+        [MAGIC, &[1, 0], &(text.len() as u16).to_le_bytes(), text.as_bytes()].concat()
+    }
+
+    /// Headers that a parser would work at for ever are refused; NumPy's own are read.
+    #[test]
+    fn headers_are_bounded() {
+        for bracket in ["[", "{", "("] {
+            let deep = npy(&request(&with_header(&bracket.repeat(6000)))).unwrap_err().to_string();
+            assert!(deep.contains("brackets"), "{deep}");
+        }
+        let long = npy(&request(&with_header(&" ".repeat(20_000)))).unwrap_err().to_string();
+        assert!(long.contains("10000 at most"), "{long}");
+        let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (1, 1, 2), }\n";
+        let bytes = [with_header(header), 2f64.to_le_bytes().to_vec(), 3f64.to_le_bytes().to_vec()].concat();
+        assert_eq!(npy(&request(&bytes)).unwrap().data, [2.0, 3.0]);
+        for end in 0..bytes.len() {
+            assert!(npy(&request(&bytes[..end])).is_err(), "{end}");
+        }
+    }
+
+    /// One bit of the values that is flipped is seen, whichever it is.
+    #[test]
+    fn archives_are_held_to_their_checksums() {
+        let values: Vec<f64> = (0..16).map(f64::from).collect();
+        let whole = archive(&[("sums", &[16], values.clone())]).unwrap();
+        let doubles = |bytes: &[u8]| super::doubles(&Request { part: Some("sums"), ..request(bytes) });
+        assert_eq!(doubles(&whole).unwrap().1, values);
+        // Behind the local header, its name and its extra field, up to the archive's directory.
+        let first = 30 + "sums.npy".len() + usize::from(whole[28]);
+        let directory = whole.windows(4).rposition(|w| w == b"PK\x01\x02").unwrap();
+        assert!(directory > first + 100);
+        for byte in first..directory {
+            let mut damaged = whole.clone();
+            damaged[byte] ^= 4;
+            // The last bits of a compressed stream may mean nothing.
+            assert!(doubles(&damaged).map_or(true, |read| read.1 == values && byte + 2 > directory), "{byte}");
+        }
+    }
 }

@@ -42,14 +42,39 @@ fn temporary(path: &Path) -> Result<tempfile::NamedTempFile> {
     if path.is_dir() {
         return Err(Error::file(path, "is a folder; give the name of a file in it"));
     }
+    let start = start_of_temporaries(path);
+    sweep(folder, &start);
     let mut builder = tempfile::Builder::new();
     // As any new file: the system takes away what the user's mask forbids.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder
-        .prefix(".barnard-")
+        .prefix(&format!("{start}{}-", std::process::id()))
         .tempfile_in(folder)
         .map_err(|e| Error::file(path, format!("the output folder {} cannot be written to: {e}", folder.display())))
+}
+
+/// What the names of temporaries of a file begin with; the number of the process that writes follows.
+fn start_of_temporaries(path: &Path) -> String {
+    const LONGEST: usize = 60;
+    let name: String = path.file_name().map(|n| n.to_string_lossy().chars().take(LONGEST).collect()).unwrap_or_default();
+    format!(".{name}.barnard-")
+}
+
+/// Removes what killed processes left of temporaries of the same file; whatever cannot be removed stays.
+fn sweep(folder: &Path, start: &str) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let process: Option<u32> = name.strip_prefix(start).and_then(|rest| rest.split('-').next()?.parse().ok());
+        if process.is_some_and(is_gone) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Whether a process no longer runs; where a system does not tell, it may.
+fn is_gone(process: u32) -> bool {
+    Path::new("/proc/self").exists() && !Path::new(&format!("/proc/{process}")).exists()
 }
 
 /// Writes `image` in the format of the path's extension.
@@ -66,4 +91,27 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     let replaced = std::fs::metadata(&target).map(|m| m.permissions());
     let file = file.persist(&target).map_err(|e| failed(e.error))?;
     replaced.map_or(Ok(()), |permissions| file.set_permissions(permissions).map_err(failed))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a killed process left is swept by the next one that writes the same file; what a living one writes, and anybody else's files, stay.
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn leftovers_are_swept() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str| folder.path().join(name);
+        // Numbers of processes end below 2^22.
+        let (dead, living) = (".out.npy.barnard-4194399-abc", format!(".out.npy.barnard-{}-abc", std::process::id()));
+        let others = [".other.npy.barnard-4194399-abc", ".out.npy", "out.npy.barnard-4194399", living.as_str()];
+        for name in others.iter().chain([&dead]) {
+            std::fs::write(file(name), "x").unwrap();
+        }
+        replace(&file("out.npy"), b"whole").unwrap();
+        assert_eq!(std::fs::read(file("out.npy")).unwrap(), b"whole");
+        assert!(!file(dead).exists() && others.iter().all(|name| file(name).exists()));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1 + others.len());
+    }
 }

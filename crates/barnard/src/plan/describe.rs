@@ -1,6 +1,7 @@
 //! What every image says of itself.
 
 use crate::image::{Band, Image, Samples};
+use crate::keywords;
 use crate::scene::Scene;
 
 /// An image of `scene` with these samples, its bands and scene described.
@@ -11,6 +12,7 @@ pub fn describe(scene: &Scene, samples: Samples) -> Image {
         counting: Some(b.counting().name()),
         width_um: Some(b.integrate(|_| 1.0)),
         certificate: Vec::new(),
+        keywords: keywords::of_passband(b),
     };
     let notes = vec![
         ("scene".into(), scene.name.clone()),
@@ -27,5 +29,6 @@ pub fn describe(scene: &Scene, samples: Samples) -> Image {
         samples,
         pixel: Some(scene.camera.pixel_scale()),
         notes,
+        keywords: keywords::of_scene(scene),
     }
 }

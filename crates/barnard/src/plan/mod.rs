@@ -39,11 +39,13 @@ pub use spectral::{BandPlan, PHASE_RANGE, PhaseTable, Spectral};
 pub use volume::{Channel, MAX_CHANNELS, Volume};
 pub use weights::{Emitter, Scatterer, Weights, weights as weights_of};
 
-use spectra::rule::{self, Certificate};
+use spectra::rule::{self, Certificate, Rounding};
 
+use crate::backend::cpu::Findings;
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::Result;
+use crate::keywords::{self, Keyword};
 use crate::light::{Light, Path};
 use crate::scene::{Method, MethodEntry, Scene, StarDepth};
 
@@ -84,7 +86,16 @@ pub struct Plan {
     pub light_field: Option<Arc<LightField>>,
     /// Light that was scattered before it scatters towards the eye, where more than one scattering is asked for.
     pub diffuse: Option<Arc<Diffuse>>,
+    /// Times that light of stars may scatter.
+    pub bounces: usize,
 }
+
+/// Largest relative error of a number in single precision, and in half precision.
+pub const SINGLE: f64 = 1.0 / (1 << 24) as f64;
+/// The same in half precision, in which textures hold densities.
+pub const HALF: f64 = 1.0 / (1 << 11) as f64;
+/// Relative error of one term of one segment in single precision: the exponential's polynomial and that of sinh y/y.
+const TERM_ROUNDING: f64 = 3e-6;
 
 /// Samples between looks at whether a ray can end.
 pub const END_EVERY: usize = 8;
@@ -166,6 +177,7 @@ impl Draft {
             star_march: self.star_march,
             light_field: self.light_field.map(Arc::new),
             diffuse: diffuse.map(Arc::new),
+            bounces: options.method.bounces,
         })
     }
 }
@@ -232,6 +244,7 @@ impl Plan {
             star_march: None,
             light_field: None,
             diffuse: diffuse.map(Arc::new),
+            bounces: options.method.bounces,
         })
     }
 
@@ -273,14 +286,34 @@ impl Plan {
         self.space.volumes.iter().chain(fields).chain(self.diffuse.iter().flat_map(|d| &d.volumes))
     }
 
-    /// The certificate of a passband in words, a line for each light, for optical depths up to `depth`.
-    pub fn certificate(&self, band: usize, depth: f64) -> Vec<String> {
-        self.certificates(band, depth).iter().map(|(light, c)| format!("{}: {}", self.lights[*light].name, in_words(c))).collect()
+    /// What a march of this plan on the processor is expected to find, before it was done.
+    pub fn expected(&self) -> Findings {
+        Findings { depth: self.spectral.depth, rays: (self.camera.width * self.camera.height) as u64, storage: SINGLE, negative: 0 }
+    }
+
+    /// What arithmetic adds to the error of a light that takes `path`: depths and light are sums over all steps in single precision, of densities kept with a relative
+    /// error of `storage`, and a ray ends when little is left. What comes straight from a star is done in double precision.
+    fn rounding(&self, path: Path, storage: f64) -> Rounding {
+        let longest = self.space.occupied.map_or(0.0, |b| b.size().length());
+        let steps = if longest > 0.0 { self.stepping.steps(longest, self.space.voxel_pc()) as f64 } else { 0.0 };
+        // A sum of n like terms loses at most half a unit of the last place n/2 times on the average of its way.
+        let sum = SINGLE * (4.0 + 0.5 * steps);
+        let early = f64::from(END_SHARE) * self.spectral.accuracy;
+        match path {
+            Path::Scattered { .. } | Path::Emitted { .. } => Rounding { depth: storage + sum, light: TERM_ROUNDING + sum + early },
+            Path::Background => Rounding { depth: storage + sum, light: SINGLE },
+            Path::Direct { .. } | Path::FieldStar { .. } => Rounding { depth: 0.0, light: 0.0 },
+        }
+    }
+
+    /// The certificate of a passband in words, a line for each light, for what a march found.
+    pub fn certificate(&self, band: usize, findings: &Findings) -> Vec<String> {
+        self.certificates(band, findings).iter().map(|(light, c)| format!("{}: {}", self.lights[*light].name, in_words(c))).collect()
     }
 
     /// The certificate of the light that a passband's rule serves worst, in words.
-    pub fn worst_certificate(&self, band: usize, depth: f64) -> String {
-        let certificates = self.certificates(band, depth);
+    pub fn worst_certificate(&self, band: usize, findings: &Findings) -> String {
+        let certificates = self.certificates(band, findings);
         let Some((light, worst)) = certificates.iter().max_by(|a, b| a.1.absolute.total_cmp(&b.1.absolute)) else {
             return "no light shines in this band".into();
         };
@@ -291,15 +324,19 @@ impl Plan {
         in_words(worst) + &others
     }
 
-    /// Certificates of the lights that shine in a passband.
-    fn certificates(&self, band: usize, depth: f64) -> Vec<(usize, Certificate)> {
-        let sources = &self.spectral.bands[band].sources;
+    /// Certificates of the lights that shine in a passband, by their numbers, arithmetic included.
+    pub fn certificates(&self, band: usize, findings: &Findings) -> Vec<(usize, Certificate)> {
+        let (sources, depth) = (&self.spectral.bands[band].sources, findings.depth);
         let mut certificates = self.spectral.certify(band, depth);
         for (light, gathered) in self.light_field.iter().flat_map(|field| field.certify(band, sources, depth)) {
             certificates[light] = gathered;
         }
         let shining = |(light, _): &(usize, Certificate)| sources[*light].measure.total() > 0.0;
-        certificates.into_iter().enumerate().filter(shining).collect()
+        let rounded = |(light, c): (usize, Certificate)| {
+            let rounding = self.rounding(self.lights[light].path, findings.storage);
+            (light, c.rounded(&sources[light].measure, rounding))
+        };
+        certificates.into_iter().enumerate().filter(shining).map(rounded).collect()
     }
 
     /// Whether the pilot rays found a larger error than was asked for.
@@ -348,6 +385,32 @@ impl Plan {
         let asked = self.spectral.accuracy;
         let words = if self.misses_accuracy() { format!("{words}: more than the {asked:.1e} that was asked for") } else { words };
         Some(("spatial error".into(), words))
+    }
+
+    /// What the plan says of a picture in keywords: method, steps and errors as numbers.
+    pub fn keywords(&self, findings: &Findings) -> Vec<Keyword> {
+        let mut keywords = vec![
+            keywords::text("METHOD", self.spectral.method, "how spectral integrals are done"),
+            keywords::integer("BOUNCES", self.bounces, "times that light may scatter"),
+            keywords::text("STEPS", self.stepping.to_string(), "how far samples are apart"),
+        ];
+        keywords.extend(keywords::number("ACCURACY", self.spectral.accuracy, "asked for"));
+        keywords.extend(keywords::number("TAUMAX", findings.depth, "largest optical depth at V that was met"));
+        if let Some(spatial) = self.space.spatial {
+            keywords.extend(keywords::number("SPATERR", spatial.error, "spatial error, relative rms, measured"));
+            keywords.push(keywords::integer("SPATRAYS", spatial.rays, "rays that it was measured on"));
+        }
+        keywords
+    }
+
+    /// The spectral error of a band's worst light in keywords.
+    pub fn band_keywords(&self, band: usize, findings: &Findings) -> Vec<Keyword> {
+        let worst = self.certificates(band, findings).into_iter().map(|(_, c)| c).reduce(Certificate::or_worse);
+        let errors = worst.into_iter().flat_map(|c| {
+            let absolute = keywords::number("SPECERR", c.absolute, "spectral error at most, in parts of F(0)");
+            absolute.into_iter().chain(keywords::number("SPECREL", c.relative, "and in parts of F(a), the light left"))
+        });
+        errors.collect()
     }
 
     /// Bytes of all tables and grids.

@@ -18,6 +18,10 @@ use crate::scene::Scene;
 /// The most voxels along an edge of a function that is sampled without being told how finely.
 const MAX_BAKE: usize = 256;
 const MIN_BAKE: usize = 32;
+/// Depth at V that no light of any wavelength comes through, from an eye through all dust to a star.
+const DEEPEST: f64 = 10.0 * star_depth::OPAQUE;
+/// Depth at V of a star's own voxel of which no visible light comes out: e^(−80) is below the smallest f32 beside 1.
+const SWALLOWED: f64 = 80.0;
 
 /// Density and star depths, sampled.
 #[derive(Debug, Clone)]
@@ -395,7 +399,7 @@ impl Space {
 
     /// Exact optical depth at V between two places [1].
     pub fn depth(&self, a: DVec3, b: DVec3) -> f64 {
-        self.dust.as_ref().map_or(0.0, |d| d.column(a, b, 2.0 * star_depth::OPAQUE))
+        self.dust.as_ref().map_or(0.0, |d| d.column(a, b, DEEPEST))
     }
 
     /// The largest optical depth, eye to sample to star, that the camera's rays reach: exact on 1024 of them, a quarter more for those between.
@@ -408,7 +412,7 @@ impl Space {
             dust.bounds().clip(&ray).map_or(0.0, |(near, far)| self.depth(ray.at(near), ray.at(far)))
         };
         let view = (0..EDGE * EDGE).map(depth).fold(0.0, f64::max);
-        (1.25 * view + self.star_depth).clamp(0.1, 2.0 * star_depth::OPAQUE)
+        (1.25 * view + self.star_depth).clamp(0.1, DEEPEST)
     }
 
     /// Bytes of star depths of `factor` voxels along one of dust.
@@ -435,7 +439,7 @@ impl Space {
         let edge = dust.lattice.voxel_pc().max_element();
         for star in &scene.stars {
             let own = dust.at(star.position) * edge;
-            if own > star_depth::OPAQUE {
+            if own > SWALLOWED {
                 return Err(Error::Render(format!(
                     "{} lies in a cell of optical depth {own:.1} a voxel: none of its light gets out; move the star, or carve a hole such as density = \"cloud * step((x-X)^2+(y-Y)^2+(z-Z)^2, R^2)\"",
                     star.name

@@ -14,8 +14,8 @@ use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::field::Grid;
 
-/// Depth past which light is gone: e^(−80) is below the smallest f32 beside 1.
-pub const OPAQUE: f64 = 80.0;
+/// Depth at V past which light is gone at any wavelength: where extinction is least, k = 0.03 in the mid infrared, e^(−30) is left.
+pub const OPAQUE: f64 = 1000.0;
 
 /// Depths from `star` through `dust` (σ at V [pc⁻¹]) into channel `slot` of `volume`; `share` is (done before, all) in voxels.
 pub fn bake(dust: &Grid, star: DVec3, volume: &mut Volume, slot: usize, share: (u64, u64), control: &Control) -> Result<()> {

@@ -144,8 +144,8 @@ pub(super) const KEYS: &[Key] = &[
     Key::optional(
         "bake",
         "integer",
-        "by the finest structure, at most 256",
-        "voxels along the longest edge onto which functions are sampled for the fast back ends",
+        "by the sampling error, 32 to 256",
+        "4 to 2048: voxels along the longest edge onto which functions are sampled for the fast back ends",
     ),
     Key::optional(
         "bounces",

@@ -65,6 +65,8 @@ pub struct Scene {
     pub method: Method,
     /// The files that were read, the scene's own first.
     pub files: Vec<std::path::PathBuf>,
+    /// The text that it was read from.
+    pub text: Arc<str>,
 }
 
 /// Keys of the scene itself.
@@ -128,7 +130,8 @@ impl Fields {
             })
         };
         loader.field(&format!("{formula} of {}", self.said), || {
-            let field = Expression::parse(formula, lookup).map_err(|e| section.error(key, e))?.into_field();
+            let expression = Expression::parse(formula, lookup).map_err(|e| section.error(key, e))?;
+            let field = section.wrap(key, expression.into_field(loader.memory_limit))?;
             if let Some(grid) = field.grid() {
                 section.wrap(key, grid.check(formula))?;
             }
@@ -162,10 +165,10 @@ impl Scene {
         let root = Section::new(&source, document.as_table(), None, "");
         let known: Vec<&str> = ROOT.iter().map(|k| k.name).collect();
         root.check_keys(&known)?;
-        Self::build(&root, name, loader)
+        Self::build(&root, source.text.as_str(), name, loader)
     }
 
-    fn build(root: &Section, name: &str, loader: &Loader) -> Result<Self> {
+    fn build(root: &Section, text: &str, name: &str, loader: &Loader) -> Result<Self> {
         let need = |key: &str| root.table(key)?.ok_or_else(|| root.error(key, format!("table [{key}] is missing")));
         let camera = camera::build(&need("camera")?, loader)?;
         let fields = Fields::new(root, loader)?;
@@ -191,6 +194,7 @@ impl Scene {
             display,
             method,
             files: loader.files(),
+            text: text.into(),
         };
         scene.check(root)?;
         Ok(scene)
@@ -213,6 +217,12 @@ impl Scene {
             return Err(root.error("background", "a star field lies on the sky and needs kind = \"perspective\" in [camera]"));
         }
         Ok(())
+    }
+
+    /// SHA-256 of the text that the scene was read from, in hexadecimal digits.
+    pub fn digest(&self) -> String {
+        use sha2::{Digest, Sha256};
+        Sha256::digest(self.text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
     /// Every spectrum in the scene.

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use spectra::extinction::Extinction;
 use spectra::passband::Passband;
-use spectra::sed::{self, MagnitudeSystem, PowerLaw, Scale, StarShape};
+use spectra::sed::{self, Foreground, MagnitudeSystem, PowerLaw, Scale, StarShape};
 use spectra::spectrum::Spectrum;
 use spectra::table::spectrum_from_csv;
 use spectra::units::{Length, Luminosity, Magnitude, SpectralLuminosity, Temperature, Wavelength};
@@ -35,8 +36,8 @@ pub(super) const SPECTRA: &[Kind<StarShape>] = &[
     },
     Kind {
         name: "stellar",
-        summary: "an embedded stellar spectrum (Pickles 1998)",
-        keys: &[Key::required("type", "text", "spectral type, such as \"o9v\"; see `barnard list stars`").of("stars")],
+        summary: "the spectrum of a type of star (library of Pickles 1998, interpolated between its types)",
+        keys: &[Key::required("type", "text", "spectral type, such as \"O9.5V\" or \"K0 III\"; see `barnard list stars`").of("stars")],
         build: |section, _| Ok(StarShape::Table(section.wrap("type", sed::star(section.need_text("type")?))?)),
     },
     Kind {
@@ -81,8 +82,10 @@ pub(super) const KEYS: &[Key] = &[
         "magnitude",
         "magnitude",
         "one scale is needed",
-        "apparent magnitude without extinction, in `magnitude_band` at `distance`",
+        "apparent magnitude in `magnitude_band` at `distance`, behind the `extinction` on the way",
     ),
+    Key::optional("extinction", "magnitude", "0", "A_V of the dust between the star and who measured its magnitude; it is taken off"),
+    Key::optional("extinction_law", "text", "gordon23", "the law of that dust, with R_V = 3.1 where it has one").of("laws"),
     Key::optional("magnitude_band", "text", "johnson-V", "an embedded passband").of("passbands"),
     Key::optional("distance", "length", "needed with magnitude", "where the magnitude was seen from"),
     Key::optional("magnitude_system", "text", "vega", "vega or ab"),
@@ -111,7 +114,10 @@ fn scale(section: &Section) -> Result<Scale> {
         section.refuse(&["wavelength"], "spectral_luminosity")?;
     }
     if way != "magnitude" {
-        section.refuse(&["magnitude_band", "distance", "magnitude_system"], "magnitude")?;
+        section.refuse(&["magnitude_band", "distance", "magnitude_system", "extinction"], "magnitude")?;
+    }
+    if !section.has("extinction") {
+        section.refuse(&["extinction_law"], "extinction")?;
     }
     Ok(match way {
         "luminosity" => Scale::Luminosity(section.need_positive::<Luminosity>(way)?),
@@ -127,7 +133,21 @@ fn scale(section: &Section) -> Result<Scale> {
                 Some("ab") => MagnitudeSystem::Ab,
                 _ => MagnitudeSystem::Vega,
             };
-            Scale::Magnitude(section.need::<Magnitude>(way)?, Box::new(band), section.need_positive::<Length>("distance")?, system)
+            let distance = section.need_positive::<Length>("distance")?;
+            Scale::Magnitude(section.need::<Magnitude>(way)?, Box::new(band), distance, system, foreground(section)?)
         }
     })
+}
+
+/// The dust that an observed magnitude was seen through.
+fn foreground(section: &Section) -> Result<Option<Foreground>> {
+    if !section.has("extinction") {
+        return Ok(None);
+    }
+    let extinction = section.need::<Magnitude>("extinction")?;
+    if extinction.0 < 0.0 {
+        return Err(section.error("extinction", "an extinction is at least 0 mag: dust takes light away"));
+    }
+    let law = section.text("extinction_law")?.unwrap_or("gordon23");
+    Ok(Some(Foreground { extinction, law: Arc::new(section.wrap("extinction_law", Extinction::named(law, None))?) }))
 }

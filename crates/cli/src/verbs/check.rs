@@ -83,7 +83,7 @@ fn describe_plan(plan: &Plan) {
             let list: Vec<String> = rule.nodes.iter().map(|n| format!("{:.1} nm (k {:.4})", n.lambda_um * 1e3, n.k)).collect();
             say!("nodes     {}: {}", band.band.name(), list.join(", "));
         }
-        say!("          {}", plan.worst_certificate(b, plan.spectral.depth));
+        say!("          {}", plan.worst_certificate(b, &plan.expected()));
     }
     say!("steps     {}", plan.stepping);
     for (key, value) in plan.notes() {

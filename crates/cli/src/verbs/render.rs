@@ -33,7 +33,7 @@ use crate::verbs::referee::Referee;
 pub struct Render {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Where to: .exr, .fits, .npy (radiance) or .png (picture)
+    /// Where to: .exr, .fits, .npy (radiance) or .png (picture); as often as there are files to write
     #[arg(short, long, value_name = "OUT", required = true)]
     output: Vec<PathBuf>,
     /// What renders
@@ -88,6 +88,11 @@ impl Render {
         for path in &self.output {
             save(&image, &scene.display, path)?;
             say!("wrote {}", path.display());
+        }
+        if self.output.iter().any(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))) {
+            let tone = scene.display.tone(&image);
+            let what = if scene.display.balance { "of the balanced bands" } else { "W m-2 sr-1" };
+            say!("picture: black {:.3e}, white {:.3e} {what}", tone.black, tone.white);
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -151,7 +156,7 @@ impl Render {
             plan.spectral.terms()
         );
         for (band, name) in image.bands.iter().enumerate().map(|(b, band)| (b, &band.name)) {
-            say!("{name}: {}", plan.worst_certificate(band, findings.depth));
+            say!("{name}: {}", plan.worst_certificate(band, &findings));
         }
         for (key, value) in plan.notes().into_iter().chain(findings.negative_note()) {
             say!("{key}: {value}");

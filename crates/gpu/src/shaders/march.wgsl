@@ -282,7 +282,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             return;
         }
     }
-    atomicMax(&found[0], bitcast<u32>(state.deepest));
+    atomicMax(&found[0], bitcast<u32>(max(state.deepest, state.tau)));
     for (var b = 0u; b < BANDS; b++) {
         let at = b * frame.size.x * frame.strip.w + number;
         var value = state.sum[b];

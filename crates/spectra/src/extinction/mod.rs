@@ -80,6 +80,8 @@ pub const DEFAULT_R_V: f64 = 3.1;
 pub struct Extinction {
     /// The catalogue's name.
     pub name: &'static str,
+    /// R_V, where the law takes one [1].
+    pub r_v: Option<f64>,
     law: Box<dyn ExtinctionLaw>,
 }
 
@@ -88,22 +90,22 @@ impl Extinction {
     pub fn named(name: &str, r_v: Option<f64>) -> Result<Self> {
         let known: Vec<&str> = LAWS.iter().map(|l| l.name).collect();
         let entry = LAWS.iter().find(|l| l.name == name).ok_or_else(|| SpectraError::unknown("extinction law", name, &known))?;
-        let law = match (entry.maker, r_v) {
+        let (law, r_v) = match (entry.maker, r_v) {
             (Maker::RatioOfV { low, high, make }, r_v) => {
                 let r_v = r_v.unwrap_or(DEFAULT_R_V);
                 if !(low..=high).contains(&r_v) {
                     return Err(SpectraError::Range { what: format!("R_V of {name}"), value: r_v, low, high });
                 }
-                make(r_v)
+                (make(r_v), Some(r_v))
             }
-            (Maker::Fixed(make), None) => make()?,
+            (Maker::Fixed(make), None) => (make()?, None),
             (Maker::Fixed(_), Some(_)) => {
                 return Err(SpectraError::Spectrum(format!(
                     "extinction law \"{name}\" takes no r_v: leave it out or choose ccm89, odonnell94, fitzpatrick99 or gordon23"
                 )));
             }
         };
-        Ok(Self { name: entry.name, law })
+        Ok(Self { name: entry.name, r_v, law })
     }
 
     /// Whether the law holds over [`low_um`, `high_um`]; the error names `what` asked.

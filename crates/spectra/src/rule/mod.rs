@@ -28,7 +28,7 @@ mod truth;
 
 pub use analytic::{Analytic, PolynomialSource};
 pub use band_quadrature::GLANCE;
-pub use certificate::Certificate;
+pub use certificate::{Certificate, Rounding};
 pub use lookup::{DepthTable, Lookup};
 pub use nodes::{Nodes, mean_transmittance};
 pub use preintegrated::{Preintegrated, SegmentTable};

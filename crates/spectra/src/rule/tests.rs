@@ -38,7 +38,7 @@ fn solve_with(
     (solved, sources)
 }
 
-/// The measured table of the design (real curves, six black bodies, k = 0.55/λ, a up to 20): the order of magnitude of each entry.
+/// The measured table of the design (six black bodies, k = 0.55/λ, a up to 20): the order of magnitude of each entry, which was found with other curves of the same bands.
 #[test]
 fn band_quadrature_converges_as_designed() {
     for (name, errors) in
@@ -47,7 +47,7 @@ fn band_quadrature_converges_as_designed() {
         let band = Passband::named(name).unwrap();
         for (n, expected) in errors.iter().enumerate() {
             let (rule, _) = solve_with("band_quadrature", &band, &black_bodies(), "inverse_wavelength", 0.0, Some(n + 1));
-            assert!(rule.worst() < 2.0 * expected, "{name} with {} nodes: {:e}, designed {expected:e}", n + 1, rule.worst());
+            assert!(rule.worst() < 3.0 * expected, "{name} with {} nodes: {:e}, designed {expected:e}", n + 1, rule.worst());
         }
     }
 }
@@ -147,21 +147,45 @@ fn factors_are_integrated() {
     assert!((value / truth - 1.0).abs() < 1e-5, "{value} {truth}");
 }
 
-/// The truth's own points against closed form: a flat spectrum through a top-hat, k = 0.55/λ, against adaptive integration of one function.
+/// The truth's own points against adaptive integration of one function on every piece of its own, in smooth filters and measured ones of hundreds of corners, which cost no more.
 #[test]
 fn truth_points_converge() {
-    let band = Passband::named("johnson-B").unwrap();
     let law = Extinction::named("fitzpatrick99", None).unwrap();
     let spectrum = &black_bodies()[3];
-    let pieces = band.pieces(&law.breakpoints_um());
-    for accuracy in [1e-4, 1e-6] {
-        let points = truth_points(&band, &[spectrum], &*law, accuracy);
-        for a in [0.0, 2.0, 20.0] {
-            let f = |l: f64| band.response(l) * spectrum.continuum(l) * (-a * law.k(l)).exp();
-            let truth: f64 = pieces.windows(2).map(|p| integrate(f, p[0], p[1], 1e-11)).sum();
-            let value: f64 = points.iter().map(|(l, w)| w * f(*l)).sum();
-            assert!((value / truth - 1.0).abs() < 20.0 * accuracy, "{accuracy} {a}: {}", value / truth - 1.0);
+    let depths = [0.0, 2.0, 20.0];
+    for name in ["johnson-B", "sdss2010-r", "hst-wfc3-f656n", "lsst2023-g"] {
+        let band = Passband::named(name).unwrap();
+        let pieces = band.pieces(&law.breakpoints_um());
+        for accuracy in [1e-4, 1e-6] {
+            let integrand = |l: f64| depths.map(|a: f64| spectrum.continuum(l) * (-a * law.k(l)).exp()).to_vec();
+            let points = truth_points(&band, &law.breakpoints_um(), integrand, accuracy);
+            assert!(points.len() <= 60, "{name} {accuracy}: {} of {} corners", points.len(), pieces.len());
+            for (i, a) in depths.iter().enumerate() {
+                let f = |l: f64| band.response(l) * spectrum.continuum(l) * (-a * law.k(l)).exp();
+                let truth: f64 = pieces.windows(2).map(|p| integrate(f, p[0], p[1], 1e-11)).sum();
+                let value: f64 = points.iter().map(|(l, w)| w * integrand(*l)[i]).sum();
+                assert!((value / truth - 1.0).abs() < accuracy, "{name} {accuracy} {a}: {}", value / truth - 1.0);
+            }
         }
+    }
+}
+
+/// A filter whose response runs over hundreds of nanometres in one straight line, before a cool star: what counts as truth has all of it.
+#[test]
+fn wide_pieces_are_resolved() {
+    let table = crate::table::Table::new("leak", vec![0.22, 0.25, 0.28, 1.1], vec![0.0, 1.0, 1e-3, 1e-5]).unwrap();
+    let band = Passband::new("leak", crate::passband::Counting::Photon, Arc::new(table)).unwrap();
+    let law = Extinction::named("odonnell94", None).unwrap();
+    let spectrum = Spectrum::continuous(1.0, Arc::new(BlackBody(Temperature(2500.0))));
+    let source = Source::new("star", &band, &spectrum, &*law, |_| 1.0);
+    for a in [0.0, 3.0, 30.0] {
+        let f = |l: f64| band.response(l) * spectrum.continuum(l) * (-a * law.k(l)).exp();
+        let pieces = band.pieces(&law.breakpoints_um());
+        let truth: f64 = pieces.windows(2).map(|p| (0..64).map(|i| {
+            let end = |i: usize| p[0] + (p[1] - p[0]) * i as f64 / 64.0;
+            integrate(f, end(i), end(i + 1), 1e-13)
+        }).sum::<f64>()).sum();
+        assert!((source.measure.at(a) / truth - 1.0).abs() < 1e-8, "{a}: {}", source.measure.at(a) / truth - 1.0);
     }
 }
 

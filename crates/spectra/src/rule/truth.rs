@@ -1,61 +1,53 @@
-//! Wavelengths for the `reference`: adaptive bisection of (G7, K15) panels in λ, until every F(a) stands still.
+//! Wavelengths for the `reference`: panels of the passband, each with the Gauss rule of the response over λ, halved until every integral stands still.
 //!
-//! Nothing here knows of k as a variable, of Gauss rules for weights or of shared nodes: it is plain integration over λ.
+//! Nothing here knows of k as a variable, of nodes that sources share or of depths that a scene reaches. On a panel the weight of the rule is R dλ alone: a measured curve is
+//! dozens to hundreds of straight lines, over which spectra and extinction are smooth, and a rule that had to see each of its corners would cost the reference a
+//! wavelength for every one. What a panel must come to is the plain sum over all pieces between corners.
 
-use crate::extinction::ExtinctionLaw;
 use crate::passband::Passband;
-use crate::quadrature::kronrod_points;
-use crate::spectrum::Spectrum;
+use crate::quadrature::gauss_of_measure;
 
-/// Optical depths at which the integrals must have converged, as fractions of the largest.
-const DEPTHS: [f64; 6] = [0.0, 0.3, 1.0, 3.0, 10.0, 30.0];
-const MAX_LEVEL: usize = 12;
-const START_PANELS: usize = 12;
-/// The part of the allowed error that one panel may have: there are some dozens.
+/// Gauss points of a panel.
+const ORDER: usize = 6;
+/// The part of the allowed error that one panel may have: there are a dozen or two.
 const PANEL_SHARE: f64 = 0.05;
 
-/// Points λ [µm] and weights dλ [µm] that integrate every continuum of `spectra` through `band` to `accuracy` of its total, at any depth.
-pub fn truth_points(band: &Passband, spectra: &[&Spectrum], law: &dyn ExtinctionLaw, accuracy: f64) -> Vec<(f64, f64)> {
-    let breaks: Vec<f64> = spectra.iter().flat_map(|s| s.breakpoints_um()).collect();
-    let pieces = band.pieces(&breaks);
-    let stride = pieces.len().div_ceil(START_PANELS).max(1);
-    let mut ends: Vec<f64> = pieces.iter().copied().step_by(stride).collect();
-    if ends.last() != pieces.last() {
-        ends.extend(pieces.last());
-    }
-    let integrand = |lambda: f64| -> Vec<f64> {
-        let (response, k) = (band.response(lambda), law.k(lambda));
-        let depth = |s: &&Spectrum| {
-            let w = response * s.continuum(lambda);
-            DEPTHS.map(|a| w * (-a * k).exp())
-        };
-        spectra.iter().flat_map(depth).collect()
-    };
-    let panel = |a: f64, b: f64| {
-        let count = spectra.len() * DEPTHS.len();
-        kronrod_points(a, b).fold((vec![0.0; count], vec![0.0; count]), |(mut kronrod, mut gauss), (x, wk, wg)| {
-            for (i, y) in integrand(x).iter().enumerate() {
-                kronrod[i] += wk * y;
-                gauss[i] += wg * y;
-            }
-            (kronrod, gauss)
-        })
+/// Points λ [µm] and weights R dλ [µm] that integrate R(λ) f(λ) for every f of `integrand` to `accuracy` of its own magnitude.
+///
+/// `integrand` gives the values of all f at a wavelength; `breaks_um` are the places where they are not smooth.
+pub fn truth_points(band: &Passband, breaks_um: &[f64], integrand: impl Fn(f64) -> Vec<f64>, accuracy: f64) -> Vec<(f64, f64)> {
+    let fine: Vec<(f64, f64)> = band.samples(breaks_um).iter().map(|(l, w)| (*l, w * band.response(*l))).filter(|(_, w)| *w > 0.0).collect();
+    let values: Vec<Vec<f64>> = fine.iter().map(|(l, _)| integrand(*l)).collect();
+    let count = values.first().map_or(0, Vec::len);
+    let sum = |range: std::ops::Range<usize>| {
+        let mut sum = vec![0.0; count];
+        for i in range {
+            values[i].iter().zip(&mut sum).for_each(|(v, s)| *s += fine[i].1 * v);
+        }
+        sum
     };
     // Every integral is judged by its own magnitude, deep ones included.
-    let mut scale = vec![f64::MIN_POSITIVE; spectra.len() * DEPTHS.len()];
-    for p in ends.windows(2) {
-        panel(p[0], p[1]).0.iter().zip(&mut scale).for_each(|(v, s)| *s += v);
-    }
-    let mut pending: Vec<(f64, f64, usize)> = ends.windows(2).map(|p| (p[0], p[1], 0)).collect();
+    let total = sum(0..fine.len());
     let mut points = Vec::new();
-    while let Some((a, b, level)) = pending.pop() {
-        let (kronrod, gauss) = panel(a, b);
-        let error = kronrod.iter().zip(&gauss).zip(&scale).map(|((k, g), s)| (k - g).abs() / s).fold(0.0, f64::max);
-        if error <= PANEL_SHARE * accuracy || level >= MAX_LEVEL {
-            points.extend(kronrod_points(a, b).map(|(x, w, _)| (x, w)));
+    let mut pending = vec![0..fine.len()];
+    while let Some(panel) = pending.pop() {
+        if panel.len() <= ORDER {
+            points.extend_from_slice(&fine[panel]);
+            continue;
+        }
+        let (lambda, mass): (Vec<f64>, Vec<f64>) = fine[panel.clone()].iter().copied().unzip();
+        let rule = gauss_of_measure(&lambda, &mass, ORDER);
+        let mut found = vec![0.0; count];
+        for (l, w) in &rule {
+            integrand(*l).iter().zip(&mut found).for_each(|(v, s)| *s += w * v);
+        }
+        let truth = sum(panel.clone());
+        let wrong = |((found, truth), total): ((&f64, &f64), &f64)| (found - truth).abs() > PANEL_SHARE * accuracy * total.abs();
+        if found.iter().zip(&truth).zip(&total).any(wrong) {
+            let middle = panel.start + panel.len() / 2;
+            pending.extend([panel.start..middle, middle..panel.end]);
         } else {
-            let middle = 0.5 * (a + b);
-            pending.extend([(a, middle, level + 1), (middle, b, level + 1)]);
+            points.extend(rule);
         }
     }
     points.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -1,32 +1,12 @@
-//! Stellar spectra that ship: ten of Pickles 1998, and Vega.
+//! Stellar spectra that ship: the library of Pickles 1998, interpolated between its types, and Vega.
 
 use std::sync::{Arc, OnceLock};
 
+use super::spectral_type::SpectralType;
 use crate::error::{Result, SpectraError};
 use crate::table::{Table, embedded_columns};
 
-/// One row of the catalogue.
-#[derive(Debug, Clone, Copy)]
-pub struct StarEntry {
-    /// Its name in scenes.
-    pub name: &'static str,
-    /// One line: what it is, its source.
-    pub summary: &'static str,
-}
-
-/// Embedded stellar spectra, in the order of the table's columns.
-pub const STARS: &[StarEntry] = &[
-    StarEntry { name: "o5v", summary: "O5 V, Pickles 1998, 0.115 to 2.5 um" },
-    StarEntry { name: "o9v", summary: "O9 V, Pickles 1998, 0.115 to 2.5 um" },
-    StarEntry { name: "b0v", summary: "B0 V, Pickles 1998, 0.115 to 2.5 um" },
-    StarEntry { name: "b3v", summary: "B3 V, Pickles 1998, 0.115 to 2.5 um" },
-    StarEntry { name: "b8v", summary: "B8 V, Pickles 1998, 0.115 to 2.5 um" },
-    StarEntry { name: "a0v", summary: "A0 V, Pickles 1998, 0.115 to 2.5 um" },
-    StarEntry { name: "f5v", summary: "F5 V, Pickles 1998, 0.115 to 2.5 um" },
-    StarEntry { name: "g2v", summary: "G2 V, Pickles 1998, 0.115 to 2.5 um" },
-    StarEntry { name: "k0iii", summary: "K0 III, Pickles 1998, 0.115 to 2.5 um" },
-    StarEntry { name: "m2v", summary: "M2 V, Pickles 1998, 0.115 to 2.5 um" },
-];
+const PICKLES: &str = include_str!("../../data/stars/pickles.csv");
 
 /// What is read once: a scene may have thousands of stars.
 fn once<T>(kept: &'static OnceLock<T>, read: impl FnOnce() -> Result<T>) -> Result<&'static T> {
@@ -39,21 +19,69 @@ fn once<T>(kept: &'static OnceLock<T>, read: impl FnOnce() -> Result<T>) -> Resu
     }
 }
 
-/// The spectrum of the star called `name`, F_λ relative to 0.5556 µm [1].
-pub fn star(name: &str) -> Result<Arc<Table>> {
-    let known: Vec<&str> = STARS.iter().map(|s| s.name).collect();
-    let column = known.iter().position(|n| *n == name).ok_or_else(|| SpectraError::unknown("stellar spectrum", name, &known))?;
-    static SPECTRA: OnceLock<Vec<Arc<Table>>> = OnceLock::new();
-    let spectra = once(&SPECTRA, || {
-        let columns = embedded_columns("pickles", include_str!("../../data/stars/pickles.csv"), STARS.len() + 1)?;
+/// The names of the library's spectra, in the order of the table's columns.
+pub fn star_names() -> impl Iterator<Item = &'static str> {
+    let head = PICKLES.lines().find(|line| line.starts_with("wavelength_nm,")).unwrap_or("");
+    head.split(',').skip(1)
+}
+
+/// What is known of a spectrum of the library, in words.
+pub fn star_summary(name: &str) -> String {
+    let Some(own) = SpectralType::parse(name) else { return String::new() };
+    let metals = match own.metals {
+        'r' => ", metal-rich",
+        'w' => ", metal-weak",
+        _ => "",
+    };
+    format!("{} {}{metals}, Pickles 1998, 0.115 to 2.5 um", own.letter(), own.roman())
+}
+
+/// The library: type and spectrum of each column.
+fn library() -> Result<&'static [(SpectralType, Arc<Table>)]> {
+    static LIBRARY: OnceLock<Vec<(SpectralType, Arc<Table>)>> = OnceLock::new();
+    let read = || {
+        let names: Vec<&str> = star_names().collect();
+        let columns = embedded_columns("pickles", PICKLES, names.len() + 1)?;
         let lambda_um: Vec<f64> = columns[0].iter().map(|nm| nm * 1e-3).collect();
-        // The library leaves unobserved ultraviolet at zero or a little below: no light.
-        let spectrum = |(name, flux): (&&str, &Vec<f64>)| {
-            Ok(Arc::new(Table::new(name, lambda_um.clone(), flux.iter().map(|f| f.max(0.0)).collect())?))
+        let star = |(name, flux): (&&str, &Vec<f64>)| {
+            let own = SpectralType::parse(name).ok_or_else(|| SpectraError::table("pickles", format!("\"{name}\" is no spectral type")))?;
+            Ok((own, Arc::new(Table::new(name, lambda_um.clone(), flux.clone())?)))
         };
-        known.iter().zip(&columns[1..]).map(spectrum).collect()
+        names.iter().zip(&columns[1..]).map(star).collect()
+    };
+    Ok(once(&LIBRARY, read)?)
+}
+
+/// The spectrum of a star of type `name`, F_λ relative to 0.5556 µm [1]: of the library of Pickles 1998, or linear between the two nearest types of the same luminosity class.
+///
+/// # Errors
+/// Where `name` is no type, or one beyond the library's.
+pub fn star(name: &str) -> Result<Arc<Table>> {
+    let wanted = SpectralType::parse(name).ok_or_else(|| {
+        SpectraError::Spectrum(format!(
+            "\"{name}\" is no spectral type; one has a letter of OBAFGKM, a subclass and a luminosity class, such as B3V, O9.5 Iab or K0III (barnard list stars)"
+        ))
     })?;
-    Ok(spectra[column].clone())
+    let mut own: Vec<&(SpectralType, Arc<Table>)> =
+        library()?.iter().filter(|(t, _)| t.luminosity == wanted.luminosity && t.metals == wanted.metals).collect();
+    own.sort_by(|a, b| a.0.subclass.total_cmp(&b.0.subclass));
+    let above = own.partition_point(|(t, _)| t.subclass < wanted.subclass);
+    match (above.checked_sub(1).and_then(|i| own.get(i)), own.get(above)) {
+        (_, Some((t, spectrum))) if t.subclass == wanted.subclass => Ok(spectrum.clone()),
+        (Some((low, a)), Some((high, b))) => {
+            let share = (wanted.subclass - low.subclass) / (high.subclass - low.subclass);
+            let flux = a.y().iter().zip(b.y()).map(|(a, b)| a + share * (b - a)).collect();
+            Ok(Arc::new(Table::new(name, a.x().to_vec(), flux)?))
+        }
+        _ => {
+            let ends = own.first().zip(own.last()).map(|(a, b)| format!("from {} to {}", a.0.letter(), b.0.letter()));
+            Err(SpectraError::Spectrum(format!(
+                "the library has luminosity class {} {}, \"{name}\" lies beyond; take a black body, or another class (barnard list stars)",
+                wanted.roman(),
+                ends.unwrap_or_else(|| "not with these metals".into())
+            )))
+        }
+    }
 }
 
 /// Vega's flux at the Earth, CALSPEC alpha_lyr_stis_011 [W m⁻² µm⁻¹].
@@ -72,10 +100,28 @@ mod tests {
 
     #[test]
     fn every_star_is_one_at_5556_angstrom() {
-        for entry in STARS {
-            let spectrum = star(entry.name).unwrap();
-            assert!((spectrum.at(0.5556) - 1.0).abs() < 0.06, "{}: {}", entry.name, spectrum.at(0.5556));
+        assert_eq!(star_names().count(), 131);
+        for name in star_names() {
+            let spectrum = star(name).unwrap();
+            // Cool giants have a band head there, which the library's average smooths.
+            let cool = SpectralType::parse(name).unwrap().subclass >= 65.0;
+            assert!((spectrum.at(0.5556) - 1.0).abs() < if cool { 0.5 } else { 0.06 }, "{name}: {}", spectrum.at(0.5556));
+            assert!(star_summary(name).contains("Pickles"), "{name}");
         }
+    }
+
+    /// Types between those of the library lie between their neighbours; any case is read; what lies beyond is refused with what there is.
+    #[test]
+    fn types_are_interpolated() {
+        let at = |name: &str| star(name).unwrap().at(0.4);
+        assert_eq!(at("B3V"), at("b3v"));
+        let (b1, b2, b3) = (at("B1V"), at("B2V"), at("B3V"));
+        assert!((b2 / (0.5 * (b1 + b3)) - 1.0).abs() < 1e-12 && b1 > b2 && b2 > b3);
+        assert!((at("B2.5 V") / (0.25 * b1 + 0.75 * b3) - 1.0).abs() < 1e-12);
+        let beyond = star("O3V").unwrap_err().to_string();
+        assert!(beyond.contains("from O5 to M6") && beyond.contains("O3V"), "{beyond}");
+        let none = star("B3").unwrap_err().to_string();
+        assert!(none.contains("luminosity class") && none.contains("O9.5 Iab"), "{none}");
     }
 
     /// Vega at 0.5556 µm: 3.44e-9 erg s⁻¹ cm⁻² Å⁻¹ (Bohlin, Gordon & Tremblay 2014).

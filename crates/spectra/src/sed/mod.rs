@@ -1,13 +1,15 @@
 //! Spectral energy distributions of stars, and the ways to say how bright one is.
 //!
-//! An embedded spectrum is one column of a table and one row of [`STARS`].
+//! An embedded spectrum is one column of a table, whose head names its spectral type.
 
 mod blackbody;
 mod embedded;
 mod power_law;
 mod scale;
+mod spectral_type;
 
 pub use blackbody::{BlackBody, planck};
-pub use embedded::{STARS, StarEntry, star, vega};
+pub use embedded::{star, star_names, star_summary, vega};
 pub use power_law::PowerLaw;
-pub use scale::{MagnitudeSystem, Scale, StarShape, scaled, zero_point};
+pub use scale::{Foreground, MagnitudeSystem, Scale, StarShape, scaled, zero_point};
+pub use spectral_type::SpectralType;

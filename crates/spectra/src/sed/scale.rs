@@ -7,7 +7,7 @@
 //! | magnitude | L_λ = 4π d² F₀ 10^(−0.4 m) s(λ) / ∫ R s dλ, F₀ the band flux of magnitude zero | W µm⁻¹ |
 //! | spectral luminosity | L_λ = L_λ0 s(λ)/s(λ₀) | W µm⁻¹ |
 //!
-//! Magnitudes are without extinction on the way. Vega has magnitude zero in every band of the Vega system (CALSPEC alpha_lyr_stis_011;
+//! Extinction on the way to an observed magnitude is a factor 10^(−0.4 A_V k(λ)) of s in the denominator; without it magnitudes are those without dust. Vega has magnitude zero in every band of the Vega system (CALSPEC alpha_lyr_stis_011;
 //! its true 0.03 at V is left out); AB is Oke & Gunn 1983.
 
 use std::sync::Arc;
@@ -15,6 +15,7 @@ use std::sync::Arc;
 use super::{BlackBody, vega};
 use crate::constants::{AB_ZERO_POINT, PARSEC, SOLAR_RADIUS, SPEED_OF_LIGHT, SPHERE, STEFAN_BOLTZMANN};
 use crate::error::{Result, SpectraError};
+use crate::extinction::Extinction;
 use crate::passband::Passband;
 use crate::spectrum::{Shape, Spectrum};
 use crate::table::Table;
@@ -36,10 +37,26 @@ pub enum Scale {
     Luminosity(Luminosity),
     /// Radius of a black body.
     Radius(Length),
-    /// Apparent magnitude in a band at a distance.
-    Magnitude(Magnitude, Box<Passband>, Length, MagnitudeSystem),
+    /// Apparent magnitude in a band at a distance, behind dust or without.
+    Magnitude(Magnitude, Box<Passband>, Length, MagnitudeSystem, Option<Foreground>),
     /// Luminosity per wavelength at a wavelength.
     SpectralLuminosity(SpectralLuminosity, Wavelength),
+}
+
+/// Dust between a star and who measured its magnitude.
+#[derive(Debug, Clone)]
+pub struct Foreground {
+    /// A_V.
+    pub extinction: Magnitude,
+    /// Its shape over wavelength.
+    pub law: Arc<Extinction>,
+}
+
+impl Foreground {
+    /// What is left of the light [1].
+    fn transmittance(&self, lambda_um: f64) -> f64 {
+        10f64.powf(-0.4 * self.extinction.0 * self.law.k(lambda_um))
+    }
 }
 
 /// The kinds of shape that can be scaled.
@@ -75,8 +92,13 @@ pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Spectrum> {
                 "a radius ({solar:.3} Rsun) scales black bodies only: give luminosity, magnitude or spectral_luminosity"
             )));
         }
-        (Scale::Magnitude(m, band, distance, system), _) => {
-            let shape_flux = band.integrate(|l| dynamic.at(l));
+        (Scale::Magnitude(m, band, distance, system, foreground), _) => {
+            if let Some(dust) = foreground {
+                let (low, high) = band.support_um();
+                dust.law.check(&format!("passband {}", band.name()), low, high)?;
+            }
+            let left = |l: f64| foreground.as_ref().map_or(1.0, |dust| dust.transmittance(l));
+            let shape_flux = band.integrate(|l| dynamic.at(l) * left(l));
             let flux = zero_point(band, *system)? * 10f64.powf(-0.4 * m.0);
             SPHERE * (distance.0 * PARSEC).powi(2) * flux / shape_flux
         }
@@ -133,7 +155,7 @@ mod tests {
     fn a_solar_spectrum_of_the_suns_magnitude_has_the_suns_luminosity_at_v() {
         let v = Passband::named("johnson-V").unwrap();
         let g2v = StarShape::Table(crate::sed::star("g2v").unwrap());
-        let scale = Scale::Magnitude(Magnitude(-26.76), Box::new(v), "1 au".parse().unwrap(), MagnitudeSystem::Vega);
+        let scale = Scale::Magnitude(Magnitude(-26.76), Box::new(v), "1 au".parse().unwrap(), MagnitudeSystem::Vega, None);
         let sun = scaled(g2v, &scale).unwrap();
         // Solar irradiance at 0.55 µm is 1.86 W m⁻² nm⁻¹ (ASTM E490); 4π au² of it is L_λ.
         let expected = SPHERE * crate::constants::ASTRONOMICAL_UNIT.powi(2) * 1860.0;
@@ -149,6 +171,26 @@ mod tests {
             let expected = AB_ZERO_POINT * SPEED_OF_LIGHT / (band.pivot().0 * 1e-6).powi(2) * 1e-6;
             assert!((mean / expected - 1.0).abs() < 1e-6, "{name} {mean} {expected}");
         }
+    }
+
+    /// Behind A_V = 2 a star that looks as bright is brighter: by two magnitudes and the little that a broad band makes of them, −2.5 lg of the mean of 10^(−0.4 A k) over its own light.
+    #[test]
+    fn dust_on_the_way_is_taken_off() {
+        let v = Passband::named("johnson-V").unwrap();
+        let law = Arc::new(Extinction::named("gordon23", None).unwrap());
+        let scale = |dust: Option<Foreground>| {
+            Scale::Magnitude(Magnitude(5.0), Box::new(v.clone()), "100 pc".parse().unwrap(), MagnitudeSystem::Vega, dust)
+        };
+        let hot = StarShape::BlackBody(Temperature(20_000.0));
+        let plain = scaled(hot.clone(), &scale(None)).unwrap().continuum(0.55);
+        let behind = scaled(hot, &scale(Some(Foreground { extinction: Magnitude(2.0), law: law.clone() }))).unwrap();
+        let magnitudes = 2.5 * (behind.continuum(0.55) / plain).log10();
+        assert!((magnitudes - 2.0).abs() < 0.06 && magnitudes != 2.0, "{magnitudes}");
+        // And dimmed again it has the magnitude that was seen.
+        let seen = v.integrate(|l| behind.continuum(l) * 10f64.powf(-0.8 * law.k(l)));
+        let asked = zero_point(&v, MagnitudeSystem::Vega).unwrap() * 0.01;
+        let sphere = SPHERE * (100.0 * PARSEC).powi(2);
+        assert!((seen / sphere / asked - 1.0).abs() < 1e-12);
     }
 
     #[test]

@@ -25,7 +25,7 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
         ui.weak("a quick look: what is known of the error follows when nothing moves");
     } else {
         for (b, band) in picture.image.bands.iter().enumerate() {
-            let worst = picture.plan.worst_certificate(b, picture.findings.depth);
+            let worst = picture.plan.worst_certificate(b, &picture.findings);
             ui.label(format!("{}: {worst}", band.name)).on_hover_text(band.certificate.join("\n"));
         }
         for (key, words) in picture.plan.notes() {

@@ -173,7 +173,8 @@ impl<'a> March<'a> {
                 march_span(self, &mut state, steps);
             }
         }
-        (self.bands_of(&state), largest(&state.deepest))
+        let behind = if self.tables.weights.background.is_some() { largest(&state.tau) } else { 0.0 };
+        (self.bands_of(&state), largest(&state.deepest).max(behind))
     }
 
     /// The sums with the background behind them, band by band.

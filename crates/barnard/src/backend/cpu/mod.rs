@@ -17,8 +17,9 @@ use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::image::{Image, Samples};
+use crate::keywords;
 use crate::packet::LANES;
-use crate::plan::{Plan, describe};
+use crate::plan::{Plan, SINGLE, describe};
 use crate::points::{self, Sources};
 use crate::scene::Scene;
 use march::March;
@@ -34,6 +35,8 @@ pub struct Findings {
     pub depth: f64,
     /// Rays that were marched.
     pub rays: u64,
+    /// Largest relative error of a density as the march keeps it: [`SINGLE`](crate::plan::SINGLE) or [`HALF`](crate::plan::HALF).
+    pub storage: f64,
     /// Values below zero, which a projection can make where little light is left.
     pub negative: u64,
 }
@@ -97,7 +100,7 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, Findings)> 
     };
     let depth = strips.into_par_iter().enumerate().map(strip).try_reduce(|| 0.0, |a, b| Ok(a.max(b)))?;
     let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
-    Ok((data, Findings { depth: f64::from(depth), rays: (columns * rows * LANES) as u64, negative }))
+    Ok((data, Findings { depth: f64::from(depth), rays: (columns * rows * LANES) as u64, storage: SINGLE, negative }))
 }
 
 /// Renders the plan of `scene`.
@@ -112,8 +115,11 @@ pub fn finished(scene: &Scene, plan: &Plan, mut data: Vec<f32>, findings: Findin
     let mut image = describe(scene, Samples::Single(data));
     image.check()?;
     for (b, band) in image.bands.iter_mut().enumerate() {
-        band.certificate = plan.certificate(b, findings.depth);
+        band.certificate = plan.certificate(b, &findings);
+        band.keywords.extend(plan.band_keywords(b, &findings));
     }
+    image.keywords.push(keywords::text("BACKEND", backend, "what marched the rays"));
+    image.keywords.extend(plan.keywords(&findings));
     image.notes.push(("backend".into(), backend.into()));
     image.notes.push(("method".into(), plan.spectral.method.into()));
     image.notes.extend(plan.notes());

@@ -23,6 +23,7 @@ use crate::counter::Counter;
 use crate::error::Result;
 use crate::image::{Band, ERROR_SUFFIX, Image, Samples};
 use crate::light::lights;
+use crate::keywords;
 use crate::plan::describe;
 use crate::scene::{MANY_BOUNCES, Scene};
 use tracer::Tracer;
@@ -128,12 +129,18 @@ pub fn image(scene: &Scene, film: &Film, options: &Options) -> Result<Image> {
     super::reference::draw_points(scene, super::reference::DEFAULT_ACCURACY, |i, value| data[i] += value)?;
     data.extend(film.estimates.iter().map(|e| if e.error().is_finite() { e.error() } else { 0.0 }));
     let mut image = describe(scene, Samples::Double(data));
-    let errors: Vec<Band> = image.bands.iter().map(|b| Band { name: format!("{}{ERROR_SUFFIX}", b.name), ..b.clone() }).collect();
+    let errors: Vec<Band> = image.bands.iter().map(|b| Band { name: format!("{}{ERROR_SUFFIX}", b.name), keywords: Vec::new(), ..b.clone() }).collect();
     image.bands.extend(errors);
     image.notes.push((
         "backend".into(),
         format!("path, {} paths a pixel, at most {} bounces, seed {}", film.samples, options.bounces, options.seed),
     ));
+    image.keywords.extend([
+        keywords::text("BACKEND", "path", "unbiased path tracer"),
+        keywords::integer("BOUNCES", options.bounces, "times that light may scatter"),
+        keywords::integer("NPATHS", film.samples as usize, "paths of each pixel"),
+        keywords::integer("SEED", options.seed as usize, "of the random numbers"),
+    ]);
     if film.bad > 0 {
         image.notes.push(("bad paths".into(), format!("{} brought no number and were left out", film.bad)));
     }

@@ -28,6 +28,7 @@ use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::geometry::Ray;
 use crate::image::{Image, Samples};
+use crate::keywords;
 use crate::light::{Light, Path, factor, law, lights};
 use crate::plan::describe;
 use crate::points::{self, Sources};
@@ -36,6 +37,10 @@ use profile::Profile;
 
 /// The accuracy of the truth, unless told otherwise: relative to a pixel's radiance.
 pub const DEFAULT_ACCURACY: f64 = 1e-5;
+
+/// Optical depths at V behind which the integrals over wavelength must have converged, and cosines at which those of scattered light.
+const DEPTHS: [f64; 7] = [0.0, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0];
+const PHASES: [f64; 3] = [-1.0, 0.0, 1.0];
 
 /// One wavelength of one band.
 struct Wave {
@@ -83,6 +88,9 @@ pub fn render(scene: &Scene, accuracy: f64, control: &Control) -> Result<Image> 
     truth.draw_points(|i, value| data[i] += value)?;
     let mut image = describe(scene, Samples::Double(data));
     image.notes.push(("backend".into(), format!("reference, accuracy {accuracy:e} of each pixel")));
+    image.keywords.push(keywords::text("BACKEND", "reference", "adaptive integration in double precision"));
+    image.keywords.push(keywords::integer("BOUNCES", 1, "times that light may scatter"));
+    image.keywords.extend(keywords::number("ACCURACY", accuracy, "asked for, relative to each pixel"));
     Ok(image)
 }
 
@@ -97,12 +105,18 @@ impl<'a> Truth<'a> {
         let law = law(scene)?;
         let mut waves = Vec::new();
         for (band, passband) in scene.bands.iter().enumerate() {
-            let spectra: Vec<_> = lights.iter().map(|l| &l.spectrum).collect();
             let factors: Vec<_> = lights.iter().map(|l| factor(l.path, scene.dust.as_ref())).collect();
+            let breaks: Vec<f64> = lights.iter().flat_map(|l| l.spectrum.breakpoints_um()).chain(law.breakpoints_um()).collect();
+            let sent = |lambda: f64| lights.iter().zip(&factors).map(move |(l, f)| l.spectrum.continuum(lambda) * f(lambda));
+            // What a ray is asked for: every light behind every depth, and at the angles over which its phase function changes most.
+            let integrand = |lambda: f64| -> Vec<f64> {
+                let phases = PHASES.map(|cosine| scene.dust.as_ref().map_or(1.0, |d| d.phase.at(cosine, lambda)));
+                let decays = DEPTHS.map(|a| (-a * law.k(lambda)).exp());
+                sent(lambda).flat_map(|w| decays.iter().map(move |d| w * d).chain(phases.iter().map(move |p| w * p)).collect::<Vec<_>>()).collect()
+            };
             // λ may take a tenth of the allowed error.
-            for (lambda_um, weight) in truth_points(passband, &spectra, &**law, 0.1 * accuracy) {
-                let response = weight * passband.response(lambda_um);
-                let weight = lights.iter().zip(&factors).map(|(l, f)| response * l.spectrum.continuum(lambda_um) * f(lambda_um)).collect();
+            for (lambda_um, response) in truth_points(passband, &breaks, integrand, 0.1 * accuracy) {
+                let weight = sent(lambda_um).map(|w| response * w).collect();
                 waves.push(Wave { band, lambda_um, k: law.k(lambda_um), weight });
             }
             for (i, light) in lights.iter().enumerate() {

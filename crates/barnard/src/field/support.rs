@@ -1,0 +1,171 @@
+//! Where an expression can be other than zero: its operators on boxes in place of numbers.
+//!
+//! A sum is not zero where any of its terms is not, a product where all of its factors are not, and so on; what has a value outside of all boxes (a number, cos, exp) is
+//! everywhere. The box that comes out holds every place where the expression is not zero, and is not always the smallest.
+
+use std::str::FromStr;
+
+use exmex::prelude::*;
+use exmex::{BinOp, MakeOperators, Operator};
+
+use crate::geometry::Bounds;
+
+/// Where something is not zero.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Support {
+    /// The same number at every place.
+    Number(f64),
+    /// Zero outside of a box.
+    Within(Bounds),
+    /// No box ends it.
+    Everywhere,
+}
+
+/// What exmex wants of every value; none is ever used.
+impl Default for Support {
+    fn default() -> Self {
+        Support::Number(0.0)
+    }
+}
+
+impl FromStr for Support {
+    type Err = std::num::ParseFloatError;
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        text.parse().map(Support::Number)
+    }
+}
+
+impl Support {
+    fn sum(self, other: Self) -> Self {
+        match (&self, &other) {
+            (Support::Number(a), Support::Number(b)) => Support::Number(a + b),
+            _ => self.either(other),
+        }
+    }
+
+    fn difference(self, other: Self) -> Self {
+        match (&self, &other) {
+            (Support::Number(a), Support::Number(b)) => Support::Number(a - b),
+            _ => self.either(other),
+        }
+    }
+
+    /// Where either is not zero.
+    fn either(self, other: Self) -> Self {
+        match (self, other) {
+            (Support::Number(0.0), own) | (own, Support::Number(0.0)) => own,
+            (Support::Within(a), Support::Within(b)) => Support::Within(a.union(&b)),
+            _ => Support::Everywhere,
+        }
+    }
+
+    /// Where both are not zero.
+    fn both(self, other: Self) -> Self {
+        match (self, other) {
+            (Support::Number(a), Support::Number(b)) => Support::Number(a * b),
+            (Support::Number(0.0), _) | (_, Support::Number(0.0)) => Support::Number(0.0),
+            (Support::Within(a), Support::Within(b)) => a.intersection(&b).map_or(Support::Number(0.0), Support::Within),
+            (Support::Within(own), _) | (_, Support::Within(own)) => Support::Within(own),
+            _ => Support::Everywhere,
+        }
+    }
+
+    /// Of a function that is zero at zero.
+    fn kept(self) -> Self {
+        match self {
+            Support::Number(0.0) | Support::Within(_) => self,
+            _ => Support::Everywhere,
+        }
+    }
+
+    fn power(self, exponent: Self) -> Self {
+        match exponent {
+            Support::Number(n) if n > 0.0 => self.kept(),
+            _ => Support::Everywhere,
+        }
+    }
+
+    /// One where the first is at least the second.
+    fn step(self, edge: Self) -> Self {
+        match edge {
+            Support::Number(edge) if edge > 0.0 => self.kept(),
+            _ => Support::Everywhere,
+        }
+    }
+}
+
+/// The operators of expressions, on supports.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+struct SupportOperators;
+
+impl MakeOperators<Support> for SupportOperators {
+    fn make<'a>() -> Vec<Operator<'a, Support>> {
+        let binary = |name, prio, apply| Operator::make_bin(name, BinOp { apply, prio, is_commutative: false });
+        let mut operators = vec![
+            Operator::make_bin_unary("+", BinOp { apply: Support::sum, prio: 0, is_commutative: true }, |a| a),
+            Operator::make_bin_unary("-", BinOp { apply: Support::difference, prio: 1, is_commutative: false }, |a| Support::Number(-1.0).both(a)),
+            binary("*", 2, Support::both),
+            binary("/", 3, |a, _| a.kept()),
+            binary("^", 4, Support::power),
+            binary("min", 0, Support::either),
+            binary("max", 0, Support::either),
+            binary("step", 0, Support::step),
+        ];
+        let zero_at_zero = ["sqrt", "abs", "sin", "tan", "tanh", "floor", "ceil"];
+        operators.extend(zero_at_zero.map(|name| Operator::make_unary(name, Support::kept)));
+        operators.extend(["exp", "ln", "log10", "cos"].map(|name| Operator::make_unary(name, |_| Support::Everywhere)));
+        operators
+    }
+}
+
+/// Where a normalised formula can be other than zero, of `variables` in the order of their names; everywhere where nothing is known of it.
+pub(super) fn support(normalised: &str, variables: &[Support]) -> Support {
+    let parsed = FlatEx::<Support, SupportOperators>::parse(normalised);
+    parsed.ok().and_then(|formula| formula.eval(variables).ok()).unwrap_or(Support::Everywhere)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::field::formula::{FUNCTIONS, FUNCTIONS_OF_TWO, normalised};
+
+    fn ball(centre: f64, half: f64) -> Bounds {
+        Bounds::cube(DVec3::new(centre, 0.0, 0.0), half)
+    }
+
+    fn of(formula: &str) -> Support {
+        let (a, b) = (ball(0.0, 1.0), ball(1.5, 1.0));
+        // Names in the order of the alphabet, as the parser has them.
+        let variables = [("a", Support::Within(a)), ("b", Support::Within(b)), ("x", Support::Everywhere)];
+        let normalised = normalised(formula).unwrap();
+        let used: Vec<Support> = variables.iter().filter(|v| normalised.contains(&format!("{{{}}}", v.0))).map(|v| v.1.clone()).collect();
+        support(&normalised, &used)
+    }
+
+    #[test]
+    fn boxes_follow_the_operators() {
+        let (a, b) = (ball(0.0, 1.0), ball(1.5, 1.0));
+        for formula in ["a + b", "a - b", "max(a, b)", "-a + 2*b^2", "a*x + b", "sqrt(a) + tanh(b)/2"] {
+            assert_eq!(of(formula), Support::Within(a.union(&b)), "{formula}");
+        }
+        for formula in ["a * b", "a * (1 - x) * b", "a^2 * b / x", "2*b*a + 0*x"] {
+            assert_eq!(of(formula), Support::Within(a.intersection(&b).unwrap()), "{formula}");
+        }
+        for formula in ["a", "a * (1 - b)", "a * exp(-x^2) * (1 + b)", "a*step(x, 0.2)", "step(a, 0.5)", "a * (b + 1)", "a^(-1 + 3)"] {
+            assert_eq!(of(formula), Support::Within(a), "{formula}");
+        }
+        for formula in ["a + 1", "exp(a)", "a^0", "1 - a", "step(x, 1)", "step(a, 0)", "a^b", "a^(-2)", "a^(1 - 3)"] {
+            assert_eq!(of(formula), Support::Everywhere, "{formula}");
+        }
+    }
+
+    /// Every function that a formula may have is known here: none makes an expression that is everywhere for want of a row.
+    #[test]
+    fn every_function_is_known() {
+        for formula in FUNCTIONS.map(|f| format!("{f}(a)")).into_iter().chain(FUNCTIONS_OF_TWO.map(|f| format!("{f}(a, 1)"))) {
+            assert!(FlatEx::<Support, SupportOperators>::parse(&normalised(&formula).unwrap()).is_ok(), "{formula}");
+        }
+    }
+}

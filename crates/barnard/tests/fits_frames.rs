@@ -1,0 +1,93 @@
+//! What a FITS cube says of its own values and frame is read, or said: it is never passed over.
+
+use barnard::field::Field;
+use barnard::glam::DVec3;
+use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
+
+/// A cube of 4 × 2 × 2 elements along x, y, z, value 7, with these cards.
+fn cube(cards: &[&str]) -> Vec<u8> {
+    let fixed = ["SIMPLE  =                    T", "BITPIX  =                  -32", "NAXIS   =                    3"];
+    let axes = ["NAXIS1  =                    4", "NAXIS2  =                    2", "NAXIS3  =                    2"];
+    let mut bytes: Vec<u8> = fixed.iter().chain(&axes).chain(cards).chain(&["END"]).flat_map(|c| format!("{c:<80}").into_bytes()).collect();
+    bytes.resize(bytes.len().next_multiple_of(2880), b' ');
+    bytes.extend((0..16).flat_map(|_| 7f32.to_be_bytes()));
+    bytes.resize(bytes.len().next_multiple_of(2880), 0);
+    bytes
+}
+
+/// The density of a scene whose dust is such a cube; `keys` stand in its table.
+fn density(cards: &[&str], keys: &str) -> Result<std::sync::Arc<dyn Field>, String> {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("cube.fits"), cube(cards)).unwrap();
+    let text = format!(
+        "[camera]\nkind = \"perspective\"\nposition = \"0 0 9 pc\"\nfield_of_view = \"30 deg\"\n\
+         [field.n]\nkind = \"grid\"\nfile = \"cube.fits\"\n{keys}\n[dust]\ndensity = \"n\"\nscale = \"5.32e-22 mag cm2\"\n"
+    );
+    let scene = Scene::parse("test.toml", "test", text, &Loader::in_folder(folder.path(), DEFAULT_MEMORY)).map_err(|e| e.to_string())?;
+    Ok(scene.dust.unwrap().density)
+}
+
+const BOX: &str = "low = \"-2 -1 -1 pc\"\nhigh = \"2 1 1 pc\"";
+const FRAME: [&str; 6] =
+    ["CDELT1  = 1.0", "CDELT2  = 1.0E-3", "CDELT3  = 2.0", "CUNIT1  = 'pc'", "CUNIT2  = 'kpc'", "CUNIT3  = 'pc'"];
+
+#[test]
+fn units_are_read() {
+    let at = |cards: &[&str], keys: &str| density(cards, &format!("{BOX}\n{keys}")).map(|field| field.at(DVec3::ZERO));
+    let close = |value: Result<f64, String>, expected: f64| assert!((value.clone().unwrap() / expected - 1.0).abs() < 1e-6, "{value:?}");
+    close(at(&[], ""), 7.0);
+    for unit in ["cm-3", "cm^-3", "cm**-3", "1/cm3"] {
+        close(at(&[&format!("BUNIT   = '{unit}'")], ""), 7.0);
+    }
+    close(at(&["BUNIT   = 'm-3'"], ""), 7e-6);
+    close(at(&[], "unit = \"m-3\""), 7e-6);
+    close(at(&["BUNIT   = 'm-3'"], "unit = \"/m3\""), 7e-6);
+    // What is no number density is taken as it is, once somebody says so.
+    let temperature = at(&["BUNIT   = 'K'"], "").unwrap_err();
+    assert!(temperature.contains("BUNIT is \"K\"") && temperature.contains("unit = \"K\""), "{temperature}");
+    close(at(&["BUNIT   = 'K'"], "unit = \"K\""), 7.0);
+    let wrong = at(&["BUNIT   = 'm-3'"], "unit = \"cm-3\"").unwrap_err();
+    assert!(wrong.contains("m-3") && wrong.contains("one of both is wrong"), "{wrong}");
+}
+
+#[test]
+fn frames_are_read() {
+    let of = |cards: &[&str], keys: &str| density(cards, keys).map(|field| field.bounds());
+    let bounds = of(&FRAME, "").unwrap();
+    assert!((bounds.low - DVec3::new(-0.5, -0.5, -1.0)).length() < 1e-12 && (bounds.high - DVec3::new(3.5, 1.5, 3.0)).length() < 1e-12, "{bounds:?}");
+    let placed: Vec<&str> = FRAME.into_iter().chain(["CRPIX1  = 2.5", "CRVAL1  = 10.0"]).collect();
+    let moved = of(&placed, "").unwrap();
+    assert!((moved.low.x - 8.0).abs() < 1e-12 && (moved.high.x - 12.0).abs() < 1e-12, "{moved:?}");
+    // The scene may place the same box elsewhere, but not make it another size without a word.
+    let same = of(&FRAME, "low = \"-2 -1 -2 pc\"\nhigh = \"2 1 2 pc\"").unwrap();
+    assert_eq!(same.low, DVec3::new(-2.0, -1.0, -2.0));
+    let other = of(&FRAME, BOX).unwrap_err();
+    assert!(other.contains("4.0000 x 2.0000 x 2.0000 pc") && other.contains("4.0000 x 2.0000 x 4.0000 pc") && other.contains("wcs = false"), "{other}");
+    assert_eq!(of(&FRAME, &format!("{BOX}\nwcs = false")).unwrap().low, DVec3::new(-2.0, -1.0, -1.0));
+    let backwards: Vec<&str> = FRAME.into_iter().map(|c| if c.starts_with("CDELT1") { "CDELT1  = -1.0" } else { c }).collect();
+    assert!(of(&backwards, "").unwrap_err().contains("runs backwards"));
+    // A frame on the sky is no box: the scene must say one.
+    let sky = ["CDELT1  = 0.1", "CDELT2  = 0.1", "CDELT3  = 0.1", "CUNIT1  = 'deg'", "CUNIT2  = 'deg'", "CUNIT3  = 'm/s'"];
+    assert!(of(&sky, "").is_err() && of(&sky, BOX).is_ok());
+}
+
+#[test]
+fn tables_are_named() {
+    let table = |cards: &[&str]| {
+        let head: Vec<u8> = ["SIMPLE  =                    T", "BITPIX  =                    8", "NAXIS   =                    0", "END"]
+            .iter()
+            .flat_map(|c| format!("{c:<80}").into_bytes())
+            .collect();
+        let fixed = ["XTENSION= 'BINTABLE'", "BITPIX  =                    8", "NAXIS   =                    2", "NAXIS1  =                    8", "NAXIS2  =                    1"];
+        let own: Vec<u8> = fixed.iter().chain(cards).chain(&["END"]).flat_map(|c| format!("{c:<80}").into_bytes()).collect();
+        let padded = |mut bytes: Vec<u8>| {
+            bytes.resize(bytes.len().next_multiple_of(2880), b' ');
+            bytes
+        };
+        let bytes = [padded(head), padded(own), padded(vec![0; 8])].concat();
+        barnard::formats::read_array(&bytes, std::path::Path::new("map.fits"), None, 1 << 30).unwrap_err().to_string()
+    };
+    assert!(table(&["ZIMAGE  =                    T", "ZCMPTYPE= 'RICE_1'"]).contains("tile-compressed image (ZCMPTYPE RICE_1)"));
+    assert!(table(&["PIXTYPE = 'HEALPIX '", "NSIDE   =                  256"]).contains("HEALPix map of the sky (NSIDE 256)"));
+    assert!(table(&["EXTNAME = 'STARS'"]).contains("HDU \"STARS\" is a table"));
+}

@@ -1,0 +1,304 @@
+//! Random scenes whose light is known: a background behind a box of even dust, or gas that glows in it.
+//!
+//! A ray that goes a length s through a box of extinction σ sees F(σ s) of what lies behind, and j s ∫ W (1 − e^(−k σ s))/(k σ s) dλ of what glows within: all that can be wrong
+//! is the spectral rule and arithmetic, which is what a certificate states.
+
+use std::fmt::Write;
+
+use barnard::backend::cpu;
+use barnard::control::Control;
+use barnard::geometry::Bounds;
+use barnard::glam::DVec3;
+use barnard::plan::{Options, Plan};
+use barnard::scene::{DEFAULT_MEMORY, Loader, Scene, methods};
+use rayon::prelude::*;
+use spectra::extinction::{Extinction, LAWS, Maker};
+use spectra::passband::{self, Passband};
+
+use super::integral::{Samples, Shape};
+use crate::page::{short, table};
+use crate::{Chapter, Findings, Result};
+
+pub const CHAPTER: Chapter = Chapter {
+    name: "slabs",
+    title: "Certificates on ten thousand random scenes",
+    question: "Is a stated spectral error ever exceeded? Random laws, filters, lights, methods, accuracies and depths; light behind a box of even dust or glowing in it, rendered \
+               by `cpu`, against integrals over wavelength that share nothing with the rules.",
+    run: |control| campaign(SCENES, control),
+};
+
+/// Scenes of the page.
+const SCENES: usize = 10_000;
+/// Pixels along an edge, each of which sees a depth of its own.
+const EDGE: usize = 4;
+/// What may exceed a bound without being counted: the independent integrals are themselves known to this.
+const INTEGRAL: f64 = 2e-9;
+/// Worst cases that are shown.
+const SHOWN: usize = 8;
+
+/// Numbers from 0 to 1 by scene and question (SplitMix64; Steele, Lea & Flood 2014, OOPSLA).
+struct Dice {
+    state: u64,
+}
+
+impl Dice {
+    fn new(scene: usize) -> Self {
+        Self { state: (scene as u64).wrapping_mul(0xd134_2543_de82_ef95) }
+    }
+
+    fn next(&mut self) -> f64 {
+        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Evenly in the logarithm.
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.next())
+    }
+
+    fn one_of<T: Copy>(&mut self, of: &[T]) -> T {
+        of[((self.next() * of.len() as f64) as usize).min(of.len() - 1)]
+    }
+}
+
+/// One random scene.
+struct Case {
+    text: String,
+    method: &'static str,
+    law: Extinction,
+    law_name: String,
+    bands: Vec<&'static str>,
+    /// Density of extinction [pc⁻¹].
+    sigma: f64,
+    light: Light,
+}
+
+/// What shines, per unit of what the scene says.
+enum Light {
+    /// Behind the box: shape, radiance where it is one [W m⁻² sr⁻¹ µm⁻¹].
+    Behind(Shape, f64),
+    /// In it: (λ [µm], strength), emission coefficient [W m⁻³ sr⁻¹].
+    Within(Vec<(f64, f64)>, f64),
+}
+
+const BOX: Bounds = Bounds { low: DVec3::new(-0.7, -0.8, -0.5), high: DVec3::new(0.9, 0.6, 0.5) };
+const METRES_PER_PARSEC: f64 = 3.085_677_581_491_367e16;
+
+impl Case {
+    fn new(number: usize) -> Result<Self> {
+        let mut dice = Dice::new(number);
+        let names: Vec<&'static str> = methods().map(|m| m.name).filter(|m| *m != "sampled").collect();
+        let method = dice.one_of(&names);
+        let entry = if method == "analytic" { LAWS[0] } else { LAWS[(dice.next() * LAWS.len() as f64) as usize] };
+        let r_v = match entry.maker {
+            Maker::RatioOfV { low, high, .. } => Some(low + (high - low) * dice.next()),
+            Maker::Fixed(_) => None,
+        };
+        let law = Extinction::named(entry.name, r_v)?;
+        let inside = |name: &&'static str| {
+            Passband::named(name).is_ok_and(|b| law.check("x", b.support_um().0, b.support_um().1).is_ok())
+        };
+        let all: Vec<&'static str> = passband::names().into_iter().filter(inside).collect();
+        let mut bands: Vec<&'static str> = (0..3).map(|_| dice.one_of(&all)).collect();
+        bands.sort_unstable();
+        bands.dedup();
+        let pivot = Passband::named(bands[0])?.pivot().0;
+        let (light, said) = Self::light(&mut dice, pivot)?;
+        let sigma = dice.between(0.01, 300.0);
+        let accuracy = dice.between(1e-6, 1e-2);
+        let count = if dice.next() < 0.3 { format!("count = {}\n", 2 + (dice.next() * 7.0) as usize) } else { String::new() };
+        let ratio = r_v.map_or(String::new(), |r| format!("r_v = {r}\n"));
+        let (x, y) = (dice.next() - 0.5, dice.next() - 0.5);
+        let text = format!(
+            "bands = {bands:?}\n[camera]\nkind = \"orthographic\"\nposition = \"{x} {y} 3 pc\"\nwidth = \"1.9 pc\"\nsize = [{EDGE}, {EDGE}]\n\
+             [field.box]\nkind = \"box\"\nlow = \"{} {} {} pc\"\nhigh = \"{} {} {} pc\"\n\
+             [dust]\ndensity = \"box\"\nscale = \"{sigma} /pc\"\nlaw = \"{}\"\n{ratio}albedo = 0.0\n{said}\
+             [method]\nname = \"{method}\"\naccuracy = {accuracy}\nbake = 4\n{count}",
+            BOX.low.x, BOX.low.y, BOX.low.z, BOX.high.x, BOX.high.y, BOX.high.z, entry.name
+        );
+        let law_name = r_v.map_or(entry.name.to_owned(), |r| format!("{} {r:.2}", entry.name));
+        Ok(Self { text, method, law, law_name, bands, sigma, light })
+    }
+
+    /// What shines, and how a scene says it.
+    fn light(dice: &mut Dice, pivot: f64) -> Result<(Light, String)> {
+        let radiance = 1e-6;
+        let head = format!("[background]\nradiance = \"{radiance} W/m2/sr/um\"\nwavelength = \"{pivot} um\"\n");
+        Ok(match dice.next() {
+            u if u < 0.5 => {
+                let temperature = dice.between(2000.0, 50_000.0);
+                let shape = Shape::BlackBody(temperature, pivot);
+                (Light::Behind(shape, radiance), format!("{head}kind = \"blackbody\"\ntemperature = \"{temperature} K\"\n"))
+            }
+            u if u < 1.7 => {
+                let exponent = -4.0 + 8.0 * dice.next();
+                let said = format!("{head}kind = \"power_law\"\nexponent = {exponent}\nreference = \"{pivot} um\"\n");
+                (Light::Behind(Shape::PowerLaw(exponent, pivot), radiance), said)
+            }
+            _ => {
+                let strength = 1e-22;
+                let lines: Vec<(f64, f64)> = (0..3).map(|_| (pivot * (0.97 + 0.06 * dice.next()), dice.between(0.01, 1.0))).collect();
+                let rows: Vec<String> =
+                    lines.iter().map(|(l, s)| format!("{{ wavelength = \"{l} um\", strength = {s} }}")).collect();
+                let said = format!(
+                    "[[emission]]\nkind = \"lines\"\ndensity = \"box\"\nscale = \"{strength} W/m3/sr\"\nlines = [{}]\n",
+                    rows.join(", ")
+                );
+                (Light::Within(lines, strength), said)
+            }
+        })
+    }
+
+    /// The integrals over a passband, and what a ray that goes `length` [pc] through the box should see of them [W m⁻² sr⁻¹], with its F(0).
+    fn truth(&self, band: &Passband) -> Box<dyn Fn(f64) -> (f64, f64)> {
+        let sigma = self.sigma;
+        match &self.light {
+            Light::Behind(shape, radiance) => {
+                let (samples, radiance) = (Samples::new(band, *shape, &*self.law), *radiance);
+                let whole = radiance * samples.behind(0.0);
+                Box::new(move |length| (radiance * samples.behind(sigma * length), whole))
+            }
+            Light::Within(lines, coefficient) => {
+                let samples = Samples::of_lines(band, lines, &*self.law);
+                let (all, coefficient) = (samples.behind(0.0), *coefficient * METRES_PER_PARSEC);
+                Box::new(move |length| (coefficient * length * samples.within(sigma * length), coefficient * length * all))
+            }
+        }
+    }
+}
+
+/// What one band of one scene came to.
+struct Outcome {
+    method: &'static str,
+    what: String,
+    /// Largest true error over the pixels, and what was stated: of F(0), and of F(a).
+    absolute: (f64, f64),
+    relative: (f64, f64),
+}
+
+impl Outcome {
+    /// How far above its bound the worse of both errors is.
+    fn excess(&self) -> f64 {
+        let over = |(found, stated): (f64, f64)| (found - INTEGRAL).max(0.0) / stated.max(f64::MIN_POSITIVE);
+        over(self.absolute).max(over(self.relative))
+    }
+}
+
+/// Renders a scene and holds each band to its bound; none where the scene cannot be done by its method.
+fn outcomes(number: usize, control: &Control) -> Result<Option<Vec<Outcome>>> {
+    let case = Case::new(number)?;
+    let scene = Scene::parse("campaign.toml", "campaign", case.text.clone(), &Loader::in_folder(".", DEFAULT_MEMORY))?;
+    let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
+    let done = Plan::sampled(&scene, &options, 8, control).and_then(|plan| Ok((cpu::radiance(&plan, control)?, plan)));
+    let ((light, findings), plan) = match done {
+        Ok(done) => done,
+        Err(barnard::Error::Interrupted) => return Err(barnard::Error::Interrupted.into()),
+        Err(_) => return Ok(None),
+    };
+    let lengths: Vec<f64> = (0..EDGE * EDGE)
+        .map(|i| scene.camera.ray((i % EDGE) as f64 + 0.5, (i / EDGE) as f64 + 0.5))
+        .map(|ray| BOX.clip(&ray).map_or(0.0, |(near, far)| far - near))
+        .collect();
+    let of_band = |(b, name): (usize, &&'static str)| -> Result<Option<Outcome>> {
+        let truth = case.truth(&Passband::named(name)?);
+        if truth(1.0).1 <= 0.0 {
+            return Ok(None);
+        }
+        let stated = plan.certificates(b, &findings).into_iter().next();
+        let (mut absolute, mut relative) = (0.0f64, 0.0f64);
+        for (length, found) in lengths.iter().zip(&light[b * EDGE * EDGE..]).filter(|(l, _)| **l > 0.0) {
+            let (value, whole) = truth(*length);
+            let error = (f64::from(*found) - value).abs();
+            absolute = absolute.max(error / whole);
+            // Below the range of single precision there is no light, and no part of it that could be wrong.
+            if value > 1e-30 {
+                relative = relative.max(error / value);
+            }
+        }
+        let stated = stated.map_or((0.0, 0.0), |(_, c)| (c.absolute, c.relative));
+        Ok(Some(Outcome {
+            method: case.method,
+            what: format!("{number}: {name}, {}, sigma {:.3}/pc, {}", case.law_name, case.sigma, case.said()),
+            absolute: (absolute, stated.0),
+            relative: (relative, stated.1),
+        }))
+    };
+    Ok(Some(case.bands.iter().enumerate().map(of_band).collect::<Result<Vec<_>>>()?.into_iter().flatten().collect()))
+}
+
+impl Case {
+    fn said(&self) -> String {
+        match &self.light {
+            Light::Behind(Shape::BlackBody(t, _), _) => format!("black body of {t:.0} K behind"),
+            Light::Behind(Shape::PowerLaw(e, _), _) => format!("power law {e:.2} behind"),
+            Light::Within(..) => "lines within".into(),
+        }
+    }
+}
+
+/// Runs so many scenes, and says which bounds were exceeded.
+fn campaign(scenes: usize, control: &Control) -> Result<Findings> {
+    let done: Vec<Option<Vec<Outcome>>> = (0..scenes)
+        .into_par_iter()
+        .map(|number| {
+            control.check().map_err(crate::StudyError::from)?;
+            outcomes(number, control)
+        })
+        .collect::<Result<_>>()?;
+    let refused = done.iter().filter(|d| d.is_none()).count();
+    let mut all: Vec<Outcome> = done.into_iter().flatten().flatten().collect();
+    let exceeded = all.iter().filter(|o| o.excess() > 1.0).count();
+    let mut text = format!(
+        "{scenes} scenes, {} bands; {refused} scenes were refused in words by their method. **Bounds exceeded: {exceeded}.** `sampled` is left out: its error is noise.\n\n",
+        all.len()
+    );
+    let rows = methods().filter_map(|method| {
+        let own: Vec<&Outcome> = all.iter().filter(|o| o.method == method.name).collect();
+        let largest = |of: fn(&Outcome) -> (f64, f64)| own.iter().map(|o| of(o)).map(|(f, s)| (f - INTEGRAL).max(0.0) / s).fold(0.0, f64::max);
+        let median = |mut values: Vec<f64>| {
+            values.sort_by(f64::total_cmp);
+            values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+        };
+        (!own.is_empty()).then(|| {
+            vec![
+                method.name.to_owned(),
+                own.len().to_string(),
+                short(median(own.iter().map(|o| o.absolute.1).collect())),
+                short(median(own.iter().map(|o| o.absolute.0).collect())),
+                short(largest(|o| o.absolute)),
+                short(largest(|o| o.relative)),
+                own.iter().filter(|o| o.excess() > 1.0).count().to_string(),
+            ]
+        })
+    });
+    let head = ["method", "bands", "stated / F(0), median", "true, median", "true / stated of F(0), largest", "of F(a), largest", "exceeded"];
+    text += &table(&head, &rows.collect::<Vec<_>>());
+    all.sort_by(|a, b| b.excess().total_cmp(&a.excess()));
+    let _ = writeln!(text, "The closest to their bounds:\n");
+    let closest = all.iter().take(SHOWN).map(|o| {
+        vec![o.method.to_owned(), o.what.clone(), short(o.absolute.0), short(o.absolute.1), short(o.relative.0), short(o.relative.1)]
+    });
+    let head = ["method", "scene and band", "error / F(0)", "stated", "error / F(a)", "stated"];
+    text += &table(&head, &closest.collect::<Vec<_>>());
+    Ok(Findings { text, ..Findings::default() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Some hundred scenes of the campaign, every method among them: no bound is exceeded, and a bound of a tenth would be.
+    #[test]
+    fn no_bound_is_exceeded() {
+        let all: Vec<Outcome> =
+            (0..240).into_par_iter().filter_map(|n| outcomes(n, &Control::default()).unwrap()).flatten().collect();
+        assert!(all.len() > 300 && methods().filter(|m| m.name != "sampled").all(|m| all.iter().any(|o| o.method == m.name)));
+        let exceeded = all.iter().filter(|o| o.excess() > 1.0);
+        let words: Vec<String> = exceeded.map(|o| format!("{} {}: {:?} {:?}", o.method, o.what, o.absolute, o.relative)).collect();
+        assert!(words.is_empty(), "{words:#?}");
+        assert!(all.iter().filter(|o| 10.0 * o.excess() > 1.0).count() > all.len() / 20);
+    }
+}
