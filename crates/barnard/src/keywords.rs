@@ -56,7 +56,8 @@ pub fn integer(name: &'static str, value: usize, comment: &'static str) -> Keywo
 /// What a scene says of any picture of it: name, digest, camera and dust.
 pub fn of_scene(scene: &Scene) -> Vec<Keyword> {
     let camera = &scene.camera;
-    let mut keywords = vec![text("OBJECT", &*scene.name, "name of the scene"), text("SCENESHA", scene.digest(), "SHA-256 of the scene's text")];
+    let mut keywords =
+        vec![text("OBJECT", &*scene.name, "name of the scene"), text("SCENESHA", scene.digest(), "SHA-256 of the scene's text")];
     let (projection, field) = match camera.projection {
         Projection::Perspective { half_width } => {
             ("perspective", number("CAMFOV", 2.0 * half_width.atan().to_degrees(), "[deg] horizontal field of view"))

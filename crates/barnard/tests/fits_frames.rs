@@ -28,8 +28,7 @@ fn density(cards: &[&str], keys: &str) -> Result<std::sync::Arc<dyn Field>, Stri
 }
 
 const BOX: &str = "low = \"-2 -1 -1 pc\"\nhigh = \"2 1 1 pc\"";
-const FRAME: [&str; 6] =
-    ["CDELT1  = 1.0", "CDELT2  = 1.0E-3", "CDELT3  = 2.0", "CUNIT1  = 'pc'", "CUNIT2  = 'kpc'", "CUNIT3  = 'pc'"];
+const FRAME: [&str; 6] = ["CDELT1  = 1.0", "CDELT2  = 1.0E-3", "CDELT3  = 2.0", "CUNIT1  = 'pc'", "CUNIT2  = 'kpc'", "CUNIT3  = 'pc'"];
 
 #[test]
 fn units_are_read() {
@@ -54,7 +53,10 @@ fn units_are_read() {
 fn frames_are_read() {
     let of = |cards: &[&str], keys: &str| density(cards, keys).map(|field| field.bounds());
     let bounds = of(&FRAME, "").unwrap();
-    assert!((bounds.low - DVec3::new(-0.5, -0.5, -1.0)).length() < 1e-12 && (bounds.high - DVec3::new(3.5, 1.5, 3.0)).length() < 1e-12, "{bounds:?}");
+    assert!(
+        (bounds.low - DVec3::new(-0.5, -0.5, -1.0)).length() < 1e-12 && (bounds.high - DVec3::new(3.5, 1.5, 3.0)).length() < 1e-12,
+        "{bounds:?}"
+    );
     let placed: Vec<&str> = FRAME.into_iter().chain(["CRPIX1  = 2.5", "CRVAL1  = 10.0"]).collect();
     let moved = of(&placed, "").unwrap();
     assert!((moved.low.x - 8.0).abs() < 1e-12 && (moved.high.x - 12.0).abs() < 1e-12, "{moved:?}");
@@ -62,7 +64,10 @@ fn frames_are_read() {
     let same = of(&FRAME, "low = \"-2 -1 -2 pc\"\nhigh = \"2 1 2 pc\"").unwrap();
     assert_eq!(same.low, DVec3::new(-2.0, -1.0, -2.0));
     let other = of(&FRAME, BOX).unwrap_err();
-    assert!(other.contains("4.0000 x 2.0000 x 2.0000 pc") && other.contains("4.0000 x 2.0000 x 4.0000 pc") && other.contains("wcs = false"), "{other}");
+    assert!(
+        other.contains("4.0000 x 2.0000 x 2.0000 pc") && other.contains("4.0000 x 2.0000 x 4.0000 pc") && other.contains("wcs = false"),
+        "{other}"
+    );
     assert_eq!(of(&FRAME, &format!("{BOX}\nwcs = false")).unwrap().low, DVec3::new(-2.0, -1.0, -1.0));
     let backwards: Vec<&str> = FRAME.into_iter().map(|c| if c.starts_with("CDELT1") { "CDELT1  = -1.0" } else { c }).collect();
     assert!(of(&backwards, "").unwrap_err().contains("runs backwards"));
@@ -78,7 +83,13 @@ fn tables_are_named() {
             .iter()
             .flat_map(|c| format!("{c:<80}").into_bytes())
             .collect();
-        let fixed = ["XTENSION= 'BINTABLE'", "BITPIX  =                    8", "NAXIS   =                    2", "NAXIS1  =                    8", "NAXIS2  =                    1"];
+        let fixed = [
+            "XTENSION= 'BINTABLE'",
+            "BITPIX  =                    8",
+            "NAXIS   =                    2",
+            "NAXIS1  =                    8",
+            "NAXIS2  =                    1",
+        ];
         let own: Vec<u8> = fixed.iter().chain(cards).chain(&["END"]).flat_map(|c| format!("{c:<80}").into_bytes()).collect();
         let padded = |mut bytes: Vec<u8>| {
             bytes.resize(bytes.len().next_multiple_of(2880), b' ');

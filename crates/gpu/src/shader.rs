@@ -1,6 +1,8 @@
 //! The source of a shader: constants and bindings printed from a [`Shape`], then `shaders/*.wgsl`.
 
-use barnard::plan::near::{CLOSEST, MAX_PHASES, NEAR_ANGLE, NEAR_VOXELS, NEIGHBOUR_PIECES, PART_DISTANCE, PIECE, SHORTEST_PART};
+use barnard::plan::near::{
+    CLOSEST, MAX_PHASES, MAX_PIECES, NEAR_ANGLE, NEAR_VOXELS, NEIGHBOUR_PIECES, PART_DISTANCE, PIECE, PIECE_DEPTH, SHORTEST_PART,
+};
 use barnard::plan::star_depth::OPAQUE;
 use barnard::plan::window::PROFILE;
 use barnard::plan::{END_DEPTH, END_EVERY, PHASE_RANGE};
@@ -99,11 +101,13 @@ fn constants(shape: &Shape, workgroup: (u32, u32), pauses: Pauses) -> String {
     let real = [
         ("PHASE_RANGE", PHASE_RANGE),
         ("MAX_PHASES", MAX_PHASES as f64),
+        ("MAX_PIECES", MAX_PIECES as f64),
         ("NEAR_ANGLE", NEAR_ANGLE),
         ("NEAR_VOXELS", NEAR_VOXELS),
         ("PART_DISTANCE", PART_DISTANCE),
         ("SHORTEST_PART", SHORTEST_PART),
         ("PIECE", PIECE),
+        ("PIECE_DEPTH", PIECE_DEPTH),
         ("CLOSEST", CLOSEST),
         ("OPAQUE", OPAQUE),
         ("SERIES_LIMIT", f64::from(barnard::packet::SERIES_LIMIT)),

@@ -30,6 +30,9 @@ impl Field for Cuboid {
     fn bounds(&self) -> Bounds {
         self.bounds
     }
+    fn has_edges(&self) -> bool {
+        true
+    }
     fn crossings(&self, ray: &Ray, out: &mut Vec<f64>) {
         out.extend(self.bounds.clip(ray).into_iter().flat_map(|(a, b)| [a, b]));
     }

@@ -36,6 +36,8 @@ pub struct Expression {
     formula: FlatEx<f64, FieldOperators>,
     variables: Vec<Variable>,
     bounds: Bounds,
+    /// Whether a function of the formula jumps.
+    jumps: bool,
 }
 
 #[derive(Debug)]
@@ -77,7 +79,8 @@ impl Expression {
             Support::Within(own) => own.intersection(&union).unwrap_or(union),
             Support::Number(_) | Support::Everywhere => union,
         };
-        Ok(Self { formula: parsed, variables, bounds })
+        let jumps = ["step", "floor", "ceil"].iter().any(|name| normalised.contains(&format!("{name}(")));
+        Ok(Self { formula: parsed, variables, bounds, jumps })
     }
 
     fn fields(&self) -> impl Iterator<Item = &Arc<dyn Field>> {
@@ -142,6 +145,9 @@ impl Field for Expression {
     }
     fn bounds(&self) -> Bounds {
         self.bounds
+    }
+    fn has_edges(&self) -> bool {
+        self.jumps || self.fields().any(|f| f.has_edges())
     }
     fn feature_pc(&self) -> f64 {
         self.fields().map(|f| f.feature_pc()).fold(f64::INFINITY, f64::min)

@@ -51,6 +51,11 @@ impl Lattice {
     }
 }
 
+/// Parts along each edge of a voxel in which a function jumps.
+const PARTS: usize = 6;
+/// By how much a function may change in a voxel that is taken for even.
+const EVEN: f64 = 0.1;
+
 /// Sampled values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
@@ -71,6 +76,24 @@ impl Grid {
             values.iter_mut().enumerate().for_each(|(x, v)| *v = f(lattice.centre(x, y, z)) as f32);
         });
         Self { lattice, data }
+    }
+
+    /// The same of a function that may jump: a voxel that it changes in has the mean over its parts, all others the value at their middle.
+    pub fn averaged(lattice: Lattice, f: impl Fn(DVec3) -> f64 + Sync) -> Self {
+        let voxel = lattice.voxel_pc();
+        let corners = (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) - 0.5);
+        let corners: Vec<DVec3> = corners.map(|c| (1.0 - 1e-9) * c * voxel).collect();
+        let along = |i: usize| (i as f64 + 0.5) / PARTS as f64 - 0.5;
+        let part = |i: usize| DVec3::new(along(i % PARTS), along(i / PARTS % PARTS), along(i / (PARTS * PARTS))) * voxel;
+        let parts: Vec<DVec3> = (0..PARTS.pow(3)).map(part).collect();
+        Self::sampled(lattice, |centre| {
+            let middle = f(centre);
+            let ends = corners.iter().map(|c| f(centre + *c)).fold((middle, middle), |(low, high), v| (v.min(low), v.max(high)));
+            if ends.1 - ends.0 <= EVEN * ends.1.abs().max(ends.0.abs()) {
+                return middle;
+            }
+            parts.iter().map(|p| f(centre + *p)).sum::<f64>() / parts.len() as f64
+        })
     }
 
     /// `factor` times the means of blocks of `block` voxels along each axis; blocks at the upper faces take what is left.

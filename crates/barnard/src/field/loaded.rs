@@ -22,8 +22,18 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
         Key::optional("high", "position", "from voxel", "highest corner"),
         Key::optional("voxel", "length", "from low and high", "edge of a cubic voxel, instead of low and high"),
         Key::optional("centre", "position", "0 0 0 pc", "middle of the box, with voxel"),
-        Key::optional("unit", "text", "BUNIT of a FITS file", "what the values are in: number densities are turned into cm-3, which dust and gas are scaled by; anything else is taken as it is"),
-        Key::optional("wcs", "boolean", "true", "whether a FITS file's own frame is read: CDELT or CD, CRPIX, CRVAL, CUNIT; false where low and high, or voxel, say better"),
+        Key::optional(
+            "unit",
+            "text",
+            "BUNIT of a FITS file",
+            "what the values are in: number densities are turned into cm-3, which dust and gas are scaled by; anything else is taken as it is",
+        ),
+        Key::optional(
+            "wcs",
+            "boolean",
+            "true",
+            "whether a FITS file's own frame is read: CDELT or CD, CRPIX, CRVAL, CUNIT; false where low and high, or voxel, say better",
+        ),
         Key::optional("factor", "number", "1", "every value is multiplied by it"),
         Key::optional("clip", "boolean", "false", "blank, NaN and negative cells become zero instead of an error"),
     ],
@@ -89,7 +99,10 @@ fn own_bounds(section: &Section, frame: &Frame, axes: &str, dims: [usize; 3]) ->
         let Some(axis) = &frame.axes[axes.find(letter).unwrap_or(0)] else { return Ok(None) };
         let Some(pc) = Length::unit_size(&axis.unit) else { return Ok(None) };
         if axis.step < 0.0 {
-            let message = format!("the file's axis {letter} runs backwards (step {} {}): flip the array, or say wcs = false with low and high", axis.step, axis.unit);
+            let message = format!(
+                "the file's axis {letter} runs backwards (step {} {}): flip the array, or say wcs = false with low and high",
+                axis.step, axis.unit
+            );
             return Err(section.error("file", message));
         }
         bounds.low[i] = (axis.first - 0.5 * axis.step) * pc;

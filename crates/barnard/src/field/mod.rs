@@ -3,6 +3,7 @@
 //! A field is a grid (trilinear between voxel centres, the border value in the outer half voxel, zero outside) or a function. An expression that uses a
 //! grid lives on the voxels of the finest of them, over the box in which it can be other than zero; an expression of functions alone stays a function. A new kind of field is one file and one row of [`KINDS`].
 
+mod column;
 mod cuboid;
 mod expression;
 mod fbm;
@@ -20,6 +21,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+pub use column::column;
 pub use expression::Expression;
 pub use fbm::Fbm;
 pub use formula::{FUNCTIONS, FUNCTIONS_OF_TWO, check_name};
@@ -47,6 +49,10 @@ pub trait Field: std::fmt::Debug + Send + Sync {
     /// The length over which the field changes [pc]: its exact integrals start from steps of this size.
     fn feature_pc(&self) -> f64 {
         self.bounds().size().min_element() / 16.0
+    }
+    /// Whether the field jumps anywhere, so that a value at the middle of a voxel says little of the voxel.
+    fn has_edges(&self) -> bool {
+        false
     }
     /// Distances [pc] at which the field is not smooth along a ray.
     fn crossings(&self, _ray: &crate::geometry::Ray, _out: &mut Vec<f64>) {}

@@ -44,6 +44,9 @@ impl Field for Slab {
     fn bounds(&self) -> Bounds {
         Bounds::cube(self.centre, self.extent)
     }
+    fn has_edges(&self) -> bool {
+        true
+    }
     fn crossings(&self, ray: &Ray, out: &mut Vec<f64>) {
         out.extend(self.bounds().clip(ray).into_iter().flat_map(|(a, b)| [a, b]));
         let (start, slope) = ((ray.origin - self.centre).dot(self.normal), ray.direction.dot(self.normal));

@@ -41,6 +41,9 @@ impl Field for Sphere {
     fn bounds(&self) -> Bounds {
         Bounds::cube(self.centre, self.radius)
     }
+    fn has_edges(&self) -> bool {
+        true
+    }
     fn crossings(&self, ray: &Ray, out: &mut Vec<f64>) {
         out.extend(sphere_crossings(ray, self.centre, self.radius).into_iter().flatten());
     }

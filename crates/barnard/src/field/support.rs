@@ -103,7 +103,9 @@ impl MakeOperators<Support> for SupportOperators {
         let binary = |name, prio, apply| Operator::make_bin(name, BinOp { apply, prio, is_commutative: false });
         let mut operators = vec![
             Operator::make_bin_unary("+", BinOp { apply: Support::sum, prio: 0, is_commutative: true }, |a| a),
-            Operator::make_bin_unary("-", BinOp { apply: Support::difference, prio: 1, is_commutative: false }, |a| Support::Number(-1.0).both(a)),
+            Operator::make_bin_unary("-", BinOp { apply: Support::difference, prio: 1, is_commutative: false }, |a| {
+                Support::Number(-1.0).both(a)
+            }),
             binary("*", 2, Support::both),
             binary("/", 3, |a, _| a.kept()),
             binary("^", 4, Support::power),

@@ -11,12 +11,8 @@ use crate::image::{self, PixelScale};
 pub(super) const WRITER: Writer =
     Writer { extension: "exr", summary: "OpenEXR, one float channel a band, certificate as attributes", encode: |image, _| encode(image) };
 
-pub(super) const READER: super::Reader = super::Reader {
-    extensions: &["exr"],
-    summary: "OpenEXR image (to compare)",
-    array: None,
-    image: Some(decode),
-};
+pub(super) const READER: super::Reader =
+    super::Reader { extensions: &["exr"], summary: "OpenEXR image (to compare)", array: None, image: Some(decode) };
 
 /// The attribute that lists the bands in the scene's order, a line each.
 const ORDER: &str = "bands";

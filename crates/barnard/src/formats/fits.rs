@@ -79,8 +79,14 @@ impl Header {
         }
         let name = self.text("EXTNAME").map_or(String::new(), |n| format!(" \"{n}\""));
         Some(match (self.text("ZIMAGE"), self.text("PIXTYPE")) {
-            (Some("T"), _) => format!("HDU{name} is a tile-compressed image (ZCMPTYPE {}): unpack the file with funpack first", self.text("ZCMPTYPE").unwrap_or("unknown")),
-            (_, Some("HEALPIX")) => format!("HDU{name} is a HEALPix map of the sky (NSIDE {}), which has no depth: make a grid of it first", self.text("NSIDE").unwrap_or("unknown")),
+            (Some("T"), _) => format!(
+                "HDU{name} is a tile-compressed image (ZCMPTYPE {}): unpack the file with funpack first",
+                self.text("ZCMPTYPE").unwrap_or("unknown")
+            ),
+            (_, Some("HEALPIX")) => format!(
+                "HDU{name} is a HEALPix map of the sky (NSIDE {}), which has no depth: make a grid of it first",
+                self.text("NSIDE").unwrap_or("unknown")
+            ),
             _ => format!("HDU{name} is a table"),
         })
     }

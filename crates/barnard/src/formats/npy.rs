@@ -13,8 +13,11 @@ use crate::image::{Image, Samples};
 pub(super) const NPY_READER: Reader =
     Reader { extensions: &["npy"], summary: "NumPy array of floats or integers", array: Some(npy), image: Some(image) };
 pub(super) const NPZ_READER: Reader = Reader { extensions: &["npz"], summary: "archive of NumPy arrays", array: Some(npz), image: None };
-pub(super) const WRITER: Writer =
-    Writer { extension: "npy", summary: "NumPy array, bands x height x width, the first row on top, radiance in W m-2 sr-1", encode: |image, _| encode(image) };
+pub(super) const WRITER: Writer = Writer {
+    extension: "npy",
+    summary: "NumPy array, bands x height x width, the first row on top, radiance in W m-2 sr-1",
+    encode: |image, _| encode(image),
+};
 
 fn npy(request: &Request) -> Result<Array> {
     if let Some(part) = request.part {

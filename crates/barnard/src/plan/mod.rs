@@ -15,6 +15,7 @@ mod pilot;
 mod planes;
 mod probe;
 pub mod pyramid;
+mod sampled_pixels;
 pub mod segment;
 mod space;
 mod spectral;
@@ -382,6 +383,10 @@ impl Plan {
                 Some(field) => format!("a light field of {} numbers a voxel", field.propagation.channels()),
             }
         );
+        let words = match s.sampling {
+            Some((error, edge)) => format!("{words}, {error:.1e} of it by samples of functions, {edge} along an edge"),
+            None => words,
+        };
         let asked = self.spectral.accuracy;
         let words = if self.misses_accuracy() { format!("{words}: more than the {asked:.1e} that was asked for") } else { words };
         Some(("spatial error".into(), words))
@@ -399,6 +404,10 @@ impl Plan {
         if let Some(spatial) = self.space.spatial {
             keywords.extend(keywords::number("SPATERR", spatial.error, "spatial error, relative rms, measured"));
             keywords.push(keywords::integer("SPATRAYS", spatial.rays, "rays that it was measured on"));
+            if let Some((error, edge)) = spatial.sampling {
+                keywords.extend(keywords::number("SAMPERR", error, "of it by samples of functions"));
+                keywords.push(keywords::integer("BAKE", edge, "voxels along an edge that they were sampled to"));
+            }
         }
         keywords
     }

@@ -20,6 +20,10 @@ pub struct NearPiece {
 
 /// Widest angle of a piece [rad].
 pub const PIECE: f64 = 0.12;
+/// By how much the optical depth at V along a ray may grow in one: from the eye and from the star it changes by up to twice that, which a midpoint takes for none.
+pub const PIECE_DEPTH: f64 = 0.05;
+/// Most pieces of a segment.
+pub const MAX_PIECES: usize = 256;
 /// A ray through the star itself passes by at this distance [pc], as in the reference.
 pub const CLOSEST: f64 = 1e-6;
 /// Segments closer than this many voxels of the star depths are cut.
@@ -59,7 +63,8 @@ pub fn phases(angle: f64, phase_angle: f64) -> usize {
     ((angle / phase_angle).ceil() as usize).clamp(1, MAX_PHASES)
 }
 
-/// The pieces of [`from`, `to`] on `ray`, along which τ grows from `tau` by `growth`, split where the phase function changes within one.
+/// The pieces of [`from`, `to`] on `ray`, along which τ grows from `tau` by `growth`, split where the phase function changes within one; `fineness` times as many as
+/// back ends take.
 pub fn pieces(
     space: &Space,
     phase_angle: f64,
@@ -67,13 +72,15 @@ pub fn pieces(
     ray: &Ray,
     (from, to): (f64, f64),
     (tau, growth): (f64, f64),
+    fineness: f64,
     mut visit: impl FnMut(NearPiece),
 ) {
     let Some(dust) = &space.dust else { return };
     let foot = (star - ray.origin).dot(ray.direction);
     let b = (star - ray.at(foot)).length().max(CLOSEST);
     let (start, end) = (((from - foot) / b).atan(), ((to - foot) / b).atan());
-    let count = ((end - start) / PIECE).ceil().max(2.0);
+    let count = fineness * ((end - start) / PIECE).max(growth / PIECE_DEPTH);
+    let count = count.ceil().clamp(2.0, fineness * MAX_PIECES as f64);
     let width = (end - start) / count;
     let phases = phases(width, phase_angle);
     for i in 0..count as usize {

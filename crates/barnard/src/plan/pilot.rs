@@ -7,12 +7,14 @@
 use rayon::prelude::*;
 use spectra::rule::{Measure, mean_transmittance};
 
+use super::sampled_pixels;
+use super::space::{MAX_BAKE, MIN_BAKE};
 use super::walk::{Eye, walk};
-use super::{LightField, Options, Space, Spectral, Stepping};
+use super::{END_SHARE, LightField, Options, Space, Spectral, Stepping};
 use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::Ray;
-use crate::image::{relative_rms, worst};
+use crate::image::worst;
 use crate::light::Light;
 use crate::scene::Scene;
 
@@ -23,18 +25,16 @@ pub struct Spatial {
     pub stepping: Stepping,
     /// Relative rms error of the worst band.
     pub error: f64,
+    /// What samples of fields that are functions have of it, and voxels along the longest edge of the coarsest.
+    pub sampling: Option<(f64, usize)>,
     /// How many rays were asked.
     pub rays: usize,
 }
 
-/// Pilot rays along each edge of the image, evenly.
-const EDGE: usize = 10;
-/// Pilots on each edge of the dust's box, where star depths have kinks.
-const ON_EDGE: usize = 3;
-/// Most stars that get pilots of their own: the pixel they stand in and those around it.
-const STARS: usize = 16;
 /// The part of the accuracy that the pilots may use up: rays between them can be worse.
 const SHARE: f64 = 0.7;
+/// The part of that which samples of functions may cost.
+const SAMPLING_SHARE: f64 = 0.5;
 /// Samples in a voxel edge, from cheap to dear.
 const STEPS: [f64; 10] = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0];
 /// Samples of the truth in a voxel edge at least and at most, and in an optical depth of one: its own error is a few parts in 1e5.
@@ -42,8 +42,6 @@ const TRUTH: (f64, f64) = (6.0, 48.0);
 const TRUTH_PER_DEPTH: f64 = 8.0;
 /// And along the longest edge of a small grid, up to half of the most.
 const TRUTH_PER_EDGE: f64 = 768.0;
-/// Cells of the even pilots, the brightest, that are looked at by nine rays each.
-const BRIGHT: usize = 6;
 /// The part of the accuracy that spectral rules may cost in the picture: they are chosen by the light without dust, pixels hold what is left of it.
 const SPECTRAL_SHARE: f64 = 0.3;
 /// How often a rule that is too coarse for what is left is made finer, and by how much.
@@ -51,8 +49,6 @@ const SPECTRAL_TRIES: usize = 4;
 const FINER: f64 = 0.01;
 /// What a finer step or finer star depths must make of the error, else they are not worth their price.
 const WORTHWHILE: f64 = 0.8;
-/// Images of no more pixels are marched whole.
-const SMALL: usize = 400;
 /// How finely star depths are baked, in voxels along one of dust: past the third only while all of them take less than `FINE_BYTES`.
 const FACTORS: [usize; 7] = [1, 2, 3, 4, 6, 8, 12];
 const MODEST: usize = 3;
@@ -91,6 +87,20 @@ pub fn choose(
     let finest = (TRUTH_PER_DEPTH * voxel_depth).max((TRUTH_PER_EDGE / edge).min(0.5 * TRUTH.1)).clamp(TRUTH.0, TRUTH.1);
     let truth = march(space, Stepping::PerVoxel(finest), true)?;
     let accuracy = SHARE * options.method.accuracy;
+    let mut sampling = None;
+    while let Some(edge) = space.sampled_edge().filter(|_| field.is_none()) {
+        // Densities alone: steps as fine as the truth's, and exact star depths, through the samples.
+        let error = relative_error(&march(&space.of_samples(), Stepping::PerVoxel(finest), true)?, &truth, &pilots);
+        sampling = Some((error, edge));
+        // Errors fall between the first and the second power of a voxel: at least half of one.
+        let times = (error / (SAMPLING_SHARE * accuracy)).powf(1.0 / 1.5).ceil().clamp(2.0, MAX_BAKE as f64);
+        let finer = edge.saturating_mul(times as usize).next_multiple_of(MIN_BAKE).min(MAX_BAKE);
+        if error <= SAMPLING_SHARE * accuracy || finer == edge || options.method.bake.is_some() {
+            break;
+        }
+        let Some(resampled) = space.resampled(scene, finer, options, control)? else { break };
+        *space = resampled;
+    }
     let mut best: Option<(Stepping, usize, f64)> = None;
     for factor in FACTORS {
         if factor > 1 {
@@ -126,7 +136,9 @@ pub fn choose(
     if space.star_factor != factor {
         space.refine_stars(factor, options, control)?;
     }
-    space.spatial = Some(Spatial { stepping, error, rays: pilots.len() });
+    // What a ray leaves behind where it ends early is beside what the pilots, who go on, have found.
+    let early = if spectral.bands.iter().any(|b| b.nodes().is_some()) { f64::from(END_SHARE) * spectral.accuracy } else { 0.0 };
+    space.spatial = Some(Spatial { stepping, error: error + early, sampling, rays: pilots.len() });
     Ok(stepping)
 }
 
@@ -170,64 +182,32 @@ fn measures(spectral: &Spectral) -> Vec<Vec<Measure>> {
     spectral.bands.iter().map(of_band).collect()
 }
 
-/// Rays evenly over the image, more where it is bright, those of the pixels at and around stars, and those along the edges of the dust's box.
+/// The pilots of a scene: pixels that are chosen by a first look at the light of some.
 fn pilots(scene: &Scene, space: &Space, spectral: &Spectral, lights: &[Light]) -> Vec<Pilot> {
     let camera = &scene.camera;
-    let size = (camera.width, camera.height);
-    if size.0 * size.1 <= SMALL {
-        let centre = |i: usize| camera.ray((i % size.0) as f64 + 0.5, (i / size.0) as f64 + 0.5);
-        return (0..size.0 * size.1).map(|i| Pilot { ray: centre(i), pixels: 1.0 }).collect();
-    }
-    let along = |n: usize, i: usize, shift: f64| n as f64 * (i as f64 + 0.5 + shift) / EDGE as f64;
-    let even = (size.0 * size.1) as f64 / (EDGE * EDGE) as f64;
-    let ray = |i: usize, x: f64, y: f64| camera.ray(along(size.0, i % EDGE, x), along(size.1, i / EDGE, y));
     let shading = Shading::new(spectral, lights);
-    let light: Vec<Vec<f64>> =
-        (0..EDGE * EDGE).into_par_iter().map(|i| march(space, &shading, &ray(i, 0.0, 0.0), Stepping::PerVoxel(1.0), false)).collect();
-    let bands = spectral.bands.len();
-    let most: Vec<f64> = (0..bands).map(|b| light.iter().map(|l| l[b]).fold(f64::MIN_POSITIVE, f64::max)).collect();
-    let bright = |i: usize| light[i].iter().zip(&most).map(|(l, m)| l / m).fold(0.0, f64::max);
-    let mut cells: Vec<usize> = (0..EDGE * EDGE).collect();
-    cells.sort_by(|a, b| bright(*b).total_cmp(&bright(*a)));
-    let (looked_at, others) = cells.split_at(BRIGHT);
-    let mut pilots: Vec<Pilot> = others.iter().map(|i| Pilot { ray: ray(*i, 0.0, 0.0), pixels: even }).collect();
-    let thirds = |i: usize| (f64::from(i as u32 % 3) - 1.0, f64::from(i as u32 / 3) - 1.0);
-    let within = |cell: usize| (0..9).map(thirds).map(move |(x, y)| (cell, x / 3.0, y / 3.0));
-    pilots.extend(looked_at.iter().flat_map(|i| within(*i)).map(|(i, x, y)| Pilot { ray: ray(i, x, y), pixels: even / 9.0 }));
-    let pixel = |column: f64, row: f64, pixels: f64| {
-        let inside = (0.0..size.0 as f64).contains(&column) && (0.0..size.1 as f64).contains(&row);
-        inside.then(|| Pilot { ray: camera.ray(column.floor() + 0.5, row.floor() + 0.5), pixels })
-    };
-    for (column, row) in space.stars.iter().take(STARS).filter_map(|star| camera.project(*star)) {
-        for i in 0..9 {
-            pilots.extend(pixel(column + f64::from(i % 3 - 1), row + f64::from(i / 3 - 1), 1.0));
-        }
-    }
-    let Some(bounds) = space.dust.as_ref().map(|d| d.lattice.bounds) else { return pilots };
-    for axis in 0..3 {
-        for corner in 0..4 {
-            let place = |part: f64| {
-                let mut unit = [0.0; 3];
-                unit[axis] = part;
-                unit[(axis + 1) % 3] = f64::from(corner & 1);
-                unit[(axis + 2) % 3] = f64::from(corner >> 1);
-                camera.project(bounds.low + glam::DVec3::from(unit) * bounds.size())
-            };
-            let (Some(a), Some(b)) = (place(0.0), place(1.0)) else { continue };
-            // The pixels that an edge crosses, shared by its pilots.
-            let pixels = ((a.0 - b.0).hypot(a.1 - b.1) / ON_EDGE as f64).max(1.0).min(even);
-            let parts = (0..ON_EDGE).map(|i| (i as f64 + 0.5) / ON_EDGE as f64);
-            pilots.extend(parts.filter_map(place).filter_map(|(column, row)| pixel(column, row, pixels)));
-        }
-    }
-    pilots
+    let ray = |column: usize, row: usize| camera.ray(column as f64 + 0.5, row as f64 + 0.5);
+    let look = |column: usize, row: usize| march(space, &shading, &ray(column, row), Stepping::PerVoxel(1.0), false);
+    let pixels = sampled_pixels::sampled(camera, space, look).into_iter();
+    pixels.map(|p| Pilot { ray: ray(p.column, p.row), pixels: p.stands_for }).collect()
 }
 
-/// Largest relative rms over the bands.
+/// Largest relative rms over the bands, one standard error above what the pilots say: few rays carry most of an error, and those between them can be worse.
 fn relative_error(values: &[Vec<f64>], truth: &[Vec<f64>], pilots: &[Pilot]) -> f64 {
     let bands = truth.first().map_or(0, Vec::len);
-    let of_band =
-        |b: usize| relative_rms(values.iter().zip(truth).zip(pilots).map(|((v, t), p)| (p.pixels.sqrt() * v[b], p.pixels.sqrt() * t[b])));
+    let all: f64 = pilots.iter().map(|p| p.pixels).sum();
+    let of_band = |b: usize| {
+        let mean = |f: &dyn Fn(usize) -> f64| pilots.iter().enumerate().map(|(i, p)| p.pixels * f(i)).sum::<f64>() / all;
+        let square = |i: usize| (values[i][b] - truth[i][b]).powi(2);
+        let wrong = mean(&square);
+        if wrong == 0.0 {
+            return 0.0;
+        }
+        // Of a weighted mean; pilots that stand for all pixels alone have none.
+        let scatter: f64 = pilots.iter().enumerate().map(|(i, p)| (p.pixels / all * (square(i) - wrong)).powi(2)).sum();
+        let chance = if pilots.iter().all(|p| p.pixels == 1.0) { 0.0 } else { scatter.sqrt() };
+        ((wrong + chance) / mean(&|i| truth[i][b].powi(2))).sqrt()
+    };
     worst((0..bands).map(of_band))
 }
 

@@ -36,6 +36,10 @@ struct Spectrograph {
 }
 
 impl Eye for Spectrograph {
+    fn goes_on(&self) -> bool {
+        true
+    }
+
     /// All: what the crowd's field has gathered knows of no wavelengths but its own.
     fn stars(&self, space: &Space) -> Vec<usize> {
         let gathered = space.crowd.iter().flat_map(|crowd| &crowd.stars);

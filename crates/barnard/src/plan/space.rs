@@ -10,14 +10,15 @@ use super::{Bricks, Options, Spatial, star_depth};
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::field::{Fbm, Field, Grid, Lattice};
+use crate::field::{Fbm, Field, Grid, Lattice, column};
 use crate::formats::check_memory;
-use crate::geometry::Bounds;
+use crate::geometry::{Bounds, Ray};
 use crate::scene::Scene;
 
 /// The most voxels along an edge of a function that is sampled without being told how finely.
-const MAX_BAKE: usize = 256;
-const MIN_BAKE: usize = 32;
+pub const MAX_BAKE: usize = 256;
+/// And fewest.
+pub const MIN_BAKE: usize = 32;
 /// Depth at V that no light of any wavelength comes through, from an eye through all dust to a star.
 const DEEPEST: f64 = 10.0 * star_depth::OPAQUE;
 /// Depth at V of a star's own voxel of which no visible light comes out: e^(−80) is below the smallest f32 beside 1.
@@ -88,6 +89,12 @@ pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
     Ok(())
 }
 
+/// Voxels along the longest edge of a function's box.
+fn edge(field: &Arc<dyn Field>, options: &Options) -> usize {
+    let finest = (field.bounds().size().max_element() / field.feature_pc()).ceil() as usize;
+    options.method.bake.unwrap_or(finest.clamp(MIN_BAKE, MAX_BAKE))
+}
+
 /// The field as a grid, sampled if it is a function.
 fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, options: &Options, most: Option<usize>) -> Result<Grid> {
     if let Some(grid) = field.grid() {
@@ -99,13 +106,13 @@ fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, options: &Options, mos
         return Ok(scaled);
     }
     let size = field.bounds().size();
-    let finest = (size.max_element() / field.feature_pc()).ceil() as usize;
-    let edge = options.method.bake.unwrap_or(finest.clamp(MIN_BAKE, MAX_BAKE));
+    let edge = edge(field, options);
     let edge = edge.min(most.unwrap_or(edge)) as f64;
     let dims = <[f64; 3]>::from(size / size.max_element() * edge).map(|n| (n.round() as usize).max(2));
     let lattice = Lattice { dims, bounds: field.bounds() };
     check_memory(&format!("{what}, sampled"), 4 * lattice.cells() as u64, options.memory_limit)?;
-    let grid = Grid::sampled(lattice, |p| factor * field.at(p));
+    let value = |p: DVec3| factor * field.at(p);
+    let grid = if field.has_edges() { Grid::averaged(lattice, value) } else { Grid::sampled(lattice, value) };
     grid.check(what)?;
     Ok(grid)
 }
@@ -269,6 +276,65 @@ impl Space {
         Ok(())
     }
 
+    /// Whether a density is a function, of which the march has samples alone.
+    pub fn is_sampled(&self) -> bool {
+        self.densities.iter().any(|field| field.grid().is_none())
+    }
+
+    /// Whether the dust is a function.
+    pub fn depth_is_sampled(&self) -> bool {
+        self.dust.is_some() && self.densities.first().is_some_and(|field| field.grid().is_none())
+    }
+
+    /// Voxels along the longest edge of the function that is sampled most coarsely; none where nothing is sampled.
+    pub fn sampled_edge(&self) -> Option<usize> {
+        let grids = self.dust.iter().map(|d| &**d).chain(&self.emission);
+        let sampled = grids.zip(&self.densities).filter(|(_, field)| field.grid().is_none());
+        sampled.filter_map(|(grid, _)| grid.lattice.dims.into_iter().max()).min()
+    }
+
+    /// The fields themselves at a place: σ at V [pc⁻¹], and the densities of glowing species.
+    pub fn fields_at(&self, p: DVec3) -> (f64, impl Iterator<Item = f64> + '_) {
+        let mut values = self.densities.iter().map(move |field| field.at(p));
+        let sigma = if self.dust.is_some() { values.next().unwrap_or(0.0) * self.sigma_v_per_pc } else { 0.0 };
+        (sigma, values)
+    }
+
+    /// Distances along a ray at which a function jumps or begins [pc].
+    pub fn crossings(&self, ray: &Ray) -> Vec<f64> {
+        let mut crossings = Vec::new();
+        for field in self.densities.iter().filter(|field| field.grid().is_none()) {
+            crossings.extend(field.bounds().clip(ray).into_iter().flat_map(|(a, b)| [a, b]));
+            field.crossings(ray, &mut crossings);
+        }
+        crossings
+    }
+
+    /// By how much the optical depth at V between two places of the dust itself is larger than that of its samples [1]; zero where dust is a grid.
+    pub fn depth_beyond_samples(&self, a: DVec3, b: DVec3) -> f64 {
+        match self.densities.first().filter(|field| self.dust.is_some() && field.grid().is_none()) {
+            Some(field) => self.sigma_v_per_pc * column(&**field, a, b) - self.depth(a, b),
+            None => 0.0,
+        }
+    }
+
+    /// A space whose fields are this one's samples, for exact walks through them.
+    pub fn of_samples(&self) -> Self {
+        let own = |grid: &Grid| Arc::new(grid.clone()) as Arc<dyn Field>;
+        let densities = self.dust.iter().map(|dust| dust.clone() as Arc<dyn Field>).chain(self.emission.iter().map(own)).collect();
+        Self { densities, sigma_v_per_pc: 1.0, ..self.clone() }
+    }
+
+    /// The same space with functions sampled to `edge` voxels along their longest edge; none where that would take more memory than allowed.
+    pub fn resampled(&self, scene: &Scene, edge: usize, options: &Options, control: &Control) -> Result<Option<Self>> {
+        let method = crate::scene::Method { bake: Some(edge), ..options.method.clone() };
+        match Self::sampled(scene, &Options { method, ..options.clone() }, self.most, control) {
+            Ok(space) => Ok(Some(Self { bake: self.bake, ..space })),
+            Err(Error::Memory { .. }) => Ok(None),
+            Err(other) => Err(other),
+        }
+    }
+
     /// Bakes star depths anew with `factor` voxels along one of dust.
     pub fn refine_stars(&mut self, factor: usize, options: &Options, control: &Control) -> Result<()> {
         self.star_factor = factor;
@@ -385,6 +451,15 @@ impl Space {
     pub fn voxel_pc(&self) -> f64 {
         let grids = self.dust.iter().map(|d| &**d).chain(&self.emission);
         grids.map(|g| g.lattice.voxel_pc().min_element()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The finest voxel edge along a direction of length one [pc]: that of cubes, and the distance between walls of longer voxels.
+    pub fn voxel_along(&self, direction: DVec3) -> f64 {
+        let shortest = self.voxel_pc();
+        let grids = self.dust.iter().map(|d| &**d).chain(&self.emission);
+        let along = grids.map(|g| 1.0 / (direction / g.lattice.voxel_pc()).length()).fold(f64::INFINITY, f64::min);
+        // Cubes have one edge, whatever rounding says.
+        if along < shortest * (1.0 + 1e-9) { shortest } else { along }
     }
 
     /// Densities of glowing species, each in its own unit.

@@ -26,6 +26,8 @@ pub struct Spectral {
     pub phase: Option<PhaseTable>,
     /// Optical depth for which the certificates hold [1].
     pub depth: f64,
+    /// The least extinction relative to V of any light in any passband [1].
+    pub least_k: f64,
     /// The widest angle over which the phase function changes but little [rad]; infinite where scattering is isotropic.
     pub phase_angle: f64,
     phase_at_pivot: Option<(Arc<dyn Phase>, f64)>,
@@ -130,9 +132,12 @@ impl Spectral {
         let pivot = bands.first().map_or(0.55, |b| b.band.pivot().0);
         let anisotropic = phase.filter(|p| !p.is_isotropic());
         let table = anisotropic.as_ref().map(|p| phase_table(&**p, (lights, crowd), &bands, pivot, method.accuracy));
+        let measures = bands.iter().flat_map(|b| &b.sources).flat_map(|s| &s.measure.k);
+        let least_k = measures.copied().fold(f64::INFINITY, f64::min);
         Ok(Self {
             method: method.entry.name,
             accuracy: method.accuracy,
+            least_k,
             bands,
             phase: table,
             depth,

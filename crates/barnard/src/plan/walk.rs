@@ -25,11 +25,27 @@ pub(super) trait Eye {
         false
     }
 
+    /// Whether it is to hear of the whole ray, also of what no light comes from.
+    fn goes_on(&self) -> bool {
+        false
+    }
+
     /// The ray passes dust between two distances [pc]: the depth before it, and how much it grows.
     fn dust(&mut self, _span: (f64, f64), _depth: (f64, f64)) {}
 }
 
-/// Walks `ray` from the front to the back; returns the optical depth of all of it at V [1]. Star depths are read, or marched where `exact`.
+/// How many times as many pieces an exact walk takes near a star as back ends do.
+const FINENESS: f64 = 4.0;
+/// The part of a step at whose ends an exact walk looks within it: a field may jump where steps meet.
+const INSIDE: f64 = 1e-6;
+/// Growth of the optical depth at V in a step of an exact walk, and most parts of a step in which it grows by more.
+const GROWTH: f64 = 0.1;
+const MAX_PARTS: f64 = 4096.0;
+/// Optical depth at the wavelength that dust lets through best, past which an exact walk ends: e^(−30) is left.
+const END: f64 = 30.0;
+
+/// Walks `ray` from the front to the back; returns the optical depth of all of it at V [1]. Where `exact`, densities are those of the fields themselves and star depths
+/// are marched; else both are read.
 pub(super) fn walk(
     space: &Space,
     spectral: &Spectral,
@@ -50,11 +66,27 @@ pub(super) fn walk(
     };
     let shining: Vec<(usize, &Light)> = lights.iter().enumerate().filter(shines).collect();
     if let Some((near, far)) = space.occupied.and_then(|b| b.clip(ray)) {
-        let mut before = Sample::at(space, ray, near, exact, &seen);
+        let truth = exact.then(|| Truth::new(space, ray, (near, far), &seen));
+        let at = |t: f64| match &truth {
+            None => Sample::at(space, ray, t, &seen),
+            Some(truth) => truth.at(t),
+        };
+        let mut ends = ends(space, ray, (near, far), stepping, !eye.scattered_together()).collect::<Vec<f64>>();
+        if exact {
+            refine(space, ray, near, &mut ends);
+        }
+        let fineness = if exact { FINENESS } else { 1.0 };
+        let mut before = at(near);
         let mut t0 = near;
-        for t1 in ends(space, ray, (near, far), stepping, !eye.scattered_together()) {
+        for t1 in ends {
             let dt = t1 - t0;
-            let after = Sample::at(space, ray, t1, exact, &seen);
+            let after = match exact {
+                false => at(t1),
+                true => {
+                    before = at(t0 + INSIDE * dt);
+                    at(t1 - INSIDE * dt)
+                }
+            };
             let growth = 0.5 * dt * (before.sigma + after.sigma);
             for (light, l) in &shining {
                 let light = *light;
@@ -63,7 +95,7 @@ pub(super) fn walk(
                         let Some(i) = number[star] else { continue };
                         let depths = (tau + before.depths[i], tau + growth + after.depths[i]);
                         let segment = Segment { span: (t0, t1), sigma: (before.sigma, after.sigma), tau: (tau, growth), depths };
-                        scatter((space, spectral), (light, star), ray, &segment, eye);
+                        scatter((space, spectral), (light, star), ray, &segment, fineness, eye);
                     }
                     Path::Emitted { species } => {
                         let density = 0.5 * dt * (before.emission[species] + after.emission[species]);
@@ -79,6 +111,9 @@ pub(super) fn walk(
             }
             tau += growth;
             (t0, before) = (t1, after);
+            if exact && !eye.goes_on() && tau * spectral.least_k > END {
+                break;
+            }
         }
     }
     for (light, _) in lights.iter().enumerate().filter(|(_, l)| l.path == Path::Background) {
@@ -90,7 +125,7 @@ pub(super) fn walk(
 /// Where the steps end [pc]. A step that is long beside its distance to a star is marched in parts, as the back ends do.
 fn ends(space: &Space, ray: &Ray, (near, far): (f64, f64), stepping: Stepping, cut: bool) -> impl Iterator<Item = f64> {
     let voxel = space.voxel_pc();
-    let steps = stepping.steps(far - near, voxel);
+    let steps = stepping.steps(far - near, space.voxel_along(ray.direction));
     let dt = (far - near) / steps as f64;
     let feet = space.marched().iter().filter(|_| cut).map(|star| {
         let star = space.stars[*star];
@@ -105,6 +140,70 @@ fn ends(space: &Space, ray: &Ray, (near, far): (f64, f64), stepping: Stepping, c
     })
 }
 
+/// Cuts the steps of an exact walk from `near` on where functions jump, and where the depth grows fast, as long as any light comes through.
+fn refine(space: &Space, ray: &Ray, near: f64, ends: &mut Vec<f64>) {
+    let far = ends.last().copied().unwrap_or(near);
+    ends.extend(space.crossings(ray).into_iter().filter(|t| (near..far).contains(t)));
+    ends.sort_by(f64::total_cmp);
+    ends.dedup_by(|a, b| *a - *b <= 1e-12 * far);
+    let mut fine = Vec::with_capacity(ends.len());
+    let mut t0 = near;
+    for t1 in ends.iter().copied() {
+        let thickest = [INSIDE, 0.5, 1.0 - INSIDE].map(|u| space.fields_at(ray.at(t0 + u * (t1 - t0))).0).into_iter().fold(0.0, f64::max);
+        let parts = (thickest * (t1 - t0) / GROWTH).ceil().clamp(1.0, MAX_PARTS);
+        fine.extend((1..=parts as usize).map(|i| t0 + (t1 - t0) * i as f64 / parts));
+        t0 = t1;
+    }
+    *ends = fine;
+}
+
+/// What a ray really passes: the fields themselves, and star depths marched through them.
+struct Truth<'a> {
+    space: &'a Space,
+    ray: &'a Ray,
+    seen: &'a [usize],
+    /// By how much star depths through the dust itself are larger than those through its samples: at equal distances along the ray, star by star.
+    beyond: Vec<Vec<f64>>,
+    span: (f64, f64),
+}
+
+/// Places along a ray where the dust itself is marched towards the stars, all stars together; what lies between is taken linear.
+const PLACES: usize = 24;
+const FEWEST_PLACES: usize = 4;
+
+impl<'a> Truth<'a> {
+    fn new(space: &'a Space, ray: &'a Ray, span: (f64, f64), seen: &'a [usize]) -> Self {
+        let places = (PLACES / seen.len().max(1)).max(FEWEST_PLACES);
+        let sampled = space.depth_is_sampled();
+        let beyond = |star: &usize| {
+            let at = |i: usize| ray.at(span.0 + (span.1 - span.0) * (i as f64 + 0.5) / places as f64);
+            (0..places).map(|i| space.depth_beyond_samples(space.stars[*star], at(i))).collect()
+        };
+        let beyond = if sampled { seen.iter().map(beyond).collect() } else { Vec::new() };
+        Self { space, ray, seen, beyond, span }
+    }
+
+    fn at(&self, t: f64) -> Sample {
+        let p = self.ray.at(t);
+        let (sigma, emission) = self.space.fields_at(p);
+        let mut sample = Sample { sigma, depths: vec![0.0; self.seen.len()], emission: emission.collect() };
+        if sigma > 0.0 {
+            for (i, depth) in sample.depths.iter_mut().enumerate() {
+                *depth = (self.space.depth(self.space.stars[self.seen[i]], p) + self.beyond(i, t)).max(0.0);
+            }
+        }
+        sample
+    }
+
+    fn beyond(&self, star: usize, t: f64) -> f64 {
+        let Some(values) = self.beyond.get(star) else { return 0.0 };
+        let last = values.len() - 1;
+        let u = ((t - self.span.0) / (self.span.1 - self.span.0) * values.len() as f64 - 0.5).clamp(0.0, last as f64);
+        let i = (u as usize).min(last.saturating_sub(1));
+        values[i] + (u - i as f64) * (values[(i + 1).min(last)] - values[i])
+    }
+}
+
 /// A segment of a ray: distances of its ends, σ there, τ at its start and how it grows, depths eye to sample to star at its ends.
 struct Segment {
     span: (f64, f64),
@@ -114,7 +213,14 @@ struct Segment {
 }
 
 /// Scattered light of one star in one segment.
-fn scatter((space, spectral): (&Space, &Spectral), (light, star): (usize, usize), ray: &Ray, segment: &Segment, eye: &mut impl Eye) {
+fn scatter(
+    (space, spectral): (&Space, &Spectral),
+    (light, star): (usize, usize),
+    ray: &Ray,
+    segment: &Segment,
+    fineness: f64,
+    eye: &mut impl Eye,
+) {
     let ((t0, t1), (tau, growth), depths, sigma) = (segment.span, segment.tau, segment.depths, segment.sigma);
     let position = space.stars[star];
     let foot = (position - ray.origin).dot(ray.direction);
@@ -123,9 +229,18 @@ fn scatter((space, spectral): (&Space, &Spectral), (light, star): (usize, usize)
     let product = b * b + u0 * u1;
     let reach = near::NEAR_VOXELS * space.voxel_pc();
     if product < reach * reach || b * (t1 - t0) > near::NEAR_ANGLE * product {
-        near::pieces(space, spectral.phase_angle, position, ray, (t0, t1), (tau, growth), |NearPiece { scattering, depth, cosine }| {
-            eye.light(light, scattering * spectral.phase_factor(cosine), (depth, depth));
-        });
+        near::pieces(
+            space,
+            spectral.phase_angle,
+            position,
+            ray,
+            (t0, t1),
+            (tau, growth),
+            fineness,
+            |NearPiece { scattering, depth, cosine }| {
+                eye.light(light, scattering * spectral.phase_factor(cosine), (depth, depth));
+            },
+        );
         return;
     }
     let scattering = growth * mean_inverse_square(b, u0, u1);
@@ -150,7 +265,8 @@ struct Sample {
 }
 
 impl Sample {
-    fn at(space: &Space, ray: &Ray, t: f64, exact: bool, seen: &[usize]) -> Self {
+    /// What the plan's volumes hold.
+    fn at(space: &Space, ray: &Ray, t: f64, seen: &[usize]) -> Self {
         let p = ray.at(t);
         let mut sample = Self { sigma: 0.0, depths: vec![0.0; seen.len()], emission: vec![0.0; space.species()] };
         for volume in &space.volumes {
@@ -163,22 +279,20 @@ impl Sample {
             for (c, channel) in volume.channels.iter().enumerate() {
                 match *channel {
                     Channel::Dust => sample.sigma = volume.at(c, p),
-                    Channel::StarDepth(star) if !exact => {
+                    Channel::StarDepth(star) => {
                         // Stars with depths of their own come first, in ascending order.
                         if let Ok(i) = space.marched().binary_search(&star) {
                             sample.depths[i] = volume.at(c, p);
                         }
                     }
-                    Channel::StarDepth(_) => {}
                     Channel::Emission(species) => sample.emission[species] = volume.at(c, p),
                     Channel::Light(_) | Channel::Diffuse(_) => {}
                 }
             }
         }
         // Stars without depths of their own come last.
-        let first = if exact { 0 } else { space.marched().len().min(seen.len()) };
         if sample.sigma > 0.0 {
-            let marched = sample.depths.iter_mut().zip(seen).skip(first);
+            let marched = sample.depths.iter_mut().zip(seen).skip(space.marched().len().min(seen.len()));
             marched.for_each(|(depth, star)| *depth = space.depth(space.stars[*star], p));
         }
         sample

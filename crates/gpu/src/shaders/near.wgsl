@@ -25,7 +25,7 @@ fn near(state: ptr<function, State>, ray: Ray, scatterer: u32, b: f32, foot: f32
     let star = tables[STARS + scatterer].xyz;
     let start = atan((stretch.start - foot) / b);
     let end = atan((stretch.start + stretch.length - foot) / b);
-    let count = max(ceil((end - start) / PIECE), 2.0);
+    let count = clamp(ceil(max((end - start) / PIECE, growth / PIECE_DEPTH)), 2.0, MAX_PIECES);
     let width = (end - start) / count;
     var asked = 1u;
     if PHASE_KIND != ISOTROPIC {

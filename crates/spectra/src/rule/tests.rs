@@ -181,10 +181,17 @@ fn wide_pieces_are_resolved() {
     for a in [0.0, 3.0, 30.0] {
         let f = |l: f64| band.response(l) * spectrum.continuum(l) * (-a * law.k(l)).exp();
         let pieces = band.pieces(&law.breakpoints_um());
-        let truth: f64 = pieces.windows(2).map(|p| (0..64).map(|i| {
-            let end = |i: usize| p[0] + (p[1] - p[0]) * i as f64 / 64.0;
-            integrate(f, end(i), end(i + 1), 1e-13)
-        }).sum::<f64>()).sum();
+        let truth: f64 = pieces
+            .windows(2)
+            .map(|p| {
+                (0..64)
+                    .map(|i| {
+                        let end = |i: usize| p[0] + (p[1] - p[0]) * i as f64 / 64.0;
+                        integrate(f, end(i), end(i + 1), 1e-13)
+                    })
+                    .sum::<f64>()
+            })
+            .sum();
         assert!((source.measure.at(a) / truth - 1.0).abs() < 1e-8, "{a}: {}", source.measure.at(a) / truth - 1.0);
     }
 }

@@ -16,7 +16,8 @@ const PANEL_SHARE: f64 = 0.05;
 ///
 /// `integrand` gives the values of all f at a wavelength; `breaks_um` are the places where they are not smooth.
 pub fn truth_points(band: &Passband, breaks_um: &[f64], integrand: impl Fn(f64) -> Vec<f64>, accuracy: f64) -> Vec<(f64, f64)> {
-    let fine: Vec<(f64, f64)> = band.samples(breaks_um).iter().map(|(l, w)| (*l, w * band.response(*l))).filter(|(_, w)| *w > 0.0).collect();
+    let fine: Vec<(f64, f64)> =
+        band.samples(breaks_um).iter().map(|(l, w)| (*l, w * band.response(*l))).filter(|(_, w)| *w > 0.0).collect();
     let values: Vec<Vec<f64>> = fine.iter().map(|(l, _)| integrand(*l)).collect();
     let count = values.first().map_or(0, Vec::len);
     let sum = |range: std::ops::Range<usize>| {

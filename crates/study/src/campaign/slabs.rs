@@ -98,9 +98,7 @@ impl Case {
             Maker::Fixed(_) => None,
         };
         let law = Extinction::named(entry.name, r_v)?;
-        let inside = |name: &&'static str| {
-            Passband::named(name).is_ok_and(|b| law.check("x", b.support_um().0, b.support_um().1).is_ok())
-        };
+        let inside = |name: &&'static str| Passband::named(name).is_ok_and(|b| law.check("x", b.support_um().0, b.support_um().1).is_ok());
         let all: Vec<&'static str> = passband::names().into_iter().filter(inside).collect();
         let mut bands: Vec<&'static str> = (0..3).map(|_| dice.one_of(&all)).collect();
         bands.sort_unstable();
@@ -141,8 +139,7 @@ impl Case {
             _ => {
                 let strength = 1e-22;
                 let lines: Vec<(f64, f64)> = (0..3).map(|_| (pivot * (0.97 + 0.06 * dice.next()), dice.between(0.01, 1.0))).collect();
-                let rows: Vec<String> =
-                    lines.iter().map(|(l, s)| format!("{{ wavelength = \"{l} um\", strength = {s} }}")).collect();
+                let rows: Vec<String> = lines.iter().map(|(l, s)| format!("{{ wavelength = \"{l} um\", strength = {s} }}")).collect();
                 let said = format!(
                     "[[emission]]\nkind = \"lines\"\ndensity = \"box\"\nscale = \"{strength} W/m3/sr\"\nlines = [{}]\n",
                     rows.join(", ")
@@ -257,7 +254,8 @@ fn campaign(scenes: usize, control: &Control) -> Result<Findings> {
     );
     let rows = methods().filter_map(|method| {
         let own: Vec<&Outcome> = all.iter().filter(|o| o.method == method.name).collect();
-        let largest = |of: fn(&Outcome) -> (f64, f64)| own.iter().map(|o| of(o)).map(|(f, s)| (f - INTEGRAL).max(0.0) / s).fold(0.0, f64::max);
+        let largest =
+            |of: fn(&Outcome) -> (f64, f64)| own.iter().map(|o| of(o)).map(|(f, s)| (f - INTEGRAL).max(0.0) / s).fold(0.0, f64::max);
         let median = |mut values: Vec<f64>| {
             values.sort_by(f64::total_cmp);
             values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
@@ -274,7 +272,8 @@ fn campaign(scenes: usize, control: &Control) -> Result<Findings> {
             ]
         })
     });
-    let head = ["method", "bands", "stated / F(0), median", "true, median", "true / stated of F(0), largest", "of F(a), largest", "exceeded"];
+    let head =
+        ["method", "bands", "stated / F(0), median", "true, median", "true / stated of F(0), largest", "of F(a), largest", "exceeded"];
     text += &table(&head, &rows.collect::<Vec<_>>());
     all.sort_by(|a, b| b.excess().total_cmp(&a.excess()));
     let _ = writeln!(text, "The closest to their bounds:\n");
@@ -293,8 +292,7 @@ mod tests {
     /// Some hundred scenes of the campaign, every method among them: no bound is exceeded, and a bound of a tenth would be.
     #[test]
     fn no_bound_is_exceeded() {
-        let all: Vec<Outcome> =
-            (0..240).into_par_iter().filter_map(|n| outcomes(n, &Control::default()).unwrap()).flatten().collect();
+        let all: Vec<Outcome> = (0..240).into_par_iter().filter_map(|n| outcomes(n, &Control::default()).unwrap()).flatten().collect();
         assert!(all.len() > 300 && methods().filter(|m| m.name != "sampled").all(|m| all.iter().any(|o| o.method == m.name)));
         let exceeded = all.iter().filter(|o| o.excess() > 1.0);
         let words: Vec<String> = exceeded.map(|o| format!("{} {}: {:?} {:?}", o.method, o.what, o.absolute, o.relative)).collect();

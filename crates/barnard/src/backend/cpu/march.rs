@@ -165,9 +165,9 @@ impl<'a> March<'a> {
         for (i, span) in spans.into_iter().enumerate() {
             state.final_span = i == last && self.tables.weights.background.is_none();
             let length = |lane: usize| span.1[lane] - span.0[lane];
-            let longest = (0..LANES).map(length).fold(0.0, f64::max);
-            if longest > 0.0 {
-                let steps = self.plan.stepping.steps(longest, self.voxel_pc);
+            if (0..LANES).map(length).fold(0.0, f64::max) > 0.0 {
+                let steps = |lane: usize| self.plan.stepping.steps(length(lane), self.plan.space.voxel_along(rays[lane].direction));
+                let steps = (0..LANES).filter(|lane| length(*lane) > 0.0).map(steps).max().unwrap_or(1);
                 state.dt = lanes(|lane| (length(lane) / steps as f64) as f32);
                 state.span = span;
                 march_span(self, &mut state, steps);
@@ -293,14 +293,23 @@ impl<'a> March<'a> {
         for lane in (0..LANES).filter(|lane| close[*lane]) {
             let at = |steps: f32| state.span.0[lane] + f64::from(steps) * f64::from(state.dt[lane]);
             let depth = (f64::from(state.tau[lane]), f64::from(growth[lane]));
-            near::pieces(&self.plan.space, phase_angle, star, &state.rays[lane], (at(stretch.start), at(stretch.end())), depth, |piece| {
-                let phase = self.phase_entry(piece.cosine as f32, (1.0 - piece.cosine * piece.cosine) as f32);
-                for term in 0..self.tables.weights.band_of.len() {
-                    let weight = self.phase_weight(scatterer, term, phase);
-                    let decay = self.tables.terms.at(scatterer.light, (&state.drawn, lane), term, piece.depth as f32);
-                    state.sum[term][lane] += piece.scattering as f32 * weight * decay;
-                }
-            });
+            near::pieces(
+                &self.plan.space,
+                phase_angle,
+                star,
+                &state.rays[lane],
+                (at(stretch.start), at(stretch.end())),
+                depth,
+                1.0,
+                |piece| {
+                    let phase = self.phase_entry(piece.cosine as f32, (1.0 - piece.cosine * piece.cosine) as f32);
+                    for term in 0..self.tables.weights.band_of.len() {
+                        let weight = self.phase_weight(scatterer, term, phase);
+                        let decay = self.tables.terms.at(scatterer.light, (&state.drawn, lane), term, piece.depth as f32);
+                        state.sum[term][lane] += piece.scattering as f32 * weight * decay;
+                    }
+                },
+            );
         }
     }
 

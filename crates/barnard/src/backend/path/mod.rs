@@ -22,8 +22,8 @@ use crate::control::{Control, Stage};
 use crate::counter::Counter;
 use crate::error::Result;
 use crate::image::{Band, ERROR_SUFFIX, Image, Samples};
-use crate::light::lights;
 use crate::keywords;
+use crate::light::lights;
 use crate::plan::describe;
 use crate::scene::{MANY_BOUNCES, Scene};
 use tracer::Tracer;
@@ -129,7 +129,8 @@ pub fn image(scene: &Scene, film: &Film, options: &Options) -> Result<Image> {
     super::reference::draw_points(scene, super::reference::DEFAULT_ACCURACY, |i, value| data[i] += value)?;
     data.extend(film.estimates.iter().map(|e| if e.error().is_finite() { e.error() } else { 0.0 }));
     let mut image = describe(scene, Samples::Double(data));
-    let errors: Vec<Band> = image.bands.iter().map(|b| Band { name: format!("{}{ERROR_SUFFIX}", b.name), keywords: Vec::new(), ..b.clone() }).collect();
+    let errors: Vec<Band> =
+        image.bands.iter().map(|b| Band { name: format!("{}{ERROR_SUFFIX}", b.name), keywords: Vec::new(), ..b.clone() }).collect();
     image.bands.extend(errors);
     image.notes.push((
         "backend".into(),

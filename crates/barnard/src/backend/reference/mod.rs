@@ -112,7 +112,9 @@ impl<'a> Truth<'a> {
             let integrand = |lambda: f64| -> Vec<f64> {
                 let phases = PHASES.map(|cosine| scene.dust.as_ref().map_or(1.0, |d| d.phase.at(cosine, lambda)));
                 let decays = DEPTHS.map(|a| (-a * law.k(lambda)).exp());
-                sent(lambda).flat_map(|w| decays.iter().map(move |d| w * d).chain(phases.iter().map(move |p| w * p)).collect::<Vec<_>>()).collect()
+                sent(lambda)
+                    .flat_map(|w| decays.iter().map(move |d| w * d).chain(phases.iter().map(move |p| w * p)).collect::<Vec<_>>())
+                    .collect()
             };
             // λ may take a tenth of the allowed error.
             for (lambda_um, response) in truth_points(passband, &breaks, integrand, 0.1 * accuracy) {

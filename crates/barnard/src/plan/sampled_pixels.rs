@@ -1,0 +1,176 @@
+//! Pixels that stand for a picture: where its error is measured.
+//!
+//! A stratified sample. Every pixel at and around a star is one of its own, since light there grows as the inverse of the distance and one pixel may hold most of the error; the
+//! others are parted into cells, each of which is stood for by its middle, the brightest by nine pixels; and pixels along the edges of the dust's box, where star depths
+//! have kinks, are added. Pixels are looked at where the picture is made, in their middles: a ray between two of them may come nearer to a star than any that is rendered.
+
+use std::collections::HashSet;
+
+use rayon::prelude::*;
+
+use super::Space;
+use crate::camera::Camera;
+
+/// A pixel and how many it stands for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct SampledPixel {
+    pub(super) column: usize,
+    pub(super) row: usize,
+    pub(super) stands_for: f64,
+}
+
+/// Cells along each edge of the image.
+const EDGE: usize = 10;
+/// Pixels on each edge of the dust's box.
+const ON_EDGE: usize = 3;
+/// Most stars that get pixels of their own.
+const STARS: usize = 16;
+/// Pixels along an edge of those around a star: of many stars, and of so few.
+const AROUND: (usize, usize) = (3, 7);
+const FEW_STARS: usize = 4;
+/// The brightest cells, which are looked at in nine pixels each.
+const BRIGHT: usize = 6;
+/// Images of no more pixels are taken whole.
+const SMALL: usize = 400;
+
+/// The sample of a camera's picture; `look` tells the light of a pixel in every band.
+pub(super) fn sampled(camera: &Camera, space: &Space, look: impl Fn(usize, usize) -> Vec<f64> + Sync) -> Vec<SampledPixel> {
+    let (width, height) = (camera.width, camera.height);
+    if width * height <= SMALL {
+        let all = (0..width * height).map(|i| SampledPixel { column: i % width, row: i / width, stands_for: 1.0 });
+        return all.collect();
+    }
+    let near = around_stars(camera, space);
+    let mut pixels: Vec<SampledPixel> =
+        near.iter().map(|(column, row)| SampledPixel { column: *column, row: *row, stands_for: 1.0 }).collect();
+    pixels.sort_by_key(|p| (p.row, p.column));
+    let cells = Cells { width, height };
+    let middle = |cell: usize| {
+        let (column, row) = cells.middle(cell);
+        look(column, row)
+    };
+    let light: Vec<Vec<f64>> = (0..EDGE * EDGE).into_par_iter().map(middle).collect();
+    let bands = light.first().map_or(0, Vec::len);
+    let most: Vec<f64> = (0..bands).map(|b| light.iter().map(|l| l[b]).fold(f64::MIN_POSITIVE, f64::max)).collect();
+    let bright = |cell: usize| light[cell].iter().zip(&most).map(|(l, m)| l / m).fold(0.0, f64::max);
+    let mut order: Vec<usize> = (0..EDGE * EDGE).collect();
+    order.sort_by(|a, b| bright(*b).total_cmp(&bright(*a)));
+    for (i, cell) in order.into_iter().enumerate() {
+        let mut own = if i < BRIGHT { cells.ninths(cell) } else { vec![cells.middle(cell)] };
+        own.retain(|pixel| !near.contains(pixel));
+        let rest: Vec<(usize, usize)> = cells.pixels(cell).filter(|pixel| !near.contains(pixel)).collect();
+        if own.is_empty() {
+            own.extend(rest.first());
+        }
+        let stands_for = rest.len() as f64 / own.len().max(1) as f64;
+        pixels.extend(own.into_iter().map(|(column, row)| SampledPixel { column, row, stands_for }));
+    }
+    pixels.extend(on_edges(camera, space).filter(|p| !near.contains(&(p.column, p.row))));
+    pixels
+}
+
+/// The pixel at a place of the image plane, if it is one.
+fn pixel_at(camera: &Camera, (column, row): (f64, f64)) -> Option<(usize, usize)> {
+    let inside = (0.0..camera.width as f64).contains(&column) && (0.0..camera.height as f64).contains(&row);
+    inside.then_some((column as usize, row as usize))
+}
+
+/// The pixels in which stars stand, and those around them.
+fn around_stars(camera: &Camera, space: &Space) -> HashSet<(usize, usize)> {
+    let around = if space.stars.len() <= FEW_STARS { AROUND.1 } else { AROUND.0 };
+    let half = (around / 2) as f64;
+    let places = space.stars.iter().take(STARS).filter_map(|star| camera.project(*star));
+    let square = |(column, row): (f64, f64)| {
+        (0..around * around).map(move |i| (column + (i % around) as f64 - half, row + (i / around) as f64 - half))
+    };
+    places.flat_map(square).filter_map(|place| pixel_at(camera, place)).collect()
+}
+
+/// Pixels along the edges of the dust's box, each for those that its part of an edge crosses.
+fn on_edges(camera: &Camera, space: &Space) -> impl Iterator<Item = SampledPixel> {
+    let even = (camera.width * camera.height) as f64 / (EDGE * EDGE) as f64;
+    let bounds = space.dust.as_ref().map(|d| d.lattice.bounds);
+    let mut pixels = Vec::new();
+    for (axis, corner) in (0..12).map(|i| (i / 4, i % 4)) {
+        let Some(bounds) = bounds else { break };
+        let place = |part: f64| {
+            let mut unit = [0.0; 3];
+            unit[axis] = part;
+            unit[(axis + 1) % 3] = f64::from(corner as u32 & 1);
+            unit[(axis + 2) % 3] = f64::from(corner as u32 >> 1);
+            camera.project(bounds.low + glam::DVec3::from(unit) * bounds.size())
+        };
+        let (Some(a), Some(b)) = (place(0.0), place(1.0)) else { continue };
+        let stands_for = ((a.0 - b.0).hypot(a.1 - b.1) / ON_EDGE as f64).max(1.0).min(even);
+        let parts = (0..ON_EDGE).map(|i| (i as f64 + 0.5) / ON_EDGE as f64);
+        let crossed = parts.filter_map(place).filter_map(|at| pixel_at(camera, at));
+        pixels.extend(crossed.map(|(column, row)| SampledPixel { column, row, stands_for }));
+    }
+    pixels.into_iter()
+}
+
+/// The cells of an image.
+struct Cells {
+    width: usize,
+    height: usize,
+}
+
+impl Cells {
+    /// The columns and the rows of a cell; none of an image that has fewer than cells.
+    fn ranges(&self, cell: usize) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
+        let range = |n: usize, i: usize| n * i / EDGE..n * (i + 1) / EDGE;
+        (range(self.width, cell % EDGE), range(self.height, cell / EDGE))
+    }
+
+    fn pixels(&self, cell: usize) -> impl Iterator<Item = (usize, usize)> {
+        let (columns, rows) = self.ranges(cell);
+        rows.flat_map(move |row| columns.clone().map(move |column| (column, row)))
+    }
+
+    fn middle(&self, cell: usize) -> (usize, usize) {
+        let (columns, rows) = self.ranges(cell);
+        ((columns.start + columns.end) / 2, (rows.start + rows.end) / 2)
+    }
+
+    /// The middles of the cell's nine parts.
+    fn ninths(&self, cell: usize) -> Vec<(usize, usize)> {
+        let (columns, rows) = self.ranges(cell);
+        let at = |range: &std::ops::Range<usize>, i: usize| range.start + (range.end - range.start) * (2 * i + 1) / 6;
+        let mut pixels: Vec<(usize, usize)> = (0..9).map(|i| (at(&columns, i % 3), at(&rows, i / 3))).collect();
+        pixels.sort_unstable();
+        pixels.dedup();
+        pixels
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::Control;
+    use crate::plan::{Options, Plan};
+    use crate::scene::{DEFAULT_MEMORY, Loader, Scene};
+
+    /// The sample stands for every pixel once: the mean of a smooth picture is that of the sample, also where a star stands.
+    #[test]
+    fn every_pixel_is_stood_for() {
+        for (width, height) in [(64, 48), (200, 31), (21, 20), (500, 7)] {
+            let text = format!(
+                "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"10 deg\"\nsize = [{width}, {height}]\n\
+                 [field.ball]\nkind = \"sphere\"\nradius = \"9 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"0.1 /pc\"\nlaw = \"ccm89\"\n\
+                 [[star]]\nkind = \"blackbody\"\nposition = \"0.1 0 0 pc\"\ntemperature = \"9000 K\"\nluminosity = \"1 Lsun\"\n[method]\nbake = 8\n"
+            );
+            let scene = Scene::parse("test.toml", "test", text, &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap();
+            let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
+            let plan = Plan::sampled(&scene, &options, 8, &Control::default()).unwrap();
+            let picture = |column: usize, row: usize| (0.05 * column as f64).sin() + 0.03 * row as f64 + 2.0;
+            let sample = sampled(&scene.camera, &plan.space, |column, row| vec![picture(column, row)]);
+            let all: f64 = sample.iter().map(|p| p.stands_for).sum();
+            assert!((all - (width * height) as f64).abs() < 1e-9, "{width} x {height}: {all}");
+            let mean = sample.iter().map(|p| p.stands_for * picture(p.column, p.row)).sum::<f64>() / all;
+            let truth = (0..width * height).map(|i| picture(i % width, i / width)).sum::<f64>() / all;
+            assert!((mean / truth - 1.0).abs() < 0.02, "{width} x {height}: {mean} {truth}");
+            let distinct: HashSet<(usize, usize)> = sample.iter().map(|p| (p.column, p.row)).collect();
+            assert!(distinct.len() == sample.len() && sample.len() >= 49);
+        }
+    }
+}
