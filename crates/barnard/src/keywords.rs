@@ -56,8 +56,7 @@ pub fn integer(name: &'static str, value: usize, comment: &'static str) -> Keywo
 /// What a scene says of any picture of it: name, digest, camera and dust.
 pub fn of_scene(scene: &Scene) -> Vec<Keyword> {
     let camera = &scene.camera;
-    let mut keywords =
-        vec![text("OBJECT", &*scene.name, "name of the scene"), text("SCENESHA", scene.digest(), "SHA-256 of the scene's text")];
+    let mut keywords = vec![text("OBJECT", &*scene.name, "name of the scene"), text("SCENESHA", scene.digest(), "SHA-256")];
     let (projection, field) = match camera.projection {
         Projection::Perspective { half_width } => {
             ("perspective", number("CAMFOV", 2.0 * half_width.atan().to_degrees(), "[deg] horizontal field of view"))
@@ -96,7 +95,6 @@ pub fn of_passband(band: &Passband) -> Vec<Keyword> {
     let zero = |system: MagnitudeSystem| zero_point(band, system).map_or(f64::NAN, |flux| 2.5 * flux.log10());
     let rows = [
         ("PHOTPLAM", band.pivot().0 * ANGSTROMS, "[Angstrom] pivot wavelength"),
-        ("PHOTBW", width, "[Angstrom] integral of the response R"),
         ("PHOTFLAM", 1.0 / width, "[Angstrom-1] band radiance to mean F_lambda"),
         ("ZPVEGA", zero(MagnitudeSystem::Vega), "[mag] Vega magnitude of a flux of 1 W m-2"),
         ("ZPAB", zero(MagnitudeSystem::Ab), "[mag] AB magnitude of a flux of 1 W m-2"),

@@ -91,7 +91,7 @@ macro_rules! quantity {
         impl std::fmt::Display for $type {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 let (unit, size) = Self::UNITS[0];
-                write!(f, "{} {unit}", rounded(self.0 / size))
+                write!(f, "{} {unit}", short(rounded(self.0 / size)))
             }
         }
     };
@@ -100,6 +100,11 @@ macro_rules! quantity {
 /// Twelve significant digits: enough for any input, few enough to hide the conversion's last bit.
 fn rounded(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
+}
+
+/// A number in all its digits, or with an exponent where those would be mostly zeros.
+pub fn short(value: f64) -> String {
+    if value == 0.0 || (1e-6..1e16).contains(&value.abs()) { value.to_string() } else { format!("{value:e}") }
 }
 
 const CM: f64 = 0.01 / PARSEC;
@@ -235,6 +240,7 @@ mod tests {
         assert_eq!("6563 Å".parse::<Wavelength>().unwrap().to_string(), "656.3 nm");
         assert_eq!("39000 K".parse::<Temperature>().unwrap().to_string(), "39000 K");
         assert_eq!("0.4 pc".parse::<Length>().unwrap().to_string(), "0.4 pc");
+        assert_eq!("1e250 pc".parse::<Length>().unwrap().to_string(), "1e250 pc");
         assert_eq!("5 mag".parse::<Magnitude>().unwrap().0, 5.0);
         assert_eq!("-1.5e2 mag".parse::<Magnitude>().unwrap().0, -150.0);
         assert!(("1e-25 erg/s/cm3/sr".parse::<Emissivity>().unwrap().0 - 1e-26).abs() < 1e-40);

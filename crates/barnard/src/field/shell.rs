@@ -24,9 +24,20 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
         let centre = section.position("centre")?.unwrap_or(DVec3::ZERO);
         let radius = section.need_positive::<Length>("radius")?.0;
         let thickness = section.need_positive::<Length>("thickness")?.0;
+        if thickness < THINNEST * radius {
+            let message = format!(
+                "a wall thinner than {THINNEST:e} of its radius cannot be resolved; a {} of radius asks for {} at least",
+                Length(radius),
+                Length(THINNEST * radius)
+            );
+            return Err(section.error("thickness", message));
+        }
         Ok(Arc::new(Shell { centre, radius, thickness }))
     },
 };
+
+/// The thinnest wall, in parts of its radius.
+const THINNEST: f64 = 1e-4;
 
 #[derive(Debug)]
 struct Shell {

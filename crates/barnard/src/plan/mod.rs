@@ -200,6 +200,7 @@ impl Plan {
         };
         space.check_stars(scene)?;
         let spectral = pilot::spectral(scene, &lights, &space, options, control)?;
+        spectral.check_strength(&lights)?;
         let mut draft = Draft::new(scene, lights, space, spectral, options, control)?;
         let stepping = match draft.star_march {
             // Nothing is baked that a step could be wrong about.

@@ -137,7 +137,11 @@ pub fn choose(
         space.refine_stars(factor, options, control)?;
     }
     // What a ray leaves behind where it ends early is beside what the pilots, who go on, have found.
-    let early = if spectral.bands.iter().any(|b| b.nodes().is_some()) { f64::from(END_SHARE) * spectral.accuracy } else { 0.0 };
+    let early = if space.occupied.is_some() && spectral.bands.iter().any(|b| b.nodes().is_some()) {
+        f64::from(END_SHARE) * spectral.accuracy
+    } else {
+        0.0
+    };
     space.spatial = Some(Spatial { stepping, error: error + early, sampling, rays: pilots.len() });
     Ok(stepping)
 }

@@ -1,7 +1,7 @@
 //! Pixels that stand for a picture: where its error is measured.
 //!
 //! A stratified sample. Every pixel at and around a star is one of its own, since light there grows as the inverse of the distance and one pixel may hold most of the error; the
-//! others are parted into cells, each of which is stood for by its middle, the brightest by nine pixels; and pixels along the edges of the dust's box, where star depths
+//! others are parted into cells, each of which is stood for by its middle, the brightest, and where functions jump the most contrasted, by nine pixels; and pixels along the edges of the dust's box, where star depths
 //! have kinks, are added. Pixels are looked at where the picture is made, in their middles: a ray between two of them may come nearer to a star than any that is rendered.
 
 use std::collections::HashSet;
@@ -30,6 +30,8 @@ const AROUND: (usize, usize) = (3, 7);
 const FEW_STARS: usize = 4;
 /// The brightest cells, which are looked at in nine pixels each.
 const BRIGHT: usize = 6;
+/// And where functions jump, as many cells as differ most from those beside them: there are the rims, which hold the error of samples.
+const CONTRASTED: usize = 40;
 /// Images of no more pixels are taken whole.
 const SMALL: usize = 400;
 
@@ -55,8 +57,14 @@ pub(super) fn sampled(camera: &Camera, space: &Space, look: impl Fn(usize, usize
     let bright = |cell: usize| light[cell].iter().zip(&most).map(|(l, m)| l / m).fold(0.0, f64::max);
     let mut order: Vec<usize> = (0..EDGE * EDGE).collect();
     order.sort_by(|a, b| bright(*b).total_cmp(&bright(*a)));
-    for (i, cell) in order.into_iter().enumerate() {
-        let mut own = if i < BRIGHT { cells.ninths(cell) } else { vec![cells.middle(cell)] };
+    let mut looked_at: HashSet<usize> = order.iter().copied().take(BRIGHT).collect();
+    if space.has_edges() {
+        let contrast = |cell: usize| cells.neighbours(cell).map(|other| (bright(cell) - bright(other)).abs()).fold(0.0, f64::max);
+        order.sort_by(|a, b| contrast(*b).total_cmp(&contrast(*a)));
+        looked_at.extend(order.iter().take(CONTRASTED));
+    }
+    for cell in 0..EDGE * EDGE {
+        let mut own = if looked_at.contains(&cell) { cells.ninths(cell) } else { vec![cells.middle(cell)] };
         own.retain(|pixel| !near.contains(pixel));
         let rest: Vec<(usize, usize)> = cells.pixels(cell).filter(|pixel| !near.contains(pixel)).collect();
         if own.is_empty() {
@@ -130,6 +138,16 @@ impl Cells {
     fn middle(&self, cell: usize) -> (usize, usize) {
         let (columns, rows) = self.ranges(cell);
         ((columns.start + columns.end) / 2, (rows.start + rows.end) / 2)
+    }
+
+    /// The cells beside a cell.
+    fn neighbours(&self, cell: usize) -> impl Iterator<Item = usize> {
+        let (column, row) = (cell % EDGE, cell / EDGE);
+        let left = column.checked_sub(1).map(|c| row * EDGE + c);
+        let right = (column + 1 < EDGE).then_some(cell + 1);
+        let above = row.checked_sub(1).map(|r| r * EDGE + column);
+        let below = (row + 1 < EDGE).then_some(cell + EDGE);
+        [left, right, above, below].into_iter().flatten()
     }
 
     /// The middles of the cell's nine parts.

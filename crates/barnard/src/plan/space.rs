@@ -286,6 +286,11 @@ impl Space {
         self.dust.is_some() && self.densities.first().is_some_and(|field| field.grid().is_none())
     }
 
+    /// Whether a density is a function that jumps.
+    pub fn has_edges(&self) -> bool {
+        self.densities.iter().any(|field| field.has_edges())
+    }
+
     /// Voxels along the longest edge of the function that is sampled most coarsely; none where nothing is sampled.
     pub fn sampled_edge(&self) -> Option<usize> {
         let grids = self.dust.iter().map(|d| &**d).chain(&self.emission);

@@ -8,7 +8,7 @@ use spectra::rule::{BandProblem, BandRule, Form, Node, Source};
 
 use super::{Crowd, Options};
 use crate::control::Control;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::light::{Light, Path, factor, law};
 use crate::phase::Phase;
 use crate::scene::Scene;
@@ -92,6 +92,9 @@ impl PhaseTable {
     }
 }
 
+/// The strongest light through a band [W m⁻² at 1 pc, or its own unit]: 1/r² beside a star and columns of gas may make a billion times more of it.
+const STRONGEST: f64 = 1e28;
+
 /// Angles at which the certificate must hold beside the mean.
 const CERTIFIED_COSINES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const MAX_PHASE_ENTRIES: usize = 4096;
@@ -144,6 +147,26 @@ impl Spectral {
             phase_angle: anisotropic.as_ref().map_or(f64::INFINITY, |p| phase_angle(&**p, pivot, method.accuracy)),
             phase_at_pivot: anisotropic.map(|p| (p, pivot)),
         })
+    }
+
+    /// Refuses light that single precision cannot hold, before a ray is marched.
+    ///
+    /// # Errors
+    /// Names the light and the band.
+    pub fn check_strength(&self, lights: &[Light]) -> Result<()> {
+        for band in &self.bands {
+            for (light, source) in lights.iter().zip(&band.sources) {
+                let total = source.measure.total();
+                if !(total < STRONGEST) {
+                    return Err(Error::Render(format!(
+                        "{} sends {total:.1e} W m-2 through band {}, more than the {STRONGEST:.0e} that single precision leaves room for; check the unit of its brightness",
+                        light.name,
+                        band.band.name()
+                    )));
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Nodes of all bands, or bands of a lookup.

@@ -48,7 +48,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[field.NAME]",
         path: "field.*",
-        text: "Named scalar fields. Expressions elsewhere use them by name, so products, sums and masks are written as formulas (below). An expression that uses a grid lives on the finest such grid's voxels.",
+        text: "Named scalar fields. Expressions elsewhere use them by name, so products, sums and masks are written as formulas (below). An expression that uses grids lives in the voxels of the finest of them, over the box in which it can be other than zero: a sum of nested grids holds all of them.",
         keys: &[],
         kinds: || kinds(field::KINDS),
         catalogues: &[],

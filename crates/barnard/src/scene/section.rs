@@ -4,7 +4,7 @@ use std::ops::{Range, RangeInclusive};
 
 use glam::DVec3;
 use spectra::error::nearest;
-use spectra::units::{Length, Quantity};
+use spectra::units::{Length, Quantity, short};
 use toml_edit::{Item, TableLike, Value};
 
 use crate::error::{Error, Result};
@@ -193,7 +193,7 @@ impl<'a> Section<'a> {
         let Some(value) = self.table.get(key) else { return Ok(None) };
         let number = value.as_float().or_else(|| value.as_integer().map(|i| i as f64)).ok_or_else(|| self.wrong(key, "a number"))?;
         if !range.contains(&number) {
-            return Err(self.error(key, format!("{number} lies outside of {:e} to {:e}", range.start(), range.end())));
+            return Err(self.error(key, format!("{} lies outside of {:e} to {:e}", short(number), range.start(), range.end())));
         }
         Ok(Some(number))
     }

@@ -26,13 +26,23 @@ pub struct Star {
     pub visible: bool,
 }
 
+/// Temperatures of black bodies whose light has a number at every wavelength that a passband may have [K].
+const TEMPERATURES: std::ops::RangeInclusive<f64> = 1.0..=1e9;
+
 /// Shapes of spectra.
 pub(super) const SPECTRA: &[Kind<StarShape>] = &[
     Kind {
         name: "blackbody",
         summary: "Planck function of a temperature",
         keys: &[Key::required("temperature", "temperature", "effective temperature")],
-        build: |section, _| Ok(StarShape::BlackBody(section.need_positive::<Temperature>("temperature")?)),
+        build: |section, _| {
+            let temperature = section.need_positive::<Temperature>("temperature")?;
+            if !TEMPERATURES.contains(&temperature.0) {
+                let message = format!("{temperature} lies outside of {:e} to {:e} K", TEMPERATURES.start(), TEMPERATURES.end());
+                return Err(section.error("temperature", message));
+            }
+            Ok(StarShape::BlackBody(temperature))
+        },
     },
     Kind {
         name: "stellar",

@@ -21,6 +21,7 @@ impl Check {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let (scene, options) = self.scene.load()?;
         describe(&scene);
+        describe_bounces(&scene);
         let plan = Plan::new(&scene, &options, &progress::control()?)?;
         describe_plan(&plan);
         say!("ok");
@@ -61,6 +62,18 @@ fn describe(scene: &Scene) {
             high * 1e3,
             band.counting().name()
         );
+    }
+}
+
+/// What one scattering leaves out, or which back ends know more.
+fn describe_bounces(scene: &Scene) {
+    let scatters = scene.dust.is_some() && !(scene.stars.is_empty() && scene.emission.is_empty() && scene.background.spectrum.is_none());
+    match scene.method.bounces {
+        _ if !scatters => {}
+        1 => say!(
+            "bounces   1, the default: light that scatters more often is left out, a third of a nebula's light in clouds of depth 1 and more; --bounces 1000 has all of it"
+        ),
+        many => say!("bounces   at most {many}, by cpu, gpu, auto and path; reference scatters light once and refuses more"),
     }
 }
 

@@ -43,6 +43,8 @@ pub struct Notice {
     pub words: String,
     /// Whether something went wrong.
     pub error: bool,
+    /// When it was first shown [s of the window's clock].
+    pub since: Option<f64>,
 }
 
 /// The whole window.
@@ -110,12 +112,12 @@ impl App {
 
     /// Tells the user of an error.
     pub fn complain(&mut self, error: impl std::fmt::Display) {
-        self.notice = Some(Notice { words: error.to_string(), error: true });
+        self.notice = Some(Notice { words: error.to_string(), error: true, since: None });
     }
 
     /// Tells the user something.
     pub fn tell(&mut self, words: impl Into<String>) {
-        self.notice = Some(Notice { words: words.into(), error: false });
+        self.notice = Some(Notice { words: words.into(), error: false, since: None });
     }
 
     /// Whether the last picture is that of `barnard render`, of all that was asked for.

@@ -75,7 +75,13 @@ pub fn menu(ui: &mut Ui, app: &mut App) {
                 ui.checkbox(&mut app.layout.picture, "Picture panel");
                 ui.horizontal(|ui| {
                     ui.label("Theme");
-                    egui::widgets::global_theme_preference_buttons(ui);
+                    // Words: the embedded font has no sun and no moon.
+                    let mut theme = ui.ctx().options(|o| o.theme_preference);
+                    for (preference, name) in THEMES {
+                        if ui.selectable_value(&mut theme, preference, name).changed() {
+                            ui.ctx().set_theme(theme);
+                        }
+                    }
                 });
             });
             if ui.button("Keys").on_hover_text("what mouse and keys do (F1)").clicked() {
@@ -124,8 +130,23 @@ fn file_menu(ui: &mut Ui, app: &mut App) {
     }
 }
 
-/// One line below: what is to be told, or how the picture came about.
+/// What the window may look like.
+const THEMES: [(egui::ThemePreference, &str); 3] =
+    [(egui::ThemePreference::System, "system"), (egui::ThemePreference::Dark, "dark"), (egui::ThemePreference::Light, "light")];
+
+/// How long a message stays that is no error [s].
+const NOTICE_SECONDS: f64 = 8.0;
+
+/// One line below: what is to be told, for a while where it is no error, or how the picture came about.
 pub fn status(ui: &mut Ui, app: &mut App) {
+    let now = ui.input(|i| i.time);
+    if let Some(notice) = app.notice.as_mut().filter(|notice| !notice.error) {
+        let left = notice.since.get_or_insert(now).to_owned() + NOTICE_SECONDS - now;
+        match left > 0.0 {
+            true => ui.ctx().request_repaint_after_secs(left as f32),
+            false => app.notice = None,
+        }
+    }
     Panel::bottom("status").show(ui, |ui| {
         ui.horizontal_wrapped(|ui| match &app.notice {
             Some(notice) => {
