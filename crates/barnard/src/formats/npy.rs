@@ -262,11 +262,16 @@ mod tests {
         let first = 30 + "sums.npy".len() + usize::from(whole[28]);
         let directory = whole.windows(4).rposition(|w| w == b"PK\x01\x02").unwrap();
         assert!(directory > first + 100);
+        let mut seen = 0;
         for byte in first..directory {
             let mut damaged = whole.clone();
             damaged[byte] ^= 4;
-            // The last bits of a compressed stream may mean nothing.
-            assert!(doubles(&damaged).map_or(true, |read| read.1 == values && byte + 2 > directory), "{byte}");
+            // Some bits mean nothing, such as those of a length that the directory has as well; then the values are those that were written.
+            match doubles(&damaged) {
+                Ok(read) => assert_eq!(read.1, values, "{byte}"),
+                Err(_) => seen += 1,
+            }
         }
+        assert!(seen > (directory - first) / 2, "{seen} of {}", directory - first);
     }
 }

@@ -67,6 +67,9 @@ pub(super) fn sampled(camera: &Camera, space: &Space, look: impl Fn(usize, usize
         let mut own = if looked_at.contains(&cell) { cells.ninths(cell) } else { vec![cells.middle(cell)] };
         own.retain(|pixel| !near.contains(pixel));
         let rest: Vec<(usize, usize)> = cells.pixels(cell).filter(|pixel| !near.contains(pixel)).collect();
+        if rest.is_empty() {
+            continue;
+        }
         if own.is_empty() {
             own.extend(rest.first());
         }
@@ -174,7 +177,7 @@ mod tests {
         for (width, height) in [(64, 48), (200, 31), (21, 20), (500, 7)] {
             let text = format!(
                 "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"10 deg\"\nsize = [{width}, {height}]\n\
-                 [field.ball]\nkind = \"sphere\"\nradius = \"9 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"0.1 /pc\"\nlaw = \"ccm89\"\n\
+                 [field.ball]\nkind = \"sphere\"\nradius = \"9 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"0.1 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.5\n\
                  [[star]]\nkind = \"blackbody\"\nposition = \"0.1 0 0 pc\"\ntemperature = \"9000 K\"\nluminosity = \"1 Lsun\"\n[method]\nbake = 8\n"
             );
             let scene = Scene::parse("test.toml", "test", text, &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap();
