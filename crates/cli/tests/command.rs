@@ -475,8 +475,11 @@ fn inputs_are_not_overwritten() {
 fn numbers_past_single_precision_are_refused() {
     let desk = Desk::new();
     desk.with("\"2 mag/pc\"", "\"1e60 mag/pc\"").refuses_scene(&["dust"]);
-    desk.with("[[star]]", "[background]\nkind = \"power_law\"\nexponent = 0\nradiance = \"1e60 W/m2/sr/nm\"\n[[star]]")
-        .refuses_scene(&["background", "single precision", "unit of its brightness"]);
+    desk.with("[[star]]", "[background]\nkind = \"power_law\"\nexponent = 0\nradiance = \"1e60 W/m2/sr/nm\"\n[[star]]").refuses_scene(&[
+        "background",
+        "single precision",
+        "unit of its brightness",
+    ]);
     desk.with("low = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"", "voxel = \"1e50 pc\"").refuses_scene(&["voxel", "longer"]);
 }
 

@@ -18,6 +18,15 @@ pub struct NearPiece {
     pub cosine: f64,
 }
 
+/// How finely the neighbourhood of a star is looked at.
+#[derive(Debug, Clone, Copy)]
+pub struct Resolution {
+    /// The widest angle over which the phase function changes but little [rad].
+    pub phase_angle: f64,
+    /// How many times as many pieces as back ends take.
+    pub fineness: f64,
+}
+
 /// Widest angle of a piece [rad].
 pub const PIECE: f64 = 0.12;
 /// By how much the optical depth at V along a ray may grow in one: from the eye and from the star it changes by up to twice that, which a midpoint takes for none.
@@ -63,19 +72,18 @@ pub fn phases(angle: f64, phase_angle: f64) -> usize {
     ((angle / phase_angle).ceil() as usize).clamp(1, MAX_PHASES)
 }
 
-/// The pieces of [`from`, `to`] on `ray`, along which τ grows from `tau` by `growth`, split where the phase function changes within one; `fineness` times as many as
-/// back ends take.
+/// The pieces of [`from`, `to`] on `ray`, along which τ grows from `tau` by `growth`, split where the phase function changes within one.
 pub fn pieces(
     space: &Space,
-    phase_angle: f64,
+    resolution: Resolution,
     star: DVec3,
     ray: &Ray,
     (from, to): (f64, f64),
     (tau, growth): (f64, f64),
-    fineness: f64,
     mut visit: impl FnMut(NearPiece),
 ) {
     let Some(dust) = &space.dust else { return };
+    let Resolution { phase_angle, fineness } = resolution;
     let foot = (star - ray.origin).dot(ray.direction);
     let b = (star - ray.at(foot)).length().max(CLOSEST);
     let (start, end) = (((from - foot) / b).atan(), ((to - foot) / b).atan());

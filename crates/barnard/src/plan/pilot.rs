@@ -7,8 +7,8 @@
 use rayon::prelude::*;
 use spectra::rule::{Measure, mean_transmittance};
 
+use super::bake::{MAX_BAKE, MIN_BAKE};
 use super::sampled_pixels;
-use super::space::{MAX_BAKE, MIN_BAKE};
 use super::walk::{Eye, walk};
 use super::{END_SHARE, LightField, Options, Space, Spectral, Stepping};
 use crate::control::Control;

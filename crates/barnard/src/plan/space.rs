@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::bake::baked;
 use super::crowd::{self, Crowd};
 use super::volume::{Channel, MAX_CHANNELS, Volume, scaled};
 use super::{Bricks, Options, Spatial, star_depth};
@@ -15,10 +16,6 @@ use crate::formats::check_memory;
 use crate::geometry::{Bounds, Ray};
 use crate::scene::Scene;
 
-/// The most voxels along an edge of a function that is sampled without being told how finely.
-pub const MAX_BAKE: usize = 256;
-/// And fewest.
-pub const MIN_BAKE: usize = 32;
 /// Depth at V that no light of any wavelength comes through, from an eye through all dust to a star.
 const DEEPEST: f64 = 10.0 * star_depth::OPAQUE;
 /// Depth at V of a star's own voxel of which no visible light comes out: e^(−80) is below the smallest f32 beside 1.
@@ -76,45 +73,6 @@ fn cloud(scene: &Scene) -> Option<(Fbm, f64)> {
 /// The smallest box around what is not empty.
 fn occupied<'a>(grids: impl Iterator<Item = &'a Grid>, bricks: &[Bricks]) -> Option<Bounds> {
     grids.zip(bricks).filter_map(|(g, b)| b.occupied(&g.lattice.bounds)).reduce(|a, b| a.union(&b))
-}
-
-/// Puts grids in the place of functions, so that every back end sees the same samples.
-pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
-    if let Some(dust) = &mut scene.dust {
-        dust.density = Arc::new(baked(&dust.density, 1.0, "dust", options, None)?);
-    }
-    for gas in &mut scene.emission {
-        gas.density = Arc::new(baked(&gas.density, 1.0, &gas.name, options, None)?);
-    }
-    Ok(())
-}
-
-/// Voxels along the longest edge of a function's box.
-fn edge(field: &Arc<dyn Field>, options: &Options) -> usize {
-    let finest = (field.bounds().size().max_element() / field.feature_pc()).ceil() as usize;
-    options.method.bake.unwrap_or(finest.clamp(MIN_BAKE, MAX_BAKE))
-}
-
-/// The field as a grid, sampled if it is a function.
-fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, options: &Options, most: Option<usize>) -> Result<Grid> {
-    if let Some(grid) = field.grid() {
-        check_memory(&format!("the plan's copy of {what}"), 4 * grid.lattice.cells() as u64, options.memory_limit)?;
-        let longest = grid.lattice.dims.into_iter().max().unwrap_or(1);
-        let merged = longest.div_ceil(most.unwrap_or(longest).max(1));
-        let scaled = if merged > 1 { grid.merged(merged, factor) } else { scaled(grid, factor) };
-        scaled.check(what)?;
-        return Ok(scaled);
-    }
-    let size = field.bounds().size();
-    let edge = edge(field, options);
-    let edge = edge.min(most.unwrap_or(edge)) as f64;
-    let dims = <[f64; 3]>::from(size / size.max_element() * edge).map(|n| (n.round() as usize).max(2));
-    let lattice = Lattice { dims, bounds: field.bounds() };
-    check_memory(&format!("{what}, sampled"), 4 * lattice.cells() as u64, options.memory_limit)?;
-    let value = |p: DVec3| factor * field.at(p);
-    let grid = if field.has_edges() { Grid::averaged(lattice, value) } else { Grid::sampled(lattice, value) };
-    grid.check(what)?;
-    Ok(grid)
 }
 
 impl Space {

@@ -157,7 +157,7 @@ impl Spectral {
         for band in &self.bands {
             for (light, source) in lights.iter().zip(&band.sources) {
                 let total = source.measure.total();
-                if !(total < STRONGEST) {
+                if total.is_nan() || total >= STRONGEST {
                     return Err(Error::Render(format!(
                         "{} sends {total:.1e} W m-2 through band {}, more than the {STRONGEST:.0e} that single precision leaves room for; check the unit of its brightness",
                         light.name,

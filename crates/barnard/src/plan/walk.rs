@@ -231,12 +231,11 @@ fn scatter(
     if product < reach * reach || b * (t1 - t0) > near::NEAR_ANGLE * product {
         near::pieces(
             space,
-            spectral.phase_angle,
+            near::Resolution { phase_angle: spectral.phase_angle, fineness },
             position,
             ray,
             (t0, t1),
             (tau, growth),
-            fineness,
             |NearPiece { scattering, depth, cosine }| {
                 eye.light(light, scattering * spectral.phase_factor(cosine), (depth, depth));
             },

@@ -5,7 +5,7 @@
 
 use super::Passband;
 
-/// What is far from the band, where there is more than [`LEAST`] of the peak.
+/// What is far from the band, where there is more than 1e-4 of the peak.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leak {
     /// The largest throughput there, in parts of the peak [1].

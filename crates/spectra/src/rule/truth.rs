@@ -30,8 +30,9 @@ pub fn truth_points(band: &Passband, breaks_um: &[f64], integrand: impl Fn(f64) 
     // Every integral is judged by its own magnitude, deep ones included.
     let total = sum(0..fine.len());
     let mut points = Vec::new();
-    let mut pending = vec![0..fine.len()];
-    while let Some(panel) = pending.pop() {
+    let mut pending = Vec::from([(0, fine.len())]);
+    while let Some((start, end)) = pending.pop() {
+        let panel = start..end;
         if panel.len() <= ORDER {
             points.extend_from_slice(&fine[panel]);
             continue;
@@ -45,8 +46,8 @@ pub fn truth_points(band: &Passband, breaks_um: &[f64], integrand: impl Fn(f64) 
         let truth = sum(panel.clone());
         let wrong = |((found, truth), total): ((&f64, &f64), &f64)| (found - truth).abs() > PANEL_SHARE * accuracy * total.abs();
         if found.iter().zip(&truth).zip(&total).any(wrong) {
-            let middle = panel.start + panel.len() / 2;
-            pending.extend([panel.start..middle, middle..panel.end]);
+            let middle = (start + end) / 2;
+            pending.extend([(start, middle), (middle, end)]);
         } else {
             points.extend(rule);
         }

@@ -63,19 +63,9 @@ impl Samples {
         Self(samples)
     }
 
-    /// Of the lines (λ [µm], strength) alone.
-    pub fn of_lines(band: &Passband, lines: &[(f64, f64)], law: &dyn ExtinctionLaw) -> Self {
-        Self(lines.iter().map(|(lambda, strength)| (band.response(*lambda) * strength, law.k(*lambda))).collect())
-    }
-
     /// ∫ R S e^(−a k) dλ.
     pub fn behind(&self, depth: f64) -> f64 {
         self.0.iter().map(|(w, k)| w * (-depth * k).exp()).sum()
-    }
-
-    /// ∫ R S (1 − e^(−a k))/(a k) dλ: what glows evenly in dust of depth a.
-    pub fn within(&self, depth: f64) -> f64 {
-        self.0.iter().map(|(w, k)| w * if depth * k < 1e-12 { 1.0 } else { -(-depth * k).exp_m1() / (depth * k) }).sum()
     }
 }
 
@@ -97,6 +87,5 @@ mod tests {
             assert!((samples.behind(a) / truth - 1.0).abs() < 1e-10, "{a}: {}", samples.behind(a) / truth - 1.0);
         }
         assert!((samples.behind(0.0) / (1.0 / 0.3 - 1.0 / 0.9) - 1.0).abs() < 1e-10);
-        assert!((samples.within(1e-14) / samples.behind(0.0) - 1.0).abs() < 1e-10);
     }
 }

@@ -1,7 +1,6 @@
-//! Random scenes whose light is known: a background behind a box of even dust, or gas that glows in it.
+//! Random scenes whose light is known: a background behind a box of even dust.
 //!
-//! A ray that goes a length s through a box of extinction σ sees F(σ s) of what lies behind, and j s ∫ W (1 − e^(−k σ s))/(k σ s) dλ of what glows within: all that can be wrong
-//! is the spectral rule and arithmetic, which is what a certificate states.
+//! A ray that goes a length s through a box of extinction σ sees F(σ s) of what lies behind: all that can be wrong is the spectral rule and arithmetic, which is what a certificate states.
 
 use std::fmt::Write;
 
@@ -22,8 +21,8 @@ use crate::{Chapter, Findings, Result};
 pub const CHAPTER: Chapter = Chapter {
     name: "slabs",
     title: "Certificates on ten thousand random scenes",
-    question: "Is a stated spectral error ever exceeded? Random laws, filters, lights, methods, accuracies and depths; light behind a box of even dust or glowing in it, rendered \
-               by `cpu`, against integrals over wavelength that share nothing with the rules.",
+    question: "Is a stated spectral error ever exceeded? Random laws, filters, lights, methods, accuracies and depths; light behind a box of even dust, rendered by \
+               `cpu`, against integrals over wavelength that share nothing with the rules.",
     run: |control| campaign(SCENES, control),
 };
 
@@ -73,19 +72,12 @@ struct Case {
     bands: Vec<&'static str>,
     /// Density of extinction [pc⁻¹].
     sigma: f64,
-    light: Light,
-}
-
-/// What shines, per unit of what the scene says.
-enum Light {
-    /// Behind the box: shape, radiance where it is one [W m⁻² sr⁻¹ µm⁻¹].
-    Behind(Shape, f64),
-    /// In it: (λ [µm], strength), emission coefficient [W m⁻³ sr⁻¹].
-    Within(Vec<(f64, f64)>, f64),
+    /// What shines behind the box, and its radiance where the shape is one [W m⁻² sr⁻¹ µm⁻¹].
+    shape: Shape,
+    radiance: f64,
 }
 
 const BOX: Bounds = Bounds { low: DVec3::new(-0.7, -0.8, -0.5), high: DVec3::new(0.9, 0.6, 0.5) };
-const METRES_PER_PARSEC: f64 = 3.085_677_581_491_367e16;
 
 impl Case {
     fn new(number: usize) -> Result<Self> {
@@ -104,7 +96,8 @@ impl Case {
         bands.sort_unstable();
         bands.dedup();
         let pivot = Passband::named(bands[0])?.pivot().0;
-        let (light, said) = Self::light(&mut dice, pivot)?;
+        let radiance = 1e-6;
+        let (shape, said) = Self::light(&mut dice, pivot, radiance);
         let sigma = dice.between(0.01, 300.0);
         let accuracy = dice.between(1e-6, 1e-2);
         let count = if dice.next() < 0.3 { format!("count = {}\n", 2 + (dice.next() * 7.0) as usize) } else { String::new() };
@@ -118,51 +111,34 @@ impl Case {
             BOX.low.x, BOX.low.y, BOX.low.z, BOX.high.x, BOX.high.y, BOX.high.z, entry.name
         );
         let law_name = r_v.map_or(entry.name.to_owned(), |r| format!("{} {r:.2}", entry.name));
-        Ok(Self { text, method, law, law_name, bands, sigma, light })
+        Ok(Self { text, method, law, law_name, bands, sigma, shape, radiance })
     }
 
     /// What shines, and how a scene says it.
-    fn light(dice: &mut Dice, pivot: f64) -> Result<(Light, String)> {
-        let radiance = 1e-6;
+    fn light(dice: &mut Dice, pivot: f64, radiance: f64) -> (Shape, String) {
         let head = format!("[background]\nradiance = \"{radiance} W/m2/sr/um\"\nwavelength = \"{pivot} um\"\n");
-        Ok(match dice.next() {
-            u if u < 0.5 => {
-                let temperature = dice.between(2000.0, 50_000.0);
-                let shape = Shape::BlackBody(temperature, pivot);
-                (Light::Behind(shape, radiance), format!("{head}kind = \"blackbody\"\ntemperature = \"{temperature} K\"\n"))
-            }
-            u if u < 1.7 => {
-                let exponent = -4.0 + 8.0 * dice.next();
-                let said = format!("{head}kind = \"power_law\"\nexponent = {exponent}\nreference = \"{pivot} um\"\n");
-                (Light::Behind(Shape::PowerLaw(exponent, pivot), radiance), said)
-            }
-            _ => {
-                let strength = 1e-22;
-                let lines: Vec<(f64, f64)> = (0..3).map(|_| (pivot * (0.97 + 0.06 * dice.next()), dice.between(0.01, 1.0))).collect();
-                let rows: Vec<String> = lines.iter().map(|(l, s)| format!("{{ wavelength = \"{l} um\", strength = {s} }}")).collect();
-                let said = format!(
-                    "[[emission]]\nkind = \"lines\"\ndensity = \"box\"\nscale = \"{strength} W/m3/sr\"\nlines = [{}]\n",
-                    rows.join(", ")
-                );
-                (Light::Within(lines, strength), said)
-            }
-        })
+        if dice.next() < 0.5 {
+            let temperature = dice.between(2000.0, 50_000.0);
+            let said = format!("{head}kind = \"blackbody\"\ntemperature = \"{temperature} K\"\n");
+            return (Shape::BlackBody(temperature, pivot), said);
+        }
+        let exponent = -4.0 + 8.0 * dice.next();
+        let said = format!("{head}kind = \"power_law\"\nexponent = {exponent}\nreference = \"{pivot} um\"\n");
+        (Shape::PowerLaw(exponent, pivot), said)
     }
 
-    /// The integrals over a passband, and what a ray that goes `length` [pc] through the box should see of them [W m⁻² sr⁻¹], with its F(0).
-    fn truth(&self, band: &Passband) -> Box<dyn Fn(f64) -> (f64, f64)> {
-        let sigma = self.sigma;
-        match &self.light {
-            Light::Behind(shape, radiance) => {
-                let (samples, radiance) = (Samples::new(band, *shape, &*self.law), *radiance);
-                let whole = radiance * samples.behind(0.0);
-                Box::new(move |length| (radiance * samples.behind(sigma * length), whole))
-            }
-            Light::Within(lines, coefficient) => {
-                let samples = Samples::of_lines(band, lines, &*self.law);
-                let (all, coefficient) = (samples.behind(0.0), *coefficient * METRES_PER_PARSEC);
-                Box::new(move |length| (coefficient * length * samples.within(sigma * length), coefficient * length * all))
-            }
+    /// What a ray that goes `length` [pc] through the box should see in a passband [W m⁻² sr⁻¹], and F(0).
+    fn truth(&self, band: &Passband) -> impl Fn(f64) -> (f64, f64) + use<> {
+        let (sigma, radiance) = (self.sigma, self.radiance);
+        let samples = Samples::new(band, self.shape, &*self.law);
+        let whole = radiance * samples.behind(0.0);
+        move |length| (radiance * samples.behind(sigma * length), whole)
+    }
+
+    fn said(&self) -> String {
+        match self.shape {
+            Shape::BlackBody(t, _) => format!("black body of {t:.0} K behind"),
+            Shape::PowerLaw(e, _) => format!("power law {e:.2} behind"),
         }
     }
 }
@@ -224,16 +200,6 @@ fn outcomes(number: usize, control: &Control) -> Result<Option<Vec<Outcome>>> {
         }))
     };
     Ok(Some(case.bands.iter().enumerate().map(of_band).collect::<Result<Vec<_>>>()?.into_iter().flatten().collect()))
-}
-
-impl Case {
-    fn said(&self) -> String {
-        match &self.light {
-            Light::Behind(Shape::BlackBody(t, _), _) => format!("black body of {t:.0} K behind"),
-            Light::Behind(Shape::PowerLaw(e, _), _) => format!("power law {e:.2} behind"),
-            Light::Within(..) => "lines within".into(),
-        }
-    }
 }
 
 /// Runs so many scenes, and says which bounds were exceeded.

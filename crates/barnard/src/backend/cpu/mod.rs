@@ -35,7 +35,7 @@ pub struct Findings {
     pub depth: f64,
     /// Rays that were marched.
     pub rays: u64,
-    /// Largest relative error of a density as the march keeps it: [`SINGLE`](crate::plan::SINGLE) or [`HALF`](crate::plan::HALF).
+    /// Largest relative error of a density as the march keeps it: [`SINGLE`] or [`HALF`](crate::plan::HALF).
     pub storage: f64,
     /// Values below zero, which a projection can make where little light is left.
     pub negative: u64,

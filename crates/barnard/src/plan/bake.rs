@@ -1,0 +1,55 @@
+//! Densities as grids: grids as they are, functions sampled.
+
+use std::sync::Arc;
+
+use super::Options;
+use super::volume::scaled;
+use crate::error::Result;
+use crate::field::{Field, Grid, Lattice};
+use crate::formats::check_memory;
+use crate::scene::Scene;
+use glam::DVec3;
+
+/// The most voxels along an edge of a function that is sampled without being told how finely.
+pub const MAX_BAKE: usize = 256;
+/// And fewest.
+pub const MIN_BAKE: usize = 32;
+
+/// Puts grids in the place of functions, so that every back end sees the same samples.
+pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
+    if let Some(dust) = &mut scene.dust {
+        dust.density = Arc::new(baked(&dust.density, 1.0, "dust", options, None)?);
+    }
+    for gas in &mut scene.emission {
+        gas.density = Arc::new(baked(&gas.density, 1.0, &gas.name, options, None)?);
+    }
+    Ok(())
+}
+
+/// Voxels along the longest edge of a function's box.
+fn edge(field: &Arc<dyn Field>, options: &Options) -> usize {
+    let finest = (field.bounds().size().max_element() / field.feature_pc()).ceil() as usize;
+    options.method.bake.unwrap_or(finest.clamp(MIN_BAKE, MAX_BAKE))
+}
+
+/// The field as a grid, sampled if it is a function.
+pub(super) fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, options: &Options, most: Option<usize>) -> Result<Grid> {
+    if let Some(grid) = field.grid() {
+        check_memory(&format!("the plan's copy of {what}"), 4 * grid.lattice.cells() as u64, options.memory_limit)?;
+        let longest = grid.lattice.dims.into_iter().max().unwrap_or(1);
+        let merged = longest.div_ceil(most.unwrap_or(longest).max(1));
+        let scaled = if merged > 1 { grid.merged(merged, factor) } else { scaled(grid, factor) };
+        scaled.check(what)?;
+        return Ok(scaled);
+    }
+    let size = field.bounds().size();
+    let edge = edge(field, options);
+    let edge = edge.min(most.unwrap_or(edge)) as f64;
+    let dims = <[f64; 3]>::from(size / size.max_element() * edge).map(|n| (n.round() as usize).max(2));
+    let lattice = Lattice { dims, bounds: field.bounds() };
+    check_memory(&format!("{what}, sampled"), 4 * lattice.cells() as u64, options.memory_limit)?;
+    let value = |p: DVec3| factor * field.at(p);
+    let grid = if field.has_edges() { Grid::averaged(lattice, value) } else { Grid::sampled(lattice, value) };
+    grid.check(what)?;
+    Ok(grid)
+}

@@ -1,0 +1,156 @@
+//! What a plan says of a picture: certificates with what arithmetic adds, the spatial error, words and keywords.
+
+use spectra::rule::{Certificate, Rounding};
+
+use super::{END_SHARE, Plan};
+use crate::backend::cpu::Findings;
+use crate::keywords::{self, Keyword};
+use crate::light::Path;
+
+/// Largest relative error of a number in single precision, and in half precision.
+pub const SINGLE: f64 = 1.0 / (1 << 24) as f64;
+/// The same in half precision, in which textures hold densities.
+pub const HALF: f64 = 1.0 / (1 << 11) as f64;
+/// Relative error of one term of one segment in single precision: the exponential's polynomial and that of sinh y/y.
+const TERM_ROUNDING: f64 = 3e-6;
+
+impl Plan {
+    /// What a march of this plan on the processor is expected to find, before it was done.
+    pub fn expected(&self) -> Findings {
+        Findings { depth: self.spectral.depth, rays: (self.camera.width * self.camera.height) as u64, storage: SINGLE, negative: 0 }
+    }
+
+    /// What arithmetic adds to the error of a light that takes `path`: depths and light are sums over all steps in single precision, of densities kept with a relative
+    /// error of `storage`, and a ray ends when little is left. What comes straight from a star is done in double precision.
+    fn rounding(&self, path: Path, storage: f64) -> Rounding {
+        let longest = self.space.occupied.map_or(0.0, |b| b.size().length());
+        let steps = if longest > 0.0 { self.stepping.steps(longest, self.space.voxel_pc()) as f64 } else { 0.0 };
+        // A sum of n like terms loses at most half a unit of the last place n/2 times on the average of its way.
+        let sum = SINGLE * (4.0 + 0.5 * steps);
+        let early = f64::from(END_SHARE) * self.spectral.accuracy;
+        match path {
+            Path::Scattered { .. } | Path::Emitted { .. } => Rounding { depth: storage + sum, light: TERM_ROUNDING + sum + early },
+            Path::Background => Rounding { depth: storage + sum, light: SINGLE },
+            Path::Direct { .. } | Path::FieldStar { .. } => Rounding { depth: 0.0, light: 0.0 },
+        }
+    }
+
+    /// The certificate of a passband in words, a line for each light, for what a march found.
+    pub fn certificate(&self, band: usize, findings: &Findings) -> Vec<String> {
+        self.certificates(band, findings).iter().map(|(light, c)| format!("{}: {}", self.lights[*light].name, in_words(c))).collect()
+    }
+
+    /// The certificate of the light that a passband's rule serves worst, in words.
+    pub fn worst_certificate(&self, band: usize, findings: &Findings) -> String {
+        let certificates = self.certificates(band, findings);
+        let Some((light, worst)) = certificates.iter().max_by(|a, b| a.1.absolute.total_cmp(&b.1.absolute)) else {
+            return "no light shines in this band".into();
+        };
+        let others = match certificates.len() {
+            1 => String::new(),
+            count => format!(", worst of {count} lights ({})", self.lights[*light].name),
+        };
+        in_words(worst) + &others
+    }
+
+    /// Certificates of the lights that shine in a passband, by their numbers, arithmetic included.
+    pub fn certificates(&self, band: usize, findings: &Findings) -> Vec<(usize, Certificate)> {
+        let (sources, depth) = (&self.spectral.bands[band].sources, findings.depth);
+        let mut certificates = self.spectral.certify(band, depth);
+        for (light, gathered) in self.light_field.iter().flat_map(|field| field.certify(band, sources, depth)) {
+            certificates[light] = gathered;
+        }
+        let shining = |(light, _): &(usize, Certificate)| sources[*light].measure.total() > 0.0;
+        let rounded = |(light, c): (usize, Certificate)| {
+            let rounding = self.rounding(self.lights[light].path, findings.storage);
+            (light, c.rounded(&sources[light].measure, rounding))
+        };
+        certificates.into_iter().enumerate().filter(shining).map(rounded).collect()
+    }
+
+    /// Whether the pilot rays found a larger error than was asked for.
+    pub fn misses_accuracy(&self) -> bool {
+        self.space.spatial.is_some_and(|s| s.error > self.spectral.accuracy)
+    }
+
+    /// What to know of the picture beside the certificates: what it is about, and words.
+    pub fn notes(&self) -> Vec<(String, String)> {
+        let isotropic = self.light_field.as_ref().filter(|f| f.isotropic_instead);
+        let isotropic = isotropic.map(|_| ("phase function".into(), "put aside by this method, which scatters evenly".into()));
+        let gathered = self.diffuse.iter().filter_map(|d| d.found.gathered).map(|g| ("gathered stars".into(), g.to_string()));
+        let diffuse = self.diffuse.iter().filter(|d| d.found.sweeps > 0).map(|d| ("many bounces".into(), d.found.to_string()));
+        self.spatial_note().into_iter().chain(isotropic).chain(self.fit_note()).chain(gathered).chain(diffuse).collect()
+    }
+
+    /// The worst of the polynomials that stand for spectra.
+    fn fit_note(&self) -> Option<(String, String)> {
+        let of_rules = self.spectral.bands.iter().flat_map(|band| {
+            let fits = (0..self.lights.len()).filter_map(|light| band.rule.form.decay().fit(light).map(|fit| (light, fit)));
+            fits.map(|(light, fit)| (format!("{} in {}", self.lights[light].name, band.band.name()), fit))
+        });
+        let of_stars = self.light_field.iter().flat_map(|f| f.fits().map(|(light, fit)| (self.lights[light].name.clone(), fit)));
+        let (name, worst) = of_rules.chain(of_stars).max_by(|a, b| a.1.rms.total_cmp(&b.1.rms))?;
+        let degree = worst.polynomial.coefficients.len() - 1;
+        let words = format!(
+            "worst of degree {degree}: {name}, rms {:.1e}, at most {:.1e} of its peak; a part of the spectral error",
+            worst.rms, worst.largest
+        );
+        Some(("polynomial fits".into(), words))
+    }
+
+    /// The spatial error in words.
+    fn spatial_note(&self) -> Option<(String, String)> {
+        let s = self.space.spatial?;
+        let words = format!(
+            "measured {:.1e} (relative rms of the worst band over {} pilot rays, {}, {})",
+            s.error,
+            s.rays,
+            s.stepping,
+            match &self.light_field {
+                None => format!("star depths of {} a voxel", self.space.star_factor),
+                Some(field) => format!("a light field of {} numbers a voxel", field.propagation.channels()),
+            }
+        );
+        let words = match s.sampling {
+            Some((error, edge)) => format!("{words}, {error:.1e} of it by samples of functions, {edge} along an edge"),
+            None => words,
+        };
+        let asked = self.spectral.accuracy;
+        let words = if self.misses_accuracy() { format!("{words}: more than the {asked:.1e} that was asked for") } else { words };
+        Some(("spatial error".into(), words))
+    }
+
+    /// What the plan says of a picture in keywords: method, steps and errors as numbers.
+    pub fn keywords(&self, findings: &Findings) -> Vec<Keyword> {
+        let mut keywords = vec![
+            keywords::text("METHOD", self.spectral.method, "how spectral integrals are done"),
+            keywords::integer("BOUNCES", self.bounces, "times that light may scatter"),
+            keywords::text("STEPS", self.stepping.to_string(), "how far samples are apart"),
+        ];
+        keywords.extend(keywords::number("ACCURACY", self.spectral.accuracy, "asked for"));
+        keywords.extend(keywords::number("TAUMAX", findings.depth, "largest optical depth at V that was met"));
+        if let Some(spatial) = self.space.spatial {
+            keywords.extend(keywords::number("SPATERR", spatial.error, "spatial error, relative rms, measured"));
+            keywords.push(keywords::integer("SPATRAYS", spatial.rays, "rays that it was measured on"));
+            if let Some((error, edge)) = spatial.sampling {
+                keywords.extend(keywords::number("SAMPERR", error, "of it by samples of functions"));
+                keywords.push(keywords::integer("BAKE", edge, "voxels along an edge that they were sampled to"));
+            }
+        }
+        keywords
+    }
+
+    /// The spectral error of a band's worst light in keywords.
+    pub fn band_keywords(&self, band: usize, findings: &Findings) -> Vec<Keyword> {
+        let worst = self.certificates(band, findings).into_iter().map(|(_, c)| c).reduce(Certificate::or_worse);
+        let errors = worst.into_iter().flat_map(|c| {
+            let absolute = keywords::number("SPECERR", c.absolute, "spectral error at most, in parts of F(0)");
+            absolute.into_iter().chain(keywords::number("SPECREL", c.relative, "and in parts of F(a), the light left"))
+        });
+        errors.collect()
+    }
+}
+
+fn in_words(c: &Certificate) -> String {
+    format!("spectral error at most {:.1e} of F(0), {:.1e} of F(a), for depths up to {:.3}", c.absolute, c.relative, c.depth)
+}
