@@ -37,6 +37,8 @@ const SHARE: f64 = 0.7;
 const SAMPLING_SHARE: f64 = 0.5;
 /// Samples in a voxel edge, from cheap to dear.
 const STEPS: [f64; 10] = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0];
+/// Fewest of them where there is a crowd: a step passes stars that no pilot marches, and takes the dust linear beside each.
+const BESIDE_CROWD: f64 = 2.0;
 /// Samples of the truth in a voxel edge at least and at most, and in an optical depth of one: its own error is a few parts in 1e5.
 const TRUTH: (f64, f64) = (6.0, 48.0);
 const TRUTH_PER_DEPTH: f64 = 8.0;
@@ -87,10 +89,12 @@ pub fn choose(
     let finest = (TRUTH_PER_DEPTH * voxel_depth).max((TRUTH_PER_EDGE / edge).min(0.5 * TRUTH.1)).clamp(TRUTH.0, TRUTH.1);
     let truth = march(space, Stepping::PerVoxel(finest), true)?;
     let accuracy = SHARE * options.method.accuracy;
-    let mut sampling = None;
+    let (mut sampling, mut through_samples) = (None, None);
     while let Some(edge) = space.sampled_edge().filter(|_| field.is_none()) {
         // Densities alone: steps as fine as the truth's, and exact star depths, through the samples.
-        let error = relative_error(&march(&space.of_samples(), Stepping::PerVoxel(finest), true)?, &truth, &pilots);
+        let values = march(&space.of_samples(), Stepping::PerVoxel(finest), true)?;
+        let error = relative_error(&values, &truth, &pilots);
+        through_samples = Some(values);
         sampling = Some((error, edge));
         // Errors fall between the first and the second power of a voxel: at least half of one.
         let times = (error / (SAMPLING_SHARE * accuracy)).powf(1.0 / 1.5).ceil().clamp(2.0, MAX_BAKE as f64);
@@ -101,7 +105,9 @@ pub fn choose(
         let Some(resampled) = space.resampled(scene, finer, options, control)? else { break };
         *space = resampled;
     }
-    let mut best: Option<(Stepping, usize, f64)> = None;
+    // Steps and star depths can mend what they cost themselves, and no more: they are chosen beside an exact walk through the same samples.
+    let reachable = through_samples.as_ref().unwrap_or(&truth);
+    let mut best: Option<Choice> = None;
     for factor in FACTORS {
         if factor > 1 {
             if factor > MODEST && space.star_bytes(factor) > FINE_BYTES {
@@ -113,26 +119,29 @@ pub fn choose(
                 other => other?,
             }
         }
-        let per_voxel = STEPS.into_iter().filter(|n| *n < finest).map(Stepping::PerVoxel);
+        let coarsest = if space.crowd.is_some() { BESIDE_CROWD } else { 0.0 };
+        let per_voxel = STEPS.into_iter().filter(|n| *n < finest && *n >= coarsest).map(Stepping::PerVoxel);
         let fixed = options.method.steps.map(|n| vec![Stepping::Fixed(n)]);
         let candidates = fixed.unwrap_or_else(|| per_voxel.collect());
-        let before = best.map_or(f64::INFINITY, |b| b.2);
+        let before = best.as_ref().map_or(f64::INFINITY, |b| b.error);
         for stepping in candidates {
-            let error = relative_error(&march(space, stepping, false)?, &truth, &pilots);
-            let worthwhile = best.is_none_or(|b| error < b.2 * if field.is_some() { WORTHWHILE } else { 1.0 });
+            let values = march(space, stepping, false)?;
+            let error = relative_error(&values, reachable, &pilots);
+            let worthwhile = best.as_ref().is_none_or(|b| error < b.error * if field.is_some() { WORTHWHILE } else { 1.0 });
             if worthwhile {
-                best = Some((stepping, factor, error));
+                best = Some(Choice { stepping, factor, error, values });
             }
             if error <= accuracy || field.is_some() && !worthwhile {
                 break;
             }
         }
-        let error = best.map_or(f64::INFINITY, |b| b.2);
+        let error = best.as_ref().map_or(f64::INFINITY, |b| b.error);
         if error <= accuracy || error > WORTHWHILE * before || space.marched().is_empty() || field.is_some() {
             break;
         }
     }
-    let (stepping, factor, error) = best.unwrap_or((Stepping::PerVoxel(1.0), 1, f64::INFINITY));
+    let Some(Choice { stepping, factor, values, .. }) = best else { return Ok(Stepping::PerVoxel(1.0)) };
+    let error = relative_error(&values, &truth, &pilots);
     if space.star_factor != factor {
         space.refine_stars(factor, options, control)?;
     }
@@ -144,6 +153,17 @@ pub fn choose(
     };
     space.spatial = Some(Spatial { stepping, error: error + early, sampling, rays: pilots.len() });
     Ok(stepping)
+}
+
+/// Steps and star depths that were tried.
+struct Choice {
+    stepping: Stepping,
+    /// Voxels of star depths along one of dust.
+    factor: usize,
+    /// What they cost.
+    error: f64,
+    /// The light of the pilots, pilot × band.
+    values: Vec<Vec<f64>>,
 }
 
 /// The rules of `scene`, made finer until what they cost in the picture is a part of the accuracy.
