@@ -81,6 +81,18 @@ pub const KINDS: &[Kind<Projection>] = &[
 /// Most pixels along an edge: what the formats can hold and a mistake cannot reach.
 pub const MAX_EDGE: usize = 65_536;
 
+/// Reads a `[bookmark.NAME]` table: a camera, with the pixels of the scene's own where it does not say others.
+pub fn bookmark(section: &Section, loader: &Loader, own: &Camera) -> Result<Camera> {
+    let mut camera = build(section, loader)?;
+    if !section.has("size") {
+        (camera.width, camera.height) = (own.width, own.height);
+    }
+    if !section.has("supersampling") {
+        camera.supersampling = own.supersampling;
+    }
+    Ok(camera)
+}
+
 /// Reads the `[camera]` table.
 pub fn build(section: &Section, loader: &Loader) -> Result<Camera> {
     let projection = build_kind_with("camera", KINDS, COMMON, section, loader)?;

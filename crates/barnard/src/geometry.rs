@@ -40,6 +40,21 @@ impl Bounds {
         Self { low: centre - DVec3::splat(half_pc), high: centre + DVec3::splat(half_pc) }
     }
 
+    /// What is wrong with it as a place for numbers, in words; nothing where it is sound.
+    pub fn fault(&self) -> Option<String> {
+        const EDGES: std::ops::RangeInclusive<f64> = 1e-25..=1e15;
+        let (size, away) = (self.size(), self.low.abs().max(self.high.abs()).max_element());
+        let sound = size.is_finite() && size.to_array().iter().all(|edge| EDGES.contains(edge) && *edge > 1e-9 * away);
+        (!sound).then(|| {
+            let [x, y, z] = size.to_array();
+            format!(
+                "a box of {x:e} x {y:e} x {z:e} pc, {away:e} pc from the origin, is none to reckon with: edges are {:e} to {:e} pc long, and at least 1e-9 of that distance",
+                EDGES.start(),
+                EDGES.end()
+            )
+        })
+    }
+
     /// Edge lengths [pc].
     pub fn size(&self) -> DVec3 {
         self.high - self.low

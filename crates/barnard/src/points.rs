@@ -54,14 +54,24 @@ pub fn field_classes() -> Result<Vec<FieldClass>> {
         .collect()
 }
 
-/// Where an unresolved source appears, how bright it is and through how much dust it is seen.
-struct Point {
+/// Where an unresolved source appears, and how bright it is without dust.
+#[derive(Debug, Clone, Copy)]
+pub struct Point {
     column: f64,
     row: f64,
-    light: usize,
+    /// The number of its light.
+    pub light: usize,
     /// The light's band flux is multiplied by it, then divided by the pixel's measure.
     gain: f64,
-    depth: f64,
+    /// How far it is along the ray of its place [pc].
+    pub length: f64,
+}
+
+impl Point {
+    /// From the camera towards it.
+    pub fn ray(&self, camera: &Camera) -> Ray {
+        camera.ray(self.column, self.row)
+    }
 }
 
 /// Which unresolved sources are drawn.
@@ -69,8 +79,8 @@ struct Point {
 pub enum Sources {
     /// All.
     All,
-    /// Stars of the scene without the star field.
-    Stars,
+    /// Stars of the scene, and at most so many of the star field: those that are brightest without dust.
+    Brightest(usize),
 }
 
 /// Draws unresolved sources: `add` hears of places in an image (bands × height × width) and radiances; `depth(ray, length)` is the optical depth on the way, `flux(light, band, depth)`
@@ -83,36 +93,53 @@ pub fn draw(
     flux: impl Fn(usize, usize, f64) -> f64 + Sync,
     mut add: impl FnMut(usize, f64),
 ) -> Result<()> {
-    let mut points = direct_points(scene, camera, lights, &depth);
-    if let Some(field) = scene.background.star_field.as_ref().filter(|_| sources == Sources::All) {
-        points.extend(field_points(field, camera, lights, &depth)?);
-    }
-    for point in &points {
-        let fluxes: Vec<f64> = (0..scene.bands.len()).map(|b| point.gain * flux(point.light, b, point.depth)).collect();
+    let points = points(sources, (scene, camera), lights)?;
+    let depths: Vec<f64> = points.par_iter().map(|point| depth(&point.ray(camera), point.length)).collect();
+    for (point, depth) in points.iter().zip(depths) {
+        let fluxes: Vec<f64> = (0..scene.bands.len()).map(|b| point.gain * flux(point.light, b, depth)).collect();
         splat(camera, point, &fluxes, &mut add);
     }
     Ok(())
 }
 
-fn direct_points(scene: &Scene, camera: &Camera, lights: &[Light], depth: &(impl Fn(&Ray, f64) -> f64 + Sync)) -> Vec<Point> {
+/// The unresolved sources that a camera sees: stars of the scene first, then the star field.
+///
+/// # Errors
+/// Where the star field has too many.
+pub fn points(sources: Sources, (scene, camera): (&Scene, &Camera), lights: &[Light]) -> Result<Vec<Point>> {
+    let mut points = direct_points(scene, camera, lights);
+    if let Some(field) = &scene.background.star_field {
+        let mut of_field = field_points(field, camera, lights)?;
+        if let Sources::Brightest(most) = sources
+            && most < of_field.len()
+        {
+            of_field.select_nth_unstable_by(most, |a, b| b.gain.total_cmp(&a.gain));
+            of_field.truncate(most);
+        }
+        points.append(&mut of_field);
+    }
+    Ok(points)
+}
+
+fn direct_points(scene: &Scene, camera: &Camera, lights: &[Light]) -> Vec<Point> {
     let point = |(light, l): (usize, &Light)| {
         let Path::Direct { star } = l.path else { return None };
         let position = scene.stars[star].position;
         let (column, row) = camera.project(position)?;
-        let (ray, length, gain) = match camera.projection {
+        let (length, gain) = match camera.projection {
             Projection::Perspective { .. } => {
-                let (ray, length) = Ray::between(camera.position, position);
-                (ray, length, 1.0 / (length * length))
+                let length = (position - camera.position).length();
+                (length, 1.0 / (length * length))
             }
             // L/4π [W sr⁻¹] over pc² of pixel: the light's unit is W m⁻² at one parsec, so its intensity is that times pc².
             Projection::Orthographic { .. } => {
                 let ray = camera.ray(column, row);
-                (ray, (position - ray.origin).dot(ray.direction), 1.0)
+                ((position - ray.origin).dot(ray.direction), 1.0)
             }
         };
         let inside = (-(PSF_RADIUS as f64)..=(camera.width as f64 + PSF_RADIUS as f64)).contains(&column)
             && (-(PSF_RADIUS as f64)..=(camera.height as f64 + PSF_RADIUS as f64)).contains(&row);
-        inside.then(|| Point { column, row, light, gain, depth: depth(&ray, length) })
+        inside.then_some(Point { column, row, light, gain, length })
     };
     lights.iter().enumerate().filter_map(point).collect()
 }
@@ -120,7 +147,7 @@ fn direct_points(scene: &Scene, camera: &Camera, lights: &[Light], depth: &(impl
 /// Number of cells from pole to pole; cells have equal areas.
 const SKY_SLICES: u64 = 512;
 
-fn field_points(field: &StarField, camera: &Camera, lights: &[Light], depth: &(impl Fn(&Ray, f64) -> f64 + Sync)) -> Result<Vec<Point>> {
+fn field_points(field: &StarField, camera: &Camera, lights: &[Light]) -> Result<Vec<Point>> {
     let first = lights.iter().position(|l| matches!(l.path, Path::FieldStar { class: 0 })).unwrap_or(0);
     let cells = 2 * SKY_SLICES * SKY_SLICES;
     let per_cell = field.density_per_sr * spectra::constants::SPHERE / cells as f64;
@@ -131,7 +158,7 @@ fn field_points(field: &StarField, camera: &Camera, lights: &[Light], depth: &(i
             field.density_per_sr * in_view
         )));
     }
-    let visible: Vec<u64> = (0..cells).into_par_iter().filter(|c| cell_in_view(*c, camera)).collect();
+    let visible = cells_in_view(camera);
     let of_cell = |cell: &u64| {
         let mut random = Counter::new(field.seed, *cell);
         let count = poisson(per_cell, &mut random);
@@ -144,9 +171,8 @@ fn field_points(field: &StarField, camera: &Camera, lights: &[Light], depth: &(i
                 let margin = PSF_RADIUS as f64;
                 let inside =
                     column > -margin && row > -margin && column < camera.width as f64 + margin && row < camera.height as f64 + margin;
-                let ray = Ray { origin: camera.position, direction };
                 let gain = 10f64.powf(-0.4 * magnitude);
-                inside.then(|| Point { column, row, light: first + class, gain, depth: depth(&ray, f64::INFINITY) })
+                inside.then_some(Point { column, row, light: first + class, gain, length: f64::INFINITY })
             })
             .collect::<Vec<Point>>()
     };
@@ -162,15 +188,20 @@ fn sky_direction(cell: u64, u: f64, v: f64) -> DVec3 {
     DVec3::new(r * phi.cos(), r * phi.sin(), z)
 }
 
-/// Whether the cell can touch the image: its middle within the image's circle, widened by the cell's own size.
-fn cell_in_view(cell: u64, camera: &Camera) -> bool {
-    let Projection::Perspective { half_width } = camera.projection else { return false };
+/// The cells that can touch the image: those whose middle lies within the image's circle, widened by the cell's own size, which is that of all cells of a slice.
+fn cells_in_view(camera: &Camera) -> Vec<u64> {
+    let Projection::Perspective { half_width } = camera.projection else { return Vec::new() };
     let diagonal = (1.0 + (camera.height as f64 / camera.width as f64).powi(2)).sqrt();
     let radius = (half_width * diagonal * (1.0 + 8.0 / camera.width as f64)).atan();
-    let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| sky_direction(cell, u, v));
-    let middle = sky_direction(cell, 0.5, 0.5);
-    let own = corners.iter().map(|c| c.dot(middle).clamp(-1.0, 1.0).acos()).fold(0.0, f64::max);
-    middle.dot(camera.forward).clamp(-1.0, 1.0).acos() <= radius + own
+    let of_slice = |slice: u64| {
+        let cells = slice * 2 * SKY_SLICES..(slice + 1) * 2 * SKY_SLICES;
+        let middle = sky_direction(cells.start, 0.5, 0.5);
+        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| sky_direction(cells.start, u, v));
+        let own = corners.iter().map(|c| c.dot(middle).clamp(-1.0, 1.0).acos()).fold(0.0, f64::max);
+        let least = (radius + own).min(std::f64::consts::PI).cos();
+        cells.filter(move |cell| sky_direction(*cell, 0.5, 0.5).dot(camera.forward) >= least)
+    };
+    (0..SKY_SLICES).into_par_iter().flat_map_iter(of_slice).collect()
 }
 
 fn field_star(field: &StarField, cell: u64, random: &mut Counter) -> (DVec3, f64, usize) {

@@ -35,11 +35,23 @@ fn units_are_read() {
     let at = |cards: &[&str], keys: &str| density(cards, &format!("{BOX}\n{keys}")).map(|field| field.at(DVec3::ZERO));
     let close = |value: Result<f64, String>, expected: f64| assert!((value.clone().unwrap() / expected - 1.0).abs() < 1e-6, "{value:?}");
     close(at(&[], ""), 7.0);
-    for unit in ["cm-3", "cm^-3", "cm**-3", "1/cm3"] {
+    for unit in ["cm-3", "cm^-3", "cm**-3", "1/cm3", "cm^(-3)", "cm^{-3}"] {
         close(at(&[&format!("BUNIT   = '{unit}'")], ""), 7.0);
     }
     close(at(&["BUNIT   = 'm-3'"], ""), 7e-6);
-    close(at(&[], "unit = \"m-3\""), 7e-6);
+    for unit in ["m-3", "m⁻³", "m^(-3)"] {
+        close(at(&[], &format!("unit = \"{unit}\"")), 7e-6);
+    }
+    // Values are scaled before they are rounded: 7 pc-3 is too little for single precision, 7e57 pc-3 is not too much.
+    close(at(&[], "unit = \"pc-3\"\nfactor = 1e57"), 7e57 * 3.085_677_581_491_367e18_f64.powi(-3));
+    let little = at(&[], "unit = \"pc-3\"").unwrap_err();
+    assert!(little.contains("single precision"), "{little}");
+    let much = at(&[], "factor = 1e40\nclip = true").unwrap_err();
+    assert!(much.contains("inf"), "{much}");
+    for unknown in ["1e6 m-3", "kpc-3", "K"] {
+        let message = at(&[], &format!("unit = \"{unknown}\"")).unwrap_err();
+        assert!(message.contains("leave `unit` out"), "{message}");
+    }
     close(at(&["BUNIT   = 'm-3'"], "unit = \"/m3\""), 7e-6);
     // What is no number density is taken as it is, once somebody says so.
     let temperature = at(&["BUNIT   = 'K'"], "").unwrap_err();
@@ -52,9 +64,10 @@ fn units_are_read() {
 #[test]
 fn frames_are_read() {
     let of = |cards: &[&str], keys: &str| density(cards, keys).map(|field| field.bounds());
+    // CRPIX is 0 where it is not said (FITS standard 4.0, table 22): the first element lies one step beyond CRVAL.
     let bounds = of(&FRAME, "").unwrap();
     assert!(
-        (bounds.low - DVec3::new(-0.5, -0.5, -1.0)).length() < 1e-12 && (bounds.high - DVec3::new(3.5, 1.5, 3.0)).length() < 1e-12,
+        (bounds.low - DVec3::new(0.5, 0.5, 1.0)).length() < 1e-12 && (bounds.high - DVec3::new(4.5, 2.5, 5.0)).length() < 1e-12,
         "{bounds:?}"
     );
     let placed: Vec<&str> = FRAME.into_iter().chain(["CRPIX1  = 2.5", "CRVAL1  = 10.0"]).collect();
@@ -73,7 +86,29 @@ fn frames_are_read() {
     assert!(of(&backwards, "").unwrap_err().contains("runs backwards"));
     // A frame on the sky is no box: the scene must say one.
     let sky = ["CDELT1  = 0.1", "CDELT2  = 0.1", "CDELT3  = 0.1", "CUNIT1  = 'deg'", "CUNIT2  = 'deg'", "CUNIT3  = 'm/s'"];
-    assert!(of(&sky, "").is_err() && of(&sky, BOX).is_ok());
+    let none = of(&sky, "").unwrap_err();
+    assert!(none.contains("axis x is in \"deg\"") && of(&sky, BOX).is_ok(), "{none}");
+    // Turned axes are none of the box's.
+    let turned: Vec<&str> = FRAME.into_iter().chain(["CROTA2  = 30.0"]).collect();
+    assert!(of(&turned, "").is_err() && of(&turned, BOX).is_ok());
+}
+
+/// Frames that no number can be reckoned with are refused by name, also where the scene itself says them.
+#[test]
+fn impossible_frames_are_refused() {
+    let of = |step: &str, unit: &str, first: &str| {
+        let cards: Vec<String> = (1..=3)
+            .flat_map(|i| [format!("CDELT{i}  = {step}"), format!("CUNIT{i}  = '{unit}'"), format!("CRVAL{i}  = {first}")])
+            .collect();
+        density(&cards.iter().map(String::as_str).collect::<Vec<_>>(), "").map(|field| field.bounds())
+    };
+    for (step, unit, first) in [("1E308", "Mpc", "0.0"), ("1E-310", "cm", "0.0"), ("1.0", "pc", "1E20"), ("1E-15", "pc", "1.0")] {
+        let message = of(step, unit, first).unwrap_err();
+        assert!(message.contains("none to reckon with"), "{step} {unit} {first}: {message}");
+    }
+    let said = density(&[], "low = \"0 0 0 pc\"\nhigh = \"1e-320 1e-320 1e-320 pc\"").map(|_| ()).unwrap_err();
+    assert!(said.contains("none to reckon with"), "{said}");
+    assert!(of("1.0", "lyr", "5.0").is_ok() && of("1E-3", "au", "0.0").is_ok());
 }
 
 #[test]

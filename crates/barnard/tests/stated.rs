@@ -78,6 +78,17 @@ fn stated_errors_hold() {
     assert!(found.iter().all(|(stated, off)| *stated > 0.5 * off), "{words:#?}");
 }
 
+/// In deep dust that is a function, where all light comes from a skin far thinner than a voxel, what is stated is what is true: not less than 0.7 of it, nor several times as much.
+#[test]
+fn skins_are_not_overstated() {
+    for scale in [10.0, 100.0, 1000.0] {
+        let text = lit(OUTSIDE, BALL, "n", scale, "1.2 0.5 2", 0.5) + "[method]\nbake = 48\n";
+        let (stated, off) = errors(&text);
+        println!("{scale}: {stated:.1e} for {off:.1e}");
+        assert!(stated > 0.7 * off && stated < 3.0 * off, "{scale}: {stated:e} for {off:e}");
+    }
+}
+
 /// A ball that glows in dust, sampled to as few voxels as asked for: what is stated of its picture is what it is off by, and far from nothing. Where nothing is asked for
 /// it is sampled as finely as the accuracy needs.
 #[test]

@@ -31,6 +31,9 @@ pub struct SceneArgs {
     /// Times that starlight may scatter, 1000 for all (default: the scene's)
     #[arg(long, value_name = "N")]
     pub bounces: Option<usize>,
+    /// The view of a [bookmark.NAME] of the scene, in place of its camera
+    #[arg(long, value_name = "NAME")]
+    pub bookmark: Option<String>,
     /// Size of the image, such as 1920x1080
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(usize, usize)>,
@@ -77,6 +80,16 @@ impl SceneArgs {
             (Some(path), None) => Scene::load(path, memory_limit)?,
             (None, None) => bail!("no scene; give a file, or --builtin NAME"),
         };
+        if let Some(name) = &self.bookmark {
+            let names: Vec<&str> = scene.bookmarks.keys().map(String::as_str).collect();
+            scene.camera = match scene.bookmarks.get(name) {
+                Some(camera) => camera.clone(),
+                None if names.is_empty() => {
+                    bail!("--bookmark {name}: the scene has no bookmarks; write one as [bookmark.{name}], or set one in the explorer")
+                }
+                None => bail!("--bookmark {name}: the scene has no such bookmark; it has {}", names.join(", ")),
+            };
+        }
         if let Some((width, height)) = self.size {
             (scene.camera.width, scene.camera.height) = (width, height);
         }

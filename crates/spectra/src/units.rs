@@ -55,14 +55,15 @@ fn split(text: &str) -> (&str, &str) {
     (number, unit.trim())
 }
 
-/// Unit names without spaces, carets and Greek: "µm" and "um", "mag cm^2" and "mag cm2" are one.
+/// Unit names without spaces, carets, brackets and Greek: "µm" and "um", "mag cm^2" and "mag cm2", "m^(-3)" and "m⁻³" are one.
 fn normalised(unit: &str) -> String {
     unit.chars()
-        .filter(|c| !c.is_whitespace() && *c != '^' && *c != '*')
+        .filter(|c| !c.is_whitespace() && !"^*(){}".contains(*c))
         .map(|c| match c {
             'µ' | 'μ' => 'u',
             '²' => '2',
             '³' => '3',
+            '⁻' | '−' => '-',
             'Å' => 'A',
             c => c,
         })
@@ -116,7 +117,7 @@ quantity! {
 quantity! {
     /// A length or distance [pc].
     Length("length", "0.4 pc") {
-        "pc" = 1.0, "kpc" = 1e3, "Mpc" = 1e6, "ly" = LIGHT_YEAR / PARSEC, "au" = ASTRONOMICAL_UNIT / PARSEC, "AU" = ASTRONOMICAL_UNIT / PARSEC,
+        "pc" = 1.0, "kpc" = 1e3, "Mpc" = 1e6, "ly" = LIGHT_YEAR / PARSEC, "lyr" = LIGHT_YEAR / PARSEC, "au" = ASTRONOMICAL_UNIT / PARSEC, "AU" = ASTRONOMICAL_UNIT / PARSEC,
         "m" = 1.0 / PARSEC, "km" = 1e3 / PARSEC, "cm" = CM, "Rsun" = SOLAR_RADIUS / PARSEC
     }
 }

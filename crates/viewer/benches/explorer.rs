@@ -49,7 +49,7 @@ fn main() {
 
 fn order(document: &Document, flight: &Flight) -> Order {
     let view = View::of(document);
-    Order { views: vec![view], camera: flight.seen((640, 360)), moving: true, difference: false, memory_limit: LIMIT }
+    Order { views: vec![view], camera: flight.seen((640, 360)), moving: true, difference: false, exposure: 0, memory_limit: LIMIT }
 }
 
 /// Waits for the frame of an order.

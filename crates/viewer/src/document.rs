@@ -291,7 +291,7 @@ fn read(origin: &Origin, text: &str, loader: &Loader, opening: u64) -> Result<Re
     }
     let toml: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| Error::Render(e.message().to_owned()))?;
     let mut physical = toml.as_table().clone();
-    for key in ["camera", "display", "name", "description"] {
+    for key in ["camera", "bookmark", "display", "name", "description"] {
         physical.remove(key);
     }
     Ok(Reading { toml, scene: Arc::new(scene), physics: format!("{opening}: {}", said(&physical)).into() })

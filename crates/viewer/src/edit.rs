@@ -135,7 +135,10 @@ fn made<'a>(root: &'a mut Table, place: &str) -> Option<&'a mut dyn TableLike> {
         let child = if parent.get("kind").is_some_and(Item::is_value) && !name.is_empty() {
             Item::Value(Value::InlineTable(InlineTable::new()))
         } else {
-            Item::Table(Table::new())
+            let mut table = Table::new();
+            // No head of its own where it only holds others, such as [bookmark] above [bookmark.1].
+            table.set_implicit(true);
+            Item::Table(table)
         };
         parent.insert(name, child);
     }

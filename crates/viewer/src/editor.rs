@@ -16,6 +16,8 @@ const NESTED: [&str; 3] = ["table", "tables by name", "list of tables"];
 const DRAG: f64 = 0.006;
 /// Size of a coordinate, whatever its digits: panels keep their width while a star is dragged.
 const COORDINATE: [f32; 2] = [58.0, 18.0];
+/// Most characters of a coordinate that three of stand in a line.
+const SHORT: usize = 7;
 /// Digits of numbers that are written.
 const DIGITS: usize = 6;
 
@@ -224,15 +226,19 @@ fn position(ui: &mut Ui, (place, key): (&str, &Key), label: Id, text: &str, edit
     let mut after = before;
     let speed = (before.iter().map(|v| v.abs()).fold(0.0, f64::max) * DRAG).max(1e-3);
     let mut changed = false;
-    let row = ui.horizontal(|ui| {
+    let long = before.iter().any(|v| rounded(*v, DIGITS).len() > SHORT);
+    let drags = |ui: &mut Ui| {
+        ui.spacing_mut().interact_size = COORDINATE.into();
         let drags = [0, 1, 2].map(|i| {
-            let response = ui.add_sized(COORDINATE, drag(&mut after[i], speed)).labelled_by(label);
+            let response = ui.add(drag(&mut after[i], speed)).labelled_by(label);
             changed |= is_changed(&response, before[i], after[i]);
             response
         });
         ui.label(unit);
         drags.into_iter().reduce(|a, b| a | b)
-    });
+    };
+    // Long numbers stand below each other.
+    let row = if long { ui.vertical(drags) } else { ui.horizontal(drags) };
     if changed {
         let written = |i: usize| if after[i] == before[i] { words[i].to_owned() } else { rounded(after[i], DIGITS) };
         edits.push(Edit::set(place, key.name, format!("{} {} {} {unit}", written(0), written(1), written(2))));
@@ -332,6 +338,12 @@ kind = "perspective"
 position = "0 0 6 pc"
 field_of_view = "24 deg"
 
+[bookmark.1]
+kind = "perspective"
+position = "0 4 0 pc"
+up = [0, 0, 1]
+field_of_view = "20 deg"
+
 [field.cloud]
 kind = "fbm"
 
@@ -358,7 +370,7 @@ electron_density = "1000 cm-3"
 
 [background]
 kind = "blackbody"
-temperature = "5000 K"
+temperature = "15000 K"
 radiance = "1e-7 W/m2/sr/um"
 
 [background.stars]
@@ -390,6 +402,7 @@ width = "50 nm"
         match path {
             "star" | "star_table" | "emission" | "band" => format!("{path}.0"),
             "field.*" => "field.cloud".into(),
+            "bookmark.*" => "bookmark.1".into(),
             path => path.into(),
         }
     }
@@ -401,7 +414,8 @@ width = "50 nm"
         for row in TABLES {
             for kind in (row.kinds)() {
                 // Parallel rays see no stars at infinity.
-                let mut document = said(&SCENE.replace(if row.path == "camera" { "[background.stars]" } else { "\0" }, ""));
+                let mut document =
+                    said(&SCENE.replace(if ["camera", "bookmark.*"].contains(&row.path) { "[background.stars]" } else { "\0" }, ""));
                 let place = place(row.path);
                 if kind.name == "power_law" && row.path == "star" {
                     let key = row.keys_of(None).find(|k| k.name == "spectral_luminosity").unwrap();
@@ -445,7 +459,7 @@ width = "50 nm"
     fn texts_keep_their_comments() {
         let mut toml: toml_edit::DocumentMut = "a = 1 # one\n\n# two\n[b]\nc = \"x\"   # three\n".parse().unwrap();
         Edit::set("b", "c", "y").and(Edit::set("", "a", 2)).and(Edit::set("d.e", "f", true)).apply(&mut toml);
-        assert_eq!(toml.to_string(), "a = 2 # one\n\n# two\n[b]\nc = \"y\"   # three\n\n[d]\n\n[d.e]\nf = true\n");
+        assert_eq!(toml.to_string(), "a = 2 # one\n\n# two\n[b]\nc = \"y\"   # three\n\n[d.e]\nf = true\n");
         let mut toml: toml_edit::DocumentMut = "[[e]]\nlines = [{ w = 1, s = 2 }, { w = 3, s = 4 }]\n".parse().unwrap();
         Edit::set("e.0.lines.1", "s", 9.5).and(Edit::drop("e", 7)).apply(&mut toml);
         assert_eq!(toml.to_string(), "[[e]]\nlines = [{ w = 1, s = 2 }, { w = 3, s = 9.5 }]\n");

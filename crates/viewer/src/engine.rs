@@ -44,6 +44,8 @@ pub struct Order {
     pub moving: bool,
     /// Whether the second view is shown as what the first differs from it.
     pub difference: bool,
+    /// How often the levels that pictures are shown by were asked for anew.
+    pub exposure: u64,
     /// Most bytes that a plan may take.
     pub memory_limit: u64,
 }

@@ -1,4 +1,4 @@
-//! A picture on its way into a file: the one that `barnard render` writes, made beside the window.
+//! A picture on its way into a file: the radiances that `barnard render` writes, in the levels that the window shows, made beside the window.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -85,14 +85,17 @@ impl Export {
             }
             Err(TryRecvError::Empty) => {}
         }
-        egui::Window::new("Saving the picture").collapsible(false).resizable(false).show(ctx, |ui| {
-            let (done, all) = (self.progress.done.load(Ordering::Relaxed), self.progress.all.load(Ordering::Relaxed).max(1));
-            let stage = STAGES[self.progress.stage.load(Ordering::Relaxed) as usize].1;
-            ui.add(egui::ProgressBar::new(done as f32 / all as f32).text(stage).desired_width(280.0));
-            if ui.button("Stop").clicked() {
-                self.stop();
-            }
-        });
+        egui::Window::new("Saving the picture").collapsible(false).resizable(false).anchor(egui::Align2::CENTER_BOTTOM, [0.0, -60.0]).show(
+            ctx,
+            |ui| {
+                let (done, all) = (self.progress.done.load(Ordering::Relaxed), self.progress.all.load(Ordering::Relaxed).max(1));
+                let stage = STAGES[self.progress.stage.load(Ordering::Relaxed) as usize].1;
+                ui.add(egui::ProgressBar::new(done as f32 / all as f32).text(stage).desired_width(280.0));
+                if ui.button("Stop").clicked() {
+                    self.stop();
+                }
+            },
+        );
         None
     }
 }

@@ -6,7 +6,7 @@ use barnard::glam::{DQuat, DVec3};
 use barnard::scene::Scene;
 use toml_edit::Value;
 
-use crate::edit::{Edit, list, numbers, place_text, rounded};
+use crate::edit::{Edit, numbers, place_text, rounded};
 
 /// Turns of a drag over the whole width of the view [rad].
 const ORBIT: f64 = std::f64::consts::PI;
@@ -154,39 +154,37 @@ impl Flight {
         camera
     }
 
-    /// The camera that a table of such keys describes.
-    pub fn read(&self, table: &dyn toml_edit::TableLike) -> Option<Camera> {
-        let place = |key: &str| {
-            let words: Vec<f64> = table.get(key)?.as_str()?.split(' ').filter_map(|w| w.parse().ok()).collect();
-            <[f64; 3]>::try_from(words).ok().map(DVec3::from)
-        };
-        let number = |key: &str| table.get(key)?.as_str().and_then(spectra::units::parts).map(|(number, _)| number);
-        let (position, target) = (place("position")?, place("target")?);
-        let up = list(table, "up")?;
-        let forward = (target - position).try_normalize()?;
-        let right = forward.cross(DVec3::from(<[f64; 3]>::try_from(up).ok()?)).try_normalize()?;
-        let projection = match self.camera.projection {
-            Projection::Perspective { .. } => Projection::Perspective { half_width: (0.5 * number("field_of_view")?.to_radians()).tan() },
-            Projection::Orthographic { .. } => Projection::Orthographic { half_width_pc: 0.5 * number("width")? },
-        };
-        Some(Camera { position, forward, right, up: right.cross(forward), projection, ..self.camera.clone() })
-    }
-
     /// What the scene's text must say to be seen from here.
     pub fn edit(&self) -> Edit {
+        self.edit_of("camera").named("camera")
+    }
+
+    /// What it must say for a bookmark of this view.
+    pub fn bookmark(&self, name: &str) -> Edit {
+        let place = format!("bookmark.{name}");
+        self.edit_of(&place).named(place)
+    }
+
+    /// The camera, as the keys of a table.
+    fn edit_of(&self, table: &str) -> Edit {
         let c = &self.camera;
-        let set = |key: &str, value: Value| Edit::set("camera", key, value);
+        let set = |key: &str, value: Value| Edit::set(table, key, value);
         let distance = self.distance();
-        let edit = set("position", place_text(c.position, distance).into())
-            .and(set("target", place_text(c.position + distance * c.forward, distance).into()))
-            .and(set("up", numbers(c.up.to_array())));
-        let width = match c.projection {
+        let (kind, width, other) = match c.projection {
             Projection::Perspective { half_width } => {
-                set("field_of_view", format!("{} deg", rounded((2.0 * half_width.atan()).to_degrees(), 6)).into())
+                let degrees = rounded((2.0 * half_width.atan()).to_degrees(), 6);
+                ("perspective", set("field_of_view", format!("{degrees} deg").into()), "width")
             }
-            Projection::Orthographic { half_width_pc } => set("width", format!("{} pc", rounded(2.0 * half_width_pc, 6)).into()),
+            Projection::Orthographic { half_width_pc } => {
+                ("orthographic", set("width", format!("{} pc", rounded(2.0 * half_width_pc, 6)).into()), "field_of_view")
+            }
         };
-        edit.and(width).named("camera")
+        set("kind", kind.into())
+            .and(set("position", place_text(c.position, distance).into()))
+            .and(set("target", place_text(c.position + distance * c.forward, distance).into()))
+            .and(set("up", numbers(c.up.to_array())))
+            .and(width)
+            .and(Edit::remove(table, other))
     }
 }
 

@@ -78,6 +78,8 @@ const ABOVE: f64 = 1.0;
 
 /// Most pixels that are counted, evenly over the picture.
 const COUNTED: usize = 1 << 18;
+/// Most stars of the star field that are seen while things move.
+const FIELD_STARS: usize = 1500;
 
 impl Histogram {
     /// Of one band.
@@ -99,9 +101,8 @@ impl Histogram {
 }
 
 impl Picture {
-    /// The picture of `image`, which `plan` made of `scene`.
-    pub fn new(image: Image, scene: Arc<Scene>, plan: Plan, findings: Findings, times: Times, backend: String) -> Self {
-        let tone = Tone { palette: scene.display.palette.clone(), black: 0.0, white: 1.0, stretch: scene.display.stretch };
+    /// The picture of `image`, which `plan` made of `scene`, shown by `tone`.
+    pub fn new(image: Image, scene: Arc<Scene>, tone: Tone, plan: Plan, findings: Findings, times: Times, backend: String) -> Self {
         let (colours, sparks, histograms) = (Arc::default(), Vec::new(), Vec::new());
         let mut picture = Self { image: Arc::new(image), plan, findings, tone, colours, sparks, histograms, times, backend, scene };
         picture.colour();
@@ -109,8 +110,9 @@ impl Picture {
     }
 
     /// The same light, shown in another way.
-    pub fn show(&mut self, display: &Display) {
+    pub fn show(&mut self, display: &Display, tone: Tone) {
         self.scene = Arc::new(Scene { display: display.clone(), ..(*self.scene).clone() });
+        self.tone = tone;
         self.colour();
     }
 
@@ -118,7 +120,6 @@ impl Picture {
     fn colour(&mut self) {
         let start = Instant::now();
         let image = &self.image;
-        self.tone = self.scene.display.tone(image);
         self.colours = Arc::new(self.tone.bytes(image).into_iter().map(|[r, g, b]| Color32::from_rgb(r, g, b)).collect());
         let stride = (image.width * image.height).div_ceil(COUNTED).max(1);
         self.histograms = (0..image.bands.len()).into_par_iter().map(|b| Histogram::of(image.band(b).step_by(stride))).collect();
@@ -134,16 +135,19 @@ impl Picture {
         let plan = Plan { camera: camera.clone(), ..self.plan.clone() };
         let (bands, size) = (self.image.bands.len(), camera.width * camera.height);
         let mut lit: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
-        cpu::draw(Sources::Stars, &self.scene, &plan, |i, value| {
+        cpu::draw(Sources::Brightest(FIELD_STARS), &self.scene, &plan, |i, value| {
             lit.entry(i % size).or_insert_with(|| vec![0.0; bands])[i / size] += value;
         })?;
+        // The wings of a star that nobody can see are none.
         let spark = |(pixel, light): (usize, Vec<f64>)| {
             let (column, row) = (pixel % camera.width, pixel / camera.width);
-            let image = &self.image;
-            let below = |b: usize| image.at(b, row * image.height / camera.height, column * image.width / camera.width);
-            (column, row, colour(self.tone.colour((0..bands).map(|b| below(b) + light[b]))))
+            let (image, tone) = (&self.image, &self.tone);
+            let below: Vec<f64> =
+                (0..bands).map(|b| image.at(b, row * image.height / camera.height, column * image.width / camera.width)).collect();
+            let with = colour(tone.colour(below.iter().zip(&light).map(|(below, light)| below + light)));
+            (with != colour(tone.colour(below.into_iter()))).then_some((column, row, with))
         };
-        self.sparks = lit.into_iter().map(spark).collect();
+        self.sparks = lit.into_iter().filter_map(spark).collect();
         self.times.stars = start.elapsed().as_secs_f64();
         Ok(())
     }

@@ -1,6 +1,5 @@
-//! What outlives a window: recent scenes, bookmarks, and changes that were not saved when it ended.
+//! What outlives a window: recent scenes, and changes that were not saved when it ended.
 
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
@@ -8,7 +7,6 @@ use barnard::formats::replace;
 use eframe::Storage;
 
 use crate::document::{Document, Origin};
-use crate::flight::Flight;
 
 /// Most recent scenes that are remembered.
 const RECENT: usize = 12;
@@ -16,16 +14,14 @@ const RECENT: usize = 12;
 const EVERY: f64 = 2.0;
 /// How a file of unsaved changes begins.
 const HEAD: &str = "# unsaved changes of ";
-/// Names of what is stored.
-const KEYS: (&str, &str) = ("recent", "bookmarks");
+/// The name under which they are stored.
+const RECENT_SCENES: &str = "recent";
 
 /// Memory beyond one document.
 #[derive(Default)]
 pub struct Session {
     /// Scenes that were open, the last one first.
     pub recent: Vec<Origin>,
-    /// Views by scene and number.
-    bookmarks: BTreeMap<String, toml_edit::Table>,
     /// Where unsaved changes are written; nowhere if none. No two windows share it.
     recovery: Option<PathBuf>,
     /// Held as long as this window lives, so that others leave its changes alone.
@@ -79,20 +75,12 @@ impl Session {
 
     /// What was written down when a window closed.
     pub fn restore(&mut self, storage: &dyn Storage) {
-        let stored = |key: &str| storage.get_string(key).unwrap_or_default();
-        self.recent = stored(KEYS.0).lines().filter_map(origin).take(RECENT).collect();
-        let table: toml_edit::DocumentMut = stored(KEYS.1).parse().unwrap_or_default();
-        self.bookmarks = table.iter().filter_map(|(name, item)| Some((name.to_owned(), item.as_table()?.clone()))).collect();
+        self.recent = storage.get_string(RECENT_SCENES).unwrap_or_default().lines().filter_map(origin).take(RECENT).collect();
     }
 
     /// Writes it down.
     pub fn save(&self, storage: &mut dyn Storage) {
-        storage.set_string(KEYS.0, self.recent.iter().map(named).collect::<Vec<_>>().join("\n"));
-        let mut document = toml_edit::DocumentMut::new();
-        for (name, table) in &self.bookmarks {
-            document.insert(name, toml_edit::Item::Table(table.clone()));
-        }
-        storage.set_string(KEYS.1, document.to_string());
+        storage.set_string(RECENT_SCENES, self.recent.iter().map(named).collect::<Vec<_>>().join("\n"));
     }
 
     /// A scene was opened.
@@ -100,22 +88,6 @@ impl Session {
         self.recent.retain(|o| named(o) != named(origin));
         self.recent.insert(0, origin.clone());
         self.recent.truncate(RECENT);
-    }
-
-    /// Remembers a view.
-    pub fn mark(&mut self, origin: &Origin, number: usize, flight: &Flight) {
-        let mut document = toml_edit::DocumentMut::new();
-        flight.edit().apply(&mut document);
-        let camera = document.get("camera").cloned().unwrap_or_default();
-        self.bookmarks.entry(named(origin)).or_default().insert(&(number + 1).to_string(), camera);
-    }
-
-    /// Goes back to a view; false where there is none.
-    pub fn recall(&self, origin: &Origin, number: usize, flight: &mut Flight) -> bool {
-        let marked = self.bookmarks.get(&named(origin)).and_then(|t| t.get(&(number + 1).to_string()));
-        let Some(camera) = marked.and_then(|item| flight.read(item.as_table_like()?)) else { return false };
-        flight.take(&camera);
-        true
     }
 
     /// Keeps the changes of a document that are not saved, now and then.

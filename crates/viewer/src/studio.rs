@@ -13,6 +13,7 @@ use barnard::{Error, Result};
 use barnard_gpu::{Gpu, GpuError, Ordinates, Renderer, Tuning};
 
 use crate::engine::{Order, Quality, View};
+use crate::exposure::Exposure;
 use crate::picture::{Picture, Times};
 
 /// What a picture may take while things move [s].
@@ -43,6 +44,7 @@ struct Stand<'g> {
     /// The last settled plan, of which the next one takes what still holds.
     settled: Option<Plan>,
     last: Option<Last>,
+    exposure: Exposure,
 }
 
 /// The last picture.
@@ -134,7 +136,9 @@ impl<'g> Studio<'g> {
         let quality = qualities?.into_iter().min()?;
         let coloured = |(stand, view): (&mut Stand, &View)| {
             let last = stand.last.as_mut()?;
-            last.picture.show(&view.scene.display);
+            let display = &view.scene.display;
+            let tone = stand.exposure.tone(order.exposure, display, &last.picture.image, last.quality == Quality::Settled);
+            last.picture.show(display, tone);
             if last.quality < Quality::Settled {
                 last.picture.spark(&order.camera).ok()?;
             }
@@ -168,7 +172,8 @@ impl<'g> Studio<'g> {
         let (data, findings, marched, backend) = stand.quick.radiance(gpu, plan, control)?;
         let times = Times { plan: planned, march: marched, stars: 0.0, colours: 0.0 };
         let image = cpu::extended(&scene, data)?;
-        let mut picture = Picture::new(image, scene, plan.clone(), findings, times, backend);
+        let tone = stand.exposure.tone(order.exposure, &scene.display, &image, false);
+        let mut picture = Picture::new(image, scene, tone, plan.clone(), findings, times, backend);
         picture.spark(&order.camera)?;
         self.rate = (pixels(&plan.camera) / (picture.times.all() - planned).max(1e-6)).max(1.0);
         stand.keep(view, &order.camera, stage(scale), &picture);
@@ -189,7 +194,8 @@ impl<'g> Studio<'g> {
         let start = Instant::now();
         let image = cpu::finished(&scene, &plan, data, findings, &backend)?;
         let times = Times { plan: planned, march: marched, stars: start.elapsed().as_secs_f64(), colours: 0.0 };
-        let picture = Picture::new(image, scene, plan, findings, times, backend);
+        let tone = stand.exposure.tone(order.exposure, &scene.display, &image, true);
+        let picture = Picture::new(image, scene, tone, plan, findings, times, backend);
         stand.keep(view, &order.camera, Quality::Settled, &picture);
         Ok(picture)
     }
@@ -276,7 +282,14 @@ mod tests {
 
     fn order(document: &Document, size: (usize, usize), moving: bool) -> Order {
         let view = View::of(document);
-        Order { views: vec![view], camera: Flight::of(document.scene()).seen(size), moving, difference: false, memory_limit: 1 << 32 }
+        Order {
+            views: vec![view],
+            camera: Flight::of(document.scene()).seen(size),
+            moving,
+            difference: false,
+            exposure: 0,
+            memory_limit: 1 << 32,
+        }
     }
 
     fn served(studio: &mut Studio, order: &Order) -> Vec<(Quality, Picture)> {

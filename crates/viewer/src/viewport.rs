@@ -305,12 +305,13 @@ pub fn keys(ctx: &Context, app: &mut App) {
     }
     const DIGITS: [Key; 9] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
     for (i, key) in DIGITS.into_iter().enumerate() {
+        let name = (i + 1).to_string();
         if pressed(Modifiers::COMMAND, key) {
-            app.session.mark(app.document.origin(), i, &app.flight);
-            app.tell(format!("bookmark {} is here", i + 1));
+            app.apply(app.flight.bookmark(&name));
+            app.tell(format!("bookmark {name} is here; it is saved with the scene"));
         }
-        if pressed(Modifiers::NONE, key) && !app.session.recall(app.document.origin(), i, &mut app.flight) {
-            app.tell(format!("there is no bookmark {}; Ctrl+{} sets it", i + 1, i + 1));
+        if pressed(Modifiers::NONE, key) && !app.go_to(&name) {
+            app.tell(format!("there is no bookmark {name}; Ctrl+{name} sets it"));
         }
     }
 }

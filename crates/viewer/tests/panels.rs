@@ -656,12 +656,16 @@ fn undo_outlives_saving_elsewhere() {
     assert!(document.scene().method.accuracy != 0.02 && document.is_changed());
 }
 
-/// Bookmarks bring a view back.
+/// Bookmarks bring a view back, stand in the scene, and are taken back like any change.
 #[test]
 fn bookmarks_are_places() {
     let (_folder, mut harness) = open();
+    harness.key_press(Key::Num3);
+    harness.step();
+    assert!(notice(&harness).contains("no bookmark 3"), "{}", notice(&harness));
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Num3);
     harness.step();
+    assert!(harness.state().document.text().contains("[bookmark.3]\nkind = \"perspective\"\n"), "{}", harness.state().document.text());
     let centre = viewport(&harness).center();
     drag(&mut harness, PointerButton::Primary, centre, centre + vec2(150.0, 0.0));
     settle(&mut harness);
@@ -669,6 +673,79 @@ fn bookmarks_are_places() {
     harness.key_press(Key::Num3);
     settle(&mut harness);
     assert!(harness.state().flight.camera.position.distance(barnard::glam::DVec3::new(0.0, 0.0, 6.0)) < 1e-4);
+    for _ in 0..3 {
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        harness.step();
+    }
+    assert!(!harness.state().document.text().contains("bookmark"), "{}", harness.state().document.text());
+}
+
+/// Digits that are typed are the field's own, also where a slow frame holds them with the key that leaves it.
+#[test]
+fn typed_digits_are_no_bookmarks() {
+    let (_folder, mut harness) = open();
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Num3);
+    let centre = viewport(&harness).center();
+    drag(&mut harness, PointerButton::Primary, centre, centre + vec2(150.0, 0.0));
+    settle(&mut harness);
+    let there = harness.state().flight.camera.position;
+    harness.get_by_role_and_label(Role::SpinButton, "temperature").focus();
+    harness.step();
+    // All in one frame.
+    let pressed = |key| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE };
+    harness.input_mut().events.extend([Key::Num3, Key::Enter, Key::Num3].map(pressed));
+    harness.step();
+    assert_eq!(harness.state().flight.camera.position, there);
+    harness.step();
+    harness.key_press(Key::Num3);
+    settle(&mut harness);
+    assert!(harness.state().flight.camera.position.distance(there) > 1.0, "the digit is the window's again");
+}
+
+/// Levels stay where the first settled picture had them while the view turns and a star grows brighter: what changes is what is seen.
+#[test]
+fn levels_are_held() {
+    let (_folder, mut harness) = open();
+    let white = |harness: &Harness<App>| harness.state().shown.as_ref().unwrap().pictures[0].tone.white;
+    let own = |harness: &Harness<App>| {
+        let picture = &harness.state().shown.as_ref().unwrap().pictures[0];
+        picture.scene.display.tone(&picture.image).white
+    };
+    let first = white(&harness);
+    assert_eq!(first, own(&harness));
+    let centre = viewport(&harness).center();
+    drag(&mut harness, PointerButton::Primary, centre, centre + vec2(150.0, 0.0));
+    assert_eq!(white(&harness), first);
+    settle(&mut harness);
+    assert_eq!(white(&harness), first);
+    harness.get_by_role_and_label(Role::SpinButton, "luminosity").set_value_accesskit(6000.0);
+    settle(&mut harness);
+    assert!(white(&harness) == first && own(&harness) > 1.2 * first, "{} {}", own(&harness), first);
+    harness.key_press(Key::Num0);
+    settle(&mut harness);
+    assert_eq!(white(&harness), own(&harness));
+}
+
+/// Numbers of many digits stay within their panel.
+#[test]
+fn long_numbers_stay_in_their_panel() {
+    let (_folder, path) = folder();
+    let long = SCENE
+        .replace("0.3 0.2 0.9 pc", "0.312345678901234 -0.212345678901234 0.912345678901234 pc")
+        .replace("3000 Lsun", "3000.12345678901234567 Lsun")
+        .replace("4 mag/pc", "4.12345678901234567 mag/pc")
+        .replace("accuracy = 0.02", "accuracy = 0.02000000000012345");
+    std::fs::write(&path, long).unwrap();
+    let mut harness = harness(app(&path, None));
+    settle(&mut harness);
+    let panel = viewport(&harness).left();
+    for label in ["position", "luminosity", "temperature", "scale", "accuracy", "bake"] {
+        for number in harness.get_all_by_role_and_label(Role::SpinButton, label) {
+            let (low, high) = if number.rect().left() < panel { (0.0, panel) } else { (viewport(&harness).right(), 1150.0) };
+            assert!(number.rect().left() >= low && number.rect().right() <= high, "{label}: {:?}", number.rect());
+        }
+    }
+    harness.render().unwrap().save("/tmp/long.png").unwrap();
 }
 
 /// One part of the window as it looked before, and how it looks now.

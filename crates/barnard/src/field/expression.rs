@@ -69,7 +69,9 @@ impl Expression {
             })
             .collect();
         let variables = variables?;
-        let boxes = variables.iter().filter_map(|v| if let Variable::Field(f) = v { Some(f.bounds()) } else { None });
+        let own_bounds = |v: &Variable| if let Variable::Field(f) = v { Some(f.bounds()) } else { None };
+        let smaller = |a: &Bounds, b: &Bounds| a.size().element_product().total_cmp(&b.size().element_product());
+        let boxes = variables.iter().filter_map(own_bounds);
         let union = boxes.reduce(|a, b| a.union(&b)).ok_or_else(|| format!("\"{formula}\" uses no field"))?;
         let of_variable = |v: &Variable| match v {
             Variable::Field(f) => Support::Within(f.bounds()),
@@ -77,6 +79,8 @@ impl Expression {
         };
         let bounds = match support(&normalised, &variables.iter().map(of_variable).collect::<Vec<_>>()) {
             Support::Within(own) => own.intersection(&union).unwrap_or(union),
+            // Nothing at all: in the smallest of the boxes.
+            Support::Number(0.0) => variables.iter().filter_map(own_bounds).min_by(smaller).unwrap_or(union),
             Support::Number(_) | Support::Everywhere => union,
         };
         let jumps = ["step", "floor", "ceil"].iter().any(|name| normalised.contains(&format!("{name}(")));

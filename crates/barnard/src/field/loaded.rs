@@ -52,13 +52,17 @@ fn build(section: &Section, loader: &Loader) -> Result<Arc<dyn Field>> {
     let own = own_bounds(section, &frame, axes, dims)?;
     let lattice = Lattice { dims, bounds: bounds(section, dims, own)? };
     let factor = section.number("factor", f64::MIN..=f64::MAX)?.unwrap_or(1.0) * unit(section, &frame)?;
-    let factor = factor as f32;
-    let mut grid = Grid { data: arranged(array, axes, &lattice), lattice };
-    if factor != 1.0 {
-        grid.data.iter_mut().for_each(|v| *v *= factor);
+    let largest = array.data.iter().fold(0.0, |most: f64, v| most.max((v * factor).abs()));
+    if largest > 0.0 && largest < f64::from(f32::MIN_POSITIVE) {
+        let key = if section.has("factor") { "factor" } else { "file" };
+        let message = format!(
+            "its values are at most {largest:e} by unit and factor, which single precision does not hold: choose another unit, and the scale of dust or gas for it"
+        );
+        return Err(section.error(key, message));
     }
+    let mut grid = Grid { data: arranged(&array, factor, axes, &lattice), lattice };
     if section.flag("clip")?.unwrap_or(false) {
-        grid.data.iter_mut().filter(|v| !(v.is_finite() && **v > 0.0)).for_each(|v| *v = 0.0);
+        grid.data.iter_mut().filter(|v| v.is_nan() || **v < 0.0).for_each(|v| *v = 0.0);
     }
     grid.check(section.name())?;
     Ok(Arc::new(grid))
@@ -80,7 +84,11 @@ fn unit(section: &Section, frame: &Frame) -> Result<f64> {
             );
             section.error("file", message)
         }),
-        (Some(said), None) => Ok(size(said).unwrap_or(1.0)),
+        (Some(said), None) => size(said).ok_or_else(|| {
+            let known: Vec<&str> = NumberDensity::UNITS.iter().map(|(name, _)| *name).collect();
+            let message = format!("\"{said}\" is no number density that is known ({}): leave `unit` out to take the values as they are", known.join(", "));
+            section.error("unit", message)
+        }),
         (Some(said), Some(own)) if said.trim() == own.trim() => Ok(size(said).unwrap_or(1.0)),
         (Some(said), Some(own)) => match (size(said), size(own)) {
             (Some(a), Some(b)) if a == b => Ok(a),
@@ -89,15 +97,22 @@ fn unit(section: &Section, frame: &Frame) -> Result<f64> {
     }
 }
 
-/// The box that a FITS file's own frame says, where its axes are lengths.
-fn own_bounds(section: &Section, frame: &Frame, axes: &str, dims: [usize; 3]) -> Result<Option<Bounds>> {
+/// The box that a FITS file's own frame says, or why it says none.
+fn own_bounds(section: &Section, frame: &Frame, axes: &str, dims: [usize; 3]) -> Result<std::result::Result<Bounds, String>> {
     if !section.flag("wcs")?.unwrap_or(true) {
-        return Ok(None);
+        return Ok(Err(String::new()));
     }
     let mut bounds = Bounds { low: DVec3::ZERO, high: DVec3::ZERO };
     for (i, letter) in ['x', 'y', 'z'].into_iter().enumerate() {
-        let Some(axis) = &frame.axes[axes.find(letter).unwrap_or(0)] else { return Ok(None) };
-        let Some(pc) = Length::unit_size(&axis.unit) else { return Ok(None) };
+        let Some(axis) = &frame.axes[axes.find(letter).unwrap_or(0)] else {
+            return Ok(Err(String::new()));
+        };
+        let Some(pc) = Length::unit_size(&axis.unit) else {
+            return Ok(Err(match axis.unit.as_str() {
+                "" => String::new(),
+                unit => format!("the file's axis {letter} is in \"{unit}\", which is no length that is known: "),
+            }));
+        };
         if axis.step < 0.0 {
             let message = format!(
                 "the file's axis {letter} runs backwards (step {} {}): flip the array, or say wcs = false with low and high",
@@ -108,22 +123,26 @@ fn own_bounds(section: &Section, frame: &Frame, axes: &str, dims: [usize; 3]) ->
         bounds.low[i] = (axis.first - 0.5 * axis.step) * pc;
         bounds.high[i] = bounds.low[i] + dims[i] as f64 * axis.step * pc;
     }
-    Ok(Some(bounds))
+    Ok(Ok(bounds))
 }
 
 /// How far voxels of the scene may be from those of the file's own frame, in parts of them.
 const FRAME_TOLERANCE: f64 = 0.01;
 
 /// The box: the scene's, or the file's own, `frame`; both must say the same size.
-fn bounds(section: &Section, dims: [usize; 3], frame: Option<Bounds>) -> Result<Bounds> {
+fn bounds(section: &Section, dims: [usize; 3], frame: std::result::Result<Bounds, String>) -> Result<Bounds> {
     let said = ["voxel", "low", "high", "centre"].iter().any(|key| section.has(key));
-    let Some(frame) = frame else { return said_bounds(section, dims) };
+    let frame = match frame {
+        Ok(frame) => frame,
+        Err(reason) if !said && !reason.is_empty() => return Err(section.error("file", format!("{reason}say low and high, or voxel"))),
+        Err(_) => return said_bounds(section, dims),
+    };
     if !said {
         return Ok(frame);
     }
     let own = said_bounds(section, dims)?;
     let (size, other) = (own.size(), frame.size());
-    if ((size - other) / other).abs().max_element() > FRAME_TOLERANCE {
+    if !((size - other) / other).abs().cmple(DVec3::splat(FRAME_TOLERANCE)).all() {
         let key = if section.has("voxel") { "voxel" } else { "low" };
         let message = format!(
             "the scene's box is {:.4} x {:.4} x {:.4} pc, the file's own frame {:.4} x {:.4} x {:.4} pc: leave out low and high to take the file's, or say wcs = false",
@@ -147,19 +166,16 @@ fn said_bounds(section: &Section, dims: [usize; 3]) -> Result<Bounds> {
     section.bounds("low", "high")
 }
 
-/// The values with x running fastest.
-fn arranged(array: Array, axes: &str, lattice: &Lattice) -> Vec<f32> {
+/// The values times `factor`, with x running fastest.
+fn arranged(array: &Array, factor: f64, axes: &str, lattice: &Lattice) -> Vec<f32> {
     let [n0, n1, n2] = array.shape;
     let strides = if array.fortran { [1, n0, n0 * n1] } else { [n1 * n2, n2, 1] };
     let [sx, sy, sz] = ['x', 'y', 'z'].map(|c| strides[axes.find(c).unwrap_or(0)]);
-    if (sx, sy, sz) == (1, lattice.dims[0], lattice.dims[0] * lattice.dims[1]) {
-        return array.data;
-    }
     let [nx, ny, nz] = lattice.dims;
     let mut data = Vec::with_capacity(array.data.len());
     for z in 0..nz {
         for y in 0..ny {
-            data.extend((0..nx).map(|x| array.data[x * sx + y * sy + z * sz]));
+            data.extend((0..nx).map(|x| (factor * array.data[x * sx + y * sy + z * sz]) as f32));
         }
     }
     data

@@ -44,6 +44,10 @@ impl Field for Plummer {
     fn bounds(&self) -> Bounds {
         Bounds::cube(self.centre, self.cut)
     }
+    /// Where the cut takes away what can be seen: a five-hundredth is left at the default.
+    fn has_edges(&self) -> bool {
+        (1.0 + (self.cut / self.core).powi(2)).powf(-2.5) > 2e-3
+    }
     fn feature_pc(&self) -> f64 {
         0.25 * self.core
     }

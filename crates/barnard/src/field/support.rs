@@ -70,25 +70,46 @@ impl Support {
         }
     }
 
-    /// Of a function that is zero at zero.
-    fn kept(self) -> Self {
+    /// Of a function of it.
+    fn mapped(self, function: fn(f64) -> f64) -> Self {
         match self {
-            Support::Number(0.0) | Support::Within(_) => self,
+            Support::Number(n) => Support::Number(function(n)),
+            Support::Within(_) if function(0.0) == 0.0 => self,
+            _ => Support::Everywhere,
+        }
+    }
+
+    fn quotient(self, other: Self) -> Self {
+        match (&self, &other) {
+            (Support::Number(a), Support::Number(b)) => Support::Number(a / b),
+            (Support::Number(0.0) | Support::Within(_), _) => self,
             _ => Support::Everywhere,
         }
     }
 
     fn power(self, exponent: Self) -> Self {
-        match exponent {
-            Support::Number(n) if n > 0.0 => self.kept(),
+        match (&self, &exponent) {
+            (Support::Number(a), Support::Number(n)) => Support::Number(a.powf(*n)),
+            (Support::Within(_), Support::Number(n)) if *n > 0.0 => self,
             _ => Support::Everywhere,
+        }
+    }
+
+    /// Of the lesser or the greater of two, which `choose` tells.
+    fn chosen(self, other: Self, choose: fn(f64, f64) -> f64) -> Self {
+        match (&self, &other) {
+            (Support::Number(a), Support::Number(b)) => Support::Number(choose(*a, *b)),
+            (Support::Within(_), Support::Number(n)) if choose(0.0, *n) == 0.0 => self,
+            (Support::Number(n), Support::Within(_)) if choose(*n, 0.0) == 0.0 => other,
+            _ => self.either(other),
         }
     }
 
     /// One where the first is at least the second.
     fn step(self, edge: Self) -> Self {
-        match edge {
-            Support::Number(edge) if edge > 0.0 => self.kept(),
+        match (&self, &edge) {
+            (Support::Number(a), Support::Number(edge)) => Support::Number(if a >= edge { 1.0 } else { 0.0 }),
+            (Support::Within(_), Support::Number(edge)) if *edge > 0.0 => self,
             _ => Support::Everywhere,
         }
     }
@@ -107,15 +128,26 @@ impl MakeOperators<Support> for SupportOperators {
                 Support::Number(-1.0).both(a)
             }),
             binary("*", 2, Support::both),
-            binary("/", 3, |a, _| a.kept()),
+            binary("/", 3, Support::quotient),
             binary("^", 4, Support::power),
-            binary("min", 0, Support::either),
-            binary("max", 0, Support::either),
+            binary("min", 0, |a, b| a.chosen(b, f64::min)),
+            binary("max", 0, |a, b| a.chosen(b, f64::max)),
             binary("step", 0, Support::step),
         ];
-        let zero_at_zero = ["sqrt", "abs", "sin", "tan", "tanh", "floor", "ceil"];
-        operators.extend(zero_at_zero.map(|name| Operator::make_unary(name, Support::kept)));
-        operators.extend(["exp", "ln", "log10", "cos"].map(|name| Operator::make_unary(name, |_| Support::Everywhere)));
+        let functions: [(&str, fn(Support) -> Support); 11] = [
+            ("sqrt", |a| a.mapped(f64::sqrt)),
+            ("abs", |a| a.mapped(f64::abs)),
+            ("sin", |a| a.mapped(f64::sin)),
+            ("tan", |a| a.mapped(f64::tan)),
+            ("tanh", |a| a.mapped(f64::tanh)),
+            ("floor", |a| a.mapped(f64::floor)),
+            ("ceil", |a| a.mapped(f64::ceil)),
+            ("exp", |a| a.mapped(f64::exp)),
+            ("ln", |a| a.mapped(f64::ln)),
+            ("log10", |a| a.mapped(f64::log10)),
+            ("cos", |a| a.mapped(f64::cos)),
+        ];
+        operators.extend(functions.map(|(name, apply)| Operator::make_unary(name, apply)));
         operators
     }
 }
@@ -155,10 +187,41 @@ mod tests {
         for formula in ["a * b", "a * (1 - x) * b", "a^2 * b / x", "2*b*a + 0*x"] {
             assert_eq!(of(formula), Support::Within(a.intersection(&b).unwrap()), "{formula}");
         }
-        for formula in ["a", "a * (1 - b)", "a * exp(-x^2) * (1 + b)", "a*step(x, 0.2)", "step(a, 0.5)", "a * (b + 1)", "a^(-1 + 3)"] {
+        for formula in [
+            "a",
+            "a * (1 - b)",
+            "a * exp(-x^2) * (1 + b)",
+            "a*step(x, 0.2)",
+            "step(a, 0.5)",
+            "a * (b + 1)",
+            "a^(-1 + 3)",
+            "min(a, 0.5)",
+            "min(2/3, a)",
+            "max(a, -1)",
+            "a^(1/2)",
+            "a^sqrt(4)",
+            "a*min(1, 2)",
+        ] {
             assert_eq!(of(formula), Support::Within(a), "{formula}");
         }
-        for formula in ["a + 1", "exp(a)", "a^0", "1 - a", "step(x, 1)", "step(a, 0)", "a^b", "a^(-2)", "a^(1 - 3)"] {
+        for formula in ["a * 0", "a * (1 - 2/2)", "a * step(0.2, 0.5)", "0/3 * b"] {
+            assert_eq!(of(formula), Support::Number(0.0), "{formula}");
+        }
+        for formula in [
+            "a + 1",
+            "exp(a)",
+            "a^0",
+            "1 - a",
+            "step(x, 1)",
+            "step(a, 0)",
+            "a^b",
+            "a^(-2)",
+            "a^(1 - 3)",
+            "min(a, -1)",
+            "max(a, 0.5)",
+            "max(1/3, a)",
+            "a^cos(3)",
+        ] {
             assert_eq!(of(formula), Support::Everywhere, "{formula}");
         }
     }

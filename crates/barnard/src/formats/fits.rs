@@ -96,11 +96,12 @@ impl Header {
         let written = |keyword: &str| self.text(keyword).map(str::trim).filter(|t| !t.is_empty()).map(str::to_owned);
         let matrix = |i: usize, j: usize| self.number(&format!("CD{i}_{j}")).or_else(|| self.number(&format!("PC{i}_{j}")));
         let count = self.axes().map_or(0, |a| a.len());
-        let turned = |i: usize| (1..=count).filter(|j| *j != i).any(|j| matrix(i, j).is_some_and(|v| v != 0.0));
+        let rotated = (1..=count).any(|i| self.number(&format!("CROTA{i}")).is_some_and(|v| v != 0.0));
+        let turned = |i: usize| rotated || (1..=count).filter(|j| *j != i).any(|j| matrix(i, j).is_some_and(|v| v != 0.0));
         let axis = |i: usize| {
             let scale = self.number(&format!("PC{i}_{i}")).unwrap_or(1.0);
             let step = self.number(&format!("CD{i}_{i}")).or_else(|| Some(scale * self.number(&format!("CDELT{i}"))?))?;
-            let reference = self.number(&format!("CRPIX{i}")).unwrap_or(1.0);
+            let reference = self.number(&format!("CRPIX{i}")).unwrap_or(0.0);
             let first = self.number(&format!("CRVAL{i}")).unwrap_or(0.0) + (1.0 - reference) * step;
             let usable = step.is_finite() && step != 0.0 && first.is_finite() && !turned(i);
             usable.then(|| Axis { unit: written(&format!("CUNIT{i}")).unwrap_or_default(), step, first })
@@ -213,7 +214,7 @@ fn array(request: &Request) -> Result<Array> {
     shape.reverse();
     let (shape, cells) = checked_shape(request, &shape)?;
     let data = values(request, header, cells)?;
-    Ok(Array { shape, data: data.into_iter().map(|v| v as f32).collect(), fortran: false, frame: Some(header.frame()) })
+    Ok(Array { shape, data, fortran: false, frame: Some(header.frame()) })
 }
 
 fn image(request: &Request) -> Result<Image> {
@@ -253,7 +254,16 @@ impl Cards {
         self.value(keyword, format!("{value:E}"), comment);
     }
     fn text(&mut self, keyword: &str, value: &str, comment: &str) {
-        let quoted = format!("'{:<8}'", super::ascii(value).replace('\'', "''").chars().take(66).collect::<String>());
+        // Quotes are written twice, and no cut parts them.
+        let mut text = String::new();
+        for c in super::ascii(value).chars() {
+            let written = if c == '\'' { "''".to_owned() } else { c.to_string() };
+            if text.len() + written.len() > 66 {
+                break;
+            }
+            text += &written;
+        }
+        let quoted = format!("'{text:<8}'");
         self.push(format!("{keyword:<8}= {quoted:<20} / {comment}"));
     }
     fn keyword(&mut self, keyword: &Keyword) {
@@ -267,18 +277,20 @@ impl Cards {
     fn history(&mut self, text: &str) {
         const WIDTH: usize = 72;
         let mut line = String::new();
-        for word in super::ascii(text).split_whitespace() {
+        let text = super::ascii(text);
+        // One word may be longer than a card.
+        let pieces = text.split_whitespace().flat_map(|word| word.as_bytes().chunks(WIDTH)).map(String::from_utf8_lossy);
+        for word in pieces {
             if !line.is_empty() && line.len() + 1 + word.len() > WIDTH {
                 self.push(format!("HISTORY {}", std::mem::take(&mut line)));
             }
             if !line.is_empty() {
                 line.push(' ');
             }
-            line += word;
+            line += &word;
         }
-        // One word may be longer than a card.
-        for chunk in line.as_bytes().chunks(WIDTH) {
-            self.push(format!("HISTORY {}", String::from_utf8_lossy(chunk)));
+        if !line.is_empty() {
+            self.push(format!("HISTORY {line}"));
         }
     }
     fn finish(mut self) -> Vec<u8> {

@@ -22,7 +22,7 @@ pub struct Array {
     /// Lengths of the axes, in the file's order of indices.
     pub shape: [usize; 3],
     /// The values, in the file's order.
-    pub data: Vec<f32>,
+    pub data: Vec<f64>,
     /// Whether the first index runs fastest.
     pub fortran: bool,
     /// What the file itself says of its values and axes, where it was FITS, whose customs for axes differ.

@@ -26,7 +26,7 @@ fn npy(request: &Request) -> Result<Array> {
     let (file, order) = open(request, request.bytes)?;
     let (shape, cells) = checked_shape(request, file.shape())?;
     let data = values(request, file, cells, request.bytes.len())?;
-    Ok(Array { shape, data: data.into_iter().map(|v| v as f32).collect(), fortran: order == Order::Fortran, frame: None })
+    Ok(Array { shape, data, fortran: order == Order::Fortran, frame: None })
 }
 
 const MAGIC: &[u8] = b"\x93NUMPY";

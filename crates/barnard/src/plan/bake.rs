@@ -15,36 +15,47 @@ pub const MAX_BAKE: usize = 256;
 /// And fewest.
 pub const MIN_BAKE: usize = 32;
 
+/// How finely functions are sampled, in voxels along the longest edge, where the scene does not say it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fineness {
+    /// At least so many.
+    pub least: usize,
+    /// At most so many; voxels of grids are merged to no more.
+    pub most: usize,
+}
+
+/// As each function asks for.
+pub const OWN: Fineness = Fineness { least: MIN_BAKE, most: usize::MAX };
+
 /// Puts grids in the place of functions, so that every back end sees the same samples.
 pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
     if let Some(dust) = &mut scene.dust {
-        dust.density = Arc::new(baked(&dust.density, 1.0, "dust", options, None)?);
+        dust.density = Arc::new(baked(&dust.density, 1.0, "dust", options, OWN)?);
     }
     for gas in &mut scene.emission {
-        gas.density = Arc::new(baked(&gas.density, 1.0, &gas.name, options, None)?);
+        gas.density = Arc::new(baked(&gas.density, 1.0, &gas.name, options, OWN)?);
     }
     Ok(())
 }
 
 /// Voxels along the longest edge of a function's box.
-fn edge(field: &Arc<dyn Field>, options: &Options) -> usize {
+fn edge(field: &Arc<dyn Field>, options: &Options, fineness: Fineness) -> usize {
     let finest = (field.bounds().size().max_element() / field.feature_pc()).ceil() as usize;
-    options.method.bake.unwrap_or(finest.clamp(MIN_BAKE, MAX_BAKE))
+    options.method.bake.unwrap_or(finest.clamp(MIN_BAKE, MAX_BAKE).max(fineness.least)).min(fineness.most)
 }
 
 /// The field as a grid, sampled if it is a function.
-pub(super) fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, options: &Options, most: Option<usize>) -> Result<Grid> {
+pub(super) fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, options: &Options, fineness: Fineness) -> Result<Grid> {
     if let Some(grid) = field.grid() {
         check_memory(&format!("the plan's copy of {what}"), 4 * grid.lattice.cells() as u64, options.memory_limit)?;
         let longest = grid.lattice.dims.into_iter().max().unwrap_or(1);
-        let merged = longest.div_ceil(most.unwrap_or(longest).max(1));
+        let merged = longest.div_ceil(fineness.most.max(1));
         let scaled = if merged > 1 { grid.merged(merged, factor) } else { scaled(grid, factor) };
         scaled.check(what)?;
         return Ok(scaled);
     }
     let size = field.bounds().size();
-    let edge = edge(field, options);
-    let edge = edge.min(most.unwrap_or(edge)) as f64;
+    let edge = edge(field, options, fineness) as f64;
     let dims = <[f64; 3]>::from(size / size.max_element() * edge).map(|n| (n.round() as usize).max(2));
     let lattice = Lattice { dims, bounds: field.bounds() };
     check_memory(&format!("{what}, sampled"), 4 * lattice.cells() as u64, options.memory_limit)?;

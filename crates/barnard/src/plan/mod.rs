@@ -22,6 +22,7 @@ pub mod segment;
 mod space;
 mod spectral;
 pub mod star_depth;
+mod unresolved;
 mod volume;
 mod walk;
 mod weights;
@@ -41,6 +42,7 @@ pub use probe::Probe;
 pub use report::{HALF, SINGLE};
 pub use space::Space;
 pub use spectral::{BandPlan, PHASE_RANGE, PhaseTable, Spectral};
+pub use unresolved::Unresolved;
 pub use volume::{Channel, MAX_CHANNELS, Volume};
 pub use weights::{Emitter, Scatterer, Weights, weights as weights_of};
 

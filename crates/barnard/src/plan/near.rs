@@ -18,6 +18,25 @@ pub struct NearPiece {
     pub cosine: f64,
 }
 
+/// The dust near a star.
+pub struct Dust<S, D> {
+    /// σ at V of a place [pc⁻¹].
+    pub sigma: S,
+    /// Optical depth at V from the star to a place [1].
+    pub depth: D,
+}
+
+/// The samples' own.
+pub fn samples(space: &Space, star: DVec3) -> Dust<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64> {
+    let sigma = |p| space.dust.as_ref().map_or(0.0, |dust| dust.at(p));
+    Dust { sigma, depth: move |p| space.depth(star, p) }
+}
+
+/// That of the fields which were sampled.
+pub fn fields(space: &Space, star: DVec3) -> Dust<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64> {
+    Dust { sigma: |p| space.fields_at(p).0, depth: move |p| space.depth(star, p) + space.depth_beyond_samples(star, p) }
+}
+
 /// How finely the neighbourhood of a star is looked at.
 #[derive(Debug, Clone, Copy)]
 pub struct Resolution {
@@ -74,7 +93,7 @@ pub fn phases(angle: f64, phase_angle: f64) -> usize {
 
 /// The pieces of [`from`, `to`] on `ray`, along which τ grows from `tau` by `growth`, split where the phase function changes within one.
 pub fn pieces(
-    space: &Space,
+    dust: Dust<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64>,
     resolution: Resolution,
     star: DVec3,
     ray: &Ray,
@@ -82,7 +101,6 @@ pub fn pieces(
     (tau, growth): (f64, f64),
     mut visit: impl FnMut(NearPiece),
 ) {
-    let Some(dust) = &space.dust else { return };
     let Resolution { phase_angle, fineness } = resolution;
     let foot = (star - ray.origin).dot(ray.direction);
     let b = (star - ray.at(foot)).length().max(CLOSEST);
@@ -98,10 +116,10 @@ pub fn pieces(
         for j in 0..phases {
             // Seen from the star the ray runs through θ; light turns by θ + π/2, and where it goes to counts as much as what is there.
             let theta = start + (i as f64 + (j as f64 + 0.5) / phases as f64) * width;
-            let sigma = dust.at(ray.at(foot + b * theta.tan()));
+            let sigma = (dust.sigma)(ray.at(foot + b * theta.tan()));
             if sigma > 0.0 {
                 let along = tau + growth * ((t - from) / (to - from)).clamp(0.0, 1.0);
-                let depth = *depth.get_or_insert_with(|| along + space.depth(star, ray.at(t)));
+                let depth = *depth.get_or_insert_with(|| along + (dust.depth)(ray.at(t)));
                 visit(NearPiece { scattering: sigma * width / (b * phases as f64), depth, cosine: -theta.sin() });
             }
         }

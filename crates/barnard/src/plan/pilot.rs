@@ -9,6 +9,7 @@ use spectra::rule::{Measure, mean_transmittance};
 
 use super::bake::{MAX_BAKE, MIN_BAKE};
 use super::sampled_pixels;
+use super::unresolved::{self, Unresolved};
 use super::walk::{Eye, walk};
 use super::{END_SHARE, LightField, Options, Space, Spectral, Stepping};
 use crate::control::Control;
@@ -29,6 +30,8 @@ pub struct Spatial {
     pub sampling: Option<(f64, usize)>,
     /// How many rays were asked.
     pub rays: usize,
+    /// What samples of a function cost stars that are seen through it; none where they cost nothing.
+    pub unresolved: Option<Unresolved>,
 }
 
 /// The part of the accuracy that the pilots may use up: rays between them can be worse.
@@ -89,13 +92,15 @@ pub fn choose(
     let finest = (TRUTH_PER_DEPTH * voxel_depth).max((TRUTH_PER_EDGE / edge).min(0.5 * TRUTH.1)).clamp(TRUTH.0, TRUTH.1);
     let truth = march(space, Stepping::PerVoxel(finest), true)?;
     let accuracy = SHARE * options.method.accuracy;
-    let (mut sampling, mut through_samples) = (None, None);
+    let (mut sampling, mut through_samples, mut unresolved) = (None, None, None);
     while let Some(edge) = space.sampled_edge().filter(|_| field.is_none()) {
         // Densities alone: steps as fine as the truth's, and exact star depths, through the samples.
         let values = march(&space.of_samples(), Stepping::PerVoxel(finest), true)?;
         let error = relative_error(&values, &truth, &pilots);
         through_samples = Some(values);
         sampling = Some((error, edge));
+        unresolved = unresolved::error(scene, space, spectral, lights)?;
+        let error = unresolved.map_or(error, |stars| error.max(stars.error));
         // Errors fall between the first and the second power of a voxel: at least half of one.
         let times = (error / (SAMPLING_SHARE * accuracy)).powf(1.0 / 1.5).ceil().clamp(2.0, MAX_BAKE as f64);
         let finer = edge.saturating_mul(times as usize).next_multiple_of(MIN_BAKE).min(MAX_BAKE);
@@ -151,7 +156,7 @@ pub fn choose(
     } else {
         0.0
     };
-    space.spatial = Some(Spatial { stepping, error: error + early, sampling, rays: pilots.len() });
+    space.spatial = Some(Spatial { stepping, error: error + early, sampling, rays: pilots.len(), unresolved });
     Ok(stepping)
 }
 

@@ -2,7 +2,7 @@
 
 use spectra::rule::{Certificate, Rounding};
 
-use super::{END_SHARE, Plan};
+use super::{END_SHARE, Plan, Spatial, Unresolved};
 use crate::backend::cpu::Findings;
 use crate::keywords::{self, Keyword};
 use crate::light::Path;
@@ -68,9 +68,10 @@ impl Plan {
         certificates.into_iter().enumerate().filter(shining).map(rounded).collect()
     }
 
-    /// Whether the pilot rays found a larger error than was asked for.
+    /// Whether the pilot rays, or the stars that were asked, found a larger error than was asked for.
     pub fn misses_accuracy(&self) -> bool {
-        self.space.spatial.is_some_and(|s| s.error > self.spectral.accuracy)
+        let worst = |s: Spatial| s.unresolved.map_or(s.error, |stars| stars.error.max(s.error));
+        self.space.spatial.is_some_and(|s| worst(s) > self.spectral.accuracy)
     }
 
     /// What to know of the picture beside the certificates: what it is about, and words.
@@ -115,6 +116,12 @@ impl Plan {
             Some((error, edge)) => format!("{words}, {error:.1e} of it by samples of functions, {edge} along an edge"),
             None => words,
         };
+        let words = match s.unresolved {
+            Some(Unresolved { error, stars }) => {
+                format!("{words}; stars seen through it {error:.1e} (rms of {stars} by the samples of dust)")
+            }
+            None => words,
+        };
         let asked = self.spectral.accuracy;
         let words = if self.misses_accuracy() { format!("{words}: more than the {asked:.1e} that was asked for") } else { words };
         Some(("spatial error".into(), words))
@@ -135,6 +142,10 @@ impl Plan {
             if let Some((error, edge)) = spatial.sampling {
                 keywords.extend(keywords::number("SAMPERR", error, "of it by samples of functions"));
                 keywords.push(keywords::integer("BAKE", edge, "voxels along an edge that they were sampled to"));
+            }
+            if let Some(Unresolved { error, stars }) = spatial.unresolved {
+                keywords.extend(keywords::number("STARERR", error, "relative rms of stars seen through samples of dust"));
+                keywords.push(keywords::integer("STARSERR", stars, "stars that it was measured on"));
             }
         }
         keywords

@@ -46,6 +46,14 @@ pub(super) fn sampled(camera: &Camera, space: &Space, look: impl Fn(usize, usize
     let mut pixels: Vec<SampledPixel> =
         near.iter().map(|(column, row)| SampledPixel { column: *column, row: *row, stands_for: 1.0 }).collect();
     pixels.sort_by_key(|p| (p.row, p.column));
+    // Edges of the dust's box are looked at more closely than others: what their pixels stand for, the others do not.
+    let mut edges = on_edges(camera, space);
+    edges.retain(|p| !near.contains(&(p.column, p.row)));
+    let on_edge: HashSet<(usize, usize)> = edges.iter().map(|p| (p.column, p.row)).collect();
+    let beside = (width * height - near.len()) as f64;
+    let of_edges: f64 = edges.iter().map(|p| p.stands_for).sum();
+    let others = beside - on_edge.len() as f64;
+    let share = if others > 0.0 { (beside - of_edges) / others } else { 1.0 };
     let cells = Cells { width, height };
     let middle = |cell: usize| {
         let (column, row) = cells.middle(cell);
@@ -65,18 +73,19 @@ pub(super) fn sampled(camera: &Camera, space: &Space, look: impl Fn(usize, usize
     }
     for cell in 0..EDGE * EDGE {
         let mut own = if looked_at.contains(&cell) { cells.ninths(cell) } else { vec![cells.middle(cell)] };
-        own.retain(|pixel| !near.contains(pixel));
-        let rest: Vec<(usize, usize)> = cells.pixels(cell).filter(|pixel| !near.contains(pixel)).collect();
+        let taken = |pixel: &(usize, usize)| near.contains(pixel) || on_edge.contains(pixel);
+        own.retain(|pixel| !taken(pixel));
+        let rest: Vec<(usize, usize)> = cells.pixels(cell).filter(|pixel| !taken(pixel)).collect();
         if rest.is_empty() {
             continue;
         }
         if own.is_empty() {
             own.extend(rest.first());
         }
-        let stands_for = rest.len() as f64 / own.len().max(1) as f64;
+        let stands_for = share * rest.len() as f64 / own.len().max(1) as f64;
         pixels.extend(own.into_iter().map(|(column, row)| SampledPixel { column, row, stands_for }));
     }
-    pixels.extend(on_edges(camera, space).filter(|p| !near.contains(&(p.column, p.row))));
+    pixels.extend(edges);
     pixels
 }
 
@@ -97,8 +106,8 @@ fn around_stars(camera: &Camera, space: &Space) -> HashSet<(usize, usize)> {
     places.flat_map(square).filter_map(|place| pixel_at(camera, place)).collect()
 }
 
-/// Pixels along the edges of the dust's box, each for those that its part of an edge crosses.
-fn on_edges(camera: &Camera, space: &Space) -> impl Iterator<Item = SampledPixel> {
+/// Pixels along the edges of the dust's box, each once, for those that its part of an edge crosses; for itself alone where that would be more than half of a small picture.
+fn on_edges(camera: &Camera, space: &Space) -> Vec<SampledPixel> {
     let even = (camera.width * camera.height) as f64 / (EDGE * EDGE) as f64;
     let bounds = space.dust.as_ref().map(|d| d.lattice.bounds);
     let mut pixels = Vec::new();
@@ -117,7 +126,13 @@ fn on_edges(camera: &Camera, space: &Space) -> impl Iterator<Item = SampledPixel
         let crossed = parts.filter_map(place).filter_map(|at| pixel_at(camera, at));
         pixels.extend(crossed.map(|(column, row)| SampledPixel { column, row, stands_for }));
     }
-    pixels.into_iter()
+    pixels.sort_by(|a: &SampledPixel, b| (a.row, a.column).cmp(&(b.row, b.column)).then(b.stands_for.total_cmp(&a.stands_for)));
+    pixels.dedup_by_key(|p| (p.row, p.column));
+    let all: f64 = pixels.iter().map(|p| p.stands_for).sum();
+    if all > 0.5 * (camera.width * camera.height) as f64 {
+        pixels.iter_mut().for_each(|p| p.stands_for = 1.0);
+    }
+    pixels
 }
 
 /// The cells of an image.
@@ -174,10 +189,12 @@ mod tests {
     /// The sample stands for every pixel once: the mean of a smooth picture is that of the sample, also where a star stands.
     #[test]
     fn every_pixel_is_stood_for() {
-        for (width, height) in [(64, 48), (200, 31), (21, 20), (500, 7)] {
+        // From within dust, whose box has no edges to be seen, and with all of it in view.
+        let sizes = [(64, 48), (200, 31), (21, 20), (500, 7)];
+        for ((width, height), (degrees, radius)) in sizes.into_iter().flat_map(|size| [(10, 9.0), (40, 1.0)].map(|view| (size, view))) {
             let text = format!(
-                "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"10 deg\"\nsize = [{width}, {height}]\n\
-                 [field.ball]\nkind = \"sphere\"\nradius = \"9 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"0.1 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.5\n\
+                "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"{degrees} deg\"\nsize = [{width}, {height}]\n\
+                 [field.ball]\nkind = \"sphere\"\nradius = \"{radius} pc\"\n[dust]\ndensity = \"ball\"\nscale = \"0.1 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.5\n\
                  [[star]]\nkind = \"blackbody\"\nposition = \"0.1 0 0 pc\"\ntemperature = \"9000 K\"\nluminosity = \"1 Lsun\"\n[method]\nbake = 8\n"
             );
             let scene = Scene::parse("test.toml", "test", text, &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::bake::baked;
+use super::bake::{Fineness, OWN, baked};
 use super::crowd::{self, Crowd};
 use super::volume::{Channel, MAX_CHANNELS, Volume, scaled};
 use super::{Bricks, Options, Spatial, star_depth};
@@ -52,8 +52,8 @@ pub struct Space {
     /// σ at V of a density of one [pc⁻¹].
     sigma_v_per_pc: f64,
     bake: Option<usize>,
-    /// Most voxels along an edge.
-    most: Option<usize>,
+    /// How finely functions were asked to be sampled.
+    fineness: Fineness,
 }
 
 /// The densities of a scene: dust, then gas.
@@ -78,17 +78,17 @@ fn occupied<'a>(grids: impl Iterator<Item = &'a Grid>, bricks: &[Bricks]) -> Opt
 impl Space {
     /// Samples densities and bakes star depths at the dust's own resolution.
     pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
-        Self::sampled(scene, options, None, control)
+        Self::sampled(scene, options, OWN, control)
     }
 
     /// The same with no more than `most` voxels along an edge: functions are sampled so, voxels of grids merged.
     pub fn coarse(scene: &Scene, options: &Options, most: usize, control: &Control) -> Result<Self> {
-        Self::sampled(scene, options, Some(most), control)
+        Self::sampled(scene, options, Fineness { most, ..OWN }, control)
     }
 
-    fn sampled(scene: &Scene, options: &Options, most: Option<usize>, control: &Control) -> Result<Self> {
-        let dust = scene.dust.as_ref().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", options, most)).transpose()?;
-        let emission = scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, options, most)).collect::<Result<Vec<_>>>()?;
+    fn sampled(scene: &Scene, options: &Options, fineness: Fineness, control: &Control) -> Result<Self> {
+        let dust = scene.dust.as_ref().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", options, fineness)).transpose()?;
+        let emission = scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, options, fineness)).collect::<Result<Vec<_>>>()?;
         let bricks: Vec<Bricks> = dust.iter().chain(&emission).map(Bricks::new).collect();
         let mut space = Self {
             volumes: Vec::new(),
@@ -106,7 +106,7 @@ impl Space {
             densities: densities(scene).cloned().collect(),
             sigma_v_per_pc: sigma_v_per_pc(scene),
             bake: options.method.bake,
-            most,
+            fineness,
         };
         space.part_stars(&crowd::members(scene, &options.method), options, control)?;
         space.refine_stars(1, options, control)?;
@@ -177,7 +177,7 @@ impl Space {
 
     /// The space of a scene that has the same densities and as much dust, as it is before pilots choose how finely; none otherwise.
     pub fn again(self: &Arc<Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Option<Self>> {
-        if sigma_v_per_pc(scene) != self.sigma_v_per_pc || self.most.is_some() {
+        if sigma_v_per_pc(scene) != self.sigma_v_per_pc || self.fineness != OWN {
             return Ok(None);
         }
         let Some(followed) = self.follow(scene, options, control)? else { return Ok(None) };
@@ -223,7 +223,7 @@ impl Space {
         let before = self.dust.as_deref().filter(|_| self.sigma_v_per_pc > 0.0);
         let grid = match before {
             Some(grid) => scaled(grid, dust.sigma_v_per_pc / self.sigma_v_per_pc),
-            None => baked(&dust.density, dust.sigma_v_per_pc, "dust", options, self.most)?,
+            None => baked(&dust.density, dust.sigma_v_per_pc, "dust", options, self.fineness)?,
         };
         grid.check("dust")?;
         self.bricks[0] = Bricks::new(&grid);
@@ -288,11 +288,11 @@ impl Space {
         Self { densities, sigma_v_per_pc: 1.0, ..self.clone() }
     }
 
-    /// The same space with functions sampled to `edge` voxels along their longest edge; none where that would take more memory than allowed.
+    /// The same space with functions sampled to at least `edge` voxels along their longest edge; none where that would take more memory than allowed.
     pub fn resampled(&self, scene: &Scene, edge: usize, options: &Options, control: &Control) -> Result<Option<Self>> {
-        let method = crate::scene::Method { bake: Some(edge), ..options.method.clone() };
-        match Self::sampled(scene, &Options { method, ..options.clone() }, self.most, control) {
-            Ok(space) => Ok(Some(Self { bake: self.bake, ..space })),
+        match Self::sampled(scene, options, Fineness { least: edge, ..self.fineness }, control) {
+            // Which samples another plan of the same scene begins with does not hang on what this one needed.
+            Ok(space) => Ok(Some(Self { fineness: self.fineness, ..space })),
             Err(Error::Memory { .. }) => Ok(None),
             Err(other) => Err(other),
         }

@@ -66,16 +66,16 @@ pub(super) fn walk(
     };
     let shining: Vec<(usize, &Light)> = lights.iter().enumerate().filter(shines).collect();
     if let Some((near, far)) = space.occupied.and_then(|b| b.clip(ray)) {
-        let truth = exact.then(|| Truth::new(space, ray, (near, far), &seen));
+        let mut ends = ends(space, ray, (near, far), stepping, !eye.scattered_together()).collect::<Vec<f64>>();
+        let enough = if eye.goes_on() { f64::INFINITY } else { END / spectral.least_k };
+        let truth = exact.then(|| {
+            let depths = refine(space, ray, near, &mut ends, enough);
+            Truth::new(space, ray, (near, &ends), &depths, &seen)
+        });
         let at = |t: f64| match &truth {
             None => Sample::at(space, ray, t, &seen),
             Some(truth) => truth.at(t),
         };
-        let mut ends = ends(space, ray, (near, far), stepping, !eye.scattered_together()).collect::<Vec<f64>>();
-        if exact {
-            refine(space, ray, near, &mut ends);
-        }
-        let fineness = if exact { FINENESS } else { 1.0 };
         let mut before = at(near);
         let mut t0 = near;
         for t1 in ends {
@@ -95,7 +95,7 @@ pub(super) fn walk(
                         let Some(i) = number[star] else { continue };
                         let depths = (tau + before.depths[i], tau + growth + after.depths[i]);
                         let segment = Segment { span: (t0, t1), sigma: (before.sigma, after.sigma), tau: (tau, growth), depths };
-                        scatter((space, spectral), (light, star), ray, &segment, fineness, eye);
+                        scatter((space, spectral), (light, star), ray, &segment, exact, eye);
                     }
                     Path::Emitted { species } => {
                         let density = 0.5 * dt * (before.emission[species] + after.emission[species]);
@@ -140,21 +140,30 @@ fn ends(space: &Space, ray: &Ray, (near, far): (f64, f64), stepping: Stepping, c
     })
 }
 
-/// Cuts the steps of an exact walk from `near` on where functions jump, and where the depth grows fast, as long as any light comes through.
-fn refine(space: &Space, ray: &Ray, near: f64, ends: &mut Vec<f64>) {
+/// Cuts the steps of an exact walk from `near` on where functions jump, and where the depth grows fast, and leaves out those behind twice a depth of `enough`; returns
+/// about how deep the ends of the steps lie.
+fn refine(space: &Space, ray: &Ray, near: f64, ends: &mut Vec<f64>, enough: f64) -> Vec<f64> {
     let far = ends.last().copied().unwrap_or(near);
     ends.extend(space.crossings(ray).into_iter().filter(|t| (near..far).contains(t)));
     ends.sort_by(f64::total_cmp);
     ends.dedup_by(|a, b| *a - *b <= 1e-12 * far);
-    let mut fine = Vec::with_capacity(ends.len());
-    let mut t0 = near;
+    let (mut fine, mut depths) = (Vec::with_capacity(ends.len()), Vec::with_capacity(ends.len()));
+    let (mut t0, mut tau) = (near, 0.0);
     for t1 in ends.iter().copied() {
-        let thickest = [INSIDE, 0.5, 1.0 - INSIDE].map(|u| space.fields_at(ray.at(t0 + u * (t1 - t0))).0).into_iter().fold(0.0, f64::max);
-        let parts = (thickest * (t1 - t0) / GROWTH).ceil().clamp(1.0, MAX_PARTS);
-        fine.extend((1..=parts as usize).map(|i| t0 + (t1 - t0) * i as f64 / parts));
-        t0 = t1;
+        let within = [INSIDE, 0.5, 1.0 - INSIDE].map(|u| space.fields_at(ray.at(t0 + u * (t1 - t0))).0);
+        let parts = (within.into_iter().fold(0.0, f64::max) * (t1 - t0) / GROWTH).ceil().clamp(1.0, MAX_PARTS);
+        let growth = (t1 - t0) * (within[0] + 4.0 * within[1] + within[2]) / 6.0;
+        for part in (1..=parts as usize).map(|i| i as f64 / parts) {
+            fine.push(t0 + (t1 - t0) * part);
+            depths.push(tau + growth * part);
+        }
+        (t0, tau) = (t1, tau + growth);
+        if tau > 2.0 * enough {
+            break;
+        }
     }
     *ends = fine;
+    depths
 }
 
 /// What a ray really passes: the fields themselves, and star depths marched through them.
@@ -162,25 +171,29 @@ struct Truth<'a> {
     space: &'a Space,
     ray: &'a Ray,
     seen: &'a [usize],
-    /// By how much star depths through the dust itself are larger than those through its samples: at equal distances along the ray, star by star.
+    /// Where the dust itself is marched towards the stars [pc], ascending; what lies between is taken linear.
+    places: Vec<f64>,
+    /// By how much star depths through the dust itself are larger than those through its samples: at those places, star by star.
     beyond: Vec<Vec<f64>>,
-    span: (f64, f64),
 }
 
-/// Places along a ray where the dust itself is marched towards the stars, all stars together; what lies between is taken linear.
+/// Places along a ray, of all stars together, and fewest for each.
 const PLACES: usize = 24;
-const FEWEST_PLACES: usize = 4;
+const FEWEST_PLACES: usize = 6;
+/// The part of them that lies evenly along the way; the others lie where light comes from.
+const EVEN: f64 = 0.4;
 
 impl<'a> Truth<'a> {
-    fn new(space: &'a Space, ray: &'a Ray, span: (f64, f64), seen: &'a [usize]) -> Self {
-        let places = (PLACES / seen.len().max(1)).max(FEWEST_PLACES);
-        let sampled = space.depth_is_sampled();
-        let beyond = |star: &usize| {
-            let at = |i: usize| ray.at(span.0 + (span.1 - span.0) * (i as f64 + 0.5) / places as f64);
-            (0..places).map(|i| space.depth_beyond_samples(space.stars[*star], at(i))).collect()
-        };
-        let beyond = if sampled { seen.iter().map(beyond).collect() } else { Vec::new() };
-        Self { space, ray, seen, beyond, span }
+    /// For steps that begin at `near` and have these `ends` and about these depths there.
+    fn new(space: &'a Space, ray: &'a Ray, (near, ends): (f64, &[f64]), depths: &[f64], seen: &'a [usize]) -> Self {
+        if !space.depth_is_sampled() {
+            return Self { space, ray, seen, places: Vec::new(), beyond: Vec::new() };
+        }
+        let count = (PLACES / seen.len().max(1)).max(FEWEST_PLACES);
+        let places = places((near, ends), depths, count);
+        let beyond = |star: &usize| places.iter().map(|t| space.depth_beyond_samples(space.stars[*star], ray.at(*t))).collect();
+        let beyond = seen.iter().map(beyond).collect();
+        Self { space, ray, seen, places, beyond }
     }
 
     fn at(&self, t: f64) -> Sample {
@@ -197,11 +210,33 @@ impl<'a> Truth<'a> {
 
     fn beyond(&self, star: usize, t: f64) -> f64 {
         let Some(values) = self.beyond.get(star) else { return 0.0 };
-        let last = values.len() - 1;
-        let u = ((t - self.span.0) / (self.span.1 - self.span.0) * values.len() as f64 - 0.5).clamp(0.0, last as f64);
-        let i = (u as usize).min(last.saturating_sub(1));
-        values[i] + (u - i as f64) * (values[(i + 1).min(last)] - values[i])
+        let above = self.places.partition_point(|place| *place <= t);
+        let (low, high) = (above.saturating_sub(1), above.min(values.len() - 1));
+        let gap = self.places[high] - self.places[low];
+        let u = if gap > 0.0 { (t - self.places[low]) / gap } else { 0.0 };
+        values[low] + u * (values[high] - values[low])
     }
+}
+
+/// So many places along a way of steps, some evenly, some where light comes from that falls with the depth.
+fn places((near, ends): (f64, &[f64]), depths: &[f64], count: usize) -> Vec<f64> {
+    let (far, deepest) = (ends.last().copied().unwrap_or(near), depths.last().copied().unwrap_or(0.0));
+    let seen = 1.0 - (-deepest).exp();
+    let even = if seen > 0.0 { EVEN } else { 1.0 };
+    let share = |t: f64, tau: f64| even * (t - near) / (far - near) + (1.0 - even) * (1.0 - (-tau).exp()) / seen.max(f64::MIN_POSITIVE);
+    let (mut places, mut before) = (Vec::with_capacity(count), (near, 0.0));
+    for (t, tau) in ends.iter().zip(depths) {
+        let after = share(*t, *tau);
+        while places.len() < count && (places.len() as f64 + 0.5) / count as f64 <= after {
+            let part = ((places.len() as f64 + 0.5) / count as f64 - before.1) / (after - before.1);
+            places.push(before.0 + part.clamp(0.0, 1.0) * (t - before.0));
+        }
+        before = (*t, after);
+    }
+    if places.is_empty() {
+        places.push(0.5 * (near + far));
+    }
+    places
 }
 
 /// A segment of a ray: distances of its ends, σ there, τ at its start and how it grows, depths eye to sample to star at its ends.
@@ -218,7 +253,7 @@ fn scatter(
     (light, star): (usize, usize),
     ray: &Ray,
     segment: &Segment,
-    fineness: f64,
+    exact: bool,
     eye: &mut impl Eye,
 ) {
     let ((t0, t1), (tau, growth), depths, sigma) = (segment.span, segment.tau, segment.depths, segment.sigma);
@@ -229,17 +264,12 @@ fn scatter(
     let product = b * b + u0 * u1;
     let reach = near::NEAR_VOXELS * space.voxel_pc();
     if product < reach * reach || b * (t1 - t0) > near::NEAR_ANGLE * product {
-        near::pieces(
-            space,
-            near::Resolution { phase_angle: spectral.phase_angle, fineness },
-            position,
-            ray,
-            (t0, t1),
-            (tau, growth),
-            |NearPiece { scattering, depth, cosine }| {
-                eye.light(light, scattering * spectral.phase_factor(cosine), (depth, depth));
-            },
-        );
+        let resolution = near::Resolution { phase_angle: spectral.phase_angle, fineness: if exact { FINENESS } else { 1.0 } };
+        let light = |NearPiece { scattering, depth, cosine }| eye.light(light, scattering * spectral.phase_factor(cosine), (depth, depth));
+        match exact {
+            true => near::pieces(near::fields(space, position), resolution, position, ray, (t0, t1), (tau, growth), light),
+            false => near::pieces(near::samples(space, position), resolution, position, ray, (t0, t1), (tau, growth), light),
+        }
         return;
     }
     let scattering = growth * mean_inverse_square(b, u0, u1);

@@ -7,6 +7,9 @@ use spectra::units::Wavelength;
 use super::{Key, Kind, Loader, Section, build_kind_with};
 use crate::error::Result;
 
+/// Most characters of a name: those of a text in a FITS header, less those of the suffix of error planes.
+const LONGEST_NAME: usize = 60;
+
 /// Makes a band of its name.
 pub(super) type Named = Box<dyn FnOnce(&str, Counting) -> spectra::Result<Passband>>;
 
@@ -122,7 +125,15 @@ pub(super) fn build(root: &Section, loader: &Loader) -> Result<Vec<Passband>> {
     for section in own {
         let make = build_kind_with("passband", KINDS, KEYS, &section, loader)?;
         let counting = section.wrap("counting", Counting::named(section.choice("counting", &["energy", "photon"])?.unwrap_or("energy")))?;
-        bands.push(section.wrap("kind", make(section.need_text("name")?, counting))?);
+        let name = section.need_text("name")?;
+        if name.chars().count() > LONGEST_NAME {
+            let message = format!(
+                "a name has at most {LONGEST_NAME} characters, which is what files can hold; this one has {}",
+                name.chars().count()
+            );
+            return Err(section.error("name", message));
+        }
+        bands.push(section.wrap("kind", make(name, counting))?);
     }
     for (i, band) in bands.iter().enumerate() {
         if bands[..i].iter().any(|b| b.name() == band.name()) {

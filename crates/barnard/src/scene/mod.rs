@@ -49,6 +49,8 @@ pub struct Scene {
     pub description: String,
     /// Where the observer is.
     pub camera: Camera,
+    /// Views that are worth going back to, by name.
+    pub bookmarks: BTreeMap<String, Camera>,
     /// Dust that absorbs and scatters.
     pub dust: Option<Dust>,
     /// Gas that glows.
@@ -82,6 +84,7 @@ const ROOT: &[Key] = &[
     Key::optional("star_table", "list of tables", "none", "stars of a CSV, [[star_table]]"),
     Key::optional("background", "table", "none", "what lies behind"),
     Key::optional("band", "list of tables", "none", "passbands of one's own, [[band]]; they replace the default of `bands`"),
+    Key::optional("bookmark", "tables by name", "none", "views that are worth going back to, [bookmark.NAME]"),
     Key::optional("display", "table", "defaults", "palette and stretch of pictures"),
     Key::optional("method", "table", "defaults", "how spectral integrals are done"),
 ];
@@ -171,6 +174,8 @@ impl Scene {
     fn build(root: &Section, text: &str, name: &str, loader: &Loader) -> Result<Self> {
         let need = |key: &str| root.table(key)?.ok_or_else(|| root.error(key, format!("table [{key}] is missing")));
         let camera = camera::build(&need("camera")?, loader)?;
+        let bookmark = |(name, section): (&str, Section)| Ok((name.to_owned(), camera::bookmark(&section, loader, &camera)?));
+        let bookmarks = root.named_tables("bookmark")?.into_iter().map(bookmark).collect::<Result<_>>()?;
         let fields = Fields::new(root, loader)?;
         let bands = band::build(root, loader)?;
         let dust = root.table("dust")?.map(|s| dust::build(&s, loader, &fields)).transpose()?;
@@ -186,6 +191,7 @@ impl Scene {
             name: root.text("name")?.unwrap_or(name).to_owned(),
             description: root.text("description")?.unwrap_or("").to_owned(),
             camera,
+            bookmarks,
             dust,
             emission,
             stars,
@@ -213,8 +219,17 @@ impl Scene {
                 root.wrap(key, spectrum.check(&what, low, high))?;
             }
         }
-        if self.background.star_field.is_some() && matches!(self.camera.projection, camera::Projection::Orthographic { .. }) {
-            return Err(root.error("background", "a star field lies on the sky and needs kind = \"perspective\" in [camera]"));
+        let dust = self.dust.iter().map(|dust| ("dust", &dust.density));
+        for (key, density) in dust.chain(self.emission.iter().map(|gas| ("emission", &gas.density))) {
+            if let Some(fault) = density.bounds().fault() {
+                return Err(root.error(key, fault));
+            }
+        }
+        let parallel = |camera: &Camera| matches!(camera.projection, camera::Projection::Orthographic { .. });
+        if self.background.star_field.is_some() && std::iter::once(&self.camera).chain(self.bookmarks.values()).any(parallel) {
+            return Err(
+                root.error("background", "a star field lies on the sky and needs kind = \"perspective\" in [camera] and in every bookmark")
+            );
         }
         Ok(())
     }

@@ -46,6 +46,15 @@ pub const TABLES: &[TableRow] = &[
         catalogues: &[],
     },
     TableRow {
+        title: "[bookmark.NAME]",
+        path: "bookmark.*",
+        text: "A view that is worth going back to: a camera like [camera], whose `size` and `supersampling` hold where it has none of its own. \
+               `barnard render --bookmark NAME` renders it; the explorer goes to those that are named 1 to 9 by their digits, and sets them with Ctrl.",
+        keys: camera::COMMON,
+        kinds: || kinds(camera::KINDS),
+        catalogues: &[],
+    },
+    TableRow {
         title: "[field.NAME]",
         path: "field.*",
         text: "Named scalar fields. Expressions elsewhere use them by name, so products, sums and masks are written as formulas (below). An expression that uses grids lives in the voxels of the finest of them, over the box in which it can be other than zero: a sum of nested grids holds all of them.",

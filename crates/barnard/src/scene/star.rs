@@ -51,6 +51,20 @@ pub(super) const SPECTRA: &[Kind<StarShape>] = &[
         build: |section, _| Ok(StarShape::Table(section.wrap("type", sed::star(section.need_text("type")?))?)),
     },
     Kind {
+        name: "atmosphere",
+        summary: "a hot star by temperature and gravity (model atmospheres of Kurucz 1993, 10000 to 50000 K)",
+        keys: &[
+            Key::required("temperature", "temperature", "effective temperature, 10000 to 50000 K"),
+            Key::optional("log_g", "number", "4.5", "surface gravity, the decadic logarithm of cm s-2; the hotter, the higher it must be"),
+        ],
+        build: |section, _| {
+            let temperature = section.need_positive::<Temperature>("temperature")?;
+            let log_g = section.number("log_g", -1.0..=9.0)?.unwrap_or(4.5);
+            let key = if section.has("log_g") { "log_g" } else { "temperature" };
+            Ok(StarShape::Surface(temperature, section.wrap(key, sed::atmosphere(temperature, log_g))?))
+        },
+    },
+    Kind {
         name: "power_law",
         summary: "(lambda/reference)^exponent",
         keys: &[
@@ -85,7 +99,7 @@ pub(super) const KEYS: &[Key] = &[
     Key::required("position", "position", "where it is"),
     Key::optional("visible", "boolean", "true", "whether the star itself is drawn, as an unresolved source"),
     Key::optional("luminosity", "luminosity", "one scale is needed", "bolometric luminosity"),
-    Key::optional("radius", "length", "one scale is needed", "radius, for black bodies, such as \"9.9 Rsun\""),
+    Key::optional("radius", "length", "one scale is needed", "radius, for black bodies and atmospheres, such as \"9.9 Rsun\""),
     Key::optional("spectral_luminosity", "spectral luminosity", "one scale is needed", "luminosity per wavelength at `wavelength`"),
     Key::optional("wavelength", "wavelength", "550 nm", "where spectral_luminosity holds"),
     Key::optional(

@@ -70,7 +70,10 @@ impl Verb {
 /// Says on standard error that a picture will not be as exact as was asked for.
 fn warn_of_accuracy(plan: &barnard::plan::Plan) {
     if plan.misses_accuracy() {
-        let sampling = plan.space.spatial.and_then(|s| s.sampling.filter(|(error, _)| *error > 0.5 * s.error));
+        let sampling = plan.space.spatial.and_then(|s| {
+            let stars = s.unresolved.is_some_and(|stars| stars.error > plan.spectral.accuracy);
+            s.sampling.filter(|(error, _)| stars || *error > 0.5 * s.error)
+        });
         let remedy = match sampling {
             Some((_, edge)) => format!("functions are sampled to {edge} voxels along an edge, try bake = {} in [method]", 2 * edge),
             None => "a finer grid or more samples would be needed".into(),

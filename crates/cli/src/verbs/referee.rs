@@ -26,7 +26,7 @@ pub struct Referee {
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
     /// Another seed of --backend path is another picture of the same mean (default: 1)
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     seed: Option<u64>,
 }
 

@@ -9,7 +9,7 @@ use crate::table::{Table, embedded_columns};
 const PICKLES: &str = include_str!("../../data/stars/pickles.csv");
 
 /// What is read once: a scene may have thousands of stars.
-fn once<T>(kept: &'static OnceLock<T>, read: impl FnOnce() -> Result<T>) -> Result<&'static T> {
+pub(super) fn once<T>(kept: &'static OnceLock<T>, read: impl FnOnce() -> Result<T>) -> Result<&'static T> {
     match kept.get() {
         Some(known) => Ok(known),
         None => {
@@ -52,28 +52,40 @@ fn library() -> Result<&'static [(SpectralType, Arc<Table>)]> {
     Ok(once(&LIBRARY, read)?)
 }
 
-/// The spectrum of a star of type `name`, F_λ relative to 0.5556 µm [1]: of the library of Pickles 1998, or linear between the two nearest types of the same luminosity class.
+/// How many subclasses two types may lie apart that a third is taken from.
+const WIDEST: f64 = 10.0;
+
+/// The spectrum of a star of type `name`, F_λ relative to 0.5556 µm [1]: of the library of Pickles 1998, or linear between the two nearest types of the same luminosity class, at most ten subclasses apart.
 ///
 /// # Errors
 /// Where `name` is no type, or one beyond the library's.
 pub fn star(name: &str) -> Result<Arc<Table>> {
     let wanted = SpectralType::parse(name).ok_or_else(|| {
         SpectraError::Spectrum(format!(
-            "\"{name}\" is no spectral type; one has a letter of OBAFGKM, a subclass and a luminosity class, such as B3V, O9.5 Iab or K0III (barnard list stars)"
+            "\"{name}\" is no spectral type; one has a letter of OBAFGKM, a subclass and a luminosity class, such as B3V, M2 Iab or K0III (barnard list stars)"
         ))
     })?;
     let mut own: Vec<&(SpectralType, Arc<Table>)> =
         library()?.iter().filter(|(t, _)| t.luminosity == wanted.luminosity && t.metals == wanted.metals).collect();
     own.sort_by(|a, b| a.0.subclass.total_cmp(&b.0.subclass));
     let above = own.partition_point(|(t, _)| t.subclass < wanted.subclass);
-    match (above.checked_sub(1).and_then(|i| own.get(i)), own.get(above)) {
+    let neighbours = (above.checked_sub(1).and_then(|i| own.get(i)), own.get(above));
+    match neighbours {
         (_, Some((t, spectrum))) if t.subclass == wanted.subclass => Ok(spectrum.clone()),
-        (Some((low, a)), Some((high, b))) => {
+        (Some((low, a)), Some((high, b))) if high.subclass - low.subclass <= WIDEST => {
             let share = (wanted.subclass - low.subclass) / (high.subclass - low.subclass);
             let flux = a.y().iter().zip(b.y()).map(|(a, b)| a + share * (b - a)).collect();
             Ok(Arc::new(Table::new(name, a.x().to_vec(), flux)?))
         }
         _ => {
+            if let (Some((low, _)), Some((high, _))) = neighbours {
+                return Err(SpectraError::Spectrum(format!(
+                    "the library has nothing of luminosity class {} between {} and {}, which is too far to say what \"{name}\" is; take another class (barnard list stars)",
+                    wanted.roman(),
+                    low.letter(),
+                    high.letter()
+                )));
+            }
             let ends = own.first().zip(own.last()).map(|(a, b)| format!("from {} to {}", a.0.letter(), b.0.letter()));
             Err(SpectraError::Spectrum(format!(
                 "the library has luminosity class {} {}, \"{name}\" lies beyond; take a black body, or another class (barnard list stars)",
@@ -121,7 +133,9 @@ mod tests {
         let beyond = star("O3V").unwrap_err().to_string();
         assert!(beyond.contains("from O5 to M6") && beyond.contains("O3V"), "{beyond}");
         let none = star("B3").unwrap_err().to_string();
-        assert!(none.contains("luminosity class") && none.contains("O9.5 Iab"), "{none}");
+        assert!(none.contains("luminosity class") && none.contains("M2 Iab") && star("M2 Iab").is_ok(), "{none}");
+        let far = star("A0II").unwrap_err().to_string();
+        assert!(far.contains("between B5 and F0"), "{far}");
     }
 
     /// Vega at 0.5556 µm: 3.44e-9 erg s⁻¹ cm⁻² Å⁻¹ (Bohlin, Gordon & Tremblay 2014).

@@ -3,7 +3,7 @@
 //! | way | equation | unit of L_λ |
 //! |---|---|---|
 //! | luminosity | L_λ = L s(λ)/∫ s dλ | W µm⁻¹ |
-//! | radius | L_λ = 4π² R² B_λ(T) | W µm⁻¹ |
+//! | radius | L_λ = 4π R² F_λ, F_λ = π B_λ(T) of a black body | W µm⁻¹ |
 //! | magnitude | L_λ = 4π d² F₀ 10^(−0.4 m) s(λ) / ∫ R s dλ, F₀ the band flux of magnitude zero | W µm⁻¹ |
 //! | spectral luminosity | L_λ = L_λ0 s(λ)/s(λ₀) | W µm⁻¹ |
 //!
@@ -35,7 +35,7 @@ pub enum MagnitudeSystem {
 pub enum Scale {
     /// Bolometric luminosity.
     Luminosity(Luminosity),
-    /// Radius of a black body.
+    /// Radius of a black body or of a model atmosphere.
     Radius(Length),
     /// Apparent magnitude in a band at a distance, behind dust or without.
     Magnitude(Magnitude, Box<Passband>, Length, MagnitudeSystem, Option<Foreground>),
@@ -64,6 +64,8 @@ impl Foreground {
 pub enum StarShape {
     /// A black body.
     BlackBody(Temperature),
+    /// Flux at the surface of a star of that temperature, F_λ [W m⁻² µm⁻¹] over λ [µm].
+    Surface(Temperature, Arc<Table>),
     /// A table over λ [µm].
     Table(Arc<Table>),
     /// Any other shape, without a finite integral.
@@ -74,11 +76,12 @@ pub enum StarShape {
 pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Spectrum> {
     let dynamic: Arc<dyn Shape> = match &shape {
         StarShape::BlackBody(t) => Arc::new(BlackBody(*t)),
-        StarShape::Table(t) => t.clone(),
+        StarShape::Table(t) | StarShape::Surface(_, t) => t.clone(),
         StarShape::Other(s) => s.clone(),
     };
     let factor = match (scale, &shape) {
         (Scale::Luminosity(l), StarShape::BlackBody(t)) => l.0 * std::f64::consts::PI / (STEFAN_BOLTZMANN * t.0.powi(4)),
+        (Scale::Luminosity(l), StarShape::Surface(t, _)) => l.0 / (STEFAN_BOLTZMANN * t.0.powi(4)),
         (Scale::Luminosity(l), StarShape::Table(t)) => l.0 / trapezoid(t),
         (Scale::Luminosity(_), StarShape::Other(_)) => {
             return Err(SpectraError::Spectrum(
@@ -86,10 +89,11 @@ pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Spectrum> {
             ));
         }
         (Scale::Radius(r), StarShape::BlackBody(_)) => SPHERE * std::f64::consts::PI * (r.0 * PARSEC).powi(2),
+        (Scale::Radius(r), StarShape::Surface(..)) => SPHERE * (r.0 * PARSEC).powi(2),
         (Scale::Radius(r), _) => {
             let solar = r.0 * PARSEC / SOLAR_RADIUS;
             return Err(SpectraError::Spectrum(format!(
-                "a radius ({solar:.3} Rsun) scales black bodies only: give luminosity, magnitude or spectral_luminosity"
+                "a radius ({solar:.3} Rsun) scales black bodies and model atmospheres only: give luminosity, magnitude or spectral_luminosity"
             )));
         }
         (Scale::Magnitude(m, band, distance, system, foreground), _) => {

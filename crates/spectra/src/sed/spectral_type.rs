@@ -27,9 +27,18 @@ impl SpectralType {
         let class = rest.find(['i', 'v'])?;
         let subclass = subclass(&rest[..class])?;
         // Ia, Iab and Ib are one class, and peculiarities that follow (e, n, p …) are none of a library's business.
-        let roman: String = rest[class..].chars().take_while(|c| matches!(c, 'i' | 'v')).collect();
+        let (roman, after): (String, String) = {
+            let end = rest[class..].find(|c| !matches!(c, 'i' | 'v')).map_or(rest.len(), |n| class + n);
+            (rest[class..end].into(), rest[end..].into())
+        };
+        // Between two classes (IV-V, III/IV) and two stars (B2V+B3V) are no single one.
+        if after.starts_with(['-', '/']) && after[1..].starts_with(['i', 'v']) || after.contains('+') {
+            return None;
+        }
         let luminosity = CLASSES.iter().position(|c| *c == roman)? as u8 + 1;
-        (0.0..=10.0).contains(&subclass).then_some(Self { metals, subclass: 10.0 * letter as f64 + subclass, luminosity })
+        // M10 is the library's own; of other letters ten is the next one's zero.
+        let last = if letter + 1 == LETTERS.len() { 10.0 } else { 9.9 };
+        (0.0..=last).contains(&subclass).then_some(Self { metals, subclass: 10.0 * letter as f64 + subclass, luminosity })
     }
 
     /// The class in Roman numerals.
@@ -51,8 +60,12 @@ fn subclass(text: &str) -> Option<f64> {
         None if text.len() == 2 && text != "10" && text.bytes().all(|b| b.is_ascii_digit()) => text.split_at(1),
         None => (text, text),
     };
-    let number = |t: &str| t.replace('p', ".").parse::<f64>().ok().filter(|v| v.is_finite() && *v >= 0.0);
-    Some(0.5 * (number(first)? + number(second)?))
+    let number = |t: &str| {
+        let plain = t.replace('p', ".");
+        plain.bytes().all(|b| b.is_ascii_digit() || b == b'.').then(|| plain.parse::<f64>().ok())?
+    };
+    let (first, second) = (number(first)?, number(second)?);
+    (first <= second).then_some(0.5 * (first + second))
 }
 
 #[cfg(test)]
@@ -72,7 +85,9 @@ mod tests {
         assert_eq!(of("B2-3 IV"), Some((' ', 12.5, 4)));
         assert_eq!(of("m10iii"), Some((' ', 70.0, 3)));
         assert_eq!(of("rG5III"), Some(('r', 45.0, 3)));
-        for name in ["", "V", "B3", "Q3V", "B3VI", "b-3v", "DA2", "WN5", "b..v", "b1e9v"] {
+        for name in
+            ["", "V", "B3", "Q3V", "B3VI", "b-3v", "DA2", "WN5", "b..v", "b1e9v", "b1e0v", "F5IV-V", "B1III/IV", "B2V+B3V", "K10V", "B52V"]
+        {
             assert_eq!(of(name), None, "{name}");
         }
         assert_eq!(SpectralType::parse("b2.5iv").map(|t| t.letter() + &t.roman()), Some("B2.5IV".into()));

@@ -5,7 +5,8 @@ mod ordering;
 
 use std::path::PathBuf;
 
-use barnard::image::Level;
+use barnard::image::{Display, Level};
+use barnard::scene::Scene;
 use eframe::egui::{self, Context, Key, Modifiers, TextureHandle, TextureOptions, Ui, ViewportCommand};
 
 use crate::comparison::Comparison;
@@ -63,7 +64,7 @@ pub struct App {
     pub viewport: Viewport,
     /// Dialogs.
     pub files: Files,
-    /// Recent files, bookmarks, what survives a crash.
+    /// Recent files, what survives a crash.
     pub session: Session,
     /// A picture that is being written.
     pub export: Option<Export>,
@@ -73,9 +74,13 @@ pub struct App {
     pub memory_limit: u64,
     /// What the probe saw last.
     pub probed: Option<panels::Probed>,
+    /// How often the levels that pictures are shown by were asked for anew.
+    exposure: u64,
     engine: Engine,
     /// What stands over the window.
     title: String,
+    /// Whether something was typed into in the last frame.
+    typing: bool,
     /// A command that waits until what was typed is taken.
     later: Option<(Modifiers, Key)>,
     ordered: Option<Ordered>,
@@ -101,8 +106,10 @@ impl App {
             layout: panels::Layout::default(),
             memory_limit,
             probed: None,
+            exposure: 0,
             engine,
             title: String::new(),
+            typing: false,
             later: None,
             ordered: None,
             moved: f64::NEG_INFINITY,
@@ -144,6 +151,14 @@ impl App {
         }
     }
 
+    /// Goes to a bookmark of the scene; false where there is none.
+    pub fn go_to(&mut self, bookmark: &str) -> bool {
+        let scene = self.document.scene().clone();
+        let Some(camera) = scene.bookmarks.get(bookmark) else { return false };
+        self.flight.take(camera);
+        true
+    }
+
     /// Takes the last edit back, or does it again.
     pub fn step(&mut self, again: bool) {
         let before = self.document.scene().clone();
@@ -166,6 +181,7 @@ impl App {
     fn take(&mut self, document: Document) {
         self.flight = Flight::of(document.scene());
         self.document = document;
+        self.exposure += 1;
         self.comparison = Comparison::default();
         self.shown = None;
         self.notice = None;
@@ -203,9 +219,27 @@ impl App {
         self.apply(Edit::set("display", "white", crate::edit::significant(white * (-stops).exp2())).named("exposure"));
     }
 
-    /// Black and white as the picture asks for.
+    /// Black and white as the picture that is shown asks for.
     pub fn expose_automatically(&mut self) {
+        self.exposure += 1;
         self.apply(Edit::remove("display", "white").and(Edit::remove("display", "black")).named("automatic exposure"));
+    }
+
+    /// The scene with the levels that its picture has in the window.
+    fn scene_as_shown(&self) -> Scene {
+        let scene = self.document.scene();
+        let tone = self.shown.as_ref().and_then(|s| s.pictures.first()).map(|picture| &picture.tone);
+        let display = tone.map_or_else(
+            || scene.display.clone(),
+            |tone| Display {
+                palette: tone.palette.clone(),
+                balance: false,
+                stretch: tone.stretch,
+                black: Level::Radiance(tone.black),
+                white: Level::Radiance(tone.white),
+            },
+        );
+        Scene { display, ..(**scene).clone() }
     }
 
     /// One frame of the window.
@@ -221,7 +255,9 @@ impl App {
         egui::CentralPanel::no_frame().show(ui, |ui| crate::viewport::show(ui, self, &mut edits));
         self.dialogs(&ctx);
         let asking = self.leaving.is_some() || self.files.is_open();
-        if asking || ctx.egui_wants_keyboard_input() {
+        // In a slow frame something can be typed, taken and followed by more: keys of the frame in which a field is left are its own.
+        let typing = ctx.egui_wants_keyboard_input();
+        if asking || std::mem::replace(&mut self.typing, typing) || typing {
             self.viewport.land();
         } else {
             self.keys(&ctx);
@@ -324,7 +360,7 @@ impl App {
                 Purpose::Open => self.open(&Origin::File(path)),
                 Purpose::SaveScene => self.save_to(path),
                 Purpose::SavePicture if self.export.is_some() => self.complain("a picture is being saved; wait for it, or stop it"),
-                Purpose::SavePicture => match Export::start(self.document.scene(), &path, size, self.memory_limit, ctx) {
+                Purpose::SavePicture => match Export::start(&self.scene_as_shown(), &path, size, self.memory_limit, ctx) {
                     Ok(export) => self.export = Some(export),
                     Err(error) => self.complain(error),
                 },

@@ -22,13 +22,21 @@ pub(super) struct Ordered {
     pub(super) number: u64,
     views: Vec<View>,
     camera: Camera,
+    exposure: u64,
     pub(super) moving: bool,
 }
 
 /// A first look at a document, before there is a window.
 pub fn first_look(document: &Document, memory_limit: u64) -> Order {
     let view = View::of(document);
-    Order { views: vec![view], camera: Flight::of(document.scene()).seen(FIRST), moving: true, difference: false, memory_limit }
+    Order {
+        views: vec![view],
+        camera: Flight::of(document.scene()).seen(FIRST),
+        moving: true,
+        difference: false,
+        exposure: 0,
+        memory_limit,
+    }
 }
 
 impl App {
@@ -47,7 +55,7 @@ impl App {
         let same_views =
             |o: &Ordered| o.views.len() == views.len() && o.views.iter().zip(&views).all(|(a, b)| Arc::ptr_eq(&a.scene, &b.scene));
         let camera = self.flight.seen(size);
-        let same = self.ordered.as_ref().is_some_and(|o| o.camera == camera && same_views(o));
+        let same = self.ordered.as_ref().is_some_and(|o| o.camera == camera && o.exposure == self.exposure && same_views(o));
         if !same {
             self.moved = now;
         }
@@ -71,8 +79,15 @@ impl App {
             }
         }
         let difference = self.comparison.with == With::Finer;
-        let order = Order { views: views.clone(), camera: camera.clone(), moving, difference, memory_limit: self.memory_limit };
-        self.ordered = Some(Ordered { number: self.engine.submit(order), views, camera, moving });
+        let order = Order {
+            views: views.clone(),
+            camera: camera.clone(),
+            moving,
+            difference,
+            exposure: self.exposure,
+            memory_limit: self.memory_limit,
+        };
+        self.ordered = Some(Ordered { number: self.engine.submit(order), views, camera, exposure: self.exposure, moving });
     }
 
     /// Whether the view differs from the document's by more than the digits that it is written with.

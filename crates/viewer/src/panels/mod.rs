@@ -70,6 +70,16 @@ pub fn menu(ui: &mut Ui, app: &mut App) {
                 if ui.add(egui::Button::new("Frame all").shortcut_text("Home")).clicked() {
                     crate::viewport::frame(app);
                 }
+                let bookmarks: Vec<String> = app.document.scene().bookmarks.keys().cloned().collect();
+                ui.add_enabled_ui(!bookmarks.is_empty(), |ui| {
+                    ui.menu_button("Bookmarks", |ui| {
+                        for name in &bookmarks {
+                            if ui.button(name).clicked() {
+                                app.go_to(name);
+                            }
+                        }
+                    });
+                });
                 ui.checkbox(&mut app.viewport.overlay, "Stars and frame (M)");
                 ui.checkbox(&mut app.layout.scene, "Scene panel");
                 ui.checkbox(&mut app.layout.picture, "Picture panel");

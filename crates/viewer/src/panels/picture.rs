@@ -25,7 +25,7 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
         if ui.button("+").on_hover_text("half a stop brighter (+)").clicked() {
             app.expose(0.5);
         }
-        if ui.button("Auto").on_hover_text("black and white as the picture asks for (0)").clicked() {
+        if ui.button("Auto").on_hover_text("black and white as this picture asks for, held from now on (0)").clicked() {
             app.expose_automatically();
         }
     });
@@ -112,7 +112,7 @@ fn histogram(ui: &mut Ui, app: &App, edits: &mut Edits) {
         ui.label(format!("white at {} of each band's own", short(white)));
     } else {
         ui.label(format!("black {}, white {} W/m²/sr", short(black), short(white)))
-            .on_hover_text("drag in the histogram: white; with Shift: black");
+            .on_hover_text("held while things move; drag in the histogram: white; with Shift: black");
     }
     let (Some(at), true) = (shown.inner, shown.response.dragged() && !balanced) else { return };
     let level = significant(10f64.powf(at.x));

@@ -293,14 +293,22 @@ impl<'a> March<'a> {
         for lane in (0..LANES).filter(|lane| close[*lane]) {
             let at = |steps: f32| state.span.0[lane] + f64::from(steps) * f64::from(state.dt[lane]);
             let depth = (f64::from(state.tau[lane]), f64::from(growth[lane]));
-            near::pieces(&self.plan.space, resolution, star, &state.rays[lane], (at(stretch.start), at(stretch.end())), depth, |piece| {
-                let phase = self.phase_entry(piece.cosine as f32, (1.0 - piece.cosine * piece.cosine) as f32);
-                for term in 0..self.tables.weights.band_of.len() {
-                    let weight = self.phase_weight(scatterer, term, phase);
-                    let decay = self.tables.terms.at(scatterer.light, (&state.drawn, lane), term, piece.depth as f32);
-                    state.sum[term][lane] += piece.scattering as f32 * weight * decay;
-                }
-            });
+            near::pieces(
+                near::samples(&self.plan.space, star),
+                resolution,
+                star,
+                &state.rays[lane],
+                (at(stretch.start), at(stretch.end())),
+                depth,
+                |piece| {
+                    let phase = self.phase_entry(piece.cosine as f32, (1.0 - piece.cosine * piece.cosine) as f32);
+                    for term in 0..self.tables.weights.band_of.len() {
+                        let weight = self.phase_weight(scatterer, term, phase);
+                        let decay = self.tables.terms.at(scatterer.light, (&state.drawn, lane), term, piece.depth as f32);
+                        state.sum[term][lane] += piece.scattering as f32 * weight * decay;
+                    }
+                },
+            );
         }
     }
 

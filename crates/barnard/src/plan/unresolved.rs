@@ -1,0 +1,51 @@
+//! What samples of dust that is a function cost the stars that are seen through it.
+
+use rayon::prelude::*;
+
+use super::{Space, Spectral};
+use crate::error::Result;
+use crate::light::Light;
+use crate::points::{self, Point, Sources};
+use crate::scene::Scene;
+
+/// The error of stars' fluxes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unresolved {
+    /// Relative rms over the stars that were asked, worst band.
+    pub error: f64,
+    /// How many stars were asked.
+    pub stars: usize,
+}
+
+/// Most stars that are asked.
+const ASKED: usize = 64;
+/// A star of which less than this is left is compared with this part of its light without dust.
+const LEAST_LEFT: f64 = 1e-3;
+
+/// Fluxes through the dust itself beside those through its samples, of stars that are taken evenly from those in view; none where dust is a grid or there are no stars.
+pub fn error(scene: &Scene, space: &Space, spectral: &Spectral, lights: &[Light]) -> Result<Option<Unresolved>> {
+    let Some(occupied) = space.occupied.filter(|_| space.depth_is_sampled()) else { return Ok(None) };
+    let camera = &scene.camera;
+    let points = points::points(Sources::All, (scene, camera), lights)?;
+    let asked: Vec<&Point> = points.iter().step_by(points.len().div_ceil(ASKED).max(1)).collect();
+    if asked.is_empty() {
+        return Ok(None);
+    }
+    let far = occupied.size().length() + (0.5 * (occupied.low + occupied.high) - camera.position).length();
+    let depths = |point: &&Point| {
+        let ray = point.ray(camera);
+        let end = ray.at(point.length.min(far));
+        let sampled = space.depth(ray.origin, end);
+        (point.light, sampled, (sampled + space.depth_beyond_samples(ray.origin, end)).max(0.0))
+    };
+    let depths: Vec<(usize, f64, f64)> = asked.par_iter().map(depths).collect();
+    let of_band = |band: &super::BandPlan| {
+        let off = |(light, sampled, truly): &(usize, f64, f64)| {
+            let [bare, sampled, truly] = [0.0, *sampled, *truly].map(|depth| band.rule.evaluate(*light, depth));
+            if bare > 0.0 { ((sampled - truly) / truly.max(LEAST_LEFT * bare)).powi(2) } else { 0.0 }
+        };
+        (depths.iter().map(off).sum::<f64>() / depths.len() as f64).sqrt()
+    };
+    let error = spectral.bands.iter().map(of_band).fold(0.0, f64::max);
+    Ok(Some(Unresolved { error, stars: asked.len() }))
+}

@@ -1,0 +1,107 @@
+//! The levels that pictures are shown by. A picture is measured once, when it has settled; from then on white and the balance of its bands stay as they were
+//! while things move and settle again, so that brighter looks brighter and colours keep still.
+
+use barnard::image::{Display, Image, Level, Tone};
+use spectra::colour::Palette;
+
+/// How far the white that a settled picture asks for may lie from the one that is held, either way: beyond, the picture would be all black or all white.
+const RANGE: f64 = 10.0;
+
+/// The levels that are held.
+#[derive(Default)]
+pub struct Exposure {
+    held: Option<Held>,
+}
+
+/// Levels, and what they were measured for.
+struct Held {
+    /// How often they had been asked for anew.
+    asked: u64,
+    bands: Vec<String>,
+    palette: Palette,
+    balance: bool,
+    /// With the white that the picture asked for, whatever the scene says.
+    tone: Tone,
+    /// Whether that picture had settled.
+    settled: bool,
+}
+
+impl Exposure {
+    /// The levels of `image` in a scene with `display`, where levels were asked for anew `asked` times: those that are held, if they are of the same bands and colours.
+    pub fn tone(&mut self, asked: u64, display: &Display, image: &Image, settled: bool) -> Tone {
+        let holds = |held: &Held| {
+            let same = held.asked == asked
+                && held.bands.iter().eq(image.bands.iter().map(|b| &b.name))
+                && held.palette == display.palette
+                && held.balance == display.balance;
+            same && (held.settled || !settled) && !(settled && held.is_off(display, image))
+        };
+        let held = match self.held.take().filter(holds) {
+            Some(held) => held,
+            None => Held {
+                asked,
+                bands: image.bands.iter().map(|band| band.name.clone()).collect(),
+                palette: display.palette.clone(),
+                balance: display.balance,
+                tone: Display { white: Level::Auto, ..display.clone() }.tone(image),
+                settled,
+            },
+        };
+        let black = match display.black {
+            Level::Auto => 0.0,
+            Level::Radiance(black) => black,
+        };
+        let white = match display.white {
+            Level::Auto => held.tone.white.max(black + f64::MIN_POSITIVE),
+            Level::Radiance(white) => white,
+        };
+        let tone = Tone { black, white, stretch: display.stretch, ..held.tone.clone() };
+        self.held = Some(held);
+        tone
+    }
+}
+
+impl Held {
+    /// Whether little could be seen of a picture by these levels.
+    fn is_off(&self, display: &Display, image: &Image) -> bool {
+        let Level::Auto = display.white else { return false };
+        let own = Display { white: Level::Auto, balance: false, palette: self.tone.palette.clone(), ..display.clone() }.tone(image);
+        let ratio = own.white / self.tone.white;
+        !(1.0 / RANGE..=RANGE).contains(&ratio)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::Document;
+    use barnard::image::Samples;
+
+    fn image(level: f32) -> Image {
+        let values = (0..300).map(|i| level * (1 + i % 100) as f32).collect();
+        Image::bare(10, 10, ["a", "b", "c"].map(str::to_owned).to_vec(), Samples::Single(values))
+    }
+
+    /// White stays where a settled picture had it, whatever moves; it is measured anew where somebody asks, where other bands or colours are shown, and where nothing could be seen.
+    #[test]
+    fn white_is_held() {
+        let display = Document::builtin("deck", 1 << 32).unwrap().scene().display.clone();
+        let mut exposure = Exposure::default();
+        let white = |exposure: &mut Exposure, asked, level, settled| exposure.tone(asked, &display, &image(level), settled).white;
+        let first = white(&mut exposure, 0, 1.0, false);
+        assert_eq!(white(&mut exposure, 0, 3.0, false), first, "a first look is held while things move");
+        let settled = white(&mut exposure, 0, 1.5, true);
+        assert!((settled / first - 1.5).abs() < 1e-6, "a settled picture is measured");
+        for (level, still) in [(2.0, false), (2.0, true), (0.3, false), (0.3, true)] {
+            assert_eq!(white(&mut exposure, 0, level, still), settled, "{level}");
+        }
+        assert_eq!(white(&mut exposure, 0, 30.0, false), settled, "nothing jumps while it moves");
+        assert!((white(&mut exposure, 0, 30.0, true) / settled - 20.0).abs() < 1e-4, "all would be white");
+        assert!((white(&mut exposure, 1, 15.0, true) / settled - 10.0).abs() < 1e-4, "asked for anew");
+        let balanced = Display { balance: !display.balance, ..display.clone() };
+        let other = exposure.tone(1, &balanced, &image(15.0), true);
+        assert_ne!(other.palette, display.palette, "bands are balanced anew");
+        let said = Display { white: Level::Radiance(7.0), ..balanced };
+        assert_eq!(exposure.tone(1, &said, &image(15.0), true), Tone { white: 7.0, ..other });
+    }
+}
