@@ -1,7 +1,7 @@
 //! Progress and interruption of long work.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::error::{Error, Result};
 
@@ -15,6 +15,9 @@ pub enum Stage {
     /// Rays of the image.
     Rays,
 }
+
+/// Steps of work that has parts.
+const WHOLE: u64 = 10_000;
 
 /// Hears of (stage, done, all).
 type Listener = dyn Fn(Stage, u64, u64) + Send + Sync;
@@ -32,6 +35,18 @@ impl Control {
         Self { stop: Arc::default(), listener: Some(Arc::new(listener)) }
     }
 
+    /// For work that is a part of more: its progress runs from `first` to `last` [1] of the whole, and never back.
+    pub fn part(&self, (first, last): (f64, f64)) -> Self {
+        let Some(listener) = self.listener.clone() else { return self.clone() };
+        let highest = AtomicU64::new(0);
+        let heard = move |stage, done: u64, all: u64| {
+            let share = (done as f64 / all.max(1) as f64).min(1.0);
+            let now = ((first + (last - first) * share) * WHOLE as f64) as u64;
+            listener(stage, highest.fetch_max(now, Ordering::Relaxed).max(now), WHOLE);
+        };
+        Self { stop: self.stop.clone(), listener: Some(Arc::new(heard)) }
+    }
+
     /// Stops the work at its next look.
     pub fn interrupt(&self) {
         self.stop.store(true, Ordering::Relaxed);
@@ -47,5 +62,34 @@ impl Control {
         if let Some(listener) = &self.listener {
             listener(stage, done, all);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+
+    /// Parts of parts run on from where others ended, never back, and stop with the whole.
+    #[test]
+    fn parts_make_a_whole() {
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let ears = heard.clone();
+        let control = Control::with_listener(move |_, done, all| ears.lock().unwrap().push(done as f64 / all as f64));
+        for half in [(0.0, 0.5), (0.5, 1.0)] {
+            let half = control.part(half);
+            let (first, second) = (half.part((0.0, 0.2)), half.part((0.2, 1.0)));
+            for (done, all) in [(1, 2), (2, 2), (1, 3)] {
+                first.report(Stage::Light, done, all);
+            }
+            second.report(Stage::Light, 3, 4);
+            second.report(Stage::Light, 9, 4);
+        }
+        let expected = [0.05, 0.1, 0.1, 0.4, 0.5, 0.55, 0.6, 0.6, 0.9, 1.0];
+        let heard = heard.lock().unwrap();
+        assert!(heard.len() == expected.len() && heard.iter().zip(expected).all(|(a, b)| (a - b).abs() < 2e-4), "{heard:?}");
+        control.part((0.0, 1.0)).interrupt();
+        assert!(control.check().is_err());
     }
 }

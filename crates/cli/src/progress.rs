@@ -67,14 +67,22 @@ fn with_bar(note: Note) -> Control {
     })
 }
 
-/// A line at most every ten seconds.
+/// A line at most every ten seconds, with how long the stage takes yet if it goes on as it went.
 fn with_lines(note: Note) -> Control {
-    let last = Mutex::new(Instant::now());
+    let state = Mutex::new((Instant::now(), None::<(Stage, Instant)>));
     Control::with_listener(move |stage, done, all| {
-        let Ok(mut last) = last.lock() else { return };
+        let Ok(mut state) = state.lock() else { return };
+        let (last, begun) = &mut *state;
+        let since = match begun {
+            Some((current, since)) if *current == stage => *since,
+            _ => begun.insert((stage, Instant::now())).1,
+        };
         if last.elapsed() > Duration::from_secs(10) {
             *last = Instant::now();
-            complain!("{}: {} % {}", words(stage), (100.0 * done as f64 / all.max(1) as f64) as u64, note.words());
+            let share = (done as f64 / all.max(1) as f64).min(1.0);
+            let left = since.elapsed().as_secs_f64() * (1.0 - share) / share.max(1e-6);
+            let left = if share > 0.01 { format!(", about {left:.0} s left") } else { String::new() };
+            complain!("{}: {:.0} %{left} {}", words(stage), 100.0 * share, note.words());
         }
     })
 }

@@ -745,7 +745,6 @@ fn long_numbers_stay_in_their_panel() {
             assert!(number.rect().left() >= low && number.rect().right() <= high, "{label}: {:?}", number.rect());
         }
     }
-    harness.render().unwrap().save("/tmp/long.png").unwrap();
 }
 
 /// One part of the window as it looked before, and how it looks now.

@@ -134,20 +134,19 @@ impl MakeOperators<Support> for SupportOperators {
             binary("max", 0, |a, b| a.chosen(b, f64::max)),
             binary("step", 0, Support::step),
         ];
-        let functions: [(&str, fn(Support) -> Support); 11] = [
-            ("sqrt", |a| a.mapped(f64::sqrt)),
-            ("abs", |a| a.mapped(f64::abs)),
-            ("sin", |a| a.mapped(f64::sin)),
-            ("tan", |a| a.mapped(f64::tan)),
-            ("tanh", |a| a.mapped(f64::tanh)),
-            ("floor", |a| a.mapped(f64::floor)),
-            ("ceil", |a| a.mapped(f64::ceil)),
-            ("exp", |a| a.mapped(f64::exp)),
-            ("ln", |a| a.mapped(f64::ln)),
-            ("log10", |a| a.mapped(f64::log10)),
-            ("cos", |a| a.mapped(f64::cos)),
-        ];
-        operators.extend(functions.map(|(name, apply)| Operator::make_unary(name, apply)));
+        operators.extend([
+            Operator::make_unary("sqrt", |a: Support| a.mapped(f64::sqrt)),
+            Operator::make_unary("abs", |a| a.mapped(f64::abs)),
+            Operator::make_unary("sin", |a| a.mapped(f64::sin)),
+            Operator::make_unary("tan", |a| a.mapped(f64::tan)),
+            Operator::make_unary("tanh", |a| a.mapped(f64::tanh)),
+            Operator::make_unary("floor", |a| a.mapped(f64::floor)),
+            Operator::make_unary("ceil", |a| a.mapped(f64::ceil)),
+            Operator::make_unary("exp", |a| a.mapped(f64::exp)),
+            Operator::make_unary("ln", |a| a.mapped(f64::ln)),
+            Operator::make_unary("log10", |a| a.mapped(f64::log10)),
+            Operator::make_unary("cos", |a| a.mapped(f64::cos)),
+        ]);
         operators
     }
 }

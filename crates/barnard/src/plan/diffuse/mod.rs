@@ -205,6 +205,9 @@ pub(super) fn check(spectral: &Spectral, options: &Options) -> Result<()> {
     bands.try_for_each(|band| solve::nodes(band).map(|_| ()))
 }
 
+/// About the part of the work that a field half as fine takes.
+const HALF_SHARE: f64 = 0.1;
+
 impl Diffuse {
     /// The field of `scene` for its camera; none where light scatters once, or nothing scatters. What another field was found from is not solved again.
     ///
@@ -233,21 +236,25 @@ impl Diffuse {
         let (cells, bytes, coarser) = problem.fitting(dust, fineness)?;
         let windows = space.crowd.as_ref().map_or_else(Vec::new, |crowd| problem.windows(crowd, &cells));
         // Half as fine, then with other directions too: what that changes says how exact the field is, at a part of its price.
-        let half = |fineness: Fineness, before: Option<&Self>| {
+        let half = |fineness: Fineness, before: Option<&Self>, part: (f64, f64)| {
             let most = cells.lattice.dims.into_iter().max().unwrap_or(1) / 2;
-            problem.solve((Cells::new(dust, space.gas(), most.max(1)), fineness), (&windows, None), before, control)
+            problem.solve((Cells::new(dust, space.gas(), most.max(1)), fineness), (&windows, None), before, &control.part(part))
         };
         let known = before.and_then(|b| b.halves.as_deref());
         let other = Fineness { directions: OTHER, ..fineness };
         let halves = match fineness == Fineness::FULL && many {
-            true => Some((half(fineness, known.map(|k| &k.0))?, half(other, known.map(|k| &k.1))?)),
+            true => Some((
+                half(fineness, known.map(|k| &k.0), (0.0, HALF_SHARE))?,
+                half(other, known.map(|k| &k.1), (HALF_SHARE, 2.0 * HALF_SHARE))?,
+            )),
             false => None,
         };
         let trials = match &space.crowd {
             Some(crowd) if fineness == Fineness::FULL => trial::trials(crowd, space, &cells, control)?,
             _ => Vec::new(),
         };
-        let mut own = problem.solve((cells, fineness), (&windows, Some(&trials)), before, control)?;
+        let begun = if halves.is_some() { 2.0 * HALF_SHARE } else { 0.0 };
+        let mut own = problem.solve((cells, fineness), (&windows, Some(&trials)), before, &control.part((begun, 1.0)))?;
         own.found = Found { coarser, bytes, ..own.found };
         let halves = halves.filter(|(half, _)| half.field.cells.lattice.dims != own.field.cells.lattice.dims);
         // Of light that was scattered before, alone.

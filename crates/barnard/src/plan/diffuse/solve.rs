@@ -86,6 +86,7 @@ impl Problem<'_> {
         let even: Vec<Window> = windows.iter().map(|window| Window::even(window.reach_pc)).collect();
         let (mut field, mut sweeps, mut series, mut settled) = (Vec::new(), 0, 0.0f64, true);
         let mut swept_by: Vec<Arc<str>> = Vec::new();
+        let parts = self.terms.len().div_ceil(WIDTH) as f64;
         for (p, own) in self.terms.chunks(WIDTH).enumerate() {
             let medium = Medium { cells: &cells, count: count(degree), faces: faces.each_ref().map(|f| &f[..]), terms: own };
             let lamps = Lamps::new(self.lights, self.spectral, (p * WIDTH, own), &glow, crowd);
@@ -95,7 +96,10 @@ impl Problem<'_> {
             let known = before.and_then(|b| b.field.parts.get(p)).filter(|part| part.solved.origin == origin);
             let solved = match known {
                 Some(part) => part.solved.clone(),
-                None => Arc::new(medium.solve(self.space, origin, (&k, gathering), (&self.sweepers, control))?),
+                None => {
+                    let part = control.part((p as f64 / parts, (p + 1) as f64 / parts));
+                    Arc::new(medium.solve(self.space, origin, (&k, gathering), (&self.sweepers, &part))?)
+                }
             };
             (sweeps, series) = (sweeps.max(solved.sweeps), series.max(solved.series));
             settled &= solved.settled;
@@ -242,8 +246,8 @@ impl Medium<'_> {
         let transfer =
             Transfer { cells: self.cells, k, faces: self.faces, scattering: &scattering[..self.count], glow: glow.as_deref(), around };
         let ((moments, course), by) = sweepers.run(|sweeper| {
-            let first = self.first(space, &origin.lamps, (k, gathering), control)?;
-            orders(sweeper, transfer, first, origin.bounces, control)
+            let first = self.first(space, &origin.lamps, (k, gathering), &control.part((0.0, FIRST_SHARE)))?;
+            orders(sweeper, transfer, first, origin.bounces, &control.part((FIRST_SHARE, 1.0)))
         })?;
         let (series, _) = course.rest(origin.bounces);
         let (sweeps, settled) = (course.orders.len(), course.is_known() || course.orders.len() + 1 == origin.bounces);
@@ -263,6 +267,9 @@ impl Medium<'_> {
         Ok(first)
     }
 }
+
+/// About the part of the work that light takes which has not been scattered yet.
+const FIRST_SHARE: f64 = 0.2;
 
 /// All orders of scattering below `bounces`, and how they went.
 fn orders(
