@@ -110,8 +110,8 @@ impl Frame {
             Projection::Orthographic { half_width_pc: h } => (h * right, h * up, DVec3::ZERO, DVec3::ZERO),
         };
         let voxel = plan.space.voxel_pc();
-        let (per_pc, fixed) = match plan.stepping {
-            Stepping::PerVoxel(n) => (n / voxel, 0.0),
+        let (per_voxel, fixed) = match plan.stepping {
+            Stepping::PerVoxel(n) => (n, 0.0),
             Stepping::Fixed(n) => (0.0, n as f64),
         };
         let smallest = k.iter().copied().fold(f32::MAX, f32::min);
@@ -125,7 +125,7 @@ impl Frame {
             turn_y: four(turn_y, 0.0),
             low: four(bounds.low - middle, 0.0),
             high: four(bounds.high - middle, 0.0),
-            steps: [per_pc as f32, fixed as f32, voxel as f32, angle as f32],
+            steps: [per_voxel as f32, fixed as f32, voxel as f32, angle as f32],
             limits: [smallest, END_SHARE * plan.spectral.accuracy as f32, brightest, 0.0],
             jitter: [0.0; 4],
             size: [camera.width as u32, camera.height as u32, 0, 0],
@@ -146,11 +146,11 @@ impl Frame {
 
     /// For some rows in one pass; rays that paused go on where they are `resumed`.
     pub fn of(&self, rows: Rows, pass: &Pass, patience: Patience, resumed: bool) -> Frame {
-        let [per_pc, fixed, voxel, angle] = self.steps;
+        let [per_voxel, fixed, voxel, angle] = self.steps;
         let fixed = if fixed > 0.0 { (fixed * pass.steps).ceil() } else { 0.0 };
         let ((first, count), (first_held, held)) = (rows.strip, rows.held);
         Frame {
-            steps: [per_pc * pass.steps, fixed, voxel, angle],
+            steps: [per_voxel * pass.steps, fixed, voxel, angle],
             jitter: [pass.subpixel.0, pass.subpixel.1, pass.start.unwrap_or(-1.0), pass.share],
             size: [self.size[0], self.size[1], patience.0, u32::from(resumed)],
             strip: [first as u32, count as u32, first_held as u32, held as u32],

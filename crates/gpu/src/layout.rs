@@ -44,6 +44,8 @@ pub struct Shape {
     pub emitters: usize,
     pub inner: usize,
     pub brick_grids: usize,
+    /// Kinds of voxels of the plan's grids.
+    pub voxels: usize,
     pub phase: PhaseKind,
     /// The quad and channel of dust.
     pub dust: Option<(usize, usize)>,
@@ -79,6 +81,7 @@ pub struct Offsets {
     pub lattices: usize,
     pub inner_boxes: usize,
     pub brick_table: usize,
+    pub voxels: usize,
     /// What forms have, and phase tables behind that.
     pub contents: usize,
 }
@@ -135,6 +138,7 @@ impl Shape {
             lattices: take(5 * self.quads),
             inner_boxes: take(2 * self.inner),
             brick_table: take(3 * self.brick_grids),
+            voxels: take(self.voxels),
             contents: take(0),
         }
     }
@@ -220,6 +224,7 @@ impl Layout {
             emitters: weights.emitted.len(),
             inner: plan.space.inner_boxes().len(),
             brick_grids: plan.space.bricks.len(),
+            voxels: plan.space.voxels().len(),
             phase: phase.as_ref().map_or(PhaseKind::Isotropic, |p| if p.separable { PhaseKind::Separable } else { PhaseKind::Spectral }),
             dust: slot_of(Channel::Dust),
             background: weights.background.is_some(),
@@ -288,6 +293,7 @@ impl Layout {
             tables.place(bounds.high, 0.0);
         }
         tables.bricks(plan);
+        plan.space.voxels().iter().for_each(|voxel| tables.list.0.push(four(voxel.recip(), 0.0)));
         debug_assert_eq!(tables.list.0.len(), offsets.contents);
         tables.list.0.extend(contents.tables.0);
         let phase_start = 4 * tables.list.0.len();

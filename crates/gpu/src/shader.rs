@@ -5,9 +5,10 @@ use barnard::plan::near::{
 };
 use barnard::plan::star_depth::OPAQUE;
 use barnard::plan::window::PROFILE;
-use barnard::plan::{END_DEPTH, END_EVERY, PHASE_RANGE};
+use barnard::plan::{END_DEPTH, END_EVERY, Extent, PHASE_RANGE};
 use spectra::basis::MAX_SIZE;
 use spectra::polynomial::MAX_DEGREE;
+use spectra::rule::DepthTable;
 
 use crate::crowd;
 use crate::layout::{PhaseKind, Shape};
@@ -57,6 +58,7 @@ fn constants(shape: &Shape, workgroup: (u32, u32), pauses: Pauses) -> String {
         ("INNER", shape.inner),
         ("BORDERS", 2 + 2 * shape.inner),
         ("BRICK_GRIDS", shape.brick_grids),
+        ("VOXEL_KINDS", shape.voxels),
         ("ISOTROPIC", kind(PhaseKind::Isotropic)),
         ("SEPARABLE", kind(PhaseKind::Separable)),
         ("SPECTRAL", kind(PhaseKind::Spectral)),
@@ -76,7 +78,7 @@ fn constants(shape: &Shape, workgroup: (u32, u32), pauses: Pauses) -> String {
         ("PROFILE", PROFILE),
         ("NEIGHBOUR_PIECES", NEIGHBOUR_PIECES),
         ("MAX_ELEMENTS", MAX_SIZE),
-        ("MAX_EXP_INTEGRALS", MAX_DEGREE + 2),
+        ("MAX_EXP_INTEGRALS", MAX_DEGREE + 3),
         ("END_EVERY", END_EVERY),
         ("BAND_TURNS", shape.form.turns.0),
         ("TERM_TURNS", shape.form.turns.1),
@@ -97,6 +99,7 @@ fn constants(shape: &Shape, workgroup: (u32, u32), pauses: Pauses) -> String {
         ("LATTICES", offsets.lattices),
         ("INNER_BOXES", offsets.inner_boxes),
         ("BRICK_TABLE", offsets.brick_table),
+        ("VOXELS", offsets.voxels),
     ];
     let real = [
         ("PHASE_RANGE", PHASE_RANGE),
@@ -111,6 +114,9 @@ fn constants(shape: &Shape, workgroup: (u32, u32), pauses: Pauses) -> String {
         ("CLOSEST", CLOSEST),
         ("OPAQUE", OPAQUE),
         ("SERIES_LIMIT", f64::from(barnard::packet::SERIES_LIMIT)),
+        ("LOG_THIN", f64::from(DepthTable::THIN)),
+        ("CLOSED_GREY", f64::from(Extent::GREY)),
+        ("CLOSED_THIN", f64::from(Extent::THIN)),
         ("MAX_DEPTH_STEPS", MAX_DEPTH_STEPS),
         ("END_DEPTH", f64::from(END_DEPTH)),
         ("FAR", 1e30),
@@ -167,6 +173,7 @@ mod tests {
             emitters: 0,
             inner: 0,
             brick_grids: 1,
+            voxels: 1,
             phase: PhaseKind::Isotropic,
             dust: Some((0, 0)),
             background: false,

@@ -160,10 +160,10 @@ impl Basis {
         self.q.tr_mul(&self.domain.exponential(a)).iter().copied().collect()
     }
 
-    /// q_i″(a) = ⟨k² e^(−a k), Q_i⟩ [µm^½, element].
-    pub fn curvatures(&self, a: f64) -> Vec<f64> {
+    /// ⟨kⁿ e^(−a k), Q_i⟩, the n-th derivative of q_i but for its sign [µm^½, element].
+    pub fn moments(&self, a: f64, n: i32) -> Vec<f64> {
         let mut bent = self.domain.exponential(a);
-        bent.iter_mut().zip(&self.domain.k).for_each(|(e, k)| *e *= k * k);
+        bent.iter_mut().zip(&self.domain.k).for_each(|(e, k)| *e *= k.powi(n));
         self.q.tr_mul(&bent).iter().copied().collect()
     }
 

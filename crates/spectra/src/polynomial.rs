@@ -2,6 +2,8 @@
 //!
 //!   ∫ λⁿ e^(−g/λ) dλ = [λ^(n+1) E_{n+2}(g/λ)]
 //!
+//! whose integral over g, from g on, is [λ^(n+2) E_{n+3}(g/λ)].
+//!
 //! | symbol | variable | unit |
 //! |---|---|---|
 //! | λ | `lambda_um` | µm |
@@ -34,6 +36,17 @@ pub struct Fit {
     pub rms: f64,
     /// Largest difference, relative to the spectrum's largest value [1].
     pub largest: f64,
+}
+
+/// G(g) = ∫ P(λ) e^(−g/λ) dλ over an interval, with its neighbours.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Attenuated {
+    /// G.
+    pub value: f64,
+    /// −dG/dg = ∫ P/λ e^(−g/λ) dλ [per µm].
+    pub slope: f64,
+    /// ∫ G dg from g on = ∫ P λ e^(−g/λ) dλ [µm].
+    pub left: f64,
 }
 
 /// The highest degree: its fit keeps six digits in f64.
@@ -71,36 +84,37 @@ impl Polynomial {
         Ok(Fit { polynomial, rms, largest })
     }
 
-    /// G(g) = ∫ P(λ) e^(−g/λ) dλ and −dG/dg = ∫ P(λ)/λ e^(−g/λ) dλ over the interval.
-    pub fn against_exponential(&self, g_um: f64) -> (f64, f64) {
+    /// ∫ P(λ) e^(−g/λ) dλ over the interval.
+    pub fn against_exponential(&self, g_um: f64) -> Attenuated {
         let (low, high) = (self.antiderivative(self.interval_um.0, g_um), self.antiderivative(self.interval_um.1, g_um));
-        (high.0 - low.0, high.1 - low.1)
+        Attenuated { value: high.value - low.value, slope: high.slope - low.slope, left: high.left - low.left }
     }
 
-    fn antiderivative(&self, lambda_um: f64, g_um: f64) -> (f64, f64) {
+    fn antiderivative(&self, lambda_um: f64, g_um: f64) -> Attenuated {
         // e^(−g/λ) falls to nothing at λ = 0, with all its powers.
         if lambda_um <= 0.0 {
-            return (0.0, 0.0);
+            return Attenuated { value: 0.0, slope: 0.0, left: 0.0 };
         }
         // The slope of a constant is ∫ dλ/λ at g = 0, a difference of two infinite E₁.
         let x = (g_um / lambda_um).max(1e-12);
-        let mut e = [0.0; MAX_DEGREE + 2];
-        exp_integral::scaled(x, &mut e[..self.coefficients.len() + 1]);
-        let (mut value, mut slope, mut power) = (0.0, 0.0, 1.0);
+        let mut e = [0.0; MAX_DEGREE + 3];
+        exp_integral::scaled(x, &mut e[..self.coefficients.len() + 2]);
+        let (mut value, mut slope, mut left, mut power) = (0.0, 0.0, 0.0, 1.0);
         for (n, c) in self.coefficients.iter().enumerate() {
             slope += c * power * e[n];
             power *= lambda_um;
             value += c * power * e[n + 1];
+            left += c * power * lambda_um * e[n + 2];
         }
         let fall = (-x).exp();
-        (fall * value, fall * slope)
+        Attenuated { value: fall * value, slope: fall * slope, left: fall * left }
     }
 
     /// Σ |terms| / |sum| of the closed form at g = 0: how many times a rounding error grows [1].
     pub fn cancellation(&self) -> f64 {
         let terms = |l: f64| self.coefficients.iter().enumerate().map(move |(n, c)| (c * l.powi(n as i32 + 1) / (n + 1) as f64).abs());
         let size: f64 = terms(self.interval_um.0).chain(terms(self.interval_um.1)).sum();
-        size / self.against_exponential(0.0).0.abs().max(f64::MIN_POSITIVE)
+        size / self.against_exponential(0.0).value.abs().max(f64::MIN_POSITIVE)
     }
 }
 
@@ -157,11 +171,13 @@ mod tests {
             let polynomial = Polynomial { coefficients: vec![0.3, -1.0, 2.0, 0.7, -0.4, 1.1], interval_um: (low, high) };
             for g in [1e-6, 0.05, 0.7, 4.0, 20.0] {
                 let f = |l: f64| if l > 0.0 { polynomial.at(l) * (-g / l).exp() } else { 0.0 };
-                let (value, slope) = polynomial.against_exponential(g);
+                let Attenuated { value, slope, left } = polynomial.against_exponential(g);
                 let truth = integrate(f, low, high, 1e-13);
                 let truth_slope = integrate(|l| if l > 0.0 { f(l) / l } else { 0.0 }, low, high, 1e-13);
+                let truth_left = integrate(|l| l * f(l), low, high, 1e-13);
                 assert!((value / truth - 1.0).abs() < 1e-8, "{low} {g}: {value} {truth}");
                 assert!((slope / truth_slope - 1.0).abs() < 1e-7, "{low} {g}: {slope} {truth_slope}");
+                assert!((left / truth_left - 1.0).abs() < 1e-8, "{low} {g}: {left} {truth_left}");
             }
         }
     }

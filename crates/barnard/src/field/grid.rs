@@ -78,8 +78,8 @@ impl Grid {
         Self { lattice, data }
     }
 
-    /// The same of a function that may jump: a voxel that it changes in has the mean over its parts, all others the value at their middle.
-    pub fn averaged(lattice: Lattice, f: impl Fn(DVec3) -> f64 + Sync) -> Self {
+    /// The same of a function that may jump, of a voxel's centre and a place within it: a voxel that it changes in has the mean over its parts, all others the value at their middle.
+    pub fn averaged(lattice: Lattice, f: impl Fn(DVec3, DVec3) -> f64 + Sync) -> Self {
         let voxel = lattice.voxel_pc();
         let corners = (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) - 0.5);
         let corners: Vec<DVec3> = corners.map(|c| (1.0 - 1e-9) * c * voxel).collect();
@@ -87,12 +87,12 @@ impl Grid {
         let part = |i: usize| DVec3::new(along(i % PARTS), along(i / PARTS % PARTS), along(i / (PARTS * PARTS))) * voxel;
         let parts: Vec<DVec3> = (0..PARTS.pow(3)).map(part).collect();
         Self::sampled(lattice, |centre| {
-            let middle = f(centre);
-            let ends = corners.iter().map(|c| f(centre + *c)).fold((middle, middle), |(low, high), v| (v.min(low), v.max(high)));
+            let middle = f(centre, centre);
+            let ends = corners.iter().map(|c| f(centre, centre + *c)).fold((middle, middle), |(low, high), v| (v.min(low), v.max(high)));
             if ends.1 - ends.0 <= EVEN * ends.1.abs().max(ends.0.abs()) {
                 return middle;
             }
-            parts.iter().map(|p| f(centre + *p)).sum::<f64>() / parts.len() as f64
+            parts.iter().map(|p| f(centre, centre + *p)).sum::<f64>() / parts.len() as f64
         })
     }
 

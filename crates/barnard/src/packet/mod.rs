@@ -7,5 +7,5 @@ mod track;
 
 pub use exp_integral::scaled_exp_integrals;
 pub use fetch::Cursor;
-pub use lane::{LANES, Lane, SERIES_LIMIT, cell, exp, fma, lanes, largest, mean_transmittance, sinhc};
+pub use lane::{LANES, Lane, SERIES_LIMIT, cell, exp, fma, lanes, largest, ln, mean_transmittance, sinhc};
 pub use track::Track;

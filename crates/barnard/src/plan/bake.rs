@@ -60,7 +60,7 @@ pub(super) fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, options: &O
     let lattice = Lattice { dims, bounds: field.bounds() };
     check_memory(&format!("{what}, sampled"), 4 * lattice.cells() as u64, options.memory_limit)?;
     let value = |p: DVec3| factor * field.at(p);
-    let grid = if field.has_edges() { Grid::averaged(lattice, value) } else { Grid::sampled(lattice, value) };
+    let grid = if field.has_edges() { Grid::averaged(lattice, |_, p| value(p)) } else { Grid::sampled(lattice, value) };
     grid.check(what)?;
     Ok(grid)
 }

@@ -2,6 +2,8 @@
 //!
 //!   F(a)/F(0) = Σ_ends ± Σ_n cₙ λ^(n+1)/F(0) E_{n+2}(a c/λ)  +  lines
 //!
+//! with its slope, by E_{n+1}, and its integral over all depths from there on, by E_{n+3}.
+//!
 //! In f32 where the powers of a wide passband keep their digits; those of a narrow one cancel and need f64.
 
 use spectra::rule::Analytic;
@@ -15,6 +17,8 @@ pub enum ClosedForm {
         ends: Vec<End>,
         /// (k, mass/F(0)) of lines.
         lines: Vec<(f32, f32)>,
+        /// Where the passband lies.
+        extent: Extent,
     },
     /// Only in f64.
     Double,
@@ -22,13 +26,29 @@ pub enum ClosedForm {
     Dark,
 }
 
+/// What a passband has of extinctions.
+#[derive(Debug, Clone, Copy)]
+pub struct Extent {
+    /// Half the difference between the largest k and the smallest [1].
+    pub spread: f32,
+    /// k in the middle of its wavelengths [1].
+    pub middle: f32,
+}
+
+impl Extent {
+    /// Half a segment's depth times the spread of k up to which it is grey: what is left out is no more than single precision loses of exponential integrals.
+    pub const GREY: f32 = 5e-3;
+    /// Half a segment's depth times k up to which it is thin, and two points of Gauss serve the logarithm of its light as well.
+    pub const THIN: f32 = 0.25;
+}
+
 /// One end of a passband.
 #[derive(Debug)]
 pub struct End {
     /// c/λ.
     pub x_per_depth: f32,
-    /// ± cₙ λ^(n+1)/F(0) of E_{n+2}, and ± c cₙ λⁿ/F(0) of E_{n+1}.
-    pub factors: Vec<(f32, f32)>,
+    /// ± cₙ λ^(n+1)/F(0) of E_{n+2}, ± c cₙ λⁿ/F(0) of E_{n+1}, and ± cₙ λ^(n+2)/(c F(0)) of E_{n+3}.
+    pub factors: Vec<[f32; 3]>,
 }
 
 /// The rounding error of one term in f32.
@@ -51,7 +71,7 @@ impl ClosedForm {
         let end = |lambda: f64, sign: f64| {
             let factor = |(n, c): (usize, &f64)| {
                 let below = sign * c * lambda.powi(n as i32) / source.total;
-                ((below * lambda) as f32, (below * band.c_um) as f32)
+                [below * lambda, below * band.c_um, below * lambda * lambda / band.c_um].map(|v| v as f32)
             };
             End { x_per_depth: (band.c_um / lambda) as f32, factors: polynomial.coefficients.iter().enumerate().map(factor).collect() }
         };
@@ -60,6 +80,7 @@ impl ClosedForm {
         if low > 0.0 {
             ends.push(end(low, -1.0));
         }
-        ClosedForm::Single { ends, lines: source.lines.iter().map(|(k, mass)| (*k as f32, (mass / source.total) as f32)).collect() }
+        let extent = Extent { spread: source.spread(band.c_um) as f32, middle: (2.0 * band.c_um / (low + high)) as f32 };
+        ClosedForm::Single { ends, lines: source.lines.iter().map(|(k, mass)| (*k as f32, (mass / source.total) as f32)).collect(), extent }
     }
 }

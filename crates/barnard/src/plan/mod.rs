@@ -32,7 +32,7 @@ use std::sync::Arc;
 
 pub use bake::sample_functions;
 pub use bricks::Bricks;
-pub use closed_form::{ClosedForm, End};
+pub use closed_form::{ClosedForm, End, Extent};
 pub use crowd::Crowd;
 pub use describe::describe;
 pub use diffuse::{Diffuse, Doubt, Fineness, Gathered, ordinates};

@@ -419,10 +419,17 @@ impl Space {
     /// The finest voxel edge along a direction of length one [pc]: that of cubes, and the distance between walls of longer voxels.
     pub fn voxel_along(&self, direction: DVec3) -> f64 {
         let shortest = self.voxel_pc();
-        let grids = self.dust.iter().map(|d| &**d).chain(&self.emission);
-        let along = grids.map(|g| 1.0 / (direction / g.lattice.voxel_pc()).length()).fold(f64::INFINITY, f64::min);
+        let along = self.voxels().iter().map(|voxel| 1.0 / (direction / *voxel).length()).fold(f64::INFINITY, f64::min);
         // Cubes have one edge, whatever rounding says.
         if along < shortest * (1.0 + 1e-9) { shortest } else { along }
+    }
+
+    /// Edges of the voxels of all grids [pc], each kind once.
+    pub fn voxels(&self) -> Vec<DVec3> {
+        let mut voxels: Vec<DVec3> = self.dust.iter().map(|d| &**d).chain(&self.emission).map(|g| g.lattice.voxel_pc()).collect();
+        voxels.sort_by(|a, b| a.to_array().partial_cmp(&b.to_array()).unwrap_or(std::cmp::Ordering::Equal));
+        voxels.dedup();
+        voxels
     }
 
     /// Densities of glowing species, each in its own unit.

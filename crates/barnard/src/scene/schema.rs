@@ -57,7 +57,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[field.NAME]",
         path: "field.*",
-        text: "Named scalar fields. Expressions elsewhere use them by name, so products, sums and masks are written as formulas (below). An expression that uses grids lives in the voxels of the finest of them, over the box in which it can be other than zero: a sum of nested grids holds all of them.",
+        text: "Named scalar fields. Expressions elsewhere use them by name, so products, sums and masks are written as formulas (below). An expression that uses grids lives in the voxels of the finest of them, over the box in which it can be other than zero: a sum of nested grids holds all of them, and a voxel that a mask cuts the part that is left.",
         keys: &[],
         kinds: || kinds(field::KINDS),
         catalogues: &[],

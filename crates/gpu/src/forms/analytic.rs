@@ -12,13 +12,14 @@ pub(super) const ENTRY: FormEntry = FormEntry {
     of: |form| matches!(form, Form::Analytic(_)),
     wgsl: include_str!("../shaders/forms/analytic.wgsl"),
     bounded: false,
-    turns: (2 * TURNS_OF_AN_END, 0),
+    // Two ends at two depths.
+    turns: (4 * TURNS_OF_AN_END, 0),
     heads: Heads::LightsAndBands,
     fill,
 };
 
 /// Levels of the continued fraction or the series, recurrences up and down, powers; lines are few.
-const TURNS_OF_AN_END: usize = 24 + 3 * (MAX_DEGREE + 2) + 8;
+const TURNS_OF_AN_END: usize = 24 + 3 * (MAX_DEGREE + 3) + 8;
 
 fn fill(plan: &Plan, lights: &[usize], contents: &mut Contents) -> Result<()> {
     let bands = &plan.spectral.bands;
@@ -30,12 +31,12 @@ fn fill(plan: &Plan, lights: &[usize], contents: &mut Contents) -> Result<()> {
                 ClosedForm::Double => {
                     return Err(GpuError::Digits { light: plan.lights[*light].name.clone(), band: band.band.name().into() });
                 }
-                ClosedForm::Single { ends, lines } => {
+                ClosedForm::Single { ends, lines, extent } => {
                     let powers = ends.first().map_or(0, |end| end.factors.len());
                     let head = [contents.here(), ends.len() as f32, powers as f32, lines.len() as f32];
-                    let pair = |p: &(f32, f32)| [p.0, p.1];
-                    let of_ends = ends.iter().flat_map(|end| std::iter::once(end.x_per_depth).chain(end.factors.iter().flat_map(pair)));
-                    let flat: Vec<f32> = of_ends.chain(lines.iter().flat_map(pair)).collect();
+                    let of_ends = ends.iter().flat_map(|end| std::iter::once(end.x_per_depth).chain(end.factors.iter().flatten().copied()));
+                    let of_lines = lines.iter().flat_map(|line| [line.0, line.1]);
+                    let flat: Vec<f32> = [extent.spread, extent.middle].into_iter().chain(of_ends).chain(of_lines).collect();
                     contents.tables.numbers(&flat, 0);
                     head
                 }

@@ -1,4 +1,4 @@
-//! Tables of ln F, one for each light and band.
+//! Tables of ln F, one for each light and band: a quad for each gap between entries, as `spectra::rule::DepthTable::rows` has it.
 
 use barnard::plan::Plan;
 use spectra::rule::Form;
@@ -22,7 +22,8 @@ fn fill(plan: &Plan, lights: &[usize], contents: &mut Contents) -> Result<()> {
         for (b, band) in bands.iter().enumerate() {
             let Form::Lookup(lookup) = &band.rule.form else { continue };
             let table = &lookup.tables[*light];
-            contents.heads[i * bands.len() + b] = contents.equal_steps(table.step, &table.log);
+            contents.heads[i * bands.len() + b] = [(1.0 / table.step) as f32, (table.log.len() - 1) as f32, contents.here(), 0.0];
+            contents.tables.0.extend(table.rows().map(|row| row.map(|v| v as f32)));
         }
     }
     Ok(())

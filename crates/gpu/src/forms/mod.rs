@@ -109,7 +109,8 @@ impl Contents {
         let values = &projection.coordinates;
         let (size, gaps) = (projection.basis.size(), values.len() - 1);
         let head = [(1.0 / projection.step) as f32, gaps as f32, self.here(), size as f32];
-        let curvatures = |i: usize| projection.basis.curvatures(projection.step * i as f64);
+        self.tables.0.push([projection.short as f32, 0.0, 0.0, 0.0]);
+        let curvatures = |i: usize| projection.basis.moments(projection.step * i as f64, 2);
         let mut curvature = curvatures(0);
         for gap in 0..gaps {
             let next = curvatures(gap + 1);
@@ -118,6 +119,11 @@ impl Contents {
                 self.tables.0.push([value as f32, growth as f32, (curvature[e] / 6.0) as f32, ((next[e] - curvature[e]) / 6.0) as f32]);
             }
             curvature = next;
+        }
+        // A number and what single precision loses of it.
+        let pair = |v: f64| [v as f32, (v - f64::from(v as f32)) as f32];
+        for left in &projection.left[..gaps] {
+            self.tables.0.extend(left.iter().map(|v| pair(*v)).map(|[high, low]| [high, low, 0.0, 0.0]));
         }
         head
     }

@@ -12,7 +12,7 @@ struct Frame {
     // The box of everything that absorbs, scatters or glows.
     low: vec4f,
     high: vec4f,
-    // Samples a parsec, or on every ray if not zero; the finest voxel; the angle over which the phase function changes little.
+    // Samples a voxel, or on every ray if not zero; the finest voxel [pc]; the angle over which the phase function changes little.
     steps: vec4f,
     // Smallest extinction, what may be left out behind a ray's end, largest dust.
     limits: vec4f,

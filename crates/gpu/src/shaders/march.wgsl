@@ -100,10 +100,21 @@ fn parts_of(ray: Ray, start: f32, dt: f32) -> f32 {
     return most;
 }
 
+// How many of the voxels that are shortest along a direction there are in a pc.
+// twin: barnard::plan::Space::voxel_along
+fn voxels_along(direction: vec3f) -> f32 {
+    var most = 0.0;
+    for (var i = 0u; i < VOXEL_KINDS; i++) {
+        most = max(most, length(direction * tables[VOXELS + i].xyz));
+    }
+    // Cubes have one edge, whatever rounding says.
+    return select(most, 1.0 / frame.steps.z, most * frame.steps.z > 0.999999);
+}
+
 // The part of a ray between two borders, from where its state is; whether it came to the end. Steps start `offset` of one early, held to the span.
 fn march_span(state: ptr<function, State>, ray: Ray, near: f32, far: f32, offset: f32, final_span: bool) -> bool {
     let fixed = frame.steps.y;
-    let whole = select(max(ceil((far - near) * frame.steps.x), 1.0), fixed, fixed > 0.0);
+    let whole = select(max(ceil((far - near) * voxels_along(ray.direction) * frame.steps.x), 1.0), fixed, fixed > 0.0);
     let dt = (far - near) / whole;
     let steps = whole + ceil(offset);
     var mask = masks(ray.origin + 0.5 * (near + far) * ray.direction);

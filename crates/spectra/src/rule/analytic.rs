@@ -7,7 +7,7 @@
 
 use super::{BandProblem, BandRule, Decay, Form, RuleEntry, Source, mean_transmittance};
 use crate::error::{Result, SpectraError};
-use crate::polynomial::{Fit, Polynomial};
+use crate::polynomial::{Attenuated, Fit, Polynomial};
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "analytic",
@@ -20,6 +20,8 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
 const SAMPLES: usize = 512;
 /// Relative deviation of k λ from a constant that still is extinction proportional to 1/λ.
 const TOLERANCE: f64 = 1e-9;
+/// Half a course of depths times the spread of k up to which a medium is grey: its light is off by less than a sixth of its square.
+const GREY: f64 = 1e-3;
 
 /// One polynomial for each source; one term.
 #[derive(Debug, Clone)]
@@ -50,17 +52,35 @@ impl PolynomialSource {
         let points: Vec<(f64, f64, f64)> = (0..SAMPLES).map(|i| (at(i), (source.density)(at(i)), 1.0)).collect();
         let fit = Polynomial::fit(&points, problem.settings.degree)?;
         let lines: Vec<(f64, f64)> = source.lines.iter().map(|(l, mass)| ((problem.k)(*l), *mass)).collect();
-        let total = fit.polynomial.against_exponential(0.0).0 + lines.iter().map(|l| l.1).sum::<f64>();
+        let total = fit.polynomial.against_exponential(0.0).value + lines.iter().map(|l| l.1).sum::<f64>();
         Ok(Self { fit, lines, total })
     }
 
-    /// F and −dF/da at depth `a`.
-    pub fn at(&self, c_um: f64, a: f64) -> (f64, f64) {
-        let (value, slope) = self.fit.polynomial.against_exponential(a * c_um);
-        self.lines.iter().fold((value, c_um * slope), |(value, slope), (k, mass)| {
+    /// F, −dF/da and ∫ F da from there on at depth `a`.
+    fn at(&self, c_um: f64, a: f64) -> Attenuated {
+        let continuum = self.fit.polynomial.against_exponential(a * c_um);
+        let continuum = Attenuated { value: continuum.value, slope: c_um * continuum.slope, left: continuum.left / c_um };
+        self.lines.iter().fold(continuum, |sum, (k, mass)| {
             let line = mass * (-a * k).exp();
-            (value + line, slope + k * line)
+            Attenuated { value: sum.value + line, slope: sum.slope + k * line, left: sum.left + line / k }
         })
+    }
+
+    /// Half the difference between the largest and the smallest k at which the polynomial shines [1].
+    pub fn spread(&self, c_um: f64) -> f64 {
+        let (low, high) = self.fit.polynomial.interval_um;
+        0.5 * (c_um / low - c_um / high)
+    }
+
+    /// The mean of F over the depths between two.
+    pub fn mean(&self, c_um: f64, (from, to): (f64, f64)) -> f64 {
+        let half = 0.5 * (to - from);
+        if half.abs() * self.spread(c_um) > GREY {
+            return (self.at(c_um, from).left - self.at(c_um, to).left) / (to - from);
+        }
+        let Attenuated { value, slope, .. } = self.at(c_um, 0.5 * (from + to));
+        let y = if value > 0.0 { slope / value * half } else { 0.0 };
+        value * mean_transmittance(-y, y)
     }
 }
 
@@ -77,20 +97,9 @@ impl Decay for Analytic {
         Some(&self.sources[s].fit)
     }
 
-    /// In a short course the medium is grey with the local mean extinction.
-    fn mean(&self, s: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
+    fn mean(&self, s: usize, weights: &[f64], depths: (f64, f64)) -> f64 {
         let source = &self.sources[s];
-        if source.total == 0.0 {
-            return 0.0;
-        }
-        let (value, slope) = source.at(self.c_um, 0.5 * (from + to));
-        let grey = if from == to || value <= 0.0 {
-            1.0
-        } else {
-            let y = 0.5 * slope / value * (to - from);
-            mean_transmittance(-y, y)
-        };
-        weights[0] * value / source.total * grey
+        if source.total == 0.0 { 0.0 } else { weights[0] * source.mean(self.c_um, depths) / source.total }
     }
 }
 

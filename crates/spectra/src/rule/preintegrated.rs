@@ -7,7 +7,7 @@
 //!
 //! Source: Engel, Kraus & Ertl 2001, Graphics Hardware, doi:10.1145/383507.383515; Barrès & Neyret 2023.
 
-use super::{BandProblem, BandRule, Decay, Form, RuleEntry, Source};
+use super::{BandProblem, BandRule, Certificate, Decay, Form, Measure, RuleEntry, Source};
 use crate::error::Result;
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
@@ -19,7 +19,10 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
 
 const MAX_INTERVALS: usize = 256;
 /// Entries of a table over a segment's depth.
-const ENTRIES: usize = 1024;
+const MIN_ENTRIES: usize = 64;
+const MAX_ENTRIES: usize = 2048;
+/// The part of the accuracy that reading it between its entries may cost.
+const TABLE_SHARE: f64 = 0.1;
 
 /// Intervals that the sources share, with tables for each.
 #[derive(Debug, Clone)]
@@ -32,30 +35,31 @@ pub struct Preintegrated {
     weights: Vec<Vec<f64>>,
     /// The interval of each point of the sources' measures goes by these ends [µm].
     ends: Vec<f64>,
+    /// What reading the tables between their entries costs at most [1].
+    reading: f64,
 }
 
-/// The mean over a segment of what is left of an interval's light at its front, over the segment's depth.
+/// The mean over a segment of what is left of an interval's light at its front, over the root of the segment's depth: thin segments and thick ones are read alike.
 #[derive(Debug, Clone)]
 pub struct SegmentTable {
-    /// Step of the depth [1].
+    /// Step of √Δ [1].
     pub step: f64,
-    /// At Δ = 0, step, 2 step … [1].
+    /// At √Δ = 0, step, 2 step … [1].
     pub mean: Vec<f64>,
 }
 
 impl SegmentTable {
     /// Of points (k, mass).
-    fn new(points: &[(f64, f64)], depth: f64) -> Self {
+    fn new(points: &[(f64, f64)], step: f64, entries: usize) -> Self {
         let total: f64 = points.iter().map(|p| p.1).sum();
-        let step = depth.max(1e-3) / (ENTRIES - 1) as f64;
         let of = |x: f64| if x > 0.0 { -(-x).exp_m1() / x } else { 1.0 };
         let at = |delta: f64| points.iter().map(|(k, mass)| mass * of(k * delta)).sum::<f64>() / total;
-        let mean = if total > 0.0 { (0..ENTRIES).map(|i| at(step * i as f64)).collect() } else { vec![1.0; 2] };
+        let mean = if total > 0.0 { (0..entries).map(|i| at((step * i as f64).powi(2))).collect() } else { vec![1.0; 2] };
         Self { step, mean }
     }
 
     fn at(&self, delta: f64) -> f64 {
-        let x = delta / self.step;
+        let x = delta.sqrt() / self.step;
         let i = (x as usize).min(self.mean.len() - 2);
         self.mean[i] + (x - i as f64).min(1.0) * (self.mean[i + 1] - self.mean[i])
     }
@@ -79,9 +83,16 @@ impl Preintegrated {
             }
         }
         k.iter_mut().zip(&mass).for_each(|(k, mass)| *k = if *mass > 0.0 { *k / mass } else { problem.pivot.k });
-        let tables = points.iter().map(|s| s.iter().map(|p| SegmentTable::new(p, problem.depth)).collect()).collect();
+        // The second derivative of (1 − e^(−k Δ))/(k Δ) over √Δ is never larger than k.
+        let most = points.iter().flatten().flatten().map(|p| p.0).fold(f64::MIN_POSITIVE, f64::max);
+        let root = problem.depth.max(1e-3).sqrt();
+        let enough = root * (most / (8.0 * TABLE_SHARE * problem.accuracy)).sqrt();
+        let entries = (enough.ceil() as usize).clamp(MIN_ENTRIES, MAX_ENTRIES);
+        let step = root / (entries - 1) as f64;
+        let reading = most * step * step / 8.0;
+        let tables = points.iter().map(|s| s.iter().map(|p| SegmentTable::new(p, step, entries)).collect()).collect();
         let weights = points.iter().map(|s| s.iter().map(|p| p.iter().map(|p| p.1).sum()).collect()).collect();
-        Self { k, tables, weights, ends }
+        Self { k, tables, weights, ends, reading }
     }
 }
 
@@ -105,6 +116,12 @@ impl Decay for Preintegrated {
     fn mean(&self, s: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
         let (front, delta) = (from.min(to), (to - from).abs());
         self.k.iter().zip(&self.tables[s]).zip(weights).map(|((k, table), w)| w * (-k * front).exp() * table.at(delta)).sum()
+    }
+
+    /// Of light behind any depth, and of what reading adds in a segment: where that is thick its mean is small, and so is what is lost of it.
+    fn certificate(&self, s: usize, weights: &[f64], measure: &Measure, depth: f64) -> Certificate {
+        let plain = Certificate::measured(measure, |a| self.mean(s, weights, (a, a)), depth);
+        Certificate { absolute: plain.absolute + self.reading, relative: plain.relative + 2.0 * self.reading, depth }
     }
 }
 

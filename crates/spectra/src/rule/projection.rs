@@ -17,6 +17,8 @@ pub(super) const ENTRY: RuleEntry =
 const SHARE: f64 = 0.3;
 /// The part of the accuracy that reading the table between its entries may cost.
 const TABLE_SHARE: f64 = 0.03;
+/// The part of the entries' step in which a course of depths is one depth.
+const ONE_DEPTH: f64 = 1e-9;
 const MIN_ENTRIES: usize = 256;
 const MAX_ENTRIES: usize = 1 << 14;
 
@@ -29,6 +31,10 @@ pub struct Projection {
     pub step: f64,
     /// q_i(a) at a = 0, step, 2 step … [entry][element].
     pub coordinates: Vec<Vec<f64>>,
+    /// ∫ q_i da from there to the last entry, of coordinates that are linear between entries [entry][element].
+    pub left: Vec<Vec<f64>>,
+    /// Half length of a course of depths up to which ⟨q⟩ is q + half² q″/6 at its middle, as exactly as the table is read [1].
+    pub short: f64,
     /// ∫ W Q_i dλ, source × element.
     integrals: Vec<Vec<f64>>,
 }
@@ -43,17 +49,55 @@ impl Projection {
             entries = 2 * entries - 1;
         }
         let step = basis.range / (entries - 1) as f64;
-        let coordinates = (0..entries).map(|i| basis.coordinates(step * i as f64)).collect();
+        let coordinates: Vec<Vec<f64>> = (0..entries).map(|i| basis.coordinates(step * i as f64)).collect();
+        let mut left = vec![vec![0.0; size]; entries];
+        for i in (0..entries - 1).rev() {
+            left[i] = (0..size).map(|e| left[i + 1][e] + 0.5 * step * (coordinates[i][e] + coordinates[i + 1][e])).collect();
+        }
+        // What is left out is half⁴ q⁗/120.
+        let bent = basis.moments(0.0, 4).into_iter().fold(f64::MIN_POSITIVE, |most, q| most.max(q.abs()));
+        let short = (120.0 * TABLE_SHARE * problem.accuracy * norm / bent).powf(0.25);
         let integrals = problem.sources.iter().map(|s| integrals(&basis, &s.measure)).collect();
-        Ok(Self { basis, step, coordinates, integrals })
+        Ok(Self { basis, step, coordinates, left, short, integrals })
+    }
+
+    /// The gap between two entries in which a depth lies, and how far within, held at the last entry.
+    fn place(&self, depth: f64) -> (usize, f64) {
+        let x = depth / self.step;
+        let gap = (x as usize).min(self.coordinates.len() - 2);
+        (gap, (x - gap as f64).min(1.0))
+    }
+
+    fn value(&self, (gap, fraction): (usize, f64), element: usize) -> f64 {
+        let (low, high) = (self.coordinates[gap][element], self.coordinates[gap + 1][element]);
+        low + fraction * (high - low)
     }
 
     /// q_i at one depth [element].
     pub fn at(&self, depth: f64) -> impl Iterator<Item = f64> + '_ {
-        let x = depth / self.step;
-        let i = (x as usize).min(self.coordinates.len() - 2);
-        let fraction = (x - i as f64).min(1.0);
-        self.coordinates[i].iter().zip(&self.coordinates[i + 1]).map(move |(low, high)| low + fraction * (high - low))
+        let place = self.place(depth);
+        (0..self.basis.size()).map(move |element| self.value(place, element))
+    }
+
+    /// ⟨q_i⟩ over the depths between two [element].
+    pub fn means(&self, low: f64, high: f64) -> impl Iterator<Item = f64> + '_ {
+        let (first, last) = (self.place(low), self.place(high));
+        let end = self.step * (self.coordinates.len() - 1) as f64;
+        let (steps, held) = ((high - low) / self.step, (high.max(end) - low.max(end)) / self.step);
+        (0..self.basis.size()).map(move |element| {
+            let (from, to) = (self.value(first, element), self.value(last, element));
+            if steps < ONE_DEPTH {
+                return 0.5 * (from + to);
+            }
+            let within = if first.0 == last.0 {
+                0.5 * (last.1 - first.1) * (from + to)
+            } else {
+                let before = 0.5 * (1.0 - first.1) * (from + self.coordinates[first.0 + 1][element]);
+                let after = 0.5 * last.1 * (self.coordinates[last.0][element] + to);
+                before + after + (self.left[first.0 + 1][element] - self.left[last.0][element]) / self.step
+            };
+            (within + held * to) / steps
+        })
     }
 }
 
@@ -86,14 +130,8 @@ impl Decay for Projection {
         integrals(&self.basis, &source.measure.reweighted(factor))
     }
 
-    /// By the two points of Gauss: exact for cubics in the depth.
     fn mean(&self, _: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
-        let value = |depth: f64| self.at(depth).zip(weights).map(|(q, w)| q * w).sum::<f64>();
-        if from == to {
-            return value(from);
-        }
-        let (middle, offset) = (0.5 * (from + to), 0.5 * (to - from) / 3f64.sqrt());
-        0.5 * (value(middle - offset) + value(middle + offset))
+        self.means(from.min(to), from.max(to)).zip(weights).map(|(q, w)| q * w).sum()
     }
 }
 

@@ -63,9 +63,15 @@ impl Samples {
         Self(samples)
     }
 
-    /// ∫ R S e^(−a k) dλ.
+    /// ∫ R S e^(−a k) dλ: what is left of light behind a depth.
     pub fn behind(&self, depth: f64) -> f64 {
         self.0.iter().map(|(w, k)| w * (-depth * k).exp()).sum()
+    }
+
+    /// ∫ R S (1 − e^(−a k))/(a k) dλ: what is left of light that comes from everywhere within it.
+    pub fn within(&self, depth: f64) -> f64 {
+        let left = |x: f64| if x > 0.0 { -(-x).exp_m1() / x } else { 1.0 };
+        self.0.iter().map(|(w, k)| w * left(depth * k)).sum()
     }
 }
 
@@ -87,5 +93,10 @@ mod tests {
             assert!((samples.behind(a) / truth - 1.0).abs() < 1e-10, "{a}: {}", samples.behind(a) / truth - 1.0);
         }
         assert!((samples.behind(0.0) / (1.0 / 0.3 - 1.0 / 0.9) - 1.0).abs() < 1e-10);
+        assert!((samples.within(0.0) / samples.behind(0.0) - 1.0).abs() < 1e-14);
+        // With k = c/λ the light within is the difference of two closed forms of the next power.
+        let steeper = Samples::new(&band, Shape::PowerLaw(-1.0, 1.0), &*law);
+        let within = (steeper.behind(0.0) - steeper.behind(3.0)) / (3.0 * c);
+        assert!((samples.within(3.0) / within - 1.0).abs() < 1e-10);
     }
 }

@@ -194,7 +194,7 @@ fn emit(march: &March, state: &mut State, dt: &Lane, growth: &Lane, (before, aft
         let slot = march.slots.species[emitter.species];
         let base = lanes(|lane| 0.5 * dt[lane] * (before[slot][lane] + after[slot][lane]));
         if largest(&base) > 0.0 {
-            let of_term = |term: usize| (emitter.weights[term] > 0.0).then(|| scaled(&base, emitter.weights[term]));
+            let of_term = |term: usize| (emitter.weights[term] != 0.0).then(|| scaled(&base, emitter.weights[term]));
             march.tables.terms.gather(emitter.light, &state.drawn, &course, of_term, &mut state.sum);
         }
     }

@@ -1,4 +1,4 @@
-// Polynomial spectra in closed form, in a segment grey with the local mean extinction.
+// Polynomial spectra in closed form, and so is their mean over a thick segment.
 
 const LEVELS = 24u;
 const SERIES_TERMS = 9u;
@@ -37,40 +37,65 @@ fn scaled_exp_integrals(x: f32, count: u32) -> array<f32, MAX_EXP_INTEGRALS> {
     return out;
 }
 
-// F/F(0) and -dF/da/F(0) of a light in a band; the head holds where its ends start, how many ends and powers, and how many lines follow.
-fn closed_form(head: vec4u, depth: f32) -> vec2f {
-    var value = vec2f(0.0);
-    var at = 4u * head.x;
+// F/F(0), -dF/da/F(0) and what is left of F/F(0) behind a depth, of a light in a band; the head holds where its ends start, how many ends and powers, and how many lines follow.
+fn closed_form(head: vec4u, depth: f32) -> vec3f {
+    var sum = vec3f(0.0);
+    var at = 4u * head.x + 2u;
     for (var i = 0u; i < head.y; i++) {
         // E₁ is infinite at no depth at all.
         let x = max(depth * numbers[at], 1e-6);
         at += 1u;
-        let e = scaled_exp_integrals(x, head.z + 1u);
-        var sum = vec2f(0.0);
+        let e = scaled_exp_integrals(x, head.z + 2u);
+        var of_end = vec3f(0.0);
         for (var n = 0u; n < head.z; n++) {
-            sum += vec2f(numbers[at] * e[n + 1u], numbers[at + 1u] * e[n]);
-            at += 2u;
+            of_end += vec3f(numbers[at] * e[n + 1u], numbers[at + 1u] * e[n], numbers[at + 2u] * e[n + 2u]);
+            at += 3u;
         }
-        value += exp(-x) * sum;
+        sum += exp(-x) * of_end;
     }
     for (var i = 0u; i < head.w; i++) {
-        let line = numbers[at + 1u] * exp(-numbers[at] * depth);
-        value += vec2f(line, numbers[at] * line);
+        let k = numbers[at];
+        let line = numbers[at + 1u] * exp(-k * depth);
+        sum += vec3f(line, k * line, line / k);
         at += 2u;
     }
-    return value;
+    return sum;
 }
 
+// Where two points of Gauss lie.
+const GAUSS = 0.57735026;
+
+// The mean of F/F(0) over depths between middle - half and middle + half: grey, by two points, or by what is left behind both ends. In front of the ends stand the spread of k
+// and k in the middle.
 // twin: barnard::backend::cpu::terms::AnalyticTerms::gather
+fn mean_left(head: vec4u, middle: f32, half: f32) -> f32 {
+    if half * numbers[4u * head.x] <= CLOSED_GREY {
+        let at = closed_form(head, middle);
+        var y = 0.0;
+        if at.x > 0.0 {
+            y = at.y / at.x * half;
+        }
+        return at.x * mean_transmittance(0.0, y);
+    }
+    let thin = half * numbers[4u * head.x + 1u] <= CLOSED_THIN;
+    let reach = select(half, GAUSS * half, thin);
+    let front = closed_form(head, middle - reach);
+    let back = closed_form(head, middle + reach);
+    if !thin {
+        return (front.z - back.z) / (2.0 * half);
+    }
+    if front.x <= 0.0 || back.x <= 0.0 {
+        return 0.5 * (front.x + back.x);
+    }
+    let y = 0.5 / GAUSS * ln(front.x / back.x);
+    return sqrt(front.x * back.x) * sinhc(y * y);
+}
+
 fn gather(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle: f32, half: f32) {
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
     for (var b = 0u; b < BANDS; b++) {
-        let value = closed_form(vec4u(tables[HEADS + light * BANDS + b]), middle);
-        var grey = 1.0;
-        if value.x > 0.0 {
-            grey = mean_transmittance(0.0, value.y / value.x * half);
-        }
-        (*state).sum[b] += base * weight(light, b, at) * value.x * grey;
+        let mean = mean_left(vec4u(tables[HEADS + light * BANDS + b]), middle, abs(half));
+        (*state).sum[b] += base * weight(light, b, at) * mean;
     }
 }
 

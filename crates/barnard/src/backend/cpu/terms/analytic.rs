@@ -1,4 +1,5 @@
-//! Polynomial spectra in closed form: F(a) = Σ cₙ [λ^(n+1) E_{n+2}(a c/λ)] at every segment, grey with the local mean extinction within it.
+//! Polynomial spectra in closed form: F(a) = Σ cₙ [λ^(n+1) E_{n+2}(a c/λ)] at every segment. Within a thin one, or one in whose passband k hardly differs, light falls as in
+//! a grey medium; in a thick one the closed form is that of its integral.
 //!
 //! In f32 where `plan::ClosedForm` keeps its digits, in f64 elsewhere.
 
@@ -6,8 +7,11 @@ use spectra::polynomial::MAX_DEGREE;
 use spectra::rule::{Analytic, Form};
 
 use super::Course;
-use crate::packet::{LANES, Lane, exp, lanes, mean_transmittance, scaled_exp_integrals};
-use crate::plan::{ClosedForm, End, Plan};
+use crate::packet::{LANES, Lane, exp, lanes, largest, ln, mean_transmittance, scaled_exp_integrals, sinhc};
+use crate::plan::{ClosedForm, End, Extent, Plan};
+
+/// 1/√3: where the two points of Gauss lie.
+const GAUSS: f32 = 0.577_350_26;
 
 /// One closed form for each light and band.
 #[derive(Debug)]
@@ -32,72 +36,110 @@ impl AnalyticTerms {
     }
 
     #[inline(always)]
-    pub(super) fn gather(&self, light: usize, Course { middle, half }: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    pub(super) fn gather(&self, light: usize, course: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
         for (term, (source, sum)) in self.sources[light].iter().zip(sum).enumerate() {
             let Some(base) = base(term) else { continue };
-            let (value, slope) = self.values(source, light, term, middle);
+            let mean = self.mean(source, light, term, course);
             for lane in 0..LANES {
-                let grey = if value[lane] > 0.0 { mean_transmittance(0.0, slope[lane] / value[lane] * half[lane]) } else { 1.0 };
-                sum[lane] += base[lane] * value[lane] * grey;
+                sum[lane] += base[lane] * mean[lane];
             }
         }
     }
 
+    #[inline(never)]
     pub(super) fn at(&self, light: usize, term: usize, depth: f32) -> f32 {
-        self.values(&self.sources[light][term], light, term, &[depth; LANES]).0[0]
+        self.mean(&self.sources[light][term], light, term, &Course { middle: [depth; LANES], half: [0.0; LANES] })[0]
     }
 
-    /// F/F(0) and −dF/da/F(0).
+    /// ⟨F/F(0)⟩.
     #[inline(always)]
-    fn values(&self, source: &ClosedForm, light: usize, term: usize, depth: &Lane) -> (Lane, Lane) {
-        let (mut value, mut slope) = ([0.0; LANES], [0.0; LANES]);
+    fn mean(&self, source: &ClosedForm, light: usize, term: usize, course: &Course) -> Lane {
         match source {
-            ClosedForm::Single { ends, lines } => {
-                for end in ends {
-                    add(end, depth, &mut value, &mut slope);
-                }
-                for (k, mass) in lines {
-                    for lane in 0..LANES {
-                        let line = mass * exp(-k * depth[lane]);
-                        value[lane] += line;
-                        slope[lane] += k * line;
-                    }
-                }
-            }
+            ClosedForm::Single { ends, lines, extent } => mean(ends, lines, extent, course),
             ClosedForm::Double => {
-                let band = &self.bands[term];
-                let source = &band.sources[light];
-                for lane in 0..LANES {
-                    let (v, s) = source.at(band.c_um, f64::from(depth[lane]));
-                    (value[lane], slope[lane]) = ((v / source.total) as f32, (s / source.total) as f32);
-                }
+                let Analytic { c_um, sources, .. } = &self.bands[term];
+                let (source, depth) = (&sources[light], |v: f32| f64::from(v));
+                let between =
+                    |lane: usize| (depth(course.middle[lane] - course.half[lane]), depth(course.middle[lane] + course.half[lane]));
+                lanes(|lane| (source.mean(*c_um, between(lane)) / source.total) as f32)
             }
-            ClosedForm::Dark => {}
+            ClosedForm::Dark => [0.0; LANES],
         }
-        (value, slope)
     }
+}
+
+/// ⟨F/F(0)⟩ of a light that single precision serves: grey, by two points, or by what is left behind both ends.
+#[inline(always)]
+fn mean(ends: &[End], lines: &[(f32, f32)], extent: &Extent, Course { middle, half }: &Course) -> Lane {
+    let half = lanes(|lane| half[lane].abs());
+    let most = largest(&half);
+    let grey = most * extent.spread <= Extent::GREY;
+    let thin = most * extent.middle <= Extent::THIN;
+    // Where the closed form is asked, from the middle in halves: there alone, at the points of Gauss, and at both ends.
+    let (places, asked) = if grey { ([0.0; 4], 1) } else { ([-GAUSS, GAUSS, -1.0, 1.0], if thin { 2 } else { 4 }) };
+    let mut at = [Attenuated { value: [0.0; LANES], slope: [0.0; LANES], left: [0.0; LANES] }; 4];
+    for (at, place) in at.iter_mut().zip(places).take(asked) {
+        *at = attenuated(ends, lines, &lanes(|lane| middle[lane] + place * half[lane]));
+    }
+    lanes(|lane| {
+        if grey {
+            let (value, slope) = (at[0].value[lane], at[0].slope[lane]);
+            let y = if value > 0.0 { slope / value * half[lane] } else { 0.0 };
+            return value * mean_transmittance(0.0, y);
+        }
+        if half[lane] * extent.middle > Extent::THIN {
+            return (at[2].left[lane] - at[3].left[lane]) / (2.0 * half[lane]);
+        }
+        let (front, back) = (at[0].value[lane], at[1].value[lane]);
+        if front <= 0.0 || back <= 0.0 {
+            return 0.5 * (front + back);
+        }
+        let y = 0.5 / GAUSS * ln(front / back);
+        (front * back).sqrt() * sinhc(y * y)
+    })
+}
+
+/// F/F(0), −dF/da/F(0) and ∫ F/F(0) da from there on.
+#[derive(Debug, Clone, Copy)]
+struct Attenuated {
+    value: Lane,
+    slope: Lane,
+    left: Lane,
+}
+
+#[inline(always)]
+fn attenuated(ends: &[End], lines: &[(f32, f32)], depth: &Lane) -> Attenuated {
+    let mut sum = Attenuated { value: [0.0; LANES], slope: [0.0; LANES], left: [0.0; LANES] };
+    for end in ends {
+        add(end, depth, &mut sum);
+    }
+    for (k, mass) in lines {
+        for lane in 0..LANES {
+            let line = mass * exp(-k * depth[lane]);
+            sum.value[lane] += line;
+            sum.slope[lane] += k * line;
+            sum.left[lane] += line / k;
+        }
+    }
+    sum
 }
 
 /// Adds what one end of a passband gives.
 #[inline(always)]
-fn add(end: &End, depth: &Lane, value: &mut Lane, slope: &mut Lane) {
+fn add(end: &End, depth: &Lane, sum: &mut Attenuated) {
     // E₁ is infinite at no depth at all.
     let x = lanes(|lane| {
         let x = depth[lane] * end.x_per_depth;
         if x > 1e-6 { x } else { 1e-6 }
     });
-    let mut e = [[0.0; LANES]; MAX_DEGREE + 2];
-    scaled_exp_integrals(&x, &mut e[..end.factors.len() + 1]);
-    let (mut v, mut s) = ([0.0; LANES], [0.0; LANES]);
-    for (n, (of_value, of_slope)) in end.factors.iter().enumerate() {
+    let mut e = [[0.0; LANES]; MAX_DEGREE + 3];
+    scaled_exp_integrals(&x, &mut e[..end.factors.len() + 2]);
+    let fall = lanes(|lane| exp(-x[lane]));
+    for (n, [of_value, of_slope, of_left]) in end.factors.iter().enumerate() {
         for lane in 0..LANES {
-            v[lane] += of_value * e[n + 1][lane];
-            s[lane] += of_slope * e[n][lane];
+            sum.value[lane] += fall[lane] * of_value * e[n + 1][lane];
+            sum.slope[lane] += fall[lane] * of_slope * e[n][lane];
+            sum.left[lane] += fall[lane] * of_left * e[n + 2][lane];
         }
-    }
-    for lane in 0..LANES {
-        let fall = exp(-x[lane]);
-        value[lane] += fall * v[lane];
-        slope[lane] += fall * s[lane];
     }
 }

@@ -1,9 +1,9 @@
-//! Tables of ln F: in a segment the medium is grey with the local mean extinction.
+//! Tables of ln F: in a thin segment the medium is grey with the local mean extinction and its bend, in a thick one light is what the table leaves behind both ends.
 
-use spectra::rule::Form;
+use spectra::rule::{DepthTable, Form};
 
 use super::Course;
-use crate::packet::{LANES, Lane, exp, mean_transmittance};
+use crate::packet::{LANES, Lane, exp, mean_transmittance, sinhc};
 use crate::plan::Plan;
 
 /// A table for each light and band.
@@ -12,13 +12,26 @@ pub struct LookupTerms {
     tables: Vec<Vec<LogTable>>,
 }
 
-/// ln (F(a)/F(0)) at equal steps.
+/// ln (F(a)/F(0)) at equal steps: `spectra::rule::DepthTable::rows`.
 #[derive(Debug, Clone)]
 struct LogTable {
     /// Entries per unit of depth.
     per_depth: f32,
-    /// The logarithms.
-    log: Vec<f32>,
+    rows: Vec<Row>,
+}
+
+/// One gap between two entries.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(16))]
+struct Row {
+    /// ln F where it begins.
+    log: f32,
+    /// How much that rises to where it ends.
+    rise: f32,
+    /// Half of the second derivative of ln F over the depth.
+    bend: f32,
+    /// ∫ F/F(0) da from where it begins on.
+    left: f32,
 }
 
 impl LookupTerms {
@@ -26,9 +39,10 @@ impl LookupTerms {
         let table = |light: usize, form: &Form| match form {
             Form::Lookup(lookup) => {
                 let t = &lookup.tables[light];
-                LogTable { per_depth: (1.0 / t.step) as f32, log: t.log.iter().map(|v| *v as f32).collect() }
+                let row = |[log, rise, bend, left]: [f32; 4]| Row { log, rise, bend, left };
+                LogTable { per_depth: (1.0 / t.step) as f32, rows: t.rows().map(|r| row(r.map(|v| v as f32))).collect() }
             }
-            _ => LogTable { per_depth: 1.0, log: vec![0.0; 2] },
+            _ => LogTable { per_depth: 1.0, rows: Vec::new() },
         };
         let of_light = |light: usize| plan.spectral.bands.iter().map(|b| table(light, &b.rule.form)).collect();
         Self { tables: (0..plan.lights.len()).map(of_light).collect() }
@@ -39,25 +53,63 @@ impl LookupTerms {
         for (term, (table, sum)) in self.tables[light].iter().zip(sum).enumerate() {
             let Some(base) = base(term) else { continue };
             for lane in 0..LANES {
-                let (log, slope) = table.at(middle[lane]);
-                sum[lane] += base[lane] * mean_transmittance(0.0, slope * half[lane]) * exp(log);
+                sum[lane] += base[lane] * table.mean(middle[lane], half[lane].abs());
             }
         }
     }
 
     #[inline(always)]
     pub(super) fn at(&self, light: usize, term: usize, depth: f32) -> f32 {
-        exp(self.tables[light][term].at(depth).0)
+        let table = &self.tables[light][term];
+        let (gap, fraction) = table.place(depth);
+        exp(table.rows[gap].at(fraction))
     }
 }
 
 impl LogTable {
-    /// ln F and its slope −d ln F/da at depth `a`.
+    /// The gap in which a depth lies, and how far within; the last gap goes on.
     #[inline(always)]
-    fn at(&self, a: f32) -> (f32, f32) {
-        let x = a * self.per_depth;
-        let i = (x as usize).min(self.log.len() - 2);
-        let rise = self.log[i + 1] - self.log[i];
-        (self.log[i] + (x - i as f32) * rise, -rise * self.per_depth)
+    fn place(&self, depth: f32) -> (usize, f32) {
+        let x = depth * self.per_depth;
+        let gap = (x as usize).min(self.rows.len() - 1);
+        (gap, x - gap as f32)
     }
+
+    /// The mean of F/F(0) over depths between middle − half and middle + half.
+    #[inline(always)]
+    fn mean(&self, middle: f32, half: f32) -> f32 {
+        let (gap, fraction) = self.place(middle);
+        let row = &self.rows[gap];
+        let y = row.rise * self.per_depth * half;
+        if y.abs() <= DepthTable::THIN {
+            // ∫ u² e^(−y u) du/2 over −1 … 1 is 1/3 + y²/10.
+            return exp(row.at(fraction)) * (sinhc(y * y) + row.bend * half * half * (1.0 / 3.0 + 0.1 * y * y));
+        }
+        self.thick(self.place(middle - half), self.place(middle + half))
+    }
+
+    /// The same between two places.
+    fn thick(&self, first: (usize, f32), last: (usize, f32)) -> f32 {
+        let (from, to) = (&self.rows[first.0], &self.rows[last.0]);
+        if first.0 == last.0 {
+            return between(from.at(first.1), to.at(last.1));
+        }
+        let before = (1.0 - first.1) * between(from.at(first.1), from.log + from.rise);
+        let after = last.1 * between(to.log, to.at(last.1));
+        let gaps = (1.0 - first.1) + (last.0 - first.0 - 1) as f32 + last.1;
+        (before + after + (self.rows[first.0 + 1].left - to.left) * self.per_depth) / gaps
+    }
+}
+
+impl Row {
+    /// ln F at a part of the gap.
+    #[inline(always)]
+    fn at(&self, fraction: f32) -> f32 {
+        self.log + fraction * self.rise
+    }
+}
+
+/// The mean of e^x over x that is linear between two ends.
+fn between(from: f32, to: f32) -> f32 {
+    mean_transmittance(-0.5 * (from + to), 0.5 * (from - to))
 }

@@ -15,7 +15,8 @@ pub struct PreintegratedTerms {
 
 #[derive(Debug)]
 struct Table {
-    per_depth: f32,
+    /// Entries per unit of the root of a depth.
+    per_root: f32,
     mean: Vec<f32>,
 }
 
@@ -28,7 +29,7 @@ impl PreintegratedTerms {
             })
         };
         let table =
-            |t: &spectra::rule::SegmentTable| Table { per_depth: (1.0 / t.step) as f32, mean: t.mean.iter().map(|v| *v as f32).collect() };
+            |t: &spectra::rule::SegmentTable| Table { per_root: (1.0 / t.step) as f32, mean: t.mean.iter().map(|v| *v as f32).collect() };
         let of_light = |light: usize| forms().flat_map(|p| p.tables[light].iter().map(table)).collect();
         Self { k: forms().flat_map(|p| p.k.iter().map(|k| *k as f32)).collect(), tables: (0..plan.lights.len()).map(of_light).collect() }
     }
@@ -36,11 +37,11 @@ impl PreintegratedTerms {
     #[inline(always)]
     pub(super) fn gather(&self, light: usize, Course { middle, half }: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
         let front = lanes(|lane| middle[lane] - half[lane].abs());
-        let delta = lanes(|lane| 2.0 * half[lane].abs());
+        let root = lanes(|lane| (2.0 * half[lane].abs()).sqrt());
         for (term, ((k, table), sum)) in self.k.iter().zip(&self.tables[light]).zip(sum).enumerate() {
             let Some(base) = base(term) else { continue };
             for lane in 0..LANES {
-                sum[lane] += base[lane] * exp(-k * front[lane]) * table.at(delta[lane]);
+                sum[lane] += base[lane] * exp(-k * front[lane]) * table.at(root[lane]);
             }
         }
     }
@@ -52,8 +53,8 @@ impl PreintegratedTerms {
 
 impl Table {
     #[inline(always)]
-    fn at(&self, delta: f32) -> f32 {
-        let x = delta * self.per_depth;
+    fn at(&self, root: f32) -> f32 {
+        let x = root * self.per_root;
         let i = (x as usize).min(self.mean.len() - 2);
         let f = (x - i as f32).min(1.0);
         self.mean[i] + f * (self.mean[i + 1] - self.mean[i])

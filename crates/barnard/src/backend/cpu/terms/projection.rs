@@ -32,6 +32,10 @@ pub struct CoordinateTable {
     gaps: usize,
     /// Four elements each, the last ones filled up with zeros: gap × quad of elements.
     quads: Vec<CoordinateQuad>,
+    /// ∫ q da from where each gap begins on, in double precision: thick segments are differences of it.
+    left: Vec<[f64; 4]>,
+    /// Half difference of depth up to which a segment is its middle and a curvature.
+    short: f32,
 }
 
 /// Four elements over one gap of the table: one line of the cache.
@@ -44,9 +48,6 @@ struct CoordinateQuad {
     curvature: f32x4,
     curvature_growth: f32x4,
 }
-
-/// Half difference of depth up to which a segment is its middle and a curvature: y⁴/120 k⁴ is left out.
-const SHORT: f32 = 0.2;
 
 impl ProjectionTerms {
     pub(super) fn new(plan: &Plan) -> Self {
@@ -105,7 +106,7 @@ impl CoordinateTable {
     /// In f32.
     pub fn new(projection: &Projection) -> Self {
         let size = projection.basis.size();
-        let curvature = |i: usize| projection.basis.curvatures(projection.step * i as f64).into_iter().map(|c| c / 6.0).collect();
+        let curvature = |i: usize| projection.basis.moments(projection.step * i as f64, 2).into_iter().map(|c| c / 6.0).collect();
         let curvatures: Vec<Vec<f64>> = (0..projection.coordinates.len()).map(curvature).collect();
         let values = &projection.coordinates;
         let quad = |gap: usize, quad: usize| {
@@ -120,8 +121,11 @@ impl CoordinateTable {
             }
         };
         let gaps = values.len() - 1;
-        let quads = (0..gaps).flat_map(|gap| (0..size.div_ceil(4)).map(move |q| (gap, q))).map(|(gap, q)| quad(gap, q)).collect();
-        Self { size, per_depth: (1.0 / projection.step) as f32, gaps, quads }
+        let each = || (0..gaps).flat_map(|gap| (0..size.div_ceil(4)).map(move |q| (gap, q)));
+        let quads = each().map(|(gap, q)| quad(gap, q)).collect();
+        let left_of = |gap: usize, e: usize| projection.left[gap].get(e).copied().unwrap_or(0.0);
+        let left = each().map(|(gap, q)| std::array::from_fn(|i| left_of(gap, 4 * q + i))).collect();
+        Self { size, per_depth: (1.0 / projection.step) as f32, gaps, quads, left, short: projection.short as f32 }
     }
 
     /// The mean coordinates over the lanes' courses, element × lane; beyond the table its last entry is held.
@@ -129,37 +133,62 @@ impl CoordinateTable {
     /// `ROW` is the number of elements, rounded up to four or eight.
     #[inline(always)]
     pub fn means<const ROW: usize>(&self, Course { middle, half }: &Course) -> [Lane; ROW] {
+        let half = lanes(|lane| half[lane].abs());
+        if largest(&half) > self.short {
+            return self.thick(middle, &half);
+        }
         let mut means = [[0.0; LANES]; ROW];
-        if largest(&lanes(|lane| half[lane].abs())) <= SHORT {
-            self.add(middle, &lanes(|lane| half[lane] * half[lane]), 1.0, &mut means);
-        } else {
-            // The two points of Gauss.
-            let offset = lanes(|lane| half[lane] * 0.577_350_26);
-            self.add(&lanes(|lane| middle[lane] - offset[lane]), &[0.0; LANES], 0.5, &mut means);
-            self.add(&lanes(|lane| middle[lane] + offset[lane]), &[0.0; LANES], 0.5, &mut means);
+        let (mut gap, mut fraction) = ([0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            (gap[lane], fraction[lane]) = cell(middle[lane] * self.per_depth, self.gaps);
+        }
+        for q in 0..ROW / 4 {
+            for lane in (0..LANES).step_by(4) {
+                let mean = |i: usize| self.quad(gap[lane + i], q).mean(fraction[lane + i], half[lane + i] * half[lane + i]);
+                // Four lanes change places with four elements.
+                let turned = f32x4::transpose(std::array::from_fn(mean));
+                for (mean, values) in means[4 * q..4 * q + 4].iter_mut().zip(turned) {
+                    mean[lane..lane + 4].copy_from_slice(&values.to_array());
+                }
+            }
         }
         means
     }
 
-    /// Adds a share of q + half² q″/6 at one depth a lane.
-    #[inline(always)]
-    fn add<const ROW: usize>(&self, depth: &Lane, half_squared: &Lane, share: f32, means: &mut [Lane; ROW]) {
-        let (mut gap, mut fraction) = ([0; LANES], [0.0; LANES]);
+    /// The same where a segment is thick: what is left behind its front without what is left behind its back.
+    #[inline(never)]
+    fn thick<const ROW: usize>(&self, middle: &Lane, half: &Lane) -> [Lane; ROW] {
+        let mut means = [[0.0; LANES]; ROW];
         for lane in 0..LANES {
-            (gap[lane], fraction[lane]) = cell(depth[lane] * self.per_depth, self.gaps);
-        }
-        for q in 0..ROW / 4 {
-            for lane in (0..LANES).step_by(4) {
-                let mean = |i: usize| self.quad(gap[lane + i], q).mean(fraction[lane + i], half_squared[lane + i]);
-                // Four lanes change places with four elements.
-                let turned = f32x4::transpose(std::array::from_fn(mean));
-                for (mean, values) in means[4 * q..4 * q + 4].iter_mut().zip(turned) {
-                    for (m, v) in mean[lane..lane + 4].iter_mut().zip(values.to_array()) {
-                        *m += share * v;
-                    }
+            let (low, high) = ((middle[lane] - half[lane]) * self.per_depth, (middle[lane] + half[lane]) * self.per_depth);
+            let (first, last) = (cell(low, self.gaps), cell(high, self.gaps));
+            let held = high.max(self.gaps as f32) - low.max(self.gaps as f32);
+            for q in 0..self.size.div_ceil(4) {
+                let mean = self.between(q, first, last, held);
+                for (mean, value) in means[4 * q..4 * q + 4].iter_mut().zip(mean.to_array()) {
+                    mean[lane] = value;
                 }
             }
         }
+        means
+    }
+
+    /// The mean of a quad between two places of the table, and on over so many gaps that are `held` at the second.
+    fn between(&self, q: usize, (first, from): (u32, f32), (last, to): (u32, f32), held: f32) -> f32x4 {
+        let (front, back) = (self.quad(first, q), self.quad(last, q));
+        let (in_front, behind) = (front.mean(from, 0.0), back.mean(to, 0.0));
+        let (within, gaps) = if first < last {
+            let left = |gap: u32| &self.left[gap as usize * self.size.div_ceil(4) + q];
+            let whole = f32x4::new(std::array::from_fn(|i| (left(first + 1)[i] - left(last)[i]) as f32));
+            let (before, after) = (0.5 * (1.0 - from), 0.5 * to);
+            let ends = before * (in_front + front.value + front.growth) + after * (back.value + behind);
+            (ends + whole * self.per_depth, (1.0 - from) + (last - first - 1) as f32 + to)
+        } else if held > 0.0 {
+            (0.5 * (to - from) * (in_front + behind), to - from)
+        } else {
+            return 0.5 * (in_front + behind);
+        };
+        (within + held * behind) * (1.0 / (gaps + held))
     }
 
     #[inline(always)]
@@ -186,10 +215,10 @@ mod tests {
     use super::*;
     use crate::scene::{Loader, Scene};
 
-    /// ⟨q⟩ of the plan's own basis by quadrature, for one quad of elements and for two, short courses, long ones, and beyond the table.
+    /// ⟨q⟩ of the plan's own basis by quadrature, for one quad of elements and for two, short courses, long ones, and such as leave the table.
     #[test]
     fn means_are_those_of_the_basis() {
-        let rule = gauss_legendre(8);
+        let rule = gauss_legendre(64);
         for size in [3, 6] {
             let text = format!(
                 "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"30 deg\"\nsize = [4, 4]\n\
@@ -202,7 +231,7 @@ mod tests {
             let Form::Projection(projection) = &plan.spectral.bands[0].rule.form else { panic!("another form") };
             let table = CoordinateTable::new(projection);
             let end = projection.basis.range;
-            for reach in [0.0, 0.1, 0.15] {
+            for reach in [0.0, 0.1, 0.15, 1.0, 2.5] {
                 let course =
                     Course { middle: lanes(|lane| end as f32 * lane as f32 / 12.0), half: lanes(|lane| reach * (lane % 3) as f32) };
                 let means = if size <= 4 { table.means::<4>(&course).to_vec() } else { table.means::<8>(&course).to_vec() };
@@ -210,9 +239,8 @@ mod tests {
                     let at = |x: f64| {
                         projection.basis.coordinates(f64::from(course.middle[lane] + x as f32 * course.half[lane]).clamp(0.0, end))
                     };
-                    // Where a course leaves the table, values are held but the curvature of its end stays: no such course is asked for.
-                    let inside = f64::from(course.middle[lane] + course.half[lane]) <= end && course.middle[lane] >= course.half[lane];
-                    for element in (0..size).filter(|_| inside || reach == 0.0) {
+                    // No depth is less than none.
+                    for element in (0..size).filter(|_| course.middle[lane] >= course.half[lane]) {
                         let truth: f64 = rule.iter().map(|(x, w)| 0.5 * w * at(*x)[element]).sum();
                         let error = (f64::from(means[element][lane]) - truth).abs();
                         assert!(error < 2e-4 * truth.abs().max(0.1), "{size} {reach} {lane} {element}: {} {truth}", means[element][lane]);
