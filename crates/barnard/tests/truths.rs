@@ -4,6 +4,7 @@ use barnard::backend::{cpu, reference};
 use barnard::control::Control;
 use barnard::image::Image;
 use barnard::plan::{Options, Plan};
+use barnard::points::Sources;
 use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
 use spectra::constants::PARSEC;
 use spectra::passband::Passband;
@@ -213,6 +214,29 @@ fn threads_do_not_matter() {
     assert!(one.samples == many.samples, "the picture depends on the number of threads");
     let steeper = parse(&format!("{VIEW}{LINE_BAND}"));
     assert!(on_cpu(&steeper).samples != one.samples);
+}
+
+/// A glance has the stars of the star field, as many and as bright as the plan's own picture has them.
+#[test]
+fn a_glance_has_the_star_field() {
+    let scene = parse(&format!(
+        "[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"30 deg\"\nsize = [64, 48]\n{LINE_BAND}\
+         [field.ball]\nkind = \"sphere\"\nradius = \"0.5 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"3 /pc\"\n\
+         [[star]]\nkind = \"blackbody\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\nposition = \"0.1 0.2 0.8 pc\"\n\
+         [background.stars]\ndensity = \"2000 /deg2\"\n[method]\nbake = 32\n"
+    ));
+    let options = options(&scene);
+    let drawn = |plan: &Plan, sources: Sources| {
+        let mut light = 0.0;
+        cpu::draw(sources, &scene, plan, |_, value| light += value).unwrap();
+        light
+    };
+    let glance = Plan::glance(None, &scene, &options, &Control::default()).unwrap();
+    let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
+    let (quick, whole) = (drawn(&glance, Sources::All), drawn(&plan, Sources::All));
+    assert!((quick / whole - 1.0).abs() < 0.02, "{quick} {whole}");
+    let some = drawn(&glance, Sources::Brightest(100));
+    assert!(some > drawn(&glance, Sources::Brightest(0)) && some < quick, "{some} {quick}");
 }
 
 /// A lit wall before something bright: a ray may end early only where nothing behind asks for its depth.

@@ -51,7 +51,7 @@ use spectra::rule;
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::Result;
-use crate::light::{Light, Path};
+use crate::light::Light;
 use crate::scene::{Method, MethodEntry, Scene, StarDepth};
 
 /// What a user may decide beside the scene.
@@ -210,7 +210,7 @@ impl Plan {
         draft.plan(scene, stepping, options, before.and_then(|plan| plan.diffuse.as_deref()), control)
     }
 
-    /// Plans `scene` for a look at once, while things change, from what `before`, another glance, has that still holds: without the star field, by the rule
+    /// Plans `scene` for a look at once, while things change, from what `before`, another glance, has that still holds: by the rule
     /// [`GLANCE`](rule::GLANCE) whatever the scene's method is, at [`GLANCE_VOXELS`], and nothing is measured or stated of its error.
     pub fn glance(before: Option<&Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
         let entry =
@@ -229,8 +229,7 @@ impl Plan {
             Some(space) => space,
             None => Arc::new(Space::coarse(scene, options, GLANCE_VOXELS, control)?),
         };
-        let mut lights = crate::light::lights(scene)?;
-        lights.retain(|light| !matches!(light.path, Path::FieldStar { .. }));
+        let lights = crate::light::lights(scene)?;
         let spectral = Spectral::new(scene, &lights, space.crowd.as_deref(), options, space.reach(&scene.camera), control)?;
         let known = before.and_then(|plan| plan.diffuse.as_deref());
         let diffuse = Diffuse::new(scene, &lights, &spectral, &space, (options, Fineness::GLANCE), known, control)?;
