@@ -115,6 +115,7 @@ fn constants(shape: &Shape, workgroup: (u32, u32), pauses: Pauses) -> String {
         ("OPAQUE", OPAQUE),
         ("SERIES_LIMIT", f64::from(barnard::packet::SERIES_LIMIT)),
         ("LOG_THIN", f64::from(DepthTable::THIN)),
+        ("LOG_EVEN", f64::from(DepthTable::EVEN)),
         ("CLOSED_GREY", f64::from(Extent::GREY)),
         ("CLOSED_THIN", f64::from(Extent::THIN)),
         ("MAX_DEPTH_STEPS", MAX_DEPTH_STEPS),

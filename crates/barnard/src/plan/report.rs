@@ -63,7 +63,8 @@ impl Plan {
         let shining = |(light, _): &(usize, Certificate)| sources[*light].measure.total() > 0.0;
         let rounded = |(light, c): (usize, Certificate)| {
             let rounding = self.rounding(self.lights[light].path, findings.storage);
-            (light, c.rounded(&sources[light].measure, rounding))
+            let decay = self.spectral.bands[band].rule.form.decay();
+            (light, c.rounded(&sources[light].measure, rounding, |a| decay.size(light, decay.weights(light), a)))
         };
         certificates.into_iter().enumerate().filter(shining).map(rounded).collect()
     }

@@ -55,8 +55,9 @@ impl Certificate {
         }
     }
 
-    /// The same with what arithmetic adds where light is marched with `rounding`: a relative error of the depth changes F(a) by a |F′(a)|, one of the light by F(a).
-    pub fn rounded(self, measure: &Measure, rounding: Rounding) -> Self {
+    /// The same with what arithmetic adds where light is marched with `rounding`: a relative error of the depth changes F(a) by a |F′(a)|, one of the light by F(a), or by
+    /// the `size` of the terms that add up to it, where they cancel.
+    pub fn rounded(self, measure: &Measure, rounding: Rounding, size: impl Fn(f64) -> f64) -> Self {
         let measure = measure.condensed(self.depth);
         let total = measure.total();
         if total == 0.0 {
@@ -69,7 +70,7 @@ impl Certificate {
                 light += left;
                 change += a * k * left;
             }
-            (rounding.depth * change + rounding.light * light, light)
+            (rounding.depth * change + rounding.light * size(a).max(light), light)
         };
         Self {
             absolute: self.absolute + supremum(|a| error(a).0 / total, self.depth),

@@ -52,8 +52,11 @@ pub struct DepthTable {
 }
 
 impl DepthTable {
-    /// Half growth of −ln F up to which [`rows`](Self::rows) may be read in the middle of a course alone: third cumulants of a passband are left out, 1e-6 in the widest.
+    /// Half growth of −ln F up to which [`rows`](Self::rows) may be read in the middle of a course alone, and what its bend may change there: third cumulants of a passband and squares
+    /// of the second are left out, 1e-6 at most.
     pub const THIN: f32 = 0.15;
+    /// See [`THIN`](Self::THIN).
+    pub const EVEN: f32 = 1e-3;
 
     fn new(measure: &Measure, depth: f64, entries: usize) -> Self {
         let scale = measure.total();

@@ -110,6 +110,11 @@ pub trait Decay {
     /// Σ_t w_t ⟨D_st⟩ over a course of depths that is linear between two ends, in the unit of w.
     fn mean(&self, s: usize, weights: &[f64], depths: (f64, f64)) -> f64;
 
+    /// Σ_t |w_t D_st(a)| at one depth, in the unit of w: what rounding is a part of, where terms cancel.
+    fn size(&self, s: usize, weights: &[f64], depth: f64) -> f64 {
+        self.mean(s, weights, (depth, depth)).abs()
+    }
+
     /// The polynomial that stands for source `s`, where one does.
     fn fit(&self, _s: usize) -> Option<&Fit> {
         None

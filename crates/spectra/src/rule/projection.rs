@@ -133,6 +133,10 @@ impl Decay for Projection {
     fn mean(&self, _: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
         self.means(from.min(to), from.max(to)).zip(weights).map(|(q, w)| q * w).sum()
     }
+
+    fn size(&self, _: usize, weights: &[f64], depth: f64) -> f64 {
+        self.at(depth).zip(weights).map(|(q, w)| (q * w).abs()).sum()
+    }
 }
 
 fn solve(problem: &BandProblem) -> Result<BandRule> {

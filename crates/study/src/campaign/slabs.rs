@@ -287,9 +287,11 @@ mod tests {
     use super::*;
 
     /// Some hundred scenes of the campaign, every method among them: no bound is exceeded, and a bound of a tenth would be.
-    fn hold(place: Place) {
+    /// Beside them `known`, which once exceeded theirs.
+    fn hold(place: Place, known: &[usize]) {
         let of = |n: usize| outcomes(place, n, &Control::default()).unwrap();
-        let all: Vec<Outcome> = (0..240).into_par_iter().filter_map(of).flatten().collect();
+        let numbers: Vec<usize> = (0..240).chain(known.iter().copied()).collect();
+        let all: Vec<Outcome> = numbers.into_par_iter().filter_map(of).flatten().collect();
         assert!(all.len() > 300 && methods().filter(|m| m.name != "sampled").all(|m| all.iter().any(|o| o.method == m.name)));
         let exceeded = all.iter().filter(|o| o.excess() > 1.0);
         let words: Vec<String> = exceeded.map(|o| format!("{} {}: {:?} {:?}", o.method, o.what, o.absolute, o.relative)).collect();
@@ -299,11 +301,12 @@ mod tests {
 
     #[test]
     fn no_bound_of_light_from_behind_is_exceeded() {
-        hold(Place::Behind);
+        hold(Place::Behind, &[]);
     }
 
     #[test]
     fn no_bound_of_light_from_within_is_exceeded() {
-        hold(Place::Within);
+        // Light of two extinctions through a red leak, and terms that cancel where little is left.
+        hold(Place::Within, &[5256, 5003]);
     }
 }

@@ -18,8 +18,9 @@ fn mean_left(head: vec4f, middle: f32, half: f32) -> f32 {
     let at = place(head, middle);
     let row = tables[u32(head.z) + u32(at.x)];
     let y = row.y * head.x * half;
-    if abs(y) <= LOG_THIN {
-        return exp(fma(at.y, row.y, row.x)) * fma(row.z * half * half, fma(0.1, y * y, 1.0 / 3.0), sinhc(y * y));
+    let bend = row.z * half * half;
+    if abs(y) <= LOG_THIN && bend <= LOG_EVEN {
+        return exp(fma(at.y, row.y, row.x)) * fma(bend, fma(0.1, y * y, 1.0 / 3.0), sinhc(y * y));
     }
     let first = place(head, middle - half);
     let last = place(head, middle + half);

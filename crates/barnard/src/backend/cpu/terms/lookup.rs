@@ -81,9 +81,10 @@ impl LogTable {
         let (gap, fraction) = self.place(middle);
         let row = &self.rows[gap];
         let y = row.rise * self.per_depth * half;
-        if y.abs() <= DepthTable::THIN {
+        let bend = row.bend * half * half;
+        if y.abs() <= DepthTable::THIN && bend <= DepthTable::EVEN {
             // ∫ u² e^(−y u) du/2 over −1 … 1 is 1/3 + y²/10.
-            return exp(row.at(fraction)) * (sinhc(y * y) + row.bend * half * half * (1.0 / 3.0 + 0.1 * y * y));
+            return exp(row.at(fraction)) * (sinhc(y * y) + bend * (1.0 / 3.0 + 0.1 * y * y));
         }
         self.thick(self.place(middle - half), self.place(middle + half))
     }
