@@ -2,8 +2,9 @@
 
 use barnard::backend::cpu;
 use barnard::control::Control;
+use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan};
-use barnard::scene::{DEFAULT_MEMORY, Loader, Method, Scene};
+use barnard::scene::{Method, Scene};
 
 const METHODS: [&str; 3] = ["fixed_wavelength", "band_quadrature", "lookup"];
 const SIZES: [usize; 3] = [64, 128, 256];
@@ -20,12 +21,12 @@ fn scene(bake: usize) -> Scene {
          [[star]]\nkind = \"blackbody\"\nposition = \"0.3 0.35 0.4 pc\"\ntemperature = \"10000 K\"\nluminosity = \"1000 Lsun\"\nvisible = false\n\
          [method]\nbake = {bake}\nsteps = {bake}\n"
     );
-    Scene::parse("bench.toml", "bench", text, &Loader::in_folder(".", DEFAULT_MEMORY)).expect("the bench's scene is valid")
+    barnard_files::parse("bench.toml", "bench", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).expect("the bench's scene is valid")
 }
 
 fn plan(scene: &Scene, method: &str) -> Plan {
     let method: Method = scene.method.clone().with_name(method).expect("a known method");
-    Plan::new(scene, &Options::new(method, DEFAULT_MEMORY), &Control::default()).expect("the bench's scene can be planned")
+    Plan::new(&scene.clone().method(method), &Options::default(), &Control::default()).expect("the bench's scene can be planned")
 }
 
 /// One frame with warm star depths, by method, 256 × 256 pixels, 128³ voxels.

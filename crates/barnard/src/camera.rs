@@ -6,10 +6,11 @@
 use glam::DVec3;
 use spectra::units::{Angle, Length};
 
-use crate::error::Result;
+use crate::data::Inputs;
+use crate::error::{Error, Result};
 use crate::geometry::Ray;
 use crate::image::PixelScale;
-use crate::scene::{Key, Kind, Loader, Section, build_kind_with};
+use crate::properties::{Key, Kind, Section, build_kind_with};
 
 /// How rays leave the image.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,8 +83,8 @@ pub const KINDS: &[Kind<Projection>] = &[
 pub const MAX_EDGE: usize = 65_536;
 
 /// Reads a `[bookmark.NAME]` table: a camera, with the pixels of the scene's own where it does not say others.
-pub fn bookmark(section: &Section, loader: &Loader, own: &Camera) -> Result<Camera> {
-    let mut camera = build(section, loader)?;
+pub fn bookmark(section: &Section, inputs: &Inputs, own: &Camera) -> Result<Camera> {
+    let mut camera = build(section, inputs)?;
     if !section.has("size") {
         (camera.width, camera.height) = (own.width, own.height);
     }
@@ -94,35 +95,118 @@ pub fn bookmark(section: &Section, loader: &Loader, own: &Camera) -> Result<Came
 }
 
 /// Reads the `[camera]` table.
-pub fn build(section: &Section, loader: &Loader) -> Result<Camera> {
-    let projection = build_kind_with("camera", KINDS, COMMON, section, loader)?;
-    let position = section.need_position("position")?;
-    let target = section.position("target")?.unwrap_or(DVec3::ZERO);
-    let up = section.direction("up")?.unwrap_or(DVec3::Y);
-    let forward = (target - position).try_normalize();
-    let forward = forward.ok_or_else(|| section.error("target", "the camera stands on its target; move one of them"))?;
-    let right = forward.cross(up).try_normalize();
-    let right = right.ok_or_else(|| section.error("up", "up is parallel to the viewing direction; choose another"))?;
-    let size = section.numbers("size")?.unwrap_or_else(|| vec![512.0, 512.0]);
+pub fn build(section: &Section, inputs: &Inputs) -> Result<Camera> {
+    let projection = build_kind_with("camera", KINDS, COMMON, section, inputs)?;
+    let (position, target) = (section.need_position("position")?, section.position("target")?.unwrap_or(DVec3::ZERO));
+    let camera = Camera::look_at(position, target).up(section.direction("up")?.unwrap_or(DVec3::Y));
+    if !camera.forward.is_finite() {
+        return Err(section.error("target", "the camera stands on its target; move one of them"));
+    }
+    if !camera.right.is_finite() {
+        return Err(section.error("up", "up is parallel to the viewing direction; choose another"));
+    }
+    let size = section.numbers("size")?.unwrap_or_else(|| vec![SIZE as f64; 2]);
     let whole = |v: f64| v.fract() == 0.0 && (1.0..=MAX_EDGE as f64).contains(&v);
     let &[width, height] = &size[..] else { return Err(section.error("size", "size is [width, height]")) };
     if !whole(width) || !whole(height) {
         return Err(section
             .error("size", format!("an image of {width} x {height} pixels cannot be made; both are whole numbers from 1 to {MAX_EDGE}")));
     }
-    Ok(Camera {
-        position,
-        forward,
-        right,
-        up: right.cross(forward),
-        projection,
-        width: width as usize,
-        height: height as usize,
-        supersampling: section.integer("supersampling", 1..=16)?.unwrap_or(1) as usize,
-    })
+    let supersampling = section.integer("supersampling", *SUPERSAMPLING.start() as i64..=*SUPERSAMPLING.end() as i64)?;
+    Ok(Camera { projection, ..camera }.size(width as usize, height as usize).supersampling(supersampling.unwrap_or(1) as usize))
 }
 
+/// Numbers of rays along each side of a pixel.
+const SUPERSAMPLING: std::ops::RangeInclusive<usize> = 1..=16;
+/// Half widths beyond this leave no digits for a direction.
+const WIDEST: f64 = 1e9;
+/// Pixels of an image that says nothing else.
+const SIZE: usize = 512;
+/// Its horizontal field of view [deg].
+const FIELD_OF_VIEW_DEG: f64 = 30.0;
+
 impl Camera {
+    /// From `position` towards `target` [pc], y upwards, with 512 × 512 pixels and a horizontal field of view of 30°. Rendering a camera
+    /// that stands on its target, or looks along its own `up`, is an error.
+    pub fn look_at(position: DVec3, target: DVec3) -> Self {
+        let nowhere = DVec3::NAN;
+        Self {
+            position,
+            forward: (target - position).try_normalize().unwrap_or(nowhere),
+            right: nowhere,
+            up: nowhere,
+            projection: Projection::Perspective { half_width: 1.0 },
+            width: SIZE,
+            height: SIZE,
+            supersampling: 1,
+        }
+        .up(DVec3::Y)
+        .field_of_view_deg(FIELD_OF_VIEW_DEG)
+    }
+
+    /// The same turned so that `up` is up in the image.
+    #[must_use]
+    pub fn up(self, up: DVec3) -> Self {
+        let right = self.forward.cross(up).try_normalize().unwrap_or(DVec3::NAN);
+        Self { right, up: right.cross(self.forward), ..self }
+    }
+
+    /// The same with all rays from one point and this horizontal field of view [deg], below 180.
+    #[must_use]
+    pub fn field_of_view_deg(self, field_of_view: f64) -> Self {
+        Self { projection: Projection::Perspective { half_width: (0.5 * field_of_view.to_radians()).tan() }, ..self }
+    }
+
+    /// The same with parallel rays and an image of this width [pc].
+    #[must_use]
+    pub fn orthographic_pc(self, width: f64) -> Self {
+        Self { projection: Projection::Orthographic { half_width_pc: 0.5 * width }, ..self }
+    }
+
+    /// The same with so many pixels.
+    #[must_use]
+    pub fn size(self, width: usize, height: usize) -> Self {
+        Self { width, height, ..self }
+    }
+
+    /// The same with so many rays along each side of a pixel.
+    #[must_use]
+    pub fn supersampling(self, rays: usize) -> Self {
+        Self { supersampling: rays, ..self }
+    }
+
+    /// Refuses what no picture can be taken by.
+    ///
+    /// # Errors
+    /// Where position, target, up, field of view or the number of pixels are wrong.
+    pub fn check(&self) -> Result<()> {
+        if !self.position.is_finite() {
+            return Err(Error::value("position of the camera", self.position, "a place: coordinates are numbers"));
+        }
+        if !self.forward.is_finite() {
+            return Err(Error::value("target of the camera", "its own place", "what it can look at; move one of them"));
+        }
+        if !(self.right.is_finite() && self.up.is_finite()) {
+            return Err(Error::value("up of the camera", "its viewing direction", "what can be up in the image; choose another"));
+        }
+        let (what, half) = match self.projection {
+            Projection::Perspective { half_width } => ("field of view", half_width),
+            Projection::Orthographic { half_width_pc } => ("width of the camera", half_width_pc),
+        };
+        if !(half > 0.0 && half < WIDEST) {
+            return Err(Error::value(what, half, "above zero, and a field of view is below 180 deg"));
+        }
+        let (width, height) = (self.width, self.height);
+        if !((1..=MAX_EDGE).contains(&width) && (1..=MAX_EDGE).contains(&height)) {
+            let wanted = format!("a size that images have; both are whole numbers from 1 to {MAX_EDGE}");
+            return Err(Error::value("size of the image", format!("{width} x {height} pixels"), wanted));
+        }
+        if !SUPERSAMPLING.contains(&self.supersampling) {
+            return Err(Error::value("supersampling", self.supersampling, "from 1 to 16 rays along each side of a pixel"));
+        }
+        Ok(())
+    }
+
     /// The ray through (`column`, `row`) in pixels from the upper left corner, pixel centres at halves.
     pub fn ray(&self, column: f64, row: f64) -> Ray {
         let (w, h) = (self.width as f64, self.height as f64);

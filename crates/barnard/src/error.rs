@@ -4,21 +4,32 @@ use std::path::{Path, PathBuf};
 
 use spectra::SpectraError;
 
+use crate::properties::Place;
+
 /// Errors of this crate; each says what was wrong and what would be right, the place last.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// Something in a scene file.
-    #[error("{message} ({file}:{line}, {place})")]
+    /// Something in a scene.
+    #[error("{message} ({place})")]
     Scene {
         /// What is wrong and what would be right.
         message: String,
-        /// The scene file.
-        file: String,
-        /// Line in it, from 1.
-        line: usize,
-        /// Table and key.
-        place: String,
+        /// Where: file and line where there is a text, table and key.
+        place: Place,
     },
+    /// An argument that no object can be made of.
+    #[error("{what}: {said} is not {wanted}")]
+    Value {
+        /// What it is.
+        what: &'static str,
+        /// What was given.
+        said: String,
+        /// What would be right.
+        wanted: String,
+    },
+    /// A box that numbers cannot live in.
+    #[error("{0}")]
+    Bounds(String),
     /// A data file that cannot be read or used.
     #[error("{reason} ({})", path.display())]
     File {
@@ -50,7 +61,7 @@ pub enum Error {
         value: f64,
     },
     /// More memory than allowed.
-    #[error("{what} would need {needed_mib} MiB, the limit is {limit_mib} MiB; {advice}")]
+    #[error("{what} would need {needed_mib} MiB, the limit is {limit_mib} MiB; use a smaller grid or image, or raise the memory limit")]
     Memory {
         /// What would be allocated.
         what: String,
@@ -58,8 +69,6 @@ pub enum Error {
         needed_mib: u64,
         /// The limit [MiB].
         limit_mib: u64,
-        /// What would fit.
-        advice: String,
     },
     /// A spectrum, passband or law.
     #[error(transparent)]
@@ -67,15 +76,48 @@ pub enum Error {
     /// A method that knows light of one scattering alone, asked for more.
     #[error("{0} scatters light once: write bounces = 1, or take {1}")]
     OneBounce(String, &'static str),
-    /// A scene that cannot be rendered.
+    /// Light or density beyond what single precision holds.
+    #[error("{0}; check the unit of its brightness, and the scales of densities")]
+    Strength(String),
+    /// A star whose light does not get out, or that stands nowhere.
     #[error("{0}")]
-    Render(String),
+    Star(String),
+    /// More stars in the star field than are drawn.
+    #[error("the star field has {in_view:.1e} stars in view; at most {most:.0e} are drawn, lower its density")]
+    StarField {
+        /// Stars in view.
+        in_view: f64,
+        /// How many may be.
+        most: f64,
+    },
+    /// A density that no path can be followed through.
+    #[error("{0}")]
+    Density(String),
+    /// What a spectral method cannot do.
+    #[error("{0}")]
+    Method(String),
+    /// An image that does not fit into a format.
+    #[error("cannot encode .{format}: {reason}")]
+    Encoding {
+        /// The format's extension.
+        format: &'static str,
+        /// Why.
+        reason: String,
+    },
+    /// A device that a back end renders on.
+    #[error(transparent)]
+    Device(Box<dyn std::error::Error + Send + Sync>),
     /// Stopped by the user.
     #[error("interrupted; nothing was written")]
     Interrupted,
 }
 
 impl Error {
+    /// The error for `what`, given as `said` where `wanted` would be right.
+    pub fn value(what: &'static str, said: impl std::fmt::Display, wanted: impl Into<String>) -> Self {
+        Error::Value { what, said: said.to_string(), wanted: wanted.into() }
+    }
+
     /// The error for `path`.
     pub fn file(path: impl AsRef<Path>, reason: impl Into<String>) -> Self {
         Error::File { path: path.as_ref().to_owned(), reason: reason.into() }

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::error::{Error, Result};
+
 /// A half line.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
@@ -53,6 +55,14 @@ impl Bounds {
                 EDGES.end()
             )
         })
+    }
+
+    /// The same, if it is sound as a place for numbers.
+    ///
+    /// # Errors
+    /// Where it is not, with what is wrong.
+    pub fn checked(self) -> Result<Self> {
+        self.fault().map_or(Ok(self), |fault| Err(Error::Bounds(fault)))
     }
 
     /// Edge lengths [pc].

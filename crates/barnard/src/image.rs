@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 use spectra::colour::{Palette, Stretch};
+use spectra::passband::Passband;
 
 use crate::error::{Error, Result};
 use crate::keywords::Keyword;
@@ -21,6 +22,14 @@ impl Samples {
         match self {
             Samples::Single(v) => f64::from(v[index]),
             Samples::Double(v) => v[index],
+        }
+    }
+
+    /// Adds to the value at a position.
+    pub fn add(&mut self, index: usize, value: f64) {
+        match self {
+            Samples::Single(v) => v[index] += value as f32,
+            Samples::Double(v) => v[index] += value,
         }
     }
 
@@ -84,13 +93,17 @@ pub struct Image {
     pub notes: Vec<(String, String)>,
     /// What it says of itself in keywords.
     pub keywords: Vec<Keyword>,
+    /// How it is shown.
+    pub display: Display,
 }
 
 impl Image {
     /// An image of which only names and values are known.
     pub fn bare(width: usize, height: usize, names: Vec<String>, samples: Samples) -> Self {
         let band = |name| Band { name, pivot_um: None, counting: None, width_um: None, certificate: Vec::new(), keywords: Vec::new() };
-        Self { width, height, bands: names.into_iter().map(band).collect(), samples, pixel: None, notes: Vec::new(), keywords: Vec::new() }
+        let bands: Vec<Band> = names.into_iter().map(band).collect();
+        let display = Display::grey(bands.len());
+        Self { width, height, bands, samples, pixel: None, notes: Vec::new(), keywords: Vec::new(), display }
     }
 
     /// Radiance of a pixel in a band [W m⁻² sr⁻¹].
@@ -107,7 +120,7 @@ impl Image {
                     "{count} pixels of band {} are NaN or infinite: densities or spectra are too large for single precision",
                     band.name
                 );
-                return Err(Error::Render(format!("{reason}; check their units and scales")));
+                return Err(Error::Strength(reason));
             }
         }
         Ok(())
@@ -244,6 +257,18 @@ impl Tone {
 }
 
 impl Display {
+    /// As pictures of these passbands are shown that nothing is said of: in natural colours, or those of red, green and blue outside of the
+    /// visible; black is zero, white found from the picture.
+    pub fn of(bands: &[Passband]) -> Self {
+        let palette = Palette::named("natural", bands).or_else(|_| Palette::named("rgb", bands));
+        Self { palette: palette.unwrap_or_else(|_| Palette::grey(bands.len())), ..Self::grey(bands.len()) }
+    }
+
+    /// All bands alike, in shades of grey.
+    pub fn grey(bands: usize) -> Self {
+        Self { palette: Palette::grey(bands), balance: false, stretch: Stretch::default(), black: Level::Auto, white: Level::Auto }
+    }
+
     /// The levels that `image` asks for.
     pub fn tone(&self, image: &Image) -> Tone {
         let gain = |b: usize| if self.balance { gain(image.band(b)) } else { 1.0 };

@@ -3,7 +3,7 @@
 use spectra::passband::Passband;
 use spectra::sed::{MagnitudeSystem, zero_point};
 
-use crate::camera::Projection;
+use crate::camera::{Camera, Projection};
 use crate::scene::Scene;
 
 /// A value.
@@ -53,10 +53,10 @@ pub fn integer(name: &'static str, value: usize, comment: &'static str) -> Keywo
     Keyword { name, value: Value::Integer(i64::try_from(value).unwrap_or(i64::MAX)), comment }
 }
 
-/// What a scene says of any picture of it: name, digest, camera and dust.
-pub fn of_scene(scene: &Scene) -> Vec<Keyword> {
-    let camera = &scene.camera;
-    let mut keywords = vec![text("OBJECT", &*scene.name, "name of the scene"), text("SCENESHA", scene.digest(), "SHA-256")];
+/// What a scene says of any picture that `camera` takes of it: name, digest, camera and dust.
+pub fn of_scene(scene: &Scene, camera: &Camera) -> Vec<Keyword> {
+    let mut keywords = vec![text("OBJECT", &*scene.name, "name of the scene")];
+    keywords.extend(scene.provenance.iter().map(|from| text("SCENESHA", from.digest(), "SHA-256")));
     let (projection, field) = match camera.projection {
         Projection::Perspective { half_width } => {
             ("perspective", number("CAMFOV", 2.0 * half_width.atan().to_degrees(), "[deg] horizontal field of view"))
@@ -81,7 +81,7 @@ pub fn of_scene(scene: &Scene) -> Vec<Keyword> {
     keywords.extend(numbers.into_iter().filter_map(|(name, value, comment)| number(name, value, comment)));
     keywords.push(integer("SUPERSMP", camera.supersampling, "rays along each side of a pixel"));
     if let Some(dust) = &scene.dust {
-        keywords.push(text("DUSTLAW", dust.extinction.name, "extinction law"));
+        keywords.push(text("DUSTLAW", &*dust.extinction.name, "extinction law"));
         keywords.extend(dust.extinction.r_v.and_then(|r_v| number("R_V", r_v, "A(V)/E(B-V) of the extinction law")));
     }
     keywords

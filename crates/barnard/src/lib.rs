@@ -1,27 +1,73 @@
 //! Barnard: physically calibrated spectral rendering of nebulae.
 //!
-//! [`scene::Scene`] is what a file says, [`plan::Plan`] the numbers it comes to, [`image::Image`] what a telescope sees; a back end
-//! ([`backend`]) turns one into the other.
+//! A [`Scene`](scene::Scene) is what is in front of the telescope, and the telescope; [`render()`] turns it into an [`Image`](image::Image), band
+//! radiances in W m⁻² sr⁻¹ with a stated error.
+//!
+//! ```
+//! use barnard::field::Grid;
+//! use barnard::geometry::Bounds;
+//! use barnard::glam::{DVec3, dvec3};
+//! use barnard::phase::HenyeyGreenstein;
+//! use barnard::scene::{Dust, Scale, Scene, Star};
+//! use barnard::spectra::{extinction::Extinction, passband, units::{Luminosity, Temperature}};
+//! use barnard::{Camera, Options};
+//! use barnard_files::SaveImage;
+//!
+//! # let data: Vec<f32> = (0..64 * 64 * 64).map(|i| ((i % 64) as f32 * 0.2).sin().powi(2)).collect();
+//! # let folder = tempfile::tempdir()?;
+//! # std::env::set_current_dir(&folder)?;
+//! let density = Grid::new([64, 64, 64], Bounds::cube(DVec3::ZERO, 1.0), data)?;
+//! let dust = Dust::new(density, Extinction::named("gordon23")?, Scale::per_pc(5.0)).albedo(0.6).phase(HenyeyGreenstein::new(0.5)?);
+//! let star = Star::blackbody(Temperature(22_000.0), Luminosity::suns(5000.0)).at(dvec3(0.2, 0.1, 0.3));
+//! let camera = Camera::look_at(dvec3(0.0, 0.0, 6.0), DVec3::ZERO).field_of_view_deg(25.0).size(512, 512);
+//! # let camera = camera.size(24, 24);
+//! let scene = Scene::new(camera).bands(passband::set("johnson")?).dust(dust).star(star);
+//! let image = barnard::render(&scene, &Options::default())?;
+//! image.save("nebula.fits")?;
+//! # assert!(image.band(1).all(|v| v.is_finite()) && image.band(1).any(|v| v > 0.0) && std::path::Path::new("nebula.fits").exists());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Where more than a picture is wanted:
+//!
+//! | | |
+//! |---|---|
+//! | [`scene`], [`field`], [`phase`], [`camera`] | the objects of a scene; fields, phase functions, [extinction laws](spectra::extinction) and [passbands](spectra::passband) of one's own implement their traits |
+//! | [`plan`] | the numbers that a scene comes to: made once, kept while a camera or a spectrum changes |
+//! | [`backend`] | what turns either into light: the processor, the exact reference, the path tracer, and those of other crates |
+//! | [`control`] | progress and interruption |
+//! | [`image`] | the result, its display, what it says of itself |
+//! | [`properties`], [`data`] | the neutral tree that scenes are read from, and what it names |
 
 pub mod backend;
-pub mod bench;
-pub mod builtin;
 pub mod camera;
-pub mod catalogue;
 pub mod control;
-mod counter;
+pub mod data;
 pub mod error;
 pub mod field;
-pub mod formats;
 pub mod geometry;
 pub mod image;
 pub mod keywords;
 pub mod light;
+pub mod memory;
+#[doc(hidden)]
 pub mod packet;
 pub mod phase;
 pub mod plan;
 pub mod points;
+pub mod properties;
+pub mod random;
+mod render;
 pub mod scene;
+#[cfg(test)]
+mod test_scenes;
 
+pub use camera::Camera;
+pub use control::Control;
 pub use error::{Error, Result};
 pub use glam;
+pub use image::Image;
+pub use plan::{Options, Plan};
+pub use render::{render, render_with};
+pub use scene::Scene;
+pub use spectra;

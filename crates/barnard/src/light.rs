@@ -78,7 +78,7 @@ pub fn lights(scene: &Scene) -> Result<Vec<Light>> {
 pub fn law(scene: &Scene) -> Result<std::sync::Arc<Extinction>> {
     Ok(match &scene.dust {
         Some(dust) => dust.extinction.clone(),
-        None => std::sync::Arc::new(Extinction::named("inverse_wavelength", None)?),
+        None => std::sync::Arc::new(Extinction::named("inverse_wavelength")?),
     })
 }
 

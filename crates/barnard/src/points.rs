@@ -16,10 +16,10 @@ use spectra::spectrum::Spectrum;
 use spectra::units::Temperature;
 
 use crate::camera::{Camera, Projection};
-use crate::counter::Counter;
 use crate::error::{Error, Result};
 use crate::geometry::Ray;
 use crate::light::{Light, Path};
+use crate::random::Counter;
 use crate::scene::{Scene, StarField};
 
 /// Standard deviation of the point-spread function [pixels]: FWHM of 1.65, well sampled.
@@ -153,10 +153,7 @@ fn field_points(field: &StarField, camera: &Camera, lights: &[Light]) -> Result<
     let per_cell = field.density_per_sr * spectra::constants::SPHERE / cells as f64;
     let in_view = camera.pixel_measure(0.5 * camera.width as f64, 0.5 * camera.height as f64) * (camera.width * camera.height) as f64;
     if field.density_per_sr * in_view > MAX_FIELD_STARS {
-        return Err(Error::Render(format!(
-            "the star field has {:.1e} stars in view; at most {MAX_FIELD_STARS:.0e} are drawn, lower its density",
-            field.density_per_sr * in_view
-        )));
+        return Err(Error::StarField { in_view: field.density_per_sr * in_view, most: MAX_FIELD_STARS });
     }
     let visible = cells_in_view(camera);
     let of_cell = |cell: &u64| {

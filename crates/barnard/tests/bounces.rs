@@ -2,19 +2,16 @@
 
 use barnard::backend::{cpu, path, reference};
 use barnard::control::Control;
+use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan};
-use barnard::scene::{DEFAULT_MEMORY, Loader, MANY_BOUNCES, Scene};
+use barnard::scene::{MANY_BOUNCES, Scene};
 
 fn parse(text: &str) -> Scene {
-    Scene::parse("bounces.toml", "bounces", text.to_owned(), &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap()
-}
-
-fn options(scene: &Scene) -> Options {
-    Options::new(scene.method.clone(), DEFAULT_MEMORY)
+    barnard_files::parse("bounces.toml", "bounces", text.to_owned(), &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap()
 }
 
 fn plan(scene: &Scene) -> Plan {
-    Plan::new(scene, &options(scene), &Control::default()).unwrap()
+    Plan::new(scene, &Options::default(), &Control::default()).unwrap()
 }
 
 fn radiance(plan: &Plan) -> Vec<f64> {
@@ -62,7 +59,7 @@ fn many_bounces_are_those_of_the_path_tracer() {
         let scene =
             |g: f64, bounces: usize| parse(&format!("{CAMERA}{BALL}{}{STAR}{GAS}{BEHIND}{METHOD}bounces = {bounces}\n", forward(g)));
         let truth = again(&scene(g, bounces), bounces, samples);
-        let once = radiance(&Plan { diffuse: None, ..plan(&scene(g, bounces)) });
+        let once = radiance(&plan(&scene(g, bounces)).without_scattered_field());
         let many = |g: f64, bounces: usize| error(&radiance(&plan(&scene(g, bounces))), &once, &truth);
         let own = many(g, bounces);
         assert!(own < 0.05, "g {g}, {bounces} bounces: {own}");
@@ -98,7 +95,7 @@ fn no_rays_are_drawn_around_a_star() {
         let star = STAR.replace("0.3 0.5 1.3 pc", star);
         let scene = parse(&format!("{camera}{dust}{}{star}{METHOD}bounces = 100\n", forward(g)));
         let many = plan(&scene);
-        let once = radiance(&Plan { diffuse: None, ..many.clone() });
+        let once = radiance(&many.clone().without_scattered_field());
         let again: Vec<f64> = radiance(&many).iter().zip(&once).map(|(many, once)| many - once).collect();
         // All pixels that are ten from the middle.
         let across = (-10i32..=10).flat_map(|x| (-10i32..=10).map(move |y| (x, y))).filter(|(x, y)| x * x + y * y == 100);
@@ -120,16 +117,16 @@ fn fields_are_kept() {
     let text = |camera: &str, bounces: usize| format!("{camera}{BALL}{}{STAR}{METHOD}steps = 60\nbounces = {bounces}\n", forward(0.5));
     let sampled = |text: &str| {
         let scene = parse(text);
-        Plan::sampled(&scene, &options(&scene), 60, &Control::default()).unwrap()
+        Plan::sampled(&scene, &Options::default(), 60, &Control::default()).unwrap()
     };
     let (one, two) = (sampled(&text(CAMERA, 1)), sampled(&text(CAMERA, 2)));
     assert!(
-        one.diffuse.is_none() && radiance(&one) == radiance(&Plan { diffuse: None, ..two.clone() }) && radiance(&one) != radiance(&two)
+        one.diffuse().is_none() && radiance(&one) == radiance(&two.clone().without_scattered_field()) && radiance(&one) != radiance(&two)
     );
     let aside = CAMERA.replace("0.4 0.3 5 pc", "3 -1 4 pc");
     let (mut moved, there) = (two.clone(), sampled(&text(&aside, 2)));
-    moved.look_from(there.camera.clone(), &Control::default()).unwrap();
-    let volumes = |plan: &Plan| plan.diffuse.as_ref().unwrap().volumes.iter().map(|v| v.data.clone()).collect::<Vec<_>>();
+    moved.look_from(there.camera().clone(), &Control::default()).unwrap();
+    let volumes = |plan: &Plan| plan.diffuse().as_ref().unwrap().volumes.iter().map(|v| v.data.clone()).collect::<Vec<_>>();
     assert!(volumes(&moved) == volumes(&there) && volumes(&moved) != volumes(&two));
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     assert!(volumes(&alone.install(|| sampled(&text(CAMERA, 2)))) == volumes(&two));
@@ -142,7 +139,7 @@ fn passbands_do_not_mix() {
         let camera = CAMERA.replace("\"johnson-V\"", bands);
         let dust = BALL.replace("ccm89", "draine03_rv31").replace("albedo = 0.8\n", "");
         let scene = parse(&format!("{camera}{dust}phase = {{ kind = \"henyey_greenstein\" }}\n{STAR}{METHOD}count = 4\nbounces = 3\n"));
-        radiance(&Plan::sampled(&scene, &options(&scene), 60, &Control::default()).unwrap())
+        radiance(&Plan::sampled(&scene, &Options::default(), 60, &Control::default()).unwrap())
     };
     let all = picture("\"johnson-B\", \"johnson-V\", \"cousins-R\"");
     for (b, band) in ["\"johnson-B\"", "\"johnson-V\"", "\"cousins-R\""].into_iter().enumerate() {
@@ -158,19 +155,19 @@ fn passbands_do_not_mix() {
 fn limits_are_said() {
     let scene = |method: &str| parse(&format!("{CAMERA}{BALL}{}{STAR}{METHOD}{method}", forward(0.6)));
     let many = scene("bounces = 3\n");
-    let within = |memory_limit: u64| Plan::new(&many, &Options { memory_limit, ..options(&many) }, &Control::default());
+    let within = |memory_limit: u64| Plan::new(&many, &Options { memory_limit, ..Options::default() }, &Control::default());
     let (whole, coarse) = (plan(&many), within(40 << 20).unwrap());
-    let cells = |plan: &Plan| plan.diffuse.as_ref().unwrap().found.cells;
-    assert!(cells(&coarse)[0] < cells(&whole)[0] && coarse.diffuse.as_ref().unwrap().bytes() < 40 << 20);
+    let cells = |plan: &Plan| plan.diffuse().as_ref().unwrap().found.cells;
+    assert!(cells(&coarse)[0] < cells(&whole)[0] && coarse.diffuse().as_ref().unwrap().bytes() < 40 << 20);
     let said = |plan: &Plan| plan.notes().into_iter().find(|n| n.0 == "many bounces").unwrap().1;
-    assert!(said(&coarse).contains("--memory") && !said(&whole).contains("--memory"), "{}", said(&coarse));
+    assert!(said(&coarse).contains("memory limit") && !said(&whole).contains("memory limit"), "{}", said(&coarse));
     assert!(within(2 << 20).unwrap_err().to_string().contains("memory"));
-    let refused = |scene: &Scene| Plan::new(scene, &options(scene), &Control::default()).unwrap_err().to_string();
+    let refused = |scene: &Scene| Plan::new(scene, &Options::default(), &Control::default()).unwrap_err().to_string();
     let lookup = refused(&scene("bounces = 3\nname = \"lookup\"\n"));
     assert!(lookup.contains("bounces = 1") && lookup.contains("band_quadrature"), "{lookup}");
     let message = reference::render(&many, 1e-3, &Control::default()).unwrap_err().to_string();
     assert!(message.contains("bounces = 1"), "{message}");
     let control = Control::default();
     control.interrupt();
-    assert!(matches!(Plan::new(&many, &options(&many), &control), Err(barnard::Error::Interrupted)));
+    assert!(matches!(Plan::new(&many, &Options::default(), &control), Err(barnard::Error::Interrupted)));
 }

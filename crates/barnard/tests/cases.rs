@@ -6,13 +6,13 @@ mod reference_cases;
 use barnard::control::Control;
 use barnard::image::Image;
 use barnard::plan::{Options, Plan};
-use barnard::scene::{DEFAULT_MEMORY, Method, Scene};
+use barnard::scene::{Method, Scene};
 use reference_cases::{answer, compare, folders, load};
 
 fn cpu(scene: &Scene, method: Method) -> Image {
-    let options = Options::new(method, DEFAULT_MEMORY);
-    let plan = Plan::new(scene, &options, &Control::default()).unwrap();
-    println!("{:?} {:?}, terms {}", plan.space.spatial, plan.space.star_factor, plan.spectral.terms());
+    let scene = &scene.clone().method(method);
+    let plan = Plan::new(scene, &Options::default(), &Control::default()).unwrap();
+    println!("{:?} {:?}, terms {}", plan.space().spatial, plan.space().star_factor, plan.spectral().terms());
     barnard::backend::cpu::render(scene, &plan, &Control::default()).unwrap().0
 }
 

@@ -3,8 +3,9 @@
 use barnard::backend::{cpu, path, reference};
 use barnard::control::Control;
 use barnard::image::relative_rms;
+use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan};
-use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
+use barnard::scene::Scene;
 
 /// A cloud with so many stars of different spectra, at places that look like chance, seen by 14 x 14 pixels.
 fn text(stars: usize, phase: &str, method: &str) -> String {
@@ -29,14 +30,14 @@ fn text(stars: usize, phase: &str, method: &str) -> String {
 }
 
 fn scene(text: String) -> Scene {
-    let mut scene = Scene::parse("test.toml", "test", text, &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap();
-    let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
+    let mut scene = barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
+    let options = Options::within(DEFAULT_LIMIT);
     barnard::plan::sample_functions(&mut scene, &options).unwrap();
     scene
 }
 
 fn plan(scene: &Scene) -> Plan {
-    let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
+    let options = Options::within(DEFAULT_LIMIT);
     Plan::new(scene, &options, &Control::default()).unwrap()
 }
 
@@ -57,7 +58,7 @@ fn a_crowd_is_the_sum_of_its_stars() {
     for (phase, other, most) in [("", FORWARD, 0.005), (FORWARD, BACKWARD, 0.02)] {
         let scene = scene(text(12, phase, "exact_stars = 0\n"));
         let plan = plan(&scene);
-        let gathered = plan.diffuse.as_ref().unwrap().found.gathered.unwrap();
+        let gathered = plan.diffuse().as_ref().unwrap().found.gathered.unwrap();
         assert_eq!(gathered.stars, 12);
         let truth = reference::render(&scene, 3e-3, &Control::default()).unwrap();
         let truth: Vec<f64> = (0..196).map(|i| truth.at(0, i / 14, i % 14)).collect();
@@ -95,16 +96,16 @@ fn bright_stars_stay_exact() {
     let marched = |method: &str, bright: bool| {
         let text = text(40, "", method);
         let text = if bright { text.replacen("luminosity = \"50 Lsun\"", "luminosity = \"9e6 Lsun\"", 1) } else { text };
-        plan(&scene(text)).space.marched().to_vec()
+        plan(&scene(text)).space().marched().to_vec()
     };
     assert_eq!(marched("", false), []);
     assert_eq!(marched("", true), [0]);
     assert_eq!(marched("exact_stars = 3\n", true).len(), 3);
     assert_eq!(marched("name = \"lookup\"\ncount = 64\n", true).len(), 40);
     let all = plan(&scene(text(9, "", "exact_stars = 9\n")));
-    assert!(all.space.crowd.is_none() && all.diffuse.is_none());
+    assert!(all.space().crowd.is_none() && all.diffuse().is_none());
     let few = plan(&scene(text(8, "", "")));
-    assert!(few.space.crowd.is_none() && few.diffuse.is_none() && few.space.marched().len() == 8);
+    assert!(few.space().crowd.is_none() && few.diffuse().is_none() && few.space().marched().len() == 8);
 }
 
 /// A plan that looks from elsewhere is that of a camera there, bit by bit.
@@ -114,21 +115,21 @@ fn a_crowd_is_seen_from_elsewhere() {
     let mut moved = Plan::sampled(&scene(text(20, FORWARD, "")), &options(), 60, &Control::default()).unwrap();
     let there = Plan::sampled(&scene(there), &options(), 60, &Control::default()).unwrap();
     let before = light(&moved);
-    moved.look_from(there.camera.clone(), &Control::default()).unwrap();
+    moved.look_from(there.camera().clone(), &Control::default()).unwrap();
     assert!(light(&moved) == light(&there) && light(&moved) != before);
 }
 
 fn options() -> Options {
-    Options::new(scene(text(9, "", "")).method.clone(), DEFAULT_MEMORY)
+    Options::default()
 }
 
 /// Too little memory for depths and field: coarser ones, then an error that says what is needed.
 #[test]
 fn a_crowd_keeps_to_its_memory() {
     let scene = scene(text(40, FORWARD, ""));
-    let by = |memory_limit: u64| Plan::new(&scene, &Options::new(scene.method.clone(), memory_limit), &Control::default());
-    let (large, small) = (by(DEFAULT_MEMORY).unwrap(), by(3 << 20).unwrap());
-    let bytes = |plan: &Plan| plan.space.crowd.as_ref().unwrap().bytes();
+    let by = |memory_limit: u64| Plan::new(&scene, &Options::within(memory_limit), &Control::default());
+    let (large, small) = (by(DEFAULT_LIMIT).unwrap(), by(3 << 20).unwrap());
+    let bytes = |plan: &Plan| plan.space().crowd.as_ref().unwrap().bytes();
     assert!(bytes(&small) < bytes(&large) / 4 && bytes(&small) < 1 << 20);
     let error = by(1 << 19).err().unwrap().to_string();
     assert!(error.contains("memory"), "{error}");
@@ -139,8 +140,8 @@ fn a_crowd_keeps_to_its_memory() {
 #[test]
 fn what_did_not_change_is_not_baked_again() {
     // The same loader: densities that are read again are the same.
-    let loader = Loader::in_folder(".", DEFAULT_MEMORY);
-    let parsed = |text: String| Scene::parse("test.toml", "test", text, &loader).unwrap();
+    let loader = barnard_files::in_folder(".", DEFAULT_LIMIT);
+    let parsed = |text: String| barnard_files::parse("test.toml", "test", text, &loader).unwrap();
     let before = text(11, FORWARD, "exact_stars = 2\nbounces = 4\ncount = 2\n").replace("[14, 14]", "[8, 8]");
     // So much that pilots choose the same star depths from every camera.
     let before = before.replace("accuracy = 3e-3", "accuracy = 3e-2");
@@ -154,13 +155,13 @@ fn what_did_not_change_is_not_baked_again() {
     for (from, to, kept) in cases {
         assert!(before.contains(from), "{from}");
         let scene = parsed(before.replace(from, to));
-        let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
+        let options = Options::within(DEFAULT_LIMIT);
         let renewed = Plan::renewed(Some(&first), &scene, &options, &Control::default()).unwrap();
         let new = plan(&scene);
         assert_eq!(renewed.notes(), new.notes(), "{from}");
         assert!(light(&renewed) == light(&new), "{from}");
         assert!(light(&renewed) != light(&first), "{from}");
-        let shares = renewed.diffuse.as_ref().unwrap().shares(first.diffuse.as_ref().unwrap());
+        let shares = renewed.diffuse().as_ref().unwrap().shares(first.diffuse().as_ref().unwrap());
         assert_eq!(shares, kept, "{from}");
     }
 }

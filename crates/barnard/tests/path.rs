@@ -3,12 +3,13 @@
 use barnard::backend::{path, reference};
 use barnard::control::Control;
 use barnard::image::Image;
-use barnard::scene::{DEFAULT_MEMORY, Loader, MANY_BOUNCES, Scene};
+use barnard::memory::DEFAULT_LIMIT;
+use barnard::scene::{MANY_BOUNCES, Scene};
 use spectra::constants::PARSEC;
 use spectra::quadrature::gauss_legendre;
 
 fn parse(text: &str) -> Scene {
-    Scene::parse("path.toml", "path", text.to_owned(), &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap()
+    barnard_files::parse("path.toml", "path", text.to_owned(), &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap()
 }
 
 fn film(scene: &Scene, bounces: usize, samples: u64) -> path::Film {

@@ -2,19 +2,19 @@
 
 use barnard::backend::{cpu, reference};
 use barnard::control::Control;
+use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan};
-use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
 
 /// Stated and true relative rms error of the worst band.
 fn errors(text: &str) -> (f64, f64) {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cases");
-    let scene = Scene::parse("stated.toml", "stated", text.to_owned(), &Loader::in_folder(folder, DEFAULT_MEMORY)).unwrap();
+    let scene = barnard_files::parse("stated.toml", "stated", text.to_owned(), &barnard_files::in_folder(folder, DEFAULT_LIMIT)).unwrap();
     let control = Control::default();
-    let plan = Plan::new(&scene, &Options::new(scene.method.clone(), DEFAULT_MEMORY), &control).unwrap();
+    let plan = Plan::new(&scene, &Options::within(DEFAULT_LIMIT), &control).unwrap();
     let (image, _) = cpu::render(&scene, &plan, &control).unwrap();
     let truth = reference::render(&scene, 1e-5, &control).unwrap();
     let off = (0..scene.bands.len()).map(|b| image.relative_rmse(b, &truth, b)).fold(0.0, f64::max);
-    (plan.space.spatial.unwrap().error, off)
+    (plan.space().spatial.unwrap().error, off)
 }
 
 const OUTSIDE: &str = "position = \"0 0 6 pc\"\nfield_of_view = \"22 deg\"";
@@ -112,10 +112,10 @@ fn dust_at_a_star_is_the_fields_own() {
     let cloud = "[field.n]\nkind = \"fbm\"\nradius = \"1 pc\"\n";
     let rendered = |bake: usize| {
         let text = lit(OUTSIDE, cloud, "n", 3.8, "0.31 -0.21 0.91", 0.5) + &format!("[method]\naccuracy = 0.02\nbake = {bake}\n");
-        let scene = Scene::parse("noise.toml", "noise", text, &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap();
-        let plan = Plan::new(&scene, &Options::new(scene.method.clone(), DEFAULT_MEMORY), &Control::default()).unwrap();
+        let scene = barnard_files::parse("noise.toml", "noise", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
+        let plan = Plan::new(&scene, &Options::within(DEFAULT_LIMIT), &Control::default()).unwrap();
         let image = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
-        (plan.space.spatial.unwrap().error, image)
+        (plan.space().spatial.unwrap().error, image)
     };
     let (stated, coarse) = rendered(24);
     let off = coarse.relative_rmse(0, &rendered(192).1, 0);

@@ -1,24 +1,21 @@
 //! Analytic truths: what a renderer must give where the answer is known in closed form.
 
-use barnard::backend::{cpu, reference};
+use barnard::backend::{self, cpu, reference};
 use barnard::control::Control;
 use barnard::image::Image;
+use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan};
 use barnard::points::Sources;
-use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
+use barnard::scene::Scene;
 use spectra::constants::PARSEC;
 use spectra::passband::Passband;
 
 fn parse(text: &str) -> Scene {
-    Scene::parse("truth.toml", "truth", text.to_owned(), &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap()
-}
-
-fn options(scene: &Scene) -> Options {
-    Options::new(scene.method.clone(), DEFAULT_MEMORY)
+    barnard_files::parse("truth.toml", "truth", text.to_owned(), &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap()
 }
 
 fn on_cpu(scene: &Scene) -> Image {
-    let plan = Plan::new(scene, &options(scene), &Control::default()).unwrap();
+    let plan = Plan::new(scene, &Options::default(), &Control::default()).unwrap();
     cpu::render(scene, &plan, &Control::default()).unwrap().0
 }
 
@@ -225,13 +222,13 @@ fn a_glance_has_the_star_field() {
          [[star]]\nkind = \"blackbody\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\nposition = \"0.1 0.2 0.8 pc\"\n\
          [background.stars]\ndensity = \"2000 /deg2\"\n[method]\nbake = 32\n"
     ));
-    let options = options(&scene);
+    let options = Options::default();
     let drawn = |plan: &Plan, sources: Sources| {
         let mut light = 0.0;
-        cpu::draw(sources, &scene, plan, |_, value| light += value).unwrap();
+        backend::draw(sources, &scene, plan, |_, value| light += value).unwrap();
         light
     };
-    let glance = Plan::glance(None, &scene, &options, &Control::default()).unwrap();
+    let glance = Plan::preview(None, &scene, &options, &Control::default()).unwrap();
     let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
     let (quick, whole) = (drawn(&glance, Sources::All), drawn(&plan, Sources::All));
     assert!((quick / whole - 1.0).abs() < 0.02, "{quick} {whole}");
@@ -326,12 +323,12 @@ fn gathered_light_is_that_of_all_stars() {
     };
     for stars in [1, 5] {
         let mut scene = scene(stars, "");
-        let options = options(&scene);
+        let options = Options::default();
         barnard::plan::sample_functions(&mut scene, &options).unwrap();
         let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
         let image = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
         let error = image.relative_rmse(0, &on_reference(&scene), 0);
-        let stated = plan.space.spatial.unwrap().error;
+        let stated = plan.space().spatial.unwrap().error;
         assert!(error < 1.1 * stated + 1e-5 && stated < 1e-2, "{stars} stars: {error:e}, stated {stated:e}");
         // A star less would be seen.
         if stars > 1 {
@@ -340,22 +337,26 @@ fn gathered_light_is_that_of_all_stars() {
         }
     }
     let forward = scene(2, "phase = { kind = \"henyey_greenstein\", g = 0.6 }");
-    let plan = Plan::new(&forward, &options(&forward), &Control::default()).unwrap();
+    let plan = Plan::new(&forward, &Options::default(), &Control::default()).unwrap();
     assert!(plan.notes().iter().any(|(_, words)| words.contains("scatters evenly")));
     assert!(plan.misses_accuracy(), "the phase function is a part of the error");
     // One basis cannot be made for each of two passbands.
     let mut two = scene(2, "");
     two.method.settings.criterion = spectra::basis::Criterion::Filter;
-    assert!(Plan::sampled(&two, &options(&two), 20, &Control::default()).is_ok());
-    two.bands.push(Passband::named("johnson-B").unwrap());
-    let refused = Plan::sampled(&two, &options(&two), 20, &Control::default()).unwrap_err().to_string();
+    assert!(Plan::sampled(&two, &Options::default(), 20, &Control::default()).is_ok());
+    // Bands that nothing says the colours of are refused before anything is planned.
+    let bands: Vec<Passband> = two.bands.iter().cloned().chain(Passband::named("johnson-B")).collect();
+    let colourless = Scene { bands: bands.clone(), ..two.clone() };
+    let refused = Plan::sampled(&colourless, &Options::default(), 20, &Control::default()).unwrap_err().to_string();
+    assert!(refused.contains("palette has colours for 1 bands, the scene has 2"), "{refused}");
+    let refused = Plan::sampled(&two.bands(bands), &Options::default(), 20, &Control::default()).unwrap_err().to_string();
     assert!(refused.contains("one basis") && refused.contains("largest"), "{refused}");
     // Spectra are fitted wherever light comes through, even where the basis was made for less.
     let mut narrow = scene(2, "");
     (narrow.method.settings.domain_um, narrow.method.settings.degree) = (Some((0.54, 0.56)), 12);
-    let plan = Plan::sampled(&narrow, &options(&narrow), 20, &Control::default()).unwrap();
-    let field = plan.light_field.as_ref().unwrap();
-    let worst = field.certify(0, &plan.spectral.bands[0].sources, 1.0).iter().map(|(_, c)| c.absolute).fold(0.0, f64::max);
+    let plan = Plan::sampled(&narrow, &Options::default(), 20, &Control::default()).unwrap();
+    let field = plan.light_field().unwrap();
+    let worst = field.certify(0, &plan.spectral().bands[0].sources, 1.0).iter().map(|(_, c)| c.absolute).fold(0.0, f64::max);
     assert!(worst < 0.02, "{worst:e}");
 }
 
@@ -375,20 +376,20 @@ fn every_method_keeps_to_what_it_states() {
             )
         };
         let mut scene = parse(&text(9000));
-        barnard::plan::sample_functions(&mut scene, &options(&parse(&text(9000)))).unwrap();
+        barnard::plan::sample_functions(&mut scene, &Options::default()).unwrap();
         let mut hotter = parse(&text(9900));
-        barnard::plan::sample_functions(&mut hotter, &options(&parse(&text(9900)))).unwrap();
+        barnard::plan::sample_functions(&mut hotter, &Options::default()).unwrap();
         let (truth, other) = (on_reference(&scene), on_reference(&hotter));
         for entry in barnard::scene::methods() {
-            let mut options = options(&scene);
-            options.method = options.method.with_name(entry.name).unwrap();
+            scene.method = scene.method.with_name(entry.name).unwrap();
+            let options = Options::default();
             let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
             let image = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
-            assert!(plan.spectral.depth < 3.0, "a thin cloud: {}", plan.spectral.depth);
-            let certificates = plan.spectral.certify(0, plan.spectral.depth);
+            assert!(plan.spectral().depth < 3.0, "a thin cloud: {}", plan.spectral().depth);
+            let certificates = plan.spectral().certify(0, plan.spectral().depth);
             let spectral = certificates.iter().map(|c| c.absolute).fold(0.0, f64::max);
             // The deck's double integration says nothing of its steps: 100 in 2 pc.
-            let spatial = plan.space.spatial.map_or(5e-3, |s| s.error);
+            let spatial = plan.space().spatial.map_or(5e-3, |s| s.error);
             let (error, wrong) = (image.relative_rmse(0, &truth, 0), image.relative_rmse(0, &other, 0));
             assert!(error <= 1.1 * spatial + 8.0 * spectral, "{} {seed}: {error:e} > {spatial:e}, {spectral:e}", entry.name);
             assert!(wrong > 0.05, "{}: {wrong}", entry.name);

@@ -16,6 +16,9 @@ macro_rules! complain {
     }};
 }
 
+mod backends;
+#[cfg(not(all(feature = "view", feature = "study")))]
+mod missing;
 mod progress;
 mod source;
 mod verbs;
@@ -45,7 +48,12 @@ fn main() -> std::process::ExitCode {
             if error.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe) {
                 return std::process::ExitCode::SUCCESS;
             }
-            complain!("barnard: {error:#}");
+            let flag = match error.downcast_ref::<barnard::Error>() {
+                Some(barnard::Error::Memory { .. }) => " (--memory)",
+                Some(barnard::Error::Device(_)) => " (--backend cpu)",
+                _ => "",
+            };
+            complain!("barnard: {error:#}{flag}");
             std::process::ExitCode::FAILURE
         }
     }

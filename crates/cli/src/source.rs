@@ -76,8 +76,8 @@ impl SceneArgs {
         }
         let memory_limit = self.memory_limit()?;
         let mut scene = match (&self.scene, &self.builtin) {
-            (_, Some(name)) => barnard::builtin::load(name, memory_limit)?,
-            (Some(path), None) => Scene::load(path, memory_limit)?,
+            (_, Some(name)) => barnard_files::builtin::load(name, memory_limit)?,
+            (Some(path), None) => barnard_files::load(path, memory_limit)?,
             (None, None) => bail!("no scene; give a file, or --builtin NAME"),
         };
         if let Some(name) = &self.bookmark {
@@ -94,11 +94,9 @@ impl SceneArgs {
             (scene.camera.width, scene.camera.height) = (width, height);
         }
         let values = (scene.camera.width * scene.camera.height) as u64 * scene.bands.len() as u64;
-        barnard::formats::check_memory("the image", values.saturating_mul(16), memory_limit)?;
-        let method = self.method(&scene)?;
-        // What `reference` and `path` read, who know no method.
-        scene.method.bounces = method.bounces;
-        Ok((scene, Options::new(method, memory_limit)))
+        barnard::memory::check("the image", values.saturating_mul(16), memory_limit)?;
+        scene.method = self.method(&scene)?;
+        Ok((scene, Options::within(memory_limit)))
     }
 
     fn method(&self, scene: &Scene) -> anyhow::Result<barnard::scene::Method> {

@@ -262,8 +262,8 @@ fn every_catalogue_lists() {
 
 #[test]
 fn every_built_in_scene_is_valid() {
-    for scene in barnard::builtin::SCENES {
-        barnard::builtin::load(scene.name, barnard::scene::DEFAULT_MEMORY).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
+    for scene in barnard_files::builtin::SCENES {
+        barnard_files::builtin::load(scene.name, barnard::memory::DEFAULT_LIMIT).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
     }
 }
 

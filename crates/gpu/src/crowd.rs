@@ -17,8 +17,8 @@ const CELLS: f64 = 32.0;
 
 /// The crowd of a plan whose light is gathered, where there is anything that scatters it.
 pub fn of(plan: &Plan) -> Option<(&Crowd, &Diffuse)> {
-    plan.space.occupied?;
-    let (crowd, diffuse) = (plan.space.crowd.as_deref()?, plan.diffuse.as_deref()?);
+    plan.space().occupied?;
+    let (crowd, diffuse) = (plan.space().crowd.as_deref()?, plan.diffuse().map(|d| &**d)?);
     diffuse.found.gathered.map(|_| (crowd, diffuse))
 }
 
@@ -55,12 +55,12 @@ impl Grid {
 impl Tables {
     /// The stars of the crowd, and behind the `bricks` the lists of the grid.
     pub fn crowd(&mut self, plan: &Plan, weights: &Weights, room: usize, bricks: &mut Vec<u32>) {
-        let (Some((crowd, diffuse)), Some(occupied)) = (of(plan), plan.space.occupied) else { return };
+        let (Some((crowd, diffuse)), Some(occupied)) = (of(plan), plan.space().occupied) else { return };
         let windows = diffuse.windows();
         let grid = Grid::new(occupied, windows);
         // A segment is known by its middle.
-        let longest = match plan.stepping {
-            Stepping::PerVoxel(n) => plan.space.voxel_pc() / n,
+        let longest = match plan.stepping() {
+            Stepping::PerVoxel(n) => plan.space().voxel_pc() / n,
             Stepping::Fixed(n) => occupied.size().length() / n as f64,
         };
         let mut lists: Vec<Vec<u32>> = vec![Vec::new(); grid.dims.iter().product()];
@@ -80,7 +80,7 @@ impl Tables {
         self.place(grid.low, (1.0 / grid.edge) as f32);
         let [x, y, z] = grid.dims.map(|n| n as f32);
         self.list.0.push([x, y, z, cells as f32]);
-        let piece = neighbour_piece(plan.spectral.phase_angle, plan.spectral.accuracy);
+        let piece = neighbour_piece(plan.spectral().phase_angle, plan.spectral().accuracy);
         self.list.0.push([piece as f32, 0.0, 0.0, 0.0]);
         for (star, weights) in weights.crowd.iter().enumerate() {
             self.place(crowd.places[star], crowd.sigma[star]);

@@ -7,17 +7,17 @@ pub enum GpuError {
     #[error(transparent)]
     Render(#[from] barnard::Error),
     /// There is nothing to render on.
-    #[error("no graphics adapter was found; take --backend cpu, or install a driver (Mesa's mesa-vulkan-drivers renders in software)")]
+    #[error("no graphics adapter was found; render on the processor, or install a driver (Mesa's mesa-vulkan-drivers renders in software)")]
     NoAdapter,
     /// An adapter that does not open.
-    #[error("the adapter \"{0}\" cannot be used: {1}; take --backend cpu")]
+    #[error("the adapter \"{0}\" cannot be used: {1}; render on the processor")]
     Device(String, String),
     /// A method that no shader has.
-    #[error("method \"{0}\" does not run on the GPU; take --backend cpu or another method, such as band_quadrature")]
+    #[error("method \"{0}\" does not run on the GPU; render on the processor or take another method, such as band_quadrature")]
     Method(String),
     /// A closed form whose terms cancel.
     #[error(
-        "the polynomial of {light} in {band} loses its digits in single precision, which is all that a GPU has; take --backend cpu, a wider domain, a lower degree, or another method"
+        "the polynomial of {light} in {band} loses its digits in single precision, which is all that a GPU has; render on the processor, or take a wider domain, a lower degree, or another method"
     )]
     Digits {
         /// The light.
@@ -26,7 +26,7 @@ pub enum GpuError {
         band: String,
     },
     /// Dust that cannot be evaluated at every sample.
-    #[error("only dust that is one field of kind \"fbm\" is evaluated on the fly; leave --on-the-fly out, and it is sampled to a grid")]
+    #[error("only dust that is one field of kind \"fbm\" is evaluated on the fly; other dust is sampled to a grid")]
     NoCloud,
     /// A star that there is not, or that has no depths on the device.
     #[error(
@@ -47,7 +47,7 @@ pub enum GpuError {
     },
     /// The device has no room.
     #[error(
-        "the device has no room for this plan, which takes {} there; half the voxels along each edge take an eighth of that; or take --backend cpu",
+        "the device has no room for this plan, which takes {} there; half the voxels along each edge take an eighth of that; or render on the processor",
         format_args!("{} MiB", .0.div_ceil(1 << 20))
     )]
     Memory(u64),
@@ -58,11 +58,20 @@ pub enum GpuError {
     #[error("the display has columns for {0} bands, the picture has {1}")]
     Bands(usize, usize),
     /// What the device was asked for was wrong.
-    #[error("the device refused what it was asked for, which is a fault of this program; take --backend cpu: {0}")]
+    #[error("the device refused what it was asked for, which is a fault of this program; render on the processor: {0}")]
     Fault(String),
     /// The device stopped answering.
-    #[error("the device gave up: {0}; take --backend cpu")]
+    #[error("the device gave up: {0}; render on the processor")]
     Lost(String),
+}
+
+impl From<GpuError> for barnard::Error {
+    fn from(error: GpuError) -> Self {
+        match error {
+            GpuError::Render(error) => error,
+            other => barnard::Error::Device(Box::new(other)),
+        }
+    }
 }
 
 impl GpuError {

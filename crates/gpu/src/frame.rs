@@ -99,8 +99,8 @@ impl Pass {
 impl Frame {
     /// Of a plan seen from `middle`, whose terms have the extinctions `k`; dust is at most `brightest` [pc⁻¹].
     pub fn new(plan: &Plan, middle: DVec3, k: &[f32], brightest: f32, counts: [u32; 4]) -> Self {
-        let camera: &Camera = &plan.camera;
-        let bounds = plan.space.occupied.unwrap_or(Bounds { low: middle, high: middle });
+        let camera: &Camera = &plan.camera();
+        let bounds = plan.space().occupied.unwrap_or(Bounds { low: middle, high: middle });
         // The observer moves along the view until the middle of the scene is beside them.
         let ahead = (middle - camera.position).dot(camera.forward).max(0.0);
         let start = camera.position + ahead * camera.forward - middle;
@@ -109,13 +109,13 @@ impl Frame {
             Projection::Perspective { half_width: h } => (ahead * h * right, ahead * h * up, h * right, h * up),
             Projection::Orthographic { half_width_pc: h } => (h * right, h * up, DVec3::ZERO, DVec3::ZERO),
         };
-        let voxel = plan.space.voxel_pc();
-        let (per_voxel, fixed) = match plan.stepping {
+        let voxel = plan.space().voxel_pc();
+        let (per_voxel, fixed) = match plan.stepping() {
             Stepping::PerVoxel(n) => (n, 0.0),
             Stepping::Fixed(n) => (0.0, n as f64),
         };
         let smallest = k.iter().copied().fold(f32::MAX, f32::min);
-        let angle = plan.spectral.phase_angle.min(10.0);
+        let angle = plan.spectral().phase_angle.min(10.0);
         Self {
             middle: four(start, ahead as f32),
             across: four(across, 0.0),
@@ -126,18 +126,18 @@ impl Frame {
             low: four(bounds.low - middle, 0.0),
             high: four(bounds.high - middle, 0.0),
             steps: [per_voxel as f32, fixed as f32, voxel as f32, angle as f32],
-            limits: [smallest, END_SHARE * plan.spectral.accuracy as f32, brightest, 0.0],
+            limits: [smallest, END_SHARE * plan.spectral().accuracy as f32, brightest, 0.0],
             jitter: [0.0; 4],
             size: [camera.width as u32, camera.height as u32, 0, 0],
             strip: [0; 4],
             counts,
             depths: [
-                plan.space.star_depth as f32,
-                shown_turns(plan.spectral.bands.len(), plan.light_field.as_ref().map_or(1, |f| f.propagation.channels())),
+                plan.space().star_depth as f32,
+                shown_turns(plan.spectral().bands.len(), plan.light_field().as_ref().map_or(1, |f| f.propagation.channels())),
                 0.0,
                 0.0,
             ],
-            seeds: plan.space.cloud.as_ref().map_or([0; 4], |(cloud, _)| {
+            seeds: plan.space().cloud.as_ref().map_or([0; 4], |(cloud, _)| {
                 let [x, y, z] = cloud.warps.map(|w| w.seed());
                 [cloud.noise.seed(), x, y, z]
             }),

@@ -204,27 +204,27 @@ impl Layout {
     /// # Errors
     /// For methods that no shader has, and dust that is no noise.
     pub fn new(plan: &Plan, quads: Vec<Quad>, on_the_fly: bool) -> Result<Self> {
-        if on_the_fly && plan.space.cloud.is_none() {
+        if on_the_fly && plan.space().cloud.is_none() {
             return Err(GpuError::NoCloud);
         }
         let form = form(plan)?;
         let weights = Weights::new(plan);
-        let middle = plan.space.occupied.map_or(DVec3::ZERO, |b| 0.5 * (b.low + b.high));
+        let middle = plan.space().occupied.map_or(DVec3::ZERO, |b| 0.5 * (b.low + b.high));
         let volumes: Vec<&Volume> = plan.volumes().collect();
         let slot_of = |channel| slot_of(&quads, &volumes, channel);
         let number_of = |channel| slot_of(channel).map_or(0, |(quad, lane)| 4 * quad + lane) as f32;
-        let phase = &plan.spectral.phase;
-        let field = plan.light_field.as_ref();
+        let phase = &plan.spectral().phase;
+        let field = plan.light_field();
         let shape = Shape {
             form,
             quads: quads.len().max(1),
-            room: room(plan.spectral.terms()),
-            bands: plan.spectral.bands.len(),
+            room: room(plan.spectral().terms()),
+            bands: plan.spectral().bands.len(),
             scatterers: weights.scattered.len(),
             emitters: weights.emitted.len(),
-            inner: plan.space.inner_boxes().len(),
-            brick_grids: plan.space.bricks.len(),
-            voxels: plan.space.voxels().len(),
+            inner: plan.space().inner_boxes().len(),
+            brick_grids: plan.space().bricks.len(),
+            voxels: plan.space().voxels().len(),
             phase: phase.as_ref().map_or(PhaseKind::Isotropic, |p| if p.separable { PhaseKind::Separable } else { PhaseKind::Spectral }),
             dust: slot_of(Channel::Dust),
             background: weights.background.is_some(),
@@ -235,7 +235,7 @@ impl Layout {
             }),
             diffuse: slot_of(Channel::Diffuse(0)).map(|(quad, _)| quad),
             crowd: crowd::of(plan).map_or(0, |_| weights.crowd.len()),
-            star_march: plan.star_march.is_some(),
+            star_march: plan.star_march().is_some(),
             cloud: on_the_fly,
         };
         let offsets = shape.offsets();
@@ -248,19 +248,19 @@ impl Layout {
         let k = extinctions(plan);
         tables.list.numbers(&k, shape.room / 4);
         let mut first = 0.0;
-        for band in &plan.spectral.bands {
+        for band in &plan.spectral().bands {
             let end = first + band.terms() as f32;
             tables.list.0.push([first, end, 0.0, 0.0]);
             first = end;
         }
         for scatterer in &weights.scattered {
-            tables.place(plan.space.stars[scatterer.star], number_of(Channel::StarDepth(scatterer.star)));
+            tables.place(plan.space().stars[scatterer.star], number_of(Channel::StarDepth(scatterer.star)));
         }
         for emitter in &weights.emitted {
             tables.list.0.push([number_of(Channel::Emission(emitter.species)), 0.0, 0.0, 0.0]);
         }
-        let largest: Vec<f32> = plan.space.bricks.iter().map(|b| b.largest()).collect();
-        let species = largest.len() - plan.space.species();
+        let largest: Vec<f32> = plan.space().bricks.iter().map(|b| b.largest()).collect();
+        let species = largest.len() - plan.space().species();
         let behind = weights.background.map_or(Vec::new(), |light| weights_of(plan, light));
         let scattered = || weights.scattered.iter();
         let rows = scattered().map(|s| s.weights.clone()).chain(weights.emitted.iter().map(|e| e.weights.clone())).chain([behind.clone()]);
@@ -275,7 +275,7 @@ impl Layout {
             tables.list.numbers(&single(&mut field.propagation.products.iter()), 0);
             tables.list.numbers(&single(&mut field.resolution.iter().flatten()), 0);
         }
-        if let Some(diffuse) = &plan.diffuse {
+        if let Some(diffuse) = &plan.diffuse() {
             tables.list.numbers(&diffuse.largest, shape.room / 4);
         }
         let mut bricks = Tables::distances(plan);
@@ -288,12 +288,12 @@ impl Layout {
         if quads.is_empty() {
             tables.list.0.extend([[0.0; 4]; 5]);
         }
-        for bounds in plan.space.inner_boxes() {
+        for bounds in plan.space().inner_boxes() {
             tables.place(bounds.low, 0.0);
             tables.place(bounds.high, 0.0);
         }
         tables.bricks(plan);
-        plan.space.voxels().iter().for_each(|voxel| tables.list.0.push(four(voxel.recip(), 0.0)));
+        plan.space().voxels().iter().for_each(|voxel| tables.list.0.push(four(voxel.recip(), 0.0)));
         debug_assert_eq!(tables.list.0.len(), offsets.contents);
         tables.list.0.extend(contents.tables.0);
         let phase_start = 4 * tables.list.0.len();
@@ -302,14 +302,24 @@ impl Layout {
             tables.list.numbers(&of_stars.chain(&phase.at_nodes).copied().collect::<Vec<f32>>(), 0);
         }
         let entries = phase.as_ref().map_or(2, |p| p.entries);
-        let counts = [plan.spectral.terms(), entries, phase_start, plan.star_march.unwrap_or(0)].map(|n| n as u32);
+        let counts = [plan.spectral().terms(), entries, phase_start, plan.star_march().unwrap_or(0)].map(|n| n as u32);
         let stars = scattered().map(|s| s.star).collect();
         let mut frame = Frame::new(plan, middle, &k, if shape.dust.is_some() { largest[0] } else { 0.0 }, counts);
         if !form.bounded {
             // No depth is asked for what lies behind it.
             frame.limits[0] = 0.0;
         }
-        Ok(Self { shape, frame, tables: tables.list.0, bricks, distances, quads, supersampling: plan.camera.supersampling, stars, middle })
+        Ok(Self {
+            shape,
+            frame,
+            tables: tables.list.0,
+            bricks,
+            distances,
+            quads,
+            supersampling: plan.camera().supersampling,
+            stars,
+            middle,
+        })
     }
 
     /// Puts a star elsewhere.
@@ -359,7 +369,7 @@ mod tests {
             let before = text(24, method);
             assert!(before.contains(from), "{from}");
             let plan = plan_of(&parsed(before.replacen(from, to, 1)));
-            (Layout::new(&plan, quads(&plan, 0), false).unwrap().shape, plan.spectral.terms())
+            (Layout::new(&plan, quads(&plan, 0), false).unwrap().shape, plan.spectral().terms())
         };
         let (usual, terms) = shape("", "", "");
         let edits = [

@@ -1,12 +1,13 @@
 //! The pictures of `barnard` on a graphics processor: wgpu and WGSL, reading nothing but the plan.
 //!
-//! [`Gpu`] is a device, [`render`] a picture, [`Renderer`] a plan that stays on the device while it changes. `layout` turns a plan into flat tables and the
+//! [`Gpu`] is a device, [`OnDevice`] a back end on it, [`Renderer`] a plan that stays on the device while it changes. `layout` turns a plan into flat tables and the
 //! shape of a shader, `forms` adds what the plan's spectral rule needs, `frame` what changes from picture to picture; `shader` prints the shape in front of
 //! `shaders/*.wgsl`, `textures` uploads volumes, `resources` what fits, `march` keeps a plan on the device, dispatches
 //! strips of rows and reads them back, `resolve` makes display colours of them,
 //! `sweep` the depths of a star that has moved, `ordinates` light that is scattered more than once. Twins: a function of a
 //! shader names the Rust function that it repeats.
 
+mod backend;
 #[cfg(test)]
 mod bad_devices;
 mod crowd;
@@ -17,7 +18,6 @@ mod frame;
 mod layout;
 mod march;
 mod ordinates;
-mod picture;
 mod resolve;
 mod resources;
 mod shader;
@@ -30,8 +30,8 @@ mod textures;
 #[cfg(test)]
 mod twins;
 
+pub use backend::{Auto, BACKENDS, OnDevice, unable};
 pub use device::{Adapter, Gpu, adapters, device_descriptor};
 pub use error::{GpuError, Result};
 pub use march::{Renderer, Tuning};
 pub use ordinates::Ordinates;
-pub use picture::{render, render_surely, unable};

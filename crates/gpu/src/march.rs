@@ -5,7 +5,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use barnard::backend::cpu::Findings;
+use barnard::backend::RenderStats;
 use barnard::control::{Control, Stage};
 use barnard::image::Tone;
 use barnard::plan::{Channel, HALF, Plan, Volume};
@@ -53,8 +53,8 @@ fn first_pace(layout: &Layout) -> usize {
 }
 
 /// A plan on a device.
-pub struct Renderer<'a> {
-    gpu: &'a Gpu,
+pub struct Renderer {
+    gpu: Gpu,
     tuning: Tuning,
     layout: Layout,
     volumes: Volumes,
@@ -75,12 +75,12 @@ pub struct Renderer<'a> {
     seconds: Option<f64>,
 }
 
-impl<'a> Renderer<'a> {
+impl Renderer {
     /// For one plan.
     ///
     /// # Errors
     /// For methods that no shader has, and for grids beyond the device's limits.
-    pub fn new(gpu: &'a Gpu, plan: &Plan, tuning: Tuning) -> Result<Self> {
+    pub fn new(gpu: &Gpu, plan: &Plan, tuning: Tuning) -> Result<Self> {
         let layout = tuned(Layout::new(plan, quads(plan, 0), tuning.on_the_fly)?, tuning);
         check_limits(gpu, plan, &layout)?;
         let volumes = Volumes::new(gpu, plan, &layout, &[]);
@@ -89,7 +89,7 @@ impl<'a> Renderer<'a> {
         let groups = groups(gpu, &pipeline, &layout, &volumes, &buffers);
         let pace = first_pace(&layout);
         let renderer = Self {
-            gpu,
+            gpu: gpu.clone(),
             tuning,
             layout,
             volumes,
@@ -113,15 +113,15 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// As [`new`](Self::new); the plan before stays in place then.
     pub fn update(&mut self, plan: &Plan) -> Result<()> {
-        let field = plan.light_field.is_some() || self.layout.shape.field.is_some();
-        let same_space = Arc::ptr_eq(&plan.space, &self.volumes.space) && !self.volumes.moved && !field;
+        let field = plan.light_field().is_some() || self.layout.shape.field.is_some();
+        let same_space = Arc::ptr_eq(&plan.space(), &self.volumes.space) && !self.volumes.moved && !field;
         let same_volumes = same_space
-            && match (&plan.diffuse, &self.volumes.diffuse) {
+            && match (&plan.diffuse(), &self.volumes.diffuse) {
                 (Some(own), Some(kept)) => Arc::ptr_eq(own, kept),
                 (own, kept) => own.is_none() && kept.is_none(),
             };
         // What the space holds comes first, and stays; light that was scattered may have changed, or be seen from elsewhere.
-        let of_space = plan.space.volumes.len();
+        let of_space = plan.space().volumes.len();
         let kept = if same_space { self.layout.quads.iter().filter(|q| q.volume < of_space).count() } else { 0 };
         let quads = match (same_volumes, same_space) {
             (true, _) => self.layout.quads.clone(),
@@ -129,17 +129,17 @@ impl<'a> Renderer<'a> {
             (false, false) => quads(plan, 0),
         };
         let layout = tuned(Layout::new(plan, quads, self.tuning.on_the_fly)?, self.tuning);
-        check_limits(self.gpu, plan, &layout)?;
+        check_limits(&self.gpu, plan, &layout)?;
         let carried = |layout: &Layout| (layout.frame.size, layout.shape.bands, layout.shape.field_channels());
         let same_size = carried(&layout) == carried(&self.layout);
-        let buffers = if same_size { None } else { Some(Buffers::new(self.gpu, &layout, self.pauses())?) };
+        let buffers = if same_size { None } else { Some(Buffers::new(&self.gpu, &layout, self.pauses())?) };
         let views = if same_volumes { &self.volumes.views[..] } else { &self.volumes.views[..kept] };
         let same_volumes = same_volumes && layout.bricks == self.layout.bricks;
-        let volumes = (!same_volumes).then(|| Volumes::new(self.gpu, plan, &layout, views));
+        let volumes = (!same_volumes).then(|| Volumes::new(&self.gpu, plan, &layout, views));
         let same_shape = layout.shape == self.layout.shape;
-        let pipeline = (!same_shape).then(|| pipeline(self.gpu, &layout, self.tuning));
+        let pipeline = (!same_shape).then(|| pipeline(&self.gpu, &layout, self.tuning));
         let groups = groups(
-            self.gpu,
+            &self.gpu,
             pipeline.as_ref().unwrap_or(&self.pipeline),
             &layout,
             volumes.as_ref().unwrap_or(&self.volumes),
@@ -183,12 +183,12 @@ impl<'a> Renderer<'a> {
             let Quad { volume, unit, .. } = self.layout.quads[quad];
             Slot { view: &self.volumes.views[quad], volume: volumes[volume], lane, unit: unit[lane] }
         };
-        let sweeper = self.sweeper.get_or_insert_with(|| Sweeper::new(self.gpu));
-        let (view, seconds) = sweeper.swept(self.gpu, &slot(dust), &slot(target), place)?;
+        let sweeper = self.sweeper.get_or_insert_with(|| Sweeper::new(&self.gpu));
+        let (view, seconds) = sweeper.swept(&self.gpu, &slot(dust), &slot(target), place)?;
         self.volumes.views[target.0] = view;
         self.volumes.moved = true;
         self.layout.place_star(star, place);
-        self.groups = groups(self.gpu, &self.pipeline, &self.layout, &self.volumes, &self.buffers);
+        self.groups = groups(&self.gpu, &self.pipeline, &self.layout, &self.volumes, &self.buffers);
         self.passes = 0;
         self.check()?;
         Ok(seconds)
@@ -228,8 +228,8 @@ impl<'a> Renderer<'a> {
         let most = self.gpu.device.limits().max_texture_dimension_2d;
         GpuError::too_large("the edge of a picture in pixels", width.max(height).into(), most.into(), "take fewer pixels")?;
         self.resolver.take_if(|r| r.size() != (width, height));
-        let resolver = self.resolver.get_or_insert_with(|| Resolver::new(self.gpu, (width, height)));
-        let texture = resolver.resolve(self.gpu, &self.buffers.picture, tone);
+        let resolver = self.resolver.get_or_insert_with(|| Resolver::new(&self.gpu, (width, height)));
+        let texture = resolver.resolve(&self.gpu, &self.buffers.picture, tone);
         self.gpu.check(self.volumes.bytes)?;
         Ok(texture)
     }
@@ -239,7 +239,7 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// Where the device gives up.
     pub fn pixels(&self) -> Result<Vec<u8>> {
-        self.resolver.as_ref().map_or(Ok(Vec::new()), |r| r.pixels(self.gpu))
+        self.resolver.as_ref().map_or(Ok(Vec::new()), |r| r.pixels(&self.gpu))
     }
 
     /// Refuses pictures that the device does not hold at once.
@@ -252,7 +252,7 @@ impl<'a> Renderer<'a> {
     ///
     /// # Errors
     /// Where the device gives up, or the user wishes to stop.
-    pub fn radiance(&mut self, control: &Control) -> Result<(Vec<f32>, Findings)> {
+    pub fn radiance(&mut self, control: &Control) -> Result<(Vec<f32>, RenderStats)> {
         let [width, height, ..] = self.layout.frame.size.map(|n| n as usize);
         let (bands, rays) = (self.layout.shape.bands, self.layout.supersampling.pow(2));
         let mut data = vec![0.0; bands * width * height];
@@ -279,7 +279,7 @@ impl<'a> Renderer<'a> {
         self.dispatches = dispatches;
         self.seconds = self.device_seconds(dispatches)?;
         let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
-        Ok((data, Findings { depth: f64::from(f32::from_bits(deepest)), rays: (width * height * rays) as u64, storage: HALF, negative }))
+        Ok((data, RenderStats { depth: f64::from(f32::from_bits(deepest)), rays: (width * height * rays) as u64, storage: HALF, negative }))
     }
 
     /// The picture on the device, bands × height × width [W m⁻² sr⁻¹].
@@ -315,7 +315,7 @@ impl<'a> Renderer<'a> {
         control: &Control,
         mut visit: impl FnMut(usize),
     ) -> Result<()> {
-        let (gpu, height) = (self.gpu, self.layout.frame.size[1] as usize);
+        let (gpu, height) = (self.gpu.clone(), self.layout.frame.size[1] as usize);
         let (mut first, end) = (held.0, held.0 + held.1);
         while first < end {
             let start = Instant::now();
@@ -358,11 +358,11 @@ impl<'a> Renderer<'a> {
     }
 
     fn pauses(&self) -> Pauses {
-        pauses(self.gpu, self.tuning)
+        pauses(&self.gpu, self.tuning)
     }
 
     fn submit(&self, rows: u32, number: usize) {
-        let (gpu, workgroup) = (self.gpu, self.tuning.workgroup);
+        let (gpu, workgroup) = (&self.gpu, self.tuning.workgroup);
         let timer = gpu.timer.as_ref().zip(self.buffers.times.as_ref()).filter(|_| number < TIMED);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         {

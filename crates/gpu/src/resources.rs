@@ -75,7 +75,7 @@ impl Volumes {
         }
         let bytes = layout.quads.iter().map(|q| 8 * volumes[q.volume].lattice.cells() as u64).sum();
         let bricks = gpu.filled(bytemuck::cast_slice(&layout.bricks), Use::STORAGE);
-        Self { space: plan.space.clone(), diffuse: plan.diffuse.clone(), views, bricks, bytes, moved: false }
+        Self { space: plan.space().clone(), diffuse: plan.diffuse().cloned(), views, bricks, bytes, moved: false }
     }
 }
 
@@ -92,7 +92,7 @@ impl Buffers {
             "a row of the picture in bytes",
             largest,
             most,
-            "take fewer pixels along a row, fewer bands, or --backend cpu",
+            "take fewer pixels along a row, fewer bands, or render on the processor",
         )?;
         let rows = ((most / largest) as usize).clamp(1, height);
         Ok(Self {
@@ -130,20 +130,20 @@ const COUNTABLE: u64 = 1 << 24;
 pub fn check_limits(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Result<()> {
     let limits = gpu.device.limits();
     let most = u64::from(limits.max_storage_buffers_per_shader_stage);
-    GpuError::too_large("the number of buffers of the shader", BUFFERS, most, "take --backend cpu")?;
+    GpuError::too_large("the number of buffers of the shader", BUFFERS, most, "render on the processor")?;
     let edge = plan.volumes().flat_map(|v| v.lattice.dims).max().unwrap_or(0) as u64;
     let most = u64::from(limits.max_texture_dimension_3d);
-    let instead = format!("take a grid of at most {} voxels along each axis, or --backend cpu", most.saturating_sub(2));
+    let instead = format!("take a grid of at most {} voxels along each axis, or render on the processor", most.saturating_sub(2));
     GpuError::too_large("the edge of a volume in voxels", edge, most, instead)?;
     let most = u64::from(limits.max_sampled_textures_per_shader_stage);
     let instead = format!(
-        "dust, star depths, gas and terms of many bounces are four to a texture: at most {} of them together, or --backend cpu",
+        "dust, star depths, gas and terms of many bounces are four to a texture: at most {} of them together, or render on the processor",
         4 * most
     );
     GpuError::too_large("the number of textures", layout.quads.len() as u64, most, instead)?;
     let most = limits.max_storage_buffer_binding_size.min(16 * COUNTABLE);
-    let instead = "take a smoother phase function or fewer stars, or --backend cpu";
+    let instead = "take a smoother phase function or fewer stars, or render on the processor";
     GpuError::too_large("the tables in bytes", 16 * layout.tables.len() as u64, most, instead)?;
-    let instead = "take a coarser grid, or --backend cpu";
+    let instead = "take a coarser grid, or render on the processor";
     GpuError::too_large("the bricks in bytes", 4 * layout.bricks.len() as u64, most, instead)
 }

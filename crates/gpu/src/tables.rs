@@ -33,7 +33,7 @@ impl Tables {
 
     /// The noise that dust is.
     pub fn cloud(&mut self, plan: &Plan) {
-        let Some((cloud, sigma)) = &plan.space.cloud else { return self.list.0.extend([[0.0; 4]; 3]) };
+        let Some((cloud, sigma)) = &plan.space().cloud else { return self.list.0.extend([[0.0; 4]; 3]) };
         self.place(cloud.centre, cloud.radius as f32);
         self.list.0.push([1.0 / cloud.scale, f64::from(cloud.octaves), cloud.lacunarity, cloud.gain].map(|v| v as f32));
         self.list.0.push([cloud.offset, f64::from(u8::from(cloud.ridged)), cloud.warp, *sigma].map(|v| v as f32));
@@ -51,7 +51,7 @@ impl Tables {
     /// The grids of bricks, whose values stand one behind the other.
     pub fn bricks(&mut self, plan: &Plan) {
         let mut start = 0;
-        for bricks in &plan.space.bricks {
+        for bricks in &plan.space().bricks {
             let lattice = &bricks.lattice;
             let edge = lattice.voxel_pc();
             self.place(lattice.bounds.low, edge.min_element() as f32);
@@ -65,7 +65,7 @@ impl Tables {
     /// How far from each brick the next light is.
     pub fn distances(plan: &Plan) -> Vec<u32> {
         let of = |bricks: &Bricks| (0..bricks.lattice.cells()).map(|i| bricks.clear(bricks.lattice.place(i)) as u32).collect::<Vec<_>>();
-        let mut distances: Vec<u32> = plan.space.bricks.iter().flat_map(of).collect();
+        let mut distances: Vec<u32> = plan.space().bricks.iter().flat_map(of).collect();
         distances.resize(distances.len().max(1), 0);
         distances
     }

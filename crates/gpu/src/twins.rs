@@ -2,9 +2,10 @@
 
 use barnard::control::Control;
 use barnard::geometry::Bounds;
+use barnard::memory::DEFAULT_LIMIT;
 use barnard::packet::{self, LANES, scaled_exp_integrals};
 use barnard::plan::{Options, PhaseTable, Plan, near, segment};
-use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
+use barnard::scene::Scene;
 use glam::DVec3;
 
 use crate::Gpu;
@@ -24,7 +25,7 @@ fn plan(method: &str) -> Plan {
 }
 
 pub fn plan_of(scene: &Scene) -> Plan {
-    let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
+    let options = Options::within(DEFAULT_LIMIT);
     Plan::sampled(scene, &options, 40, &Control::default()).unwrap()
 }
 
@@ -34,7 +35,7 @@ pub fn scene(bake: usize, method: &str) -> Scene {
 }
 
 pub fn parsed(text: String) -> Scene {
-    Scene::parse("test.toml", "test", text, &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap()
+    barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap()
 }
 
 pub fn text(bake: usize, method: &str) -> String {
@@ -158,8 +159,9 @@ fn agree(gpu: &Gpu, plan: &Plan, body: &str, ranges: &[(f64, f64)], tolerance: f
 }
 
 #[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
 fn arithmetic() {
-    let Some(gpu) = device() else { return };
+    let gpu = device();
     let plan = &plan("");
     agree(&gpu, plan, "y[0] = sinhc(x[0]);", &[(0.0, 1.0)], 1e-6, |x| vec![packet::sinhc(x[0] as f32).into()]);
     agree(&gpu, plan, "y[0] = mean_transmittance(x[0], x[1]);", &[(0.0, 6.0), (-5.0, 5.0)], 2e-6, |x| {
@@ -183,8 +185,9 @@ fn arithmetic() {
 }
 
 #[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
 fn exponential_integrals() {
-    let Some(gpu) = device() else { return };
+    let gpu = device();
     let plan = &plan("name = \"analytic\"\ndegree = 2\naccuracy = 0.02");
     let body = "let e = scaled_exp_integrals(x[0], 7u); for (var n = 0u; n < 7u; n++) { y[n] = e[n]; }";
     for range in [(1e-4, 1.0), (0.9, 4.0), (3.0, 60.0)] {
@@ -197,31 +200,33 @@ fn exponential_integrals() {
 }
 
 #[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
 fn phases_and_parts() {
-    let Some(gpu) = device() else { return };
+    let gpu = device();
     let plan = &plan("");
-    let entries = plan.spectral.phase.as_ref().unwrap().entries;
+    let entries = plan.spectral().phase.as_ref().unwrap().entries;
     let body = "let e = phase_entry(cos(x[0]), sin(x[0]) * sin(x[0])); y[0] = (e.x + e.y) / 1000.0;";
     agree(&gpu, plan, body, &[(0.0, std::f64::consts::PI)], 1e-6, |x| {
         let (entry, fraction) = PhaseTable::entry(entries, x[0].cos() as f32, x[0].sin().powi(2) as f32);
         vec![f64::from(entry as f32 + fraction) / 1000.0]
     });
-    let angle = plan.spectral.phase_angle;
+    let angle = plan.spectral().phase_angle;
     agree(&gpu, plan, "y[0] = f32(phases(x[0])) / 10.0;", &[(0.0, 1.0)], 1e-6, |x| vec![near::phases(x[0], angle) as f64 / 10.0]);
-    let voxel = plan.space.voxel_pc();
+    let voxel = plan.space().voxel_pc();
     agree(&gpu, plan, "y[0] = parts(x[0], x[1], x[2], frame.steps.z);", &[(0.0, 1.0), (-1.0, 1.0), (0.1, 3.0)], 1e-6, |x| {
         vec![near::parts(x[0], x[1], x[2], voxel) as f64]
     });
 }
 
 #[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
 fn rays_and_boxes() {
-    let Some(gpu) = device() else { return };
+    let gpu = device();
     let plan = &plan("");
-    let middle = plan.space.occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
+    let middle = plan.space().occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
     let body = "let r = camera_ray(x[0], x[1]); let p = r.origin + r.first * r.direction; y[0] = p.x; y[1] = p.y; y[2] = p.z; y[3] = r.direction.x; y[4] = r.direction.y; y[5] = r.direction.z;";
     agree(&gpu, plan, body, &[(1.0, 48.0), (1.0, 32.0)], 1e-6, |x| {
-        let ray = plan.camera.ray(x[0], x[1]);
+        let ray = plan.camera().ray(x[0], x[1]);
         let origin = ray.origin - middle;
         [origin.to_array(), ray.direction.to_array()].concat()
     });
@@ -235,10 +240,11 @@ fn rays_and_boxes() {
 }
 
 #[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
 fn volumes_and_bricks() {
-    let Some(gpu) = device() else { return };
+    let gpu = device();
     let plan = &plan("");
-    let middle = plan.space.occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
+    let middle = plan.space().occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
     let place = |x: &[f64; ARGUMENTS]| middle + DVec3::new(x[0], x[1], x[2]);
     let volumes: Vec<_> = plan.volumes().collect();
     let within = [(-0.9, 0.9); 3];
@@ -259,62 +265,67 @@ fn volumes_and_bricks() {
     });
     let body = "y[0] = depth_between(vec3f(x[0], x[1], x[2]), vec3f(x[0] + x[3], x[1] + x[4], x[2] + x[5]));";
     let ranges = [within[0], within[1], within[2], (-0.2, 0.2), (-0.2, 0.2), (-0.2, 0.2)];
-    agree(&gpu, plan, body, &ranges, 1e-3, |x| vec![plan.space.depth(place(&x), place(&x) + DVec3::new(x[3], x[4], x[5]))]);
+    agree(&gpu, plan, body, &ranges, 1e-3, |x| vec![plan.space().depth(place(&x), place(&x) + DVec3::new(x[3], x[4], x[5]))]);
 }
 
 #[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
 fn empty_bricks() {
-    let Some(gpu) = device() else { return };
+    let gpu = device();
     let plan = &plan_of(&scene(128, ""));
-    let middle = plan.space.occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
+    let middle = plan.space().occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
     agree(&gpu, plan, "y[0] = clear_pc(vec3f(x[0], x[1], x[2]));", &[(-1.1, 1.1); 3], 1e-6, |x| {
         let place = middle + DVec3::new(x[0], x[1], x[2]);
         let of = |b: &barnard::plan::Bricks| b.clear(b.brick_of(place)) as f64 * b.lattice.voxel_pc().min_element();
-        vec![plan.space.bricks.iter().map(of).fold(f64::INFINITY, f64::min)]
+        vec![plan.space().bricks.iter().map(of).fold(f64::INFINITY, f64::min)]
     });
 }
 
 /// Voxels that are longer one way than another: a ray takes as many steps as those along its direction ask for.
 #[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
 fn voxels_along_a_ray() {
-    let Some(gpu) = device() else { return };
+    let gpu = device();
     let plate = "[field.plate]\nkind = \"box\"\nlow = \"-1 -0.3 -0.5 pc\"\nhigh = \"1 0.4 0.1 pc\"\n[dust]\ndensity = \"plate\"";
     let text = text(8, "").replace("[dust]\ndensity = \"ball\"", plate).replace("knot\"\ntemp", "plate\"\ntemp");
     let plan = &plan_of(&parsed(text));
-    let longest = |d: DVec3| 1.0 / plan.space.voxel_along(d);
+    let longest = |d: DVec3| 1.0 / plan.space().voxel_along(d);
     assert!(longest(DVec3::Z) < 0.9 * longest(DVec3::X), "{} {}", longest(DVec3::X), longest(DVec3::Z));
     let body = "y[0] = 0.1 * voxels_along(normalize(vec3f(x[0], x[1], x[2])));";
     agree(&gpu, plan, body, &[(-1.0, 1.0); 3], 1e-6, |x| vec![0.1 * longest(DVec3::new(x[0], x[1], x[2]).normalize())]);
 }
 
 #[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
 fn noise() {
-    let Some(gpu) = device() else { return };
+    let gpu = device();
     let plan = &plan("");
-    let (cloud, sigma) = plan.space.cloud.as_ref().unwrap();
+    let (cloud, sigma) = plan.space().cloud.as_ref().unwrap();
     agree(&gpu, plan, "y[0] = simplex(vec3f(x[0], x[1], x[2]), frame.seeds.x);", &[(-20.0, 20.0); 3], 2e-5, |x| {
         vec![cloud.noise.at(DVec3::new(x[0], x[1], x[2]))]
     });
-    let middle = plan.space.occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
+    let middle = plan.space().occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
     agree(&gpu, plan, "y[0] = cloud(vec3f(x[0], x[1], x[2]));", &[(-0.7, 0.7); 3], 2e-5, |x| {
         vec![sigma * barnard::field::Field::at(cloud, middle + DVec3::new(x[0], x[1], x[2]))]
     });
 }
 
 #[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
 fn star_depths_marched_again() {
-    let Some(gpu) = device() else { return };
+    let gpu = device();
     let plan = &plan("name = \"double_integration\"");
-    let middle = plan.space.occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
-    let star = plan.space.stars[1];
+    let middle = plan.space().occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
+    let star = plan.space().stars[1];
     let body = "y[0] = depth_again(tables[STARS + 1u].xyz, vec3f(x[0], x[1], x[2]));";
-    agree(&gpu, plan, body, &[(-1.0, 1.0); 3], 5e-3, |x| vec![plan.space.depth(star, middle + DVec3::new(x[0], x[1], x[2]))]);
+    agree(&gpu, plan, body, &[(-1.0, 1.0); 3], 5e-3, |x| vec![plan.space().depth(star, middle + DVec3::new(x[0], x[1], x[2]))]);
 }
 
 /// ⟨F⟩ of every form as its rule has it in f64, for a star and for gas, which stand behind each other in all tables.
 #[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
 fn forms() {
-    let Some(gpu) = device() else { return };
+    let gpu = device();
     for (method, tolerance) in [
         ("name = \"band_quadrature\"", 3e-6),
         ("name = \"newton\"\ncount = 30", 3e-6),
@@ -328,20 +339,20 @@ fn forms() {
         let weights = barnard::plan::Weights::new(plan);
         for (row, light) in [(1, weights.scattered[1].light), (2, weights.emitted[0].light)] {
             // Weights are tiny numbers in their own units: each band in parts of its F(0).
-            let total = |band: usize| plan.spectral.bands[band].rule.evaluate(light, 0.0);
+            let total = |band: usize| plan.spectral().bands[band].rule.evaluate(light, 0.0);
             let totals = [total(0), total(1)];
             let body = format!(
                 "var state: State; gather(&state, {row}u, vec2f(0.0), 1.0, x[0], x[1]); y[0] = state.sum[0] / {:e}; y[1] = state.sum[1] / {:e};",
                 totals[0] as f32, totals[1] as f32
             );
-            agree(&gpu, plan, &body, &[(0.5, plan.spectral.depth.min(8.0) - 0.5), (-0.45, 0.45)], tolerance, |x| {
-                let of = |band: usize| plan.spectral.bands[band].rule.mean(light, (x[0] - x[1], x[0] + x[1])) / totals[band];
+            agree(&gpu, plan, &body, &[(0.5, plan.spectral().depth.min(8.0) - 0.5), (-0.45, 0.45)], tolerance, |x| {
+                let of = |band: usize| plan.spectral().bands[band].rule.mean(light, (x[0] - x[1], x[0] + x[1])) / totals[band];
                 vec![of(0), of(1)]
             });
             // Thick segments, which begin at x[0].
             let body = body.replace("1.0, x[0], x[1]", "1.0, x[0] + x[1], x[1]");
             agree(&gpu, plan, &body, &[(0.01, 2.0), (0.1, 2.9)], tolerance, |x| {
-                let of = |band: usize| plan.spectral.bands[band].rule.mean(light, (x[0], x[0] + 2.0 * x[1])) / totals[band];
+                let of = |band: usize| plan.spectral().bands[band].rule.mean(light, (x[0], x[0] + 2.0 * x[1])) / totals[band];
                 vec![of(0), of(1)]
             });
         }

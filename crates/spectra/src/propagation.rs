@@ -166,7 +166,7 @@ mod tests {
     }
 
     fn propagation(band: &Passband, stars: &[Spectrum], size: usize) -> Propagation {
-        let law = Extinction::named("ccm89", None).unwrap();
+        let law = Extinction::named("ccm89").unwrap();
         let sources: Vec<Source> = stars.iter().map(|s| Source::new("star", band, s, &*law, |_| 1.0)).collect();
         let k = |l: f64| law.k(l);
         let domain = band.support_um();
@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn many_lights_become_one() {
         let band = Passband::named("johnson-V").unwrap();
-        let law = Extinction::named("ccm89", None).unwrap();
+        let law = Extinction::named("ccm89").unwrap();
         let stars = stars();
         let (low, high) = band.support_um();
         let mut before = f64::MAX;
@@ -224,7 +224,7 @@ mod tests {
     #[test]
     fn certificates_hold() {
         let band = Passband::named("johnson-B").unwrap();
-        let law = Extinction::named("ccm89", None).unwrap();
+        let law = Extinction::named("ccm89").unwrap();
         let stars = stars();
         let propagation = propagation(&band, &stars, 3);
         let resolution = propagation.resolution(&Source::new("response", &band, &flat(), &*law, |_| 1.0).measure);

@@ -128,6 +128,17 @@ impl Spectrum {
         Ok(())
     }
 
+    /// Whether it is light as far as can be told at its own points, its lines and in the middle of the visible: finite, and nowhere negative.
+    pub fn is_light(&self) -> bool {
+        let sound = |v: f64| v.is_finite() && v >= 0.0;
+        let (low, high) = self.continua.iter().fold((0.0f64, f64::INFINITY), |(low, high), (_, s)| {
+            let (l, h) = s.range_um();
+            (low.max(l), high.min(h))
+        });
+        let middle = 0.55f64.max(low).min(high);
+        self.breakpoints_um().chain([middle]).all(|l| sound(self.continuum(l))) && self.lines.iter().all(|l| sound(l.strength))
+    }
+
     /// Negative values are no light: the first wavelength [µm] at which a tabulated continuum or a line is negative, if any.
     pub fn first_negative_um(&self) -> Option<f64> {
         let in_tables = self.breakpoints_um().find(|&l| self.continuum(l) < 0.0);

@@ -219,6 +219,13 @@ pub fn parts(text: &str) -> Option<(f64, &str)> {
     Some((number.parse().ok()?, unit))
 }
 
+impl Luminosity {
+    /// So many times the sun's.
+    pub fn suns(number: f64) -> Self {
+        Self(number * SOLAR_LUMINOSITY)
+    }
+}
+
 impl Wavelength {
     /// From nanometres.
     pub fn from_nm(nm: f64) -> Self {

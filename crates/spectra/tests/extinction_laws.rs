@@ -14,7 +14,7 @@ fn laws_agree_with_an_independent_implementation() {
         for (column, value) in header.iter().zip(&values).skip(1).filter(|(_, v)| v.is_finite()) {
             let (law, r_v) = column.split_once("_Rv").unwrap();
             let name = names.iter().find(|n| n.0 == law).unwrap().1;
-            let ours = Extinction::named(name, Some(r_v.parse().unwrap())).unwrap();
+            let ours = Extinction::with_r_v(name, Some(r_v.parse().unwrap())).unwrap();
             let (low, high) = ours.range_um();
             if !(low..=high).contains(&values[0]) {
                 continue;

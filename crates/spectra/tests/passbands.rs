@@ -129,7 +129,7 @@ fn stars_have_their_published_colours() {
 /// Behind A_V = 10 a cool star is dimmed more in the blue than in the visual, in the default set as in Bessell's: no red light comes through a blue filter.
 #[test]
 fn deep_dust_reddens() {
-    let law = Extinction::named("gordon23", None).unwrap();
+    let law = Extinction::named("gordon23").unwrap();
     let spectrum = star("M2V").unwrap();
     let dimmed = |name: &str| {
         let band = Passband::named(name).unwrap();

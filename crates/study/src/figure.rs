@@ -2,7 +2,7 @@
 
 use std::sync::Once;
 
-use barnard::formats::encode_png;
+use barnard_files::formats::encode_png;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 

@@ -4,6 +4,7 @@
 //! A chapter is one file and one row of its page's catalogue. It measures, and says in words with numbers what was found. Whether a claim holds is decided by the
 //! numbers; why, and what to make of it, is ours.
 
+pub mod bench;
 mod campaign;
 mod chapters;
 mod figure;
@@ -116,12 +117,12 @@ pub fn write(book: &Book, chapters: &[Chapter], folder: &Path, control: &Control
         let findings = (chapter.run)(control)?;
         for figure in &findings.figures {
             let path = |extension: &str| own.join(format!("{}.{extension}", figure.name));
-            barnard::formats::replace(&path("csv"), figure.csv().as_bytes())?;
-            barnard::formats::replace(&path("svg"), figure.svg()?.as_bytes())?;
-            barnard::formats::replace(&path("png"), &figure.png()?)?;
+            barnard_files::formats::replace(&path("csv"), figure.csv().as_bytes())?;
+            barnard_files::formats::replace(&path("svg"), figure.svg()?.as_bytes())?;
+            barnard_files::formats::replace(&path("png"), &figure.png()?)?;
         }
         for picture in &findings.pictures {
-            barnard::formats::replace(&own.join(format!("{}.png", picture.name)), &picture.png()?)?;
+            barnard_files::formats::replace(&own.join(format!("{}.png", picture.name)), &picture.png()?)?;
         }
         page.add(chapter, &findings);
     }
@@ -129,7 +130,7 @@ pub fn write(book: &Book, chapters: &[Chapter], folder: &Path, control: &Control
         [one] if book.chapters.len() > 1 => format!("{}-{}.md", book.name, one.name),
         _ => format!("{}.md", book.name),
     };
-    barnard::formats::replace(&folder.join(name), page.text().as_bytes())?;
+    barnard_files::formats::replace(&folder.join(name), page.text().as_bytes())?;
     Ok(())
 }
 

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use barnard::builtin;
-use barnard::scene::{Loader, Scene, Star, said};
-use barnard::{Error, Result};
+use barnard::Result;
+use barnard::scene::{Loader, Provenance, Scene, Star};
+use barnard_files::{SceneFiles, builtin, toml};
 use toml_edit::DocumentMut;
 
 use crate::edit::{Edit, count};
@@ -39,6 +39,7 @@ const PAST: (usize, usize) = (1000, 64 << 20);
 /// An open scene.
 pub struct Document {
     origin: Origin,
+    files: Arc<SceneFiles>,
     loader: Loader,
     text: String,
     saved: String,
@@ -78,7 +79,7 @@ impl Document {
     /// Where there is none of that name.
     pub fn builtin(name: &str, memory_limit: u64) -> Result<Self> {
         let entry = builtin::entry(name)?;
-        Self::new(Origin::Builtin(entry.name), entry.text.to_owned(), builtin::loader(memory_limit))
+        Self::new(Origin::Builtin(entry.name), entry.text.to_owned(), builtin::files(), memory_limit)
     }
 
     /// The scene file at `path`.
@@ -86,12 +87,13 @@ impl Document {
     /// # Errors
     /// Those of `barnard check`.
     pub fn open(path: &Path, memory_limit: u64) -> Result<Self> {
-        let text = Scene::read_text(path)?;
+        let text = barnard_files::read_text(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        Self::new(Origin::File(path.to_owned()), text, Loader::in_folder(folder, memory_limit))
+        Self::new(Origin::File(path.to_owned()), text, Arc::new(SceneFiles::in_folder(folder)), memory_limit)
     }
 
-    fn new(origin: Origin, text: String, loader: Loader) -> Result<Self> {
+    fn new(origin: Origin, text: String, files: Arc<SceneFiles>, memory_limit: u64) -> Result<Self> {
+        let loader = Loader::new(files.clone(), memory_limit);
         static OPENINGS: AtomicU64 = AtomicU64::new(0);
         let opening = OPENINGS.fetch_add(1, Ordering::Relaxed);
         let Reading { toml, scene, physics } = read(&origin, &text, &loader, opening)?;
@@ -99,6 +101,7 @@ impl Document {
             opening,
             saved: text.clone(),
             origin,
+            files,
             loader,
             text,
             toml,
@@ -236,7 +239,7 @@ impl Document {
     /// # Errors
     /// Those of `barnard check`; nothing is changed then.
     pub fn replace(&mut self, text: &str) -> Result<()> {
-        let toml: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| Error::Render(e.message().to_owned()))?;
+        let toml = edited(text)?;
         self.rest();
         self.apply(Edit::new("recover", move |document| *document = toml))
     }
@@ -251,19 +254,19 @@ impl Document {
         let moved = match &self.origin {
             Origin::File(before) => folder(before) != folder(path),
             Origin::Builtin(_) => {
-                self.loader.write_embedded(&folder(path))?;
+                self.files.write_embedded(&folder(path))?;
                 false
             }
         };
         let text = if moved { self.rebased(&self.text) } else { self.text.clone() };
-        barnard::formats::replace(path, text.as_bytes())?;
+        barnard_files::formats::replace(path, text.as_bytes())?;
         if self.origin != Origin::File(path.to_owned()) {
-            let saved = Self::open(path, self.loader.memory_limit)?;
+            let saved = Self::open(path, self.loader.inputs.memory_limit)?;
             if moved {
                 self.past = self.past.iter().map(|text| self.rebased(text)).collect();
                 self.future = self.future.iter().map(|text| self.rebased(text)).collect();
             }
-            (self.origin, self.loader, self.opening) = (saved.origin, saved.loader, saved.opening);
+            (self.origin, self.files, self.loader, self.opening) = (saved.origin, saved.files, saved.loader, saved.opening);
             self.take(Reading { toml: saved.toml, scene: saved.scene, physics: saved.physics });
         }
         self.text = text;
@@ -275,7 +278,7 @@ impl Document {
     /// A text whose files are named where they are, wherever it is read from.
     fn rebased(&self, text: &str) -> String {
         let Ok(mut toml) = text.parse::<DocumentMut>() else { return text.to_owned() };
-        crate::edit::rebase_files(toml.as_table_mut(), &|file| self.loader.path(file));
+        crate::edit::rebase_files(toml.as_table_mut(), &|file| self.files.path(file));
         toml.to_string()
     }
 }
@@ -285,14 +288,17 @@ fn read(origin: &Origin, text: &str, loader: &Loader, opening: u64) -> Result<Re
         Origin::Builtin(name) => (format!("built-in {name}"), (*name).to_owned()),
         Origin::File(path) => (path.display().to_string(), path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()),
     };
-    let mut scene = Scene::parse(&file, &name, text.to_owned(), loader)?;
-    if let Origin::File(path) = origin {
-        scene.files.insert(0, path.clone());
-    }
-    let toml: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| Error::Render(e.message().to_owned()))?;
-    let mut physical = toml.as_table().clone();
+    let mut properties = toml::properties(&file, text)?;
+    let mut scene = Scene::from_properties(&properties, &name, loader)?;
+    let own = if let Origin::File(path) = origin { vec![path.clone()] } else { Vec::new() };
+    scene.provenance = Some(Provenance { text: text.into(), files: own });
     for key in ["camera", "bookmark", "display", "name", "description"] {
-        physical.remove(key);
+        properties.remove(key);
     }
-    Ok(Reading { toml, scene: Arc::new(scene), physics: format!("{opening}: {}", said(&physical)).into() })
+    Ok(Reading { toml: edited(text)?, scene: Arc::new(scene), physics: format!("{opening}: {properties}").into() })
+}
+
+/// The text as edits change it.
+fn edited(text: &str) -> Result<DocumentMut> {
+    text.parse().map_err(|e: toml_edit::TomlError| toml::error(text, &e))
 }

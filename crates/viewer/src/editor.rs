@@ -1,8 +1,8 @@
 //! Tables of a scene as widgets: the rows of `scene::schema` say which keys there are, what they mean and what they are written as.
 
-use barnard::catalogue::CATALOGUES;
-use barnard::scene::Key;
+use barnard::properties::Key;
 use barnard::scene::schema::TableRow;
+use barnard_files::catalogue::CATALOGUES;
 use eframe::egui::{self, DragValue, Id, Response, Ui};
 use spectra::units::{QUANTITIES, QuantityRow, parts};
 use toml_edit::{Array, InlineTable, Item, TableLike, Value};

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-use barnard::backend::cpu;
 use barnard::control::{Control, Stage};
-use barnard::formats::{check_memory, check_writable, save, writer};
-use barnard::plan::{Options, Plan};
+use barnard::memory;
+use barnard::plan::Options;
 use barnard::scene::Scene;
+use barnard_files::SaveImage;
+use barnard_files::formats::{check_writable, writer};
 use eframe::egui::{self, Context};
 
 /// What is being done, and how much of it.
@@ -39,7 +40,7 @@ impl Export {
     pub fn start(scene: &Scene, path: &Path, size: (usize, usize), memory_limit: u64, ctx: &Context) -> barnard::Result<Self> {
         writer(path)?;
         check_writable(path)?;
-        check_memory("the image", (size.0 * size.1 * scene.bands.len()) as u64 * 16, memory_limit)?;
+        memory::check("the image", (size.0 * size.1 * scene.bands.len()) as u64 * 16, memory_limit)?;
         let mut scene = scene.clone();
         (scene.camera.width, scene.camera.height) = size;
         let progress = Arc::<Progress>::default();
@@ -53,12 +54,7 @@ impl Export {
         let (sender, result) = channel();
         let (target, stop, repaint) = (path.to_owned(), control.clone(), ctx.clone());
         std::thread::spawn(move || {
-            let work = || {
-                let options = Options::new(scene.method.clone(), memory_limit);
-                let plan = Plan::new(&scene, &options, &stop)?;
-                let (image, _) = cpu::render(&scene, &plan, &stop)?;
-                save(&image, &scene.display, &target)
-            };
+            let work = || barnard::render_with(&scene, &Options::within(memory_limit), &stop)?.save(&target);
             // Nobody listens any more where the window is gone.
             let _ = sender.send(work());
             repaint.request_repaint();

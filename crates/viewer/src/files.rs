@@ -31,7 +31,7 @@ impl Purpose {
     fn extensions(self) -> Vec<&'static str> {
         match self {
             Purpose::Open | Purpose::SaveScene => vec!["toml"],
-            Purpose::SavePicture => barnard::formats::WRITERS.iter().map(|w| w.extension).collect(),
+            Purpose::SavePicture => barnard_files::formats::WRITERS.iter().map(|w| w.extension).collect(),
         }
     }
 }

@@ -193,7 +193,7 @@ mod tests {
     use super::*;
 
     fn flight() -> Flight {
-        Flight::of(&barnard::builtin::load("reflection_nebula", 1 << 30).unwrap())
+        Flight::of(&barnard_files::builtin::load("reflection_nebula", 1 << 30).unwrap())
     }
 
     fn is_right(c: &Camera) -> bool {

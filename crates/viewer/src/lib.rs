@@ -21,4 +21,4 @@ pub mod studio;
 pub mod viewport;
 mod window;
 
-pub use window::{Backend, Start, open};
+pub use window::{Backend, Start, ViewerError, open};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use barnard::Result;
-use barnard::backend::cpu::{self, Findings};
+use barnard::backend::{self, RenderStats};
 use barnard::camera::Camera;
 use barnard::image::{Display, Image, Tone};
 use barnard::plan::Plan;
@@ -26,7 +26,7 @@ pub struct Picture {
     /// The plan that made it.
     pub plan: Plan,
     /// What was found on the way.
-    pub findings: Findings,
+    pub stats: RenderStats,
     /// How it is shown.
     pub tone: Tone,
     /// Its colours, height × width.
@@ -102,9 +102,9 @@ impl Histogram {
 
 impl Picture {
     /// The picture of `image`, which `plan` made of `scene`, shown by `tone`.
-    pub fn new(image: Image, scene: Arc<Scene>, tone: Tone, plan: Plan, findings: Findings, times: Times, backend: String) -> Self {
+    pub fn new(image: Image, scene: Arc<Scene>, tone: Tone, plan: Plan, stats: RenderStats, times: Times, backend: String) -> Self {
         let (colours, sparks, histograms) = (Arc::default(), Vec::new(), Vec::new());
-        let mut picture = Self { image: Arc::new(image), plan, findings, tone, colours, sparks, histograms, times, backend, scene };
+        let mut picture = Self { image: Arc::new(image), plan, stats, tone, colours, sparks, histograms, times, backend, scene };
         picture.colour();
         picture
     }
@@ -132,10 +132,10 @@ impl Picture {
     /// Where a star's light cannot be told.
     pub fn spark(&mut self, camera: &Camera) -> Result<()> {
         let start = Instant::now();
-        let plan = Plan { camera: camera.clone(), ..self.plan.clone() };
+        let plan = self.plan.clone().with_size(camera.width, camera.height);
         let (bands, size) = (self.image.bands.len(), camera.width * camera.height);
         let mut lit: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
-        cpu::draw(Sources::Brightest(FIELD_STARS), &self.scene, &plan, |i, value| {
+        backend::draw(Sources::Brightest(FIELD_STARS), &self.scene, &plan, |i, value| {
             lit.entry(i % size).or_insert_with(|| vec![0.0; bands])[i / size] += value;
         })?;
         // The wings of a star that nobody can see are none.

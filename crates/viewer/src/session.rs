@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use barnard::formats::replace;
+use barnard_files::formats::replace;
 use eframe::Storage;
 
 use crate::document::{Document, Origin};
@@ -56,7 +56,7 @@ fn named(origin: &Origin) -> String {
 
 fn origin(name: &str) -> Option<Origin> {
     match name.strip_prefix("built-in ") {
-        Some(name) => barnard::builtin::entry(name).ok().map(|e| Origin::Builtin(e.name)),
+        Some(name) => barnard_files::builtin::entry(name).ok().map(|e| Origin::Builtin(e.name)),
         None => (!name.is_empty()).then(|| Origin::File(PathBuf::from(name))),
     }
 }

@@ -2,7 +2,6 @@
 
 use std::sync::{Arc, OnceLock};
 
-use barnard::Error;
 use barnard_gpu::Gpu;
 use eframe::egui::{Context, ViewportBuilder};
 use eframe::egui_wgpu::{RenderState, WgpuConfiguration, WgpuSetup};
@@ -24,6 +23,17 @@ pub enum Backend {
     Auto,
 }
 
+/// What can go wrong before the explorer is there.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewerError {
+    /// In the scene.
+    #[error(transparent)]
+    Scene(#[from] barnard::Error),
+    /// There is no screen, or nothing that draws on it.
+    #[error("no window can be opened: {0}; pictures can be rendered without one")]
+    Window(String),
+}
+
 /// How the explorer begins.
 #[derive(Debug, Clone)]
 pub struct Start {
@@ -42,7 +52,7 @@ const NAME: &str = "barnard";
 ///
 /// # Errors
 /// Where the scene cannot be read, and where there is no screen.
-pub fn open(start: Start) -> barnard::Result<()> {
+pub fn open(start: Start) -> Result<(), ViewerError> {
     // A scene that is wrong is told where the command was given.
     let document = start.scene.as_ref().map(|origin| Document::of(origin, start.memory_limit)).transpose()?;
     let mut session = Session::new(eframe::storage_dir(NAME));
@@ -78,12 +88,12 @@ pub fn open(start: Start) -> barnard::Result<()> {
         app
     };
     let made = eframe::run_native(NAME, options, Box::new(move |creation| Ok(Box::new(app(creation)))));
-    made.map_err(|e| Error::Render(format!("no window can be opened: {e}; barnard render makes pictures without one")))
+    made.map_err(|e| ViewerError::Window(e.to_string()))
 }
 
 /// The scene to begin with: the one that was asked for, else what was not saved last time, else a built-in one; and what is to be told of it.
 fn begun(asked: Option<Document>, session: &mut Session, memory_limit: u64) -> barnard::Result<(Document, Option<String>)> {
-    let first = || Document::builtin(barnard::builtin::SCENES[0].name, memory_limit);
+    let first = || Document::builtin(barnard_files::builtin::SCENES[0].name, memory_limit);
     let Some(lost) = session.recovered() else { return Ok((asked.map_or_else(first, Ok)?, None)) };
     let of = format!("changes of {} that were not saved", lost.origin.name());
     if let Some(document) = asked {

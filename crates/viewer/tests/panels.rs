@@ -207,7 +207,7 @@ fn methods_state_their_errors() {
     harness.state_mut().apply(barnard_viewer::edit::Edit::set("method", "name", "fixed_wavelength"));
     settle(&mut harness);
     assert!(fine < 0.03 && difference(&harness) > fine, "{fine} {}", difference(&harness));
-    assert_eq!(harness.state().shown.as_ref().unwrap().pictures[0].plan.spectral.method, "fixed_wavelength");
+    assert_eq!(harness.state().shown.as_ref().unwrap().pictures[0].plan.spectral().method, "fixed_wavelength");
 }
 
 /// The probe shows the radiance of the pixel under the pointer.
@@ -423,9 +423,9 @@ fn pictures_are_saved() {
         std::thread::sleep(Duration::from_millis(5));
         assert!(start.elapsed() < Duration::from_secs(60), "{}", notice(&harness));
     }
-    let image = barnard::formats::read_image(&folder.path().join("out.fits"), LIMIT).unwrap();
+    let image = barnard_files::formats::read_image(&folder.path().join("out.fits"), LIMIT).unwrap();
     let scene = harness.state().document.scene();
-    let options = barnard::plan::Options::new(scene.method.clone(), LIMIT);
+    let options = barnard::plan::Options::within(LIMIT);
     let control = barnard::control::Control::default();
     let plan = barnard::plan::Plan::new(scene, &options, &control).unwrap();
     let rendered = barnard::backend::cpu::render(scene, &plan, &control).unwrap().0;

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::Field;
+use crate::error::Result;
 use crate::geometry::{Bounds, Ray};
-use crate::scene::{Key, Kind};
+use crate::properties::{Key, Kind};
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "box",
@@ -14,13 +15,24 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     keys: &[Key::required("low", "position", "its lowest corner"), Key::required("high", "position", "its highest corner")],
     build: |section, _| {
         let bounds = section.bounds("low", "high")?;
-        Ok(Arc::new(Cuboid { bounds }))
+        Ok(Arc::new(section.wrap("high", Cuboid::new(bounds))?))
     },
 };
 
-#[derive(Debug)]
-struct Cuboid {
+/// A uniform box of density 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cuboid {
     bounds: Bounds,
+}
+
+impl Cuboid {
+    /// What `bounds` holds.
+    ///
+    /// # Errors
+    /// Where `bounds` is no box of finite size.
+    pub fn new(bounds: Bounds) -> Result<Self> {
+        Ok(Self { bounds: bounds.checked()? })
+    }
 }
 
 impl Field for Cuboid {

@@ -15,8 +15,8 @@ use super::formula::normalised;
 use super::support::{Support, support};
 use super::{Field, Grid, Lattice};
 use crate::error::Result;
-use crate::formats::check_memory;
 use crate::geometry::{Bounds, Ray};
+use crate::memory;
 
 /// The field's own operators beside exmex's.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -110,7 +110,7 @@ impl Expression {
             "an expression over a box of {:.4} x {:.4} x {:.4} pc in the voxels of its finest grid, {} x {} x {},",
             size.x, size.y, size.z, dims[0], dims[1], dims[2]
         );
-        check_memory(&what, cells.saturating_mul(4), memory_limit)?;
+        memory::check(&what, cells.saturating_mul(4), memory_limit)?;
         let lattice = Lattice { dims: dims.map(|n| n as usize), bounds };
         // A mask cuts through a voxel; what the grids hold there is theirs at its centre.
         Ok(Arc::new(match self.has_edges() {

@@ -10,15 +10,17 @@
 //!
 //! Falloff: 1 − smoothstep between half the radius and the radius, so the cloud ends inside its box. Unit: 1.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use glam::DVec3;
 use spectra::units::Length;
 
-use super::{Field, Simplex};
+use super::{Field, Simplex, above_zero, place, within};
+use crate::data::Inputs;
 use crate::error::Result;
 use crate::geometry::Bounds;
-use crate::scene::{Key, Kind, Loader, Section};
+use crate::properties::{Key, Kind, Section};
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "fbm",
@@ -65,26 +67,65 @@ pub struct Fbm {
     pub warp: f64,
 }
 
-fn build(section: &Section, _: &Loader) -> Result<Arc<dyn Field>> {
+fn build(section: &Section, _: &Inputs) -> Result<Arc<dyn Field>> {
     let seed = section.integer("seed", 0..=u32::MAX as i64)?.unwrap_or(1) as u32;
     let variant = section.choice("variant", &["plain", "ridged"])?.unwrap_or("plain");
+    let plain = Fbm::new(seed);
     let fbm = Fbm {
-        noise: Simplex::new(seed),
-        warps: [1, 2, 3].map(|i| Simplex::new(seed.wrapping_add(0x9e37_79b9u32.wrapping_mul(i)))),
-        centre: section.position("centre")?.unwrap_or(DVec3::ZERO),
-        radius: section.positive::<Length>("radius")?.map_or(1.0, |l| l.0),
-        scale: section.positive::<Length>("scale")?.map_or(0.7, |l| l.0),
-        octaves: section.integer("octaves", 1..=12)?.unwrap_or(5) as i32,
-        lacunarity: section.number("lacunarity", 1.0..=16.0)?.unwrap_or(2.0),
-        gain: section.number("gain", 0.0..=1.0)?.unwrap_or(0.5),
-        offset: section.number("offset", -10.0..=10.0)?.unwrap_or(0.2),
+        centre: section.position("centre")?.unwrap_or(plain.centre),
+        radius: section.positive::<Length>("radius")?.map_or(plain.radius, |l| l.0),
+        scale: section.positive::<Length>("scale")?.map_or(plain.scale, |l| l.0),
+        octaves: section.integer("octaves", OCTAVES)?.map_or(plain.octaves, |n| n as i32),
+        lacunarity: section.number("lacunarity", LACUNARITY)?.unwrap_or(plain.lacunarity),
+        gain: section.number("gain", GAIN)?.unwrap_or(plain.gain),
+        offset: section.number("offset", OFFSET)?.unwrap_or(plain.offset),
         ridged: variant == "ridged",
-        warp: section.quantity::<Length>("warp")?.map_or(0.0, |l| l.0),
+        warp: section.quantity::<Length>("warp")?.map_or(plain.warp, |l| l.0),
+        ..plain
     };
-    Ok(Arc::new(fbm))
+    Ok(Arc::new(section.wrap("kind", fbm.checked())?))
 }
 
+const OCTAVES: RangeInclusive<i64> = 1..=12;
+const LACUNARITY: RangeInclusive<f64> = 1.0..=16.0;
+const GAIN: RangeInclusive<f64> = 0.0..=1.0;
+const OFFSET: RangeInclusive<f64> = -10.0..=10.0;
+
 impl Fbm {
+    /// Noise number `seed`, as a scene has it that says nothing else: a cloud of radius 1 pc around the origin. Change its fields, then ask
+    /// [`checked`](Self::checked).
+    pub fn new(seed: u32) -> Self {
+        Self {
+            noise: Simplex::new(seed),
+            warps: [1, 2, 3].map(|i| Simplex::new(seed.wrapping_add(0x9e37_79b9u32.wrapping_mul(i)))),
+            centre: DVec3::ZERO,
+            radius: 1.0,
+            scale: 0.7,
+            octaves: 5,
+            lacunarity: 2.0,
+            gain: 0.5,
+            offset: 0.2,
+            ridged: false,
+            warp: 0.0,
+        }
+    }
+
+    /// The same, if its numbers can be reckoned with.
+    ///
+    /// # Errors
+    /// Where a length is not above zero, or a number lies outside of what scenes may say.
+    pub fn checked(self) -> Result<Self> {
+        place("centre", self.centre)?;
+        above_zero("radius", self.radius)?;
+        above_zero("scale", self.scale)?;
+        within("octaves", f64::from(self.octaves), *OCTAVES.start() as f64..=*OCTAVES.end() as f64)?;
+        within("lacunarity", self.lacunarity, LACUNARITY)?;
+        within("gain", self.gain, GAIN)?;
+        within("offset", self.offset, OFFSET)?;
+        within("warp", self.warp, -f64::MAX..=f64::MAX)?;
+        Ok(self)
+    }
+
     fn octave(&self, p: DVec3) -> f64 {
         let n = self.noise.at(p);
         if self.ridged { 1.0 - 2.0 * n.abs() } else { n }

@@ -57,6 +57,8 @@ const PARTS: usize = 6;
 const EVEN: f64 = 0.1;
 
 /// Sampled values.
+///
+/// A grid is made by [`Grid::new`] of an array, or by [`Grid::sampled`] of a function.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     /// Where they are.
@@ -66,6 +68,23 @@ pub struct Grid {
 }
 
 impl Grid {
+    /// An array of `dims` voxels along x, y and z that fill `bounds`; `data` has depth × height × width values, x running fastest
+    /// [unit of the field].
+    ///
+    /// # Errors
+    /// Where the array has another length, the box no size, or a value is negative, NaN or infinite.
+    pub fn new(dims: [usize; 3], bounds: Bounds, data: Vec<f32>) -> Result<Self> {
+        let cells = dims.iter().try_fold(1usize, |n, edge| n.checked_mul(*edge)).filter(|n| *n > 0);
+        if cells != Some(data.len()) {
+            let [x, y, z] = dims;
+            let wanted = format!("the {x} x {y} x {z} values that the voxels are, x fastest");
+            return Err(Error::value("data of a grid", format!("{} values", data.len()), wanted));
+        }
+        let grid = Self { lattice: Lattice { dims, bounds: bounds.checked()? }, data };
+        grid.check("grid")?;
+        Ok(grid)
+    }
+
     /// Samples `f` at the voxel centres, on all cores.
     pub fn sampled(lattice: Lattice, f: impl Fn(DVec3) -> f64 + Sync) -> Self {
         use rayon::prelude::*;

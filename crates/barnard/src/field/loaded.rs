@@ -6,10 +6,10 @@ use glam::DVec3;
 use spectra::units::{Length, NumberDensity, Quantity};
 
 use super::{Field, Grid, Lattice};
+use crate::data::{Array, Frame, Inputs};
 use crate::error::Result;
-use crate::formats::{Array, Frame, read_array};
 use crate::geometry::Bounds;
-use crate::scene::{Key, Kind, Loader, Section};
+use crate::properties::{Key, Kind, Section};
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "grid",
@@ -40,11 +40,9 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     build,
 };
 
-fn build(section: &Section, loader: &Loader) -> Result<Arc<dyn Field>> {
+fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
     let file = section.need_text("file")?;
-    let path = loader.path(file);
-    let array =
-        section.wrap("file", read_array(&section.wrap("file", loader.read(file))?, &path, section.text("array")?, loader.memory_limit))?;
+    let array = section.wrap("file", inputs.array(file, section.text("array")?))?;
     let default_axes = if array.frame.is_some() { "zyx" } else { "xyz" };
     let axes = section.choice("axes", &["xyz", "xzy", "yxz", "yzx", "zxy", "zyx"])?.unwrap_or(default_axes);
     let dims = dims(&array, axes);

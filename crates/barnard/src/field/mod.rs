@@ -17,20 +17,28 @@ mod slab;
 mod sphere;
 mod support;
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use glam::DVec3;
+use spectra::units::Length;
 
 pub use column::column;
+pub use cuboid::Cuboid;
 pub use expression::Expression;
 pub use fbm::Fbm;
 pub use formula::{FUNCTIONS, FUNCTIONS_OF_TWO, check_name};
 pub use grid::{Grid, Lattice};
+pub use plummer::Plummer;
+pub use shell::Shell;
 pub use simplex::Simplex;
+pub use slab::Slab;
+pub use sphere::Sphere;
 
-use crate::error::Result;
+use crate::data::Inputs;
+use crate::error::{Error, Result};
 use crate::geometry::Bounds;
-use crate::scene::{Kind, Loader, Section};
+use crate::properties::{Kind, Section, build_kind};
 
 /// A scalar function of place.
 pub trait Field: std::fmt::Debug + Send + Sync {
@@ -58,10 +66,54 @@ pub trait Field: std::fmt::Debug + Send + Sync {
     fn crossings(&self, _ray: &crate::geometry::Ray, _out: &mut Vec<f64>) {}
 }
 
+/// What can stand where a field is asked for: a field, or one that is shared.
+pub trait IntoField {
+    /// The field.
+    fn into_field(self) -> Arc<dyn Field>;
+}
+
+impl<F: Field + 'static> IntoField for F {
+    fn into_field(self) -> Arc<dyn Field> {
+        Arc::new(self)
+    }
+}
+
+impl IntoField for Arc<dyn Field> {
+    fn into_field(self) -> Arc<dyn Field> {
+        self
+    }
+}
+
+/// A number within a range.
+fn within(what: &'static str, value: f64, range: RangeInclusive<f64>) -> Result<f64> {
+    if range.contains(&value) {
+        return Ok(value);
+    }
+    Err(Error::value(what, value, format!("a number from {:e} to {:e}", range.start(), range.end())))
+}
+
+/// A length above zero [pc].
+fn above_zero(what: &'static str, length_pc: f64) -> Result<f64> {
+    if length_pc > 0.0 && length_pc.is_finite() { Ok(length_pc) } else { Err(Error::value(what, Length(length_pc), "a length above zero")) }
+}
+
+/// A place [pc].
+fn place(what: &'static str, p: DVec3) -> Result<DVec3> {
+    if p.is_finite() { Ok(p) } else { Err(Error::value(what, p, "a place: coordinates are numbers")) }
+}
+
+/// A direction, of length one.
+fn unit(what: &'static str, direction: DVec3) -> Result<DVec3> {
+    if direction.is_normalized() {
+        return Ok(direction);
+    }
+    direction.try_normalize().ok_or_else(|| Error::value(what, direction, "a direction: it has a length"))
+}
+
 /// All kinds of field.
 pub const KINDS: &[Kind<Arc<dyn Field>>] = &[loaded::KIND, fbm::KIND, sphere::KIND, cuboid::KIND, plummer::KIND, shell::KIND, slab::KIND];
 
 /// Builds the field that a `[field.NAME]` table describes.
-pub fn build(section: &Section, loader: &Loader) -> Result<Arc<dyn Field>> {
-    crate::scene::build_kind("field", KINDS, section, loader)
+pub fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
+    build_kind("field", KINDS, section, inputs)
 }

@@ -9,10 +9,11 @@ use std::sync::Arc;
 use glam::DVec3;
 use spectra::units::Length;
 
-use super::Field;
 use super::sphere::sphere_crossings;
+use super::{Field, above_zero, place};
+use crate::error::Result;
 use crate::geometry::{Bounds, Ray};
-use crate::scene::{Key, Kind};
+use crate::properties::{Key, Kind};
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "plummer",
@@ -24,16 +25,42 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     ],
     build: |section, _| {
         let core = section.need_positive::<Length>("core")?.0;
-        let cut = section.positive::<Length>("cut")?.map_or(5.0 * core, |l| l.0);
-        Ok(Arc::new(Plummer { centre: section.position("centre")?.unwrap_or(DVec3::ZERO), core, cut }))
+        let plummer = section.wrap("core", Plummer::new(section.position("centre")?.unwrap_or(DVec3::ZERO), core))?;
+        Ok(Arc::new(match section.positive::<Length>("cut")? {
+            Some(cut) => section.wrap("cut", plummer.cut(cut.0))?,
+            None => plummer,
+        }))
     },
 };
 
-#[derive(Debug)]
-struct Plummer {
+/// A Plummer sphere, one in the middle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plummer {
     centre: DVec3,
     core: f64,
     cut: f64,
+}
+
+/// Where it is cut unless told otherwise, in Plummer radii.
+const CUT: f64 = 5.0;
+
+impl Plummer {
+    /// Around `centre` [pc], of Plummer radius `core_pc`, cut at five of them.
+    ///
+    /// # Errors
+    /// Where the radius is not above zero.
+    pub fn new(centre: DVec3, core_pc: f64) -> Result<Self> {
+        let core = above_zero("core", core_pc)?;
+        Ok(Self { centre: place("centre", centre)?, core, cut: CUT * core })
+    }
+
+    /// Zero beyond `cut_pc` from the middle.
+    ///
+    /// # Errors
+    /// Where that is not above zero.
+    pub fn cut(self, cut_pc: f64) -> Result<Self> {
+        Ok(Self { cut: above_zero("cut", cut_pc)?, ..self })
+    }
 }
 
 impl Field for Plummer {

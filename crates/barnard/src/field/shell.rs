@@ -7,10 +7,11 @@ use std::sync::Arc;
 use glam::DVec3;
 use spectra::units::Length;
 
-use super::Field;
 use super::sphere::sphere_crossings;
+use super::{Field, above_zero, place};
+use crate::error::{Error, Result};
 use crate::geometry::{Bounds, Ray};
-use crate::scene::{Key, Kind};
+use crate::properties::{Key, Kind};
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "shell",
@@ -24,26 +25,34 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
         let centre = section.position("centre")?.unwrap_or(DVec3::ZERO);
         let radius = section.need_positive::<Length>("radius")?.0;
         let thickness = section.need_positive::<Length>("thickness")?.0;
-        if thickness < THINNEST * radius {
-            let message = format!(
-                "a wall thinner than {THINNEST:e} of its radius cannot be resolved; a {} of radius asks for {} at least",
-                Length(radius),
-                Length(THINNEST * radius)
-            );
-            return Err(section.error("thickness", message));
-        }
-        Ok(Arc::new(Shell { centre, radius, thickness }))
+        Ok(Arc::new(section.wrap("thickness", Shell::new(centre, radius, thickness))?))
     },
 };
 
 /// The thinnest wall, in parts of its radius.
 const THINNEST: f64 = 1e-4;
 
-#[derive(Debug)]
-struct Shell {
+/// A spherical shell, one at the middle of its wall.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shell {
     centre: DVec3,
     radius: f64,
     thickness: f64,
+}
+
+impl Shell {
+    /// Around `centre` [pc]; the wall stands at `radius_pc` and has the standard deviation `thickness_pc`.
+    ///
+    /// # Errors
+    /// Where either is not above zero, or the wall is too thin to be resolved.
+    pub fn new(centre: DVec3, radius_pc: f64, thickness_pc: f64) -> Result<Self> {
+        let (radius, thickness) = (above_zero("radius", radius_pc)?, above_zero("thickness", thickness_pc)?);
+        if thickness < THINNEST * radius {
+            let wanted = format!("{} at least, {THINNEST:e} of its radius: a thinner wall cannot be resolved", Length(THINNEST * radius));
+            return Err(Error::value("thickness", Length(thickness), wanted));
+        }
+        Ok(Self { centre: place("centre", centre)?, radius, thickness })
+    }
 }
 
 /// Where the wall is cut, in standard deviations: 4e-6 of its height.

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use glam::DVec3;
 use spectra::units::Length;
 
-use super::Field;
+use super::{Field, above_zero, place, unit};
+use crate::error::Result;
 use crate::geometry::{Bounds, Ray};
-use crate::scene::{Key, Kind};
+use crate::properties::{Key, Kind};
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "slab",
@@ -19,22 +20,31 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
         Key::required("extent", "length", "half side of the cube that ends it"),
     ],
     build: |section, _| {
-        let slab = Slab {
-            centre: section.position("centre")?.unwrap_or(DVec3::ZERO),
-            normal: section.direction("normal")?.unwrap_or(DVec3::Z),
-            half: 0.5 * section.need_positive::<Length>("thickness")?.0,
-            extent: section.need_positive::<Length>("extent")?.0,
-        };
-        Ok(Arc::new(slab))
+        let centre = section.position("centre")?.unwrap_or(DVec3::ZERO);
+        let normal = section.direction("normal")?.unwrap_or(DVec3::Z);
+        let (thickness, extent) = (section.need_positive::<Length>("thickness")?.0, section.need_positive::<Length>("extent")?.0);
+        Ok(Arc::new(section.wrap("extent", Slab::new(centre, normal, thickness, extent))?))
     },
 };
 
-#[derive(Debug)]
-struct Slab {
+/// A slab of density 1 that a box ends.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slab {
     centre: DVec3,
     normal: DVec3,
     half: f64,
     extent: f64,
+}
+
+impl Slab {
+    /// `thickness_pc` thick across `normal` around `centre` [pc], within a cube of half side `extent_pc`.
+    ///
+    /// # Errors
+    /// Where a length is not above zero, or `normal` is no direction.
+    pub fn new(centre: DVec3, normal: DVec3, thickness_pc: f64, extent_pc: f64) -> Result<Self> {
+        let half = 0.5 * above_zero("thickness", thickness_pc)?;
+        Ok(Self { centre: place("centre", centre)?, normal: unit("normal", normal)?, half, extent: above_zero("extent", extent_pc)? })
+    }
 }
 
 impl Field for Slab {

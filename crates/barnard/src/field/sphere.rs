@@ -5,9 +5,10 @@ use std::sync::Arc;
 use glam::DVec3;
 use spectra::units::Length;
 
-use super::Field;
+use super::{Field, above_zero, place};
+use crate::error::Result;
 use crate::geometry::{Bounds, Ray};
-use crate::scene::{Key, Kind};
+use crate::properties::{Key, Kind};
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "sphere",
@@ -16,14 +17,25 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     build: |section, _| {
         let centre = section.position("centre")?.unwrap_or(DVec3::ZERO);
         let radius = section.need_positive::<Length>("radius")?.0;
-        Ok(Arc::new(Sphere { centre, radius }))
+        Ok(Arc::new(section.wrap("radius", Sphere::new(centre, radius))?))
     },
 };
 
-#[derive(Debug)]
-struct Sphere {
+/// A uniform sphere of density 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sphere {
     centre: DVec3,
     radius: f64,
+}
+
+impl Sphere {
+    /// Around `centre` [pc], of radius `radius_pc`.
+    ///
+    /// # Errors
+    /// Where the radius is not above zero.
+    pub fn new(centre: DVec3, radius_pc: f64) -> Result<Self> {
+        Ok(Self { centre: place("centre", centre)?, radius: above_zero("radius", radius_pc)? })
+    }
 }
 
 /// Distances at which a ray meets a sphere.

@@ -5,14 +5,16 @@
 //! α = 0: Henyey–Greenstein; g = 0, α = 1: Rayleigh. Source: Draine 2003, ApJ 598, 1017, eq. 4. Here g is its shape parameter; with α ≠ 0 the mean cosine
 //! is larger (his eq. 5).
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use spectra::constants::SPHERE;
 
 use super::henyey_greenstein::{draw, henyey_greenstein};
 use super::{MeanCosine, Phase, PhaseKind};
-use crate::counter::Counter;
-use crate::scene::Key;
+use crate::error::{Error, Result};
+use crate::properties::Key;
+use crate::random::Counter;
 
 pub(super) const KIND: PhaseKind = PhaseKind {
     name: "draine",
@@ -22,22 +24,32 @@ pub(super) const KIND: PhaseKind = PhaseKind {
         Key::optional("g_file", "path", "none", "CSV of wavelength and g"),
         Key::optional("alpha", "number", "1", "0 is Henyey-Greenstein, 1 with g = 0 is Rayleigh"),
     ],
-    build: |section, loader, extinction| {
-        let g = MeanCosine::read(section, loader, extinction)?;
-        Ok(Arc::new(Draine { g, alpha: section.number("alpha", 0.0..=1e3)?.unwrap_or(1.0) }))
+    build: |section, inputs, extinction| {
+        let g = MeanCosine::read(section, inputs, extinction)?;
+        Ok(Arc::new(section.wrap("g", Draine::new(g, section.number("alpha", ALPHA)?.unwrap_or(1.0)))?))
     },
 };
 
-#[derive(Debug)]
-pub(super) struct Draine {
+/// Values of α that scenes may say.
+const ALPHA: RangeInclusive<f64> = 0.0..=1e3;
+
+/// Draine's phase function.
+#[derive(Debug, Clone)]
+pub struct Draine {
     g: MeanCosine,
     alpha: f64,
 }
 
 impl Draine {
-    #[cfg(test)]
-    pub fn constant(g: f64, alpha: f64) -> Self {
-        Self { g: MeanCosine::Constant(g), alpha }
+    /// Of shape parameter `g`, a number or a table over λ, and `alpha`.
+    ///
+    /// # Errors
+    /// Where |g| is above 0.999, or α outside of 0 to 1000.
+    pub fn new(g: impl Into<MeanCosine>, alpha: f64) -> Result<Self> {
+        if !ALPHA.contains(&alpha) {
+            return Err(Error::value("alpha", alpha, format!("a number from {} to {}", ALPHA.start(), ALPHA.end())));
+        }
+        Ok(Self { g: g.into().checked()?, alpha })
     }
 }
 

@@ -9,8 +9,9 @@ use std::sync::Arc;
 use spectra::constants::SPHERE;
 
 use super::{MeanCosine, Phase, PhaseKind};
-use crate::counter::Counter;
-use crate::scene::Key;
+use crate::error::Result;
+use crate::properties::Key;
+use crate::random::Counter;
 
 pub(super) const KIND: PhaseKind = PhaseKind {
     name: "henyey_greenstein",
@@ -19,18 +20,25 @@ pub(super) const KIND: PhaseKind = PhaseKind {
         Key::optional("g", "number", "the law's own", "mean cosine, -0.999 to 0.999"),
         Key::optional("g_file", "path", "none", "CSV of wavelength and g"),
     ],
-    build: |section, loader, extinction| Ok(Arc::new(HenyeyGreenstein { g: MeanCosine::read(section, loader, extinction)? })),
+    build: |section, inputs, extinction| {
+        let g = MeanCosine::read(section, inputs, extinction)?;
+        Ok(Arc::new(section.wrap("g", HenyeyGreenstein::new(g))?))
+    },
 };
 
-#[derive(Debug)]
-pub(super) struct HenyeyGreenstein {
+/// Henyey & Greenstein's phase function.
+#[derive(Debug, Clone)]
+pub struct HenyeyGreenstein {
     g: MeanCosine,
 }
 
 impl HenyeyGreenstein {
-    #[cfg(test)]
-    pub fn constant(g: f64) -> Self {
-        Self { g: MeanCosine::Constant(g) }
+    /// Of mean cosine `g`, a number or a table over λ.
+    ///
+    /// # Errors
+    /// Where |g| is above 0.999.
+    pub fn new(g: impl Into<MeanCosine>) -> Result<Self> {
+        Ok(Self { g: g.into().checked()? })
     }
 }
 

@@ -5,13 +5,14 @@ use std::sync::Arc;
 use spectra::constants::SPHERE;
 
 use super::{Phase, PhaseKind};
-use crate::counter::Counter;
+use crate::random::Counter;
 
 pub(super) const KIND: PhaseKind =
     PhaseKind { name: "isotropic", summary: "the same in all directions", keys: &[], build: |_, _, _| Ok(Arc::new(Isotropic)) };
 
-#[derive(Debug)]
-pub(super) struct Isotropic;
+/// The same in all directions.
+#[derive(Debug, Clone, Copy)]
+pub struct Isotropic;
 
 impl Phase for Isotropic {
     fn at(&self, _: f64, _: f64) -> f64 {

@@ -10,12 +10,19 @@ mod tabulated;
 
 use std::sync::Arc;
 
+pub use draine::Draine;
+pub use henyey_greenstein::HenyeyGreenstein;
+pub use isotropic::Isotropic;
+pub use rayleigh::Rayleigh;
+pub use tabulated::Tabulated;
+
 use spectra::extinction::Extinction;
 use spectra::table::Table;
 
-use crate::counter::Counter;
-use crate::error::Result;
-use crate::scene::{Key, Loader, Section, chosen};
+use crate::data::Inputs;
+use crate::error::{Error, Result};
+use crate::properties::{Key, Section, chosen};
+use crate::random::Counter;
 
 /// The spread of scattered light.
 pub trait Phase: std::fmt::Debug + Send + Sync {
@@ -40,31 +47,74 @@ pub struct PhaseKind {
     /// Its keys.
     pub keys: &'static [Key],
     /// Makes it.
-    pub build: fn(&Section, &Loader, &Extinction) -> Result<Arc<dyn Phase>>,
+    pub build: fn(&Section, &Inputs, &Extinction) -> Result<Arc<dyn Phase>>,
 }
 
 /// All phase functions.
 pub const KINDS: &[PhaseKind] = &[isotropic::KIND, henyey_greenstein::KIND, draine::KIND, rayleigh::KIND, tabulated::KIND];
 
 /// Reads a `[dust.phase]` table.
-pub fn build(section: &Section, loader: &Loader, extinction: &Extinction) -> Result<Arc<dyn Phase>> {
+pub fn build(section: &Section, inputs: &Inputs, extinction: &Extinction) -> Result<Arc<dyn Phase>> {
     let kind = chosen("phase function", KINDS, |k| (k.name, k.keys), &[], section)?;
-    (kind.build)(section, loader, extinction)
+    (kind.build)(section, inputs, extinction)
 }
 
-/// The phase function of dust that says nothing about it.
-pub fn isotropic() -> Arc<dyn Phase> {
-    Arc::new(isotropic::Isotropic)
+/// What can stand where a phase function is asked for: one, or one that is shared.
+pub trait IntoPhase {
+    /// The phase function.
+    fn into_phase(self) -> Arc<dyn Phase>;
 }
 
-/// A mean cosine g(λ).
+impl<P: Phase + 'static> IntoPhase for P {
+    fn into_phase(self) -> Arc<dyn Phase> {
+        Arc::new(self)
+    }
+}
+
+impl IntoPhase for Arc<dyn Phase> {
+    fn into_phase(self) -> Arc<dyn Phase> {
+        self
+    }
+}
+
+/// A mean cosine g(λ) [1].
 #[derive(Debug, Clone)]
-enum MeanCosine {
+pub enum MeanCosine {
+    /// The same at every wavelength.
     Constant(f64),
+    /// Over λ [µm].
     Table(Table),
 }
 
+/// The largest |g|: beyond it hardly any light is thrown to the side at all.
+const MAX_COSINE: f64 = 0.999;
+
+impl From<f64> for MeanCosine {
+    fn from(g: f64) -> Self {
+        MeanCosine::Constant(g)
+    }
+}
+
+impl From<Table> for MeanCosine {
+    fn from(g: Table) -> Self {
+        MeanCosine::Table(g)
+    }
+}
+
 impl MeanCosine {
+    /// The same, if every value lies between −0.999 and 0.999.
+    fn checked(self) -> Result<Self> {
+        let far = |g: &&f64| g.is_nan() || g.abs() > MAX_COSINE;
+        let wrong = match &self {
+            MeanCosine::Constant(g) => Some(g).filter(far),
+            MeanCosine::Table(table) => table.y().iter().find(far),
+        };
+        match wrong {
+            Some(g) => Err(Error::value("mean cosine", g, format!("a number from -{MAX_COSINE} to {MAX_COSINE}"))),
+            None => Ok(self),
+        }
+    }
+
     fn at(&self, lambda_um: f64) -> f64 {
         match self {
             MeanCosine::Constant(g) => *g,
@@ -73,20 +123,16 @@ impl MeanCosine {
     }
 
     /// From the key `g`, a file, or the law's own table.
-    fn read(section: &Section, loader: &Loader, extinction: &Extinction) -> Result<Self> {
-        if let Some(g) = section.number("g", -0.999..=0.999)? {
+    fn read(section: &Section, inputs: &Inputs, extinction: &Extinction) -> Result<Self> {
+        if let Some(g) = section.number("g", -MAX_COSINE..=MAX_COSINE)? {
             if section.has("g_file") {
                 return Err(section.error("g_file", "give either g or g_file, not both"));
             }
             return Ok(MeanCosine::Constant(g));
         }
         if let Some(file) = section.text("g_file")? {
-            let table =
-                section.wrap("g_file", spectra::table::spectrum_from_csv(file, &section.wrap("g_file", loader.read_text(file))?))?;
-            if table.y().iter().any(|g| g.abs() > 0.999) {
-                return Err(section.error("g_file", format!("{file} has mean cosines outside of -0.999 to 0.999")));
-            }
-            return Ok(MeanCosine::Table(table));
+            let table = section.wrap("g_file", spectra::table::spectrum_from_csv(file, &section.wrap("g_file", inputs.text(file))?))?;
+            return section.wrap("g_file", MeanCosine::Table(table).checked());
         }
         let own = extinction.dust_table().map(|t| MeanCosine::Table(t.mean_cosine.clone()));
         own.ok_or_else(|| {
@@ -103,14 +149,22 @@ mod tests {
 
     use super::*;
 
+    fn henyey(g: f64) -> HenyeyGreenstein {
+        HenyeyGreenstein::new(g).unwrap()
+    }
+
+    fn draine_of(g: f64, alpha: f64) -> Draine {
+        Draine::new(g, alpha).unwrap()
+    }
+
     fn all() -> Vec<Arc<dyn Phase>> {
         vec![
-            isotropic(),
-            Arc::new(henyey_greenstein::HenyeyGreenstein::constant(0.6)),
-            Arc::new(henyey_greenstein::HenyeyGreenstein::constant(-0.3)),
-            Arc::new(draine::Draine::constant(0.5, 1.0)),
-            Arc::new(rayleigh::Rayleigh),
-            Arc::new(henyey_greenstein::HenyeyGreenstein::constant(5e-5)),
+            Arc::new(Isotropic),
+            Arc::new(henyey(0.6)),
+            Arc::new(henyey(-0.3)),
+            Arc::new(draine_of(0.5, 1.0)),
+            Arc::new(Rayleigh),
+            Arc::new(henyey(5e-5)),
             Arc::new(tabulated::two_columns()),
         ]
     }
@@ -146,7 +200,7 @@ mod tests {
             assert!(chi < 61.1, "{phase:?}: {chi}");
         }
         // It sees a sign that is wrong, and a small asymmetry.
-        let [forward, backward, flat, slight] = [0.3, -0.3, 0.0, 0.02].map(henyey_greenstein::HenyeyGreenstein::constant);
+        let [forward, backward, flat, slight] = [0.3, -0.3, 0.0, 0.02].map(henyey);
         assert!(statistic(&forward, &backward) > 1e3 && statistic(&flat, &slight) > 61.1);
     }
 
@@ -154,17 +208,26 @@ mod tests {
     #[test]
     fn mean_cosines() {
         let mean = |phase: &dyn Phase| 2.0 * PI * integrate(|mu| mu * phase.at(mu, 0.55), -1.0, 1.0, 1e-10);
-        assert!((mean(&henyey_greenstein::HenyeyGreenstein::constant(0.6)) - 0.6).abs() < 1e-8);
-        assert!(mean(&rayleigh::Rayleigh).abs() < 1e-10);
+        assert!((mean(&henyey(0.6)) - 0.6).abs() < 1e-8);
+        assert!(mean(&Rayleigh).abs() < 1e-10);
         // Draine 2003, eq. 5: g_D = g (1 + α(3 + 2g²)/5) / (1 + α(1 + 2g²)/3).
         let (g, a) = (0.5f64, 1.0f64);
         let expected = g * (1.0 + a * (3.0 + 2.0 * g * g) / 5.0) / (1.0 + a * (1.0 + 2.0 * g * g) / 3.0);
-        assert!((mean(&draine::Draine::constant(g, a)) - expected).abs() < 1e-8);
+        assert!((mean(&draine_of(g, a)) - expected).abs() < 1e-8);
+    }
+
+    /// What no phase function can have is refused by name.
+    #[test]
+    fn impossible_numbers_are_refused() {
+        for wrong in [HenyeyGreenstein::new(1.0).map(drop), HenyeyGreenstein::new(f64::NAN).map(drop), Draine::new(-1.5, 1.0).map(drop)] {
+            assert!(wrong.unwrap_err().to_string().contains("mean cosine"));
+        }
+        assert!(Draine::new(0.5, -1.0).unwrap_err().to_string().contains("alpha"));
     }
 
     #[test]
     fn no_asymmetry_is_isotropic() {
-        let flat = henyey_greenstein::HenyeyGreenstein::constant(0.0);
+        let flat = henyey(0.0);
         assert!((flat.at(0.3, 0.5) - 1.0 / (4.0 * PI)).abs() < 1e-15);
     }
 }

@@ -5,13 +5,14 @@ use std::sync::Arc;
 use spectra::constants::SPHERE;
 
 use super::{Phase, PhaseKind};
-use crate::counter::Counter;
+use crate::random::Counter;
 
 pub(super) const KIND: PhaseKind =
     PhaseKind { name: "rayleigh", summary: "3/16pi (1 + cos2): small grains", keys: &[], build: |_, _, _| Ok(Arc::new(Rayleigh)) };
 
-#[derive(Debug)]
-pub(super) struct Rayleigh;
+/// Scattering by grains far smaller than the wavelength.
+#[derive(Debug, Clone, Copy)]
+pub struct Rayleigh;
 
 impl Phase for Rayleigh {
     fn at(&self, cosine: f64, _: f64) -> f64 {

@@ -8,22 +8,23 @@ use std::sync::Arc;
 use spectra::table::{Table, rows};
 
 use super::{Phase, PhaseKind};
-use crate::counter::Counter;
-use crate::error::Result;
-use crate::scene::{Key, Section};
+use crate::error::{Error, Result};
+use crate::properties::{Key, Section};
+use crate::random::Counter;
 
 pub(super) const KIND: PhaseKind = PhaseKind {
     name: "tabulated",
     summary: "from a CSV of cos theta and p for one or more wavelengths",
     keys: &[Key::required("file", "path", "the CSV")],
-    build: |section, loader, _| {
+    build: |section, inputs, _| {
         let file = section.need_text("file")?;
-        Ok(Arc::new(parse(section, file, &section.wrap("file", loader.read_text(file))?)?))
+        Ok(Arc::new(parse(section, file, &section.wrap("file", inputs.text(file))?)?))
     },
 };
 
-#[derive(Debug)]
-pub(super) struct Tabulated {
+/// A phase function from a table.
+#[derive(Debug, Clone)]
+pub struct Tabulated {
     lambda_um: Vec<f64>,
     columns: Vec<Table>,
 }
@@ -35,26 +36,41 @@ fn parse(section: &Section, file: &str, text: &str) -> Result<Tabulated> {
         Some(list) => list.split(',').filter_map(|v| v.trim().parse().ok()).collect(),
         None => vec![0.55],
     };
-    let fits = lambda_um.windows(2).all(|w| w[0] < w[1]) && rows.iter().all(|r| r.len() == lambda_um.len() + 1);
-    let ends = (rows[0][0] + 1.0).abs() < 1e-6 && (rows[rows.len() - 1][0] - 1.0).abs() < 1e-6;
-    if !fits || !ends {
-        let message = format!("{file}: needs cos theta from -1 to 1 and one column for each of {} ascending wavelengths", lambda_um.len());
-        return Err(section.error("file", message));
+    let cosines = rows.iter().map(|r| r[0]).collect();
+    let values = (1..=rows[0].len() - 1).map(|c| rows.iter().map(|r| r.get(c).copied().unwrap_or(f64::NAN)).collect());
+    let widest = rows.iter().map(Vec::len).max().unwrap_or(0);
+    if widest != rows[0].len() {
+        return Err(section.error("file", format!("{file}: has rows of {widest} and of {} columns", rows[0].len())));
     }
-    let column = |c: usize| {
-        let table = section.wrap("file", Table::new(file, rows.iter().map(|r| r[0]).collect(), rows.iter().map(|r| r[c + 1]).collect()))?;
-        let (x, y) = (table.x(), table.y());
-        let sum: f64 = (1..x.len()).map(|i| 0.5 * (x[i] - x[i - 1]) * (y[i] + y[i - 1])).sum();
-        if y.iter().any(|p| *p < 0.0) || sum <= 0.0 {
-            return Err(section.error("file", format!("{file}: a phase function is not negative and not zero everywhere")));
-        }
-        Ok(table.scaled(1.0, 1.0 / (2.0 * std::f64::consts::PI * sum)))
-    };
-    let columns = (0..lambda_um.len()).map(column).collect::<Result<Vec<Table>>>()?;
-    Ok(Tabulated { lambda_um, columns })
+    section.wrap("file", Tabulated::new(file, lambda_um, cosines, values.collect()))
 }
 
 impl Tabulated {
+    /// Values at ascending `cosines` from −1 to 1, for each of the ascending wavelengths [µm] one column, as long as `cosines`; only their
+    /// shape counts. `name` stands in messages.
+    ///
+    /// # Errors
+    /// Where lengths or ends are others, or values are negative or zero everywhere.
+    pub fn new(name: &str, lambda_um: Vec<f64>, cosines: Vec<f64>, values: Vec<Vec<f64>>) -> Result<Self> {
+        let ascending = lambda_um.windows(2).all(|w| w[0] < w[1]) && !lambda_um.is_empty() && lambda_um.len() == values.len();
+        let near = |end: Option<&f64>, wanted: f64| end.is_some_and(|end| (end - wanted).abs() < 1e-6);
+        if !ascending || !near(cosines.first(), -1.0) || !near(cosines.last(), 1.0) {
+            let wanted = format!("cos theta from -1 to 1 and one column for each of {} ascending wavelengths", lambda_um.len());
+            return Err(Error::value("table of a phase function", name, wanted));
+        }
+        let column = |values: Vec<f64>| {
+            let table = Table::new(name, cosines.clone(), values)?;
+            let (x, y) = (table.x(), table.y());
+            let sum: f64 = (1..x.len()).map(|i| 0.5 * (x[i] - x[i - 1]) * (y[i] + y[i - 1])).sum();
+            if y.iter().any(|p| *p < 0.0) || sum.is_nan() || sum <= 0.0 {
+                return Err(Error::value("table of a phase function", name, "one whose values are not negative and not zero everywhere"));
+            }
+            Ok(table.scaled(1.0, 1.0 / (2.0 * std::f64::consts::PI * sum)))
+        };
+        let columns = values.into_iter().map(column).collect::<Result<Vec<Table>>>()?;
+        Ok(Self { lambda_um, columns })
+    }
+
     /// The columns around a wavelength, and how much of the second.
     fn around(&self, lambda_um: f64) -> (&Table, &Table, f64) {
         let last = self.lambda_um.len() - 1;
@@ -96,10 +112,6 @@ impl Phase for Tabulated {
 /// Two wavelengths, one thrown forward and one backward.
 #[cfg(test)]
 pub(super) fn two_columns() -> Tabulated {
-    let column = |p: [f64; 3]| {
-        let table = Table::new("test", vec![-1.0, 0.2, 1.0], p.to_vec()).unwrap();
-        let sum = 0.6 * (p[0] + p[1]) + 0.4 * (p[1] + p[2]);
-        table.scaled(1.0, 1.0 / (2.0 * std::f64::consts::PI * sum))
-    };
-    Tabulated { lambda_um: vec![0.4, 0.65], columns: vec![column([0.1, 0.5, 4.0]), column([2.0, 1.0, 0.0])] }
+    let columns = vec![vec![0.1, 0.5, 4.0], vec![2.0, 1.0, 0.0]];
+    Tabulated::new("test", vec![0.4, 0.65], vec![-1.0, 0.2, 1.0], columns).unwrap()
 }

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use super::Options;
 use super::volume::scaled;
+use super::{Options, Settings};
 use crate::error::Result;
 use crate::field::{Field, Grid, Lattice};
-use crate::formats::check_memory;
+use crate::memory;
 use crate::scene::Scene;
 use glam::DVec3;
 
@@ -28,26 +28,30 @@ pub struct Fineness {
 pub const OWN: Fineness = Fineness { least: MIN_BAKE, most: usize::MAX };
 
 /// Puts grids in the place of functions, so that every back end sees the same samples.
+///
+/// # Errors
+/// Where samples would take more memory than allowed, or are no densities.
 pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
+    let settings = &Settings::of(scene, options);
     if let Some(dust) = &mut scene.dust {
-        dust.density = Arc::new(baked(&dust.density, 1.0, "dust", options, OWN)?);
+        dust.density = Arc::new(baked(&dust.density, 1.0, "dust", settings, OWN)?);
     }
     for gas in &mut scene.emission {
-        gas.density = Arc::new(baked(&gas.density, 1.0, &gas.name, options, OWN)?);
+        gas.density = Arc::new(baked(&gas.density, 1.0, &gas.name, settings, OWN)?);
     }
     Ok(())
 }
 
 /// Voxels along the longest edge of a function's box.
-fn edge(field: &Arc<dyn Field>, options: &Options, fineness: Fineness) -> usize {
+fn edge(field: &Arc<dyn Field>, settings: &Settings, fineness: Fineness) -> usize {
     let finest = (field.bounds().size().max_element() / field.feature_pc()).ceil() as usize;
-    options.method.bake.unwrap_or(finest.clamp(MIN_BAKE, MAX_BAKE).max(fineness.least)).min(fineness.most)
+    settings.method.bake.unwrap_or(finest.clamp(MIN_BAKE, MAX_BAKE).max(fineness.least)).min(fineness.most)
 }
 
 /// The field as a grid, sampled if it is a function.
-pub(super) fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, options: &Options, fineness: Fineness) -> Result<Grid> {
+pub(super) fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, settings: &Settings, fineness: Fineness) -> Result<Grid> {
     if let Some(grid) = field.grid() {
-        check_memory(&format!("the plan's copy of {what}"), 4 * grid.lattice.cells() as u64, options.memory_limit)?;
+        memory::check(&format!("the plan's copy of {what}"), 4 * grid.lattice.cells() as u64, settings.memory_limit)?;
         let longest = grid.lattice.dims.into_iter().max().unwrap_or(1);
         let merged = longest.div_ceil(fineness.most.max(1));
         let scaled = if merged > 1 { grid.merged(merged, factor) } else { scaled(grid, factor) };
@@ -55,10 +59,10 @@ pub(super) fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, options: &O
         return Ok(scaled);
     }
     let size = field.bounds().size();
-    let edge = edge(field, options, fineness) as f64;
+    let edge = edge(field, settings, fineness) as f64;
     let dims = <[f64; 3]>::from(size / size.max_element() * edge).map(|n| (n.round() as usize).max(2));
     let lattice = Lattice { dims, bounds: field.bounds() };
-    check_memory(&format!("{what}, sampled"), 4 * lattice.cells() as u64, options.memory_limit)?;
+    memory::check(&format!("{what}, sampled"), 4 * lattice.cells() as u64, settings.memory_limit)?;
     let value = |p: DVec3| factor * field.at(p);
     let grid = if field.has_edges() { Grid::averaged(lattice, |_, p| value(p)) } else { Grid::sampled(lattice, value) };
     grid.check(what)?;

@@ -19,12 +19,12 @@ use spectra::passband::Passband;
 use super::star_depth;
 use super::volume::{Channel, Volume};
 use super::window::{PROFILE, Profile, Window};
-use super::{Bricks, Options};
+use super::{Bricks, Settings};
 use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::field::{Field, Grid, Lattice};
-use crate::formats::check_memory;
 use crate::geometry::{Bounds, Ray};
+use crate::memory;
 use crate::scene::{Method, Scene, Star, StarDepth};
 
 /// So many stars are all marched one by one, unless told otherwise.
@@ -102,12 +102,12 @@ impl Crowd {
     ///
     /// # Errors
     /// For more memory than is allowed, and when the user wishes to stop.
-    pub fn new(
+    pub(crate) fn new(
         before: Option<&Self>,
         members: &[usize],
         places: &[DVec3],
         dust: &Arc<Grid>,
-        options: &Options,
+        settings: &Settings,
         control: &Control,
     ) -> Result<Self> {
         // The order is that of places, whatever shines.
@@ -116,7 +116,7 @@ impl Crowd {
         let mut groups = Vec::new();
         group(&mut stars, places, 0, &mut groups);
         let own: Vec<DVec3> = stars.iter().map(|star| places[*star]).collect();
-        let (merged, lattice) = fitting(dust, stars.len(), options)?;
+        let (merged, lattice) = fitting(dust, stars.len(), settings)?;
         let known = before.filter(|b| Arc::ptr_eq(&b.dust, dust) && b.depths.first().is_some_and(|d| d.inner == lattice));
         let bits = |place: &DVec3| place.to_array().map(f64::to_bits);
         let known: HashMap<[u64; 3], &Arc<Volume>> = known.iter().flat_map(|b| b.places.iter().map(bits).zip(&b.depths)).collect();
@@ -248,7 +248,7 @@ fn scouts(members: &[usize], stars: usize) -> Vec<usize> {
 }
 
 /// Dust that is merged for sweeps, and the lattice of the depths of `count` stars that fits into memory.
-fn fitting(dust: &Grid, count: usize, options: &Options) -> Result<(Grid, Lattice)> {
+fn fitting(dust: &Grid, count: usize, settings: &Settings) -> Result<(Grid, Lattice)> {
     let longest = dust.lattice.dims.into_iter().max().unwrap_or(1);
     // The sweeps of a lattice read the dust at two places a voxel.
     let merged = dust.merged(longest.div_ceil(2 * EDGE), 1.0);
@@ -258,11 +258,11 @@ fn fitting(dust: &Grid, count: usize, options: &Options) -> Result<(Grid, Lattic
     };
     let bytes = |lattice: &Lattice| Volume::zeroed(lattice, vec![Channel::StarDepth(0)]).bytes().saturating_mul(count as u64);
     let mut edge = EDGE;
-    while bytes(&lattice_of(edge)) > options.memory_limit / MEMORY_SHARE && edge > LEAST_EDGE {
+    while bytes(&lattice_of(edge)) > settings.memory_limit / MEMORY_SHARE && edge > LEAST_EDGE {
         edge = (edge / 2).max(LEAST_EDGE);
     }
     let lattice = lattice_of(edge);
-    check_memory(&format!("depths of {count} stars"), bytes(&lattice), options.memory_limit)?;
+    memory::check(&format!("depths of {count} stars"), bytes(&lattice), settings.memory_limit)?;
     Ok((merged, lattice))
 }
 
@@ -293,7 +293,6 @@ fn group(stars: &mut [usize], places: &[DVec3], first: usize, out: &mut Vec<Grou
 mod tests {
     use super::super::window::depth_within;
     use super::*;
-    use crate::scene::DEFAULT_MEMORY;
 
     fn dust() -> Arc<Grid> {
         let lattice =
@@ -307,9 +306,9 @@ mod tests {
     }
 
     fn crowd(before: Option<&Crowd>, places: &[DVec3], dust: &Arc<Grid>) -> Crowd {
-        let options = Options::new(Method::default(), DEFAULT_MEMORY);
+        let settings = Settings { method: Method::default(), memory_limit: memory::DEFAULT_LIMIT, sweeper: None };
         let members: Vec<usize> = (0..places.len()).collect();
-        Crowd::new(before, &members, places, dust, &options, &Control::default()).unwrap()
+        Crowd::new(before, &members, places, dust, &settings, &Control::default()).unwrap()
     }
 
     /// Rows of depths and profiles are those of exact columns, as far as merged dust goes.

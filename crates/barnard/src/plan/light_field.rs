@@ -16,12 +16,12 @@ use spectra::units::Wavelength;
 
 use super::spectral::support_um;
 use super::volume::{Channel, MAX_CHANNELS, Volume};
-use super::{Options, Space, Spectral};
+use super::{Settings, Space, Spectral};
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
 use crate::field::Lattice;
-use crate::formats::check_memory;
 use crate::light::{Light, Path, factor, law};
+use crate::memory;
 use crate::scene::Scene;
 
 /// Starlight as a few polynomials a voxel.
@@ -49,12 +49,12 @@ const CLOSE_POINTS: usize = 6;
 
 impl LightField {
     /// Gathers the light of all stars of `scene`; none where there is no dust, or none of them shines through a band.
-    pub fn new(
+    pub(crate) fn new(
         scene: &Scene,
         lights: &[Light],
         spectral: &Spectral,
         space: &Space,
-        options: &Options,
+        settings: &Settings,
         control: &Control,
     ) -> Result<Option<Self>> {
         let Some(dust) = &space.dust else { return Ok(None) };
@@ -68,14 +68,14 @@ impl LightField {
             _ => None,
         });
         let Some(projection) = projections.max_by_key(|p| p.basis.size()).filter(|_| !stars.is_empty()) else { return Ok(None) };
-        let settings = &options.method.settings;
-        if settings.criterion == Criterion::Filter && scene.bands.len() > 1 {
+        let rule = &settings.method.settings;
+        if rule.criterion == Criterion::Filter && scene.bands.len() > 1 {
             let message = "method \"propagation\" has one basis for all passbands, criterion = \"filter\" makes one for each; take \"mean\" or \"largest\", or one passband";
-            return Err(Error::Render(message.into()));
+            return Err(Error::Method(message.into()));
         }
         let continua: Vec<_> = numbers.iter().map(|light| |lambda: f64| lights[*light].spectrum.continuum(lambda)).collect();
         let spectra: Vec<&dyn Fn(f64) -> f64> = continua.iter().map(|c| c as &dyn Fn(f64) -> f64).collect();
-        let propagation = Propagation::new(projection, &spectra, support_um(scene), (settings.degree, spectral.accuracy))?;
+        let propagation = Propagation::new(projection, &spectra, support_um(scene), (rule.degree, spectral.accuracy))?;
         if propagation.span.is_empty() {
             return Ok(None);
         }
@@ -89,7 +89,7 @@ impl LightField {
         let resolution = scene.bands.iter().map(resolution).collect();
         let voxels = Volume::zeroed(&dust.lattice, Vec::new()).lattice.cells() as u64;
         let bytes = space.bytes() + 4 * voxels * propagation.channels() as u64;
-        check_memory("star depths and the light field of propagation", bytes, options.memory_limit)?;
+        memory::check("star depths and the light field of propagation", bytes, settings.memory_limit)?;
         let volumes = gathered(&propagation, space, &stars, &dust.lattice, control)?;
         let isotropic_instead = spectral.phase.is_some();
         let depth = spectral.depth;
@@ -135,7 +135,7 @@ fn gathered(propagation: &Propagation, space: &Space, stars: &[usize], lattice: 
     let mut volumes: Vec<Volume> = channels.chunks(MAX_CHANNELS).map(|chunk| Volume::zeroed(lattice, chunk.to_vec())).collect();
     let lattice = volumes.first().map_or_else(|| lattice.clone(), |v| v.lattice.clone());
     let depths = stars.iter().map(|star| space.star_channel(*star));
-    let depths = depths.collect::<Option<Vec<_>>>().ok_or_else(|| Error::Render("a star has no depths".into()))?;
+    let depths = depths.collect::<Option<Vec<_>>>().ok_or_else(|| Error::Star("a star has no depths".into()))?;
     let voxel = lattice.voxel_pc();
     let [nx, ny, nz] = lattice.dims;
     // The same plane of all volumes goes to one thread.

@@ -8,7 +8,6 @@ mod bricks;
 mod closed_form;
 pub mod cone;
 pub mod crowd;
-mod describe;
 mod diffuse;
 mod light_field;
 pub mod near;
@@ -34,7 +33,6 @@ pub use bake::sample_functions;
 pub use bricks::Bricks;
 pub use closed_form::{ClosedForm, End, Extent};
 pub use crowd::Crowd;
-pub use describe::describe;
 pub use diffuse::{Diffuse, Doubt, Fineness, Gathered, ordinates};
 pub use light_field::LightField;
 pub use pilot::Spatial;
@@ -52,23 +50,47 @@ use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::Result;
 use crate::light::Light;
+use crate::memory;
 use crate::scene::{Method, MethodEntry, Scene, StarDepth};
 
-/// What a user may decide beside the scene.
+/// What a program may decide beside the scene.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// Spectral rule and accuracy.
-    pub method: Method,
     /// Most bytes a plan may take.
     pub memory_limit: u64,
     /// What sweeps light that is scattered more than once; the processor where it is not said.
     pub sweeper: Option<Arc<dyn ordinates::Sweeper>>,
 }
 
-impl Options {
+impl Default for Options {
     /// On the processor alone.
-    pub fn new(method: Method, memory_limit: u64) -> Self {
-        Self { method, memory_limit, sweeper: None }
+    fn default() -> Self {
+        Self { memory_limit: memory::DEFAULT_LIMIT, sweeper: None }
+    }
+}
+
+impl Options {
+    /// On the processor alone, with so much memory [bytes].
+    pub fn within(memory_limit: u64) -> Self {
+        Self { memory_limit, ..Self::default() }
+    }
+}
+
+/// What a plan is made by: the method that is in force, which need not be the scene's while a rule is made finer, and what it may take.
+#[derive(Debug, Clone)]
+pub(crate) struct Settings {
+    /// Spectral rule and accuracy.
+    pub method: Method,
+    /// Most bytes a plan may take.
+    pub memory_limit: u64,
+    /// What sweeps light that is scattered more than once.
+    pub sweeper: Option<Arc<dyn ordinates::Sweeper>>,
+}
+
+impl Settings {
+    /// The scene's own method.
+    pub fn of(scene: &Scene, options: &Options) -> Self {
+        Self { method: scene.method.clone(), memory_limit: options.memory_limit, sweeper: options.sweeper.clone() }
     }
 }
 
@@ -76,23 +98,23 @@ impl Options {
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// From pixels to rays.
-    pub camera: Camera,
+    pub(crate) camera: Camera,
     /// The lights, in the order of all tables.
-    pub lights: Arc<Vec<Light>>,
+    pub(crate) lights: Arc<Vec<Light>>,
     /// What places decide.
-    pub space: Arc<Space>,
+    pub(crate) space: Arc<Space>,
     /// What spectra decide.
-    pub spectral: Arc<Spectral>,
+    pub(crate) spectral: Arc<Spectral>,
     /// Steps along a ray.
-    pub stepping: Stepping,
+    pub(crate) stepping: Stepping,
     /// Samples of a star depth that is marched again at every sample of a ray instead of being read: the deck's double integration.
-    pub star_march: Option<usize>,
+    pub(crate) star_march: Option<usize>,
     /// The light of all stars together, which is marched in place of star depths.
-    pub light_field: Option<Arc<LightField>>,
+    pub(crate) light_field: Option<Arc<LightField>>,
     /// Light that was scattered before it scatters towards the eye, where more than one scattering is asked for.
-    pub diffuse: Option<Arc<Diffuse>>,
+    pub(crate) diffuse: Option<Arc<Diffuse>>,
     /// Times that light of stars may scatter.
-    pub bounces: usize,
+    pub(crate) bounces: usize,
 }
 
 /// Samples between looks at whether a ray can end.
@@ -102,14 +124,14 @@ pub const END_SHARE: f32 = 0.02;
 /// Depth from which on a look is worth its price.
 pub const END_DEPTH: f32 = 3.0;
 
-/// Most voxels along an edge of a [glance](Plan::glance), and its samples along one.
-pub const GLANCE_VOXELS: usize = 64;
-const GLANCE_STEPS: f64 = 0.75;
+/// Most voxels along an edge of a [preview](Plan::preview), and its samples along one.
+pub const PREVIEW_VOXELS: usize = 64;
+const PREVIEW_STEPS: f64 = 0.75;
 /// At which it looks where a phase function must be asked, and where rays may end.
-const GLANCE_ACCURACY: f64 = 0.02;
+const PREVIEW_ACCURACY: f64 = 0.02;
 
 /// Samples a ray of the deck.
-pub const DECK_STEPS: usize = 100;
+pub const TALK_STEPS: usize = 100;
 
 /// How far a ray's samples are apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -149,22 +171,22 @@ struct Draft {
 }
 
 impl Draft {
-    fn new(scene: &Scene, lights: Vec<Light>, space: Space, spectral: Spectral, options: &Options, control: &Control) -> Result<Self> {
-        diffuse::check(&spectral, options)?;
-        let star_depth = options.method.entry.star_depth;
+    fn new(scene: &Scene, lights: Vec<Light>, space: Space, spectral: Spectral, settings: &Settings, control: &Control) -> Result<Self> {
+        diffuse::check(&spectral, settings)?;
+        let star_depth = settings.method.entry.star_depth;
         let light_field = match star_depth {
-            StarDepth::Gathered => LightField::new(scene, &lights, &spectral, &space, options, control)?,
+            StarDepth::Gathered => LightField::new(scene, &lights, &spectral, &space, settings, control)?,
             StarDepth::Cached | StarDepth::Marched => None,
         };
-        let star_march = (star_depth == StarDepth::Marched).then(|| options.method.steps.unwrap_or(DECK_STEPS));
+        let star_march = (star_depth == StarDepth::Marched).then(|| settings.method.steps.unwrap_or(TALK_STEPS));
         Ok(Self { lights, space, spectral, light_field, star_march })
     }
 
-    fn plan(mut self, scene: &Scene, stepping: Stepping, options: &Options, before: Option<&Diffuse>, control: &Control) -> Result<Plan> {
-        let fineness = (options, Fineness::FULL);
+    fn plan(mut self, scene: &Scene, stepping: Stepping, settings: &Settings, before: Option<&Diffuse>, control: &Control) -> Result<Plan> {
+        let fineness = (settings, Fineness::FULL);
         let diffuse = Diffuse::new(scene, &self.lights, &self.spectral, &self.space, fineness, before, control)?;
         if self.light_field.is_some() {
-            self.space.forget_star_depths(options, control)?;
+            self.space.forget_star_depths(settings, control)?;
         }
         Ok(Plan {
             camera: scene.camera.clone(),
@@ -175,75 +197,202 @@ impl Draft {
             star_march: self.star_march,
             light_field: self.light_field.map(Arc::new),
             diffuse: diffuse.map(Arc::new),
-            bounces: options.method.bounces,
+            bounces: settings.method.bounces,
         })
     }
 }
 
 impl Plan {
     /// Plans `scene`: pilot rays choose steps, star depths and rules, and measure what they cost.
+    ///
+    /// # Errors
+    /// Those of [`Scene::check`], more memory than is allowed, what the method cannot do, and when the user wishes to stop.
     pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
         Self::renewed(None, scene, options, control)
     }
 
     /// The same, bit by bit, from what another plan has that still holds: densities, depths of stars that did not move, light that was scattered before.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
     pub fn renewed(before: Option<&Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
+        scene.check()?;
+        let settings = &Settings::of(scene, options);
         let lights = crate::light::lights(scene)?;
         // A light field stands in place of star depths, which are gone.
         let known = before.filter(|plan| plan.light_field.is_none());
-        let space = match known.map(|plan| plan.space.again(scene, options, control)).transpose()?.flatten() {
+        let space = match known.map(|plan| plan.space.again(scene, settings, control)).transpose()?.flatten() {
             Some(space) => space,
-            None => Space::new(scene, options, control)?,
+            None => Space::new(scene, settings, control)?,
         };
         space.check_stars(scene)?;
-        let spectral = pilot::spectral(scene, &lights, &space, options, control)?;
+        let spectral = pilot::spectral(scene, &lights, &space, settings, control)?;
         spectral.check_strength(&lights)?;
-        let mut draft = Draft::new(scene, lights, space, spectral, options, control)?;
+        let mut draft = Draft::new(scene, lights, space, spectral, settings, control)?;
         let stepping = match draft.star_march {
             // Nothing is baked that a step could be wrong about.
             Some(n) => Stepping::Fixed(n),
             None => {
                 let Draft { lights, space, spectral, light_field, .. } = &mut draft;
-                pilot::choose(scene, lights, spectral, space, light_field.as_ref(), options, control)?
+                pilot::choose(scene, lights, spectral, space, light_field.as_ref(), settings, control)?
             }
         };
-        draft.plan(scene, stepping, options, before.and_then(|plan| plan.diffuse.as_deref()), control)
+        draft.plan(scene, stepping, settings, before.and_then(|plan| plan.diffuse.as_deref()), control)
     }
 
-    /// Plans `scene` for a look at once, while things change, from what `before`, another glance, has that still holds: by the rule
-    /// [`GLANCE`](rule::GLANCE) whatever the scene's method is, at [`GLANCE_VOXELS`], and nothing is measured or stated of its error.
-    pub fn glance(before: Option<&Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
+    /// Plans `scene` for a look at once, while things change, from what `before`, another preview, has that still holds: by the rule
+    /// [`PREVIEW`](rule::PREVIEW) whatever the scene's method is, at [`PREVIEW_VOXELS`], and nothing is measured or stated of its error.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    pub fn preview(before: Option<&Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
+        scene.check()?;
         let entry =
-            MethodEntry { name: rule::GLANCE.name, summary: rule::GLANCE.summary, rule: &rule::GLANCE, star_depth: StarDepth::Cached };
-        let kept = &options.method;
+            MethodEntry { name: rule::PREVIEW.name, summary: rule::PREVIEW.summary, rule: &rule::PREVIEW, star_depth: StarDepth::Cached };
+        let kept = &scene.method;
         let method = Method {
             entry,
-            accuracy: GLANCE_ACCURACY,
+            accuracy: PREVIEW_ACCURACY,
             bake: kept.bake,
             bounces: kept.bounces,
             exact_stars: kept.exact_stars,
             ..Method::default()
         };
-        let options = &Options { method, ..options.clone() };
-        let space = match before.map(|plan| plan.space.follow(scene, options, control)).transpose()?.flatten() {
+        let settings = &Settings { method, ..Settings::of(scene, options) };
+        let space = match before.map(|plan| plan.space.follow(scene, settings, control)).transpose()?.flatten() {
             Some(space) => space,
-            None => Arc::new(Space::coarse(scene, options, GLANCE_VOXELS, control)?),
+            None => Arc::new(Space::coarse(scene, settings, PREVIEW_VOXELS, control)?),
         };
         let lights = crate::light::lights(scene)?;
-        let spectral = Spectral::new(scene, &lights, space.crowd.as_deref(), options, space.reach(&scene.camera), control)?;
+        let spectral = Spectral::new(scene, &lights, space.crowd.as_deref(), settings, space.reach(&scene.camera), control)?;
         let known = before.and_then(|plan| plan.diffuse.as_deref());
-        let diffuse = Diffuse::new(scene, &lights, &spectral, &space, (options, Fineness::GLANCE), known, control)?;
+        let diffuse = Diffuse::new(scene, &lights, &spectral, &space, (settings, Fineness::PREVIEW), known, control)?;
         Ok(Self {
             camera: scene.camera.clone(),
             lights: Arc::new(lights),
             space,
             spectral: Arc::new(spectral),
-            stepping: Stepping::PerVoxel(GLANCE_STEPS),
+            stepping: Stepping::PerVoxel(PREVIEW_STEPS),
             star_march: None,
             light_field: None,
             diffuse: diffuse.map(Arc::new),
-            bounces: options.method.bounces,
+            bounces: settings.method.bounces,
         })
+    }
+
+    /// The light of `scene` that was scattered before it scatters towards the eye, solved anew as this plan's was; none where light scatters
+    /// once, or nothing scatters.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    pub fn scattered_again(&self, scene: &Scene, options: &Options, control: &Control) -> Result<Option<Diffuse>> {
+        let settings = &Settings::of(scene, options);
+        Diffuse::new(scene, &self.lights, &self.spectral, &self.space, (settings, Fineness::FULL), None, control)
+    }
+
+    /// Whether another is the same plan, seen by the same camera: whatever is large is shared, not equal.
+    pub fn is(&self, other: &Self) -> bool {
+        fn same<T>(a: &Option<Arc<T>>, b: &Option<Arc<T>>) -> bool {
+            match (a, b) {
+                (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+                (None, None) => true,
+                _ => false,
+            }
+        }
+        Arc::ptr_eq(&self.space, &other.space)
+            && Arc::ptr_eq(&self.spectral, &other.spectral)
+            && Arc::ptr_eq(&self.lights, &other.lights)
+            && same(&self.light_field, &other.light_field)
+            && same(&self.diffuse, &other.diffuse)
+            && self.camera == other.camera
+            && self.stepping == other.stepping
+            && self.star_march == other.star_march
+            && self.bounces == other.bounces
+    }
+
+    /// From pixels to rays.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The lights, in the order of all tables.
+    pub fn lights(&self) -> &[Light] {
+        &self.lights
+    }
+
+    /// What places decide.
+    pub fn space(&self) -> &Arc<Space> {
+        &self.space
+    }
+
+    /// What spectra decide.
+    pub fn spectral(&self) -> &Arc<Spectral> {
+        &self.spectral
+    }
+
+    /// Steps along a ray.
+    pub fn stepping(&self) -> Stepping {
+        self.stepping
+    }
+
+    /// Samples of a star depth that is marched again at every sample of a ray instead of being read.
+    pub fn star_march(&self) -> Option<usize> {
+        self.star_march
+    }
+
+    /// The light of all stars together, which is marched in place of star depths.
+    pub fn light_field(&self) -> Option<&Arc<LightField>> {
+        self.light_field.as_ref()
+    }
+
+    /// Light that was scattered before it scatters towards the eye.
+    pub fn diffuse(&self) -> Option<&Arc<Diffuse>> {
+        self.diffuse.as_ref()
+    }
+
+    /// Times that light of stars may scatter.
+    pub fn bounces(&self) -> usize {
+        self.bounces
+    }
+
+    /// The same with other steps along a ray; what pilots measured is of those before.
+    #[must_use]
+    pub fn with_stepping(self, stepping: Stepping) -> Self {
+        Self { stepping, ..self }
+    }
+
+    /// The same with an image of so many pixels, from the same place.
+    #[must_use]
+    pub fn with_size(self, width: usize, height: usize) -> Self {
+        Self { camera: self.camera.size(width, height), ..self }
+    }
+
+    /// The same with so many rays along each side of a pixel.
+    #[must_use]
+    pub fn with_supersampling(self, rays: usize) -> Self {
+        Self { camera: self.camera.supersampling(rays), ..self }
+    }
+
+    /// The same without what is marched as a field beside starlight that scatters once: light of more scatterings, and that of many stars
+    /// together from afar.
+    #[must_use]
+    pub fn without_scattered_field(self) -> Self {
+        Self { diffuse: None, ..self }
+    }
+
+    /// The same without what many stars send to the dust near them, which is marched star by star.
+    #[must_use]
+    pub fn without_near_field(mut self) -> Self {
+        if let Some(diffuse) = &mut self.diffuse {
+            Arc::make_mut(diffuse).found.gathered = None;
+        }
+        self
+    }
+
+    /// The same with the depths and densities of another plan.
+    #[must_use]
+    pub fn with_space(self, space: Arc<Space>) -> Self {
+        Self { space, ..self }
     }
 
     /// Looks from elsewhere; all that space and spectra decide stays.
@@ -259,14 +408,18 @@ impl Plan {
     }
 
     /// Plans `scene` at `steps` samples a ray, with rules as they are asked for and nothing measured: for comparisons that measure from outside.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
     pub fn sampled(scene: &Scene, options: &Options, steps: usize, control: &Control) -> Result<Self> {
-        let method = Method { steps: Some(steps), ..options.method.clone() };
-        let options = &Options { method, ..options.clone() };
+        scene.check()?;
+        let method = Method { steps: Some(steps), ..scene.method.clone() };
+        let settings = &Settings { method, ..Settings::of(scene, options) };
         let lights = crate::light::lights(scene)?;
-        let space = Space::new(scene, options, control)?;
+        let space = Space::new(scene, settings, control)?;
         space.check_stars(scene)?;
-        let spectral = Spectral::new(scene, &lights, space.crowd.as_deref(), options, space.reach(&scene.camera), control)?;
-        Draft::new(scene, lights, space, spectral, options, control)?.plan(scene, Stepping::Fixed(steps), options, None, control)
+        let spectral = Spectral::new(scene, &lights, space.crowd.as_deref(), settings, space.reach(&scene.camera), control)?;
+        Draft::new(scene, lights, space, spectral, settings, control)?.plan(scene, Stepping::Fixed(steps), settings, None, control)
     }
 
     /// Puts a star elsewhere [pc]: its depths alone are swept anew, nothing that spectra decide is touched. The measured spatial error stays that of the

@@ -11,7 +11,7 @@ use super::bake::{MAX_BAKE, MIN_BAKE};
 use super::sampled_pixels;
 use super::unresolved::{self, Unresolved};
 use super::walk::{Eye, walk};
-use super::{END_SHARE, LightField, Options, Space, Spectral, Stepping};
+use super::{END_SHARE, LightField, Settings, Space, Spectral, Stepping};
 use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::Ray;
@@ -65,7 +65,7 @@ struct Pilot {
     pixels: f64,
 }
 
-/// Finds how finely the star depths must be baked and, where the options do not say it, the rays sampled; the former matters not where a `field`
+/// Finds how finely the star depths must be baked and, where the settings do not say it, the rays sampled; the former matters not where a `field`
 /// holds the light, whose whole error is then measured.
 pub fn choose(
     scene: &Scene,
@@ -73,7 +73,7 @@ pub fn choose(
     spectral: &Spectral,
     space: &mut Space,
     field: Option<&LightField>,
-    options: &Options,
+    settings: &Settings,
     control: &Control,
 ) -> Result<Stepping> {
     let pilots = pilots(scene, space, spectral, lights);
@@ -91,7 +91,7 @@ pub fn choose(
     let edge = space.dust.as_ref().map_or(1, |d| d.lattice.dims.into_iter().max().unwrap_or(1)) as f64;
     let finest = (TRUTH_PER_DEPTH * voxel_depth).max((TRUTH_PER_EDGE / edge).min(0.5 * TRUTH.1)).clamp(TRUTH.0, TRUTH.1);
     let truth = march(space, Stepping::PerVoxel(finest), true)?;
-    let accuracy = SHARE * options.method.accuracy;
+    let accuracy = SHARE * settings.method.accuracy;
     let (mut sampling, mut through_samples, mut unresolved) = (None, None, None);
     while let Some(edge) = space.sampled_edge().filter(|_| field.is_none()) {
         // Densities alone: steps as fine as the truth's, and exact star depths, through the samples.
@@ -104,10 +104,10 @@ pub fn choose(
         // Errors fall between the first and the second power of a voxel: at least half of one.
         let times = (error / (SAMPLING_SHARE * accuracy)).powf(1.0 / 1.5).ceil().clamp(2.0, MAX_BAKE as f64);
         let finer = edge.saturating_mul(times as usize).next_multiple_of(MIN_BAKE).min(MAX_BAKE);
-        if error <= SAMPLING_SHARE * accuracy || finer == edge || options.method.bake.is_some() {
+        if error <= SAMPLING_SHARE * accuracy || finer == edge || settings.method.bake.is_some() {
             break;
         }
-        let Some(resampled) = space.resampled(scene, finer, options, control)? else { break };
+        let Some(resampled) = space.resampled(scene, finer, settings, control)? else { break };
         *space = resampled;
     }
     // Steps and star depths can mend what they cost themselves, and no more: they are chosen beside an exact walk through the same samples.
@@ -119,14 +119,14 @@ pub fn choose(
                 break;
             }
             // More memory than allowed for finer depths is no failure of the scene: the coarser ones stay, with their error stated.
-            match space.refine_stars(factor, options, control) {
+            match space.refine_stars(factor, settings, control) {
                 Err(crate::Error::Memory { .. }) => break,
                 other => other?,
             }
         }
         let coarsest = if space.crowd.is_some() { BESIDE_CROWD } else { 0.0 };
         let per_voxel = STEPS.into_iter().filter(|n| *n < finest && *n >= coarsest).map(Stepping::PerVoxel);
-        let fixed = options.method.steps.map(|n| vec![Stepping::Fixed(n)]);
+        let fixed = settings.method.steps.map(|n| vec![Stepping::Fixed(n)]);
         let candidates = fixed.unwrap_or_else(|| per_voxel.collect());
         let before = best.as_ref().map_or(f64::INFINITY, |b| b.error);
         for stepping in candidates {
@@ -148,7 +148,7 @@ pub fn choose(
     let Some(Choice { stepping, factor, values, .. }) = best else { return Ok(Stepping::PerVoxel(1.0)) };
     let error = relative_error(&values, &truth, &pilots);
     if space.star_factor != factor {
-        space.refine_stars(factor, options, control)?;
+        space.refine_stars(factor, settings, control)?;
     }
     // What a ray leaves behind where it ends early is beside what the pilots, who go on, have found.
     let early = if space.occupied.is_some() && spectral.bands.iter().any(|b| b.nodes().is_some()) {
@@ -172,10 +172,10 @@ struct Choice {
 }
 
 /// The rules of `scene`, made finer until what they cost in the picture is a part of the accuracy.
-pub fn spectral(scene: &Scene, lights: &[Light], space: &Space, options: &Options, control: &Control) -> Result<Spectral> {
-    let accuracy = options.method.accuracy;
+pub fn spectral(scene: &Scene, lights: &[Light], space: &Space, settings: &Settings, control: &Control) -> Result<Spectral> {
+    let accuracy = settings.method.accuracy;
     let reach = space.reach(&scene.camera);
-    let mut finer = options.clone();
+    let mut finer = settings.clone();
     let mut best: Option<(Spectral, f64)> = None;
     // What shines does not depend on the rule: the rays and the truth are those of the first.
     let mut exact: Option<(Vec<Pilot>, Vec<Vec<f64>>)> = None;
@@ -197,12 +197,12 @@ pub fn spectral(scene: &Scene, lights: &[Light], space: &Space, options: &Option
             best = Some((spectral, error));
         }
         // A rule of fixed size stays as it is.
-        if error <= SPECTRAL_SHARE * accuracy || options.method.settings.count.is_some() {
+        if error <= SPECTRAL_SHARE * accuracy || settings.method.settings.count.is_some() {
             break;
         }
         finer.method.accuracy *= FINER;
     }
-    best.map(|b| b.0).ok_or_else(|| crate::Error::Render("no spectral rule was found".into()))
+    best.map(|b| b.0).ok_or_else(|| crate::Error::Method("no spectral rule was found".into()))
 }
 
 /// What shines through each band, exactly: band × light.

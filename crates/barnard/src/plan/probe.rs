@@ -91,49 +91,32 @@ mod tests {
     use super::*;
     use crate::backend::reference;
     use crate::control::Control;
+    use glam::DVec3;
+    use spectra::sed::PowerLaw;
+    use spectra::spectrum::{Line, Spectrum};
+    use spectra::units::Wavelength;
+
     use crate::plan::Options;
-    use crate::scene::{DEFAULT_MEMORY, Loader};
+    use crate::scene::{Background, Emission};
+    use crate::test_scenes::{ball, dust, on_axis, scene, star};
+
+    /// A power law of the wavelength, of so much at 550 nm.
+    fn power_law(exponent: f64, level: f64) -> Spectrum {
+        Spectrum::continuous(level, std::sync::Arc::new(PowerLaw { reference: Wavelength(0.55), exponent }))
+    }
 
     /// The spectrum, seen through the passband, is what the reference sees in the pixel: starlight, gas with a line, and a background behind dust.
     #[test]
     fn spectra_add_up_to_bands() {
-        let text = r#"bands = ["johnson-V"]
-[camera]
-kind = "perspective"
-position = "0 0 4 pc"
-field_of_view = "10 deg"
-size = [1, 1]
-[field.ball]
-kind = "sphere"
-radius = "1 pc"
-[dust]
-density = "ball"
-scale = "1.5 /pc"
-law = "ccm89"
-albedo = 0.5
-[[star]]
-kind = "blackbody"
-visible = false
-position = "0.5 0.9 0.8 pc"
-temperature = "9000 K"
-luminosity = "100 Lsun"
-[[emission]]
-kind = "lines"
-density = "ball"
-scale = "1e-24 W/m3/sr"
-lines = [{ wavelength = "540 nm", strength = 40 }]
-continuum = 1.0
-[background]
-kind = "power_law"
-exponent = -2
-radiance = "1e-7 W/m2/sr/um"
-[method]
-accuracy = 1e-3
-bake = 48
-"#;
-        let loader = Loader::in_folder(".", DEFAULT_MEMORY);
-        let mut scene = Scene::parse("test.toml", "test", text.to_owned(), &loader).unwrap();
-        let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
+        let line = Line { lambda_um: 0.54, strength: 40e-24 };
+        // 1 per nm is 10³ per µm.
+        let glow = Spectrum::of_lines(vec![line]).plus(power_law(0.0, 1e-21));
+        let mut scene = scene(on_axis(4.0, 10.0, (1, 1)), 48)
+            .dust(dust(ball(1.0), "ccm89", 1.5))
+            .star(star(9000.0, 100.0, DVec3::new(0.5, 0.9, 0.8)).hidden())
+            .emission(Emission::new(ball(1.0), glow))
+            .background(Background::even(power_law(-2.0, 1e-7)));
+        let options = Options::default();
         crate::plan::sample_functions(&mut scene, &options).unwrap();
         let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
         let truth = reference::render(&scene, 1e-5, &Control::default()).unwrap().at(0, 0, 0);

@@ -3,7 +3,7 @@
 use spectra::rule::{Certificate, Rounding};
 
 use super::{END_SHARE, Plan, Spatial, Unresolved};
-use crate::backend::cpu::Findings;
+use crate::backend::RenderStats;
 use crate::keywords::{self, Keyword};
 use crate::light::Path;
 
@@ -16,8 +16,8 @@ const TERM_ROUNDING: f64 = 3e-6;
 
 impl Plan {
     /// What a march of this plan on the processor is expected to find, before it was done.
-    pub fn expected(&self) -> Findings {
-        Findings { depth: self.spectral.depth, rays: (self.camera.width * self.camera.height) as u64, storage: SINGLE, negative: 0 }
+    pub fn expected(&self) -> RenderStats {
+        RenderStats { depth: self.spectral.depth, rays: (self.camera.width * self.camera.height) as u64, storage: SINGLE, negative: 0 }
     }
 
     /// What arithmetic adds to the error of a light that takes `path`: depths and light are sums over all steps in single precision, of densities kept with a relative
@@ -36,13 +36,13 @@ impl Plan {
     }
 
     /// The certificate of a passband in words, a line for each light, for what a march found.
-    pub fn certificate(&self, band: usize, findings: &Findings) -> Vec<String> {
-        self.certificates(band, findings).iter().map(|(light, c)| format!("{}: {}", self.lights[*light].name, in_words(c))).collect()
+    pub fn certificate(&self, band: usize, stats: &RenderStats) -> Vec<String> {
+        self.certificates(band, stats).iter().map(|(light, c)| format!("{}: {}", self.lights[*light].name, in_words(c))).collect()
     }
 
     /// The certificate of the light that a passband's rule serves worst, in words.
-    pub fn worst_certificate(&self, band: usize, findings: &Findings) -> String {
-        let certificates = self.certificates(band, findings);
+    pub fn worst_certificate(&self, band: usize, stats: &RenderStats) -> String {
+        let certificates = self.certificates(band, stats);
         let Some((light, worst)) = certificates.iter().max_by(|a, b| a.1.absolute.total_cmp(&b.1.absolute)) else {
             return "no light shines in this band".into();
         };
@@ -54,15 +54,15 @@ impl Plan {
     }
 
     /// Certificates of the lights that shine in a passband, by their numbers, arithmetic included.
-    pub fn certificates(&self, band: usize, findings: &Findings) -> Vec<(usize, Certificate)> {
-        let (sources, depth) = (&self.spectral.bands[band].sources, findings.depth);
+    pub fn certificates(&self, band: usize, stats: &RenderStats) -> Vec<(usize, Certificate)> {
+        let (sources, depth) = (&self.spectral.bands[band].sources, stats.depth);
         let mut certificates = self.spectral.certify(band, depth);
         for (light, gathered) in self.light_field.iter().flat_map(|field| field.certify(band, sources, depth)) {
             certificates[light] = gathered;
         }
         let shining = |(light, _): &(usize, Certificate)| sources[*light].measure.total() > 0.0;
         let rounded = |(light, c): (usize, Certificate)| {
-            let rounding = self.rounding(self.lights[light].path, findings.storage);
+            let rounding = self.rounding(self.lights[light].path, stats.storage);
             let decay = self.spectral.bands[band].rule.form.decay();
             (light, c.rounded(&sources[light].measure, rounding, |a| decay.size(light, decay.weights(light), a)))
         };
@@ -129,14 +129,14 @@ impl Plan {
     }
 
     /// What the plan says of a picture in keywords: method, steps and errors as numbers.
-    pub fn keywords(&self, findings: &Findings) -> Vec<Keyword> {
+    pub fn keywords(&self, stats: &RenderStats) -> Vec<Keyword> {
         let mut keywords = vec![
             keywords::text("METHOD", self.spectral.method, "how spectral integrals are done"),
             keywords::integer("BOUNCES", self.bounces, "times that light may scatter"),
             keywords::text("STEPS", self.stepping.to_string(), "how far samples are apart"),
         ];
         keywords.extend(keywords::number("ACCURACY", self.spectral.accuracy, "asked for"));
-        keywords.extend(keywords::number("TAUMAX", findings.depth, "largest optical depth at V that was met"));
+        keywords.extend(keywords::number("TAUMAX", stats.depth, "largest optical depth at V that was met"));
         if let Some(spatial) = self.space.spatial {
             keywords.extend(keywords::number("SPATERR", spatial.error, "spatial error, relative rms, measured"));
             keywords.push(keywords::integer("SPATRAYS", spatial.rays, "rays that it was measured on"));
@@ -153,8 +153,8 @@ impl Plan {
     }
 
     /// The spectral error of a band's worst light in keywords.
-    pub fn band_keywords(&self, band: usize, findings: &Findings) -> Vec<Keyword> {
-        let worst = self.certificates(band, findings).into_iter().map(|(_, c)| c).reduce(Certificate::or_worse);
+    pub fn band_keywords(&self, band: usize, stats: &RenderStats) -> Vec<Keyword> {
+        let worst = self.certificates(band, stats).into_iter().map(|(_, c)| c).reduce(Certificate::or_worse);
         let errors = worst.into_iter().flat_map(|c| {
             let absolute = keywords::number("SPECERR", c.absolute, "spectral error at most, in parts of F(0)");
             absolute.into_iter().chain(keywords::number("SPECREL", c.relative, "and in parts of F(a), the light left"))

@@ -181,25 +181,22 @@ impl Cells {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::control::Control;
     use crate::plan::{Options, Plan};
-    use crate::scene::{DEFAULT_MEMORY, Loader, Scene};
+    use crate::test_scenes::{ball, dust, on_axis, scene, star};
 
     /// The sample stands for every pixel once: the mean of a smooth picture is that of the sample, also where a star stands.
     #[test]
     fn every_pixel_is_stood_for() {
         // From within dust, whose box has no edges to be seen, and with all of it in view.
         let sizes = [(64, 48), (200, 31), (21, 20), (500, 7)];
-        for ((width, height), (degrees, radius)) in sizes.into_iter().flat_map(|size| [(10, 9.0), (40, 1.0)].map(|view| (size, view))) {
-            let text = format!(
-                "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"{degrees} deg\"\nsize = [{width}, {height}]\n\
-                 [field.ball]\nkind = \"sphere\"\nradius = \"{radius} pc\"\n[dust]\ndensity = \"ball\"\nscale = \"0.1 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.5\n\
-                 [[star]]\nkind = \"blackbody\"\nposition = \"0.1 0 0 pc\"\ntemperature = \"9000 K\"\nluminosity = \"1 Lsun\"\n[method]\nbake = 8\n"
-            );
-            let scene = Scene::parse("test.toml", "test", text, &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap();
-            let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
-            let plan = Plan::sampled(&scene, &options, 8, &Control::default()).unwrap();
+        for ((width, height), (degrees, radius)) in sizes.into_iter().flat_map(|size| [(10.0, 9.0), (40.0, 1.0)].map(|view| (size, view))) {
+            let camera = on_axis(4.0, degrees, (width, height));
+            let scene = scene(camera, 8).dust(dust(ball(radius), "ccm89", 0.1)).star(star(9000.0, 1.0, 0.1 * DVec3::X));
+            let plan = Plan::sampled(&scene, &Options::default(), 8, &Control::default()).unwrap();
             let picture = |column: usize, row: usize| (0.05 * column as f64).sin() + 0.03 * row as f64 + 2.0;
             let sample = sampled(&scene.camera, &plan.space, |column, row| vec![picture(column, row)]);
             let all: f64 = sample.iter().map(|p| p.stands_for).sum();

@@ -7,13 +7,13 @@ use glam::DVec3;
 use super::bake::{Fineness, OWN, baked};
 use super::crowd::{self, Crowd};
 use super::volume::{Channel, MAX_CHANNELS, Volume, scaled};
-use super::{Bricks, Options, Spatial, star_depth};
+use super::{Bricks, Settings, Spatial, star_depth};
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::field::{Fbm, Field, Grid, Lattice, column};
-use crate::formats::check_memory;
 use crate::geometry::{Bounds, Ray};
+use crate::memory;
 use crate::scene::Scene;
 
 /// Depth at V that no light of any wavelength comes through, from an eye through all dust to a star.
@@ -77,18 +77,18 @@ fn occupied<'a>(grids: impl Iterator<Item = &'a Grid>, bricks: &[Bricks]) -> Opt
 
 impl Space {
     /// Samples densities and bakes star depths at the dust's own resolution.
-    pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
-        Self::sampled(scene, options, OWN, control)
+    pub(crate) fn new(scene: &Scene, settings: &Settings, control: &Control) -> Result<Self> {
+        Self::sampled(scene, settings, OWN, control)
     }
 
     /// The same with no more than `most` voxels along an edge: functions are sampled so, voxels of grids merged.
-    pub fn coarse(scene: &Scene, options: &Options, most: usize, control: &Control) -> Result<Self> {
-        Self::sampled(scene, options, Fineness { most, ..OWN }, control)
+    pub(crate) fn coarse(scene: &Scene, settings: &Settings, most: usize, control: &Control) -> Result<Self> {
+        Self::sampled(scene, settings, Fineness { most, ..OWN }, control)
     }
 
-    fn sampled(scene: &Scene, options: &Options, fineness: Fineness, control: &Control) -> Result<Self> {
-        let dust = scene.dust.as_ref().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", options, fineness)).transpose()?;
-        let emission = scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, options, fineness)).collect::<Result<Vec<_>>>()?;
+    fn sampled(scene: &Scene, settings: &Settings, fineness: Fineness, control: &Control) -> Result<Self> {
+        let dust = scene.dust.as_ref().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", settings, fineness)).transpose()?;
+        let emission = scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, settings, fineness)).collect::<Result<Vec<_>>>()?;
         let bricks: Vec<Bricks> = dust.iter().chain(&emission).map(Bricks::new).collect();
         let mut space = Self {
             volumes: Vec::new(),
@@ -105,21 +105,21 @@ impl Space {
             emission,
             densities: densities(scene).cloned().collect(),
             sigma_v_per_pc: sigma_v_per_pc(scene),
-            bake: options.method.bake,
+            bake: settings.method.bake,
             fineness,
         };
-        space.part_stars(&crowd::members(scene, &options.method), options, control)?;
-        space.refine_stars(1, options, control)?;
+        space.part_stars(&crowd::members(scene, &settings.method), settings, control)?;
+        space.refine_stars(1, settings, control)?;
         Ok(space)
     }
 
     /// Puts the stars `members` into the crowd.
-    fn part_stars(&mut self, members: &[usize], options: &Options, control: &Control) -> Result<()> {
+    fn part_stars(&mut self, members: &[usize], settings: &Settings, control: &Control) -> Result<()> {
         let gathered = crowd::mask(members, self.stars.len());
         self.marched = (0..self.stars.len()).filter(|star| !gathered[*star]).collect();
         self.crowd = match &self.dust {
             Some(dust) if !members.is_empty() => {
-                Some(Arc::new(Crowd::new(self.crowd.as_deref(), members, &self.stars, dust, options, control)?))
+                Some(Arc::new(Crowd::new(self.crowd.as_deref(), members, &self.stars, dust, settings, control)?))
             }
             _ => None,
         };
@@ -128,14 +128,14 @@ impl Space {
 
     /// The space of a scene that has the same densities as this one's; none where it has others. Stars that moved are swept anew, and all of them where
     /// dust has become more or less; the space itself where nothing of it changed. What pilots measured is forgotten where something did.
-    pub fn follow(self: &Arc<Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Option<Arc<Self>>> {
+    pub(crate) fn follow(self: &Arc<Self>, scene: &Scene, settings: &Settings, control: &Control) -> Result<Option<Arc<Self>>> {
         let same = |(a, b): (&Arc<dyn Field>, &Arc<dyn Field>)| std::ptr::addr_eq(Arc::as_ptr(a), Arc::as_ptr(b));
         let known = densities(scene).count() == self.densities.len() && densities(scene).zip(&self.densities).all(same);
-        if !known || scene.dust.is_some() != self.dust.is_some() || self.bake != options.method.bake {
+        if !known || scene.dust.is_some() != self.dust.is_some() || self.bake != settings.method.bake {
             return Ok(None);
         }
         let stars: Vec<DVec3> = scene.stars.iter().map(|s| s.position).collect();
-        let members = crowd::members(scene, &options.method);
+        let members = crowd::members(scene, &settings.method);
         // The stars of the crowd are those that it has now.
         let gathered = crowd::mask(&members, stars.len());
         let parted =
@@ -160,30 +160,30 @@ impl Space {
             }
             if !gathered.is_empty() {
                 space.stars = stars;
-                space.part_stars(&members, options, control)?;
+                space.part_stars(&members, settings, control)?;
                 space.star_depth = space.deepest();
             }
             return Ok(Some(Arc::new(space)));
         }
         let (moved, ratio) = (!parted || stars != self.stars, sigma_v_per_pc(scene) / self.sigma_v_per_pc);
         let mut space = Self { stars, spatial: None, ..(**self).clone() };
-        space.take_dust(scene, options)?;
+        space.take_dust(scene, settings)?;
         if moved || !space.scale_depths(ratio) {
-            space.part_stars(&members, options, control)?;
-            space.refine_stars(self.star_factor, options, control)?;
+            space.part_stars(&members, settings, control)?;
+            space.refine_stars(self.star_factor, settings, control)?;
         }
         Ok(Some(Arc::new(space)))
     }
 
     /// The space of a scene that has the same densities and as much dust, as it is before pilots choose how finely; none otherwise.
-    pub fn again(self: &Arc<Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Option<Self>> {
+    pub(crate) fn again(self: &Arc<Self>, scene: &Scene, settings: &Settings, control: &Control) -> Result<Option<Self>> {
         if sigma_v_per_pc(scene) != self.sigma_v_per_pc || self.fineness != OWN {
             return Ok(None);
         }
-        let Some(followed) = self.follow(scene, options, control)? else { return Ok(None) };
+        let Some(followed) = self.follow(scene, settings, control)? else { return Ok(None) };
         let mut own = Self { spatial: None, ..Arc::unwrap_or_clone(followed) };
         if own.star_factor != 1 {
-            own.refine_stars(1, options, control)?;
+            own.refine_stars(1, settings, control)?;
         }
         Ok(Some(own))
     }
@@ -218,12 +218,12 @@ impl Space {
     }
 
     /// Samples the dust of `scene` in place of this one's.
-    fn take_dust(&mut self, scene: &Scene, options: &Options) -> Result<()> {
+    fn take_dust(&mut self, scene: &Scene, settings: &Settings) -> Result<()> {
         let Some(dust) = scene.dust.as_ref().filter(|d| d.sigma_v_per_pc != self.sigma_v_per_pc) else { return Ok(()) };
         let before = self.dust.as_deref().filter(|_| self.sigma_v_per_pc > 0.0);
         let grid = match before {
             Some(grid) => scaled(grid, dust.sigma_v_per_pc / self.sigma_v_per_pc),
-            None => baked(&dust.density, dust.sigma_v_per_pc, "dust", options, self.fineness)?,
+            None => baked(&dust.density, dust.sigma_v_per_pc, "dust", settings, self.fineness)?,
         };
         grid.check("dust")?;
         self.bricks[0] = Bricks::new(&grid);
@@ -289,8 +289,8 @@ impl Space {
     }
 
     /// The same space with functions sampled to at least `edge` voxels along their longest edge; none where that would take more memory than allowed.
-    pub fn resampled(&self, scene: &Scene, edge: usize, options: &Options, control: &Control) -> Result<Option<Self>> {
-        match Self::sampled(scene, options, Fineness { least: edge, ..self.fineness }, control) {
+    pub(crate) fn resampled(&self, scene: &Scene, edge: usize, settings: &Settings, control: &Control) -> Result<Option<Self>> {
+        match Self::sampled(scene, settings, Fineness { least: edge, ..self.fineness }, control) {
             // Which samples another plan of the same scene begins with does not hang on what this one needed.
             Ok(space) => Ok(Some(Self { fineness: self.fineness, ..space })),
             Err(Error::Memory { .. }) => Ok(None),
@@ -299,9 +299,9 @@ impl Space {
     }
 
     /// Bakes star depths anew with `factor` voxels along one of dust.
-    pub fn refine_stars(&mut self, factor: usize, options: &Options, control: &Control) -> Result<()> {
+    pub(crate) fn refine_stars(&mut self, factor: usize, settings: &Settings, control: &Control) -> Result<()> {
         self.star_factor = factor;
-        self.lay_out(factor, &self.marched.clone(), options, control)?;
+        self.lay_out(factor, &self.marched.clone(), settings, control)?;
         self.star_depth = self.deepest();
         Ok(())
     }
@@ -312,12 +312,12 @@ impl Space {
     /// Where there is no such star, its depths are not kept, or the place is none.
     pub fn move_star(&mut self, star: usize, place: DVec3, control: &Control) -> Result<()> {
         if !place.is_finite() {
-            return Err(Error::Render(format!("{place} pc is no place for a star: coordinates are numbers")));
+            return Err(Error::Star(format!("{place} pc is no place for a star: coordinates are numbers")));
         }
         let slot_in = |v: &Volume| v.channels.iter().position(|c| *c == Channel::StarDepth(star));
         let Some((i, slot)) = self.volumes.iter().enumerate().find_map(|(i, v)| slot_in(v).map(|slot| (i, slot))) else {
             let count = self.stars.len();
-            return Err(Error::Render(format!("star number {star} of {count} has no depths of its own to sweep; make a new plan")));
+            return Err(Error::Star(format!("star number {star} of {count} has no depths of its own to sweep; make a new plan")));
         };
         let before = std::mem::replace(&mut self.stars[star], place);
         let mut volume = self.volumes.swap_remove(i);
@@ -345,8 +345,8 @@ impl Space {
     }
 
     /// Lets go of the star depths, once something else holds the light.
-    pub fn forget_star_depths(&mut self, options: &Options, control: &Control) -> Result<()> {
-        self.lay_out(1, &[], options, control)
+    pub(crate) fn forget_star_depths(&mut self, settings: &Settings, control: &Control) -> Result<()> {
+        self.lay_out(1, &[], settings, control)
     }
 
     /// Boxes of volumes that end within the occupied one.
@@ -367,13 +367,13 @@ impl Space {
     }
 
     /// Volumes of dust, the depths of so many stars, and gas: what has one lattice stands together.
-    fn lay_out(&mut self, factor: usize, stars: &[usize], options: &Options, control: &Control) -> Result<()> {
+    fn lay_out(&mut self, factor: usize, stars: &[usize], settings: &Settings, control: &Control) -> Result<()> {
         let mut parts: Vec<(Lattice, Channel)> = Vec::new();
         if let Some(dust) = &self.dust {
             parts.push((dust.lattice.clone(), Channel::Dust));
             let lattice = dust.lattice.refined(factor);
             let count = stars.len();
-            check_memory(&format!("star depths of {count} stars"), 4 * count as u64 * lattice.cells() as u64, options.memory_limit)?;
+            memory::check(&format!("star depths of {count} stars"), 4 * count as u64 * lattice.cells() as u64, settings.memory_limit)?;
             parts.extend(stars.iter().map(|star| (lattice.clone(), Channel::StarDepth(*star))));
         }
         parts.extend(self.emission.iter().enumerate().map(|(species, grid)| (grid.lattice.clone(), Channel::Emission(species))));
@@ -485,7 +485,7 @@ impl Space {
         for star in &scene.stars {
             let own = dust.at(star.position) * edge;
             if own > SWALLOWED {
-                return Err(Error::Render(format!(
+                return Err(Error::Star(format!(
                     "{} lies in a cell of optical depth {own:.1} a voxel: none of its light gets out; move the star, or carve a hole such as density = \"cloud * step((x-X)^2+(y-Y)^2+(z-Z)^2, R^2)\"",
                     star.name
                 )));
@@ -498,27 +498,29 @@ impl Space {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::Plan;
-    use crate::scene::{DEFAULT_MEMORY, Loader};
+    use crate::plan::{Options, Plan};
+    use crate::test_scenes::{dust, on_axis, scene, star};
 
-    fn text(place: &str, scale: f64) -> String {
-        format!(
-            "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"30 deg\"\nsize = [4, 4]\n\
-             [field.ball]\nkind = \"fbm\"\nradius = \"1 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"{scale} /pc\"\nlaw = \"ccm89\"\nalbedo = 0.5\n\
-             [[star]]\nkind = \"blackbody\"\nposition = \"0.1 0 0 pc\"\ntemperature = \"9000 K\"\nluminosity = \"1 Lsun\"\n\
-             [[star]]\nkind = \"blackbody\"\nposition = \"{place} pc\"\ntemperature = \"4000 K\"\nluminosity = \"1 Lsun\"\n[method]\nbake = 20\n"
-        )
+    const BEFORE: DVec3 = DVec3::new(-0.3, 0.4, 0.2);
+    const THERE: DVec3 = DVec3::new(0.5, 0.1, -0.3);
+
+    fn cloud() -> Arc<dyn Field> {
+        Arc::new(Fbm::new(1))
     }
 
-    fn parsed(text: String, loader: &Loader) -> (Scene, Options) {
-        let scene = Scene::parse("test.toml", "test", text, loader).unwrap();
-        let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
-        (scene, options)
+    /// A cloud and two stars, the second at `place`.
+    fn pair(cloud: &Arc<dyn Field>, place: DVec3, scale: f64) -> Scene {
+        let stars = [star(9000.0, 1.0, 0.1 * DVec3::X), star(4000.0, 1.0, place)];
+        let camera = on_axis(4.0, 30.0, (4, 4));
+        stars.into_iter().fold(scene(camera, 20).dust(dust(cloud.clone(), "ccm89", scale)), Scene::star)
     }
 
-    fn plan(place: &str) -> Plan {
-        let (scene, options) = parsed(text(place, 4.0), &Loader::in_folder(".", DEFAULT_MEMORY));
-        Plan::sampled(&scene, &options, 20, &Control::default()).unwrap()
+    fn settings(scene: &Scene) -> Settings {
+        Settings::of(scene, &Options::default())
+    }
+
+    fn plan(place: DVec3) -> Plan {
+        Plan::sampled(&pair(&cloud(), place, 4.0), &Options::default(), 20, &Control::default()).unwrap()
     }
 
     fn data(space: &Space) -> Vec<Vec<f32>> {
@@ -529,18 +531,19 @@ mod tests {
     /// not at all where the densities are others.
     #[test]
     fn spaces_follow_their_scenes() {
-        let (loader, control) = (Loader::in_folder(".", DEFAULT_MEMORY), Control::default());
-        let (first, options) = parsed(text("-0.3 0.4 0.2", 4.0), &loader);
-        let space = Arc::new(Space::new(&first, &options, &control).unwrap());
-        let follow = |text: String| {
-            let (scene, options) = parsed(text, &loader);
-            let followed = space.follow(&scene, &options, &control).unwrap();
-            (followed, Space::new(&scene, &options, &control).unwrap())
+        let (cloud, control) = (cloud(), Control::default());
+        let first = pair(&cloud, BEFORE, 4.0);
+        let space = Arc::new(Space::new(&first, &settings(&first), &control).unwrap());
+        let follow = |scene: Scene| {
+            let followed = space.follow(&scene, &settings(&scene), &control).unwrap();
+            (followed, Space::new(&scene, &settings(&scene), &control).unwrap())
         };
-        assert!(Arc::ptr_eq(&follow(text("-0.3 0.4 0.2", 4.0).replace("9000", "5000")).0.unwrap(), &space));
-        let (moved, new) = follow(text("0.5 0.1 -0.3", 4.0));
+        let mut colder = first.clone();
+        colder.stars[0] = star(5000.0, 1.0, first.stars[0].position);
+        assert!(Arc::ptr_eq(&follow(colder).0.unwrap(), &space));
+        let (moved, new) = follow(pair(&cloud, THERE, 4.0));
         assert!(data(&moved.unwrap()) == data(&new) && data(&space) != data(&new));
-        let (denser, new) = follow(text("-0.3 0.4 0.2", 7.0));
+        let (denser, new) = follow(pair(&cloud, BEFORE, 7.0));
         let denser = denser.unwrap();
         let worst = data(&denser)
             .iter()
@@ -554,24 +557,26 @@ mod tests {
                 && (new.star_depth / space.star_depth - 1.75).abs() < 1e-4,
             "{worst}"
         );
-        let (fewer, new) = follow(text("-0.3 0.4 0.2", 4.0).replace(
-            "[[star]]\nkind = \"blackbody\"\nposition = \"0.1",
-            "[[star]]\nvisible = false\nkind = \"blackbody\"\nposition = \"0.1",
-        ));
+        let mut hidden = first.clone();
+        hidden.stars[0].visible = false;
+        let (fewer, new) = follow(hidden);
         assert!(data(&fewer.unwrap()) == data(&new));
-        assert!(follow(text("-0.3 0.4 0.2", 4.0).replace("radius = \"1 pc\"", "radius = \"1.1 pc\"")).0.is_none());
-        assert!(follow(text("-0.3 0.4 0.2", 4.0).replace("bake = 20", "bake = 22")).0.is_none());
+        let larger: Arc<dyn Field> = Arc::new(Fbm { radius: 1.1, ..Fbm::new(1) });
+        assert!(follow(pair(&larger, BEFORE, 4.0)).0.is_none());
+        let mut finer = first.clone();
+        finer.method.bake = Some(22);
+        assert!(follow(finer).0.is_none());
     }
 
     /// A moved star has the depths of a plan that was made with it there, bit by bit; who holds the space of before keeps it; a stopped move changes nothing.
     #[test]
     fn a_star_moves() {
         let data = |plan: &Plan| data(&plan.space);
-        let (first, there) = (plan("-0.3 0.4 0.2"), plan("0.5 0.1 -0.3"));
+        let (first, there) = (plan(BEFORE), plan(THERE));
         let mut moved = first.clone();
-        moved.move_star(1, DVec3::new(0.5, 0.1, -0.3), &Control::default()).unwrap();
+        moved.move_star(1, THERE, &Control::default()).unwrap();
         assert!(data(&moved) == data(&there) && moved.space.star_depth == there.space.star_depth);
-        assert!(data(&first) != data(&there) && data(&first) == data(&plan("-0.3 0.4 0.2")));
+        assert!(data(&first) != data(&there) && data(&first) == data(&plan(BEFORE)));
         let stop = Control::default();
         stop.interrupt();
         let mut stopped = first.clone();

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use spectra::passband::Passband;
 use spectra::rule::{BandProblem, BandRule, Form, Node, Source};
 
-use super::{Crowd, Options};
+use super::{Crowd, Settings};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::light::{Light, Path, factor, law};
@@ -101,8 +101,15 @@ const MAX_PHASE_ENTRIES: usize = 4096;
 
 impl Spectral {
     /// Solves the rule for every passband of `scene`, for optical depths up to `depth`.
-    pub fn new(scene: &Scene, lights: &[Light], crowd: Option<&Crowd>, options: &Options, depth: f64, control: &Control) -> Result<Self> {
-        let method = &options.method;
+    pub(crate) fn new(
+        scene: &Scene,
+        lights: &[Light],
+        crowd: Option<&Crowd>,
+        settings: &Settings,
+        depth: f64,
+        control: &Control,
+    ) -> Result<Self> {
+        let method = &settings.method;
         let law = law(scene)?;
         let settings = &method.settings;
         let support_um = support_um(scene);
@@ -158,11 +165,9 @@ impl Spectral {
             for (light, source) in lights.iter().zip(&band.sources) {
                 let total = source.measure.total();
                 if total.is_nan() || total >= STRONGEST {
-                    return Err(Error::Render(format!(
-                        "{} sends {total:.1e} W m-2 through band {}, more than the {STRONGEST:.0e} that single precision leaves room for; check the unit of its brightness",
-                        light.name,
-                        band.band.name()
-                    )));
+                    let (name, band) = (&light.name, band.band.name());
+                    let room = format!("more than the {STRONGEST:.0e} that single precision leaves room for");
+                    return Err(Error::Strength(format!("{name} sends {total:.1e} W m-2 through band {band}, {room}")));
                 }
             }
         }

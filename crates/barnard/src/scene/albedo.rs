@@ -6,8 +6,9 @@ use spectra::extinction::Extinction;
 use spectra::table::{Table, spectrum_from_csv};
 use spectra::units::Wavelength;
 
-use super::{Key, Kind, Loader, Section, build_kind};
-use crate::error::Result;
+use crate::data::Inputs;
+use crate::error::{Error, Result};
+use crate::properties::{Key, Kind, Section, build_kind};
 
 /// ω(λ) [1].
 #[derive(Debug, Clone)]
@@ -25,6 +26,20 @@ pub enum Albedo {
     },
     /// Over λ [µm].
     Table(Arc<Table>),
+    /// Nothing is known of it: dust of a law that brings none, before it is said. [`Scene::check`](super::Scene::check) refuses it.
+    Unknown,
+}
+
+impl From<f64> for Albedo {
+    fn from(value: f64) -> Self {
+        Albedo::Constant(value)
+    }
+}
+
+impl From<Table> for Albedo {
+    fn from(table: Table) -> Self {
+        Albedo::Table(Arc::new(table))
+    }
 }
 
 impl Albedo {
@@ -34,7 +49,27 @@ impl Albedo {
             Albedo::Constant(v) => *v,
             Albedo::Linear { value, slope, at_um } => (value + slope * (lambda_um - at_um) / 0.1).clamp(0.0, 1.0),
             Albedo::Table(table) => table.at(lambda_um),
+            Albedo::Unknown => f64::NAN,
         }
+    }
+
+    /// What a law brings with itself.
+    pub fn of_law(extinction: &Extinction) -> Self {
+        extinction.dust_table().map_or(Albedo::Unknown, |t| Albedo::Table(Arc::new(t.albedo.clone())))
+    }
+
+    /// Refuses values outside of 0 to 1, and albedos of which nothing is known; `law` stands in the message.
+    pub(super) fn check(&self, law: &str) -> Result<()> {
+        let sound = |v: &f64| (0.0..=1.0).contains(v);
+        let wrong = match self {
+            Albedo::Constant(value) | Albedo::Linear { value, .. } => Some(value).filter(|v| !sound(v)),
+            Albedo::Table(table) => table.y().iter().find(|v| !sound(v)),
+            Albedo::Unknown => {
+                let wanted = format!("known: law \"{law}\" brings no albedo; say one such as 0.6, or choose a law such as draine03_rv31");
+                return Err(Error::value("albedo", "it", wanted));
+            }
+        };
+        wrong.map_or(Ok(()), |v| Err(Error::value("albedo", v, "between 0 and 1")))
     }
 }
 
@@ -66,13 +101,13 @@ pub(super) const KINDS: &[Kind<Albedo>] = &[
         name: "file",
         summary: "from a CSV of wavelength and albedo",
         keys: &[Key::required("file", "path", "the CSV; its header may name the unit, nm otherwise")],
-        build: |section, loader| {
+        build: |section, inputs| {
             let file = section.need_text("file")?;
-            let table = section.wrap("file", spectrum_from_csv(file, &section.wrap("file", loader.read_text(file))?))?;
+            let table = section.wrap("file", spectrum_from_csv(file, &section.wrap("file", inputs.text(file))?))?;
             if table.y().iter().any(|v| !(0.0..=1.0).contains(v)) {
                 return Err(section.error("file", format!("{file} has albedos outside of 0 to 1")));
             }
-            Ok(Albedo::Table(Arc::new(table)))
+            Ok(table.into())
         },
     },
 ];
@@ -82,21 +117,21 @@ fn need_number(section: &Section, key: &str) -> Result<f64> {
 }
 
 /// A number, a table, or the law's own.
-pub(super) fn build(dust: &Section, loader: &Loader, extinction: &Extinction) -> Result<Albedo> {
+pub(super) fn build(dust: &Section, inputs: &Inputs, extinction: &Extinction) -> Result<Albedo> {
     if !dust.has("albedo") {
-        let own = extinction.dust_table().map(|t| Albedo::Table(Arc::new(t.albedo.clone())));
-        return own.ok_or_else(|| {
-            dust.error(
-                "albedo",
-                format!("law \"{}\" brings no albedo: write albedo = 0.6, or choose a law such as draine03_rv31", extinction.name),
-            )
-        });
+        return match Albedo::of_law(extinction) {
+            Albedo::Unknown => {
+                let message = "brings no albedo: write albedo = 0.6, or choose a law such as draine03_rv31";
+                Err(dust.error("albedo", format!("law \"{}\" {message}", extinction.name)))
+            }
+            own => Ok(own),
+        };
     }
     if let Ok(Some(value)) = dust.number("albedo", 0.0..=1.0) {
         return Ok(Albedo::Constant(value));
     }
     match dust.table("albedo") {
-        Ok(Some(section)) => build_kind("albedo", KINDS, &section, loader),
+        Ok(Some(section)) => build_kind("albedo", KINDS, &section, inputs),
         _ => Err(dust.error("albedo", "an albedo is a number from 0 to 1, or a table with a kind")),
     }
 }

@@ -5,8 +5,9 @@ use spectra::spectrum::Spectrum;
 use spectra::units::{SkyDensity, SpectralLuminosity, SpectralRadiance, Wavelength};
 
 use super::star::SPECTRA;
-use super::{Key, Loader, Section, build_kind_with};
-use crate::error::Result;
+use crate::data::Inputs;
+use crate::error::{Error, Result};
+use crate::properties::{Key, Section, build_kind_with};
 
 /// What lies behind.
 #[derive(Debug, Clone, Default)]
@@ -15,6 +16,26 @@ pub struct Background {
     pub spectrum: Option<Spectrum>,
     /// Stars at infinity.
     pub star_field: Option<StarField>,
+}
+
+impl Background {
+    /// An even light I_λ [W m⁻² sr⁻¹ µm⁻¹].
+    pub fn even(spectrum: Spectrum) -> Self {
+        Self { spectrum: Some(spectrum), star_field: None }
+    }
+
+    /// A field of stars.
+    pub fn stars(field: StarField) -> Self {
+        Self { spectrum: None, star_field: Some(field) }
+    }
+
+    /// Refuses numbers that no sky has.
+    pub(super) fn check(&self) -> Result<()> {
+        if self.spectrum.as_ref().is_some_and(|s| !s.is_light()) {
+            return Err(Error::value("background", "its spectrum", "one of finite numbers that are not negative"));
+        }
+        self.star_field.as_ref().map_or(Ok(()), StarField::check)
+    }
 }
 
 /// Stars scattered over the sky, the same from every camera.
@@ -26,6 +47,30 @@ pub struct StarField {
     pub density_per_sr: f64,
     /// Brightest and faintest V magnitude.
     pub magnitudes: (f64, f64),
+}
+
+impl Default for StarField {
+    /// What `[background.stars]` is where it says nothing else.
+    fn default() -> Self {
+        Self { seed: 1, density_per_sr: default_density(), magnitudes: (8.0, 18.0) }
+    }
+}
+
+/// Magnitudes that stars may have.
+const MAGNITUDES: std::ops::RangeInclusive<f64> = -30.0..=40.0;
+
+impl StarField {
+    fn check(&self) -> Result<()> {
+        let (bright, faint) = self.magnitudes;
+        if !(self.density_per_sr > 0.0 && self.density_per_sr.is_finite()) {
+            return Err(Error::value("density of field stars", self.density_per_sr, "a number of stars above zero"));
+        }
+        if !(MAGNITUDES.contains(&bright) && MAGNITUDES.contains(&faint) && bright < faint) {
+            let said = format!("{bright} to {faint}");
+            return Err(Error::value("magnitudes of field stars", said, "the brightest and a fainter one, -30 to 40"));
+        }
+        Ok(())
+    }
 }
 
 /// Keys of an even background beside those of its spectrum.
@@ -43,14 +88,14 @@ pub(super) const STAR_KEYS: &[Key] = &[
     Key::optional("faintest", "number", "18", "V magnitude (Vega) of the faintest; counts grow as 10^(0.4 m)"),
 ];
 
-pub(super) fn build(section: &Section, loader: &Loader) -> Result<Background> {
+pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<Background> {
     let star_field = section.table("stars")?.map(|s| star_field(&s)).transpose()?;
     if !section.has("kind") {
         let keys: Vec<&str> = vec!["kind", "stars"];
         section.check_keys(&keys)?;
         return Ok(Background { spectrum: None, star_field });
     }
-    let shape: StarShape = build_kind_with("spectrum", SPECTRA, UNIFORM_KEYS, section, loader)?;
+    let shape: StarShape = build_kind_with("spectrum", SPECTRA, UNIFORM_KEYS, section, inputs)?;
     let radiance = section.need_positive::<SpectralRadiance>("radiance")?;
     let at = section.positive::<Wavelength>("wavelength")?.unwrap_or(Wavelength(0.55));
     // Only the shape and its value at one wavelength matter: radiance takes the place of luminosity.
@@ -61,13 +106,15 @@ pub(super) fn build(section: &Section, loader: &Loader) -> Result<Background> {
 fn star_field(section: &Section) -> Result<StarField> {
     let keys: Vec<&str> = STAR_KEYS.iter().map(|k| k.name).collect();
     section.check_keys(&keys)?;
-    let magnitudes = (section.number("brightest", -30.0..=40.0)?.unwrap_or(8.0), section.number("faintest", -30.0..=40.0)?.unwrap_or(18.0));
+    let plain = StarField::default();
+    let magnitude = |key, otherwise| section.number(key, MAGNITUDES).map(|m| m.unwrap_or(otherwise));
+    let magnitudes = (magnitude("brightest", plain.magnitudes.0)?, magnitude("faintest", plain.magnitudes.1)?);
     if magnitudes.0 >= magnitudes.1 {
         return Err(section.error("faintest", "faintest must be a larger magnitude than brightest"));
     }
     Ok(StarField {
-        seed: section.integer("seed", 0..=i64::MAX)?.unwrap_or(1) as u64,
-        density_per_sr: section.positive::<SkyDensity>("density")?.map_or_else(default_density, |d| d.0),
+        seed: section.integer("seed", 0..=i64::MAX)?.map_or(plain.seed, |n| n as u64),
+        density_per_sr: section.positive::<SkyDensity>("density")?.map_or(plain.density_per_sr, |d| d.0),
         magnitudes,
     })
 }

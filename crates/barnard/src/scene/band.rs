@@ -4,8 +4,9 @@ use spectra::passband::{self, Counting, Passband, Window, window};
 use spectra::table::Table;
 use spectra::units::Wavelength;
 
-use super::{Key, Kind, Loader, Section, build_kind_with};
+use crate::data::Inputs;
 use crate::error::Result;
+use crate::properties::{Key, Kind, Section, build_kind_with};
 
 /// Most characters of a name: those of a text in a FITS header, less those of the suffix of error planes.
 const LONGEST_NAME: usize = 60;
@@ -29,8 +30,9 @@ pub(super) const KINDS: &[Kind<Named>] = &[
         name: "file",
         summary: "from a CSV of wavelength and throughput",
         keys: &[Key::required("file", "path", "the CSV; its header may name the unit of wavelength, nm otherwise")],
-        build: |section, loader| {
-            let (file, text) = (section.need_text("file")?.to_owned(), section.wrap("file", loader.read_text(section.need_text("file")?))?);
+        build: |section, inputs| {
+            let (file, text) =
+                (section.need_text("file")?.to_owned(), section.wrap("file", inputs.text(section.need_text("file")?))?.into_owned());
             let checked = Passband::from_csv(&file, &text, Counting::Energy);
             let brightest = section.wrap("file", checked)?.largest();
             if brightest > MAX_THROUGHPUT {
@@ -115,7 +117,7 @@ pub(super) const KEYS: &[Key] = &[
     ),
 ];
 
-pub(super) fn build(root: &Section, loader: &Loader) -> Result<Vec<Passband>> {
+pub(super) fn build(root: &Section, inputs: &Inputs) -> Result<Vec<Passband>> {
     let own = root.tables("band")?;
     let mut bands = match root.texts("bands")? {
         Some(names) => named(root, &names)?,
@@ -123,7 +125,7 @@ pub(super) fn build(root: &Section, loader: &Loader) -> Result<Vec<Passband>> {
         None => Vec::new(),
     };
     for section in own {
-        let make = build_kind_with("passband", KINDS, KEYS, &section, loader)?;
+        let make = build_kind_with("passband", KINDS, KEYS, &section, inputs)?;
         let counting = section.wrap("counting", Counting::named(section.choice("counting", &["energy", "photon"])?.unwrap_or("energy")))?;
         let name = section.need_text("name")?;
         if name.chars().count() > LONGEST_NAME {
@@ -134,14 +136,6 @@ pub(super) fn build(root: &Section, loader: &Loader) -> Result<Vec<Passband>> {
             return Err(section.error("name", message));
         }
         bands.push(section.wrap("kind", make(name, counting))?);
-    }
-    for (i, band) in bands.iter().enumerate() {
-        if bands[..i].iter().any(|b| b.name() == band.name()) {
-            return Err(root.error("bands", format!("two passbands are called \"{}\"; give one another name", band.name())));
-        }
-    }
-    if bands.is_empty() {
-        return Err(root.error("bands", "the scene has no passband; write bands = \"johnson\""));
     }
     Ok(bands)
 }

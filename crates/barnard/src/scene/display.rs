@@ -3,9 +3,9 @@
 use spectra::colour::{Palette, Stretch};
 use spectra::passband::Passband;
 
-use super::{Key, Section};
 use crate::error::Result;
 use crate::image::{Display, Level};
+use crate::properties::{Key, Section};
 
 pub(super) const KEYS: &[Key] = &[
     Key::optional("palette", "text", "natural, or rgb outside the visible", "which band is shown in which colour").of("palettes"),
@@ -18,23 +18,14 @@ pub(super) const KEYS: &[Key] = &[
 ];
 
 pub(super) fn build(section: Option<&Section>, bands: &[Passband]) -> Result<Display> {
-    let automatic = || Palette::named("natural", bands).or_else(|_| Palette::named("rgb", bands));
-    let Some(section) = section else {
-        return Ok(Display {
-            palette: automatic()?,
-            balance: false,
-            stretch: Stretch::named("asinh", None)?,
-            black: Level::Auto,
-            white: Level::Auto,
-        });
-    };
+    let Some(section) = section else { return Ok(Display::of(bands)) };
     let keys: Vec<&str> = KEYS.iter().map(|k| k.name).collect();
     section.check_keys(&keys)?;
     let palette = match (section.numbers("matrix")?, section.text("palette")?) {
         (Some(_), Some(_)) => return Err(section.error("matrix", "give either palette or matrix, not both")),
         (Some(numbers), None) => matrix(section, &numbers, bands.len())?,
         (None, Some(name)) => section.wrap("palette", Palette::named(name, bands))?,
-        (None, None) => section.wrap("palette", automatic())?,
+        (None, None) => Display::of(bands).palette,
     };
     let stretch = Stretch::named(section.text("stretch")?.unwrap_or("asinh"), section.number("strength", 0.0..=f64::MAX)?);
     let level = |key| Ok::<_, crate::Error>(section.number(key, 0.0..=f64::MAX)?.map_or(Level::Auto, Level::Radiance));

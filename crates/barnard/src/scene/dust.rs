@@ -6,10 +6,38 @@ use spectra::extinction::Extinction;
 use spectra::units::{ExtinctionCoefficient, ExtinctionPerColumn, Quantity};
 
 use super::albedo::{self, Albedo};
-use super::{Fields, Key, Loader, Section};
-use crate::error::Result;
-use crate::field::Field;
-use crate::phase::{self, Phase};
+use super::{Fields, Loader};
+use crate::error::{Error, Result};
+use crate::field::{Field, IntoField};
+use crate::phase::{self, IntoPhase, Isotropic, Phase};
+use crate::properties::{Key, Section};
+
+/// How much a density of one absorbs and scatters together: its extinction coefficient at V.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    per_pc: f64,
+}
+
+impl Scale {
+    /// Optical depth at V for each parsec [pc⁻¹].
+    pub fn per_pc(sigma: f64) -> Self {
+        Self { per_pc: sigma }
+    }
+
+    /// Extinction A_V for each parsec [mag pc⁻¹].
+    pub fn mag_per_pc(extinction: f64) -> Self {
+        Self::unit(extinction, ExtinctionCoefficient::unit_size("mag/pc"))
+    }
+
+    /// Extinction A_V for each column of hydrogen [mag cm²], the density being hydrogen nuclei per cm³.
+    pub fn mag_cm2(extinction: f64) -> Self {
+        Self::unit(extinction, ExtinctionPerColumn::unit_size("mag cm2"))
+    }
+
+    fn unit(value: f64, size: Option<f64>) -> Self {
+        Self { per_pc: value * size.unwrap_or(f64::NAN) }
+    }
+}
 
 /// Dust: where it is, and what it does to light.
 #[derive(Debug, Clone)]
@@ -24,6 +52,36 @@ pub struct Dust {
     pub albedo: Albedo,
     /// p(cos θ, λ).
     pub phase: Arc<dyn Phase>,
+}
+
+impl Dust {
+    /// Dust of a `density`, a field in a unit of its own, of which one has the extinction `scale`. Its albedo is what the law brings, and it
+    /// scatters evenly, unless the methods below say otherwise.
+    pub fn new(density: impl IntoField, extinction: impl Into<Arc<Extinction>>, scale: Scale) -> Self {
+        let extinction = extinction.into();
+        let albedo = Albedo::of_law(&extinction);
+        Self { density: density.into_field(), sigma_v_per_pc: scale.per_pc, extinction, albedo, phase: Arc::new(Isotropic) }
+    }
+
+    /// The part of its extinction that scatters, 0 to 1: a number, or a table over λ [µm].
+    #[must_use]
+    pub fn albedo(self, albedo: impl Into<Albedo>) -> Self {
+        Self { albedo: albedo.into(), ..self }
+    }
+
+    /// How scattered light is spread over angle.
+    #[must_use]
+    pub fn phase(self, phase: impl IntoPhase) -> Self {
+        Self { phase: phase.into_phase(), ..self }
+    }
+
+    /// Refuses numbers that no dust has.
+    pub(super) fn check(&self) -> Result<()> {
+        if !(self.sigma_v_per_pc >= 0.0 && self.sigma_v_per_pc.is_finite()) {
+            return Err(Error::value("scale", self.sigma_v_per_pc, "an extinction of zero or more"));
+        }
+        self.albedo.check(&self.extinction.name)
+    }
 }
 
 pub(super) const KEYS: &[Key] = &[
@@ -43,15 +101,15 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Resu
     let keys: Vec<&str> = KEYS.iter().map(|k| k.name).collect();
     section.check_keys(&keys)?;
     let law = section.text("law")?.unwrap_or("draine03_rv31");
-    let extinction = section.wrap("law", Extinction::named(law, section.number("r_v", 0.0..=100.0)?))?;
-    let albedo = albedo::build(section, loader, &extinction)?;
-    let phase = section.table("phase")?.map(|s| phase::build(&s, loader, &extinction)).transpose()?;
+    let extinction = section.wrap("law", Extinction::with_r_v(law, section.number("r_v", 0.0..=100.0)?))?;
+    let albedo = albedo::build(section, &loader.inputs, &extinction)?;
+    let phase = section.table("phase")?.map(|s| phase::build(&s, &loader.inputs, &extinction)).transpose()?;
     Ok(Dust {
         density: fields.expression(section, "density", loader)?,
         sigma_v_per_pc: scale(section)?,
         extinction: Arc::new(extinction),
         albedo,
-        phase: phase.unwrap_or_else(phase::isotropic),
+        phase: phase.unwrap_or_else(|| Arc::new(Isotropic)),
     })
 }
 

@@ -8,9 +8,11 @@ use spectra::spectrum::{Line, Spectrum};
 use spectra::table::spectrum_from_csv;
 use spectra::units::{Emissivity, NumberDensity, Temperature, Velocity, Wavelength};
 
-use super::{Fields, Key, Kind, Loader, Section, build_kind_with};
-use crate::error::Result;
-use crate::field::Field;
+use super::{Fields, Loader};
+use crate::data::Inputs;
+use crate::error::{Error, Result};
+use crate::field::{Field, IntoField};
+use crate::properties::{Key, Kind, Section, build_kind_with};
 
 /// One species of glowing gas.
 #[derive(Debug, Clone)]
@@ -21,6 +23,31 @@ pub struct Emission {
     pub density: Arc<dyn Field>,
     /// Emission coefficient of density 1 [W m⁻³ sr⁻¹ µm⁻¹, lines W m⁻³ sr⁻¹].
     pub spectrum: Spectrum,
+}
+
+impl Emission {
+    /// Gas of a `density`, a field in a unit of its own, of which one has the emission coefficient `spectrum` [W m⁻³ sr⁻¹ µm⁻¹, lines
+    /// W m⁻³ sr⁻¹].
+    pub fn new(density: impl IntoField, spectrum: Spectrum) -> Self {
+        Self { name: "emission".into(), density: density.into_field(), spectrum }
+    }
+
+    /// The same under another name.
+    #[must_use]
+    pub fn named(self, name: impl Into<String>) -> Self {
+        Self { name: name.into(), ..self }
+    }
+
+    /// Refuses spectra that no gas has.
+    pub(super) fn check(&self) -> Result<()> {
+        if let Some(lambda) = self.spectrum.first_negative_um() {
+            return Err(Error::value("spectrum", format!("negative at {:.2} nm,", lambda * 1e3), "what gas can emit"));
+        }
+        if !self.spectrum.is_light() {
+            return Err(Error::value("spectrum", &self.name, "one of finite numbers"));
+        }
+        Ok(())
+    }
 }
 
 const SCALE: Key = Key::required("scale", "emission coefficient", "of density 1 for spectral strength 1, such as \"1e-25 W/m3/sr\"");
@@ -85,9 +112,9 @@ pub(super) const KINDS: &[Kind<Spectrum>] = &[
                 "CSV of wavelength and strength per nm; its header may name the unit of wavelength, nm otherwise",
             ),
         ],
-        build: |section, loader| {
+        build: |section, inputs| {
             let file = section.need_text("file")?;
-            let table = section.wrap("file", spectrum_from_csv(file, &section.wrap("file", loader.read_text(file))?))?;
+            let table = section.wrap("file", spectrum_from_csv(file, &section.wrap("file", inputs.text(file))?))?;
             let per_um = 1e3 * section.need_positive::<Emissivity>("scale")?.0;
             Ok(Spectrum::continuous(per_um, Arc::new(table)))
         },
@@ -102,7 +129,7 @@ pub(super) const KEYS: &[Key] = &[
 ];
 
 pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Result<Emission> {
-    let mut spectrum = build_kind_with("emission", KINDS, KEYS, section, loader)?;
+    let mut spectrum = build_kind_with("emission", KINDS, KEYS, section, &loader.inputs)?;
     if let Some(fwhm) = section.quantity::<Velocity>("doppler_fwhm")?.filter(|v| v.0 != 0.0) {
         if !(0.0..1e-4 * spectra::constants::SPEED_OF_LIGHT).contains(&fwhm.0) {
             return Err(section.error(
@@ -126,7 +153,7 @@ fn conditions(section: &Section) -> Result<(Temperature, NumberDensity)> {
     Ok((section.need_positive("temperature")?, section.need_positive("electron_density")?))
 }
 
-fn lines(section: &Section, _: &Loader) -> Result<Spectrum> {
+fn lines(section: &Section, _: &Inputs) -> Result<Spectrum> {
     let scale = section.need_positive::<Emissivity>("scale")?.0;
     let mut lines = Vec::new();
     for line in section.tables("lines")? {

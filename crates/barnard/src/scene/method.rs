@@ -5,8 +5,8 @@ use spectra::polynomial::MAX_DEGREE;
 use spectra::rule::{RULES, RuleEntry, Settings};
 use spectra::units::Wavelength;
 
-use super::{Key, Section};
 use crate::error::Result;
+use crate::properties::{Key, Section};
 
 /// One row of the catalogue: a spectral rule and where star depths come from.
 #[derive(Clone, Copy)]

@@ -1,7 +1,8 @@
-//! Scenes: plain, validated data; what a TOML file says.
+//! Scenes: what is in front of the telescope, and the telescope.
 //!
-//! Quantities are texts with units. Unknown keys are refused with the nearest known one, file and line. Every table that has a `kind` reads a catalogue; the
-//! catalogues also make the manual, `docs/scene-format.md`.
+//! A [`Scene`] is made of objects, or read from a tree of [`properties`](crate::properties), whoever made that. In a tree quantities are texts
+//! with units, and unknown keys are refused with the nearest known one. Every table that has a `kind` reads a catalogue; the catalogues also
+//! make the manual of the scene format.
 
 mod albedo;
 mod background;
@@ -9,36 +10,31 @@ mod band;
 mod display;
 mod dust;
 mod emission;
-mod kind;
 mod loader;
-mod manual;
 mod method;
 pub mod schema;
-mod section;
 mod star;
 mod star_table;
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use spectra::passband::Passband;
-use toml_edit::Document;
+use spectra::passband::{self, Passband};
 
+pub use albedo::Albedo;
 pub use background::{Background, StarField};
-pub use dust::Dust;
+pub use dust::{Dust, Scale};
 pub use emission::Emission;
-pub use kind::{Kind, build_kind, build_kind_with, chosen};
-pub use loader::{DEFAULT_MEMORY, Loader, read_limited};
-pub use manual::manual;
+pub use loader::Loader;
 pub use method::{MANY_BOUNCES, MAX_STEPS, Method, MethodEntry, StarDepth, methods};
-pub use section::{Key, SceneText, Section, said};
 pub use star::Star;
 
-use crate::camera::{self, Camera};
-use crate::error::Result;
+use crate::camera::{self, Camera, Projection};
+use crate::error::{Error, Result};
 use crate::field::{self, Expression, Field};
 use crate::image::Display;
+use crate::properties::{Key, Place, Section, Table};
 
 /// Everything that is in front of the telescope, and the telescope.
 #[derive(Debug, Clone)]
@@ -65,10 +61,25 @@ pub struct Scene {
     pub display: Display,
     /// How the spectral integrals are done.
     pub method: Method,
-    /// The files that were read, the scene's own first.
-    pub files: Vec<std::path::PathBuf>,
-    /// The text that it was read from.
+    /// Where it was read from; nothing where a program made it.
+    pub provenance: Option<Provenance>,
+}
+
+/// What a scene was read from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Provenance {
+    /// Its text.
     pub text: Arc<str>,
+    /// The files that were read for it, the scene's own first.
+    pub files: Vec<PathBuf>,
+}
+
+impl Provenance {
+    /// SHA-256 of the text, in hexadecimal digits.
+    pub fn digest(&self) -> String {
+        use sha2::{Digest, Sha256};
+        Sha256::digest(self.text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+    }
 }
 
 /// Keys of the scene itself.
@@ -117,7 +128,7 @@ impl Fields {
         for (name, section) in root.named_tables("field")? {
             field::check_name(name).map_err(|e| section.error("name", e))?;
             let said = section.said();
-            fields.named.insert(name.to_owned(), loader.field(&said, || field::build(&section, loader))?);
+            fields.named.insert(name.to_owned(), loader.field(&said, || field::build(&section, &loader.inputs))?);
             fields.said += &format!("[{name}] {said}");
         }
         Ok(fields)
@@ -134,7 +145,7 @@ impl Fields {
         };
         loader.field(&format!("{formula} of {}", self.said), || {
             let expression = Expression::parse(formula, lookup).map_err(|e| section.error(key, e))?;
-            let field = section.wrap(key, expression.into_field(loader.memory_limit))?;
+            let field = section.wrap(key, expression.into_field(loader.inputs.memory_limit))?;
             if let Some(grid) = field.grid() {
                 section.wrap(key, grid.check(formula))?;
             }
@@ -144,47 +155,90 @@ impl Fields {
 }
 
 impl Scene {
-    /// Reads the scene file at `path`; arrays may take `memory_limit` bytes each.
-    pub fn load(path: &Path, memory_limit: u64) -> Result<Self> {
-        let text = Self::read_text(path)?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        let mut scene = Self::parse(&path.display().to_string(), &name, text, &Loader::in_folder(folder, memory_limit))?;
-        scene.files.insert(0, path.to_owned());
-        Ok(scene)
+    /// A scene that `camera` looks at, empty: seen through johnson's bands, by the default method. The methods below fill it.
+    pub fn new(camera: Camera) -> Self {
+        let bands = passband::set("johnson").unwrap_or_default();
+        Self {
+            name: "scene".into(),
+            description: String::new(),
+            camera,
+            bookmarks: BTreeMap::new(),
+            dust: None,
+            emission: Vec::new(),
+            stars: Vec::new(),
+            background: Background::default(),
+            display: Display::of(&bands),
+            bands,
+            method: Method::default(),
+            provenance: None,
+        }
     }
 
-    /// The text of the scene file at `path`.
-    pub fn read_text(path: &Path) -> Result<String> {
-        const LONGEST: u64 = 4 << 20;
-        let bytes = read_limited(path, LONGEST)?;
-        String::from_utf8(bytes).map_err(|_| crate::Error::file(path, "is no text in UTF-8; a scene is a TOML file"))
+    /// The same under another name.
+    #[must_use]
+    pub fn named(self, name: impl Into<String>) -> Self {
+        Self { name: name.into(), ..self }
     }
 
-    /// Reads a scene from its text; `file` is its name in messages, `name` the scene's default name.
-    pub fn parse(file: &str, name: &str, text: String, loader: &Loader) -> Result<Self> {
-        let source = SceneText { file: file.to_owned(), text };
-        let document = Document::parse(source.text.as_str()).map_err(|e| source.error(e.span(), "TOML", e.message().trim().to_owned()))?;
-        let root = Section::new(&source, document.as_table(), None, "");
-        let known: Vec<&str> = ROOT.iter().map(|k| k.name).collect();
-        root.check_keys(&known)?;
-        Self::build(&root, source.text.as_str(), name, loader)
+    /// The same through these passbands, shown in their own colours.
+    #[must_use]
+    pub fn bands(self, bands: Vec<Passband>) -> Self {
+        Self { display: Display::of(&bands), bands, ..self }
     }
 
-    fn build(root: &Section, text: &str, name: &str, loader: &Loader) -> Result<Self> {
+    /// The same with this dust, in place of any before.
+    #[must_use]
+    pub fn dust(self, dust: Dust) -> Self {
+        Self { dust: Some(dust), ..self }
+    }
+
+    /// The same with one species of glowing gas more.
+    #[must_use]
+    pub fn emission(mut self, emission: Emission) -> Self {
+        self.emission.push(emission);
+        self
+    }
+
+    /// The same with one star more.
+    #[must_use]
+    pub fn star(mut self, star: Star) -> Self {
+        self.stars.push(star);
+        self
+    }
+
+    /// The same with another sky behind.
+    #[must_use]
+    pub fn background(self, background: Background) -> Self {
+        Self { background, ..self }
+    }
+
+    /// The same by another method or accuracy.
+    #[must_use]
+    pub fn method(self, method: Method) -> Self {
+        Self { method, ..self }
+    }
+
+    /// Reads a scene from its properties; `name` is what it is called where it does not say.
+    ///
+    /// # Errors
+    /// Where a key is unknown or missing, a value is wrong, a file cannot be read, and those of [`check`](Self::check); each says its place.
+    pub fn from_properties(table: &Table, name: &str, loader: &Loader) -> Result<Self> {
+        let root = &Section::root(table);
+        root.check_keys(&ROOT.iter().map(|k| k.name).collect::<Vec<_>>())?;
+        let inputs = &loader.inputs;
         let need = |key: &str| root.table(key)?.ok_or_else(|| root.error(key, format!("table [{key}] is missing")));
-        let camera = camera::build(&need("camera")?, loader)?;
-        let bookmark = |(name, section): (&str, Section)| Ok((name.to_owned(), camera::bookmark(&section, loader, &camera)?));
+        let camera = camera::build(&need("camera")?, inputs)?;
+        let bookmark = |(name, section): (&str, Section)| Ok((name.to_owned(), camera::bookmark(&section, inputs, &camera)?));
         let bookmarks = root.named_tables("bookmark")?.into_iter().map(bookmark).collect::<Result<_>>()?;
         let fields = Fields::new(root, loader)?;
-        let bands = band::build(root, loader)?;
+        let bands = band::build(root, inputs)?;
         let dust = root.table("dust")?.map(|s| dust::build(&s, loader, &fields)).transpose()?;
         let emission = root.tables("emission")?.iter().map(|s| emission::build(s, loader, &fields)).collect::<Result<Vec<_>>>()?;
-        let mut stars = root.tables("star")?.iter().map(|s| star::build(s, loader)).collect::<Result<Vec<_>>>()?;
+        let mut stars = root.tables("star")?.iter().map(|s| star::build(s, inputs)).collect::<Result<Vec<_>>>()?;
         for table in root.tables("star_table")? {
-            stars.extend_from_slice(&loader.stars(&table.said(), || star_table::build(&table, loader))?);
+            stars.extend_from_slice(&loader.stars(&table.said(), || star_table::build(&table, inputs))?);
         }
-        let background = root.table("background")?.map(|s| background::build(&s, loader)).transpose()?;
+        let background = root.table("background")?.map(|s| background::build(&s, inputs)).transpose()?;
         let display = display::build(root.table("display")?.as_ref(), &bands)?;
         let method = method::build(root.table("method")?.as_ref())?;
         let scene = Self {
@@ -199,45 +253,67 @@ impl Scene {
             bands,
             display,
             method,
-            files: loader.files(),
-            text: text.into(),
+            provenance: None,
         };
-        scene.check(root)?;
+        scene.check().map_err(|error| placed(error, root))?;
         Ok(scene)
     }
 
-    /// What no single table can check: spectra and laws must reach over every passband.
-    fn check(&self, root: &Section) -> Result<()> {
-        let key = if root.has("band") { "band" } else { "bands" };
-        for band in &self.bands {
-            let (low, high) = band.support_um();
-            let what = format!("passband {}", band.name());
-            if let Some(dust) = &self.dust {
-                root.wrap(key, dust.extinction.check(&what, low, high))?;
-            }
-            for spectrum in self.spectra() {
-                root.wrap(key, spectrum.check(&what, low, high))?;
-            }
+    /// Whether it can be rendered: every number is one that its object can have, and spectra and laws reach over every passband. Everything
+    /// that renders a scene asks this first.
+    ///
+    /// # Errors
+    /// Where something is wrong, with its place such as `star[2].position` and what would be right.
+    pub fn check(&self) -> Result<()> {
+        at("", "camera", self.camera.check())?;
+        self.bookmarks.iter().try_for_each(|(name, camera)| at("bookmark", name, camera.check()))?;
+        self.check_bands()?;
+        if let Some(dust) = &self.dust {
+            at("", "dust", dust.check())?;
         }
+        self.emission.iter().try_for_each(|gas| at("", "emission", gas.check()))?;
+        self.stars.iter().enumerate().try_for_each(|(i, star)| at(&format!("star.{}", i + 1), "position", star.check()))?;
+        at("", "background", self.background.check())?;
         let dust = self.dust.iter().map(|dust| ("dust", &dust.density));
         for (key, density) in dust.chain(self.emission.iter().map(|gas| ("emission", &gas.density))) {
-            if let Some(fault) = density.bounds().fault() {
-                return Err(root.error(key, fault));
-            }
+            at("", key, density.bounds().checked())?;
         }
-        let parallel = |camera: &Camera| matches!(camera.projection, camera::Projection::Orthographic { .. });
+        let parallel = |camera: &Camera| matches!(camera.projection, Projection::Orthographic { .. });
         if self.background.star_field.is_some() && std::iter::once(&self.camera).chain(self.bookmarks.values()).any(parallel) {
-            return Err(
-                root.error("background", "a star field lies on the sky and needs kind = \"perspective\" in [camera] and in every bookmark")
-            );
+            return Err(placed_error(
+                "",
+                "background",
+                "a star field lies on the sky and needs kind = \"perspective\" in [camera] and in every bookmark",
+            ));
         }
         Ok(())
     }
 
-    /// SHA-256 of the text that the scene was read from, in hexadecimal digits.
-    pub fn digest(&self) -> String {
-        use sha2::{Digest, Sha256};
-        Sha256::digest(self.text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+    /// That there are passbands, each has a name of its own and a colour, and laws and spectra reach over all of them.
+    fn check_bands(&self) -> Result<()> {
+        if self.bands.is_empty() {
+            return Err(placed_error("", "bands", "the scene has no passband; write bands = \"johnson\""));
+        }
+        for (i, band) in self.bands.iter().enumerate() {
+            if self.bands[..i].iter().any(|b| b.name() == band.name()) {
+                let message = format!("two passbands are called \"{}\"; give one another name", band.name());
+                return Err(placed_error("", "bands", message));
+            }
+            let (low, high) = band.support_um();
+            let what = format!("passband {}", band.name());
+            if let Some(dust) = &self.dust {
+                at("", "bands", dust.extinction.check(&what, low, high))?;
+            }
+            for spectrum in self.spectra() {
+                at("", "bands", spectrum.check(&what, low, high))?;
+            }
+        }
+        let (columns, bands) = (self.display.palette.columns.len(), self.bands.len());
+        if columns != bands {
+            let message = format!("the palette has colours for {columns} bands, the scene has {bands}");
+            return Err(placed_error("display", "palette", message));
+        }
+        Ok(())
     }
 
     /// Every spectrum in the scene.
@@ -245,4 +321,22 @@ impl Scene {
         let stars = self.stars.iter().map(|s| &s.spectrum);
         stars.chain(self.emission.iter().map(|e| &e.spectrum)).chain(self.background.spectrum.iter())
     }
+}
+
+fn placed_error(path: &str, key: &str, message: impl Into<String>) -> Error {
+    Error::Scene { message: message.into(), place: Place { origin: None, path: path.into(), key: key.into() } }
+}
+
+/// Adds a place to what was found about one object.
+fn at<T, E: Into<Error>>(path: &str, key: &str, result: std::result::Result<T, E>) -> Result<T> {
+    result.map_err(|error| placed_error(path, key, error.into().to_string()))
+}
+
+/// The same error with the line of the text, where the tree that the scene is from has one.
+fn placed(error: Error, root: &Section) -> Error {
+    let Error::Scene { message, place } = error else { return error };
+    let own = if place.path.is_empty() { place.key.as_str() } else { place.path.split('.').next().unwrap_or("") };
+    // Passbands of one's own stand elsewhere.
+    let key = if own == "bands" && root.has("band") { "band" } else { own };
+    root.error(key, message)
 }

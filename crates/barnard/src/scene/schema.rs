@@ -1,6 +1,7 @@
 //! What a scene file may hold, table by table: the manual is printed from it, the explorer edits by it.
 
-use super::{Key, Kind, ROOT, albedo, background, band, display, dust, emission, method, star, star_table};
+use super::{ROOT, albedo, background, band, display, dust, emission, method, star, star_table};
+use crate::properties::{Key, Kind};
 use crate::{camera, field, phase};
 
 /// One table of a scene file.

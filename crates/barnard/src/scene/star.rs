@@ -10,8 +10,9 @@ use spectra::spectrum::Spectrum;
 use spectra::table::spectrum_from_csv;
 use spectra::units::{Length, Luminosity, Magnitude, SpectralLuminosity, Temperature, Wavelength};
 
-use super::{Key, Kind, Loader, Section, build_kind_with};
-use crate::error::Result;
+use crate::data::Inputs;
+use crate::error::{Error, Result};
+use crate::properties::{Key, Kind, Section, build_kind_with};
 
 /// A star.
 #[derive(Debug, Clone)]
@@ -24,6 +25,55 @@ pub struct Star {
     pub spectrum: Spectrum,
     /// Whether the star itself is drawn.
     pub visible: bool,
+}
+
+impl Star {
+    /// A star of specific luminosity `spectrum` [W µm⁻¹], at the origin; a visible point of light unless it is [hidden](Self::hidden).
+    pub fn new(spectrum: Spectrum) -> Self {
+        Self { name: "star".into(), position: DVec3::ZERO, spectrum, visible: true }
+    }
+
+    /// A black body of an effective temperature and a bolometric luminosity.
+    pub fn blackbody(temperature: Temperature, luminosity: Luminosity) -> Self {
+        Self::new(sed::blackbody(temperature, luminosity))
+    }
+
+    /// A star of the shape of a spectrum, as bright as `scale` says.
+    ///
+    /// # Errors
+    /// Where shape and scale do not go together, such as the radius of a power law.
+    pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Self> {
+        Ok(Self::new(sed::scaled(shape, scale)?))
+    }
+
+    /// The same elsewhere [pc].
+    #[must_use]
+    pub fn at(self, position: DVec3) -> Self {
+        Self { position, ..self }
+    }
+
+    /// The same under another name.
+    #[must_use]
+    pub fn named(self, name: impl Into<String>) -> Self {
+        Self { name: name.into(), ..self }
+    }
+
+    /// The same, whose light is seen on dust alone.
+    #[must_use]
+    pub fn hidden(self) -> Self {
+        Self { visible: false, ..self }
+    }
+
+    /// Refuses numbers that no star has.
+    pub(super) fn check(&self) -> Result<()> {
+        if !self.position.is_finite() {
+            return Err(Error::value("position", self.position, "a place: coordinates are numbers"));
+        }
+        if !self.spectrum.is_light() {
+            return Err(Error::value("spectrum", &self.name, "one of finite numbers; temperature and luminosity are above zero"));
+        }
+        Ok(())
+    }
 }
 
 /// Temperatures of black bodies whose light has a number at every wavelength that a passband may have [K].
@@ -82,9 +132,9 @@ pub(super) const SPECTRA: &[Kind<StarShape>] = &[
         name: "file",
         summary: "from a CSV of wavelength and flux",
         keys: &[Key::required("file", "path", "the CSV; its header may name the unit of wavelength, nm otherwise")],
-        build: |section, loader| {
+        build: |section, inputs| {
             let file = section.need_text("file")?;
-            let table = section.wrap("file", spectrum_from_csv(file, &section.wrap("file", loader.read_text(file))?))?;
+            let table = section.wrap("file", spectrum_from_csv(file, &section.wrap("file", inputs.text(file))?))?;
             if let Some(i) = table.y().iter().position(|f| *f < 0.0) {
                 return Err(section.error("file", format!("{file}: flux is negative at {:.4} um; light is not", table.x()[i])));
             }
@@ -115,8 +165,8 @@ pub(super) const KEYS: &[Key] = &[
     Key::optional("magnitude_system", "text", "vega", "vega or ab"),
 ];
 
-pub(super) fn build(section: &Section, loader: &Loader) -> Result<Star> {
-    let shape = build_kind_with("spectrum", SPECTRA, KEYS, section, loader)?;
+pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<Star> {
+    let shape = build_kind_with("spectrum", SPECTRA, KEYS, section, inputs)?;
     let spectrum = section.wrap("kind", sed::scaled(shape, &scale(section)?))?;
     Ok(Star {
         name: section.text("name")?.map_or_else(|| format!("star {}", section.name()), str::to_owned),
@@ -173,5 +223,5 @@ fn foreground(section: &Section) -> Result<Option<Foreground>> {
         return Err(section.error("extinction", "an extinction is at least 0 mag: dust takes light away"));
     }
     let law = section.text("extinction_law")?.unwrap_or("gordon23");
-    Ok(Some(Foreground { extinction, law: Arc::new(section.wrap("extinction_law", Extinction::named(law, None))?) }))
+    Ok(Some(Foreground { extinction, law: Arc::new(section.wrap("extinction_law", Extinction::named(law))?) }))
 }

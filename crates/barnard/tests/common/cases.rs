@@ -7,7 +7,8 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use barnard::image::Image;
-use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
+use barnard::memory::DEFAULT_LIMIT;
+use barnard::scene::Scene;
 use serde_json::Value;
 use spectra::constants::{PARSEC, SPHERE};
 
@@ -104,7 +105,7 @@ fn toml(case: &Value) -> String {
 
 /// The independent program's image of one band.
 pub fn answer(folder: &Path, band: &str) -> Image {
-    barnard::formats::read_image(&folder.join(format!("ref_{band}.npy")), DEFAULT_MEMORY).unwrap()
+    barnard_files::formats::read_image(&folder.join(format!("ref_{band}.npy")), DEFAULT_LIMIT).unwrap()
 }
 
 /// Our radiance is per µm inside and W m⁻² sr⁻¹ outside, theirs counts λ in nm: a band value ∫ I_λ R dλ is the same number.
@@ -124,5 +125,5 @@ pub fn compare(folder: &Path, image: &Image, tolerance: f64) -> f64 {
 /// A case as a scene.
 pub fn load(folder: &Path) -> Scene {
     let case: Value = serde_json::from_str(&std::fs::read_to_string(folder.join("scene.json")).unwrap()).unwrap();
-    Scene::parse("case.toml", "case", toml(&case), &Loader::in_folder(folder, DEFAULT_MEMORY)).unwrap()
+    barnard_files::parse("case.toml", "case", toml(&case), &barnard_files::in_folder(folder, DEFAULT_LIMIT)).unwrap()
 }

@@ -90,15 +90,15 @@ fn place(v: barnard::glam::DVec3) -> String {
 }
 
 fn describe_plan(plan: &Plan) {
-    say!("method    {}, {} terms a sample, depths up to {:.3}", plan.spectral.method, plan.spectral.terms(), plan.spectral.depth);
-    for (b, band) in plan.spectral.bands.iter().enumerate() {
+    say!("method    {}, {} terms a sample, depths up to {:.3}", plan.spectral().method, plan.spectral().terms(), plan.spectral().depth);
+    for (b, band) in plan.spectral().bands.iter().enumerate() {
         if let Form::Nodes(rule) = &band.rule.form {
             let list: Vec<String> = rule.nodes.iter().map(|n| format!("{:.1} nm (k {:.4})", n.lambda_um * 1e3, n.k)).collect();
             say!("nodes     {}: {}", band.band.name(), list.join(", "));
         }
         say!("          {}", plan.worst_certificate(b, &plan.expected()));
     }
-    say!("steps     {}", plan.stepping);
+    say!("steps     {}", plan.stepping());
     for (key, value) in plan.notes() {
         say!("{key}: {value}");
     }

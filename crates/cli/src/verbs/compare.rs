@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::bail;
-use barnard::formats::read_image;
 use barnard::image::Image;
-use barnard::scene::DEFAULT_MEMORY;
+use barnard::memory::DEFAULT_LIMIT;
+use barnard_files::formats::read_image;
 use clap::Args;
 
 /// Compares two images (.npy, .fits, .exr), B being the truth: relative RMSE √(mean (a − b)²)/√(mean b²) and largest difference, per band.
@@ -41,7 +41,7 @@ impl Compare {
         {
             bail!("--tolerance {tolerance} is no relative RMSE; give a number such as 1e-3");
         }
-        let (a, b) = (read_image(&self.a, DEFAULT_MEMORY)?, read_image(&self.b, DEFAULT_MEMORY)?);
+        let (a, b) = (read_image(&self.a, DEFAULT_LIMIT)?, read_image(&self.b, DEFAULT_LIMIT)?);
         let shape = |i: &Image| (i.width, i.height, i.radiances().count());
         if shape(&a) != shape(&b) {
             let shape = |i: &Image| format!("{} bands of {} x {}", i.radiances().count(), i.width, i.height);
@@ -68,7 +68,7 @@ impl Compare {
 
 /// Bands by name; by position where a file knows no names.
 fn pairs(a: &Image, b: &Image) -> anyhow::Result<Vec<(usize, usize)>> {
-    let nameless = |i: &Image| i.bands.iter().enumerate().all(|(n, band)| band.name == barnard::formats::nameless(n));
+    let nameless = |i: &Image| i.bands.iter().enumerate().all(|(n, band)| band.name == barnard_files::formats::nameless(n));
     if nameless(a) || nameless(b) {
         return Ok(a.radiances().zip(b.radiances()).collect());
     }

@@ -15,35 +15,56 @@ pub struct Info {
 impl Info {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let threads = rayon::current_num_threads();
-        let adapters = barnard_gpu::adapters();
         if self.json {
-            let list: Vec<_> = adapters.iter().map(json).collect();
-            let info = serde_json::json!({ "version": env!("CARGO_PKG_VERSION"), "threads": threads, "adapters": list });
+            let info = serde_json::json!({ "version": env!("CARGO_PKG_VERSION"), "threads": threads, "adapters": json() });
             say!("{}", serde_json::to_string_pretty(&info)?);
             return Ok(ExitCode::SUCCESS);
         }
         say!("barnard {}", env!("CARGO_PKG_VERSION"));
         say!("cpu        {threads} threads, {}", std::env::consts::ARCH);
-        for adapter in &adapters {
-            say!("gpu        {} ({}{})", adapter.name, adapter.api, if adapter.real { "" } else { ", software: slower than cpu" });
-            say!("           driver {}", adapter.driver);
-            say!(
-                "           volumes of at most {} voxels along an edge, {} textures of four channels, buffers of {:.0} MiB",
-                adapter.volume_edge,
-                adapter.textures,
-                adapter.buffer as f64 / f64::from(1 << 20)
-            );
-        }
-        if adapters.is_empty() {
-            say!("gpu        none: no Vulkan, Metal or DirectX 12 driver was found");
-        }
-        let choice = if adapters.first().is_some_and(|a| a.real) { "gpu" } else { "cpu" };
-        say!("--backend auto takes {choice}");
+        adapters();
         Ok(ExitCode::SUCCESS)
     }
 }
 
-fn json(adapter: &barnard_gpu::Adapter) -> serde_json::Value {
+/// The graphics adapters, in words.
+#[cfg(feature = "gpu")]
+fn adapters() {
+    let adapters = barnard_gpu::adapters();
+    for adapter in &adapters {
+        say!("gpu        {} ({}{})", adapter.name, adapter.api, if adapter.real { "" } else { ", software: slower than cpu" });
+        say!("           driver {}", adapter.driver);
+        say!(
+            "           volumes of at most {} voxels along an edge, {} textures of four channels, buffers of {:.0} MiB",
+            adapter.volume_edge,
+            adapter.textures,
+            adapter.buffer as f64 / f64::from(1 << 20)
+        );
+    }
+    if adapters.is_empty() {
+        say!("gpu        none: no Vulkan, Metal or DirectX 12 driver was found");
+    }
+    let choice = if adapters.first().is_some_and(|a| a.real) { "gpu" } else { "cpu" };
+    say!("--backend auto takes {choice}");
+}
+
+#[cfg(not(feature = "gpu"))]
+fn adapters() {
+    say!("gpu        this program was built without it; build it with: cargo build --release -F gpu");
+}
+
+#[cfg(not(feature = "gpu"))]
+fn json() -> Vec<serde_json::Value> {
+    Vec::new()
+}
+
+#[cfg(feature = "gpu")]
+fn json() -> Vec<serde_json::Value> {
+    barnard_gpu::adapters().iter().map(json_of).collect()
+}
+
+#[cfg(feature = "gpu")]
+fn json_of(adapter: &barnard_gpu::Adapter) -> serde_json::Value {
     serde_json::json!({
         "name": adapter.name,
         "api": adapter.api,

@@ -3,8 +3,10 @@
 use std::io::Write;
 use std::process::ExitCode;
 
-use barnard::catalogue::{CATALOGUES, Catalogue};
+use barnard_files::catalogue::{CATALOGUES, Catalogue};
 use clap::Args;
+
+use crate::backends::registry;
 
 /// Prints a catalogue, one entry a line: name, then summary. Without a name, the catalogues.
 #[derive(Args)]
@@ -20,6 +22,10 @@ impl List {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let rows: Vec<(String, String)> = match &self.catalogue {
             None => CATALOGUES.iter().map(|c| (c.name.to_owned(), c.summary.to_owned())).collect(),
+            // What this program was built with, not what a library has.
+            Some(name) if name == "backends" => {
+                registry().entries().iter().map(|entry| (entry.name.to_owned(), entry.summary.to_owned())).collect()
+            }
             Some(name) => (Catalogue::named(name)?.rows)(),
         };
         let mut out = std::io::stdout().lock();

@@ -1,5 +1,6 @@
 //! The verbs: one file each.
 
+#[cfg(feature = "study")]
 mod bench;
 mod check;
 mod compare;
@@ -8,6 +9,7 @@ mod info;
 mod list;
 mod referee;
 mod render;
+#[cfg(feature = "study")]
 mod study;
 #[cfg(feature = "view")]
 mod view;
@@ -16,12 +18,19 @@ use std::process::ExitCode;
 
 use clap::Subcommand;
 
+#[cfg(not(all(feature = "view", feature = "study")))]
+use crate::missing::Missing;
+
 /// What to do.
 #[derive(Subcommand)]
 pub enum Verb {
     /// Open the explorer: fly through a scene and change every spectrum while you look
     #[cfg(feature = "view")]
     View(view::View),
+    /// Open the explorer, where the program has it
+    #[cfg(not(feature = "view"))]
+    #[command(hide = true)]
+    View(Missing),
     /// Render a scene to .exr, .fits, .npy or .png
     Render(render::Render),
     /// Validate a scene and print its plan: nodes, certificate, memory
@@ -33,9 +42,19 @@ pub enum Verb {
     /// Compare two images band by band
     Compare(compare::Compare),
     /// Time the methods on this machine, with their errors
+    #[cfg(feature = "study")]
     Bench(bench::Bench),
+    /// Time the methods, where the program can
+    #[cfg(not(feature = "study"))]
+    #[command(hide = true)]
+    Bench(Missing),
     /// Measure every method beside the others: figures and tables
+    #[cfg(feature = "study")]
     Study(study::Study),
+    /// Measure every method, where the program can
+    #[cfg(not(feature = "study"))]
+    #[command(hide = true)]
+    Study(Missing),
     /// Print shell completions
     Completions(completions::Completions),
 }
@@ -55,13 +74,21 @@ impl Verb {
         match self {
             #[cfg(feature = "view")]
             Verb::View(verb) => verb.run(),
+            #[cfg(not(feature = "view"))]
+            Verb::View(verb) => verb.run("view", "view"),
             Verb::Render(verb) => verb.run(),
             Verb::Check(verb) => verb.run(),
             Verb::List(verb) => verb.run(),
             Verb::Info(verb) => verb.run(),
             Verb::Compare(verb) => verb.run(),
+            #[cfg(feature = "study")]
             Verb::Bench(verb) => verb.run(),
+            #[cfg(not(feature = "study"))]
+            Verb::Bench(verb) => verb.run("bench", "study"),
+            #[cfg(feature = "study")]
             Verb::Study(verb) => verb.run(),
+            #[cfg(not(feature = "study"))]
+            Verb::Study(verb) => verb.run("study", "study"),
             Verb::Completions(verb) => verb.run(),
         }
     }
@@ -70,8 +97,8 @@ impl Verb {
 /// Says on standard error that a picture will not be as exact as was asked for.
 fn warn_of_accuracy(plan: &barnard::plan::Plan) {
     if plan.misses_accuracy() {
-        let sampling = plan.space.spatial.and_then(|s| {
-            let stars = s.unresolved.is_some_and(|stars| stars.error > plan.spectral.accuracy);
+        let sampling = plan.space().spatial.and_then(|s| {
+            let stars = s.unresolved.is_some_and(|stars| stars.error > plan.spectral().accuracy);
             s.sampling.filter(|(error, _)| stars || *error > 0.5 * s.error)
         });
         let remedy = match sampling {

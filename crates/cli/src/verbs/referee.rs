@@ -6,9 +6,10 @@ use std::time::Instant;
 use anyhow::bail;
 use barnard::Error;
 use barnard::backend::path::{self, Film, Options};
-use barnard::formats::{check_memory, check_replaceable};
 use barnard::image::Image;
+use barnard::memory;
 use barnard::scene::Scene;
+use barnard_files::formats::check_replaceable;
 use clap::Args;
 
 use crate::progress;
@@ -68,12 +69,12 @@ impl Referee {
         let options = self.options(scene)?;
         // Sums, those of a pass beside them, and the picture.
         let values = (scene.camera.width * scene.camera.height * scene.bands.len()) as u64;
-        check_memory("the sums of paths", values.saturating_mul(96), memory_limit)?;
+        memory::check("the sums of paths", values.saturating_mul(96), memory_limit)?;
         let note = progress::Note::default();
         let control = progress::control_with(&note)?;
         let (start, bands) = (Instant::now(), scene.bands.len());
         let mut film = match self.state.as_ref().filter(|path| path.exists()) {
-            Some(path) => path::state::load(path, scene, &options, memory_limit)?,
+            Some(path) => barnard_files::film::load(path, scene, &options, memory_limit)?,
             None => Film::default(),
         };
         let before = film.samples;
@@ -90,7 +91,7 @@ impl Referee {
         }
         let seconds = start.elapsed().as_secs_f64();
         if let Some(path) = &self.state {
-            path::state::save(path, scene, &options, &film)?;
+            barnard_files::film::save(path, scene, &options, &film)?;
             say!("wrote {}", path.display());
         }
         let paths = (film.samples - before) as f64 * film.estimates.len() as f64;

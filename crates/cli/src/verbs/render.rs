@@ -2,21 +2,20 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::bail;
-use barnard::backend::cpu::Findings;
-use barnard::backend::{BACKENDS, cpu, reference};
+use barnard::backend::reference::{self, Reference};
+use barnard::backend::{Backend, Job, RenderStats};
 use barnard::control::Control;
-use barnard::formats::{check_writable, save};
 use barnard::image::Image;
-use barnard::plan::ordinates::Sweeper;
 use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
-use barnard_gpu::{Gpu, Ordinates, Tuning};
-use clap::{Args, ValueEnum};
+use barnard_files::SaveImage;
+use barnard_files::formats::check_writable;
+use clap::Args;
 
+use crate::backends::{names, registry};
 use crate::progress;
 use crate::source::SceneArgs;
 use crate::verbs::referee::Referee;
@@ -37,8 +36,8 @@ pub struct Render {
     #[arg(short, long, value_name = "OUT", required = true)]
     output: Vec<PathBuf>,
     /// What renders
-    #[arg(long, value_enum, default_value_t = Backend::Cpu)]
-    backend: Backend,
+    #[arg(long, value_name = "NAME", default_value = "cpu", value_parser = names(false))]
+    backend: String,
     #[command(flatten)]
     referee: Referee,
     /// Evaluate dust that is one field of kind "fbm" at every sample of a ray, on the GPU, instead of sampling it to a grid
@@ -46,47 +45,31 @@ pub struct Render {
     on_the_fly: bool,
 }
 
-/// The rows of the back ends.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Backend {
-    /// f32, SIMD, all cores
-    Cpu,
-    /// f32 on a graphics processor
-    Gpu,
-    /// gpu where there is a real one, otherwise cpu
-    Auto,
-    /// f64, paths of light by chance: any number of bounces, with standard errors
-    Path,
-    /// f64, adaptive, exact: slow
-    Reference,
-}
-
 impl Render {
     pub fn run(self) -> anyhow::Result<ExitCode> {
-        debug_assert_eq!(BACKENDS.len(), Backend::value_variants().len());
         for path in &self.output {
             check_writable(path)?;
         }
-        if self.on_the_fly && !matches!(self.backend, Backend::Gpu) {
+        if self.on_the_fly && self.backend != "gpu" {
             bail!("--on-the-fly belongs to --backend gpu; the reference evaluates fields as they are, cpu samples them");
         }
-        if self.referee.is_asked() && self.backend != Backend::Path {
+        if self.referee.is_asked() && self.backend != "path" {
             bail!("--samples, --target-error, --seed and --state belong to --backend path");
         }
         let (scene, options) = self.scene.load()?;
         for path in &self.output {
             let same = |file: &&PathBuf| file.canonicalize().is_ok_and(|f| path.canonicalize().is_ok_and(|p| p == f));
-            if let Some(input) = scene.files.iter().find(same) {
+            if let Some(input) = scene.provenance.iter().flat_map(|from| &from.files).find(same) {
                 bail!("{}: is read by the scene ({}); choose another name for the output", path.display(), input.display());
             }
         }
-        let image = match self.backend {
-            Backend::Cpu | Backend::Gpu | Backend::Auto => self.planned(&scene, &options)?,
-            Backend::Path => self.on_path(&scene, options.memory_limit)?,
-            Backend::Reference => self.on_reference(&scene)?,
+        let image = match self.backend.as_str() {
+            "path" => self.on_path(&scene, &options)?,
+            "reference" => self.on_reference(&scene, &options)?,
+            _ => self.planned(&scene, options)?,
         };
         for path in &self.output {
-            save(&image, &scene.display, path)?;
+            image.save(path)?;
             say!("wrote {}", path.display());
         }
         if self.output.iter().any(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))) {
@@ -97,100 +80,84 @@ impl Render {
         Ok(ExitCode::SUCCESS)
     }
 
-    fn on_path(&self, scene: &Scene, memory_limit: u64) -> anyhow::Result<Image> {
+    fn on_path(&self, scene: &Scene, options: &Options) -> anyhow::Result<Image> {
         let scene_args = &self.scene;
         if scene_args.method.is_some() || scene_args.steps.is_some() || scene_args.count.is_some() || scene_args.accuracy.is_some() {
             bail!("--method, --count, --steps and --accuracy belong to the other back ends; path takes --samples and --target-error");
         }
-        self.referee.render(scene, memory_limit)
+        self.referee.render(scene, options.memory_limit)
     }
 
-    fn on_reference(&self, scene: &Scene) -> anyhow::Result<Image> {
+    fn on_reference(&self, scene: &Scene, options: &Options) -> anyhow::Result<Image> {
         if self.scene.method.is_some() || self.scene.steps.is_some() || self.scene.count.is_some() {
             bail!("--method, --count and --steps belong to the other back ends; the reference is adaptive and takes --accuracy alone");
         }
         let control = progress::control()?;
         let start = Instant::now();
         let accuracy = self.scene.accuracy.unwrap_or(reference::DEFAULT_ACCURACY);
-        let image = reference::render(scene, accuracy, &control)?;
+        let (image, stats) = Reference { accuracy }.render(&Job::new(scene, options)?, &control)?;
         let seconds = start.elapsed().as_secs_f64();
-        let rays = scene.camera.width * scene.camera.height * scene.camera.supersampling.pow(2);
         say!(
             "{} x {}, {} bands, {seconds:.2} s, {:.0} rays/s, accuracy {accuracy:e} of each pixel",
             image.width,
             image.height,
             image.bands.len(),
-            rays as f64 / seconds
+            stats.rays as f64 / seconds
         );
         Ok(image)
     }
-}
 
-impl Render {
     /// By a back end that reads a plan.
-    fn planned(&self, scene: &Scene, options: &Options) -> anyhow::Result<Image> {
+    fn planned(&self, scene: &Scene, mut options: Options) -> anyhow::Result<Image> {
         let control = progress::control()?;
+        let mut backend = self.open(scene)?;
+        options.sweeper = backend.sweeper().filter(|_| scene.method.bounces > 1);
         let start = Instant::now();
-        let plan = Plan::new(scene, &Options { sweeper: self.sweeper(options), ..options.clone() }, &control)?;
+        let plan = Plan::new(scene, &options, &control)?;
         let planned = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let (image, findings) = match self.backend {
-            Backend::Gpu => self.on_gpu(scene, &plan, &control)?,
-            Backend::Auto => match self.why_not_gpu(&plan) {
-                None => self.on_gpu(scene, &plan, &control)?,
-                Some(why) => {
-                    say!("auto: on the cpu, {why}");
-                    cpu::render(scene, &plan, &control)?
-                }
-            },
-            _ => cpu::render(scene, &plan, &control)?,
-        };
+        let (image, stats) = rendered(&mut *backend, &Job::planned(scene, &options, &plan), &control)?;
         let seconds = start.elapsed().as_secs_f64();
         say!(
             "{} x {}, {} bands, plan {planned:.2} s, render {seconds:.2} s, {:.2e} rays/s, {} ({} terms a sample)",
             image.width,
             image.height,
             image.bands.len(),
-            findings.rays as f64 / seconds,
-            plan.spectral.method,
-            plan.spectral.terms()
+            stats.rays as f64 / seconds,
+            plan.spectral().method,
+            plan.spectral().terms()
         );
         for (band, name) in image.bands.iter().enumerate().map(|(b, band)| (b, &band.name)) {
-            say!("{name}: {}", plan.worst_certificate(band, &findings));
+            say!("{name}: {}", plan.worst_certificate(band, &stats));
         }
-        for (key, value) in plan.notes().into_iter().chain(findings.negative_note()) {
+        for (key, value) in plan.notes().into_iter().chain(stats.negative_note()) {
             say!("{key}: {value}");
         }
         crate::verbs::warn_of_accuracy(&plan);
         Ok(image)
     }
 
-    /// What sweeps light that is scattered more than once: the device that marches, if it is one.
-    fn sweeper(&self, options: &Options) -> Option<Arc<dyn Sweeper>> {
-        let asked = options.method.bounces > 1 && matches!(self.backend, Backend::Gpu | Backend::Auto);
-        asked.then(|| Ordinates::if_faster(&Gpu::open().ok()?)).flatten()
-    }
-
-    /// Why `auto` does not take the GPU.
-    fn why_not_gpu(&self, plan: &Plan) -> Option<String> {
-        let Some(best) = barnard_gpu::adapters().into_iter().next() else { return Some("no graphics adapter was found".into()) };
-        if !best.real {
-            return Some(format!("the only graphics adapter is software ({})", best.name));
+    fn open(&self, scene: &Scene) -> anyhow::Result<Box<dyn Backend>> {
+        #[cfg(feature = "gpu")]
+        if self.on_the_fly {
+            let tuning = barnard_gpu::Tuning { on_the_fly: true, ..barnard_gpu::Tuning::default() };
+            return Ok(Box::new(barnard_gpu::OnDevice::open(tuning).map_err(barnard::Error::from)?));
         }
-        barnard_gpu::unable(plan, self.tuning()).map(|e| e.to_string())
+        Ok((registry().named(&self.backend)?.open)(scene)?)
     }
+}
 
-    /// On the best adapter, as long as it does not give up.
-    fn on_gpu(&self, scene: &Scene, plan: &Plan, control: &Control) -> anyhow::Result<(Image, Findings)> {
-        let open = || {
-            let gpu = Gpu::open()?;
-            say!("{}", gpu.name());
-            Ok(gpu)
-        };
-        Ok(barnard_gpu::render_surely(open, scene, plan, (self.tuning(), control), |words| complain!("warning: {words}"))?)
+/// Renders, and tells who did it where it is not the processor.
+fn rendered(backend: &mut dyn Backend, job: &Job, control: &Control) -> anyhow::Result<(Image, RenderStats)> {
+    let done = backend.render(job, control);
+    for words in backend.warnings() {
+        complain!("warning: {words}");
     }
-
-    fn tuning(&self) -> Tuning {
-        Tuning { on_the_fly: self.on_the_fly, ..Tuning::default() }
+    let done = done?;
+    if let Some(why) = backend.instead() {
+        say!("auto: on the cpu, {why}");
+    } else if backend.device_seconds().is_some() {
+        say!("{}", backend.name());
     }
+    Ok(done)
 }

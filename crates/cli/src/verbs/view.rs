@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use barnard_viewer::document::Origin;
-use barnard_viewer::{Backend, Start, open};
+use barnard_viewer::{Backend, Start, ViewerError, open};
 use clap::{Args, ValueEnum};
 
 /// Opens the explorer: fly through a scene and change every spectrum while you look.
@@ -56,7 +56,7 @@ impl View {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let scene = match (self.scene, self.builtin) {
             (Some(path), _) => Some(Origin::File(path)),
-            (None, Some(name)) => Some(Origin::Builtin(barnard::builtin::entry(&name)?.name)),
+            (None, Some(name)) => Some(Origin::Builtin(barnard_files::builtin::entry(&name)?.name)),
             (None, None) => None,
         };
         let backend = match self.backend {
@@ -64,7 +64,11 @@ impl View {
             Marcher::Gpu => Backend::Gpu,
             Marcher::Auto => Backend::Auto,
         };
-        open(Start { scene, backend, memory_limit: crate::source::memory_limit(self.memory)? })?;
+        let start = Start { scene, backend, memory_limit: crate::source::memory_limit(self.memory)? };
+        open(start).map_err(|e| match e {
+            ViewerError::Scene(error) => anyhow::Error::from(error),
+            other => other.into(),
+        })?;
         Ok(ExitCode::SUCCESS)
     }
 }

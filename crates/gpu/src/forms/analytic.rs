@@ -22,14 +22,14 @@ pub(super) const ENTRY: FormEntry = FormEntry {
 const TURNS_OF_AN_END: usize = 24 + 3 * (MAX_DEGREE + 3) + 8;
 
 fn fill(plan: &Plan, lights: &[usize], contents: &mut Contents) -> Result<()> {
-    let bands = &plan.spectral.bands;
+    let bands = &plan.spectral().bands;
     for (i, light) in lights.iter().enumerate() {
         for (b, band) in bands.iter().enumerate() {
             let Form::Analytic(analytic) = &band.rule.form else { continue };
-            let head = match ClosedForm::new(analytic, *light, plan.spectral.accuracy) {
+            let head = match ClosedForm::new(analytic, *light, plan.spectral().accuracy) {
                 ClosedForm::Dark => [0.0; 4],
                 ClosedForm::Double => {
-                    return Err(GpuError::Digits { light: plan.lights[*light].name.clone(), band: band.band.name().into() });
+                    return Err(GpuError::Digits { light: plan.lights()[*light].name.clone(), band: band.band.name().into() });
                 }
                 ClosedForm::Single { ends, lines, extent } => {
                     let powers = ends.first().map_or(0, |end| end.factors.len());

@@ -17,7 +17,7 @@ pub(super) const ENTRY: FormEntry = FormEntry {
 };
 
 fn fill(plan: &Plan, lights: &[usize], contents: &mut Contents) -> Result<()> {
-    let bands = &plan.spectral.bands;
+    let bands = &plan.spectral().bands;
     for (i, light) in lights.iter().enumerate() {
         for (b, band) in bands.iter().enumerate() {
             let Form::Lookup(lookup) = &band.rule.form else { continue };

@@ -61,9 +61,9 @@ pub const FORMS: &[&FormEntry] = &[&nodes::ENTRY, &lookup::ENTRY, &projection::E
 /// # Errors
 /// Where no shader has it.
 pub fn form(plan: &Plan) -> Result<&'static FormEntry> {
-    let Some(band) = plan.spectral.bands.first() else { return Ok(FORMS[0]) };
+    let Some(band) = plan.spectral().bands.first() else { return Ok(FORMS[0]) };
     let known = FORMS.iter().find(|f| (f.of)(&band.rule.form));
-    known.copied().ok_or_else(|| GpuError::Method(plan.spectral.method.into()))
+    known.copied().ok_or_else(|| GpuError::Method(plan.spectral().method.into()))
 }
 
 /// k of each term, zero where a form has none.
@@ -73,7 +73,7 @@ pub fn extinctions(plan: &Plan) -> Vec<f32> {
         Form::Preintegrated(intervals) => intervals.k.iter().map(|k| *k as f32).collect(),
         _ => vec![0.0; terms],
     };
-    plan.spectral.bands.iter().flat_map(|b| of_band(&b.rule.form, b.terms())).collect()
+    plan.spectral().bands.iter().flat_map(|b| of_band(&b.rule.form, b.terms())).collect()
 }
 
 /// Heads, and the tables that they tell of.

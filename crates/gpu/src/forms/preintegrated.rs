@@ -18,10 +18,10 @@ pub(super) const ENTRY: FormEntry = FormEntry {
 };
 
 fn fill(plan: &Plan, lights: &[usize], contents: &mut Contents) -> Result<()> {
-    let room = room(plan.spectral.terms());
+    let room = room(plan.spectral().terms());
     for (i, light) in lights.iter().enumerate() {
         let mut term = i * room;
-        for band in &plan.spectral.bands {
+        for band in &plan.spectral().bands {
             let Form::Preintegrated(intervals) = &band.rule.form else { continue };
             for table in &intervals.tables[*light] {
                 contents.heads[term] = contents.equal_steps(table.step, &table.mean);

@@ -19,7 +19,7 @@ pub(super) const ENTRY: FormEntry = FormEntry {
 
 fn fill(plan: &Plan, _: &[usize], contents: &mut Contents) -> Result<()> {
     let mut written: Vec<(&[f64], [f32; 4])> = Vec::new();
-    for (b, band) in plan.spectral.bands.iter().enumerate() {
+    for (b, band) in plan.spectral().bands.iter().enumerate() {
         let Form::Projection(projection) = &band.rule.form else { continue };
         let exponents = &projection.basis.exponents[..];
         let head = match written.iter().find(|(e, _)| *e == exponents) {

@@ -36,10 +36,15 @@ pub const PALETTES: &[PaletteEntry] = &[
     },
     PaletteEntry { name: "sho", summary: "Hubble palette: [S II] red, H-alpha green, [O III] blue; needs three bands", build: sho },
     PaletteEntry { name: "hoo", summary: "H-alpha red, [O III] green and blue; needs two bands", build: hoo },
-    PaletteEntry { name: "grey", summary: "the mean of all bands", build: |bands| Ok(vec![[1.0 / bands.len() as f64; 3]; bands.len()]) },
+    PaletteEntry { name: "grey", summary: "the mean of all bands", build: |bands| Ok(Palette::grey(bands.len()).columns) },
 ];
 
 impl Palette {
+    /// The mean of so many bands.
+    pub fn grey(bands: usize) -> Self {
+        Self { columns: vec![[1.0 / bands as f64; 3]; bands] }
+    }
+
     /// The palette called `name` for these bands.
     pub fn named(name: &str, bands: &[Passband]) -> Result<Self> {
         let known: Vec<&str> = PALETTES.iter().map(|p| p.name).collect();

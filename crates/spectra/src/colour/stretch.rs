@@ -63,6 +63,13 @@ pub const STRETCHES: &[StretchEntry] = &[
     },
 ];
 
+impl Default for Stretch {
+    /// The first of the catalogue.
+    fn default() -> Self {
+        Self { entry: &STRETCHES[0], strength: STRETCHES[0].default_strength }
+    }
+}
+
 impl Stretch {
     /// The stretch called `name`; `strength` is its parameter, the default if not given.
     pub fn named(name: &str, strength: Option<f64>) -> Result<Self> {

@@ -68,7 +68,7 @@ mod tests {
     /// Table 3 of the paper, R_V = 3.1 (A(λ)/A(V), two to three printed digits).
     #[test]
     fn printed_table() {
-        let law = Extinction::named("ccm89", Some(3.1)).unwrap();
+        let law = Extinction::with_r_v("ccm89", Some(3.1)).unwrap();
         for (lambda_um, printed) in
             [(0.36, 1.569), (0.44, 1.337), (0.55, 1.0), (0.70, 0.751), (0.90, 0.479), (1.25, 0.282), (1.60, 0.190), (2.20, 0.114)]
         {

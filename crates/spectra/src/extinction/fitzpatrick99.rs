@@ -106,7 +106,7 @@ mod tests {
     /// Table 3 of the paper for R_V = 3.1: A(λ)/E(B−V) = 0.265, 0.829, 2.688, 3.055, 3.806, 4.315 at the anchors.
     #[test]
     fn printed_table() {
-        let law = Extinction::named("fitzpatrick99", Some(3.1)).unwrap();
+        let law = Extinction::with_r_v("fitzpatrick99", Some(3.1)).unwrap();
         for (lambda_um, printed) in
             [(2.65, 0.265), (1.22, 0.829), (0.6, 2.688), (0.547, 3.055), (0.467, 3.806), (0.411, 4.315), (0.27, 6.265), (0.26, 6.591)]
         {

@@ -13,6 +13,8 @@ mod tabulated;
 
 pub use tabulated::DustTable;
 
+use std::borrow::Cow;
+
 use crate::error::{Result, SpectraError};
 
 /// A shape of extinction over wavelength.
@@ -78,16 +80,32 @@ pub const DEFAULT_R_V: f64 = 3.1;
 /// A law with its name.
 #[derive(Debug)]
 pub struct Extinction {
-    /// The catalogue's name.
-    pub name: &'static str,
+    /// The catalogue's name, or one's own.
+    pub name: Cow<'static, str>,
     /// R_V, where the law takes one [1].
     pub r_v: Option<f64>,
     law: Box<dyn ExtinctionLaw>,
 }
 
 impl Extinction {
-    /// The law called `name`, with R_V where it takes one (3.1 if not given).
-    pub fn named(name: &str, r_v: Option<f64>) -> Result<Self> {
+    /// A law of one's own.
+    pub fn new(name: impl Into<Cow<'static, str>>, law: impl ExtinctionLaw + 'static) -> Self {
+        Self { name: name.into(), r_v: None, law: Box::new(law) }
+    }
+
+    /// The law of the catalogue called `name`, with R_V = 3.1 where it takes one.
+    ///
+    /// # Errors
+    /// Where there is none of that name.
+    pub fn named(name: &str) -> Result<Self> {
+        Self::with_r_v(name, None)
+    }
+
+    /// The same with another R_V = A(V)/E(B−V).
+    ///
+    /// # Errors
+    /// Where there is no such law, it takes no R_V, or not this one.
+    pub fn with_r_v(name: &str, r_v: Option<f64>) -> Result<Self> {
         let known: Vec<&str> = LAWS.iter().map(|l| l.name).collect();
         let entry = LAWS.iter().find(|l| l.name == name).ok_or_else(|| SpectraError::unknown("extinction law", name, &known))?;
         let (law, r_v) = match (entry.maker, r_v) {
@@ -105,7 +123,7 @@ impl Extinction {
                 )));
             }
         };
-        Ok(Self { name: entry.name, r_v, law })
+        Ok(Self { name: Cow::Borrowed(entry.name), r_v, law })
     }
 
     /// Whether the law holds over [`low_um`, `high_um`]; the error names `what` asked.
@@ -144,7 +162,7 @@ mod tests {
     #[test]
     fn every_law_is_near_one_at_v_and_falls_to_the_red() {
         for entry in LAWS {
-            let law = Extinction::named(entry.name, None).unwrap();
+            let law = Extinction::named(entry.name).unwrap();
             assert!((law.k(0.55) - 1.0).abs() < 0.025, "{}: {}", entry.name, law.k(0.55));
             assert!(law.k(0.44) > law.k(0.55) && law.k(0.55) > law.k(0.8), "{}", entry.name);
         }
@@ -153,21 +171,21 @@ mod tests {
     #[test]
     fn ranges_are_enforced() {
         for entry in LAWS {
-            let law = Extinction::named(entry.name, None).unwrap();
+            let law = Extinction::named(entry.name).unwrap();
             let (low, high) = law.range_um();
             assert!(law.check("x", low, high).is_ok(), "{}", entry.name);
             assert!(law.check("x", low * 0.99, high).is_err() || low == 0.0, "{}", entry.name);
             assert!(law.check("x", low, high * 1.01).is_err() || high.is_infinite(), "{}", entry.name);
             if let Maker::RatioOfV { low, high, .. } = entry.maker {
-                assert!(Extinction::named(entry.name, Some(low - 0.1)).is_err());
-                assert!(Extinction::named(entry.name, Some(high + 0.1)).is_err());
+                assert!(Extinction::with_r_v(entry.name, Some(low - 0.1)).is_err());
+                assert!(Extinction::with_r_v(entry.name, Some(high + 0.1)).is_err());
             }
         }
     }
 
     #[test]
     fn unknown_names_are_answered_with_the_nearest() {
-        let message = Extinction::named("ccm98", None).unwrap_err().to_string();
+        let message = Extinction::named("ccm98").unwrap_err().to_string();
         assert!(message.contains("ccm89"), "{message}");
     }
 }

@@ -22,19 +22,19 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
 };
 
 /// The same for a look that passes by: so many nodes, and nothing is stated of the error.
-pub const GLANCE: RuleEntry = RuleEntry {
-    name: "glance",
+pub const PREVIEW: RuleEntry = RuleEntry {
+    name: "preview",
     summary: "three Gauss nodes a band, without a certificate: a look while things change",
     nodes: true,
-    solve: glance,
+    solve: preview,
 };
 
-/// Nodes of a glance, and their tilt: about 1e-3 in broad filters.
-const GLANCE_NODES: usize = 3;
-const GLANCE_TILT: f64 = 0.5;
+/// Nodes of a preview, and their tilt: about 1e-3 in broad filters.
+const PREVIEW_NODES: usize = 3;
+const PREVIEW_TILT: f64 = 0.5;
 
-fn glance(problem: &BandProblem) -> Result<BandRule> {
-    let (nodes, weights, _) = with_weights(problem, GLANCE_NODES, GLANCE_TILT, &choosing(problem));
+fn preview(problem: &BandProblem) -> Result<BandRule> {
+    let (nodes, weights, _) = with_weights(problem, PREVIEW_NODES, PREVIEW_TILT, &choosing(problem));
     // A phase function is asked at the nodes alone.
     let weighting = vec![Weighting::AtNodes; problem.sources.len()];
     let form = super::Form::Nodes(Nodes::of(nodes, weights, weighting));

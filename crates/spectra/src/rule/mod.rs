@@ -27,7 +27,7 @@ mod source;
 mod truth;
 
 pub use analytic::{Analytic, PolynomialSource};
-pub use band_quadrature::GLANCE;
+pub use band_quadrature::PREVIEW;
 pub use certificate::{Certificate, Rounding};
 pub use lookup::{DepthTable, Lookup};
 pub use nodes::{Nodes, mean_transmittance};

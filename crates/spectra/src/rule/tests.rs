@@ -26,7 +26,7 @@ fn solve_with(
     accuracy: f64,
     count: Option<usize>,
 ) -> (BandRule, Vec<Source>) {
-    let law = Extinction::named(law_name, None).unwrap();
+    let law = Extinction::named(law_name).unwrap();
     let sources = sources(band, spectra, &law);
     let k = |l: f64| law.k(l);
     let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
@@ -66,7 +66,7 @@ fn every_certificate_is_honest() {
             let spectra = black_bodies();
             let law_name = law_of(entry, "gordon23");
             let (rule, _) = solve_with(entry.name, &band, &spectra, law_name, 1e-3, None);
-            let law = Extinction::named(law_name, None).unwrap();
+            let law = Extinction::named(law_name).unwrap();
             let pieces = band.pieces(&[]);
             for (s, spectrum) in spectra.iter().enumerate() {
                 let truth = |a: f64| -> f64 {
@@ -150,7 +150,7 @@ fn factors_are_integrated() {
 /// The truth's own points against adaptive integration of one function on every piece of its own, in smooth filters and measured ones of hundreds of corners, which cost no more.
 #[test]
 fn truth_points_converge() {
-    let law = Extinction::named("fitzpatrick99", None).unwrap();
+    let law = Extinction::named("fitzpatrick99").unwrap();
     let spectrum = &black_bodies()[3];
     let depths = [0.0, 2.0, 20.0];
     for name in ["johnson-B", "sdss2010-r", "hst-wfc3-f656n", "lsst2023-g"] {
@@ -175,7 +175,7 @@ fn truth_points_converge() {
 fn wide_pieces_are_resolved() {
     let table = crate::table::Table::new("leak", vec![0.22, 0.25, 0.28, 1.1], vec![0.0, 1.0, 1e-3, 1e-5]).unwrap();
     let band = Passband::new("leak", crate::passband::Counting::Photon, Arc::new(table)).unwrap();
-    let law = Extinction::named("odonnell94", None).unwrap();
+    let law = Extinction::named("odonnell94").unwrap();
     let spectrum = Spectrum::continuous(1.0, Arc::new(BlackBody(Temperature(2500.0))));
     let source = Source::new("star", &band, &spectrum, &*law, |_| 1.0);
     for a in [0.0, 3.0, 30.0] {
@@ -210,7 +210,7 @@ fn certificates_hold_on_random_scenes() {
     for scene in 0..120 {
         let entry = &RULES[scene % RULES.len()];
         let law_name = law_of(entry, laws[random(0.0, laws.len() as f64) as usize]);
-        let law = Extinction::named(law_name, None).unwrap();
+        let law = Extinction::named(law_name).unwrap();
         let centre = random(0.35, 1.6);
         let half = centre * random(0.002, 0.35);
         let shape = match scene % 3 {
@@ -331,7 +331,7 @@ fn methods_converge_at_their_order() {
 #[test]
 fn what_a_method_cannot_do_is_said() {
     let band = Passband::named("johnson-V").unwrap();
-    let law = Extinction::named("ccm89", None).unwrap();
+    let law = Extinction::named("ccm89").unwrap();
     let sources = sources(&band, &black_bodies(), &law);
     let k = |l: f64| law.k(l);
     let pivot = Node { lambda_um: 0.55, k: 1.0 };

@@ -13,5 +13,5 @@ pub use atmosphere::atmosphere;
 pub use blackbody::{BlackBody, planck};
 pub use embedded::{star, star_names, star_summary, vega};
 pub use power_law::PowerLaw;
-pub use scale::{Foreground, MagnitudeSystem, Scale, StarShape, scaled, zero_point};
+pub use scale::{Foreground, MagnitudeSystem, Scale, StarShape, blackbody, scaled, zero_point};
 pub use spectral_type::SpectralType;

@@ -72,6 +72,12 @@ pub enum StarShape {
     Other(Arc<dyn Shape>),
 }
 
+/// The specific luminosity of a black body, L_λ = L B_λ(T) π/(σ T⁴) [W µm⁻¹].
+pub fn blackbody(temperature: Temperature, luminosity: Luminosity) -> Spectrum {
+    let factor = luminosity.0 * std::f64::consts::PI / (STEFAN_BOLTZMANN * temperature.0.powi(4));
+    Spectrum::continuous(factor, Arc::new(BlackBody(temperature)))
+}
+
 /// The star's specific luminosity L_λ [W µm⁻¹].
 pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Spectrum> {
     let dynamic: Arc<dyn Shape> = match &shape {
@@ -181,7 +187,7 @@ mod tests {
     #[test]
     fn dust_on_the_way_is_taken_off() {
         let v = Passband::named("johnson-V").unwrap();
-        let law = Arc::new(Extinction::named("gordon23", None).unwrap());
+        let law = Arc::new(Extinction::named("gordon23").unwrap());
         let scale = |dust: Option<Foreground>| {
             Scale::Magnitude(Magnitude(5.0), Box::new(v.clone()), "100 pc".parse().unwrap(), MagnitudeSystem::Vega, dust)
         };

@@ -9,8 +9,9 @@ use barnard::backend::cpu;
 use barnard::control::Control;
 use barnard::geometry::Bounds;
 use barnard::glam::DVec3;
+use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan};
-use barnard::scene::{DEFAULT_MEMORY, Loader, Scene, methods};
+use barnard::scene::methods;
 use rayon::prelude::*;
 use spectra::extinction::{Extinction, LAWS, Maker};
 use spectra::passband::{self, Passband};
@@ -100,7 +101,7 @@ impl Case {
             Maker::RatioOfV { low, high, .. } => Some(low + (high - low) * dice.next()),
             Maker::Fixed(_) => None,
         };
-        let law = Extinction::named(entry.name, r_v)?;
+        let law = Extinction::with_r_v(entry.name, r_v)?;
         let inside = |name: &&'static str| Passband::named(name).is_ok_and(|b| law.check("x", b.support_um().0, b.support_um().1).is_ok());
         let all: Vec<&'static str> = passband::names().into_iter().filter(inside).collect();
         let mut bands: Vec<&'static str> = (0..3).map(|_| dice.one_of(&all)).collect();
@@ -193,8 +194,8 @@ impl Outcome {
 /// Renders a scene and holds each band to its bound; none where the scene cannot be done by its method.
 fn outcomes(place: Place, number: usize, control: &Control) -> Result<Option<Vec<Outcome>>> {
     let case = Case::new(place, number)?;
-    let scene = Scene::parse("campaign.toml", "campaign", case.text.clone(), &Loader::in_folder(".", DEFAULT_MEMORY))?;
-    let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
+    let scene = barnard_files::parse("campaign.toml", "campaign", case.text.clone(), &barnard_files::in_folder(".", DEFAULT_LIMIT))?;
+    let options = Options::within(DEFAULT_LIMIT);
     let done = Plan::sampled(&scene, &options, 8, control).and_then(|plan| Ok((cpu::radiance(&plan, control)?, plan)));
     let ((light, findings), plan) = match done {
         Ok(done) => done,

@@ -1,11 +1,12 @@
 //! The deck's scene with as many stars as a chapter wants, and its frames.
 
+use crate::bench::timed;
 use barnard::backend::{cpu, reference};
-use barnard::bench::timed;
 use barnard::control::Control;
 use barnard::image::{Image, relative_rms, worst};
+use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan, sample_functions};
-use barnard::scene::{DEFAULT_MEMORY, Loader, Method, Scene};
+use barnard::scene::{Method, Scene};
 use spectra::rule::Settings;
 
 use crate::Result;
@@ -73,8 +74,8 @@ impl Trial {
         if passband.is_none() {
             text += BANDS;
         }
-        let mut scene = Scene::parse("study.toml", "study", text, &Loader::in_folder(".", DEFAULT_MEMORY))?;
-        let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
+        let mut scene = barnard_files::parse("study.toml", "study", text, &barnard_files::in_folder(".", DEFAULT_LIMIT))?;
+        let options = Options::within(DEFAULT_LIMIT);
         sample_functions(&mut scene, &options)?;
         Ok(Self { scene })
     }
@@ -83,8 +84,7 @@ impl Trial {
     pub fn plan(&self, contender: &Contender, control: &Control) -> Result<Plan> {
         let settings = Settings { count: contender.count, degree: contender.degree, ..Settings::default() };
         let method = Method { settings, ..self.scene.method.clone().with_name(contender.method)? };
-        let options = Options::new(method, DEFAULT_MEMORY);
-        Ok(Plan::sampled(&self.scene, &options, contender.steps, control)?)
+        Ok(Plan::sampled(&self.scene.clone().method(method), &Options::default(), contender.steps, control)?)
     }
 
     /// Seconds a frame: the median of three, or one if that is long.
@@ -104,7 +104,7 @@ impl Trial {
 
     /// The picture of a plan at the scene's present size, whatever it was planned for.
     pub fn image(&self, plan: Plan, control: &Control) -> Result<Image> {
-        let plan = Plan { camera: self.scene.camera.clone(), ..plan };
+        let plan = plan.with_size(self.scene.camera.width, self.scene.camera.height);
         Ok(cpu::render(&self.scene, &plan, control)?.0)
     }
 

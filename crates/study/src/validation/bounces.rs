@@ -4,8 +4,9 @@ use std::time::Instant;
 
 use barnard::backend::{cpu, path};
 use barnard::control::Control;
+use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Doubt, Options, Plan};
-use barnard::scene::{DEFAULT_MEMORY, MANY_BOUNCES, Scene};
+use barnard::scene::{MANY_BOUNCES, Scene};
 
 use crate::figure::white;
 use crate::page::{short, table};
@@ -77,7 +78,7 @@ fn scene(cloud: &Cloud, case: &Case, g: f64) -> Result<Scene> {
         cloud.scale * case.depth,
         case.star
     );
-    Ok(Scene::parse("validation.toml", cloud.name, text, &barnard::builtin::loader(DEFAULT_MEMORY))?)
+    Ok(barnard_files::parse("validation.toml", cloud.name, text, &barnard_files::builtin::loader(DEFAULT_LIMIT))?)
 }
 
 /// What was found of one scene.
@@ -103,15 +104,14 @@ impl Trial {
         let path_seconds = start.elapsed().as_secs_f64();
         let (paths, errors) = film.estimates.iter().map(|e| (e.mean, e.error())).unzip();
         let planned = |bounces: usize| -> Result<(Plan, f64)> {
-            let mut options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
-            options.method.bounces = bounces;
+            let mut scene = scene.clone();
+            scene.method.bounces = bounces;
             let start = Instant::now();
-            Ok((Plan::new(scene, &options, control)?, start.elapsed().as_secs_f64()))
+            Ok((Plan::new(&scene, &Options::default(), control)?, start.elapsed().as_secs_f64()))
         };
         let ((once, once_planned), (plan, many_planned)) = (planned(1)?, planned(MANY_BOUNCES)?);
         let light = |plan: &Plan| -> Result<Vec<f64>> { Ok(cpu::radiance(plan, control)?.0.into_iter().map(f64::from).collect()) };
-        let large =
-            |plan: &Plan| Plan { camera: barnard::camera::Camera { width: TIMED, height: TIMED, ..plan.camera.clone() }, ..plan.clone() };
+        let large = |plan: &Plan| plan.clone().with_size(TIMED, TIMED);
         let (large_once, large_many) = (large(&once), large(&plan));
         let mut frames = (f64::INFINITY, f64::INFINITY);
         for _ in 0..ROUNDS {
@@ -164,7 +164,7 @@ impl Trial {
 
     fn errors_in_words(&self, asked: f64) -> Vec<String> {
         let percent = |v: f64| format!("{:.1} %", 100.0 * v);
-        let doubt = self.plan.diffuse.as_ref().and_then(|d| d.found.doubt);
+        let doubt = self.plan.diffuse().as_ref().and_then(|d| d.found.doubt);
         let stated = |value: fn(&Doubt) -> f64| doubt.as_ref().map_or("unknown".into(), |d| percent(value(d)));
         vec![
             percent(self.share()),
@@ -181,7 +181,7 @@ impl Trial {
 
     fn costs_in_words(&self) -> Vec<String> {
         let (by_paths, by_field) = self.equal_error();
-        let field = self.plan.diffuse.as_ref().map_or_else(String::new, |d| {
+        let field = self.plan.diffuse().as_ref().map_or_else(String::new, |d| {
             let [x, y, z] = d.found.cells;
             format!("{x} × {y} × {z}, degree {}, {} orders, {} MiB", d.found.degree, d.found.sweeps, d.found.bytes >> 20)
         });

@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use barnard::backend::{cpu, path};
-use barnard::camera::Camera;
 use barnard::control::Control;
+use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan};
-use barnard::scene::{DEFAULT_MEMORY, Scene};
+use barnard::scene::Scene;
 
 use crate::figure::white;
 use crate::page::{short, table};
@@ -53,23 +53,23 @@ fn scene(stars: usize, exact: Option<usize>) -> Result<Scene> {
         (0..stars).map(star).collect::<String>(),
         exact.map_or(String::new(), |n| format!("exact_stars = {n}\n"))
     );
-    let mut scene = Scene::parse("validation.toml", "stars", text, &barnard::builtin::loader(DEFAULT_MEMORY))?;
+    let mut scene = barnard_files::parse("validation.toml", "stars", text, &barnard_files::builtin::loader(DEFAULT_LIMIT))?;
     // A ray that all but hits a star sees the dust of one voxel: paths must have the same.
-    let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
+    let options = Options::within(DEFAULT_LIMIT);
     barnard::plan::sample_functions(&mut scene, &options)?;
     Ok(scene)
 }
 
 /// A plan, and what it took [s].
 fn planned(scene: &Scene, control: &Control) -> Result<(Plan, f64)> {
-    let options = Options::new(scene.method.clone(), DEFAULT_MEMORY);
+    let options = Options::within(DEFAULT_LIMIT);
     let start = Instant::now();
     let plan = Plan::new(scene, &options, control)?;
     Ok((plan, start.elapsed().as_secs_f64()))
 }
 
 fn of_size(plan: &Plan, edge: usize) -> Plan {
-    Plan { camera: Camera { width: edge, height: edge, ..plan.camera.clone() }, ..plan.clone() }
+    plan.clone().with_size(edge, edge)
 }
 
 fn light(plan: &Plan, control: &Control) -> Result<Vec<f64>> {
@@ -114,10 +114,10 @@ fn run(control: &Control) -> Result<Findings> {
         let options = path::Options { bounces: 1, samples: PATHS, ..path::Options::default() };
         path::trace(&own, &options, &mut film, control, &mut |_| ())?;
         let (wrong, chance) = error(&light(&plan, control)?, &film);
-        let gathered = plan.diffuse.as_ref().and_then(|d| d.found.gathered);
+        let gathered = plan.diffuse().as_ref().and_then(|d| d.found.gathered);
         let mut row = vec![
             count.to_string(),
-            plan.space.marched().len().to_string(),
+            plan.space().marched().len().to_string(),
             short(seconds),
             format!("{:.2}", all / alone),
             (plan.bytes() >> 20).to_string(),

@@ -25,7 +25,7 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
         ui.weak("a quick look: what is known of the error follows when nothing moves");
     } else {
         for (b, band) in picture.image.bands.iter().enumerate() {
-            let worst = picture.plan.worst_certificate(b, &picture.findings);
+            let worst = picture.plan.worst_certificate(b, &picture.stats);
             ui.label(format!("{}: {worst}", band.name)).on_hover_text(band.certificate.join("\n"));
         }
         for (key, words) in picture.plan.notes() {
@@ -47,7 +47,7 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
             ui.end_row();
         }
         ui.label("rays");
-        ui.label(format!("{} /s, {} terms a sample", short(rays / t.march.max(1e-9)), picture.plan.spectral.terms()));
+        ui.label(format!("{} /s, {} terms a sample", short(rays / t.march.max(1e-9)), picture.plan.spectral().terms()));
         ui.end_row();
         ui.label("plan's size");
         ui.label(format!("{} MiB", picture.plan.bytes() >> 20));

@@ -118,7 +118,7 @@ fn file_menu(ui: &mut Ui, app: &mut App) {
         }
     });
     ui.menu_button("Built-in scenes", |ui| {
-        for scene in barnard::builtin::SCENES {
+        for scene in barnard_files::builtin::SCENES {
             if ui.button(scene.name).on_hover_text(scene.summary).clicked() {
                 app.open(&Origin::Builtin(scene.name));
             }
@@ -170,7 +170,7 @@ pub fn status(ui: &mut Ui, app: &mut App) {
             None => {
                 let words = app.shown.as_ref().and_then(|s| s.pictures.first()).map_or_else(String::new, |p| {
                     let (w, h) = (p.image.width, p.image.height);
-                    format!("{w} × {h} · {:.0} ms · {} · {}", 1e3 * p.times.all(), p.plan.spectral.method, p.backend)
+                    format!("{w} × {h} · {:.0} ms · {} · {}", 1e3 * p.times.all(), p.plan.spectral().method, p.backend)
                 });
                 ui.label(words);
             }

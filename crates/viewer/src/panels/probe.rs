@@ -78,7 +78,7 @@ pub fn show(ui: &mut Ui, app: &mut App) {
 fn probe(picture: &Picture, (column, row): (usize, usize)) -> Probed {
     let ends = picture.scene.bands.iter().map(Passband::support_um).fold((f64::MAX, 0.0f64), |(l, h), (a, b)| (l.min(a), h.max(b)));
     let wavelengths_um: Vec<f64> = (0..SAMPLES).map(|i| ends.0 + (ends.1 - ends.0) * i as f64 / (SAMPLES - 1) as f64).collect();
-    let ray = picture.plan.camera.ray(column as f64 + 0.5, row as f64 + 0.5);
+    let ray = picture.plan.camera().ray(column as f64 + 0.5, row as f64 + 0.5);
     let found = picture.plan.probe(&picture.scene, &ray, &wavelengths_um).map_err(|e| e.to_string());
     Probed { image: picture.image.clone(), pixel: (column, row), wavelengths_um, found }
 }

@@ -13,14 +13,13 @@ mod terms;
 
 use rayon::prelude::*;
 
+use super::{Backend, BackendEntry, Job, Radiance, RenderStats, finished};
 use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::geometry::Ray;
-use crate::image::{Image, Samples};
-use crate::keywords;
+use crate::image::Image;
 use crate::packet::LANES;
-use crate::plan::{Plan, SINGLE, describe};
-use crate::points::{self, Sources};
+use crate::plan::{Plan, SINGLE};
 use crate::scene::Scene;
 use march::March;
 use tables::Tables;
@@ -28,28 +27,37 @@ use tables::Tables;
 /// Rays along each edge of a packet's tile.
 const TILE: usize = 4;
 
-/// What a render found beside the picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Findings {
-    /// The largest optical depth, eye to sample to star, that was met [1].
-    pub depth: f64,
-    /// Rays that were marched.
-    pub rays: u64,
-    /// Largest relative error of a density as the march keeps it: [`SINGLE`] or [`HALF`](crate::plan::HALF).
-    pub storage: f64,
-    /// Values below zero, which a projection can make where little light is left.
-    pub negative: u64,
-}
+/// Its row.
+pub const ENTRY: BackendEntry = BackendEntry {
+    name: "cpu",
+    summary: "f32, SIMD, all cores, reads only the plan; the same bits on any number of threads",
+    open: |_| Ok(Box::new(Cpu)),
+};
 
-impl Findings {
-    /// The values below zero in words, where there are any.
-    pub fn negative_note(&self) -> Option<(String, String)> {
-        (self.negative > 0).then(|| ("negative values".into(), format!("{} pixels of all bands together, left as they are", self.negative)))
+/// The processor.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Cpu;
+
+impl Backend for Cpu {
+    fn name(&self) -> String {
+        ENTRY.name.into()
+    }
+
+    fn unable(&self, _: &Job, _: &Control) -> Result<Option<String>> {
+        Ok(None)
+    }
+
+    fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance> {
+        let (data, stats) = radiance(job.plan(control)?, control)?;
+        Ok(Radiance::single(data, stats))
     }
 }
 
-/// Band radiances of the extended light alone, bands × height × width [W m⁻² sr⁻¹], and what was found.
-pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, Findings)> {
+/// The extended light of a plan, without stars that are seen as points: bands × height × width [W m⁻² sr⁻¹].
+///
+/// # Errors
+/// When the user wishes to stop.
+pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, RenderStats)> {
     let camera = &plan.camera;
     let s = camera.supersampling;
     let (width, height) = (camera.width, camera.height);
@@ -100,44 +108,15 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, Findings)> 
     };
     let depth = strips.into_par_iter().enumerate().map(strip).try_reduce(|| 0.0, |a, b| Ok(a.max(b)))?;
     let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
-    Ok((data, Findings { depth: f64::from(depth), rays: (columns * rows * LANES) as u64, storage: SINGLE, negative }))
+    let stats = RenderStats { depth: f64::from(depth), rays: (columns * rows * LANES) as u64, storage: SINGLE, negative };
+    Ok((data, stats))
 }
 
-/// Renders the plan of `scene`.
-pub fn render(scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, Findings)> {
-    let (data, findings) = radiance(plan, control)?;
-    Ok((finished(scene, plan, data, findings, "cpu")?, findings))
-}
-
-/// A picture of the extended light in `data` [W m⁻² sr⁻¹], bands × height × width: stars are drawn, errors and origin are told.
-pub fn finished(scene: &Scene, plan: &Plan, mut data: Vec<f32>, findings: Findings, backend: &str) -> Result<Image> {
-    draw(Sources::All, scene, plan, |i, value| data[i] += value as f32)?;
-    let mut image = describe(scene, Samples::Single(data));
-    image.check()?;
-    for (b, band) in image.bands.iter_mut().enumerate() {
-        band.certificate = plan.certificate(b, &findings);
-        band.keywords.extend(plan.band_keywords(b, &findings));
-    }
-    image.keywords.push(keywords::text("BACKEND", backend, "what marched the rays"));
-    image.keywords.extend(plan.keywords(&findings));
-    image.notes.push(("backend".into(), backend.into()));
-    image.notes.push(("method".into(), plan.spectral.method.into()));
-    image.notes.extend(plan.notes());
-    image.notes.extend(findings.negative_note());
-    Ok(image)
-}
-
-/// A picture of the extended light in `data` alone, for a look that passes by.
-pub fn extended(scene: &Scene, data: Vec<f32>) -> Result<Image> {
-    let image = describe(scene, Samples::Single(data));
-    image.check()?;
-    Ok(image)
-}
-
-/// Draws unresolved sources as the plan's camera sees them: `add` hears of places in bands × height × width, and radiances [W m⁻² sr⁻¹].
-pub fn draw(sources: Sources, scene: &Scene, plan: &Plan, add: impl FnMut(usize, f64)) -> Result<()> {
-    let far = 2.0 * plan.space.occupied.map_or(0.0, |b| b.size().length() + (0.5 * (b.low + b.high) - plan.camera.position).length());
-    let depth = |ray: &Ray, length: f64| plan.space.depth(ray.origin, ray.at(length.min(far)));
-    let flux = |light: usize, band: usize, depth: f64| plan.spectral.bands[band].rule.evaluate(light, depth);
-    points::draw(sources, (scene, &plan.camera), &plan.lights, depth, flux, add)
+/// Renders a plan of `scene`.
+///
+/// # Errors
+/// Where values are no numbers, and when the user wishes to stop.
+pub fn render(scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, RenderStats)> {
+    let (data, stats) = radiance(plan, control)?;
+    Ok((finished(scene, plan, Radiance::single(data, stats), ENTRY.name)?, stats))
 }

@@ -42,7 +42,7 @@ impl Majorant {
             Some(i) => {
                 let [x, y, z] = blocks.lattice.place(i);
                 let p = blocks.lattice.centre(x, y, z);
-                Err(Error::Render(format!(
+                Err(Error::Density(format!(
                     "a density near ({:.3}, {:.3}, {:.3}) pc is not finite: collisions cannot be drawn without a bound; limit it, as in min(f, 1e3)",
                     p.x, p.y, p.z
                 )))
@@ -138,8 +138,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::counter::Counter;
     use crate::geometry::Bounds;
+    use crate::random::Counter;
 
     fn rays(count: u64) -> impl Iterator<Item = Ray> {
         (0..count).map(|i| {

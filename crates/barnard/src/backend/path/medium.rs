@@ -6,9 +6,9 @@
 
 use super::majorant::Majorant;
 use super::waves::CARRIED;
-use crate::counter::Counter;
 use crate::error::Result;
 use crate::geometry::Ray;
+use crate::random::Counter;
 use crate::scene::Dust;
 
 /// Dust with its bounds.
@@ -122,16 +122,12 @@ mod tests {
     use super::*;
     use crate::field::{Grid, Lattice};
     use crate::geometry::Bounds;
-    use crate::scene::{DEFAULT_MEMORY, Loader, Scene};
+    use crate::test_scenes;
 
     fn dust() -> Dust {
-        let text = "[camera]\nkind = \"orthographic\"\nposition = \"0 0 5 pc\"\nwidth = \"1 pc\"\nsize = [1, 1]\n[field.c]\nkind = \"fbm\"\n\
-                    [dust]\ndensity = \"c\"\nscale = \"5 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.5\n";
-        let mut scene = Scene::parse("test.toml", "test", text.to_owned(), &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap();
-        let mut dust = scene.dust.take().unwrap();
         let lattice = Lattice { dims: [12; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
-        dust.density = std::sync::Arc::new(Grid::sampled(lattice, |p| (4.0 * p.x * p.y - p.z).sin().max(0.0)));
-        dust
+        let density = Grid::sampled(lattice, |p| (4.0 * p.x * p.y - p.z).sin().max(0.0));
+        test_scenes::dust(density, "inverse_wavelength", 5.0)
     }
 
     /// Flights leave, and transmittances are, e^(−k τ) in the mean, by bounds that hold and by bounds that are exceeded fourfold.

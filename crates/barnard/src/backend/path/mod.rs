@@ -2,13 +2,12 @@
 //!
 //! It reads the scene's physics itself and shares none of the plan's approximations. Each pixel's paths are drawn from generators of their own, by seed, pixel
 //! and number, so that pictures are the same on any number of threads. `tracer` is the transport, `medium` the flights through dust by
-//! `majorant` bounds, `waves` the wavelengths; the `film` keeps means with their standard errors, [`state`] keeps it for a later run. Visible stars and the star field are points, drawn
+//! `majorant` bounds, `waves` the wavelengths; the `film` keeps means with their standard errors, a program may keep it for a later run. Visible stars and the star field are points, drawn
 //! as `reference` draws them.
 
 mod film;
 mod majorant;
 mod medium;
-pub mod state;
 mod tracer;
 mod waves;
 
@@ -18,13 +17,13 @@ use rayon::prelude::*;
 
 pub use film::{Estimate, Film};
 
+use super::{Backend, BackendEntry, Job, Radiance, RenderStats, describe};
 use crate::control::{Control, Stage};
-use crate::counter::Counter;
 use crate::error::Result;
 use crate::image::{Band, ERROR_SUFFIX, Image, Samples};
 use crate::keywords;
 use crate::light::lights;
-use crate::plan::describe;
+use crate::random::Counter;
 use crate::scene::{MANY_BOUNCES, Scene};
 use tracer::Tracer;
 
@@ -49,6 +48,50 @@ impl Default for Options {
     }
 }
 
+/// Its row.
+pub const ENTRY: BackendEntry = BackendEntry {
+    name: "path",
+    summary: "f64, the referee: an unbiased path tracer, any number of bounces, standard errors beside the bands",
+    open: |scene| Ok(Box::new(PathTracer::new(Options { bounces: scene.method.bounces, ..Options::default() }))),
+};
+
+/// The path tracer, and what its paths have brought so far.
+#[derive(Debug, Clone, Default)]
+pub struct PathTracer {
+    /// How far it goes.
+    pub options: Options,
+    /// Sums of paths: of a run before, or none.
+    pub film: Film,
+}
+
+impl PathTracer {
+    /// One that begins anew.
+    pub fn new(options: Options) -> Self {
+        Self { options, film: Film::default() }
+    }
+}
+
+impl Backend for PathTracer {
+    fn name(&self) -> String {
+        ENTRY.name.into()
+    }
+
+    fn unable(&self, _: &Job, _: &Control) -> Result<Option<String>> {
+        Ok(None)
+    }
+
+    fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance> {
+        trace(job.scene(), &self.options, &mut self.film, control, &mut |_| ())?;
+        let samples = Samples::Double(self.film.estimates.iter().map(|e| e.mean).collect());
+        Ok(Radiance { samples, stats: RenderStats::of_rays(self.film.samples * self.film.estimates.len() as u64) })
+    }
+
+    /// Bands of standard errors stand behind those of the radiances.
+    fn finish(&self, job: &Job, _: Radiance) -> Result<Image> {
+        image(job.scene(), &self.film, &self.options)
+    }
+}
+
 /// Paths of each pixel that are finished together.
 const PASS: u64 = 8;
 
@@ -57,6 +100,7 @@ const PASS: u64 = 8;
 /// # Errors
 /// Where a density has no bound, and [`Interrupted`](crate::Error::Interrupted).
 pub fn trace(scene: &Scene, options: &Options, film: &mut Film, control: &Control, tell: &mut dyn FnMut(&Film)) -> Result<()> {
+    scene.check()?;
     let lights = lights(scene)?;
     let tracer = Tracer::new(scene, &lights, options.first..=options.bounces)?;
     let (camera, bands) = (&scene.camera, scene.bands.len());
@@ -116,6 +160,28 @@ fn follow(tracer: &Tracer, scene: &Scene, seed: u64, pixel: usize, number: u64, 
     }
 }
 
+/// Pixels whose first paths are compared.
+const CHECKED: usize = 64;
+
+/// What the first paths of some pixels bring, bands × pixels: the same where scene, camera, bands, bounces and seed are. A film that is kept
+/// for a later run is recognised by it.
+///
+/// # Errors
+/// Those of [`trace`].
+pub fn first_paths(scene: &Scene, options: &Options) -> Result<Vec<f64>> {
+    let lights = lights(scene)?;
+    let tracer = Tracer::new(scene, &lights, options.first..=options.bounces)?;
+    let size = scene.camera.width * scene.camera.height;
+    let count = CHECKED.min(size);
+    let mut first = vec![0.0; scene.bands.len() * count];
+    for i in 0..count {
+        // Places all over the picture.
+        let pixel = (Counter::new(CHECKED as u64, i as u64).next() * size as f64) as usize;
+        follow(&tracer, scene, options.seed, pixel.min(size - 1), 0, |band, radiance| first[band * count + i] = radiance);
+    }
+    Ok(first)
+}
+
 fn is_met(film: &Film, bands: usize, options: &Options) -> bool {
     options.target_error.is_some_and(|target| film.samples > 0 && (0..bands).all(|b| film.relative_error(b, bands) <= target))
 }
@@ -128,7 +194,7 @@ pub fn image(scene: &Scene, film: &Film, options: &Options) -> Result<Image> {
     let mut data: Vec<f64> = film.estimates.iter().map(|e| e.mean).collect();
     super::reference::draw_points(scene, super::reference::DEFAULT_ACCURACY, |i, value| data[i] += value)?;
     data.extend(film.estimates.iter().map(|e| if e.error().is_finite() { e.error() } else { 0.0 }));
-    let mut image = describe(scene, Samples::Double(data));
+    let mut image = describe(scene, &scene.camera, Samples::Double(data));
     let errors: Vec<Band> =
         image.bands.iter().map(|b| Band { name: format!("{}{ERROR_SUFFIX}", b.name), keywords: Vec::new(), ..b.clone() }).collect();
     image.bands.extend(errors);

@@ -19,10 +19,10 @@ use glam::DVec3;
 use super::majorant::Majorant;
 use super::medium::Medium;
 use super::waves::{CARRIED, Wave, Waves, is_extended};
-use crate::counter::Counter;
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::light::{Light, Path};
+use crate::random::Counter;
 use crate::scene::Scene;
 
 /// Paths are ended by chance from this scattering on.

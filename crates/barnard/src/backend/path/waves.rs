@@ -134,35 +134,28 @@ pub fn is_extended(path: Path) -> bool {
 mod tests {
     use super::*;
     use crate::light::lights;
-    use crate::scene::{DEFAULT_MEMORY, Loader};
+    use std::sync::Arc;
+
+    use glam::DVec3;
+    use spectra::passband;
+    use spectra::sed::BlackBody;
+    use spectra::spectrum::{Line, Spectrum};
+    use spectra::units::Temperature;
+
+    use crate::camera::Camera;
+    use crate::scene::{Background, Emission};
+    use crate::test_scenes::ball;
 
     /// What is drawn brings each light's own band total in the mean, lines among them, and lines of others nothing.
     #[test]
     fn wavelengths_bring_the_band() {
-        let text = r#"
-bands = ["johnson-R", "hst-f656n"]
-[camera]
-kind = "orthographic"
-position = "0 0 5 pc"
-width = "1 pc"
-size = [1, 1]
-[field.gas]
-kind = "sphere"
-radius = "1 pc"
-[[emission]]
-kind = "lines"
-density = "gas"
-scale = "1e-24 W/m3/sr"
-lines = [{ wavelength = "656.28 nm", strength = 1 }, { wavelength = "658.3 nm", strength = 0.4 }]
-[background]
-kind = "blackbody"
-temperature = "3000 K"
-radiance = "1e-9 W/m2/sr/nm"
-"#;
-        let text = text
-            .replace("johnson-R", "cousins-R")
-            .replace("hst-f656n", spectra::passband::names().iter().find(|n| n.to_lowercase().contains("f656n")).unwrap());
-        let scene = Scene::parse("test.toml", "test", text, &Loader::in_folder(".", DEFAULT_MEMORY)).unwrap();
+        let line = |nm: f64, strength: f64| Line { lambda_um: 1e-3 * nm, strength: 1e-24 * strength };
+        let gas = Emission::new(ball(1.0), Spectrum::of_lines(vec![line(656.28, 1.0), line(658.3, 0.4)]));
+        let narrow = passband::names().into_iter().find(|n| n.to_lowercase().contains("f656n")).unwrap();
+        let bands = ["cousins-R", narrow].map(|name| passband::Passband::named(name).unwrap());
+        let camera = Camera::look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO).orthographic_pc(1.0).size(1, 1);
+        let sky = Spectrum::continuous(1e-9, Arc::new(BlackBody(Temperature(3000.0))));
+        let scene = Scene::new(camera).bands(bands.to_vec()).emission(gas).background(Background::even(sky));
         let lights = lights(&scene).unwrap();
         for (b, band) in scene.bands.iter().enumerate() {
             let waves = Waves::new(&scene, &lights, b).unwrap();

@@ -22,6 +22,7 @@ use rayon::prelude::*;
 use spectra::quadrature::integrate;
 use spectra::rule::truth_points;
 
+use super::{Backend, BackendEntry, Job, Radiance, RenderStats, describe};
 use crate::camera::Camera;
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
@@ -30,7 +31,7 @@ use crate::geometry::Ray;
 use crate::image::{Image, Samples};
 use crate::keywords;
 use crate::light::{Light, Path, factor, law, lights};
-use crate::plan::describe;
+use crate::plan::Options;
 use crate::points::{self, Sources};
 use crate::scene::{Dust, Scene};
 use profile::Profile;
@@ -59,11 +60,65 @@ struct Truth<'a> {
     accuracy: f64,
 }
 
+/// Its row.
+pub const ENTRY: BackendEntry = BackendEntry {
+    name: "reference",
+    summary: "f64, adaptive in space and wavelength, exact star depths: slow, plain, the definition",
+    open: |_| Ok(Box::new(Reference { accuracy: DEFAULT_ACCURACY })),
+};
+
+/// The exact picture, of light that scatters once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reference {
+    /// Allowed error of each pixel, relative to its radiance.
+    pub accuracy: f64,
+}
+
 /// Renders `scene` to `accuracy` of each pixel's radiance.
+///
+/// # Errors
+/// Those of [`Scene::check`], where light scatters more than once, and when the user wishes to stop.
 pub fn render(scene: &Scene, accuracy: f64, control: &Control) -> Result<Image> {
-    if scene.method.bounces > 1 {
-        return Err(Error::OneBounce("the reference".into(), "the path tracer"));
+    Ok(Reference { accuracy }.render(&Job::new(scene, &Options::default())?, control)?.0)
+}
+
+impl Backend for Reference {
+    fn name(&self) -> String {
+        ENTRY.name.into()
     }
+
+    fn unable(&self, job: &Job, _: &Control) -> Result<Option<String>> {
+        Ok(check(job.scene()).err().map(|e| e.to_string()))
+    }
+
+    fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance> {
+        let scene = job.scene();
+        check(scene)?;
+        let rays = scene.camera.width * scene.camera.height * scene.camera.supersampling.pow(2);
+        let samples = Samples::Double(extended(scene, self.accuracy, control)?);
+        Ok(Radiance { samples, stats: RenderStats::of_rays(rays as u64) })
+    }
+
+    fn finish(&self, job: &Job, radiance: Radiance) -> Result<Image> {
+        let (scene, mut samples) = (job.scene(), radiance.samples);
+        draw_points(scene, self.accuracy, |i, value| samples.add(i, value))?;
+        let mut image = describe(scene, &scene.camera, samples);
+        let accuracy = self.accuracy;
+        image.notes.push(("backend".into(), format!("reference, accuracy {accuracy:e} of each pixel")));
+        image.keywords.push(keywords::text("BACKEND", "reference", "adaptive integration in double precision"));
+        image.keywords.push(keywords::integer("BOUNCES", 1, "times that light may scatter"));
+        image.keywords.extend(keywords::number("ACCURACY", accuracy, "asked for, relative to each pixel"));
+        Ok(image)
+    }
+}
+
+/// Refuses what the reference does not know.
+fn check(scene: &Scene) -> Result<()> {
+    if scene.method.bounces > 1 { Err(Error::OneBounce("the reference".into(), "the path tracer")) } else { Ok(()) }
+}
+
+/// Light without stars that are seen as points, bands × height × width [W m⁻² sr⁻¹].
+fn extended(scene: &Scene, accuracy: f64, control: &Control) -> Result<Vec<f64>> {
     let truth = Truth::new(scene, accuracy)?;
     let camera = &scene.camera;
     let bands = scene.bands.len();
@@ -85,13 +140,7 @@ pub fn render(scene: &Scene, accuracy: f64, control: &Control) -> Result<Image> 
             data[start..start + camera.width].copy_from_slice(&row[b * camera.width..(b + 1) * camera.width]);
         }
     }
-    truth.draw_points(|i, value| data[i] += value)?;
-    let mut image = describe(scene, Samples::Double(data));
-    image.notes.push(("backend".into(), format!("reference, accuracy {accuracy:e} of each pixel")));
-    image.keywords.push(keywords::text("BACKEND", "reference", "adaptive integration in double precision"));
-    image.keywords.push(keywords::integer("BOUNCES", 1, "times that light may scatter"));
-    image.keywords.extend(keywords::number("ACCURACY", accuracy, "asked for, relative to each pixel"));
-    Ok(image)
+    Ok(data)
 }
 
 /// Draws the unresolved sources of `scene` to `accuracy`: `add` hears of places in bands × height × width, and radiances [W m⁻² sr⁻¹].
@@ -169,13 +218,13 @@ impl<'a> Truth<'a> {
         sum
     }
 
-    /// Radiance along a ray, band by band.
+    /// RayRadiance along a ray, band by band.
     fn ray(&self, ray: &Ray) -> Vec<f64> {
         let far = self.horizon(ray);
         let profile = |field: &dyn Field| Profile::new(field, ray, far, 0.1 * self.accuracy);
         let dust = self.scene.dust.as_ref().map(|d| (d, profile(&*d.density)));
         let tau = |t: f64| dust.as_ref().map_or(0.0, |(d, p)| d.sigma_v_per_pc * p.column(t));
-        let mut radiance = Radiance::new(self);
+        let mut radiance = RayRadiance::new(self);
         for (light, l) in self.lights.iter().enumerate() {
             match l.path {
                 Path::Scattered { star } => {
@@ -199,7 +248,7 @@ impl<'a> Truth<'a> {
     }
 
     /// Light of one star, scattered once: over the angle at which the star sees the ray.
-    fn scattered(&self, radiance: &mut Radiance, ray: &Ray, light: usize, star: DVec3, dust: &Dust, profile: &Profile) {
+    fn scattered(&self, radiance: &mut RayRadiance, ray: &Ray, light: usize, star: DVec3, dust: &Dust, profile: &Profile) {
         let foot = (star - ray.origin).dot(ray.direction);
         // A ray through the star itself has no finite radiance: it passes by at a millionth of a parsec.
         let b = (star - ray.at(foot)).length().max(1e-6);
@@ -248,7 +297,7 @@ pub(crate) fn column(field: &dyn Field, a: DVec3, b: DVec3, accuracy: f64) -> f6
 }
 
 /// The growing radiance of one ray.
-struct Radiance<'a> {
+struct RayRadiance<'a> {
     truth: &'a Truth<'a>,
     bands: Vec<f64>,
 }
@@ -268,7 +317,7 @@ const MAX_LEVEL: usize = 20;
 /// The part of a pixel's allowed error that one cell may have: cells are some hundreds, their errors of either sign.
 const CELL_SHARE: f64 = 0.1;
 
-impl<'a> Radiance<'a> {
+impl<'a> RayRadiance<'a> {
     fn new(truth: &'a Truth<'a>) -> Self {
         Self { truth, bands: vec![0.0; truth.scene.bands.len()] }
     }

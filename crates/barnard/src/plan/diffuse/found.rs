@@ -75,7 +75,7 @@ impl std::fmt::Display for Found {
             self.bytes >> 20
         )?;
         if coarser {
-            write!(f, " (more cells would not fit: give more --memory)")?;
+            write!(f, " (more cells would not fit: raise the memory limit)")?;
         }
         if !settled {
             write!(f, " (more would be needed)")?;

@@ -125,7 +125,7 @@ mod tests {
         fn at(&self, cosine: f64, _: f64) -> f64 {
             0.64 / (1.36 - 1.2 * cosine).powf(1.5) / spectra::constants::SPHERE
         }
-        fn sample(&self, _: f64, _: &mut crate::counter::Counter) -> f64 {
+        fn sample(&self, _: f64, _: &mut crate::random::Counter) -> f64 {
             0.0
         }
         fn is_spectral(&self) -> bool {

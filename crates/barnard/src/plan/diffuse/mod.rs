@@ -45,7 +45,7 @@ use self::ordinates::{Octet, Sweepers, WIDTH};
 use self::solve::{Problem, terms};
 use super::volume::{Channel, Volume};
 use super::window::{Profile, Window};
-use super::{Crowd, Options, PhaseTable, Space, Spectral};
+use super::{Crowd, PhaseTable, Settings, Space, Spectral};
 use crate::camera::{Camera, Projection};
 use crate::control::Control;
 use crate::error::Result;
@@ -68,7 +68,7 @@ impl Fineness {
     /// For pictures that are to be right.
     pub const FULL: Self = Self { cells: 64, directions: [6, 3], degree: DEGREE };
     /// For a look while things move.
-    pub const GLANCE: Self = Self { cells: 24, directions: [4, 2], degree: 1 };
+    pub const PREVIEW: Self = Self { cells: 24, directions: [4, 2], degree: 1 };
 }
 
 /// Directions of the field that tells how exact those of the full one are: fewer of the first order, more of the others.
@@ -200,8 +200,8 @@ impl View {
 ///
 /// # Errors
 /// That is [`OneBounce`](crate::Error::OneBounce).
-pub(super) fn check(spectral: &Spectral, options: &Options) -> Result<()> {
-    let mut bands = spectral.bands.iter().filter(|_| options.method.bounces > 1);
+pub(super) fn check(spectral: &Spectral, settings: &Settings) -> Result<()> {
+    let mut bands = spectral.bands.iter().filter(|_| settings.method.bounces > 1);
     bands.try_for_each(|band| solve::nodes(band).map(|_| ()))
 }
 
@@ -213,25 +213,25 @@ impl Diffuse {
     ///
     /// # Errors
     /// For rules that have no nodes, more memory than is allowed, and when the user wishes to stop.
-    pub fn new(
+    pub(crate) fn new(
         scene: &Scene,
         lights: &[Light],
         spectral: &Spectral,
         space: &Space,
-        (options, fineness): (&Options, Fineness),
+        (settings, fineness): (&Settings, Fineness),
         before: Option<&Self>,
         control: &Control,
     ) -> Result<Option<Self>> {
-        let many = options.method.bounces > 1;
+        let many = settings.method.bounces > 1;
         let (Some(dust), true) = (&space.dust, many || space.crowd.is_some()) else { return Ok(None) };
         let problem = Problem {
             scene,
             lights,
             spectral,
             space,
-            options,
+            settings,
             terms: terms(scene, spectral)?,
-            sweepers: Sweepers::new(options.sweeper.as_deref()),
+            sweepers: Sweepers::new(settings.sweeper.as_deref()),
         };
         let (cells, bytes, coarser) = problem.fitting(dust, fineness)?;
         let windows = space.crowd.as_ref().map_or_else(Vec::new, |crowd| problem.windows(crowd, &cells));

@@ -18,10 +18,10 @@ use super::{Diffuse, Field, Fineness, Found, Gathered, Origin, Part, Solved, Ter
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
 use crate::field::Grid;
-use crate::formats::check_memory;
 use crate::light::Light;
+use crate::memory;
 use crate::plan::window::Window;
-use crate::plan::{BandPlan, Options, Space, Spectral};
+use crate::plan::{BandPlan, Settings, Space, Spectral};
 use crate::scene::Scene;
 
 /// Fewest cells along the longest edge that are worth it.
@@ -37,7 +37,7 @@ pub struct Problem<'a> {
     pub lights: &'a [Light],
     pub spectral: &'a Spectral,
     pub space: &'a Space,
-    pub options: &'a Options,
+    pub settings: &'a Settings,
     pub terms: Vec<Term>,
     pub sweepers: Sweepers<'a>,
 }
@@ -48,7 +48,7 @@ impl Problem<'_> {
         let harmonics = count(kept_degree(&self.terms, fineness));
         let parts = self.terms.len().div_ceil(WIDTH) as u64;
         // All orders of each part, two orders of one where it is swept, what the march reads, and that as it is gathered.
-        let orders = if self.options.method.bounces > 1 { 2 + parts } else { 0 };
+        let orders = if self.settings.method.bounces > 1 { 2 + parts } else { 0 };
         let gathered = if self.space.crowd.is_some() { 2 * parts } else { 0 };
         let bytes_of = |cells: &Cells| {
             let count = cells.lattice.cells();
@@ -57,7 +57,7 @@ impl Problem<'_> {
             // A quarter more for the halves beside it.
             (field + glow) / 4 * 5 + Moments::bytes(count, 1) * gathered
         };
-        let (limit, space) = (self.options.memory_limit, self.space.bytes());
+        let (limit, space) = (self.settings.memory_limit, self.space.bytes());
         let mut edge = fineness.cells;
         let mut cells = Cells::new(dust, self.space.gas(), edge);
         while bytes_of(&cells) > limit.saturating_sub(space) && edge > FEWEST {
@@ -65,7 +65,7 @@ impl Problem<'_> {
             cells = Cells::new(dust, self.space.gas(), edge);
         }
         let bytes = bytes_of(&cells);
-        check_memory("the field of light that is scattered more than once", space + bytes, limit)?;
+        memory::check("the field of light that is scattered more than once", space + bytes, limit)?;
         Ok((cells, bytes, edge < fineness.cells))
     }
 
@@ -152,7 +152,7 @@ impl Problem<'_> {
             lamps: lamps.clone(),
             directions: fineness.directions,
             harmonics: medium.count,
-            bounces: self.options.method.bounces,
+            bounces: self.settings.method.bounces,
         }
     }
 

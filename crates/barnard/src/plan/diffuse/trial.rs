@@ -6,12 +6,12 @@ use rayon::prelude::*;
 use super::medium::Cells;
 use super::{Field as DiffuseField, Moments, View, WIDTH};
 use crate::control::Control;
-use crate::counter::Counter;
 use crate::error::Result;
 use crate::field::{Field, Lattice};
 use crate::phase::Phase;
 use crate::plan::window::{PROFILE, Profile, depth_within};
 use crate::plan::{Crowd, Space};
+use crate::random::Counter;
 
 /// Places that are looked at, fewer where there are more stars than `DEPTHS` together allow, and how many at least.
 const PLACES: usize = 256;

@@ -213,21 +213,18 @@ mod tests {
     use spectra::quadrature::gauss_legendre;
 
     use super::*;
-    use crate::scene::{Loader, Scene};
+    use crate::test_scenes::{ball, dust, on_axis, scene, star};
 
     /// ⟨q⟩ of the plan's own basis by quadrature, for one quad of elements and for two, short courses, long ones, and such as leave the table.
     #[test]
     fn means_are_those_of_the_basis() {
         let rule = gauss_legendre(64);
         for size in [3, 6] {
-            let text = format!(
-                "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"30 deg\"\nsize = [4, 4]\n\
-                 [field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"4 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.5\n\
-                 [[star]]\nkind = \"blackbody\"\nposition = \"0 0 0 pc\"\ntemperature = \"9000 K\"\nluminosity = \"1 Lsun\"\n[method]\nname = \"projection\"\ncount = {size}\nbake = 8\n"
-            );
-            let scene = Scene::parse("test.toml", "test", text, &Loader::in_folder(".", u64::MAX)).unwrap();
-            let options = crate::plan::Options::new(scene.method.clone(), u64::MAX);
-            let plan = Plan::sampled(&scene, &options, 10, &crate::control::Control::default()).unwrap();
+            let camera = on_axis(4.0, 30.0, (4, 4));
+            let mut scene = scene(camera, 8).dust(dust(ball(1.0), "inverse_wavelength", 4.0)).star(star(9000.0, 1.0, glam::DVec3::ZERO));
+            scene.method = scene.method.with_name("projection").unwrap();
+            scene.method.settings.count = Some(size);
+            let plan = Plan::sampled(&scene, &crate::plan::Options::default(), 10, &crate::control::Control::default()).unwrap();
             let Form::Projection(projection) = &plan.spectral.bands[0].rule.form else { panic!("another form") };
             let table = CoordinateTable::new(projection);
             let end = projection.basis.range;

@@ -3,9 +3,9 @@
 use spectra::rule::{Form, Sampled};
 
 use super::Course;
-use crate::counter::Counter;
 use crate::packet::{LANES, Lane, exp, mean_transmittance};
 use crate::plan::Plan;
+use crate::random::Counter;
 
 /// The distributions of all bands.
 #[derive(Debug)]

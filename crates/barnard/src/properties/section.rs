@@ -1,99 +1,39 @@
-//! Tables of a scene file: typed access to their keys, with errors that name file, line, key and what would be right.
+//! Sections: typed access to the keys of a table, with errors that name place, key and what would be right.
 
-use std::ops::{Range, RangeInclusive};
+use std::ops::RangeInclusive;
 
 use glam::DVec3;
 use spectra::error::nearest;
 use spectra::units::{Length, Quantity, short};
-use toml_edit::{Item, TableLike, Value};
 
+use super::{Place, Property, Table, Value};
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
-
-/// One key that a table may have: the manual and the check for unknown keys read the same rows.
-#[derive(Debug, Clone, Copy)]
-pub struct Key {
-    /// As it is written.
-    pub name: &'static str,
-    /// What its value is.
-    pub kind: &'static str,
-    /// What holds when it is left out; nothing for a required key.
-    pub default: Option<&'static str>,
-    /// One line.
-    pub summary: &'static str,
-    /// The catalogue that its text is a name of, if any: see [`crate::catalogue`].
-    pub catalogue: Option<&'static str>,
-}
-
-impl Key {
-    /// A key that may be left out.
-    pub const fn optional(name: &'static str, kind: &'static str, default: &'static str, summary: &'static str) -> Self {
-        Self { name, kind, default: Some(default), summary, catalogue: None }
-    }
-
-    /// A key that must be there.
-    pub const fn required(name: &'static str, kind: &'static str, summary: &'static str) -> Self {
-        Self { name, kind, default: None, summary, catalogue: None }
-    }
-
-    /// Its text is a name of a catalogue.
-    pub const fn of(self, catalogue: &'static str) -> Self {
-        Self { catalogue: Some(catalogue), ..self }
-    }
-}
-
-/// The text of a scene file and its name.
-#[derive(Debug)]
-pub struct SceneText {
-    /// The name in messages.
-    pub file: String,
-    /// What stands in it.
-    pub text: String,
-}
-
-impl SceneText {
-    fn line(&self, span: Option<Range<usize>>) -> usize {
-        let end = span.map_or(0, |s| s.start).min(self.text.len());
-        self.text.as_bytes()[..end].iter().filter(|b| **b == b'\n').count() + 1
-    }
-
-    /// The error `message` at `span`.
-    pub fn error(&self, span: Option<Range<usize>>, place: impl Into<String>, message: impl Into<String>) -> Error {
-        Error::Scene { message: message.into(), file: self.file.clone(), line: self.line(span), place: place.into() }
-    }
-}
-
-/// What stands in a table, without comments: equal texts say the same.
-pub fn said(table: &dyn TableLike) -> String {
-    let of = |item: &Item| match (item.as_table_like(), item.as_array_of_tables()) {
-        (Some(table), _) => said(table),
-        (None, Some(tables)) => tables.iter().map(|t| said(t)).collect(),
-        (None, None) => item.as_value().map(|v| v.clone().decorated("", "").to_string()).unwrap_or_default(),
-    };
-    table.iter().map(|(key, item)| format!("{key:?} = {{{}}} ", of(item))).collect()
-}
-
-/// A text in quotes, in one line: breaks are blanks.
-pub(super) fn one_line(text: &str) -> String {
-    Value::from(text.replace(char::is_control, " ")).to_string()
-}
 
 /// Positions beyond this [pc] leave too few digits for a cloud.
 const FARTHEST_PC: f64 = 1e9;
 
-/// One table of the file.
+/// One table and its full name.
 #[derive(Clone)]
 pub struct Section<'a> {
-    source: &'a SceneText,
-    table: &'a dyn TableLike,
-    span: Option<Range<usize>>,
+    table: &'a Table,
     path: String,
 }
 
 impl<'a> Section<'a> {
+    /// The whole tree.
+    pub fn root(table: &'a Table) -> Self {
+        Self::new(table, "")
+    }
+
     /// The table `table`, called `path`.
-    pub fn new(source: &'a SceneText, table: &'a dyn TableLike, span: Option<Range<usize>>, path: impl Into<String>) -> Self {
-        Self { source, table, span, path: path.into() }
+    pub fn new(table: &'a Table, path: impl Into<String>) -> Self {
+        Self { table, path: path.into() }
+    }
+
+    /// The table itself.
+    pub fn properties(&self) -> &'a Table {
+        self.table
     }
 
     /// The table's full name, such as "dust.phase".
@@ -113,18 +53,12 @@ impl<'a> Section<'a> {
 
     /// Whether `key` is there.
     pub fn has(&self, key: &str) -> bool {
-        self.table.contains_key(key)
+        self.table.get(key).is_some()
     }
 
-    /// What stands in the table, without comments: equal texts say the same.
+    /// What the table says, without comments: equal texts say the same.
     pub fn said(&self) -> String {
-        said(self.table)
-    }
-
-    /// Its values under `keys`, as they would stand in one line of an inline table.
-    pub(super) fn inline<'k>(&self, keys: impl Iterator<Item = &'k str>) -> Vec<String> {
-        let written = |value: &Value| value.as_str().map_or_else(|| value.clone().decorated("", "").to_string(), one_line);
-        keys.filter_map(|key| Some(format!("{key} = {}", written(self.value(key)?)))).collect()
+        self.table.to_string()
     }
 
     /// Refuses keys that are not in `known`.
@@ -142,9 +76,8 @@ impl<'a> Section<'a> {
 
     /// The error `message` about `key`.
     pub fn error(&self, key: &str, message: impl Into<String>) -> Error {
-        let span = self.table.get_key_value(key).and_then(|(k, item)| k.span().or_else(|| item.span())).or_else(|| self.span.clone());
-        let place = if self.path.is_empty() { key.to_owned() } else { format!("[{}] {key}", self.path) };
-        self.source.error(span, place, message)
+        let origin = self.table.get(key).and_then(|p| p.origin.as_ref()).or(self.table.origin()).cloned();
+        Error::Scene { message: message.into(), place: Place { origin, path: self.path.clone(), key: key.to_owned() } }
     }
 
     /// Adds this key's place to an error from elsewhere.
@@ -156,7 +89,7 @@ impl<'a> Section<'a> {
     }
 
     fn value(&self, key: &str) -> Option<&'a Value> {
-        self.table.get(key).and_then(Item::as_value)
+        self.table.get(key).map(|property| &property.value)
     }
 
     fn missing(&self, key: &str, example: &str) -> Error {
@@ -164,15 +97,16 @@ impl<'a> Section<'a> {
     }
 
     fn wrong(&self, key: &str, wanted: &str) -> Error {
-        let found = self.table.get(key).map(|i| i.to_string().trim().to_owned()).unwrap_or_default();
+        let found = self.value(key).map(Value::to_string).unwrap_or_default();
         self.error(key, format!("{found} is not {wanted}"))
     }
 
     /// A text.
     pub fn text(&self, key: &str) -> Result<Option<&'a str>> {
-        match self.table.get(key) {
+        match self.value(key) {
             None => Ok(None),
-            Some(item) => item.as_str().map(Some).ok_or_else(|| self.wrong(key, "a text in quotes")),
+            Some(Value::Text(text)) => Ok(Some(text)),
+            Some(_) => Err(self.wrong(key, "a text in quotes")),
         }
     }
 
@@ -190,8 +124,8 @@ impl<'a> Section<'a> {
 
     /// A number within `range`.
     pub fn number(&self, key: &str, range: RangeInclusive<f64>) -> Result<Option<f64>> {
-        let Some(value) = self.table.get(key) else { return Ok(None) };
-        let number = value.as_float().or_else(|| value.as_integer().map(|i| i as f64)).ok_or_else(|| self.wrong(key, "a number"))?;
+        let Some(value) = self.value(key) else { return Ok(None) };
+        let number = number_of(value).ok_or_else(|| self.wrong(key, "a number"))?;
         if !range.contains(&number) {
             return Err(self.error(key, format!("{} lies outside of {:e} to {:e}", short(number), range.start(), range.end())));
         }
@@ -200,8 +134,11 @@ impl<'a> Section<'a> {
 
     /// An integer within `range`.
     pub fn integer(&self, key: &str, range: RangeInclusive<i64>) -> Result<Option<i64>> {
-        let Some(value) = self.table.get(key) else { return Ok(None) };
-        let number = value.as_integer().ok_or_else(|| self.wrong(key, "an integer"))?;
+        let number = match self.value(key) {
+            None => return Ok(None),
+            Some(Value::Integer(number)) => *number,
+            Some(_) => return Err(self.wrong(key, "an integer")),
+        };
         if !range.contains(&number) {
             return Err(self.error(key, format!("{number} lies outside of {} to {}", range.start(), range.end())));
         }
@@ -210,15 +147,16 @@ impl<'a> Section<'a> {
 
     /// true or false.
     pub fn flag(&self, key: &str) -> Result<Option<bool>> {
-        match self.table.get(key) {
+        match self.value(key) {
             None => Ok(None),
-            Some(item) => item.as_bool().map(Some).ok_or_else(|| self.wrong(key, "true or false")),
+            Some(Value::Flag(flag)) => Ok(Some(*flag)),
+            Some(_) => Err(self.wrong(key, "true or false")),
         }
     }
 
     /// A quantity with its unit.
     pub fn quantity<Q: Quantity>(&self, key: &str) -> Result<Option<Q>> {
-        if self.has(key) && self.value(key).and_then(Value::as_str).is_none() {
+        if self.value(key).is_some_and(|value| !matches!(value, Value::Text(_))) {
             return Err(self.wrong(key, &format!("a {} with its unit, such as \"{}\"", Q::NAME, Q::EXAMPLE)));
         }
         match self.text(key)? {
@@ -291,11 +229,14 @@ impl<'a> Section<'a> {
 
     /// A list of numbers.
     pub fn numbers(&self, key: &str) -> Result<Option<Vec<f64>>> {
-        let Some(item) = self.table.get(key) else { return Ok(None) };
         let wrong = || self.wrong(key, "a list of numbers such as [1, 0.5, 2]");
-        let array = item.as_array().ok_or_else(wrong)?;
-        let number = |v: &Value| v.as_float().or_else(|| v.as_integer().map(|i| i as f64)).filter(|v| v.is_finite());
-        array.iter().map(|v| number(v).ok_or_else(wrong)).collect::<Result<Vec<f64>>>().map(Some)
+        let items = match self.value(key) {
+            None => return Ok(None),
+            Some(Value::List(items)) => items,
+            Some(_) => return Err(wrong()),
+        };
+        let number = |item: &Property| number_of(&item.value).filter(|v| v.is_finite());
+        items.iter().map(|item| number(item).ok_or_else(wrong)).collect::<Result<Vec<f64>>>().map(Some)
     }
 
     /// A list of numbers that must be there, written like `example`.
@@ -305,38 +246,40 @@ impl<'a> Section<'a> {
 
     /// A list of texts; a single text is a list of one.
     pub fn texts(&self, key: &str) -> Result<Option<Vec<&'a str>>> {
-        let Some(item) = self.table.get(key) else { return Ok(None) };
-        if let Some(text) = item.as_str() {
-            return Ok(Some(vec![text]));
-        }
         let wrong = || self.wrong(key, "a list of texts such as [\"johnson-B\", \"johnson-V\"]");
-        let array = item.as_array().ok_or_else(wrong)?;
-        array.iter().map(|v| v.as_str().ok_or_else(wrong)).collect::<Result<Vec<&str>>>().map(Some)
+        let text = |item: &'a Property| match &item.value {
+            Value::Text(text) => Ok(text.as_str()),
+            _ => Err(wrong()),
+        };
+        match self.value(key) {
+            None => Ok(None),
+            Some(Value::Text(text)) => Ok(Some(vec![text])),
+            Some(Value::List(items)) => items.iter().map(text).collect::<Result<Vec<&str>>>().map(Some),
+            Some(_) => Err(wrong()),
+        }
     }
 
     /// The table under `key`.
     pub fn table(&self, key: &str) -> Result<Option<Section<'a>>> {
-        match self.table.get(key) {
+        match self.value(key) {
             None => Ok(None),
-            Some(item) => {
-                let table = item.as_table_like().ok_or_else(|| self.wrong(key, "a table"))?;
-                Ok(Some(self.child(key.to_owned(), table, item.span())))
-            }
+            Some(Value::Table(table)) => Ok(Some(self.child(key.to_owned(), table))),
+            Some(_) => Err(self.wrong(key, "a table")),
         }
     }
 
-    /// The tables under `key`: `[[key]]`, or an array of inline tables.
+    /// The tables under `key`, a list of tables.
     pub fn tables(&self, key: &str) -> Result<Vec<Section<'a>>> {
-        let Some(item) = self.table.get(key) else { return Ok(Vec::new()) };
-        let name = |i: usize| format!("{key}.{}", i + 1);
-        if let Some(tables) = item.as_array_of_tables() {
-            return Ok(tables.iter().enumerate().map(|(i, t)| self.child(name(i), t, t.span())).collect());
-        }
         let wrong = || self.wrong(key, &format!("a list of tables; write [[{key}]]"));
-        let array = item.as_array().ok_or_else(wrong)?;
-        let inline =
-            |(i, v): (usize, &'a Value)| v.as_inline_table().map(|t| self.child(name(i), t as &dyn TableLike, v.span())).ok_or_else(wrong);
-        array.iter().enumerate().map(inline).collect()
+        let table = |(i, item): (usize, &'a Property)| match &item.value {
+            Value::Table(table) => Ok(self.child(format!("{key}.{}", i + 1), table)),
+            _ => Err(wrong()),
+        };
+        match self.value(key) {
+            None => Ok(Vec::new()),
+            Some(Value::List(items)) => items.iter().enumerate().map(table).collect(),
+            Some(_) => Err(wrong()),
+        }
     }
 
     /// The named tables under `key`, as in `[field.dust]`.
@@ -346,8 +289,17 @@ impl<'a> Section<'a> {
         names.into_iter().map(|n| Ok((n, parent.table(n)?.ok_or_else(|| parent.wrong(n, "a table"))?))).collect()
     }
 
-    fn child(&self, key: String, table: &'a dyn TableLike, span: Option<Range<usize>>) -> Section<'a> {
+    fn child(&self, key: String, table: &'a Table) -> Section<'a> {
         let path = if self.path.is_empty() { key } else { format!("{}.{key}", self.path) };
-        Section::new(self.source, table, span.or_else(|| self.span.clone()), path)
+        Section::new(table, path)
+    }
+}
+
+/// A number, whole or not.
+fn number_of(value: &Value) -> Option<f64> {
+    match value {
+        Value::Number(number) => Some(*number),
+        Value::Integer(number) => Some(*number as f64),
+        _ => None,
     }
 }

@@ -2,7 +2,7 @@
 
 use barnard::field::Field;
 use barnard::glam::DVec3;
-use barnard::scene::{DEFAULT_MEMORY, Loader, Scene};
+use barnard::memory::DEFAULT_LIMIT;
 
 /// A cube of 4 × 2 × 2 elements along x, y, z, value 7, with these cards.
 fn cube(cards: &[&str]) -> Vec<u8> {
@@ -23,7 +23,8 @@ fn density(cards: &[&str], keys: &str) -> Result<std::sync::Arc<dyn Field>, Stri
         "[camera]\nkind = \"perspective\"\nposition = \"0 0 9 pc\"\nfield_of_view = \"30 deg\"\n\
          [field.n]\nkind = \"grid\"\nfile = \"cube.fits\"\n{keys}\n[dust]\ndensity = \"n\"\nscale = \"5.32e-22 mag cm2\"\n"
     );
-    let scene = Scene::parse("test.toml", "test", text, &Loader::in_folder(folder.path(), DEFAULT_MEMORY)).map_err(|e| e.to_string())?;
+    let scene = barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(folder.path(), DEFAULT_LIMIT))
+        .map_err(|e| e.to_string())?;
     Ok(scene.dust.unwrap().density)
 }
 
@@ -131,7 +132,9 @@ fn tables_are_named() {
             bytes
         };
         let bytes = [padded(head), padded(own), padded(vec![0; 8])].concat();
-        barnard::formats::read_array(&bytes, std::path::Path::new("map.fits"), None, 1 << 30).unwrap_err().to_string()
+        barnard_files::formats::read_array(&mut std::io::Cursor::new(bytes), std::path::Path::new("map.fits"), None, 1 << 30)
+            .unwrap_err()
+            .to_string()
     };
     assert!(table(&["ZIMAGE  =                    T", "ZCMPTYPE= 'RICE_1'"]).contains("tile-compressed image (ZCMPTYPE RICE_1)"));
     assert!(table(&["PIXTYPE = 'HEALPIX '", "NSIDE   =                  256"]).contains("HEALPix map of the sky (NSIDE 256)"));

@@ -2,8 +2,10 @@
 
 use spectra::SpectraError;
 
-use crate::error::Result;
-use crate::{backend, builtin, camera, field, formats, phase, scene};
+use barnard::error::Result;
+use barnard::{backend, camera, field, phase, scene};
+
+use crate::{builtin, formats};
 
 /// Rows of (name, summary).
 type Rows = Vec<(String, String)>;
@@ -31,13 +33,13 @@ pub const CATALOGUES: &[Catalogue] = &[
     Catalogue { name: "phases", summary: "phase functions", rows: || rows(phase::KINDS.iter().map(|k| (k.name, k.summary))) },
     Catalogue { name: "fields", summary: "kinds of field", rows: || rows(field::KINDS.iter().map(|k| (k.name, k.summary))) },
     Catalogue { name: "cameras", summary: "kinds of camera", rows: || rows(camera::KINDS.iter().map(|k| (k.name, k.summary))) },
-    Catalogue { name: "spectra", summary: "kinds of stellar spectrum", rows: || rows(crate::scene::star_spectra()) },
+    Catalogue { name: "spectra", summary: "kinds of stellar spectrum", rows: || rows(scene::star_spectra()) },
     Catalogue {
         name: "stars",
         summary: "stellar spectra of the embedded library; types between are interpolated",
         rows: || spectra::sed::star_names().map(|name| (name.to_owned(), spectra::sed::star_summary(name))).collect(),
     },
-    Catalogue { name: "emission", summary: "kinds of glowing gas", rows: || rows(crate::scene::emission_kinds()) },
+    Catalogue { name: "emission", summary: "kinds of glowing gas", rows: || rows(scene::emission_kinds()) },
     Catalogue {
         name: "line-lists",
         summary: "lines of model nebulae",
@@ -59,7 +61,7 @@ pub const CATALOGUES: &[Catalogue] = &[
         summary: "families of embedded passbands",
         rows: || rows(spectra::passband::FAMILIES.iter().map(|f| (f.name, f.summary))),
     },
-    Catalogue { name: "passband-kinds", summary: "kinds of passband of one's own", rows: || rows(crate::scene::band_kinds()) },
+    Catalogue { name: "passband-kinds", summary: "kinds of passband of one's own", rows: || rows(scene::band_kinds()) },
     Catalogue {
         name: "palettes",
         summary: "colours of bands",

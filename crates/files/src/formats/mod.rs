@@ -6,59 +6,64 @@ mod npy;
 mod png;
 mod write;
 
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 pub(crate) use npy::{archive, doubles};
 pub use png::encode_png;
-pub use write::{check_replaceable, check_writable, replace, save};
+pub use write::{SaveImage, check_replaceable, check_writable, replace};
 
-use crate::error::{Error, Result};
-use crate::image::{Display, Image};
+use barnard::data::Array;
+use barnard::error::{Error, Result};
+use barnard::image::Image;
+use barnard::memory;
 use spectra::error::nearest;
 
-/// A three-dimensional array as it stands in a file.
-#[derive(Debug)]
-pub struct Array {
-    /// Lengths of the axes, in the file's order of indices.
-    pub shape: [usize; 3],
-    /// The values, in the file's order.
-    pub data: Vec<f64>,
-    /// Whether the first index runs fastest.
-    pub fortran: bool,
-    /// What the file itself says of its values and axes, where it was FITS, whose customs for axes differ.
-    pub frame: Option<Frame>,
-}
+/// Bytes that can be read from any place.
+pub trait Seekable: Read + Seek {}
 
-/// What a file says of an array's values and axes.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Frame {
-    /// Unit of the values, as it is written.
-    pub unit: Option<String>,
-    /// The axes in the order of the array's indices, where their steps are known.
-    pub axes: [Option<Axis>; 3],
-}
+impl<T: Read + Seek> Seekable for T {}
 
-/// One linear axis.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Axis {
-    /// Unit of its coordinate, as it is written; empty where nothing is.
-    pub unit: String,
-    /// From one element to the next, in that unit.
-    pub step: f64,
-    /// Coordinate of the middle of the first element.
-    pub first: f64,
-}
-
-/// What was read of a file: bytes, where they are from, which part is meant.
+/// What is read of a file: where from, how much there is, which part is meant.
 pub struct Request<'a> {
     /// The file's bytes.
-    pub bytes: &'a [u8],
+    pub source: &'a mut dyn Seekable,
+    /// How many there are.
+    pub length: u64,
     /// Its name, for messages.
     pub path: &'a Path,
     /// The array or HDU that is meant.
     pub part: Option<&'a str>,
     /// Most bytes that may be allocated.
     pub memory_limit: u64,
+}
+
+impl<'a> Request<'a> {
+    /// For all of `source`.
+    ///
+    /// # Errors
+    /// Where its length cannot be told.
+    pub fn new(source: &'a mut dyn Seekable, path: &'a Path, part: Option<&'a str>, memory_limit: u64) -> Result<Self> {
+        let length = source.seek(SeekFrom::End(0)).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
+        Ok(Self { source, length, path, part, memory_limit })
+    }
+
+    /// So many bytes from a place on; none where the file ends before.
+    fn bytes(&mut self, from: u64, count: usize) -> Result<Option<Vec<u8>>> {
+        if from.checked_add(count as u64).is_none_or(|end| end > self.length) {
+            return Ok(None);
+        }
+        let mut bytes = vec![0; count];
+        let read = self.source.seek(SeekFrom::Start(from)).and_then(|_| self.source.read_exact(&mut bytes));
+        read.map_err(|e| Error::file(self.path, format!("cannot be read: {e}")))?;
+        Ok(Some(bytes))
+    }
+
+    /// The file from its beginning, buffered.
+    fn from_start(&mut self) -> Result<BufReader<&mut dyn Seekable>> {
+        self.source.rewind().map_err(|e| Error::file(self.path, format!("cannot be read: {e}")))?;
+        Ok(BufReader::with_capacity(1 << 16, &mut *self.source))
+    }
 }
 
 /// One row of the readers.
@@ -68,9 +73,9 @@ pub struct Reader {
     /// One line.
     pub summary: &'static str,
     /// Reads a three-dimensional array.
-    pub array: Option<fn(&Request) -> Result<Array>>,
+    pub array: Option<fn(&mut Request) -> Result<Array>>,
     /// Reads an image, where the format holds them.
-    pub image: Option<fn(&Request) -> Result<Image>>,
+    pub image: Option<fn(&mut Request) -> Result<Image>>,
 }
 
 /// Formats that can be read.
@@ -83,7 +88,7 @@ pub struct Writer {
     /// One line.
     pub summary: &'static str,
     /// The image as the bytes of a file.
-    pub encode: fn(&Image, &Display) -> Result<Vec<u8>>,
+    pub encode: fn(&Image) -> Result<Vec<u8>>,
 }
 
 /// Formats that can be written.
@@ -114,28 +119,33 @@ fn reader(path: &Path, serve: fn(&Reader) -> bool) -> Result<&'static Reader> {
 }
 
 /// Reads a three-dimensional array; `part` names the array or HDU, `memory_limit` is in bytes.
-pub fn read_array(bytes: &[u8], path: &Path, part: Option<&str>, memory_limit: u64) -> Result<Array> {
+///
+/// # Errors
+/// Where the extension is none of [`READERS`], the file is broken, or it does not fit.
+pub fn read_array(source: &mut dyn Seekable, path: &Path, part: Option<&str>, memory_limit: u64) -> Result<Array> {
     let read = reader(path, |r| r.array.is_some())?.array;
-    read.map_or_else(|| Err(Error::file(path, "holds no grid")), |read| read(&Request { bytes, path, part, memory_limit }))
+    read.map_or_else(|| Err(Error::file(path, "holds no grid")), |read| read(&mut Request::new(source, path, part, memory_limit)?))
 }
 
 /// Reads an image that was written before.
+///
+/// # Errors
+/// Where it cannot be opened, is no image, or does not fit.
 pub fn read_image(path: &Path, memory_limit: u64) -> Result<Image> {
     let read = reader(path, |r| r.image.is_some())?;
     let image = read.image.ok_or_else(|| Error::file(path, "holds no image; compare .npy, .fits or .exr"))?;
-    let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
-    image(&Request { bytes: &bytes, path, part: None, memory_limit })
+    let mut file = std::fs::File::open(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
+    image(&mut Request::new(&mut file, path, None, memory_limit)?)
 }
 
 /// The shape as three axes and its number of values, after checks of rank, emptiness and memory.
-fn checked_shape(request: &Request, shape: &[u64]) -> Result<([usize; 3], usize)> {
-    let path = request.path;
+fn checked_shape(path: &Path, memory_limit: u64, shape: &[u64]) -> Result<([usize; 3], usize)> {
     let &[a, b, c] = shape else {
         return Err(Error::file(path, format!("the array has {} axes ({shape:?}), a grid has three", shape.len())));
     };
     let cells = a.checked_mul(b).and_then(|n| n.checked_mul(c)).filter(|n| *n > 0);
     let cells = cells.ok_or_else(|| Error::file(path, format!("the array's shape {shape:?} is empty or impossible")))?;
-    check_memory(&format!("the array of {}", path.display()), cells.saturating_mul(4), request.memory_limit)?;
+    memory::check(&format!("the array of {}", path.display()), cells.saturating_mul(4), memory_limit)?;
     Ok(([a as usize, b as usize, c as usize], cells as usize))
 }
 
@@ -181,17 +191,4 @@ pub(crate) fn distinct_names(image: &Image) -> Vec<String> {
 /// The time now as ISO 8601 has it, in UTC: 2026-11-22T21:09:33.
 pub(crate) fn now() -> String {
     jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%S").to_string()
-}
-
-/// Refuses what would not fit before it is allocated.
-pub fn check_memory(what: &str, bytes: u64, limit: u64) -> Result<()> {
-    if bytes > limit {
-        return Err(Error::Memory {
-            what: what.to_owned(),
-            needed_mib: bytes.div_ceil(1 << 20),
-            limit_mib: limit >> 20,
-            advice: "use a smaller grid or image, or raise the limit with --memory".into(),
-        });
-    }
-    Ok(())
 }

@@ -2,7 +2,8 @@
 
 use spectra::SpectraError;
 
-use super::{Key, Loader, Section};
+use super::{Key, Section};
+use crate::data::Inputs;
 use crate::error::Result;
 
 /// One way to make a `T` from a table of a scene.
@@ -14,17 +15,17 @@ pub struct Kind<T: 'static> {
     /// The keys it takes beside `kind`.
     pub keys: &'static [Key],
     /// Makes it.
-    pub build: fn(&Section, &Loader) -> Result<T>,
+    pub build: fn(&Section, &Inputs) -> Result<T>,
 }
 
 /// Builds what `section` describes by the row of `kinds` that its key `kind` names.
-pub fn build_kind<T>(noun: &'static str, kinds: &[Kind<T>], section: &Section, loader: &Loader) -> Result<T> {
-    build_kind_with(noun, kinds, &[], section, loader)
+pub fn build_kind<T>(noun: &'static str, kinds: &[Kind<T>], section: &Section, inputs: &Inputs) -> Result<T> {
+    build_kind_with(noun, kinds, &[], section, inputs)
 }
 
 /// The same for tables that take `common` keys beside those of their kind.
-pub fn build_kind_with<T>(noun: &'static str, kinds: &[Kind<T>], common: &[Key], section: &Section, loader: &Loader) -> Result<T> {
-    (chosen(noun, kinds, |k| (k.name, k.keys), common, section)?.build)(section, loader)
+pub fn build_kind_with<T>(noun: &'static str, kinds: &[Kind<T>], common: &[Key], section: &Section, inputs: &Inputs) -> Result<T> {
+    (chosen(noun, kinds, |k| (k.name, k.keys), common, section)?.build)(section, inputs)
 }
 
 /// The row of `kinds` that the key `kind` names, `section` holding no keys but its own and the `common` ones; `row` gives name and keys of one.

@@ -1,19 +1,19 @@
 //! PNG: the picture in the scene's palette and stretch, 8 bits a colour, sRGB.
 
 use super::Writer;
-use crate::error::{Error, Result};
-use crate::image::{Display, Image};
+use barnard::error::{Error, Result};
+use barnard::image::Image;
 
 pub(super) const WRITER: Writer = Writer { extension: "png", summary: "picture in the scene's palette and stretch, sRGB", encode };
 
-fn encode(image: &Image, display: &Display) -> Result<Vec<u8>> {
-    let pixels: Vec<u8> = display.picture(image).iter().flatten().map(|v| (v * 255.0 + 0.5) as u8).collect();
+fn encode(image: &Image) -> Result<Vec<u8>> {
+    let pixels: Vec<u8> = image.display.picture(image).iter().flatten().map(|v| (v * 255.0 + 0.5) as u8).collect();
     encode_png((image.width, image.height), &pixels, &image.notes)
 }
 
 /// Pixels as a .png: red, green and blue in sRGB, row by row, with notes of key and words.
 pub fn encode_png(size: (usize, usize), pixels: &[u8], notes: &[(String, String)]) -> Result<Vec<u8>> {
-    let failed = |e: png::EncodingError| Error::Render(format!("cannot encode .png: {e}"));
+    let failed = |e: png::EncodingError| Error::Encoding { format: "png", reason: e.to_string() };
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, size.0 as u32, size.1 as u32);
     encoder.set_color(png::ColorType::Rgb);

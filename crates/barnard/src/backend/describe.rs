@@ -1,11 +1,12 @@
 //! What every image says of itself.
 
+use crate::camera::Camera;
 use crate::image::{Band, Image, Samples};
 use crate::keywords;
 use crate::scene::Scene;
 
-/// An image of `scene` with these samples, its bands and scene described.
-pub fn describe(scene: &Scene, samples: Samples) -> Image {
+/// An image of `scene` as `camera` sees it, bands × height × width, its bands and scene described.
+pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
     let band = |b: &spectra::passband::Passband| Band {
         name: b.name().to_owned(),
         pivot_um: Some(b.pivot().0),
@@ -23,12 +24,13 @@ pub fn describe(scene: &Scene, samples: Samples) -> Image {
         ),
     ];
     Image {
-        width: scene.camera.width,
-        height: scene.camera.height,
+        width: camera.width,
+        height: camera.height,
         bands: scene.bands.iter().map(band).collect(),
         samples,
-        pixel: Some(scene.camera.pixel_scale()),
+        pixel: Some(camera.pixel_scale()),
         notes,
-        keywords: keywords::of_scene(scene),
+        display: scene.display.clone(),
+        keywords: keywords::of_scene(scene, camera),
     }
 }

@@ -8,39 +8,18 @@
 
 use std::path::Path;
 
-use super::film::{Estimate, Film};
-use super::tracer::Tracer;
-use super::{Options, follow};
-use crate::counter::Counter;
-use crate::error::{Error, Result};
+use barnard::backend::path::{Estimate, Film, Options, first_paths};
+use barnard::error::{Error, Result};
+use barnard::scene::Scene;
+
 use crate::formats::{self, Request};
-use crate::light::lights;
-use crate::scene::Scene;
-
-/// Pixels whose first paths are compared.
-const CHECKED: usize = 64;
-
-/// What the first paths bring, bands × pixels.
-fn first(scene: &Scene, options: &Options) -> Result<Vec<f64>> {
-    let lights = lights(scene)?;
-    let tracer = Tracer::new(scene, &lights, options.first..=options.bounces)?;
-    let size = scene.camera.width * scene.camera.height;
-    let count = CHECKED.min(size);
-    let mut first = vec![0.0; scene.bands.len() * count];
-    for i in 0..count {
-        // Places all over the picture.
-        let pixel = (Counter::new(CHECKED as u64, i as u64).next() * size as f64) as usize;
-        follow(&tracer, scene, options.seed, pixel.min(size - 1), 0, |band, radiance| first[band * count + i] = radiance);
-    }
-    Ok(first)
-}
 
 /// Writes `film` down, whole or not at all.
 ///
 /// # Errors
 /// Where the file cannot be written.
 pub fn save(path: &Path, scene: &Scene, options: &Options, film: &Film) -> Result<()> {
-    let first = first(scene, options)?;
+    let first = first_paths(scene, options)?;
     let bands = scene.bands.len() as u64;
     let shape = [bands, scene.camera.height as u64, scene.camera.width as u64];
     let all = |value: fn(&Estimate) -> f64| film.estimates.iter().map(value).collect::<Vec<f64>>();
@@ -60,12 +39,12 @@ pub fn save(path: &Path, scene: &Scene, options: &Options, film: &Film) -> Resul
 /// # Errors
 /// Where it is of another scene, or no such file.
 pub fn load(path: &Path, scene: &Scene, options: &Options, memory_limit: u64) -> Result<Film> {
-    let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
+    let mut file = std::fs::File::open(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
     let other =
         |what: &str| Error::file(path, format!("holds paths of another {what}; name another file, or remove this one to begin anew"));
-    let array = |name: &str| formats::doubles(&Request { bytes: &bytes, path, part: Some(name), memory_limit });
+    let mut array = |name: &str| formats::doubles(&mut Request::new(&mut file, path, Some(name), memory_limit)?);
     let shape = vec![scene.bands.len() as u64, scene.camera.height as u64, scene.camera.width as u64];
-    let plane = |name: &str| {
+    let mut plane = |name: &str| {
         let (own, values) = array(name)?;
         if own == shape { Ok(values) } else { Err(other("size or number of bands")) }
     };
@@ -75,7 +54,7 @@ pub fn load(path: &Path, scene: &Scene, options: &Options, memory_limit: u64) ->
     if paths.len() != 5 || paths[2..] != [options.bounces as f64, options.seed as f64, options.first as f64] {
         return Err(other("number of bounces or another seed"));
     }
-    if bits(array("first")?.1) != bits(first(scene, options)?) {
+    if bits(array("first")?.1) != bits(first_paths(scene, options)?) {
         return Err(other("scene"));
     }
     let whole = |v: f64| v >= 0.0 && v.fract() == 0.0 && v < 2f64.powi(53);

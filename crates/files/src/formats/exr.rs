@@ -4,12 +4,13 @@ use std::io::Cursor;
 
 use exr::prelude::*;
 
-use super::{Request, Writer, check_memory};
-use crate::error::{Error, Result};
-use crate::image::{self, PixelScale};
+use super::{Request, Writer};
+use barnard::error::{Error, Result};
+use barnard::image::{self, PixelScale};
+use barnard::memory;
 
 pub(super) const WRITER: Writer =
-    Writer { extension: "exr", summary: "OpenEXR, one float channel a band, certificate as attributes", encode: |image, _| encode(image) };
+    Writer { extension: "exr", summary: "OpenEXR, one float channel a band, certificate as attributes", encode };
 
 pub(super) const READER: super::Reader =
     super::Reader { extensions: &["exr"], summary: "OpenEXR image (to compare)", array: None, image: Some(decode) };
@@ -61,7 +62,7 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     let channels = AnyChannels::sort((0..picture.bands.len()).map(channel).collect());
     let layer = Layer::new((picture.width, picture.height), attributes, Encoding::SMALL_LOSSLESS, channels);
     let mut bytes = Cursor::new(Vec::new());
-    Image::from_layer(layer).write().to_buffered(&mut bytes).map_err(|e| Error::Render(format!("cannot encode .exr: {e}")))?;
+    Image::from_layer(layer).write().to_buffered(&mut bytes).map_err(|e| Error::Encoding { format: "exr", reason: e.to_string() })?;
     Ok(bytes.into_inner())
 }
 
@@ -70,14 +71,15 @@ fn lines(text: &str) -> String {
     text.lines().map(super::ascii).collect::<Vec<_>>().join("\n")
 }
 
-fn decode(request: &Request) -> Result<image::Image> {
-    let broken = |e: exr::error::Error| Error::file(request.path, format!("is no readable OpenEXR image: {e}"));
+fn decode(request: &mut Request) -> Result<image::Image> {
+    let (path, limit) = (request.path, request.memory_limit);
+    let broken = |e: exr::error::Error| Error::file(path, format!("is no readable OpenEXR image: {e}"));
     // The header's size is checked before pixels are decoded.
-    let meta = MetaData::read_from_buffered(Cursor::new(request.bytes), false).map_err(broken)?;
+    let meta = MetaData::read_from_buffered(request.from_start()?, false).map_err(broken)?;
     let pixels: u64 = meta.headers.iter().map(|h| (h.layer_size.area() as u64).saturating_mul(h.channels.list.len() as u64)).sum();
-    check_memory(&format!("the image of {}", request.path.display()), pixels.saturating_mul(4), request.memory_limit)?;
+    memory::check(&format!("the image of {}", path.display()), pixels.saturating_mul(4), limit)?;
     let reader = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
-    let file = reader.non_parallel().from_buffered(Cursor::new(request.bytes)).map_err(broken)?;
+    let file = reader.non_parallel().from_buffered(request.from_start()?).map_err(broken)?;
     let layer = file.layer_data;
     let (width, height) = (layer.size.width(), layer.size.height());
     let order = match layer.attributes.other.get(&Text::from(ORDER)) {

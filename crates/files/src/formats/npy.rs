@@ -2,30 +2,32 @@
 //!
 //! Reading checks the header against the bytes that are there before anything is allocated. Images are bands × height × width.
 
-use std::io::{Cursor, Read};
+use std::io::{BufReader, Cursor, Read};
+
+use std::path::Path;
 
 use npyz::{DType, NpyFile, Order, TypeChar, WriterBuilder};
 
-use super::{Array, Reader, Request, Writer, checked_shape};
-use crate::error::{Error, Result};
-use crate::image::{Image, Samples};
+use super::{Reader, Request, Seekable, Writer, checked_shape};
+use barnard::data::Array;
+use barnard::error::{Error, Result};
+use barnard::image::{Image, Samples};
+use barnard::memory;
 
 pub(super) const NPY_READER: Reader =
     Reader { extensions: &["npy"], summary: "NumPy array of floats or integers", array: Some(npy), image: Some(image) };
 pub(super) const NPZ_READER: Reader = Reader { extensions: &["npz"], summary: "archive of NumPy arrays", array: Some(npz), image: None };
-pub(super) const WRITER: Writer = Writer {
-    extension: "npy",
-    summary: "NumPy array, bands x height x width, the first row on top, radiance in W m-2 sr-1",
-    encode: |image, _| encode(image),
-};
+pub(super) const WRITER: Writer =
+    Writer { extension: "npy", summary: "NumPy array, bands x height x width, the first row on top, radiance in W m-2 sr-1", encode };
 
-fn npy(request: &Request) -> Result<Array> {
+fn npy(request: &mut Request) -> Result<Array> {
     if let Some(part) = request.part {
         return Err(Error::file(request.path, format!("holds one array without a name; leave out array = \"{part}\"")));
     }
-    let (file, order) = open(request, request.bytes)?;
-    let (shape, cells) = checked_shape(request, file.shape())?;
-    let data = values(request, file, cells, request.bytes.len())?;
+    let asked = Asked::of(request);
+    let (file, order) = open(request)?;
+    let (shape, cells) = checked_shape(asked.path, asked.memory_limit, file.shape())?;
+    let data = values(&asked, file, cells)?;
     Ok(Array { shape, data, fortran: order == Order::Fortran, frame: None })
 }
 
@@ -35,21 +37,23 @@ const LONGEST_HEADER: usize = 10_000;
 /// How deep its brackets nest at most: a dictionary, the list of a record's fields, a field, its shape.
 const DEEPEST_HEADER: usize = 6;
 
-/// The dictionary behind magic, version and length: two bytes of it in version 1, four later. Less where the file ends before.
-fn header(bytes: &[u8]) -> &[u8] {
+/// How long the dictionary says to be, and what of it is in `bytes`: it stands behind magic, version and length, two bytes of it in version 1,
+/// four later.
+fn header(bytes: &[u8]) -> (usize, &[u8]) {
     let little_endian = |range: std::ops::Range<usize>| {
         let own = bytes.get(range).unwrap_or(&[]);
         own.iter().rev().fold(0usize, |n, byte| n << 8 | usize::from(*byte))
     };
     let (start, length) = if bytes.get(6) == Some(&1) { (10, little_endian(8..10)) } else { (12, little_endian(8..12)) };
     let rest = bytes.get(start..).unwrap_or(&[]);
-    &rest[..length.min(rest.len())]
+    (length, &rest[..length.min(rest.len())])
 }
 
 /// Refuses what no array of numbers needs before it is parsed: a parser that tries again at every bracket takes for ever.
-fn check_header(header: &[u8]) -> Result<(), String> {
-    if header.len() > LONGEST_HEADER {
-        return Err(format!("the .npy header has {} bytes; NumPy reads {LONGEST_HEADER} at most", header.len()));
+fn check_header(bytes: &[u8]) -> Result<(), String> {
+    let (length, header) = header(bytes);
+    if length > LONGEST_HEADER {
+        return Err(format!("the .npy header has {length} bytes; NumPy reads {LONGEST_HEADER} at most"));
     }
     let mut depth = 0usize;
     for byte in header {
@@ -65,19 +69,40 @@ fn check_header(header: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// The header; a panic-free description of what is wrong with it otherwise.
-fn open<'a>(request: &Request, bytes: &'a [u8]) -> Result<(NpyFile<Cursor<&'a [u8]>>, Order)> {
-    if !bytes.starts_with(MAGIC) {
-        return Err(Error::file(request.path, "is no .npy array: it does not begin with \\x93NUMPY"));
+/// What of a request stays when its bytes are lent to a parser.
+struct Asked<'a> {
+    path: &'a Path,
+    memory_limit: u64,
+    length: usize,
+}
+
+impl<'a> Asked<'a> {
+    fn of(request: &Request<'a>) -> Self {
+        let length = usize::try_from(request.length).unwrap_or(usize::MAX);
+        Self { path: request.path, memory_limit: request.memory_limit, length }
     }
-    check_header(header(bytes)).map_err(|reason| Error::file(request.path, reason))?;
-    let file = NpyFile::new(Cursor::new(bytes)).map_err(|e| Error::file(request.path, format!("the .npy header is broken: {e}")))?;
+}
+
+/// A file whose header was read.
+type Open<'r> = NpyFile<BufReader<&'r mut dyn Seekable>>;
+
+/// The header; a panic-free description of what is wrong with it otherwise.
+fn open<'r>(request: &'r mut Request) -> Result<(Open<'r>, Order)> {
+    let path = request.path;
+    let start = (LONGEST_HEADER as u64 + 16).min(request.length) as usize;
+    let bytes = request.bytes(0, start)?.unwrap_or_default();
+    if !bytes.starts_with(MAGIC) {
+        return Err(Error::file(path, "is no .npy array: it does not begin with \\x93NUMPY"));
+    }
+    check_header(&bytes).map_err(|reason| Error::file(path, reason))?;
+    let file = NpyFile::new(request.from_start()?).map_err(|e| Error::file(path, format!("the .npy header is broken: {e}")))?;
     let order = file.order();
     Ok((file, order))
 }
 
 /// All values as f64, whatever plain number type they have.
-fn values(request: &Request, file: NpyFile<Cursor<&[u8]>>, cells: usize, available: usize) -> Result<Vec<f64>> {
+fn values(request: &Asked, file: Open, cells: usize) -> Result<Vec<f64>> {
+    let available = request.length;
     let dtype = file.dtype();
     let DType::Plain(kind) = &dtype else {
         return Err(Error::file(request.path, "holds records; a plain array of numbers is needed"));
@@ -124,18 +149,17 @@ const HEADER: usize = 1 << 16;
 /// The largest part of a header or a small array beside the values.
 const OVERHEAD: u64 = 1 << 20;
 
-fn npz(request: &Request) -> Result<Array> {
-    let bytes = part_of(request)?;
-    npy(&Request { bytes: &bytes, part: None, ..*request })
+fn npz(request: &mut Request) -> Result<Array> {
+    let (path, limit) = (request.path, request.memory_limit);
+    npy(&mut Request::new(&mut Cursor::new(part_of(request)?), path, None, limit)?)
 }
 
 /// The bytes of the one array of an archive that is meant.
-fn part_of(request: &Request) -> Result<Vec<u8>> {
-    let path = request.path;
-    let mut archive =
-        zip::ZipArchive::new(Cursor::new(request.bytes)).map_err(|e| Error::file(path, format!("is no .npz archive: {e}")))?;
+fn part_of(request: &mut Request) -> Result<Vec<u8>> {
+    let (path, part, memory_limit) = (request.path, request.part, request.memory_limit);
+    let mut archive = zip::ZipArchive::new(request.from_start()?).map_err(|e| Error::file(path, format!("is no .npz archive: {e}")))?;
     let names: Vec<String> = archive.file_names().filter_map(|n| Some(n.ok()?.strip_suffix(".npy")?.to_owned())).collect();
-    let name = match request.part {
+    let name = match part {
         Some(part) => names.iter().find(|n| *n == part).cloned().ok_or_else(|| {
             let message = format!("has no array \"{part}\"; it holds {}", names.join(", "));
             Error::file(path, message)
@@ -147,9 +171,9 @@ fn part_of(request: &Request) -> Result<Vec<u8>> {
     };
     let mut entry = archive.by_name(&format!("{name}.npy")).map_err(|e| Error::file(path, format!("array {name}: {e}")))?;
     // The stated size may lie: no more than the limit is ever inflated.
-    let limit = 2 * request.memory_limit + OVERHEAD;
+    let limit = 2 * memory_limit + OVERHEAD;
     let stated = entry.size();
-    super::check_memory(&format!("array {name} of {}", path.display()), stated, limit)?;
+    memory::check(&format!("array {name} of {}", path.display()), stated, limit)?;
     let corrupt = |reason: String| Error::file(path, format!("array {name} is corrupt: {reason}"));
     let mut bytes = Vec::new();
     entry.by_ref().take(stated).read_to_end(&mut bytes).map_err(|e| corrupt(e.to_string()))?;
@@ -162,21 +186,24 @@ fn part_of(request: &Request) -> Result<Vec<u8>> {
 }
 
 /// The shape and the values of an array of an archive, as doubles in C order.
-pub(crate) fn doubles(request: &Request) -> Result<(Vec<u64>, Vec<f64>)> {
-    let bytes = part_of(request)?;
-    let (file, order) = open(request, &bytes)?;
+pub(crate) fn doubles(request: &mut Request) -> Result<(Vec<u64>, Vec<f64>)> {
+    let (path, limit) = (request.path, request.memory_limit);
+    let mut bytes = Cursor::new(part_of(request)?);
+    let mut request = Request::new(&mut bytes, path, None, limit)?;
+    let asked = Asked::of(&request);
+    let (file, order) = open(&mut request)?;
     let shape = file.shape().to_vec();
     let cells = shape.iter().try_fold(1u64, |n, edge| n.checked_mul(*edge)).unwrap_or(u64::MAX);
-    super::check_memory(&format!("an array of {}", request.path.display()), cells.saturating_mul(8), request.memory_limit)?;
+    memory::check(&format!("an array of {}", path.display()), cells.saturating_mul(8), limit)?;
     if order == Order::Fortran {
-        return Err(Error::file(request.path, "is in Fortran order; C order is needed"));
+        return Err(Error::file(path, "is in Fortran order; C order is needed"));
     }
-    Ok((shape, values(request, file, cells as usize, bytes.len())?))
+    Ok((shape, values(&asked, file, cells as usize)?))
 }
 
 /// An archive of arrays of doubles, each with its name and shape.
 pub(crate) fn archive(arrays: &[(&str, &[u64], Vec<f64>)]) -> Result<Vec<u8>> {
-    let failed = |e: &dyn std::fmt::Display| Error::Render(format!("an archive of arrays cannot be made: {e}"));
+    let failed = |e: &dyn std::fmt::Display| Error::Encoding { format: "npz", reason: e.to_string() };
     let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
     for (name, shape, data) in arrays {
         zip.start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default()).map_err(|e| failed(&e))?;
@@ -186,18 +213,19 @@ pub(crate) fn archive(arrays: &[(&str, &[u64], Vec<f64>)]) -> Result<Vec<u8>> {
     Ok(zip.finish().map_err(|e| failed(&e))?.into_inner())
 }
 
-fn image(request: &Request) -> Result<Image> {
-    let (file, order) = open(request, request.bytes)?;
+fn image(request: &mut Request) -> Result<Image> {
+    let asked = Asked::of(request);
+    let (file, order) = open(request)?;
     if order == Order::Fortran {
-        return Err(Error::file(request.path, "is in Fortran order; an image of Barnard is bands x height x width in C order"));
+        return Err(Error::file(asked.path, "is in Fortran order; an image of Barnard is bands x height x width in C order"));
     }
     let double = matches!(file.dtype(), DType::Plain(t) if t.num_bytes() == Some(8));
     let mut shape = file.shape().to_vec();
     if shape.len() == 2 {
         shape.insert(0, 1);
     }
-    let ([bands, height, width], cells) = checked_shape(request, &shape)?;
-    let data = values(request, file, cells, request.bytes.len())?;
+    let ([bands, height, width], cells) = checked_shape(asked.path, asked.memory_limit, &shape)?;
+    let data = values(&asked, file, cells)?;
     let samples = if double { Samples::Double(data) } else { Samples::Single(data.iter().map(|v| *v as f32).collect()) };
     Ok(Image::bare(width, height, (0..bands).map(super::nameless).collect(), samples))
 }
@@ -215,18 +243,16 @@ fn encode(image: &Image) -> Result<Vec<u8>> {
         Samples::Single(data) => write!(data, f32),
         Samples::Double(data) => write!(data, f64),
     };
-    written.map_err(|e| Error::Render(format!("cannot encode .npy: {e}")))?;
+    written.map_err(|e| Error::Encoding { format: "npy", reason: e.to_string() })?;
     Ok(bytes)
 }
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
 
-    fn request(bytes: &[u8]) -> Request<'_> {
-        Request { bytes, path: Path::new("test.npy"), part: None, memory_limit: 1 << 30 }
+    fn read(bytes: &[u8]) -> Result<Array> {
+        npy(&mut Request::new(&mut Cursor::new(bytes), Path::new("test.npy"), None, 1 << 30)?)
     }
 
     /// A version 1 file whose header is `text`.
@@ -238,16 +264,16 @@ mod tests {
     #[test]
     fn headers_are_bounded() {
         for bracket in ["[", "{", "("] {
-            let deep = npy(&request(&with_header(&bracket.repeat(6000)))).unwrap_err().to_string();
+            let deep = read(&with_header(&bracket.repeat(6000))).unwrap_err().to_string();
             assert!(deep.contains("brackets"), "{deep}");
         }
-        let long = npy(&request(&with_header(&" ".repeat(20_000)))).unwrap_err().to_string();
+        let long = read(&with_header(&" ".repeat(20_000))).unwrap_err().to_string();
         assert!(long.contains("10000 at most"), "{long}");
         let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (1, 1, 2), }\n";
         let bytes = [with_header(header), 2f64.to_le_bytes().to_vec(), 3f64.to_le_bytes().to_vec()].concat();
-        assert_eq!(npy(&request(&bytes)).unwrap().data, [2.0, 3.0]);
+        assert_eq!(read(&bytes).unwrap().data, [2.0, 3.0]);
         for end in 0..bytes.len() {
-            assert!(npy(&request(&bytes[..end])).is_err(), "{end}");
+            assert!(read(&bytes[..end]).is_err(), "{end}");
         }
     }
 
@@ -256,7 +282,7 @@ mod tests {
     fn archives_are_held_to_their_checksums() {
         let values: Vec<f64> = (0..16).map(f64::from).collect();
         let whole = archive(&[("sums", &[16], values.clone())]).unwrap();
-        let doubles = |bytes: &[u8]| super::doubles(&Request { part: Some("sums"), ..request(bytes) });
+        let doubles = |bytes: &[u8]| super::doubles(&mut Request::new(&mut Cursor::new(bytes), Path::new("a.npz"), Some("sums"), 1 << 30)?);
         assert_eq!(doubles(&whole).unwrap().1, values);
         // Behind the local header, its name and its extra field, up to the archive's directory.
         let first = 30 + "sums.npy".len() + usize::from(whole[28]);

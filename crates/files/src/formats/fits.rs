@@ -3,43 +3,46 @@
 //! Own code, small on purpose: input is not trusted, so sizes are checked before anything is allocated, and output needs one cube, its keywords and
 //! nothing else. Source: FITS standard 4.0 (2018, doi 10.5281/zenodo.3660299 text), §3.3, §4.4, §8.
 
-use super::{Array, Axis, Frame, Reader, Request, Writer, checked_shape};
-use crate::error::{Error, Result};
-use crate::image::{Image, PixelScale, Samples};
-use crate::keywords::{Keyword, Value};
+use super::{Reader, Request, Writer, checked_shape};
+use barnard::data::{Array, Axis, Frame};
+use barnard::error::{Error, Result};
+use barnard::image::{Image, PixelScale, Samples};
+use barnard::keywords::{Keyword, Value};
 
 pub(super) const READER: Reader =
     Reader { extensions: &["fits", "fit", "fts"], summary: "FITS image HDU, three axes", array: Some(array), image: Some(image) };
-pub(super) const WRITER: Writer = Writer {
-    extension: "fits",
-    summary: "one image HDU a band: BUNIT, pixel scale, passband, certificate",
-    encode: |image, _| encode(image),
-};
+pub(super) const WRITER: Writer =
+    Writer { extension: "fits", summary: "one image HDU a band: BUNIT, pixel scale, passband, certificate", encode };
 
 const BLOCK: usize = 2880;
 const CARD: usize = 80;
 /// More header blocks than any real file has.
 const MAX_HEADER_BLOCKS: usize = 4096;
+/// HDUs that are looked at.
+const MAX_HDUS: usize = 1000;
+/// Values that are read at once.
+const PIECE: usize = 1 << 16;
 
 /// Header cards as text, keyword first.
 struct Header {
     cards: Vec<(String, String)>,
     /// Where the data begin.
-    data: usize,
+    data: u64,
 }
 
 impl Header {
-    fn read(request: &Request, start: usize) -> Result<Self> {
-        let broken = |reason: &str| Error::file(request.path, format!("is no valid FITS file: {reason}"));
+    fn read(request: &mut Request, start: u64) -> Result<Self> {
+        let path = request.path;
+        let broken = |reason: &str| Error::file(path, format!("is no valid FITS file: {reason}"));
         let mut cards = Vec::new();
         for block in 0..MAX_HEADER_BLOCKS {
-            let from = start + block * BLOCK;
-            let bytes = request.bytes.get(from..from + BLOCK).ok_or_else(|| broken("the header is truncated, no END card"))?;
+            let from = start + (block * BLOCK) as u64;
+            let bytes = request.bytes(from, BLOCK)?.ok_or_else(|| broken("the header is truncated, no END card"))?;
             for card in bytes.chunks_exact(CARD) {
                 let text = String::from_utf8_lossy(card).into_owned();
                 let keyword: String = text.chars().take(8).collect::<String>().trim().to_owned();
                 if keyword == "END" {
-                    return Ok(Self { cards, data: from + BLOCK });
+                    return Ok(Self { cards, data: from + BLOCK as u64 });
                 }
                 if text.chars().nth(8) == Some('=') {
                     cards.push((keyword, value_of(&text.chars().skip(10).collect::<String>())));
@@ -135,18 +138,19 @@ fn value_of(field: &str) -> String {
 }
 
 /// All HDUs of the file.
-fn headers(request: &Request) -> Result<Vec<Header>> {
-    if !request.bytes.starts_with(b"SIMPLE  =") {
+fn headers(request: &mut Request) -> Result<Vec<Header>> {
+    let magic = b"SIMPLE  =";
+    if request.bytes(0, magic.len())?.is_none_or(|own| own != magic) {
         return Err(Error::file(request.path, "is no FITS file: it does not begin with SIMPLE"));
     }
     let mut headers = Vec::new();
-    let mut start = 0;
-    while start + BLOCK <= request.bytes.len() && headers.len() < 1000 {
+    let mut start = 0u64;
+    while start.saturating_add(BLOCK as u64) <= request.length && headers.len() < MAX_HDUS {
         let header = Header::read(request, start)?;
-        let next = header.data_bytes().and_then(|n| (header.data as u64).checked_add(n));
+        let next = header.data_bytes().and_then(|n| header.data.checked_add(n));
         let next = next.ok_or_else(|| Error::file(request.path, "BITPIX or NAXIS are missing or impossible"))?;
         headers.push(header);
-        start = usize::try_from(next).unwrap_or(usize::MAX - BLOCK);
+        start = next;
     }
     if headers.is_empty() {
         return Err(Error::file(request.path, "is truncated: its first header does not end"));
@@ -155,37 +159,48 @@ fn headers(request: &Request) -> Result<Vec<Header>> {
 }
 
 /// The pixel values of an HDU, scaled by BSCALE and BZERO; blank integers are NaN.
-fn values(request: &Request, header: &Header, cells: usize) -> Result<Vec<f64>> {
+fn values(request: &mut Request, header: &Header, cells: usize) -> Result<Vec<f64>> {
     let bitpix = header.integer("BITPIX").unwrap_or(0);
     let size = (bitpix.unsigned_abs() / 8) as usize;
     if ![8, 16, 32, 64, -32, -64].contains(&bitpix) {
         return Err(Error::file(request.path, format!("BITPIX = {bitpix} is none of 8, 16, 32, 64, -32, -64")));
     }
-    let end = cells.checked_mul(size).and_then(|n| n.checked_add(header.data));
-    let bytes = end.and_then(|end| request.bytes.get(header.data..end)).ok_or_else(|| {
-        let there = request.bytes.len().saturating_sub(header.data);
-        Error::file(request.path, format!("is truncated: {cells} values of {size} bytes announced, {there} bytes there"))
-    })?;
+    let there = request.length.saturating_sub(header.data);
+    if cells.checked_mul(size).is_none_or(|announced| announced as u64 > there) {
+        let reason = format!("is truncated: {cells} values of {size} bytes announced, {there} bytes there");
+        return Err(Error::file(request.path, reason));
+    }
     let (scale, zero) = (header.number("BSCALE").unwrap_or(1.0), header.number("BZERO").unwrap_or(0.0));
     let blank = header.integer("BLANK");
     let integer = |v: i64| if Some(v) == blank { f64::NAN } else { zero + scale * v as f64 };
     let real = |v: f64| zero + scale * v;
     macro_rules! decode {
         ($type:ty, $to:expr) => {
-            bytes.chunks_exact(size).map(|b| $to(<$type>::from_be_bytes(b.try_into().expect("chunks have the type's size")))).collect()
+            |bytes: &[u8], out: &mut Vec<f64>| {
+                let whole = bytes.as_chunks::<{ size_of::<$type>() }>().0;
+                out.extend(whole.iter().map(|b| $to(<$type>::from_be_bytes(*b))));
+            }
         };
     }
-    Ok(match bitpix {
-        8 => decode!(u8, |v| integer(i64::from(v))),
-        16 => decode!(i16, |v| integer(i64::from(v))),
-        32 => decode!(i32, |v| integer(i64::from(v))),
-        64 => decode!(i64, integer),
-        -32 => decode!(f32, |v| real(f64::from(v))),
-        _ => decode!(f64, real),
-    })
+    let decode: &dyn Fn(&[u8], &mut Vec<f64>) = match bitpix {
+        8 => &decode!(u8, |v| integer(i64::from(v))),
+        16 => &decode!(i16, |v| integer(i64::from(v))),
+        32 => &decode!(i32, |v| integer(i64::from(v))),
+        64 => &decode!(i64, integer),
+        -32 => &decode!(f32, |v| real(f64::from(v))),
+        _ => &decode!(f64, real),
+    };
+    let mut values = Vec::with_capacity(cells);
+    while values.len() < cells {
+        let from = header.data + (values.len() * size) as u64;
+        let piece = (cells - values.len()).min(PIECE) * size;
+        let bytes = request.bytes(from, piece)?.ok_or_else(|| Error::file(request.path, "became shorter while it was read"))?;
+        decode(&bytes, &mut values);
+    }
+    Ok(values)
 }
 
-fn array(request: &Request) -> Result<Array> {
+fn array(request: &mut Request) -> Result<Array> {
     let headers = headers(request)?;
     let squeezed = |h: &Header| h.squeezed().into_iter().map(|(_, n)| n).collect::<Vec<u64>>();
     let header = match request.part {
@@ -212,18 +227,18 @@ fn array(request: &Request) -> Result<Array> {
     // FITS lists the fastest axis first; indices in C order run the other way.
     let mut shape = squeezed(header);
     shape.reverse();
-    let (shape, cells) = checked_shape(request, &shape)?;
+    let (shape, cells) = checked_shape(request.path, request.memory_limit, &shape)?;
     let data = values(request, header, cells)?;
     Ok(Array { shape, data, fortran: false, frame: Some(header.frame()) })
 }
 
-fn image(request: &Request) -> Result<Image> {
+fn image(request: &mut Request) -> Result<Image> {
     let headers = headers(request)?;
     let mut bands = Vec::new();
     let (mut size, mut data, mut double) = (None, Vec::new(), false);
     for header in headers.iter().filter(|h| h.axes().is_some_and(|a| a.len() == 2)) {
         let axes = header.axes().unwrap_or_default();
-        let (_, cells) = checked_shape(request, &[1, axes[1], axes[0]])?;
+        let (_, cells) = checked_shape(request.path, request.memory_limit, &[1, axes[1], axes[0]])?;
         if *size.get_or_insert((axes[0], axes[1])) != (axes[0], axes[1]) {
             return Err(Error::file(request.path, "holds images of different sizes"));
         }

@@ -4,16 +4,22 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::writer;
-use crate::error::{Error, Result};
-use crate::image::{Display, Image};
+use barnard::error::{Error, Result};
+use barnard::image::Image;
 
 /// Whether `path` can be written at all: known extension, folder there and writable. Asked before a long render.
+///
+/// # Errors
+/// Where it cannot.
 pub fn check_writable(path: &Path) -> Result<()> {
     writer(path)?;
     check_replaceable(path)
 }
 
 /// The same for a file of any extension.
+///
+/// # Errors
+/// Where it cannot be written.
 pub fn check_replaceable(path: &Path) -> Result<()> {
     if std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
         return Err(Error::file(path, "is no plain file; it cannot be replaced by a picture"));
@@ -77,12 +83,26 @@ fn is_gone(process: u32) -> bool {
     Path::new("/proc/self").exists() && !Path::new(&format!("/proc/{process}")).exists()
 }
 
-/// Writes `image` in the format of the path's extension.
-pub fn save(image: &Image, display: &Display, path: &Path) -> Result<()> {
-    replace(path, &(writer(path)?.encode)(image, display)?)
+/// Writes images.
+pub trait SaveImage {
+    /// Writes the image in the format of the path's extension, whole or not at all.
+    ///
+    /// # Errors
+    /// Where the extension is none of [`WRITERS`](super::WRITERS), or the file cannot be written.
+    fn save(&self, path: impl AsRef<Path>) -> Result<()>;
+}
+
+impl SaveImage for Image {
+    fn save(&self, path: impl AsRef<Path>) -> Result<()> {
+        let path = path.as_ref();
+        replace(path, &(writer(path)?.encode)(self)?)
+    }
 }
 
 /// Writes a file whole or not at all.
+///
+/// # Errors
+/// Where it cannot be written.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     let failed = |e: std::io::Error| Error::file(path, format!("cannot be written, nothing was kept: {e}"));
     let target = target(path)?;

@@ -1,9 +1,13 @@
 //! Scenes that are compiled in. Each is a file of `scenes/` and one row of [`SCENES`].
 
+use std::sync::Arc;
+
 use spectra::SpectraError;
 
-use crate::error::Result;
-use crate::scene::{Loader, Scene};
+use barnard::error::Result;
+use barnard::scene::{Loader, Scene};
+
+use crate::source::{Embedded, SceneFiles};
 
 /// One row of the catalogue.
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +22,7 @@ pub struct BuiltinScene {
 
 macro_rules! scene {
     ($name:literal, $summary:literal) => {
-        BuiltinScene { name: $name, summary: $summary, text: include_str!(concat!("../../../scenes/", $name, ".toml")) }
+        BuiltinScene { name: $name, summary: $summary, text: include_str!(concat!("../scenes/", $name, ".toml")) }
     };
 }
 
@@ -38,26 +42,37 @@ pub const SCENES: &[BuiltinScene] = &[
 ];
 
 /// Files that built-in scenes use.
-const FILES: &[(&str, &[u8])] = &[
-    ("stars/young_cluster.csv", include_bytes!("../../../scenes/stars/young_cluster.csv")),
-    ("volumes/hii_turbulent_96.npz", include_bytes!("../../../scenes/volumes/hii_turbulent_96.npz")),
-    ("volumes/pillars_128.npz", include_bytes!("../../../scenes/volumes/pillars_128.npz")),
-    ("volumes/turbulent_cloud_128.npz", include_bytes!("../../../scenes/volumes/turbulent_cloud_128.npz")),
+const FILES: Embedded = &[
+    ("stars/young_cluster.csv", include_bytes!("../scenes/stars/young_cluster.csv")),
+    ("volumes/hii_turbulent_96.npz", include_bytes!("../scenes/volumes/hii_turbulent_96.npz")),
+    ("volumes/pillars_128.npz", include_bytes!("../scenes/volumes/pillars_128.npz")),
+    ("volumes/turbulent_cloud_128.npz", include_bytes!("../scenes/volumes/turbulent_cloud_128.npz")),
 ];
 
-/// The built-in scene called `name`.
+/// The row of the built-in scene called `name`.
+///
+/// # Errors
+/// Where there is none.
 pub fn entry(name: &str) -> Result<&'static BuiltinScene> {
     let known: Vec<&str> = SCENES.iter().map(|s| s.name).collect();
     Ok(SCENES.iter().find(|s| s.name == name).ok_or_else(|| SpectraError::unknown("built-in scene", name, &known))?)
 }
 
-/// Loads the built-in scene called `name`.
+/// Loads the built-in scene called `name`; arrays may take `memory_limit` bytes each.
+///
+/// # Errors
+/// Where there is none.
 pub fn load(name: &str, memory_limit: u64) -> Result<Scene> {
     let entry = entry(name)?;
-    Scene::parse(&format!("built-in {name}"), name, entry.text.to_owned(), &loader(memory_limit))
+    crate::parse(&format!("built-in {name}"), name, entry.text.to_owned(), &loader(memory_limit))
 }
 
-/// Finds the files that built-in scenes name.
+/// The files that built-in scenes name.
+pub fn files() -> Arc<SceneFiles> {
+    Arc::new(SceneFiles::embedded(FILES))
+}
+
+/// What reads them.
 pub fn loader(memory_limit: u64) -> Loader {
-    Loader::embedded(FILES, memory_limit)
+    Loader::new(files(), memory_limit)
 }

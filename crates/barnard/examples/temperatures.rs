@@ -1,0 +1,31 @@
+//! cargo run --release -p barnard --example temperatures
+//!
+//! One cloud lit by a star of five temperatures: whatever of a plan does not hang on the spectrum is kept.
+
+use barnard::backend::cpu;
+use barnard::field::Fbm;
+use barnard::glam::{DVec3, dvec3};
+use barnard::plan::sample_functions;
+use barnard::scene::{Dust, Scale, Scene, Star};
+use barnard::spectra::extinction::Extinction;
+use barnard::spectra::units::{Luminosity, Temperature};
+use barnard::{Camera, Control, Options, Plan};
+use barnard_files::SaveImage;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let dust = Dust::new(Fbm::new(2), Extinction::named("gordon23")?, Scale::mag_per_pc(5.0)).albedo(0.6);
+    let camera = Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(160, 160);
+    let (mut scene, options, control) = (Scene::new(camera).dust(dust), Options::default(), Control::default());
+    sample_functions(&mut scene, &options)?;
+    let mut plan: Option<Plan> = None;
+    for kelvin in [4000.0, 7000.0, 12_000.0, 22_000.0, 40_000.0] {
+        let star = Star::blackbody(Temperature(kelvin), Luminosity::suns(1000.0)).at(dvec3(0.2, 0.3, 0.4));
+        scene.stars = vec![star];
+        let next = Plan::renewed(plan.as_ref(), &scene, &options, &control)?;
+        let (image, stats) = cpu::render(&scene, &next, &control)?;
+        println!("{kelvin} K: {}", next.worst_certificate(0, &stats));
+        image.save(format!("temperature_{kelvin}.png"))?;
+        plan = Some(next);
+    }
+    Ok(())
+}

@@ -1,0 +1,53 @@
+//! What makes a picture of the light that a plan's march brought.
+
+use super::{Radiance, describe};
+use crate::error::Result;
+use crate::geometry::Ray;
+use crate::image::{Image, Samples};
+use crate::keywords;
+use crate::plan::Plan;
+use crate::points::{self, Sources};
+use crate::scene::Scene;
+
+/// A picture of the extended light in `radiance`: stars are drawn, errors and origin are told.
+///
+/// # Errors
+/// Where values are no numbers, or the star field has too many stars.
+pub fn finished(scene: &Scene, plan: &Plan, radiance: Radiance, backend: &str) -> Result<Image> {
+    let Radiance { mut samples, stats } = radiance;
+    draw(Sources::All, scene, plan, |i, value| samples.add(i, value))?;
+    let mut image = describe(scene, &plan.camera, samples);
+    image.check()?;
+    for (b, band) in image.bands.iter_mut().enumerate() {
+        band.certificate = plan.certificate(b, &stats);
+        band.keywords.extend(plan.band_keywords(b, &stats));
+    }
+    image.keywords.push(keywords::text("BACKEND", backend, "what marched the rays"));
+    image.keywords.extend(plan.keywords(&stats));
+    image.notes.push(("backend".into(), backend.into()));
+    image.notes.push(("method".into(), plan.spectral.method.into()));
+    image.notes.extend(plan.notes());
+    image.notes.extend(stats.negative_note());
+    Ok(image)
+}
+
+/// A picture of the extended light in `data` alone, bands × height × width [W m⁻² sr⁻¹], for a look that passes by.
+///
+/// # Errors
+/// Where values are no numbers.
+pub fn extended(scene: &Scene, plan: &Plan, data: Vec<f32>) -> Result<Image> {
+    let image = describe(scene, &plan.camera, Samples::Single(data));
+    image.check()?;
+    Ok(image)
+}
+
+/// Draws unresolved sources as the plan's camera sees them: `add` hears of places in bands × height × width, and radiances [W m⁻² sr⁻¹].
+///
+/// # Errors
+/// Where the star field has too many stars.
+pub fn draw(sources: Sources, scene: &Scene, plan: &Plan, add: impl FnMut(usize, f64)) -> Result<()> {
+    let far = 2.0 * plan.space.occupied.map_or(0.0, |b| b.size().length() + (0.5 * (b.low + b.high) - plan.camera.position).length());
+    let depth = |ray: &Ray, length: f64| plan.space.depth(ray.origin, ray.at(length.min(far)));
+    let flux = |light: usize, band: usize, depth: f64| plan.spectral.bands[band].rule.evaluate(light, depth);
+    points::draw(sources, (scene, &plan.camera), &plan.lights, depth, flux, add)
+}

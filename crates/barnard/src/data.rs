@@ -1,0 +1,147 @@
+//! What a scene reads beside its own tree: texts, tables of text and arrays, by name.
+//!
+//! Nothing here opens a file: a [`DataSource`] finds what a name means, on a disk, in memory or behind a network.
+
+use std::borrow::Cow;
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use crate::error::{Error, Result};
+
+/// A three-dimensional array as its file has it.
+#[derive(Debug)]
+pub struct Array {
+    /// Lengths of the axes, in the file's order of indices.
+    pub shape: [usize; 3],
+    /// The values, in the file's order.
+    pub data: Vec<f64>,
+    /// Whether the first index runs fastest.
+    pub fortran: bool,
+    /// What the file itself says of its values and axes, where it was FITS, whose customs for axes differ.
+    pub frame: Option<Frame>,
+}
+
+/// What a file says of an array's values and axes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Frame {
+    /// Unit of the values, as it is written.
+    pub unit: Option<String>,
+    /// The axes in the order of the array's indices, where their steps are known.
+    pub axes: [Option<Axis>; 3],
+}
+
+/// One linear axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// Unit of its coordinate, as it is written; empty where nothing is.
+    pub unit: String,
+    /// From one element to the next, in that unit.
+    pub step: f64,
+    /// Coordinate of the middle of the first element.
+    pub first: f64,
+}
+
+/// A table of text: a line of column names, then rows of as many cells.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TextTable {
+    /// Names of the columns, without blanks around them.
+    pub columns: Vec<String>,
+    /// The line that they stand in, from 1.
+    pub line: usize,
+    /// Each row's line and cells.
+    pub rows: Vec<(usize, Vec<String>)>,
+}
+
+/// Finds what the names in a scene mean.
+pub trait DataSource: Debug + Send + Sync {
+    /// How messages call `name`: a path, mostly.
+    fn label(&self, name: &str) -> String;
+
+    /// The text called `name`, of at most `memory_limit` bytes.
+    ///
+    /// # Errors
+    /// Where there is none, it is no UTF-8, or it is larger.
+    fn text(&self, name: &str, memory_limit: u64) -> Result<Cow<'static, str>>;
+
+    /// The table of text called `name`, of at most `most_rows` rows.
+    ///
+    /// # Errors
+    /// Those of [`text`](Self::text), and where it is no table; [`Error::Scene`] says the line.
+    fn table(&self, name: &str, most_rows: usize, memory_limit: u64) -> Result<TextTable>;
+
+    /// The array called `name`; `part` is the one that is meant where there are several. Its values may take `memory_limit` bytes as
+    /// single precision.
+    ///
+    /// # Errors
+    /// Where there is none, or it has not three axes, or it is larger.
+    fn array(&self, name: &str, part: Option<&str>, memory_limit: u64) -> Result<Array>;
+}
+
+/// A source, and how much may be read of it at once.
+#[derive(Debug, Clone)]
+pub struct Inputs {
+    source: Arc<dyn DataSource>,
+    /// Most bytes that one array or image may take.
+    pub memory_limit: u64,
+}
+
+impl Inputs {
+    /// Of a source; each array may take `memory_limit` bytes.
+    pub fn new(source: Arc<dyn DataSource>, memory_limit: u64) -> Self {
+        Self { source, memory_limit }
+    }
+
+    /// How messages call `name`.
+    pub fn label(&self, name: &str) -> String {
+        self.source.label(name)
+    }
+
+    /// The text called `name`.
+    ///
+    /// # Errors
+    /// Those of [`DataSource::text`].
+    pub fn text(&self, name: &str) -> Result<Cow<'static, str>> {
+        self.source.text(name, self.memory_limit)
+    }
+
+    /// The table of text called `name`, of at most `most_rows` rows.
+    ///
+    /// # Errors
+    /// Those of [`DataSource::table`].
+    pub fn table(&self, name: &str, most_rows: usize) -> Result<TextTable> {
+        self.source.table(name, most_rows, self.memory_limit)
+    }
+
+    /// The array called `name`; `part` is the one that is meant where there are several.
+    ///
+    /// # Errors
+    /// Those of [`DataSource::array`].
+    pub fn array(&self, name: &str, part: Option<&str>) -> Result<Array> {
+        self.source.array(name, part, self.memory_limit)
+    }
+}
+
+/// A source that has nothing: for scenes that name no files.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct NoData;
+
+impl NoData {
+    fn refuse<T>(name: &str) -> Result<T> {
+        Err(Error::file(name, "cannot be read: this scene was made without files"))
+    }
+}
+
+impl DataSource for NoData {
+    fn label(&self, name: &str) -> String {
+        name.to_owned()
+    }
+    fn text(&self, name: &str, _: u64) -> Result<Cow<'static, str>> {
+        Self::refuse(name)
+    }
+    fn table(&self, name: &str, _: usize, _: u64) -> Result<TextTable> {
+        Self::refuse(name)
+    }
+    fn array(&self, name: &str, _: Option<&str>, _: u64) -> Result<Array> {
+        Self::refuse(name)
+    }
+}

@@ -1,0 +1,204 @@
+//! Properties: the neutral tree that objects are read from.
+//!
+//! A [`Table`] holds texts, numbers, flags, lists and tables by name, each with the place where it was said. TOML is one maker of such a
+//! tree, a dictionary of another language can be another; nothing here knows either. A [`Section`] reads a table with typed access to
+//! its keys, [`Key`] is the row that parser and manual share, [`Kind`] one way to make an object of a table.
+
+mod key;
+mod kind;
+mod section;
+
+use std::fmt;
+use std::sync::Arc;
+
+pub use key::Key;
+pub use kind::{Kind, build_kind, build_kind_with, chosen};
+pub use section::Section;
+
+/// The line of a text in which something stands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Origin {
+    /// Name of the text: a file, as messages say it.
+    pub source: Arc<str>,
+    /// Line in it, from 1.
+    pub line: usize,
+}
+
+/// Where a property is: table and key, and the line of its text where there is a text.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Place {
+    /// The line, where the tree was made of a text.
+    pub origin: Option<Origin>,
+    /// The table's full name, "dust.phase" or "star.1" for the first of a list; empty for the root.
+    pub path: String,
+    /// The key in it.
+    pub key: String,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.origin {
+            Some(Origin { source, line }) if self.path.is_empty() => write!(f, "{source}:{line}, {}", self.key),
+            Some(Origin { source, line }) => write!(f, "{source}:{line}, [{}] {}", self.path, self.key),
+            None => {
+                for part in self.path.split('.').filter(|part| !part.is_empty()) {
+                    match part.parse::<usize>() {
+                        Ok(number) => write!(f, "[{}]", number.saturating_sub(1))?,
+                        Err(_) => write!(f, "{}{part}", if self.path.starts_with(part) { "" } else { "." })?,
+                    }
+                }
+                write!(f, "{}{}", if self.path.is_empty() { "" } else { "." }, self.key)
+            }
+        }
+    }
+}
+
+/// One value.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// Words, or a quantity with its unit.
+    Text(String),
+    /// A whole number.
+    Integer(i64),
+    /// A number.
+    Number(f64),
+    /// true or false.
+    Flag(bool),
+    /// A list.
+    List(Vec<Property>),
+    /// A table.
+    Table(Table),
+}
+
+/// A value and the line in which it stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Property {
+    /// What it is.
+    pub value: Value,
+    /// Where it was said.
+    pub origin: Option<Origin>,
+}
+
+impl From<Value> for Property {
+    fn from(value: Value) -> Self {
+        Self { value, origin: None }
+    }
+}
+
+/// Values by name, in the order in which they were said.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    entries: Vec<(String, Property)>,
+    origin: Option<Origin>,
+}
+
+impl Table {
+    /// An empty table that begins at `origin`.
+    pub fn new(origin: Option<Origin>) -> Self {
+        Self { entries: Vec::new(), origin }
+    }
+
+    /// Sets `key`, in the place of a value that it had.
+    pub fn insert(&mut self, key: impl Into<String>, property: impl Into<Property>) {
+        let (key, property) = (key.into(), property.into());
+        match self.entries.iter_mut().find(|(name, _)| *name == key) {
+            Some((_, before)) => *before = property,
+            None => self.entries.push((key, property)),
+        }
+    }
+
+    /// Takes `key` away.
+    pub fn remove(&mut self, key: &str) {
+        self.entries.retain(|(name, _)| name != key);
+    }
+
+    /// The value of `key`.
+    pub fn get(&self, key: &str) -> Option<&Property> {
+        self.entries.iter().find(|(name, _)| name == key).map(|(_, property)| property)
+    }
+
+    /// Names and values, in order.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &Property)> {
+        self.entries.iter().map(|(name, property)| (name.as_str(), property))
+    }
+
+    /// Where it begins.
+    pub fn origin(&self) -> Option<&Origin> {
+        self.origin.as_ref()
+    }
+}
+
+/// A list in one line, values after `open`, before `close`, parted by commas.
+fn listed<T>(
+    f: &mut fmt::Formatter<'_>,
+    items: impl Iterator<Item = T>,
+    each: impl Fn(&mut fmt::Formatter<'_>, T) -> fmt::Result,
+) -> fmt::Result {
+    for (i, item) in items.enumerate() {
+        f.write_str(if i > 0 { ", " } else { "" })?;
+        each(f, item)?;
+    }
+    Ok(())
+}
+
+impl fmt::Display for Value {
+    /// As it stands in one line of a scene: equal values print alike.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Text(text) => write!(f, "{text:?}"),
+            Value::Integer(number) => write!(f, "{number}"),
+            Value::Number(number) => write!(f, "{number:?}"),
+            Value::Flag(flag) => write!(f, "{flag}"),
+            Value::List(items) => {
+                f.write_str("[")?;
+                listed(f, items.iter(), |f, item| write!(f, "{}", item.value))?;
+                f.write_str("]")
+            }
+            Value::Table(table) => write!(f, "{table}"),
+        }
+    }
+}
+
+impl fmt::Display for Table {
+    /// As an inline table: tables that say the same print alike, whatever lines they stand in.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("{ ")?;
+        listed(f, self.iter(), |f, (key, property)| write!(f, "{key} = {}", property.value))?;
+        f.write_str(" }")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A place without a text is a path as programs write it, the first of a list being number 0.
+    #[test]
+    fn places_of_trees_without_a_text_are_paths() {
+        let place = |path: &str, key: &str| Place { origin: None, path: path.into(), key: key.into() }.to_string();
+        assert_eq!(place("star.3", "temperature"), "star[2].temperature");
+        assert_eq!(place("dust.phase", "g"), "dust.phase.g");
+        assert_eq!(place("", "bands"), "bands");
+        let origin = Some(Origin { source: "a.toml".into(), line: 7 });
+        assert_eq!(Place { origin: origin.clone(), path: "star.3".into(), key: "x".into() }.to_string(), "a.toml:7, [star.3] x");
+        assert_eq!(Place { origin, path: String::new(), key: "bands".into() }.to_string(), "a.toml:7, bands");
+    }
+
+    /// A key has one value, and tables that say the same in other lines print alike.
+    #[test]
+    fn tables_print_what_they_say() {
+        let origin = |line| Some(Origin { source: "a".into(), line });
+        let table = |line| {
+            let mut table = Table::new(origin(line));
+            table.insert("a", Value::Number(2.0));
+            table.insert("a", Property { value: Value::Integer(1), origin: origin(line) });
+            table.insert("b", Value::List(vec![Value::Text("x \"y\"".into()).into(), Value::Flag(true).into()]));
+            table
+        };
+        assert_eq!(table(1).to_string(), "{ a = 1, b = [\"x \\\"y\\\"\", true] }");
+        assert_eq!(table(1).to_string(), table(2).to_string());
+        let mut less = table(1);
+        less.remove("a");
+        assert!(less.get("a").is_none() && less.to_string() != table(1).to_string());
+    }
+}

@@ -1,0 +1,52 @@
+//! Scene files.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use barnard::error::{Error, Result};
+use barnard::scene::{Loader, Provenance, Scene};
+
+use crate::source::{SceneFiles, read_limited};
+use crate::toml;
+
+/// Bytes of the longest scene file.
+const LONGEST: u64 = 4 << 20;
+
+/// Reads the scene file at `path`; arrays may take `memory_limit` bytes each.
+///
+/// # Errors
+/// Where the file cannot be read or is no scene; file, line and key are said.
+pub fn load(path: &Path, memory_limit: u64) -> Result<Scene> {
+    let text = read_text(path)?;
+    let files = Arc::new(SceneFiles::in_folder(path.parent().unwrap_or(Path::new(""))));
+    let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let mut scene = parse(&path.display().to_string(), &name, text, &Loader::new(files.clone(), memory_limit))?;
+    if let Some(provenance) = &mut scene.provenance {
+        provenance.files = std::iter::once(path.to_owned()).chain(files.read_files()).collect();
+    }
+    Ok(scene)
+}
+
+/// The text of the scene file at `path`.
+///
+/// # Errors
+/// Where it cannot be read, or is too long or no UTF-8.
+pub fn read_text(path: &Path) -> Result<String> {
+    let bytes = read_limited(path, LONGEST)?;
+    String::from_utf8(bytes).map_err(|_| Error::file(path, "is no text in UTF-8; a scene is a TOML file"))
+}
+
+/// Reads a scene from its text; `file` is its name in messages, `name` the scene's default name.
+///
+/// # Errors
+/// Those of [`load`].
+pub fn parse(file: &str, name: &str, text: String, loader: &Loader) -> Result<Scene> {
+    let mut scene = Scene::from_properties(&toml::properties(file, &text)?, name, loader)?;
+    scene.provenance = Some(Provenance { text: text.into(), files: Vec::new() });
+    Ok(scene)
+}
+
+/// What reads the files that scenes in `folder` name.
+pub fn in_folder(folder: impl Into<PathBuf>, memory_limit: u64) -> Loader {
+    Loader::new(Arc::new(SceneFiles::in_folder(folder)), memory_limit)
+}

@@ -1,0 +1,147 @@
+//! Where the files of a scene come from: a folder, or what is compiled in.
+
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use barnard::data::{Array, DataSource, TextTable};
+use barnard::error::{Error, Result};
+use barnard::memory;
+
+use crate::formats::{read_array, replace};
+use crate::text_table;
+
+/// Files by name, each with its bytes.
+pub type Embedded = &'static [(&'static str, &'static [u8])];
+
+/// The files that a scene names.
+#[derive(Debug)]
+pub struct SceneFiles {
+    folder: PathBuf,
+    embedded: Embedded,
+    /// Those on disk that were read.
+    read: Mutex<Vec<PathBuf>>,
+    /// Names of those compiled in that were read.
+    unpacked: Mutex<Vec<&'static str>>,
+}
+
+impl SceneFiles {
+    /// Files are relative to `folder`.
+    pub fn in_folder(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into(), embedded: &[], read: Mutex::default(), unpacked: Mutex::default() }
+    }
+
+    /// Files are those compiled in.
+    pub fn embedded(files: Embedded) -> Self {
+        Self { embedded: files, ..Self::in_folder("") }
+    }
+
+    /// The path of `name`.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    /// The files on disk that were read so far.
+    pub fn read_files(&self) -> Vec<PathBuf> {
+        self.read.lock().map(|read| read.clone()).unwrap_or_default()
+    }
+
+    /// The bytes compiled in under `name`.
+    fn unpack(&self, name: &str) -> Option<&'static [u8]> {
+        let (name, bytes) = self.embedded.iter().find(|(own, _)| *own == name)?;
+        if let Ok(mut unpacked) = self.unpacked.lock() {
+            unpacked.push(name);
+        }
+        Some(bytes)
+    }
+
+    fn note(&self, path: PathBuf) {
+        if let Ok(mut read) = self.read.lock()
+            && !read.contains(&path)
+        {
+            read.push(path);
+        }
+    }
+
+    /// Writes the files that are compiled in and were read into `folder`, those that are not there yet.
+    ///
+    /// # Errors
+    /// Where one cannot be written, or another file stands in its place.
+    pub fn write_embedded(&self, folder: &Path) -> Result<()> {
+        let unpacked = self.unpacked.lock().map(|names| names.clone()).unwrap_or_default();
+        for (name, bytes) in self.embedded.iter().filter(|(name, _)| unpacked.contains(name)) {
+            let path = folder.join(name);
+            if path.exists() {
+                let same = std::fs::metadata(&path).is_ok_and(|m| m.len() == bytes.len() as u64)
+                    && std::fs::read(&path).is_ok_and(|own| own == *bytes);
+                if !same {
+                    return Err(Error::file(&path, "is there already and is another file than the scene's; choose another folder"));
+                }
+            } else {
+                let parent = path.parent().unwrap_or(folder);
+                std::fs::create_dir_all(parent).map_err(|e| Error::file(parent, format!("cannot be made: {e}")))?;
+                replace(&path, bytes)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl DataSource for SceneFiles {
+    fn label(&self, name: &str) -> String {
+        self.path(name).display().to_string()
+    }
+
+    fn text(&self, name: &str, memory_limit: u64) -> Result<Cow<'static, str>> {
+        let no_text = || Error::file(self.path(name), "is no text in UTF-8");
+        if let Some(bytes) = self.unpack(name) {
+            return std::str::from_utf8(bytes).map(Cow::Borrowed).map_err(|_| no_text());
+        }
+        let path = self.path(name);
+        let bytes = read_limited(&path, memory_limit)?;
+        self.note(path);
+        String::from_utf8(bytes).map(Cow::Owned).map_err(|_| no_text())
+    }
+
+    fn table(&self, name: &str, most_rows: usize, memory_limit: u64) -> Result<TextTable> {
+        text_table::read(&self.label(name), &self.text(name, memory_limit)?, most_rows)
+    }
+
+    fn array(&self, name: &str, part: Option<&str>, memory_limit: u64) -> Result<Array> {
+        let path = self.path(name);
+        if let Some(bytes) = self.unpack(name) {
+            return read_array(&mut Cursor::new(bytes), &path, part, memory_limit);
+        }
+        let mut file = open(&path)?;
+        let array = read_array(&mut file, &path, part, memory_limit)?;
+        self.note(path);
+        Ok(array)
+    }
+}
+
+/// Opens a file that is one.
+fn open(path: &Path) -> Result<File> {
+    let failed = |e: std::io::Error| Error::file(path, format!("cannot be read: {e}"));
+    // Asked before it is opened: a pipe waits for whoever writes.
+    if !std::fs::metadata(path).map_err(failed)?.is_file() {
+        return Err(Error::file(path, "is not a file"));
+    }
+    File::open(path).map_err(failed)
+}
+
+/// Reads a file after a look at its size.
+///
+/// # Errors
+/// Where it is none, cannot be read, or has more than `limit` bytes.
+pub fn read_limited(path: &Path, limit: u64) -> Result<Vec<u8>> {
+    use std::io::Read;
+    let failed = |e: std::io::Error| Error::file(path, format!("cannot be read: {e}"));
+    let file = open(path)?;
+    let length = file.metadata().map_err(failed)?.len();
+    memory::check(&format!("the file {}", path.display()), length, limit)?;
+    let mut bytes = Vec::with_capacity(length as usize);
+    file.take(limit).read_to_end(&mut bytes).map_err(failed)?;
+    Ok(bytes)
+}

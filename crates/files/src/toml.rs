@@ -1,0 +1,129 @@
+//! TOML as a tree of properties, each with its line.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use barnard::error::{Error, Result};
+use barnard::properties::{Origin, Place, Property, Table, Value};
+use toml_edit::{Document, Item, TableLike, TomlError};
+
+/// The tree that `text` is; `file` is its name in messages.
+///
+/// # Errors
+/// Where it is no TOML, or holds a date, which no key of a scene is.
+pub fn properties(file: &str, text: &str) -> Result<Table> {
+    let source = Source::new(file, text);
+    let document = Document::parse(text).map_err(|e| source.error(e.span(), "TOML", e.message().trim()))?;
+    source.table(document.as_table(), source.origin(None))
+}
+
+/// What is wrong with `text`, with its line.
+pub fn error(text: &str, error: &TomlError) -> Error {
+    Source::new("scene", text).error(error.span(), "TOML", error.message().trim())
+}
+
+/// A text whose lines are counted.
+struct Source {
+    file: Arc<str>,
+    /// Where each line but the first begins.
+    starts: Vec<usize>,
+}
+
+impl Source {
+    fn new(file: &str, text: &str) -> Self {
+        Self { file: file.into(), starts: text.match_indices('\n').map(|(at, _)| at + 1).collect() }
+    }
+
+    fn origin(&self, span: Option<Range<usize>>) -> Origin {
+        let start = span.map_or(0, |span| span.start);
+        Origin { source: self.file.clone(), line: self.starts.partition_point(|line| *line <= start) + 1 }
+    }
+
+    fn error(&self, span: Option<Range<usize>>, key: &str, message: impl Into<String>) -> Error {
+        let place = Place { origin: Some(self.origin(span)), path: String::new(), key: key.into() };
+        Error::Scene { message: message.into(), place }
+    }
+
+    /// A table that begins at `origin`.
+    fn table(&self, toml: &dyn TableLike, origin: Origin) -> Result<Table> {
+        let mut table = Table::new(Some(origin.clone()));
+        for (name, item) in toml.iter() {
+            let key = toml.get_key_value(name).and_then(|(key, _)| key.span()).or_else(|| item.span());
+            let place = key.map_or_else(|| origin.clone(), |span| self.origin(Some(span)));
+            let begins = item.span().map_or_else(|| origin.clone(), |span| self.origin(Some(span)));
+            let value = match item {
+                Item::None => continue,
+                Item::Value(value) => self.value(name, value, begins)?,
+                Item::Table(own) => Value::Table(self.table(own, begins)?),
+                Item::ArrayOfTables(tables) => {
+                    let one = |own: &toml_edit::Table| {
+                        let place = own.span().map_or_else(|| begins.clone(), |span| self.origin(Some(span)));
+                        Ok(Property { value: Value::Table(self.table(own, place.clone())?), origin: Some(place) })
+                    };
+                    Value::List(tables.iter().map(one).collect::<Result<_>>()?)
+                }
+            };
+            table.insert(name, Property { value, origin: Some(place) });
+        }
+        Ok(table)
+    }
+
+    /// The value of key `name`, or one of its list.
+    fn value(&self, name: &str, toml: &toml_edit::Value, begins: Origin) -> Result<Value> {
+        Ok(match toml {
+            toml_edit::Value::String(text) => Value::Text(text.value().clone()),
+            toml_edit::Value::Integer(number) => Value::Integer(*number.value()),
+            toml_edit::Value::Float(number) => Value::Number(*number.value()),
+            toml_edit::Value::Boolean(flag) => Value::Flag(*flag.value()),
+            toml_edit::Value::Datetime(date) => {
+                return Err(self.error(toml.span(), name, format!("{} is a date, which no key of a scene is", date.value())));
+            }
+            toml_edit::Value::Array(items) => {
+                let item = |item: &toml_edit::Value| {
+                    let place = item.span().map_or_else(|| begins.clone(), |span| self.origin(Some(span)));
+                    Ok(Property { value: self.value(name, item, place.clone())?, origin: Some(place) })
+                };
+                Value::List(items.iter().map(item).collect::<Result<_>>()?)
+            }
+            toml_edit::Value::InlineTable(own) => Value::Table(self.table(own, begins)?),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every value has the line of its key, tables and items of lists that of their own beginning.
+    #[test]
+    fn places_are_lines() {
+        let text = "a = 1\n\n[b]\nc = [\n  { d = \"x\" },\n  2.5,\n]\n[[e]]\nf = true\n[[e]]\nf = false\n[g.h]\ni = 1\n";
+        let table = properties("test.toml", text).unwrap();
+        let line = |property: &Property| property.origin.as_ref().unwrap().line;
+        let under = |property: &Property, key: &str| match &property.value {
+            Value::Table(table) => table.get(key).unwrap().clone(),
+            other => panic!("{other}"),
+        };
+        assert_eq!(line(table.get("a").unwrap()), 1);
+        let c = under(table.get("b").unwrap(), "c");
+        assert_eq!(line(&c), 4);
+        let (Value::List(items), Value::List(tables)) = (&c.value, &table.get("e").unwrap().value) else { panic!("no lists") };
+        assert_eq!((line(&items[0]), line(&items[1]), line(&under(&items[0], "d"))), (5, 6, 5));
+        assert_eq!((line(&tables[0]), line(&tables[1]), line(&under(&tables[1], "f"))), (8, 10, 11));
+        assert_eq!(line(&under(&under(table.get("g").unwrap(), "h"), "i")), 13);
+        assert_eq!(
+            table.to_string(),
+            "{ a = 1, b = { c = [{ d = \"x\" }, 2.5] }, e = [{ f = true }, { f = false }], g = { h = { i = 1 } } }"
+        );
+    }
+
+    #[test]
+    fn what_is_no_tree_is_refused_with_its_line() {
+        for (text, words) in
+            [("a = 1\nb = \n", "test.toml:2"), ("a = 1\nb = 2020-01-01\n", "test.toml:2, b"), ("a = 1\na = 2\n", "test.toml:2")]
+        {
+            let error = properties("test.toml", text).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! The device as a back end: [`OnDevice`] renders on it or says why not, [`Auto`] takes it where it is a real one that does the job.
+
+use std::sync::Arc;
+
+use barnard::backend::cpu::{self, Cpu};
+use barnard::backend::{Backend, BackendEntry, Job, Radiance, finished};
+use barnard::control::Control;
+use barnard::image::Image;
+use barnard::plan::Plan;
+use barnard::plan::ordinates::Sweeper;
+use glam::DVec3;
+
+use crate::device::{Gpu, adapters};
+use crate::error::{GpuError, Result};
+use crate::layout::Layout;
+use crate::march::{Renderer, Tuning};
+use crate::ordinates::Ordinates;
+
+/// The rows of this crate.
+pub const BACKENDS: &[BackendEntry] = &[
+    BackendEntry {
+        name: "gpu",
+        summary: "f32 on a graphics processor (Vulkan, Metal, DirectX 12), reads only the plan; methods of exponentials",
+        open: |_| Ok(Box::new(OnDevice::open(Tuning::default())?)),
+    },
+    BackendEntry {
+        name: "auto",
+        summary: "gpu where there is a real one that does the method, otherwise cpu; says which and why",
+        open: |_| Ok(Box::new(Auto::new(Tuning::default()))),
+    },
+];
+
+/// Why no device can render this plan; none where one can, as far as its limits go.
+pub fn unable(plan: &Plan, tuning: Tuning) -> Option<GpuError> {
+    Layout::new(plan, Vec::new(), tuning.on_the_fly).err()
+}
+
+/// A device, and the plan that stays on it from picture to picture.
+pub struct OnDevice {
+    gpu: Gpu,
+    tuning: Tuning,
+    renderer: Option<Renderer>,
+    /// The plan that was taken up last.
+    taken: Option<Plan>,
+    /// What the device worked for the last picture [s].
+    seconds: Option<f64>,
+    /// Opens a device in place of one that gave up.
+    reopen: Box<dyn FnMut() -> Result<Gpu>>,
+    /// Whether it gave up for good: the processor takes its place.
+    lost: bool,
+    /// What went wrong on the way, in words.
+    warnings: Vec<String>,
+}
+
+impl OnDevice {
+    /// The best adapter of this machine.
+    ///
+    /// # Errors
+    /// Where there is none, or it does not open.
+    pub fn open(tuning: Tuning) -> Result<Self> {
+        Ok(Self::new(Gpu::open()?, tuning))
+    }
+
+    /// A device that is open.
+    pub fn new(gpu: Gpu, tuning: Tuning) -> Self {
+        let reopen = Box::new(Gpu::open);
+        Self { gpu, tuning, renderer: None, taken: None, seconds: None, reopen, lost: false, warnings: Vec::new() }
+    }
+
+    /// What it is.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// The same, where `reopen` opens another device in place of one that gave up.
+    #[must_use]
+    pub fn reopened_by(self, reopen: impl FnMut() -> Result<Gpu> + 'static) -> Self {
+        Self { reopen: Box::new(reopen), ..self }
+    }
+
+    /// Puts a plan onto the device, as little of it as has changed.
+    fn take(&mut self, plan: &Plan) -> Result<()> {
+        match &mut self.renderer {
+            Some(renderer) => renderer.update(plan)?,
+            None => self.renderer = Some(Renderer::new(&self.gpu, plan, self.tuning)?),
+        }
+        self.taken = Some(plan.clone());
+        Ok(())
+    }
+
+    fn march(&mut self, plan: &Plan, control: &Control) -> Result<Radiance> {
+        if self.taken.as_ref().is_none_or(|taken| !taken.is(plan)) {
+            self.take(plan)?;
+        }
+        let renderer = self.renderer.as_mut().ok_or(GpuError::NoAdapter)?;
+        let (data, stats) = renderer.radiance(control)?;
+        self.seconds = renderer.seconds();
+        Ok(Radiance::single(data, stats))
+    }
+
+    /// The same; a device that gives up is opened once more.
+    fn march_again(&mut self, plan: &Plan, control: &Control) -> Result<Radiance> {
+        match self.march(plan, control) {
+            Err(GpuError::Lost(why)) => {
+                self.warnings.push(format!("the device gave up: {why}"));
+                (self.renderer, self.taken) = (None, None);
+                self.gpu = (self.reopen)()?;
+                self.march(plan, control)
+            }
+            done => done,
+        }
+    }
+}
+
+impl Backend for OnDevice {
+    fn name(&self) -> String {
+        if self.lost { "cpu".into() } else { self.gpu.name() }
+    }
+
+    fn unable(&self, job: &Job, control: &Control) -> barnard::Result<Option<String>> {
+        Ok(unable(job.plan(control)?, self.tuning).map(|e| e.to_string()))
+    }
+
+    fn prepare(&mut self, job: &Job, control: &Control) -> barnard::Result<()> {
+        Ok(self.take(job.plan(control)?)?)
+    }
+
+    fn radiance(&mut self, job: &Job, control: &Control) -> barnard::Result<Radiance> {
+        let plan = job.plan(control)?;
+        if !self.lost {
+            match self.march_again(plan, control) {
+                Err(GpuError::Lost(why)) => {
+                    self.warnings.push(format!("the device gave up: {why}"));
+                    self.warnings.push("the device gave up twice; rendering on the processor".into());
+                    self.lost = true;
+                }
+                done => return Ok(done?),
+            }
+        }
+        let (data, stats) = cpu::radiance(plan, control)?;
+        Ok(Radiance::single(data, stats))
+    }
+
+    fn finish(&self, job: &Job, radiance: Radiance) -> barnard::Result<Image> {
+        let mut image = finished(job.scene(), job.plan(&Control::default())?, radiance, &self.name())?;
+        if self.tuning.on_the_fly && !self.lost {
+            image.notes.push(("density".into(), "noise at every sample; star depths and empty space as sampled".into()));
+        }
+        Ok(image)
+    }
+
+    fn sweeper(&self) -> Option<Arc<dyn Sweeper>> {
+        Ordinates::if_faster(&self.gpu)
+    }
+
+    fn device_seconds(&self) -> Option<f64> {
+        (!self.lost).then(|| self.seconds.unwrap_or(f64::NAN))
+    }
+
+    /// A device that gave up is opened once more, then the processor renders.
+    fn warnings(&self) -> Vec<String> {
+        self.warnings.clone()
+    }
+
+    fn move_star(&mut self, star: usize, place: DVec3) -> barnard::Result<Option<f64>> {
+        let Some(renderer) = &mut self.renderer else { return Ok(None) };
+        self.taken = None;
+        Ok(Some(renderer.move_star(star, place)?.unwrap_or(f64::NAN)))
+    }
+}
+
+/// The device where it is a real one that does the job, otherwise the processor.
+pub struct Auto {
+    device: std::result::Result<OnDevice, String>,
+    /// Whether the processor does the job at hand, and why.
+    instead: Option<String>,
+}
+
+impl Auto {
+    /// Looks for a real device.
+    pub fn new(tuning: Tuning) -> Self {
+        let device = match adapters().into_iter().next() {
+            None => Err("no graphics adapter was found".into()),
+            Some(best) if !best.real => Err(format!("the only graphics adapter is software ({})", best.name)),
+            Some(_) => OnDevice::open(tuning).map_err(|e| e.to_string()),
+        };
+        let instead = device.as_ref().err().cloned();
+        Self { device, instead }
+    }
+}
+
+impl Backend for Auto {
+    fn name(&self) -> String {
+        match &self.device {
+            Ok(device) if self.instead.is_none() => device.name(),
+            _ => Cpu.name(),
+        }
+    }
+
+    fn unable(&self, _: &Job, _: &Control) -> barnard::Result<Option<String>> {
+        Ok(None)
+    }
+
+    fn prepare(&mut self, job: &Job, control: &Control) -> barnard::Result<()> {
+        self.instead = match &mut self.device {
+            Ok(device) => device.unable(job, control)?,
+            Err(why) => Some(why.clone()),
+        };
+        match &mut self.device {
+            Ok(device) if self.instead.is_none() => device.prepare(job, control),
+            _ => Cpu.prepare(job, control),
+        }
+    }
+
+    fn radiance(&mut self, job: &Job, control: &Control) -> barnard::Result<Radiance> {
+        self.prepare(job, control)?;
+        match &mut self.device {
+            Ok(device) if self.instead.is_none() => device.radiance(job, control),
+            _ => Cpu.radiance(job, control),
+        }
+    }
+
+    fn finish(&self, job: &Job, radiance: Radiance) -> barnard::Result<Image> {
+        match &self.device {
+            Ok(device) if self.instead.is_none() => device.finish(job, radiance),
+            _ => Cpu.finish(job, radiance),
+        }
+    }
+
+    fn sweeper(&self) -> Option<Arc<dyn Sweeper>> {
+        self.device.as_ref().ok().and_then(Backend::sweeper)
+    }
+
+    fn device_seconds(&self) -> Option<f64> {
+        self.device.as_ref().ok().filter(|_| self.instead.is_none()).and_then(Backend::device_seconds)
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.device.as_ref().map_or_else(|_| Vec::new(), Backend::warnings)
+    }
+
+    fn instead(&self) -> Option<String> {
+        self.instead.clone()
+    }
+}

@@ -1,0 +1,320 @@
+//! The table of `barnard bench`: every method on one scene in one run, time beside error; where light scatters more than once, the methods that know that, beside the path tracer.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use spectra::rule::RULES;
+
+use barnard::backend::{Backend, Job, path, reference};
+use barnard::control::Control;
+use barnard::error::{Error, Result};
+use barnard::image::{Image, worst};
+use barnard::plan::{Options, Plan, Stepping, TALK_STEPS, sample_functions};
+use barnard::scene::{Method, Scene};
+
+/// One method's row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// The method.
+    pub name: String,
+    /// Exponentials a sample and star.
+    pub terms: usize,
+    /// Median time of a frame [s].
+    pub seconds: f64,
+    /// Median time of the device for a frame, all threads of a processor together [s]; NaN where it does not tell.
+    pub device_seconds: f64,
+    /// Relative rms error of the worst band against the reference.
+    pub error: Option<f64>,
+}
+
+/// What is timed, and how.
+#[derive(Debug, Clone)]
+pub struct Bench<'a> {
+    /// Frames of each method.
+    pub frames: usize,
+    /// Pixels along an edge of the image on which errors are measured; none are where it is zero.
+    pub error_size: usize,
+    /// The methods, by name; all where it is none.
+    pub methods: Option<&'a [String]>,
+    /// What plans may take.
+    pub options: &'a Options,
+}
+
+/// Times each method that `backend` does on `scene`; `visit` hears each row as it comes.
+///
+/// # Errors
+/// Where the scene cannot be planned or rendered, and when the user wishes to stop.
+pub fn table(backend: &mut dyn Backend, mut scene: Scene, bench: &Bench, control: &Control, mut visit: impl FnMut(Row)) -> Result<()> {
+    // Errors are those of transport: functions are sampled first, the same for all.
+    sample_functions(&mut scene, bench.options)?;
+    let full = (scene.camera.width, scene.camera.height);
+    scene.camera = scene.camera.size(bench.error_size.max(1), bench.error_size.max(1));
+    let truth = (bench.error_size > 0).then(|| Truth::new(&scene, control)).transpose()?;
+    let mut run = Run { backend, scene, bench, full, truth, control };
+    let done = run.contest(&mut visit)?;
+    if let Some((plan, error)) = &done.default {
+        run.paths(*error).into_iter().for_each(&mut visit);
+        run.bakes(plan, &mut visit)?;
+        run.edits(plan, &mut visit)?;
+    }
+    match done.baseline {
+        Some(baseline) => run.matched(baseline, &mut visit),
+        None => Ok(()),
+    }
+}
+
+/// What a contest of all methods is compared with.
+struct Contest {
+    /// The default's plan, and its error where errors are measured.
+    default: Option<(Plan, Option<f64>)>,
+    /// The error of the double integration of the talk.
+    baseline: Option<f64>,
+}
+
+/// One run of the table.
+struct Run<'a> {
+    backend: &'a mut dyn Backend,
+    /// In the pixels on which errors are measured.
+    scene: Scene,
+    bench: &'a Bench<'a>,
+    /// Pixels of the frames that are timed.
+    full: (usize, usize),
+    truth: Option<Truth>,
+    control: &'a Control,
+}
+
+impl Run<'_> {
+    fn plan(&self, method: Method) -> Result<Plan> {
+        Plan::new(&self.scene.clone().method(method), self.bench.options, self.control)
+    }
+
+    /// The plan in the pixels of the frames that are timed.
+    fn full(&self, plan: &Plan) -> Plan {
+        plan.clone().with_size(self.full.0, self.full.1)
+    }
+
+    fn is_able(&self, plan: &Plan) -> Result<bool> {
+        Ok(self.backend.unable(&Job::planned(&self.scene, self.bench.options, plan), self.control)?.is_none())
+    }
+
+    /// The error of a plan's picture, where errors are measured.
+    fn error(&mut self, plan: &Plan) -> Result<Option<f64>> {
+        let Some(truth) = &self.truth else { return Ok(None) };
+        let (image, _) = self.backend.render(&Job::planned(&self.scene, self.bench.options, plan), self.control)?;
+        Ok(Some(truth.error(&image)))
+    }
+
+    fn time(&mut self, name: String, plan: &Plan, error: Option<f64>) -> Result<Row> {
+        let plan = self.full(plan);
+        let job = Job::planned(&self.scene, self.bench.options, &plan);
+        self.backend.prepare(&job, self.control)?;
+        let (seconds, device_seconds) = timed(self.bench.frames, || {
+            let before = processor_seconds();
+            self.backend.radiance(&job, self.control)?;
+            Ok(self.backend.device_seconds().unwrap_or_else(|| processor_seconds() - before))
+        })?;
+        Ok(Row { name, terms: plan.spectral().terms(), seconds, device_seconds, error })
+    }
+
+    /// Every method in turn.
+    fn contest(&mut self, visit: &mut impl FnMut(Row)) -> Result<Contest> {
+        let mut contest = Contest { default: None, baseline: None };
+        for (name, method) in contestants(&self.scene.method)? {
+            if self.bench.methods.is_some_and(|asked| !asked.iter().any(|m| m == method.entry.name)) {
+                continue;
+            }
+            // A closed form holds for one law, and many know one bounce: where they do not do it, their row is left out.
+            let closed = method.entry.rule.name == "analytic";
+            let plan = match self.plan(method) {
+                Err(Error::Spectra(_)) if closed => continue,
+                Err(Error::OneBounce(..)) => continue,
+                plan => plan?,
+            };
+            if !self.is_able(&plan)? {
+                continue;
+            }
+            let error = self.error(&plan)?;
+            contest.baseline = error.filter(|_| plan.star_march().is_some());
+            let row = self.time(name, &plan, error)?;
+            if row.name == RULES[0].name {
+                contest.default = Some((plan, error));
+            }
+            visit(row);
+        }
+        Ok(contest)
+    }
+
+    /// What paths would take to the default's error.
+    fn paths(&self, error: Option<f64>) -> Option<Row> {
+        let (error, measured) = (error?, (self.bench.error_size * self.bench.error_size) as f64);
+        let seconds = self.truth.as_ref()?.seconds_to(error)? * (self.full.0 * self.full.1) as f64 / measured;
+        Some(Row { name: "path, to the default's error".into(), terms: 0, seconds, device_seconds: f64::NAN, error: Some(error) })
+    }
+
+    /// Light that is scattered more than once, by the processor and by what the back end has.
+    fn bakes(&self, plan: &Plan, visit: &mut impl FnMut(Row)) -> Result<()> {
+        let swept = plan.diffuse().is_some() && plan.bounces() > 1;
+        for sweeper in [None].into_iter().chain(self.backend.sweeper().map(Some)).filter(|_| swept) {
+            let mut on: Arc<str> = "".into();
+            let options = Options { sweeper, ..self.bench.options.clone() };
+            let (seconds, device_seconds) = timed(self.bench.frames.min(BAKES), || {
+                let made = plan.scattered_again(&self.scene, &options, self.control)?;
+                on = made.map_or_else(|| "".into(), |made| made.found.swept_by);
+                Ok(f64::NAN)
+            })?;
+            // The kind of device, or all words where it gave up.
+            let on = if on.starts_with("cpu (") { &on[..] } else { on.split(':').next().unwrap_or_default() };
+            let name = format!("bake of many bounces, {on}");
+            visit(Row { name, terms: plan.spectral().terms(), seconds, device_seconds, error: None });
+        }
+        Ok(())
+    }
+
+    /// What an edit of a spectrum uploads, and the depths of a star that has moved, where a device keeps them.
+    fn edits(&mut self, plan: &Plan, visit: &mut impl FnMut(Row)) -> Result<()> {
+        let plan = self.full(plan);
+        let job = Job::planned(&self.scene, self.bench.options, &plan);
+        self.backend.prepare(&job, self.control)?;
+        if self.backend.device_seconds().is_none() {
+            return Ok(());
+        }
+        let row = |name: &str, (seconds, device_seconds)| Row { name: name.into(), terms: 0, seconds, device_seconds, error: None };
+        visit(row(
+            "upload after a spectrum edit",
+            timed(self.bench.frames, || self.backend.prepare(&job, self.control).map(|()| f64::NAN))?,
+        ));
+        if let Some(number) = plan.space().marched().first() {
+            let place = plan.space().stars[*number];
+            let sweep = || self.backend.move_star(*number, place).map(|seconds| seconds.unwrap_or(f64::NAN));
+            visit(row("star depths of one star", timed(self.bench.frames, sweep)?));
+        }
+        Ok(())
+    }
+
+    /// The default at the error of the baseline.
+    fn matched(&mut self, baseline: f64, visit: &mut impl FnMut(Row)) -> Result<()> {
+        let loose = loose(&self.scene.method)?;
+        let name = loose.entry.name;
+        let mut plan = self.plan(loose)?;
+        let mut matched = None;
+        for steps in MATCHING_STEPS {
+            plan = plan.with_stepping(Stepping::Fixed(steps));
+            match self.error(&plan)? {
+                Some(error) if error <= baseline => matched = Some((steps, error)),
+                _ => break,
+            }
+        }
+        if let Some((steps, error)) = matched {
+            let plan = plan.with_stepping(Stepping::Fixed(steps));
+            visit(self.time(format!("{name}, {LOOSE}, N = {steps}"), &plan, Some(error))?);
+        }
+        Ok(())
+    }
+}
+
+/// What methods are held to.
+struct Truth {
+    image: Image,
+    /// Relative rms of what chance has left in each band.
+    noise: Vec<f64>,
+    /// Seconds that paths took; none where there were no paths.
+    paths: Option<f64>,
+}
+
+/// Paths of each pixel, where they are the truth.
+const PATHS: u64 = 1024;
+
+impl Truth {
+    /// By the reference, or by paths where light may scatter more than once.
+    fn new(scene: &Scene, control: &Control) -> Result<Self> {
+        let (bands, bounces) = (scene.bands.len(), scene.method.bounces);
+        if bounces == 1 {
+            let image = reference::render(scene, reference::DEFAULT_ACCURACY, control)?;
+            return Ok(Self { image, noise: vec![0.0; bands], paths: None });
+        }
+        let options = path::Options { bounces, samples: PATHS, ..path::Options::default() };
+        let (mut film, start) = (path::Film::default(), Instant::now());
+        path::trace(scene, &options, &mut film, control, &mut |_| ())?;
+        let image = path::image(scene, &film, &options)?;
+        let paths = Some(start.elapsed().as_secs_f64());
+        let power = |band: usize| image.band(band).map(|v| v * v).sum::<f64>();
+        let noise = (0..bands).map(|b| (power(bands + b) / power(b).max(f64::MIN_POSITIVE)).sqrt()).collect();
+        Ok(Self { image, noise, paths })
+    }
+
+    /// Relative rms of the worst band, what chance adds taken off; not less than what can be told beside that, the square root of the deviation of its square over so many pixels.
+    fn error(&self, image: &Image) -> f64 {
+        let told = (2.0 / (self.image.width * self.image.height) as f64).sqrt();
+        let of_band = |(b, noise): (usize, &f64)| {
+            let chance = noise * noise;
+            (image.relative_rmse(b, &self.image, b).powi(2) - chance).max(told * chance).sqrt()
+        };
+        worst(self.noise.iter().enumerate().map(of_band))
+    }
+
+    /// Seconds in which paths come to an error, for a picture of this size.
+    fn seconds_to(&self, error: f64) -> Option<f64> {
+        let noise = worst(self.noise.iter().copied());
+        self.paths.filter(|_| error > 0.0).map(|seconds| seconds * (noise / error).powi(2))
+    }
+}
+
+/// An accuracy at which the default's error is about that of the deck's double integration: speed at equal error.
+const LOOSE: f64 = 5e-3;
+/// Samples a ray that are tried, from many to few, for the error of the double integration.
+const MATCHING_STEPS: [usize; 12] = [100, 80, 64, 50, 40, 32, 28, 24, 20, 16, 14, 12];
+
+/// The default rule at [`LOOSE`].
+fn loose(method: &Method) -> Result<Method> {
+    Ok(Method { accuracy: LOOSE, ..method.clone().with_name(RULES[0].name)? })
+}
+
+/// The plain RGB march first, then every rule by accuracy, the default with the N of the talk, and at last its double integration.
+fn contestants(method: &Method) -> Result<Vec<(String, Method)>> {
+    let mut list = Vec::new();
+    for rule in RULES.iter().rev() {
+        list.push((rule.name.to_owned(), method.clone().with_name(rule.name)?));
+    }
+    let loose = loose(method)?;
+    list.push((format!("{}, accuracy {LOOSE}", loose.entry.name), loose));
+    for name in ["fixed_wavelength", "band_quadrature", "projection", "newton", "double_integration"] {
+        let fixed = Method { steps: Some(TALK_STEPS), ..method.clone().with_name(name)? };
+        list.push((format!("{name}, N = {TALK_STEPS}"), fixed));
+    }
+    Ok(list)
+}
+
+/// Most bakes of light that is scattered more than once.
+const BAKES: usize = 3;
+/// A first frame that takes longer says enough by itself [s].
+const LONG: f64 = 5.0;
+
+/// Median seconds of `work`, and of what it says of its device, after one warm-up; of the warm-up itself where that takes long.
+pub fn timed(frames: usize, mut work: impl FnMut() -> Result<f64>) -> Result<(f64, f64)> {
+    let mut once = || -> Result<(f64, f64)> {
+        let start = Instant::now();
+        let device = work()?;
+        Ok((start.elapsed().as_secs_f64(), device))
+    };
+    let first = once()?;
+    if first.0 > LONG || frames == 0 {
+        return Ok(first);
+    }
+    let (wall, device): (Vec<f64>, Vec<f64>) = (0..frames).map(|_| once()).collect::<Result<Vec<_>>>()?.into_iter().unzip();
+    let median = |mut v: Vec<f64>| {
+        v.sort_by(f64::total_cmp);
+        v[v.len() / 2]
+    };
+    Ok((median(wall), median(device)))
+}
+
+/// Processor time of this process so far [s]; on Linux from its statistics, NaN elsewhere.
+fn processor_seconds() -> f64 {
+    // Fields 14 and 15 behind the command's name: user and system time in ticks of 10 ms (Linux fixes USER_HZ at 100).
+    let read = || -> Option<f64> {
+        let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+        let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
+        Some((fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?) / 100.0)
+    };
+    read().unwrap_or(f64::NAN)
+}
