@@ -168,7 +168,7 @@ pub fn worst(errors: impl Iterator<Item = f64>) -> f64 {
 /// Where black or white lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Level {
-    /// Found from the picture.
+    /// ScatteringReport from the picture.
     Auto,
     /// A radiance, after the palette [W m⁻² sr⁻¹].
     Radiance(f64),

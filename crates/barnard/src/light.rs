@@ -10,7 +10,7 @@ use crate::scene::{Dust, Scene};
 
 /// One light and the way it takes to the eye.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Path {
+pub enum Route {
     /// From a star, scattered once by dust.
     Scattered {
         /// Its number among the scene's stars.
@@ -40,7 +40,7 @@ pub enum Path {
 #[derive(Debug, Clone)]
 pub struct Light {
     /// The way it takes.
-    pub path: Path,
+    pub route: Route,
     /// Its name in certificates.
     pub name: String,
     /// Its spectrum.
@@ -54,21 +54,21 @@ pub fn lights(scene: &Scene) -> Result<Vec<Light>> {
     for (star, s) in scene.stars.iter().enumerate() {
         let spectrum = s.spectrum.clone().scaled(per_square_parsec);
         if scene.dust.is_some() {
-            lights.push(Light { path: Path::Scattered { star }, name: format!("{}, scattered", s.name), spectrum: spectrum.clone() });
+            lights.push(Light { route: Route::Scattered { star }, name: format!("{}, scattered", s.name), spectrum: spectrum.clone() });
         }
         if s.visible {
-            lights.push(Light { path: Path::Direct { star }, name: format!("{}, direct", s.name), spectrum });
+            lights.push(Light { route: Route::Direct { star }, name: format!("{}, direct", s.name), spectrum });
         }
     }
     for (species, e) in scene.emission.iter().enumerate() {
-        lights.push(Light { path: Path::Emitted { species }, name: e.name.clone(), spectrum: e.spectrum.clone().scaled(PARSEC) });
+        lights.push(Light { route: Route::Emitted { species }, name: e.name.clone(), spectrum: e.spectrum.clone().scaled(PARSEC) });
     }
     if let Some(spectrum) = &scene.background.spectrum {
-        lights.push(Light { path: Path::Background, name: "background".into(), spectrum: spectrum.clone() });
+        lights.push(Light { route: Route::Background, name: "background".into(), spectrum: spectrum.clone() });
     }
     if scene.background.star_field.is_some() {
         for (class, FieldClass { name, spectrum }) in points::field_classes()?.into_iter().enumerate() {
-            lights.push(Light { path: Path::FieldStar { class }, name, spectrum });
+            lights.push(Light { route: Route::FieldStar { class }, name, spectrum });
         }
     }
     Ok(lights)
@@ -83,9 +83,9 @@ pub fn law(scene: &Scene) -> Result<std::sync::Arc<Extinction>> {
 }
 
 /// The spectral factor of a path beside its spectrum: k ω where light is scattered, 1 otherwise.
-pub fn factor(path: Path, dust: Option<&Dust>) -> impl Fn(f64) -> f64 + Send + Sync + Clone + 'static {
-    let scattering = match (path, dust) {
-        (Path::Scattered { .. }, Some(dust)) => Some((dust.extinction.clone(), dust.albedo.clone())),
+pub fn factor(route: Route, dust: Option<&Dust>) -> impl Fn(f64) -> f64 + Send + Sync + Clone + 'static {
+    let scattering = match (route, dust) {
+        (Route::Scattered { .. }, Some(dust)) => Some((dust.extinction.clone(), dust.albedo.clone())),
         _ => None,
     };
     move |lambda| scattering.as_ref().map_or(1.0, |(law, albedo)| law.k(lambda) * albedo.at(lambda))

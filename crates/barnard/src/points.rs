@@ -18,7 +18,7 @@ use spectra::units::Temperature;
 use crate::camera::{Camera, Projection};
 use crate::error::{Error, Result};
 use crate::geometry::Ray;
-use crate::light::{Light, Path};
+use crate::light::{Light, Route};
 use crate::random::Counter;
 use crate::scene::{Scene, StarField};
 
@@ -123,7 +123,7 @@ pub fn points(sources: Sources, (scene, camera): (&Scene, &Camera), lights: &[Li
 
 fn direct_points(scene: &Scene, camera: &Camera, lights: &[Light]) -> Vec<Point> {
     let point = |(light, l): (usize, &Light)| {
-        let Path::Direct { star } = l.path else { return None };
+        let Route::Direct { star } = l.route else { return None };
         let position = scene.stars[star].position;
         let (column, row) = camera.project(position)?;
         let (length, gain) = match camera.projection {
@@ -148,7 +148,7 @@ fn direct_points(scene: &Scene, camera: &Camera, lights: &[Light]) -> Vec<Point>
 const SKY_SLICES: u64 = 512;
 
 fn field_points(field: &StarField, camera: &Camera, lights: &[Light]) -> Result<Vec<Point>> {
-    let first = lights.iter().position(|l| matches!(l.path, Path::FieldStar { class: 0 })).unwrap_or(0);
+    let first = lights.iter().position(|l| matches!(l.route, Route::FieldStar { class: 0 })).unwrap_or(0);
     let cells = 2 * SKY_SLICES * SKY_SLICES;
     let per_cell = field.density_per_sr * spectra::constants::SPHERE / cells as f64;
     let in_view = camera.pixel_measure(0.5 * camera.width as f64, 0.5 * camera.height as f64) * (camera.width * camera.height) as f64;

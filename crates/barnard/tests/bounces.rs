@@ -1,4 +1,4 @@
-//! Many bounces by the plan's diffuse field: against the path tracer, which knows nothing of it, and against what is known.
+//! Many bounces by the plan's field of scattered light: against the path tracer, which knows nothing of it, and against what is known.
 
 use barnard::backend::{cpu, path, reference};
 use barnard::control::Control;
@@ -121,12 +121,14 @@ fn fields_are_kept() {
     };
     let (one, two) = (sampled(&text(CAMERA, 1)), sampled(&text(CAMERA, 2)));
     assert!(
-        one.diffuse().is_none() && radiance(&one) == radiance(&two.clone().without_scattered_field()) && radiance(&one) != radiance(&two)
+        one.scattered_field().is_none()
+            && radiance(&one) == radiance(&two.clone().without_scattered_field())
+            && radiance(&one) != radiance(&two)
     );
     let aside = CAMERA.replace("0.4 0.3 5 pc", "3 -1 4 pc");
     let (mut moved, there) = (two.clone(), sampled(&text(&aside, 2)));
     moved.look_from(there.camera().clone(), &Control::default()).unwrap();
-    let volumes = |plan: &Plan| plan.diffuse().as_ref().unwrap().volumes.iter().map(|v| v.data.clone()).collect::<Vec<_>>();
+    let volumes = |plan: &Plan| plan.scattered_field().as_ref().unwrap().volumes.iter().map(|v| v.data.clone()).collect::<Vec<_>>();
     assert!(volumes(&moved) == volumes(&there) && volumes(&moved) != volumes(&two));
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     assert!(volumes(&alone.install(|| sampled(&text(CAMERA, 2)))) == volumes(&two));
@@ -157,8 +159,8 @@ fn limits_are_said() {
     let many = scene("bounces = 3\n");
     let within = |memory_limit: u64| Plan::new(&many, &Options { memory_limit, ..Options::default() }, &Control::default());
     let (whole, coarse) = (plan(&many), within(40 << 20).unwrap());
-    let cells = |plan: &Plan| plan.diffuse().as_ref().unwrap().found.cells;
-    assert!(cells(&coarse)[0] < cells(&whole)[0] && coarse.diffuse().as_ref().unwrap().bytes() < 40 << 20);
+    let cells = |plan: &Plan| plan.scattered_field().as_ref().unwrap().report.cells;
+    assert!(cells(&coarse)[0] < cells(&whole)[0] && coarse.scattered_field().as_ref().unwrap().bytes() < 40 << 20);
     let said = |plan: &Plan| plan.notes().into_iter().find(|n| n.0 == "many bounces").unwrap().1;
     assert!(said(&coarse).contains("memory limit") && !said(&whole).contains("memory limit"), "{}", said(&coarse));
     assert!(within(2 << 20).unwrap_err().to_string().contains("memory"));

@@ -299,7 +299,7 @@ fn hard_places_are_as_true_as_others() {
     assert!(on_cpu(&scenes[0].1).relative_rmse(0, &on_reference(&other), 0) > 1e-2);
 }
 
-/// The deck's many lights: stars around a cloud, gathered in one field, are those of the reference to the error that is stated, whatever their number.
+/// Barrès & Neyret's many lights: stars around a cloud, gathered in one field, are those of the reference to the error that is stated, whatever their number.
 #[test]
 fn gathered_light_is_that_of_all_stars() {
     let scene = |stars: usize, phase: &str| {
@@ -388,7 +388,7 @@ fn every_method_keeps_to_what_it_states() {
             assert!(plan.spectral().depth < 3.0, "a thin cloud: {}", plan.spectral().depth);
             let certificates = plan.spectral().certify(0, plan.spectral().depth);
             let spectral = certificates.iter().map(|c| c.absolute).fold(0.0, f64::max);
-            // The deck's double integration says nothing of its steps: 100 in 2 pc.
+            // Barrès & Neyret's double integration says nothing of its steps: 100 in 2 pc.
             let spatial = plan.space().spatial.map_or(5e-3, |s| s.error);
             let (error, wrong) = (image.relative_rmse(0, &truth, 0), image.relative_rmse(0, &other, 0));
             assert!(error <= 1.1 * spatial + 8.0 * spectral, "{} {seed}: {error:e} > {spatial:e}, {spectral:e}", entry.name);

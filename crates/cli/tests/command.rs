@@ -416,7 +416,7 @@ fn impossible_sizes_and_outputs_are_refused_at_once() {
     desk.refuses(&render(&["-o", "out.npy", "--size", "60000x60000"]), &["MiB", "the image"]);
     desk.refuses(&render(&["-o", "out.npy", "--memory", "0.000001"]), &["MiB"]);
     desk.refuses(&render(&["-o", "out.npy", "--accuracy", "0"]), &["accuracy"]);
-    desk.refuses(&render(&["-o", "out.npy", "--method", "newtn"]), &["newtn", "newton"]);
+    desk.refuses(&render(&["-o", "out.npy", "--method", "midpont"]), &["midpont", "midpoint"]);
     desk.refuses(&["render", "nowhere.toml", "-o", "out.npy"], &["nowhere.toml"]);
     desk.refuses(&["render", "--builtin", "pilars", "-o", "out.npy"], &["pilars", "pillars"]);
 }
@@ -604,7 +604,7 @@ fn the_gpu_renders_or_says_why_not() {
     assert!(words.contains("auto: on the cpu") || words.contains("gpu: "), "{words}");
     let wrong = desk.run(&["render", "scene.toml", "-o", "fly.npy", "--on-the-fly"]);
     assert!(!wrong.status.success() && String::from_utf8_lossy(&wrong.stderr).contains("--backend gpu") && !desk.path("fly.npy").exists());
-    let wrong = desk.run(&["bench", "scene.toml", "--methods", "band_quadrature,newtom"]);
+    let wrong = desk.run(&["bench", "scene.toml", "--methods", "band_quadrature,midpiont"]);
     assert!(!wrong.status.success() && String::from_utf8_lossy(&wrong.stderr).contains("\"newton\""), "{wrong:?}");
     let gpu = desk.run(&["render", "scene.toml", "-o", "gpu.npy", "--backend", "gpu"]);
     if adapters == 0 {
@@ -624,9 +624,9 @@ fn the_gpu_renders_or_says_why_not() {
     assert!(rows.len() >= 5 && rows.iter().all(timed), "{rows:?}");
     assert!(rows.iter().all(|r| r["method"] != "sampled") && rows.iter().any(|r| r["method"] == "band_quadrature"));
     assert!(rows.iter().any(|r| r["method"] == "star depths of one star"));
-    let few = desk.run(&["bench", "scene.toml", "--methods", "newton", "--frames", "1", "--error-size", "0", "--json"]);
+    let few = desk.run(&["bench", "scene.toml", "--methods", "midpoint", "--frames", "1", "--error-size", "0", "--json"]);
     let few: serde_json::Value = serde_json::from_slice(&few.stdout).unwrap();
-    assert!(few.as_array().unwrap().iter().all(|r| r["method"].as_str().unwrap().starts_with("newton")), "{few}");
+    assert!(few.as_array().unwrap().iter().all(|r| r["method"].as_str().unwrap().starts_with("midpoint")), "{few}");
     let other = desk.run(&["render", "scene.toml", "-o", "other.npy", "--backend", "gpu", "--method", "sampled"]);
     let error = String::from_utf8_lossy(&other.stderr).into_owned();
     assert!(!other.status.success() && error.contains("sampled") && !desk.path("other.npy").exists(), "{error}");

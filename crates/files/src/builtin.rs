@@ -38,8 +38,11 @@ pub const SCENES: &[BuiltinScene] = &[
         "three hundred young stars in the cloud that they were born in, from a table: their light is gathered, Johnson BVR"
     ),
     scene!("turbulent_cloud", "a supersonic turbulent cloud (simulation) with embedded stars in the near infrared, JWST NIRCam"),
-    scene!("deck", "the model of Barres & Neyret 2023: fBm on simplex noise, extinction 1/lambda, polynomial filters, N = 100"),
+    scene!("barres_neyret", "the model of Barres & Neyret 2023: fBm on simplex noise, extinction 1/lambda, polynomial filters, N = 100"),
 ];
+
+/// Names that scenes had before, and have now.
+const ALIASES: [(&str, &str); 1] = [("deck", "barres_neyret")];
 
 /// Files that built-in scenes use.
 const FILES: Embedded = &[
@@ -54,6 +57,7 @@ const FILES: Embedded = &[
 /// # Errors
 /// Where there is none.
 pub fn entry(name: &str) -> Result<&'static BuiltinScene> {
+    let name = ALIASES.iter().find(|(before, _)| *before == name).map_or(name, |(_, now)| now);
     let known: Vec<&str> = SCENES.iter().map(|s| s.name).collect();
     Ok(SCENES.iter().find(|s| s.name == name).ok_or_else(|| SpectraError::unknown("built-in scene", name, &known))?)
 }

@@ -7,10 +7,10 @@ use barnard::plan::star_depth::OPAQUE;
 use barnard::plan::{Channel, Plan, Volume, Weights, weights_of};
 use glam::DVec3;
 
-use crate::crowd;
 use crate::error::{GpuError, Result};
 use crate::forms::{Contents, FormEntry, Heads, extinctions, form};
 use crate::frame::{Frame, four};
+use crate::many_lights;
 use crate::tables::{QuadList, Tables};
 
 /// How scattered light is spread.
@@ -51,10 +51,10 @@ pub struct Shape {
     pub dust: Option<(usize, usize)>,
     pub background: bool,
     pub field: Option<FieldShape>,
-    /// The quad of the first term of the diffuse field.
-    pub diffuse: Option<usize>,
-    /// Stars of the crowd.
-    pub crowd: usize,
+    /// The quad of the first term of the field of scattered light.
+    pub scattered_field: Option<usize>,
+    /// Gathered stars.
+    pub many_lights: usize,
     /// Whether star depths are marched again at every sample.
     pub star_march: bool,
     /// Whether dust is noise that is evaluated at every sample.
@@ -131,9 +131,9 @@ impl Shape {
             field_head: take(usize::from(self.field.is_some())),
             field_products: take(products),
             field_resolution: take((self.bands * self.field_channels()).div_ceil(4)),
-            diffuse_largest: take(if self.diffuse.is_some() { rows } else { 0 }),
-            crowd_head: take(if self.crowd > 0 { crowd::HEAD } else { 0 }),
-            crowd_stars: take(self.crowd * (crowd::STAR + rows)),
+            diffuse_largest: take(if self.scattered_field.is_some() { rows } else { 0 }),
+            crowd_head: take(if self.many_lights > 0 { many_lights::HEAD } else { 0 }),
+            crowd_stars: take(self.many_lights * (many_lights::STAR + rows)),
             cloud: take(3),
             lattices: take(5 * self.quads),
             inner_boxes: take(2 * self.inner),
@@ -185,7 +185,7 @@ pub struct Layout {
     pub shape: Shape,
     pub frame: Frame,
     pub tables: Vec<[f32; 4]>,
-    /// Distances of bricks to the next light, and lists of the crowd behind them.
+    /// Distances of bricks to the next light, and lists of the many lights behind them.
     pub bricks: Vec<u32>,
     /// How many distances there are.
     pub distances: usize,
@@ -233,8 +233,8 @@ impl Layout {
                 polynomials: f.propagation.span.len(),
                 quad: slot_of(Channel::Light(0)).map_or(0, |(quad, _)| quad),
             }),
-            diffuse: slot_of(Channel::Diffuse(0)).map(|(quad, _)| quad),
-            crowd: crowd::of(plan).map_or(0, |_| weights.crowd.len()),
+            scattered_field: slot_of(Channel::MultipleScattering(0)).map(|(quad, _)| quad),
+            many_lights: many_lights::of(plan).map_or(0, |_| weights.many_lights.len()),
             star_march: plan.star_march().is_some(),
             cloud: on_the_fly,
         };
@@ -275,12 +275,12 @@ impl Layout {
             tables.list.numbers(&single(&mut field.propagation.products.iter()), 0);
             tables.list.numbers(&single(&mut field.resolution.iter().flatten()), 0);
         }
-        if let Some(diffuse) = &plan.diffuse() {
-            tables.list.numbers(&diffuse.largest, shape.room / 4);
+        if let Some(scattered_field) = &plan.scattered_field() {
+            tables.list.numbers(&scattered_field.largest, shape.room / 4);
         }
         let mut bricks = Tables::distances(plan);
         let distances = bricks.len();
-        tables.crowd(plan, &weights, shape.room, &mut bricks);
+        tables.many_lights(plan, &weights, shape.room, &mut bricks);
         tables.cloud(plan);
         for quad in &quads {
             tables.lattice(volumes[quad.volume], quad);

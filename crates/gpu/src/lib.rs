@@ -10,12 +10,12 @@
 mod backend;
 #[cfg(test)]
 mod bad_devices;
-mod crowd;
 mod device;
 mod error;
 mod forms;
 mod frame;
 mod layout;
+mod many_lights;
 mod march;
 mod ordinates;
 mod resolve;

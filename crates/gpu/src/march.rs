@@ -18,7 +18,7 @@ use crate::layout::{Layout, Quad, quads, slot_of};
 use crate::resolve::Resolver;
 use crate::resources::{Buffers, FOUND, TIMED, TIMES, Volumes, check_limits, groups, pauses, pipeline, tuned};
 use crate::shader::Pauses;
-use crate::sweep::{Slot, Sweeper};
+use crate::sweep::{Slot, StarSweeper};
 
 /// Rays of the first dispatch at most; what follows takes as many rows as are done in [`SLICE`].
 const FIRST_RAYS: usize = 1 << 17;
@@ -68,7 +68,7 @@ pub struct Renderer {
     /// Passes that the picture on the device is the mean of.
     passes: u32,
     resolver: Option<Resolver>,
-    sweeper: Option<Sweeper>,
+    sweeper: Option<StarSweeper>,
     /// Dispatches of the last picture.
     dispatches: usize,
     /// Time of the device for the last picture [s].
@@ -116,7 +116,7 @@ impl Renderer {
         let field = plan.light_field().is_some() || self.layout.shape.field.is_some();
         let same_space = Arc::ptr_eq(&plan.space(), &self.volumes.space) && !self.volumes.moved && !field;
         let same_volumes = same_space
-            && match (&plan.diffuse(), &self.volumes.diffuse) {
+            && match (&plan.scattered_field(), &self.volumes.scattered_field) {
                 (Some(own), Some(kept)) => Arc::ptr_eq(own, kept),
                 (own, kept) => own.is_none() && kept.is_none(),
             };
@@ -183,7 +183,7 @@ impl Renderer {
             let Quad { volume, unit, .. } = self.layout.quads[quad];
             Slot { view: &self.volumes.views[quad], volume: volumes[volume], lane, unit: unit[lane] }
         };
-        let sweeper = self.sweeper.get_or_insert_with(|| Sweeper::new(&self.gpu));
+        let sweeper = self.sweeper.get_or_insert_with(|| StarSweeper::new(&self.gpu));
         let (view, seconds) = sweeper.swept(&self.gpu, &slot(dust), &slot(target), place)?;
         self.volumes.views[target.0] = view;
         self.volumes.moved = true;
@@ -205,7 +205,7 @@ impl Renderer {
         let number = std::mem::take(&mut self.passes);
         let pass = Pass::refining(number);
         let height = self.buffers.rows;
-        self.gpu.queue.write_buffer(&self.buffers.found, 0, &[0; FOUND as usize]);
+        self.gpu.queue.write_buffer(&self.buffers.report, 0, &[0; FOUND as usize]);
         let (mut dispatches, mut done) = (0, 0);
         self.dispatch((0, height), &pass, &mut dispatches, control, |rows| {
             done += rows;
@@ -257,7 +257,7 @@ impl Renderer {
         let (bands, rays) = (self.layout.shape.bands, self.layout.supersampling.pow(2));
         let mut data = vec![0.0; bands * width * height];
         self.passes = 0;
-        self.gpu.queue.write_buffer(&self.buffers.found, 0, &[0; FOUND as usize]);
+        self.gpu.queue.write_buffer(&self.buffers.report, 0, &[0; FOUND as usize]);
         let (mut dispatches, mut done) = (0, 0);
         for first in (0..height).step_by(self.buffers.rows) {
             let held = (first, self.buffers.rows.min(height - first));
@@ -275,7 +275,7 @@ impl Renderer {
                 bytemuck::cast_slice_mut(out).copy_from_slice(values);
             }
         }
-        let [deepest, ..] = self.found()?;
+        let [deepest, ..] = self.report()?;
         self.dispatches = dispatches;
         self.seconds = self.device_seconds(dispatches)?;
         let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
@@ -302,8 +302,8 @@ impl Renderer {
     }
 
     /// The largest depth, whether a ray paused, whether one did so too late.
-    fn found(&mut self) -> Result<[u32; 3]> {
-        Ok(bytemuck::pod_read_unaligned(&self.gpu.read(&self.buffers.found, FOUND, &mut self.buffers.back)?))
+    fn report(&mut self) -> Result<[u32; 3]> {
+        Ok(bytemuck::pod_read_unaligned(&self.gpu.read(&self.buffers.report, FOUND, &mut self.buffers.back)?))
     }
 
     /// Renders the rows of `held`, some at a time; `visit` hears how many.
@@ -345,8 +345,8 @@ impl Renderer {
 
     /// Whether any ray must go on.
     fn paused(&mut self) -> Result<bool> {
-        let [_, paused, late] = self.found()?;
-        self.gpu.queue.write_buffer(&self.buffers.found, 4, &[0; 8]);
+        let [_, paused, late] = self.report()?;
+        self.gpu.queue.write_buffer(&self.buffers.report, 4, &[0; 8]);
         if late > 0 {
             if self.patience == Patience::NONE {
                 let words = "a part of a step takes more turns of loops than it does at once".into();

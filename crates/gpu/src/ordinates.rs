@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
 use barnard::control::Control;
-use barnard::plan::ordinates::{Beam, Cells, Face, Failure, Moments, Octet, Orders, Powers, Sweeper, Transfer, WIDTH, across, beam};
+use barnard::plan::ordinates::{Beam, Cells, EightLanes, Face, Failure, Moments, Orders, Powers, Sweeper, Transfer, WIDTH, across, beam};
 use bytemuck::{Pod, Zeroable};
 use wgpu::BufferUsages as Use;
 
@@ -15,9 +15,9 @@ use crate::error::{GpuError, Result};
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct TermNumbers {
-    pub k: Octet,
-    pub around: Octet,
-    pub factor: Octet,
+    pub k: EightLanes,
+    pub around: EightLanes,
+    pub factor: EightLanes,
     pub cells: u32,
     pub glows: u32,
     pub least: f32,
@@ -43,11 +43,11 @@ const WORKGROUP: usize = 64;
 /// Chunks of cells whose power is summed in single precision.
 const CHUNKS: usize = 1024;
 /// Most workgroups of a dispatch.
-const MOST_GROUPS: usize = 65535;
+const MAX_GROUPS: usize = 65535;
 /// Numbers of a beam before its harmonics.
 const HEAD: usize = 7;
 /// Bytes of two numbers for each term.
-const PAIRS: u64 = 2 * size_of::<Octet>() as u64;
+const PAIRS: u64 = 2 * size_of::<EightLanes>() as u64;
 /// Binding of the numbers of a plane.
 const PLANE: u32 = 1;
 
@@ -156,7 +156,7 @@ impl Buffers {
         let room = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let instead = "the processor has room for them";
         GpuError::too_large("light in cells, in bytes,", moments.max(kept), room, instead)?;
-        GpuError::too_large("the number of cells", cells.lattice.cells() as u64, (MOST_GROUPS * WORKGROUP / WIDTH) as u64, instead)?;
+        GpuError::too_large("the number of cells", cells.lattice.cells() as u64, (MAX_GROUPS * WORKGROUP / WIDTH) as u64, instead)?;
         // Every plane's numbers stand where a device may begin to read.
         let apart = (limits.min_uniform_buffer_offset_alignment as usize).max(size_of::<PlaneNumbers>());
         let mut placed = vec![0; apart * planes.len()];
@@ -328,13 +328,13 @@ impl OnDevice {
         Ok((own, sum))
     }
 
-    fn total(self, last: &Octet) -> Result<Moments> {
+    fn total(self, last: &EightLanes) -> Result<Moments> {
         self.tell(TermNumbers { factor: *last, glows: 0, ..self.shining });
         self.submit(|pass| self.add(pass));
         let count = self.harmonics;
         let size = Moments::bytes(self.shining.cells as usize, count);
         let data = self.gpu.read_as(&self.buffers.sum, size, &mut None, |bytes| {
-            bytes.chunks_exact(size_of::<Octet>()).map(bytemuck::pod_read_unaligned).collect()
+            bytes.chunks_exact(size_of::<EightLanes>()).map(bytemuck::pod_read_unaligned).collect()
         })?;
         self.gpu.check(self.bytes)?;
         Ok(Moments { count, data })
@@ -347,7 +347,7 @@ impl Orders for OnDevice {
         self.order().map_err(unable)
     }
 
-    fn sum(self: Box<Self>, last: &Octet) -> std::result::Result<Moments, Failure> {
+    fn sum(self: Box<Self>, last: &EightLanes) -> std::result::Result<Moments, Failure> {
         self.total(last).map_err(unable)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use barnard::plan::{Diffuse, Plan, Space, Volume};
+use barnard::plan::{MultipleScattering, Plan, SpatialPlan, Volume};
 use wgpu::BufferUsages as Use;
 
 use crate::device::Gpu;
@@ -23,8 +23,8 @@ pub const TIMES: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
 
 /// What places decide, on the device, and the light that was scattered before.
 pub struct Volumes {
-    pub space: Arc<Space>,
-    pub diffuse: Option<Arc<Diffuse>>,
+    pub space: Arc<SpatialPlan>,
+    pub scattered_field: Option<Arc<MultipleScattering>>,
     pub views: Vec<wgpu::TextureView>,
     pub bricks: wgpu::Buffer,
     pub bytes: u64,
@@ -38,7 +38,7 @@ pub struct Buffers {
     /// Bands × rows × width.
     pub picture: wgpu::Buffer,
     /// What is found beside the picture.
-    pub found: wgpu::Buffer,
+    pub report: wgpu::Buffer,
     /// Rays that pause.
     pub paused: wgpu::Buffer,
     pub times: Option<wgpu::Buffer>,
@@ -75,7 +75,7 @@ impl Volumes {
         }
         let bytes = layout.quads.iter().map(|q| 8 * volumes[q.volume].lattice.cells() as u64).sum();
         let bricks = gpu.filled(bytemuck::cast_slice(&layout.bricks), Use::STORAGE);
-        Self { space: plan.space().clone(), diffuse: plan.diffuse().cloned(), views, bricks, bytes, moved: false }
+        Self { space: plan.space().clone(), scattered_field: plan.scattered_field().cloned(), views, bricks, bytes, moved: false }
     }
 }
 
@@ -98,7 +98,7 @@ impl Buffers {
         Ok(Self {
             frame: gpu.buffer(size_of_val(&layout.frame) as u64, Use::UNIFORM | Use::COPY_DST),
             picture: gpu.buffer(rows as u64 * row, Use::STORAGE | Use::COPY_SRC),
-            found: gpu.buffer(FOUND, Use::STORAGE | Use::COPY_SRC | Use::COPY_DST),
+            report: gpu.buffer(FOUND, Use::STORAGE | Use::COPY_SRC | Use::COPY_DST),
             paused: gpu.buffer(if pauses == Pauses::Software { rows as u64 * carried } else { 4 }, Use::STORAGE),
             times: gpu.timer.as_ref().map(|_| gpu.buffer(TIMED as u64 * TIMES, Use::QUERY_RESOLVE | Use::COPY_SRC)),
             back: None,
@@ -114,7 +114,7 @@ pub fn pipeline(gpu: &Gpu, layout: &Layout, tuning: Tuning) -> wgpu::ComputePipe
 /// The bindings of a pipeline: buffers, then textures and their sampler.
 pub fn groups(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, layout: &Layout, volumes: &Volumes, buffers: &Buffers) -> [wgpu::BindGroup; 2] {
     let tables = gpu.filled(bytemuck::cast_slice(&layout.tables), Use::STORAGE);
-    let buffers = [&buffers.frame, &tables, &tables, &volumes.bricks, &buffers.picture, &buffers.found, &buffers.paused]
+    let buffers = [&buffers.frame, &tables, &tables, &volumes.bricks, &buffers.picture, &buffers.report, &buffers.paused]
         .map(|b| b.as_entire_binding());
     let sampler = gpu.sampler();
     let textures = volumes.views.iter().map(wgpu::BindingResource::TextureView).chain([wgpu::BindingResource::Sampler(&sampler)]);

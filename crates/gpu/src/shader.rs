@@ -3,15 +3,15 @@
 use barnard::plan::near::{
     CLOSEST, MAX_PHASES, MAX_PIECES, NEAR_ANGLE, NEAR_VOXELS, NEIGHBOUR_PIECES, PART_DISTANCE, PIECE, PIECE_DEPTH, SHORTEST_PART,
 };
+use barnard::plan::near_field_kernel::PROFILE;
 use barnard::plan::star_depth::OPAQUE;
-use barnard::plan::window::PROFILE;
 use barnard::plan::{END_DEPTH, END_EVERY, Extent, PHASE_RANGE};
 use spectra::basis::MAX_SIZE;
 use spectra::polynomial::MAX_DEGREE;
 use spectra::rule::DepthTable;
 
-use crate::crowd;
 use crate::layout::{PhaseKind, Shape};
+use crate::many_lights;
 
 /// The files of the march, in the order in which a ray meets them; the form's own follows.
 const FILES: [&str; 11] = [
@@ -22,7 +22,7 @@ const FILES: [&str; 11] = [
     include_str!("shaders/cloud.wgsl"),
     include_str!("shaders/volume.wgsl"),
     include_str!("shaders/near.wgsl"),
-    include_str!("shaders/neighbours.wgsl"),
+    include_str!("shaders/near_field.wgsl"),
     include_str!("shaders/field.wgsl"),
     include_str!("shaders/segment.wgsl"),
     include_str!("shaders/march.wgsl"),
@@ -69,12 +69,12 @@ fn constants(shape: &Shape, workgroup: (u32, u32), pauses: Pauses) -> String {
         ("FIELD_POLYNOMIALS", shape.field.map_or(0, |f| f.polynomials)),
         ("FIELD_CHANNELS", shape.field_channels().max(1)),
         ("FIELD_QUAD", shape.field.map_or(0, |f| f.quad)),
-        ("DIFFUSE_QUAD", shape.diffuse.unwrap_or(0)),
-        ("CROWD", shape.crowd),
+        ("DIFFUSE_QUAD", shape.scattered_field.unwrap_or(0)),
+        ("MANY_LIGHTS", shape.many_lights),
         ("CROWD_HEAD", offsets.crowd_head),
         ("CROWD_STARS", offsets.crowd_stars),
-        ("CROWD_STRIDE", crowd::STAR + shape.room / 4),
-        ("CROWD_WEIGHTS", crowd::STAR),
+        ("CROWD_STRIDE", many_lights::STAR + shape.room / 4),
+        ("CROWD_WEIGHTS", many_lights::STAR),
         ("PROFILE", PROFILE),
         ("NEIGHBOUR_PIECES", NEIGHBOUR_PIECES),
         ("MAX_ELEMENTS", MAX_SIZE),
@@ -127,7 +127,7 @@ fn constants(shape: &Shape, workgroup: (u32, u32), pauses: Pauses) -> String {
         ("HAS_DUST", shape.dust.is_some()),
         ("HAS_BACKGROUND", shape.background),
         ("HAS_FIELD", shape.field.is_some()),
-        ("HAS_DIFFUSE", shape.diffuse.is_some()),
+        ("HAS_DIFFUSE", shape.scattered_field.is_some()),
         ("HAS_CLOUD", shape.cloud),
         ("STAR_MARCH", shape.star_march),
         ("PAUSES", pauses == Pauses::Software),
@@ -179,8 +179,8 @@ mod tests {
             dust: Some((0, 0)),
             background: false,
             field: None,
-            diffuse: None,
-            crowd: 0,
+            scattered_field: None,
+            many_lights: 0,
             star_march: false,
             cloud: false,
         };
@@ -189,10 +189,10 @@ mod tests {
             Shape { phase: PhaseKind::Separable, star_march: true, ..plain.clone() },
             Shape { phase: PhaseKind::Spectral, quads: 3, scatterers: 6, emitters: 2, inner: 2, ..plain.clone() },
             Shape { cloud: true, ..plain.clone() },
-            Shape { quads: 4, diffuse: Some(1), ..plain.clone() },
-            Shape { quads: 4, scatterers: 0, diffuse: Some(1), crowd: 1000, ..plain.clone() },
-            Shape { quads: 4, diffuse: Some(1), crowd: 9, phase: PhaseKind::Separable, ..plain.clone() },
-            Shape { quads: 4, diffuse: Some(1), crowd: 9, phase: PhaseKind::Spectral, ..plain.clone() },
+            Shape { quads: 4, scattered_field: Some(1), ..plain.clone() },
+            Shape { quads: 4, scatterers: 0, scattered_field: Some(1), many_lights: 1000, ..plain.clone() },
+            Shape { quads: 4, scattered_field: Some(1), many_lights: 9, phase: PhaseKind::Separable, ..plain.clone() },
+            Shape { quads: 4, scattered_field: Some(1), many_lights: 9, phase: PhaseKind::Spectral, ..plain.clone() },
             Shape { scatterers: 0, emitters: 1, dust: None, ..plain.clone() },
             Shape { scatterers: 0, quads: 3, field: Some(FieldShape { elements: 3, polynomials: 2, quad: 1 }), ..plain.clone() },
         ];

@@ -2,8 +2,8 @@
 
 use barnard::field::Lattice;
 use barnard::plan::Volume;
-use barnard::plan::cone::{Cone, TierOf, cones};
-use barnard::plan::pyramid::{BEYOND, GAUSS};
+use barnard::plan::frustum::{Frustum, TierOf, frustums};
+use barnard::plan::frustum_sweep::{BEYOND, GAUSS};
 use barnard::plan::star_depth::OPAQUE;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -79,14 +79,14 @@ fn check(gpu: &Gpu, inner: &Lattice, star: DVec3) -> Result<()> {
 }
 
 /// The shaders of a sweep.
-pub struct Sweeper {
+pub struct StarSweeper {
     follow: wgpu::ComputePipeline,
     collect: wgpu::ComputePipeline,
     settle: wgpu::ComputePipeline,
     carry_on: wgpu::ComputePipeline,
 }
 
-impl Sweeper {
+impl StarSweeper {
     /// On a device.
     pub fn new(gpu: &Gpu) -> Self {
         let sweep = sweep_source();
@@ -109,7 +109,7 @@ impl Sweeper {
         // Buffers start as zero, which is the star's own voxel.
         let depths = gpu.buffer(4 * inner.cells() as u64, Use::STORAGE);
         let settled = gpu.buffer(4 * inner.cells() as u64, Use::STORAGE);
-        let parts: Vec<SweepNumbers> = cones(inner, star).iter().flat_map(|cone| parts(cone, dust, inner)).collect();
+        let parts: Vec<SweepNumbers> = frustums(inner, star).iter().flat_map(|frustum| parts(frustum, dust, inner)).collect();
         let most = parts.iter().map(kept).max().unwrap_or(1);
         let rays = gpu.buffer(4 * most.max(1) as u64, Use::STORAGE);
         let sampler = gpu.sampler();
@@ -164,9 +164,9 @@ fn kept(part: &SweepNumbers) -> usize {
     part.counts[0] as usize * part.counts[1] as usize * (part.counts[3] - part.counts[2]) as usize
 }
 
-/// A pyramid in parts: tiers, and planes of them that fit.
-fn parts(cone: &Cone, dust: &Slot, inner: &Lattice) -> Vec<SweepNumbers> {
-    let planes = cone.planes();
+/// A frustum in parts: tiers, and planes of them that fit.
+fn parts(frustum: &Frustum, dust: &Slot, inner: &Lattice) -> Vec<SweepNumbers> {
+    let planes = frustum.planes();
     let Some(first) = planes.first() else { return Vec::new() };
     let whole = |tier: &TierOf| {
         let rays = tier.rays.counts[0] * tier.rays.counts[1];
@@ -181,26 +181,26 @@ fn parts(cone: &Cone, dust: &Slot, inner: &Lattice) -> Vec<SweepNumbers> {
     let origin = (inner.bounds.low - dust.volume.lattice.bounds.low) / size + 0.5 * step;
     let axis = |i: usize| {
         let mut along = DVec3::ZERO;
-        along[cone.axes[i]] = step[cone.axes[i]];
+        along[frustum.axes[i]] = step[frustum.axes[i]];
         along
     };
     let along = [axis(0), axis(1), axis(2)];
-    let apex = origin + (0..3).map(|i| cone.star[i] * along[i]).sum::<DVec3>();
+    let apex = origin + (0..3).map(|i| frustum.star[i] * along[i]).sum::<DVec3>();
     let four = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32, 0.0];
-    let stride = |i: usize| [1, inner.dims[0], inner.dims[0] * inner.dims[1]][cone.axes[i]] as i32;
-    let side = |i: usize| cone.side(i).map_or(0.0, |border| (border - cone.star[i]) as f32);
+    let stride = |i: usize| [1, inner.dims[0], inner.dims[0] * inner.dims[1]][frustum.axes[i]] as i32;
+    let side = |i: usize| frustum.side(i).map_or(0.0, |border| (border - frustum.star[i]) as f32);
     let numbers = |tier: TierOf, last: usize| SweepNumbers {
         apex: four(apex),
         along_u: four(along[0]),
         along_v: four(along[1]),
-        along_w: four(cone.sign * along[2]),
-        star: [cone.star[0] as f32, cone.star[1] as f32, dust.unit, 0.0],
-        slopes: [tier.rays.first[0] as f32, tier.rays.first[1] as f32, tier.rays.spacing as f32, cone.entry() as f32],
-        edge: [cone.edge[0] as f32, cone.edge[1] as f32, cone.edge[2] as f32, cone.distance(*first) as f32],
+        along_w: four(frustum.sign * along[2]),
+        star: [frustum.star[0] as f32, frustum.star[1] as f32, dust.unit, 0.0],
+        slopes: [tier.rays.first[0] as f32, tier.rays.first[1] as f32, tier.rays.spacing as f32, frustum.entry() as f32],
+        edge: [frustum.edge[0] as f32, frustum.edge[1] as f32, frustum.edge[2] as f32, frustum.distance(*first) as f32],
         sides: [side(0), side(1), last as f32, 0.0],
         counts: [tier.rays.counts[0], tier.rays.counts[1], tier.begin, tier.end].map(|n| n as u32),
-        dims: [cone.dims[0], cone.dims[1], *first, dust.lane].map(|n| n as u32),
-        strides: [stride(0), stride(1), stride(2), cone.sign as i32],
+        dims: [frustum.dims[0], frustum.dims[1], *first, dust.lane].map(|n| n as u32),
+        strides: [stride(0), stride(1), stride(2), frustum.sign as i32],
     };
-    cone.tiers().iter().flat_map(|tier| whole(tier).into_iter().map(move |part| numbers(part, tier.end))).collect()
+    frustum.tiers().iter().flat_map(|tier| whole(tier).into_iter().map(move |part| numbers(part, tier.end))).collect()
 }

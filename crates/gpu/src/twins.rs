@@ -328,7 +328,7 @@ fn forms() {
     let gpu = device();
     for (method, tolerance) in [
         ("name = \"band_quadrature\"", 3e-6),
-        ("name = \"newton\"\ncount = 30", 3e-6),
+        ("name = \"midpoint\"\ncount = 30", 3e-6),
         // Between the entries of a table that is read to 1e-4 of F, the middle and the whole of a segment are not quite the same.
         ("name = \"lookup\"", 1e-5),
         ("name = \"projection\"", 2e-4),

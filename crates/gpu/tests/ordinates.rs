@@ -9,14 +9,14 @@ use barnard::control::Control;
 use barnard::field::{Grid, Lattice};
 use barnard::geometry::Bounds;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::ordinates::{Cells, Moments, Octet, Powers, Processor, Sweeper, Transfer, WIDTH, faces};
+use barnard::plan::ordinates::{Cells, EightLanes, Moments, Powers, Processor, Sweeper, Transfer, WIDTH, faces};
 use barnard::plan::{Options, Plan};
 use barnard_gpu::{Gpu, Ordinates};
 use glam::DVec3;
 use test_device::device;
 
 /// Three orders in dust with a hole, their powers, and the sum with half of the last once more.
-fn swept(by: &dyn Sweeper, (harmonics, edges): (usize, [usize; 2]), k: &Octet, glows: bool) -> (Vec<(Powers, Powers)>, Moments) {
+fn swept(by: &dyn Sweeper, (harmonics, edges): (usize, [usize; 2]), k: &EightLanes, glows: bool) -> (Vec<(Powers, Powers)>, Moments) {
     let size = DVec3::new(1.0, 2.0, 1.5);
     let lattice = Lattice { dims: [21, 34, 27], bounds: Bounds { low: -0.5 * size, high: 0.5 * size } };
     let dust = Grid::sampled(lattice, |p| if p.length() < 0.3 { 0.0 } else { 3.0 + 40.0 * (7.0 * p.x).sin().max(0.0) + 5.0 * p.y * p.y });
@@ -30,9 +30,9 @@ fn swept(by: &dyn Sweeper, (harmonics, edges): (usize, [usize; 2]), k: &Octet, g
             .map(|i| std::array::from_fn(|t| number(i + 31 * t, if i % harmonics == 0 { 2.0 } else { 0.5 })))
             .collect(),
     };
-    let scattering: Vec<Octet> =
+    let scattering: Vec<EightLanes> =
         (0..harmonics).map(|h| std::array::from_fn(|t| 0.8 * (0.3 + 0.08 * t as f32).powi(h.isqrt() as i32))).collect();
-    let glow: Vec<Octet> = (0..count).map(|i| [number(i, 1.0).max(0.0); WIDTH]).collect();
+    let glow: Vec<EightLanes> = (0..count).map(|i| [number(i, 1.0).max(0.0); WIDTH]).collect();
     let around = std::array::from_fn(|t| if glows { 0.1 * t as f32 } else { 0.0 });
     let faces = edges.map(faces);
     let transfer = Transfer {
@@ -96,7 +96,7 @@ fn words(plan: &Plan) -> String {
 
 /// The source functions of two plans: the largest difference in parts of the largest.
 fn apart(ours: &Plan, theirs: &Plan) -> f32 {
-    let volumes = |plan: &Plan| plan.diffuse().as_ref().unwrap().volumes.iter().flat_map(|v| v.data.clone()).collect::<Vec<f32>>();
+    let volumes = |plan: &Plan| plan.scattered_field().as_ref().unwrap().volumes.iter().flat_map(|v| v.data.clone()).collect::<Vec<f32>>();
     let (ours, theirs) = (volumes(ours), volumes(theirs));
     assert_eq!(ours.len(), theirs.len());
     let largest = theirs.iter().fold(0.0f32, |most, x| most.max(*x));

@@ -45,8 +45,8 @@ fn pictures_are_those_of_the_processor() {
         let mut scene = barnard_files::builtin::load(builtin.name, DEFAULT_LIMIT).unwrap();
         let planned = plan(&mut scene, 32);
         let accuracy = planned.spectral().accuracy;
-        // A ray that all but hits a star of a crowd sees dust between the ends of its step there: all rays take the same.
-        let crowded = planned.space().crowd.is_some();
+        // A ray that all but hits a gathered star sees dust between the ends of its step there: all rays take the same.
+        let crowded = planned.space().many_lights.is_some();
         let length_pc = planned.space().dust.as_ref().map_or(0.0, |dust| dust.lattice.bounds.size().length());
         let shared = |s: Stepping| if crowded { Stepping::Fixed(s.steps(length_pc, planned.space().voxel_pc())) } else { s };
         let (stepping, fine) = (shared(planned.stepping()), shared(FINE));
@@ -146,7 +146,7 @@ fn tuning_changes_nothing() {
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn rays_pause_in_time() {
     let gpu = device();
-    let mut scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\nname = \"newton\"\ncount = 200\n"));
+    let mut scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\nname = \"midpoint\"\ncount = 200\n"));
     let plan = plan(&mut scene, 16).with_stepping(Stepping::PerVoxel(30.0));
     let theirs = cpu::radiance(&plan, &Control::default()).unwrap().0;
     let pausing = Tuning { pauses: Some(true), ..Tuning::default() };
@@ -294,8 +294,8 @@ fn noise_on_the_fly_is_noise_that_was_sampled() {
     assert!(error.contains("fbm") && error.contains("sampled to a grid"), "{error}");
 }
 
-/// Stars of a crowd: places and temperatures that look like chance.
-fn crowd(count: usize) -> String {
+/// Gathered stars: places and temperatures that look like chance.
+fn many_lights(count: usize) -> String {
     let part = |i: usize, step: f64| (step * (i + 1) as f64).fract();
     let star = |i: usize| {
         let place = [0.618_034, 0.414_214, 0.732_051].map(|step| 1.2 * part(i, step) - 0.6);
@@ -321,7 +321,7 @@ fn crowds_are_those_of_the_processor() {
     ];
     for (camera, phase) in cases {
         let dust = if phase.contains("law") { DUST.replace("law = \"ccm89\"\nalbedo = 0.6\n", "") } else { DUST.to_owned() };
-        let mut scene = parsed(&format!("{camera}{dust}{phase}{}{method}", crowd(30)));
+        let mut scene = parsed(&format!("{camera}{dust}{phase}{}{method}", many_lights(30)));
         let plan = plan(&mut scene, 24).with_stepping(FINE);
         let ours = on(&gpu, &plan).0;
         let wrong = difference(&plan, &ours, &cpu::radiance(&plan, &Control::default()).unwrap().0);
@@ -352,7 +352,7 @@ fn changes_are_taken() {
     let many = made(format!("{CAMERA}{DUST}{STAR}{method}bounces = 3\n"));
     let mut many_aside = many.clone();
     many_aside.look_from(aside.camera().clone(), &Control::default()).unwrap();
-    let gathered = made(format!("{CAMERA}{DUST}{}{method}", crowd(12)));
+    let gathered = made(format!("{CAMERA}{DUST}{}{method}", many_lights(12)));
     let mut gathered_aside = gathered.clone();
     gathered_aside.look_from(aside.camera().clone(), &Control::default()).unwrap();
     let gathered_finer = gathered_aside.clone().with_stepping(Stepping::Fixed(80));

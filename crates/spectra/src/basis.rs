@@ -68,7 +68,7 @@ impl Domain {
 /// What the exponents minimise over the range of the argument.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Criterion {
-    /// The mean of ‖e^(−a k) − proj‖: the deck's.
+    /// The mean of ‖e^(−a k) − proj‖: Barrès & Neyret's.
     Mean,
     /// Its largest value.
     Largest,
@@ -329,7 +329,7 @@ mod tests {
         }
     }
 
-    /// Facts of the deck: the error falls 8 to 13 times for each further element in the visible, 2 to 3 times on [0, 1 µm]; and no basis of
+    /// Facts of Barrès & Neyret: the error falls 8 to 13 times for each further element in the visible, 2 to 3 times on [0, 1 µm]; and no basis of
     /// exponentials is better than the best linear one.
     #[test]
     fn errors_fall_as_the_deck_says() {
@@ -368,7 +368,7 @@ mod tests {
         assert!(Domain::new((0.4, 0.7), |_| f64::NAN, |_| 1.0).is_err());
     }
 
-    /// Five raw exponentials lose four digits (the deck: 3e4); the orthonormal elements none.
+    /// Five raw exponentials lose four digits (Barrès & Neyret: 3e4); the orthonormal elements none.
     #[test]
     fn raw_exponentials_are_ill_conditioned() {
         let basis = Basis::optimal(&domain(0.4, 0.7), 20.0, 5, Criterion::Mean).unwrap();

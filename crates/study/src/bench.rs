@@ -153,13 +153,13 @@ impl Run<'_> {
 
     /// Light that is scattered more than once, by the processor and by what the back end has.
     fn bakes(&self, plan: &Plan, visit: &mut impl FnMut(Row)) -> Result<()> {
-        let swept = plan.diffuse().is_some() && plan.bounces() > 1;
+        let swept = plan.scattered_field().is_some() && plan.bounces() > 1;
         for sweeper in [None].into_iter().chain(self.backend.sweeper().map(Some)).filter(|_| swept) {
             let mut on: Arc<str> = "".into();
             let options = Options { sweeper, ..self.bench.options.clone() };
             let (seconds, device_seconds) = timed(self.bench.frames.min(BAKES), || {
                 let made = plan.scattered_again(&self.scene, &options, self.control)?;
-                on = made.map_or_else(|| "".into(), |made| made.found.swept_by);
+                on = made.map_or_else(|| "".into(), |made| made.report.swept_by);
                 Ok(f64::NAN)
             })?;
             // The kind of device, or all words where it gave up.
@@ -259,7 +259,7 @@ impl Truth {
     }
 }
 
-/// An accuracy at which the default's error is about that of the deck's double integration: speed at equal error.
+/// An accuracy at which the default's error is about that of Barrès & Neyret's double integration: speed at equal error.
 const LOOSE: f64 = 5e-3;
 /// Samples a ray that are tried, from many to few, for the error of the double integration.
 const MATCHING_STEPS: [usize; 12] = [100, 80, 64, 50, 40, 32, 28, 24, 20, 16, 14, 12];
@@ -277,7 +277,7 @@ fn contestants(method: &Method) -> Result<Vec<(String, Method)>> {
     }
     let loose = loose(method)?;
     list.push((format!("{}, accuracy {LOOSE}", loose.entry.name), loose));
-    for name in ["fixed_wavelength", "band_quadrature", "projection", "newton", "double_integration"] {
+    for name in ["fixed_wavelength", "band_quadrature", "projection", "midpoint", "double_integration"] {
         let fixed = Method { steps: Some(TALK_STEPS), ..method.clone().with_name(name)? };
         list.push((format!("{name}, N = {TALK_STEPS}"), fixed));
     }

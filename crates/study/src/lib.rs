@@ -76,7 +76,7 @@ pub struct Book {
 pub const STUDY: Book = Book {
     name: "study",
     title: "Spectral methods, side by side",
-    preface: "\"The deck\" is Barrès & Neyret 2023; equations are numbered as in [method.md](method.md). Errors are parts of the light without dust, F(0), unless said otherwise.",
+    preface: "Barrès & Neyret 2023 is a talk at INRIA; equations are numbered as in [method.md](method.md). Errors are parts of the light without dust, F(0), unless said otherwise.",
     chapters: chapters::CHAPTERS,
 };
 

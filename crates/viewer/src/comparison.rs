@@ -8,7 +8,7 @@ use crate::engine::View;
 
 /// How much finer the method is that shows the error of the one in use.
 const FINER: f64 = 0.05;
-/// By how much a difference is amplified, as in the deck's figure.
+/// By how much a difference is amplified, as in Barrès & Neyret's figure.
 pub const AMPLIFIED: f32 = 16.0;
 
 /// What stands beside the scene.

@@ -85,7 +85,7 @@ mod tests {
     /// White stays where a settled picture had it, whatever moves; it is measured anew where somebody asks, where other bands or colours are shown, and where nothing could be seen.
     #[test]
     fn white_is_held() {
-        let display = Document::builtin("deck", 1 << 32).unwrap().scene().display.clone();
+        let display = Document::builtin("barres_neyret", 1 << 32).unwrap().scene().display.clone();
         let mut exposure = Exposure::default();
         let white = |exposure: &mut Exposure, asked, level, settled| exposure.tone(asked, &display, &image(level), settled).white;
         let first = white(&mut exposure, 0, 1.0, false);

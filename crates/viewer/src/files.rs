@@ -37,7 +37,7 @@ impl Purpose {
 }
 
 /// More entries of a folder than this are not listed.
-const MOST: usize = 2000;
+const MAX: usize = 2000;
 
 /// The dialog.
 #[derive(Default)]
@@ -125,7 +125,7 @@ impl Asked {
     fn look(&mut self) {
         let extensions = self.purpose.extensions();
         let known = |name: &str| Path::new(name).extension().is_some_and(|e| extensions.iter().any(|x| e.eq_ignore_ascii_case(x)));
-        let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten().take(MOST);
+        let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten().take(MAX);
         let mut entries: Vec<(String, bool)> = entries
             .map(|e| (e.file_name().to_string_lossy().into_owned(), e.path().is_dir()))
             .filter(|(name, folder)| !name.starts_with('.') && (*folder || known(name)))

@@ -303,7 +303,7 @@ mod tests {
     /// The settled picture is that of `barnard render`, pixel by pixel; the quick ones on the way look like it.
     #[test]
     fn pictures_settle_to_what_is_rendered() {
-        let document = Document::builtin("deck", 1 << 32).unwrap();
+        let document = Document::builtin("barres_neyret", 1 << 32).unwrap();
         let order = order(&document, (60, 40), false);
         let shown = served(&mut Studio::new(Control::default()), &order);
         let (quality, last) = shown.last().unwrap();
@@ -322,7 +322,7 @@ mod tests {
     /// Another stretch colours the picture anew, coarse as it is, and marches nothing; another temperature marches, and keeps what places decided.
     #[test]
     fn what_has_not_changed_stays() {
-        let mut document = Document::builtin("deck", 1 << 32).unwrap();
+        let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
         let mut studio = Studio::new(Control::default());
         let first = served(&mut studio, &order(&document, (40, 30), true));
         document.apply(Edit::set("display", "stretch", "linear")).unwrap();
@@ -351,7 +351,7 @@ mod tests {
     #[ignore = "needs a graphics adapter: --include-ignored"]
     fn devices_make_the_same_pictures() {
         let (gpu, device) = device();
-        let mut document = Document::builtin("deck", 1 << 32).unwrap();
+        let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
         let last = |studio: &mut Studio, document: &Document| served(studio, &order(document, (48, 32), false)).pop().unwrap().1;
         let mut studio = Studio::new(Control::default());
         studio.take(&gpu);
@@ -371,7 +371,7 @@ mod tests {
     /// A worker that is closed gives up its first look as well.
     #[test]
     fn closing_stops_a_first_look() {
-        let document = Document::builtin("deck", 1 << 32).unwrap();
+        let document = Document::builtin("barres_neyret", 1 << 32).unwrap();
         let closing = Control::default();
         closing.interrupt();
         let mut studio = Studio::new(closing);

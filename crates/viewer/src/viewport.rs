@@ -12,7 +12,7 @@ use crate::editor::Edits;
 use crate::engine::Quality;
 
 /// Most pixels along an edge of a picture in the window.
-const MOST: f32 = 4096.0;
+const MAX: f32 = 4096.0;
 /// How near the pointer must be to take hold of something [points].
 const GRIP: f32 = 10.0;
 /// Change of distance, and of brightness in stops, in one point of the wheel.
@@ -67,7 +67,7 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     let response = ui.allocate_rect(rect, Sense::click_and_drag());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "picture"));
     let scale = ui.ctx().pixels_per_point();
-    let edge = |points: f32| (points * scale).round().clamp(16.0, MOST) as usize;
+    let edge = |points: f32| (points * scale).round().clamp(16.0, MAX) as usize;
     let halves = if side_by_side(app) { 2.0 } else { 1.0 };
     app.viewport.pixels = Some((edge(rect.width() / halves), edge(rect.height())));
     ui.painter().rect_filled(rect, 0.0, Color32::BLACK);

@@ -574,7 +574,7 @@ fn changes_are_not_lost() {
     for _ in 0..12 {
         first.step();
     }
-    first.state_mut().open(&Origin::Builtin("deck"));
+    first.state_mut().open(&Origin::Builtin("barres_neyret"));
     first.step();
     first.step();
     assert!(first.query_by_label("Save the changes of cloud.toml?").is_some());

@@ -1,4 +1,4 @@
-//! Fractional Brownian motion on simplex noise, as in the deck, with its ridged and warped variants.
+//! Fractional Brownian motion on simplex noise, as in Barrès & Neyret, with its ridged and warped variants.
 //!
 //! f(p) = max(0, offset + Σ_{i<octaves} gainⁱ n_i(p lacunarityⁱ / scale)) · falloff(|p|/radius)
 //!

@@ -16,11 +16,11 @@ use spectra::units::Wavelength;
 
 use super::spectral::support_um;
 use super::volume::{Channel, MAX_CHANNELS, Volume};
-use super::{Settings, Space, Spectral};
+use super::{Settings, SpatialPlan, SpectralPlan};
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
 use crate::field::Lattice;
-use crate::light::{Light, Path, factor, law};
+use crate::light::{Light, Route, factor, law};
 use crate::memory;
 use crate::scene::Scene;
 
@@ -52,14 +52,14 @@ impl LightField {
     pub(crate) fn new(
         scene: &Scene,
         lights: &[Light],
-        spectral: &Spectral,
-        space: &Space,
+        spectral: &SpectralPlan,
+        space: &SpatialPlan,
         settings: &Settings,
         control: &Control,
     ) -> Result<Option<Self>> {
         let Some(dust) = &space.dust else { return Ok(None) };
-        let scattered = lights.iter().enumerate().filter_map(|(i, l)| match l.path {
-            Path::Scattered { star } => Some((i, star)),
+        let scattered = lights.iter().enumerate().filter_map(|(i, l)| match l.route {
+            Route::Scattered { star } => Some((i, star)),
             _ => None,
         });
         let (numbers, stars): (Vec<usize>, Vec<usize>) = scattered.unzip();
@@ -83,7 +83,7 @@ impl LightField {
         let resolution = |band| {
             let flat = PowerLaw { reference: Wavelength(1.0), exponent: 0.0 };
             let flat = Spectrum::continuous(1.0, std::sync::Arc::new(flat));
-            let response = Source::new("response", band, &flat, &**law, factor(lights[numbers[0]].path, scene.dust.as_ref())).measure;
+            let response = Source::new("response", band, &flat, &**law, factor(lights[numbers[0]].route, scene.dust.as_ref())).measure;
             propagation.resolution(&response).iter().map(|r| r / spectra::constants::SPHERE).collect()
         };
         let resolution = scene.bands.iter().map(resolution).collect();
@@ -130,7 +130,7 @@ impl LightField {
 }
 
 /// Voxels on the dust's lattice, filled from the star depths of `space`.
-fn gathered(propagation: &Propagation, space: &Space, stars: &[usize], lattice: &Lattice, control: &Control) -> Result<Vec<Volume>> {
+fn gathered(propagation: &Propagation, space: &SpatialPlan, stars: &[usize], lattice: &Lattice, control: &Control) -> Result<Vec<Volume>> {
     let channels: Vec<Channel> = (0..propagation.channels()).map(Channel::Light).collect();
     let mut volumes: Vec<Volume> = channels.chunks(MAX_CHANNELS).map(|chunk| Volume::zeroed(lattice, chunk.to_vec())).collect();
     let lattice = volumes.first().map_or_else(|| lattice.clone(), |v| v.lattice.clone());

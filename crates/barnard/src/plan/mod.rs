@@ -1,20 +1,22 @@
 //! Plans: the numbers a scene comes to, made once in f64. The fast back ends read only this.
 //!
-//! [`Space`] holds what the places of things decide (density, star depths, empty space, step), [`Spectral`] what spectra decide (nodes, weights,
+//! [`SpatialPlan`] holds what the places of things decide (density, star depths, empty space, step), [`SpectralPlan`] what spectra decide (nodes, weights,
 //! phase tables). A changed spectrum keeps the space, a changed camera keeps both.
 
 mod bake;
 mod bricks;
 mod closed_form;
-pub mod cone;
-pub mod crowd;
-mod diffuse;
+pub mod frustum;
+pub mod frustum_sweep;
 mod light_field;
+pub mod many_lights;
+mod march_f64;
+mod multiple_scattering;
 pub mod near;
+pub mod near_field_kernel;
 mod pilot;
 mod planes;
 mod probe;
-pub mod pyramid;
 mod report;
 mod sampled_pixels;
 pub mod segment;
@@ -23,23 +25,21 @@ mod spectral;
 pub mod star_depth;
 mod unresolved;
 mod volume;
-mod walk;
 mod weights;
-pub mod window;
 
 use std::sync::Arc;
 
 pub use bake::sample_functions;
 pub use bricks::Bricks;
 pub use closed_form::{ClosedForm, End, Extent};
-pub use crowd::Crowd;
-pub use diffuse::{Diffuse, Doubt, Fineness, Gathered, ordinates};
 pub use light_field::LightField;
+pub use many_lights::ManyLights;
+pub use multiple_scattering::{ErrorEstimate, FarFieldError, Fineness, MultipleScattering, ordinates};
 pub use pilot::Spatial;
 pub use probe::Probe;
 pub use report::{HALF, SINGLE};
-pub use space::Space;
-pub use spectral::{BandPlan, PHASE_RANGE, PhaseTable, Spectral};
+pub use space::SpatialPlan;
+pub use spectral::{BandPlan, PHASE_RANGE, PhaseTable, SpectralPlan};
 pub use unresolved::Unresolved;
 pub use volume::{Channel, MAX_CHANNELS, Volume};
 pub use weights::{Emitter, Scatterer, Weights, weights as weights_of};
@@ -102,17 +102,17 @@ pub struct Plan {
     /// The lights, in the order of all tables.
     pub(crate) lights: Arc<Vec<Light>>,
     /// What places decide.
-    pub(crate) space: Arc<Space>,
+    pub(crate) space: Arc<SpatialPlan>,
     /// What spectra decide.
-    pub(crate) spectral: Arc<Spectral>,
+    pub(crate) spectral: Arc<SpectralPlan>,
     /// Steps along a ray.
     pub(crate) stepping: Stepping,
-    /// Samples of a star depth that is marched again at every sample of a ray instead of being read: the deck's double integration.
+    /// Samples of a star depth that is marched again at every sample of a ray instead of being read: Barrès & Neyret's double integration.
     pub(crate) star_march: Option<usize>,
     /// The light of all stars together, which is marched in place of star depths.
     pub(crate) light_field: Option<Arc<LightField>>,
     /// Light that was scattered before it scatters towards the eye, where more than one scattering is asked for.
-    pub(crate) diffuse: Option<Arc<Diffuse>>,
+    pub(crate) scattered_field: Option<Arc<MultipleScattering>>,
     /// Times that light of stars may scatter.
     pub(crate) bounces: usize,
 }
@@ -130,7 +130,7 @@ const PREVIEW_STEPS: f64 = 0.75;
 /// At which it looks where a phase function must be asked, and where rays may end.
 const PREVIEW_ACCURACY: f64 = 0.02;
 
-/// Samples a ray of the deck.
+/// Samples a ray of Barrès & Neyret.
 pub const TALK_STEPS: usize = 100;
 
 /// How far a ray's samples are apart.
@@ -164,27 +164,41 @@ impl std::fmt::Display for Stepping {
 /// A plan before its steps are known.
 struct Draft {
     lights: Vec<Light>,
-    space: Space,
-    spectral: Spectral,
+    space: SpatialPlan,
+    spectral: SpectralPlan,
     light_field: Option<LightField>,
     star_march: Option<usize>,
 }
 
 impl Draft {
-    fn new(scene: &Scene, lights: Vec<Light>, space: Space, spectral: Spectral, settings: &Settings, control: &Control) -> Result<Self> {
-        diffuse::check(&spectral, settings)?;
+    fn new(
+        scene: &Scene,
+        lights: Vec<Light>,
+        space: SpatialPlan,
+        spectral: SpectralPlan,
+        settings: &Settings,
+        control: &Control,
+    ) -> Result<Self> {
+        multiple_scattering::check(&spectral, settings)?;
         let star_depth = settings.method.entry.star_depth;
         let light_field = match star_depth {
-            StarDepth::Gathered => LightField::new(scene, &lights, &spectral, &space, settings, control)?,
+            StarDepth::LightField => LightField::new(scene, &lights, &spectral, &space, settings, control)?,
             StarDepth::Cached | StarDepth::Marched => None,
         };
         let star_march = (star_depth == StarDepth::Marched).then(|| settings.method.steps.unwrap_or(TALK_STEPS));
         Ok(Self { lights, space, spectral, light_field, star_march })
     }
 
-    fn plan(mut self, scene: &Scene, stepping: Stepping, settings: &Settings, before: Option<&Diffuse>, control: &Control) -> Result<Plan> {
+    fn plan(
+        mut self,
+        scene: &Scene,
+        stepping: Stepping,
+        settings: &Settings,
+        before: Option<&MultipleScattering>,
+        control: &Control,
+    ) -> Result<Plan> {
         let fineness = (settings, Fineness::FULL);
-        let diffuse = Diffuse::new(scene, &self.lights, &self.spectral, &self.space, fineness, before, control)?;
+        let scattered_field = MultipleScattering::new(scene, &self.lights, &self.spectral, &self.space, fineness, before, control)?;
         if self.light_field.is_some() {
             self.space.forget_star_depths(settings, control)?;
         }
@@ -196,7 +210,7 @@ impl Draft {
             stepping,
             star_march: self.star_march,
             light_field: self.light_field.map(Arc::new),
-            diffuse: diffuse.map(Arc::new),
+            scattered_field: scattered_field.map(Arc::new),
             bounces: settings.method.bounces,
         })
     }
@@ -223,7 +237,7 @@ impl Plan {
         let known = before.filter(|plan| plan.light_field.is_none());
         let space = match known.map(|plan| plan.space.again(scene, settings, control)).transpose()?.flatten() {
             Some(space) => space,
-            None => Space::new(scene, settings, control)?,
+            None => SpatialPlan::new(scene, settings, control)?,
         };
         space.check_stars(scene)?;
         let spectral = pilot::spectral(scene, &lights, &space, settings, control)?;
@@ -237,7 +251,7 @@ impl Plan {
                 pilot::choose(scene, lights, spectral, space, light_field.as_ref(), settings, control)?
             }
         };
-        draft.plan(scene, stepping, settings, before.and_then(|plan| plan.diffuse.as_deref()), control)
+        draft.plan(scene, stepping, settings, before.and_then(|plan| plan.scattered_field.as_deref()), control)
     }
 
     /// Plans `scene` for a look at once, while things change, from what `before`, another preview, has that still holds: by the rule
@@ -261,12 +275,12 @@ impl Plan {
         let settings = &Settings { method, ..Settings::of(scene, options) };
         let space = match before.map(|plan| plan.space.follow(scene, settings, control)).transpose()?.flatten() {
             Some(space) => space,
-            None => Arc::new(Space::coarse(scene, settings, PREVIEW_VOXELS, control)?),
+            None => Arc::new(SpatialPlan::coarse(scene, settings, PREVIEW_VOXELS, control)?),
         };
         let lights = crate::light::lights(scene)?;
-        let spectral = Spectral::new(scene, &lights, space.crowd.as_deref(), settings, space.reach(&scene.camera), control)?;
-        let known = before.and_then(|plan| plan.diffuse.as_deref());
-        let diffuse = Diffuse::new(scene, &lights, &spectral, &space, (settings, Fineness::PREVIEW), known, control)?;
+        let spectral = SpectralPlan::new(scene, &lights, space.many_lights.as_deref(), settings, space.reach(&scene.camera), control)?;
+        let known = before.and_then(|plan| plan.scattered_field.as_deref());
+        let scattered_field = MultipleScattering::new(scene, &lights, &spectral, &space, (settings, Fineness::PREVIEW), known, control)?;
         Ok(Self {
             camera: scene.camera.clone(),
             lights: Arc::new(lights),
@@ -275,7 +289,7 @@ impl Plan {
             stepping: Stepping::PerVoxel(PREVIEW_STEPS),
             star_march: None,
             light_field: None,
-            diffuse: diffuse.map(Arc::new),
+            scattered_field: scattered_field.map(Arc::new),
             bounces: settings.method.bounces,
         })
     }
@@ -285,9 +299,9 @@ impl Plan {
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
-    pub fn scattered_again(&self, scene: &Scene, options: &Options, control: &Control) -> Result<Option<Diffuse>> {
+    pub fn scattered_again(&self, scene: &Scene, options: &Options, control: &Control) -> Result<Option<MultipleScattering>> {
         let settings = &Settings::of(scene, options);
-        Diffuse::new(scene, &self.lights, &self.spectral, &self.space, (settings, Fineness::FULL), None, control)
+        MultipleScattering::new(scene, &self.lights, &self.spectral, &self.space, (settings, Fineness::FULL), None, control)
     }
 
     /// Whether another is the same plan, seen by the same camera: whatever is large is shared, not equal.
@@ -303,7 +317,7 @@ impl Plan {
             && Arc::ptr_eq(&self.spectral, &other.spectral)
             && Arc::ptr_eq(&self.lights, &other.lights)
             && same(&self.light_field, &other.light_field)
-            && same(&self.diffuse, &other.diffuse)
+            && same(&self.scattered_field, &other.scattered_field)
             && self.camera == other.camera
             && self.stepping == other.stepping
             && self.star_march == other.star_march
@@ -321,12 +335,12 @@ impl Plan {
     }
 
     /// What places decide.
-    pub fn space(&self) -> &Arc<Space> {
+    pub fn space(&self) -> &Arc<SpatialPlan> {
         &self.space
     }
 
     /// What spectra decide.
-    pub fn spectral(&self) -> &Arc<Spectral> {
+    pub fn spectral(&self) -> &Arc<SpectralPlan> {
         &self.spectral
     }
 
@@ -346,8 +360,8 @@ impl Plan {
     }
 
     /// Light that was scattered before it scatters towards the eye.
-    pub fn diffuse(&self) -> Option<&Arc<Diffuse>> {
-        self.diffuse.as_ref()
+    pub fn scattered_field(&self) -> Option<&Arc<MultipleScattering>> {
+        self.scattered_field.as_ref()
     }
 
     /// Times that light of stars may scatter.
@@ -377,21 +391,21 @@ impl Plan {
     /// together from afar.
     #[must_use]
     pub fn without_scattered_field(self) -> Self {
-        Self { diffuse: None, ..self }
+        Self { scattered_field: None, ..self }
     }
 
     /// The same without what many stars send to the dust near them, which is marched star by star.
     #[must_use]
     pub fn without_near_field(mut self) -> Self {
-        if let Some(diffuse) = &mut self.diffuse {
-            Arc::make_mut(diffuse).found.gathered = None;
+        if let Some(scattered_field) = &mut self.scattered_field {
+            Arc::make_mut(scattered_field).report.gathered = None;
         }
         self
     }
 
     /// The same with the depths and densities of another plan.
     #[must_use]
-    pub fn with_space(self, space: Arc<Space>) -> Self {
+    pub fn with_space(self, space: Arc<SpatialPlan>) -> Self {
         Self { space, ..self }
     }
 
@@ -400,8 +414,8 @@ impl Plan {
     /// # Errors
     /// When the user wishes to stop; the plan is as before then.
     pub fn look_from(&mut self, camera: Camera, control: &Control) -> Result<()> {
-        if let Some(diffuse) = &self.diffuse {
-            self.diffuse = Some(diffuse.seen_by(&camera, control)?);
+        if let Some(scattered_field) = &self.scattered_field {
+            self.scattered_field = Some(scattered_field.seen_by(&camera, control)?);
         }
         self.camera = camera;
         Ok(())
@@ -416,9 +430,9 @@ impl Plan {
         let method = Method { steps: Some(steps), ..scene.method.clone() };
         let settings = &Settings { method, ..Settings::of(scene, options) };
         let lights = crate::light::lights(scene)?;
-        let space = Space::new(scene, settings, control)?;
+        let space = SpatialPlan::new(scene, settings, control)?;
         space.check_stars(scene)?;
-        let spectral = Spectral::new(scene, &lights, space.crowd.as_deref(), settings, space.reach(&scene.camera), control)?;
+        let spectral = SpectralPlan::new(scene, &lights, space.many_lights.as_deref(), settings, space.reach(&scene.camera), control)?;
         Draft::new(scene, lights, space, spectral, settings, control)?.plan(scene, Stepping::Fixed(steps), settings, None, control)
     }
 
@@ -434,12 +448,12 @@ impl Plan {
     /// Everything the march reads.
     pub fn volumes(&self) -> impl Iterator<Item = &Volume> {
         let fields = self.light_field.iter().flat_map(|f| &f.volumes);
-        self.space.volumes.iter().chain(fields).chain(self.diffuse.iter().flat_map(|d| &d.volumes))
+        self.space.volumes.iter().chain(fields).chain(self.scattered_field.iter().flat_map(|d| &d.volumes))
     }
 
     /// Bytes of all tables and grids.
     pub fn bytes(&self) -> u64 {
-        let fields = self.light_field.as_ref().map_or(0, |f| f.bytes()) + self.diffuse.as_ref().map_or(0, |d| d.bytes());
+        let fields = self.light_field.as_ref().map_or(0, |f| f.bytes()) + self.scattered_field.as_ref().map_or(0, |d| d.bytes());
         self.space.bytes() + self.spectral.bytes() + fields
     }
 }

@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 
-use super::Space;
+use super::SpatialPlan;
 use crate::field::Field;
 use crate::geometry::Ray;
 
@@ -27,13 +27,13 @@ pub struct Dust<S, D> {
 }
 
 /// The samples' own.
-pub fn samples(space: &Space, star: DVec3) -> Dust<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64> {
+pub fn samples(space: &SpatialPlan, star: DVec3) -> Dust<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64> {
     let sigma = |p| space.dust.as_ref().map_or(0.0, |dust| dust.at(p));
     Dust { sigma, depth: move |p| space.depth(star, p) }
 }
 
 /// That of the fields which were sampled.
-pub fn fields(space: &Space, star: DVec3) -> Dust<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64> {
+pub fn fields(space: &SpatialPlan, star: DVec3) -> Dust<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64> {
     Dust { sigma: |p| space.fields_at(p).0, depth: move |p| space.depth(star, p) + space.depth_beyond_samples(star, p) }
 }
 
@@ -63,14 +63,14 @@ pub const PART_DISTANCE: f64 = 0.2;
 /// The shortest part of a step, in voxels.
 pub const SHORTEST_PART: f64 = 0.5;
 
-/// Widest angle of a piece beside a star of the crowd [rad], and by how much a phase function may change within one.
+/// Widest angle of a piece beside a gathered star [rad], and by how much a phase function may change within one.
 pub const NEIGHBOUR_PIECE: f64 = 0.4;
 /// That is the accuracy to which it is asked there.
 pub const NEIGHBOUR_ACCURACY: f64 = 0.02;
 /// Most pieces of a segment there.
 pub const NEIGHBOUR_PIECES: usize = 32;
 
-/// Widest angle of a piece beside a star of the crowd for a phase function that may be asked at the middle of `phase_angle` at an `accuracy` [rad].
+/// Widest angle of a piece beside a gathered star for a phase function that may be asked at the middle of `phase_angle` at an `accuracy` [rad].
 pub fn neighbour_piece(phase_angle: f64, accuracy: f64) -> f64 {
     NEIGHBOUR_PIECE.min(phase_angle * (NEIGHBOUR_ACCURACY / accuracy).sqrt())
 }

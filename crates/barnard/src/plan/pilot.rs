@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use spectra::rule::{Measure, mean_transmittance};
 
 use super::bake::{MAX_BAKE, MIN_BAKE};
+use super::march_f64::{Eye, walk};
 use super::sampled_pixels;
 use super::unresolved::{self, Unresolved};
-use super::walk::{Eye, walk};
-use super::{END_SHARE, LightField, Settings, Space, Spectral, Stepping};
+use super::{END_SHARE, LightField, Settings, SpatialPlan, SpectralPlan, Stepping};
 use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::Ray;
@@ -40,8 +40,8 @@ const SHARE: f64 = 0.7;
 const SAMPLING_SHARE: f64 = 0.5;
 /// Samples in a voxel edge, from cheap to dear.
 const STEPS: [f64; 10] = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0];
-/// Fewest of them where there is a crowd: a step passes stars that no pilot marches, and takes the dust linear beside each.
-const BESIDE_CROWD: f64 = 2.0;
+/// Fewest of them where there are many lights: a step passes stars that no pilot marches, and takes the dust linear beside each.
+const BESIDE_MANY_LIGHTS: f64 = 2.0;
 /// Samples of the truth in a voxel edge at least and at most, and in an optical depth of one: its own error is a few parts in 1e5.
 const TRUTH: (f64, f64) = (6.0, 48.0);
 const TRUTH_PER_DEPTH: f64 = 8.0;
@@ -70,8 +70,8 @@ struct Pilot {
 pub fn choose(
     scene: &Scene,
     lights: &[Light],
-    spectral: &Spectral,
-    space: &mut Space,
+    spectral: &SpectralPlan,
+    space: &mut SpatialPlan,
     field: Option<&LightField>,
     settings: &Settings,
     control: &Control,
@@ -79,7 +79,7 @@ pub fn choose(
     let pilots = pilots(scene, space, spectral, lights);
     let (plain, gathered) = (Shading::new(spectral, lights), Shading { field, ..Shading::new(spectral, lights) });
     let exactly = Shading { measures: field.map(|_| measures(spectral)), ..Shading::new(spectral, lights) };
-    let march = |space: &Space, stepping: Stepping, exact: bool| -> Result<Vec<Vec<f64>>> {
+    let march = |space: &SpatialPlan, stepping: Stepping, exact: bool| -> Result<Vec<Vec<f64>>> {
         let shading = match (field, exact) {
             (None, _) => &plain,
             (Some(_), false) => &gathered,
@@ -124,7 +124,7 @@ pub fn choose(
                 other => other?,
             }
         }
-        let coarsest = if space.crowd.is_some() { BESIDE_CROWD } else { 0.0 };
+        let coarsest = if space.many_lights.is_some() { BESIDE_MANY_LIGHTS } else { 0.0 };
         let per_voxel = STEPS.into_iter().filter(|n| *n < finest && *n >= coarsest).map(Stepping::PerVoxel);
         let fixed = settings.method.steps.map(|n| vec![Stepping::Fixed(n)]);
         let candidates = fixed.unwrap_or_else(|| per_voxel.collect());
@@ -172,16 +172,16 @@ struct Choice {
 }
 
 /// The rules of `scene`, made finer until what they cost in the picture is a part of the accuracy.
-pub fn spectral(scene: &Scene, lights: &[Light], space: &Space, settings: &Settings, control: &Control) -> Result<Spectral> {
+pub fn spectral(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: &Settings, control: &Control) -> Result<SpectralPlan> {
     let accuracy = settings.method.accuracy;
     let reach = space.reach(&scene.camera);
     let mut finer = settings.clone();
-    let mut best: Option<(Spectral, f64)> = None;
+    let mut best: Option<(SpectralPlan, f64)> = None;
     // What shines does not depend on the rule: the rays and the truth are those of the first.
     let mut exact: Option<(Vec<Pilot>, Vec<Vec<f64>>)> = None;
     for _ in 0..SPECTRAL_TRIES {
         control.check()?;
-        let mut spectral = Spectral::new(scene, lights, space.crowd.as_deref(), &finer, reach, control)?;
+        let mut spectral = SpectralPlan::new(scene, lights, space.many_lights.as_deref(), &finer, reach, control)?;
         spectral.accuracy = accuracy;
         let march = |pilots: &[Pilot], shading: &Shading| -> Vec<Vec<f64>> {
             pilots.par_iter().map(|pilot| march(space, shading, &pilot.ray, Stepping::PerVoxel(1.0), false)).collect()
@@ -206,13 +206,13 @@ pub fn spectral(scene: &Scene, lights: &[Light], space: &Space, settings: &Setti
 }
 
 /// What shines through each band, exactly: band × light.
-fn measures(spectral: &Spectral) -> Vec<Vec<Measure>> {
+fn measures(spectral: &SpectralPlan) -> Vec<Vec<Measure>> {
     let of_band = |band: &super::BandPlan| band.sources.iter().map(|s| s.measure.condensed(spectral.depth)).collect();
     spectral.bands.iter().map(of_band).collect()
 }
 
 /// The pilots of a scene: pixels that are chosen by a first look at the light of some.
-fn pilots(scene: &Scene, space: &Space, spectral: &Spectral, lights: &[Light]) -> Vec<Pilot> {
+fn pilots(scene: &Scene, space: &SpatialPlan, spectral: &SpectralPlan, lights: &[Light]) -> Vec<Pilot> {
     let camera = &scene.camera;
     let shading = Shading::new(spectral, lights);
     let ray = |column: usize, row: usize| camera.ray(column as f64 + 0.5, row as f64 + 0.5);
@@ -242,14 +242,14 @@ fn relative_error(values: &[Vec<f64>], truth: &[Vec<f64>], pilots: &[Pilot]) -> 
 
 /// How spectral integrals are done: by the rules, or exactly.
 struct Shading<'a> {
-    spectral: &'a Spectral,
+    spectral: &'a SpectralPlan,
     lights: &'a [Light],
     measures: Option<Vec<Vec<Measure>>>,
     field: Option<&'a LightField>,
 }
 
 impl<'a> Shading<'a> {
-    fn new(spectral: &'a Spectral, lights: &'a [Light]) -> Self {
+    fn new(spectral: &'a SpectralPlan, lights: &'a [Light]) -> Self {
         Self { spectral, lights, measures: None, field: None }
     }
 }
@@ -290,7 +290,7 @@ impl Eye for Bands<'_> {
 }
 
 /// Band radiances of one ray, marched as the fast back ends do, in f64.
-fn march(space: &Space, shading: &Shading, ray: &Ray, stepping: Stepping, exact: bool) -> Vec<f64> {
+fn march(space: &SpatialPlan, shading: &Shading, ray: &Ray, stepping: Stepping, exact: bool) -> Vec<f64> {
     let radiance = vec![0.0; shading.spectral.bands.len()];
     let gathered = shading.field.map_or_else(Vec::new, |field| vec![0.0; field.propagation.channels()]);
     let mut bands = Bands { shading, ray, radiance, gathered };

@@ -1,4 +1,4 @@
-//! Planes of a grid across any of its axes, as the pyramids' sweeps read them.
+//! Planes of a grid across any of its axes, as the frustums' sweeps read them.
 
 use crate::field::Grid;
 

@@ -3,8 +3,8 @@
 use spectra::rule::mean_transmittance;
 use spectra::spectrum::Line;
 
-use super::walk::{Eye, walk};
-use super::{Plan, Space, Stepping};
+use super::march_f64::{Eye, walk};
+use super::{Plan, SpatialPlan, Stepping};
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::light::{factor, law};
@@ -40,9 +40,9 @@ impl Eye for Spectrograph {
         true
     }
 
-    /// All: what the crowd's field has gathered knows of no wavelengths but its own.
-    fn stars(&self, space: &Space) -> Vec<usize> {
-        let gathered = space.crowd.iter().flat_map(|crowd| &crowd.stars);
+    /// All: what the field of many lights has gathered knows of no wavelengths but its own.
+    fn stars(&self, space: &SpatialPlan) -> Vec<usize> {
+        let gathered = space.many_lights.iter().flat_map(|many_lights| &many_lights.stars);
         space.marched().iter().chain(gathered).copied().collect()
     }
 
@@ -65,7 +65,7 @@ impl Plan {
         if scene.dust.is_some() && ends.1 > 0.0 {
             law.check("the probe", ends.0, ends.1)?;
         }
-        let factors: Vec<_> = self.lights.iter().map(|l| factor(l.path, scene.dust.as_ref())).collect();
+        let factors: Vec<_> = self.lights.iter().map(|l| factor(l.route, scene.dust.as_ref())).collect();
         let continua = wavelengths_um.iter().map(|lambda| {
             let strength = self.lights.iter().zip(&factors).map(|(l, f)| l.spectrum.continuum(*lambda) * f(*lambda)).collect();
             Wave { k: law.k(*lambda), strength }

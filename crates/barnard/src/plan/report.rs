@@ -5,7 +5,7 @@ use spectra::rule::{Certificate, Rounding};
 use super::{END_SHARE, Plan, Spatial, Unresolved};
 use crate::backend::RenderStats;
 use crate::keywords::{self, Keyword};
-use crate::light::Path;
+use crate::light::Route;
 
 /// Largest relative error of a number in single precision, and in half precision.
 pub const SINGLE: f64 = 1.0 / (1 << 24) as f64;
@@ -22,16 +22,16 @@ impl Plan {
 
     /// What arithmetic adds to the error of a light that takes `path`: depths and light are sums over all steps in single precision, of densities kept with a relative
     /// error of `storage`, and a ray ends when little is left. What comes straight from a star is done in double precision.
-    fn rounding(&self, path: Path, storage: f64) -> Rounding {
+    fn rounding(&self, route: Route, storage: f64) -> Rounding {
         let longest = self.space.occupied.map_or(0.0, |b| b.size().length());
         let steps = if longest > 0.0 { self.stepping.steps(longest, self.space.voxel_pc()) as f64 } else { 0.0 };
         // A sum of n like terms loses at most half a unit of the last place n/2 times on the average of its way.
         let sum = SINGLE * (4.0 + 0.5 * steps);
         let early = f64::from(END_SHARE) * self.spectral.accuracy;
-        match path {
-            Path::Scattered { .. } | Path::Emitted { .. } => Rounding { depth: storage + sum, light: TERM_ROUNDING + sum + early },
-            Path::Background => Rounding { depth: storage + sum, light: SINGLE },
-            Path::Direct { .. } | Path::FieldStar { .. } => Rounding { depth: 0.0, light: 0.0 },
+        match route {
+            Route::Scattered { .. } | Route::Emitted { .. } => Rounding { depth: storage + sum, light: TERM_ROUNDING + sum + early },
+            Route::Background => Rounding { depth: storage + sum, light: SINGLE },
+            Route::Direct { .. } | Route::FieldStar { .. } => Rounding { depth: 0.0, light: 0.0 },
         }
     }
 
@@ -62,7 +62,7 @@ impl Plan {
         }
         let shining = |(light, _): &(usize, Certificate)| sources[*light].measure.total() > 0.0;
         let rounded = |(light, c): (usize, Certificate)| {
-            let rounding = self.rounding(self.lights[light].path, stats.storage);
+            let rounding = self.rounding(self.lights[light].route, stats.storage);
             let decay = self.spectral.bands[band].rule.form.decay();
             (light, c.rounded(&sources[light].measure, rounding, |a| decay.size(light, decay.weights(light), a)))
         };
@@ -79,9 +79,10 @@ impl Plan {
     pub fn notes(&self) -> Vec<(String, String)> {
         let isotropic = self.light_field.as_ref().filter(|f| f.isotropic_instead);
         let isotropic = isotropic.map(|_| ("phase function".into(), "put aside by this method, which scatters evenly".into()));
-        let gathered = self.diffuse.iter().filter_map(|d| d.found.gathered).map(|g| ("gathered stars".into(), g.to_string()));
-        let diffuse = self.diffuse.iter().filter(|d| d.found.sweeps > 0).map(|d| ("many bounces".into(), d.found.to_string()));
-        self.spatial_note().into_iter().chain(isotropic).chain(self.fit_note()).chain(gathered).chain(diffuse).collect()
+        let gathered = self.scattered_field.iter().filter_map(|d| d.report.gathered).map(|g| ("gathered stars".into(), g.to_string()));
+        let scattered_field =
+            self.scattered_field.iter().filter(|d| d.report.sweeps > 0).map(|d| ("many bounces".into(), d.report.to_string()));
+        self.spatial_note().into_iter().chain(isotropic).chain(self.fit_note()).chain(gathered).chain(scattered_field).collect()
     }
 
     /// The worst of the polynomials that stand for spectra.

@@ -8,7 +8,7 @@ use std::collections::HashSet;
 
 use rayon::prelude::*;
 
-use super::Space;
+use super::SpatialPlan;
 use crate::camera::Camera;
 
 /// A pixel and how many it stands for.
@@ -36,7 +36,7 @@ const CONTRASTED: usize = 40;
 const SMALL: usize = 400;
 
 /// The sample of a camera's picture; `look` tells the light of a pixel in every band.
-pub(super) fn sampled(camera: &Camera, space: &Space, look: impl Fn(usize, usize) -> Vec<f64> + Sync) -> Vec<SampledPixel> {
+pub(super) fn sampled(camera: &Camera, space: &SpatialPlan, look: impl Fn(usize, usize) -> Vec<f64> + Sync) -> Vec<SampledPixel> {
     let (width, height) = (camera.width, camera.height);
     if width * height <= SMALL {
         let all = (0..width * height).map(|i| SampledPixel { column: i % width, row: i / width, stands_for: 1.0 });
@@ -96,7 +96,7 @@ fn pixel_at(camera: &Camera, (column, row): (f64, f64)) -> Option<(usize, usize)
 }
 
 /// The pixels in which stars stand, and those around them.
-fn around_stars(camera: &Camera, space: &Space) -> HashSet<(usize, usize)> {
+fn around_stars(camera: &Camera, space: &SpatialPlan) -> HashSet<(usize, usize)> {
     let around = if space.stars.len() <= FEW_STARS { AROUND.1 } else { AROUND.0 };
     let half = (around / 2) as f64;
     let places = space.stars.iter().take(STARS).filter_map(|star| camera.project(*star));
@@ -107,7 +107,7 @@ fn around_stars(camera: &Camera, space: &Space) -> HashSet<(usize, usize)> {
 }
 
 /// Pixels along the edges of the dust's box, each once, for those that its part of an edge crosses; for itself alone where that would be more than half of a small picture.
-fn on_edges(camera: &Camera, space: &Space) -> Vec<SampledPixel> {
+fn on_edges(camera: &Camera, space: &SpatialPlan) -> Vec<SampledPixel> {
     let even = (camera.width * camera.height) as f64 / (EDGE * EDGE) as f64;
     let bounds = space.dust.as_ref().map(|d| d.lattice.bounds);
     let mut pixels = Vec::new();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::bake::{Fineness, OWN, baked};
-use super::crowd::{self, Crowd};
+use super::many_lights::{self, ManyLights};
 use super::volume::{Channel, MAX_CHANNELS, Volume, scaled};
 use super::{Bricks, Settings, Spatial, star_depth};
 use crate::camera::Camera;
@@ -23,7 +23,7 @@ const SWALLOWED: f64 = 80.0;
 
 /// Density and star depths, sampled.
 #[derive(Debug, Clone)]
-pub struct Space {
+pub struct SpatialPlan {
     /// Everything the march reads.
     pub volumes: Vec<Volume>,
     /// Dust alone, σ at V [pc⁻¹], for exact depths.
@@ -35,7 +35,7 @@ pub struct Space {
     /// Places of the stars [pc].
     pub stars: Vec<DVec3>,
     /// Those whose light is gathered, where some are.
-    pub crowd: Option<Arc<Crowd>>,
+    pub many_lights: Option<Arc<ManyLights>>,
     /// Numbers of the others, which have depths in volumes of their own.
     marched: Vec<usize>,
     /// Star depth voxels along a voxel of dust.
@@ -75,7 +75,7 @@ fn occupied<'a>(grids: impl Iterator<Item = &'a Grid>, bricks: &[Bricks]) -> Opt
     grids.zip(bricks).filter_map(|(g, b)| b.occupied(&g.lattice.bounds)).reduce(|a, b| a.union(&b))
 }
 
-impl Space {
+impl SpatialPlan {
     /// Samples densities and bakes star depths at the dust's own resolution.
     pub(crate) fn new(scene: &Scene, settings: &Settings, control: &Control) -> Result<Self> {
         Self::sampled(scene, settings, OWN, control)
@@ -97,7 +97,7 @@ impl Space {
             dust: dust.map(Arc::new),
             cloud: cloud(scene),
             stars: scene.stars.iter().map(|s| s.position).collect(),
-            crowd: None,
+            many_lights: None,
             marched: Vec::new(),
             star_factor: 0,
             star_depth: 0.0,
@@ -108,18 +108,18 @@ impl Space {
             bake: settings.method.bake,
             fineness,
         };
-        space.part_stars(&crowd::members(scene, &settings.method), settings, control)?;
+        space.part_stars(&many_lights::members(scene, &settings.method), settings, control)?;
         space.refine_stars(1, settings, control)?;
         Ok(space)
     }
 
-    /// Puts the stars `members` into the crowd.
+    /// Puts the stars `members` among the many lights.
     fn part_stars(&mut self, members: &[usize], settings: &Settings, control: &Control) -> Result<()> {
-        let gathered = crowd::mask(members, self.stars.len());
+        let gathered = many_lights::mask(members, self.stars.len());
         self.marched = (0..self.stars.len()).filter(|star| !gathered[*star]).collect();
-        self.crowd = match &self.dust {
+        self.many_lights = match &self.dust {
             Some(dust) if !members.is_empty() => {
-                Some(Arc::new(Crowd::new(self.crowd.as_deref(), members, &self.stars, dust, settings, control)?))
+                Some(Arc::new(ManyLights::new(self.many_lights.as_deref(), members, &self.stars, dust, settings, control)?))
             }
             _ => None,
         };
@@ -135,17 +135,17 @@ impl Space {
             return Ok(None);
         }
         let stars: Vec<DVec3> = scene.stars.iter().map(|s| s.position).collect();
-        let members = crowd::members(scene, &settings.method);
-        // The stars of the crowd are those that it has now.
-        let gathered = crowd::mask(&members, stars.len());
+        let members = many_lights::members(scene, &settings.method);
+        // the gathered stars are those that it has now.
+        let gathered = many_lights::mask(&members, stars.len());
         let parted =
             self.marched.len() + members.len() == stars.len() && self.marched.iter().all(|star| gathered.get(*star) == Some(&false));
         if parted && stars.len() == self.stars.len() && sigma_v_per_pc(scene) == self.sigma_v_per_pc {
             let moved: Vec<usize> = (0..stars.len()).filter(|s| stars[*s] != self.stars[*s]).collect();
             if moved.is_empty() {
-                let led = self.crowd.as_ref().and_then(|crowd| crowd.led_by(&members));
+                let led = self.many_lights.as_ref().and_then(|many_lights| many_lights.led_by(&members));
                 return Ok(Some(match led {
-                    Some(crowd) => Arc::new(Self { crowd: Some(Arc::new(crowd)), ..(**self).clone() }),
+                    Some(many_lights) => Arc::new(Self { many_lights: Some(Arc::new(many_lights)), ..(**self).clone() }),
                     None => self.clone(),
                 }));
             }
@@ -200,9 +200,9 @@ impl Space {
         else {
             return false;
         };
-        if let Some(crowd) = &self.crowd {
-            let Some(scaled) = crowd.scaled(ratio, &dust) else { return false };
-            self.crowd = Some(Arc::new(scaled));
+        if let Some(many_lights) = &self.many_lights {
+            let Some(scaled) = many_lights.scaled(ratio, &dust) else { return false };
+            self.many_lights = Some(Arc::new(scaled));
         }
         for volume in &mut self.volumes {
             let (channels, depths) = (volume.channels.len(), depths(volume));
@@ -340,7 +340,7 @@ impl Space {
             let stars = v.channels.iter().enumerate().filter(|(_, c)| matches!(c, Channel::StarDepth(_)));
             stars.map(|(slot, _)| f64::from(star_depth::deepest(v, slot, &self.bricks[0]))).fold(0.0, f64::max)
         };
-        let gathered = self.crowd.as_ref().map_or(0.0, |crowd| crowd.deepest(&self.bricks[0]));
+        let gathered = self.many_lights.as_ref().map_or(0.0, |many_lights| many_lights.deepest(&self.bricks[0]));
         self.volumes.iter().map(of).fold(gathered, f64::max)
     }
 
@@ -405,7 +405,7 @@ impl Space {
                 let share = (before * cells, self.marched.len() as u64 * cells);
                 star_depth::bake(dust, self.stars[star], volume, slot, share, control)?;
             }
-            (Channel::Dust | Channel::StarDepth(_), None) | (Channel::Light(_) | Channel::Diffuse(_), _) => {}
+            (Channel::Dust | Channel::StarDepth(_), None) | (Channel::Light(_) | Channel::MultipleScattering(_), _) => {}
         }
         Ok(())
     }
@@ -474,7 +474,7 @@ impl Space {
     /// Bytes of all grids.
     pub fn bytes(&self) -> u64 {
         let own = self.dust.iter().map(|d| d.data.len()).sum::<usize>() + self.emission.iter().map(|e| e.data.len()).sum::<usize>();
-        let gathered = self.crowd.as_ref().map_or(0, |crowd| crowd.bytes());
+        let gathered = self.many_lights.as_ref().map_or(0, |many_lights| many_lights.bytes());
         self.volumes.iter().map(Volume::bytes).sum::<u64>() + 4 * own as u64 + gathered
     }
 
@@ -523,7 +523,7 @@ mod tests {
         Plan::sampled(&pair(&cloud(), place, 4.0), &Options::default(), 20, &Control::default()).unwrap()
     }
 
-    fn data(space: &Space) -> Vec<Vec<f32>> {
+    fn data(space: &SpatialPlan) -> Vec<Vec<f32>> {
         space.volumes.iter().map(|v| v.data.clone()).collect()
     }
 
@@ -533,10 +533,10 @@ mod tests {
     fn spaces_follow_their_scenes() {
         let (cloud, control) = (cloud(), Control::default());
         let first = pair(&cloud, BEFORE, 4.0);
-        let space = Arc::new(Space::new(&first, &settings(&first), &control).unwrap());
+        let space = Arc::new(SpatialPlan::new(&first, &settings(&first), &control).unwrap());
         let follow = |scene: Scene| {
             let followed = space.follow(&scene, &settings(&scene), &control).unwrap();
-            (followed, Space::new(&scene, &settings(&scene), &control).unwrap())
+            (followed, SpatialPlan::new(&scene, &settings(&scene), &control).unwrap())
         };
         let mut colder = first.clone();
         colder.stars[0] = star(5000.0, 1.0, first.stars[0].position);

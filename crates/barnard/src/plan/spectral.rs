@@ -6,16 +6,16 @@ use rayon::prelude::*;
 use spectra::passband::Passband;
 use spectra::rule::{BandProblem, BandRule, Form, Node, Source};
 
-use super::{Crowd, Settings};
+use super::{ManyLights, Settings};
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::light::{Light, Path, factor, law};
+use crate::light::{Light, Route, factor, law};
 use crate::phase::Phase;
 use crate::scene::Scene;
 
 /// The rules of all passbands.
 #[derive(Debug)]
-pub struct Spectral {
+pub struct SpectralPlan {
     /// The method's name.
     pub method: &'static str,
     /// The accuracy it was asked for [1].
@@ -49,14 +49,14 @@ impl std::fmt::Debug for BandPlan {
     }
 }
 
-impl Spectral {
+impl SpectralPlan {
     /// p(cos θ) at the middle wavelength of the first band, for what needs no spectrum [sr⁻¹].
     pub fn phase_factor(&self, cosine: f64) -> f64 {
         self.phase_at_pivot.as_ref().map_or(1.0 / spectra::constants::SPHERE, |p| p.0.at(cosine, p.1))
     }
 }
 
-impl Spectral {
+impl SpectralPlan {
     /// The angle at which the phase function has half of what it has forwards [rad]; π where it has no less.
     pub fn forward_peak(&self) -> f64 {
         let Some((phase, pivot)) = &self.phase_at_pivot else { return std::f64::consts::PI };
@@ -73,9 +73,9 @@ pub struct PhaseTable {
     pub entries: usize,
     /// Whether one p(θ) serves all wavelengths: each light then has one number an entry, which multiplies its weights.
     pub separable: bool,
-    /// For each light that is scattered: entry × term, a term being a node of the rule or a band of a lookup; empty for the others and those of the crowd.
+    /// For each light that is scattered: entry × term, a term being a node of the rule or a band of a lookup; empty for the others and those of the gathered stars.
     pub weights: Vec<Vec<f32>>,
-    /// The phase function at the nodes themselves, for the crowd: entry × term, one number an entry where it is separable; empty where there is no crowd.
+    /// The phase function at the nodes themselves, for many lights: entry × term, one number an entry where it is separable; empty where there are no many lights.
     pub at_nodes: Vec<f32>,
 }
 
@@ -99,12 +99,12 @@ const STRONGEST: f64 = 1e28;
 const CERTIFIED_COSINES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const MAX_PHASE_ENTRIES: usize = 4096;
 
-impl Spectral {
+impl SpectralPlan {
     /// Solves the rule for every passband of `scene`, for optical depths up to `depth`.
     pub(crate) fn new(
         scene: &Scene,
         lights: &[Light],
-        crowd: Option<&Crowd>,
+        many_lights: Option<&ManyLights>,
         settings: &Settings,
         depth: f64,
         control: &Control,
@@ -141,7 +141,7 @@ impl Spectral {
             .collect::<Result<Vec<BandPlan>>>()?;
         let pivot = bands.first().map_or(0.55, |b| b.band.pivot().0);
         let anisotropic = phase.filter(|p| !p.is_isotropic());
-        let table = anisotropic.as_ref().map(|p| phase_table(&**p, (lights, crowd), &bands, pivot, method.accuracy));
+        let table = anisotropic.as_ref().map(|p| phase_table(&**p, (lights, many_lights), &bands, pivot, method.accuracy));
         let measures = bands.iter().flat_map(|b| &b.sources).flat_map(|s| &s.measure.k);
         let least_k = measures.copied().fold(f64::INFINITY, f64::min);
         Ok(Self {
@@ -218,9 +218,9 @@ pub(super) fn support_um(scene: &Scene) -> (f64, f64) {
 }
 
 fn source(scene: &Scene, light: &Light, band: &Passband, law: &Arc<spectra::extinction::Extinction>) -> Source {
-    let mut source = Source::new(&light.name, band, &light.spectrum, &***law, factor(light.path, scene.dust.as_ref()));
+    let mut source = Source::new(&light.name, band, &light.spectrum, &***law, factor(light.route, scene.dust.as_ref()));
     let spectral = scene.dust.as_ref().map(|d| d.phase.clone()).filter(|p| p.is_spectral());
-    if let (Path::Scattered { .. }, Some(phase)) = (light.path, spectral) {
+    if let (Route::Scattered { .. }, Some(phase)) = (light.route, spectral) {
         for cosine in CERTIFIED_COSINES {
             let phase = phase.clone();
             source.variants.push(Box::new(move |lambda| phase.at(cosine, lambda)));
@@ -251,7 +251,7 @@ fn cosine(u: f64) -> f64 {
 
 fn phase_table(
     phase: &dyn Phase,
-    (lights, crowd): (&[Light], Option<&Crowd>),
+    (lights, many_lights): (&[Light], Option<&ManyLights>),
     bands: &[BandPlan],
     pivot: f64,
     accuracy: f64,
@@ -273,7 +273,7 @@ fn phase_table(
         .iter()
         .enumerate()
         .map(|(light, l)| {
-            if !matches!(l.path, Path::Scattered { star } if crowd.is_none_or(|c| !c.holds(star))) {
+            if !matches!(l.route, Route::Scattered { star } if many_lights.is_none_or(|c| !c.holds(star))) {
                 return Vec::new();
             }
             if separable {
@@ -292,6 +292,6 @@ fn phase_table(
         let count = if separable { 1 } else { nodes.len() };
         nodes[..count.min(nodes.len())].iter().map(move |node| phase.at(cosine, if separable { pivot } else { node.lambda_um }) as f32)
     };
-    let at_nodes = if crowd.is_some() { (0..entries).flat_map(of_nodes).collect() } else { Vec::new() };
+    let at_nodes = if many_lights.is_some() { (0..entries).flat_map(of_nodes).collect() } else { Vec::new() };
     PhaseTable { entries, separable, weights, at_nodes }
 }

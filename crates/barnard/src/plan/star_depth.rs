@@ -1,6 +1,6 @@
 //! Star depths: the optical depth at V from a star to every voxel centre.
 //!
-//! They are swept by `pyramid`, then moved by −δ²/12 along each axis: a trilinear interpolant of a curved function lies on one side of it, and after
+//! They are swept by `frustum_sweep`, then moved by −δ²/12 along each axis: a trilinear interpolant of a curved function lies on one side of it, and after
 //! that its mean over a voxel is right to the fourth order, so that what is left averages out along a ray.
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::pyramid::sweep;
+use super::frustum_sweep::sweep;
 use super::{Bricks, Volume};
 use crate::control::{Control, Stage};
 use crate::error::Result;
@@ -154,7 +154,7 @@ mod tests {
         }
     }
 
-    /// Stars with equal coordinates, inside and outside, whose diagonals run through voxel centres only to rounding: no voxel is left to no pyramid.
+    /// Stars with equal coordinates, inside and outside, whose diagonals run through voxel centres only to rounding: no voxel is left to no frustum.
     #[test]
     fn no_voxel_between_pyramids_is_left_out() {
         let lattice = Lattice { dims: [12; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) };

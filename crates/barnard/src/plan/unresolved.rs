@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Space, Spectral};
+use super::{SpatialPlan, SpectralPlan};
 use crate::error::Result;
 use crate::light::Light;
 use crate::points::{self, Point, Sources};
@@ -20,10 +20,10 @@ pub struct Unresolved {
 /// Most stars that are asked.
 const ASKED: usize = 64;
 /// A star of which less than this is left is compared with this part of its light without dust.
-const LEAST_LEFT: f64 = 1e-3;
+const MIN_LEFT: f64 = 1e-3;
 
 /// Fluxes through the dust itself beside those through its samples, of stars that are taken evenly from those in view; none where dust is a grid or there are no stars.
-pub fn error(scene: &Scene, space: &Space, spectral: &Spectral, lights: &[Light]) -> Result<Option<Unresolved>> {
+pub fn error(scene: &Scene, space: &SpatialPlan, spectral: &SpectralPlan, lights: &[Light]) -> Result<Option<Unresolved>> {
     let Some(occupied) = space.occupied.filter(|_| space.depth_is_sampled()) else { return Ok(None) };
     let camera = &scene.camera;
     let points = points::points(Sources::All, (scene, camera), lights)?;
@@ -42,7 +42,7 @@ pub fn error(scene: &Scene, space: &Space, spectral: &Spectral, lights: &[Light]
     let of_band = |band: &super::BandPlan| {
         let off = |(light, sampled, truly): &(usize, f64, f64)| {
             let [bare, sampled, truly] = [0.0, *sampled, *truly].map(|depth| band.rule.evaluate(*light, depth));
-            if bare > 0.0 { ((sampled - truly) / truly.max(LEAST_LEFT * bare)).powi(2) } else { 0.0 }
+            if bare > 0.0 { ((sampled - truly) / truly.max(MIN_LEFT * bare)).powi(2) } else { 0.0 }
         };
         (depths.iter().map(off).sum::<f64>() / depths.len() as f64).sqrt()
     };

@@ -20,7 +20,7 @@ pub enum Channel {
     /// Light of all stars, in one element and polynomial.
     Light(usize),
     /// Source function towards the eye of light that was scattered before, of one term [W m⁻² sr⁻¹].
-    Diffuse(usize),
+    MultipleScattering(usize),
 }
 
 /// Fields on one lattice: depth × height × width × channels, f32.

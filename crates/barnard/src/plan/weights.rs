@@ -1,7 +1,7 @@
 //! The plan's spectral side as a march reads it: the weight of each term for each light, in f32.
 
 use super::Plan;
-use crate::light::Path;
+use crate::light::Route;
 
 /// A light that is scattered, and how.
 #[derive(Debug, Clone)]
@@ -34,8 +34,8 @@ pub struct Weights {
     pub band_of: Vec<usize>,
     /// Lights scattered by dust, star by star.
     pub scattered: Vec<Scatterer>,
-    /// Weights of each term for the stars of the crowd, in its order, 1/4π included where scattering is isotropic.
-    pub crowd: Vec<Vec<f32>>,
+    /// Weights of each term for the gathered stars, in its order, 1/4π included where scattering is isotropic.
+    pub many_lights: Vec<Vec<f32>>,
     /// Lights of gas.
     pub emitted: Vec<Emitter>,
     /// The light that is the background.
@@ -49,26 +49,27 @@ impl Weights {
         let band_of: Vec<usize> = spectral.bands.iter().enumerate().flat_map(|(b, p)| vec![b; p.terms()]).collect();
         let isotropic = if spectral.phase.is_some() { 1.0 } else { 1.0 / spectra::constants::SPHERE as f32 };
         let (mut scattered, mut emitted, mut background) = (Vec::new(), Vec::new(), None);
-        let crowd = plan.space.crowd.as_deref();
+        let many_lights = plan.space.many_lights.as_deref();
         let mut gathered = vec![Vec::new(); plan.space.stars.len()];
         for (light, l) in plan.lights.iter().enumerate() {
-            match l.path {
-                Path::Scattered { .. } if plan.light_field.is_some() => {}
-                Path::Scattered { star } if crowd.is_some_and(|c| c.holds(star)) => {
+            match l.route {
+                Route::Scattered { .. } if plan.light_field.is_some() => {}
+                Route::Scattered { star } if many_lights.is_some_and(|c| c.holds(star)) => {
                     gathered[star] = weights(plan, light).iter().map(|w| w * isotropic).collect();
                 }
-                Path::Scattered { star } => {
+                Route::Scattered { star } => {
                     let weights: Vec<f32> = weights(plan, light).iter().map(|w| w * isotropic).collect();
                     let brightest = brightest(plan, light, &weights);
                     scattered.push(Scatterer { light, star, weights, brightest });
                 }
-                Path::Emitted { species } => emitted.push(Emitter { light, species, weights: weights(plan, light) }),
-                Path::Background => background = Some(light),
-                Path::Direct { .. } | Path::FieldStar { .. } => {}
+                Route::Emitted { species } => emitted.push(Emitter { light, species, weights: weights(plan, light) }),
+                Route::Background => background = Some(light),
+                Route::Direct { .. } | Route::FieldStar { .. } => {}
             }
         }
-        let crowd = crowd.map_or_else(Vec::new, |crowd| crowd.stars.iter().map(|star| std::mem::take(&mut gathered[*star])).collect());
-        Self { band_of, scattered, crowd, emitted, background }
+        let many_lights = many_lights
+            .map_or_else(Vec::new, |many_lights| many_lights.stars.iter().map(|star| std::mem::take(&mut gathered[*star])).collect());
+        Self { band_of, scattered, many_lights, emitted, background }
     }
 }
 

@@ -29,7 +29,7 @@ pub enum StarDepth {
     /// Marched again at every sample.
     Marched,
     /// Nowhere: the light of all stars is gathered in voxels once.
-    Gathered,
+    LightField,
 }
 
 impl std::fmt::Debug for MethodEntry {
@@ -46,14 +46,22 @@ impl PartialEq for MethodEntry {
 
 /// Methods beside the rules over cached star depths: rule, name, summary, star depths.
 const OTHERS: [(&str, &str, &str, StarDepth); 2] = [
-    ("newton", "double_integration", "newton with the star depth marched again at every sample: the deck's baseline", StarDepth::Marched),
+    (
+        "midpoint",
+        "double_integration",
+        "midpoint with the star depth marched again at every sample: Barrès & Neyret's baseline",
+        StarDepth::Marched,
+    ),
     (
         "projection",
         "propagation",
-        "projection with the light of all stars gathered in voxels as polynomials: the deck's many lights; scatters evenly",
-        StarDepth::Gathered,
+        "projection with the light of all stars gathered in voxels as polynomials: Barrès & Neyret's many lights; scatters evenly",
+        StarDepth::LightField,
     ),
 ];
+
+/// Names that methods had before, and have now.
+const ALIASES: [(&str, &str); 1] = [("newton", "midpoint")];
 
 /// All methods, the default first.
 pub fn methods() -> impl Iterator<Item = MethodEntry> {
@@ -106,6 +114,7 @@ impl Default for Method {
 impl Method {
     /// The method called `name` in place of this one's.
     pub fn with_name(mut self, name: &str) -> spectra::Result<Self> {
+        let name = ALIASES.iter().find(|(before, _)| *before == name).map_or(name, |(_, now)| now);
         let known: Vec<&str> = methods().map(|m| m.name).collect();
         self.entry = methods().find(|m| m.name == name).ok_or_else(|| spectra::SpectraError::unknown("method", name, &known))?;
         Ok(self)
@@ -130,7 +139,7 @@ pub(super) const KEYS: &[Key] = &[
         "domain",
         "list of texts",
         "each band's own (projection: that of all bands)",
-        "wavelengths between which newton, gauss_legendre, preintegrated, analytic and projection work, such as [\"300 nm\", \"1 um\"]",
+        "wavelengths between which midpoint, gauss_legendre, preintegrated, analytic and projection work, such as [\"300 nm\", \"1 um\"]",
     ),
     Key::optional("degree", "integer", "5", "degree of the polynomials that stand for spectra in analytic"),
     Key::optional("range", "number", "what the scene reaches", "largest optical depth that the basis of projection is made for"),

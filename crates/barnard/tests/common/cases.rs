@@ -92,12 +92,12 @@ fn toml(case: &Value) -> String {
             number(&emission["continuum_slope"])
         );
     }
-    for (name, window) in case["filters"].as_object().expect("filters") {
+    for (name, kernel) in case["filters"].as_object().expect("filters") {
         let _ = write!(
             t,
             "[[band]]\nname = \"{name}\"\nkind = \"cos2\"\ncentre = \"{:?} nm\"\nhalf_width = \"{:?} nm\"\n",
-            number(&window[0]),
-            number(&window[1])
+            number(&kernel[0]),
+            number(&kernel[1])
         );
     }
     t

@@ -22,7 +22,7 @@ pub struct Bench {
     /// Edge of the small image whose error is measured against the reference; 0 leaves the errors out
     #[arg(long, default_value_t = 48)]
     error_size: usize,
-    /// Which methods, such as band_quadrature,newton; all if not given
+    /// Which methods, such as band_quadrature,midpoint; all if not given
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     methods: Option<Vec<String>>,
     /// What renders; methods that it does not do are left out

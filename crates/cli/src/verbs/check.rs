@@ -30,7 +30,7 @@ impl Check {
 }
 
 /// Stars that are told one by one.
-const MOST_STARS: usize = 12;
+const MAX_STARS: usize = 12;
 
 fn describe(scene: &Scene) {
     let camera = &scene.camera;
@@ -42,11 +42,11 @@ fn describe(scene: &Scene) {
             say!("dust      law {}, box {}, {}", dust.extinction.name, size(dust.density.bounds().size()), lattice(&*dust.density))
         }
     }
-    for star in scene.stars.iter().take(MOST_STARS) {
+    for star in scene.stars.iter().take(MAX_STARS) {
         say!("star      {} at {}, L_lambda(550 nm) {:.3e} W/um", star.name, place(star.position), star.spectrum.continuum(0.55));
     }
-    if scene.stars.len() > MOST_STARS {
-        say!("star      and {} more", scene.stars.len() - MOST_STARS);
+    if scene.stars.len() > MAX_STARS {
+        say!("star      and {} more", scene.stars.len() - MAX_STARS);
     }
     for gas in &scene.emission {
         say!("emission  {}: {} lines, {}", gas.name, gas.spectrum.lines().len(), lattice(&*gas.density));

@@ -32,7 +32,7 @@ pub struct Referee {
 }
 
 /// Most paths of a pixel: their number is exact in a double.
-const MOST: u64 = 1 << 40;
+const MAX: u64 = 1 << 40;
 
 impl Referee {
     /// Whether anything of it was said.
@@ -49,8 +49,8 @@ impl Referee {
             seed: self.seed.unwrap_or(defaults.seed),
             ..defaults
         };
-        if !(1..=MOST).contains(&options.samples) {
-            bail!("--samples {} lies outside of 1 to {MOST}", options.samples);
+        if !(1..=MAX).contains(&options.samples) {
+            bail!("--samples {} lies outside of 1 to {MAX}", options.samples);
         }
         if let Some(target) = options.target_error.filter(|t| !(1e-6..1.0).contains(t)) {
             bail!("--target-error {target} lies outside of 1e-6 to 1");

@@ -37,7 +37,7 @@ struct Frame {
 @group(0) @binding(3) var<storage, read> brick_distances: array<u32>;
 @group(0) @binding(4) var<storage, read_write> picture: array<f32>;
 // The largest depth met, whether a ray paused, and whether one paused too late.
-@group(0) @binding(5) var<storage, read_write> found: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> stats: array<atomic<u32>>;
 // Rays that pause, number × ray.
 @group(0) @binding(6) var<storage, read_write> paused: array<f32>;
 

@@ -86,7 +86,7 @@ fn masked(p: vec3f, mask: ptr<function, array<f32, QUADS>>) -> array<vec4f, QUAD
     return values;
 }
 
-// In how many parts the step from `start` must be marched; the deck's own form takes its samples and no more.
+// In how many parts the step from `start` must be marched; Barrès & Neyret's own form takes its samples and no more.
 fn parts_of(ray: Ray, start: f32, dt: f32) -> f32 {
     var most = 1.0;
     if STAR_MARCH {
@@ -101,7 +101,7 @@ fn parts_of(ray: Ray, start: f32, dt: f32) -> f32 {
 }
 
 // How many of the voxels that are shortest along a direction there are in a pc.
-// twin: barnard::plan::Space::voxel_along
+// twin: barnard::plan::SpatialPlan::voxel_along
 fn voxels_along(direction: vec3f) -> f32 {
     var most = 0.0;
     for (var i = 0u; i < VOXEL_KINDS; i++) {
@@ -281,19 +281,19 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if PAUSES {
         if !loops_turn() {
             // All since the last pause is worth nothing; no loop may say so.
-            atomicMax(&found[2], 1u);
+            atomicMax(&stats[2], 1u);
             if frame.size.w == 0u {
                 paused[number] = -1.0;
             }
             return;
         }
         if !done {
-            atomicMax(&found[1], 1u);
+            atomicMax(&stats[1], 1u);
             pause(&state, number);
             return;
         }
     }
-    atomicMax(&found[0], bitcast<u32>(max(state.deepest, state.tau)));
+    atomicMax(&stats[0], bitcast<u32>(max(state.deepest, state.tau)));
     for (var b = 0u; b < BANDS; b++) {
         let at = b * frame.size.x * frame.strip.w + number;
         var value = state.sum[b];

@@ -1,4 +1,4 @@
-// Orders of scattering by discrete ordinates, for eight terms side by side; see barnard::plan::diffuse::ordinates. A number is at ((cell * HARMONICS) + harmonic) * WIDTH + term.
+// Orders of scattering by discrete ordinates, for eight terms side by side; see barnard::plan::multiple_scattering::ordinates. A number is at ((cell * HARMONICS) + harmonic) * WIDTH + term.
 
 struct Terms {
     // Extinctions, radiance that comes in from around, and factors of a sum.
@@ -44,7 +44,7 @@ struct Plane {
 @group(0) @binding(10) var<storage, read_write> powers: array<vec2f>;
 
 // e^(−Δ), g − e^(−Δ) and 1 − g, with g = (1 − e^(−Δ))/Δ.
-// twin: barnard::plan::diffuse::sweep::shares
+// twin: barnard::plan::multiple_scattering::sweep::shares
 fn shares(depth: f32) -> vec3f {
     let e = exp(-depth);
     if depth < 0.03 {
@@ -69,7 +69,7 @@ fn shares(depth: f32) -> vec3f {
 }
 
 // One plane of cells along all directions of a face.
-// twin: barnard::plan::diffuse::sweep::march_row
+// twin: barnard::plan::multiple_scattering::sweep::march_row
 @compute @workgroup_size(64) fn sweep(@builtin(global_invocation_id) id: vec3u) {
     let t = id.x % WIDTH;
     let number = id.x / WIDTH;

@@ -97,7 +97,7 @@ fn segment(state: ptr<function, State>, ray: Ray, stretch: Stretch, before: ptr<
             } else {
                 scatter_stars(state, ray, stretch, growth, before, after);
             }
-            if CROWD > 0u {
+            if MANY_LIGHTS > 0u {
                 let dust = vec2f((*before)[DUST_QUAD][DUST_LANE], (*after)[DUST_QUAD][DUST_LANE]);
                 scatter_neighbours(state, ray, stretch, growth, dust);
                 // How deep the stars shine is known for all of them alone.

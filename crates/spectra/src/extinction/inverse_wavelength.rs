@@ -1,4 +1,4 @@
-//! The deck's law: extinction proportional to 1/λ.
+//! Barrès & Neyret's law: extinction proportional to 1/λ.
 //!
 //! k(λ) = 0.55 µm / λ
 //!

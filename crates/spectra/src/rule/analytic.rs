@@ -1,4 +1,4 @@
-//! The deck's closed form: k = c/λ and W a polynomial, F(a) = Σ cₙ [λ^(n+1) E_{n+2}(a c/λ)], eq. (13) of docs/method.md.
+//! Barrès & Neyret's closed form: k = c/λ and W a polynomial, F(a) = Σ cₙ [λ^(n+1) E_{n+2}(a c/λ)], eq. (13) of docs/method.md.
 //!
 //! W of each source is fitted by a polynomial over the passband; the fit's error is reported apart, the certificate holds all of it. Lines are no polynomials:
 //! they stay exponentials. See [`crate::polynomial`].
@@ -11,7 +11,7 @@ use crate::polynomial::{Attenuated, Fit, Polynomial};
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "analytic",
-    summary: "exponential integrals of polynomial spectra, for extinction proportional to 1/lambda: the deck's naive analytical method",
+    summary: "exponential integrals of polynomial spectra, for extinction proportional to 1/lambda: Barrès & Neyret's naive analytical method",
     nodes: false,
     solve,
 };

@@ -2,7 +2,7 @@
 //!
 //! F(a) ≈ Σ_j W(λ_j) w_j e^(−a k(λ_j));  fast for smooth weights, slow for tabulated curves with kinks: eq. (8) of docs/method.md.
 
-use super::newton::with_panels;
+use super::midpoint::with_panels;
 use super::{BandProblem, BandRule, RuleEntry};
 use crate::error::Result;
 use crate::quadrature::gauss_legendre;

@@ -18,7 +18,7 @@ mod certificate;
 mod fixed_wavelength;
 mod gauss_legendre;
 mod lookup;
-mod newton;
+mod midpoint;
 mod nodes;
 mod preintegrated;
 mod projection;
@@ -77,7 +77,7 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// Everything by accuracy; degree and criterion are the deck's.
+    /// Everything by accuracy; degree and criterion are Barrès & Neyret's.
     fn default() -> Self {
         Self { count: None, domain_um: None, degree: 5, range: None, criterion: Criterion::Mean }
     }
@@ -227,7 +227,7 @@ pub const RULES: &[RuleEntry] = &[
     preintegrated::ENTRY,
     sampled::ENTRY,
     gauss_legendre::ENTRY,
-    newton::ENTRY,
+    midpoint::ENTRY,
     fixed_wavelength::ENTRY,
 ];
 

@@ -3,7 +3,7 @@
 //!   ∫ W e^(−k a) ds/Δs ≈ Σ_j e^(−k_j a₀) ∫_j W (1 − e^(−k Δ))/(k Δ) dλ,   a from a₀ to a₀ + Δ
 //!
 //! The tables are Engel, Kraus & Ertl's (2001) for a medium whose optical properties are linear in what is stored: of their front value, back value and length
-//! only the segment's depth Δ is left. Factoring the light in front out of each interval is the deck's spectral version.
+//! only the segment's depth Δ is left. Factoring the light in front out of each interval is Barrès & Neyret's spectral version.
 //!
 //! Source: Engel, Kraus & Ertl 2001, Graphics Hardware, doi:10.1145/383507.383515; Barrès & Neyret 2023.
 

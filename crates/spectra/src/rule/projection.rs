@@ -1,4 +1,4 @@
-//! The deck's method: e^(−a k) projected on a few exponentials, F(a) ≈ Σ_i q_i(a) ∫ W Q_i dλ, eq. (17) of docs/method.md.
+//! Barrès & Neyret's method: e^(−a k) projected on a few exponentials, F(a) ≈ Σ_i q_i(a) ∫ W Q_i dλ, eq. (17) of docs/method.md.
 //!
 //! The integrals are constant over a picture, the coordinates q_i(a) a table that all passbands and lights share; see [`crate::basis`]. The basis lives on one
 //! domain for all passbands and one range of the argument; beyond the range the last coordinates are held, and the certificate says what that costs. F̂ can
@@ -10,8 +10,12 @@ use super::{BandProblem, BandRule, Decay, Form, Measure, RuleEntry, Source};
 use crate::basis::{Basis, Criterion, Domain, MAX_SIZE};
 use crate::error::Result;
 
-pub(super) const ENTRY: RuleEntry =
-    RuleEntry { name: "projection", summary: "the deck's projection on 1 to 8 exponentials; size chosen by accuracy", nodes: false, solve };
+pub(super) const ENTRY: RuleEntry = RuleEntry {
+    name: "projection",
+    summary: "Barrès & Neyret's projection on 1 to 8 exponentials; size chosen by accuracy",
+    nodes: false,
+    solve,
+};
 
 /// The part of the accuracy that a basis may use up, as for the default.
 const SHARE: f64 = 0.3;

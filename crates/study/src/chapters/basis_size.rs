@@ -57,7 +57,7 @@ fn run(control: &Control) -> Result<Findings> {
         "5 against the best linear",
     ];
     let text = format!(
-        "Mean over 0 ≤ a ≤ {RANGE} of ‖e^(−a k) − projection‖/‖1‖, k = 0.55 µm/λ, exponents by Nelder–Mead on the deck's criterion. The gain is that of the second to sixth element; gains below {STALLED}, where rounding ends the fall, are left out.\n\n{}\
+        "Mean over 0 ≤ a ≤ {RANGE} of ‖e^(−a k) − projection‖/‖1‖, k = 0.55 µm/λ, exponents by Nelder–Mead on Barrès & Neyret's criterion. The gain is that of the second to sixth element; gains below {STALLED}, where rounding ends the fall, are left out.\n\n{}\
          {} No basis of exponentials can beat the singular vectors; the last column says how near the optimised exponentials come. Raw exponentials lose as many digits \
          as their condition has: coordinates here are those of the orthonormal elements.\n",
         table(&head, &rows),
@@ -83,17 +83,17 @@ fn run(control: &Control) -> Result<Findings> {
     Ok(Findings { figures, text, ..Findings::default() })
 }
 
-/// The deck's gains of an element on its own domain and in the visible, beside what was found.
+/// Barrès & Neyret's gains of an element on its own domain and in the visible, beside what was found.
 fn verdict(gains: &[(f64, f64)]) -> String {
-    let claim = |what: &str, (low, high): (f64, f64), deck: (f64, f64)| {
-        let within = |room: f64| low >= (1.0 - room) * deck.0 && high <= (1.0 + room) * deck.1;
+    let claim = |what: &str, (low, high): (f64, f64), talk: (f64, f64)| {
+        let within = |room: f64| low >= (1.0 - room) * talk.0 && high <= (1.0 + room) * talk.1;
         let holds = match () {
             () if within(0.0) => "holds".to_owned(),
             () if within(ROUGHLY) => format!("holds within {:.0} %", 100.0 * ROUGHLY),
-            () if low <= deck.1 && high >= deck.0 => "holds in part".to_owned(),
+            () if low <= talk.1 && high >= talk.0 => "holds in part".to_owned(),
             () => "does not hold".to_owned(),
         };
-        format!("The deck's ÷ {} to ÷ {} an element {what} {holds}: {low:.1} to {high:.1}.", deck.0, deck.1)
+        format!("Barrès & Neyret's ÷ {} to ÷ {} an element {what} {holds}: {low:.1} to {high:.1}.", talk.0, talk.1)
     };
     let square = (gains[0].0.powi(2), gains[0].1.powi(2));
     [

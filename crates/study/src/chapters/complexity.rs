@@ -9,7 +9,7 @@ use crate::{Axis, Chapter, Figure, Findings, Result, Series};
 pub(super) const CHAPTER: Chapter = Chapter {
     name: "complexity",
     title: "8. Complexity",
-    question: "Time of a frame against samples N, wavelengths M, elements C_B, degree and lights L, as a fitted power beside the deck's formulas.",
+    question: "Time of a frame against samples N, wavelengths M, elements C_B, degree and lights L, as a fitted power beside Barrès & Neyret's formulas.",
     run,
 };
 
@@ -19,8 +19,8 @@ const BAKE: usize = 64;
 /// One quantity that grows.
 struct Growth {
     what: &'static str,
-    /// The deck's formula, and the powers it gives.
-    deck: Option<(&'static str, f64, f64)>,
+    /// Barrès & Neyret's formula, and the powers it gives.
+    talk: Option<(&'static str, f64, f64)>,
     values: &'static [usize],
     contender: fn(usize) -> Contender,
     stars: fn(usize) -> usize,
@@ -29,84 +29,84 @@ struct Growth {
 const GROWTHS: &[Growth] = &[
     Growth {
         what: "double_integration over N",
-        deck: Some(("N (M + N)", 1.0, 2.0)),
+        talk: Some(("N (M + N)", 1.0, 2.0)),
         values: &[25, 50, 100, 200],
         contender: |n| Contender { steps: n, ..Contender::new("double_integration", Some(30)) },
         stars: |_| 1,
     },
     Growth {
         what: "double_integration over M",
-        deck: Some(("N (M + N)", 0.0, 1.0)),
+        talk: Some(("N (M + N)", 0.0, 1.0)),
         values: &[10, 20, 40, 80],
         contender: |m| Contender::new("double_integration", Some(m)),
         stars: |_| 1,
     },
     Growth {
-        what: "newton over N",
-        deck: Some(("N M", 1.0, 1.0)),
+        what: "midpoint over N",
+        talk: Some(("N M", 1.0, 1.0)),
         values: &[50, 100, 200, 400],
-        contender: |n| Contender { steps: n, ..Contender::new("newton", Some(30)) },
+        contender: |n| Contender { steps: n, ..Contender::new("midpoint", Some(30)) },
         stars: |_| 1,
     },
     Growth {
-        what: "newton over M",
-        deck: Some(("N M", 1.0, 1.0)),
+        what: "midpoint over M",
+        talk: Some(("N M", 1.0, 1.0)),
         values: &[10, 20, 40, 80, 160],
-        contender: |m| Contender::new("newton", Some(m)),
+        contender: |m| Contender::new("midpoint", Some(m)),
         stars: |_| 1,
     },
     Growth {
         what: "projection over N",
-        deck: Some(("N C_B", 1.0, 1.0)),
+        talk: Some(("N C_B", 1.0, 1.0)),
         values: &[50, 100, 200, 400],
         contender: |n| Contender { steps: n, ..Contender::new("projection", Some(3)) },
         stars: |_| 1,
     },
     Growth {
         what: "projection over C_B",
-        deck: Some(("N C_B", 1.0, 1.0)),
+        talk: Some(("N C_B", 1.0, 1.0)),
         values: &[1, 2, 3, 4, 5, 6, 8],
         contender: |c| Contender::new("projection", Some(c)),
         stars: |_| 1,
     },
     Growth {
         what: "analytic over degree + 1",
-        deck: Some(("N (degree + 1)", 1.0, 1.0)),
+        talk: Some(("N (degree + 1)", 1.0, 1.0)),
         values: &[2, 3, 5, 7, 10],
         contender: |d| Contender { degree: d - 1, ..Contender::new("analytic", None) },
         stars: |_| 1,
     },
     Growth {
         what: "band_quadrature over nodes",
-        deck: None,
+        talk: None,
         values: &[1, 2, 3, 4, 6, 8],
         contender: |n| Contender::new("band_quadrature", Some(n)),
         stars: |_| 1,
     },
     Growth {
         what: "band_quadrature over L",
-        deck: None,
+        talk: None,
         values: &[1, 2, 4, 8, 16],
         contender: |_| Contender::new("band_quadrature", Some(2)),
         stars: |l| l,
     },
     Growth {
         what: "projection over L",
-        deck: Some(("N C_B L", 1.0, 1.0)),
+        talk: Some(("N C_B L", 1.0, 1.0)),
         values: &[1, 2, 4, 8, 16],
         contender: |_| Contender::new("projection", Some(4)),
         stars: |l| l,
     },
     Growth {
         what: "propagation over L",
-        deck: Some(("independent", 0.0, 0.0)),
+        talk: Some(("independent", 0.0, 0.0)),
         values: &[1, 2, 4, 8, 16],
         contender: |_| Contender::new("propagation", Some(4)),
         stars: |l| l,
     },
     Growth {
         what: "propagation over C_B",
-        deck: Some(("N C_B²", 2.0, 2.0)),
+        talk: Some(("N C_B²", 2.0, 2.0)),
         values: &[2, 3, 4, 6, 8],
         contender: |c| Contender::new("propagation", Some(c)),
         stars: |_| 4,
@@ -125,7 +125,7 @@ fn run(control: &Control) -> Result<Findings> {
         }
         let listed: Vec<String> = points.iter().map(|(v, s)| format!("{v}: {}", short(*s))).collect();
         let power = power(&points);
-        let (formula, beside) = growth.deck.map_or(("-".into(), "-".into()), |(formula, low, high)| {
+        let (formula, beside) = growth.talk.map_or(("-".into(), "-".into()), |(formula, low, high)| {
             let expected = if low == high { format!("{low}") } else { format!("{low} to {high}") };
             let distance = if power < low { power - low } else { (power - high).max(0.0) };
             (format!("{formula}: {expected}"), format!("{distance:+.2}"))
@@ -134,10 +134,10 @@ fn run(control: &Control) -> Result<Findings> {
         series.push(Series { name: growth.what.into(), points });
     }
     let text = format!(
-        "The deck's scene on {BAKE}³ voxels, {EDGE} × {EDGE} pixels; a power p means time ∝ quantity^p, by least squares in the logarithms; beside it, how far it lies outside of what the formula gives. What every sample costs anyway (reading the volume) makes \
+        "Barrès & Neyret's scene on {BAKE}³ voxels, {EDGE} × {EDGE} pixels; a power p means time ∝ quantity^p, by least squares in the logarithms; beside it, how far it lies outside of what the formula gives. What every sample costs anyway (reading the volume) makes \
          powers smaller than those of the formulas, which count spectral work alone. The closed form jumps where the terms of its polynomial cancel so much that f32 would lose them and \
          f64 takes over; a light field grows with the stars only until its polynomials span their spectra.\n\n{}",
-        table(&["quantity", "the deck's formula: power", "fitted power", "outside by", "seconds a frame"], &rows)
+        table(&["quantity", "Barrès & Neyret's formula: power", "fitted power", "outside by", "seconds a frame"], &rows)
     );
     let figure = Figure {
         name: "complexity".into(),

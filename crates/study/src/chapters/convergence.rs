@@ -10,7 +10,7 @@ use crate::{Axis, Chapter, Figure, Findings, Result, Series};
 pub(super) const CHAPTER: Chapter = Chapter {
     name: "convergence",
     title: "1. Convergence on one integral",
-    question: "The deck's example f(x) = ((x−1)(x−.2)(x−.5)(x−.7)·x·100 + 1)·e^(−.1/x) over [0, 1]: how many evaluations, elements or nodes for which error?",
+    question: "Barrès & Neyret's example f(x) = ((x−1)(x−.2)(x−.5)(x−.7)·x·100 + 1)·e^(−.1/x) over [0, 1]: how many evaluations, elements or nodes for which error?",
     run,
 };
 
@@ -48,7 +48,7 @@ fn run(control: &Control) -> Result<Findings> {
     let error = |value: f64| (value / truth - 1.0).abs();
     let trial = Trial::interval((0.0, 1.0), polynomial, |x| 0.55 / x.max(1e-300));
     let mut series = vec![
-        Series { name: "midpoint (newton)".into(), points: counts.map(|n| (n as f64, error(midpoint(n)))).to_vec() },
+        Series { name: "midpoint".into(), points: counts.map(|n| (n as f64, error(midpoint(n)))).to_vec() },
         Series {
             name: "Simpson".into(),
             points: counts.iter().filter(|n| **n > 2).map(|n| n | 1).map(|n| (n as f64, error(simpson(n)))).collect(),

@@ -19,7 +19,7 @@ pub(super) const CHAPTER: Chapter = Chapter {
 };
 
 const METHODS: [(&str, Option<usize>); 7] = [
-    ("newton", Some(30)),
+    ("midpoint", Some(30)),
     ("gauss_legendre", Some(8)),
     ("projection", Some(3)),
     ("projection", Some(5)),

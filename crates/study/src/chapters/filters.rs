@@ -25,7 +25,7 @@ const METHODS: [(&str, &[usize]); 6] = [
     ("band_quadrature", &[1, 2, 3, 4, 5, 6]),
     ("projection", &[1, 2, 3, 4, 5, 6]),
     ("gauss_legendre", &[2, 4, 8, 16, 32]),
-    ("newton", &[4, 8, 15, 30, 60]),
+    ("midpoint", &[4, 8, 15, 30, 60]),
     ("sampled", &[1, 4, 16]),
     ("preintegrated", &[4, 16, 64]),
 ];
@@ -119,7 +119,7 @@ fn run(control: &Control) -> Result<Findings> {
     let time_rows: Vec<Vec<String>> =
         times.iter().map(|t| vec![t.name.to_owned(), t.count.map_or("-".into(), |n| n.to_string()), short(t.seconds)]).collect();
     let text = format!(
-        "Times are of the deck's scene, one star, one filter, {EDGE} × {EDGE} pixels, N = 100. Errors are the certificates of the rules, made for each filter and depth alone (projection's D is the filter's \
+        "Times are of Barrès & Neyret's scene, one star, one filter, {EDGE} × {EDGE} pixels, N = 100. Errors are the certificates of the rules, made for each filter and depth alone (projection's D is the filter's \
          own support, which favours it).\n\n{}### The default beside projection at equal time\n\nError of projection with 2 to 5 elements over that of the best band quadrature that takes no longer (within {:.0} %; the shortest of {ROUNDS} frames each, in turn); 0 where none does, - where there is no such basis.\n\n{}\
          At least 10 times as exact as projection in {better} of {} comparisons; the least is {}. {} The frames of 1 to 4 nodes or elements differ by {:.0} % at most, which is noise on a shared machine as well; with as many nodes as elements, which is no timing, the least is {}, the median {}.\n\n{noise}### What 1e-3 costs\n\nOn {} up to depth {}: the smallest size tried whose error is at most {WANTED:.0e}, and its frame beside the default's.\n\n{}{}",
         table(&["method", "size", "frame [s]"], &time_rows),
@@ -201,7 +201,7 @@ fn sorted(values: &[f64]) -> Vec<f64> {
 const WHEN: &str = "### Which to use\n\n\
     - `band_quadrature`: always, unless one of the following asks for another.\n\
     - `lookup`: one light a filter and isotropic scattering, as exact as wanted at one table read.\n\
-    - `projection`: when plates shall be kept whose filter or star changes after the march, or to compare with the deck.\n\
+    - `projection`: when plates shall be kept whose filter or star changes after the march, or to compare with Barrès & Neyret.\n\
     - `propagation`: very many stars, where their own neighbourhoods do not matter.\n\
     - `sampled`: when bias is worse than noise.\n\
-    - `newton`, `gauss_legendre`, `preintegrated`, `analytic`: to compare.\n";
+    - `midpoint`, `gauss_legendre`, `preintegrated`, `analytic`: to compare.\n";

@@ -1,4 +1,4 @@
-//! The deck's two tables.
+//! Barrès & Neyret's two tables.
 
 use barnard::control::Control;
 use barnard::image::Image;
@@ -10,8 +10,8 @@ use crate::{Chapter, Findings, Picture, Result};
 
 pub(super) const CHAPTER: Chapter = Chapter {
     name: "frames",
-    title: "6. The deck's two tables",
-    question: "Time of a frame (512 × 512, N = 100, M = 30, degree 5) and error against the reference: one light with C_B = 3, six lights with C_B = 4; the deck says newton 260, analytic 160, projection \
+    title: "6. Barrès & Neyret's two tables",
+    question: "Time of a frame (512 × 512, N = 100, M = 30, degree 5) and error against the reference: one light with C_B = 3, six lights with C_B = 4; Barrès & Neyret say newton 260, analytic 160, projection \
                30 ms with one light, 2500 against 30 ms with six.",
     run,
 };
@@ -38,11 +38,11 @@ fn tables() -> [Table; 2] {
         ("double_integration", Some(30)),
         ("analytic", None),
         ("projection", Some(3)),
-        ("newton", Some(30)),
+        ("midpoint", Some(30)),
         ("lookup", None),
         ("band_quadrature", Some(2)),
     ];
-    // The closed form takes minutes with six lights; the deck has it with one alone.
+    // The closed form takes minutes with six lights; Barrès & Neyret have it with one alone.
     let mut six: Vec<_> = one.iter().copied().filter(|(method, _)| *method != "analytic").collect();
     six[1] = ("projection", Some(4));
     six.insert(2, ("propagation", Some(4)));
@@ -92,7 +92,10 @@ fn run(control: &Control) -> Result<Findings> {
         });
         findings.text += &format!(
             "### {name}\n\n{}",
-            table(&["method", "frame [s]", "times faster than the deck's newton", "error", "without the brightest twentieth"], &rows)
+            table(
+                &["method", "frame [s]", "times faster than Barrès & Neyret's newton", "error", "without the brightest twentieth"],
+                &rows
+            )
         );
         let of = |method: &str| timed.iter().find(|(c, _)| c.method == method).map_or(f64::NAN, |(_, s)| *s);
         let claims = claims(stars, slowest, of("analytic"), of("projection"), of("propagation"), of("band_quadrature"));
@@ -102,7 +105,7 @@ fn run(control: &Control) -> Result<Findings> {
     }
     findings.text += &format!(
         "\nTimes are the shortest of {ROUNDS} frames, of {LONG_ROUNDS} where one takes longer than {LONG} s, each in turn. Errors are relative rms of the worst band on {COMPARED} × {COMPARED} pixels; the last column leaves the brightest twentieth of the pixels out, which stand next to stars. `double_integration` is the \
-         deck's newton, with the star depth marched again at every sample; all others read star depths that are made once, or none. All but newton in the deck's form also cut their steps near stars, and so take more than N samples there.\n"
+         deck's newton, with the star depth marched again at every sample; all others read star depths that are made once, or none. All but newton in Barrès & Neyret's form also cut their steps near stars, and so take more than N samples there.\n"
     );
     if missed {
         findings.text += WHY;
@@ -110,11 +113,11 @@ fn run(control: &Control) -> Result<Findings> {
     Ok(findings)
 }
 
-/// Why a ratio of the deck can be missed.
-const WHY: &str = "\nWhy a ratio of the deck is missed: here all methods march sixteen rays at once, so that newton's exponentials are cheap beside reading the volume, and \
-                   newton's own marches to the stars read a volume of one channel; propagation reads elements × polynomials at every sample.\n";
+/// Why a ratio of Barrès & Neyret can be missed.
+const WHY: &str = "\nWhy a ratio of Barrès & Neyret is missed: here all methods march sixteen rays at once, so that midpoint's exponentials are cheap beside reading the volume, and \
+                   midpoint's own marches to the stars read a volume of one channel; propagation reads elements × polynomials at every sample.\n";
 
-/// A ratio of the deck and ours.
+/// A ratio of Barrès & Neyret and ours.
 struct Claim {
     what: &'static str,
     ratio: f64,
@@ -128,23 +131,23 @@ impl Claim {
 
     fn in_words(&self) -> String {
         let holds = if self.holds() { "holds" } else { "does not hold" };
-        format!("- {}: {:.1} times; the deck's {} {holds} here.\n", self.what, self.ratio, self.asked)
+        format!("- {}: {:.1} times; Barrès & Neyret's {} {holds} here.\n", self.what, self.ratio, self.asked)
     }
 }
 
-fn claims(stars: usize, newton: f64, analytic: f64, projection: f64, propagation: f64, default: f64) -> Vec<Claim> {
+fn claims(stars: usize, midpoint: f64, analytic: f64, projection: f64, propagation: f64, default: f64) -> Vec<Claim> {
     let claim = |what, ratio, asked| Claim { what, ratio, asked };
     if stars == 1 {
         vec![
-            claim("projection against newton", newton / projection, 8.7),
+            claim("projection against midpoint", midpoint / projection, 8.7),
             claim("projection against analytic", analytic / projection, 5.3),
-            claim("band_quadrature against newton", newton / default, 8.7),
+            claim("band_quadrature against midpoint", midpoint / default, 8.7),
         ]
     } else {
         vec![
-            claim("projection with a depth for each star against newton", newton / projection, 83.0),
-            claim("propagation against newton", newton / propagation, 83.0),
-            claim("band_quadrature against newton", newton / default, 83.0),
+            claim("projection with a depth for each star against midpoint", midpoint / projection, 83.0),
+            claim("propagation against midpoint", midpoint / propagation, 83.0),
+            claim("band_quadrature against midpoint", midpoint / default, 83.0),
         ]
     }
 }
@@ -157,7 +160,7 @@ fn montage(name: &str, truth: &Image, images: &[Image], amplified: f64) -> Pictu
     let pixel = |i: usize| -> [f64; 3] {
         let (x, y) = (i % width / SHOWN, i / width / SHOWN);
         let (picture, column) = (x / truth.width, x % truth.width);
-        // The deck's filters go from blue to red.
+        // Barrès & Neyret's filters go from blue to red.
         [2, 1, 0].map(|b: usize| {
             let light = truth.at(b, y, column);
             let value = if picture == 0 { light } else { amplified * (images[picture - 1].at(b, y, column) - light).abs() };

@@ -50,7 +50,7 @@ fn run(control: &Control) -> Result<Findings> {
     }
     let growth = |s: &Series, from: usize| s.points[s.points.len() - 1].1 / s.points[from].1;
     let text = format!(
-        "The deck's cloud on {BAKE}³ voxels, {EDGE} × {EDGE} pixels, N = 100; errors are relative rms of the worst band against the reference on {COMPARED} × {COMPARED} pixels, in brackets without \
+        "Barrès & Neyret's cloud on {BAKE}³ voxels, {EDGE} × {EDGE} pixels, N = 100; errors are relative rms of the worst band against the reference on {COMPARED} × {COMPARED} pixels, in brackets without \
          the brightest twentieth of the pixels, which stand next to stars.\n\n{}\
          From 1 to 64 stars a frame takes {:.0} times as long with band quadrature, {:.0} times with projection and {:.1} times with propagation, there {:.1} times from 4 stars on: \
          its numbers a voxel grow until the six temperatures that the stars take in turn are there. Its price is the interpolation of 1/r² \

@@ -1,4 +1,4 @@
-//! The deck's scene with as many stars as a chapter wants, and its frames.
+//! Barrès & Neyret's scene with as many stars as a chapter wants, and its frames.
 
 use crate::bench::timed;
 use barnard::backend::{cpu, reference};
@@ -30,7 +30,7 @@ pub struct Contender {
 }
 
 impl Contender {
-    /// One of the deck's N = 100 and degree 5.
+    /// One of Barrès & Neyret's N = 100 and degree 5.
     pub fn new(method: &'static str, count: Option<usize>) -> Self {
         Self { method, count, degree: 5, steps: 100 }
     }
@@ -43,13 +43,13 @@ impl Contender {
 
 /// Temperatures that stars take in turn [K].
 const TEMPERATURES: [u32; 6] = [10000, 3000, 5000, 8000, 20000, 40000];
-/// The deck's three polynomial filters.
+/// Barrès & Neyret's three polynomial filters.
 const BANDS: &str = "[[band]]\nname = \"blue\"\nkind = \"polynomial\"\ncoefficients = [-38.5062, 179.5555, -204.0816]\nlow = \"370 nm\"\nhigh = \"510 nm\"\n\
      [[band]]\nname = \"green\"\nkind = \"polynomial\"\ncoefficients = [-60.7347, 224.4898, -204.0816]\nlow = \"480 nm\"\nhigh = \"620 nm\"\n\
      [[band]]\nname = \"red\"\nkind = \"polynomial\"\ncoefficients = [-51.1605, 160.4938, -123.4568]\nlow = \"560 nm\"\nhigh = \"740 nm\"\n";
 
 impl Trial {
-    /// The deck's cloud on `bake` voxels an edge, lit by so many stars, seen through its filters or through one passband of the catalogue, in `edge` × `edge`
+    /// Barrès & Neyret's cloud on `bake` voxels an edge, lit by so many stars, seen through its filters or through one passband of the catalogue, in `edge` × `edge`
     /// pixels.
     pub fn new(stars: usize, passband: Option<&str>, bake: usize, edge: usize) -> Result<Self> {
         let mut text = passband.map_or(String::new(), |name| format!("bands = [\"{name}\"]\n"));
@@ -59,7 +59,7 @@ impl Trial {
              [dust]\ndensity = \"cloud\"\nscale = \"4 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.7\n[method]\nbake = {bake}\n"
         );
         for star in 0..stars {
-            // The deck's own star first; the others around the cloud's middle by the golden angle.
+            // Barrès & Neyret's own star first; the others around the cloud's middle by the golden angle.
             let (turn, height) = (2.399_963 * star as f64, 0.9 - 1.8 * (star as f64 + 0.5) / stars as f64);
             let flat = (1.0 - height * height).sqrt();
             let place = if star == 0 { [0.3, 0.35, 0.4] } else { [0.62 * flat * turn.cos(), 0.62 * height, 0.62 * flat * turn.sin()] };

@@ -5,7 +5,7 @@ use std::time::Instant;
 use barnard::backend::{cpu, path};
 use barnard::control::Control;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Doubt, Options, Plan};
+use barnard::plan::{ErrorEstimate, Options, Plan};
 use barnard::scene::{MANY_BOUNCES, Scene};
 
 use crate::figure::white;
@@ -164,8 +164,8 @@ impl Trial {
 
     fn errors_in_words(&self, asked: f64) -> Vec<String> {
         let percent = |v: f64| format!("{:.1} %", 100.0 * v);
-        let doubt = self.plan.diffuse().as_ref().and_then(|d| d.found.doubt);
-        let stated = |value: fn(&Doubt) -> f64| doubt.as_ref().map_or("unknown".into(), |d| percent(value(d)));
+        let error_estimate = self.plan.scattered_field().as_ref().and_then(|d| d.report.error_estimate);
+        let stated = |value: fn(&ErrorEstimate) -> f64| error_estimate.as_ref().map_or("unknown".into(), |d| percent(value(d)));
         vec![
             percent(self.share()),
             percent(self.error()),
@@ -181,9 +181,9 @@ impl Trial {
 
     fn costs_in_words(&self) -> Vec<String> {
         let (by_paths, by_field) = self.equal_error();
-        let field = self.plan.diffuse().as_ref().map_or_else(String::new, |d| {
-            let [x, y, z] = d.found.cells;
-            format!("{x} × {y} × {z}, degree {}, {} orders, {} MiB", d.found.degree, d.found.sweeps, d.found.bytes >> 20)
+        let field = self.plan.scattered_field().as_ref().map_or_else(String::new, |d| {
+            let [x, y, z] = d.report.cells;
+            format!("{x} × {y} × {z}, degree {}, {} orders, {} MiB", d.report.degree, d.report.sweeps, d.report.bytes >> 20)
         });
         let ratio = format!("{:.2}", self.frames.0 / self.frames.1);
         vec![field, short(self.planned.0), short(self.planned.1), ratio, short(by_paths), short(by_field)]

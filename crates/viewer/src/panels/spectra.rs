@@ -21,7 +21,7 @@ const FLOOR: f64 = 1e-4;
 /// How near the pointer must be to a point of a curve [points of the screen].
 const GRIP: f32 = 12.0;
 /// Most stars whose spectra are drawn.
-const MOST_STARS: usize = 6;
+const MAX_STARS: usize = 6;
 
 /// The panel.
 pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
@@ -214,7 +214,7 @@ fn plot(ui: &mut Ui, app: &App, edits: &mut Edits) {
             let line = Line::new(band.name(), PlotPoints::from(curve(range, logarithmic, |l| band.response(l))));
             plot.line(line.color(colour).fill(floor as f32).fill_alpha(0.18));
         }
-        for star in scene.stars.iter().take(MOST_STARS) {
+        for star in scene.stars.iter().take(MAX_STARS) {
             let line = curve(range, logarithmic, |l| star.spectrum.continuum(l));
             plot.line(Line::new(&star.name, PlotPoints::from(line)).width(1.5).color(strong));
         }

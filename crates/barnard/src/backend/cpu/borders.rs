@@ -2,7 +2,7 @@
 
 use crate::geometry::{Bounds, Ray};
 use crate::packet::LANES;
-use crate::plan::Space;
+use crate::plan::SpatialPlan;
 
 /// Where a part of each ray starts and ends [pc].
 pub type Span = ([f64; LANES], [f64; LANES]);
@@ -16,7 +16,7 @@ pub struct Borders {
 
 impl Borders {
     /// Of one space.
-    pub fn new(space: &Space) -> Self {
+    pub fn new(space: &SpatialPlan) -> Self {
         Self { occupied: space.occupied, inner: space.inner_boxes() }
     }
 

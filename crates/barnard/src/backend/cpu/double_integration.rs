@@ -1,4 +1,4 @@
-//! The deck's double integration: star depths marched again at every sample instead of being read.
+//! Barrès & Neyret's double integration: star depths marched again at every sample instead of being read.
 
 use glam::DVec3;
 use multiversion::multiversion;

@@ -15,7 +15,7 @@ use multiversion::multiversion;
 
 use super::borders::{Borders, Span};
 use super::double_integration;
-use super::neighbours::{Neighbour, Neighbourhood};
+use super::near_field::{NearStar, Neighbourhood};
 use super::segment::segment;
 use super::tables::Tables;
 use super::terms::{Drawn, NodeTerms, Terms};
@@ -30,7 +30,7 @@ pub struct March<'a> {
     pub(super) tables: &'a Tables,
     pub(super) slots: Slots,
     pub(super) voxel_pc: f64,
-    pub(super) crowd: Option<Neighbourhood<'a>>,
+    pub(super) many_lights: Option<Neighbourhood<'a>>,
     borders: Borders,
     /// The dust without star depths beside it, for the double integration, which reads nothing else.
     dust_alone: Option<Volume>,
@@ -48,8 +48,8 @@ pub(super) struct Slots {
     pub(super) species: Vec<usize>,
     /// Element × polynomial of the light field.
     pub(super) light: Vec<usize>,
-    /// Terms of the diffuse field.
-    pub(super) diffuse: Vec<usize>,
+    /// Terms of the field of scattered light.
+    pub(super) scattered_field: Vec<usize>,
 }
 
 impl Slots {
@@ -62,7 +62,7 @@ impl Slots {
             stars: vec![0; space.stars.len()],
             species: vec![0; space.species()],
             light: vec![0; plan.light_field.as_ref().map_or(0, |f| f.propagation.channels())],
-            diffuse: vec![0; plan.diffuse.as_ref().map_or(0, |_| plan.spectral.terms())],
+            scattered_field: vec![0; plan.scattered_field.as_ref().map_or(0, |_| plan.spectral.terms())],
         };
         for volume in plan.volumes() {
             slots.first.push(slots.count);
@@ -72,7 +72,7 @@ impl Slots {
                     Channel::StarDepth(star) => slots.stars[star] = slots.count,
                     Channel::Emission(species) => slots.species[species] = slots.count,
                     Channel::Light(channel) => slots.light[channel] = slots.count,
-                    Channel::Diffuse(term) => slots.diffuse[term] = slots.count,
+                    Channel::MultipleScattering(term) => slots.scattered_field[term] = slots.count,
                 }
                 slots.count += 1;
             }
@@ -109,12 +109,12 @@ pub(super) struct StarView {
 
 /// Where a segment starts and how long it is, in steps.
 #[derive(Clone, Copy)]
-pub(super) struct Stretch {
+pub(super) struct StepSpan {
     pub(super) start: f32,
     pub(super) length: f32,
 }
 
-impl Stretch {
+impl StepSpan {
     pub(super) fn end(self) -> f32 {
         self.start + self.length
     }
@@ -136,7 +136,7 @@ impl<'a> March<'a> {
             tables,
             slots,
             voxel_pc: plan.space.voxel_pc(),
-            crowd: Neighbourhood::new(plan),
+            many_lights: Neighbourhood::new(plan),
             borders: Borders::new(&plan.space),
             dust_alone,
             brightest: (sigma, largest.collect()),
@@ -234,7 +234,7 @@ impl<'a> March<'a> {
         self.plan.volumes().map(mask).collect()
     }
 
-    /// Marches the star depths of a sample again, as the deck does.
+    /// Marches the star depths of a sample again, as Barrès & Neyret do.
     fn star_depths_again(&self, state: &State, at: f32, samples: usize, out: &mut [Lane]) {
         let Some(dust) = &self.dust_alone else { return };
         let place = |lane: usize| state.rays[lane].at(state.span.0[lane] + f64::from(at) * f64::from(state.dt[lane]));
@@ -264,8 +264,8 @@ impl<'a> March<'a> {
                 let stars: f32 = weights.scattered.iter().zip(&rest).map(|(s, r)| s.brightest[term] * r[lane]).sum();
                 let gas: f32 = weights.emitted.iter().map(|e| e.weights[term] * self.brightest.1[e.species] * length).sum();
                 // ∫ k σ e^(−k τ) ds is less than one.
-                let diffuse = self.plan.diffuse.as_ref().map_or(0.0, |d| d.largest[term]);
-                (exp(-k[term] * state.tau[lane]) * (stars + gas + diffuse), state.sum[term][lane])
+                let scattered_field = self.plan.scattered_field.as_ref().map_or(0.0, |d| d.largest[term]);
+                (exp(-k[term] * state.tau[lane]) * (stars + gas + scattered_field), state.sum[term][lane])
             };
             let of_band = |band: usize| {
                 let terms = (0..k.len()).filter(|term| weights.band_of[*term] == band);
@@ -287,7 +287,7 @@ impl<'a> March<'a> {
     }
 
     /// The pieces of the segments that are close to a star, lane by lane.
-    pub(super) fn near(&self, state: &mut State, scatterer: &Scatterer, close: &[bool; LANES], stretch: Stretch, growth: &Lane) {
+    pub(super) fn near(&self, state: &mut State, scatterer: &Scatterer, close: &[bool; LANES], stretch: StepSpan, growth: &Lane) {
         let star = self.plan.space.stars[scatterer.star];
         let resolution = near::Resolution { phase_angle: self.plan.spectral.phase_angle, fineness: 1.0 };
         for lane in (0..LANES).filter(|lane| close[*lane]) {
@@ -337,7 +337,7 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
     let tracks: Vec<Track> =
         march.plan.space.bricks.iter().map(|b| Track::new(&b.lattice, DVec3::ZERO, state.rays, &state.span.0)).collect();
     let views: Vec<StarView> = march.tables.weights.scattered.iter().map(|s| march.star_view(s.star, state)).collect();
-    let neighbours: Vec<Neighbour> = march.crowd.as_ref().map_or_else(Vec::new, |crowd| crowd.beside(state));
+    let near_field: Vec<NearStar> = march.many_lights.as_ref().map_or_else(Vec::new, |many_lights| many_lights.beside(state));
     let mut before = vec![[0.0; LANES]; march.slots.count];
     let mut after = before.clone();
     sample(march, &cursors, &masks, &state.dt, 0.0, &mut before);
@@ -350,16 +350,16 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
             sample(march, &cursors, &masks, &state.dt, step as f32, &mut before);
             continue;
         }
-        // The deck's own form takes its N samples and no more.
+        // Barrès & Neyret's own form takes its N samples and no more.
         let parts = if march.plan.star_march.is_some() { 1 } else { march.parts(state, &views, step) };
         for part in 0..parts {
             let length = 1.0 / parts as f32;
-            let stretch = Stretch { start: step as f32 + part as f32 * length, length };
+            let stretch = StepSpan { start: step as f32 + part as f32 * length, length };
             sample(march, &cursors, &masks, &state.dt, stretch.end(), &mut after);
             if let Some(samples) = march.plan.star_march {
                 march.star_depths_again(state, stretch.end(), samples, &mut after);
             }
-            segment(march, state, (&views, &neighbours), stretch, &before, &after);
+            segment(march, state, (&views, &near_field), stretch, &before, &after);
             std::mem::swap(&mut before, &mut after);
         }
         step += 1;

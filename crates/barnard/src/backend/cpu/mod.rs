@@ -5,7 +5,7 @@
 mod borders;
 mod double_integration;
 mod march;
-mod neighbours;
+mod near_field;
 mod propagation;
 mod segment;
 mod tables;

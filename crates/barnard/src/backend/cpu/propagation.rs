@@ -3,13 +3,13 @@
 //! A sample adds Δτ Σ_i (Σ_m q_m(τ) M_imj) V_i, eq. (20) of docs/method.md, to the ray's j-th polynomial, V being its light there; a band is read from the polynomials at the end.
 
 use super::march::{March, State};
-use super::terms::{CoordinateTable, Course};
+use super::terms::{CoordinateTable, DepthSpan};
 use crate::packet::{LANES, Lane, lanes};
 use crate::plan::LightField;
 
 /// Tables of a light field.
 #[derive(Debug)]
-pub struct Gathered {
+pub struct LightSums {
     coordinates: CoordinateTable,
     /// M_imj, element × element × element.
     products: Vec<f32>,
@@ -21,7 +21,7 @@ pub struct Gathered {
     resolution: Vec<Vec<f32>>,
 }
 
-impl Gathered {
+impl LightSums {
     /// In f32.
     pub fn new(field: &LightField) -> Self {
         let propagation = &field.propagation;
@@ -54,7 +54,7 @@ impl Gathered {
 
 /// Adds what one segment scatters.
 #[inline(always)]
-pub(super) fn gather(march: &March, gathered: &Gathered, state: &mut State, growth: &Lane, (before, after): (&[Lane], &[Lane])) {
+pub(super) fn gather(march: &March, gathered: &LightSums, state: &mut State, growth: &Lane, (before, after): (&[Lane], &[Lane])) {
     if gathered.size <= 4 {
         gather_rows::<4>(march, gathered, state, growth, (before, after));
     } else {
@@ -65,13 +65,13 @@ pub(super) fn gather(march: &March, gathered: &Gathered, state: &mut State, grow
 #[inline(always)]
 fn gather_rows<const ROW: usize>(
     march: &March,
-    gathered: &Gathered,
+    gathered: &LightSums,
     state: &mut State,
     growth: &Lane,
     (before, after): (&[Lane], &[Lane]),
 ) {
-    let course = Course { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: lanes(|lane| 0.5 * growth[lane]) };
-    let means = gathered.coordinates.means::<ROW>(&course);
+    let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: lanes(|lane| 0.5 * growth[lane]) };
+    let means = gathered.coordinates.means::<ROW>(&span);
     let (size, width) = (gathered.size, gathered.width);
     let light = &march.slots.light[..size * width];
     for i in 0..size {

@@ -2,10 +2,10 @@
 
 use smallvec::SmallVec;
 
-use super::march::{March, StarView, State, Stretch};
-use super::neighbours::Neighbour;
+use super::march::{March, StarView, State, StepSpan};
+use super::near_field::NearStar;
 use super::propagation;
-use super::terms::{Course, Terms};
+use super::terms::{DepthSpan, Terms};
 use crate::packet::{LANES, Lane, fma, lanes, largest};
 use crate::plan::Scatterer;
 use crate::plan::near::{self, NEAR_ANGLE, NEAR_VOXELS};
@@ -15,8 +15,8 @@ use crate::plan::near::{self, NEAR_ANGLE, NEAR_VOXELS};
 pub(super) fn segment(
     march: &March,
     state: &mut State,
-    (views, neighbours): (&[StarView], &[Neighbour]),
-    stretch: Stretch,
+    (views, near_field): (&[StarView], &[NearStar]),
+    stretch: StepSpan,
     before: &[Lane],
     after: &[Lane],
 ) {
@@ -42,11 +42,11 @@ pub(super) fn segment(
         }
     }
     if let Some(dust) = march.slots.dust.filter(|_| largest(&growth) > 0.0) {
-        for neighbour in neighbours.iter().filter(|n| n.meets(stretch)) {
-            neighbour.scatter(march, state, stretch, &growth, (&before[dust], &after[dust]));
+        for near_star in near_field.iter().filter(|n| n.meets(stretch)) {
+            near_star.scatter(march, state, stretch, &growth, (&before[dust], &after[dust]));
         }
     }
-    if !march.slots.diffuse.is_empty() && largest(&growth) > 0.0 {
+    if !march.slots.scattered_field.is_empty() && largest(&growth) > 0.0 {
         scatter_again(march, state, &growth, (before, after));
     }
     if !march.tables.weights.emitted.is_empty() {
@@ -63,7 +63,7 @@ fn scatter(
     march: &March,
     state: &mut State,
     (scatterer, view): (&Scatterer, &StarView),
-    stretch: Stretch,
+    stretch: StepSpan,
     (growth, tilt): (&Lane, &Lane),
     depths: (&Lane, &Lane),
 ) {
@@ -91,9 +91,9 @@ fn scatter(
         state.deepest[lane] = if a > state.deepest[lane] { a } else { state.deepest[lane] };
     }
     let (weights, terms, light) = (&scatterer.weights[..], &march.tables.terms, scatterer.light);
-    let course = Course { middle, half };
+    let span = DepthSpan { middle, half };
     match &march.plan.spectral.phase {
-        None => terms.gather(light, &state.drawn, &course, |term| Some(scaled(&base, weights[term])), &mut state.sum),
+        None => terms.gather(light, &state.drawn, &span, |term| Some(scaled(&base, weights[term])), &mut state.sum),
         Some(table) => {
             let widest = largest(&lanes(|lane| base[lane] / growth[lane].max(f32::MIN_POSITIVE) * view.distance[lane] * length[lane]));
             let phases = near::phases(f64::from(widest), march.plan.spectral.phase_angle);
@@ -107,10 +107,10 @@ fn scatter(
                         spread[lane] += base[lane] * share[lane] * (values[i] + f * (values[i + 1] - values[i]));
                     }
                 }
-                terms.gather(light, &state.drawn, &course, |term| Some(scaled(&spread, weights[term])), &mut state.sum);
+                terms.gather(light, &state.drawn, &span, |term| Some(scaled(&spread, weights[term])), &mut state.sum);
             } else if let [(entry, _)] = &angles[..] {
                 let of_term = |term: usize| Some(lanes(|lane| base[lane] * march.phase_weight(scatterer, term, entry[lane])));
-                terms.gather(light, &state.drawn, &course, of_term, &mut state.sum);
+                terms.gather(light, &state.drawn, &span, of_term, &mut state.sum);
             } else {
                 let of_term = |term: usize| {
                     let mut spread = [0.0; LANES];
@@ -121,7 +121,7 @@ fn scatter(
                     }
                     Some(spread)
                 };
-                terms.gather(light, &state.drawn, &course, of_term, &mut state.sum);
+                terms.gather(light, &state.drawn, &span, of_term, &mut state.sum);
             }
         }
     }
@@ -170,13 +170,13 @@ fn scaled(lane: &Lane, factor: f32) -> Lane {
 #[inline(always)]
 fn scatter_again(march: &March, state: &mut State, growth: &Lane, (before, after): (&[Lane], &[Lane])) {
     let Terms::Nodes(nodes) = &march.tables.terms else { return };
-    let course = Course { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
+    let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
     let base = |term: usize| {
-        let slot = march.slots.diffuse[term];
+        let slot = march.slots.scattered_field[term];
         Some(lanes(|lane| 0.5 * nodes.k[term] * growth[lane] * (before[slot][lane] + after[slot][lane])))
     };
-    march.tables.terms.gather(0, &state.drawn, &course, base, &mut state.sum);
-    if march.plan.space.crowd.is_some() {
+    march.tables.terms.gather(0, &state.drawn, &span, base, &mut state.sum);
+    if march.plan.space.many_lights.is_some() {
         // Stars that are gathered may be as deep as any.
         let behind = march.plan.space.star_depth as f32;
         for lane in 0..LANES {
@@ -189,13 +189,13 @@ fn scatter_again(march: &March, state: &mut State, growth: &Lane, (before, after
 /// Light of all species in one segment.
 #[inline(always)]
 fn emit(march: &March, state: &mut State, dt: &Lane, growth: &Lane, (before, after): (&[Lane], &[Lane])) {
-    let course = Course { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
+    let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
     for emitter in &march.tables.weights.emitted {
         let slot = march.slots.species[emitter.species];
         let base = lanes(|lane| 0.5 * dt[lane] * (before[slot][lane] + after[slot][lane]));
         if largest(&base) > 0.0 {
             let of_term = |term: usize| (emitter.weights[term] != 0.0).then(|| scaled(&base, emitter.weights[term]));
-            march.tables.terms.gather(emitter.light, &state.drawn, &course, of_term, &mut state.sum);
+            march.tables.terms.gather(emitter.light, &state.drawn, &span, of_term, &mut state.sum);
         }
     }
 }

@@ -5,7 +5,7 @@
 //! Selle & Jarosz 2014). Depths are at V: wavelength λ sees k(λ) times as much.
 
 use super::majorant::Majorant;
-use super::waves::CARRIED;
+use super::sampled_wavelengths::CARRIED;
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::random::Counter;

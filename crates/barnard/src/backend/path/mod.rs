@@ -8,8 +8,8 @@
 mod film;
 mod majorant;
 mod medium;
+mod sampled_wavelengths;
 mod tracer;
-mod waves;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 

@@ -18,10 +18,10 @@ use glam::DVec3;
 
 use super::majorant::Majorant;
 use super::medium::Medium;
-use super::waves::{CARRIED, Wave, Waves, is_extended};
+use super::sampled_wavelengths::{CARRIED, SampledWavelengths, Wave, is_extended};
 use crate::error::Result;
 use crate::geometry::Ray;
-use crate::light::{Light, Path};
+use crate::light::{Light, Route};
 use crate::random::Counter;
 use crate::scene::Scene;
 
@@ -42,7 +42,7 @@ pub struct Tracer<'a> {
     stars: Vec<Star>,
     species: Vec<Species<'a>>,
     background: Option<usize>,
-    bands: Vec<Waves>,
+    bands: Vec<SampledWavelengths>,
     /// How often light may scatter.
     bounces: RangeInclusive<usize>,
 }
@@ -70,7 +70,7 @@ struct Species<'a> {
 }
 
 /// A path so far.
-struct Walker {
+struct PathState {
     waves: [Wave; CARRIED],
     /// What is common to all wavelengths.
     weight: f64,
@@ -80,7 +80,7 @@ struct Walker {
     likely: Carried,
 }
 
-impl Walker {
+impl PathState {
     /// What light counts that each wavelength brings to where the path is now.
     fn share(&self, i: usize) -> f64 {
         self.weight * self.albedo[i] * self.likely[i] / self.likely.iter().sum::<f64>()
@@ -106,23 +106,23 @@ impl<'a> Tracer<'a> {
     /// # Errors
     /// Where a density has no bound.
     pub fn new(scene: &'a Scene, lights: &'a [Light], bounces: RangeInclusive<usize>) -> Result<Self> {
-        let bands = (0..scene.bands.len()).map(|b| Waves::new(scene, lights, b)).collect::<Result<Vec<_>>>()?;
+        let bands = (0..scene.bands.len()).map(|b| SampledWavelengths::new(scene, lights, b)).collect::<Result<Vec<_>>>()?;
         let (mut stars, mut species, mut background) = (Vec::new(), Vec::new(), None);
-        for (light, l) in lights.iter().enumerate().filter(|(_, l)| is_extended(l.path)) {
-            match l.path {
-                Path::Scattered { star } => {
+        for (light, l) in lights.iter().enumerate().filter(|(_, l)| is_extended(l.route)) {
+            match l.route {
+                Route::Scattered { star } => {
                     let power = scene.bands.iter().map(|band| band.integrate(|lambda| l.spectrum.continuum(lambda)));
                     let lines =
                         |b: usize| l.spectrum.lines().iter().map(move |line| scene.bands[b].response(line.lambda_um) * line.strength);
                     let power = power.enumerate().map(|(b, p)| p + lines(b).sum::<f64>()).collect();
                     stars.push(Star { light, position: scene.stars[star].position, power });
                 }
-                Path::Emitted { species: i } => {
+                Route::Emitted { species: i } => {
                     let density = &*scene.emission[i].density;
                     species.push(Species { light, density, majorant: Majorant::new(density)? });
                 }
-                Path::Background => background = Some(light),
-                Path::Direct { .. } | Path::FieldStar { .. } => {}
+                Route::Background => background = Some(light),
+                Route::Direct { .. } | Route::FieldStar { .. } => {}
             }
         }
         let medium = scene.dust.as_ref().map(Medium::new).transpose()?;
@@ -135,13 +135,13 @@ impl<'a> Tracer<'a> {
             return 0.0;
         }
         let waves = self.bands[band].draw(random.next());
-        let mut path = Walker { waves, weight: 1.0, albedo: [1.0; CARRIED], likely: [1.0; CARRIED] };
+        let mut path = PathState { waves, weight: 1.0, albedo: [1.0; CARRIED], likely: [1.0; CARRIED] };
         let mut radiance = 0.0;
         for scattered in 0..*self.bounces.end() {
             let counts = if scattered + 1 < *self.bounces.start() { 0.0 } else { 1.0 };
             radiance += counts * self.glow(&path, &ray, random);
             let Some(medium) = &self.medium else { return radiance + counts * self.behind(&path) };
-            let leg = Leg::new(&self.stars, medium, ray, band);
+            let leg = PathSegment::new(&self.stars, medium, ray, band);
             radiance += counts * self.near_stars(&path, medium, &leg, band, random);
             let k = path.k();
             let flight = medium.fly(&ray, k[0], random);
@@ -165,12 +165,12 @@ impl<'a> Tracer<'a> {
     }
 
     /// Light of the background, where a path leaves.
-    fn behind(&self, path: &Walker) -> f64 {
+    fn behind(&self, path: &PathState) -> f64 {
         self.background.map_or(0.0, |light| path.sum(|i| path.waves[i].of(light, self.lights)))
     }
 
     /// Light of glowing gas along a leg: at one place of each species, drawn by its bounds.
-    fn glow(&self, path: &Walker, ray: &Ray, random: &mut Counter) -> f64 {
+    fn glow(&self, path: &PathState, ray: &Ray, random: &mut Counter) -> f64 {
         let mut radiance = 0.0;
         for species in &self.species {
             let total: f64 = species.majorant.cells(ray, f64::INFINITY).map(|(start, end, bound)| bound * (end - start)).sum();
@@ -197,7 +197,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Starlight scattered once on a leg of the path, at a place drawn in proportion to F.
-    fn near_stars(&self, path: &Walker, medium: &Medium, leg: &Leg, band: usize, random: &mut Counter) -> f64 {
+    fn near_stars(&self, path: &PathState, medium: &Medium, leg: &PathSegment, band: usize, random: &mut Counter) -> f64 {
         let Some(star) = picked(leg.stars.iter().map(|s| s.0), leg.total, random) else { return 0.0 };
         let t = leg.stars[star].1.place(random.next());
         let (place, sigma) = (leg.ray.at(t), medium.sigma(&leg.ray, t));
@@ -209,7 +209,7 @@ impl<'a> Tracer<'a> {
         let fluence = self.fluence(place, band);
         // ∫ over t with the density F/total, and the part of the light that collisions do not bring.
         let weight = leg.total / fluence * sigma * leg.by_stars(fluence, path.mean_k() * sigma);
-        let mut there = Walker { ..*path };
+        let mut there = PathState { ..*path };
         for i in 0..CARRIED {
             there.albedo[i] *= through[i] * k[i] * medium.dust.albedo.at(path.waves[i].lambda_um);
         }
@@ -217,7 +217,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Light of one star, drawn by power and distance, that scatters at `place` against `direction`.
-    fn lit(&self, path: &Walker, medium: &Medium, place: DVec3, direction: DVec3, band: usize, random: &mut Counter) -> f64 {
+    fn lit(&self, path: &PathState, medium: &Medium, place: DVec3, direction: DVec3, band: usize, random: &mut Counter) -> f64 {
         let total = self.fluence(place, band);
         if total <= 0.0 {
             return 0.0;
@@ -233,7 +233,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Ends long paths by chance; those that go on count more.
-    fn survives(&self, path: &mut Walker, scattered: usize, random: &mut Counter) -> bool {
+    fn survives(&self, path: &mut PathState, scattered: usize, random: &mut Counter) -> bool {
         let brightest = (0..CARRIED).map(|i| (CARRIED as f64 * path.share(i)).abs()).fold(0.0, f64::max);
         if scattered + 1 < ROULETTE || brightest >= 1.0 {
             return brightest > 0.0;
@@ -246,7 +246,7 @@ impl<'a> Tracer<'a> {
     ///
     /// A leg that passes a star at the distance b brings light as 1/b, that is as 1/sin ϑ with ϑ the angle between leg and star: legs with ϑ drawn evenly,
     /// 1/(2π² sin ϑ) a steradian, take that peak away.
-    fn scatter(&self, path: &mut Walker, medium: &Medium, place: DVec3, direction: DVec3, band: usize, random: &mut Counter) -> Ray {
+    fn scatter(&self, path: &mut PathState, medium: &Medium, place: DVec3, direction: DVec3, band: usize, random: &mut Counter) -> Ray {
         let phase = &medium.dust.phase;
         let total = self.fluence(place, band);
         let towards = if total > 0.0 { TOWARDS_STARS } else { 0.0 };
@@ -301,7 +301,7 @@ fn picked(mut shares: impl Iterator<Item = f64>, total: f64, random: &mut Counte
 }
 
 /// A leg of a path as the stars see it.
-struct Leg {
+struct PathSegment {
     ray: Ray,
     /// For each star its power times ∫dt/r² through the dust, and the angles.
     stars: Vec<(f64, Equiangular)>,
@@ -309,7 +309,7 @@ struct Leg {
     total: f64,
 }
 
-impl Leg {
+impl PathSegment {
     fn new(stars: &[Star], medium: &Medium, ray: Ray, band: usize) -> Self {
         let of = |star: &Star, (near, far)| {
             let angles = Equiangular::new(&ray, star.position, near, far);

@@ -30,7 +30,7 @@ use crate::field::Field;
 use crate::geometry::Ray;
 use crate::image::{Image, Samples};
 use crate::keywords;
-use crate::light::{Light, Path, factor, law, lights};
+use crate::light::{Light, Route, factor, law, lights};
 use crate::plan::Options;
 use crate::points::{self, Sources};
 use crate::scene::{Dust, Scene};
@@ -154,7 +154,7 @@ impl<'a> Truth<'a> {
         let law = law(scene)?;
         let mut waves = Vec::new();
         for (band, passband) in scene.bands.iter().enumerate() {
-            let factors: Vec<_> = lights.iter().map(|l| factor(l.path, scene.dust.as_ref())).collect();
+            let factors: Vec<_> = lights.iter().map(|l| factor(l.route, scene.dust.as_ref())).collect();
             let breaks: Vec<f64> = lights.iter().flat_map(|l| l.spectrum.breakpoints_um()).chain(law.breakpoints_um()).collect();
             let sent = |lambda: f64| lights.iter().zip(&factors).map(move |(l, f)| l.spectrum.continuum(lambda) * f(lambda));
             // What a ray is asked for: every light behind every depth, and at the angles over which its phase function changes most.
@@ -226,22 +226,22 @@ impl<'a> Truth<'a> {
         let tau = |t: f64| dust.as_ref().map_or(0.0, |(d, p)| d.sigma_v_per_pc * p.column(t));
         let mut radiance = RayRadiance::new(self);
         for (light, l) in self.lights.iter().enumerate() {
-            match l.path {
-                Path::Scattered { star } => {
+            match l.route {
+                Route::Scattered { star } => {
                     if let Some((d, p)) = &dust {
                         self.scattered(&mut radiance, ray, light, self.scene.stars[star].position, d, p);
                     }
                 }
-                Path::Emitted { species } => {
+                Route::Emitted { species } => {
                     let own = profile(&*self.scene.emission[species].density);
                     let cells = own.pieces().iter().flat_map(|p| split_by(p.start, p.end, dust.as_ref().map(|d| &d.1)));
                     radiance.adapt(cells, |t, wave| own.at(t) * wave.weight[light] * (-wave.k * tau(t)).exp());
                 }
-                Path::Background => {
+                Route::Background => {
                     let end = tau(f64::INFINITY);
                     radiance.add(|wave| wave.weight[light] * (-wave.k * end).exp());
                 }
-                Path::Direct { .. } | Path::FieldStar { .. } => {}
+                Route::Direct { .. } | Route::FieldStar { .. } => {}
             }
         }
         radiance.bands

@@ -6,7 +6,7 @@
 use spectra::polynomial::MAX_DEGREE;
 use spectra::rule::{Analytic, Form};
 
-use super::Course;
+use super::DepthSpan;
 use crate::packet::{LANES, Lane, exp, lanes, largest, ln, mean_transmittance, scaled_exp_integrals, sinhc};
 use crate::plan::{ClosedForm, End, Extent, Plan};
 
@@ -36,10 +36,10 @@ impl AnalyticTerms {
     }
 
     #[inline(always)]
-    pub(super) fn gather(&self, light: usize, course: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    pub(super) fn gather(&self, light: usize, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
         for (term, (source, sum)) in self.sources[light].iter().zip(sum).enumerate() {
             let Some(base) = base(term) else { continue };
-            let mean = self.mean(source, light, term, course);
+            let mean = self.mean(source, light, term, span);
             for lane in 0..LANES {
                 sum[lane] += base[lane] * mean[lane];
             }
@@ -48,19 +48,18 @@ impl AnalyticTerms {
 
     #[inline(never)]
     pub(super) fn at(&self, light: usize, term: usize, depth: f32) -> f32 {
-        self.mean(&self.sources[light][term], light, term, &Course { middle: [depth; LANES], half: [0.0; LANES] })[0]
+        self.mean(&self.sources[light][term], light, term, &DepthSpan { middle: [depth; LANES], half: [0.0; LANES] })[0]
     }
 
     /// ⟨F/F(0)⟩.
     #[inline(always)]
-    fn mean(&self, source: &ClosedForm, light: usize, term: usize, course: &Course) -> Lane {
+    fn mean(&self, source: &ClosedForm, light: usize, term: usize, span: &DepthSpan) -> Lane {
         match source {
-            ClosedForm::Single { ends, lines, extent } => mean(ends, lines, extent, course),
+            ClosedForm::Single { ends, lines, extent } => mean(ends, lines, extent, span),
             ClosedForm::Double => {
                 let Analytic { c_um, sources, .. } = &self.bands[term];
                 let (source, depth) = (&sources[light], |v: f32| f64::from(v));
-                let between =
-                    |lane: usize| (depth(course.middle[lane] - course.half[lane]), depth(course.middle[lane] + course.half[lane]));
+                let between = |lane: usize| (depth(span.middle[lane] - span.half[lane]), depth(span.middle[lane] + span.half[lane]));
                 lanes(|lane| (source.mean(*c_um, between(lane)) / source.total) as f32)
             }
             ClosedForm::Dark => [0.0; LANES],
@@ -70,7 +69,7 @@ impl AnalyticTerms {
 
 /// ⟨F/F(0)⟩ of a light that single precision serves: grey, by two points, or by what is left behind both ends.
 #[inline(always)]
-fn mean(ends: &[End], lines: &[(f32, f32)], extent: &Extent, Course { middle, half }: &Course) -> Lane {
+fn mean(ends: &[End], lines: &[(f32, f32)], extent: &Extent, DepthSpan { middle, half }: &DepthSpan) -> Lane {
     let half = lanes(|lane| half[lane].abs());
     let most = largest(&half);
     let grey = most * extent.spread <= Extent::GREY;

@@ -2,7 +2,7 @@
 
 use spectra::rule::{DepthTable, Form};
 
-use super::Course;
+use super::DepthSpan;
 use crate::packet::{LANES, Lane, exp, mean_transmittance, sinhc};
 use crate::plan::Plan;
 
@@ -49,7 +49,13 @@ impl LookupTerms {
     }
 
     #[inline(always)]
-    pub(super) fn gather(&self, light: usize, Course { middle, half }: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    pub(super) fn gather(
+        &self,
+        light: usize,
+        DepthSpan { middle, half }: &DepthSpan,
+        base: impl Fn(usize) -> Option<Lane>,
+        sum: &mut [Lane],
+    ) {
         for (term, (table, sum)) in self.tables[light].iter().zip(sum).enumerate() {
             let Some(base) = base(term) else { continue };
             for lane in 0..LANES {

@@ -23,7 +23,7 @@ pub use projection::{CoordinateTable, ProjectionTerms};
 pub use sampled::{Drawn, SampledTerms};
 
 /// Depths of a segment on each ray: linear between middle − half and middle + half [1].
-pub struct Course {
+pub struct DepthSpan {
     /// Their mean.
     pub middle: Lane,
     /// Half their difference.
@@ -70,14 +70,14 @@ impl Terms {
 
     /// Adds base · ⟨D⟩ to the sum of every term of `light` that has a base.
     #[inline(always)]
-    pub fn gather(&self, light: usize, drawn: &Drawn, course: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    pub fn gather(&self, light: usize, drawn: &Drawn, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
         match self {
-            Terms::Nodes(nodes) => nodes.gather(course, base, sum),
-            Terms::Lookup(lookup) => lookup.gather(light, course, base, sum),
-            Terms::Analytic(analytic) => analytic.gather(light, course, base, sum),
-            Terms::Projection(projection) => projection.gather(course, base, sum),
-            Terms::Preintegrated(preintegrated) => preintegrated.gather(light, course, base, sum),
-            Terms::Sampled(_) => drawn.gather(light, course, base, sum),
+            Terms::Nodes(nodes) => nodes.gather(span, base, sum),
+            Terms::Lookup(lookup) => lookup.gather(light, span, base, sum),
+            Terms::Analytic(analytic) => analytic.gather(light, span, base, sum),
+            Terms::Projection(projection) => projection.gather(span, base, sum),
+            Terms::Preintegrated(preintegrated) => preintegrated.gather(light, span, base, sum),
+            Terms::Sampled(_) => drawn.gather(light, span, base, sum),
         }
     }
 

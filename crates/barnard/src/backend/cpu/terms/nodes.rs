@@ -2,7 +2,7 @@
 
 use spectra::rule::Form;
 
-use super::Course;
+use super::DepthSpan;
 use crate::packet::{LANES, Lane, SERIES_LIMIT, exp, fma, lanes, largest, mean_transmittance, sinhc};
 use crate::plan::Plan;
 
@@ -27,7 +27,7 @@ impl NodeTerms {
     }
 
     #[inline(always)]
-    pub(super) fn gather(&self, Course { middle, half }: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    pub(super) fn gather(&self, DepthSpan { middle, half }: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
         let gentle = largest(&lanes(|lane| half[lane].abs())) * self.range.1 <= SERIES_LIMIT;
         for (term, (k, sum)) in self.k.iter().zip(sum).enumerate() {
             let Some(base) = base(term) else { continue };

@@ -2,7 +2,7 @@
 
 use spectra::rule::Form;
 
-use super::Course;
+use super::DepthSpan;
 use crate::packet::{LANES, Lane, exp, lanes};
 use crate::plan::Plan;
 
@@ -35,7 +35,13 @@ impl PreintegratedTerms {
     }
 
     #[inline(always)]
-    pub(super) fn gather(&self, light: usize, Course { middle, half }: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    pub(super) fn gather(
+        &self,
+        light: usize,
+        DepthSpan { middle, half }: &DepthSpan,
+        base: impl Fn(usize) -> Option<Lane>,
+        sum: &mut [Lane],
+    ) {
         let front = lanes(|lane| middle[lane] - half[lane].abs());
         let root = lanes(|lane| (2.0 * half[lane].abs()).sqrt());
         for (term, ((k, table), sum)) in self.k.iter().zip(&self.tables[light]).zip(sum).enumerate() {

@@ -3,7 +3,7 @@
 use spectra::rule::{Form, Projection};
 use wide::f32x4;
 
-use super::Course;
+use super::DepthSpan;
 use crate::packet::{LANES, Lane, cell, lanes, largest};
 use crate::plan::Plan;
 
@@ -66,12 +66,12 @@ impl ProjectionTerms {
     }
 
     #[inline(always)]
-    pub(super) fn gather(&self, course: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    pub(super) fn gather(&self, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
         for group in &self.groups {
             if group.table.size <= 4 {
-                group.gather::<4>(course, &base, sum);
+                group.gather::<4>(span, &base, sum);
             } else {
-                group.gather::<8>(course, &base, sum);
+                group.gather::<8>(span, &base, sum);
             }
         }
     }
@@ -87,8 +87,8 @@ impl ProjectionTerms {
 
 impl Group {
     #[inline(always)]
-    fn gather<const ROW: usize>(&self, course: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
-        let means = self.table.means::<ROW>(course);
+    fn gather<const ROW: usize>(&self, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+        let means = self.table.means::<ROW>(span);
         for element in 0..self.table.size {
             let mean = &means[element];
             for first in &self.first {
@@ -128,11 +128,11 @@ impl CoordinateTable {
         Self { size, per_depth: (1.0 / projection.step) as f32, gaps, quads, left, short: projection.short as f32 }
     }
 
-    /// The mean coordinates over the lanes' courses, element × lane; beyond the table its last entry is held.
+    /// The mean coordinates over the lanes' spans, element × lane; beyond the table its last entry is held.
     ///
     /// `ROW` is the number of elements, rounded up to four or eight.
     #[inline(always)]
-    pub fn means<const ROW: usize>(&self, Course { middle, half }: &Course) -> [Lane; ROW] {
+    pub fn means<const ROW: usize>(&self, DepthSpan { middle, half }: &DepthSpan) -> [Lane; ROW] {
         let half = lanes(|lane| half[lane].abs());
         if largest(&half) > self.short {
             return self.thick(middle, &half);
@@ -215,7 +215,7 @@ mod tests {
     use super::*;
     use crate::test_scenes::{ball, dust, on_axis, scene, star};
 
-    /// ⟨q⟩ of the plan's own basis by quadrature, for one quad of elements and for two, short courses, long ones, and such as leave the table.
+    /// ⟨q⟩ of the plan's own basis by quadrature, for one quad of elements and for two, short spans, long ones, and such as leave the table.
     #[test]
     fn means_are_those_of_the_basis() {
         let rule = gauss_legendre(64);
@@ -229,15 +229,14 @@ mod tests {
             let table = CoordinateTable::new(projection);
             let end = projection.basis.range;
             for reach in [0.0, 0.1, 0.15, 1.0, 2.5] {
-                let course =
-                    Course { middle: lanes(|lane| end as f32 * lane as f32 / 12.0), half: lanes(|lane| reach * (lane % 3) as f32) };
-                let means = if size <= 4 { table.means::<4>(&course).to_vec() } else { table.means::<8>(&course).to_vec() };
+                let span =
+                    DepthSpan { middle: lanes(|lane| end as f32 * lane as f32 / 12.0), half: lanes(|lane| reach * (lane % 3) as f32) };
+                let means = if size <= 4 { table.means::<4>(&span).to_vec() } else { table.means::<8>(&span).to_vec() };
                 for lane in 0..LANES {
-                    let at = |x: f64| {
-                        projection.basis.coordinates(f64::from(course.middle[lane] + x as f32 * course.half[lane]).clamp(0.0, end))
-                    };
+                    let at =
+                        |x: f64| projection.basis.coordinates(f64::from(span.middle[lane] + x as f32 * span.half[lane]).clamp(0.0, end));
                     // No depth is less than none.
-                    for element in (0..size).filter(|_| course.middle[lane] >= course.half[lane]) {
+                    for element in (0..size).filter(|_| span.middle[lane] >= span.half[lane]) {
                         let truth: f64 = rule.iter().map(|(x, w)| 0.5 * w * at(*x)[element]).sum();
                         let error = (f64::from(means[element][lane]) - truth).abs();
                         assert!(error < 2e-4 * truth.abs().max(0.1), "{size} {reach} {lane} {element}: {} {truth}", means[element][lane]);

@@ -2,7 +2,7 @@
 
 use spectra::rule::{Form, Sampled};
 
-use super::Course;
+use super::DepthSpan;
 use crate::packet::{LANES, Lane, exp, mean_transmittance};
 use crate::plan::Plan;
 use crate::random::Counter;
@@ -56,7 +56,13 @@ impl SampledTerms {
 
 impl Drawn {
     #[inline(always)]
-    pub(super) fn gather(&self, light: usize, Course { middle, half }: &Course, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    pub(super) fn gather(
+        &self,
+        light: usize,
+        DepthSpan { middle, half }: &DepthSpan,
+        base: impl Fn(usize) -> Option<Lane>,
+        sum: &mut [Lane],
+    ) {
         for (term, ((k, ratio), sum)) in self.k.iter().zip(&self.ratio[light]).zip(sum).enumerate() {
             let Some(base) = base(term) else { continue };
             for lane in 0..LANES {

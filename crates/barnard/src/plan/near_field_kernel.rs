@@ -1,20 +1,20 @@
-//! The window around a star of the crowd: what of its light is marched and what is gathered, eq. (24) of docs/method.md, and depths within.
+//! The kernel around a gathered star: what of its light is marched and what is gathered, eq. (24) of docs/method.md, and depths within.
 
 use glam::DVec3;
 
 use crate::geometry::Bounds;
 
-/// The window w = (1 − q)² for q < 1, 0 beyond, q = (b² + t² s)/R², around a star: what of its light is not gathered. Before the star, where light goes on towards the eye, s = (R/L)²: phase functions are peaked
+/// The kernel w = (1 − q)² for q < 1, 0 beyond, q = (b² + t² s)/R², around a star: what of its light is not gathered. Before the star, where light goes on towards the eye, s = (R/L)²: phase functions are peaked
 /// there, and a peak is wider than cells only from some distance on; behind it s = 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Window {
+pub struct NearFieldKernel {
     /// R: across the line of sight, and behind the star [pc].
     pub reach_pc: f64,
     /// L: before the star [pc].
     pub ahead_pc: f64,
 }
 
-/// A window in f32.
+/// A kernel in f32.
 #[derive(Debug, Clone, Copy)]
 pub struct Shape {
     /// 1/R² [pc⁻²].
@@ -23,7 +23,7 @@ pub struct Shape {
     pub flat: f32,
 }
 
-impl Window {
+impl NearFieldKernel {
     /// The same in all directions.
     pub fn even(reach_pc: f64) -> Self {
         Self { reach_pc, ahead_pc: reach_pc }
@@ -47,7 +47,7 @@ impl Window {
         if part > 0.0 { part * part } else { 0.0 }
     }
 
-    /// The box around a window whose star is at the origin, the eye being in this direction [pc].
+    /// The box around a kernel whose star is at the origin, the eye being in this direction [pc].
     pub fn bounds(&self, eye: DVec3) -> Bounds {
         // Eyes that are near see it under other angles.
         let end = (self.ahead_pc - self.reach_pc) * eye;
@@ -56,7 +56,7 @@ impl Window {
     }
 }
 
-/// How much larger the box around a window is.
+/// How much larger the box around a kernel is.
 const AROUND: f64 = 1.25;
 
 impl Shape {
@@ -70,12 +70,12 @@ impl Shape {
     }
 }
 
-/// Places along a star's line of sight, as far as its window goes, at which its depth is known.
+/// Places along a star's line of sight, as far as its kernel goes, at which its depth is known.
 pub const PROFILE: usize = 8;
 /// Depths at V from a star to those, itself the first [1].
 pub type Profile = [f32; PROFILE + 1];
 
-/// Depth at V from a star to a place in its window: that of a mean σ around it, of its profile before it [1].
+/// Depth at V from a star to a place in its kernel: that of a mean σ around it, of its profile before it [1].
 #[inline(always)]
 pub fn depth_within(profile: &Profile, inverse_step: f32, sigma: f32, distance: f32, cosine: f32) -> f32 {
     let around = distance * sigma;
@@ -90,24 +90,24 @@ pub fn depth_within(profile: &Profile, inverse_step: f32, sigma: f32, distance: 
 mod tests {
     use super::*;
 
-    /// What is gathered and what is marched are all of a star's light, in every direction; and nothing is marched beyond the window.
+    /// What is gathered and what is marched are all of a star's light, in every direction; and nothing is marched beyond the kernel.
     #[test]
     fn windows_part_the_light() {
-        for window in [Window::even(0.3), Window { reach_pc: 0.3, ahead_pc: 1.1 }] {
-            let shape = window.shape();
+        for kernel in [NearFieldKernel::even(0.3), NearFieldKernel { reach_pc: 0.3, ahead_pc: 1.1 }] {
+            let shape = kernel.shape();
             for i in 1..400 {
                 for cosine in [-1.0, -0.4, 0.0, 0.3, 0.8, 1.0] {
                     let square = (0.004 * f64::from(i)).powi(2);
                     let beyond = f64::from(shape.beyond(square as f32, cosine as f32));
-                    let sum = window.share(square, cosine) + square * beyond;
-                    assert!((sum - 1.0).abs() < 2e-6, "{window:?} {square} {cosine}: {sum}");
+                    let sum = kernel.share(square, cosine) + square * beyond;
+                    assert!((sum - 1.0).abs() < 2e-6, "{kernel:?} {square} {cosine}: {sum}");
                     // Never more than at the star.
                     assert!(beyond <= 2.0 / (0.3 * 0.3) * (1.0 + 1e-6));
                 }
             }
-            assert_eq!(window.share((window.reach_pc * 1.001).powi(2), -1.0), 0.0);
-            assert_eq!(window.share((window.ahead_pc * 1.001).powi(2), 1.0), 0.0);
-            assert!(window.share((window.reach_pc * 0.9).powi(2), 1.0) > 0.0);
+            assert_eq!(kernel.share((kernel.reach_pc * 1.001).powi(2), -1.0), 0.0);
+            assert_eq!(kernel.share((kernel.ahead_pc * 1.001).powi(2), 1.0), 0.0);
+            assert!(kernel.share((kernel.reach_pc * 0.9).powi(2), 1.0) > 0.0);
         }
     }
 }

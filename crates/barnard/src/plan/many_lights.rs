@@ -1,10 +1,10 @@
-//! The crowd: stars that are too many to be marched one by one.
+//! The many lights: stars that are too many to be marched one by one.
 //!
-//! A star's light is split by a smooth window around it,
+//! A star's light is split by a smooth kernel around it,
 //!
 //!   1/r² = w/r² + (1 − w)/r²                                                        eq. (24) of docs/method.md
 //!
-//! so that the second part is smooth: that of all stars together is gathered in cells (`diffuse`) and marched as one field. The first part is marched star by star, but only where it is: a ray meets few of the neighbourhoods. So a frame does not grow with the stars. Depths of a crowd's stars
+//! so that the second part is smooth: that of all stars together is gathered in cells (`multiple_scattering`) and marched as one field. The first part is marched star by star, but only where it is: a ray meets few of the neighbourhoods. So a frame does not grow with the stars. Depths of many lights's stars
 //! are swept through merged dust, at most 32 voxels an edge: what is finer of their shadows is lost.
 
 use std::collections::HashMap;
@@ -16,9 +16,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 use spectra::passband::Passband;
 
+use super::near_field_kernel::{NearFieldKernel, PROFILE, Profile};
 use super::star_depth;
 use super::volume::{Channel, Volume};
-use super::window::{PROFILE, Profile, Window};
 use super::{Bricks, Settings};
 use crate::control::{Control, Stage};
 use crate::error::Result;
@@ -33,16 +33,16 @@ const ALL: usize = 8;
 const BRIGHT: f64 = 0.5;
 /// Most voxels along an edge of the depths of one star, fewest where memory is short, and the part of the memory that all may take.
 const EDGE: usize = 32;
-const LEAST_EDGE: usize = 8;
+const MIN_EDGE: usize = 8;
 const MEMORY_SHARE: u64 = 4;
 /// Stars that are looked for together.
 const GROUP: usize = 16;
-/// Stars of the crowd that pilot rays march where no other star shines.
-const SCOUTS: usize = 4;
+/// Gathered stars that pilot rays march where no other star shines.
+const REPRESENTATIVES: usize = 4;
 
-/// The crowd of one scene.
+/// The many lights of one scene.
 #[derive(Debug, Clone)]
-pub struct Crowd {
+pub struct ManyLights {
     /// Numbers of its stars in the scene; neighbours in space stand beside each other.
     pub stars: Vec<usize>,
     /// Where they are [pc].
@@ -51,8 +51,8 @@ pub struct Crowd {
     pub sigma: Vec<f32>,
     /// Whether each star of the scene is one of them.
     member: Vec<bool>,
-    /// The brightest, by which pilot rays choose their steps where all stars are in the crowd.
-    pub scouts: Vec<usize>,
+    /// The brightest, by which pilot rays choose their steps where all stars are among the many lights.
+    pub representatives: Vec<usize>,
     /// Depths at V from each of them.
     depths: Vec<Arc<Volume>>,
     /// What they were swept through.
@@ -60,7 +60,7 @@ pub struct Crowd {
     groups: Vec<Group>,
 }
 
-/// Neighbours in a sphere.
+/// NearStar in a sphere.
 #[derive(Debug, Clone)]
 struct Group {
     centre: DVec3,
@@ -96,8 +96,8 @@ fn brightness(stars: &[Star], bands: &[Passband]) -> Vec<f64> {
     bands.iter().map(of_band).fold(none, |most, own| most.iter().zip(own).map(|(m, o)| m.max(o)).collect())
 }
 
-impl Crowd {
-    /// The stars `members`, from the brightest on, of those at `places` [pc] in `dust`, with depths of at most `edge` voxels an edge; those that another crowd has swept through the same
+impl ManyLights {
+    /// The stars `members`, from the brightest on, of those at `places` [pc] in `dust`, with depths of at most `edge` voxels an edge; those that other many lights have swept through the same
     /// dust are not swept again.
     ///
     /// # Errors
@@ -136,15 +136,15 @@ impl Crowd {
         };
         let depths = own.par_iter().map(swept).collect::<Result<Vec<_>>>()?;
         let sigma = own.iter().map(|place| dust.at(*place) as f32).collect();
-        let scouts = scouts(members, places.len());
+        let representatives = representatives(members, places.len());
         let member = mask(members, places.len());
-        Ok(Self { stars, places: own, member, sigma, scouts, depths, dust: dust.clone(), groups })
+        Ok(Self { stars, places: own, member, sigma, representatives, depths, dust: dust.clone(), groups })
     }
 
     /// The same where other stars are the brightest; none where they are not.
     pub fn led_by(&self, members: &[usize]) -> Option<Self> {
-        let scouts = scouts(members, self.member.len());
-        (scouts != self.scouts).then(|| Self { scouts, ..self.clone() })
+        let representatives = representatives(members, self.member.len());
+        (representatives != self.representatives).then(|| Self { representatives, ..self.clone() })
     }
 
     /// The same through `ratio` times as much dust, `dust`; none where depths were or would be cut.
@@ -172,10 +172,10 @@ impl Crowd {
         0.5 * distance_pc * (f64::from(self.sigma[i]) + sigma)
     }
 
-    /// The profile of each star for an eye in its direction, as far as its window goes.
-    pub fn profiles(&self, windows: &[Window], eye: impl Fn(DVec3) -> DVec3 + Sync) -> Vec<Profile> {
-        let profile = |(place, window): (&DVec3, &Window)| {
-            let step = window.ahead_pc / PROFILE as f64 * eye(*place);
+    /// The profile of each star for an eye in its direction, as far as its kernel goes.
+    pub fn profiles(&self, kernels: &[NearFieldKernel], eye: impl Fn(DVec3) -> DVec3 + Sync) -> Vec<Profile> {
+        let profile = |(place, kernel): (&DVec3, &NearFieldKernel)| {
+            let step = kernel.ahead_pc / PROFILE as f64 * eye(*place);
             let mut depth = 0.0;
             std::array::from_fn(|i| {
                 if i > 0 {
@@ -184,7 +184,7 @@ impl Crowd {
                 depth.min(star_depth::OPAQUE) as f32
             })
         };
-        self.places.par_iter().zip(windows).map(profile).collect()
+        self.places.par_iter().zip(kernels).map(profile).collect()
     }
 
     /// Depths at V from star number `i` along the row at (y, z) [pc], from voxel to voxel.
@@ -222,7 +222,7 @@ impl Crowd {
         self.depths.par_iter().map(|d| f64::from(star_depth::deepest(d, 0, dust))).reduce(|| 0.0, f64::max)
     }
 
-    /// Numbers in the crowd of stars no farther than `reach` [pc] from `ray` between two distances.
+    /// Numbers among the many lights of stars no farther than `reach` [pc] from `ray` between two distances.
     pub fn beside(&self, ray: &Ray, (near, far): (f64, f64), reach: f64) -> impl Iterator<Item = usize> {
         let square = move |place: DVec3| (ray.at((place - ray.origin).dot(ray.direction).clamp(near, far)) - place).length_squared();
         let groups = self.groups.iter().filter(move |group| square(group.centre) <= (group.radius + reach).powi(2));
@@ -243,8 +243,8 @@ pub fn mask(members: &[usize], stars: usize) -> Vec<bool> {
 }
 
 /// The brightest, where there is no star beside them.
-fn scouts(members: &[usize], stars: usize) -> Vec<usize> {
-    members.iter().copied().take(if members.len() == stars { SCOUTS } else { 0 }).collect()
+fn representatives(members: &[usize], stars: usize) -> Vec<usize> {
+    members.iter().copied().take(if members.len() == stars { REPRESENTATIVES } else { 0 }).collect()
 }
 
 /// Dust that is merged for sweeps, and the lattice of the depths of `count` stars that fits into memory.
@@ -258,8 +258,8 @@ fn fitting(dust: &Grid, count: usize, settings: &Settings) -> Result<(Grid, Latt
     };
     let bytes = |lattice: &Lattice| Volume::zeroed(lattice, vec![Channel::StarDepth(0)]).bytes().saturating_mul(count as u64);
     let mut edge = EDGE;
-    while bytes(&lattice_of(edge)) > settings.memory_limit / MEMORY_SHARE && edge > LEAST_EDGE {
-        edge = (edge / 2).max(LEAST_EDGE);
+    while bytes(&lattice_of(edge)) > settings.memory_limit / MEMORY_SHARE && edge > MIN_EDGE {
+        edge = (edge / 2).max(MIN_EDGE);
     }
     let lattice = lattice_of(edge);
     memory::check(&format!("depths of {count} stars"), bytes(&lattice), settings.memory_limit)?;
@@ -291,7 +291,7 @@ fn group(stars: &mut [usize], places: &[DVec3], first: usize, out: &mut Vec<Grou
 
 #[cfg(test)]
 mod tests {
-    use super::super::window::depth_within;
+    use super::super::near_field_kernel::depth_within;
     use super::*;
 
     fn dust() -> Arc<Grid> {
@@ -305,30 +305,30 @@ mod tests {
         (0..count).map(|i| DVec3::new(part(i, 0.618_034), part(i, 0.414_214), 0.8 * part(i, 0.732_051))).collect()
     }
 
-    fn crowd(before: Option<&Crowd>, places: &[DVec3], dust: &Arc<Grid>) -> Crowd {
+    fn many_lights(before: Option<&ManyLights>, places: &[DVec3], dust: &Arc<Grid>) -> ManyLights {
         let settings = Settings { method: Method::default(), memory_limit: memory::DEFAULT_LIMIT, sweeper: None };
         let members: Vec<usize> = (0..places.len()).collect();
-        Crowd::new(before, &members, places, dust, &settings, &Control::default()).unwrap()
+        ManyLights::new(before, &members, places, dust, &settings, &Control::default()).unwrap()
     }
 
     /// Rows of depths and profiles are those of exact columns, as far as merged dust goes.
     #[test]
     fn depths_are_those_of_columns() {
         let (dust, places) = (dust(), places(20));
-        let crowd = crowd(None, &places, &dust);
-        let lattice = crowd.lattice().unwrap().clone();
+        let many_lights = many_lights(None, &places, &dust);
+        let lattice = many_lights.lattice().unwrap().clone();
         let mut row = Vec::new();
-        for (i, star) in crowd.places.iter().enumerate() {
-            crowd.row(i, [0.21, -0.33], &mut row);
+        for (i, star) in many_lights.places.iter().enumerate() {
+            many_lights.row(i, [0.21, -0.33], &mut row);
             for x in 1..lattice.dims[0] - 1 {
                 let place = DVec3::new(lattice.centre(x, 0, 0).x, 0.21, -0.33);
                 let exact = dust.column(*star, place, f64::INFINITY);
                 assert!((f64::from(row[x]) - exact).abs() < 0.02 * (1.0 + exact), "{star} {place}: {} {exact}", row[x]);
             }
         }
-        let window = Window { reach_pc: 0.1, ahead_pc: 0.4 };
-        let profiles = crowd.profiles(&vec![window; 20], |_| DVec3::Z);
-        for (profile, star) in profiles.iter().zip(&crowd.places) {
+        let kernel = NearFieldKernel { reach_pc: 0.1, ahead_pc: 0.4 };
+        let profiles = many_lights.profiles(&vec![kernel; 20], |_| DVec3::Z);
+        for (profile, star) in profiles.iter().zip(&many_lights.places) {
             let exact = |part: f64| dust.column(*star, *star + 0.4 * part * DVec3::Z, f64::INFINITY);
             let inverse_step = PROFILE as f32 / 0.4;
             // At its places, and between two of them.
@@ -341,13 +341,13 @@ mod tests {
         }
     }
 
-    /// Stars that stay are not swept again, whatever their order is; one that moves is, and has the depths of a crowd that is new.
+    /// Stars that stay are not swept again, whatever their order is; one that moves is, and has the depths of many lights that are new.
     #[test]
     fn only_what_moved_is_swept() {
         let (dust, mut places) = (dust(), places(50));
-        let first = crowd(None, &places, &dust);
+        let first = many_lights(None, &places, &dust);
         places[7] = DVec3::new(-0.5, 0.5, 0.3);
-        let (moved, new) = (crowd(Some(&first), &places, &dust), crowd(None, &places, &dust));
+        let (moved, new) = (many_lights(Some(&first), &places, &dust), many_lights(None, &places, &dust));
         assert_eq!(moved.stars, new.stars);
         for i in 0..50 {
             let at = first.stars.iter().position(|star| *star == moved.stars[i]).unwrap();
@@ -356,7 +356,7 @@ mod tests {
         }
         // Through other dust all are.
         let other = self::dust();
-        let swept = crowd(Some(&first), &places, &other);
+        let swept = many_lights(Some(&first), &places, &other);
         assert!((0..50).all(|i| !first.depths.iter().any(|d| Arc::ptr_eq(d, &swept.depths[i]))));
     }
 
@@ -364,14 +364,14 @@ mod tests {
     #[test]
     fn stars_beside_a_ray_are_found() {
         let (dust, places) = (dust(), places(300));
-        let crowd = crowd(None, &places, &dust);
+        let many_lights = many_lights(None, &places, &dust);
         for i in 0..40 {
             let ray = Ray { origin: places[i], direction: (places[i + 60] - places[i]).normalize() };
             for (span, reach) in [((0.0, 2.0), 0.1), ((0.3, 0.5), 0.02), ((-1.0, f64::INFINITY), 0.3)] {
                 let far = |p: DVec3| (ray.at((p - ray.origin).dot(ray.direction).clamp(span.0, span.1)) - p).length();
-                let mut found: Vec<usize> = crowd.beside(&ray, span, reach).collect();
+                let mut found: Vec<usize> = many_lights.beside(&ray, span, reach).collect();
                 found.sort_unstable();
-                let expected: Vec<usize> = (0..300).filter(|s| far(crowd.places[*s]) <= reach).collect();
+                let expected: Vec<usize> = (0..300).filter(|s| far(many_lights.places[*s]) <= reach).collect();
                 assert_eq!(found, expected);
             }
         }

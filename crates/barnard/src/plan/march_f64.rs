@@ -5,19 +5,19 @@
 use super::near::{self, NearPiece};
 use super::segment::mean_inverse_square;
 use super::volume::Channel;
-use super::{Space, Spectral, Stepping};
+use super::{SpatialPlan, SpectralPlan, Stepping};
 use crate::geometry::{Bounds, Ray};
-use crate::light::{Light, Path};
+use crate::light::{Light, Route};
 
 /// What looks along a ray.
 pub(super) trait Eye {
     /// So much of a light arrives, fallen by its mean over the depths at V.
     fn light(&mut self, light: usize, amount: f64, depths: (f64, f64));
 
-    /// The stars that it sees, those with depths of their own first: those that have depths of their own, and of the crowd its scouts where there are no others.
-    fn stars(&self, space: &Space) -> Vec<usize> {
-        let scouts = space.crowd.iter().flat_map(|crowd| &crowd.scouts);
-        space.marched().iter().chain(scouts).copied().collect()
+    /// The stars that it sees, those with depths of their own first: those that have depths of their own, and of many lights their representatives where there are no others.
+    fn stars(&self, space: &SpatialPlan) -> Vec<usize> {
+        let representatives = space.many_lights.iter().flat_map(|many_lights| &many_lights.representatives);
+        space.marched().iter().chain(representatives).copied().collect()
     }
 
     /// Whether scattered light comes by [`dust`](Self::dust), that of all stars together, and not star by star.
@@ -47,8 +47,8 @@ const END: f64 = 30.0;
 /// Walks `ray` from the front to the back; returns the optical depth of all of it at V [1]. Where `exact`, densities are those of the fields themselves and star depths
 /// are marched; else both are read.
 pub(super) fn walk(
-    space: &Space,
-    spectral: &Spectral,
+    space: &SpatialPlan,
+    spectral: &SpectralPlan,
     lights: &[Light],
     ray: &Ray,
     stepping: Stepping,
@@ -59,9 +59,9 @@ pub(super) fn walk(
     let seen = eye.stars(space);
     let mut number = vec![None; space.stars.len()];
     seen.iter().enumerate().for_each(|(i, star)| number[*star] = Some(i));
-    let shines = |(_, light): &(usize, &Light)| match light.path {
-        Path::Scattered { star } => number[star].is_some(),
-        Path::Emitted { .. } => true,
+    let shines = |(_, light): &(usize, &Light)| match light.route {
+        Route::Scattered { star } => number[star].is_some(),
+        Route::Emitted { .. } => true,
         _ => false,
     };
     let shining: Vec<(usize, &Light)> = lights.iter().enumerate().filter(shines).collect();
@@ -90,14 +90,14 @@ pub(super) fn walk(
             let growth = 0.5 * dt * (before.sigma + after.sigma);
             for (light, l) in &shining {
                 let light = *light;
-                match l.path {
-                    Path::Scattered { star } if growth > 0.0 && !eye.scattered_together() => {
+                match l.route {
+                    Route::Scattered { star } if growth > 0.0 && !eye.scattered_together() => {
                         let Some(i) = number[star] else { continue };
                         let depths = (tau + before.depths[i], tau + growth + after.depths[i]);
                         let segment = Segment { span: (t0, t1), sigma: (before.sigma, after.sigma), tau: (tau, growth), depths };
                         scatter((space, spectral), (light, star), ray, &segment, exact, eye);
                     }
-                    Path::Emitted { species } => {
+                    Route::Emitted { species } => {
                         let density = 0.5 * dt * (before.emission[species] + after.emission[species]);
                         if density > 0.0 {
                             eye.light(light, density, (tau, tau + growth));
@@ -116,14 +116,14 @@ pub(super) fn walk(
             }
         }
     }
-    for (light, _) in lights.iter().enumerate().filter(|(_, l)| l.path == Path::Background) {
+    for (light, _) in lights.iter().enumerate().filter(|(_, l)| l.route == Route::Background) {
         eye.light(light, 1.0, (tau, tau));
     }
     tau
 }
 
 /// Where the steps end [pc]. A step that is long beside its distance to a star is marched in parts, as the back ends do.
-fn ends(space: &Space, ray: &Ray, (near, far): (f64, f64), stepping: Stepping, cut: bool) -> impl Iterator<Item = f64> {
+fn ends(space: &SpatialPlan, ray: &Ray, (near, far): (f64, f64), stepping: Stepping, cut: bool) -> impl Iterator<Item = f64> {
     let voxel = space.voxel_pc();
     let steps = stepping.steps(far - near, space.voxel_along(ray.direction));
     let dt = (far - near) / steps as f64;
@@ -142,7 +142,7 @@ fn ends(space: &Space, ray: &Ray, (near, far): (f64, f64), stepping: Stepping, c
 
 /// Cuts the steps of an exact walk from `near` on where functions jump, and where the depth grows fast, and leaves out those behind twice a depth of `enough`; returns
 /// about how deep the ends of the steps lie.
-fn refine(space: &Space, ray: &Ray, near: f64, ends: &mut Vec<f64>, enough: f64) -> Vec<f64> {
+fn refine(space: &SpatialPlan, ray: &Ray, near: f64, ends: &mut Vec<f64>, enough: f64) -> Vec<f64> {
     let far = ends.last().copied().unwrap_or(near);
     ends.extend(space.crossings(ray).into_iter().filter(|t| (near..far).contains(t)));
     ends.sort_by(f64::total_cmp);
@@ -168,7 +168,7 @@ fn refine(space: &Space, ray: &Ray, near: f64, ends: &mut Vec<f64>, enough: f64)
 
 /// What a ray really passes: the fields themselves, and star depths marched through them.
 struct Truth<'a> {
-    space: &'a Space,
+    space: &'a SpatialPlan,
     ray: &'a Ray,
     seen: &'a [usize],
     /// Where the dust itself is marched towards the stars [pc], ascending; what lies between is taken linear.
@@ -179,17 +179,17 @@ struct Truth<'a> {
 
 /// Places along a ray, of all stars together, and fewest for each.
 const PLACES: usize = 24;
-const FEWEST_PLACES: usize = 6;
+const MIN_PLACES: usize = 6;
 /// The part of them that lies evenly along the way; the others lie where light comes from.
 const EVEN: f64 = 0.4;
 
 impl<'a> Truth<'a> {
     /// For steps that begin at `near` and have these `ends` and about these depths there.
-    fn new(space: &'a Space, ray: &'a Ray, (near, ends): (f64, &[f64]), depths: &[f64], seen: &'a [usize]) -> Self {
+    fn new(space: &'a SpatialPlan, ray: &'a Ray, (near, ends): (f64, &[f64]), depths: &[f64], seen: &'a [usize]) -> Self {
         if !space.depth_is_sampled() {
             return Self { space, ray, seen, places: Vec::new(), beyond: Vec::new() };
         }
-        let count = (PLACES / seen.len().max(1)).max(FEWEST_PLACES);
+        let count = (PLACES / seen.len().max(1)).max(MIN_PLACES);
         let places = places((near, ends), depths, count);
         let beyond = |star: &usize| places.iter().map(|t| space.depth_beyond_samples(space.stars[*star], ray.at(*t))).collect();
         let beyond = seen.iter().map(beyond).collect();
@@ -249,7 +249,7 @@ struct Segment {
 
 /// Scattered light of one star in one segment.
 fn scatter(
-    (space, spectral): (&Space, &Spectral),
+    (space, spectral): (&SpatialPlan, &SpectralPlan),
     (light, star): (usize, usize),
     ray: &Ray,
     segment: &Segment,
@@ -295,7 +295,7 @@ struct Sample {
 
 impl Sample {
     /// What the plan's volumes hold.
-    fn at(space: &Space, ray: &Ray, t: f64, seen: &[usize]) -> Self {
+    fn at(space: &SpatialPlan, ray: &Ray, t: f64, seen: &[usize]) -> Self {
         let p = ray.at(t);
         let mut sample = Self { sigma: 0.0, depths: vec![0.0; seen.len()], emission: vec![0.0; space.species()] };
         for volume in &space.volumes {
@@ -315,7 +315,7 @@ impl Sample {
                         }
                     }
                     Channel::Emission(species) => sample.emission[species] = volume.at(c, p),
-                    Channel::Light(_) | Channel::Diffuse(_) => {}
+                    Channel::Light(_) | Channel::MultipleScattering(_) => {}
                 }
             }
         }

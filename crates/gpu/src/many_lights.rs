@@ -1,25 +1,25 @@
-//! The crowd on the device: a table of its stars, and for each cell of a grid the stars whose windows reach into it.
+//! The many lights on the device: a table of its stars, and for each cell of a grid the stars whose kernels reach into it.
 
 use barnard::geometry::Bounds;
 use barnard::plan::near::neighbour_piece;
-use barnard::plan::window::{PROFILE, Window};
-use barnard::plan::{Crowd, Diffuse, Plan, Stepping, Weights};
+use barnard::plan::near_field_kernel::{NearFieldKernel, PROFILE};
+use barnard::plan::{ManyLights, MultipleScattering, Plan, Stepping, Weights};
 use glam::DVec3;
 
 use crate::tables::Tables;
 
 /// Quads in front of the stars.
 pub const HEAD: usize = 3;
-/// Quads of a star beside its weights: place and σ, its window, depths before it.
+/// Quads of a star beside its weights: place and σ, its kernel, depths before it.
 pub const STAR: usize = 2 + PROFILE / 4;
 /// Most cells along an edge of the grid.
 const CELLS: f64 = 32.0;
 
-/// The crowd of a plan whose light is gathered, where there is anything that scatters it.
-pub fn of(plan: &Plan) -> Option<(&Crowd, &Diffuse)> {
+/// The many lights of a plan whose light is gathered, where there is anything that scatters it.
+pub fn of(plan: &Plan) -> Option<(&ManyLights, &MultipleScattering)> {
     plan.space().occupied?;
-    let (crowd, diffuse) = (plan.space().crowd.as_deref()?, plan.diffuse().map(|d| &**d)?);
-    diffuse.found.gathered.map(|_| (crowd, diffuse))
+    let (many_lights, scattered_field) = (plan.space().many_lights.as_deref()?, plan.scattered_field().map(|d| &**d)?);
+    scattered_field.report.gathered.map(|_| (many_lights, scattered_field))
 }
 
 /// Cells that know the stars near them.
@@ -30,10 +30,10 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(occupied: Bounds, windows: &[Window]) -> Self {
+    fn new(occupied: Bounds, kernels: &[NearFieldKernel]) -> Self {
         let size = occupied.size();
         let edge =
-            (size.max_element() / CELLS).max(windows.iter().map(|window| window.reach_pc).sum::<f64>() / windows.len().max(1) as f64);
+            (size.max_element() / CELLS).max(kernels.iter().map(|kernel| kernel.reach_pc).sum::<f64>() / kernels.len().max(1) as f64);
         Self { low: occupied.low, edge, dims: <[f64; 3]>::from(size / edge).map(|n| n.ceil().max(1.0) as usize) }
     }
 
@@ -53,19 +53,19 @@ impl Grid {
 }
 
 impl Tables {
-    /// The stars of the crowd, and behind the `bricks` the lists of the grid.
-    pub fn crowd(&mut self, plan: &Plan, weights: &Weights, room: usize, bricks: &mut Vec<u32>) {
-        let (Some((crowd, diffuse)), Some(occupied)) = (of(plan), plan.space().occupied) else { return };
-        let windows = diffuse.windows();
-        let grid = Grid::new(occupied, windows);
+    /// the gathered stars, and behind the `bricks` the lists of the grid.
+    pub fn many_lights(&mut self, plan: &Plan, weights: &Weights, room: usize, bricks: &mut Vec<u32>) {
+        let (Some((many_lights, scattered_field)), Some(occupied)) = (of(plan), plan.space().occupied) else { return };
+        let kernels = scattered_field.kernels();
+        let grid = Grid::new(occupied, kernels);
         // A segment is known by its middle.
         let longest = match plan.stepping() {
             Stepping::PerVoxel(n) => plan.space().voxel_pc() / n,
             Stepping::Fixed(n) => occupied.size().length() / n as f64,
         };
         let mut lists: Vec<Vec<u32>> = vec![Vec::new(); grid.dims.iter().product()];
-        for (star, (place, window)) in crowd.places.iter().zip(windows).enumerate() {
-            let own = window.bounds(diffuse.towards_eye(*place));
+        for (star, (place, kernel)) in many_lights.places.iter().zip(kernels).enumerate() {
+            let own = kernel.bounds(scattered_field.towards_eye(*place));
             let reached = Bounds { low: *place + own.low - 0.5 * longest, high: *place + own.high + 0.5 * longest };
             grid.touched(reached).for_each(|cell| lists[cell].push(star as u32));
         }
@@ -82,12 +82,12 @@ impl Tables {
         self.list.0.push([x, y, z, cells as f32]);
         let piece = neighbour_piece(plan.spectral().phase_angle, plan.spectral().accuracy);
         self.list.0.push([piece as f32, 0.0, 0.0, 0.0]);
-        for (star, weights) in weights.crowd.iter().enumerate() {
-            self.place(crowd.places[star], crowd.sigma[star]);
-            let window = windows[star];
-            let (shape, ahead) = (window.shape(), window.ahead_pc / window.reach_pc);
-            self.list.0.push([window.reach_pc, ahead, f64::from(shape.flat), PROFILE as f64 / window.ahead_pc].map(|v| v as f32));
-            self.list.numbers(&diffuse.profiles[star][1..], 0);
+        for (star, weights) in weights.many_lights.iter().enumerate() {
+            self.place(many_lights.places[star], many_lights.sigma[star]);
+            let kernel = kernels[star];
+            let (shape, ahead) = (kernel.shape(), kernel.ahead_pc / kernel.reach_pc);
+            self.list.0.push([kernel.reach_pc, ahead, f64::from(shape.flat), PROFILE as f64 / kernel.ahead_pc].map(|v| v as f32));
+            self.list.numbers(&scattered_field.profiles[star][1..], 0);
             self.list.numbers(weights, room / 4);
         }
     }

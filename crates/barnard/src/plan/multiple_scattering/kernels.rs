@@ -1,15 +1,15 @@
-//! How large the windows around the stars of a crowd are: what cells do not see of a star falls as L/R² in the picture, marching what is in the window costs as R³ for each. With as much
+//! How large the kernels around the gathered stars are: what cells do not see of a star falls as L/R² in the picture, marching what is in the kernel costs as R³ for each. With as much
 //! work as is allowed along an average ray the error is least for R ∝ L^(2/7).
 
-use super::medium::Cells;
+use super::cells::Cells;
 use super::solve::Problem;
-use crate::light::Path;
-use crate::plan::Crowd;
-use crate::plan::window::Window;
+use crate::light::Route;
+use crate::plan::ManyLights;
+use crate::plan::near_field_kernel::NearFieldKernel;
 
 /// Smallest and largest R, in cells.
 const REACH: (f64, f64) = (0.75, 4.0);
-/// Stars of the crowd that a sample in the dust is in the windows of, on average.
+/// Gathered stars that a sample in the dust is in the kernels of, on average.
 const CROWDED: f64 = 0.15;
 /// Cells that the forward peak of a phase function must be wide for cells to see it.
 const PEAK: f64 = 2.5;
@@ -18,17 +18,17 @@ const EXPONENT: f64 = 2.0 / 7.0;
 const HALVINGS: usize = 40;
 
 impl Problem<'_> {
-    /// The window around each star of the crowd, for these cells.
-    pub fn windows(&self, crowd: &Crowd, cells: &Cells) -> Vec<Window> {
+    /// The kernel around each gathered star, for these cells.
+    pub fn kernels(&self, many_lights: &ManyLights, cells: &Cells) -> Vec<NearFieldKernel> {
         let edge = cells.lattice.voxel_pc().max_element();
         let filled = cells.sigma.iter().filter(|sigma| **sigma > cells.least).count() as f64 * cells.lattice.voxel_pc().element_product();
-        let smallest = |peak: f64| Window { reach_pc: REACH.0 * edge, ahead_pc: (REACH.0 * edge).max(peak) };
-        // Where there are too many stars even for the smallest windows, peaks are left to the cells.
+        let smallest = |peak: f64| NearFieldKernel { reach_pc: REACH.0 * edge, ahead_pc: (REACH.0 * edge).max(peak) };
+        // Where there are too many stars even for the smallest kernels, peaks are left to the cells.
         let peak = PEAK * edge / self.spectral.forward_peak();
-        let peak = if crowd.stars.len() as f64 * smallest(peak).volume() <= CROWDED * filled { peak } else { 0.0 };
-        let sizes: Vec<f64> = self.brightness(crowd).into_iter().map(|part| part.powf(EXPONENT)).collect();
-        let window = |reach: f64| Window { reach_pc: reach * edge, ahead_pc: (reach * edge).max(peak) };
-        let at = |scale: f64| sizes.iter().map(move |size| window((scale * size).clamp(REACH.0, REACH.1)));
+        let peak = if many_lights.stars.len() as f64 * smallest(peak).volume() <= CROWDED * filled { peak } else { 0.0 };
+        let sizes: Vec<f64> = self.brightness(many_lights).into_iter().map(|part| part.powf(EXPONENT)).collect();
+        let kernel = |reach: f64| NearFieldKernel { reach_pc: reach * edge, ahead_pc: (reach * edge).max(peak) };
+        let at = |scale: f64| sizes.iter().map(move |size| kernel((scale * size).clamp(REACH.0, REACH.1)));
         let fits = |scale: f64| at(scale).map(|w| w.volume()).sum::<f64>() <= CROWDED * filled;
         // Whatever it is in parts of the mean, no star needs less than the one nor more than the other.
         let span = (1e-3 * REACH.0, 1e3 * REACH.1);
@@ -39,18 +39,18 @@ impl Problem<'_> {
         at((0..HALVINGS).fold(span, halved).0).collect()
     }
 
-    /// The largest part of each star of the crowd through any band, in parts of the mean.
-    fn brightness(&self, crowd: &Crowd) -> Vec<f64> {
-        let mut parts = vec![0.0f64; crowd.stars.len()];
+    /// The largest part of each gathered star through any band, in parts of the mean.
+    fn brightness(&self, many_lights: &ManyLights) -> Vec<f64> {
+        let mut parts = vec![0.0f64; many_lights.stars.len()];
         let mut light_of = vec![None; self.space.stars.len()];
         for (light, l) in self.lights.iter().enumerate() {
-            if let Path::Scattered { star } = l.path {
+            if let Route::Scattered { star } = l.route {
                 light_of[star] = Some(light);
             }
         }
         for band in &self.spectral.bands {
             let of = |star: &usize| light_of[*star].map_or(0.0, |light| band.rule.form.decay().weights(light).iter().sum::<f64>());
-            let powers: Vec<f64> = crowd.stars.iter().map(of).collect();
+            let powers: Vec<f64> = many_lights.stars.iter().map(of).collect();
             let mean = powers.iter().sum::<f64>() / powers.len().max(1) as f64;
             parts.iter_mut().zip(powers).filter(|_| mean > 0.0).for_each(|(part, power)| *part = part.max(power / mean));
         }

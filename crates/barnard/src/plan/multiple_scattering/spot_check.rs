@@ -1,30 +1,30 @@
-//! How far the gathered light of a crowd is from that of its stars one by one, with exact depths and the phase function itself, at places in the dust.
+//! How far the gathered light of many lights is from that of its stars one by one, with exact depths and the phase function itself, at places in the dust.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::medium::Cells;
+use super::cells::Cells;
 use super::{Field as DiffuseField, Moments, View, WIDTH};
 use crate::control::Control;
 use crate::error::Result;
 use crate::field::{Field, Lattice};
 use crate::phase::Phase;
-use crate::plan::window::{PROFILE, Profile, depth_within};
-use crate::plan::{Crowd, Space};
+use crate::plan::near_field_kernel::{PROFILE, Profile, depth_within};
+use crate::plan::{ManyLights, SpatialPlan};
 use crate::random::Counter;
 
 /// Places that are looked at, fewer where there are more stars than `DEPTHS` together allow, and how many at least.
 const PLACES: usize = 256;
 const DEPTHS: usize = 500_000;
-const FEWEST: usize = 24;
+const MIN: usize = 24;
 const SEED: u64 = 0x6361_6c6d;
 
 /// A place in the dust.
-pub struct Trial {
+pub struct SpotCheck {
     place: DVec3,
     /// σ at V there [pc⁻¹].
     sigma: f64,
-    /// Exact depths at V from the stars of the crowd, in its order [1].
+    /// Exact depths at V from the gathered stars, in its order [1].
     depths: Vec<f64>,
 }
 
@@ -48,7 +48,7 @@ impl Deviation {
 ///
 /// # Errors
 /// When the user wishes to stop.
-pub fn trials(crowd: &Crowd, space: &Space, cells: &Cells, control: &Control) -> Result<Vec<Trial>> {
+pub fn spot_checks(many_lights: &ManyLights, space: &SpatialPlan, cells: &Cells, control: &Control) -> Result<Vec<SpotCheck>> {
     let Some(dust) = &space.dust else { return Ok(Vec::new()) };
     let mut sum = 0.0;
     let cumulated: Vec<f64> = cells
@@ -59,8 +59,8 @@ pub fn trials(crowd: &Crowd, space: &Space, cells: &Cells, control: &Control) ->
             sum
         })
         .collect();
-    let count = (DEPTHS / crowd.stars.len().max(1)).clamp(FEWEST, PLACES);
-    let trial = |i: usize| -> Result<Option<Trial>> {
+    let count = (DEPTHS / many_lights.stars.len().max(1)).clamp(MIN, PLACES);
+    let spot_check = |i: usize| -> Result<Option<SpotCheck>> {
         control.check()?;
         let mut chance = Counter::new(SEED, i as u64);
         let at = chance.next() * sum;
@@ -69,30 +69,30 @@ pub fn trials(crowd: &Crowd, space: &Space, cells: &Cells, control: &Control) ->
         let within = DVec3::new(chance.next(), chance.next(), chance.next()) - 0.5;
         let place = cells.lattice.centre(x, y, z) + within * cells.lattice.voxel_pc();
         let sigma = dust.at(place);
-        let depths = || crowd.places.iter().map(|star| space.depth(*star, place)).collect();
-        Ok((sigma > 0.0).then(|| Trial { place, sigma, depths: depths() }))
+        let depths = || many_lights.places.iter().map(|star| space.depth(*star, place)).collect();
+        Ok((sigma > 0.0).then(|| SpotCheck { place, sigma, depths: depths() }))
     };
-    let trials: Vec<Option<Trial>> = (0..count).into_par_iter().map(trial).collect::<Result<_>>()?;
-    Ok(trials.into_iter().flatten().collect())
+    let spot_checks: Vec<Option<SpotCheck>> = (0..count).into_par_iter().map(spot_check).collect::<Result<_>>()?;
+    Ok(spot_checks.into_iter().flatten().collect())
 }
 
-impl Trial {
+impl SpotCheck {
     /// Source functions towards the eye, what is gathered and what is near against the exact ones, of all terms.
     pub fn deviation(&self, field: &DiffuseField, (seen, profiles): (&[Moments], &[Profile]), phase: &dyn Phase, view: View) -> Deviation {
         let mut deviation = Deviation { wrong: 0.0, all: 0.0 };
-        let Some(crowd) = &field.crowd else { return deviation };
+        let Some(many_lights) = &field.many_lights else { return deviation };
         for (part, seen) in field.parts.iter().zip(seen) {
             let mut found = gathered(self.place, &field.cells.lattice, seen);
             let mut exact = [0.0; WIDTH];
             for (star, sent) in part.sent.iter().enumerate() {
-                let offset = self.place - crowd.places[star];
+                let offset = self.place - many_lights.places[star];
                 let square = offset.length_squared().max(f64::MIN_POSITIVE);
                 let cosine = offset.normalize_or(DVec3::Z).dot(view.towards(self.place));
-                let window = &field.windows[star];
-                let step = PROFILE as f64 / window.ahead_pc;
-                let mean = 0.5 * (crowd.sigma[star] + self.sigma as f32);
+                let kernel = &field.kernels[star];
+                let step = PROFILE as f64 / kernel.ahead_pc;
+                let mean = 0.5 * (many_lights.sigma[star] + self.sigma as f32);
                 let depth = f64::from(depth_within(&profiles[star], step as f32, mean, square.sqrt() as f32, cosine as f32));
-                let near = window.share(square, cosine);
+                let near = kernel.share(square, cosine);
                 for (t, term) in part.terms.iter().enumerate() {
                     let scattered = f64::from(sent[t]) * term.albedo * phase.at(cosine, term.lambda_um) / square;
                     exact[t] += scattered * (-term.k * self.depths[star]).exp();

@@ -1,7 +1,7 @@
-// Stars of the crowd near a segment: the part of their light that is not gathered in the field.
+// Gathered stars near a segment: the part of their light that is not gathered in the field.
 
-// Depth at V from a star of the crowd to a place in its window.
-// twin: barnard::plan::window::depth_within
+// Depth at V from a gathered star to a place in its kernel.
+// twin: barnard::plan::near_field_kernel::depth_within
 fn depth_within(star: u32, sigma: f32, distance: f32, cosine: f32) -> f32 {
     let around = distance * sigma;
     let ahead = max(cosine, 0.0) * max(cosine, 0.0);
@@ -28,7 +28,7 @@ fn phase_at_node(term: u32, at: vec2f) -> f32 {
     return mix(numbers[first], numbers[first + stride], at.y);
 }
 
-// Adds base · weight · p(θ) · ⟨D⟩ of every term of a star of the crowd.
+// Adds base · weight · p(θ) · ⟨D⟩ of every term of a gathered star.
 fn gather_neighbour(state: ptr<function, State>, star: u32, at: vec2f, base: f32, middle: f32, half: f32) {
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
     let weights = 4u * (CROWD_STARS + star * CROWD_STRIDE + CROWD_WEIGHTS);
@@ -47,16 +47,16 @@ fn gather_neighbour(state: ptr<function, State>, star: u32, at: vec2f, base: f32
     }
 }
 
-// twin: barnard::backend::cpu::neighbours::scatter
+// twin: barnard::backend::cpu::near_field::scatter
 fn scatter_neighbour(state: ptr<function, State>, ray: Ray, number: u32, stretch: Stretch, growth: f32, sigma: vec2f) {
     let star = tables[CROWD_STARS + number * CROWD_STRIDE];
-    // R, L/R, what the window is flatter ahead, and places of the profile a parsec.
-    let window = tables[CROWD_STARS + number * CROWD_STRIDE + 1u];
+    // R, L/R, what the kernel is flatter ahead, and places of the profile a parsec.
+    let kernel = tables[CROWD_STARS + number * CROWD_STRIDE + 1u];
     let foot = dot(star.xyz - ray.origin, ray.direction);
     let b = max(length(star.xyz - (ray.origin + foot * ray.direction)), CLOSEST);
-    let half = sqrt(max(window.x * window.x - b * b, 0.0));
+    let half = sqrt(max(kernel.x * kernel.x - b * b, 0.0));
     let start = stretch.start - foot;
-    let entered = max(start, -window.y * half);
+    let entered = max(start, -kernel.y * half);
     let left_at = min(start + stretch.length, half);
     if left_at <= entered {
         return;
@@ -76,8 +76,8 @@ fn scatter_neighbour(state: ptr<function, State>, ray: Ray, number: u32, stretch
         }
         let square = fma(t, t, b * b);
         let density = mix(sigma.x, sigma.y, (t - start) / stretch.length);
-        let along = select(t * t, t * t * (1.0 - window.z), t < 0.0);
-        let inside = max(1.0 - fma(b, b, along) / (window.x * window.x), 0.0);
+        let along = select(t * t, t * t * (1.0 - kernel.z), t < 0.0);
+        let inside = max(1.0 - fma(b, b, along) / (kernel.x * kernel.x), 0.0);
         let piece = density * inside * inside * turn / b;
         let inverse = inverseSqrt(square);
         let cosine = -t * inverse;
@@ -96,7 +96,7 @@ fn scatter_neighbour(state: ptr<function, State>, ray: Ray, number: u32, stretch
     }
 }
 
-// The stars whose windows reach to a segment, whose ends have so much dust.
+// The stars whose kernels reach to a segment, whose ends have so much dust.
 fn scatter_neighbours(state: ptr<function, State>, ray: Ray, stretch: Stretch, growth: f32, sigma: vec2f) {
     let low = tables[CROWD_HEAD];
     let dims = vec4u(tables[CROWD_HEAD + 1u]);

@@ -1,4 +1,4 @@
-//! Pyramids of rays around a star: which planes they meet, and how far rays are apart. See `pyramid`.
+//! Frustums of rays around a star: which planes they meet, and how far rays are apart. See `frustum_sweep`.
 
 use glam::DVec3;
 
@@ -9,9 +9,9 @@ const FIRST_TIER: f64 = 8.0;
 /// Rays along a voxel edge at the far end of a tier.
 const RAYS_PER_VOXEL: f64 = 1.0;
 
-/// One pyramid: `axes` are those of u, v and w.
+/// One frustum: `axes` are those of u, v and w.
 #[derive(Debug, Clone)]
-pub struct Cone {
+pub struct Frustum {
     /// Where the star is along u, v, w, zero at the first centre [voxels].
     pub star: [f64; 3],
     /// Axes of the lattice that are u, v and w.
@@ -46,20 +46,20 @@ pub struct TierOf {
     pub end: usize,
 }
 
-/// The six pyramids around `star` [pc] through the voxels of `lattice`.
-pub fn cones(lattice: &Lattice, star: DVec3) -> Vec<Cone> {
+/// The six frustums around `star` [pc] through the voxels of `lattice`.
+pub fn frustums(lattice: &Lattice, star: DVec3) -> Vec<Frustum> {
     let index = (star - lattice.bounds.low) / lattice.voxel_pc() - 0.5;
-    let cone = |axes: [usize; 3], sign| Cone {
+    let frustum = |axes: [usize; 3], sign| Frustum {
         star: axes.map(|a| index[a]),
         axes,
         dims: axes.map(|a| lattice.dims[a]),
         edge: axes.map(|a| lattice.voxel_pc()[a]),
         sign,
     };
-    [[0, 1, 2], [0, 2, 1], [1, 2, 0]].into_iter().flat_map(|axes| [cone(axes, -1.0), cone(axes, 1.0)]).collect()
+    [[0, 1, 2], [0, 2, 1], [1, 2, 0]].into_iter().flat_map(|axes| [frustum(axes, -1.0), frustum(axes, 1.0)]).collect()
 }
 
-impl Cone {
+impl Frustum {
     /// Planes in the order in which rays meet them.
     pub fn planes(&self) -> Vec<usize> {
         let last = self.dims[2] as f64 - 1.0;
@@ -97,7 +97,7 @@ impl Cone {
         tiers
     }
 
-    /// The rays towards all voxels between two distances, if the pyramid holds any.
+    /// The rays towards all voxels between two distances, if the frustum holds any.
     fn rays(&self, near: f64, far: f64) -> Option<Rays> {
         let spacing = 1.0 / (RAYS_PER_VOXEL * far);
         let mut rays = Rays { first: [0.0; 2], spacing, counts: [0; 2] };

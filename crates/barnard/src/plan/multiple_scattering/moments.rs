@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Octet, WIDTH};
+use super::{EightLanes, WIDTH};
 use crate::field::Lattice;
 
 /// Moments of the radiance: cell × harmonic × term.
@@ -11,7 +11,7 @@ pub struct Moments {
     /// Harmonics of a cell.
     pub count: usize,
     /// All of them.
-    pub data: Vec<Octet>,
+    pub data: Vec<EightLanes>,
 }
 
 impl Moments {
@@ -22,16 +22,16 @@ impl Moments {
 
     /// Bytes that so many take.
     pub fn bytes(cells: usize, count: usize) -> u64 {
-        (size_of::<Octet>() as u64).saturating_mul(cells as u64).saturating_mul(count as u64)
+        (size_of::<EightLanes>() as u64).saturating_mul(cells as u64).saturating_mul(count as u64)
     }
 
     /// Those of one cell.
-    pub fn cell(&self, i: usize) -> &[Octet] {
+    pub fn cell(&self, i: usize) -> &[EightLanes] {
         &self.data[i * self.count..][..self.count]
     }
 
     /// Adds what another has, by a factor for each term.
-    pub fn add(&mut self, other: &Self, factor: &Octet) {
+    pub fn add(&mut self, other: &Self, factor: &EightLanes) {
         self.data.par_iter_mut().zip(&other.data).with_min_len(4096).for_each(|(own, other)| {
             (0..WIDTH).for_each(|t| own[t] += factor[t] * other[t]);
         });
@@ -86,7 +86,7 @@ impl Moments {
     }
 
     /// Scatters: moments become those of the source function.
-    pub fn scatter(&mut self, scattering: &[Octet]) {
+    pub fn scatter(&mut self, scattering: &[EightLanes]) {
         self.data.par_chunks_mut(self.count).with_min_len(1024).for_each(|cell| {
             cell.iter_mut().zip(scattering).for_each(|(own, factor)| (0..WIDTH).for_each(|t| own[t] *= factor[t]));
         });

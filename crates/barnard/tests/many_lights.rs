@@ -1,4 +1,4 @@
-//! Stars without number: light that is gathered against that of stars one by one, by integrators that know of no crowd.
+//! Stars without number: light that is gathered against that of stars one by one, by integrators that know of no such field.
 
 use barnard::backend::{cpu, path, reference};
 use barnard::control::Control;
@@ -52,13 +52,13 @@ fn difference(ours: &[f64], truth: &[f64]) -> f64 {
 const FORWARD: &str = "phase = { kind = \"henyey_greenstein\", g = 0.6 }\n";
 const BACKWARD: &str = "phase = { kind = \"henyey_greenstein\", g = -0.6 }\n";
 
-/// A crowd of twelve stars, scattered evenly and forwards, is what the reference has star by star; another phase function would be seen.
+/// Twelve gathered stars, scattered evenly and forwards, is what the reference has star by star; another phase function would be seen.
 #[test]
 fn a_crowd_is_the_sum_of_its_stars() {
     for (phase, other, most) in [("", FORWARD, 0.005), (FORWARD, BACKWARD, 0.02)] {
         let scene = scene(text(12, phase, "exact_stars = 0\n"));
         let plan = plan(&scene);
-        let gathered = plan.diffuse().as_ref().unwrap().found.gathered.unwrap();
+        let gathered = plan.scattered_field().as_ref().unwrap().report.gathered.unwrap();
         assert_eq!(gathered.stars, 12);
         let truth = reference::render(&scene, 3e-3, &Control::default()).unwrap();
         let truth: Vec<f64> = (0..196).map(|i| truth.at(0, i / 14, i % 14)).collect();
@@ -72,7 +72,7 @@ fn a_crowd_is_the_sum_of_its_stars() {
     }
 }
 
-/// Light of a crowd that scatters many times is that of the path tracer, whose noise is taken off; its first scattering alone is not.
+/// Light of gathered stars that scatters many times is that of the path tracer, whose noise is taken off; its first scattering alone is not.
 #[test]
 fn a_crowd_scatters_many_times() {
     let scene = scene(text(12, FORWARD, "exact_stars = 0\nbounces = 1000\n"));
@@ -90,7 +90,7 @@ fn a_crowd_scatters_many_times() {
     assert!(error(&all) < 0.05 && error(&once) > 0.09, "{} {}", error(&all), error(&once));
 }
 
-/// The brightest are marched one by one, as many as are asked for, and what is asked for of all is what it was without a crowd.
+/// The brightest are marched one by one, as many as are asked for, and what is asked for of all is what it was without many lights.
 #[test]
 fn bright_stars_stay_exact() {
     let marched = |method: &str, bright: bool| {
@@ -103,9 +103,9 @@ fn bright_stars_stay_exact() {
     assert_eq!(marched("exact_stars = 3\n", true).len(), 3);
     assert_eq!(marched("name = \"lookup\"\ncount = 64\n", true).len(), 40);
     let all = plan(&scene(text(9, "", "exact_stars = 9\n")));
-    assert!(all.space().crowd.is_none() && all.diffuse().is_none());
+    assert!(all.space().many_lights.is_none() && all.scattered_field().is_none());
     let few = plan(&scene(text(8, "", "")));
-    assert!(few.space().crowd.is_none() && few.diffuse().is_none() && few.space().marched().len() == 8);
+    assert!(few.space().many_lights.is_none() && few.scattered_field().is_none() && few.space().marched().len() == 8);
 }
 
 /// A plan that looks from elsewhere is that of a camera there, bit by bit.
@@ -129,7 +129,7 @@ fn a_crowd_keeps_to_its_memory() {
     let scene = scene(text(40, FORWARD, ""));
     let by = |memory_limit: u64| Plan::new(&scene, &Options::within(memory_limit), &Control::default());
     let (large, small) = (by(DEFAULT_LIMIT).unwrap(), by(3 << 20).unwrap());
-    let bytes = |plan: &Plan| plan.space().crowd.as_ref().unwrap().bytes();
+    let bytes = |plan: &Plan| plan.space().many_lights.as_ref().unwrap().bytes();
     assert!(bytes(&small) < bytes(&large) / 4 && bytes(&small) < 1 << 20);
     let error = by(1 << 19).err().unwrap().to_string();
     assert!(error.contains("memory"), "{error}");
@@ -161,7 +161,7 @@ fn what_did_not_change_is_not_baked_again() {
         assert_eq!(renewed.notes(), new.notes(), "{from}");
         assert!(light(&renewed) == light(&new), "{from}");
         assert!(light(&renewed) != light(&first), "{from}");
-        let shares = renewed.diffuse().as_ref().unwrap().shares(first.diffuse().as_ref().unwrap());
+        let shares = renewed.scattered_field().as_ref().unwrap().shares(first.scattered_field().as_ref().unwrap());
         assert_eq!(shares, kept, "{from}");
     }
 }

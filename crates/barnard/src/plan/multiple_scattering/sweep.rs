@@ -18,10 +18,10 @@
 use multiversion::multiversion;
 use rayon::prelude::*;
 
+use super::cells::Cells;
 use super::directions::{Direction, Face, across};
 use super::harmonics::{COUNT, harmonics};
-use super::medium::Cells;
-use super::{Moments, Octet, WIDTH};
+use super::{EightLanes, Moments, WIDTH};
 use crate::control::Control;
 use crate::error::Result;
 use crate::packet::{exp, fma};
@@ -31,9 +31,9 @@ pub struct Sources<'a> {
     /// Q_lm of each cell: scattered light in parts of extinction.
     pub scattered: &'a Moments,
     /// Emission per length of each cell [pc⁻¹], where gas glows.
-    pub glow: Option<&'a [Octet]>,
+    pub glow: Option<&'a [EightLanes]>,
     /// Radiance that comes in from all around.
-    pub around: Octet,
+    pub around: EightLanes,
 }
 
 /// A direction in units of the grid.
@@ -55,18 +55,18 @@ pub struct Beam {
 #[derive(Clone)]
 struct Row {
     /// Cell × direction.
-    radiance: Vec<Octet>,
+    radiance: Vec<EightLanes>,
     /// σ S, cell × direction.
-    scattering: Vec<Octet>,
+    scattering: Vec<EightLanes>,
     /// Light of gas per length.
-    glow: Vec<Octet>,
+    glow: Vec<EightLanes>,
     sigma: Vec<f32>,
 }
 
 /// A row of cells that is to be done.
 struct Line<'a> {
     cells: &'a Cells,
-    k: &'a Octet,
+    k: &'a EightLanes,
     sources: &'a Sources<'a>,
     beams: &'a [Beam],
     /// Cells around a plane.
@@ -84,7 +84,7 @@ struct Line<'a> {
 ///
 /// # Errors
 /// When the user wishes to stop.
-pub fn sweep(cells: &Cells, k: &Octet, faces: &[Face], sources: &Sources, out: &mut Moments, control: &Control) -> Result<()> {
+pub fn sweep(cells: &Cells, k: &EightLanes, faces: &[Face], sources: &Sources, out: &mut Moments, control: &Control) -> Result<()> {
     for face in faces {
         control.check()?;
         sweep_face(cells, k, face, sources, out);
@@ -92,7 +92,7 @@ pub fn sweep(cells: &Cells, k: &Octet, faces: &[Face], sources: &Sources, out: &
     Ok(())
 }
 
-fn sweep_face(cells: &Cells, k: &Octet, face: &Face, sources: &Sources, out: &mut Moments) {
+fn sweep_face(cells: &Cells, k: &EightLanes, face: &Face, sources: &Sources, out: &mut Moments) {
     let dims = cells.lattice.dims;
     let (column, row) = across(face.axis);
     let beams: Vec<Beam> = face.directions.iter().map(|d| beam(cells, face, d)).collect();
@@ -148,7 +148,7 @@ pub fn beam(cells: &Cells, face: &Face, direction: &Direction) -> Beam {
 
 /// Σ of four values by weights.
 #[inline(always)]
-fn blend(four: [&Octet; 4], weights: &[f32; 4]) -> Octet {
+fn blend(four: [&EightLanes; 4], weights: &[f32; 4]) -> EightLanes {
     let mut sum = [0.0; WIDTH];
     for (values, weight) in four.into_iter().zip(weights) {
         for t in 0..WIDTH {
@@ -159,7 +159,7 @@ fn blend(four: [&Octet; 4], weights: &[f32; 4]) -> Octet {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [Octet]) {
+fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [EightLanes]) {
     let (count, harmonics) = (line.beams.len(), line.sources.scattered.count);
     let columns = done.sigma.len() - 2 * line.margin;
     for column in 0..columns {
@@ -174,7 +174,7 @@ fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [Octet]) {
             let row = (line.row + line.margin).saturating_add_signed(beam.shift[1]).min(before.len() - 2);
             let rows = [&before[row], &before[row + 1]];
             let at = here.saturating_add_signed(beam.shift[0]).min(done.sigma.len() - 2);
-            let four = |values: fn(&Row) -> &[Octet], stride: usize, b: usize| {
+            let four = |values: fn(&Row) -> &[EightLanes], stride: usize, b: usize| {
                 let place = |i: usize| (at + i) * stride + b;
                 [&values(rows[0])[place(0)], &values(rows[0])[place(1)], &values(rows[1])[place(0)], &values(rows[1])[place(1)]]
             };
@@ -252,7 +252,7 @@ mod tests {
     fn an_even_field_stays() {
         let cells = cells([7, 5, 9], DVec3::new(1.0, 2.0, 1.5), |p| 3.0 + 40.0 * (7.0 * p.x).sin().max(0.0) + 5.0 * p.y * p.y);
         let (k, faces) = ([0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 4.0, 9.0], faces(3));
-        let around: Octet = std::array::from_fn(|t| 1.0 + t as f32);
+        let around: EightLanes = std::array::from_fn(|t| 1.0 + t as f32);
         // S = I: its moment of degree zero is √4π of it.
         let fluence = around.map(|i| i * (spectra::constants::SPHERE as f32).sqrt());
         let mut scattered = Moments::dark(cells.lattice.cells(), 9);
@@ -272,7 +272,7 @@ mod tests {
         let (k, faces) = ([0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6], faces(2));
         let clear = cells([16; 3], size, |_| 0.0);
         let dark = Moments::dark(clear.lattice.cells(), 1);
-        let run = |cells: &Cells, glow: Option<&[Octet]>, around: Octet| {
+        let run = |cells: &Cells, glow: Option<&[EightLanes]>, around: EightLanes| {
             let mut out = dark.clone();
             sweep(cells, &k, &faces, &Sources { scattered: &dark, glow, around }, &mut out, &Control::default()).unwrap();
             out

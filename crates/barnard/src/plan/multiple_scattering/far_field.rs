@@ -1,4 +1,4 @@
-//! The crowd's light in cells, beyond the neighbourhood of each star: as one camera sees it scattered, and as moments of the radiance, from which it scatters again.
+//! The gathered stars' light in cells, beyond the neighbourhood of each star: as one camera sees it scattered, and as moments of the radiance, from which it scatters again.
 //!
 //!   S_t(x, n) = ω_t Σ_s w_st p_t(θ_s) e^(−k_t τ_s) (1 − w(r_s))/r_s²
 //!
@@ -18,30 +18,30 @@ use glam::DVec3;
 use multiversion::multiversion;
 use rayon::prelude::*;
 
+use super::cells::{Cells, DirectSource};
 use super::harmonics::{COUNT, harmonics_of};
-use super::medium::{Cells, Lamp};
-use super::{Moments, Octet, View, WIDTH};
+use super::{EightLanes, Moments, View, WIDTH};
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
 use crate::field::Lattice;
 use crate::geometry::{Bounds, Ray};
 use crate::packet::{LANES, Lane, exp, fma, lanes};
-use crate::plan::window::{Shape, Window};
-use crate::plan::{Crowd, PhaseTable};
+use crate::plan::near_field_kernel::{NearFieldKernel, Shape};
+use crate::plan::{ManyLights, PhaseTable};
 
 /// Radius within which a star's light is gathered in the finer cells, in coarse ones.
 const MIDDLE: f64 = 4.0;
 
-/// The stars of a crowd, as eight terms see them.
+/// the gathered stars, as eight terms see them.
 #[derive(Clone, Copy)]
-pub struct Gathering<'a> {
-    pub crowd: &'a Crowd,
+pub struct FarField<'a> {
+    pub many_lights: &'a ManyLights,
     /// What each star sends.
-    pub sent: &'a [Octet],
+    pub sent: &'a [EightLanes],
     /// Extinctions of the terms.
-    pub k: &'a Octet,
-    /// The window around each star.
-    pub windows: &'a [Window],
+    pub k: &'a EightLanes,
+    /// The kernel around each star.
+    pub kernels: &'a [NearFieldKernel],
 }
 
 /// How eight terms scatter light towards an eye.
@@ -55,15 +55,15 @@ pub struct Scattering<'a> {
     /// How many terms there are in all.
     pub terms: usize,
     /// ω of each.
-    pub albedo: Octet,
+    pub albedo: EightLanes,
 }
 
-/// Cells that take a star's light between two windows.
+/// Cells that take a star's light between two kernels.
 struct Level {
     lattice: Lattice,
     /// That within which nothing counts, for all; each star's own where there is none.
-    inner: Option<Window>,
-    outer: Option<Window>,
+    inner: Option<NearFieldKernel>,
+    outer: Option<NearFieldKernel>,
 }
 
 /// A star beside a row of cells.
@@ -76,17 +76,17 @@ struct Beside<'a> {
     depths: &'a [f32],
     first: f32,
     step: f32,
-    sent: &'a Octet,
-    k: &'a Octet,
-    /// The windows between which its light counts.
+    sent: &'a EightLanes,
+    k: &'a EightLanes,
+    /// The kernels between which its light counts.
     inner: Shape,
     outer: Option<Shape>,
-    /// From the cells to the eye; nowhere where windows are even.
+    /// From the cells to the eye; nowhere where kernels are even.
     eye: [Lane; 3],
 }
 
-impl Gathering<'_> {
-    /// Source functions of each cell beyond all windows.
+impl FarField<'_> {
+    /// Source functions of each cell beyond all kernels.
     ///
     /// # Errors
     /// When the user wishes to stop.
@@ -94,7 +94,7 @@ impl Gathering<'_> {
         self.levels(cells, 1, Some(scattering.view), control, |star, first, out| add_seen(star, scattering, first, out))
     }
 
-    /// Moments of the radiance of each cell beyond all windows, which must be even, for so many harmonics.
+    /// Moments of the radiance of each cell beyond all kernels, which must be even, for so many harmonics.
     ///
     /// # Errors
     /// When the user wishes to stop.
@@ -102,20 +102,20 @@ impl Gathering<'_> {
         self.levels(cells, count, None, control, |star, first, out| add_moments(star, first, count, out))
     }
 
-    /// The stars whose windows reach into a row of cells, as those see what is within.
-    pub fn near(&self, cells: &Cells, row: usize) -> Vec<Lamp<'_>> {
+    /// The stars whose kernels reach into a row of cells, as those see what is within.
+    pub fn near(&self, cells: &Cells, row: usize) -> Vec<DirectSource<'_>> {
         let lattice = &cells.lattice;
         let [_, y, z] = lattice.place(row * lattice.dims[0]);
         let (along, length) = Ray::between(lattice.centre(0, y, z), lattice.centre(lattice.dims[0] - 1, y, z));
-        let widest = self.windows.iter().map(|window| window.reach_pc).fold(0.0, f64::max);
+        let widest = self.kernels.iter().map(|kernel| kernel.reach_pc).fold(0.0, f64::max);
         let reach = widest + 0.5 * lattice.voxel_pc().length();
-        let lamp = |star: usize| Lamp {
-            place: self.crowd.places[star],
+        let direct_source = |star: usize| DirectSource {
+            place: self.many_lights.places[star],
             sent: &self.sent[star],
-            depth: Box::new(move |place, sigma| self.crowd.near_depth(star, (place - self.crowd.places[star]).length(), sigma)),
-            window_pc: Some(self.windows[star].reach_pc),
+            depth: Box::new(move |place, sigma| self.many_lights.near_depth(star, (place - self.many_lights.places[star]).length(), sigma)),
+            kernel_pc: Some(self.kernels[star].reach_pc),
         };
-        self.crowd.beside(&along, (0.0, length), reach).map(lamp).collect()
+        self.many_lights.beside(&along, (0.0, length), reach).map(direct_source).collect()
     }
 
     /// What `add` makes of each star for sixteen cells of a row: (star, first cell, values).
@@ -125,14 +125,15 @@ impl Gathering<'_> {
         count: usize,
         view: Option<View>,
         control: &Control,
-        add: impl Fn(&Beside, usize, &mut [Octet]) + Sync,
+        add: impl Fn(&Beside, usize, &mut [EightLanes]) + Sync,
     ) -> Result<Moments> {
         let own = &cells.lattice;
         let coarse = Lattice { dims: own.dims.map(|n| n.div_ceil(2)), bounds: own.bounds };
-        let largest = |of: fn(&Window) -> f64| self.windows.iter().map(of).fold(0.0, f64::max);
+        let largest = |of: fn(&NearFieldKernel) -> f64| self.kernels.iter().map(of).fold(0.0, f64::max);
         let reach = (MIDDLE * coarse.voxel_pc().max_element()).max(largest(|w| w.reach_pc));
         // Twice as far ahead: coarse cells see peaks from there on.
-        let outer = Window { reach_pc: reach, ahead_pc: if view.is_some() { reach.max(2.0 * largest(|w| w.ahead_pc)) } else { reach } };
+        let outer =
+            NearFieldKernel { reach_pc: reach, ahead_pc: if view.is_some() { reach.max(2.0 * largest(|w| w.ahead_pc)) } else { reach } };
         let mut far = self.level(&Level { lattice: coarse.clone(), inner: Some(outer), outer: None }, count, view, control, &add)?;
         let mut all = self.level(&Level { lattice: own.clone(), inner: None, outer: Some(outer) }, count, view, control, &add)?;
         if view.is_some() {
@@ -149,11 +150,11 @@ impl Gathering<'_> {
         count: usize,
         view: Option<View>,
         control: &Control,
-        add: &(impl Fn(&Beside, usize, &mut [Octet]) + Sync),
+        add: &(impl Fn(&Beside, usize, &mut [EightLanes]) + Sync),
     ) -> Result<Moments> {
         let mut light = Moments::dark(level.lattice.cells(), count);
         let [nx, ny, nz] = level.lattice.dims;
-        let reached: Vec<Option<Bounds>> = self.crowd.places.iter().map(|star| level.reached(*star, view)).collect();
+        let reached: Vec<Option<Bounds>> = self.many_lights.places.iter().map(|star| level.reached(*star, view)).collect();
         let done = AtomicU64::new(0);
         light.data.par_chunks_mut(nx * count).enumerate().try_for_each_init(Vec::new, |depths, (row, out)| {
             control.check()?;
@@ -188,19 +189,19 @@ impl Gathering<'_> {
 
     /// A star as the row of cells that begins at `start` has it.
     fn beside<'a>(&'a self, level: &Level, (star, start): (usize, DVec3), depths: &'a mut Vec<f32>) -> Option<Beside<'a>> {
-        let theirs = self.crowd.lattice()?;
-        self.crowd.row(star, [start.y, start.z], depths);
+        let theirs = self.many_lights.lattice()?;
+        self.many_lights.row(star, [start.y, start.z], depths);
         let (edge, voxel) = (level.lattice.voxel_pc().x, theirs.voxel_pc().x);
         Some(Beside {
-            offset: (start - self.crowd.places[star]).as_vec3().to_array(),
+            offset: (start - self.many_lights.places[star]).as_vec3().to_array(),
             edge: edge as f32,
             depths,
             first: ((start.x - theirs.bounds.low.x) / voxel - 0.5) as f32,
             step: (edge / voxel) as f32,
             sent: &self.sent[star],
             k: self.k,
-            inner: level.inner.unwrap_or(self.windows[star]).shape(),
-            outer: level.outer.map(|window| window.shape()),
+            inner: level.inner.unwrap_or(self.kernels[star]).shape(),
+            outer: level.outer.map(|kernel| kernel.shape()),
             eye: [[0.0; LANES]; 3],
         })
     }
@@ -263,7 +264,7 @@ impl Beside<'_> {
 
     /// What arrives in cell `i` of them.
     #[inline(always)]
-    fn light(&self, lit: &Lit, i: usize) -> Octet {
+    fn light(&self, lit: &Lit, i: usize) -> EightLanes {
         let mut light = [0.0; WIDTH];
         for t in 0..WIDTH {
             light[t] = self.sent[t] * lit.strength[i] * exp(-self.k[t] * lit.depth[i]);
@@ -274,7 +275,7 @@ impl Beside<'_> {
 
 /// Adds moments of a star's light, so many harmonics a cell, to up to sixteen cells from number `first` of the row on.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn add_moments(star: &Beside, first: usize, count: usize, out: &mut [Octet]) {
+fn add_moments(star: &Beside, first: usize, count: usize, out: &mut [EightLanes]) {
     let lit = star.at(first);
     let mut values = [[0.0; LANES]; COUNT];
     harmonics_of(lit.towards, |x| x as f32, &mut values[..count]);
@@ -293,7 +294,7 @@ fn add_moments(star: &Beside, first: usize, count: usize, out: &mut [Octet]) {
 
 /// Adds what of a star's light is scattered towards the eye in up to sixteen cells, from number `first` of the row on.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn add_seen(star: &Beside, scattering: &Scattering, first: usize, out: &mut [Octet]) {
+fn add_seen(star: &Beside, scattering: &Scattering, first: usize, out: &mut [EightLanes]) {
     const EVENLY: f32 = 1.0 / spectra::constants::SPHERE as f32;
     let lit = star.at(first);
     let cosine = &lit.cosine;

@@ -1,6 +1,6 @@
-//! Sweeps of optical depth through a pyramid that has a star at its apex.
+//! Sweeps of optical depth through a frustum that has a star at its apex.
 //!
-//! Space around a star is cut into six pyramids, one along each axis and direction of the lattice. In one of them every ray from the star crosses
+//! Space around a star is cut into six frustums, one along each axis and direction of the lattice. In one of them every ray from the star crosses
 //! the planes of voxel centres one after the other, and is told by its slopes (u, v) in voxels a plane:
 //!
 //!   τ(u, v; w_k) = τ(u, v; w_{k−1}) + ℓ(u, v) ∫ σ(w u, w v, w) dw
@@ -15,7 +15,7 @@
 //! | symbol | variable | unit |
 //! |---|---|---|
 //! | u, v | `Rays::first` + i · `spacing` | voxels a plane |
-//! | w | `Cone::distance` | voxels |
+//! | w | `Frustum::distance` | voxels |
 //! | τ | `Tier::depths` | 1 |
 //! | ℓ | `edge`, in `advance` | pc |
 
@@ -23,7 +23,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Volume;
-use super::cone::{Cone, Rays, TierOf, cones};
+use super::frustum::{Frustum, Rays, TierOf, frustums};
 use super::planes::{Planes, mix};
 use super::star_depth::OPAQUE;
 use crate::control::Control;
@@ -34,18 +34,18 @@ use crate::field::Grid;
 pub const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 /// A ray that comes in behind the last plane is followed so many intervals on; others never come in.
 pub const BEYOND: f64 = 3.0;
-/// Voxels on an edge between pyramids belong to both: rounding must not leave them to none.
+/// Voxels on an edge between frustums belong to both: rounding must not leave them to none.
 const SHARED: f64 = 1e-6;
 /// The fewest rows that a thread takes.
 const ROWS_TOGETHER: usize = 8;
 
-/// One pyramid in the dust.
-struct Pyramid<'a> {
+/// One frustum in the dust.
+struct FrustumSweep<'a> {
     /// σ at V [pc⁻¹].
     dust: &'a Grid,
     /// Where the star is [pc].
     place: DVec3,
-    cone: Cone,
+    frustum: Frustum,
 }
 
 /// The depths of a tier's rays.
@@ -74,16 +74,16 @@ impl Interval {
 
 /// Depths from `star` [pc] through `dust` (σ at V [pc⁻¹]) of all voxels of `volume`, written into `slot`; `visit` hears how many were written.
 pub fn sweep(dust: &Grid, star: DVec3, volume: &mut Volume, slot: usize, control: &Control, mut visit: impl FnMut(u64)) -> Result<()> {
-    for cone in cones(&volume.inner, star) {
-        Pyramid { dust, place: star, cone }.run(volume, slot, control, &mut visit)?;
+    for frustum in frustums(&volume.inner, star) {
+        FrustumSweep { dust, place: star, frustum }.run(volume, slot, control, &mut visit)?;
     }
     Ok(())
 }
 
-impl Pyramid<'_> {
+impl FrustumSweep<'_> {
     fn run(&self, volume: &mut Volume, slot: usize, control: &Control, visit: &mut impl FnMut(u64)) -> Result<()> {
-        let planes = self.cone.planes();
-        for TierOf { rays, begin, end } in self.cone.tiers() {
+        let planes = self.frustum.planes();
+        for TierOf { rays, begin, end } in self.frustum.tiers() {
             let depths = vec![0.0; rays.counts[0] * rays.counts[1]];
             self.run_tier(Tier { rays, depths, entries: None }, &planes[..end], begin, (volume, slot), control, visit)?;
         }
@@ -100,13 +100,13 @@ impl Pyramid<'_> {
         control: &Control,
         visit: &mut impl FnMut(u64),
     ) -> Result<()> {
-        if self.cone.has_side_entries() {
+        if self.frustum.has_side_entries() {
             // Rays come in through sides: a first pass finds their depths there.
             tier.entries = Some(vec![0.0; tier.depths.len()]);
             self.follow(&mut tier, planes, control, |_, _| ())?;
             tier.depths = tier.entries.take().unwrap_or_default().into_iter().map(|depth| -depth).collect();
         }
-        let mut out = vec![0.0; self.cone.dims[0] * self.cone.dims[1]];
+        let mut out = vec![0.0; self.frustum.dims[0] * self.frustum.dims[1]];
         self.follow(&mut tier, planes, control, |tier, number| {
             if number >= begin {
                 visit(self.write_plane(tier, planes[number], &mut out, (volume, slot)));
@@ -116,14 +116,14 @@ impl Pyramid<'_> {
 
     /// Carries the rays from plane to plane; `visit` sees them on each.
     fn follow(&self, tier: &mut Tier, planes: &[usize], control: &Control, mut visit: impl FnMut(&Tier, usize)) -> Result<()> {
-        let mut store = Planes::new(self.dust, self.cone.axes, self.cone.sign);
+        let mut store = Planes::new(self.dust, self.frustum.axes, self.frustum.sign);
         let mut slabs = [Vec::new(), Vec::new()];
-        let mut from = self.cone.entry();
+        let mut from = self.frustum.entry();
         for (number, plane) in planes.iter().enumerate() {
             control.check()?;
-            let interval = Interval { from, to: self.cone.distance(*plane), last: number + 1 == planes.len() };
+            let interval = Interval { from, to: self.frustum.distance(*plane), last: number + 1 == planes.len() };
             for (slab, point) in slabs.iter_mut().zip(interval.gauss()) {
-                store.slab(self.to_dust(2, self.cone.star[2] + self.cone.sign * point), slab);
+                store.slab(self.to_dust(2, self.frustum.star[2] + self.frustum.sign * point), slab);
             }
             self.advance(tier, &slabs, interval);
             visit(tier, number);
@@ -134,21 +134,21 @@ impl Pyramid<'_> {
 
     /// A coordinate of the voxels in those of the dust, clamped to its outermost centres.
     fn to_dust(&self, axis: usize, x: f64) -> f64 {
-        let cells = self.dust.lattice.dims[self.cone.axes[axis]] as f64;
-        ((x + 0.5) * cells / self.cone.dims[axis] as f64 - 0.5).clamp(0.0, cells - 1.0)
+        let cells = self.dust.lattice.dims[self.frustum.axes[axis]] as f64;
+        ((x + 0.5) * cells / self.frustum.dims[axis] as f64 - 0.5).clamp(0.0, cells - 1.0)
     }
 
     /// Adds to every ray its depth in an interval, σ given on the planes of the two Gauss points.
     fn advance(&self, tier: &mut Tier, slabs: &[Vec<f32>; 2], interval: Interval) {
         let (first, spacing, width) = (tier.rays.first, tier.rays.spacing, tier.rays.counts[0]);
-        let [cells, rows] = [0, 1].map(|axis| self.dust.lattice.dims[self.cone.axes[axis]]);
-        let scale = cells as f64 / self.cone.dims[0] as f64;
+        let [cells, rows] = [0, 1].map(|axis| self.dust.lattice.dims[self.frustum.axes[axis]]);
+        let scale = cells as f64 / self.frustum.dims[0] as f64;
         let half = 0.5 * (interval.to - interval.from);
         let scratch = || ([vec![0.0f32; cells + 1], vec![0.0f32; cells + 1]], vec![0.0f32; width]);
         let row = |(mixed, gains): &mut ([Vec<f32>; 2], Vec<f32>), (j, depths): (usize, &mut [f32]), entries: Option<&mut [f32]>| {
             let v = first[1] + (j as f64 - 1.0) * spacing;
             for ((row, slab), point) in mixed.iter_mut().zip(slabs).zip(interval.gauss()) {
-                let y = self.to_dust(1, self.cone.star[1] + v * point);
+                let y = self.to_dust(1, self.frustum.star[1] + v * point);
                 let low = (y as usize).min(rows - 1);
                 let high = (low + 1).min(rows - 1);
                 mix(row, &slab[low * cells..][..cells], &slab[high * cells..][..cells], (y - low as f64) as f32);
@@ -156,16 +156,16 @@ impl Pyramid<'_> {
             }
             let slope = first[0] - spacing;
             // Ray 0 and the step from ray to ray at the Gauss points, in voxels of dust.
-            let samples = interval.gauss().map(|z| ((self.cone.star[0] + slope * z + 0.5) * scale - 0.5, spacing * z * scale));
-            let flat = self.cone.edge[2].powi(2) + (v * self.cone.edge[1]).powi(2);
+            let samples = interval.gauss().map(|z| ((self.frustum.star[0] + slope * z + 0.5) * scale - 0.5, spacing * z * scale));
+            let flat = self.frustum.edge[2].powi(2) + (v * self.frustum.edge[1]).powi(2);
             for (i, (gain, depth)) in gains.iter_mut().zip(depths.iter_mut()).enumerate() {
-                let u = (slope + i as f64 * spacing) * self.cone.edge[0];
+                let u = (slope + i as f64 * spacing) * self.frustum.edge[0];
                 *gain = ((flat + u * u).sqrt() * half) as f32 * two_samples(mixed, samples, i);
                 *depth += *gain;
             }
             let Some(entries) = entries else { return };
             for (i, entry) in entries.iter_mut().enumerate() {
-                let at = self.cone.enters(0, slope + i as f64 * spacing).max(self.cone.enters(1, v));
+                let at = self.frustum.enters(0, slope + i as f64 * spacing).max(self.frustum.enters(1, v));
                 let part = (at - interval.from) / (interval.to - interval.from);
                 if part > 0.0 && (part <= 1.0 || interval.last) {
                     *entry = if part < BEYOND { depths[i] + (part - 1.0) as f32 * gains[i] } else { f32::MAX };
@@ -182,30 +182,30 @@ impl Pyramid<'_> {
         }
     }
 
-    /// Depths of the voxels of one plane inside the pyramid; returns their number.
+    /// Depths of the voxels of one plane inside the frustum; returns their number.
     fn write_plane(&self, tier: &Tier, plane: usize, out: &mut [f32], (volume, slot): (&mut Volume, usize)) -> u64 {
-        let z = self.cone.distance(plane);
+        let z = self.frustum.distance(plane);
         let range = |axis: usize| {
-            let (low, high) = (self.cone.star[axis] - z - SHARED, self.cone.star[axis] + z + SHARED);
-            let (low, high) = (low.ceil().max(0.0), high.floor().min(self.cone.dims[axis] as f64 - 1.0));
+            let (low, high) = (self.frustum.star[axis] - z - SHARED, self.frustum.star[axis] + z + SHARED);
+            let (low, high) = (low.ceil().max(0.0), high.floor().min(self.frustum.dims[axis] as f64 - 1.0));
             if low > high { 0..0 } else { low as usize..high as usize + 1 }
         };
         let (columns, rows) = (range(0), range(1));
-        let has_side_entries = self.cone.has_side_entries();
+        let has_side_entries = self.frustum.has_side_entries();
         let [width, height] = tier.rays.counts;
         // Rays beside a voxel: the second of its four, and where it stands between that and the third.
         let around = |axis: usize, x: usize, count: usize| {
-            let at = ((x as f64 - self.cone.star[axis]) / z - tier.rays.first[axis]) / tier.rays.spacing + 1.0;
+            let at = ((x as f64 - self.frustum.star[axis]) / z - tier.rays.first[axis]) / tier.rays.spacing + 1.0;
             let second = (at.max(1.0) as usize).min(count - 3);
             (second, (at - second as f64) as f32)
         };
         let lattice = volume.inner.clone();
         let exact = |x: usize, y: usize| {
             let mut voxel = [0; 3];
-            self.cone.axes.iter().zip([x, y, plane]).for_each(|(axis, i)| voxel[*axis] = i);
+            self.frustum.axes.iter().zip([x, y, plane]).for_each(|(axis, i)| voxel[*axis] = i);
             self.dust.column(self.place, lattice.centre(voxel[0], voxel[1], voxel[2]), OPAQUE) as f32
         };
-        let lines = out.par_chunks_mut(self.cone.dims[0]).enumerate().skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
+        let lines = out.par_chunks_mut(self.frustum.dims[0]).enumerate().skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
         lines.for_each_init(
             || vec![0.0f32; width],
             |mixed, (y, line)| {
@@ -222,11 +222,11 @@ impl Pyramid<'_> {
         );
         let channels = volume.channels.len();
         let strides = [1, volume.lattice.dims[0], volume.lattice.dims[0] * volume.lattice.dims[1]];
-        let [du, dv, dw] = self.cone.axes.map(|a| strides[a] * channels);
+        let [du, dv, dw] = self.frustum.axes.map(|a| strides[a] * channels);
         let origin = volume.index([0; 3]) + slot;
         for y in rows.clone() {
             for x in columns.clone() {
-                volume.data[origin + x * du + y * dv + plane * dw] = out[y * self.cone.dims[0] + x];
+                volume.data[origin + x * du + y * dv + plane * dw] = out[y * self.frustum.dims[0] + x];
             }
         }
         (rows.len() * columns.len()) as u64

@@ -1,4 +1,4 @@
-//! The deck's slow truth: M equal midpoints over a domain D.
+//! Barrès & Neyret's slow truth: M equal midpoints over a domain D.
 //!
 //! F(a) ≈ Σ_j W(λ_j) Δλ e^(−a k(λ_j)),  λ_j the midpoints of M equal intervals of D; a line counts at the midpoint of its interval: eq. (8) of docs/method.md.
 //!
@@ -8,13 +8,13 @@ use super::nodes::Weighting;
 use super::{BandProblem, BandRule, Node, Nodes, RuleEntry};
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
-    name: "newton",
-    summary: "equal midpoints over the domain, 30 of them unless told otherwise: the deck's double integration",
+    name: "midpoint",
+    summary: "equal midpoints over the domain, 30 of them unless told otherwise: Barrès & Neyret's double integration",
     nodes: true,
     solve: |problem| Ok(with_panels(problem, problem.settings.count.unwrap_or(DECK_COUNT), &[(0.0, 2.0)])),
 };
 
-/// M of the deck.
+/// M of Barrès & Neyret.
 const DECK_COUNT: usize = 30;
 
 /// A composite rule: `rule` on [−1, 1] in each of `panels` equal intervals of the domain.

@@ -1,12 +1,12 @@
 //! Wavelengths of a band, drawn in proportion to what its lights send through it.
 //!
 //! The band's lights, each divided by its own band total, are averaged on narrow cells; spectral lines are cells of no width. A wavelength is drawn by
-//! inverting the sum over cells: [`Waves::draw`] takes four at once, a quarter of the way apart, so that each carries the others' light.
+//! inverting the sum over cells: [`SampledWavelengths::draw`] takes four at once, a quarter of the way apart, so that each carries the others' light.
 
 use spectra::passband::Passband;
 
 use crate::error::Result;
-use crate::light::{Light, Path, factor, law};
+use crate::light::{Light, Route, factor, law};
 use crate::scene::Scene;
 
 /// Wavelengths that a path carries.
@@ -48,7 +48,7 @@ impl Wave {
 }
 
 /// The wavelengths of one band.
-pub struct Waves {
+pub struct SampledWavelengths {
     band: Passband,
     law: std::sync::Arc<spectra::extinction::Extinction>,
     /// Borders of the cells [µm]; one more than there are.
@@ -58,18 +58,18 @@ pub struct Waves {
     cumulative: Vec<f64>,
 }
 
-impl Waves {
+impl SampledWavelengths {
     /// For the extended lights of `scene` through its band `band`.
     pub fn new(scene: &Scene, lights: &[Light], band: usize) -> Result<Self> {
         let (band, law) = (scene.bands[band].clone(), law(scene)?);
-        let extended: Vec<usize> = (0..lights.len()).filter(|l| is_extended(lights[*l].path)).collect();
+        let extended: Vec<usize> = (0..lights.len()).filter(|l| is_extended(lights[*l].route)).collect();
         let (low, high) = band.support_um();
         let width = (high - low) / CELLS as f64;
         let borders: Vec<f64> = (0..=CELLS).map(|i| low + width * i as f64).collect();
         let mut density = vec![0.0; CELLS];
         let mut lines: Vec<(f64, usize, f64, f64)> = Vec::new();
         for light in extended {
-            let (spectrum, factor) = (&lights[light].spectrum, factor(lights[light].path, scene.dust.as_ref()));
+            let (spectrum, factor) = (&lights[light].spectrum, factor(lights[light].route, scene.dust.as_ref()));
             let sent = |lambda: f64| (band.response(lambda) * spectrum.continuum(lambda) * factor(lambda)).abs();
             let at = |cell: usize, i: usize| borders[cell] + width * (i as f64 + 0.5) / ASKED as f64;
             let own: Vec<f64> = (0..CELLS).map(|cell| width / ASKED as f64 * (0..ASKED).map(|i| sent(at(cell, i))).sum::<f64>()).collect();
@@ -126,8 +126,8 @@ impl Waves {
 }
 
 /// Whether a light fills more than a point.
-pub fn is_extended(path: Path) -> bool {
-    matches!(path, Path::Scattered { .. } | Path::Emitted { .. } | Path::Background)
+pub fn is_extended(route: Route) -> bool {
+    matches!(route, Route::Scattered { .. } | Route::Emitted { .. } | Route::Background)
 }
 
 #[cfg(test)]
@@ -158,7 +158,7 @@ mod tests {
         let scene = Scene::new(camera).bands(bands.to_vec()).emission(gas).background(Background::even(sky));
         let lights = lights(&scene).unwrap();
         for (b, band) in scene.bands.iter().enumerate() {
-            let waves = Waves::new(&scene, &lights, b).unwrap();
+            let waves = SampledWavelengths::new(&scene, &lights, b).unwrap();
             for (l, light) in lights.iter().enumerate() {
                 let own = band.integrate(|lambda| light.spectrum.continuum(lambda));
                 let truth = own + light.spectrum.lines().iter().map(|line| band.response(line.lambda_um) * line.strength).sum::<f64>();

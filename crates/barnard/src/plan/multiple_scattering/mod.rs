@@ -1,4 +1,4 @@
-//! The diffuse field: light that was scattered, or sent out by gas, as it is before it scatters towards the eye.
+//! The field of scattered light: light that was scattered, or sent out by gas, as it is before it scatters towards the eye.
 //!
 //!   S_t(x, n) = ω_t Σ_l p_lt Σ_m Y_lm(n) L_lm,t(x),   L = Σ_(i=1)^(N−1) Λ_t^i D
 //!
@@ -6,46 +6,46 @@
 //! |---|---|---|
 //! | t: a node of a passband's rule, which is monochromatic transport | term | |
 //! | L_lm: moments of the radiance, R dλ included | `moments` | W m⁻² sr⁻¹ |
-//! | D: light of stars as it comes through the dust, and of gas and background | `Cells::direct`, `Lamps` | W m⁻² sr⁻¹ |
+//! | D: light of stars as it comes through the dust, and of gas and background | `Cells::direct`, `DirectSources` | W m⁻² sr⁻¹ |
 //! | Λ: one scattering, then a [`sweep`] | | 1 |
 //! | S: source function towards n | `volumes` | W m⁻² sr⁻¹ |
 //! | N: how often light may scatter | `bounces` | |
 //!
-//! This is eq. (22) of docs/method.md. The march reads S, which is smooth, beside σ, which is not: ΔI = k σ S Δs. Starlight that scatters once is not in it, but that of the crowd (`gather`): the march
+//! This is eq. (22) of docs/method.md. The march reads S, which is smooth, beside σ, which is not: ΔI = k σ S Δs. Starlight that scatters once is not in it, but that of the gathered stars (`far_field`): the march
 //! has it exactly, with the phase function itself. Orders of scattering are summed until what is left goes as a geometric series, whose rest is added.
 //!
 //! Valid where light is nearly diffuse after its first scattering. Left out: gas farther from the dust's box than half its size, the change of S within a cell around an eye that is inside the dust, moments of the radiance above degree five, structure of the dust within a cell.
 
-mod course;
+mod cells;
+mod direct_sources;
 mod directions;
-mod found;
-mod gather;
+mod far_field;
 mod harmonics;
-mod lamps;
-mod medium;
+mod kernels;
 mod moments;
+mod neumann_series;
 pub mod ordinates;
+mod report;
 mod solve;
+mod spot_check;
 mod sweep;
-mod trial;
-mod windows;
 
 use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-pub use self::found::{Doubt, Found, Gathered};
-use self::gather::{Gathering, Scattering};
+use self::cells::Cells;
+use self::direct_sources::DirectSources;
+use self::far_field::{FarField, Scattering};
 use self::harmonics::{COUNT, DEGREE, degree, harmonics};
-use self::lamps::Lamps;
-use self::medium::Cells;
 use self::moments::Moments;
-use self::ordinates::{Octet, Sweepers, WIDTH};
+use self::ordinates::{EightLanes, Sweepers, WIDTH};
+pub use self::report::{ErrorEstimate, FarFieldError, ScatteringReport};
 use self::solve::{Problem, terms};
+use super::near_field_kernel::{NearFieldKernel, Profile};
 use super::volume::{Channel, Volume};
-use super::window::{Profile, Window};
-use super::{Crowd, PhaseTable, Settings, Space, Spectral};
+use super::{ManyLights, PhaseTable, Settings, SpatialPlan, SpectralPlan};
 use crate::camera::{Camera, Projection};
 use crate::control::Control;
 use crate::error::Result;
@@ -78,15 +78,15 @@ const FAINT: f32 = 1e-15;
 
 /// The field of one scene, and how one camera sees it.
 #[derive(Debug, Clone)]
-pub struct Diffuse {
+pub struct MultipleScattering {
     /// S towards the eye, as many volumes of eight terms as it takes.
     pub volumes: Vec<Volume>,
-    /// Largest S of each term, and what the stars of the crowd near a ray may add.
+    /// Largest S of each term, and what the gathered stars near a ray may add.
     pub largest: Vec<f32>,
-    /// Depths from each star of the crowd towards the eye.
+    /// Depths from each gathered star towards the eye.
     pub profiles: Vec<Profile>,
     /// What there is to say of it.
-    pub found: Found,
+    pub report: ScatteringReport,
     field: Arc<Field>,
     /// The fields by which its error is known: half as fine, and with other directions.
     halves: Option<Arc<(Self, Self)>>,
@@ -100,10 +100,10 @@ struct Field {
     parts: Vec<Part>,
     cells: Cells,
     /// Stars whose first light is part of it, and how that is scattered.
-    crowd: Option<Arc<Crowd>>,
+    many_lights: Option<Arc<ManyLights>>,
     phase: Option<PhaseTable>,
-    /// The windows around them.
-    windows: Vec<Window>,
+    /// The kernels around them.
+    kernels: Vec<NearFieldKernel>,
 }
 
 /// Eight terms of it.
@@ -113,10 +113,10 @@ struct Part {
     solved: Arc<Solved>,
     /// What the moments are in parts of: radiances are so small that their faint ones would not be numbers.
     unit: f32,
-    /// What the stars of the crowd near a ray may add at most.
-    near: Octet,
+    /// What the gathered stars near a ray may add at most.
+    near: EightLanes,
     /// What they send, weights without k ω in parts of the unit.
-    sent: Vec<Octet>,
+    sent: Vec<EightLanes>,
 }
 
 /// Light that was scattered before, and what it was found from.
@@ -138,12 +138,12 @@ struct Origin {
     lattice: Lattice,
     sigma: Vec<f32>,
     dust: Arc<Grid>,
-    /// Where stars are, how finely their depths are known, and the windows around those of the crowd.
+    /// Where stars are, how finely their depths are known, and the kernels around those of the gathered stars.
     places: Vec<DVec3>,
     star_factor: usize,
-    windows: Vec<Window>,
+    kernels: Vec<NearFieldKernel>,
     terms: Vec<Term>,
-    lamps: Lamps,
+    direct_sources: DirectSources,
     directions: [usize; 2],
     harmonics: usize,
     bounces: usize,
@@ -156,8 +156,8 @@ impl PartialEq for Origin {
             && self.lattice == other.lattice
             && self.terms == other.terms
             && self.places == other.places
-            && self.windows == other.windows
-            && self.lamps == other.lamps
+            && self.kernels == other.kernels
+            && self.direct_sources == other.direct_sources
             && self.sigma == other.sigma
             && (Arc::ptr_eq(&self.dust, &other.dust) || self.dust == other.dust)
     }
@@ -200,7 +200,7 @@ impl View {
 ///
 /// # Errors
 /// That is [`OneBounce`](crate::Error::OneBounce).
-pub(super) fn check(spectral: &Spectral, settings: &Settings) -> Result<()> {
+pub(super) fn check(spectral: &SpectralPlan, settings: &Settings) -> Result<()> {
     let mut bands = spectral.bands.iter().filter(|_| settings.method.bounces > 1);
     bands.try_for_each(|band| solve::nodes(band).map(|_| ()))
 }
@@ -208,7 +208,7 @@ pub(super) fn check(spectral: &Spectral, settings: &Settings) -> Result<()> {
 /// About the part of the work that a field half as fine takes.
 const HALF_SHARE: f64 = 0.1;
 
-impl Diffuse {
+impl MultipleScattering {
     /// The field of `scene` for its camera; none where light scatters once, or nothing scatters. What another field was found from is not solved again.
     ///
     /// # Errors
@@ -216,14 +216,14 @@ impl Diffuse {
     pub(crate) fn new(
         scene: &Scene,
         lights: &[Light],
-        spectral: &Spectral,
-        space: &Space,
+        spectral: &SpectralPlan,
+        space: &SpatialPlan,
         (settings, fineness): (&Settings, Fineness),
         before: Option<&Self>,
         control: &Control,
     ) -> Result<Option<Self>> {
         let many = settings.method.bounces > 1;
-        let (Some(dust), true) = (&space.dust, many || space.crowd.is_some()) else { return Ok(None) };
+        let (Some(dust), true) = (&space.dust, many || space.many_lights.is_some()) else { return Ok(None) };
         let problem = Problem {
             scene,
             lights,
@@ -234,11 +234,11 @@ impl Diffuse {
             sweepers: Sweepers::new(settings.sweeper.as_deref()),
         };
         let (cells, bytes, coarser) = problem.fitting(dust, fineness)?;
-        let windows = space.crowd.as_ref().map_or_else(Vec::new, |crowd| problem.windows(crowd, &cells));
+        let kernels = space.many_lights.as_ref().map_or_else(Vec::new, |many_lights| problem.kernels(many_lights, &cells));
         // Half as fine, then with other directions too: what that changes says how exact the field is, at a part of its price.
         let half = |fineness: Fineness, before: Option<&Self>, part: (f64, f64)| {
             let most = cells.lattice.dims.into_iter().max().unwrap_or(1) / 2;
-            problem.solve((Cells::new(dust, space.gas(), most.max(1)), fineness), (&windows, None), before, &control.part(part))
+            problem.solve((Cells::new(dust, space.gas(), most.max(1)), fineness), (&kernels, None), before, &control.part(part))
         };
         let known = before.and_then(|b| b.halves.as_deref());
         let other = Fineness { directions: OTHER, ..fineness };
@@ -249,22 +249,22 @@ impl Diffuse {
             )),
             false => None,
         };
-        let trials = match &space.crowd {
-            Some(crowd) if fineness == Fineness::FULL => trial::trials(crowd, space, &cells, control)?,
+        let spot_checks = match &space.many_lights {
+            Some(many_lights) if fineness == Fineness::FULL => spot_check::spot_checks(many_lights, space, &cells, control)?,
             _ => Vec::new(),
         };
         let begun = if halves.is_some() { 2.0 * HALF_SHARE } else { 0.0 };
-        let mut own = problem.solve((cells, fineness), (&windows, Some(&trials)), before, &control.part((begun, 1.0)))?;
-        own.found = Found { coarser, bytes, ..own.found };
+        let mut own = problem.solve((cells, fineness), (&kernels, Some(&spot_checks)), before, &control.part((begun, 1.0)))?;
+        own.report = ScatteringReport { coarser, bytes, ..own.report };
         let halves = halves.filter(|(half, _)| half.field.cells.lattice.dims != own.field.cells.lattice.dims);
         // Of light that was scattered before, alone.
-        let alone = halves.as_ref().filter(|_| space.crowd.is_some());
-        let alone = alone.map(|_| Self::resolved(own.field.clone(), Vec::new(), own.found.clone(), own.view));
-        let doubt = |(half, other): &(Self, Self)| Doubt {
+        let alone = halves.as_ref().filter(|_| space.many_lights.is_some());
+        let alone = alone.map(|_| Self::resolved(own.field.clone(), Vec::new(), own.report.clone(), own.view));
+        let error_estimate = |(half, other): &(Self, Self)| ErrorEstimate {
             spatial: half.differs_from(alone.as_ref().unwrap_or(&own)),
             angular: other.differs_from(half),
         };
-        own.found.doubt = halves.as_ref().map(doubt);
+        own.report.error_estimate = halves.as_ref().map(error_estimate);
         own.halves = halves.map(Arc::new);
         Ok(Some(own))
     }
@@ -285,12 +285,12 @@ impl Diffuse {
             return Ok(self.clone());
         }
         let seen = self.field.gathered(view, control)?;
-        Ok(Arc::new(Self { halves: self.halves.clone(), ..Self::resolved(self.field.clone(), seen, self.found.clone(), view) }))
+        Ok(Arc::new(Self { halves: self.halves.clone(), ..Self::resolved(self.field.clone(), seen, self.report.clone(), view) }))
     }
 
-    /// The windows around the stars of the crowd, within which their light is marched.
-    pub fn windows(&self) -> &[Window] {
-        &self.field.windows
+    /// The kernels around the gathered stars, within which their light is marched.
+    pub fn kernels(&self) -> &[NearFieldKernel] {
+        &self.field.kernels
     }
 
     /// Where its eye is, seen from a place.
@@ -299,10 +299,10 @@ impl Diffuse {
     }
 
     /// S of every term towards the eye, what is gathered of it having been `seen`.
-    fn resolved(field: Arc<Field>, seen: Vec<Moments>, found: Found, view: View) -> Self {
+    fn resolved(field: Arc<Field>, seen: Vec<Moments>, report: ScatteringReport, view: View) -> Self {
         let cells = &field.cells;
         let volume = |(p, part): (usize, &Part)| {
-            let channels: Vec<Channel> = (0..part.terms.len()).map(|t| Channel::Diffuse(p * WIDTH + t)).collect();
+            let channels: Vec<Channel> = (0..part.terms.len()).map(|t| Channel::MultipleScattering(p * WIDTH + t)).collect();
             let mut volume = Volume::zeroed(&cells.lattice, channels);
             let (lattice, dims) = (volume.lattice.clone(), cells.lattice.dims);
             let row = lattice.dims[0] * part.terms.len();
@@ -338,7 +338,7 @@ impl Diffuse {
         let near = field.parts.iter().flat_map(|part| part.near);
         let largest = largest.iter().zip(near).map(|(own, near)| own + near).collect();
         let profiles = field.profiles(view);
-        Self { volumes, largest, profiles, found, field, halves: None, view }
+        Self { volumes, largest, profiles, report, field, halves: None, view }
     }
 
     /// Relative rms difference of S from that of a finer field, over the dust of this one's cells.
@@ -358,33 +358,33 @@ impl Diffuse {
 
     /// Bytes of all of it.
     pub fn bytes(&self) -> u64 {
-        self.found.bytes
+        self.report.bytes
     }
 }
 
 impl Field {
-    /// What is gathered of the crowd's light in each cell as one eye sees it, part by part; nothing where there is no crowd.
+    /// What is gathered of The gathered stars' light in each cell as one eye sees it, part by part; nothing where there are no many lights.
     fn gathered(&self, view: View, control: &Control) -> Result<Vec<Moments>> {
-        let Some(crowd) = &self.crowd else { return Ok(Vec::new()) };
+        let Some(many_lights) = &self.many_lights else { return Ok(Vec::new()) };
         let terms = self.parts.iter().map(|part| part.terms.len()).sum();
         let of_part = |(p, part): (usize, &Part)| {
             let of = |value: fn(&Term) -> f64| std::array::from_fn(|t| part.terms.get(t).map_or(0.0, |term| value(term) as f32));
             let (k, albedo) = (of(|term| term.k), of(|term| term.albedo));
-            let gathering = Gathering { crowd, sent: &part.sent, k: &k, windows: &self.windows };
+            let gathering = FarField { many_lights, sent: &part.sent, k: &k, kernels: &self.kernels };
             let scattering = Scattering { view, phase: self.phase.as_ref(), first: p * WIDTH, terms, albedo };
             gathering.seen(&self.cells, &scattering, control)
         };
         self.parts.iter().enumerate().map(of_part).collect()
     }
 
-    /// Depths from each star of the crowd towards the eye, as far as windows go.
+    /// Depths from each gathered star towards the eye, as far as kernels go.
     fn profiles(&self, view: View) -> Vec<Profile> {
-        self.crowd.as_ref().map_or_else(Vec::new, |crowd| crowd.profiles(&self.windows, |place| view.towards(place)))
+        self.many_lights.as_ref().map_or_else(Vec::new, |many_lights| many_lights.profiles(&self.kernels, |place| view.towards(place)))
     }
 }
 
 /// Σ_lm Y_lm(n) Q_lm, not below zero: what a series that is cut lets swing there is no light.
-fn towards(moments: &[Octet], scattered: &[Octet], n: DVec3) -> Octet {
+fn towards(moments: &[EightLanes], scattered: &[EightLanes], n: DVec3) -> EightLanes {
     let mut light = [0.0; WIDTH];
     for ((y, moment), scattered) in harmonics(n).into_iter().zip(moments).zip(scattered) {
         for t in 0..WIDTH {
@@ -395,6 +395,6 @@ fn towards(moments: &[Octet], scattered: &[Octet], n: DVec3) -> Octet {
 }
 
 /// ω p_l of each harmonic and term.
-fn scattering(terms: &[Term]) -> [Octet; COUNT] {
+fn scattering(terms: &[Term]) -> [EightLanes; COUNT] {
     std::array::from_fn(|h| std::array::from_fn(|t| terms.get(t).map_or(0.0, |term| (term.albedo * term.legendre[degree(h)]) as f32)))
 }

@@ -5,13 +5,13 @@ use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use super::harmonics::harmonics;
-use super::{Moments, Octet};
+use super::{EightLanes, Moments};
 use crate::control::Control;
 use crate::error::Result;
 use crate::field::{Field, Grid, Lattice};
 use crate::geometry::Bounds;
 use crate::plan::light_field::inverse_square_of_voxel;
-use crate::plan::window::Window;
+use crate::plan::near_field_kernel::NearFieldKernel;
 
 /// The least σ of a cell, in parts of the largest.
 const LEAST: f32 = 1e-9;
@@ -34,7 +34,7 @@ const AROUND: f64 = 0.5;
 /// Cells along the longest edge that even a coarse grid is cut into.
 const FINE: usize = 32;
 /// Most places along an edge of a cell.
-const MOST_SAMPLES: usize = 4;
+const MAX_SAMPLES: usize = 4;
 
 impl Cells {
     /// No more than `most` along an edge of the box around the dust, and gas near it; whole blocks of voxels where they can be.
@@ -58,7 +58,7 @@ impl Cells {
         let lattice = Lattice { dims, bounds };
         // Twice as many places where cells do not end with the dust.
         let samples = <[f64; 3]>::from(oversampled * lattice.voxel_pc() / voxel - 1e-6);
-        let samples = samples.map(|n| (n.ceil() as usize).clamp(1, MOST_SAMPLES));
+        let samples = samples.map(|n| (n.ceil() as usize).clamp(1, MAX_SAMPLES));
         let mut cells = Self { lattice, samples, sigma: Vec::new(), least: 0.0 };
         cells.sigma = cells.means(dust);
         cells.least = LEAST * cells.sigma.iter().fold(f32::MIN_POSITIVE / LEAST, |most, s| most.max(*s));
@@ -91,12 +91,12 @@ impl Cells {
         (0..self.lattice.cells()).into_par_iter().map(|cell| mean(cell) as f32).collect()
     }
 
-    /// Adds moments of the stars' own light, in the mean over the dust of each cell; `lamps` are those that a row of cells sees, `k` the terms' extinctions.
+    /// Adds moments of the stars' own light, in the mean over the dust of each cell; `direct_sources` are those that a row of cells sees, `k` the terms' extinctions.
     pub fn direct<'a>(
         &self,
         dust: &Grid,
-        lamps: impl Fn(usize) -> Vec<Lamp<'a>> + Sync,
-        k: &Octet,
+        direct_sources: impl Fn(usize) -> Vec<DirectSource<'a>> + Sync,
+        k: &EightLanes,
         out: &mut Moments,
         control: &Control,
     ) -> Result<()> {
@@ -104,12 +104,14 @@ impl Cells {
         let radius = 0.5 * self.lattice.voxel_pc().length();
         out.data.par_chunks_mut(row * count).enumerate().try_for_each(|(r, out)| -> Result<()> {
             control.check()?;
-            let lamps = lamps(r);
-            for (x, sum) in out.chunks_exact_mut(count).enumerate().filter(|_| !lamps.is_empty()) {
+            let direct_sources = direct_sources(r);
+            for (x, sum) in out.chunks_exact_mut(count).enumerate().filter(|_| !direct_sources.is_empty()) {
                 let [_, y, z] = self.lattice.place(r * row);
                 let centre = self.lattice.centre(x, y, z);
-                let reaches = |lamp: &&Lamp| lamp.window_pc.is_none_or(|reach| (lamp.place - centre).length() < reach + radius);
-                let near: SmallVec<[&Lamp; 8]> = lamps.iter().filter(reaches).collect();
+                let reaches = |direct_source: &&DirectSource| {
+                    direct_source.kernel_pc.is_none_or(|reach| (direct_source.place - centre).length() < reach + radius)
+                };
+                let near: SmallVec<[&DirectSource; 8]> = direct_sources.iter().filter(reaches).collect();
                 if !near.is_empty() {
                     self.starlight(dust, r * row + x, &near, k, sum);
                 }
@@ -119,18 +121,18 @@ impl Cells {
     }
 
     /// Adds the light of some stars in one cell.
-    fn starlight(&self, dust: &Grid, cell: usize, lamps: &[&Lamp], k: &Octet, sum: &mut [Octet]) {
+    fn starlight(&self, dust: &Grid, cell: usize, direct_sources: &[&DirectSource], k: &EightLanes, sum: &mut [EightLanes]) {
         let spacing = self.spacing();
         let sigmas: SmallVec<[f64; 64]> = self.places(cell).map(|place| dust.at(place)).collect();
         let filled = |sigma: &f64| *sigma > f64::from(self.least);
         let mass: f64 = sigmas.iter().filter(|s| filled(s)).sum();
         for (place, sigma) in self.places(cell).zip(&sigmas).filter(|(_, sigma)| filled(sigma)) {
-            for lamp in lamps {
-                let offset = place - lamp.place;
-                let part = lamp.window_pc.map_or(1.0, |reach| Window::even(reach).share(offset.length_squared(), 0.0));
+            for direct_source in direct_sources {
+                let offset = place - direct_source.place;
+                let part = direct_source.kernel_pc.map_or(1.0, |reach| NearFieldKernel::even(reach).share(offset.length_squared(), 0.0));
                 let near = (part * sigma / mass * inverse_square_of_voxel(offset, spacing)) as f32;
-                let depth = (lamp.depth)(place, *sigma).max(0.0) as f32;
-                let light: Octet = std::array::from_fn(|t| lamp.sent[t] * near * (-k[t] * depth).exp());
+                let depth = (direct_source.depth)(place, *sigma).max(0.0) as f32;
+                let light: EightLanes = std::array::from_fn(|t| direct_source.sent[t] * near * (-k[t] * depth).exp());
                 // What a star has in the middle of goes everywhere.
                 let kept = if (offset / spacing).length() < 0.3 { 1 } else { sum.len() };
                 for (sum, y) in sum[..kept].iter_mut().zip(harmonics(offset.normalize_or(DVec3::Z))) {
@@ -142,15 +144,15 @@ impl Cells {
 }
 
 /// A star as cells see it.
-pub struct Lamp<'a> {
+pub struct DirectSource<'a> {
     /// Where it is [pc].
     pub place: DVec3,
     /// What it sends: weights without k ω.
-    pub sent: &'a Octet,
+    pub sent: &'a EightLanes,
     /// Depth at V from it to a place with so much σ [1].
     pub depth: Box<dyn Fn(DVec3, f64) -> f64 + 'a>,
-    /// Radius of the window within which its light counts [pc]; none where all of it does.
-    pub window_pc: Option<f64>,
+    /// Radius of the kernel within which its light counts [pc]; none where all of it does.
+    pub kernel_pc: Option<f64>,
 }
 
 #[cfg(test)]

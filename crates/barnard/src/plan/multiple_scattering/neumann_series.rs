@@ -1,22 +1,22 @@
 //! How orders of scattering go, and when the rest of them is known.
 
-use super::{Octet, WIDTH};
+use super::{EightLanes, WIDTH};
 
 /// By how much the sum of the orders that are not swept may be wrong, as a part of all.
 const REST: f64 = 1e-3;
 /// What that sum may be at most.
-const MOST_SERIES: f64 = 0.2;
+const MAX_SERIES: f64 = 0.2;
 /// Orders of less are none, as a part of all.
 const NOTHING: f64 = 1e-9;
 
 /// How the orders of scattering go.
 #[derive(Default)]
-pub struct Course {
+pub struct NeumannSeries {
     /// The power of each order, and of all up to it.
     pub orders: Vec<([f64; WIDTH], [f64; WIDTH])>,
 }
 
-impl Course {
+impl NeumannSeries {
     /// Another order, and all up to it.
     pub fn push(&mut self, own: [f64; WIDTH], all: [f64; WIDTH]) {
         self.orders.push((own, all));
@@ -41,13 +41,13 @@ impl Course {
             };
             // By how much the sum of the series may be wrong, and what it stands for.
             let change = (ratio - before).abs().max((before - first).abs());
-            ratio < 1.0 && part * change / (1.0 - ratio).powi(2) < REST && part * ratio / (1.0 - ratio) < MOST_SERIES
+            ratio < 1.0 && part * change / (1.0 - ratio).powi(2) < REST && part * ratio / (1.0 - ratio) < MAX_SERIES
         };
         (0..WIDTH).all(known)
     }
 
     /// What the series that goes on stands for, as a part of all, and in units of the last order.
-    pub fn rest(&self, bounces: usize) -> (f64, Octet) {
+    pub fn rest(&self, bounces: usize) -> (f64, EightLanes) {
         let left = bounces.saturating_sub(1 + self.orders.len());
         let (mut series, mut rest) = (0.0f64, [0.0; WIDTH]);
         for (t, rest) in rest.iter_mut().enumerate() {

@@ -1,24 +1,24 @@
-//! Stars of the crowd that a packet passes: the part of their light that is not gathered in the field, within a window around each.
+//! Gathered stars that a packet passes: the part of their light that is not gathered in the field, within a kernel around each.
 //!
-//! A segment within the window is marched in pieces of equal angle as the star sees them,
+//! A segment within the kernel is marched in pieces of equal angle as the star sees them,
 //!
 //!   ΔI = Σ_j w_j p(θ) σ w Δϑ/b e^(−k_j (τ + d))
 //!
-//! with the window w and the depths d of `plan::window`.
+//! with the kernel w and the depths d of `plan::near_field_kernel`.
 
 use std::ops::Range;
 
 use smallvec::SmallVec;
 
-use super::march::{March, State, Stretch};
-use super::terms::Course;
+use super::march::{March, State, StepSpan};
+use super::terms::DepthSpan;
 use crate::packet::{LANES, Lane, fma, lanes, largest};
 use crate::plan::near::{CLOSEST, NEIGHBOUR_PIECES, neighbour_piece};
-use crate::plan::window::{PROFILE, Profile, Shape, depth_within};
-use crate::plan::{Crowd, Diffuse, Plan};
+use crate::plan::near_field_kernel::{PROFILE, Profile, Shape, depth_within};
+use crate::plan::{ManyLights, MultipleScattering, Plan};
 
-/// A star of the crowd beside a packet: foot of the perpendicular, from the span's start, its length, and half the chord of the window.
-pub struct Neighbour<'a> {
+/// A gathered star beside a packet: foot of the perpendicular, from the span's start, its length, and half the chord of the kernel.
+pub struct NearStar<'a> {
     star: usize,
     foot: Lane,
     distance: Lane,
@@ -32,7 +32,7 @@ pub struct Neighbour<'a> {
     sigma: f32,
     /// Widest angle of a piece [rad].
     piece: f32,
-    /// Steps that touch the window.
+    /// Steps that touch the kernel.
     steps: Range<f32>,
 }
 
@@ -42,11 +42,11 @@ struct Piece {
     entry: [(usize, f32); LANES],
 }
 
-/// The crowd of a plan, as packets meet it.
+/// The many lights of a plan, as packets meet it.
 pub struct Neighbourhood<'a> {
-    crowd: &'a Crowd,
-    diffuse: &'a Diffuse,
-    /// The largest radius of a window, and the longest before a star [pc].
+    many_lights: &'a ManyLights,
+    scattered_field: &'a MultipleScattering,
+    /// The largest radius of a kernel, and the longest before a star [pc].
     reach_pc: f64,
     ahead_pc: f64,
     /// Widest angle of a piece [rad].
@@ -56,15 +56,15 @@ pub struct Neighbourhood<'a> {
 impl<'a> Neighbourhood<'a> {
     /// None where no light is gathered.
     pub fn new(plan: &'a Plan) -> Option<Self> {
-        let (crowd, diffuse) = (plan.space.crowd.as_deref()?, plan.diffuse.as_deref()?);
-        let reach_pc = diffuse.found.gathered?.near_pc.1;
-        let ahead_pc = diffuse.windows().iter().map(|window| window.ahead_pc).fold(0.0, f64::max);
+        let (many_lights, scattered_field) = (plan.space.many_lights.as_deref()?, plan.scattered_field.as_deref()?);
+        let reach_pc = scattered_field.report.gathered?.near_pc.1;
+        let ahead_pc = scattered_field.kernels().iter().map(|kernel| kernel.ahead_pc).fold(0.0, f64::max);
         let piece = neighbour_piece(plan.spectral.phase_angle, plan.spectral.accuracy) as f32;
-        Some(Self { crowd, diffuse, reach_pc, ahead_pc, piece })
+        Some(Self { many_lights, scattered_field, reach_pc, ahead_pc, piece })
     }
 
-    /// The stars whose windows a packet's span crosses.
-    pub fn beside(&self, state: &State) -> Vec<Neighbour<'a>> {
+    /// The stars whose kernels a packet's span crosses.
+    pub fn beside(&self, state: &State) -> Vec<NearStar<'a>> {
         let (near, far) = (0..LANES)
             .filter(|lane| state.dt[*lane] > 0.0)
             .fold((f64::MAX, 0.0f64), |(near, far), lane| (near.min(state.span.0[lane]), far.max(state.span.1[lane])));
@@ -76,41 +76,41 @@ impl<'a> Neighbourhood<'a> {
         // What is before a star may be met though the star itself is behind the end.
         let far = far + self.ahead_pc;
         let reach = self.reach_pc + apart(near).max(apart(far));
-        self.crowd.beside(middle, (near, far), reach).filter_map(|star| self.neighbour(state, star)).collect()
+        self.many_lights.beside(middle, (near, far), reach).filter_map(|star| self.near_star(state, star)).collect()
     }
 
-    fn neighbour(&self, state: &State, star: usize) -> Option<Neighbour<'a>> {
-        let place = self.crowd.places[star];
+    fn near_star(&self, state: &State, star: usize) -> Option<NearStar<'a>> {
+        let place = self.many_lights.places[star];
         let along = |lane: usize| (place - state.rays[lane].origin).dot(state.rays[lane].direction);
         let foot = lanes(|lane| (along(lane) - state.span.0[lane]) as f32);
         let distance = lanes(|lane| (place - state.rays[lane].at(along(lane))).length().max(CLOSEST) as f32);
-        let (window, profile) = (self.diffuse.windows().get(star)?, self.diffuse.profiles.get(star)?);
-        let reach = window.reach_pc as f32;
+        let (kernel, profile) = (self.scattered_field.kernels().get(star)?, self.scattered_field.profiles.get(star)?);
+        let reach = kernel.reach_pc as f32;
         let half = lanes(|lane| (reach * reach - distance[lane] * distance[lane]).max(0.0).sqrt());
-        let ahead = (window.ahead_pc / window.reach_pc) as f32;
+        let ahead = (kernel.ahead_pc / kernel.reach_pc) as f32;
         let touched = |lane: usize| {
             let dt = state.dt[lane];
             (dt > 0.0 && half[lane] > 0.0).then(|| ((foot[lane] - ahead * half[lane]) / dt, (foot[lane] + half[lane]) / dt))
         };
         let (from, to) = (0..LANES).filter_map(touched).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
-        let inverse_step = (PROFILE as f64 / window.ahead_pc) as f32;
-        let (shape, sigma, piece) = (window.shape(), self.crowd.sigma[star], self.piece);
-        Some(Neighbour { star, foot, distance, half, ahead, shape, profile, inverse_step, sigma, piece, steps: from..to })
+        let inverse_step = (PROFILE as f64 / kernel.ahead_pc) as f32;
+        let (shape, sigma, piece) = (kernel.shape(), self.many_lights.sigma[star], self.piece);
+        Some(NearStar { star, foot, distance, half, ahead, shape, profile, inverse_step, sigma, piece, steps: from..to })
     }
 }
 
-impl Neighbour<'_> {
-    /// Whether a stretch touches the window.
+impl NearStar<'_> {
+    /// Whether a step touches the kernel.
     #[inline(always)]
-    pub fn meets(&self, stretch: Stretch) -> bool {
+    pub fn meets(&self, stretch: StepSpan) -> bool {
         stretch.start < self.steps.end && stretch.end() > self.steps.start
     }
 
     /// Adds its light of one segment, between whose ends σ is linear.
     #[inline(always)]
-    pub fn scatter(&self, march: &March, state: &mut State, stretch: Stretch, growth: &Lane, sigma: (&Lane, &Lane)) {
-        let weights = &march.tables.weights.crowd[self.star];
-        // Where the segment enters and leaves the window, from the foot.
+    pub fn scatter(&self, march: &March, state: &mut State, stretch: StepSpan, growth: &Lane, sigma: (&Lane, &Lane)) {
+        let weights = &march.tables.weights.many_lights[self.star];
+        // Where the segment enters and leaves the kernel, from the foot.
         let start = lanes(|lane| fma(stretch.start, state.dt[lane], -self.foot[lane]));
         let length = lanes(|lane| stretch.length * state.dt[lane]);
         let from = lanes(|lane| start[lane].max(-self.ahead * self.half[lane]));
@@ -153,8 +153,8 @@ impl Neighbour<'_> {
                 let part = if length[lane] > 0.0 { (t - start[lane]) / length[lane] } else { 0.0 };
                 let density = fma(part, sigma.1[lane] - sigma.0[lane], sigma.0[lane]);
                 let along = if t < 0.0 { t * t * (1.0 - self.shape.flat) } else { t * t };
-                let window = fma(-self.shape.inverse_square, fma(b[lane], b[lane], along), 1.0).max(0.0);
-                piece[lane] = density * window * window * turn[lane] / b[lane];
+                let kernel = fma(-self.shape.inverse_square, fma(b[lane], b[lane], along), 1.0).max(0.0);
+                piece[lane] = density * kernel * kernel * turn[lane] / b[lane];
                 total[lane] += piece[lane];
                 let inverse = 1.0 / square.sqrt();
                 let cosine = -t * inverse;
@@ -173,11 +173,13 @@ impl Neighbour<'_> {
         }
         // Of all pieces, as they shine.
         let depth = lanes(|lane| if total[lane] > 0.0 { deep[lane] / total[lane] } else { 0.0 });
-        let course =
-            Course { middle: lanes(|lane| fma(0.5, growth[lane], state.tau[lane] + depth[lane])), half: lanes(|lane| 0.5 * growth[lane]) };
+        let span = DepthSpan {
+            middle: lanes(|lane| fma(0.5, growth[lane], state.tau[lane] + depth[lane])),
+            half: lanes(|lane| 0.5 * growth[lane]),
+        };
         let terms = &march.tables.terms;
         match &march.plan.spectral.phase {
-            None => terms.gather(0, &state.drawn, &course, |term| Some(lanes(|lane| weights[term] * total[lane])), &mut state.sum),
+            None => terms.gather(0, &state.drawn, &span, |term| Some(lanes(|lane| weights[term] * total[lane])), &mut state.sum),
             Some(table) => {
                 let stride = if table.separable { 1 } else { march.tables.weights.band_of.len() };
                 let spread = |column: usize| {
@@ -193,13 +195,13 @@ impl Neighbour<'_> {
                 };
                 if table.separable {
                     let spread = spread(0);
-                    terms.gather(0, &state.drawn, &course, |term| Some(lanes(|lane| weights[term] * spread[lane])), &mut state.sum);
+                    terms.gather(0, &state.drawn, &span, |term| Some(lanes(|lane| weights[term] * spread[lane])), &mut state.sum);
                 } else {
                     let of_term = |term: usize| {
                         let spread = spread(term);
                         Some(lanes(|lane| weights[term] * spread[lane]))
                     };
-                    terms.gather(0, &state.drawn, &course, of_term, &mut state.sum);
+                    terms.gather(0, &state.drawn, &span, of_term, &mut state.sum);
                 }
             }
         }

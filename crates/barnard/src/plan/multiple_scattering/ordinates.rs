@@ -6,8 +6,8 @@
 use std::fmt::Debug;
 use std::sync::{Arc, OnceLock};
 
+pub use super::cells::Cells;
 pub use super::directions::{Face, across, faces};
-pub use super::medium::Cells;
 pub use super::moments::Moments;
 pub use super::sweep::{Beam, beam};
 use super::sweep::{Sources, sweep};
@@ -17,7 +17,7 @@ use crate::error::Error;
 /// Terms that are swept side by side.
 pub const WIDTH: usize = super::super::volume::MAX_CHANNELS;
 /// A number for each of them.
-pub type Octet = [f32; WIDTH];
+pub type EightLanes = [f32; WIDTH];
 /// Fluence in the dust, for each of them.
 pub type Powers = [f64; WIDTH];
 
@@ -27,16 +27,16 @@ pub struct Transfer<'a> {
     /// Where the dust is.
     pub cells: &'a Cells,
     /// Extinction in parts of that at V.
-    pub k: &'a Octet,
+    pub k: &'a EightLanes,
     /// Directions of starlight that has scattered once, and of all other: it comes from near the stars, and few directions would draw rays of it. What comes in from around must have those
     /// of later orders, or an even field of light would not stay even.
     pub faces: [&'a [Face]; 2],
     /// ω p_l of each harmonic.
-    pub scattering: &'a [Octet],
+    pub scattering: &'a [EightLanes],
     /// Light of gas per length [pc⁻¹], where there is any.
-    pub glow: Option<&'a [Octet]>,
+    pub glow: Option<&'a [EightLanes]>,
     /// Radiance that comes in from all around.
-    pub around: &'a Octet,
+    pub around: &'a EightLanes,
 }
 
 /// Why there is no next order.
@@ -78,7 +78,7 @@ pub trait Orders {
     ///
     /// # Errors
     /// When a device gives up.
-    fn sum(self: Box<Self>, last: &Octet) -> Result<Moments, Failure>;
+    fn sum(self: Box<Self>, last: &EightLanes) -> Result<Moments, Failure>;
 }
 
 /// Sweeps on the processor.
@@ -160,7 +160,7 @@ impl Orders for OnProcessor<'_> {
         Ok((power(cells, &self.order), power(cells, &self.sum)))
     }
 
-    fn sum(mut self: Box<Self>, last: &Octet) -> Result<Moments, Failure> {
+    fn sum(mut self: Box<Self>, last: &EightLanes) -> Result<Moments, Failure> {
         self.sum.add(&self.order, last);
         Ok(self.sum)
     }

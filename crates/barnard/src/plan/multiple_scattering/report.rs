@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 /// How the field was found.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Found {
+pub struct ScatteringReport {
     /// Cells along each axis.
     pub cells: [usize; 3],
     /// Whether they are fewer than they should be, to keep to the memory limit.
@@ -22,19 +22,19 @@ pub struct Found {
     /// Whether the orders went as a geometric series at last.
     pub settled: bool,
     /// What is known of its error for the first camera; nothing where it was made for a look.
-    pub doubt: Option<Doubt>,
-    /// What of it is first light of the crowd.
-    pub gathered: Option<Gathered>,
+    pub error_estimate: Option<ErrorEstimate>,
+    /// What of it is first light of the gathered stars.
+    pub gathered: Option<FarFieldError>,
     /// Bytes that it takes.
     pub bytes: u64,
 }
 
 /// Light of stars that scatters once and is gathered in the field.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gathered {
+pub struct FarFieldError {
     /// So many stars.
     pub stars: usize,
-    /// Smallest and largest radius of the windows around them, within which their light is marched [pc].
+    /// Smallest and largest radius of the kernels around them, within which their light is marched [pc].
     pub near_pc: (f64, f64),
     /// Voxels along the longest edge of their depths.
     pub shadows: usize,
@@ -44,14 +44,14 @@ pub struct Gathered {
 
 /// Errors of the field as half as many cells an edge, and other directions there, let them be estimated: relative rms over the dust.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Doubt {
+pub struct ErrorEstimate {
     /// Of cells.
     pub spatial: f64,
     /// Of directions.
     pub angular: f64,
 }
 
-impl std::fmt::Display for Gathered {
+impl std::fmt::Display for FarFieldError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { stars, near_pc: (low, high), shadows, error } = self;
         write!(
@@ -65,9 +65,19 @@ impl std::fmt::Display for Gathered {
     }
 }
 
-impl std::fmt::Display for Found {
+impl std::fmt::Display for ScatteringReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Found { cells: [x, y, z], coarser, directions: [first, others], degree, sweeps, series, settled, doubt, .. } = *self;
+        let ScatteringReport {
+            cells: [x, y, z],
+            coarser,
+            directions: [first, others],
+            degree,
+            sweeps,
+            series,
+            settled,
+            error_estimate,
+            ..
+        } = *self;
         let by = &self.swept_by;
         write!(
             f,
@@ -81,8 +91,8 @@ impl std::fmt::Display for Found {
             write!(f, " (more would be needed)")?;
         }
         write!(f, ", {:.1} % of this light by their geometric series; error of this light: spectral not certified", 100.0 * series)?;
-        match doubt {
-            Some(Doubt { spatial, angular }) => {
+        match error_estimate {
+            Some(ErrorEstimate { spatial, angular }) => {
                 write!(
                     f,
                     ", spatial about {:.1} %, angular about {:.1} % (by half as many cells an edge, and other directions)",

@@ -36,7 +36,7 @@ pub fn across(axis: usize) -> (usize, usize) {
 }
 
 /// Most directions of a part of a face.
-const MOST: usize = 9;
+const MAX: usize = 9;
 
 /// Six faces of `edge` × `edge` directions, in as few equal parts as may be.
 pub fn faces(edge: usize) -> Vec<Face> {
@@ -54,7 +54,7 @@ pub fn faces(edge: usize) -> Vec<Face> {
         let mean = grid().map(|cell| weight(cell) * fourth(at(middle, cell))).sum::<f64>() * 6.0 / SPHERE;
         *if mean > 0.2 { &mut narrow } else { &mut wide } = middle;
     }
-    let together = (edge * edge).div_ceil((edge * edge).div_ceil(MOST));
+    let together = (edge * edge).div_ceil((edge * edge).div_ceil(MAX));
     let face = |f: usize| {
         let (axis, up) = (f / 2, [true, false][f % 2]);
         let (column, row) = across(axis);

@@ -1,0 +1,67 @@
+//! What shines before it is scattered, for eight terms.
+
+use std::collections::HashMap;
+
+use super::{EightLanes, Term, WIDTH};
+use crate::light::{Light, Route};
+use crate::plan::{BandPlan, ManyLights, SpectralPlan};
+
+/// Stars, gas and background.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DirectSources {
+    /// Stars that are marched one by one, and what each sends: weights without k ω.
+    pub stars: Vec<(usize, EightLanes)>,
+    /// What the gathered stars send, in its order.
+    pub many_lights: Vec<EightLanes>,
+    /// Emission per length.
+    pub glow: Option<Vec<EightLanes>>,
+    pub around: EightLanes,
+    /// Radiance that all this is in parts of.
+    pub unit: f32,
+}
+
+impl DirectSources {
+    /// Of terms from `first` on.
+    pub fn new(
+        lights: &[Light],
+        spectral: &SpectralPlan,
+        (first, terms): (usize, &[Term]),
+        gas: &[Vec<f32>],
+        many_lights: Option<&ManyLights>,
+    ) -> Self {
+        let all = |light| spectral.bands.iter().flat_map(move |b: &BandPlan| b.rule.form.decay().weights(light)).copied();
+        let extended = lights.iter().enumerate().filter(|(_, l)| !matches!(l.route, Route::Direct { .. } | Route::FieldStar { .. }));
+        let unit = extended.flat_map(|(light, _)| all(light)).fold(f64::MIN_POSITIVE, |most, w| most.max(w.abs()));
+        let mut direct_sources = Self {
+            stars: Vec::new(),
+            many_lights: Vec::new(),
+            glow: None,
+            around: [0.0; WIDTH],
+            unit: (unit as f32).max(f32::MIN_POSITIVE),
+        };
+        for (light, l) in lights.iter().enumerate() {
+            let weights: Vec<f64> = all(light).collect();
+            let of = |t: usize| weights.get(first + t).map_or(0.0, |w| w / unit);
+            match l.route {
+                Route::Scattered { star } => {
+                    let sent = |t: usize| terms.get(t).map_or(0.0, |term| term.k * term.albedo);
+                    direct_sources.stars.push((star, std::array::from_fn(|t| if sent(t) > 0.0 { (of(t) / sent(t)) as f32 } else { 0.0 })));
+                }
+                Route::Emitted { species } => {
+                    let own: EightLanes = std::array::from_fn(|t| of(t) as f32);
+                    let glow = direct_sources.glow.get_or_insert_with(|| vec![[0.0; WIDTH]; gas[species].len()]);
+                    glow.iter_mut().zip(&gas[species]).for_each(|(glow, density)| (0..WIDTH).for_each(|t| glow[t] += own[t] * density));
+                }
+                Route::Background => direct_sources.around = std::array::from_fn(|t| of(t) as f32),
+                Route::Direct { .. } | Route::FieldStar { .. } => {}
+            }
+        }
+        if let Some(many_lights) = many_lights {
+            let (gathered, marched): (Vec<_>, Vec<_>) = direct_sources.stars.into_iter().partition(|(star, _)| many_lights.holds(*star));
+            let sent: HashMap<usize, EightLanes> = gathered.into_iter().collect();
+            direct_sources.many_lights = many_lights.stars.iter().map(|star| sent.get(star).copied().unwrap_or_default()).collect();
+            direct_sources.stars = marched;
+        }
+        direct_sources
+    }
+}
