@@ -23,7 +23,7 @@ impl Phase for TwoLobes {
         0.8 * self.forward.at(cosine, lambda_um) + 0.2 * self.backward.at(cosine, lambda_um)
     }
     fn sample(&self, lambda_um: f64, random: &mut Counter) -> f64 {
-        if random.next() < 0.8 { self.forward.sample(lambda_um, random) } else { self.backward.sample(lambda_um, random) }
+        if random.uniform() < 0.8 { self.forward.sample(lambda_um, random) } else { self.backward.sample(lambda_um, random) }
     }
     fn is_spectral(&self) -> bool {
         false

@@ -1,7 +1,8 @@
 //! Cameras: from pixels to rays.
 //!
-//! Pixel (row i, column j) looks along d + x r + y u with x = (2(j + ½)/W − 1) h, y = (1 − 2(i + ½)/H) h H/W, h = tan(fov/2) (perspective), or starts
-//! from position + x r + y u with h = width/2 (orthographic); d towards the target, r = d × up, u = r × d.
+//! Pixel (row i, column j) looks along d + x r + y u with x = (2(j + ½)/W − 1) h, y = (1 − 2(i + ½)/H) h H/W, h =
+//! tan(fov/2) (perspective), or starts from position + x r + y u with h = width/2 (orthographic); d towards the target,
+//! r = d × up, u = r × d.
 
 use glam::DVec3;
 use spectra::units::{Angle, Length};
@@ -17,12 +18,12 @@ use crate::properties::{Key, Kind, Section, build_kind_with};
 pub enum Projection {
     /// All rays from one point; tan of half the horizontal field of view.
     Perspective {
-        /// tan(fov/2) [1].
+        /// tan(fov/2) \[1\].
         half_width: f64,
     },
     /// Parallel rays.
     Orthographic {
-        /// Half the width of the image [pc].
+        /// Half the width of the image \[pc\].
         half_width_pc: f64,
     },
 }
@@ -30,7 +31,7 @@ pub enum Projection {
 /// Where the observer is and what they see.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
-    /// The eye, or the middle of the image plane [pc].
+    /// The eye, or the middle of the image plane \[pc\].
     pub position: DVec3,
     /// Viewing direction, of length one.
     pub forward: DVec3,
@@ -83,6 +84,9 @@ pub const KINDS: &[Kind<Projection>] = &[
 pub const MAX_EDGE: usize = 65_536;
 
 /// Reads a `[bookmark.NAME]` table: a camera, with the pixels of the scene's own where it does not say others.
+///
+/// # Errors
+/// Where a key is unknown, missing or wrong; its place is said.
 pub fn bookmark(section: &Section, inputs: &Inputs, own: &Camera) -> Result<Camera> {
     let mut camera = build(section, inputs)?;
     if !section.has("size") {
@@ -95,6 +99,9 @@ pub fn bookmark(section: &Section, inputs: &Inputs, own: &Camera) -> Result<Came
 }
 
 /// Reads the `[camera]` table.
+///
+/// # Errors
+/// Where a key is unknown, missing or wrong; its place is said.
 pub fn build(section: &Section, inputs: &Inputs) -> Result<Camera> {
     let projection = build_kind_with("camera", KINDS, COMMON, section, inputs)?;
     let (position, target) = (section.need_position("position")?, section.position("target")?.unwrap_or(DVec3::ZERO));
@@ -126,8 +133,8 @@ const SIZE: usize = 512;
 const FIELD_OF_VIEW_DEG: f64 = 30.0;
 
 impl Camera {
-    /// From `position` towards `target` [pc], y upwards, with 512 × 512 pixels and a horizontal field of view of 30°. Rendering a camera
-    /// that stands on its target, or looks along its own `up`, is an error.
+    /// From `position` towards `target` \[pc\], y upwards, with 512 × 512 pixels and a horizontal field of view of 30°.
+    /// Rendering a camera that stands on its target, or looks along its own `up`, is an error.
     pub fn look_at(position: DVec3, target: DVec3) -> Self {
         let nowhere = DVec3::NAN;
         Self {
@@ -151,13 +158,13 @@ impl Camera {
         Self { right, up: right.cross(self.forward), ..self }
     }
 
-    /// The same with all rays from one point and this horizontal field of view [deg], below 180.
+    /// The same with all rays from one point and this horizontal field of view \[deg\], below 180.
     #[must_use]
     pub fn field_of_view_deg(self, field_of_view: f64) -> Self {
         Self { projection: Projection::Perspective { half_width: (0.5 * field_of_view.to_radians()).tan() }, ..self }
     }
 
-    /// The same with parallel rays and an image of this width [pc].
+    /// The same with parallel rays and an image of this width \[pc\].
     #[must_use]
     pub fn orthographic_pc(self, width: f64) -> Self {
         Self { projection: Projection::Orthographic { half_width_pc: 0.5 * width }, ..self }
@@ -239,7 +246,7 @@ impl Camera {
         Some((0.5 * w * (x + 1.0), 0.5 * h * (1.0 - y * w / h)))
     }
 
-    /// Solid angle of the pixel around (`column`, `row`) [sr]; under an orthographic camera, its area [pc²].
+    /// Solid angle of the pixel around (`column`, `row`) \[sr\]; under an orthographic camera, its area \[pc²\].
     pub fn pixel_measure(&self, column: f64, row: f64) -> f64 {
         let w = self.width as f64;
         match self.projection {
@@ -296,7 +303,8 @@ mod tests {
         assert!(direction.x < 0.0 && direction.y > 0.0 && direction.z < 0.0);
     }
 
-    /// Solid angles of all pixels add up to that of the image's pyramid: 4 asin(sin α sin β), tan α and tan β half width and height.
+    /// Solid angles of all pixels add up to that of the image's pyramid: 4 asin(sin α sin β), tan α and tan β half
+    /// width and height.
     #[test]
     fn solid_angles_add_up() {
         let mut wide = camera(Projection::Perspective { half_width: 0.5 });

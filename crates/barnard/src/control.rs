@@ -35,7 +35,7 @@ impl Control {
         Self { stop: Arc::default(), listener: Some(Arc::new(listener)) }
     }
 
-    /// For work that is a part of more: its progress runs from `first` to `last` [1] of the whole, and never back.
+    /// For work that is a part of more: its progress runs from `first` to `last` \[1\] of the whole, and never back.
     pub fn part(&self, (first, last): (f64, f64)) -> Self {
         let Some(listener) = self.listener.clone() else { return self.clone() };
         let highest = AtomicU64::new(0);
@@ -53,6 +53,9 @@ impl Control {
     }
 
     /// An error once the work was interrupted.
+    ///
+    /// # Errors
+    /// [`Interrupted`](Error::Interrupted), once the user wished to stop.
     pub fn check(&self) -> Result<()> {
         if self.stop.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
     }

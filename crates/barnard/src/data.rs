@@ -69,8 +69,8 @@ pub trait DataSource: Debug + Send + Sync {
     /// Those of [`text`](Self::text), and where it is no table; [`Error::Scene`] says the line.
     fn table(&self, name: &str, most_rows: usize, memory_limit: u64) -> Result<TextTable>;
 
-    /// The array called `name`; `part` is the one that is meant where there are several. Its values may take `memory_limit` bytes as
-    /// single precision.
+    /// The array called `name`; `part` is the one that is meant where there are several. Its values may take
+    /// `memory_limit` bytes as single precision.
     ///
     /// # Errors
     /// Where there is none, or it has not three axes, or it is larger.

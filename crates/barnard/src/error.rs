@@ -65,9 +65,9 @@ pub enum Error {
     Memory {
         /// What would be allocated.
         what: String,
-        /// Its size [MiB].
+        /// Its size \[MiB\].
         needed_mib: u64,
-        /// The limit [MiB].
+        /// The limit \[MiB\].
         limit_mib: u64,
     },
     /// A spectrum, passband or law.

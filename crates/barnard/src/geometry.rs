@@ -1,4 +1,4 @@
-//! Rays and boxes [pc].
+//! Rays and boxes \[pc\].
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 /// A half line.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
-    /// Where it starts [pc].
+    /// Where it starts \[pc\].
     pub origin: DVec3,
     /// Where it goes, of length one.
     pub direction: DVec3,
@@ -19,7 +19,7 @@ impl Ray {
         self.origin + t_pc * self.direction
     }
 
-    /// From `a` towards `b`, with the distance between them [pc].
+    /// From `a` towards `b`, with the distance between them \[pc\].
     pub fn between(a: DVec3, b: DVec3) -> (Self, f64) {
         let length = (b - a).length();
         let direction = if length > 0.0 { (b - a) / length } else { DVec3::X };
@@ -30,9 +30,9 @@ impl Ray {
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
-    /// Lowest corner [pc].
+    /// Lowest corner \[pc\].
     pub low: DVec3,
-    /// Highest corner [pc].
+    /// Highest corner \[pc\].
     pub high: DVec3,
 }
 
@@ -65,7 +65,7 @@ impl Bounds {
         self.fault().map_or(Ok(self), |fault| Err(Error::Bounds(fault)))
     }
 
-    /// Edge lengths [pc].
+    /// Edge lengths \[pc\].
     pub fn size(&self) -> DVec3 {
         self.high - self.low
     }
@@ -86,7 +86,7 @@ impl Bounds {
         low.cmplt(high).all().then_some(Self { low, high })
     }
 
-    /// The part of the ray inside, from zero on, as distances [pc].
+    /// The part of the ray inside, from zero on, as distances \[pc\].
     pub fn clip(&self, ray: &Ray) -> Option<(f64, f64)> {
         let (mut near, mut far) = (0.0f64, f64::INFINITY);
         for axis in 0..3 {

@@ -52,11 +52,11 @@ impl Samples {
 pub struct Band {
     /// The passband's name.
     pub name: String,
-    /// Pivot wavelength [µm], where known.
+    /// Pivot wavelength \[µm\], where known.
     pub pivot_um: Option<f64>,
     /// "energy" or "photon", where known.
     pub counting: Option<&'static str>,
-    /// ∫ R dλ [µm], to turn band radiance into mean spectral radiance.
+    /// ∫ R dλ \[µm\], to turn band radiance into mean spectral radiance.
     pub width_um: Option<f64>,
     /// The certificate in words, a line for each source.
     pub certificate: Vec<String>,
@@ -70,9 +70,9 @@ pub const ERROR_SUFFIX: &str = "_error";
 /// How large a pixel is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PixelScale {
-    /// Angle at the middle of the image [deg].
+    /// Angle at the middle of the image \[deg\].
     Angle(f64),
-    /// Length [pc], under an orthographic camera.
+    /// Length \[pc\], under an orthographic camera.
     Length(f64),
 }
 
@@ -112,6 +112,9 @@ impl Image {
     }
 
     /// Refuses values that are no numbers: sums that went past the range of f32.
+    ///
+    /// # Errors
+    /// Where there are some, with their number and band.
     pub fn check(&self) -> Result<()> {
         for (b, band) in self.bands.iter().enumerate() {
             let count = self.band(b).filter(|v| !v.is_finite()).count();
@@ -192,7 +195,8 @@ pub struct Display {
 /// The part of the pixels that may be brighter than an automatic white.
 const WHITE_PERCENTILE: f64 = 0.998;
 
-/// Gaps of a stretch's table at equal steps of the fourth root, since stretches are steep in the dark; of the encoding's at equal steps of the square root.
+/// Gaps of a stretch's table at equal steps of the fourth root, since stretches are steep in the dark; of the
+/// encoding's at equal steps of the square root.
 const STRETCH_GAPS: usize = 1024;
 const CODE_GAPS: usize = 4096;
 
@@ -215,7 +219,8 @@ impl Tone {
         linear(self, image).map(|p| self.encoded(p)).collect()
     }
 
-    /// The picture in bytes, height × width × RGB, by tables: for windows, fast, and at most one level from the exact one.
+    /// The picture in bytes, height × width × RGB, by tables: for windows, fast, and at most one level from the exact
+    /// one.
     pub fn bytes(&self, image: &Image) -> Vec<[u8; 3]> {
         let stretch = self.stretch_table();
         let code = |i: usize| (255.0 * spectra::colour::srgb_encode((i as f64 / CODE_GAPS as f64).powi(2)) + 0.5) as u8;
@@ -257,8 +262,8 @@ impl Tone {
 }
 
 impl Display {
-    /// As pictures of these passbands are shown that nothing is said of: in natural colours, or those of red, green and blue outside of the
-    /// visible; black is zero, white found from the picture.
+    /// As pictures of these passbands are shown that nothing is said of: in natural colours, or those of red, green and
+    /// blue outside of the visible; black is zero, white found from the picture.
     pub fn of(bands: &[Passband]) -> Self {
         let palette = Palette::named("natural", bands).or_else(|_| Palette::named("rgb", bands));
         Self { palette: palette.unwrap_or_else(|_| Palette::grey(bands.len())), ..Self::grey(bands.len()) }
@@ -332,7 +337,8 @@ mod tests {
         assert_eq!(image(&["B", "V_error"]).errors_of(0), None);
     }
 
-    /// Bytes by tables are those of the exact picture, one level at most aside, in every stretch, from black to far above white.
+    /// Bytes by tables are those of the exact picture, one level at most aside, in every stretch, from black to far
+    /// above white.
     #[test]
     fn quick_bytes_are_the_picture() {
         let value = |i: usize| 10f64.powf(-7.0 + 9.0 * (i as f64 * 0.618_034).fract()) as f32;

@@ -1,4 +1,5 @@
-//! What an image says of itself as keywords with values, which programs read: names of at most eight characters, as FITS has them; other formats carry the same.
+//! What an image says of itself as keywords with values, which programs read: names of at most eight characters, as
+//! FITS has them; other formats carry the same.
 
 use spectra::passband::Passband;
 use spectra::sed::{MagnitudeSystem, zero_point};

@@ -1,7 +1,7 @@
 //! Barnard: physically calibrated spectral rendering of nebulae.
 //!
-//! A [`Scene`](scene::Scene) is what is in front of the telescope, and the telescope; [`render()`] turns it into an [`Image`](image::Image), band
-//! radiances in W m⁻² sr⁻¹ with a stated error.
+//! A [`Scene`] is what is in front of the telescope, and the telescope; [`render()`] turns it into an
+//! [`Image`], band radiances in W m⁻² sr⁻¹ with a stated error.
 //!
 //! ```
 //! use barnard::field::Grid;

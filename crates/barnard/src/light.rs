@@ -35,8 +35,8 @@ pub enum Route {
     },
 }
 
-/// A light with its spectrum, in the unit that its geometry turns into radiance:
-/// scattered: W m⁻² sr… times σ dl and 1/r² [pc⁻²]; emitted: times j dl [pc]; background: as it is; direct: times 1/r² [pc⁻²], irradiance.
+/// A light with its spectrum, in the unit that its geometry turns into radiance: scattered: W m⁻² sr… times σ dl and
+/// 1/r² [pc⁻²]; emitted: times j dl \[pc\]; background: as it is; direct: times 1/r² [pc⁻²], irradiance.
 #[derive(Debug, Clone)]
 pub struct Light {
     /// The way it takes.
@@ -48,6 +48,9 @@ pub struct Light {
 }
 
 /// All lights of a scene; those that can send nothing are left out.
+///
+/// # Errors
+/// Where the classes of field stars cannot be made.
 pub fn lights(scene: &Scene) -> Result<Vec<Light>> {
     let mut lights = Vec::new();
     let per_square_parsec = 1.0 / (SPHERE * PARSEC * PARSEC);
@@ -75,6 +78,9 @@ pub fn lights(scene: &Scene) -> Result<Vec<Light>> {
 }
 
 /// Extinction of a scene; without dust nothing is asked of it but a number.
+///
+/// # Errors
+/// Where the catalogue lacks the plainest law, which a test rules out.
 pub fn law(scene: &Scene) -> Result<std::sync::Arc<Extinction>> {
     Ok(match &scene.dust {
         Some(dust) => dust.extinction.clone(),

@@ -1,10 +1,12 @@
-//! Unresolved sources: visible stars and the star field, spread over pixels by a small normalised point-spread function.
+//! Unresolved sources: visible stars and the star field, spread over pixels by a small normalised point-spread
+//! function.
 //!
-//! A source of irradiance E [W m⁻²] adds E w_p / Ω_p to pixel p, Ω_p its solid angle, Σ w_p = 1: the flux in the image is the star's. Under an orthographic
-//! camera the intensity L/4π [W sr⁻¹] takes the place of E and the pixel's area [m²] that of Ω.
+//! A source of irradiance E [W m⁻²] adds E w_p / Ω_p to pixel p, Ω_p its solid angle, Σ w_p = 1: the flux in the image
+//! is the star's. Under an orthographic camera the intensity L/4π [W sr⁻¹] takes the place of E and the pixel's area
+//! \[m²\] that of Ω.
 //!
-//! The star field: stars at infinity, drawn from a counter-based generator by (seed, cell of the sky), so they are the same from every camera. Counts grow as
-//! 10^(0.4 m) with V magnitude; temperatures follow a table of classes.
+//! The star field: stars at infinity, drawn from a counter-based generator by (seed, cell of the sky), so they are the
+//! same from every camera. Counts grow as 10^(0.4 m) with V magnitude; temperatures follow a table of classes.
 
 use std::sync::Arc;
 
@@ -41,6 +43,9 @@ pub struct FieldClass {
 const CLASSES: [(f64, f64); 6] = [(3600.0, 0.22), (4500.0, 0.28), (5600.0, 0.25), (6800.0, 0.14), (9500.0, 0.08), (18000.0, 0.03)];
 
 /// The classes, in order.
+///
+/// # Errors
+/// Where Vega's flux is not known through V, which a test rules out.
 pub fn field_classes() -> Result<Vec<FieldClass>> {
     let v = Passband::named("johnson-V")?;
     let flux = zero_point(&v, MagnitudeSystem::Vega)?;
@@ -63,7 +68,7 @@ pub struct Point {
     pub light: usize,
     /// The light's band flux is multiplied by it, then divided by the pixel's measure.
     gain: f64,
-    /// How far it is along the ray of its place [pc].
+    /// How far it is along the ray of its place \[pc\].
     pub length: f64,
 }
 
@@ -83,8 +88,11 @@ pub enum Sources {
     Brightest(usize),
 }
 
-/// Draws unresolved sources: `add` hears of places in an image (bands × height × width) and radiances; `depth(ray, length)` is the optical depth on the way, `flux(light, band, depth)`
-/// the band's flux of a light behind it.
+/// Draws unresolved sources: `add` hears of places in an image (bands × height × width) and radiances; `depth(ray,
+/// length)` is the optical depth on the way, `flux(light, band, depth)` the band's flux of a light behind it.
+///
+/// # Errors
+/// Where the star field has too many stars.
 pub fn draw(
     sources: Sources,
     (scene, camera): (&Scene, &Camera),
@@ -131,7 +139,8 @@ fn direct_points(scene: &Scene, camera: &Camera, lights: &[Light]) -> Vec<Point>
                 let length = (position - camera.position).length();
                 (length, 1.0 / (length * length))
             }
-            // L/4π [W sr⁻¹] over pc² of pixel: the light's unit is W m⁻² at one parsec, so its intensity is that times pc².
+            // L/4π [W sr⁻¹] over pc² of pixel: the light's unit is W m⁻² at one parsec, so its intensity is that times
+            // pc².
             Projection::Orthographic { .. } => {
                 let ray = camera.ray(column, row);
                 ((position - ray.origin).dot(ray.direction), 1.0)
@@ -185,7 +194,8 @@ fn sky_direction(cell: u64, u: f64, v: f64) -> DVec3 {
     DVec3::new(r * phi.cos(), r * phi.sin(), z)
 }
 
-/// The cells that can touch the image: those whose middle lies within the image's circle, widened by the cell's own size, which is that of all cells of a slice.
+/// The cells that can touch the image: those whose middle lies within the image's circle, widened by the cell's own
+/// size, which is that of all cells of a slice.
 fn cells_in_view(camera: &Camera) -> Vec<u64> {
     let Projection::Perspective { half_width } = camera.projection else { return Vec::new() };
     let diagonal = (1.0 + (camera.height as f64 / camera.width as f64).powi(2)).sqrt();
@@ -202,12 +212,12 @@ fn cells_in_view(camera: &Camera) -> Vec<u64> {
 }
 
 fn field_star(field: &StarField, cell: u64, random: &mut Counter) -> (DVec3, f64, usize) {
-    let direction = sky_direction(cell, random.next(), random.next());
+    let direction = sky_direction(cell, random.uniform(), random.uniform());
     // Counts as 10^(0.4 m): invert the cumulative distribution.
     let (bright, faint) = field.magnitudes;
     let (low, high) = (10f64.powf(0.4 * (bright - faint)), 1.0);
-    let magnitude = faint + 2.5 * (low + random.next() * (high - low)).log10();
-    let mut pick = random.next();
+    let magnitude = faint + 2.5 * (low + random.uniform() * (high - low)).log10();
+    let mut pick = random.uniform();
     let class = CLASSES.iter().position(|(_, part)| {
         pick -= part;
         pick < 0.0
@@ -218,13 +228,13 @@ fn field_star(field: &StarField, cell: u64, random: &mut Counter) -> (DVec3, f64
 /// A Poisson number: by inversion where the mean is small, by its normal limit where it is large.
 fn poisson(mean: f64, random: &mut Counter) -> u64 {
     if mean > 200.0 {
-        let (u, v) = (random.next().max(1e-300), random.next());
+        let (u, v) = (random.uniform().max(1e-300), random.uniform());
         let normal = (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos();
         return (mean + mean.sqrt() * normal).round().max(0.0) as u64;
     }
-    let (mut k, mut product, limit) = (0, random.next(), (-mean).exp());
+    let (mut k, mut product, limit) = (0, random.uniform(), (-mean).exp());
     while product > limit {
-        product *= random.next();
+        product *= random.uniform();
         k += 1;
     }
     k

@@ -15,8 +15,8 @@ impl Counter {
         Self(Self::new(own, part).bits())
     }
 
-    /// The next number.
-    pub fn next(&mut self) -> f64 {
+    /// The next number, evenly spread over [0, 1).
+    pub fn uniform(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 

@@ -1,4 +1,5 @@
-//! Many bounces by the plan's field of scattered light: against the path tracer, which knows nothing of it, and against what is known.
+//! Many bounces by the plan's field of scattered light: against the path tracer, which knows nothing of it, and against
+//! what is known.
 
 use barnard::backend::{cpu, path, reference};
 use barnard::control::Control;
@@ -33,7 +34,8 @@ fn forward(g: f64) -> String {
     format!("phase = {{ kind = \"henyey_greenstein\", g = {g} }}\n")
 }
 
-/// Light of so many bounces that has scattered at least twice (or, of gas and background, once), with its standard errors.
+/// Light of so many bounces that has scattered at least twice (or, of gas and background, once), with its standard
+/// errors.
 fn again(scene: &Scene, bounces: usize, samples: u64) -> (Vec<f64>, Vec<f64>) {
     let options = path::Options { bounces, first: 2, samples, ..path::Options::default() };
     let mut film = path::Film::default();
@@ -51,8 +53,8 @@ fn error(many: &[f64], once: &[f64], (mean, chance): &(Vec<f64>, Vec<f64>)) -> f
     (wrong.max(0.0) / all).sqrt()
 }
 
-/// Two bounces and all of them, even and forward scattering, light of a star, of gas and of a background: within 5 % of the path tracer; the light of more or fewer bounces, and
-/// that of another phase function, is not.
+/// Two bounces and all of them, even and forward scattering, light of a star, of gas and of a background: within 5 % of
+/// the path tracer; the light of more or fewer bounces, and that of another phase function, is not.
 #[test]
 fn many_bounces_are_those_of_the_path_tracer() {
     for (g, bounces, samples) in [(0.0, 2, 200), (0.0, MANY_BOUNCES, 300), (0.7, MANY_BOUNCES, 600)] {
@@ -85,8 +87,8 @@ fn white_dust_in_even_light_is_invisible() {
     }
 }
 
-/// Light that scatters again around a star in the middle of thin even dust is as round as the dust is: no rays along the axes. (With the directions of later orders alone the ring was 18 % uneven.) Beside the
-/// middle it is not.
+/// Light that scatters again around a star in the middle of thin even dust is as round as the dust is: no rays along
+/// the axes. (With the directions of later orders alone the ring was 18 % uneven.) Beside the middle it is not.
 #[test]
 fn no_rays_are_drawn_around_a_star() {
     let spread = |g: f64, star: &str| {
@@ -111,7 +113,8 @@ fn no_rays_are_drawn_around_a_star() {
     }
 }
 
-/// One bounce is what it was, bit by bit; another camera sees the same field as a plan that was made for it; threads change nothing.
+/// One bounce is what it was, bit by bit; another camera sees the same field as a plan that was made for it; threads
+/// change nothing.
 #[test]
 fn fields_are_kept() {
     let text = |camera: &str, bounces: usize| format!("{camera}{BALL}{}{STAR}{METHOD}steps = 60\nbounces = {bounces}\n", forward(0.5));
@@ -134,7 +137,8 @@ fn fields_are_kept() {
     assert!(volumes(&alone.install(|| sampled(&text(CAMERA, 2)))) == volumes(&two));
 }
 
-/// Twelve terms of three passbands, more than are solved side by side, are those of each passband by itself; another passband's are not.
+/// Twelve terms of three passbands, more than are solved side by side, are those of each passband by itself; another
+/// passband's are not.
 #[test]
 fn passbands_do_not_mix() {
     let picture = |bands: &str| {

@@ -1,4 +1,5 @@
-//! Stars without number: light that is gathered against that of stars one by one, by integrators that know of no such field.
+//! Stars without number: light that is gathered against that of stars one by one, by integrators that know of no such
+//! field.
 
 use barnard::backend::{cpu, path, reference};
 use barnard::control::Control;
@@ -52,7 +53,8 @@ fn difference(ours: &[f64], truth: &[f64]) -> f64 {
 const FORWARD: &str = "phase = { kind = \"henyey_greenstein\", g = 0.6 }\n";
 const BACKWARD: &str = "phase = { kind = \"henyey_greenstein\", g = -0.6 }\n";
 
-/// Twelve gathered stars, scattered evenly and forwards, is what the reference has star by star; another phase function would be seen.
+/// Twelve gathered stars, scattered evenly and forwards, is what the reference has star by star; another phase function
+/// would be seen.
 #[test]
 fn a_crowd_is_the_sum_of_its_stars() {
     for (phase, other, most) in [("", FORWARD, 0.005), (FORWARD, BACKWARD, 0.02)] {
@@ -65,14 +67,16 @@ fn a_crowd_is_the_sum_of_its_stars() {
         let error = difference(&light(&plan), &truth);
         println!("{phase}: {error:.1e}, at places {:?}", gathered.error);
         assert!(error < most, "{phase}: {error}");
-        // At places errors do not average out, and more than a tenth of the light would be wrong there if anything was left out.
+        // At places errors do not average out, and more than a tenth of the light would be wrong there if anything was
+        // left out.
         assert!(gathered.error.is_some_and(|e| e > 0.0 && e < 0.1), "{gathered}");
         let wrong = self::plan(&self::scene(text(12, other, "exact_stars = 0\n")));
         assert!(difference(&light(&wrong), &truth) > 0.1);
     }
 }
 
-/// Light of gathered stars that scatters many times is that of the path tracer, whose noise is taken off; its first scattering alone is not.
+/// Light of gathered stars that scatters many times is that of the path tracer, whose noise is taken off; its first
+/// scattering alone is not.
 #[test]
 fn a_crowd_scatters_many_times() {
     let scene = scene(text(12, FORWARD, "exact_stars = 0\nbounces = 1000\n"));
@@ -90,7 +94,8 @@ fn a_crowd_scatters_many_times() {
     assert!(error(&all) < 0.05 && error(&once) > 0.09, "{} {}", error(&all), error(&once));
 }
 
-/// The brightest are marched one by one, as many as are asked for, and what is asked for of all is what it was without many lights.
+/// The brightest are marched one by one, as many as are asked for, and what is asked for of all is what it was without
+/// many lights.
 #[test]
 fn bright_stars_stay_exact() {
     let marched = |method: &str, bright: bool| {
@@ -135,8 +140,8 @@ fn a_crowd_keeps_to_its_memory() {
     assert!(error.contains("memory"), "{error}");
 }
 
-/// A plan that is renewed has the bits of one that is new: seen from elsewhere, with a star of another colour, with one that moved, with more dust. Light that was scattered before is solved again only
-/// where something else shines.
+/// A plan that is renewed has the bits of one that is new: seen from elsewhere, with a star of another colour, with one
+/// that moved, with more dust. Light that was scattered before is solved again only where something else shines.
 #[test]
 fn what_did_not_change_is_not_baked_again() {
     // The same loader: densities that are read again are the same.

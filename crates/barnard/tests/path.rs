@@ -85,8 +85,8 @@ bake = 32
     )
 }
 
-/// With one bounce the referee's picture is that of `reference`: no pixel further off than chance brings it, nor the mean of a band; and the other sign of
-/// the phase function is seen.
+/// With one bounce the referee's picture is that of `reference`: no pixel further off than chance brings it, nor the
+/// mean of a band; and the other sign of the phase function is seen.
 #[test]
 fn one_bounce_is_the_reference() {
     let scene = parse(&everything(0.5));
@@ -111,8 +111,9 @@ fn one_bounce_is_the_reference() {
     }
 }
 
-/// A band of 300 nm, over which extinction, albedo and phase function all change, brings through several scatterings what twelve of 25 nm bring together: the weights of wavelengths that are
-/// carried together are right. Dust of one albedo and phase function is seen to be other dust.
+/// A band of 300 nm, over which extinction, albedo and phase function all change, brings through several scatterings
+/// what twelve of 25 nm bring together: the weights of wavelengths that are carried together are right. Dust of one
+/// albedo and phase function is seen to be other dust.
 #[test]
 fn wide_bands_are_the_sum_of_narrow_ones() {
     let top_hat = |centre: f64, width: f64| {
@@ -143,7 +144,8 @@ fn wide_bands_are_the_sum_of_narrow_ones() {
     assert!(grey.abs() > 5.0, "{grey}");
 }
 
-/// In a furnace nothing is seen: with an albedo of one and the same light from everywhere, every ray brings that light, whatever stands in its way.
+/// In a furnace nothing is seen: with an albedo of one and the same light from everywhere, every ray brings that light,
+/// whatever stands in its way.
 #[test]
 fn white_dust_cannot_be_seen_in_a_furnace() {
     let scene = parse(
@@ -180,7 +182,8 @@ radiance = "1e-9 W/m2/sr/nm"
     assert!(once.estimates[5].mean < 0.9 * expected);
 }
 
-/// A white shell around a star sends out what the star puts in: over the whole disc, I = L/4π (1 − e^(−τ)) is what is left beside the star itself.
+/// A white shell around a star sends out what the star puts in: over the whole disc, I = L/4π (1 − e^(−τ)) is what is
+/// left beside the star itself.
 #[test]
 fn white_dust_keeps_no_light() {
     let text = |albedo: f64| {
@@ -231,7 +234,8 @@ visible = false
     assert!(grey < 0.9 * expected, "{grey:e}");
 }
 
-/// H(μ) of isotropic scattering with albedo ω: 1/H = √(1 − ω) + ω/2 ∫₀¹ μ' H(μ')/(μ + μ') dμ' (Chandrasekhar 1960, Radiative Transfer, §39).
+/// H(μ) of isotropic scattering with albedo ω: 1/H = √(1 − ω) + ω/2 ∫₀¹ μ' H(μ')/(μ + μ') dμ' (Chandrasekhar 1960,
+/// Radiative Transfer, §39).
 fn chandrasekhar_h(albedo: f64) -> impl Fn(f64) -> f64 {
     let nodes: Vec<(f64, f64)> = gauss_legendre(40).iter().map(|(x, w)| (0.5 * (x + 1.0), 0.5 * w)).collect();
     let mut h = vec![1.0; nodes.len()];
@@ -246,7 +250,8 @@ fn chandrasekhar_h(albedo: f64) -> impl Fn(f64) -> f64 {
     move |mu| at(mu, &nodes, &h)
 }
 
-/// MultipleScattering reflection of a half space: I = ω/4π · E μ₀/(μ + μ₀) H(μ) H(μ₀) with E the irradiance across the beam.
+/// MultipleScattering reflection of a half space: I = ω/4π · E μ₀/(μ + μ₀) H(μ) H(μ₀) with E the irradiance across the
+/// beam.
 #[test]
 fn a_half_space_reflects_as_chandrasekhar_says() {
     // His table XI: H(1) = 2.9078 without absorption.

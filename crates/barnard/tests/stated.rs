@@ -34,8 +34,8 @@ fn inside(position: &str, target: &str, degrees: f64) -> String {
     format!("position = \"{position} pc\"\ntarget = \"{target} pc\"\nfield_of_view = \"{degrees} deg\"")
 }
 
-/// Cameras inside of dust and close before it, depths of 100 to 10⁴, functions with edges and without: what is stated is at least 0.7 of what is true in 95 % of them, and
-/// in none less than half of it.
+/// Cameras inside of dust and close before it, depths of 100 to 10⁴, functions with edges and without: what is stated
+/// is at least 0.7 of what is true in 95 % of them, and in none less than half of it.
 #[test]
 fn stated_errors_hold() {
     let grid = |camera: &str, scale: f64, star: &str, g: f64| lit(camera, GRID, "n", scale, star, g);
@@ -78,7 +78,8 @@ fn stated_errors_hold() {
     assert!(found.iter().all(|(stated, off)| *stated > 0.5 * off), "{words:#?}");
 }
 
-/// In deep dust that is a function, where all light comes from a skin far thinner than a voxel, what is stated is what is true: not less than 0.7 of it, nor several times as much.
+/// In deep dust that is a function, where all light comes from a skin far thinner than a voxel, what is stated is what
+/// is true: not less than 0.7 of it, nor several times as much.
 #[test]
 fn skins_are_not_overstated() {
     for scale in [10.0, 100.0, 1000.0] {
@@ -89,8 +90,8 @@ fn skins_are_not_overstated() {
     }
 }
 
-/// A ball that glows in dust, sampled to as few voxels as asked for: what is stated of its picture is what it is off by, and far from nothing. Where nothing is asked for
-/// it is sampled as finely as the accuracy needs.
+/// A ball that glows in dust, sampled to as few voxels as asked for: what is stated of its picture is what it is off
+/// by, and far from nothing. Where nothing is asked for it is sampled as finely as the accuracy needs.
 #[test]
 fn samples_are_part_of_the_error() {
     let text = |method: &str| {
@@ -106,7 +107,8 @@ fn samples_are_part_of_the_error() {
     assert!(off < 6e-3 && stated > 0.7 * off, "stated {stated:e}, true {off:e}");
 }
 
-/// A star within a cloud of noise that is sampled coarsely: what is stated is about what finer samples change. (The reference, 89 s for 12 × 9 pixels, has 7.8e-2 for the 8.1e-2 that is stated there.)
+/// A star within a cloud of noise that is sampled coarsely: what is stated is about what finer samples change. (The
+/// reference, 89 s for 12 × 9 pixels, has 7.8e-2 for the 8.1e-2 that is stated there.)
 #[test]
 fn dust_at_a_star_is_the_fields_own() {
     let cloud = "[field.n]\nkind = \"fbm\"\nradius = \"1 pc\"\n";

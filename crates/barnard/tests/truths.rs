@@ -115,8 +115,9 @@ fn forward_scattering_is_forward() {
     assert!((forward.1 / backward.1 / 64.0 - 1.0).abs() < 1e-2, "{}", forward.1 / backward.1);
 }
 
-/// Energy balance at albedo 1: what a thin cloud scatters into all directions is what it takes from the star. The mean over directions of the
-/// radiance, times the sphere, over the cloud's area, is τ times the irradiance; by reciprocity it does not depend on the phase function.
+/// Energy balance at albedo 1: what a thin cloud scatters into all directions is what it takes from the star. The mean
+/// over directions of the radiance, times the sphere, over the cloud's area, is τ times the irradiance; by reciprocity
+/// it does not depend on the phase function.
 #[test]
 fn scattered_light_is_the_light_taken_away() {
     let total = |phase: &str| -> f64 {
@@ -183,7 +184,8 @@ fn the_march_converges_with_the_square_of_its_step() {
          [dust]\ndensity = \"cloud\"\nscale = \"4 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0\n\
          [[emission]]\nkind = \"lines\"\ndensity = \"cloud\"\nscale = \"1 W/m2/sr/pc\"\nlines = [{{ wavelength = \"550 nm\", strength = 1 }}]\n[method]\nbake = 256\n"
     ));
-    // ∫ e^(−τ) dτ/σ·j with j = σ/4: (1 − e^(−τ))/4, τ the column of the cut Plummer sphere: 4·2∫₀¹(1 + r²/0.09)^(−5/2) dr.
+    // ∫ e^(−τ) dτ/σ·j with j = σ/4: (1 − e^(−τ))/4, τ the column of the cut Plummer sphere: 4·2∫₀¹(1 + r²/0.09)^(−5/2)
+    // dr.
     let column = 8.0 * spectra::quadrature::integrate(|r: f64| (1.0 + r * r / 0.09).powf(-2.5), 0.0, 1.0, 1e-13);
     let truth = 0.25 * -(-column).exp_m1();
     let mut error = |steps: usize| {
@@ -192,7 +194,8 @@ fn the_march_converges_with_the_square_of_its_step() {
     };
     let (coarse, fine) = (error(8), error(16));
     assert!(fine < 0.35 * coarse && coarse < 0.2, "{coarse:e} {fine:e}");
-    // What remains is the sampling of the cloud itself: (voxel/core)² f''/24 with a voxel of 1/128 pc and a core of 0.3 pc.
+    // What remains is the sampling of the cloud itself: (voxel/core)² f''/24 with a voxel of 1/128 pc and a core of 0.3
+    // pc.
     let sampling = (1.0f64 / 128.0 / 0.3).powi(2);
     assert!(error(512) < sampling, "{:e}", error(512));
 }
@@ -260,7 +263,8 @@ fn a_wall_hides_no_more_than_it_swallows() {
         let scene = lit_wall(&behind.replace("RADIANCE", &format!("{radiance:e}")));
         let (cpu, truth) = (on_cpu(&scene).at(0, 0, 0), on_reference(&scene).at(0, 0, 0));
         assert!((truth / dark - 2.0).abs() < 0.02, "{truth} {dark}");
-        // A depth of 20 that is right to 1e-3 leaves 2 % of doubt; a ray that ended early here was measured 900 times too bright.
+        // A depth of 20 that is right to 1e-3 leaves 2 % of doubt; a ray that ended early here was measured 900 times
+        // too bright.
         assert!((cpu / truth - 1.0).abs() < 20.0 * 1e-3, "{behind}: {cpu} {truth}");
     }
 }
@@ -276,8 +280,9 @@ fn lit_box(camera: &str, dust: &str, star: &str, method: &str) -> Scene {
     ))
 }
 
-/// What once was wrong by a percent and more, beside the reference: light that comes in obliquely through a face (1.3e-2), a star so deep that little is
-/// left of its light (6.7e-3), phase functions with a peak, backwards (1.7e-2) and from beside the star (8e-2), and all of it with a fixed number of samples.
+/// What once was wrong by a percent and more, beside the reference: light that comes in obliquely through a face
+/// (1.3e-2), a star so deep that little is left of its light (6.7e-3), phase functions with a peak, backwards (1.7e-2)
+/// and from beside the star (8e-2), and all of it with a fixed number of samples.
 #[test]
 fn hard_places_are_as_true_as_others() {
     let outside = "position = \"-3 -1.5 -2 pc\"\ntarget = \"0.1 -0.2 0.1 pc\"\nfield_of_view = \"45 deg\"";
@@ -299,7 +304,8 @@ fn hard_places_are_as_true_as_others() {
     assert!(on_cpu(&scenes[0].1).relative_rmse(0, &on_reference(&other), 0) > 1e-2);
 }
 
-/// Barrès & Neyret's many lights: stars around a cloud, gathered in one field, are those of the reference to the error that is stated, whatever their number.
+/// Barrès & Neyret's many lights: stars around a cloud, gathered in one field, are those of the reference to the error
+/// that is stated, whatever their number.
 #[test]
 fn gathered_light_is_that_of_all_stars() {
     let scene = |stars: usize, phase: &str| {
@@ -360,8 +366,8 @@ fn gathered_light_is_that_of_all_stars() {
     assert!(worst < 0.02, "{worst:e}");
 }
 
-/// Every method of the catalogue on random clouds, to what it states of itself: the spatial error, and the spectral one as a part of the light without dust, of
-/// which these thin clouds leave an eighth or more.
+/// Every method of the catalogue on random clouds, to what it states of itself: the spatial error, and the spectral one
+/// as a part of the light without dust, of which these thin clouds leave an eighth or more.
 #[test]
 fn every_method_keeps_to_what_it_states() {
     for seed in [3, 11] {

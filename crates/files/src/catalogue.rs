@@ -86,6 +86,9 @@ pub const CATALOGUES: &[Catalogue] = &[
 
 impl Catalogue {
     /// The catalogue called `name`.
+    ///
+    /// # Errors
+    /// Where there is none.
     pub fn named(name: &str) -> Result<&'static Catalogue> {
         let known: Vec<&str> = CATALOGUES.iter().map(|c| c.name).collect();
         Ok(CATALOGUES.iter().find(|c| c.name == name).ok_or_else(|| SpectraError::unknown("catalogue", name, &known))?)

@@ -1,8 +1,10 @@
-//! The files of Barnard: scenes as TOML, arrays and images in the formats of the field, and the scenes that are built in.
+//! The files of Barnard: scenes as TOML, arrays and images in the formats of the field, and the scenes that are built
+//! in.
 //!
-//! [`load`] reads a scene file, [`builtin`] holds scenes that need none, [`SaveImage`] writes pictures, and [`formats`] what they are read
-//! and written as. A scene file is turned into a tree of [`properties`](barnard::properties) by [`toml`]; what it names is found by
-//! [`SceneFiles`]. The [`catalogue`] lists everything that a scene can choose, and the [`manual`] of the format is printed from the same rows.
+//! [`load`] reads a scene file, [`builtin`] holds scenes that need none, [`SaveImage`] writes pictures, and [`formats`]
+//! what they are read and written as. A scene file is turned into a tree of [`properties`](barnard::properties) by
+//! [`toml`]; what it names is found by [`SceneFiles`]. The [`catalogue`] lists everything that a scene can choose, and
+//! the [`manual`] of the format is printed from the same rows.
 
 pub mod builtin;
 pub mod catalogue;

@@ -1,4 +1,5 @@
-//! Tables of text: columns parted by commas, semicolons, tabs or blanks, lines that begin with `#` and empty ones left out.
+//! Tables of text: columns parted by commas, semicolons, tabs or blanks, lines that begin with `#` and empty ones left
+//! out.
 
 use barnard::data::TextTable;
 use barnard::error::{Error, Result};

@@ -28,7 +28,8 @@ fn same(ours: &[Star], theirs: &str) {
     }
 }
 
-/// Rows are stars as `[[star]]` has them: units of columns, of cells and the usual ones, other separators, columns that mean nothing, comments, empty cells, keys of all.
+/// Rows are stars as `[[star]]` has them: units of columns, of cells and the usual ones, other separators, columns that
+/// mean nothing, comments, empty cells, keys of all.
 #[test]
 fn rows_are_stars() {
     let ours = stars(
@@ -53,7 +54,8 @@ fn rows_are_stars() {
     same(&ours.unwrap(), &(one(1, 3.0, "o9v", 4.5) + &one(2, 4.0, "a0v", 5.0)));
 }
 
-/// Byte order marks, the line ends of Windows, lines of blanks, many blanks between columns, and columns that are not asked for.
+/// Byte order marks, the line ends of Windows, lines of blanks, many blanks between columns, and columns that are not
+/// asked for.
 #[test]
 fn tables_of_all_kinds_are_read() {
     let one = "[[star]]\nname = \"star 1 of table 1\"\nkind = \"blackbody\"\nposition = \"1 2 3 pc\"\ntemperature = \"5000 K\"\nluminosity = \"7 Lsun\"\n";

@@ -1,4 +1,5 @@
-//! The device as a back end: [`OnDevice`] renders on it or says why not, [`Auto`] takes it where it is a real one that does the job.
+//! The device as a back end: [`OnDevice`] renders on it or says why not, [`Auto`] takes it where it is a real one that
+//! does the job.
 
 use std::sync::Arc;
 

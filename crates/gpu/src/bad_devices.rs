@@ -12,7 +12,8 @@ use crate::test_device::device;
 use crate::twins::{plan_of, scene};
 use crate::{Gpu, GpuError, OnDevice, Ordinates, Renderer};
 
-/// A device that is taken away in the middle of a picture is opened once more; if that is taken too, the processor renders.
+/// A device that is taken away in the middle of a picture is opened once more; if that is taken too, the processor
+/// renders.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn a_lost_device_does_not_lose_the_picture() {
@@ -95,7 +96,8 @@ fn no_room_is_an_error_that_says_what_fits() {
     assert!(words.contains("3072 MiB") && words.contains("half the voxels") && words.contains("on the processor"), "{words}");
 }
 
-/// Light that a device has no room to sweep, or that goes in the middle of it, is swept by the processor, with the same bits; the output says why.
+/// Light that a device has no room to sweep, or that goes in the middle of it, is swept by the processor, with the same
+/// bits; the output says why.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn the_processor_sweeps_what_a_device_cannot() {

@@ -19,7 +19,7 @@ pub struct Adapter {
     pub volume_edge: u32,
     /// Most textures, of four channels each.
     pub textures: u32,
-    /// Largest buffer that a shader reads [bytes].
+    /// Largest buffer that a shader reads \[bytes\].
     pub buffer: u64,
 }
 
@@ -105,6 +105,9 @@ impl Gpu {
     }
 
     /// That adapter as if it held no more than `limits`.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
     #[cfg(test)]
     pub fn limited(limits: wgpu::Limits) -> Result<Self> {
         Self::opened(|_| limits)

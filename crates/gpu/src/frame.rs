@@ -83,8 +83,8 @@ impl Pass {
         Pass { subpixel: (place(n % s), place(n / s)), share: 1.0 / (n + 1) as f32, ..Pass::WHOLE }
     }
 
-    /// Number `n` of passes that refine a picture without end: a first look, then pictures with the plan's samples, each at other places, whose mean is
-    /// that of pixels with an area.
+    /// Number `n` of passes that refine a picture without end: a first look, then pictures with the plan's samples,
+    /// each at other places, whose mean is that of pixels with an area.
     pub fn refining(n: u32) -> Self {
         if n == 0 {
             return Pass::COARSE;
@@ -99,7 +99,7 @@ impl Pass {
 impl Frame {
     /// Of a plan seen from `middle`, whose terms have the extinctions `k`; dust is at most `brightest` [pc⁻¹].
     pub fn new(plan: &Plan, middle: DVec3, k: &[f32], brightest: f32, counts: [u32; 4]) -> Self {
-        let camera: &Camera = &plan.camera();
+        let camera: &Camera = plan.camera();
         let bounds = plan.space().occupied.unwrap_or(Bounds { low: middle, high: middle });
         // The observer moves along the view until the middle of the scene is beside them.
         let ahead = (middle - camera.position).dot(camera.forward).max(0.0);

@@ -1,7 +1,8 @@
 //! A plan as a shader reads it: flat tables, and the shape that is printed into the source.
 //!
-//! Places are seen from the middle of the occupied box, so that f32 is finest where the light is. Channels are stored in f16 as parts of the largest value of
-//! each, four to a texture. Terms have room to grow, and phase tables stand last: an edit of a spectrum changes numbers, not the shape.
+//! Places are seen from the middle of the occupied box, so that f32 is finest where the light is. Channels are stored
+//! in f16 as parts of the largest value of each, four to a texture. Terms have room to grow, and phase tables stand
+//! last: an edit of a spectrum changes numbers, not the shape.
 
 use barnard::plan::star_depth::OPAQUE;
 use barnard::plan::{Channel, Plan, Volume, Weights, weights_of};
@@ -199,7 +200,8 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Of a plan; `quads` are those of its volumes. Dust that is noise is evaluated `on_the_fly`, or read as it was sampled.
+    /// Of a plan; `quads` are those of its volumes. Dust that is noise is evaluated `on_the_fly`, or read as it was
+    /// sampled.
     ///
     /// # Errors
     /// For methods that no shader has, and dust that is no noise.
@@ -362,7 +364,8 @@ mod tests {
         assert_eq!(by(Tuning { end_early: false, ..Tuning::default() }).frame.limits[0], 0.0);
     }
 
-    /// Edits of spectra, accuracy, phase angle, steps and camera are numbers: the shape, and with it the pipeline, stays. Another method or another star is another shape.
+    /// Edits of spectra, accuracy, phase angle, steps and camera are numbers: the shape, and with it the pipeline,
+    /// stays. Another method or another star is another shape.
     #[test]
     fn edits_of_spectra_keep_the_shape() {
         let shape = |method: &str, from: &str, to: &str| {

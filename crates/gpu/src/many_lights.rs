@@ -1,4 +1,5 @@
-//! The many lights on the device: a table of its stars, and for each cell of a grid the stars whose kernels reach into it.
+//! The many lights on the device: a table of its stars, and for each cell of a grid the stars whose kernels reach into
+//! it.
 
 use barnard::geometry::Bounds;
 use barnard::plan::near::neighbour_piece;

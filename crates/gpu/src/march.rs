@@ -1,6 +1,7 @@
 //! The march on a device: volumes up, strips of rows, radiance down.
 //!
-//! A [`Renderer`] keeps what a change leaves as it was: textures as long as the space is the same, the pipeline as long as the shape is.
+//! A [`Renderer`] keeps what a change leaves as it was: textures as long as the space is the same, the pipeline as long
+//! as the shape is.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -36,7 +37,8 @@ pub struct Tuning {
     pub end_early: bool,
     /// Whether rays pause, as they must in software; as the adapter needs it if none.
     pub pauses: Option<bool>,
-    /// Whether dust that is noise is evaluated at every sample and not read as it was sampled: another picture, by what a grid cannot show.
+    /// Whether dust that is noise is evaluated at every sample and not read as it was sampled: another picture, by what
+    /// a grid cannot show.
     pub on_the_fly: bool,
 }
 
@@ -114,13 +116,14 @@ impl Renderer {
     /// As [`new`](Self::new); the plan before stays in place then.
     pub fn update(&mut self, plan: &Plan) -> Result<()> {
         let field = plan.light_field().is_some() || self.layout.shape.field.is_some();
-        let same_space = Arc::ptr_eq(&plan.space(), &self.volumes.space) && !self.volumes.moved && !field;
+        let same_space = Arc::ptr_eq(plan.space(), &self.volumes.space) && !self.volumes.moved && !field;
         let same_volumes = same_space
             && match (&plan.scattered_field(), &self.volumes.scattered_field) {
                 (Some(own), Some(kept)) => Arc::ptr_eq(own, kept),
                 (own, kept) => own.is_none() && kept.is_none(),
             };
-        // What the space holds comes first, and stays; light that was scattered may have changed, or be seen from elsewhere.
+        // What the space holds comes first, and stays; light that was scattered may have changed, or be seen from
+        // elsewhere.
         let of_space = plan.space().volumes.len();
         let kept = if same_space { self.layout.quads.iter().filter(|q| q.volume < of_space).count() } else { 0 };
         let quads = match (same_volumes, same_space) {
@@ -166,12 +169,13 @@ impl Renderer {
         Ok(())
     }
 
-    /// Puts star `star` to `place` [pc]: its depths are swept anew on the device, all others stay. Light that was scattered before stays
-    /// that of the place before. A plan that is taken later has its own places again.
-    /// Returns the device's seconds for it, where it tells.
+    /// Puts star `star` to `place` \[pc\]: its depths are swept anew on the device, all others stay. Light that was
+    /// scattered before stays that of the place before. A plan that is taken later has its own places again. Returns
+    /// the device's seconds for it, where it tells.
     ///
     /// # Errors
-    /// Where the plan has no such star, or no star depths, and where the device gives up; the star stays where it was then.
+    /// Where the plan has no such star, or no star depths, and where the device gives up; the star stays where it was
+    /// then.
     pub fn move_star(&mut self, star: usize, place: DVec3) -> Result<Option<f64>> {
         let space = self.volumes.space.clone();
         let volumes: Vec<&Volume> = space.volumes.iter().collect();
@@ -194,8 +198,9 @@ impl Renderer {
         Ok(seconds)
     }
 
-    /// One more pass over the picture on the device, which stays there: a first look with a quarter of the samples, then passes with the plan's own, each at
-    /// other places in its pixels and steps, whose mean settles. Returns how many the picture is the mean of; a first look counts as none.
+    /// One more pass over the picture on the device, which stays there: a first look with a quarter of the samples,
+    /// then passes with the plan's own, each at other places in its pixels and steps, whose mean settles. Returns how
+    /// many the picture is the mean of; a first look counts as none.
     ///
     /// # Errors
     /// Where the picture is larger than the device holds at once, the device gives up, or the user wishes to stop.
@@ -296,7 +301,7 @@ impl Renderer {
         self.dispatches
     }
 
-    /// The device's own time for the last picture [s]; none where it does not tell.
+    /// The device's own time for the last picture \[s\]; none where it does not tell.
     pub fn seconds(&self) -> Option<f64> {
         self.seconds
     }

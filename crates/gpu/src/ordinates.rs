@@ -1,4 +1,5 @@
-//! Orders of scattering on the device: what [`barnard::plan::ordinates::Processor`] does, plane after plane, one invocation for each cell and term.
+//! Orders of scattering on the device: what [`barnard::plan::ordinates::Processor`] does, plane after plane, one
+//! invocation for each cell and term.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
@@ -282,7 +283,8 @@ impl OnDevice {
         self.gpu.queue.write_buffer(&self.buffers.terms, 0, bytemuck::bytes_of(&numbers));
     }
 
-    /// Sweeps along the directions of the first order, or of all others; a submission for each face, so that displays that share the device wait no longer for it.
+    /// Sweeps along the directions of the first order, or of all others; a submission for each face, so that displays
+    /// that share the device wait no longer for it.
     fn sweep(&self, set: usize) {
         for face in &self.planes[set] {
             self.submit(|pass| {

@@ -98,7 +98,8 @@ impl StarSweeper {
         }
     }
 
-    /// A texture like that of `target`, with the depths from `star` through `dust` in its channel, and the seconds of the device where it tells.
+    /// A texture like that of `target`, with the depths from `star` through `dust` in its channel, and the seconds of
+    /// the device where it tells.
     ///
     /// # Errors
     /// For places that are none or too far, volumes beyond the device's limits, and devices that give up.

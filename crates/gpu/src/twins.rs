@@ -134,7 +134,8 @@ fn arguments(ranges: &[(f64, f64)]) -> Vec<Numbers> {
     (0..256).map(of).collect()
 }
 
-/// What `body` computes is what `twin` does, to `tolerance` of 1 + |value|; and would not be, were any argument a quarter larger.
+/// What `body` computes is what `twin` does, to `tolerance` of 1 + |value|; and would not be, were any argument a
+/// quarter larger.
 fn agree(gpu: &Gpu, plan: &Plan, body: &str, ranges: &[(f64, f64)], tolerance: f64, twin: impl Fn([f64; ARGUMENTS]) -> Vec<f64>) {
     let asked = arguments(ranges);
     let told = evaluated(gpu, plan, body, &asked);
@@ -329,7 +330,8 @@ fn forms() {
     for (method, tolerance) in [
         ("name = \"band_quadrature\"", 3e-6),
         ("name = \"midpoint\"\ncount = 30", 3e-6),
-        // Between the entries of a table that is read to 1e-4 of F, the middle and the whole of a segment are not quite the same.
+        // Between the entries of a table that is read to 1e-4 of F, the middle and the whole of a segment are not quite
+        // the same.
         ("name = \"lookup\"", 1e-5),
         ("name = \"projection\"", 2e-4),
         ("name = \"preintegrated\"", 1e-5),

@@ -55,7 +55,8 @@ fn difference(ours: &Moments, theirs: &Moments) -> f32 {
     (0..WIDTH).map(worst).fold(0.0, f32::max)
 }
 
-/// All degrees and numbers of directions, with gas and light from around and without: moments and powers agree to single precision, and do not where the dust is another.
+/// All degrees and numbers of directions, with gas and light from around and without: moments and powers agree to
+/// single precision, and do not where the dust is another.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn orders_are_those_of_the_processor() {

@@ -13,7 +13,8 @@ use barnard_gpu::{Gpu, Renderer, Tuning};
 use spectra::colour::{Palette, Stretch};
 use test_device::device;
 
-/// How far pictures of so many samples a voxel may differ: 16-bit volumes, the device's own interpolation, and what finite steps still cost.
+/// How far pictures of so many samples a voxel may differ: 16-bit volumes, the device's own interpolation, and what
+/// finite steps still cost.
 const TOLERANCE: f64 = 1e-3;
 const FINE: Stepping = Stepping::PerVoxel(10.0);
 
@@ -36,7 +37,8 @@ fn difference(plan: &Plan, ours: &[f32], theirs: &[f32]) -> f64 {
     bands.map(|(a, b)| relative_rms(a.iter().zip(b).map(|(a, b)| (f64::from(*a), f64::from(*b))))).fold(0.0, f64::max)
 }
 
-/// Every built-in scene: with fine steps the same light, with the plan's own, which a packet of sixteen rays shares on the processor, to its accuracy.
+/// Every built-in scene: with fine steps the same light, with the plan's own, which a packet of sixteen rays shares on
+/// the processor, to its accuracy.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn pictures_are_those_of_the_processor() {
@@ -118,8 +120,8 @@ fn each_part_is_that_of_the_processor() {
     }
 }
 
-/// The same picture at every size of workgroup, with empty space marched through and rays followed to their ends, to what other places of samples behind a
-/// jump and faint light behind an end cost.
+/// The same picture at every size of workgroup, with empty space marched through and rays followed to their ends, to
+/// what other places of samples behind a jump and faint light behind an end cost.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn tuning_changes_nothing() {
@@ -141,7 +143,8 @@ fn tuning_changes_nothing() {
     assert!(usual.0.iter().any(|v| *v > 0.0));
 }
 
-/// Rays that pause many times on a software adapter, in the middle of steps too, bring the light of those that need not: software stops loops after 65535 turns.
+/// Rays that pause many times on a software adapter, in the middle of steps too, bring the light of those that need
+/// not: software stops loops after 65535 turns.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn rays_pause_in_time() {
@@ -169,8 +172,8 @@ fn rays_pause_in_time() {
     assert!(by(true) == by(false));
 }
 
-/// A star that moves on the device gives the picture of a plan that has it there: inside, on a voxel, outside, beside a face; the other star stays, and a plan
-/// that is taken afterwards has its own places.
+/// A star that moves on the device gives the picture of a plan that has it there: inside, on a voxel, outside, beside a
+/// face; the other star stays, and a plan that is taken afterwards has its own places.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn a_star_moves_on_the_device() {
@@ -214,8 +217,9 @@ fn a_star_moves_on_the_device() {
     assert!(renderer.radiance(&Control::default()).unwrap() == before);
 }
 
-/// Passes settle to the light of whole pixels: to a picture of 144 rays a pixel by the processor, closer with every four times as many, from a first look on;
-/// colours are those of the processor; another plan, a picture in one go and an interrupted pass start anew.
+/// Passes settle to the light of whole pixels: to a picture of 144 rays a pixel by the processor, closer with every
+/// four times as many, from a first look on; colours are those of the processor; another plan, a picture in one go and
+/// an interrupted pass start anew.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn passes_settle() {
@@ -274,7 +278,8 @@ fn passes_settle() {
     assert_eq!(renderer.refine(&Control::default()).unwrap(), 0);
 }
 
-/// Noise evaluated at every sample gives the picture of noise that was sampled, closer the finer it was; what is no noise is refused.
+/// Noise evaluated at every sample gives the picture of noise that was sampled, closer the finer it was; what is no
+/// noise is refused.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn noise_on_the_fly_is_noise_that_was_sampled() {
@@ -305,7 +310,8 @@ fn many_lights(count: usize) -> String {
     (0..count).map(star).collect()
 }
 
-/// Stars whose light is gathered, scattered evenly, by one phase function and by one for each wavelength, seen from near and from infinity.
+/// Stars whose light is gathered, scattered evenly, by one phase function and by one for each wavelength, seen from
+/// near and from infinity.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn crowds_are_those_of_the_processor() {
@@ -333,7 +339,8 @@ fn crowds_are_those_of_the_processor() {
     }
 }
 
-/// A plan that changes on the device gives the picture of one that is new: another star, camera, size, method, number of bounces, space, and back.
+/// A plan that changes on the device gives the picture of one that is new: another star, camera, size, method, number
+/// of bounces, space, and back.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn changes_are_taken() {

@@ -1,4 +1,5 @@
-//! Pictures of the graphics processor beside truths that know nothing of plans: reference answers of another program, and our own adaptive reference.
+//! Pictures of the graphics processor beside truths that know nothing of plans: reference answers of another program,
+//! and our own adaptive reference.
 
 #[path = "../../barnard/tests/common/cases.rs"]
 mod reference_cases;
@@ -18,7 +19,7 @@ use test_device::device;
 fn picture(gpu: &Gpu, scene: &Scene, options: &Options) -> (Image, Plan) {
     let plan = Plan::new(scene, options, &Control::default()).unwrap();
     let mut backend = OnDevice::new(gpu.clone(), Tuning::default());
-    (backend.render(&Job::planned(scene, &options, &plan), &Control::default()).unwrap().0, plan)
+    (backend.render(&Job::planned(scene, options, &plan), &Control::default()).unwrap().0, plan)
 }
 
 #[test]
@@ -36,7 +37,8 @@ fn gpu_is_within_3e_3_of_every_case() {
     }
 }
 
-/// Every built-in scene against the reference on the same samples, to the error that the plan states: spectral and spatial.
+/// Every built-in scene against the reference on the same samples, to the error that the plan states: spectral and
+/// spatial.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn gpu_is_within_its_stated_accuracy_of_the_reference() {
@@ -54,7 +56,8 @@ fn gpu_is_within_its_stated_accuracy_of_the_reference() {
         let (image, plan) = picture(&gpu, &scene, &options);
         let truth = reference::render(&scene, 3e-4, &Control::default()).unwrap();
         let spatial = plan.space().spatial.map_or(0.0, |s| s.error);
-        // Steps that the scene fixes can miss the accuracy, and the plan says by how much: beside that there is the spectral part.
+        // Steps that the scene fixes can miss the accuracy, and the plan says by how much: beside that there is the
+        // spectral part.
         let asked = plan.spectral().accuracy;
         let stated = if spatial > asked { asked + spatial } else { asked };
         for (b, band) in image.bands.iter().enumerate() {

@@ -2,9 +2,10 @@
 //!
 //!   e^(−a k) ≈ Σ_i A_i(a) e^(−d_i k) = Σ_i q_i(a) Q_i(λ),   ⟨f, g⟩ = ∫_D f g dλ
 //!
-//! The exponents d_i minimise the distance of e^(−a k) from its projection over the range of the argument, 0 ≤ a ≤ A. The Q_i are the elements
-//! after Gram–Schmidt (twice, in f64): the A_i grow like the condition number of the raw exponentials and cancel, the coordinates
-//! q_i(a) = ⟨e^(−a k), Q_i⟩ never pass the norm of what they stand for, so that f32 tables of them lose nothing.
+//! The exponents d_i minimise the distance of e^(−a k) from its projection over the range of the argument, 0 ≤ a ≤ A.
+//! The Q_i are the elements after Gram–Schmidt (twice, in f64): the A_i grow like the condition number of the raw
+//! exponentials and cancel, the coordinates q_i(a) = ⟨e^(−a k), Q_i⟩ never pass the norm of what they stand for, so
+//! that f32 tables of them lose nothing.
 //!
 //! | symbol | variable | unit |
 //! |---|---|---|
@@ -37,10 +38,13 @@ const PANELS: usize = 4;
 const PANEL_POINTS: usize = 16;
 
 impl Domain {
-    /// Wavelengths from `low` to `high` [µm], weighted by `weight`(λ): one, or a filter.
+    /// Wavelengths from `low` to `high` \[µm\], weighted by `weight`(λ): one, or a filter.
+    ///
+    /// # Errors
+    /// Where the interval has no width, or k or the weight are no numbers in it.
     pub fn new((low, high): (f64, f64), k: impl Fn(f64) -> f64, weight: impl Fn(f64) -> f64) -> Result<Self> {
         if !(low >= 0.0 && low < high && high.is_finite()) {
-            return Err(SpectraError::Spectrum(format!("a domain of {low} to {high} um is none; give two ascending wavelengths")));
+            return Err(SpectraError::Fit(format!("a domain of {low} to {high} um is none; give two ascending wavelengths")));
         }
         let width = (high - low) / PANELS as f64;
         let rule = gauss_legendre(PANEL_POINTS);
@@ -49,7 +53,7 @@ impl Domain {
         let domain = Self { k: points.iter().map(|(l, _)| k(*l)).collect(), weight: points.iter().map(|(l, w)| w * weight(*l)).collect() };
         if let Some(i) = domain.k.iter().zip(&domain.weight).position(|(k, w)| !(k.is_finite() && *k >= 0.0 && *w >= 0.0)) {
             let what = format!("extinction {} with weight {} at {:.4} um", domain.k[i], domain.weight[i], points[i].0);
-            return Err(SpectraError::Spectrum(format!("{what} cannot be projected; choose a domain where the law holds")));
+            return Err(SpectraError::Fit(format!("{what} cannot be projected; choose a domain where the law holds")));
         }
         Ok(domain)
     }
@@ -84,7 +88,8 @@ pub const MAX_SIZE: usize = 8;
 /// Panels over the range of the argument, each twice as long as the one before, and Gauss points in each.
 const ARGUMENT_PANELS: i32 = 10;
 const ARGUMENT_POINTS: usize = 6;
-/// Steps of the simplex search for each element, and how often it starts anew from where it ended, with how large a simplex.
+/// Steps of the simplex search for each element, and how often it starts anew from where it ended, with how large a
+/// simplex.
 const SEARCH_STEPS: u64 = 60;
 const SEARCHES: [f64; 3] = [0.5, 0.2, 0.1];
 /// A direction that keeps less than this part of its element is rounding, not a direction.
@@ -93,9 +98,9 @@ const DEPENDENT: f64 = 1e-11;
 /// An orthonormal basis of exponentials.
 #[derive(Debug, Clone)]
 pub struct Basis {
-    /// d_i, ascending [1].
+    /// d_i, ascending \[1\].
     pub exponents: Vec<f64>,
-    /// The largest argument it was made for [1].
+    /// The largest argument it was made for \[1\].
     pub range: f64,
     /// Orthonormal elements at the domain's points, times √dλ: point × element.
     q: DMatrix<f64>,
@@ -106,6 +111,9 @@ pub struct Basis {
 
 impl Basis {
     /// The elements e^(−d k) for given exponents; an error where they are dependent to working precision.
+    ///
+    /// # Errors
+    /// Where the exponents are dependent to working precision.
     pub fn of(domain: &Domain, exponents: &[f64], range: f64) -> Result<Self> {
         let mut exponents = exponents.to_vec();
         exponents.sort_by(f64::total_cmp);
@@ -126,7 +134,7 @@ impl Basis {
             if r[(i, i)] <= DEPENDENT * norm || !r[(i, i)].is_finite() {
                 let message =
                     format!("a basis of {n} exponentials is numerically dependent on this domain; take fewer elements or a wider domain");
-                return Err(SpectraError::Spectrum(message));
+                return Err(SpectraError::Fit(message));
             }
             q.set_column(i, &(column / r[(i, i)]));
         }
@@ -134,14 +142,18 @@ impl Basis {
     }
 
     /// The best exponents for 0 ≤ a ≤ `range`.
+    ///
+    /// # Errors
+    /// Where no basis of that size is independent to working precision over the domain.
     pub fn optimal(domain: &Domain, range: f64, size: usize, criterion: Criterion) -> Result<Self> {
         if !(1..=MAX_SIZE).contains(&size) {
-            return Err(SpectraError::Spectrum(format!("a basis of {size} elements; it has 1 to {MAX_SIZE}")));
+            return Err(SpectraError::Fit(format!("a basis of {size} elements; it has 1 to {MAX_SIZE}")));
         }
         let range = range.max(1e-6);
         let targets: Vec<(f64, DVector<f64>)> = arguments(range).iter().map(|(a, share)| (*share, domain.exponential(*a))).collect();
         let search = |start: Vec<f64>| Search { domain, targets: &targets, range, criterion }.from(start);
-        // Like the extrema of Chebyshev polynomials over √a, which suits narrow domains; in equal ratios, which suits wide ones.
+        // Like the extrema of Chebyshev polynomials over √a, which suits narrow domains; in equal ratios, which suits
+        // wide ones.
         let angle = |i: usize| std::f64::consts::PI * (i as f64 + 0.5) / size as f64;
         let even = (0..size).map(|i| (0.9 * range * (0.5 - 0.5 * angle(i).cos()).powi(2) + 1e-3 * range).ln());
         let ratios = (0..size).map(|i| (range.min(20.0) * 1e-2f64.powf(1.0 - (i as f64 + 0.5) / size as f64)).ln());
@@ -179,7 +191,7 @@ impl Basis {
         products
     }
 
-    /// A_i(a), the coordinates in the raw exponentials [element].
+    /// A_i(a), the coordinates in the raw exponentials \[element\].
     pub fn coefficients(&self, a: f64) -> Vec<f64> {
         let q = DVector::from_vec(self.coordinates(a));
         self.r.solve_upper_triangular(&q).map_or_else(Vec::new, |c| c.iter().copied().collect())
@@ -200,19 +212,19 @@ impl Basis {
         residual(&self.q, &self.domain.exponential(a))
     }
 
-    /// The mean of [`error`](Self::error) over the range, relative to the norm at a = 0 [1].
+    /// The mean of [`error`](Self::error) over the range, relative to the norm at a = 0 \[1\].
     pub fn mean_error(&self) -> f64 {
         let mean: f64 = arguments(self.range).iter().map(|(a, share)| share * self.error(*a)).sum();
         mean / self.domain.exponential(0.0).norm()
     }
 
-    /// The root of the mean square of [`error`](Self::error) over the range, relative to the norm at a = 0 [1].
+    /// The root of the mean square of [`error`](Self::error) over the range, relative to the norm at a = 0 \[1\].
     pub fn rms_error(&self) -> f64 {
         let mean: f64 = arguments(self.range).iter().map(|(a, share)| share * self.error(*a).powi(2)).sum();
         mean.sqrt() / self.domain.exponential(0.0).norm()
     }
 
-    /// The condition number of the raw exponentials, each of norm one [1].
+    /// The condition number of the raw exponentials, each of norm one \[1\].
     pub fn condition(&self) -> f64 {
         let mut unit = self.r.clone();
         for mut column in unit.column_iter_mut() {
@@ -224,7 +236,8 @@ impl Basis {
     }
 }
 
-/// The smallest [`Basis::rms_error`] that any linear basis of `size` elements has, by the singular values of all exponentials [1].
+/// The smallest [`Basis::rms_error`] that any linear basis of `size` elements has, by the singular values of all
+/// exponentials \[1\].
 pub fn best_linear_error(domain: &Domain, range: f64, size: usize) -> f64 {
     let columns: Vec<DVector<f64>> = arguments(range).iter().map(|(a, share)| share.sqrt() * domain.exponential(*a)).collect();
     let singular = DMatrix::from_columns(&columns).singular_values();
@@ -270,7 +283,7 @@ impl Search<'_> {
             };
             let solver = NelderMead::new((0..=size).map(corner).collect());
             let run = Executor::new(self, solver).configure(|state| state.max_iters(SEARCH_STEPS * size as u64)).run();
-            let found = run.map_err(|e| SpectraError::Spectrum(format!("no basis of {size} elements was found: {e}")))?;
+            let found = run.map_err(|e| SpectraError::Fit(format!("no basis of {size} elements was found: {e}")))?;
             let cost = found.state.get_best_cost();
             best = (found.state.get_best_param().cloned().unwrap_or(best.0), cost);
         }
@@ -329,8 +342,8 @@ mod tests {
         }
     }
 
-    /// Facts of Barrès & Neyret: the error falls 8 to 13 times for each further element in the visible, 2 to 3 times on [0, 1 µm]; and no basis of
-    /// exponentials is better than the best linear one.
+    /// Facts of Barrès & Neyret: the error falls 8 to 13 times for each further element in the visible, 2 to 3 times on
+    /// [0, 1 µm]; and no basis of exponentials is better than the best linear one.
     #[test]
     fn errors_fall_as_the_deck_says() {
         for (low, high, ratios) in [(0.4, 0.7, 8.0..14.0), (0.0, 1.0, 1.9..3.1)] {

@@ -8,21 +8,21 @@ pub const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 pub const BOLTZMANN: f64 = 1.380_649e-23;
 /// Stefan–Boltzmann constant [W m⁻² K⁻⁴] (CODATA 2018).
 pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
-/// Astronomical unit [m] (IAU 2012 resolution B2, exact).
+/// Astronomical unit \[m\] (IAU 2012 resolution B2, exact).
 pub const ASTRONOMICAL_UNIT: f64 = 149_597_870_700.0;
-/// Parsec [m] (IAU 2015 resolution B2: 648000/π au).
+/// Parsec \[m\] (IAU 2015 resolution B2: 648000/π au).
 pub const PARSEC: f64 = ASTRONOMICAL_UNIT * 648_000.0 / std::f64::consts::PI;
-/// Light year [m] (IAU: 365.25 days of light).
+/// Light year \[m\] (IAU: 365.25 days of light).
 pub const LIGHT_YEAR: f64 = SPEED_OF_LIGHT * 365.25 * 86_400.0;
-/// Nominal solar luminosity [W] (IAU 2015 resolution B3).
+/// Nominal solar luminosity \[W\] (IAU 2015 resolution B3).
 pub const SOLAR_LUMINOSITY: f64 = 3.828e26;
-/// Nominal solar radius [m] (IAU 2015 resolution B3).
+/// Nominal solar radius \[m\] (IAU 2015 resolution B3).
 pub const SOLAR_RADIUS: f64 = 6.957e8;
-/// Magnitudes of extinction in one unit of optical depth [mag]: 2.5 log₁₀ e, A = 1.0857 τ.
+/// Magnitudes of extinction in one unit of optical depth \[mag\]: 2.5 log₁₀ e, A = 1.0857 τ.
 pub const MAGNITUDES_PER_DEPTH: f64 = 2.5 * std::f64::consts::LOG10_E;
 /// AB zero point f_ν [W m⁻² Hz⁻¹] (Oke & Gunn 1983: 3631 Jy).
 pub const AB_ZERO_POINT: f64 = 3631.0e-26;
-/// The wavelength at which extinction curves are one [µm] (V band).
+/// The wavelength at which extinction curves are one \[µm\] (V band).
 pub const V_WAVELENGTH_UM: f64 = 0.55;
-/// 4π [sr]: the whole sphere.
+/// 4π \[sr\]: the whole sphere.
 pub const SPHERE: f64 = 4.0 * std::f64::consts::PI;

@@ -47,9 +47,33 @@ pub enum SpectraError {
         /// What is wrong and what would be right.
         reason: String,
     },
-    /// A spectrum or a rule that has no meaning.
+    /// A law or a spectrum that does not reach over all wavelengths that are asked of it.
     #[error("{0}")]
-    Spectrum(String),
+    Reach(String),
+    /// A parameter that an extinction law does not take.
+    #[error("{0}")]
+    Law(String),
+    /// A way to say how bright something is that does not go with its spectrum.
+    #[error("{0}")]
+    Brightness(String),
+    /// A spectral type that no star has.
+    #[error("{0}")]
+    SpectralType(String),
+    /// A temperature or gravity outside of the model atmospheres.
+    #[error("{0}")]
+    Atmosphere(String),
+    /// An analytic passband that is none.
+    #[error("{0}")]
+    Passband(String),
+    /// A palette that is made for other bands.
+    #[error("{0}")]
+    Palette(String),
+    /// A polynomial or a basis of exponentials that cannot be made.
+    #[error("{0}")]
+    Fit(String),
+    /// A spectral rule that does not hold for this law or these settings.
+    #[error("{0}")]
+    Rule(String),
 }
 
 fn nearest_hint(nearest: &Option<String>) -> String {
@@ -69,7 +93,7 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
 impl SpectraError {
     /// The error for a `name` that is not among `known`; long catalogues are named, not printed.
     pub fn unknown(noun: &'static str, name: &str, known: &[&str]) -> Self {
-        let listing = if known.len() > 24 { format!("{} entries, see `barnard list`", known.len()) } else { known.join(", ") };
+        let listing = if known.len() > 24 { format!("{} entries", known.len()) } else { known.join(", ") };
         SpectraError::Unknown { noun, name: name.to_owned(), nearest: nearest(name, known.iter().copied()), known: listing }
     }
 

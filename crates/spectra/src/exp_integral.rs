@@ -1,9 +1,11 @@
-//! Generalised exponential integrals E_n(x) = ∫₁^∞ e^(−x t)/tⁿ dt, scaled by e^x, for all n up to some order at once; eq. (14) of docs/method.md.
+//! Generalised exponential integrals E_n(x) = ∫₁^∞ e^(−x t)/tⁿ dt, scaled by e^x, for all n up to some order at once;
+//! eq. (14) of docs/method.md.
 //!
 //!   n E_{n+1}(x) = e^(−x) − x E_n(x)
 //!
-//! multiplies an error by x/n upwards and by n/x downwards: it is run up from n₀ = ⌈x⌉ and down from it (Gautschi 1973, CACM 16, 761: the other way
-//! loses all digits). E_{n₀} comes from the series of E₁ where x ≤ 1 (Abramowitz & Stegun 5.1.11), else from the continued fraction
+//! multiplies an error by x/n upwards and by n/x downwards: it is run up from n₀ = ⌈x⌉ and down from it (Gautschi 1973,
+//! CACM 16, 761: the other way loses all digits). E_{n₀} comes from the series of E₁ where x ≤ 1 (Abramowitz & Stegun
+//! 5.1.11), else from the continued fraction
 //!
 //!   e^x E_n(x) = 1/(x + n − 1·n/(x + n + 2 − 2(n + 1)/(x + n + 4 − …)))     (Abramowitz & Stegun 5.1.22, even part)
 //!
@@ -19,7 +21,7 @@ const EULER: f64 = 0.577_215_664_901_532_9;
 /// Terms of the continued fraction that leave less than a rounding error for x ≥ 1.
 const MAX_FRACTION: usize = 200;
 
-/// e^x E_n(x) for n = 1 … `out.len()` [1].
+/// e^x E_n(x) for n = 1 … `out.len()` \[1\].
 pub fn scaled(x: f64, out: &mut [f64]) {
     let count = out.len();
     let start = (x.ceil() as usize).clamp(1, count.max(1));

@@ -1,7 +1,8 @@
-//! The λ-mathematics of Barnard, in f64 and without rendering: units, dust, spectra, passbands, rules for spectral integrals, colour.
+//! The λ-mathematics of Barnard, in f64 and without rendering: units, dust, spectra, passbands, rules for spectral
+//! integrals, colour.
 //!
-//! Arrows only go down: nothing here knows of scenes, grids or images. Catalogues are tables of data; a new law, spectrum, passband or rule is
-//! one file and one row.
+//! Arrows only go down: nothing here knows of scenes, grids or images. Catalogues are tables of data; a new law,
+//! spectrum, passband or rule is one file and one row.
 
 pub mod basis;
 pub mod colour;

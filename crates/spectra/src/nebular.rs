@@ -8,9 +8,10 @@
 //! | n_e, n_ion | densities | cm⁻³ |
 //! | j | emission coefficient | W m⁻³ sr⁻¹ (µm⁻¹) for n_e n_ion = 1 cm⁻⁶ |
 //!
-//! ln ε is interpolated linearly in T and log n_e; valid for 5000 to 20000 K, 10 to 10⁵ cm⁻³ (lines) and 6000 to 15000 K, 10² to 10⁴ cm⁻³ (continuum).
-//! Tables: PyNeb 1.1.32 (Luridiana, Morisset & Shaw 2015, A&A 573, A42), H I and He II case B of Storey & Hummer 1995.
-//! Wavelengths are in air, as listed there. Left out: He I and He II continua beyond He⁺/H⁺ = 0.1.
+//! ln ε is interpolated linearly in T and log n_e; valid for 5000 to 20000 K, 10 to 10⁵ cm⁻³ (lines) and 6000 to 15000
+//! K, 10² to 10⁴ cm⁻³ (continuum). Tables: PyNeb 1.1.32 (Luridiana, Morisset & Shaw 2015, A&A 573, A42), H I and He II
+//! case B of Storey & Hummer 1995. Wavelengths are in air, as listed there. Left out: He I and He II continua beyond
+//! He⁺/H⁺ = 0.1.
 
 use std::sync::Arc;
 
@@ -56,6 +57,9 @@ pub const LINE_LISTS: &[LineListEntry] = &[
 ];
 
 /// The lines of the list called `name`, Hβ = 1.
+///
+/// # Errors
+/// Where there is no such list.
 pub fn line_list(name: &str) -> Result<Spectrum> {
     let known: Vec<&str> = LINE_LISTS.iter().map(|l| l.name).collect();
     let entry = LINE_LISTS.iter().find(|l| l.name == name).ok_or_else(|| SpectraError::unknown("line list", name, &known))?;
@@ -90,6 +94,9 @@ pub fn ions() -> Vec<&'static str> {
 }
 
 /// The lines of `ion` at T and n_e [W m⁻³ sr⁻¹ for n_e n_ion = 1 cm⁻⁶].
+///
+/// # Errors
+/// Where there is no such ion, or T or n_e lie outside of its table.
 pub fn ion_lines(ion: &str, temperature: Temperature, electrons: NumberDensity) -> Result<Spectrum> {
     let all = labelled_rows("line_emissivities", EMISSIVITIES)?;
     if !all.iter().any(|(i, _, _)| *i == ion) {
@@ -107,6 +114,9 @@ pub fn ion_lines(ion: &str, temperature: Temperature, electrons: NumberDensity) 
 }
 
 /// The recombination continuum of hydrogen at T and n_e [W m⁻³ sr⁻¹ µm⁻¹ for n_e n_H⁺ = 1 cm⁻⁶].
+///
+/// # Errors
+/// Where T or n_e lie outside of the table.
 pub fn recombination_continuum(temperature: Temperature, electrons: NumberDensity) -> Result<Spectrum> {
     let body = with_provenance("continuum", CONTINUUM)?;
     let header = body.lines().find(|l| l.starts_with("wavelength_nm,")).unwrap_or_default();
@@ -188,8 +198,8 @@ mod tests {
         spectrum.lines().iter().find(|l| (l.lambda_um * 1e3 - nm).abs() < 0.05).unwrap().strength
     }
 
-    /// Osterbrock & Ferland 2006, table 4.2 (case B, 10⁴ K, 100 cm⁻³): Hα/Hβ = 2.863, Hγ/Hβ = 0.468, 4π j_Hβ = 1.235e-25 n_e n_p;
-    /// [O III] 5007/4959 = 2.98 and [N II] 6584/6548 = 2.94 are ratios of transition probabilities.
+    /// Osterbrock & Ferland 2006, table 4.2 (case B, 10⁴ K, 100 cm⁻³): Hα/Hβ = 2.863, Hγ/Hβ = 0.468, 4π j_Hβ =
+    /// 1.235e-25 n_e n_p; [O III] 5007/4959 = 2.98 and [N II] 6584/6548 = 2.94 are ratios of transition probabilities.
     #[test]
     fn case_b_and_forbidden_ratios() {
         let (t, n) = (Temperature(1e4), NumberDensity(100.0));

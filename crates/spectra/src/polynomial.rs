@@ -1,4 +1,5 @@
-//! Polynomials in λ, their least-squares fit to spectra, and their integral against e^(−a c/λ) in closed form, eq. (13) of docs/method.md.
+//! Polynomials in λ, their least-squares fit to spectra, and their integral against e^(−a c/λ) in closed form, eq. (13)
+//! of docs/method.md.
 //!
 //!   ∫ λⁿ e^(−g/λ) dλ = [λ^(n+1) E_{n+2}(g/λ)]
 //!
@@ -10,8 +11,8 @@
 //! | cₙ | `coefficients` | of the spectrum / µmⁿ |
 //! | g = a c | `g_um` | µm |
 //!
-//! On narrow intervals the powers are nearly dependent and the terms cancel: [`Polynomial::cancellation`] says by how much.
-//! Source: Barrès & Neyret 2023; E_n: [`crate::exp_integral`].
+//! On narrow intervals the powers are nearly dependent and the terms cancel: [`Polynomial::cancellation`] says by how
+//! much. Source: Barrès & Neyret 2023; E_n: [`crate::exp_integral`].
 
 use nalgebra::{DMatrix, DVector};
 
@@ -23,7 +24,7 @@ use crate::exp_integral;
 pub struct Polynomial {
     /// Lowest power first, λ in µm.
     pub coefficients: Vec<f64>,
-    /// The interval [µm].
+    /// The interval \[µm\].
     pub interval_um: (f64, f64),
 }
 
@@ -32,9 +33,9 @@ pub struct Polynomial {
 pub struct Fit {
     /// The polynomial.
     pub polynomial: Polynomial,
-    /// Root of the weighted mean square difference, relative to that of the spectrum [1].
+    /// Root of the weighted mean square difference, relative to that of the spectrum \[1\].
     pub rms: f64,
-    /// Largest difference, relative to the spectrum's largest value [1].
+    /// Largest difference, relative to the spectrum's largest value \[1\].
     pub largest: f64,
 }
 
@@ -45,7 +46,7 @@ pub struct Attenuated {
     pub value: f64,
     /// −dG/dg = ∫ P/λ e^(−g/λ) dλ [per µm].
     pub slope: f64,
-    /// ∫ G dg from g on = ∫ P λ e^(−g/λ) dλ [µm].
+    /// ∫ G dg from g on = ∫ P λ e^(−g/λ) dλ \[µm\].
     pub left: f64,
 }
 
@@ -58,14 +59,17 @@ impl Polynomial {
         self.coefficients.iter().rev().fold(0.0, |sum, c| sum * lambda_um + c)
     }
 
-    /// The least-squares fit of `degree` to (λ [µm], value, weight), in Legendre polynomials over the interval.
+    /// The least-squares fit of `degree` to (λ \[µm\], value, weight), in Legendre polynomials over the interval.
+    ///
+    /// # Errors
+    /// Where there are fewer points than coefficients, or they are no numbers.
     pub fn fit(points: &[(f64, f64, f64)], degree: usize) -> Result<Fit> {
         let distinct = points.iter().zip(points.iter().skip(1)).filter(|(a, b)| a.0 < b.0).count() + 1;
         if degree > MAX_DEGREE || points.is_empty() || distinct <= degree {
             let most = MAX_DEGREE.min(distinct.saturating_sub(1));
             let message =
                 format!("a polynomial of degree {degree} through {distinct} wavelengths; {most} is the highest degree that they carry");
-            return Err(SpectraError::Spectrum(message));
+            return Err(SpectraError::Fit(message));
         }
         let interval_um = (points[0].0, points[points.len() - 1].0);
         let unit = |l: f64| (2.0 * l - interval_um.0 - interval_um.1) / (interval_um.1 - interval_um.0);
@@ -73,7 +77,7 @@ impl Polynomial {
         let matrix = DMatrix::from_fn(points.len(), degree + 1, |i, n| points[i].2.sqrt() * rows[i][n]);
         let target = DVector::from_iterator(points.len(), points.iter().map(|(_, y, w)| w.sqrt() * y));
         let solved = matrix.svd(true, true).solve(&target, 1e-14);
-        let solved = solved.map_err(|e| SpectraError::Spectrum(format!("no polynomial of degree {degree} was found: {e}")))?;
+        let solved = solved.map_err(|e| SpectraError::Fit(format!("no polynomial of degree {degree} was found: {e}")))?;
         let polynomial = Self { coefficients: powers(solved.as_slice(), interval_um), interval_um };
         let peak = points.iter().map(|(_, y, _)| y.abs()).fold(f64::MIN_POSITIVE, f64::max);
         // Of the powers themselves, which lose digits where Legendre polynomials do not.
@@ -110,7 +114,7 @@ impl Polynomial {
         Attenuated { value: fall * value, slope: fall * slope, left: fall * left }
     }
 
-    /// Σ |terms| / |sum| of the closed form at g = 0: how many times a rounding error grows [1].
+    /// Σ |terms| / |sum| of the closed form at g = 0: how many times a rounding error grows \[1\].
     pub fn cancellation(&self) -> f64 {
         let terms = |l: f64| self.coefficients.iter().enumerate().map(move |(n, c)| (c * l.powi(n as i32 + 1) / (n + 1) as f64).abs());
         let size: f64 = terms(self.interval_um.0).chain(terms(self.interval_um.1)).sum();

@@ -4,9 +4,10 @@
 //!   e^(−τ k)                                 ≈ Σ_m q_m(τ) Q_m(λ)                                          eq. (19), Barrès & Neyret's 3
 //!   Q_i Q_m                                  ≈ Σ_j M_imj Q_j,  M_imj = ⟨Q_i Q_m, Q_j⟩                      eq. (19), Barrès & Neyret's 4
 //!
-//! so that a sample adds Σ_i (Σ_m q_m(τ) M_imj) V_i to the j-th polynomial of a ray, whatever the number of stars, eq. (20);
-//! at its end, ∫ R k ω Q_j P dλ turns the polynomials into bands, eq. (21). Each star's P_ℓ is a least-squares polynomial of its spectrum. Black bodies lie nearly in a space of two or three
-//! dimensions: what is carried are coordinates in the few orthonormal polynomials that span all stars.
+//! so that a sample adds Σ_i (Σ_m q_m(τ) M_imj) V_i to the j-th polynomial of a ray, whatever the number of stars,
+//! eq. (20); at its end, ∫ R k ω Q_j P dλ turns the polynomials into bands, eq. (21). Each star's P_ℓ is a
+//! least-squares polynomial of its spectrum. Black bodies lie nearly in a space of two or three dimensions: what is
+//! carried are coordinates in the few orthonormal polynomials that span all stars.
 //!
 //! Source: Barrès & Neyret 2023.
 
@@ -27,7 +28,7 @@ pub struct Propagation {
     pub span: Vec<Polynomial>,
     /// The spectra as polynomials, with what their fits cost.
     pub fits: Vec<Fit>,
-    /// Coordinates of each star in the span [star][polynomial].
+    /// Coordinates of each star in the span \[star\]\[polynomial\].
     pub stars: Vec<Vec<f64>>,
 }
 
@@ -41,7 +42,11 @@ const DARK: f64 = 1e-30;
 const CERTIFIED: usize = 24;
 
 impl Propagation {
-    /// For stars of these `spectra` over λ [µm], fitted between `low` and `high` [µm] by polynomials of so high a `degree`.
+    /// For stars of these `spectra` over λ \[µm\], fitted between `low` and `high` \[µm\] by polynomials of so high a
+    /// `degree`.
+    ///
+    /// # Errors
+    /// Where the spectra cannot be fitted.
     pub fn new(
         projection: &Projection,
         spectra: &[&dyn Fn(f64) -> f64],

@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// Nodes on [−1, 1] and weights of the `n`-point Gauss–Legendre rule [1].
+/// Nodes on [−1, 1] and weights of the `n`-point Gauss–Legendre rule \[1\].
 pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     (0..n)
         .map(|i| {

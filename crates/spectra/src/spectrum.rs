@@ -1,6 +1,7 @@
 //! Spectra: continua and lines together, of stars, gas and sky alike.
 //!
-//! The unit is the owner's: W µm⁻¹ for a star, W m⁻³ sr⁻¹ µm⁻¹ for gas, W m⁻² sr⁻¹ µm⁻¹ for a sky; lines carry the integral over λ.
+//! The unit is the owner's: W µm⁻¹ for a star, W m⁻³ sr⁻¹ µm⁻¹ for gas, W m⁻² sr⁻¹ µm⁻¹ for a sky; lines carry the
+//! integral over λ.
 
 use std::sync::Arc;
 
@@ -11,13 +12,13 @@ use crate::units::Velocity;
 
 /// A continuous spectral shape.
 pub trait Shape: std::fmt::Debug + Send + Sync {
-    /// The value at λ [µm], in the shape's own unit; zero outside of its range.
+    /// The value at λ \[µm\], in the shape's own unit; zero outside of its range.
     fn at(&self, lambda_um: f64) -> f64;
-    /// Where the shape is known [µm].
+    /// Where the shape is known \[µm\].
     fn range_um(&self) -> (f64, f64) {
         (0.0, f64::INFINITY)
     }
-    /// Wavelengths at which it is not smooth [µm].
+    /// Wavelengths at which it is not smooth \[µm\].
     fn breakpoints_um(&self) -> &[f64] {
         &[]
     }
@@ -41,7 +42,7 @@ impl Shape for Table {
 /// A spectral line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
-    /// Wavelength [µm].
+    /// Wavelength \[µm\].
     pub lambda_um: f64,
     /// Its integral over wavelength, in the spectrum's unit times µm.
     pub strength: f64,
@@ -100,7 +101,7 @@ impl Spectrum {
         self
     }
 
-    /// The continuum at λ [µm].
+    /// The continuum at λ \[µm\].
     pub fn continuum(&self, lambda_um: f64) -> f64 {
         self.continua.iter().map(|(f, s)| f * s.at(lambda_um)).sum()
     }
@@ -110,17 +111,20 @@ impl Spectrum {
         &self.lines
     }
 
-    /// Wavelengths at which the continuum is not smooth [µm].
+    /// Wavelengths at which the continuum is not smooth \[µm\].
     pub fn breakpoints_um(&self) -> impl Iterator<Item = f64> + '_ {
         self.continua.iter().flat_map(|(_, s)| s.breakpoints_um().iter().copied())
     }
 
     /// Whether the continua are known over [`low_um`, `high_um`].
+    ///
+    /// # Errors
+    /// Where they are not, with the interval in which they are.
     pub fn check(&self, what: &str, low_um: f64, high_um: f64) -> Result<()> {
         for (_, shape) in &self.continua {
             let (low, high) = shape.range_um();
             if low_um < low || high_um > high {
-                return Err(SpectraError::Spectrum(format!(
+                return Err(SpectraError::Reach(format!(
                     "{what} needs the spectrum from {low_um:.4} to {high_um:.4} um, but it is tabulated from {low:.4} to {high:.4} um only; choose another passband, or a spectrum such as blackbody that reaches further"
                 )));
             }
@@ -128,7 +132,8 @@ impl Spectrum {
         Ok(())
     }
 
-    /// Whether it is light as far as can be told at its own points, its lines and in the middle of the visible: finite, and nowhere negative.
+    /// Whether it is light as far as can be told at its own points, its lines and in the middle of the visible: finite,
+    /// and nowhere negative.
     pub fn is_light(&self) -> bool {
         let sound = |v: f64| v.is_finite() && v >= 0.0;
         let (low, high) = self.continua.iter().fold((0.0f64, f64::INFINITY), |(low, high), (_, s)| {
@@ -139,7 +144,8 @@ impl Spectrum {
         self.breakpoints_um().chain([middle]).all(|l| sound(self.continuum(l))) && self.lines.iter().all(|l| sound(l.strength))
     }
 
-    /// Negative values are no light: the first wavelength [µm] at which a tabulated continuum or a line is negative, if any.
+    /// Negative values are no light: the first wavelength \[µm\] at which a tabulated continuum or a line is negative, if
+    /// any.
     pub fn first_negative_um(&self) -> Option<f64> {
         let in_tables = self.breakpoints_um().find(|&l| self.continuum(l) < 0.0);
         in_tables.or_else(|| self.lines.iter().find(|l| l.strength < 0.0).map(|l| l.lambda_um))

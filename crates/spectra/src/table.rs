@@ -16,6 +16,9 @@ pub const MAX_SAMPLES: usize = 1_000_000;
 
 impl Table {
     /// From samples; `x` strictly ascending, all finite, at least two.
+    ///
+    /// # Errors
+    /// Where they are not, or the columns have different lengths.
     pub fn new(name: &str, x: Vec<f64>, y: Vec<f64>) -> Result<Self> {
         if x.len() < 2 || x.len() != y.len() {
             return Err(SpectraError::table(name, format!("needs at least two rows of two numbers, has {}", x.len())));
@@ -72,6 +75,9 @@ impl Table {
 /// Rows of numbers out of CSV text: `#` lines and one line of column names are skipped.
 ///
 /// `columns` is the least number of columns; errors name `name` and the line.
+///
+/// # Errors
+/// Where a line holds something else, with its number.
 pub fn rows(name: &str, text: &str, columns: usize) -> Result<Vec<Vec<f64>>> {
     let mut rows = Vec::new();
     let mut header_seen = false;
@@ -122,9 +128,13 @@ fn clipped(line: &str) -> String {
     line.chars().take(60).collect()
 }
 
-/// A two-column CSV whose abscissa is a wavelength; the header may name its unit (`nm`, `um`, `angstrom`), nm otherwise.
+/// A two-column CSV whose abscissa is a wavelength; the header may name its unit (`nm`, `um`, `angstrom`), nm
+/// otherwise.
 ///
-/// Returns a table over wavelength [µm].
+/// Returns a table over wavelength \[µm\].
+///
+/// # Errors
+/// Where the text is no such table, or its unit is not known.
 pub fn spectrum_from_csv(name: &str, text: &str) -> Result<Table> {
     let rows = rows(name, text, 2)?;
     let to_um = wavelength_unit(name, text)?;
@@ -185,6 +195,9 @@ impl ParseFirst for str {
 pub const PROVENANCE: [&str; 5] = ["source", "reference", "licence", "date", "columns"];
 
 /// Checks that an embedded file states where it comes from; gives the body back.
+///
+/// # Errors
+/// Where source, reference, licence, date or columns are missing.
 pub fn with_provenance<'a>(name: &str, text: &'a str) -> Result<&'a str> {
     for key in PROVENANCE {
         let start = format!("# {key}: ");
@@ -196,6 +209,9 @@ pub fn with_provenance<'a>(name: &str, text: &'a str) -> Result<&'a str> {
 }
 
 /// Columns of an embedded file, after the check of its provenance.
+///
+/// # Errors
+/// Where its provenance is missing or a row is broken.
 pub fn embedded_columns(name: &str, text: &str, columns: usize) -> Result<Vec<Vec<f64>>> {
     let rows = rows(name, with_provenance(name, text)?, columns)?;
     Ok((0..columns).map(|c| rows.iter().map(|r| r[c]).collect()).collect())

@@ -21,6 +21,9 @@ pub trait Quantity: Copy + Sized {
     fn internal(self) -> f64;
 
     /// Reads "NUMBER UNIT".
+    ///
+    /// # Errors
+    /// Where the text has no number, an unknown unit or none, or is not finite.
     fn parse(text: &str) -> Result<Self, SpectraError> {
         let (number, unit) = split(text.trim());
         let wrong = |reason: String| SpectraError::Quantity { text: text.to_owned(), quantity: Self::NAME, reason, example: Self::EXAMPLE };
@@ -55,7 +58,8 @@ fn split(text: &str) -> (&str, &str) {
     (number, unit.trim())
 }
 
-/// Unit names without spaces, carets, brackets and Greek: "µm" and "um", "mag cm^2" and "mag cm2", "m^(-3)" and "m⁻³" are one.
+/// Unit names without spaces, carets, brackets and Greek: "µm" and "um", "mag cm^2" and "mag cm2", "m^(-3)" and "m⁻³"
+/// are one.
 fn normalised(unit: &str) -> String {
     unit.chars()
         .filter(|c| !c.is_whitespace() && !"^*(){}".contains(*c))
@@ -111,22 +115,22 @@ pub fn short(value: f64) -> String {
 const CM: f64 = 0.01 / PARSEC;
 
 quantity! {
-    /// A wavelength in vacuum or air, as its source states [µm].
+    /// A wavelength in vacuum or air, as its source states \[µm\].
     Wavelength("wavelength", "656.3 nm") { "nm" = 1e-3, "um" = 1.0, "angstrom" = 1e-4, "A" = 1e-4, "AA" = 1e-4, "mm" = 1e3, "m" = 1e6 }
 }
 quantity! {
-    /// A length or distance [pc].
+    /// A length or distance \[pc\].
     Length("length", "0.4 pc") {
         "pc" = 1.0, "kpc" = 1e3, "Mpc" = 1e6, "ly" = LIGHT_YEAR / PARSEC, "lyr" = LIGHT_YEAR / PARSEC, "au" = ASTRONOMICAL_UNIT / PARSEC, "AU" = ASTRONOMICAL_UNIT / PARSEC,
         "m" = 1.0 / PARSEC, "km" = 1e3 / PARSEC, "cm" = CM, "Rsun" = SOLAR_RADIUS / PARSEC
     }
 }
 quantity! {
-    /// A temperature [K].
+    /// A temperature \[K\].
     Temperature("temperature", "39000 K") { "K" = 1.0, "kK" = 1e3 }
 }
 quantity! {
-    /// A bolometric luminosity [W].
+    /// A bolometric luminosity \[W\].
     Luminosity("luminosity", "2e5 Lsun") { "Lsun" = SOLAR_LUMINOSITY, "W" = 1.0, "erg/s" = 1e-7 }
 }
 quantity! {
@@ -134,11 +138,11 @@ quantity! {
     SpectralLuminosity("spectral luminosity", "1e29 W/nm") { "W/um" = 1.0, "W/nm" = 1e3, "W/m" = 1e-6, "erg/s/angstrom" = 1e-3, "Lsun/um" = SOLAR_LUMINOSITY }
 }
 quantity! {
-    /// A magnitude or an extinction in magnitudes [mag].
+    /// A magnitude or an extinction in magnitudes (mag).
     Magnitude("magnitude", "5 mag") { "mag" = 1.0, "mmag" = 1e-3 }
 }
 quantity! {
-    /// An angle [rad].
+    /// An angle \[rad\].
     Angle("angle", "32 deg") {
         "deg" = std::f64::consts::PI / 180.0, "rad" = 1.0, "arcmin" = std::f64::consts::PI / 10_800.0,
         "arcsec" = std::f64::consts::PI / 648_000.0, "mas" = std::f64::consts::PI / 648e6
@@ -152,7 +156,8 @@ quantity! {
     }
 }
 quantity! {
-    /// Extinction at V per column of hydrogen, times one cm⁻³ [pc⁻¹ cm³]: the dust-to-gas ratio in A_V/N_H or cross-section a nucleon.
+    /// Extinction at V per column of hydrogen, times one cm⁻³ [pc⁻¹ cm³]: the dust-to-gas ratio in A_V/N_H or
+    /// cross-section a nucleon.
     ExtinctionPerColumn("extinction per hydrogen column", "5.32e-22 mag cm2") {
         "mag cm2" = 1.0 / (CM * MAGNITUDES_PER_DEPTH), "cm2" = 1.0 / CM, "m2" = 1e4 / CM
     }
@@ -231,7 +236,7 @@ impl Wavelength {
     pub fn from_nm(nm: f64) -> Self {
         Self(nm * 1e-3)
     }
-    /// In nanometres [nm].
+    /// In nanometres \[nm\].
     pub fn nm(self) -> f64 {
         self.0 * 1e3
     }

@@ -1,4 +1,5 @@
-//! Every embedded passband against what others publish of it: pivots, leaks, the magnitudes of Vega and the colours of stars.
+//! Every embedded passband against what others publish of it: pivots, leaks, the magnitudes of Vega and the colours of
+//! stars.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +13,8 @@ fn table(text: &'static str) -> BTreeMap<&'static str, Vec<&'static str>> {
     rows.map(|row| row.split(',').collect::<Vec<_>>()).map(|cells| (cells[0], cells[1..].to_vec())).collect()
 }
 
-/// Pivots within 0.3 % of published ones; where a curve is known to be of another measurement, off by what is known, and that is seen.
+/// Pivots within 0.3 % of published ones; where a curve is known to be of another measurement, off by what is known,
+/// and that is seen.
 #[test]
 fn pivots_are_the_published_ones() {
     let published = table(include_str!("../data/tests/passbands.csv"));
@@ -25,7 +27,8 @@ fn pivots_are_the_published_ones() {
     assert!(published.len() >= 178 && published.values().filter(|row| row[1] != "0").count() <= 9);
 }
 
-/// No band has a response above 1e-4 of its peak far from where it is meant to be, but those that are named, and they have what another program found.
+/// No band has a response above 1e-4 of its peak far from where it is meant to be, but those that are named, and they
+/// have what another program found.
 #[test]
 fn leaks_are_named() {
     let named = table(include_str!("../data/tests/leaks.csv"));
@@ -33,7 +36,8 @@ fn leaks_are_named() {
         match (Passband::named(name).unwrap().leak(), named.get(name)) {
             (Some(leak), Some(row)) => {
                 let (throughput, share): (f64, f64) = (row[0].parse().unwrap(), row[1].parse().unwrap());
-                // The largest often stands at the very border of what is far, which both draw between samples of their own.
+                // The largest often stands at the very border of what is far, which both draw between samples of their
+                // own.
                 assert!((leak.throughput / throughput - 1.0).abs() < 0.35, "{name}: {leak}, named {throughput:e}");
                 assert!((leak.share / share - 1.0).abs() < 0.15, "{name}: {leak}, named {share:e}");
             }
@@ -50,8 +54,8 @@ fn vega_ab(band: &Passband) -> f64 {
     -2.5 * (zero_point(band, MagnitudeSystem::Vega).unwrap() / zero_point(band, MagnitudeSystem::Ab).unwrap()).log10()
 }
 
-/// Vega in AB magnitudes: Bessell & Murphy 2012 (table 3, Vega at 0.03 mag), Jarrett et al. 2011, Cohen et al. 2003, Riello et al. 2021, Blanton & Roweis 2007, within what they
-/// differ among each other.
+/// Vega in AB magnitudes: Bessell & Murphy 2012 (table 3, Vega at 0.03 mag), Jarrett et al. 2011, Cohen et al. 2003,
+/// Riello et al. 2021, Blanton & Roweis 2007, within what they differ among each other.
 #[test]
 fn vega_has_its_published_magnitudes() {
     let published = [
@@ -92,7 +96,8 @@ fn colour(spectrum: impl Fn(f64) -> f64, blue: &str, red: &str) -> f64 {
     magnitude(blue) - magnitude(red)
 }
 
-/// Synthetic B − V of the library's dwarfs against the intrinsic colours of Pecaut & Mamajek 2013 (table 5): single stars scatter by some hundredths, the set must not.
+/// Synthetic B − V of the library's dwarfs against the intrinsic colours of Pecaut & Mamajek 2013 (table 5): single
+/// stars scatter by some hundredths, the set must not.
 #[test]
 fn stars_have_their_published_colours() {
     let published = [
@@ -126,7 +131,8 @@ fn stars_have_their_published_colours() {
     }
 }
 
-/// Behind A_V = 10 a cool star is dimmed more in the blue than in the visual, in the default set as in Bessell's: no red light comes through a blue filter.
+/// Behind A_V = 10 a cool star is dimmed more in the blue than in the visual, in the default set as in Bessell's: no
+/// red light comes through a blue filter.
 #[test]
 fn deep_dust_reddens() {
     let law = Extinction::named("gordon23").unwrap();

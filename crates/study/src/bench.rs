@@ -1,4 +1,5 @@
-//! The table of `barnard bench`: every method on one scene in one run, time beside error; where light scatters more than once, the methods that know that, beside the path tracer.
+//! The table of `barnard bench`: every method on one scene in one run, time beside error; where light scatters more
+//! than once, the methods that know that, beside the path tracer.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -19,9 +20,9 @@ pub struct Row {
     pub name: String,
     /// Exponentials a sample and star.
     pub terms: usize,
-    /// Median time of a frame [s].
+    /// Median time of a frame \[s\].
     pub seconds: f64,
-    /// Median time of the device for a frame, all threads of a processor together [s]; NaN where it does not tell.
+    /// Median time of the device for a frame, all threads of a processor together \[s\]; NaN where it does not tell.
     pub device_seconds: f64,
     /// Relative rms error of the worst band against the reference.
     pub error: Option<f64>,
@@ -123,7 +124,8 @@ impl Run<'_> {
             if self.bench.methods.is_some_and(|asked| !asked.iter().any(|m| m == method.entry.name)) {
                 continue;
             }
-            // A closed form holds for one law, and many know one bounce: where they do not do it, their row is left out.
+            // A closed form holds for one law, and many know one bounce: where they do not do it, their row is left
+            // out.
             let closed = method.entry.rule.name == "analytic";
             let plan = match self.plan(method) {
                 Err(Error::Spectra(_)) if closed => continue,
@@ -242,7 +244,8 @@ impl Truth {
         Ok(Self { image, noise, paths })
     }
 
-    /// Relative rms of the worst band, what chance adds taken off; not less than what can be told beside that, the square root of the deviation of its square over so many pixels.
+    /// Relative rms of the worst band, what chance adds taken off; not less than what can be told beside that, the
+    /// square root of the deviation of its square over so many pixels.
     fn error(&self, image: &Image) -> f64 {
         let told = (2.0 / (self.image.width * self.image.height) as f64).sqrt();
         let of_band = |(b, noise): (usize, &f64)| {
@@ -259,7 +262,8 @@ impl Truth {
     }
 }
 
-/// An accuracy at which the default's error is about that of Barrès & Neyret's double integration: speed at equal error.
+/// An accuracy at which the default's error is about that of Barrès & Neyret's double integration: speed at equal
+/// error.
 const LOOSE: f64 = 5e-3;
 /// Samples a ray that are tried, from many to few, for the error of the double integration.
 const MATCHING_STEPS: [usize; 12] = [100, 80, 64, 50, 40, 32, 28, 24, 20, 16, 14, 12];
@@ -269,7 +273,8 @@ fn loose(method: &Method) -> Result<Method> {
     Ok(Method { accuracy: LOOSE, ..method.clone().with_name(RULES[0].name)? })
 }
 
-/// The plain RGB march first, then every rule by accuracy, the default with the N of the talk, and at last its double integration.
+/// The plain RGB march first, then every rule by accuracy, the default with the N of the talk, and at last its double
+/// integration.
 fn contestants(method: &Method) -> Result<Vec<(String, Method)>> {
     let mut list = Vec::new();
     for rule in RULES.iter().rev() {
@@ -289,7 +294,11 @@ const BAKES: usize = 3;
 /// A first frame that takes longer says enough by itself [s].
 const LONG: f64 = 5.0;
 
-/// Median seconds of `work`, and of what it says of its device, after one warm-up; of the warm-up itself where that takes long.
+/// Median seconds of `work`, and of what it says of its device, after one warm-up; of the warm-up itself where that
+/// takes long.
+///
+/// # Errors
+/// Those of `work`.
 pub fn timed(frames: usize, mut work: impl FnMut() -> Result<f64>) -> Result<(f64, f64)> {
     let mut once = || -> Result<(f64, f64)> {
         let start = Instant::now();

@@ -125,6 +125,9 @@ impl Figure {
     }
 
     /// As SVG.
+    ///
+    /// # Errors
+    /// Where it cannot be drawn.
     pub fn svg(&self) -> Result<String> {
         let mut svg = String::new();
         self.draw(&SVGBackend::with_string(&mut svg, SIZE).into_drawing_area())?;
@@ -132,6 +135,9 @@ impl Figure {
     }
 
     /// As PNG.
+    ///
+    /// # Errors
+    /// Where it cannot be drawn or encoded.
     pub fn png(&self) -> Result<Vec<u8>> {
         let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
         let mut pixels = vec![0; 3 * width * height];
@@ -231,6 +237,9 @@ fn register_font() {
 
 impl Picture {
     /// As PNG.
+    ///
+    /// # Errors
+    /// Where it cannot be drawn or encoded.
     pub fn png(&self) -> Result<Vec<u8>> {
         let bytes: Vec<u8> = self.pixels.iter().flatten().map(|v| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect();
         Ok(encode_png(self.size, &bytes, &[])?)

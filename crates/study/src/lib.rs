@@ -1,8 +1,9 @@
-//! What was measured, as pages that a command writes anew: the [`STUDY`] has every spectral method beside the others, with figures and tables that lie beside those of Barrès & Neyret 2023,
-//! the [`VALIDATION`] what is fast beside the path tracer.
+//! What was measured, as pages that a command writes anew: the [`STUDY`] has every spectral method beside the others,
+//! with figures and tables that lie beside those of Barrès & Neyret 2023, the [`VALIDATION`] what is fast beside the
+//! path tracer.
 //!
-//! A chapter is one file and one row of its page's catalogue. It measures, and says in words with numbers what was found. Whether a claim holds is decided by the
-//! numbers; why, and what to make of it, is ours.
+//! A chapter is one file and one row of its page's catalogue. It measures, and says in words with numbers what was
+//! found. Whether a claim holds is decided by the numbers; why, and what to make of it, is ours.
 
 pub mod bench;
 mod campaign;
@@ -101,13 +102,20 @@ pub const BOOKS: &[&Book] = &[&STUDY, &VALIDATION, &CERTIFICATES];
 
 impl Book {
     /// The chapter called `name`.
+    ///
+    /// # Errors
+    /// Where there is none.
     pub fn chapter(&self, name: &str) -> Result<&'static Chapter> {
         let known: Vec<&str> = self.chapters.iter().map(|c| c.name).collect();
         Ok(self.chapters.iter().find(|c| c.name == name).ok_or_else(|| spectra::SpectraError::unknown("chapter", name, &known))?)
     }
 }
 
-/// Runs `chapters` of `book` and writes `BOOK.md`, or `BOOK-NAME.md` where one of several is run alone, into `folder`, with the figures in `folder/BOOK`; `heard` is told of each.
+/// Runs `chapters` of `book` and writes `BOOK.md`, or `BOOK-NAME.md` where one of several is run alone, into `folder`,
+/// with the figures in `folder/BOOK`; `heard` is told of each.
+///
+/// # Errors
+/// Where a chapter cannot be measured, or a file cannot be written.
 pub fn write(book: &Book, chapters: &[Chapter], folder: &Path, control: &Control, mut heard: impl FnMut(&Chapter)) -> Result<()> {
     let own = folder.join(book.name);
     std::fs::create_dir_all(&own).map_err(|e| barnard::Error::file(&own, format!("the folder cannot be made: {e}")))?;

@@ -1,7 +1,7 @@
 //! How fast the explorer answers, and whether it keeps its memory: `cargo bench -p barnard-viewer [-- FRAMES]`.
 //!
-//! Previews are counted at 640 × 360 of the built-in reflection nebula, as the worker makes them while somebody moves; frames of edits go through the whole
-//! window, without a screen.
+//! Previews are counted at 640 × 360 of the built-in reflection nebula, as the worker makes them while somebody moves;
+//! frames of edits go through the whole window, without a screen.
 
 use std::time::{Duration, Instant};
 

@@ -1,7 +1,7 @@
 //! The scene that is open: the text of its file, what that says, and what it said before.
 //!
-//! The text is the truth. Every edit changes keys of it and reads it again as `barnard check` would, so nothing can be set that a file could not say,
-//! comments stay, and what is saved is what was seen.
+//! The text is the truth. Every edit changes keys of it and reads it again as `barnard check` would, so nothing can be
+//! set that a file could not say, comments stay, and what is saved is what was seen.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -149,8 +149,8 @@ impl Document {
         self.text != self.saved
     }
 
-    /// Changes the text, if what it then says is a scene. Edits of one name that follow each other are undone together, until
-    /// [`rest`](Self::rest).
+    /// Changes the text, if what it then says is a scene. Edits of one name that follow each other are undone together,
+    /// until [`rest`](Self::rest).
     ///
     /// # Errors
     /// Those of `barnard check`; nothing is changed then.
@@ -244,8 +244,8 @@ impl Document {
         self.apply(Edit::new("recover", move |document| *document = toml))
     }
 
-    /// Writes the scene to `path`, whole or not at all; it then is that file's. Files that it names stay where they are: their names are mended, and
-    /// those of a built-in scene are written beside it.
+    /// Writes the scene to `path`, whole or not at all; it then is that file's. Files that it names stay where they
+    /// are: their names are mended, and those of a built-in scene are written beside it.
     ///
     /// # Errors
     /// Where something cannot be written.

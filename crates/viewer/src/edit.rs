@@ -1,6 +1,7 @@
 //! Edits of a scene's text: keys of tables that are set, removed and added.
 //!
-//! A table is named by its place: "" is the scene, "dust.phase" and "field.cloud" are tables in tables, "star.0" is the first of a list.
+//! A table is named by its place: "" is the scene, "dust.phase" and "field.cloud" are tables in tables, "star.0" is the
+//! first of a list.
 
 use std::path::{Path, PathBuf};
 
@@ -161,7 +162,7 @@ pub fn significant(value: f64) -> f64 {
     rounded(value, 6).parse().unwrap_or(value)
 }
 
-/// A place as scenes write it, to a millionth of what is `near` it [pc].
+/// A place as scenes write it, to a millionth of what is `near` it \[pc\].
 pub fn place_text(p: DVec3, near: f64) -> String {
     let least = 1e-6 * near;
     let [x, y, z] = p.to_array().map(|v| {

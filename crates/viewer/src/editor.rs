@@ -1,4 +1,5 @@
-//! Tables of a scene as widgets: the rows of `scene::schema` say which keys there are, what they mean and what they are written as.
+//! Tables of a scene as widgets: the rows of `scene::schema` say which keys there are, what they mean and what they are
+//! written as.
 
 use barnard::properties::Key;
 use barnard::scene::schema::TableRow;
@@ -279,7 +280,8 @@ fn words(ui: &mut Ui, now: &str, write: impl Fn(&str) -> Option<Value>, (place, 
     response
 }
 
-/// First values of keys that an example of their unit would not fit: key, what it is, value. Ends of a range are not equal, widths are narrow.
+/// First values of keys that an example of their unit would not fit: key, what it is, value. Ends of a range are not
+/// equal, widths are narrow.
 const FIRST: [(&str, &str, &str); 7] = [
     ("low", "position", "-1 -1 -1 pc"),
     ("high", "position", "1 1 1 pc"),
@@ -434,7 +436,8 @@ width = "50 nm"
         assert!(chosen > 30, "{chosen}");
     }
 
-    /// Every key that a table may have can be added, but for those that only go with others, and the message then says which. A matrix has a button of its own.
+    /// Every key that a table may have can be added, but for those that only go with others, and the message then says
+    /// which. A matrix has a button of its own.
     #[test]
     fn keys_can_be_added() {
         let mut refused = Vec::new();

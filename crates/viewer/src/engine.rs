@@ -1,7 +1,8 @@
-//! The worker behind the window: a coarse picture at once, finer ones while nothing moves, at last the one that `barnard render` would write.
+//! The worker behind the window: a coarse picture at once, finer ones while nothing moves, at last the one that
+//! `barnard render` would write.
 //!
-//! Orders replace each other: the newest counts. A first look is never given up for a newer order, so that pictures keep coming while somebody drags; all
-//! that is finer is.
+//! Orders replace each other: the newest counts. A first look is never given up for a newer order, so that pictures
+//! keep coming while somebody drags; all that is finer is.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, channel};

@@ -1,4 +1,5 @@
-//! A picture on its way into a file: the radiances that `barnard render` writes, in the levels that the window shows, made beside the window.
+//! A picture on its way into a file: the radiances that `barnard render` writes, in the levels that the window shows,
+//! made beside the window.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,10 +1,12 @@
-//! The levels that pictures are shown by. A picture is measured once, when it has settled; from then on white and the balance of its bands stay as they were
-//! while things move and settle again, so that brighter looks brighter and colours keep still.
+//! The levels that pictures are shown by. A picture is measured once, when it has settled; from then on white and the
+//! balance of its bands stay as they were while things move and settle again, so that brighter looks brighter and
+//! colours keep still.
 
 use barnard::image::{Display, Image, Level, Tone};
 use spectra::colour::Palette;
 
-/// How far the white that a settled picture asks for may lie from the one that is held, either way: beyond, the picture would be all black or all white.
+/// How far the white that a settled picture asks for may lie from the one that is held, either way: beyond, the picture
+/// would be all black or all white.
 const RANGE: f64 = 10.0;
 
 /// The levels that are held.
@@ -27,7 +29,8 @@ struct Held {
 }
 
 impl Exposure {
-    /// The levels of `image` in a scene with `display`, where levels were asked for anew `asked` times: those that are held, if they are of the same bands and colours.
+    /// The levels of `image` in a scene with `display`, where levels were asked for anew `asked` times: those that are
+    /// held, if they are of the same bands and colours.
     pub fn tone(&mut self, asked: u64, display: &Display, image: &Image, settled: bool) -> Tone {
         let holds = |held: &Held| {
             let same = held.asked == asked
@@ -82,7 +85,8 @@ mod tests {
         Image::bare(10, 10, ["a", "b", "c"].map(str::to_owned).to_vec(), Samples::Single(values))
     }
 
-    /// White stays where a settled picture had it, whatever moves; it is measured anew where somebody asks, where other bands or colours are shown, and where nothing could be seen.
+    /// White stays where a settled picture had it, whatever moves; it is measured anew where somebody asks, where other
+    /// bands or colours are shown, and where nothing could be seen.
     #[test]
     fn white_is_held() {
         let display = Document::builtin("barres_neyret", 1 << 32).unwrap().scene().display.clone();

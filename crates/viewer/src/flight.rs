@@ -20,7 +20,7 @@ const FIELD: (f64, f64) = (1e-5, 2.9);
 pub struct Flight {
     /// Where and how they look; its size is that of the scene's own picture.
     pub camera: Camera,
-    /// What they look at [pc].
+    /// What they look at \[pc\].
     pub pivot: DVec3,
     /// Speed of free flight [pc s⁻¹].
     pub speed: f64,
@@ -46,7 +46,7 @@ impl Flight {
         self.pivot = camera.position + distance * camera.forward;
     }
 
-    /// From the eye to the middle of motion [pc].
+    /// From the eye to the middle of motion \[pc\].
     pub fn distance(&self) -> f64 {
         (self.pivot - self.camera.position).dot(self.camera.forward).clamp(REACH.0, REACH.1)
     }
@@ -86,7 +86,7 @@ impl Flight {
         self.pivot = self.camera.position + distance * self.camera.forward;
     }
 
-    /// About the line of sight [rad].
+    /// About the line of sight \[rad\].
     pub fn roll(&mut self, angle: f64) {
         self.turn(DQuat::from_axis_angle(self.camera.forward, angle));
     }

@@ -41,7 +41,7 @@ pub struct Picture {
     pub backend: String,
 }
 
-/// How long the parts of a picture took [s].
+/// How long the parts of a picture took \[s\].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Times {
     /// The plan; zero where it was still there.
@@ -55,7 +55,7 @@ pub struct Times {
 }
 
 impl Times {
-    /// All of it [s].
+    /// All of it \[s\].
     pub fn all(&self) -> f64 {
         self.plan + self.march + self.stars + self.colours
     }
@@ -70,7 +70,8 @@ pub struct Histogram {
     pub counts: Vec<u32>,
 }
 
-/// Steps of a histogram, the decades it spans, the part of the pixels that its range is made for, and the decades above them.
+/// Steps of a histogram, the decades it spans, the part of the pixels that its range is made for, and the decades above
+/// them.
 const BINS: usize = 96;
 const DECADES: f64 = 6.0;
 const MANY: f64 = 0.99;

@@ -87,7 +87,8 @@ impl<'g> Studio<'g> {
         Options { sweeper: self.sweeper.clone(), ..Options::within(memory_limit) }
     }
 
-    /// Makes what is asked for, from coarse to fine; `show` hears of every stage. A picture that is only shown in another way is coloured anew, no more.
+    /// Makes what is asked for, from coarse to fine; `show` hears of every stage. A picture that is only shown in
+    /// another way is coloured anew, no more.
     ///
     /// # Errors
     /// Where a scene cannot be planned, and where `control` stops what is finer than a first look.
@@ -175,7 +176,7 @@ impl<'g> Studio<'g> {
         let tone = stand.exposure.tone(order.exposure, &scene.display, &image, false);
         let mut picture = Picture::new(image, scene, tone, plan.clone(), stats, times, backend);
         picture.spark(&order.camera)?;
-        self.rate = (pixels(&plan.camera()) / (picture.times.all() - planned).max(1e-6)).max(1.0);
+        self.rate = (pixels(plan.camera()) / (picture.times.all() - planned).max(1e-6)).max(1.0);
         stand.keep(view, &order.camera, stage(scale), &picture);
         Ok(picture)
     }
@@ -319,7 +320,8 @@ mod tests {
         }
     }
 
-    /// Another stretch colours the picture anew, coarse as it is, and marches nothing; another temperature marches, and keeps what places decided.
+    /// Another stretch colours the picture anew, coarse as it is, and marches nothing; another temperature marches, and
+    /// keeps what places decided.
     #[test]
     fn what_has_not_changed_stays() {
         let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
@@ -331,7 +333,7 @@ mod tests {
         assert!(shown[0].1.colours != first.last().unwrap().1.colours);
         document.apply(Edit::set("star.0", "temperature", "4000 K")).unwrap();
         let hotter = served(&mut studio, &order(&document, (40, 30), true));
-        assert!(Arc::ptr_eq(&hotter[0].1.plan.space(), first[0].1.plan.space()) && hotter[0].1.image != first[0].1.image);
+        assert!(Arc::ptr_eq(hotter[0].1.plan.space(), first[0].1.plan.space()) && hotter[0].1.image != first[0].1.image);
     }
 
     /// A device of software or a real one, and how to take it away.
@@ -346,7 +348,8 @@ mod tests {
         opened.expect("this test needs a graphics adapter; software Vulkan (mesa-vulkan-drivers) is one")
     }
 
-    /// On a device, the picture is that of the processor to the accuracy that both are planned for. A device that is lost is told, and the processor goes on.
+    /// On a device, the picture is that of the processor to the accuracy that both are planned for. A device that is
+    /// lost is told, and the processor goes on.
     #[test]
     #[ignore = "needs a graphics adapter: --include-ignored"]
     fn devices_make_the_same_pictures() {

@@ -168,7 +168,8 @@ fn hands(ui: &Ui, app: &mut App, response: &egui::Response, rect: Rect, seen: Re
     });
 }
 
-/// The wheel: nearer and further; with E brighter and darker; with Ctrl wider and narrower; in flight faster and slower.
+/// The wheel: nearer and further; with E brighter and darker; with Ctrl wider and narrower; in flight faster and
+/// slower.
 fn wheel(ctx: &Context, app: &mut App) {
     let (turned, zoomed, bright) = ctx.input(|i| (f64::from(i.smooth_scroll_delta().y), f64::from(i.zoom_delta()), i.key_down(Key::E)));
     if zoomed != 1.0 {

@@ -91,7 +91,8 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
     made.map_err(|e| ViewerError::Window(e.to_string()))
 }
 
-/// The scene to begin with: the one that was asked for, else what was not saved last time, else a built-in one; and what is to be told of it.
+/// The scene to begin with: the one that was asked for, else what was not saved last time, else a built-in one; and
+/// what is to be told of it.
 fn begun(asked: Option<Document>, session: &mut Session, memory_limit: u64) -> barnard::Result<(Document, Option<String>)> {
     let first = || Document::builtin(barnard_files::builtin::SCENES[0].name, memory_limit);
     let Some(lost) = session.recovered() else { return Ok((asked.map_or_else(first, Ok)?, None)) };

@@ -121,7 +121,8 @@ fn drag(harness: &mut Harness<App>, button: PointerButton, from: Pos2, to: Pos2)
     harness.step();
 }
 
-/// A hotter star: the text says so, the plan has another spectrum, the picture is bluer, the comment is where it was; undo brings all of it back.
+/// A hotter star: the text says so, the plan has another spectrum, the picture is bluer, the comment is where it was;
+/// undo brings all of it back.
 #[test]
 fn a_temperature_changes_plan_and_picture() {
     let (_folder, mut harness) = open();
@@ -191,7 +192,8 @@ fn exposure_is_written() {
     assert!(!harness.state().document.text().contains("white"));
 }
 
-/// Another method makes the picture and states its error; the difference from a finer one is small, and that of a poor one is larger.
+/// Another method makes the picture and states its error; the difference from a finer one is small, and that of a poor
+/// one is larger.
 #[test]
 fn methods_state_their_errors() {
     let (_folder, mut harness) = open();
@@ -593,7 +595,8 @@ fn changes_are_not_lost() {
     assert_eq!(document.text(), SCENE);
 }
 
-/// Windows keep their changes apart: what belongs to one that lives is left alone; once it is gone without a word, another takes it.
+/// Windows keep their changes apart: what belongs to one that lives is left alone; once it is gone without a word,
+/// another takes it.
 #[test]
 fn windows_do_not_share_changes() {
     let (folder, path) = folder();
@@ -702,7 +705,8 @@ fn typed_digits_are_no_bookmarks() {
     assert!(harness.state().flight.camera.position.distance(there) > 1.0, "the digit is the window's again");
 }
 
-/// Levels stay where the first settled picture had them while the view turns and a star grows brighter: what changes is what is seen.
+/// Levels stay where the first settled picture had them while the view turns and a star grows brighter: what changes is
+/// what is seen.
 #[test]
 fn levels_are_held() {
     let (_folder, mut harness) = open();

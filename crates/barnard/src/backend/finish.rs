@@ -41,7 +41,8 @@ pub fn extended(scene: &Scene, plan: &Plan, data: Vec<f32>) -> Result<Image> {
     Ok(image)
 }
 
-/// Draws unresolved sources as the plan's camera sees them: `add` hears of places in bands × height × width, and radiances [W m⁻² sr⁻¹].
+/// Draws unresolved sources as the plan's camera sees them: `add` hears of places in bands × height × width, and
+/// radiances [W m⁻² sr⁻¹].
 ///
 /// # Errors
 /// Where the star field has too many stars.

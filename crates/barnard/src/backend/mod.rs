@@ -1,7 +1,8 @@
 //! Back ends: the ways to turn a scene into an image.
 //!
-//! Each implements [`Backend`]: it names itself, says why it cannot do a [`Job`], and brings [`Radiance`]. The fast ones read the job's plan, the
-//! exact ones the scene itself. A [`Registry`] holds those that a program has: [`BACKENDS`], and what other crates bring.
+//! Each implements [`Backend`]: it names itself, says why it cannot do a [`Job`], and brings [`Radiance`]. The fast
+//! ones read the job's plan, the exact ones the scene itself. A [`Registry`] holds those that a program has:
+//! [`BACKENDS`], and what other crates bring.
 
 pub mod cpu;
 mod describe;
@@ -74,11 +75,12 @@ impl<'a> Job<'a> {
 /// What a render found beside the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderStats {
-    /// The largest optical depth, eye to sample to star, that was met [1]; NaN where a back end does not tell.
+    /// The largest optical depth, eye to sample to star, that was met \[1\]; NaN where a back end does not tell.
     pub depth: f64,
     /// Rays that were marched, or paths that were followed.
     pub rays: u64,
-    /// Largest relative error of a density as the march keeps it: [`SINGLE`](crate::plan::SINGLE) or [`HALF`](crate::plan::HALF).
+    /// Largest relative error of a density as the march keeps it: [`SINGLE`](crate::plan::SINGLE) or
+    /// [`HALF`](crate::plan::HALF).
     pub storage: f64,
     /// Values below zero, which a projection can make where little light is left.
     pub negative: u64,
@@ -160,7 +162,7 @@ pub trait Backend {
         None
     }
 
-    /// What a device of its own worked for the last light [s]; none where there is no such device, or it does not tell.
+    /// What a device of its own worked for the last light \[s\]; none where there is no such device, or it does not tell.
     fn device_seconds(&self) -> Option<f64> {
         None
     }
@@ -170,13 +172,14 @@ pub trait Backend {
         Vec::new()
     }
 
-    /// Why the processor did the last job in place of a device that was hoped for; nothing where the device did, or there is none.
+    /// Why the processor did the last job in place of a device that was hoped for; nothing where the device did, or
+    /// there is none.
     fn instead(&self) -> Option<String> {
         None
     }
 
-    /// Puts a star of the job that was taken up last elsewhere [pc], where that can be done without a new plan: what the device worked for it
-    /// [s], NaN where it does not tell; none where it cannot be done.
+    /// Puts a star of the job that was taken up last elsewhere \[pc\], where that can be done without a new plan: what
+    /// the device worked for it \[s\], NaN where it does not tell; none where it cannot be done.
     ///
     /// # Errors
     /// Where there is no such star, or the place is none.

@@ -1,4 +1,5 @@
-//! Integrals of a field along a straight line, by a fixed rule: for measuring what samples of the field are wrong by, not for the truth itself.
+//! Integrals of a field along a straight line, by a fixed rule: for measuring what samples of the field are wrong by,
+//! not for the truth itself.
 
 use glam::DVec3;
 
@@ -10,8 +11,8 @@ const MAX_PARTS: f64 = 1024.0;
 /// Two-point Gauss: abscissae ½ ± 1/(2√3).
 const OFFSET: f64 = 0.288_675_134_594_812_9;
 
-/// ∫ of the field from `a` to `b` [unit of the field × pc]: exact for grids; of functions by two points in every part of the length over which they change, cut where they
-/// are known to jump.
+/// ∫ of the field from `a` to `b` [unit of the field × pc]: exact for grids; of functions by two points in every part
+/// of the length over which they change, cut where they are known to jump.
 pub fn column(field: &dyn Field, a: DVec3, b: DVec3) -> f64 {
     if let Some(grid) = field.grid() {
         return grid.column(a, b, f64::INFINITY);

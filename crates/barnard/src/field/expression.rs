@@ -1,9 +1,11 @@
 //! Expressions of fields: products, sums and masks, such as `n_H^2 * x_ion^2` or `cloud * (1 - hole)`.
 //!
-//! Operators + − * / ^ and parentheses, bound as in mathematics (`formula`); functions sqrt, exp, ln, log10, abs, sin, cos, tan, tanh, floor, ceil, and
-//! min(a, b), max(a, b), step(a, edge) = 1 where a ≥ edge; pi; variables are the scene's fields and x, y, z [pc]. The expression is zero outside of the union of its fields' boxes.
+//! Operators + − * / ^ and parentheses, bound as in mathematics (`formula`); functions sqrt, exp, ln, log10, abs, sin,
+//! cos, tan, tanh, floor, ceil, and min(a, b), max(a, b), step(a, edge) = 1 where a ≥ edge; pi; variables are the
+//! scene's fields and x, y, z [pc]. The expression is zero outside of the union of its fields' boxes.
 //!
-//! Where grids take part it lives on a lattice of its own: the voxels of the finest of them, all over the box in which the expression can be other than zero (`support`).
+//! Where grids take part it lives on a lattice of its own: the voxels of the finest of them, all over the box in which
+//! the expression can be other than zero (`support`).
 
 use std::sync::Arc;
 
@@ -51,6 +53,9 @@ const MAX_LENGTH: usize = 2000;
 
 impl Expression {
     /// Parses `formula`; `lookup` finds fields by name. The message says what is wrong.
+    ///
+    /// # Errors
+    /// Where it is no expression, uses no field, or one that there is not.
     pub fn parse(formula: &str, lookup: impl Fn(&str) -> std::result::Result<Arc<dyn Field>, String>) -> std::result::Result<Self, String> {
         if formula.len() > MAX_LENGTH {
             return Err(format!("the expression has {} characters, at most {MAX_LENGTH} are read", formula.len()));
@@ -131,8 +136,8 @@ impl Expression {
         self.formula.eval(&self.variables.iter().map(of).collect::<Vec<f64>>()).unwrap_or(f64::NAN)
     }
 
-    /// Voxels along each axis, and the box that they fill, where a grid takes part: those of the grid with the finest voxels, and as many more of the same edge and places as
-    /// cover the expression's box.
+    /// Voxels along each axis, and the box that they fill, where a grid takes part: those of the grid with the finest
+    /// voxels, and as many more of the same edge and places as cover the expression's box.
     fn lattice(&self) -> Option<([usize; 3], Bounds)> {
         let volume = |lattice: &Lattice| lattice.voxel_pc().element_product();
         let lattices = self.fields().filter_map(|f| f.grid()).map(|g| &g.lattice);
@@ -216,7 +221,8 @@ mod tests {
         assert_eq!(parse("a + 1").unwrap().at(DVec3::splat(2.0)), 0.0);
     }
 
-    /// Grids of different boxes and voxels: a sum holds all that both hold, in the finest voxels; a product is no larger than its factors allow.
+    /// Grids of different boxes and voxels: a sum holds all that both hold, in the finest voxels; a product is no
+    /// larger than its factors allow.
     #[test]
     fn nested_grids_lose_nothing() {
         let grid = |half: f64, n: usize| {
@@ -245,7 +251,8 @@ mod tests {
         assert!(refused.contains("64 x 64 x 64") && refused.contains("finest grid"), "{refused}");
     }
 
-    /// A mask that cuts through a grid's voxels leaves as much as it covers, and does not blur what the grid holds elsewhere.
+    /// A mask that cuts through a grid's voxels leaves as much as it covers, and does not blur what the grid holds
+    /// elsewhere.
     #[test]
     fn masks_cut_through_the_voxels_of_a_grid() {
         let lattice = Lattice { dims: [20; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) };

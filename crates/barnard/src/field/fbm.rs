@@ -47,11 +47,11 @@ pub struct Fbm {
     pub noise: Simplex,
     /// Those that bend space along x, y and z.
     pub warps: [Simplex; 3],
-    /// Middle [pc].
+    /// Middle \[pc\].
     pub centre: DVec3,
-    /// Where it has ended [pc].
+    /// Where it has ended \[pc\].
     pub radius: f64,
-    /// Size of the largest structures [pc].
+    /// Size of the largest structures \[pc\].
     pub scale: f64,
     /// Number of octaves.
     pub octaves: i32,
@@ -63,7 +63,7 @@ pub struct Fbm {
     pub offset: f64,
     /// Whether octaves are 1 − 2|n|.
     pub ridged: bool,
-    /// How far space is bent [pc].
+    /// How far space is bent \[pc\].
     pub warp: f64,
 }
 
@@ -92,8 +92,8 @@ const GAIN: RangeInclusive<f64> = 0.0..=1.0;
 const OFFSET: RangeInclusive<f64> = -10.0..=10.0;
 
 impl Fbm {
-    /// Noise number `seed`, as a scene has it that says nothing else: a cloud of radius 1 pc around the origin. Change its fields, then ask
-    /// [`checked`](Self::checked).
+    /// Noise number `seed`, as a scene has it that says nothing else: a cloud of radius 1 pc around the origin. Change
+    /// its fields, then ask [`checked`](Self::checked).
     pub fn new(seed: u32) -> Self {
         Self {
             noise: Simplex::new(seed),

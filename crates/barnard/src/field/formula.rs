@@ -1,7 +1,7 @@
 //! Formulas as they are written in mathematics, turned into what the expression parser reads without doubt.
 //!
-//! −x² is −(x²); names are those of fields, whatever functions they begin with; numbers may have exponents (1e-3). What can be read in two ways
-//! (a^b^c, a/−b) is refused with the remedy.
+//! −x² is −(x²); names are those of fields, whatever functions they begin with; numbers may have exponents (1e-3). What
+//! can be read in two ways (a^b^c, a/−b) is refused with the remedy.
 
 /// Names that no field may have: coordinates and π.
 pub const RESERVED: [&str; 4] = ["x", "y", "z", "pi"];
@@ -18,6 +18,9 @@ enum Token {
 }
 
 /// Whether a field may have this name: letters, digits and _, not beginning with a digit, not reserved.
+///
+/// # Errors
+/// Where it may not, with a name that would do.
 pub fn check_name(name: &str) -> Result<(), String> {
     let word =
         name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');

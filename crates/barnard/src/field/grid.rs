@@ -1,7 +1,7 @@
 //! Grids: values at voxel centres, trilinear between them, clamped in the outer half voxel, zero outside.
 //!
-//! Along a ray a trilinear field is a cubic polynomial between the planes through the voxel centres, so the two-point Gauss rule integrates each
-//! piece exactly: [`Grid::column`] is exact up to rounding.
+//! Along a ray a trilinear field is a cubic polynomial between the planes through the voxel centres, so the two-point
+//! Gauss rule integrates each piece exactly: [`Grid::column`] is exact up to rounding.
 
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ use crate::geometry::{Bounds, Ray};
 pub struct Lattice {
     /// Voxels along x, y, z.
     pub dims: [usize; 3],
-    /// The box they fill [pc].
+    /// The box they fill \[pc\].
     pub bounds: Bounds,
 }
 
@@ -24,12 +24,12 @@ impl Lattice {
         self.dims.iter().product()
     }
 
-    /// Edge lengths of a voxel [pc].
+    /// Edge lengths of a voxel \[pc\].
     pub fn voxel_pc(&self) -> DVec3 {
         self.bounds.size() / DVec3::from(self.dims.map(|n| n as f64))
     }
 
-    /// Centre of voxel (x, y, z) [pc].
+    /// Centre of voxel (x, y, z) \[pc\].
     pub fn centre(&self, x: usize, y: usize, z: usize) -> DVec3 {
         self.bounds.low + (DVec3::new(x as f64, y as f64, z as f64) + 0.5) * self.voxel_pc()
     }
@@ -68,8 +68,8 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// An array of `dims` voxels along x, y and z that fill `bounds`; `data` has depth × height × width values, x running fastest
-    /// [unit of the field].
+    /// An array of `dims` voxels along x, y and z that fill `bounds`; `data` has depth × height × width values, x
+    /// running fastest [unit of the field].
     ///
     /// # Errors
     /// Where the array has another length, the box no size, or a value is negative, NaN or infinite.
@@ -97,7 +97,8 @@ impl Grid {
         Self { lattice, data }
     }
 
-    /// The same of a function that may jump, of a voxel's centre and a place within it: a voxel that it changes in has the mean over its parts, all others the value at their middle.
+    /// The same of a function that may jump, of a voxel's centre and a place within it: a voxel that it changes in has
+    /// the mean over its parts, all others the value at their middle.
     pub fn averaged(lattice: Lattice, f: impl Fn(DVec3, DVec3) -> f64 + Sync) -> Self {
         let voxel = lattice.voxel_pc();
         let corners = (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) - 0.5);
@@ -115,7 +116,8 @@ impl Grid {
         })
     }
 
-    /// `factor` times the means of blocks of `block` voxels along each axis; blocks at the upper faces take what is left.
+    /// `factor` times the means of blocks of `block` voxels along each axis; blocks at the upper faces take what is
+    /// left.
     ///
     /// The box grows to whole blocks, so that densities stay where they are.
     pub fn merged(&self, block: usize, factor: f64) -> Self {
@@ -140,6 +142,9 @@ impl Grid {
     }
 
     /// Refuses negative, NaN and infinite values; says how many and where.
+    ///
+    /// # Errors
+    /// Where there are some.
     pub fn check(&self, field: &str) -> Result<()> {
         type Test = (&'static str, fn(f32) -> bool);
         const TESTS: [Test; 2] = [("cells that are NaN or infinite", |v| !v.is_finite()), ("negative cells", |v| v < 0.0)];
@@ -317,7 +322,8 @@ mod tests {
         assert!(grid.check("dust").unwrap_err().to_string().contains("1 cells that are NaN"));
     }
 
-    /// Merged voxels hold as much as those they are made of, where they were, and blocks at the edge count what is missing as nothing.
+    /// Merged voxels hold as much as those they are made of, where they were, and blocks at the edge count what is
+    /// missing as nothing.
     #[test]
     fn voxels_are_merged() {
         let lattice = Lattice { dims: [5, 4, 6], bounds: Bounds { low: DVec3::ZERO, high: DVec3::new(5.0, 4.0, 6.0) } };

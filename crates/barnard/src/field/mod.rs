@@ -1,7 +1,9 @@
 //! Scalar fields over space: densities of dust and gas.
 //!
-//! A field is a grid (trilinear between voxel centres, the border value in the outer half voxel, zero outside) or a function. An expression that uses a
-//! grid lives on the voxels of the finest of them, over the box in which it can be other than zero; an expression of functions alone stays a function. A new kind of field is one file and one row of [`KINDS`].
+//! A field is a grid (trilinear between voxel centres, the border value in the outer half voxel, zero outside) or a
+//! function. An expression that uses a grid lives on the voxels of the finest of them, over the box in which it can be
+//! other than zero; an expression of functions alone stays a function. A new kind of field is one file and one row of
+//! [`KINDS`].
 
 mod column;
 mod cuboid;
@@ -54,7 +56,7 @@ pub trait Field: std::fmt::Debug + Send + Sync {
     fn fbm(&self) -> Option<&Fbm> {
         None
     }
-    /// The length over which the field changes [pc]: its exact integrals start from steps of this size.
+    /// The length over which the field changes \[pc\]: its exact integrals start from steps of this size.
     fn feature_pc(&self) -> f64 {
         self.bounds().size().min_element() / 16.0
     }
@@ -62,7 +64,7 @@ pub trait Field: std::fmt::Debug + Send + Sync {
     fn has_edges(&self) -> bool {
         false
     }
-    /// Distances [pc] at which the field is not smooth along a ray.
+    /// Distances \[pc\] at which the field is not smooth along a ray.
     fn crossings(&self, _ray: &crate::geometry::Ray, _out: &mut Vec<f64>) {}
 }
 
@@ -114,6 +116,9 @@ fn unit(what: &'static str, direction: DVec3) -> Result<DVec3> {
 pub const KINDS: &[Kind<Arc<dyn Field>>] = &[loaded::KIND, fbm::KIND, sphere::KIND, cuboid::KIND, plummer::KIND, shell::KIND, slab::KIND];
 
 /// Builds the field that a `[field.NAME]` table describes.
+///
+/// # Errors
+/// Where a key is unknown, missing or wrong; its place is said.
 pub fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
     build_kind("field", KINDS, section, inputs)
 }

@@ -1,6 +1,7 @@
 //! Simplex noise in three dimensions.
 //!
-//! n(p) = 32 Σ_corners max(0, 0.6 − r²)⁴ (g · r), g one of the 12 edge directions of a cube picked by a hash of the corner and the seed
+//! n(p) = 32 Σ_corners max(0, 0.6 − r²)⁴ (g · r), g one of the 12 edge directions of a cube picked by a hash of the
+//! corner and the seed
 //!
 //! Integer hashing (no tables) gives the same noise on every platform. Range within [−1, 1].
 //! Source: Perlin 2001; Gustavson 2005, "Simplex noise demystified"; the hash is Wellons' lowbias32 finaliser.
@@ -39,7 +40,7 @@ impl Simplex {
         self.seed
     }
 
-    /// n(p) [1], within [−1, 1]; p in units of the noise's own scale.
+    /// n(p) \[1\], within [−1, 1]; p in units of the noise's own scale.
     pub fn at(&self, p: DVec3) -> f64 {
         // Skew to find the simplex, unskew to measure distances.
         let cell = (p + p.element_sum() / 3.0).floor();
@@ -61,7 +62,8 @@ impl Simplex {
     }
 }
 
-/// The second and third corner of the simplex that holds offset `d`: steps along the largest, then the second largest coordinate.
+/// The second and third corner of the simplex that holds offset `d`: steps along the largest, then the second largest
+/// coordinate.
 fn middle_corners(d: DVec3) -> (IVec3, IVec3) {
     let xy = d.x >= d.y;
     let yz = d.y >= d.z;

@@ -1,7 +1,8 @@
 //! Where an expression can be other than zero: its operators on boxes in place of numbers.
 //!
-//! A sum is not zero where any of its terms is not, a product where all of its factors are not, and so on; what has a value outside of all boxes (a number, cos, exp) is
-//! everywhere. The box that comes out holds every place where the expression is not zero, and is not always the smallest.
+//! A sum is not zero where any of its terms is not, a product where all of its factors are not, and so on; what has a
+//! value outside of all boxes (a number, cos, exp) is everywhere. The box that comes out holds every place where the
+//! expression is not zero, and is not always the smallest.
 
 use std::str::FromStr;
 
@@ -151,7 +152,8 @@ impl MakeOperators<Support> for SupportOperators {
     }
 }
 
-/// Where a normalised formula can be other than zero, of `variables` in the order of their names; everywhere where nothing is known of it.
+/// Where a normalised formula can be other than zero, of `variables` in the order of their names; everywhere where
+/// nothing is known of it.
 pub(super) fn support(normalised: &str, variables: &[Support]) -> Support {
     let parsed = FlatEx::<Support, SupportOperators>::parse(normalised);
     parsed.ok().and_then(|formula| formula.eval(variables).ok()).unwrap_or(Support::Everywhere)
@@ -225,7 +227,8 @@ mod tests {
         }
     }
 
-    /// Every function that a formula may have is known here: none makes an expression that is everywhere for want of a row.
+    /// Every function that a formula may have is known here: none makes an expression that is everywhere for want of a
+    /// row.
     #[test]
     fn every_function_is_known() {
         for formula in FUNCTIONS.map(|f| format!("{f}(a)")).into_iter().chain(FUNCTIONS_OF_TWO.map(|f| format!("{f}(a, 1)"))) {

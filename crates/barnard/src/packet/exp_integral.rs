@@ -2,12 +2,13 @@
 
 use super::lane::{LANES, Lane, exp, lanes, ln};
 
-/// Levels of the continued fraction, run from its end, and terms of the series: enough for five digits from x = 1 on, and below it.
+/// Levels of the continued fraction, run from its end, and terms of the series: enough for five digits from x = 1 on,
+/// and below it.
 const LEVELS: usize = 24;
 const TERMS: usize = 9;
 const EULER: f32 = 0.577_215_7;
 
-/// e^x E_n(x) for n = 1 … `out.len()`, x > 0 [1].
+/// e^x E_n(x) for n = 1 … `out.len()`, x > 0 \[1\].
 #[inline(always)]
 pub fn scaled_exp_integrals(x: &Lane, out: &mut [Lane]) {
     let count = out.len();

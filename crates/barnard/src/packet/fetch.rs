@@ -1,7 +1,7 @@
 //! Trilinear reads of a volume for a packet of rays.
 //!
-//! Channels are interleaved and x runs fastest, so the two x-neighbours of all channels are one contiguous row: four rows a sample, lerped in y and z
-//! as short vectors, then in x.
+//! Channels are interleaved and x runs fastest, so the two x-neighbours of all channels are one contiguous row: four
+//! rows a sample, lerped in y and z as short vectors, then in x.
 
 use glam::DVec3;
 use wide::f32x4;
@@ -18,7 +18,8 @@ pub struct Cursor<'a> {
     track: Track,
 }
 
-/// Where a packet stands in a volume: the index of each cell's first value, the strides of the axes, and the place within the cell, axis × lane.
+/// Where a packet stands in a volume: the index of each cell's first value, the strides of the axes, and the place
+/// within the cell, axis × lane.
 struct Cells {
     first: [usize; LANES],
     strides: [usize; 3],
@@ -60,7 +61,8 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Four channels or more: each quad of them is lerped in all axes, then four lanes change places with four channels. Quads may overlap.
+    /// Four channels or more: each quad of them is lerped in all axes, then four lanes change places with four
+    /// channels. Quads may overlap.
     #[inline(always)]
     fn read_quads<const CHANNELS: usize>(&self, t: &Lane, out: &mut [Lane]) {
         let out = &mut out[..CHANNELS];
@@ -165,7 +167,8 @@ fn four(cell: &[f32], at: usize) -> f32x4 {
     f32x4::new(cell[at..at + 4].try_into().expect("four values"))
 }
 
-/// a + t (b − a), the product and the sum in one instruction where there is one: `wide` knows of none before the machine is known.
+/// a + t (b − a), the product and the sum in one instruction where there is one: `wide` knows of none before the
+/// machine is known.
 #[inline(always)]
 fn lerp(a: f32x4, b: f32x4, t: f32x4) -> f32x4 {
     let (difference, start, t) = ((b - a).to_array(), a.to_array(), t.to_array());
@@ -213,7 +216,8 @@ mod tests {
         }
     }
 
-    /// Rays along every border and corner, far outside and with NaN: the values are the border's, and debug builds check every address.
+    /// Rays along every border and corner, far outside and with NaN: the values are the border's, and debug builds
+    /// check every address.
     #[test]
     fn reads_at_every_border_stay_inside() {
         let lattice = Lattice { dims: [3, 2, 4], bounds: Bounds::cube(DVec3::ZERO, 1.0) };

@@ -1,7 +1,8 @@
 //! Sixteen rays side by side: arithmetic on arrays that the compiler turns into whatever SIMD the machine has.
 //!
-//! e^x = 2^(x log₂e): the integer part goes into the exponent by adding 1.5·2²³ (no float-to-int conversion, which would stop vectorisation),
-//! the rest through a polynomial of degree 5, relative error 1e-7. Valid for x ≤ 80; below −87 the result is 2^−126, practically zero.
+//! e^x = 2^(x log₂e): the integer part goes into the exponent by adding 1.5·2²³ (no float-to-int conversion, which
+//! would stop vectorisation), the rest through a polynomial of degree 5, relative error 1e-7. Valid for x ≤ 80; below
+//! −87 the result is 2^−126, practically zero.
 
 /// Rays in a packet.
 pub const LANES: usize = 16;
@@ -29,7 +30,8 @@ pub fn exp(x: f32) -> f32 {
     f32::from_bits(p.to_bits().wrapping_add(rounded.to_bits() << 23))
 }
 
-/// ln x for x > 0: the exponent's bits, and 2 atanh((m − 1)/(m + 1)) of a mantissa between √½ and √2, relative error 2e-7.
+/// ln x for x > 0: the exponent's bits, and 2 atanh((m − 1)/(m + 1)) of a mantissa between √½ and √2, relative error
+/// 2e-7.
 #[inline(always)]
 pub fn ln(x: f32) -> f32 {
     let bits = x.to_bits().wrapping_sub(std::f32::consts::FRAC_1_SQRT_2.to_bits());

@@ -1,4 +1,5 @@
-//! Packets of rays: the arithmetic and the reads that the star depths and the march share. Shaders have twins of the arithmetic.
+//! Packets of rays: the arithmetic and the reads that the star depths and the march share. Shaders have twins of the
+//! arithmetic.
 
 mod exp_integral;
 mod fetch;

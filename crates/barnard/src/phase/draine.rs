@@ -2,8 +2,8 @@
 //!
 //! p = (1/4π) (1 − g²)/(1 + α(1 + 2g²)/3) · (1 + α cos²θ)/(1 + g² − 2 g cos θ)^(3/2)
 //!
-//! α = 0: Henyey–Greenstein; g = 0, α = 1: Rayleigh. Source: Draine 2003, ApJ 598, 1017, eq. 4. Here g is its shape parameter; with α ≠ 0 the mean cosine
-//! is larger (his eq. 5).
+//! α = 0: Henyey–Greenstein; g = 0, α = 1: Rayleigh. Source: Draine 2003, ApJ 598, 1017, eq. 4. Here g is its shape
+//! parameter; with α ≠ 0 the mean cosine is larger (his eq. 5).
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -63,7 +63,7 @@ impl Phase for Draine {
         // One of Henyey & Greenstein's is kept with the chance (1 + α cos²θ)/(1 + α): every third at least.
         loop {
             let cosine = draw(self.g.at(lambda_um), random);
-            if random.next() * (1.0 + self.alpha) < 1.0 + self.alpha * cosine * cosine {
+            if random.uniform() * (1.0 + self.alpha) < 1.0 + self.alpha * cosine * cosine {
                 return cosine;
             }
         }

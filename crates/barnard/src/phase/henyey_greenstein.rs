@@ -52,7 +52,7 @@ const NEARLY_FLAT: f64 = 1e-4;
 
 /// A cos θ drawn by inverting the distribution.
 pub(super) fn draw(g: f64, random: &mut Counter) -> f64 {
-    let even = 2.0 * random.next() - 1.0;
+    let even = 2.0 * random.uniform() - 1.0;
     if g.abs() < NEARLY_FLAT {
         return even + 1.5 * g * (1.0 - even * even);
     }

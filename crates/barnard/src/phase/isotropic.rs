@@ -19,7 +19,7 @@ impl Phase for Isotropic {
         1.0 / SPHERE
     }
     fn sample(&self, _: f64, random: &mut Counter) -> f64 {
-        2.0 * random.next() - 1.0
+        2.0 * random.uniform() - 1.0
     }
     fn is_isotropic(&self) -> bool {
         true

@@ -1,6 +1,7 @@
 //! Phase functions: how scattered light is spread over angle.
 //!
-//! Conventions: cos θ = +1 is forward scattering; ∫ p dΩ = 1; unit sr⁻¹. A phase function is one file and one row of [`KINDS`].
+//! Conventions: cos θ = +1 is forward scattering; ∫ p dΩ = 1; unit sr⁻¹. A phase function is one file and one row of
+//! [`KINDS`].
 
 mod draine;
 mod henyey_greenstein;
@@ -26,7 +27,7 @@ use crate::random::Counter;
 
 /// The spread of scattered light.
 pub trait Phase: std::fmt::Debug + Send + Sync {
-    /// p(cos θ, λ) [sr⁻¹]; λ [µm].
+    /// p(cos θ, λ) [sr⁻¹]; λ \[µm\].
     fn at(&self, cosine: f64, lambda_um: f64) -> f64;
     /// A cos θ drawn with the density 2π p.
     fn sample(&self, lambda_um: f64, random: &mut Counter) -> f64;
@@ -54,6 +55,9 @@ pub struct PhaseKind {
 pub const KINDS: &[PhaseKind] = &[isotropic::KIND, henyey_greenstein::KIND, draine::KIND, rayleigh::KIND, tabulated::KIND];
 
 /// Reads a `[dust.phase]` table.
+///
+/// # Errors
+/// Where a key is unknown, missing or wrong; its place is said.
 pub fn build(section: &Section, inputs: &Inputs, extinction: &Extinction) -> Result<Arc<dyn Phase>> {
     let kind = chosen("phase function", KINDS, |k| (k.name, k.keys), &[], section)?;
     (kind.build)(section, inputs, extinction)
@@ -77,12 +81,12 @@ impl IntoPhase for Arc<dyn Phase> {
     }
 }
 
-/// A mean cosine g(λ) [1].
+/// A mean cosine g(λ) \[1\].
 #[derive(Debug, Clone)]
 pub enum MeanCosine {
     /// The same at every wavelength.
     Constant(f64),
-    /// Over λ [µm].
+    /// Over λ \[µm\].
     Table(Table),
 }
 
@@ -177,7 +181,8 @@ mod tests {
         }
     }
 
-    /// What is drawn falls into 32 equal steps of cos θ as often as its integral over them says: χ² of 31 degrees of freedom.
+    /// What is drawn falls into 32 equal steps of cos θ as often as its integral over them says: χ² of 31 degrees of
+    /// freedom.
     #[test]
     fn phase_functions_are_sampled() {
         const STEPS: usize = 32;

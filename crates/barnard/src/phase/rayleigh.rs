@@ -20,7 +20,7 @@ impl Phase for Rayleigh {
     }
     fn sample(&self, _: f64, random: &mut Counter) -> f64 {
         // The root of μ³ + 3μ + 4 = 8u.
-        let half = 4.0 * random.next() - 2.0;
+        let half = 4.0 * random.uniform() - 2.0;
         let root = half.hypot(1.0);
         ((half + root).cbrt() + (half - root).cbrt()).clamp(-1.0, 1.0)
     }

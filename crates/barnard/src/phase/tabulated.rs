@@ -1,7 +1,7 @@
 //! A phase function from a table.
 //!
-//! CSV: cos θ ascending from −1 to 1, then one column of p for each wavelength; a line `# wavelength_um: 0.44, 0.55` names them (one column needs none).
-//! Linear in cos θ and λ; each column is normalised to ∫ p dΩ = 1.
+//! CSV: cos θ ascending from −1 to 1, then one column of p for each wavelength; a line `# wavelength_um: 0.44, 0.55`
+//! names them (one column needs none). Linear in cos θ and λ; each column is normalised to ∫ p dΩ = 1.
 
 use std::sync::Arc;
 
@@ -46,8 +46,8 @@ fn parse(section: &Section, file: &str, text: &str) -> Result<Tabulated> {
 }
 
 impl Tabulated {
-    /// Values at ascending `cosines` from −1 to 1, for each of the ascending wavelengths [µm] one column, as long as `cosines`; only their
-    /// shape counts. `name` stands in messages.
+    /// Values at ascending `cosines` from −1 to 1, for each of the ascending wavelengths \[µm\] one column, as long as
+    /// `cosines`; only their shape counts. `name` stands in messages.
     ///
     /// # Errors
     /// Where lengths or ends are others, or values are negative or zero everywhere.
@@ -89,9 +89,9 @@ impl Phase for Tabulated {
     }
     fn sample(&self, lambda_um: f64, random: &mut Counter) -> f64 {
         let (low, high, t) = self.around(lambda_um);
-        let column = if random.next() < t { high } else { low };
+        let column = if random.uniform() < t { high } else { low };
         let (x, y) = (column.x(), column.y());
-        let mut left = random.next() / (2.0 * std::f64::consts::PI);
+        let mut left = random.uniform() / (2.0 * std::f64::consts::PI);
         for i in 1..x.len() {
             let (step, own) = (x[i] - x[i - 1], 0.5 * (x[i] - x[i - 1]) * (y[i] + y[i - 1]));
             if left < own {

@@ -15,7 +15,8 @@ pub struct Bricks {
     pub lattice: Lattice,
     /// Largest value of each brick.
     pub majorant: Vec<f32>,
-    /// How many bricks away, diagonals counting as one, the next that is not empty stands; zero where that is the brick itself.
+    /// How many bricks away, diagonals counting as one, the next that is not empty stands; zero where that is the brick
+    /// itself.
     distance: Vec<u8>,
 }
 
@@ -93,7 +94,7 @@ impl Bricks {
         boxes.reduce(|a, b| a.union(&b))
     }
 
-    /// The part of the bricks that is not empty [1].
+    /// The part of the bricks that is not empty \[1\].
     pub fn filling(&self) -> f64 {
         self.majorant.iter().filter(|m| **m > 0.0).count() as f64 / self.majorant.len() as f64
     }

@@ -29,16 +29,18 @@ pub enum ClosedForm {
 /// What a passband has of extinctions.
 #[derive(Debug, Clone, Copy)]
 pub struct Extent {
-    /// Half the difference between the largest k and the smallest [1].
+    /// Half the difference between the largest k and the smallest \[1\].
     pub spread: f32,
-    /// k in the middle of its wavelengths [1].
+    /// k in the middle of its wavelengths \[1\].
     pub middle: f32,
 }
 
 impl Extent {
-    /// Half a segment's depth times the spread of k up to which it is grey: what is left out is no more than single precision loses of exponential integrals.
+    /// Half a segment's depth times the spread of k up to which it is grey: what is left out is no more than single
+    /// precision loses of exponential integrals.
     pub const GREY: f32 = 5e-3;
-    /// Half a segment's depth times k up to which it is thin, and two points of Gauss serve the logarithm of its light as well.
+    /// Half a segment's depth times k up to which it is thin, and two points of Gauss serve the logarithm of its light
+    /// as well.
     pub const THIN: f32 = 0.25;
 }
 

@@ -12,13 +12,13 @@ const RAYS_PER_VOXEL: f64 = 1.0;
 /// One frustum: `axes` are those of u, v and w.
 #[derive(Debug, Clone)]
 pub struct Frustum {
-    /// Where the star is along u, v, w, zero at the first centre [voxels].
+    /// Where the star is along u, v, w, zero at the first centre \[voxels\].
     pub star: [f64; 3],
     /// Axes of the lattice that are u, v and w.
     pub axes: [usize; 3],
     /// Voxels along u, v, w.
     pub dims: [usize; 3],
-    /// Edges of a voxel [pc].
+    /// Edges of a voxel \[pc\].
     pub edge: [f64; 3],
     /// ±1: towards larger or smaller w.
     pub sign: f64,
@@ -46,7 +46,7 @@ pub struct TierOf {
     pub end: usize,
 }
 
-/// The six frustums around `star` [pc] through the voxels of `lattice`.
+/// The six frustums around `star` \[pc\] through the voxels of `lattice`.
 pub fn frustums(lattice: &Lattice, star: DVec3) -> Vec<Frustum> {
     let index = (star - lattice.bounds.low) / lattice.voxel_pc() - 0.5;
     let frustum = |axes: [usize; 3], sign| Frustum {
@@ -72,12 +72,12 @@ impl Frustum {
         }
     }
 
-    /// Distance of a plane from the star [voxels].
+    /// Distance of a plane from the star \[voxels\].
     pub fn distance(&self, plane: usize) -> f64 {
         self.sign * (plane as f64 - self.star[2])
     }
 
-    /// Distance at which rays enter the box through the face that is nearest along w, zero inside [voxels].
+    /// Distance at which rays enter the box through the face that is nearest along w, zero inside \[voxels\].
     pub fn entry(&self) -> f64 {
         let face = if self.sign > 0.0 { -0.5 } else { self.dims[2] as f64 - 0.5 };
         (self.sign * (face - self.star[2])).max(0.0)
@@ -131,7 +131,7 @@ impl Frustum {
         (0..2).any(|axis| self.side(axis).is_some())
     }
 
-    /// Distance at which a ray of this slope is past the side's border [voxels]; infinite if it never is.
+    /// Distance at which a ray of this slope is past the side's border \[voxels\]; infinite if it never is.
     pub fn enters(&self, axis: usize, slope: f64) -> f64 {
         let Some(border) = self.side(axis) else { return 0.0 };
         let way = border - self.star[axis];

@@ -1,16 +1,19 @@
 //! Sweeps of optical depth through a frustum that has a star at its apex.
 //!
-//! Space around a star is cut into six frustums, one along each axis and direction of the lattice. In one of them every ray from the star crosses
-//! the planes of voxel centres one after the other, and is told by its slopes (u, v) in voxels a plane:
+//! Space around a star is cut into six frustums, one along each axis and direction of the lattice. In one of them every
+//! ray from the star crosses the planes of voxel centres one after the other, and is told by its slopes (u, v) in
+//! voxels a plane:
 //!
 //!   τ(u, v; w_k) = τ(u, v; w_{k−1}) + ℓ(u, v) ∫ σ(w u, w v, w) dw
 //!
-//! A ray carries its own depth from the star outwards, so nothing is smeared; a voxel centre of plane k takes the depth of the rays around it, which
-//! is the only interpolation (cubic, within the two nearest). Trilinear σ is a cubic polynomial in w but for the crossings of other planes: two Gauss
-//! points an interval. Beside the box σ goes on as at its border, so that the rays next to a border voxel are of its kind; what a ray collects before
-//! it comes in through a side is taken off again, which makes it negative out there, in one line with what follows. Where that line bends too much,
-//! behind a side that rays graze, voxels get exact columns. Rays are as far apart as voxels at the far end of a tier and half as far at its near end;
-//! tiers double in distance, and each starts at the star again. So the cost is that of the voxels, however long the box.
+//! A ray carries its own depth from the star outwards, so nothing is smeared; a voxel centre of plane k takes the depth
+//! of the rays around it, which is the only interpolation (cubic, within the two nearest). Trilinear σ is a cubic
+//! polynomial in w but for the crossings of other planes: two Gauss points an interval. Beside the box σ goes on as at
+//! its border, so that the rays next to a border voxel are of its kind; what a ray collects before it comes in through
+//! a side is taken off again, which makes it negative out there, in one line with what follows. Where that line bends
+//! too much, behind a side that rays graze, voxels get exact columns. Rays are as far apart as voxels at the far end of
+//! a tier and half as far at its near end; tiers double in distance, and each starts at the star again. So the cost is
+//! that of the voxels, however long the box.
 //!
 //! | symbol | variable | unit |
 //! |---|---|---|
@@ -72,7 +75,11 @@ impl Interval {
     }
 }
 
-/// Depths from `star` [pc] through `dust` (σ at V [pc⁻¹]) of all voxels of `volume`, written into `slot`; `visit` hears how many were written.
+/// Depths from `star` \[pc\] through `dust` (σ at V [pc⁻¹]) of all voxels of `volume`, written into `slot`; `visit` hears
+/// how many were written.
+///
+/// # Errors
+/// When the user wishes to stop.
 pub fn sweep(dust: &Grid, star: DVec3, volume: &mut Volume, slot: usize, control: &Control, mut visit: impl FnMut(u64)) -> Result<()> {
     for frustum in frustums(&volume.inner, star) {
         FrustumSweep { dust, place: star, frustum }.run(volume, slot, control, &mut visit)?;
@@ -254,7 +261,8 @@ fn cubic_rows(out: &mut [f32], [a, b, c, d]: [&[f32]; 4], t: f32) {
     }
 }
 
-/// The cubic through four depths (Catmull–Rom), never outside of the middle two: an opaque edge throws no false shadow beside itself.
+/// The cubic through four depths (Catmull–Rom), never outside of the middle two: an opaque edge throws no false shadow
+/// beside itself.
 #[inline(always)]
 fn cubic(values: [f32; 4], t: f32) -> f32 {
     let [a, b, c, d] = values.map(|v| if v > OPAQUE as f32 { OPAQUE as f32 } else { v });

@@ -1,8 +1,9 @@
 //! The light of all stars in one field: what `propagation` marches in place of star depths.
 //!
-//! A voxel holds Σ_ℓ q_i(τ_ℓ) P_ℓ/(4π r_ℓ²) as element × polynomial, eq. (18) of docs/method.md; see `spectra::propagation`. 1/r² is the mean over the voxel, so that no star stands
-//! in a pole; what trilinear interpolation makes of it near a star is part of the spatial error that the pilots measure. Directions are lost: light is
-//! scattered evenly.
+//! A voxel holds Σ_ℓ q_i(τ_ℓ) P_ℓ/(4π r_ℓ²) as element × polynomial, eq. (18) of docs/method.md; see
+//! `spectra::propagation`. 1/r² is the mean over the voxel, so that no star stands in a pole; what trilinear
+//! interpolation makes of it near a star is part of the spatial error that the pilots measure. Directions are lost:
+//! light is scattered evenly.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -43,7 +44,8 @@ pub struct LightField {
     depth: f64,
 }
 
-/// Distance from a star, in voxel edges, within which 1/r² is averaged over a voxel, and by how many points along an edge.
+/// Distance from a star, in voxel edges, within which 1/r² is averaged over a voxel, and by how many points along an
+/// edge.
 const CLOSE: f64 = 4.0;
 const CLOSE_POINTS: usize = 6;
 

@@ -4,8 +4,10 @@
 //!
 //!   1/r² = w/r² + (1 − w)/r²                                                        eq. (24) of docs/method.md
 //!
-//! so that the second part is smooth: that of all stars together is gathered in cells (`multiple_scattering`) and marched as one field. The first part is marched star by star, but only where it is: a ray meets few of the neighbourhoods. So a frame does not grow with the stars. Depths of many lights's stars
-//! are swept through merged dust, at most 32 voxels an edge: what is finer of their shadows is lost.
+//! so that the second part is smooth: that of all stars together is gathered in cells (`multiple_scattering`) and
+//! marched as one field. The first part is marched star by star, but only where it is: a ray meets few of the
+//! neighbourhoods. So a frame does not grow with the stars. Depths of many lights's stars are swept through merged
+//! dust, at most 32 voxels an edge: what is finer of their shadows is lost.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -31,7 +33,8 @@ use crate::scene::{Method, Scene, Star, StarDepth};
 const ALL: usize = 8;
 /// Where there are more, one is marched that sends more than this part of all light through a band.
 const BRIGHT: f64 = 0.5;
-/// Most voxels along an edge of the depths of one star, fewest where memory is short, and the part of the memory that all may take.
+/// Most voxels along an edge of the depths of one star, fewest where memory is short, and the part of the memory that
+/// all may take.
 const EDGE: usize = 32;
 const MIN_EDGE: usize = 8;
 const MEMORY_SHARE: u64 = 4;
@@ -45,7 +48,7 @@ const REPRESENTATIVES: usize = 4;
 pub struct ManyLights {
     /// Numbers of its stars in the scene; neighbours in space stand beside each other.
     pub stars: Vec<usize>,
-    /// Where they are [pc].
+    /// Where they are \[pc\].
     pub places: Vec<DVec3>,
     /// σ at V at each of them [pc⁻¹].
     pub sigma: Vec<f32>,
@@ -97,8 +100,8 @@ fn brightness(stars: &[Star], bands: &[Passband]) -> Vec<f64> {
 }
 
 impl ManyLights {
-    /// The stars `members`, from the brightest on, of those at `places` [pc] in `dust`, with depths of at most `edge` voxels an edge; those that other many lights have swept through the same
-    /// dust are not swept again.
+    /// The stars `members`, from the brightest on, of those at `places` [pc] in `dust`, with depths of at most `edge`
+    /// voxels an edge; those that other many lights have swept through the same dust are not swept again.
     ///
     /// # Errors
     /// For more memory than is allowed, and when the user wishes to stop.
@@ -167,7 +170,7 @@ impl ManyLights {
         self.member.get(star) == Some(&true)
     }
 
-    /// Depth at V from star number `i` to a place near it with so much σ: that of a mean of both ends [1].
+    /// Depth at V from star number `i` to a place near it with so much σ: that of a mean of both ends \[1\].
     pub fn near_depth(&self, i: usize, distance_pc: f64, sigma: f64) -> f64 {
         0.5 * distance_pc * (f64::from(self.sigma[i]) + sigma)
     }
@@ -187,7 +190,7 @@ impl ManyLights {
         self.places.par_iter().zip(kernels).map(profile).collect()
     }
 
-    /// Depths at V from star number `i` along the row at (y, z) [pc], from voxel to voxel.
+    /// Depths at V from star number `i` along the row at (y, z) \[pc\], from voxel to voxel.
     pub fn row(&self, i: usize, [y, z]: [f64; 2], out: &mut Vec<f32>) {
         let volume = &self.depths[i];
         let Lattice { dims: [nx, ny, nz], bounds } = volume.lattice;
@@ -217,12 +220,12 @@ impl ManyLights {
         self.depths.first().and_then(|d| d.inner.dims.into_iter().max()).unwrap_or(0)
     }
 
-    /// The largest depth at a place with dust [1].
+    /// The largest depth at a place with dust \[1\].
     pub fn deepest(&self, dust: &Bricks) -> f64 {
         self.depths.par_iter().map(|d| f64::from(star_depth::deepest(d, 0, dust))).reduce(|| 0.0, f64::max)
     }
 
-    /// Numbers among the many lights of stars no farther than `reach` [pc] from `ray` between two distances.
+    /// Numbers among the many lights of stars no farther than `reach` \[pc\] from `ray` between two distances.
     pub fn beside(&self, ray: &Ray, (near, far): (f64, f64), reach: f64) -> impl Iterator<Item = usize> {
         let square = move |place: DVec3| (ray.at((place - ray.origin).dot(ray.direction).clamp(near, far)) - place).length_squared();
         let groups = self.groups.iter().filter(move |group| square(group.centre) <= (group.radius + reach).powi(2));
@@ -341,7 +344,8 @@ mod tests {
         }
     }
 
-    /// Stars that stay are not swept again, whatever their order is; one that moves is, and has the depths of many lights that are new.
+    /// Stars that stay are not swept again, whatever their order is; one that moves is, and has the depths of many
+    /// lights that are new.
     #[test]
     fn only_what_moved_is_swept() {
         let (dust, mut places) = (dust(), places(50));

@@ -14,7 +14,8 @@ pub(super) trait Eye {
     /// So much of a light arrives, fallen by its mean over the depths at V.
     fn light(&mut self, light: usize, amount: f64, depths: (f64, f64));
 
-    /// The stars that it sees, those with depths of their own first: those that have depths of their own, and of many lights their representatives where there are no others.
+    /// The stars that it sees, those with depths of their own first: those that have depths of their own, and of many
+    /// lights their representatives where there are no others.
     fn stars(&self, space: &SpatialPlan) -> Vec<usize> {
         let representatives = space.many_lights.iter().flat_map(|many_lights| &many_lights.representatives);
         space.marched().iter().chain(representatives).copied().collect()
@@ -44,8 +45,8 @@ const MAX_PARTS: f64 = 4096.0;
 /// Optical depth at the wavelength that dust lets through best, past which an exact walk ends: e^(−30) is left.
 const END: f64 = 30.0;
 
-/// Walks `ray` from the front to the back; returns the optical depth of all of it at V [1]. Where `exact`, densities are those of the fields themselves and star depths
-/// are marched; else both are read.
+/// Walks `ray` from the front to the back; returns the optical depth of all of it at V [1]. Where `exact`, densities
+/// are those of the fields themselves and star depths are marched; else both are read.
 pub(super) fn walk(
     space: &SpatialPlan,
     spectral: &SpectralPlan,
@@ -122,7 +123,8 @@ pub(super) fn walk(
     tau
 }
 
-/// Where the steps end [pc]. A step that is long beside its distance to a star is marched in parts, as the back ends do.
+/// Where the steps end [pc]. A step that is long beside its distance to a star is marched in parts, as the back ends
+/// do.
 fn ends(space: &SpatialPlan, ray: &Ray, (near, far): (f64, f64), stepping: Stepping, cut: bool) -> impl Iterator<Item = f64> {
     let voxel = space.voxel_pc();
     let steps = stepping.steps(far - near, space.voxel_along(ray.direction));
@@ -140,8 +142,8 @@ fn ends(space: &SpatialPlan, ray: &Ray, (near, far): (f64, f64), stepping: Stepp
     })
 }
 
-/// Cuts the steps of an exact walk from `near` on where functions jump, and where the depth grows fast, and leaves out those behind twice a depth of `enough`; returns
-/// about how deep the ends of the steps lie.
+/// Cuts the steps of an exact walk from `near` on where functions jump, and where the depth grows fast, and leaves out
+/// those behind twice a depth of `enough`; returns about how deep the ends of the steps lie.
 fn refine(space: &SpatialPlan, ray: &Ray, near: f64, ends: &mut Vec<f64>, enough: f64) -> Vec<f64> {
     let far = ends.last().copied().unwrap_or(near);
     ends.extend(space.crossings(ray).into_iter().filter(|t| (near..far).contains(t)));
@@ -173,7 +175,8 @@ struct Truth<'a> {
     seen: &'a [usize],
     /// Where the dust itself is marched towards the stars [pc], ascending; what lies between is taken linear.
     places: Vec<f64>,
-    /// By how much star depths through the dust itself are larger than those through its samples: at those places, star by star.
+    /// By how much star depths through the dust itself are larger than those through its samples: at those places, star
+    /// by star.
     beyond: Vec<Vec<f64>>,
 }
 
@@ -239,7 +242,8 @@ fn places((near, ends): (f64, &[f64]), depths: &[f64], count: usize) -> Vec<f64>
     places
 }
 
-/// A segment of a ray: distances of its ends, σ there, τ at its start and how it grows, depths eye to sample to star at its ends.
+/// A segment of a ray: distances of its ends, σ there, τ at its start and how it grows, depths eye to sample to star at
+/// its ends.
 struct Segment {
     span: (f64, f64),
     sigma: (f64, f64),

@@ -1,7 +1,7 @@
 //! Plans: the numbers a scene comes to, made once in f64. The fast back ends read only this.
 //!
-//! [`SpatialPlan`] holds what the places of things decide (density, star depths, empty space, step), [`SpectralPlan`] what spectra decide (nodes, weights,
-//! phase tables). A changed spectrum keeps the space, a changed camera keeps both.
+//! [`SpatialPlan`] holds what the places of things decide (density, star depths, empty space, step), [`SpectralPlan`]
+//! what spectra decide (nodes, weights, phase tables). A changed spectrum keeps the space, a changed camera keeps both.
 
 mod bake;
 mod bricks;
@@ -70,13 +70,14 @@ impl Default for Options {
 }
 
 impl Options {
-    /// On the processor alone, with so much memory [bytes].
+    /// On the processor alone, with so much memory \[bytes\].
     pub fn within(memory_limit: u64) -> Self {
         Self { memory_limit, ..Self::default() }
     }
 }
 
-/// What a plan is made by: the method that is in force, which need not be the scene's while a rule is made finer, and what it may take.
+/// What a plan is made by: the method that is in force, which need not be the scene's while a rule is made finer, and
+/// what it may take.
 #[derive(Debug, Clone)]
 pub(crate) struct Settings {
     /// Spectral rule and accuracy.
@@ -107,7 +108,8 @@ pub struct Plan {
     pub(crate) spectral: Arc<SpectralPlan>,
     /// Steps along a ray.
     pub(crate) stepping: Stepping,
-    /// Samples of a star depth that is marched again at every sample of a ray instead of being read: Barrès & Neyret's double integration.
+    /// Samples of a star depth that is marched again at every sample of a ray instead of being read: Barrès & Neyret's
+    /// double integration.
     pub(crate) star_march: Option<usize>,
     /// The light of all stars together, which is marched in place of star depths.
     pub(crate) light_field: Option<Arc<LightField>>,
@@ -220,12 +222,14 @@ impl Plan {
     /// Plans `scene`: pilot rays choose steps, star depths and rules, and measure what they cost.
     ///
     /// # Errors
-    /// Those of [`Scene::check`], more memory than is allowed, what the method cannot do, and when the user wishes to stop.
+    /// Those of [`Scene::check`], more memory than is allowed, what the method cannot do, and when the user wishes to
+    /// stop.
     pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
         Self::renewed(None, scene, options, control)
     }
 
-    /// The same, bit by bit, from what another plan has that still holds: densities, depths of stars that did not move, light that was scattered before.
+    /// The same, bit by bit, from what another plan has that still holds: densities, depths of stars that did not move,
+    /// light that was scattered before.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
@@ -254,8 +258,9 @@ impl Plan {
         draft.plan(scene, stepping, settings, before.and_then(|plan| plan.scattered_field.as_deref()), control)
     }
 
-    /// Plans `scene` for a look at once, while things change, from what `before`, another preview, has that still holds: by the rule
-    /// [`PREVIEW`](rule::PREVIEW) whatever the scene's method is, at [`PREVIEW_VOXELS`], and nothing is measured or stated of its error.
+    /// Plans `scene` for a look at once, while things change, from what `before`, another preview, has that still
+    /// holds: by the rule [`PREVIEW`](rule::PREVIEW) whatever the scene's method is, at [`PREVIEW_VOXELS`], and nothing
+    /// is measured or stated of its error.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
@@ -294,8 +299,8 @@ impl Plan {
         })
     }
 
-    /// The light of `scene` that was scattered before it scatters towards the eye, solved anew as this plan's was; none where light scatters
-    /// once, or nothing scatters.
+    /// The light of `scene` that was scattered before it scatters towards the eye, solved anew as this plan's was; none
+    /// where light scatters once, or nothing scatters.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
@@ -387,8 +392,8 @@ impl Plan {
         Self { camera: self.camera.supersampling(rays), ..self }
     }
 
-    /// The same without what is marched as a field beside starlight that scatters once: light of more scatterings, and that of many stars
-    /// together from afar.
+    /// The same without what is marched as a field beside starlight that scatters once: light of more scatterings, and
+    /// that of many stars together from afar.
     #[must_use]
     pub fn without_scattered_field(self) -> Self {
         Self { scattered_field: None, ..self }
@@ -421,7 +426,8 @@ impl Plan {
         Ok(())
     }
 
-    /// Plans `scene` at `steps` samples a ray, with rules as they are asked for and nothing measured: for comparisons that measure from outside.
+    /// Plans `scene` at `steps` samples a ray, with rules as they are asked for and nothing measured: for comparisons
+    /// that measure from outside.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
@@ -436,11 +442,12 @@ impl Plan {
         Draft::new(scene, lights, space, spectral, settings, control)?.plan(scene, Stepping::Fixed(steps), settings, None, control)
     }
 
-    /// Puts a star elsewhere [pc]: its depths alone are swept anew, nothing that spectra decide is touched. The measured spatial error stays that of the
-    /// places before, and so does light that was scattered before.
+    /// Puts a star elsewhere \[pc\]: its depths alone are swept anew, nothing that spectra decide is touched. The
+    /// measured spatial error stays that of the places before, and so does light that was scattered before.
     ///
     /// # Errors
-    /// Where there is no such star, a light field stands in place of its depths, or the user wishes to stop; the plan is as before then.
+    /// Where there is no such star, a light field stands in place of its depths, or the user wishes to stop; the plan
+    /// is as before then.
     pub fn move_star(&mut self, star: usize, place: glam::DVec3, control: &Control) -> Result<()> {
         Arc::make_mut(&mut self.space).move_star(star, place, control)
     }

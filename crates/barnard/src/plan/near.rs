@@ -1,6 +1,7 @@
 //! The neighbourhood of a star: where 1/r², the phase function and the star depth all change within a step.
 //!
-//! The segment is cut into equal angles as the star sees it (dt/r² = dϑ/b), each with its density and its exact star depth.
+//! The segment is cut into equal angles as the star sees it (dt/r² = dϑ/b), each with its density and its exact star
+//! depth.
 
 use glam::DVec3;
 
@@ -12,7 +13,7 @@ use crate::geometry::Ray;
 pub struct NearPiece {
     /// ∫ σ dt/r² [pc⁻²].
     pub scattering: f64,
-    /// Optical depth at V, eye to piece to star [1].
+    /// Optical depth at V, eye to piece to star \[1\].
     pub depth: f64,
     /// cos θ, +1 forward.
     pub cosine: f64,
@@ -22,7 +23,7 @@ pub struct NearPiece {
 pub struct Dust<S, D> {
     /// σ at V of a place [pc⁻¹].
     pub sigma: S,
-    /// Optical depth at V from the star to a place [1].
+    /// Optical depth at V from the star to a place \[1\].
     pub depth: D,
 }
 
@@ -40,43 +41,46 @@ pub fn fields(space: &SpatialPlan, star: DVec3) -> Dust<impl Fn(DVec3) -> f64, i
 /// How finely the neighbourhood of a star is looked at.
 #[derive(Debug, Clone, Copy)]
 pub struct Resolution {
-    /// The widest angle over which the phase function changes but little [rad].
+    /// The widest angle over which the phase function changes but little \[rad\].
     pub phase_angle: f64,
     /// How many times as many pieces as back ends take.
     pub fineness: f64,
 }
 
-/// Widest angle of a piece [rad].
+/// Widest angle of a piece \[rad\].
 pub const PIECE: f64 = 0.12;
-/// By how much the optical depth at V along a ray may grow in one: from the eye and from the star it changes by up to twice that, which a midpoint takes for none.
+/// By how much the optical depth at V along a ray may grow in one: from the eye and from the star it changes by up to
+/// twice that, which a midpoint takes for none.
 pub const PIECE_DEPTH: f64 = 0.05;
 /// Most pieces of a segment.
 pub const MAX_PIECES: usize = 256;
-/// A ray through the star itself passes by at this distance [pc], as in the reference.
+/// A ray through the star itself passes by at this distance \[pc\], as in the reference.
 pub const CLOSEST: f64 = 1e-6;
 /// Segments closer than this many voxels of the star depths are cut.
 pub const NEAR_VOXELS: f64 = 2.5;
-/// Segments that the star sees under more than about this angle [rad] are cut.
+/// Segments that the star sees under more than about this angle \[rad\] are cut.
 pub const NEAR_ANGLE: f64 = 0.35;
-/// Steps longer than this part of their distance to a star are marched in parts: what is near is bright, and is sampled finely.
+/// Steps longer than this part of their distance to a star are marched in parts: what is near is bright, and is sampled
+/// finely.
 pub const PART_DISTANCE: f64 = 0.2;
 /// The shortest part of a step, in voxels.
 pub const SHORTEST_PART: f64 = 0.5;
 
-/// Widest angle of a piece beside a gathered star [rad], and by how much a phase function may change within one.
+/// Widest angle of a piece beside a gathered star \[rad\], and by how much a phase function may change within one.
 pub const NEIGHBOUR_PIECE: f64 = 0.4;
 /// That is the accuracy to which it is asked there.
 pub const NEIGHBOUR_ACCURACY: f64 = 0.02;
 /// Most pieces of a segment there.
 pub const NEIGHBOUR_PIECES: usize = 32;
 
-/// Widest angle of a piece beside a gathered star for a phase function that may be asked at the middle of `phase_angle` at an `accuracy` [rad].
+/// Widest angle of a piece beside a gathered star for a phase function that may be asked at the middle of `phase_angle`
+/// at an `accuracy` \[rad\].
 pub fn neighbour_piece(phase_angle: f64, accuracy: f64) -> f64 {
     NEIGHBOUR_PIECE.min(phase_angle * (NEIGHBOUR_ACCURACY / accuracy).sqrt())
 }
 
-/// In how many parts a step of length `dt` must be marched, so that each is short beside its distance to a star with the closest approach `b` at
-/// `foot`; all lengths in pc, along the ray from where the step starts.
+/// In how many parts a step of length `dt` must be marched, so that each is short beside its distance to a star with
+/// the closest approach `b` at `foot`; all lengths in pc, along the ray from where the step starts.
 pub fn parts(b: f64, foot: f64, dt: f64, voxel: f64) -> usize {
     let nearest = foot - foot.clamp(0.0, dt);
     let distance = (b * b + nearest * nearest).sqrt().max(NEAR_VOXELS * voxel);
@@ -86,12 +90,13 @@ pub fn parts(b: f64, foot: f64, dt: f64, voxel: f64) -> usize {
 /// Most angles at which the phase function is asked in one segment or piece.
 pub const MAX_PHASES: usize = 64;
 
-/// At how many angles the phase function must be asked within one [rad].
+/// At how many angles the phase function must be asked within one \[rad\].
 pub fn phases(angle: f64, phase_angle: f64) -> usize {
     ((angle / phase_angle).ceil() as usize).clamp(1, MAX_PHASES)
 }
 
-/// The pieces of [`from`, `to`] on `ray`, along which τ grows from `tau` by `growth`, split where the phase function changes within one.
+/// The pieces of [`from`, `to`] on `ray`, along which τ grows from `tau` by `growth`, split where the phase function
+/// changes within one.
 pub fn pieces(
     dust: Dust<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64>,
     resolution: Resolution,
@@ -114,7 +119,8 @@ pub fn pieces(
         let t = foot + b * theta.tan();
         let mut depth = None;
         for j in 0..phases {
-            // Seen from the star the ray runs through θ; light turns by θ + π/2, and where it goes to counts as much as what is there.
+            // Seen from the star the ray runs through θ; light turns by θ + π/2, and where it goes to counts as much as
+            // what is there.
             let theta = start + (i as f64 + (j as f64 + 0.5) / phases as f64) * width;
             let sigma = (dust.sigma)(ray.at(foot + b * theta.tan()));
             if sigma > 0.0 {

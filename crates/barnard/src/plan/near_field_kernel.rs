@@ -1,16 +1,18 @@
-//! The kernel around a gathered star: what of its light is marched and what is gathered, eq. (24) of docs/method.md, and depths within.
+//! The kernel around a gathered star: what of its light is marched and what is gathered, eq. (24) of docs/method.md,
+//! and depths within.
 
 use glam::DVec3;
 
 use crate::geometry::Bounds;
 
-/// The kernel w = (1 − q)² for q < 1, 0 beyond, q = (b² + t² s)/R², around a star: what of its light is not gathered. Before the star, where light goes on towards the eye, s = (R/L)²: phase functions are peaked
-/// there, and a peak is wider than cells only from some distance on; behind it s = 1.
+/// The kernel w = (1 − q)² for q < 1, 0 beyond, q = (b² + t² s)/R², around a star: what of its light is not gathered.
+/// Before the star, where light goes on towards the eye, s = (R/L)²: phase functions are peaked there, and a peak is
+/// wider than cells only from some distance on; behind it s = 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearFieldKernel {
-    /// R: across the line of sight, and behind the star [pc].
+    /// R: across the line of sight, and behind the star \[pc\].
     pub reach_pc: f64,
-    /// L: before the star [pc].
+    /// L: before the star \[pc\].
     pub ahead_pc: f64,
 }
 
@@ -29,7 +31,7 @@ impl NearFieldKernel {
         Self { reach_pc, ahead_pc: reach_pc }
     }
 
-    /// What is inside [pc³].
+    /// What is inside \[pc³\].
     pub fn volume(&self) -> f64 {
         2.0 / 3.0 * std::f64::consts::PI * self.reach_pc * self.reach_pc * (self.reach_pc + self.ahead_pc)
     }
@@ -39,7 +41,7 @@ impl NearFieldKernel {
         Shape { inverse_square: self.reach_pc.powi(-2) as f32, flat: (1.0 - (self.reach_pc / self.ahead_pc).powi(2)) as f32 }
     }
 
-    /// w at a squared distance [pc²] where light turns by an angle of this cosine.
+    /// w at a squared distance \[pc²\] where light turns by an angle of this cosine.
     pub fn share(&self, square: f64, cosine: f64) -> f64 {
         let ahead = cosine.max(0.0);
         let flat = 1.0 - (self.reach_pc / self.ahead_pc).powi(2);
@@ -47,7 +49,7 @@ impl NearFieldKernel {
         if part > 0.0 { part * part } else { 0.0 }
     }
 
-    /// The box around a kernel whose star is at the origin, the eye being in this direction [pc].
+    /// The box around a kernel whose star is at the origin, the eye being in this direction \[pc\].
     pub fn bounds(&self, eye: DVec3) -> Bounds {
         // Eyes that are near see it under other angles.
         let end = (self.ahead_pc - self.reach_pc) * eye;
@@ -72,10 +74,10 @@ impl Shape {
 
 /// Places along a star's line of sight, as far as its kernel goes, at which its depth is known.
 pub const PROFILE: usize = 8;
-/// Depths at V from a star to those, itself the first [1].
+/// Depths at V from a star to those, itself the first \[1\].
 pub type Profile = [f32; PROFILE + 1];
 
-/// Depth at V from a star to a place in its kernel: that of a mean σ around it, of its profile before it [1].
+/// Depth at V from a star to a place in its kernel: that of a mean σ around it, of its profile before it \[1\].
 #[inline(always)]
 pub fn depth_within(profile: &Profile, inverse_step: f32, sigma: f32, distance: f32, cosine: f32) -> f32 {
     let around = distance * sigma;
@@ -90,7 +92,8 @@ pub fn depth_within(profile: &Profile, inverse_step: f32, sigma: f32, distance: 
 mod tests {
     use super::*;
 
-    /// What is gathered and what is marched are all of a star's light, in every direction; and nothing is marched beyond the kernel.
+    /// What is gathered and what is marched are all of a star's light, in every direction; and nothing is marched
+    /// beyond the kernel.
     #[test]
     fn windows_part_the_light() {
         for kernel in [NearFieldKernel::even(0.3), NearFieldKernel { reach_pc: 0.3, ahead_pc: 1.1 }] {

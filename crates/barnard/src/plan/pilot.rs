@@ -1,8 +1,9 @@
 //! Pilot rays: what a step size and the resolution of the star depths cost in error, measured on the scene itself.
 //!
-//! Some rays of the image, those at stars and at the edges of the dust among them, are marched in f64 with six steps a voxel or more and exact star depths;
-//! then with coarser steps and the baked depths, as the fast back ends do. The coarsest that keeps `accuracy` (relative rms over the pilots, each
-//! for as many pixels as it stands for, worst band) is taken.
+//! Some rays of the image, those at stars and at the edges of the dust among them, are marched in f64 with six steps a
+//! voxel or more and exact star depths; then with coarser steps and the baked depths, as the fast back ends do. The
+//! coarsest that keeps `accuracy` (relative rms over the pilots, each for as many pixels as it stands for, worst band)
+//! is taken.
 
 use rayon::prelude::*;
 use spectra::rule::{Measure, mean_transmittance};
@@ -40,21 +41,25 @@ const SHARE: f64 = 0.7;
 const SAMPLING_SHARE: f64 = 0.5;
 /// Samples in a voxel edge, from cheap to dear.
 const STEPS: [f64; 10] = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0];
-/// Fewest of them where there are many lights: a step passes stars that no pilot marches, and takes the dust linear beside each.
+/// Fewest of them where there are many lights: a step passes stars that no pilot marches, and takes the dust linear
+/// beside each.
 const BESIDE_MANY_LIGHTS: f64 = 2.0;
-/// Samples of the truth in a voxel edge at least and at most, and in an optical depth of one: its own error is a few parts in 1e5.
+/// Samples of the truth in a voxel edge at least and at most, and in an optical depth of one: its own error is a few
+/// parts in 1e5.
 const TRUTH: (f64, f64) = (6.0, 48.0);
 const TRUTH_PER_DEPTH: f64 = 8.0;
 /// And along the longest edge of a small grid, up to half of the most.
 const TRUTH_PER_EDGE: f64 = 768.0;
-/// The part of the accuracy that spectral rules may cost in the picture: they are chosen by the light without dust, pixels hold what is left of it.
+/// The part of the accuracy that spectral rules may cost in the picture: they are chosen by the light without dust,
+/// pixels hold what is left of it.
 const SPECTRAL_SHARE: f64 = 0.3;
 /// How often a rule that is too coarse for what is left is made finer, and by how much.
 const SPECTRAL_TRIES: usize = 4;
 const FINER: f64 = 0.01;
 /// What a finer step or finer star depths must make of the error, else they are not worth their price.
 const WORTHWHILE: f64 = 0.8;
-/// How finely star depths are baked, in voxels along one of dust: past the third only while all of them take less than `FINE_BYTES`.
+/// How finely star depths are baked, in voxels along one of dust: past the third only while all of them take less than
+/// `FINE_BYTES`.
 const FACTORS: [usize; 7] = [1, 2, 3, 4, 6, 8, 12];
 const MODEST: usize = 3;
 const FINE_BYTES: u64 = 64 << 20;
@@ -65,8 +70,8 @@ struct Pilot {
     pixels: f64,
 }
 
-/// Finds how finely the star depths must be baked and, where the settings do not say it, the rays sampled; the former matters not where a `field`
-/// holds the light, whose whole error is then measured.
+/// Finds how finely the star depths must be baked and, where the settings do not say it, the rays sampled; the former
+/// matters not where a `field` holds the light, whose whole error is then measured.
 pub fn choose(
     scene: &Scene,
     lights: &[Light],
@@ -110,7 +115,8 @@ pub fn choose(
         let Some(resampled) = space.resampled(scene, finer, settings, control)? else { break };
         *space = resampled;
     }
-    // Steps and star depths can mend what they cost themselves, and no more: they are chosen beside an exact walk through the same samples.
+    // Steps and star depths can mend what they cost themselves, and no more: they are chosen beside an exact walk
+    // through the same samples.
     let reachable = through_samples.as_ref().unwrap_or(&truth);
     let mut best: Option<Choice> = None;
     for factor in FACTORS {
@@ -118,7 +124,8 @@ pub fn choose(
             if factor > MODEST && space.star_bytes(factor) > FINE_BYTES {
                 break;
             }
-            // More memory than allowed for finer depths is no failure of the scene: the coarser ones stay, with their error stated.
+            // More memory than allowed for finer depths is no failure of the scene: the coarser ones stay, with their
+            // error stated.
             match space.refine_stars(factor, settings, control) {
                 Err(crate::Error::Memory { .. }) => break,
                 other => other?,
@@ -221,7 +228,8 @@ fn pilots(scene: &Scene, space: &SpatialPlan, spectral: &SpectralPlan, lights: &
     pixels.map(|p| Pilot { ray: ray(p.column, p.row), pixels: p.stands_for }).collect()
 }
 
-/// Largest relative rms over the bands, one standard error above what the pilots say: few rays carry most of an error, and those between them can be worse.
+/// Largest relative rms over the bands, one standard error above what the pilots say: few rays carry most of an error,
+/// and those between them can be worse.
 fn relative_error(values: &[Vec<f64>], truth: &[Vec<f64>], pilots: &[Pilot]) -> f64 {
     let bands = truth.first().map_or(0, Vec::len);
     let all: f64 = pilots.iter().map(|p| p.pixels).sum();

@@ -16,7 +16,7 @@ const STEPS: f64 = 2.0;
 /// The light of a ray without that of unresolved sources.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Probe {
-    /// Optical depth at V of all that the ray passes [1].
+    /// Optical depth at V of all that the ray passes \[1\].
     pub depth: f64,
     /// I_λ at the wavelengths that were asked for [W m⁻² sr⁻¹ µm⁻¹].
     pub continuum: Vec<f64>,
@@ -54,8 +54,9 @@ impl Eye for Spectrograph {
 }
 
 impl Plan {
-    /// The spectrum that arrives along `ray` at `wavelengths_um`, in f64 with the star depths of this plan, exact ones where it has let go of them; the phase function is that of the first band's
-    /// middle. `scene` is the one that was planned.
+    /// The spectrum that arrives along `ray` at `wavelengths_um`, in f64 with the star depths of this plan, exact ones
+    /// where it has let go of them; the phase function is that of the first band's middle. `scene` is the one that was
+    /// planned.
     ///
     /// # Errors
     /// Where the extinction law is not known at one of the wavelengths.
@@ -105,7 +106,8 @@ mod tests {
         Spectrum::continuous(level, std::sync::Arc::new(PowerLaw { reference: Wavelength(0.55), exponent }))
     }
 
-    /// The spectrum, seen through the passband, is what the reference sees in the pixel: starlight, gas with a line, and a background behind dust.
+    /// The spectrum, seen through the passband, is what the reference sees in the pixel: starlight, gas with a line,
+    /// and a background behind dust.
     #[test]
     fn spectra_add_up_to_bands() {
         let line = Line { lambda_um: 0.54, strength: 40e-24 };

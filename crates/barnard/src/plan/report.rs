@@ -20,8 +20,9 @@ impl Plan {
         RenderStats { depth: self.spectral.depth, rays: (self.camera.width * self.camera.height) as u64, storage: SINGLE, negative: 0 }
     }
 
-    /// What arithmetic adds to the error of a light that takes `path`: depths and light are sums over all steps in single precision, of densities kept with a relative
-    /// error of `storage`, and a ray ends when little is left. What comes straight from a star is done in double precision.
+    /// What arithmetic adds to the error of a light that takes `path`: depths and light are sums over all steps in
+    /// single precision, of densities kept with a relative error of `storage`, and a ray ends when little is left. What
+    /// comes straight from a star is done in double precision.
     fn rounding(&self, route: Route, storage: f64) -> Rounding {
         let longest = self.space.occupied.map_or(0.0, |b| b.size().length());
         let steps = if longest > 0.0 { self.stepping.steps(longest, self.space.voxel_pc()) as f64 } else { 0.0 };

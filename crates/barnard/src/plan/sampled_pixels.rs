@@ -1,8 +1,10 @@
 //! Pixels that stand for a picture: where its error is measured.
 //!
-//! A stratified sample. Every pixel at and around a star is one of its own, since light there grows as the inverse of the distance and one pixel may hold most of the error; the
-//! others are parted into cells, each of which is stood for by its middle, the brightest, and where functions jump the most contrasted, by nine pixels; and pixels along the edges of the dust's box, where star depths
-//! have kinks, are added. Pixels are looked at where the picture is made, in their middles: a ray between two of them may come nearer to a star than any that is rendered.
+//! A stratified sample. Every pixel at and around a star is one of its own, since light there grows as the inverse of
+//! the distance and one pixel may hold most of the error; the others are parted into cells, each of which is stood for
+//! by its middle, the brightest, and where functions jump the most contrasted, by nine pixels; and pixels along the
+//! edges of the dust's box, where star depths have kinks, are added. Pixels are looked at where the picture is made, in
+//! their middles: a ray between two of them may come nearer to a star than any that is rendered.
 
 use std::collections::HashSet;
 
@@ -30,7 +32,8 @@ const AROUND: (usize, usize) = (3, 7);
 const FEW_STARS: usize = 4;
 /// The brightest cells, which are looked at in nine pixels each.
 const BRIGHT: usize = 6;
-/// And where functions jump, as many cells as differ most from those beside them: there are the rims, which hold the error of samples.
+/// And where functions jump, as many cells as differ most from those beside them: there are the rims, which hold the
+/// error of samples.
 const CONTRASTED: usize = 40;
 /// Images of no more pixels are taken whole.
 const SMALL: usize = 400;
@@ -106,7 +109,8 @@ fn around_stars(camera: &Camera, space: &SpatialPlan) -> HashSet<(usize, usize)>
     places.flat_map(square).filter_map(|place| pixel_at(camera, place)).collect()
 }
 
-/// Pixels along the edges of the dust's box, each once, for those that its part of an edge crosses; for itself alone where that would be more than half of a small picture.
+/// Pixels along the edges of the dust's box, each once, for those that its part of an edge crosses; for itself alone
+/// where that would be more than half of a small picture.
 fn on_edges(camera: &Camera, space: &SpatialPlan) -> Vec<SampledPixel> {
     let even = (camera.width * camera.height) as f64 / (EDGE * EDGE) as f64;
     let bounds = space.dust.as_ref().map(|d| d.lattice.bounds);
@@ -188,7 +192,8 @@ mod tests {
     use crate::plan::{Options, Plan};
     use crate::test_scenes::{ball, dust, on_axis, scene, star};
 
-    /// The sample stands for every pixel once: the mean of a smooth picture is that of the sample, also where a star stands.
+    /// The sample stands for every pixel once: the mean of a smooth picture is that of the sample, also where a star
+    /// stands.
     #[test]
     fn every_pixel_is_stood_for() {
         // From within dust, whose box has no edges to be seen, and with all of it in view.

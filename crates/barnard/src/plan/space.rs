@@ -32,7 +32,7 @@ pub struct SpatialPlan {
     pub cloud: Option<(Fbm, f64)>,
     /// Bricks of each volume's lattice: zero where nothing absorbs, scatters or glows.
     pub bricks: Vec<Bricks>,
-    /// Places of the stars [pc].
+    /// Places of the stars \[pc\].
     pub stars: Vec<DVec3>,
     /// Those whose light is gathered, where some are.
     pub many_lights: Option<Arc<ManyLights>>,
@@ -40,7 +40,7 @@ pub struct SpatialPlan {
     marched: Vec<usize>,
     /// Star depth voxels along a voxel of dust.
     pub star_factor: usize,
-    /// Largest star depth at a place with dust [1].
+    /// Largest star depth at a place with dust \[1\].
     pub star_depth: f64,
     /// The spatial error that the pilot rays measured.
     pub spatial: Option<Spatial>,
@@ -126,8 +126,9 @@ impl SpatialPlan {
         Ok(())
     }
 
-    /// The space of a scene that has the same densities as this one's; none where it has others. Stars that moved are swept anew, and all of them where
-    /// dust has become more or less; the space itself where nothing of it changed. What pilots measured is forgotten where something did.
+    /// The space of a scene that has the same densities as this one's; none where it has others. Stars that moved are
+    /// swept anew, and all of them where dust has become more or less; the space itself where nothing of it changed.
+    /// What pilots measured is forgotten where something did.
     pub(crate) fn follow(self: &Arc<Self>, scene: &Scene, settings: &Settings, control: &Control) -> Result<Option<Arc<Self>>> {
         let same = |(a, b): (&Arc<dyn Field>, &Arc<dyn Field>)| std::ptr::addr_eq(Arc::as_ptr(a), Arc::as_ptr(b));
         let known = densities(scene).count() == self.densities.len() && densities(scene).zip(&self.densities).all(same);
@@ -175,7 +176,8 @@ impl SpatialPlan {
         Ok(Some(Arc::new(space)))
     }
 
-    /// The space of a scene that has the same densities and as much dust, as it is before pilots choose how finely; none otherwise.
+    /// The space of a scene that has the same densities and as much dust, as it is before pilots choose how finely;
+    /// none otherwise.
     pub(crate) fn again(self: &Arc<Self>, scene: &Scene, settings: &Settings, control: &Control) -> Result<Option<Self>> {
         if sigma_v_per_pc(scene) != self.sigma_v_per_pc || self.fineness != OWN {
             return Ok(None);
@@ -188,7 +190,8 @@ impl SpatialPlan {
         Ok(Some(own))
     }
 
-    /// Multiplies all star depths and puts the dust of now into its volume; false, and nothing done, where depths were or would be cut.
+    /// Multiplies all star depths and puts the dust of now into its volume; false, and nothing done, where depths were
+    /// or would be cut.
     fn scale_depths(&mut self, ratio: f64) -> bool {
         let depths = |v: &Volume| (0..v.channels.len()).filter(|c| matches!(v.channels[*c], Channel::StarDepth(_))).collect::<Vec<_>>();
         let largest = |v: &Volume| {
@@ -263,7 +266,7 @@ impl SpatialPlan {
         (sigma, values)
     }
 
-    /// Distances along a ray at which a function jumps or begins [pc].
+    /// Distances along a ray at which a function jumps or begins \[pc\].
     pub fn crossings(&self, ray: &Ray) -> Vec<f64> {
         let mut crossings = Vec::new();
         for field in self.densities.iter().filter(|field| field.grid().is_none()) {
@@ -273,7 +276,8 @@ impl SpatialPlan {
         crossings
     }
 
-    /// By how much the optical depth at V between two places of the dust itself is larger than that of its samples [1]; zero where dust is a grid.
+    /// By how much the optical depth at V between two places of the dust itself is larger than that of its samples \[1\];
+    /// zero where dust is a grid.
     pub fn depth_beyond_samples(&self, a: DVec3, b: DVec3) -> f64 {
         match self.densities.first().filter(|field| self.dust.is_some() && field.grid().is_none()) {
             Some(field) => self.sigma_v_per_pc * column(&**field, a, b) - self.depth(a, b),
@@ -288,7 +292,8 @@ impl SpatialPlan {
         Self { densities, sigma_v_per_pc: 1.0, ..self.clone() }
     }
 
-    /// The same space with functions sampled to at least `edge` voxels along their longest edge; none where that would take more memory than allowed.
+    /// The same space with functions sampled to at least `edge` voxels along their longest edge; none where that would
+    /// take more memory than allowed.
     pub(crate) fn resampled(&self, scene: &Scene, edge: usize, settings: &Settings, control: &Control) -> Result<Option<Self>> {
         match Self::sampled(scene, settings, Fineness { least: edge, ..self.fineness }, control) {
             // Which samples another plan of the same scene begins with does not hang on what this one needed.
@@ -306,7 +311,7 @@ impl SpatialPlan {
         Ok(())
     }
 
-    /// Puts a star elsewhere [pc] and sweeps its depths alone anew.
+    /// Puts a star elsewhere \[pc\] and sweeps its depths alone anew.
     ///
     /// # Errors
     /// Where there is no such star, its depths are not kept, or the place is none.
@@ -410,13 +415,14 @@ impl SpatialPlan {
         Ok(())
     }
 
-    /// The finest voxel edge [pc].
+    /// The finest voxel edge \[pc\].
     pub fn voxel_pc(&self) -> f64 {
         let grids = self.dust.iter().map(|d| &**d).chain(&self.emission);
         grids.map(|g| g.lattice.voxel_pc().min_element()).fold(f64::INFINITY, f64::min)
     }
 
-    /// The finest voxel edge along a direction of length one [pc]: that of cubes, and the distance between walls of longer voxels.
+    /// The finest voxel edge along a direction of length one \[pc\]: that of cubes, and the distance between walls of
+    /// longer voxels.
     pub fn voxel_along(&self, direction: DVec3) -> f64 {
         let shortest = self.voxel_pc();
         let along = self.voxels().iter().map(|voxel| 1.0 / (direction / *voxel).length()).fold(f64::INFINITY, f64::min);
@@ -424,7 +430,7 @@ impl SpatialPlan {
         if along < shortest * (1.0 + 1e-9) { shortest } else { along }
     }
 
-    /// Edges of the voxels of all grids [pc], each kind once.
+    /// Edges of the voxels of all grids \[pc\], each kind once.
     pub fn voxels(&self) -> Vec<DVec3> {
         let mut voxels: Vec<DVec3> = self.dust.iter().map(|d| &**d).chain(&self.emission).map(|g| g.lattice.voxel_pc()).collect();
         voxels.sort_by(|a, b| a.to_array().partial_cmp(&b.to_array()).unwrap_or(std::cmp::Ordering::Equal));
@@ -442,12 +448,13 @@ impl SpatialPlan {
         self.emission.len()
     }
 
-    /// Exact optical depth at V between two places [1].
+    /// Exact optical depth at V between two places \[1\].
     pub fn depth(&self, a: DVec3, b: DVec3) -> f64 {
         self.dust.as_ref().map_or(0.0, |d| d.column(a, b, DEEPEST))
     }
 
-    /// The largest optical depth, eye to sample to star, that the camera's rays reach: exact on 1024 of them, a quarter more for those between.
+    /// The largest optical depth, eye to sample to star, that the camera's rays reach: exact on 1024 of them, a quarter
+    /// more for those between.
     pub fn reach(&self, camera: &Camera) -> f64 {
         const EDGE: usize = 32;
         let Some(dust) = &self.dust else { return 0.1 };
@@ -479,6 +486,9 @@ impl SpatialPlan {
     }
 
     /// Refuses a star whose own cell already swallows all of its light.
+    ///
+    /// # Errors
+    /// Where there is one, with its name.
     pub fn check_stars(&self, scene: &Scene) -> Result<()> {
         let Some(dust) = &self.dust else { return Ok(()) };
         let edge = dust.lattice.voxel_pc().max_element();
@@ -527,8 +537,8 @@ mod tests {
         space.volumes.iter().map(|v| v.data.clone()).collect()
     }
 
-    /// A space follows a scene that is read again: the same where nothing moved, with the bits of a new one where a star did, within rounding where there is more dust;
-    /// not at all where the densities are others.
+    /// A space follows a scene that is read again: the same where nothing moved, with the bits of a new one where a
+    /// star did, within rounding where there is more dust; not at all where the densities are others.
     #[test]
     fn spaces_follow_their_scenes() {
         let (cloud, control) = (cloud(), Control::default());
@@ -568,7 +578,8 @@ mod tests {
         assert!(follow(finer).0.is_none());
     }
 
-    /// A moved star has the depths of a plan that was made with it there, bit by bit; who holds the space of before keeps it; a stopped move changes nothing.
+    /// A moved star has the depths of a plan that was made with it there, bit by bit; who holds the space of before
+    /// keeps it; a stopped move changes nothing.
     #[test]
     fn a_star_moves() {
         let data = |plan: &Plan| data(&plan.space);

@@ -18,17 +18,17 @@ use crate::scene::Scene;
 pub struct SpectralPlan {
     /// The method's name.
     pub method: &'static str,
-    /// The accuracy it was asked for [1].
+    /// The accuracy it was asked for \[1\].
     pub accuracy: f64,
     /// One for each passband.
     pub bands: Vec<BandPlan>,
     /// How scattered light is spread, if not evenly.
     pub phase: Option<PhaseTable>,
-    /// Optical depth for which the certificates hold [1].
+    /// Optical depth for which the certificates hold \[1\].
     pub depth: f64,
-    /// The least extinction relative to V of any light in any passband [1].
+    /// The least extinction relative to V of any light in any passband \[1\].
     pub least_k: f64,
-    /// The widest angle over which the phase function changes but little [rad]; infinite where scattering is isotropic.
+    /// The widest angle over which the phase function changes but little \[rad\]; infinite where scattering is isotropic.
     pub phase_angle: f64,
     phase_at_pivot: Option<(Arc<dyn Phase>, f64)>,
 }
@@ -57,7 +57,7 @@ impl SpectralPlan {
 }
 
 impl SpectralPlan {
-    /// The angle at which the phase function has half of what it has forwards [rad]; π where it has no less.
+    /// The angle at which the phase function has half of what it has forwards \[rad\]; π where it has no less.
     pub fn forward_peak(&self) -> f64 {
         let Some((phase, pivot)) = &self.phase_at_pivot else { return std::f64::consts::PI };
         let half = 0.5 * phase.at(1.0, *pivot);
@@ -73,9 +73,11 @@ pub struct PhaseTable {
     pub entries: usize,
     /// Whether one p(θ) serves all wavelengths: each light then has one number an entry, which multiplies its weights.
     pub separable: bool,
-    /// For each light that is scattered: entry × term, a term being a node of the rule or a band of a lookup; empty for the others and those of the gathered stars.
+    /// For each light that is scattered: entry × term, a term being a node of the rule or a band of a lookup; empty for
+    /// the others and those of the gathered stars.
     pub weights: Vec<Vec<f32>>,
-    /// The phase function at the nodes themselves, for many lights: entry × term, one number an entry where it is separable; empty where there are no many lights.
+    /// The phase function at the nodes themselves, for many lights: entry × term, one number an entry where it is
+    /// separable; empty where there are no many lights.
     pub at_nodes: Vec<f32>,
 }
 
@@ -92,7 +94,8 @@ impl PhaseTable {
     }
 }
 
-/// The strongest light through a band [W m⁻² at 1 pc, or its own unit]: 1/r² beside a star and columns of gas may make a billion times more of it.
+/// The strongest light through a band [W m⁻² at 1 pc, or its own unit]: 1/r² beside a star and columns of gas may make
+/// a billion times more of it.
 const STRONGEST: f64 = 1e28;
 
 /// Angles at which the certificate must hold beside the mean.
@@ -232,8 +235,8 @@ fn source(scene: &Scene, light: &Light, band: &Passband, law: &Arc<spectra::exti
 /// Samples of an angle from 0 to π.
 const PHASE_SAMPLES: usize = 4096;
 
-/// The angle at whose middle the phase function may be asked [rad]: over it ln p changes so much that the error of the midpoint, Δ²/24, is the
-/// accuracy where it is steepest.
+/// The angle at whose middle the phase function may be asked [rad]: over it ln p changes so much that the error of the
+/// midpoint, Δ²/24, is the accuracy where it is steepest.
 fn phase_angle(phase: &dyn Phase, pivot: f64, accuracy: f64) -> f64 {
     let step = std::f64::consts::PI / PHASE_SAMPLES as f64;
     let log = |i: usize| phase.at((i as f64 * step).cos(), pivot).max(f64::MIN_POSITIVE).ln();
@@ -244,7 +247,8 @@ fn phase_angle(phase: &dyn Phase, pivot: f64, accuracy: f64) -> f64 {
 /// The largest abscissa of a phase table, backwards.
 pub const PHASE_RANGE: f64 = std::f64::consts::SQRT_2;
 
-/// cos θ at the table's abscissa u: sin(θ/2) up to 90 degrees, √2 − cos(θ/2) behind, so that both poles are seen as finely.
+/// cos θ at the table's abscissa u: sin(θ/2) up to 90 degrees, √2 − cos(θ/2) behind, so that both poles are seen as
+/// finely.
 fn cosine(u: f64) -> f64 {
     if u < 0.5 * PHASE_RANGE { 1.0 - 2.0 * u * u } else { 2.0 * (PHASE_RANGE - u).powi(2) - 1.0 }
 }

@@ -1,7 +1,8 @@
 //! Star depths: the optical depth at V from a star to every voxel centre.
 //!
-//! They are swept by `frustum_sweep`, then moved by −δ²/12 along each axis: a trilinear interpolant of a curved function lies on one side of it, and after
-//! that its mean over a voxel is right to the fourth order, so that what is left averages out along a ray.
+//! They are swept by `frustum_sweep`, then moved by −δ²/12 along each axis: a trilinear interpolant of a curved
+//! function lies on one side of it, and after that its mean over a voxel is right to the fourth order, so that what is
+//! left averages out along a ray.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -14,10 +15,15 @@ use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::field::Grid;
 
-/// Depth at V past which light is gone at any wavelength: where extinction is least, k = 0.03 in the mid infrared, e^(−30) is left.
+/// Depth at V past which light is gone at any wavelength: where extinction is least, k = 0.03 in the mid infrared,
+/// e^(−30) is left.
 pub const OPAQUE: f64 = 1000.0;
 
-/// Depths from `star` through `dust` (σ at V [pc⁻¹]) into channel `slot` of `volume`; `share` is (done before, all) in voxels.
+/// Depths from `star` through `dust` (σ at V [pc⁻¹]) into channel `slot` of `volume`; `share` is (done before, all) in
+/// voxels.
+///
+/// # Errors
+/// When the user wishes to stop.
 pub fn bake(dust: &Grid, star: DVec3, volume: &mut Volume, slot: usize, share: (u64, u64), control: &Control) -> Result<()> {
     let done = AtomicU64::new(share.0);
     sweep(dust, star, volume, slot, control, |voxels| {
@@ -29,7 +35,7 @@ pub fn bake(dust: &Grid, star: DVec3, volume: &mut Volume, slot: usize, share: (
     Ok(())
 }
 
-/// The largest of these depths at a place with dust, whose bricks come first in the plan [1].
+/// The largest of these depths at a place with dust, whose bricks come first in the plan \[1\].
 pub fn deepest(volume: &Volume, slot: usize, dust: &Bricks) -> f32 {
     let lattice = &volume.inner;
     let deepest = |z: usize| {
@@ -111,7 +117,8 @@ mod tests {
     use crate::geometry::Bounds;
     use crate::plan::Channel;
 
-    /// Rms difference between swept depths and exact columns in parts of the exact rms, and the largest in parts of 1 + the exact.
+    /// Rms difference between swept depths and exact columns in parts of the exact rms, and the largest in parts of 1 +
+    /// the exact.
     fn differences(grid: &Grid, lattice: &Lattice, star: DVec3) -> (f64, f64) {
         let mut volume = Volume::zeroed(lattice, vec![Channel::StarDepth(0), Channel::Dust]);
         sweep(grid, star, &mut volume, 0, &Control::default(), |_| ()).unwrap();
@@ -154,7 +161,8 @@ mod tests {
         }
     }
 
-    /// Stars with equal coordinates, inside and outside, whose diagonals run through voxel centres only to rounding: no voxel is left to no frustum.
+    /// Stars with equal coordinates, inside and outside, whose diagonals run through voxel centres only to rounding: no
+    /// voxel is left to no frustum.
     #[test]
     fn no_voxel_between_pyramids_is_left_out() {
         let lattice = Lattice { dims: [12; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
@@ -172,7 +180,8 @@ mod tests {
         }
     }
 
-    /// Two and three voxels along an axis, one doubled, voxels of unequal edges: what a voxel cannot show is lost, nothing else.
+    /// Two and three voxels along an axis, one doubled, voxels of unequal edges: what a voxel cannot show is lost,
+    /// nothing else.
     #[test]
     fn boxes_of_all_kinds_are_swept() {
         for dims in [[33, 20, 27], [40, 3, 5], [1, 24, 24], [2, 2, 90]] {

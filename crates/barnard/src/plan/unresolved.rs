@@ -22,7 +22,8 @@ const ASKED: usize = 64;
 /// A star of which less than this is left is compared with this part of its light without dust.
 const MIN_LEFT: f64 = 1e-3;
 
-/// Fluxes through the dust itself beside those through its samples, of stars that are taken evenly from those in view; none where dust is a grid or there are no stars.
+/// Fluxes through the dust itself beside those through its samples, of stars that are taken evenly from those in view;
+/// none where dust is a grid or there are no stars.
 pub fn error(scene: &Scene, space: &SpatialPlan, spectral: &SpectralPlan, lights: &[Light]) -> Result<Option<Unresolved>> {
     let Some(occupied) = space.occupied.filter(|_| space.depth_is_sampled()) else { return Ok(None) };
     let camera = &scene.camera;

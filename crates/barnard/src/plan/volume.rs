@@ -1,7 +1,7 @@
 //! Volumes: several scalar fields on one lattice, interleaved, so that one place is read together.
 //!
-//! A layer of voxels lies around the box: in its outermost half voxel a density is that of the border, but a star depth goes on as it came, down to
-//! nothing on a face that the star shines on.
+//! A layer of voxels lies around the box: in its outermost half voxel a density is that of the border, but a star depth
+//! goes on as it came, down to nothing on a face that the star shines on.
 
 use glam::DVec3;
 
@@ -13,7 +13,7 @@ use crate::geometry::Bounds;
 pub enum Channel {
     /// σ at V [pc⁻¹].
     Dust,
-    /// Optical depth at V from a star [1].
+    /// Optical depth at V from a star \[1\].
     StarDepth(usize),
     /// Density of a glowing species, in its own unit.
     Emission(usize),
@@ -40,7 +40,8 @@ pub struct Volume {
 pub const MAX_CHANNELS: usize = 8;
 
 impl Volume {
-    /// Room for `channels` on a lattice, all zero. An axis of one voxel is doubled: trilinear between equals is the same.
+    /// Room for `channels` on a lattice, all zero. An axis of one voxel is doubled: trilinear between equals is the
+    /// same.
     pub fn zeroed(lattice: &Lattice, channels: Vec<Channel>) -> Self {
         let inner = Lattice { dims: lattice.dims.map(|n| n.max(2)), bounds: lattice.bounds };
         let voxel = inner.voxel_pc();

@@ -1,8 +1,9 @@
 //! Properties: the neutral tree that objects are read from.
 //!
-//! A [`Table`] holds texts, numbers, flags, lists and tables by name, each with the place where it was said. TOML is one maker of such a
-//! tree, a dictionary of another language can be another; nothing here knows either. A [`Section`] reads a table with typed access to
-//! its keys, [`Key`] is the row that parser and manual share, [`Kind`] one way to make an object of a table.
+//! A [`Table`] holds texts, numbers, flags, lists and tables by name, each with the place where it was said. TOML is
+//! one maker of such a tree, a dictionary of another language can be another; nothing here knows either. A [`Section`]
+//! reads a table with typed access to its keys, [`Key`] is the row that parser and manual share, [`Kind`] one way to
+//! make an object of a table.
 
 mod key;
 mod kind;

@@ -62,6 +62,9 @@ impl<'a> Section<'a> {
     }
 
     /// Refuses keys that are not in `known`.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn check_keys(&self, known: &[&str]) -> Result<()> {
         let Some((key, _)) = self.table.iter().find(|(k, _)| !known.contains(k)) else { return Ok(()) };
         let hint = nearest(key, known.iter().copied()).map(|n| format!(", did you mean \"{n}\"?")).unwrap_or_default();
@@ -69,6 +72,9 @@ impl<'a> Section<'a> {
     }
 
     /// Refuses `keys` that nothing would read here, since they go with `partner`.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn refuse(&self, keys: &[&str], partner: &str) -> Result<()> {
         let Some(key) = keys.iter().find(|k| self.has(k)) else { return Ok(()) };
         Err(self.error(key, format!("\"{key}\" goes with {partner} only and would be ignored here; leave it out")))
@@ -81,6 +87,9 @@ impl<'a> Section<'a> {
     }
 
     /// Adds this key's place to an error from elsewhere.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn wrap<T, E: Into<Error>>(&self, key: &str, result: std::result::Result<T, E>) -> Result<T> {
         result.map_err(|e| match e.into() {
             placed @ (Error::Scene { .. } | Error::Memory { .. } | Error::Interrupted) => placed,
@@ -102,6 +111,9 @@ impl<'a> Section<'a> {
     }
 
     /// A text.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn text(&self, key: &str) -> Result<Option<&'a str>> {
         match self.value(key) {
             None => Ok(None),
@@ -111,11 +123,17 @@ impl<'a> Section<'a> {
     }
 
     /// A text that must be there.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn need_text(&self, key: &str) -> Result<&'a str> {
         self.text(key)?.ok_or_else(|| self.missing(key, "\"...\""))
     }
 
     /// One of `choices`.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn choice(&self, key: &str, choices: &[&'static str]) -> Result<Option<&'static str>> {
         let Some(text) = self.text(key)? else { return Ok(None) };
         let found = choices.iter().find(|c| **c == text);
@@ -123,6 +141,9 @@ impl<'a> Section<'a> {
     }
 
     /// A number within `range`.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn number(&self, key: &str, range: RangeInclusive<f64>) -> Result<Option<f64>> {
         let Some(value) = self.value(key) else { return Ok(None) };
         let number = number_of(value).ok_or_else(|| self.wrong(key, "a number"))?;
@@ -133,6 +154,9 @@ impl<'a> Section<'a> {
     }
 
     /// An integer within `range`.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn integer(&self, key: &str, range: RangeInclusive<i64>) -> Result<Option<i64>> {
         let number = match self.value(key) {
             None => return Ok(None),
@@ -146,6 +170,9 @@ impl<'a> Section<'a> {
     }
 
     /// true or false.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn flag(&self, key: &str) -> Result<Option<bool>> {
         match self.value(key) {
             None => Ok(None),
@@ -155,6 +182,9 @@ impl<'a> Section<'a> {
     }
 
     /// A quantity with its unit.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn quantity<Q: Quantity>(&self, key: &str) -> Result<Option<Q>> {
         if self.value(key).is_some_and(|value| !matches!(value, Value::Text(_))) {
             return Err(self.wrong(key, &format!("a {} with its unit, such as \"{}\"", Q::NAME, Q::EXAMPLE)));
@@ -172,11 +202,17 @@ impl<'a> Section<'a> {
     }
 
     /// A quantity that must be there.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn need<Q: Quantity>(&self, key: &str) -> Result<Q> {
         self.quantity(key)?.ok_or_else(|| self.missing(key, &format!("\"{}\"", Q::EXAMPLE)))
     }
 
     /// A quantity above zero.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn positive<Q: Quantity + std::fmt::Display>(&self, key: &str) -> Result<Option<Q>> {
         let quantity = self.quantity::<Q>(key)?;
         if let Some(q) = quantity.filter(|q| q.internal() <= 0.0) {
@@ -186,11 +222,17 @@ impl<'a> Section<'a> {
     }
 
     /// A quantity above zero that must be there.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn need_positive<Q: Quantity + std::fmt::Display>(&self, key: &str) -> Result<Q> {
         self.positive(key)?.ok_or_else(|| self.missing(key, &format!("\"{}\"", Q::EXAMPLE)))
     }
 
-    /// A place "x y z unit" [pc].
+    /// A place "x y z unit" \[pc\].
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn position(&self, key: &str) -> Result<Option<DVec3>> {
         let Some(text) = self.text(key)? else { return Ok(None) };
         let words: Vec<&str> = text.split([' ', ',']).filter(|w| !w.is_empty()).collect();
@@ -206,11 +248,17 @@ impl<'a> Section<'a> {
     }
 
     /// A place that must be there.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn need_position(&self, key: &str) -> Result<DVec3> {
         self.position(key)?.ok_or_else(|| self.missing(key, "\"0 0 0 pc\""))
     }
 
     /// A box between two corners.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn bounds(&self, low: &str, high: &str) -> Result<Bounds> {
         let bounds = Bounds { low: self.need_position(low)?, high: self.need_position(high)? };
         if !bounds.low.cmplt(bounds.high).all() {
@@ -220,6 +268,9 @@ impl<'a> Section<'a> {
     }
 
     /// A direction [x, y, z], normalised.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn direction(&self, key: &str) -> Result<Option<DVec3>> {
         let Some(numbers) = self.numbers(key)? else { return Ok(None) };
         let wrong = || self.wrong(key, "a direction such as [0, 0, 1]");
@@ -228,6 +279,9 @@ impl<'a> Section<'a> {
     }
 
     /// A list of numbers.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn numbers(&self, key: &str) -> Result<Option<Vec<f64>>> {
         let wrong = || self.wrong(key, "a list of numbers such as [1, 0.5, 2]");
         let items = match self.value(key) {
@@ -240,11 +294,17 @@ impl<'a> Section<'a> {
     }
 
     /// A list of numbers that must be there, written like `example`.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn need_numbers(&self, key: &str, example: &str) -> Result<Vec<f64>> {
         self.numbers(key)?.ok_or_else(|| self.error(key, format!("key \"{key}\" is missing; write it like {key} = {example}")))
     }
 
     /// A list of texts; a single text is a list of one.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn texts(&self, key: &str) -> Result<Option<Vec<&'a str>>> {
         let wrong = || self.wrong(key, "a list of texts such as [\"johnson-B\", \"johnson-V\"]");
         let text = |item: &'a Property| match &item.value {
@@ -260,6 +320,9 @@ impl<'a> Section<'a> {
     }
 
     /// The table under `key`.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn table(&self, key: &str) -> Result<Option<Section<'a>>> {
         match self.value(key) {
             None => Ok(None),
@@ -269,6 +332,9 @@ impl<'a> Section<'a> {
     }
 
     /// The tables under `key`, a list of tables.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn tables(&self, key: &str) -> Result<Vec<Section<'a>>> {
         let wrong = || self.wrong(key, &format!("a list of tables; write [[{key}]]"));
         let table = |(i, item): (usize, &'a Property)| match &item.value {
@@ -283,6 +349,9 @@ impl<'a> Section<'a> {
     }
 
     /// The named tables under `key`, as in `[field.dust]`.
+    ///
+    /// # Errors
+    /// Where the value is something else; its place and what would be right are said.
     pub fn named_tables(&self, key: &str) -> Result<Vec<(&'a str, Section<'a>)>> {
         let Some(parent) = self.table(key)? else { return Ok(Vec::new()) };
         let names: Vec<&'a str> = parent.keys();

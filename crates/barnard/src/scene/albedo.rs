@@ -10,7 +10,7 @@ use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::properties::{Key, Kind, Section, build_kind};
 
-/// ω(λ) [1].
+/// ω(λ) \[1\].
 #[derive(Debug, Clone)]
 pub enum Albedo {
     /// The same everywhere.
@@ -21,12 +21,13 @@ pub enum Albedo {
         value: f64,
         /// Per 0.1 µm.
         slope: f64,
-        /// Wavelength of `value` [µm].
+        /// Wavelength of `value` \[µm\].
         at_um: f64,
     },
-    /// Over λ [µm].
+    /// Over λ \[µm\].
     Table(Arc<Table>),
-    /// Nothing is known of it: dust of a law that brings none, before it is said. [`Scene::check`](super::Scene::check) refuses it.
+    /// Nothing is known of it: dust of a law that brings none, before it is said. [`Scene::check`](super::Scene::check)
+    /// refuses it.
     Unknown,
 }
 
@@ -43,7 +44,7 @@ impl From<Table> for Albedo {
 }
 
 impl Albedo {
-    /// ω(λ) [1]; λ [µm].
+    /// ω(λ) \[1\]; λ \[µm\].
     pub fn at(&self, lambda_um: f64) -> f64 {
         match self {
             Albedo::Constant(v) => *v,

@@ -55,15 +55,15 @@ pub struct Dust {
 }
 
 impl Dust {
-    /// Dust of a `density`, a field in a unit of its own, of which one has the extinction `scale`. Its albedo is what the law brings, and it
-    /// scatters evenly, unless the methods below say otherwise.
+    /// Dust of a `density`, a field in a unit of its own, of which one has the extinction `scale`. Its albedo is what
+    /// the law brings, and it scatters evenly, unless the methods below say otherwise.
     pub fn new(density: impl IntoField, extinction: impl Into<Arc<Extinction>>, scale: Scale) -> Self {
         let extinction = extinction.into();
         let albedo = Albedo::of_law(&extinction);
         Self { density: density.into_field(), sigma_v_per_pc: scale.per_pc, extinction, albedo, phase: Arc::new(Isotropic) }
     }
 
-    /// The part of its extinction that scatters, 0 to 1: a number, or a table over λ [µm].
+    /// The part of its extinction that scatters, 0 to 1: a number, or a table over λ \[µm\].
     #[must_use]
     pub fn albedo(self, albedo: impl Into<Albedo>) -> Self {
         Self { albedo: albedo.into(), ..self }

@@ -26,8 +26,8 @@ pub struct Emission {
 }
 
 impl Emission {
-    /// Gas of a `density`, a field in a unit of its own, of which one has the emission coefficient `spectrum` [W m⁻³ sr⁻¹ µm⁻¹, lines
-    /// W m⁻³ sr⁻¹].
+    /// Gas of a `density`, a field in a unit of its own, of which one has the emission coefficient `spectrum` [W m⁻³
+    /// sr⁻¹ µm⁻¹, lines W m⁻³ sr⁻¹].
     pub fn new(density: impl IntoField, spectrum: Spectrum) -> Self {
         Self { name: "emission".into(), density: density.into_field(), spectrum }
     }

@@ -34,7 +34,8 @@ impl Loader {
         Self { inputs: Inputs::new(source, memory_limit), fields: Mutex::default(), stars: Mutex::default() }
     }
 
-    /// The field that `text` describes: the same one as before, as long as somebody holds it, or a new one. Files are not read again for it.
+    /// The field that `text` describes: the same one as before, as long as somebody holds it, or a new one. Files are
+    /// not read again for it.
     pub(crate) fn field(&self, text: &str, build: impl FnOnce() -> Result<Arc<dyn Field>>) -> Result<Arc<dyn Field>> {
         let kept = self.fields.lock().ok().and_then(|fields| fields.get(text).and_then(Weak::upgrade));
         if let Some(field) = kept {

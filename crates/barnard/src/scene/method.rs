@@ -78,7 +78,7 @@ pub fn methods() -> impl Iterator<Item = MethodEntry> {
 pub struct Method {
     /// The method.
     pub entry: MethodEntry,
-    /// Allowed error relative to F(0), and of the image relative to its rms [1].
+    /// Allowed error relative to F(0), and of the image relative to its rms \[1\].
     pub accuracy: f64,
     /// What is fixed of the rule.
     pub settings: Settings,
@@ -88,7 +88,8 @@ pub struct Method {
     pub bake: Option<usize>,
     /// Times that light of stars may scatter.
     pub bounces: usize,
-    /// Stars that are marched one by one, the brightest; the light of the others is gathered. By their number and light otherwise.
+    /// Stars that are marched one by one, the brightest; the light of the others is gathered. By their number and light
+    /// otherwise.
     pub exact_stars: Option<usize>,
 }
 
@@ -113,6 +114,9 @@ impl Default for Method {
 
 impl Method {
     /// The method called `name` in place of this one's.
+    ///
+    /// # Errors
+    /// Where there is none.
     pub fn with_name(mut self, name: &str) -> spectra::Result<Self> {
         let name = ALIASES.iter().find(|(before, _)| *before == name).map_or(name, |(_, now)| now);
         let known: Vec<&str> = methods().map(|m| m.name).collect();

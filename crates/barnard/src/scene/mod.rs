@@ -1,8 +1,8 @@
 //! Scenes: what is in front of the telescope, and the telescope.
 //!
-//! A [`Scene`] is made of objects, or read from a tree of [`properties`](crate::properties), whoever made that. In a tree quantities are texts
-//! with units, and unknown keys are refused with the nearest known one. Every table that has a `kind` reads a catalogue; the catalogues also
-//! make the manual of the scene format.
+//! A [`Scene`] is made of objects, or read from a tree of [`properties`](crate::properties), whoever made that. In a
+//! tree quantities are texts with units, and unknown keys are refused with the nearest known one. Every table that has
+//! a `kind` reads a catalogue; the catalogues also make the manual of the scene format.
 
 mod albedo;
 mod background;
@@ -135,6 +135,9 @@ impl Fields {
     }
 
     /// The field that the expression under `key` is.
+    ///
+    /// # Errors
+    /// Where it is no expression of fields that there are, or what it gives is no density.
     pub fn expression(&self, section: &Section, key: &str, loader: &Loader) -> Result<Arc<dyn Field>> {
         let formula = section.need_text(key)?;
         let lookup = |name: &str| {
@@ -155,7 +158,8 @@ impl Fields {
 }
 
 impl Scene {
-    /// A scene that `camera` looks at, empty: seen through johnson's bands, by the default method. The methods below fill it.
+    /// A scene that `camera` looks at, empty: seen through johnson's bands, by the default method. The methods below
+    /// fill it.
     pub fn new(camera: Camera) -> Self {
         let bands = passband::set("johnson").unwrap_or_default();
         Self {
@@ -221,7 +225,8 @@ impl Scene {
     /// Reads a scene from its properties; `name` is what it is called where it does not say.
     ///
     /// # Errors
-    /// Where a key is unknown or missing, a value is wrong, a file cannot be read, and those of [`check`](Self::check); each says its place.
+    /// Where a key is unknown or missing, a value is wrong, a file cannot be read, and those of [`check`](Self::check);
+    /// each says its place.
     pub fn from_properties(table: &Table, name: &str, loader: &Loader) -> Result<Self> {
         let root = &Section::root(table);
         root.check_keys(&ROOT.iter().map(|k| k.name).collect::<Vec<_>>())?;
@@ -259,8 +264,8 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Whether it can be rendered: every number is one that its object can have, and spectra and laws reach over every passband. Everything
-    /// that renders a scene asks this first.
+    /// Whether it can be rendered: every number is one that its object can have, and spectra and laws reach over every
+    /// passband. Everything that renders a scene asks this first.
     ///
     /// # Errors
     /// Where something is wrong, with its place such as `star[2].position` and what would be right.

@@ -19,7 +19,7 @@ use crate::properties::{Key, Kind, Section, build_kind_with};
 pub struct Star {
     /// Its name.
     pub name: String,
-    /// Where it is [pc].
+    /// Where it is \[pc\].
     pub position: DVec3,
     /// L_λ [W µm⁻¹].
     pub spectrum: Spectrum,
@@ -28,7 +28,8 @@ pub struct Star {
 }
 
 impl Star {
-    /// A star of specific luminosity `spectrum` [W µm⁻¹], at the origin; a visible point of light unless it is [hidden](Self::hidden).
+    /// A star of specific luminosity `spectrum` [W µm⁻¹], at the origin; a visible point of light unless it is
+    /// [hidden](Self::hidden).
     pub fn new(spectrum: Spectrum) -> Self {
         Self { name: "star".into(), position: DVec3::ZERO, spectrum, visible: true }
     }
@@ -46,7 +47,7 @@ impl Star {
         Ok(Self::new(sed::scaled(shape, scale)?))
     }
 
-    /// The same elsewhere [pc].
+    /// The same elsewhere \[pc\].
     #[must_use]
     pub fn at(self, position: DVec3) -> Self {
         Self { position, ..self }

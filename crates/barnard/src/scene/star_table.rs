@@ -1,7 +1,8 @@
 //! The `[[star_table]]` tables: stars of a CSV, one a row.
 //!
-//! A row says what a `[[star]]` says, its columns being named like the keys: it becomes such a table, in the line of its row, and is read by what
-//! reads `[[star]]`. So all kinds (but that of a file) and all scales are there, and errors name file, line and key.
+//! A row says what a `[[star]]` says, its columns being named like the keys: it becomes such a table, in the line of
+//! its row, and is read by what reads `[[star]]`. So all kinds (but that of a file) and all scales are there, and
+//! errors name file, line and key.
 
 use std::sync::Arc;
 
@@ -13,7 +14,8 @@ use crate::data::{Inputs, TextTable};
 use crate::error::{Error, Result};
 use crate::properties::{Key, Origin, Place, Property, Section, Table, Value};
 
-/// Keys of its own, and those of `[[star]]` that are most often the same for all of its stars; the others may stand here too.
+/// Keys of its own, and those of `[[star]]` that are most often the same for all of its stars; the others may stand
+/// here too.
 pub(super) const KEYS: &[Key] = &[
     Key::required("file", "path", "the CSV: a line of column names, then a star in each row"),
     Key::optional("columns", "list of texts", "all that are keys of [[star]]", "which columns are read, beside x, y and z"),

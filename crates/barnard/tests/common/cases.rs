@@ -1,7 +1,9 @@
-//! Reference answers of an independent double-precision program: where they are, as scenes of ours, and how far an image is from them.
+//! Reference answers of an independent double-precision program: where they are, as scenes of ours, and how far an
+//! image is from them.
 //!
-//! Three cases are kept in `tests/cases`; every sub-folder with a `scene.json` of the folder that BARNARD_CASES names, or of `../shared/cases` beside the project, is compared as well.
-//! The measure is relative RMSE per band, units taken from the definitions.
+//! Three cases are kept in `tests/cases`; every sub-folder with a `scene.json` of the folder that BARNARD_CASES names,
+//! or of `../shared/cases` beside the project, is compared as well. The measure is relative RMSE per band, units taken
+//! from the definitions.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -108,7 +110,8 @@ pub fn answer(folder: &Path, band: &str) -> Image {
     barnard_files::formats::read_image(&folder.join(format!("ref_{band}.npy")), DEFAULT_LIMIT).unwrap()
 }
 
-/// Our radiance is per µm inside and W m⁻² sr⁻¹ outside, theirs counts λ in nm: a band value ∫ I_λ R dλ is the same number.
+/// Our radiance is per µm inside and W m⁻² sr⁻¹ outside, theirs counts λ in nm: a band value ∫ I_λ R dλ is the same
+/// number.
 pub fn compare(folder: &Path, image: &Image, tolerance: f64) -> f64 {
     let mut worst = 0.0f64;
     for (b, band) in image.bands.iter().enumerate() {

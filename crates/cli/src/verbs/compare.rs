@@ -9,9 +9,11 @@ use barnard::memory::DEFAULT_LIMIT;
 use barnard_files::formats::read_image;
 use clap::Args;
 
-/// Compares two images (.npy, .fits, .exr), B being the truth: relative RMSE √(mean (a − b)²)/√(mean b²) and largest difference, per band.
+/// Compares two images (.npy, .fits, .exr), B being the truth: relative RMSE √(mean (a − b)²)/√(mean b²) and largest
+/// difference, per band.
 ///
-/// Standard errors that stand beside the bands are not compared; where A has some, the mean of ((a − b)/error)² is told, which is 1 where chance alone differs.
+/// Standard errors that stand beside the bands are not compared; where A has some, the mean of ((a − b)/error)² is
+/// told, which is 1 where chance alone differs.
 #[derive(Args)]
 pub struct Compare {
     /// The image

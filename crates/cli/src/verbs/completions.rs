@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
 
-/// Prints completions for a shell; for bash: barnard completions bash > ~/.local/share/bash-completion/completions/barnard
+/// Prints completions for a shell; for bash: barnard completions bash >
+/// ~/.local/share/bash-completion/completions/barnard
 #[derive(Args)]
 pub struct Completions {
     /// Which shell

@@ -23,7 +23,8 @@ pub struct Referee {
     /// Relative standard error of the worst band at which --backend path ends earlier, such as 0.01
     #[arg(long, value_name = "X")]
     target_error: Option<f64>,
-    /// Sums of paths (.npz): --backend path goes on from them where the file is there, and writes them at its end and at Ctrl-C
+    /// Sums of paths (.npz): --backend path goes on from them where the file is there, and writes them at its end and
+    /// at Ctrl-C
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
     /// Another seed of --backend path is another picture of the same mean (default: 1)

@@ -40,7 +40,8 @@ pub struct Render {
     backend: String,
     #[command(flatten)]
     referee: Referee,
-    /// Evaluate dust that is one field of kind "fbm" at every sample of a ray, on the GPU, instead of sampling it to a grid
+    /// Evaluate dust that is one field of kind "fbm" at every sample of a ray, on the GPU, instead of sampling it to a
+    /// grid
     #[arg(long)]
     on_the_fly: bool,
 }

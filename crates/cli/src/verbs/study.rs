@@ -10,9 +10,11 @@ use clap::builder::PossibleValuesParser;
 
 use crate::progress;
 
-/// Measures every spectral method beside the others, or what is fast beside the path tracer, and writes tables and figures.
+/// Measures every spectral method beside the others, or what is fast beside the path tracer, and writes tables and
+/// figures.
 ///
-/// The page (study.md or validation.md) and the figures (CSV, SVG, PNG) go into a folder; all chapters together take some minutes.
+/// The page (study.md or validation.md) and the figures (CSV, SVG, PNG) go into a folder; all chapters together take
+/// some minutes.
 #[derive(Args)]
 pub struct Study {
     /// A chapter, or all

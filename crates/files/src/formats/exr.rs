@@ -75,11 +75,11 @@ fn decode(request: &mut Request) -> Result<image::Image> {
     let (path, limit) = (request.path, request.memory_limit);
     let broken = |e: exr::error::Error| Error::file(path, format!("is no readable OpenEXR image: {e}"));
     // The header's size is checked before pixels are decoded.
-    let meta = MetaData::read_from_buffered(request.from_start()?, false).map_err(broken)?;
+    let meta = MetaData::read_from_buffered(request.rewound()?, false).map_err(broken)?;
     let pixels: u64 = meta.headers.iter().map(|h| (h.layer_size.area() as u64).saturating_mul(h.channels.list.len() as u64)).sum();
     memory::check(&format!("the image of {}", path.display()), pixels.saturating_mul(4), limit)?;
     let reader = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
-    let file = reader.non_parallel().from_buffered(request.from_start()?).map_err(broken)?;
+    let file = reader.non_parallel().from_buffered(request.rewound()?).map_err(broken)?;
     let layer = file.layer_data;
     let (width, height) = (layer.size.width(), layer.size.height());
     let order = match layer.attributes.other.get(&Text::from(ORDER)) {

@@ -1,7 +1,8 @@
 //! FITS: images with units, pixel scale and certificate; cubes as input.
 //!
-//! Own code, small on purpose: input is not trusted, so sizes are checked before anything is allocated, and output needs one cube, its keywords and
-//! nothing else. Source: FITS standard 4.0 (2018, doi 10.5281/zenodo.3660299 text), §3.3, §4.4, §8.
+//! Own code, small on purpose: input is not trusted, so sizes are checked before anything is allocated, and output
+//! needs one cube, its keywords and nothing else. Source: FITS standard 4.0 (2018, doi 10.5281/zenodo.3660299 text),
+//! §3.3, §4.4, §8.
 
 use super::{Reader, Request, Writer, checked_shape};
 use barnard::data::{Array, Axis, Frame};

@@ -60,7 +60,7 @@ impl<'a> Request<'a> {
     }
 
     /// The file from its beginning, buffered.
-    fn from_start(&mut self) -> Result<BufReader<&mut dyn Seekable>> {
+    fn rewound(&mut self) -> Result<BufReader<&mut dyn Seekable>> {
         self.source.rewind().map_err(|e| Error::file(self.path, format!("cannot be read: {e}")))?;
         Ok(BufReader::with_capacity(1 << 16, &mut *self.source))
     }
@@ -99,6 +99,9 @@ fn extension(path: &Path) -> String {
 }
 
 /// The writer for a path, by its extension.
+///
+/// # Errors
+/// Where the extension is none of [`WRITERS`].
 pub fn writer(path: &Path) -> Result<&'static Writer> {
     let wanted = extension(path);
     let known: Vec<&str> = WRITERS.iter().map(|w| w.extension).collect();
@@ -154,7 +157,8 @@ pub fn nameless(index: usize) -> String {
     format!("band{index}")
 }
 
-/// Text in the characters that FITS cards and EXR attributes have: Greek letters by their names, anything else that is not ASCII as a question mark.
+/// Text in the characters that FITS cards and EXR attributes have: Greek letters by their names, anything else that is
+/// not ASCII as a question mark.
 pub(crate) fn ascii(text: &str) -> String {
     const GREEK: [&str; 25] = [
         "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu", "xi", "omicron", "pi",

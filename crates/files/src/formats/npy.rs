@@ -1,6 +1,7 @@
 //! NumPy's `.npy` and `.npz`.
 //!
-//! Reading checks the header against the bytes that are there before anything is allocated. Images are bands × height × width.
+//! Reading checks the header against the bytes that are there before anything is allocated. Images are bands × height ×
+//! width.
 
 use std::io::{BufReader, Cursor, Read};
 
@@ -37,8 +38,8 @@ const LONGEST_HEADER: usize = 10_000;
 /// How deep its brackets nest at most: a dictionary, the list of a record's fields, a field, its shape.
 const DEEPEST_HEADER: usize = 6;
 
-/// How long the dictionary says to be, and what of it is in `bytes`: it stands behind magic, version and length, two bytes of it in version 1,
-/// four later.
+/// How long the dictionary says to be, and what of it is in `bytes`: it stands behind magic, version and length, two
+/// bytes of it in version 1, four later.
 fn header(bytes: &[u8]) -> (usize, &[u8]) {
     let little_endian = |range: std::ops::Range<usize>| {
         let own = bytes.get(range).unwrap_or(&[]);
@@ -49,7 +50,8 @@ fn header(bytes: &[u8]) -> (usize, &[u8]) {
     (length, &rest[..length.min(rest.len())])
 }
 
-/// Refuses what no array of numbers needs before it is parsed: a parser that tries again at every bracket takes for ever.
+/// Refuses what no array of numbers needs before it is parsed: a parser that tries again at every bracket takes for
+/// ever.
 fn check_header(bytes: &[u8]) -> Result<(), String> {
     let (length, header) = header(bytes);
     if length > LONGEST_HEADER {
@@ -95,7 +97,7 @@ fn open<'r>(request: &'r mut Request) -> Result<(Open<'r>, Order)> {
         return Err(Error::file(path, "is no .npy array: it does not begin with \\x93NUMPY"));
     }
     check_header(&bytes).map_err(|reason| Error::file(path, reason))?;
-    let file = NpyFile::new(request.from_start()?).map_err(|e| Error::file(path, format!("the .npy header is broken: {e}")))?;
+    let file = NpyFile::new(request.rewound()?).map_err(|e| Error::file(path, format!("the .npy header is broken: {e}")))?;
     let order = file.order();
     Ok((file, order))
 }
@@ -157,7 +159,7 @@ fn npz(request: &mut Request) -> Result<Array> {
 /// The bytes of the one array of an archive that is meant.
 fn part_of(request: &mut Request) -> Result<Vec<u8>> {
     let (path, part, memory_limit) = (request.path, request.part, request.memory_limit);
-    let mut archive = zip::ZipArchive::new(request.from_start()?).map_err(|e| Error::file(path, format!("is no .npz archive: {e}")))?;
+    let mut archive = zip::ZipArchive::new(request.rewound()?).map_err(|e| Error::file(path, format!("is no .npz archive: {e}")))?;
     let names: Vec<String> = archive.file_names().filter_map(|n| Some(n.ok()?.strip_suffix(".npy")?.to_owned())).collect();
     let name = match part {
         Some(part) => names.iter().find(|n| *n == part).cloned().ok_or_else(|| {
@@ -292,7 +294,8 @@ mod tests {
         for byte in first..directory {
             let mut damaged = whole.clone();
             damaged[byte] ^= 4;
-            // Some bits mean nothing, such as those of a length that the directory has as well; then the values are those that were written.
+            // Some bits mean nothing, such as those of a length that the directory has as well; then the values are
+            // those that were written.
             match doubles(&damaged) {
                 Ok(read) => assert_eq!(read.1, values, "{byte}"),
                 Err(_) => seen += 1,

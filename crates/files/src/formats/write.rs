@@ -117,7 +117,8 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
 mod tests {
     use super::*;
 
-    /// What a killed process left is swept by the next one that writes the same file; what a living one writes, and anybody else's files, stay.
+    /// What a killed process left is swept by the next one that writes the same file; what a living one writes, and
+    /// anybody else's files, stay.
     #[test]
     #[cfg(target_os = "linux")]
     fn leftovers_are_swept() {

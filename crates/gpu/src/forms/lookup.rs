@@ -1,4 +1,5 @@
-//! Tables of ln F, one for each light and band: a quad for each gap between entries, as `spectra::rule::DepthTable::rows` has it.
+//! Tables of ln F, one for each light and band: a quad for each gap between entries, as
+//! `spectra::rule::DepthTable::rows` has it.
 
 use barnard::plan::Plan;
 use spectra::rule::Form;

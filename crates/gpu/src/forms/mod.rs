@@ -1,4 +1,5 @@
-//! How terms fall with optical depth, on the device: the forms of `spectra::rule`, one file, one shader and one row each.
+//! How terms fall with optical depth, on the device: the forms of `spectra::rule`, one file, one shader and one row
+//! each.
 
 mod analytic;
 mod lookup;

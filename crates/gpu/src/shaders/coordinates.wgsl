@@ -1,7 +1,9 @@
-// Coordinates of e^(-a k) in a basis, read from a table: the half difference of depth up to which a segment is its middle and a curvature; value, growth to the next
-// entry, a sixth of the curvature and its growth, gap × element; and what is left behind the beginning of each gap, as two numbers that add up, gap × element.
+// Coordinates of e^(-a k) in a basis, read from a table: the half difference of depth up to which a segment is its
+// middle and a curvature; value, growth to the next entry, a sixth of the curvature and its growth, gap × element; and
+// what is left behind the beginning of each gap, as two numbers that add up, gap × element.
 
-// The mean coordinates over depths between middle - half and middle + half; the head holds entries per unit of depth, gaps, where they start, and elements.
+// The mean coordinates over depths between middle - half and middle + half; the head holds entries per unit of depth,
+// gaps, where they start, and elements.
 // twin: barnard::backend::cpu::terms::CoordinateTable::means
 fn mean_coordinates(head: vec4f, middle: f32, half: f32) -> array<f32, MAX_ELEMENTS> {
     var means: array<f32, MAX_ELEMENTS>;

@@ -12,11 +12,13 @@ struct Frame {
     // The box of everything that absorbs, scatters or glows.
     low: vec4f,
     high: vec4f,
-    // Samples a voxel, or on every ray if not zero; the finest voxel [pc]; the angle over which the phase function changes little.
+    // Samples a voxel, or on every ray if not zero; the finest voxel [pc]; the angle over which the phase function
+    // changes little.
     steps: vec4f,
     // Smallest extinction, what may be left out behind a ray's end, largest dust.
     limits: vec4f,
-    // Where in its pixel a ray goes, and in which part of a step it starts, or none if negative; what this picture counts beside those before it.
+    // Where in its pixel a ray goes, and in which part of a step it starts, or none if negative; what this picture
+    // counts beside those before it.
     jitter: vec4f,
     // Pixels along a row, rows, turns of loops before a ray pauses, and whether rays go on where they paused.
     size: vec4u,
@@ -24,7 +26,8 @@ struct Frame {
     strip: vec4u,
     // Terms; entries of the phase table, and where it starts; samples of a star depth that is marched again.
     counts: vec4u,
-    // The largest star depth, where a light field stands in place of all of them; turns by which a loop shows that it turns.
+    // The largest star depth, where a light field stands in place of all of them; turns by which a loop shows that it
+    // turns.
     depths: vec4f,
     // Numbers of the noise that dust is, and of those that bend space along x, y and z.
     seeds: vec4u,
@@ -41,7 +44,8 @@ struct Frame {
 // Rays that pause, number × ray.
 @group(0) @binding(6) var<storage, read_write> paused: array<f32>;
 
-// Turns of loops so far, about: software adapters stop all loops of a shader after 65535 and go on as if they were done, so rays pause before that.
+// Turns of loops so far, about: software adapters stop all loops of a shader after 65535 and go on as if they were
+// done, so rays pause before that.
 var<private> turns: u32;
 
 struct Ray {
@@ -74,7 +78,8 @@ fn band_terms(band: u32) -> vec2u {
     return vec2u(tables[BAND_RANGES + band].xy);
 }
 
-// What a light's term weighs at a place of the phase table; 1/4π or p(θ) is included, but where one p(θ) serves all terms.
+// What a light's term weighs at a place of the phase table; 1/4π or p(θ) is included, but where one p(θ) serves all
+// terms.
 fn weight(light: u32, term: u32, at: vec2f) -> f32 {
     if PHASE_KIND == SPECTRAL && light < SCATTERERS {
         let first = frame.counts.z + (light * frame.counts.y + u32(at.x)) * frame.counts.x + term;

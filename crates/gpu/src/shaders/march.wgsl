@@ -1,6 +1,7 @@
 // The march of one ray for each pixel and subpixel.
 
-// The ray through a place of the image; its origin lies in the plane through the middle of the scene, where f32 is finest.
+// The ray through a place of the image; its origin lies in the plane through the middle of the scene, where f32 is
+// finest.
 // twin: barnard::camera::Camera::ray
 fn camera_ray(column: f32, row: f32) -> Ray {
     let size = vec2f(frame.size.xy);
@@ -111,7 +112,8 @@ fn voxels_along(direction: vec3f) -> f32 {
     return select(most, 1.0 / frame.steps.z, most * frame.steps.z > 0.999999);
 }
 
-// The part of a ray between two borders, from where its state is; whether it came to the end. Steps start `offset` of one early, held to the span.
+// The part of a ray between two borders, from where its state is; whether it came to the end. Steps start `offset` of
+// one early, held to the span.
 fn march_span(state: ptr<function, State>, ray: Ray, near: f32, far: f32, offset: f32, final_span: bool) -> bool {
     let fixed = frame.steps.y;
     let whole = select(max(ceil((far - near) * voxels_along(ray.direction) * frame.steps.x), 1.0), fixed, fixed > 0.0);

@@ -56,7 +56,8 @@ fn near(state: ptr<function, State>, ray: Ray, scatterer: u32, b: f32, foot: f32
     }
 }
 
-// Optical depth at V from a star to a place, by midpoints through the box of dust: Barrès & Neyret's double integration.
+// Optical depth at V from a star to a place, by midpoints through the box of dust: Barrès & Neyret's double
+// integration.
 // twin: barnard::backend::cpu::double_integration::depths_of
 fn depth_again(star: vec3f, p: vec3f) -> f32 {
     let length = distance(star, p);

@@ -1,4 +1,5 @@
-// Orders of scattering by discrete ordinates, for eight terms side by side; see barnard::plan::multiple_scattering::ordinates. A number is at ((cell * HARMONICS) + harmonic) * WIDTH + term.
+// Orders of scattering by discrete ordinates, for eight terms side by side; see
+// barnard::plan::multiple_scattering::ordinates. A number is at ((cell * HARMONICS) + harmonic) * WIDTH + term.
 
 struct Terms {
     // Extinctions, radiance that comes in from around, and factors of a sum.

@@ -1,4 +1,5 @@
-// Swept depths into one channel of a texture: moved so that means over voxels are right, and carried on into the layer around the box.
+// Swept depths into one channel of a texture: moved so that means over voxels are right, and carried on into the layer
+// around the box.
 
 struct Pack {
     // Voxels of the box; the channel.

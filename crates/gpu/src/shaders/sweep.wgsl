@@ -1,4 +1,5 @@
-// Star depths by rays through a frustum that has the star at its apex; see barnard::plan::frustum_sweep. One invocation follows one ray through all planes.
+// Star depths by rays through a frustum that has the star at its apex; see barnard::plan::frustum_sweep. One invocation
+// follows one ray through all planes.
 
 struct Sweep {
     // From voxels along u, v and w to coordinates of the dust's texture: of the star, and along each axis.

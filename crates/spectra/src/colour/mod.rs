@@ -1,7 +1,7 @@
 //! From band radiances to display colour: a separate last step that never touches the radiance.
 //!
-//! XYZ = ∫ (x̄, ȳ, z̄) I_λ dλ (CIE 1931, 2°); linear sRGB = M XYZ (IEC 61966-2-1, D65). A palette is a matrix from bands to linear RGB, one row of
-//! [`PALETTES`]; a stretch a curve, one row of [`STRETCHES`].
+//! XYZ = ∫ (x̄, ȳ, z̄) I_λ dλ (CIE 1931, 2°); linear sRGB = M XYZ (IEC 61966-2-1, D65). A palette is a matrix from
+//! bands to linear RGB, one row of [`PALETTES`]; a stretch a curve, one row of [`STRETCHES`].
 
 mod palette;
 mod stretch;
@@ -27,7 +27,10 @@ pub fn transform(matrix: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| (0..3).map(|j| matrix[i][j] * v[j]).sum())
 }
 
-/// The colour matching functions x̄, ȳ, z̄ over λ [µm].
+/// The colour matching functions x̄, ȳ, z̄ over λ \[µm\].
+///
+/// # Errors
+/// Where the embedded tables are broken, which a test rules out.
 pub fn matching_functions() -> Result<&'static [Table; 3]> {
     static FUNCTIONS: OnceLock<Result<[Table; 3]>> = OnceLock::new();
     let functions = FUNCTIONS.get_or_init(|| {

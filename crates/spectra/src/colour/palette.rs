@@ -4,7 +4,7 @@ use super::{SRGB_FROM_XYZ, matching_functions, transform};
 use crate::error::{Result, SpectraError};
 use crate::passband::Passband;
 
-/// Linear RGB = Σ_c matrix[c] · I_c.
+/// Linear RGB = Σ_c matrix\[c\] · I_c.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Palette {
     /// One RGB column for each band.
@@ -46,6 +46,9 @@ impl Palette {
     }
 
     /// The palette called `name` for these bands.
+    ///
+    /// # Errors
+    /// Where there is no such palette, or it is made for other bands.
     pub fn named(name: &str, bands: &[Passband]) -> Result<Self> {
         let known: Vec<&str> = PALETTES.iter().map(|p| p.name).collect();
         let entry = PALETTES.iter().find(|p| p.name == name).ok_or_else(|| SpectraError::unknown("palette", name, &known))?;
@@ -79,7 +82,7 @@ fn natural(bands: &[Passband]) -> Result<Vec<[f64; 3]>> {
     let brightest = columns.iter().flatten().fold(0.0, |m: f64, v| m.max(*v));
     if brightest < 1e-6 {
         let message = "palette \"natural\" shows nothing: no passband of the scene lies in the visible; use palette = \"rgb\"";
-        return Err(SpectraError::Spectrum(message.into()));
+        return Err(SpectraError::Palette(message.into()));
     }
     Ok(columns)
 }
@@ -116,7 +119,7 @@ fn hoo(bands: &[Passband]) -> Result<Vec<[f64; 3]>> {
 /// One colour for each band, from blue to red.
 fn by_rank(name: &str, bands: &[Passband], colours: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
     if bands.len() != colours.len() {
-        return Err(SpectraError::Spectrum(format!(
+        return Err(SpectraError::Palette(format!(
             "palette \"{name}\" needs {} bands, the scene has {}; use palette = \"rgb\"",
             colours.len(),
             bands.len()

@@ -15,7 +15,7 @@ use crate::error::{Result, SpectraError};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stretch {
     entry: &'static StretchEntry,
-    /// s or m of the table above [1].
+    /// s or m of the table above \[1\].
     pub strength: f64,
 }
 
@@ -72,6 +72,9 @@ impl Default for Stretch {
 
 impl Stretch {
     /// The stretch called `name`; `strength` is its parameter, the default if not given.
+    ///
+    /// # Errors
+    /// Where there is no such stretch, or its parameter lies outside of what it takes.
     pub fn named(name: &str, strength: Option<f64>) -> Result<Self> {
         let known: Vec<&str> = STRETCHES.iter().map(|s| s.name).collect();
         let entry = STRETCHES.iter().find(|s| s.name == name).ok_or_else(|| SpectraError::unknown("stretch", name, &known))?;
@@ -93,7 +96,8 @@ impl Stretch {
         self.entry.name
     }
 
-    /// A stretched colour: the brightest channel follows the curve, the others keep their ratio to it; what is overexposed pales to white.
+    /// A stretched colour: the brightest channel follows the curve, the others keep their ratio to it; what is
+    /// overexposed pales to white.
     pub fn apply_rgb(&self, rgb: [f64; 3]) -> [f64; 3] {
         let brightest = rgb.iter().copied().fold(0.0, f64::max);
         if brightest <= 0.0 {

@@ -8,8 +8,8 @@
 //! | x | `x` | µm⁻¹ |
 //! | R_V | `r_v` | 1 |
 //!
-//! Valid for 0.3 ≤ x ≤ 10 µm⁻¹ and 2 ≤ R_V ≤ 6. Source: PASP 111, 63, 10.1086/316293. The sign of the last optical anchor
-//! (1.208) follows the author's later code: the printed −1.208 does not reproduce his own table 3.
+//! Valid for 0.3 ≤ x ≤ 10 µm⁻¹ and 2 ≤ R_V ≤ 6. Source: PASP 111, 63, 10.1086/316293. The sign of the last optical
+//! anchor (1.208) follows the author's later code: the printed −1.208 does not reproduce his own table 3.
 
 use super::fitzpatrick_massa90::FitzpatrickMassa;
 use super::{ExtinctionLaw, LawEntry, Maker};

@@ -1,6 +1,7 @@
 //! The ultraviolet form of Fitzpatrick & Massa 1990, shared by later laws.
 //!
-//! E(λ−V)/E(B−V) = c₁ + c₂ x + c₃ x²/((x² − x₀²)² + x² γ²) + c₄ F(x),  F = 0.5392 (x − 5.9)² + 0.05644 (x − 5.9)³ for x > 5.9
+//! E(λ−V)/E(B−V) = c₁ + c₂ x + c₃ x²/((x² − x₀²)² + x² γ²) + c₄ F(x),  F = 0.5392 (x − 5.9)² + 0.05644 (x − 5.9)³ for x
+//! > 5.9
 //!
 //! | symbol | variable | unit |
 //! |---|---|---|

@@ -7,9 +7,9 @@
 //! | x | `x` | µm⁻¹ |
 //! | R_V | `r_v` | 1 |
 //!
-//! λ < 0.33 µm: FM90 forms; 0.3 to 1.1 µm: polynomials and three Drude profiles; from 0.9 µm: a broken power law with two silicate
-//! features; cubic smooth steps in the overlaps. Valid for 0.0912 ≤ λ ≤ 32 µm and 2.3 ≤ R_V ≤ 5.6.
-//! Source: ApJ 950, 86, tables 2–5, 10.3847/1538-4357/accb59; the division by 0.9854 is the authors' renormalisation of the
+//! λ < 0.33 µm: FM90 forms; 0.3 to 1.1 µm: polynomials and three Drude profiles; from 0.9 µm: a broken power law with
+//! two silicate features; cubic smooth steps in the overlaps. Valid for 0.0912 ≤ λ ≤ 32 µm and 2.3 ≤ R_V ≤ 5.6. Source:
+//! ApJ 950, 86, tables 2–5, 10.3847/1538-4357/accb59; the division by 0.9854 is the authors' renormalisation of the
 //! ground-based photometry to Hubble's spectroscopy, stated with their published implementation.
 
 use super::fitzpatrick_massa90::FitzpatrickMassa;

@@ -19,11 +19,11 @@ use crate::error::{Result, SpectraError};
 
 /// A shape of extinction over wavelength.
 pub trait ExtinctionLaw: std::fmt::Debug + Send + Sync {
-    /// Extinction relative to V, k(λ) = A(λ)/A(V) [1]; λ [µm] within [`Self::range_um`].
+    /// Extinction relative to V, k(λ) = A(λ)/A(V) \[1\]; λ \[µm\] within [`Self::range_um`].
     fn k(&self, lambda_um: f64) -> f64;
-    /// Validity range [µm].
+    /// Validity range \[µm\].
     fn range_um(&self) -> (f64, f64);
-    /// Wavelengths at which the law is not smooth [µm].
+    /// Wavelengths at which the law is not smooth \[µm\].
     fn breakpoints_um(&self) -> Vec<f64> {
         Vec::new()
     }
@@ -74,7 +74,7 @@ pub const LAWS: &[LawEntry] = &[
     tabulated::SMC,
 ];
 
-/// The ratio A(V)/E(B−V) of the diffuse Milky Way [1].
+/// The ratio A(V)/E(B−V) of the diffuse Milky Way \[1\].
 pub const DEFAULT_R_V: f64 = 3.1;
 
 /// A law with its name.
@@ -82,7 +82,7 @@ pub const DEFAULT_R_V: f64 = 3.1;
 pub struct Extinction {
     /// The catalogue's name, or one's own.
     pub name: Cow<'static, str>,
-    /// R_V, where the law takes one [1].
+    /// R_V, where the law takes one \[1\].
     pub r_v: Option<f64>,
     law: Box<dyn ExtinctionLaw>,
 }
@@ -118,7 +118,7 @@ impl Extinction {
             }
             (Maker::Fixed(make), None) => (make()?, None),
             (Maker::Fixed(_), Some(_)) => {
-                return Err(SpectraError::Spectrum(format!(
+                return Err(SpectraError::Law(format!(
                     "extinction law \"{name}\" takes no r_v: leave it out or choose ccm89, odonnell94, fitzpatrick99 or gordon23"
                 )));
             }
@@ -127,11 +127,14 @@ impl Extinction {
     }
 
     /// Whether the law holds over [`low_um`, `high_um`]; the error names `what` asked.
+    ///
+    /// # Errors
+    /// Where it does not, with the interval in which it does.
     pub fn check(&self, what: &str, low_um: f64, high_um: f64) -> Result<()> {
         let (low, high) = self.law.range_um();
         // Ranges are published with few digits: a part in 10⁹ is rounding, not extrapolation.
         if low_um < low * (1.0 - 1e-9) || high_um > high * (1.0 + 1e-9) {
-            return Err(SpectraError::Spectrum(format!(
+            return Err(SpectraError::Reach(format!(
                 "{what} covers {:.6} to {:.6} um, but extinction law \"{}\" is valid from {low:.6} to {high:.6} um only; choose a law that reaches further, such as {}",
                 low_um,
                 high_um,

@@ -29,11 +29,11 @@ draine!(SMC, "wd01_smc", "Weingartner & Draine 2001 bar of the Small Magellanic 
 #[derive(Debug, Clone)]
 pub struct DustTable {
     extinction: Table,
-    /// Albedo ω(λ) [1] over λ [µm].
+    /// Albedo ω(λ) \[1\] over λ \[µm\].
     pub albedo: Table,
-    /// Mean cosine of the phase function g(λ) [1] over λ [µm].
+    /// Mean cosine of the phase function g(λ) \[1\] over λ \[µm\].
     pub mean_cosine: Table,
-    /// Extinction cross-section per H nucleon at 0.55 µm [cm²].
+    /// Extinction cross-section per H nucleon at 0.55 µm \[cm²\].
     pub cross_section_v_cm2: f64,
 }
 

@@ -1,18 +1,19 @@
 //! Light that a passband lets through far from where it is meant to.
 //!
-//! A band ends where its curve, from the peak outwards, first falls to a hundredth of that; what lies farther than its full width at half maximum from either end is far.
-//! Behind enough dust, or before a cool star, an ultraviolet filter sees little but its red leak.
+//! A band ends where its curve, from the peak outwards, first falls to a hundredth of that; what lies farther than its
+//! full width at half maximum from either end is far. Behind enough dust, or before a cool star, an ultraviolet filter
+//! sees little but its red leak.
 
 use super::Passband;
 
 /// What is far from the band, where there is more than 1e-4 of the peak.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leak {
-    /// The largest throughput there, in parts of the peak [1].
+    /// The largest throughput there, in parts of the peak \[1\].
     pub throughput: f64,
-    /// Its share of the integral of the throughput [1].
+    /// Its share of the integral of the throughput \[1\].
     pub share: f64,
-    /// Where that largest throughput is [µm].
+    /// Where that largest throughput is \[µm\].
     pub at_um: f64,
 }
 

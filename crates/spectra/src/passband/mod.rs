@@ -1,7 +1,7 @@
 //! Passbands: what a telescope, a filter and a detector let through.
 //!
-//! R(λ) = T(λ) for energy-counting, T(λ) λ/λ_p for photon-counting detectors, so that a band radiance ∫ R I_λ dλ is in W m⁻² sr⁻¹ for both
-//! and equals T·I for a line at the pivot wavelength λ_p (Tokunaga & Vacca 2005, PASP 117, 421):
+//! R(λ) = T(λ) for energy-counting, T(λ) λ/λ_p for photon-counting detectors, so that a band radiance ∫ R I_λ dλ is in
+//! W m⁻² sr⁻¹ for both and equals T·I for a line at the pivot wavelength λ_p (Tokunaga & Vacca 2005, PASP 117, 421):
 //! λ_p² = ∫ T λ dλ / ∫ T/λ dλ (photons), ∫ T dλ / ∫ T/λ² dλ (energy).
 //!
 //! | symbol | variable | unit |
@@ -9,7 +9,8 @@
 //! | T | `throughput` | 1 |
 //! | R | `response` | 1 |
 //!
-//! Embedded curves are sections of the files of [`FAMILIES`], sets of them rows of [`SETS`]; analytic windows are in `window`.
+//! Embedded curves are sections of the files of [`FAMILIES`], sets of them rows of [`SETS`]; analytic windows are in
+//! `window`.
 
 mod embedded;
 mod leak;
@@ -45,6 +46,9 @@ impl Counting {
     }
 
     /// From its name.
+    ///
+    /// # Errors
+    /// Where there is none of that name.
     pub fn named(name: &str) -> Result<Self> {
         match name {
             "energy" => Ok(Counting::Energy),
@@ -56,11 +60,11 @@ impl Counting {
 
 /// A throughput curve T(λ).
 pub trait Curve: std::fmt::Debug + Send + Sync {
-    /// T(λ) [1].
+    /// T(λ) \[1\].
     fn throughput(&self, lambda_um: f64) -> f64;
-    /// Where T is not zero [µm].
+    /// Where T is not zero \[µm\].
     fn support_um(&self) -> (f64, f64);
-    /// Where T is not smooth, both ends of the support included [µm].
+    /// Where T is not smooth, both ends of the support included \[µm\].
     fn breakpoints_um(&self) -> Vec<f64>;
 }
 
@@ -90,19 +94,23 @@ pub struct Passband {
 
 /// Gauss points a smooth piece of a passband is integrated with.
 const PIECE_ORDER: usize = 4;
-/// The widest piece, in parts of its wavelength: over it Wien's exponent of 2000 K at 0.2 µm changes by 0.7, k of any law by a twentieth, so that four points leave
-/// a few parts in 1e10 of the piece. A curve's own pieces can be far wider: the red leak of an ultraviolet filter is a few straight lines over hundreds of nanometres.
+/// The widest piece, in parts of its wavelength: over it Wien's exponent of 2000 K at 0.2 µm changes by 0.7, k of any
+/// law by a twentieth, so that four points leave a few parts in 1e10 of the piece. A curve's own pieces can be far
+/// wider: the red leak of an ultraviolet filter is a few straight lines over hundreds of nanometres.
 const PIECE_WIDTH: f64 = 0.02;
 /// Most parts of one piece, whatever a user's curve says.
 const MAX_PARTS: f64 = 1000.0;
 
 impl Passband {
-    /// The largest throughput at its breakpoints [1].
+    /// The largest throughput at its breakpoints \[1\].
     pub fn largest(&self) -> f64 {
         self.curve.breakpoints_um().iter().map(|l| self.curve.throughput(*l)).fold(0.0, f64::max)
     }
 
     /// From a curve; an empty or negative one is an error.
+    ///
+    /// # Errors
+    /// Where the curve is empty or negative.
     pub fn new(name: &str, counting: Counting, curve: Arc<dyn Curve>) -> Result<Self> {
         let breaks = curve.breakpoints_um();
         if let Some(l) = breaks.iter().find(|l| curve.throughput(**l) < 0.0) {
@@ -122,11 +130,17 @@ impl Passband {
     }
 
     /// The embedded passband called `name`, such as `johnson-V` or `hst-wfc3-f656n`.
+    ///
+    /// # Errors
+    /// Where there is none of that name.
     pub fn named(name: &str) -> Result<Self> {
         embedded::named(name)
     }
 
     /// From the CSV text of a user's curve (wavelength, throughput; the header may name the unit, nm otherwise).
+    ///
+    /// # Errors
+    /// Where the text is no such table, or the curve is empty or negative.
     pub fn from_csv(name: &str, text: &str, counting: Counting) -> Result<Self> {
         Self::new(name, counting, Arc::new(crate::table::spectrum_from_csv(name, text)?))
     }
@@ -152,7 +166,7 @@ impl Passband {
         Wavelength(self.pivot_um)
     }
 
-    /// Response R(λ) [1].
+    /// Response R(λ) \[1\].
     pub fn response(&self, lambda_um: f64) -> f64 {
         let t = self.curve.throughput(lambda_um);
         match self.counting {
@@ -161,12 +175,12 @@ impl Passband {
         }
     }
 
-    /// Where the response is not zero [µm].
+    /// Where the response is not zero \[µm\].
     pub fn support_um(&self) -> (f64, f64) {
         self.curve.support_um()
     }
 
-    /// Points and weights dλ [µm] for integrals over the band, split at its own breaks and at `breaks_um`.
+    /// Points and weights dλ \[µm\] for integrals over the band, split at its own breaks and at `breaks_um`.
     pub fn samples(&self, breaks_um: &[f64]) -> Vec<(f64, f64)> {
         let rule = gauss_legendre(PIECE_ORDER);
         let pieces = self.pieces(breaks_um);
@@ -183,7 +197,7 @@ impl Passband {
         pieces.windows(2).flat_map(narrow).flat_map(points).collect()
     }
 
-    /// The ascending ends of the pieces on which band and `breaks_um` are smooth [µm].
+    /// The ascending ends of the pieces on which band and `breaks_um` are smooth \[µm\].
     pub fn pieces(&self, breaks_um: &[f64]) -> Vec<f64> {
         let (low, high) = self.support_um();
         let mut ends = self.curve.breakpoints_um();
@@ -210,7 +224,7 @@ impl Passband {
         Wavelength(area / self.peak())
     }
 
-    /// Largest throughput [1].
+    /// Largest throughput \[1\].
     pub fn peak(&self) -> f64 {
         let pieces = self.curve.breakpoints_um();
         let inner = self.samples(&[]);

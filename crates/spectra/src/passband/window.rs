@@ -37,7 +37,7 @@ pub enum Window {
         /// Where it reaches zero on both sides.
         half_width: Wavelength,
     },
-    /// A polynomial in λ [µm], lowest power first.
+    /// A polynomial in λ \[µm\], lowest power first.
     Polynomial {
         /// Σ cᵢ λⁱ.
         coefficients: Vec<f64>,
@@ -81,10 +81,13 @@ impl Curve for Window {
 }
 
 /// A passband from an analytic window; its support must lie at positive wavelengths and have a width.
+///
+/// # Errors
+/// Where its support lies elsewhere or has no width.
 pub fn window(name: &str, counting: Counting, shape: Window) -> Result<Passband> {
     let (low, high) = shape.support_um();
     if !(low > 0.0 && high > low && high.is_finite()) {
-        return Err(SpectraError::Spectrum(format!(
+        return Err(SpectraError::Passband(format!(
             "passband {name} reaches from {:.4} to {:.4} nm: it must have a positive width and lie above 0 nm",
             low * 1e3,
             high * 1e3

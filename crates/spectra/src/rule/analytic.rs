@@ -1,7 +1,8 @@
-//! Barrès & Neyret's closed form: k = c/λ and W a polynomial, F(a) = Σ cₙ [λ^(n+1) E_{n+2}(a c/λ)], eq. (13) of docs/method.md.
+//! Barrès & Neyret's closed form: k = c/λ and W a polynomial, F(a) = Σ cₙ [λ^(n+1) E_{n+2}(a c/λ)], eq. (13) of
+//! docs/method.md.
 //!
-//! W of each source is fitted by a polynomial over the passband; the fit's error is reported apart, the certificate holds all of it. Lines are no polynomials:
-//! they stay exponentials. See [`crate::polynomial`].
+//! W of each source is fitted by a polynomial over the passband; the fit's error is reported apart, the certificate
+//! holds all of it. Lines are no polynomials: they stay exponentials. See [`crate::polynomial`].
 //!
 //! Source: Barrès & Neyret 2023, "naive analytical".
 
@@ -20,13 +21,14 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
 const SAMPLES: usize = 512;
 /// Relative deviation of k λ from a constant that still is extinction proportional to 1/λ.
 const TOLERANCE: f64 = 1e-9;
-/// Half a course of depths times the spread of k up to which a medium is grey: its light is off by less than a sixth of its square.
+/// Half a course of depths times the spread of k up to which a medium is grey: its light is off by less than a sixth of
+/// its square.
 const GREY: f64 = 1e-3;
 
 /// One polynomial for each source; one term.
 #[derive(Debug, Clone)]
 pub struct Analytic {
-    /// c = k λ [µm].
+    /// c = k λ \[µm\].
     pub c_um: f64,
     /// The sources.
     pub sources: Vec<PolynomialSource>,
@@ -66,7 +68,7 @@ impl PolynomialSource {
         })
     }
 
-    /// Half the difference between the largest and the smallest k at which the polynomial shines [1].
+    /// Half the difference between the largest and the smallest k at which the polynomial shines \[1\].
     pub fn spread(&self, c_um: f64) -> f64 {
         let (low, high) = self.fit.polynomial.interval_um;
         0.5 * (c_um / low - c_um / high)
@@ -110,7 +112,7 @@ fn solve(problem: &BandProblem) -> Result<BandRule> {
         let lambda = low + (high - low) * f64::from(i) / 16.0;
         if lambda > 0.0 && (lambda * (problem.k)(lambda) / c_um - 1.0).abs() > TOLERANCE {
             let message = "method \"analytic\" is a closed form for extinction proportional to 1/lambda; take law = \"inverse_wavelength\" or another method";
-            return Err(SpectraError::Spectrum(message.into()));
+            return Err(SpectraError::Rule(message.into()));
         }
     }
     let sources = problem.sources.iter().map(|s| PolynomialSource::new(problem, s)).collect::<Result<Vec<_>>>()?;

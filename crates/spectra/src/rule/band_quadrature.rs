@@ -1,11 +1,12 @@
 //! The default: for each passband, the Gauss rule of the weight itself, in the variable k, eq. (9) of docs/method.md.
 //!
 //! Nodes k_j: the n-point Gauss rule of the measure Σ_s W_s dλ / F_s(0) · e^(−t k) (Stieltjes, Golub & Welsch 1969).
-//! Weights of each source: w_sj = ∫ W_s ℓ_j(k) dλ, ℓ_j the Lagrange polynomials of the nodes; where one comes out negative, as a red leak
-//! can make it, non-negative least squares on samples of F_s. Tilt t moves accuracy into the dark.
+//! Weights of each source: w_sj = ∫ W_s ℓ_j(k) dλ, ℓ_j the Lagrange polynomials of the nodes; where one comes out
+//! negative, as a red leak can make it, non-negative least squares on samples of F_s. Tilt t moves accuracy into the
+//! dark.
 //!
-//! e^(−a k) is entire in k, so the error falls faster than any power of n: F is exact for polynomials in k of degree 2n − 1 (one source),
-//! n − 1 (each of several).
+//! e^(−a k) is entire in k, so the error falls faster than any power of n: F is exact for polynomials in k of degree 2n
+//! − 1 (one source), n − 1 (each of several).
 
 use nalgebra::{DMatrix, DVector};
 

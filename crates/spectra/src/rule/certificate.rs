@@ -1,28 +1,28 @@
 //! The stated error of a rule: sup over 0 ≤ a ≤ a_max of |F̂(a) − F(a)|, eq. (4) of docs/method.md.
 //!
 //! Both functions are sums of exponentials in a, smooth on the scale 1/k: the error is sampled densely, close to zero
-//! logarithmically, and every neighbourhood of a largest sample is searched again, finer, three times. The bound is stated
-//! five percent larger than what was found. Arithmetic comes on top: [`Certificate::rounded`].
+//! logarithmically, and every neighbourhood of a largest sample is searched again, finer, three times. The bound is
+//! stated five percent larger than what was found. Arithmetic comes on top: [`Certificate::rounded`].
 
 use super::Measure;
 
 /// Largest errors over the reachable depths.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Certificate {
-    /// |F̂ − F| / F(0) [1].
+    /// |F̂ − F| / F(0) \[1\].
     pub absolute: f64,
-    /// |F̂ − F| / F(a) [1].
+    /// |F̂ − F| / F(a) \[1\].
     pub relative: f64,
-    /// The largest optical depth for which it holds [1].
+    /// The largest optical depth for which it holds \[1\].
     pub depth: f64,
 }
 
 /// Relative errors that arithmetic makes where light is marched.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rounding {
-    /// Of an optical depth, also by the precision that densities are kept in [1].
+    /// Of an optical depth, also by the precision that densities are kept in \[1\].
     pub depth: f64,
-    /// Of the light behind it [1].
+    /// Of the light behind it \[1\].
     pub light: f64,
 }
 
@@ -35,7 +35,8 @@ impl Certificate {
         Self::behind(&measure.condensed(depth), approximation, 0.0, depth)
     }
 
-    /// The error of `approximation`(a) against F(`before` + a), as parts of F(0) and F(`before` + a), for a up to `depth`.
+    /// The error of `approximation`(a) against F(`before` + a), as parts of F(0) and F(`before` + a), for a up to
+    /// `depth`.
     pub fn behind(measure: &Measure, approximation: impl Fn(f64) -> f64, before: f64, depth: f64) -> Self {
         let total = measure.total();
         if total == 0.0 {
@@ -55,8 +56,8 @@ impl Certificate {
         }
     }
 
-    /// The same with what arithmetic adds where light is marched with `rounding`: a relative error of the depth changes F(a) by a |F′(a)|, one of the light by F(a), or by
-    /// the `size` of the terms that add up to it, where they cancel.
+    /// The same with what arithmetic adds where light is marched with `rounding`: a relative error of the depth changes
+    /// F(a) by a |F′(a)|, one of the light by F(a), or by the `size` of the terms that add up to it, where they cancel.
     pub fn rounded(self, measure: &Measure, rounding: Rounding, size: impl Fn(f64) -> f64) -> Self {
         let measure = measure.condensed(self.depth);
         let total = measure.total();

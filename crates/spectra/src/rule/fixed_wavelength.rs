@@ -1,6 +1,7 @@
 //! One fixed wavelength a band: the plain RGB march, for comparisons.
 //!
-//! F(a) ≈ F(0) e^(−a k(λ_p)),  λ_p the pivot of the passband. What a renderer without spectra does; its certificate shows the price.
+//! F(a) ≈ F(0) e^(−a k(λ_p)),  λ_p the pivot of the passband. What a renderer without spectra does; its certificate
+//! shows the price.
 
 use super::nodes::Weighting;
 use super::{BandProblem, Nodes, RuleEntry};

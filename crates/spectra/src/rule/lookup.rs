@@ -1,8 +1,9 @@
 //! F itself as a table over optical depth, for each source: eq. (11) of docs/method.md.
 //!
-//! ln F(a) is concave-up and smooth; it is tabulated at equal steps of a and taken linear between: in an interval the medium is grey
-//! with the local mean extinction −d ln F/da. The number of entries doubles until `accuracy` is kept. Means over a course of depths are those of the table, exactly:
-//! what it leaves behind every entry, ∫ F da, is tabulated too.
+//! ln F(a) is concave-up and smooth; it is tabulated at equal steps of a and taken linear between: in an interval the
+//! medium is grey with the local mean extinction −d ln F/da. The number of entries doubles until `accuracy` is kept.
+//! Means over a course of depths are those of the table, exactly: what it leaves behind every entry, ∫ F da, is
+//! tabulated too.
 
 use super::{BandProblem, BandRule, Decay, Form, Measure, RuleEntry, mean_transmittance};
 use crate::error::Result;
@@ -43,17 +44,17 @@ impl Decay for Lookup {
 /// ln F at equal steps of optical depth.
 #[derive(Debug, Clone)]
 pub struct DepthTable {
-    /// Step of the depth [1].
+    /// Step of the depth \[1\].
     pub step: f64,
-    /// ln (F(a)/F(0)) at a = 0, step, 2 step … [1].
+    /// ln (F(a)/F(0)) at a = 0, step, 2 step … \[1\].
     pub log: Vec<f64>,
-    /// ∫ F/F(0) da from there to the last entry [1].
+    /// ∫ F/F(0) da from there to the last entry \[1\].
     pub left: Vec<f64>,
 }
 
 impl DepthTable {
-    /// Half growth of −ln F up to which [`rows`](Self::rows) may be read in the middle of a course alone, and what its bend may change there: third cumulants of a passband and squares
-    /// of the second are left out, 1e-6 at most.
+    /// Half growth of −ln F up to which [`rows`](Self::rows) may be read in the middle of a course alone, and what its
+    /// bend may change there: third cumulants of a passband and squares of the second are left out, 1e-6 at most.
     pub const THIN: f32 = 0.15;
     /// See [`THIN`](Self::THIN).
     pub const EVEN: f32 = 1e-3;
@@ -74,7 +75,8 @@ impl DepthTable {
         Self { step, log, left }
     }
 
-    /// The gap between two entries in which a depth lies, and how far within; beyond the last entry the last gap goes on.
+    /// The gap between two entries in which a depth lies, and how far within; beyond the last entry the last gap goes
+    /// on.
     fn place(&self, depth: f64) -> (usize, f64) {
         let x = depth / self.step;
         let gap = (x as usize).min(self.log.len() - 2);
@@ -99,7 +101,8 @@ impl DepthTable {
         (before + after + (self.left[first.0 + 1] - self.left[last.0]) / self.step) / gaps
     }
 
-    /// ln F at each entry but the last, how much it rises to the next, half of its second derivative over the depth, and what is left behind the entry: what back ends read.
+    /// ln F at each entry but the last, how much it rises to the next, half of its second derivative over the depth,
+    /// and what is left behind the entry: what back ends read.
     pub fn rows(&self) -> impl Iterator<Item = [f64; 4]> + '_ {
         let gaps = self.log.len() - 1;
         let rise = |i: usize| self.log[i + 1] - self.log[i];

@@ -1,8 +1,10 @@
 //! Barrès & Neyret's slow truth: M equal midpoints over a domain D.
 //!
-//! F(a) ≈ Σ_j W(λ_j) Δλ e^(−a k(λ_j)),  λ_j the midpoints of M equal intervals of D; a line counts at the midpoint of its interval: eq. (8) of docs/method.md.
+//! F(a) ≈ Σ_j W(λ_j) Δλ e^(−a k(λ_j)),  λ_j the midpoints of M equal intervals of D; a line counts at the midpoint of
+//! its interval: eq. (8) of docs/method.md.
 //!
-//! Source: Barrès & Neyret 2023, "double integration". M = 30 there; here M doubles from 30 until `accuracy` is kept, if not given.
+//! Source: Barrès & Neyret 2023, "double integration". M = 30 there; here M doubles from 30 until `accuracy` is kept,
+//! if not given.
 
 use super::nodes::Weighting;
 use super::{BandProblem, BandRule, Node, Nodes, RuleEntry};

@@ -1,4 +1,5 @@
-//! Spectral rules: ways to evaluate F(a) = ∫ W(λ) e^(−a k(λ)) dλ for many optical depths a, cheaply, with a certificate.
+//! Spectral rules: ways to evaluate F(a) = ∫ W(λ) e^(−a k(λ)) dλ for many optical depths a, cheaply, with a
+//! certificate.
 //!
 //! Equations are numbered as in docs/method.md: F is eq. (2), terms are eq. (3).
 //!
@@ -9,8 +10,9 @@
 //! | k | `k` | 1 |
 //! | w_sj, k_j | `weights`, `nodes` | of F, 1 |
 //!
-//! A rule serves one passband and all sources that shine through it. Rules of the nodes family share their nodes k_j between the sources,
-//! so that a node is monochromatic transport: F_s(a) ≈ Σ_j w_sj e^(−a k_j). A rule is one file and one row of [`RULES`].
+//! A rule serves one passband and all sources that shine through it. Rules of the nodes family share their nodes k_j
+//! between the sources, so that a node is monochromatic transport: F_s(a) ≈ Σ_j w_sj e^(−a k_j). A rule is one file and
+//! one row of [`RULES`].
 
 mod analytic;
 mod band_quadrature;
@@ -45,17 +47,18 @@ use crate::polynomial::Fit;
 pub struct BandProblem<'a> {
     /// What shines through it.
     pub sources: &'a [Source],
-    /// The domain D of rules that work in λ: what the settings say, or the passband's support [µm].
+    /// The domain D of rules that work in λ: what the settings say, or the passband's support \[µm\].
     pub domain_um: (f64, f64),
-    /// The domain of rules that serve all passbands at once: what the settings say, or the support of all passbands [µm].
+    /// The domain of rules that serve all passbands at once: what the settings say, or the support of all passbands
+    /// \[µm\].
     pub common_um: (f64, f64),
     /// λ and k at the band's pivot.
     pub pivot: Node,
-    /// The extinction law over λ [µm], for rules that place their own wavelengths.
+    /// The extinction law over λ \[µm\], for rules that place their own wavelengths.
     pub k: &'a (dyn Fn(f64) -> f64 + Sync),
-    /// The largest optical depth the scene can reach [1].
+    /// The largest optical depth the scene can reach \[1\].
     pub depth: f64,
-    /// Allowed error of F relative to F(0) [1].
+    /// Allowed error of F relative to F(0) \[1\].
     pub accuracy: f64,
     /// What is fixed.
     pub settings: &'a Settings,
@@ -66,11 +69,11 @@ pub struct BandProblem<'a> {
 pub struct Settings {
     /// Number of nodes, intervals, elements or samples; chosen by accuracy otherwise.
     pub count: Option<usize>,
-    /// The domain D [µm].
+    /// The domain D \[µm\].
     pub domain_um: Option<(f64, f64)>,
     /// Degree of polynomials that stand for spectra.
     pub degree: usize,
-    /// The largest argument a basis is made for; what the scene reaches otherwise [1].
+    /// The largest argument a basis is made for; what the scene reaches otherwise \[1\].
     pub range: Option<f64>,
     /// What the exponents of a basis minimise.
     pub criterion: Criterion,
@@ -86,9 +89,9 @@ impl Default for Settings {
 /// A wavelength with its extinction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Node {
-    /// λ [µm].
+    /// λ \[µm\].
     pub lambda_um: f64,
-    /// k(λ) [1].
+    /// k(λ) \[1\].
     pub k: f64,
 }
 
@@ -97,10 +100,10 @@ pub trait Decay {
     /// Number of terms of one source.
     fn terms(&self) -> usize;
 
-    /// w_st of source `s`, in the unit of F [term].
+    /// w_st of source `s`, in the unit of F \[term\].
     fn weights(&self, s: usize) -> &[f64];
 
-    /// The weights of source `s` when its W carries one more factor f(λ), such as a phase function at one angle [term].
+    /// The weights of source `s` when its W carries one more factor f(λ), such as a phase function at one angle \[term\].
     ///
     /// A form that does not know where its terms lie in λ knows the factor by its mean.
     fn weights_with(&self, _s: usize, source: &Source, factor: &dyn Fn(f64) -> f64) -> Vec<f64> {
@@ -199,7 +202,7 @@ impl BandRule {
         })
     }
 
-    /// The largest absolute error over the sources, relative to F(0) [1].
+    /// The largest absolute error over the sources, relative to F(0) \[1\].
     pub fn worst(&self) -> f64 {
         self.certificates.iter().map(|c| c.absolute).fold(0.0, f64::max)
     }
@@ -232,6 +235,9 @@ pub const RULES: &[RuleEntry] = &[
 ];
 
 /// The rule called `name`.
+///
+/// # Errors
+/// Where there is none.
 pub fn rule(name: &str) -> Result<&'static RuleEntry> {
     let known: Vec<&str> = RULES.iter().map(|r| r.name).collect();
     RULES.iter().find(|r| r.name == name).ok_or_else(|| SpectraError::unknown("spectral method", name, &known))

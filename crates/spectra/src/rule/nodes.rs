@@ -64,7 +64,7 @@ impl Decay for Nodes {
     }
 }
 
-/// Mean of e^(−a) over a linear a [1]; never larger than its larger end.
+/// Mean of e^(−a) over a linear a \[1\]; never larger than its larger end.
 pub fn mean_transmittance(from: f64, to: f64) -> f64 {
     let y = 0.5 * (to - from);
     if y.abs() < 0.5 {

@@ -1,9 +1,11 @@
-//! Pre-integration: the wavelengths of a passband in intervals, each with one extinction in front of a segment and a table of what happens within it: eq. (12) of docs/method.md.
+//! Pre-integration: the wavelengths of a passband in intervals, each with one extinction in front of a segment and a
+//! table of what happens within it: eq. (12) of docs/method.md.
 //!
 //!   ∫ W e^(−k a) ds/Δs ≈ Σ_j e^(−k_j a₀) ∫_j W (1 − e^(−k Δ))/(k Δ) dλ,   a from a₀ to a₀ + Δ
 //!
-//! The tables are Engel, Kraus & Ertl's (2001) for a medium whose optical properties are linear in what is stored: of their front value, back value and length
-//! only the segment's depth Δ is left. Factoring the light in front out of each interval is Barrès & Neyret's spectral version.
+//! The tables are Engel, Kraus & Ertl's (2001) for a medium whose optical properties are linear in what is stored: of
+//! their front value, back value and length only the segment's depth Δ is left. Factoring the light in front out of
+//! each interval is Barrès & Neyret's spectral version.
 //!
 //! Source: Engel, Kraus & Ertl 2001, Graphics Hardware, doi:10.1145/383507.383515; Barrès & Neyret 2023.
 
@@ -27,7 +29,7 @@ const TABLE_SHARE: f64 = 0.1;
 /// Intervals that the sources share, with tables for each.
 #[derive(Debug, Clone)]
 pub struct Preintegrated {
-    /// Mean k of each interval [1].
+    /// Mean k of each interval \[1\].
     pub k: Vec<f64>,
     /// Tables, source × interval.
     pub tables: Vec<Vec<SegmentTable>>,
@@ -39,12 +41,13 @@ pub struct Preintegrated {
     reading: f64,
 }
 
-/// The mean over a segment of what is left of an interval's light at its front, over the root of the segment's depth: thin segments and thick ones are read alike.
+/// The mean over a segment of what is left of an interval's light at its front, over the root of the segment's depth:
+/// thin segments and thick ones are read alike.
 #[derive(Debug, Clone)]
 pub struct SegmentTable {
-    /// Step of √Δ [1].
+    /// Step of √Δ \[1\].
     pub step: f64,
-    /// At √Δ = 0, step, 2 step … [1].
+    /// At √Δ = 0, step, 2 step … \[1\].
     pub mean: Vec<f64>,
 }
 
@@ -118,7 +121,8 @@ impl Decay for Preintegrated {
         self.k.iter().zip(&self.tables[s]).zip(weights).map(|((k, table), w)| w * (-k * front).exp() * table.at(delta)).sum()
     }
 
-    /// Of light behind any depth, and of what reading adds in a segment: where that is thick its mean is small, and so is what is lost of it.
+    /// Of light behind any depth, and of what reading adds in a segment: where that is thick its mean is small, and so
+    /// is what is lost of it.
     fn certificate(&self, s: usize, weights: &[f64], measure: &Measure, depth: f64) -> Certificate {
         let plain = Certificate::measured(measure, |a| self.mean(s, weights, (a, a)), depth);
         Certificate { absolute: plain.absolute + self.reading, relative: plain.relative + 2.0 * self.reading, depth }

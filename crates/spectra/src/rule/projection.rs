@@ -1,8 +1,10 @@
-//! Barrès & Neyret's method: e^(−a k) projected on a few exponentials, F(a) ≈ Σ_i q_i(a) ∫ W Q_i dλ, eq. (17) of docs/method.md.
+//! Barrès & Neyret's method: e^(−a k) projected on a few exponentials, F(a) ≈ Σ_i q_i(a) ∫ W Q_i dλ, eq. (17) of
+//! docs/method.md.
 //!
-//! The integrals are constant over a picture, the coordinates q_i(a) a table that all passbands and lights share; see [`crate::basis`]. The basis lives on one
-//! domain for all passbands and one range of the argument; beyond the range the last coordinates are held, and the certificate says what that costs. F̂ can
-//! go negative where little light is left.
+//! The integrals are constant over a picture, the coordinates q_i(a) a table that all passbands and lights share; see
+//! [`crate::basis`]. The basis lives on one domain for all passbands and one range of the argument; beyond the range
+//! the last coordinates are held, and the certificate says what that costs. F̂ can go negative where little light is
+//! left.
 //!
 //! Source: Barrès & Neyret 2023.
 
@@ -31,13 +33,14 @@ const MAX_ENTRIES: usize = 1 << 14;
 pub struct Projection {
     /// The elements.
     pub basis: Basis,
-    /// Step of the table's depths [1].
+    /// Step of the table's depths \[1\].
     pub step: f64,
-    /// q_i(a) at a = 0, step, 2 step … [entry][element].
+    /// q_i(a) at a = 0, step, 2 step … \[entry\]\[element\].
     pub coordinates: Vec<Vec<f64>>,
-    /// ∫ q_i da from there to the last entry, of coordinates that are linear between entries [entry][element].
+    /// ∫ q_i da from there to the last entry, of coordinates that are linear between entries \[entry\]\[element\].
     pub left: Vec<Vec<f64>>,
-    /// Half length of a course of depths up to which ⟨q⟩ is q + half² q″/6 at its middle, as exactly as the table is read [1].
+    /// Half length of a course of depths up to which ⟨q⟩ is q + half² q″/6 at its middle, as exactly as the table is
+    /// read \[1\].
     pub short: f64,
     /// ∫ W Q_i dλ, source × element.
     integrals: Vec<Vec<f64>>,
@@ -77,13 +80,13 @@ impl Projection {
         low + fraction * (high - low)
     }
 
-    /// q_i at one depth [element].
+    /// q_i at one depth \[element\].
     pub fn at(&self, depth: f64) -> impl Iterator<Item = f64> + '_ {
         let place = self.place(depth);
         (0..self.basis.size()).map(move |element| self.value(place, element))
     }
 
-    /// ⟨q_i⟩ over the depths between two [element].
+    /// ⟨q_i⟩ over the depths between two \[element\].
     pub fn means(&self, low: f64, high: f64) -> impl Iterator<Item = f64> + '_ {
         let (first, last) = (self.place(low), self.place(high));
         let end = self.step * (self.coordinates.len() - 1) as f64;

@@ -2,8 +2,9 @@
 //!
 //!   F(a) ≈ 1/n Σ_j W(λ_j)/p(λ_j) e^(−a k(λ_j)),   p the mean of all sources through the passband, each normalised, eq. (10) of docs/method.md
 //!
-//! λ_j is drawn from the j-th of n parts of equal probability (stratified), so no ray can be further off than the sum over the parts of what lies between
-//! the largest and the smallest value in each, over n: that bound is the certificate. The mean over many rays is exact.
+//! λ_j is drawn from the j-th of n parts of equal probability (stratified), so no ray can be further off than the sum
+//! over the parts of what lies between the largest and the smallest value in each, over n: that bound is the
+//! certificate. The mean over many rays is exact.
 
 use super::{BandProblem, BandRule, Certificate, Decay, Form, Measure, RuleEntry, mean_transmittance};
 use crate::error::{Result, SpectraError};
@@ -27,11 +28,11 @@ const DEPTHS: usize = 64;
 pub struct Sampled {
     /// Wavelengths drawn for each ray.
     pub count: usize,
-    /// k of each possible draw [1].
+    /// k of each possible draw \[1\].
     pub k: Vec<f64>,
-    /// Probability of all draws up to and with each [1].
+    /// Probability of all draws up to and with each \[1\].
     pub cumulative: Vec<f64>,
-    /// W/p relative to F(0) of each draw, source × draw [1].
+    /// W/p relative to F(0) of each draw, source × draw \[1\].
     pub ratio: Vec<Vec<f64>>,
     /// What the mean over many rays is.
     expected: Vec<Measure>,
@@ -144,7 +145,7 @@ impl Decay for Sampled {
 fn solve(problem: &BandProblem) -> Result<BandRule> {
     let count = problem.settings.count.unwrap_or(COUNT);
     if count > MAX_COUNT {
-        return Err(SpectraError::Spectrum(format!(
+        return Err(SpectraError::Rule(format!(
             "{count} random wavelengths for each ray; {MAX_COUNT} are the most, and more than enough"
         )));
     }

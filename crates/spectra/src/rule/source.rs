@@ -8,9 +8,9 @@ use crate::spectrum::Spectrum;
 /// A discrete measure Σ mass δ(λ): F(a) = Σ mass e^(−a k).
 #[derive(Debug, Clone, Default)]
 pub struct Measure {
-    /// λ [µm].
+    /// λ \[µm\].
     pub lambda_um: Vec<f64>,
-    /// k(λ) [1].
+    /// k(λ) \[1\].
     pub k: Vec<f64>,
     /// W dλ, in the unit of F.
     pub mass: Vec<f64>,
@@ -22,7 +22,7 @@ impl Measure {
         self.mass.iter().sum()
     }
 
-    /// Mean of k over the mass [1]; not a number where there is none.
+    /// Mean of k over the mass \[1\]; not a number where there is none.
     pub fn mean_k(&self) -> f64 {
         self.k.iter().zip(&self.mass).map(|(k, m)| k * m).sum::<f64>() / self.total()
     }
@@ -32,8 +32,9 @@ impl Measure {
         self.k.iter().zip(&self.mass).map(|(k, m)| m * (-depth * k).exp()).sum()
     }
 
-    /// A measure of fewer points with the same F(a) for 0 ≤ a ≤ `depth`, to a few parts in 1e11: in bins of k so narrow that a Δk ≤ 0.2, the three-point
-    /// Gauss rule of what lies there (error (aΔk)⁶/2 016 000). λ of the points is lost.
+    /// A measure of fewer points with the same F(a) for 0 ≤ a ≤ `depth`, to a few parts in 1e11: in bins of k so narrow
+    /// that a Δk ≤ 0.2, the three-point Gauss rule of what lies there (error (aΔk)⁶/2 016 000). λ of the points is
+    /// lost.
     pub fn condensed(&self, depth: f64) -> Self {
         const WIDTH: f64 = 0.2;
         const POINTS: usize = 3;
@@ -78,7 +79,7 @@ pub struct Source {
     pub measure: Measure,
     /// W(λ) without the lines, for rules that sample it.
     pub density: Factor,
-    /// (λ [µm], mass) of the lines.
+    /// (λ \[µm\], mass) of the lines.
     pub lines: Vec<(f64, f64)>,
     /// Factors, such as the phase function at several angles, under which the certificate must hold as well.
     pub variants: Vec<Factor>,

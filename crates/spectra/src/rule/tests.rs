@@ -38,7 +38,8 @@ fn solve_with(
     (solved, sources)
 }
 
-/// The measured table of the design (six black bodies, k = 0.55/λ, a up to 20): the order of magnitude of each entry, which was found with other curves of the same bands.
+/// The measured table of the design (six black bodies, k = 0.55/λ, a up to 20): the order of magnitude of each entry,
+/// which was found with other curves of the same bands.
 #[test]
 fn band_quadrature_converges_as_designed() {
     for (name, errors) in
@@ -87,7 +88,8 @@ fn every_certificate_is_honest() {
     }
 }
 
-/// A certificate that could not fail would be worthless: a rule whose weights are off by ten times the accuracy is caught.
+/// A certificate that could not fail would be worthless: a rule whose weights are off by ten times the accuracy is
+/// caught.
 #[test]
 fn a_wrong_rule_is_caught() {
     let band = Passband::named("johnson-V").unwrap();
@@ -147,7 +149,8 @@ fn factors_are_integrated() {
     assert!((value / truth - 1.0).abs() < 1e-5, "{value} {truth}");
 }
 
-/// The truth's own points against adaptive integration of one function on every piece of its own, in smooth filters and measured ones of hundreds of corners, which cost no more.
+/// The truth's own points against adaptive integration of one function on every piece of its own, in smooth filters and
+/// measured ones of hundreds of corners, which cost no more.
 #[test]
 fn truth_points_converge() {
     let law = Extinction::named("fitzpatrick99").unwrap();
@@ -170,7 +173,8 @@ fn truth_points_converge() {
     }
 }
 
-/// A filter whose response runs over hundreds of nanometres in one straight line, before a cool star: what counts as truth has all of it.
+/// A filter whose response runs over hundreds of nanometres in one straight line, before a cool star: what counts as
+/// truth has all of it.
 #[test]
 fn wide_pieces_are_resolved() {
     let table = crate::table::Table::new("leak", vec![0.22, 0.25, 0.28, 1.1], vec![0.0, 1.0, 1e-3, 1e-5]).unwrap();
@@ -196,7 +200,8 @@ fn wide_pieces_are_resolved() {
     }
 }
 
-/// Random bands, spectra, laws and depths: the true error, by adaptive integration of W itself, never exceeds the certificate.
+/// Random bands, spectra, laws and depths: the true error, by adaptive integration of W itself, never exceeds the
+/// certificate.
 #[test]
 fn certificates_hold_on_random_scenes() {
     let mut state = 0x2545_f491_4f6c_dd1du64;
@@ -290,7 +295,8 @@ fn random_wavelengths_have_the_right_mean() {
     }
 }
 
-/// What a segment holds is its integral, for every form and for any thickness: means are off by no more than the certificate says of single depths.
+/// What a segment holds is its integral, for every form and for any thickness: means are off by no more than the
+/// certificate says of single depths.
 #[test]
 fn means_are_integrals_over_the_course() {
     for (entry, name) in RULES.iter().flat_map(|entry| ["johnson-V", "gaiadr3-G", "hst-wfc3-f656n"].map(|name| (entry, name))) {

@@ -1,8 +1,10 @@
-//! Wavelengths for the `reference`: panels of the passband, each with the Gauss rule of the response over λ, halved until every integral stands still.
+//! Wavelengths for the `reference`: panels of the passband, each with the Gauss rule of the response over λ, halved
+//! until every integral stands still.
 //!
-//! Nothing here knows of k as a variable, of nodes that sources share or of depths that a scene reaches. On a panel the weight of the rule is R dλ alone: a measured curve is
-//! dozens to hundreds of straight lines, over which spectra and extinction are smooth, and a rule that had to see each of its corners would cost the reference a
-//! wavelength for every one. What a panel must come to is the plain sum over all pieces between corners.
+//! Nothing here knows of k as a variable, of nodes that sources share or of depths that a scene reaches. On a panel the
+//! weight of the rule is R dλ alone: a measured curve is dozens to hundreds of straight lines, over which spectra and
+//! extinction are smooth, and a rule that had to see each of its corners would cost the reference a wavelength for
+//! every one. What a panel must come to is the plain sum over all pieces between corners.
 
 use crate::passband::Passband;
 use crate::quadrature::gauss_of_measure;
@@ -12,7 +14,8 @@ const ORDER: usize = 6;
 /// The part of the allowed error that one panel may have: there are a dozen or two.
 const PANEL_SHARE: f64 = 0.05;
 
-/// Points λ [µm] and weights R dλ [µm] that integrate R(λ) f(λ) for every f of `integrand` to `accuracy` of its own magnitude.
+/// Points λ \[µm\] and weights R dλ \[µm\] that integrate R(λ) f(λ) for every f of `integrand` to `accuracy` of its own
+/// magnitude.
 ///
 /// `integrand` gives the values of all f at a wavelength; `breaks_um` are the places where they are not smooth.
 pub fn truth_points(band: &Passband, breaks_um: &[f64], integrand: impl Fn(f64) -> Vec<f64>, accuracy: f64) -> Vec<(f64, f64)> {

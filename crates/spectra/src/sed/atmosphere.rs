@@ -1,7 +1,8 @@
 //! Hot stars by their temperature and gravity: the model atmospheres of Kurucz 1993, between 10 000 and 50 000 K.
 //!
-//! ln F_λ is linear in ln T and in log g between the models; where a model sends nothing at a wavelength, F_λ itself is. Against models
-//! that were left out, at half the grid's resolution, that is 0.4 % from 300 to 1100 nm above 19 000 K and 1 % above 14 000 K.
+//! ln F_λ is linear in ln T and in log g between the models; where a model sends nothing at a wavelength, F_λ itself
+//! is. Against models that were left out, at half the grid's resolution, that is 0.4 % from 300 to 1100 nm above 19 000
+//! K and 1 % above 14 000 K.
 //!
 //! | symbol | variable | unit |
 //! |---|---|---|
@@ -88,7 +89,8 @@ impl Isotherm {
     }
 }
 
-/// The flux at the surface of a star of `temperature` and surface gravity `log_g` [dex of cm s⁻²], F_λ [W m⁻² µm⁻¹] over λ [µm].
+/// The flux at the surface of a star of `temperature` and surface gravity `log_g` [dex of cm s⁻²], F_λ [W m⁻² µm⁻¹]
+/// over λ \[µm\].
 ///
 /// # Errors
 /// Outside of the grid: the hotter a star, the heavier must it be to hold together.
@@ -97,7 +99,7 @@ pub fn atmosphere(temperature: Temperature, log_g: f64) -> Result<Arc<Table>> {
     let temperatures = grid.isotherms.iter().map(|i| i.temperature.ln());
     let Some((low, high, share)) = between(temperatures, temperature.0.ln()) else {
         let end = |i: Option<&Isotherm>| i.map_or(0.0, |i| i.temperature);
-        return Err(SpectraError::Spectrum(format!(
+        return Err(SpectraError::Atmosphere(format!(
             "the model atmospheres reach from {} to {} K, {temperature} lies beyond; take a spectral type or a black body",
             end(grid.isotherms.first()),
             end(grid.isotherms.last())
@@ -107,7 +109,7 @@ pub fn atmosphere(temperature: Temperature, log_g: f64) -> Result<Arc<Table>> {
     let (Some(cooler), Some(hotter)) = (cool.at(log_g), hot.at(log_g)) else {
         let least = hot.gravities().next().unwrap_or(0.0);
         let most = hot.gravities().last().unwrap_or(0.0);
-        return Err(SpectraError::Spectrum(format!(
+        return Err(SpectraError::Atmosphere(format!(
             "at {temperature} the model atmospheres reach from log g = {least} to {most} (cgs), {log_g} lies beyond"
         )));
     };
@@ -141,7 +143,8 @@ mod tests {
         }
     }
 
-    /// Models against observed stars of the temperatures that Pickles 1998 (table 2) gives his types: B−V. His mean spectra scatter themselves: B0V is 0.03 mag bluer than tables of such stars.
+    /// Models against observed stars of the temperatures that Pickles 1998 (table 2) gives his types: B−V. His mean
+    /// spectra scatter themselves: B0V is 0.03 mag bluer than tables of such stars.
     #[test]
     fn atmospheres_have_the_colours_of_stars() {
         let [b, v] = ["johnson-B", "johnson-V"].map(|name| Passband::named(name).unwrap());

@@ -55,13 +55,14 @@ fn library() -> Result<&'static [(SpectralType, Arc<Table>)]> {
 /// How many subclasses two types may lie apart that a third is taken from.
 const WIDEST: f64 = 10.0;
 
-/// The spectrum of a star of type `name`, F_λ relative to 0.5556 µm [1]: of the library of Pickles 1998, or linear between the two nearest types of the same luminosity class, at most ten subclasses apart.
+/// The spectrum of a star of type `name`, F_λ relative to 0.5556 µm \[1\]: of the library of Pickles 1998, or linear
+/// between the two nearest types of the same luminosity class, at most ten subclasses apart.
 ///
 /// # Errors
 /// Where `name` is no type, or one beyond the library's.
 pub fn star(name: &str) -> Result<Arc<Table>> {
     let wanted = SpectralType::parse(name).ok_or_else(|| {
-        SpectraError::Spectrum(format!(
+        SpectraError::SpectralType(format!(
             "\"{name}\" is no spectral type; one has a letter of OBAFGKM, a subclass and a luminosity class, such as B3V, M2 Iab or K0III (barnard list stars)"
         ))
     })?;
@@ -79,7 +80,7 @@ pub fn star(name: &str) -> Result<Arc<Table>> {
         }
         _ => {
             if let (Some((low, _)), Some((high, _))) = neighbours {
-                return Err(SpectraError::Spectrum(format!(
+                return Err(SpectraError::SpectralType(format!(
                     "the library has nothing of luminosity class {} between {} and {}, which is too far to say what \"{name}\" is; take another class (barnard list stars)",
                     wanted.roman(),
                     low.letter(),
@@ -87,7 +88,7 @@ pub fn star(name: &str) -> Result<Arc<Table>> {
                 )));
             }
             let ends = own.first().zip(own.last()).map(|(a, b)| format!("from {} to {}", a.0.letter(), b.0.letter()));
-            Err(SpectraError::Spectrum(format!(
+            Err(SpectraError::SpectralType(format!(
                 "the library has luminosity class {} {}, \"{name}\" lies beyond; take a black body, or another class (barnard list stars)",
                 wanted.roman(),
                 ends.unwrap_or_else(|| "not with these metals".into())
@@ -97,6 +98,9 @@ pub fn star(name: &str) -> Result<Arc<Table>> {
 }
 
 /// Vega's flux at the Earth, CALSPEC alpha_lyr_stis_011 [W m⁻² µm⁻¹].
+///
+/// # Errors
+/// Where the embedded table is broken, which a test rules out.
 pub fn vega() -> Result<&'static Table> {
     static VEGA: OnceLock<Table> = OnceLock::new();
     once(&VEGA, || {
@@ -122,7 +126,8 @@ mod tests {
         }
     }
 
-    /// Types between those of the library lie between their neighbours; any case is read; what lies beyond is refused with what there is.
+    /// Types between those of the library lie between their neighbours; any case is read; what lies beyond is refused
+    /// with what there is.
     #[test]
     fn types_are_interpolated() {
         let at = |name: &str| star(name).unwrap().at(0.4);

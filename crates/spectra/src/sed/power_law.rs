@@ -8,7 +8,7 @@ use crate::units::Wavelength;
 pub struct PowerLaw {
     /// λ₀.
     pub reference: Wavelength,
-    /// α [1].
+    /// α \[1\].
     pub exponent: f64,
 }
 

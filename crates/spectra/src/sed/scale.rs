@@ -7,8 +7,9 @@
 //! | magnitude | L_λ = 4π d² F₀ 10^(−0.4 m) s(λ) / ∫ R s dλ, F₀ the band flux of magnitude zero | W µm⁻¹ |
 //! | spectral luminosity | L_λ = L_λ0 s(λ)/s(λ₀) | W µm⁻¹ |
 //!
-//! Extinction on the way to an observed magnitude is a factor 10^(−0.4 A_V k(λ)) of s in the denominator; without it magnitudes are those without dust. Vega has magnitude zero in every band of the Vega system (CALSPEC alpha_lyr_stis_011;
-//! its true 0.03 at V is left out); AB is Oke & Gunn 1983.
+//! Extinction on the way to an observed magnitude is a factor 10^(−0.4 A_V k(λ)) of s in the denominator; without it
+//! magnitudes are those without dust. Vega has magnitude zero in every band of the Vega system (CALSPEC
+//! alpha_lyr_stis_011; its true 0.03 at V is left out); AB is Oke & Gunn 1983.
 
 use std::sync::Arc;
 
@@ -64,9 +65,9 @@ impl Foreground {
 pub enum StarShape {
     /// A black body.
     BlackBody(Temperature),
-    /// Flux at the surface of a star of that temperature, F_λ [W m⁻² µm⁻¹] over λ [µm].
+    /// Flux at the surface of a star of that temperature, F_λ [W m⁻² µm⁻¹] over λ \[µm\].
     Surface(Temperature, Arc<Table>),
-    /// A table over λ [µm].
+    /// A table over λ \[µm\].
     Table(Arc<Table>),
     /// Any other shape, without a finite integral.
     Other(Arc<dyn Shape>),
@@ -79,6 +80,9 @@ pub fn blackbody(temperature: Temperature, luminosity: Luminosity) -> Spectrum {
 }
 
 /// The star's specific luminosity L_λ [W µm⁻¹].
+///
+/// # Errors
+/// Where shape and scale do not go together, or the spectrum is zero where its scale is fixed.
 pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Spectrum> {
     let dynamic: Arc<dyn Shape> = match &shape {
         StarShape::BlackBody(t) => Arc::new(BlackBody(*t)),
@@ -90,7 +94,7 @@ pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Spectrum> {
         (Scale::Luminosity(l), StarShape::Surface(t, _)) => l.0 / (STEFAN_BOLTZMANN * t.0.powi(4)),
         (Scale::Luminosity(l), StarShape::Table(t)) => l.0 / trapezoid(t),
         (Scale::Luminosity(_), StarShape::Other(_)) => {
-            return Err(SpectraError::Spectrum(
+            return Err(SpectraError::Brightness(
                 "a power law has no finite luminosity: give spectral_luminosity at a wavelength instead".into(),
             ));
         }
@@ -98,7 +102,7 @@ pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Spectrum> {
         (Scale::Radius(r), StarShape::Surface(..)) => SPHERE * (r.0 * PARSEC).powi(2),
         (Scale::Radius(r), _) => {
             let solar = r.0 * PARSEC / SOLAR_RADIUS;
-            return Err(SpectraError::Spectrum(format!(
+            return Err(SpectraError::Brightness(format!(
                 "a radius ({solar:.3} Rsun) scales black bodies and model atmospheres only: give luminosity, magnitude or spectral_luminosity"
             )));
         }
@@ -115,7 +119,7 @@ pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Spectrum> {
         (Scale::SpectralLuminosity(l, at), _) => l.0 / dynamic.at(at.0),
     };
     if !factor.is_finite() || factor < 0.0 {
-        return Err(SpectraError::Spectrum(
+        return Err(SpectraError::Brightness(
             "the spectrum is zero where its scale is fixed: choose a band or wavelength in which it shines".into(),
         ));
     }
@@ -129,6 +133,9 @@ fn trapezoid(table: &Table) -> f64 {
 }
 
 /// Band flux ∫ R F_λ dλ of magnitude zero [W m⁻²].
+///
+/// # Errors
+/// Where Vega's spectrum does not reach over the band.
 pub fn zero_point(band: &Passband, system: MagnitudeSystem) -> Result<f64> {
     match system {
         MagnitudeSystem::Ab => Ok(band.integrate(|l| AB_ZERO_POINT * SPEED_OF_LIGHT / (l * 1e-6).powi(2) * 1e-6)),
@@ -137,7 +144,7 @@ pub fn zero_point(band: &Passband, system: MagnitudeSystem) -> Result<f64> {
             let (low, high) = band.support_um();
             let (first, last) = vega.range();
             if low < first || high > last {
-                return Err(SpectraError::Spectrum(format!(
+                return Err(SpectraError::Brightness(format!(
                     "Vega's spectrum is embedded from {first:.4} to {last:.4} um, passband {} covers {low:.4} to {high:.4} um: use magnitude_system = \"ab\"",
                     band.name()
                 )));
@@ -183,7 +190,8 @@ mod tests {
         }
     }
 
-    /// Behind A_V = 2 a star that looks as bright is brighter: by two magnitudes and the little that a broad band makes of them, −2.5 lg of the mean of 10^(−0.4 A k) over its own light.
+    /// Behind A_V = 2 a star that looks as bright is brighter: by two magnitudes and the little that a broad band makes
+    /// of them, −2.5 lg of the mean of 10^(−0.4 A k) over its own light.
     #[test]
     fn dust_on_the_way_is_taken_off() {
         let v = Passband::named("johnson-V").unwrap();

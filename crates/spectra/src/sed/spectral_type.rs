@@ -1,4 +1,5 @@
-//! Spectral types as people write them: `B3V`, `o9.5 V`, `K0 III`, `M2 Iab`, `B2-3 IV`, and as the library of Pickles 1998 names its columns: `m2p5v`, `b57v`, `rg5iii`.
+//! Spectral types as people write them: `B3V`, `o9.5 V`, `K0 III`, `M2 Iab`, `B2-3 IV`, and as the library of Pickles
+//! 1998 names its columns: `m2p5v`, `b57v`, `rg5iii`.
 
 /// A Morgan–Keenan type.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,4 +1,5 @@
-//! Random scenes whose gas glows: the scenes of [`super::slabs`] with their light within the dust, marched in few thick steps.
+//! Random scenes whose gas glows: the scenes of [`super::slabs`] with their light within the dust, marched in few thick
+//! steps.
 
 use super::slabs::{Place, campaign};
 use crate::Chapter;

@@ -1,7 +1,8 @@
 //! Random scenes whose light is known: a background behind a box of even dust, or gas that glows evenly within it.
 //!
-//! A ray that goes a length s through a box of extinction σ sees F(σ s) of what lies behind, and ∫ F da/σ over 0 … σ s of what glows there, however few its steps: all that can be wrong
-//! is the spectral rule and arithmetic, which is what a certificate states.
+//! A ray that goes a length s through a box of extinction σ sees F(σ s) of what lies behind, and ∫ F da/σ over 0 … σ s
+//! of what glows there, however few its steps: all that can be wrong is the spectral rule and arithmetic, which is what
+//! a certificate states.
 
 use std::fmt::Write;
 
@@ -84,7 +85,8 @@ struct Case {
     bands: Vec<&'static str>,
     /// Density of extinction [pc⁻¹].
     sigma: f64,
-    /// What shines, and its radiance where the shape is one [W m⁻² sr⁻¹ µm⁻¹], of a length of 1 pc if it comes from within.
+    /// What shines, and its radiance where the shape is one [W m⁻² sr⁻¹ µm⁻¹], of a length of 1 pc if it comes from
+    /// within.
     shape: Shape,
     radiance: f64,
 }
@@ -287,8 +289,8 @@ pub(super) fn campaign(place: Place, control: &Control) -> Result<Findings> {
 mod tests {
     use super::*;
 
-    /// Some hundred scenes of the campaign, every method among them: no bound is exceeded, and a bound of a tenth would be.
-    /// Beside them `known`, which once exceeded theirs.
+    /// Some hundred scenes of the campaign, every method among them: no bound is exceeded, and a bound of a tenth would
+    /// be. Beside them `known`, which once exceeded theirs.
     fn hold(place: Place, known: &[usize]) {
         let of = |n: usize| outcomes(place, n, &Control::default()).unwrap();
         let numbers: Vec<usize> = (0..240).chain(known.iter().copied()).collect();

@@ -53,7 +53,8 @@ fn contenders() -> Vec<(&'static str, Option<usize>)> {
 }
 
 fn run(control: &Control) -> Result<Findings> {
-    // The time of a march does not depend on the filter, but that of the closed form, which falls back to f64 where a narrow filter makes it cancel.
+    // The time of a march does not depend on the filter, but that of the closed form, which falls back to f64 where a
+    // narrow filter makes it cancel.
     let frame = Frame::new(1, Some("johnson-V"), BAKE, EDGE)?;
     let mut plans = Vec::new();
     for (name, count) in contenders() {

@@ -255,7 +255,8 @@ impl App {
         egui::CentralPanel::no_frame().show(ui, |ui| crate::viewport::show(ui, self, &mut edits));
         self.dialogs(&ctx);
         let asking = self.leaving.is_some() || self.files.is_open();
-        // In a slow frame something can be typed, taken and followed by more: keys of the frame in which a field is left are its own.
+        // In a slow frame something can be typed, taken and followed by more: keys of the frame in which a field is
+        // left are its own.
         let typing = ctx.egui_wants_keyboard_input();
         if asking || std::mem::replace(&mut self.typing, typing) || typing {
             self.viewport.land();

@@ -1,12 +1,13 @@
 //! The march of one packet of rays.
 //!
-//! Samples stand at equal steps between the ends of the occupied box; in a segment σ, τ_ℓ and j are linear, its light is the closed form of
-//! `plan::segment`:
+//! Samples stand at equal steps between the ends of the occupied box; in a segment σ, τ_ℓ and j are linear, its light
+//! is the closed form of `plan::segment`:
 //!
 //!   ΔI = Σ_j Δτ ⟨1/r²⟩ w_j(θ) e^(−k_j ā) sinh(k_j y)/(k_j y),  a = τ + τ_ℓ
 //!
-//! A step that is long beside its distance to a star is marched in parts; what is close to a star comes in pieces from `plan::near`. Empty bricks
-//! are jumped over; a packet ends when what lies behind cannot change a pixel by a fiftieth of the accuracy.
+//! A step that is long beside its distance to a star is marched in parts; what is close to a star comes in pieces from
+//! `plan::near`. Empty bricks are jumped over; a packet ends when what lies behind cannot change a pixel by a fiftieth
+//! of the accuracy.
 
 use std::ops::Range;
 

@@ -1,6 +1,8 @@
-//! The fast picture on the processor: f32, sixteen rays at a time, all cores, and the same bits on any number of threads.
+//! The fast picture on the processor: f32, sixteen rays at a time, all cores, and the same bits on any number of
+//! threads.
 //!
-//! A tile of 4 × 4 rays is one packet (`march`); packets share nothing, so the order in which threads take them does not matter.
+//! A tile of 4 × 4 rays is one packet (`march`); packets share nothing, so the order in which threads take them does
+//! not matter.
 
 mod borders;
 mod double_integration;

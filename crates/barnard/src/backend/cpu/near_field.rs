@@ -1,4 +1,5 @@
-//! Gathered stars that a packet passes: the part of their light that is not gathered in the field, within a kernel around each.
+//! Gathered stars that a packet passes: the part of their light that is not gathered in the field, within a kernel
+//! around each.
 //!
 //! A segment within the kernel is marched in pieces of equal angle as the star sees them,
 //!
@@ -17,7 +18,8 @@ use crate::plan::near::{CLOSEST, NEIGHBOUR_PIECES, neighbour_piece};
 use crate::plan::near_field_kernel::{PROFILE, Profile, Shape, depth_within};
 use crate::plan::{ManyLights, MultipleScattering, Plan};
 
-/// A gathered star beside a packet: foot of the perpendicular, from the span's start, its length, and half the chord of the kernel.
+/// A gathered star beside a packet: foot of the perpendicular, from the span's start, its length, and half the chord of
+/// the kernel.
 pub struct NearStar<'a> {
     star: usize,
     foot: Lane,

@@ -1,6 +1,7 @@
 //! The light field of all stars, for sixteen rays: `spectra::propagation` in f32.
 //!
-//! A sample adds Δτ Σ_i (Σ_m q_m(τ) M_imj) V_i, eq. (20) of docs/method.md, to the ray's j-th polynomial, V being its light there; a band is read from the polynomials at the end.
+//! A sample adds Δτ Σ_i (Σ_m q_m(τ) M_imj) V_i, eq. (20) of docs/method.md, to the ray's j-th polynomial, V being its
+//! light there; a band is read from the polynomials at the end.
 
 use super::march::{March, State};
 use super::terms::{CoordinateTable, DepthSpan};

@@ -133,7 +133,8 @@ fn scatter(
 /// Entry and fraction of the phase table, and the share of the light, lane by lane.
 type Angle = ([(usize, f32); LANES], Lane);
 
-/// Entries of the phase table and shares of the light at some angles of a segment, which go as σ/r²; one angle in its middle, mostly.
+/// Entries of the phase table and shares of the light at some angles of a segment, which go as σ/r²; one angle in its
+/// middle, mostly.
 #[inline(always)]
 fn angles(march: &March, view: &StarView, along: &Lane, length: &Lane, tilt: &Lane, phases: usize) -> SmallVec<[Angle; 1]> {
     let mut angles: SmallVec<[Angle; 1]> = SmallVec::new();

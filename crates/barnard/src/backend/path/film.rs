@@ -1,4 +1,5 @@
-//! What paths have brought so far: for each pixel and band how many, their mean and the scatter around it (Welford 1962).
+//! What paths have brought so far: for each pixel and band how many, their mean and the scatter around it (Welford
+//! 1962).
 
 /// One pixel in one band.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

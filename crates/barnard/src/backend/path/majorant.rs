@@ -1,7 +1,8 @@
 //! Upper bounds of a field, block by block, for tracking by collisions that may be null.
 //!
-//! A grid's bounds are exact: the largest of the values that a block's trilinear cells touch. A function is asked at 4³ places of each block and those
-//! around it, and nowhere in its box is the bound zero; where it is exceeded all the same, the weights of [`super::medium`] keep the mean right.
+//! A grid's bounds are exact: the largest of the values that a block's trilinear cells touch. A function is asked at 4³
+//! places of each block and those around it, and nowhere in its box is the bound zero; where it is exceeded all the
+//! same, the weights of [`super::medium`] keep the mean right.
 
 use rayon::prelude::*;
 
@@ -144,13 +145,14 @@ mod tests {
     fn rays(count: u64) -> impl Iterator<Item = Ray> {
         (0..count).map(|i| {
             let mut random = Counter::new(7, i);
-            let mut place = |half: f64| DVec3::from([random.next(), random.next(), random.next()].map(|u| half * (2.0 * u - 1.0)));
+            let mut place = |half: f64| DVec3::from([random.uniform(), random.uniform(), random.uniform()].map(|u| half * (2.0 * u - 1.0)));
             let (origin, target) = (place(3.0), place(0.8));
             Ray::between(origin, target).0
         })
     }
 
-    /// The cells of a ray follow each other without a gap through the whole box, and no value in them passes their bound.
+    /// The cells of a ray follow each other without a gap through the whole box, and no value in them passes their
+    /// bound.
     #[test]
     fn cells_bound_grids() {
         let lattice = Lattice { dims: [13, 10, 22], bounds: Bounds { low: DVec3::new(-1.0, -0.7, -1.1), high: DVec3::new(1.0, 0.9, 1.3) } };

@@ -1,8 +1,9 @@
 //! Free flights through dust.
 //!
-//! Collisions are drawn at the rate of the majorant μ and are real with the chance σ/(σ + |μ − σ|); where σ passes μ, the weight (σ + |μ − σ|)/μ and its
-//! sign keep the mean right (Galtier et al. 2013, JQSRT 125, 57). Transmittances are products of 1 − σ/μ at such collisions (ratio tracking, Novák,
-//! Selle & Jarosz 2014). Depths are at V: wavelength λ sees k(λ) times as much.
+//! Collisions are drawn at the rate of the majorant μ and are real with the chance σ/(σ + |μ − σ|); where σ passes μ,
+//! the weight (σ + |μ − σ|)/μ and its sign keep the mean right (Galtier et al. 2013, JQSRT 125, 57). Transmittances are
+//! products of 1 − σ/μ at such collisions (ratio tracking, Novák, Selle & Jarosz 2014). Depths are at V: wavelength λ
+//! sees k(λ) times as much.
 
 use super::majorant::Majorant;
 use super::sampled_wavelengths::CARRIED;
@@ -36,7 +37,7 @@ const FAINT: f64 = 0.1;
 
 /// A length in units of the mean free path.
 fn exponential(random: &mut Counter) -> f64 {
-    -(1.0 - random.next()).ln()
+    -(1.0 - random.uniform()).ln()
 }
 
 impl<'a> Medium<'a> {
@@ -71,7 +72,7 @@ impl<'a> Medium<'a> {
                 let sigma = self.sigma(ray, t);
                 let null = bound - sigma;
                 let all = sigma + null.abs();
-                if random.next() * all < sigma {
+                if random.uniform() * all < sigma {
                     flight.weight *= all / bound;
                     flight.collision = Some(t);
                     return flight;
@@ -98,7 +99,7 @@ impl<'a> Medium<'a> {
                 // What hardly comes through is ended by chance; the rest counts more.
                 let largest = through.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
                 if largest < FAINT {
-                    if random.next() * FAINT >= largest {
+                    if random.uniform() * FAINT >= largest {
                         return [0.0; CARRIED];
                     }
                     through.iter_mut().for_each(|t| *t *= FAINT / largest);
@@ -130,7 +131,8 @@ mod tests {
         test_scenes::dust(density, "inverse_wavelength", 5.0)
     }
 
-    /// Flights leave, and transmittances are, e^(−k τ) in the mean, by bounds that hold and by bounds that are exceeded fourfold.
+    /// Flights leave, and transmittances are, e^(−k τ) in the mean, by bounds that hold and by bounds that are exceeded
+    /// fourfold.
     #[test]
     fn free_flights_are_unbiased() {
         let dust = dust();

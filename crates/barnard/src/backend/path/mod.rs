@@ -1,9 +1,10 @@
 //! The referee: an unbiased path tracer in f64, for any number of bounces.
 //!
-//! It reads the scene's physics itself and shares none of the plan's approximations. Each pixel's paths are drawn from generators of their own, by seed, pixel
-//! and number, so that pictures are the same on any number of threads. `tracer` is the transport, `medium` the flights through dust by
-//! `majorant` bounds, `waves` the wavelengths; the `film` keeps means with their standard errors, a program may keep it for a later run. Visible stars and the star field are points, drawn
-//! as `reference` draws them.
+//! It reads the scene's physics itself and shares none of the plan's approximations. Each pixel's paths are drawn from
+//! generators of their own, by seed, pixel and number, so that pictures are the same on any number of threads. `tracer`
+//! is the transport, `medium` the flights through dust by `majorant` bounds, `waves` the wavelengths; the `film` keeps
+//! means with their standard errors, a program may keep it for a later run. Visible stars and the star field are
+//! points, drawn as `reference` draws them.
 
 mod film;
 mod majorant;
@@ -95,7 +96,8 @@ impl Backend for PathTracer {
 /// Paths of each pixel that are finished together.
 const PASS: u64 = 8;
 
-/// Adds paths to `film` until the options are met; passes that are finished stay when `control` interrupts. `tell` hears of the film after each.
+/// Adds paths to `film` until the options are met; passes that are finished stay when `control` interrupts. `tell`
+/// hears of the film after each.
 ///
 /// # Errors
 /// Where a density has no bound, and [`Interrupted`](crate::Error::Interrupted).
@@ -152,7 +154,7 @@ fn follow(tracer: &Tracer, scene: &Scene, seed: u64, pixel: usize, number: u64, 
     let supersampling = camera.supersampling;
     // By chance, so that no number of paths prefers a part of the pixel.
     let parts = supersampling * supersampling;
-    let part = if parts > 1 { ((random.next() * parts as f64) as usize).min(parts - 1) } else { 0 };
+    let part = if parts > 1 { ((random.uniform() * parts as f64) as usize).min(parts - 1) } else { 0 };
     let place = |at: usize, part: usize| at as f64 + (part as f64 + 0.5) / supersampling as f64;
     let ray = camera.ray(place(pixel % camera.width, part % supersampling), place(pixel / camera.width, part / supersampling));
     for band in 0..scene.bands.len() {
@@ -163,8 +165,8 @@ fn follow(tracer: &Tracer, scene: &Scene, seed: u64, pixel: usize, number: u64, 
 /// Pixels whose first paths are compared.
 const CHECKED: usize = 64;
 
-/// What the first paths of some pixels bring, bands × pixels: the same where scene, camera, bands, bounces and seed are. A film that is kept
-/// for a later run is recognised by it.
+/// What the first paths of some pixels bring, bands × pixels: the same where scene, camera, bands, bounces and seed
+/// are. A film that is kept for a later run is recognised by it.
 ///
 /// # Errors
 /// Those of [`trace`].
@@ -176,7 +178,7 @@ pub fn first_paths(scene: &Scene, options: &Options) -> Result<Vec<f64>> {
     let mut first = vec![0.0; scene.bands.len() * count];
     for i in 0..count {
         // Places all over the picture.
-        let pixel = (Counter::new(CHECKED as u64, i as u64).next() * size as f64) as usize;
+        let pixel = (Counter::new(CHECKED as u64, i as u64).uniform() * size as f64) as usize;
         follow(&tracer, scene, options.seed, pixel.min(size - 1), 0, |band, radiance| first[band * count + i] = radiance);
     }
     Ok(first)

@@ -1,7 +1,8 @@
 //! Wavelengths of a band, drawn in proportion to what its lights send through it.
 //!
-//! The band's lights, each divided by its own band total, are averaged on narrow cells; spectral lines are cells of no width. A wavelength is drawn by
-//! inverting the sum over cells: [`SampledWavelengths::draw`] takes four at once, a quarter of the way apart, so that each carries the others' light.
+//! The band's lights, each divided by its own band total, are averaged on narrow cells; spectral lines are cells of no
+//! width. A wavelength is drawn by inverting the sum over cells: [`SampledWavelengths::draw`] takes four at once, a
+//! quarter of the way apart, so that each carries the others' light.
 
 use spectra::passband::Passband;
 

@@ -1,15 +1,17 @@
 //! One path of light, backwards from the eye.
 //!
-//! A path carries four wavelengths. The first draws its collisions and directions; every wavelength's share is weighed by how likely all four would have
-//! drawn the same path (balance heuristic; Wilkie et al. 2014, Hero wavelength spectral sampling; Miller, Georgiev & Jarosz 2019 for null collisions). As
-//! extinction is k(λ) σ(x) everywhere, the density of a path at wavelength i is e^(−k_i M) k_i^n Π p_i(θ), with M = ∫μ dt along it and n its collisions,
-//! null ones too: all else is common.
+//! A path carries four wavelengths. The first draws its collisions and directions; every wavelength's share is weighed
+//! by how likely all four would have drawn the same path (balance heuristic; Wilkie et al. 2014, Hero wavelength
+//! spectral sampling; Miller, Georgiev & Jarosz 2019 for null collisions). As extinction is k(λ) σ(x) everywhere, the
+//! density of a path at wavelength i is e^(−k_i M) k_i^n Π p_i(θ), with M = ∫μ dt along it and n its collisions, null
+//! ones too: all else is common.
 //!
-//! Starlight is added on each leg of the path twice, at its collision and at a place drawn in proportion to F(t) = Σ L/r² (equiangular sampling, Kulla &
-//! Fajardo 2012), the two weighed so that their sum counts once: near a star, where 1/r² has a peak, the second counts alone.
+//! Starlight is added on each leg of the path twice, at its collision and at a place drawn in proportion to F(t) = Σ
+//! L/r² (equiangular sampling, Kulla & Fajardo 2012), the two weighed so that their sum counts once: near a star, where
+//! 1/r² has a peak, the second counts alone.
 //!
-//! A star's light may scatter `bounces` times; light of gas and background, which comes from everywhere, one time less. One bounce is thus eq. (1) of
-//! docs/method.md.
+//! A star's light may scatter `bounces` times; light of gas and background, which comes from everywhere, one time less.
+//! One bounce is thus eq. (1) of docs/method.md.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::RangeInclusive;
@@ -134,7 +136,7 @@ impl<'a> Tracer<'a> {
         if self.bands[band].is_dark() {
             return 0.0;
         }
-        let waves = self.bands[band].draw(random.next());
+        let waves = self.bands[band].draw(random.uniform());
         let mut path = PathState { waves, weight: 1.0, albedo: [1.0; CARRIED], likely: [1.0; CARRIED] };
         let mut radiance = 0.0;
         for scattered in 0..*self.bounces.end() {
@@ -177,7 +179,7 @@ impl<'a> Tracer<'a> {
             if total <= 0.0 {
                 continue;
             }
-            let mut left = random.next() * total;
+            let mut left = random.uniform() * total;
             let drawn = species.majorant.cells(ray, f64::INFINITY).find_map(|(start, end, bound)| {
                 let own = bound * (end - start);
                 left -= own;
@@ -199,7 +201,7 @@ impl<'a> Tracer<'a> {
     /// Starlight scattered once on a leg of the path, at a place drawn in proportion to F.
     fn near_stars(&self, path: &PathState, medium: &Medium, leg: &PathSegment, band: usize, random: &mut Counter) -> f64 {
         let Some(star) = picked(leg.stars.iter().map(|s| s.0), leg.total, random) else { return 0.0 };
-        let t = leg.stars[star].1.place(random.next());
+        let t = leg.stars[star].1.place(random.uniform());
         let (place, sigma) = (leg.ray.at(t), medium.sigma(&leg.ray, t));
         if sigma == 0.0 {
             return 0.0;
@@ -239,20 +241,20 @@ impl<'a> Tracer<'a> {
             return brightest > 0.0;
         }
         path.weight /= brightest;
-        random.next() < brightest
+        random.uniform() < brightest
     }
 
     /// A new leg: by the phase function of the first wavelength, now and then towards a star.
     ///
-    /// A leg that passes a star at the distance b brings light as 1/b, that is as 1/sin ϑ with ϑ the angle between leg and star: legs with ϑ drawn evenly,
-    /// 1/(2π² sin ϑ) a steradian, take that peak away.
+    /// A leg that passes a star at the distance b brings light as 1/b, that is as 1/sin ϑ with ϑ the angle between leg
+    /// and star: legs with ϑ drawn evenly, 1/(2π² sin ϑ) a steradian, take that peak away.
     fn scatter(&self, path: &mut PathState, medium: &Medium, place: DVec3, direction: DVec3, band: usize, random: &mut Counter) -> Ray {
         let phase = &medium.dust.phase;
         let total = self.fluence(place, band);
         let towards = if total > 0.0 { TOWARDS_STARS } else { 0.0 };
-        let new = if random.next() < towards {
+        let new = if random.uniform() < towards {
             let star = self.drawn(place, total, band, random);
-            let (sine, cosine) = (PI * random.next()).sin_cos();
+            let (sine, cosine) = (PI * random.uniform()).sin_cos();
             around((star.position - place).normalize_or(DVec3::Z), cosine, sine, random)
         } else {
             let cosine = phase.sample(path.waves[0].lambda_um, random);
@@ -284,7 +286,7 @@ impl<'a> Tracer<'a> {
 /// A direction at an angle from another, anywhere around it.
 fn around(axis: DVec3, cosine: f64, sine: f64, random: &mut Counter) -> DVec3 {
     let (across, other) = axis.any_orthonormal_pair();
-    let (y, x) = (TAU * random.next()).sin_cos();
+    let (y, x) = (TAU * random.uniform()).sin_cos();
     (cosine * axis + sine * (x * across + y * other)).normalize()
 }
 
@@ -293,7 +295,7 @@ fn picked(mut shares: impl Iterator<Item = f64>, total: f64, random: &mut Counte
     if total <= 0.0 {
         return None;
     }
-    let mut left = random.next() * total;
+    let mut left = random.uniform() * total;
     shares.position(|share| {
         left -= share;
         left < 0.0
@@ -319,7 +321,8 @@ impl PathSegment {
         Self { ray, total: stars.iter().map(|s| s.0).sum(), stars }
     }
 
-    /// How much of the starlight at a place comes by places that are drawn by the stars, F/∫F dt, beside collisions, kσ.
+    /// How much of the starlight at a place comes by places that are drawn by the stars, F/∫F dt, beside collisions,
+    /// kσ.
     fn by_stars(&self, fluence: f64, by_collision: f64) -> f64 {
         let both = fluence + by_collision * self.total;
         if both > 0.0 { fluence / both } else { 1.0 }

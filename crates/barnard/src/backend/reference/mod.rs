@@ -1,6 +1,7 @@
 //! The truth: f64, adaptive in space and wavelength, exact star depths, plain and readable.
 //!
-//! It reads the scene's physics itself and shares none of the plan's approximations: no baked grids, no cached star depths, no nodes.
+//! It reads the scene's physics itself and shares none of the plan's approximations: no baked grids, no cached star
+//! depths, no nodes.
 //!
 //! Along a ray, per wavelength, eq. (1) of docs/method.md:
 //!
@@ -12,8 +13,9 @@
 //! | τ, τ_ℓ | `tau`, `tau_star` | 1 |
 //! | k, ω, p | `Wavelength` | 1, 1, sr⁻¹ |
 //!
-//! Each star is integrated over the angle ϑ at which it sees the ray, t = t₀ + b tan ϑ, so that dt/r² = dϑ/b has no peak (Kulla & Fajardo 2012,
-//! EGSR, eq. 7). Cells between the fields' own crossings are bisected until the (G3, K7) pair agrees. Source of the transport: Kajiya & von Herzen 1984.
+//! Each star is integrated over the angle ϑ at which it sees the ray, t = t₀ + b tan ϑ, so that dt/r² = dϑ/b has no
+//! peak (Kulla & Fajardo 2012, EGSR, eq. 7). Cells between the fields' own crossings are bisected until the (G3, K7)
+//! pair agrees. Source of the transport: Kajiya & von Herzen 1984.
 
 mod profile;
 
@@ -39,7 +41,8 @@ use profile::Profile;
 /// The accuracy of the truth, unless told otherwise: relative to a pixel's radiance.
 pub const DEFAULT_ACCURACY: f64 = 1e-5;
 
-/// Optical depths at V behind which the integrals over wavelength must have converged, and cosines at which those of scattered light.
+/// Optical depths at V behind which the integrals over wavelength must have converged, and cosines at which those of
+/// scattered light.
 const DEPTHS: [f64; 7] = [0.0, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0];
 const PHASES: [f64; 3] = [-1.0, 0.0, 1.0];
 
@@ -143,7 +146,8 @@ fn extended(scene: &Scene, accuracy: f64, control: &Control) -> Result<Vec<f64>>
     Ok(data)
 }
 
-/// Draws the unresolved sources of `scene` to `accuracy`: `add` hears of places in bands × height × width, and radiances [W m⁻² sr⁻¹].
+/// Draws the unresolved sources of `scene` to `accuracy`: `add` hears of places in bands × height × width, and
+/// radiances [W m⁻² sr⁻¹].
 pub(super) fn draw_points(scene: &Scene, accuracy: f64, add: impl FnMut(usize, f64)) -> Result<()> {
     Truth::new(scene, accuracy)?.draw_points(add)
 }
@@ -157,7 +161,8 @@ impl<'a> Truth<'a> {
             let factors: Vec<_> = lights.iter().map(|l| factor(l.route, scene.dust.as_ref())).collect();
             let breaks: Vec<f64> = lights.iter().flat_map(|l| l.spectrum.breakpoints_um()).chain(law.breakpoints_um()).collect();
             let sent = |lambda: f64| lights.iter().zip(&factors).map(move |(l, f)| l.spectrum.continuum(lambda) * f(lambda));
-            // What a ray is asked for: every light behind every depth, and at the angles over which its phase function changes most.
+            // What a ray is asked for: every light behind every depth, and at the angles over which its phase function
+            // changes most.
             let integrand = |lambda: f64| -> Vec<f64> {
                 let phases = PHASES.map(|cosine| scene.dust.as_ref().map_or(1.0, |d| d.phase.at(cosine, lambda)));
                 let decays = DEPTHS.map(|a| (-a * law.k(lambda)).exp());

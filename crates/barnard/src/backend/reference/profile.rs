@@ -1,7 +1,7 @@
 //! A field along a ray as cubic pieces.
 //!
-//! Between the crossings that a grid states its trilinear values are cubic along the ray: four values inside of a piece give it exactly. A function
-//! is cut until the cubic through four values meets it at three more.
+//! Between the crossings that a grid states its trilinear values are cubic along the ray: four values inside of a piece
+//! give it exactly. A function is cut until the cubic through four values meets it at three more.
 
 use std::sync::OnceLock;
 

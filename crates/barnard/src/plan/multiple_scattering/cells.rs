@@ -37,7 +37,8 @@ const FINE: usize = 32;
 const MAX_SAMPLES: usize = 4;
 
 impl Cells {
-    /// No more than `most` along an edge of the box around the dust, and gas near it; whole blocks of voxels where they can be.
+    /// No more than `most` along an edge of the box around the dust, and gas near it; whole blocks of voxels where they
+    /// can be.
     pub fn new(dust: &Grid, gas: &[Grid], most: usize) -> Self {
         let own = dust.lattice.bounds;
         let reach = AROUND * own.size();
@@ -91,7 +92,11 @@ impl Cells {
         (0..self.lattice.cells()).into_par_iter().map(|cell| mean(cell) as f32).collect()
     }
 
-    /// Adds moments of the stars' own light, in the mean over the dust of each cell; `direct_sources` are those that a row of cells sees, `k` the terms' extinctions.
+    /// Adds moments of the stars' own light, in the mean over the dust of each cell; `direct_sources` are those that a
+    /// row of cells sees, `k` the terms' extinctions.
+    ///
+    /// # Errors
+    /// When the user wishes to stop.
     pub fn direct<'a>(
         &self,
         dust: &Grid,
@@ -159,8 +164,8 @@ pub struct DirectSource<'a> {
 mod tests {
     use super::*;
 
-    /// Cells hold the dust of the grid along every axis, however few or flat its voxels are and however far gas reaches out of it; coarse grids are cut, and the number of
-    /// cells is held to.
+    /// Cells hold the dust of the grid along every axis, however few or flat its voxels are and however far gas reaches
+    /// out of it; coarse grids are cut, and the number of cells is held to.
     #[test]
     fn cells_hold_all_dust() {
         let lattice = |dims, size: DVec3| Lattice { dims, bounds: Bounds { low: -0.5 * size, high: 0.5 * size } };

@@ -1,11 +1,13 @@
-//! Directions of discrete ordinates: the six faces of a cube, each cut into cells of equal angles along both slopes (u, v).
+//! Directions of discrete ordinates: the six faces of a cube, each cut into cells of equal angles along both slopes (u,
+//! v).
 //!
 //!   Ω(u, v) = atan(u v/√(1 + u² + v²))
 //!
-//! is the solid angle of a rectangle of slopes from the middle of a face. Directions stand in the middles of the cells, all slopes scaled by one factor near one, so
-//! that ⟨d_x⁴⟩ = 1/5 as on a sphere. Odd moments vanish and ⟨d_i d_j⟩ = δ_ij/3 as they do for all that has the symmetry of a cube; so harmonics up to degree two
-//! are orthonormal. All directions of a face cross the planes of the grid along one axis: in a sweep, a plane depends on the one before alone. Faces of many directions come in parts, so that
-//! what a sweep keeps of a plane stays near the processor.
+//! is the solid angle of a rectangle of slopes from the middle of a face. Directions stand in the middles of the cells,
+//! all slopes scaled by one factor near one, so that ⟨d_x⁴⟩ = 1/5 as on a sphere. Odd moments vanish and ⟨d_i d_j⟩ =
+//! δ_ij/3 as they do for all that has the symmetry of a cube; so harmonics up to degree two are orthonormal. All
+//! directions of a face cross the planes of the grid along one axis: in a sweep, a plane depends on the one before
+//! alone. Faces of many directions come in parts, so that what a sweep keeps of a plane stays near the processor.
 
 use glam::DVec3;
 use spectra::constants::SPHERE;

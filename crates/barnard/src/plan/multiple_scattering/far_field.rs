@@ -1,10 +1,12 @@
-//! The gathered stars' light in cells, beyond the neighbourhood of each star: as one camera sees it scattered, and as moments of the radiance, from which it scatters again.
+//! The gathered stars' light in cells, beyond the neighbourhood of each star: as one camera sees it scattered, and as
+//! moments of the radiance, from which it scatters again.
 //!
 //!   S_t(x, n) = ω_t Σ_s w_st p_t(θ_s) e^(−k_t τ_s) (1 − w(r_s))/r_s²
 //!
-//! Light from afar is smooth and is gathered in cells of twice the edge; of stars that are nearer than [`MIDDLE`] of those, only what that leaves out is gathered in the cells
-//! themselves. So a star costs as many cells as the coarse lattice has, and a few thousand more. The phase function is asked for every star and cell: nothing of it is lost but what
-//! changes within a cell.
+//! Light from afar is smooth and is gathered in cells of twice the edge; of stars that are nearer than [`MIDDLE`] of
+//! those, only what that leaves out is gathered in the cells themselves. So a star costs as many cells as the coarse
+//! lattice has, and a few thousand more. The phase function is asked for every star and cell: nothing of it is lost but
+//! what changes within a cell.
 //!
 //! | symbol | variable | unit |
 //! |---|---|---|

@@ -2,8 +2,8 @@
 //!
 //!   p(a·b) = Σ_l p_l Σ_m Y_lm(a) Y_lm(b),  p_l = 2π ∫ p(μ) P_l(μ) dμ
 //!
-//! The addition theorem; p_0 = 1, p_1 = g, and p_l = g^l for Henyey & Greenstein. Y_lm by the recurrences of associated Legendre functions and of
-//! sin mφ, cos mφ in Cartesian form (Sloan 2013, JCGT 2 (2), 84), l by l, m from −l to l.
+//! The addition theorem; p_0 = 1, p_1 = g, and p_l = g^l for Henyey & Greenstein. Y_lm by the recurrences of associated
+//! Legendre functions and of sin mφ, cos mφ in Cartesian form (Sloan 2013, JCGT 2 (2), 84), l by l, m from −l to l.
 
 use std::ops::{Add, Mul, Sub};
 use std::sync::LazyLock;
@@ -23,7 +23,8 @@ pub const fn count(degree: usize) -> usize {
     (degree + 1) * (degree + 1)
 }
 
-/// What the recurrences multiply by: from l to l + 1 at the same m, and from m to m + 1 along the diagonal, for normalised functions.
+/// What the recurrences multiply by: from l to l + 1 at the same m, and from m to m + 1 along the diagonal, for
+/// normalised functions.
 struct Recurrence {
     rise: [[f64; DEGREE + 1]; DEGREE + 1],
     fall: [[f64; DEGREE + 1]; DEGREE + 1],
@@ -133,7 +134,8 @@ mod tests {
         }
     }
 
-    /// Σ_lm p_l Y_lm(a) Y_lm(b) is the Legendre series of Henyey & Greenstein's function, and harmonics are orthonormal.
+    /// Σ_lm p_l Y_lm(a) Y_lm(b) is the Legendre series of Henyey & Greenstein's function, and harmonics are
+    /// orthonormal.
     #[test]
     fn the_addition_theorem_holds() {
         let g: f64 = 0.6;

@@ -1,5 +1,6 @@
-//! How large the kernels around the gathered stars are: what cells do not see of a star falls as L/R² in the picture, marching what is in the kernel costs as R³ for each. With as much
-//! work as is allowed along an average ray the error is least for R ∝ L^(2/7).
+//! How large the kernels around the gathered stars are: what cells do not see of a star falls as L/R² in the picture,
+//! marching what is in the kernel costs as R³ for each. With as much work as is allowed along an average ray the error
+//! is least for R ∝ L^(2/7).
 
 use super::cells::Cells;
 use super::solve::Problem;

@@ -1,4 +1,5 @@
-//! The field of scattered light: light that was scattered, or sent out by gas, as it is before it scatters towards the eye.
+//! The field of scattered light: light that was scattered, or sent out by gas, as it is before it scatters towards the
+//! eye.
 //!
 //!   S_t(x, n) = ω_t Σ_l p_lt Σ_m Y_lm(n) L_lm,t(x),   L = Σ_(i=1)^(N−1) Λ_t^i D
 //!
@@ -11,10 +12,14 @@
 //! | S: source function towards n | `volumes` | W m⁻² sr⁻¹ |
 //! | N: how often light may scatter | `bounces` | |
 //!
-//! This is eq. (22) of docs/method.md. The march reads S, which is smooth, beside σ, which is not: ΔI = k σ S Δs. Starlight that scatters once is not in it, but that of the gathered stars (`far_field`): the march
-//! has it exactly, with the phase function itself. Orders of scattering are summed until what is left goes as a geometric series, whose rest is added.
+//! This is eq. (22) of docs/method.md. The march reads S, which is smooth, beside σ, which is not: ΔI = k σ S Δs.
+//! Starlight that scatters once is not in it, but that of the gathered stars (`far_field`): the march has it exactly,
+//! with the phase function itself. Orders of scattering are summed until what is left goes as a geometric series, whose
+//! rest is added.
 //!
-//! Valid where light is nearly diffuse after its first scattering. Left out: gas farther from the dust's box than half its size, the change of S within a cell around an eye that is inside the dust, moments of the radiance above degree five, structure of the dust within a cell.
+//! Valid where light is nearly diffuse after its first scattering. Left out: gas farther from the dust's box than half
+//! its size, the change of S within a cell around an eye that is inside the dust, moments of the radiance above degree
+//! five, structure of the dust within a cell.
 
 mod cells;
 mod direct_sources;
@@ -58,7 +63,8 @@ use crate::scene::Scene;
 pub struct Fineness {
     /// Most cells along an edge.
     pub cells: usize,
-    /// Directions along each edge of a cube's face: of light that has scattered once, which comes from near the stars, and of all other.
+    /// Directions along each edge of a cube's face: of light that has scattered once, which comes from near the stars,
+    /// and of all other.
     pub directions: [usize; 2],
     /// Highest degree of harmonics.
     pub degree: usize,
@@ -71,7 +77,8 @@ impl Fineness {
     pub const PREVIEW: Self = Self { cells: 24, directions: [4, 2], degree: 1 };
 }
 
-/// Directions of the field that tells how exact those of the full one are: fewer of the first order, more of the others.
+/// Directions of the field that tells how exact those of the full one are: fewer of the first order, more of the
+/// others.
 const OTHER: [usize; 2] = [4, 4];
 /// Light of less is none, in parts of the brightest.
 const FAINT: f32 = 1e-15;
@@ -209,7 +216,8 @@ pub(super) fn check(spectral: &SpectralPlan, settings: &Settings) -> Result<()> 
 const HALF_SHARE: f64 = 0.1;
 
 impl MultipleScattering {
-    /// The field of `scene` for its camera; none where light scatters once, or nothing scatters. What another field was found from is not solved again.
+    /// The field of `scene` for its camera; none where light scatters once, or nothing scatters. What another field was
+    /// found from is not solved again.
     ///
     /// # Errors
     /// For rules that have no nodes, more memory than is allowed, and when the user wishes to stop.
@@ -235,7 +243,8 @@ impl MultipleScattering {
         };
         let (cells, bytes, coarser) = problem.fitting(dust, fineness)?;
         let kernels = space.many_lights.as_ref().map_or_else(Vec::new, |many_lights| problem.kernels(many_lights, &cells));
-        // Half as fine, then with other directions too: what that changes says how exact the field is, at a part of its price.
+        // Half as fine, then with other directions too: what that changes says how exact the field is, at a part of its
+        // price.
         let half = |fineness: Fineness, before: Option<&Self>, part: (f64, f64)| {
             let most = cells.lattice.dims.into_iter().max().unwrap_or(1) / 2;
             problem.solve((Cells::new(dust, space.gas(), most.max(1)), fineness), (&kernels, None), before, &control.part(part))
@@ -363,7 +372,8 @@ impl MultipleScattering {
 }
 
 impl Field {
-    /// What is gathered of The gathered stars' light in each cell as one eye sees it, part by part; nothing where there are no many lights.
+    /// What is gathered of The gathered stars' light in each cell as one eye sees it, part by part; nothing where there
+    /// are no many lights.
     fn gathered(&self, view: View, control: &Control) -> Result<Vec<Moments>> {
         let Some(many_lights) = &self.many_lights else { return Ok(Vec::new()) };
         let terms = self.parts.iter().map(|part| part.terms.len()).sum();

@@ -66,7 +66,8 @@ impl Moments {
         });
     }
 
-    /// Moves every value by −δ²/12 along each axis, not past nothing, so that what is trilinear between cells has the right mean over each.
+    /// Moves every value by −δ²/12 along each axis, not past nothing, so that what is trilinear between cells has the
+    /// right mean over each.
     pub fn match_means(&mut self, own: &Lattice) {
         let (dims, count) = (own.dims, self.count);
         let strides = [1, dims[0], dims[0] * dims[1]].map(|stride| stride * count);

@@ -1,7 +1,9 @@
-//! Orders of scattering, one after the other, wherever they are swept: on the processor, or on a device that the caller brings.
+//! Orders of scattering, one after the other, wherever they are swept: on the processor, or on a device that the caller
+//! brings.
 //!
-//! A [`Sweeper`] takes up a [`Transfer`] and what shines first, and brings [`Orders`]: each scatters the one before and sweeps it along the discrete ordinates. What is
-//! found does not depend on where it is found, but for the rounding of single precision.
+//! A [`Sweeper`] takes up a [`Transfer`] and what shines first, and brings [`Orders`]: each scatters the one before and
+//! sweeps it along the discrete ordinates. What is found does not depend on where it is found, but for the rounding of
+//! single precision.
 
 use std::fmt::Debug;
 use std::sync::{Arc, OnceLock};
@@ -28,8 +30,9 @@ pub struct Transfer<'a> {
     pub cells: &'a Cells,
     /// Extinction in parts of that at V.
     pub k: &'a EightLanes,
-    /// Directions of starlight that has scattered once, and of all other: it comes from near the stars, and few directions would draw rays of it. What comes in from around must have those
-    /// of later orders, or an even field of light would not stay even.
+    /// Directions of starlight that has scattered once, and of all other: it comes from near the stars, and few
+    /// directions would draw rays of it. What comes in from around must have those of later orders, or an even field of
+    /// light would not stay even.
     pub faces: [&'a [Face]; 2],
     /// ω p_l of each harmonic.
     pub scattering: &'a [EightLanes],

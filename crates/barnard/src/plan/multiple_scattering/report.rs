@@ -34,15 +34,17 @@ pub struct ScatteringReport {
 pub struct FarFieldError {
     /// So many stars.
     pub stars: usize,
-    /// Smallest and largest radius of the kernels around them, within which their light is marched [pc].
+    /// Smallest and largest radius of the kernels around them, within which their light is marched \[pc\].
     pub near_pc: (f64, f64),
     /// Voxels along the longest edge of their depths.
     pub shadows: usize,
-    /// The mean difference from the exact light towards the first camera, in parts of its mean, at places in the dust; nothing where it was not measured.
+    /// The mean difference from the exact light towards the first camera, in parts of its mean, at places in the dust;
+    /// nothing where it was not measured.
     pub error: Option<f64>,
 }
 
-/// Errors of the field as half as many cells an edge, and other directions there, let them be estimated: relative rms over the dust.
+/// Errors of the field as half as many cells an edge, and other directions there, let them be estimated: relative rms
+/// over the dust.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorEstimate {
     /// Of cells.

@@ -43,11 +43,13 @@ pub struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// As many cells as `fineness` says, or as the memory limit lets be; the bytes of all, and whether it was the limit.
+    /// As many cells as `fineness` says, or as the memory limit lets be; the bytes of all, and whether it was the
+    /// limit.
     pub fn fitting(&self, dust: &Grid, fineness: Fineness) -> Result<(Cells, u64, bool)> {
         let harmonics = count(kept_degree(&self.terms, fineness));
         let parts = self.terms.len().div_ceil(WIDTH) as u64;
-        // All orders of each part, two orders of one where it is swept, what the march reads, and that as it is gathered.
+        // All orders of each part, two orders of one where it is swept, what the march reads, and that as it is
+        // gathered.
         let orders = if self.settings.method.bounces > 1 { 2 + parts } else { 0 };
         let gathered = if self.space.many_lights.is_some() { 2 * parts } else { 0 };
         let bytes_of = |cells: &Cells| {
@@ -71,7 +73,8 @@ impl Problem<'_> {
 
     /// The field in `cells`, seen by the scene's camera.
     ///
-    /// `kernels` are those around the gathered stars; their light is compared with the exact one by `spot_checks`, and left out where there are none.
+    /// `kernels` are those around the gathered stars; their light is compared with the exact one by `spot_checks`, and
+    /// left out where there are none.
     pub fn solve(
         &self,
         (cells, fineness): (Cells, Fineness),
@@ -161,7 +164,8 @@ impl Problem<'_> {
         }
     }
 
-    /// The most that the brightest gathered star sends along a ray that passes it at a quarter of a voxel, ∫ σ ds/r² being less than σ π/b: about what may lie behind a ray's end.
+    /// The most that the brightest gathered star sends along a ray that passes it at a quarter of a voxel, ∫ σ ds/r²
+    /// being less than σ π/b: about what may lie behind a ray's end.
     fn nearest(&self, terms: &[Term], direct_sources: &DirectSources) -> EightLanes {
         let Some(dust) = self.space.dust.as_ref().filter(|_| !direct_sources.many_lights.is_empty()) else { return [0.0; WIDTH] };
         let densest = f64::from(dust.data.iter().fold(0.0f32, |most, sigma| most.max(*sigma)));
@@ -180,7 +184,8 @@ fn reaches(kernels: &[NearFieldKernel]) -> (f64, f64) {
 /// How close to a gathered star a ray passes, in voxels of dust [1].
 const CLOSE: f64 = 0.25;
 
-/// The highest degree that any phase function still has something of: moments of the light above it scatter into nothing.
+/// The highest degree that any phase function still has something of: moments of the light above it scatter into
+/// nothing.
 fn kept_degree(terms: &[Term], fineness: Fineness) -> usize {
     // What so few directions tell apart.
     let most = fineness.degree.min(if fineness.directions[1] > 2 { DEGREE } else { 2 });
@@ -188,7 +193,8 @@ fn kept_degree(terms: &[Term], fineness: Fineness) -> usize {
     (0..=most).rev().find(|l| has(*l)).unwrap_or(0)
 }
 
-/// Moments of a phase function that do not grow when they scatter: nine directions a face make up to a tenth too much of harmonics above the second degree.
+/// Moments of a phase function that do not grow when they scatter: nine directions a face make up to a tenth too much
+/// of harmonics above the second degree.
 fn stable(mut legendre: [f64; DEGREE + 1]) -> [f64; DEGREE + 1] {
     legendre.iter_mut().skip(3).for_each(|p| *p = p.clamp(-0.9, 0.9));
     legendre

@@ -1,4 +1,5 @@
-//! How far the gathered light of many lights is from that of its stars one by one, with exact depths and the phase function itself, at places in the dust.
+//! How far the gathered light of many lights is from that of its stars one by one, with exact depths and the phase
+//! function itself, at places in the dust.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -63,10 +64,10 @@ pub fn spot_checks(many_lights: &ManyLights, space: &SpatialPlan, cells: &Cells,
     let spot_check = |i: usize| -> Result<Option<SpotCheck>> {
         control.check()?;
         let mut chance = Counter::new(SEED, i as u64);
-        let at = chance.next() * sum;
+        let at = chance.uniform() * sum;
         let cell = cumulated.partition_point(|c| *c <= at).min(cumulated.len() - 1);
         let [x, y, z] = cells.lattice.place(cell);
-        let within = DVec3::new(chance.next(), chance.next(), chance.next()) - 0.5;
+        let within = DVec3::new(chance.uniform(), chance.uniform(), chance.uniform()) - 0.5;
         let place = cells.lattice.centre(x, y, z) + within * cells.lattice.voxel_pc();
         let sigma = dust.at(place);
         let depths = || many_lights.places.iter().map(|star| space.depth(*star, place)).collect();

@@ -11,9 +11,10 @@
 //! | Δ = k σ̄ s: optical depth between the planes | `depth` | 1 |
 //! | ē s: light of gas | `glow` | of radiance |
 //!
-//! This is eq. (23) of docs/method.md, with the light of gas. Both weights of S are positive and add up to 1 − e^(−Δ): no cell makes light from nothing, and an even field of light stays as it is where nothing is
-//! absorbed. Source: Kunasz & Auer 1988, JQSRT 39, 67 (short characteristics). Left out: higher orders of interpolation, whose overshoots would need
-//! limits; the blur that bilinear interpolation brings is known to be small for light that was scattered.
+//! This is eq. (23) of docs/method.md, with the light of gas. Both weights of S are positive and add up to 1 − e^(−Δ):
+//! no cell makes light from nothing, and an even field of light stays as it is where nothing is absorbed. Source:
+//! Kunasz & Auer 1988, JQSRT 39, 67 (short characteristics). Left out: higher orders of interpolation, whose overshoots
+//! would need limits; the blur that bilinear interpolation brings is known to be small for light that was scattered.
 
 use multiversion::multiversion;
 use rayon::prelude::*;
@@ -43,7 +44,7 @@ pub struct Beam {
     pub shift: [isize; 2],
     /// Bilinear weights of the four.
     pub weights: [f32; 4],
-    /// From plane to plane [pc].
+    /// From plane to plane \[pc\].
     pub length_pc: f32,
     /// Y_lm.
     pub harmonics: [f32; COUNT],
@@ -80,7 +81,8 @@ struct Line<'a> {
     base: usize,
 }
 
-/// Adds to `out` the moments of the light that `sources` send through `cells`, in which eight terms have the extinctions `k`.
+/// Adds to `out` the moments of the light that `sources` send through `cells`, in which eight terms have the
+/// extinctions `k`.
 ///
 /// # Errors
 /// When the user wishes to stop.
@@ -265,7 +267,8 @@ mod tests {
         }
     }
 
-    /// Without dust, gas between two planes sends its length; with even dust and no scattering what comes in falls as e^(−kΔ).
+    /// Without dust, gas between two planes sends its length; with even dust and no scattering what comes in falls as
+    /// e^(−kΔ).
     #[test]
     fn light_falls_and_gas_glows() {
         let size = DVec3::new(1.0, 1.0, 1.0);
@@ -277,7 +280,8 @@ mod tests {
             sweep(cells, &k, &faces, &Sources { scattered: &dark, glow, around }, &mut out, &Control::default()).unwrap();
             out
         };
-        // Far inside, the path through gas along each direction is the same to both faces: fluence is 4π times the mean path.
+        // Far inside, the path through gas along each direction is the same to both faces: fluence is 4π times the mean
+        // path.
         let gas = vec![[2.0; WIDTH]; dark.data.len()];
         let out = run(&clear, Some(&gas), [0.0; WIDTH]);
         let middle = clear.lattice.index(8, 8, 8);

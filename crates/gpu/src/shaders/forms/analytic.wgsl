@@ -37,7 +37,8 @@ fn scaled_exp_integrals(x: f32, count: u32) -> array<f32, MAX_EXP_INTEGRALS> {
     return out;
 }
 
-// F/F(0), -dF/da/F(0) and what is left of F/F(0) behind a depth, of a light in a band; the head holds where its ends start, how many ends and powers, and how many lines follow.
+// F/F(0), -dF/da/F(0) and what is left of F/F(0) behind a depth, of a light in a band; the head holds where its ends
+// start, how many ends and powers, and how many lines follow.
 fn closed_form(head: vec4u, depth: f32) -> vec3f {
     var sum = vec3f(0.0);
     var at = 4u * head.x + 2u;
@@ -65,8 +66,8 @@ fn closed_form(head: vec4u, depth: f32) -> vec3f {
 // Where two points of Gauss lie.
 const GAUSS = 0.57735026;
 
-// The mean of F/F(0) over depths between middle - half and middle + half: grey, by two points, or by what is left behind both ends. In front of the ends stand the spread of k
-// and k in the middle.
+// The mean of F/F(0) over depths between middle - half and middle + half: grey, by two points, or by what is left
+// behind both ends. In front of the ends stand the spread of k and k in the middle.
 // twin: barnard::backend::cpu::terms::AnalyticTerms::gather
 fn mean_left(head: vec4u, middle: f32, half: f32) -> f32 {
     if half * numbers[4u * head.x] <= CLOSED_GREY {

@@ -1,18 +1,21 @@
-// Tables of ln F: in a thin segment the medium is grey with the local mean extinction and its bend, in a thick one light is what the table leaves behind both ends.
+// Tables of ln F: in a thin segment the medium is grey with the local mean extinction and its bend, in a thick one
+// light is what the table leaves behind both ends.
 
 // The mean of e^x over x that is linear between two ends.
 fn between(low: f32, high: f32) -> f32 {
     return mean_transmittance(-0.5 * (low + high), 0.5 * (low - high));
 }
 
-// The gap between two entries in which a depth lies, and how far within; the head holds entries per unit of depth, gaps, and where they start.
+// The gap between two entries in which a depth lies, and how far within; the head holds entries per unit of depth,
+// gaps, and where they start.
 fn place(head: vec4f, depth: f32) -> vec2f {
     let x = depth * head.x;
     let gap = clamp(floor(x), 0.0, head.y - 1.0);
     return vec2f(gap, x - gap);
 }
 
-// The mean of F over depths between middle - half and middle + half; a row holds ln F where its gap begins, how much that rises, its bend, and what is left behind it.
+// The mean of F over depths between middle - half and middle + half; a row holds ln F where its gap begins, how much
+// that rises, its bend, and what is left behind it.
 // twin: barnard::backend::cpu::terms::LookupTerms::gather
 fn mean_left(head: vec4f, middle: f32, half: f32) -> f32 {
     let at = place(head, middle);

@@ -1,5 +1,6 @@
-//! Polynomial spectra in closed form: F(a) = Σ cₙ [λ^(n+1) E_{n+2}(a c/λ)] at every segment. Within a thin one, or one in whose passband k hardly differs, light falls as in
-//! a grey medium; in a thick one the closed form is that of its integral.
+//! Polynomial spectra in closed form: F(a) = Σ cₙ [λ^(n+1) E_{n+2}(a c/λ)] at every segment. Within a thin one, or one
+//! in whose passband k hardly differs, light falls as in a grey medium; in a thick one the closed form is that of its
+//! integral.
 //!
 //! In f32 where `plan::ClosedForm` keeps its digits, in f64 elsewhere.
 

@@ -1,4 +1,5 @@
-//! Tables of ln F: in a thin segment the medium is grey with the local mean extinction and its bend, in a thick one light is what the table leaves behind both ends.
+//! Tables of ln F: in a thin segment the medium is grey with the local mean extinction and its bend, in a thick one
+//! light is what the table leaves behind both ends.
 
 use spectra::rule::{DepthTable, Form};
 

@@ -1,7 +1,7 @@
 //! How terms fall with optical depth, for sixteen rays: the forms of `spectra::rule` in f32, one file each.
 //!
-//! A term t of light s adds base · ⟨D_st⟩ in a segment, base being scattering or emission times the term's weight, ⟨D⟩ the mean of its decay over
-//! the segment's depths.
+//! A term t of light s adds base · ⟨D_st⟩ in a segment, base being scattering or emission times the term's weight, ⟨D⟩
+//! the mean of its decay over the segment's depths.
 
 mod analytic;
 mod lookup;

@@ -215,7 +215,8 @@ mod tests {
     use super::*;
     use crate::test_scenes::{ball, dust, on_axis, scene, star};
 
-    /// ⟨q⟩ of the plan's own basis by quadrature, for one quad of elements and for two, short spans, long ones, and such as leave the table.
+    /// ⟨q⟩ of the plan's own basis by quadrature, for one quad of elements and for two, short spans, long ones, and
+    /// such as leave the table.
     #[test]
     fn means_are_those_of_the_basis() {
         let rule = gauss_legendre(64);

@@ -43,7 +43,7 @@ impl SampledTerms {
             let mut random = Counter::new(SEED, *number);
             let samples = self.bands.iter().flat_map(|band| (0..band.count).map(move |j| (band, j)));
             for (term, (band, j)) in samples.enumerate() {
-                let i = band.draw(j, random.next());
+                let i = band.draw(j, random.uniform());
                 drawn.k[term][lane] = band.k.get(i).map_or(0.0, |k| *k as f32);
                 for (light, ratio) in drawn.ratio.iter_mut().enumerate() {
                     ratio[term][lane] = band.ratio[light].get(i).map_or(0.0, |r| *r as f32);
