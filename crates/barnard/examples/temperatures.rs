@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for kelvin in [4000.0, 7000.0, 12_000.0, 22_000.0, 40_000.0] {
         let star = Star::blackbody(Temperature(kelvin), Luminosity::suns(1000.0)).at(dvec3(0.2, 0.3, 0.4));
         scene.stars = vec![star];
-        let next = Plan::renewed(plan.as_ref(), &scene, &options, &control)?;
+        let next = Plan::updated(plan.as_ref(), &scene, &options, &control)?;
         let (image, stats) = cpu::render(&scene, &next, &control)?;
         println!("{kelvin} K: {}", next.worst_certificate(0, &stats));
         image.save(format!("temperature_{kelvin}.png"))?;

@@ -61,6 +61,7 @@ mod render;
 pub mod scene;
 #[cfg(test)]
 mod test_scenes;
+pub mod volume;
 
 pub use camera::Camera;
 pub use control::Control;

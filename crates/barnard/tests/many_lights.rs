@@ -161,7 +161,7 @@ fn what_did_not_change_is_not_baked_again() {
         assert!(before.contains(from), "{from}");
         let scene = parsed(before.replace(from, to));
         let options = Options::within(DEFAULT_LIMIT);
-        let renewed = Plan::renewed(Some(&first), &scene, &options, &Control::default()).unwrap();
+        let renewed = Plan::updated(Some(&first), &scene, &options, &Control::default()).unwrap();
         let new = plan(&scene);
         assert_eq!(renewed.notes(), new.notes(), "{from}");
         assert!(light(&renewed) == light(&new), "{from}");

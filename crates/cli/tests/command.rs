@@ -72,6 +72,7 @@ impl Desk {
         Command::new(env!("CARGO_BIN_EXE_barnard")).args(arguments).current_dir(self.folder.path()).output().unwrap()
     }
     /// Renders the scene and expects that it goes well.
+    #[cfg(feature = "study")]
     fn renders(&self, arguments: &[&str]) {
         let output = self.run(&[&["render", "scene.toml"], arguments].concat());
         assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
@@ -103,6 +104,7 @@ fn listing(folder: &Path) -> Vec<PathBuf> {
 /// One bounce by chance is the reference's picture, within the errors that stand beside it; more bounces are brighter;
 /// a target ends it; settings of others are refused.
 #[test]
+#[cfg(feature = "study")]
 fn paths_referee() {
     let desk = Desk::new();
     desk.renders(&["--backend", "reference", "-o", "truth.fits"]);
@@ -561,6 +563,7 @@ fn a_refused_write_leaves_nothing() {
 }
 
 #[test]
+#[cfg(feature = "study")]
 fn the_study_is_written_or_refused() {
     let desk = Desk::new();
     let output = desk.run(&["study", "convergence", "-o", "new/folder"]);
@@ -592,6 +595,7 @@ fn methods_say_what_they_cost() {
 /// What this machine renders on, and a picture by whatever it has; where there is no adapter, words that say what to
 /// do.
 #[test]
+#[cfg(all(feature = "gpu", feature = "study"))]
 fn the_gpu_renders_or_says_why_not() {
     let desk = Desk::new();
     let out = desk.run(&["info", "--json"]);
@@ -634,4 +638,20 @@ fn the_gpu_renders_or_says_why_not() {
     assert!(!other.status.success() && error.contains("sampled") && !desk.path("other.npy").exists(), "{error}");
     let auto = desk.run(&["render", "scene.toml", "-o", "auto.npy", "--backend", "auto", "--method", "sampled"]);
     assert!(auto.status.success());
+}
+
+/// Names that were others before are still read, from the command line and from scenes.
+#[test]
+fn names_of_before_are_read() {
+    let desk = Desk::new();
+    let before = desk.run(&["render", "scene.toml", "-o", "before.npy", "--method", "newton"]);
+    assert!(before.status.success(), "{before:?}");
+    desk.with("[camera]", "[method]\nname = \"newton\"\n[camera]");
+    assert!(desk.run(&["render", "scene.toml", "-o", "inside.npy"]).status.success());
+    desk.write("scene.toml", SCENE.as_bytes());
+    assert!(desk.run(&["render", "scene.toml", "-o", "now.npy", "--method", "midpoint"]).status.success());
+    let read = |name: &str| std::fs::read(desk.path(name)).unwrap();
+    assert!(read("before.npy") == read("now.npy") && read("inside.npy") == read("now.npy"));
+    let shown = |name: &str| desk.run(&["check", "--builtin", name, "--size", "8x8"]).stdout;
+    assert!(!shown("deck").is_empty() && shown("deck") == shown("barres_neyret"));
 }

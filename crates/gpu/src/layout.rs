@@ -4,8 +4,9 @@
 //! in f16 as parts of the largest value of each, four to a texture. Terms have room to grow, and phase tables stand
 //! last: an edit of a spectrum changes numbers, not the shape.
 
-use barnard::plan::star_depth::OPAQUE;
-use barnard::plan::{Channel, Plan, Volume, Weights, weights_of};
+use barnard::plan::star_depths::OPAQUE;
+use barnard::plan::{Plan, Weights, weights_of};
+use barnard::volume::{Channel, Volume};
 use glam::DVec3;
 
 use crate::error::{GpuError, Result};

@@ -2,8 +2,8 @@
 //! it.
 
 use barnard::geometry::Bounds;
+use barnard::plan::many_lights::near_field_kernel::{NearFieldKernel, PROFILE};
 use barnard::plan::near::neighbour_piece;
-use barnard::plan::near_field_kernel::{NearFieldKernel, PROFILE};
 use barnard::plan::{ManyLights, MultipleScattering, Plan, Stepping, Weights};
 use glam::DVec3;
 

@@ -9,7 +9,8 @@ use std::time::Instant;
 use barnard::backend::RenderStats;
 use barnard::control::{Control, Stage};
 use barnard::image::Tone;
-use barnard::plan::{Channel, HALF, Plan, Volume};
+use barnard::plan::{HALF, Plan};
+use barnard::volume::{Channel, Volume};
 use glam::DVec3;
 
 use crate::device::Gpu;

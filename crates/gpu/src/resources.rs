@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use barnard::plan::{MultipleScattering, Plan, SpatialPlan, Volume};
+use barnard::plan::{MultipleScattering, Plan, SpatialPlan};
+use barnard::volume::Volume;
 use wgpu::BufferUsages as Use;
 
 use crate::device::Gpu;

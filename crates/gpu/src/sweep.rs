@@ -1,10 +1,10 @@
 //! Star depths on the device: one star's channel anew, all others as they are.
 
 use barnard::field::Lattice;
-use barnard::plan::Volume;
-use barnard::plan::frustum::{Frustum, TierOf, frustums};
-use barnard::plan::frustum_sweep::{BEYOND, GAUSS};
-use barnard::plan::star_depth::OPAQUE;
+use barnard::plan::star_depths::OPAQUE;
+use barnard::plan::star_depths::frustum::{Frustum, TierOf, frustums};
+use barnard::plan::star_depths::frustum_sweep::{BEYOND, GAUSS};
+use barnard::volume::Volume;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use wgpu::BufferUsages as Use;

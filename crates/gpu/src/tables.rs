@@ -1,6 +1,7 @@
 //! Lists of numbers as shaders read them: four at a time.
 
-use barnard::plan::{Bricks, Plan, Volume};
+use barnard::plan::Plan;
+use barnard::volume::{Bricks, Volume};
 use glam::DVec3;
 
 use crate::frame::four;

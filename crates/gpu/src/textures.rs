@@ -1,6 +1,6 @@
 //! Volumes as 3-D textures of 16-bit floats.
 
-use barnard::plan::Volume;
+use barnard::volume::Volume;
 use half::f16;
 use wgpu::util::DeviceExt;
 

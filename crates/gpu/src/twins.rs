@@ -277,7 +277,7 @@ fn empty_bricks() {
     let middle = plan.space().occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
     agree(&gpu, plan, "y[0] = clear_pc(vec3f(x[0], x[1], x[2]));", &[(-1.1, 1.1); 3], 1e-6, |x| {
         let place = middle + DVec3::new(x[0], x[1], x[2]);
-        let of = |b: &barnard::plan::Bricks| b.clear(b.brick_of(place)) as f64 * b.lattice.voxel_pc().min_element();
+        let of = |b: &barnard::volume::Bricks| b.clear(b.brick_of(place)) as f64 * b.lattice.voxel_pc().min_element();
         vec![plan.space().bricks.iter().map(of).fold(f64::INFINITY, f64::min)]
     });
 }

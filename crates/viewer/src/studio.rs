@@ -187,7 +187,7 @@ impl<'g> Studio<'g> {
         let options = self.options(order.memory_limit);
         let stand = &mut self.stands[i];
         let start = Instant::now();
-        let plan = Plan::renewed(stand.settled.as_ref(), &scene, &options, control)?;
+        let plan = Plan::updated(stand.settled.as_ref(), &scene, &options, control)?;
         // What is kept stands beside the next one: no more than a part of the room.
         stand.settled = Some(plan.clone()).filter(|plan| plan.bytes() < order.memory_limit / KEPT);
         let planned = start.elapsed().as_secs_f64();

@@ -23,6 +23,21 @@ pub enum Backend {
     Auto,
 }
 
+impl Backend {
+    /// The one called as a back end of the registry is; the window's own device takes the place of one that would be opened.
+    ///
+    /// # Errors
+    /// Where it reads no plan, or there is none of that name.
+    pub fn named(name: &str) -> spectra::Result<Self> {
+        match name {
+            "cpu" => Ok(Backend::Cpu),
+            "gpu" => Ok(Backend::Gpu),
+            "auto" => Ok(Backend::Auto),
+            _ => Err(spectra::SpectraError::unknown("back end of the explorer", name, &["cpu", "gpu", "auto"])),
+        }
+    }
+}
+
 /// What can go wrong before the explorer is there.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewerError {

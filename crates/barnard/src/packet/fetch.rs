@@ -7,7 +7,7 @@ use glam::DVec3;
 use wide::f32x4;
 
 use crate::geometry::Ray;
-use crate::plan::Volume;
+use crate::volume::Volume;
 
 use super::lane::{LANES, Lane, fma};
 use super::track::Track;
@@ -182,7 +182,7 @@ mod tests {
     use super::*;
     use crate::field::{Grid, Lattice};
     use crate::geometry::Bounds;
-    use crate::plan::Channel;
+    use crate::volume::Channel;
 
     fn filled(lattice: &Lattice, grids: &[Grid]) -> Volume {
         let mut volume = Volume::zeroed(lattice, (0..grids.len()).map(Channel::Emission).collect());

@@ -15,15 +15,15 @@ use spectra::sed::PowerLaw;
 use spectra::spectrum::Spectrum;
 use spectra::units::Wavelength;
 
-use super::spectral::support_um;
-use super::volume::{Channel, MAX_CHANNELS, Volume};
-use super::{Settings, SpatialPlan, SpectralPlan};
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
 use crate::field::Lattice;
 use crate::light::{Light, Route, factor, law};
 use crate::memory;
+use crate::plan::spectral::support_um;
+use crate::plan::{Settings, SpatialPlan, SpectralPlan};
 use crate::scene::Scene;
+use crate::volume::{Channel, MAX_CHANNELS, Volume};
 
 /// Starlight as a few polynomials a voxel.
 #[derive(Debug)]

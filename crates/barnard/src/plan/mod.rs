@@ -3,46 +3,30 @@
 //! [`SpatialPlan`] holds what the places of things decide (density, star depths, empty space, step), [`SpectralPlan`]
 //! what spectra decide (nodes, weights, phase tables). A changed spectrum keeps the space, a changed camera keeps both.
 
-mod bake;
-mod bricks;
-mod closed_form;
-pub mod frustum;
-pub mod frustum_sweep;
 mod light_field;
 pub mod many_lights;
-mod march_f64;
 mod multiple_scattering;
 pub mod near;
-pub mod near_field_kernel;
-mod pilot;
-mod planes;
+mod pilots;
 mod probe;
 mod report;
-mod sampled_pixels;
 pub mod segment;
-mod space;
+mod spatial;
 mod spectral;
-pub mod star_depth;
-mod unresolved;
-mod volume;
-mod weights;
+pub mod star_depths;
 
 use std::sync::Arc;
 
-pub use bake::sample_functions;
-pub use bricks::Bricks;
-pub use closed_form::{ClosedForm, End, Extent};
 pub use light_field::LightField;
 pub use many_lights::ManyLights;
 pub use multiple_scattering::{ErrorEstimate, FarFieldError, Fineness, MultipleScattering, ordinates};
-pub use pilot::Spatial;
+pub use pilots::{Spatial, Unresolved};
 pub use probe::Probe;
 pub use report::{HALF, SINGLE};
-pub use space::SpatialPlan;
+pub use spatial::{SpatialPlan, sample_functions};
+pub use spectral::closed_form::{ClosedForm, End, Extent};
+pub use spectral::weights::{Emitter, Scatterer, Weights, weights as weights_of};
 pub use spectral::{BandPlan, PHASE_RANGE, PhaseTable, SpectralPlan};
-pub use unresolved::Unresolved;
-pub use volume::{Channel, MAX_CHANNELS, Volume};
-pub use weights::{Emitter, Scatterer, Weights, weights as weights_of};
 
 use spectra::rule;
 
@@ -52,6 +36,7 @@ use crate::error::Result;
 use crate::light::Light;
 use crate::memory;
 use crate::scene::{Method, MethodEntry, Scene, StarDepth};
+use crate::volume::Volume;
 
 /// What a program may decide beside the scene.
 #[derive(Debug, Clone)]
@@ -225,7 +210,7 @@ impl Plan {
     /// Those of [`Scene::check`], more memory than is allowed, what the method cannot do, and when the user wishes to
     /// stop.
     pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
-        Self::renewed(None, scene, options, control)
+        Self::updated(None, scene, options, control)
     }
 
     /// The same, bit by bit, from what another plan has that still holds: densities, depths of stars that did not move,
@@ -233,18 +218,18 @@ impl Plan {
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
-    pub fn renewed(before: Option<&Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
+    pub fn updated(before: Option<&Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
         scene.check()?;
         let settings = &Settings::of(scene, options);
         let lights = crate::light::lights(scene)?;
         // A light field stands in place of star depths, which are gone.
         let known = before.filter(|plan| plan.light_field.is_none());
-        let space = match known.map(|plan| plan.space.again(scene, settings, control)).transpose()?.flatten() {
+        let space = match known.map(|plan| plan.space.rebuilt(scene, settings, control)).transpose()?.flatten() {
             Some(space) => space,
             None => SpatialPlan::new(scene, settings, control)?,
         };
         space.check_stars(scene)?;
-        let spectral = pilot::spectral(scene, &lights, &space, settings, control)?;
+        let spectral = pilots::spectral(scene, &lights, &space, settings, control)?;
         spectral.check_strength(&lights)?;
         let mut draft = Draft::new(scene, lights, space, spectral, settings, control)?;
         let stepping = match draft.star_march {
@@ -252,7 +237,7 @@ impl Plan {
             Some(n) => Stepping::Fixed(n),
             None => {
                 let Draft { lights, space, spectral, light_field, .. } = &mut draft;
-                pilot::choose(scene, lights, spectral, space, light_field.as_ref(), settings, control)?
+                pilots::choose(scene, lights, spectral, space, light_field.as_ref(), settings, control)?
             }
         };
         draft.plan(scene, stepping, settings, before.and_then(|plan| plan.scattered_field.as_deref()), control)
@@ -278,7 +263,7 @@ impl Plan {
             ..Method::default()
         };
         let settings = &Settings { method, ..Settings::of(scene, options) };
-        let space = match before.map(|plan| plan.space.follow(scene, settings, control)).transpose()?.flatten() {
+        let space = match before.map(|plan| plan.space.updated(scene, settings, control)).transpose()?.flatten() {
             Some(space) => space,
             None => Arc::new(SpatialPlan::coarse(scene, settings, PREVIEW_VOXELS, control)?),
         };

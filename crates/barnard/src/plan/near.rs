@@ -5,9 +5,9 @@
 
 use glam::DVec3;
 
-use super::SpatialPlan;
 use crate::field::Field;
 use crate::geometry::Ray;
+use crate::plan::SpatialPlan;
 
 /// A piece of a segment near a star.
 pub struct NearPiece {

@@ -3,11 +3,11 @@
 use spectra::rule::mean_transmittance;
 use spectra::spectrum::Line;
 
-use super::march_f64::{Eye, walk};
-use super::{Plan, SpatialPlan, Stepping};
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::light::{factor, law};
+use crate::plan::pilots::march_f64::{Eye, march_ray};
+use crate::plan::{Plan, SpatialPlan, Stepping};
 use crate::scene::Scene;
 
 /// Samples along a voxel.
@@ -80,7 +80,8 @@ impl Plan {
         };
         let waves: Vec<Wave> = continua.chain(lines.iter().map(of_line)).collect();
         let mut eye = Spectrograph { radiance: vec![0.0; waves.len()], waves };
-        let depth = walk(&self.space, &self.spectral, &self.lights, ray, Stepping::PerVoxel(STEPS), self.light_field.is_some(), &mut eye);
+        let depth =
+            march_ray(&self.space, &self.spectral, &self.lights, ray, Stepping::PerVoxel(STEPS), self.light_field.is_some(), &mut eye);
         let (continuum, strengths) = eye.radiance.split_at(wavelengths_um.len());
         let lines = lines.iter().zip(strengths).map(|((_, line), strength)| Line { strength: *strength, ..*line }).collect();
         Ok(Probe { depth, continuum: continuum.to_vec(), lines })

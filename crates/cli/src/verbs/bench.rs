@@ -41,11 +41,11 @@ impl Bench {
         if !self.json && self.backend != "cpu" {
             say!("{}; its own time by timestamps, without the way back of the picture", backend.name());
         }
-        for name in self.methods.iter().flatten() {
-            scene.method.clone().with_name(name)?;
-        }
+        // A name of before is that of now.
+        let now = |name: &String| Ok(scene.method.clone().with_name(name)?.entry.name.to_owned());
+        let methods = self.methods.as_ref().map(|names| names.iter().map(now).collect::<anyhow::Result<Vec<String>>>()).transpose()?;
         let (frames, error_size) = (self.frames.clamp(1, 1000), self.error_size.min(1024));
-        let bench = bench::Bench { frames, error_size, methods: self.methods.as_deref(), options: &options };
+        let bench = bench::Bench { frames, error_size, methods: methods.as_deref(), options: &options };
         let (backend, control) = (&mut *backend, progress::control()?);
         if self.json {
             let mut list = Vec::new();

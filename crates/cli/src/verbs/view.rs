@@ -5,7 +5,9 @@ use std::process::ExitCode;
 
 use barnard_viewer::document::Origin;
 use barnard_viewer::{Backend, Start, ViewerError, open};
-use clap::{Args, ValueEnum};
+use clap::Args;
+
+use crate::backends::names;
 
 /// Opens the explorer: fly through a scene and change every spectrum while you look.
 ///
@@ -23,28 +25,17 @@ pub struct View {
     #[arg(long, value_name = "NAME")]
     builtin: Option<String>,
     /// What marches the rays
-    #[arg(long, value_enum, default_value_t = Marcher::Auto)]
-    backend: Marcher,
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = names(true))]
+    backend: String,
     /// Most memory that one array, grid or image may take [GiB]
     #[arg(long, value_name = "GIB", default_value_t = 16.0)]
     memory: f64,
 }
 
-/// What marches the rays.
-#[derive(Clone, Copy, ValueEnum)]
-enum Marcher {
-    /// f32, SIMD, all cores
-    Cpu,
-    /// The device that draws the window, whatever it is
-    Gpu,
-    /// gpu where it is a real one, otherwise cpu
-    Auto,
-}
-
 impl View {
     /// With the first built-in scene, or what was not saved last time.
     pub fn plain() -> Self {
-        Self { scene: None, builtin: None, backend: Marcher::Auto, memory: 16.0 }
+        Self { scene: None, builtin: None, backend: "auto".into(), memory: 16.0 }
     }
 
     /// Whether there is a screen to open a window on.
@@ -59,11 +50,7 @@ impl View {
             (None, Some(name)) => Some(Origin::Builtin(barnard_files::builtin::entry(&name)?.name)),
             (None, None) => None,
         };
-        let backend = match self.backend {
-            Marcher::Cpu => Backend::Cpu,
-            Marcher::Gpu => Backend::Gpu,
-            Marcher::Auto => Backend::Auto,
-        };
+        let backend = Backend::named(&self.backend).map_err(barnard::Error::from)?;
         let start = Start { scene, backend, memory_limit: crate::source::memory_limit(self.memory)? };
         open(start).map_err(|e| match e {
             ViewerError::Scene(error) => anyhow::Error::from(error),

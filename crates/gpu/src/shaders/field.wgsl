@@ -23,7 +23,7 @@ fn gather_field(state: ptr<function, State>, growth: f32, before: ptr<function, 
 }
 
 // The polynomials of a ray, seen through the bands.
-// twin: barnard::backend::cpu::propagation::Gathered::resolve
+// twin: barnard::backend::cpu::propagation::LightSums::resolve
 fn resolve_field(state: ptr<function, State>) {
     for (var b = 0u; b < BANDS; b++) {
         for (var c = 0u; c < FIELD_CHANNELS; c++) {

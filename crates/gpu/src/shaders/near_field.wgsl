@@ -1,7 +1,7 @@
 // Gathered stars near a segment: the part of their light that is not gathered in the field.
 
 // Depth at V from a gathered star to a place in its kernel.
-// twin: barnard::plan::near_field_kernel::depth_within
+// twin: barnard::plan::many_lights::near_field_kernel::depth_within
 fn depth_within(star: u32, sigma: f32, distance: f32, cosine: f32) -> f32 {
     let around = distance * sigma;
     let ahead = max(cosine, 0.0) * max(cosine, 0.0);

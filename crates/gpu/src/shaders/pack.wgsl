@@ -25,7 +25,7 @@ fn depth(p: vec3i) -> f32 {
 }
 
 // Moved by a twelfth of the second difference along each axis, not past its neighbours.
-// twin: barnard::plan::star_depth::match_means
+// twin: barnard::plan::star_depths::match_means
 fn match_mean(p: vec3i) -> f32 {
     let own = depth(p);
     var low = own;
@@ -66,7 +66,7 @@ fn on(near: f32, far: f32) -> f32 {
     return max(2.0 * near - far, -abs(near));
 }
 
-// twin: barnard::plan::volume::Volume::extrapolate
+// twin: barnard::volume::Volume::extrapolate
 fn along_x(p: vec3i) -> f32 {
     let last = i32(pack.dims.x) + 1;
     let inner = p - vec3i(1);

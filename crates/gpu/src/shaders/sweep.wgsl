@@ -41,14 +41,14 @@ fn stretch(slope: vec2f) -> f32 {
 }
 
 // Depth of a ray between two distances, by two Gauss points.
-// twin: barnard::plan::frustum_sweep::FrustumSweep::advance
+// twin: barnard::plan::star_depths::frustum_sweep::FrustumSweep::advance
 fn gain(slope: vec2f, start: f32, to: f32) -> f32 {
     let range = to - start;
     return 0.5 * range * stretch(slope) * (sigma(slope, start + GAUSS_LOW * range) + sigma(slope, start + GAUSS_HIGH * range));
 }
 
 // Distance at which a ray of this slope is past the sides' borders; infinite if it never is.
-// twin: barnard::plan::frustum::Frustum::enters
+// twin: barnard::plan::star_depths::frustum::Frustum::enters
 fn enters(slope: vec2f) -> f32 {
     var at = 0.0;
     for (var axis = 0u; axis < 2u; axis++) {
@@ -101,7 +101,7 @@ fn follow(@builtin(global_invocation_id) id: vec3u) {
 }
 
 // The cubic through four depths, never outside of the middle two.
-// twin: barnard::plan::frustum_sweep::cubic
+// twin: barnard::plan::star_depths::frustum_sweep::cubic
 fn cubic(values: vec4f, t: f32) -> f32 {
     let v = min(values, vec4f(OPAQUE));
     let value = v.y + 0.5 * t * (v.z - v.x + t * (2.0 * v.x - 5.0 * v.y + 4.0 * v.z - v.w + t * (3.0 * (v.y - v.z) + v.w - v.x)));
@@ -119,7 +119,7 @@ fn exact(slope: vec2f, distance: f32) -> f32 {
     return depth * stretch(slope) * (distance - start) / max(count, 1.0);
 }
 
-// twin: barnard::plan::frustum_sweep::FrustumSweep::write_plane
+// twin: barnard::plan::star_depths::frustum_sweep::FrustumSweep::write_plane
 @compute @workgroup_size(8, 8)
 fn collect(@builtin(global_invocation_id) id: vec3u) {
     let n = sweep.counts.z + id.z;

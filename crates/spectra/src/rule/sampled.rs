@@ -145,9 +145,7 @@ impl Decay for Sampled {
 fn solve(problem: &BandProblem) -> Result<BandRule> {
     let count = problem.settings.count.unwrap_or(COUNT);
     if count > MAX_COUNT {
-        return Err(SpectraError::Rule(format!(
-            "{count} random wavelengths for each ray; {MAX_COUNT} are the most, and more than enough"
-        )));
+        return Err(SpectraError::Rule(format!("{count} random wavelengths for each ray; {MAX_COUNT} are the most, and more than enough")));
     }
     Ok(BandRule::certified(problem, Form::Sampled(Sampled::new(problem, count))))
 }

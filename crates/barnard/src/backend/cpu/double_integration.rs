@@ -5,8 +5,8 @@ use multiversion::multiversion;
 
 use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, lanes};
-use crate::plan::star_depth::OPAQUE;
-use crate::plan::{MAX_CHANNELS, Volume};
+use crate::plan::star_depths::OPAQUE;
+use crate::volume::{MAX_CHANNELS, Volume};
 
 /// Depths from `star` to sixteen places through `dust`, a volume of nothing else, by `steps` midpoints each.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]

@@ -22,8 +22,10 @@ use super::tables::Tables;
 use super::terms::{Drawn, NodeTerms, Terms};
 use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, Track, exp, lanes, largest};
-use crate::plan::near::{self, PART_DISTANCE};
-use crate::plan::{Channel, END_DEPTH, END_EVERY, END_SHARE, PhaseTable, Plan, Scatterer, Volume};
+use crate::plan::near;
+use crate::plan::near::PART_DISTANCE;
+use crate::plan::{END_DEPTH, END_EVERY, END_SHARE, PhaseTable, Plan, Scatterer};
+use crate::volume::{Channel, Volume};
 
 /// What is the same for all packets.
 pub struct March<'a> {
@@ -375,7 +377,7 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
 fn sample(march: &March, cursors: &[Cursor], masks: &[Option<Lane>], dt: &Lane, steps: f32, out: &mut [Lane]) {
     let t = lanes(|lane| steps * dt[lane]);
     for ((cursor, mask), first) in cursors.iter().zip(masks).zip(&march.slots.first) {
-        let end = out.len().min(first + crate::plan::MAX_CHANNELS);
+        let end = out.len().min(first + crate::volume::MAX_CHANNELS);
         let own = &mut out[*first..end];
         cursor.read(&t, own);
         if let Some(mask) = mask {

@@ -14,8 +14,8 @@ use smallvec::SmallVec;
 use super::march::{March, State, StepSpan};
 use super::terms::DepthSpan;
 use crate::packet::{LANES, Lane, fma, lanes, largest};
+use crate::plan::many_lights::near_field_kernel::{PROFILE, Profile, Shape, depth_within};
 use crate::plan::near::{CLOSEST, NEIGHBOUR_PIECES, neighbour_piece};
-use crate::plan::near_field_kernel::{PROFILE, Profile, Shape, depth_within};
 use crate::plan::{ManyLights, MultipleScattering, Plan};
 
 /// A gathered star beside a packet: foot of the perpendicular, from the span's start, its length, and half the chord of

@@ -8,7 +8,8 @@ use super::propagation;
 use super::terms::{DepthSpan, Terms};
 use crate::packet::{LANES, Lane, fma, lanes, largest};
 use crate::plan::Scatterer;
-use crate::plan::near::{self, NEAR_ANGLE, NEAR_VOXELS};
+use crate::plan::near;
+use crate::plan::near::{NEAR_ANGLE, NEAR_VOXELS};
 
 /// Adds the light of one segment and moves τ to its end.
 #[inline(always)]

@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::field::{Field, Grid, Lattice};
 use crate::geometry::Bounds;
 use crate::plan::light_field::inverse_square_of_voxel;
-use crate::plan::near_field_kernel::NearFieldKernel;
+use crate::plan::many_lights::near_field_kernel::NearFieldKernel;
 
 /// The least σ of a cell, in parts of the largest.
 const LEAST: f32 = 1e-9;

@@ -28,7 +28,7 @@ use crate::error::{Error, Result};
 use crate::field::Lattice;
 use crate::geometry::{Bounds, Ray};
 use crate::packet::{LANES, Lane, exp, fma, lanes};
-use crate::plan::near_field_kernel::{NearFieldKernel, Shape};
+use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, Shape};
 use crate::plan::{ManyLights, PhaseTable};
 
 /// Radius within which a star's light is gathered in the finer cells, in coarse ones.

@@ -6,7 +6,7 @@ use super::cells::Cells;
 use super::solve::Problem;
 use crate::light::Route;
 use crate::plan::ManyLights;
-use crate::plan::near_field_kernel::NearFieldKernel;
+use crate::plan::many_lights::near_field_kernel::NearFieldKernel;
 
 /// Smallest and largest R, in cells.
 const REACH: (f64, f64) = (0.75, 4.0);

@@ -48,15 +48,15 @@ use self::moments::Moments;
 use self::ordinates::{EightLanes, Sweepers, WIDTH};
 pub use self::report::{ErrorEstimate, FarFieldError, ScatteringReport};
 use self::solve::{Problem, terms};
-use super::near_field_kernel::{NearFieldKernel, Profile};
-use super::volume::{Channel, Volume};
 use super::{ManyLights, PhaseTable, Settings, SpatialPlan, SpectralPlan};
 use crate::camera::{Camera, Projection};
 use crate::control::Control;
 use crate::error::Result;
 use crate::field::{Grid, Lattice};
 use crate::light::Light;
+use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, Profile};
 use crate::scene::Scene;
+use crate::volume::{Channel, Volume};
 
 /// How finely the field is made.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -17,7 +17,7 @@ use crate::control::Control;
 use crate::error::Error;
 
 /// Terms that are swept side by side.
-pub const WIDTH: usize = super::super::volume::MAX_CHANNELS;
+pub const WIDTH: usize = crate::volume::MAX_CHANNELS;
 /// A number for each of them.
 pub type EightLanes = [f32; WIDTH];
 /// Fluence in the dust, for each of them.

@@ -20,7 +20,7 @@ use crate::error::{Error, Result};
 use crate::field::Grid;
 use crate::light::Light;
 use crate::memory;
-use crate::plan::near_field_kernel::NearFieldKernel;
+use crate::plan::many_lights::near_field_kernel::NearFieldKernel;
 use crate::plan::{BandPlan, Settings, SpatialPlan, SpectralPlan};
 use crate::scene::Scene;
 

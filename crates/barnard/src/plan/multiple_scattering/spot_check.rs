@@ -10,7 +10,7 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::field::{Field, Lattice};
 use crate::phase::Phase;
-use crate::plan::near_field_kernel::{PROFILE, Profile, depth_within};
+use crate::plan::many_lights::near_field_kernel::{PROFILE, Profile, depth_within};
 use crate::plan::{ManyLights, SpatialPlan};
 use crate::random::Counter;
 

@@ -10,15 +10,15 @@ use std::collections::HashSet;
 
 use rayon::prelude::*;
 
-use super::SpatialPlan;
 use crate::camera::Camera;
+use crate::plan::SpatialPlan;
 
 /// A pixel and how many it stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct SampledPixel {
-    pub(super) column: usize,
-    pub(super) row: usize,
-    pub(super) stands_for: f64,
+pub(in crate::plan) struct SampledPixel {
+    pub(in crate::plan) column: usize,
+    pub(in crate::plan) row: usize,
+    pub(in crate::plan) stands_for: f64,
 }
 
 /// Cells along each edge of the image.
@@ -39,7 +39,7 @@ const CONTRASTED: usize = 40;
 const SMALL: usize = 400;
 
 /// The sample of a camera's picture; `look` tells the light of a pixel in every band.
-pub(super) fn sampled(camera: &Camera, space: &SpatialPlan, look: impl Fn(usize, usize) -> Vec<f64> + Sync) -> Vec<SampledPixel> {
+pub(in crate::plan) fn sampled(camera: &Camera, space: &SpatialPlan, look: impl Fn(usize, usize) -> Vec<f64> + Sync) -> Vec<SampledPixel> {
     let (width, height) = (camera.width, camera.height);
     if width * height <= SMALL {
         let all = (0..width * height).map(|i| SampledPixel { column: i % width, row: i / width, stands_for: 1.0 });

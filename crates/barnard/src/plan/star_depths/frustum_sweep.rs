@@ -25,13 +25,13 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::Volume;
-use super::frustum::{Frustum, Rays, TierOf, frustums};
-use super::planes::{Planes, mix};
-use super::star_depth::OPAQUE;
 use crate::control::Control;
 use crate::error::Result;
 use crate::field::Grid;
+use crate::plan::star_depths::OPAQUE;
+use crate::plan::star_depths::frustum::{Frustum, Rays, TierOf, frustums};
+use crate::plan::star_depths::planes::{Planes, mix};
+use crate::volume::Volume;
 
 /// Two-point Gauss rule on [0, 1], weights one half.
 pub const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];

@@ -5,19 +5,23 @@
 //! coarsest that keeps `accuracy` (relative rms over the pilots, each for as many pixels as it stands for, worst band)
 //! is taken.
 
+pub(crate) mod march_f64;
+mod sampled_pixels;
+mod unresolved;
+
+pub use unresolved::Unresolved;
+
 use rayon::prelude::*;
 use spectra::rule::{Measure, mean_transmittance};
 
-use super::bake::{MAX_BAKE, MIN_BAKE};
-use super::march_f64::{Eye, walk};
-use super::sampled_pixels;
-use super::unresolved::{self, Unresolved};
-use super::{END_SHARE, LightField, Settings, SpatialPlan, SpectralPlan, Stepping};
 use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::image::worst;
 use crate::light::Light;
+use crate::plan::pilots::march_f64::{Eye, march_ray};
+use crate::plan::spatial::bake::{MAX_BAKE, MIN_BAKE};
+use crate::plan::{END_SHARE, LightField, Settings, SpatialPlan, SpectralPlan, Stepping};
 use crate::scene::Scene;
 
 /// The spatial error that pilot rays measured.
@@ -214,7 +218,7 @@ pub fn spectral(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: 
 
 /// What shines through each band, exactly: band × light.
 fn measures(spectral: &SpectralPlan) -> Vec<Vec<Measure>> {
-    let of_band = |band: &super::BandPlan| band.sources.iter().map(|s| s.measure.condensed(spectral.depth)).collect();
+    let of_band = |band: &crate::plan::BandPlan| band.sources.iter().map(|s| s.measure.condensed(spectral.depth)).collect();
     spectral.bands.iter().map(of_band).collect()
 }
 
@@ -302,7 +306,7 @@ fn march(space: &SpatialPlan, shading: &Shading, ray: &Ray, stepping: Stepping, 
     let radiance = vec![0.0; shading.spectral.bands.len()];
     let gathered = shading.field.map_or_else(Vec::new, |field| vec![0.0; field.propagation.channels()]);
     let mut bands = Bands { shading, ray, radiance, gathered };
-    walk(space, shading.spectral, shading.lights, ray, stepping, exact, &mut bands);
+    march_ray(space, shading.spectral, shading.lights, ray, stepping, exact, &mut bands);
     let Bands { mut radiance, gathered, .. } = bands;
     if let Some(field) = shading.field {
         for (band, resolution) in radiance.iter_mut().zip(&field.resolution) {

@@ -4,16 +4,20 @@
 //! function lies on one side of it, and after that its mean over a voxel is right to the fourth order, so that what is
 //! left averages out along a ray.
 
+pub mod frustum;
+pub mod frustum_sweep;
+pub(crate) mod planes;
+
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::frustum_sweep::sweep;
-use super::{Bricks, Volume};
 use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::field::Grid;
+use crate::plan::star_depths::frustum_sweep::sweep;
+use crate::volume::{Bricks, Volume};
 
 /// Depth at V past which light is gone at any wavelength: where extinction is least, k = 0.03 in the mid infrared,
 /// e^(−30) is left.
@@ -115,7 +119,7 @@ mod tests {
     use super::*;
     use crate::field::Lattice;
     use crate::geometry::Bounds;
-    use crate::plan::Channel;
+    use crate::volume::Channel;
 
     /// Rms difference between swept depths and exact columns in parts of the exact rms, and the largest in parts of 1 +
     /// the exact.

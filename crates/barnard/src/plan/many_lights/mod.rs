@@ -9,6 +9,8 @@
 //! neighbourhoods. So a frame does not grow with the stars. Depths of many lights's stars are swept through merged
 //! dust, at most 32 voxels an edge: what is finer of their shadows is lost.
 
+pub mod near_field_kernel;
+
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -18,16 +20,17 @@ use glam::DVec3;
 use rayon::prelude::*;
 use spectra::passband::Passband;
 
-use super::near_field_kernel::{NearFieldKernel, PROFILE, Profile};
-use super::star_depth;
-use super::volume::{Channel, Volume};
-use super::{Bricks, Settings};
 use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::field::{Field, Grid, Lattice};
 use crate::geometry::{Bounds, Ray};
 use crate::memory;
+use crate::plan::Settings;
+use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, PROFILE, Profile};
+use crate::plan::star_depths;
 use crate::scene::{Method, Scene, Star, StarDepth};
+use crate::volume::Bricks;
+use crate::volume::{Channel, Volume};
 
 /// So many stars are all marched one by one, unless told otherwise.
 const ALL: usize = 8;
@@ -130,7 +133,7 @@ impl ManyLights {
                 Some(depths) => Arc::clone(depths),
                 None => {
                     let mut volume = Volume::zeroed(&lattice, vec![Channel::StarDepth(0)]);
-                    star_depth::bake(&merged, *place, &mut volume, 0, (0, 1), &Control::default())?;
+                    star_depths::bake(&merged, *place, &mut volume, 0, (0, 1), &Control::default())?;
                     Arc::new(volume)
                 }
             };
@@ -153,7 +156,7 @@ impl ManyLights {
     /// The same through `ratio` times as much dust, `dust`; none where depths were or would be cut.
     pub fn scaled(&self, ratio: f64, dust: &Arc<Grid>) -> Option<Self> {
         let largest = self.depths.iter().flat_map(|d| &d.data).fold(0.0f32, |most, d| most.max(d.abs()));
-        let fits = ratio.is_finite() && ratio > 0.0 && f64::from(largest) * ratio.max(1.0) < 0.99 * star_depth::OPAQUE;
+        let fits = ratio.is_finite() && ratio > 0.0 && f64::from(largest) * ratio.max(1.0) < 0.99 * star_depths::OPAQUE;
         fits.then(|| {
             let scaled = |volume: &Arc<Volume>| {
                 let mut volume = (**volume).clone();
@@ -182,9 +185,9 @@ impl ManyLights {
             let mut depth = 0.0;
             std::array::from_fn(|i| {
                 if i > 0 {
-                    depth += self.dust.column(*place + (i - 1) as f64 * step, *place + i as f64 * step, star_depth::OPAQUE);
+                    depth += self.dust.column(*place + (i - 1) as f64 * step, *place + i as f64 * step, star_depths::OPAQUE);
                 }
-                depth.min(star_depth::OPAQUE) as f32
+                depth.min(star_depths::OPAQUE) as f32
             })
         };
         self.places.par_iter().zip(kernels).map(profile).collect()
@@ -222,7 +225,7 @@ impl ManyLights {
 
     /// The largest depth at a place with dust \[1\].
     pub fn deepest(&self, dust: &Bricks) -> f64 {
-        self.depths.par_iter().map(|d| f64::from(star_depth::deepest(d, 0, dust))).reduce(|| 0.0, f64::max)
+        self.depths.par_iter().map(|d| f64::from(star_depths::deepest(d, 0, dust))).reduce(|| 0.0, f64::max)
     }
 
     /// Numbers among the many lights of stars no farther than `reach` \[pc\] from `ray` between two distances.
@@ -294,7 +297,7 @@ fn group(stars: &mut [usize], places: &[DVec3], first: usize, out: &mut Vec<Grou
 
 #[cfg(test)]
 mod tests {
-    use super::super::near_field_kernel::depth_within;
+    use super::near_field_kernel::depth_within;
     use super::*;
 
     fn dust() -> Arc<Grid> {

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::{SpatialPlan, SpectralPlan};
 use crate::error::Result;
 use crate::light::Light;
+use crate::plan::{SpatialPlan, SpectralPlan};
 use crate::points::{self, Point, Sources};
 use crate::scene::Scene;
 
@@ -40,7 +40,7 @@ pub fn error(scene: &Scene, space: &SpatialPlan, spectral: &SpectralPlan, lights
         (point.light, sampled, (sampled + space.depth_beyond_samples(ray.origin, end)).max(0.0))
     };
     let depths: Vec<(usize, f64, f64)> = asked.par_iter().map(depths).collect();
-    let of_band = |band: &super::BandPlan| {
+    let of_band = |band: &crate::plan::BandPlan| {
         let off = |(light, sampled, truly): &(usize, f64, f64)| {
             let [bare, sampled, truly] = [0.0, *sampled, *truly].map(|depth| band.rule.evaluate(*light, depth));
             if bare > 0.0 { ((sampled - truly) / truly.max(MIN_LEFT * bare)).powi(2) } else { 0.0 }

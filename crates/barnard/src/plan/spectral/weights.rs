@@ -1,7 +1,7 @@
 //! The plan's spectral side as a march reads it: the weight of each term for each light, in f32.
 
-use super::Plan;
 use crate::light::Route;
+use crate::plan::Plan;
 
 /// A light that is scattered, and how.
 #[derive(Debug, Clone)]

@@ -2,15 +2,16 @@
 //!
 //! Pilot rays and the probe are eyes at its end.
 
-use super::near::{self, NearPiece};
-use super::segment::mean_inverse_square;
-use super::volume::Channel;
-use super::{SpatialPlan, SpectralPlan, Stepping};
 use crate::geometry::{Bounds, Ray};
 use crate::light::{Light, Route};
+use crate::plan::near;
+use crate::plan::near::NearPiece;
+use crate::plan::segment::mean_inverse_square;
+use crate::plan::{SpatialPlan, SpectralPlan, Stepping};
+use crate::volume::Channel;
 
 /// What looks along a ray.
-pub(super) trait Eye {
+pub(in crate::plan) trait Eye {
     /// So much of a light arrives, fallen by its mean over the depths at V.
     fn light(&mut self, light: usize, amount: f64, depths: (f64, f64));
 
@@ -47,7 +48,7 @@ const END: f64 = 30.0;
 
 /// Walks `ray` from the front to the back; returns the optical depth of all of it at V [1]. Where `exact`, densities
 /// are those of the fields themselves and star depths are marched; else both are read.
-pub(super) fn walk(
+pub(in crate::plan) fn march_ray(
     space: &SpatialPlan,
     spectral: &SpectralPlan,
     lights: &[Light],

@@ -3,6 +3,10 @@
 //! A layer of voxels lies around the box: in its outermost half voxel a density is that of the border, but a star depth
 //! goes on as it came, down to nothing on a face that the star shines on.
 
+mod bricks;
+
+pub use bricks::Bricks;
+
 use glam::DVec3;
 
 use crate::field::{Grid, Lattice};

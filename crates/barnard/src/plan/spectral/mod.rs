@@ -1,16 +1,19 @@
 //! What spectra decide: a solved rule for each passband, phase tables, and the certificate.
 
+pub mod closed_form;
+pub mod weights;
+
 use std::sync::Arc;
 
 use rayon::prelude::*;
 use spectra::passband::Passband;
 use spectra::rule::{BandProblem, BandRule, Form, Node, Source};
 
-use super::{ManyLights, Settings};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::light::{Light, Route, factor, law};
 use crate::phase::Phase;
+use crate::plan::{ManyLights, Settings};
 use crate::scene::Scene;
 
 /// The rules of all passbands.
@@ -215,7 +218,7 @@ impl BandPlan {
 }
 
 /// Where any passband lets light through [µm].
-pub(super) fn support_um(scene: &Scene) -> (f64, f64) {
+pub(in crate::plan) fn support_um(scene: &Scene) -> (f64, f64) {
     let ends = scene.bands.iter().map(Passband::support_um);
     ends.fold((f64::MAX, 0.0), |(low, high): (f64, f64), (l, h)| (low.min(l), high.max(h)))
 }

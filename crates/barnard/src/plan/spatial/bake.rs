@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::volume::scaled;
-use super::{Options, Settings};
 use crate::error::Result;
 use crate::field::{Field, Grid, Lattice};
 use crate::memory;
+use crate::plan::{Options, Settings};
 use crate::scene::Scene;
+use crate::volume::scaled;
 use glam::DVec3;
 
 /// The most voxels along an edge of a function that is sampled without being told how finely.
@@ -49,7 +49,7 @@ fn edge(field: &Arc<dyn Field>, settings: &Settings, fineness: Fineness) -> usiz
 }
 
 /// The field as a grid, sampled if it is a function.
-pub(super) fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, settings: &Settings, fineness: Fineness) -> Result<Grid> {
+pub(in crate::plan) fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, settings: &Settings, fineness: Fineness) -> Result<Grid> {
     if let Some(grid) = field.grid() {
         memory::check(&format!("the plan's copy of {what}"), 4 * grid.lattice.cells() as u64, settings.memory_limit)?;
         let longest = grid.lattice.dims.into_iter().max().unwrap_or(1);

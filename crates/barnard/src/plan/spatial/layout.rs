@@ -1,0 +1,106 @@
+//! The volumes of a spatial plan: which channels stand together, and what they hold.
+
+use std::sync::Arc;
+
+use super::SpatialPlan;
+use crate::control::Control;
+use crate::error::Result;
+use crate::field::Lattice;
+use crate::memory;
+use crate::plan::{ManyLights, Settings, many_lights, star_depths};
+use crate::volume::{Channel, MAX_CHANNELS, Volume};
+
+impl SpatialPlan {
+    /// Puts the stars `members` among the many lights.
+    pub(super) fn part_stars(&mut self, members: &[usize], settings: &Settings, control: &Control) -> Result<()> {
+        let gathered = many_lights::mask(members, self.stars.len());
+        self.marched = (0..self.stars.len()).filter(|star| !gathered[*star]).collect();
+        self.many_lights = match &self.dust {
+            Some(dust) if !members.is_empty() => {
+                Some(Arc::new(ManyLights::new(self.many_lights.as_deref(), members, &self.stars, dust, settings, control)?))
+            }
+            _ => None,
+        };
+        Ok(())
+    }
+
+    /// Bakes star depths anew with `factor` voxels along one of dust.
+    pub(crate) fn refine_stars(&mut self, factor: usize, settings: &Settings, control: &Control) -> Result<()> {
+        self.star_factor = factor;
+        self.lay_out(factor, &self.marched.clone(), settings, control)?;
+        self.star_depth = self.deepest();
+        Ok(())
+    }
+
+    /// The largest star depth at a place with dust [1].
+    pub(super) fn deepest(&self) -> f64 {
+        let of = |v: &Volume| {
+            let stars = v.channels.iter().enumerate().filter(|(_, c)| matches!(c, Channel::StarDepth(_)));
+            stars.map(|(slot, _)| f64::from(star_depths::deepest(v, slot, &self.bricks[0]))).fold(0.0, f64::max)
+        };
+        let gathered = self.many_lights.as_ref().map_or(0.0, |many_lights| many_lights.deepest(&self.bricks[0]));
+        self.volumes.iter().map(of).fold(gathered, f64::max)
+    }
+
+    /// Lets go of the star depths, once something else holds the light.
+    pub(crate) fn forget_star_depths(&mut self, settings: &Settings, control: &Control) -> Result<()> {
+        self.lay_out(1, &[], settings, control)
+    }
+
+    /// Volumes of dust, the depths of so many stars, and gas: what has one lattice stands together.
+    pub(super) fn lay_out(&mut self, factor: usize, stars: &[usize], settings: &Settings, control: &Control) -> Result<()> {
+        let mut parts: Vec<(Lattice, Channel)> = Vec::new();
+        if let Some(dust) = &self.dust {
+            parts.push((dust.lattice.clone(), Channel::Dust));
+            let lattice = dust.lattice.refined(factor);
+            let count = stars.len();
+            memory::check(&format!("star depths of {count} stars"), 4 * count as u64 * lattice.cells() as u64, settings.memory_limit)?;
+            parts.extend(stars.iter().map(|star| (lattice.clone(), Channel::StarDepth(*star))));
+        }
+        parts.extend(self.emission.iter().enumerate().map(|(species, grid)| (grid.lattice.clone(), Channel::Emission(species))));
+        self.volumes.clear();
+        while let Some((lattice, _)) = parts.first().cloned() {
+            let (own, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|p| p.0 == lattice);
+            let channels: Vec<Channel> = own.into_iter().map(|p| p.1).collect();
+            self.volumes.extend(channels.chunks(MAX_CHANNELS).map(|chunk| Volume::zeroed(&lattice, chunk.to_vec())));
+            parts = others;
+        }
+        let mut volumes = std::mem::take(&mut self.volumes);
+        for volume in &mut volumes {
+            for slot in 0..volume.channels.len() {
+                self.fill(volume, slot, control)?;
+            }
+        }
+        self.volumes = volumes;
+        Ok(())
+    }
+
+    /// Puts into a channel what it is to hold.
+    pub(super) fn fill(&self, volume: &mut Volume, slot: usize, control: &Control) -> Result<()> {
+        match (volume.channels[slot], &self.dust) {
+            (Channel::Emission(species), _) => volume.fill(slot, &self.emission[species]),
+            (Channel::Dust, Some(dust)) => volume.fill(slot, dust),
+            (Channel::StarDepth(star), Some(dust)) => {
+                let cells = volume.inner.cells() as u64;
+                let before = self.marched.iter().take_while(|s| **s != star).count() as u64;
+                let share = (before * cells, self.marched.len() as u64 * cells);
+                star_depths::bake(dust, self.stars[star], volume, slot, share, control)?;
+            }
+            (Channel::Dust | Channel::StarDepth(_), None) | (Channel::Light(_) | Channel::MultipleScattering(_), _) => {}
+        }
+        Ok(())
+    }
+
+    /// Bytes of star depths of `factor` voxels along one of dust.
+    pub fn star_bytes(&self, factor: usize) -> u64 {
+        let cells = self.dust.as_ref().map_or(0, |d| d.lattice.cells() as u64);
+        4 * cells.saturating_mul(factor.pow(3) as u64).saturating_mul(self.marched.len() as u64)
+    }
+
+    /// Bytes of all grids.
+    pub fn bytes(&self) -> u64 {
+        let own = self.dust.iter().map(|d| d.data.len()).sum::<usize>() + self.emission.iter().map(|e| e.data.len()).sum::<usize>();
+        let gathered = self.many_lights.as_ref().map_or(0, |many_lights| many_lights.bytes());
+        self.volumes.iter().map(Volume::bytes).sum::<u64>() + 4 * own as u64 + gathered
+    }
+}

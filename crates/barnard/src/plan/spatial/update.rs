@@ -1,0 +1,267 @@
+//! A spatial plan that follows its scene: what still holds is kept, what does not is made anew.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::bake::{Fineness, OWN, baked};
+use super::{SpatialPlan, cloud, densities, occupied, sigma_v_per_pc};
+use crate::control::Control;
+use crate::error::{Error, Result};
+use crate::field::{Field, Grid};
+use crate::plan::{Settings, many_lights, star_depths};
+use crate::scene::Scene;
+use crate::volume::{Bricks, Channel, Volume, scaled};
+
+impl SpatialPlan {
+    /// The space of a scene that has the same densities as this one's; none where it has others. Stars that moved are
+    /// swept anew, and all of them where dust has become more or less; the space itself where nothing of it changed.
+    /// What pilots measured is forgotten where something did.
+    pub(crate) fn updated(self: &Arc<Self>, scene: &Scene, settings: &Settings, control: &Control) -> Result<Option<Arc<Self>>> {
+        let same = |(a, b): (&Arc<dyn Field>, &Arc<dyn Field>)| std::ptr::addr_eq(Arc::as_ptr(a), Arc::as_ptr(b));
+        let known = densities(scene).count() == self.densities.len() && densities(scene).zip(&self.densities).all(same);
+        if !known || scene.dust.is_some() != self.dust.is_some() || self.bake != settings.method.bake {
+            return Ok(None);
+        }
+        let stars: Vec<DVec3> = scene.stars.iter().map(|s| s.position).collect();
+        let members = many_lights::members(scene, &settings.method);
+        // the gathered stars are those that it has now.
+        let gathered = many_lights::mask(&members, stars.len());
+        let parted =
+            self.marched.len() + members.len() == stars.len() && self.marched.iter().all(|star| gathered.get(*star) == Some(&false));
+        if parted && stars.len() == self.stars.len() && sigma_v_per_pc(scene) == self.sigma_v_per_pc {
+            let moved: Vec<usize> = (0..stars.len()).filter(|s| stars[*s] != self.stars[*s]).collect();
+            if moved.is_empty() {
+                let led = self.many_lights.as_ref().and_then(|many_lights| many_lights.led_by(&members));
+                return Ok(Some(match led {
+                    Some(many_lights) => Arc::new(Self { many_lights: Some(Arc::new(many_lights)), ..(**self).clone() }),
+                    None => self.clone(),
+                }));
+            }
+            let mut space = Self { spatial: None, ..(**self).clone() };
+            if self.dust.is_none() {
+                // Without dust there are no depths.
+                return Ok(Some(Arc::new(Self { stars, ..space })));
+            }
+            let (gathered, marched): (Vec<usize>, Vec<usize>) = moved.into_iter().partition(|star| gathered[*star]);
+            for star in marched {
+                space.move_star(star, stars[star], control)?;
+            }
+            if !gathered.is_empty() {
+                space.stars = stars;
+                space.part_stars(&members, settings, control)?;
+                space.star_depth = space.deepest();
+            }
+            return Ok(Some(Arc::new(space)));
+        }
+        let (moved, ratio) = (!parted || stars != self.stars, sigma_v_per_pc(scene) / self.sigma_v_per_pc);
+        let mut space = Self { stars, spatial: None, ..(**self).clone() };
+        space.take_dust(scene, settings)?;
+        if moved || !space.scale_depths(ratio) {
+            space.part_stars(&members, settings, control)?;
+            space.refine_stars(self.star_factor, settings, control)?;
+        }
+        Ok(Some(Arc::new(space)))
+    }
+
+    /// The space of a scene that has the same densities and as much dust, as it is before pilots choose how finely;
+    /// none otherwise.
+    pub(crate) fn rebuilt(self: &Arc<Self>, scene: &Scene, settings: &Settings, control: &Control) -> Result<Option<Self>> {
+        if sigma_v_per_pc(scene) != self.sigma_v_per_pc || self.fineness != OWN {
+            return Ok(None);
+        }
+        let Some(followed) = self.updated(scene, settings, control)? else { return Ok(None) };
+        let mut own = Self { spatial: None, ..Arc::unwrap_or_clone(followed) };
+        if own.star_factor != 1 {
+            own.refine_stars(1, settings, control)?;
+        }
+        Ok(Some(own))
+    }
+
+    /// Multiplies all star depths and puts the dust of now into its volume; false, and nothing done, where depths were
+    /// or would be cut.
+    pub(super) fn scale_depths(&mut self, ratio: f64) -> bool {
+        let depths = |v: &Volume| (0..v.channels.len()).filter(|c| matches!(v.channels[*c], Channel::StarDepth(_))).collect::<Vec<_>>();
+        let largest = |v: &Volume| {
+            depths(v).into_iter().flat_map(|c| v.data.iter().skip(c).step_by(v.channels.len())).fold(0.0f32, |m, d| m.max(d.abs()))
+        };
+        let deepest = f64::from(self.volumes.iter().map(largest).fold(0.0, f32::max));
+        let Some(dust) =
+            self.dust.clone().filter(|_| ratio.is_finite() && ratio > 0.0 && deepest * ratio.max(1.0) < 0.99 * star_depths::OPAQUE)
+        else {
+            return false;
+        };
+        if let Some(many_lights) = &self.many_lights {
+            let Some(scaled) = many_lights.scaled(ratio, &dust) else { return false };
+            self.many_lights = Some(Arc::new(scaled));
+        }
+        for volume in &mut self.volumes {
+            let (channels, depths) = (volume.channels.len(), depths(volume));
+            for values in volume.data.chunks_exact_mut(channels) {
+                depths.iter().for_each(|c| values[*c] *= ratio as f32);
+            }
+            if let Some(slot) = volume.channels.iter().position(|c| *c == Channel::Dust) {
+                volume.fill(slot, &dust);
+            }
+        }
+        self.star_depth *= ratio;
+        true
+    }
+
+    /// Samples the dust of `scene` in place of this one's.
+    pub(super) fn take_dust(&mut self, scene: &Scene, settings: &Settings) -> Result<()> {
+        let Some(dust) = scene.dust.as_ref().filter(|d| d.sigma_v_per_pc != self.sigma_v_per_pc) else { return Ok(()) };
+        let before = self.dust.as_deref().filter(|_| self.sigma_v_per_pc > 0.0);
+        let grid = match before {
+            Some(grid) => scaled(grid, dust.sigma_v_per_pc / self.sigma_v_per_pc),
+            None => baked(&dust.density, dust.sigma_v_per_pc, "dust", settings, self.fineness)?,
+        };
+        grid.check("dust")?;
+        self.bricks[0] = Bricks::new(&grid);
+        self.dust = Some(Arc::new(grid));
+        self.cloud = cloud(scene);
+        self.sigma_v_per_pc = dust.sigma_v_per_pc;
+        self.occupied = occupied(self.dust.as_deref().into_iter().chain(&self.emission), &self.bricks);
+        Ok(())
+    }
+
+    /// The same space with functions sampled to at least `edge` voxels along their longest edge; none where that would
+    /// take more memory than allowed.
+    pub(crate) fn resampled(&self, scene: &Scene, edge: usize, settings: &Settings, control: &Control) -> Result<Option<Self>> {
+        match Self::sampled(scene, settings, Fineness { least: edge, ..self.fineness }, control) {
+            // Which samples another plan of the same scene begins with does not hang on what this one needed.
+            Ok(space) => Ok(Some(Self { fineness: self.fineness, ..space })),
+            Err(Error::Memory { .. }) => Ok(None),
+            Err(other) => Err(other),
+        }
+    }
+
+    /// Puts a star elsewhere \[pc\] and sweeps its depths alone anew.
+    ///
+    /// # Errors
+    /// Where there is no such star, its depths are not kept, or the place is none.
+    pub fn move_star(&mut self, star: usize, place: DVec3, control: &Control) -> Result<()> {
+        if !place.is_finite() {
+            return Err(Error::Star(format!("{place} pc is no place for a star: coordinates are numbers")));
+        }
+        let slot_in = |v: &Volume| v.channels.iter().position(|c| *c == Channel::StarDepth(star));
+        let Some((i, slot)) = self.volumes.iter().enumerate().find_map(|(i, v)| slot_in(v).map(|slot| (i, slot))) else {
+            let count = self.stars.len();
+            return Err(Error::Star(format!("star number {star} of {count} has no depths of its own to sweep; make a new plan")));
+        };
+        let before = std::mem::replace(&mut self.stars[star], place);
+        let mut volume = self.volumes.swap_remove(i);
+        let done = self.fill(&mut volume, slot, control);
+        if done.is_err() {
+            // Somebody stopped it half way: the star goes back, without being asked again.
+            self.stars[star] = before;
+            self.fill(&mut volume, slot, &Control::default())?;
+        }
+        self.volumes.push(volume);
+        let last = self.volumes.len() - 1;
+        self.volumes.swap(i, last);
+        self.star_depth = self.deepest();
+        done
+    }
+
+    /// A space whose fields are this one's samples, for exact walks through them.
+    pub fn of_samples(&self) -> Self {
+        let own = |grid: &Grid| Arc::new(grid.clone()) as Arc<dyn Field>;
+        let densities = self.dust.iter().map(|dust| dust.clone() as Arc<dyn Field>).chain(self.emission.iter().map(own)).collect();
+        Self { densities, sigma_v_per_pc: 1.0, ..self.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::Fbm;
+    use crate::plan::{Options, Plan};
+    use crate::test_scenes::{dust, on_axis, scene, star};
+
+    const BEFORE: DVec3 = DVec3::new(-0.3, 0.4, 0.2);
+    const THERE: DVec3 = DVec3::new(0.5, 0.1, -0.3);
+
+    fn cloud() -> Arc<dyn Field> {
+        Arc::new(Fbm::new(1))
+    }
+
+    /// A cloud and two stars, the second at `place`.
+    fn pair(cloud: &Arc<dyn Field>, place: DVec3, scale: f64) -> Scene {
+        let stars = [star(9000.0, 1.0, 0.1 * DVec3::X), star(4000.0, 1.0, place)];
+        let camera = on_axis(4.0, 30.0, (4, 4));
+        stars.into_iter().fold(scene(camera, 20).dust(dust(cloud.clone(), "ccm89", scale)), Scene::star)
+    }
+
+    fn settings(scene: &Scene) -> Settings {
+        Settings::of(scene, &Options::default())
+    }
+
+    fn plan(place: DVec3) -> Plan {
+        Plan::sampled(&pair(&cloud(), place, 4.0), &Options::default(), 20, &Control::default()).unwrap()
+    }
+
+    fn data(space: &SpatialPlan) -> Vec<Vec<f32>> {
+        space.volumes.iter().map(|v| v.data.clone()).collect()
+    }
+
+    /// A space follows a scene that is read again: the same where nothing moved, with the bits of a new one where a
+    /// star did, within rounding where there is more dust; not at all where the densities are others.
+    #[test]
+    fn spaces_follow_their_scenes() {
+        let (cloud, control) = (cloud(), Control::default());
+        let first = pair(&cloud, BEFORE, 4.0);
+        let space = Arc::new(SpatialPlan::new(&first, &settings(&first), &control).unwrap());
+        let follow = |scene: Scene| {
+            let followed = space.updated(&scene, &settings(&scene), &control).unwrap();
+            (followed, SpatialPlan::new(&scene, &settings(&scene), &control).unwrap())
+        };
+        let mut colder = first.clone();
+        colder.stars[0] = star(5000.0, 1.0, first.stars[0].position);
+        assert!(Arc::ptr_eq(&follow(colder).0.unwrap(), &space));
+        let (moved, new) = follow(pair(&cloud, THERE, 4.0));
+        assert!(data(&moved.unwrap()) == data(&new) && data(&space) != data(&new));
+        let (denser, new) = follow(pair(&cloud, BEFORE, 7.0));
+        let denser = denser.unwrap();
+        let worst = data(&denser)
+            .iter()
+            .flatten()
+            .zip(data(&new).iter().flatten())
+            .map(|(a, b)| (a - b).abs() / (1e-3 + b.abs()))
+            .fold(0.0, f32::max);
+        assert!(
+            worst < 1e-4
+                && (denser.star_depth / new.star_depth - 1.0).abs() < 1e-5
+                && (new.star_depth / space.star_depth - 1.75).abs() < 1e-4,
+            "{worst}"
+        );
+        let mut hidden = first.clone();
+        hidden.stars[0].visible = false;
+        let (fewer, new) = follow(hidden);
+        assert!(data(&fewer.unwrap()) == data(&new));
+        let larger: Arc<dyn Field> = Arc::new(Fbm { radius: 1.1, ..Fbm::new(1) });
+        assert!(follow(pair(&larger, BEFORE, 4.0)).0.is_none());
+        let mut finer = first.clone();
+        finer.method.bake = Some(22);
+        assert!(follow(finer).0.is_none());
+    }
+
+    /// A moved star has the depths of a plan that was made with it there, bit by bit; who holds the space of before
+    /// keeps it; a stopped move changes nothing.
+    #[test]
+    fn a_star_moves() {
+        let data = |plan: &Plan| data(&plan.space);
+        let (first, there) = (plan(BEFORE), plan(THERE));
+        let mut moved = first.clone();
+        moved.move_star(1, THERE, &Control::default()).unwrap();
+        assert!(data(&moved) == data(&there) && moved.space.star_depth == there.space.star_depth);
+        assert!(data(&first) != data(&there) && data(&first) == data(&plan(BEFORE)));
+        let stop = Control::default();
+        stop.interrupt();
+        let mut stopped = first.clone();
+        assert!(stopped.move_star(1, DVec3::ZERO, &stop).is_err());
+        assert!(data(&stopped) == data(&first) && stopped.space.stars == first.space.stars);
+        assert!(stopped.move_star(2, DVec3::ZERO, &Control::default()).is_err());
+        assert!(stopped.move_star(1, DVec3::NAN, &Control::default()).is_err());
+    }
+}
