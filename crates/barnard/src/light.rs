@@ -1,4 +1,4 @@
-//! The lights of a scene, as both back ends name them, and what each contributes through a passband.
+//! The lights of a scene, as all back ends name them, and what each contributes through a passband.
 
 use spectra::constants::{PARSEC, SPHERE};
 use spectra::extinction::Extinction;

@@ -1,12 +1,18 @@
 //! Parts of the small scenes that unit tests render.
 
+use std::borrow::Cow;
+use std::sync::Arc;
+
 use glam::DVec3;
 use spectra::extinction::Extinction;
 use spectra::passband::Passband;
 use spectra::units::{Luminosity, Temperature};
 
 use crate::camera::Camera;
+use crate::data::{Array, DataSource, Inputs, NoData, TextTable};
+use crate::error::Result;
 use crate::field::{IntoField, Sphere};
+use crate::properties::{Key, Section, Table, Value};
 use crate::scene::{Dust, Method, Scale, Scene, Star};
 
 /// A ball of density one around the origin.
@@ -33,4 +39,54 @@ pub fn scene(camera: Camera, bake: usize) -> Scene {
 /// A camera on the z axis that looks at the origin.
 pub fn on_axis(distance_pc: f64, degrees: f64, size: (usize, usize)) -> Camera {
     Camera::look_at(DVec3::new(0.0, 0.0, distance_pc), DVec3::ZERO).field_of_view_deg(degrees).size(size.0, size.1)
+}
+
+/// Files of tests: one table of text, one array of 4 × 4 × 4 ones.
+#[derive(Debug)]
+struct TestData(&'static str);
+
+impl DataSource for TestData {
+    fn label(&self, name: &str) -> String {
+        name.to_owned()
+    }
+    fn text(&self, _: &str, _: u64) -> Result<Cow<'static, str>> {
+        Ok(Cow::Borrowed(self.0))
+    }
+    fn table(&self, name: &str, most_rows: usize, limit: u64) -> Result<TextTable> {
+        NoData.table(name, most_rows, limit)
+    }
+    fn array(&self, _: &str, _: Option<&str>, _: u64) -> Result<Array> {
+        Ok(Array { shape: [4; 3], data: vec![1.0; 64], fortran: false, frame: None })
+    }
+}
+
+/// What every kind of a catalogue makes of a table that says no more than it must: lengths of half a parsec, a cube of 2 pc, files of tests.
+pub fn of_every_kind<K, T>(
+    kinds: &[K],
+    row: impl Fn(&K) -> (&'static str, &'static [Key]),
+    text: &'static str,
+    build: impl Fn(&Section, &Inputs) -> Result<T>,
+) -> Vec<(&'static str, T)> {
+    let inputs = Inputs::new(Arc::new(TestData(text)), 1 << 20);
+    let value = |key: &Key| match (key.name, key.kind) {
+        ("low", _) => "-1 -1 -1 pc",
+        ("high", _) => "1 1 1 pc",
+        (_, "length") => "0.5 pc",
+        (_, "path" | "text") => "file.csv",
+        other => panic!("a test does not know what to say for {other:?}"),
+    };
+    let made = |kind: &K| {
+        let (name, keys) = row(kind);
+        let mut table = Table::new(None);
+        table.insert("kind", Value::Text(name.into()));
+        for key in keys.iter().filter(|key| key.default.is_none() || ["low", "high"].contains(&key.name)) {
+            table.insert(key.name, Value::Text(value(key).into()));
+        }
+        // The law of these tests brings no mean cosine of its own.
+        if keys.iter().any(|key| key.name == "g") {
+            table.insert("g", Value::Number(0.6));
+        }
+        (name, build(&Section::root(&table), &inputs).unwrap_or_else(|e| panic!("{name}: {e}")))
+    };
+    kinds.iter().map(made).collect()
 }

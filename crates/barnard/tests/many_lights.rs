@@ -56,7 +56,7 @@ const BACKWARD: &str = "phase = { kind = \"henyey_greenstein\", g = -0.6 }\n";
 /// Twelve gathered stars, scattered evenly and forwards, is what the reference has star by star; another phase function
 /// would be seen.
 #[test]
-fn a_crowd_is_the_sum_of_its_stars() {
+fn a_field_of_many_lights_is_the_sum_of_its_stars() {
     for (phase, other, most) in [("", FORWARD, 0.005), (FORWARD, BACKWARD, 0.02)] {
         let scene = scene(text(12, phase, "exact_stars = 0\n"));
         let plan = plan(&scene);
@@ -78,7 +78,7 @@ fn a_crowd_is_the_sum_of_its_stars() {
 /// Light of gathered stars that scatters many times is that of the path tracer, whose noise is taken off; its first
 /// scattering alone is not.
 #[test]
-fn a_crowd_scatters_many_times() {
+fn a_field_of_many_lights_scatters_many_times() {
     let scene = scene(text(12, FORWARD, "exact_stars = 0\nbounces = 1000\n"));
     let all = light(&plan(&scene));
     let mut film = path::Film::default();
@@ -115,7 +115,7 @@ fn bright_stars_stay_exact() {
 
 /// A plan that looks from elsewhere is that of a camera there, bit by bit.
 #[test]
-fn a_crowd_is_seen_from_elsewhere() {
+fn a_field_of_many_lights_is_seen_from_elsewhere() {
     let there = text(20, FORWARD, "").replace("0.3 0.2 5", "2 -1 4").replace("26 deg", "30 deg");
     let mut moved = Plan::sampled(&scene(text(20, FORWARD, "")), &options(), 60, &Control::default()).unwrap();
     let there = Plan::sampled(&scene(there), &options(), 60, &Control::default()).unwrap();
@@ -130,7 +130,7 @@ fn options() -> Options {
 
 /// Too little memory for depths and field: coarser ones, then an error that says what is needed.
 #[test]
-fn a_crowd_keeps_to_its_memory() {
+fn a_field_of_many_lights_keeps_to_its_memory() {
     let scene = scene(text(40, FORWARD, ""));
     let by = |memory_limit: u64| Plan::new(&scene, &Options::within(memory_limit), &Control::default());
     let (large, small) = (by(DEFAULT_LIMIT).unwrap(), by(3 << 20).unwrap());

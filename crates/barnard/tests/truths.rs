@@ -216,9 +216,9 @@ fn threads_do_not_matter() {
     assert!(on_cpu(&steeper).samples != one.samples);
 }
 
-/// A glance has the stars of the star field, as many and as bright as the plan's own picture has them.
+/// A preview has the stars of the star field, as many and as bright as the plan's own picture has them.
 #[test]
-fn a_glance_has_the_star_field() {
+fn a_preview_has_the_star_field() {
     let scene = parse(&format!(
         "[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"30 deg\"\nsize = [64, 48]\n{LINE_BAND}\
          [field.ball]\nkind = \"sphere\"\nradius = \"0.5 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"3 /pc\"\n\
@@ -231,12 +231,12 @@ fn a_glance_has_the_star_field() {
         backend::draw(sources, &scene, plan, |_, value| light += value).unwrap();
         light
     };
-    let glance = Plan::preview(None, &scene, &options, &Control::default()).unwrap();
+    let preview = Plan::preview(None, &scene, &options, &Control::default()).unwrap();
     let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
-    let (quick, whole) = (drawn(&glance, Sources::All), drawn(&plan, Sources::All));
+    let (quick, whole) = (drawn(&preview, Sources::All), drawn(&plan, Sources::All));
     assert!((quick / whole - 1.0).abs() < 0.02, "{quick} {whole}");
-    let some = drawn(&glance, Sources::Brightest(100));
-    assert!(some > drawn(&glance, Sources::Brightest(0)) && some < quick, "{some} {quick}");
+    let some = drawn(&preview, Sources::Brightest(100));
+    assert!(some > drawn(&preview, Sources::Brightest(0)) && some < quick, "{some} {quick}");
 }
 
 /// A lit wall before something bright: a ray may end early only where nothing behind asks for its depth.

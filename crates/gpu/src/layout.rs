@@ -4,8 +4,10 @@
 //! in f16 as parts of the largest value of each, four to a texture. Terms have room to grow, and phase tables stand
 //! last: an edit of a spectrum changes numbers, not the shape.
 
+use std::sync::Arc;
+
 use barnard::plan::star_depths::OPAQUE;
-use barnard::plan::{Plan, Weights, weights_of};
+use barnard::plan::{LightField, Plan, Weights, weights_of};
 use barnard::volume::{Channel, Volume};
 use glam::DVec3;
 
@@ -13,7 +15,7 @@ use crate::error::{GpuError, Result};
 use crate::forms::{Contents, FormEntry, Heads, extinctions, form};
 use crate::frame::{Frame, four};
 use crate::many_lights;
-use crate::tables::{QuadList, Tables};
+use crate::tables::{Offsets, Tables};
 
 /// How scattered light is spread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,37 +65,42 @@ pub struct Shape {
     pub cloud: bool,
 }
 
-/// Where tables start, in quads of numbers.
-#[derive(Debug, Clone, Copy)]
-pub struct Offsets {
-    pub extinction: usize,
-    pub band_ranges: usize,
-    pub stars: usize,
-    pub emitter_slots: usize,
-    pub weights: usize,
-    pub brightest: usize,
-    pub heads: usize,
-    pub field_head: usize,
-    pub field_products: usize,
-    pub field_resolution: usize,
-    pub diffuse_largest: usize,
-    pub crowd_head: usize,
-    pub crowd_stars: usize,
-    pub cloud: usize,
-    pub lattices: usize,
-    pub inner_boxes: usize,
-    pub brick_table: usize,
-    pub voxels: usize,
-    /// What forms have, and phase tables behind that.
-    pub contents: usize,
-}
-
 /// Room for so many terms: a power of two, so that an edit seldom leaves it.
 pub fn room(terms: usize) -> usize {
     terms.next_power_of_two().max(32)
 }
 
 impl Shape {
+    /// Of a plan whose channels stand in `quads` of its `volumes`.
+    fn of(plan: &Plan, weights: &Weights, quads: &[Quad], volumes: &[&Volume], on_the_fly: bool) -> Result<Self> {
+        let slot_of = |channel| slot_of(quads, volumes, channel);
+        let phase = plan.spectral().phase.as_ref();
+        let field = |f: &Arc<LightField>| FieldShape {
+            elements: f.propagation.projection.basis.size(),
+            polynomials: f.propagation.span.len(),
+            quad: slot_of(Channel::Light(0)).map_or(0, |(quad, _)| quad),
+        };
+        Ok(Self {
+            form: form(plan)?,
+            quads: quads.len().max(1),
+            room: room(plan.spectral().terms()),
+            bands: plan.spectral().bands.len(),
+            scatterers: weights.scattered.len(),
+            emitters: weights.emitted.len(),
+            inner: plan.space().inner_boxes().len(),
+            brick_grids: plan.space().bricks.len(),
+            voxels: plan.space().voxels().len(),
+            phase: phase.map_or(PhaseKind::Isotropic, |p| if p.separable { PhaseKind::Separable } else { PhaseKind::Spectral }),
+            dust: slot_of(Channel::Dust),
+            background: weights.background.is_some(),
+            field: plan.light_field().map(field),
+            scattered_field: slot_of(Channel::MultipleScattering(0)).map(|(quad, _)| quad),
+            many_lights: many_lights::of(plan).map_or(0, |_| weights.many_lights.len()),
+            star_march: plan.star_march().is_some(),
+            cloud: on_the_fly,
+        })
+    }
+
     /// Scatterers, emitters and the background, in this order.
     pub fn lights(&self) -> usize {
         self.scatterers + self.emitters + 1
@@ -111,38 +118,6 @@ impl Shape {
     /// Numbers that a ray carries of the light field.
     pub fn field_channels(&self) -> usize {
         self.field.map_or(0, |f| f.elements * f.polynomials)
-    }
-
-    /// Where tables start.
-    pub fn offsets(&self) -> Offsets {
-        let rows = self.room / 4;
-        let products = self.field.map_or(0, |f| f.elements.pow(3).div_ceil(4));
-        let mut next = 0;
-        let mut take = |size: usize| {
-            next += size;
-            next - size
-        };
-        Offsets {
-            extinction: take(rows),
-            band_ranges: take(self.bands),
-            stars: take(self.scatterers),
-            emitter_slots: take(self.emitters),
-            weights: take(self.lights() * rows),
-            brightest: take(self.lights() * rows),
-            heads: take(self.heads()),
-            field_head: take(usize::from(self.field.is_some())),
-            field_products: take(products),
-            field_resolution: take((self.bands * self.field_channels()).div_ceil(4)),
-            diffuse_largest: take(if self.scattered_field.is_some() { rows } else { 0 }),
-            crowd_head: take(if self.many_lights > 0 { many_lights::HEAD } else { 0 }),
-            crowd_stars: take(self.many_lights * (many_lights::STAR + rows)),
-            cloud: take(3),
-            lattices: take(5 * self.quads),
-            inner_boxes: take(2 * self.inner),
-            brick_table: take(3 * self.brick_grids),
-            voxels: take(self.voxels),
-            contents: take(0),
-        }
     }
 }
 
@@ -187,6 +162,8 @@ pub struct Layout {
     pub shape: Shape,
     pub frame: Frame,
     pub tables: Vec<[f32; 4]>,
+    /// Where sections of the tables start.
+    pub offsets: Offsets,
     /// Distances of bricks to the next light, and lists of the many lights behind them.
     pub bricks: Vec<u32>,
     /// How many distances there are.
@@ -210,128 +187,131 @@ impl Layout {
         if on_the_fly && plan.space().cloud.is_none() {
             return Err(GpuError::NoCloud);
         }
-        let form = form(plan)?;
         let weights = Weights::new(plan);
         let middle = plan.space().occupied.map_or(DVec3::ZERO, |b| 0.5 * (b.low + b.high));
         let volumes: Vec<&Volume> = plan.volumes().collect();
         let slot_of = |channel| slot_of(&quads, &volumes, channel);
         let number_of = |channel| slot_of(channel).map_or(0, |(quad, lane)| 4 * quad + lane) as f32;
-        let phase = &plan.spectral().phase;
-        let field = plan.light_field();
-        let shape = Shape {
-            form,
-            quads: quads.len().max(1),
-            room: room(plan.spectral().terms()),
-            bands: plan.spectral().bands.len(),
-            scatterers: weights.scattered.len(),
-            emitters: weights.emitted.len(),
-            inner: plan.space().inner_boxes().len(),
-            brick_grids: plan.space().bricks.len(),
-            voxels: plan.space().voxels().len(),
-            phase: phase.as_ref().map_or(PhaseKind::Isotropic, |p| if p.separable { PhaseKind::Separable } else { PhaseKind::Spectral }),
-            dust: slot_of(Channel::Dust),
-            background: weights.background.is_some(),
-            field: field.map(|f| FieldShape {
-                elements: f.propagation.projection.basis.size(),
-                polynomials: f.propagation.span.len(),
-                quad: slot_of(Channel::Light(0)).map_or(0, |(quad, _)| quad),
-            }),
-            scattered_field: slot_of(Channel::MultipleScattering(0)).map(|(quad, _)| quad),
-            many_lights: many_lights::of(plan).map_or(0, |_| weights.many_lights.len()),
-            star_march: plan.star_march().is_some(),
-            cloud: on_the_fly,
-        };
-        let offsets = shape.offsets();
-        let lights: Vec<usize> = lights(&weights);
-        let mut contents = Contents::new(shape.heads(), offsets.contents);
-        (form.fill)(plan, &lights, &mut contents)?;
-        let field_head = field.map(|f| contents.coordinates(&f.propagation.projection));
-
-        let mut tables = Tables { list: QuadList::default(), middle };
-        let k = extinctions(plan);
-        tables.list.numbers(&k, shape.room / 4);
-        let mut first = 0.0;
-        for band in &plan.spectral().bands {
-            let end = first + band.terms() as f32;
-            tables.list.0.push([first, end, 0.0, 0.0]);
-            first = end;
-        }
-        for scatterer in &weights.scattered {
-            tables.place(plan.space().stars[scatterer.star], number_of(Channel::StarDepth(scatterer.star)));
-        }
-        for emitter in &weights.emitted {
-            tables.list.0.push([number_of(Channel::Emission(emitter.species)), 0.0, 0.0, 0.0]);
-        }
+        let shape = Shape::of(plan, &weights, &quads, &volumes, on_the_fly)?;
+        let mut tables = Tables::new(middle);
         let largest: Vec<f32> = plan.space().bricks.iter().map(|b| b.largest()).collect();
-        let species = largest.len() - plan.space().species();
-        let behind = weights.background.map_or(Vec::new(), |light| weights_of(plan, light));
-        let scattered = || weights.scattered.iter();
-        let rows = scattered().map(|s| s.weights.clone()).chain(weights.emitted.iter().map(|e| e.weights.clone())).chain([behind.clone()]);
-        rows.for_each(|row| tables.list.numbers(&row, shape.room / 4));
-        let emitted = weights.emitted.iter().map(|e| e.weights.iter().map(|w| w * largest[species + e.species]).collect::<Vec<f32>>());
-        let rows = scattered().map(|s| s.brightest.clone()).chain(emitted).chain([behind]);
-        rows.for_each(|row| tables.list.numbers(&row, shape.room / 4));
-        tables.list.0.extend(&contents.heads);
-        tables.list.0.extend(field_head);
-        if let Some(field) = field {
-            let single = |values: &mut dyn Iterator<Item = &f64>| values.map(|v| *v as f32).collect::<Vec<f32>>();
-            tables.list.numbers(&single(&mut field.propagation.products.iter()), 0);
-            tables.list.numbers(&single(&mut field.resolution.iter().flatten()), 0);
-        }
-        if let Some(scattered_field) = &plan.scattered_field() {
-            tables.list.numbers(&scattered_field.largest, shape.room / 4);
-        }
+        let k = extinctions(plan);
+        tables.rules(plan, &k, shape.room);
+        tables.sources(plan, &weights, number_of);
+        tables.weights(plan, &weights, &largest, shape.room);
+        let heads = tables.reserve("HEADS", shape.heads());
+        let field_head = tables.reserve("FIELD_HEAD", usize::from(shape.field.is_some()));
+        tables.scattered(plan, shape.room);
         let mut bricks = Tables::distances(plan);
         let distances = bricks.len();
         tables.many_lights(plan, &weights, shape.room, &mut bricks);
         tables.cloud(plan);
-        for quad in &quads {
-            tables.lattice(volumes[quad.volume], quad);
-        }
-        if quads.is_empty() {
-            tables.list.0.extend([[0.0; 4]; 5]);
-        }
-        for bounds in plan.space().inner_boxes() {
-            tables.place(bounds.low, 0.0);
-            tables.place(bounds.high, 0.0);
-        }
-        tables.bricks(plan);
-        plan.space().voxels().iter().for_each(|voxel| tables.list.0.push(four(voxel.recip(), 0.0)));
-        debug_assert_eq!(tables.list.0.len(), offsets.contents);
+        tables.places(plan, &quads, &volumes);
+        // What forms have stands behind, as long as it may be: heads say where.
+        let mut contents = Contents::new(shape.heads(), tables.list.0.len());
+        (shape.form.fill)(plan, &lights(&weights), &mut contents)?;
+        let own: Vec<[f32; 4]> = plan.light_field().into_iter().map(|f| contents.coordinates(&f.propagation.projection)).collect();
+        tables.put(heads, &contents.heads);
+        tables.put(field_head, &own);
+        let offsets = tables.offsets();
         tables.list.0.extend(contents.tables.0);
         let phase_start = 4 * tables.list.0.len();
+        let phase = &plan.spectral().phase;
         if let Some(phase) = phase {
-            let of_stars = scattered().flat_map(|s| &phase.weights[s.light]);
+            let of_stars = weights.scattered.iter().flat_map(|s| &phase.weights[s.light]);
             tables.list.numbers(&of_stars.chain(&phase.at_nodes).copied().collect::<Vec<f32>>(), 0);
         }
         let entries = phase.as_ref().map_or(2, |p| p.entries);
         let counts = [plan.spectral().terms(), entries, phase_start, plan.star_march().unwrap_or(0)].map(|n| n as u32);
-        let stars = scattered().map(|s| s.star).collect();
+        let stars = weights.scattered.iter().map(|s| s.star).collect();
         let mut frame = Frame::new(plan, middle, &k, if shape.dust.is_some() { largest[0] } else { 0.0 }, counts);
-        if !form.bounded {
+        if !shape.form.bounded {
             // No depth is asked for what lies behind it.
             frame.limits[0] = 0.0;
         }
-        Ok(Self {
-            shape,
-            frame,
-            tables: tables.list.0,
-            bricks,
-            distances,
-            quads,
-            supersampling: plan.camera().supersampling,
-            stars,
-            middle,
-        })
+        let (tables, supersampling) = (tables.list.0, plan.camera().supersampling);
+        Ok(Self { shape, frame, tables, offsets, bricks, distances, quads, supersampling, stars, middle })
     }
 
     /// Puts a star elsewhere.
     pub fn place_star(&mut self, star: usize, place: DVec3) {
-        let first = self.shape.offsets().stars;
+        let first = self.offsets.of("STARS");
         for i in self.stars.iter().enumerate().filter(|(_, s)| **s == star).map(|(i, _)| i) {
             let slot = self.tables[first + i][3];
             self.tables[first + i] = four(place - self.middle, slot);
         }
+    }
+}
+
+impl Tables {
+    /// What rules have of their own: extinctions, and the terms of each band.
+    fn rules(&mut self, plan: &Plan, k: &[f32], room: usize) {
+        self.begin("EXTINCTION");
+        self.list.numbers(k, room / 4);
+        self.begin("BAND_RANGES");
+        let mut first = 0.0;
+        for band in &plan.spectral().bands {
+            let end = first + band.terms() as f32;
+            self.list.0.push([first, end, 0.0, 0.0]);
+            first = end;
+        }
+    }
+
+    /// Where stars are, and the channels of their depths and of gas.
+    fn sources(&mut self, plan: &Plan, weights: &Weights, number_of: impl Fn(Channel) -> f32) {
+        self.begin("STARS");
+        for scatterer in &weights.scattered {
+            self.place(plan.space().stars[scatterer.star], number_of(Channel::StarDepth(scatterer.star)));
+        }
+        self.begin("EMITTER_SLOTS");
+        for emitter in &weights.emitted {
+            self.list.0.push([number_of(Channel::Emission(emitter.species)), 0.0, 0.0, 0.0]);
+        }
+    }
+
+    /// Weights of all lights, and the most that each can send; `largest` are the largest densities of all grids.
+    fn weights(&mut self, plan: &Plan, weights: &Weights, largest: &[f32], room: usize) {
+        let species = largest.len() - plan.space().species();
+        let behind = weights.background.map_or(Vec::new(), |light| weights_of(plan, light));
+        let (scattered, emitted) = (|| weights.scattered.iter(), || weights.emitted.iter());
+        self.begin("WEIGHTS");
+        let rows = scattered().map(|s| s.weights.clone()).chain(emitted().map(|e| e.weights.clone())).chain([behind.clone()]);
+        rows.for_each(|row| self.list.numbers(&row, room / 4));
+        self.begin("BRIGHTEST");
+        let glow = emitted().map(|e| e.weights.iter().map(|w| w * largest[species + e.species]).collect::<Vec<f32>>());
+        let rows = scattered().map(|s| s.brightest.clone()).chain(glow).chain([behind]);
+        rows.for_each(|row| self.list.numbers(&row, room / 4));
+    }
+
+    /// The light field of many stars, and the largest of light that was scattered before.
+    fn scattered(&mut self, plan: &Plan, room: usize) {
+        let field = plan.light_field();
+        let single = |values: &mut dyn Iterator<Item = &f64>| values.map(|v| *v as f32).collect::<Vec<f32>>();
+        self.begin("FIELD_PRODUCTS");
+        field.iter().for_each(|f| self.list.numbers(&single(&mut f.propagation.products.iter()), 0));
+        self.begin("FIELD_RESOLUTION");
+        field.iter().for_each(|f| self.list.numbers(&single(&mut f.resolution.iter().flatten()), 0));
+        self.begin("SCATTERED_LARGEST");
+        plan.scattered_field().iter().for_each(|f| self.list.numbers(&f.largest, room / 4));
+    }
+
+    /// Where volumes, boxes and bricks are, and the kinds of voxels.
+    fn places(&mut self, plan: &Plan, quads: &[Quad], volumes: &[&Volume]) {
+        self.begin("LATTICES");
+        for quad in quads {
+            self.lattice(volumes[quad.volume], quad);
+        }
+        if quads.is_empty() {
+            self.list.0.extend([[0.0; 4]; 5]);
+        }
+        self.begin("INNER_BOXES");
+        for bounds in plan.space().inner_boxes() {
+            self.place(bounds.low, 0.0);
+            self.place(bounds.high, 0.0);
+        }
+        self.bricks(plan);
+        self.begin("VOXELS");
+        plan.space().voxels().iter().for_each(|voxel| self.list.0.push(four(voxel.recip(), 0.0)));
     }
 }
 

@@ -9,8 +9,6 @@ use glam::DVec3;
 
 use crate::tables::Tables;
 
-/// Quads in front of the stars.
-pub const HEAD: usize = 3;
 /// Quads of a star beside its weights: place and σ, its kernel, depths before it.
 pub const STAR: usize = 2 + PROFILE / 4;
 /// Most cells along an edge of the grid.
@@ -54,9 +52,12 @@ impl Grid {
 }
 
 impl Tables {
-    /// the gathered stars, and behind the `bricks` the lists of the grid.
+    /// The gathered stars, and behind the `bricks` the lists of the grid.
     pub fn many_lights(&mut self, plan: &Plan, weights: &Weights, room: usize, bricks: &mut Vec<u32>) {
-        let (Some((many_lights, scattered_field)), Some(occupied)) = (of(plan), plan.space().occupied) else { return };
+        self.begin("MANY_LIGHTS_HEAD");
+        let (Some((many_lights, scattered_field)), Some(occupied)) = (of(plan), plan.space().occupied) else {
+            return self.begin("MANY_LIGHTS_STARS");
+        };
         let kernels = scattered_field.kernels();
         let grid = Grid::new(occupied, kernels);
         // A segment is known by its middle.
@@ -83,6 +84,7 @@ impl Tables {
         self.list.0.push([x, y, z, cells as f32]);
         let piece = neighbour_piece(plan.spectral().phase_angle, plan.spectral().accuracy);
         self.list.0.push([piece as f32, 0.0, 0.0, 0.0]);
+        self.begin("MANY_LIGHTS_STARS");
         for (star, weights) in weights.many_lights.iter().enumerate() {
             self.place(many_lights.places[star], many_lights.sigma[star]);
             let kernel = kernels[star];

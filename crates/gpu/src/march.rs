@@ -140,7 +140,7 @@ impl Renderer {
         let views = if same_volumes { &self.volumes.views[..] } else { &self.volumes.views[..kept] };
         let same_volumes = same_volumes && layout.bricks == self.layout.bricks;
         let volumes = (!same_volumes).then(|| Volumes::new(&self.gpu, plan, &layout, views));
-        let same_shape = layout.shape == self.layout.shape;
+        let same_shape = layout.shape == self.layout.shape && layout.offsets == self.layout.offsets;
         let pipeline = (!same_shape).then(|| pipeline(&self.gpu, &layout, self.tuning));
         let groups = groups(
             &self.gpu,

@@ -109,7 +109,7 @@ impl Buffers {
 }
 
 pub fn pipeline(gpu: &Gpu, layout: &Layout, tuning: Tuning) -> wgpu::ComputePipeline {
-    gpu.pipeline(&source(&layout.shape, tuning.workgroup, pauses(gpu, tuning)), "main")
+    gpu.pipeline(&source(&layout.shape, &layout.offsets, tuning.workgroup, pauses(gpu, tuning)), "main")
 }
 
 /// The bindings of a pipeline: buffers, then textures and their sampler.

@@ -1,5 +1,7 @@
 //! Lists of numbers as shaders read them: four at a time.
 
+use std::ops::Range;
+
 use barnard::plan::Plan;
 use barnard::volume::{Bricks, Volume};
 use glam::DVec3;
@@ -20,13 +22,85 @@ impl QuadList {
     }
 }
 
-/// Quads of numbers in the order of [`Offsets`](crate::layout::Offsets).
+/// The sections of the table in their order, by the names of the constants that tell shaders where each starts.
+pub const SECTIONS: [&str; 18] = [
+    "EXTINCTION",
+    "BAND_RANGES",
+    "STARS",
+    "EMITTER_SLOTS",
+    "WEIGHTS",
+    "BRIGHTEST",
+    "HEADS",
+    "FIELD_HEAD",
+    "FIELD_PRODUCTS",
+    "FIELD_RESOLUTION",
+    "SCATTERED_LARGEST",
+    "MANY_LIGHTS_HEAD",
+    "MANY_LIGHTS_STARS",
+    "CLOUD",
+    "LATTICES",
+    "INNER_BOXES",
+    "BRICK_TABLE",
+    "VOXELS",
+];
+
+/// Where each section starts, in quads of numbers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Offsets([usize; SECTIONS.len()]);
+
+impl Offsets {
+    /// All at the beginning, for shaders that read no table.
+    #[cfg(test)]
+    pub const NONE: Self = Self([0; SECTIONS.len()]);
+
+    /// Of one section.
+    pub fn of(&self, section: &str) -> usize {
+        SECTIONS.iter().position(|own| *own == section).map_or(0, |i| self.0[i])
+    }
+
+    /// Names and places of all.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, usize)> + '_ {
+        SECTIONS.into_iter().zip(self.0)
+    }
+}
+
+/// The table that a shader reads, while it is made section by section.
 pub struct Tables {
     pub list: QuadList,
     pub middle: DVec3,
+    starts: Vec<usize>,
 }
 
 impl Tables {
+    /// An empty one, whose places are seen from `middle` \[pc\].
+    pub fn new(middle: DVec3) -> Self {
+        Self { list: QuadList::default(), middle, starts: Vec::new() }
+    }
+
+    /// Begins a section, which is the next of [`SECTIONS`], where the one before has ended.
+    pub fn begin(&mut self, section: &str) {
+        assert_eq!(SECTIONS.get(self.starts.len()), Some(&section), "sections stand in their order");
+        self.starts.push(self.list.0.len());
+    }
+
+    /// A section of so many quads that are [put](Self::put) later.
+    pub fn reserve(&mut self, section: &str, quads: usize) -> Range<usize> {
+        self.begin(section);
+        let start = self.list.0.len();
+        self.list.0.resize(start + quads, [0.0; 4]);
+        start..start + quads
+    }
+
+    /// What a section was reserved for.
+    pub fn put(&mut self, reserved: Range<usize>, quads: &[[f32; 4]]) {
+        self.list.0[reserved].copy_from_slice(quads);
+    }
+
+    /// Where the sections have come to stand, all of which were begun.
+    pub fn offsets(&self) -> Offsets {
+        Offsets(std::array::from_fn(|i| self.starts[i]))
+    }
+
     /// A place, and one number more.
     pub fn place(&mut self, p: DVec3, fourth: f32) {
         self.list.0.push(four(p - self.middle, fourth));
@@ -34,6 +108,7 @@ impl Tables {
 
     /// The noise that dust is.
     pub fn cloud(&mut self, plan: &Plan) {
+        self.begin("CLOUD");
         let Some((cloud, sigma)) = &plan.space().cloud else { return self.list.0.extend([[0.0; 4]; 3]) };
         self.place(cloud.centre, cloud.radius as f32);
         self.list.0.push([1.0 / cloud.scale, f64::from(cloud.octaves), cloud.lacunarity, cloud.gain].map(|v| v as f32));
@@ -51,6 +126,7 @@ impl Tables {
 
     /// The grids of bricks, whose values stand one behind the other.
     pub fn bricks(&mut self, plan: &Plan) {
+        self.begin("BRICK_TABLE");
         let mut start = 0;
         for bricks in &plan.space().bricks {
             let lattice = &bricks.lattice;

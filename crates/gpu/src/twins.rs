@@ -59,7 +59,7 @@ fn evaluated(gpu: &Gpu, plan: &Plan, body: &str, asked: &[Numbers]) -> Vec<Numbe
         "@group(0) @binding(7) var<storage, read> asked: array<array<f32, {ARGUMENTS}>>;\n@group(0) @binding(8) var<storage, read_write> told: array<array<f32, {ARGUMENTS}>>;\n\
          @compute @workgroup_size(1) fn twin(@builtin(global_invocation_id) id: vec3u) {{\n    let x = asked[id.x];\n    var y: array<f32, {ARGUMENTS}>;\n{body}\n    told[id.x] = y;\n}}\n"
     );
-    let text = source(&layout.shape, (8, 8), Pauses::Never) + &entry;
+    let text = source(&layout.shape, &layout.offsets, (8, 8), Pauses::Never) + &entry;
     let module =
         gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source: wgpu::ShaderSource::Wgsl(text.into()) });
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };

@@ -314,7 +314,7 @@ fn many_lights(count: usize) -> String {
 /// near and from infinity.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
-fn crowds_are_those_of_the_processor() {
+fn many_lights_are_those_of_the_processor() {
     let gpu = device();
     let method = "[method]\nbake = 24\naccuracy = 1e-3\n";
     let aside =

@@ -345,7 +345,7 @@ mod tests {
     /// Facts of Barrès & Neyret: the error falls 8 to 13 times for each further element in the visible, 2 to 3 times on
     /// [0, 1 µm]; and no basis of exponentials is better than the best linear one.
     #[test]
-    fn errors_fall_as_the_deck_says() {
+    fn errors_fall_as_barres_and_neyret_say() {
         for (low, high, ratios) in [(0.4, 0.7, 8.0..14.0), (0.0, 1.0, 1.9..3.1)] {
             let domain = domain(low, high);
             let bases: Vec<Basis> = (1..=5).map(|n| Basis::optimal(&domain, 20.0, n, Criterion::Mean).unwrap()).collect();

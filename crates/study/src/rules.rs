@@ -11,7 +11,7 @@ use spectra::units::Temperature;
 use crate::Result;
 
 /// One passband, or an interval, and what shines through it.
-pub struct Trial {
+pub struct Run {
     /// What shines.
     pub sources: Vec<Source>,
     /// Between these wavelengths [µm].
@@ -24,7 +24,7 @@ pub struct Trial {
 const PANELS: usize = 64;
 const PANEL_POINTS: usize = 16;
 
-impl Trial {
+impl Run {
     /// A weight over an interval under an extinction.
     pub fn interval(
         (low, high): (f64, f64),

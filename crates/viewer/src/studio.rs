@@ -38,7 +38,7 @@ const LEAST: f64 = 24.0;
 /// What is kept of one view between orders.
 #[derive(Default)]
 struct Stand {
-    glance: Option<(Arc<str>, Plan)>,
+    preview: Option<(Arc<str>, Plan)>,
     quick: Marcher,
     slow: Marcher,
     /// The last settled plan, of which the next one takes what still holds.
@@ -108,7 +108,7 @@ impl<'g> Studio<'g> {
         let mut scale = (asked / (self.rate * budget)).sqrt().max(1.0);
         if reached.is_none() {
             let quality = stage(scale);
-            show(quality, self.glances(order, scale, &self.closing.clone())?);
+            show(quality, self.previews(order, scale, &self.closing.clone())?);
             reached = Some(quality);
         }
         if order.moving {
@@ -117,7 +117,7 @@ impl<'g> Studio<'g> {
         while reached < Some(Quality::Full) {
             scale = (scale / FINER).max(1.0);
             let quality = stage(scale);
-            show(quality, self.glances(order, scale, control)?);
+            show(quality, self.previews(order, scale, control)?);
             reached = Some(quality);
         }
         if reached < Some(Quality::Settled) {
@@ -151,22 +151,22 @@ impl<'g> Studio<'g> {
     }
 
     /// Quick pictures of all views with `scale` times fewer pixels each way.
-    fn glances(&mut self, order: &Order, scale: f64, control: &Control) -> Result<Vec<Picture>> {
-        order.views.iter().enumerate().map(|(i, view)| self.glance(i, view, order, scale, control)).collect()
+    fn previews(&mut self, order: &Order, scale: f64, control: &Control) -> Result<Vec<Picture>> {
+        order.views.iter().enumerate().map(|(i, view)| self.preview(i, view, order, scale, control)).collect()
     }
 
-    fn glance(&mut self, i: usize, view: &View, order: &Order, scale: f64, control: &Control) -> Result<Picture> {
+    fn preview(&mut self, i: usize, view: &View, order: &Order, scale: f64, control: &Control) -> Result<Picture> {
         let camera = reduced(&order.camera, scale);
         let scene = seen(&view.scene, &camera);
         let options = self.options(order.memory_limit);
         let (gpu, stand) = (self.gpu, &mut self.stands[i]);
         let start = Instant::now();
-        let known = stand.glance.as_ref().filter(|(physics, _)| *physics == view.physics);
+        let known = stand.preview.as_ref().filter(|(physics, _)| *physics == view.physics);
         if known.is_none() {
-            let plan = Plan::preview(stand.glance.as_ref().map(|(_, plan)| plan), &scene, &options, control)?;
-            stand.glance = Some((view.physics.clone(), plan));
+            let plan = Plan::preview(stand.preview.as_ref().map(|(_, plan)| plan), &scene, &options, control)?;
+            stand.preview = Some((view.physics.clone(), plan));
         }
-        let Some((_, plan)) = &mut stand.glance else { return Err(Error::Interrupted) };
+        let Some((_, plan)) = &mut stand.preview else { return Err(Error::Interrupted) };
         plan.look_from(camera, control)?;
         let planned = start.elapsed().as_secs_f64();
         self.planned = planned;

@@ -122,3 +122,44 @@ pub const KINDS: &[Kind<Arc<dyn Field>>] = &[loaded::KIND, fbm::KIND, sphere::KI
 pub fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
     build_kind("field", KINDS, section, inputs)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Ray;
+    use crate::test_scenes::of_every_kind;
+
+    /// Every kind: nothing outside of its box, densities within, and a column that is what a fine sum says of it, whichever way a ray goes.
+    #[test]
+    fn every_kind_is_a_density_with_columns() {
+        let all = of_every_kind(KINDS, |kind| (kind.name, kind.keys), "", |section, inputs| build(section, inputs));
+        assert_eq!(all.len(), KINDS.len());
+        for (name, field) in all {
+            let bounds = field.bounds();
+            assert!(bounds.fault().is_none() && field.feature_pc() > 0.0, "{name}");
+            let (size, middle) = (bounds.size(), 0.5 * (bounds.low + bounds.high));
+            let place = |i: usize, wide: f64| {
+                let part = |step: f64| (step * (i + 1) as f64).fract() - 0.5;
+                middle + wide * size * DVec3::new(part(0.618_034), part(0.414_214), part(0.732_051))
+            };
+            for p in (0..500).map(|i| place(i, 1.6)) {
+                let value = field.at(p);
+                assert!(value >= 0.0 && value.is_finite() && (bounds.contains(p) || value == 0.0), "{name} at {p}: {value}");
+            }
+            let mut seen = 0.0;
+            for i in 0..8 {
+                let (a, b) = (place(i, 1.5), middle - 0.3 * (place(i + 8, 1.0) - middle));
+                let count = 20_000;
+                let at = |j: usize| field.at(a.lerp(b, (j as f64 + 0.5) / f64::from(count)));
+                let sum = (0..count as usize).map(at).sum::<f64>() * (b - a).length() / f64::from(count);
+                let exact = column(&*field, a, b);
+                assert!((exact - sum).abs() < 2e-3 * (b - a).length(), "{name}: {exact} {sum}");
+                let mut crossings = Vec::new();
+                field.crossings(&Ray::between(a, b).0, &mut crossings);
+                assert!(crossings.iter().all(|t| t.is_finite()), "{name}");
+                seen += sum;
+            }
+            assert!(seen > 0.0, "{name}: no ray met it");
+        }
+    }
+}

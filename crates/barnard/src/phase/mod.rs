@@ -162,15 +162,19 @@ mod tests {
     }
 
     fn all() -> Vec<Arc<dyn Phase>> {
-        vec![
-            Arc::new(Isotropic),
-            Arc::new(henyey(0.6)),
+        // A row for each kind, then values that are harder than those.
+        const TABLE: &str = "# wavelength_um: 0.4, 0.7\n-1, 0.1, 2\n0.2, 0.5, 1\n1, 4, 0\n";
+        let law = Extinction::named("ccm89").unwrap();
+        let row = |kind: &PhaseKind| (kind.name, kind.keys);
+        let kinds = crate::test_scenes::of_every_kind(KINDS, row, TABLE, |section, inputs| build(section, inputs, &law));
+        let harder: [Arc<dyn Phase>; 5] = [
             Arc::new(henyey(-0.3)),
             Arc::new(draine_of(0.5, 1.0)),
-            Arc::new(Rayleigh),
+            Arc::new(draine_of(-0.6, 3.0)),
             Arc::new(henyey(5e-5)),
             Arc::new(tabulated::two_columns()),
-        ]
+        ];
+        kinds.into_iter().map(|(_, phase)| phase).chain(harder).collect()
     }
 
     #[test]

@@ -41,11 +41,11 @@ fn ended(state: ptr<function, State>, ray: Ray, here: f32, far: f32) -> bool {
         for (var e = 0u; e < EMITTERS; e++) {
             behind += left(SCATTERERS + e, b, (*state).tau) * (far - here);
         }
-        if HAS_DIFFUSE {
+        if HAS_SCATTERED_FIELD {
             let terms = band_terms(b);
             for (var t = terms.x; t < terms.y; t++) {
                 // ∫ k σ e^(-k τ) ds is less than one.
-                behind += numbers[4u * DIFFUSE_LARGEST + t] * exp(-numbers[4u * EXTINCTION + t] * (*state).tau);
+                behind += numbers[4u * SCATTERED_LARGEST + t] * exp(-numbers[4u * EXTINCTION + t] * (*state).tau);
             }
         }
         if behind > frame.limits.y * (*state).sum[b] {

@@ -5,9 +5,9 @@
 fn depth_within(star: u32, sigma: f32, distance: f32, cosine: f32) -> f32 {
     let around = distance * sigma;
     let ahead = max(cosine, 0.0) * max(cosine, 0.0);
-    let at = min(distance * tables[CROWD_STARS + star * CROWD_STRIDE + 1u].w, f32(PROFILE));
+    let at = min(distance * tables[MANY_LIGHTS_STARS + star * MANY_LIGHTS_STRIDE + 1u].w, f32(PROFILE));
     let i = min(u32(at), PROFILE - 1u);
-    let first = 4u * (CROWD_STARS + star * CROWD_STRIDE + 2u);
+    let first = 4u * (MANY_LIGHTS_STARS + star * MANY_LIGHTS_STRIDE + 2u);
     let low = select(numbers[first + max(i, 1u) - 1u], 0.0, i == 0u);
     let along = mix(low, numbers[first + i], at - f32(i));
     return around + ahead * (along - around);
@@ -31,7 +31,7 @@ fn phase_at_node(term: u32, at: vec2f) -> f32 {
 // Adds base · weight · p(θ) · ⟨D⟩ of every term of a gathered star.
 fn gather_neighbour(state: ptr<function, State>, star: u32, at: vec2f, base: f32, middle: f32, half: f32) {
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
-    let weights = 4u * (CROWD_STARS + star * CROWD_STRIDE + CROWD_WEIGHTS);
+    let weights = 4u * (MANY_LIGHTS_STARS + star * MANY_LIGHTS_STRIDE + MANY_LIGHTS_WEIGHTS);
     for (var b = 0u; b < BANDS; b++) {
         let terms = band_terms(b);
         var sum = 0.0;
@@ -47,11 +47,11 @@ fn gather_neighbour(state: ptr<function, State>, star: u32, at: vec2f, base: f32
     }
 }
 
-// twin: barnard::backend::cpu::near_field::scatter
+// twin: barnard::backend::cpu::near_field::NearStar::scatter
 fn scatter_neighbour(state: ptr<function, State>, ray: Ray, number: u32, stretch: Stretch, growth: f32, sigma: vec2f) {
-    let star = tables[CROWD_STARS + number * CROWD_STRIDE];
+    let star = tables[MANY_LIGHTS_STARS + number * MANY_LIGHTS_STRIDE];
     // R, L/R, what the kernel is flatter ahead, and places of the profile a parsec.
-    let kernel = tables[CROWD_STARS + number * CROWD_STRIDE + 1u];
+    let kernel = tables[MANY_LIGHTS_STARS + number * MANY_LIGHTS_STRIDE + 1u];
     let foot = dot(star.xyz - ray.origin, ray.direction);
     let b = max(length(star.xyz - (ray.origin + foot * ray.direction)), CLOSEST);
     let half = sqrt(max(kernel.x * kernel.x - b * b, 0.0));
@@ -62,7 +62,7 @@ fn scatter_neighbour(state: ptr<function, State>, ray: Ray, number: u32, stretch
         return;
     }
     let angle = atan2(b * (left_at - entered), fma(b, b, entered * left_at));
-    let count = clamp(ceil(angle / tables[CROWD_HEAD + 2u].x), 1.0, f32(NEIGHBOUR_PIECES));
+    let count = clamp(ceil(angle / tables[MANY_LIGHTS_HEAD + 2u].x), 1.0, f32(NEIGHBOUR_PIECES));
     let turn = angle / count;
     let first = atan(entered / b);
     turns += 2u * u32(count);
@@ -97,9 +97,9 @@ fn scatter_neighbour(state: ptr<function, State>, ray: Ray, number: u32, stretch
 }
 
 // The stars whose kernels reach to a segment, whose ends have so much dust.
-fn scatter_neighbours(state: ptr<function, State>, ray: Ray, stretch: Stretch, growth: f32, sigma: vec2f) {
-    let low = tables[CROWD_HEAD];
-    let dims = vec4u(tables[CROWD_HEAD + 1u]);
+fn scatter_near_field(state: ptr<function, State>, ray: Ray, stretch: Stretch, growth: f32, sigma: vec2f) {
+    let low = tables[MANY_LIGHTS_HEAD];
+    let dims = vec4u(tables[MANY_LIGHTS_HEAD + 1u]);
     let place = ray.origin + (stretch.start + 0.5 * stretch.length) * ray.direction;
     let cell = vec3u(clamp(vec3i(floor((place - low.xyz) * low.w)), vec3i(0), vec3i(dims.xyz) - 1));
     let index = dims.w + (cell.z * dims.y + cell.y) * dims.x + cell.x;

@@ -77,7 +77,7 @@ fn scatter_again(state: ptr<function, State>, growth: f32, before: ptr<function,
         var sum = 0.0;
         for (var t = terms.x; t < terms.y; t++) {
             let k = numbers[4u * EXTINCTION + t];
-            let quad = DIFFUSE_QUAD + t / 4u;
+            let quad = SCATTERED_QUAD + t / 4u;
             let source = 0.5 * ((*before)[quad][t % 4u] + (*after)[quad][t % 4u]);
             sum = fma(k * source, mean_transmittance(k * ((*state).tau + 0.5 * growth), 0.5 * k * growth), sum);
         }
@@ -99,11 +99,11 @@ fn segment(state: ptr<function, State>, ray: Ray, stretch: Stretch, before: ptr<
             }
             if MANY_LIGHTS > 0u {
                 let dust = vec2f((*before)[DUST_QUAD][DUST_LANE], (*after)[DUST_QUAD][DUST_LANE]);
-                scatter_neighbours(state, ray, stretch, growth, dust);
+                scatter_near_field(state, ray, stretch, growth, dust);
                 // How deep the stars shine is known for all of them alone.
                 (*state).deepest = max((*state).deepest, (*state).tau + growth + frame.depths.x);
             }
-            if HAS_DIFFUSE {
+            if HAS_SCATTERED_FIELD {
                 scatter_again(state, growth, before, after);
             }
         }

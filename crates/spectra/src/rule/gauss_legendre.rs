@@ -1,4 +1,4 @@
-//! Gauss–Legendre points over the domain D, doubled until `accuracy` is kept.
+//! Gauss–Legendre points over the domain D, a quarter more of them until `accuracy` is kept.
 //!
 //! F(a) ≈ Σ_j W(λ_j) w_j e^(−a k(λ_j));  fast for smooth weights, slow for tabulated curves with kinks: eq. (8) of
 //! docs/method.md.

@@ -3,8 +3,7 @@
 //! F(a) ≈ Σ_j W(λ_j) Δλ e^(−a k(λ_j)),  λ_j the midpoints of M equal intervals of D; a line counts at the midpoint of
 //! its interval: eq. (8) of docs/method.md.
 //!
-//! Source: Barrès & Neyret 2023, "double integration". M = 30 there; here M doubles from 30 until `accuracy` is kept,
-//! if not given.
+//! Source: Barrès & Neyret 2023, "double integration". M = 30 there, and here if nothing is said.
 
 use super::nodes::Weighting;
 use super::{BandProblem, BandRule, Node, Nodes, RuleEntry};
@@ -13,11 +12,11 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "midpoint",
     summary: "equal midpoints over the domain, 30 of them unless told otherwise: Barrès & Neyret's double integration",
     nodes: true,
-    solve: |problem| Ok(with_panels(problem, problem.settings.count.unwrap_or(DECK_COUNT), &[(0.0, 2.0)])),
+    solve: |problem| Ok(with_panels(problem, problem.settings.count.unwrap_or(TALK_COUNT), &[(0.0, 2.0)])),
 };
 
 /// M of Barrès & Neyret.
-const DECK_COUNT: usize = 30;
+const TALK_COUNT: usize = 30;
 
 /// A composite rule: `rule` on [−1, 1] in each of `panels` equal intervals of the domain.
 pub(super) fn with_panels(problem: &BandProblem, panels: usize, rule: &[(f64, f64)]) -> BandRule {

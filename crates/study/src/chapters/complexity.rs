@@ -2,7 +2,7 @@
 
 use barnard::control::Control;
 
-use super::scene::{Contender, Trial};
+use super::scene::{Contender, Run};
 use crate::page::{short, table};
 use crate::{Axis, Chapter, Figure, Findings, Result, Series};
 
@@ -119,9 +119,9 @@ fn run(control: &Control) -> Result<Findings> {
         let mut points = Vec::new();
         for value in growth.values {
             control.check()?;
-            let trial = Trial::new((growth.stars)(*value), None, BAKE, EDGE)?;
-            let plan = trial.plan(&(growth.contender)(*value), control)?;
-            points.push((*value as f64, trial.seconds(&plan, control)?));
+            let run = Run::new((growth.stars)(*value), None, BAKE, EDGE)?;
+            let plan = run.plan(&(growth.contender)(*value), control)?;
+            points.push((*value as f64, run.seconds(&plan, control)?));
         }
         let listed: Vec<String> = points.iter().map(|(v, s)| format!("{v}: {}", short(*s))).collect();
         let power = power(&points);

@@ -4,7 +4,7 @@ use barnard::control::Control;
 use spectra::quadrature::{gauss_legendre, integrate};
 
 use crate::page::{short, table};
-use crate::rules::{Trial, sized};
+use crate::rules::{Run, sized};
 use crate::{Axis, Chapter, Figure, Findings, Result, Series};
 
 pub(super) const CHAPTER: Chapter = Chapter {
@@ -46,7 +46,7 @@ fn run(control: &Control) -> Result<Findings> {
     let truth = integrate(f, 0.0, 1.0, 1e-14);
     let counts = [1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128];
     let error = |value: f64| (value / truth - 1.0).abs();
-    let trial = Trial::interval((0.0, 1.0), polynomial, |x| 0.55 / x.max(1e-300));
+    let run = Run::interval((0.0, 1.0), polynomial, |x| 0.55 / x.max(1e-300));
     let mut series = vec![
         Series { name: "midpoint".into(), points: counts.map(|n| (n as f64, error(midpoint(n)))).to_vec() },
         Series {
@@ -60,7 +60,7 @@ fn run(control: &Control) -> Result<Findings> {
         for n in 1..=8 {
             control.check()?;
             // Elements that rounding can no longer tell apart end the growth.
-            let Ok(rule) = trial.solve(name, &sized(n), RANGE) else { break };
+            let Ok(rule) = run.solve(name, &sized(n), RANGE) else { break };
             points.push((n as f64, error(rule.evaluate(0, DEPTH))));
         }
         series.push(Series { name: name.into(), points });

@@ -8,7 +8,7 @@ use spectra::spectrum::Shape;
 use spectra::units::Temperature;
 
 use crate::page::{short, table};
-use crate::rules::{Trial, sized};
+use crate::rules::{Run, sized};
 use crate::{Axis, Chapter, Figure, Findings, Result, Series};
 
 pub(super) const CHAPTER: Chapter = Chapter {
@@ -57,13 +57,13 @@ fn spectra() -> Result<Figure> {
 }
 
 fn run(control: &Control) -> Result<Findings> {
-    let trial = Trial::passband("johnson-V", &[10000.0])?;
-    let measure = &trial.sources[0].measure;
+    let run = Run::passband("johnson-V", &[10000.0])?;
+    let measure = &run.sources[0].measure;
     let (mut absolute, mut relative, mut rows) = (Vec::new(), Vec::new(), Vec::new());
     for (name, count) in METHODS {
         control.check()?;
         let settings = count.map_or_else(Settings::default, sized);
-        let rule = trial.solve(name, &settings, DEEPEST)?;
+        let rule = run.solve(name, &settings, DEEPEST)?;
         let error = |a: f64| (rule.evaluate(0, a) - measure.at(a)).abs();
         let label = count.map_or(name.to_owned(), |n| format!("{name} {n}"));
         let along: Vec<f64> = (0..=150).map(|i| DEEPEST * f64::from(i) / 150.0).collect();

@@ -4,9 +4,9 @@ use barnard::control::Control;
 use barnard::plan::Plan;
 
 use super::complexity::power;
-use super::scene::{Contender, Trial as Frame, error};
+use super::scene::{Contender, Run as Frame, error};
 use crate::page::{short, table};
-use crate::rules::{Trial, sized};
+use crate::rules::{Run, sized};
 use crate::{Axis, Chapter, Figure, Findings, Result, Series};
 
 pub(super) const CHAPTER: Chapter = Chapter {
@@ -73,11 +73,11 @@ fn run(control: &Control) -> Result<Findings> {
     let mut summary = Vec::new();
     for filter in FILTERS {
         control.check()?;
-        let trial = Trial::passband(filter, &TEMPERATURES)?;
+        let run = Run::passband(filter, &TEMPERATURES)?;
         for depth in DEPTHS {
             let error = |t: &Timed| {
                 let settings = t.count.map_or_else(Default::default, sized);
-                trial.solve(t.name, &settings, depth).map(|rule| rule.worst()).ok()
+                run.solve(t.name, &settings, depth).map(|rule| rule.worst()).ok()
             };
             let errors: Vec<Option<f64>> = times.iter().map(error).collect();
             if (filter, depth) == SUMMARY {

@@ -3,7 +3,7 @@
 use barnard::control::Control;
 use barnard::image::Image;
 
-use super::scene::{Contender, Trial, error, error_away_from_stars};
+use super::scene::{Contender, Run, error, error_away_from_stars};
 use crate::figure::white;
 use crate::page::{short, table};
 use crate::{Chapter, Findings, Picture, Result};
@@ -55,26 +55,26 @@ fn tables() -> [Table; 2] {
 fn run(control: &Control) -> Result<Findings> {
     let (mut findings, mut missed) = (Findings::default(), false);
     for Table { stars, name, amplified, methods } in tables() {
-        let mut trial = Trial::new(stars, None, BAKE, EDGE)?;
+        let mut run = Run::new(stars, None, BAKE, EDGE)?;
         let (mut timed, mut plans) = (Vec::new(), Vec::new());
         for (method, count) in methods {
             control.check()?;
             let contender = Contender::new(method, count);
-            plans.push(trial.plan(&contender, control)?);
+            plans.push(run.plan(&contender, control)?);
             timed.push((contender, f64::INFINITY));
         }
         // One frame of each in turn, so that a busy minute of the machine strikes all alike; the shortest counts.
         for round in 0..ROUNDS {
             for ((_, seconds), plan) in timed.iter_mut().zip(&plans).filter(|((_, s), _)| round < LONG_ROUNDS || *s < LONG) {
-                *seconds = seconds.min(trial.once(plan, control)?);
+                *seconds = seconds.min(run.once(plan, control)?);
             }
         }
-        trial.resized(COMPARED);
-        let truth = trial.reference(control)?;
+        run.resized(COMPARED);
+        let truth = run.reference(control)?;
         let (mut rows, mut differences) = (Vec::new(), Vec::new());
         let slowest = timed[0].1;
         for ((contender, seconds), plan) in timed.iter().zip(plans) {
-            let image = trial.image(plan, control)?;
+            let image = run.image(plan, control)?;
             let row = [
                 contender.label(),
                 short(*seconds),
@@ -105,7 +105,7 @@ fn run(control: &Control) -> Result<Findings> {
     }
     findings.text += &format!(
         "\nTimes are the shortest of {ROUNDS} frames, of {LONG_ROUNDS} where one takes longer than {LONG} s, each in turn. Errors are relative rms of the worst band on {COMPARED} × {COMPARED} pixels; the last column leaves the brightest twentieth of the pixels out, which stand next to stars. `double_integration` is the \
-         deck's newton, with the star depth marched again at every sample; all others read star depths that are made once, or none. All but newton in Barrès & Neyret's form also cut their steps near stars, and so take more than N samples there.\n"
+         baseline of Barrès & Neyret, with the star depth marched again at every sample; all others read star depths that are made once, or none. All but newton in Barrès & Neyret's form also cut their steps near stars, and so take more than N samples there.\n"
     );
     if missed {
         findings.text += WHY;

@@ -2,7 +2,7 @@
 
 use barnard::control::Control;
 
-use super::scene::{Contender, Trial, error, error_away_from_stars};
+use super::scene::{Contender, Run, error, error_away_from_stars};
 use crate::page::{short, table};
 use crate::{Axis, Chapter, Figure, Findings, Result, Series};
 
@@ -25,21 +25,21 @@ fn run(control: &Control) -> Result<Findings> {
     let mut seconds: Vec<Series> = METHODS.iter().map(|(name, n)| Series { name: format!("{name} {n}"), points: Vec::new() }).collect();
     let (mut errors, mut rows) = (seconds.clone(), Vec::new());
     for stars in STARS {
-        let mut trial = Trial::new(stars, None, BAKE, EDGE)?;
+        let mut run = Run::new(stars, None, BAKE, EDGE)?;
         let (mut times, mut plans) = (Vec::new(), Vec::new());
         for ((method, count), series) in METHODS.iter().zip(&mut seconds) {
             control.check()?;
-            let plan = trial.plan(&Contender::new(method, Some(*count)), control)?;
-            times.push(trial.seconds(&plan, control)?);
+            let plan = run.plan(&Contender::new(method, Some(*count)), control)?;
+            times.push(run.seconds(&plan, control)?);
             series.points.push((stars as f64, times[times.len() - 1]));
             plans.push(plan);
         }
         let mut wrong = vec!["-".to_owned(); METHODS.len()];
         if stars <= COMPARED_STARS {
-            trial.resized(COMPARED);
-            let truth = trial.reference(control)?;
+            run.resized(COMPARED);
+            let truth = run.reference(control)?;
             for (i, plan) in plans.into_iter().enumerate() {
-                let image = trial.image(plan, control)?;
+                let image = run.image(plan, control)?;
                 errors[i].points.push((stars as f64, error(&image, &truth)));
                 wrong[i] = format!("{} ({})", short(error(&image, &truth)), short(error_away_from_stars(&image, &truth)));
             }

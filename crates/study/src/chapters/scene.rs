@@ -12,7 +12,7 @@ use spectra::rule::Settings;
 use crate::Result;
 
 /// A scene whose functions are sampled, so that all methods and the reference see one cloud.
-pub struct Trial {
+pub struct Run {
     /// The scene.
     pub scene: Scene,
 }
@@ -48,7 +48,7 @@ const BANDS: &str = "[[band]]\nname = \"blue\"\nkind = \"polynomial\"\ncoefficie
      [[band]]\nname = \"green\"\nkind = \"polynomial\"\ncoefficients = [-60.7347, 224.4898, -204.0816]\nlow = \"480 nm\"\nhigh = \"620 nm\"\n\
      [[band]]\nname = \"red\"\nkind = \"polynomial\"\ncoefficients = [-51.1605, 160.4938, -123.4568]\nlow = \"560 nm\"\nhigh = \"740 nm\"\n";
 
-impl Trial {
+impl Run {
     /// Barrès & Neyret's cloud on `bake` voxels an edge, lit by so many stars, seen through its filters or through one
     /// passband of the catalogue, in `edge` × `edge` pixels.
     pub fn new(stars: usize, passband: Option<&str>, bake: usize, edge: usize) -> Result<Self> {

@@ -82,7 +82,7 @@ fn scene(cloud: &Cloud, case: &Case, g: f64) -> Result<Scene> {
 }
 
 /// What was found of one scene.
-struct Trial {
+struct Run {
     once: Vec<f64>,
     many: Vec<f64>,
     /// Light that scattered at least twice, by paths, and its standard errors.
@@ -95,7 +95,7 @@ struct Trial {
     plan: Plan,
 }
 
-impl Trial {
+impl Run {
     fn new(scene: &Scene, control: &Control) -> Result<Self> {
         let start = Instant::now();
         let options = path::Options { first: 2, samples: PATHS, ..path::Options::default() };
@@ -220,13 +220,13 @@ fn run(control: &Control) -> Result<Findings> {
             let mut rows = Vec::new();
             for g in MEAN_COSINES {
                 control.check()?;
-                let trial = Trial::new(&scene(cloud, case, g)?, control)?;
-                let (error, ratio) = (trial.error(), trial.frames.0 / trial.frames.1);
+                let run = Run::new(&scene(cloud, case, g)?, control)?;
+                let (error, ratio) = (run.error(), run.frames.0 / run.frames.1);
                 (*worst, slowest) = (worst.max(error), slowest.max(ratio));
                 let name = [cloud.name.to_owned(), short(case.depth), short(g)];
-                errors.push(name.iter().cloned().chain(trial.errors_in_words(case.asked)).collect());
-                costs.push(name.into_iter().chain(trial.costs_in_words()).collect());
-                rows.push(trial);
+                errors.push(name.iter().cloned().chain(run.errors_in_words(case.asked)).collect());
+                costs.push(name.into_iter().chain(run.costs_in_words()).collect());
+                rows.push(run);
             }
             let words = format!("{}, depth {}", cloud.name, short(case.depth));
             findings.pictures.push(montage(&format!("bounces_{}", findings.pictures.len() + 1), &words, &rows));
@@ -269,21 +269,21 @@ fn run(control: &Control) -> Result<Findings> {
 }
 
 /// For each mean cosine a row: one bounce, many, those of the path tracer, and the difference.
-fn montage(name: &str, words: &str, trials: &[Trial]) -> Picture {
-    let (columns, rows) = (4 * COMPARED, trials.len() * COMPARED);
+fn montage(name: &str, words: &str, runs: &[Run]) -> Picture {
+    let (columns, rows) = (4 * COMPARED, runs.len() * COMPARED);
     let (width, height) = (columns * SHOWN, rows * SHOWN);
-    let whites: Vec<f64> = trials.iter().map(|trial| white((0..trial.once.len()).map(|i| trial.truth(i)).collect())).collect();
+    let whites: Vec<f64> = runs.iter().map(|run| white((0..run.once.len()).map(|i| run.truth(i)).collect())).collect();
     let pixel = |at: usize| {
         let (x, y) = (at % width / SHOWN, at / width / SHOWN);
-        let (trial, panel) = (y / COMPARED, x / COMPARED);
-        let (t, i) = (&trials[trial], y % COMPARED * COMPARED + x % COMPARED);
+        let (run, panel) = (y / COMPARED, x / COMPARED);
+        let (t, i) = (&runs[run], y % COMPARED * COMPARED + x % COMPARED);
         let light = match panel {
             0 => t.once[i],
             1 => t.many[i],
             2 => t.truth(i),
             _ => AMPLIFIED * (t.many[i] - t.truth(i)).abs(),
         };
-        [(light / whites[trial]).clamp(0.0, 1.0).powf(1.0 / 2.2); 3]
+        [(light / whites[run]).clamp(0.0, 1.0).powf(1.0 / 2.2); 3]
     };
     let cosines: Vec<String> = MEAN_COSINES.iter().map(|g| format!("g = {g}")).collect();
     Picture {

@@ -11,7 +11,7 @@ use crate::plan::many_lights::near_field_kernel::NearFieldKernel;
 /// Smallest and largest R, in cells.
 const REACH: (f64, f64) = (0.75, 4.0);
 /// Gathered stars that a sample in the dust is in the kernels of, on average.
-const CROWDED: f64 = 0.15;
+const FILLED: f64 = 0.15;
 /// Cells that the forward peak of a phase function must be wide for cells to see it.
 const PEAK: f64 = 2.5;
 const EXPONENT: f64 = 2.0 / 7.0;
@@ -26,11 +26,11 @@ impl Problem<'_> {
         let smallest = |peak: f64| NearFieldKernel { reach_pc: REACH.0 * edge, ahead_pc: (REACH.0 * edge).max(peak) };
         // Where there are too many stars even for the smallest kernels, peaks are left to the cells.
         let peak = PEAK * edge / self.spectral.forward_peak();
-        let peak = if many_lights.stars.len() as f64 * smallest(peak).volume() <= CROWDED * filled { peak } else { 0.0 };
+        let peak = if many_lights.stars.len() as f64 * smallest(peak).volume() <= FILLED * filled { peak } else { 0.0 };
         let sizes: Vec<f64> = self.brightness(many_lights).into_iter().map(|part| part.powf(EXPONENT)).collect();
         let kernel = |reach: f64| NearFieldKernel { reach_pc: reach * edge, ahead_pc: (reach * edge).max(peak) };
         let at = |scale: f64| sizes.iter().map(move |size| kernel((scale * size).clamp(REACH.0, REACH.1)));
-        let fits = |scale: f64| at(scale).map(|w| w.volume()).sum::<f64>() <= CROWDED * filled;
+        let fits = |scale: f64| at(scale).map(|w| w.volume()).sum::<f64>() <= FILLED * filled;
         // Whatever it is in parts of the mean, no star needs less than the one nor more than the other.
         let span = (1e-3 * REACH.0, 1e3 * REACH.1);
         let halved = |(low, high): (f64, f64), _| {

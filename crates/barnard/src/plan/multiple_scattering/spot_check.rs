@@ -5,7 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::cells::Cells;
-use super::{Field as DiffuseField, Moments, View, WIDTH};
+use super::{Field as ScatteredField, Moments, View, WIDTH};
 use crate::control::Control;
 use crate::error::Result;
 use crate::field::{Field, Lattice};
@@ -79,7 +79,13 @@ pub fn spot_checks(many_lights: &ManyLights, space: &SpatialPlan, cells: &Cells,
 
 impl SpotCheck {
     /// Source functions towards the eye, what is gathered and what is near against the exact ones, of all terms.
-    pub fn deviation(&self, field: &DiffuseField, (seen, profiles): (&[Moments], &[Profile]), phase: &dyn Phase, view: View) -> Deviation {
+    pub fn deviation(
+        &self,
+        field: &ScatteredField,
+        (seen, profiles): (&[Moments], &[Profile]),
+        phase: &dyn Phase,
+        view: View,
+    ) -> Deviation {
         let mut deviation = Deviation { wrong: 0.0, all: 0.0 };
         let Some(many_lights) = &field.many_lights else { return deviation };
         for (part, seen) in field.parts.iter().zip(seen) {

@@ -168,7 +168,7 @@ mod tests {
     /// Stars with equal coordinates, inside and outside, whose diagonals run through voxel centres only to rounding: no
     /// voxel is left to no frustum.
     #[test]
-    fn no_voxel_between_pyramids_is_left_out() {
+    fn no_voxel_between_frustums_is_left_out() {
         let lattice = Lattice { dims: [12; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
         let uniform = Grid::sampled(lattice.clone(), |_| 2.0);
         for place in (0..60).map(|i| -1.3 + f64::from(i) / 23.0).flat_map(|x| [[x, 0.3, x], [x, x, x]]) {
