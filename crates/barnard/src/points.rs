@@ -95,13 +95,14 @@ pub enum Sources {
 /// Where the star field has too many stars.
 pub fn draw(
     sources: Sources,
-    (scene, camera): (&Scene, &Camera),
+    scene: &Scene,
+    camera: &Camera,
     lights: &[Light],
     depth: impl Fn(&Ray, f64) -> f64 + Sync,
     flux: impl Fn(usize, usize, f64) -> f64 + Sync,
     mut add: impl FnMut(usize, f64),
 ) -> Result<()> {
-    let points = points(sources, (scene, camera), lights)?;
+    let points = points(sources, scene, camera, lights)?;
     let depths: Vec<f64> = points.par_iter().map(|point| depth(&point.ray(camera), point.length)).collect();
     for (point, depth) in points.iter().zip(depths) {
         let fluxes: Vec<f64> = (0..scene.bands.len()).map(|b| point.gain * flux(point.light, b, depth)).collect();
@@ -114,7 +115,7 @@ pub fn draw(
 ///
 /// # Errors
 /// Where the star field has too many.
-pub fn points(sources: Sources, (scene, camera): (&Scene, &Camera), lights: &[Light]) -> Result<Vec<Point>> {
+pub fn points(sources: Sources, scene: &Scene, camera: &Camera, lights: &[Light]) -> Result<Vec<Point>> {
     let mut points = direct_points(scene, camera, lights);
     if let Some(field) = &scene.background.star_field {
         let mut of_field = field_points(field, camera, lights)?;

@@ -60,7 +60,8 @@ impl DataSource for TestData {
     }
 }
 
-/// What every kind of a catalogue makes of a table that says no more than it must: lengths of half a parsec, a cube of 2 pc, files of tests.
+/// What every kind of a catalogue makes of a table that says no more than it must: lengths of half a parsec, a cube of
+/// 2 pc, files of tests.
 pub fn of_every_kind<K, T>(
     kinds: &[K],
     row: impl Fn(&K) -> (&'static str, &'static [Key]),

@@ -230,7 +230,8 @@ mod tests {
         assert_eq!(display, fields(&validated(resolve::SOURCE), "Display"));
     }
 
-    /// The Rust file of a twin's module, as deep as its path names modules, and what is left of the path: a function, or a type and its method.
+    /// The Rust file of a twin's module, as deep as its path names modules, and what is left of the path: a function,
+    /// or a type and its method.
     fn module_of(twin: &str) -> (std::path::PathBuf, Vec<&str>) {
         let mut parts: std::collections::VecDeque<&str> = twin.split("::").collect();
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");

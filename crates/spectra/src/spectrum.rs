@@ -144,8 +144,8 @@ impl Spectrum {
         self.breakpoints_um().chain([middle]).all(|l| sound(self.continuum(l))) && self.lines.iter().all(|l| sound(l.strength))
     }
 
-    /// Negative values are no light: the first wavelength \[µm\] at which a tabulated continuum or a line is negative, if
-    /// any.
+    /// Negative values are no light: the first wavelength \[µm\] at which a tabulated continuum or a line is negative,
+    /// if any.
     pub fn first_negative_um(&self) -> Option<f64> {
         let in_tables = self.breakpoints_um().find(|&l| self.continuum(l) < 0.0);
         in_tables.or_else(|| self.lines.iter().find(|l| l.strength < 0.0).map(|l| l.lambda_um))

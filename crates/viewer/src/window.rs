@@ -24,7 +24,8 @@ pub enum Backend {
 }
 
 impl Backend {
-    /// The one called as a back end of the registry is; the window's own device takes the place of one that would be opened.
+    /// The one called as a back end of the registry is; the window's own device takes the place of one that would be
+    /// opened.
     ///
     /// # Errors
     /// Where it reads no plan, or there is none of that name.

@@ -50,5 +50,5 @@ pub fn draw(sources: Sources, scene: &Scene, plan: &Plan, add: impl FnMut(usize,
     let far = 2.0 * plan.space.occupied.map_or(0.0, |b| b.size().length() + (0.5 * (b.low + b.high) - plan.camera.position).length());
     let depth = |ray: &Ray, length: f64| plan.space.depth(ray.origin, ray.at(length.min(far)));
     let flux = |light: usize, band: usize, depth: f64| plan.spectral.bands[band].rule.evaluate(light, depth);
-    points::draw(sources, (scene, &plan.camera), &plan.lights, depth, flux, add)
+    points::draw(sources, scene, &plan.camera, &plan.lights, depth, flux, add)
 }

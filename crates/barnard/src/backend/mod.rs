@@ -162,7 +162,8 @@ pub trait Backend {
         None
     }
 
-    /// What a device of its own worked for the last light \[s\]; none where there is no such device, or it does not tell.
+    /// What a device of its own worked for the last light \[s\]; none where there is no such device, or it does not
+    /// tell.
     fn device_seconds(&self) -> Option<f64> {
         None
     }

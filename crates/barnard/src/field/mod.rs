@@ -129,10 +129,11 @@ mod tests {
     use crate::geometry::Ray;
     use crate::test_scenes::of_every_kind;
 
-    /// Every kind: nothing outside of its box, densities within, and a column that is what a fine sum says of it, whichever way a ray goes.
+    /// Every kind: nothing outside of its box, densities within, and a column that is what a fine sum says of it,
+    /// whichever way a ray goes.
     #[test]
     fn every_kind_is_a_density_with_columns() {
-        let all = of_every_kind(KINDS, |kind| (kind.name, kind.keys), "", |section, inputs| build(section, inputs));
+        let all = of_every_kind(KINDS, |kind| (kind.name, kind.keys), "", build);
         assert_eq!(all.len(), KINDS.len());
         for (name, field) in all {
             let bounds = field.bounds();

@@ -103,7 +103,8 @@ pub trait Decay {
     /// w_st of source `s`, in the unit of F \[term\].
     fn weights(&self, s: usize) -> &[f64];
 
-    /// The weights of source `s` when its W carries one more factor f(λ), such as a phase function at one angle \[term\].
+    /// The weights of source `s` when its W carries one more factor f(λ), such as a phase function at one angle
+    /// \[term\].
     ///
     /// A form that does not know where its terms lie in λ knows the factor by its mean.
     fn weights_with(&self, _s: usize, source: &Source, factor: &dyn Fn(f64) -> f64) -> Vec<f64> {

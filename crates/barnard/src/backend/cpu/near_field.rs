@@ -101,6 +101,25 @@ impl<'a> Neighbourhood<'a> {
     }
 }
 
+/// The part of a segment in a star's kernel: where the segment starts and how long it is, where it enters and leaves,
+/// from the foot, and the angle between both as the star sees them.
+struct Within {
+    start: Lane,
+    length: Lane,
+    from: Lane,
+    to: Lane,
+    angle: Lane,
+    /// Whether one piece does.
+    is_narrow: bool,
+}
+
+/// Pieces of a segment, what all of them scatter, and that times their depths from the star.
+struct Pieces {
+    total: Lane,
+    deep: Lane,
+    list: SmallVec<[Piece; 1]>,
+}
+
 impl NearStar<'_> {
     /// Whether a step touches the kernel.
     #[inline(always)]
@@ -111,7 +130,15 @@ impl NearStar<'_> {
     /// Adds its light of one segment, between whose ends σ is linear.
     #[inline(always)]
     pub fn scatter(&self, march: &March, state: &mut State, stretch: StepSpan, growth: &Lane, sigma: (&Lane, &Lane)) {
-        let weights = &march.tables.weights.many_lights[self.star];
+        let pieces = self.pieces(march, &self.within(state, stretch), sigma);
+        if largest(&pieces.total) > 0.0 {
+            self.shine(march, state, growth, &pieces);
+        }
+    }
+
+    /// The part of a segment that lies in the kernel.
+    #[inline(always)]
+    fn within(&self, state: &State, stretch: StepSpan) -> Within {
         // Where the segment enters and leaves the kernel, from the foot.
         let start = lanes(|lane| fma(stretch.start, state.dt[lane], -self.foot[lane]));
         let length = lanes(|lane| stretch.length * state.dt[lane]);
@@ -132,10 +159,17 @@ impl NearStar<'_> {
                 8.0 * small_atan(halved(halved(half)))
             }),
         };
-        let count = ((largest(&angle) / self.piece).ceil() as usize).clamp(1, NEIGHBOUR_PIECES);
+        Within { start, length, from, to, angle, is_narrow }
+    }
+
+    /// Pieces of equal angle, by their middles.
+    #[inline(always)]
+    fn pieces(&self, march: &March, within: &Within, sigma: (&Lane, &Lane)) -> Pieces {
+        let Within { start, length, from, to, angle, is_narrow } = within;
+        let b = &self.distance;
+        let count = ((largest(angle) / self.piece).ceil() as usize).clamp(1, NEIGHBOUR_PIECES);
         let turn = lanes(|lane| angle[lane] / count as f32);
-        let (mut total, mut deep) = ([0.0; LANES], [0.0; LANES]);
-        let mut pieces: SmallVec<[Piece; 1]> = SmallVec::new();
+        let mut pieces = Pieces { total: [0.0; LANES], deep: [0.0; LANES], list: SmallVec::new() };
         // Cosine and sine of half a turn, and of where the first piece has its middle, as the star sees it.
         let turned: [Lane; 2] = [lanes(|lane| small_cos(0.5 * turn[lane])), lanes(|lane| small_sin(0.5 * turn[lane]))];
         let mut towards = [[0.0; LANES]; 2];
@@ -157,55 +191,57 @@ impl NearStar<'_> {
                 let along = if t < 0.0 { t * t * (1.0 - self.shape.flat) } else { t * t };
                 let kernel = fma(-self.shape.inverse_square, fma(b[lane], b[lane], along), 1.0).max(0.0);
                 piece[lane] = density * kernel * kernel * turn[lane] / b[lane];
-                total[lane] += piece[lane];
+                pieces.total[lane] += piece[lane];
                 let inverse = 1.0 / square.sqrt();
                 let cosine = -t * inverse;
                 let depth = depth_within(self.profile, self.inverse_step, 0.5 * (self.sigma + density), square * inverse, cosine);
-                deep[lane] = fma(piece[lane], depth, deep[lane]);
+                pieces.deep[lane] = fma(piece[lane], depth, pieces.deep[lane]);
                 entry[lane] = march.phase_entry(cosine, b[lane] * b[lane] * inverse * inverse);
             }
-            pieces.push(Piece { light: piece, entry });
+            pieces.list.push(Piece { light: piece, entry });
             for lane in 0..LANES {
                 let half = (turned[0][lane], turned[1][lane]);
                 (towards[0][lane], towards[1][lane]) = rotated(rotated((towards[0][lane], towards[1][lane]), half), half);
             }
         }
-        if largest(&total) <= 0.0 {
-            return;
-        }
-        // Of all pieces, as they shine.
+        pieces
+    }
+
+    /// Adds what pieces send, each at its own angle, all behind the depth of their middle.
+    #[inline(always)]
+    fn shine(&self, march: &March, state: &mut State, growth: &Lane, pieces: &Pieces) {
+        let Pieces { total, deep, list } = pieces;
+        let weights = &march.tables.weights.many_lights[self.star];
         let depth = lanes(|lane| if total[lane] > 0.0 { deep[lane] / total[lane] } else { 0.0 });
         let span = DepthSpan {
             middle: lanes(|lane| fma(0.5, growth[lane], state.tau[lane] + depth[lane])),
             half: lanes(|lane| 0.5 * growth[lane]),
         };
         let terms = &march.tables.terms;
-        match &march.plan.spectral.phase {
-            None => terms.gather(0, &state.drawn, &span, |term| Some(lanes(|lane| weights[term] * total[lane])), &mut state.sum),
-            Some(table) => {
-                let stride = if table.separable { 1 } else { march.tables.weights.band_of.len() };
-                let spread = |column: usize| {
-                    let mut sum = [0.0; LANES];
-                    for Piece { light, entry } in &pieces {
-                        for lane in 0..LANES {
-                            let (i, f) = entry[lane];
-                            let (low, high) = (table.at_nodes[i * stride + column], table.at_nodes[(i + 1) * stride + column]);
-                            sum[lane] = fma(light[lane], fma(f, high - low, low), sum[lane]);
-                        }
-                    }
-                    sum
-                };
-                if table.separable {
-                    let spread = spread(0);
-                    terms.gather(0, &state.drawn, &span, |term| Some(lanes(|lane| weights[term] * spread[lane])), &mut state.sum);
-                } else {
-                    let of_term = |term: usize| {
-                        let spread = spread(term);
-                        Some(lanes(|lane| weights[term] * spread[lane]))
-                    };
-                    terms.gather(0, &state.drawn, &span, of_term, &mut state.sum);
+        let Some(table) = &march.plan.spectral.phase else {
+            return terms.gather(0, &state.drawn, &span, |term| Some(lanes(|lane| weights[term] * total[lane])), &mut state.sum);
+        };
+        let stride = if table.separable { 1 } else { march.tables.weights.band_of.len() };
+        let spread = |column: usize| {
+            let mut sum = [0.0; LANES];
+            for Piece { light, entry } in list {
+                for lane in 0..LANES {
+                    let (i, f) = entry[lane];
+                    let (low, high) = (table.at_nodes[i * stride + column], table.at_nodes[(i + 1) * stride + column]);
+                    sum[lane] = fma(light[lane], fma(f, high - low, low), sum[lane]);
                 }
             }
+            sum
+        };
+        if table.separable {
+            let spread = spread(0);
+            terms.gather(0, &state.drawn, &span, |term| Some(lanes(|lane| weights[term] * spread[lane])), &mut state.sum);
+        } else {
+            let of_term = |term: usize| {
+                let spread = spread(term);
+                Some(lanes(|lane| weights[term] * spread[lane]))
+            };
+            terms.gather(0, &state.drawn, &span, of_term, &mut state.sum);
         }
     }
 }

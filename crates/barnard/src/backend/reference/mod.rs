@@ -198,7 +198,7 @@ impl<'a> Truth<'a> {
     fn draw_points(&self, add: impl FnMut(usize, f64)) -> Result<()> {
         let depth = |ray: &Ray, length: f64| self.depth(ray.origin, ray.at(length.min(self.horizon(ray))));
         let flux = |light, band, tau| self.flux(light, band, tau);
-        points::draw(Sources::All, (self.scene, &self.scene.camera), &self.lights, depth, flux, add)
+        points::draw(Sources::All, self.scene, &self.scene.camera, &self.lights, depth, flux, add)
     }
 
     /// Where the last field ends along a ray [pc].

@@ -27,7 +27,7 @@ const MIN_LEFT: f64 = 1e-3;
 pub fn error(scene: &Scene, space: &SpatialPlan, spectral: &SpectralPlan, lights: &[Light]) -> Result<Option<Unresolved>> {
     let Some(occupied) = space.occupied.filter(|_| space.depth_is_sampled()) else { return Ok(None) };
     let camera = &scene.camera;
-    let points = points::points(Sources::All, (scene, camera), lights)?;
+    let points = points::points(Sources::All, scene, camera, lights)?;
     let asked: Vec<&Point> = points.iter().step_by(points.len().div_ceil(ASKED).max(1)).collect();
     if asked.is_empty() {
         return Ok(None);

@@ -170,8 +170,8 @@ impl SpatialPlan {
         crossings
     }
 
-    /// By how much the optical depth at V between two places of the dust itself is larger than that of its samples \[1\];
-    /// zero where dust is a grid.
+    /// By how much the optical depth at V between two places of the dust itself is larger than that of its samples
+    /// \[1\]; zero where dust is a grid.
     pub fn depth_beyond_samples(&self, a: DVec3, b: DVec3) -> f64 {
         match self.densities.first().filter(|field| self.dust.is_some() && field.grid().is_none()) {
             Some(field) => self.sigma_v_per_pc * column(&**field, a, b) - self.depth(a, b),

@@ -31,7 +31,8 @@ pub struct SpectralPlan {
     pub depth: f64,
     /// The least extinction relative to V of any light in any passband \[1\].
     pub least_k: f64,
-    /// The widest angle over which the phase function changes but little \[rad\]; infinite where scattering is isotropic.
+    /// The widest angle over which the phase function changes but little \[rad\]; infinite where scattering is
+    /// isotropic.
     pub phase_angle: f64,
     phase_at_pivot: Option<(Arc<dyn Phase>, f64)>,
 }

@@ -75,8 +75,8 @@ impl Interval {
     }
 }
 
-/// Depths from `star` \[pc\] through `dust` (σ at V [pc⁻¹]) of all voxels of `volume`, written into `slot`; `visit` hears
-/// how many were written.
+/// Depths from `star` \[pc\] through `dust` (σ at V [pc⁻¹]) of all voxels of `volume`, written into `slot`; `visit`
+/// hears how many were written.
 ///
 /// # Errors
 /// When the user wishes to stop.

@@ -47,7 +47,8 @@ impl AnalyticTerms {
         }
     }
 
-    /// What is left of a term behind one depth. It is asked once a ray: where it was inlined, the march compiled for many minutes.
+    /// What is left of a term behind one depth. It is asked once a ray: where it was inlined, the march compiled for
+    /// many minutes.
     #[inline(never)]
     pub(super) fn at(&self, light: usize, term: usize, depth: f32) -> f32 {
         self.mean(&self.sources[light][term], light, term, &DepthSpan { middle: [depth; LANES], half: [0.0; LANES] })[0]

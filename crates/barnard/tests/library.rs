@@ -1,0 +1,169 @@
+//! Scenes that a program makes: the bits of the same scene from a file, and refusals that say the place and what would be right.
+
+use barnard::backend::{Job, Registry};
+use barnard::field::{Fbm, Grid, Plummer, Shell, Slab};
+use barnard::geometry::Bounds;
+use barnard::glam::{DVec3, dvec3};
+use barnard::phase::HenyeyGreenstein;
+use barnard::properties::{Property, Table, Value};
+use barnard::scene::{Background, Dust, Loader, Scale, Scene, Star, StarField};
+use barnard::spectra::extinction::{Extinction, ExtinctionLaw};
+use barnard::spectra::passband;
+use barnard::spectra::units::{Luminosity, Temperature};
+use barnard::{Camera, Control, Options};
+
+fn made() -> Scene {
+    let cloud = Fbm { scale: 0.5, ..Fbm::new(7) }.checked().unwrap();
+    let law = Extinction::named("gordon23").unwrap();
+    let dust = Dust::new(cloud, law, Scale::mag_per_pc(3.0)).albedo(0.6).phase(HenyeyGreenstein::new(0.5).unwrap());
+    let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).at(dvec3(0.2, 0.1, 0.3)).named("star 1");
+    let camera = Camera::look_at(dvec3(0.0, 0.5, 5.0), DVec3::ZERO).field_of_view_deg(30.0).size(24, 18);
+    Scene::new(camera).bands(passband::set("johnson").unwrap()).dust(dust).star(star)
+}
+
+const TEXT: &str = r#"
+bands = "johnson"
+[camera]
+kind = "perspective"
+position = "0 0.5 5 pc"
+field_of_view = "30 deg"
+size = [24, 18]
+[field.cloud]
+kind = "fbm"
+seed = 7
+scale = "0.5 pc"
+[dust]
+density = "cloud"
+scale = "3 mag/pc"
+law = "gordon23"
+albedo = 0.6
+phase = { kind = "henyey_greenstein", g = 0.5 }
+[[star]]
+kind = "blackbody"
+position = "0.2 0.1 0.3 pc"
+temperature = "12000 K"
+luminosity = "900 Lsun"
+"#;
+
+#[test]
+fn objects_make_the_scene_that_a_file_makes() {
+    let read = barnard_files::parse("test.toml", "scene", TEXT.to_owned(), &Loader::default()).unwrap();
+    let options = Options::default();
+    let (ours, theirs) = (barnard::render(&made(), &options).unwrap(), barnard::render(&read, &options).unwrap());
+    assert_eq!(ours.samples, theirs.samples);
+    assert_eq!(ours.display, theirs.display);
+    let mut other = made();
+    other.stars[0].position.x += 0.01;
+    assert!(barnard::render(&other, &options).unwrap().samples != theirs.samples);
+}
+
+/// A law that stops short of the red.
+#[derive(Debug)]
+struct Short;
+
+impl ExtinctionLaw for Short {
+    fn k(&self, _: f64) -> f64 {
+        1.0
+    }
+    fn range_um(&self) -> (f64, f64) {
+        (0.1, 0.6)
+    }
+}
+
+/// A change of a scene that makes it wrong, and words of the refusal.
+type Fault = (fn(&mut Scene), &'static [&'static str]);
+
+#[test]
+fn what_cannot_be_rendered_is_refused_with_its_place() {
+    let faults: [Fault; 13] = [
+        (|s| s.camera = Camera::look_at(DVec3::ONE, DVec3::ONE), &["camera", "its own place"]),
+        (|s| s.camera = Camera::look_at(DVec3::Y, DVec3::ZERO), &["camera", "up"]),
+        (|s| s.camera = s.camera.clone().size(0, 9), &["camera", "0 x 9 pixels"]),
+        (|s| s.camera = s.camera.clone().field_of_view_deg(190.0), &["camera", "field of view"]),
+        (|s| s.camera = s.camera.clone().supersampling(17), &["supersampling", "17"]),
+        (|s| s.bands.clear(), &["bands", "no passband"]),
+        (|s| s.bands.truncate(1), &["display.palette", "3 bands, the scene has 1"]),
+        (|s| s.stars.push(Star::blackbody(Temperature(0.0), Luminosity::suns(1.0))), &["star[1]", "finite"]),
+        (|s| s.stars[0].position.y = f64::NAN, &["star[0].position", "coordinates are numbers"]),
+        (|s| s.dust = s.dust.take().map(|d| d.albedo(1.2)), &["dust", "albedo: 1.2", "between 0 and 1"]),
+        (
+            |s| s.dust = s.dust.take().map(|d| Dust::new(d.density, Extinction::named("ccm89").unwrap(), Scale::per_pc(1.0))),
+            &["albedo", "ccm89"],
+        ),
+        (
+            |s| s.dust = s.dust.take().map(|d| Dust::new(d.density, Extinction::new("short", Short), Scale::per_pc(1.0)).albedo(0.5)),
+            &["bands", "short"],
+        ),
+        (|s| s.background = Background::stars(StarField { magnitudes: (9.0, 8.0), ..StarField::default() }), &["background", "9 to 8"]),
+    ];
+    assert!(made().check().is_ok());
+    for (spoil, words) in faults {
+        let mut scene = made();
+        spoil(&mut scene);
+        let error = barnard::render(&scene, &Options::default()).unwrap_err().to_string();
+        assert!(words.iter().all(|word| error.contains(word)), "{words:?}: {error}");
+        // Every back end asks.
+        for entry in Registry::default().entries() {
+            assert!(Job::new(&scene, &Options::default()).is_err(), "{}", entry.name);
+        }
+    }
+}
+
+#[test]
+fn objects_refuse_what_they_cannot_be() {
+    let cube = Bounds::cube(DVec3::ZERO, 1.0);
+    let told = |error: barnard::Error| error.to_string();
+    let short = told(Grid::new([2, 2, 2], cube, vec![0.0; 7]).unwrap_err());
+    assert!(short.contains("7 values") && short.contains("2 x 2 x 2"), "{short}");
+    let negative = told(Grid::new([2, 1, 1], cube, vec![0.0, -1.0]).unwrap_err());
+    assert!(negative.contains("[1, 0, 0]") && negative.contains("negative"), "{negative}");
+    let nan = told(Grid::new([1, 1, 2], cube, vec![f32::NAN, 0.0]).unwrap_err());
+    assert!(nan.contains("NaN") && nan.contains("[0, 0, 0]"), "{nan}");
+    assert!(Grid::new([usize::MAX, 2, 2], cube, Vec::new()).is_err() && Grid::new([0, 1, 1], cube, Vec::new()).is_err());
+    assert!(told(Grid::new([1; 3], Bounds::cube(DVec3::ZERO, 0.0), vec![1.0]).unwrap_err()).contains("box"));
+    assert!(told(Plummer::new(DVec3::ZERO, -1.0).unwrap_err()).contains("core"));
+    assert!(told(Shell::new(DVec3::ZERO, 1.0, 1e-6).unwrap_err()).contains("thickness"));
+    assert!(told(Slab::new(DVec3::ZERO, DVec3::ZERO, 1.0, 1.0).unwrap_err()).contains("normal"));
+    assert!(told(Fbm { octaves: 40, ..Fbm::new(1) }.checked().unwrap_err()).contains("octaves"));
+}
+
+/// A tree that no file made is read as a file is, and its errors name the path.
+#[test]
+fn trees_need_no_text() {
+    let text = |words: &str| Property::from(Value::Text(words.into()));
+    let table = |entries: &[(&str, &str)]| {
+        let mut table = Table::default();
+        entries.iter().for_each(|(key, value)| table.insert(*key, text(value)));
+        table
+    };
+    let scene = |temperature: &str| {
+        let mut root = Table::default();
+        let camera = table(&[("kind", "perspective"), ("position", "0 0 5 pc"), ("field_of_view", "30 deg")]);
+        let star = table(&[("kind", "blackbody"), ("position", "0 0 0 pc"), ("temperature", temperature), ("luminosity", "1 Lsun")]);
+        root.insert("camera", Value::Table(camera));
+        root.insert("star", Value::List(vec![Value::Table(star).into()]));
+        Scene::from_properties(&root, "tree", &Loader::default())
+    };
+    assert_eq!(scene("6000 K").unwrap().stars.len(), 1);
+    let error = scene("6000 m").unwrap_err().to_string();
+    assert!(error.contains("star[0].temperature") && error.contains("unknown unit"), "{error}");
+}
+
+/// Each row of the registry opens a back end that renders or says why not.
+#[test]
+fn every_back_end_serves_a_job() {
+    let scene = Scene { camera: made().camera.size(4, 3), ..made() };
+    let (options, control) = (Options::default(), Control::default());
+    for entry in Registry::default().entries() {
+        let mut backend = (entry.open)(&scene).unwrap();
+        let job = Job::new(&scene, &options).unwrap();
+        assert_eq!(backend.unable(&job, &control).unwrap(), None, "{}", entry.name);
+        let (image, stats) = backend.render(&job, &control).unwrap();
+        assert!((image.width, image.height) == (4, 3) && image.band(1).any(|v| v > 0.0) && stats.rays > 0, "{}", entry.name);
+        assert!(image.notes.iter().any(|(key, words)| key == "backend" && words.starts_with(entry.name)), "{}", entry.name);
+    }
+    let many = Scene { method: barnard::scene::Method { bounces: 5, ..Default::default() }, ..scene.clone() };
+    let reference = (Registry::default().named("reference").unwrap().open)(&many).unwrap();
+    assert!(reference.unable(&Job::new(&many, &options).unwrap(), &control).unwrap().unwrap().contains("bounces = 1"));
+    assert!(Registry::default().named("gpux").unwrap_err().to_string().contains("reference"));
+}
