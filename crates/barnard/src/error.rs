@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use spectra::SpectraError;
 
-use crate::properties::Place;
+use crate::place::Place;
 
 /// Errors of this crate; each says what was wrong and what would be right, the place last.
 #[derive(Debug, thiserror::Error)]

@@ -53,12 +53,15 @@ pub mod memory;
 #[doc(hidden)]
 pub mod packet;
 pub mod phase;
+mod place;
 pub mod plan;
 pub mod points;
 pub mod properties;
 pub mod random;
 mod render;
 pub mod scene;
+pub mod star_field;
+mod stats;
 #[cfg(test)]
 mod test_scenes;
 pub mod volume;

@@ -5,8 +5,8 @@ use spectra::extinction::Extinction;
 use spectra::spectrum::Spectrum;
 
 use crate::error::Result;
-use crate::points::{self, FieldClass};
 use crate::scene::{Dust, Scene};
+use crate::star_field::{FieldClass, field_classes};
 
 /// One light and the way it takes to the eye.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,7 +70,7 @@ pub fn lights(scene: &Scene) -> Result<Vec<Light>> {
         lights.push(Light { route: Route::Background, name: "background".into(), spectrum: spectrum.clone() });
     }
     if scene.background.star_field.is_some() {
-        for (class, FieldClass { name, spectrum }) in points::field_classes()?.into_iter().enumerate() {
+        for (class, FieldClass { name, spectrum }) in field_classes()?.into_iter().enumerate() {
             lights.push(Light { route: Route::FieldStar { class }, name, spectrum });
         }
     }

@@ -8,14 +8,8 @@
 //! The star field: stars at infinity, drawn from a counter-based generator by (seed, cell of the sky), so they are the
 //! same from every camera. Counts grow as 10^(0.4 m) with V magnitude; temperatures follow a table of classes.
 
-use std::sync::Arc;
-
 use glam::DVec3;
 use rayon::prelude::*;
-use spectra::passband::Passband;
-use spectra::sed::{BlackBody, MagnitudeSystem, zero_point};
-use spectra::spectrum::Spectrum;
-use spectra::units::Temperature;
 
 use crate::camera::{Camera, Projection};
 use crate::error::{Error, Result};
@@ -23,6 +17,7 @@ use crate::geometry::Ray;
 use crate::light::{Light, Route};
 use crate::random::Counter;
 use crate::scene::{Scene, StarField};
+use crate::star_field;
 
 /// Standard deviation of the point-spread function [pixels]: FWHM of 1.65, well sampled.
 const PSF_SIGMA: f64 = 0.7;
@@ -30,34 +25,6 @@ const PSF_SIGMA: f64 = 0.7;
 const PSF_RADIUS: i64 = 4;
 /// More field stars than this are a mistake of the scene.
 const MAX_FIELD_STARS: f64 = 5e6;
-
-/// A class of field stars: black bodies of one temperature, V = 0 (Vega).
-pub struct FieldClass {
-    /// Its name in certificates.
-    pub name: String,
-    /// Irradiance of magnitude zero [W m⁻² µm⁻¹].
-    pub spectrum: Spectrum,
-}
-
-/// Temperature [K] and part of the stars.
-const CLASSES: [(f64, f64); 6] = [(3600.0, 0.22), (4500.0, 0.28), (5600.0, 0.25), (6800.0, 0.14), (9500.0, 0.08), (18000.0, 0.03)];
-
-/// The classes, in order.
-///
-/// # Errors
-/// Where Vega's flux is not known through V, which a test rules out.
-pub fn field_classes() -> Result<Vec<FieldClass>> {
-    let v = Passband::named("johnson-V")?;
-    let flux = zero_point(&v, MagnitudeSystem::Vega)?;
-    CLASSES
-        .iter()
-        .map(|(t, _)| {
-            let shape = BlackBody(Temperature(*t));
-            let scale = flux / v.integrate(|l| spectra::spectrum::Shape::at(&shape, l));
-            Ok(FieldClass { name: format!("field stars of {t} K"), spectrum: Spectrum::continuous(scale, Arc::new(shape)) })
-        })
-        .collect()
-}
 
 /// Where an unresolved source appears, and how bright it is without dust.
 #[derive(Debug, Clone, Copy)]
@@ -219,11 +186,11 @@ fn field_star(field: &StarField, cell: u64, random: &mut Counter) -> (DVec3, f64
     let (low, high) = (10f64.powf(0.4 * (bright - faint)), 1.0);
     let magnitude = faint + 2.5 * (low + random.uniform() * (high - low)).log10();
     let mut pick = random.uniform();
-    let class = CLASSES.iter().position(|(_, part)| {
+    let class = star_field::CLASSES.iter().position(|(_, part)| {
         pick -= part;
         pick < 0.0
     });
-    (direction, magnitude, class.unwrap_or(CLASSES.len() - 1))
+    (direction, magnitude, class.unwrap_or(star_field::CLASSES.len() - 1))
 }
 
 /// A Poisson number: by inversion where the mean is small, by its normal limit where it is large.

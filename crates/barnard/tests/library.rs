@@ -1,4 +1,5 @@
-//! Scenes that a program makes: the bits of the same scene from a file, and refusals that say the place and what would be right.
+//! Scenes that a program makes: the bits of the same scene from a file, and refusals that say the place and what would
+//! be right.
 
 use barnard::backend::{Job, Registry};
 use barnard::field::{Fbm, Grid, Plummer, Shell, Slab};

@@ -14,8 +14,9 @@ use glam::DVec3;
 use crate::device::{Gpu, adapters};
 use crate::error::{GpuError, Result};
 use crate::layout::Layout;
-use crate::march::{Renderer, Tuning};
+use crate::march::Renderer;
 use crate::ordinates::Ordinates;
+use crate::tuning::Tuning;
 
 /// The rows of this crate.
 pub const BACKENDS: &[BackendEntry] = &[

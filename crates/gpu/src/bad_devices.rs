@@ -7,8 +7,8 @@ use barnard::control::{Control, Stage};
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan};
 
-use crate::march::Tuning;
 use crate::test_device::device;
+use crate::tuning::Tuning;
 use crate::twins::{plan_of, scene};
 use crate::{Gpu, GpuError, OnDevice, Ordinates, Renderer};
 

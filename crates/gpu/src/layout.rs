@@ -15,7 +15,7 @@ use crate::error::{GpuError, Result};
 use crate::forms::{Contents, FormEntry, Heads, extinctions, form};
 use crate::frame::{Frame, four};
 use crate::many_lights;
-use crate::tables::{Offsets, Tables};
+use crate::tables::{Offsets, Quad, Tables, room};
 
 /// How scattered light is spread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,11 +63,6 @@ pub struct Shape {
     pub star_march: bool,
     /// Whether dust is noise that is evaluated at every sample.
     pub cloud: bool,
-}
-
-/// Room for so many terms: a power of two, so that an edit seldom leaves it.
-pub fn room(terms: usize) -> usize {
-    terms.next_power_of_two().max(32)
 }
 
 impl Shape {
@@ -119,17 +114,6 @@ impl Shape {
     pub fn field_channels(&self) -> usize {
         self.field.map_or(0, |f| f.elements * f.polynomials)
     }
-}
-
-/// Four channels of a volume.
-#[derive(Debug, Clone, Copy)]
-pub struct Quad {
-    /// The volume's number.
-    pub volume: usize,
-    /// Its first channel here.
-    pub first: usize,
-    /// What a stored one stands for, channel by channel.
-    pub unit: [f32; 4],
 }
 
 /// The largest stored value: f16 then holds what is a hundred million times less with as many digits.
@@ -330,8 +314,8 @@ fn lights(weights: &Weights) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::march::Tuning;
     use crate::resources::tuned;
+    use crate::tuning::Tuning;
     use crate::twins::{parsed, plan_of, scene, text};
 
     /// What the tuning leaves out is left out: no brick is known to be empty, and no depth is deep enough to end at.

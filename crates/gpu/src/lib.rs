@@ -27,11 +27,13 @@ mod tables;
 #[path = "../tests/common/device.rs"]
 mod test_device;
 mod textures;
+mod tuning;
 #[cfg(test)]
 mod twins;
 
 pub use backend::{Auto, BACKENDS, OnDevice, unable};
 pub use device::{Adapter, Gpu, adapters, device_descriptor};
 pub use error::{GpuError, Result};
-pub use march::{Renderer, Tuning};
+pub use march::Renderer;
 pub use ordinates::Ordinates;
+pub use tuning::Tuning;

@@ -16,38 +16,18 @@ use glam::DVec3;
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
 use crate::frame::{Pass, Patience, Rows};
-use crate::layout::{Layout, Quad, quads, slot_of};
+use crate::layout::{Layout, quads, slot_of};
 use crate::resolve::Resolver;
 use crate::resources::{Buffers, FOUND, TIMED, TIMES, Volumes, check_limits, groups, pauses, pipeline, tuned};
 use crate::shader::Pauses;
 use crate::sweep::{Slot, StarSweeper};
+use crate::tables::Quad;
+use crate::tuning::Tuning;
 
 /// Rays of the first dispatch at most; what follows takes as many rows as are done in [`SLICE`].
 const FIRST_RAYS: usize = 1 << 17;
 /// What one dispatch may take before somebody may wish to stop [s]; drivers give up on what takes seconds.
 const SLICE: f64 = 0.1;
-
-/// How a picture is made; all but `on_the_fly` leave it as it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Tuning {
-    /// Rays of a workgroup, across and down.
-    pub workgroup: (u32, u32),
-    /// Whether rays jump over empty bricks.
-    pub skip_empty: bool,
-    /// Whether rays end where nothing behind can be seen.
-    pub end_early: bool,
-    /// Whether rays pause, as they must in software; as the adapter needs it if none.
-    pub pauses: Option<bool>,
-    /// Whether dust that is noise is evaluated at every sample and not read as it was sampled: another picture, by what
-    /// a grid cannot show.
-    pub on_the_fly: bool,
-}
-
-impl Default for Tuning {
-    fn default() -> Self {
-        Self { workgroup: (8, 8), skip_empty: true, end_early: true, pauses: None, on_the_fly: false }
-    }
-}
 
 /// Rows of the first dispatch.
 fn first_pace(layout: &Layout) -> usize {

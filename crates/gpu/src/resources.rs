@@ -8,10 +8,11 @@ use wgpu::BufferUsages as Use;
 
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
-use crate::layout::{Layout, Quad};
-use crate::march::Tuning;
+use crate::layout::Layout;
 use crate::shader::{Pauses, source};
+use crate::tables::Quad;
 use crate::textures::{dark, texture};
+use crate::tuning::Tuning;
 
 /// Bytes of a picture that the device holds at once at most.
 const PICTURE: u64 = 1 << 28;

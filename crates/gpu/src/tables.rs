@@ -7,7 +7,22 @@ use barnard::volume::{Bricks, Volume};
 use glam::DVec3;
 
 use crate::frame::four;
-use crate::layout::Quad;
+
+/// Four channels of a volume.
+#[derive(Debug, Clone, Copy)]
+pub struct Quad {
+    /// The volume's number.
+    pub volume: usize,
+    /// Its first channel here.
+    pub first: usize,
+    /// What a stored one stands for, channel by channel.
+    pub unit: [f32; 4],
+}
+
+/// Room for so many terms: a power of two, so that an edit seldom leaves it.
+pub fn room(terms: usize) -> usize {
+    terms.next_power_of_two().max(32)
+}
 
 /// Numbers, four at a time.
 #[derive(Debug, Default)]

@@ -5,7 +5,7 @@ use half::f16;
 use wgpu::util::DeviceExt;
 
 use crate::device::Gpu;
-use crate::layout::Quad;
+use crate::tables::Quad;
 
 /// Depths go on behind the borders of the box, where they may pass what f16 holds: opaque all the same.
 const LARGEST_F16: f32 = 65504.0;

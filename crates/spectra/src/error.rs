@@ -28,7 +28,7 @@ pub enum SpectraError {
         known: String,
     },
     /// A value outside of the range in which it means something.
-    #[error("{what} is {}, outside of its validity range {low} to {high}", crate::units::short(*value))]
+    #[error("{what} is {}, outside of its validity range {low} to {high}", crate::number::short(*value))]
     Range {
         /// What was given.
         what: String,

@@ -5,12 +5,14 @@
 //! spectrum, passband or rule is one file and one row.
 
 pub mod basis;
+pub mod cie;
 pub mod colour;
 pub mod constants;
 pub mod error;
 pub mod exp_integral;
 pub mod extinction;
 pub mod nebular;
+mod number;
 pub mod passband;
 pub mod polynomial;
 pub mod propagation;

@@ -5,6 +5,7 @@
 
 use crate::constants::*;
 use crate::error::SpectraError;
+pub use crate::number::short;
 
 /// A number with a unit: what it is called and in which units it may be written.
 pub trait Quantity: Copy + Sized {
@@ -105,11 +106,6 @@ macro_rules! quantity {
 /// Twelve significant digits: enough for any input, few enough to hide the conversion's last bit.
 fn rounded(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
-}
-
-/// A number in all its digits, or with an exponent where those would be mostly zeros.
-pub fn short(value: f64) -> String {
-    if value == 0.0 || (1e-6..1e16).contains(&value.abs()) { value.to_string() } else { format!("{value:e}") }
 }
 
 const CM: f64 = 0.01 / PARSEC;

@@ -4,13 +4,10 @@ use barnard::Result;
 
 use crate::document::Document;
 use crate::edit::Edit;
-use crate::engine::View;
+use crate::order::View;
 
 /// How much finer the method is that shows the error of the one in use.
 const FINER: f64 = 0.05;
-/// By how much a difference is amplified, as in Barrès & Neyret's figure.
-pub const AMPLIFIED: f32 = 16.0;
-
 /// What stands beside the scene.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum With {

@@ -1,9 +1,10 @@
 //! The explorer: fly through a nebula and change every spectrum while you look.
 //!
 //! [`document`] is the scene's text, [`edit`] a change of it, [`editor`] its tables as widgets by the rows of
-//! `scene::schema`. [`engine`] is a worker that makes [`picture`]s in a [`studio`], coarse at once, fine when nothing
-//! moves, by levels that an [`exposure`] holds; [`flight`] moves the observer, [`viewport`] is the picture with hands
-//! on it, [`panels`] stand around it, [`app`] holds all together. Everything but [`open`] runs without a window.
+//! `scene::schema`. [`engine`] is a worker that takes an [`order`] and makes [`picture`]s in a [`studio`], coarse at
+//! once, fine when nothing moves, by levels that an [`exposure`] holds; [`flight`] moves the observer, [`viewport`] is
+//! the picture with hands on it, [`panels`] stand around it, [`app`] holds all together. Everything but [`open`] runs
+//! without a window.
 
 pub mod app;
 pub mod comparison;
@@ -15,6 +16,7 @@ pub mod export;
 pub mod exposure;
 pub mod files;
 pub mod flight;
+pub mod order;
 pub mod panels;
 pub mod picture;
 pub mod session;

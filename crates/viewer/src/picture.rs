@@ -14,7 +14,7 @@ use barnard::scene::Scene;
 use eframe::egui::Color32;
 use rayon::prelude::*;
 
-use crate::comparison::AMPLIFIED;
+use crate::order::AMPLIFIED;
 
 /// A picture and what is known of it.
 #[derive(Clone)]

@@ -12,8 +12,8 @@ use barnard::scene::Scene;
 use barnard::{Error, Result};
 use barnard_gpu::{Gpu, GpuError, Ordinates, Renderer, Tuning};
 
-use crate::engine::{Order, Quality, View};
 use crate::exposure::Exposure;
+use crate::order::{Order, Quality, View};
 use crate::picture::{Picture, Times};
 
 /// What a picture may take while things move [s].

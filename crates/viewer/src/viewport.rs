@@ -6,10 +6,11 @@ use eframe::egui::{
 };
 
 use crate::app::App;
-use crate::comparison::{AMPLIFIED, Arrangement, With};
+use crate::comparison::{Arrangement, With};
 use crate::edit::{Edit, place_text};
 use crate::editor::Edits;
-use crate::engine::Quality;
+use crate::order::AMPLIFIED;
+use crate::order::Quality;
 
 /// Most pixels along an edge of a picture in the window.
 const MAX: f32 = 4096.0;

@@ -1,8 +1,11 @@
 //! What every image says of itself.
 
-use crate::camera::Camera;
+use spectra::passband::Passband;
+use spectra::sed::{MagnitudeSystem, zero_point};
+
+use crate::camera::{Camera, Projection};
 use crate::image::{Band, Image, Samples};
-use crate::keywords;
+use crate::keywords::{Keyword, integer, number, text};
 use crate::scene::Scene;
 
 /// An image of `scene` as `camera` sees it, bands × height × width, its bands and scene described.
@@ -13,7 +16,7 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         counting: Some(b.counting().name()),
         width_um: Some(b.integrate(|_| 1.0)),
         certificate: Vec::new(),
-        keywords: keywords::of_passband(b),
+        keywords: of_passband(b),
     };
     let notes = vec![
         ("scene".into(), scene.name.clone()),
@@ -31,6 +34,55 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         pixel: Some(camera.pixel_scale()),
         notes,
         display: scene.display.clone(),
-        keywords: keywords::of_scene(scene, camera),
+        keywords: of_scene(scene, camera),
     }
+}
+
+/// What a scene says of any picture that `camera` takes of it: name, digest, camera and dust.
+fn of_scene(scene: &Scene, camera: &Camera) -> Vec<Keyword> {
+    let mut keywords = vec![text("OBJECT", &*scene.name, "name of the scene")];
+    keywords.extend(scene.provenance.iter().map(|from| text("SCENESHA", from.digest(), "SHA-256")));
+    let (projection, field) = match camera.projection {
+        Projection::Perspective { half_width } => {
+            ("perspective", number("CAMFOV", 2.0 * half_width.atan().to_degrees(), "[deg] horizontal field of view"))
+        }
+        Projection::Orthographic { half_width_pc } => ("orthographic", number("CAMWIDTH", 2.0 * half_width_pc, "[pc] width of the image")),
+    };
+    keywords.push(text("CAMERA", projection, "projection of the camera"));
+    keywords.extend(field);
+    let (place, view) = (camera.position, camera.forward);
+    let fields = scene.dust.iter().map(|d| &d.density).chain(scene.emission.iter().map(|e| &e.density));
+    let nebula = fields.map(|f| f.bounds()).reduce(|a, b| a.union(&b));
+    let distance = nebula.map_or(f64::NAN, |b| (0.5 * (b.low + b.high) - place).length());
+    let numbers = [
+        ("CAMX", place.x, "[pc] place of the camera"),
+        ("CAMY", place.y, "[pc]"),
+        ("CAMZ", place.z, "[pc]"),
+        ("VIEWX", view.x, "where the camera looks, of length one"),
+        ("VIEWY", view.y, ""),
+        ("VIEWZ", view.z, ""),
+        ("DISTANCE", distance, "[pc] from the camera to the middle of the nebula"),
+    ];
+    keywords.extend(numbers.into_iter().filter_map(|(name, value, comment)| number(name, value, comment)));
+    keywords.push(integer("SUPERSMP", camera.supersampling, "rays along each side of a pixel"));
+    if let Some(dust) = &scene.dust {
+        keywords.push(text("DUSTLAW", &*dust.extinction.name, "extinction law"));
+        keywords.extend(dust.extinction.r_v.and_then(|r_v| number("R_V", r_v, "A(V)/E(B-V) of the extinction law")));
+    }
+    keywords
+}
+
+/// What is to be known of a passband to turn its radiance into magnitudes and flux densities.
+fn of_passband(band: &Passband) -> Vec<Keyword> {
+    const ANGSTROMS: f64 = 1e4;
+    let width = band.integrate(|_| 1.0) * ANGSTROMS;
+    // m = −2.5 lg(flux / W m⁻²) + zero point.
+    let zero = |system: MagnitudeSystem| zero_point(band, system).map_or(f64::NAN, |flux| 2.5 * flux.log10());
+    let rows = [
+        ("PHOTPLAM", band.pivot().0 * ANGSTROMS, "[Angstrom] pivot wavelength"),
+        ("PHOTFLAM", 1.0 / width, "[Angstrom-1] band radiance to mean F_lambda"),
+        ("ZPVEGA", zero(MagnitudeSystem::Vega), "[mag] Vega magnitude of a flux of 1 W m-2"),
+        ("ZPAB", zero(MagnitudeSystem::Ab), "[mag] AB magnitude of a flux of 1 W m-2"),
+    ];
+    rows.into_iter().filter_map(|(name, value, comment)| number(name, value, comment)).collect()
 }

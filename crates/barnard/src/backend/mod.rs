@@ -19,6 +19,8 @@ use spectra::SpectraError;
 pub use describe::describe;
 pub use finish::{draw, extended, finished};
 
+pub use crate::stats::RenderStats;
+
 use crate::control::Control;
 use crate::error::Result;
 use crate::image::{Image, Samples};
@@ -69,32 +71,6 @@ impl<'a> Job<'a> {
         }
         let plan = Plan::new(self.scene, self.options, control)?;
         Ok(self.plan.get_or_init(|| Cow::Owned(plan)))
-    }
-}
-
-/// What a render found beside the picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RenderStats {
-    /// The largest optical depth, eye to sample to star, that was met \[1\]; NaN where a back end does not tell.
-    pub depth: f64,
-    /// Rays that were marched, or paths that were followed.
-    pub rays: u64,
-    /// Largest relative error of a density as the march keeps it: [`SINGLE`](crate::plan::SINGLE) or
-    /// [`HALF`](crate::plan::HALF).
-    pub storage: f64,
-    /// Values below zero, which a projection can make where little light is left.
-    pub negative: u64,
-}
-
-impl RenderStats {
-    /// Of a back end that tells nothing but its rays.
-    pub fn of_rays(rays: u64) -> Self {
-        Self { depth: f64::NAN, rays, storage: 0.0, negative: 0 }
-    }
-
-    /// The values below zero in words, where there are any.
-    pub fn negative_note(&self) -> Option<(String, String)> {
-        (self.negative > 0).then(|| ("negative values".into(), format!("{} pixels of all bands together, left as they are", self.negative)))
     }
 }
 

@@ -2,10 +2,10 @@
 
 use spectra::rule::{Certificate, Rounding};
 
-use crate::backend::RenderStats;
 use crate::keywords::{self, Keyword};
 use crate::light::Route;
 use crate::plan::{END_SHARE, Plan, Spatial, Unresolved};
+use crate::stats::RenderStats;
 
 /// Largest relative error of a number in single precision, and in half precision.
 pub const SINGLE: f64 = 1.0 / (1 << 24) as f64;

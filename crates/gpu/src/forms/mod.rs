@@ -27,7 +27,7 @@ pub struct FormEntry {
     pub bounded: bool,
     /// Turns of loops for a segment: for each band, and for each term.
     pub turns: (usize, usize),
-    /// Writes heads and tables; lights are those of [`crate::layout::lights`].
+    /// Writes heads and tables; lights stand in the order of the shape.
     pub fill: fn(&Plan, &[usize], &mut Contents) -> Result<()>,
 }
 

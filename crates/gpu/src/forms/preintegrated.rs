@@ -5,7 +5,7 @@ use spectra::rule::Form;
 
 use super::{Contents, FormEntry, Heads};
 use crate::error::Result;
-use crate::layout::room;
+use crate::tables::room;
 
 pub(super) const ENTRY: FormEntry = FormEntry {
     name: "preintegrated",

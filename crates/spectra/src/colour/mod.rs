@@ -9,11 +9,6 @@ mod stretch;
 pub use palette::{PALETTES, Palette, PaletteEntry};
 pub use stretch::{STRETCHES, Stretch, StretchEntry};
 
-use std::sync::OnceLock;
-
-use crate::error::Result;
-use crate::table::{Table, embedded_columns};
-
 /// Linear sRGB from XYZ (IEC 61966-2-1:1999, primaries of Rec. 709, white D65).
 pub const SRGB_FROM_XYZ: [[f64; 3]; 3] =
     [[3.2404542, -1.5371385, -0.4985314], [-0.9692660, 1.8760108, 0.0415560], [0.0556434, -0.2040259, 1.0572252]];
@@ -27,20 +22,6 @@ pub fn transform(matrix: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| (0..3).map(|j| matrix[i][j] * v[j]).sum())
 }
 
-/// The colour matching functions x̄, ȳ, z̄ over λ \[µm\].
-///
-/// # Errors
-/// Where the embedded tables are broken, which a test rules out.
-pub fn matching_functions() -> Result<&'static [Table; 3]> {
-    static FUNCTIONS: OnceLock<Result<[Table; 3]>> = OnceLock::new();
-    let functions = FUNCTIONS.get_or_init(|| {
-        let columns = embedded_columns("cie1931", include_str!("../../data/cie/cie1931_xyz_2deg.csv"), 4)?;
-        let of = |c: usize| Table::new("cie1931", columns[0].iter().map(|nm| nm * 1e-3).collect(), columns[c].clone());
-        Ok([of(1)?, of(2)?, of(3)?])
-    });
-    functions.as_ref().map_err(Clone::clone)
-}
-
 /// sRGB's transfer curve: display value in [0, 1] from linear light (IEC 61966-2-1).
 pub fn srgb_encode(linear: f64) -> f64 {
     let v = linear.clamp(0.0, 1.0);
@@ -50,6 +31,8 @@ pub fn srgb_encode(linear: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cie::matching_functions;
+    use crate::table::Table;
 
     #[test]
     fn matrices_are_inverse() {

@@ -1,6 +1,7 @@
 //! Palettes: which band is shown in which colour.
 
-use super::{SRGB_FROM_XYZ, matching_functions, transform};
+use super::{SRGB_FROM_XYZ, transform};
+use crate::cie::matching_functions;
 use crate::error::{Result, SpectraError};
 use crate::passband::Passband;
 

@@ -166,7 +166,7 @@ pub fn names() -> Vec<&'static str> {
 
 pub(super) fn named(name: &str) -> Result<Passband> {
     if let Some(i) = CIE.iter().position(|n| *n == name) {
-        let table = crate::colour::matching_functions()?[i].clone();
+        let table = crate::cie::matching_functions()?[i].clone();
         return Passband::new(name, Counting::Energy, Arc::new(table));
     }
     for family in FAMILIES {

@@ -9,8 +9,8 @@ use eframe::egui::Context;
 use super::App;
 use crate::comparison::{Comparison, With};
 use crate::document::Document;
-use crate::engine::{Order, View};
 use crate::flight::Flight;
+use crate::order::{Order, View};
 
 /// How long nothing may have moved before finer pictures are made [s].
 const REST: f64 = 0.15;

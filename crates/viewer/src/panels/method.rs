@@ -6,7 +6,7 @@ use super::short;
 use crate::app::App;
 use crate::comparison::With;
 use crate::editor::{self, Edits};
-use crate::engine::Quality;
+use crate::order::Quality;
 
 /// The panel.
 pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {

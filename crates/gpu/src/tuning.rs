@@ -1,0 +1,23 @@
+//! What may be chosen of a march on a device.
+
+/// How a picture is made; all but `on_the_fly` leave it as it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tuning {
+    /// Rays of a workgroup, across and down.
+    pub workgroup: (u32, u32),
+    /// Whether rays jump over empty bricks.
+    pub skip_empty: bool,
+    /// Whether rays end where nothing behind can be seen.
+    pub end_early: bool,
+    /// Whether rays pause, as they must in software; as the adapter needs it if none.
+    pub pauses: Option<bool>,
+    /// Whether dust that is noise is evaluated at every sample and not read as it was sampled: another picture, by what
+    /// a grid cannot show.
+    pub on_the_fly: bool,
+}
+
+impl Default for Tuning {
+    fn default() -> Self {
+        Self { workgroup: (8, 8), skip_empty: true, end_early: true, pauses: None, on_the_fly: false }
+    }
+}

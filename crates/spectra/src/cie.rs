@@ -1,0 +1,20 @@
+//! The eye: colour matching functions of the CIE 1931 standard observer, 2°.
+
+use std::sync::OnceLock;
+
+use crate::error::Result;
+use crate::table::{Table, embedded_columns};
+
+/// The colour matching functions x̄, ȳ, z̄ over λ \[µm\].
+///
+/// # Errors
+/// Where the embedded tables are broken, which a test rules out.
+pub fn matching_functions() -> Result<&'static [Table; 3]> {
+    static FUNCTIONS: OnceLock<Result<[Table; 3]>> = OnceLock::new();
+    let functions = FUNCTIONS.get_or_init(|| {
+        let columns = embedded_columns("cie1931", include_str!("../data/cie/cie1931_xyz_2deg.csv"), 4)?;
+        let of = |c: usize| Table::new("cie1931", columns[0].iter().map(|nm| nm * 1e-3).collect(), columns[c].clone());
+        Ok([of(1)?, of(2)?, of(3)?])
+    });
+    functions.as_ref().map_err(Clone::clone)
+}
