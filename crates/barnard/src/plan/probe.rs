@@ -6,7 +6,7 @@ use spectra::spectrum::Line;
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::light::{factor, law};
-use crate::plan::pilots::march_f64::{Eye, march_ray};
+use crate::plan::pilots::march_f64::{Eye, RayMarch};
 use crate::plan::{Plan, SpatialPlan, Stepping};
 use crate::scene::Scene;
 
@@ -80,8 +80,9 @@ impl Plan {
         };
         let waves: Vec<Wave> = continua.chain(lines.iter().map(of_line)).collect();
         let mut eye = Spectrograph { radiance: vec![0.0; waves.len()], waves };
-        let depth =
-            march_ray(&self.space, &self.spectral, &self.lights, ray, Stepping::PerVoxel(STEPS), self.light_field.is_some(), &mut eye);
+        let (stepping, exact) = (Stepping::PerVoxel(STEPS), self.light_field.is_some());
+        let march = RayMarch { space: &self.space, spectral: &self.spectral, lights: &self.lights, ray, stepping, exact };
+        let depth = march.run(&mut eye);
         let (continuum, strengths) = eye.radiance.split_at(wavelengths_um.len());
         let lines = lines.iter().zip(strengths).map(|((_, line), strength)| Line { strength: *strength, ..*line }).collect();
         Ok(Probe { depth, continuum: continuum.to_vec(), lines })

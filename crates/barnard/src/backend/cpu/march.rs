@@ -9,17 +9,16 @@
 //! `plan::near`. Empty bricks are jumped over; a packet ends when what lies behind cannot change a pixel by a fiftieth
 //! of the accuracy.
 
-use std::ops::Range;
-
 use glam::DVec3;
 use multiversion::multiversion;
 
-use super::borders::{Borders, Span};
+use super::borders::Borders;
 use super::double_integration;
 use super::near_field::{NearStar, Neighbourhood};
-use super::segment::segment;
+use super::segment::Segment;
+use super::state::{Slots, StarView, State, StepSpan};
 use super::tables::Tables;
-use super::terms::{Drawn, NodeTerms, Terms};
+use super::terms::{NodeTerms, Terms};
 use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, Track, exp, lanes, largest};
 use crate::plan::near;
@@ -39,88 +38,6 @@ pub struct March<'a> {
     dust_alone: Option<Volume>,
     /// Largest σ and largest density of each species.
     brightest: (f32, Vec<f32>),
-}
-
-/// Where the channels of all volumes stand in a sample.
-pub(super) struct Slots {
-    count: usize,
-    /// First slot of each volume.
-    first: Vec<usize>,
-    pub(super) dust: Option<usize>,
-    pub(super) stars: Vec<usize>,
-    pub(super) species: Vec<usize>,
-    /// Element × polynomial of the light field.
-    pub(super) light: Vec<usize>,
-    /// Terms of the field of scattered light.
-    pub(super) scattered_field: Vec<usize>,
-}
-
-impl Slots {
-    fn new(plan: &Plan) -> Self {
-        let space = &plan.space;
-        let mut slots = Self {
-            count: 0,
-            first: Vec::new(),
-            dust: None,
-            stars: vec![0; space.stars.len()],
-            species: vec![0; space.species()],
-            light: vec![0; plan.light_field.as_ref().map_or(0, |f| f.propagation.channels())],
-            scattered_field: vec![0; plan.scattered_field.as_ref().map_or(0, |_| plan.spectral.terms())],
-        };
-        for volume in plan.volumes() {
-            slots.first.push(slots.count);
-            for channel in &volume.channels {
-                match *channel {
-                    Channel::Dust => slots.dust = Some(slots.count),
-                    Channel::StarDepth(star) => slots.stars[star] = slots.count,
-                    Channel::Emission(species) => slots.species[species] = slots.count,
-                    Channel::Light(channel) => slots.light[channel] = slots.count,
-                    Channel::MultipleScattering(term) => slots.scattered_field[term] = slots.count,
-                }
-                slots.count += 1;
-            }
-        }
-        slots
-    }
-}
-
-/// A packet on its way.
-pub(super) struct State<'a> {
-    pub(super) rays: &'a [Ray; LANES],
-    /// Random wavelengths, where the method has them.
-    pub(super) drawn: Drawn,
-    /// Whether τ at the end of this span is asked for no more: by no further span and no background.
-    final_span: bool,
-    /// Where the current span starts and ends.
-    pub(super) span: Span,
-    pub(super) dt: Lane,
-    pub(super) tau: Lane,
-    /// Light so far, term × lane.
-    pub(super) sum: Vec<Lane>,
-    /// Scattered light so far where it comes from the light field, element × polynomial × lane.
-    pub(super) gathered: Vec<Lane>,
-    pub(super) deepest: Lane,
-}
-
-/// A star as the packet sees it: foot of the perpendicular, from the span's start, and length of it.
-pub(super) struct StarView {
-    pub(super) foot: Lane,
-    pub(super) distance: Lane,
-    /// Steps that may be long beside their distance to the star.
-    long: Range<usize>,
-}
-
-/// Where a segment starts and how long it is, in steps.
-#[derive(Clone, Copy)]
-pub(super) struct StepSpan {
-    pub(super) start: f32,
-    pub(super) length: f32,
-}
-
-impl StepSpan {
-    pub(super) fn end(self) -> f32 {
-        self.start + self.length
-    }
 }
 
 impl<'a> March<'a> {
@@ -289,32 +206,6 @@ impl<'a> March<'a> {
         })
     }
 
-    /// The pieces of the segments that are close to a star, lane by lane.
-    pub(super) fn near(&self, state: &mut State, scatterer: &Scatterer, close: &[bool; LANES], stretch: StepSpan, growth: &Lane) {
-        let star = self.plan.space.stars[scatterer.star];
-        let resolution = near::Resolution { phase_angle: self.plan.spectral.phase_angle, fineness: 1.0 };
-        for lane in (0..LANES).filter(|lane| close[*lane]) {
-            let at = |steps: f32| state.span.0[lane] + f64::from(steps) * f64::from(state.dt[lane]);
-            let depth = (f64::from(state.tau[lane]), f64::from(growth[lane]));
-            near::pieces(
-                near::samples(&self.plan.space, star),
-                resolution,
-                star,
-                &state.rays[lane],
-                (at(stretch.start), at(stretch.end())),
-                depth,
-                |piece| {
-                    let phase = self.phase_entry(piece.cosine as f32, (1.0 - piece.cosine * piece.cosine) as f32);
-                    for term in 0..self.tables.weights.band_of.len() {
-                        let weight = self.phase_weight(scatterer, term, phase);
-                        let decay = self.tables.terms.at(scatterer.light, (&state.drawn, lane), term, piece.depth as f32);
-                        state.sum[term][lane] += piece.scattering as f32 * weight * decay;
-                    }
-                },
-            );
-        }
-    }
-
     /// Entry and fraction of the phase table for cos θ and sin² θ.
     #[inline(always)]
     pub(super) fn phase_entry(&self, cosine: f32, sine2: f32) -> (usize, f32) {
@@ -357,12 +248,12 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
         let parts = if march.plan.star_march.is_some() { 1 } else { march.parts(state, &views, step) };
         for part in 0..parts {
             let length = 1.0 / parts as f32;
-            let stretch = StepSpan { start: step as f32 + part as f32 * length, length };
-            sample(march, &cursors, &masks, &state.dt, stretch.end(), &mut after);
+            let span = StepSpan { start: step as f32 + part as f32 * length, length };
+            sample(march, &cursors, &masks, &state.dt, span.end(), &mut after);
             if let Some(samples) = march.plan.star_march {
-                march.star_depths_again(state, stretch.end(), samples, &mut after);
+                march.star_depths_again(state, span.end(), samples, &mut after);
             }
-            segment(march, state, (&views, &near_field), stretch, &before, &after);
+            Segment::new(march, state, span, &before, &after).add(march, state, &views, &near_field);
             std::mem::swap(&mut before, &mut after);
         }
         step += 1;

@@ -10,6 +10,7 @@ mod march;
 mod near_field;
 mod propagation;
 mod segment;
+mod state;
 mod tables;
 mod terms;
 

@@ -11,7 +11,9 @@ use std::ops::Range;
 
 use smallvec::SmallVec;
 
-use super::march::{March, State, StepSpan};
+use super::march::March;
+use super::segment::Segment;
+use super::state::{State, StepSpan};
 use super::terms::DepthSpan;
 use crate::packet::{LANES, Lane, fma, lanes, largest};
 use crate::plan::many_lights::near_field_kernel::{PROFILE, Profile, Shape, depth_within};
@@ -123,25 +125,26 @@ struct Pieces {
 impl NearStar<'_> {
     /// Whether a step touches the kernel.
     #[inline(always)]
-    pub fn meets(&self, stretch: StepSpan) -> bool {
-        stretch.start < self.steps.end && stretch.end() > self.steps.start
+    pub fn meets(&self, span: StepSpan) -> bool {
+        span.start < self.steps.end && span.end() > self.steps.start
     }
 
     /// Adds its light of one segment, between whose ends σ is linear.
     #[inline(always)]
-    pub fn scatter(&self, march: &March, state: &mut State, stretch: StepSpan, growth: &Lane, sigma: (&Lane, &Lane)) {
-        let pieces = self.pieces(march, &self.within(state, stretch), sigma);
+    pub fn scatter(&self, march: &March, state: &mut State, segment: &Segment) {
+        let Some(dust) = march.slots.dust else { return };
+        let pieces = self.pieces(march, &self.within(state, segment), &segment.before[dust], &segment.after[dust]);
         if largest(&pieces.total) > 0.0 {
-            self.shine(march, state, growth, &pieces);
+            self.shine(march, state, &segment.growth, &pieces);
         }
     }
 
     /// The part of a segment that lies in the kernel.
     #[inline(always)]
-    fn within(&self, state: &State, stretch: StepSpan) -> Within {
+    fn within(&self, state: &State, segment: &Segment) -> Within {
         // Where the segment enters and leaves the kernel, from the foot.
-        let start = lanes(|lane| fma(stretch.start, state.dt[lane], -self.foot[lane]));
-        let length = lanes(|lane| stretch.length * state.dt[lane]);
+        let start = lanes(|lane| fma(segment.span.start, state.dt[lane], -self.foot[lane]));
+        let length = segment.length;
         let from = lanes(|lane| start[lane].max(-self.ahead * self.half[lane]));
         let to = lanes(|lane| (start[lane] + length[lane]).min(self.half[lane]).max(from[lane]));
         let b = &self.distance;
@@ -164,7 +167,7 @@ impl NearStar<'_> {
 
     /// Pieces of equal angle, by their middles.
     #[inline(always)]
-    fn pieces(&self, march: &March, within: &Within, sigma: (&Lane, &Lane)) -> Pieces {
+    fn pieces(&self, march: &March, within: &Within, before: &Lane, after: &Lane) -> Pieces {
         let Within { start, length, from, to, angle, is_narrow } = within;
         let b = &self.distance;
         let count = ((largest(angle) / self.piece).ceil() as usize).clamp(1, NEIGHBOUR_PIECES);
@@ -187,7 +190,7 @@ impl NearStar<'_> {
                 let t = (b[lane] * tangent).clamp(from[lane], to[lane]);
                 let square = fma(t, t, b[lane] * b[lane]);
                 let part = if length[lane] > 0.0 { (t - start[lane]) / length[lane] } else { 0.0 };
-                let density = fma(part, sigma.1[lane] - sigma.0[lane], sigma.0[lane]);
+                let density = fma(part, after[lane] - before[lane], before[lane]);
                 let along = if t < 0.0 { t * t * (1.0 - self.shape.flat) } else { t * t };
                 let kernel = fma(-self.shape.inverse_square, fma(b[lane], b[lane], along), 1.0).max(0.0);
                 piece[lane] = density * kernel * kernel * turn[lane] / b[lane];

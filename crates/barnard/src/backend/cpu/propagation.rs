@@ -3,7 +3,9 @@
 //! A sample adds Δτ Σ_i (Σ_m q_m(τ) M_imj) V_i, eq. (20) of docs/method.md, to the ray's j-th polynomial, V being its
 //! light there; a band is read from the polynomials at the end.
 
-use super::march::{March, State};
+use super::march::March;
+use super::segment::Segment;
+use super::state::State;
 use super::terms::{CoordinateTable, DepthSpan};
 use crate::packet::{LANES, Lane, lanes};
 use crate::plan::LightField;
@@ -55,22 +57,17 @@ impl LightSums {
 
 /// Adds what one segment scatters.
 #[inline(always)]
-pub(super) fn gather(march: &March, gathered: &LightSums, state: &mut State, growth: &Lane, (before, after): (&[Lane], &[Lane])) {
+pub(super) fn gather(march: &March, gathered: &LightSums, state: &mut State, segment: &Segment) {
     if gathered.size <= 4 {
-        gather_rows::<4>(march, gathered, state, growth, (before, after));
+        gather_rows::<4>(march, gathered, state, segment);
     } else {
-        gather_rows::<8>(march, gathered, state, growth, (before, after));
+        gather_rows::<8>(march, gathered, state, segment);
     }
 }
 
 #[inline(always)]
-fn gather_rows<const ROW: usize>(
-    march: &March,
-    gathered: &LightSums,
-    state: &mut State,
-    growth: &Lane,
-    (before, after): (&[Lane], &[Lane]),
-) {
+fn gather_rows<const ROW: usize>(march: &March, gathered: &LightSums, state: &mut State, segment: &Segment) {
+    let (growth, before, after) = (&segment.growth, segment.before, segment.after);
     let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: lanes(|lane| 0.5 * growth[lane]) };
     let means = gathered.coordinates.means::<ROW>(&span);
     let (size, width) = (gathered.size, gathered.width);

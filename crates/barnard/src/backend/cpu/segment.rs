@@ -2,202 +2,273 @@
 
 use smallvec::SmallVec;
 
-use super::march::{March, StarView, State, StepSpan};
+use super::march::March;
 use super::near_field::NearStar;
 use super::propagation;
+use super::state::{StarView, State, StepSpan};
 use super::terms::{DepthSpan, Terms};
 use crate::packet::{LANES, Lane, fma, lanes, largest};
-use crate::plan::Scatterer;
 use crate::plan::near;
-use crate::plan::near::{NEAR_ANGLE, NEAR_VOXELS};
+use crate::plan::near::{NEAR_ANGLE, NEAR_VOXELS, NearPiece};
+use crate::plan::{PhaseTable, Scatterer};
 
-/// Adds the light of one segment and moves τ to its end.
-#[inline(always)]
-pub(super) fn segment(
-    march: &March,
-    state: &mut State,
-    (views, near_field): (&[StarView], &[NearStar]),
-    stretch: StepSpan,
-    before: &[Lane],
-    after: &[Lane],
-) {
-    let dt = lanes(|lane| stretch.length * state.dt[lane]);
-    let growth = match march.slots.dust {
-        Some(dust) => lanes(|lane| 0.5 * dt[lane] * (before[dust][lane] + after[dust][lane])),
-        None => [0.0; LANES],
-    };
-    if let Some(gathered) = march.tables.gathered.as_ref().filter(|_| largest(&growth) > 0.0) {
-        propagation::gather(march, gathered, state, &growth, (before, after));
-    } else if largest(&growth) > 0.0 {
+/// One segment of sixteen rays.
+pub(super) struct Segment<'a> {
+    /// Where it lies, in steps.
+    pub span: StepSpan,
+    /// What the volumes hold at its two ends, by slots.
+    pub before: &'a [Lane],
+    pub after: &'a [Lane],
+    /// Its length [pc].
+    pub length: Lane,
+    /// By how much the optical depth at V grows on it \[1\].
+    pub growth: Lane,
+}
+
+/// What a segment holds of a star's light where a mean of 1/r² does: ∫ σ/r² dt, zero on lanes that are close to the
+/// star, and how far the segment's middle lies behind the foot.
+struct Irradiated {
+    close: [bool; LANES],
+    base: Lane,
+    along: Lane,
+}
+
+impl<'a> Segment<'a> {
+    /// From what the volumes hold at its ends.
+    #[inline(always)]
+    pub fn new(march: &March, state: &State, span: StepSpan, before: &'a [Lane], after: &'a [Lane]) -> Self {
+        let length = lanes(|lane| span.length * state.dt[lane]);
+        let growth = match march.slots.dust {
+            Some(dust) => lanes(|lane| 0.5 * length[lane] * (before[dust][lane] + after[dust][lane])),
+            None => [0.0; LANES],
+        };
+        Self { span, before, after, length, growth }
+    }
+
+    /// Adds its light and moves τ to its end.
+    #[inline(always)]
+    pub fn add(&self, march: &March, state: &mut State, views: &[StarView], near_field: &[NearStar]) {
+        if largest(&self.growth) > 0.0 {
+            match &march.tables.gathered {
+                Some(gathered) => propagation::gather(march, gathered, state, self),
+                None => self.scatter_stars(march, state, views),
+            }
+            for near_star in near_field.iter().filter(|n| n.meets(self.span)) {
+                near_star.scatter(march, state, self);
+            }
+            if !march.slots.scattered_field.is_empty() {
+                self.scatter_again(march, state);
+            }
+        }
+        if !march.tables.weights.emitted.is_empty() {
+            self.emit(march, state);
+        }
+        for lane in 0..LANES {
+            state.tau[lane] += self.growth[lane];
+        }
+    }
+
+    /// Light of the stars that have depths of their own, scattered once.
+    #[inline(always)]
+    fn scatter_stars(&self, march: &March, state: &mut State, views: &[StarView]) {
         // What σ grows by in parts of its mean.
         let tilt = match march.slots.dust.filter(|_| march.plan.spectral.phase.is_some()) {
             Some(dust) => lanes(|lane| {
-                let (a, b) = (before[dust][lane], after[dust][lane]);
+                let (a, b) = (self.before[dust][lane], self.after[dust][lane]);
                 if a + b > 0.0 { 2.0 * (b - a) / (a + b) } else { 0.0 }
             }),
             None => [0.0; LANES],
         };
         for (scatterer, view) in march.tables.weights.scattered.iter().zip(views) {
-            let slot = march.slots.stars[scatterer.star];
-            scatter(march, state, (scatterer, view), stretch, (&growth, &tilt), (&before[slot], &after[slot]));
+            self.scatter(march, state, scatterer, view, &tilt);
         }
     }
-    if let Some(dust) = march.slots.dust.filter(|_| largest(&growth) > 0.0) {
-        for near_star in near_field.iter().filter(|n| n.meets(stretch)) {
-            near_star.scatter(march, state, stretch, &growth, (&before[dust], &after[dust]));
-        }
-    }
-    if !march.slots.scattered_field.is_empty() && largest(&growth) > 0.0 {
-        scatter_again(march, state, &growth, (before, after));
-    }
-    if !march.tables.weights.emitted.is_empty() {
-        emit(march, state, &dt, &growth, (before, after));
-    }
-    for lane in 0..LANES {
-        state.tau[lane] += growth[lane];
-    }
-}
 
-/// Light of one star, scattered in one segment.
-#[inline(always)]
-fn scatter(
-    march: &March,
-    state: &mut State,
-    (scatterer, view): (&Scatterer, &StarView),
-    stretch: StepSpan,
-    (growth, tilt): (&Lane, &Lane),
-    depths: (&Lane, &Lane),
-) {
-    let middle = lanes(|lane| state.tau[lane] + 0.5 * (growth[lane] + depths.0[lane] + depths.1[lane]));
-    let half = lanes(|lane| 0.5 * (growth[lane] + depths.1[lane] - depths.0[lane]));
-    // ⟨1/r²⟩ = atan(q)/(q p), q = b Δt/p, p = b² + t₀t₁; segments that a star sees under a wide angle go another way.
-    let reach = (NEAR_VOXELS * march.voxel_pc) as f32;
-    let length = lanes(|lane| stretch.length * state.dt[lane]);
-    let (mut close, mut base, mut along) = ([false; LANES], [0.0; LANES], [0.0; LANES]);
-    for lane in 0..LANES {
-        let (b, dt) = (view.distance[lane], length[lane]);
-        let t0 = fma(stretch.start, state.dt[lane], -view.foot[lane]);
-        let p = fma(b, b, t0 * (t0 + dt));
-        let near = p < reach * reach || b * dt > NEAR_ANGLE as f32 * p;
-        let inverse = 1.0 / if near { 1.0 } else { p };
-        let q = b * dt * inverse;
-        let q2 = q * q;
-        let mean = inverse * fma(q2, fma(q2, fma(q2, fma(q2, 1.0 / 9.0, -1.0 / 7.0), 1.0 / 5.0), -1.0 / 3.0), 1.0);
-        close[lane] = near && growth[lane] > 0.0;
-        base[lane] = if near { 0.0 } else { mean * growth[lane] };
-        along[lane] = t0 + 0.5 * dt;
+    /// Light of one star, scattered once.
+    #[inline(always)]
+    fn scatter(&self, march: &March, state: &mut State, scatterer: &Scatterer, view: &StarView, tilt: &Lane) {
+        let slot = march.slots.stars[scatterer.star];
+        let (growth, before, after) = (&self.growth, &self.before[slot], &self.after[slot]);
+        let middle = lanes(|lane| state.tau[lane] + 0.5 * (growth[lane] + before[lane] + after[lane]));
+        let half = lanes(|lane| 0.5 * (growth[lane] + after[lane] - before[lane]));
+        let irradiated = self.irradiated(march, state, view);
+        for lane in 0..LANES {
+            let a = if growth[lane] > 0.0 { middle[lane] + half[lane].abs() } else { 0.0 };
+            state.deepest[lane] = if a > state.deepest[lane] { a } else { state.deepest[lane] };
+        }
+        let span = DepthSpan { middle, half };
+        let Irradiated { close, base, along } = &irradiated;
+        match &march.plan.spectral.phase {
+            None => {
+                let of_term = |term: usize| Some(scaled(base, scatterer.weights[term]));
+                march.tables.terms.gather(scatterer.light, &state.drawn, &span, of_term, &mut state.sum);
+            }
+            Some(table) => {
+                let widest =
+                    largest(&lanes(|lane| base[lane] / growth[lane].max(f32::MIN_POSITIVE) * view.distance[lane] * self.length[lane]));
+                let phases = near::phases(f64::from(widest), march.plan.spectral.phase_angle);
+                let angles = self.angles(march, view, along, tilt, phases);
+                scatter_at(march, state, scatterer, table, &span, base, &angles);
+            }
+        }
+        if close.contains(&true) {
+            self.scatter_close(march, state, scatterer, close);
+        }
     }
-    for lane in 0..LANES {
-        let a = if growth[lane] > 0.0 { middle[lane] + half[lane].abs() } else { 0.0 };
-        state.deepest[lane] = if a > state.deepest[lane] { a } else { state.deepest[lane] };
+
+    /// ⟨1/r²⟩ = atan(q)/(q p), q = b Δt/p, p = b² + t₀t₁; segments that a star sees under a wide angle go another way.
+    #[inline(always)]
+    fn irradiated(&self, march: &March, state: &State, view: &StarView) -> Irradiated {
+        let reach = (NEAR_VOXELS * march.voxel_pc) as f32;
+        let mut irradiated = Irradiated { close: [false; LANES], base: [0.0; LANES], along: [0.0; LANES] };
+        for lane in 0..LANES {
+            let (b, dt, growth) = (view.distance[lane], self.length[lane], self.growth[lane]);
+            let t0 = fma(self.span.start, state.dt[lane], -view.foot[lane]);
+            let p = fma(b, b, t0 * (t0 + dt));
+            let near = p < reach * reach || b * dt > NEAR_ANGLE as f32 * p;
+            let inverse = 1.0 / if near { 1.0 } else { p };
+            let q = b * dt * inverse;
+            let q2 = q * q;
+            let mean = inverse * fma(q2, fma(q2, fma(q2, fma(q2, 1.0 / 9.0, -1.0 / 7.0), 1.0 / 5.0), -1.0 / 3.0), 1.0);
+            irradiated.close[lane] = near && growth > 0.0;
+            irradiated.base[lane] = if near { 0.0 } else { mean * growth };
+            irradiated.along[lane] = t0 + 0.5 * dt;
+        }
+        irradiated
     }
-    let (weights, terms, light) = (&scatterer.weights[..], &march.tables.terms, scatterer.light);
-    let span = DepthSpan { middle, half };
-    match &march.plan.spectral.phase {
-        None => terms.gather(light, &state.drawn, &span, |term| Some(scaled(&base, weights[term])), &mut state.sum),
-        Some(table) => {
-            let widest = largest(&lanes(|lane| base[lane] / growth[lane].max(f32::MIN_POSITIVE) * view.distance[lane] * length[lane]));
-            let phases = near::phases(f64::from(widest), march.plan.spectral.phase_angle);
-            let angles = angles(march, view, &along, &length, tilt, phases);
-            if table.separable {
-                let values = &table.weights[light];
-                let mut spread = [0.0; LANES];
-                for (entry, share) in &angles {
-                    for lane in 0..LANES {
-                        let (i, f) = entry[lane];
-                        spread[lane] += base[lane] * share[lane] * (values[i] + f * (values[i + 1] - values[i]));
-                    }
+
+    /// Some angles under which the segment scatters, by their shares of the light, which go as σ/r²; one in its middle,
+    /// mostly.
+    #[inline(always)]
+    fn angles(&self, march: &March, view: &StarView, along: &Lane, tilt: &Lane, phases: usize) -> SmallVec<[Angle; 1]> {
+        let mut angles: SmallVec<[Angle; 1]> = SmallVec::new();
+        let mut sum = [0.0; LANES];
+        for j in 0..phases {
+            let part = (j as f32 + 0.5) / phases as f32 - 0.5;
+            let mut angle = Angle { entry: [(0, 0.0); LANES], share: [0.0; LANES] };
+            for lane in 0..LANES {
+                let t = fma(part, self.length[lane], along[lane]);
+                let r2 = fma(t, t, view.distance[lane] * view.distance[lane]);
+                let inverse = if r2 > 0.0 { 1.0 / r2 } else { 0.0 };
+                let b = view.distance[lane];
+                angle.entry[lane] = march.phase_entry(-t * inverse.sqrt(), b * b * inverse);
+                angle.share[lane] = fma(part, tilt[lane], 1.0) * inverse;
+                sum[lane] += inverse;
+            }
+            angles.push(angle);
+        }
+        for angle in &mut angles {
+            for lane in 0..LANES {
+                angle.share[lane] = if sum[lane] > 0.0 { angle.share[lane] / sum[lane] } else { 0.0 };
+            }
+        }
+        angles
+    }
+
+    /// Light of a star on the lanes that are close to it: in pieces, lane by lane.
+    fn scatter_close(&self, march: &March, state: &mut State, scatterer: &Scatterer, close: &[bool; LANES]) {
+        let star = march.plan.space.stars[scatterer.star];
+        let resolution = near::Resolution { phase_angle: march.plan.spectral.phase_angle, fineness: 1.0 };
+        for lane in (0..LANES).filter(|lane| close[*lane]) {
+            let at = |steps: f32| state.span.0[lane] + f64::from(steps) * f64::from(state.dt[lane]);
+            let span = (at(self.span.start), at(self.span.end()));
+            let depth = (f64::from(state.tau[lane]), f64::from(self.growth[lane]));
+            let add = |piece: NearPiece| {
+                let phase = march.phase_entry(piece.cosine as f32, (1.0 - piece.cosine * piece.cosine) as f32);
+                for term in 0..march.tables.weights.band_of.len() {
+                    let weight = march.phase_weight(scatterer, term, phase);
+                    let decay = march.tables.terms.at(scatterer.light, (&state.drawn, lane), term, piece.depth as f32);
+                    state.sum[term][lane] += piece.scattering as f32 * weight * decay;
                 }
-                terms.gather(light, &state.drawn, &span, |term| Some(scaled(&spread, weights[term])), &mut state.sum);
-            } else if let [(entry, _)] = &angles[..] {
-                let of_term = |term: usize| Some(lanes(|lane| base[lane] * march.phase_weight(scatterer, term, entry[lane])));
-                terms.gather(light, &state.drawn, &span, of_term, &mut state.sum);
-            } else {
-                let of_term = |term: usize| {
-                    let mut spread = [0.0; LANES];
-                    for (entry, share) in &angles {
-                        for lane in 0..LANES {
-                            spread[lane] += base[lane] * share[lane] * march.phase_weight(scatterer, term, entry[lane]);
-                        }
-                    }
-                    Some(spread)
-                };
-                terms.gather(light, &state.drawn, &span, of_term, &mut state.sum);
+            };
+            near::pieces(near::samples(&march.plan.space, star), resolution, star, &state.rays[lane], span, depth, add);
+        }
+    }
+
+    /// Light that was scattered before.
+    #[inline(always)]
+    fn scatter_again(&self, march: &March, state: &mut State) {
+        let Terms::Nodes(nodes) = &march.tables.terms else { return };
+        let (growth, before, after) = (&self.growth, self.before, self.after);
+        let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
+        let base = |term: usize| {
+            let slot = march.slots.scattered_field[term];
+            Some(lanes(|lane| 0.5 * nodes.k[term] * growth[lane] * (before[slot][lane] + after[slot][lane])))
+        };
+        march.tables.terms.gather(0, &state.drawn, &span, base, &mut state.sum);
+        if march.plan.space.many_lights.is_some() {
+            // Stars that are gathered may be as deep as any.
+            let behind = march.plan.space.star_depth as f32;
+            for lane in 0..LANES {
+                let depth = if growth[lane] > 0.0 { state.tau[lane] + growth[lane] + behind } else { 0.0 };
+                state.deepest[lane] = state.deepest[lane].max(depth);
             }
         }
     }
-    if close.contains(&true) {
-        march.near(state, scatterer, &close, stretch, growth);
+
+    /// Light of all species.
+    #[inline(always)]
+    fn emit(&self, march: &March, state: &mut State) {
+        let (growth, before, after) = (&self.growth, self.before, self.after);
+        let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
+        for emitter in &march.tables.weights.emitted {
+            let slot = march.slots.species[emitter.species];
+            let base = lanes(|lane| 0.5 * self.length[lane] * (before[slot][lane] + after[slot][lane]));
+            if largest(&base) > 0.0 {
+                let of_term = |term: usize| (emitter.weights[term] != 0.0).then(|| scaled(&base, emitter.weights[term]));
+                march.tables.terms.gather(emitter.light, &state.drawn, &span, of_term, &mut state.sum);
+            }
+        }
     }
 }
 
-/// Entry and fraction of the phase table, and the share of the light, lane by lane.
-type Angle = ([(usize, f32); LANES], Lane);
+/// An angle under which a segment scatters: entry and fraction of the phase table, and the share of the light.
+struct Angle {
+    entry: [(usize, f32); LANES],
+    share: Lane,
+}
 
-/// Entries of the phase table and shares of the light at some angles of a segment, which go as σ/r²; one angle in its
-/// middle, mostly.
+/// Adds a star's light, `base` of it in each segment, scattered under these angles.
 #[inline(always)]
-fn angles(march: &March, view: &StarView, along: &Lane, length: &Lane, tilt: &Lane, phases: usize) -> SmallVec<[Angle; 1]> {
-    let mut angles: SmallVec<[Angle; 1]> = SmallVec::new();
-    let mut sum = [0.0; LANES];
-    for j in 0..phases {
-        let part = (j as f32 + 0.5) / phases as f32 - 0.5;
-        let (mut entry, mut share) = ([(0, 0.0); LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            let t = fma(part, length[lane], along[lane]);
-            let r2 = fma(t, t, view.distance[lane] * view.distance[lane]);
-            let inverse = if r2 > 0.0 { 1.0 / r2 } else { 0.0 };
-            let b = view.distance[lane];
-            entry[lane] = march.phase_entry(-t * inverse.sqrt(), b * b * inverse);
-            share[lane] = fma(part, tilt[lane], 1.0) * inverse;
-            sum[lane] += inverse;
+fn scatter_at(
+    march: &March,
+    state: &mut State,
+    scatterer: &Scatterer,
+    table: &PhaseTable,
+    span: &DepthSpan,
+    base: &Lane,
+    angles: &[Angle],
+) {
+    let terms = &march.tables.terms;
+    if table.separable {
+        let values = &table.weights[scatterer.light];
+        let mut spread = [0.0; LANES];
+        for Angle { entry, share } in angles {
+            for lane in 0..LANES {
+                let (i, f) = entry[lane];
+                spread[lane] += base[lane] * share[lane] * (values[i] + f * (values[i + 1] - values[i]));
+            }
         }
-        angles.push((entry, share));
+        terms.gather(scatterer.light, &state.drawn, span, |term| Some(scaled(&spread, scatterer.weights[term])), &mut state.sum);
+    } else if let [Angle { entry, .. }] = angles {
+        let of_term = |term: usize| Some(lanes(|lane| base[lane] * march.phase_weight(scatterer, term, entry[lane])));
+        terms.gather(scatterer.light, &state.drawn, span, of_term, &mut state.sum);
+    } else {
+        let of_term = |term: usize| {
+            let mut spread = [0.0; LANES];
+            for Angle { entry, share } in angles {
+                for lane in 0..LANES {
+                    spread[lane] += base[lane] * share[lane] * march.phase_weight(scatterer, term, entry[lane]);
+                }
+            }
+            Some(spread)
+        };
+        terms.gather(scatterer.light, &state.drawn, span, of_term, &mut state.sum);
     }
-    for (_, share) in &mut angles {
-        for lane in 0..LANES {
-            share[lane] = if sum[lane] > 0.0 { share[lane] / sum[lane] } else { 0.0 };
-        }
-    }
-    angles
 }
 
 /// Each lane times one number.
 #[inline(always)]
 fn scaled(lane: &Lane, factor: f32) -> Lane {
     lanes(|i| lane[i] * factor)
-}
-
-/// Light of one segment that was scattered before.
-#[inline(always)]
-fn scatter_again(march: &March, state: &mut State, growth: &Lane, (before, after): (&[Lane], &[Lane])) {
-    let Terms::Nodes(nodes) = &march.tables.terms else { return };
-    let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
-    let base = |term: usize| {
-        let slot = march.slots.scattered_field[term];
-        Some(lanes(|lane| 0.5 * nodes.k[term] * growth[lane] * (before[slot][lane] + after[slot][lane])))
-    };
-    march.tables.terms.gather(0, &state.drawn, &span, base, &mut state.sum);
-    if march.plan.space.many_lights.is_some() {
-        // Stars that are gathered may be as deep as any.
-        let behind = march.plan.space.star_depth as f32;
-        for lane in 0..LANES {
-            let depth = if growth[lane] > 0.0 { state.tau[lane] + growth[lane] + behind } else { 0.0 };
-            state.deepest[lane] = state.deepest[lane].max(depth);
-        }
-    }
-}
-
-/// Light of all species in one segment.
-#[inline(always)]
-fn emit(march: &March, state: &mut State, dt: &Lane, growth: &Lane, (before, after): (&[Lane], &[Lane])) {
-    let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
-    for emitter in &march.tables.weights.emitted {
-        let slot = march.slots.species[emitter.species];
-        let base = lanes(|lane| 0.5 * dt[lane] * (before[slot][lane] + after[slot][lane]));
-        if largest(&base) > 0.0 {
-            let of_term = |term: usize| (emitter.weights[term] != 0.0).then(|| scaled(&base, emitter.weights[term]));
-            march.tables.terms.gather(emitter.light, &state.drawn, &span, of_term, &mut state.sum);
-        }
-    }
 }

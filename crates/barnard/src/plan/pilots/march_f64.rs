@@ -32,141 +32,241 @@ pub(in crate::plan) trait Eye {
         false
     }
 
-    /// The ray passes dust between two distances [pc]: the depth before it, and how much it grows.
-    fn dust(&mut self, _span: (f64, f64), _depth: (f64, f64)) {}
+    /// The ray passes dust.
+    fn dust(&mut self, _segment: &Segment) {}
 }
 
-/// How many times as many pieces an exact walk takes near a star as back ends do.
+/// A segment of a ray.
+pub(in crate::plan) struct Segment<'a> {
+    /// Distances of its ends [pc].
+    pub from: f64,
+    pub to: f64,
+    /// Optical depth at V before it, and how much it grows \[1\].
+    pub tau: f64,
+    pub growth: f64,
+    before: &'a Sample,
+    after: &'a Sample,
+}
+
+/// How many times as many pieces an exact march takes near a star as back ends do.
 const FINENESS: f64 = 4.0;
-/// The part of a step at whose ends an exact walk looks within it: a field may jump where steps meet.
+/// The part of a step at whose ends an exact march looks within it: a field may jump where steps meet.
 const INSIDE: f64 = 1e-6;
-/// Growth of the optical depth at V in a step of an exact walk, and most parts of a step in which it grows by more.
+/// Growth of the optical depth at V in a step of an exact march, and most parts of a step in which it grows by more.
 const GROWTH: f64 = 0.1;
 const MAX_PARTS: f64 = 4096.0;
-/// Optical depth at the wavelength that dust lets through best, past which an exact walk ends: e^(−30) is left.
+/// Optical depth at the wavelength that dust lets through best, past which an exact march ends: e^(−30) is left.
 const END: f64 = 30.0;
 
-/// Walks `ray` from the front to the back; returns the optical depth of all of it at V [1]. Where `exact`, densities
-/// are those of the fields themselves and star depths are marched; else both are read.
-pub(in crate::plan) fn march_ray(
-    space: &SpatialPlan,
-    spectral: &SpectralPlan,
-    lights: &[Light],
-    ray: &Ray,
-    stepping: Stepping,
-    exact: bool,
-    eye: &mut impl Eye,
-) -> f64 {
-    let mut tau = 0.0;
-    let seen = eye.stars(space);
-    let mut number = vec![None; space.stars.len()];
-    seen.iter().enumerate().for_each(|(i, star)| number[*star] = Some(i));
-    let shines = |(_, light): &(usize, &Light)| match light.route {
-        Route::Scattered { star } => number[star].is_some(),
-        Route::Emitted { .. } => true,
-        _ => false,
-    };
-    let shining: Vec<(usize, &Light)> = lights.iter().enumerate().filter(shines).collect();
-    if let Some((near, far)) = space.occupied.and_then(|b| b.clip(ray)) {
-        let mut ends = ends(space, ray, (near, far), stepping, !eye.scattered_together()).collect::<Vec<f64>>();
-        let enough = if eye.goes_on() { f64::INFINITY } else { END / spectral.least_k };
-        let truth = exact.then(|| {
-            let depths = refine(space, ray, near, &mut ends, enough);
-            Truth::new(space, ray, (near, &ends), &depths, &seen)
+/// One ray to be marched from the front to the back.
+pub(in crate::plan) struct RayMarch<'a> {
+    pub space: &'a SpatialPlan,
+    pub spectral: &'a SpectralPlan,
+    pub lights: &'a [Light],
+    pub ray: &'a Ray,
+    pub stepping: Stepping,
+    /// Whether densities are those of the fields themselves and star depths are marched; else both are read.
+    pub exact: bool,
+}
+
+/// Where light of a segment comes from.
+enum Source {
+    /// A star, and its place among those that the eye sees.
+    Star { star: usize, seen: usize },
+    /// Gas of a species.
+    Gas { species: usize },
+}
+
+impl RayMarch<'_> {
+    /// Shows `eye` all light; returns the optical depth of the whole ray at V \[1\].
+    pub fn run(&self, eye: &mut impl Eye) -> f64 {
+        let clipped = self.space.occupied.and_then(|b| b.clip(self.ray));
+        let tau = clipped.map_or(0.0, |(near, far)| self.dust_and_gas(near, far, eye));
+        for (light, _) in self.lights.iter().enumerate().filter(|(_, l)| l.route == Route::Background) {
+            eye.light(light, 1.0, (tau, tau));
+        }
+        tau
+    }
+
+    /// The light between two distances [pc].
+    fn dust_and_gas(&self, near: f64, far: f64, eye: &mut impl Eye) -> f64 {
+        let (space, ray) = (self.space, self.ray);
+        let seen = eye.stars(space);
+        let sources = self.sources(&seen, eye.scattered_together());
+        let mut steps = Steps { near, ends: self.ends(near, far, !eye.scattered_together()) };
+        let enough = if eye.goes_on() { f64::INFINITY } else { END / self.spectral.least_k };
+        let truth = self.exact.then(|| {
+            let depths = steps.refine(space, ray, enough);
+            Truth::new(space, ray, &steps, &depths, &seen)
         });
         let at = |t: f64| match &truth {
             None => Sample::at(space, ray, t, &seen),
             Some(truth) => truth.at(t),
         };
-        let mut before = at(near);
-        let mut t0 = near;
-        for t1 in ends {
-            let dt = t1 - t0;
-            let after = match exact {
-                false => at(t1),
+        let (mut tau, mut from, mut before) = (0.0, near, at(near));
+        for to in steps.ends {
+            let after = match self.exact {
+                false => at(to),
                 true => {
-                    before = at(t0 + INSIDE * dt);
-                    at(t1 - INSIDE * dt)
+                    before = at(from + INSIDE * (to - from));
+                    at(to - INSIDE * (to - from))
                 }
             };
-            let growth = 0.5 * dt * (before.sigma + after.sigma);
-            for (light, l) in &shining {
-                let light = *light;
-                match l.route {
-                    Route::Scattered { star } if growth > 0.0 && !eye.scattered_together() => {
-                        let Some(i) = number[star] else { continue };
-                        let depths = (tau + before.depths[i], tau + growth + after.depths[i]);
-                        let segment = Segment { span: (t0, t1), sigma: (before.sigma, after.sigma), tau: (tau, growth), depths };
-                        scatter((space, spectral), (light, star), ray, &segment, exact, eye);
-                    }
-                    Route::Emitted { species } => {
-                        let density = 0.5 * dt * (before.emission[species] + after.emission[species]);
-                        if density > 0.0 {
-                            eye.light(light, density, (tau, tau + growth));
-                        }
-                    }
-                    _ => {}
-                }
+            let growth = 0.5 * (to - from) * (before.sigma + after.sigma);
+            let segment = Segment { from, to, tau, growth, before: &before, after: &after };
+            for (light, source) in &sources {
+                self.shine(*light, source, &segment, eye);
             }
             if growth > 0.0 {
-                eye.dust((t0, t1), (tau, growth));
+                eye.dust(&segment);
             }
             tau += growth;
-            (t0, before) = (t1, after);
-            if exact && !eye.goes_on() && tau * spectral.least_k > END {
+            (from, before) = (to, after);
+            if self.exact && !eye.goes_on() && tau * self.spectral.least_k > END {
                 break;
             }
         }
+        tau
     }
-    for (light, _) in lights.iter().enumerate().filter(|(_, l)| l.route == Route::Background) {
-        eye.light(light, 1.0, (tau, tau));
+
+    /// The lights that come from along the ray, those of stars only where they come star by star.
+    fn sources(&self, seen: &[usize], scattered_together: bool) -> Vec<(usize, Source)> {
+        let mut number = vec![None; self.space.stars.len()];
+        seen.iter().enumerate().for_each(|(i, star)| number[*star] = Some(i));
+        let source = |(light, l): (usize, &Light)| match l.route {
+            Route::Scattered { star } if !scattered_together => number[star].map(|seen| (light, Source::Star { star, seen })),
+            Route::Emitted { species } => Some((light, Source::Gas { species })),
+            _ => None,
+        };
+        self.lights.iter().enumerate().filter_map(source).collect()
     }
-    tau
+
+    /// Where the steps end [pc]. A step that is long beside its distance to a star is marched in parts, as the back
+    /// ends do, where it is to be `cut`.
+    fn ends(&self, near: f64, far: f64, cut: bool) -> Vec<f64> {
+        let (space, ray) = (self.space, self.ray);
+        let voxel = space.voxel_pc();
+        let steps = self.stepping.steps(far - near, space.voxel_along(ray.direction));
+        let dt = (far - near) / steps as f64;
+        let feet = space.marched().iter().filter(|_| cut).map(|star| {
+            let star = space.stars[*star];
+            let foot = (star - ray.origin).dot(ray.direction);
+            (foot, (star - ray.at(foot)).length())
+        });
+        let feet: Vec<(f64, f64)> = feet.collect();
+        let of_step = |i: usize| {
+            let t = near + i as f64 * dt;
+            let parts = feet.iter().map(|(foot, distance)| near::parts(*distance, foot - t, dt, voxel)).max().unwrap_or(1);
+            (1..=parts).map(move |part| t + dt * part as f64 / parts as f64)
+        };
+        (0..steps).flat_map(of_step).collect()
+    }
+
+    /// Light of one source in one segment.
+    fn shine(&self, light: usize, source: &Source, segment: &Segment, eye: &mut impl Eye) {
+        match source {
+            Source::Star { star, seen } if segment.growth > 0.0 => self.scatter(light, *star, *seen, segment, eye),
+            Source::Star { .. } => {}
+            Source::Gas { species } => {
+                let emission = segment.before.emission[*species] + segment.after.emission[*species];
+                let density = 0.5 * (segment.to - segment.from) * emission;
+                if density > 0.0 {
+                    eye.light(light, density, (segment.tau, segment.tau + segment.growth));
+                }
+            }
+        }
+    }
+
+    /// Light of one star that one segment scatters.
+    fn scatter(&self, light: usize, star: usize, seen: usize, segment: &Segment, eye: &mut impl Eye) {
+        let Segment { from, to, tau, growth, before, after } = *segment;
+        let (space, spectral, ray, length) = (self.space, self.spectral, self.ray, to - from);
+        let position = space.stars[star];
+        let foot = (position - ray.origin).dot(ray.direction);
+        let b = (position - ray.at(foot)).length();
+        let (u0, u1) = (from - foot, to - foot);
+        let product = b * b + u0 * u1;
+        let reach = near::NEAR_VOXELS * space.voxel_pc();
+        if product < reach * reach || b * length > near::NEAR_ANGLE * product {
+            let resolution = near::Resolution { phase_angle: spectral.phase_angle, fineness: if self.exact { FINENESS } else { 1.0 } };
+            let light =
+                |NearPiece { scattering, depth, cosine }| eye.light(light, scattering * spectral.phase_factor(cosine), (depth, depth));
+            match self.exact {
+                true => near::pieces(near::fields(space, position), resolution, position, ray, (from, to), (tau, growth), light),
+                false => near::pieces(near::samples(space, position), resolution, position, ray, (from, to), (tau, growth), light),
+            }
+            return;
+        }
+        let scattering = growth * mean_inverse_square(b, u0, u1);
+        // The mean of the phase function over the angle that the segment spans, weighted by σ/r² as the light is.
+        let phases = near::phases(scattering / growth * b * length, spectral.phase_angle);
+        let sample = |j: usize| {
+            let u = u0 + length * (j as f64 + 0.5) / phases as f64;
+            let r2 = b * b + u * u;
+            let share = before.sigma + (after.sigma - before.sigma) * (j as f64 + 0.5) / phases as f64;
+            (share * spectral.phase_factor(-u / r2.sqrt()) / r2, 1.0 / r2)
+        };
+        let (sum, weight) = (0..phases).map(sample).fold((0.0, 0.0), |(s, w), (p, v)| (s + p, w + v));
+        let depths = (tau + before.depths[seen], tau + growth + after.depths[seen]);
+        eye.light(light, scattering * sum / (weight * 0.5 * (before.sigma + after.sigma)), depths);
+    }
 }
 
-/// Where the steps end [pc]. A step that is long beside its distance to a star is marched in parts, as the back ends
-/// do.
-fn ends(space: &SpatialPlan, ray: &Ray, (near, far): (f64, f64), stepping: Stepping, cut: bool) -> impl Iterator<Item = f64> {
-    let voxel = space.voxel_pc();
-    let steps = stepping.steps(far - near, space.voxel_along(ray.direction));
-    let dt = (far - near) / steps as f64;
-    let feet = space.marched().iter().filter(|_| cut).map(|star| {
-        let star = space.stars[*star];
-        let foot = (star - ray.origin).dot(ray.direction);
-        (foot, (star - ray.at(foot)).length())
-    });
-    let feet: Vec<(f64, f64)> = feet.collect();
-    (0..steps).flat_map(move |i| {
-        let t = near + i as f64 * dt;
-        let parts = feet.iter().map(|(foot, distance)| near::parts(*distance, foot - t, dt, voxel)).max().unwrap_or(1);
-        (1..=parts).map(move |part| t + dt * part as f64 / parts as f64)
-    })
+/// The steps of a ray: where the first begins, and where each ends [pc].
+struct Steps {
+    near: f64,
+    ends: Vec<f64>,
 }
 
-/// Cuts the steps of an exact walk from `near` on where functions jump, and where the depth grows fast, and leaves out
-/// those behind twice a depth of `enough`; returns about how deep the ends of the steps lie.
-fn refine(space: &SpatialPlan, ray: &Ray, near: f64, ends: &mut Vec<f64>, enough: f64) -> Vec<f64> {
-    let far = ends.last().copied().unwrap_or(near);
-    ends.extend(space.crossings(ray).into_iter().filter(|t| (near..far).contains(t)));
-    ends.sort_by(f64::total_cmp);
-    ends.dedup_by(|a, b| *a - *b <= 1e-12 * far);
-    let (mut fine, mut depths) = (Vec::with_capacity(ends.len()), Vec::with_capacity(ends.len()));
-    let (mut t0, mut tau) = (near, 0.0);
-    for t1 in ends.iter().copied() {
-        let within = [INSIDE, 0.5, 1.0 - INSIDE].map(|u| space.fields_at(ray.at(t0 + u * (t1 - t0))).0);
-        let parts = (within.into_iter().fold(0.0, f64::max) * (t1 - t0) / GROWTH).ceil().clamp(1.0, MAX_PARTS);
-        let growth = (t1 - t0) * (within[0] + 4.0 * within[1] + within[2]) / 6.0;
-        for part in (1..=parts as usize).map(|i| i as f64 / parts) {
-            fine.push(t0 + (t1 - t0) * part);
-            depths.push(tau + growth * part);
+impl Steps {
+    /// Cuts the steps of an exact march where functions jump, and where the depth grows fast, and leaves out
+    /// those behind twice a depth of `enough`; returns about how deep the ends of the steps lie.
+    fn refine(&mut self, space: &SpatialPlan, ray: &Ray, enough: f64) -> Vec<f64> {
+        let (near, ends) = (self.near, &mut self.ends);
+        let far = ends.last().copied().unwrap_or(near);
+        ends.extend(space.crossings(ray).into_iter().filter(|t| (near..far).contains(t)));
+        ends.sort_by(f64::total_cmp);
+        ends.dedup_by(|a, b| *a - *b <= 1e-12 * far);
+        let (mut fine, mut depths) = (Vec::with_capacity(ends.len()), Vec::with_capacity(ends.len()));
+        let (mut t0, mut tau) = (near, 0.0);
+        for t1 in ends.iter().copied() {
+            let within = [INSIDE, 0.5, 1.0 - INSIDE].map(|u| space.fields_at(ray.at(t0 + u * (t1 - t0))).0);
+            let parts = (within.into_iter().fold(0.0, f64::max) * (t1 - t0) / GROWTH).ceil().clamp(1.0, MAX_PARTS);
+            let growth = (t1 - t0) * (within[0] + 4.0 * within[1] + within[2]) / 6.0;
+            for part in (1..=parts as usize).map(|i| i as f64 / parts) {
+                fine.push(t0 + (t1 - t0) * part);
+                depths.push(tau + growth * part);
+            }
+            (t0, tau) = (t1, tau + growth);
+            if tau > 2.0 * enough {
+                break;
+            }
         }
-        (t0, tau) = (t1, tau + growth);
-        if tau > 2.0 * enough {
-            break;
-        }
+        *ends = fine;
+        depths
     }
-    *ends = fine;
-    depths
+
+    /// So many places along them, some evenly, some where light comes from that falls with the depth.
+    fn places(&self, depths: &[f64], count: usize) -> Vec<f64> {
+        let (near, ends) = (self.near, &self.ends);
+        let (far, deepest) = (ends.last().copied().unwrap_or(near), depths.last().copied().unwrap_or(0.0));
+        let seen = 1.0 - (-deepest).exp();
+        let even = if seen > 0.0 { EVEN } else { 1.0 };
+        let share = |t: f64, tau: f64| even * (t - near) / (far - near) + (1.0 - even) * (1.0 - (-tau).exp()) / seen.max(f64::MIN_POSITIVE);
+        let (mut places, mut before) = (Vec::with_capacity(count), (near, 0.0));
+        for (t, tau) in ends.iter().zip(depths) {
+            let after = share(*t, *tau);
+            while places.len() < count && (places.len() as f64 + 0.5) / count as f64 <= after {
+                let part = ((places.len() as f64 + 0.5) / count as f64 - before.1) / (after - before.1);
+                places.push(before.0 + part.clamp(0.0, 1.0) * (t - before.0));
+            }
+            before = (*t, after);
+        }
+        if places.is_empty() {
+            places.push(0.5 * (near + far));
+        }
+        places
+    }
 }
 
 /// What a ray really passes: the fields themselves, and star depths marched through them.
@@ -188,13 +288,13 @@ const MIN_PLACES: usize = 6;
 const EVEN: f64 = 0.4;
 
 impl<'a> Truth<'a> {
-    /// For steps that begin at `near` and have these `ends` and about these depths there.
-    fn new(space: &'a SpatialPlan, ray: &'a Ray, (near, ends): (f64, &[f64]), depths: &[f64], seen: &'a [usize]) -> Self {
+    /// For these steps, and about these depths at their ends.
+    fn new(space: &'a SpatialPlan, ray: &'a Ray, steps: &Steps, depths: &[f64], seen: &'a [usize]) -> Self {
         if !space.depth_is_sampled() {
             return Self { space, ray, seen, places: Vec::new(), beyond: Vec::new() };
         }
         let count = (PLACES / seen.len().max(1)).max(MIN_PLACES);
-        let places = places((near, ends), depths, count);
+        let places = steps.places(depths, count);
         let beyond = |star: &usize| places.iter().map(|t| space.depth_beyond_samples(space.stars[*star], ray.at(*t))).collect();
         let beyond = seen.iter().map(beyond).collect();
         Self { space, ray, seen, places, beyond }
@@ -220,74 +320,6 @@ impl<'a> Truth<'a> {
         let u = if gap > 0.0 { (t - self.places[low]) / gap } else { 0.0 };
         values[low] + u * (values[high] - values[low])
     }
-}
-
-/// So many places along a way of steps, some evenly, some where light comes from that falls with the depth.
-fn places((near, ends): (f64, &[f64]), depths: &[f64], count: usize) -> Vec<f64> {
-    let (far, deepest) = (ends.last().copied().unwrap_or(near), depths.last().copied().unwrap_or(0.0));
-    let seen = 1.0 - (-deepest).exp();
-    let even = if seen > 0.0 { EVEN } else { 1.0 };
-    let share = |t: f64, tau: f64| even * (t - near) / (far - near) + (1.0 - even) * (1.0 - (-tau).exp()) / seen.max(f64::MIN_POSITIVE);
-    let (mut places, mut before) = (Vec::with_capacity(count), (near, 0.0));
-    for (t, tau) in ends.iter().zip(depths) {
-        let after = share(*t, *tau);
-        while places.len() < count && (places.len() as f64 + 0.5) / count as f64 <= after {
-            let part = ((places.len() as f64 + 0.5) / count as f64 - before.1) / (after - before.1);
-            places.push(before.0 + part.clamp(0.0, 1.0) * (t - before.0));
-        }
-        before = (*t, after);
-    }
-    if places.is_empty() {
-        places.push(0.5 * (near + far));
-    }
-    places
-}
-
-/// A segment of a ray: distances of its ends, σ there, τ at its start and how it grows, depths eye to sample to star at
-/// its ends.
-struct Segment {
-    span: (f64, f64),
-    sigma: (f64, f64),
-    tau: (f64, f64),
-    depths: (f64, f64),
-}
-
-/// Scattered light of one star in one segment.
-fn scatter(
-    (space, spectral): (&SpatialPlan, &SpectralPlan),
-    (light, star): (usize, usize),
-    ray: &Ray,
-    segment: &Segment,
-    exact: bool,
-    eye: &mut impl Eye,
-) {
-    let ((t0, t1), (tau, growth), depths, sigma) = (segment.span, segment.tau, segment.depths, segment.sigma);
-    let position = space.stars[star];
-    let foot = (position - ray.origin).dot(ray.direction);
-    let b = (position - ray.at(foot)).length();
-    let (u0, u1) = (t0 - foot, t1 - foot);
-    let product = b * b + u0 * u1;
-    let reach = near::NEAR_VOXELS * space.voxel_pc();
-    if product < reach * reach || b * (t1 - t0) > near::NEAR_ANGLE * product {
-        let resolution = near::Resolution { phase_angle: spectral.phase_angle, fineness: if exact { FINENESS } else { 1.0 } };
-        let light = |NearPiece { scattering, depth, cosine }| eye.light(light, scattering * spectral.phase_factor(cosine), (depth, depth));
-        match exact {
-            true => near::pieces(near::fields(space, position), resolution, position, ray, (t0, t1), (tau, growth), light),
-            false => near::pieces(near::samples(space, position), resolution, position, ray, (t0, t1), (tau, growth), light),
-        }
-        return;
-    }
-    let scattering = growth * mean_inverse_square(b, u0, u1);
-    // The mean of the phase function over the angle that the segment spans, weighted by σ/r² as the light is.
-    let phases = near::phases(scattering / growth * b * (t1 - t0), spectral.phase_angle);
-    let sample = |j: usize| {
-        let u = u0 + (t1 - t0) * (j as f64 + 0.5) / phases as f64;
-        let r2 = b * b + u * u;
-        let share = sigma.0 + (sigma.1 - sigma.0) * (j as f64 + 0.5) / phases as f64;
-        (share * spectral.phase_factor(-u / r2.sqrt()) / r2, 1.0 / r2)
-    };
-    let (sum, weight) = (0..phases).map(sample).fold((0.0, 0.0), |(s, w), (p, v)| (s + p, w + v));
-    eye.light(light, scattering * sum / (weight * 0.5 * (sigma.0 + sigma.1)), depths);
 }
 
 /// What a place holds.

@@ -19,7 +19,7 @@ use crate::error::Result;
 use crate::geometry::Ray;
 use crate::image::worst;
 use crate::light::Light;
-use crate::plan::pilots::march_f64::{Eye, march_ray};
+use crate::plan::pilots::march_f64::{Eye, RayMarch, Segment};
 use crate::plan::spatial::bake::{MAX_BAKE, MIN_BAKE};
 use crate::plan::{END_SHARE, LightField, Settings, SpatialPlan, SpectralPlan, Stepping};
 use crate::scene::Scene;
@@ -119,7 +119,7 @@ pub fn choose(
         let Some(resampled) = space.resampled(scene, finer, settings, control)? else { break };
         *space = resampled;
     }
-    // Steps and star depths can mend what they cost themselves, and no more: they are chosen beside an exact walk
+    // Steps and star depths can mend what they cost themselves, and no more: they are chosen beside an exact march
     // through the same samples.
     let reachable = through_samples.as_ref().unwrap_or(&truth);
     let mut best: Option<Choice> = None;
@@ -292,11 +292,11 @@ impl Eye for Bands<'_> {
         self.shading.field.is_some()
     }
 
-    fn dust(&mut self, (t0, t1): (f64, f64), (tau, growth): (f64, f64)) {
+    fn dust(&mut self, segment: &Segment) {
         if let Some(field) = self.shading.field {
-            let (a, b) = (field.at(self.ray.at(t0)), field.at(self.ray.at(t1)));
+            let (a, b) = (field.at(self.ray.at(segment.from)), field.at(self.ray.at(segment.to)));
             let light: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
-            field.propagation.gather(tau + 0.5 * growth, growth, &light, &mut self.gathered);
+            field.propagation.gather(segment.tau + 0.5 * segment.growth, segment.growth, &light, &mut self.gathered);
         }
     }
 }
@@ -306,7 +306,7 @@ fn march(space: &SpatialPlan, shading: &Shading, ray: &Ray, stepping: Stepping, 
     let radiance = vec![0.0; shading.spectral.bands.len()];
     let gathered = shading.field.map_or_else(Vec::new, |field| vec![0.0; field.propagation.channels()]);
     let mut bands = Bands { shading, ray, radiance, gathered };
-    march_ray(space, shading.spectral, shading.lights, ray, stepping, exact, &mut bands);
+    RayMarch { space, spectral: shading.spectral, lights: shading.lights, ray, stepping, exact }.run(&mut bands);
     let Bands { mut radiance, gathered, .. } = bands;
     if let Some(field) = shading.field {
         for (band, resolution) in radiance.iter_mut().zip(&field.resolution) {

@@ -1,0 +1,92 @@
+//! A packet of rays on its way: where the values of a sample stand, what has been gathered, and the steps to come.
+
+use std::ops::Range;
+
+use super::borders::Span;
+use super::terms::Drawn;
+use crate::geometry::Ray;
+use crate::packet::{LANES, Lane};
+use crate::plan::Plan;
+use crate::volume::Channel;
+
+/// Where the channels of all volumes stand in a sample.
+pub(super) struct Slots {
+    pub(super) count: usize,
+    /// First slot of each volume.
+    pub(super) first: Vec<usize>,
+    pub(super) dust: Option<usize>,
+    pub(super) stars: Vec<usize>,
+    pub(super) species: Vec<usize>,
+    /// Element × polynomial of the light field.
+    pub(super) light: Vec<usize>,
+    /// Terms of the field of scattered light.
+    pub(super) scattered_field: Vec<usize>,
+}
+
+impl Slots {
+    pub(super) fn new(plan: &Plan) -> Self {
+        let space = &plan.space;
+        let mut slots = Self {
+            count: 0,
+            first: Vec::new(),
+            dust: None,
+            stars: vec![0; space.stars.len()],
+            species: vec![0; space.species()],
+            light: vec![0; plan.light_field.as_ref().map_or(0, |f| f.propagation.channels())],
+            scattered_field: vec![0; plan.scattered_field.as_ref().map_or(0, |_| plan.spectral.terms())],
+        };
+        for volume in plan.volumes() {
+            slots.first.push(slots.count);
+            for channel in &volume.channels {
+                match *channel {
+                    Channel::Dust => slots.dust = Some(slots.count),
+                    Channel::StarDepth(star) => slots.stars[star] = slots.count,
+                    Channel::Emission(species) => slots.species[species] = slots.count,
+                    Channel::Light(channel) => slots.light[channel] = slots.count,
+                    Channel::MultipleScattering(term) => slots.scattered_field[term] = slots.count,
+                }
+                slots.count += 1;
+            }
+        }
+        slots
+    }
+}
+
+/// A packet on its way.
+pub(super) struct State<'a> {
+    pub(super) rays: &'a [Ray; LANES],
+    /// Random wavelengths, where the method has them.
+    pub(super) drawn: Drawn,
+    /// Whether τ at the end of this span is asked for no more: by no further span and no background.
+    pub(super) final_span: bool,
+    /// Where the current span starts and ends.
+    pub(super) span: Span,
+    pub(super) dt: Lane,
+    pub(super) tau: Lane,
+    /// Light so far, term × lane.
+    pub(super) sum: Vec<Lane>,
+    /// Scattered light so far where it comes from the light field, element × polynomial × lane.
+    pub(super) gathered: Vec<Lane>,
+    pub(super) deepest: Lane,
+}
+
+/// A star as the packet sees it: foot of the perpendicular, from the span's start, and length of it.
+pub(super) struct StarView {
+    pub(super) foot: Lane,
+    pub(super) distance: Lane,
+    /// Steps that may be long beside their distance to the star.
+    pub(super) long: Range<usize>,
+}
+
+/// Where a segment starts and how long it is, in steps.
+#[derive(Clone, Copy)]
+pub(super) struct StepSpan {
+    pub(super) start: f32,
+    pub(super) length: f32,
+}
+
+impl StepSpan {
+    pub(super) fn end(self) -> f32 {
+        self.start + self.length
+    }
+}
