@@ -171,7 +171,7 @@ pub fn worst(errors: impl Iterator<Item = f64>) -> f64 {
 /// Where black or white lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Level {
-    /// ScatteringReport from the picture.
+    /// Found from the picture.
     Auto,
     /// A radiance, after the palette [W m⁻² sr⁻¹].
     Radiance(f64),

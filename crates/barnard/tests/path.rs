@@ -250,7 +250,7 @@ fn chandrasekhar_h(albedo: f64) -> impl Fn(f64) -> f64 {
     move |mu| at(mu, &nodes, &h)
 }
 
-/// MultipleScattering reflection of a half space: I = ω/4π · E μ₀/(μ + μ₀) H(μ) H(μ₀) with E the irradiance across the
+/// Diffuse reflection of a half space: I = ω/4π · E μ₀/(μ + μ₀) H(μ) H(μ₀) with E the irradiance across the
 /// beam.
 #[test]
 fn a_half_space_reflects_as_chandrasekhar_says() {

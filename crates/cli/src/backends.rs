@@ -15,6 +15,6 @@ pub fn registry() -> Registry {
 /// Their names, for the command line; those that read a plan alone where `planned`.
 pub fn names(planned: bool) -> PossibleValuesParser {
     let own = registry();
-    let rows = own.entries().iter().filter(|entry| !planned || !["path", "reference"].contains(&entry.name));
+    let rows = own.entries().iter().filter(|entry| entry.planned || !planned);
     PossibleValuesParser::new(rows.map(|entry| PossibleValue::new(entry.name).help(entry.summary)).collect::<Vec<_>>())
 }

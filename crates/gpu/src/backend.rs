@@ -23,11 +23,13 @@ pub const BACKENDS: &[BackendEntry] = &[
     BackendEntry {
         name: "gpu",
         summary: "f32 on a graphics processor (Vulkan, Metal, DirectX 12), reads only the plan; methods of exponentials",
+        planned: true,
         open: |_| Ok(Box::new(OnDevice::open(Tuning::default())?)),
     },
     BackendEntry {
         name: "auto",
         summary: "gpu where there is a real one that does the method, otherwise cpu; says which and why",
+        planned: true,
         open: |_| Ok(Box::new(Auto::new(Tuning::default()))),
     },
 ];
@@ -124,7 +126,8 @@ impl Backend for OnDevice {
     }
 
     fn prepare(&mut self, job: &Job, control: &Control) -> barnard::Result<()> {
-        Ok(self.take(job.plan(control)?)?)
+        let plan = job.plan(control)?;
+        if self.lost { Ok(()) } else { Ok(self.take(plan)?) }
     }
 
     fn radiance(&mut self, job: &Job, control: &Control) -> barnard::Result<Radiance> {
@@ -174,6 +177,7 @@ impl Backend for OnDevice {
 /// The device where it is a real one that does the job, otherwise the processor.
 pub struct Auto {
     device: std::result::Result<OnDevice, String>,
+    processor: Cpu,
     /// Whether the processor does the job at hand, and why.
     instead: Option<String>,
 }
@@ -181,22 +185,42 @@ pub struct Auto {
 impl Auto {
     /// Looks for a real device.
     pub fn new(tuning: Tuning) -> Self {
-        let device = match adapters().into_iter().next() {
+        Self::of(match adapters().into_iter().next() {
             None => Err("no graphics adapter was found".into()),
             Some(best) if !best.real => Err(format!("the only graphics adapter is software ({})", best.name)),
             Some(_) => OnDevice::open(tuning).map_err(|e| e.to_string()),
-        };
+        })
+    }
+
+    /// Of a device, or why there is none.
+    pub(crate) fn of(device: std::result::Result<OnDevice, String>) -> Self {
         let instead = device.as_ref().err().cloned();
-        Self { device, instead }
+        Self { device, processor: Cpu, instead }
+    }
+
+    /// What does the job at hand.
+    fn chosen(&self) -> &dyn Backend {
+        match &self.device {
+            Ok(device) if self.instead.is_none() => device,
+            _ => &self.processor,
+        }
+    }
+
+    /// What does this job from now on.
+    fn choose(&mut self, job: &Job, control: &Control) -> barnard::Result<&mut dyn Backend> {
+        if let Ok(device) = &self.device {
+            self.instead = device.unable(job, control)?;
+        }
+        Ok(match &mut self.device {
+            Ok(device) if self.instead.is_none() => device,
+            _ => &mut self.processor,
+        })
     }
 }
 
 impl Backend for Auto {
     fn name(&self) -> String {
-        match &self.device {
-            Ok(device) if self.instead.is_none() => device.name(),
-            _ => Cpu.name(),
-        }
+        self.chosen().name()
     }
 
     fn unable(&self, _: &Job, _: &Control) -> barnard::Result<Option<String>> {
@@ -204,29 +228,15 @@ impl Backend for Auto {
     }
 
     fn prepare(&mut self, job: &Job, control: &Control) -> barnard::Result<()> {
-        self.instead = match &mut self.device {
-            Ok(device) => device.unable(job, control)?,
-            Err(why) => Some(why.clone()),
-        };
-        match &mut self.device {
-            Ok(device) if self.instead.is_none() => device.prepare(job, control),
-            _ => Cpu.prepare(job, control),
-        }
+        self.choose(job, control)?.prepare(job, control)
     }
 
     fn radiance(&mut self, job: &Job, control: &Control) -> barnard::Result<Radiance> {
-        self.prepare(job, control)?;
-        match &mut self.device {
-            Ok(device) if self.instead.is_none() => device.radiance(job, control),
-            _ => Cpu.radiance(job, control),
-        }
+        self.choose(job, control)?.radiance(job, control)
     }
 
     fn finish(&self, job: &Job, radiance: Radiance) -> barnard::Result<Image> {
-        match &self.device {
-            Ok(device) if self.instead.is_none() => device.finish(job, radiance),
-            _ => Cpu.finish(job, radiance),
-        }
+        self.chosen().finish(job, radiance)
     }
 
     fn sweeper(&self) -> Option<Arc<dyn Sweeper>> {
@@ -234,7 +244,7 @@ impl Backend for Auto {
     }
 
     fn device_seconds(&self) -> Option<f64> {
-        self.device.as_ref().ok().filter(|_| self.instead.is_none()).and_then(Backend::device_seconds)
+        self.chosen().device_seconds()
     }
 
     fn warnings(&self) -> Vec<String> {

@@ -10,7 +10,7 @@ use barnard::plan::{Options, Plan};
 use crate::test_device::device;
 use crate::tuning::Tuning;
 use crate::twins::{plan_of, scene};
-use crate::{Gpu, GpuError, OnDevice, Ordinates, Renderer};
+use crate::{Auto, Gpu, GpuError, OnDevice, Ordinates, Renderer};
 
 /// A device that is taken away in the middle of a picture is opened once more; if that is taken too, the processor
 /// renders.
@@ -38,9 +38,11 @@ fn a_lost_device_does_not_lose_the_picture() {
             Ok(gpu)
         };
         let options = Options::default();
-        let mut backend = OnDevice::new(open().unwrap(), Tuning::default()).reopened_by(open);
-        let (image, _) = backend.render(&Job::planned(&scene, &options, &plan), &control).unwrap();
+        let mut backend = Auto::of(Ok(OnDevice::new(open().unwrap(), Tuning::default()).reopened_by(open)));
+        let job = Job::planned(&scene, &options, &plan);
+        let (image, _) = backend.render(&job, &control).unwrap();
         let told = backend.warnings();
+        let again = backend.prepare(&job, &control).and_then(|()| backend.render(&job, &control));
         assert_eq!(*left.lock().unwrap(), 0);
         assert_eq!(told.len(), [0, 1, 3][losses], "{told:?}");
         let backend = &image.notes.iter().find(|n| n.0 == "backend").unwrap().1;
@@ -49,6 +51,8 @@ fn a_lost_device_does_not_lose_the_picture() {
             assert!(image.relative_rmse(band, &truth, band) < 5e-3);
         }
         assert_eq!(image.samples == truth.samples, losses == 2);
+        // The next picture is made by what is left.
+        assert!(again.unwrap().0.samples == image.samples);
     }
 }
 

@@ -38,7 +38,7 @@ fn shown_turns(bands: usize, field_channels: usize) -> f32 {
 pub struct Patience(pub u32);
 
 impl Patience {
-    /// NearStar, which count together, mostly take the same turns: a half of what llvmpipe allows.
+    /// Neighbours, which count together, mostly take the same turns: a half of what llvmpipe allows.
     pub const FULL: Patience = Patience(32_000);
     /// After every part of a step.
     pub const NONE: Patience = Patience(0);

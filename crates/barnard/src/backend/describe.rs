@@ -51,8 +51,7 @@ fn of_scene(scene: &Scene, camera: &Camera) -> Vec<Keyword> {
     keywords.push(text("CAMERA", projection, "projection of the camera"));
     keywords.extend(field);
     let (place, view) = (camera.position, camera.forward);
-    let fields = scene.dust.iter().map(|d| &d.density).chain(scene.emission.iter().map(|e| &e.density));
-    let nebula = fields.map(|f| f.bounds()).reduce(|a, b| a.union(&b));
+    let nebula = scene.densities().map(|f| f.bounds()).reduce(|a, b| a.union(&b));
     let distance = nebula.map_or(f64::NAN, |b| (0.5 * (b.low + b.high) - place).length());
     let numbers = [
         ("CAMX", place.x, "[pc] place of the camera"),

@@ -172,6 +172,8 @@ pub struct BackendEntry {
     pub name: &'static str,
     /// One line.
     pub summary: &'static str,
+    /// Whether it reads the job's plan, and not the scene itself.
+    pub planned: bool,
     /// Makes one, with what it is set to where nothing is said.
     pub open: fn(&Scene) -> Result<Box<dyn Backend>>,
 }

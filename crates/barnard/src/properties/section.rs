@@ -64,7 +64,7 @@ impl<'a> Section<'a> {
     /// Refuses keys that are not in `known`.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// Where one is not known; its place, those that are known and the nearest of them are said.
     pub fn check_keys(&self, known: &[&str]) -> Result<()> {
         let Some((key, _)) = self.table.iter().find(|(k, _)| !known.contains(k)) else { return Ok(()) };
         let hint = nearest(key, known.iter().copied()).map(|n| format!(", did you mean \"{n}\"?")).unwrap_or_default();
@@ -74,7 +74,7 @@ impl<'a> Section<'a> {
     /// Refuses `keys` that nothing would read here, since they go with `partner`.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// Where one of them is there; its place is said.
     pub fn refuse(&self, keys: &[&str], partner: &str) -> Result<()> {
         let Some(key) = keys.iter().find(|k| self.has(k)) else { return Ok(()) };
         Err(self.error(key, format!("\"{key}\" goes with {partner} only and would be ignored here; leave it out")))
@@ -89,7 +89,7 @@ impl<'a> Section<'a> {
     /// Adds this key's place to an error from elsewhere.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// That of `result`, with the place of `key` where it has none.
     pub fn wrap<T, E: Into<Error>>(&self, key: &str, result: std::result::Result<T, E>) -> Result<T> {
         result.map_err(|e| match e.into() {
             placed @ (Error::Scene { .. } | Error::Memory { .. } | Error::Interrupted) => placed,
@@ -125,7 +125,7 @@ impl<'a> Section<'a> {
     /// A text that must be there.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// Where it is missing or something else; its place and what would be right are said.
     pub fn need_text(&self, key: &str) -> Result<&'a str> {
         self.text(key)?.ok_or_else(|| self.missing(key, "\"...\""))
     }
@@ -143,7 +143,7 @@ impl<'a> Section<'a> {
     /// A number within `range`.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// Where the value is something else, or lies outside; its place and what would be right are said.
     pub fn number(&self, key: &str, range: RangeInclusive<f64>) -> Result<Option<f64>> {
         let Some(value) = self.value(key) else { return Ok(None) };
         let number = number_of(value).ok_or_else(|| self.wrong(key, "a number"))?;
@@ -156,7 +156,7 @@ impl<'a> Section<'a> {
     /// An integer within `range`.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// Where the value is something else, or lies outside; its place and what would be right are said.
     pub fn integer(&self, key: &str, range: RangeInclusive<i64>) -> Result<Option<i64>> {
         let number = match self.value(key) {
             None => return Ok(None),
@@ -204,7 +204,7 @@ impl<'a> Section<'a> {
     /// A quantity that must be there.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// Where it is missing or something else; its place and what would be right are said.
     pub fn need<Q: Quantity>(&self, key: &str) -> Result<Q> {
         self.quantity(key)?.ok_or_else(|| self.missing(key, &format!("\"{}\"", Q::EXAMPLE)))
     }
@@ -212,7 +212,7 @@ impl<'a> Section<'a> {
     /// A quantity above zero.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// Where the value is something else, or not above zero; its place and what would be right are said.
     pub fn positive<Q: Quantity + std::fmt::Display>(&self, key: &str) -> Result<Option<Q>> {
         let quantity = self.quantity::<Q>(key)?;
         if let Some(q) = quantity.filter(|q| q.internal() <= 0.0) {
@@ -224,7 +224,7 @@ impl<'a> Section<'a> {
     /// A quantity above zero that must be there.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// Where it is missing or something else; its place and what would be right are said.
     pub fn need_positive<Q: Quantity + std::fmt::Display>(&self, key: &str) -> Result<Q> {
         self.positive(key)?.ok_or_else(|| self.missing(key, &format!("\"{}\"", Q::EXAMPLE)))
     }
@@ -250,7 +250,7 @@ impl<'a> Section<'a> {
     /// A place that must be there.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// Where it is missing or something else; its place and what would be right are said.
     pub fn need_position(&self, key: &str) -> Result<DVec3> {
         self.position(key)?.ok_or_else(|| self.missing(key, "\"0 0 0 pc\""))
     }
@@ -258,7 +258,7 @@ impl<'a> Section<'a> {
     /// A box between two corners.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// Where it is missing or something else; its place and what would be right are said.
     pub fn bounds(&self, low: &str, high: &str) -> Result<Bounds> {
         let bounds = Bounds { low: self.need_position(low)?, high: self.need_position(high)? };
         if !bounds.low.cmplt(bounds.high).all() {
@@ -296,9 +296,9 @@ impl<'a> Section<'a> {
     /// A list of numbers that must be there, written like `example`.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// Where it is missing or something else; its place and what would be right are said.
     pub fn need_numbers(&self, key: &str, example: &str) -> Result<Vec<f64>> {
-        self.numbers(key)?.ok_or_else(|| self.error(key, format!("key \"{key}\" is missing; write it like {key} = {example}")))
+        self.numbers(key)?.ok_or_else(|| self.missing(key, example))
     }
 
     /// A list of texts; a single text is a list of one.

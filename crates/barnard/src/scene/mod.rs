@@ -264,6 +264,11 @@ impl Scene {
         Ok(scene)
     }
 
+    /// The densities: dust, then gas.
+    pub fn densities(&self) -> impl Iterator<Item = &Arc<dyn Field>> {
+        self.dust.iter().map(|d| &d.density).chain(self.emission.iter().map(|e| &e.density))
+    }
+
     /// Whether it can be rendered: every number is one that its object can have, and spectra and laws reach over every
     /// passband. Everything that renders a scene asks this first.
     ///

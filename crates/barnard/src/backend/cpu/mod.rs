@@ -34,6 +34,7 @@ const TILE: usize = 4;
 pub const ENTRY: BackendEntry = BackendEntry {
     name: "cpu",
     summary: "f32, SIMD, all cores, reads only the plan; the same bits on any number of threads",
+    planned: true,
     open: |_| Ok(Box::new(Cpu)),
 };
 

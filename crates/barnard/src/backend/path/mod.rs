@@ -53,6 +53,7 @@ impl Default for Options {
 pub const ENTRY: BackendEntry = BackendEntry {
     name: "path",
     summary: "f64, the referee: an unbiased path tracer, any number of bounces, standard errors beside the bands",
+    planned: false,
     open: |scene| Ok(Box::new(PathTracer::new(Options { bounces: scene.method.bounces, ..Options::default() }))),
 };
 

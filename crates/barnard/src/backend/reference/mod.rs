@@ -67,6 +67,7 @@ struct Truth<'a> {
 pub const ENTRY: BackendEntry = BackendEntry {
     name: "reference",
     summary: "f64, adaptive in space and wavelength, exact star depths: slow, plain, the definition",
+    planned: false,
     open: |_| Ok(Box::new(Reference { accuracy: DEFAULT_ACCURACY })),
 };
 
@@ -203,8 +204,7 @@ impl<'a> Truth<'a> {
 
     /// Where the last field ends along a ray [pc].
     fn horizon(&self, ray: &Ray) -> f64 {
-        let fields = self.scene.dust.iter().map(|d| &d.density).chain(self.scene.emission.iter().map(|e| &e.density));
-        fields.filter_map(|f| f.bounds().clip(ray)).map(|(_, far)| far).fold(0.0, f64::max)
+        self.scene.densities().filter_map(|f| f.bounds().clip(ray)).map(|(_, far)| far).fold(0.0, f64::max)
     }
 
     /// Exact optical depth between two places.
@@ -223,7 +223,7 @@ impl<'a> Truth<'a> {
         sum
     }
 
-    /// RayRadiance along a ray, band by band.
+    /// Radiance along a ray, band by band.
     fn ray(&self, ray: &Ray) -> Vec<f64> {
         let far = self.horizon(ray);
         let profile = |field: &dyn Field| Profile::new(field, ray, far, 0.1 * self.accuracy);

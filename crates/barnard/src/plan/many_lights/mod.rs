@@ -66,7 +66,7 @@ pub struct ManyLights {
     groups: Vec<Group>,
 }
 
-/// NearStar in a sphere.
+/// Neighbours in a sphere.
 #[derive(Debug, Clone)]
 struct Group {
     centre: DVec3,

@@ -65,11 +65,6 @@ pub struct SpatialPlan {
     fineness: Fineness,
 }
 
-/// The densities of a scene: dust, then gas.
-fn densities(scene: &Scene) -> impl Iterator<Item = &Arc<dyn Field>> {
-    scene.dust.iter().map(|d| &d.density).chain(scene.emission.iter().map(|e| &e.density))
-}
-
 fn sigma_v_per_pc(scene: &Scene) -> f64 {
     scene.dust.as_ref().map_or(0.0, |d| d.sigma_v_per_pc)
 }
@@ -121,7 +116,7 @@ impl SpatialPlan {
             star_depth: 0.0,
             spatial: None,
             emission,
-            densities: densities(scene).cloned().collect(),
+            densities: scene.densities().cloned().collect(),
             sigma_v_per_pc: sigma_v_per_pc(scene),
             bake: settings.method.bake,
             fineness,

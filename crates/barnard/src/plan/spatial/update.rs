@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::bake::{Fineness, OWN, baked};
-use super::{SpatialPlan, cloud, densities, occupied, sigma_v_per_pc};
+use super::{SpatialPlan, cloud, occupied, sigma_v_per_pc};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid};
@@ -19,7 +19,7 @@ impl SpatialPlan {
     /// What pilots measured is forgotten where something did.
     pub(crate) fn updated(self: &Arc<Self>, scene: &Scene, settings: &Settings, control: &Control) -> Result<Option<Arc<Self>>> {
         let same = |(a, b): (&Arc<dyn Field>, &Arc<dyn Field>)| std::ptr::addr_eq(Arc::as_ptr(a), Arc::as_ptr(b));
-        let known = densities(scene).count() == self.densities.len() && densities(scene).zip(&self.densities).all(same);
+        let known = scene.densities().count() == self.densities.len() && scene.densities().zip(&self.densities).all(same);
         if !known || scene.dust.is_some() != self.dust.is_some() || self.bake != settings.method.bake {
             return Ok(None);
         }
