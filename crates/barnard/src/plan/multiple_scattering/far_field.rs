@@ -34,7 +34,7 @@ use crate::plan::{ManyLights, PhaseTable};
 /// Radius within which a star's light is gathered in the finer cells, in coarse ones.
 const MIDDLE: f64 = 4.0;
 
-/// the gathered stars, as eight terms see them.
+/// The gathered stars, as eight terms see them.
 #[derive(Clone, Copy)]
 pub struct FarField<'a> {
     pub many_lights: &'a ManyLights,

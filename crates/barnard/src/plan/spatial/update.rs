@@ -25,7 +25,7 @@ impl SpatialPlan {
         }
         let stars: Vec<DVec3> = scene.stars.iter().map(|s| s.position).collect();
         let members = many_lights::members(scene, &settings.method);
-        // the gathered stars are those that it has now.
+        // The gathered stars are those that it has now.
         let gathered = many_lights::mask(&members, stars.len());
         let parted =
             self.marched.len() + members.len() == stars.len() && self.marched.iter().all(|star| gathered.get(*star) == Some(&false));
