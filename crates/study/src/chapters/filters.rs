@@ -31,6 +31,10 @@ const METHODS: [(&str, &[usize]); 6] = [
 ];
 /// Those without a size.
 const SINGLE: [&str; 2] = ["lookup", "analytic"];
+/// Elements of the projections that the default is compared with.
+const SIZES: [usize; 4] = [2, 3, 4, 5];
+/// Filters and depths of which figures are drawn.
+const SHOWN: ([&str; 3], [f64; 2]) = (["johnson-B", "sdss2010-g", "hst-wfc3-f656n"], [1.0, 30.0]);
 /// The filter and depth of the summary, and the error that is wanted there.
 const SUMMARY: (&str, f64) = ("johnson-B", 10.0);
 const WANTED: f64 = 1e-3;
@@ -69,53 +73,17 @@ fn run(control: &Control) -> Result<Findings> {
     }
     let (times, plans): (Vec<Timed>, Vec<Plan>) = plans.into_iter().unzip();
     let noise = noise(&frame, &times, plans, control)?;
-    let (mut rows, mut ratios, mut same_size, mut figures) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let mut summary = Vec::new();
+    let mut measured = Vec::new();
     for filter in FILTERS {
         control.check()?;
         let run = Run::passband(filter, &TEMPERATURES)?;
-        for depth in DEPTHS {
-            let error = |t: &Timed| {
-                let settings = t.count.map_or_else(Default::default, sized);
-                run.solve(t.name, &settings, depth).map(|rule| rule.worst()).ok()
-            };
-            let errors: Vec<Option<f64>> = times.iter().map(error).collect();
-            if (filter, depth) == SUMMARY {
-                summary = needed(&times, &errors);
-            }
-            let of = |name: &str| -> Vec<(f64, f64)> {
-                let own = times.iter().zip(&errors).filter(|(t, _)| t.name == name);
-                own.filter_map(|(t, e)| e.map(|e| (t.seconds, e))).collect()
-            };
-            let of_size = |name: &str, n: usize| {
-                let found = times.iter().zip(&errors).find(|(t, _)| t.name == name && t.count == Some(n));
-                found.and_then(|(t, e)| e.map(|e| (t.seconds, e)))
-            };
-            // Of each projection that there is, the best default that takes no longer; zero where there is none.
-            let ours = of("band_quadrature");
-            let ratio = |(time, error): (f64, f64)| {
-                let best = ours.iter().filter(|(t, _)| *t <= time * EQUAL).map(|p| p.1).fold(f64::INFINITY, f64::min);
-                error / best
-            };
-            let compared = [2, 3, 4, 5].map(|n| of_size("projection", n).map(ratio));
-            let shown = compared.map(|r| r.map_or("-".into(), short));
-            rows.push([filter.to_owned(), format!("{depth}")].into_iter().chain(shown).collect());
-            ratios.extend(compared.into_iter().flatten());
-            let pair = |n: usize| Some(of_size("projection", n)?.1 / of_size("band_quadrature", n)?.1);
-            same_size.extend([2, 3, 4, 5].into_iter().filter_map(pair));
-            if ["johnson-B", "sdss2010-g", "hst-wfc3-f656n"].contains(&filter) && [1.0, 30.0].contains(&depth) {
-                let names = METHODS.iter().map(|m| m.0).chain(SINGLE);
-                let series = names.map(|name| Series { name: name.into(), points: of(name) }).filter(|s| !s.points.is_empty()).collect();
-                figures.push(Figure {
-                    name: format!("filters_{filter}_{depth}"),
-                    title: format!("{filter}, depths up to {depth}: spectral error against time of a frame"),
-                    x: Axis::log("frame [s]"),
-                    y: Axis::log("largest error / F(0)"),
-                    series,
-                });
-            }
-        }
+        measured.extend(DEPTHS.map(|depth| Measured::new(&run, filter, depth, &times)));
     }
+    let rows: Vec<Vec<String>> = measured.iter().map(Measured::row).collect();
+    let ratios: Vec<f64> = measured.iter().flat_map(|m| m.at_equal_time().into_iter().flatten()).collect();
+    let same_size: Vec<f64> = measured.iter().flat_map(Measured::at_equal_size).collect();
+    let summary = measured.iter().filter(|m| (m.filter, m.depth) == SUMMARY).flat_map(Measured::needed).collect::<Vec<_>>();
+    let figures = measured.iter().filter(|m| SHOWN.0.contains(&m.filter) && SHOWN.1.contains(&m.depth)).map(Measured::figure).collect();
     let (least, better) = (sorted(&ratios).first().copied().unwrap_or(f64::NAN), ratios.iter().filter(|r| **r >= 10.0).count());
     let time_rows: Vec<Vec<String>> =
         times.iter().map(|t| vec![t.name.to_owned(), t.count.map_or("-".into(), |n| n.to_string()), short(t.seconds)]).collect();
@@ -142,6 +110,93 @@ fn run(control: &Control) -> Result<Findings> {
         WHEN
     );
     Ok(Findings { figures, text, ..Findings::default() })
+}
+
+/// What methods cost through one filter up to one depth, and how far off they are.
+struct Measured<'a> {
+    filter: &'static str,
+    depth: f64,
+    times: &'a [Timed],
+    /// The largest spectral error of each; none where the method has no rule for the filter.
+    errors: Vec<Option<f64>>,
+}
+
+impl<'a> Measured<'a> {
+    fn new(run: &Run, filter: &'static str, depth: f64, times: &'a [Timed]) -> Self {
+        let error = |t: &Timed| {
+            let settings = t.count.map_or_else(Default::default, sized);
+            run.solve(t.name, &settings, depth).map(|rule| rule.worst()).ok()
+        };
+        Self { filter, depth, times, errors: times.iter().map(error).collect() }
+    }
+
+    /// Time and error of each size of a method.
+    fn points(&self, name: &str) -> Vec<(f64, f64)> {
+        let own = self.times.iter().zip(&self.errors).filter(|(t, _)| t.name == name);
+        own.filter_map(|(t, e)| e.map(|e| (t.seconds, e))).collect()
+    }
+
+    /// Time and error of one size.
+    fn of_size(&self, name: &str, n: usize) -> Option<(f64, f64)> {
+        let (timed, error) = self.times.iter().zip(&self.errors).find(|(t, _)| t.name == name && t.count == Some(n))?;
+        error.map(|e| (timed.seconds, e))
+    }
+
+    /// The error of each projection over that of the best default that takes no longer; zero where there is no such
+    /// default, none where there is no such projection.
+    fn at_equal_time(&self) -> [Option<f64>; 4] {
+        let ours = self.points("band_quadrature");
+        let ratio = |(time, error): (f64, f64)| {
+            let best = ours.iter().filter(|(t, _)| *t <= time * EQUAL).map(|p| p.1).fold(f64::INFINITY, f64::min);
+            error / best
+        };
+        SIZES.map(|n| self.of_size("projection", n).map(ratio))
+    }
+
+    /// The same over the default of as many nodes as elements.
+    fn at_equal_size(&self) -> Vec<f64> {
+        let pair = |n: usize| Some(self.of_size("projection", n)?.1 / self.of_size("band_quadrature", n)?.1);
+        SIZES.into_iter().filter_map(pair).collect()
+    }
+
+    fn row(&self) -> Vec<String> {
+        let ratios = self.at_equal_time().map(|r| r.map_or("-".into(), short));
+        [self.filter.to_owned(), format!("{}", self.depth)].into_iter().chain(ratios).collect()
+    }
+
+    fn figure(&self) -> Figure {
+        let series = names().map(|name| Series { name: name.into(), points: self.points(name) }).filter(|s| !s.points.is_empty());
+        Figure {
+            name: format!("filters_{}_{}", self.filter, self.depth),
+            title: format!("{}, depths up to {}: spectral error against time of a frame", self.filter, self.depth),
+            x: Axis::log("frame [s]"),
+            y: Axis::log("largest error / F(0)"),
+            series: series.collect(),
+        }
+    }
+
+    /// For each method, what it takes to keep [`WANTED`].
+    fn needed(&self) -> Vec<Vec<String>> {
+        let of = |name: &'static str| self.times.iter().zip(&self.errors).filter(move |(t, _)| t.name == name);
+        let good = |name: &'static str| of(name).find(|(_, e)| e.is_some_and(|e| e <= WANTED));
+        let default = good("band_quadrature").map_or(f64::NAN, |(t, _)| t.seconds);
+        let row = |name: &'static str| match good(name) {
+            Some((t, e)) => {
+                let size = t.count.map_or("-".into(), |n| n.to_string());
+                vec![name.to_owned(), size, e.map_or("-".into(), short), format!("{:.1}", t.seconds / default)]
+            }
+            None => {
+                let best = of(name).filter_map(|(_, e)| *e).fold(f64::NAN, f64::min);
+                vec![name.to_owned(), "none tried".into(), short(best), "-".into()]
+            }
+        };
+        names().map(row).collect()
+    }
+}
+
+/// All methods.
+fn names() -> impl Iterator<Item = &'static str> {
+    METHODS.iter().map(|m| m.0).chain(SINGLE)
 }
 
 /// The longest over the shortest frame of few nodes or elements.
@@ -171,25 +226,6 @@ fn noise(frame: &Frame, times: &[Timed], plans: Vec<Plan>, control: &Control) ->
         power(&points),
         table(&["wavelengths a ray", "relative rms"], &rows)
     ))
-}
-
-/// For each method, what it takes to keep [`WANTED`].
-fn needed(times: &[Timed], errors: &[Option<f64>]) -> Vec<Vec<String>> {
-    let names = || METHODS.iter().map(|m| m.0).chain(SINGLE);
-    let of = |name: &'static str| times.iter().zip(errors).filter(move |(t, _)| t.name == name);
-    let good = |name: &'static str| of(name).find(|(_, e)| e.is_some_and(|e| e <= WANTED));
-    let default = good("band_quadrature").map_or(f64::NAN, |(t, _)| t.seconds);
-    let row = |name: &'static str| match good(name) {
-        Some((t, e)) => {
-            let size = t.count.map_or("-".into(), |n| n.to_string());
-            vec![name.to_owned(), size, e.map_or("-".into(), short), format!("{:.1}", t.seconds / default)]
-        }
-        None => {
-            let best = of(name).filter_map(|(_, e)| *e).fold(f64::NAN, f64::min);
-            vec![name.to_owned(), "none tried".into(), short(best), "-".into()]
-        }
-    };
-    names().map(row).collect()
 }
 
 fn sorted(values: &[f64]) -> Vec<f64> {
