@@ -1,0 +1,265 @@
+//! Tables of a scene as widgets: the rows of `scene::schema` say which keys there are, what they mean and what they are
+//! written as.
+
+mod first_values;
+mod widgets;
+
+use barnard::properties::Key;
+use barnard::scene::schema::TableRow;
+use eframe::egui::{self, Response, Ui};
+use toml_edit::{Item, TableLike};
+
+use self::first_values::{added, of_kind};
+use self::widgets::KeyWidget;
+pub use self::widgets::{drag, is_changed};
+use crate::document::Document;
+use crate::edit::{Edit, table};
+
+/// Keys that are not shown as widgets: tables have headings of their own.
+const NESTED: [&str; 3] = ["table", "tables by name", "list of tables"];
+
+/// What the widgets of one frame ask for.
+pub type Edits = Vec<Edit>;
+
+/// The keys of the table at `place`, those that are there, and a menu of those that could be.
+pub fn keys(ui: &mut Ui, document: &Document, place: &str, edits: &mut Edits) {
+    keys_but(ui, document, place, &[], edits);
+}
+
+/// The same without some keys, which stand elsewhere.
+pub fn keys_but(ui: &mut Ui, document: &Document, place: &str, but: &[&str], edits: &mut Edits) {
+    let Some(row) = row(place) else { return };
+    let empty = toml_edit::Table::new();
+    let here = table(document.toml().as_table(), place).unwrap_or(&empty);
+    let kind = here.get("kind").and_then(Item::as_str);
+    egui::Grid::new(("keys", place)).num_columns(2).spacing([8.0, 4.0]).show(ui, |ui| {
+        if !(row.kinds)().is_empty() {
+            kinds(ui, row, place, here, edits);
+            ui.end_row();
+        }
+        for key in row.keys_of(kind).filter(|k| here.contains_key(k.name) && !NESTED.contains(&k.kind) && !but.contains(&k.name)) {
+            if let Some(item) = here.get(key.name) {
+                widget(ui, place, key, item, edits);
+                ui.end_row();
+            }
+        }
+    });
+    missing(ui, row, place, here, but, edits);
+}
+
+/// The row of a place: "star.0" is a "star".
+fn row(place: &str) -> Option<&'static TableRow> {
+    let path: Vec<&str> = place.split('.').filter(|s| s.parse::<usize>().is_err()).collect();
+    TableRow::named(&path.join("."))
+}
+
+/// One key, wherever it stands: its name and its widget.
+pub fn key(ui: &mut Ui, document: &Document, place: &str, name: &str, edits: &mut Edits) {
+    let Some(row) = row(place) else { return };
+    let here = table(document.toml().as_table(), place);
+    let kind = here.and_then(|t| t.get("kind")).and_then(Item::as_str);
+    let found = row.keys_of(kind).find(|k| k.name == name);
+    if let (Some(key), Some(item)) = (found, here.and_then(|t| t.get(name))) {
+        ui.horizontal(|ui| widget(ui, place, key, item, edits));
+    }
+}
+
+/// Which kind a table is of. Another kind takes the keys it needs, and lets go of those it does not know.
+fn kinds(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLike, edits: &mut Edits) {
+    let now = here.get("kind").and_then(Item::as_str).unwrap_or("");
+    let label = ui.label("kind");
+    let kinds = (row.kinds)();
+    let summary = kinds.iter().find(|k| k.name == now).map_or("", |k| k.summary);
+    let response = egui::ComboBox::from_id_salt(("kind", place)).selected_text(now).show_ui(ui, |ui| {
+        for kind in &kinds {
+            if ui.selectable_label(kind.name == now, kind.name).on_hover_text(kind.summary).clicked() && kind.name != now {
+                edits.push(of_kind(row, place, here, kind.name));
+            }
+        }
+    });
+    response.response.labelled_by(label.id).on_hover_text(summary);
+}
+
+/// A menu of keys that the table could have.
+fn missing(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLike, but: &[&str], edits: &mut Edits) {
+    let kind = here.get("kind").and_then(Item::as_str);
+    let absent = |k: &&Key| !here.contains_key(k.name) && !NESTED.contains(&k.kind) && !but.contains(&k.name);
+    let absent: Vec<&Key> = row.keys_of(kind).filter(absent).collect();
+    if absent.is_empty() {
+        return;
+    }
+    ui.menu_button("more …", |ui| {
+        for key in absent {
+            let default = key.default.map_or_else(String::new, |d| format!("\nnow: {d}"));
+            if ui.button(key.name).on_hover_text(format!("{} ({}){default}", key.summary, key.kind)).clicked() {
+                edits.push(added(row, place, here, key));
+                ui.close();
+            }
+        }
+    });
+}
+
+/// The name of a key, with all that is known of it; a menu takes it away.
+fn name(ui: &mut Ui, place: &str, key: &Key, edits: &mut Edits) -> Response {
+    let default = key.default.map_or_else(|| "required".to_owned(), |d| format!("without it: {d}"));
+    let label = ui.add(egui::Label::new(key.name).sense(egui::Sense::click()));
+    let label = label.on_hover_text(format!("{}\n{} · {default}", key.summary, key.kind));
+    if key.default.is_some() {
+        label.context_menu(|ui| {
+            if ui.button("Take away").clicked() {
+                edits.push(Edit::remove(place, key.name));
+                ui.close();
+            }
+        });
+    }
+    label
+}
+
+/// A key: its name, and the widget of its value.
+fn widget(ui: &mut Ui, place: &str, key: &Key, item: &Item, edits: &mut Edits) {
+    let label = name(ui, place, key, edits);
+    let response = KeyWidget { place, key, edits }.show(ui, item, label.id);
+    response.labelled_by(label.id);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use barnard::scene::schema::TABLES;
+
+    const SCENE: &str = r#"
+[camera]
+kind = "perspective"
+position = "0 0 6 pc"
+field_of_view = "24 deg"
+
+[bookmark.1]
+kind = "perspective"
+position = "0 4 0 pc"
+up = [0, 0, 1]
+field_of_view = "20 deg"
+
+[field.cloud]
+kind = "fbm"
+
+[dust]
+density = "cloud"
+scale = "4 mag/pc"
+albedo = { kind = "constant", value = 0.5 }
+phase = { kind = "isotropic" }
+
+[[star]]
+kind = "blackbody"
+position = "0.3 0.2 0.9 pc"
+temperature = "20000 K"
+luminosity = "3000 Lsun"
+
+[[star_table]]
+file = "stars.csv"
+
+[[emission]]
+kind = "recombination"
+density = "cloud"
+temperature = "10000 K"
+electron_density = "1000 cm-3"
+
+[background]
+kind = "blackbody"
+temperature = "15000 K"
+radiance = "1e-7 W/m2/sr/um"
+
+[background.stars]
+
+[[band]]
+name = "mine"
+kind = "top_hat"
+centre = "550 nm"
+width = "50 nm"
+
+[display]
+[method]
+"#;
+
+    fn document() -> Document {
+        said(SCENE)
+    }
+
+    fn said(text: &str) -> Document {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, text).unwrap();
+        std::fs::write(folder.path().join("stars.csv"), "x,y,z,temperature,luminosity\n0.1,0.2,0.3,5000,1\n").unwrap();
+        Document::open(&path, 1 << 30).unwrap()
+    }
+
+    /// A place of every table.
+    fn place(path: &str) -> String {
+        match path {
+            "star" | "star_table" | "emission" | "band" => format!("{path}.0"),
+            "field.*" => "field.cloud".into(),
+            "bookmark.*" => "bookmark.1".into(),
+            path => path.into(),
+        }
+    }
+
+    /// Every kind of every table can be chosen, and gets the keys that it needs; what needs a file says so.
+    #[test]
+    fn every_kind_can_be_chosen() {
+        let mut chosen = 0;
+        for row in TABLES {
+            for kind in (row.kinds)() {
+                // Parallel rays see no stars at infinity.
+                let mut document =
+                    said(&SCENE.replace(if ["camera", "bookmark.*"].contains(&row.path) { "[background.stars]" } else { "\0" }, ""));
+                let place = place(row.path);
+                if kind.name == "power_law" && row.path == "star" {
+                    let key = row.keys_of(None).find(|k| k.name == "spectral_luminosity").unwrap();
+                    let edit = added(row, &place, table(document.toml().as_table(), &place).unwrap(), key);
+                    document.apply(edit).unwrap();
+                }
+                let edit = of_kind(row, &place, table(document.toml().as_table(), &place).unwrap(), kind.name);
+                let needs_file = kind.keys.iter().any(|k| k.name == "file" && k.default.is_none());
+                match document.apply(edit) {
+                    Ok(()) => assert!(!needs_file, "{} {}", row.path, kind.name),
+                    Err(error) => assert!(needs_file, "{} {}: {error}", row.path, kind.name),
+                }
+                chosen += 1;
+            }
+        }
+        assert!(chosen > 30, "{chosen}");
+    }
+
+    /// Every key that a table may have can be added, but for those that only go with others, and the message then says
+    /// which. A matrix has a button of its own.
+    #[test]
+    fn keys_can_be_added() {
+        let mut refused = Vec::new();
+        for row in TABLES.iter().filter(|row| !row.path.is_empty()) {
+            let base = document();
+            let place = place(row.path);
+            let here = table(base.toml().as_table(), &place).unwrap();
+            let kind = here.get("kind").and_then(Item::as_str);
+            for key in row.keys_of(kind).filter(|k| !here.contains_key(k.name) && !NESTED.contains(&k.kind) && k.name != "matrix") {
+                let mut document = document();
+                if let Err(error) = document.apply(added(row, &place, here, key)) {
+                    refused.push(format!("{} {}: {error}", row.path, key.name));
+                }
+            }
+        }
+        let explained = |e: &String| ["goes with", "takes no r_v", "cannot be read", "not both"].iter().any(|w| e.contains(w));
+        assert!(refused.iter().all(explained) && refused.len() < 14, "{refused:#?}");
+    }
+
+    /// Comments and blanks stay where they are, whatever is set around them; tables on the way are made.
+    #[test]
+    fn texts_keep_their_comments() {
+        let mut toml: toml_edit::DocumentMut = "a = 1 # one\n\n# two\n[b]\nc = \"x\"   # three\n".parse().unwrap();
+        Edit::set("b", "c", "y").and(Edit::set("", "a", 2)).and(Edit::set("d.e", "f", true)).apply(&mut toml);
+        assert_eq!(toml.to_string(), "a = 2 # one\n\n# two\n[b]\nc = \"y\"   # three\n\n[d.e]\nf = true\n");
+        let mut toml: toml_edit::DocumentMut = "[[e]]\nlines = [{ w = 1, s = 2 }, { w = 3, s = 4 }]\n".parse().unwrap();
+        Edit::set("e.0.lines.1", "s", 9.5).and(Edit::drop("e", 7)).apply(&mut toml);
+        assert_eq!(toml.to_string(), "[[e]]\nlines = [{ w = 1, s = 2 }, { w = 3, s = 9.5 }]\n");
+        Edit::drop("e", 0).apply(&mut toml);
+        assert_eq!(crate::edit::count(&toml, "e"), 0);
+    }
+}
