@@ -36,7 +36,7 @@ impl Control {
     }
 
     /// For work that is a part of more: its progress runs from `first` to `last` \[1\] of the whole, and never back.
-    pub fn part(&self, (first, last): (f64, f64)) -> Self {
+    pub fn part(&self, first: f64, last: f64) -> Self {
         let Some(listener) = self.listener.clone() else { return self.clone() };
         let highest = AtomicU64::new(0);
         let heard = move |stage, done: u64, all: u64| {
@@ -81,8 +81,8 @@ mod tests {
         let ears = heard.clone();
         let control = Control::with_listener(move |_, done, all| ears.lock().unwrap().push(done as f64 / all as f64));
         for half in [(0.0, 0.5), (0.5, 1.0)] {
-            let half = control.part(half);
-            let (first, second) = (half.part((0.0, 0.2)), half.part((0.2, 1.0)));
+            let half = control.part(half.0, half.1);
+            let (first, second) = (half.part(0.0, 0.2), half.part(0.2, 1.0));
             for (done, all) in [(1, 2), (2, 2), (1, 3)] {
                 first.report(Stage::Light, done, all);
             }
@@ -92,7 +92,7 @@ mod tests {
         let expected = [0.05, 0.1, 0.1, 0.4, 0.5, 0.55, 0.6, 0.6, 0.9, 1.0];
         let heard = heard.lock().unwrap();
         assert!(heard.len() == expected.len() && heard.iter().zip(expected).all(|(a, b)| (a - b).abs() < 2e-4), "{heard:?}");
-        control.part((0.0, 1.0)).interrupt();
+        control.part(0.0, 1.0).interrupt();
         assert!(control.check().is_err());
     }
 }

@@ -60,7 +60,7 @@ fn a_field_of_many_lights_is_the_sum_of_its_stars() {
     for (phase, other, most) in [("", FORWARD, 0.005), (FORWARD, BACKWARD, 0.02)] {
         let scene = scene(text(12, phase, "exact_stars = 0\n"));
         let plan = plan(&scene);
-        let gathered = plan.scattered_field().as_ref().unwrap().report.gathered.unwrap();
+        let gathered = plan.scattered_field().as_ref().unwrap().report.far_field.unwrap();
         assert_eq!(gathered.stars, 12);
         let truth = reference::render(&scene, 3e-3, &Control::default()).unwrap();
         let truth: Vec<f64> = (0..196).map(|i| truth.at(0, i / 14, i % 14)).collect();

@@ -38,11 +38,12 @@ const PANELS: usize = 4;
 const PANEL_POINTS: usize = 16;
 
 impl Domain {
-    /// Wavelengths from `low` to `high` \[µm\], weighted by `weight`(λ): one, or a filter.
+    /// Wavelengths of `domain_um`, from the lowest to the highest, weighted by `weight`(λ): one, or a filter.
     ///
     /// # Errors
     /// Where the interval has no width, or k or the weight are no numbers in it.
-    pub fn new((low, high): (f64, f64), k: impl Fn(f64) -> f64, weight: impl Fn(f64) -> f64) -> Result<Self> {
+    pub fn new(domain_um: (f64, f64), k: impl Fn(f64) -> f64, weight: impl Fn(f64) -> f64) -> Result<Self> {
+        let (low, high) = domain_um;
         if !(low >= 0.0 && low < high && high.is_finite()) {
             return Err(SpectraError::Fit(format!("a domain of {low} to {high} um is none; give two ascending wavelengths")));
         }

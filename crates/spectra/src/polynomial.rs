@@ -78,7 +78,7 @@ impl Polynomial {
         let target = DVector::from_iterator(points.len(), points.iter().map(|(_, y, w)| w.sqrt() * y));
         let solved = matrix.svd(true, true).solve(&target, 1e-14);
         let solved = solved.map_err(|e| SpectraError::Fit(format!("no polynomial of degree {degree} was found: {e}")))?;
-        let polynomial = Self { coefficients: powers(solved.as_slice(), interval_um), interval_um };
+        let polynomial = Self { coefficients: powers(solved.as_slice(), interval_um.0, interval_um.1), interval_um };
         let peak = points.iter().map(|(_, y, _)| y.abs()).fold(f64::MIN_POSITIVE, f64::max);
         // Of the powers themselves, which lose digits where Legendre polynomials do not.
         let largest = points.iter().map(|(l, y, _)| (polynomial.at(*l) - y).abs()).fold(0.0, f64::max) / peak;
@@ -133,7 +133,7 @@ fn legendre(x: f64, degree: usize) -> Vec<f64> {
 }
 
 /// Coefficients of powers of λ from those of Legendre polynomials over an interval.
-fn powers(legendre: &[f64], (low, high): (f64, f64)) -> Vec<f64> {
+fn powers(legendre: &[f64], low: f64, high: f64) -> Vec<f64> {
     // x = s λ + t, and each polynomial from the two before it.
     let (s, t) = (2.0 / (high - low), -(high + low) / (high - low));
     let size = legendre.len();

@@ -42,7 +42,7 @@ const DARK: f64 = 1e-30;
 const CERTIFIED: usize = 24;
 
 impl Propagation {
-    /// For stars of these `spectra` over λ \[µm\], fitted between `low` and `high` \[µm\] by polynomials of so high a
+    /// For stars of these `spectra` over λ \[µm\], fitted over the interval `support_um` by polynomials of so high a
     /// `degree`.
     ///
     /// # Errors
@@ -50,9 +50,11 @@ impl Propagation {
     pub fn new(
         projection: &Projection,
         spectra: &[&dyn Fn(f64) -> f64],
-        (low, high): (f64, f64),
-        (degree, accuracy): (usize, f64),
+        support_um: (f64, f64),
+        degree: usize,
+        accuracy: f64,
     ) -> Result<Self> {
+        let (low, high) = support_um;
         let lambda = |i: usize| low + (high - low) * i as f64 / (SAMPLES - 1) as f64;
         let fit = |spectrum: &&dyn Fn(f64) -> f64| {
             Polynomial::fit(&(0..SAMPLES).map(|i| (lambda(i), spectrum(lambda(i)), 1.0)).collect::<Vec<_>>(), degree)
@@ -100,7 +102,7 @@ impl Propagation {
     }
 
     /// Adds `amount` of a voxel's light, seen through depth τ, to a ray: element × polynomial.
-    pub fn gather(&self, depth: f64, amount: f64, voxel: &[f64], ray: &mut [f64]) {
+    pub fn accumulate(&self, depth: f64, amount: f64, voxel: &[f64], ray: &mut [f64]) {
         let (n, width) = (self.projection.basis.size(), self.span.len());
         let q: Vec<f64> = self.projection.at(depth).collect();
         for (i, from) in voxel.chunks_exact(width).enumerate() {
@@ -132,7 +134,7 @@ impl Propagation {
         };
         let seen = |voxel: &[f64], view: f64| {
             let mut ray = vec![0.0; self.channels()];
-            self.gather(view, 1.0, voxel, &mut ray);
+            self.accumulate(view, 1.0, voxel, &mut ray);
             ray.iter().zip(resolution).map(|(v, r)| v * r).sum::<f64>()
         };
         let along = |i: usize| depth * (i as f64 / (CERTIFIED - 1) as f64).powi(2);
@@ -191,7 +193,7 @@ mod tests {
         let Form::Projection(projection) = solved.form else { panic!("another form") };
         let continua: Vec<_> = stars.iter().map(|s| move |l: f64| s.continuum(l)).collect();
         let spectra: Vec<&dyn Fn(f64) -> f64> = continua.iter().map(|c| c as &dyn Fn(f64) -> f64).collect();
-        Propagation::new(&projection, &spectra, domain, (5, ACCURACY)).unwrap()
+        Propagation::new(&projection, &spectra, domain, 5, ACCURACY).unwrap()
     }
 
     /// Six stars in one voxel, seen through dust, against the adaptive integral of all; each further element helps.
@@ -212,7 +214,7 @@ mod tests {
                 let depth = |s: usize| 0.4 + 0.7 * s as f64;
                 let amount = |s: usize| 1.0 / stars[s].continuum(0.55);
                 (0..stars.len()).for_each(|s| propagation.deposit(s, depth(s), amount(s), &mut voxel));
-                propagation.gather(view, 1.0, &voxel, &mut ray);
+                propagation.accumulate(view, 1.0, &voxel, &mut ray);
                 let value: f64 = ray.iter().zip(&resolution).map(|(v, r)| v * r).sum();
                 let light =
                     |l: f64| (0..stars.len()).map(|s| amount(s) * stars[s].continuum(l) * (-depth(s) * law.k(l)).exp()).sum::<f64>();
@@ -244,7 +246,7 @@ mod tests {
                 for j in 0..40 {
                     let view = (DEPTH - star_depth) * f64::from(j) / 39.0;
                     let mut ray = vec![0.0; propagation.channels()];
-                    propagation.gather(view, 1.0, &voxel, &mut ray);
+                    propagation.accumulate(view, 1.0, &voxel, &mut ray);
                     let value: f64 = ray.iter().zip(&resolution).map(|(v, r)| v * r).sum();
                     worst = worst.max((value - measure.at(star_depth + view)).abs() / measure.total());
                 }

@@ -27,10 +27,11 @@ const PANEL_POINTS: usize = 16;
 impl Run {
     /// A weight over an interval under an extinction.
     pub fn interval(
-        (low, high): (f64, f64),
+        domain_um: (f64, f64),
         weight: impl Fn(f64) -> f64 + Send + Sync + 'static,
         k: impl Fn(f64) -> f64 + Sync + 'static,
     ) -> Self {
+        let (low, high) = domain_um;
         let mut measure = Measure::default();
         let width = (high - low) / PANELS as f64;
         for panel in 0..PANELS {
@@ -42,7 +43,7 @@ impl Run {
             }
         }
         let source = Source { name: "weight".into(), measure, density: Box::new(weight), lines: Vec::new(), variants: Vec::new() };
-        Self { sources: vec![source], domain_um: (low, high), pivot_um: 0.5 * (low + high), k: Box::new(k) }
+        Self { sources: vec![source], domain_um, pivot_um: 0.5 * (low + high), k: Box::new(k) }
     }
 
     /// Black bodies of these temperatures [K] through a named passband under `inverse_wavelength`.

@@ -31,12 +31,12 @@ pub fn finished(scene: &Scene, plan: &Plan, radiance: Radiance, backend: &str) -
     Ok(image)
 }
 
-/// A picture of the extended light in `data` alone, bands × height × width [W m⁻² sr⁻¹], for a look that passes by.
+/// A picture of the extended light alone, bands × height × width [W m⁻² sr⁻¹], for a look that passes by.
 ///
 /// # Errors
 /// Where values are no numbers.
-pub fn extended(scene: &Scene, plan: &Plan, data: Vec<f32>) -> Result<Image> {
-    let image = describe(scene, &plan.camera, Samples::Single(data));
+pub fn extended(scene: &Scene, plan: &Plan, samples: Samples) -> Result<Image> {
+    let image = describe(scene, &plan.camera, samples);
     image.check()?;
     Ok(image)
 }

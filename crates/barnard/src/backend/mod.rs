@@ -165,6 +165,17 @@ pub trait Backend {
     }
 }
 
+/// Whether a back end renders on a graphics device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DeviceUse {
+    /// On the processor alone.
+    Never,
+    /// On any device, be it software.
+    Always,
+    /// On a real one where there is one, otherwise on the processor.
+    IfReal,
+}
+
 /// One row of the catalogue.
 #[derive(Debug, Clone, Copy)]
 pub struct BackendEntry {
@@ -174,6 +185,8 @@ pub struct BackendEntry {
     pub summary: &'static str,
     /// Whether it reads the job's plan, and not the scene itself.
     pub planned: bool,
+    /// Whether it renders on a graphics device, for programs that have one open.
+    pub device: DeviceUse,
     /// Makes one, with what it is set to where nothing is said.
     pub open: fn(&Scene) -> Result<Box<dyn Backend>>,
 }

@@ -72,16 +72,25 @@ pub fn lanes(mut f: impl FnMut(usize) -> f32) -> Lane {
     lane
 }
 
-/// The cell that `u` lies in, of `count` from 0, and its place within, held at both ends.
+/// A place in a row of cells.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Place {
+    /// The cell it lies in.
+    pub cell: u32,
+    /// How far within \[1\].
+    pub fraction: f32,
+}
+
+/// The place of `u` among `count` cells from 0, held at both ends.
 #[inline(always)]
-pub fn cell(u: f32, count: usize) -> (u32, f32) {
+pub fn place(u: f32, count: usize) -> Place {
     let (last, last_cell) = (count as f32, (count - 1) as u32);
     let u = if u < 0.0 { 0.0 } else { u };
     let u = if u > last { last } else { u };
     // Rounding u − ½ gives floor(u), or u − 1 on an integer: the fraction is then 1, which is the same place.
     let rounded = (u - 0.5 + ROUND).to_bits() & 0x003f_ffff;
     let cell = if rounded > last_cell { last_cell } else { rounded };
-    (cell, u - cell as i32 as f32)
+    Place { cell, fraction: u - cell as i32 as f32 }
 }
 
 /// The largest of the lanes, by halves: a chain of sixteen comparisons would wait for each.
@@ -137,11 +146,12 @@ mod tests {
     #[test]
     fn cells_are_held_at_both_ends() {
         for (u, truth) in [(-3.0, (0, 0.0)), (0.25, (0, 0.25)), (2.5, (2, 0.5)), (4.75, (4, 0.75)), (5.0, (4, 1.0)), (1e9, (4, 1.0))] {
-            assert_eq!(cell(u, 5), truth, "{u}");
+            let Place { cell, fraction } = place(u, 5);
+            assert_eq!((cell, fraction), truth, "{u}");
         }
         // Whole numbers are an end of a cell, whichever; NaN is some cell.
-        let (c, fraction) = cell(3.0, 5);
-        assert_eq!(c as f32 + fraction, 3.0);
-        assert!(cell(f32::NAN, 5).0 < 5);
+        let Place { cell, fraction } = place(3.0, 5);
+        assert_eq!(cell as f32 + fraction, 3.0);
+        assert!(place(f32::NAN, 5).cell < 5);
     }
 }

@@ -8,5 +8,5 @@ mod track;
 
 pub use exp_integral::scaled_exp_integrals;
 pub use fetch::Cursor;
-pub use lane::{LANES, Lane, SERIES_LIMIT, cell, exp, fma, lanes, largest, ln, mean_transmittance, sinhc};
+pub use lane::{LANES, Lane, Place, SERIES_LIMIT, exp, fma, lanes, largest, ln, mean_transmittance, place, sinhc};
 pub use track::Track;

@@ -46,7 +46,8 @@ impl Track {
         let (mut cell, mut fraction) = ([0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
             let u = fma(self.slope[axis][lane], t[lane], self.origin[axis][lane]);
-            (cell[lane], fraction[lane]) = lane::cell(u, count);
+            let place = lane::place(u, count);
+            (cell[lane], fraction[lane]) = (place.cell, place.fraction);
         }
         (cell, fraction)
     }

@@ -18,11 +18,11 @@ use spectra::units::Wavelength;
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
 use crate::field::Lattice;
-use crate::light::{Light, Route, factor, law};
+use crate::light::{Route, factor, law};
 use crate::memory;
+use crate::plan::SpatialPlan;
+use crate::plan::draft::Draft;
 use crate::plan::spectral::support_um;
-use crate::plan::{Settings, SpatialPlan, SpectralPlan};
-use crate::scene::Scene;
 use crate::volume::{Channel, MAX_CHANNELS, Volume};
 
 /// Starlight as a few polynomials a voxel.
@@ -50,15 +50,9 @@ const CLOSE: f64 = 4.0;
 const CLOSE_POINTS: usize = 6;
 
 impl LightField {
-    /// Gathers the light of all stars of `scene`; none where there is no dust, or none of them shines through a band.
-    pub(crate) fn new(
-        scene: &Scene,
-        lights: &[Light],
-        spectral: &SpectralPlan,
-        space: &SpatialPlan,
-        settings: &Settings,
-        control: &Control,
-    ) -> Result<Option<Self>> {
+    /// The light of all stars of a draft; none where there is no dust, or none of them shines through a band.
+    pub(crate) fn new(draft: &Draft, control: &Control) -> Result<Option<Self>> {
+        let Draft { scene, settings, lights, space, spectral } = draft;
         let Some(dust) = &space.dust else { return Ok(None) };
         let scattered = lights.iter().enumerate().filter_map(|(i, l)| match l.route {
             Route::Scattered { star } => Some((i, star)),
@@ -77,7 +71,7 @@ impl LightField {
         }
         let continua: Vec<_> = numbers.iter().map(|light| |lambda: f64| lights[*light].spectrum.continuum(lambda)).collect();
         let spectra: Vec<&dyn Fn(f64) -> f64> = continua.iter().map(|c| c as &dyn Fn(f64) -> f64).collect();
-        let propagation = Propagation::new(projection, &spectra, support_um(scene), (rule.degree, spectral.accuracy))?;
+        let propagation = Propagation::new(projection, &spectra, support_um(scene), rule.degree, spectral.accuracy)?;
         if propagation.span.is_empty() {
             return Ok(None);
         }
@@ -92,7 +86,7 @@ impl LightField {
         let voxels = Volume::zeroed(&dust.lattice, Vec::new()).lattice.cells() as u64;
         let bytes = space.bytes() + 4 * voxels * propagation.channels() as u64;
         memory::check("star depths and the light field of propagation", bytes, settings.memory_limit)?;
-        let volumes = gathered(&propagation, space, &stars, &dust.lattice, control)?;
+        let volumes = deposited(&propagation, space, &stars, &dust.lattice, control)?;
         let isotropic_instead = spectral.phase.is_some();
         let depth = spectral.depth;
         let mut field = Self { propagation, volumes, resolution, isotropic_instead, lights: numbers, certificates: Vec::new(), depth };
@@ -131,8 +125,8 @@ impl LightField {
     }
 }
 
-/// Voxels on the dust's lattice, filled from the star depths of `space`.
-fn gathered(propagation: &Propagation, space: &SpatialPlan, stars: &[usize], lattice: &Lattice, control: &Control) -> Result<Vec<Volume>> {
+/// Voxels on the dust's lattice, into which each star's light is put by its depths in `space`.
+fn deposited(propagation: &Propagation, space: &SpatialPlan, stars: &[usize], lattice: &Lattice, control: &Control) -> Result<Vec<Volume>> {
     let channels: Vec<Channel> = (0..propagation.channels()).map(Channel::Light).collect();
     let mut volumes: Vec<Volume> = channels.chunks(MAX_CHANNELS).map(|chunk| Volume::zeroed(lattice, chunk.to_vec())).collect();
     let lattice = volumes.first().map_or_else(|| lattice.clone(), |v| v.lattice.clone());

@@ -3,6 +3,8 @@
 //! [`SpatialPlan`] holds what the places of things decide (density, star depths, empty space, step), [`SpectralPlan`]
 //! what spectra decide (nodes, weights, phase tables). A changed spectrum keeps the space, a changed camera keeps both.
 
+mod build;
+mod draft;
 mod light_field;
 pub mod many_lights;
 mod multiple_scattering;
@@ -11,74 +13,34 @@ mod pilots;
 mod probe;
 mod report;
 pub mod segment;
+mod settings;
 mod spatial;
 mod spectral;
 pub mod star_depths;
+mod stepping;
 
 use std::sync::Arc;
 
+pub use build::{PREVIEW_VOXELS, TALK_STEPS};
 pub use light_field::LightField;
 pub use many_lights::ManyLights;
 pub use multiple_scattering::{ErrorEstimate, FarFieldError, Fineness, MultipleScattering, ordinates};
 pub use pilots::{Spatial, Unresolved};
 pub use probe::Probe;
 pub use report::{HALF, SINGLE};
+pub use settings::Options;
+pub(crate) use settings::Settings;
 pub use spatial::{SpatialPlan, sample_functions};
 pub use spectral::closed_form::{ClosedForm, End, Extent};
 pub use spectral::weights::{Emitter, Scatterer, Weights, weights as weights_of};
-pub use spectral::{BandPlan, PHASE_RANGE, PhaseTable, SpectralPlan};
-
-use spectra::rule;
+pub use spectral::{BandPlan, PHASE_RANGE, PhaseEntry, PhaseTable, SpectralPlan};
+pub use stepping::Stepping;
 
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::Result;
 use crate::light::Light;
-use crate::memory;
-use crate::scene::{Method, MethodEntry, Scene, StarDepth};
 use crate::volume::Volume;
-
-/// What a program may decide beside the scene.
-#[derive(Debug, Clone)]
-pub struct Options {
-    /// Most bytes a plan may take.
-    pub memory_limit: u64,
-    /// What sweeps light that is scattered more than once; the processor where it is not said.
-    pub sweeper: Option<Arc<dyn ordinates::Sweeper>>,
-}
-
-impl Default for Options {
-    /// On the processor alone.
-    fn default() -> Self {
-        Self { memory_limit: memory::DEFAULT_LIMIT, sweeper: None }
-    }
-}
-
-impl Options {
-    /// On the processor alone, with so much memory \[bytes\].
-    pub fn within(memory_limit: u64) -> Self {
-        Self { memory_limit, ..Self::default() }
-    }
-}
-
-/// What a plan is made by: the method that is in force, which need not be the scene's while a rule is made finer, and
-/// what it may take.
-#[derive(Debug, Clone)]
-pub(crate) struct Settings {
-    /// Spectral rule and accuracy.
-    pub method: Method,
-    /// Most bytes a plan may take.
-    pub memory_limit: u64,
-    /// What sweeps light that is scattered more than once.
-    pub sweeper: Option<Arc<dyn ordinates::Sweeper>>,
-}
-
-impl Settings {
-    /// The scene's own method.
-    pub fn of(scene: &Scene, options: &Options) -> Self {
-        Self { method: scene.method.clone(), memory_limit: options.memory_limit, sweeper: options.sweeper.clone() }
-    }
-}
 
 /// Everything a fast back end needs; a copy shares all that is large.
 #[derive(Debug, Clone)]
@@ -111,189 +73,7 @@ pub const END_SHARE: f32 = 0.02;
 /// Depth from which on a look is worth its price.
 pub const END_DEPTH: f32 = 3.0;
 
-/// Most voxels along an edge of a [preview](Plan::preview), and its samples along one.
-pub const PREVIEW_VOXELS: usize = 64;
-const PREVIEW_STEPS: f64 = 0.75;
-/// At which it looks where a phase function must be asked, and where rays may end.
-const PREVIEW_ACCURACY: f64 = 0.02;
-
-/// Samples a ray of Barrès & Neyret.
-pub const TALK_STEPS: usize = 100;
-
-/// How far a ray's samples are apart.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Stepping {
-    /// So many samples in each voxel edge of the finest grid.
-    PerVoxel(f64),
-    /// So many samples on every ray.
-    Fixed(usize),
-}
-
-impl Stepping {
-    /// Samples along so many parsecs.
-    pub fn steps(self, length_pc: f64, voxel_pc: f64) -> usize {
-        match self {
-            Stepping::PerVoxel(n) => (length_pc / voxel_pc * n).ceil().max(1.0) as usize,
-            Stepping::Fixed(n) => n,
-        }
-    }
-}
-
-impl std::fmt::Display for Stepping {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Stepping::PerVoxel(n) => write!(f, "{n} samples a voxel"),
-            Stepping::Fixed(n) => write!(f, "{n} samples a ray"),
-        }
-    }
-}
-
-/// A plan before its steps are known.
-struct Draft {
-    lights: Vec<Light>,
-    space: SpatialPlan,
-    spectral: SpectralPlan,
-    light_field: Option<LightField>,
-    star_march: Option<usize>,
-}
-
-impl Draft {
-    fn new(
-        scene: &Scene,
-        lights: Vec<Light>,
-        space: SpatialPlan,
-        spectral: SpectralPlan,
-        settings: &Settings,
-        control: &Control,
-    ) -> Result<Self> {
-        multiple_scattering::check(&spectral, settings)?;
-        let star_depth = settings.method.entry.star_depth;
-        let light_field = match star_depth {
-            StarDepth::LightField => LightField::new(scene, &lights, &spectral, &space, settings, control)?,
-            StarDepth::Cached | StarDepth::Marched => None,
-        };
-        let star_march = (star_depth == StarDepth::Marched).then(|| settings.method.steps.unwrap_or(TALK_STEPS));
-        Ok(Self { lights, space, spectral, light_field, star_march })
-    }
-
-    fn plan(
-        mut self,
-        scene: &Scene,
-        stepping: Stepping,
-        settings: &Settings,
-        before: Option<&MultipleScattering>,
-        control: &Control,
-    ) -> Result<Plan> {
-        let fineness = (settings, Fineness::FULL);
-        let scattered_field = MultipleScattering::new(scene, &self.lights, &self.spectral, &self.space, fineness, before, control)?;
-        if self.light_field.is_some() {
-            self.space.forget_star_depths(settings, control)?;
-        }
-        Ok(Plan {
-            camera: scene.camera.clone(),
-            lights: Arc::new(self.lights),
-            space: Arc::new(self.space),
-            spectral: Arc::new(self.spectral),
-            stepping,
-            star_march: self.star_march,
-            light_field: self.light_field.map(Arc::new),
-            scattered_field: scattered_field.map(Arc::new),
-            bounces: settings.method.bounces,
-        })
-    }
-}
-
 impl Plan {
-    /// Plans `scene`: pilot rays choose steps, star depths and rules, and measure what they cost.
-    ///
-    /// # Errors
-    /// Those of [`Scene::check`], more memory than is allowed, what the method cannot do, and when the user wishes to
-    /// stop.
-    pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
-        Self::updated(None, scene, options, control)
-    }
-
-    /// The same, bit by bit, from what another plan has that still holds: densities, depths of stars that did not move,
-    /// light that was scattered before.
-    ///
-    /// # Errors
-    /// Those of [`new`](Self::new).
-    pub fn updated(before: Option<&Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
-        scene.check()?;
-        let settings = &Settings::of(scene, options);
-        let lights = crate::light::lights(scene)?;
-        // A light field stands in place of star depths, which are gone.
-        let known = before.filter(|plan| plan.light_field.is_none());
-        let space = match known.map(|plan| plan.space.rebuilt(scene, settings, control)).transpose()?.flatten() {
-            Some(space) => space,
-            None => SpatialPlan::new(scene, settings, control)?,
-        };
-        space.check_stars(scene)?;
-        let spectral = pilots::spectral(scene, &lights, &space, settings, control)?;
-        spectral.check_strength(&lights)?;
-        let mut draft = Draft::new(scene, lights, space, spectral, settings, control)?;
-        let stepping = match draft.star_march {
-            // Nothing is baked that a step could be wrong about.
-            Some(n) => Stepping::Fixed(n),
-            None => {
-                let Draft { lights, space, spectral, light_field, .. } = &mut draft;
-                pilots::choose(scene, lights, spectral, space, light_field.as_ref(), settings, control)?
-            }
-        };
-        draft.plan(scene, stepping, settings, before.and_then(|plan| plan.scattered_field.as_deref()), control)
-    }
-
-    /// Plans `scene` for a look at once, while things change, from what `before`, another preview, has that still
-    /// holds: by the rule [`PREVIEW`](rule::PREVIEW) whatever the scene's method is, at [`PREVIEW_VOXELS`], and nothing
-    /// is measured or stated of its error.
-    ///
-    /// # Errors
-    /// Those of [`new`](Self::new).
-    pub fn preview(before: Option<&Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
-        scene.check()?;
-        let entry =
-            MethodEntry { name: rule::PREVIEW.name, summary: rule::PREVIEW.summary, rule: &rule::PREVIEW, star_depth: StarDepth::Cached };
-        let kept = &scene.method;
-        let method = Method {
-            entry,
-            accuracy: PREVIEW_ACCURACY,
-            bake: kept.bake,
-            bounces: kept.bounces,
-            exact_stars: kept.exact_stars,
-            ..Method::default()
-        };
-        let settings = &Settings { method, ..Settings::of(scene, options) };
-        let space = match before.map(|plan| plan.space.updated(scene, settings, control)).transpose()?.flatten() {
-            Some(space) => space,
-            None => Arc::new(SpatialPlan::coarse(scene, settings, PREVIEW_VOXELS, control)?),
-        };
-        let lights = crate::light::lights(scene)?;
-        let spectral = SpectralPlan::new(scene, &lights, space.many_lights.as_deref(), settings, space.reach(&scene.camera), control)?;
-        let known = before.and_then(|plan| plan.scattered_field.as_deref());
-        let scattered_field = MultipleScattering::new(scene, &lights, &spectral, &space, (settings, Fineness::PREVIEW), known, control)?;
-        Ok(Self {
-            camera: scene.camera.clone(),
-            lights: Arc::new(lights),
-            space,
-            spectral: Arc::new(spectral),
-            stepping: Stepping::PerVoxel(PREVIEW_STEPS),
-            star_march: None,
-            light_field: None,
-            scattered_field: scattered_field.map(Arc::new),
-            bounces: settings.method.bounces,
-        })
-    }
-
-    /// The light of `scene` that was scattered before it scatters towards the eye, solved anew as this plan's was; none
-    /// where light scatters once, or nothing scatters.
-    ///
-    /// # Errors
-    /// Those of [`new`](Self::new).
-    pub fn scattered_again(&self, scene: &Scene, options: &Options, control: &Control) -> Result<Option<MultipleScattering>> {
-        let settings = &Settings::of(scene, options);
-        MultipleScattering::new(scene, &self.lights, &self.spectral, &self.space, (settings, Fineness::FULL), None, control)
-    }
-
     /// Whether another is the same plan, seen by the same camera: whatever is large is shared, not equal.
     pub fn is(&self, other: &Self) -> bool {
         fn same<T>(a: &Option<Arc<T>>, b: &Option<Arc<T>>) -> bool {
@@ -388,7 +168,7 @@ impl Plan {
     #[must_use]
     pub fn without_near_field(mut self) -> Self {
         if let Some(scattered_field) = &mut self.scattered_field {
-            Arc::make_mut(scattered_field).report.gathered = None;
+            Arc::make_mut(scattered_field).report.far_field = None;
         }
         self
     }
@@ -409,22 +189,6 @@ impl Plan {
         }
         self.camera = camera;
         Ok(())
-    }
-
-    /// Plans `scene` at `steps` samples a ray, with rules as they are asked for and nothing measured: for comparisons
-    /// that measure from outside.
-    ///
-    /// # Errors
-    /// Those of [`new`](Self::new).
-    pub fn sampled(scene: &Scene, options: &Options, steps: usize, control: &Control) -> Result<Self> {
-        scene.check()?;
-        let method = Method { steps: Some(steps), ..scene.method.clone() };
-        let settings = &Settings { method, ..Settings::of(scene, options) };
-        let lights = crate::light::lights(scene)?;
-        let space = SpatialPlan::new(scene, settings, control)?;
-        space.check_stars(scene)?;
-        let spectral = SpectralPlan::new(scene, &lights, space.many_lights.as_deref(), settings, space.reach(&scene.camera), control)?;
-        Draft::new(scene, lights, space, spectral, settings, control)?.plan(scene, Stepping::Fixed(steps), settings, None, control)
     }
 
     /// Puts a star elsewhere \[pc\]: its depths alone are swept anew, nothing that spectra decide is touched. The

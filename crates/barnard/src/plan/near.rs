@@ -8,6 +8,7 @@ use glam::DVec3;
 use crate::field::Field;
 use crate::geometry::Ray;
 use crate::plan::SpatialPlan;
+use crate::plan::segment::Segment;
 
 /// A piece of a segment near a star.
 pub struct NearPiece {
@@ -95,18 +96,17 @@ pub fn phases(angle: f64, phase_angle: f64) -> usize {
     ((angle / phase_angle).ceil() as usize).clamp(1, MAX_PHASES)
 }
 
-/// The pieces of [`from`, `to`] on `ray`, along which τ grows from `tau` by `growth`, split where the phase function
-/// changes within one.
+/// The pieces of a segment of `ray`, split where the phase function changes within one.
 pub fn pieces(
     dust: Dust<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64>,
     resolution: Resolution,
     star: DVec3,
     ray: &Ray,
-    (from, to): (f64, f64),
-    (tau, growth): (f64, f64),
+    segment: &Segment,
     mut visit: impl FnMut(NearPiece),
 ) {
     let Resolution { phase_angle, fineness } = resolution;
+    let Segment { from, to, tau, growth } = *segment;
     let foot = (star - ray.origin).dot(ray.direction);
     let b = (star - ray.at(foot)).length().max(CLOSEST);
     let (start, end) = (((from - foot) / b).atan(), ((to - foot) / b).atan());

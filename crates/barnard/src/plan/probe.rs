@@ -1,6 +1,6 @@
 //! What one ray brings, wavelength by wavelength.
 
-use spectra::rule::mean_transmittance;
+use spectra::rule::{DepthSpan, mean_transmittance};
 use spectra::spectrum::Line;
 
 use crate::error::Result;
@@ -40,15 +40,15 @@ impl Eye for Spectrograph {
         true
     }
 
-    /// All: what the field of many lights has gathered knows of no wavelengths but its own.
+    /// All: the field of the gathered stars knows no wavelengths but its own.
     fn stars(&self, space: &SpatialPlan) -> Vec<usize> {
         let gathered = space.many_lights.iter().flat_map(|many_lights| &many_lights.stars);
         space.marched().iter().chain(gathered).copied().collect()
     }
 
-    fn light(&mut self, light: usize, amount: f64, depths: (f64, f64)) {
+    fn light(&mut self, light: usize, amount: f64, depths: DepthSpan) {
         for (wave, radiance) in self.waves.iter().zip(&mut self.radiance).filter(|(wave, _)| wave.strength[light] != 0.0) {
-            *radiance += amount * wave.strength[light] * mean_transmittance(wave.k * depths.0, wave.k * depths.1);
+            *radiance += amount * wave.strength[light] * mean_transmittance(wave.k * depths.from, wave.k * depths.to);
         }
     }
 }

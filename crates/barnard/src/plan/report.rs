@@ -58,8 +58,8 @@ impl Plan {
     pub fn certificates(&self, band: usize, stats: &RenderStats) -> Vec<(usize, Certificate)> {
         let (sources, depth) = (&self.spectral.bands[band].sources, stats.depth);
         let mut certificates = self.spectral.certify(band, depth);
-        for (light, gathered) in self.light_field.iter().flat_map(|field| field.certify(band, sources, depth)) {
-            certificates[light] = gathered;
+        for (light, certificate) in self.light_field.iter().flat_map(|field| field.certify(band, sources, depth)) {
+            certificates[light] = certificate;
         }
         let shining = |(light, _): &(usize, Certificate)| sources[*light].measure.total() > 0.0;
         let rounded = |(light, c): (usize, Certificate)| {
@@ -80,10 +80,10 @@ impl Plan {
     pub fn notes(&self) -> Vec<(String, String)> {
         let isotropic = self.light_field.as_ref().filter(|f| f.isotropic_instead);
         let isotropic = isotropic.map(|_| ("phase function".into(), "put aside by this method, which scatters evenly".into()));
-        let gathered = self.scattered_field.iter().filter_map(|d| d.report.gathered).map(|g| ("gathered stars".into(), g.to_string()));
+        let far_field = self.scattered_field.iter().filter_map(|d| d.report.far_field).map(|g| ("gathered stars".into(), g.to_string()));
         let scattered_field =
             self.scattered_field.iter().filter(|d| d.report.sweeps > 0).map(|d| ("many bounces".into(), d.report.to_string()));
-        self.spatial_note().into_iter().chain(isotropic).chain(self.fit_note()).chain(gathered).chain(scattered_field).collect()
+        self.spatial_note().into_iter().chain(isotropic).chain(self.fit_note()).chain(far_field).chain(scattered_field).collect()
     }
 
     /// The worst of the polynomials that stand for spectra.

@@ -10,6 +10,33 @@
 //! |---|---|---|
 //! | b, t₀, t₁ | `distance`, `from`, `to` | pc |
 
+use spectra::rule::DepthSpan;
+
+/// A segment of a ray, and the optical depth at V along it.
+#[derive(Debug, Clone, Copy)]
+pub struct Segment {
+    /// Distance at which it begins \[pc\].
+    pub from: f64,
+    /// Distance at which it ends \[pc\].
+    pub to: f64,
+    /// Optical depth before it \[1\].
+    pub tau: f64,
+    /// How much that grows within \[1\].
+    pub growth: f64,
+}
+
+impl Segment {
+    /// How long it is \[pc\].
+    pub fn length(&self) -> f64 {
+        self.to - self.from
+    }
+
+    /// Depths at its ends \[1\].
+    pub fn depths(&self) -> DepthSpan {
+        DepthSpan { from: self.tau, to: self.tau + self.growth }
+    }
+}
+
 /// Mean of 1/(b² + t²) over [`from`, `to`] [pc⁻²].
 pub fn mean_inverse_square(distance: f64, from: f64, to: f64) -> f64 {
     let length = to - from;

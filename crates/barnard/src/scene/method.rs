@@ -28,7 +28,7 @@ pub enum StarDepth {
     Cached,
     /// Marched again at every sample.
     Marched,
-    /// Nowhere: the light of all stars is gathered in voxels once.
+    /// Nowhere: the light of all stars is deposited in voxels once.
     LightField,
 }
 
@@ -55,7 +55,7 @@ const OTHERS: [(&str, &str, &str, StarDepth); 2] = [
     (
         "projection",
         "propagation",
-        "projection with the light of all stars gathered in voxels as polynomials: Barrès & Neyret's many lights; scatters evenly",
+        "projection with the light of all stars deposited in voxels as polynomials: Barrès & Neyret's many lights; scatters evenly",
         StarDepth::LightField,
     ),
 ];

@@ -40,6 +40,14 @@ pub struct Volume {
     pub data: Vec<f32>,
 }
 
+/// One channel of a volume that is written.
+pub struct ChannelMut<'a> {
+    /// The volume.
+    pub volume: &'a mut Volume,
+    /// The channel's place among the others of a voxel.
+    pub slot: usize,
+}
+
 /// More channels than this are put into another volume: the march reads them together.
 pub const MAX_CHANNELS: usize = 8;
 

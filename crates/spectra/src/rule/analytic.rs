@@ -6,7 +6,7 @@
 //!
 //! Source: Barrès & Neyret 2023, "naive analytical".
 
-use super::{BandProblem, BandRule, Decay, Form, RuleEntry, Source, mean_transmittance};
+use super::{BandProblem, BandRule, Decay, DepthSpan, Form, RuleEntry, Source, mean_transmittance};
 use crate::error::{Result, SpectraError};
 use crate::polynomial::{Attenuated, Fit, Polynomial};
 
@@ -21,7 +21,7 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
 const SAMPLES: usize = 512;
 /// Relative deviation of k λ from a constant that still is extinction proportional to 1/λ.
 const TOLERANCE: f64 = 1e-9;
-/// Half a course of depths times the spread of k up to which a medium is grey: its light is off by less than a sixth of
+/// Half a span of depths times the spread of k up to which a medium is grey: its light is off by less than a sixth of
 /// its square.
 const GREY: f64 = 1e-3;
 
@@ -74,8 +74,8 @@ impl PolynomialSource {
         0.5 * (c_um / low - c_um / high)
     }
 
-    /// The mean of F over the depths between two.
-    pub fn mean(&self, c_um: f64, (from, to): (f64, f64)) -> f64 {
+    /// The mean of F over a span of depths.
+    pub fn mean(&self, c_um: f64, DepthSpan { from, to }: DepthSpan) -> f64 {
         let half = 0.5 * (to - from);
         if half.abs() * self.spread(c_um) > GREY {
             return (self.at(c_um, from).left - self.at(c_um, to).left) / (to - from);
@@ -99,7 +99,7 @@ impl Decay for Analytic {
         Some(&self.sources[s].fit)
     }
 
-    fn mean(&self, s: usize, weights: &[f64], depths: (f64, f64)) -> f64 {
+    fn mean(&self, s: usize, weights: &[f64], depths: DepthSpan) -> f64 {
         let source = &self.sources[s];
         if source.total == 0.0 { 0.0 } else { weights[0] * source.mean(self.c_um, depths) / source.total }
     }

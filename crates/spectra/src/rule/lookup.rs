@@ -2,10 +2,11 @@
 //!
 //! ln F(a) is concave-up and smooth; it is tabulated at equal steps of a and taken linear between: in an interval the
 //! medium is grey with the local mean extinction −d ln F/da. The number of entries doubles until `accuracy` is kept.
-//! Means over a course of depths are those of the table, exactly: what it leaves behind every entry, ∫ F da, is
+//! Means over a span of depths are those of the table, exactly: what it leaves behind every entry, ∫ F da, is
 //! tabulated too.
 
-use super::{BandProblem, BandRule, Decay, Form, Measure, RuleEntry, mean_transmittance};
+use super::depths::Place;
+use super::{BandProblem, BandRule, Decay, DepthSpan, Form, Measure, RuleEntry, mean_transmittance};
 use crate::error::Result;
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
@@ -36,8 +37,8 @@ impl Decay for Lookup {
         &self.weights[s]
     }
 
-    fn mean(&self, s: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
-        weights[0] * self.tables[s].mean(from.min(to), from.max(to))
+    fn mean(&self, s: usize, weights: &[f64], depths: DepthSpan) -> f64 {
+        weights[0] * self.tables[s].mean(depths.low(), depths.high())
     }
 }
 
@@ -53,7 +54,7 @@ pub struct DepthTable {
 }
 
 impl DepthTable {
-    /// Half growth of −ln F up to which [`rows`](Self::rows) may be read in the middle of a course alone, and what its
+    /// Half growth of −ln F up to which [`rows`](Self::rows) may be read in the middle of a span alone, and what its
     /// bend may change there: third cumulants of a passband and squares of the second are left out, 1e-6 at most.
     pub const THIN: f32 = 0.15;
     /// See [`THIN`](Self::THIN).
@@ -77,14 +78,12 @@ impl DepthTable {
 
     /// The gap between two entries in which a depth lies, and how far within; beyond the last entry the last gap goes
     /// on.
-    fn place(&self, depth: f64) -> (usize, f64) {
-        let x = depth / self.step;
-        let gap = (x as usize).min(self.log.len() - 2);
-        (gap, x - gap as f64)
+    fn place(&self, depth: f64) -> Place {
+        Place::new(depth / self.step, self.log.len())
     }
 
     /// −ln (F/F(0)) at a place.
-    fn depth_at(&self, (gap, fraction): (usize, f64)) -> f64 {
+    fn depth_at(&self, Place { gap, fraction }: Place) -> f64 {
         -(self.log[gap] + fraction * (self.log[gap + 1] - self.log[gap]))
     }
 
@@ -92,13 +91,13 @@ impl DepthTable {
     fn mean(&self, low: f64, high: f64) -> f64 {
         let (first, last) = (self.place(low), self.place(high));
         let within = mean_transmittance(self.depth_at(first), self.depth_at(last));
-        if first.0 == last.0 {
+        if first.gap == last.gap {
             return within;
         }
-        let before = (1.0 - first.1) * mean_transmittance(self.depth_at(first), -self.log[first.0 + 1]);
-        let after = last.1 * mean_transmittance(-self.log[last.0], self.depth_at(last));
-        let gaps = (1.0 - first.1) + (last.0 - first.0 - 1) as f64 + last.1;
-        (before + after + (self.left[first.0 + 1] - self.left[last.0]) / self.step) / gaps
+        let before = (1.0 - first.fraction) * mean_transmittance(self.depth_at(first), -self.log[first.gap + 1]);
+        let after = last.fraction * mean_transmittance(-self.log[last.gap], self.depth_at(last));
+        let gaps = (1.0 - first.fraction) + (last.gap - first.gap - 1) as f64 + last.fraction;
+        (before + after + (self.left[first.gap + 1] - self.left[last.gap]) / self.step) / gaps
     }
 
     /// ln F at each entry but the last, how much it rises to the next, half of its second derivative over the depth,

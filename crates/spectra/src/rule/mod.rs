@@ -17,6 +17,7 @@
 mod analytic;
 mod band_quadrature;
 mod certificate;
+mod depths;
 mod fixed_wavelength;
 mod gauss_legendre;
 mod lookup;
@@ -31,6 +32,7 @@ mod truth;
 pub use analytic::{Analytic, PolynomialSource};
 pub use band_quadrature::PREVIEW;
 pub use certificate::{Certificate, Rounding};
+pub use depths::DepthSpan;
 pub use lookup::{DepthTable, Lookup};
 pub use nodes::{Nodes, mean_transmittance};
 pub use preintegrated::{Preintegrated, SegmentTable};
@@ -111,12 +113,12 @@ pub trait Decay {
         vec![source.measure.reweighted(factor).total() / self.terms() as f64; self.terms()]
     }
 
-    /// Σ_t w_t ⟨D_st⟩ over a course of depths that is linear between two ends, in the unit of w.
-    fn mean(&self, s: usize, weights: &[f64], depths: (f64, f64)) -> f64;
+    /// Σ_t w_t ⟨D_st⟩ over a span of depths, in the unit of w.
+    fn mean(&self, s: usize, weights: &[f64], depths: DepthSpan) -> f64;
 
     /// Σ_t |w_t D_st(a)| at one depth, in the unit of w: what rounding is a part of, where terms cancel.
     fn size(&self, s: usize, weights: &[f64], depth: f64) -> f64 {
-        self.mean(s, weights, (depth, depth)).abs()
+        self.mean(s, weights, DepthSpan::at(depth)).abs()
     }
 
     /// The polynomial that stands for source `s`, where one does.
@@ -126,7 +128,7 @@ pub trait Decay {
 
     /// The largest error of Σ_t w_t D_st(a) against what `measure` says, over depths up to `depth`.
     fn certificate(&self, s: usize, weights: &[f64], measure: &Measure, depth: f64) -> Certificate {
-        Certificate::measured(measure, |a| self.mean(s, weights, (a, a)), depth)
+        Certificate::measured(measure, |a| self.mean(s, weights, DepthSpan::at(a)), depth)
     }
 }
 
@@ -180,11 +182,11 @@ impl BandRule {
 
     /// The rule's F(a) of source `s`.
     pub fn evaluate(&self, s: usize, depth: f64) -> f64 {
-        self.mean(s, (depth, depth))
+        self.mean(s, DepthSpan::at(depth))
     }
 
-    /// The rule's ⟨F⟩ of source `s` over a course of depths that is linear between two ends.
-    pub fn mean(&self, s: usize, depths: (f64, f64)) -> f64 {
+    /// The rule's ⟨F⟩ of source `s` over a span of depths.
+    pub fn mean(&self, s: usize, depths: DepthSpan) -> f64 {
         let decay = self.form.decay();
         decay.mean(s, decay.weights(s), depths)
     }

@@ -1,11 +1,11 @@
 //! The nodes family: F(a) ≈ Σ_j w_j e^(−a k_j), eq. (7) of docs/method.md. A node is monochromatic transport.
 //!
-//! Over a course of depths that is linear between a₀ and a₁, mean ā and half difference y = (a₁ − a₀)/2,
+//! Over depths that run linearly between a₀ and a₁, mean ā and half difference y = (a₁ − a₀)/2,
 //!
 //!   ⟨e^(−k a)⟩ = e^(−k ā) sinh(k y)/(k y)                                      eq. (5)
 
 use super::band_quadrature::interpolatory_weights;
-use super::{BandProblem, BandRule, Decay, Form, Node, Source};
+use super::{BandProblem, BandRule, Decay, DepthSpan, Form, Node, Source};
 
 /// Exponentials at nodes that the sources share.
 #[derive(Debug, Clone)]
@@ -59,8 +59,8 @@ impl Decay for Nodes {
         self.nodes.iter().zip(&self.weights[s]).map(|(n, w)| w * factor(n.lambda_um)).collect()
     }
 
-    fn mean(&self, _: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
-        self.nodes.iter().zip(weights).map(|(n, w)| w * mean_transmittance(n.k * from, n.k * to)).sum()
+    fn mean(&self, _: usize, weights: &[f64], depths: DepthSpan) -> f64 {
+        self.nodes.iter().zip(weights).map(|(n, w)| w * mean_transmittance(n.k * depths.from, n.k * depths.to)).sum()
     }
 }
 

@@ -9,7 +9,7 @@
 //!
 //! Source: Engel, Kraus & Ertl 2001, Graphics Hardware, doi:10.1145/383507.383515; Barrès & Neyret 2023.
 
-use super::{BandProblem, BandRule, Certificate, Decay, Form, Measure, RuleEntry, Source};
+use super::{BandProblem, BandRule, Certificate, Decay, DepthSpan, Form, Measure, RuleEntry, Source};
 use crate::error::Result;
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
@@ -116,15 +116,15 @@ impl Decay for Preintegrated {
         weights
     }
 
-    fn mean(&self, s: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
-        let (front, delta) = (from.min(to), (to - from).abs());
+    fn mean(&self, s: usize, weights: &[f64], depths: DepthSpan) -> f64 {
+        let (front, delta) = (depths.low(), depths.high() - depths.low());
         self.k.iter().zip(&self.tables[s]).zip(weights).map(|((k, table), w)| w * (-k * front).exp() * table.at(delta)).sum()
     }
 
     /// Of light behind any depth, and of what reading adds in a segment: where that is thick its mean is small, and so
     /// is what is lost of it.
     fn certificate(&self, s: usize, weights: &[f64], measure: &Measure, depth: f64) -> Certificate {
-        let plain = Certificate::measured(measure, |a| self.mean(s, weights, (a, a)), depth);
+        let plain = Certificate::measured(measure, |a| self.mean(s, weights, DepthSpan::at(a)), depth);
         Certificate { absolute: plain.absolute + self.reading, relative: plain.relative + 2.0 * self.reading, depth }
     }
 }

@@ -8,7 +8,8 @@
 //!
 //! Source: Barrès & Neyret 2023.
 
-use super::{BandProblem, BandRule, Decay, Form, Measure, RuleEntry, Source};
+use super::depths::Place;
+use super::{BandProblem, BandRule, Decay, DepthSpan, Form, Measure, RuleEntry, Source};
 use crate::basis::{Basis, Criterion, Domain, MAX_SIZE};
 use crate::error::Result;
 
@@ -23,7 +24,7 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
 const SHARE: f64 = 0.3;
 /// The part of the accuracy that reading the table between its entries may cost.
 const TABLE_SHARE: f64 = 0.03;
-/// The part of the entries' step in which a course of depths is one depth.
+/// The part of the entries' step in which a span of depths is one depth.
 const ONE_DEPTH: f64 = 1e-9;
 const MIN_ENTRIES: usize = 256;
 const MAX_ENTRIES: usize = 1 << 14;
@@ -39,7 +40,7 @@ pub struct Projection {
     pub coordinates: Vec<Vec<f64>>,
     /// ∫ q_i da from there to the last entry, of coordinates that are linear between entries \[entry\]\[element\].
     pub left: Vec<Vec<f64>>,
-    /// Half length of a course of depths up to which ⟨q⟩ is q + half² q″/6 at its middle, as exactly as the table is
+    /// Half length of a span of depths up to which ⟨q⟩ is q + half² q″/6 at its middle, as exactly as the table is
     /// read \[1\].
     pub short: f64,
     /// ∫ W Q_i dλ, source × element.
@@ -69,13 +70,12 @@ impl Projection {
     }
 
     /// The gap between two entries in which a depth lies, and how far within, held at the last entry.
-    fn place(&self, depth: f64) -> (usize, f64) {
-        let x = depth / self.step;
-        let gap = (x as usize).min(self.coordinates.len() - 2);
-        (gap, (x - gap as f64).min(1.0))
+    fn place(&self, depth: f64) -> Place {
+        let Place { gap, fraction } = Place::new(depth / self.step, self.coordinates.len());
+        Place { gap, fraction: fraction.min(1.0) }
     }
 
-    fn value(&self, (gap, fraction): (usize, f64), element: usize) -> f64 {
+    fn value(&self, Place { gap, fraction }: Place, element: usize) -> f64 {
         let (low, high) = (self.coordinates[gap][element], self.coordinates[gap + 1][element]);
         low + fraction * (high - low)
     }
@@ -96,12 +96,12 @@ impl Projection {
             if steps < ONE_DEPTH {
                 return 0.5 * (from + to);
             }
-            let within = if first.0 == last.0 {
-                0.5 * (last.1 - first.1) * (from + to)
+            let within = if first.gap == last.gap {
+                0.5 * (last.fraction - first.fraction) * (from + to)
             } else {
-                let before = 0.5 * (1.0 - first.1) * (from + self.coordinates[first.0 + 1][element]);
-                let after = 0.5 * last.1 * (self.coordinates[last.0][element] + to);
-                before + after + (self.left[first.0 + 1][element] - self.left[last.0][element]) / self.step
+                let before = 0.5 * (1.0 - first.fraction) * (from + self.coordinates[first.gap + 1][element]);
+                let after = 0.5 * last.fraction * (self.coordinates[last.gap][element] + to);
+                before + after + (self.left[first.gap + 1][element] - self.left[last.gap][element]) / self.step
             };
             (within + held * to) / steps
         })
@@ -137,8 +137,8 @@ impl Decay for Projection {
         integrals(&self.basis, &source.measure.reweighted(factor))
     }
 
-    fn mean(&self, _: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
-        self.means(from.min(to), from.max(to)).zip(weights).map(|(q, w)| q * w).sum()
+    fn mean(&self, _: usize, weights: &[f64], depths: DepthSpan) -> f64 {
+        self.means(depths.low(), depths.high()).zip(weights).map(|(q, w)| q * w).sum()
     }
 
     fn size(&self, _: usize, weights: &[f64], depth: f64) -> f64 {

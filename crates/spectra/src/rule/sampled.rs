@@ -6,7 +6,7 @@
 //! over the parts of what lies between the largest and the smallest value in each, over n: that bound is the
 //! certificate. The mean over many rays is exact.
 
-use super::{BandProblem, BandRule, Certificate, Decay, Form, Measure, RuleEntry, mean_transmittance};
+use super::{BandProblem, BandRule, Certificate, Decay, DepthSpan, Form, Measure, RuleEntry, mean_transmittance};
 use crate::error::{Result, SpectraError};
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
@@ -125,19 +125,19 @@ impl Decay for Sampled {
         &self.weights[s]
     }
 
-    fn mean(&self, s: usize, weights: &[f64], (from, to): (f64, f64)) -> f64 {
+    fn mean(&self, s: usize, weights: &[f64], depths: DepthSpan) -> f64 {
         let measure = &self.expected[s];
         let total = measure.total();
         if total == 0.0 {
             return 0.0;
         }
-        let sum: f64 = measure.k.iter().zip(&measure.mass).map(|(k, m)| m * mean_transmittance(k * from, k * to)).sum();
+        let sum: f64 = measure.k.iter().zip(&measure.mass).map(|(k, m)| m * mean_transmittance(k * depths.from, k * depths.to)).sum();
         weights.iter().sum::<f64>() * sum / total
     }
 
     /// What one ray can be off by, beside what the mean of all is off by.
     fn certificate(&self, s: usize, weights: &[f64], measure: &Measure, depth: f64) -> Certificate {
-        let (mean, ray) = (Certificate::measured(measure, |a| self.mean(s, weights, (a, a)), depth), self.bound(s, depth));
+        let (mean, ray) = (Certificate::measured(measure, |a| self.mean(s, weights, DepthSpan::at(a)), depth), self.bound(s, depth));
         Certificate { absolute: mean.absolute + ray.absolute, relative: mean.relative + ray.relative, depth }
     }
 }

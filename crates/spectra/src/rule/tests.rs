@@ -298,15 +298,16 @@ fn random_wavelengths_have_the_right_mean() {
 /// What a segment holds is its integral, for every form and for any thickness: means are off by no more than the
 /// certificate says of single depths.
 #[test]
-fn means_are_integrals_over_the_course() {
+fn means_are_integrals_over_the_span() {
     for (entry, name) in RULES.iter().flat_map(|entry| ["johnson-V", "gaiadr3-G", "hst-wfc3-f656n"].map(|name| (entry, name))) {
         let band = Passband::named(name).unwrap();
         let (rule, sources) = solve_with(entry.name, &band, &black_bodies()[1..3], law_of(entry, "fitzpatrick99"), 1e-4, None);
         let Measure { k, mass, .. } = &sources[0].measure;
         let all: f64 = mass.iter().sum();
-        let whole = |depths: (f64, f64)| k.iter().zip(mass).map(|(k, m)| m * mean_transmittance(k * depths.0, k * depths.1)).sum::<f64>();
+        let whole = |d: DepthSpan| k.iter().zip(mass).map(|(k, m)| m * mean_transmittance(k * d.from, k * d.to)).sum::<f64>();
         for (from, to) in [(0.5, 0.5), (0.3, 0.8), (2.0, 1.6), (0.0, 1.0), (0.0, 20.0), (12.0, 3.0), (0.0, 1e-4), (19.0, 19.01)] {
-            let error = (rule.mean(0, (from, to)) - whole((from, to))).abs() / all;
+            let span = DepthSpan { from, to };
+            let error = (rule.mean(0, span) - whole(span)).abs() / all;
             assert!(
                 error <= rule.certificates[0].absolute + 1e-9,
                 "{} {name} {from} {to}: {error:e} {:?}",
@@ -315,7 +316,7 @@ fn means_are_integrals_over_the_course() {
             );
         }
         // One depth in place of a thick course is far off: the comparison can fail.
-        assert!(whole((0.0, 20.0)) - whole((10.0, 10.0)) > 1e-2 * all);
+        assert!(whole(DepthSpan { from: 0.0, to: 20.0 }) - whole(DepthSpan::at(10.0)) > 1e-2 * all);
     }
 }
 

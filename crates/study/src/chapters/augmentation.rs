@@ -22,8 +22,8 @@ const RANGES: [f64; 3] = [20.0, 60.0, 200.0];
 const ARGUMENTS: i32 = 200;
 const SIZES: [usize; 3] = [3, 5, 7];
 
-fn basis((low, high): (f64, f64), range: f64, size: usize) -> Result<(Domain, Basis)> {
-    let domain = Domain::new((low, high), |l| 0.55 / l, |_| 1.0)?;
+fn basis(domain_um: (f64, f64), range: f64, size: usize) -> Result<(Domain, Basis)> {
+    let domain = Domain::new(domain_um, |l| 0.55 / l, |_| 1.0)?;
     let basis = Basis::optimal(&domain, range, size, Criterion::Mean)?;
     Ok((domain, basis))
 }

@@ -9,7 +9,7 @@ use crate::{Axis, Chapter, Figure, Findings, Result, Series};
 pub(super) const CHAPTER: Chapter = Chapter {
     name: "lights",
     title: "5. Many lights",
-    question: "1 to 64 stars in one cloud: what does a frame cost with star depths for each star, and with the light of all gathered in voxels as polynomials; and how wrong does the latter make it?",
+    question: "1 to 64 stars in one cloud: what does a frame cost with star depths for each star, and with the light of all deposited in voxels as polynomials; and how wrong does the latter make it?",
     run,
 };
 

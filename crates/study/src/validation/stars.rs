@@ -114,7 +114,7 @@ fn run(control: &Control) -> Result<Findings> {
         let options = path::Options { bounces: 1, samples: PATHS, ..path::Options::default() };
         path::trace(&own, &options, &mut film, control, &mut |_| ())?;
         let (wrong, chance) = error(&light(&plan, control)?, &film);
-        let gathered = plan.scattered_field().as_ref().and_then(|d| d.report.gathered);
+        let gathered = plan.scattered_field().as_ref().and_then(|d| d.report.far_field);
         let mut row = vec![
             count.to_string(),
             plan.space().marched().len().to_string(),

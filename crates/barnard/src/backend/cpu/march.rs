@@ -23,7 +23,7 @@ use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, Track, exp, lanes, largest};
 use crate::plan::near;
 use crate::plan::near::PART_DISTANCE;
-use crate::plan::{END_DEPTH, END_EVERY, END_SHARE, PhaseTable, Plan, Scatterer};
+use crate::plan::{END_DEPTH, END_EVERY, END_SHARE, PhaseEntry, PhaseTable, Plan, Scatterer};
 use crate::volume::{Channel, Volume};
 
 /// What is the same for all packets.
@@ -77,7 +77,7 @@ impl<'a> March<'a> {
             dt: [0.0; LANES],
             tau: [0.0; LANES],
             sum: vec![[0.0; LANES]; terms],
-            gathered: vec![[0.0; LANES]; self.tables.gathered.as_ref().map_or(0, |g| g.channels())],
+            channels: vec![[0.0; LANES]; self.tables.light_sums.as_ref().map_or(0, |g| g.channels())],
             deepest: [0.0; LANES],
         };
         let spans = self.borders.spans(rays);
@@ -105,8 +105,8 @@ impl<'a> March<'a> {
             let out = &mut radiance[band * LANES..(band + 1) * LANES];
             out.iter_mut().zip(&state.sum[term]).for_each(|(r, s)| *r += s);
         }
-        if let Some(gathered) = &self.tables.gathered {
-            gathered.resolve(&state.gathered, &mut radiance);
+        if let Some(sums) = &self.tables.light_sums {
+            sums.resolve(&state.channels, &mut radiance);
         }
         if let Some(light) = self.tables.weights.background {
             for (band, plan) in self.plan.spectral.bands.iter().enumerate() {
@@ -208,19 +208,19 @@ impl<'a> March<'a> {
 
     /// Entry and fraction of the phase table for cos θ and sin² θ.
     #[inline(always)]
-    pub(super) fn phase_entry(&self, cosine: f32, sine2: f32) -> (usize, f32) {
+    pub(super) fn phase_entry(&self, cosine: f32, sine2: f32) -> PhaseEntry {
         PhaseTable::entry(self.tables.phase_entries, cosine, sine2)
     }
 
     /// The weight of a term at an angle, 1/4π or p(θ) included.
     #[inline(always)]
-    pub(super) fn phase_weight(&self, scatterer: &Scatterer, term: usize, (entry, fraction): (usize, f32)) -> f32 {
+    pub(super) fn phase_weight(&self, scatterer: &Scatterer, term: usize, at: PhaseEntry) -> f32 {
         let Some(table) = &self.plan.spectral.phase else { return scatterer.weights[term] };
         let values = &table.weights[scatterer.light];
         let (stride, column, weight) =
             if table.separable { (1, 0, scatterer.weights[term]) } else { (self.tables.weights.band_of.len(), term, 1.0) };
-        let (low, high) = (values[entry * stride + column], values[(entry + 1) * stride + column]);
-        weight * (low + fraction * (high - low))
+        let (low, high) = (values[at.entry * stride + column], values[(at.entry + 1) * stride + column]);
+        weight * (low + at.fraction * (high - low))
     }
 }
 

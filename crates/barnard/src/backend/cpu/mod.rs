@@ -16,7 +16,7 @@ mod terms;
 
 use rayon::prelude::*;
 
-use super::{Backend, BackendEntry, Job, Radiance, RenderStats, finished};
+use super::{Backend, BackendEntry, DeviceUse, Job, Radiance, RenderStats, finished};
 use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::geometry::Ray;
@@ -35,6 +35,7 @@ pub const ENTRY: BackendEntry = BackendEntry {
     name: "cpu",
     summary: "f32, SIMD, all cores, reads only the plan; the same bits on any number of threads",
     planned: true,
+    device: DeviceUse::Never,
     open: |_| Ok(Box::new(Cpu)),
 };
 

@@ -18,7 +18,7 @@ use super::terms::DepthSpan;
 use crate::packet::{LANES, Lane, fma, lanes, largest};
 use crate::plan::many_lights::near_field_kernel::{PROFILE, Profile, Shape, depth_within};
 use crate::plan::near::{CLOSEST, NEIGHBOUR_PIECES, neighbour_piece};
-use crate::plan::{ManyLights, MultipleScattering, Plan};
+use crate::plan::{ManyLights, MultipleScattering, PhaseEntry, Plan};
 
 /// A gathered star beside a packet: foot of the perpendicular, from the span's start, its length, and half the chord of
 /// the kernel.
@@ -43,7 +43,7 @@ pub struct NearStar<'a> {
 /// A piece of a segment on each ray: its light without phase function, and where in the phase table it is.
 struct Piece {
     light: Lane,
-    entry: [(usize, f32); LANES],
+    entry: [PhaseEntry; LANES],
 }
 
 /// The many lights of a plan, as packets meet it.
@@ -61,7 +61,7 @@ impl<'a> Neighbourhood<'a> {
     /// None where no light is gathered.
     pub fn new(plan: &'a Plan) -> Option<Self> {
         let (many_lights, scattered_field) = (plan.space.many_lights.as_deref()?, plan.scattered_field.as_deref()?);
-        let reach_pc = scattered_field.report.gathered?.near_pc.1;
+        let reach_pc = scattered_field.report.far_field?.near_pc.1;
         let ahead_pc = scattered_field.kernels().iter().map(|kernel| kernel.ahead_pc).fold(0.0, f64::max);
         let piece = neighbour_piece(plan.spectral.phase_angle, plan.spectral.accuracy) as f32;
         Some(Self { many_lights, scattered_field, reach_pc, ahead_pc, piece })
@@ -80,7 +80,7 @@ impl<'a> Neighbourhood<'a> {
         // What is before a star may be met though the star itself is behind the end.
         let far = far + self.ahead_pc;
         let reach = self.reach_pc + apart(near).max(apart(far));
-        self.many_lights.beside(middle, (near, far), reach).filter_map(|star| self.near_star(state, star)).collect()
+        self.many_lights.beside(middle, near, far, reach).filter_map(|star| self.near_star(state, star)).collect()
     }
 
     fn near_star(&self, state: &State, star: usize) -> Option<NearStar<'a>> {
@@ -174,18 +174,20 @@ impl NearStar<'_> {
         let turn = lanes(|lane| angle[lane] / count as f32);
         let mut pieces = Pieces { total: [0.0; LANES], deep: [0.0; LANES], list: SmallVec::new() };
         // Cosine and sine of half a turn, and of where the first piece has its middle, as the star sees it.
-        let turned: [Lane; 2] = [lanes(|lane| small_cos(0.5 * turn[lane])), lanes(|lane| small_sin(0.5 * turn[lane]))];
-        let mut towards = [[0.0; LANES]; 2];
+        let half: [Turn; LANES] =
+            std::array::from_fn(|lane| Turn { cosine: small_cos(0.5 * turn[lane]), sine: small_sin(0.5 * turn[lane]) });
+        let mut towards = half;
         for lane in 0..LANES {
             let inverse = 1.0 / length_of(b[lane], from[lane]);
-            (towards[0][lane], towards[1][lane]) = rotated((b[lane] * inverse, from[lane] * inverse), (turned[0][lane], turned[1][lane]));
+            let start = Turn { cosine: b[lane] * inverse, sine: from[lane] * inverse };
+            towards[lane] = start.and(half[lane]);
         }
         for _ in 0..count {
-            let (mut piece, mut entry) = ([0.0; LANES], [(0, 0.0); LANES]);
+            let (mut piece, mut entry) = ([0.0; LANES], [PhaseEntry::default(); LANES]);
             for lane in 0..LANES {
                 let tangent = match is_narrow {
                     true => 0.5 * (from[lane] + to[lane]) / b[lane],
-                    false => towards[1][lane] / towards[0][lane].max(f32::MIN_POSITIVE),
+                    false => towards[lane].sine / towards[lane].cosine.max(f32::MIN_POSITIVE),
                 };
                 let t = (b[lane] * tangent).clamp(from[lane], to[lane]);
                 let square = fma(t, t, b[lane] * b[lane]);
@@ -203,8 +205,7 @@ impl NearStar<'_> {
             }
             pieces.list.push(Piece { light: piece, entry });
             for lane in 0..LANES {
-                let half = (turned[0][lane], turned[1][lane]);
-                (towards[0][lane], towards[1][lane]) = rotated(rotated((towards[0][lane], towards[1][lane]), half), half);
+                towards[lane] = towards[lane].and(half[lane]).and(half[lane]);
             }
         }
         pieces
@@ -222,14 +223,14 @@ impl NearStar<'_> {
         };
         let terms = &march.tables.terms;
         let Some(table) = &march.plan.spectral.phase else {
-            return terms.gather(0, &state.drawn, &span, |term| Some(lanes(|lane| weights[term] * total[lane])), &mut state.sum);
+            return terms.accumulate(0, &state.drawn, &span, |term| Some(lanes(|lane| weights[term] * total[lane])), &mut state.sum);
         };
         let stride = if table.separable { 1 } else { march.tables.weights.band_of.len() };
         let spread = |column: usize| {
             let mut sum = [0.0; LANES];
             for Piece { light, entry } in list {
                 for lane in 0..LANES {
-                    let (i, f) = entry[lane];
+                    let PhaseEntry { entry: i, fraction: f } = entry[lane];
                     let (low, high) = (table.at_nodes[i * stride + column], table.at_nodes[(i + 1) * stride + column]);
                     sum[lane] = fma(light[lane], fma(f, high - low, low), sum[lane]);
                 }
@@ -238,13 +239,13 @@ impl NearStar<'_> {
         };
         if table.separable {
             let spread = spread(0);
-            terms.gather(0, &state.drawn, &span, |term| Some(lanes(|lane| weights[term] * spread[lane])), &mut state.sum);
+            terms.accumulate(0, &state.drawn, &span, |term| Some(lanes(|lane| weights[term] * spread[lane])), &mut state.sum);
         } else {
             let of_term = |term: usize| {
                 let spread = spread(term);
                 Some(lanes(|lane| weights[term] * spread[lane]))
             };
-            terms.gather(0, &state.drawn, &span, of_term, &mut state.sum);
+            terms.accumulate(0, &state.drawn, &span, of_term, &mut state.sum);
         }
     }
 }
@@ -280,8 +281,20 @@ fn small_sin(x: f32) -> f32 {
     x * fma(square, fma(square, 1.0 / 120.0, -1.0 / 6.0), 1.0)
 }
 
-/// A direction (cosine, sine) turned by another.
-#[inline(always)]
-fn rotated((a, b): (f32, f32), (cosine, sine): (f32, f32)) -> (f32, f32) {
-    (fma(a, cosine, -b * sine), fma(a, sine, b * cosine))
+/// An angle by its cosine and sine.
+#[derive(Clone, Copy)]
+struct Turn {
+    cosine: f32,
+    sine: f32,
+}
+
+impl Turn {
+    /// The sum of both angles.
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        Self {
+            cosine: fma(self.cosine, other.cosine, -self.sine * other.sine),
+            sine: fma(self.cosine, other.sine, self.sine * other.cosine),
+        }
+    }
 }

@@ -57,34 +57,34 @@ impl LightSums {
 
 /// Adds what one segment scatters.
 #[inline(always)]
-pub(super) fn gather(march: &March, gathered: &LightSums, state: &mut State, segment: &Segment) {
-    if gathered.size <= 4 {
-        gather_rows::<4>(march, gathered, state, segment);
+pub(super) fn accumulate(march: &March, sums: &LightSums, state: &mut State, segment: &Segment) {
+    if sums.size <= 4 {
+        accumulate_rows::<4>(march, sums, state, segment);
     } else {
-        gather_rows::<8>(march, gathered, state, segment);
+        accumulate_rows::<8>(march, sums, state, segment);
     }
 }
 
 #[inline(always)]
-fn gather_rows<const ROW: usize>(march: &March, gathered: &LightSums, state: &mut State, segment: &Segment) {
+fn accumulate_rows<const ROW: usize>(march: &March, sums: &LightSums, state: &mut State, segment: &Segment) {
     let (growth, before, after) = (&segment.growth, segment.before, segment.after);
     let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: lanes(|lane| 0.5 * growth[lane]) };
-    let means = gathered.coordinates.means::<ROW>(&span);
-    let (size, width) = (gathered.size, gathered.width);
+    let means = sums.coordinates.means::<ROW>(&span);
+    let (size, width) = (sums.size, sums.width);
     let light = &march.slots.light[..size * width];
     for i in 0..size {
         for j in i..size {
             // M does not change when its indices do places.
             let mut share = [0.0; LANES];
             for m in 0..size {
-                let product = gathered.products[(m * size + i) * size + j];
+                let product = sums.products[(m * size + i) * size + j];
                 for lane in 0..LANES {
                     share[lane] += product * means[m][lane];
                 }
             }
             let share = lanes(|lane| 0.5 * growth[lane] * share[lane]);
             for (from, to) in [(i, j), (j, i)].into_iter().take(if i == j { 1 } else { 2 }) {
-                for (sum, slot) in state.gathered[to * width..][..width].iter_mut().zip(&light[from * width..]) {
+                for (sum, slot) in state.channels[to * width..][..width].iter_mut().zip(&light[from * width..]) {
                     for lane in 0..LANES {
                         sum[lane] += share[lane] * (before[*slot][lane] + after[*slot][lane]);
                     }

@@ -8,9 +8,9 @@ use super::propagation;
 use super::state::{StarView, State, StepSpan};
 use super::terms::{DepthSpan, Terms};
 use crate::packet::{LANES, Lane, fma, lanes, largest};
-use crate::plan::near;
 use crate::plan::near::{NEAR_ANGLE, NEAR_VOXELS, NearPiece};
-use crate::plan::{PhaseTable, Scatterer};
+use crate::plan::{PhaseEntry, PhaseTable, Scatterer};
+use crate::plan::{near, segment};
 
 /// One segment of sixteen rays.
 pub(super) struct Segment<'a> {
@@ -49,8 +49,8 @@ impl<'a> Segment<'a> {
     #[inline(always)]
     pub fn add(&self, march: &March, state: &mut State, views: &[StarView], near_field: &[NearStar]) {
         if largest(&self.growth) > 0.0 {
-            match &march.tables.gathered {
-                Some(gathered) => propagation::gather(march, gathered, state, self),
+            match &march.tables.light_sums {
+                Some(sums) => propagation::accumulate(march, sums, state, self),
                 None => self.scatter_stars(march, state, views),
             }
             for near_star in near_field.iter().filter(|n| n.meets(self.span)) {
@@ -101,7 +101,7 @@ impl<'a> Segment<'a> {
         match &march.plan.spectral.phase {
             None => {
                 let of_term = |term: usize| Some(scaled(base, scatterer.weights[term]));
-                march.tables.terms.gather(scatterer.light, &state.drawn, &span, of_term, &mut state.sum);
+                march.tables.terms.accumulate(scatterer.light, &state.drawn, &span, of_term, &mut state.sum);
             }
             Some(table) => {
                 let widest =
@@ -145,7 +145,7 @@ impl<'a> Segment<'a> {
         let mut sum = [0.0; LANES];
         for j in 0..phases {
             let part = (j as f32 + 0.5) / phases as f32 - 0.5;
-            let mut angle = Angle { entry: [(0, 0.0); LANES], share: [0.0; LANES] };
+            let mut angle = Angle { entry: [PhaseEntry::default(); LANES], share: [0.0; LANES] };
             for lane in 0..LANES {
                 let t = fma(part, self.length[lane], along[lane]);
                 let r2 = fma(t, t, view.distance[lane] * view.distance[lane]);
@@ -171,17 +171,21 @@ impl<'a> Segment<'a> {
         let resolution = near::Resolution { phase_angle: march.plan.spectral.phase_angle, fineness: 1.0 };
         for lane in (0..LANES).filter(|lane| close[*lane]) {
             let at = |steps: f32| state.span.0[lane] + f64::from(steps) * f64::from(state.dt[lane]);
-            let span = (at(self.span.start), at(self.span.end()));
-            let depth = (f64::from(state.tau[lane]), f64::from(self.growth[lane]));
+            let own = segment::Segment {
+                from: at(self.span.start),
+                to: at(self.span.end()),
+                tau: f64::from(state.tau[lane]),
+                growth: f64::from(self.growth[lane]),
+            };
             let add = |piece: NearPiece| {
                 let phase = march.phase_entry(piece.cosine as f32, (1.0 - piece.cosine * piece.cosine) as f32);
                 for term in 0..march.tables.weights.band_of.len() {
                     let weight = march.phase_weight(scatterer, term, phase);
-                    let decay = march.tables.terms.at(scatterer.light, (&state.drawn, lane), term, piece.depth as f32);
+                    let decay = march.tables.terms.at(scatterer.light, &state.drawn, lane, term, piece.depth as f32);
                     state.sum[term][lane] += piece.scattering as f32 * weight * decay;
                 }
             };
-            near::pieces(near::samples(&march.plan.space, star), resolution, star, &state.rays[lane], span, depth, add);
+            near::pieces(near::samples(&march.plan.space, star), resolution, star, &state.rays[lane], &own, add);
         }
     }
 
@@ -195,7 +199,7 @@ impl<'a> Segment<'a> {
             let slot = march.slots.scattered_field[term];
             Some(lanes(|lane| 0.5 * nodes.k[term] * growth[lane] * (before[slot][lane] + after[slot][lane])))
         };
-        march.tables.terms.gather(0, &state.drawn, &span, base, &mut state.sum);
+        march.tables.terms.accumulate(0, &state.drawn, &span, base, &mut state.sum);
         if march.plan.space.many_lights.is_some() {
             // Stars that are gathered may be as deep as any.
             let behind = march.plan.space.star_depth as f32;
@@ -216,7 +220,7 @@ impl<'a> Segment<'a> {
             let base = lanes(|lane| 0.5 * self.length[lane] * (before[slot][lane] + after[slot][lane]));
             if largest(&base) > 0.0 {
                 let of_term = |term: usize| (emitter.weights[term] != 0.0).then(|| scaled(&base, emitter.weights[term]));
-                march.tables.terms.gather(emitter.light, &state.drawn, &span, of_term, &mut state.sum);
+                march.tables.terms.accumulate(emitter.light, &state.drawn, &span, of_term, &mut state.sum);
             }
         }
     }
@@ -224,7 +228,7 @@ impl<'a> Segment<'a> {
 
 /// An angle under which a segment scatters: entry and fraction of the phase table, and the share of the light.
 struct Angle {
-    entry: [(usize, f32); LANES],
+    entry: [PhaseEntry; LANES],
     share: Lane,
 }
 
@@ -245,14 +249,14 @@ fn scatter_at(
         let mut spread = [0.0; LANES];
         for Angle { entry, share } in angles {
             for lane in 0..LANES {
-                let (i, f) = entry[lane];
+                let PhaseEntry { entry: i, fraction: f } = entry[lane];
                 spread[lane] += base[lane] * share[lane] * (values[i] + f * (values[i + 1] - values[i]));
             }
         }
-        terms.gather(scatterer.light, &state.drawn, span, |term| Some(scaled(&spread, scatterer.weights[term])), &mut state.sum);
+        terms.accumulate(scatterer.light, &state.drawn, span, |term| Some(scaled(&spread, scatterer.weights[term])), &mut state.sum);
     } else if let [Angle { entry, .. }] = angles {
         let of_term = |term: usize| Some(lanes(|lane| base[lane] * march.phase_weight(scatterer, term, entry[lane])));
-        terms.gather(scatterer.light, &state.drawn, span, of_term, &mut state.sum);
+        terms.accumulate(scatterer.light, &state.drawn, span, of_term, &mut state.sum);
     } else {
         let of_term = |term: usize| {
             let mut spread = [0.0; LANES];
@@ -263,7 +267,7 @@ fn scatter_at(
             }
             Some(spread)
         };
-        terms.gather(scatterer.light, &state.drawn, span, of_term, &mut state.sum);
+        terms.accumulate(scatterer.light, &state.drawn, span, of_term, &mut state.sum);
     }
 }
 

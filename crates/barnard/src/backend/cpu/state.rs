@@ -1,4 +1,4 @@
-//! A packet of rays on its way: where the values of a sample stand, what has been gathered, and the steps to come.
+//! A packet of rays on its way: where the values of a sample stand, what has been found, and the steps to come.
 
 use std::ops::Range;
 
@@ -66,7 +66,7 @@ pub(super) struct State<'a> {
     /// Light so far, term × lane.
     pub(super) sum: Vec<Lane>,
     /// Scattered light so far where it comes from the light field, element × polynomial × lane.
-    pub(super) gathered: Vec<Lane>,
+    pub(super) channels: Vec<Lane>,
     pub(super) deepest: Lane,
 }
 

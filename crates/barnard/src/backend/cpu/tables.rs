@@ -12,7 +12,7 @@ pub struct Tables {
     /// What they count for each light.
     pub weights: Weights,
     /// The light field, in place of what is scattered star by star.
-    pub gathered: Option<LightSums>,
+    pub light_sums: Option<LightSums>,
     /// Entries of the phase tables, zero where scattering is isotropic.
     pub phase_entries: usize,
 }
@@ -21,7 +21,7 @@ impl Tables {
     /// Flattens `plan`.
     pub fn new(plan: &Plan) -> Self {
         let phase_entries = plan.spectral.phase.as_ref().map_or(0, |p| p.entries);
-        let gathered = plan.light_field.as_deref().map(LightSums::new);
-        Self { terms: Terms::new(plan), weights: Weights::new(plan), gathered, phase_entries }
+        let light_sums = plan.light_field.as_deref().map(LightSums::new);
+        Self { terms: Terms::new(plan), weights: Weights::new(plan), light_sums, phase_entries }
     }
 }

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 pub use film::{Estimate, Film};
 
-use super::{Backend, BackendEntry, Job, Radiance, RenderStats, describe};
+use super::{Backend, BackendEntry, DeviceUse, Job, Radiance, RenderStats, describe};
 use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::image::{Band, ERROR_SUFFIX, Image, Samples};
@@ -54,6 +54,7 @@ pub const ENTRY: BackendEntry = BackendEntry {
     name: "path",
     summary: "f64, the referee: an unbiased path tracer, any number of bounces, standard errors beside the bands",
     planned: false,
+    device: DeviceUse::Never,
     open: |scene| Ok(Box::new(PathTracer::new(Options { bounces: scene.method.bounces, ..Options::default() }))),
 };
 

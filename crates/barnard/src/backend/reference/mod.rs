@@ -24,7 +24,7 @@ use rayon::prelude::*;
 use spectra::quadrature::integrate;
 use spectra::rule::truth_points;
 
-use super::{Backend, BackendEntry, Job, Radiance, RenderStats, describe};
+use super::{Backend, BackendEntry, DeviceUse, Job, Radiance, RenderStats, describe};
 use crate::camera::Camera;
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
@@ -68,6 +68,7 @@ pub const ENTRY: BackendEntry = BackendEntry {
     name: "reference",
     summary: "f64, adaptive in space and wavelength, exact star depths: slow, plain, the definition",
     planned: false,
+    device: DeviceUse::Never,
     open: |_| Ok(Box::new(Reference { accuracy: DEFAULT_ACCURACY })),
 };
 

@@ -70,7 +70,39 @@ pub struct Profile {
     pieces: Vec<Piece>,
 }
 
+/// How often a piece is halved at most.
 const MAX_LEVEL: usize = 14;
+
+/// The pieces of a field along a ray as they are found.
+struct Fit<'a> {
+    field: &'a dyn Field,
+    ray: &'a Ray,
+    /// In parts of the largest value; none where one polynomial is exact.
+    accuracy: Option<f64>,
+    /// The largest value so far.
+    largest: f64,
+    pieces: Vec<Piece>,
+}
+
+impl Fit<'_> {
+    /// The pieces from `start` to `end`, halved until they are accurate.
+    fn add(&mut self, start: f64, end: f64, level: usize) {
+        let value = |u: f64| self.field.at(self.ray.at(start + u * (end - start)));
+        let values = nodes().map(value);
+        let largest = values.iter().fold(self.largest, |m, v| m.max(v.abs()));
+        let piece = Piece::through(start, end, values);
+        let wrong = |tolerance: f64| [0.18, 0.5, 0.82].iter().any(|u| (piece.at(start + u * (end - start)) - value(*u)).abs() > tolerance);
+        let halve = self.accuracy.is_some_and(|accuracy| level < MAX_LEVEL && wrong(accuracy * largest));
+        self.largest = largest;
+        if halve {
+            let middle = 0.5 * (start + end);
+            self.add(start, middle, level + 1);
+            self.add(middle, end, level + 1);
+        } else {
+            self.pieces.push(piece);
+        }
+    }
+}
 
 impl Profile {
     /// `field` along `ray` up to `far`, to `accuracy` of its largest value.
@@ -85,46 +117,20 @@ impl Profile {
         ends.retain(|t| (near..=far).contains(t));
         ends.sort_by(f64::total_cmp);
         ends.dedup_by(|a, b| (*a - *b).abs() <= 1e-13 * b.abs().max(1.0));
-        let mut profile = Self::default();
         let exact = field.grid().is_some();
-        let largest = std::cell::Cell::new(0.0f64);
+        let mut fit = Fit { field, ray, accuracy: (!exact).then_some(accuracy), largest: 0.0, pieces: Vec::new() };
         for pair in ends.windows(2) {
             let parts = if exact { 1 } else { ((pair[1] - pair[0]) / field.feature_pc()).ceil().clamp(1.0, 1e5) as usize };
             let at = |i: usize| pair[0] + (pair[1] - pair[0]) * i as f64 / parts as f64;
-            for i in 0..parts {
-                profile.add(field, ray, (at(i), at(i + 1)), if exact { None } else { Some(accuracy) }, &largest, 0);
-            }
+            (0..parts).for_each(|i| fit.add(at(i), at(i + 1), 0));
         }
+        let mut profile = Self { pieces: fit.pieces };
         let mut before = 0.0;
         for piece in &mut profile.pieces {
             piece.before = before;
             before = piece.column(piece.end);
         }
         profile
-    }
-
-    fn add(
-        &mut self,
-        field: &dyn Field,
-        ray: &Ray,
-        (start, end): (f64, f64),
-        accuracy: Option<f64>,
-        largest: &std::cell::Cell<f64>,
-        level: usize,
-    ) {
-        let value = |u: f64| field.at(ray.at(start + u * (end - start)));
-        let values = nodes().map(value);
-        largest.set(values.iter().fold(largest.get(), |m, v| m.max(v.abs())));
-        let piece = Piece::through(start, end, values);
-        let wrong = |tolerance: f64| [0.18, 0.5, 0.82].iter().any(|u| (piece.at(start + u * (end - start)) - value(*u)).abs() > tolerance);
-        match accuracy {
-            Some(accuracy) if level < MAX_LEVEL && wrong(accuracy * largest.get()) => {
-                let middle = 0.5 * (start + end);
-                self.add(field, ray, (start, middle), Some(accuracy), largest, level + 1);
-                self.add(field, ray, (middle, end), Some(accuracy), largest, level + 1);
-            }
-            _ => self.pieces.push(piece),
-        }
     }
 
     /// The pieces, in order.

@@ -6,7 +6,7 @@
 //!
 //! so that the second part is smooth: that of all stars together is gathered in cells (`multiple_scattering`) and
 //! marched as one field. The first part is marched star by star, but only where it is: a ray meets few of the
-//! neighbourhoods. So a frame does not grow with the stars. Depths of many lights's stars are swept through merged
+//! neighbourhoods. So a frame does not grow with the stars. Depths of these stars are swept through merged
 //! dust, at most 32 voxels an edge: what is finer of their shadows is lost.
 
 pub mod near_field_kernel;
@@ -27,10 +27,9 @@ use crate::geometry::{Bounds, Ray};
 use crate::memory;
 use crate::plan::Settings;
 use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, PROFILE, Profile};
-use crate::plan::star_depths;
+use crate::plan::star_depths::{self, Progress};
 use crate::scene::{Method, Scene, Star, StarDepth};
-use crate::volume::Bricks;
-use crate::volume::{Channel, Volume};
+use crate::volume::{Bricks, Channel, ChannelMut, Volume};
 
 /// So many stars are all marched one by one, unless told otherwise.
 const ALL: usize = 8;
@@ -133,7 +132,13 @@ impl ManyLights {
                 Some(depths) => Arc::clone(depths),
                 None => {
                     let mut volume = Volume::zeroed(&lattice, vec![Channel::StarDepth(0)]);
-                    star_depths::bake(&merged, *place, &mut volume, 0, (0, 1), &Control::default())?;
+                    star_depths::bake(
+                        &merged,
+                        *place,
+                        ChannelMut { volume: &mut volume, slot: 0 },
+                        Progress::UNHEARD,
+                        &Control::default(),
+                    )?;
                     Arc::new(volume)
                 }
             };
@@ -229,7 +234,7 @@ impl ManyLights {
     }
 
     /// Numbers among the many lights of stars no farther than `reach` \[pc\] from `ray` between two distances.
-    pub fn beside(&self, ray: &Ray, (near, far): (f64, f64), reach: f64) -> impl Iterator<Item = usize> {
+    pub fn beside(&self, ray: &Ray, near: f64, far: f64, reach: f64) -> impl Iterator<Item = usize> {
         let square = move |place: DVec3| (ray.at((place - ray.origin).dot(ray.direction).clamp(near, far)) - place).length_squared();
         let groups = self.groups.iter().filter(move |group| square(group.centre) <= (group.radius + reach).powi(2));
         groups.flat_map(|group| group.stars.clone()).filter(move |i| square(self.places[*i]) <= reach * reach)
@@ -376,7 +381,7 @@ mod tests {
             let ray = Ray { origin: places[i], direction: (places[i + 60] - places[i]).normalize() };
             for (span, reach) in [((0.0, 2.0), 0.1), ((0.3, 0.5), 0.02), ((-1.0, f64::INFINITY), 0.3)] {
                 let far = |p: DVec3| (ray.at((p - ray.origin).dot(ray.direction).clamp(span.0, span.1)) - p).length();
-                let mut found: Vec<usize> = many_lights.beside(&ray, span, reach).collect();
+                let mut found: Vec<usize> = many_lights.beside(&ray, span.0, span.1, reach).collect();
                 found.sort_unstable();
                 let expected: Vec<usize> = (0..300).filter(|s| far(many_lights.places[*s]) <= reach).collect();
                 assert_eq!(found, expected);

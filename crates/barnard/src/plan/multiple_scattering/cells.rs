@@ -5,7 +5,8 @@ use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use super::harmonics::harmonics;
-use super::{EightLanes, Moments};
+use super::moments::Moments;
+use super::ordinates::EightLanes;
 use crate::control::Control;
 use crate::error::Result;
 use crate::field::{Field, Grid, Lattice};

@@ -2,9 +2,11 @@
 
 use std::collections::HashMap;
 
-use super::{EightLanes, Term, WIDTH};
-use crate::light::{Light, Route};
-use crate::plan::{BandPlan, ManyLights, SpectralPlan};
+use super::field::Term;
+use super::ordinates::{EightLanes, WIDTH};
+use crate::light::Route;
+use crate::plan::BandPlan;
+use crate::plan::draft::Draft;
 
 /// Stars, gas and background.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,14 +23,10 @@ pub struct DirectSources {
 }
 
 impl DirectSources {
-    /// Of terms from `first` on.
-    pub fn new(
-        lights: &[Light],
-        spectral: &SpectralPlan,
-        (first, terms): (usize, &[Term]),
-        gas: &[Vec<f32>],
-        many_lights: Option<&ManyLights>,
-    ) -> Self {
+    /// Of these terms, which are those of the draft from number `first` on; `gas` is the density of each species in
+    /// cells.
+    pub fn new(draft: &Draft, first: usize, terms: &[Term], gas: &[Vec<f32>]) -> Self {
+        let Draft { lights, spectral, space, .. } = draft;
         let all = |light| spectral.bands.iter().flat_map(move |b: &BandPlan| b.rule.form.decay().weights(light)).copied();
         let extended = lights.iter().enumerate().filter(|(_, l)| !matches!(l.route, Route::Direct { .. } | Route::FieldStar { .. }));
         let unit = extended.flat_map(|(light, _)| all(light)).fold(f64::MIN_POSITIVE, |most, w| most.max(w.abs()));
@@ -56,7 +54,7 @@ impl DirectSources {
                 Route::Direct { .. } | Route::FieldStar { .. } => {}
             }
         }
-        if let Some(many_lights) = many_lights {
+        if let Some(many_lights) = &space.many_lights {
             let (gathered, marched): (Vec<_>, Vec<_>) = direct_sources.stars.into_iter().partition(|(star, _)| many_lights.holds(*star));
             let sent: HashMap<usize, EightLanes> = gathered.into_iter().collect();
             direct_sources.many_lights = many_lights.stars.iter().map(|star| sent.get(star).copied().unwrap_or_default()).collect();

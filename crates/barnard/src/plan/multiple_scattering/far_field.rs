@@ -22,14 +22,16 @@ use rayon::prelude::*;
 
 use super::cells::{Cells, DirectSource};
 use super::harmonics::{COUNT, harmonics_of};
-use super::{EightLanes, Moments, View, WIDTH};
+use super::moments::Moments;
+use super::ordinates::{EightLanes, WIDTH};
+use super::view::View;
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
 use crate::field::Lattice;
 use crate::geometry::{Bounds, Ray};
 use crate::packet::{LANES, Lane, exp, fma, lanes};
 use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, Shape};
-use crate::plan::{ManyLights, PhaseTable};
+use crate::plan::{ManyLights, PhaseEntry, PhaseTable};
 
 /// Radius within which a star's light is gathered in the finer cells, in coarse ones.
 const MIDDLE: f64 = 4.0;
@@ -63,6 +65,10 @@ pub struct Scattering<'a> {
 /// Cells that take a star's light between two kernels.
 struct Level {
     lattice: Lattice,
+    /// Harmonics of a cell.
+    count: usize,
+    /// The eye, where light is seen by one.
+    view: Option<View>,
     /// That within which nothing counts, for all; each star's own where there is none.
     inner: Option<NearFieldKernel>,
     outer: Option<NearFieldKernel>,
@@ -117,7 +123,7 @@ impl FarField<'_> {
             depth: Box::new(move |place, sigma| self.many_lights.near_depth(star, (place - self.many_lights.places[star]).length(), sigma)),
             kernel_pc: Some(self.kernels[star].reach_pc),
         };
-        self.many_lights.beside(&along, (0.0, length), reach).map(direct_source).collect()
+        self.many_lights.beside(&along, 0.0, length, reach).map(direct_source).collect()
     }
 
     /// What `add` makes of each star for sixteen cells of a row: (star, first cell, values).
@@ -136,8 +142,8 @@ impl FarField<'_> {
         // Twice as far ahead: coarse cells see peaks from there on.
         let outer =
             NearFieldKernel { reach_pc: reach, ahead_pc: if view.is_some() { reach.max(2.0 * largest(|w| w.ahead_pc)) } else { reach } };
-        let mut far = self.level(&Level { lattice: coarse.clone(), inner: Some(outer), outer: None }, count, view, control, &add)?;
-        let mut all = self.level(&Level { lattice: own.clone(), inner: None, outer: Some(outer) }, count, view, control, &add)?;
+        let mut far = self.level(&Level { lattice: coarse.clone(), count, view, inner: Some(outer), outer: None }, control, &add)?;
+        let mut all = self.level(&Level { lattice: own.clone(), count, view, inner: None, outer: Some(outer) }, control, &add)?;
         if view.is_some() {
             far.match_means(&coarse);
             all.match_means(own);
@@ -146,17 +152,11 @@ impl FarField<'_> {
         Ok(all)
     }
 
-    fn level(
-        &self,
-        level: &Level,
-        count: usize,
-        view: Option<View>,
-        control: &Control,
-        add: &(impl Fn(&Beside, usize, &mut [EightLanes]) + Sync),
-    ) -> Result<Moments> {
+    fn level(&self, level: &Level, control: &Control, add: &(impl Fn(&Beside, usize, &mut [EightLanes]) + Sync)) -> Result<Moments> {
+        let (count, view) = (level.count, level.view);
         let mut light = Moments::dark(level.lattice.cells(), count);
         let [nx, ny, nz] = level.lattice.dims;
-        let reached: Vec<Option<Bounds>> = self.many_lights.places.iter().map(|star| level.reached(*star, view)).collect();
+        let reached: Vec<Option<Bounds>> = self.many_lights.places.iter().map(|star| level.reached(*star)).collect();
         let done = AtomicU64::new(0);
         light.data.par_chunks_mut(nx * count).enumerate().try_for_each_init(Vec::new, |depths, (row, out)| {
             control.check()?;
@@ -175,7 +175,7 @@ impl FarField<'_> {
                 // Chunks stand where those of the eye do.
                 for first in (range.start / LANES * LANES..range.end).step_by(LANES) {
                     if beside.is_none() {
-                        beside = self.beside(level, (star, place(0)), depths);
+                        beside = self.beside(level, star, place(0), depths);
                     }
                     let Some(beside) = &mut beside else { continue };
                     beside.eye = eyes[first / LANES];
@@ -190,7 +190,7 @@ impl FarField<'_> {
     }
 
     /// A star as the row of cells that begins at `start` has it.
-    fn beside<'a>(&'a self, level: &Level, (star, start): (usize, DVec3), depths: &'a mut Vec<f32>) -> Option<Beside<'a>> {
+    fn beside<'a>(&'a self, level: &Level, star: usize, start: DVec3, depths: &'a mut Vec<f32>) -> Option<Beside<'a>> {
         let theirs = self.many_lights.lattice()?;
         self.many_lights.row(star, [start.y, start.z], depths);
         let (edge, voxel) = (level.lattice.voxel_pc().x, theirs.voxel_pc().x);
@@ -211,8 +211,8 @@ impl FarField<'_> {
 
 impl Level {
     /// What light of a star can be in; none where it is everywhere.
-    fn reached(&self, star: DVec3, view: Option<View>) -> Option<Bounds> {
-        let own = self.outer?.bounds(view.map_or(DVec3::ZERO, |view| view.towards(star)));
+    fn reached(&self, star: DVec3) -> Option<Bounds> {
+        let own = self.outer?.bounds(self.view.map_or(DVec3::ZERO, |view| view.towards(star)));
         Some(Bounds { low: star + own.low, high: star + own.high })
     }
 
@@ -303,7 +303,7 @@ fn add_seen(star: &Beside, scattering: &Scattering, first: usize, out: &mut [Eig
     for (i, source) in out.iter_mut().enumerate() {
         let mut phase = [EVENLY; WIDTH];
         if let Some(table) = scattering.phase {
-            let (entry, f) = PhaseTable::entry(table.entries, cosine[i], fma(-cosine[i], cosine[i], 1.0));
+            let PhaseEntry { entry, fraction: f } = PhaseTable::entry(table.entries, cosine[i], fma(-cosine[i], cosine[i], 1.0));
             if table.separable {
                 let (low, high) = (table.at_nodes[entry], table.at_nodes[entry + 1]);
                 phase = [fma(f, high - low, low); WIDTH];

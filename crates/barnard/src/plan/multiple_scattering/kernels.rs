@@ -3,7 +3,7 @@
 //! is least for R ∝ L^(2/7).
 
 use super::cells::Cells;
-use super::solve::Problem;
+use super::problem::Problem;
 use crate::light::Route;
 use crate::plan::ManyLights;
 use crate::plan::many_lights::near_field_kernel::NearFieldKernel;
@@ -20,12 +20,13 @@ const HALVINGS: usize = 40;
 
 impl Problem<'_> {
     /// The kernel around each gathered star, for these cells.
-    pub fn kernels(&self, many_lights: &ManyLights, cells: &Cells) -> Vec<NearFieldKernel> {
+    pub fn kernels(&self, cells: &Cells) -> Vec<NearFieldKernel> {
+        let Some(many_lights) = &self.draft.space.many_lights else { return Vec::new() };
         let edge = cells.lattice.voxel_pc().max_element();
         let filled = cells.sigma.iter().filter(|sigma| **sigma > cells.least).count() as f64 * cells.lattice.voxel_pc().element_product();
         let smallest = |peak: f64| NearFieldKernel { reach_pc: REACH.0 * edge, ahead_pc: (REACH.0 * edge).max(peak) };
         // Where there are too many stars even for the smallest kernels, peaks are left to the cells.
-        let peak = PEAK * edge / self.spectral.forward_peak();
+        let peak = PEAK * edge / self.draft.spectral.forward_peak();
         let peak = if many_lights.stars.len() as f64 * smallest(peak).volume() <= FILLED * filled { peak } else { 0.0 };
         let sizes: Vec<f64> = self.brightness(many_lights).into_iter().map(|part| part.powf(EXPONENT)).collect();
         let kernel = |reach: f64| NearFieldKernel { reach_pc: reach * edge, ahead_pc: (reach * edge).max(peak) };
@@ -43,13 +44,13 @@ impl Problem<'_> {
     /// The largest part of each gathered star through any band, in parts of the mean.
     fn brightness(&self, many_lights: &ManyLights) -> Vec<f64> {
         let mut parts = vec![0.0f64; many_lights.stars.len()];
-        let mut light_of = vec![None; self.space.stars.len()];
-        for (light, l) in self.lights.iter().enumerate() {
+        let mut light_of = vec![None; self.draft.space.stars.len()];
+        for (light, l) in self.draft.lights.iter().enumerate() {
             if let Route::Scattered { star } = l.route {
                 light_of[star] = Some(light);
             }
         }
-        for band in &self.spectral.bands {
+        for band in &self.draft.spectral.bands {
             let of = |star: &usize| light_of[*star].map_or(0.0, |light| band.rule.form.decay().weights(light).iter().sum::<f64>());
             let powers: Vec<f64> = many_lights.stars.iter().map(of).collect();
             let mean = powers.iter().sum::<f64>() / powers.len().max(1) as f64;

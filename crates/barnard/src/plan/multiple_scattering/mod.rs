@@ -25,37 +25,39 @@ mod cells;
 mod direct_sources;
 mod directions;
 mod far_field;
+mod field;
 mod harmonics;
 mod kernels;
 mod moments;
 mod neumann_series;
 pub mod ordinates;
+mod problem;
 mod report;
 mod solve;
 mod spot_check;
 mod sweep;
+mod view;
 
 use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::cells::Cells;
-use self::direct_sources::DirectSources;
-use self::far_field::{FarField, Scattering};
-use self::harmonics::{COUNT, DEGREE, degree, harmonics};
+use self::field::{Field, Part, scattering};
+use self::harmonics::{DEGREE, harmonics};
 use self::moments::Moments;
-use self::ordinates::{EightLanes, Sweepers, WIDTH};
+use self::ordinates::{EightLanes, WIDTH};
+use self::problem::{Fitting, Problem};
 pub use self::report::{ErrorEstimate, FarFieldError, ScatteringReport};
-use self::solve::{Problem, terms};
-use super::{ManyLights, PhaseTable, Settings, SpatialPlan, SpectralPlan};
-use crate::camera::{Camera, Projection};
+use self::solve::{Discretization, Solution};
+use self::spot_check::FirstLight;
+use self::view::View;
+use super::draft::Draft;
+use super::{Settings, SpectralPlan};
+use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::Result;
-use crate::field::{Grid, Lattice};
-use crate::light::Light;
 use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, Profile};
-use crate::scene::Scene;
 use crate::volume::{Channel, Volume};
 
 /// How finely the field is made.
@@ -92,7 +94,7 @@ pub struct MultipleScattering {
     pub largest: Vec<f32>,
     /// Depths from each gathered star towards the eye.
     pub profiles: Vec<Profile>,
-    /// What there is to say of it.
+    /// How it was found.
     pub report: ScatteringReport,
     field: Arc<Field>,
     /// The fields by which its error is known: half as fine, and with other directions.
@@ -101,181 +103,68 @@ pub struct MultipleScattering {
     view: View,
 }
 
-/// What the field is, however it is looked at.
-#[derive(Debug)]
-struct Field {
-    parts: Vec<Part>,
-    cells: Cells,
-    /// Stars whose first light is part of it, and how that is scattered.
-    many_lights: Option<Arc<ManyLights>>,
-    phase: Option<PhaseTable>,
-    /// The kernels around them.
-    kernels: Vec<NearFieldKernel>,
-}
-
-/// Eight terms of it.
-#[derive(Debug)]
-struct Part {
-    terms: Vec<Term>,
-    solved: Arc<Solved>,
-    /// What the moments are in parts of: radiances are so small that their faint ones would not be numbers.
-    unit: f32,
-    /// What the gathered stars near a ray may add at most.
-    near: EightLanes,
-    /// What they send, weights without k ω in parts of the unit.
-    sent: Vec<EightLanes>,
-}
-
-/// Light that was scattered before, and what it was found from.
-#[derive(Debug)]
-struct Solved {
-    origin: Origin,
-    moments: Moments,
-    /// Orders that were swept, what the series behind them stands for, and whether they went as one.
-    sweeps: usize,
-    series: f64,
-    settled: bool,
-    /// By what they were swept, and why not by what should have.
-    by: Arc<str>,
-}
-
-/// All that the light of eight terms depends on.
-#[derive(Debug)]
-struct Origin {
-    lattice: Lattice,
-    sigma: Vec<f32>,
-    dust: Arc<Grid>,
-    /// Where stars are, how finely their depths are known, and the kernels around those of the gathered stars.
-    places: Vec<DVec3>,
-    star_factor: usize,
-    kernels: Vec<NearFieldKernel>,
-    terms: Vec<Term>,
-    direct_sources: DirectSources,
-    directions: [usize; 2],
-    harmonics: usize,
-    bounces: usize,
-}
-
-impl PartialEq for Origin {
-    fn eq(&self, other: &Self) -> bool {
-        let numbers = |o: &Self| (o.star_factor, o.directions, o.harmonics, o.bounces);
-        numbers(self) == numbers(other)
-            && self.lattice == other.lattice
-            && self.terms == other.terms
-            && self.places == other.places
-            && self.kernels == other.kernels
-            && self.direct_sources == other.direct_sources
-            && self.sigma == other.sigma
-            && (Arc::ptr_eq(&self.dust, &other.dust) || self.dust == other.dust)
-    }
-}
-
-/// A node as a medium.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Term {
-    lambda_um: f64,
-    k: f64,
-    albedo: f64,
-    legendre: [f64; DEGREE + 1],
-}
-
-/// What of a camera decides in which direction light leaves a place.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum View {
-    From(DVec3),
-    Along(DVec3),
-}
-
-impl View {
-    fn of(camera: &Camera) -> Self {
-        match camera.projection {
-            Projection::Perspective { .. } => Self::From(camera.position),
-            Projection::Orthographic { .. } => Self::Along(camera.forward),
-        }
-    }
-
-    /// Towards the eye.
-    fn towards(self, place: DVec3) -> DVec3 {
-        match self {
-            Self::From(eye) => (eye - place).normalize_or(DVec3::Z),
-            Self::Along(forward) => -forward,
-        }
-    }
-}
-
 /// Refuses more than one bounce by rules that have no nodes.
 ///
 /// # Errors
 /// That is [`OneBounce`](crate::Error::OneBounce).
 pub(super) fn check(spectral: &SpectralPlan, settings: &Settings) -> Result<()> {
     let mut bands = spectral.bands.iter().filter(|_| settings.method.bounces > 1);
-    bands.try_for_each(|band| solve::nodes(band).map(|_| ()))
+    bands.try_for_each(|band| problem::nodes(band).map(|_| ()))
 }
 
 /// About the part of the work that a field half as fine takes.
 const HALF_SHARE: f64 = 0.1;
 
 impl MultipleScattering {
-    /// The field of `scene` for its camera; none where light scatters once, or nothing scatters. What another field was
-    /// found from is not solved again.
+    /// The field of a draft for its scene's camera; none where light scatters once, or nothing scatters. What another
+    /// field was found from is not solved again.
     ///
     /// # Errors
     /// For rules that have no nodes, more memory than is allowed, and when the user wishes to stop.
-    pub(crate) fn new(
-        scene: &Scene,
-        lights: &[Light],
-        spectral: &SpectralPlan,
-        space: &SpatialPlan,
-        (settings, fineness): (&Settings, Fineness),
-        before: Option<&Self>,
-        control: &Control,
-    ) -> Result<Option<Self>> {
-        let many = settings.method.bounces > 1;
-        let (Some(dust), true) = (&space.dust, many || space.many_lights.is_some()) else { return Ok(None) };
-        let problem = Problem {
-            scene,
-            lights,
-            spectral,
-            space,
-            settings,
-            terms: terms(scene, spectral)?,
-            sweepers: Sweepers::new(settings.sweeper.as_deref()),
-        };
-        let (cells, bytes, coarser) = problem.fitting(dust, fineness)?;
-        let kernels = space.many_lights.as_ref().map_or_else(Vec::new, |many_lights| problem.kernels(many_lights, &cells));
+    pub(crate) fn new(draft: &Draft, fineness: Fineness, before: Option<&Self>, control: &Control) -> Result<Option<Self>> {
+        let Some(problem) = Problem::new(draft)? else { return Ok(None) };
+        let Fitting { cells, bytes, coarser } = problem.fitting(fineness)?;
+        let kernels = &problem.kernels(&cells);
+        let view = View::of(&draft.scene.camera);
         // Half as fine, then with other directions too: what that changes says how exact the field is, at a part of its
         // price.
-        let half = |fineness: Fineness, before: Option<&Self>, part: (f64, f64)| {
-            let most = cells.lattice.dims.into_iter().max().unwrap_or(1) / 2;
-            problem.solve((Cells::new(dust, space.gas(), most.max(1)), fineness), (&kernels, None), before, &control.part(part))
+        let (halves, begun) = if fineness == Fineness::FULL && problem.scatters_again() {
+            let known = before.and_then(|b| b.halves.as_deref());
+            let half = |fineness: Fineness, before: Option<&Self>, control: &Control| -> Result<Self> {
+                let most = cells.lattice.dims.into_iter().max().unwrap_or(1) / 2;
+                let Solution { field, report } =
+                    problem.solve(Discretization { cells: problem.cells(most.max(1)), fineness, kernels }, before, control)?;
+                Ok(Self::resolved(Arc::new(field), Vec::new(), report, view))
+            };
+            let other = Fineness { directions: OTHER, ..fineness };
+            let own = half(fineness, known.map(|k| &k.0), &control.part(0.0, HALF_SHARE))?;
+            (Some((own, half(other, known.map(|k| &k.1), &control.part(HALF_SHARE, 2.0 * HALF_SHARE))?)), 2.0 * HALF_SHARE)
+        } else {
+            (None, 0.0)
         };
-        let known = before.and_then(|b| b.halves.as_deref());
-        let other = Fineness { directions: OTHER, ..fineness };
-        let halves = match fineness == Fineness::FULL && many {
-            true => Some((
-                half(fineness, known.map(|k| &k.0), (0.0, HALF_SHARE))?,
-                half(other, known.map(|k| &k.1), (HALF_SHARE, 2.0 * HALF_SHARE))?,
-            )),
-            false => None,
-        };
-        let spot_checks = match &space.many_lights {
-            Some(many_lights) if fineness == Fineness::FULL => spot_check::spot_checks(many_lights, space, &cells, control)?,
-            _ => Vec::new(),
-        };
-        let begun = if halves.is_some() { 2.0 * HALF_SHARE } else { 0.0 };
-        let mut own = problem.solve((cells, fineness), (&kernels, Some(&spot_checks)), before, &control.part((begun, 1.0)))?;
-        own.report = ScatteringReport { coarser, bytes, ..own.report };
-        let halves = halves.filter(|(half, _)| half.field.cells.lattice.dims != own.field.cells.lattice.dims);
-        // Of light that was scattered before, alone.
-        let alone = halves.as_ref().filter(|_| space.many_lights.is_some());
-        let alone = alone.map(|_| Self::resolved(own.field.clone(), Vec::new(), own.report.clone(), own.view));
-        let error_estimate = |(half, other): &(Self, Self)| ErrorEstimate {
-            spatial: half.differs_from(alone.as_ref().unwrap_or(&own)),
-            angular: other.differs_from(half),
-        };
-        own.report.error_estimate = halves.as_ref().map(error_estimate);
+        let Solution { field, mut report } =
+            problem.solve(Discretization { cells, fineness, kernels }, before, &control.part(begun, 1.0))?;
+        (report.bytes, report.coarser) = (bytes, coarser);
+        let field = Arc::new(field);
+        let seen = field.far_field(view, control)?;
+        if let (Some(far_field), Fineness::FULL) = (&mut report.far_field, fineness) {
+            far_field.error =
+                spot_check::error(&FirstLight { field: &field, far: &seen, near: &field.profiles(view), view }, draft, control)?;
+        }
+        let halves = halves.filter(|(half, _)| half.field.cells.lattice.dims != field.cells.lattice.dims);
+        let mut own = Self::resolved(field, seen, report, view);
+        own.report.error_estimate = halves.as_ref().map(|(half, other)| {
+            // Of light that was scattered before, alone.
+            let alone = own.field.many_lights.as_ref().map(|_| own.scattered_before());
+            ErrorEstimate { spatial: half.differs_from(alone.as_ref().unwrap_or(&own)), angular: other.differs_from(half) }
+        });
         own.halves = halves.map(Arc::new);
         Ok(Some(own))
+    }
+
+    /// The same without the first light of the gathered stars.
+    fn scattered_before(&self) -> Self {
+        Self::resolved(self.field.clone(), Vec::new(), self.report.clone(), self.view)
     }
 
     /// Whether light that was scattered before is that of another field, and was not solved again.
@@ -293,7 +182,7 @@ impl MultipleScattering {
         if view == self.view {
             return Ok(self.clone());
         }
-        let seen = self.field.gathered(view, control)?;
+        let seen = self.field.far_field(view, control)?;
         Ok(Arc::new(Self { halves: self.halves.clone(), ..Self::resolved(self.field.clone(), seen, self.report.clone(), view) }))
     }
 
@@ -307,7 +196,7 @@ impl MultipleScattering {
         self.view.towards(place)
     }
 
-    /// S of every term towards the eye, what is gathered of it having been `seen`.
+    /// S of every term towards the eye; `seen` is the far field of the gathered stars, part by part.
     fn resolved(field: Arc<Field>, seen: Vec<Moments>, report: ScatteringReport, view: View) -> Self {
         let cells = &field.cells;
         let volume = |(p, part): (usize, &Part)| {
@@ -371,28 +260,6 @@ impl MultipleScattering {
     }
 }
 
-impl Field {
-    /// What is gathered of The gathered stars' light in each cell as one eye sees it, part by part; nothing where there
-    /// are no many lights.
-    fn gathered(&self, view: View, control: &Control) -> Result<Vec<Moments>> {
-        let Some(many_lights) = &self.many_lights else { return Ok(Vec::new()) };
-        let terms = self.parts.iter().map(|part| part.terms.len()).sum();
-        let of_part = |(p, part): (usize, &Part)| {
-            let of = |value: fn(&Term) -> f64| std::array::from_fn(|t| part.terms.get(t).map_or(0.0, |term| value(term) as f32));
-            let (k, albedo) = (of(|term| term.k), of(|term| term.albedo));
-            let gathering = FarField { many_lights, sent: &part.sent, k: &k, kernels: &self.kernels };
-            let scattering = Scattering { view, phase: self.phase.as_ref(), first: p * WIDTH, terms, albedo };
-            gathering.seen(&self.cells, &scattering, control)
-        };
-        self.parts.iter().enumerate().map(of_part).collect()
-    }
-
-    /// Depths from each gathered star towards the eye, as far as kernels go.
-    fn profiles(&self, view: View) -> Vec<Profile> {
-        self.many_lights.as_ref().map_or_else(Vec::new, |many_lights| many_lights.profiles(&self.kernels, |place| view.towards(place)))
-    }
-}
-
 /// Σ_lm Y_lm(n) Q_lm, not below zero: what a series that is cut lets swing there is no light.
 fn towards(moments: &[EightLanes], scattered: &[EightLanes], n: DVec3) -> EightLanes {
     let mut light = [0.0; WIDTH];
@@ -402,9 +269,4 @@ fn towards(moments: &[EightLanes], scattered: &[EightLanes], n: DVec3) -> EightL
         }
     }
     light.map(|l| l.max(0.0))
-}
-
-/// ω p_l of each harmonic and term.
-fn scattering(terms: &[Term]) -> [EightLanes; COUNT] {
-    std::array::from_fn(|h| std::array::from_fn(|t| terms.get(t).map_or(0.0, |term| (term.albedo * term.legendre[degree(h)]) as f32)))
 }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{EightLanes, WIDTH};
+use super::ordinates::{EightLanes, WIDTH};
 use crate::field::Lattice;
 
 /// Moments of the radiance: cell × harmonic × term.

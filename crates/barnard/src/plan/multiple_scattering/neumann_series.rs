@@ -1,6 +1,6 @@
 //! How orders of scattering go, and when the rest of them is known.
 
-use super::{EightLanes, WIDTH};
+use super::ordinates::{EightLanes, WIDTH};
 
 /// By how much the sum of the orders that are not swept may be wrong, as a part of all.
 const REST: f64 = 1e-3;

@@ -1,4 +1,4 @@
-//! What there is to say of a field, in numbers and in words.
+//! How a field of scattered light was found, in numbers and in words.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ pub struct ScatteringReport {
     /// What is known of its error for the first camera; nothing where it was made for a look.
     pub error_estimate: Option<ErrorEstimate>,
     /// What of it is first light of the gathered stars.
-    pub gathered: Option<FarFieldError>,
+    pub far_field: Option<FarFieldError>,
     /// Bytes that it takes.
     pub bytes: u64,
 }

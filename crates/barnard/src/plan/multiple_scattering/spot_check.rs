@@ -1,15 +1,19 @@
-//! How far the gathered light of many lights is from that of its stars one by one, with exact depths and the phase
-//! function itself, at places in the dust.
+//! How far the light of the gathered stars, as cells and kernels have it, is from that of each star with exact depths
+//! and the phase function itself, at places in the dust.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::cells::Cells;
-use super::{Field as ScatteredField, Moments, View, WIDTH};
+use super::field::Field as ScatteredField;
+use super::moments::Moments;
+use super::ordinates::WIDTH;
+use super::view::View;
 use crate::control::Control;
 use crate::error::Result;
 use crate::field::{Field, Lattice};
 use crate::phase::Phase;
+use crate::plan::draft::Draft;
 use crate::plan::many_lights::near_field_kernel::{PROFILE, Profile, depth_within};
 use crate::plan::{ManyLights, SpatialPlan};
 use crate::random::Counter;
@@ -21,35 +25,53 @@ const MIN: usize = 24;
 const SEED: u64 = 0x6361_6c6d;
 
 /// A place in the dust.
-pub struct SpotCheck {
+struct SpotCheck {
     place: DVec3,
     /// σ at V there [pc⁻¹].
     sigma: f64,
-    /// Exact depths at V from the gathered stars, in its order [1].
+    /// Exact depths at V from the gathered stars, in their order [1].
     depths: Vec<f64>,
 }
 
 /// Sums of differences and of what is exact.
 #[derive(Debug, Clone, Copy)]
-pub struct Deviation {
+struct Deviation {
     wrong: f64,
     all: f64,
 }
 
 impl Deviation {
     /// All differences as a part of all that is exact; none where nothing was compared.
-    pub fn part(deviations: &[Self]) -> Option<f64> {
+    fn part(deviations: &[Self]) -> Option<f64> {
         let sum = |of: fn(&Self) -> f64| deviations.iter().map(of).sum::<f64>();
         let all = sum(|d| d.all);
         (all > 0.0).then(|| sum(|d| d.wrong) / all)
     }
 }
 
-/// Places by chance, as often as there is dust.
+/// The first light of the gathered stars as the march has it, towards one eye.
+pub struct FirstLight<'a> {
+    pub field: &'a ScatteredField,
+    /// In cells, part by part.
+    pub far: &'a [Moments],
+    /// Depths towards the eye near each star.
+    pub near: &'a [Profile],
+    pub view: View,
+}
+
+/// The mean difference of `light` from the exact one, in parts of its mean; none where nothing was compared.
 ///
 /// # Errors
 /// When the user wishes to stop.
-pub fn spot_checks(many_lights: &ManyLights, space: &SpatialPlan, cells: &Cells, control: &Control) -> Result<Vec<SpotCheck>> {
+pub fn error(light: &FirstLight, draft: &Draft, control: &Control) -> Result<Option<f64>> {
+    let (Some(many_lights), Some(dust)) = (&light.field.many_lights, &draft.scene.dust) else { return Ok(None) };
+    let spot_checks = spot_checks(many_lights, &draft.space, &light.field.cells, control)?;
+    let deviations: Vec<Deviation> = spot_checks.par_iter().map(|check| check.deviation(light, many_lights, &*dust.phase)).collect();
+    Ok(Deviation::part(&deviations))
+}
+
+/// Places by chance, as often as there is dust.
+fn spot_checks(many_lights: &ManyLights, space: &SpatialPlan, cells: &Cells, control: &Control) -> Result<Vec<SpotCheck>> {
     let Some(dust) = &space.dust else { return Ok(Vec::new()) };
     let mut sum = 0.0;
     let cumulated: Vec<f64> = cells
@@ -78,18 +100,12 @@ pub fn spot_checks(many_lights: &ManyLights, space: &SpatialPlan, cells: &Cells,
 }
 
 impl SpotCheck {
-    /// Source functions towards the eye, what is gathered and what is near against the exact ones, of all terms.
-    pub fn deviation(
-        &self,
-        field: &ScatteredField,
-        (seen, profiles): (&[Moments], &[Profile]),
-        phase: &dyn Phase,
-        view: View,
-    ) -> Deviation {
+    /// Source functions towards the eye, those of the march against the exact ones, of all terms.
+    fn deviation(&self, light: &FirstLight, many_lights: &ManyLights, phase: &dyn Phase) -> Deviation {
         let mut deviation = Deviation { wrong: 0.0, all: 0.0 };
-        let Some(many_lights) = &field.many_lights else { return deviation };
-        for (part, seen) in field.parts.iter().zip(seen) {
-            let mut found = gathered(self.place, &field.cells.lattice, seen);
+        let FirstLight { field, far, near: profiles, view } = light;
+        for (part, far) in field.parts.iter().zip(*far) {
+            let mut found = interpolated(self.place, &field.cells.lattice, far);
             let mut exact = [0.0; WIDTH];
             for (star, sent) in part.sent.iter().enumerate() {
                 let offset = self.place - many_lights.places[star];
@@ -116,8 +132,8 @@ impl SpotCheck {
     }
 }
 
-/// What is gathered at a place, as the march reads it.
-fn gathered(place: DVec3, lattice: &Lattice, seen: &Moments) -> [f64; WIDTH] {
+/// The far field at a place, as the march reads it.
+fn interpolated(place: DVec3, lattice: &Lattice, far: &Moments) -> [f64; WIDTH] {
     let u = (place - lattice.bounds.low) / lattice.voxel_pc() - 0.5;
     let mut sum = [0.0; WIDTH];
     for corner in 0..8 {
@@ -130,7 +146,7 @@ fn gathered(place: DVec3, lattice: &Lattice, seen: &Moments) -> [f64; WIDTH] {
             share *= if up > 0.0 { at - at.floor() } else { 1.0 - (at - at.floor()) };
         }
         let [x, y, z] = cell;
-        sum.iter_mut().zip(seen.cell(lattice.index(x, y, z))[0]).for_each(|(s, own)| *s += share * f64::from(own));
+        sum.iter_mut().zip(far.cell(lattice.index(x, y, z))[0]).for_each(|(s, own)| *s += share * f64::from(own));
     }
     sum
 }

@@ -22,7 +22,8 @@ use rayon::prelude::*;
 use super::cells::Cells;
 use super::directions::{Direction, Face, across};
 use super::harmonics::{COUNT, harmonics};
-use super::{EightLanes, Moments, WIDTH};
+use super::moments::Moments;
+use super::ordinates::{EightLanes, WIDTH};
 use crate::control::Control;
 use crate::error::Result;
 use crate::packet::{exp, fma};
@@ -49,7 +50,7 @@ pub struct Beam {
     /// Y_lm.
     pub harmonics: [f32; COUNT],
     /// Y_lm dΩ.
-    pub gather: [f32; COUNT],
+    pub quadrature: [f32; COUNT],
 }
 
 /// A row of a plane, with cells around it where nothing is but what comes in.
@@ -144,7 +145,7 @@ pub fn beam(cells: &Cells, face: &Face, direction: &Direction) -> Beam {
         weights: [(1.0 - fu) * (1.0 - fv), fu * (1.0 - fv), (1.0 - fu) * fv, fu * fv],
         length_pc: (edge[face.axis] / along) as f32,
         harmonics: y.map(|y| y as f32),
-        gather: y.map(|y| (y * direction.weight) as f32),
+        quadrature: y.map(|y| (y * direction.weight) as f32),
     }
 }
 
@@ -209,7 +210,7 @@ fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [EightLanes]
                     radiance[t] = fma(0.5 * (coming[t] + glow[t]) * beam.length_pc, through[t], radiance[t]);
                 }
             }
-            for (weight, moment) in beam.gather.iter().zip(moments.iter_mut()) {
+            for (weight, moment) in beam.quadrature.iter().zip(moments.iter_mut()) {
                 for t in 0..WIDTH {
                     moment[t] = fma(*weight, radiance[t], moment[t]);
                 }

@@ -2,18 +2,20 @@
 //!
 //! Pilot rays and the probe are eyes at its end.
 
+use spectra::rule::DepthSpan;
+
 use crate::geometry::{Bounds, Ray};
 use crate::light::{Light, Route};
 use crate::plan::near;
 use crate::plan::near::NearPiece;
-use crate::plan::segment::mean_inverse_square;
+use crate::plan::segment::{Segment, mean_inverse_square};
 use crate::plan::{SpatialPlan, SpectralPlan, Stepping};
 use crate::volume::Channel;
 
 /// What looks along a ray.
 pub(in crate::plan) trait Eye {
     /// So much of a light arrives, fallen by its mean over the depths at V.
-    fn light(&mut self, light: usize, amount: f64, depths: (f64, f64));
+    fn light(&mut self, light: usize, amount: f64, depths: DepthSpan);
 
     /// The stars that it sees, those with depths of their own first: those that have depths of their own, and of many
     /// lights their representatives where there are no others.
@@ -36,14 +38,9 @@ pub(in crate::plan) trait Eye {
     fn dust(&mut self, _segment: &Segment) {}
 }
 
-/// A segment of a ray.
-pub(in crate::plan) struct Segment<'a> {
-    /// Distances of its ends [pc].
-    pub from: f64,
-    pub to: f64,
-    /// Optical depth at V before it, and how much it grows \[1\].
-    pub tau: f64,
-    pub growth: f64,
+/// A step of a ray, and what is at its ends.
+struct Step<'a> {
+    segment: Segment,
     before: &'a Sample,
     after: &'a Sample,
 }
@@ -83,7 +80,7 @@ impl RayMarch<'_> {
         let clipped = self.space.occupied.and_then(|b| b.clip(self.ray));
         let tau = clipped.map_or(0.0, |(near, far)| self.dust_and_gas(near, far, eye));
         for (light, _) in self.lights.iter().enumerate().filter(|(_, l)| l.route == Route::Background) {
-            eye.light(light, 1.0, (tau, tau));
+            eye.light(light, 1.0, DepthSpan::at(tau));
         }
         tau
     }
@@ -113,12 +110,12 @@ impl RayMarch<'_> {
                 }
             };
             let growth = 0.5 * (to - from) * (before.sigma + after.sigma);
-            let segment = Segment { from, to, tau, growth, before: &before, after: &after };
+            let step = Step { segment: Segment { from, to, tau, growth }, before: &before, after: &after };
             for (light, source) in &sources {
-                self.shine(*light, source, &segment, eye);
+                self.shine(*light, source, &step, eye);
             }
             if growth > 0.0 {
-                eye.dust(&segment);
+                eye.dust(&step.segment);
             }
             tau += growth;
             (from, before) = (to, after);
@@ -162,25 +159,26 @@ impl RayMarch<'_> {
         (0..steps).flat_map(of_step).collect()
     }
 
-    /// Light of one source in one segment.
-    fn shine(&self, light: usize, source: &Source, segment: &Segment, eye: &mut impl Eye) {
+    /// Light of one source in one step.
+    fn shine(&self, light: usize, source: &Source, step: &Step, eye: &mut impl Eye) {
         match source {
-            Source::Star { star, seen } if segment.growth > 0.0 => self.scatter(light, *star, *seen, segment, eye),
+            Source::Star { star, seen } if step.segment.growth > 0.0 => self.scatter(light, *star, *seen, step, eye),
             Source::Star { .. } => {}
             Source::Gas { species } => {
-                let emission = segment.before.emission[*species] + segment.after.emission[*species];
-                let density = 0.5 * (segment.to - segment.from) * emission;
+                let emission = step.before.emission[*species] + step.after.emission[*species];
+                let density = 0.5 * step.segment.length() * emission;
                 if density > 0.0 {
-                    eye.light(light, density, (segment.tau, segment.tau + segment.growth));
+                    eye.light(light, density, step.segment.depths());
                 }
             }
         }
     }
 
-    /// Light of one star that one segment scatters.
-    fn scatter(&self, light: usize, star: usize, seen: usize, segment: &Segment, eye: &mut impl Eye) {
-        let Segment { from, to, tau, growth, before, after } = *segment;
-        let (space, spectral, ray, length) = (self.space, self.spectral, self.ray, to - from);
+    /// Light of one star that one step scatters.
+    fn scatter(&self, light: usize, star: usize, seen: usize, step: &Step, eye: &mut impl Eye) {
+        let Step { segment, before, after } = step;
+        let Segment { from, to, tau, growth } = *segment;
+        let (space, spectral, ray, length) = (self.space, self.spectral, self.ray, segment.length());
         let position = space.stars[star];
         let foot = (position - ray.origin).dot(ray.direction);
         let b = (position - ray.at(foot)).length();
@@ -189,11 +187,12 @@ impl RayMarch<'_> {
         let reach = near::NEAR_VOXELS * space.voxel_pc();
         if product < reach * reach || b * length > near::NEAR_ANGLE * product {
             let resolution = near::Resolution { phase_angle: spectral.phase_angle, fineness: if self.exact { FINENESS } else { 1.0 } };
-            let light =
-                |NearPiece { scattering, depth, cosine }| eye.light(light, scattering * spectral.phase_factor(cosine), (depth, depth));
+            let light = |NearPiece { scattering, depth, cosine }| {
+                eye.light(light, scattering * spectral.phase_factor(cosine), DepthSpan::at(depth))
+            };
             match self.exact {
-                true => near::pieces(near::fields(space, position), resolution, position, ray, (from, to), (tau, growth), light),
-                false => near::pieces(near::samples(space, position), resolution, position, ray, (from, to), (tau, growth), light),
+                true => near::pieces(near::fields(space, position), resolution, position, ray, segment, light),
+                false => near::pieces(near::samples(space, position), resolution, position, ray, segment, light),
             }
             return;
         }
@@ -207,7 +206,7 @@ impl RayMarch<'_> {
             (share * spectral.phase_factor(-u / r2.sqrt()) / r2, 1.0 / r2)
         };
         let (sum, weight) = (0..phases).map(sample).fold((0.0, 0.0), |(s, w), (p, v)| (s + p, w + v));
-        let depths = (tau + before.depths[seen], tau + growth + after.depths[seen]);
+        let depths = DepthSpan { from: tau + before.depths[seen], to: tau + growth + after.depths[seen] };
         eye.light(light, scattering * sum / (weight * 0.5 * (before.sigma + after.sigma)), depths);
     }
 }

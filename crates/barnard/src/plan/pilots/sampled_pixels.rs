@@ -92,8 +92,8 @@ pub(in crate::plan) fn sampled(camera: &Camera, space: &SpatialPlan, look: impl 
     pixels
 }
 
-/// The pixel at a place of the image plane, if it is one.
-fn pixel_at(camera: &Camera, (column, row): (f64, f64)) -> Option<(usize, usize)> {
+/// The pixel at a column and a row of the image plane, if it is one.
+fn pixel_at(camera: &Camera, column: f64, row: f64) -> Option<(usize, usize)> {
     let inside = (0.0..camera.width as f64).contains(&column) && (0.0..camera.height as f64).contains(&row);
     inside.then_some((column as usize, row as usize))
 }
@@ -106,7 +106,7 @@ fn around_stars(camera: &Camera, space: &SpatialPlan) -> HashSet<(usize, usize)>
     let square = |(column, row): (f64, f64)| {
         (0..around * around).map(move |i| (column + (i % around) as f64 - half, row + (i / around) as f64 - half))
     };
-    places.flat_map(square).filter_map(|place| pixel_at(camera, place)).collect()
+    places.flat_map(square).filter_map(|(column, row)| pixel_at(camera, column, row)).collect()
 }
 
 /// Pixels along the edges of the dust's box, each once, for those that its part of an edge crosses; for itself alone
@@ -127,7 +127,7 @@ fn on_edges(camera: &Camera, space: &SpatialPlan) -> Vec<SampledPixel> {
         let (Some(a), Some(b)) = (place(0.0), place(1.0)) else { continue };
         let stands_for = ((a.0 - b.0).hypot(a.1 - b.1) / ON_EDGE as f64).max(1.0).min(even);
         let parts = (0..ON_EDGE).map(|i| (i as f64 + 0.5) / ON_EDGE as f64);
-        let crossed = parts.filter_map(place).filter_map(|at| pixel_at(camera, at));
+        let crossed = parts.filter_map(place).filter_map(|(column, row)| pixel_at(camera, column, row));
         pixels.extend(crossed.map(|(column, row)| SampledPixel { column, row, stands_for }));
     }
     pixels.sort_by(|a: &SampledPixel, b| (a.row, a.column).cmp(&(b.row, b.column)).then(b.stands_for.total_cmp(&a.stands_for)));

@@ -7,8 +7,9 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::field::Lattice;
 use crate::memory;
-use crate::plan::{ManyLights, Settings, many_lights, star_depths};
-use crate::volume::{Channel, MAX_CHANNELS, Volume};
+use crate::plan::star_depths::{self, Progress};
+use crate::plan::{ManyLights, Settings, many_lights};
+use crate::volume::{Channel, ChannelMut, MAX_CHANNELS, Volume};
 
 impl SpatialPlan {
     /// Puts the stars `members` among the many lights.
@@ -38,8 +39,8 @@ impl SpatialPlan {
             let stars = v.channels.iter().enumerate().filter(|(_, c)| matches!(c, Channel::StarDepth(_)));
             stars.map(|(slot, _)| f64::from(star_depths::deepest(v, slot, &self.bricks[0]))).fold(0.0, f64::max)
         };
-        let gathered = self.many_lights.as_ref().map_or(0.0, |many_lights| many_lights.deepest(&self.bricks[0]));
-        self.volumes.iter().map(of).fold(gathered, f64::max)
+        let many_lights = self.many_lights.as_ref().map_or(0.0, |many_lights| many_lights.deepest(&self.bricks[0]));
+        self.volumes.iter().map(of).fold(many_lights, f64::max)
     }
 
     /// Lets go of the star depths, once something else holds the light.
@@ -83,8 +84,8 @@ impl SpatialPlan {
             (Channel::StarDepth(star), Some(dust)) => {
                 let cells = volume.inner.cells() as u64;
                 let before = self.marched.iter().take_while(|s| **s != star).count() as u64;
-                let share = (before * cells, self.marched.len() as u64 * cells);
-                star_depths::bake(dust, self.stars[star], volume, slot, share, control)?;
+                let progress = Progress { done: before * cells, all: self.marched.len() as u64 * cells };
+                star_depths::bake(dust, self.stars[star], ChannelMut { volume, slot }, progress, control)?;
             }
             (Channel::Dust | Channel::StarDepth(_), None) | (Channel::Light(_) | Channel::MultipleScattering(_), _) => {}
         }
@@ -100,7 +101,7 @@ impl SpatialPlan {
     /// Bytes of all grids.
     pub fn bytes(&self) -> u64 {
         let own = self.dust.iter().map(|d| d.data.len()).sum::<usize>() + self.emission.iter().map(|e| e.data.len()).sum::<usize>();
-        let gathered = self.many_lights.as_ref().map_or(0, |many_lights| many_lights.bytes());
-        self.volumes.iter().map(Volume::bytes).sum::<u64>() + 4 * own as u64 + gathered
+        let many_lights = self.many_lights.as_ref().map_or(0, |many_lights| many_lights.bytes());
+        self.volumes.iter().map(Volume::bytes).sum::<u64>() + 4 * own as u64 + many_lights
     }
 }

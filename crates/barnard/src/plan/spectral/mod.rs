@@ -1,6 +1,7 @@
 //! What spectra decide: a solved rule for each passband, phase tables, and the certificate.
 
 pub mod closed_form;
+mod phase_table;
 pub mod weights;
 
 use std::sync::Arc;
@@ -9,11 +10,13 @@ use rayon::prelude::*;
 use spectra::passband::Passband;
 use spectra::rule::{BandProblem, BandRule, Form, Node, Source};
 
+use self::phase_table::PhaseAtPivot;
+pub use self::phase_table::{PHASE_RANGE, PhaseEntry, PhaseTable};
+
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::light::{Light, Route, factor, law};
-use crate::phase::Phase;
-use crate::plan::{ManyLights, Settings};
+use crate::plan::{Settings, SpatialPlan};
 use crate::scene::Scene;
 
 /// The rules of all passbands.
@@ -34,7 +37,7 @@ pub struct SpectralPlan {
     /// The widest angle over which the phase function changes but little \[rad\]; infinite where scattering is
     /// isotropic.
     pub phase_angle: f64,
-    phase_at_pivot: Option<(Arc<dyn Phase>, f64)>,
+    phase_at_pivot: Option<PhaseAtPivot>,
 }
 
 /// One passband.
@@ -53,74 +56,21 @@ impl std::fmt::Debug for BandPlan {
     }
 }
 
-impl SpectralPlan {
-    /// p(cos θ) at the middle wavelength of the first band, for what needs no spectrum [sr⁻¹].
-    pub fn phase_factor(&self, cosine: f64) -> f64 {
-        self.phase_at_pivot.as_ref().map_or(1.0 / spectra::constants::SPHERE, |p| p.0.at(cosine, p.1))
-    }
-}
-
-impl SpectralPlan {
-    /// The angle at which the phase function has half of what it has forwards \[rad\]; π where it has no less.
-    pub fn forward_peak(&self) -> f64 {
-        let Some((phase, pivot)) = &self.phase_at_pivot else { return std::f64::consts::PI };
-        let half = 0.5 * phase.at(1.0, *pivot);
-        let angle = |i: usize| i as f64 * std::f64::consts::PI / PHASE_SAMPLES as f64;
-        (1..=PHASE_SAMPLES).map(angle).find(|angle| phase.at(angle.cos(), *pivot) < half).unwrap_or(std::f64::consts::PI)
-    }
-}
-
-/// Weights of scattered light over angle, linear in u: see [`PHASE_RANGE`].
-#[derive(Debug, Clone)]
-pub struct PhaseTable {
-    /// Number of entries from u = 0, forwards, to u = √2, backwards.
-    pub entries: usize,
-    /// Whether one p(θ) serves all wavelengths: each light then has one number an entry, which multiplies its weights.
-    pub separable: bool,
-    /// For each light that is scattered: entry × term, a term being a node of the rule or a band of a lookup; empty for
-    /// the others and those of the gathered stars.
-    pub weights: Vec<Vec<f32>>,
-    /// The phase function at the nodes themselves, for many lights: entry × term, one number an entry where it is
-    /// separable; empty where there are no many lights.
-    pub at_nodes: Vec<f32>,
-}
-
-impl PhaseTable {
-    /// Entry, and place between it and the next, for cos θ and sin² θ in a table of so many.
-    #[inline(always)]
-    pub fn entry(entries: usize, cosine: f32, sine2: f32) -> (usize, f32) {
-        // sin or cos of θ/2, whichever is small, without cancellation.
-        let small = (sine2 / (2.0 * (1.0 + cosine.abs()))).sqrt();
-        let at = if cosine >= 0.0 { small } else { PHASE_RANGE as f32 - small };
-        let u = at * (entries.saturating_sub(1)) as f32 * (1.0 / PHASE_RANGE as f32);
-        let entry = (u as usize).min(entries.saturating_sub(2));
-        (entry, u - entry as f32)
-    }
-}
-
 /// The strongest light through a band [W m⁻² at 1 pc, or its own unit]: 1/r² beside a star and columns of gas may make
 /// a billion times more of it.
 const STRONGEST: f64 = 1e28;
 
 /// Angles at which the certificate must hold beside the mean.
 const CERTIFIED_COSINES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
-const MAX_PHASE_ENTRIES: usize = 4096;
 
 impl SpectralPlan {
-    /// Solves the rule for every passband of `scene`, for optical depths up to `depth`.
-    pub(crate) fn new(
-        scene: &Scene,
-        lights: &[Light],
-        many_lights: Option<&ManyLights>,
-        settings: &Settings,
-        depth: f64,
-        control: &Control,
-    ) -> Result<Self> {
+    /// Solves the rule for every passband of `scene`, for the optical depths of `space`.
+    pub(crate) fn new(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: &Settings, control: &Control) -> Result<Self> {
         let method = &settings.method;
         let law = law(scene)?;
         let settings = &method.settings;
         let support_um = support_um(scene);
-        let phase = scene.dust.as_ref().map(|d| d.phase.clone());
+        let depth = space.reach(&scene.camera);
         let bands = scene
             .bands
             .par_iter()
@@ -146,21 +96,41 @@ impl SpectralPlan {
                 Ok(BandPlan { band: band.clone(), sources, rule })
             })
             .collect::<Result<Vec<BandPlan>>>()?;
-        let pivot = bands.first().map_or(0.55, |b| b.band.pivot().0);
-        let anisotropic = phase.filter(|p| !p.is_isotropic());
-        let table = anisotropic.as_ref().map(|p| phase_table(&**p, (lights, many_lights), &bands, pivot, method.accuracy));
+        let phase = scene.dust.as_ref().map(|d| d.phase.clone()).filter(|p| !p.is_isotropic());
+        let pivot = |phase| PhaseAtPivot { phase, lambda_um: bands.first().map_or(0.55, |b: &BandPlan| b.band.pivot().0) };
+        let phase_at_pivot = phase.map(pivot);
         let measures = bands.iter().flat_map(|b| &b.sources).flat_map(|s| &s.measure.k);
         let least_k = measures.copied().fold(f64::INFINITY, f64::min);
+        let many_lights = space.many_lights.as_deref();
+        let table = |phase: &PhaseAtPivot| {
+            let entries = phase.entries(method.accuracy);
+            let marched = |light: &Light| matches!(light.route, Route::Scattered { star } if many_lights.is_none_or(|c| !c.holds(star)));
+            let weights =
+                lights.iter().enumerate().map(|(i, light)| if marched(light) { phase.weights(entries, &bands, i) } else { Vec::new() });
+            let weights = weights.collect();
+            let at_nodes = if many_lights.is_some() { phase.at_nodes(entries, &bands) } else { Vec::new() };
+            PhaseTable { entries, separable: !phase.phase.is_spectral(), weights, at_nodes }
+        };
         Ok(Self {
             method: method.entry.name,
             accuracy: method.accuracy,
             least_k,
-            bands,
-            phase: table,
+            phase: phase_at_pivot.as_ref().map(table),
             depth,
-            phase_angle: anisotropic.as_ref().map_or(f64::INFINITY, |p| phase_angle(&**p, pivot, method.accuracy)),
-            phase_at_pivot: anisotropic.map(|p| (p, pivot)),
+            phase_angle: phase_at_pivot.as_ref().map_or(f64::INFINITY, |p| p.midpoint_angle(method.accuracy)),
+            phase_at_pivot,
+            bands,
         })
+    }
+
+    /// p(cos θ) at the middle wavelength of the first band, for what needs no spectrum [sr⁻¹].
+    pub fn phase_factor(&self, cosine: f64) -> f64 {
+        self.phase_at_pivot.as_ref().map_or(1.0 / spectra::constants::SPHERE, |p| p.at(cosine))
+    }
+
+    /// The angle at which the phase function has half of what it has forwards \[rad\]; π where it has no less.
+    pub fn forward_peak(&self) -> f64 {
+        self.phase_at_pivot.as_ref().map_or(std::f64::consts::PI, PhaseAtPivot::forward_peak)
     }
 
     /// Refuses light that single precision cannot hold, before a ray is marched.
@@ -234,72 +204,4 @@ fn source(scene: &Scene, light: &Light, band: &Passband, law: &Arc<spectra::exti
         }
     }
     source
-}
-
-/// Samples of an angle from 0 to π.
-const PHASE_SAMPLES: usize = 4096;
-
-/// The angle at whose middle the phase function may be asked [rad]: over it ln p changes so much that the error of the
-/// midpoint, Δ²/24, is the accuracy where it is steepest.
-fn phase_angle(phase: &dyn Phase, pivot: f64, accuracy: f64) -> f64 {
-    let step = std::f64::consts::PI / PHASE_SAMPLES as f64;
-    let log = |i: usize| phase.at((i as f64 * step).cos(), pivot).max(f64::MIN_POSITIVE).ln();
-    let steepest = (0..PHASE_SAMPLES).map(|i| (log(i + 1) - log(i)).abs() / step).fold(f64::MIN_POSITIVE, f64::max);
-    (24.0 * accuracy).sqrt() / steepest
-}
-
-/// The largest abscissa of a phase table, backwards.
-pub const PHASE_RANGE: f64 = std::f64::consts::SQRT_2;
-
-/// cos θ at the table's abscissa u: sin(θ/2) up to 90 degrees, √2 − cos(θ/2) behind, so that both poles are seen as
-/// finely.
-fn cosine(u: f64) -> f64 {
-    if u < 0.5 * PHASE_RANGE { 1.0 - 2.0 * u * u } else { 2.0 * (PHASE_RANGE - u).powi(2) - 1.0 }
-}
-
-fn phase_table(
-    phase: &dyn Phase,
-    (lights, many_lights): (&[Light], Option<&ManyLights>),
-    bands: &[BandPlan],
-    pivot: f64,
-    accuracy: f64,
-) -> PhaseTable {
-    let at = |u: f64| phase.at(cosine(u), pivot);
-    let error = |entries: usize| {
-        let u = |i: f64| PHASE_RANGE * i / (entries - 1) as f64;
-        (0..entries - 1)
-            .map(|i| (i as f64, i as f64 + 0.5, i as f64 + 1.0))
-            .map(|(a, m, b)| (0.5 * (at(u(a)) + at(u(b))) / at(u(m)).max(f64::MIN_POSITIVE) - 1.0).abs())
-            .fold(0.0, f64::max)
-    };
-    let mut entries = 65;
-    while error(entries) > 0.1 * accuracy && entries < MAX_PHASE_ENTRIES {
-        entries = 2 * entries - 1;
-    }
-    let separable = !phase.is_spectral();
-    let weights = lights
-        .iter()
-        .enumerate()
-        .map(|(light, l)| {
-            if !matches!(l.route, Route::Scattered { star } if many_lights.is_none_or(|c| !c.holds(star))) {
-                return Vec::new();
-            }
-            if separable {
-                return (0..entries).map(|i| at(PHASE_RANGE * i as f64 / (entries - 1) as f64) as f32).collect();
-            }
-            let entry = |i: usize| {
-                let cosine = cosine(PHASE_RANGE * i as f64 / (entries - 1) as f64);
-                bands.iter().flat_map(move |b| b.weights_with(light, |lambda| phase.at(cosine, lambda))).map(|w| w as f32)
-            };
-            (0..entries).flat_map(entry).collect()
-        })
-        .collect();
-    let nodes: Vec<Node> = bands.iter().filter_map(BandPlan::nodes).flatten().copied().collect();
-    let of_nodes = |i: usize| {
-        let cosine = cosine(PHASE_RANGE * i as f64 / (entries - 1) as f64);
-        let count = if separable { 1 } else { nodes.len() };
-        nodes[..count.min(nodes.len())].iter().map(move |node| phase.at(cosine, if separable { pivot } else { node.lambda_um }) as f32)
-    };
-    let at_nodes = if many_lights.is_some() { (0..entries).flat_map(of_nodes).collect() } else { Vec::new() };
-    PhaseTable { entries, separable, weights, at_nodes }
 }

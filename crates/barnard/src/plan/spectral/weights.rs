@@ -50,12 +50,12 @@ impl Weights {
         let isotropic = if spectral.phase.is_some() { 1.0 } else { 1.0 / spectra::constants::SPHERE as f32 };
         let (mut scattered, mut emitted, mut background) = (Vec::new(), Vec::new(), None);
         let many_lights = plan.space.many_lights.as_deref();
-        let mut gathered = vec![Vec::new(); plan.space.stars.len()];
+        let mut of_many = vec![Vec::new(); plan.space.stars.len()];
         for (light, l) in plan.lights.iter().enumerate() {
             match l.route {
                 Route::Scattered { .. } if plan.light_field.is_some() => {}
                 Route::Scattered { star } if many_lights.is_some_and(|c| c.holds(star)) => {
-                    gathered[star] = weights(plan, light).iter().map(|w| w * isotropic).collect();
+                    of_many[star] = weights(plan, light).iter().map(|w| w * isotropic).collect();
                 }
                 Route::Scattered { star } => {
                     let weights: Vec<f32> = weights(plan, light).iter().map(|w| w * isotropic).collect();
@@ -68,7 +68,7 @@ impl Weights {
             }
         }
         let many_lights = many_lights
-            .map_or_else(Vec::new, |many_lights| many_lights.stars.iter().map(|star| std::mem::take(&mut gathered[*star])).collect());
+            .map_or_else(Vec::new, |many_lights| many_lights.stars.iter().map(|star| std::mem::take(&mut of_many[*star])).collect());
         Self { band_of, scattered, many_lights, emitted, background }
     }
 }

@@ -31,7 +31,7 @@ use crate::field::Grid;
 use crate::plan::star_depths::OPAQUE;
 use crate::plan::star_depths::frustum::{Frustum, Rays, TierOf, frustums};
 use crate::plan::star_depths::planes::{Planes, mix};
-use crate::volume::Volume;
+use crate::volume::ChannelMut;
 
 /// Two-point Gauss rule on [0, 1], weights one half.
 pub const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
@@ -75,24 +75,24 @@ impl Interval {
     }
 }
 
-/// Depths from `star` \[pc\] through `dust` (σ at V [pc⁻¹]) of all voxels of `volume`, written into `slot`; `visit`
-/// hears how many were written.
+/// Depths from `star` \[pc\] through `dust` (σ at V [pc⁻¹]) of all voxels, written into `out`; `visit` hears how
+/// many were written.
 ///
 /// # Errors
 /// When the user wishes to stop.
-pub fn sweep(dust: &Grid, star: DVec3, volume: &mut Volume, slot: usize, control: &Control, mut visit: impl FnMut(u64)) -> Result<()> {
-    for frustum in frustums(&volume.inner, star) {
-        FrustumSweep { dust, place: star, frustum }.run(volume, slot, control, &mut visit)?;
+pub fn sweep(dust: &Grid, star: DVec3, out: &mut ChannelMut, control: &Control, mut visit: impl FnMut(u64)) -> Result<()> {
+    for frustum in frustums(&out.volume.inner, star) {
+        FrustumSweep { dust, place: star, frustum }.run(out, control, &mut visit)?;
     }
     Ok(())
 }
 
 impl FrustumSweep<'_> {
-    fn run(&self, volume: &mut Volume, slot: usize, control: &Control, visit: &mut impl FnMut(u64)) -> Result<()> {
+    fn run(&self, out: &mut ChannelMut, control: &Control, visit: &mut impl FnMut(u64)) -> Result<()> {
         let planes = self.frustum.planes();
         for TierOf { rays, begin, end } in self.frustum.tiers() {
             let depths = vec![0.0; rays.counts[0] * rays.counts[1]];
-            self.run_tier(Tier { rays, depths, entries: None }, &planes[..end], begin, (volume, slot), control, visit)?;
+            self.run_tier(Tier { rays, depths, entries: None }, &planes[..end], begin, out, control, visit)?;
         }
         Ok(())
     }
@@ -103,7 +103,7 @@ impl FrustumSweep<'_> {
         mut tier: Tier,
         planes: &[usize],
         begin: usize,
-        (volume, slot): (&mut Volume, usize),
+        out: &mut ChannelMut,
         control: &Control,
         visit: &mut impl FnMut(u64),
     ) -> Result<()> {
@@ -113,10 +113,10 @@ impl FrustumSweep<'_> {
             self.follow(&mut tier, planes, control, |_, _| ())?;
             tier.depths = tier.entries.take().unwrap_or_default().into_iter().map(|depth| -depth).collect();
         }
-        let mut out = vec![0.0; self.frustum.dims[0] * self.frustum.dims[1]];
+        let mut values = vec![0.0; self.frustum.dims[0] * self.frustum.dims[1]];
         self.follow(&mut tier, planes, control, |tier, number| {
             if number >= begin {
-                visit(self.write_plane(tier, planes[number], &mut out, (volume, slot)));
+                visit(self.write_plane(tier, planes[number], &mut values, out));
             }
         })
     }
@@ -189,8 +189,10 @@ impl FrustumSweep<'_> {
         }
     }
 
-    /// Depths of the voxels of one plane inside the frustum; returns their number.
-    fn write_plane(&self, tier: &Tier, plane: usize, out: &mut [f32], (volume, slot): (&mut Volume, usize)) -> u64 {
+    /// Depths of the voxels of one plane inside the frustum; returns their number. The plane's `values` are made first,
+    /// then written into `out`.
+    fn write_plane(&self, tier: &Tier, plane: usize, values: &mut [f32], out: &mut ChannelMut) -> u64 {
+        let ChannelMut { volume, slot } = out;
         let z = self.frustum.distance(plane);
         let range = |axis: usize| {
             let (low, high) = (self.frustum.star[axis] - z - SHARED, self.frustum.star[axis] + z + SHARED);
@@ -212,7 +214,7 @@ impl FrustumSweep<'_> {
             self.frustum.axes.iter().zip([x, y, plane]).for_each(|(axis, i)| voxel[*axis] = i);
             self.dust.column(self.place, lattice.centre(voxel[0], voxel[1], voxel[2]), OPAQUE) as f32
         };
-        let lines = out.par_chunks_mut(self.frustum.dims[0]).enumerate().skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
+        let lines = values.par_chunks_mut(self.frustum.dims[0]).enumerate().skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
         lines.for_each_init(
             || vec![0.0f32; width],
             |mixed, (y, line)| {
@@ -230,10 +232,10 @@ impl FrustumSweep<'_> {
         let channels = volume.channels.len();
         let strides = [1, volume.lattice.dims[0], volume.lattice.dims[0] * volume.lattice.dims[1]];
         let [du, dv, dw] = self.frustum.axes.map(|a| strides[a] * channels);
-        let origin = volume.index([0; 3]) + slot;
+        let origin = volume.index([0; 3]) + *slot;
         for y in rows.clone() {
             for x in columns.clone() {
-                volume.data[origin + x * du + y * dv + plane * dw] = out[y * self.frustum.dims[0] + x];
+                volume.data[origin + x * du + y * dv + plane * dw] = values[y * self.frustum.dims[0] + x];
             }
         }
         (rows.len() * columns.len()) as u64

@@ -17,23 +17,37 @@ use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::field::Grid;
 use crate::plan::star_depths::frustum_sweep::sweep;
-use crate::volume::{Bricks, Volume};
+use crate::volume::{Bricks, ChannelMut, Volume};
 
 /// Depth at V past which light is gone at any wavelength: where extinction is least, k = 0.03 in the mid infrared,
 /// e^(−30) is left.
 pub const OPAQUE: f64 = 1000.0;
 
-/// Depths from `star` through `dust` (σ at V [pc⁻¹]) into channel `slot` of `volume`; `share` is (done before, all) in
-/// voxels.
+/// How far the work is that one star's depths are a part of [voxels].
+#[derive(Debug, Clone, Copy)]
+pub struct Progress {
+    /// Done before them.
+    pub done: u64,
+    /// In all.
+    pub all: u64,
+}
+
+impl Progress {
+    /// Of work that nobody waits for.
+    pub const UNHEARD: Self = Self { done: 0, all: 1 };
+}
+
+/// Depths from `star` through `dust` (σ at V [pc⁻¹]) into a channel of a volume.
 ///
 /// # Errors
 /// When the user wishes to stop.
-pub fn bake(dust: &Grid, star: DVec3, volume: &mut Volume, slot: usize, share: (u64, u64), control: &Control) -> Result<()> {
-    let done = AtomicU64::new(share.0);
-    sweep(dust, star, volume, slot, control, |voxels| {
+pub fn bake(dust: &Grid, star: DVec3, mut out: ChannelMut, progress: Progress, control: &Control) -> Result<()> {
+    let done = AtomicU64::new(progress.done);
+    sweep(dust, star, &mut out, control, |voxels| {
         let before = done.fetch_add(voxels, Ordering::Relaxed);
-        control.report(Stage::StarDepths, (before + voxels).min(share.1), share.1);
+        control.report(Stage::StarDepths, (before + voxels).min(progress.all), progress.all);
     })?;
+    let ChannelMut { volume, slot } = out;
     match_means(volume, slot);
     volume.extrapolate(slot);
     Ok(())
@@ -125,7 +139,7 @@ mod tests {
     /// the exact.
     fn differences(grid: &Grid, lattice: &Lattice, star: DVec3) -> (f64, f64) {
         let mut volume = Volume::zeroed(lattice, vec![Channel::StarDepth(0), Channel::Dust]);
-        sweep(grid, star, &mut volume, 0, &Control::default(), |_| ()).unwrap();
+        sweep(grid, star, &mut ChannelMut { volume: &mut volume, slot: 0 }, &Control::default(), |_| ()).unwrap();
         let (mut sum, mut size, mut worst) = (0.0, 0.0f64, 0.0f64);
         let lattice = &volume.inner;
         for index in 0..lattice.cells() {
@@ -173,7 +187,7 @@ mod tests {
         let uniform = Grid::sampled(lattice.clone(), |_| 2.0);
         for place in (0..60).map(|i| -1.3 + f64::from(i) / 23.0).flat_map(|x| [[x, 0.3, x], [x, x, x]]) {
             let mut volume = Volume::zeroed(&lattice, vec![Channel::StarDepth(0)]);
-            sweep(&uniform, place.into(), &mut volume, 0, &Control::default(), |_| ()).unwrap();
+            sweep(&uniform, place.into(), &mut ChannelMut { volume: &mut volume, slot: 0 }, &Control::default(), |_| ()).unwrap();
             for index in 0..lattice.cells() {
                 let [x, y, z] = lattice.place(index);
                 let exact = uniform.column(place.into(), lattice.centre(x, y, z), f64::INFINITY);
@@ -213,7 +227,8 @@ mod tests {
         let lattice = Lattice { dims: [40; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
         let wall = Grid::sampled(lattice.clone(), |p| if p.z.abs() < 0.1 && p.x > 0.0 { 1e4 } else { 0.0 });
         let mut volume = Volume::zeroed(&lattice, vec![Channel::StarDepth(0)]);
-        bake(&wall, DVec3::new(0.0, 0.0, -0.9), &mut volume, 0, (0, 1), &Control::default()).unwrap();
+        bake(&wall, DVec3::new(0.0, 0.0, -0.9), ChannelMut { volume: &mut volume, slot: 0 }, Progress::UNHEARD, &Control::default())
+            .unwrap();
         for index in 0..lattice.cells() {
             let [x, y, z] = lattice.place(index);
             let (p, depth) = (lattice.centre(x, y, z), &volume.data[volume.index([x, y, z])]);
@@ -233,7 +248,7 @@ mod tests {
         let uniform = Grid::sampled(lattice.clone(), |_| 2.0);
         let star = DVec3::new(4.0, 2.0, -30.0);
         let mut volume = Volume::zeroed(&lattice, vec![Channel::StarDepth(0)]);
-        bake(&uniform, star, &mut volume, 0, (0, 1), &Control::default()).unwrap();
+        bake(&uniform, star, ChannelMut { volume: &mut volume, slot: 0 }, Progress::UNHEARD, &Control::default()).unwrap();
         for depth in [0.0, 0.05, 0.1, 0.2, 0.4] {
             let p = DVec3::new(-0.3, -0.2, -1.0 + depth);
             let truth = uniform.column(star, p, f64::INFINITY);

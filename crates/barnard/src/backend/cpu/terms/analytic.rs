@@ -5,7 +5,7 @@
 //! In f32 where `plan::ClosedForm` keeps its digits, in f64 elsewhere.
 
 use spectra::polynomial::MAX_DEGREE;
-use spectra::rule::{Analytic, Form};
+use spectra::rule::{self, Analytic, Form};
 
 use super::DepthSpan;
 use crate::packet::{LANES, Lane, exp, lanes, largest, ln, mean_transmittance, scaled_exp_integrals, sinhc};
@@ -37,7 +37,7 @@ impl AnalyticTerms {
     }
 
     #[inline(always)]
-    pub(super) fn gather(&self, light: usize, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    pub(super) fn accumulate(&self, light: usize, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
         for (term, (source, sum)) in self.sources[light].iter().zip(sum).enumerate() {
             let Some(base) = base(term) else { continue };
             let mean = self.mean(source, light, term, span);
@@ -62,8 +62,11 @@ impl AnalyticTerms {
             ClosedForm::Double => {
                 let Analytic { c_um, sources, .. } = &self.bands[term];
                 let (source, depth) = (&sources[light], |v: f32| f64::from(v));
-                let between = |lane: usize| (depth(span.middle[lane] - span.half[lane]), depth(span.middle[lane] + span.half[lane]));
-                lanes(|lane| (source.mean(*c_um, between(lane)) / source.total) as f32)
+                let ends = |lane: usize| rule::DepthSpan {
+                    from: depth(span.middle[lane] - span.half[lane]),
+                    to: depth(span.middle[lane] + span.half[lane]),
+                };
+                lanes(|lane| (source.mean(*c_um, ends(lane)) / source.total) as f32)
             }
             ClosedForm::Dark => [0.0; LANES],
         }

@@ -4,7 +4,7 @@
 use spectra::rule::{DepthTable, Form};
 
 use super::DepthSpan;
-use crate::packet::{LANES, Lane, exp, mean_transmittance, sinhc};
+use crate::packet::{LANES, Lane, Place, exp, mean_transmittance, sinhc};
 use crate::plan::Plan;
 
 /// A table for each light and band.
@@ -50,7 +50,7 @@ impl LookupTerms {
     }
 
     #[inline(always)]
-    pub(super) fn gather(
+    pub(super) fn accumulate(
         &self,
         light: usize,
         DepthSpan { middle, half }: &DepthSpan,
@@ -68,25 +68,25 @@ impl LookupTerms {
     #[inline(always)]
     pub(super) fn at(&self, light: usize, term: usize, depth: f32) -> f32 {
         let table = &self.tables[light][term];
-        let (gap, fraction) = table.place(depth);
-        exp(table.rows[gap].at(fraction))
+        let Place { cell, fraction } = table.place(depth);
+        exp(table.rows[cell as usize].at(fraction))
     }
 }
 
 impl LogTable {
     /// The gap in which a depth lies, and how far within; the last gap goes on.
     #[inline(always)]
-    fn place(&self, depth: f32) -> (usize, f32) {
+    fn place(&self, depth: f32) -> Place {
         let x = depth * self.per_depth;
-        let gap = (x as usize).min(self.rows.len() - 1);
-        (gap, x - gap as f32)
+        let cell = (x as usize).min(self.rows.len() - 1) as u32;
+        Place { cell, fraction: x - cell as f32 }
     }
 
     /// The mean of F/F(0) over depths between middle − half and middle + half.
     #[inline(always)]
     fn mean(&self, middle: f32, half: f32) -> f32 {
-        let (gap, fraction) = self.place(middle);
-        let row = &self.rows[gap];
+        let Place { cell, fraction } = self.place(middle);
+        let row = &self.rows[cell as usize];
         let y = row.rise * self.per_depth * half;
         let bend = row.bend * half * half;
         if y.abs() <= DepthTable::THIN && bend <= DepthTable::EVEN {
@@ -97,15 +97,16 @@ impl LogTable {
     }
 
     /// The same between two places.
-    fn thick(&self, first: (usize, f32), last: (usize, f32)) -> f32 {
-        let (from, to) = (&self.rows[first.0], &self.rows[last.0]);
-        if first.0 == last.0 {
-            return between(from.at(first.1), to.at(last.1));
+    fn thick(&self, first: Place, last: Place) -> f32 {
+        let row = |cell: u32| &self.rows[cell as usize];
+        let (from, to) = (row(first.cell), row(last.cell));
+        if first.cell == last.cell {
+            return between(from.at(first.fraction), to.at(last.fraction));
         }
-        let before = (1.0 - first.1) * between(from.at(first.1), from.log + from.rise);
-        let after = last.1 * between(to.log, to.at(last.1));
-        let gaps = (1.0 - first.1) + (last.0 - first.0 - 1) as f32 + last.1;
-        (before + after + (self.rows[first.0 + 1].left - to.left) * self.per_depth) / gaps
+        let before = (1.0 - first.fraction) * between(from.at(first.fraction), from.log + from.rise);
+        let after = last.fraction * between(to.log, to.at(last.fraction));
+        let gaps = (1.0 - first.fraction) + (last.cell - first.cell - 1) as f32 + last.fraction;
+        (before + after + (row(first.cell + 1).left - to.left) * self.per_depth) / gaps
     }
 }
 

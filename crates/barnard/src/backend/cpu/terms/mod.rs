@@ -70,26 +70,26 @@ impl Terms {
 
     /// Adds base · ⟨D⟩ to the sum of every term of `light` that has a base.
     #[inline(always)]
-    pub fn gather(&self, light: usize, drawn: &Drawn, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    pub fn accumulate(&self, light: usize, drawn: &Drawn, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
         match self {
-            Terms::Nodes(nodes) => nodes.gather(span, base, sum),
-            Terms::Lookup(lookup) => lookup.gather(light, span, base, sum),
-            Terms::Analytic(analytic) => analytic.gather(light, span, base, sum),
-            Terms::Projection(projection) => projection.gather(span, base, sum),
-            Terms::Preintegrated(preintegrated) => preintegrated.gather(light, span, base, sum),
-            Terms::Sampled(_) => drawn.gather(light, span, base, sum),
+            Terms::Nodes(nodes) => nodes.accumulate(span, base, sum),
+            Terms::Lookup(lookup) => lookup.accumulate(light, span, base, sum),
+            Terms::Analytic(analytic) => analytic.accumulate(light, span, base, sum),
+            Terms::Projection(projection) => projection.accumulate(span, base, sum),
+            Terms::Preintegrated(preintegrated) => preintegrated.accumulate(light, span, base, sum),
+            Terms::Sampled(_) => drawn.accumulate(light, span, base, sum),
         }
     }
 
     /// D of one term at one depth of one ray [1].
-    pub fn at(&self, light: usize, drawn: (&Drawn, usize), term: usize, depth: f32) -> f32 {
+    pub fn at(&self, light: usize, drawn: &Drawn, lane: usize, term: usize, depth: f32) -> f32 {
         match self {
             Terms::Nodes(nodes) => nodes.at(term, depth),
             Terms::Lookup(lookup) => lookup.at(light, term, depth),
             Terms::Analytic(analytic) => analytic.at(light, term, depth),
             Terms::Projection(projection) => projection.at(term, depth),
             Terms::Preintegrated(preintegrated) => preintegrated.at(term, depth),
-            Terms::Sampled(_) => drawn.0.at(light, drawn.1, term, depth),
+            Terms::Sampled(_) => drawn.at(light, lane, term, depth),
         }
     }
 }

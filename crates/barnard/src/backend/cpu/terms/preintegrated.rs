@@ -35,7 +35,7 @@ impl PreintegratedTerms {
     }
 
     #[inline(always)]
-    pub(super) fn gather(
+    pub(super) fn accumulate(
         &self,
         light: usize,
         DepthSpan { middle, half }: &DepthSpan,

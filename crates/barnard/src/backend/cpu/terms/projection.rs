@@ -4,7 +4,7 @@ use spectra::rule::{Form, Projection};
 use wide::f32x4;
 
 use super::DepthSpan;
-use crate::packet::{LANES, Lane, cell, lanes, largest};
+use crate::packet::{LANES, Lane, Place, lanes, largest, place};
 use crate::plan::Plan;
 
 /// The bases of all bands.
@@ -66,12 +66,12 @@ impl ProjectionTerms {
     }
 
     #[inline(always)]
-    pub(super) fn gather(&self, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    pub(super) fn accumulate(&self, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
         for group in &self.groups {
             if group.table.size <= 4 {
-                group.gather::<4>(span, &base, sum);
+                group.accumulate::<4>(span, &base, sum);
             } else {
-                group.gather::<8>(span, &base, sum);
+                group.accumulate::<8>(span, &base, sum);
             }
         }
     }
@@ -80,14 +80,14 @@ impl ProjectionTerms {
         let inside = |group: &&Group| group.first.iter().any(|first| (*first..first + group.table.size).contains(&term));
         let Some(group) = self.groups.iter().find(inside) else { return 0.0 };
         let element = group.first.iter().filter(|first| **first <= term).map(|first| term - first).min().unwrap_or(0);
-        let (gap, fraction) = cell(depth * group.table.per_depth, group.table.gaps);
-        group.table.quad(gap, element / 4).mean(fraction, 0.0).to_array()[element % 4]
+        let Place { cell, fraction } = place(depth * group.table.per_depth, group.table.gaps);
+        group.table.quad(cell, element / 4).mean(fraction, 0.0).to_array()[element % 4]
     }
 }
 
 impl Group {
     #[inline(always)]
-    fn gather<const ROW: usize>(&self, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    fn accumulate<const ROW: usize>(&self, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
         let means = self.table.means::<ROW>(span);
         for element in 0..self.table.size {
             let mean = &means[element];
@@ -138,13 +138,10 @@ impl CoordinateTable {
             return self.thick(middle, &half);
         }
         let mut means = [[0.0; LANES]; ROW];
-        let (mut gap, mut fraction) = ([0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            (gap[lane], fraction[lane]) = cell(middle[lane] * self.per_depth, self.gaps);
-        }
+        let places: [Place; LANES] = std::array::from_fn(|lane| place(middle[lane] * self.per_depth, self.gaps));
         for q in 0..ROW / 4 {
             for lane in (0..LANES).step_by(4) {
-                let mean = |i: usize| self.quad(gap[lane + i], q).mean(fraction[lane + i], half[lane + i] * half[lane + i]);
+                let mean = |i: usize| self.quad(places[lane + i].cell, q).mean(places[lane + i].fraction, half[lane + i] * half[lane + i]);
                 // Four lanes change places with four elements.
                 let turned = f32x4::transpose(std::array::from_fn(mean));
                 for (mean, values) in means[4 * q..4 * q + 4].iter_mut().zip(turned) {
@@ -161,7 +158,7 @@ impl CoordinateTable {
         let mut means = [[0.0; LANES]; ROW];
         for lane in 0..LANES {
             let (low, high) = ((middle[lane] - half[lane]) * self.per_depth, (middle[lane] + half[lane]) * self.per_depth);
-            let (first, last) = (cell(low, self.gaps), cell(high, self.gaps));
+            let (first, last) = (place(low, self.gaps), place(high, self.gaps));
             let held = high.max(self.gaps as f32) - low.max(self.gaps as f32);
             for q in 0..self.size.div_ceil(4) {
                 let mean = self.between(q, first, last, held);
@@ -174,15 +171,16 @@ impl CoordinateTable {
     }
 
     /// The mean of a quad between two places of the table, and on over so many gaps that are `held` at the second.
-    fn between(&self, q: usize, (first, from): (u32, f32), (last, to): (u32, f32), held: f32) -> f32x4 {
-        let (front, back) = (self.quad(first, q), self.quad(last, q));
+    fn between(&self, q: usize, first: Place, last: Place, held: f32) -> f32x4 {
+        let (from, to) = (first.fraction, last.fraction);
+        let (front, back) = (self.quad(first.cell, q), self.quad(last.cell, q));
         let (in_front, behind) = (front.mean(from, 0.0), back.mean(to, 0.0));
-        let (within, gaps) = if first < last {
+        let (within, gaps) = if first.cell < last.cell {
             let left = |gap: u32| &self.left[gap as usize * self.size.div_ceil(4) + q];
-            let whole = f32x4::new(std::array::from_fn(|i| (left(first + 1)[i] - left(last)[i]) as f32));
+            let whole = f32x4::new(std::array::from_fn(|i| (left(first.cell + 1)[i] - left(last.cell)[i]) as f32));
             let (before, after) = (0.5 * (1.0 - from), 0.5 * to);
             let ends = before * (in_front + front.value + front.growth) + after * (back.value + behind);
-            (ends + whole * self.per_depth, (1.0 - from) + (last - first - 1) as f32 + to)
+            (ends + whole * self.per_depth, (1.0 - from) + (last.cell - first.cell - 1) as f32 + to)
         } else if held > 0.0 {
             (0.5 * (to - from) * (in_front + behind), to - from)
         } else {

@@ -56,7 +56,7 @@ impl SampledTerms {
 
 impl Drawn {
     #[inline(always)]
-    pub(super) fn gather(
+    pub(super) fn accumulate(
         &self,
         light: usize,
         DepthSpan { middle, half }: &DepthSpan,

@@ -1,0 +1,123 @@
+//! A solved field of scattered light, whoever looks at it, and all that it was solved from.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::cells::Cells;
+use super::direct_sources::DirectSources;
+use super::far_field::{FarField, Scattering};
+use super::harmonics::{COUNT, DEGREE, degree};
+use super::moments::Moments;
+use super::ordinates::{EightLanes, WIDTH};
+use super::view::View;
+use crate::control::Control;
+use crate::error::Result;
+use crate::field::{Grid, Lattice};
+use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, Profile};
+use crate::plan::{ManyLights, PhaseTable};
+
+/// What the field is, however it is looked at.
+#[derive(Debug)]
+pub struct Field {
+    pub parts: Vec<Part>,
+    pub cells: Cells,
+    /// Stars whose first light is part of it, and how that is scattered.
+    pub many_lights: Option<Arc<ManyLights>>,
+    pub phase: Option<PhaseTable>,
+    /// The kernels around them.
+    pub kernels: Vec<NearFieldKernel>,
+}
+
+/// Eight terms of it.
+#[derive(Debug)]
+pub struct Part {
+    pub terms: Vec<Term>,
+    pub solved: Arc<Solved>,
+    /// What the moments are in parts of: radiances are so small that their faint ones would not be numbers.
+    pub unit: f32,
+    /// What the gathered stars near a ray may add at most.
+    pub near: EightLanes,
+    /// What they send, weights without k ω in parts of the unit.
+    pub sent: Vec<EightLanes>,
+}
+
+/// Light that was scattered before, and what it was found from.
+#[derive(Debug)]
+pub struct Solved {
+    pub origin: Origin,
+    pub moments: Moments,
+    /// Orders that were swept, what the series behind them stands for, and whether they went as one.
+    pub sweeps: usize,
+    pub series: f64,
+    pub settled: bool,
+    /// By what they were swept, and why not by what should have.
+    pub by: Arc<str>,
+}
+
+/// All that the light of eight terms depends on.
+#[derive(Debug)]
+pub struct Origin {
+    pub lattice: Lattice,
+    pub sigma: Vec<f32>,
+    pub dust: Arc<Grid>,
+    /// Where stars are, how finely their depths are known, and the kernels around those of the gathered stars.
+    pub places: Vec<DVec3>,
+    pub star_factor: usize,
+    pub kernels: Vec<NearFieldKernel>,
+    pub terms: Vec<Term>,
+    pub direct_sources: DirectSources,
+    pub directions: [usize; 2],
+    pub harmonics: usize,
+    pub bounces: usize,
+}
+
+impl PartialEq for Origin {
+    fn eq(&self, other: &Self) -> bool {
+        let numbers = |o: &Self| (o.star_factor, o.directions, o.harmonics, o.bounces);
+        numbers(self) == numbers(other)
+            && self.lattice == other.lattice
+            && self.terms == other.terms
+            && self.places == other.places
+            && self.kernels == other.kernels
+            && self.direct_sources == other.direct_sources
+            && self.sigma == other.sigma
+            && (Arc::ptr_eq(&self.dust, &other.dust) || self.dust == other.dust)
+    }
+}
+
+/// A node as a medium.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Term {
+    pub lambda_um: f64,
+    pub k: f64,
+    pub albedo: f64,
+    pub legendre: [f64; DEGREE + 1],
+}
+
+impl Field {
+    /// The gathered stars' light, scattered once, in each cell as one eye sees it, part by part; nothing where there are
+    /// no such stars.
+    pub fn far_field(&self, view: View, control: &Control) -> Result<Vec<Moments>> {
+        let Some(many_lights) = &self.many_lights else { return Ok(Vec::new()) };
+        let terms = self.parts.iter().map(|part| part.terms.len()).sum();
+        let of_part = |(p, part): (usize, &Part)| {
+            let of = |value: fn(&Term) -> f64| std::array::from_fn(|t| part.terms.get(t).map_or(0.0, |term| value(term) as f32));
+            let (k, albedo) = (of(|term| term.k), of(|term| term.albedo));
+            let far_field = FarField { many_lights, sent: &part.sent, k: &k, kernels: &self.kernels };
+            let scattering = Scattering { view, phase: self.phase.as_ref(), first: p * WIDTH, terms, albedo };
+            far_field.seen(&self.cells, &scattering, control)
+        };
+        self.parts.iter().enumerate().map(of_part).collect()
+    }
+
+    /// Depths from each gathered star towards the eye, as far as kernels go.
+    pub fn profiles(&self, view: View) -> Vec<Profile> {
+        self.many_lights.as_ref().map_or_else(Vec::new, |many_lights| many_lights.profiles(&self.kernels, |place| view.towards(place)))
+    }
+}
+
+/// ω p_l of each harmonic and term.
+pub fn scattering(terms: &[Term]) -> [EightLanes; COUNT] {
+    std::array::from_fn(|h| std::array::from_fn(|t| terms.get(t).map_or(0.0, |term| (term.albedo * term.legendre[degree(h)]) as f32)))
+}

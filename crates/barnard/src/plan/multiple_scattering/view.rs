@@ -1,0 +1,29 @@
+//! What of a camera decides in which direction light leaves a place.
+
+use glam::DVec3;
+
+use crate::camera::{Camera, Projection};
+
+/// Where an eye is, or where it looks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum View {
+    From(DVec3),
+    Along(DVec3),
+}
+
+impl View {
+    pub fn of(camera: &Camera) -> Self {
+        match camera.projection {
+            Projection::Perspective { .. } => Self::From(camera.position),
+            Projection::Orthographic { .. } => Self::Along(camera.forward),
+        }
+    }
+
+    /// Towards the eye.
+    pub fn towards(self, place: DVec3) -> DVec3 {
+        match self {
+            Self::From(eye) => (eye - place).normalize_or(DVec3::Z),
+            Self::Along(forward) => -forward,
+        }
+    }
+}

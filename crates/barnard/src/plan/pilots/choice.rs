@@ -1,0 +1,212 @@
+//! The choice of steps and star depths: the cheapest that keep the accuracy beside the truth.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::unresolved::{self, Unresolved};
+use super::{Pilot, Shading, Spatial, march, measures, pilots, relative_error};
+use crate::control::Control;
+use crate::error::{Error, Result};
+use crate::geometry::Ray;
+use crate::plan::draft::Draft;
+use crate::plan::spatial::bake::{MAX_BAKE, MIN_BAKE};
+use crate::plan::{END_SHARE, LightField, Settings, SpatialPlan, Stepping};
+
+/// The part of the accuracy that the pilots may use up: rays between them can be worse.
+const SHARE: f64 = 0.7;
+/// The part of that which samples of functions may cost.
+const SAMPLING_SHARE: f64 = 0.5;
+/// Samples in a voxel edge, from cheap to dear.
+const STEPS: [f64; 10] = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0];
+/// Fewest of them where there are many lights: a step passes stars that no pilot marches, and takes the dust linear
+/// beside each.
+const BESIDE_MANY_LIGHTS: f64 = 2.0;
+/// Samples of the truth in a voxel edge at least and at most, and in an optical depth of one: its own error is a few
+/// parts in 1e5.
+const TRUTH: (f64, f64) = (6.0, 48.0);
+const TRUTH_PER_DEPTH: f64 = 8.0;
+/// And along the longest edge of a small grid, up to half of the most.
+const TRUTH_PER_EDGE: f64 = 768.0;
+/// What a finer step or finer star depths must make of the error, else they are not worth their price.
+const WORTHWHILE: f64 = 0.8;
+/// How finely star depths are baked, in voxels along one of dust: past the third only while all of them take less than
+/// `FINE_BYTES`.
+const FACTORS: [usize; 7] = [1, 2, 3, 4, 6, 8, 12];
+const MODEST: usize = 3;
+const FINE_BYTES: u64 = 64 << 20;
+
+/// Finds how finely the star depths must be baked and, where the settings do not say it, the rays sampled; the former
+/// matters not where a `field` holds the light, whose whole error is then measured.
+pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) -> Result<Stepping> {
+    let Draft { scene, settings, lights, space, spectral } = draft;
+    let space = Arc::make_mut(space);
+    let accuracy = SHARE * settings.method.accuracy;
+    let plain = Shading::new(spectral, lights);
+    let marches = Marches {
+        pilots: pilots(scene, space, spectral, lights),
+        fast: Shading { field, ..plain },
+        exact: Shading { measures: field.map(|_| measures(spectral)), ..plain },
+        control,
+    };
+    let finest = finest(space);
+    let truth = marches.exact(space, finest)?;
+    let mut sampling = None;
+    while let Some(edge) = space.sampled_edge().filter(|_| field.is_none()) {
+        // Densities alone: steps as fine as the truth's, and exact star depths, through the samples.
+        let values = marches.exact(&space.of_samples(), finest)?;
+        let measured = Sampling {
+            error: marches.error(&values, &truth),
+            edge,
+            unresolved: unresolved::error(scene, space, spectral, lights)?,
+            values,
+        };
+        let error = measured.worst();
+        sampling = Some(measured);
+        // Errors fall between the first and the second power of a voxel: at least half of one.
+        let times = (error / (SAMPLING_SHARE * accuracy)).powf(1.0 / 1.5).ceil().clamp(2.0, MAX_BAKE as f64);
+        let finer = edge.saturating_mul(times as usize).next_multiple_of(MIN_BAKE).min(MAX_BAKE);
+        if error <= SAMPLING_SHARE * accuracy || finer == edge || settings.method.bake.is_some() {
+            break;
+        }
+        let Some(resampled) = space.resampled(scene, finer, settings, control)? else { break };
+        *space = resampled;
+    }
+    // Steps and star depths can mend what they cost themselves, and no more: they are chosen beside an exact march
+    // through the same samples.
+    let reachable = sampling.as_ref().map_or(&truth, |s| &s.values);
+    let candidates = settings.method.steps.map_or_else(|| candidates(space, finest), |n| vec![Stepping::Fixed(n)]);
+    let Some(Choice { stepping, factor, values, .. }) = marches.cheapest(space, settings, &candidates, reachable)? else {
+        return Ok(Stepping::PerVoxel(1.0));
+    };
+    let error = marches.error(&values, &truth);
+    if space.star_factor != factor {
+        space.refine_stars(factor, settings, control)?;
+    }
+    // What a ray leaves behind where it ends early is beside what the pilots, who go on, have found.
+    let early = if space.occupied.is_some() && spectral.bands.iter().any(|b| b.nodes().is_some()) {
+        f64::from(END_SHARE) * spectral.accuracy
+    } else {
+        0.0
+    };
+    let unresolved = sampling.as_ref().and_then(|s| s.unresolved);
+    let sampling = sampling.map(|s| (s.error, s.edge));
+    space.spatial = Some(Spatial { stepping, error: error + early, sampling, rays: marches.pilots.len(), unresolved });
+    Ok(stepping)
+}
+
+/// What samples of densities that are functions cost.
+struct Sampling {
+    /// Relative rms error of the pilots, worst band, and of stars that are seen through the samples.
+    error: f64,
+    unresolved: Option<Unresolved>,
+    /// Voxels along the longest edge of the coarsest samples.
+    edge: usize,
+    /// The light of the pilots through them, pilot × band.
+    values: Vec<Vec<f64>>,
+}
+
+impl Sampling {
+    /// The larger error of the two.
+    fn worst(&self) -> f64 {
+        self.unresolved.map_or(self.error, |stars| self.error.max(stars.error))
+    }
+}
+
+/// Samples in a voxel edge with which the truth is marched.
+fn finest(space: &SpatialPlan) -> f64 {
+    let voxel_depth = space.dust.as_ref().map_or(0.0, |_| f64::from(space.bricks[0].largest()) * space.voxel_pc());
+    let edge = space.dust.as_ref().map_or(1, |d| d.lattice.dims.into_iter().max().unwrap_or(1)) as f64;
+    (TRUTH_PER_DEPTH * voxel_depth).max((TRUTH_PER_EDGE / edge).min(0.5 * TRUTH.1)).clamp(TRUTH.0, TRUTH.1)
+}
+
+/// Steps that are tried, from cheap to dear.
+fn candidates(space: &SpatialPlan, finest: f64) -> Vec<Stepping> {
+    let coarsest = if space.many_lights.is_some() { BESIDE_MANY_LIGHTS } else { 0.0 };
+    STEPS.into_iter().filter(|n| *n < finest && *n >= coarsest).map(Stepping::PerVoxel).collect()
+}
+
+/// Steps and star depths that were tried.
+struct Choice {
+    stepping: Stepping,
+    /// Voxels of star depths along one of dust.
+    factor: usize,
+    /// What they cost.
+    error: f64,
+    /// The light of the pilots, pilot × band.
+    values: Vec<Vec<f64>>,
+}
+
+/// The pilots, and how they are marched.
+struct Marches<'a> {
+    pilots: Vec<Pilot>,
+    /// As the fast back ends shade, and exactly.
+    fast: Shading<'a>,
+    exact: Shading<'a>,
+    control: &'a Control,
+}
+
+impl Marches<'_> {
+    /// The light of all pilots with exact star depths, at so many samples in a voxel edge: pilot × band.
+    fn exact(&self, space: &SpatialPlan, per_voxel: f64) -> Result<Vec<Vec<f64>>> {
+        self.all(|ray| march(space, &self.exact, ray, Stepping::PerVoxel(per_voxel), true))
+    }
+
+    /// The same as the fast back ends march it.
+    fn fast(&self, space: &SpatialPlan, stepping: Stepping) -> Result<Vec<Vec<f64>>> {
+        self.all(|ray| march(space, &self.fast, ray, stepping, false))
+    }
+
+    fn all(&self, march: impl Fn(&Ray) -> Vec<f64> + Sync) -> Result<Vec<Vec<f64>>> {
+        self.pilots.par_iter().map(|pilot| self.control.check().map(|()| march(&pilot.ray))).collect()
+    }
+
+    fn error(&self, values: &[Vec<f64>], truth: &[Vec<f64>]) -> f64 {
+        relative_error(values, truth, &self.pilots)
+    }
+
+    /// The cheapest of `candidates` with the coarsest star depths that keep the accuracy, or the best there is. Star
+    /// depths of `space` are refined on the way, and may be finer in the end than those that were chosen.
+    fn cheapest(
+        &self,
+        space: &mut SpatialPlan,
+        settings: &Settings,
+        candidates: &[Stepping],
+        reachable: &[Vec<f64>],
+    ) -> Result<Option<Choice>> {
+        let accuracy = SHARE * settings.method.accuracy;
+        // A field of light has no star depths to refine, and finer steps may be of no use to it.
+        let field = self.fast.field.is_some();
+        let mut best: Option<Choice> = None;
+        for factor in FACTORS {
+            if factor > 1 {
+                if factor > MODEST && space.star_bytes(factor) > FINE_BYTES {
+                    break;
+                }
+                // More memory than allowed for finer depths is no failure of the scene: the coarser ones stay, with
+                // their error stated.
+                match space.refine_stars(factor, settings, self.control) {
+                    Err(Error::Memory { .. }) => break,
+                    other => other?,
+                }
+            }
+            let before = best.as_ref().map_or(f64::INFINITY, |b| b.error);
+            for &stepping in candidates {
+                let values = self.fast(space, stepping)?;
+                let error = self.error(&values, reachable);
+                let worthwhile = best.as_ref().is_none_or(|b| error < b.error * if field { WORTHWHILE } else { 1.0 });
+                if worthwhile {
+                    best = Some(Choice { stepping, factor, error, values });
+                }
+                if error <= accuracy || field && !worthwhile {
+                    break;
+                }
+            }
+            let error = best.as_ref().map_or(f64::INFINITY, |b| b.error);
+            if error <= accuracy || error > WORTHWHILE * before || space.marched().is_empty() || field {
+                break;
+            }
+        }
+        Ok(best)
+    }
+}
