@@ -607,7 +607,7 @@ fn the_gpu_renders_or_says_why_not() {
     let auto = desk.run(&["render", "scene.toml", "-o", "auto.npy", "--backend", "auto"]);
     assert!(auto.status.success());
     let words = String::from_utf8_lossy(&auto.stdout).into_owned();
-    assert!(words.contains("auto: on the cpu") || words.contains("gpu: "), "{words}");
+    assert!(words.contains("on the cpu: ") || words.contains("gpu: "), "{words}");
     let wrong = desk.run(&["render", "scene.toml", "-o", "fly.npy", "--on-the-fly"]);
     assert!(!wrong.status.success() && String::from_utf8_lossy(&wrong.stderr).contains("--backend gpu") && !desk.path("fly.npy").exists());
     let wrong = desk.run(&["bench", "scene.toml", "--methods", "band_quadrature,midpiont"]);

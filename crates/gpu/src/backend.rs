@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
+use barnard::Error;
 use barnard::backend::cpu::{self, Cpu};
-use barnard::backend::{Backend, BackendEntry, Job, Radiance, finished};
+use barnard::backend::{Backend, BackendEntry, DeviceUse, Job, Radiance, finished};
 use barnard::control::Control;
 use barnard::image::Image;
 use barnard::plan::Plan;
@@ -22,14 +23,16 @@ use crate::tuning::Tuning;
 pub const BACKENDS: &[BackendEntry] = &[
     BackendEntry {
         name: "gpu",
-        summary: "f32 on a graphics processor (Vulkan, Metal, DirectX 12), reads only the plan; methods of exponentials",
+        summary: "f32 on a graphics processor (Vulkan, Metal, DirectX 12), reads only the plan; all methods but random wavelengths",
         planned: true,
+        device: DeviceUse::Always,
         open: |_| Ok(Box::new(OnDevice::open(Tuning::default())?)),
     },
     BackendEntry {
         name: "auto",
         summary: "gpu where there is a real one that does the method, otherwise cpu; says which and why",
         planned: true,
+        device: DeviceUse::IfReal,
         open: |_| Ok(Box::new(Auto::new(Tuning::default()))),
     },
 ];
@@ -50,8 +53,8 @@ pub struct OnDevice {
     seconds: Option<f64>,
     /// Opens a device in place of one that gave up.
     reopen: Box<dyn FnMut() -> Result<Gpu>>,
-    /// Whether it gave up for good: the processor takes its place.
-    lost: bool,
+    /// Why it gave up for good, once it did: the processor takes its place.
+    lost: Option<String>,
     /// What went wrong on the way, in words.
     warnings: Vec<String>,
 }
@@ -68,7 +71,7 @@ impl OnDevice {
     /// A device that is open.
     pub fn new(gpu: Gpu, tuning: Tuning) -> Self {
         let reopen = Box::new(Gpu::open);
-        Self { gpu, tuning, renderer: None, taken: None, seconds: None, reopen, lost: false, warnings: Vec::new() }
+        Self { gpu, tuning, renderer: None, taken: None, seconds: None, reopen, lost: None, warnings: Vec::new() }
     }
 
     /// What it is.
@@ -83,12 +86,14 @@ impl OnDevice {
     }
 
     /// Puts a plan onto the device, as little of it as has changed.
+    /// Where that fails, nothing stays there.
     fn take(&mut self, plan: &Plan) -> Result<()> {
-        match &mut self.renderer {
-            Some(renderer) => renderer.update(plan)?,
-            None => self.renderer = Some(Renderer::new(&self.gpu, plan, self.tuning)?),
-        }
-        self.taken = Some(plan.clone());
+        self.taken = None;
+        let renderer = match self.renderer.take() {
+            Some(mut renderer) => renderer.update(plan).map(|()| renderer)?,
+            None => Renderer::new(&self.gpu, plan, self.tuning)?,
+        };
+        (self.renderer, self.taken) = (Some(renderer), Some(plan.clone()));
         Ok(())
     }
 
@@ -102,13 +107,13 @@ impl OnDevice {
         Ok(Radiance::single(data, stats))
     }
 
-    /// The same; a device that gives up is opened once more.
+    /// The same; a device that gives up is opened once more, and has given up for good where it does not open.
     fn march_again(&mut self, plan: &Plan, control: &Control) -> Result<Radiance> {
         match self.march(plan, control) {
             Err(GpuError::Lost(why)) => {
                 self.warnings.push(format!("the device gave up: {why}"));
                 (self.renderer, self.taken) = (None, None);
-                self.gpu = (self.reopen)()?;
+                self.gpu = (self.reopen)().map_err(|_| GpuError::Lost(why))?;
                 self.march(plan, control)
             }
             done => done,
@@ -118,7 +123,7 @@ impl OnDevice {
 
 impl Backend for OnDevice {
     fn name(&self) -> String {
-        if self.lost { "cpu".into() } else { self.gpu.name() }
+        if self.lost.is_some() { "cpu".into() } else { self.gpu.name() }
     }
 
     fn unable(&self, job: &Job, control: &Control) -> barnard::Result<Option<String>> {
@@ -127,17 +132,16 @@ impl Backend for OnDevice {
 
     fn prepare(&mut self, job: &Job, control: &Control) -> barnard::Result<()> {
         let plan = job.plan(control)?;
-        if self.lost { Ok(()) } else { Ok(self.take(plan)?) }
+        if self.lost.is_some() { Ok(()) } else { Ok(self.take(plan)?) }
     }
 
     fn radiance(&mut self, job: &Job, control: &Control) -> barnard::Result<Radiance> {
         let plan = job.plan(control)?;
-        if !self.lost {
+        if self.lost.is_none() {
             match self.march_again(plan, control) {
                 Err(GpuError::Lost(why)) => {
                     self.warnings.push(format!("the device gave up: {why}"));
-                    self.warnings.push("the device gave up twice; rendering on the processor".into());
-                    self.lost = true;
+                    self.lost = Some(why);
                 }
                 done => return Ok(done?),
             }
@@ -148,7 +152,7 @@ impl Backend for OnDevice {
 
     fn finish(&self, job: &Job, radiance: Radiance) -> barnard::Result<Image> {
         let mut image = finished(job.scene(), job.plan(&Control::default())?, radiance, &self.name())?;
-        if self.tuning.on_the_fly && !self.lost {
+        if self.tuning.on_the_fly && self.lost.is_none() {
             image.notes.push(("density".into(), "noise at every sample; star depths and empty space as sampled".into()));
         }
         Ok(image)
@@ -159,12 +163,15 @@ impl Backend for OnDevice {
     }
 
     fn device_seconds(&self) -> Option<f64> {
-        (!self.lost).then(|| self.seconds.unwrap_or(f64::NAN))
+        self.lost.is_none().then(|| self.seconds.unwrap_or(f64::NAN))
     }
 
-    /// A device that gave up is opened once more, then the processor renders.
     fn warnings(&self) -> Vec<String> {
         self.warnings.clone()
+    }
+
+    fn instead(&self) -> Option<String> {
+        self.lost.as_ref().map(|why| format!("the device gave up: {why}"))
     }
 
     fn move_star(&mut self, star: usize, place: DVec3) -> barnard::Result<Option<f64>> {
@@ -192,8 +199,13 @@ impl Auto {
         })
     }
 
+    /// A device that is open, whatever it is.
+    pub fn on(device: OnDevice) -> Self {
+        Self::of(Ok(device))
+    }
+
     /// Of a device, or why there is none.
-    pub(crate) fn of(device: std::result::Result<OnDevice, String>) -> Self {
+    fn of(device: std::result::Result<OnDevice, String>) -> Self {
         let instead = device.as_ref().err().cloned();
         Self { device, processor: Cpu, instead }
     }
@@ -228,11 +240,21 @@ impl Backend for Auto {
     }
 
     fn prepare(&mut self, job: &Job, control: &Control) -> barnard::Result<()> {
-        self.choose(job, control)?.prepare(job, control)
+        match self.choose(job, control)?.prepare(job, control) {
+            Err(Error::Device(_)) => Ok(()),
+            done => done,
+        }
     }
 
+    /// A device that cannot hold the job after all, whatever its limits said, leaves it to the processor.
     fn radiance(&mut self, job: &Job, control: &Control) -> barnard::Result<Radiance> {
-        self.choose(job, control)?.radiance(job, control)
+        match self.choose(job, control)?.radiance(job, control) {
+            Err(error @ Error::Device(_)) if self.instead.is_none() => {
+                self.instead = Some(error.to_string());
+                self.processor.radiance(job, control)
+            }
+            done => done,
+        }
     }
 
     fn finish(&self, job: &Job, radiance: Radiance) -> barnard::Result<Image> {
@@ -252,6 +274,6 @@ impl Backend for Auto {
     }
 
     fn instead(&self) -> Option<String> {
-        self.instead.clone()
+        self.instead.clone().or_else(|| self.device.as_ref().ok().and_then(Backend::instead))
     }
 }

@@ -52,10 +52,17 @@ impl Patience {
 /// Rows of the picture that a dispatch renders, and those that its buffer holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rows {
-    /// The first row, and how many.
-    pub strip: (usize, usize),
-    /// The first row of the buffer, and how many it holds.
-    pub held: (usize, usize),
+    /// Those of the dispatch.
+    pub strip: Strip,
+    /// Those of the buffer.
+    pub held: Strip,
+}
+
+/// Rows that follow each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Strip {
+    pub first: usize,
+    pub count: usize,
 }
 
 /// How one pass over a picture takes its samples.
@@ -148,12 +155,12 @@ impl Frame {
     pub fn of(&self, rows: Rows, pass: &Pass, patience: Patience, resumed: bool) -> Frame {
         let [per_voxel, fixed, voxel, angle] = self.steps;
         let fixed = if fixed > 0.0 { (fixed * pass.steps).ceil() } else { 0.0 };
-        let ((first, count), (first_held, held)) = (rows.strip, rows.held);
+        let Rows { strip, held } = rows;
         Frame {
             steps: [per_voxel * pass.steps, fixed, voxel, angle],
             jitter: [pass.subpixel.0, pass.subpixel.1, pass.start.unwrap_or(-1.0), pass.share],
             size: [self.size[0], self.size[1], patience.0, u32::from(resumed)],
-            strip: [first as u32, count as u32, first_held as u32, held as u32],
+            strip: [strip.first, strip.count, held.first, held.count].map(|n| n as u32),
             ..*self
         }
     }

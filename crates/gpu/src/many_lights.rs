@@ -18,7 +18,7 @@ const CELLS: f64 = 32.0;
 pub fn of(plan: &Plan) -> Option<(&ManyLights, &MultipleScattering)> {
     plan.space().occupied?;
     let (many_lights, scattered_field) = (plan.space().many_lights.as_deref()?, plan.scattered_field().map(|d| &**d)?);
-    scattered_field.report.gathered.map(|_| (many_lights, scattered_field))
+    scattered_field.report.far_field.map(|_| (many_lights, scattered_field))
 }
 
 /// Cells that know the stars near them.

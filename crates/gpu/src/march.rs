@@ -15,7 +15,7 @@ use glam::DVec3;
 
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
-use crate::frame::{Pass, Patience, Rows};
+use crate::frame::{Pass, Patience, Rows, Strip};
 use crate::layout::{Layout, quads, slot_of};
 use crate::resolve::Resolver;
 use crate::resources::{Buffers, FOUND, TIMED, TIMES, Volumes, check_limits, groups, pauses, pipeline, tuned};
@@ -193,7 +193,7 @@ impl Renderer {
         let height = self.buffers.rows;
         self.gpu.queue.write_buffer(&self.buffers.report, 0, &[0; FOUND as usize]);
         let (mut dispatches, mut done) = (0, 0);
-        self.dispatch((0, height), &pass, &mut dispatches, control, |rows| {
+        self.dispatch(Strip { first: 0, count: height }, &pass, &mut dispatches, control, |rows| {
             done += rows;
             control.report(Stage::Rays, done as u64, height as u64);
         })?;
@@ -214,7 +214,7 @@ impl Renderer {
         let most = self.gpu.device.limits().max_texture_dimension_2d;
         GpuError::too_large("the edge of a picture in pixels", width.max(height).into(), most.into(), "take fewer pixels")?;
         self.resolver.take_if(|r| r.size() != (width, height));
-        let resolver = self.resolver.get_or_insert_with(|| Resolver::new(&self.gpu, (width, height)));
+        let resolver = self.resolver.get_or_insert_with(|| Resolver::new(&self.gpu, width, height));
         let texture = resolver.resolve(&self.gpu, &self.buffers.picture, tone);
         self.gpu.check(self.volumes.bytes)?;
         Ok(texture)
@@ -246,7 +246,7 @@ impl Renderer {
         self.gpu.queue.write_buffer(&self.buffers.report, 0, &[0; FOUND as usize]);
         let (mut dispatches, mut done) = (0, 0);
         for first in (0..height).step_by(self.buffers.rows) {
-            let held = (first, self.buffers.rows.min(height - first));
+            let held = Strip { first, count: self.buffers.rows.min(height - first) };
             for n in 0..rays {
                 let pass = Pass::supersampling(self.layout.supersampling, n);
                 self.dispatch(held, &pass, &mut dispatches, control, |rows| {
@@ -254,10 +254,10 @@ impl Renderer {
                     control.report(Stage::Rays, done as u64, (rays * height) as u64);
                 })?;
             }
-            let bytes = 4 * (bands * held.1 * width) as u64;
+            let bytes = 4 * (bands * held.count * width) as u64;
             let values = self.gpu.read(&self.buffers.picture, bytes, &mut self.buffers.back)?;
-            for (band, values) in values.chunks_exact(4 * held.1 * width).enumerate() {
-                let out = &mut data[band * width * height + first * width..][..held.1 * width];
+            for (band, values) in values.chunks_exact(4 * held.count * width).enumerate() {
+                let out = &mut data[band * width * height + first * width..][..held.count * width];
                 bytemuck::cast_slice_mut(out).copy_from_slice(values);
             }
         }
@@ -295,21 +295,21 @@ impl Renderer {
     /// Renders the rows of `held`, some at a time; `visit` hears how many.
     fn dispatch(
         &mut self,
-        held: (usize, usize),
+        held: Strip,
         pass: &Pass,
         dispatches: &mut usize,
         control: &Control,
         mut visit: impl FnMut(usize),
     ) -> Result<()> {
         let (gpu, height) = (self.gpu.clone(), self.layout.frame.size[1] as usize);
-        let (mut first, end) = (held.0, held.0 + held.1);
+        let (mut first, end) = (held.first, held.first + held.count);
         while first < end {
             let start = Instant::now();
             let rows = self.pace.min(end - first);
             let (mut resumed, mut rounds) = (false, 0);
             while resumed || rounds == 0 {
                 control.check()?;
-                let frame = self.layout.frame.of(Rows { strip: (first, rows), held }, pass, self.patience, resumed);
+                let frame = self.layout.frame.of(Rows { strip: Strip { first, count: rows }, held }, pass, self.patience, resumed);
                 gpu.queue.write_buffer(&self.buffers.frame, 0, bytemuck::bytes_of(&frame));
                 self.submit(rows as u32, *dispatches);
                 *dispatches += 1;

@@ -129,6 +129,12 @@ struct Plane {
     groups: u32,
 }
 
+/// What the shader is told of eight terms, and of each plane of each face.
+struct Numbers {
+    terms: TermNumbers,
+    planes: Vec<PlaneNumbers>,
+}
+
 /// What the shader reads and writes, in the order of its bindings.
 struct Buffers {
     terms: wgpu::Buffer,
@@ -148,7 +154,8 @@ struct Buffers {
 
 impl Buffers {
     /// Those of a transfer that starts with `first`, and the bytes of what is large.
-    fn new(gpu: &Gpu, transfer: &Transfer, first: &Moments, (numbers, planes): (&TermNumbers, &[PlaneNumbers])) -> Result<(Self, u64)> {
+    fn new(gpu: &Gpu, transfer: &Transfer, first: &Moments, numbers: &Numbers) -> Result<(Self, u64)> {
+        let Numbers { terms, planes } = numbers;
         let Transfer { cells, scattering, glow, .. } = *transfer;
         let moments = Moments::bytes(cells.lattice.cells(), first.count);
         let widest = cells.lattice.dims.map(|n| cells.lattice.cells() / n).into_iter().max().unwrap_or(0);
@@ -167,7 +174,7 @@ impl Buffers {
         let beams: Vec<f32> = faces(transfer).flat_map(|face| beams(cells, face, beams_of(transfer), first.count)).collect();
         // Buffers start as zero.
         let buffers = Self {
-            terms: gpu.filled(bytemuck::bytes_of(numbers), Use::UNIFORM),
+            terms: gpu.filled(bytemuck::bytes_of(terms), Use::UNIFORM),
             planes: gpu.filled(&placed, Use::UNIFORM),
             sigma: gpu.filled(bytemuck::cast_slice(&cells.sigma), Use::STORAGE),
             scattering: gpu.filled(bytemuck::cast_slice(scattering), Use::STORAGE),
@@ -230,7 +237,7 @@ impl OnDevice {
         let dark = TermNumbers { glows: 0, around: [0.0; WIDTH], ..shining };
         let numbered: Vec<Vec<PlaneNumbers>> =
             faces(transfer).enumerate().map(|(f, face)| planes(cells, face, f * beams_of(transfer))).collect();
-        let (buffers, bytes) = Buffers::new(&gpu, transfer, first, (&dark, &numbered.concat()))?;
+        let (buffers, bytes) = Buffers::new(&gpu, transfer, first, &Numbers { terms: dark, planes: numbered.concat() })?;
         let mut number = 0..;
         let mut plane = |plane: &PlaneNumbers| Plane {
             group: buffers.group(&gpu, &pipelines.sweep, &[0, PLANE, 2, 4, 5, 6, 7, 9], number.next().unwrap_or(0)),
@@ -393,7 +400,7 @@ fn planes(cells: &Cells, face: &Face, beam: usize) -> Vec<PlaneNumbers> {
 fn beams(cells: &Cells, face: &Face, room: usize, harmonics: usize) -> Vec<f32> {
     let flat = |beam: Beam| {
         let head = beam.shift.map(|shift| shift as f32).into_iter().chain([beam.length_pc]).chain(beam.weights);
-        let own = beam.harmonics.into_iter().take(harmonics).chain(beam.gather.into_iter().take(harmonics));
+        let own = beam.harmonics.into_iter().take(harmonics).chain(beam.quadrature.into_iter().take(harmonics));
         head.chain(own).collect::<Vec<f32>>()
     };
     let mut beams: Vec<f32> = face.directions.iter().flat_map(|d| flat(beam(cells, face, d))).collect();

@@ -25,8 +25,8 @@ pub struct Resolver {
 }
 
 impl Resolver {
-    /// For pictures of so many pixels.
-    pub fn new(gpu: &Gpu, (width, height): (u32, u32)) -> Self {
+    /// For pictures of so many pixels along a row, and rows.
+    pub fn new(gpu: &Gpu, width: u32, height: u32) -> Self {
         let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("picture"),

@@ -78,8 +78,8 @@ fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pa
         ("MAX_ELEMENTS", MAX_SIZE),
         ("MAX_EXP_INTEGRALS", MAX_DEGREE + 3),
         ("END_EVERY", END_EVERY),
-        ("BAND_TURNS", shape.form.turns.0),
-        ("TERM_TURNS", shape.form.turns.1),
+        ("BAND_TURNS", shape.form.turns.each_band),
+        ("TERM_TURNS", shape.form.turns.each_term),
         ("PART_TURNS", 2 + 2 * shape.quads + 2 * lights),
         ("STEP_TURNS", 4 + 4 * shape.quads + shape.brick_grids + 2 * lights + shape.bands * lights * shape.room / END_EVERY),
     ];

@@ -4,12 +4,13 @@ use barnard::control::Control;
 use barnard::geometry::Bounds;
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::packet::{self, LANES, scaled_exp_integrals};
-use barnard::plan::{Options, PhaseTable, Plan, near, segment};
+use barnard::plan::{Options, PhaseEntry, PhaseTable, Plan, near, segment};
 use barnard::scene::Scene;
 use glam::DVec3;
+use spectra::rule::DepthSpan;
 
 use crate::Gpu;
-use crate::frame::{Pass, Patience, Rows};
+use crate::frame::{Pass, Patience, Rows, Strip};
 use crate::layout::{Layout, quads};
 use crate::resources::Volumes;
 use crate::shader::{Pauses, source};
@@ -96,7 +97,8 @@ fn evaluated(gpu: &Gpu, plan: &Plan, body: &str, asked: &[Numbers]) -> Vec<Numbe
         compilation_options: Default::default(),
         cache: None,
     });
-    let rows = Rows { strip: (0, 32), held: (0, 32) };
+    let whole = Strip { first: 0, count: 32 };
+    let rows = Rows { strip: whole, held: whole };
     let frame = gpu.filled(bytemuck::bytes_of(&layout.frame.of(rows, &Pass::WHOLE, Patience::FULL, false)), Use::UNIFORM);
     let tables = gpu.filled(bytemuck::cast_slice(&layout.tables), Use::STORAGE);
     let scratch = [0, 1, 2].map(|_| gpu.buffer(64, Use::STORAGE));
@@ -171,7 +173,7 @@ fn arithmetic() {
         vec![spectra::rule::mean_transmittance(from, to)]
     });
     agree(&gpu, plan, "let c = cell(x[0], 7.0); y[0] = c.x + c.y; y[1] = c.x;", &[(-2.0, 9.0)], 1e-6, |x| {
-        let (cell, fraction) = packet::cell(x[0] as f32, 7);
+        let packet::Place { cell, fraction } = packet::place(x[0] as f32, 7);
         vec![f64::from(cell as f32 + fraction), f64::from(cell)]
     });
     agree(&gpu, plan, "y[0] = ln(x[0]) / 10.0;", &[(1e-6, 90.0)], 1e-6, |x| vec![x[0].ln() / 10.0]);
@@ -208,7 +210,7 @@ fn phases_and_parts() {
     let entries = plan.spectral().phase.as_ref().unwrap().entries;
     let body = "let e = phase_entry(cos(x[0]), sin(x[0]) * sin(x[0])); y[0] = (e.x + e.y) / 1000.0;";
     agree(&gpu, plan, body, &[(0.0, std::f64::consts::PI)], 1e-6, |x| {
-        let (entry, fraction) = PhaseTable::entry(entries, x[0].cos() as f32, x[0].sin().powi(2) as f32);
+        let PhaseEntry { entry, fraction } = PhaseTable::entry(entries, x[0].cos() as f32, x[0].sin().powi(2) as f32);
         vec![f64::from(entry as f32 + fraction) / 1000.0]
     });
     let angle = plan.spectral().phase_angle;
@@ -344,17 +346,21 @@ fn forms() {
             let total = |band: usize| plan.spectral().bands[band].rule.evaluate(light, 0.0);
             let totals = [total(0), total(1)];
             let body = format!(
-                "var state: State; gather(&state, {row}u, vec2f(0.0), 1.0, x[0], x[1]); y[0] = state.sum[0] / {:e}; y[1] = state.sum[1] / {:e};",
+                "var state: State; accumulate(&state, {row}u, vec2f(0.0), 1.0, x[0], x[1]); y[0] = state.sum[0] / {:e}; y[1] = state.sum[1] / {:e};",
                 totals[0] as f32, totals[1] as f32
             );
             agree(&gpu, plan, &body, &[(0.5, plan.spectral().depth.min(8.0) - 0.5), (-0.45, 0.45)], tolerance, |x| {
-                let of = |band: usize| plan.spectral().bands[band].rule.mean(light, (x[0] - x[1], x[0] + x[1])) / totals[band];
+                let of = |band: usize| {
+                    plan.spectral().bands[band].rule.mean(light, DepthSpan { from: x[0] - x[1], to: x[0] + x[1] }) / totals[band]
+                };
                 vec![of(0), of(1)]
             });
             // Thick segments, which begin at x[0].
             let body = body.replace("1.0, x[0], x[1]", "1.0, x[0] + x[1], x[1]");
             agree(&gpu, plan, &body, &[(0.01, 2.0), (0.1, 2.9)], tolerance, |x| {
-                let of = |band: usize| plan.spectral().bands[band].rule.mean(light, (x[0], x[0] + 2.0 * x[1])) / totals[band];
+                let of = |band: usize| {
+                    plan.spectral().bands[band].rule.mean(light, DepthSpan { from: x[0], to: x[0] + 2.0 * x[1] }) / totals[band]
+                };
                 vec![of(0), of(1)]
             });
         }

@@ -5,6 +5,7 @@
 
 use std::time::{Duration, Instant};
 
+use barnard::backend::cpu;
 use barnard_viewer::app::App;
 use barnard_viewer::document::Document;
 use barnard_viewer::edit::{Edit, place_text, significant};
@@ -26,7 +27,7 @@ type Change = fn(usize, barnard::glam::DVec3) -> Edit;
 fn main() {
     let started = Instant::now();
     let document = Document::builtin(SCENE, LIMIT).expect("a built-in scene");
-    let engine = Engine::start(|| ());
+    let engine = Engine::start(cpu::ENTRY, || ());
     let mut flight = Flight::of(document.scene());
     first_picture(&engine, &document, &flight, started);
     let star = document.scene().stars[0].position;
@@ -95,7 +96,7 @@ fn resident() -> f64 {
 /// Frames of the whole window, each with an edit.
 fn soak(frames: usize) {
     let document = Document::builtin(SCENE, LIMIT).expect("a built-in scene");
-    let app = App::new(document, Engine::start(|| ()), Session::new(None), LIMIT);
+    let app = App::new(document, Engine::start(cpu::ENTRY, || ()), Session::new(None), LIMIT);
     let mut harness =
         Harness::builder().with_size(vec2(900.0, 360.0)).with_max_steps(1).build_ui_state(|ui, app: &mut App| app.ui(ui), app);
     let start = Instant::now();

@@ -9,6 +9,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 
+use barnard::backend::BackendEntry;
 use barnard::control::Control;
 use barnard_gpu::Gpu;
 
@@ -73,16 +74,16 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Starts the worker, on the processor. `wake` is called whenever a frame is there.
-    pub fn start(wake: impl Fn() + Send + 'static) -> Self {
+    /// Starts the worker with a back end. `wake` is called whenever a frame is there.
+    pub fn start(backend: BackendEntry, wake: impl Fn() + Send + 'static) -> Self {
         let (sender, frames) = channel();
         let shared = Arc::<Shared>::default();
         let of_thread = shared.clone();
-        let thread = std::thread::spawn(move || work(&of_thread, &sender, &wake));
+        let thread = std::thread::spawn(move || work(backend, &of_thread, &sender, &wake));
         Self { shared, frames, thread: Some(thread) }
     }
 
-    /// Has the orders that follow marched by `gpu`, as long as it does; the first one that is lent stays.
+    /// Has the orders that follow rendered on `gpu`, as long as it does; the first one that is lent stays.
     pub fn lend(&self, gpu: Gpu) {
         // A second one is not needed.
         let _ = self.shared.gpu.set(gpu);
@@ -121,8 +122,8 @@ impl Drop for Engine {
     }
 }
 
-fn work(shared: &Shared, sender: &Sender<Frame>, wake: &dyn Fn()) {
-    let mut studio = Studio::new(shared.closing.clone());
+fn work(backend: BackendEntry, shared: &Shared, sender: &Sender<Frame>, wake: &dyn Fn()) {
+    let mut studio = Studio::new(backend, shared.closing.clone());
     while let Some((number, order, control)) = shared.next() {
         if let Some(gpu) = shared.gpu.get() {
             studio.take(gpu);
@@ -138,7 +139,7 @@ fn work(shared: &Shared, sender: &Sender<Frame>, wake: &dyn Fn()) {
             Ok(Err(error)) => tell(Quality::Coarse, Err(error.to_string())),
             Err(_) => {
                 tell(Quality::Coarse, Err("a picture failed by a fault of this program; the scene is as it was".into()));
-                studio = Studio::new(shared.closing.clone());
+                studio = Studio::new(backend, shared.closing.clone());
             }
         }
     }

@@ -142,8 +142,9 @@ impl Flight {
         self.speed = 0.15 * distance;
     }
 
-    /// The camera of a view of `width` × `height` pixels that shows at least what the scene's own picture shows.
-    pub fn seen(&self, (width, height): (usize, usize)) -> Camera {
+    /// The camera of a view of `size`, width and height in pixels, that shows at least what the scene's own picture shows.
+    pub fn seen(&self, size: (usize, usize)) -> Camera {
+        let (width, height) = size;
         let mut camera = self.camera.clone();
         let widened = (width as f64 / height as f64 * camera.height as f64 / camera.width as f64).max(1.0);
         match &mut camera.projection {

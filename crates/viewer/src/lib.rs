@@ -24,4 +24,4 @@ pub mod studio;
 pub mod viewport;
 mod window;
 
-pub use window::{Backend, Start, ViewerError, open};
+pub use window::{Start, ViewerError, open};

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use barnard::backend::{self, Radiance, RenderStats, cpu};
+use barnard::backend::{self, Backend, BackendEntry, Job, Radiance};
 use barnard::camera::Camera;
 use barnard::control::Control;
 use barnard::plan::ordinates::Sweeper;
 use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
 use barnard::{Error, Result};
-use barnard_gpu::{Gpu, GpuError, Ordinates, Renderer, Tuning};
+use barnard_gpu::{Auto, Gpu, GpuError, OnDevice, Ordinates, Tuning};
 
 use crate::exposure::Exposure;
 use crate::order::{Order, Quality, View};
@@ -39,8 +39,9 @@ const LEAST: f64 = 24.0;
 #[derive(Default)]
 struct Stand {
     preview: Option<(Arc<str>, Plan)>,
-    quick: Marcher,
-    slow: Marcher,
+    /// What renders previews, and what renders settled pictures: each keeps its own plan on a device.
+    quick: Option<Box<dyn Backend>>,
+    slow: Option<Box<dyn Backend>>,
     /// The last settled plan, of which the next one takes what still holds.
     settled: Option<Plan>,
     last: Option<Last>,
@@ -55,10 +56,33 @@ struct Last {
     picture: Picture,
 }
 
+/// What opens a back end for each kind of plan of each view.
+struct Opener {
+    /// The one where there is no device.
+    backend: BackendEntry,
+    /// What pictures are rendered on as long as it does.
+    gpu: Option<Gpu>,
+}
+
+impl Opener {
+    /// The back end that is kept, or one that is opened now.
+    fn kept<'a>(&self, kept: &'a mut Option<Box<dyn Backend>>, scene: &Scene) -> Result<&'a mut dyn Backend> {
+        let backend = match (kept.take(), &self.gpu) {
+            (Some(backend), _) => backend,
+            (None, None) => (self.backend.open)(scene)?,
+            (None, Some(gpu)) => {
+                // The device is the window's: without it there is none to open again.
+                let gone = || Err(GpuError::NoAdapter);
+                Box::new(Auto::on(OnDevice::new(gpu.clone(), Tuning::default()).reopened_by(gone)))
+            }
+        };
+        Ok(&mut **kept.insert(backend))
+    }
+}
+
 /// All views.
-pub struct Studio<'g> {
-    /// What marches rays, as long as it does; the processor if none.
-    gpu: Option<&'g Gpu>,
+pub struct Studio {
+    opener: Opener,
     /// What sweeps light that is scattered more than once beside it.
     sweeper: Option<Arc<dyn Sweeper>>,
     /// Stops a first look.
@@ -70,16 +94,17 @@ pub struct Studio<'g> {
     planned: f64,
 }
 
-impl<'g> Studio<'g> {
-    /// On the processor; `closing` stops all that it does.
-    pub fn new(closing: Control) -> Self {
-        Self { gpu: None, sweeper: None, closing, stands: Vec::new(), rate: FIRST_RATE, planned: 0.0 }
+impl Studio {
+    /// With a back end; `closing` stops all that it does.
+    pub fn new(backend: BackendEntry, closing: Control) -> Self {
+        Self { opener: Opener { backend, gpu: None }, sweeper: None, closing, stands: Vec::new(), rate: FIRST_RATE, planned: 0.0 }
     }
 
-    /// Has rays marched by `gpu` from now on.
-    pub fn take(&mut self, gpu: &'g Gpu) {
-        if self.gpu.is_none() {
-            (self.gpu, self.sweeper) = (Some(gpu), Ordinates::if_faster(gpu));
+    /// Has pictures rendered on `gpu` from now on.
+    pub fn take(&mut self, gpu: &Gpu) {
+        if self.opener.gpu.is_none() {
+            (self.opener.gpu, self.sweeper) = (Some(gpu.clone()), Ordinates::if_faster(gpu));
+            self.stands.iter_mut().for_each(|stand| (stand.quick, stand.slow) = (None, None));
         }
     }
 
@@ -103,7 +128,7 @@ impl<'g> Studio<'g> {
         self.stands.resize_with(order.views.len(), Stand::default);
         let mut reached = self.shown_again(order, show);
         let asked = pixels(&order.camera) * order.views.len() as f64;
-        let pace = if self.gpu.is_some() { ON_DEVICE } else { ON_PROCESSOR };
+        let pace = if self.opener.gpu.is_some() { ON_DEVICE } else { ON_PROCESSOR };
         let budget = (pace.all - self.planned).clamp(pace.rays.1, pace.rays.0);
         let mut scale = (asked / (self.rate * budget)).sqrt().max(1.0);
         if reached.is_none() {
@@ -159,7 +184,7 @@ impl<'g> Studio<'g> {
         let camera = reduced(&order.camera, scale);
         let scene = seen(&view.scene, &camera);
         let options = self.options(order.memory_limit);
-        let (gpu, stand) = (self.gpu, &mut self.stands[i]);
+        let stand = &mut self.stands[i];
         let start = Instant::now();
         let known = stand.preview.as_ref().filter(|(physics, _)| *physics == view.physics);
         if known.is_none() {
@@ -170,11 +195,13 @@ impl<'g> Studio<'g> {
         plan.look_from(camera, control)?;
         let planned = start.elapsed().as_secs_f64();
         self.planned = planned;
-        let (data, stats, marched, backend) = stand.quick.radiance(gpu, plan, control)?;
-        let times = Times { plan: planned, march: marched, stars: 0.0, colours: 0.0 };
-        let image = backend::extended(&scene, plan, data)?;
+        let backend = self.opener.kept(&mut stand.quick, &scene)?;
+        let Found { light, seconds, by } = found(backend, &Job::planned(&scene, &options, plan), control)?;
+        let times = Times { plan: planned, march: seconds, stars: 0.0, colours: 0.0 };
+        let stats = light.stats;
+        let image = backend::extended(&scene, plan, light.samples)?;
         let tone = stand.exposure.tone(order.exposure, &scene.display, &image, false);
-        let mut picture = Picture::new(image, scene, tone, plan.clone(), stats, times, backend);
+        let mut picture = Picture::new(image, scene, tone, plan.clone(), stats, times, by);
         picture.spark(&order.camera)?;
         self.rate = (pixels(plan.camera()) / (picture.times.all() - planned).max(1e-6)).max(1.0);
         stand.keep(view, &order.camera, stage(scale), &picture);
@@ -191,12 +218,15 @@ impl<'g> Studio<'g> {
         // What is kept stands beside the next one: no more than a part of the room.
         stand.settled = Some(plan.clone()).filter(|plan| plan.bytes() < order.memory_limit / KEPT);
         let planned = start.elapsed().as_secs_f64();
-        let (data, stats, marched, backend) = stand.slow.radiance(self.gpu, &plan, control)?;
+        let job = Job::planned(&scene, &options, &plan);
+        let backend = self.opener.kept(&mut stand.slow, &scene)?;
+        let Found { light, seconds, by } = found(backend, &job, control)?;
         let start = Instant::now();
-        let image = backend::finished(&scene, &plan, Radiance::single(data, stats), &backend)?;
-        let times = Times { plan: planned, march: marched, stars: start.elapsed().as_secs_f64(), colours: 0.0 };
+        let stats = light.stats;
+        let image = backend.finish(&job, light)?;
+        let times = Times { plan: planned, march: seconds, stars: start.elapsed().as_secs_f64(), colours: 0.0 };
         let tone = stand.exposure.tone(order.exposure, &scene.display, &image, true);
-        let picture = Picture::new(image, scene, tone, plan, stats, times, backend);
+        let picture = Picture::new(image, scene, tone, plan, stats, times, by);
         stand.keep(view, &order.camera, Quality::Settled, &picture);
         Ok(picture)
     }
@@ -228,54 +258,25 @@ fn seen(scene: &Scene, camera: &Camera) -> Arc<Scene> {
     Arc::new(Scene { camera: camera.clone(), ..scene.clone() })
 }
 
-/// What marches the rays of one kind of plan; it stays on the device between pictures.
-#[derive(Default)]
-struct Marcher {
-    renderer: Option<Renderer>,
-    /// Why the device is not asked any more.
-    given_up: Option<String>,
+/// Light that a back end found, in how long, and what found it.
+struct Found {
+    light: Radiance,
+    seconds: f64,
+    by: String,
 }
 
-impl Marcher {
-    /// Radiances, what was found, seconds, and what did it.
-    fn radiance(&mut self, gpu: Option<&Gpu>, plan: &Plan, control: &Control) -> Result<(Vec<f32>, RenderStats, f64, String)> {
-        let start = Instant::now();
-        let mut why = self.given_up.clone();
-        if let Some(gpu) = gpu.filter(|_| self.given_up.is_none()) {
-            match self.on(gpu, plan, control) {
-                Ok((data, stats)) => {
-                    return Ok((data, stats, start.elapsed().as_secs_f64(), gpu.name()));
-                }
-                Err(GpuError::Render(Error::Interrupted)) => return Err(Error::Interrupted),
-                Err(error) => {
-                    self.renderer = None;
-                    why = Some(error.to_string());
-                    if matches!(error, GpuError::Lost(_)) {
-                        self.given_up.clone_from(&why);
-                    }
-                }
-            }
-        }
-        let start = Instant::now();
-        let (data, stats) = cpu::radiance(plan, control)?;
-        let backend = why.map_or_else(|| "cpu".to_owned(), |why| format!("cpu, since {why}"));
-        Ok((data, stats, start.elapsed().as_secs_f64(), backend))
-    }
-
-    fn on(&mut self, gpu: &Gpu, plan: &Plan, control: &Control) -> barnard_gpu::Result<(Vec<f32>, RenderStats)> {
-        match &mut self.renderer {
-            Some(renderer) => renderer.update(plan)?,
-            None => self.renderer = Some(Renderer::new(gpu, plan, Tuning::default())?),
-        }
-        match &mut self.renderer {
-            Some(renderer) => renderer.radiance(control),
-            None => Err(GpuError::NoAdapter),
-        }
-    }
+/// The light of a job by a back end of one kind of plan, whose tables stay where it has them.
+fn found(backend: &mut dyn Backend, job: &Job, control: &Control) -> Result<Found> {
+    let start = Instant::now();
+    let light = backend.radiance(job, control)?;
+    let by = backend.instead().map_or_else(|| backend.name(), |why| format!("{}, since {why}", backend.name()));
+    Ok(Found { light, seconds: start.elapsed().as_secs_f64(), by })
 }
 
 #[cfg(test)]
 mod tests {
+    use barnard::backend::cpu;
+
     use super::*;
     use crate::document::Document;
     use crate::edit::Edit;
@@ -306,7 +307,7 @@ mod tests {
     fn pictures_settle_to_what_is_rendered() {
         let document = Document::builtin("barres_neyret", 1 << 32).unwrap();
         let order = order(&document, (60, 40), false);
-        let shown = served(&mut Studio::new(Control::default()), &order);
+        let shown = served(&mut Studio::new(cpu::ENTRY, Control::default()), &order);
         let (quality, last) = shown.last().unwrap();
         assert_eq!(*quality, Quality::Settled);
         let scene = seen(document.scene(), &order.camera);
@@ -325,7 +326,7 @@ mod tests {
     #[test]
     fn what_has_not_changed_stays() {
         let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
-        let mut studio = Studio::new(Control::default());
+        let mut studio = Studio::new(cpu::ENTRY, Control::default());
         let first = served(&mut studio, &order(&document, (40, 30), true));
         document.apply(Edit::set("display", "stretch", "linear")).unwrap();
         let shown = served(&mut studio, &order(&document, (40, 30), true));
@@ -356,9 +357,9 @@ mod tests {
         let (gpu, device) = device();
         let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
         let last = |studio: &mut Studio, document: &Document| served(studio, &order(document, (48, 32), false)).pop().unwrap().1;
-        let mut studio = Studio::new(Control::default());
+        let mut studio = Studio::new(cpu::ENTRY, Control::default());
         studio.take(&gpu);
-        let (on_device, on_processor) = (last(&mut studio, &document), last(&mut Studio::new(Control::default()), &document));
+        let (on_device, on_processor) = (last(&mut studio, &document), last(&mut Studio::new(cpu::ENTRY, Control::default()), &document));
         assert!(on_device.backend.starts_with("gpu: ") && on_processor.backend == "cpu", "{}", on_device.backend);
         for band in 0..3 {
             let difference = on_device.image.relative_rmse(band, &on_processor.image, band);
@@ -368,7 +369,7 @@ mod tests {
         document.apply(Edit::set("star.0", "temperature", "4000 K")).unwrap();
         let after = last(&mut studio, &document);
         assert!(after.backend.starts_with("cpu, since "), "{}", after.backend);
-        assert!(after.image.samples == last(&mut Studio::new(Control::default()), &document).image.samples);
+        assert!(after.image.samples == last(&mut Studio::new(cpu::ENTRY, Control::default()), &document).image.samples);
     }
 
     /// A worker that is closed gives up its first look as well.
@@ -377,7 +378,7 @@ mod tests {
         let document = Document::builtin("barres_neyret", 1 << 32).unwrap();
         let closing = Control::default();
         closing.interrupt();
-        let mut studio = Studio::new(closing);
+        let mut studio = Studio::new(cpu::ENTRY, closing);
         let served = studio.serve(&order(&document, (48, 32), true), &Control::default(), &mut |_, _| panic!("a picture"));
         assert!(matches!(served, Err(Error::Interrupted)));
     }

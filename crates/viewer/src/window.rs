@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
+use barnard::backend::{BackendEntry, DeviceUse, cpu};
 use barnard_gpu::Gpu;
 use eframe::egui::{Context, ViewportBuilder};
 use eframe::egui_wgpu::{RenderState, WgpuConfiguration, WgpuSetup};
@@ -11,33 +12,6 @@ use crate::document::{Document, Origin};
 use crate::engine::Engine;
 use crate::panels::Layout;
 use crate::session::Session;
-
-/// What marches the rays.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Backend {
-    /// The processor.
-    Cpu,
-    /// The device that draws the window, whatever it is.
-    Gpu,
-    /// That device where it is a real one, otherwise the processor.
-    Auto,
-}
-
-impl Backend {
-    /// The one called as a back end of the registry is; the window's own device takes the place of one that would be
-    /// opened.
-    ///
-    /// # Errors
-    /// Where it reads no plan, or there is none of that name.
-    pub fn named(name: &str) -> spectra::Result<Self> {
-        match name {
-            "cpu" => Ok(Backend::Cpu),
-            "gpu" => Ok(Backend::Gpu),
-            "auto" => Ok(Backend::Auto),
-            _ => Err(spectra::SpectraError::unknown("back end of the explorer", name, &["cpu", "gpu", "auto"])),
-        }
-    }
-}
 
 /// What can go wrong before the explorer is there.
 #[derive(Debug, thiserror::Error)]
@@ -55,8 +29,8 @@ pub enum ViewerError {
 pub struct Start {
     /// The scene; the first built-in one, or what was not saved last time, if none.
     pub scene: Option<Origin>,
-    /// What marches the rays.
-    pub backend: Backend,
+    /// What marches the rays; the window's own device takes the place of one that would be opened.
+    pub backend: BackendEntry,
     /// Most bytes that a plan may take.
     pub memory_limit: u64,
 }
@@ -76,7 +50,9 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
     // The first picture is made while the window opens.
     let context = Arc::<OnceLock<Context>>::default();
     let of_worker = context.clone();
-    let engine = Engine::start(move || of_worker.get().into_iter().for_each(Context::request_repaint));
+    // A device is there when the window is.
+    let first = if start.backend.device == DeviceUse::Never { start.backend } else { cpu::ENTRY };
+    let engine = Engine::start(first, move || of_worker.get().into_iter().for_each(Context::request_repaint));
     engine.submit(first_look(&document, start.memory_limit));
     let mut options = eframe::NativeOptions {
         viewport: ViewportBuilder::default()
@@ -93,7 +69,7 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
     }
     let app = move |creation: &eframe::CreationContext| {
         context.get_or_init(|| creation.egui_ctx.clone());
-        if let Some(gpu) = creation.wgpu_render_state.as_ref().and_then(|state| shared(state, start.backend)) {
+        if let Some(gpu) = creation.wgpu_render_state.as_ref().and_then(|state| shared(state, start.backend.device)) {
             engine.lend(gpu);
         }
         creation.storage.into_iter().for_each(|storage| session.restore(storage));
@@ -125,12 +101,12 @@ fn begun(asked: Option<Document>, session: &mut Session, memory_limit: u64) -> b
     }
 }
 
-/// The window's device, where it is to march.
-fn shared(state: &RenderState, backend: Backend) -> Option<Gpu> {
+/// The window's device, where a back end is to render on it.
+fn shared(state: &RenderState, device: DeviceUse) -> Option<Gpu> {
     let gpu = Gpu::shared(&state.adapter, state.device.clone(), state.queue.clone())?;
-    match backend {
-        Backend::Cpu => None,
-        Backend::Gpu => Some(gpu),
-        Backend::Auto => gpu.adapter.real.then_some(gpu),
+    match device {
+        DeviceUse::Never => None,
+        DeviceUse::Always => Some(gpu),
+        DeviceUse::IfReal => gpu.adapter.real.then_some(gpu),
     }
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use barnard::backend::cpu;
 use barnard::image::Level;
 use barnard_viewer::app::App;
 use barnard_viewer::comparison::With;
@@ -62,7 +63,7 @@ fn folder() -> (tempfile::TempDir, PathBuf) {
 
 fn app(path: &Path, recovery: Option<PathBuf>) -> App {
     let document = Document::open(path, LIMIT).unwrap();
-    App::new(document, Engine::start(|| ()), Session::new(recovery), LIMIT)
+    App::new(document, Engine::start(cpu::ENTRY, || ()), Session::new(recovery), LIMIT)
 }
 
 fn harness(app: App) -> Harness<'static, App> {

@@ -156,7 +156,7 @@ fn rendered(backend: &mut dyn Backend, job: &Job, control: &Control) -> anyhow::
     }
     let done = done?;
     if let Some(why) = backend.instead() {
-        say!("auto: on the cpu, {why}");
+        say!("on the cpu: {why}");
     } else if backend.device_seconds().is_some() {
         say!("{}", backend.name());
     }

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use barnard_viewer::document::Origin;
-use barnard_viewer::{Backend, Start, ViewerError, open};
+use barnard_viewer::{Start, ViewerError, open};
 use clap::Args;
 
-use crate::backends::names;
+use crate::backends::{names, registry};
 
 /// Opens the explorer: fly through a scene and change every spectrum while you look.
 ///
@@ -50,7 +50,7 @@ impl View {
             (None, Some(name)) => Some(Origin::Builtin(barnard_files::builtin::entry(&name)?.name)),
             (None, None) => None,
         };
-        let backend = Backend::named(&self.backend).map_err(barnard::Error::from)?;
+        let backend = *registry().named(&self.backend)?;
         let start = Start { scene, backend, memory_limit: crate::source::memory_limit(self.memory)? };
         open(start).map_err(|e| match e {
             ViewerError::Scene(error) => anyhow::Error::from(error),

@@ -4,7 +4,7 @@ use barnard::plan::{ClosedForm, Plan};
 use spectra::polynomial::MAX_DEGREE;
 use spectra::rule::Form;
 
-use super::{Contents, FormEntry, Heads};
+use super::{Contents, FormEntry, Heads, Turns};
 use crate::error::{GpuError, Result};
 
 pub(super) const ENTRY: FormEntry = FormEntry {
@@ -13,7 +13,7 @@ pub(super) const ENTRY: FormEntry = FormEntry {
     wgsl: include_str!("../shaders/forms/analytic.wgsl"),
     bounded: false,
     // Two ends at two depths.
-    turns: (4 * TURNS_OF_AN_END, 0),
+    turns: Turns { each_band: 4 * TURNS_OF_AN_END, each_term: 0 },
     heads: Heads::LightsAndBands,
     fill,
 };

@@ -4,7 +4,7 @@
 use barnard::plan::Plan;
 use spectra::rule::Form;
 
-use super::{Contents, FormEntry, Heads};
+use super::{Contents, FormEntry, Heads, Turns};
 use crate::error::Result;
 
 pub(super) const ENTRY: FormEntry = FormEntry {
@@ -12,7 +12,7 @@ pub(super) const ENTRY: FormEntry = FormEntry {
     of: |form| matches!(form, Form::Lookup(_)),
     wgsl: include_str!("../shaders/forms/lookup.wgsl"),
     bounded: false,
-    turns: (1, 0),
+    turns: Turns { each_band: 1, each_term: 0 },
     heads: Heads::LightsAndBands,
     fill,
 };

@@ -19,16 +19,23 @@ pub struct FormEntry {
     pub name: &'static str,
     /// Whether a rule has it.
     pub of: fn(&Form) -> bool,
-    /// `gather` and `left`.
+    /// `accumulate` and `left`.
     pub wgsl: &'static str,
     /// Heads of tables for each light.
     pub heads: Heads,
     /// Whether `left` knows what is left behind a depth, so that rays can end early.
     pub bounded: bool,
-    /// Turns of loops for a segment: for each band, and for each term.
-    pub turns: (usize, usize),
+    /// Turns of loops for a segment.
+    pub turns: Turns,
     /// Writes heads and tables; lights stand in the order of the shape.
     pub fill: fn(&Plan, &[usize], &mut Contents) -> Result<()>,
+}
+
+/// Turns of loops that a segment takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Turns {
+    pub each_band: usize,
+    pub each_term: usize,
 }
 
 /// How many heads a form has.

@@ -3,7 +3,7 @@
 use barnard::plan::Plan;
 use spectra::rule::Form;
 
-use super::{Contents, FormEntry, Heads};
+use super::{Contents, FormEntry, Heads, Turns};
 use crate::error::Result;
 use crate::tables::room;
 
@@ -12,7 +12,7 @@ pub(super) const ENTRY: FormEntry = FormEntry {
     of: |form| matches!(form, Form::Preintegrated(_)),
     wgsl: include_str!("../shaders/forms/preintegrated.wgsl"),
     bounded: false,
-    turns: (2, 1),
+    turns: Turns { each_band: 2, each_term: 1 },
     heads: Heads::LightsAndTerms,
     fill,
 };

@@ -4,7 +4,7 @@ use barnard::plan::Plan;
 use spectra::basis::MAX_SIZE;
 use spectra::rule::Form;
 
-use super::{Contents, FormEntry, Heads};
+use super::{Contents, FormEntry, Heads, Turns};
 use crate::error::Result;
 
 pub(super) const ENTRY: FormEntry = FormEntry {
@@ -12,7 +12,7 @@ pub(super) const ENTRY: FormEntry = FormEntry {
     of: |form| matches!(form, Form::Projection(_)),
     wgsl: include_str!("../shaders/forms/projection.wgsl"),
     bounded: false,
-    turns: (2 + 2 * MAX_SIZE, 1),
+    turns: Turns { each_band: 2 + 2 * MAX_SIZE, each_term: 1 },
     heads: Heads::Bands,
     fill,
 };

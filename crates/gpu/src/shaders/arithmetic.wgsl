@@ -17,7 +17,7 @@ fn mean_transmittance(middle: f32, y: f32) -> f32 {
 }
 
 // The cell that u lies in, of `count` from 0, and its place within, held at both ends.
-// twin: barnard::packet::cell
+// twin: barnard::packet::place
 fn cell(u: f32, count: f32) -> vec2f {
     let held = clamp(u, 0.0, count);
     let cell = min(floor(held), count - 1.0);

@@ -278,7 +278,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         resolve_field(&state);
     }
     if done && HAS_BACKGROUND {
-        gather(&state, SCATTERERS + EMITTERS, vec2f(0.0), 1.0, state.tau, 0.0);
+        accumulate(&state, SCATTERERS + EMITTERS, vec2f(0.0), 1.0, state.tau, 0.0);
     }
     if PAUSES {
         if !loops_turn() {

@@ -45,13 +45,13 @@ fn near(state: ptr<function, State>, ray: Ray, scatterer: u32, b: f32, foot: f32
             let cosine = -sin(theta);
             let at = phase_entry(cosine, 1.0 - cosine * cosine);
             if PHASE_KIND == SPECTRAL {
-                gather(state, scatterer, at, scattering, depth, 0.0);
+                accumulate(state, scatterer, at, scattering, depth, 0.0);
             } else {
                 spread += scattering * phase_value(scatterer, at);
             }
         }
         if PHASE_KIND != SPECTRAL {
-            gather(state, scatterer, vec2f(0.0), spread, depth, 0.0);
+            accumulate(state, scatterer, vec2f(0.0), spread, depth, 0.0);
         }
     }
 }

@@ -18,7 +18,7 @@ fn scatter(state: ptr<function, State>, ray: Ray, scatterer: u32, stretch: Stret
     }
     let mean = mean_inverse_square(b * stretch.length, p);
     if PHASE_KIND == ISOTROPIC {
-        gather(state, scatterer, vec2f(0.0), mean * growth, middle, half);
+        accumulate(state, scatterer, vec2f(0.0), mean * growth, middle, half);
         return;
     }
     // The light at some angles goes as σ/r²; one angle in the middle of the segment, mostly.
@@ -37,7 +37,7 @@ fn scatter(state: ptr<function, State>, ray: Ray, scatterer: u32, stretch: Stret
         }
     }
     if PHASE_KIND == SEPARABLE {
-        gather(state, scatterer, vec2f(0.0), mean * growth * spread / total, middle, half);
+        accumulate(state, scatterer, vec2f(0.0), mean * growth * spread / total, middle, half);
         return;
     }
     for (var j = 0u; j < count; j++) {
@@ -45,7 +45,7 @@ fn scatter(state: ptr<function, State>, ray: Ray, scatterer: u32, stretch: Stret
         let t = fma(part, stretch.length, along);
         let inverse = 1.0 / max(fma(t, t, b * b), TINY);
         let share = fma(part, tilt, 1.0) * inverse / total;
-        gather(state, scatterer, phase_entry(-t * sqrt(inverse), b * b * inverse), mean * growth * share, middle, half);
+        accumulate(state, scatterer, phase_entry(-t * sqrt(inverse), b * b * inverse), mean * growth * share, middle, half);
     }
 }
 
@@ -112,7 +112,7 @@ fn segment(state: ptr<function, State>, ray: Ray, stretch: Stretch, before: ptr<
         let slot = u32(tables[EMITTER_SLOTS + e].x);
         let light = 0.5 * stretch.length * ((*before)[slot / 4u][slot % 4u] + (*after)[slot / 4u][slot % 4u]);
         if light > 0.0 {
-            gather(state, SCATTERERS + e, vec2f(0.0), light, (*state).tau + 0.5 * growth, 0.5 * growth);
+            accumulate(state, SCATTERERS + e, vec2f(0.0), light, (*state).tau + 0.5 * growth, 0.5 * growth);
         }
     }
     (*state).tau += growth;

@@ -75,12 +75,13 @@ pub fn show(ui: &mut Ui, app: &mut App) {
 }
 
 /// The spectrum that reaches the eye there, without that of stars.
-fn probe(picture: &Picture, (column, row): (usize, usize)) -> Probed {
+fn probe(picture: &Picture, pixel: (usize, usize)) -> Probed {
     let ends = picture.scene.bands.iter().map(Passband::support_um).fold((f64::MAX, 0.0f64), |(l, h), (a, b)| (l.min(a), h.max(b)));
     let wavelengths_um: Vec<f64> = (0..SAMPLES).map(|i| ends.0 + (ends.1 - ends.0) * i as f64 / (SAMPLES - 1) as f64).collect();
+    let (column, row) = pixel;
     let ray = picture.plan.camera().ray(column as f64 + 0.5, row as f64 + 0.5);
     let found = picture.plan.probe(&picture.scene, &ray, &wavelengths_um).map_err(|e| e.to_string());
-    Probed { image: picture.image.clone(), pixel: (column, row), wavelengths_um, found }
+    Probed { image: picture.image.clone(), pixel, wavelengths_um, found }
 }
 
 fn spectrum(ui: &mut Ui, probed: &Probed) {

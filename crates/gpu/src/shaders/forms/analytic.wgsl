@@ -68,7 +68,7 @@ const GAUSS = 0.57735026;
 
 // The mean of F/F(0) over depths between middle - half and middle + half: grey, by two points, or by what is left
 // behind both ends. In front of the ends stand the spread of k and k in the middle.
-// twin: barnard::backend::cpu::terms::AnalyticTerms::gather
+// twin: barnard::backend::cpu::terms::AnalyticTerms::accumulate
 fn mean_left(head: vec4u, middle: f32, half: f32) -> f32 {
     if half * numbers[4u * head.x] <= CLOSED_GREY {
         let at = closed_form(head, middle);
@@ -92,7 +92,7 @@ fn mean_left(head: vec4u, middle: f32, half: f32) -> f32 {
     return sqrt(front.x * back.x) * sinhc(y * y);
 }
 
-fn gather(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle: f32, half: f32) {
+fn accumulate(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle: f32, half: f32) {
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
     for (var b = 0u; b < BANDS; b++) {
         let mean = mean_left(vec4u(tables[HEADS + light * BANDS + b]), middle, abs(half));

@@ -16,7 +16,7 @@ fn place(head: vec4f, depth: f32) -> vec2f {
 
 // The mean of F over depths between middle - half and middle + half; a row holds ln F where its gap begins, how much
 // that rises, its bend, and what is left behind it.
-// twin: barnard::backend::cpu::terms::LookupTerms::gather
+// twin: barnard::backend::cpu::terms::LookupTerms::accumulate
 fn mean_left(head: vec4f, middle: f32, half: f32) -> f32 {
     let at = place(head, middle);
     let row = tables[u32(head.z) + u32(at.x)];
@@ -40,7 +40,7 @@ fn mean_left(head: vec4f, middle: f32, half: f32) -> f32 {
     return (before + after + left * head.x) / ((1.0 - first.y) + (last.x - first.x - 1.0) + last.y);
 }
 
-fn gather(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle: f32, half: f32) {
+fn accumulate(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle: f32, half: f32) {
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
     for (var b = 0u; b < BANDS; b++) {
         let mean = mean_left(tables[HEADS + light * BANDS + b], middle, abs(half));

@@ -1,8 +1,8 @@
 // Exponentials: ⟨D⟩ = e^(-k ā) sinh(k y)/(k y).
 
 // Adds base · weight · ⟨D⟩ of every term of a light, over depths between middle - half and middle + half.
-// twin: barnard::backend::cpu::terms::NodeTerms::gather
-fn gather(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle: f32, half: f32) {
+// twin: barnard::backend::cpu::terms::NodeTerms::accumulate
+fn accumulate(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle: f32, half: f32) {
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
     for (var b = 0u; b < BANDS; b++) {
         let terms = band_terms(b);

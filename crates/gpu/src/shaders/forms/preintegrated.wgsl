@@ -1,7 +1,7 @@
 // Intervals of wavelength: ⟨D⟩ = e^(-k_j a₀) T_j(Δ), a₀ in front of the segment, Δ its own depth.
 
-// twin: barnard::backend::cpu::terms::PreintegratedTerms::gather
-fn gather(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle: f32, half: f32) {
+// twin: barnard::backend::cpu::terms::PreintegratedTerms::accumulate
+fn accumulate(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle: f32, half: f32) {
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
     let front = middle - abs(half);
     let root = sqrt(2.0 * abs(half));

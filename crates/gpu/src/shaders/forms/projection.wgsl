@@ -1,7 +1,7 @@
 // Coordinates in a basis: read once for all bands that share it.
 
-// twin: barnard::backend::cpu::terms::ProjectionTerms::gather
-fn gather(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle: f32, half: f32) {
+// twin: barnard::backend::cpu::terms::ProjectionTerms::accumulate
+fn accumulate(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle: f32, half: f32) {
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
     var means: array<f32, MAX_ELEMENTS>;
     var table = 0u;
