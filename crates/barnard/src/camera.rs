@@ -13,43 +13,43 @@ use crate::geometry::Ray;
 use crate::image::PixelScale;
 use crate::properties::{Key, Kind, Section, build_kind_with};
 
-/// How rays leave the image.
+/// How rays leave the image plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Projection {
-    /// All rays from one point; tan of half the horizontal field of view.
+    /// All rays start at one point.
     Perspective {
-        /// tan(fov/2) \[1\].
+        /// The tangent of half the horizontal field of view \[1\].
         half_width: f64,
     },
-    /// Parallel rays.
+    /// All rays are parallel.
     Orthographic {
         /// Half the width of the image \[pc\].
         half_width_pc: f64,
     },
 }
 
-/// Where the observer is and what they see.
+/// Where the observer is, and what they see.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
     /// The eye, or the middle of the image plane \[pc\].
     pub position: DVec3,
     /// Viewing direction, of length one.
     pub forward: DVec3,
-    /// To the right in the image.
+    /// The direction to the right in the image, of length one.
     pub right: DVec3,
-    /// Up in the image.
+    /// The direction upwards in the image, of length one.
     pub up: DVec3,
-    /// How rays leave.
+    /// How rays leave the image plane.
     pub projection: Projection,
-    /// Pixels along a row.
+    /// The number of pixels along a row.
     pub width: usize,
-    /// Rows.
+    /// The number of rows.
     pub height: usize,
     /// Rays along each side of a pixel.
     pub supersampling: usize,
 }
 
-/// Keys of every camera.
+/// The keys that every camera takes.
 pub(crate) const COMMON: &[Key] = &[
     Key::required("position", "position", "where the observer is"),
     Key::optional("target", "position", "0 0 0 pc", "what they look at"),
@@ -58,7 +58,7 @@ pub(crate) const COMMON: &[Key] = &[
     Key::optional("supersampling", "integer", "1", "rays along each side of a pixel, 1 to 16"),
 ];
 
-/// All kinds of camera.
+/// All kinds of camera that a scene may name.
 pub const KINDS: &[Kind<Projection>] = &[
     Kind {
         name: "perspective",
@@ -129,11 +129,12 @@ const SUPERSAMPLING: std::ops::RangeInclusive<usize> = 1..=16;
 const WIDEST: f64 = 1e9;
 /// Pixels of an image that says nothing else.
 const SIZE: usize = 512;
-/// Its horizontal field of view [deg].
+/// The default of the horizontal field of view [deg].
 const FIELD_OF_VIEW_DEG: f64 = 30.0;
 
 impl Camera {
-    /// From `position` towards `target` \[pc\], y upwards, with 512 × 512 pixels and a horizontal field of view of 30°.
+    /// A camera at `position` that looks towards `target` \[pc\], with y upwards, 512 × 512 pixels and a horizontal field
+    /// of view of 30°.
     /// Rendering a camera that stands on its target, or looks along its own `up`, is an error.
     pub fn look_at(position: DVec3, target: DVec3) -> Self {
         let nowhere = DVec3::NAN;
@@ -151,32 +152,32 @@ impl Camera {
         .field_of_view_deg(FIELD_OF_VIEW_DEG)
     }
 
-    /// The same turned so that `up` is up in the image.
+    /// The same camera turned so that `up` is up in the image.
     #[must_use]
     pub fn up(self, up: DVec3) -> Self {
         let right = self.forward.cross(up).try_normalize().unwrap_or(DVec3::NAN);
         Self { right, up: right.cross(self.forward), ..self }
     }
 
-    /// The same with all rays from one point and this horizontal field of view \[deg\], below 180.
+    /// The same camera with all rays from one point and this horizontal field of view \[deg\], below 180.
     #[must_use]
     pub fn field_of_view_deg(self, field_of_view: f64) -> Self {
         Self { projection: Projection::Perspective { half_width: (0.5 * field_of_view.to_radians()).tan() }, ..self }
     }
 
-    /// The same with parallel rays and an image of this width \[pc\].
+    /// The same camera with parallel rays and an image of this width \[pc\].
     #[must_use]
     pub fn orthographic_pc(self, width: f64) -> Self {
         Self { projection: Projection::Orthographic { half_width_pc: 0.5 * width }, ..self }
     }
 
-    /// The same with so many pixels.
+    /// The same camera with so many pixels.
     #[must_use]
     pub fn size(self, width: usize, height: usize) -> Self {
         Self { width, height, ..self }
     }
 
-    /// The same with so many rays along each side of a pixel.
+    /// The same camera with so many rays along each side of a pixel.
     #[must_use]
     pub fn supersampling(self, rays: usize) -> Self {
         Self { supersampling: rays, ..self }
@@ -230,7 +231,7 @@ impl Camera {
         }
     }
 
-    /// Where the direction or place `p` appears: (column, row) in pixels; nothing behind the observer.
+    /// The (column, row) at which the place `p` appears, in pixels; none behind the observer.
     pub fn project(&self, p: DVec3) -> Option<(f64, f64)> {
         let (w, h) = (self.width as f64, self.height as f64);
         let v = p - self.position;

@@ -5,14 +5,14 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::error::{Error, Result};
 
-/// What is being done.
+/// The part of the work that progress is told of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
     /// Depths between stars and cells.
     StarDepths,
-    /// Starlight put into voxels.
+    /// Light is solved in voxels or cells.
     Light,
-    /// Rays of the image.
+    /// Rays of the image are marched.
     Rays,
 }
 
@@ -30,12 +30,13 @@ pub struct Control {
 }
 
 impl Control {
-    /// With a listener of (stage, done, all).
+    /// A control whose listener hears of every step as (stage, done, all).
     pub fn with_listener(listener: impl Fn(Stage, u64, u64) + Send + Sync + 'static) -> Self {
         Self { stop: Arc::default(), listener: Some(Arc::new(listener)) }
     }
 
-    /// For work that is a part of more: its progress runs from `first` to `last` \[1\] of the whole, and never back.
+    /// A control for work that is a part of more: its progress runs from `first` to `last` \[1\] of the whole, and
+    /// never back.
     pub fn part(&self, first: f64, last: f64) -> Self {
         let Some(listener) = self.listener.clone() else { return self.clone() };
         let highest = AtomicU64::new(0);
@@ -60,7 +61,7 @@ impl Control {
         if self.stop.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
     }
 
-    /// Tells the listener.
+    /// Tells the listener that `done` of `all` steps of a stage are done.
     pub fn report(&self, stage: Stage, done: u64, all: u64) {
         if let Some(listener) = &self.listener {
             listener(stage, done, all);

@@ -21,7 +21,7 @@ pub struct Array {
     pub frame: Option<Frame>,
 }
 
-/// What a file says of an array's values and axes.
+/// What a file says of the values and axes of an array.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Frame {
     /// Unit of the values, as it is written.
@@ -30,12 +30,12 @@ pub struct Frame {
     pub axes: [Option<Axis>; 3],
 }
 
-/// One linear axis.
+/// One linear axis of an array.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     /// Unit of its coordinate, as it is written; empty where nothing is.
     pub unit: String,
-    /// From one element to the next, in that unit.
+    /// The step from one element to the next, in that unit.
     pub step: f64,
     /// Coordinate of the middle of the first element.
     pub first: f64,
@@ -48,13 +48,13 @@ pub struct TextTable {
     pub columns: Vec<String>,
     /// The line that they stand in, from 1.
     pub line: usize,
-    /// Each row's line and cells.
+    /// The line number and the cells of each row.
     pub rows: Vec<(usize, Vec<String>)>,
 }
 
 /// Finds what the names in a scene mean.
 pub trait DataSource: Debug + Send + Sync {
-    /// How messages call `name`: a path, mostly.
+    /// The name by which messages call what `name` stands for: a path, mostly.
     fn label(&self, name: &str) -> String;
 
     /// The text called `name`, of at most `memory_limit` bytes.
@@ -86,12 +86,12 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// Of a source; each array may take `memory_limit` bytes.
+    /// Reads from `source`; each array may take `memory_limit` bytes.
     pub fn new(source: Arc<dyn DataSource>, memory_limit: u64) -> Self {
         Self { source, memory_limit }
     }
 
-    /// How messages call `name`.
+    /// The name by which messages call what `name` stands for.
     pub fn label(&self, name: &str) -> String {
         self.source.label(name)
     }

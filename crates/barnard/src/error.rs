@@ -9,7 +9,7 @@ use crate::place::Place;
 /// Errors of this crate; each says what was wrong and what would be right, the place last.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// Something in a scene.
+    /// Something in a scene is wrong.
     #[error("{message} ({place})")]
     Scene {
         /// What is wrong and what would be right.
@@ -20,11 +20,11 @@ pub enum Error {
     /// An argument that no object can be made of.
     #[error("{what}: {said} is not {wanted}")]
     Value {
-        /// What it is.
+        /// What the value is, such as an albedo.
         what: &'static str,
-        /// What was given.
+        /// The value that was given.
         said: String,
-        /// What would be right.
+        /// The values that would be right.
         wanted: String,
     },
     /// A box that numbers cannot live in.
@@ -33,7 +33,7 @@ pub enum Error {
     /// A data file that cannot be read or used.
     #[error("{reason} ({})", path.display())]
     File {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
         /// What is wrong and what would be right.
         reason: String,
@@ -43,31 +43,31 @@ pub enum Error {
         "field \"{field}\" has {count} {what} of {cells} cells, the first at [{x}, {y}, {z}] = {value}; densities must be finite and not negative"
     )]
     FieldValues {
-        /// The field's name.
+        /// The name of the field.
         field: String,
-        /// How many cells.
+        /// The number of bad cells.
         count: usize,
         /// "negative cells", "cells that are NaN or infinite".
         what: &'static str,
-        /// All cells.
+        /// The number of all cells.
         cells: usize,
-        /// Index of the first.
+        /// The index of the first bad cell along x.
         x: usize,
-        /// Index of the first.
+        /// The index of the first bad cell along y.
         y: usize,
-        /// Index of the first.
+        /// The index of the first bad cell along z.
         z: usize,
-        /// Its value.
+        /// The value of that cell.
         value: f64,
     },
-    /// More memory than allowed.
+    /// Something would take more memory than is allowed.
     #[error("{what} would need {needed_mib} MiB, the limit is {limit_mib} MiB; use a smaller grid or image, or raise the memory limit")]
     Memory {
         /// What would be allocated.
         what: String,
-        /// Its size \[MiB\].
+        /// The size of that \[MiB\].
         needed_mib: u64,
-        /// The limit \[MiB\].
+        /// The limit that is in force \[MiB\].
         limit_mib: u64,
     },
     /// A spectrum, passband or law.
@@ -85,29 +85,29 @@ pub enum Error {
     /// More stars in the star field than are drawn.
     #[error("the star field has {in_view:.1e} stars in view; at most {most:.0e} are drawn, lower its density")]
     StarField {
-        /// Stars in view.
+        /// The expected number of stars in view.
         in_view: f64,
-        /// How many may be.
+        /// The largest number that is drawn.
         most: f64,
     },
     /// A density that no path can be followed through.
     #[error("{0}")]
     Density(String),
-    /// What a spectral method cannot do.
+    /// The spectral method cannot do what the scene asks of it.
     #[error("{0}")]
     Method(String),
     /// An image that does not fit into a format.
     #[error("cannot encode .{format}: {reason}")]
     Encoding {
-        /// The format's extension.
+        /// The extension of the format's files.
         format: &'static str,
-        /// Why.
+        /// Why the format cannot hold it.
         reason: String,
     },
     /// A device that a back end renders on.
     #[error(transparent)]
     Device(Box<dyn std::error::Error + Send + Sync>),
-    /// Stopped by the user.
+    /// The user stopped the work.
     #[error("interrupted; nothing was written")]
     Interrupted,
 }
@@ -118,11 +118,11 @@ impl Error {
         Error::Value { what, said: said.to_string(), wanted: wanted.into() }
     }
 
-    /// The error for `path`.
+    /// The error that something is wrong with the file at `path`.
     pub fn file(path: impl AsRef<Path>, reason: impl Into<String>) -> Self {
         Error::File { path: path.as_ref().to_owned(), reason: reason.into() }
     }
 }
 
-/// Result of this crate.
+/// The result of functions of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;

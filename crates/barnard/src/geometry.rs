@@ -7,9 +7,9 @@ use crate::error::{Error, Result};
 /// A half line.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
-    /// Where it starts \[pc\].
+    /// The point at which it starts \[pc\].
     pub origin: DVec3,
-    /// Where it goes, of length one.
+    /// The direction in which it goes, of length one.
     pub direction: DVec3,
 }
 
@@ -19,7 +19,7 @@ impl Ray {
         self.origin + t_pc * self.direction
     }
 
-    /// From `a` towards `b`, with the distance between them \[pc\].
+    /// The ray from `a` towards `b`, with the distance between them \[pc\].
     pub fn between(a: DVec3, b: DVec3) -> (Self, f64) {
         let length = (b - a).length();
         let direction = if length > 0.0 { (b - a) / length } else { DVec3::X };
@@ -30,9 +30,9 @@ impl Ray {
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
-    /// Lowest corner \[pc\].
+    /// The lowest corner \[pc\].
     pub low: DVec3,
-    /// Highest corner \[pc\].
+    /// The highest corner \[pc\].
     pub high: DVec3,
 }
 
@@ -42,7 +42,7 @@ impl Bounds {
         Self { low: centre - DVec3::splat(half_pc), high: centre + DVec3::splat(half_pc) }
     }
 
-    /// What is wrong with it as a place for numbers, in words; nothing where it is sound.
+    /// What makes the box no sound place for numbers, in words; nothing where it is sound.
     pub fn fault(&self) -> Option<String> {
         const EDGES: std::ops::RangeInclusive<f64> = 1e-25..=1e15;
         let (size, away) = (self.size(), self.low.abs().max(self.high.abs()).max_element());
@@ -57,7 +57,7 @@ impl Bounds {
         })
     }
 
-    /// The same, if it is sound as a place for numbers.
+    /// The same box, if it is a sound place for numbers.
     ///
     /// # Errors
     /// Where it is not, with what is wrong.
@@ -65,7 +65,7 @@ impl Bounds {
         self.fault().map_or(Ok(self), |fault| Err(Error::Bounds(fault)))
     }
 
-    /// Edge lengths \[pc\].
+    /// The lengths of the edges \[pc\].
     pub fn size(&self) -> DVec3 {
         self.high - self.low
     }
@@ -80,7 +80,7 @@ impl Bounds {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// What both hold, where they meet.
+    /// The box that both hold, where they meet.
     pub fn intersection(&self, other: &Self) -> Option<Self> {
         let (low, high) = (self.low.max(other.low), self.high.min(other.high));
         low.cmplt(high).all().then_some(Self { low, high })

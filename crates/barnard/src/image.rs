@@ -10,9 +10,9 @@ use crate::keywords::Keyword;
 /// Band radiances, bands × height × width [W m⁻² sr⁻¹].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Samples {
-    /// From the fast back ends.
+    /// The values of a back end in single precision.
     Single(Vec<f32>),
-    /// From the reference.
+    /// The values of a back end in double precision.
     Double(Vec<f64>),
 }
 
@@ -33,7 +33,7 @@ impl Samples {
         }
     }
 
-    /// How many there are.
+    /// The number of values.
     pub fn len(&self) -> usize {
         match self {
             Samples::Single(v) => v.len(),
@@ -41,7 +41,7 @@ impl Samples {
         }
     }
 
-    /// Whether there are none.
+    /// Whether there are no values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -50,7 +50,7 @@ impl Samples {
 /// One band of an image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Band {
-    /// The passband's name.
+    /// The name of the passband.
     pub name: String,
     /// Pivot wavelength \[µm\], where known.
     pub pivot_um: Option<f64>,
@@ -60,14 +60,14 @@ pub struct Band {
     pub width_um: Option<f64>,
     /// The certificate in words, a line for each source.
     pub certificate: Vec<String>,
-    /// What it says of itself in keywords.
+    /// What the band says of itself in keywords.
     pub keywords: Vec<Keyword>,
 }
 
 /// What the name of a band of standard errors ends with, after the name of the band that they are of.
 pub const ERROR_SUFFIX: &str = "_error";
 
-/// How large a pixel is.
+/// The size of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PixelScale {
     /// Angle at the middle of the image \[deg\].
@@ -79,21 +79,21 @@ pub enum PixelScale {
 /// A rendered image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
-    /// Pixels along a row.
+    /// The number of pixels along a row.
     pub width: usize,
     /// Rows, the first on top.
     pub height: usize,
-    /// The bands.
+    /// The bands, in the order of the samples.
     pub bands: Vec<Band>,
-    /// The radiances.
+    /// The radiances, bands × height × width.
     pub samples: Samples,
     /// Size of a pixel, where known.
     pub pixel: Option<PixelScale>,
     /// Key and value, in words: scene, back end, method, accuracy.
     pub notes: Vec<(String, String)>,
-    /// What it says of itself in keywords.
+    /// What the picture says of itself in keywords.
     pub keywords: Vec<Keyword>,
-    /// How it is shown.
+    /// How the picture is shown on a display.
     pub display: Display,
 }
 
@@ -168,27 +168,27 @@ pub fn worst(errors: impl Iterator<Item = f64>) -> f64 {
     errors.fold(0.0, |worst, error| if error <= worst || worst.is_nan() { worst } else { error })
 }
 
-/// Where black or white lies.
+/// The radiance that becomes black or white.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Level {
-    /// Found from the picture.
+    /// The level is found from the picture.
     Auto,
     /// A radiance, after the palette [W m⁻² sr⁻¹].
     Radiance(f64),
 }
 
-/// How radiances become a picture.
+/// How radiances become a picture on a display.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Display {
-    /// From bands to linear RGB.
+    /// The matrix from bands to linear RGB.
     pub palette: Palette,
     /// Gains of the bands before the palette: 1, or the inverse of each band's own white level.
     pub balance: bool,
-    /// The curve.
+    /// The curve from radiances to brightness.
     pub stretch: Stretch,
-    /// Zero of the stretch.
+    /// The level that becomes black.
     pub black: Level,
-    /// One of the stretch.
+    /// The level that becomes white.
     pub white: Level,
 }
 
@@ -203,13 +203,13 @@ const CODE_GAPS: usize = 4096;
 /// How the bands of a pixel become a colour: a display whose levels are numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tone {
-    /// From balanced bands to linear RGB.
+    /// The matrix from balanced bands to linear RGB.
     pub palette: Palette,
     /// Zero of the stretch [W m⁻² sr⁻¹, or of the balanced band].
     pub black: f64,
-    /// One of the stretch.
+    /// The level that becomes white.
     pub white: f64,
-    /// The curve.
+    /// The curve from radiances to brightness.
     pub stretch: Stretch,
 }
 
@@ -269,7 +269,7 @@ impl Display {
         Self { palette: palette.unwrap_or_else(|_| Palette::grey(bands.len())), ..Self::grey(bands.len()) }
     }
 
-    /// All bands alike, in shades of grey.
+    /// A display that shows all bands alike, in shades of grey.
     pub fn grey(bands: usize) -> Self {
         Self { palette: Palette::grey(bands), balance: false, stretch: Stretch::default(), black: Level::Auto, white: Level::Auto }
     }

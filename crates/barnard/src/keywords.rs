@@ -1,14 +1,14 @@
 //! What an image says of itself as keywords with values, which programs read: names of at most eight characters, as
 //! FITS has them; other formats carry the same.
 
-/// A value.
+/// The value of a keyword.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
-    /// Words.
+    /// A text.
     Text(String),
     /// A number, in the unit that the comment names.
     Number(f64),
-    /// A count.
+    /// A whole number.
     Integer(i64),
 }
 
@@ -22,18 +22,18 @@ impl std::fmt::Display for Value {
     }
 }
 
-/// A keyword.
+/// A keyword as FITS headers and EXR attributes hold it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Keyword {
-    /// Its name, at most eight capital letters, digits, `-` and `_`.
+    /// Its name: at most eight capital letters, digits, `-` and `_`.
     pub name: &'static str,
-    /// What it is set to.
+    /// The value it is set to.
     pub value: Value,
     /// Unit in brackets, and what it means.
     pub comment: &'static str,
 }
 
-/// Words.
+/// A keyword with a text.
 pub fn text(name: &'static str, value: impl Into<String>, comment: &'static str) -> Keyword {
     Keyword { name, value: Value::Text(value.into()), comment }
 }
@@ -43,7 +43,7 @@ pub fn number(name: &'static str, value: f64, comment: &'static str) -> Option<K
     value.is_finite().then_some(Keyword { name, value: Value::Number(value), comment })
 }
 
-/// A count.
+/// A keyword with a whole number.
 pub fn integer(name: &'static str, value: usize, comment: &'static str) -> Keyword {
     Keyword { name, value: Value::Integer(i64::try_from(value).unwrap_or(i64::MAX)), comment }
 }

@@ -11,26 +11,26 @@ use crate::star_field::{FieldClass, field_classes};
 /// One light and the way it takes to the eye.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Route {
-    /// From a star, scattered once by dust.
+    /// Light of a star that dust scatters once on the way.
     Scattered {
-        /// Its number among the scene's stars.
+        /// The number of the star in the scene.
         star: usize,
     },
-    /// From a glowing species.
+    /// Light that a species of gas sends out.
     Emitted {
-        /// Its number among the scene's species.
+        /// The number of the species in the scene.
         species: usize,
     },
-    /// From behind, evenly.
+    /// Light of the background, the same from all directions.
     Background,
-    /// From a star straight to the eye.
+    /// Light of a star that comes straight to the eye.
     Direct {
-        /// Its number among the scene's stars.
+        /// The number of the star in the scene.
         star: usize,
     },
-    /// From a class of the star field.
+    /// Light of a class of stars of the star field.
     FieldStar {
-        /// Its number among the classes.
+        /// The number of the class.
         class: usize,
     },
 }
@@ -39,11 +39,11 @@ pub enum Route {
 /// 1/r² [pc⁻²]; emitted: times j dl \[pc\]; background: as it is; direct: times 1/r² [pc⁻²], irradiance.
 #[derive(Debug, Clone)]
 pub struct Light {
-    /// The way it takes.
+    /// The route it takes to the eye.
     pub route: Route,
-    /// Its name in certificates.
+    /// The name that certificates give it.
     pub name: String,
-    /// Its spectrum.
+    /// The spectrum it begins with.
     pub spectrum: Spectrum,
 }
 

@@ -12,14 +12,14 @@ pub struct Origin {
     pub line: usize,
 }
 
-/// Where a property is: table and key, and the line of its text where there is a text.
+/// The place of a property: table and key, and the line of its text where there is a text.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Place {
     /// The line, where the tree was made of a text.
     pub origin: Option<Origin>,
     /// The table's full name, "dust.phase" or "star.1" for the first of a list; empty for the root.
     pub path: String,
-    /// The key in it.
+    /// The key in that table.
     pub key: String,
 }
 

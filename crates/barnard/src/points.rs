@@ -21,12 +21,12 @@ use crate::star_field;
 
 /// Standard deviation of the point-spread function [pixels]: FWHM of 1.65, well sampled.
 const PSF_SIGMA: f64 = 0.7;
-/// Where it is cut [pixels].
+/// The radius at which the point spread function is cut [pixels].
 const PSF_RADIUS: i64 = 4;
 /// More field stars than this are a mistake of the scene.
 const MAX_FIELD_STARS: f64 = 5e6;
 
-/// Where an unresolved source appears, and how bright it is without dust.
+/// A point of the image at which an unresolved source appears, and how bright the source is without dust.
 #[derive(Debug, Clone, Copy)]
 pub struct Point {
     column: f64,
@@ -35,21 +35,21 @@ pub struct Point {
     pub light: usize,
     /// The light's band flux is multiplied by it, then divided by the pixel's measure.
     gain: f64,
-    /// How far it is along the ray of its place \[pc\].
+    /// The distance of the source along the ray of its place \[pc\].
     pub length: f64,
 }
 
 impl Point {
-    /// From the camera towards it.
+    /// The ray from the camera towards the source.
     pub fn ray(&self, camera: &Camera) -> Ray {
         camera.ray(self.column, self.row)
     }
 }
 
-/// Which unresolved sources are drawn.
+/// The unresolved sources that are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sources {
-    /// All.
+    /// All of them are drawn.
     All,
     /// Stars of the scene, and at most so many of the star field: those that are brightest without dust.
     Brightest(usize),

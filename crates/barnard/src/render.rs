@@ -16,7 +16,7 @@ pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
     render_with(scene, options, &Control::default())
 }
 
-/// The same, where `control` hears of progress and can stop the work.
+/// Renders like [`render`], while `control` hears of progress and can stop the work.
 ///
 /// # Errors
 /// Those of [`render`], and [`Interrupted`](crate::Error::Interrupted).

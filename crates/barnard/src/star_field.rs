@@ -11,7 +11,7 @@ use crate::error::Result;
 
 /// A class of field stars: black bodies of one temperature, V = 0 (Vega).
 pub struct FieldClass {
-    /// Its name in certificates.
+    /// The name in certificates.
     pub name: String,
     /// Irradiance of magnitude zero [W m⁻² µm⁻¹].
     pub spectrum: Spectrum,

@@ -1,6 +1,6 @@
 //! Render statistics: what the light of a job costs and reaches.
 
-/// What a render found beside the picture.
+/// What a render measured beside the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderStats {
     /// The largest optical depth, eye to sample to star, that was met \[1\]; NaN where a back end does not tell.
@@ -15,7 +15,7 @@ pub struct RenderStats {
 }
 
 impl RenderStats {
-    /// Of a back end that tells nothing but its rays.
+    /// The statistics of a back end that tells nothing but its rays.
     pub fn of_rays(rays: u64) -> Self {
         Self { depth: f64::NAN, rays, storage: 0.0, negative: 0 }
     }

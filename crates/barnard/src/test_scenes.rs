@@ -30,7 +30,7 @@ pub fn star(kelvin: f64, suns: f64, position: DVec3) -> Star {
     Star::blackbody(Temperature(kelvin), Luminosity::suns(suns)).at(position)
 }
 
-/// What is seen through johnson-V along z, with functions sampled to `bake` voxels an edge.
+/// A scene seen through johnson-V along z, with functions sampled to `bake` voxels an edge.
 pub fn scene(camera: Camera, bake: usize) -> Scene {
     let method = Method { bake: Some(bake), ..Method::default() };
     Scene::new(camera).bands(vec![Passband::named("johnson-V").unwrap()]).method(method)
@@ -60,8 +60,8 @@ impl DataSource for TestData {
     }
 }
 
-/// What every kind of a catalogue makes of a table that says no more than it must: lengths of half a parsec, a cube of
-/// 2 pc, files of tests.
+/// Every kind of a catalogue, made from a table that says no more than it must: lengths of half a parsec, a cube of 2
+/// pc, files of tests.
 pub fn of_every_kind<K, T>(
     kinds: &[K],
     row: impl Fn(&K) -> (&'static str, &'static [Key]),

@@ -4,7 +4,7 @@ use barnard::backend::Registry;
 use clap::builder::PossibleValue;
 use clap::builder::PossibleValuesParser;
 
-/// All of them.
+/// All back ends that this program was built with.
 pub fn registry() -> Registry {
     let registry = Registry::default();
     #[cfg(feature = "gpu")]
@@ -12,7 +12,7 @@ pub fn registry() -> Registry {
     registry
 }
 
-/// Their names, for the command line; those that read a plan alone where `planned`.
+/// The names of the back ends for the command line; of those that read a plan alone where `planned`.
 pub fn names(planned: bool) -> PossibleValuesParser {
     let own = registry();
     let rows = own.entries().iter().filter(|entry| entry.planned || !planned);

@@ -35,7 +35,7 @@ pub fn control() -> anyhow::Result<Control> {
     control_with(&Note::default())
 }
 
-/// The same with words beside it.
+/// A control like [`control`], with words beside the bar.
 pub fn control_with(note: &Note) -> anyhow::Result<Control> {
     let control = if std::io::stderr().is_terminal() { with_bar(note.clone()) } else { with_lines(note.clone()) };
     let handle = control.clone();

@@ -61,7 +61,7 @@ fn parse_size(text: &str) -> Result<(usize, usize), String> {
 }
 
 impl SceneArgs {
-    /// The memory limit [bytes].
+    /// The limit of memory [bytes].
     pub fn memory_limit(&self) -> anyhow::Result<u64> {
         memory_limit(self.memory)
     }

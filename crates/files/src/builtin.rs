@@ -9,14 +9,14 @@ use barnard::scene::{Loader, Scene};
 
 use crate::source::{Embedded, SceneFiles};
 
-/// One row of the catalogue.
+/// One row of the catalogue of built-in scenes.
 #[derive(Debug, Clone, Copy)]
 pub struct BuiltinScene {
-    /// Its name on the command line.
+    /// The name by which a person asks for it.
     pub name: &'static str,
-    /// One line.
+    /// What it shows, in one line.
     pub summary: &'static str,
-    /// The scene file.
+    /// The text of the scene file.
     pub text: &'static str,
 }
 
@@ -76,7 +76,7 @@ pub fn files() -> Arc<SceneFiles> {
     Arc::new(SceneFiles::embedded(FILES))
 }
 
-/// What reads them.
+/// The loader that reads the files of built-in scenes, which are part of the program.
 pub fn loader(memory_limit: u64) -> Loader {
     Loader::new(files(), memory_limit)
 }

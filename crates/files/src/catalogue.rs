@@ -7,16 +7,16 @@ use barnard::{backend, camera, field, phase, scene};
 
 use crate::{builtin, formats};
 
-/// Rows of (name, summary).
+/// The rows of a catalogue, each (name, summary).
 type Rows = Vec<(String, String)>;
 
-/// One catalogue.
+/// One catalogue of things that scenes name.
 pub struct Catalogue {
-    /// Its name on the command line.
+    /// The name by which a person asks for it.
     pub name: &'static str,
-    /// What it holds.
+    /// What it holds, in one line.
     pub summary: &'static str,
-    /// Its rows.
+    /// Makes its rows.
     pub rows: fn() -> Rows,
 }
 
@@ -24,7 +24,7 @@ fn rows<'a>(pairs: impl Iterator<Item = (&'a str, &'a str)>) -> Rows {
     pairs.map(|(name, summary)| (name.to_owned(), summary.to_owned())).collect()
 }
 
-/// All of them.
+/// All catalogues.
 pub const CATALOGUES: &[Catalogue] = &[
     Catalogue { name: "scenes", summary: "built-in scenes", rows: || rows(builtin::SCENES.iter().map(|s| (s.name, s.summary))) },
     Catalogue { name: "methods", summary: "spectral methods", rows: || rows(scene::methods().map(|m| (m.name, m.summary))) },

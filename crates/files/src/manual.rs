@@ -8,7 +8,7 @@ use barnard::scene::schema::{KindRow, TABLES, TableRow};
 
 use crate::catalogue::CATALOGUES;
 
-/// `docs/scene-format.md`.
+/// The text of `docs/scene-format.md`.
 pub fn manual() -> String {
     let mut page = String::from(INTRODUCTION);
     units(&mut page);

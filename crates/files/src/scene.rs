@@ -9,7 +9,7 @@ use barnard::scene::{Loader, Provenance, Scene};
 use crate::source::{SceneFiles, read_limited};
 use crate::toml;
 
-/// Bytes of the longest scene file.
+/// The bytes of the longest scene file that is read.
 const LONGEST: u64 = 4 << 20;
 
 /// Reads the scene file at `path`; arrays may take `memory_limit` bytes each.
@@ -46,7 +46,7 @@ pub fn parse(file: &str, name: &str, text: String, loader: &Loader) -> Result<Sc
     Ok(scene)
 }
 
-/// What reads the files that scenes in `folder` name.
+/// The loader that reads the files which scenes in `folder` name.
 pub fn in_folder(folder: impl Into<PathBuf>, memory_limit: u64) -> Loader {
     Loader::new(Arc::new(SceneFiles::in_folder(folder)), memory_limit)
 }

@@ -21,7 +21,7 @@ pub type Embedded = &'static [(&'static str, &'static [u8])];
 pub struct SceneFiles {
     folder: PathBuf,
     embedded: Embedded,
-    /// Those on disk that were read.
+    /// The files on disk that were read.
     read: Mutex<Vec<PathBuf>>,
     /// Names of those compiled in that were read.
     unpacked: Mutex<Vec<&'static str>>,
@@ -38,7 +38,7 @@ impl SceneFiles {
         Self { embedded: files, ..Self::in_folder("") }
     }
 
-    /// The path of `name`.
+    /// The path that `name` stands for.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }

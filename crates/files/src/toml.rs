@@ -17,7 +17,7 @@ pub fn properties(file: &str, text: &str) -> Result<Table> {
     source.table(document.as_table(), source.origin(None))
 }
 
-/// What is wrong with `text`, with its line.
+/// The error that something is wrong with `text`, with its line.
 pub fn error(text: &str, error: &TomlError) -> Error {
     Source::new("scene", text).error(error.span(), "TOML", error.message().trim())
 }
@@ -25,7 +25,7 @@ pub fn error(text: &str, error: &TomlError) -> Error {
 /// A text whose lines are counted.
 struct Source {
     file: Arc<str>,
-    /// Where each line but the first begins.
+    /// The position at which each line but the first begins.
     starts: Vec<usize>,
 }
 

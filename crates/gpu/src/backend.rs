@@ -49,7 +49,7 @@ pub struct OnDevice {
     renderer: Option<Renderer>,
     /// The plan that was taken up last.
     taken: Option<Plan>,
-    /// What the device worked for the last picture [s].
+    /// The time that the device worked for the last picture [s].
     seconds: Option<f64>,
     /// Opens a device in place of one that gave up.
     reopen: Box<dyn FnMut() -> Result<Gpu>>,
@@ -74,12 +74,12 @@ impl OnDevice {
         Self { gpu, tuning, renderer: None, taken: None, seconds: None, reopen, lost: None, warnings: Vec::new() }
     }
 
-    /// What it is.
+    /// The device that it renders on.
     pub fn gpu(&self) -> &Gpu {
         &self.gpu
     }
 
-    /// The same, where `reopen` opens another device in place of one that gave up.
+    /// The same back end, where `reopen` opens another device in place of one that gave up.
     #[must_use]
     pub fn reopened_by(self, reopen: impl FnMut() -> Result<Gpu> + 'static) -> Self {
         Self { reopen: Box::new(reopen), ..self }
@@ -107,7 +107,7 @@ impl OnDevice {
         Ok(Radiance::single(data, stats))
     }
 
-    /// The same; a device that gives up is opened once more, and has given up for good where it does not open.
+    /// Marches once; a device that gives up is opened once more, and has given up for good where it does not open.
     fn march_again(&mut self, plan: &Plan, control: &Control) -> Result<Radiance> {
         match self.march(plan, control) {
             Err(GpuError::Lost(why)) => {
@@ -185,7 +185,7 @@ impl Backend for OnDevice {
 pub struct Auto {
     device: std::result::Result<OnDevice, String>,
     processor: Cpu,
-    /// Whether the processor does the job at hand, and why.
+    /// Why the processor does the job at hand; none where the device does.
     instead: Option<String>,
 }
 
@@ -204,13 +204,13 @@ impl Auto {
         Self::of(Ok(device))
     }
 
-    /// Of a device, or why there is none.
+    /// Chooses between a device, or why there is none, and the processor.
     fn of(device: std::result::Result<OnDevice, String>) -> Self {
         let instead = device.as_ref().err().cloned();
         Self { device, processor: Cpu, instead }
     }
 
-    /// What does the job at hand.
+    /// The back end that does the job at hand.
     fn chosen(&self) -> &dyn Backend {
         match &self.device {
             Ok(device) if self.instead.is_none() => device,
@@ -218,7 +218,7 @@ impl Auto {
         }
     }
 
-    /// What does this job from now on.
+    /// Chooses the back end that does this job from now on.
     fn choose(&mut self, job: &Job, control: &Control) -> barnard::Result<&mut dyn Backend> {
         if let Ok(device) = &self.device {
             self.instead = device.unable(job, control)?;

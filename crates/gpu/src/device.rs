@@ -7,13 +7,13 @@ use crate::error::{GpuError, Result};
 /// An adapter, as `barnard info` shows it.
 #[derive(Debug, Clone)]
 pub struct Adapter {
-    /// Its name.
+    /// The name of the adapter.
     pub name: String,
-    /// Vulkan, Metal, Dx12.
+    /// The interface by which it is reached: Vulkan, Metal or Dx12.
     pub api: String,
-    /// Whether it is a processor of graphics, and not software on the processor.
+    /// Whether it is a graphics processor, and not software on the processor.
     pub real: bool,
-    /// Driver and its version.
+    /// The driver and its version.
     pub driver: String,
     /// Most voxels along an edge of a volume.
     pub volume_edge: u32,
@@ -26,13 +26,13 @@ pub struct Adapter {
 /// A device with its queue; a copy is the same device.
 #[derive(Debug, Clone)]
 pub struct Gpu {
-    /// What it is.
+    /// The adapter that the device is of.
     pub adapter: Adapter,
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     /// The times at which a pass begins and ends, where the device tells.
     pub(crate) timer: Option<wgpu::QuerySet>,
-    /// What the device complained of, which wgpu tells elsewhere than where it happens.
+    /// The complaints of the device, which wgpu tells elsewhere than where they happen.
     complaints: Arc<Mutex<Complaints>>,
 }
 
@@ -43,19 +43,19 @@ struct Complaints {
     first: Option<Complaint>,
 }
 
-/// What a device complains of.
+/// A complaint of a device.
 #[derive(Debug)]
 enum Complaint {
-    /// It has no room.
+    /// The device has no room.
     Memory,
-    /// What it was asked for.
+    /// The device was asked for something wrong.
     Fault(String),
 }
 
 /// The APIs that compute right. GL does not: 3-D textures lose all slices but the first.
 const APIS: wgpu::Backends = wgpu::Backends::PRIMARY;
 
-/// All adapters, real ones first.
+/// All adapters of this machine, real ones first.
 pub fn adapters() -> Vec<Adapter> {
     found().iter().map(described).collect()
 }
@@ -89,7 +89,7 @@ fn described(adapter: &wgpu::Adapter) -> Adapter {
     }
 }
 
-/// All that `adapter` can do, and its clock.
+/// A descriptor that asks for all that `adapter` can do, its clock among it.
 pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
     let required_features = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
     wgpu::DeviceDescriptor { required_limits: adapter.limits(), required_features, ..Default::default() }
@@ -104,7 +104,7 @@ impl Gpu {
         Self::opened(|adapter| adapter.limits())
     }
 
-    /// That adapter as if it held no more than `limits`.
+    /// Opens the best adapter as if it held no more than `limits`.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -149,7 +149,7 @@ impl Gpu {
         Self { adapter: described, device, queue, timer, complaints }
     }
 
-    /// What it is, for what outputs state.
+    /// The name that outputs state.
     pub fn name(&self) -> String {
         format!("gpu: {} ({})", self.adapter.name, self.adapter.api)
     }
@@ -167,7 +167,7 @@ impl Gpu {
         buffer
     }
 
-    /// One entry of a shader, ready to run; its bindings are those that it uses.
+    /// Compiles one entry of a shader; its bindings are those that it uses.
     pub(crate) fn pipeline(&self, source: &str, entry: &str) -> wgpu::ComputePipeline {
         let source = wgpu::ShaderSource::Wgsl(source.into());
         let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(entry), source });
@@ -181,7 +181,7 @@ impl Gpu {
         })
     }
 
-    /// What a shader binds, by number.
+    /// Binds resources of a shader by their numbers.
     pub(crate) fn group<'a>(
         &self,
         layout: &wgpu::BindGroupLayout,
@@ -191,7 +191,7 @@ impl Gpu {
         self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     }
 
-    /// Where a pass writes when it begins and ends, if the device tells.
+    /// The places to which a pass writes the times at which it begins and ends; none where the device does not tell.
     pub(crate) fn timestamps(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         self.timer.as_ref().map(|timer| wgpu::ComputePassTimestampWrites {
             query_set: timer,
@@ -241,7 +241,7 @@ impl Gpu {
         self.read_as(from, bytes, back, <[u8]>::to_vec)
     }
 
-    /// What `made` makes of the first bytes of a buffer, by way of `back`, which grows as it must.
+    /// Reads the first bytes of a buffer by way of `back`, which grows as it must; returns what `made` makes of them.
     pub(crate) fn read_as<T>(
         &self,
         from: &wgpu::Buffer,

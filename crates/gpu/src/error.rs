@@ -3,10 +3,10 @@
 /// One variant for each thing that a user can do something about.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
-    /// In the renderer, or the user's wish to stop.
+    /// The renderer failed, or the user wished to stop.
     #[error(transparent)]
     Render(#[from] barnard::Error),
-    /// There is nothing to render on.
+    /// There is no graphics adapter to render on.
     #[error("no graphics adapter was found; render on the processor, or install a driver (Mesa's mesa-vulkan-drivers renders in software)")]
     NoAdapter,
     /// An adapter that does not open.
@@ -20,9 +20,9 @@ pub enum GpuError {
         "the polynomial of {light} in {band} loses its digits in single precision, which is all that a GPU has; render on the processor, or take a wider domain, a lower degree, or another method"
     )]
     Digits {
-        /// The light.
+        /// The light whose terms cancel.
         light: String,
-        /// The passband.
+        /// The passband through which they do.
         band: String,
     },
     /// Dust that cannot be evaluated at every sample.
@@ -36,13 +36,13 @@ pub enum GpuError {
     /// More than the device holds.
     #[error("{what} is {size}, this device takes at most {most}; {instead}")]
     TooLarge {
-        /// What.
+        /// The thing that is too large.
         what: String,
-        /// How large it is.
+        /// The size of the thing.
         size: u64,
-        /// How large it may be.
+        /// The largest size that the device takes.
         most: u64,
-        /// What would fit.
+        /// What would fit instead.
         instead: String,
     },
     /// The device has no room.
@@ -57,7 +57,7 @@ pub enum GpuError {
     /// A display that is made for other bands.
     #[error("the display has columns for {0} bands, the picture has {1}")]
     Bands(usize, usize),
-    /// What the device was asked for was wrong.
+    /// The device was asked for something wrong, which is a fault of this program.
     #[error("the device refused what it was asked for, which is a fault of this program; render on the processor: {0}")]
     Fault(String),
     /// The device stopped answering.
@@ -81,5 +81,5 @@ impl GpuError {
     }
 }
 
-/// Result of this crate.
+/// The result of functions of this crate.
 pub type Result<T> = std::result::Result<T, GpuError>;

@@ -52,9 +52,9 @@ impl Patience {
 /// Rows of the picture that a dispatch renders, and those that its buffer holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rows {
-    /// Those of the dispatch.
+    /// The rows of the dispatch.
     pub strip: Strip,
-    /// Those of the buffer.
+    /// The rows that the buffer holds.
     pub held: Strip,
 }
 
@@ -65,16 +65,16 @@ pub struct Strip {
     pub count: usize,
 }
 
-/// How one pass over a picture takes its samples.
+/// The way in which one pass over a picture takes its samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pass {
-    /// Where in its pixel a ray goes, from the middle [pixels].
+    /// The place in its pixel that a ray goes through, from the middle [pixels].
     pub subpixel: (f32, f32),
     /// The part of a step in which a ray starts, moved from pixel to pixel; none: at the border.
     pub start: Option<f32>,
     /// Samples in parts of the plan's.
     pub steps: f32,
-    /// What it counts beside the passes before it.
+    /// The weight of the pass beside the passes before it.
     pub share: f32,
 }
 
@@ -104,7 +104,8 @@ impl Pass {
 }
 
 impl Frame {
-    /// Of a plan seen from `middle`, whose terms have the extinctions `k`; dust is at most `brightest` [pc⁻¹].
+    /// The frame of a plan seen from `middle`, whose terms have the extinctions `k`; dust is at most `brightest`
+    /// [pc⁻¹].
     pub fn new(plan: &Plan, middle: DVec3, k: &[f32], brightest: f32, counts: [u32; 4]) -> Self {
         let camera: &Camera = plan.camera();
         let bounds = plan.space().occupied.unwrap_or(Bounds { low: middle, high: middle });
@@ -151,7 +152,7 @@ impl Frame {
         }
     }
 
-    /// For some rows in one pass; rays that paused go on where they are `resumed`.
+    /// The frame of some rows in one pass; rays that paused go on where they are `resumed`.
     pub fn of(&self, rows: Rows, pass: &Pass, patience: Patience, resumed: bool) -> Frame {
         let [per_voxel, fixed, voxel, angle] = self.steps;
         let fixed = if fixed > 0.0 { (fixed * pass.steps).ceil() } else { 0.0 };

@@ -17,14 +17,14 @@ use crate::frame::{Frame, four};
 use crate::many_lights;
 use crate::tables::{Offsets, Quad, Tables, room};
 
-/// How scattered light is spread.
+/// The way in which scattered light is spread over angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PhaseKind {
-    /// Evenly.
+    /// Light is scattered evenly.
     Isotropic,
-    /// By one function for all wavelengths.
+    /// One function serves all wavelengths.
     Separable,
-    /// By one for each term.
+    /// Each term has a function of its own.
     Spectral,
 }
 
@@ -36,7 +36,7 @@ pub struct FieldShape {
     pub quad: usize,
 }
 
-/// What a shader is made for; a change of these makes another one.
+/// The shape that a shader is made for; a change of it makes another shader.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
     pub form: &'static FormEntry,
@@ -57,7 +57,7 @@ pub struct Shape {
     pub field: Option<FieldShape>,
     /// The quad of the first term of the field of scattered light.
     pub scattered_field: Option<usize>,
-    /// Gathered stars.
+    /// The number of gathered stars.
     pub many_lights: usize,
     /// Whether star depths are marched again at every sample.
     pub star_march: bool,
@@ -66,7 +66,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Of a plan whose channels stand in `quads` of its `volumes`.
+    /// The shape of a plan whose channels stand in `quads` of its `volumes`.
     fn of(plan: &Plan, weights: &Weights, quads: &[Quad], volumes: &[&Volume], on_the_fly: bool) -> Result<Self> {
         let slot_of = |channel| slot_of(quads, volumes, channel);
         let phase = plan.spectral().phase.as_ref();
@@ -101,7 +101,7 @@ impl Shape {
         self.scatterers + self.emitters + 1
     }
 
-    /// Heads of tables.
+    /// The number of table heads.
     pub fn heads(&self) -> usize {
         match self.form.heads {
             Heads::Bands => self.bands,
@@ -140,17 +140,17 @@ pub fn quads(plan: &Plan, first: usize) -> Vec<Quad> {
     plan.volumes().enumerate().skip(first).flat_map(of).collect()
 }
 
-/// All that a shader reads, but the volumes' values.
+/// Everything that a shader reads, but the volumes' values.
 #[derive(Debug)]
 pub struct Layout {
     pub shape: Shape,
     pub frame: Frame,
     pub tables: Vec<[f32; 4]>,
-    /// Where sections of the tables start.
+    /// The quads at which sections of the tables start.
     pub offsets: Offsets,
     /// Distances of bricks to the next light, and lists of the many lights behind them.
     pub bricks: Vec<u32>,
-    /// How many distances there are.
+    /// The number of distances.
     pub distances: usize,
     pub quads: Vec<Quad>,
     /// Rays along each side of a pixel.
@@ -162,8 +162,8 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Of a plan; `quads` are those of its volumes. Dust that is noise is evaluated `on_the_fly`, or read as it was
-    /// sampled.
+    /// The layout of a plan; `quads` are those of its volumes. Dust that is noise is evaluated `on_the_fly`, or read as
+    /// it was sampled.
     ///
     /// # Errors
     /// For methods that no shader has, and dust that is no noise.
@@ -217,7 +217,7 @@ impl Layout {
         Ok(Self { shape, frame, tables, offsets, bricks, distances, quads, supersampling, stars, middle })
     }
 
-    /// Puts a star elsewhere.
+    /// Puts a star at another place.
     pub fn place_star(&mut self, star: usize, place: DVec3) {
         let first = self.offsets.of("STARS");
         for i in self.stars.iter().enumerate().filter(|(_, s)| **s == star).map(|(i, _)| i) {
@@ -228,7 +228,7 @@ impl Layout {
 }
 
 impl Tables {
-    /// What rules have of their own: extinctions, and the terms of each band.
+    /// Writes what rules have of their own: extinctions, and the terms of each band.
     fn rules(&mut self, plan: &Plan, k: &[f32], room: usize) {
         self.begin("EXTINCTION");
         self.list.numbers(k, room / 4);
@@ -241,7 +241,7 @@ impl Tables {
         }
     }
 
-    /// Where stars are, and the channels of their depths and of gas.
+    /// Writes where stars are, and the channels of their depths and of gas.
     fn sources(&mut self, plan: &Plan, weights: &Weights, number_of: impl Fn(Channel) -> f32) {
         self.begin("STARS");
         for scatterer in &weights.scattered {
@@ -279,7 +279,7 @@ impl Tables {
         plan.scattered_field().iter().for_each(|f| self.list.numbers(&f.largest, room / 4));
     }
 
-    /// Where volumes, boxes and bricks are, and the kinds of voxels.
+    /// Writes where volumes, boxes and bricks are, and the kinds of voxels.
     fn places(&mut self, plan: &Plan, quads: &[Quad], volumes: &[&Volume]) {
         self.begin("LATTICES");
         for quad in quads {
@@ -318,7 +318,8 @@ mod tests {
     use crate::tuning::Tuning;
     use crate::twins::{parsed, plan_of, scene, text};
 
-    /// What the tuning leaves out is left out: no brick is known to be empty, and no depth is deep enough to end at.
+    /// What the tuning leaves out is left out of the tables: no brick is known to be empty, and no depth is deep enough
+    /// to end at.
     #[test]
     fn tuning_is_heard() {
         let plan = plan_of(&scene(128, ""));

@@ -26,7 +26,7 @@ use crate::tuning::Tuning;
 
 /// Rays of the first dispatch at most; what follows takes as many rows as are done in [`SLICE`].
 const FIRST_RAYS: usize = 1 << 17;
-/// What one dispatch may take before somebody may wish to stop [s]; drivers give up on what takes seconds.
+/// The time that one dispatch may take before somebody may wish to stop [s]; drivers give up on what takes seconds.
 const SLICE: f64 = 0.1;
 
 /// Rows of the first dispatch.
@@ -59,7 +59,7 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// For one plan.
+    /// Puts a plan onto a device.
     ///
     /// # Errors
     /// For methods that no shader has, and for grids beyond the device's limits.
@@ -179,9 +179,9 @@ impl Renderer {
         Ok(seconds)
     }
 
-    /// One more pass over the picture on the device, which stays there: a first look with a quarter of the samples,
+    /// Adds one more pass to the picture on the device, which stays there: a first look with a quarter of the samples,
     /// then passes with the plan's own, each at other places in its pixels and steps, whose mean settles. Returns how
-    /// many the picture is the mean of; a first look counts as none.
+    /// many passes there are.
     ///
     /// # Errors
     /// Where the picture is larger than the device holds at once, the device gives up, or the user wishes to stop.
@@ -220,7 +220,7 @@ impl Renderer {
         Ok(texture)
     }
 
-    /// What [`resolve`](Self::resolve) made last, height × width × RGBA; nothing before that.
+    /// The pixels that [`resolve`](Self::resolve) made last, height × width × RGBA; nothing before that.
     ///
     /// # Errors
     /// Where the device gives up.
@@ -277,7 +277,7 @@ impl Renderer {
         Ok(bytemuck::pod_collect_to_vec(&self.gpu.read(&self.buffers.picture, self.buffers.picture.size(), &mut self.buffers.back)?))
     }
 
-    /// Into how many dispatches the last picture was cut, those after pauses included.
+    /// The number of dispatches that the last picture was cut into, those after pauses included.
     pub fn dispatches(&self) -> usize {
         self.dispatches
     }
@@ -366,7 +366,7 @@ impl Renderer {
         gpu.queue.submit([encoder.finish()]);
     }
 
-    /// What the timestamps of so many dispatches come to.
+    /// The time between the timestamps of so many dispatches [s].
     fn device_seconds(&mut self, dispatches: usize) -> Result<Option<f64>> {
         let Some(times) = self.buffers.times.as_ref().filter(|_| dispatches <= TIMED) else { return Ok(None) };
         let values = self.gpu.read(times, dispatches as u64 * TIMES, &mut self.buffers.back)?;

@@ -39,7 +39,7 @@ pub struct PlaneNumbers {
     pub half: u32,
 }
 
-/// Invocations of a workgroup.
+/// The invocations of a workgroup.
 const WORKGROUP: usize = 64;
 /// Chunks of cells whose power is summed in single precision.
 const CHUNKS: usize = 1024;
@@ -47,12 +47,12 @@ const CHUNKS: usize = 1024;
 const MAX_GROUPS: usize = 65535;
 /// Numbers of a beam before its harmonics.
 const HEAD: usize = 7;
-/// Bytes of two numbers for each term.
+/// The bytes of two numbers for each term.
 const PAIRS: u64 = 2 * size_of::<EightLanes>() as u64;
 /// Binding of the numbers of a plane.
 const PLANE: u32 = 1;
 
-/// The file.
+/// The text of the shader.
 pub const ORDINATES: &str = include_str!("shaders/ordinates.wgsl");
 
 /// The source for so many harmonics of a cell and directions of a face.
@@ -72,21 +72,21 @@ struct Pipelines {
     power: wgpu::ComputePipeline,
 }
 
-/// Sweeps on a device.
+/// The sweeps of discrete ordinates on a device.
 #[derive(Debug)]
 pub struct Ordinates {
     gpu: Gpu,
-    /// Those that were made, by harmonics and directions.
+    /// The pipelines that were made, by harmonics and directions.
     made: Mutex<HashMap<(usize, usize), Arc<Pipelines>>>,
 }
 
 impl Ordinates {
-    /// On a device.
+    /// Sweeps on `gpu`.
     pub fn new(gpu: Gpu) -> Self {
         Self { gpu, made: Mutex::default() }
     }
 
-    /// What sweeps best where there is this device: software is slower than the processor that it runs on.
+    /// The sweeper of a device, where that is faster: software is slower than the processor that it runs on.
     pub fn if_faster(gpu: &Gpu) -> Option<Arc<dyn Sweeper>> {
         gpu.adapter.real.then(|| Arc::new(Self::new(gpu.clone())) as Arc<dyn Sweeper>)
     }
@@ -123,19 +123,19 @@ impl Sweeper for Ordinates {
     }
 }
 
-/// One plane of a face.
+/// The work of one plane of a face.
 struct Plane {
     group: wgpu::BindGroup,
     groups: u32,
 }
 
-/// What the shader is told of eight terms, and of each plane of each face.
+/// The numbers that the shader is told of eight terms, and of each plane of each face.
 struct Numbers {
     terms: TermNumbers,
     planes: Vec<PlaneNumbers>,
 }
 
-/// What the shader reads and writes, in the order of its bindings.
+/// The buffers that the shader reads and writes, in the order of its bindings.
 struct Buffers {
     terms: wgpu::Buffer,
     planes: wgpu::Buffer,
@@ -148,12 +148,12 @@ struct Buffers {
     sum: wgpu::Buffer,
     kept: wgpu::Buffer,
     powers: wgpu::Buffer,
-    /// Bytes from the numbers of one plane to those of the next.
+    /// The bytes from the numbers of one plane to those of the next.
     apart: usize,
 }
 
 impl Buffers {
-    /// Those of a transfer that starts with `first`, and the bytes of what is large.
+    /// The buffers of a transfer that starts with `first`, and the bytes of what is large.
     fn new(gpu: &Gpu, transfer: &Transfer, first: &Moments, numbers: &Numbers) -> Result<(Self, u64)> {
         let Numbers { terms, planes } = numbers;
         let Transfer { cells, scattering, glow, .. } = *transfer;
@@ -190,7 +190,7 @@ impl Buffers {
         Ok((buffers, 3 * moments + kept))
     }
 
-    /// What an entry binds, the numbers of one plane among it if it reads them.
+    /// The bind group of an entry, with the numbers of one plane if it reads them.
     fn group(&self, gpu: &Gpu, pipeline: &wgpu::ComputePipeline, used: &[u32], plane: usize) -> wgpu::BindGroup {
         let Self { terms, planes, sigma, scattering, beams, glow, source, order, sum, kept, powers, apart } = self;
         let all = [terms, planes, sigma, scattering, beams, glow, source, order, sum, kept, powers];
@@ -216,7 +216,7 @@ struct OnDevice {
     scatter: wgpu::BindGroup,
     add: wgpu::BindGroup,
     power: wgpu::BindGroup,
-    /// Of each face of the first order, and of all others, in the order of the sweep.
+    /// The planes of each face of the first order, and of all others, in the order of the sweep.
     planes: [Vec<Vec<Plane>>; 2],
     is_first: bool,
     bytes: u64,
@@ -274,7 +274,7 @@ impl OnDevice {
         pass.dispatch_workgroups(self.cells(), 1, 1);
     }
 
-    /// Does `work` in one pass.
+    /// Submits `work` in one pass.
     fn submit(&self, work: impl FnOnce(&mut wgpu::ComputePass)) {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         work(&mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("ordinates"), timestamp_writes: None }));
@@ -366,7 +366,7 @@ fn groups(invocations: usize) -> u32 {
     invocations.div_ceil(WORKGROUP) as u32
 }
 
-/// Those of the first order, then those of all others.
+/// The faces of the first order, then those of all others.
 fn faces<'a>(transfer: &Transfer<'a>) -> impl Iterator<Item = &'a Face> {
     transfer.faces.into_iter().flatten()
 }

@@ -25,7 +25,7 @@ pub struct Resolver {
 }
 
 impl Resolver {
-    /// For pictures of so many pixels along a row, and rows.
+    /// A resolver of pictures of so many pixels along a row, and rows.
     pub fn new(gpu: &Gpu, width: u32, height: u32) -> Self {
         let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -74,7 +74,7 @@ impl Resolver {
         &self.texture
     }
 
-    /// What the texture holds, height × width × RGBA.
+    /// The pixels in the texture, height × width × RGBA.
     pub fn pixels(&self, gpu: &Gpu) -> Result<Vec<u8>> {
         let (width, height) = self.size();
         let row = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);

@@ -14,16 +14,16 @@ use crate::tables::Quad;
 use crate::textures::{dark, texture};
 use crate::tuning::Tuning;
 
-/// Bytes of a picture that the device holds at once at most.
+/// The most bytes of a picture that the device holds at once.
 const PICTURE: u64 = 1 << 28;
 /// Dispatches of a picture whose times are taken.
 pub const TIMED: usize = 2048;
-/// Bytes of what is found beside a picture.
+/// The bytes of what is found beside a picture.
 pub const FOUND: u64 = 12;
-/// Bytes from the times of one dispatch to those of the next, as wgpu aligns them.
+/// The bytes from the times of one dispatch to those of the next, as wgpu aligns them.
 pub const TIMES: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
 
-/// What places decide, on the device, and the light that was scattered before.
+/// The volumes on the device: what places decide, and the light that was scattered before.
 pub struct Volumes {
     pub space: Arc<SpatialPlan>,
     pub scattered_field: Option<Arc<MultipleScattering>>,
@@ -34,17 +34,17 @@ pub struct Volumes {
     pub moved: bool,
 }
 
-/// What a picture needs.
+/// The buffers that a picture needs.
 pub struct Buffers {
     pub frame: wgpu::Buffer,
     /// Bands × rows × width.
     pub picture: wgpu::Buffer,
-    /// What is found beside the picture.
+    /// The buffer of what is found beside the picture.
     pub report: wgpu::Buffer,
-    /// Rays that pause.
+    /// The buffer of the states of rays that pause.
     pub paused: wgpu::Buffer,
     pub times: Option<wgpu::Buffer>,
-    /// The way back.
+    /// The buffer by which results are read back.
     pub back: Option<wgpu::Buffer>,
     /// Rows of the picture that are held.
     pub rows: usize,
@@ -54,7 +54,7 @@ pub fn pauses(gpu: &Gpu, tuning: Tuning) -> Pauses {
     if tuning.pauses.unwrap_or(!gpu.adapter.real) { Pauses::Software } else { Pauses::Never }
 }
 
-/// Without what the tuning leaves out.
+/// The layout without what the tuning leaves out.
 pub fn tuned(mut layout: Layout, tuning: Tuning) -> Layout {
     if !tuning.end_early {
         // Nothing is so deep.
@@ -67,7 +67,7 @@ pub fn tuned(mut layout: Layout, tuning: Tuning) -> Layout {
 }
 
 impl Volumes {
-    /// Of a plan; the first textures may be `kept`.
+    /// Uploads the volumes of a plan; the first textures may be `kept`.
     pub fn new(gpu: &Gpu, plan: &Plan, layout: &Layout, kept: &[wgpu::TextureView]) -> Self {
         let volumes: Vec<&Volume> = plan.volumes().collect();
         let view = |quad: &Quad| texture(gpu, volumes[quad.volume], quad);

@@ -29,12 +29,12 @@ const FILES: [&str; 11] = [
     include_str!("shaders/march.wgsl"),
 ];
 
-/// Whether rays pause.
+/// Whether rays pause and go on in a later dispatch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pauses {
-    /// Never.
+    /// Rays never pause.
     Never,
-    /// Before a software adapter stops all loops.
+    /// Rays pause before a software adapter stops all loops.
     Software,
 }
 
@@ -251,7 +251,7 @@ mod tests {
         (file, parts.into())
     }
 
-    /// What stands in a module's file, and in those beside it where the module is a folder that names them again.
+    /// The texts of a module's file, and of those beside it where the module is a folder that names them again.
     fn sources_of(file: &std::path::Path) -> Vec<String> {
         let read = |path: &std::path::Path| std::fs::read_to_string(path).unwrap();
         if !file.ends_with("mod.rs") {

@@ -46,7 +46,7 @@ pub fn sweep_source() -> String {
     )
 }
 
-/// The files.
+/// The text of the shader.
 pub const SWEEP: &str = include_str!("shaders/sweep.wgsl");
 pub const PACK: &str = include_str!("shaders/pack.wgsl");
 
@@ -87,7 +87,7 @@ pub struct StarSweeper {
 }
 
 impl StarSweeper {
-    /// On a device.
+    /// A sweep on `gpu`.
     pub fn new(gpu: &Gpu) -> Self {
         let sweep = sweep_source();
         Self {

@@ -11,11 +11,11 @@ use crate::frame::four;
 /// Four channels of a volume.
 #[derive(Debug, Clone, Copy)]
 pub struct Quad {
-    /// The volume's number.
+    /// The number of the volume.
     pub volume: usize,
-    /// Its first channel here.
+    /// The first of the volume's channels that stand here.
     pub first: usize,
-    /// What a stored one stands for, channel by channel.
+    /// The factor of each channel by which stored numbers are multiplied.
     pub unit: [f32; 4],
 }
 
@@ -59,16 +59,16 @@ pub const SECTIONS: [&str; 18] = [
     "VOXELS",
 ];
 
-/// Where each section starts, in quads of numbers.
+/// The quad at which each section starts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Offsets([usize; SECTIONS.len()]);
 
 impl Offsets {
-    /// All at the beginning, for shaders that read no table.
+    /// All sections at the beginning, for shaders that read no table.
     #[cfg(test)]
     pub const NONE: Self = Self([0; SECTIONS.len()]);
 
-    /// Of one section.
+    /// The quad at which one section starts.
     pub fn of(&self, section: &str) -> usize {
         SECTIONS.iter().position(|own| *own == section).map_or(0, |i| self.0[i])
     }
@@ -106,12 +106,12 @@ impl Tables {
         start..start + quads
     }
 
-    /// What a section was reserved for.
+    /// Writes what a section was reserved for.
     pub fn put(&mut self, reserved: Range<usize>, quads: &[[f32; 4]]) {
         self.list.0[reserved].copy_from_slice(quads);
     }
 
-    /// Where the sections have come to stand, all of which were begun.
+    /// The quads at which the sections have come to stand, all of which were begun.
     pub fn offsets(&self) -> Offsets {
         Offsets(std::array::from_fn(|i| self.starts[i]))
     }
@@ -154,7 +154,7 @@ impl Tables {
         }
     }
 
-    /// How far from each brick the next light is.
+    /// The distance from each brick to the next one that shines.
     pub fn distances(plan: &Plan) -> Vec<u32> {
         let of = |bricks: &Bricks| (0..bricks.lattice.cells()).map(|i| bricks.clear(bricks.lattice.place(i)) as u32).collect::<Vec<_>>();
         let mut distances: Vec<u32> = plan.space().bricks.iter().flat_map(of).collect();

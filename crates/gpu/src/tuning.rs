@@ -1,6 +1,6 @@
 //! What may be chosen of a march on a device.
 
-/// How a picture is made; all but `on_the_fly` leave it as it is.
+/// The way in which a picture is made; all but `on_the_fly` leave the picture as it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tuning {
     /// Rays of a workgroup, across and down.
@@ -9,7 +9,7 @@ pub struct Tuning {
     pub skip_empty: bool,
     /// Whether rays end where nothing behind can be seen.
     pub end_early: bool,
-    /// Whether rays pause, as they must in software; as the adapter needs it if none.
+    /// Whether rays pause, as they must in software; none: as the adapter needs it.
     pub pauses: Option<bool>,
     /// Whether dust that is noise is evaluated at every sample and not read as it was sampled: another picture, by what
     /// a grid cannot show.

@@ -30,7 +30,7 @@ pub fn plan_of(scene: &Scene) -> Plan {
     Plan::sampled(scene, &options, 40, &Control::default()).unwrap()
 }
 
-/// That cloud with so many voxels along an edge.
+/// The cloud of these tests with so many voxels along an edge.
 pub fn scene(bake: usize, method: &str) -> Scene {
     parsed(text(bake, method))
 }
@@ -51,7 +51,7 @@ pub fn text(bake: usize, method: &str) -> String {
     )
 }
 
-/// What `body` makes of each x: it reads `x` and writes `y`, numbers both.
+/// The numbers that `body` makes of each x on the device: it reads `x` and writes `y`.
 fn evaluated(gpu: &Gpu, plan: &Plan, body: &str, asked: &[Numbers]) -> Vec<Numbers> {
     use wgpu::BufferUsages as Use;
     let layout = Layout::new(plan, quads(plan, 0), false).unwrap();
@@ -136,8 +136,8 @@ fn arguments(ranges: &[(f64, f64)]) -> Vec<Numbers> {
     (0..256).map(of).collect()
 }
 
-/// What `body` computes is what `twin` does, to `tolerance` of 1 + |value|; and would not be, were any argument a
-/// quarter larger.
+/// Asserts that `body` computes what `twin` does, to `tolerance` of 1 + |value|; and that it would not, were any
+/// argument a quarter larger.
 fn agree(gpu: &Gpu, plan: &Plan, body: &str, ranges: &[(f64, f64)], tolerance: f64, twin: impl Fn([f64; ARGUMENTS]) -> Vec<f64>) {
     let asked = arguments(ranges);
     let told = evaluated(gpu, plan, body, &asked);

@@ -27,9 +27,9 @@ use crate::quadrature::gauss_legendre;
 /// The domain of the inner product: points of a quadrature in λ with their extinction.
 #[derive(Debug, Clone)]
 pub struct Domain {
-    /// k(λ) of each point [1].
+    /// The extinction k(λ) of each point relative to V [1].
     k: Vec<f64>,
-    /// dλ of each point, times a weight where there is one [µm].
+    /// The length dλ of each point, times a weight where there is one [µm].
     weight: Vec<f64>,
 }
 
@@ -59,23 +59,23 @@ impl Domain {
         Ok(domain)
     }
 
-    /// Number of points.
+    /// The number of points.
     pub fn points(&self) -> usize {
         self.k.len()
     }
 
-    /// e^(−a k) at the points, times √dλ: inner products become sums.
+    /// The vector e^(−a k) at the points, times √dλ: inner products become sums.
     pub fn exponential(&self, a: f64) -> DVector<f64> {
         DVector::from_iterator(self.k.len(), self.k.iter().zip(&self.weight).map(|(k, w)| w.sqrt() * (-a * k).exp()))
     }
 }
 
-/// What the exponents minimise over the range of the argument.
+/// The error that the exponents of a basis minimise over the range of the argument.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Criterion {
     /// The mean of ‖e^(−a k) − proj‖: Barrès & Neyret's.
     Mean,
-    /// Its largest value.
+    /// The largest error.
     Largest,
     /// The mean in a norm that is weighted by the light through each passband.
     Filter,
@@ -84,7 +84,7 @@ pub enum Criterion {
 /// The criteria by name.
 pub const CRITERIA: [(&str, Criterion); 3] = [("mean", Criterion::Mean), ("largest", Criterion::Largest), ("filter", Criterion::Filter)];
 
-/// Most elements.
+/// The largest number of elements.
 pub const MAX_SIZE: usize = 8;
 /// Panels over the range of the argument, each twice as long as the one before, and Gauss points in each.
 const ARGUMENT_PANELS: i32 = 10;
@@ -99,7 +99,7 @@ const DEPENDENT: f64 = 1e-11;
 /// An orthonormal basis of exponentials.
 #[derive(Debug, Clone)]
 pub struct Basis {
-    /// d_i, ascending \[1\].
+    /// The exponents d_i, ascending \[1\].
     pub exponents: Vec<f64>,
     /// The largest argument it was made for \[1\].
     pub range: f64,
@@ -163,12 +163,12 @@ impl Basis {
         Self::of(domain, &best.iter().map(|d| d.exp()).collect::<Vec<f64>>(), range)
     }
 
-    /// Number of elements.
+    /// The number of elements.
     pub fn size(&self) -> usize {
         self.exponents.len()
     }
 
-    /// q_i(a) = ⟨e^(−a k), Q_i⟩ [µm^½, element].
+    /// The coordinates q_i(a) = ⟨e^(−a k), Q_i⟩ of each element [µm^½].
     pub fn coordinates(&self, a: f64) -> Vec<f64> {
         self.q.tr_mul(&self.domain.exponential(a)).iter().copied().collect()
     }

@@ -6,21 +6,21 @@ pub enum SpectraError {
     /// A quantity that does not parse.
     #[error("\"{text}\" is not a {quantity}: {reason}; write it like \"{example}\"")]
     Quantity {
-        /// What was written.
+        /// The text that was written.
         text: String,
-        /// What it should have been.
+        /// The quantity that it should have been.
         quantity: &'static str,
-        /// Why it is not.
+        /// Why it is no such quantity.
         reason: String,
-        /// One that is right.
+        /// A text that is one.
         example: &'static str,
     },
     /// A name that a catalogue does not hold.
     #[error("unknown {noun} \"{name}\"{}; known: {known}", nearest_hint(nearest))]
     Unknown {
-        /// The catalogue's noun.
+        /// The noun of the catalogue, such as a passband.
         noun: &'static str,
-        /// What was asked for.
+        /// The name that was asked for.
         name: String,
         /// The nearest name that exists.
         nearest: Option<String>,
@@ -30,19 +30,19 @@ pub enum SpectraError {
     /// A value outside of the range in which it means something.
     #[error("{what} is {}, outside of its validity range {low} to {high}", crate::number::short(*value))]
     Range {
-        /// What was given.
+        /// The quantity that was given.
         what: String,
-        /// Its value.
+        /// The value that was given.
         value: f64,
-        /// Lower end.
+        /// The lowest value that would be right.
         low: f64,
-        /// Upper end.
+        /// The highest value that would be right.
         high: f64,
     },
     /// A table that cannot be read.
     #[error("{name}: {reason}")]
     Table {
-        /// Which table.
+        /// The name of the table.
         name: String,
         /// What is wrong and what would be right.
         reason: String,
@@ -103,5 +103,5 @@ impl SpectraError {
     }
 }
 
-/// Result of this crate.
+/// The result of functions of this crate.
 pub type Result<T, E = SpectraError> = std::result::Result<T, E>;

@@ -21,7 +21,7 @@ const EULER: f64 = 0.577_215_664_901_532_9;
 /// Terms of the continued fraction that leave less than a rounding error for x ≥ 1.
 const MAX_FRACTION: usize = 200;
 
-/// e^x E_n(x) for n = 1 … `out.len()` \[1\].
+/// Writes e^x E_n(x) for n = 1 … `out.len()` \[1\].
 pub fn scaled(x: f64, out: &mut [f64]) {
     let count = out.len();
     let start = (x.ceil() as usize).clamp(1, count.max(1));
@@ -49,7 +49,7 @@ fn first(x: f64) -> f64 {
     sum - EULER - x.ln()
 }
 
-/// e^x E_n(x) for x > 1, by the modified algorithm of Lentz.
+/// The value of e^x E_n(x) for x > 1, by the modified algorithm of Lentz.
 fn fraction(n: f64, x: f64) -> f64 {
     let mut b = x + n;
     let mut c = 1.0 / f64::MIN_POSITIVE;

@@ -30,9 +30,9 @@ const W_PER_M3_SR: f64 = 0.1 / SPHERE;
 /// A list of lines with relative strengths.
 #[derive(Debug, Clone, Copy)]
 pub struct LineListEntry {
-    /// Its name in scenes.
+    /// The name in scenes.
     pub name: &'static str,
-    /// One line.
+    /// What it is, in one line.
     pub summary: &'static str,
     text: &'static str,
 }
@@ -68,7 +68,7 @@ pub fn line_list(name: &str) -> Result<Spectrum> {
     Ok(Spectrum::of_lines(lines))
 }
 
-/// Rows of "ion,label,numbers…".
+/// Reads rows of "ion,label,numbers…".
 fn labelled_rows(name: &str, text: &'static str) -> Result<Vec<(&'static str, &'static str, Vec<f64>)>> {
     let body = with_provenance(name, text)?;
     let lines = body.lines().filter(|l| !l.starts_with('#') && !l.starts_with("ion,"));
@@ -129,7 +129,7 @@ pub fn recombination_continuum(temperature: Temperature, electrons: NumberDensit
     Ok(Spectrum::continuous(1.0, Arc::new(table)))
 }
 
-/// exp Σ w ln v, where the weights are at most four.
+/// The mean exp Σ w ln v, where the weights are at most four.
 fn logarithmic_mean(weights: &[(usize, f64)], values: &[f64]) -> f64 {
     weights.iter().map(|(i, w)| w * values[*i].max(1e-60).ln()).sum::<f64>().exp()
 }

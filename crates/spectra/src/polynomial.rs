@@ -24,14 +24,14 @@ use crate::exp_integral;
 pub struct Polynomial {
     /// Lowest power first, λ in µm.
     pub coefficients: Vec<f64>,
-    /// The interval \[µm\].
+    /// The interval over which the polynomial is fitted \[µm\].
     pub interval_um: (f64, f64),
 }
 
 /// A polynomial in place of a spectrum, with what that costs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
-    /// The polynomial.
+    /// The polynomial that was fitted.
     pub polynomial: Polynomial,
     /// Root of the weighted mean square difference, relative to that of the spectrum \[1\].
     pub rms: f64,
@@ -42,7 +42,7 @@ pub struct Fit {
 /// G(g) = ∫ P(λ) e^(−g/λ) dλ over an interval, with its neighbours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Attenuated {
-    /// G.
+    /// The integral G.
     pub value: f64,
     /// −dG/dg = ∫ P/λ e^(−g/λ) dλ [per µm].
     pub slope: f64,
@@ -54,7 +54,7 @@ pub struct Attenuated {
 pub const MAX_DEGREE: usize = 12;
 
 impl Polynomial {
-    /// Its value.
+    /// The value of the polynomial at a wavelength.
     pub fn at(&self, lambda_um: f64) -> f64 {
         self.coefficients.iter().rev().fold(0.0, |sum, c| sum * lambda_um + c)
     }

@@ -42,8 +42,8 @@ const DARK: f64 = 1e-30;
 const CERTIFIED: usize = 24;
 
 impl Propagation {
-    /// For stars of these `spectra` over λ \[µm\], fitted over the interval `support_um` by polynomials of so high a
-    /// `degree`.
+    /// The propagation of stars with these `spectra` over λ \[µm\], fitted over the interval `support_um` by
+    /// polynomials of so high a `degree`.
     ///
     /// # Errors
     /// Where the spectra cannot be fitted.
@@ -227,7 +227,7 @@ mod tests {
         assert!(before < 1e-4, "{before:e}");
     }
 
-    /// What the certificate says holds at depths of its own choosing, and it is not idle: some depth comes near it.
+    /// The certificates hold at depths that they did not look at, and they are not idle: some depth comes near each.
     #[test]
     fn certificates_hold() {
         let band = Passband::named("johnson-B").unwrap();

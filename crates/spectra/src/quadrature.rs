@@ -26,7 +26,7 @@ pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// P_n(x) and its derivative.
+/// The Legendre polynomial P_n(x) and its derivative.
 fn legendre(n: usize, x: f64) -> (f64, f64) {
     let (mut previous, mut current) = (1.0, x);
     for j in 2..=n {
@@ -136,7 +136,7 @@ pub fn integrate(f: impl Fn(f64) -> f64, a: f64, b: f64, accuracy: f64) -> f64 {
     sum
 }
 
-/// argmin ‖A x − b‖ over x ≥ 0: the active-set method of Lawson & Hanson 1974, ch. 23.
+/// The x ≥ 0 that minimises ‖A x − b‖: the active-set method of Lawson & Hanson 1974, ch. 23.
 pub fn non_negative_least_squares(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
     let columns = a.ncols();
     let mut passive: Vec<usize> = Vec::new();

@@ -10,11 +10,11 @@ use crate::error::{Result, SpectraError};
 use crate::table::Table;
 use crate::units::Velocity;
 
-/// A continuous spectral shape.
+/// A continuous spectral shape, which can be implemented outside of this crate.
 pub trait Shape: std::fmt::Debug + Send + Sync {
     /// The value at λ \[µm\], in the shape's own unit; zero outside of its range.
     fn at(&self, lambda_um: f64) -> f64;
-    /// Where the shape is known \[µm\].
+    /// The interval in which the shape is known, (lowest, highest) \[µm\].
     fn range_um(&self) -> (f64, f64) {
         (0.0, f64::INFINITY)
     }
@@ -42,13 +42,13 @@ impl Shape for Table {
 /// A spectral line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
-    /// Wavelength \[µm\].
+    /// The wavelength \[µm\].
     pub lambda_um: f64,
-    /// Its integral over wavelength, in the spectrum's unit times µm.
+    /// The integral over wavelength, in the spectrum's unit times µm.
     pub strength: f64,
 }
 
-/// Continua and lines.
+/// A spectrum: continua and lines.
 #[derive(Debug, Clone, Default)]
 pub struct Spectrum {
     continua: Vec<(f64, Arc<dyn Shape>)>,
@@ -64,12 +64,12 @@ impl Spectrum {
         Self { continua: vec![(factor, shape)], lines: Vec::new() }
     }
 
-    /// Lines alone.
+    /// A spectrum of lines alone.
     pub fn of_lines(lines: Vec<Line>) -> Self {
         Self { continua: Vec::new(), lines }
     }
 
-    /// Both together.
+    /// The sum of both spectra.
     pub fn plus(mut self, other: Spectrum) -> Self {
         self.continua.extend(other.continua);
         self.lines.extend(other.lines);
@@ -106,7 +106,7 @@ impl Spectrum {
         self.continua.iter().map(|(f, s)| f * s.at(lambda_um)).sum()
     }
 
-    /// The lines.
+    /// The lines of the spectrum.
     pub fn lines(&self) -> &[Line] {
         &self.lines
     }
@@ -116,7 +116,7 @@ impl Spectrum {
         self.continua.iter().flat_map(|(_, s)| s.breakpoints_um().iter().copied())
     }
 
-    /// Whether the continua are known over [`low_um`, `high_um`].
+    /// Checks that the continua are known from `low_um` to `high_um`; the error names `what` asked.
     ///
     /// # Errors
     /// Where they are not, with the interval in which they are.

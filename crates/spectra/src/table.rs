@@ -15,7 +15,7 @@ pub struct Table {
 pub const MAX_SAMPLES: usize = 1_000_000;
 
 impl Table {
-    /// From samples; `x` strictly ascending, all finite, at least two.
+    /// A table of samples; `x` must be strictly ascending, all finite, at least two.
     ///
     /// # Errors
     /// Where they are not, or the columns have different lengths.
@@ -51,17 +51,17 @@ impl Table {
         if x < low || x > high { 0.0 } else { self.at(x) }
     }
 
-    /// First and last abscissa.
+    /// The first and the last abscissa.
     pub fn range(&self) -> (f64, f64) {
         (self.x[0], self.x[self.x.len() - 1])
     }
 
-    /// Abscissae.
+    /// The abscissae.
     pub fn x(&self) -> &[f64] {
         &self.x
     }
 
-    /// Ordinates.
+    /// The ordinates.
     pub fn y(&self) -> &[f64] {
         &self.y
     }

@@ -9,14 +9,14 @@ pub use crate::number::short;
 
 /// A number with a unit: what it is called and in which units it may be written.
 pub trait Quantity: Copy + Sized {
-    /// What the quantity is called in messages.
+    /// The name of the quantity in messages.
     const NAME: &'static str;
-    /// A well-written value.
+    /// A value as it is well written.
     const EXAMPLE: &'static str;
     /// Unit names, the one for printing first, with their sizes in the internal unit.
     const UNITS: &'static [(&'static str, f64)];
 
-    /// From a number in the internal unit.
+    /// Makes the quantity of a number in the internal unit.
     fn from_internal(value: f64) -> Self;
     /// The number in the internal unit.
     fn internal(self) -> f64;
@@ -181,12 +181,12 @@ quantity! {
     SkyDensity("density on the sky", "2000 /deg2") { "/deg2" = 3_282.806_350_011_744, "/arcmin2" = 3_282.806_350_011_744 * 3600.0, "/sr" = 1.0 }
 }
 
-/// What is to be known of a quantity to write one.
+/// How a quantity is written.
 #[derive(Debug, Clone, Copy)]
 pub struct QuantityRow {
-    /// What it is called.
+    /// The name of the quantity.
     pub name: &'static str,
-    /// A well-written value.
+    /// A value as it is well written.
     pub example: &'static str,
     /// Unit names, the one for printing first, with their sizes in the internal unit.
     pub units: &'static [(&'static str, f64)],
@@ -228,11 +228,11 @@ impl Luminosity {
 }
 
 impl Wavelength {
-    /// From nanometres.
+    /// The wavelength of so many nanometres.
     pub fn from_nm(nm: f64) -> Self {
         Self(nm * 1e-3)
     }
-    /// In nanometres \[nm\].
+    /// The wavelength in nanometres \[nm\].
     pub fn nm(self) -> f64 {
         self.0 * 1e3
     }

@@ -13,10 +13,10 @@ use barnard::image::{Image, worst};
 use barnard::plan::{Options, Plan, Stepping, TALK_STEPS, sample_functions};
 use barnard::scene::{Method, Scene};
 
-/// One method's row.
+/// One method's row of the table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// The method.
+    /// The name of the method.
     pub name: String,
     /// Exponentials a sample and star.
     pub terms: usize,
@@ -28,10 +28,10 @@ pub struct Row {
     pub error: Option<f64>,
 }
 
-/// What is timed, and how.
+/// A bench: the scene that is timed, and how.
 #[derive(Debug, Clone)]
 pub struct Bench<'a> {
-    /// Frames of each method.
+    /// The number of frames of each method.
     pub frames: usize,
     /// Pixels along an edge of the image on which errors are measured; none are where it is zero.
     pub error_size: usize,
@@ -64,7 +64,7 @@ pub fn table(backend: &mut dyn Backend, mut scene: Scene, bench: &Bench, control
     }
 }
 
-/// What a contest of all methods is compared with.
+/// The figures that a contest of all methods is compared with.
 struct Contest {
     /// The default's plan, and its error where errors are measured.
     default: Option<(Plan, Option<f64>)>,
@@ -72,10 +72,10 @@ struct Contest {
     baseline: Option<f64>,
 }
 
-/// One run of the table.
+/// One run that makes the table.
 struct Run<'a> {
     backend: &'a mut dyn Backend,
-    /// In the pixels on which errors are measured.
+    /// The scene in the pixels on which errors are measured.
     scene: Scene,
     bench: &'a Bench<'a>,
     /// Pixels of the frames that are timed.
@@ -117,7 +117,7 @@ impl Run<'_> {
         Ok(Row { name, terms: plan.spectral().terms(), seconds, device_seconds, error })
     }
 
-    /// Every method in turn.
+    /// Times every method in turn.
     fn contest(&mut self, visit: &mut impl FnMut(Row)) -> Result<Contest> {
         let mut contest = Contest { default: None, baseline: None };
         for (name, method) in contestants(&self.scene.method)? {
@@ -146,7 +146,7 @@ impl Run<'_> {
         Ok(contest)
     }
 
-    /// What paths would take to the default's error.
+    /// The row of what paths would take to reach the default's error.
     fn paths(&self, error: Option<f64>) -> Option<Row> {
         let (error, measured) = (error?, (self.bench.error_size * self.bench.error_size) as f64);
         let seconds = self.truth.as_ref()?.seconds_to(error)? * (self.full.0 * self.full.1) as f64 / measured;
@@ -172,7 +172,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// What an edit of a spectrum uploads, and the depths of a star that has moved, where a device keeps them.
+    /// Times what an edit of a spectrum uploads, and the depths of a star that has moved, where a device keeps them.
     fn edits(&mut self, plan: &Plan, visit: &mut impl FnMut(Row)) -> Result<()> {
         let plan = self.full(plan);
         let job = Job::planned(&self.scene, self.bench.options, &plan);
@@ -214,7 +214,7 @@ impl Run<'_> {
     }
 }
 
-/// What methods are held to.
+/// The picture that methods are held to.
 struct Truth {
     image: Image,
     /// Relative rms of what chance has left in each band.
@@ -227,7 +227,7 @@ struct Truth {
 const PATHS: u64 = 1024;
 
 impl Truth {
-    /// By the reference, or by paths where light may scatter more than once.
+    /// The truth by the reference, or by paths where light may scatter more than once.
     fn new(scene: &Scene, control: &Control) -> Result<Self> {
         let (bands, bounces) = (scene.bands.len(), scene.method.bounces);
         if bounces == 1 {

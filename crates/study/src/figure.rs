@@ -8,22 +8,22 @@ use plotters::prelude::*;
 
 use crate::{Result, StudyError};
 
-/// An axis.
+/// An axis of a figure.
 #[derive(Debug, Clone)]
 pub struct Axis {
     /// What it shows, with its unit.
     pub label: &'static str,
-    /// Whether it is logarithmic.
+    /// Whether the axis is logarithmic.
     pub log: bool,
 }
 
 impl Axis {
-    /// Equal steps.
+    /// An axis of equal steps.
     pub fn linear(label: &'static str) -> Self {
         Self { label, log: false }
     }
 
-    /// Equal ratios.
+    /// An axis of equal ratios.
     pub fn log(label: &'static str) -> Self {
         Self { label, log: true }
     }
@@ -32,7 +32,7 @@ impl Axis {
         if self.log { v.log10() } else { v }
     }
 
-    /// What a tick says.
+    /// The text of a tick.
     fn tick(&self, v: f64) -> String {
         match self.log {
             true if (-2.5..4.0).contains(&v) => {
@@ -47,44 +47,44 @@ impl Axis {
     }
 }
 
-/// A line of points.
+/// A line through points.
 #[derive(Debug, Clone)]
 pub struct Series {
-    /// Its name in the legend.
+    /// The name in the legend.
     pub name: String,
-    /// Its points.
+    /// The points (x, y).
     pub points: Vec<(f64, f64)>,
 }
 
-/// A figure.
+/// A figure with axes.
 #[derive(Debug, Clone)]
 pub struct Figure {
     /// The name of its files.
     pub name: String,
-    /// Its caption.
+    /// The caption of the figure.
     pub title: String,
-    /// Across.
+    /// The axis across.
     pub x: Axis,
-    /// Up.
+    /// The axis upwards.
     pub y: Axis,
-    /// What it shows.
+    /// The lines that it shows.
     pub series: Vec<Series>,
 }
 
-/// A picture of pixels.
+/// A picture of pixels, without axes.
 #[derive(Debug, Clone)]
 pub struct Picture {
     /// The name of its file.
     pub name: String,
-    /// Its caption.
+    /// The caption of the picture.
     pub title: String,
-    /// Columns and rows.
+    /// The number of columns and of rows.
     pub size: (usize, usize),
-    /// sRGB, row by row [0, 1].
+    /// The sRGB of each pixel, row by row [0, 1].
     pub pixels: Vec<[f64; 3]>,
 }
 
-/// What is shown as white: all but the brightest fiftieth is below it, whatever its unit.
+/// The value that is shown as white: all but the brightest fiftieth is below it, whatever its unit.
 pub fn white(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() * 98 / 100].max(f64::MIN_POSITIVE)
@@ -114,7 +114,7 @@ const COLOURS: [RGBColor; 12] = [
 ];
 
 impl Figure {
-    /// series, x, y in lines.
+    /// The figure as lines of series, x, y.
     pub fn csv(&self) -> String {
         let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
         let mut csv = format!("series,{},{}\n", quoted(self.x.label), quoted(self.y.label));
@@ -145,7 +145,7 @@ impl Figure {
         Ok(encode_png((width, height), &pixels, &[])?)
     }
 
-    /// Where a legend hides the fewest points.
+    /// The corner in which a legend hides the fewest points.
     fn emptiest_corner<'a>(&self, points: impl Iterator<Item = &'a (f64, f64)> + Clone) -> SeriesLabelPosition {
         let ends = |of: fn(&(f64, f64)) -> f64| points.clone().map(of).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
         let ((left, right), (bottom, top)) = (ends(|p| p.0), ends(|p| p.1));

@@ -20,44 +20,44 @@ use barnard::control::Control;
 pub use figure::{Axis, Figure, Picture, Series};
 use page::Page;
 
-/// What can go wrong.
+/// What can go wrong in a study.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
-    /// In the renderer, or the user's wish to stop.
+    /// The renderer failed, or the user wished to stop.
     #[error(transparent)]
     Render(#[from] barnard::Error),
-    /// In the λ-mathematics.
+    /// The λ-mathematics failed.
     #[error(transparent)]
     Spectra(#[from] spectra::SpectraError),
-    /// In a figure.
+    /// A figure could not be drawn.
     #[error("cannot draw the figure {0}: {1}")]
     Figure(String, String),
 }
 
-/// Result of the study.
+/// The result of functions of this crate.
 pub type Result<T> = std::result::Result<T, StudyError>;
 
-/// What a chapter found.
+/// The findings of a chapter.
 #[derive(Debug, Clone, Default)]
 pub struct Findings {
     /// Figures, each a CSV and two pictures.
     pub figures: Vec<Figure>,
-    /// Pictures without axes.
+    /// The pictures without axes.
     pub pictures: Vec<Picture>,
     /// Markdown: tables and what they say.
     pub text: String,
 }
 
-/// One row of the catalogue.
+/// One row of the catalogue of chapters.
 #[derive(Clone, Copy)]
 pub struct Chapter {
-    /// Its name on the command line.
+    /// The name on the command line.
     pub name: &'static str,
-    /// Its headline.
+    /// The headline of the chapter.
     pub title: &'static str,
-    /// What is asked.
+    /// The question that it answers.
     pub question: &'static str,
-    /// Answers it.
+    /// Finds the answer.
     pub run: fn(&Control) -> Result<Findings>,
 }
 
@@ -65,11 +65,11 @@ pub struct Chapter {
 pub struct Book {
     /// The name of its file and of the folder of its figures.
     pub name: &'static str,
-    /// Its headline.
+    /// The headline of the page.
     pub title: &'static str,
-    /// What is to be known before.
+    /// What a reader must know before the chapters.
     pub preface: &'static str,
-    /// Its chapters.
+    /// The chapters of the page.
     pub chapters: &'static [Chapter],
 }
 
@@ -81,7 +81,7 @@ pub const STUDY: Book = Book {
     chapters: chapters::CHAPTERS,
 };
 
-/// What is fast beside the path tracer.
+/// The page that holds what is fast to the path tracer.
 pub const VALIDATION: Book = Book {
     name: "validation",
     title: "Validation",
@@ -97,7 +97,7 @@ pub const CERTIFICATES: Book = Book {
     chapters: campaign::CHAPTERS,
 };
 
-/// All pages.
+/// All pages of the study.
 pub const BOOKS: &[&Book] = &[&STUDY, &VALIDATION, &CERTIFICATES];
 
 impl Book {

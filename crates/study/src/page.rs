@@ -9,12 +9,12 @@ pub struct Page<'a> {
 }
 
 impl<'a> Page<'a> {
-    /// Of a book, without chapters.
+    /// A page of a book, without chapters.
     pub fn new(book: &'a Book) -> Self {
         Self { book, text: String::new() }
     }
 
-    /// Adds a chapter.
+    /// Adds a chapter with its findings.
     pub fn add(&mut self, chapter: &Chapter, findings: &Findings) {
         self.text += &format!("\n## {}\n\n{}\n\n{}\n", chapter.title, chapter.question, findings.text.trim_end());
         let folder = self.book.name;
@@ -28,7 +28,7 @@ impl<'a> Page<'a> {
         }
     }
 
-    /// All of it.
+    /// The whole text of the page.
     pub fn text(&self) -> String {
         format!(
             "# {}\n\nWritten by `barnard study --page {}`, version {}, on {} threads of one machine; times are of one run on a shared machine, so ratios count. {}\n{}",
@@ -42,7 +42,7 @@ impl<'a> Page<'a> {
     }
 }
 
-/// A Markdown table.
+/// A table in Markdown.
 pub fn table(head: &[&str], rows: &[Vec<String>]) -> String {
     let line = |cells: &mut dyn Iterator<Item = &str>| format!("| {} |\n", cells.collect::<Vec<_>>().join(" | "));
     let mut text = line(&mut head.iter().copied());

@@ -10,11 +10,11 @@ use spectra::units::Temperature;
 
 use crate::Result;
 
-/// One passband, or an interval, and what shines through it.
+/// One passband, or an interval, and the sources that shine through it.
 pub struct Run {
-    /// What shines.
+    /// The sources.
     pub sources: Vec<Source>,
-    /// Between these wavelengths [µm].
+    /// The interval of wavelengths [µm].
     pub domain_um: (f64, f64),
     pivot_um: f64,
     k: Box<dyn Fn(f64) -> f64 + Sync>,

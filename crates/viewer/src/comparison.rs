@@ -6,38 +6,38 @@ use crate::document::Document;
 use crate::edit::Edit;
 use crate::order::View;
 
-/// How much finer the method is that shows the error of the one in use.
+/// The factor by which the method is finer that shows the error of the one in use.
 const FINER: f64 = 0.05;
-/// What stands beside the scene.
+/// The picture that stands beside the scene's own.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum With {
-    /// Nothing.
+    /// No picture stands beside it.
     #[default]
     Nothing,
-    /// The same through another set of filters.
+    /// The same scene through another set of filters.
     Filters(String),
-    /// The same by a finer method: the difference is shown, amplified.
+    /// The same scene by a finer method: the difference is shown, amplified.
     Finer,
 }
 
-/// How two pictures share the window.
+/// The way in which two pictures share the window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Arrangement {
-    /// One behind the other, with an edge that is dragged.
+    /// One picture is behind the other, with an edge that is dragged.
     #[default]
     Wipe,
-    /// One beside the other.
+    /// One picture is beside the other.
     SideBySide,
 }
 
-/// A comparison.
+/// A comparison of the scene's picture with another.
 #[derive(Default)]
 pub struct Comparison {
-    /// What with.
+    /// The other picture.
     pub with: With,
-    /// How.
+    /// The way in which both share the window.
     pub arrangement: Arrangement,
-    /// Where the edge of a wipe is, as a part of the width; the middle before it was dragged.
+    /// The edge of a wipe as a part of the width; in the middle before it was dragged.
     pub edge: Option<f32>,
     /// The other view, and what it was made of.
     made: Option<(String, With, View)>,

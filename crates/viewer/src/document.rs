@@ -14,17 +14,17 @@ use toml_edit::DocumentMut;
 
 use crate::edit::{Edit, count};
 
-/// Where a document is from.
+/// The place that a document is from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Origin {
-    /// A built-in scene.
+    /// A built-in scene of this name.
     Builtin(&'static str),
-    /// A file.
+    /// A file at this path.
     File(PathBuf),
 }
 
 impl Origin {
-    /// Its name for titles.
+    /// The name for titles.
     pub fn name(&self) -> String {
         match self {
             Origin::Builtin(name) => (*name).to_owned(),
@@ -36,7 +36,7 @@ impl Origin {
 /// Texts that can be gone back to, at most; and their bytes.
 const PAST: (usize, usize) = (1000, 64 << 20);
 
-/// An open scene.
+/// A scene that is open: its text, and what the text means.
 pub struct Document {
     origin: Origin,
     files: Arc<SceneFiles>,
@@ -113,12 +113,12 @@ impl Document {
         })
     }
 
-    /// Where it is from.
+    /// The place that the document is from.
     pub fn origin(&self) -> &Origin {
         &self.origin
     }
 
-    /// What it says.
+    /// The scene that the text means.
     pub fn scene(&self) -> &Arc<Scene> {
         &self.scene
     }
@@ -129,17 +129,17 @@ impl Document {
         &stars[..count(self.toml.as_table(), "star").min(stars.len())]
     }
 
-    /// What its text says of everything but the camera and how pictures are shown: where that is equal, a plan holds.
+    /// What the text says of everything but the camera and how pictures are shown: where that is equal, a plan holds.
     pub fn physics(&self) -> &Arc<str> {
         &self.physics
     }
 
-    /// Its text, as it would be saved.
+    /// The text as it would be saved.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// Its tables.
+    /// The tables of the text.
     pub fn toml(&self) -> &DocumentMut {
         &self.toml
     }
@@ -176,7 +176,7 @@ impl Document {
         Ok(())
     }
 
-    /// What the scene would be after `edit`, which is not kept, and what its text then says beside camera and display.
+    /// The scene after `edit`, which is not kept, and what its text then says beside camera and display.
     ///
     /// # Errors
     /// Those of `barnard check`.
@@ -210,7 +210,7 @@ impl Document {
         self.step(|d| (&mut d.past, &mut d.future))
     }
 
-    /// Does the last edit that was taken back again.
+    /// Does the last edit again that was taken back.
     ///
     /// # Errors
     /// As [`undo`](Self::undo).

@@ -10,13 +10,13 @@ use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Tab
 
 /// A change of the text, and its name: edits of one name that follow each other are undone together.
 pub struct Edit {
-    /// Its name.
+    /// The name for the menu.
     pub name: String,
     apply: Box<dyn FnOnce(&mut DocumentMut)>,
 }
 
 impl Edit {
-    /// Any change.
+    /// An edit that changes the text in any way.
     pub fn new(name: impl Into<String>, apply: impl FnOnce(&mut DocumentMut) + 'static) -> Self {
         Self { name: name.into(), apply: Box::new(apply) }
     }
@@ -31,7 +31,7 @@ impl Edit {
         })
     }
 
-    /// Removes a key.
+    /// An edit that removes a key.
     pub fn remove(place: &str, key: &str) -> Self {
         let (name, place, key) = (format!("{place}.{key} removed"), place.to_owned(), key.to_owned());
         Self::new(name, move |document| {
@@ -75,7 +75,7 @@ impl Edit {
         })
     }
 
-    /// The same under another name.
+    /// The same edit under another name.
     pub fn named(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
     }
@@ -97,7 +97,7 @@ fn put(table: &mut dyn TableLike, key: &str, mut value: Value) {
     }
 }
 
-/// The table at `place`.
+/// The table at `place`, where there is one.
 pub fn table<'a>(root: &'a Table, place: &str) -> Option<&'a dyn TableLike> {
     let mut table: &dyn TableLike = root;
     let mut steps = place.split('.').filter(|s| !s.is_empty()).peekable();
@@ -112,7 +112,7 @@ pub fn table<'a>(root: &'a Table, place: &str) -> Option<&'a dyn TableLike> {
     Some(table)
 }
 
-/// The same, to change.
+/// The table at `place`, to be changed.
 fn table_mut<'a>(root: &'a mut Table, place: &str) -> Option<&'a mut dyn TableLike> {
     let mut table: &mut dyn TableLike = root;
     let mut steps = place.split('.').filter(|s| !s.is_empty()).peekable();
@@ -127,7 +127,8 @@ fn table_mut<'a>(root: &'a mut Table, place: &str) -> Option<&'a mut dyn TableLi
     Some(table)
 }
 
-/// The same; tables on the way that are not there are made, and a value in the way, such as `albedo = 0.6`, gives way.
+/// The table at `place`, to be changed; tables on the way that are not there are made, and a value in the way, such as
+/// `albedo = 0.6`, gives way.
 fn made<'a>(root: &'a mut Table, place: &str) -> Option<&'a mut dyn TableLike> {
     if table(root, place).is_none()
         && let Some((parent, name)) = place.rsplit_once('.').or(Some(("", place)))
@@ -146,7 +147,7 @@ fn made<'a>(root: &'a mut Table, place: &str) -> Option<&'a mut dyn TableLike> {
     table_mut(root, place)
 }
 
-/// How many tables stand in a list.
+/// The number of tables in a list.
 pub fn count(root: &Table, list: &str) -> usize {
     root.get(list).map_or(0, |item| item.as_array_of_tables().map_or_else(|| item.as_array().map_or(0, Array::len), ArrayOfTables::len))
 }
@@ -172,7 +173,7 @@ pub fn place_text(p: DVec3, near: f64) -> String {
     format!("{x} {y} {z} pc")
 }
 
-/// A list of numbers.
+/// A list of numbers as a value.
 pub fn numbers(values: impl IntoIterator<Item = f64>) -> Value {
     Value::Array(values.into_iter().map(significant).collect::<Array>())
 }

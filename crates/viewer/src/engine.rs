@@ -17,11 +17,11 @@ use crate::order::{Order, Quality};
 use crate::picture::Picture;
 use crate::studio::Studio;
 
-/// What comes of an order.
+/// An answer to an order.
 pub struct Frame {
-    /// Which order.
+    /// The number of the order.
     pub number: u64,
-    /// How far.
+    /// The quality that the pictures have reached.
     pub quality: Quality,
     /// A picture for each view, or why there is none.
     pub pictures: Result<Vec<Picture>, String>,
@@ -41,7 +41,7 @@ struct Shared {
     state: Mutex<State>,
     wake: Condvar,
     gpu: OnceLock<Gpu>,
-    /// Stops a first look.
+    /// Stops a first look when the window closes.
     closing: Control,
 }
 

@@ -14,7 +14,7 @@ use barnard_files::SaveImage;
 use barnard_files::formats::{check_writable, writer};
 use eframe::egui::{self, Context};
 
-/// What is being done, and how much of it.
+/// The stage of an export, and how much of it is done.
 #[derive(Default)]
 struct Progress {
     stage: AtomicU64,
@@ -26,7 +26,7 @@ const STAGES: [(Stage, &str); 3] = [(Stage::StarDepths, "star depths"), (Stage::
 
 /// The work and the way to stop it.
 pub struct Export {
-    /// Where to.
+    /// The path of the file.
     pub path: PathBuf,
     control: Control,
     progress: Arc<Progress>,
@@ -68,7 +68,7 @@ impl Export {
         self.control.interrupt();
     }
 
-    /// Whether it was stopped.
+    /// Whether the export was stopped.
     pub fn is_stopped(&self) -> bool {
         self.control.check().is_err()
     }

@@ -5,8 +5,8 @@
 use barnard::image::{Display, Image, Level, Tone};
 use spectra::colour::Palette;
 
-/// How far the white that a settled picture asks for may lie from the one that is held, either way: beyond, the picture
-/// would be all black or all white.
+/// The factor by which the white that a settled picture asks for may lie from the one that is held, either way: beyond,
+/// the picture would be all black or all white.
 const RANGE: f64 = 10.0;
 
 /// The levels that are held.
@@ -17,12 +17,12 @@ pub struct Exposure {
 
 /// Levels, and what they were measured for.
 struct Held {
-    /// How often they had been asked for anew.
+    /// The number of times that they had been asked for anew.
     asked: u64,
     bands: Vec<String>,
     palette: Palette,
     balance: bool,
-    /// With the white that the picture asked for, whatever the scene says.
+    /// The levels, with the white that the picture asked for, whatever the scene says.
     tone: Tone,
     /// Whether that picture had settled.
     settled: bool,

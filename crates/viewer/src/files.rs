@@ -8,14 +8,14 @@ use eframe::egui::{self, Context, Key, ScrollArea, Ui};
 
 use crate::document::{Document, Origin};
 
-/// What a file is asked for.
+/// The purpose for which a file is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
-    /// To read a scene.
+    /// A scene is to be read.
     Open,
-    /// To write the scene.
+    /// The scene is to be written.
     SaveScene,
-    /// To write the picture.
+    /// The picture is to be written.
     SavePicture,
 }
 
@@ -39,11 +39,11 @@ impl Purpose {
 /// More entries of a folder than this are not listed.
 const MAX: usize = 2000;
 
-/// The dialog.
+/// The dialog for files.
 #[derive(Default)]
 pub struct Files {
     asked: Option<Asked>,
-    /// Where the last file was.
+    /// The folder of the last file.
     folder: Option<PathBuf>,
 }
 
@@ -53,19 +53,19 @@ struct Asked {
     name: String,
     size: (usize, usize),
     entries: Vec<(String, bool)>,
-    /// Whether it was shown yet.
+    /// Whether the dialog was shown yet.
     shown: bool,
     /// A file that is there already and that the user was asked about.
     replace: Option<PathBuf>,
 }
 
 impl Files {
-    /// Whether it is open.
+    /// Whether the dialog is open.
     pub fn is_open(&self) -> bool {
         self.asked.is_some()
     }
 
-    /// Opens it.
+    /// Opens the dialog.
     pub fn ask(&mut self, purpose: Purpose, document: &Document) {
         let own = match document.origin() {
             Origin::File(path) => path.parent().map(Path::to_owned),

@@ -18,16 +18,16 @@ const FIELD: (f64, f64) = (1e-5, 2.9);
 /// The observer, and the place they move around.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Flight {
-    /// Where and how they look; its size is that of the scene's own picture.
+    /// The place and direction of the eye; its size is that of the scene's own picture.
     pub camera: Camera,
-    /// What they look at \[pc\].
+    /// The middle of motion, which the eye looks at \[pc\].
     pub pivot: DVec3,
     /// Speed of free flight [pc s⁻¹].
     pub speed: f64,
 }
 
 impl Flight {
-    /// The scene's own view.
+    /// A flight that begins at the scene's own view.
     pub fn of(scene: &Scene) -> Self {
         let camera = scene.camera.clone();
         let distance = match scene.dust.as_ref().map(|d| d.density.bounds()).or_else(|| scene.emission.first().map(|e| e.density.bounds()))
@@ -46,7 +46,7 @@ impl Flight {
         self.pivot = camera.position + distance * camera.forward;
     }
 
-    /// From the eye to the middle of motion \[pc\].
+    /// The distance from the eye to the middle of motion \[pc\].
     pub fn distance(&self) -> f64 {
         (self.pivot - self.camera.position).dot(self.camera.forward).clamp(REACH.0, REACH.1)
     }
@@ -66,7 +66,7 @@ impl Flight {
         c.up = c.right.cross(c.forward);
     }
 
-    /// Around the middle of motion, by parts of the view's width.
+    /// Turns around the middle of motion, by parts of the view's width.
     pub fn orbit(&mut self, right: f64, down: f64) {
         let distance = self.distance();
         let rotation = DQuat::from_axis_angle(self.camera.up, -ORBIT * right) * DQuat::from_axis_angle(self.camera.right, -ORBIT * down);
@@ -98,7 +98,7 @@ impl Flight {
         self.pivot += shift;
     }
 
-    /// Towards the middle of motion: the distance is multiplied by `factor`.
+    /// Moves towards the middle of motion: the distance is multiplied by `factor`.
     pub fn approach(&mut self, factor: f64) {
         if let Projection::Orthographic { half_width_pc } = &mut self.camera.projection {
             *half_width_pc = (*half_width_pc * factor).clamp(REACH.0, REACH.1);
@@ -155,12 +155,12 @@ impl Flight {
         camera
     }
 
-    /// What the scene's text must say to be seen from here.
+    /// The edit after which the scene's text is seen from here.
     pub fn edit(&self) -> Edit {
         self.edit_of("camera").named("camera")
     }
 
-    /// What it must say for a bookmark of this view.
+    /// The edit that writes a bookmark of this view.
     pub fn bookmark(&self, name: &str) -> Edit {
         let place = format!("bookmark.{name}");
         self.edit_of(&place).named(place)
@@ -214,7 +214,7 @@ mod tests {
         assert!(flight.camera.forward.dot(forward) < -0.999, "{:?}", flight.camera.forward);
     }
 
-    /// What was under the pointer stays under it.
+    /// A pan keeps what was under the pointer there.
     #[test]
     fn pans_carry_the_view_along() {
         let mut flight = flight();

@@ -7,48 +7,48 @@ use barnard::scene::Scene;
 
 use crate::document::Document;
 
-/// By how much a difference is amplified, as in Barrès & Neyret's figure.
+/// The factor by which a difference is amplified, as in Barrès & Neyret's figure.
 pub const AMPLIFIED: f32 = 16.0;
 
-/// One picture that is asked for.
+/// A picture that is asked for.
 #[derive(Clone)]
 pub struct View {
-    /// What is seen; its camera does not count.
+    /// The scene that is seen; its camera does not count.
     pub scene: Arc<Scene>,
     /// What its text says beside camera and display: equal texts are one plan.
     pub physics: Arc<str>,
 }
 
 impl View {
-    /// Of a document.
+    /// The view of a document.
     pub fn of(document: &Document) -> Self {
         Self { scene: document.scene().clone(), physics: document.physics().clone() }
     }
 }
 
-/// What is asked for.
+/// An order for pictures.
 #[derive(Clone)]
 pub struct Order {
     /// The scene, and what it is compared with.
     pub views: Vec<View>,
-    /// From where, in the pixels of the window.
+    /// The camera, in the pixels of the window.
     pub camera: Camera,
     /// Whether a coarse look is enough, since another order will follow.
     pub moving: bool,
-    /// Whether the second view is shown as what the first differs from it.
+    /// Whether the second view is shown as its difference from the first.
     pub difference: bool,
-    /// How often the levels that pictures are shown by were asked for anew.
+    /// The number of times that the levels of pictures were asked for anew.
     pub exposure: u64,
     /// Most bytes that a plan may take.
     pub memory_limit: u64,
 }
 
-/// How far a picture has come.
+/// The quality that a picture has reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quality {
-    /// By a quick plan, with fewer pixels than the window has.
+    /// The picture is by a preview of the plan, with fewer pixels than the window has.
     Coarse,
-    /// By a quick plan, in all pixels.
+    /// The picture is by a preview of the plan, in all pixels.
     Full,
     /// As `barnard render` makes it.
     Settled,

@@ -19,43 +19,43 @@ use crate::order::AMPLIFIED;
 /// A picture and what is known of it.
 #[derive(Clone)]
 pub struct Picture {
-    /// Radiances of all bands.
+    /// The radiances of all bands.
     pub image: Arc<Image>,
     /// The scene it shows, with the camera it was seen by.
     pub scene: Arc<Scene>,
     /// The plan that made it.
     pub plan: Plan,
-    /// What was found on the way.
+    /// What the march measured on the way.
     pub stats: RenderStats,
-    /// How it is shown.
+    /// The levels and the palette by which it is shown.
     pub tone: Tone,
-    /// Its colours, height × width.
+    /// The colours, height × width.
     pub colours: Arc<Vec<Color32>>,
     /// Stars over a picture that has none, in pixels of the window: column, row, colour.
     pub sparks: Vec<(usize, usize, Color32)>,
-    /// How bright the pixels of each band are.
+    /// The histogram of the pixels of each band.
     pub histograms: Vec<Histogram>,
-    /// How long its parts took.
+    /// The time that each part of it took.
     pub times: Times,
-    /// What marched the rays.
+    /// The name of what marched the rays.
     pub backend: String,
 }
 
-/// How long the parts of a picture took \[s\].
+/// The times that the parts of a picture took \[s\].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Times {
     /// The plan; zero where it was still there.
     pub plan: f64,
-    /// Rays.
+    /// The march of the rays.
     pub march: f64,
-    /// Stars and certificates.
+    /// The drawing of stars, and the certificates.
     pub stars: f64,
-    /// Colours and histograms.
+    /// The colours and the histograms.
     pub colours: f64,
 }
 
 impl Times {
-    /// All of it \[s\].
+    /// The sum of all parts \[s\].
     pub fn all(&self) -> f64 {
         self.plan + self.march + self.stars + self.colours
     }
@@ -64,7 +64,7 @@ impl Times {
 /// Pixels of a band by the logarithm of their radiance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Histogram {
-    /// log₁₀ of radiance at both ends [W m⁻² sr⁻¹].
+    /// The log₁₀ of radiance at both ends [W m⁻² sr⁻¹].
     pub range: (f64, f64),
     /// Pixels in equal steps between them.
     pub counts: Vec<u32>,
@@ -83,7 +83,7 @@ const COUNTED: usize = 1 << 18;
 const FIELD_STARS: usize = 1500;
 
 impl Histogram {
-    /// Of one band.
+    /// The histogram of one band's values.
     pub fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
         // Stars are few and far brighter than all else: the range is that of the many.
         let mut bright: Vec<f64> = values.clone().filter(|v| v.is_finite() && *v > 0.0).collect();
@@ -110,14 +110,14 @@ impl Picture {
         picture
     }
 
-    /// The same light, shown in another way.
+    /// Shows the same light in another way.
     pub fn show(&mut self, display: &Display, tone: Tone) {
         self.scene = Arc::new(Scene { display: display.clone(), ..(*self.scene).clone() });
         self.tone = tone;
         self.colour();
     }
 
-    /// Colours and histograms.
+    /// Makes colours and histograms anew.
     fn colour(&mut self) {
         let start = Instant::now();
         let image = &self.image;

@@ -10,19 +10,19 @@ use crate::document::{Document, Origin};
 
 /// Most recent scenes that are remembered.
 const RECENT: usize = 12;
-/// How often unsaved changes are written down at most [s].
+/// The time that must pass before unsaved changes are written down again [s].
 const EVERY: f64 = 2.0;
-/// How a file of unsaved changes begins.
+/// The first words of a file of unsaved changes.
 const HEAD: &str = "# unsaved changes of ";
 /// The name under which they are stored.
 const RECENT_SCENES: &str = "recent";
 
-/// Memory beyond one document.
+/// What the explorer remembers beyond one document.
 #[derive(Default)]
 pub struct Session {
     /// Scenes that were open, the last one first.
     pub recent: Vec<Origin>,
-    /// Where unsaved changes are written; nowhere if none. No two windows share it.
+    /// The file to which unsaved changes are written; none: they are not written. No two windows share it.
     recovery: Option<PathBuf>,
     /// Held as long as this window lives, so that others leave its changes alone.
     lock: Option<File>,
@@ -33,11 +33,11 @@ pub struct Session {
 
 /// Changes that a window left behind that did not end in order.
 pub struct Recovered {
-    /// Where they are kept.
+    /// The path of the file that keeps them.
     pub path: PathBuf,
-    /// Of which scene.
+    /// The place of the scene that was changed.
     pub origin: Origin,
-    /// Its text.
+    /// The text of the changed scene.
     pub text: String,
 }
 
@@ -73,17 +73,17 @@ impl Session {
         Self { recovery, lock, ..Self::default() }
     }
 
-    /// What was written down when a window closed.
+    /// Reads what was written down when a window closed.
     pub fn restore(&mut self, storage: &dyn Storage) {
         self.recent = storage.get_string(RECENT_SCENES).unwrap_or_default().lines().filter_map(origin).take(RECENT).collect();
     }
 
-    /// Writes it down.
+    /// Writes down what is remembered.
     pub fn save(&self, storage: &mut dyn Storage) {
         storage.set_string(RECENT_SCENES, self.recent.iter().map(named).collect::<Vec<_>>().join("\n"));
     }
 
-    /// A scene was opened.
+    /// Takes note that a scene was opened.
     pub fn opened(&mut self, origin: &Origin) {
         self.recent.retain(|o| named(o) != named(origin));
         self.recent.insert(0, origin.clone());
@@ -128,7 +128,7 @@ impl Session {
         left.into_iter().rev().find_map(read)
     }
 
-    /// What was left behind is this window's now.
+    /// Makes what was left behind this window's own.
     pub fn adopt(&mut self, lost: &Recovered) {
         if let Some(own) = &self.recovery {
             // Where it cannot be moved, it is written anew in a while.
@@ -138,7 +138,7 @@ impl Session {
         self.written = Some(String::new());
     }
 
-    /// There is nothing left to recover.
+    /// Forgets unsaved changes: there is nothing left to recover.
     pub fn forget_recovery(&mut self) {
         if let Some(path) = &self.recovery {
             // It may not be there.
@@ -147,7 +147,7 @@ impl Session {
         self.written = None;
     }
 
-    /// The window closes in order.
+    /// Forgets unsaved changes and the lock, as the window closes in order.
     pub fn close(&mut self) {
         self.forget_recovery();
         if let Some(path) = self.recovery.as_ref().filter(|_| self.lock.take().is_some()) {
@@ -157,7 +157,7 @@ impl Session {
         self.closed = true;
     }
 
-    /// Whether it does.
+    /// Whether the window has closed in order.
     pub fn is_closed(&self) -> bool {
         self.closed
     }

@@ -16,11 +16,11 @@ use crate::exposure::Exposure;
 use crate::order::{Order, Quality, View};
 use crate::picture::{Picture, Times};
 
-/// What a picture may take while things move [s].
+/// The time that a picture may take while things move [s].
 struct Pace {
     /// Rays and colours, at most and, whatever the plan takes, at least.
     rays: (f64, f64),
-    /// The plan with them.
+    /// The time for the plan with them.
     all: f64,
 }
 
@@ -28,7 +28,7 @@ const ON_PROCESSOR: Pace = Pace { rays: (0.06, 0.02), all: 0.085 };
 const ON_DEVICE: Pace = Pace { rays: (0.03, 0.01), all: 0.04 };
 /// Pixels a second before any was measured.
 const FIRST_RATE: f64 = 4e4;
-/// How many times fewer pixels each way the next finer picture has not.
+/// The factor by which the next finer picture has more pixels each way.
 const FINER: f64 = 3.0;
 /// Part of the memory that a plan may take to be kept.
 const KEPT: u64 = 4;
@@ -39,7 +39,7 @@ const LEAST: f64 = 24.0;
 #[derive(Default)]
 struct Stand {
     preview: Option<(Arc<str>, Plan)>,
-    /// What renders previews, and what renders settled pictures: each keeps its own plan on a device.
+    /// The back ends of previews and of settled pictures: each keeps its own plan on a device.
     quick: Option<Box<dyn Backend>>,
     slow: Option<Box<dyn Backend>>,
     /// The last settled plan, of which the next one takes what still holds.
@@ -48,7 +48,7 @@ struct Stand {
     exposure: Exposure,
 }
 
-/// The last picture.
+/// The last picture of a view.
 struct Last {
     physics: Arc<str>,
     camera: Camera,
@@ -56,11 +56,11 @@ struct Last {
     picture: Picture,
 }
 
-/// What opens a back end for each kind of plan of each view.
+/// The maker of back ends, one for each kind of plan of each view.
 struct Opener {
     /// The one where there is no device.
     backend: BackendEntry,
-    /// What pictures are rendered on as long as it does.
+    /// The device that pictures are rendered on as long as it does.
     gpu: Option<Gpu>,
 }
 
@@ -80,22 +80,22 @@ impl Opener {
     }
 }
 
-/// All views.
+/// The workshop of pictures: what is kept of all views.
 pub struct Studio {
     opener: Opener,
-    /// What sweeps light that is scattered more than once beside it.
+    /// The device that sweeps light of more than one scattering, where there is one.
     sweeper: Option<Arc<dyn Sweeper>>,
-    /// Stops a first look.
+    /// Stops a first look when the window closes.
     closing: Control,
     stands: Vec<Stand>,
     /// Pixels a second of quick plans, marched and coloured.
     rate: f64,
-    /// What the last quick plan took [s].
+    /// The time that the last preview of a plan took [s].
     planned: f64,
 }
 
 impl Studio {
-    /// With a back end; `closing` stops all that it does.
+    /// A studio with a back end; `closing` stops all that it does.
     pub fn new(backend: BackendEntry, closing: Control) -> Self {
         Self { opener: Opener { backend, gpu: None }, sweeper: None, closing, stands: Vec::new(), rate: FIRST_RATE, planned: 0.0 }
     }
@@ -238,7 +238,7 @@ impl Stand {
     }
 }
 
-/// How far a quick picture with `scale` times fewer pixels each way has come.
+/// The quality of a quick picture with `scale` times fewer pixels each way.
 fn stage(scale: f64) -> Quality {
     if scale > 1.0 { Quality::Coarse } else { Quality::Full }
 }
@@ -247,13 +247,13 @@ fn pixels(camera: &Camera) -> f64 {
     (camera.width * camera.height) as f64
 }
 
-/// The same view with fewer pixels.
+/// The camera of the same view with fewer pixels.
 fn reduced(camera: &Camera, scale: f64) -> Camera {
     let edge = |n: usize| ((n as f64 / scale).round().max(LEAST) as usize).min(n);
     Camera { width: edge(camera.width), height: edge(camera.height), ..camera.clone() }
 }
 
-/// The scene from there.
+/// The scene as `camera` sees it.
 fn seen(scene: &Scene, camera: &Camera) -> Arc<Scene> {
     Arc::new(Scene { camera: camera.clone(), ..scene.clone() })
 }
@@ -349,8 +349,8 @@ mod tests {
         opened.expect("this test needs a graphics adapter; software Vulkan (mesa-vulkan-drivers) is one")
     }
 
-    /// On a device, the picture is that of the processor to the accuracy that both are planned for. A device that is
-    /// lost is told, and the processor goes on.
+    /// The picture of a device is that of the processor to the accuracy that both are planned for. When a device is
+    /// lost, the user is told and the processor goes on.
     #[test]
     #[ignore = "needs a graphics adapter: --include-ignored"]
     fn devices_make_the_same_pictures() {

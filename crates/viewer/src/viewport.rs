@@ -14,13 +14,13 @@ use crate::order::Quality;
 
 /// Most pixels along an edge of a picture in the window.
 const MAX: f32 = 4096.0;
-/// How near the pointer must be to take hold of something [points].
+/// The distance within which the pointer takes hold of something [points].
 const GRIP: f32 = 10.0;
 /// Change of distance, and of brightness in stops, in one point of the wheel.
 const WHEEL: f64 = 0.003;
 const STOPS: f64 = 0.01;
 
-/// What the pointer holds.
+/// The thing that the pointer holds.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 enum Hold {
     #[default]
@@ -33,17 +33,17 @@ enum Hold {
     Edge,
 }
 
-/// What is known of the middle of the window between frames.
+/// The state of the middle of the window between frames.
 #[derive(Default)]
 pub struct Viewport {
-    /// Its size in pixels; none before it was shown.
+    /// The size in pixels; none before it was shown.
     pub pixels: Option<(usize, usize)>,
     /// Whether places of stars and the frame of the scene's own picture are drawn.
     pub overlay: bool,
-    /// Where the pointer is, as parts of width and height.
+    /// The place of the pointer, as parts of width and height.
     pub pointer: Option<(f64, f64)>,
     hold: Hold,
-    /// Where what it holds has been brought to.
+    /// The place to which what it holds has been brought.
     held_at: Option<Pos2>,
     flying: bool,
     /// A key of flight was pressed as part of a command, and is still down: S of Ctrl+S, held longer than Ctrl.
@@ -51,7 +51,7 @@ pub struct Viewport {
 }
 
 impl Viewport {
-    /// Whether a hand is on it.
+    /// Whether a hand is on the view.
     pub fn is_moving(&self) -> bool {
         self.hold != Hold::Nothing || self.flying
     }
@@ -86,7 +86,7 @@ fn side_by_side(app: &App) -> bool {
     matches!(app.comparison.with, With::Filters(_)) && app.comparison.arrangement == Arrangement::SideBySide
 }
 
-/// All of a texture.
+/// The whole of a texture.
 const WHOLE: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
 
 fn draw(ui: &Ui, app: &App, rect: Rect) {
@@ -123,7 +123,7 @@ fn sparks(ui: &Ui, app: &App, seen: Rect) {
     ui.painter().with_clip_rect(seen).add(mesh);
 }
 
-/// What the mouse does.
+/// Does what the mouse says.
 fn hands(ui: &Ui, app: &mut App, response: &egui::Response, rect: Rect, seen: Rect, edits: &mut Edits) {
     let ctx = ui.ctx();
     let pointer = response.hover_pos().filter(|p| seen.contains(*p));
@@ -185,7 +185,7 @@ fn wheel(ctx: &Context, app: &mut App) {
     }
 }
 
-/// Where a place appears.
+/// The point of the screen at which a place appears.
 fn on_screen(app: &App, seen: Rect, place: DVec3) -> Option<Pos2> {
     let camera = app.flight.seen(app.viewport.pixels?);
     let (column, row) = camera.project(place)?;
@@ -239,7 +239,7 @@ fn overlay(ui: &Ui, app: &App, seen: Rect) {
     );
 }
 
-/// What is not the picture, in words on it.
+/// Writes words onto the picture that are not part of it.
 fn labels(ui: &Ui, app: &App, rect: Rect) {
     let painter = ui.painter().with_clip_rect(rect);
     let write = |place: Pos2, align: Align2, words: &str| {
@@ -267,7 +267,7 @@ fn labels(ui: &Ui, app: &App, rect: Rect) {
     }
 }
 
-/// What the keys do: flight, frames, bookmarks, exposure.
+/// Does what the keys say: flight, frames, bookmarks, exposure.
 pub fn keys(ctx: &Context, app: &mut App) {
     let axis = |more: Key, less: Key| ctx.input(|i| f64::from(i8::from(i.key_down(more)) - i8::from(i.key_down(less))));
     let (right, up, forward) = (axis(Key::D, Key::A), axis(Key::R, Key::F), axis(Key::W, Key::S));

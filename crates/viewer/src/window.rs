@@ -16,7 +16,7 @@ use crate::session::Session;
 /// What can go wrong before the explorer is there.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewerError {
-    /// In the scene.
+    /// Something in the scene is wrong.
     #[error(transparent)]
     Scene(#[from] barnard::Error),
     /// There is no screen, or nothing that draws on it.
@@ -24,12 +24,12 @@ pub enum ViewerError {
     Window(String),
 }
 
-/// How the explorer begins.
+/// The way in which the explorer begins.
 #[derive(Debug, Clone)]
 pub struct Start {
     /// The scene; the first built-in one, or what was not saved last time, if none.
     pub scene: Option<Origin>,
-    /// What marches the rays; the window's own device takes the place of one that would be opened.
+    /// The back end that renders; the window's own device takes the place of one that would be opened.
     pub backend: BackendEntry,
     /// Most bytes that a plan may take.
     pub memory_limit: u64,

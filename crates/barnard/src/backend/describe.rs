@@ -38,7 +38,7 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
     }
 }
 
-/// What a scene says of any picture that `camera` takes of it: name, digest, camera and dust.
+/// What the header says of `scene` in any picture that `camera` takes of it: name, digest, camera and dust.
 fn of_scene(scene: &Scene, camera: &Camera) -> Vec<Keyword> {
     let mut keywords = vec![text("OBJECT", &*scene.name, "name of the scene")];
     keywords.extend(scene.provenance.iter().map(|from| text("SCENESHA", from.digest(), "SHA-256")));
@@ -71,7 +71,7 @@ fn of_scene(scene: &Scene, camera: &Camera) -> Vec<Keyword> {
     keywords
 }
 
-/// What is to be known of a passband to turn its radiance into magnitudes and flux densities.
+/// What one must know of a passband to turn its radiance into magnitudes and flux densities.
 fn of_passband(band: &Passband) -> Vec<Keyword> {
     const ANGSTROMS: f64 = 1e4;
     let width = band.integrate(|_| 1.0) * ANGSTROMS;

@@ -28,7 +28,7 @@ use crate::plan::ordinates::Sweeper;
 use crate::plan::{Options, Plan};
 use crate::scene::Scene;
 
-/// What is to be rendered: a scene, what it may take, and its plan once somebody asked for it.
+/// A render to be done: a scene, what it may take, and its plan once a back end asked for it.
 #[derive(Debug)]
 pub struct Job<'a> {
     scene: &'a Scene,
@@ -51,17 +51,17 @@ impl<'a> Job<'a> {
         Self { scene, options, plan: OnceLock::from(Cow::Borrowed(plan)) }
     }
 
-    /// The scene.
+    /// The scene to be rendered.
     pub fn scene(&self) -> &'a Scene {
         self.scene
     }
 
-    /// What it may take.
+    /// What the render may take.
     pub fn options(&self) -> &'a Options {
         self.options
     }
 
-    /// Its plan; the first to ask waits for it.
+    /// The plan of the scene; the first caller waits until it is made.
     ///
     /// # Errors
     /// Those of [`Plan::new`].
@@ -77,22 +77,22 @@ impl<'a> Job<'a> {
 /// Light that a back end found: bands × height × width [W m⁻² sr⁻¹], without the stars that are seen as points.
 #[derive(Debug, Clone)]
 pub struct Radiance {
-    /// The radiances.
+    /// The radiances, bands × height × width.
     pub samples: Samples,
-    /// What was found beside them.
+    /// What the march measured on the way.
     pub stats: RenderStats,
 }
 
 impl Radiance {
-    /// In single precision.
+    /// Light in single precision.
     pub fn single(data: Vec<f32>, stats: RenderStats) -> Self {
         Self { samples: Samples::Single(data), stats }
     }
 }
 
-/// A way to render.
+/// A way to render: from a [`Job`] to its light, and on to a finished picture.
 pub trait Backend {
-    /// Its name, as the picture's header says it.
+    /// The name that the picture's header gives as its maker.
     fn name(&self) -> String;
 
     /// Why it cannot do a job, and what would be right; nothing where it can.
@@ -123,7 +123,7 @@ pub trait Backend {
         finished(job.scene(), job.plan(&Control::default())?, radiance, &self.name())
     }
 
-    /// Both in one go.
+    /// Renders and finishes in one go.
     ///
     /// # Errors
     /// Those of [`radiance`](Self::radiance) and [`finish`](Self::finish).
@@ -133,18 +133,18 @@ pub trait Backend {
         Ok((self.finish(job, radiance)?, stats))
     }
 
-    /// What sweeps light that is scattered more than once beside the processor, where there is something.
+    /// The device that sweeps light of more than one scattering in place of the processor, where this back end has one.
     fn sweeper(&self) -> Option<Arc<dyn Sweeper>> {
         None
     }
 
-    /// What a device of its own worked for the last light \[s\]; none where there is no such device, or it does not
-    /// tell.
+    /// The time that a device of its own took for the last light \[s\]: NaN where the device does not tell, none where
+    /// there is no device.
     fn device_seconds(&self) -> Option<f64> {
         None
     }
 
-    /// What went wrong on the way to the last light, in words, though there is light.
+    /// What went wrong on the way to the last light though there is light, in words.
     fn warnings(&self) -> Vec<String> {
         Vec::new()
     }
@@ -168,20 +168,20 @@ pub trait Backend {
 /// Whether a back end renders on a graphics device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DeviceUse {
-    /// On the processor alone.
+    /// The back end renders on the processor alone.
     Never,
-    /// On any device, be it software.
+    /// The back end renders on any device, be it software.
     Always,
-    /// On a real one where there is one, otherwise on the processor.
+    /// The back end renders on a real device where there is one, otherwise on the processor.
     IfReal,
 }
 
-/// One row of the catalogue.
+/// One row of the catalogue of back ends.
 #[derive(Debug, Clone, Copy)]
 pub struct BackendEntry {
-    /// Its name on the command line.
+    /// The name by which a person asks for it.
     pub name: &'static str,
-    /// One line.
+    /// What it is, in one line.
     pub summary: &'static str,
     /// Whether it reads the job's plan, and not the scene itself.
     pub planned: bool,
@@ -199,21 +199,21 @@ pub const BACKENDS: &[BackendEntry] = &[cpu::ENTRY, path::ENTRY, reference::ENTR
 pub struct Registry(Vec<BackendEntry>);
 
 impl Default for Registry {
-    /// Those of this crate.
+    /// The back ends of this crate alone.
     fn default() -> Self {
         Self(BACKENDS.to_vec())
     }
 }
 
 impl Registry {
-    /// The same with others behind.
+    /// The same registry with more rows at its end.
     #[must_use]
     pub fn with(mut self, entries: &[BackendEntry]) -> Self {
         self.0.extend_from_slice(entries);
         self
     }
 
-    /// All rows.
+    /// All rows, in the order in which they are listed.
     pub fn entries(&self) -> &[BackendEntry] {
         &self.0
     }

@@ -26,7 +26,7 @@ pub struct Cuboid {
 }
 
 impl Cuboid {
-    /// What `bounds` holds.
+    /// A cuboid that fills `bounds`.
     ///
     /// # Errors
     /// Where `bounds` is no box of finite size.

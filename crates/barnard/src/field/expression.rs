@@ -124,7 +124,7 @@ impl Expression {
         }))
     }
 
-    /// Of grids as they are at `centre`, and functions at `p`.
+    /// The value of the formula, with grids as they are at `centre` and functions at `p`.
     fn value(&self, centre: DVec3, p: DVec3) -> f64 {
         if !self.bounds.contains(p) {
             return 0.0;

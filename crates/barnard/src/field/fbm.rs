@@ -40,30 +40,30 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     build,
 };
 
-/// A cloud of noise.
+/// A cloud of fractal noise.
 #[derive(Debug, Clone)]
 pub struct Fbm {
     /// The noise of all octaves.
     pub noise: Simplex,
-    /// Those that bend space along x, y and z.
+    /// The noises that bend space along x, y and z.
     pub warps: [Simplex; 3],
-    /// Middle \[pc\].
+    /// The middle of the cloud \[pc\].
     pub centre: DVec3,
-    /// Where it has ended \[pc\].
+    /// The radius at which the cloud has ended \[pc\].
     pub radius: f64,
     /// Size of the largest structures \[pc\].
     pub scale: f64,
-    /// Number of octaves.
+    /// The number of octaves.
     pub octaves: i32,
     /// Ratio of frequencies from octave to octave.
     pub lacunarity: f64,
-    /// And of amplitudes.
+    /// The ratio of the amplitudes of successive octaves.
     pub gain: f64,
     /// Added before the cut at zero.
     pub offset: f64,
-    /// Whether octaves are 1 − 2|n|.
+    /// Whether octaves are 1 − 2|n| instead of n.
     pub ridged: bool,
-    /// How far space is bent \[pc\].
+    /// The length by which space is bent \[pc\].
     pub warp: f64,
 }
 
@@ -110,7 +110,7 @@ impl Fbm {
         }
     }
 
-    /// The same, if its numbers can be reckoned with.
+    /// The same cloud, if its numbers can be reckoned with.
     ///
     /// # Errors
     /// Where a length is not above zero, or a number lies outside of what scenes may say.

@@ -5,9 +5,9 @@
 
 /// Names that no field may have: coordinates and π.
 pub const RESERVED: [&str; 4] = ["x", "y", "z", "pi"];
-/// Functions of one argument.
+/// The functions of one argument that formulas may call.
 pub const FUNCTIONS: [&str; 11] = ["sqrt", "exp", "ln", "log10", "abs", "sin", "cos", "tan", "tanh", "floor", "ceil"];
-/// Functions of two arguments.
+/// The functions of two arguments that formulas may call.
 pub const FUNCTIONS_OF_TWO: [&str; 3] = ["min", "max", "step"];
 
 #[derive(Debug, Clone, PartialEq)]

@@ -9,7 +9,7 @@ use super::Field;
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, Ray};
 
-/// Where the voxels are.
+/// A regular lattice of voxels in a box.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lattice {
     /// Voxels along x, y, z.
@@ -19,7 +19,7 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// Number of voxels.
+    /// The number of voxels.
     pub fn cells(&self) -> usize {
         self.dims.iter().product()
     }
@@ -61,7 +61,7 @@ const EVEN: f64 = 0.1;
 /// A grid is made by [`Grid::new`] of an array, or by [`Grid::sampled`] of a function.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
-    /// Where they are.
+    /// Where the voxels are.
     pub lattice: Lattice,
     /// The values, x fastest: depth × height × width.
     pub data: Vec<f32>,

@@ -70,7 +70,7 @@ pub trait Field: std::fmt::Debug + Send + Sync {
 
 /// What can stand where a field is asked for: a field, or one that is shared.
 pub trait IntoField {
-    /// The field.
+    /// The field as it is shared between its users.
     fn into_field(self) -> Arc<dyn Field>;
 }
 
@@ -99,7 +99,7 @@ fn above_zero(what: &'static str, length_pc: f64) -> Result<f64> {
     if length_pc > 0.0 && length_pc.is_finite() { Ok(length_pc) } else { Err(Error::value(what, Length(length_pc), "a length above zero")) }
 }
 
-/// A place [pc].
+/// Checks that a place has finite coordinates [pc].
 fn place(what: &'static str, p: DVec3) -> Result<DVec3> {
     if p.is_finite() { Ok(p) } else { Err(Error::value(what, p, "a place: coordinates are numbers")) }
 }
@@ -112,7 +112,7 @@ fn unit(what: &'static str, direction: DVec3) -> Result<DVec3> {
     direction.try_normalize().ok_or_else(|| Error::value(what, direction, "a direction: it has a length"))
 }
 
-/// All kinds of field.
+/// All kinds of field that a scene may name.
 pub const KINDS: &[Kind<Arc<dyn Field>>] = &[loaded::KIND, fbm::KIND, sphere::KIND, cuboid::KIND, plummer::KIND, shell::KIND, slab::KIND];
 
 /// Builds the field that a `[field.NAME]` table describes.

@@ -45,7 +45,7 @@ pub struct Plummer {
 const CUT: f64 = 5.0;
 
 impl Plummer {
-    /// Around `centre` \[pc\], of Plummer radius `core_pc`, cut at five of them.
+    /// A sphere around `centre` \[pc\] of Plummer radius `core_pc`, cut at five of them.
     ///
     /// # Errors
     /// Where the radius is not above zero.

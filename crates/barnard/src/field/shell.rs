@@ -41,7 +41,7 @@ pub struct Shell {
 }
 
 impl Shell {
-    /// Around `centre` \[pc\]; the wall stands at `radius_pc` and has the standard deviation `thickness_pc`.
+    /// A shell around `centre` \[pc\] whose wall stands at `radius_pc` and has the standard deviation `thickness_pc`.
     ///
     /// # Errors
     /// Where either is not above zero, or the wall is too thin to be resolved.

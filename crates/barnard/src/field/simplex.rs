@@ -30,12 +30,12 @@ const GRADIENTS: [[f64; 3]; 12] = [
 ];
 
 impl Simplex {
-    /// Noise number `seed`.
+    /// The noise of a seed.
     pub fn new(seed: u32) -> Self {
         Self { seed }
     }
 
-    /// Its number.
+    /// The seed of this noise.
     pub fn seed(&self) -> u32 {
         self.seed
     }
@@ -95,7 +95,7 @@ mod tests {
         assert!(values.iter().any(|v| *v > 0.6) && values.iter().any(|v| *v < -0.6));
     }
 
-    /// Continuous across simplex borders.
+    /// The noise is continuous across the borders of its simplices.
     #[test]
     fn continuous() {
         let noise = Simplex::new(1);

@@ -29,7 +29,7 @@ pub struct Sphere {
 }
 
 impl Sphere {
-    /// Around `centre` \[pc\], of radius `radius_pc`.
+    /// A sphere around `centre` \[pc\] of radius `radius_pc`.
     ///
     /// # Errors
     /// Where the radius is not above zero.

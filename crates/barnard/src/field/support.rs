@@ -11,14 +11,14 @@ use exmex::{BinOp, MakeOperators, Operator};
 
 use crate::geometry::Bounds;
 
-/// Where something is not zero.
+/// The region outside of which a formula is zero.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Support {
     /// The same number at every place.
     Number(f64),
     /// Zero outside of a box.
     Within(Bounds),
-    /// No box ends it.
+    /// The region has no end.
     Everywhere,
 }
 
@@ -51,7 +51,7 @@ impl Support {
         }
     }
 
-    /// Where either is not zero.
+    /// The region where either of two is not zero.
     fn either(self, other: Self) -> Self {
         match (self, other) {
             (Support::Number(0.0), own) | (own, Support::Number(0.0)) => own,
@@ -60,7 +60,7 @@ impl Support {
         }
     }
 
-    /// Where both are not zero.
+    /// The region where both of two are not zero.
     fn both(self, other: Self) -> Self {
         match (self, other) {
             (Support::Number(a), Support::Number(b)) => Support::Number(a * b),
@@ -71,7 +71,7 @@ impl Support {
         }
     }
 
-    /// Of a function of it.
+    /// The region where a function of this one is not zero.
     fn mapped(self, function: fn(f64) -> f64) -> Self {
         match self {
             Support::Number(n) => Support::Number(function(n)),
@@ -96,7 +96,7 @@ impl Support {
         }
     }
 
-    /// Of the lesser or the greater of two, which `choose` tells.
+    /// The region of the lesser or the greater of two, which `choose` tells.
     fn chosen(self, other: Self, choose: fn(f64, f64) -> f64) -> Self {
         match (&self, &other) {
             (Support::Number(a), Support::Number(b)) => Support::Number(choose(*a, *b)),
@@ -106,7 +106,7 @@ impl Support {
         }
     }
 
-    /// One where the first is at least the second.
+    /// The region of a step: one where the first is at least the second.
     fn step(self, edge: Self) -> Self {
         match (&self, &edge) {
             (Support::Number(a), Support::Number(edge)) => Support::Number(if a >= edge { 1.0 } else { 0.0 }),

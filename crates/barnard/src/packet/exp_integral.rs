@@ -8,7 +8,7 @@ const LEVELS: usize = 24;
 const TERMS: usize = 9;
 const EULER: f32 = 0.577_215_7;
 
-/// e^x E_n(x) for n = 1 … `out.len()`, x > 0 \[1\].
+/// Writes e^x E_n(x) for n = 1 … `out.len()`, x > 0 \[1\].
 #[inline(always)]
 pub fn scaled_exp_integrals(x: &Lane, out: &mut [Lane]) {
     let count = out.len();

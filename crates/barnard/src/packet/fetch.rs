@@ -18,7 +18,7 @@ pub struct Cursor<'a> {
     track: Track,
 }
 
-/// Where a packet stands in a volume: the index of each cell's first value, the strides of the axes, and the place
+/// The places of a packet in a volume: the index of each cell's first value, the strides of the axes, and the place
 /// within the cell, axis × lane.
 struct Cells {
     first: [usize; LANES],
@@ -27,7 +27,7 @@ struct Cells {
 }
 
 impl<'a> Cursor<'a> {
-    /// For `rays`, distances counted from `start` of each.
+    /// Follows `rays` through `volume`; distances are counted from `start` of each.
     ///
     /// # Panics
     /// If the volume does not hold dims × channels values, at least two voxels along each axis: what the reads rely on.
@@ -40,13 +40,13 @@ impl<'a> Cursor<'a> {
         Self { volume, track }
     }
 
-    /// How many channels are read.
+    /// The number of channels that are read.
     #[inline(always)]
     pub fn channels(&self) -> usize {
         self.volume.channels.len()
     }
 
-    /// All channels at distance `t` of each ray, into `out`.
+    /// Reads all channels at distance `t` of each ray into `out`.
     #[inline(always)]
     pub fn read(&self, t: &Lane, out: &mut [Lane]) {
         match self.volume.channels.len() {

@@ -4,7 +4,7 @@
 //! would stop vectorisation), the rest through a polynomial of degree 5, relative error 1e-7. Valid for x ≤ 80; below
 //! −87 the result is 2^−126, practically zero.
 
-/// Rays in a packet.
+/// The number of rays in a packet.
 pub const LANES: usize = 16;
 /// One number for each ray.
 pub type Lane = [f32; LANES];
@@ -62,7 +62,7 @@ pub fn mean_transmittance(middle: f32, y: f32) -> f32 {
     (exp(y - middle) - exp(-y - middle)) / (2.0 * y)
 }
 
-/// f for each lane.
+/// Evaluates f for each lane.
 #[inline(always)]
 pub fn lanes(mut f: impl FnMut(usize) -> f32) -> Lane {
     let mut lane = [0.0; LANES];
@@ -77,7 +77,7 @@ pub fn lanes(mut f: impl FnMut(usize) -> f32) -> Lane {
 pub struct Place {
     /// The cell it lies in.
     pub cell: u32,
-    /// How far within \[1\].
+    /// The fraction of the cell that lies before it \[1\].
     pub fraction: f32,
 }
 
@@ -130,7 +130,7 @@ mod tests {
         assert!(exp(-1000.0) < 2e-38 && exp(0.0) <= 1.0 + 2e-7);
     }
 
-    /// The twin of `spectra::rule::mean_transmittance`.
+    /// This `mean_transmittance` is the twin of `spectra::rule::mean_transmittance`.
     #[test]
     fn mean_transmittance_is_its_twin() {
         for i in 0..60 {

@@ -13,7 +13,8 @@ pub struct Track {
 }
 
 impl Track {
-    /// Of `rays`, distances counted from `start` of each, cells from the lattice's corner plus `shift` of them.
+    /// The track of `rays` through a lattice; distances are counted from `start` of each, cells from the lattice's
+    /// corner plus `shift` of them.
     pub fn new(lattice: &Lattice, shift: DVec3, rays: &[Ray; LANES], start: &[f64; LANES]) -> Self {
         let mut track = Self { origin: [[0.0; LANES]; 3], slope: [[0.0; LANES]; 3] };
         let per_pc = lattice.voxel_pc().recip();

@@ -33,7 +33,7 @@ pub(super) const KIND: PhaseKind = PhaseKind {
 /// Values of α that scenes may say.
 const ALPHA: RangeInclusive<f64> = 0.0..=1e3;
 
-/// Draine's phase function.
+/// Draine's phase function, between Rayleigh's and Henyey and Greenstein's.
 #[derive(Debug, Clone)]
 pub struct Draine {
     g: MeanCosine,
@@ -41,7 +41,7 @@ pub struct Draine {
 }
 
 impl Draine {
-    /// Of shape parameter `g`, a number or a table over λ, and `alpha`.
+    /// A phase function of shape parameter `g`, a number or a table over λ, and of `alpha`.
     ///
     /// # Errors
     /// Where |g| is above 0.999, or α outside of 0 to 1000.

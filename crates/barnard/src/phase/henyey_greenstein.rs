@@ -33,7 +33,7 @@ pub struct HenyeyGreenstein {
 }
 
 impl HenyeyGreenstein {
-    /// Of mean cosine `g`, a number or a table over λ.
+    /// A phase function of mean cosine `g`, a number or a table over λ.
     ///
     /// # Errors
     /// Where |g| is above 0.999.

@@ -10,7 +10,7 @@ use crate::random::Counter;
 pub(super) const KIND: PhaseKind =
     PhaseKind { name: "isotropic", summary: "the same in all directions", keys: &[], build: |_, _, _| Ok(Arc::new(Isotropic)) };
 
-/// The same in all directions.
+/// Scattering that is the same in all directions.
 #[derive(Debug, Clone, Copy)]
 pub struct Isotropic;
 

@@ -27,31 +27,31 @@ use crate::random::Counter;
 
 /// The spread of scattered light.
 pub trait Phase: std::fmt::Debug + Send + Sync {
-    /// p(cos θ, λ) [sr⁻¹]; λ \[µm\].
+    /// The phase function p(cos θ, λ) [sr⁻¹]; λ \[µm\].
     fn at(&self, cosine: f64, lambda_um: f64) -> f64;
     /// A cos θ drawn with the density 2π p.
     fn sample(&self, lambda_um: f64, random: &mut Counter) -> f64;
-    /// Whether it is 1/4π for every angle.
+    /// Whether the function is 1/4π for every angle.
     fn is_isotropic(&self) -> bool {
         false
     }
-    /// Whether it changes with wavelength.
+    /// Whether the function changes with wavelength.
     fn is_spectral(&self) -> bool;
 }
 
 /// One row of the catalogue; the scene's extinction law may bring its own mean cosine.
 pub struct PhaseKind {
-    /// Its name in scenes.
+    /// The name in scenes.
     pub name: &'static str,
-    /// One line.
+    /// What it is, in one line.
     pub summary: &'static str,
-    /// Its keys.
+    /// The keys that it takes.
     pub keys: &'static [Key],
-    /// Makes it.
+    /// Makes the phase function from a table of a scene.
     pub build: fn(&Section, &Inputs, &Extinction) -> Result<Arc<dyn Phase>>,
 }
 
-/// All phase functions.
+/// All phase functions that a scene may name.
 pub const KINDS: &[PhaseKind] = &[isotropic::KIND, henyey_greenstein::KIND, draine::KIND, rayleigh::KIND, tabulated::KIND];
 
 /// Reads a `[dust.phase]` table.
@@ -65,7 +65,7 @@ pub fn build(section: &Section, inputs: &Inputs, extinction: &Extinction) -> Res
 
 /// What can stand where a phase function is asked for: one, or one that is shared.
 pub trait IntoPhase {
-    /// The phase function.
+    /// The phase function as it is shared between its users.
     fn into_phase(self) -> Arc<dyn Phase>;
 }
 
@@ -84,9 +84,9 @@ impl IntoPhase for Arc<dyn Phase> {
 /// A mean cosine g(λ) \[1\].
 #[derive(Debug, Clone)]
 pub enum MeanCosine {
-    /// The same at every wavelength.
+    /// A mean cosine that is the same at every wavelength.
     Constant(f64),
-    /// Over λ \[µm\].
+    /// A table of mean cosines over λ \[µm\].
     Table(Table),
 }
 
@@ -106,7 +106,7 @@ impl From<Table> for MeanCosine {
 }
 
 impl MeanCosine {
-    /// The same, if every value lies between −0.999 and 0.999.
+    /// The same mean cosine, if every value lies between −0.999 and 0.999.
     fn checked(self) -> Result<Self> {
         let far = |g: &&f64| g.is_nan() || g.abs() > MAX_COSINE;
         let wrong = match &self {
@@ -126,7 +126,7 @@ impl MeanCosine {
         }
     }
 
-    /// From the key `g`, a file, or the law's own table.
+    /// Reads the mean cosine from the key `g`, from a file, or from the law's own table.
     fn read(section: &Section, inputs: &Inputs, extinction: &Extinction) -> Result<Self> {
         if let Some(g) = section.number("g", -MAX_COSINE..=MAX_COSINE)? {
             if section.has("g_file") {
@@ -185,8 +185,8 @@ mod tests {
         }
     }
 
-    /// What is drawn falls into 32 equal steps of cos θ as often as its integral over them says: χ² of 31 degrees of
-    /// freedom.
+    /// Drawn cosines fall into 32 equal steps of cos θ as often as the function's integrals over them say: χ² of 31
+    /// degrees of freedom.
     #[test]
     fn phase_functions_are_sampled() {
         const STEPS: usize = 32;

@@ -14,7 +14,7 @@ use crate::scene::{Method, MethodEntry, Scene, StarDepth};
 /// Most voxels along an edge of a [preview](Plan::preview), and its samples along one.
 pub const PREVIEW_VOXELS: usize = 64;
 const PREVIEW_STEPS: f64 = 0.75;
-/// At which it looks where a phase function must be asked, and where rays may end.
+/// The accuracy of a preview: of the angles at which phase functions are asked, and of what ended rays leave behind.
 const PREVIEW_ACCURACY: f64 = 0.02;
 
 /// Samples a ray of Barrès & Neyret.
@@ -30,8 +30,8 @@ impl Plan {
         Self::updated(None, scene, options, control)
     }
 
-    /// The same, bit by bit, from what another plan has that still holds: densities, depths of stars that did not move,
-    /// light that was scattered before.
+    /// Plans `scene` with the same bits from what another plan has that still holds: densities, depths of stars that
+    /// did not move, light that was scattered before.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).

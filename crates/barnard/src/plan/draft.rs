@@ -13,7 +13,7 @@ pub(crate) struct Draft<'a> {
     pub settings: &'a Settings,
     /// The lights, in the order of all tables.
     pub lights: Arc<Vec<Light>>,
-    /// What places decide.
+    /// What the places of things decide.
     pub space: Arc<SpatialPlan>,
     /// What spectra decide.
     pub spectral: Arc<SpectralPlan>,

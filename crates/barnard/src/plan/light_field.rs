@@ -34,13 +34,13 @@ pub struct LightField {
     pub volumes: Vec<Volume>,
     /// ∫ R k ω Q_j P dλ/(4π) [band][element × polynomial].
     pub resolution: Vec<Vec<f64>>,
-    /// Whether a phase function was put aside.
+    /// Whether the scene's phase function was left out, since the field scatters evenly.
     pub isotropic_instead: bool,
     /// The light of each star.
     lights: Vec<usize>,
     /// The error of each star for depths up to those of the plan [band][star].
     certificates: Vec<Vec<Certificate>>,
-    /// Those depths [1].
+    /// The optical depth up to which the certificates hold [1].
     depth: f64,
 }
 
@@ -119,7 +119,7 @@ impl LightField {
         self.lights.iter().copied().zip(&self.propagation.fits)
     }
 
-    /// Bytes of the field.
+    /// The bytes that the field takes.
     pub fn bytes(&self) -> u64 {
         self.volumes.iter().map(Volume::bytes).sum()
     }

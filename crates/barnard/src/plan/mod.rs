@@ -45,15 +45,15 @@ use crate::volume::Volume;
 /// Everything a fast back end needs; a copy shares all that is large.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// From pixels to rays.
+    /// The camera that turns pixels into rays.
     pub(crate) camera: Camera,
     /// The lights, in the order of all tables.
     pub(crate) lights: Arc<Vec<Light>>,
-    /// What places decide.
+    /// What the places of things decide.
     pub(crate) space: Arc<SpatialPlan>,
     /// What spectra decide.
     pub(crate) spectral: Arc<SpectralPlan>,
-    /// Steps along a ray.
+    /// The steps along a ray.
     pub(crate) stepping: Stepping,
     /// Samples of a star depth that is marched again at every sample of a ray instead of being read: Barrès & Neyret's
     /// double integration.
@@ -68,13 +68,13 @@ pub struct Plan {
 
 /// Samples between looks at whether a ray can end.
 pub const END_EVERY: usize = 8;
-/// What lies behind an ended ray, as a part of the accuracy.
+/// The light that an ended ray may leave behind it, as a part of the accuracy.
 pub const END_SHARE: f32 = 0.02;
 /// Depth from which on a look is worth its price.
 pub const END_DEPTH: f32 = 3.0;
 
 impl Plan {
-    /// Whether another is the same plan, seen by the same camera: whatever is large is shared, not equal.
+    /// Whether another is the same plan, seen by the same camera: whatever is large must be shared, not equal.
     pub fn is(&self, other: &Self) -> bool {
         fn same<T>(a: &Option<Arc<T>>, b: &Option<Arc<T>>) -> bool {
             match (a, b) {
@@ -94,7 +94,7 @@ impl Plan {
             && self.bounces == other.bounces
     }
 
-    /// From pixels to rays.
+    /// The camera that turns pixels into rays.
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
@@ -104,7 +104,7 @@ impl Plan {
         &self.lights
     }
 
-    /// What places decide.
+    /// What the places of things decide.
     pub fn space(&self) -> &Arc<SpatialPlan> {
         &self.space
     }
@@ -114,7 +114,7 @@ impl Plan {
         &self.spectral
     }
 
-    /// Steps along a ray.
+    /// The steps along a ray.
     pub fn stepping(&self) -> Stepping {
         self.stepping
     }
@@ -139,32 +139,32 @@ impl Plan {
         self.bounces
     }
 
-    /// The same with other steps along a ray; what pilots measured is of those before.
+    /// The same plan with other steps along a ray; what pilots measured is of the steps before.
     #[must_use]
     pub fn with_stepping(self, stepping: Stepping) -> Self {
         Self { stepping, ..self }
     }
 
-    /// The same with an image of so many pixels, from the same place.
+    /// The same plan with an image of so many pixels, from the same place.
     #[must_use]
     pub fn with_size(self, width: usize, height: usize) -> Self {
         Self { camera: self.camera.size(width, height), ..self }
     }
 
-    /// The same with so many rays along each side of a pixel.
+    /// The same plan with so many rays along each side of a pixel.
     #[must_use]
     pub fn with_supersampling(self, rays: usize) -> Self {
         Self { camera: self.camera.supersampling(rays), ..self }
     }
 
-    /// The same without what is marched as a field beside starlight that scatters once: light of more scatterings, and
-    /// that of many stars together from afar.
+    /// The same plan without the field that is marched beside starlight that scatters once: light of more scatterings,
+    /// and that of many stars together from afar.
     #[must_use]
     pub fn without_scattered_field(self) -> Self {
         Self { scattered_field: None, ..self }
     }
 
-    /// The same without what many stars send to the dust near them, which is marched star by star.
+    /// The same plan without what many stars send to the dust near them, which is marched star by star.
     #[must_use]
     pub fn without_near_field(mut self) -> Self {
         if let Some(scattered_field) = &mut self.scattered_field {
@@ -173,7 +173,7 @@ impl Plan {
         self
     }
 
-    /// The same with the depths and densities of another plan.
+    /// The same plan with the depths and densities of another.
     #[must_use]
     pub fn with_space(self, space: Arc<SpatialPlan>) -> Self {
         Self { space, ..self }
@@ -201,13 +201,13 @@ impl Plan {
         Arc::make_mut(&mut self.space).move_star(star, place, control)
     }
 
-    /// Everything the march reads.
+    /// All volumes that the march reads.
     pub fn volumes(&self) -> impl Iterator<Item = &Volume> {
         let fields = self.light_field.iter().flat_map(|f| &f.volumes);
         self.space.volumes.iter().chain(fields).chain(self.scattered_field.iter().flat_map(|d| &d.volumes))
     }
 
-    /// Bytes of all tables and grids.
+    /// The bytes that all tables and grids take.
     pub fn bytes(&self) -> u64 {
         let fields = self.light_field.as_ref().map_or(0, |f| f.bytes()) + self.scattered_field.as_ref().map_or(0, |d| d.bytes());
         self.space.bytes() + self.spectral.bytes() + fields

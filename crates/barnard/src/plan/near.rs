@@ -12,46 +12,46 @@ use crate::plan::segment::Segment;
 
 /// A piece of a segment near a star.
 pub struct NearPiece {
-    /// ∫ σ dt/r² [pc⁻²].
+    /// The scattering of the piece, ∫ σ dt/r² [pc⁻²].
     pub scattering: f64,
     /// Optical depth at V, eye to piece to star \[1\].
     pub depth: f64,
-    /// cos θ, +1 forward.
+    /// The cosine of the scattering angle, +1 forward.
     pub cosine: f64,
 }
 
 /// The dust near a star.
 pub struct Dust<S, D> {
-    /// σ at V of a place [pc⁻¹].
+    /// The extinction σ at V of a place [pc⁻¹].
     pub sigma: S,
     /// Optical depth at V from the star to a place \[1\].
     pub depth: D,
 }
 
-/// The samples' own.
+/// The dust around a star as its samples have it.
 pub fn samples(space: &SpatialPlan, star: DVec3) -> Dust<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64> {
     let sigma = |p| space.dust.as_ref().map_or(0.0, |dust| dust.at(p));
     Dust { sigma, depth: move |p| space.depth(star, p) }
 }
 
-/// That of the fields which were sampled.
+/// The dust around a star as the fields themselves have it.
 pub fn fields(space: &SpatialPlan, star: DVec3) -> Dust<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64> {
     Dust { sigma: |p| space.fields_at(p).0, depth: move |p| space.depth(star, p) + space.depth_beyond_samples(star, p) }
 }
 
-/// How finely the neighbourhood of a star is looked at.
+/// The resolution with which the neighbourhood of a star is marched.
 #[derive(Debug, Clone, Copy)]
 pub struct Resolution {
     /// The widest angle over which the phase function changes but little \[rad\].
     pub phase_angle: f64,
-    /// How many times as many pieces as back ends take.
+    /// The factor by which pieces are more than those of the back ends.
     pub fineness: f64,
 }
 
 /// Widest angle of a piece \[rad\].
 pub const PIECE: f64 = 0.12;
-/// By how much the optical depth at V along a ray may grow in one: from the eye and from the star it changes by up to
-/// twice that, which a midpoint takes for none.
+/// The most by which the optical depth at V along a ray may grow in one: from the eye and from the star it changes by
+/// up to twice that, which a midpoint takes for none.
 pub const PIECE_DEPTH: f64 = 0.05;
 /// Most pieces of a segment.
 pub const MAX_PIECES: usize = 256;
@@ -69,7 +69,7 @@ pub const SHORTEST_PART: f64 = 0.5;
 
 /// Widest angle of a piece beside a gathered star \[rad\], and by how much a phase function may change within one.
 pub const NEIGHBOUR_PIECE: f64 = 0.4;
-/// That is the accuracy to which it is asked there.
+/// The accuracy to which the phase function is asked there.
 pub const NEIGHBOUR_ACCURACY: f64 = 0.02;
 /// Most pieces of a segment there.
 pub const NEIGHBOUR_PIECES: usize = 32;
@@ -80,8 +80,8 @@ pub fn neighbour_piece(phase_angle: f64, accuracy: f64) -> f64 {
     NEIGHBOUR_PIECE.min(phase_angle * (NEIGHBOUR_ACCURACY / accuracy).sqrt())
 }
 
-/// In how many parts a step of length `dt` must be marched, so that each is short beside its distance to a star with
-/// the closest approach `b` at `foot`; all lengths in pc, along the ray from where the step starts.
+/// The number of parts in which a step of length `dt` must be marched, so that each is short beside its distance to a
+/// star with the closest approach `b` at `foot`; all lengths in pc, along the ray from where the step starts.
 pub fn parts(b: f64, foot: f64, dt: f64, voxel: f64) -> usize {
     let nearest = foot - foot.clamp(0.0, dt);
     let distance = (b * b + nearest * nearest).sqrt().max(NEAR_VOXELS * voxel);
@@ -91,7 +91,7 @@ pub fn parts(b: f64, foot: f64, dt: f64, voxel: f64) -> usize {
 /// Most angles at which the phase function is asked in one segment or piece.
 pub const MAX_PHASES: usize = 64;
 
-/// At how many angles the phase function must be asked within one \[rad\].
+/// The number of angles at which the phase function must be asked within one \[rad\].
 pub fn phases(angle: f64, phase_angle: f64) -> usize {
     ((angle / phase_angle).ceil() as usize).clamp(1, MAX_PHASES)
 }

@@ -10,7 +10,7 @@ use crate::plan::pilots::march_f64::{Eye, RayMarch};
 use crate::plan::{Plan, SpatialPlan, Stepping};
 use crate::scene::Scene;
 
-/// Samples along a voxel.
+/// The samples along a voxel.
 const STEPS: f64 = 2.0;
 
 /// The light of a ray without that of unresolved sources.
@@ -24,7 +24,7 @@ pub struct Probe {
     pub lines: Vec<Line>,
 }
 
-/// One wavelength: k, and the strength of each light there.
+/// One wavelength: its extinction k, and the strength of each light there.
 struct Wave {
     k: f64,
     strength: Vec<f64>,
@@ -40,7 +40,7 @@ impl Eye for Spectrograph {
         true
     }
 
-    /// All: the field of the gathered stars knows no wavelengths but its own.
+    /// All stars are seen one by one: the field of the gathered ones knows no wavelengths but its own.
     fn stars(&self, space: &SpatialPlan) -> Vec<usize> {
         let gathered = space.many_lights.iter().flat_map(|many_lights| &many_lights.stars);
         space.marched().iter().chain(gathered).copied().collect()

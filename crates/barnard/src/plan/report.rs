@@ -9,20 +9,20 @@ use crate::stats::RenderStats;
 
 /// Largest relative error of a number in single precision, and in half precision.
 pub const SINGLE: f64 = 1.0 / (1 << 24) as f64;
-/// The same in half precision, in which textures hold densities.
+/// Largest relative error of a number in half precision, in which textures hold densities.
 pub const HALF: f64 = 1.0 / (1 << 11) as f64;
 /// Relative error of one term of one segment in single precision: the exponential's polynomial and that of sinh y/y.
 const TERM_ROUNDING: f64 = 3e-6;
 
 impl Plan {
-    /// What a march of this plan on the processor is expected to find, before it was done.
+    /// The statistics that a march of this plan on the processor is expected to bring, before it was done.
     pub fn expected(&self) -> RenderStats {
         RenderStats { depth: self.spectral.depth, rays: (self.camera.width * self.camera.height) as u64, storage: SINGLE, negative: 0 }
     }
 
-    /// What arithmetic adds to the error of a light that takes `path`: depths and light are sums over all steps in
-    /// single precision, of densities kept with a relative error of `storage`, and a ray ends when little is left. What
-    /// comes straight from a star is done in double precision.
+    /// The error that arithmetic adds to a light that takes `route`: depths and light are sums over all steps in single
+    /// precision, of densities kept with a relative error of `storage`, and a ray ends when little is left. What comes
+    /// straight from a star is done in double precision.
     fn rounding(&self, route: Route, storage: f64) -> Rounding {
         let longest = self.space.occupied.map_or(0.0, |b| b.size().length());
         let steps = if longest > 0.0 { self.stepping.steps(longest, self.space.voxel_pc()) as f64 } else { 0.0 };
@@ -76,7 +76,7 @@ impl Plan {
         self.space.spatial.is_some_and(|s| worst(s) > self.spectral.accuracy)
     }
 
-    /// What to know of the picture beside the certificates: what it is about, and words.
+    /// Notes on the picture beside the certificates, each with what it is about.
     pub fn notes(&self) -> Vec<(String, String)> {
         let isotropic = self.light_field.as_ref().filter(|f| f.isotropic_instead);
         let isotropic = isotropic.map(|_| ("phase function".into(), "put aside by this method, which scatters evenly".into()));
@@ -130,7 +130,7 @@ impl Plan {
         Some(("spatial error".into(), words))
     }
 
-    /// What the plan says of a picture in keywords: method, steps and errors as numbers.
+    /// Keywords of the picture: method, steps and errors as numbers.
     pub fn keywords(&self, stats: &RenderStats) -> Vec<Keyword> {
         let mut keywords = vec![
             keywords::text("METHOD", self.spectral.method, "how spectral integrals are done"),

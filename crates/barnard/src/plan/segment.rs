@@ -21,12 +21,12 @@ pub struct Segment {
     pub to: f64,
     /// Optical depth before it \[1\].
     pub tau: f64,
-    /// How much that grows within \[1\].
+    /// The growth of that depth within it \[1\].
     pub growth: f64,
 }
 
 impl Segment {
-    /// How long it is \[pc\].
+    /// The length of the segment \[pc\].
     pub fn length(&self) -> f64 {
         self.to - self.from
     }

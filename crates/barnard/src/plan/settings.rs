@@ -11,38 +11,38 @@ use crate::scene::{Method, Scene};
 pub struct Options {
     /// Most bytes a plan may take.
     pub memory_limit: u64,
-    /// What sweeps light that is scattered more than once; the processor where it is not said.
+    /// The device that sweeps light of more than one scattering; the processor where there is none.
     pub sweeper: Option<Arc<dyn ordinates::Sweeper>>,
 }
 
 impl Default for Options {
-    /// On the processor alone.
+    /// Everything on the processor alone, within the default limit of memory.
     fn default() -> Self {
         Self { memory_limit: memory::DEFAULT_LIMIT, sweeper: None }
     }
 }
 
 impl Options {
-    /// On the processor alone, with so much memory \[bytes\].
+    /// Everything on the processor alone, with so much memory \[bytes\].
     pub fn within(memory_limit: u64) -> Self {
         Self { memory_limit, ..Self::default() }
     }
 }
 
-/// What a plan is made by: the method that is in force, which need not be the scene's while a rule is made finer, and
-/// what it may take.
+/// The settings by which a plan is made: the method that is in force, which need not be the scene's while a rule is
+/// made finer, and what it may take.
 #[derive(Debug, Clone)]
 pub(crate) struct Settings {
-    /// Spectral rule and accuracy.
+    /// The spectral rule and its accuracy.
     pub method: Method,
     /// Most bytes a plan may take.
     pub memory_limit: u64,
-    /// What sweeps light that is scattered more than once.
+    /// The device that sweeps light of more than one scattering; the processor where there is none.
     pub sweeper: Option<Arc<dyn ordinates::Sweeper>>,
 }
 
 impl Settings {
-    /// The scene's own method.
+    /// The settings of the scene's own method.
     pub fn of(scene: &Scene, options: &Options) -> Self {
         Self { method: scene.method.clone(), memory_limit: options.memory_limit, sweeper: options.sweeper.clone() }
     }

@@ -1,6 +1,6 @@
 //! How far the samples of a ray are apart.
 
-/// How far a ray's samples are apart.
+/// The spacing of the samples on a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stepping {
     /// So many samples in each voxel edge of the finest grid.

@@ -3,13 +3,13 @@
 /// One key that a table may have.
 #[derive(Debug, Clone, Copy)]
 pub struct Key {
-    /// As it is written.
+    /// The name as scenes write it.
     pub name: &'static str,
-    /// What its value is.
+    /// What its value is, such as a length.
     pub kind: &'static str,
-    /// What holds when it is left out; nothing for a required key.
+    /// What holds where the key is left out; none for a required key.
     pub default: Option<&'static str>,
-    /// One line.
+    /// What it means, in one line.
     pub summary: &'static str,
     /// The catalogue that its text is a name of, if any.
     pub catalogue: Option<&'static str>,
@@ -26,7 +26,7 @@ impl Key {
         Self { name, kind, default: None, summary, catalogue: None }
     }
 
-    /// Its text is a name of a catalogue.
+    /// The same key, whose text is a name of a catalogue.
     pub const fn of(self, catalogue: &'static str) -> Self {
         Self { catalogue: Some(catalogue), ..self }
     }

@@ -8,13 +8,13 @@ use crate::error::Result;
 
 /// One way to make a `T` from a table of a scene.
 pub struct Kind<T: 'static> {
-    /// Its name in scenes.
+    /// The name in scenes.
     pub name: &'static str,
-    /// One line.
+    /// What it is, in one line.
     pub summary: &'static str,
     /// The keys it takes beside `kind`.
     pub keys: &'static [Key],
-    /// Makes it.
+    /// Makes the object from a table of a scene.
     pub build: fn(&Section, &Inputs) -> Result<T>,
 }
 

@@ -15,7 +15,7 @@ pub use kind::{Kind, build_kind, build_kind_with, chosen};
 pub use section::Section;
 use std::fmt;
 
-/// One value.
+/// The value of a property.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
     /// Words, or a quantity with its unit.
@@ -26,18 +26,18 @@ pub enum Value {
     Number(f64),
     /// true or false.
     Flag(bool),
-    /// A list.
+    /// A list of properties.
     List(Vec<Property>),
-    /// A table.
+    /// A table of properties.
     Table(Table),
 }
 
 /// A value and the line in which it stands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Property {
-    /// What it is.
+    /// The value.
     pub value: Value,
-    /// Where it was said.
+    /// The file and line in which it was said.
     pub origin: Option<Origin>,
 }
 
@@ -69,12 +69,12 @@ impl Table {
         }
     }
 
-    /// Takes `key` away.
+    /// Takes the property of `key` away.
     pub fn remove(&mut self, key: &str) {
         self.entries.retain(|(name, _)| name != key);
     }
 
-    /// The value of `key`.
+    /// The property of `key`, where there is one.
     pub fn get(&self, key: &str) -> Option<&Property> {
         self.entries.iter().find(|(name, _)| name == key).map(|(_, property)| property)
     }
@@ -84,7 +84,7 @@ impl Table {
         self.entries.iter().map(|(name, property)| (name.as_str(), property))
     }
 
-    /// Where it begins.
+    /// The file and line in which the table begins.
     pub fn origin(&self) -> Option<&Origin> {
         self.origin.as_ref()
     }

@@ -13,7 +13,7 @@ use crate::geometry::Bounds;
 /// Positions beyond this [pc] leave too few digits for a cloud.
 const FARTHEST_PC: f64 = 1e9;
 
-/// One table and its full name.
+/// One table of a scene, with its full name.
 #[derive(Clone)]
 pub struct Section<'a> {
     table: &'a Table,
@@ -21,7 +21,7 @@ pub struct Section<'a> {
 }
 
 impl<'a> Section<'a> {
-    /// The whole tree.
+    /// The section that is the whole tree.
     pub fn root(table: &'a Table) -> Self {
         Self::new(table, "")
     }
@@ -31,7 +31,7 @@ impl<'a> Section<'a> {
         Self { table, path: path.into() }
     }
 
-    /// The table itself.
+    /// The table that the section reads.
     pub fn properties(&self) -> &'a Table {
         self.table
     }
@@ -51,12 +51,12 @@ impl<'a> Section<'a> {
         self.table.iter().map(|(k, _)| k).collect()
     }
 
-    /// Whether `key` is there.
+    /// Whether the table has `key`.
     pub fn has(&self, key: &str) -> bool {
         self.table.get(key).is_some()
     }
 
-    /// What the table says, without comments: equal texts say the same.
+    /// What the table says, without comments: tables that say the same have equal texts.
     pub fn said(&self) -> String {
         self.table.to_string()
     }
@@ -130,7 +130,7 @@ impl<'a> Section<'a> {
         self.text(key)?.ok_or_else(|| self.missing(key, "\"...\""))
     }
 
-    /// One of `choices`.
+    /// The value of `key` as one of `choices`.
     ///
     /// # Errors
     /// Where the value is something else; its place and what would be right are said.
@@ -169,7 +169,7 @@ impl<'a> Section<'a> {
         Ok(Some(number))
     }
 
-    /// true or false.
+    /// The value of `key`, true or false.
     ///
     /// # Errors
     /// Where the value is something else; its place and what would be right are said.

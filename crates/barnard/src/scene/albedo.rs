@@ -10,21 +10,21 @@ use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::properties::{Key, Kind, Section, build_kind};
 
-/// ω(λ) \[1\].
+/// The part of extinction that is scattering, ω(λ) \[1\].
 #[derive(Debug, Clone)]
 pub enum Albedo {
-    /// The same everywhere.
+    /// An albedo that is the same at every wavelength.
     Constant(f64),
     /// value + slope (λ − at)/0.1 µm, cut to [0, 1].
     Linear {
-        /// At the wavelength `at`.
+        /// The albedo at `at_um` \[1\].
         value: f64,
-        /// Per 0.1 µm.
+        /// The growth of the albedo for each 0.1 µm \[1\].
         slope: f64,
-        /// Wavelength of `value` \[µm\].
+        /// The wavelength at which the albedo is `value` \[µm\].
         at_um: f64,
     },
-    /// Over λ \[µm\].
+    /// A table over λ \[µm\].
     Table(Arc<Table>),
     /// Nothing is known of it: dust of a law that brings none, before it is said. [`Scene::check`](super::Scene::check)
     /// refuses it.
@@ -44,7 +44,7 @@ impl From<Table> for Albedo {
 }
 
 impl Albedo {
-    /// ω(λ) \[1\]; λ \[µm\].
+    /// The albedo ω at the wavelength λ \[µm\].
     pub fn at(&self, lambda_um: f64) -> f64 {
         match self {
             Albedo::Constant(v) => *v,
@@ -54,7 +54,7 @@ impl Albedo {
         }
     }
 
-    /// What a law brings with itself.
+    /// The albedo that an extinction law brings with itself.
     pub fn of_law(extinction: &Extinction) -> Self {
         extinction.dust_table().map_or(Albedo::Unknown, |t| Albedo::Table(Arc::new(t.albedo.clone())))
     }
@@ -74,7 +74,7 @@ impl Albedo {
     }
 }
 
-/// All kinds of albedo.
+/// All kinds of albedo that a scene may name.
 pub(super) const KINDS: &[Kind<Albedo>] = &[
     Kind {
         name: "constant",

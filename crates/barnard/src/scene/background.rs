@@ -9,12 +9,12 @@ use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::properties::{Key, Section, build_kind_with};
 
-/// What lies behind.
+/// What lies behind the dust: light from all directions, and stars.
 #[derive(Debug, Clone, Default)]
 pub struct Background {
     /// Even light I_λ [W m⁻² sr⁻¹ µm⁻¹].
     pub spectrum: Option<Spectrum>,
-    /// Stars at infinity.
+    /// The stars at infinity.
     pub star_field: Option<StarField>,
 }
 
@@ -24,7 +24,7 @@ impl Background {
         Self { spectrum: Some(spectrum), star_field: None }
     }
 
-    /// A field of stars.
+    /// A background of stars alone.
     pub fn stars(field: StarField) -> Self {
         Self { spectrum: None, star_field: Some(field) }
     }
@@ -41,7 +41,7 @@ impl Background {
 /// Stars scattered over the sky, the same from every camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StarField {
-    /// Number of the field.
+    /// The seed of the field.
     pub seed: u64,
     /// Stars per solid angle [sr⁻¹].
     pub density_per_sr: f64,
@@ -50,7 +50,7 @@ pub struct StarField {
 }
 
 impl Default for StarField {
-    /// What `[background.stars]` is where it says nothing else.
+    /// The field that `[background.stars]` is where it says nothing else.
     fn default() -> Self {
         Self { seed: 1, density_per_sr: default_density(), magnitudes: (8.0, 18.0) }
     }
@@ -80,7 +80,7 @@ pub(super) const UNIFORM_KEYS: &[Key] = &[
     Key::optional("stars", "table", "none", "a field of stars as well"),
 ];
 
-/// Keys of `[background.stars]`.
+/// The keys of `[background.stars]`.
 pub(super) const STAR_KEYS: &[Key] = &[
     Key::optional("seed", "integer", "1", "number of the field"),
     Key::optional("density", "density on the sky", "2000 /deg2", "stars per solid angle"),

@@ -106,7 +106,7 @@ fn analytic(shape: Window) -> Result<Named> {
 /// Relative curves, such as those of the eye, may pass one; percent do not.
 const MAX_THROUGHPUT: f64 = 2.0;
 
-/// Keys of every band.
+/// The keys that every band takes.
 pub(super) const KEYS: &[Key] = &[
     Key::required("name", "text", "its name in the output"),
     Key::optional(
@@ -140,7 +140,7 @@ pub(super) fn build(root: &Section, inputs: &Inputs) -> Result<Vec<Passband>> {
     Ok(bands)
 }
 
-/// Each name is a set or a passband.
+/// The passbands of some names, each that of a set or of a passband.
 fn named(root: &Section, names: &[&str]) -> Result<Vec<Passband>> {
     let mut bands = Vec::new();
     for name in names {

@@ -42,15 +42,15 @@ impl Scale {
 /// Dust: where it is, and what it does to light.
 #[derive(Debug, Clone)]
 pub struct Dust {
-    /// Its density, in a unit of its own.
+    /// The density, in a unit of its own.
     pub density: Arc<dyn Field>,
     /// Extinction coefficient at V for density 1 [pc⁻¹].
     pub sigma_v_per_pc: f64,
-    /// k(λ).
+    /// The extinction law k(λ), relative to V.
     pub extinction: Arc<Extinction>,
-    /// ω(λ).
+    /// The albedo ω(λ).
     pub albedo: Albedo,
-    /// p(cos θ, λ).
+    /// The phase function p(cos θ, λ).
     pub phase: Arc<dyn Phase>,
 }
 
@@ -69,7 +69,7 @@ impl Dust {
         Self { albedo: albedo.into(), ..self }
     }
 
-    /// How scattered light is spread over angle.
+    /// The same dust, which spreads scattered light over angle like this.
     #[must_use]
     pub fn phase(self, phase: impl IntoPhase) -> Self {
         Self { phase: phase.into_phase(), ..self }

@@ -17,9 +17,9 @@ use crate::properties::{Key, Kind, Section, build_kind_with};
 /// One species of glowing gas.
 #[derive(Debug, Clone)]
 pub struct Emission {
-    /// Its name.
+    /// The name in certificates.
     pub name: String,
-    /// How much of it is where, in a unit of its own.
+    /// The density of the species, in a unit of its own.
     pub density: Arc<dyn Field>,
     /// Emission coefficient of density 1 [W m⁻³ sr⁻¹ µm⁻¹, lines W m⁻³ sr⁻¹].
     pub spectrum: Spectrum,
@@ -32,7 +32,7 @@ impl Emission {
         Self { name: "emission".into(), density: density.into_field(), spectrum }
     }
 
-    /// The same under another name.
+    /// The same species under another name.
     #[must_use]
     pub fn named(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
@@ -121,7 +121,7 @@ pub(super) const KINDS: &[Kind<Spectrum>] = &[
     },
 ];
 
-/// Keys of every species.
+/// The keys that every species takes.
 pub(super) const KEYS: &[Key] = &[
     Key::optional("name", "text", "emission N", "its name"),
     Key::required("density", "expression", "of the fields, such as \"n_H^2 * x_ion^2\""),

@@ -12,24 +12,24 @@ use crate::memory;
 /// Tables of stars that are kept at most.
 const MAX_TABLES: usize = 8;
 
-/// What a scene may read, and what was made of it before.
+/// What a scene may read, and what was made of that before.
 #[derive(Debug)]
 pub struct Loader {
-    /// What the scene's names mean.
+    /// What the names in the scene mean.
     pub inputs: Inputs,
     fields: Mutex<HashMap<String, Weak<dyn Field>>>,
     stars: Mutex<HashMap<String, Arc<Vec<Star>>>>,
 }
 
 impl Default for Loader {
-    /// Of scenes that name no files.
+    /// A loader of scenes that name no files.
     fn default() -> Self {
         Self::new(Arc::new(NoData), memory::DEFAULT_LIMIT)
     }
 }
 
 impl Loader {
-    /// Of a source; each array may take `memory_limit` bytes.
+    /// Reads from `source`; each array may take `memory_limit` bytes.
     pub fn new(source: Arc<dyn DataSource>, memory_limit: u64) -> Self {
         Self { inputs: Inputs::new(source, memory_limit), fields: Mutex::default(), stars: Mutex::default() }
     }

@@ -11,20 +11,20 @@ use crate::properties::{Key, Section};
 /// One row of the catalogue: a spectral rule and where star depths come from.
 #[derive(Clone, Copy)]
 pub struct MethodEntry {
-    /// Its name in scenes and on the command line.
+    /// The name in scenes and on the command line.
     pub name: &'static str,
-    /// One line.
+    /// What it is, in one line.
     pub summary: &'static str,
-    /// How the spectral integrals are done.
+    /// The rule by which spectral integrals are done.
     pub rule: &'static RuleEntry,
-    /// Where star depths come from.
+    /// The source of star depths.
     pub star_depth: StarDepth,
 }
 
 /// Where the optical depth from a star to a sample comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StarDepth {
-    /// From a grid that is made once.
+    /// Star depths are read from a grid that is made once.
     Cached,
     /// Marched again at every sample.
     Marched,
@@ -63,7 +63,7 @@ const OTHERS: [(&str, &str, &str, StarDepth); 2] = [
 /// Names that methods had before, and have now.
 const ALIASES: [(&str, &str); 1] = [("newton", "midpoint")];
 
-/// All methods, the default first.
+/// All methods; the first is the default.
 pub fn methods() -> impl Iterator<Item = MethodEntry> {
     let cached = |rule: &'static RuleEntry| MethodEntry { name: rule.name, summary: rule.summary, rule, star_depth: StarDepth::Cached };
     let others = OTHERS.iter().flat_map(|(of, name, summary, star_depth)| {
@@ -73,14 +73,14 @@ pub fn methods() -> impl Iterator<Item = MethodEntry> {
     RULES.iter().map(cached).chain(others)
 }
 
-/// How the spectral integrals are done.
+/// The method by which spectral integrals are done, and how exactly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Method {
-    /// The method.
+    /// The row of the catalogue.
     pub entry: MethodEntry,
-    /// Allowed error relative to F(0), and of the image relative to its rms \[1\].
+    /// The allowed error, relative to F(0) for integrals and to its rms for the image \[1\].
     pub accuracy: f64,
-    /// What is fixed of the rule.
+    /// What is fixed of the rule, and not chosen by the accuracy.
     pub settings: Settings,
     /// A fixed number of samples a ray.
     pub steps: Option<usize>,

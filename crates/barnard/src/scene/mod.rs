@@ -39,36 +39,36 @@ use crate::properties::{Key, Place, Section, Table};
 /// Everything that is in front of the telescope, and the telescope.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    /// Its name.
+    /// The name of the scene.
     pub name: String,
-    /// What it shows.
+    /// What the scene shows, in sentences.
     pub description: String,
-    /// Where the observer is.
+    /// The camera that looks at it.
     pub camera: Camera,
     /// Views that are worth going back to, by name.
     pub bookmarks: BTreeMap<String, Camera>,
     /// Dust that absorbs and scatters.
     pub dust: Option<Dust>,
-    /// Gas that glows.
+    /// The species of gas that glow.
     pub emission: Vec<Emission>,
     /// Stars within or near the cloud: those of `[[star]]`, then those of each `[[star_table]]`.
     pub stars: Vec<Star>,
-    /// What lies behind.
+    /// What lies behind all of it.
     pub background: Background,
-    /// What the telescope lets through.
+    /// The passbands through which the telescope looks.
     pub bands: Vec<Passband>,
-    /// How the picture is shown.
+    /// How the picture is shown on a display.
     pub display: Display,
-    /// How the spectral integrals are done.
+    /// The method by which spectral integrals are done.
     pub method: Method,
-    /// Where it was read from; nothing where a program made it.
+    /// The text that the scene was read from; none where a program made it.
     pub provenance: Option<Provenance>,
 }
 
-/// What a scene was read from.
+/// The text that a scene was read from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Provenance {
-    /// Its text.
+    /// The text.
     pub text: Arc<str>,
     /// The files that were read for it, the scene's own first.
     pub files: Vec<PathBuf>,
@@ -118,7 +118,7 @@ pub fn band_kinds() -> impl Iterator<Item = (&'static str, &'static str)> {
 /// The named fields of a scene.
 pub struct Fields {
     named: BTreeMap<String, Arc<dyn Field>>,
-    /// What stands in the scene about all of them.
+    /// What the scene says about all of them together.
     said: String,
 }
 
@@ -178,45 +178,45 @@ impl Scene {
         }
     }
 
-    /// The same under another name.
+    /// The same scene under another name.
     #[must_use]
     pub fn named(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
     }
 
-    /// The same through these passbands, shown in their own colours.
+    /// The same scene through these passbands, shown in their own colours.
     #[must_use]
     pub fn bands(self, bands: Vec<Passband>) -> Self {
         Self { display: Display::of(&bands), bands, ..self }
     }
 
-    /// The same with this dust, in place of any before.
+    /// The same scene with this dust in place of any before.
     #[must_use]
     pub fn dust(self, dust: Dust) -> Self {
         Self { dust: Some(dust), ..self }
     }
 
-    /// The same with one species of glowing gas more.
+    /// The same scene with one more species of glowing gas.
     #[must_use]
     pub fn emission(mut self, emission: Emission) -> Self {
         self.emission.push(emission);
         self
     }
 
-    /// The same with one star more.
+    /// The same scene with one more star.
     #[must_use]
     pub fn star(mut self, star: Star) -> Self {
         self.stars.push(star);
         self
     }
 
-    /// The same with another sky behind.
+    /// The same scene with another background.
     #[must_use]
     pub fn background(self, background: Background) -> Self {
         Self { background, ..self }
     }
 
-    /// The same by another method or accuracy.
+    /// The same scene by another method or accuracy.
     #[must_use]
     pub fn method(self, method: Method) -> Self {
         Self { method, ..self }
@@ -269,8 +269,8 @@ impl Scene {
         self.dust.iter().map(|d| &d.density).chain(self.emission.iter().map(|e| &e.density))
     }
 
-    /// Whether it can be rendered: every number is one that its object can have, and spectra and laws reach over every
-    /// passband. Everything that renders a scene asks this first.
+    /// Checks that the scene can be rendered: every number is one that its object can have, and spectra and laws reach
+    /// over every passband. Everything that renders a scene asks this first.
     ///
     /// # Errors
     /// Where something is wrong, with its place such as `star[2].position` and what would be right.
@@ -299,7 +299,8 @@ impl Scene {
         Ok(())
     }
 
-    /// That there are passbands, each has a name of its own and a colour, and laws and spectra reach over all of them.
+    /// Checks that there are passbands, each with a name of its own and a colour, and that laws and spectra reach over
+    /// all of them.
     fn check_bands(&self) -> Result<()> {
         if self.bands.is_empty() {
             return Err(placed_error("", "bands", "the scene has no passband; write bands = \"johnson\""));
@@ -342,7 +343,7 @@ fn at<T, E: Into<Error>>(path: &str, key: &str, result: std::result::Result<T, E
     result.map_err(|error| placed_error(path, key, error.into().to_string()))
 }
 
-/// The same error with the line of the text, where the tree that the scene is from has one.
+/// The same error with the line of the text, where the tree that the scene is from knows it.
 fn placed(error: Error, root: &Section) -> Error {
     let Error::Scene { message, place } = error else { return error };
     let own = if place.path.is_empty() { place.key.as_str() } else { place.path.split('.').next().unwrap_or("") };

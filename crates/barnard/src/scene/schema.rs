@@ -6,15 +6,15 @@ use crate::{camera, field, phase};
 
 /// One table of a scene file.
 pub struct TableRow {
-    /// Its name as it is written; NAME stands for any.
+    /// The table's name as it is written; NAME stands for any.
     pub title: &'static str,
-    /// Its place in the file, without brackets: "field.*" is any field, "star" one of many.
+    /// The place in the file, without brackets: "field.*" is any field, "star" one of many.
     pub path: &'static str,
-    /// What it is, in sentences.
+    /// What the table is, in sentences.
     pub text: &'static str,
     /// Keys that it has whatever its kind.
     pub keys: &'static [Key],
-    /// What its key `kind` chooses from; empty where it has none.
+    /// The kinds that its key `kind` chooses from; empty where it has no such key.
     pub kinds: fn() -> Vec<KindRow>,
     /// Catalogues that its keys name: headline and name.
     pub catalogues: &'static [(&'static str, &'static str)],
@@ -23,9 +23,9 @@ pub struct TableRow {
 /// One kind of table.
 #[derive(Debug, Clone, Copy)]
 pub struct KindRow {
-    /// Its name.
+    /// The name in scenes.
     pub name: &'static str,
-    /// One line.
+    /// What it is, in one line.
     pub summary: &'static str,
     /// The keys it takes beside those of every kind.
     pub keys: &'static [Key],

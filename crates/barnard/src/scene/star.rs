@@ -14,14 +14,14 @@ use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::properties::{Key, Kind, Section, build_kind_with};
 
-/// A star.
+/// A star: a point that shines.
 #[derive(Debug, Clone)]
 pub struct Star {
-    /// Its name.
+    /// The name in certificates.
     pub name: String,
-    /// Where it is \[pc\].
+    /// The place of the star \[pc\].
     pub position: DVec3,
-    /// L_λ [W µm⁻¹].
+    /// The spectral luminosity L_λ [W µm⁻¹].
     pub spectrum: Spectrum,
     /// Whether the star itself is drawn.
     pub visible: bool,
@@ -47,19 +47,19 @@ impl Star {
         Ok(Self::new(sed::scaled(shape, scale)?))
     }
 
-    /// The same elsewhere \[pc\].
+    /// The same star at another place \[pc\].
     #[must_use]
     pub fn at(self, position: DVec3) -> Self {
         Self { position, ..self }
     }
 
-    /// The same under another name.
+    /// The same star under another name.
     #[must_use]
     pub fn named(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
     }
 
-    /// The same, whose light is seen on dust alone.
+    /// The same star, whose light is seen on dust alone.
     #[must_use]
     pub fn hidden(self) -> Self {
         Self { visible: false, ..self }
@@ -80,7 +80,7 @@ impl Star {
 /// Temperatures of black bodies whose light has a number at every wavelength that a passband may have [K].
 const TEMPERATURES: std::ops::RangeInclusive<f64> = 1.0..=1e9;
 
-/// Shapes of spectra.
+/// All shapes of spectra that a star may have.
 pub(super) const SPECTRA: &[Kind<StarShape>] = &[
     Kind {
         name: "blackbody",
@@ -144,7 +144,7 @@ pub(super) const SPECTRA: &[Kind<StarShape>] = &[
     },
 ];
 
-/// Keys of every star.
+/// The keys that every star takes.
 pub(super) const KEYS: &[Key] = &[
     Key::optional("name", "text", "star N", "its name"),
     Key::required("position", "position", "where it is"),

@@ -28,21 +28,21 @@ pub(super) const KEYS: &[Key] = &[
 /// Most stars of a table: of more, frames grow with the stars.
 pub const MAX_ROWS: usize = 20_000;
 
-/// Columns of a place.
+/// The columns that hold a place.
 const PLACE: [&str; 3] = ["x", "y", "z"];
-/// What a key is measured in where neither column nor cell says it.
+/// The unit of a key where neither column nor cell says one.
 const UNITS: [(&str, &str); 5] =
     [("temperature", "K"), ("luminosity", "Lsun"), ("radius", "Rsun"), ("magnitude", "mag"), ("distance", "pc")];
-/// What places are measured in where their columns do not say it.
+/// The unit of places where their columns do not say one.
 const PLACE_UNIT: &str = "pc";
 
 /// A column that is read.
 struct Column {
-    /// Where it stands in a row.
+    /// The number of the column in a row.
     index: usize,
     name: String,
     unit: Option<String>,
-    /// What its key's value is.
+    /// What the value of its key is, such as a length.
     kind: &'static str,
 }
 
@@ -50,7 +50,7 @@ struct Column {
 const OF_FILE: &str = "file";
 const KIND: Key = Key::optional("kind", "text", "", "");
 
-/// All that a row may say.
+/// All keys that a row may set.
 fn keys() -> impl Iterator<Item = &'static Key> {
     let kinds = star::SPECTRA.iter().filter(|kind| kind.name != OF_FILE);
     [&KIND].into_iter().chain(star::KEYS).chain(kinds.flat_map(|kind| kind.keys)).filter(|key| key.name != "position")
@@ -74,7 +74,7 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<Vec<Star>> {
     (1..).zip(&table.rows).map(star).collect()
 }
 
-/// What the rows are called in messages.
+/// What messages call a row.
 const ROWS: &str = "row";
 
 /// A row's number among all, from 1, and its line.
@@ -149,7 +149,7 @@ impl Rows<'_> {
         Ok(columns)
     }
 
-    /// What all stars say.
+    /// The properties that all stars share.
     fn constant(&self, columns: &[Column]) -> Vec<(&'static str, Property)> {
         let said = self.section.properties();
         let mut constant: Vec<_> = keys().filter_map(|key| Some((key.name, said.get(key.name)?.clone()))).collect();
@@ -161,7 +161,7 @@ impl Rows<'_> {
         constant
     }
 
-    /// One star.
+    /// The properties of the star in one row.
     fn row(&self, cells: &[String], columns: &[Column], constant: &[(&str, Property)], row: Row) -> Result<Table> {
         let cell = |column: &Column| cells.get(column.index).map_or("", String::as_str);
         let mut place = Vec::new();

@@ -11,17 +11,17 @@ pub const BRICK: usize = 8;
 /// The largest value in each brick and one voxel around it: a bound for trilinear values inside.
 #[derive(Debug, Clone)]
 pub struct Bricks {
-    /// Where the bricks are: the voxels' lattice, a brick for BRICK³ of them.
+    /// The lattice of the voxels; a brick stands for BRICK³ of them.
     pub lattice: Lattice,
     /// Largest value of each brick.
     pub majorant: Vec<f32>,
-    /// How many bricks away, diagonals counting as one, the next that is not empty stands; zero where that is the brick
-    /// itself.
+    /// The distance to the next brick that is not empty, in bricks, diagonals counting as one; zero where the brick
+    /// itself is not.
     distance: Vec<u8>,
 }
 
 impl Bricks {
-    /// Of one grid.
+    /// The bricks of one grid.
     pub fn new(grid: &Grid) -> Self {
         let dims = grid.lattice.dims;
         let counts = dims.map(|n| n.div_ceil(BRICK));
@@ -66,7 +66,8 @@ impl Bricks {
         range(2).flat_map(move |z| range(1).flat_map(move |y| range(0).map(move |x| self.lattice.index(x, y, z))))
     }
 
-    /// How many edges of a brick one may go in any direction from one of them, and still stand in an empty one.
+    /// The number of edges of a brick that one may go in any direction from a place in it and still stand in an empty
+    /// brick.
     pub fn clear(&self, brick: [usize; 3]) -> usize {
         usize::from(self.distance[self.lattice.index(brick[0], brick[1], brick[2])].saturating_sub(1))
     }

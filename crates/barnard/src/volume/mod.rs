@@ -12,10 +12,10 @@ use glam::DVec3;
 use crate::field::{Grid, Lattice};
 use crate::geometry::Bounds;
 
-/// What a channel holds.
+/// What a channel of a volume holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Channel {
-    /// σ at V [pc⁻¹].
+    /// Extinction σ at V [pc⁻¹].
     Dust,
     /// Optical depth at V from a star \[1\].
     StarDepth(usize),
@@ -30,19 +30,19 @@ pub enum Channel {
 /// Fields on one lattice: depth × height × width × channels, f32.
 #[derive(Debug, Clone)]
 pub struct Volume {
-    /// Where the voxels of the box are; at least two along each axis.
+    /// The lattice of the voxels in the box; at least two along each axis.
     pub inner: Lattice,
-    /// Those and the layer around them.
+    /// The lattice of those and the layer around them.
     pub lattice: Lattice,
     /// What each channel holds.
     pub channels: Vec<Channel>,
-    /// The values.
+    /// The values, depth × height × width × channels.
     pub data: Vec<f32>,
 }
 
 /// One channel of a volume that is written.
 pub struct ChannelMut<'a> {
-    /// The volume.
+    /// The volume that is written.
     pub volume: &'a mut Volume,
     /// The channel's place among the others of a voxel.
     pub slot: usize,
@@ -100,7 +100,7 @@ impl Volume {
         }
     }
 
-    /// One channel as a grid, in f64 arithmetic.
+    /// One channel at the place `p`, trilinear, in f64 arithmetic.
     pub fn at(&self, channel: usize, p: DVec3) -> f64 {
         let size = DVec3::from(self.lattice.dims.map(|n| n as f64));
         let u = (p - self.lattice.bounds.low) / self.lattice.bounds.size() * size - 0.5;
@@ -114,7 +114,7 @@ impl Volume {
         lerp(plane(0), plane(1), f.z)
     }
 
-    /// Bytes of the values.
+    /// The bytes that the values take.
     pub fn bytes(&self) -> u64 {
         4 * self.data.len() as u64
     }

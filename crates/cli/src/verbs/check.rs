@@ -65,7 +65,7 @@ fn describe(scene: &Scene) {
     }
 }
 
-/// What one scattering leaves out, or which back ends know more.
+/// Tells what one scattering leaves out, or which back ends know more.
 fn describe_bounces(scene: &Scene) {
     let scatters = scene.dust.is_some() && !(scene.stars.is_empty() && scene.emission.is_empty() && scene.background.spectrum.is_none());
     match scene.method.bounces {

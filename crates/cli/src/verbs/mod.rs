@@ -21,7 +21,7 @@ use clap::Subcommand;
 #[cfg(not(all(feature = "view", feature = "study")))]
 use crate::missing::Missing;
 
-/// What to do.
+/// The verbs of the command.
 #[derive(Subcommand)]
 pub enum Verb {
     /// Open the explorer: fly through a scene and change every spectrum while you look
@@ -60,7 +60,7 @@ pub enum Verb {
 }
 
 impl Verb {
-    /// What is done where nothing is said: the explorer, where there is a screen.
+    /// The verb where none was given: the explorer, where there is a screen.
     pub fn unsaid() -> Option<Self> {
         #[cfg(feature = "view")]
         if view::View::is_possible() {
@@ -69,7 +69,7 @@ impl Verb {
         None
     }
 
-    /// Does it.
+    /// Does what the verb says.
     pub fn run(self) -> anyhow::Result<ExitCode> {
         match self {
             #[cfg(feature = "view")]

@@ -14,7 +14,7 @@ use clap::Args;
 
 use crate::progress;
 
-/// Settings of the referee.
+/// The settings of the path-traced referee.
 #[derive(Args)]
 pub struct Referee {
     /// Paths of each pixel and band, for --backend path (default: 64)
@@ -36,7 +36,7 @@ pub struct Referee {
 const MAX: u64 = 1 << 40;
 
 impl Referee {
-    /// Whether anything of it was said.
+    /// Whether any of the settings was given.
     pub fn is_asked(&self) -> bool {
         self.samples.is_some() || self.target_error.is_some() || self.seed.is_some() || self.state.is_some()
     }

@@ -108,7 +108,7 @@ impl Render {
         Ok(image)
     }
 
-    /// By a back end that reads a plan.
+    /// Renders by a back end that reads a plan.
     fn planned(&self, scene: &Scene, mut options: Options) -> anyhow::Result<Image> {
         let control = progress::control()?;
         let mut backend = self.open(scene)?;

@@ -33,7 +33,7 @@ pub struct View {
 }
 
 impl View {
-    /// With the first built-in scene, or what was not saved last time.
+    /// The explorer with the first built-in scene, or what was not saved last time.
     pub fn plain() -> Self {
         Self { scene: None, builtin: None, backend: "auto".into(), memory: 16.0 }
     }

@@ -66,7 +66,7 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     Ok(bytes.into_inner())
 }
 
-/// Attributes of EXR are Latin text; lines stay lines.
+/// Makes text Latin, as attributes of EXR are; lines stay lines.
 fn lines(text: &str) -> String {
     text.lines().map(super::ascii).collect::<Vec<_>>().join("\n")
 }

@@ -27,7 +27,7 @@ const PIECE: usize = 1 << 16;
 /// Header cards as text, keyword first.
 struct Header {
     cards: Vec<(String, String)>,
-    /// Where the data begin.
+    /// The position at which the data begin.
     data: u64,
 }
 
@@ -76,7 +76,7 @@ impl Header {
         self.axes().unwrap_or_default().into_iter().enumerate().map(|(i, n)| (i + 1, n)).filter(|(_, n)| *n != 1).collect()
     }
 
-    /// What a table holds that people take for an image, in words.
+    /// The sort of table that people take for an image, in words; none for an image.
     fn table(&self) -> Option<String> {
         if self.text("XTENSION") != Some("BINTABLE") {
             return None;
@@ -118,7 +118,7 @@ impl Header {
         frame
     }
 
-    /// Bytes of the data, padded to blocks.
+    /// The bytes of the data, padded to blocks.
     fn data_bytes(&self) -> Option<u64> {
         let axes = self.axes()?;
         let size = self.integer("BITPIX")?.unsigned_abs() / 8;
@@ -138,7 +138,7 @@ fn value_of(field: &str) -> String {
     field.split('/').next().unwrap_or("").trim().to_owned()
 }
 
-/// All HDUs of the file.
+/// Reads the headers of all HDUs of the file.
 fn headers(request: &mut Request) -> Result<Vec<Header>> {
     let magic = b"SIMPLE  =";
     if request.bytes(0, magic.len())?.is_none_or(|own| own != magic) {

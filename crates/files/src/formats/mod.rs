@@ -19,18 +19,18 @@ use barnard::image::Image;
 use barnard::memory;
 use spectra::error::nearest;
 
-/// Bytes that can be read from any place.
+/// A source of bytes that can be read from any place.
 pub trait Seekable: Read + Seek {}
 
 impl<T: Read + Seek> Seekable for T {}
 
-/// What is read of a file: where from, how much there is, which part is meant.
+/// A request to read a file: where its bytes are, how many there are, and which part is meant.
 pub struct Request<'a> {
-    /// The file's bytes.
+    /// The bytes of the file.
     pub source: &'a mut dyn Seekable,
-    /// How many there are.
+    /// The number of bytes.
     pub length: u64,
-    /// Its name, for messages.
+    /// The path of the file, for messages.
     pub path: &'a Path,
     /// The array or HDU that is meant.
     pub part: Option<&'a str>,
@@ -39,7 +39,7 @@ pub struct Request<'a> {
 }
 
 impl<'a> Request<'a> {
-    /// For all of `source`.
+    /// A request for all of `source`.
     ///
     /// # Errors
     /// Where its length cannot be told.
@@ -68,30 +68,30 @@ impl<'a> Request<'a> {
 
 /// One row of the readers.
 pub struct Reader {
-    /// Extensions, lower case.
+    /// The extensions of its files, in lower case.
     pub extensions: &'static [&'static str],
-    /// One line.
+    /// What it reads, in one line.
     pub summary: &'static str,
-    /// Reads a three-dimensional array.
+    /// Reads a three-dimensional array, where the format holds one.
     pub array: Option<fn(&mut Request) -> Result<Array>>,
     /// Reads an image, where the format holds them.
     pub image: Option<fn(&mut Request) -> Result<Image>>,
 }
 
-/// Formats that can be read.
+/// All formats that can be read.
 pub const READERS: &[Reader] = &[npy::NPY_READER, npy::NPZ_READER, fits::READER, exr::READER];
 
 /// One row of the writers.
 pub struct Writer {
-    /// Extension, lower case.
+    /// The extension of its files, in lower case.
     pub extension: &'static str,
-    /// One line.
+    /// What it writes, in one line.
     pub summary: &'static str,
     /// The image as the bytes of a file.
     pub encode: fn(&Image) -> Result<Vec<u8>>,
 }
 
-/// Formats that can be written.
+/// All formats that can be written.
 pub const WRITERS: &[Writer] = &[exr::WRITER, fits::WRITER, npy::WRITER, png::WRITER];
 
 fn extension(path: &Path) -> String {

@@ -33,12 +33,12 @@ fn npy(request: &mut Request) -> Result<Array> {
 }
 
 const MAGIC: &[u8] = b"\x93NUMPY";
-/// Bytes of a header at most, as NumPy itself has it (`max_header_size`).
+/// The bytes of a header at most, as NumPy itself has it (`max_header_size`).
 const LONGEST_HEADER: usize = 10_000;
-/// How deep its brackets nest at most: a dictionary, the list of a record's fields, a field, its shape.
+/// The depth to which brackets of a header may nest: a dictionary, the list of a record's fields, a field, its shape.
 const DEEPEST_HEADER: usize = 6;
 
-/// How long the dictionary says to be, and what of it is in `bytes`: it stands behind magic, version and length, two
+/// The length that the dictionary claims, and what of it is in `bytes`: it stands behind magic, version and length, two
 /// bytes of it in version 1, four later.
 fn header(bytes: &[u8]) -> (usize, &[u8]) {
     let little_endian = |range: std::ops::Range<usize>| {
@@ -71,7 +71,7 @@ fn check_header(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// What of a request stays when its bytes are lent to a parser.
+/// The part of a request that stays when its bytes are lent to a parser.
 struct Asked<'a> {
     path: &'a Path,
     memory_limit: u64,
@@ -102,7 +102,7 @@ fn open<'r>(request: &'r mut Request) -> Result<(Open<'r>, Order)> {
     Ok((file, order))
 }
 
-/// All values as f64, whatever plain number type they have.
+/// Reads all values as f64, whatever plain number type they have.
 fn values(request: &Asked, file: Open, cells: usize) -> Result<Vec<f64>> {
     let available = request.length;
     let dtype = file.dtype();
@@ -146,7 +146,7 @@ fn values(request: &Asked, file: Open, cells: usize) -> Result<Vec<f64>> {
     Ok(data)
 }
 
-/// Bytes of the longest header that an array of numbers has.
+/// The bytes of the longest header that an array of numbers has.
 const HEADER: usize = 1 << 16;
 /// The largest part of a header or a small array beside the values.
 const OVERHEAD: u64 = 1 << 20;
@@ -279,7 +279,7 @@ mod tests {
         }
     }
 
-    /// One bit of the values that is flipped is seen, whichever it is.
+    /// A single bit of the values that is flipped is seen, whichever it is.
     #[test]
     fn archives_are_held_to_their_checksums() {
         let values: Vec<f64> = (0..16).map(f64::from).collect();

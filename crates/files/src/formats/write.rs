@@ -7,7 +7,8 @@ use super::writer;
 use barnard::error::{Error, Result};
 use barnard::image::Image;
 
-/// Whether `path` can be written at all: known extension, folder there and writable. Asked before a long render.
+/// Checks that `path` can be written at all: the extension is known, the folder is there and writable. Programs ask
+/// before a long render.
 ///
 /// # Errors
 /// Where it cannot.
@@ -16,7 +17,7 @@ pub fn check_writable(path: &Path) -> Result<()> {
     check_replaceable(path)
 }
 
-/// The same for a file of any extension.
+/// Checks the same for a file of any extension.
 ///
 /// # Errors
 /// Where it cannot be written.
@@ -60,7 +61,7 @@ fn temporary(path: &Path) -> Result<tempfile::NamedTempFile> {
         .map_err(|e| Error::file(path, format!("the output folder {} cannot be written to: {e}", folder.display())))
 }
 
-/// What the names of temporaries of a file begin with; the number of the process that writes follows.
+/// The beginning of the names of a file's temporaries; the number of the process that writes follows.
 fn start_of_temporaries(path: &Path) -> String {
     const LONGEST: usize = 60;
     let name: String = path.file_name().map(|n| n.to_string_lossy().chars().take(LONGEST).collect()).unwrap_or_default();
@@ -78,12 +79,12 @@ fn sweep(folder: &Path, start: &str) {
     }
 }
 
-/// Whether a process no longer runs; where a system does not tell, it may.
+/// Whether a process no longer runs; where a system does not tell, it may have ended.
 fn is_gone(process: u32) -> bool {
     Path::new("/proc/self").exists() && !Path::new(&format!("/proc/{process}")).exists()
 }
 
-/// Writes images.
+/// The saving of images to files.
 pub trait SaveImage {
     /// Writes the image in the format of the path's extension, whole or not at all.
     ///
@@ -117,8 +118,8 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
 mod tests {
     use super::*;
 
-    /// What a killed process left is swept by the next one that writes the same file; what a living one writes, and
-    /// anybody else's files, stay.
+    /// The next process that writes a file sweeps what a killed one left; what a living one writes, and anybody else's
+    /// files, stay.
     #[test]
     #[cfg(target_os = "linux")]
     fn leftovers_are_swept() {

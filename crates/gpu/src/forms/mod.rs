@@ -13,13 +13,13 @@ use spectra::rule::{Form, Projection};
 use crate::error::{GpuError, Result};
 use crate::tables::QuadList;
 
-/// One form.
+/// A form of spectral terms that shaders have.
 pub struct FormEntry {
-    /// Its name.
+    /// The name of the form.
     pub name: &'static str,
-    /// Whether a rule has it.
+    /// Whether a rule's form is this one.
     pub of: fn(&Form) -> bool,
-    /// `accumulate` and `left`.
+    /// The text of the functions `accumulate` and `left`.
     pub wgsl: &'static str,
     /// Heads of tables for each light.
     pub heads: Heads,
@@ -38,14 +38,14 @@ pub struct Turns {
     pub each_term: usize,
 }
 
-/// How many heads a form has.
+/// The number of table heads that a form has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Heads {
-    /// One for each band.
+    /// The form has one head for each band.
     Bands,
-    /// One for each light and band.
+    /// The form has one head for each light and band.
     LightsAndBands,
-    /// One for each light and term.
+    /// The form has one head for each light and term.
     LightsAndTerms,
 }
 
@@ -61,7 +61,7 @@ impl std::fmt::Debug for FormEntry {
     }
 }
 
-/// All forms.
+/// All forms that shaders have.
 pub const FORMS: &[&FormEntry] = &[&nodes::ENTRY, &lookup::ENTRY, &projection::ENTRY, &analytic::ENTRY, &preintegrated::ENTRY];
 
 /// The form of a plan's rules.
@@ -74,7 +74,7 @@ pub fn form(plan: &Plan) -> Result<&'static FormEntry> {
     known.copied().ok_or_else(|| GpuError::Method(plan.spectral().method.into()))
 }
 
-/// k of each term, zero where a form has none.
+/// The extinction k of each term, zero where a form has none.
 pub fn extinctions(plan: &Plan) -> Vec<f32> {
     let of_band = |form: &Form, terms: usize| match form {
         Form::Nodes(nodes) => nodes.nodes.iter().map(|n| n.k as f32).collect(),
@@ -90,17 +90,17 @@ pub struct Contents {
     pub heads: Vec<[f32; 4]>,
     /// Tables one behind the other.
     pub tables: QuadList,
-    /// Where they will stand.
+    /// The quad at which the contents will stand.
     start: usize,
 }
 
 impl Contents {
-    /// That will stand at quad `start`.
+    /// Empty contents that will stand at quad `start`, behind so many heads.
     pub fn new(heads: usize, start: usize) -> Self {
         Self { heads: vec![[0.0; 4]; heads], tables: QuadList::default(), start }
     }
 
-    /// Where the next table starts.
+    /// The quad at which the next table starts.
     pub fn here(&self) -> f32 {
         (self.start + self.tables.0.len()) as f32
     }

@@ -17,12 +17,12 @@ pub const SRGB_FROM_XYZ: [[f64; 3]; 3] =
 pub const XYZ_FROM_SRGB: [[f64; 3]; 3] =
     [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]];
 
-/// Matrix times vector.
+/// The product of a matrix and a vector.
 pub fn transform(matrix: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| (0..3).map(|j| matrix[i][j] * v[j]).sum())
 }
 
-/// sRGB's transfer curve: display value in [0, 1] from linear light (IEC 61966-2-1).
+/// The transfer curve of sRGB: display value in [0, 1] from linear light (IEC 61966-2-1).
 pub fn srgb_encode(linear: f64) -> f64 {
     let v = linear.clamp(0.0, 1.0);
     if v <= 0.0031308 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
@@ -48,7 +48,7 @@ mod tests {
         assert!(white.iter().all(|v| (v - 1.0).abs() < 1e-4), "{white:?}");
     }
 
-    /// ȳ is one at 555 nm and the equal-energy spectrum is (1, 1, 1) in chromaticity.
+    /// The function ȳ is one at 555 nm, and the equal-energy spectrum has the chromaticity (1, 1, 1).
     #[test]
     fn matching_functions_are_normalised() {
         let [x, y, z] = matching_functions().unwrap();

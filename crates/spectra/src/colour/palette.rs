@@ -8,16 +8,16 @@ use crate::passband::Passband;
 /// Linear RGB = Σ_c matrix\[c\] · I_c.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Palette {
-    /// One RGB column for each band.
+    /// The RGB column of each band.
     pub columns: Vec<[f64; 3]>,
 }
 
-/// One row of the catalogue.
+/// One row of the catalogue of palettes.
 #[derive(Clone, Copy)]
 pub struct PaletteEntry {
-    /// Its name in scenes.
+    /// The name in scenes.
     pub name: &'static str,
-    /// One line.
+    /// What it shows, in one line.
     pub summary: &'static str,
     /// Makes the columns for the bands of a scene.
     pub build: fn(&[Passband]) -> Result<Vec<[f64; 3]>>,
@@ -117,7 +117,7 @@ fn hoo(bands: &[Passband]) -> Result<Vec<[f64; 3]>> {
     by_rank("hoo", bands, &[[0.0, 1.0, 1.0], [1.0, 0.0, 0.0]])
 }
 
-/// One colour for each band, from blue to red.
+/// A palette of one colour for each band, from blue to red.
 fn by_rank(name: &str, bands: &[Passband], colours: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
     if bands.len() != colours.len() {
         return Err(SpectraError::Palette(format!(

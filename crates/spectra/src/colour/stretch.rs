@@ -15,16 +15,16 @@ use crate::error::{Result, SpectraError};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stretch {
     entry: &'static StretchEntry,
-    /// s or m of the table above \[1\].
+    /// The strength s or m of the table above \[1\].
     pub strength: f64,
 }
 
-/// One row of the catalogue.
+/// One row of the catalogue of stretches.
 #[derive(Debug)]
 pub struct StretchEntry {
-    /// Its name in scenes.
+    /// The name in scenes.
     pub name: &'static str,
-    /// One line.
+    /// What it does, in one line.
     pub summary: &'static str,
     default_strength: f64,
     range: (f64, f64),
@@ -86,12 +86,12 @@ impl Stretch {
         Ok(Self { entry, strength })
     }
 
-    /// y(x); x below zero is black, above one white.
+    /// The brightness y(x); x below zero is black, above one white.
     pub fn apply(&self, x: f64) -> f64 {
         (self.entry.curve)(x.clamp(0.0, 1.0), self.strength)
     }
 
-    /// The catalogue's name.
+    /// The name in the catalogue.
     pub fn name(&self) -> &'static str {
         self.entry.name
     }

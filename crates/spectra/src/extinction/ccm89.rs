@@ -51,7 +51,7 @@ impl ExtinctionLaw for Ccm89 {
     }
 }
 
-/// a(x), b(x) with the bump at 4.6 µm⁻¹ (eq. 4).
+/// The coefficients a(x), b(x) with the bump at 4.6 µm⁻¹ (eq. 4).
 fn ultraviolet(x: f64) -> (f64, f64) {
     let y = (x - 5.9).max(0.0);
     let f_a = -0.04473 * y.powi(2) - 0.009779 * y.powi(3);

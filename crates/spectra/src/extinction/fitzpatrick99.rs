@@ -20,7 +20,7 @@ pub(super) const ENTRY: LawEntry = LawEntry {
     maker: Maker::RatioOfV { low: 2.0, high: 6.0, make: |r_v| Box::new(Fitzpatrick99::new(r_v)) },
 };
 
-/// Where the ultraviolet form takes over [µm⁻¹].
+/// The wavenumber at which the ultraviolet form takes over [µm⁻¹].
 const ULTRAVIOLET_X: f64 = 1.0 / 0.27;
 
 #[derive(Debug)]

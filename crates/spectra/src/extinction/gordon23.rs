@@ -64,7 +64,7 @@ fn optical(of: &Optical, x: f64) -> f64 {
     polynomial + drudes.iter().map(profile).sum::<f64>()
 }
 
-/// Where the two infrared power laws pass into each other: 4.30578 ± 4.78338/2 [µm].
+/// The interval in which the two infrared power laws pass into each other: 4.30578 ± 4.78338/2 [µm].
 const BREAK: (f64, f64) = (4.30578 - 4.78338 / 2.0, 4.30578 + 4.78338 / 2.0);
 
 /// Two power laws and the silicate features at 10 and 20 µm (their eq. 9).

@@ -21,7 +21,7 @@ use crate::error::{Result, SpectraError};
 pub trait ExtinctionLaw: std::fmt::Debug + Send + Sync {
     /// Extinction relative to V, k(λ) = A(λ)/A(V) \[1\]; λ \[µm\] within [`Self::range_um`].
     fn k(&self, lambda_um: f64) -> f64;
-    /// Validity range \[µm\].
+    /// The interval in which the law is valid, (lowest, highest) \[µm\].
     fn range_um(&self) -> (f64, f64);
     /// Wavelengths at which the law is not smooth \[µm\].
     fn breakpoints_um(&self) -> Vec<f64> {
@@ -33,30 +33,30 @@ pub trait ExtinctionLaw: std::fmt::Debug + Send + Sync {
     }
 }
 
-/// How a law is made.
+/// The way in which a law is made.
 #[derive(Clone, Copy)]
 pub enum Maker {
-    /// From R_V, valid between two values; the default is 3.1.
+    /// The law is made from R_V, valid between two values; the default is 3.1.
     RatioOfV {
-        /// Least R_V.
+        /// The least R_V.
         low: f64,
-        /// Largest R_V.
+        /// The largest R_V.
         high: f64,
-        /// Makes the law.
+        /// Makes the law of an R_V.
         make: fn(f64) -> Box<dyn ExtinctionLaw>,
     },
-    /// Without a parameter.
+    /// The law has no parameter.
     Fixed(fn() -> Result<Box<dyn ExtinctionLaw>>),
 }
 
-/// One row of the catalogue.
+/// One row of the catalogue of extinction laws.
 #[derive(Clone, Copy)]
 pub struct LawEntry {
-    /// Its name in scenes.
+    /// The name in scenes.
     pub name: &'static str,
-    /// One line: what it is, its source.
+    /// What it is and where it is from, in one line.
     pub summary: &'static str,
-    /// How it is made.
+    /// The way in which it is made.
     pub maker: Maker,
 }
 
@@ -101,7 +101,7 @@ impl Extinction {
         Self::with_r_v(name, None)
     }
 
-    /// The same with another R_V = A(V)/E(B−V).
+    /// The law called `name` with another R_V = A(V)/E(B−V).
     ///
     /// # Errors
     /// Where there is no such law, it takes no R_V, or not this one.
@@ -126,7 +126,7 @@ impl Extinction {
         Ok(Self { name: Cow::Borrowed(entry.name), r_v, law })
     }
 
-    /// Whether the law holds over [`low_um`, `high_um`]; the error names `what` asked.
+    /// Checks that the law holds from `low_um` to `high_um`; the error names `what` asked.
     ///
     /// # Errors
     /// Where it does not, with the interval in which it does.

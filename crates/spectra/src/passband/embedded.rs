@@ -6,12 +6,12 @@ use super::{Counting, Passband};
 use crate::error::{Result, SpectraError};
 use crate::table::{Table, rows, with_provenance};
 
-/// A file of curves.
+/// A file of throughput curves.
 #[derive(Debug, Clone, Copy)]
 pub struct Family {
-    /// What its bands' names begin with.
+    /// The prefix of the names of its bands.
     pub name: &'static str,
-    /// One line: instrument, counting, caveats.
+    /// The instrument, what its detector counts, and caveats, in one line.
     pub summary: &'static str,
     text: &'static str,
 }
@@ -45,11 +45,11 @@ pub const FAMILIES: &[Family] = &[
 /// A named set of bands.
 #[derive(Debug, Clone, Copy)]
 pub struct SetEntry {
-    /// Its name in scenes.
+    /// The name in scenes.
     pub name: &'static str,
-    /// One line.
+    /// What it is, in one line.
     pub summary: &'static str,
-    /// Its bands, from blue to red.
+    /// The bands, from blue to red.
     pub bands: &'static [&'static str],
 }
 
@@ -138,7 +138,7 @@ pub fn set(name: &str) -> Result<Vec<Passband>> {
     entry.bands.iter().map(|b| Passband::named(b)).collect()
 }
 
-/// One curve: where it stands.
+/// The place of one curve in its file.
 struct Section {
     name: &'static str,
     counting: &'static str,

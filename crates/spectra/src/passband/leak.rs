@@ -6,20 +6,20 @@
 
 use super::Passband;
 
-/// What is far from the band, where there is more than 1e-4 of the peak.
+/// Throughput far from the band, where there is more than 1e-4 of the peak.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leak {
     /// The largest throughput there, in parts of the peak \[1\].
     pub throughput: f64,
-    /// Its share of the integral of the throughput \[1\].
+    /// The share of the integral of the throughput \[1\].
     pub share: f64,
-    /// Where that largest throughput is \[µm\].
+    /// The wavelength of the largest of it \[µm\].
     pub at_um: f64,
 }
 
-/// Throughput in parts of the peak that is worth a word.
+/// The throughput that is worth a word, in parts of the peak.
 const LEAST: f64 = 1e-4;
-/// Throughput in parts of the peak where a band ends.
+/// The throughput at which a band ends, in parts of the peak.
 const EDGE: f64 = 1e-2;
 /// Places where a curve is looked at beside its own corners.
 const SAMPLES: usize = 10_000;
@@ -32,7 +32,7 @@ impl std::fmt::Display for Leak {
 }
 
 impl Passband {
-    /// What the band lets through far from where it is meant to; none where that is little.
+    /// The light that the band lets through far from where it is meant to; none where that is little.
     pub fn leak(&self) -> Option<Leak> {
         let (low, high) = self.support_um();
         let even = (0..=SAMPLES).map(|i| low + (high - low) * i as f64 / SAMPLES as f64);

@@ -27,17 +27,17 @@ use crate::quadrature::gauss_legendre;
 use crate::table::Table;
 use crate::units::Wavelength;
 
-/// What a detector counts.
+/// The quantity that a detector counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Counting {
-    /// Energy: R = T.
+    /// The detector counts energy: R = T.
     Energy,
     /// Photons: R = T λ/λ_p.
     Photon,
 }
 
 impl Counting {
-    /// "energy" or "photon".
+    /// The name in scenes: "energy" or "photon".
     pub fn name(self) -> &'static str {
         match self {
             Counting::Energy => "energy",
@@ -45,7 +45,7 @@ impl Counting {
         }
     }
 
-    /// From its name.
+    /// The way of counting called `name`.
     ///
     /// # Errors
     /// Where there is none of that name.
@@ -58,13 +58,13 @@ impl Counting {
     }
 }
 
-/// A throughput curve T(λ).
+/// A throughput curve T(λ), which can be implemented outside of this crate.
 pub trait Curve: std::fmt::Debug + Send + Sync {
-    /// T(λ) \[1\].
+    /// The throughput T at a wavelength \[1\].
     fn throughput(&self, lambda_um: f64) -> f64;
-    /// Where T is not zero \[µm\].
+    /// The interval in which T is not zero, (lowest, highest) \[µm\].
     fn support_um(&self) -> (f64, f64);
-    /// Where T is not smooth, both ends of the support included \[µm\].
+    /// The wavelengths at which T is not smooth, both ends of the support included \[µm\].
     fn breakpoints_um(&self) -> Vec<f64>;
 }
 
@@ -83,7 +83,7 @@ impl Curve for Table {
     }
 }
 
-/// A named passband.
+/// A passband: a throughput curve with its name, and what its detector counts.
 #[derive(Debug, Clone)]
 pub struct Passband {
     name: String,
@@ -107,7 +107,7 @@ impl Passband {
         self.curve.breakpoints_um().iter().map(|l| self.curve.throughput(*l)).fold(0.0, f64::max)
     }
 
-    /// From a curve; an empty or negative one is an error.
+    /// A passband of a curve.
     ///
     /// # Errors
     /// Where the curve is empty or negative.
@@ -137,7 +137,8 @@ impl Passband {
         embedded::named(name)
     }
 
-    /// From the CSV text of a user's curve (wavelength, throughput; the header may name the unit, nm otherwise).
+    /// A passband from the CSV text of a user's curve (wavelength, throughput; the header may name the unit, nm
+    /// otherwise).
     ///
     /// # Errors
     /// Where the text is no such table, or the curve is empty or negative.
@@ -145,7 +146,7 @@ impl Passband {
         Self::new(name, counting, Arc::new(crate::table::spectrum_from_csv(name, text)?))
     }
 
-    /// Its name.
+    /// The name of the band.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -156,17 +157,17 @@ impl Passband {
         self
     }
 
-    /// What its detector counts.
+    /// The quantity that its detector counts.
     pub fn counting(&self) -> Counting {
         self.counting
     }
 
-    /// Pivot wavelength λ_p.
+    /// The pivot wavelength λ_p.
     pub fn pivot(&self) -> Wavelength {
         Wavelength(self.pivot_um)
     }
 
-    /// Response R(λ) \[1\].
+    /// The response R(λ) \[1\].
     pub fn response(&self, lambda_um: f64) -> f64 {
         let t = self.curve.throughput(lambda_um);
         match self.counting {
@@ -175,7 +176,7 @@ impl Passband {
         }
     }
 
-    /// Where the response is not zero \[µm\].
+    /// The interval in which the response is not zero, (lowest, highest) \[µm\].
     pub fn support_um(&self) -> (f64, f64) {
         self.curve.support_um()
     }
@@ -224,7 +225,7 @@ impl Passband {
         Wavelength(area / self.peak())
     }
 
-    /// Largest throughput \[1\].
+    /// The largest throughput \[1\].
     pub fn peak(&self) -> f64 {
         let pieces = self.curve.breakpoints_um();
         let inner = self.samples(&[]);

@@ -16,34 +16,34 @@ use crate::units::Wavelength;
 /// The shape of an analytic passband.
 #[derive(Debug, Clone)]
 pub enum Window {
-    /// One within centre ± width/2.
+    /// A window that is one within centre ± width/2.
     TopHat {
-        /// Its middle.
+        /// The middle of the window.
         centre: Wavelength,
-        /// Its full width.
+        /// The full width.
         width: Wavelength,
     },
-    /// A Gaussian.
+    /// A Gaussian window.
     Gaussian {
-        /// Its middle.
+        /// The middle of the window.
         centre: Wavelength,
-        /// Its full width at half maximum.
+        /// The full width at half maximum.
         fwhm: Wavelength,
     },
     /// A squared cosine.
     Cos2 {
-        /// Its middle.
+        /// The middle of the window.
         centre: Wavelength,
-        /// Where it reaches zero on both sides.
+        /// The distance at which it reaches zero on both sides.
         half_width: Wavelength,
     },
     /// A polynomial in λ \[µm\], lowest power first.
     Polynomial {
-        /// Σ cᵢ λⁱ.
+        /// The coefficients of Σ cᵢ λⁱ.
         coefficients: Vec<f64>,
-        /// Lower end.
+        /// The lowest wavelength.
         low: Wavelength,
-        /// Upper end.
+        /// The highest wavelength.
         high: Wavelength,
     },
 }

@@ -25,14 +25,14 @@ const TOLERANCE: f64 = 1e-9;
 /// its square.
 const GREY: f64 = 1e-3;
 
-/// One polynomial for each source; one term.
+/// The form of one polynomial for each source, and one term.
 #[derive(Debug, Clone)]
 pub struct Analytic {
-    /// c = k λ \[µm\].
+    /// The constant c = k λ \[µm\].
     pub c_um: f64,
-    /// The sources.
+    /// The polynomial of each source.
     pub sources: Vec<PolynomialSource>,
-    /// F(0), source × 1.
+    /// The F(0) of each source, source × 1.
     weights: Vec<[f64; 1]>,
 }
 
@@ -41,9 +41,9 @@ pub struct Analytic {
 pub struct PolynomialSource {
     /// The polynomial with what its fit costs.
     pub fit: Fit,
-    /// (k, mass) of lines.
+    /// The (k, mass) of each line.
     pub lines: Vec<(f64, f64)>,
-    /// F(0) of the whole.
+    /// The F(0) of the whole source.
     pub total: f64,
 }
 

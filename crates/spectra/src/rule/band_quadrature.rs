@@ -22,7 +22,7 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
     solve,
 };
 
-/// The same for a look that passes by: so many nodes, and nothing is stated of the error.
+/// The rule of previews: so many nodes, and nothing is stated of the error.
 pub const PREVIEW: RuleEntry = RuleEntry {
     name: "preview",
     summary: "three Gauss nodes a band, without a certificate: a look while things change",
@@ -48,7 +48,7 @@ const MAX_NODES: usize = 16;
 const SHARE: f64 = 0.3;
 const TILTS: [f64; 4] = [0.0, 0.5, 1.5, 4.0];
 
-/// Where there are more sources, so many of them choose the nodes; the certificate is asked for all.
+/// The number of sources that choose the nodes where there are more; the certificate is asked for all.
 const CHOOSING: usize = 16;
 
 fn solve(problem: &BandProblem) -> Result<BandRule> {
@@ -147,7 +147,7 @@ fn nodes(problem: &BandProblem, n: usize, t: f64, choosing: &[usize]) -> Vec<Nod
     rule.iter().map(|(k, _)| Node { k: *k, lambda_um: nearest(*k) }).collect()
 }
 
-/// w_j = ∫ W ℓ_j(k) dλ.
+/// The weights w_j = ∫ W ℓ_j(k) dλ of nodes in k.
 pub(super) fn interpolatory_weights(nodes: &[Node], measure: &Measure) -> Vec<f64> {
     let mut weights = vec![0.0; nodes.len()];
     for (k, mass) in measure.k.iter().zip(&measure.mass) {
@@ -159,7 +159,7 @@ pub(super) fn interpolatory_weights(nodes: &[Node], measure: &Measure) -> Vec<f6
     weights
 }
 
-/// w ≥ 0 that fit F(a) best on samples of a.
+/// The weights w ≥ 0 that fit F(a) best on samples of a.
 fn fitted_weights(nodes: &[Node], measure: &Measure, depth: f64) -> Vec<f64> {
     let samples: Vec<f64> = (0..40).map(|i| depth.min(40.0) * (i as f64 / 39.0).powi(2)).collect();
     let a = DMatrix::from_fn(samples.len(), nodes.len(), |i, j| (-samples[i] * nodes[j].k).exp());

@@ -20,9 +20,9 @@ pub struct Certificate {
 /// Relative errors that arithmetic makes where light is marched.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rounding {
-    /// Of an optical depth, also by the precision that densities are kept in \[1\].
+    /// The error of an optical depth, also by the precision that densities are kept in \[1\].
     pub depth: f64,
-    /// Of the light behind it \[1\].
+    /// The error of the light behind that depth \[1\].
     pub light: f64,
 }
 
@@ -90,7 +90,7 @@ impl Certificate {
     }
 }
 
-/// sup of f over [0, depth].
+/// The supremum of f over [0, depth].
 fn supremum(f: impl Fn(f64) -> f64, depth: f64) -> f64 {
     let mut points: Vec<f64> = (0..=SAMPLES).map(|i| depth * i as f64 / SAMPLES as f64).collect();
     points.extend((0..=SAMPLES / 2).map(|i| depth * 10f64.powf(-5.0 * i as f64 / (SAMPLES / 2) as f64)));

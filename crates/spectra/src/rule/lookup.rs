@@ -22,9 +22,9 @@ const MAX_ENTRIES: usize = 1 << 14;
 /// A table for each source; one term.
 #[derive(Debug, Clone)]
 pub struct Lookup {
-    /// ln F of each source.
+    /// The table of ln F of each source.
     pub tables: Vec<DepthTable>,
-    /// F(0), source × 1.
+    /// The F(0) of each source, source × 1.
     weights: Vec<[f64; 1]>,
 }
 
@@ -42,12 +42,12 @@ impl Decay for Lookup {
     }
 }
 
-/// ln F at equal steps of optical depth.
+/// A table of ln F at equal steps of optical depth.
 #[derive(Debug, Clone)]
 pub struct DepthTable {
     /// Step of the depth \[1\].
     pub step: f64,
-    /// ln (F(a)/F(0)) at a = 0, step, 2 step … \[1\].
+    /// The ln (F(a)/F(0)) at a = 0, step, 2 step … \[1\].
     pub log: Vec<f64>,
     /// ∫ F/F(0) da from there to the last entry \[1\].
     pub left: Vec<f64>,
@@ -57,7 +57,7 @@ impl DepthTable {
     /// Half growth of −ln F up to which [`rows`](Self::rows) may be read in the middle of a span alone, and what its
     /// bend may change there: third cumulants of a passband and squares of the second are left out, 1e-6 at most.
     pub const THIN: f32 = 0.15;
-    /// See [`THIN`](Self::THIN).
+    /// The most that the bend may change the mean of a span, for [`THIN`](Self::THIN) spans.
     pub const EVEN: f32 = 1e-3;
 
     fn new(measure: &Measure, depth: f64, entries: usize) -> Self {
@@ -67,7 +67,7 @@ impl DepthTable {
         Self::of(step, log)
     }
 
-    /// Of logarithms at equal steps.
+    /// The table of logarithms at equal steps.
     fn of(step: f64, log: Vec<f64>) -> Self {
         let mut left = vec![0.0; log.len()];
         for i in (0..log.len() - 1).rev() {
@@ -100,8 +100,8 @@ impl DepthTable {
         (before + after + (self.left[first.gap + 1] - self.left[last.gap]) / self.step) / gaps
     }
 
-    /// ln F at each entry but the last, how much it rises to the next, half of its second derivative over the depth,
-    /// and what is left behind the entry: what back ends read.
+    /// The rows that back ends read: ln F at each entry but the last, how much it rises to the next, half of its second
+    /// derivative over the depth, and what is left behind the entry.
     pub fn rows(&self) -> impl Iterator<Item = [f64; 4]> + '_ {
         let gaps = self.log.len() - 1;
         let rise = |i: usize| self.log[i + 1] - self.log[i];

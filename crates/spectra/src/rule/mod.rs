@@ -45,24 +45,24 @@ use crate::basis::Criterion;
 use crate::error::{Result, SpectraError};
 use crate::polynomial::Fit;
 
-/// What a rule is asked for: one passband, its sources, the reach and the accuracy.
+/// The problem that a rule solves: one passband, its sources, the reach and the accuracy.
 pub struct BandProblem<'a> {
-    /// What shines through it.
+    /// The sources that shine through the passband.
     pub sources: &'a [Source],
     /// The domain D of rules that work in λ: what the settings say, or the passband's support \[µm\].
     pub domain_um: (f64, f64),
     /// The domain of rules that serve all passbands at once: what the settings say, or the support of all passbands
     /// \[µm\].
     pub common_um: (f64, f64),
-    /// λ and k at the band's pivot.
+    /// The wavelength and the extinction at the band's pivot.
     pub pivot: Node,
     /// The extinction law over λ \[µm\], for rules that place their own wavelengths.
     pub k: &'a (dyn Fn(f64) -> f64 + Sync),
     /// The largest optical depth the scene can reach \[1\].
     pub depth: f64,
-    /// Allowed error of F relative to F(0) \[1\].
+    /// The allowed error of F relative to F(0) \[1\].
     pub accuracy: f64,
-    /// What is fixed.
+    /// What the user has fixed of the rule.
     pub settings: &'a Settings,
 }
 
@@ -71,13 +71,13 @@ pub struct BandProblem<'a> {
 pub struct Settings {
     /// Number of nodes, intervals, elements or samples; chosen by accuracy otherwise.
     pub count: Option<usize>,
-    /// The domain D \[µm\].
+    /// The domain D of a basis, (lowest, highest) \[µm\].
     pub domain_um: Option<(f64, f64)>,
     /// Degree of polynomials that stand for spectra.
     pub degree: usize,
     /// The largest argument a basis is made for; what the scene reaches otherwise \[1\].
     pub range: Option<f64>,
-    /// What the exponents of a basis minimise.
+    /// The error that the exponents of a basis minimise.
     pub criterion: Criterion,
 }
 
@@ -91,9 +91,9 @@ impl Default for Settings {
 /// A wavelength with its extinction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Node {
-    /// λ \[µm\].
+    /// The wavelength \[µm\].
     pub lambda_um: f64,
-    /// k(λ) \[1\].
+    /// The extinction k(λ) relative to V \[1\].
     pub k: f64,
 }
 
@@ -102,7 +102,7 @@ pub trait Decay {
     /// Number of terms of one source.
     fn terms(&self) -> usize;
 
-    /// w_st of source `s`, in the unit of F \[term\].
+    /// The weights w_st of source `s`, in the unit of F \[term\].
     fn weights(&self, s: usize) -> &[f64];
 
     /// The weights of source `s` when its W carries one more factor f(λ), such as a phase function at one angle
@@ -135,7 +135,7 @@ pub trait Decay {
 /// The evaluated form of a rule.
 #[derive(Debug, Clone)]
 pub enum Form {
-    /// Exponentials at shared nodes.
+    /// Exponentials at nodes that all sources share.
     Nodes(Nodes),
     /// F itself as a table for each source.
     Lookup(Lookup),
@@ -150,7 +150,7 @@ pub enum Form {
 }
 
 impl Form {
-    /// What all forms can do.
+    /// The form as what all forms can do.
     pub fn decay(&self) -> &dyn Decay {
         match self {
             Form::Nodes(nodes) => nodes,
@@ -166,7 +166,7 @@ impl Form {
 /// A solved rule for one passband.
 #[derive(Debug, Clone)]
 pub struct BandRule {
-    /// How F is evaluated.
+    /// The form in which F is evaluated.
     pub form: Form,
     /// The error bound of each source over the reachable depths.
     pub certificates: Vec<Certificate>,
@@ -211,12 +211,12 @@ impl BandRule {
     }
 }
 
-/// One row of the catalogue.
+/// One row of the catalogue of rules.
 #[derive(Clone, Copy)]
 pub struct RuleEntry {
-    /// Its name in scenes and on the command line.
+    /// The name in scenes and on the command line.
     pub name: &'static str,
-    /// One line.
+    /// What it does, in one line.
     pub summary: &'static str,
     /// Whether its terms are nodes, each of which is monochromatic transport.
     pub nodes: bool,

@@ -12,18 +12,18 @@ use super::{BandProblem, BandRule, Decay, DepthSpan, Form, Node, Source};
 pub struct Nodes {
     /// The nodes, ascending in k.
     pub nodes: Vec<Node>,
-    /// Weights, source × node.
+    /// The weights, source × node.
     pub weights: Vec<Vec<f64>>,
-    /// How each source's weights follow from its measure.
+    /// The way in which each source's weights follow from its measure.
     pub(super) weighting: Vec<Weighting>,
 }
 
-/// How a source's weights follow from its measure.
+/// The way in which a source's weights follow from its measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Weighting {
-    /// w_j = ∫ W ℓ_j(k) dλ: any further spectral factor is integrated with them.
+    /// The weights are w_j = ∫ W ℓ_j(k) dλ: any further spectral factor is integrated with them.
     Interpolatory,
-    /// w_j fixed, a further spectral factor is taken at the node's wavelength.
+    /// The weights are fixed; a further spectral factor is taken at the node's wavelength.
     AtNodes,
 }
 

@@ -26,18 +26,18 @@ const MAX_ENTRIES: usize = 2048;
 /// The part of the accuracy that reading it between its entries may cost.
 const TABLE_SHARE: f64 = 0.1;
 
-/// Intervals that the sources share, with tables for each.
+/// The form of intervals that the sources share, with tables for each.
 #[derive(Debug, Clone)]
 pub struct Preintegrated {
     /// Mean k of each interval \[1\].
     pub k: Vec<f64>,
-    /// Tables, source × interval.
+    /// The tables, source × interval.
     pub tables: Vec<Vec<SegmentTable>>,
-    /// Mass, source × interval.
+    /// The masses, source × interval.
     weights: Vec<Vec<f64>>,
     /// The interval of each point of the sources' measures goes by these ends [µm].
     ends: Vec<f64>,
-    /// What reading the tables between their entries costs at most [1].
+    /// The error that reading the tables between their entries costs at most [1].
     reading: f64,
 }
 
@@ -45,14 +45,14 @@ pub struct Preintegrated {
 /// thin segments and thick ones are read alike.
 #[derive(Debug, Clone)]
 pub struct SegmentTable {
-    /// Step of √Δ \[1\].
+    /// The step of √Δ \[1\].
     pub step: f64,
-    /// At √Δ = 0, step, 2 step … \[1\].
+    /// The means at √Δ = 0, step, 2 step … \[1\].
     pub mean: Vec<f64>,
 }
 
 impl SegmentTable {
-    /// Of points (k, mass).
+    /// The table of points (k, mass).
     fn new(points: &[(f64, f64)], step: f64, entries: usize) -> Self {
         let total: f64 = points.iter().map(|p| p.1).sum();
         let of = |x: f64| if x > 0.0 { -(-x).exp_m1() / x } else { 1.0 };
@@ -121,8 +121,8 @@ impl Decay for Preintegrated {
         self.k.iter().zip(&self.tables[s]).zip(weights).map(|((k, table), w)| w * (-k * front).exp() * table.at(delta)).sum()
     }
 
-    /// Of light behind any depth, and of what reading adds in a segment: where that is thick its mean is small, and so
-    /// is what is lost of it.
+    /// The certificate of light behind any depth, and of what reading adds in a segment: where that is thick its mean
+    /// is small, and so is what is lost of it.
     fn certificate(&self, s: usize, weights: &[f64], measure: &Measure, depth: f64) -> Certificate {
         let plain = Certificate::measured(measure, |a| self.mean(s, weights, DepthSpan::at(a)), depth);
         Certificate { absolute: plain.absolute + self.reading, relative: plain.relative + 2.0 * self.reading, depth }

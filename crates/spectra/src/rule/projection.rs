@@ -32,11 +32,11 @@ const MAX_ENTRIES: usize = 1 << 14;
 /// Coordinates over depth and the integrals of each source.
 #[derive(Debug, Clone)]
 pub struct Projection {
-    /// The elements.
+    /// The basis that light is projected on.
     pub basis: Basis,
     /// Step of the table's depths \[1\].
     pub step: f64,
-    /// q_i(a) at a = 0, step, 2 step … \[entry\]\[element\].
+    /// The coordinates q_i(a) at a = 0, step, 2 step … \[entry\]\[element\].
     pub coordinates: Vec<Vec<f64>>,
     /// ∫ q_i da from there to the last entry, of coordinates that are linear between entries \[entry\]\[element\].
     pub left: Vec<Vec<f64>>,
@@ -80,7 +80,7 @@ impl Projection {
         low + fraction * (high - low)
     }
 
-    /// q_i at one depth \[element\].
+    /// The coordinates q_i at one depth \[element\].
     pub fn at(&self, depth: f64) -> impl Iterator<Item = f64> + '_ {
         let place = self.place(depth);
         (0..self.basis.size()).map(move |element| self.value(place, element))
@@ -115,7 +115,7 @@ fn interpolation_error(basis: &Basis, entries: usize) -> f64 {
     (0..basis.size()).map(|i| (0.5 * (a[i] + b[i]) - m[i]).abs()).fold(0.0, f64::max)
 }
 
-/// ∫ W Q_i dλ.
+/// The integrals ∫ W Q_i dλ \[element\].
 fn integrals(basis: &Basis, measure: &Measure) -> Vec<f64> {
     let mut sum = vec![0.0; basis.size()];
     for (k, mass) in measure.k.iter().zip(&measure.mass) {

@@ -16,7 +16,7 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
     solve,
 };
 
-/// Wavelengths for each ray.
+/// The number of wavelengths for each ray.
 const COUNT: usize = 4;
 /// Most wavelengths for each ray.
 const MAX_COUNT: usize = 256;
@@ -28,15 +28,15 @@ const DEPTHS: usize = 64;
 pub struct Sampled {
     /// Wavelengths drawn for each ray.
     pub count: usize,
-    /// k of each possible draw \[1\].
+    /// The extinction k of each possible draw \[1\].
     pub k: Vec<f64>,
     /// Probability of all draws up to and with each \[1\].
     pub cumulative: Vec<f64>,
     /// W/p relative to F(0) of each draw, source × draw \[1\].
     pub ratio: Vec<Vec<f64>>,
-    /// What the mean over many rays is.
+    /// The measure that the mean over many rays has.
     expected: Vec<Measure>,
-    /// F(0)/n, source × sample.
+    /// The weights F(0)/n, source × sample.
     weights: Vec<Vec<f64>>,
 }
 
@@ -135,7 +135,7 @@ impl Decay for Sampled {
         weights.iter().sum::<f64>() * sum / total
     }
 
-    /// What one ray can be off by, beside what the mean of all is off by.
+    /// The certificate of what one ray can be off by, beside what the mean of all is off by.
     fn certificate(&self, s: usize, weights: &[f64], measure: &Measure, depth: f64) -> Certificate {
         let (mean, ray) = (Certificate::measured(measure, |a| self.mean(s, weights, DepthSpan::at(a)), depth), self.bound(s, depth));
         Certificate { absolute: mean.absolute + ray.absolute, relative: mean.relative + ray.relative, depth }

@@ -8,16 +8,16 @@ use crate::spectrum::Spectrum;
 /// A discrete measure Σ mass δ(λ): F(a) = Σ mass e^(−a k).
 #[derive(Debug, Clone, Default)]
 pub struct Measure {
-    /// λ \[µm\].
+    /// The wavelengths \[µm\].
     pub lambda_um: Vec<f64>,
-    /// k(λ) \[1\].
+    /// The extinction k(λ) at each, relative to V \[1\].
     pub k: Vec<f64>,
     /// W dλ, in the unit of F.
     pub mass: Vec<f64>,
 }
 
 impl Measure {
-    /// F(0).
+    /// The whole light without dust, F(0).
     pub fn total(&self) -> f64 {
         self.mass.iter().sum()
     }
@@ -27,7 +27,7 @@ impl Measure {
         self.k.iter().zip(&self.mass).map(|(k, m)| k * m).sum::<f64>() / self.total()
     }
 
-    /// F(a).
+    /// The light F(a) behind a depth.
     pub fn at(&self, depth: f64) -> f64 {
         self.k.iter().zip(&self.mass).map(|(k, m)| m * (-depth * k).exp()).sum()
     }
@@ -71,11 +71,11 @@ impl Measure {
 /// A further spectral factor f(λ).
 pub type Factor = Box<dyn Fn(f64) -> f64 + Send + Sync>;
 
-/// One source through one passband.
+/// One source of light through one passband.
 pub struct Source {
-    /// Its name, for the certificate.
+    /// The name in certificates.
     pub name: String,
-    /// W dλ, lines included.
+    /// The measure W dλ, lines included.
     pub measure: Measure,
     /// W(λ) without the lines, for rules that sample it.
     pub density: Factor,

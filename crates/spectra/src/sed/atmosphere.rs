@@ -68,7 +68,7 @@ fn between(places: impl Iterator<Item = f64> + Clone, at: f64) -> Option<(usize,
     Some((above - 1, above, (at - low) / (high - low)))
 }
 
-/// From `a` to `b`: their logarithms where both shine.
+/// The spectrum between `a` and `b`: by their logarithms where both shine.
 fn blend(a: &[f64], b: &[f64], share: f64) -> Vec<f64> {
     let one = |(a, b): (&f64, &f64)| match a.min(*b) > 0.0 {
         true => a * (b / a).powf(share),

@@ -39,7 +39,7 @@ mod tests {
     use crate::constants::STEFAN_BOLTZMANN;
     use crate::quadrature::integrate;
 
-    /// π ∫ B_λ dλ = σ T⁴, and Wien's law λ_max T = 2897.772 µm K (CODATA 2018).
+    /// The integral π ∫ B_λ dλ is σ T⁴, and Wien's law λ_max T = 2897.772 µm K holds (CODATA 2018).
     #[test]
     fn stefan_boltzmann_and_wien() {
         for t in [300.0, 5772.0, 40000.0] {

@@ -8,7 +8,7 @@ use crate::table::{Table, embedded_columns};
 
 const PICKLES: &str = include_str!("../../data/stars/pickles.csv");
 
-/// What is read once: a scene may have thousands of stars.
+/// Reads a table once: a scene may have thousands of stars.
 pub(super) fn once<T>(kept: &'static OnceLock<T>, read: impl FnOnce() -> Result<T>) -> Result<&'static T> {
     match kept.get() {
         Some(known) => Ok(known),
@@ -25,7 +25,7 @@ pub fn star_names() -> impl Iterator<Item = &'static str> {
     head.split(',').skip(1)
 }
 
-/// What is known of a spectrum of the library, in words.
+/// What the library says of a spectrum, in words.
 pub fn star_summary(name: &str) -> String {
     let Some(own) = SpectralType::parse(name) else { return String::new() };
     let metals = match own.metals {
@@ -52,7 +52,7 @@ fn library() -> Result<&'static [(SpectralType, Arc<Table>)]> {
     Ok(once(&LIBRARY, read)?)
 }
 
-/// How many subclasses two types may lie apart that a third is taken from.
+/// The most subclasses that two types may lie apart from which a third is interpolated.
 const WIDEST: f64 = 10.0;
 
 /// The spectrum of a star of type `name`, F_λ relative to 0.5556 µm \[1\]: of the library of Pickles 1998, or linear

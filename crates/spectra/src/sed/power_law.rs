@@ -3,12 +3,12 @@
 use crate::spectrum::Shape;
 use crate::units::Wavelength;
 
-/// (λ/λ₀)^α, one at λ₀.
+/// A power law (λ/λ₀)^α, one at λ₀.
 #[derive(Debug, Clone, Copy)]
 pub struct PowerLaw {
-    /// λ₀.
+    /// The wavelength λ₀ at which it is one.
     pub reference: Wavelength,
-    /// α \[1\].
+    /// The exponent α \[1\].
     pub exponent: f64,
 }
 

@@ -22,19 +22,19 @@ use crate::spectrum::{Shape, Spectrum};
 use crate::table::Table;
 use crate::units::{Length, Luminosity, Magnitude, SpectralLuminosity, Temperature, Wavelength};
 
-/// Zero points of magnitudes.
+/// The zero point of magnitudes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MagnitudeSystem {
-    /// Vega has magnitude zero.
+    /// The star Vega has magnitude zero.
     Vega,
-    /// f_ν = 3631 Jy has magnitude zero.
+    /// A source of f_ν = 3631 Jy at all frequencies has magnitude zero.
     Ab,
 }
 
-/// How bright.
+/// The scale of a spectrum: how bright the star is.
 #[derive(Debug, Clone)]
 pub enum Scale {
-    /// Bolometric luminosity.
+    /// The star has this bolometric luminosity.
     Luminosity(Luminosity),
     /// Radius of a black body or of a model atmosphere.
     Radius(Length),
@@ -47,14 +47,14 @@ pub enum Scale {
 /// Dust between a star and who measured its magnitude.
 #[derive(Debug, Clone)]
 pub struct Foreground {
-    /// A_V.
+    /// The extinction A_V on the way.
     pub extinction: Magnitude,
-    /// Its shape over wavelength.
+    /// The shape of that extinction over wavelength.
     pub law: Arc<Extinction>,
 }
 
 impl Foreground {
-    /// What is left of the light [1].
+    /// The part of the light that is left at a wavelength [1].
     fn transmittance(&self, lambda_um: f64) -> f64 {
         10f64.powf(-0.4 * self.extinction.0 * self.law.k(lambda_um))
     }
@@ -63,7 +63,7 @@ impl Foreground {
 /// The kinds of shape that can be scaled.
 #[derive(Debug, Clone)]
 pub enum StarShape {
-    /// A black body.
+    /// A black body of this temperature.
     BlackBody(Temperature),
     /// Flux at the surface of a star of that temperature, F_λ [W m⁻² µm⁻¹] over λ \[µm\].
     Surface(Temperature, Arc<Table>),
@@ -126,7 +126,7 @@ pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Spectrum> {
     Ok(Spectrum::continuous(factor, dynamic))
 }
 
-/// ∫ of a table.
+/// The integral of a table by trapezoids.
 fn trapezoid(table: &Table) -> f64 {
     let (x, y) = (table.x(), table.y());
     (1..x.len()).map(|i| 0.5 * (x[i] - x[i - 1]) * (y[i] + y[i - 1])).sum()

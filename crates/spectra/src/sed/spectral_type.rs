@@ -1,7 +1,7 @@
 //! Spectral types as people write them: `B3V`, `o9.5 V`, `K0 III`, `M2 Iab`, `B2-3 IV`, and as the library of Pickles
 //! 1998 names its columns: `m2p5v`, `b57v`, `rg5iii`.
 
-/// A Morgan–Keenan type.
+/// A Morgan–Keenan type of a star.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpectralType {
     /// Metal-rich, metal-weak or neither: `r`, `w` or a space.
@@ -16,7 +16,7 @@ const LETTERS: &str = "obafgkm";
 const CLASSES: [&str; 5] = ["i", "ii", "iii", "iv", "v"];
 
 impl SpectralType {
-    /// From its name; none where it is no type of one luminosity class.
+    /// Reads a type from its name; none where it is no type of one luminosity class.
     pub fn parse(name: &str) -> Option<Self> {
         let compact: String = name.to_lowercase().chars().filter(|c| !c.is_whitespace()).collect();
         let (metals, rest) = match compact.chars().next()? {

@@ -11,10 +11,10 @@ use spectra::passband::Passband;
 /// Widest step in ln λ.
 const STEP: f64 = 5e-4;
 
-/// h c / k_B [µm K], CODATA 2018 (exact).
+/// The constant h c / k_B [µm K], CODATA 2018 (exact).
 const SECOND_RADIATION: f64 = 14_387.768_775;
 
-/// What shines.
+/// The spectral shape of what shines.
 #[derive(Debug, Clone, Copy)]
 pub enum Shape {
     /// Planck's law, in parts of its value at a wavelength: temperature [K], wavelength [µm].
@@ -39,7 +39,7 @@ impl Shape {
 pub struct Samples(Vec<(f64, f64)>);
 
 impl Samples {
-    /// Of a passband, a shape and a law.
+    /// The integral of a passband, a shape and a law.
     pub fn new(band: &Passband, shape: Shape, law: &dyn ExtinctionLaw) -> Self {
         let mut corners = band.pieces(&law.breakpoints_um());
         corners.dedup();

@@ -29,21 +29,21 @@ pub const CHAPTER: Chapter = Chapter {
     run: |control| campaign(Place::Behind, control),
 };
 
-/// Scenes of the page.
+/// The number of scenes of the page.
 const SCENES: usize = 10_000;
 /// Pixels along an edge, each of which sees a depth of its own.
 const EDGE: usize = 4;
-/// What may exceed a bound without being counted: the independent integrals are themselves known to this.
+/// The excess over a bound that is not counted: the independent integrals are themselves known to this.
 const INTEGRAL: f64 = 2e-9;
 /// Worst cases that are shown.
 const SHOWN: usize = 8;
 
-/// Where a scene's light comes from.
+/// The place that a scene's light comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Place {
-    /// From behind the box.
+    /// The light comes from behind the box.
     Behind,
-    /// From everywhere within it.
+    /// The light comes from everywhere within the box.
     Within,
 }
 
@@ -65,7 +65,7 @@ impl Dice {
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Evenly in the logarithm.
+    /// A number between two, evenly in the logarithm.
     fn between(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.next())
     }
@@ -75,7 +75,7 @@ impl Dice {
     }
 }
 
-/// One random scene.
+/// One random scene of the campaign.
 struct Case {
     text: String,
     place: Place,
@@ -83,10 +83,10 @@ struct Case {
     law: Extinction,
     law_name: String,
     bands: Vec<&'static str>,
-    /// Density of extinction [pc⁻¹].
+    /// The density of extinction [pc⁻¹].
     sigma: f64,
-    /// What shines, and its radiance where the shape is one [W m⁻² sr⁻¹ µm⁻¹], of a length of 1 pc if it comes from
-    /// within.
+    /// The shape of what shines, and its radiance where the shape is one [W m⁻² sr⁻¹ µm⁻¹], of a length of 1 pc if it
+    /// comes from within.
     shape: Shape,
     radiance: f64,
 }
@@ -133,7 +133,7 @@ impl Case {
         Ok(Self { text, place, method, law, law_name, bands, sigma, shape, radiance })
     }
 
-    /// What shines behind the box, and how a scene says it.
+    /// A light behind the box, and how a scene says it.
     fn background(dice: &mut Dice, pivot: f64, radiance: f64) -> (Shape, String) {
         let head = format!("[background]\nradiance = \"{radiance} W/m2/sr/um\"\nwavelength = \"{pivot} um\"\n");
         if dice.next() < 0.5 {
@@ -146,7 +146,7 @@ impl Case {
         (Shape::PowerLaw(exponent, pivot), said)
     }
 
-    /// What glows within the box, and how a scene says it.
+    /// A gas that glows within the box, and how a scene says it.
     fn gas(dice: &mut Dice, pivot: f64, radiance: f64) -> (Shape, String) {
         let exponent = -4.0 + 8.0 * dice.next();
         // Strength is said per nm.
@@ -156,7 +156,7 @@ impl Case {
         (Shape::PowerLaw(exponent, pivot), format!("[[emission]]\nkind = \"lines\"\nlines = []\ndensity = \"box\"\n{scale}"))
     }
 
-    /// What a ray that goes `length` [pc] through the box should see in a passband [W m⁻² sr⁻¹], and F(0).
+    /// The radiance that a ray of `length` [pc] through the box should see in a passband [W m⁻² sr⁻¹], and F(0).
     fn truth(&self, band: &Passband) -> impl Fn(f64) -> (f64, f64) + use<> {
         let (sigma, radiance) = (self.sigma, self.radiance);
         let samples = Samples::new(band, self.shape, &*self.law);
@@ -176,7 +176,7 @@ impl Case {
     }
 }
 
-/// What one band of one scene came to.
+/// The outcome of one band of one scene.
 struct Outcome {
     method: &'static str,
     what: String,
@@ -186,7 +186,7 @@ struct Outcome {
 }
 
 impl Outcome {
-    /// How far above its bound the worse of both errors is.
+    /// The excess of the worse of both errors over its bound, as a factor.
     fn excess(&self) -> f64 {
         let over = |(found, stated): (f64, f64)| (found - INTEGRAL).max(0.0) / stated.max(f64::MIN_POSITIVE);
         over(self.absolute).max(over(self.relative))
@@ -289,8 +289,8 @@ pub(super) fn campaign(place: Place, control: &Control) -> Result<Findings> {
 mod tests {
     use super::*;
 
-    /// Some hundred scenes of the campaign, every method among them: no bound is exceeded, and a bound of a tenth would
-    /// be. Beside them `known`, which once exceeded theirs.
+    /// Holds some hundred scenes of the campaign, every method among them: no bound is exceeded, and a bound of a tenth
+    /// would be. Beside them `known`, which once exceeded theirs.
     fn hold(place: Place, known: &[usize]) {
         let of = |n: usize| outcomes(place, n, &Control::default()).unwrap();
         let numbers: Vec<usize> = (0..240).chain(known.iter().copied()).collect();

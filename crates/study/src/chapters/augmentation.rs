@@ -28,7 +28,7 @@ fn basis(domain_um: (f64, f64), range: f64, size: usize) -> Result<(Domain, Basi
     Ok((domain, basis))
 }
 
-/// e^(−a k) and its projections over λ.
+/// The curves e^(−a k) and its projections over λ.
 fn curves(name: &str, title: String, ends: (f64, f64), a: f64, range: f64) -> Result<Figure> {
     let lambda = |i: usize| ends.0 + (ends.1 - ends.0) * (i as f64 + 0.5) / 120.0;
     let mut series =

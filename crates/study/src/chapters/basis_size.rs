@@ -19,7 +19,7 @@ const DOMAINS: [(&str, (f64, f64)); 4] =
 const RANGE: f64 = 20.0;
 /// A gain below this is the end of the fall, where rounding is all that is left.
 const STALLED: f64 = 1.05;
-/// What a claim may be missed by, to hold roughly.
+/// The part by which a claim may be missed and still hold roughly.
 const ROUGHLY: f64 = 0.1;
 
 fn run(control: &Control) -> Result<Findings> {

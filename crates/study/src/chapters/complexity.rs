@@ -16,7 +16,7 @@ pub(super) const CHAPTER: Chapter = Chapter {
 const EDGE: usize = 96;
 const BAKE: usize = 64;
 
-/// One quantity that grows.
+/// One quantity that grows, and what grows with it.
 struct Growth {
     what: &'static str,
     /// Barrès & Neyret's formula, and the powers it gives.

@@ -18,7 +18,7 @@ fn polynomial(x: f64) -> f64 {
     (x - 1.0) * (x - 0.2) * (x - 0.5) * (x - 0.7) * x * 100.0 + 1.0
 }
 
-/// e^(−.1/x) is e^(−a k) with k = .55/x.
+/// The depth at which e^(−a k) with k = .55/x is e^(−.1/x).
 const DEPTH: f64 = 0.1 / 0.55;
 /// The largest argument that projection and band quadrature are made for.
 const RANGE: f64 = 1.0;
@@ -86,7 +86,7 @@ fn run(control: &Control) -> Result<Findings> {
     Ok(Findings { figures: vec![figure], text, ..Findings::default() })
 }
 
-/// Which of the two is ahead on an interval that touches zero, where k has no bound and no passband ever is.
+/// Says which of the two is ahead on an interval that touches zero, where k has no bound and no passband ever is.
 fn verdict(projection: f64, band_quadrature: f64) -> String {
     let (ahead, behind, times) = match projection < band_quadrature {
         true => ("projection", "band quadrature", band_quadrature / projection),

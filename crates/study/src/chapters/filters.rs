@@ -29,7 +29,7 @@ const METHODS: [(&str, &[usize]); 6] = [
     ("sampled", &[1, 4, 16]),
     ("preintegrated", &[4, 16, 64]),
 ];
-/// Those without a size.
+/// The methods without a size.
 const SINGLE: [&str; 2] = ["lookup", "analytic"];
 /// Elements of the projections that the default is compared with.
 const SIZES: [usize; 4] = [2, 3, 4, 5];
@@ -112,7 +112,7 @@ fn run(control: &Control) -> Result<Findings> {
     Ok(Findings { figures, text, ..Findings::default() })
 }
 
-/// What methods cost through one filter up to one depth, and how far off they are.
+/// One filter up to one depth: what methods cost there, and how far off they are.
 struct Measured<'a> {
     filter: &'static str,
     depth: f64,
@@ -153,7 +153,7 @@ impl<'a> Measured<'a> {
         SIZES.map(|n| self.of_size("projection", n).map(ratio))
     }
 
-    /// The same over the default of as many nodes as elements.
+    /// The error of each projection over that of the default of as many nodes as elements.
     fn at_equal_size(&self) -> Vec<f64> {
         let pair = |n: usize| Some(self.of_size("projection", n)?.1 / self.of_size("band_quadrature", n)?.1);
         SIZES.into_iter().filter_map(pair).collect()
@@ -175,7 +175,7 @@ impl<'a> Measured<'a> {
         }
     }
 
-    /// For each method, what it takes to keep [`WANTED`].
+    /// For each method, the size and time that it takes to keep [`WANTED`].
     fn needed(&self) -> Vec<Vec<String>> {
         let of = |name: &'static str| self.times.iter().zip(&self.errors).filter(move |(t, _)| t.name == name);
         let good = |name: &'static str| of(name).find(|(_, e)| e.is_some_and(|e| e <= WANTED));
@@ -194,7 +194,7 @@ impl<'a> Measured<'a> {
     }
 }
 
-/// All methods.
+/// The names of all methods.
 fn names() -> impl Iterator<Item = &'static str> {
     METHODS.iter().map(|m| m.0).chain(SINGLE)
 }
@@ -206,7 +206,7 @@ fn spread(times: &[Timed]) -> f64 {
     high / low
 }
 
-/// What `sampled` is off by in a picture: a relative rms, beside the same march with many nodes.
+/// The error of `sampled` in a picture: a relative rms, beside the same march with many nodes.
 fn noise(frame: &Frame, times: &[Timed], plans: Vec<Plan>, control: &Control) -> Result<String> {
     let (mut samples, mut exact) = (Vec::new(), None);
     for (timed, plan) in times.iter().zip(plans) {

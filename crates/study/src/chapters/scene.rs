@@ -13,29 +13,29 @@ use crate::Result;
 
 /// A scene whose functions are sampled, so that all methods and the reference see one cloud.
 pub struct Run {
-    /// The scene.
+    /// The scene of the chapters.
     pub scene: Scene,
 }
 
-/// How a method is tried.
+/// A method that takes part, with what is fixed of it.
 pub struct Contender {
-    /// Its name in the catalogue.
+    /// The name in the catalogue.
     pub method: &'static str,
-    /// Its fixed size, if it has one.
+    /// The fixed size, if it has one.
     pub count: Option<usize>,
-    /// Degree of polynomials.
+    /// The degree of polynomials.
     pub degree: usize,
-    /// Samples a ray.
+    /// The samples on a ray.
     pub steps: usize,
 }
 
 impl Contender {
-    /// One of Barrès & Neyret's N = 100 and degree 5.
+    /// A contender with Barrès & Neyret's N = 100 and degree 5.
     pub fn new(method: &'static str, count: Option<usize>) -> Self {
         Self { method, count, degree: 5, steps: 100 }
     }
 
-    /// Name and size.
+    /// The name and the size, for tables.
     pub fn label(&self) -> String {
         self.count.map_or(self.method.to_owned(), |n| format!("{} {n}", self.method))
     }
@@ -92,12 +92,12 @@ impl Run {
         Ok(timed(3, || cpu::radiance(plan, control).map(|_| 0.0))?.0)
     }
 
-    /// Seconds of one frame.
+    /// The seconds that one frame takes.
     pub fn once(&self, plan: &Plan, control: &Control) -> Result<f64> {
         Ok(timed(0, || cpu::radiance(plan, control).map(|_| 0.0))?.0)
     }
 
-    /// The same scene in fewer pixels.
+    /// Resizes the scene to fewer pixels.
     pub fn resized(&mut self, edge: usize) {
         (self.scene.camera.width, self.scene.camera.height) = (edge, edge);
     }
@@ -108,7 +108,7 @@ impl Run {
         Ok(cpu::render(&self.scene, &plan, control)?.0)
     }
 
-    /// The truth.
+    /// The picture of the reference.
     pub fn reference(&self, control: &Control) -> Result<Image> {
         Ok(reference::render(&self.scene, 1e-5, control)?)
     }
@@ -119,7 +119,7 @@ pub fn error(image: &Image, truth: &Image) -> f64 {
     worst((0..truth.bands.len()).map(|b| image.relative_rmse(b, truth, b)))
 }
 
-/// The same without the brightest part in twenty of the truth's pixels, which stand next to stars.
+/// The error without the brightest twentieth of the truth's pixels, which stand next to stars.
 pub fn error_away_from_stars(image: &Image, truth: &Image) -> f64 {
     let of_band = |b: usize| {
         let mut order: Vec<f64> = truth.band(b).collect();

@@ -52,7 +52,7 @@ struct Case {
     asked: f64,
 }
 
-/// In clouds of depth 30 a star is outside: paths from the eye do not find one that is buried so deep.
+/// The cases: in clouds of depth 30 a star is outside, since paths from the eye do not find one that is buried so deep.
 const CASES: [Case; 2] =
     [Case { depth: 3.0, star: "0.25 0.15 0.35", asked: 0.05 }, Case { depth: 30.0, star: "0.3 0.5 1.35", asked: 0.15 }];
 /// Mean cosines of the phase function.
@@ -64,7 +64,7 @@ const PATHS: u64 = 1600;
 /// Pixels an edge of frames that are timed, and how many of each kind.
 const TIMED: usize = 192;
 const ROUNDS: usize = 5;
-/// How much brighter differences are shown.
+/// The factor by which differences are shown brighter.
 const AMPLIFIED: f64 = 4.0;
 
 fn scene(cloud: &Cloud, case: &Case, g: f64) -> Result<Scene> {
@@ -81,7 +81,7 @@ fn scene(cloud: &Cloud, case: &Case, g: f64) -> Result<Scene> {
     Ok(barnard_files::parse("validation.toml", cloud.name, text, &barnard_files::builtin::loader(DEFAULT_LIMIT))?)
 }
 
-/// What was found of one scene.
+/// The pictures and times of one scene.
 struct Run {
     once: Vec<f64>,
     many: Vec<f64>,
@@ -133,7 +133,7 @@ impl Run {
         })
     }
 
-    /// Σ over the pixels.
+    /// The sum of a value over the pixels.
     fn sum(&self, value: impl Fn(usize) -> f64) -> f64 {
         (0..self.once.len()).map(value).sum()
     }
@@ -142,7 +142,7 @@ impl Run {
         self.once[i] + self.paths[i]
     }
 
-    /// Rms of the truth.
+    /// The rms of the truth.
     fn power(&self) -> f64 {
         self.sum(|i| self.truth(i).powi(2)).sqrt()
     }
@@ -268,7 +268,7 @@ fn run(control: &Control) -> Result<Findings> {
     Ok(findings)
 }
 
-/// For each mean cosine a row: one bounce, many, those of the path tracer, and the difference.
+/// A montage with a row for each mean cosine: one bounce, many, those of the path tracer, and the difference.
 fn montage(name: &str, words: &str, runs: &[Run]) -> Picture {
     let (columns, rows) = (4 * COMPARED, runs.len() * COMPARED);
     let (width, height) = (columns * SHOWN, rows * SHOWN);

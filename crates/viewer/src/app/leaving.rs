@@ -5,13 +5,13 @@ use eframe::egui::{self, Context, ViewportCommand};
 use super::App;
 use crate::document::Document;
 
-/// What the user wants beside keeping what is there.
+/// The wish of the user that waits until what is there is kept.
 pub(super) enum Leaving {
     Window,
     For(Box<Document>),
 }
 
-/// What the user says to it.
+/// The answer of the user.
 enum Answer {
     Save,
     Discard,

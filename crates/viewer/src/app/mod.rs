@@ -27,58 +27,58 @@ use ordering::Ordered;
 
 pub use ordering::first_look;
 
-/// What is shown.
+/// The pictures that are shown.
 pub struct Shown {
-    /// Of which order.
+    /// The number of their order.
     number: u64,
-    /// How far it has come.
+    /// The quality that they have reached.
     pub quality: Quality,
     /// The scene's picture, and what it is compared with.
     pub pictures: Vec<Picture>,
-    /// Their colours on the device.
+    /// Their colours as textures.
     pub textures: Vec<TextureHandle>,
 }
 
-/// Something to tell the user.
+/// A message to the user.
 pub struct Notice {
-    /// The words.
+    /// The words of the message.
     pub words: String,
-    /// Whether something went wrong.
+    /// Whether it tells that something went wrong.
     pub error: bool,
     /// When it was first shown [s of the window's clock].
     pub since: Option<f64>,
 }
 
-/// The whole window.
+/// The state of the whole window.
 pub struct App {
-    /// The open scene.
+    /// The scene that is open.
     pub document: Document,
-    /// Where it is seen from.
+    /// The eye from which the scene is seen.
     pub flight: Flight,
-    /// What it is compared with.
+    /// The comparison, where there is one.
     pub comparison: Comparison,
-    /// The last picture.
+    /// The last pictures.
     pub shown: Option<Shown>,
-    /// What is to be told.
+    /// The message below, where there is one.
     pub notice: Option<Notice>,
     /// The middle of the window.
     pub viewport: Viewport,
-    /// Dialogs.
+    /// The dialogs for files.
     pub files: Files,
     /// Recent files, what survives a crash.
     pub session: Session,
     /// A picture that is being written.
     pub export: Option<Export>,
-    /// Which panels are open.
+    /// The panels that are open.
     pub layout: panels::Layout,
     /// Most bytes that a plan may take.
     pub memory_limit: u64,
-    /// What the probe saw last.
+    /// The spectrum that the probe saw last.
     pub probed: Option<panels::Probed>,
-    /// How often the levels that pictures are shown by were asked for anew.
+    /// The number of times that the levels of pictures were asked for anew.
     exposure: u64,
     engine: Engine,
-    /// What stands over the window.
+    /// The title over the window.
     title: String,
     /// Whether something was typed into in the last frame.
     typing: bool,
@@ -87,12 +87,12 @@ pub struct App {
     ordered: Option<Ordered>,
     /// When something moved last [s of the context].
     moved: f64,
-    /// What waits for an answer about unsaved changes.
+    /// The wish that waits for an answer about unsaved changes.
     leaving: Option<Leaving>,
 }
 
 impl App {
-    /// With `document`, whose pictures `engine` makes.
+    /// A window with `document`, whose pictures `engine` makes.
     pub fn new(document: Document, engine: Engine, session: Session, memory_limit: u64) -> Self {
         Self {
             flight: Flight::of(document.scene()),
@@ -123,7 +123,7 @@ impl App {
         self.notice = Some(Notice { words: error.to_string(), error: true, since: None });
     }
 
-    /// Tells the user something.
+    /// Shows a message to the user.
     pub fn tell(&mut self, words: impl Into<String>) {
         self.notice = Some(Notice { words: words.into(), error: false, since: None });
     }
@@ -198,7 +198,7 @@ impl App {
         }
     }
 
-    /// Saves to `path`.
+    /// Saves the scene to `path`.
     pub fn save_to(&mut self, path: PathBuf) {
         match self.document.save(&path) {
             Ok(()) => {
@@ -243,7 +243,7 @@ impl App {
         Scene { display, ..(**scene).clone() }
     }
 
-    /// One frame of the window.
+    /// Draws one frame of the window.
     pub fn ui(&mut self, ui: &mut Ui) {
         let ctx = ui.ctx().clone();
         self.take_frames(&ctx);

@@ -12,12 +12,12 @@ use crate::document::Document;
 use crate::flight::Flight;
 use crate::order::{Order, View};
 
-/// How long nothing may have moved before finer pictures are made [s].
+/// The time for which nothing may have moved before finer pictures are made [s].
 const REST: f64 = 0.15;
 /// Pixels of the picture in a window that nobody has changed yet.
 const FIRST: (usize, usize) = (604, 744);
 
-/// What the last order was about.
+/// The last order, to be compared with what is asked for now.
 pub(super) struct Ordered {
     pub(super) number: u64,
     views: Vec<View>,

@@ -24,7 +24,7 @@ pub fn of_kind(row: &'static TableRow, place: &str, here: &dyn TableLike, kind: 
 /// Default of keys of which a table has exactly one.
 const ONE_OF: &str = "one scale is needed";
 
-/// What the default of a key begins with that another one needs.
+/// The beginning of the default of a key that another key needs.
 const NEEDED_WITH: &str = "needed with ";
 
 /// Adds a key, and those that it needs; where a table has exactly one of several, the other gives way.
@@ -55,7 +55,7 @@ const FIRST: [(&str, &str, &str); 7] = [
     ("half_width", "wavelength", "50 nm"),
 ];
 
-/// What a key is set to when it is added.
+/// The value that a key is set to when it is added.
 fn first_value(key: &Key) -> Value {
     if let Some((_, _, value)) = FIRST.iter().find(|(name, kind, _)| *name == key.name && *kind == key.kind) {
         return (*value).into();

@@ -18,7 +18,7 @@ use crate::edit::{Edit, table};
 /// Keys that are not shown as widgets: tables have headings of their own.
 const NESTED: [&str; 3] = ["table", "tables by name", "list of tables"];
 
-/// What the widgets of one frame ask for.
+/// The edits that the widgets of one frame ask for.
 pub type Edits = Vec<Edit>;
 
 /// The keys of the table at `place`, those that are there, and a menu of those that could be.
@@ -26,7 +26,7 @@ pub fn keys(ui: &mut Ui, document: &Document, place: &str, edits: &mut Edits) {
     keys_but(ui, document, place, &[], edits);
 }
 
-/// The same without some keys, which stand elsewhere.
+/// The same keys without some, which stand elsewhere.
 pub fn keys_but(ui: &mut Ui, document: &Document, place: &str, but: &[&str], edits: &mut Edits) {
     let Some(row) = row(place) else { return };
     let empty = toml_edit::Table::new();
@@ -64,7 +64,7 @@ pub fn key(ui: &mut Ui, document: &Document, place: &str, name: &str, edits: &mu
     }
 }
 
-/// Which kind a table is of. Another kind takes the keys it needs, and lets go of those it does not know.
+/// The menu of a table's kind. Another kind takes the keys it needs, and lets go of those it does not know.
 fn kinds(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLike, edits: &mut Edits) {
     let now = here.get("kind").and_then(Item::as_str).unwrap_or("");
     let label = ui.label("kind");

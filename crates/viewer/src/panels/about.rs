@@ -2,7 +2,7 @@
 
 use eframe::egui::{self, Context};
 
-/// What is done, and how.
+/// The things that a person can do, and how.
 const KEYS: &[(&str, &str)] = &[
     ("Orbit", "drag"),
     ("Pan", "Shift + drag, or middle drag"),

@@ -8,7 +8,7 @@ use crate::comparison::With;
 use crate::editor::{self, Edits};
 use crate::order::Quality;
 
-/// The panel.
+/// Shows the panel of the method.
 pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     editor::keys(ui, &app.document, "method", edits);
     let mut finer = app.comparison.with == With::Finer;

@@ -17,13 +17,13 @@ use crate::files::Purpose;
 pub use about::help;
 pub use probe::Probed;
 
-/// Which panels are open.
+/// The panels that are open.
 pub struct Layout {
     /// Spectra and the scene, on the left.
     pub scene: bool,
     /// Picture, method and probe, on the right.
     pub picture: bool,
-    /// The list of keys.
+    /// Whether the list of keys is open.
     pub help: bool,
     /// Whether spectra are plotted in logarithms.
     pub logarithmic: bool,
@@ -46,14 +46,14 @@ impl Layout {
         Self { scene: on("scene"), picture: on("picture"), help: false, logarithmic: on("logarithmic") }
     }
 
-    /// Writes it down.
+    /// Writes the layout down for the next time.
     pub fn save(&self, storage: &mut dyn eframe::Storage) {
         let open = [("scene", self.scene), ("picture", self.picture), ("logarithmic", self.logarithmic)];
         storage.set_string(KEY, open.iter().filter(|(_, on)| *on).map(|(name, _)| *name).collect::<Vec<_>>().join(" "));
     }
 }
 
-/// The menus on top.
+/// Shows the menus on top.
 pub fn menu(ui: &mut Ui, app: &mut App) {
     Panel::top("menu").show(ui, |ui| {
         egui::MenuBar::new().ui(ui, |ui| {
@@ -140,14 +140,14 @@ fn file_menu(ui: &mut Ui, app: &mut App) {
     }
 }
 
-/// What the window may look like.
+/// The looks that the window may have.
 const THEMES: [(egui::ThemePreference, &str); 3] =
     [(egui::ThemePreference::System, "system"), (egui::ThemePreference::Dark, "dark"), (egui::ThemePreference::Light, "light")];
 
-/// How long a message stays that is no error [s].
+/// The time for which a message stays that is no error [s].
 const NOTICE_SECONDS: f64 = 8.0;
 
-/// One line below: what is to be told, for a while where it is no error, or how the picture came about.
+/// Shows one line below: a message, for a while where it is no error, or how the picture came about.
 pub fn status(ui: &mut Ui, app: &mut App) {
     let now = ui.input(|i| i.time);
     if let Some(notice) = app.notice.as_mut().filter(|notice| !notice.error) {
@@ -187,7 +187,7 @@ pub fn left(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     }
 }
 
-/// Picture, method, probe.
+/// Shows the panels at the right: picture, method, probe.
 pub fn right(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     if app.layout.picture {
         Panel::right("picture").default_size(330.0).show(ui, |ui| {

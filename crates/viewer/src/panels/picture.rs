@@ -12,7 +12,7 @@ use crate::editor::{self, Edits};
 /// Palettes that have a button of their own.
 const BUTTONS: [(&str, &str); 3] = [("Natural", "natural"), ("SHO", "sho"), ("HOO", "hoo")];
 
-/// The panel.
+/// Shows the panel of the picture.
 pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     palettes(ui, app, edits);
     editor::keys_but(ui, &app.document, "display", &["matrix"], edits);
@@ -125,7 +125,7 @@ fn histogram(ui: &mut Ui, app: &App, edits: &mut Edits) {
     edits.push(edit.named(if as_black { "black dragged" } else { "white dragged" }));
 }
 
-/// What the picture is compared with.
+/// Shows what the picture is compared with.
 fn comparison(ui: &mut Ui, app: &mut App) {
     let now = match &app.comparison.with {
         With::Nothing => "nothing".to_owned(),

@@ -13,7 +13,7 @@ use super::{band_colour, short, wavelength_colour};
 use crate::app::App;
 use crate::picture::Picture;
 
-/// Wavelengths of the spectrum.
+/// The number of wavelengths of the spectrum.
 const SAMPLES: usize = 120;
 /// Steradians of a square arcsecond.
 const SQUARE_ARCSECOND: f64 = (std::f64::consts::PI / 648_000.0) * (std::f64::consts::PI / 648_000.0);
@@ -24,13 +24,13 @@ fn megajansky(band: &Passband, radiance: f64) -> f64 {
     radiance / width * pivot * pivot / spectra::constants::SPEED_OF_LIGHT / 1e-20
 }
 
-/// Surface brightness [mag arcsec⁻²].
+/// The surface brightness of a radiance [mag arcsec⁻²].
 fn magnitude(band: &Passband, radiance: f64, system: MagnitudeSystem) -> Option<f64> {
     let zero = zero_point(band, system).ok()?;
     (radiance > 0.0).then(|| -2.5 * (radiance * SQUARE_ARCSECOND / zero).log10())
 }
 
-/// What was seen at a pixel of a picture, until the pointer or the picture moves.
+/// The spectrum at a pixel of a picture, kept until the pointer or the picture moves.
 pub struct Probed {
     image: Arc<Image>,
     pixel: (usize, usize),
@@ -38,7 +38,7 @@ pub struct Probed {
     found: Result<Probe, String>,
 }
 
-/// The panel.
+/// Shows the panel of the probe.
 pub fn show(ui: &mut Ui, app: &mut App) {
     let picture = app.shown.as_ref().and_then(|s| s.pictures.first());
     let (Some(picture), Some((x, y))) = (picture, app.viewport.pointer) else {

@@ -18,12 +18,12 @@ const SAMPLES: usize = 240;
 const POINTS: usize = 11;
 /// Least value of a curve in logarithms, as a part of its largest.
 const FLOOR: f64 = 1e-4;
-/// How near the pointer must be to a point of a curve [points of the screen].
+/// The distance within which the pointer takes hold of a point of a curve [points of the screen].
 const GRIP: f32 = 12.0;
 /// Most stars whose spectra are drawn.
 const MAX_STARS: usize = 6;
 
-/// The panel.
+/// Shows the panel of spectra.
 pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     section(ui, "Spectra", true, |ui| {
         ui.checkbox(&mut app.layout.logarithmic, "logarithmic");
@@ -151,7 +151,7 @@ fn filters(ui: &mut Ui, app: &App, edits: &mut Edits) {
     }
 }
 
-/// The same filters as straight lines between points.
+/// The edit that turns the filters into straight lines between points.
 fn as_points(bands: &[Passband]) -> Edit {
     let mut list = ArrayOfTables::new();
     for band in bands {
@@ -174,14 +174,14 @@ fn as_points(bands: &[Passband]) -> Edit {
     })
 }
 
-/// Where filters of the scene let light through [nm], with a margin.
+/// The interval in which filters of the scene let light through, with a margin [nm].
 fn range(scene: &Scene) -> (f64, f64) {
     let ends = scene.bands.iter().map(Passband::support_um).fold((f64::MAX, 0.0f64), |(l, h), (a, b)| (l.min(a), h.max(b)));
     let margin = 0.05 * (ends.1 - ends.0);
     (1e3 * (ends.0 - margin).max(1e-3), 1e3 * (ends.1 + margin))
 }
 
-/// One curve over nm, as parts of its largest value, in logarithms if asked for.
+/// The points of one curve over nm, as parts of its largest value, in logarithms if asked for.
 fn curve(range: (f64, f64), logarithmic: bool, f: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
     let nm = |i: usize| range.0 + (range.1 - range.0) * i as f64 / (SAMPLES - 1) as f64;
     let values: Vec<[f64; 2]> = (0..SAMPLES).map(|i| [nm(i), f(1e-3 * nm(i))]).collect();

@@ -15,7 +15,7 @@ pub struct Borders {
 }
 
 impl Borders {
-    /// Of one space.
+    /// Finds the borders at which a march over `space` must stop.
     pub fn new(space: &SpatialPlan) -> Self {
         Self { occupied: space.occupied, inner: space.inner_boxes() }
     }

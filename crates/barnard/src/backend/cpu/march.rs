@@ -26,7 +26,7 @@ use crate::plan::near::PART_DISTANCE;
 use crate::plan::{END_DEPTH, END_EVERY, END_SHARE, PhaseEntry, PhaseTable, Plan, Scatterer};
 use crate::volume::{Channel, Volume};
 
-/// What is the same for all packets.
+/// The read-only context of a march: it is the same for all packets.
 pub struct March<'a> {
     pub(super) plan: &'a Plan,
     pub(super) tables: &'a Tables,
@@ -41,7 +41,7 @@ pub struct March<'a> {
 }
 
 impl<'a> March<'a> {
-    /// For one plan.
+    /// Prepares the march of one plan.
     pub fn new(plan: &'a Plan, tables: &'a Tables) -> Self {
         let slots = Slots::new(plan);
         let mut largest = plan.space.bricks.iter().map(|b| b.largest());
@@ -134,7 +134,8 @@ impl<'a> March<'a> {
         StarView { foot: foot_of, distance, long }
     }
 
-    /// In how many parts a step must be marched.
+    /// The number of parts that step number `step` must be marched in, so that each is short beside its distance to a
+    /// star.
     fn parts(&self, state: &State, views: &[StarView], step: usize) -> usize {
         let of_lane = |view: &StarView, lane: usize| {
             let dt = f64::from(state.dt[lane]);
@@ -144,7 +145,7 @@ impl<'a> March<'a> {
         near.flat_map(|view| (0..LANES).map(move |lane| of_lane(view, lane))).max().unwrap_or(1)
     }
 
-    /// For each volume, one where a lane's span lies inside of it.
+    /// For each volume, a one on the lanes whose span lies inside it; none where all lanes do.
     fn masks(&self, state: &State) -> Vec<Option<Lane>> {
         let middle = |lane: usize| state.rays[lane].at(0.5 * (state.span.0[lane] + state.span.1[lane]));
         let mask = |v: &Volume| {
@@ -263,7 +264,7 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
     }
 }
 
-/// All channels, so many steps into the span.
+/// Reads all channels at a number of steps into the span.
 #[inline(always)]
 fn sample(march: &March, cursors: &[Cursor], masks: &[Option<Lane>], dt: &Lane, steps: f32, out: &mut [Lane]) {
     let t = lanes(|lane| steps * dt[lane]);

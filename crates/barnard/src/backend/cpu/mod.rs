@@ -30,7 +30,7 @@ use tables::Tables;
 /// Rays along each edge of a packet's tile.
 const TILE: usize = 4;
 
-/// Its row.
+/// The row of this back end in the catalogue.
 pub const ENTRY: BackendEntry = BackendEntry {
     name: "cpu",
     summary: "f32, SIMD, all cores, reads only the plan; the same bits on any number of threads",
@@ -39,7 +39,7 @@ pub const ENTRY: BackendEntry = BackendEntry {
     open: |_| Ok(Box::new(Cpu)),
 };
 
-/// The processor.
+/// The processor: all cores, sixteen rays at a time.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Cpu;
 

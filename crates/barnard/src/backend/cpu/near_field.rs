@@ -27,7 +27,7 @@ pub struct NearStar<'a> {
     foot: Lane,
     distance: Lane,
     half: Lane,
-    /// How many times longer it is before the star.
+    /// How many times longer the kernel is before the star than across.
     ahead: f32,
     shape: Shape,
     /// Depths before it, their places in one parsec, and σ at it.
@@ -58,7 +58,7 @@ pub struct Neighbourhood<'a> {
 }
 
 impl<'a> Neighbourhood<'a> {
-    /// None where no light is gathered.
+    /// The near field of a plan; none where no light is gathered.
     pub fn new(plan: &'a Plan) -> Option<Self> {
         let (many_lights, scattered_field) = (plan.space.many_lights.as_deref()?, plan.scattered_field.as_deref()?);
         let reach_pc = scattered_field.report.far_field?.near_pc.1;
@@ -111,7 +111,7 @@ struct Within {
     from: Lane,
     to: Lane,
     angle: Lane,
-    /// Whether one piece does.
+    /// Whether one piece, taken as narrow, serves all lanes.
     is_narrow: bool,
 }
 

@@ -16,16 +16,16 @@ pub struct LightSums {
     coordinates: CoordinateTable,
     /// M_imj, element × element × element.
     products: Vec<f32>,
-    /// Number of elements.
+    /// The number of elements of the basis.
     size: usize,
-    /// Number of polynomials.
+    /// The number of polynomials a spectrum is written in.
     width: usize,
     /// Band × element × polynomial.
     resolution: Vec<Vec<f32>>,
 }
 
 impl LightSums {
-    /// In f32.
+    /// Converts the products and coordinates of `field` to single precision.
     pub fn new(field: &LightField) -> Self {
         let propagation = &field.propagation;
         let single = |values: &Vec<f64>| values.iter().map(|v| *v as f32).collect::<Vec<f32>>();
@@ -38,7 +38,7 @@ impl LightSums {
         }
     }
 
-    /// Numbers a ray carries.
+    /// The number of sums that each ray carries: element × polynomial.
     pub fn channels(&self) -> usize {
         self.size * self.width
     }

@@ -12,14 +12,14 @@ use crate::plan::near::{NEAR_ANGLE, NEAR_VOXELS, NearPiece};
 use crate::plan::{PhaseEntry, PhaseTable, Scatterer};
 use crate::plan::{near, segment};
 
-/// One segment of sixteen rays.
+/// One segment of sixteen rays, with what it needs to be shaded.
 pub(super) struct Segment<'a> {
-    /// Where it lies, in steps.
+    /// The steps it covers.
     pub span: StepSpan,
     /// What the volumes hold at its two ends, by slots.
     pub before: &'a [Lane],
     pub after: &'a [Lane],
-    /// Its length [pc].
+    /// The length of the segment on each lane [pc].
     pub length: Lane,
     /// By how much the optical depth at V grows on it \[1\].
     pub growth: Lane,
@@ -34,7 +34,7 @@ struct Irradiated {
 }
 
 impl<'a> Segment<'a> {
-    /// From what the volumes hold at its ends.
+    /// Makes the segment of a span from what the volumes hold at its ends.
     #[inline(always)]
     pub fn new(march: &March, state: &State, span: StepSpan, before: &'a [Lane], after: &'a [Lane]) -> Self {
         let length = lanes(|lane| span.length * state.dt[lane]);
@@ -210,7 +210,7 @@ impl<'a> Segment<'a> {
         }
     }
 
-    /// Light of all species.
+    /// Adds the light that all species of gas send out along the segment.
     #[inline(always)]
     fn emit(&self, march: &March, state: &mut State) {
         let (growth, before, after) = (&self.growth, self.before, self.after);
@@ -271,7 +271,7 @@ fn scatter_at(
     }
 }
 
-/// Each lane times one number.
+/// Multiplies each lane by one number.
 #[inline(always)]
 fn scaled(lane: &Lane, factor: f32) -> Lane {
     lanes(|i| lane[i] * factor)

@@ -4,12 +4,12 @@ use super::propagation::LightSums;
 use super::terms::Terms;
 use crate::plan::{Plan, Weights};
 
-/// Flat tables.
+/// What a march reads of the spectral plan, as flat tables in single precision.
 #[derive(Debug)]
 pub struct Tables {
-    /// How terms depend on depth.
+    /// How each term falls with depth.
     pub terms: Terms,
-    /// What they count for each light.
+    /// The weight of each term for each light.
     pub weights: Weights,
     /// The light field, in place of what is scattered star by star.
     pub light_sums: Option<LightSums>,
@@ -18,7 +18,7 @@ pub struct Tables {
 }
 
 impl Tables {
-    /// Flattens `plan`.
+    /// Flattens the spectral side of `plan`.
     pub fn new(plan: &Plan) -> Self {
         let phase_entries = plan.spectral.phase.as_ref().map_or(0, |p| p.entries);
         let light_sums = plan.light_field.as_deref().map(LightSums::new);

@@ -1,19 +1,19 @@
 //! What paths have brought so far: for each pixel and band how many, their mean and the scatter around it (Welford
 //! 1962).
 
-/// One pixel in one band.
+/// The estimate of one pixel in one band.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Estimate {
-    /// Paths.
+    /// The number of paths.
     pub count: u64,
-    /// Their mean [W m⁻² sr⁻¹].
+    /// The mean of what the paths brought [W m⁻² sr⁻¹].
     pub mean: f64,
-    /// Σ (x − mean)².
+    /// Σ (x − mean)², from which the standard error follows.
     pub scatter: f64,
 }
 
 impl Estimate {
-    /// One path more.
+    /// Takes in what one more path brought.
     pub fn add(&mut self, value: f64) {
         self.count += 1;
         let from_mean = value - self.mean;
@@ -27,10 +27,10 @@ impl Estimate {
     }
 }
 
-/// All pixels, bands × height × width, and paths that brought no number.
+/// The estimates of all pixels, bands × height × width, and the number of paths that brought no number.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Film {
-    /// The pixels.
+    /// The estimate of each pixel, bands × height × width.
     pub estimates: Vec<Estimate>,
     /// Paths of each pixel, those that were left out too.
     pub samples: u64,
@@ -39,7 +39,7 @@ pub struct Film {
 }
 
 impl Film {
-    /// Before the first path.
+    /// An empty film of so many pixels.
     pub fn new(pixels: usize) -> Self {
         Self { estimates: vec![Estimate::default(); pixels], samples: 0, bad: 0 }
     }

@@ -29,7 +29,7 @@ pub struct Majorant {
 pub type Cell = (f64, f64, f64);
 
 impl Majorant {
-    /// Of `field`.
+    /// Bounds `field` from above, brick by brick.
     ///
     /// # Errors
     /// Where the field is not finite at a place where it is asked.
@@ -51,7 +51,7 @@ impl Majorant {
         }
     }
 
-    /// The same bounds, wrong by a factor.
+    /// The same bounds multiplied by a factor: a wrong one, for tests.
     #[cfg(test)]
     pub fn scaled(mut self, factor: f32) -> Self {
         self.blocks.data.iter_mut().for_each(|v| *v *= factor);

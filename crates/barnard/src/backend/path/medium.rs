@@ -12,23 +12,23 @@ use crate::geometry::Ray;
 use crate::random::Counter;
 use crate::scene::Dust;
 
-/// Dust with its bounds.
+/// Dust with its majorant.
 pub struct Medium<'a> {
-    /// The dust.
+    /// The dust itself.
     pub dust: &'a Dust,
     majorant: Majorant,
 }
 
-/// One flight.
+/// One flight of a path through the dust.
 #[derive(Debug, Clone, Copy)]
 pub struct Flight {
-    /// Where it collided [pc]; it left the medium if none.
+    /// The distance of the collision [pc]; none where the path left the medium.
     pub collision: Option<f64>,
     /// ∫μ dt up to there [1, at V].
     pub bound_depth: f64,
     /// Collisions on the way, null ones and the last.
     pub tentative: i32,
-    /// What it counts.
+    /// The factor by which the flight changes the path's weight.
     pub weight: f64,
 }
 
@@ -41,7 +41,7 @@ fn exponential(random: &mut Counter) -> f64 {
 }
 
 impl<'a> Medium<'a> {
-    /// Of `dust`.
+    /// Prepares flights through `dust`.
     ///
     /// # Errors
     /// Where it has no bound.
@@ -49,7 +49,7 @@ impl<'a> Medium<'a> {
         Ok(Self { dust, majorant: Majorant::new(&*dust.density)? })
     }
 
-    /// Extinction at V [pc⁻¹].
+    /// Extinction at V at a distance along a ray [pc⁻¹].
     pub fn sigma(&self, ray: &Ray, t: f64) -> f64 {
         self.dust.sigma_v_per_pc * self.dust.density.at(ray.at(t)).max(0.0)
     }
@@ -85,7 +85,7 @@ impl<'a> Medium<'a> {
         flight
     }
 
-    /// e^(−k τ) up to `far` at several wavelengths, in the mean.
+    /// Estimates e^(−k τ) up to `far` at several wavelengths at once, without bias.
     pub fn transmittances(&self, ray: &Ray, far: f64, k: &[f64; CARRIED], random: &mut Counter) -> [f64; CARRIED] {
         let fastest = k.iter().copied().fold(0.0, f64::max);
         let mut through = [1.0; CARRIED];

@@ -49,7 +49,7 @@ impl Default for Options {
     }
 }
 
-/// Its row.
+/// The row of this back end in the catalogue.
 pub const ENTRY: BackendEntry = BackendEntry {
     name: "path",
     summary: "f64, the referee: an unbiased path tracer, any number of bounces, standard errors beside the bands",
@@ -61,14 +61,14 @@ pub const ENTRY: BackendEntry = BackendEntry {
 /// The path tracer, and what its paths have brought so far.
 #[derive(Debug, Clone, Default)]
 pub struct PathTracer {
-    /// How far it goes.
+    /// How far the tracer goes.
     pub options: Options,
     /// Sums of paths: of a run before, or none.
     pub film: Film,
 }
 
 impl PathTracer {
-    /// One that begins anew.
+    /// A tracer whose film begins anew.
     pub fn new(options: Options) -> Self {
         Self { options, film: Film::default() }
     }
@@ -167,8 +167,8 @@ fn follow(tracer: &Tracer, scene: &Scene, seed: u64, pixel: usize, number: u64, 
 /// Pixels whose first paths are compared.
 const CHECKED: usize = 64;
 
-/// What the first paths of some pixels bring, bands × pixels: the same where scene, camera, bands, bounces and seed
-/// are. A film that is kept for a later run is recognised by it.
+/// What the first paths of some pixels bring, bands × pixels. These numbers are the same where scene, camera, bands,
+/// bounces and seed are: a film that is kept for a later run is recognised by them.
 ///
 /// # Errors
 /// Those of [`trace`].

@@ -19,12 +19,12 @@ const ASKED: usize = 4;
 /// The least density of a cell inside the band, of the mean one.
 const LEAST: f64 = 0.01;
 
-/// One wavelength that was drawn.
+/// One wavelength that was drawn, with all that a path needs of it.
 #[derive(Debug, Clone, Copy)]
 pub struct Wave {
-    /// λ [µm].
+    /// The wavelength [µm].
     pub lambda_um: f64,
-    /// k(λ) [1].
+    /// The extinction relative to V there [1].
     pub k: f64,
     /// The light whose line this is; a place of the continuum if none.
     line: Option<(usize, f64)>,
@@ -33,7 +33,7 @@ pub struct Wave {
 }
 
 impl Wave {
-    /// What `light` sends at this wavelength through the band, over the chance of its being drawn.
+    /// What `light` sends at this wavelength through the band, over the probability of drawing it.
     pub fn of(&self, light: usize, lights: &[Light]) -> f64 {
         match self.line {
             Some((owner, strength)) => {
@@ -60,7 +60,7 @@ pub struct SampledWavelengths {
 }
 
 impl SampledWavelengths {
-    /// For the extended lights of `scene` through its band `band`.
+    /// The distribution of wavelengths for the extended lights of `scene` through band number `band`.
     pub fn new(scene: &Scene, lights: &[Light], band: usize) -> Result<Self> {
         let (band, law) = (scene.bands[band].clone(), law(scene)?);
         let extended: Vec<usize> = (0..lights.len()).filter(|l| is_extended(lights[*l].route)).collect();
@@ -147,7 +147,8 @@ mod tests {
     use crate::scene::{Background, Emission};
     use crate::test_scenes::ball;
 
-    /// What is drawn brings each light's own band total in the mean, lines among them, and lines of others nothing.
+    /// The wavelengths that are drawn bring each light's own band total in the mean, lines among them, and lines of
+    /// others nothing.
     #[test]
     fn wavelengths_bring_the_band() {
         let line = |nm: f64, strength: f64| Line { lambda_um: 1e-3 * nm, strength: 1e-24 * strength };

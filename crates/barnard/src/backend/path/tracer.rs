@@ -29,7 +29,7 @@ use crate::scene::Scene;
 
 /// Paths are ended by chance from this scattering on.
 const ROULETTE: usize = 4;
-/// How often a leg begins by where stars are rather than by the phase function.
+/// The probability with which a leg begins towards the stars rather than by the phase function.
 const TOWARDS_STARS: f64 = 0.25;
 /// Rays pass stars at this distance at least [pc]: the light of one that is met has no finite radiance.
 const NEAREST: f64 = 1e-6;
@@ -45,7 +45,7 @@ pub struct Tracer<'a> {
     species: Vec<Species<'a>>,
     background: Option<usize>,
     bands: Vec<SampledWavelengths>,
-    /// How often light may scatter.
+    /// The numbers of scatterings that are counted.
     bounces: RangeInclusive<usize>,
 }
 
@@ -53,7 +53,7 @@ pub struct Tracer<'a> {
 struct Star {
     light: usize,
     position: DVec3,
-    /// What it sends through each band, to be drawn by.
+    /// The power that the star sends through each band, by which stars are drawn.
     power: Vec<f64>,
 }
 
@@ -64,26 +64,26 @@ impl Star {
     }
 }
 
-/// Gas that glows.
+/// A species of gas that glows.
 struct Species<'a> {
     light: usize,
     density: &'a dyn crate::field::Field,
     majorant: Majorant,
 }
 
-/// A path so far.
+/// The state of a path on its way.
 struct PathState {
     waves: [Wave; CARRIED],
-    /// What is common to all wavelengths.
+    /// The weight that is common to all wavelengths.
     weight: f64,
     /// Π ω of each wavelength.
     albedo: Carried,
-    /// How likely each would have drawn the path, in parts of the first's.
+    /// The probability with which each wavelength would have drawn the path, relative to the first.
     likely: Carried,
 }
 
 impl PathState {
-    /// What light counts that each wavelength brings to where the path is now.
+    /// The weight of the light that wavelength `i` brings to where the path is now.
     fn share(&self, i: usize) -> f64 {
         self.weight * self.albedo[i] * self.likely[i] / self.likely.iter().sum::<f64>()
     }
@@ -92,7 +92,7 @@ impl PathState {
         self.waves.map(|w| w.k)
     }
 
-    /// What weights may depend on: the same whichever wavelength leads.
+    /// The mean extinction of the wavelengths, on which weights may depend: it is the same whichever wavelength leads.
     fn mean_k(&self) -> f64 {
         self.k().iter().sum::<f64>() / CARRIED as f64
     }
@@ -103,7 +103,7 @@ impl PathState {
 }
 
 impl<'a> Tracer<'a> {
-    /// For `lights` of `scene` that scatter so many times.
+    /// A tracer of `lights` in `scene` that counts paths of so many scatterings.
     ///
     /// # Errors
     /// Where a density has no bound.
@@ -290,7 +290,7 @@ fn around(axis: DVec3, cosine: f64, sine: f64, random: &mut Counter) -> DVec3 {
     (cosine * axis + sine * (x * across + y * other)).normalize()
 }
 
-/// Which of some shares of `total` a number falls into; none where they are nothing, or rounding leaves it over.
+/// Draws one of some shares of `total`; none where all are nothing, or rounding leaves the draw over.
 fn picked(mut shares: impl Iterator<Item = f64>, total: f64, random: &mut Counter) -> Option<usize> {
     if total <= 0.0 {
         return None;
@@ -305,9 +305,9 @@ fn picked(mut shares: impl Iterator<Item = f64>, total: f64, random: &mut Counte
 /// A leg of a path as the stars see it.
 struct PathSegment {
     ray: Ray,
-    /// For each star its power times ∫dt/r² through the dust, and the angles.
+    /// For each star, its power times ∫dt/r² through the dust, and the distribution of angles.
     stars: Vec<(f64, Equiangular)>,
-    /// Their sum, ∫F dt.
+    /// The sum over all stars, ∫F dt.
     total: f64,
 }
 
@@ -321,8 +321,7 @@ impl PathSegment {
         Self { ray, total: stars.iter().map(|s| s.0).sum(), stars }
     }
 
-    /// How much of the starlight at a place comes by places that are drawn by the stars, F/∫F dt, beside collisions,
-    /// kσ.
+    /// The probability with which a place is drawn by the stars, F/∫F dt, beside that by collision, kσ.
     fn by_stars(&self, fluence: f64, by_collision: f64) -> f64 {
         let both = fluence + by_collision * self.total;
         if both > 0.0 { fluence / both } else { 1.0 }
@@ -344,7 +343,7 @@ impl Equiangular {
         Self { foot, distance, angles: (((near - foot) / distance).atan(), ((far - foot) / distance).atan()) }
     }
 
-    /// ∫dt/r² [pc⁻¹].
+    /// ∫dt/r² over the ray's way through the dust [pc⁻¹].
     fn integral(&self) -> f64 {
         (self.angles.1 - self.angles.0) / self.distance
     }

@@ -46,7 +46,7 @@ pub const DEFAULT_ACCURACY: f64 = 1e-5;
 const DEPTHS: [f64; 7] = [0.0, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0];
 const PHASES: [f64; 3] = [-1.0, 0.0, 1.0];
 
-/// One wavelength of one band.
+/// One wavelength of one band, with its quadrature weights.
 struct Wave {
     band: usize,
     lambda_um: f64,
@@ -63,7 +63,7 @@ struct Truth<'a> {
     accuracy: f64,
 }
 
-/// Its row.
+/// The row of this back end in the catalogue.
 pub const ENTRY: BackendEntry = BackendEntry {
     name: "reference",
     summary: "f64, adaptive in space and wavelength, exact star depths: slow, plain, the definition",
@@ -75,7 +75,7 @@ pub const ENTRY: BackendEntry = BackendEntry {
 /// The exact picture, of light that scatters once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reference {
-    /// Allowed error of each pixel, relative to its radiance.
+    /// The allowed error of each pixel, relative to its radiance.
     pub accuracy: f64,
 }
 
@@ -328,7 +328,7 @@ impl<'a> RayRadiance<'a> {
         Self { truth, bands: vec![0.0; truth.scene.bands.len()] }
     }
 
-    /// Adds a spectrum.
+    /// Adds to each wavelength what `value` gives for it.
     fn add(&mut self, value: impl Fn(&Wave) -> f64) {
         for wave in &self.truth.waves {
             self.bands[wave.band] += value(wave);
@@ -356,7 +356,7 @@ impl<'a> RayRadiance<'a> {
         }
     }
 
-    /// Both rules on one cell, band by band.
+    /// Evaluates both rules of the pair on one cell, band by band.
     fn rules<S>(&self, a: f64, b: f64, sample: &impl Fn(f64) -> S, f: &impl Fn(&S, &Wave) -> f64) -> (Vec<f64>, Vec<f64>) {
         let (centre, half) = (0.5 * (a + b), 0.5 * (b - a));
         let (mut kronrod, mut gauss) = (vec![0.0; self.bands.len()], vec![0.0; self.bands.len()]);

@@ -77,7 +77,7 @@ const MAX_LEVEL: usize = 14;
 struct Fit<'a> {
     field: &'a dyn Field,
     ray: &'a Ray,
-    /// In parts of the largest value; none where one polynomial is exact.
+    /// The tolerance relative to the largest value; none where one polynomial is exact.
     accuracy: Option<f64>,
     /// The largest value so far.
     largest: f64,

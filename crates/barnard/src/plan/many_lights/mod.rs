@@ -33,7 +33,7 @@ use crate::volume::{Bricks, Channel, ChannelMut, Volume};
 
 /// So many stars are all marched one by one, unless told otherwise.
 const ALL: usize = 8;
-/// Where there are more, one is marched that sends more than this part of all light through a band.
+/// The part of all light through a band from which on a star is marched by itself, where there are more.
 const BRIGHT: f64 = 0.5;
 /// Most voxels along an edge of the depths of one star, fewest where memory is short, and the part of the memory that
 /// all may take.
@@ -50,22 +50,22 @@ const REPRESENTATIVES: usize = 4;
 pub struct ManyLights {
     /// Numbers of its stars in the scene; neighbours in space stand beside each other.
     pub stars: Vec<usize>,
-    /// Where they are \[pc\].
+    /// The places of these stars \[pc\].
     pub places: Vec<DVec3>,
-    /// σ at V at each of them [pc⁻¹].
+    /// The extinction σ at V at each of them [pc⁻¹].
     pub sigma: Vec<f32>,
-    /// Whether each star of the scene is one of them.
+    /// Whether each star of the scene is one of these.
     member: Vec<bool>,
     /// The brightest, by which pilot rays choose their steps where all stars are among the many lights.
     pub representatives: Vec<usize>,
     /// Depths at V from each of them.
     depths: Vec<Arc<Volume>>,
-    /// What they were swept through.
+    /// The dust that the depths were swept through.
     dust: Arc<Grid>,
     groups: Vec<Group>,
 }
 
-/// Neighbours in a sphere.
+/// Neighbouring stars in a sphere.
 #[derive(Debug, Clone)]
 struct Group {
     centre: DVec3,
@@ -152,13 +152,13 @@ impl ManyLights {
         Ok(Self { stars, places: own, member, sigma, representatives, depths, dust: dust.clone(), groups })
     }
 
-    /// The same where other stars are the brightest; none where they are not.
+    /// The same stars with other representatives, where others are the brightest; none where they are not.
     pub fn led_by(&self, members: &[usize]) -> Option<Self> {
         let representatives = representatives(members, self.member.len());
         (representatives != self.representatives).then(|| Self { representatives, ..self.clone() })
     }
 
-    /// The same through `ratio` times as much dust, `dust`; none where depths were or would be cut.
+    /// The same stars in `dust`, which is `ratio` times the dust before; none where depths were or would be cut.
     pub fn scaled(&self, ratio: f64, dust: &Arc<Grid>) -> Option<Self> {
         let largest = self.depths.iter().flat_map(|d| &d.data).fold(0.0f32, |most, d| most.max(d.abs()));
         let fits = ratio.is_finite() && ratio > 0.0 && f64::from(largest) * ratio.max(1.0) < 0.99 * star_depths::OPAQUE;
@@ -173,7 +173,7 @@ impl ManyLights {
         })
     }
 
-    /// Whether a star of the scene is one of it.
+    /// Whether a star of the scene is one of these.
     pub fn holds(&self, star: usize) -> bool {
         self.member.get(star) == Some(&true)
     }
@@ -218,7 +218,7 @@ impl ManyLights {
         }));
     }
 
-    /// Where voxels of its depths stand, and those around them.
+    /// The lattice of their depths, with the layer around it.
     pub fn lattice(&self) -> Option<&Lattice> {
         self.depths.first().map(|d| &d.lattice)
     }
@@ -240,13 +240,13 @@ impl ManyLights {
         groups.flat_map(|group| group.stars.clone()).filter(move |i| square(self.places[*i]) <= reach * reach)
     }
 
-    /// Bytes of all depths.
+    /// The bytes that all depths take.
     pub fn bytes(&self) -> u64 {
         self.depths.iter().map(|d| d.bytes()).sum()
     }
 }
 
-/// Whether each of so many stars is one of `members`.
+/// For each of so many stars, whether it is one of `members`.
 pub fn mask(members: &[usize], stars: usize) -> Vec<bool> {
     let mut mask = vec![false; stars];
     members.iter().for_each(|star| mask[*star] = true);
@@ -372,7 +372,7 @@ mod tests {
         assert!((0..50).all(|i| !first.depths.iter().any(|d| Arc::ptr_eq(d, &swept.depths[i]))));
     }
 
-    /// What is found beside a ray is what a look at every star finds.
+    /// The stars that are found beside a ray are those that a look at every star finds.
     #[test]
     fn stars_beside_a_ray_are_found() {
         let (dust, places) = (dust(), places(300));

@@ -16,32 +16,33 @@ pub struct NearFieldKernel {
     pub ahead_pc: f64,
 }
 
-/// A kernel in f32.
+/// A kernel in single precision.
 #[derive(Debug, Clone, Copy)]
 pub struct Shape {
-    /// 1/R² [pc⁻²].
+    /// The inverse square of R across the line of sight, 1/R² [pc⁻²].
     pub inverse_square: f32,
     /// 1 − s before the star.
     pub flat: f32,
 }
 
 impl NearFieldKernel {
-    /// The same in all directions.
+    /// A kernel of the same radius in all directions.
     pub fn even(reach_pc: f64) -> Self {
         Self { reach_pc, ahead_pc: reach_pc }
     }
 
-    /// What is inside \[pc³\].
+    /// The volume inside the kernel \[pc³\].
     pub fn volume(&self) -> f64 {
         2.0 / 3.0 * std::f64::consts::PI * self.reach_pc * self.reach_pc * (self.reach_pc + self.ahead_pc)
     }
 
-    /// As f32 has it.
+    /// The same kernel in single precision.
     pub fn shape(&self) -> Shape {
         Shape { inverse_square: self.reach_pc.powi(-2) as f32, flat: (1.0 - (self.reach_pc / self.ahead_pc).powi(2)) as f32 }
     }
 
-    /// w at a squared distance \[pc²\] where light turns by an angle of this cosine.
+    /// The share w of the light that is marched, at a squared distance \[pc²\] where light turns by an angle of this
+    /// cosine.
     pub fn share(&self, square: f64, cosine: f64) -> f64 {
         let ahead = cosine.max(0.0);
         let flat = 1.0 - (self.reach_pc / self.ahead_pc).powi(2);
@@ -58,7 +59,7 @@ impl NearFieldKernel {
     }
 }
 
-/// How much larger the box around a kernel is.
+/// The factor by which the box around a kernel is larger than the kernel.
 const AROUND: f64 = 1.25;
 
 impl Shape {
@@ -92,8 +93,8 @@ pub fn depth_within(profile: &Profile, inverse_step: f32, sigma: f32, distance: 
 mod tests {
     use super::*;
 
-    /// What is gathered and what is marched are all of a star's light, in every direction; and nothing is marched
-    /// beyond the kernel.
+    /// What is gathered and what is marched add up to a star's light in every direction, and nothing is marched beyond
+    /// the kernel.
     #[test]
     fn windows_part_the_light() {
         for kernel in [NearFieldKernel::even(0.3), NearFieldKernel { reach_pc: 0.3, ahead_pc: 1.1 }] {

@@ -20,7 +20,7 @@ const LEAST: f32 = 1e-9;
 /// Cells of a sweep: as near to cubes as the box lets them be.
 #[derive(Debug, Clone)]
 pub struct Cells {
-    /// Where they are.
+    /// The lattice of the cells.
     pub lattice: Lattice,
     /// Places along each edge of a cell at which it is asked what it holds.
     samples: [usize; 3],
@@ -30,7 +30,8 @@ pub struct Cells {
     pub least: f32,
 }
 
-/// How far around the dust gas may stand whose light scatters in it, in parts of the dust's box on each side.
+/// The distance from the dust up to which gas counts whose light scatters in the dust, in parts of the dust's box on
+/// each side.
 const AROUND: f64 = 0.5;
 /// Cells along the longest edge that even a coarse grid is cut into.
 const FINE: usize = 32;
@@ -67,18 +68,18 @@ impl Cells {
         cells
     }
 
-    /// Of these densities.
+    /// Cells with these densities.
     #[cfg(test)]
     pub fn of(lattice: Lattice, sigma: Vec<f32>) -> Self {
         Self { lattice, samples: [1; 3], sigma, least: LEAST }
     }
 
-    /// From one place in a cell to the next [pc].
+    /// The distances between neighbouring places in a cell [pc].
     fn spacing(&self) -> DVec3 {
         self.lattice.voxel_pc() / DVec3::from(self.samples.map(|n| n as f64))
     }
 
-    /// Places in a cell.
+    /// The places in a cell at which fields are asked.
     fn places(&self, cell: usize) -> impl Iterator<Item = DVec3> + use<> {
         let [x, y, z] = self.lattice.place(cell);
         let (spacing, [nx, ny, nz]) = (self.spacing(), self.samples);
@@ -151,9 +152,9 @@ impl Cells {
 
 /// A star as cells see it.
 pub struct DirectSource<'a> {
-    /// Where it is [pc].
+    /// The place of the star [pc].
     pub place: DVec3,
-    /// What it sends: weights without k ω.
+    /// The weights without k ω that it sends.
     pub sent: &'a EightLanes,
     /// Depth at V from it to a place with so much σ [1].
     pub depth: Box<dyn Fn(DVec3, f64) -> f64 + 'a>,

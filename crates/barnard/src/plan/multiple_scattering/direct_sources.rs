@@ -8,14 +8,14 @@ use crate::light::Route;
 use crate::plan::BandPlan;
 use crate::plan::draft::Draft;
 
-/// Stars, gas and background.
+/// The stars, the gas and the background that shine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DirectSources {
     /// Stars that are marched one by one, and what each sends: weights without k ω.
     pub stars: Vec<(usize, EightLanes)>,
-    /// What the gathered stars send, in its order.
+    /// The weights without k ω of the gathered stars, in their order.
     pub many_lights: Vec<EightLanes>,
-    /// Emission per length.
+    /// The emission of gas per length in each cell, where there is gas.
     pub glow: Option<Vec<EightLanes>>,
     pub around: EightLanes,
     /// Radiance that all this is in parts of.
@@ -23,8 +23,8 @@ pub struct DirectSources {
 }
 
 impl DirectSources {
-    /// Of these terms, which are those of the draft from number `first` on; `gas` is the density of each species in
-    /// cells.
+    /// The sources of `terms`, which are those of the draft from number `first` on; `gas` is the density of each
+    /// species in cells.
     pub fn new(draft: &Draft, first: usize, terms: &[Term], gas: &[Vec<f32>]) -> Self {
         let Draft { lights, spectral, space, .. } = draft;
         let all = |light| spectral.bands.iter().flat_map(move |b: &BandPlan| b.rule.form.decay().weights(light)).copied();

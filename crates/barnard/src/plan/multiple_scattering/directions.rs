@@ -15,18 +15,18 @@ use spectra::constants::SPHERE;
 /// A face of the cube, or a part of it: directions whose largest component is along `axis`.
 #[derive(Debug)]
 pub struct Face {
-    /// The axis.
+    /// The axis that the face is across.
     pub axis: usize,
-    /// Whether they go up along it.
+    /// Whether light goes up along the axis.
     pub up: bool,
-    /// Its directions.
+    /// The directions through the face.
     pub directions: Vec<Direction>,
 }
 
-/// One direction of light.
+/// One direction of light, with its solid angle.
 #[derive(Debug, Clone, Copy)]
 pub struct Direction {
-    /// Where light goes, of length one.
+    /// The direction in which light goes, of length one.
     pub towards: DVec3,
     /// Solid angle that it stands for [sr].
     pub weight: f64,
@@ -72,7 +72,7 @@ pub fn faces(edge: usize) -> Vec<Face> {
     (0..6).flat_map(face).collect()
 }
 
-/// Of slopes between 0 and `u`, 0 and `v` [sr].
+/// The solid angle of slopes between 0 and `u`, 0 and `v` [sr].
 fn solid_angle(u: f64, v: f64) -> f64 {
     (u * v / (1.0 + u * u + v * v).sqrt()).atan()
 }

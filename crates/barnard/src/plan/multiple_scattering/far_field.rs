@@ -40,15 +40,15 @@ const MIDDLE: f64 = 4.0;
 #[derive(Clone, Copy)]
 pub struct FarField<'a> {
     pub many_lights: &'a ManyLights,
-    /// What each star sends.
+    /// The weights without k ω that each star sends.
     pub sent: &'a [EightLanes],
-    /// Extinctions of the terms.
+    /// The extinctions of the terms relative to V.
     pub k: &'a EightLanes,
     /// The kernel around each star.
     pub kernels: &'a [NearFieldKernel],
 }
 
-/// How eight terms scatter light towards an eye.
+/// The way in which eight terms scatter light towards an eye.
 #[derive(Clone, Copy)]
 pub struct Scattering<'a> {
     pub view: View,
@@ -56,29 +56,29 @@ pub struct Scattering<'a> {
     pub phase: Option<&'a PhaseTable>,
     /// Number of the first of the terms among all.
     pub first: usize,
-    /// How many terms there are in all.
+    /// The number of all terms.
     pub terms: usize,
-    /// ω of each.
+    /// The albedo of each of the eight terms.
     pub albedo: EightLanes,
 }
 
 /// Cells that take a star's light between two kernels.
 struct Level {
     lattice: Lattice,
-    /// Harmonics of a cell.
+    /// The number of harmonics of a cell.
     count: usize,
     /// The eye, where light is seen by one.
     view: Option<View>,
-    /// That within which nothing counts, for all; each star's own where there is none.
+    /// The kernel within which nothing counts, for all stars; each star's own where there is none.
     inner: Option<NearFieldKernel>,
     outer: Option<NearFieldKernel>,
 }
 
 /// A star beside a row of cells.
 struct Beside<'a> {
-    /// From the star to the first cell of the row [pc].
+    /// The vector from the star to the first cell of the row [pc].
     offset: [f32; 3],
-    /// From cell to cell [pc].
+    /// The distance from cell to cell [pc].
     edge: f32,
     /// Depths along the row, and where the first cell and the others stand in them.
     depths: &'a [f32],
@@ -89,7 +89,7 @@ struct Beside<'a> {
     /// The kernels between which its light counts.
     inner: Shape,
     outer: Option<Shape>,
-    /// From the cells to the eye; nowhere where kernels are even.
+    /// The directions from the cells to the eye; zero where kernels are even.
     eye: [Lane; 3],
 }
 
@@ -126,7 +126,7 @@ impl FarField<'_> {
         self.many_lights.beside(&along, 0.0, length, reach).map(direct_source).collect()
     }
 
-    /// What `add` makes of each star for sixteen cells of a row: (star, first cell, values).
+    /// Sums what `add` makes of each star for sixteen cells of a row, by (star, first cell, values), on both levels.
     fn levels(
         &self,
         cells: &Cells,
@@ -210,7 +210,7 @@ impl FarField<'_> {
 }
 
 impl Level {
-    /// What light of a star can be in; none where it is everywhere.
+    /// The box that a star's light can be in on this level; none where it is everywhere.
     fn reached(&self, star: DVec3) -> Option<Bounds> {
         let own = self.outer?.bounds(self.view.map_or(DVec3::ZERO, |view| view.towards(star)));
         Some(Bounds { low: star + own.low, high: star + own.high })
@@ -229,17 +229,17 @@ impl Level {
 
 /// The light of a star at sixteen cells.
 struct Lit {
-    /// (1 − w)/r² [pc⁻²].
+    /// The part of 1/r² that this level takes, (1 − w)/r² [pc⁻²].
     strength: Lane,
     depth: Lane,
-    /// Of the angle by which it turns towards the eye.
+    /// The cosine of the angle by which light turns towards the eye.
     cosine: Lane,
-    /// Where it goes.
+    /// The direction in which light goes.
     towards: [Lane; 3],
 }
 
 impl Beside<'_> {
-    /// At cells from number `first` on.
+    /// The light at cells from number `first` on.
     #[inline(always)]
     fn at(&self, first: usize) -> Lit {
         let x: Lane = lanes(|i| fma((first + i) as f32, self.edge, self.offset[0]));
@@ -264,7 +264,7 @@ impl Beside<'_> {
         Lit { strength, depth, cosine, towards }
     }
 
-    /// What arrives in cell `i` of them.
+    /// The light of each term that arrives in cell `i` of them.
     #[inline(always)]
     fn light(&self, lit: &Lit, i: usize) -> EightLanes {
         let mut light = [0.0; WIDTH];

@@ -17,7 +17,7 @@ use crate::field::{Grid, Lattice};
 use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, Profile};
 use crate::plan::{ManyLights, PhaseTable};
 
-/// What the field is, however it is looked at.
+/// A field of scattered light, independent of the eye.
 #[derive(Debug)]
 pub struct Field {
     pub parts: Vec<Part>,
@@ -25,20 +25,20 @@ pub struct Field {
     /// Stars whose first light is part of it, and how that is scattered.
     pub many_lights: Option<Arc<ManyLights>>,
     pub phase: Option<PhaseTable>,
-    /// The kernels around them.
+    /// The kernels around them, within which their light is marched.
     pub kernels: Vec<NearFieldKernel>,
 }
 
-/// Eight terms of it.
+/// Eight terms of the field.
 #[derive(Debug)]
 pub struct Part {
     pub terms: Vec<Term>,
     pub solved: Arc<Solved>,
-    /// What the moments are in parts of: radiances are so small that their faint ones would not be numbers.
+    /// The radiance in units of which moments are stored: radiances are so small that faint ones would not be numbers.
     pub unit: f32,
-    /// What the gathered stars near a ray may add at most.
+    /// The most that the gathered stars near a ray may add to each term.
     pub near: EightLanes,
-    /// What they send, weights without k ω in parts of the unit.
+    /// The weights that the gathered stars send, without k ω, in parts of the unit.
     pub sent: Vec<EightLanes>,
 }
 
@@ -51,17 +51,17 @@ pub struct Solved {
     pub sweeps: usize,
     pub series: f64,
     pub settled: bool,
-    /// By what they were swept, and why not by what should have.
+    /// The name of what swept them, and why it was not what should have.
     pub by: Arc<str>,
 }
 
-/// All that the light of eight terms depends on.
+/// Everything that the light of eight terms depends on.
 #[derive(Debug)]
 pub struct Origin {
     pub lattice: Lattice,
     pub sigma: Vec<f32>,
     pub dust: Arc<Grid>,
-    /// Where stars are, how finely their depths are known, and the kernels around those of the gathered stars.
+    /// The places of all stars, how finely their depths are known, and the kernels around the gathered ones.
     pub places: Vec<DVec3>,
     pub star_factor: usize,
     pub kernels: Vec<NearFieldKernel>,
@@ -117,7 +117,7 @@ impl Field {
     }
 }
 
-/// ω p_l of each harmonic and term.
+/// The albedo times the Legendre moment, ω p_l, of each harmonic and term.
 pub fn scattering(terms: &[Term]) -> [EightLanes; COUNT] {
     std::array::from_fn(|h| std::array::from_fn(|t| terms.get(t).map_or(0.0, |term| (term.albedo * term.legendre[degree(h)]) as f32)))
 }

@@ -15,7 +15,7 @@ use crate::phase::Phase;
 
 /// The highest degree that is kept of any field.
 pub const DEGREE: usize = 5;
-/// Harmonics up to that.
+/// The number of harmonics up to that degree.
 pub const COUNT: usize = count(DEGREE);
 
 /// Harmonics up to a degree.
@@ -23,8 +23,8 @@ pub const fn count(degree: usize) -> usize {
     (degree + 1) * (degree + 1)
 }
 
-/// What the recurrences multiply by: from l to l + 1 at the same m, and from m to m + 1 along the diagonal, for
-/// normalised functions.
+/// The factors of the recurrences for normalised functions: from l to l + 1 at the same m, and from m to m + 1 along
+/// the diagonal.
 struct Recurrence {
     rise: [[f64; DEGREE + 1]; DEGREE + 1],
     fall: [[f64; DEGREE + 1]; DEGREE + 1],
@@ -88,12 +88,12 @@ where
     }
 }
 
-/// l of each harmonic.
+/// The degree l of each harmonic.
 pub fn degree(harmonic: usize) -> usize {
     harmonic.isqrt()
 }
 
-/// P_l(μ) for all degrees.
+/// The Legendre polynomials P_l(μ) of all degrees.
 fn legendre(mu: f64) -> [f64; DEGREE + 1] {
     let mut values = [1.0; DEGREE + 1];
     let (mut before, mut value) = (0.0, 1.0);
@@ -105,7 +105,7 @@ fn legendre(mu: f64) -> [f64; DEGREE + 1] {
     values
 }
 
-/// p_l of a phase function at a wavelength [1].
+/// The Legendre moments p_l of a phase function at a wavelength [1].
 pub fn legendre_moments(phase: &dyn Phase, lambda_um: f64) -> [f64; DEGREE + 1] {
     std::array::from_fn(|l| match (l, phase.is_isotropic()) {
         (0, _) => 1.0,

@@ -60,7 +60,7 @@ use crate::error::Result;
 use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, Profile};
 use crate::volume::{Channel, Volume};
 
-/// How finely the field is made.
+/// The fineness of a field of scattered light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fineness {
     /// Most cells along an edge.
@@ -68,14 +68,14 @@ pub struct Fineness {
     /// Directions along each edge of a cube's face: of light that has scattered once, which comes from near the stars,
     /// and of all other.
     pub directions: [usize; 2],
-    /// Highest degree of harmonics.
+    /// The highest degree of harmonics.
     pub degree: usize,
 }
 
 impl Fineness {
-    /// For pictures that are to be right.
+    /// The fineness of pictures that are to be right.
     pub const FULL: Self = Self { cells: 64, directions: [6, 3], degree: DEGREE };
-    /// For a look while things move.
+    /// The fineness of previews while things move.
     pub const PREVIEW: Self = Self { cells: 24, directions: [4, 2], degree: 1 };
 }
 
@@ -94,12 +94,12 @@ pub struct MultipleScattering {
     pub largest: Vec<f32>,
     /// Depths from each gathered star towards the eye.
     pub profiles: Vec<Profile>,
-    /// How it was found.
+    /// How the field was found.
     pub report: ScatteringReport,
     field: Arc<Field>,
     /// The fields by which its error is known: half as fine, and with other directions.
     halves: Option<Arc<(Self, Self)>>,
-    /// Where the eye is or looks, for which the volumes hold.
+    /// The eye for which the volumes hold.
     view: View,
 }
 
@@ -162,18 +162,18 @@ impl MultipleScattering {
         Ok(Some(own))
     }
 
-    /// The same without the first light of the gathered stars.
+    /// The same field without the first light of the gathered stars.
     fn scattered_before(&self) -> Self {
         Self::resolved(self.field.clone(), Vec::new(), self.report.clone(), self.view)
     }
 
-    /// Whether light that was scattered before is that of another field, and was not solved again.
+    /// Whether the light that was scattered before is shared with another field, and was not solved again.
     pub fn shares(&self, other: &Self) -> bool {
         let pairs = || self.field.parts.iter().zip(&other.field.parts);
         self.field.parts.len() == other.field.parts.len() && pairs().all(|(a, b)| Arc::ptr_eq(&a.solved, &b.solved))
     }
 
-    /// The same field as `camera` sees it; what it was if that sees the same directions.
+    /// The same field as `camera` sees it; the same volumes where that sees the same directions.
     ///
     /// # Errors
     /// When the user wishes to stop.
@@ -191,7 +191,7 @@ impl MultipleScattering {
         &self.field.kernels
     }
 
-    /// Where its eye is, seen from a place.
+    /// The direction from a place towards the eye.
     pub fn towards_eye(&self, place: DVec3) -> DVec3 {
         self.view.towards(place)
     }
@@ -254,7 +254,7 @@ impl MultipleScattering {
         if all > 0.0 { (wrong / all).sqrt() } else { 0.0 }
     }
 
-    /// Bytes of all of it.
+    /// The bytes that the field takes.
     pub fn bytes(&self) -> u64 {
         self.report.bytes
     }

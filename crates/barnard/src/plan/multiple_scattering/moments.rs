@@ -8,24 +8,24 @@ use crate::field::Lattice;
 /// Moments of the radiance: cell × harmonic × term.
 #[derive(Debug, Clone)]
 pub struct Moments {
-    /// Harmonics of a cell.
+    /// The number of harmonics of a cell.
     pub count: usize,
-    /// All of them.
+    /// The moments, cell × harmonic × term.
     pub data: Vec<EightLanes>,
 }
 
 impl Moments {
-    /// Of no light.
+    /// The moments where there is no light.
     pub fn dark(cells: usize, count: usize) -> Self {
         Self { count, data: vec![[0.0; WIDTH]; cells * count] }
     }
 
-    /// Bytes that so many take.
+    /// The bytes that the moments of so many cells take.
     pub fn bytes(cells: usize, count: usize) -> u64 {
         (size_of::<EightLanes>() as u64).saturating_mul(cells as u64).saturating_mul(count as u64)
     }
 
-    /// Those of one cell.
+    /// The moments of one cell, harmonic by harmonic.
     pub fn cell(&self, i: usize) -> &[EightLanes] {
         &self.data[i * self.count..][..self.count]
     }

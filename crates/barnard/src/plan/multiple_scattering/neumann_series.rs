@@ -2,14 +2,14 @@
 
 use super::ordinates::{EightLanes, WIDTH};
 
-/// By how much the sum of the orders that are not swept may be wrong, as a part of all.
+/// The error that is allowed of the sum of the orders that are not swept, as a part of all.
 const REST: f64 = 1e-3;
-/// What that sum may be at most.
+/// The most that this sum may be, as a part of all.
 const MAX_SERIES: f64 = 0.2;
 /// Orders of less are none, as a part of all.
 const NOTHING: f64 = 1e-9;
 
-/// How the orders of scattering go.
+/// The powers of the orders of scattering, one after the other.
 #[derive(Default)]
 pub struct NeumannSeries {
     /// The power of each order, and of all up to it.
@@ -29,7 +29,7 @@ impl NeumannSeries {
         (all[t] > 0.0 && before[t] > 0.0).then(|| (own[t] / before[t], own[t] / all[t]))
     }
 
-    /// Whether the series that goes on from here is known well enough.
+    /// Whether the geometric series that goes on from here is known well enough.
     pub fn is_known(&self) -> bool {
         let known = |t: usize| {
             // An order of nothing is the last.
@@ -46,7 +46,7 @@ impl NeumannSeries {
         (0..WIDTH).all(known)
     }
 
-    /// What the series that goes on stands for, as a part of all, and in units of the last order.
+    /// The sum of the orders that are not swept, as a part of all, and for each term in units of the last order.
     pub fn rest(&self, bounces: usize) -> (f64, EightLanes) {
         let left = bounces.saturating_sub(1 + self.orders.len());
         let (mut series, mut rest) = (0.0f64, [0.0; WIDTH]);
@@ -61,7 +61,7 @@ impl NeumannSeries {
         (series, rest)
     }
 
-    /// How many orders there may be in all.
+    /// The number of orders that will be swept in all, as far as it can be told.
     pub fn expected(&self, bounces: usize) -> u64 {
         let ratio = (0..WIDTH).filter_map(|t| self.last(0, t)).map(|l| l.0).fold(0.1, f64::max).min(0.99);
         let part = (0..WIDTH).filter_map(|t| self.last(0, t)).map(|l| l.1).fold(0.0, f64::max).max(REST);

@@ -23,10 +23,10 @@ pub type EightLanes = [f32; WIDTH];
 /// Fluence in the dust, for each of them.
 pub type Powers = [f64; WIDTH];
 
-/// What the light of eight terms meets.
+/// The medium that the light of eight terms crosses.
 #[derive(Debug, Clone, Copy)]
 pub struct Transfer<'a> {
-    /// Where the dust is.
+    /// The cells in which the dust is.
     pub cells: &'a Cells,
     /// Extinction in parts of that at V.
     pub k: &'a EightLanes,
@@ -34,7 +34,7 @@ pub struct Transfer<'a> {
     /// directions would draw rays of it. What comes in from around must have those of later orders, or an even field of
     /// light would not stay even.
     pub faces: [&'a [Face]; 2],
-    /// ω p_l of each harmonic.
+    /// The albedo times the Legendre moment, ω p_l, of each harmonic.
     pub scattering: &'a [EightLanes],
     /// Light of gas per length [pc⁻¹], where there is any.
     pub glow: Option<&'a [EightLanes]>,
@@ -47,7 +47,7 @@ pub struct Transfer<'a> {
 pub enum Failure {
     /// The user's wish to stop.
     Stopped(Error),
-    /// What sweeps cannot go on, and why.
+    /// The sweeper cannot go on, and why.
     Unable(String),
 }
 
@@ -57,9 +57,9 @@ impl From<Error> for Failure {
     }
 }
 
-/// What can sweep.
+/// A processor or a device that sweeps orders of scattering.
 pub trait Sweeper: Debug + Send + Sync {
-    /// What it is, for what outputs state.
+    /// The name that outputs state.
     fn name(&self) -> String;
 
     /// Takes up moments of light that has not been scattered yet.
@@ -69,7 +69,7 @@ pub trait Sweeper: Debug + Send + Sync {
     fn start<'a>(&self, transfer: Transfer<'a>, first: Moments) -> Result<Box<dyn Orders + 'a>, Failure>;
 }
 
-/// Orders of scattering.
+/// Orders of scattering, each from the one before.
 pub trait Orders {
     /// The next one; gas and what comes in from around are part of the first. Its power, and that of all so far.
     ///
@@ -84,7 +84,7 @@ pub trait Orders {
     fn sum(self: Box<Self>, last: &EightLanes) -> Result<Moments, Failure>;
 }
 
-/// Sweeps on the processor.
+/// The processor as a sweeper.
 #[derive(Debug)]
 pub struct Processor;
 
@@ -113,7 +113,7 @@ impl<'a> Sweepers<'a> {
         Self { device, gave_up: OnceLock::new() }
     }
 
-    /// What `work` makes with the first that can, and by what it was made, for what outputs state.
+    /// Does `work` with the first sweeper that can; returns what it made, and the name that outputs state.
     ///
     /// # Errors
     /// When the user wishes to stop, and where the processor cannot either.
@@ -169,7 +169,7 @@ impl Orders for OnProcessor<'_> {
     }
 }
 
-/// Fluence in the dust.
+/// The fluence in the dust, for each term.
 fn power(cells: &Cells, moments: &Moments) -> Powers {
     let mut power = [0.0; WIDTH];
     for (fluence, sigma) in moments.data.iter().step_by(moments.count).zip(&cells.sigma) {

@@ -19,10 +19,10 @@ const MIN: usize = 12;
 /// Moments of the phase function that are none.
 const NEGLIGIBLE: f64 = 0.02;
 
-/// What a field is solved for.
+/// The problem that a field is the solution of.
 pub struct Problem<'a> {
     pub draft: &'a Draft<'a>,
-    /// The dust that scatters.
+    /// The dust that scatters light.
     pub dust: &'a Grid,
     /// The nodes of all passbands.
     pub terms: Vec<Term>,
@@ -32,14 +32,14 @@ pub struct Problem<'a> {
 /// The cells that there is memory for.
 pub struct Fitting {
     pub cells: Cells,
-    /// Bytes of all that is made in them.
+    /// The bytes of all that is made in them.
     pub bytes: u64,
-    /// Whether they are fewer than they should be.
+    /// Whether they are fewer than they should be, to keep to the memory limit.
     pub coarser: bool,
 }
 
 impl<'a> Problem<'a> {
-    /// That of a draft; none where light scatters once and no stars are gathered, or nothing scatters.
+    /// The problem of a draft; none where light scatters once and no stars are gathered, or nothing scatters.
     ///
     /// # Errors
     /// For rules that have no nodes.
@@ -93,7 +93,7 @@ impl<'a> Problem<'a> {
         Ok(Fitting { cells, bytes, coarser: edge < fineness.cells })
     }
 
-    /// At most so many cells along an edge.
+    /// Cells of the dust, at most so many along an edge.
     pub fn cells(&self, most: usize) -> Cells {
         Cells::new(self.dust, self.draft.space.gas(), most)
     }

@@ -2,37 +2,37 @@
 
 use std::sync::Arc;
 
-/// How the field was found.
+/// What is to be told of how a field was found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScatteringReport {
-    /// Cells along each axis.
+    /// The number of cells along each axis.
     pub cells: [usize; 3],
-    /// Whether they are fewer than they should be, to keep to the memory limit.
+    /// Whether the cells are fewer than they should be, to keep to the memory limit.
     pub coarser: bool,
     /// Directions of light: of the first order and of the others.
     pub directions: [usize; 2],
-    /// Degree of the harmonics.
+    /// The degree of the harmonics.
     pub degree: usize,
     /// Orders of scattering that were swept.
     pub sweeps: usize,
-    /// By what they were swept, and why not by what should have.
+    /// The name of what swept them, and why it was not what should have.
     pub swept_by: Arc<str>,
     /// The part of all that the geometric series behind them stands for, of the worst term.
     pub series: f64,
-    /// Whether the orders went as a geometric series at last.
+    /// Whether the orders went as a geometric series in the end.
     pub settled: bool,
-    /// What is known of its error for the first camera; nothing where it was made for a look.
+    /// The error of the field for the first camera; none where it was made for a preview.
     pub error_estimate: Option<ErrorEstimate>,
-    /// What of it is first light of the gathered stars.
+    /// The first light of the gathered stars, where the field has some.
     pub far_field: Option<FarFieldError>,
-    /// Bytes that it takes.
+    /// The bytes that the field takes.
     pub bytes: u64,
 }
 
 /// Light of stars that scatters once and is gathered in the field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FarFieldError {
-    /// So many stars.
+    /// The number of stars.
     pub stars: usize,
     /// Smallest and largest radius of the kernels around them, within which their light is marched \[pc\].
     pub near_pc: (f64, f64),
@@ -47,9 +47,9 @@ pub struct FarFieldError {
 /// over the dust.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorEstimate {
-    /// Of cells.
+    /// The error of the cells.
     pub spatial: f64,
-    /// Of directions.
+    /// The error of the directions.
     pub angular: f64,
 }
 

@@ -19,10 +19,10 @@ use crate::field::Grid;
 use crate::plan::SpatialPlan;
 use crate::plan::many_lights::near_field_kernel::NearFieldKernel;
 
-/// Most sweeps.
+/// The largest number of sweeps.
 const MAX_SWEEPS: usize = 400;
 
-/// Where and how finely a field is solved.
+/// The cells in which a field is solved, and how finely.
 pub struct Discretization<'a> {
     pub cells: Cells,
     pub fineness: Fineness,
@@ -82,7 +82,7 @@ impl Problem<'_> {
         Ok(Solution { field: Field { parts, cells, many_lights, phase, kernels: kernels.to_vec() }, report })
     }
 
-    /// How the parts of a field were found.
+    /// Tells how the parts of a field were found.
     fn report(&self, parts: &[Part], cells: &Cells, fineness: Fineness, kernels: &[NearFieldKernel]) -> ScatteringReport {
         let mut swept_by: Vec<&str> = Vec::new();
         for part in parts {
@@ -127,7 +127,7 @@ impl Problem<'_> {
     }
 }
 
-/// How close to a gathered star a ray passes, in voxels of dust [1].
+/// The closest approach of a ray to a gathered star, in voxels of dust [1].
 const CLOSE: f64 = 0.25;
 
 /// Stars that have depths of their own, as cells see them.
@@ -140,7 +140,7 @@ fn marched<'a>(space: &'a SpatialPlan, stars: &'a [(usize, EightLanes)]) -> Vec<
     stars.iter().map(direct_source).collect()
 }
 
-/// What the light of eight terms meets.
+/// Eight terms of a problem, ready to be solved.
 struct Medium<'a> {
     space: &'a SpatialPlan,
     cells: &'a Cells,
@@ -191,7 +191,7 @@ impl Medium<'_> {
 /// About the part of the work that light takes which has not been scattered yet.
 const FIRST_SHARE: f64 = 0.2;
 
-/// All orders of scattering below `bounces`, and how they went.
+/// Sweeps all orders of scattering below `bounces`; returns their sum, and how they went.
 fn orders(
     sweeper: &dyn Sweeper,
     transfer: Transfer,

@@ -27,7 +27,7 @@ const SEED: u64 = 0x6361_6c6d;
 /// A place in the dust.
 struct SpotCheck {
     place: DVec3,
-    /// σ at V there [pc⁻¹].
+    /// The extinction σ at V there [pc⁻¹].
     sigma: f64,
     /// Exact depths at V from the gathered stars, in their order [1].
     depths: Vec<f64>,
@@ -41,7 +41,7 @@ struct Deviation {
 }
 
 impl Deviation {
-    /// All differences as a part of all that is exact; none where nothing was compared.
+    /// The sum of all differences over that of all exact values; none where nothing was compared.
     fn part(deviations: &[Self]) -> Option<f64> {
         let sum = |of: fn(&Self) -> f64| deviations.iter().map(of).sum::<f64>();
         let all = sum(|d| d.all);
@@ -52,7 +52,7 @@ impl Deviation {
 /// The first light of the gathered stars as the march has it, towards one eye.
 pub struct FirstLight<'a> {
     pub field: &'a ScatteredField,
-    /// In cells, part by part.
+    /// The far field in cells, part by part.
     pub far: &'a [Moments],
     /// Depths towards the eye near each star.
     pub near: &'a [Profile],

@@ -28,7 +28,7 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::packet::{exp, fma};
 
-/// What shines, for eight terms.
+/// The sources of light for eight terms.
 pub struct Sources<'a> {
     /// Q_lm of each cell: scattered light in parts of extinction.
     pub scattered: &'a Moments,
@@ -45,20 +45,20 @@ pub struct Beam {
     pub shift: [isize; 2],
     /// Bilinear weights of the four.
     pub weights: [f32; 4],
-    /// From plane to plane \[pc\].
+    /// The way from plane to plane along the direction \[pc\].
     pub length_pc: f32,
-    /// Y_lm.
+    /// The harmonics Y_lm of the direction.
     pub harmonics: [f32; COUNT],
-    /// Y_lm dΩ.
+    /// The quadrature weights Y_lm dΩ, by which radiance adds to the moments.
     pub quadrature: [f32; COUNT],
 }
 
 /// A row of a plane, with cells around it where nothing is but what comes in.
 #[derive(Clone)]
 struct Row {
-    /// Cell × direction.
+    /// The radiance of each cell and direction.
     radiance: Vec<EightLanes>,
-    /// σ S, cell × direction.
+    /// The emission σ S of scattered light of each cell and direction.
     scattering: Vec<EightLanes>,
     /// Light of gas per length.
     glow: Vec<EightLanes>,
@@ -71,9 +71,9 @@ struct Line<'a> {
     k: &'a EightLanes,
     sources: &'a Sources<'a>,
     beams: &'a [Beam],
-    /// Cells around a plane.
+    /// The number of cells around a plane.
     margin: usize,
-    /// Its number in the plane.
+    /// The number of the row in the plane.
     row: usize,
     /// Number of the first cell, and from one to the next.
     first: usize,
@@ -221,7 +221,7 @@ fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [EightLanes]
     }
 }
 
-/// e^(−Δ), g − e^(−Δ) and 1 − g, with g = (1 − e^(−Δ))/Δ.
+/// The weights e^(−Δ), g − e^(−Δ) and 1 − g of a cell, with g = (1 − e^(−Δ))/Δ.
 #[inline(always)]
 fn shares(depth: f32) -> (f32, f32, f32) {
     let e = exp(-depth);
@@ -250,7 +250,7 @@ mod tests {
         Cells::of(lattice, sigma)
     }
 
-    /// In an even field of light, dust that absorbs nothing changes nothing, wherever it is.
+    /// Dust that absorbs nothing changes nothing in an even field of light, wherever it is.
     #[test]
     fn an_even_field_stays() {
         let cells = cells([7, 5, 9], DVec3::new(1.0, 2.0, 1.5), |p| 3.0 + 40.0 * (7.0 * p.x).sin().max(0.0) + 5.0 * p.y * p.y);
@@ -268,8 +268,8 @@ mod tests {
         }
     }
 
-    /// Without dust, gas between two planes sends its length; with even dust and no scattering what comes in falls as
-    /// e^(−kΔ).
+    /// Gas between two planes sends its length where there is no dust; where there is even dust that does not scatter,
+    /// light from outside falls as e^(−kΔ).
     #[test]
     fn light_falls_and_gas_glows() {
         let size = DVec3::new(1.0, 1.0, 1.0);

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::camera::{Camera, Projection};
 
-/// Where an eye is, or where it looks.
+/// The place of an eye, or the direction in which it looks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum View {
     From(DVec3),
@@ -19,7 +19,7 @@ impl View {
         }
     }
 
-    /// Towards the eye.
+    /// The direction from a place towards the eye, of length one.
     pub fn towards(self, place: DVec3) -> DVec3 {
         match self {
             Self::From(eye) => (eye - place).normalize_or(DVec3::Z),

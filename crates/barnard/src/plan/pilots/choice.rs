@@ -26,12 +26,12 @@ const BESIDE_MANY_LIGHTS: f64 = 2.0;
 /// parts in 1e5.
 const TRUTH: (f64, f64) = (6.0, 48.0);
 const TRUTH_PER_DEPTH: f64 = 8.0;
-/// And along the longest edge of a small grid, up to half of the most.
+/// The samples of the truth along the longest edge of a small grid, up to half of the most.
 const TRUTH_PER_EDGE: f64 = 768.0;
-/// What a finer step or finer star depths must make of the error, else they are not worth their price.
+/// The factor by which a finer step or finer star depths must change the error, else they are not worth their price.
 const WORTHWHILE: f64 = 0.8;
-/// How finely star depths are baked, in voxels along one of dust: past the third only while all of them take less than
-/// `FINE_BYTES`.
+/// The resolutions of star depths that are tried, in voxels along one of dust: past the third only while all of them
+/// take less than `FINE_BYTES`.
 const FACTORS: [usize; 7] = [1, 2, 3, 4, 6, 8, 12];
 const MODEST: usize = 3;
 const FINE_BYTES: u64 = 64 << 20;
@@ -95,7 +95,7 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
     Ok(stepping)
 }
 
-/// What samples of densities that are functions cost.
+/// The error that sampling of densities costs which are functions.
 struct Sampling {
     /// Relative rms error of the pilots, worst band, and of stars that are seen through the samples.
     error: f64,
@@ -131,7 +131,7 @@ struct Choice {
     stepping: Stepping,
     /// Voxels of star depths along one of dust.
     factor: usize,
-    /// What they cost.
+    /// The error that they cost, relative rms of the worst band.
     error: f64,
     /// The light of the pilots, pilot × band.
     values: Vec<Vec<f64>>,
@@ -152,7 +152,7 @@ impl Marches<'_> {
         self.all(|ray| march(space, &self.exact, ray, Stepping::PerVoxel(per_voxel), true))
     }
 
-    /// The same as the fast back ends march it.
+    /// The light of all pilots as the fast back ends march it: pilot × band.
     fn fast(&self, space: &SpatialPlan, stepping: Stepping) -> Result<Vec<Vec<f64>>> {
         self.all(|ray| march(space, &self.fast, ray, stepping, false))
     }

@@ -12,7 +12,7 @@ use crate::plan::segment::{Segment, mean_inverse_square};
 use crate::plan::{SpatialPlan, SpectralPlan, Stepping};
 use crate::volume::Channel;
 
-/// What looks along a ray.
+/// An observer at the end of a ray that is marched in f64.
 pub(in crate::plan) trait Eye {
     /// So much of a light arrives, fallen by its mean over the depths at V.
     fn light(&mut self, light: usize, amount: f64, depths: DepthSpan);
@@ -29,12 +29,12 @@ pub(in crate::plan) trait Eye {
         false
     }
 
-    /// Whether it is to hear of the whole ray, also of what no light comes from.
+    /// Whether the eye is to hear of the whole ray, also of parts that no light comes from.
     fn goes_on(&self) -> bool {
         false
     }
 
-    /// The ray passes dust.
+    /// Tells the eye that the ray passes dust.
     fn dust(&mut self, _segment: &Segment) {}
 }
 
@@ -45,7 +45,7 @@ struct Step<'a> {
     after: &'a Sample,
 }
 
-/// How many times as many pieces an exact march takes near a star as back ends do.
+/// The factor by which an exact march takes more pieces near a star than back ends do.
 const FINENESS: f64 = 4.0;
 /// The part of a step at whose ends an exact march looks within it: a field may jump where steps meet.
 const INSIDE: f64 = 1e-6;
@@ -55,22 +55,23 @@ const MAX_PARTS: f64 = 4096.0;
 /// Optical depth at the wavelength that dust lets through best, past which an exact march ends: e^(−30) is left.
 const END: f64 = 30.0;
 
-/// One ray to be marched from the front to the back.
+/// The march of one ray from the front to the back.
 pub(in crate::plan) struct RayMarch<'a> {
     pub space: &'a SpatialPlan,
     pub spectral: &'a SpectralPlan,
     pub lights: &'a [Light],
     pub ray: &'a Ray,
     pub stepping: Stepping,
-    /// Whether densities are those of the fields themselves and star depths are marched; else both are read.
+    /// Whether densities are those of the fields themselves and star depths are marched; else both are read from the
+    /// samples.
     pub exact: bool,
 }
 
-/// Where light of a segment comes from.
+/// A source of light along a ray.
 enum Source {
     /// A star, and its place among those that the eye sees.
     Star { star: usize, seen: usize },
-    /// Gas of a species.
+    /// A species of gas.
     Gas { species: usize },
 }
 
@@ -138,7 +139,7 @@ impl RayMarch<'_> {
         self.lights.iter().enumerate().filter_map(source).collect()
     }
 
-    /// Where the steps end [pc]. A step that is long beside its distance to a star is marched in parts, as the back
+    /// The ends of the steps [pc]. A step that is long beside its distance to a star is marched in parts, as the back
     /// ends do, where it is to be `cut`.
     fn ends(&self, near: f64, far: f64, cut: bool) -> Vec<f64> {
         let (space, ray) = (self.space, self.ray);
@@ -273,10 +274,11 @@ struct Truth<'a> {
     space: &'a SpatialPlan,
     ray: &'a Ray,
     seen: &'a [usize],
-    /// Where the dust itself is marched towards the stars [pc], ascending; what lies between is taken linear.
+    /// The places at which the dust itself is marched towards the stars [pc], ascending; values between them are
+    /// linear.
     places: Vec<f64>,
-    /// By how much star depths through the dust itself are larger than those through its samples: at those places, star
-    /// by star.
+    /// The difference between star depths through the dust itself and through its samples: at those places, star by
+    /// star.
     beyond: Vec<Vec<f64>>,
 }
 
@@ -287,7 +289,7 @@ const MIN_PLACES: usize = 6;
 const EVEN: f64 = 0.4;
 
 impl<'a> Truth<'a> {
-    /// For these steps, and about these depths at their ends.
+    /// The truth along some steps, whose ends have about these depths.
     fn new(space: &'a SpatialPlan, ray: &'a Ray, steps: &Steps, depths: &[f64], seen: &'a [usize]) -> Self {
         if !space.depth_is_sampled() {
             return Self { space, ray, seen, places: Vec::new(), beyond: Vec::new() };
@@ -321,16 +323,16 @@ impl<'a> Truth<'a> {
     }
 }
 
-/// What a place holds.
+/// The dust and gas at a place, and the depths of stars there.
 struct Sample {
     sigma: f64,
-    /// From the stars that are seen, in their order.
+    /// The depths from the stars that are seen, in their order.
     depths: Vec<f64>,
     emission: Vec<f64>,
 }
 
 impl Sample {
-    /// What the plan's volumes hold.
+    /// The sample that the plan's volumes hold at distance `t`.
     fn at(space: &SpatialPlan, ray: &Ray, t: f64, seen: &[usize]) -> Self {
         let p = ray.at(t);
         let mut sample = Self { sigma: 0.0, depths: vec![0.0; seen.len()], emission: vec![0.0; space.species()] };

@@ -29,22 +29,23 @@ use crate::scene::Scene;
 /// The spatial error that pilot rays measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spatial {
-    /// How the rays were sampled.
+    /// The steps of the rays.
     pub stepping: Stepping,
     /// Relative rms error of the worst band.
     pub error: f64,
-    /// What samples of fields that are functions have of it, and voxels along the longest edge of the coarsest.
+    /// The part that samples of fields which are functions have of it, and the voxels along the longest edge of the
+    /// coarsest.
     pub sampling: Option<(f64, usize)>,
-    /// How many rays were asked.
+    /// The number of rays that were marched.
     pub rays: usize,
-    /// What samples of a function cost stars that are seen through it; none where they cost nothing.
+    /// The error that samples of a function cost stars that are seen through it; none where they cost nothing.
     pub unresolved: Option<Unresolved>,
 }
 
 /// The part of the accuracy that spectral rules may cost in the picture: they are chosen by the light without dust,
 /// pixels hold what is left of it.
 const SPECTRAL_SHARE: f64 = 0.3;
-/// How often a rule that is too coarse for what is left is made finer, and by how much.
+/// The number of times that a rule too coarse for what is left is made finer, and the factor in accuracy.
 const SPECTRAL_TRIES: usize = 4;
 const FINER: f64 = 0.01;
 
@@ -87,7 +88,7 @@ pub fn spectral(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: 
     best.map(|b| b.0).ok_or_else(|| crate::Error::Method("no spectral rule was found".into()))
 }
 
-/// What shines through each band, exactly: band × light.
+/// The exact measure of every light through each band: band × light.
 fn measures(spectral: &SpectralPlan) -> Vec<Vec<Measure>> {
     let of_band = |band: &crate::plan::BandPlan| band.sources.iter().map(|s| s.measure.condensed(spectral.depth)).collect();
     spectral.bands.iter().map(of_band).collect()
@@ -123,7 +124,7 @@ fn relative_error(values: &[Vec<f64>], truth: &[Vec<f64>], pilots: &[Pilot]) -> 
     worst((0..bands).map(of_band))
 }
 
-/// How spectral integrals are done: by the rules, or exactly.
+/// The way in which spectral integrals are done: by the rules, or exactly.
 struct Shading<'a> {
     spectral: &'a SpectralPlan,
     lights: &'a [Light],
@@ -137,12 +138,12 @@ impl<'a> Shading<'a> {
     }
 }
 
-/// What arrives of a ray in every band.
+/// The light of a ray in every band as it arrives.
 struct Bands<'a> {
     shading: &'a Shading<'a>,
     ray: &'a Ray,
     radiance: Vec<f64>,
-    /// What a field of light brings, element × polynomial.
+    /// The light that a field brings, element × polynomial.
     channels: Vec<f64>,
 }
 

@@ -32,8 +32,8 @@ const AROUND: (usize, usize) = (3, 7);
 const FEW_STARS: usize = 4;
 /// The brightest cells, which are looked at in nine pixels each.
 const BRIGHT: usize = 6;
-/// And where functions jump, as many cells as differ most from those beside them: there are the rims, which hold the
-/// error of samples.
+/// The number of cells taken where functions jump, those that differ most from the cells beside them: there are the
+/// rims, which hold the error of samples.
 const CONTRASTED: usize = 40;
 /// Images of no more pixels are taken whole.
 const SMALL: usize = 400;

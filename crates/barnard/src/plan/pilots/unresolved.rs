@@ -13,7 +13,7 @@ use crate::scene::Scene;
 pub struct Unresolved {
     /// Relative rms over the stars that were asked, worst band.
     pub error: f64,
-    /// How many stars were asked.
+    /// The number of stars that were asked.
     pub stars: usize,
 }
 

@@ -12,15 +12,15 @@ use glam::DVec3;
 
 /// The most voxels along an edge of a function that is sampled without being told how finely.
 pub const MAX_BAKE: usize = 256;
-/// And fewest.
+/// Fewest voxels along the longest edge of a sampled function.
 pub const MIN_BAKE: usize = 32;
 
-/// How finely functions are sampled, in voxels along the longest edge, where the scene does not say it.
+/// The resolution at which functions are sampled, in voxels along the longest edge, where the scene does not say it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fineness {
-    /// At least so many.
+    /// The least number of voxels.
     pub least: usize,
-    /// At most so many; voxels of grids are merged to no more.
+    /// The largest number of voxels; those of grids are merged to no more.
     pub most: usize,
 }
 

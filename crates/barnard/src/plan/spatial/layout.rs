@@ -92,13 +92,13 @@ impl SpatialPlan {
         Ok(())
     }
 
-    /// Bytes of star depths of `factor` voxels along one of dust.
+    /// The bytes of star depths of `factor` voxels along one of dust.
     pub fn star_bytes(&self, factor: usize) -> u64 {
         let cells = self.dust.as_ref().map_or(0, |d| d.lattice.cells() as u64);
         4 * cells.saturating_mul(factor.pow(3) as u64).saturating_mul(self.marched.len() as u64)
     }
 
-    /// Bytes of all grids.
+    /// The bytes that all grids take.
     pub fn bytes(&self) -> u64 {
         let own = self.dust.iter().map(|d| d.data.len()).sum::<usize>() + self.emission.iter().map(|e| e.data.len()).sum::<usize>();
         let many_lights = self.many_lights.as_ref().map_or(0, |many_lights| many_lights.bytes());

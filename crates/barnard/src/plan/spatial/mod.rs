@@ -31,7 +31,7 @@ const SWALLOWED: f64 = 80.0;
 /// Density and star depths, sampled.
 #[derive(Debug, Clone)]
 pub struct SpatialPlan {
-    /// Everything the march reads.
+    /// The volumes that the march reads.
     pub volumes: Vec<Volume>,
     /// Dust alone, σ at V [pc⁻¹], for exact depths.
     pub dust: Option<Arc<Grid>>,
@@ -41,7 +41,7 @@ pub struct SpatialPlan {
     pub bricks: Vec<Bricks>,
     /// Places of the stars \[pc\].
     pub stars: Vec<DVec3>,
-    /// Those whose light is gathered, where some are.
+    /// The stars whose light is gathered, where some are.
     pub many_lights: Option<Arc<ManyLights>>,
     /// Numbers of the others, which have depths in volumes of their own.
     marched: Vec<usize>,
@@ -58,10 +58,10 @@ pub struct SpatialPlan {
     voxels: Vec<DVec3>,
     /// The densities that were sampled: dust, then gas.
     densities: Vec<Arc<dyn Field>>,
-    /// σ at V of a density of one [pc⁻¹].
+    /// The extinction σ at V of a density of one [pc⁻¹].
     sigma_v_per_pc: f64,
     bake: Option<usize>,
-    /// How finely functions were asked to be sampled.
+    /// The resolution that was asked for functions.
     fineness: Fineness,
 }
 
@@ -93,7 +93,7 @@ impl SpatialPlan {
         Self::sampled(scene, settings, OWN, control)
     }
 
-    /// The same with no more than `most` voxels along an edge: functions are sampled so, voxels of grids merged.
+    /// The same scene with no more than `most` voxels along an edge: functions are sampled so, voxels of grids merged.
     pub(crate) fn coarse(scene: &Scene, settings: &Settings, most: usize, control: &Control) -> Result<Self> {
         Self::sampled(scene, settings, Fineness { most, ..OWN }, control)
     }
@@ -131,7 +131,7 @@ impl SpatialPlan {
         self.densities.iter().any(|field| field.grid().is_none())
     }
 
-    /// Whether the dust is a function.
+    /// Whether the dust is a function, of which the march has samples alone.
     pub fn depth_is_sampled(&self) -> bool {
         self.dust.is_some() && self.densities.first().is_some_and(|field| field.grid().is_none())
     }
@@ -165,8 +165,8 @@ impl SpatialPlan {
         crossings
     }
 
-    /// By how much the optical depth at V between two places of the dust itself is larger than that of its samples
-    /// \[1\]; zero where dust is a grid.
+    /// The optical depth at V between two places through the dust itself, less that through its samples \[1\]; zero
+    /// where dust is a grid.
     pub fn depth_beyond_samples(&self, a: DVec3, b: DVec3) -> f64 {
         match self.densities.first().filter(|field| self.dust.is_some() && field.grid().is_none()) {
             Some(field) => self.sigma_v_per_pc * column(&**field, a, b) - self.depth(a, b),
@@ -216,7 +216,7 @@ impl SpatialPlan {
         &self.emission
     }
 
-    /// Number of glowing species.
+    /// The number of glowing species.
     pub fn species(&self) -> usize {
         self.emission.len()
     }

@@ -126,7 +126,7 @@ impl SpatialPlan {
     }
 
     /// The same space with functions sampled to at least `edge` voxels along their longest edge; none where that would
-    /// take more memory than allowed.
+    /// take more memory than is allowed.
     pub(crate) fn resampled(&self, scene: &Scene, edge: usize, settings: &Settings, control: &Control) -> Result<Option<Self>> {
         match Self::sampled(scene, settings, Fineness { least: edge, ..self.fineness }, control) {
             // Which samples another plan of the same scene begins with does not hang on what this one needed.

@@ -11,27 +11,27 @@ use spectra::rule::Analytic;
 /// F/F(0) of one light in one band.
 #[derive(Debug)]
 pub enum ClosedForm {
-    /// In f32.
+    /// A closed form that single precision serves.
     Single {
-        /// At the upper end of the passband, and at the lower one with the other sign.
+        /// The form at the upper end of the passband, and at the lower one with the other sign.
         ends: Vec<End>,
-        /// (k, mass/F(0)) of lines.
+        /// The (k, mass/F(0)) of each line.
         lines: Vec<(f32, f32)>,
-        /// Where the passband lies.
+        /// The extinctions of the passband.
         extent: Extent,
     },
-    /// Only in f64.
+    /// A closed form that needs double precision.
     Double,
-    /// Nothing.
+    /// A light that sends nothing through the band.
     Dark,
 }
 
-/// What a passband has of extinctions.
+/// The range of extinctions in a passband.
 #[derive(Debug, Clone, Copy)]
 pub struct Extent {
     /// Half the difference between the largest k and the smallest \[1\].
     pub spread: f32,
-    /// k in the middle of its wavelengths \[1\].
+    /// The extinction k in the middle of its wavelengths \[1\].
     pub middle: f32,
 }
 
@@ -44,10 +44,10 @@ impl Extent {
     pub const THIN: f32 = 0.25;
 }
 
-/// One end of a passband.
+/// The closed form at one end of a passband.
 #[derive(Debug)]
 pub struct End {
-    /// c/λ.
+    /// The argument c/λ of the exponential integrals for a depth of one.
     pub x_per_depth: f32,
     /// ± cₙ λ^(n+1)/F(0) of E_{n+2}, ± c cₙ λⁿ/F(0) of E_{n+1}, and ± cₙ λ^(n+2)/(c F(0)) of E_{n+3}.
     pub factors: Vec<[f32; 3]>,
@@ -59,7 +59,7 @@ const ROUNDING: f64 = 1e-6;
 const SHARE: f64 = 0.1;
 
 impl ClosedForm {
-    /// Of light `light` in `band`.
+    /// The closed form of light number `light` through `band`.
     pub fn new(band: &Analytic, light: usize, accuracy: f64) -> Self {
         let source = &band.sources[light];
         if source.total == 0.0 {

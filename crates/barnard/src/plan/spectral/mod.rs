@@ -22,13 +22,13 @@ use crate::scene::Scene;
 /// The rules of all passbands.
 #[derive(Debug)]
 pub struct SpectralPlan {
-    /// The method's name.
+    /// The name of the method.
     pub method: &'static str,
     /// The accuracy it was asked for \[1\].
     pub accuracy: f64,
-    /// One for each passband.
+    /// The plan of each passband.
     pub bands: Vec<BandPlan>,
-    /// How scattered light is spread, if not evenly.
+    /// The table of the phase function; none where scattering is even.
     pub phase: Option<PhaseTable>,
     /// Optical depth for which the certificates hold \[1\].
     pub depth: f64,
@@ -40,13 +40,13 @@ pub struct SpectralPlan {
     phase_at_pivot: Option<PhaseAtPivot>,
 }
 
-/// One passband.
+/// The plan of one passband.
 pub struct BandPlan {
-    /// The passband.
+    /// The passband itself.
     pub band: Passband,
-    /// What shines through it, in the order of the plan's lights.
+    /// The sources that shine through it, in the order of the plan's lights.
     pub sources: Vec<Source>,
-    /// How its integrals are done.
+    /// The rule by which its integrals are done.
     pub rule: BandRule,
 }
 
@@ -123,7 +123,7 @@ impl SpectralPlan {
         })
     }
 
-    /// p(cos θ) at the middle wavelength of the first band, for what needs no spectrum [sr⁻¹].
+    /// The phase function p(cos θ) at the middle wavelength of the first band, for what needs no spectrum [sr⁻¹].
     pub fn phase_factor(&self, cosine: f64) -> f64 {
         self.phase_at_pivot.as_ref().map_or(1.0 / spectra::constants::SPHERE, |p| p.at(cosine))
     }
@@ -156,7 +156,7 @@ impl SpectralPlan {
         self.bands.iter().map(BandPlan::terms).sum()
     }
 
-    /// Bytes of all tables.
+    /// The bytes that all tables take.
     pub fn bytes(&self) -> u64 {
         4 * self.phase.iter().flat_map(|p| p.weights.iter().chain([&p.at_nodes])).map(Vec::len).sum::<usize>() as u64
     }
@@ -169,7 +169,7 @@ impl SpectralPlan {
 }
 
 impl BandPlan {
-    /// How many terms a sample of this band costs.
+    /// The number of terms that a sample of this band costs.
     pub fn terms(&self) -> usize {
         self.rule.form.decay().terms()
     }
@@ -188,7 +188,7 @@ impl BandPlan {
     }
 }
 
-/// Where any passband lets light through [µm].
+/// The interval of wavelengths that any passband lets through [µm].
 pub(in crate::plan) fn support_um(scene: &Scene) -> (f64, f64) {
     let ends = scene.bands.iter().map(Passband::support_um);
     ends.fold((f64::MAX, 0.0), |(low, high): (f64, f64), (l, h)| (low.min(l), high.max(h)))

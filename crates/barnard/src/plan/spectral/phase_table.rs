@@ -22,8 +22,8 @@ pub struct PhaseTable {
     pub entries: usize,
     /// Whether one p(θ) serves all wavelengths: each light then has one number an entry, which multiplies its weights.
     pub separable: bool,
-    /// For each light that is scattered: entry × term, a term being a node of the rule or a band of a lookup; empty for
-    /// the others and those of the gathered stars.
+    /// The weights of each light that is scattered, entry × term, a term being a node of the rule or a band of a
+    /// lookup; empty for other lights and those of the gathered stars.
     pub weights: Vec<Vec<f32>>,
     /// The phase function at the nodes themselves, for many lights: entry × term, one number an entry where it is
     /// separable; empty where there are no many lights.
@@ -33,9 +33,9 @@ pub struct PhaseTable {
 /// A place in a phase table.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PhaseEntry {
-    /// The entry before it.
+    /// The entry before the place.
     pub entry: usize,
-    /// Where it is between that and the next \[1\].
+    /// The fraction of the way from that to the next \[1\].
     pub fraction: f32,
 }
 
@@ -60,7 +60,7 @@ pub struct PhaseAtPivot {
 }
 
 impl PhaseAtPivot {
-    /// p(cos θ) [sr⁻¹].
+    /// The phase function p(cos θ) at that wavelength [sr⁻¹].
     pub fn at(&self, cosine: f64) -> f64 {
         self.phase.at(cosine, self.lambda_um)
     }
@@ -81,7 +81,7 @@ impl PhaseAtPivot {
         (24.0 * accuracy).sqrt() / steepest
     }
 
-    /// How many entries a table needs for a tenth of `accuracy`.
+    /// The number of entries that a table needs for a tenth of `accuracy`.
     pub fn entries(&self, accuracy: f64) -> usize {
         let at = |u: f64| self.at(cosine(u));
         let error = |entries: usize| {
@@ -123,13 +123,13 @@ impl PhaseAtPivot {
     }
 }
 
-/// cos θ of an entry of so many.
+/// The cos θ of an entry in a table of so many.
 fn cosine_of(entry: usize, entries: usize) -> f64 {
     cosine(PHASE_RANGE * entry as f64 / (entries - 1) as f64)
 }
 
-/// cos θ at the table's abscissa u: sin(θ/2) up to 90 degrees, √2 − cos(θ/2) behind, so that both poles are seen as
-/// finely.
+/// The cos θ at the table's abscissa u, which is sin(θ/2) up to 90 degrees and √2 − cos(θ/2) behind, so that both poles
+/// are seen as finely.
 fn cosine(u: f64) -> f64 {
     if u < 0.5 * PHASE_RANGE { 1.0 - 2.0 * u * u } else { 2.0 * (PHASE_RANGE - u).powi(2) - 1.0 }
 }

@@ -6,9 +6,9 @@ use crate::plan::Plan;
 /// A light that is scattered, and how.
 #[derive(Debug, Clone)]
 pub struct Scatterer {
-    /// Its number among the lights.
+    /// The number of the light in the plan.
     pub light: usize,
-    /// Its star.
+    /// The number of its star in the scene.
     pub star: usize,
     /// Weight of each term, 1/4π included where scattering is isotropic.
     pub weights: Vec<f32>,
@@ -19,11 +19,11 @@ pub struct Scatterer {
 /// A light that a species of gas sends out.
 #[derive(Debug, Clone)]
 pub struct Emitter {
-    /// Its number among the lights.
+    /// The number of the light in the plan.
     pub light: usize,
-    /// The species.
+    /// The number of the species in the scene.
     pub species: usize,
-    /// Weight of each term.
+    /// The weight of each term.
     pub weights: Vec<f32>,
 }
 
@@ -36,7 +36,7 @@ pub struct Weights {
     pub scattered: Vec<Scatterer>,
     /// Weights of each term for the gathered stars, in its order, 1/4π included where scattering is isotropic.
     pub many_lights: Vec<Vec<f32>>,
-    /// Lights of gas.
+    /// The lights of gas, species by species.
     pub emitted: Vec<Emitter>,
     /// The light that is the background.
     pub background: Option<usize>,

@@ -9,10 +9,10 @@ const FIRST_TIER: f64 = 8.0;
 /// Rays along a voxel edge at the far end of a tier.
 const RAYS_PER_VOXEL: f64 = 1.0;
 
-/// One frustum: `axes` are those of u, v and w.
+/// One frustum around a star; `axes` are those of u, v and w.
 #[derive(Debug, Clone)]
 pub struct Frustum {
-    /// Where the star is along u, v, w, zero at the first centre \[voxels\].
+    /// The place of the star along u, v, w, zero at the first centre \[voxels\].
     pub star: [f64; 3],
     /// Axes of the lattice that are u, v and w.
     pub axes: [usize; 3],
@@ -29,7 +29,7 @@ pub struct Frustum {
 pub struct Rays {
     /// Slopes of ray 1 of each axis; ray 0 stands before it, so that a cubic has its four.
     pub first: [f64; 2],
-    /// From ray to ray.
+    /// The spacing from ray to ray.
     pub spacing: f64,
     /// Rays along u and v.
     pub counts: [usize; 2],
@@ -38,7 +38,7 @@ pub struct Rays {
 /// Rays for the voxels of planes number `begin` to `end`, counted as rays meet them.
 #[derive(Debug, Clone)]
 pub struct TierOf {
-    /// Its rays.
+    /// The rays of the tier.
     pub rays: Rays,
     /// The first of its planes.
     pub begin: usize,

@@ -42,11 +42,11 @@ const SHARED: f64 = 1e-6;
 /// The fewest rows that a thread takes.
 const ROWS_TOGETHER: usize = 8;
 
-/// One frustum in the dust.
+/// The sweep of one frustum through the dust.
 struct FrustumSweep<'a> {
-    /// σ at V [pc⁻¹].
+    /// The extinction σ at V [pc⁻¹].
     dust: &'a Grid,
-    /// Where the star is [pc].
+    /// The place of the star [pc].
     place: DVec3,
     frustum: Frustum,
 }
@@ -242,7 +242,7 @@ impl FrustumSweep<'_> {
     }
 }
 
-/// σ at a ray's two Gauss points: rows along u, ray 0 and the step from ray to ray.
+/// The σ at a ray's two Gauss points: rows along u, ray 0 and the step from ray to ray.
 #[inline(always)]
 fn two_samples(rows: &[Vec<f32>; 2], samples: [(f64, f64); 2], i: usize) -> f32 {
     let mut sum = 0.0;
@@ -256,7 +256,7 @@ fn two_samples(rows: &[Vec<f32>; 2], samples: [(f64, f64); 2], i: usize) -> f32 
     sum
 }
 
-/// `cubic` on four rows.
+/// Interpolates four rows value by value with `cubic`.
 fn cubic_rows(out: &mut [f32], [a, b, c, d]: [&[f32]; 4], t: f32) {
     for i in 0..out.len() {
         out[i] = cubic([a[i], b[i], c[i], d[i]], t);

@@ -23,17 +23,17 @@ use crate::volume::{Bricks, ChannelMut, Volume};
 /// e^(−30) is left.
 pub const OPAQUE: f64 = 1000.0;
 
-/// How far the work is that one star's depths are a part of [voxels].
+/// The progress of a work that one star's depths are a part of [voxels].
 #[derive(Debug, Clone, Copy)]
 pub struct Progress {
-    /// Done before them.
+    /// The voxels that were done before them.
     pub done: u64,
-    /// In all.
+    /// The voxels of the whole work.
     pub all: u64,
 }
 
 impl Progress {
-    /// Of work that nobody waits for.
+    /// The progress of work that nobody waits for.
     pub const UNHEARD: Self = Self { done: 0, all: 1 };
 }
 
@@ -110,7 +110,7 @@ fn match_means(volume: &mut Volume, slot: usize) {
     }
 }
 
-/// δ² of three neighbours, and their ends.
+/// The second difference δ² of three neighbours, and their ends.
 struct Around {
     second: f32,
     low: f32,
@@ -160,7 +160,7 @@ mod tests {
         Grid::sampled(lattice, |p| 4.0 * (0.5 + 0.5 * (9.0 * p.x).sin() * (7.0 * p.y + 3.0 * p.z).cos()))
     }
 
-    /// Inside, on a face, a corner, beside a face, outside and far away.
+    /// The stars of the tests: inside, on a face, on a corner, beside a face, outside and far away.
     const STARS: [DVec3; 6] = [
         DVec3::new(0.1, -0.2, 0.3),
         DVec3::new(0.0, 0.0, -1.0),

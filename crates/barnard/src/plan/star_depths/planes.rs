@@ -12,17 +12,17 @@ pub struct Planes<'a> {
     backwards: bool,
     /// Number of the first plane in `block`.
     first: usize,
-    /// plane × v × u.
+    /// The σ of a block of planes, plane × v × u.
     block: Vec<f32>,
 }
 
 impl<'a> Planes<'a> {
-    /// Of `dust`, w being the last of `axes`; they will be asked for one after the other, towards `sign`.
+    /// The planes of `dust`, w being the last of `axes`; they will be asked for one after the other, towards `sign`.
     pub fn new(dust: &'a Grid, axes: [usize; 3], sign: f64) -> Self {
         Self { dust, axes, backwards: sign < 0.0, first: 0, block: Vec::new() }
     }
 
-    /// σ on the plane at `w` [voxels of dust].
+    /// Writes σ on the plane at `w` [voxels of dust].
     pub fn slab(&mut self, w: f64, out: &mut Vec<f32>) {
         let [nu, nv, nw] = self.axes.map(|a| self.dust.lattice.dims[a]);
         let low = (w as usize).min(nw - 1);
@@ -60,7 +60,7 @@ impl<'a> Planes<'a> {
     }
 }
 
-/// a + f (b − a), value by value.
+/// Writes a + f (b − a), value by value.
 pub fn mix(out: &mut [f32], a: &[f32], b: &[f32], f: f32) {
     for ((o, a), b) in out.iter_mut().zip(a).zip(b) {
         *o = a + f * (b - a);

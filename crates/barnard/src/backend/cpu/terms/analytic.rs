@@ -17,9 +17,9 @@ const GAUSS: f32 = 0.577_350_26;
 /// One closed form for each light and band.
 #[derive(Debug)]
 pub struct AnalyticTerms {
-    /// The bands in f64.
+    /// The bands as `spectra` solved them, for sources that need double precision.
     bands: Vec<Analytic>,
-    /// Light × band.
+    /// The closed form of each source \[light\]\[band\].
     sources: Vec<Vec<ClosedForm>>,
 }
 
@@ -47,14 +47,14 @@ impl AnalyticTerms {
         }
     }
 
-    /// What is left of a term behind one depth. It is asked once a ray: where it was inlined, the march compiled for
-    /// many minutes.
+    /// F/F(0) of one term at one depth. It is asked once a ray: where it was inlined, the march compiled for many
+    /// minutes.
     #[inline(never)]
     pub(super) fn at(&self, light: usize, term: usize, depth: f32) -> f32 {
         self.mean(&self.sources[light][term], light, term, &DepthSpan { middle: [depth; LANES], half: [0.0; LANES] })[0]
     }
 
-    /// ⟨F/F(0)⟩.
+    /// The mean of F/F(0) over a span of depths.
     #[inline(always)]
     fn mean(&self, source: &ClosedForm, light: usize, term: usize, span: &DepthSpan) -> Lane {
         match source {

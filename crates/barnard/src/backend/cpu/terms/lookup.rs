@@ -21,13 +21,13 @@ struct LogTable {
     rows: Vec<Row>,
 }
 
-/// One gap between two entries.
+/// One gap between two entries of the table.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(16))]
 struct Row {
-    /// ln F where it begins.
+    /// ln F at the entry where the gap begins.
     log: f32,
-    /// How much that rises to where it ends.
+    /// The growth of ln F from there to the next entry.
     rise: f32,
     /// Half of the second derivative of ln F over the depth.
     bend: f32,
@@ -96,7 +96,7 @@ impl LogTable {
         self.thick(self.place(middle - half), self.place(middle + half))
     }
 
-    /// The same between two places.
+    /// The mean between two places of the table, where the segment between them is thick.
     fn thick(&self, first: Place, last: Place) -> f32 {
         let row = |cell: u32| &self.rows[cell as usize];
         let (from, to) = (row(first.cell), row(last.cell));
@@ -111,7 +111,7 @@ impl LogTable {
 }
 
 impl Row {
-    /// ln F at a part of the gap.
+    /// ln F at a fraction of the gap.
     #[inline(always)]
     fn at(&self, fraction: f32) -> f32 {
         self.log + fraction * self.rise

@@ -24,31 +24,31 @@ pub use sampled::{Drawn, SampledTerms};
 
 /// Depths of a segment on each ray: linear between middle − half and middle + half [1].
 pub struct DepthSpan {
-    /// Their mean.
+    /// The mean of the depths at both ends.
     pub middle: Lane,
-    /// Half their difference.
+    /// Half the difference of the depths at both ends.
     pub half: Lane,
 }
 
 /// The terms of all bands, in one form.
 #[derive(Debug)]
 pub enum Terms {
-    /// Exponentials.
+    /// Exponentials at nodes in k.
     Nodes(NodeTerms),
-    /// Tables of ln F.
+    /// Tables of ln F over depth.
     Lookup(LookupTerms),
-    /// Exponential integrals.
+    /// Closed forms by exponential integrals.
     Analytic(AnalyticTerms),
-    /// Coordinates in a basis.
+    /// Coordinates in a common basis.
     Projection(ProjectionTerms),
-    /// Intervals with tables over a segment.
+    /// Intervals of λ, each with a table over a segment.
     Preintegrated(PreintegratedTerms),
-    /// Random wavelengths.
+    /// Wavelengths drawn at random for each ray.
     Sampled(SampledTerms),
 }
 
 impl Terms {
-    /// Those of `plan`; all its bands are solved by one rule.
+    /// The terms of `plan`, whose bands are all solved by one rule.
     pub fn new(plan: &Plan) -> Self {
         match plan.spectral.bands.first().map(|b| &b.rule.form) {
             Some(Form::Nodes(_)) | None => Terms::Nodes(NodeTerms::new(plan)),
@@ -60,7 +60,8 @@ impl Terms {
         }
     }
 
-    /// What the rays of a packet, by their numbers in the image, draw.
+    /// Draws the wavelengths of a packet's rays, whose numbers in the image seed them; nothing for rules without
+    /// chance.
     pub fn draw(&self, numbers: &[u64; LANES]) -> Drawn {
         match self {
             Terms::Sampled(sampled) => sampled.draw(numbers),

@@ -9,9 +9,9 @@ use crate::plan::Plan;
 /// One extinction for each term, shared by all lights.
 #[derive(Debug)]
 pub struct NodeTerms {
-    /// k [term].
+    /// The extinction relative to V of each term [1].
     pub k: Vec<f32>,
-    /// Smallest and largest k.
+    /// The smallest and the largest extinction of any term [1].
     pub range: (f32, f32),
 }
 

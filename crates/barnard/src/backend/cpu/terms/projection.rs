@@ -13,7 +13,7 @@ pub struct ProjectionTerms {
     groups: Vec<Group>,
 }
 
-/// Bands with one basis.
+/// The bands that share one basis.
 #[derive(Debug)]
 struct Group {
     /// The first term of each band.
@@ -24,7 +24,7 @@ struct Group {
 /// q_i(a) and q_i″(a)/6 with their growth to the next entry, so that few elements are read as short vectors.
 #[derive(Debug)]
 pub struct CoordinateTable {
-    /// Number of elements.
+    /// The number of elements of the basis.
     size: usize,
     /// Entries per unit of depth.
     per_depth: f32,
@@ -44,7 +44,7 @@ pub struct CoordinateTable {
 struct CoordinateQuad {
     value: f32x4,
     growth: f32x4,
-    /// A sixth of it.
+    /// A sixth of q″ at the entry.
     curvature: f32x4,
     curvature_growth: f32x4,
 }
@@ -103,7 +103,7 @@ impl Group {
 }
 
 impl CoordinateTable {
-    /// In f32.
+    /// Converts the coordinate tables of `projection` to single precision.
     pub fn new(projection: &Projection) -> Self {
         let size = projection.basis.size();
         let curvature = |i: usize| projection.basis.moments(projection.step * i as f64, 2).into_iter().map(|c| c / 6.0).collect();
@@ -152,7 +152,7 @@ impl CoordinateTable {
         means
     }
 
-    /// The same where a segment is thick: what is left behind its front without what is left behind its back.
+    /// The mean where a segment is thick: what is left behind its front without what is left behind its back.
     #[inline(never)]
     fn thick<const ROW: usize>(&self, middle: &Lane, half: &Lane) -> [Lane; ROW] {
         let mut means = [[0.0; LANES]; ROW];
@@ -196,7 +196,7 @@ impl CoordinateTable {
 }
 
 impl CoordinateQuad {
-    /// q + half² q″/6.
+    /// The mean over a thin segment, q + half² q″/6.
     #[inline(always)]
     fn mean(&self, fraction: f32, half_squared: f32) -> f32x4 {
         let fraction = f32x4::splat(fraction);

@@ -14,10 +14,10 @@ pub struct SampledTerms {
     lights: usize,
 }
 
-/// What the rays of a packet drew.
+/// The wavelengths that the rays of a packet drew.
 #[derive(Debug, Default)]
 pub struct Drawn {
-    /// k [term].
+    /// The extinction relative to V of each term on each lane [1].
     k: Vec<Lane>,
     /// W/p relative to F(0), light × term.
     ratio: Vec<Vec<Lane>>,
