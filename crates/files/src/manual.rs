@@ -67,7 +67,7 @@ This page is made of the program's own catalogues (`BLESS=1 cargo test -p barnar
 
 A scene is a TOML file. Quantities are texts with units (`\"656.3 nm\"`, `\"0.4 pc\"`, `\"39000 K\"`, `\"2 mag/pc\"`), positions three numbers and a unit
 (`\"0.5 0 -2 pc\"`), directions lists (`[0, 1, 0]`). Unknown keys are errors. Files are relative to the scene file. Tables with a `kind` choose a row of a
-catalogue.
+catalogue; `barnard list CATALOGUE` shows the names that one holds.
 
 ```toml
 bands = \"johnson\"

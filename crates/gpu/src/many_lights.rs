@@ -3,7 +3,7 @@
 
 use barnard::geometry::Bounds;
 use barnard::plan::many_lights::near_field_kernel::{NearFieldKernel, PROFILE};
-use barnard::plan::near::neighbour_piece;
+use barnard::plan::near::near_field_piece;
 use barnard::plan::{ManyLights, MultipleScattering, Plan, Stepping, Weights};
 use glam::DVec3;
 
@@ -82,7 +82,7 @@ impl Tables {
         self.place(grid.low, (1.0 / grid.edge) as f32);
         let [x, y, z] = grid.dims.map(|n| n as f32);
         self.list.0.push([x, y, z, cells as f32]);
-        let piece = neighbour_piece(plan.spectral().phase_angle, plan.spectral().accuracy);
+        let piece = near_field_piece(plan.spectral().phase_angle, plan.spectral().accuracy);
         self.list.0.push([piece as f32, 0.0, 0.0, 0.0]);
         self.begin("MANY_LIGHTS_STARS");
         for (star, weights) in weights.many_lights.iter().enumerate() {

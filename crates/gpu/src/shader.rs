@@ -2,7 +2,7 @@
 
 use barnard::plan::many_lights::near_field_kernel::PROFILE;
 use barnard::plan::near::{
-    CLOSEST, MAX_PHASES, MAX_PIECES, NEAR_ANGLE, NEAR_VOXELS, NEIGHBOUR_PIECES, PART_DISTANCE, PIECE, PIECE_DEPTH, SHORTEST_PART,
+    CLOSEST, MAX_PHASES, MAX_PIECES, NEAR_ANGLE, NEAR_FIELD_PIECES, NEAR_VOXELS, PART_DISTANCE, PIECE, PIECE_DEPTH, SHORTEST_PART,
 };
 use barnard::plan::star_depths::OPAQUE;
 use barnard::plan::{END_DEPTH, END_EVERY, Extent, PHASE_RANGE};
@@ -74,7 +74,7 @@ fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pa
         ("MANY_LIGHTS_STRIDE", many_lights::STAR + shape.room / 4),
         ("MANY_LIGHTS_WEIGHTS", many_lights::STAR),
         ("PROFILE", PROFILE),
-        ("NEIGHBOUR_PIECES", NEIGHBOUR_PIECES),
+        ("NEAR_FIELD_PIECES", NEAR_FIELD_PIECES),
         ("MAX_ELEMENTS", MAX_SIZE),
         ("MAX_EXP_INTEGRALS", MAX_DEGREE + 3),
         ("END_EVERY", END_EVERY),
@@ -281,11 +281,54 @@ mod tests {
         })
     }
 
+    /// Each function of a shader that repeats one in Rust, with the path of that: (function, path).
+    fn twins() -> Vec<(&'static str, &'static str)> {
+        let files = FILES.iter().copied().chain(FORMS.iter().map(|f| f.wgsl)).chain([resolve::SOURCE, SWEEP, PACK, ORDINATES]);
+        let of_file = |file: &'static str| {
+            file.split("// twin: ").skip(1).map(|after| {
+                let (path, below) = after.split_once('\n').unwrap();
+                let name = below.split_once("fn ").unwrap().1.split('(').next().unwrap();
+                (name, path)
+            })
+        };
+        files.flat_map(of_file).collect()
+    }
+
+    /// Functions of shaders that are compared with their twins by a picture, a sweep or colours, which they make
+    /// together, and the tests that do it; all others are called by the tests of `twins.rs`.
+    const COMPARED_TOGETHER: [(&str, &[&str]); 7] = [
+        ("each_part_is_that_of_the_processor", &["scatter", "scatter_again", "segment", "near"]),
+        ("every_method_is_that_of_the_processor", &["accumulate_field", "resolve_field"]),
+        ("many_lights_are_those_of_the_processor", &["depth_within", "scatter_near_star"]),
+        ("tuning_changes_nothing", &["ended"]),
+        ("passes_settle", &["stretched", "stretched_rgb", "srgb_encode"]),
+        ("a_star_moves_on_the_device", &["match_mean", "along_x", "gain", "enters", "cubic", "collect"]),
+        ("orders_are_those_of_the_processor", &["shares", "sweep"]),
+    ];
+    /// Functions that a function which `twins.rs` calls is made of: (part, whole).
+    const PARTS: [(&str, &str); 4] =
+        [("hash", "simplex"), ("noise_corner", "simplex"), ("mean_coordinates", "accumulate"), ("mean_left", "accumulate")];
+
+    /// Every twin is compared by numbers: a test calls it, or makes something by it.
+    #[test]
+    fn twins_are_compared() {
+        let own = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let tests = ["src/twins.rs", "tests/pictures.rs", "tests/ordinates.rs"].map(|f| std::fs::read_to_string(own.join(f)).unwrap());
+        let called = |name: &str| tests[0].contains(&format!("{name}("));
+        let is_compared = |name: &str| {
+            let by_whole = PARTS.iter().any(|(part, whole)| *part == name && called(whole));
+            let together = COMPARED_TOGETHER.iter().find(|(_, functions)| functions.contains(&name));
+            called(name) || by_whole || together.is_some_and(|(test, _)| tests.iter().any(|t| t.contains(&format!("fn {test}()"))))
+        };
+        let alone: Vec<_> = twins().into_iter().filter(|(name, _)| !is_compared(name)).collect();
+        assert!(alone.is_empty(), "{alone:?} are compared with nothing");
+        assert!(!is_compared("masks") && !is_compared("frustum"));
+    }
+
     /// Every function of a shader that repeats one in Rust says which, by its whole path; those are there.
     #[test]
     fn twins_are_named() {
-        let files = FILES.iter().copied().chain(FORMS.iter().map(|f| f.wgsl)).chain([resolve::SOURCE, SWEEP, PACK, ORDINATES]);
-        let twins: Vec<&str> = files.flat_map(|f| f.lines()).filter_map(|l| l.strip_prefix("// twin: ")).collect();
+        let twins: Vec<&str> = twins().into_iter().map(|(_, path)| path).collect();
         assert!(twins.len() >= 20, "{twins:?}");
         let lost: Vec<&&str> = twins.iter().filter(|twin| !is_there(twin)).collect();
         assert!(lost.is_empty(), "{lost:?}");

@@ -9,7 +9,7 @@ use super::{Fineness, LightField, MultipleScattering, Options, Plan, Settings, S
 use super::{multiple_scattering, pilots};
 use crate::control::Control;
 use crate::error::Result;
-use crate::scene::{Method, MethodEntry, Scene, StarDepth};
+use crate::scene::{Method, MethodEntry, Scene, StarDepthSource};
 
 /// Most voxels along an edge of a [preview](Plan::preview), and its samples along one.
 pub const PREVIEW_VOXELS: usize = 64;
@@ -66,8 +66,12 @@ impl Plan {
     /// Those of [`new`](Self::new).
     pub fn preview(before: Option<&Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
         scene.check()?;
-        let entry =
-            MethodEntry { name: rule::PREVIEW.name, summary: rule::PREVIEW.summary, rule: &rule::PREVIEW, star_depth: StarDepth::Cached };
+        let entry = MethodEntry {
+            name: rule::PREVIEW.name,
+            summary: rule::PREVIEW.summary,
+            rule: &rule::PREVIEW,
+            star_depth: StarDepthSource::Cached,
+        };
         let kept = &scene.method;
         let method = Method {
             entry,
@@ -125,15 +129,15 @@ impl Draft<'_> {
     fn light_field(&self, control: &Control) -> Result<Option<LightField>> {
         multiple_scattering::check(&self.spectral, self.settings)?;
         match self.settings.method.entry.star_depth {
-            StarDepth::LightField => LightField::new(self, control),
-            StarDepth::Cached | StarDepth::Marched => Ok(None),
+            StarDepthSource::LightField => LightField::new(self, control),
+            StarDepthSource::Cached | StarDepthSource::Marched => Ok(None),
         }
     }
 
     /// Samples of a star depth, where the method marches it again at every sample of a ray.
     fn star_march(&self) -> Option<usize> {
         let method = &self.settings.method;
-        (method.entry.star_depth == StarDepth::Marched).then(|| method.steps.unwrap_or(TALK_STEPS))
+        (method.entry.star_depth == StarDepthSource::Marched).then(|| method.steps.unwrap_or(TALK_STEPS))
     }
 
     /// The plan, once light that was scattered before is solved as well, in full.

@@ -68,16 +68,16 @@ pub const PART_DISTANCE: f64 = 0.2;
 pub const SHORTEST_PART: f64 = 0.5;
 
 /// Widest angle of a piece beside a gathered star \[rad\], and by how much a phase function may change within one.
-pub const NEIGHBOUR_PIECE: f64 = 0.4;
+pub const NEAR_FIELD_PIECE: f64 = 0.4;
 /// The accuracy to which the phase function is asked there.
-pub const NEIGHBOUR_ACCURACY: f64 = 0.02;
+pub const NEAR_FIELD_ACCURACY: f64 = 0.02;
 /// Most pieces of a segment there.
-pub const NEIGHBOUR_PIECES: usize = 32;
+pub const NEAR_FIELD_PIECES: usize = 32;
 
 /// Widest angle of a piece beside a gathered star for a phase function that may be asked at the middle of `phase_angle`
 /// at an `accuracy` \[rad\].
-pub fn neighbour_piece(phase_angle: f64, accuracy: f64) -> f64 {
-    NEIGHBOUR_PIECE.min(phase_angle * (NEIGHBOUR_ACCURACY / accuracy).sqrt())
+pub fn near_field_piece(phase_angle: f64, accuracy: f64) -> f64 {
+    NEAR_FIELD_PIECE.min(phase_angle * (NEAR_FIELD_ACCURACY / accuracy).sqrt())
 }
 
 /// The number of parts in which a step of length `dt` must be marched, so that each is short beside its distance to a

@@ -20,7 +20,7 @@ pub(super) const KINDS: &[Kind<Named>] = &[
     Kind {
         name: "catalogue",
         summary: "an embedded passband",
-        keys: &[Key::required("passband", "text", "such as \"hst-wfc3-f656n\"; see `barnard list passbands`").of("passbands")],
+        keys: &[Key::required("passband", "text", "such as \"hst-wfc3-f656n\", of the catalogue `passbands`").of("passbands")],
         build: |section, _| {
             let band = section.wrap("passband", Passband::named(section.need_text("passband")?))?;
             Ok(Box::new(move |name, _| Ok(band.renamed(name))))

@@ -69,7 +69,7 @@ pub(super) const KINDS: &[Kind<Spectrum>] = &[
         name: "ion",
         summary: "all lines of an ion from its emissivities; density is n_e n_H in cm-6",
         keys: &[
-            Key::required("ion", "text", "such as \"H1\", \"O3\", \"N2\", \"S2\"; see `barnard list ions`").of("ions"),
+            Key::required("ion", "text", "such as \"H1\", \"O3\", \"N2\", \"S2\", of the catalogue `ions`").of("ions"),
             Key::required("temperature", "temperature", "of the electrons, 5000 to 20000 K"),
             Key::required("electron_density", "number density", "for collisional de-excitation, 10 to 1e5 cm-3"),
             Key::optional("abundance", "number", "1", "n_ion / n_H"),
@@ -95,7 +95,7 @@ pub(super) const KINDS: &[Kind<Spectrum>] = &[
     Kind {
         name: "line_list",
         summary: "a model nebula's lines relative to H-beta",
-        keys: &[SCALE, Key::required("list", "text", "see `barnard list line-lists`").of("line-lists")],
+        keys: &[SCALE, Key::required("list", "text", "a name of the catalogue `line-lists`").of("line-lists")],
         build: |section, _| {
             let scale = section.need_positive::<Emissivity>("scale")?;
             Ok(section.wrap("list", line_list(section.need_text("list")?))?.scaled(scale.0))

@@ -18,12 +18,12 @@ pub struct MethodEntry {
     /// The rule by which spectral integrals are done.
     pub rule: &'static RuleEntry,
     /// The source of star depths.
-    pub star_depth: StarDepth,
+    pub star_depth: StarDepthSource,
 }
 
 /// Where the optical depth from a star to a sample comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StarDepth {
+pub enum StarDepthSource {
     /// Star depths are read from a grid that is made once.
     Cached,
     /// Marched again at every sample.
@@ -45,18 +45,18 @@ impl PartialEq for MethodEntry {
 }
 
 /// Methods beside the rules over cached star depths: rule, name, summary, star depths.
-const OTHERS: [(&str, &str, &str, StarDepth); 2] = [
+const OTHERS: [(&str, &str, &str, StarDepthSource); 2] = [
     (
         "midpoint",
         "double_integration",
         "midpoint with the star depth marched again at every sample: Barrès & Neyret's baseline",
-        StarDepth::Marched,
+        StarDepthSource::Marched,
     ),
     (
         "projection",
         "propagation",
         "projection with the light of all stars deposited in voxels as polynomials: Barrès & Neyret's many lights; scatters evenly",
-        StarDepth::LightField,
+        StarDepthSource::LightField,
     ),
 ];
 
@@ -65,7 +65,8 @@ const ALIASES: [(&str, &str); 1] = [("newton", "midpoint")];
 
 /// All methods; the first is the default.
 pub fn methods() -> impl Iterator<Item = MethodEntry> {
-    let cached = |rule: &'static RuleEntry| MethodEntry { name: rule.name, summary: rule.summary, rule, star_depth: StarDepth::Cached };
+    let cached =
+        |rule: &'static RuleEntry| MethodEntry { name: rule.name, summary: rule.summary, rule, star_depth: StarDepthSource::Cached };
     let others = OTHERS.iter().flat_map(|(of, name, summary, star_depth)| {
         let rules = RULES.iter().filter(move |rule| rule.name == *of);
         rules.map(|rule| MethodEntry { name, summary, rule, star_depth: *star_depth })
@@ -107,7 +108,7 @@ pub const DEFAULT_ACCURACY: f64 = 1e-3;
 
 impl Default for Method {
     fn default() -> Self {
-        let entry = MethodEntry { name: RULES[0].name, summary: RULES[0].summary, rule: &RULES[0], star_depth: StarDepth::Cached };
+        let entry = MethodEntry { name: RULES[0].name, summary: RULES[0].summary, rule: &RULES[0], star_depth: StarDepthSource::Cached };
         Self { entry, accuracy: DEFAULT_ACCURACY, settings: Settings::default(), steps: None, bake: None, bounces: 1, exact_stars: None }
     }
 }
@@ -126,7 +127,7 @@ impl Method {
 }
 
 pub(super) const KEYS: &[Key] = &[
-    Key::optional("name", "text", "band_quadrature", "see `barnard list methods`").of("methods"),
+    Key::optional("name", "text", "band_quadrature", "a name of the catalogue `methods`").of("methods"),
     Key::optional(
         "accuracy",
         "number",

@@ -27,7 +27,7 @@ pub use background::{Background, StarField};
 pub use dust::{Dust, Scale};
 pub use emission::Emission;
 pub use loader::Loader;
-pub use method::{MANY_BOUNCES, MAX_STEPS, Method, MethodEntry, StarDepth, methods};
+pub use method::{MANY_BOUNCES, MAX_STEPS, Method, MethodEntry, StarDepthSource, methods};
 pub use star::Star;
 
 use crate::camera::{self, Camera, Projection};

@@ -98,7 +98,7 @@ pub(super) const SPECTRA: &[Kind<StarShape>] = &[
     Kind {
         name: "stellar",
         summary: "the spectrum of a type of star (library of Pickles 1998, interpolated between its types)",
-        keys: &[Key::required("type", "text", "spectral type, such as \"O9.5V\" or \"K0 III\"; see `barnard list stars`").of("stars")],
+        keys: &[Key::required("type", "text", "spectral type, such as \"O9.5V\" or \"K0 III\", of the catalogue `stars`").of("stars")],
         build: |section, _| Ok(StarShape::Table(section.wrap("type", sed::star(section.need_text("type")?))?)),
     },
     Kind {

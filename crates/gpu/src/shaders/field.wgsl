@@ -1,7 +1,7 @@
 // The light field of all stars: a sample adds Δτ Σ_i (Σ_m q_m(τ) M_imj) V_i to the ray's j-th polynomial.
 
 // twin: barnard::backend::cpu::propagation::accumulate
-fn gather_field(state: ptr<function, State>, growth: f32, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
+fn accumulate_field(state: ptr<function, State>, growth: f32, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
     turns += 2u * MAX_ELEMENTS + FIELD_ELEMENTS * FIELD_ELEMENTS * (2u + FIELD_ELEMENTS + FIELD_POLYNOMIALS);
     let means = mean_coordinates(tables[FIELD_HEAD], (*state).tau + 0.5 * growth, 0.5 * growth);
     for (var i = 0u; i < FIELD_ELEMENTS; i++) {

@@ -68,7 +68,7 @@ struct State {
     part: f32,
 }
 
-struct Stretch {
+struct StepSpan {
     start: f32,
     length: f32,
 }

@@ -146,9 +146,9 @@ fn march_span(state: ptr<function, State>, ray: Ray, near: f32, far: f32, offset
         }
         while (*state).part < count {
             turns += PART_TURNS;
-            let stretch = Stretch(start + (*state).part * length / count, length / count);
-            var after = sampled(ray.origin + (stretch.start + stretch.length) * ray.direction, &mask);
-            segment(state, ray, stretch, &before, &after);
+            let step_span = StepSpan(start + (*state).part * length / count, length / count);
+            var after = sampled(ray.origin + (step_span.start + step_span.length) * ray.direction, &mask);
+            segment(state, ray, step_span, &before, &after);
             before = after;
             (*state).part += 1.0;
             if PAUSES && turns > frame.size.z {

@@ -21,10 +21,10 @@ fn depth_between(a: vec3f, z: vec3f) -> f32 {
 }
 
 // twin: barnard::plan::near::pieces
-fn near(state: ptr<function, State>, ray: Ray, scatterer: u32, b: f32, foot: f32, stretch: Stretch, growth: f32) {
+fn near(state: ptr<function, State>, ray: Ray, scatterer: u32, b: f32, foot: f32, step_span: StepSpan, growth: f32) {
     let star = tables[STARS + scatterer].xyz;
-    let start = atan((stretch.start - foot) / b);
-    let end = atan((stretch.start + stretch.length - foot) / b);
+    let start = atan((step_span.start - foot) / b);
+    let end = atan((step_span.start + step_span.length - foot) / b);
     let count = clamp(ceil(max((end - start) / PIECE, growth / PIECE_DEPTH)), 2.0, MAX_PIECES);
     let width = (end - start) / count;
     var asked = 1u;
@@ -34,7 +34,7 @@ fn near(state: ptr<function, State>, ray: Ray, scatterer: u32, b: f32, foot: f32
     turns += u32(count) * (2u + asked);
     for (var i = 0.0; i < count; i += 1.0) {
         let t = foot + b * tan(start + (i + 0.5) * width);
-        let along = (*state).tau + growth * clamp((t - stretch.start) / stretch.length, 0.0, 1.0);
+        let along = (*state).tau + growth * clamp((t - step_span.start) / step_span.length, 0.0, 1.0);
         let depth = along + depth_between(star, ray.origin + t * ray.direction);
         // One depth serves all angles: their light is summed first, where one p(θ) serves all terms.
         var spread = 0.0;

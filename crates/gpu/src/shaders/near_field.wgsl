@@ -29,7 +29,7 @@ fn phase_at_node(term: u32, at: vec2f) -> f32 {
 }
 
 // Adds base · weight · p(θ) · ⟨D⟩ of every term of a gathered star.
-fn gather_neighbour(state: ptr<function, State>, star: u32, at: vec2f, base: f32, middle: f32, half: f32) {
+fn accumulate_near_star(state: ptr<function, State>, star: u32, at: vec2f, base: f32, middle: f32, half: f32) {
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
     let weights = 4u * (MANY_LIGHTS_STARS + star * MANY_LIGHTS_STRIDE + MANY_LIGHTS_WEIGHTS);
     for (var b = 0u; b < BANDS; b++) {
@@ -48,21 +48,21 @@ fn gather_neighbour(state: ptr<function, State>, star: u32, at: vec2f, base: f32
 }
 
 // twin: barnard::backend::cpu::near_field::NearStar::scatter
-fn scatter_neighbour(state: ptr<function, State>, ray: Ray, number: u32, stretch: Stretch, growth: f32, sigma: vec2f) {
+fn scatter_near_star(state: ptr<function, State>, ray: Ray, number: u32, step_span: StepSpan, growth: f32, sigma: vec2f) {
     let star = tables[MANY_LIGHTS_STARS + number * MANY_LIGHTS_STRIDE];
     // R, L/R, what the kernel is flatter ahead, and places of the profile a parsec.
     let kernel = tables[MANY_LIGHTS_STARS + number * MANY_LIGHTS_STRIDE + 1u];
     let foot = dot(star.xyz - ray.origin, ray.direction);
     let b = max(length(star.xyz - (ray.origin + foot * ray.direction)), CLOSEST);
     let half = sqrt(max(kernel.x * kernel.x - b * b, 0.0));
-    let start = stretch.start - foot;
+    let start = step_span.start - foot;
     let entered = max(start, -kernel.y * half);
-    let left_at = min(start + stretch.length, half);
+    let left_at = min(start + step_span.length, half);
     if left_at <= entered {
         return;
     }
     let angle = atan2(b * (left_at - entered), fma(b, b, entered * left_at));
-    let count = clamp(ceil(angle / tables[MANY_LIGHTS_HEAD + 2u].x), 1.0, f32(NEIGHBOUR_PIECES));
+    let count = clamp(ceil(angle / tables[MANY_LIGHTS_HEAD + 2u].x), 1.0, f32(NEAR_FIELD_PIECES));
     let turn = angle / count;
     let first = atan(entered / b);
     turns += 2u * u32(count);
@@ -75,7 +75,7 @@ fn scatter_neighbour(state: ptr<function, State>, ray: Ray, number: u32, stretch
             t = clamp(b * tan(first + (j + 0.5) * turn), entered, left_at);
         }
         let square = fma(t, t, b * b);
-        let density = mix(sigma.x, sigma.y, (t - start) / stretch.length);
+        let density = mix(sigma.x, sigma.y, (t - start) / step_span.length);
         let along = select(t * t, t * t * (1.0 - kernel.z), t < 0.0);
         let inside = max(1.0 - fma(b, b, along) / (kernel.x * kernel.x), 0.0);
         let piece = density * inside * inside * turn / b;
@@ -84,7 +84,7 @@ fn scatter_neighbour(state: ptr<function, State>, ray: Ray, number: u32, stretch
         let depth = depth_within(number, 0.5 * (star.w + density), square * inverse, cosine);
         let at = phase_entry(cosine, b * b * inverse * inverse);
         if PHASE_KIND == SPECTRAL {
-            gather_neighbour(state, number, at, piece, (*state).tau + 0.5 * growth + depth, 0.5 * growth);
+            accumulate_near_star(state, number, at, piece, (*state).tau + 0.5 * growth + depth, 0.5 * growth);
         } else {
             total += piece;
             deep = fma(piece, depth, deep);
@@ -92,20 +92,20 @@ fn scatter_neighbour(state: ptr<function, State>, ray: Ray, number: u32, stretch
         }
     }
     if PHASE_KIND != SPECTRAL && total > 0.0 {
-        gather_neighbour(state, number, vec2f(0.0), spread, (*state).tau + 0.5 * growth + deep / total, 0.5 * growth);
+        accumulate_near_star(state, number, vec2f(0.0), spread, (*state).tau + 0.5 * growth + deep / total, 0.5 * growth);
     }
 }
 
 // The stars whose kernels reach to a segment, whose ends have so much dust.
-fn scatter_near_field(state: ptr<function, State>, ray: Ray, stretch: Stretch, growth: f32, sigma: vec2f) {
+fn scatter_near_field(state: ptr<function, State>, ray: Ray, step_span: StepSpan, growth: f32, sigma: vec2f) {
     let low = tables[MANY_LIGHTS_HEAD];
     let dims = vec4u(tables[MANY_LIGHTS_HEAD + 1u]);
-    let place = ray.origin + (stretch.start + 0.5 * stretch.length) * ray.direction;
+    let place = ray.origin + (step_span.start + 0.5 * step_span.length) * ray.direction;
     let cell = vec3u(clamp(vec3i(floor((place - low.xyz) * low.w)), vec3i(0), vec3i(dims.xyz) - 1));
     let index = dims.w + (cell.z * dims.y + cell.y) * dims.x + cell.x;
     let end = brick_distances[index + 1u];
     for (var i = brick_distances[index]; i < end; i++) {
         turns += 2u;
-        scatter_neighbour(state, ray, brick_distances[i], stretch, growth, sigma);
+        scatter_near_star(state, ray, brick_distances[i], step_span, growth, sigma);
     }
 }

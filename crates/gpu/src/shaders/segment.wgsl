@@ -2,34 +2,34 @@
 
 // Light of one star, scattered in one segment.
 // twin: barnard::backend::cpu::segment::Segment::scatter
-fn scatter(state: ptr<function, State>, ray: Ray, scatterer: u32, stretch: Stretch, growth: f32, tilt: f32, depths: vec2f) {
+fn scatter(state: ptr<function, State>, ray: Ray, scatterer: u32, step_span: StepSpan, growth: f32, tilt: f32, depths: vec2f) {
     let star = tables[STARS + scatterer];
     let foot = dot(star.xyz - ray.origin, ray.direction);
     let b = length(star.xyz - (ray.origin + foot * ray.direction));
     let middle = (*state).tau + 0.5 * (growth + depths.x + depths.y);
     let half = 0.5 * (growth + depths.y - depths.x);
-    let t0 = stretch.start - foot;
-    let p = fma(b, b, t0 * (t0 + stretch.length));
+    let t0 = step_span.start - foot;
+    let p = fma(b, b, t0 * (t0 + step_span.length));
     let reach = NEAR_VOXELS * frame.steps.z;
     (*state).deepest = max((*state).deepest, middle + abs(half));
-    if p < reach * reach || b * stretch.length > NEAR_ANGLE * p {
-        near(state, ray, scatterer, max(b, CLOSEST), foot, stretch, growth);
+    if p < reach * reach || b * step_span.length > NEAR_ANGLE * p {
+        near(state, ray, scatterer, max(b, CLOSEST), foot, step_span, growth);
         return;
     }
-    let mean = mean_inverse_square(b * stretch.length, p);
+    let mean = mean_inverse_square(b * step_span.length, p);
     if PHASE_KIND == ISOTROPIC {
         accumulate(state, scatterer, vec2f(0.0), mean * growth, middle, half);
         return;
     }
     // The light at some angles goes as σ/r²; one angle in the middle of the segment, mostly.
-    let count = phases(mean * b * stretch.length);
+    let count = phases(mean * b * step_span.length);
     turns += 2u * count;
-    let along = t0 + 0.5 * stretch.length;
+    let along = t0 + 0.5 * step_span.length;
     var total = 0.0;
     var spread = 0.0;
     for (var j = 0u; j < count; j++) {
         let part = (f32(j) + 0.5) / f32(count) - 0.5;
-        let t = fma(part, stretch.length, along);
+        let t = fma(part, step_span.length, along);
         let inverse = 1.0 / max(fma(t, t, b * b), TINY);
         total += inverse;
         if PHASE_KIND == SEPARABLE {
@@ -42,7 +42,7 @@ fn scatter(state: ptr<function, State>, ray: Ray, scatterer: u32, stretch: Stret
     }
     for (var j = 0u; j < count; j++) {
         let part = (f32(j) + 0.5) / f32(count) - 0.5;
-        let t = fma(part, stretch.length, along);
+        let t = fma(part, step_span.length, along);
         let inverse = 1.0 / max(fma(t, t, b * b), TINY);
         let share = fma(part, tilt, 1.0) * inverse / total;
         accumulate(state, scatterer, phase_entry(-t * sqrt(inverse), b * b * inverse), mean * growth * share, middle, half);
@@ -57,14 +57,14 @@ fn mean_inverse_square(b_length: f32, p: f32) -> f32 {
     return fma(q2, fma(q2, fma(q2, fma(q2, 1.0 / 9.0, -1.0 / 7.0), 1.0 / 5.0), -1.0 / 3.0), 1.0) / p;
 }
 
-fn scatter_stars(state: ptr<function, State>, ray: Ray, stretch: Stretch, growth: f32, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
+fn scatter_stars(state: ptr<function, State>, ray: Ray, step_span: StepSpan, growth: f32, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
     let a = (*before)[DUST_QUAD][DUST_LANE];
     let z = (*after)[DUST_QUAD][DUST_LANE];
     let tilt = 2.0 * (z - a) / (a + z);
     for (var s = 0u; s < SCATTERERS; s++) {
         let slot = u32(tables[STARS + s].w);
         let depths = vec2f((*before)[slot / 4u][slot % 4u], (*after)[slot / 4u][slot % 4u]);
-        scatter(state, ray, s, stretch, growth, tilt, depths);
+        scatter(state, ray, s, step_span, growth, tilt, depths);
     }
 }
 
@@ -87,19 +87,19 @@ fn scatter_again(state: ptr<function, State>, growth: f32, before: ptr<function,
 
 // Adds the light of one segment and moves the depth to its end.
 // twin: barnard::backend::cpu::segment::Segment::add
-fn segment(state: ptr<function, State>, ray: Ray, stretch: Stretch, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
+fn segment(state: ptr<function, State>, ray: Ray, step_span: StepSpan, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
     var growth = 0.0;
     if HAS_DUST {
-        growth = 0.5 * stretch.length * ((*before)[DUST_QUAD][DUST_LANE] + (*after)[DUST_QUAD][DUST_LANE]);
+        growth = 0.5 * step_span.length * ((*before)[DUST_QUAD][DUST_LANE] + (*after)[DUST_QUAD][DUST_LANE]);
         if growth > 0.0 {
             if HAS_FIELD {
-                gather_field(state, growth, before, after);
+                accumulate_field(state, growth, before, after);
             } else {
-                scatter_stars(state, ray, stretch, growth, before, after);
+                scatter_stars(state, ray, step_span, growth, before, after);
             }
             if MANY_LIGHTS > 0u {
                 let dust = vec2f((*before)[DUST_QUAD][DUST_LANE], (*after)[DUST_QUAD][DUST_LANE]);
-                scatter_near_field(state, ray, stretch, growth, dust);
+                scatter_near_field(state, ray, step_span, growth, dust);
                 // How deep the stars shine is known for all of them alone.
                 (*state).deepest = max((*state).deepest, (*state).tau + growth + frame.depths.x);
             }
@@ -110,7 +110,7 @@ fn segment(state: ptr<function, State>, ray: Ray, stretch: Stretch, before: ptr<
     }
     for (var e = 0u; e < EMITTERS; e++) {
         let slot = u32(tables[EMITTER_SLOTS + e].x);
-        let light = 0.5 * stretch.length * ((*before)[slot / 4u][slot % 4u] + (*after)[slot / 4u][slot % 4u]);
+        let light = 0.5 * step_span.length * ((*before)[slot / 4u][slot % 4u] + (*after)[slot / 4u][slot % 4u]);
         if light > 0.0 {
             accumulate(state, SCATTERERS + e, vec2f(0.0), light, (*state).tau + 0.5 * growth, 0.5 * growth);
         }

@@ -1,4 +1,5 @@
-// Star depths by rays through a frustum that has the star at its apex; see barnard::plan::frustum_sweep. One invocation
+// Star depths by rays through a frustum that has the star at its apex; see
+// barnard::plan::star_depths::frustum_sweep. One invocation
 // follows one ray through all planes.
 
 struct Sweep {
@@ -36,7 +37,7 @@ fn sigma(slope: vec2f, w: f32) -> f32 {
 }
 
 // Parsecs along a ray of this slope from plane to plane.
-fn stretch(slope: vec2f) -> f32 {
+fn edge_along(slope: vec2f) -> f32 {
     return length(vec3f(slope, 1.0) * sweep.edge.xyz);
 }
 
@@ -44,7 +45,7 @@ fn stretch(slope: vec2f) -> f32 {
 // twin: barnard::plan::star_depths::frustum_sweep::FrustumSweep::advance
 fn gain(slope: vec2f, start: f32, to: f32) -> f32 {
     let range = to - start;
-    return 0.5 * range * stretch(slope) * (sigma(slope, start + GAUSS_LOW * range) + sigma(slope, start + GAUSS_HIGH * range));
+    return 0.5 * range * edge_along(slope) * (sigma(slope, start + GAUSS_LOW * range) + sigma(slope, start + GAUSS_HIGH * range));
 }
 
 // Distance at which a ray of this slope is past the sides' borders; infinite if it never is.
@@ -116,7 +117,7 @@ fn exact(slope: vec2f, distance: f32) -> f32 {
     for (var i = 0.0; i < count; i += 1.0) {
         depth += sigma(slope, start + (distance - start) * (i + 0.5) / count);
     }
-    return depth * stretch(slope) * (distance - start) / max(count, 1.0);
+    return depth * edge_along(slope) * (distance - start) / max(count, 1.0);
 }
 
 // twin: barnard::plan::star_depths::frustum_sweep::FrustumSweep::write_plane

@@ -63,7 +63,7 @@ const WIDEST: f64 = 10.0;
 pub fn star(name: &str) -> Result<Arc<Table>> {
     let wanted = SpectralType::parse(name).ok_or_else(|| {
         SpectraError::SpectralType(format!(
-            "\"{name}\" is no spectral type; one has a letter of OBAFGKM, a subclass and a luminosity class, such as B3V, M2 Iab or K0III (barnard list stars)"
+            "\"{name}\" is no spectral type; one has a letter of OBAFGKM, a subclass and a luminosity class, such as B3V, M2 Iab or K0III (catalogue \"stars\")"
         ))
     })?;
     let mut own: Vec<&(SpectralType, Arc<Table>)> =
@@ -81,7 +81,7 @@ pub fn star(name: &str) -> Result<Arc<Table>> {
         _ => {
             if let (Some((low, _)), Some((high, _))) = neighbours {
                 return Err(SpectraError::SpectralType(format!(
-                    "the library has nothing of luminosity class {} between {} and {}, which is too far to say what \"{name}\" is; take another class (barnard list stars)",
+                    "the library has nothing of luminosity class {} between {} and {}, which is too far to say what \"{name}\" is; take another class (catalogue \"stars\")",
                     wanted.roman(),
                     low.letter(),
                     high.letter()
@@ -89,7 +89,7 @@ pub fn star(name: &str) -> Result<Arc<Table>> {
             }
             let ends = own.first().zip(own.last()).map(|(a, b)| format!("from {} to {}", a.0.letter(), b.0.letter()));
             Err(SpectraError::SpectralType(format!(
-                "the library has luminosity class {} {}, \"{name}\" lies beyond; take a black body, or another class (barnard list stars)",
+                "the library has luminosity class {} {}, \"{name}\" lies beyond; take a black body, or another class (catalogue \"stars\")",
                 wanted.roman(),
                 ends.unwrap_or_else(|| "not with these metals".into())
             )))

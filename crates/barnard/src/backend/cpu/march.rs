@@ -14,7 +14,7 @@ use multiversion::multiversion;
 
 use super::borders::Borders;
 use super::double_integration;
-use super::near_field::{NearStar, Neighbourhood};
+use super::near_field::{NearField, NearStar};
 use super::segment::Segment;
 use super::state::{Slots, StarView, State, StepSpan};
 use super::tables::Tables;
@@ -32,7 +32,7 @@ pub struct March<'a> {
     pub(super) tables: &'a Tables,
     pub(super) slots: Slots,
     pub(super) voxel_pc: f64,
-    pub(super) many_lights: Option<Neighbourhood<'a>>,
+    pub(super) near_field: Option<NearField<'a>>,
     borders: Borders,
     /// The dust without star depths beside it, for the double integration, which reads nothing else.
     dust_alone: Option<Volume>,
@@ -56,7 +56,7 @@ impl<'a> March<'a> {
             tables,
             slots,
             voxel_pc: plan.space.voxel_pc(),
-            many_lights: Neighbourhood::new(plan),
+            near_field: NearField::new(plan),
             borders: Borders::new(&plan.space),
             dust_alone,
             brightest: (sigma, largest.collect()),
@@ -232,7 +232,7 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
     let tracks: Vec<Track> =
         march.plan.space.bricks.iter().map(|b| Track::new(&b.lattice, DVec3::ZERO, state.rays, &state.span.0)).collect();
     let views: Vec<StarView> = march.tables.weights.scattered.iter().map(|s| march.star_view(s.star, state)).collect();
-    let near_field: Vec<NearStar> = march.many_lights.as_ref().map_or_else(Vec::new, |many_lights| many_lights.beside(state));
+    let near_field: Vec<NearStar> = march.near_field.as_ref().map_or_else(Vec::new, |near_field| near_field.beside(state));
     let mut before = vec![[0.0; LANES]; march.slots.count];
     let mut after = before.clone();
     sample(march, &cursors, &masks, &state.dt, 0.0, &mut before);

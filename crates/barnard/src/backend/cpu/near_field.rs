@@ -17,7 +17,7 @@ use super::state::{State, StepSpan};
 use super::terms::DepthSpan;
 use crate::packet::{LANES, Lane, fma, lanes, largest};
 use crate::plan::many_lights::near_field_kernel::{PROFILE, Profile, Shape, depth_within};
-use crate::plan::near::{CLOSEST, NEIGHBOUR_PIECES, neighbour_piece};
+use crate::plan::near::{CLOSEST, NEAR_FIELD_PIECES, near_field_piece};
 use crate::plan::{ManyLights, MultipleScattering, PhaseEntry, Plan};
 
 /// A gathered star beside a packet: foot of the perpendicular, from the span's start, its length, and half the chord of
@@ -46,8 +46,8 @@ struct Piece {
     entry: [PhaseEntry; LANES],
 }
 
-/// The many lights of a plan, as packets meet it.
-pub struct Neighbourhood<'a> {
+/// The near field of a plan: its many lights as packets meet them.
+pub struct NearField<'a> {
     many_lights: &'a ManyLights,
     scattered_field: &'a MultipleScattering,
     /// The largest radius of a kernel, and the longest before a star [pc].
@@ -57,13 +57,13 @@ pub struct Neighbourhood<'a> {
     piece: f32,
 }
 
-impl<'a> Neighbourhood<'a> {
-    /// The near field of a plan; none where no light is gathered.
+impl<'a> NearField<'a> {
+    /// Finds the near field of a plan; none where no light is gathered.
     pub fn new(plan: &'a Plan) -> Option<Self> {
         let (many_lights, scattered_field) = (plan.space.many_lights.as_deref()?, plan.scattered_field.as_deref()?);
         let reach_pc = scattered_field.report.far_field?.near_pc.1;
         let ahead_pc = scattered_field.kernels().iter().map(|kernel| kernel.ahead_pc).fold(0.0, f64::max);
-        let piece = neighbour_piece(plan.spectral.phase_angle, plan.spectral.accuracy) as f32;
+        let piece = near_field_piece(plan.spectral.phase_angle, plan.spectral.accuracy) as f32;
         Some(Self { many_lights, scattered_field, reach_pc, ahead_pc, piece })
     }
 
@@ -170,7 +170,7 @@ impl NearStar<'_> {
     fn pieces(&self, march: &March, within: &Within, before: &Lane, after: &Lane) -> Pieces {
         let Within { start, length, from, to, angle, is_narrow } = within;
         let b = &self.distance;
-        let count = ((largest(angle) / self.piece).ceil() as usize).clamp(1, NEIGHBOUR_PIECES);
+        let count = ((largest(angle) / self.piece).ceil() as usize).clamp(1, NEAR_FIELD_PIECES);
         let turn = lanes(|lane| angle[lane] / count as f32);
         let mut pieces = Pieces { total: [0.0; LANES], deep: [0.0; LANES], list: SmallVec::new() };
         // Cosine and sine of half a turn, and of where the first piece has its middle, as the star sees it.

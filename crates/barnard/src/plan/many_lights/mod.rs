@@ -28,7 +28,7 @@ use crate::memory;
 use crate::plan::Settings;
 use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, PROFILE, Profile};
 use crate::plan::star_depths::{self, Progress};
-use crate::scene::{Method, Scene, Star, StarDepth};
+use crate::scene::{Method, Scene, Star, StarDepthSource};
 use crate::volume::{Bricks, Channel, ChannelMut, Volume};
 
 /// So many stars are all marched one by one, unless told otherwise.
@@ -75,7 +75,7 @@ struct Group {
 
 /// The stars of `scene` that `method` gathers, from the brightest on.
 pub fn members(scene: &Scene, method: &Method) -> Vec<usize> {
-    let can = scene.dust.is_some() && method.entry.rule.nodes && method.entry.star_depth == StarDepth::Cached;
+    let can = scene.dust.is_some() && method.entry.rule.nodes && method.entry.star_depth == StarDepthSource::Cached;
     if !can || scene.stars.len() <= method.exact_stars.unwrap_or(ALL) {
         return Vec::new();
     }
