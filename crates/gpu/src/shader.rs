@@ -1,5 +1,6 @@
 //! The source of a shader: constants and bindings printed from a [`Shape`], then `shaders/*.wgsl`.
 
+use barnard::packet::{EULER, EXP_INTEGRAL_LEVELS, EXP_INTEGRAL_TERMS, SERIES_LIMIT};
 use barnard::plan::many_lights::near_field_kernel::PROFILE;
 use barnard::plan::near::{
     CLOSEST, MAX_PHASES, MAX_PIECES, NEAR_ANGLE, NEAR_FIELD_PIECES, NEAR_VOXELS, PART_DISTANCE, PIECE, PIECE_DEPTH, SHORTEST_PART,
@@ -77,6 +78,8 @@ fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pa
         ("NEAR_FIELD_PIECES", NEAR_FIELD_PIECES),
         ("MAX_ELEMENTS", MAX_SIZE),
         ("MAX_EXP_INTEGRALS", MAX_DEGREE + 3),
+        ("EXP_INTEGRAL_LEVELS", EXP_INTEGRAL_LEVELS),
+        ("EXP_INTEGRAL_TERMS", EXP_INTEGRAL_TERMS),
         ("END_EVERY", END_EVERY),
         ("BAND_TURNS", shape.form.turns.each_band),
         ("TERM_TURNS", shape.form.turns.each_term),
@@ -95,7 +98,8 @@ fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pa
         ("PIECE_DEPTH", PIECE_DEPTH),
         ("CLOSEST", CLOSEST),
         ("OPAQUE", OPAQUE),
-        ("SERIES_LIMIT", f64::from(barnard::packet::SERIES_LIMIT)),
+        ("SERIES_LIMIT", f64::from(SERIES_LIMIT)),
+        ("EULER", f64::from(EULER)),
         ("LOG_THIN", f64::from(DepthTable::THIN)),
         ("LOG_EVEN", f64::from(DepthTable::EVEN)),
         ("CLOSED_GREY", f64::from(Extent::GREY)),

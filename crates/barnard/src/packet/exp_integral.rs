@@ -2,11 +2,12 @@
 
 use super::lane::{LANES, Lane, exp, lanes, ln};
 
-/// Levels of the continued fraction, run from its end, and terms of the series: enough for five digits from x = 1 on,
-/// and below it.
-const LEVELS: usize = 24;
-const TERMS: usize = 9;
-const EULER: f32 = 0.577_215_7;
+/// Levels of the continued fraction, run from its end: enough for five digits from x = 1 on.
+pub const EXP_INTEGRAL_LEVELS: usize = 24;
+/// Terms of the series: enough for five digits below x = 1.
+pub const EXP_INTEGRAL_TERMS: usize = 9;
+/// Euler's constant γ.
+pub const EULER: f32 = 0.577_215_7;
 
 /// Writes e^x E_n(x) for n = 1 … `out.len()`, x > 0 \[1\].
 #[inline(always)]
@@ -24,14 +25,14 @@ pub fn scaled_exp_integrals(x: &Lane, out: &mut [Lane]) {
         }
     });
     let (mut sum, mut term) = ([0.0; LANES], [1.0; LANES]);
-    for m in 1..=TERMS {
+    for m in 1..=EXP_INTEGRAL_TERMS {
         for lane in 0..LANES {
             term[lane] *= -x[lane] / m as f32;
             sum[lane] -= term[lane] / m as f32;
         }
     }
-    let mut tail = lanes(|lane| x[lane] + start[lane] + 2.0 * LEVELS as f32);
-    for i in (1..=LEVELS).rev() {
+    let mut tail = lanes(|lane| x[lane] + start[lane] + 2.0 * EXP_INTEGRAL_LEVELS as f32);
+    for i in (1..=EXP_INTEGRAL_LEVELS).rev() {
         let i = i as f32;
         for lane in 0..LANES {
             tail[lane] = x[lane] + start[lane] + 2.0 * (i - 1.0) - i * (start[lane] - 1.0 + i) / tail[lane];

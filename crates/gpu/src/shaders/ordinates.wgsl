@@ -48,7 +48,7 @@ struct Plane {
 // twin: barnard::plan::multiple_scattering::sweep::shares
 fn shares(depth: f32) -> vec3f {
     let e = exp(-depth);
-    if depth < 0.03 {
+    if depth < THIN_CELL {
         let first = depth * fma(depth, fma(depth, 0.125, -1.0 / 3.0), 0.5);
         return vec3f(e, first, depth * fma(depth, fma(depth, 1.0 / 24.0, -1.0 / 6.0), 0.5));
     }

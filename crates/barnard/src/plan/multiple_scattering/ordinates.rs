@@ -11,7 +11,7 @@ use std::sync::{Arc, OnceLock};
 pub use super::cells::Cells;
 pub use super::directions::{Face, across, faces};
 pub use super::moments::Moments;
-pub use super::sweep::{Beam, beam};
+pub use super::sweep::{Beam, THIN_CELL, beam};
 use super::sweep::{Sources, sweep};
 use crate::control::Control;
 use crate::error::Error;

@@ -221,11 +221,14 @@ fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [EightLanes]
     }
 }
 
+/// Optical depth of a cell below which its weights are the series of theirs, whose differences would cancel.
+pub const THIN_CELL: f32 = 0.03;
+
 /// The weights e^(−Δ), g − e^(−Δ) and 1 − g of a cell, with g = (1 − e^(−Δ))/Δ.
 #[inline(always)]
 fn shares(depth: f32) -> (f32, f32, f32) {
     let e = exp(-depth);
-    let thin = depth < 0.03;
+    let thin = depth < THIN_CELL;
     let g = (1.0 - e) / if thin { 1.0 } else { depth };
     let first = if thin { depth * fma(depth, fma(depth, 0.125, -1.0 / 3.0), 0.5) } else { g - e };
     let second = if thin { depth * fma(depth, fma(depth, 1.0 / 24.0, -1.0 / 6.0), 0.5) } else { 1.0 - g };

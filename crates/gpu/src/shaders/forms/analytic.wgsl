@@ -1,9 +1,5 @@
 // Polynomial spectra in closed form, and so is their mean over a thick segment.
 
-const LEVELS = 24u;
-const SERIES_TERMS = 9u;
-const EULER = 0.5772157;
-
 // e^x E_n(x) for n = 1 … count, x > 0.
 // twin: barnard::packet::scaled_exp_integrals
 fn scaled_exp_integrals(x: f32, count: u32) -> array<f32, MAX_EXP_INTEGRALS> {
@@ -14,14 +10,14 @@ fn scaled_exp_integrals(x: f32, count: u32) -> array<f32, MAX_EXP_INTEGRALS> {
     if x <= 1.0 {
         var sum = 0.0;
         var term = 1.0;
-        for (var m = 1u; m <= SERIES_TERMS; m++) {
+        for (var m = 1u; m <= EXP_INTEGRAL_TERMS; m++) {
             term *= -x / f32(m);
             sum -= term / f32(m);
         }
         first = exp(x) * (sum - EULER - ln(x));
     } else {
-        var tail = x + start + 2.0 * f32(LEVELS);
-        for (var i = f32(LEVELS); i >= 1.0; i -= 1.0) {
+        var tail = x + start + 2.0 * f32(EXP_INTEGRAL_LEVELS);
+        for (var i = f32(EXP_INTEGRAL_LEVELS); i >= 1.0; i -= 1.0) {
             tail = x + start + 2.0 * (i - 1.0) - i * (start - 1.0 + i) / tail;
         }
         first = 1.0 / tail;

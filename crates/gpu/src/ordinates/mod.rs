@@ -1,43 +1,19 @@
 //! Orders of scattering on the device: what [`barnard::plan::ordinates::Processor`] does, plane after plane, one
 //! invocation for each cell and term.
 
+mod numbers;
+
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
 use barnard::control::Control;
-use barnard::plan::ordinates::{Beam, Cells, EightLanes, Face, Failure, Moments, Orders, Powers, Sweeper, Transfer, WIDTH, across, beam};
-use bytemuck::{Pod, Zeroable};
+use barnard::plan::ordinates::{EightLanes, Failure, Moments, Orders, Powers, Sweeper, THIN_CELL, Transfer, WIDTH};
 use wgpu::BufferUsages as Use;
 
+use self::numbers::{HEAD, Numbers, beams, beams_of, faces, planes};
+pub use self::numbers::{PlaneNumbers, TermNumbers};
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
-
-/// The fields are those of `ordinates.wgsl`.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub struct TermNumbers {
-    pub k: EightLanes,
-    pub around: EightLanes,
-    pub factor: EightLanes,
-    pub cells: u32,
-    pub glows: u32,
-    pub least: f32,
-    pub nothing: u32,
-}
-
-/// The fields are those of `ordinates.wgsl`.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub struct PlaneNumbers {
-    pub first: u32,
-    pub before: u32,
-    pub column: u32,
-    pub row: u32,
-    pub columns: u32,
-    pub rows: u32,
-    pub beam: u32,
-    pub half: u32,
-}
 
 /// The invocations of a workgroup.
 const WORKGROUP: usize = 64;
@@ -45,22 +21,20 @@ const WORKGROUP: usize = 64;
 const CHUNKS: usize = 1024;
 /// Most workgroups of a dispatch.
 const MAX_GROUPS: usize = 65535;
-/// Numbers of a beam before its harmonics.
-const HEAD: usize = 7;
 /// The bytes of two numbers for each term.
 const PAIRS: u64 = 2 * size_of::<EightLanes>() as u64;
 /// Binding of the numbers of a plane.
 const PLANE: u32 = 1;
 
 /// The text of the shader.
-pub const ORDINATES: &str = include_str!("shaders/ordinates.wgsl");
+pub const ORDINATES: &str = include_str!("../shaders/ordinates.wgsl");
 
 /// The source for so many harmonics of a cell and directions of a face.
 pub fn source(harmonics: usize, beams: usize) -> String {
     let constants =
         [("WIDTH", WIDTH), ("HARMONICS", harmonics), ("BEAMS", beams), ("HEAD", HEAD), ("BEAM", HEAD + 2 * harmonics), ("CHUNKS", CHUNKS)];
     let line = |(name, value): (&str, usize)| format!("const {name} = {value}u;\n");
-    constants.into_iter().map(line).collect::<String>() + "\n" + ORDINATES
+    constants.into_iter().map(line).collect::<String>() + &format!("const THIN_CELL: f32 = {THIN_CELL:e};\n\n") + ORDINATES
 }
 
 /// The entries of the shader.
@@ -127,12 +101,6 @@ impl Sweeper for Ordinates {
 struct Plane {
     group: wgpu::BindGroup,
     groups: u32,
-}
-
-/// The numbers that the shader is told of eight terms, and of each plane of each face.
-struct Numbers {
-    terms: TermNumbers,
-    planes: Vec<PlaneNumbers>,
 }
 
 /// The buffers that the shader reads and writes, in the order of its bindings.
@@ -364,46 +332,4 @@ impl Orders for OnDevice {
 /// Workgroups for so many invocations.
 fn groups(invocations: usize) -> u32 {
     invocations.div_ceil(WORKGROUP) as u32
-}
-
-/// The faces of the first order, then those of all others.
-fn faces<'a>(transfer: &Transfer<'a>) -> impl Iterator<Item = &'a Face> {
-    transfer.faces.into_iter().flatten()
-}
-
-/// Most directions of a face.
-fn beams_of(transfer: &Transfer) -> usize {
-    faces(transfer).map(|face| face.directions.len()).max().unwrap_or(0)
-}
-
-/// The planes of a face, in the order of the sweep.
-fn planes(cells: &Cells, face: &Face, beam: usize) -> Vec<PlaneNumbers> {
-    let dims = cells.lattice.dims;
-    let strides = [1, dims[0], dims[0] * dims[1]];
-    let (column, row) = across(face.axis);
-    let count = dims[face.axis];
-    let at = |step: usize| (if face.up { step } else { count - 1 - step }) * strides[face.axis];
-    let plane = |step: usize| PlaneNumbers {
-        first: at(step) as u32,
-        before: at(step.saturating_sub(1)) as u32,
-        column: strides[column] as u32,
-        row: strides[row] as u32,
-        columns: dims[column] as u32,
-        rows: dims[row] as u32,
-        beam: beam as u32,
-        half: (step % 2) as u32 + if step == 0 { 2 } else { 0 },
-    };
-    (0..count).map(plane).collect()
-}
-
-/// The beams of a face as the shader reads them, and as many of nothing as make up `room`.
-fn beams(cells: &Cells, face: &Face, room: usize, harmonics: usize) -> Vec<f32> {
-    let flat = |beam: Beam| {
-        let head = beam.shift.map(|shift| shift as f32).into_iter().chain([beam.length_pc]).chain(beam.weights);
-        let own = beam.harmonics.into_iter().take(harmonics).chain(beam.quadrature.into_iter().take(harmonics));
-        head.chain(own).collect::<Vec<f32>>()
-    };
-    let mut beams: Vec<f32> = face.directions.iter().flat_map(|d| flat(beam(cells, face, d))).collect();
-    beams.resize(room * (HEAD + 2 * harmonics), 0.0);
-    beams
 }
