@@ -1,5 +1,6 @@
 //! The explorer: a document, the view of it, the pictures that come, and the panels around them.
 
+mod keys;
 mod leaving;
 mod ordering;
 
@@ -310,49 +311,6 @@ impl App {
         let dropped = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).next());
         if let Some(path) = dropped {
             self.open(&Origin::File(path));
-        }
-    }
-
-    fn keys(&mut self, ctx: &Context) {
-        let pressed = |modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
-        // A slow frame can hold several.
-        let times = |modifiers, key| ctx.input_mut(|i| i.count_and_consume_key(modifiers, key));
-        for _ in 0..times(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) + times(Modifiers::COMMAND, Key::Y) {
-            self.step(true);
-        }
-        for _ in 0..times(Modifiers::COMMAND, Key::Z) {
-            self.step(false);
-        }
-        if pressed(Modifiers::NONE, Key::F1) {
-            self.layout.help = !self.layout.help;
-        }
-        crate::viewport::keys(ctx, self);
-    }
-
-    /// Keys of the file menu, which hold while something is typed as well: that is taken first.
-    fn commands(&mut self, ctx: &Context) {
-        const SHIFTED: Modifiers = Modifiers { shift: true, ..Modifiers::COMMAND };
-        const COMMANDS: [(Modifiers, Key); 5] = [
-            (Modifiers::COMMAND, Key::O),
-            (SHIFTED, Key::S),
-            (Modifiers::COMMAND, Key::S),
-            (Modifiers::COMMAND, Key::E),
-            (Modifiers::COMMAND, Key::Q),
-        ];
-        let pressed = COMMANDS.into_iter().find(|(modifiers, key)| ctx.input_mut(|i| i.consume_key(*modifiers, *key)));
-        if let (Some(_), Some(typed)) = (pressed, ctx.memory(|m| m.focused())) {
-            ctx.memory_mut(|m| m.surrender_focus(typed));
-            self.later = pressed;
-            ctx.request_repaint();
-            return;
-        }
-        match pressed.or(self.later.take()) {
-            Some((_, Key::O)) => self.files.ask(Purpose::Open, &self.document),
-            Some((SHIFTED, Key::S)) => self.files.ask(Purpose::SaveScene, &self.document),
-            Some((_, Key::S)) => self.save(),
-            Some((_, Key::E)) => self.files.ask(Purpose::SavePicture, &self.document),
-            Some((_, Key::Q)) => ctx.send_viewport_cmd(ViewportCommand::Close),
-            _ => {}
         }
     }
 
