@@ -93,6 +93,27 @@ fn what_is_too_large_is_refused() {
     }
 }
 
+/// What a device cannot hold the processor renders, and says why; the next plan, which fits, is the device's again.
+#[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
+fn the_processor_renders_what_a_device_cannot_hold() {
+    let limits = wgpu::Limits { max_texture_dimension_3d: 16, ..wgpu::Limits::default() };
+    let mut backend = Auto::on(OnDevice::new(Gpu::limited(limits).unwrap(), Tuning::default()));
+    let (large, small) = (scene(24, ""), scene(12, ""));
+    let options = Options::default();
+    for (scene, fits) in [(&small, true), (&large, false), (&small, true)] {
+        let plan = plan_of(scene);
+        let job = Job::planned(scene, &options, &plan);
+        backend.prepare(&job, &Control::default()).unwrap();
+        let (image, _) = backend.render(&job, &Control::default()).unwrap();
+        let truth = cpu::render(scene, &plan, &Control::default()).unwrap().0;
+        assert_eq!(image.samples == truth.samples, !fits);
+        assert_eq!(backend.name().starts_with("gpu"), fits);
+        let why = backend.instead();
+        assert!(why.is_none() == fits && why.is_none_or(|why| why.contains("at most 14 voxels")));
+    }
+}
+
 /// A device without room says how much a plan takes, and what takes less.
 #[test]
 fn no_room_is_an_error_that_says_what_fits() {

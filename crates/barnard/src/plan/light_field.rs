@@ -22,6 +22,7 @@ use crate::light::{Route, factor, law};
 use crate::memory;
 use crate::plan::SpatialPlan;
 use crate::plan::draft::Draft;
+use crate::plan::inverse_square::inverse_square_of_voxel;
 use crate::plan::spectral::support_um;
 use crate::volume::{Channel, MAX_CHANNELS, Volume};
 
@@ -43,11 +44,6 @@ pub struct LightField {
     /// The optical depth up to which the certificates hold [1].
     depth: f64,
 }
-
-/// Distance from a star, in voxel edges, within which 1/r² is averaged over a voxel, and by how many points along an
-/// edge.
-const CLOSE: f64 = 4.0;
-const CLOSE_POINTS: usize = 6;
 
 impl LightField {
     /// The light of all stars of a draft; none where there is no dust, or none of them shines through a band.
@@ -160,21 +156,4 @@ fn deposited(propagation: &Propagation, space: &SpatialPlan, stars: &[usize], la
         Ok::<(), Error>(())
     })?;
     Ok(volumes)
-}
-
-/// 1/r² of a voxel at `offset` from a star: its mean over the voxel where that is close [pc⁻²].
-pub(super) fn inverse_square_of_voxel(offset: DVec3, voxel: DVec3) -> f64 {
-    let square = offset.length_squared();
-    if square > (CLOSE * voxel.max_element()).powi(2) {
-        return 1.0 / square;
-    }
-    let along = |i: usize| (i as f64 + 0.5) / CLOSE_POINTS as f64 - 0.5;
-    let point = |i: usize| {
-        let part = DVec3::new(along(i % CLOSE_POINTS), along(i / CLOSE_POINTS % CLOSE_POINTS), along(i / (CLOSE_POINTS * CLOSE_POINTS)));
-        // A part of edge e around the star itself: ∫ dV/r² = 7.68 e.
-        let own = (voxel.min_element() / CLOSE_POINTS as f64).powi(2) / 7.68;
-        1.0 / (offset + part * voxel).length_squared().max(own)
-    };
-    let count = CLOSE_POINTS.pow(3);
-    (0..count).map(point).sum::<f64>() / count as f64
 }

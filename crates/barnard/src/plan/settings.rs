@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::memory;
-use crate::plan::ordinates;
+use crate::plan::multiple_scattering::sweeper::Sweeper;
 use crate::scene::{Method, Scene};
 
 /// What a program may decide beside the scene.
@@ -12,7 +12,7 @@ pub struct Options {
     /// Most bytes a plan may take.
     pub memory_limit: u64,
     /// The device that sweeps light of more than one scattering; the processor where there is none.
-    pub sweeper: Option<Arc<dyn ordinates::Sweeper>>,
+    pub sweeper: Option<Arc<dyn Sweeper>>,
 }
 
 impl Default for Options {
@@ -38,7 +38,7 @@ pub(crate) struct Settings {
     /// Most bytes a plan may take.
     pub memory_limit: u64,
     /// The device that sweeps light of more than one scattering; the processor where there is none.
-    pub sweeper: Option<Arc<dyn ordinates::Sweeper>>,
+    pub sweeper: Option<Arc<dyn Sweeper>>,
 }
 
 impl Settings {

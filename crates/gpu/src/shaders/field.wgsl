@@ -23,7 +23,7 @@ fn accumulate_field(state: ptr<function, State>, growth: f32, before: ptr<functi
 }
 
 // The polynomials of a ray, seen through the bands.
-// twin: barnard::backend::cpu::propagation::LightSums::resolve
+// twin: barnard::backend::cpu::light_sums::LightSums::resolve
 fn resolve_field(state: ptr<function, State>) {
     for (var b = 0u; b < BANDS; b++) {
         for (var c = 0u; c < FIELD_CHANNELS; c++) {

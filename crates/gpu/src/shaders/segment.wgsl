@@ -1,7 +1,7 @@
 // The light of one segment in closed form, eqs. (5) and (6) of docs/method.md.
 
 // Light of one star, scattered in one segment.
-// twin: barnard::backend::cpu::segment::Segment::scatter
+// twin: barnard::backend::cpu::shading::scatter
 fn scatter(state: ptr<function, State>, ray: Ray, scatterer: u32, step_span: StepSpan, growth: f32, tilt: f32, depths: vec2f) {
     let star = tables[STARS + scatterer];
     let foot = dot(star.xyz - ray.origin, ray.direction);
@@ -69,7 +69,7 @@ fn scatter_stars(state: ptr<function, State>, ray: Ray, step_span: StepSpan, gro
 }
 
 // Light of one segment that was scattered before.
-// twin: barnard::backend::cpu::segment::Segment::scatter_again
+// twin: barnard::backend::cpu::shading::scatter_again
 fn scatter_again(state: ptr<function, State>, growth: f32, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
     for (var b = 0u; b < BANDS; b++) {
@@ -86,7 +86,7 @@ fn scatter_again(state: ptr<function, State>, growth: f32, before: ptr<function,
 }
 
 // Adds the light of one segment and moves the depth to its end.
-// twin: barnard::backend::cpu::segment::Segment::add
+// twin: barnard::backend::cpu::shading::add
 fn segment(state: ptr<function, State>, ray: Ray, step_span: StepSpan, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
     var growth = 0.0;
     if HAS_DUST {

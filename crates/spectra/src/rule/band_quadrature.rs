@@ -10,7 +10,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::nodes::Weighting;
+use super::nodes::{Weighting, interpolatory_weights};
 use super::{BandProblem, BandRule, Certificate, Measure, Node, Nodes, RuleEntry, Source};
 use crate::error::Result;
 use crate::quadrature::{gauss_of_measure, non_negative_least_squares};
@@ -145,18 +145,6 @@ fn nodes(problem: &BandProblem, n: usize, t: f64, choosing: &[usize]) -> Vec<Nod
         return vec![problem.pivot];
     }
     rule.iter().map(|(k, _)| Node { k: *k, lambda_um: nearest(*k) }).collect()
-}
-
-/// The weights w_j = ∫ W ℓ_j(k) dλ of nodes in k.
-pub(super) fn interpolatory_weights(nodes: &[Node], measure: &Measure) -> Vec<f64> {
-    let mut weights = vec![0.0; nodes.len()];
-    for (k, mass) in measure.k.iter().zip(&measure.mass) {
-        for (j, weight) in weights.iter_mut().enumerate() {
-            let lagrange: f64 = nodes.iter().enumerate().filter(|(i, _)| *i != j).map(|(_, n)| (k - n.k) / (nodes[j].k - n.k)).product();
-            *weight += mass * lagrange;
-        }
-    }
-    weights
 }
 
 /// The weights w ≥ 0 that fit F(a) best on samples of a.

@@ -4,8 +4,7 @@
 //!
 //!   ⟨e^(−k a)⟩ = e^(−k ā) sinh(k y)/(k y)                                      eq. (5)
 
-use super::band_quadrature::interpolatory_weights;
-use super::{BandProblem, BandRule, Decay, DepthSpan, Form, Node, Source};
+use super::{BandProblem, BandRule, Decay, DepthSpan, Form, Measure, Node, Source};
 
 /// Exponentials at nodes that the sources share.
 #[derive(Debug, Clone)]
@@ -62,6 +61,18 @@ impl Decay for Nodes {
     fn mean(&self, _: usize, weights: &[f64], depths: DepthSpan) -> f64 {
         self.nodes.iter().zip(weights).map(|(n, w)| w * mean_transmittance(n.k * depths.from, n.k * depths.to)).sum()
     }
+}
+
+/// The weights w_j = ∫ W ℓ_j(k) dλ of nodes in k.
+pub(super) fn interpolatory_weights(nodes: &[Node], measure: &Measure) -> Vec<f64> {
+    let mut weights = vec![0.0; nodes.len()];
+    for (k, mass) in measure.k.iter().zip(&measure.mass) {
+        for (j, weight) in weights.iter_mut().enumerate() {
+            let lagrange: f64 = nodes.iter().enumerate().filter(|(i, _)| *i != j).map(|(_, n)| (k - n.k) / (nodes[j].k - n.k)).product();
+            *weight += mass * lagrange;
+        }
+    }
+    weights
 }
 
 /// Mean of e^(−a) over a linear a \[1\]; never larger than its larger end.

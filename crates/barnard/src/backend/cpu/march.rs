@@ -13,26 +13,24 @@ use glam::DVec3;
 use multiversion::multiversion;
 
 use super::borders::Borders;
-use super::double_integration;
+use super::context::Context;
 use super::near_field::{NearField, NearStar};
 use super::segment::Segment;
-use super::state::{Slots, StarView, State, StepSpan};
+use super::state::{StarView, State, StepSpan};
 use super::tables::Tables;
 use super::terms::{NodeTerms, Terms};
+use super::{double_integration, shading};
 use crate::geometry::Ray;
 use crate::packet::{Cursor, LANES, Lane, Track, exp, lanes, largest};
 use crate::plan::near;
 use crate::plan::near::PART_DISTANCE;
-use crate::plan::{END_DEPTH, END_EVERY, END_SHARE, PhaseEntry, PhaseTable, Plan, Scatterer};
+use crate::plan::{END_DEPTH, END_EVERY, END_SHARE, Plan};
 use crate::volume::{Channel, Volume};
 
-/// The read-only context of a march: it is the same for all packets.
+/// A march of one plan, packet by packet.
 pub struct March<'a> {
-    pub(super) plan: &'a Plan,
-    pub(super) tables: &'a Tables,
-    pub(super) slots: Slots,
-    pub(super) voxel_pc: f64,
-    pub(super) near_field: Option<NearField<'a>>,
+    context: Context<'a>,
+    near_field: Option<NearField<'a>>,
     borders: Borders,
     /// The dust without star depths beside it, for the double integration, which reads nothing else.
     dust_alone: Option<Volume>,
@@ -43,19 +41,16 @@ pub struct March<'a> {
 impl<'a> March<'a> {
     /// Prepares the march of one plan.
     pub fn new(plan: &'a Plan, tables: &'a Tables) -> Self {
-        let slots = Slots::new(plan);
+        let context = Context::new(plan, tables);
         let mut largest = plan.space.bricks.iter().map(|b| b.largest());
-        let sigma = if slots.dust.is_some() { largest.next().unwrap_or(0.0) } else { 0.0 };
+        let sigma = if context.slots.dust.is_some() { largest.next().unwrap_or(0.0) } else { 0.0 };
         let dust_alone = plan.space.dust.as_ref().filter(|_| plan.star_march.is_some()).map(|dust| {
             let mut volume = Volume::zeroed(&dust.lattice, vec![Channel::Dust]);
             volume.fill(0, dust);
             volume
         });
         Self {
-            plan,
-            tables,
-            slots,
-            voxel_pc: plan.space.voxel_pc(),
+            context,
             near_field: NearField::new(plan),
             borders: Borders::new(&plan.space),
             dust_alone,
@@ -67,49 +62,50 @@ impl<'a> March<'a> {
     ///
     /// `numbers` tell the rays of an image apart.
     pub fn packet(&self, rays: &[Ray; LANES], numbers: &[u64; LANES]) -> (Vec<f32>, f32) {
-        let terms = self.tables.weights.band_of.len();
+        let terms = self.context.tables.weights.band_of.len();
         let nowhere = ([0.0; LANES], [0.0; LANES]);
         let mut state = State {
             rays,
-            drawn: self.tables.terms.draw(numbers),
+            drawn: self.context.tables.terms.draw(numbers),
             final_span: false,
             span: nowhere,
             dt: [0.0; LANES],
             tau: [0.0; LANES],
             sum: vec![[0.0; LANES]; terms],
-            channels: vec![[0.0; LANES]; self.tables.light_sums.as_ref().map_or(0, |g| g.channels())],
+            channels: vec![[0.0; LANES]; self.context.tables.light_sums.as_ref().map_or(0, |g| g.channels())],
             deepest: [0.0; LANES],
         };
         let spans = self.borders.spans(rays);
         let last = spans.len().saturating_sub(1);
         for (i, span) in spans.into_iter().enumerate() {
-            state.final_span = i == last && self.tables.weights.background.is_none();
+            state.final_span = i == last && self.context.tables.weights.background.is_none();
             let length = |lane: usize| span.1[lane] - span.0[lane];
             if (0..LANES).map(length).fold(0.0, f64::max) > 0.0 {
-                let steps = |lane: usize| self.plan.stepping.steps(length(lane), self.plan.space.voxel_along(rays[lane].direction));
+                let steps =
+                    |lane: usize| self.context.plan.stepping.steps(length(lane), self.context.plan.space.voxel_along(rays[lane].direction));
                 let steps = (0..LANES).filter(|lane| length(*lane) > 0.0).map(steps).max().unwrap_or(1);
                 state.dt = lanes(|lane| (length(lane) / steps as f64) as f32);
                 state.span = span;
                 march_span(self, &mut state, steps);
             }
         }
-        let behind = if self.tables.weights.background.is_some() { largest(&state.tau) } else { 0.0 };
+        let behind = if self.context.tables.weights.background.is_some() { largest(&state.tau) } else { 0.0 };
         (self.bands_of(&state), largest(&state.deepest).max(behind))
     }
 
     /// The sums with the background behind them, band by band.
     fn bands_of(&self, state: &State) -> Vec<f32> {
-        let bands = self.plan.spectral.bands.len();
+        let bands = self.context.plan.spectral.bands.len();
         let mut radiance = vec![0.0; bands * LANES];
-        for (term, band) in self.tables.weights.band_of.iter().enumerate() {
+        for (term, band) in self.context.tables.weights.band_of.iter().enumerate() {
             let out = &mut radiance[band * LANES..(band + 1) * LANES];
             out.iter_mut().zip(&state.sum[term]).for_each(|(r, s)| *r += s);
         }
-        if let Some(sums) = &self.tables.light_sums {
+        if let Some(sums) = &self.context.tables.light_sums {
             sums.resolve(&state.channels, &mut radiance);
         }
-        if let Some(light) = self.tables.weights.background {
-            for (band, plan) in self.plan.spectral.bands.iter().enumerate() {
+        if let Some(light) = self.context.tables.weights.background {
+            for (band, plan) in self.context.plan.spectral.bands.iter().enumerate() {
                 for lane in 0..LANES {
                     radiance[band * LANES + lane] += plan.rule.evaluate(light, f64::from(state.tau[lane])) as f32;
                 }
@@ -119,7 +115,7 @@ impl<'a> March<'a> {
     }
 
     fn star_view(&self, star: usize, state: &State) -> StarView {
-        let place = self.plan.space.stars[star];
+        let place = self.context.plan.space.stars[star];
         let foot = |lane: usize| (place - state.rays[lane].origin).dot(state.rays[lane].direction);
         let foot_of = lanes(|lane| (foot(lane) - state.span.0[lane]) as f32);
         let distance = lanes(|lane| (place - state.rays[lane].at(foot(lane))).length() as f32);
@@ -139,7 +135,7 @@ impl<'a> March<'a> {
     fn parts(&self, state: &State, views: &[StarView], step: usize) -> usize {
         let of_lane = |view: &StarView, lane: usize| {
             let dt = f64::from(state.dt[lane]);
-            near::parts(f64::from(view.distance[lane]), f64::from(view.foot[lane]) - step as f64 * dt, dt, self.voxel_pc)
+            near::parts(f64::from(view.distance[lane]), f64::from(view.foot[lane]) - step as f64 * dt, dt, self.context.voxel_pc)
         };
         let near = views.iter().filter(|view| view.long.contains(&step));
         near.flat_map(|view| (0..LANES).map(move |lane| of_lane(view, lane))).max().unwrap_or(1)
@@ -152,7 +148,7 @@ impl<'a> March<'a> {
             let mask = lanes(|lane| f32::from(u8::from(v.inner.bounds.contains(middle(lane)))));
             mask.contains(&0.0).then_some(mask)
         };
-        self.plan.volumes().map(mask).collect()
+        self.context.plan.volumes().map(mask).collect()
     }
 
     /// Marches the star depths of a sample again, as Barrès & Neyret do.
@@ -160,14 +156,14 @@ impl<'a> March<'a> {
         let Some(dust) = &self.dust_alone else { return };
         let place = |lane: usize| state.rays[lane].at(state.span.0[lane] + f64::from(at) * f64::from(state.dt[lane]));
         let places = std::array::from_fn(place);
-        for (star, position) in self.plan.space.stars.iter().enumerate() {
-            out[self.slots.stars[star]] = double_integration::depths_of(dust, *position, &places, samples);
+        for (star, position) in self.context.plan.space.stars.iter().enumerate() {
+            out[self.context.slots.stars[star]] = double_integration::depths_of(dust, *position, &places, samples);
         }
     }
 
     /// Whether nothing behind `steps` can change any band by a part of the accuracy.
     fn ended(&self, state: &State, views: &[StarView], steps: usize) -> bool {
-        let Terms::Nodes(NodeTerms { k, range }) = &self.tables.terms else { return false };
+        let Terms::Nodes(NodeTerms { k, range }) = &self.context.tables.terms else { return false };
         if !state.final_span {
             return false;
         }
@@ -175,9 +171,9 @@ impl<'a> March<'a> {
         if shallowest * range.0 < END_DEPTH {
             return false;
         }
-        let tolerance = END_SHARE * self.plan.spectral.accuracy as f32;
+        let tolerance = END_SHARE * self.context.plan.spectral.accuracy as f32;
         let rest: Vec<Lane> = views.iter().map(|view| self.rest_of_star(state, view, steps)).collect();
-        let weights = &self.tables.weights;
+        let weights = &self.context.tables.weights;
         let lane_ended = |lane: usize| {
             let length = (state.span.1[lane] - state.span.0[lane]) as f32;
             // What may lie behind a term, and what it has.
@@ -185,14 +181,14 @@ impl<'a> March<'a> {
                 let stars: f32 = weights.scattered.iter().zip(&rest).map(|(s, r)| s.brightest[term] * r[lane]).sum();
                 let gas: f32 = weights.emitted.iter().map(|e| e.weights[term] * self.brightest.1[e.species] * length).sum();
                 // ∫ k σ e^(−k τ) ds is less than one.
-                let scattered_field = self.plan.scattered_field.as_ref().map_or(0.0, |d| d.largest[term]);
+                let scattered_field = self.context.plan.scattered_field.as_ref().map_or(0.0, |d| d.largest[term]);
                 (exp(-k[term] * state.tau[lane]) * (stars + gas + scattered_field), state.sum[term][lane])
             };
             let of_band = |band: usize| {
                 let terms = (0..k.len()).filter(|term| weights.band_of[*term] == band);
                 terms.map(of_term).fold((0.0, 0.0), |all, own| (all.0 + own.0, all.1 + own.1))
             };
-            state.dt[lane] == 0.0 || (0..self.plan.spectral.bands.len()).map(of_band).all(|(behind, sum)| behind <= tolerance * sum)
+            state.dt[lane] == 0.0 || (0..self.context.plan.spectral.bands.len()).map(of_band).all(|(behind, sum)| behind <= tolerance * sum)
         };
         (0..LANES).all(lane_ended)
     }
@@ -206,55 +202,40 @@ impl<'a> March<'a> {
             self.brightest.0 * ((end / b).atan() - (here / b).atan()) / b
         })
     }
-
-    /// Entry and fraction of the phase table for cos θ and sin² θ.
-    #[inline(always)]
-    pub(super) fn phase_entry(&self, cosine: f32, sine2: f32) -> PhaseEntry {
-        PhaseTable::entry(self.tables.phase_entries, cosine, sine2)
-    }
-
-    /// The weight of a term at an angle, 1/4π or p(θ) included.
-    #[inline(always)]
-    pub(super) fn phase_weight(&self, scatterer: &Scatterer, term: usize, at: PhaseEntry) -> f32 {
-        let Some(table) = &self.plan.spectral.phase else { return scatterer.weights[term] };
-        let values = &table.weights[scatterer.light];
-        let (stride, column, weight) =
-            if table.separable { (1, 0, scatterer.weights[term]) } else { (self.tables.weights.band_of.len(), term, 1.0) };
-        let (low, high) = (values[at.entry * stride + column], values[(at.entry + 1) * stride + column]);
-        weight * (low + at.fraction * (high - low))
-    }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
 fn march_span(march: &March, state: &mut State, steps: usize) {
-    let cursors: Vec<Cursor> = march.plan.volumes().map(|v| Cursor::new(v, state.rays, &state.span.0)).collect();
+    let context = &march.context;
+    let cursors: Vec<Cursor> = context.plan.volumes().map(|v| Cursor::new(v, state.rays, &state.span.0)).collect();
     let masks = march.masks(state);
     let tracks: Vec<Track> =
-        march.plan.space.bricks.iter().map(|b| Track::new(&b.lattice, DVec3::ZERO, state.rays, &state.span.0)).collect();
-    let views: Vec<StarView> = march.tables.weights.scattered.iter().map(|s| march.star_view(s.star, state)).collect();
+        context.plan.space.bricks.iter().map(|b| Track::new(&b.lattice, DVec3::ZERO, state.rays, &state.span.0)).collect();
+    let views: Vec<StarView> = context.tables.weights.scattered.iter().map(|s| march.star_view(s.star, state)).collect();
     let near_field: Vec<NearStar> = march.near_field.as_ref().map_or_else(Vec::new, |near_field| near_field.beside(state));
-    let mut before = vec![[0.0; LANES]; march.slots.count];
+    let mut before = vec![[0.0; LANES]; context.slots.count];
     let mut after = before.clone();
-    sample(march, &cursors, &masks, &state.dt, 0.0, &mut before);
+    sample(context, &cursors, &masks, &state.dt, 0.0, &mut before);
     let mut step = 0;
     while step < steps {
         // Jump over empty space; the sample behind the jump starts anew.
-        let jump = if is_dark(march, &before) { clear_steps(march, &tracks, &state.dt, step) } else { 0 };
+        let jump = if is_dark(context, &before) { clear_steps(context, &tracks, &state.dt, step) } else { 0 };
         if jump > 1 {
             step = step.saturating_add(jump).min(steps);
-            sample(march, &cursors, &masks, &state.dt, step as f32, &mut before);
+            sample(context, &cursors, &masks, &state.dt, step as f32, &mut before);
             continue;
         }
         // Barrès & Neyret's own form takes its N samples and no more.
-        let parts = if march.plan.star_march.is_some() { 1 } else { march.parts(state, &views, step) };
+        let parts = if context.plan.star_march.is_some() { 1 } else { march.parts(state, &views, step) };
         for part in 0..parts {
             let length = 1.0 / parts as f32;
             let span = StepSpan { start: step as f32 + part as f32 * length, length };
-            sample(march, &cursors, &masks, &state.dt, span.end(), &mut after);
-            if let Some(samples) = march.plan.star_march {
+            sample(context, &cursors, &masks, &state.dt, span.end(), &mut after);
+            if let Some(samples) = context.plan.star_march {
                 march.star_depths_again(state, span.end(), samples, &mut after);
             }
-            Segment::new(march, state, span, &before, &after).add(march, state, &views, &near_field);
+            let segment = Segment::new(context, state, span, &before, &after);
+            shading::add(&segment, context, state, &views, &near_field);
             std::mem::swap(&mut before, &mut after);
         }
         step += 1;
@@ -266,9 +247,9 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
 
 /// Reads all channels at a number of steps into the span.
 #[inline(always)]
-fn sample(march: &March, cursors: &[Cursor], masks: &[Option<Lane>], dt: &Lane, steps: f32, out: &mut [Lane]) {
+fn sample(context: &Context, cursors: &[Cursor], masks: &[Option<Lane>], dt: &Lane, steps: f32, out: &mut [Lane]) {
     let t = lanes(|lane| steps * dt[lane]);
-    for ((cursor, mask), first) in cursors.iter().zip(masks).zip(&march.slots.first) {
+    for ((cursor, mask), first) in cursors.iter().zip(masks).zip(&context.slots.first) {
         let end = out.len().min(first + crate::volume::MAX_CHANNELS);
         let own = &mut out[*first..end];
         cursor.read(&t, own);
@@ -284,16 +265,16 @@ fn sample(march: &March, cursors: &[Cursor], masks: &[Option<Lane>], dt: &Lane, 
 
 /// Whether a sample holds neither dust nor gas on any lane.
 #[inline(always)]
-fn is_dark(march: &March, sample: &[Lane]) -> bool {
+fn is_dark(context: &Context, sample: &[Lane]) -> bool {
     let empty = |slot: &usize| largest(&sample[*slot]) <= 0.0;
-    march.slots.dust.iter().all(empty) && march.slots.species.iter().all(empty)
+    context.slots.dust.iter().all(empty) && context.slots.species.iter().all(empty)
 }
 
 /// How many steps all lanes, `step` steps into the span, may jump through empty bricks.
 #[inline(always)]
-fn clear_steps(march: &March, tracks: &[Track], dt: &Lane, step: usize) -> usize {
+fn clear_steps(context: &Context, tracks: &[Track], dt: &Lane, step: usize) -> usize {
     let mut clear_pc = f32::INFINITY;
-    for (bricks, track) in march.plan.space.bricks.iter().zip(tracks) {
+    for (bricks, track) in context.plan.space.bricks.iter().zip(tracks) {
         let mut fewest = usize::MAX;
         for lane in (0..LANES).filter(|lane| dt[*lane] > 0.0) {
             fewest = fewest.min(bricks.clear(track.cell_of(lane, bricks.lattice.dims, step as f32 * dt[lane])));

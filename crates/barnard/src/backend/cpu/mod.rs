@@ -5,11 +5,14 @@
 //! not matter.
 
 mod borders;
+mod context;
 mod double_integration;
+mod light_sums;
 mod march;
 mod near_field;
 mod propagation;
 mod segment;
+mod shading;
 mod state;
 mod tables;
 mod terms;

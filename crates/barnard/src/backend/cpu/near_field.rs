@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use smallvec::SmallVec;
 
-use super::march::March;
+use super::context::Context;
 use super::segment::Segment;
 use super::state::{State, StepSpan};
 use super::terms::DepthSpan;
@@ -131,11 +131,11 @@ impl NearStar<'_> {
 
     /// Adds its light of one segment, between whose ends σ is linear.
     #[inline(always)]
-    pub fn scatter(&self, march: &March, state: &mut State, segment: &Segment) {
-        let Some(dust) = march.slots.dust else { return };
-        let pieces = self.pieces(march, &self.within(state, segment), &segment.before[dust], &segment.after[dust]);
+    pub fn scatter(&self, context: &Context, state: &mut State, segment: &Segment) {
+        let Some(dust) = context.slots.dust else { return };
+        let pieces = self.pieces(context, &self.within(state, segment), &segment.before[dust], &segment.after[dust]);
         if largest(&pieces.total) > 0.0 {
-            self.shine(march, state, &segment.growth, &pieces);
+            self.shine(context, state, &segment.growth, &pieces);
         }
     }
 
@@ -167,7 +167,7 @@ impl NearStar<'_> {
 
     /// Pieces of equal angle, by their middles.
     #[inline(always)]
-    fn pieces(&self, march: &March, within: &Within, before: &Lane, after: &Lane) -> Pieces {
+    fn pieces(&self, context: &Context, within: &Within, before: &Lane, after: &Lane) -> Pieces {
         let Within { start, length, from, to, angle, is_narrow } = within;
         let b = &self.distance;
         let count = ((largest(angle) / self.piece).ceil() as usize).clamp(1, NEAR_FIELD_PIECES);
@@ -201,7 +201,7 @@ impl NearStar<'_> {
                 let cosine = -t * inverse;
                 let depth = depth_within(self.profile, self.inverse_step, 0.5 * (self.sigma + density), square * inverse, cosine);
                 pieces.deep[lane] = fma(piece[lane], depth, pieces.deep[lane]);
-                entry[lane] = march.phase_entry(cosine, b[lane] * b[lane] * inverse * inverse);
+                entry[lane] = context.phase_entry(cosine, b[lane] * b[lane] * inverse * inverse);
             }
             pieces.list.push(Piece { light: piece, entry });
             for lane in 0..LANES {
@@ -213,19 +213,19 @@ impl NearStar<'_> {
 
     /// Adds what pieces send, each at its own angle, all behind the depth of their middle.
     #[inline(always)]
-    fn shine(&self, march: &March, state: &mut State, growth: &Lane, pieces: &Pieces) {
+    fn shine(&self, context: &Context, state: &mut State, growth: &Lane, pieces: &Pieces) {
         let Pieces { total, deep, list } = pieces;
-        let weights = &march.tables.weights.many_lights[self.star];
+        let weights = &context.tables.weights.many_lights[self.star];
         let depth = lanes(|lane| if total[lane] > 0.0 { deep[lane] / total[lane] } else { 0.0 });
         let span = DepthSpan {
             middle: lanes(|lane| fma(0.5, growth[lane], state.tau[lane] + depth[lane])),
             half: lanes(|lane| 0.5 * growth[lane]),
         };
-        let terms = &march.tables.terms;
-        let Some(table) = &march.plan.spectral.phase else {
+        let terms = &context.tables.terms;
+        let Some(table) = &context.plan.spectral.phase else {
             return terms.accumulate(0, &state.drawn, &span, |term| Some(lanes(|lane| weights[term] * total[lane])), &mut state.sum);
         };
-        let stride = if table.separable { 1 } else { march.tables.weights.band_of.len() };
+        let stride = if table.separable { 1 } else { context.tables.weights.band_of.len() };
         let spread = |column: usize| {
             let mut sum = [0.0; LANES];
             for Piece { light, entry } in list {

@@ -1,6 +1,6 @@
 //! The plan's spectral side as the march reads it: flat f32 tables.
 
-use super::propagation::LightSums;
+use super::light_sums::LightSums;
 use super::terms::Terms;
 use crate::plan::{Plan, Weights};
 

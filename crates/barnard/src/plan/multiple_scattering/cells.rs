@@ -5,13 +5,13 @@ use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use super::harmonics::harmonics;
+use super::lanes::EightLanes;
 use super::moments::Moments;
-use super::ordinates::EightLanes;
 use crate::control::Control;
 use crate::error::Result;
 use crate::field::{Field, Grid, Lattice};
 use crate::geometry::Bounds;
-use crate::plan::light_field::inverse_square_of_voxel;
+use crate::plan::inverse_square::inverse_square_of_voxel;
 use crate::plan::many_lights::near_field_kernel::NearFieldKernel;
 
 /// The least σ of a cell, in parts of the largest.

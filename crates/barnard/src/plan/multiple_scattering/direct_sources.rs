@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::field::Term;
-use super::ordinates::{EightLanes, WIDTH};
+use super::lanes::{EightLanes, WIDTH};
+use super::term::Term;
 use crate::light::Route;
 use crate::plan::BandPlan;
 use crate::plan::draft::Draft;

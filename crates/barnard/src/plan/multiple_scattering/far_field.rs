@@ -22,8 +22,8 @@ use rayon::prelude::*;
 
 use super::cells::{Cells, DirectSource};
 use super::harmonics::{COUNT, harmonics_of};
+use super::lanes::{EightLanes, WIDTH};
 use super::moments::Moments;
-use super::ordinates::{EightLanes, WIDTH};
 use super::view::View;
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};

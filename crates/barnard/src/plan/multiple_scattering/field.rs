@@ -7,9 +7,9 @@ use glam::DVec3;
 use super::cells::Cells;
 use super::direct_sources::DirectSources;
 use super::far_field::{FarField, Scattering};
-use super::harmonics::{COUNT, DEGREE, degree};
+use super::lanes::{EightLanes, WIDTH};
 use super::moments::Moments;
-use super::ordinates::{EightLanes, WIDTH};
+use super::term::Term;
 use super::view::View;
 use crate::control::Control;
 use crate::error::Result;
@@ -86,15 +86,6 @@ impl PartialEq for Origin {
     }
 }
 
-/// A node as a medium.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Term {
-    pub lambda_um: f64,
-    pub k: f64,
-    pub albedo: f64,
-    pub legendre: [f64; DEGREE + 1],
-}
-
 impl Field {
     /// The gathered stars' light, scattered once, in each cell as one eye sees it, part by part; nothing where there are
     /// no such stars.
@@ -115,9 +106,4 @@ impl Field {
     pub fn profiles(&self, view: View) -> Vec<Profile> {
         self.many_lights.as_ref().map_or_else(Vec::new, |many_lights| many_lights.profiles(&self.kernels, |place| view.towards(place)))
     }
-}
-
-/// The albedo times the Legendre moment, ω p_l, of each harmonic and term.
-pub fn scattering(terms: &[Term]) -> [EightLanes; COUNT] {
-    std::array::from_fn(|h| std::array::from_fn(|t| terms.get(t).map_or(0.0, |term| (term.albedo * term.legendre[degree(h)]) as f32)))
 }

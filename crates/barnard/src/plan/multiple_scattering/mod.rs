@@ -28,14 +28,17 @@ mod far_field;
 mod field;
 mod harmonics;
 mod kernels;
+mod lanes;
 mod moments;
 mod neumann_series;
-pub mod ordinates;
 mod problem;
+mod processor;
 mod report;
 mod solve;
 mod spot_check;
 mod sweep;
+pub(in crate::plan) mod sweeper;
+mod term;
 mod view;
 
 use std::sync::Arc;
@@ -43,14 +46,15 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::field::{Field, Part, scattering};
+use self::field::{Field, Part};
 use self::harmonics::{DEGREE, harmonics};
+use self::lanes::{EightLanes, WIDTH};
 use self::moments::Moments;
-use self::ordinates::{EightLanes, WIDTH};
 use self::problem::{Fitting, Problem};
 pub use self::report::{ErrorEstimate, FarFieldError, ScatteringReport};
 use self::solve::{Discretization, Solution};
 use self::spot_check::FirstLight;
+use self::term::scattering;
 use self::view::View;
 use super::draft::Draft;
 use super::{Settings, SpectralPlan};
@@ -59,6 +63,17 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, Profile};
 use crate::volume::{Channel, Volume};
+
+/// What a device needs to sweep orders of scattering in place of the processor.
+pub mod ordinates {
+    pub use super::cells::Cells;
+    pub use super::directions::{Face, across, faces};
+    pub use super::lanes::{EightLanes, Powers, WIDTH};
+    pub use super::moments::Moments;
+    pub use super::processor::{Processor, Sweepers};
+    pub use super::sweep::{Beam, THIN_CELL, beam};
+    pub use super::sweeper::{Failure, Orders, Sweeper, Transfer};
+}
 
 /// The fineness of a field of scattered light.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::ordinates::{EightLanes, WIDTH};
+use super::lanes::{EightLanes, WIDTH};
 use crate::field::Lattice;
 
 /// Moments of the radiance: cell × harmonic × term.

@@ -1,6 +1,6 @@
 //! How orders of scattering go, and when the rest of them is known.
 
-use super::ordinates::{EightLanes, WIDTH};
+use super::lanes::{EightLanes, WIDTH};
 
 /// The error that is allowed of the sum of the orders that are not swept, as a part of all.
 const REST: f64 = 1e-3;

@@ -4,10 +4,11 @@ use spectra::rule::Node;
 
 use super::Fineness;
 use super::cells::Cells;
-use super::field::Term;
 use super::harmonics::{DEGREE, count, legendre_moments};
+use super::lanes::WIDTH;
 use super::moments::Moments;
-use super::ordinates::{Sweepers, WIDTH};
+use super::processor::Sweepers;
+use super::term::Term;
 use crate::error::{Error, Result};
 use crate::field::Grid;
 use crate::memory;

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use super::cells::Cells;
 use super::field::Field as ScatteredField;
+use super::lanes::WIDTH;
 use super::moments::Moments;
-use super::ordinates::WIDTH;
 use super::view::View;
 use crate::control::Control;
 use crate::error::Result;

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::unresolved::{self, Unresolved};
-use super::{Pilot, Shading, Spatial, march, measures, pilots, relative_error};
+use super::{Pilot, Shading, march, measures, pilots, relative_error, unresolved};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::geometry::Ray;
 use crate::plan::draft::Draft;
 use crate::plan::spatial::bake::{MAX_BAKE, MIN_BAKE};
+use crate::plan::spatial_error::{Spatial, Unresolved};
 use crate::plan::{END_SHARE, LightField, Settings, SpatialPlan, Stepping};
 
 /// The part of the accuracy that the pilots may use up: rays between them can be worse.

@@ -11,7 +11,6 @@ mod sampled_pixels;
 mod unresolved;
 
 pub use choice::choose;
-pub use unresolved::Unresolved;
 
 use rayon::prelude::*;
 use spectra::rule::{DepthSpan, Measure, mean_transmittance};
@@ -25,22 +24,6 @@ use crate::plan::pilots::march_f64::{Eye, RayMarch};
 use crate::plan::segment::Segment;
 use crate::plan::{LightField, Settings, SpatialPlan, SpectralPlan, Stepping};
 use crate::scene::Scene;
-
-/// The spatial error that pilot rays measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spatial {
-    /// The steps of the rays.
-    pub stepping: Stepping,
-    /// Relative rms error of the worst band.
-    pub error: f64,
-    /// The part that samples of fields which are functions have of it, and the voxels along the longest edge of the
-    /// coarsest.
-    pub sampling: Option<(f64, usize)>,
-    /// The number of rays that were marched.
-    pub rays: usize,
-    /// The error that samples of a function cost stars that are seen through it; none where they cost nothing.
-    pub unresolved: Option<Unresolved>,
-}
 
 /// The part of the accuracy that spectral rules may cost in the picture: they are chosen by the light without dust,
 /// pixels hold what is left of it.

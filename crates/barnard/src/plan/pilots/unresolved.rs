@@ -4,18 +4,10 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::light::Light;
+use crate::plan::spatial_error::Unresolved;
 use crate::plan::{SpatialPlan, SpectralPlan};
 use crate::points::{self, Point, Sources};
 use crate::scene::Scene;
-
-/// The error of stars' fluxes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Unresolved {
-    /// Relative rms over the stars that were asked, worst band.
-    pub error: f64,
-    /// The number of stars that were asked.
-    pub stars: usize,
-}
 
 /// Most stars that are asked.
 const ASKED: usize = 64;
