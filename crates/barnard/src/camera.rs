@@ -133,8 +133,8 @@ const SIZE: usize = 512;
 const FIELD_OF_VIEW_DEG: f64 = 30.0;
 
 impl Camera {
-    /// A camera at `position` that looks towards `target` \[pc\], with y upwards, 512 × 512 pixels and a horizontal field
-    /// of view of 30°.
+    /// A camera at `position` that looks towards `target` \[pc\], with y upwards, 512 × 512 pixels and a horizontal
+    /// field of view of 30°.
     /// Rendering a camera that stands on its target, or looks along its own `up`, is an error.
     pub fn look_at(position: DVec3, target: DVec3) -> Self {
         let nowhere = DVec3::NAN;

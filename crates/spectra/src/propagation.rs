@@ -1,15 +1,15 @@
 //! Light of many stars as a few polynomials: Barrès & Neyret's spectral-spatial basis propagation.
 //!
-//!   e^(−τ_ℓ k) P_ℓ(λ) summed over the stars  ≈ Σ_i Q_i(λ) V_i(λ),   V_i = Σ_ℓ q_i(τ_ℓ) P_ℓ/(4π r_ℓ²)      eq. (18) of docs/method.md, Barrès & Neyret's 2
-//!   e^(−τ k)                                 ≈ Σ_m q_m(τ) Q_m(λ)                                          eq. (19), Barrès & Neyret's 3
-//!   Q_i Q_m                                  ≈ Σ_j M_imj Q_j,  M_imj = ⟨Q_i Q_m, Q_j⟩                      eq. (19), Barrès & Neyret's 4
+//!   Σ_ℓ e^(−τ_ℓ k) P_ℓ/(4π r_ℓ²) ≈ Σ_i Q_i V_i,  V_i = Σ_ℓ q_i(τ_ℓ) P_ℓ/(4π r_ℓ²)     eq. (18) of docs/method.md
+//!   e^(−τ k)                     ≈ Σ_m q_m(τ) Q_m                                      eq. (19)
+//!   Q_i Q_m                      ≈ Σ_j M_imj Q_j,  M_imj = ⟨Q_i Q_m, Q_j⟩              eq. (19)
 //!
 //! so that a sample adds Σ_i (Σ_m q_m(τ) M_imj) V_i to the j-th polynomial of a ray, whatever the number of stars,
 //! eq. (20); at its end, ∫ R k ω Q_j P dλ turns the polynomials into bands, eq. (21). Each star's P_ℓ is a
 //! least-squares polynomial of its spectrum. Black bodies lie nearly in a space of two or three dimensions: what is
 //! carried are coordinates in the few orthonormal polynomials that span all stars.
 //!
-//! Source: Barrès & Neyret 2023.
+//! Source: Barrès & Neyret 2023, their equations 2 to 4.
 
 use nalgebra::DMatrix;
 

@@ -142,7 +142,8 @@ impl Flight {
         self.speed = 0.15 * distance;
     }
 
-    /// The camera of a view of `size`, width and height in pixels, that shows at least what the scene's own picture shows.
+    /// The camera of a view of `size`, width and height in pixels, that shows at least what the scene's own picture
+    /// shows.
     pub fn seen(&self, size: (usize, usize)) -> Camera {
         let (width, height) = size;
         let mut camera = self.camera.clone();

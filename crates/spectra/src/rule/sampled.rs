@@ -1,10 +1,10 @@
 //! A few random wavelengths for each ray, chosen by importance: what real-time engines do, with its noise.
 //!
-//!   F(a) ≈ 1/n Σ_j W(λ_j)/p(λ_j) e^(−a k(λ_j)),   p the mean of all sources through the passband, each normalised, eq. (10) of docs/method.md
+//!   F(a) ≈ 1/n Σ_j W(λ_j)/p(λ_j) e^(−a k(λ_j)),   eq. (10) of docs/method.md
 //!
-//! λ_j is drawn from the j-th of n parts of equal probability (stratified), so no ray can be further off than the sum
-//! over the parts of what lies between the largest and the smallest value in each, over n: that bound is the
-//! certificate. The mean over many rays is exact.
+//! p is the mean of all sources through the passband, each normalised; λ_j is drawn from the j-th of n parts of equal
+//! probability (stratified), so no ray can be further off than the sum over the parts of what lies between the largest
+//! and the smallest value in each, over n: that bound is the certificate. The mean over many rays is exact.
 
 use super::{BandProblem, BandRule, Certificate, Decay, DepthSpan, Form, Measure, RuleEntry, mean_transmittance};
 use crate::error::{Result, SpectraError};

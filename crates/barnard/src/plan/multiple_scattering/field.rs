@@ -87,8 +87,8 @@ impl PartialEq for Origin {
 }
 
 impl Field {
-    /// The gathered stars' light, scattered once, in each cell as one eye sees it, part by part; nothing where there are
-    /// no such stars.
+    /// The gathered stars' light, scattered once, in each cell as one eye sees it, part by part; nothing where there
+    /// are no such stars.
     pub fn far_field(&self, view: View, control: &Control) -> Result<Vec<Moments>> {
         let Some(many_lights) = &self.many_lights else { return Ok(Vec::new()) };
         let terms = self.parts.iter().map(|part| part.terms.len()).sum();

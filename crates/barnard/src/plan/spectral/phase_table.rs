@@ -1,5 +1,5 @@
-//! The phase function over angle, as back ends read it: tables of the weights of scattered light, and how finely it must
-//! be asked.
+//! The phase function over angle, as back ends read it: tables of the weights of scattered light, and how finely it
+//! must be asked.
 
 use std::sync::Arc;
 
