@@ -51,18 +51,8 @@ pub fn text(bake: usize, method: &str) -> String {
     )
 }
 
-/// The numbers that `body` makes of each x on the device: it reads `x` and writes `y`.
-fn evaluated(gpu: &Gpu, plan: &Plan, body: &str, asked: &[Numbers]) -> Vec<Numbers> {
-    use wgpu::BufferUsages as Use;
-    let layout = Layout::new(plan, quads(plan, 0), false).unwrap();
-    let volumes = Volumes::new(gpu, plan, &layout, &[]);
-    let entry = format!(
-        "@group(0) @binding(7) var<storage, read> asked: array<array<f32, {ARGUMENTS}>>;\n@group(0) @binding(8) var<storage, read_write> told: array<array<f32, {ARGUMENTS}>>;\n\
-         @compute @workgroup_size(1) fn twin(@builtin(global_invocation_id) id: vec3u) {{\n    let x = asked[id.x];\n    var y: array<f32, {ARGUMENTS}>;\n{body}\n    told[id.x] = y;\n}}\n"
-    );
-    let text = source(&layout.shape, &layout.offsets, (8, 8), Pauses::Never) + &entry;
-    let module =
-        gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source: wgpu::ShaderSource::Wgsl(text.into()) });
+/// The layouts of the march's own bindings with those of what is asked and told behind, and of so many textures.
+fn bind_group_layouts(gpu: &Gpu, quads: usize) -> [wgpu::BindGroupLayout; 2] {
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let bound = |(i, ty): (usize, wgpu::BindingType)| wgpu::BindGroupLayoutEntry {
         binding: i as u32,
@@ -78,13 +68,27 @@ fn evaluated(gpu: &Gpu, plan: &Plan, body: &str, asked: &[Numbers]) -> Vec<Numbe
         view_dimension: wgpu::TextureViewDimension::D3,
         multisampled: false,
     };
-    let of_textures =
-        vec![texture; layout.shape.quads].into_iter().chain([wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)]);
+    let of_textures = vec![texture; quads].into_iter().chain([wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)]);
     let group_layout = |kinds: Vec<wgpu::BindingType>| {
         let entries: Vec<_> = kinds.into_iter().enumerate().map(bound).collect();
         gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
     };
-    let layouts = [group_layout(kinds.collect()), group_layout(of_textures.collect())];
+    [group_layout(kinds.collect()), group_layout(of_textures.collect())]
+}
+
+/// The numbers that `body` makes of each x on the device: it reads `x` and writes `y`.
+fn evaluated(gpu: &Gpu, plan: &Plan, body: &str, asked: &[Numbers]) -> Vec<Numbers> {
+    use wgpu::BufferUsages as Use;
+    let layout = Layout::new(plan, quads(plan, 0), false).unwrap();
+    let volumes = Volumes::new(gpu, plan, &layout, &[]);
+    let entry = format!(
+        "@group(0) @binding(7) var<storage, read> asked: array<array<f32, {ARGUMENTS}>>;\n@group(0) @binding(8) var<storage, read_write> told: array<array<f32, {ARGUMENTS}>>;\n\
+         @compute @workgroup_size(1) fn twin(@builtin(global_invocation_id) id: vec3u) {{\n    let x = asked[id.x];\n    var y: array<f32, {ARGUMENTS}>;\n{body}\n    told[id.x] = y;\n}}\n"
+    );
+    let text = source(&layout.shape, &layout.offsets, (8, 8), Pauses::Never) + &entry;
+    let module =
+        gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source: wgpu::ShaderSource::Wgsl(text.into()) });
+    let layouts = bind_group_layouts(gpu, layout.shape.quads);
     let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         bind_group_layouts: &[Some(&layouts[0]), Some(&layouts[1])],
         ..Default::default()

@@ -45,6 +45,59 @@ fn curves(name: &str, title: String, ends: (f64, f64), a: f64, range: f64) -> Re
     Ok(Figure { name: name.into(), title, x: Axis::linear("wavelength [µm]"), y: Axis::linear("transmission"), series })
 }
 
+/// A basis of one size for one range, and how far off it is; errors in parts of ‖1‖ unless they are said to be relative.
+struct Measured {
+    range: f64,
+    size: usize,
+    basis: Basis,
+    /// ‖1‖.
+    norm: f64,
+    /// The mean error over the shortest of the ranges.
+    shortest: f64,
+    /// The error at twice the range.
+    beyond: f64,
+    /// The relative errors at the end of the range, and at [`HUGE`].
+    at_end: f64,
+    far: f64,
+}
+
+/// Columns of the table.
+const HEAD: [&str; 7] = [
+    "range",
+    "elements",
+    "mean error in the range",
+    "mean error up to 20",
+    "error at twice the range",
+    "relative error at its end",
+    "relative error at a = 400",
+];
+
+impl Measured {
+    fn new(domain_um: (f64, f64), range: f64, size: usize) -> Result<Self> {
+        let (domain, basis) = basis(domain_um, range, size)?;
+        let norm = domain.exponential(0.0).norm();
+        let relative = |a: f64| basis.error(a) / domain.exponential(a).norm();
+        let mean = (0..ARGUMENTS).map(|i| basis.error(RANGES[0] * f64::from(i) / f64::from(ARGUMENTS))).sum::<f64>();
+        let shortest = mean / f64::from(ARGUMENTS) / norm;
+        let (beyond, at_end, far) = (basis.error(2.0 * range) / norm, relative(range), relative(HUGE));
+        Ok(Self { range, size, norm, shortest, beyond, at_end, far, basis })
+    }
+
+    fn row(&self) -> Vec<String> {
+        let errors = [self.basis.mean_error(), self.shortest, self.beyond, self.at_end, self.far].map(short);
+        [format!("{}", self.range), format!("{}", self.size)].into_iter().chain(errors).collect()
+    }
+
+    /// The error over the argument.
+    fn series(&self) -> Series {
+        let point = |i: i32| 10f64.powf(-1.0 + 5.0 * f64::from(i) / 100.0);
+        Series {
+            name: format!("{} elements, range {}", self.size, self.range),
+            points: (0..=100).map(|i| (point(i), self.basis.error(point(i)) / self.norm)).collect(),
+        }
+    }
+}
+
 fn run(control: &Control) -> Result<Findings> {
     let visible = (0.3, 1.0);
     let mut figures = vec![
@@ -57,37 +110,13 @@ fn run(control: &Control) -> Result<Findings> {
         )?,
         curves("augmentation_infrared", "The same for a = 30 on D = [1, 10 µm]".into(), (1.0, 10.0), 30.0, 100.0)?,
     ];
-    let (mut series, mut rows, mut beyond, mut lost, mut shared) = (Vec::new(), Vec::new(), 0.0f64, (f64::MAX, 0.0f64), Vec::new());
+    let mut measured = Vec::new();
     for range in RANGES {
         control.check()?;
-        for size in SIZES {
-            let Ok((domain, basis)) = basis(visible, range, size) else { continue };
-            let norm = domain.exponential(0.0).norm();
-            let relative = |a: f64| basis.error(a) / domain.exponential(a).norm();
-            let mean = (0..ARGUMENTS).map(|i| basis.error(RANGES[0] * f64::from(i) / f64::from(ARGUMENTS))).sum::<f64>();
-            let shortest = mean / f64::from(ARGUMENTS) / norm;
-            beyond = beyond.max(basis.error(2.0 * range) / norm);
-            lost = (lost.0.min(relative(range)), lost.1.max(relative(range)));
-            if size == 5 {
-                shared.push(shortest);
-                let point = |i: i32| 10f64.powf(-1.0 + 5.0 * f64::from(i) / 100.0);
-                series.push(Series {
-                    name: format!("5 elements, range {range}"),
-                    points: (0..=100).map(|i| (point(i), basis.error(point(i)) / norm)).collect(),
-                });
-            }
-            let row = [
-                format!("{range}"),
-                format!("{size}"),
-                short(basis.mean_error()),
-                short(shortest),
-                short(basis.error(2.0 * range) / norm),
-                short(relative(range)),
-                short(relative(HUGE)),
-            ];
-            rows.push(row.to_vec());
-        }
+        measured.extend(SIZES.iter().filter_map(|size| Measured::new(visible, range, *size).ok()));
     }
+    let five: Vec<&Measured> = measured.iter().filter(|m| m.size == 5).collect();
+    let series = five.iter().map(|m| m.series()).collect();
     figures.push(Figure {
         name: "augmentation_range".into(),
         title: "Error over the argument, bases made for three ranges, D = [0.3, 1 µm]".into(),
@@ -95,27 +124,21 @@ fn run(control: &Control) -> Result<Findings> {
         y: Axis::log("error, parts of the norm of 1"),
         series,
     });
-    let head = [
-        "range",
-        "elements",
-        "mean error in the range",
-        "mean error up to 20",
-        "error at twice the range",
-        "relative error at its end",
-        "relative error at a = 400",
-    ];
+    let rows: Vec<Vec<String>> = measured.iter().map(Measured::row).collect();
+    let beyond = measured.iter().map(|m| m.beyond).fold(0.0, f64::max);
+    let at_end = |choose: fn(f64, f64) -> f64| measured.iter().map(|m| m.at_end).reduce(choose).unwrap_or(f64::NAN);
     let text = format!(
         "D = [0.3, 1 µm], k = 0.55 µm/λ; errors as parts of ‖1‖, relative ones as parts of ‖e^(−a k)‖ itself.\n\n{}\
          At twice its range a basis is wrong by at most {} of ‖1‖, since there is hardly light left; but at the range's own end {} to {} of the light that is left is wrong (one: nothing of it is \
          found). With five elements the mean error up to {} of the basis made for {} is {:.2} times that of the one made for {}. The renderer makes its basis for the depths that the scene reaches, or for `range`; what \
          lies beyond is held at the table's end and shows in the certificate.\n",
-        table(&head, &rows),
+        table(&HEAD, &rows),
         short(beyond),
-        short(lost.0),
-        short(lost.1),
+        short(at_end(f64::min)),
+        short(at_end(f64::max)),
         RANGES[0],
         RANGES[2],
-        shared.last().zip(shared.first()).map_or(f64::NAN, |(long, short)| long / short),
+        five.last().zip(five.first()).map_or(f64::NAN, |(long, short)| long.shortest / short.shortest),
         RANGES[0]
     );
     Ok(Findings { figures, text, ..Findings::default() })
