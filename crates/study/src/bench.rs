@@ -6,12 +6,14 @@ use std::time::Instant;
 
 use spectra::rule::RULES;
 
-use barnard::backend::{Backend, Job, path, reference};
+use barnard::backend::{Backend, Job, path};
 use barnard::control::Control;
 use barnard::error::{Error, Result};
 use barnard::image::{Image, worst};
 use barnard::plan::{Options, Plan, Stepping, TALK_STEPS, sample_functions};
 use barnard::scene::{Method, Scene};
+
+use crate::backends;
 
 /// One method's row of the table.
 #[derive(Debug, Clone, PartialEq)]
@@ -231,7 +233,7 @@ impl Truth {
     fn new(scene: &Scene, control: &Control) -> Result<Self> {
         let (bands, bounces) = (scene.bands.len(), scene.method.bounces);
         if bounces == 1 {
-            let image = reference::render(scene, reference::DEFAULT_ACCURACY, control)?;
+            let image = backends::reference(scene, control)?;
             return Ok(Self { image, noise: vec![0.0; bands], paths: None });
         }
         let options = path::Options { bounces, samples: PATHS, ..path::Options::default() };

@@ -5,6 +5,7 @@
 //! A chapter is one file and one row of its page's catalogue. It measures, and says in words with numbers what was
 //! found. Whether a claim holds is decided by the numbers; why, and what to make of it, is ours.
 
+mod backends;
 pub mod bench;
 mod campaign;
 mod chapters;

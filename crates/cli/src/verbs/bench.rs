@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use barnard::backend::DeviceUse;
 use barnard_study::bench::{self, Row, table};
 use clap::Args;
 
@@ -36,9 +37,11 @@ pub struct Bench {
 impl Bench {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let (scene, options) = self.scene.load()?;
-        let mut backend = (registry().named(&self.backend)?.open)(&scene)?;
-        let device = if self.backend == "cpu" { "CPU" } else { "GPU" };
-        if !self.json && self.backend != "cpu" {
+        let entry = *registry().named(&self.backend)?;
+        let mut backend = (entry.open)(&scene)?;
+        let on_device = entry.device != DeviceUse::Never;
+        let device = if on_device { "GPU" } else { "CPU" };
+        if !self.json && on_device {
             say!("{}; its own time by timestamps, without the way back of the picture", backend.name());
         }
         // A name of before is that of now.

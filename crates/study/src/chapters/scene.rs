@@ -1,7 +1,7 @@
 //! Barrès & Neyret's scene with as many stars as a chapter wants, and its frames.
 
+use crate::backends;
 use crate::bench::timed;
-use barnard::backend::{cpu, reference};
 use barnard::control::Control;
 use barnard::image::{Image, relative_rms, worst};
 use barnard::memory::DEFAULT_LIMIT;
@@ -89,12 +89,12 @@ impl Run {
 
     /// Seconds a frame: the median of three, or one if that is long.
     pub fn seconds(&self, plan: &Plan, control: &Control) -> Result<f64> {
-        Ok(timed(3, || cpu::radiance(plan, control).map(|_| 0.0))?.0)
+        Ok(timed(3, || backends::light(&self.scene, plan, control).map(|_| 0.0))?.0)
     }
 
     /// The seconds that one frame takes.
     pub fn once(&self, plan: &Plan, control: &Control) -> Result<f64> {
-        Ok(timed(0, || cpu::radiance(plan, control).map(|_| 0.0))?.0)
+        Ok(timed(0, || backends::light(&self.scene, plan, control).map(|_| 0.0))?.0)
     }
 
     /// Resizes the scene to fewer pixels.
@@ -105,12 +105,12 @@ impl Run {
     /// The picture of a plan at the scene's present size, whatever it was planned for.
     pub fn image(&self, plan: Plan, control: &Control) -> Result<Image> {
         let plan = plan.with_size(self.scene.camera.width, self.scene.camera.height);
-        Ok(cpu::render(&self.scene, &plan, control)?.0)
+        Ok(backends::picture(&self.scene, &plan, control)?)
     }
 
     /// The picture of the reference.
     pub fn reference(&self, control: &Control) -> Result<Image> {
-        Ok(reference::render(&self.scene, 1e-5, control)?)
+        Ok(backends::reference(&self.scene, control)?)
     }
 }
 

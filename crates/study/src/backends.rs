@@ -1,0 +1,28 @@
+//! The back ends that the study measures, by their names in the registry.
+
+use barnard::backend::{Backend, Job, Radiance, Registry};
+use barnard::control::Control;
+use barnard::error::Result;
+use barnard::image::Image;
+use barnard::plan::{Options, Plan};
+use barnard::scene::Scene;
+
+fn named(name: &str, scene: &Scene) -> Result<Box<dyn Backend>> {
+    (Registry::default().named(name)?.open)(scene)
+}
+
+/// The light of a plan of `scene` on the processor.
+pub fn light(scene: &Scene, plan: &Plan, control: &Control) -> Result<Radiance> {
+    named("cpu", scene)?.radiance(&Job::planned(scene, &Options::default(), plan), control)
+}
+
+/// The picture of a plan of `scene` on the processor.
+pub fn picture(scene: &Scene, plan: &Plan, control: &Control) -> Result<Image> {
+    Ok(named("cpu", scene)?.render(&Job::planned(scene, &Options::default(), plan), control)?.0)
+}
+
+/// The picture of a scene by the reference, at its default accuracy.
+pub fn reference(scene: &Scene, control: &Control) -> Result<Image> {
+    let options = Options::default();
+    Ok(named("reference", scene)?.render(&Job::new(scene, &options)?, control)?.0)
+}
