@@ -127,6 +127,8 @@ pub fn build(section: &Section, inputs: &Inputs) -> Result<Camera> {
 const SUPERSAMPLING: std::ops::RangeInclusive<usize> = 1..=16;
 /// Half widths beyond this leave no digits for a direction.
 const WIDEST: f64 = 1e9;
+/// How far axes may be from unit length and right angles.
+const SKEW: f64 = 1e-3;
 /// Pixels of an image that says nothing else.
 const SIZE: usize = 512;
 /// The default of the horizontal field of view [deg].
@@ -196,6 +198,12 @@ impl Camera {
         }
         if !(self.right.is_finite() && self.up.is_finite()) {
             return Err(Error::value("up of the camera", "its viewing direction", "what can be up in the image; choose another"));
+        }
+        let axes = [self.right, self.up, self.forward];
+        let square = |i: usize| axes[i].dot(axes[(i + 1) % 3]).abs() < SKEW && (axes[i].length() - 1.0).abs() < SKEW;
+        if !(0..3).all(square) {
+            let wanted = "of length one and at right angles, as `look_at` makes them";
+            return Err(Error::value("right, up and forward of the camera", format!("{axes:.3?}"), wanted));
         }
         let (what, half) = match self.projection {
             Projection::Perspective { half_width } => ("field of view", half_width),

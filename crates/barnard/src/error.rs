@@ -108,7 +108,7 @@ pub enum Error {
     #[error(transparent)]
     Device(Box<dyn std::error::Error + Send + Sync>),
     /// The user stopped the work.
-    #[error("interrupted; nothing was written")]
+    #[error("interrupted")]
     Interrupted,
 }
 

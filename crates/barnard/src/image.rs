@@ -182,7 +182,7 @@ pub enum Level {
 pub struct Display {
     /// The matrix from bands to linear RGB.
     pub palette: Palette,
-    /// Gains of the bands before the palette: 1, or the inverse of each band's own white level.
+    /// Whether each band is scaled to its own white level before the palette mixes them.
     pub balance: bool,
     /// The curve from radiances to brightness.
     pub stretch: Stretch,
@@ -190,6 +190,31 @@ pub struct Display {
     pub black: Level,
     /// The level that becomes white.
     pub white: Level,
+}
+
+impl Display {
+    /// Refuses levels that show no picture.
+    ///
+    /// # Errors
+    /// Where a level is no number, or white is not above black.
+    pub fn check(&self) -> Result<()> {
+        let number = |level: Level| match level {
+            Level::Auto => None,
+            Level::Radiance(value) => Some(value),
+        };
+        let (black, white) = (number(self.black), number(self.white));
+        for (what, level) in [("black level", black), ("white level", white)] {
+            if let Some(value) = level.filter(|v| !v.is_finite()) {
+                return Err(Error::value(what, value, "a radiance"));
+            }
+        }
+        match (black, white) {
+            (Some(black), Some(white)) if white <= black => {
+                Err(Error::value("white level", white, format!("above the black one, {black}")))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// The part of the pixels that may be brighter than an automatic white.

@@ -88,7 +88,7 @@ pub fn law(scene: &Scene) -> Result<std::sync::Arc<Extinction>> {
     })
 }
 
-/// The spectral factor of a path beside its spectrum: k ω where light is scattered, 1 otherwise.
+/// The spectral factor of a route beside its spectrum: k ω where light is scattered, 1 otherwise.
 pub fn factor(route: Route, dust: Option<&Dust>) -> impl Fn(f64) -> f64 + Send + Sync + Clone + 'static {
     let scattering = match (route, dust) {
         (Route::Scattered { .. }, Some(dust)) => Some((dust.extinction.clone(), dust.albedo.clone())),

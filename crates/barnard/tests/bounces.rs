@@ -37,9 +37,11 @@ fn forward(g: f64) -> String {
 /// Light of so many bounces that has scattered at least twice (or, of gas and background, once), with its standard
 /// errors.
 fn again(scene: &Scene, bounces: usize, samples: u64) -> (Vec<f64>, Vec<f64>) {
-    let options = path::Options { bounces, first: 2, samples, ..path::Options::default() };
+    let mut scene = scene.clone();
+    scene.method.bounces = bounces;
+    let options = path::Options { first: 2, samples, ..path::Options::default() };
     let mut film = path::Film::default();
-    path::trace(scene, &options, &mut film, &Control::default(), &mut |_| ()).unwrap();
+    path::trace(&scene, &options, &mut film, &Control::default(), &mut |_| ()).unwrap();
     film.estimates.iter().map(|e| (e.mean, e.error())).unzip()
 }
 

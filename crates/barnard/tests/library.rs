@@ -1,15 +1,20 @@
 //! Scenes that a program makes: the bits of the same scene from a file, and refusals that say the place and what would
 //! be right.
 
-use barnard::backend::{Job, Registry};
-use barnard::field::{Fbm, Grid, Plummer, Shell, Slab};
+use std::sync::Arc;
+
+use barnard::backend::{Backend, Job, Registry};
+use barnard::field::{Fbm, Field, Grid, Plummer, Shell, Slab};
 use barnard::geometry::Bounds;
 use barnard::glam::{DVec3, dvec3};
+use barnard::image::Level;
 use barnard::phase::HenyeyGreenstein;
+use barnard::plan::Plan;
 use barnard::properties::{Property, Table, Value};
-use barnard::scene::{Background, Dust, Loader, Scale, Scene, Star, StarField};
+use barnard::scene::{Albedo, Background, Dust, Loader, Scale, Scene, Star, StarField};
 use barnard::spectra::extinction::{Extinction, ExtinctionLaw};
-use barnard::spectra::passband;
+use barnard::spectra::passband::{self, Counting, Curve, Passband};
+use barnard::spectra::spectrum::{Shape, Spectrum};
 use barnard::spectra::units::{Luminosity, Temperature};
 use barnard::{Camera, Control, Options};
 
@@ -76,7 +81,7 @@ type Fault = (fn(&mut Scene), &'static [&'static str]);
 
 #[test]
 fn what_cannot_be_rendered_is_refused_with_its_place() {
-    let faults: [Fault; 13] = [
+    let faults: [Fault; 21] = [
         (|s| s.camera = Camera::look_at(DVec3::ONE, DVec3::ONE), &["camera", "its own place"]),
         (|s| s.camera = Camera::look_at(DVec3::Y, DVec3::ZERO), &["camera", "up"]),
         (|s| s.camera = s.camera.clone().size(0, 9), &["camera", "0 x 9 pixels"]),
@@ -95,19 +100,95 @@ fn what_cannot_be_rendered_is_refused_with_its_place() {
             |s| s.dust = s.dust.take().map(|d| Dust::new(d.density, Extinction::new("short", Short), Scale::per_pc(1.0)).albedo(0.5)),
             &["bands", "short"],
         ),
+        (|s| s.method.steps = Some(0), &["method", "steps: 0", "between 1"]),
+        (|s| s.method.accuracy = f64::NAN, &["method", "accuracy: NaN"]),
+        (|s| s.method.bounces = 0, &["method", "bounces: 0"]),
+        (|s| s.dust = s.dust.take().map(|d| Dust { density: Arc::new(Fbm { octaves: 0, ..Fbm::new(1) }), ..d }), &["dust", "octaves"]),
+        (|s| s.dust = s.dust.take().map(|d| d.albedo(Albedo::Linear { value: 0.5, slope: f64::NAN, at_um: 0.5 })), &["slope"]),
+        (|s| s.camera.up = DVec3::X, &["camera", "right angles"]),
+        (|s| s.display.white = Level::Radiance(f64::NAN), &["display", "white level: NaN"]),
+        (|s| (s.display.black, s.display.white) = (Level::Radiance(2.0), Level::Radiance(1.0)), &["display", "above the black"]),
         (|s| s.background = Background::stars(StarField { magnitudes: (9.0, 8.0), ..StarField::default() }), &["background", "9 to 8"]),
     ];
     assert!(made().check().is_ok());
+    let plan = Plan::new(&made(), &Options::default(), &Control::default()).unwrap();
     for (spoil, words) in faults {
         let mut scene = made();
         spoil(&mut scene);
         let error = barnard::render(&scene, &Options::default()).unwrap_err().to_string();
         assert!(words.iter().all(|word| error.contains(word)), "{words:?}: {error}");
-        // Every back end asks.
-        for entry in Registry::default().entries() {
-            assert!(Job::new(&scene, &Options::default()).is_err(), "{}", entry.name);
+        // There is no job of it, and who reads the scene itself asks again.
+        let (options, control) = (Options::default(), Control::default());
+        assert!(Job::new(&scene, &options).is_err() && Plan::preview(None, &scene, &options, &control).is_err());
+        if let Ok(job) = Job::planned(&scene, &options, &plan) {
+            for entry in Registry::default().entries().iter().filter(|entry| !entry.planned) {
+                assert!((entry.open)(&scene).unwrap().radiance(&job, &control).is_err(), "{}: {words:?}", entry.name);
+            }
         }
     }
+    let mut fewer = made();
+    fewer.bands.truncate(1);
+    assert!(Job::planned(&fewer, &Options::default(), &plan).err().unwrap().to_string().contains("those of its plan"));
+}
+
+/// A back end that has rendered one scene renders the next as a new one does.
+#[test]
+fn back_ends_begin_anew_with_another_scene() {
+    let (options, control) = (Options::default(), Control::default());
+    let (one, other) = (made(), made().star(Star::blackbody(Temperature(5000.0), Luminosity::suns(300.0)).at(dvec3(-0.4, 0.2, 0.1))));
+    for entry in Registry::default().entries().iter().filter(|entry| entry.name != "reference") {
+        let light =
+            |backend: &mut dyn Backend, scene: &Scene| backend.radiance(&Job::new(scene, &options).unwrap(), &control).unwrap().samples;
+        let mut kept = (entry.open)(&one).unwrap();
+        let first = light(&mut *kept, &one);
+        let second = light(&mut *kept, &other);
+        assert!(second == light(&mut *(entry.open)(&other).unwrap(), &other) && second != first, "{}", entry.name);
+    }
+}
+
+/// A field, a passband's curve and a spectral shape of one's own.
+#[derive(Debug)]
+struct Ramp;
+
+impl Field for Ramp {
+    fn at(&self, p: DVec3) -> f64 {
+        if self.bounds().contains(p) { 1.0 + p.x } else { 0.0 }
+    }
+    fn bounds(&self) -> Bounds {
+        Bounds::cube(DVec3::ZERO, 1.0)
+    }
+}
+
+impl Curve for Ramp {
+    fn throughput(&self, lambda_um: f64) -> f64 {
+        (lambda_um - 0.5).clamp(0.0, 0.1)
+    }
+    fn support_um(&self) -> (f64, f64) {
+        (0.5, 0.7)
+    }
+    fn breakpoints_um(&self) -> Vec<f64> {
+        vec![0.5, 0.6, 0.7]
+    }
+}
+
+impl Shape for Ramp {
+    fn at(&self, lambda_um: f64) -> f64 {
+        lambda_um
+    }
+}
+
+/// Such objects are rendered as those of the crates: by the plan and by the reference to what the plan states.
+#[test]
+fn objects_of_ones_own_are_rendered() {
+    let band = Passband::new("ramp", Counting::Photon, Ramp).unwrap();
+    let dust = Dust::new(Ramp, Extinction::named("ccm89").unwrap(), Scale::per_pc(0.7)).albedo(0.5);
+    let star = Star::new(Spectrum::continuous(1e26, Arc::new(Ramp))).at(dvec3(0.3, 1.6, 0.2)).hidden();
+    let camera = Camera::look_at(dvec3(0.0, 0.0, 6.0), DVec3::ZERO).field_of_view_deg(30.0).size(8, 8);
+    let scene = Scene::new(camera).bands(vec![band]).dust(dust).star(star);
+    let image = barnard::render(&scene, &Options::default()).unwrap();
+    let truth = barnard::backend::reference::render(&scene, 1e-4, &Control::default()).unwrap();
+    let wrong = image.relative_rmse(0, &truth, 0);
+    assert!(wrong < 3e-3 && truth.band(0).any(|v| v > 0.0), "{wrong:e}");
 }
 
 #[test]

@@ -51,6 +51,7 @@ fn main() -> std::process::ExitCode {
             let flag = match error.downcast_ref::<barnard::Error>() {
                 Some(barnard::Error::Memory { .. }) => " (--memory)",
                 Some(barnard::Error::Device(_)) => " (--backend cpu)",
+                Some(barnard::Error::Interrupted) => "; nothing was written",
                 _ => "",
             };
             complain!("barnard: {error:#}{flag}");

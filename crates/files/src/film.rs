@@ -25,7 +25,7 @@ pub fn save(path: &Path, scene: &Scene, options: &Options, film: &Film) -> Resul
     let all = |value: fn(&Estimate) -> f64| film.estimates.iter().map(value).collect::<Vec<f64>>();
     let checked = [bands, first.len() as u64 / bands.max(1)];
     let bytes = formats::archive(&[
-        ("paths", &[5], vec![film.samples as f64, film.bad as f64, options.bounces as f64, options.seed as f64, options.first as f64]),
+        ("paths", &[5], vec![film.samples as f64, film.bad as f64, scene.method.bounces as f64, options.seed as f64, options.first as f64]),
         ("count", &shape, all(|e| e.count as f64)),
         ("mean", &shape, all(|e| e.mean)),
         ("scatter", &shape, all(|e| e.scatter)),
@@ -51,7 +51,7 @@ pub fn load(path: &Path, scene: &Scene, options: &Options, memory_limit: u64) ->
     let (count, mean, scatter) = (plane("count")?, plane("mean")?, plane("scatter")?);
     let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect::<Vec<u64>>();
     let paths = array("paths")?.1;
-    if paths.len() != 5 || paths[2..] != [options.bounces as f64, options.seed as f64, options.first as f64] {
+    if paths.len() != 5 || paths[2..] != [scene.method.bounces as f64, options.seed as f64, options.first as f64] {
         return Err(other("number of bounces or another seed"));
     }
     if bits(array("first")?.1) != bits(first_paths(scene, options)?) {

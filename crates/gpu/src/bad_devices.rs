@@ -39,7 +39,7 @@ fn a_lost_device_does_not_lose_the_picture() {
         };
         let options = Options::default();
         let mut backend = Auto::on(OnDevice::new(open().unwrap(), Tuning::default()).reopened_by(open));
-        let job = Job::planned(&scene, &options, &plan);
+        let job = Job::planned(&scene, &options, &plan).unwrap();
         let (image, _) = backend.render(&job, &control).unwrap();
         let told = backend.warnings();
         let again = backend.prepare(&job, &control).and_then(|()| backend.render(&job, &control));
@@ -103,7 +103,7 @@ fn the_processor_renders_what_a_device_cannot_hold() {
     let options = Options::default();
     for (scene, fits) in [(&small, true), (&large, false), (&small, true)] {
         let plan = plan_of(scene);
-        let job = Job::planned(scene, &options, &plan);
+        let job = Job::planned(scene, &options, &plan).unwrap();
         backend.prepare(&job, &Control::default()).unwrap();
         let (image, _) = backend.render(&job, &Control::default()).unwrap();
         let truth = cpu::render(scene, &plan, &Control::default()).unwrap().0;

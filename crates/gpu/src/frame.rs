@@ -38,12 +38,12 @@ fn shown_turns(bands: usize, field_channels: usize) -> f32 {
 pub struct Patience(pub u32);
 
 impl Patience {
-    /// Neighbours, which count together, mostly take the same turns: a half of what llvmpipe allows.
+    /// The turns of a ray that runs undisturbed: half of what llvmpipe allows, since neighbours count together.
     pub const FULL: Patience = Patience(32_000);
-    /// After every part of a step.
+    /// The patience that pauses a ray after every part of a step.
     pub const NONE: Patience = Patience(0);
 
-    /// After a ray paused too late.
+    /// The patience to go on with after a ray paused too late.
     pub fn less(self) -> Self {
         if self.0 < 500 { Self::NONE } else { Patience(self.0 / 4) }
     }

@@ -96,7 +96,7 @@ impl Shape {
         })
     }
 
-    /// Scatterers, emitters and the background, in this order.
+    /// The number of lights: scatterers, emitters and the background, in this order.
     pub fn lights(&self) -> usize {
         self.scatterers + self.emitters + 1
     }
@@ -148,7 +148,7 @@ pub struct Layout {
     pub tables: Vec<[f32; 4]>,
     /// The quads at which sections of the tables start.
     pub offsets: Offsets,
-    /// Distances of bricks to the next light, and lists of the many lights behind them.
+    /// The empty edges around each brick, and lists of the many lights behind them.
     pub bricks: Vec<u32>,
     /// The number of distances.
     pub distances: usize,

@@ -37,7 +37,7 @@ pub struct Volumes {
 /// The buffers that a picture needs.
 pub struct Buffers {
     pub frame: wgpu::Buffer,
-    /// Bands × rows × width.
+    /// The buffer of the picture, bands × rows × width.
     pub picture: wgpu::Buffer,
     /// The buffer of what is found beside the picture.
     pub report: wgpu::Buffer,

@@ -87,7 +87,7 @@ pub struct Tables {
 }
 
 impl Tables {
-    /// An empty one, whose places are seen from `middle` \[pc\].
+    /// An empty table whose places are seen from `middle` \[pc\].
     pub fn new(middle: DVec3) -> Self {
         Self { list: QuadList::default(), middle, starts: Vec::new() }
     }
@@ -154,7 +154,7 @@ impl Tables {
         }
     }
 
-    /// The distance from each brick to the next one that shines.
+    /// The number of brick edges around each brick that stay empty of dust and gas.
     pub fn distances(plan: &Plan) -> Vec<u32> {
         let of = |bricks: &Bricks| (0..bricks.lattice.cells()).map(|i| bricks.clear(bricks.lattice.place(i)) as u32).collect::<Vec<_>>();
         let mut distances: Vec<u32> = plan.space().bricks.iter().flat_map(of).collect();

@@ -25,7 +25,7 @@ fn plan(scene: &mut Scene, edge: usize) -> Plan {
     Plan::new(scene, &options, &Control::default()).unwrap()
 }
 
-/// Radiance and findings by the device.
+/// Radiance and statistics by the device.
 fn on(gpu: &Gpu, plan: &Plan) -> (Vec<f32>, RenderStats) {
     Renderer::new(gpu, plan, Tuning::default()).unwrap().radiance(&Control::default()).unwrap()
 }
@@ -48,9 +48,9 @@ fn pictures_are_those_of_the_processor() {
         let planned = plan(&mut scene, 32);
         let accuracy = planned.spectral().accuracy;
         // A ray that all but hits a gathered star sees dust between the ends of its step there: all rays take the same.
-        let crowded = planned.space().many_lights.is_some();
+        let many_lights = planned.space().many_lights.is_some();
         let length_pc = planned.space().dust.as_ref().map_or(0.0, |dust| dust.lattice.bounds.size().length());
-        let shared = |s: Stepping| if crowded { Stepping::Fixed(s.steps(length_pc, planned.space().voxel_pc())) } else { s };
+        let shared = |s: Stepping| if many_lights { Stepping::Fixed(s.steps(length_pc, planned.space().voxel_pc())) } else { s };
         let (stepping, fine) = (shared(planned.stepping()), shared(FINE));
         let fine = planned.with_stepping(fine);
         let (theirs, found) = cpu::radiance(&fine, &Control::default()).unwrap();

@@ -19,7 +19,7 @@ use test_device::device;
 fn picture(gpu: &Gpu, scene: &Scene, options: &Options) -> (Image, Plan) {
     let plan = Plan::new(scene, options, &Control::default()).unwrap();
     let mut backend = OnDevice::new(gpu.clone(), Tuning::default());
-    (backend.render(&Job::planned(scene, options, &plan), &Control::default()).unwrap().0, plan)
+    (backend.render(&Job::planned(scene, options, &plan).unwrap(), &Control::default()).unwrap().0, plan)
 }
 
 #[test]

@@ -24,7 +24,7 @@ pub enum SpectraError {
         name: String,
         /// The nearest name that exists.
         nearest: Option<String>,
-        /// All names, or the way to list them.
+        /// All names, or their number where they are many.
         known: String,
     },
     /// A value outside of the range in which it means something.

@@ -13,12 +13,12 @@ fn named(name: &str, scene: &Scene) -> Result<Box<dyn Backend>> {
 
 /// The light of a plan of `scene` on the processor.
 pub fn light(scene: &Scene, plan: &Plan, control: &Control) -> Result<Radiance> {
-    named("cpu", scene)?.radiance(&Job::planned(scene, &Options::default(), plan), control)
+    named("cpu", scene)?.radiance(&Job::planned(scene, &Options::default(), plan)?, control)
 }
 
 /// The picture of a plan of `scene` on the processor.
 pub fn picture(scene: &Scene, plan: &Plan, control: &Control) -> Result<Image> {
-    Ok(named("cpu", scene)?.render(&Job::planned(scene, &Options::default(), plan), control)?.0)
+    Ok(named("cpu", scene)?.render(&Job::planned(scene, &Options::default(), plan)?, control)?.0)
 }
 
 /// The picture of a scene by the reference, at its default accuracy.

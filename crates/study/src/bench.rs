@@ -26,7 +26,7 @@ pub struct Row {
     pub seconds: f64,
     /// Median time of the device for a frame, all threads of a processor together \[s\]; NaN where it does not tell.
     pub device_seconds: f64,
-    /// Relative rms error of the worst band against the reference.
+    /// Relative rms error of the worst band against the reference, or against paths where light may scatter more than once.
     pub error: Option<f64>,
 }
 
@@ -97,19 +97,19 @@ impl Run<'_> {
     }
 
     fn is_able(&self, plan: &Plan) -> Result<bool> {
-        Ok(self.backend.unable(&Job::planned(&self.scene, self.bench.options, plan), self.control)?.is_none())
+        Ok(self.backend.unable(&Job::planned(&self.scene, self.bench.options, plan)?, self.control)?.is_none())
     }
 
     /// The error of a plan's picture, where errors are measured.
     fn error(&mut self, plan: &Plan) -> Result<Option<f64>> {
         let Some(truth) = &self.truth else { return Ok(None) };
-        let (image, _) = self.backend.render(&Job::planned(&self.scene, self.bench.options, plan), self.control)?;
+        let (image, _) = self.backend.render(&Job::planned(&self.scene, self.bench.options, plan)?, self.control)?;
         Ok(Some(truth.error(&image)))
     }
 
     fn time(&mut self, name: String, plan: &Plan, error: Option<f64>) -> Result<Row> {
         let plan = self.full(plan);
-        let job = Job::planned(&self.scene, self.bench.options, &plan);
+        let job = Job::planned(&self.scene, self.bench.options, &plan)?;
         self.backend.prepare(&job, self.control)?;
         let (seconds, device_seconds) = timed(self.bench.frames, || {
             let before = processor_seconds();
@@ -177,7 +177,7 @@ impl Run<'_> {
     /// Times what an edit of a spectrum uploads, and the depths of a star that has moved, where a device keeps them.
     fn edits(&mut self, plan: &Plan, visit: &mut impl FnMut(Row)) -> Result<()> {
         let plan = self.full(plan);
-        let job = Job::planned(&self.scene, self.bench.options, &plan);
+        let job = Job::planned(&self.scene, self.bench.options, &plan)?;
         self.backend.prepare(&job, self.control)?;
         if self.backend.device_seconds().is_none() {
             return Ok(());
@@ -236,7 +236,7 @@ impl Truth {
             let image = backends::reference(scene, control)?;
             return Ok(Self { image, noise: vec![0.0; bands], paths: None });
         }
-        let options = path::Options { bounces, samples: PATHS, ..path::Options::default() };
+        let options = path::Options { samples: PATHS, ..path::Options::default() };
         let (mut film, start) = (path::Film::default(), Instant::now());
         path::trace(scene, &options, &mut film, control, &mut |_| ())?;
         let image = path::image(scene, &film, &options)?;

@@ -86,7 +86,7 @@ pub const STUDY: Book = Book {
 pub const VALIDATION: Book = Book {
     name: "validation",
     title: "Validation",
-    preface: "The truth is `--backend path`, an unbiased path tracer that shares none of the plan's approximations; its own noise stands beside every error. Equations are numbered as in [method.md](method.md).",
+    preface: "The truth is the back end `path`, an unbiased path tracer that shares none of the plan's approximations; its own noise stands beside every error. Equations are numbered as in [method.md](method.md).",
     chapters: validation::CHAPTERS,
 };
 

@@ -67,7 +67,7 @@ impl Edit {
         })
     }
 
-    /// This and then another, under this one's name.
+    /// This edit and then another, as one under this one's name.
     pub fn and(self, other: Edit) -> Self {
         Self::new(self.name, move |document| {
             (self.apply)(document);

@@ -86,12 +86,12 @@ impl Flight {
         self.pivot = self.camera.position + distance * self.camera.forward;
     }
 
-    /// About the line of sight \[rad\].
+    /// Rolls about the line of sight \[rad\].
     pub fn roll(&mut self, angle: f64) {
         self.turn(DQuat::from_axis_angle(self.camera.forward, angle));
     }
 
-    /// Across the view, by parts of its width: what was under the pointer stays there.
+    /// Moves across the view, by parts of its width: what was under the pointer stays there.
     pub fn pan(&mut self, right: f64, down: f64) {
         let shift = self.width() * (down * self.camera.up - right * self.camera.right);
         self.camera.position += shift;
@@ -108,7 +108,7 @@ impl Flight {
         self.camera.position = self.pivot - distance * self.camera.forward;
     }
 
-    /// Freely: to the right, up and forward in seconds of flight.
+    /// Flies freely: to the right, up and forward in seconds of flight.
     pub fn fly(&mut self, right: f64, up: f64, forward: f64) {
         let c = &self.camera;
         let shift = self.speed * (right * c.right + up * c.up + forward * c.forward);

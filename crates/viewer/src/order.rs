@@ -50,6 +50,6 @@ pub enum Quality {
     Coarse,
     /// The picture is by a preview of the plan, in all pixels.
     Full,
-    /// As `barnard render` makes it.
+    /// The picture is the one that `barnard render` makes.
     Settled,
 }

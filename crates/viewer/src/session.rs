@@ -24,7 +24,7 @@ pub struct Session {
     pub recent: Vec<Origin>,
     /// The file to which unsaved changes are written; none: they are not written. No two windows share it.
     recovery: Option<PathBuf>,
-    /// Held as long as this window lives, so that others leave its changes alone.
+    /// The lock that this window holds as long as it lives, so that others leave its changes alone.
     lock: Option<File>,
     written: Option<String>,
     when: f64,

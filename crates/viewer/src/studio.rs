@@ -18,7 +18,7 @@ use crate::picture::{Picture, Times};
 
 /// The time that a picture may take while things move [s].
 struct Pace {
-    /// Rays and colours, at most and, whatever the plan takes, at least.
+    /// The time for rays and colours [s]: at most, and at least whatever the plan takes.
     rays: (f64, f64),
     /// The time for the plan with them.
     all: f64,
@@ -196,7 +196,7 @@ impl Studio {
         let planned = start.elapsed().as_secs_f64();
         self.planned = planned;
         let backend = self.opener.kept(&mut stand.quick, &scene)?;
-        let Found { light, seconds, by } = found(backend, &Job::planned(&scene, &options, plan), control)?;
+        let Found { light, seconds, by } = found(backend, &Job::planned(&scene, &options, plan)?, control)?;
         let times = Times { plan: planned, march: seconds, stars: 0.0, colours: 0.0 };
         let stats = light.stats;
         let image = backend::extended(&scene, plan, light.samples)?;
@@ -218,7 +218,7 @@ impl Studio {
         // What is kept stands beside the next one: no more than a part of the room.
         stand.settled = Some(plan.clone()).filter(|plan| plan.bytes() < order.memory_limit / KEPT);
         let planned = start.elapsed().as_secs_f64();
-        let job = Job::planned(&scene, &options, &plan);
+        let job = Job::planned(&scene, &options, &plan)?;
         let backend = self.opener.kept(&mut stand.slow, &scene)?;
         let Found { light, seconds, by } = found(backend, &job, control)?;
         let start = Instant::now();

@@ -90,7 +90,7 @@ fn begun(asked: Option<Document>, session: &mut Session, memory_limit: u64) -> b
     let Some(lost) = session.recovered() else { return Ok((asked.map_or_else(first, Ok)?, None)) };
     let of = format!("changes of {} that were not saved", lost.origin.name());
     if let Some(document) = asked {
-        return Ok((document, Some(format!("there are {of}: barnard view without a scene brings them back"))));
+        return Ok((document, Some(format!("there are {of}: the explorer brings them back when it opens without a scene"))));
     }
     match Document::of(&lost.origin, memory_limit).and_then(|mut d| d.replace(&lost.text).map(|()| d)) {
         Ok(document) => {

@@ -22,7 +22,7 @@ pub use finish::{draw, extended, finished};
 pub use crate::stats::RenderStats;
 
 use crate::control::Control;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::image::{Image, Samples};
 use crate::plan::ordinates::Sweeper;
 use crate::plan::{Options, Plan};
@@ -47,8 +47,18 @@ impl<'a> Job<'a> {
     }
 
     /// A scene whose plan is there already.
-    pub fn planned(scene: &'a Scene, options: &'a Options, plan: &'a Plan) -> Self {
-        Self { scene, options, plan: OnceLock::from(Cow::Borrowed(plan)) }
+    ///
+    /// # Errors
+    /// Where the plan is made for other passbands.
+    pub fn planned(scene: &'a Scene, options: &'a Options, plan: &'a Plan) -> Result<Self> {
+        let bands = || scene.bands.iter().map(|band| band.name());
+        let planned = || plan.spectral.bands.iter().map(|band| band.band.name());
+        if !bands().eq(planned()) {
+            let list = |names: Vec<&str>| names.join(", ");
+            let wanted = format!("those of its plan, {}; plan the scene anew", list(planned().collect()));
+            return Err(Error::value("passbands of the scene", list(bands().collect()), wanted));
+        }
+        Ok(Self { scene, options, plan: OnceLock::from(Cow::Borrowed(plan)) })
     }
 
     /// The scene to be rendered.
@@ -61,7 +71,7 @@ impl<'a> Job<'a> {
         self.options
     }
 
-    /// The plan of the scene; the first caller waits until it is made.
+    /// The plan of the scene, made for the first who asks.
     ///
     /// # Errors
     /// Those of [`Plan::new`].
@@ -105,8 +115,8 @@ pub trait Backend {
     ///
     /// # Errors
     /// Where the job cannot be planned or taken.
-    fn prepare(&mut self, job: &Job, control: &Control) -> Result<()> {
-        job.plan(control).map(drop)
+    fn prepare(&mut self, _job: &Job, _control: &Control) -> Result<()> {
+        Ok(())
     }
 
     /// The light of a job.

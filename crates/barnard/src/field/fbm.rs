@@ -59,7 +59,7 @@ pub struct Fbm {
     pub lacunarity: f64,
     /// The ratio of the amplitudes of successive octaves.
     pub gain: f64,
-    /// Added before the cut at zero.
+    /// The number that is added before the cut at zero.
     pub offset: f64,
     /// Whether octaves are 1 − 2|n| instead of n.
     pub ridged: bool,
@@ -115,14 +115,7 @@ impl Fbm {
     /// # Errors
     /// Where a length is not above zero, or a number lies outside of what scenes may say.
     pub fn checked(self) -> Result<Self> {
-        place("centre", self.centre)?;
-        above_zero("radius", self.radius)?;
-        above_zero("scale", self.scale)?;
-        within("octaves", f64::from(self.octaves), *OCTAVES.start() as f64..=*OCTAVES.end() as f64)?;
-        within("lacunarity", self.lacunarity, LACUNARITY)?;
-        within("gain", self.gain, GAIN)?;
-        within("offset", self.offset, OFFSET)?;
-        within("warp", self.warp, -f64::MAX..=f64::MAX)?;
+        self.check()?;
         Ok(self)
     }
 
@@ -133,6 +126,18 @@ impl Fbm {
 }
 
 impl Field for Fbm {
+    fn check(&self) -> Result<()> {
+        place("centre", self.centre)?;
+        above_zero("radius", self.radius)?;
+        above_zero("scale", self.scale)?;
+        within("octaves", f64::from(self.octaves), *OCTAVES.start() as f64..=*OCTAVES.end() as f64)?;
+        within("lacunarity", self.lacunarity, LACUNARITY)?;
+        within("gain", self.gain, GAIN)?;
+        within("offset", self.offset, OFFSET)?;
+        within("warp", self.warp, -f64::MAX..=f64::MAX)?;
+        Ok(())
+    }
+
     fn at(&self, p: DVec3) -> f64 {
         let r = (p - self.centre).length() / self.radius;
         if r >= 1.0 {

@@ -97,8 +97,8 @@ impl Grid {
         Self { lattice, data }
     }
 
-    /// The same of a function that may jump, of a voxel's centre and a place within it: a voxel that it changes in has
-    /// the mean over its parts, all others the value at their middle.
+    /// Samples a function that may jump; `f` takes a voxel's centre and a place within it. A voxel that it changes in
+    /// has the mean over its parts, all others the value at their middle.
     pub fn averaged(lattice: Lattice, f: impl Fn(DVec3, DVec3) -> f64 + Sync) -> Self {
         let voxel = lattice.voxel_pc();
         let corners = (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) - 0.5);
@@ -204,7 +204,7 @@ impl Grid {
         // Two-point Gauss: abscissae ½ ± 1/(2√3).
         const OFFSET: f64 = 0.288_675_134_594_812_9;
         let (mut t, mut sum) = (near, 0.0);
-        // A ray crosses each plane once: whatever rounding does, the walk ends.
+        // A ray crosses each plane once: whatever rounding does, the march ends.
         for _ in 0..self.lattice.dims.iter().sum::<usize>() + 8 {
             if t >= far || sum >= enough {
                 break;

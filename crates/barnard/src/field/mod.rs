@@ -46,7 +46,7 @@ use crate::properties::{Kind, Section, build_kind};
 pub trait Field: std::fmt::Debug + Send + Sync {
     /// The value at `p` [unit of the field]; zero outside of [`Self::bounds`].
     fn at(&self, p: DVec3) -> f64;
-    /// Where it is not zero.
+    /// The box outside of which it is zero.
     fn bounds(&self) -> Bounds;
     /// The grid itself, where the field is one.
     fn grid(&self) -> Option<&Grid> {
@@ -63,6 +63,13 @@ pub trait Field: std::fmt::Debug + Send + Sync {
     /// Whether the field jumps anywhere, so that a value at the middle of a voxel says little of the voxel.
     fn has_edges(&self) -> bool {
         false
+    }
+    /// Refuses numbers that it cannot be reckoned with; a field with more of them than its bounds says which.
+    ///
+    /// # Errors
+    /// Where a number is wrong, with what would be right.
+    fn check(&self) -> Result<()> {
+        self.bounds().checked().map(drop)
     }
     /// Distances \[pc\] at which the field is not smooth along a ray.
     fn crossings(&self, _ray: &crate::geometry::Ray, _out: &mut Vec<f64>) {}

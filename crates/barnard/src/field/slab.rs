@@ -37,7 +37,7 @@ pub struct Slab {
 }
 
 impl Slab {
-    /// `thickness_pc` thick across `normal` around `centre` \[pc\], within a cube of half side `extent_pc`.
+    /// A slab `thickness_pc` thick across `normal` around `centre` \[pc\], within a cube of half side `extent_pc`.
     ///
     /// # Errors
     /// Where a length is not above zero, or `normal` is no direction.

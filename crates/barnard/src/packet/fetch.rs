@@ -61,7 +61,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Four channels or more: each quad of them is lerped in all axes, then four lanes change places with four
+    /// Reads four channels or more: each quad of them is lerped in all axes, then four lanes change places with four
     /// channels. Quads may overlap.
     #[inline(always)]
     fn read_quads<const CHANNELS: usize>(&self, t: &Lane, out: &mut [Lane]) {
@@ -89,7 +89,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// `ROW` is twice the number of channels, at least four; quads of a row may overlap.
+    /// Reads the channels of each cell row by row; `ROW` is twice their number, at least four; quads of a row may overlap.
     #[inline(always)]
     fn read_channels<const CHANNELS: usize, const ROW: usize>(&self, t: &Lane, out: &mut [Lane]) {
         let out = &mut out[..CHANNELS];

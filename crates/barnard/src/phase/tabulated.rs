@@ -46,7 +46,7 @@ fn parse(section: &Section, file: &str, text: &str) -> Result<Tabulated> {
 }
 
 impl Tabulated {
-    /// Values at ascending `cosines` from −1 to 1, for each of the ascending wavelengths \[µm\] one column, as long as
+    /// A phase function of these values at ascending `cosines` from −1 to 1, for each of the ascending wavelengths \[µm\] one column, as long as
     /// `cosines`; only their shape counts. `name` stands in messages.
     ///
     /// # Errors

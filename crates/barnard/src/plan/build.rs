@@ -11,8 +11,9 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::scene::{Method, MethodEntry, Scene, StarDepthSource};
 
-/// Most voxels along an edge of a [preview](Plan::preview), and its samples along one.
+/// The most voxels along an edge of a [preview](Plan::preview).
 pub const PREVIEW_VOXELS: usize = 64;
+/// The samples along a voxel of a preview.
 const PREVIEW_STEPS: f64 = 0.75;
 /// The accuracy of a preview: of the angles at which phase functions are asked, and of what ended rays leave behind.
 const PREVIEW_ACCURACY: f64 = 0.02;
@@ -113,11 +114,12 @@ impl Plan {
     }
 
     /// The light of `scene` that was scattered before it scatters towards the eye, solved anew as this plan's was; none
-    /// where light scatters once, or nothing scatters.
+    /// where light scatters once and no stars are gathered, or nothing scatters.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
     pub fn scattered_again(&self, scene: &Scene, options: &Options, control: &Control) -> Result<Option<MultipleScattering>> {
+        scene.check()?;
         let settings = &Settings::of(scene, options);
         let Self { lights, space, spectral, .. } = self.clone();
         MultipleScattering::new(&Draft { scene, settings, lights, space, spectral }, Fineness::FULL, None, control)

@@ -37,7 +37,7 @@ pub struct LightField {
     pub resolution: Vec<Vec<f64>>,
     /// Whether the scene's phase function was left out, since the field scatters evenly.
     pub isotropic_instead: bool,
-    /// The light of each star.
+    /// The number of each star among the lights.
     lights: Vec<usize>,
     /// The error of each star for depths up to those of the plan [band][star].
     certificates: Vec<Vec<Certificate>>,

@@ -26,7 +26,7 @@ use std::sync::Arc;
 pub use build::{PREVIEW_VOXELS, TALK_STEPS};
 pub use light_field::LightField;
 pub use many_lights::ManyLights;
-pub use multiple_scattering::{ErrorEstimate, FarFieldError, Fineness, MultipleScattering, ordinates};
+pub use multiple_scattering::{ErrorEstimate, FarFieldReport, Fineness, MultipleScattering, ordinates};
 pub use probe::Probe;
 pub use report::{HALF, SINGLE};
 pub use settings::Options;
@@ -62,7 +62,8 @@ pub struct Plan {
     pub(crate) star_march: Option<usize>,
     /// The light of all stars together, which is marched in place of star depths.
     pub(crate) light_field: Option<Arc<LightField>>,
-    /// Light that was scattered before it scatters towards the eye, where more than one scattering is asked for.
+    /// The field of light that is marched as one: light that was scattered before it scatters towards the eye, where more
+    /// than one scattering is asked for, and that of the gathered stars from afar.
     pub(crate) scattered_field: Option<Arc<MultipleScattering>>,
     /// Times that light of stars may scatter.
     pub(crate) bounces: usize,
@@ -131,7 +132,8 @@ impl Plan {
         self.light_field.as_ref()
     }
 
-    /// Light that was scattered before it scatters towards the eye.
+    /// The field of light that is marched as one: light that was scattered before it scatters towards the eye, and that
+    /// of the gathered stars from afar.
     pub fn scattered_field(&self) -> Option<&Arc<MultipleScattering>> {
         self.scattered_field.as_ref()
     }
@@ -175,7 +177,8 @@ impl Plan {
         self
     }
 
-    /// The same plan with the depths and densities of another.
+    /// The same plan with the depths and densities of another: for tests of back ends that sweep depths themselves.
+    #[doc(hidden)]
     #[must_use]
     pub fn with_space(self, space: Arc<SpatialPlan>) -> Self {
         Self { space, ..self }
@@ -184,8 +187,9 @@ impl Plan {
     /// Looks from elsewhere; all that space and spectra decide stays.
     ///
     /// # Errors
-    /// When the user wishes to stop; the plan is as before then.
+    /// Those of [`Camera::check`], and when the user wishes to stop; the plan is as before then.
     pub fn look_from(&mut self, camera: Camera, control: &Control) -> Result<()> {
+        camera.check()?;
         if let Some(scattered_field) = &self.scattered_field {
             self.scattered_field = Some(scattered_field.seen_by(&camera, control)?);
         }
@@ -206,12 +210,12 @@ impl Plan {
     /// All volumes that the march reads.
     pub fn volumes(&self) -> impl Iterator<Item = &Volume> {
         let fields = self.light_field.iter().flat_map(|f| &f.volumes);
-        self.space.volumes.iter().chain(fields).chain(self.scattered_field.iter().flat_map(|d| &d.volumes))
+        self.space.volumes.iter().chain(fields).chain(self.scattered_field.iter().flat_map(|f| &f.volumes))
     }
 
     /// The bytes that all tables and grids take.
     pub fn bytes(&self) -> u64 {
-        let fields = self.light_field.as_ref().map_or(0, |f| f.bytes()) + self.scattered_field.as_ref().map_or(0, |d| d.bytes());
+        let fields = self.light_field.as_ref().map_or(0, |f| f.bytes()) + self.scattered_field.as_ref().map_or(0, |f| f.bytes());
         self.space.bytes() + self.spectral.bytes() + fields
     }
 }

@@ -67,7 +67,7 @@ pub const PART_DISTANCE: f64 = 0.2;
 /// The shortest part of a step, in voxels.
 pub const SHORTEST_PART: f64 = 0.5;
 
-/// Widest angle of a piece beside a gathered star \[rad\], and by how much a phase function may change within one.
+/// Widest angle of a piece beside a gathered star \[rad\].
 pub const NEAR_FIELD_PIECE: f64 = 0.4;
 /// The accuracy to which the phase function is asked there.
 pub const NEAR_FIELD_ACCURACY: f64 = 0.02;
@@ -91,7 +91,7 @@ pub fn parts(b: f64, foot: f64, dt: f64, voxel: f64) -> usize {
 /// Most angles at which the phase function is asked in one segment or piece.
 pub const MAX_PHASES: usize = 64;
 
-/// The number of angles at which the phase function must be asked within one \[rad\].
+/// The number of angles at which a phase function must be asked within `angle` \[rad\].
 pub fn phases(angle: f64, phase_angle: f64) -> usize {
     ((angle / phase_angle).ceil() as usize).clamp(1, MAX_PHASES)
 }

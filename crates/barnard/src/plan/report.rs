@@ -7,9 +7,9 @@ use crate::light::Route;
 use crate::plan::{END_SHARE, Plan, Spatial, Unresolved};
 use crate::stats::RenderStats;
 
-/// Largest relative error of a number in single precision, and in half precision.
+/// The largest relative error of a number in single precision.
 pub const SINGLE: f64 = 1.0 / (1 << 24) as f64;
-/// Largest relative error of a number in half precision, in which textures hold densities.
+/// The largest relative error of a number in half precision, in which textures hold densities.
 pub const HALF: f64 = 1.0 / (1 << 11) as f64;
 /// Relative error of one term of one segment in single precision: the exponential's polynomial and that of sinh y/y.
 const TERM_ROUNDING: f64 = 3e-6;
@@ -80,9 +80,9 @@ impl Plan {
     pub fn notes(&self) -> Vec<(String, String)> {
         let isotropic = self.light_field.as_ref().filter(|f| f.isotropic_instead);
         let isotropic = isotropic.map(|_| ("phase function".into(), "put aside by this method, which scatters evenly".into()));
-        let far_field = self.scattered_field.iter().filter_map(|d| d.report.far_field).map(|g| ("gathered stars".into(), g.to_string()));
+        let far_field = self.scattered_field.iter().filter_map(|f| f.report.far_field).map(|f| ("gathered stars".into(), f.to_string()));
         let scattered_field =
-            self.scattered_field.iter().filter(|d| d.report.sweeps > 0).map(|d| ("many bounces".into(), d.report.to_string()));
+            self.scattered_field.iter().filter(|f| f.report.sweeps > 0).map(|f| ("many bounces".into(), f.report.to_string()));
         self.spatial_note().into_iter().chain(isotropic).chain(self.fit_note()).chain(far_field).chain(scattered_field).collect()
     }
 

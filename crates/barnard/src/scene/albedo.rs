@@ -54,6 +54,16 @@ impl Albedo {
         }
     }
 
+    /// An albedo of `value` at the wavelength `at`, which grows by `slope` for each 0.1 µm and is cut to 0 to 1.
+    ///
+    /// # Errors
+    /// Where the value lies outside of 0 to 1, the slope is no number, or the wavelength is not above zero.
+    pub fn linear(value: f64, slope: f64, at: Wavelength) -> Result<Self> {
+        let albedo = Albedo::Linear { value, slope, at_um: at.0 };
+        albedo.check("")?;
+        Ok(albedo)
+    }
+
     /// The albedo that an extinction law brings with itself.
     pub fn of_law(extinction: &Extinction) -> Self {
         extinction.dust_table().map_or(Albedo::Unknown, |t| Albedo::Table(Arc::new(t.albedo.clone())))
@@ -63,6 +73,10 @@ impl Albedo {
     pub(super) fn check(&self, law: &str) -> Result<()> {
         let sound = |v: &f64| (0.0..=1.0).contains(v);
         let wrong = match self {
+            Albedo::Linear { slope, .. } if !slope.is_finite() => return Err(Error::value("slope of the albedo", slope, "a number")),
+            Albedo::Linear { at_um, .. } if !(*at_um > 0.0 && at_um.is_finite()) => {
+                return Err(Error::value("wavelength of the albedo", format!("{at_um} um"), "above zero"));
+            }
             Albedo::Constant(value) | Albedo::Linear { value, .. } => Some(value).filter(|v| !sound(v)),
             Albedo::Table(table) => table.y().iter().find(|v| !sound(v)),
             Albedo::Unknown => {

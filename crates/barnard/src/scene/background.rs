@@ -29,6 +29,12 @@ impl Background {
         Self { spectrum: None, star_field: Some(field) }
     }
 
+    /// The same background with a field of stars over its light.
+    #[must_use]
+    pub fn with_stars(self, field: StarField) -> Self {
+        Self { star_field: Some(field), ..self }
+    }
+
     /// Refuses numbers that no sky has.
     pub(super) fn check(&self) -> Result<()> {
         if self.spectrum.as_ref().is_some_and(|s| !s.is_light()) {

@@ -63,7 +63,7 @@ pub(super) const KINDS: &[Kind<Named>] = &[
                 return Err(section.error("throughput", format!("a throughput of {wrong} cannot be; it lies between 0 and 1")));
             }
             let table = section.wrap("nm", Table::new("points", nm.iter().map(|v| v * 1e-3).collect(), throughput))?;
-            Ok(Box::new(move |name, counting| Passband::new(name, counting, std::sync::Arc::new(table))))
+            Ok(Box::new(move |name, counting| Passband::new(name, counting, table)))
         },
     },
     Kind {

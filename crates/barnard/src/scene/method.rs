@@ -1,11 +1,13 @@
 //! The `[method]` table: how spectral integrals are done, and how exact.
 
+use std::ops::RangeInclusive;
+
 use spectra::basis::CRITERIA;
 use spectra::polynomial::MAX_DEGREE;
 use spectra::rule::{RULES, RuleEntry, Settings};
 use spectra::units::Wavelength;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::properties::{Key, Section};
 
 /// One row of the catalogue: a spectral rule and where star depths come from.
@@ -26,9 +28,9 @@ pub struct MethodEntry {
 pub enum StarDepthSource {
     /// Star depths are read from a grid that is made once.
     Cached,
-    /// Marched again at every sample.
+    /// Star depths are marched again at every sample.
     Marched,
-    /// Nowhere: the light of all stars is deposited in voxels once.
+    /// There are no star depths: the light of all stars is deposited in voxels once.
     LightField,
 }
 
@@ -103,6 +105,12 @@ const MAX_EXACT_STARS: i64 = 1_000_000;
 /// More bounces than any light lives.
 pub const MANY_BOUNCES: usize = 1000;
 
+/// What a method may be asked for: nodes or elements, the range of a basis, the accuracy, voxels of a sampled function.
+const COUNT: RangeInclusive<i64> = 1..=4096;
+const RANGE: RangeInclusive<f64> = 1e-6..=1e6;
+const ACCURACY: RangeInclusive<f64> = 1e-9..=0.5;
+const BAKE: RangeInclusive<i64> = 4..=2048;
+
 /// The accuracy that holds unless told otherwise.
 pub const DEFAULT_ACCURACY: f64 = 1e-3;
 
@@ -123,6 +131,38 @@ impl Method {
         let known: Vec<&str> = methods().map(|m| m.name).collect();
         self.entry = methods().find(|m| m.name == name).ok_or_else(|| spectra::SpectraError::unknown("method", name, &known))?;
         Ok(self)
+    }
+
+    /// Refuses what no method can be asked for.
+    ///
+    /// # Errors
+    /// Where a number lies outside of what scene files may say.
+    pub fn check(&self) -> Result<()> {
+        let whole = |what: &'static str, value: Option<usize>, range: RangeInclusive<i64>| match value {
+            Some(n) if !i64::try_from(n).is_ok_and(|n| range.contains(&n)) => {
+                Err(Error::value(what, n, format!("between {} and {}", range.start(), range.end())))
+            }
+            _ => Ok(()),
+        };
+        let number = |what: &'static str, value: Option<f64>, range: RangeInclusive<f64>| match value {
+            Some(v) if !range.contains(&v) => Err(Error::value(what, v, format!("between {:e} and {:e}", range.start(), range.end()))),
+            _ => Ok(()),
+        };
+        let Settings { count, domain_um, degree, range, .. } = &self.settings;
+        number("accuracy", Some(self.accuracy), ACCURACY)?;
+        whole("count", *count, COUNT)?;
+        whole("degree", Some(*degree), 0..=MAX_DEGREE as i64)?;
+        number("range", *range, RANGE)?;
+        whole("steps", self.steps, 1..=MAX_STEPS)?;
+        whole("bake", self.bake, BAKE)?;
+        whole("bounces", Some(self.bounces), 1..=MANY_BOUNCES as i64)?;
+        whole("exact_stars", self.exact_stars, 0..=MAX_EXACT_STARS)?;
+        match domain_um {
+            Some((low, high)) if !(*low > 0.0 && low < high && high.is_finite()) => {
+                Err(Error::value("domain", format!("{low} to {high} um"), "two ascending wavelengths"))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -196,17 +236,17 @@ pub(super) fn build(section: Option<&Section>) -> Result<Method> {
     let criterion = section.choice("criterion", &names)?.unwrap_or(names[0]);
     let defaults = Settings::default();
     let settings = Settings {
-        count: section.integer("count", 1..=4096)?.map(|n| n as usize),
+        count: section.integer("count", COUNT)?.map(|n| n as usize),
         domain_um,
         degree: section.integer("degree", 0..=MAX_DEGREE as i64)?.map_or(defaults.degree, |n| n as usize),
-        range: section.number("range", 1e-6..=1e6)?,
+        range: section.number("range", RANGE)?,
         criterion: CRITERIA.iter().find(|c| c.0 == criterion).map_or(defaults.criterion, |c| c.1),
     };
     let method = Method {
-        accuracy: section.number("accuracy", 1e-9..=0.5)?.unwrap_or(DEFAULT_ACCURACY),
+        accuracy: section.number("accuracy", ACCURACY)?.unwrap_or(DEFAULT_ACCURACY),
         settings,
         steps: section.integer("steps", 1..=MAX_STEPS)?.map(|n| n as usize),
-        bake: section.integer("bake", 4..=2048)?.map(|n| n as usize),
+        bake: section.integer("bake", BAKE)?.map(|n| n as usize),
         bounces: section.integer("bounces", 1..=MANY_BOUNCES as i64)?.map_or(1, |n| n as usize),
         exact_stars: section.integer("exact_stars", 0..=MAX_EXACT_STARS)?.map(|n| n as usize),
         ..Method::default()

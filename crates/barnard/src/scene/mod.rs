@@ -184,7 +184,7 @@ impl Scene {
         Self { name: name.into(), ..self }
     }
 
-    /// The same scene through these passbands, shown in their own colours.
+    /// The same scene through these passbands, with the display that they have by default.
     #[must_use]
     pub fn bands(self, bands: Vec<Passband>) -> Self {
         Self { display: Display::of(&bands), bands, ..self }
@@ -286,8 +286,10 @@ impl Scene {
         at("", "background", self.background.check())?;
         let dust = self.dust.iter().map(|dust| ("dust", &dust.density));
         for (key, density) in dust.chain(self.emission.iter().map(|gas| ("emission", &gas.density))) {
-            at("", key, density.bounds().checked())?;
+            at("", key, density.check())?;
         }
+        at("", "method", self.method.check())?;
+        at("", "display", self.display.check())?;
         let parallel = |camera: &Camera| matches!(camera.projection, Projection::Orthographic { .. });
         if self.background.star_field.is_some() && std::iter::once(&self.camera).chain(self.bookmarks.values()).any(parallel) {
             return Err(placed_error(

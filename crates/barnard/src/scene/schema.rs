@@ -50,7 +50,7 @@ pub const TABLES: &[TableRow] = &[
         title: "[bookmark.NAME]",
         path: "bookmark.*",
         text: "A view that is worth going back to: a camera like [camera], whose `size` and `supersampling` hold where it has none of its own. \
-               `barnard render --bookmark NAME` renders it; the explorer goes to those that are named 1 to 9 by their digits, and sets them with Ctrl.",
+               It can be rendered in place of the scene's own camera; the explorer goes to those that are named 1 to 9 by their digits, and sets them with Ctrl.",
         keys: camera::COMMON,
         kinds: || kinds(camera::KINDS),
         catalogues: &[],

@@ -23,7 +23,8 @@ pub enum Channel {
     Emission(usize),
     /// Light of all stars, in one element and polynomial.
     Light(usize),
-    /// Source function towards the eye of light that was scattered before, of one term [W m⁻² sr⁻¹].
+    /// The source function towards the eye of one term [W m⁻² sr⁻¹]: light that was scattered before, and that of the
+    /// gathered stars from afar.
     MultipleScattering(usize),
 }
 

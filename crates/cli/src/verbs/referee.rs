@@ -41,10 +41,9 @@ impl Referee {
         self.samples.is_some() || self.target_error.is_some() || self.seed.is_some() || self.state.is_some()
     }
 
-    fn options(&self, scene: &Scene) -> anyhow::Result<Options> {
+    fn options(&self) -> anyhow::Result<Options> {
         let defaults = Options::default();
         let options = Options {
-            bounces: scene.method.bounces,
             samples: self.samples.unwrap_or(defaults.samples),
             target_error: self.target_error,
             seed: self.seed.unwrap_or(defaults.seed),
@@ -67,7 +66,7 @@ impl Referee {
 
     /// Follows paths until enough is known, or Ctrl-C: what is done until then is kept.
     pub fn render(&self, scene: &Scene, memory_limit: u64) -> anyhow::Result<Image> {
-        let options = self.options(scene)?;
+        let options = self.options()?;
         // Sums, those of a pass beside them, and the picture.
         let values = (scene.camera.width * scene.camera.height * scene.bands.len()) as u64;
         memory::check("the sums of paths", values.saturating_mul(96), memory_limit)?;
@@ -102,7 +101,7 @@ impl Referee {
             scene.camera.height,
             film.samples,
             paths / seconds,
-            options.bounces,
+            scene.method.bounces,
             options.seed
         );
         for (band, passband) in scene.bands.iter().enumerate() {

@@ -117,7 +117,7 @@ impl Render {
         let plan = Plan::new(scene, &options, &control)?;
         let planned = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let (image, stats) = rendered(&mut *backend, &Job::planned(scene, &options, &plan), &control)?;
+        let (image, stats) = rendered(&mut *backend, &Job::planned(scene, &options, &plan)?, &control)?;
         let seconds = start.elapsed().as_secs_f64();
         say!(
             "{} x {}, {} bands, plan {planned:.2} s, render {seconds:.2} s, {:.2e} rays/s, {} ({} terms a sample)",

@@ -86,7 +86,7 @@ pub fn extinctions(plan: &Plan) -> Vec<f32> {
 
 /// Heads, and the tables that they tell of.
 pub struct Contents {
-    /// As many as [`Heads`] says; where a table starts is a number of quads.
+    /// The heads, as many as [`Heads`] says; where a table starts is a number of quads.
     pub heads: Vec<[f32; 4]>,
     /// Tables one behind the other.
     pub tables: QuadList,

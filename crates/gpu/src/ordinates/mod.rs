@@ -177,7 +177,7 @@ struct OnDevice {
     gpu: Gpu,
     pipelines: Arc<Pipelines>,
     harmonics: usize,
-    /// While gas and what comes in from around shine, which is in the first order alone.
+    /// The numbers of the first order, in which alone gas and light from around shine.
     shining: TermNumbers,
     buffers: Buffers,
     back: Option<wgpu::Buffer>,

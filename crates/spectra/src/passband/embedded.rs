@@ -1,6 +1,6 @@
 //! Passbands that ship, and the sets they are used in.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 use super::{Counting, Passband};
 use crate::error::{Result, SpectraError};
@@ -167,14 +167,14 @@ pub fn names() -> Vec<&'static str> {
 pub(super) fn named(name: &str) -> Result<Passband> {
     if let Some(i) = CIE.iter().position(|n| *n == name) {
         let table = crate::cie::matching_functions()?[i].clone();
-        return Passband::new(name, Counting::Energy, Arc::new(table));
+        return Passband::new(name, Counting::Energy, table);
     }
     for family in FAMILIES {
         with_provenance(family.name, family.text)?;
     }
     let section = sections().iter().find(|s| s.name == name).ok_or_else(|| SpectraError::unknown("passband", name, &names()))?;
     let (x, y) = rows(name, section.body, 2)?.iter().map(|r| (r[0] * 1e-3, r[1])).unzip();
-    Passband::new(name, Counting::named(section.counting)?, Arc::new(Table::new(name, x, y)?))
+    Passband::new(name, Counting::named(section.counting)?, Table::new(name, x, y)?)
 }
 
 #[cfg(test)]

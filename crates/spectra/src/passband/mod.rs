@@ -32,7 +32,7 @@ use crate::units::Wavelength;
 pub enum Counting {
     /// The detector counts energy: R = T.
     Energy,
-    /// Photons: R = T λ/λ_p.
+    /// The detector counts photons: R = T λ/λ_p.
     Photon,
 }
 
@@ -110,13 +110,17 @@ impl Passband {
     /// A passband of a curve.
     ///
     /// # Errors
-    /// Where the curve is empty or negative.
-    pub fn new(name: &str, counting: Counting, curve: Arc<dyn Curve>) -> Result<Self> {
+    /// Where the curve is empty, negative, or no number.
+    pub fn new(name: &str, counting: Counting, curve: impl Curve + 'static) -> Result<Self> {
         let breaks = curve.breakpoints_um();
-        if let Some(l) = breaks.iter().find(|l| curve.throughput(**l) < 0.0) {
-            return Err(SpectraError::table(name, format!("throughput is negative at {:.4} nm; a passband lies between 0 and 1", l * 1e3)));
+        let wrong = |l: &&f64| !(0.0..).contains(&curve.throughput(**l));
+        if let Some(l) = breaks.iter().find(wrong) {
+            return Err(SpectraError::table(
+                name,
+                format!("throughput is negative or no number at {:.4} nm; a passband lies between 0 and 1", l * 1e3),
+            ));
         }
-        let mut band = Self { name: name.to_owned(), counting, pivot_um: 1.0, curve };
+        let mut band = Self { name: name.to_owned(), counting, pivot_um: 1.0, curve: Arc::new(curve) };
         let moment = |power: i32| band.samples(&[]).iter().map(|(l, w)| w * band.curve.throughput(*l) * l.powi(power)).sum::<f64>();
         let (above, below) = match counting {
             Counting::Photon => (moment(1), moment(-1)),
@@ -143,7 +147,7 @@ impl Passband {
     /// # Errors
     /// Where the text is no such table, or the curve is empty or negative.
     pub fn from_csv(name: &str, text: &str, counting: Counting) -> Result<Self> {
-        Self::new(name, counting, Arc::new(crate::table::spectrum_from_csv(name, text)?))
+        Self::new(name, counting, crate::table::spectrum_from_csv(name, text)?)
     }
 
     /// The name of the band.

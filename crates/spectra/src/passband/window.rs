@@ -7,8 +7,6 @@
 //! | cos² | cos²(π(λ − c)/(2 h)) | centre ± half-width h |
 //! | polynomial | Σ cᵢ λⁱ, λ in µm, cut at zero | given |
 
-use std::sync::Arc;
-
 use super::{Counting, Curve, Passband};
 use crate::error::{Result, SpectraError};
 use crate::units::Wavelength;
@@ -93,7 +91,7 @@ pub fn window(name: &str, counting: Counting, shape: Window) -> Result<Passband>
             high * 1e3
         )));
     }
-    Passband::new(name, counting, Arc::new(shape))
+    Passband::new(name, counting, shape)
 }
 
 #[cfg(test)]

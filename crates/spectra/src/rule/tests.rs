@@ -178,7 +178,7 @@ fn truth_points_converge() {
 #[test]
 fn wide_pieces_are_resolved() {
     let table = crate::table::Table::new("leak", vec![0.22, 0.25, 0.28, 1.1], vec![0.0, 1.0, 1e-3, 1e-5]).unwrap();
-    let band = Passband::new("leak", crate::passband::Counting::Photon, Arc::new(table)).unwrap();
+    let band = Passband::new("leak", crate::passband::Counting::Photon, table).unwrap();
     let law = Extinction::named("odonnell94").unwrap();
     let spectrum = Spectrum::continuous(1.0, Arc::new(BlackBody(Temperature(2500.0))));
     let source = Source::new("star", &band, &spectrum, &*law, |_| 1.0);
@@ -315,7 +315,7 @@ fn means_are_integrals_over_the_span() {
                 rule.certificates[0]
             );
         }
-        // One depth in place of a thick course is far off: the comparison can fail.
+        // One depth in place of a thick span is far off: the comparison can fail.
         assert!(whole(DepthSpan { from: 0.0, to: 20.0 }) - whole(DepthSpan::at(10.0)) > 1e-2 * all);
     }
 }

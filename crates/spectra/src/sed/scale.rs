@@ -95,7 +95,7 @@ pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Spectrum> {
         (Scale::Luminosity(l), StarShape::Table(t)) => l.0 / trapezoid(t),
         (Scale::Luminosity(_), StarShape::Other(_)) => {
             return Err(SpectraError::Brightness(
-                "a power law has no finite luminosity: give spectral_luminosity at a wavelength instead".into(),
+                "this spectral shape, as a power law, has no luminosity that is finite and known: give spectral_luminosity at a wavelength instead".into(),
             ));
         }
         (Scale::Radius(r), StarShape::BlackBody(_)) => SPHERE * std::f64::consts::PI * (r.0 * PARSEC).powi(2),

@@ -86,7 +86,7 @@ mod tests {
     #[test]
     fn closed_forms_are_met() {
         let table = spectra::table::Table::new("flat", vec![0.3, 0.9], vec![1.0, 1.0]).unwrap();
-        let band = Passband::new("flat", spectra::passband::Counting::Energy, std::sync::Arc::new(table)).unwrap();
+        let band = Passband::new("flat", spectra::passband::Counting::Energy, table).unwrap();
         let law = Extinction::named("inverse_wavelength").unwrap();
         let samples = Samples::new(&band, Shape::PowerLaw(-2.0, 1.0), &*law);
         let c = law.k(1.0);

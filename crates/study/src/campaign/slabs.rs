@@ -199,7 +199,7 @@ fn outcomes(place: Place, number: usize, control: &Control) -> Result<Option<Vec
     let scene = barnard_files::parse("campaign.toml", "campaign", case.text.clone(), &barnard_files::in_folder(".", DEFAULT_LIMIT))?;
     let options = Options::within(DEFAULT_LIMIT);
     let done = Plan::sampled(&scene, &options, 8, control).and_then(|plan| Ok((cpu::radiance(&plan, control)?, plan)));
-    let ((light, findings), plan) = match done {
+    let ((light, stats), plan) = match done {
         Ok(done) => done,
         Err(barnard::Error::Interrupted) => return Err(barnard::Error::Interrupted.into()),
         Err(_) => return Ok(None),
@@ -213,7 +213,7 @@ fn outcomes(place: Place, number: usize, control: &Control) -> Result<Option<Vec
         if truth(1.0).1 <= 0.0 {
             return Ok(None);
         }
-        let stated = plan.certificates(b, &findings).into_iter().next();
+        let stated = plan.certificates(b, &stats).into_iter().next();
         let (mut absolute, mut relative) = (0.0f64, 0.0f64);
         for (length, found) in lengths.iter().zip(&light[b * EDGE * EDGE..]).filter(|(l, _)| **l > 0.0) {
             let (value, whole) = truth(*length);

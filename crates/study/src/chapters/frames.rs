@@ -11,7 +11,7 @@ use crate::{Chapter, Findings, Picture, Result};
 pub(super) const CHAPTER: Chapter = Chapter {
     name: "frames",
     title: "6. Barrès & Neyret's two tables",
-    question: "Time of a frame (512 × 512, N = 100, M = 30, degree 5) and error against the reference: one light with C_B = 3, six lights with C_B = 4; Barrès & Neyret say newton 260, analytic 160, projection \
+    question: "Time of a frame (512 × 512, N = 100, M = 30, degree 5) and error against the reference: one light with C_B = 3, six lights with C_B = 4; Barrès & Neyret say midpoint 260, analytic 160, projection \
                30 ms with one light, 2500 against 30 ms with six.",
     run,
 };
@@ -93,7 +93,7 @@ fn run(control: &Control) -> Result<Findings> {
         findings.text += &format!(
             "### {name}\n\n{}",
             table(
-                &["method", "frame [s]", "times faster than Barrès & Neyret's newton", "error", "without the brightest twentieth"],
+                &["method", "frame [s]", "times faster than Barrès & Neyret's midpoint", "error", "without the brightest twentieth"],
                 &rows
             )
         );
@@ -105,7 +105,7 @@ fn run(control: &Control) -> Result<Findings> {
     }
     findings.text += &format!(
         "\nTimes are the shortest of {ROUNDS} frames, of {LONG_ROUNDS} where one takes longer than {LONG} s, each in turn. Errors are relative rms of the worst band on {COMPARED} × {COMPARED} pixels; the last column leaves the brightest twentieth of the pixels out, which stand next to stars. `double_integration` is the \
-         baseline of Barrès & Neyret, with the star depth marched again at every sample; all others read star depths that are made once, or none. All but newton in Barrès & Neyret's form also cut their steps near stars, and so take more than N samples there.\n"
+         baseline of Barrès & Neyret, with the star depth marched again at every sample; all others read star depths that are made once, or none. All but midpoint in Barrès & Neyret's form also cut their steps near stars, and so take more than N samples there.\n"
     );
     if missed {
         findings.text += WHY;

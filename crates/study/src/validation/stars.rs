@@ -111,7 +111,7 @@ fn run(control: &Control) -> Result<Findings> {
         let [alone, all] = frames([&one, &plan], TIMED, control)?;
         slowest = slowest.max(all / alone);
         let mut film = path::Film::default();
-        let options = path::Options { bounces: 1, samples: PATHS, ..path::Options::default() };
+        let options = path::Options { samples: PATHS, ..path::Options::default() };
         path::trace(&own, &options, &mut film, control, &mut |_| ())?;
         let (wrong, chance) = error(&light(&plan, control)?, &film);
         let gathered = plan.scattered_field().as_ref().and_then(|d| d.report.far_field);

@@ -35,11 +35,11 @@ impl Default for Layout {
     }
 }
 
-/// Under which name the layout is stored.
+/// The name under which the layout is stored.
 const KEY: &str = "layout";
 
 impl Layout {
-    /// As it was when the last window closed.
+    /// The layout as it was when the last window closed.
     pub fn stored(storage: Option<&dyn eframe::Storage>) -> Self {
         let Some(text) = storage.and_then(|s| s.get_string(KEY)) else { return Self::default() };
         let on = |name: &str| text.split(' ').any(|word| word == name);

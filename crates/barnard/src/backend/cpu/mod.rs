@@ -55,6 +55,10 @@ impl Backend for Cpu {
         Ok(None)
     }
 
+    fn prepare(&mut self, job: &Job, control: &Control) -> Result<()> {
+        job.plan(control).map(drop)
+    }
+
     fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance> {
         let (data, stats) = radiance(job.plan(control)?, control)?;
         Ok(Radiance::single(data, stats))

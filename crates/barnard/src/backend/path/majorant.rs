@@ -29,7 +29,7 @@ pub struct Majorant {
 pub type Cell = (f64, f64, f64);
 
 impl Majorant {
-    /// Bounds `field` from above, brick by brick.
+    /// Bounds `field` from above, block by block.
     ///
     /// # Errors
     /// Where the field is not finite at a place where it is asked.

@@ -2,7 +2,7 @@
 //!
 //! It reads the scene's physics itself and shares none of the plan's approximations. Each pixel's paths are drawn from
 //! generators of their own, by seed, pixel and number, so that pictures are the same on any number of threads. `tracer`
-//! is the transport, `medium` the flights through dust by `majorant` bounds, `waves` the wavelengths; the `film` keeps
+//! is the transport, `medium` the flights through dust by `majorant` bounds, `sampled_wavelengths` the wavelengths; the `film` keeps
 //! means with their standard errors, a program may keep it for a later run. Visible stars and the star field are
 //! points, drawn as `reference` draws them.
 
@@ -25,15 +25,14 @@ use crate::image::{Band, ERROR_SUFFIX, Image, Samples};
 use crate::keywords;
 use crate::light::lights;
 use crate::random::Counter;
-use crate::scene::{MANY_BOUNCES, Scene};
+use crate::scene::Scene;
 use tracer::Tracer;
 
 /// How far the referee goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Times that light may scatter.
-    pub bounces: usize,
-    /// Light that has scattered less often than this is left out: 1 is all of it.
+    /// Light of stars that has scattered less often than this is left out, and light of gas and background that has
+    /// scattered less often than one time less: 1 is all of it.
     pub first: usize,
     /// Paths of each pixel and band at most.
     pub samples: u64,
@@ -45,7 +44,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { bounces: MANY_BOUNCES, first: 1, samples: 64, target_error: None, seed: 1 }
+        Self { first: 1, samples: 64, target_error: None, seed: 1 }
     }
 }
 
@@ -55,7 +54,7 @@ pub const ENTRY: BackendEntry = BackendEntry {
     summary: "f64, the referee: an unbiased path tracer, any number of bounces, standard errors beside the bands",
     planned: false,
     device: DeviceUse::Never,
-    open: |scene| Ok(Box::new(PathTracer::new(Options { bounces: scene.method.bounces, ..Options::default() }))),
+    open: |_| Ok(Box::new(PathTracer::new(Options::default()))),
 };
 
 /// The path tracer, and what its paths have brought so far.
@@ -65,12 +64,14 @@ pub struct PathTracer {
     pub options: Options,
     /// Sums of paths: of a run before, or none.
     pub film: Film,
+    /// What the first paths of the film's scene bring, once it was rendered: another scene begins anew.
+    first_paths: Option<Vec<f64>>,
 }
 
 impl PathTracer {
     /// A tracer whose film begins anew.
     pub fn new(options: Options) -> Self {
-        Self { options, film: Film::default() }
+        Self { options, ..Self::default() }
     }
 }
 
@@ -84,6 +85,10 @@ impl Backend for PathTracer {
     }
 
     fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance> {
+        let first = first_paths(job.scene(), &self.options)?;
+        if self.first_paths.replace(first.clone()).is_some_and(|before| before != first) {
+            self.film = Film::default();
+        }
         trace(job.scene(), &self.options, &mut self.film, control, &mut |_| ())?;
         let samples = Samples::Double(self.film.estimates.iter().map(|e| e.mean).collect());
         Ok(Radiance { samples, stats: RenderStats::of_rays(self.film.samples * self.film.estimates.len() as u64) })
@@ -106,7 +111,7 @@ const PASS: u64 = 8;
 pub fn trace(scene: &Scene, options: &Options, film: &mut Film, control: &Control, tell: &mut dyn FnMut(&Film)) -> Result<()> {
     scene.check()?;
     let lights = lights(scene)?;
-    let tracer = Tracer::new(scene, &lights, options.first..=options.bounces)?;
+    let tracer = Tracer::new(scene, &lights, options.first..=scene.method.bounces)?;
     let (camera, bands) = (&scene.camera, scene.bands.len());
     let size = camera.width * camera.height;
     if film.estimates.len() != bands * size {
@@ -173,8 +178,9 @@ const CHECKED: usize = 64;
 /// # Errors
 /// Those of [`trace`].
 pub fn first_paths(scene: &Scene, options: &Options) -> Result<Vec<f64>> {
+    scene.check()?;
     let lights = lights(scene)?;
-    let tracer = Tracer::new(scene, &lights, options.first..=options.bounces)?;
+    let tracer = Tracer::new(scene, &lights, options.first..=scene.method.bounces)?;
     let size = scene.camera.width * scene.camera.height;
     let count = CHECKED.min(size);
     let mut first = vec![0.0; scene.bands.len() * count];
@@ -204,11 +210,11 @@ pub fn image(scene: &Scene, film: &Film, options: &Options) -> Result<Image> {
     image.bands.extend(errors);
     image.notes.push((
         "backend".into(),
-        format!("path, {} paths a pixel, at most {} bounces, seed {}", film.samples, options.bounces, options.seed),
+        format!("path, {} paths a pixel, at most {} bounces, seed {}", film.samples, scene.method.bounces, options.seed),
     ));
     image.keywords.extend([
         keywords::text("BACKEND", "path", "unbiased path tracer"),
-        keywords::integer("BOUNCES", options.bounces, "times that light may scatter"),
+        keywords::integer("BOUNCES", scene.method.bounces, "times that light may scatter"),
         keywords::integer("NPATHS", film.samples as usize, "paths of each pixel"),
         keywords::integer("SEED", options.seed as usize, "of the random numbers"),
     ]);

@@ -6,7 +6,7 @@
 //! density of a path at wavelength i is e^(−k_i M) k_i^n Π p_i(θ), with M = ∫μ dt along it and n its collisions, null
 //! ones too: all else is common.
 //!
-//! Starlight is added on each leg of the path twice, at its collision and at a place drawn in proportion to F(t) = Σ
+//! Starlight is added on each segment of the path twice, at its collision and at a place drawn in proportion to F(t) = Σ
 //! L/r² (equiangular sampling, Kulla & Fajardo 2012), the two weighed so that their sum counts once: near a star, where
 //! 1/r² has a peak, the second counts alone.
 //!
@@ -29,7 +29,7 @@ use crate::scene::Scene;
 
 /// Paths are ended by chance from this scattering on.
 const ROULETTE: usize = 4;
-/// The probability with which a leg begins towards the stars rather than by the phase function.
+/// The probability with which a segment begins towards the stars rather than by the phase function.
 const TOWARDS_STARS: f64 = 0.25;
 /// Rays pass stars at this distance at least [pc]: the light of one that is met has no finite radiance.
 const NEAREST: f64 = 1e-6;
@@ -143,8 +143,8 @@ impl<'a> Tracer<'a> {
             let counts = if scattered + 1 < *self.bounces.start() { 0.0 } else { 1.0 };
             radiance += counts * self.glow(&path, &ray, random);
             let Some(medium) = &self.medium else { return radiance + counts * self.behind(&path) };
-            let leg = PathSegment::new(&self.stars, medium, ray, band);
-            radiance += counts * self.near_stars(&path, medium, &leg, band, random);
+            let segment = PathSegment::new(&self.stars, medium, ray, band);
+            radiance += counts * self.near_stars(&path, medium, &segment, band, random);
             let k = path.k();
             let flight = medium.fly(&ray, k[0], random);
             path.weight *= flight.weight;
@@ -156,7 +156,7 @@ impl<'a> Tracer<'a> {
             for (albedo, wave) in path.albedo.iter_mut().zip(path.waves) {
                 *albedo *= medium.dust.albedo.at(wave.lambda_um);
             }
-            let weight = 1.0 - leg.by_stars(self.fluence(place, band), path.mean_k() * medium.sigma(&ray, t));
+            let weight = 1.0 - segment.by_stars(self.fluence(place, band), path.mean_k() * medium.sigma(&ray, t));
             radiance += counts * weight * self.lit(&path, medium, place, ray.direction, band, random);
             if !self.survives(&mut path, scattered, random) {
                 return radiance;
@@ -171,7 +171,7 @@ impl<'a> Tracer<'a> {
         self.background.map_or(0.0, |light| path.sum(|i| path.waves[i].of(light, self.lights)))
     }
 
-    /// Light of glowing gas along a leg: at one place of each species, drawn by its bounds.
+    /// Light of glowing gas along a segment: at one place of each species, drawn by its bounds.
     fn glow(&self, path: &PathState, ray: &Ray, random: &mut Counter) -> f64 {
         let mut radiance = 0.0;
         for species in &self.species {
@@ -198,24 +198,24 @@ impl<'a> Tracer<'a> {
         self.stars.iter().map(|s| s.fluence(place, band)).sum()
     }
 
-    /// Starlight scattered once on a leg of the path, at a place drawn in proportion to F.
-    fn near_stars(&self, path: &PathState, medium: &Medium, leg: &PathSegment, band: usize, random: &mut Counter) -> f64 {
-        let Some(star) = picked(leg.stars.iter().map(|s| s.0), leg.total, random) else { return 0.0 };
-        let t = leg.stars[star].1.place(random.uniform());
-        let (place, sigma) = (leg.ray.at(t), medium.sigma(&leg.ray, t));
+    /// Starlight scattered once on a segment of the path, at a place drawn in proportion to F.
+    fn near_stars(&self, path: &PathState, medium: &Medium, segment: &PathSegment, band: usize, random: &mut Counter) -> f64 {
+        let Some(star) = picked(segment.stars.iter().map(|s| s.0), segment.total, random) else { return 0.0 };
+        let t = segment.stars[star].1.place(random.uniform());
+        let (place, sigma) = (segment.ray.at(t), medium.sigma(&segment.ray, t));
         if sigma == 0.0 {
             return 0.0;
         }
         let k = path.k();
-        let through = medium.transmittances(&leg.ray, t, &k, random);
+        let through = medium.transmittances(&segment.ray, t, &k, random);
         let fluence = self.fluence(place, band);
         // ∫ over t with the density F/total, and the part of the light that collisions do not bring.
-        let weight = leg.total / fluence * sigma * leg.by_stars(fluence, path.mean_k() * sigma);
+        let weight = segment.total / fluence * sigma * segment.by_stars(fluence, path.mean_k() * sigma);
         let mut there = PathState { ..*path };
         for i in 0..CARRIED {
             there.albedo[i] *= through[i] * k[i] * medium.dust.albedo.at(path.waves[i].lambda_um);
         }
-        weight * self.lit(&there, medium, place, leg.ray.direction, band, random)
+        weight * self.lit(&there, medium, place, segment.ray.direction, band, random)
     }
 
     /// Light of one star, drawn by power and distance, that scatters at `place` against `direction`.
@@ -244,10 +244,10 @@ impl<'a> Tracer<'a> {
         random.uniform() < brightest
     }
 
-    /// A new leg: by the phase function of the first wavelength, now and then towards a star.
+    /// A new segment: by the phase function of the first wavelength, now and then towards a star.
     ///
-    /// A leg that passes a star at the distance b brings light as 1/b, that is as 1/sin ϑ with ϑ the angle between leg
-    /// and star: legs with ϑ drawn evenly, 1/(2π² sin ϑ) a steradian, take that peak away.
+    /// A segment that passes a star at the distance b brings light as 1/b, that is as 1/sin ϑ with ϑ the angle between segment
+    /// and star: segments with ϑ drawn evenly, 1/(2π² sin ϑ) a steradian, take that peak away.
     fn scatter(&self, path: &mut PathState, medium: &Medium, place: DVec3, direction: DVec3, band: usize, random: &mut Counter) -> Ray {
         let phase = &medium.dust.phase;
         let total = self.fluence(place, band);
@@ -302,7 +302,7 @@ fn picked(mut shares: impl Iterator<Item = f64>, total: f64, random: &mut Counte
     })
 }
 
-/// A leg of a path as the stars see it.
+/// A segment of a path as the stars see it.
 struct PathSegment {
     ray: Ray,
     /// For each star, its power times ∫dt/r² through the dust, and the distribution of angles.

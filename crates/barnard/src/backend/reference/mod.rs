@@ -98,6 +98,7 @@ impl Backend for Reference {
 
     fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance> {
         let scene = job.scene();
+        scene.check()?;
         check(scene)?;
         let rays = scene.camera.width * scene.camera.height * scene.camera.supersampling.pow(2);
         let samples = Samples::Double(extended(scene, self.accuracy, control)?);

@@ -96,7 +96,7 @@ mod tests {
     /// What is gathered and what is marched add up to a star's light in every direction, and nothing is marched beyond
     /// the kernel.
     #[test]
-    fn windows_part_the_light() {
+    fn kernels_part_the_light() {
         for kernel in [NearFieldKernel::even(0.3), NearFieldKernel { reach_pc: 0.3, ahead_pc: 1.1 }] {
             let shape = kernel.shape();
             for i in 1..400 {

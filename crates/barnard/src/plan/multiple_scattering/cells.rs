@@ -39,8 +39,8 @@ const FINE: usize = 32;
 const MAX_SAMPLES: usize = 4;
 
 impl Cells {
-    /// No more than `most` along an edge of the box around the dust, and gas near it; whole blocks of voxels where they
-    /// can be.
+    /// Cuts the box around the dust, and gas near it, into at most `most` cells along an edge; into whole blocks of
+    /// voxels where it can.
     pub fn new(dust: &Grid, gas: &[Grid], most: usize) -> Self {
         let own = dust.lattice.bounds;
         let reach = AROUND * own.size();

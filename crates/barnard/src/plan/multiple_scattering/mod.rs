@@ -51,7 +51,7 @@ use self::harmonics::{DEGREE, harmonics};
 use self::lanes::{EightLanes, WIDTH};
 use self::moments::Moments;
 use self::problem::{Fitting, Problem};
-pub use self::report::{ErrorEstimate, FarFieldError, ScatteringReport};
+pub use self::report::{ErrorEstimate, FarFieldReport, ScatteringReport};
 use self::solve::{Discretization, Solution};
 use self::spot_check::FirstLight;
 use self::term::scattering;
@@ -131,8 +131,8 @@ pub(super) fn check(spectral: &SpectralPlan, settings: &Settings) -> Result<()> 
 const HALF_SHARE: f64 = 0.1;
 
 impl MultipleScattering {
-    /// The field of a draft for its scene's camera; none where light scatters once, or nothing scatters. What another
-    /// field was found from is not solved again.
+    /// The field of a draft for its scene's camera; none where light scatters once and no stars are gathered, or nothing
+    /// scatters. What another field was found from is not solved again.
     ///
     /// # Errors
     /// For rules that have no nodes, more memory than is allowed, and when the user wishes to stop.

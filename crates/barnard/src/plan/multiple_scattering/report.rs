@@ -24,14 +24,14 @@ pub struct ScatteringReport {
     /// The error of the field for the first camera; none where it was made for a preview.
     pub error_estimate: Option<ErrorEstimate>,
     /// The first light of the gathered stars, where the field has some.
-    pub far_field: Option<FarFieldError>,
+    pub far_field: Option<FarFieldReport>,
     /// The bytes that the field takes.
     pub bytes: u64,
 }
 
 /// Light of stars that scatters once and is gathered in the field.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FarFieldError {
+pub struct FarFieldReport {
     /// The number of stars.
     pub stars: usize,
     /// Smallest and largest radius of the kernels around them, within which their light is marched \[pc\].
@@ -53,7 +53,7 @@ pub struct ErrorEstimate {
     pub angular: f64,
 }
 
-impl std::fmt::Display for FarFieldError {
+impl std::fmt::Display for FarFieldReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { stars, near_pc: (low, high), shadows, error } = self;
         write!(

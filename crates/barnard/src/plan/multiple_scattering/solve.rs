@@ -15,7 +15,7 @@ use super::problem::Problem;
 use super::processor::{Processor, Sweepers};
 use super::sweeper::{Failure, Sweeper, Transfer};
 use super::term::scattering;
-use super::{FarFieldError, Fineness, MultipleScattering, ScatteringReport};
+use super::{FarFieldReport, Fineness, MultipleScattering, ScatteringReport};
 use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::field::Grid;
@@ -104,7 +104,7 @@ impl Problem<'_> {
             series: parts.iter().map(|part| part.solved.series).fold(0.0, f64::max),
             settled: parts.iter().all(|part| part.solved.settled),
             error_estimate: None,
-            far_field: self.draft.space.many_lights.as_ref().map(|many_lights| FarFieldError {
+            far_field: self.draft.space.many_lights.as_ref().map(|many_lights| FarFieldReport {
                 stars: many_lights.stars.len(),
                 near_pc: (reaches().fold(f64::INFINITY, f64::min), reaches().fold(0.0, f64::max)),
                 shadows: many_lights.edge(),

@@ -61,13 +61,13 @@ pub trait Sweeper: Debug + Send + Sync {
 
 /// Orders of scattering, each from the one before.
 pub trait Orders {
-    /// The next one; gas and what comes in from around are part of the first. Its power, and that of all so far.
+    /// Sweeps the next order; returns its power, and that of all so far. Gas and light from around shine in the first.
     ///
     /// # Errors
     /// When the user wishes to stop, and when a device gives up.
     fn next(&mut self, control: &Control) -> Result<(Powers, Powers), Failure>;
 
-    /// The sum of all, and the last one by these factors.
+    /// The sum of all orders, the last one added once more by these factors.
     ///
     /// # Errors
     /// When a device gives up.

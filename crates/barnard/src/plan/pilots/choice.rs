@@ -19,7 +19,7 @@ const SHARE: f64 = 0.7;
 const SAMPLING_SHARE: f64 = 0.5;
 /// Samples in a voxel edge, from cheap to dear.
 const STEPS: [f64; 10] = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0];
-/// Fewest of them where there are many lights: a step passes stars that no pilot marches, and takes the dust linear
+/// The fewest samples in a voxel edge where there are many lights: a step passes stars that no pilot marches, and takes the dust linear
 /// beside each.
 const BESIDE_MANY_LIGHTS: f64 = 2.0;
 /// Samples of the truth in a voxel edge at least and at most, and in an optical depth of one: its own error is a few
@@ -126,7 +126,7 @@ fn candidates(space: &SpatialPlan, finest: f64) -> Vec<Stepping> {
     STEPS.into_iter().filter(|n| *n < finest && *n >= coarsest).map(Stepping::PerVoxel).collect()
 }
 
-/// Steps and star depths that were tried.
+/// A choice of steps and star depths that was tried.
 struct Choice {
     stepping: Stepping,
     /// Voxels of star depths along one of dust.

@@ -246,7 +246,8 @@ impl Steps {
         depths
     }
 
-    /// So many places along them, some evenly, some where light comes from that falls with the depth.
+    /// Chooses `count` places along the steps: a part of them evenly, the others where light comes from, which falls with
+    /// the depth.
     fn places(&self, depths: &[f64], count: usize) -> Vec<f64> {
         let (near, ends) = (self.near, &self.ends);
         let (far, deepest) = (ends.last().copied().unwrap_or(near), depths.last().copied().unwrap_or(0.0));
@@ -282,8 +283,9 @@ struct Truth<'a> {
     beyond: Vec<Vec<f64>>,
 }
 
-/// Places along a ray, of all stars together, and fewest for each.
+/// The number of places along a ray for all stars together.
 const PLACES: usize = 24;
+/// The least number of places for each star.
 const MIN_PLACES: usize = 6;
 /// The part of them that lies evenly along the way; the others lie where light comes from.
 const EVEN: f64 = 0.4;

@@ -24,7 +24,7 @@ pub struct Fineness {
     pub most: usize,
 }
 
-/// As each function asks for.
+/// The resolution that each function asks for itself.
 pub const OWN: Fineness = Fineness { least: MIN_BAKE, most: usize::MAX };
 
 /// Puts grids in the place of functions, so that every back end sees the same samples.

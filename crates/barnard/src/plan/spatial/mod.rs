@@ -37,7 +37,7 @@ pub struct SpatialPlan {
     pub dust: Option<Arc<Grid>>,
     /// The noise that the dust is, and σ at V of one [pc⁻¹], for back ends that evaluate it at every sample.
     pub cloud: Option<(Fbm, f64)>,
-    /// Bricks of each volume's lattice: zero where nothing absorbs, scatters or glows.
+    /// The bricks of each grid, the dust first, then the gas of each species: zero where nothing absorbs, scatters or glows.
     pub bricks: Vec<Bricks>,
     /// Places of the stars \[pc\].
     pub stars: Vec<DVec3>,
@@ -221,7 +221,7 @@ impl SpatialPlan {
         self.emission.len()
     }
 
-    /// Exact optical depth at V between two places \[1\].
+    /// The optical depth at V between two places, exact through the samples of the dust, cut where nothing is left \[1\].
     pub fn depth(&self, a: DVec3, b: DVec3) -> f64 {
         self.dust.as_ref().map_or(0.0, |d| d.column(a, b, DEEPEST))
     }

@@ -164,7 +164,7 @@ impl SpatialPlan {
         done
     }
 
-    /// A space whose fields are this one's samples, for exact walks through them.
+    /// A space whose fields are this one's samples, for exact marches through them.
     pub fn of_samples(&self) -> Self {
         let own = |grid: &Grid| Arc::new(grid.clone()) as Arc<dyn Field>;
         let densities = self.dust.iter().map(|dust| dust.clone() as Arc<dyn Field>).chain(self.emission.iter().map(own)).collect();

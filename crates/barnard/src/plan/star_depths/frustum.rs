@@ -42,7 +42,7 @@ pub struct TierOf {
     pub rays: Rays,
     /// The first of its planes.
     pub begin: usize,
-    /// The one behind its last.
+    /// The plane behind the tier's last.
     pub end: usize,
 }
 

@@ -65,7 +65,7 @@ struct Tier {
 struct Interval {
     from: f64,
     to: f64,
-    /// No other follows in this tier.
+    /// Whether no other interval follows in this tier.
     last: bool,
 }
 
