@@ -10,6 +10,7 @@ use glam::DVec3;
 use spectra::rule::DepthSpan;
 
 use crate::Gpu;
+use crate::forms::FORMS;
 use crate::frame::{Pass, Patience, Rows, Strip};
 use crate::layout::{Layout, quads};
 use crate::resources::Volumes;
@@ -333,6 +334,7 @@ fn star_depths_marched_again() {
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn forms() {
     let gpu = device();
+    let mut compared = Vec::new();
     for (method, tolerance) in [
         ("name = \"band_quadrature\"", 3e-6),
         ("name = \"midpoint\"\ncount = 30", 3e-6),
@@ -344,6 +346,7 @@ fn forms() {
         ("name = \"analytic\"\ndegree = 2\naccuracy = 0.02", 2e-3),
     ] {
         let plan = &plan(method);
+        compared.push(Layout::new(plan, quads(plan, 0), false).unwrap().shape.form.name);
         let weights = barnard::plan::Weights::new(plan);
         for (row, light) in [(1, weights.scattered[1].light), (2, weights.emitted[0].light)] {
             // Weights are tiny numbers in their own units: each band in parts of its F(0).
@@ -369,4 +372,5 @@ fn forms() {
             });
         }
     }
+    assert!(FORMS.iter().all(|form| compared.contains(&form.name)), "{compared:?}");
 }

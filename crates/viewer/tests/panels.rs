@@ -761,6 +761,7 @@ fn looks(harness: &mut Harness<App>, name: &str, rect: Rect) {
 
 /// The panels, as they look: but for what a clock says.
 #[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
 fn panels_look_as_they_did() {
     let (_folder, mut harness) = open();
     let centre = viewport(&harness).center();
