@@ -18,7 +18,7 @@ use crate::error::{GpuError, Result};
 use crate::frame::{Pass, Patience, Rows, Strip};
 use crate::layout::{Layout, quads, slot_of};
 use crate::resolve::Resolver;
-use crate::resources::{Buffers, FOUND, TIMED, TIMES, Volumes, check_limits, groups, pauses, pipeline, tuned};
+use crate::resources::{Buffers, REPORT_BYTES, TIMED, TIMES, Volumes, check_limits, groups, pauses, pipeline, tuned};
 use crate::shader::Pauses;
 use crate::sweep::{Slot, StarSweeper};
 use crate::tables::Quad;
@@ -191,7 +191,7 @@ impl Renderer {
         let number = std::mem::take(&mut self.passes);
         let pass = Pass::refining(number);
         let height = self.buffers.rows;
-        self.gpu.queue.write_buffer(&self.buffers.report, 0, &[0; FOUND as usize]);
+        self.gpu.queue.write_buffer(&self.buffers.report, 0, &[0; REPORT_BYTES as usize]);
         let (mut dispatches, mut done) = (0, 0);
         self.dispatch(Strip { first: 0, count: height }, &pass, &mut dispatches, control, |rows| {
             done += rows;
@@ -243,7 +243,7 @@ impl Renderer {
         let (bands, rays) = (self.layout.shape.bands, self.layout.supersampling.pow(2));
         let mut data = vec![0.0; bands * width * height];
         self.passes = 0;
-        self.gpu.queue.write_buffer(&self.buffers.report, 0, &[0; FOUND as usize]);
+        self.gpu.queue.write_buffer(&self.buffers.report, 0, &[0; REPORT_BYTES as usize]);
         let (mut dispatches, mut done) = (0, 0);
         for first in (0..height).step_by(self.buffers.rows) {
             let held = Strip { first, count: self.buffers.rows.min(height - first) };
@@ -289,7 +289,7 @@ impl Renderer {
 
     /// The largest depth, whether a ray paused, whether one did so too late.
     fn report(&mut self) -> Result<[u32; 3]> {
-        Ok(bytemuck::pod_read_unaligned(&self.gpu.read(&self.buffers.report, FOUND, &mut self.buffers.back)?))
+        Ok(bytemuck::pod_read_unaligned(&self.gpu.read(&self.buffers.report, REPORT_BYTES, &mut self.buffers.back)?))
     }
 
     /// Renders the rows of `held`, some at a time; `visit` hears how many.

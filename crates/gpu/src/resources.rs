@@ -19,7 +19,7 @@ const PICTURE: u64 = 1 << 28;
 /// Dispatches of a picture whose times are taken.
 pub const TIMED: usize = 2048;
 /// The bytes of what is found beside a picture.
-pub const FOUND: u64 = 12;
+pub const REPORT_BYTES: u64 = 12;
 /// The bytes from the times of one dispatch to those of the next, as wgpu aligns them.
 pub const TIMES: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
 
@@ -100,7 +100,7 @@ impl Buffers {
         Ok(Self {
             frame: gpu.buffer(size_of_val(&layout.frame) as u64, Use::UNIFORM | Use::COPY_DST),
             picture: gpu.buffer(rows as u64 * row, Use::STORAGE | Use::COPY_SRC),
-            report: gpu.buffer(FOUND, Use::STORAGE | Use::COPY_SRC | Use::COPY_DST),
+            report: gpu.buffer(REPORT_BYTES, Use::STORAGE | Use::COPY_SRC | Use::COPY_DST),
             paused: gpu.buffer(if pauses == Pauses::Software { rows as u64 * carried } else { 4 }, Use::STORAGE),
             times: gpu.timer.as_ref().map(|_| gpu.buffer(TIMED as u64 * TIMES, Use::QUERY_RESOLVE | Use::COPY_SRC)),
             back: None,

@@ -143,10 +143,11 @@ mod tests {
     use super::*;
     use crate::forms::FORMS;
     use crate::frame::Frame;
-    use crate::layout::FieldShape;
+    use crate::layout::{FieldShape, Layout, quads};
     use crate::ordinates::{self, ORDINATES, PlaneNumbers, TermNumbers};
     use crate::resolve::{self, DisplayLevels};
     use crate::sweep::{PACK, PackNumbers, SWEEP, SweepNumbers, sweep_source};
+    use crate::twins::{plan_of, scene};
 
     const WORKGROUP: (u32, u32) = (8, 8);
 
@@ -197,9 +198,10 @@ mod tests {
     /// Every shape is right WGSL, without any adapter.
     #[test]
     fn shaders_are_valid() {
+        let offsets = offsets();
         for shape in shapes() {
             for pauses in [Pauses::Never, Pauses::Software] {
-                validated(&source(&shape, &Offsets::NONE, WORKGROUP, pauses));
+                validated(&source(&shape, &offsets, WORKGROUP, pauses));
             }
         }
     }
@@ -223,7 +225,7 @@ mod tests {
             };
         }
         let frame = ours!(Frame: middle, across, upwards, forward, turn_x, turn_y, low, high, steps, limits, jitter, size, strip, counts, depths, seeds);
-        assert_eq!(frame, fields(&validated(&source(&shapes()[0], &Offsets::NONE, WORKGROUP, Pauses::Never)), "Frame"));
+        assert_eq!(frame, fields(&validated(&source(&shapes()[0], &offsets(), WORKGROUP, Pauses::Never)), "Frame"));
         let sweep = ours!(SweepNumbers: apex, along_u, along_v, along_w, star, slopes, edge, sides, counts, dims, strides);
         assert_eq!(sweep, fields(&validated(&sweep_source()), "Sweep"));
         assert_eq!(ours!(PackNumbers: dims, scale), fields(&validated(PACK), "Pack"));
@@ -283,6 +285,12 @@ mod tests {
             }
             _ => false,
         })
+    }
+
+    /// Where the sections of some plan's tables start: shaders need their names, whatever the plan.
+    fn offsets() -> Offsets {
+        let plan = plan_of(&scene(8, ""));
+        Layout::new(&plan, quads(&plan, 0), false).unwrap().offsets
     }
 
     /// Each function of a shader that repeats one in Rust, with the path of that: (function, path).

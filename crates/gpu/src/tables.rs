@@ -37,45 +37,19 @@ impl QuadList {
     }
 }
 
-/// The sections of the table in their order, by the names of the constants that tell shaders where each starts.
-pub const SECTIONS: [&str; 18] = [
-    "EXTINCTION",
-    "BAND_RANGES",
-    "STARS",
-    "EMITTER_SLOTS",
-    "WEIGHTS",
-    "BRIGHTEST",
-    "HEADS",
-    "FIELD_HEAD",
-    "FIELD_PRODUCTS",
-    "FIELD_RESOLUTION",
-    "SCATTERED_LARGEST",
-    "MANY_LIGHTS_HEAD",
-    "MANY_LIGHTS_STARS",
-    "CLOUD",
-    "LATTICES",
-    "INNER_BOXES",
-    "BRICK_TABLE",
-    "VOXELS",
-];
-
-/// The quad at which each section starts.
+/// The quad at which each section starts, by the names of the constants that tell shaders.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Offsets([usize; SECTIONS.len()]);
+pub struct Offsets(Vec<(&'static str, usize)>);
 
 impl Offsets {
-    /// All sections at the beginning, for shaders that read no table.
-    #[cfg(test)]
-    pub const NONE: Self = Self([0; SECTIONS.len()]);
-
     /// The quad at which one section starts.
     pub fn of(&self, section: &str) -> usize {
-        SECTIONS.iter().position(|own| *own == section).map_or(0, |i| self.0[i])
+        self.iter().find(|(own, _)| *own == section).map_or(0, |(_, start)| start)
     }
 
     /// Names and places of all.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, usize)> + '_ {
-        SECTIONS.into_iter().zip(self.0)
+        self.0.iter().copied()
     }
 }
 
@@ -83,7 +57,7 @@ impl Offsets {
 pub struct Tables {
     pub list: QuadList,
     pub middle: DVec3,
-    starts: Vec<usize>,
+    starts: Vec<(&'static str, usize)>,
 }
 
 impl Tables {
@@ -92,14 +66,13 @@ impl Tables {
         Self { list: QuadList::default(), middle, starts: Vec::new() }
     }
 
-    /// Begins a section, which is the next of [`SECTIONS`], where the one before has ended.
-    pub fn begin(&mut self, section: &str) {
-        assert_eq!(SECTIONS.get(self.starts.len()), Some(&section), "sections stand in their order");
-        self.starts.push(self.list.0.len());
+    /// Begins a section where the one before has ended.
+    pub fn begin(&mut self, section: &'static str) {
+        self.starts.push((section, self.list.0.len()));
     }
 
     /// A section of so many quads that are [put](Self::put) later.
-    pub fn reserve(&mut self, section: &str, quads: usize) -> Range<usize> {
+    pub fn reserve(&mut self, section: &'static str, quads: usize) -> Range<usize> {
         self.begin(section);
         let start = self.list.0.len();
         self.list.0.resize(start + quads, [0.0; 4]);
@@ -111,9 +84,9 @@ impl Tables {
         self.list.0[reserved].copy_from_slice(quads);
     }
 
-    /// The quads at which the sections have come to stand, all of which were begun.
+    /// The quads at which the sections have come to stand.
     pub fn offsets(&self) -> Offsets {
-        Offsets(std::array::from_fn(|i| self.starts[i]))
+        Offsets(self.starts.clone())
     }
 
     /// A place, and one number more.

@@ -196,7 +196,7 @@ impl Studio {
         let planned = start.elapsed().as_secs_f64();
         self.planned = planned;
         let backend = self.opener.kept(&mut stand.quick, &scene)?;
-        let Found { light, seconds, by } = found(backend, &Job::planned(&scene, &options, plan)?, control)?;
+        let Rendered { light, seconds, by } = rendered(backend, &Job::planned(&scene, &options, plan)?, control)?;
         let times = Times { plan: planned, march: seconds, stars: 0.0, colours: 0.0 };
         let stats = light.stats;
         let image = backend::extended(&scene, plan, light.samples)?;
@@ -220,7 +220,7 @@ impl Studio {
         let planned = start.elapsed().as_secs_f64();
         let job = Job::planned(&scene, &options, &plan)?;
         let backend = self.opener.kept(&mut stand.slow, &scene)?;
-        let Found { light, seconds, by } = found(backend, &job, control)?;
+        let Rendered { light, seconds, by } = rendered(backend, &job, control)?;
         let start = Instant::now();
         let stats = light.stats;
         let image = backend.finish(&job, light)?;
@@ -259,18 +259,18 @@ fn seen(scene: &Scene, camera: &Camera) -> Arc<Scene> {
 }
 
 /// Light that a back end found, in how long, and what found it.
-struct Found {
+struct Rendered {
     light: Radiance,
     seconds: f64,
     by: String,
 }
 
 /// The light of a job by a back end of one kind of plan, whose tables stay where it has them.
-fn found(backend: &mut dyn Backend, job: &Job, control: &Control) -> Result<Found> {
+fn rendered(backend: &mut dyn Backend, job: &Job, control: &Control) -> Result<Rendered> {
     let start = Instant::now();
     let light = backend.radiance(job, control)?;
     let by = backend.instead().map_or_else(|| backend.name(), |why| format!("{}, since {why}", backend.name()));
-    Ok(Found { light, seconds: start.elapsed().as_secs_f64(), by })
+    Ok(Rendered { light, seconds: start.elapsed().as_secs_f64(), by })
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ pub struct NearPiece {
 }
 
 /// The dust near a star.
-pub struct Dust<S, D> {
+pub struct DustNearby<S, D> {
     /// The extinction σ at V of a place [pc⁻¹].
     pub sigma: S,
     /// Optical depth at V from the star to a place \[1\].
@@ -29,14 +29,14 @@ pub struct Dust<S, D> {
 }
 
 /// The dust around a star as its samples have it.
-pub fn samples(space: &SpatialPlan, star: DVec3) -> Dust<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64> {
+pub fn samples(space: &SpatialPlan, star: DVec3) -> DustNearby<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64> {
     let sigma = |p| space.dust.as_ref().map_or(0.0, |dust| dust.at(p));
-    Dust { sigma, depth: move |p| space.depth(star, p) }
+    DustNearby { sigma, depth: move |p| space.depth(star, p) }
 }
 
 /// The dust around a star as the fields themselves have it.
-pub fn fields(space: &SpatialPlan, star: DVec3) -> Dust<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64> {
-    Dust { sigma: |p| space.fields_at(p).0, depth: move |p| space.depth(star, p) + space.depth_beyond_samples(star, p) }
+pub fn fields(space: &SpatialPlan, star: DVec3) -> DustNearby<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64> {
+    DustNearby { sigma: |p| space.fields_at(p).0, depth: move |p| space.depth(star, p) + space.depth_beyond_samples(star, p) }
 }
 
 /// The resolution with which the neighbourhood of a star is marched.
@@ -98,7 +98,7 @@ pub fn phases(angle: f64, phase_angle: f64) -> usize {
 
 /// The pieces of a segment of `ray`, split where the phase function changes within one.
 pub fn pieces(
-    dust: Dust<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64>,
+    dust: DustNearby<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64>,
     resolution: Resolution,
     star: DVec3,
     ray: &Ray,

@@ -92,7 +92,7 @@ impl Sweeper for Ordinates {
 
     fn start<'a>(&self, transfer: Transfer<'a>, first: Moments) -> std::result::Result<Box<dyn Orders + 'a>, Failure> {
         let pipelines = self.pipelines(first.count, beams_of(&transfer));
-        let on_device = OnDevice::new(self.gpu.clone(), pipelines, &transfer, &first);
+        let on_device = SweepOnDevice::new(self.gpu.clone(), pipelines, &transfer, &first);
         Ok(Box::new(on_device.map_err(unable)?))
     }
 }
@@ -173,7 +173,7 @@ impl Buffers {
     }
 }
 
-struct OnDevice {
+struct SweepOnDevice {
     gpu: Gpu,
     pipelines: Arc<Pipelines>,
     harmonics: usize,
@@ -190,7 +190,7 @@ struct OnDevice {
     bytes: u64,
 }
 
-impl OnDevice {
+impl SweepOnDevice {
     fn new(gpu: Gpu, pipelines: Arc<Pipelines>, transfer: &Transfer, first: &Moments) -> Result<Self> {
         let Transfer { cells, k, glow, around, .. } = *transfer;
         let shining = TermNumbers {
@@ -318,7 +318,7 @@ impl OnDevice {
     }
 }
 
-impl Orders for OnDevice {
+impl Orders for SweepOnDevice {
     fn next(&mut self, control: &Control) -> std::result::Result<(Powers, Powers), Failure> {
         control.check()?;
         self.order().map_err(unable)

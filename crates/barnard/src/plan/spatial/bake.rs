@@ -17,7 +17,7 @@ pub const MIN_BAKE: usize = 32;
 
 /// The resolution at which functions are sampled, in voxels along the longest edge, where the scene does not say it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Fineness {
+pub struct BakeResolution {
     /// The least number of voxels.
     pub least: usize,
     /// The largest number of voxels; those of grids are merged to no more.
@@ -25,7 +25,7 @@ pub struct Fineness {
 }
 
 /// The resolution that each function asks for itself.
-pub const OWN: Fineness = Fineness { least: MIN_BAKE, most: usize::MAX };
+pub const OWN: BakeResolution = BakeResolution { least: MIN_BAKE, most: usize::MAX };
 
 /// Puts grids in the place of functions, so that every back end sees the same samples.
 ///
@@ -43,23 +43,29 @@ pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
 }
 
 /// Voxels along the longest edge of a function's box.
-fn edge(field: &Arc<dyn Field>, settings: &Settings, fineness: Fineness) -> usize {
+fn edge(field: &Arc<dyn Field>, settings: &Settings, resolution: BakeResolution) -> usize {
     let finest = (field.bounds().size().max_element() / field.feature_pc()).ceil() as usize;
-    settings.method.bake.unwrap_or(finest.clamp(MIN_BAKE, MAX_BAKE).max(fineness.least)).min(fineness.most)
+    settings.method.bake.unwrap_or(finest.clamp(MIN_BAKE, MAX_BAKE).max(resolution.least)).min(resolution.most)
 }
 
 /// The field as a grid, sampled if it is a function.
-pub(in crate::plan) fn baked(field: &Arc<dyn Field>, factor: f64, what: &str, settings: &Settings, fineness: Fineness) -> Result<Grid> {
+pub(in crate::plan) fn baked(
+    field: &Arc<dyn Field>,
+    factor: f64,
+    what: &str,
+    settings: &Settings,
+    resolution: BakeResolution,
+) -> Result<Grid> {
     if let Some(grid) = field.grid() {
         memory::check(&format!("the plan's copy of {what}"), 4 * grid.lattice.cells() as u64, settings.memory_limit)?;
         let longest = grid.lattice.dims.into_iter().max().unwrap_or(1);
-        let merged = longest.div_ceil(fineness.most.max(1));
+        let merged = longest.div_ceil(resolution.most.max(1));
         let scaled = if merged > 1 { grid.merged(merged, factor) } else { scaled(grid, factor) };
         scaled.check(what)?;
         return Ok(scaled);
     }
     let size = field.bounds().size();
-    let edge = edge(field, settings, fineness) as f64;
+    let edge = edge(field, settings, resolution) as f64;
     let dims = <[f64; 3]>::from(size / size.max_element() * edge).map(|n| (n.round() as usize).max(2));
     let lattice = Lattice { dims, bounds: field.bounds() };
     memory::check(&format!("{what}, sampled"), 4 * lattice.cells() as u64, settings.memory_limit)?;

@@ -17,7 +17,7 @@ use crate::field::{Fbm, Field, Grid, column};
 use crate::geometry::{Bounds, Ray};
 use crate::plan::many_lights;
 use crate::plan::many_lights::ManyLights;
-use crate::plan::spatial::bake::{Fineness, OWN, baked};
+use crate::plan::spatial::bake::{BakeResolution, OWN, baked};
 use crate::plan::{Settings, Spatial, star_depths};
 use crate::scene::Scene;
 use crate::volume::Bricks;
@@ -62,7 +62,7 @@ pub struct SpatialPlan {
     sigma_v_per_pc: f64,
     bake: Option<usize>,
     /// The resolution that was asked for functions.
-    fineness: Fineness,
+    resolution: BakeResolution,
 }
 
 fn sigma_v_per_pc(scene: &Scene) -> f64 {
@@ -95,12 +95,12 @@ impl SpatialPlan {
 
     /// The same scene with no more than `most` voxels along an edge: functions are sampled so, voxels of grids merged.
     pub(crate) fn coarse(scene: &Scene, settings: &Settings, most: usize, control: &Control) -> Result<Self> {
-        Self::sampled(scene, settings, Fineness { most, ..OWN }, control)
+        Self::sampled(scene, settings, BakeResolution { most, ..OWN }, control)
     }
 
-    fn sampled(scene: &Scene, settings: &Settings, fineness: Fineness, control: &Control) -> Result<Self> {
-        let dust = scene.dust.as_ref().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", settings, fineness)).transpose()?;
-        let emission = scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, settings, fineness)).collect::<Result<Vec<_>>>()?;
+    fn sampled(scene: &Scene, settings: &Settings, resolution: BakeResolution, control: &Control) -> Result<Self> {
+        let dust = scene.dust.as_ref().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", settings, resolution)).transpose()?;
+        let emission = scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, settings, resolution)).collect::<Result<Vec<_>>>()?;
         let bricks: Vec<Bricks> = dust.iter().chain(&emission).map(Bricks::new).collect();
         let mut space = Self {
             volumes: Vec::new(),
@@ -119,7 +119,7 @@ impl SpatialPlan {
             densities: scene.densities().cloned().collect(),
             sigma_v_per_pc: sigma_v_per_pc(scene),
             bake: settings.method.bake,
-            fineness,
+            resolution,
         };
         space.part_stars(&many_lights::members(scene, &settings.method), settings, control)?;
         space.refine_stars(1, settings, control)?;

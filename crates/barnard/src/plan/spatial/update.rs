@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::bake::{Fineness, OWN, baked};
+use super::bake::{BakeResolution, OWN, baked};
 use super::{SpatialPlan, cloud, occupied, sigma_v_per_pc};
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -67,7 +67,7 @@ impl SpatialPlan {
     /// The space of a scene that has the same densities and as much dust, as it is before pilots choose how finely;
     /// none otherwise.
     pub(crate) fn rebuilt(self: &Arc<Self>, scene: &Scene, settings: &Settings, control: &Control) -> Result<Option<Self>> {
-        if sigma_v_per_pc(scene) != self.sigma_v_per_pc || self.fineness != OWN {
+        if sigma_v_per_pc(scene) != self.sigma_v_per_pc || self.resolution != OWN {
             return Ok(None);
         }
         let Some(followed) = self.updated(scene, settings, control)? else { return Ok(None) };
@@ -114,7 +114,7 @@ impl SpatialPlan {
         let before = self.dust.as_deref().filter(|_| self.sigma_v_per_pc > 0.0);
         let grid = match before {
             Some(grid) => scaled(grid, dust.sigma_v_per_pc / self.sigma_v_per_pc),
-            None => baked(&dust.density, dust.sigma_v_per_pc, "dust", settings, self.fineness)?,
+            None => baked(&dust.density, dust.sigma_v_per_pc, "dust", settings, self.resolution)?,
         };
         grid.check("dust")?;
         self.bricks[0] = Bricks::new(&grid);
@@ -128,9 +128,9 @@ impl SpatialPlan {
     /// The same space with functions sampled to at least `edge` voxels along their longest edge; none where that would
     /// take more memory than is allowed.
     pub(crate) fn resampled(&self, scene: &Scene, edge: usize, settings: &Settings, control: &Control) -> Result<Option<Self>> {
-        match Self::sampled(scene, settings, Fineness { least: edge, ..self.fineness }, control) {
+        match Self::sampled(scene, settings, BakeResolution { least: edge, ..self.resolution }, control) {
             // Which samples another plan of the same scene begins with does not hang on what this one needed.
-            Ok(space) => Ok(Some(Self { fineness: self.fineness, ..space })),
+            Ok(space) => Ok(Some(Self { resolution: self.resolution, ..space })),
             Err(Error::Memory { .. }) => Ok(None),
             Err(other) => Err(other),
         }
