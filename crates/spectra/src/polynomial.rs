@@ -42,7 +42,7 @@ pub struct Fit {
 /// G(g) = ∫ P(λ) e^(−g/λ) dλ over an interval, with its neighbours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Attenuated {
-    /// The integral G.
+    /// The integral G of a polynomial against an exponential.
     pub value: f64,
     /// −dG/dg = ∫ P/λ e^(−g/λ) dλ [per µm].
     pub slope: f64,

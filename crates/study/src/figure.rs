@@ -124,7 +124,7 @@ impl Figure {
         csv
     }
 
-    /// As SVG.
+    /// The figure as the text of an SVG file.
     ///
     /// # Errors
     /// Where it cannot be drawn.
@@ -134,7 +134,7 @@ impl Figure {
         Ok(svg)
     }
 
-    /// As PNG.
+    /// The figure as the bytes of a PNG file.
     ///
     /// # Errors
     /// Where it cannot be drawn or encoded.
@@ -236,7 +236,7 @@ fn register_font() {
 }
 
 impl Picture {
-    /// As PNG.
+    /// The picture as the bytes of a PNG file.
     ///
     /// # Errors
     /// Where it cannot be drawn or encoded.

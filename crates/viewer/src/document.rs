@@ -73,7 +73,7 @@ impl Document {
         }
     }
 
-    /// A built-in scene.
+    /// Opens a built-in scene.
     ///
     /// # Errors
     /// Where there is none of that name.

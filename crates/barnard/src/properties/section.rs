@@ -110,7 +110,7 @@ impl<'a> Section<'a> {
         self.error(key, format!("{found} is not {wanted}"))
     }
 
-    /// A text.
+    /// The value of `key` as a text.
     ///
     /// # Errors
     /// Where the value is something else; its place and what would be right are said.
