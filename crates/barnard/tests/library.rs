@@ -135,7 +135,9 @@ fn what_cannot_be_rendered_is_refused_with_its_place() {
 #[test]
 fn back_ends_begin_anew_with_another_scene() {
     let (options, control) = (Options::default(), Control::default());
-    let (one, other) = (made(), made().star(Star::blackbody(Temperature(5000.0), Luminosity::suns(300.0)).at(dvec3(-0.4, 0.2, 0.1))));
+    let mut one = made();
+    one.camera = one.camera.size(6, 4);
+    let other = one.clone().star(Star::blackbody(Temperature(5000.0), Luminosity::suns(300.0)).at(dvec3(-0.4, 0.2, 0.1)));
     for entry in Registry::default().entries().iter().filter(|entry| entry.name != "reference") {
         let light =
             |backend: &mut dyn Backend, scene: &Scene| backend.radiance(&Job::new(scene, &options).unwrap(), &control).unwrap().samples;
