@@ -4,12 +4,11 @@
 //! width.
 
 use std::io::{BufReader, Cursor, Read};
-
 use std::path::Path;
 
 use npyz::{DType, NpyFile, Order, TypeChar, WriterBuilder};
 
-use super::{Reader, Request, Seekable, Writer, checked_shape};
+use super::{Reader, Request, Writer, checked_shape};
 use barnard::data::Array;
 use barnard::error::{Error, Result};
 use barnard::image::{Image, Samples};
@@ -25,8 +24,11 @@ fn npy(request: &mut Request) -> Result<Array> {
     if let Some(part) = request.part {
         return Err(Error::file(request.path, format!("holds one array without a name; leave out array = \"{part}\"")));
     }
-    let asked = Asked::of(request);
-    let (file, order) = open(request)?;
+    array(Stream::of(request)?)
+}
+
+fn array(stream: Stream) -> Result<Array> {
+    let (asked, file, order) = stream.open()?;
     let (shape, cells) = checked_shape(asked.path, asked.memory_limit, file.shape())?;
     let data = values(&asked, file, cells)?;
     Ok(Array { shape, data, fortran: order == Order::Fortran, frame: None })
@@ -71,49 +73,60 @@ fn check_header(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// The part of a request that stays when its bytes are lent to a parser.
+/// What of a request stays when its bytes are lent to a parser.
 struct Asked<'a> {
     path: &'a Path,
     memory_limit: u64,
+    /// Bytes of the array, its header among them.
     length: usize,
 }
 
-impl<'a> Asked<'a> {
-    fn of(request: &Request<'a>) -> Self {
-        let length = usize::try_from(request.length).unwrap_or(usize::MAX);
-        Self { path: request.path, memory_limit: request.memory_limit, length }
-    }
+/// An array as it is read from its beginning: a file, or a member of an archive.
+struct Stream<'r> {
+    asked: Asked<'r>,
+    reader: Box<dyn Read + 'r>,
 }
 
 /// A file whose header was read.
-type Open<'r> = NpyFile<BufReader<&'r mut dyn Seekable>>;
+type Open<'r> = NpyFile<BufReader<Box<dyn Read + 'r>>>;
 
-/// The header; a panic-free description of what is wrong with it otherwise.
-fn open<'r>(request: &'r mut Request) -> Result<(Open<'r>, Order)> {
-    let path = request.path;
-    let start = (LONGEST_HEADER as u64 + 16).min(request.length) as usize;
-    let bytes = request.bytes(0, start)?.unwrap_or_default();
-    if !bytes.starts_with(MAGIC) {
-        return Err(Error::file(path, "is no .npy array: it does not begin with \\x93NUMPY"));
+impl<'r> Stream<'r> {
+    fn of(request: &'r mut Request<'_>) -> Result<Self> {
+        let length = usize::try_from(request.length).unwrap_or(usize::MAX);
+        let asked = Asked { path: request.path, memory_limit: request.memory_limit, length };
+        Ok(Self { asked, reader: Box::new(request.rewound()?) })
     }
-    check_header(&bytes).map_err(|reason| Error::file(path, reason))?;
-    let file = NpyFile::new(request.rewound()?).map_err(|e| Error::file(path, format!("the .npy header is broken: {e}")))?;
-    let order = file.order();
-    Ok((file, order))
+
+    /// The header; a panic-free description of what is wrong with it otherwise.
+    fn open(self) -> Result<(Asked<'r>, Open<'r>, Order)> {
+        let Self { asked, mut reader } = self;
+        let wrong = |reason: String| Error::file(asked.path, reason);
+        let mut head = Vec::new();
+        let read = reader.by_ref().take(LONGEST_HEADER as u64 + 16).read_to_end(&mut head);
+        read.map_err(|e| wrong(format!("cannot be read: {e}")))?;
+        if !head.starts_with(MAGIC) {
+            return Err(wrong("is no .npy array: it does not begin with \\x93NUMPY".into()));
+        }
+        check_header(&head).map_err(wrong)?;
+        let whole: Box<dyn Read + 'r> = Box::new(Cursor::new(head).chain(reader));
+        let file = NpyFile::new(BufReader::with_capacity(1 << 16, whole)).map_err(|e| wrong(format!("the .npy header is broken: {e}")))?;
+        let order = file.order();
+        Ok((asked, file, order))
+    }
 }
 
 /// Reads all values as f64, whatever plain number type they have.
-fn values(request: &Asked, file: Open, cells: usize) -> Result<Vec<f64>> {
-    let available = request.length;
+fn values(asked: &Asked, file: Open, cells: usize) -> Result<Vec<f64>> {
+    let available = asked.length;
     let dtype = file.dtype();
     let DType::Plain(kind) = &dtype else {
-        return Err(Error::file(request.path, "holds records; a plain array of numbers is needed"));
+        return Err(Error::file(asked.path, "holds records; a plain array of numbers is needed"));
     };
     let (letter, size) = (kind.type_char(), kind.num_bytes().unwrap_or(usize::MAX));
     let stored = available.saturating_sub(64);
     if cells.saturating_mul(size) > available {
         let reason = format!("is truncated: {cells} values of {size} bytes announced, {stored} bytes there");
-        return Err(Error::file(request.path, reason));
+        return Err(Error::file(asked.path, reason));
     }
     macro_rules! read {
         ($type:ty, $to:expr) => {
@@ -136,12 +149,12 @@ fn values(request: &Asked, file: Open, cells: usize) -> Result<Vec<f64>> {
         (TypeChar::Uint, 8) => read!(u64, |v| v as f64),
         _ => Err(format!("values of type {} are no real numbers", dtype.descr())),
     };
-    let data = read.map_err(|e| Error::file(request.path, format!("cannot be read: {e}")))?;
+    let data = read.map_err(|e| Error::file(asked.path, format!("cannot be read: {e}")))?;
     if available - cells * size > HEADER {
-        return Err(Error::file(request.path, format!("has {available} bytes, but its header announces {cells} values of {size} bytes")));
+        return Err(Error::file(asked.path, format!("has {available} bytes, but its header announces {cells} values of {size} bytes")));
     }
     if data.len() != cells {
-        return Err(Error::file(request.path, format!("is truncated: {cells} values announced, {} there", data.len())));
+        return Err(Error::file(asked.path, format!("is truncated: {cells} values announced, {} there", data.len())));
     }
     Ok(data)
 }
@@ -152,12 +165,11 @@ const HEADER: usize = 1 << 16;
 const OVERHEAD: u64 = 1 << 20;
 
 fn npz(request: &mut Request) -> Result<Array> {
-    let (path, limit) = (request.path, request.memory_limit);
-    npy(&mut Request::new(&mut Cursor::new(part_of(request)?), path, None, limit)?)
+    of_member(request, array)
 }
 
-/// The bytes of the one array of an archive that is meant.
-fn part_of(request: &mut Request) -> Result<Vec<u8>> {
+/// What `read` makes of the one array of an archive that is meant, which is inflated as it is read.
+fn of_member<T>(request: &mut Request, read: impl FnOnce(Stream) -> Result<T>) -> Result<T> {
     let (path, part, memory_limit) = (request.path, request.part, request.memory_limit);
     let mut archive = zip::ZipArchive::new(request.rewound()?).map_err(|e| Error::file(path, format!("is no .npz archive: {e}")))?;
     let names: Vec<String> = archive.file_names().filter_map(|n| Some(n.ok()?.strip_suffix(".npy")?.to_owned())).collect();
@@ -177,11 +189,13 @@ fn part_of(request: &mut Request) -> Result<Vec<u8>> {
     let stated = entry.size();
     memory::check(&format!("array {name} of {}", path.display()), stated, limit)?;
     let corrupt = |reason: String| Error::file(path, format!("array {name} is corrupt: {reason}"));
-    let mut bytes = Vec::new();
-    entry.by_ref().take(stated).read_to_end(&mut bytes).map_err(|e| corrupt(e.to_string()))?;
+    let mut member = entry.by_ref().take(stated);
+    let asked = Asked { path, memory_limit, length: usize::try_from(stated).unwrap_or(usize::MAX) };
+    let made = read(Stream { asked, reader: Box::new(&mut member) })?;
     // The archive's checksum is looked at where an entry ends, and not before.
+    std::io::copy(&mut member, &mut std::io::sink()).map_err(|e| corrupt(e.to_string()))?;
     match entry.read(&mut [0]) {
-        Ok(0) => Ok(bytes),
+        Ok(0) => Ok(made),
         Ok(_) => Err(corrupt(format!("it is longer than the {stated} bytes that the archive states"))),
         Err(e) => Err(corrupt(e.to_string())),
     }
@@ -189,18 +203,16 @@ fn part_of(request: &mut Request) -> Result<Vec<u8>> {
 
 /// The shape and the values of an array of an archive, as doubles in C order.
 pub(crate) fn doubles(request: &mut Request) -> Result<(Vec<u64>, Vec<f64>)> {
-    let (path, limit) = (request.path, request.memory_limit);
-    let mut bytes = Cursor::new(part_of(request)?);
-    let mut request = Request::new(&mut bytes, path, None, limit)?;
-    let asked = Asked::of(&request);
-    let (file, order) = open(&mut request)?;
-    let shape = file.shape().to_vec();
-    let cells = shape.iter().try_fold(1u64, |n, edge| n.checked_mul(*edge)).unwrap_or(u64::MAX);
-    memory::check(&format!("an array of {}", path.display()), cells.saturating_mul(8), limit)?;
-    if order == Order::Fortran {
-        return Err(Error::file(path, "is in Fortran order; C order is needed"));
-    }
-    Ok((shape, values(&asked, file, cells as usize)?))
+    of_member(request, |stream| {
+        let (asked, file, order) = stream.open()?;
+        let shape = file.shape().to_vec();
+        let cells = shape.iter().try_fold(1u64, |n, edge| n.checked_mul(*edge)).unwrap_or(u64::MAX);
+        memory::check(&format!("an array of {}", asked.path.display()), cells.saturating_mul(8), asked.memory_limit)?;
+        if order == Order::Fortran {
+            return Err(Error::file(asked.path, "is in Fortran order; C order is needed"));
+        }
+        Ok((shape, values(&asked, file, cells as usize)?))
+    })
 }
 
 /// An archive of arrays of doubles, each with its name and shape.
@@ -216,8 +228,7 @@ pub(crate) fn archive(arrays: &[(&str, &[u64], Vec<f64>)]) -> Result<Vec<u8>> {
 }
 
 fn image(request: &mut Request) -> Result<Image> {
-    let asked = Asked::of(request);
-    let (file, order) = open(request)?;
+    let (asked, file, order) = Stream::of(request)?.open()?;
     if order == Order::Fortran {
         return Err(Error::file(asked.path, "is in Fortran order; an image of Barnard is bands x height x width in C order"));
     }
