@@ -23,7 +23,7 @@ use crate::volume::{Bricks, ChannelMut, Volume};
 /// e^(−30) is left.
 pub const OPAQUE: f64 = 1000.0;
 
-/// The progress of a work that one star's depths are a part of [voxels].
+/// The progress of a work that one star's depths are a part of \[voxels\].
 #[derive(Debug, Clone, Copy)]
 pub struct Progress {
     /// The voxels that were done before them.
