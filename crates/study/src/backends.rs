@@ -1,5 +1,6 @@
 //! The back ends that the study measures, by their names in the registry.
 
+use barnard::backend::path::{self, PathTracer};
 use barnard::backend::{Backend, Job, Radiance, Registry};
 use barnard::control::Control;
 use barnard::error::Result;
@@ -16,6 +17,12 @@ pub fn light(scene: &Scene, plan: &Plan, control: &Control) -> Result<Radiance> 
     named("cpu", scene)?.radiance(&Job::planned(scene, &Options::default(), plan)?, control)
 }
 
+/// The light of a plan of `scene` on the processor, bands × height × width \[W m⁻² sr⁻¹\].
+pub fn values(scene: &Scene, plan: &Plan, control: &Control) -> Result<Vec<f64>> {
+    let samples = light(scene, plan, control)?.samples;
+    Ok((0..samples.len()).map(|i| samples.at(i)).collect())
+}
+
 /// The picture of a plan of `scene` on the processor.
 pub fn picture(scene: &Scene, plan: &Plan, control: &Control) -> Result<Image> {
     Ok(named("cpu", scene)?.render(&Job::planned(scene, &Options::default(), plan)?, control)?.0)
@@ -25,4 +32,11 @@ pub fn picture(scene: &Scene, plan: &Plan, control: &Control) -> Result<Image> {
 pub fn reference(scene: &Scene, control: &Control) -> Result<Image> {
     let options = Options::default();
     Ok(named("reference", scene)?.render(&Job::new(scene, &options)?, control)?.0)
+}
+
+/// What the paths of a scene come to: their film holds means with standard errors.
+pub fn paths(scene: &Scene, options: path::Options, control: &Control) -> Result<PathTracer> {
+    let mut tracer = PathTracer::new(options);
+    tracer.radiance(&Job::new(scene, &Options::default())?, control)?;
+    Ok(tracer)
 }

@@ -236,10 +236,9 @@ impl Truth {
             let image = backends::reference(scene, control)?;
             return Ok(Self { image, noise: vec![0.0; bands], paths: None });
         }
-        let options = path::Options { samples: PATHS, ..path::Options::default() };
-        let (mut film, start) = (path::Film::default(), Instant::now());
-        path::trace(scene, &options, &mut film, control, &mut |_| ())?;
-        let image = path::image(scene, &film, &options)?;
+        let start = Instant::now();
+        let tracer = backends::paths(scene, path::Options { samples: PATHS, ..path::Options::default() }, control)?;
+        let image = path::image(scene, &tracer.film, &tracer.options)?;
         let paths = Some(start.elapsed().as_secs_f64());
         let power = |band: usize| image.band(band).map(|v| v * v).sum::<f64>();
         let noise = (0..bands).map(|b| (power(bands + b) / power(b).max(f64::MIN_POSITIVE)).sqrt()).collect();

@@ -6,7 +6,6 @@
 
 use std::fmt::Write;
 
-use barnard::backend::cpu;
 use barnard::control::Control;
 use barnard::geometry::Bounds;
 use barnard::glam::DVec3;
@@ -19,7 +18,7 @@ use spectra::passband::{self, Passband};
 
 use super::integral::{Samples, Shape};
 use crate::page::{short, table};
-use crate::{Chapter, Findings, Result};
+use crate::{Chapter, Findings, Result, backends};
 
 pub const CHAPTER: Chapter = Chapter {
     name: "slabs",
@@ -198,8 +197,8 @@ fn outcomes(place: Place, number: usize, control: &Control) -> Result<Option<Vec
     let case = Case::new(place, number)?;
     let scene = barnard_files::parse("campaign.toml", "campaign", case.text.clone(), &barnard_files::in_folder(".", DEFAULT_LIMIT))?;
     let options = Options::within(DEFAULT_LIMIT);
-    let done = Plan::sampled(&scene, &options, 8, control).and_then(|plan| Ok((cpu::radiance(&plan, control)?, plan)));
-    let ((light, stats), plan) = match done {
+    let done = Plan::sampled(&scene, &options, 8, control).and_then(|plan| Ok((backends::light(&scene, &plan, control)?, plan)));
+    let (light, plan) = match done {
         Ok(done) => done,
         Err(barnard::Error::Interrupted) => return Err(barnard::Error::Interrupted.into()),
         Err(_) => return Ok(None),
@@ -213,11 +212,11 @@ fn outcomes(place: Place, number: usize, control: &Control) -> Result<Option<Vec
         if truth(1.0).1 <= 0.0 {
             return Ok(None);
         }
-        let stated = plan.certificates(b, &stats).into_iter().next();
+        let stated = plan.certificates(b, &light.stats).into_iter().next();
         let (mut absolute, mut relative) = (0.0f64, 0.0f64);
-        for (length, found) in lengths.iter().zip(&light[b * EDGE * EDGE..]).filter(|(l, _)| **l > 0.0) {
+        for (i, length) in lengths.iter().enumerate().filter(|(_, l)| **l > 0.0) {
             let (value, whole) = truth(*length);
-            let error = (f64::from(*found) - value).abs();
+            let error = (light.samples.at(b * EDGE * EDGE + i) - value).abs();
             absolute = absolute.max(error / whole);
             // Below the range of single precision there is no light, and no part of it that could be wrong.
             if value > 1e-30 {

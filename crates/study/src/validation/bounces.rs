@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use barnard::backend::{cpu, path};
+use barnard::backend::path;
 use barnard::control::Control;
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{ErrorEstimate, Options, Plan};
@@ -10,7 +10,7 @@ use barnard::scene::{MANY_BOUNCES, Scene};
 
 use crate::figure::white;
 use crate::page::{short, table};
-use crate::{Chapter, Findings, Picture, Result};
+use crate::{Chapter, Findings, Picture, Result, backends};
 
 pub(super) const CHAPTER: Chapter = Chapter {
     name: "bounces",
@@ -98,11 +98,9 @@ struct Run {
 impl Run {
     fn new(scene: &Scene, control: &Control) -> Result<Self> {
         let start = Instant::now();
-        let options = path::Options { first: 2, samples: PATHS, ..path::Options::default() };
-        let mut film = path::Film::default();
-        path::trace(scene, &options, &mut film, control, &mut |_| ())?;
+        let tracer = backends::paths(scene, path::Options { first: 2, samples: PATHS, ..path::Options::default() }, control)?;
         let path_seconds = start.elapsed().as_secs_f64();
-        let (paths, errors) = film.estimates.iter().map(|e| (e.mean, e.error())).unzip();
+        let (paths, errors) = tracer.film.estimates.iter().map(|e| (e.mean, e.error())).unzip();
         let planned = |bounces: usize| -> Result<(Plan, f64)> {
             let mut scene = scene.clone();
             scene.method.bounces = bounces;
@@ -110,20 +108,19 @@ impl Run {
             Ok((Plan::new(&scene, &Options::default(), control)?, start.elapsed().as_secs_f64()))
         };
         let ((once, once_planned), (plan, many_planned)) = (planned(1)?, planned(MANY_BOUNCES)?);
-        let light = |plan: &Plan| -> Result<Vec<f64>> { Ok(cpu::radiance(plan, control)?.0.into_iter().map(f64::from).collect()) };
         let large = |plan: &Plan| plan.clone().with_size(TIMED, TIMED);
         let (large_once, large_many) = (large(&once), large(&plan));
         let mut frames = (f64::INFINITY, f64::INFINITY);
         for _ in 0..ROUNDS {
             for (plan, shortest) in [(&large_once, &mut frames.1), (&large_many, &mut frames.0)] {
                 let start = Instant::now();
-                cpu::radiance(plan, control)?;
+                backends::light(scene, plan, control)?;
                 *shortest = shortest.min(start.elapsed().as_secs_f64());
             }
         }
         Ok(Self {
-            once: light(&once)?,
-            many: light(&plan)?,
+            once: backends::values(scene, &once, control)?,
+            many: backends::values(scene, &plan, control)?,
             paths,
             errors,
             path_seconds,

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use barnard::backend::{cpu, path};
+use barnard::backend::path;
 use barnard::control::Control;
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan};
@@ -10,7 +10,7 @@ use barnard::scene::Scene;
 
 use crate::figure::white;
 use crate::page::{short, table};
-use crate::{Chapter, Findings, Picture, Result};
+use crate::{Chapter, Findings, Picture, Result, backends};
 
 pub(super) const CHAPTER: Chapter = Chapter {
     name: "stars",
@@ -72,18 +72,14 @@ fn of_size(plan: &Plan, edge: usize) -> Plan {
     plan.clone().with_size(edge, edge)
 }
 
-fn light(plan: &Plan, control: &Control) -> Result<Vec<f64>> {
-    Ok(cpu::radiance(plan, control)?.0.into_iter().map(f64::from).collect())
-}
-
-/// Seconds of a frame of each plan, `edge` pixels an edge, the shortest of some in turn.
-fn frames(plans: [&Plan; 2], edge: usize, control: &Control) -> Result<[f64; 2]> {
+/// Seconds of a frame of each plan of scenes like `scene`, `edge` pixels an edge, the shortest of some in turn.
+fn frames(scene: &Scene, plans: [&Plan; 2], edge: usize, control: &Control) -> Result<[f64; 2]> {
     let large = plans.map(|plan| of_size(plan, edge));
     let mut shortest = [f64::INFINITY; 2];
     for _ in 0..ROUNDS {
         for (plan, shortest) in large.iter().zip(&mut shortest) {
             let start = Instant::now();
-            cpu::radiance(plan, control)?;
+            backends::light(scene, plan, control)?;
             *shortest = shortest.min(start.elapsed().as_secs_f64());
         }
     }
@@ -99,62 +95,105 @@ fn error(ours: &[f64], film: &path::Film) -> (f64, f64) {
     (((wrong - chance).max(0.0) / power).sqrt(), (chance / power).sqrt())
 }
 
-fn run(control: &Control) -> Result<Findings> {
-    let mut findings = Findings::default();
-    let percent = |v: f64| format!("{:.2} %", 100.0 * v);
-    let one = planned(&scene(1, None)?, control)?.0;
-    let (mut rows, mut slowest) = (Vec::new(), 0.0f64);
-    for count in COUNTS {
+fn percent(v: f64) -> String {
+    format!("{:.2} %", 100.0 * v)
+}
+
+/// A scene of so many stars, its plan, and how long its frame takes beside that of one star.
+struct Run {
+    stars: usize,
+    scene: Scene,
+    plan: Plan,
+    /// Seconds of the plan.
+    planned: f64,
+    /// The length of a frame, of one with one star.
+    ratio: f64,
+}
+
+impl Run {
+    fn new(stars: usize, one: &Plan, control: &Control) -> Result<Self> {
         control.check()?;
-        let own = scene(count, None)?;
-        let (plan, seconds) = planned(&own, control)?;
-        let [alone, all] = frames([&one, &plan], TIMED, control)?;
-        slowest = slowest.max(all / alone);
-        let mut film = path::Film::default();
+        let scene = scene(stars, None)?;
+        let (plan, planned) = planned(&scene, control)?;
+        let [alone, all] = frames(&scene, [one, &plan], TIMED, control)?;
+        Ok(Self { stars, scene, plan, planned, ratio: all / alone })
+    }
+
+    /// What this run costs, and its error beside paths.
+    fn against_paths(&self, control: &Control) -> Result<Vec<String>> {
         let options = path::Options { samples: PATHS, ..path::Options::default() };
-        path::trace(&own, &options, &mut film, control, &mut |_| ())?;
-        let (wrong, chance) = error(&light(&plan, control)?, &film);
-        let gathered = plan.scattered_field().as_ref().and_then(|d| d.report.far_field);
-        let mut row = vec![
-            count.to_string(),
-            plan.space().marched().len().to_string(),
-            short(seconds),
-            format!("{:.2}", all / alone),
-            (plan.bytes() >> 20).to_string(),
+        let tracer = backends::paths(&self.scene, options, control)?;
+        let (wrong, chance) = error(&backends::values(&self.scene, &self.plan, control)?, &tracer.film);
+        let gathered = self.plan.scattered_field().as_ref().and_then(|d| d.report.far_field);
+        Ok(vec![
+            self.stars.to_string(),
+            self.plan.space().marched().len().to_string(),
+            short(self.planned),
+            format!("{:.2}", self.ratio),
+            (self.plan.bytes() >> 20).to_string(),
             gathered.and_then(|g| g.error).map_or("none is gathered".into(), percent),
             percent(wrong),
             percent(chance),
-        ];
-        if (2..=ONE_BY_ONE).contains(&count) {
-            let (exact, seconds) = planned(&scene(count, Some(count))?, control)?;
-            let [alone, all] = frames([&one, &exact], SHOWN, control)?;
-            let (ours, theirs) = (light(&of_size(&plan, SHOWN), control)?, light(&of_size(&exact, SHOWN), control)?);
-            let pairs = || ours.iter().copied().zip(theirs.iter().copied());
-            row.extend([percent(barnard::image::relative_rms(pairs())), short(seconds), format!("{:.2}", all / alone)]);
-            if count == ONE_BY_ONE {
-                findings.pictures.push(montage(&ours, &theirs));
-            }
-        } else {
-            row.extend(["".into(), "".into(), "".into()]);
+        ])
+    }
+
+    /// The same stars one by one, where there are some and not too many.
+    fn one_by_one(&self, one: &Plan, control: &Control) -> Result<Option<OneByOne>> {
+        if !(2..=ONE_BY_ONE).contains(&self.stars) {
+            return Ok(None);
         }
+        let (exact, planned) = planned(&scene(self.stars, Some(self.stars))?, control)?;
+        let [alone, all] = frames(&self.scene, [one, &exact], SHOWN, control)?;
+        let shown = |plan: &Plan| backends::values(&self.scene, &of_size(plan, SHOWN), control);
+        Ok(Some(OneByOne { gathered: shown(&self.plan)?, exact: shown(&exact)?, planned, ratio: all / alone }))
+    }
+}
+
+/// Light of gathered stars and of the same stars one by one, with what the latter cost.
+struct OneByOne {
+    gathered: Vec<f64>,
+    exact: Vec<f64>,
+    planned: f64,
+    ratio: f64,
+}
+
+impl OneByOne {
+    fn in_words(&self) -> [String; 3] {
+        let pairs = || self.gathered.iter().copied().zip(self.exact.iter().copied());
+        [percent(barnard::image::relative_rms(pairs())), short(self.planned), format!("{:.2}", self.ratio)]
+    }
+}
+
+const HEAD: [&str; 11] = [
+    "stars",
+    "marched one by one",
+    "plan [s]",
+    "frame, of one with one star",
+    "plan [MiB]",
+    "error at places, as stated",
+    "error against paths",
+    "chance in those",
+    "error against stars one by one",
+    "plan of those [s]",
+    "frame of those, of one with one star",
+];
+
+fn run(control: &Control) -> Result<Findings> {
+    let mut findings = Findings::default();
+    let one = planned(&scene(1, None)?, control)?.0;
+    let (mut rows, mut slowest) = (Vec::new(), 0.0f64);
+    for stars in COUNTS {
+        let run = Run::new(stars, &one, control)?;
+        let mut row = run.against_paths(control)?;
+        let exact = run.one_by_one(&one, control)?;
+        row.extend(exact.as_ref().map_or_else(Default::default, OneByOne::in_words));
+        if let Some(exact) = exact.filter(|_| stars == ONE_BY_ONE) {
+            findings.pictures.push(montage(&exact));
+        }
+        slowest = slowest.max(run.ratio);
         rows.push(row);
     }
-    findings.text += &table(
-        &[
-            "stars",
-            "marched one by one",
-            "plan [s]",
-            "frame, of one with one star",
-            "plan [MiB]",
-            "error at places, as stated",
-            "error against paths",
-            "chance in those",
-            "error against stars one by one",
-            "plan of those [s]",
-            "frame of those, of one with one star",
-        ],
-        &rows,
-    );
+    findings.text += &table(&HEAD, &rows);
     findings.text += &format!(
         "Frames of {TIMED} × {TIMED} pixels on the processor, the shortest of {ROUNDS} of each kind in turn: with gathered stars the longest takes {slowest:.2} times that of one star. Errors are relative rms over the pixels; what chance \
          adds to the difference from {PATHS} paths a pixel is taken off. Stars one by one are the same plan with `exact_stars` as many as there are, which takes the memory of a volume each, in frames of {SHOWN} × {SHOWN}.\n"
@@ -163,16 +202,16 @@ fn run(control: &Control) -> Result<Findings> {
 }
 
 /// Gathered stars, stars one by one, and the difference.
-fn montage(ours: &[f64], theirs: &[f64]) -> Picture {
+fn montage(OneByOne { gathered, exact, .. }: &OneByOne) -> Picture {
     let (width, height) = (3 * SHOWN, SHOWN);
-    let white = white(theirs.to_vec());
+    let white = white(exact.clone());
     let pixel = |at: usize| {
         let (x, y) = (at % width, at / width);
         let i = y * SHOWN + x % SHOWN;
         let light = match x / SHOWN {
-            0 => ours[i],
-            1 => theirs[i],
-            _ => AMPLIFIED * (ours[i] - theirs[i]).abs(),
+            0 => gathered[i],
+            1 => exact[i],
+            _ => AMPLIFIED * (gathered[i] - exact[i]).abs(),
         };
         [(light / white).clamp(0.0, 1.0).powf(1.0 / 2.2); 3]
     };
