@@ -39,23 +39,16 @@ pub fn save(path: &Path, scene: &Scene, options: &Options, film: &Film) -> Resul
 /// # Errors
 /// Where it is of another scene, or no such file.
 pub fn load(path: &Path, scene: &Scene, options: &Options, memory_limit: u64) -> Result<Film> {
-    let mut file = std::fs::File::open(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
-    let other =
-        |what: &str| Error::file(path, format!("holds paths of another {what}; name another file, or remove this one to begin anew"));
-    let mut array = |name: &str| formats::doubles(&mut Request::new(&mut file, path, Some(name), memory_limit)?);
-    let shape = vec![scene.bands.len() as u64, scene.camera.height as u64, scene.camera.width as u64];
-    let mut plane = |name: &str| {
-        let (own, values) = array(name)?;
-        if own == shape { Ok(values) } else { Err(other("size or number of bands")) }
-    };
-    let (count, mean, scatter) = (plane("count")?, plane("mean")?, plane("scatter")?);
-    let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect::<Vec<u64>>();
-    let paths = array("paths")?.1;
+    let mut archive = Archive::open(path, memory_limit)?;
+    let shape = [scene.bands.len() as u64, scene.camera.height as u64, scene.camera.width as u64];
+    let [count, mean, scatter] = [archive.plane("count", &shape)?, archive.plane("mean", &shape)?, archive.plane("scatter", &shape)?];
+    let paths = archive.array("paths")?.1;
     if paths.len() != 5 || paths[2..] != [scene.method.bounces as f64, options.seed as f64, options.first as f64] {
-        return Err(other("number of bounces or another seed"));
+        return Err(archive.of_another("number of bounces or another seed"));
     }
-    if bits(array("first")?.1) != bits(first_paths(scene, options)?) {
-        return Err(other("scene"));
+    let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect::<Vec<u64>>();
+    if bits(archive.array("first")?.1) != bits(first_paths(scene, options)?) {
+        return Err(archive.of_another("scene"));
     }
     let whole = |v: f64| v >= 0.0 && v.fract() == 0.0 && v < 2f64.powi(53);
     let sound = paths.iter().chain(&count).all(|v| whole(*v))
@@ -68,4 +61,33 @@ pub fn load(path: &Path, scene: &Scene, options: &Options, memory_limit: u64) ->
     let estimate = |((count, mean), scatter): ((f64, f64), f64)| Estimate { count: count as u64, mean, scatter };
     let estimates = count.into_iter().zip(mean).zip(scatter).map(estimate).collect();
     Ok(Film { estimates, samples: paths[0] as u64, bad: paths[1] as u64 })
+}
+
+/// The arrays of a file that [`save`] wrote.
+struct Archive<'a> {
+    file: std::fs::File,
+    path: &'a Path,
+    memory_limit: u64,
+}
+
+impl<'a> Archive<'a> {
+    fn open(path: &'a Path, memory_limit: u64) -> Result<Self> {
+        let file = std::fs::File::open(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
+        Ok(Self { file, path, memory_limit })
+    }
+
+    /// An array, with its shape.
+    fn array(&mut self, name: &str) -> Result<(Vec<u64>, Vec<f64>)> {
+        formats::doubles(&mut Request::new(&mut self.file, self.path, Some(name), self.memory_limit)?)
+    }
+
+    /// An array of this shape, bands × height × width.
+    fn plane(&mut self, name: &str, shape: &[u64; 3]) -> Result<Vec<f64>> {
+        let (own, values) = self.array(name)?;
+        if own == shape { Ok(values) } else { Err(self.of_another("size or number of bands")) }
+    }
+
+    fn of_another(&self, what: &str) -> Error {
+        Error::file(self.path, format!("holds paths of another {what}; name another file, or remove this one to begin anew"))
+    }
 }

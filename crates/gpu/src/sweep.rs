@@ -169,39 +169,68 @@ fn kept(part: &SweepNumbers) -> usize {
 fn parts(frustum: &Frustum, dust: &Slot, inner: &Lattice) -> Vec<SweepNumbers> {
     let planes = frustum.planes();
     let Some(first) = planes.first() else { return Vec::new() };
-    let whole = |tier: &TierOf| {
-        let rays = tier.rays.counts[0] * tier.rays.counts[1];
-        let together = (KEPT / rays).max(1);
-        let (rays, end) = (tier.rays.clone(), tier.end);
-        let begins = (tier.begin..tier.end).step_by(together);
-        begins.map(move |begin| TierOf { rays: rays.clone(), begin, end: end.min(begin + together) }).collect::<Vec<_>>()
-    };
-    // Texture coordinates of the first centre, and from voxel to voxel.
-    let size = dust.volume.lattice.bounds.size();
-    let step = inner.voxel_pc() / size;
-    let origin = (inner.bounds.low - dust.volume.lattice.bounds.low) / size + 0.5 * step;
-    let axis = |i: usize| {
+    let swept = Swept { frustum, dust, inner, first: *first };
+    frustum.tiers().iter().flat_map(|tier| pieces(tier).map(|part| swept.numbers(&part, tier.end))).collect()
+}
+
+/// Runs of a tier's planes whose depths fit into what is kept.
+fn pieces(tier: &TierOf) -> impl Iterator<Item = TierOf> + use<'_> {
+    let together = (KEPT / (tier.rays.counts[0] * tier.rays.counts[1])).max(1);
+    let begins = (tier.begin..tier.end).step_by(together);
+    begins.map(move |begin| TierOf { rays: tier.rays.clone(), begin, end: tier.end.min(begin + together) })
+}
+
+/// A frustum that is swept through the texture of a dust, with the voxels in which depths are settled.
+struct Swept<'a> {
+    frustum: &'a Frustum,
+    dust: &'a Slot<'a>,
+    inner: &'a Lattice,
+    /// The first plane of the frustum.
+    first: usize,
+}
+
+impl Swept<'_> {
+    /// Texture coordinates from voxel to voxel.
+    fn step(&self) -> DVec3 {
+        self.inner.voxel_pc() / self.dust.volume.lattice.bounds.size()
+    }
+
+    /// Texture coordinates from voxel to voxel along an axis of the frustum.
+    fn along(&self, axis: usize) -> DVec3 {
         let mut along = DVec3::ZERO;
-        along[frustum.axes[i]] = step[frustum.axes[i]];
+        along[self.frustum.axes[axis]] = self.step()[self.frustum.axes[axis]];
         along
-    };
-    let along = [axis(0), axis(1), axis(2)];
-    let apex = origin + (0..3).map(|i| frustum.star[i] * along[i]).sum::<DVec3>();
-    let four = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32, 0.0];
-    let stride = |i: usize| [1, inner.dims[0], inner.dims[0] * inner.dims[1]][frustum.axes[i]] as i32;
-    let side = |i: usize| frustum.side(i).map_or(0.0, |border| (border - frustum.star[i]) as f32);
-    let numbers = |tier: TierOf, last: usize| SweepNumbers {
-        apex: four(apex),
-        along_u: four(along[0]),
-        along_v: four(along[1]),
-        along_w: four(frustum.sign * along[2]),
-        star: [frustum.star[0] as f32, frustum.star[1] as f32, dust.unit, 0.0],
-        slopes: [tier.rays.first[0] as f32, tier.rays.first[1] as f32, tier.rays.spacing as f32, frustum.entry() as f32],
-        edge: [frustum.edge[0] as f32, frustum.edge[1] as f32, frustum.edge[2] as f32, frustum.distance(*first) as f32],
-        sides: [side(0), side(1), last as f32, 0.0],
-        counts: [tier.rays.counts[0], tier.rays.counts[1], tier.begin, tier.end].map(|n| n as u32),
-        dims: [frustum.dims[0], frustum.dims[1], *first, dust.lane].map(|n| n as u32),
-        strides: [stride(0), stride(1), stride(2), frustum.sign as i32],
-    };
-    frustum.tiers().iter().flat_map(|tier| whole(tier).into_iter().map(move |part| numbers(part, tier.end))).collect()
+    }
+
+    /// Texture coordinates of the star.
+    fn apex(&self) -> DVec3 {
+        let outer = &self.dust.volume.lattice.bounds;
+        let origin = (self.inner.bounds.low - outer.low) / outer.size() + 0.5 * self.step();
+        origin + (0..3).map(|i| self.frustum.star[i] * self.along(i)).sum::<DVec3>()
+    }
+
+    /// Voxels from one to the next along an axis of the frustum.
+    fn stride(&self, axis: usize) -> i32 {
+        [1, self.inner.dims[0], self.inner.dims[0] * self.inner.dims[1]][self.frustum.axes[axis]] as i32
+    }
+
+    /// The numbers of a part of a tier that goes on up to plane `last`.
+    fn numbers(&self, part: &TierOf, last: usize) -> SweepNumbers {
+        let (frustum, dust) = (self.frustum, self.dust);
+        let four = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32, 0.0];
+        let side = |i: usize| frustum.side(i).map_or(0.0, |border| (border - frustum.star[i]) as f32);
+        SweepNumbers {
+            apex: four(self.apex()),
+            along_u: four(self.along(0)),
+            along_v: four(self.along(1)),
+            along_w: four(frustum.sign * self.along(2)),
+            star: [frustum.star[0] as f32, frustum.star[1] as f32, dust.unit, 0.0],
+            slopes: [part.rays.first[0] as f32, part.rays.first[1] as f32, part.rays.spacing as f32, frustum.entry() as f32],
+            edge: [frustum.edge[0] as f32, frustum.edge[1] as f32, frustum.edge[2] as f32, frustum.distance(self.first) as f32],
+            sides: [side(0), side(1), last as f32, 0.0],
+            counts: [part.rays.counts[0], part.rays.counts[1], part.begin, part.end].map(|n| n as u32),
+            dims: [frustum.dims[0], frustum.dims[1], self.first, dust.lane].map(|n| n as u32),
+            strides: [self.stride(0), self.stride(1), self.stride(2), frustum.sign as i32],
+        }
+    }
 }

@@ -11,7 +11,7 @@
 //!
 //! Source: Barrès & Neyret 2023, their equations 2 to 4.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::error::Result;
 use crate::polynomial::{Fit, Polynomial};
@@ -41,6 +41,65 @@ const DARK: f64 = 1e-30;
 /// Depths, along each way, at which the certificate looks.
 const CERTIFIED: usize = 24;
 
+/// Wavelength of each of the [`SAMPLES`] \[µm\].
+fn sampled_lambda(low: f64, high: f64) -> impl Fn(usize) -> f64 {
+    move |i| low + (high - low) * i as f64 / (SAMPLES - 1) as f64
+}
+
+/// What few polynomials the spectra of all stars have in common: a singular value decomposition of their fits.
+struct CommonSpan {
+    fits: Vec<Fit>,
+    support_um: (f64, f64),
+    /// The norm of each star's spectrum, and one over it; zero for a star that does not shine here.
+    brightness: Vec<f64>,
+    scale: Vec<f64>,
+    singular_values: DVector<f64>,
+    /// Right singular vectors \[direction, star\].
+    right: DMatrix<f64>,
+    /// Directions that are kept.
+    kept: usize,
+}
+
+impl CommonSpan {
+    fn new(fits: Vec<Fit>, (low, high): (f64, f64), accuracy: f64) -> Self {
+        // Each of the same brightness, so that faint stars count: their light may be all there is.
+        let (step, lambda) = (((high - low) / SAMPLES as f64).sqrt(), sampled_lambda(low, high));
+        let sampled = DMatrix::from_fn(SAMPLES, fits.len(), |i, s| step * fits[s].polynomial.at(lambda(i)));
+        let brightness: Vec<f64> = sampled.column_iter().map(|c| c.norm()).collect();
+        let most = brightness.iter().copied().fold(0.0, f64::max);
+        // A star that shines not at all here would be all rounding.
+        let scale: Vec<f64> = brightness.iter().map(|b| if *b > DARK * most { 1.0 / b } else { 0.0 }).collect();
+        let even = DMatrix::from_fn(SAMPLES, fits.len(), |i, s| sampled[(i, s)] * scale[s]);
+        let svd = even.svd(false, true);
+        let right = svd.v_t.unwrap_or_else(|| DMatrix::zeros(0, 0));
+        let mut span = Self { fits, support_um: (low, high), brightness, scale, singular_values: svd.singular_values, right, kept: 0 };
+        span.kept = (0..span.right.nrows()).find(|kept| span.is_enough(*kept, accuracy)).unwrap_or(span.right.nrows());
+        span
+    }
+
+    /// Whether so many directions leave less of each star than its fit costs anyway, or than matters.
+    fn is_enough(&self, kept: usize, accuracy: f64) -> bool {
+        let part = |i: usize, s: usize| (self.singular_values[i] * self.right[(i, s)]).powi(2);
+        let left = |s: usize| (kept..self.right.nrows()).map(|i| part(i, s)).sum::<f64>().sqrt();
+        self.fits.iter().enumerate().all(|(s, fit)| left(s) <= fit.rms.max(SPAN_SHARE * accuracy))
+    }
+
+    /// The polynomial of a direction.
+    fn polynomial(&self, direction: usize, degree: usize) -> Polynomial {
+        let mut coefficients = vec![0.0; degree + 1];
+        for (s, fit) in self.fits.iter().enumerate() {
+            let share = self.right[(direction, s)] * self.scale[s] / self.singular_values[direction];
+            coefficients.iter_mut().zip(&fit.polynomial.coefficients).for_each(|(sum, c)| *sum += share * c);
+        }
+        Polynomial { coefficients, interval_um: self.support_um }
+    }
+
+    /// A star in the polynomials that are kept.
+    fn coordinates(&self, star: usize) -> Vec<f64> {
+        (0..self.kept).map(|i| self.brightness[star] * self.singular_values[i] * self.right[(i, star)]).collect()
+    }
+}
+
 impl Propagation {
     /// The propagation of stars with these `spectra` over λ \[µm\], fitted over the interval `support_um` by
     /// polynomials of so high a `degree`.
@@ -55,38 +114,15 @@ impl Propagation {
         accuracy: f64,
     ) -> Result<Self> {
         let (low, high) = support_um;
-        let lambda = |i: usize| low + (high - low) * i as f64 / (SAMPLES - 1) as f64;
+        let lambda = sampled_lambda(low, high);
         let fit = |spectrum: &&dyn Fn(f64) -> f64| {
             Polynomial::fit(&(0..SAMPLES).map(|i| (lambda(i), spectrum(lambda(i)), 1.0)).collect::<Vec<_>>(), degree)
         };
         let fits = spectra.iter().map(fit).collect::<Result<Vec<Fit>>>()?;
-        // Each of the same brightness, so that faint stars count: their light may be all there is.
-        let step = ((high - low) / SAMPLES as f64).sqrt();
-        let sampled = DMatrix::from_fn(SAMPLES, fits.len(), |i, s| step * fits[s].polynomial.at(lambda(i)));
-        let brightness: Vec<f64> = sampled.column_iter().map(|c| c.norm()).collect();
-        let most = brightness.iter().copied().fold(0.0, f64::max);
-        // A star that shines not at all here would be all rounding.
-        let scale: Vec<f64> = brightness.iter().map(|b| if *b > DARK * most { 1.0 / b } else { 0.0 }).collect();
-        let even = DMatrix::from_fn(SAMPLES, fits.len(), |i, s| sampled[(i, s)] * scale[s]);
-        let svd = even.svd(false, true);
-        let right = svd.v_t.unwrap_or_else(|| DMatrix::zeros(0, 0));
-        // So many directions that what is left of each star is less than its fit costs anyway, or than matters.
-        let left =
-            |s: usize, kept: usize| (kept..right.nrows()).map(|i| (svd.singular_values[i] * right[(i, s)]).powi(2)).sum::<f64>().sqrt();
-        let enough = |kept: &usize| fits.iter().enumerate().all(|(s, fit)| left(s, *kept) <= fit.rms.max(SPAN_SHARE * accuracy));
-        let kept = (0..right.nrows()).find(enough).unwrap_or(right.nrows());
-        let combined = |i: usize| {
-            let mut coefficients = vec![0.0; degree + 1];
-            for (s, fit) in fits.iter().enumerate() {
-                let share = right[(i, s)] * scale[s] / svd.singular_values[i];
-                coefficients.iter_mut().zip(&fit.polynomial.coefficients).for_each(|(sum, c)| *sum += share * c);
-            }
-            Polynomial { coefficients, interval_um: (low, high) }
-        };
-        let span = (0..kept).map(combined).collect();
-        let star = |s: usize| (0..kept).map(|i| brightness[s] * svd.singular_values[i] * right[(i, s)]).collect();
-        let stars = (0..fits.len()).map(star).collect();
-        Ok(Self { products: projection.basis.products(), projection: projection.clone(), span, fits, stars })
+        let common = CommonSpan::new(fits, (low, high), accuracy);
+        let span = (0..common.kept).map(|i| common.polynomial(i, degree)).collect();
+        let stars = (0..common.fits.len()).map(|star| common.coordinates(star)).collect();
+        Ok(Self { products: projection.basis.products(), projection: projection.clone(), span, fits: common.fits, stars })
     }
 
     /// Elements times polynomials: numbers a voxel and a ray carry.

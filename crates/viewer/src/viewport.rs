@@ -269,6 +269,30 @@ fn labels(ui: &Ui, app: &App, rect: Rect) {
 
 /// Does what the keys say: flight, frames, bookmarks, exposure.
 pub fn keys(ctx: &Context, app: &mut App) {
+    fly(ctx, app);
+    if is_pressed(ctx, Modifiers::NONE, Key::Home) {
+        frame(app);
+    }
+    if is_pressed(ctx, Modifiers::NONE, Key::M) {
+        app.viewport.overlay = !app.viewport.overlay;
+    }
+    expose(ctx, app);
+    if is_pressed(ctx, Modifiers::NONE, Key::OpenBracket) {
+        app.flight.widen(1.0 / 1.1);
+    }
+    if is_pressed(ctx, Modifiers::NONE, Key::CloseBracket) {
+        app.flight.widen(1.1);
+    }
+    bookmarks(ctx, app);
+}
+
+/// Whether a key was pressed; who asks takes it.
+fn is_pressed(ctx: &Context, modifiers: Modifiers, key: Key) -> bool {
+    ctx.input_mut(|i| i.consume_key(modifiers, key))
+}
+
+/// Flies while keys are held, unless a command began with one of them.
+fn fly(ctx: &Context, app: &mut App) {
     let axis = |more: Key, less: Key| ctx.input(|i| f64::from(i8::from(i.key_down(more)) - i8::from(i.key_down(less))));
     let (right, up, forward) = (axis(Key::D, Key::A), axis(Key::R, Key::F), axis(Key::W, Key::S));
     let roll = axis(Key::Period, Key::Comma);
@@ -284,35 +308,30 @@ pub fn keys(ctx: &Context, app: &mut App) {
         app.flight.roll(dt * roll);
         ctx.request_repaint();
     }
-    let pressed = |modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
-    if pressed(Modifiers::NONE, Key::Home) {
-        frame(app);
-    }
-    if pressed(Modifiers::NONE, Key::M) {
-        app.viewport.overlay = !app.viewport.overlay;
-    }
+}
+
+/// Half stops up and down, and the exposure that the picture asks for.
+fn expose(ctx: &Context, app: &mut App) {
     let times = |key| ctx.input_mut(|i| i.count_and_consume_key(Modifiers::NONE, key)) as f64;
     let stops = 0.5 * (times(Key::Plus) + times(Key::Equals) - times(Key::Minus));
     if stops != 0.0 {
         app.expose(stops);
     }
-    if pressed(Modifiers::NONE, Key::Num0) {
+    if is_pressed(ctx, Modifiers::NONE, Key::Num0) {
         app.expose_automatically();
     }
-    if pressed(Modifiers::NONE, Key::OpenBracket) {
-        app.flight.widen(1.0 / 1.1);
-    }
-    if pressed(Modifiers::NONE, Key::CloseBracket) {
-        app.flight.widen(1.1);
-    }
+}
+
+/// Sets bookmarks and goes to them.
+fn bookmarks(ctx: &Context, app: &mut App) {
     const DIGITS: [Key; 9] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
     for (i, key) in DIGITS.into_iter().enumerate() {
         let name = (i + 1).to_string();
-        if pressed(Modifiers::COMMAND, key) {
+        if is_pressed(ctx, Modifiers::COMMAND, key) {
             app.apply(app.flight.bookmark(&name));
             app.tell(format!("bookmark {name} is here; it is saved with the scene"));
         }
-        if pressed(Modifiers::NONE, key) && !app.go_to(&name) {
+        if is_pressed(ctx, Modifiers::NONE, key) && !app.go_to(&name) {
             app.tell(format!("there is no bookmark {name}; Ctrl+{name} sets it"));
         }
     }

@@ -42,34 +42,68 @@ const MAX: usize = 9;
 
 /// Six faces of `edge` × `edge` directions, in as few equal parts as may be.
 pub fn faces(edge: usize) -> Vec<Face> {
-    let slope = |part: f64| (std::f64::consts::FRAC_PI_4 * (2.0 * part / edge as f64 - 1.0)).tan();
-    let grid = || (0..edge * edge).map(|i| (i % edge, i / edge));
-    let weight = |(i, j): (usize, usize)| {
-        let (u, v) = ((slope(i as f64), slope(i as f64 + 1.0)), (slope(j as f64), slope(j as f64 + 1.0)));
-        solid_angle(u.1, v.1) - solid_angle(u.0, v.1) - solid_angle(u.1, v.0) + solid_angle(u.0, v.0)
-    };
-    let at = |scale: f64, (i, j): (usize, usize)| (scale * slope(i as f64 + 0.5), scale * slope(j as f64 + 0.5));
-    let fourth = |(u, v): (f64, f64)| (1.0 + u.powi(4) + v.powi(4)) / 3.0 / (1.0 + u * u + v * v).powi(2);
-    let (mut narrow, mut wide) = (0.8, 1.2);
-    for _ in 0..60 {
-        let middle = 0.5 * (narrow + wide);
-        let mean = grid().map(|cell| weight(cell) * fourth(at(middle, cell))).sum::<f64>() * 6.0 / SPHERE;
-        *if mean > 0.2 { &mut narrow } else { &mut wide } = middle;
-    }
+    let cut = Cut { edge };
+    let scale = cut.fitted_scale();
     let together = (edge * edge).div_ceil((edge * edge).div_ceil(MAX));
     let face = |f: usize| {
         let (axis, up) = (f / 2, [true, false][f % 2]);
-        let (column, row) = across(axis);
-        let direction = |cell| {
-            let mut towards = [0.0; 3];
-            towards[axis] = if up { 1.0 } else { -1.0 };
-            (towards[column], towards[row]) = at(narrow, cell);
-            Direction { towards: DVec3::from(towards).normalize(), weight: weight(cell) }
-        };
-        let directions: Vec<Direction> = grid().map(direction).collect();
+        let directions: Vec<Direction> = cut.cells().map(|cell| cut.direction(cell, scale, axis, up)).collect();
         directions.chunks(together).map(|part| Face { axis, up, directions: part.to_vec() }).collect::<Vec<_>>()
     };
     (0..6).flat_map(face).collect()
+}
+
+/// A face that is cut into `edge` × `edge` cells of equal angles along both slopes.
+struct Cut {
+    edge: usize,
+}
+
+impl Cut {
+    fn cells(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let edge = self.edge;
+        (0..edge * edge).map(move |i| (i % edge, i / edge))
+    }
+
+    /// The slope after so many cells.
+    fn slope(&self, part: f64) -> f64 {
+        (std::f64::consts::FRAC_PI_4 * (2.0 * part / self.edge as f64 - 1.0)).tan()
+    }
+
+    /// The slopes (u, v) of a cell's middle, scaled.
+    fn middle(&self, (i, j): (usize, usize), scale: f64) -> (f64, f64) {
+        (scale * self.slope(i as f64 + 0.5), scale * self.slope(j as f64 + 0.5))
+    }
+
+    /// The solid angle of a cell \[sr\].
+    fn weight(&self, (i, j): (usize, usize)) -> f64 {
+        let along = |i: usize| (self.slope(i as f64), self.slope(i as f64 + 1.0));
+        let (u, v) = (along(i), along(j));
+        solid_angle(u.1, v.1) - solid_angle(u.0, v.1) - solid_angle(u.1, v.0) + solid_angle(u.0, v.0)
+    }
+
+    /// ⟨d_x⁴⟩ over the directions of all faces whose slopes are scaled.
+    fn fourth_moment(&self, scale: f64) -> f64 {
+        let fourth = |(u, v): (f64, f64)| (1.0 + u.powi(4) + v.powi(4)) / 3.0 / (1.0 + u * u + v * v).powi(2);
+        self.cells().map(|cell| self.weight(cell) * fourth(self.middle(cell, scale))).sum::<f64>() * 6.0 / SPHERE
+    }
+
+    /// The scale of slopes whose fourth moment is that of a sphere, by halving.
+    fn fitted_scale(&self) -> f64 {
+        let (mut narrow, mut wide) = (0.8, 1.2);
+        for _ in 0..60 {
+            let middle = 0.5 * (narrow + wide);
+            *if self.fourth_moment(middle) > 0.2 { &mut narrow } else { &mut wide } = middle;
+        }
+        narrow
+    }
+
+    fn direction(&self, cell: (usize, usize), scale: f64, axis: usize, up: bool) -> Direction {
+        let (column, row) = across(axis);
+        let mut towards = [0.0; 3];
+        towards[axis] = if up { 1.0 } else { -1.0 };
+        (towards[column], towards[row]) = self.middle(cell, scale);
+        Direction { towards: DVec3::from(towards).normalize(), weight: self.weight(cell) }
+    }
 }
 
 /// The solid angle of slopes between 0 and `u`, 0 and `v` [sr].

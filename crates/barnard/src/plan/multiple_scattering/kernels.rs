@@ -18,27 +18,56 @@ const EXPONENT: f64 = 2.0 / 7.0;
 /// Halvings of what is between the smallest and the largest.
 const HALVINGS: usize = 40;
 
+/// What sizes kernels: R in cells, one number a star in parts of a common scale.
+struct Sizes {
+    parts: Vec<f64>,
+    /// Edge of a cell \[pc\].
+    edge_pc: f64,
+    /// How far kernels reach ahead at least, for the forward peak of a phase function \[pc\].
+    peak_pc: f64,
+    /// Volume that is allowed to all kernels together \[pc³\].
+    allowed: f64,
+}
+
+impl Sizes {
+    fn kernel(&self, reach: f64) -> NearFieldKernel {
+        NearFieldKernel { reach_pc: reach * self.edge_pc, ahead_pc: (reach * self.edge_pc).max(self.peak_pc) }
+    }
+
+    fn kernels(&self, scale: f64) -> impl Iterator<Item = NearFieldKernel> + '_ {
+        self.parts.iter().map(move |size| self.kernel((scale * size).clamp(REACH.0, REACH.1)))
+    }
+
+    fn fit(&self, scale: f64) -> bool {
+        self.kernels(scale).map(|kernel| kernel.volume()).sum::<f64>() <= self.allowed
+    }
+
+    /// The largest scale whose kernels fit, by halving.
+    fn largest_scale(&self) -> f64 {
+        // Whatever a star is in parts of the mean, none needs less than the one nor more than the other.
+        let (mut low, mut high) = (1e-3 * REACH.0, 1e3 * REACH.1);
+        for _ in 0..HALVINGS {
+            let middle = (low * high).sqrt();
+            *if self.fit(middle) { &mut low } else { &mut high } = middle;
+        }
+        low
+    }
+}
+
 impl Problem<'_> {
     /// The kernel around each gathered star, for these cells.
     pub fn kernels(&self, cells: &Cells) -> Vec<NearFieldKernel> {
         let Some(many_lights) = &self.draft.space.many_lights else { return Vec::new() };
-        let edge = cells.lattice.voxel_pc().max_element();
+        let edge_pc = cells.lattice.voxel_pc().max_element();
         let filled = cells.sigma.iter().filter(|sigma| **sigma > cells.least).count() as f64 * cells.lattice.voxel_pc().element_product();
-        let smallest = |peak: f64| NearFieldKernel { reach_pc: REACH.0 * edge, ahead_pc: (REACH.0 * edge).max(peak) };
+        let parts = self.brightness(many_lights).into_iter().map(|part| part.powf(EXPONENT)).collect();
+        let peak_pc = PEAK * edge_pc / self.draft.spectral.forward_peak();
+        let mut sizes = Sizes { parts, edge_pc, peak_pc, allowed: FILLED * filled };
         // Where there are too many stars even for the smallest kernels, peaks are left to the cells.
-        let peak = PEAK * edge / self.draft.spectral.forward_peak();
-        let peak = if many_lights.stars.len() as f64 * smallest(peak).volume() <= FILLED * filled { peak } else { 0.0 };
-        let sizes: Vec<f64> = self.brightness(many_lights).into_iter().map(|part| part.powf(EXPONENT)).collect();
-        let kernel = |reach: f64| NearFieldKernel { reach_pc: reach * edge, ahead_pc: (reach * edge).max(peak) };
-        let at = |scale: f64| sizes.iter().map(move |size| kernel((scale * size).clamp(REACH.0, REACH.1)));
-        let fits = |scale: f64| at(scale).map(|w| w.volume()).sum::<f64>() <= FILLED * filled;
-        // Whatever it is in parts of the mean, no star needs less than the one nor more than the other.
-        let span = (1e-3 * REACH.0, 1e3 * REACH.1);
-        let halved = |(low, high): (f64, f64), _| {
-            let middle = (low * high).sqrt();
-            if fits(middle) { (middle, high) } else { (low, middle) }
-        };
-        at((0..HALVINGS).fold(span, halved).0).collect()
+        if many_lights.stars.len() as f64 * sizes.kernel(REACH.0).volume() > sizes.allowed {
+            sizes.peak_pc = 0.0;
+        }
+        sizes.kernels(sizes.largest_scale()).collect()
     }
 
     /// The largest part of each gathered star through any band, in parts of the mean.

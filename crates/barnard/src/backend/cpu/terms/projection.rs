@@ -105,26 +105,13 @@ impl Group {
 impl CoordinateTable {
     /// Converts the coordinate tables of `projection` to single precision.
     pub fn new(projection: &Projection) -> Self {
-        let size = projection.basis.size();
+        let (size, gaps) = (projection.basis.size(), projection.coordinates.len() - 1);
         let curvature = |i: usize| projection.basis.moments(projection.step * i as f64, 2).into_iter().map(|c| c / 6.0).collect();
-        let curvatures: Vec<Vec<f64>> = (0..projection.coordinates.len()).map(curvature).collect();
-        let values = &projection.coordinates;
-        let quad = |gap: usize, quad: usize| {
-            let four = |of: &dyn Fn(usize) -> f64| {
-                f32x4::new(std::array::from_fn(|i| if 4 * quad + i < size { of(4 * quad + i) as f32 } else { 0.0 }))
-            };
-            CoordinateQuad {
-                value: four(&|e| values[gap][e]),
-                growth: four(&|e| values[gap + 1][e] - values[gap][e]),
-                curvature: four(&|e| curvatures[gap][e]),
-                curvature_growth: four(&|e| curvatures[gap + 1][e] - curvatures[gap][e]),
-            }
-        };
-        let gaps = values.len() - 1;
-        let each = || (0..gaps).flat_map(|gap| (0..size.div_ceil(4)).map(move |q| (gap, q)));
-        let quads = each().map(|(gap, q)| quad(gap, q)).collect();
-        let left_of = |gap: usize, e: usize| projection.left[gap].get(e).copied().unwrap_or(0.0);
-        let left = each().map(|(gap, q)| std::array::from_fn(|i| left_of(gap, 4 * q + i))).collect();
+        let curvatures: Vec<Vec<f64>> = (0..=gaps).map(curvature).collect();
+        let each = || (0..gaps).flat_map(|gap| (0..size.div_ceil(4)).map(move |quad| (gap, 4 * quad)));
+        let quads = each().map(|(gap, first)| CoordinateQuad::new(&projection.coordinates[gap..], &curvatures[gap..], first)).collect();
+        let left =
+            each().map(|(gap, first)| std::array::from_fn(|i| projection.left[gap].get(first + i).copied().unwrap_or(0.0))).collect();
         Self { size, per_depth: (1.0 / projection.step) as f32, gaps, quads, left, short: projection.short as f32 }
     }
 
@@ -196,6 +183,19 @@ impl CoordinateTable {
 }
 
 impl CoordinateQuad {
+    /// Four elements from the `first` on in the gap between two depths; elements beyond the basis are none.
+    fn new(values: &[Vec<f64>], curvatures: &[Vec<f64>], first: usize) -> Self {
+        let value = |at: &[f64], i: usize| at.get(first + i).copied().unwrap_or(0.0);
+        let growth = |of: &[Vec<f64>], i: usize| value(&of[1], i) - value(&of[0], i);
+        let four = |of: &dyn Fn(usize) -> f64| f32x4::new(std::array::from_fn(|i| of(i) as f32));
+        Self {
+            value: four(&|i| value(&values[0], i)),
+            growth: four(&|i| growth(values, i)),
+            curvature: four(&|i| value(&curvatures[0], i)),
+            curvature_growth: four(&|i| growth(curvatures, i)),
+        }
+    }
+
     /// The mean over a thin segment, q + half² q″/6.
     #[inline(always)]
     fn mean(&self, fraction: f32, half_squared: f32) -> f32x4 {
