@@ -1,26 +1,20 @@
 //! Analytic truths: what a renderer must give where the answer is known in closed form.
 
-use barnard::backend::{self, cpu, reference};
+#[path = "common/rendered.rs"]
+mod rendered;
+
+use barnard::backend::{self, cpu};
 use barnard::control::Control;
 use barnard::image::Image;
-use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan};
 use barnard::points::Sources;
 use barnard::scene::Scene;
+use rendered::{on_reference, parse};
 use spectra::constants::PARSEC;
-use spectra::passband::Passband;
-
-fn parse(text: &str) -> Scene {
-    barnard_files::parse("truth.toml", "truth", text.to_owned(), &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap()
-}
 
 fn on_cpu(scene: &Scene) -> Image {
     let plan = Plan::new(scene, &Options::default(), &Control::default()).unwrap();
     cpu::render(scene, &plan, &Control::default()).unwrap().0
-}
-
-fn on_reference(scene: &Scene) -> Image {
-    reference::render(scene, 1e-6, &Control::default()).unwrap()
 }
 
 const VIEW: &str = "[camera]\nkind = \"orthographic\"\nposition = \"0 0 5 pc\"\nwidth = \"0.01 pc\"\nsize = [1, 1]\n";
@@ -302,103 +296,4 @@ fn hard_places_are_as_true_as_others() {
     // Another phase function is another picture: the comparison can fail.
     let other = lit_box(outside, &dust(5.0, 0.4), "4 2 -3 pc", "");
     assert!(on_cpu(&scenes[0].1).relative_rmse(0, &on_reference(&other), 0) > 1e-2);
-}
-
-/// Barrès & Neyret's many lights: stars around a cloud, gathered in one field, are those of the reference to the error
-/// that is stated, whatever their number.
-#[test]
-fn gathered_light_is_that_of_all_stars() {
-    let scene = |stars: usize, phase: &str| {
-        let place = |i: usize| {
-            let turn = 2.4 * i as f64;
-            format!("{:.3} {:.3} {:.3} pc", 1.3 * turn.cos(), 1.3 * turn.sin(), 0.4 * turn.sin())
-        };
-        let star = |i: usize| {
-            let temperature = 3000 + 4000 * i;
-            format!(
-                "[[star]]\nkind = \"blackbody\"\nposition = \"{}\"\ntemperature = \"{temperature} K\"\nluminosity = \"100 Lsun\"\nvisible = false\n",
-                place(i)
-            )
-        };
-        parse(&format!(
-            "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"16 deg\"\nsize = [8, 8]\n\
-             [field.cloud]\nkind = \"fbm\"\nseed = 4\nscale = \"0.4 pc\"\noffset = 0.2\n\
-             [dust]\ndensity = \"cloud\"\nscale = \"3 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n{phase}\n[method]\nname = \"propagation\"\nbake = 48\naccuracy = 5e-3\n{}",
-            (0..stars).map(star).collect::<String>()
-        ))
-    };
-    for stars in [1, 5] {
-        let mut scene = scene(stars, "");
-        let options = Options::default();
-        barnard::plan::sample_functions(&mut scene, &options).unwrap();
-        let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
-        let image = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
-        let error = image.relative_rmse(0, &on_reference(&scene), 0);
-        let stated = plan.space().spatial.unwrap().error;
-        assert!(error < 1.1 * stated + 1e-5 && stated < 1e-2, "{stars} stars: {error:e}, stated {stated:e}");
-        // A star less would be seen.
-        if stars > 1 {
-            scene.stars.pop();
-            assert!(image.relative_rmse(0, &on_reference(&scene), 0) > 5.0 * stated);
-        }
-    }
-    let forward = scene(2, "phase = { kind = \"henyey_greenstein\", g = 0.6 }");
-    let plan = Plan::new(&forward, &Options::default(), &Control::default()).unwrap();
-    assert!(plan.notes().iter().any(|(_, words)| words.contains("scatters evenly")));
-    assert!(plan.misses_accuracy(), "the phase function is a part of the error");
-    // One basis cannot be made for each of two passbands.
-    let mut two = scene(2, "");
-    two.method.settings.criterion = spectra::basis::Criterion::Filter;
-    assert!(Plan::sampled(&two, &Options::default(), 20, &Control::default()).is_ok());
-    // Bands that nothing says the colours of are refused before anything is planned.
-    let bands: Vec<Passband> = two.bands.iter().cloned().chain(Passband::named("johnson-B")).collect();
-    let colourless = Scene { bands: bands.clone(), ..two.clone() };
-    let refused = Plan::sampled(&colourless, &Options::default(), 20, &Control::default()).unwrap_err().to_string();
-    assert!(refused.contains("palette has colours for 1 bands, the scene has 2"), "{refused}");
-    let refused = Plan::sampled(&two.bands(bands), &Options::default(), 20, &Control::default()).unwrap_err().to_string();
-    assert!(refused.contains("one basis") && refused.contains("largest"), "{refused}");
-    // Spectra are fitted wherever light comes through, even where the basis was made for less.
-    let mut narrow = scene(2, "");
-    (narrow.method.settings.domain_um, narrow.method.settings.degree) = (Some((0.54, 0.56)), 12);
-    let plan = Plan::sampled(&narrow, &Options::default(), 20, &Control::default()).unwrap();
-    let field = plan.light_field().unwrap();
-    let worst = field.certify(0, &plan.spectral().bands[0].sources, 1.0).iter().map(|(_, c)| c.absolute).fold(0.0, f64::max);
-    assert!(worst < 0.02, "{worst:e}");
-}
-
-/// Every method of the catalogue on random clouds, to what it states of itself: the spatial error, and the spectral one
-/// as a part of the light without dust, of which these thin clouds leave an eighth or more.
-#[test]
-fn every_method_keeps_to_what_it_states() {
-    for seed in [3, 11] {
-        let text = |temperature: u32| {
-            format!(
-                "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"16 deg\"\nsize = [6, 6]\n\
-                 [field.cloud]\nkind = \"fbm\"\nseed = {seed}\nscale = \"0.5 pc\"\noffset = 0.2\n\
-                 [dust]\ndensity = \"cloud\"\nscale = \"0.8 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.6\n\
-                 [[star]]\nkind = \"blackbody\"\nposition = \"0.9 1.1 {} pc\"\ntemperature = \"{temperature} K\"\nradius = \"5 Rsun\"\nvisible = false\n\
-                 [method]\nbake = 24\n",
-                0.1 * f64::from(seed)
-            )
-        };
-        let mut scene = parse(&text(9000));
-        barnard::plan::sample_functions(&mut scene, &Options::default()).unwrap();
-        let mut hotter = parse(&text(9900));
-        barnard::plan::sample_functions(&mut hotter, &Options::default()).unwrap();
-        let (truth, other) = (on_reference(&scene), on_reference(&hotter));
-        for entry in barnard::scene::methods() {
-            scene.method = scene.method.with_name(entry.name).unwrap();
-            let options = Options::default();
-            let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
-            let image = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
-            assert!(plan.spectral().depth < 3.0, "a thin cloud: {}", plan.spectral().depth);
-            let certificates = plan.spectral().certify(0, plan.spectral().depth);
-            let spectral = certificates.iter().map(|c| c.absolute).fold(0.0, f64::max);
-            // Barrès & Neyret's double integration says nothing of its steps: 100 in 2 pc.
-            let spatial = plan.space().spatial.map_or(5e-3, |s| s.error);
-            let (error, wrong) = (image.relative_rmse(0, &truth, 0), image.relative_rmse(0, &other, 0));
-            assert!(error <= 1.1 * spatial + 8.0 * spectral, "{} {seed}: {error:e} > {spatial:e}, {spectral:e}", entry.name);
-            assert!(wrong > 0.05, "{}: {wrong}", entry.name);
-        }
-    }
 }

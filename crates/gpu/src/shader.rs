@@ -325,7 +325,8 @@ mod tests {
     #[test]
     fn twins_are_compared() {
         let own = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-        let tests = ["src/twins.rs", "tests/pictures.rs", "tests/ordinates.rs"].map(|f| std::fs::read_to_string(own.join(f)).unwrap());
+        let tests = ["src/twins.rs", "tests/pictures/parts.rs", "tests/pictures/changes.rs", "tests/ordinates.rs"]
+            .map(|f| std::fs::read_to_string(own.join(f)).unwrap());
         let called = |name: &str| tests[0].contains(&format!("{name}("));
         let is_compared = |name: &str| {
             let by_whole = PARTS.iter().any(|(part, whole)| *part == name && called(whole));

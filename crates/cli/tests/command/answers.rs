@@ -1,0 +1,132 @@
+//! What the command tells: catalogues, checks, costs, comparisons.
+
+use std::process::{Command, Output};
+
+use super::desk::Desk;
+
+/// A reader that stops listening does not stop the render.
+#[cfg(unix)]
+#[test]
+fn a_closed_pipe_loses_nothing() {
+    let desk = Desk::new();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_barnard"))
+        .args(["render", "scene.toml", "-o", "out.npy"])
+        .current_dir(desk.folder.path())
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    assert!(child.wait().unwrap().success());
+    assert!(desk.path("out.npy").is_file());
+}
+
+#[test]
+fn every_catalogue_lists() {
+    let desk = Desk::new();
+    let names = String::from_utf8(desk.run(&["list"]).stdout).unwrap();
+    assert!(names.lines().count() >= 15);
+    for line in names.lines() {
+        let name = line.split_whitespace().next().unwrap();
+        let rows = String::from_utf8(desk.run(&["list", name]).stdout).unwrap();
+        assert!(rows.lines().count() >= 2 && rows.lines().all(|l| l.split_whitespace().count() >= 2), "{name}: {rows}");
+    }
+    assert!(String::from_utf8(desk.run(&["list", "passbands"]).stdout).unwrap().lines().count() == 209);
+}
+
+#[test]
+fn every_built_in_scene_is_valid() {
+    for scene in barnard_files::builtin::SCENES {
+        barnard_files::builtin::load(scene.name, barnard::memory::DEFAULT_LIMIT).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
+    }
+}
+
+#[test]
+fn check_prints_the_plan() {
+    let output = Desk::new().run(&["check", "scene.toml"]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    for word in ["nodes", "memory", "steps", "johnson-B", "ok"] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+}
+
+#[test]
+fn completions_end_quietly_in_a_closed_pipe() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_barnard"))
+        .args(["completions", "bash"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"));
+    assert!(Desk::new().run(&["completions", "zsh"]).stdout.len() > 1000);
+}
+
+#[test]
+fn comparisons_are_of_like_with_like() {
+    let desk = Desk::new();
+    for (set, file) in [("johnson", "a.fits"), ("2mass", "b.fits")] {
+        desk.with("\"johnson\"", &format!("\"{set}\""));
+        assert!(desk.run(&["render", "scene.toml", "-o", file]).status.success(), "{set}");
+    }
+    desk.refuses(&["compare", "a.fits", "b.fits"], &["different bands", "johnson-V", "twomass-J"]);
+    desk.refuses(&["compare", "a.fits", "a.fits", "--tolerance", "nan"], &["--tolerance"]);
+    assert!(desk.run(&["compare", "a.fits", "a.fits", "--tolerance", "0"]).status.success());
+}
+
+#[test]
+#[cfg(feature = "study")]
+fn the_study_is_written_or_refused() {
+    let desk = Desk::new();
+    let output = desk.run(&["study", "convergence", "-o", "new/folder"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let page = std::fs::read_to_string(desk.path("new/folder/study-convergence.md")).unwrap();
+    assert!(page.contains("band_quadrature") && page.contains("](study/convergence.svg)"), "{page}");
+    for extension in ["csv", "svg", "png"] {
+        assert!(desk.path(&format!("new/folder/study/convergence.{extension}")).is_file());
+    }
+    desk.refuses(&["study", "convergance", "-o", "x"], &["convergance", "convergence"]);
+    desk.refuses(&["study", "convergence", "-o", "scene.toml"], &["scene.toml", "folder"]);
+}
+
+/// What a method puts aside, or approximates beside its integrals, is said.
+#[test]
+fn methods_say_what_they_cost() {
+    let desk = Desk::new();
+    desk.with("albedo = 0.6", "albedo = 0.6\nphase = { kind = \"henyey_greenstein\", g = 0.5 }");
+    let text = |output: Output| String::from_utf8_lossy(&output.stdout).into_owned();
+    let words = text(desk.run(&["check", "scene.toml", "--method", "propagation", "--count", "3"]));
+    assert!(words.contains("scatters evenly") && words.contains("polynomial fits: worst of degree 5"), "{words}");
+    assert!(words.contains("numbers a voxel"), "{words}");
+    desk.with("fitzpatrick99", "inverse_wavelength");
+    let words = text(desk.run(&["check", "scene.toml", "--method", "analytic"]));
+    assert!(words.contains("polynomial fits: worst of degree 5"), "{words}");
+    assert!(!text(desk.run(&["check", "scene.toml"])).contains("polynomial fits"));
+}
+
+/// What this machine renders on, and a picture by whatever it has; where there is no adapter, words that say what to
+/// do.
+#[test]
+#[cfg(all(feature = "gpu", feature = "study"))]
+fn machines_say_what_they_render_on() {
+    let desk = Desk::new();
+    let out = desk.run(&["info", "--json"]);
+    assert!(out.status.success());
+    let info: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert!(info["threads"].as_u64().unwrap() > 0);
+    let adapters = info["adapters"].as_array().unwrap().len();
+    assert!(String::from_utf8_lossy(&desk.run(&["info"]).stdout).contains("--backend auto takes"));
+    let auto = desk.run(&["render", "scene.toml", "-o", "auto.npy", "--backend", "auto"]);
+    assert!(auto.status.success());
+    let words = String::from_utf8_lossy(&auto.stdout).into_owned();
+    assert!(words.contains("on the cpu: ") || words.contains("gpu: "), "{words}");
+    let wrong = desk.run(&["render", "scene.toml", "-o", "fly.npy", "--on-the-fly"]);
+    assert!(!wrong.status.success() && String::from_utf8_lossy(&wrong.stderr).contains("--backend gpu") && !desk.path("fly.npy").exists());
+    let wrong = desk.run(&["bench", "scene.toml", "--methods", "band_quadrature,midpiont"]);
+    assert!(!wrong.status.success() && String::from_utf8_lossy(&wrong.stderr).contains("\"midpoint\""), "{wrong:?}");
+    let gpu = desk.run(&["render", "scene.toml", "-o", "gpu.npy", "--backend", "gpu"]);
+    let error = String::from_utf8_lossy(&gpu.stderr).into_owned();
+    assert_eq!(gpu.status.success(), adapters > 0, "{error}");
+    assert_eq!(error.contains("--backend cpu") && !desk.path("gpu.npy").exists(), adapters == 0, "{error}");
+}

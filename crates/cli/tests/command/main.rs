@@ -1,0 +1,8 @@
+//! The command as a user meets it: good input works, bad input gives one clear message, status 1 or 2 and no file.
+
+mod answers;
+mod desk;
+mod inputs;
+mod outputs;
+mod renders;
+mod scenes;

@@ -1,0 +1,193 @@
+//! Every scene, part and method: the same plan, the same light.
+
+use barnard::backend::cpu;
+use barnard::control::Control;
+use barnard::memory::DEFAULT_LIMIT;
+use barnard::plan::{Options, Plan, Stepping};
+use barnard_gpu::{Renderer, Tuning};
+
+use super::light::{CAMERA, DUST, FINE, STAR, TOLERANCE, difference, many_lights, on, parsed, plan};
+use super::test_device::device;
+
+/// Every built-in scene: with fine steps the same light, with the plan's own, which a packet of sixteen rays shares on
+/// the processor, to its accuracy.
+#[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
+fn pictures_are_those_of_the_processor() {
+    let gpu = device();
+    for builtin in barnard_files::builtin::SCENES {
+        let mut scene = barnard_files::builtin::load(builtin.name, DEFAULT_LIMIT).unwrap();
+        let planned = plan(&mut scene, 32);
+        let accuracy = planned.spectral().accuracy;
+        // A ray that all but hits a gathered star sees dust between the ends of its step there: all rays take the same.
+        let many_lights = planned.space().many_lights.is_some();
+        let length_pc = planned.space().dust.as_ref().map_or(0.0, |dust| dust.lattice().bounds.size().length());
+        let shared = |s: Stepping| if many_lights { Stepping::Fixed(s.steps(length_pc, planned.space().voxel_pc())) } else { s };
+        let (stepping, fine) = (shared(planned.stepping()), shared(FINE));
+        let fine = planned.with_stepping(fine);
+        let (theirs, found) = cpu::radiance(&fine, &Control::default()).unwrap();
+        let (ours, ours_found) = on(&gpu, &fine);
+        let wrong = difference(&fine, &ours, &theirs);
+        assert!(wrong < TOLERANCE, "{}: {wrong:e}", builtin.name);
+        // Rays of a packet end together, those of the GPU each by itself: they need not go as deep.
+        let deep = ours_found.depth / found.depth;
+        assert!(deep > 0.9 && deep < 1.01, "{}: {} {}", builtin.name, ours_found.depth, found.depth);
+        // A hundredth more light would be seen.
+        let more: Vec<f32> = theirs.iter().map(|v| 1.01 * v).collect();
+        assert!(difference(&fine, &ours, &more) > TOLERANCE);
+        let planned = fine.with_stepping(stepping);
+        let theirs = cpu::radiance(&planned, &Control::default()).unwrap().0;
+        let ours = on(&gpu, &planned).0;
+        let wrong = difference(&planned, &ours, &theirs);
+        assert!(wrong < accuracy.max(TOLERANCE), "{}: {wrong:e} of {accuracy:e}", builtin.name);
+    }
+}
+
+/// Gas that ends within the dust, a background, spectral and forward scattering, far and near cameras: each by itself.
+#[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
+fn each_part_is_that_of_the_processor() {
+    let gpu = device();
+    // Glowing gas on a finer lattice that reaches out of the dust.
+    let gas = "[field.knot]\nkind = \"sphere\"\nradius = \"0.7 pc\"\ncentre = \"0.6 0 0.2 pc\"\n[[emission]]\nname = \"H I\"\nkind = \"ion\"\nion = \"H1\"\n\
+               density = \"1e4 * knot\"\ntemperature = \"8000 K\"\nelectron_density = \"300 cm-3\"\n";
+    let behind = "[background]\nkind = \"blackbody\"\ntemperature = \"4000 K\"\nradiance = \"2.5e-8 W/m2/sr/um\"\n";
+    let forward = "phase = { kind = \"henyey_greenstein\", g = 0.7 }\n";
+    let spectral = DUST.replace("ccm89", "draine03_rv31") + "phase = { kind = \"henyey_greenstein\" }\n";
+    let far = CAMERA.replace("4 pc", "4000 pc").replace("40 deg", "0.04 deg");
+    let inside = CAMERA.replace("0.3 0.2 4 pc", "0.3 0.2 0.4 pc").replace("40 deg", "90 deg");
+    let flat =
+        CAMERA.replace("kind = \"perspective\"", "kind = \"orthographic\"").replace("field_of_view = \"40 deg\"", "width = \"2.5 pc\"");
+    let method = "[method]\nbake = 24\n";
+    for (name, text) in [
+        ("plain", format!("{CAMERA}{DUST}{STAR}{method}")),
+        ("forward", format!("{CAMERA}{DUST}{forward}{STAR}{method}")),
+        ("far", format!("{far}{DUST}{STAR}{method}")),
+        ("inside", format!("{inside}{DUST}{STAR}{method}")),
+        ("orthographic", format!("{flat}{DUST}{STAR}{method}")),
+        ("supersampled", format!("{}{DUST}{STAR}{method}", CAMERA.replace("size", "supersampling = 2\nsize"))),
+        ("gas", format!("{CAMERA}{DUST}{STAR}{gas}{method}")),
+        ("background", format!("{CAMERA}{DUST}{STAR}{behind}{method}")),
+        ("spectral", format!("{CAMERA}{spectral}{STAR}{method}")),
+        ("many bounces", format!("{CAMERA}{DUST}{forward}{STAR}{gas}{method}bounces = 4\n")),
+        ("dark", format!("{CAMERA}{DUST}{method}")),
+    ] {
+        let mut scene = parsed(&text);
+        let plan = plan(&mut scene, 24).with_stepping(FINE);
+        let theirs = cpu::radiance(&plan, &Control::default()).unwrap().0;
+        let ours = on(&gpu, &plan).0;
+        let wrong = difference(&plan, &ours, &theirs);
+        assert!(wrong < TOLERANCE, "{name}: {wrong:e}");
+        assert_eq!(name == "dark", theirs.iter().all(|v| *v == 0.0), "{name}");
+    }
+}
+
+/// Noise evaluated at every sample gives the picture of noise that was sampled, closer the finer it was; what is no
+/// noise is refused.
+#[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
+fn noise_on_the_fly_is_noise_that_was_sampled() {
+    let gpu = device();
+    let cloud = "[field.ball]\nkind = \"fbm\"\nradius = \"1 pc\"\nscale = \"0.8 pc\"\noctaves = 3\noffset = 0.6\n[dust]\ndensity = \"ball\"\nscale = \"2 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n";
+    let on_the_fly = Tuning { on_the_fly: true, ..Tuning::default() };
+    let wrong = [12, 24, 48].map(|bake| {
+        let mut scene = parsed(&format!("{CAMERA}{cloud}{}[method]\nbake = {bake}\n", STAR.replace("0.2 0.5 0.3", "1.5 1.2 1.4")));
+        let plan = plan(&mut scene, 12).with_stepping(Stepping::Fixed(100));
+        let ours = Renderer::new(&gpu, &plan, on_the_fly).unwrap().radiance(&Control::default()).unwrap().0;
+        difference(&plan, &ours, &on(&gpu, &plan).0)
+    });
+    println!("{wrong:?}");
+    assert!(wrong[2] < 0.02 && wrong[2] < 0.5 * wrong[1] && wrong[1] < 0.5 * wrong[0] && wrong[2] > 0.0, "{wrong:?}");
+    let mut scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\n"));
+    let error = Renderer::new(&gpu, &plan(&mut scene, 24), on_the_fly).err().unwrap().to_string();
+    assert!(error.contains("fbm") && error.contains("sampled to a grid"), "{error}");
+}
+
+/// Stars whose light is gathered, scattered evenly, by one phase function and by one for each wavelength, seen from
+/// near and from infinity.
+#[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
+fn many_lights_are_those_of_the_processor() {
+    let gpu = device();
+    let method = "[method]\nbake = 24\naccuracy = 1e-3\n";
+    let aside =
+        CAMERA.replace("kind = \"perspective\"", "kind = \"orthographic\"").replace("field_of_view = \"40 deg\"", "width = \"3 pc\"");
+    let cases = [
+        (CAMERA.to_owned(), ""),
+        (CAMERA.to_owned(), "phase = { kind = \"henyey_greenstein\", g = 0.7 }\n"),
+        (aside, "phase = { kind = \"draine\", g = 0.6, alpha = 0.5 }\n"),
+        (CAMERA.to_owned(), "phase = { kind = \"henyey_greenstein\" }\nlaw = \"draine03_rv31\"\n"),
+    ];
+    for (camera, phase) in cases {
+        let dust = if phase.contains("law") { DUST.replace("law = \"ccm89\"\nalbedo = 0.6\n", "") } else { DUST.to_owned() };
+        let mut scene = parsed(&format!("{camera}{dust}{phase}{}{method}", many_lights(30)));
+        let plan = plan(&mut scene, 24).with_stepping(FINE);
+        let ours = on(&gpu, &plan).0;
+        let wrong = difference(&plan, &ours, &cpu::radiance(&plan, &Control::default()).unwrap().0);
+        println!("{phase}: {wrong:.1e}");
+        assert!(wrong < 2.0 * TOLERANCE, "{phase}: {wrong:e}");
+        // Without what is near the stars the pictures would differ.
+        let lonely = plan.clone().without_near_field();
+        assert!(difference(&plan, &on(&gpu, &lonely).0, &ours) > 10.0 * TOLERANCE, "{phase}");
+    }
+}
+
+/// Every method with a shader: two stars, gas, a background and a phase function at once.
+#[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
+fn every_method_is_that_of_the_processor() {
+    let gpu = device();
+    let dust = DUST.replace("ccm89", "inverse_wavelength");
+    let second = STAR.replace("0.2 0.5 0.3", "-0.3 -0.2 0.1").replace("9000 K", "4000 K");
+    let camera = CAMERA.replace("[\"johnson-B\", \"johnson-V\"]", "[\"cie-x\", \"cie-y\"]");
+    let gas = "[field.knot]\nkind = \"sphere\"\nradius = \"0.4 pc\"\ncentre = \"0.2 0 0.2 pc\"\n[[emission]]\nname = \"H I\"\nkind = \"ion\"\nion = \"H1\"\n\
+               density = \"1e3 * knot\"\ntemperature = \"8000 K\"\nelectron_density = \"300 cm-3\"\n";
+    let behind = "[background]\nkind = \"blackbody\"\ntemperature = \"4000 K\"\nradiance = \"2.5e-8 W/m2/sr/um\"\n";
+    let forward = "phase = { kind = \"henyey_greenstein\", g = 0.5 }\n";
+    let mut compared = 0;
+    for method in barnard::scene::methods().map(|m| m.name) {
+        // Closed forms keep few digits of narrow passbands in single precision.
+        let (degree, accuracy) = if method == "analytic" { ("degree = 2\n", 0.02) } else { ("", 1e-3) };
+        let text = format!(
+            "{camera}{dust}{forward}{STAR}{second}{gas}{behind}[method]\nname = \"{method}\"\nbake = 24\naccuracy = {accuracy}\n{degree}"
+        );
+        let mut scene = parsed(&text);
+        let stepping = if method == "double_integration" { Stepping::Fixed(60) } else { FINE };
+        let plan = plan(&mut scene, 12).with_stepping(stepping);
+        if method == "sampled" {
+            assert!(barnard_gpu::unable(&plan, Tuning::default()).is_some());
+            continue;
+        }
+        let (theirs, found) = cpu::radiance(&plan, &Control::default()).unwrap();
+        let (ours, ours_found) = on(&gpu, &plan);
+        let wrong = difference(&plan, &ours, &theirs);
+        println!("{method}: {wrong:.1e}");
+        assert!(wrong < TOLERANCE, "{method}: {wrong:e}");
+        assert!((ours_found.depth / found.depth - 1.0).abs() < 0.01, "{method}: {} {}", ours_found.depth, found.depth);
+        compared += 1;
+    }
+    assert!(compared >= 9);
+}
+
+/// What no shader does is refused, with what would be right.
+#[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
+fn other_methods_are_refused() {
+    let gpu = device();
+    let narrow = DUST.replace("ccm89", "inverse_wavelength");
+    for (method, dust, words) in [("sampled", DUST, "sampled"), ("analytic", &narrow, "single precision")] {
+        let scene = parsed(&format!("{CAMERA}{dust}{STAR}[method]\nbake = 16\nname = \"{method}\"\n"));
+        let options = Options::within(DEFAULT_LIMIT);
+        let plan = Plan::sampled(&scene, &options, 20, &Control::default()).unwrap();
+        let error = Renderer::new(&gpu, &plan, Tuning::default()).err().unwrap().to_string();
+        assert_eq!(barnard_gpu::unable(&plan, Tuning::default()).unwrap().to_string(), error);
+        assert!(error.contains(words) && error.contains("on the processor"), "{error}");
+    }
+    // A wish to stop is heard.
+    let scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\n"));
+    let options = Options::within(DEFAULT_LIMIT);
+    let plan = Plan::sampled(&scene, &options, 20, &Control::default()).unwrap();
+    let control = Control::default();
+    control.interrupt();
+    assert!(Renderer::new(&gpu, &plan, Tuning::default()).unwrap().radiance(&control).is_err());
+}

@@ -1,0 +1,143 @@
+//! Where one looks, and what is read off there.
+
+use barnard_viewer::app::App;
+use barnard_viewer::comparison::With;
+use eframe::egui::accesskit::Role;
+use eframe::egui::vec2;
+use eframe::egui::{Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, PointerButton, TouchPhase};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+
+use super::explorer::{SCENE, drag, notice, open, settle, viewport};
+
+/// The probe shows the radiance of the pixel under the pointer.
+#[test]
+fn the_probe_reads_pixels() {
+    let (_folder, mut harness) = open();
+    assert!(harness.query_by_label("point at the picture").is_some());
+    harness.hover_at(viewport(&harness).center());
+    harness.step();
+    harness.step();
+    let image = harness.state().shown.as_ref().unwrap().pictures[0].image.clone();
+    let (column, row) = (image.width / 2, image.height / 2);
+    assert!(harness.query_by_label(&format!("column {column}, row {row} of {} × {}", image.width, image.height)).is_some());
+    assert!(harness.query_by_label(&format!("{:.3e}", image.at(1, row, column))).is_some());
+    assert!(harness.query_by_label_contains("optical depth").is_some());
+}
+
+/// A drag turns the view; at rest the camera is written down, and one undo takes the whole drag back.
+#[test]
+fn the_view_is_dragged() {
+    let (_folder, mut harness) = open();
+    let centre = viewport(&harness).center();
+    drag(&mut harness, PointerButton::Primary, centre, centre + vec2(120.0, 30.0));
+    settle(&mut harness);
+    let camera = harness.state().document.scene().camera.clone();
+    assert!(camera.position.x < -1.0 && (camera.position.length() - 6.0).abs() < 1e-3, "{:?}", camera.position);
+    assert_eq!(harness.state().flight.camera, camera);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut harness);
+    assert_eq!(harness.state().document.text(), SCENE);
+    assert!(harness.state().flight.camera.position.distance(barnard::glam::DVec3::new(0.0, 0.0, 6.0)) < 1e-9);
+}
+
+/// Two sets of filters share the window; the edge between them is dragged.
+#[test]
+fn filters_are_compared() {
+    let (_folder, mut harness) = open();
+    harness.state_mut().comparison.with = With::Filters("2mass".into());
+    settle(&mut harness);
+    let names: Vec<String> = harness.state().shown.as_ref().unwrap().pictures.iter().map(|p| p.image.bands[0].name.clone()).collect();
+    assert!(names.len() == 2 && names[0].starts_with("johnson") && names[1].starts_with("twomass"), "{names:?}");
+    let rect = viewport(&harness);
+    drag(&mut harness, PointerButton::Primary, rect.center(), rect.center() + vec2(100.0, 0.0));
+    assert!(harness.state().comparison.edge.unwrap() > 0.6);
+    assert_eq!(harness.state().document.text(), SCENE);
+}
+
+/// W flies ahead for as long as it is held, and the wheel changes how fast; what was flown to is written down.
+#[test]
+fn keys_fly() {
+    let (_folder, mut harness) = open();
+    let place = |h: &Harness<App>| h.state().flight.camera.position;
+    let speed = harness.state().flight.speed;
+    harness.hover_at(viewport(&harness).center());
+    harness.key_down(Key::W);
+    harness.run_steps(5);
+    let nearer = place(&harness);
+    assert!(nearer.z < 6.0 - 1e-3 && nearer.x.abs() < 1e-9, "{nearer}");
+    harness.event(Event::MouseWheel {
+        unit: MouseWheelUnit::Point,
+        source: MouseWheelSource::Wheel,
+        delta: vec2(0.0, 200.0),
+        phase: TouchPhase::Move,
+        modifiers: Modifiers::NONE,
+    });
+    harness.run_steps(5);
+    assert!(harness.state().flight.speed > 1.2 * speed, "{}", harness.state().flight.speed);
+    harness.key_up(Key::W);
+    harness.step();
+    let there = place(&harness);
+    assert!(there.z < nearer.z);
+    settle(&mut harness);
+    assert!(harness.state().document.scene().camera.position.distance(there) < 1e-3);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut harness);
+    assert_eq!(harness.state().document.text(), SCENE);
+    // Ctrl+S is no flight backwards, though Ctrl is let go first.
+    harness.key_down_modifiers(Modifiers::COMMAND, Key::S);
+    harness.run_steps(5);
+    settle(&mut harness);
+    assert!(harness.state().document.text() == SCENE && !harness.state().document.is_changed());
+    harness.key_up(Key::S);
+    harness.step();
+    harness.key_down(Key::S);
+    harness.run_steps(5);
+    assert!(place(&harness).z > 6.0 + 1e-3);
+}
+
+/// Bookmarks bring a view back, stand in the scene, and are taken back like any change.
+#[test]
+fn bookmarks_are_places() {
+    let (_folder, mut harness) = open();
+    harness.key_press(Key::Num3);
+    harness.step();
+    assert!(notice(&harness).contains("no bookmark 3"), "{}", notice(&harness));
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Num3);
+    harness.step();
+    assert!(harness.state().document.text().contains("[bookmark.3]\nkind = \"perspective\"\n"), "{}", harness.state().document.text());
+    let centre = viewport(&harness).center();
+    drag(&mut harness, PointerButton::Primary, centre, centre + vec2(150.0, 0.0));
+    settle(&mut harness);
+    assert!(harness.state().flight.camera.position.x.abs() > 1.0);
+    harness.key_press(Key::Num3);
+    settle(&mut harness);
+    assert!(harness.state().flight.camera.position.distance(barnard::glam::DVec3::new(0.0, 0.0, 6.0)) < 1e-4);
+    for _ in 0..3 {
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        harness.step();
+    }
+    assert!(!harness.state().document.text().contains("bookmark"), "{}", harness.state().document.text());
+}
+
+/// Digits that are typed are the field's own, also where a slow frame holds them with the key that leaves it.
+#[test]
+fn typed_digits_are_no_bookmarks() {
+    let (_folder, mut harness) = open();
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Num3);
+    let centre = viewport(&harness).center();
+    drag(&mut harness, PointerButton::Primary, centre, centre + vec2(150.0, 0.0));
+    settle(&mut harness);
+    let there = harness.state().flight.camera.position;
+    harness.get_by_role_and_label(Role::SpinButton, "temperature").focus();
+    harness.step();
+    // All in one frame.
+    let pressed = |key| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE };
+    harness.input_mut().events.extend([Key::Num3, Key::Enter, Key::Num3].map(pressed));
+    harness.step();
+    assert_eq!(harness.state().flight.camera.position, there);
+    harness.step();
+    harness.key_press(Key::Num3);
+    settle(&mut harness);
+    assert!(harness.state().flight.camera.position.distance(there) > 1.0, "the digit is the window's again");
+}
