@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::fs::File;
-use std::io::Cursor;
+use std::io::{BufReader, Cursor};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -106,7 +106,15 @@ impl DataSource for SceneFiles {
     }
 
     fn table(&self, name: &str, most_rows: usize, memory_limit: u64) -> Result<TextTable> {
-        text_table::read(&self.label(name), &self.text(name, memory_limit)?, most_rows)
+        let label = self.label(name);
+        if let Some(bytes) = self.unpack(name) {
+            return text_table::read(&label, bytes, most_rows);
+        }
+        let path = self.path(name);
+        let (file, _) = open_limited(&path, memory_limit)?;
+        let table = text_table::read(&label, BufReader::new(file), most_rows)?;
+        self.note(path);
+        Ok(table)
     }
 
     fn array(&self, name: &str, part: Option<&str>, memory_limit: u64) -> Result<Array> {
@@ -131,17 +139,22 @@ fn open(path: &Path) -> Result<File> {
     File::open(path).map_err(failed)
 }
 
+/// Opens a file after a look at its size; its size in bytes is given too.
+fn open_limited(path: &Path, limit: u64) -> Result<(File, u64)> {
+    let file = open(path)?;
+    let length = file.metadata().map_err(|e| Error::file(path, format!("cannot be read: {e}")))?.len();
+    memory::check(&format!("the file {}", path.display()), length, limit)?;
+    Ok((file, length))
+}
+
 /// Reads a file after a look at its size.
 ///
 /// # Errors
 /// Where it is none, cannot be read, or has more than `limit` bytes.
 pub fn read_limited(path: &Path, limit: u64) -> Result<Vec<u8>> {
     use std::io::Read;
-    let failed = |e: std::io::Error| Error::file(path, format!("cannot be read: {e}"));
-    let file = open(path)?;
-    let length = file.metadata().map_err(failed)?.len();
-    memory::check(&format!("the file {}", path.display()), length, limit)?;
+    let (file, length) = open_limited(path, limit)?;
     let mut bytes = Vec::with_capacity(length as usize);
-    file.take(limit).read_to_end(&mut bytes).map_err(failed)?;
+    file.take(limit).read_to_end(&mut bytes).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
     Ok(bytes)
 }
