@@ -61,10 +61,8 @@ const EVEN: f64 = 0.1;
 /// A grid is made by [`Grid::new`] of an array, or by [`Grid::sampled`] of a function.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
-    /// Where the voxels are.
-    pub lattice: Lattice,
-    /// The values, x fastest: depth × height × width.
-    pub data: Vec<f32>,
+    pub(crate) lattice: Lattice,
+    pub(crate) data: Vec<f32>,
 }
 
 impl Grid {
@@ -83,6 +81,16 @@ impl Grid {
         let grid = Self { lattice: Lattice { dims, bounds: bounds.checked()? }, data };
         grid.check("grid")?;
         Ok(grid)
+    }
+
+    /// Where the voxels are.
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
+    /// The values, depth × height × width, x running fastest \[unit of the field\].
+    pub fn values(&self) -> &[f32] {
+        &self.data
     }
 
     /// Samples `f` at the voxel centres, on all cores.

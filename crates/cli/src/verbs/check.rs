@@ -2,11 +2,14 @@
 
 use std::process::ExitCode;
 
-use barnard::plan::Plan;
+use barnard::backend::Job;
+use barnard::control::Control;
+use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
 use clap::Args;
 use spectra::rule::Form;
 
+use crate::backends::registry;
 use crate::progress;
 use crate::source::SceneArgs;
 
@@ -21,7 +24,7 @@ impl Check {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let (scene, options) = self.scene.load()?;
         describe(&scene);
-        describe_bounces(&scene);
+        describe_bounces(&scene, &options)?;
         let plan = Plan::new(&scene, &options, &progress::control()?)?;
         describe_plan(&plan);
         say!("ok");
@@ -65,20 +68,30 @@ fn describe(scene: &Scene) {
     }
 }
 
-/// Tells what one scattering leaves out, or which back ends know more.
-fn describe_bounces(scene: &Scene) {
+/// Tells what one scattering leaves out, or which of the exact back ends refuse more, in their words.
+fn describe_bounces(scene: &Scene, options: &Options) -> anyhow::Result<()> {
     let scatters = scene.dust.is_some() && !(scene.stars.is_empty() && scene.emission.is_empty() && scene.background.spectrum.is_none());
     match scene.method.bounces {
         _ if !scatters => {}
         1 => say!(
             "bounces   1, the default: light that scatters more often is left out, a third of a nebula's light in clouds of depth 1 and more; --bounces 1000 has all of it"
         ),
-        many => say!("bounces   at most {many}, by cpu, gpu, auto and path; reference scatters light once and refuses more"),
+        many => say!("bounces   at most {many}"),
     }
+    for entry in registry().entries().iter().filter(|entry| !entry.planned) {
+        let unable = (entry.open)(scene)?.unable(&Job::new(scene, options)?, &Control::default())?;
+        if let Some(why) = unable {
+            say!("          not by --backend {}: {why}", entry.name);
+        }
+    }
+    Ok(())
 }
 
 fn lattice(field: &dyn barnard::field::Field) -> String {
-    field.grid().map_or("a function".into(), |g| format!("grid of {} x {} x {}", g.lattice.dims[0], g.lattice.dims[1], g.lattice.dims[2]))
+    field.grid().map_or("a function".into(), |grid| {
+        let [x, y, z] = grid.lattice().dims;
+        format!("grid of {x} x {y} x {z}")
+    })
 }
 
 fn size(v: barnard::glam::DVec3) -> String {
