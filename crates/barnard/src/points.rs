@@ -208,18 +208,25 @@ fn poisson(mean: f64, random: &mut Counter) -> u64 {
     k
 }
 
+/// The point-spread function along an axis, in the pixels around pixel `middle`, of a source at `at`.
+fn profile(middle: i64, at: f64) -> [f64; 2 * PSF_RADIUS as usize + 1] {
+    std::array::from_fn(|i| {
+        let pixel = middle - PSF_RADIUS + i as i64;
+        (-0.5 * ((pixel as f64 + 0.5 - at) / PSF_SIGMA).powi(2)).exp()
+    })
+}
+
 /// Spreads one source over its pixels.
 fn splat(camera: &Camera, point: &Point, fluxes: &[f64], add: &mut impl FnMut(usize, f64)) {
     let (column, row) = (point.column.floor() as i64, point.row.floor() as i64);
-    let weight = |i: i64, at: f64| (-0.5 * ((i as f64 + 0.5 - at) / PSF_SIGMA).powi(2)).exp();
-    let sum = |middle: i64, at: f64| (middle - PSF_RADIUS..=middle + PSF_RADIUS).map(|i| weight(i, at)).sum::<f64>();
-    let norm = 1.0 / (sum(column, point.column) * sum(row, point.row));
-    for i in row - PSF_RADIUS..=row + PSF_RADIUS {
-        for j in column - PSF_RADIUS..=column + PSF_RADIUS {
+    let (columns, rows) = (profile(column, point.column), profile(row, point.row));
+    let norm = 1.0 / (columns.iter().sum::<f64>() * rows.iter().sum::<f64>());
+    for (i, of_row) in (row - PSF_RADIUS..).zip(rows) {
+        for (j, of_column) in (column - PSF_RADIUS..).zip(columns) {
             if i < 0 || j < 0 || i >= camera.height as i64 || j >= camera.width as i64 {
                 continue;
             }
-            let share = norm * weight(i, point.row) * weight(j, point.column) / camera.pixel_measure(j as f64 + 0.5, i as f64 + 0.5);
+            let share = norm * of_row * of_column / camera.pixel_measure(j as f64 + 0.5, i as f64 + 0.5);
             for (band, flux) in fluxes.iter().enumerate() {
                 add((band * camera.height + i as usize) * camera.width + j as usize, share * flux);
             }

@@ -45,15 +45,12 @@ impl Certificate {
         let error = |a: f64| {
             let truth = measure.at(before + a);
             let difference = (approximation(a) - truth).abs();
-            (difference / total, difference / truth.max(f64::MIN_POSITIVE))
+            [difference / total, difference / truth.max(f64::MIN_POSITIVE)]
         };
         // Of sums in double precision; what a march in single precision adds is said by `rounded`.
         let floor = 1e-14;
-        Self {
-            absolute: MARGIN * supremum(|a| error(a).0, depth) + floor,
-            relative: MARGIN * supremum(|a| error(a).1, depth) + floor,
-            depth,
-        }
+        let [absolute, relative] = suprema(error, depth);
+        Self { absolute: MARGIN * absolute + floor, relative: MARGIN * relative + floor, depth }
     }
 
     /// The same with what arithmetic adds where light is marched with `rounding`: a relative error of the depth changes
@@ -71,13 +68,11 @@ impl Certificate {
                 light += left;
                 change += a * k * left;
             }
-            (rounding.depth * change + rounding.light * size(a).max(light), light)
+            let error = rounding.depth * change + rounding.light * size(a).max(light);
+            [error / total, error / light.max(f64::MIN_POSITIVE)]
         };
-        Self {
-            absolute: self.absolute + supremum(|a| error(a).0 / total, self.depth),
-            relative: self.relative + supremum(|a| error(a).0 / error(a).1.max(f64::MIN_POSITIVE), self.depth),
-            depth: self.depth,
-        }
+        let [absolute, relative] = suprema(error, self.depth);
+        Self { absolute: self.absolute + absolute, relative: self.relative + relative, depth: self.depth }
     }
 
     /// The larger of both errors.
@@ -90,18 +85,30 @@ impl Certificate {
     }
 }
 
-/// The supremum of f over [0, depth].
-fn supremum(f: impl Fn(f64) -> f64, depth: f64) -> f64 {
+/// The suprema of two functions over [0, depth].
+fn suprema(f: impl Fn(f64) -> [f64; 2], depth: f64) -> [f64; 2] {
     let mut points: Vec<f64> = (0..=SAMPLES).map(|i| depth * i as f64 / SAMPLES as f64).collect();
     points.extend((0..=SAMPLES / 2).map(|i| depth * 10f64.powf(-5.0 * i as f64 / (SAMPLES / 2) as f64)));
     points.sort_by(f64::total_cmp);
+    let values: Vec<[f64; 2]> = points.iter().map(|a| f(*a)).collect();
+    [0, 1].map(|which| {
+        let values: Vec<f64> = values.iter().map(|both| both[which]).collect();
+        refined(|a| f(a)[which], &points, &values)
+    })
+}
+
+/// The supremum of f, which has `values` at ascending `points`: the neighbourhood of the largest is searched again twice.
+fn refined(f: impl Fn(f64) -> f64, points: &[f64], values: &[f64]) -> f64 {
+    let (mut points, mut values) = (points.to_vec(), values.to_vec());
     let mut best = 0.0;
-    for _ in 0..3 {
-        let values: Vec<f64> = points.iter().map(|a| f(*a)).collect();
+    for again in (0..3).rev() {
         let i = (0..values.len()).max_by(|&i, &j| values[i].total_cmp(&values[j])).unwrap_or(0);
         best = f64::max(best, values[i]);
-        let (low, high) = (points[i.saturating_sub(1)], points[(i + 1).min(points.len() - 1)]);
-        points = (0..=16).map(|j| low + (high - low) * j as f64 / 16.0).collect();
+        if again > 0 {
+            let (low, high) = (points[i.saturating_sub(1)], points[(i + 1).min(points.len() - 1)]);
+            points = (0..=16).map(|j| low + (high - low) * j as f64 / 16.0).collect();
+            values = points.iter().map(|a| f(*a)).collect();
+        }
     }
     best
 }
