@@ -4,12 +4,11 @@
 use glam::DVec3;
 
 use super::Field;
+use super::grid::OFFSET;
 use crate::geometry::Ray;
 
 /// Most parts of a piece between two crossings.
 const MAX_PARTS: f64 = 1024.0;
-/// Two-point Gauss: abscissae ½ ± 1/(2√3).
-const OFFSET: f64 = 0.288_675_134_594_812_9;
 
 /// ∫ of the field from `a` to `b` [unit of the field × pc]: exact for grids; of functions by two points in every part
 /// of the length over which they change, cut where they are known to jump.
@@ -24,16 +23,19 @@ pub fn column(field: &dyn Field, a: DVec3, b: DVec3) -> f64 {
     field.crossings(&ray, &mut ends);
     ends.retain(|t| (near..=far).contains(t));
     ends.sort_by(f64::total_cmp);
-    let piece = |ends: &[f64]| {
+    let (mut places, mut widths) = (Vec::new(), Vec::new());
+    for ends in ends.windows(2) {
         let parts = ((ends[1] - ends[0]) / field.feature_pc()).ceil().clamp(1.0, MAX_PARTS);
         let width = (ends[1] - ends[0]) / parts;
-        let part = |i: usize| {
-            let middle = ends[0] + (i as f64 + 0.5) * width;
-            0.5 * width * (field.at(ray.at(middle - OFFSET * width)) + field.at(ray.at(middle + OFFSET * width)))
-        };
-        (0..parts as usize).map(part).sum::<f64>()
-    };
-    ends.windows(2).map(piece).sum()
+        for part in 0..parts as usize {
+            let middle = ends[0] + (part as f64 + 0.5) * width;
+            places.extend([middle - OFFSET * width, middle + OFFSET * width].map(|t| ray.at(t)));
+            widths.push(width);
+        }
+    }
+    let mut values = vec![0.0; places.len()];
+    field.sample(&places, &mut values);
+    values.chunks_exact(2).zip(widths).map(|(pair, width)| 0.5 * width * (pair[0] + pair[1])).sum()
 }
 
 #[cfg(test)]

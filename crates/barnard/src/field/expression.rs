@@ -10,32 +10,23 @@
 use std::sync::Arc;
 
 use exmex::prelude::*;
-use exmex::{BinOp, FloatOpsFactory, MakeOperators, Operator};
 use glam::DVec3;
+use smallvec::SmallVec;
 
 use super::formula::normalised;
+use super::side_by_side::{FieldOperators, SideBySide};
 use super::support::{Support, support};
 use super::{Field, Grid, Lattice};
 use crate::error::Result;
 use crate::geometry::{Bounds, Ray};
 use crate::memory;
 
-/// The field's own operators beside exmex's.
-#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-struct FieldOperators;
-
-impl MakeOperators<f64> for FieldOperators {
-    fn make<'a>() -> Vec<Operator<'a, f64>> {
-        let mut operators = FloatOpsFactory::<f64>::make();
-        operators.push(Operator::make_bin("step", BinOp { apply: |a, edge| f64::from(a >= edge), prio: 0, is_commutative: false }));
-        operators
-    }
-}
-
 /// An expression over named fields.
 #[derive(Debug)]
 pub struct Expression {
-    formula: FlatEx<f64, FieldOperators>,
+    /// The formula for one place, and for sixteen.
+    formula: FlatEx<SideBySide<1>, FieldOperators>,
+    formulas: FlatEx<SideBySide<SIXTEEN>, FieldOperators>,
     variables: Vec<Variable>,
     bounds: Bounds,
     /// Whether a function of the formula jumps.
@@ -48,6 +39,9 @@ enum Variable {
     Axis(usize),
 }
 
+/// Places at which the formula is evaluated together, and places at which its fields are.
+const SIXTEEN: usize = 16;
+const BLOCK: usize = 64;
 /// The longest formula, in characters: parsing recurses with parentheses.
 const MAX_LENGTH: usize = 2000;
 
@@ -62,8 +56,9 @@ impl Expression {
         }
         let wrong = |e: String| format!("\"{formula}\" is no expression: {e}");
         let normalised = normalised(formula).map_err(wrong)?;
-        let parsed = FlatEx::<f64, FieldOperators>::parse(&normalised).map_err(|e| wrong(e.to_string()))?;
-        let variables: std::result::Result<Vec<Variable>, String> = parsed
+        let formula = FlatEx::<SideBySide<1>, FieldOperators>::parse(&normalised).map_err(|e| wrong(e.to_string()))?;
+        let formulas = FlatEx::parse(&normalised).map_err(|e| wrong(e.to_string()))?;
+        let variables: std::result::Result<Vec<Variable>, String> = formula
             .var_names()
             .iter()
             .map(|name| match name.as_str() {
@@ -89,7 +84,7 @@ impl Expression {
             Support::Number(_) | Support::Everywhere => union,
         };
         let jumps = ["step", "floor", "ceil"].iter().any(|name| normalised.contains(&format!("{name}(")));
-        Ok(Self { formula: parsed, variables, bounds, jumps })
+        Ok(Self { formula, formulas, variables, bounds, jumps })
     }
 
     fn fields(&self) -> impl Iterator<Item = &Arc<dyn Field>> {
@@ -119,21 +114,30 @@ impl Expression {
         let lattice = Lattice { dims: dims.map(|n| n as usize), bounds };
         // A mask cuts through a voxel; what the grids hold there is theirs at its centre.
         Ok(Arc::new(match self.has_edges() {
-            true => Grid::averaged(lattice, |centre, p| self.value(centre, p)),
-            false => Grid::sampled(lattice, |p| self.at(p)),
+            true => Grid::averaged(lattice, |centres, places, values| self.values(centres, places, values)),
+            false => Grid::filled(lattice, |places, values| self.sample(places, values)),
         }))
     }
 
-    /// The value of the formula, with grids as they are at `centre` and functions at `p`.
-    fn value(&self, centre: DVec3, p: DVec3) -> f64 {
-        if !self.bounds.contains(p) {
-            return 0.0;
+    /// The values of the formula at some places, with grids as they are at `centres` and functions at `places`.
+    fn values(&self, centres: &[DVec3], places: &[DVec3], values: &mut [f64]) {
+        let mut of_variables = vec![[0.0; BLOCK]; self.variables.len()];
+        for ((centres, places), values) in centres.chunks(BLOCK).zip(places.chunks(BLOCK)).zip(values.chunks_mut(BLOCK)) {
+            for (variable, own) in self.variables.iter().zip(&mut of_variables) {
+                match variable {
+                    Variable::Field(field) => field.sample(if field.grid().is_some() { centres } else { places }, &mut own[..places.len()]),
+                    Variable::Axis(axis) => own.iter_mut().zip(places).for_each(|(own, p)| *own = p[*axis]),
+                }
+            }
+            for (first, (places, values)) in (0..).step_by(SIXTEEN).zip(places.chunks(SIXTEEN).zip(values.chunks_mut(SIXTEEN))) {
+                let sixteen = |own: &[f64; BLOCK]| SideBySide(std::array::from_fn(|i| own[first + i]));
+                let of_variables: SmallVec<[SideBySide<SIXTEEN>; 8]> = of_variables.iter().map(sixteen).collect();
+                let SideBySide(own) = self.formulas.eval(&of_variables).unwrap_or(SideBySide([f64::NAN; SIXTEEN]));
+                for ((value, own), p) in values.iter_mut().zip(own).zip(places) {
+                    *value = if self.bounds.contains(*p) { own } else { 0.0 };
+                }
+            }
         }
-        let of = |variable: &Variable| match variable {
-            Variable::Field(field) => field.at(if field.grid().is_some() { centre } else { p }),
-            Variable::Axis(axis) => p[*axis],
-        };
-        self.formula.eval(&self.variables.iter().map(of).collect::<Vec<f64>>()).unwrap_or(f64::NAN)
     }
 
     /// Voxels along each axis, and the box that they fill, where a grid takes part: those of the grid with the finest
@@ -156,7 +160,18 @@ impl Expression {
 
 impl Field for Expression {
     fn at(&self, p: DVec3) -> f64 {
-        self.value(p, p)
+        if !self.bounds.contains(p) {
+            return 0.0;
+        }
+        let of = |variable: &Variable| match variable {
+            Variable::Field(field) => SideBySide([field.at(p)]),
+            Variable::Axis(axis) => SideBySide([p[*axis]]),
+        };
+        let of_variables: SmallVec<[SideBySide<1>; 8]> = self.variables.iter().map(of).collect();
+        self.formula.eval(&of_variables).map_or(f64::NAN, |SideBySide([value])| value)
+    }
+    fn sample(&self, places: &[DVec3], values: &mut [f64]) {
+        self.values(places, places, values);
     }
     fn bounds(&self) -> Bounds {
         self.bounds

@@ -6,6 +6,7 @@
 use glam::DVec3;
 
 use super::Field;
+use super::cells::Cells;
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, Ray};
 
@@ -51,6 +52,8 @@ impl Lattice {
     }
 }
 
+/// Two-point Gauss: abscissae ½ ± 1/(2√3).
+pub(super) const OFFSET: f64 = 0.288_675_134_594_812_9;
 /// Parts along each edge of a voxel in which a function jumps.
 const PARTS: usize = 6;
 /// By how much a function may change in a voxel that is taken for even.
@@ -63,6 +66,21 @@ const EVEN: f64 = 0.1;
 pub struct Grid {
     pub(crate) lattice: Lattice,
     pub(crate) data: Vec<f32>,
+}
+
+/// Room for the row of voxels that is filled.
+struct Row {
+    places: Vec<DVec3>,
+    /// Values at those places, and the least and the largest in each voxel so far.
+    own: Vec<f64>,
+    low: Vec<f64>,
+    high: Vec<f64>,
+}
+
+impl Row {
+    fn new(length: usize) -> Self {
+        Self { places: vec![DVec3::ZERO; length], own: vec![0.0; length], low: vec![0.0; length], high: vec![0.0; length] }
+    }
 }
 
 impl Grid {
@@ -95,33 +113,58 @@ impl Grid {
 
     /// Samples `f` at the voxel centres, on all cores.
     pub fn sampled(lattice: Lattice, f: impl Fn(DVec3) -> f64 + Sync) -> Self {
-        use rayon::prelude::*;
-        let row = lattice.dims[0];
-        let mut data = vec![0.0; lattice.cells()];
-        data.par_chunks_mut(row).enumerate().for_each(|(r, values)| {
-            let [_, y, z] = lattice.place(r * row);
-            values.iter_mut().enumerate().for_each(|(x, v)| *v = f(lattice.centre(x, y, z)) as f32);
-        });
-        Self { lattice, data }
+        Self::filled(lattice, |places, values| values.iter_mut().zip(places).for_each(|(value, p)| *value = f(*p)))
     }
 
-    /// Samples a function that may jump; `f` takes a voxel's centre and a place within it. A voxel that it changes in
-    /// has the mean over its parts, all others the value at their middle.
-    pub fn averaged(lattice: Lattice, f: impl Fn(DVec3, DVec3) -> f64 + Sync) -> Self {
+    /// Samples at the voxel centres, on all cores: `sample` writes the values at many places.
+    pub(crate) fn filled(lattice: Lattice, sample: impl Fn(&[DVec3], &mut [f64]) + Sync) -> Self {
+        Self::by_rows(lattice, |centres, values, _| sample(centres, values))
+    }
+
+    /// Samples a function that may jump: `sample` takes the centres of voxels and as many places within them. A voxel
+    /// that it changes in has the mean over its parts, all others the value at their middle.
+    pub(crate) fn averaged(lattice: Lattice, sample: impl Fn(&[DVec3], &[DVec3], &mut [f64]) + Sync) -> Self {
         let voxel = lattice.voxel_pc();
         let corners = (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) - 0.5);
         let corners: Vec<DVec3> = corners.map(|c| (1.0 - 1e-9) * c * voxel).collect();
         let along = |i: usize| (i as f64 + 0.5) / PARTS as f64 - 0.5;
         let part = |i: usize| DVec3::new(along(i % PARTS), along(i / PARTS % PARTS), along(i / (PARTS * PARTS))) * voxel;
         let parts: Vec<DVec3> = (0..PARTS.pow(3)).map(part).collect();
-        Self::sampled(lattice, |centre| {
-            let middle = f(centre, centre);
-            let ends = corners.iter().map(|c| f(centre, centre + *c)).fold((middle, middle), |(low, high), v| (v.min(low), v.max(high)));
-            if ends.1 - ends.0 <= EVEN * ends.1.abs().max(ends.0.abs()) {
-                return middle;
+        Self::by_rows(lattice, |centres, values, Row { places, own, low, high }| {
+            sample(centres, centres, values);
+            low.copy_from_slice(values);
+            high.copy_from_slice(values);
+            for corner in &corners {
+                places.iter_mut().zip(centres).for_each(|(p, centre)| *p = *centre + *corner);
+                sample(centres, places, own);
+                low.iter_mut().zip(&*own).for_each(|(low, v)| *low = low.min(*v));
+                high.iter_mut().zip(&*own).for_each(|(high, v)| *high = high.max(*v));
             }
-            parts.iter().map(|p| f(centre, centre + *p)).sum::<f64>() / parts.len() as f64
+            for (i, value) in values.iter_mut().enumerate() {
+                if high[i] - low[i] <= EVEN * high[i].abs().max(low[i].abs()) {
+                    continue;
+                }
+                let mut of_parts = [0.0; PARTS.pow(3)];
+                let places: Vec<DVec3> = parts.iter().map(|part| centres[i] + *part).collect();
+                sample(&vec![centres[i]; places.len()], &places, &mut of_parts);
+                *value = of_parts.iter().sum::<f64>() / of_parts.len() as f64;
+            }
         })
+    }
+
+    /// Fills row by row of voxels, on all cores: `fill` takes the centres of a row, its values, and room to work in.
+    fn by_rows(lattice: Lattice, fill: impl Fn(&[DVec3], &mut [f64], &mut Row) + Sync) -> Self {
+        use rayon::prelude::*;
+        let length = lattice.dims[0];
+        let mut data = vec![0.0; lattice.cells()];
+        let room = || (vec![DVec3::ZERO; length], vec![0.0; length], Row::new(length));
+        data.par_chunks_mut(length).enumerate().for_each_init(room, |(centres, values, row), (r, out)| {
+            let [_, y, z] = lattice.place(r * length);
+            centres.iter_mut().enumerate().for_each(|(x, centre)| *centre = lattice.centre(x, y, z));
+            fill(centres, values, row);
+            out.iter_mut().zip(&*values).for_each(|(out, value)| *out = *value as f32);
+        });
+        Self { lattice, data }
     }
 
     /// `factor` times the means of blocks of `block` voxels along each axis; blocks at the upper faces take what is
@@ -168,7 +211,7 @@ impl Grid {
     }
 
     /// `p` in units of voxels, zero at the first voxel centre.
-    fn index_space(&self, p: DVec3) -> DVec3 {
+    pub(super) fn index_space(&self, p: DVec3) -> DVec3 {
         (p - self.lattice.bounds.low) / self.lattice.voxel_pc() - 0.5
     }
 
@@ -181,9 +224,11 @@ impl Grid {
             (i, (i + 1).min(n - 1), u - i as f64)
         };
         let ((x0, x1, fx), (y0, y1, fy), (z0, z1, fz)) = (axis(u.x, nx), axis(u.y, ny), axis(u.z, nz));
-        let at = |x, y, z| f64::from(self.data[self.lattice.index(x, y, z)]);
+        let row = |y, z| self.lattice.index(0, y, z);
+        let at = |x: usize, row: usize| f64::from(self.data[row + x]);
         let lerp = |a: f64, b: f64, t: f64| a + t * (b - a);
-        let plane = |z| lerp(lerp(at(x0, y0, z), at(x1, y0, z), fx), lerp(at(x0, y1, z), at(x1, y1, z), fx), fy);
+        let line = |row| lerp(at(x0, row), at(x1, row), fx);
+        let plane = |z| lerp(line(row(y0, z)), line(row(y1, z)), fy);
         lerp(plane(z0), plane(z1), fz)
     }
 
@@ -195,44 +240,24 @@ impl Grid {
         if far <= near {
             return 0.0;
         }
-        // In index space the planes are the integers; `next` holds the distance of the next plane along each axis.
-        let origin = self.index_space(ray.origin);
-        let slope = ray.direction / self.lattice.voxel_pc();
-        let mut next = [f64::INFINITY; 3];
-        let mut stride = [f64::INFINITY; 3];
-        for axis in 0..3 {
-            let s = slope[axis];
-            if s != 0.0 {
-                let u = origin[axis] + near * s;
-                let plane = if s > 0.0 { (u + 1e-12).floor() + 1.0 } else { (u - 1e-12).ceil() - 1.0 };
-                next[axis] = (plane - origin[axis]) / s;
-                stride[axis] = 1.0 / s.abs();
-            }
-        }
-        // Two-point Gauss: abscissae ½ ± 1/(2√3).
-        const OFFSET: f64 = 0.288_675_134_594_812_9;
+        let mut cells = Cells::new(self, &ray, near);
         let (mut t, mut sum) = (near, 0.0);
         // A ray crosses each plane once: whatever rounding does, the march ends.
         for _ in 0..self.lattice.dims.iter().sum::<usize>() + 8 {
             if t >= far || sum >= enough {
                 break;
             }
-            let axis = if next[0] < next[1] {
-                if next[0] < next[2] { 0 } else { 2 }
-            } else if next[1] < next[2] {
-                1
-            } else {
-                2
-            };
-            let end = next[axis].min(far);
-            next[axis] += stride[axis];
+            let (axis, plane) = cells.exit();
+            let end = plane.min(far);
             if end > t {
                 let (middle, width) = (0.5 * (t + end), end - t);
-                let low = self.trilinear(origin + (middle - OFFSET * width) * slope);
-                let high = self.trilinear(origin + (middle + OFFSET * width) * slope);
+                let cell = cells.read();
+                let low = cell.at(cells.place(middle - OFFSET * width));
+                let high = cell.at(cells.place(middle + OFFSET * width));
                 sum += 0.5 * width * (low + high);
                 t = end;
             }
+            cells.advance(axis);
         }
         sum
     }
@@ -241,6 +266,11 @@ impl Grid {
 impl Field for Grid {
     fn at(&self, p: DVec3) -> f64 {
         if self.lattice.bounds.contains(p) { self.trilinear(self.index_space(p)) } else { 0.0 }
+    }
+    fn sample(&self, places: &[DVec3], values: &mut [f64]) {
+        let (low, voxel) = (self.lattice.bounds.low, self.lattice.voxel_pc());
+        let at = |p: DVec3| if self.lattice.bounds.contains(p) { self.trilinear((p - low) / voxel - 0.5) } else { 0.0 };
+        values.iter_mut().zip(places).for_each(|(value, p)| *value = at(*p));
     }
     fn bounds(&self) -> Bounds {
         self.lattice.bounds

@@ -6,7 +6,7 @@
 //! Integer hashing (no tables) gives the same noise on every platform. Range within [−1, 1].
 //! Source: Perlin 2001; Gustavson 2005, "Simplex noise demystified"; the hash is Wellons' lowbias32 finaliser.
 
-use glam::{DVec3, IVec3};
+use glam::DVec3;
 
 /// Simplex noise with a seed.
 #[derive(Debug, Clone, Copy)]
@@ -14,20 +14,10 @@ pub struct Simplex {
     seed: u32,
 }
 
-const GRADIENTS: [[f64; 3]; 12] = [
-    [1.0, 1.0, 0.0],
-    [-1.0, 1.0, 0.0],
-    [1.0, -1.0, 0.0],
-    [-1.0, -1.0, 0.0],
-    [1.0, 0.0, 1.0],
-    [-1.0, 0.0, 1.0],
-    [1.0, 0.0, -1.0],
-    [-1.0, 0.0, -1.0],
-    [0.0, 1.0, 1.0],
-    [0.0, -1.0, 1.0],
-    [0.0, 1.0, -1.0],
-    [0.0, -1.0, -1.0],
-];
+/// Gradients: the first eight have a component of ±1 along x, the last eight of the others.
+const GRADIENTS: u32 = 12;
+/// 1.5 · 2⁵²: adding it rounds to an integer, which then stands in the low bits.
+const WHOLE: f64 = 6_755_399_441_055_744.0;
 
 impl Simplex {
     /// The noise of a seed.
@@ -42,44 +32,56 @@ impl Simplex {
 
     /// n(p) \[1\], within [−1, 1]; p in units of the noise's own scale.
     pub fn at(&self, p: DVec3) -> f64 {
-        // Skew to find the simplex, unskew to measure distances.
-        let cell = (p + p.element_sum() / 3.0).floor();
-        let first = p - (cell - cell.element_sum() / 6.0);
-        let corner = cell.as_ivec3();
-        let (second, third) = middle_corners(first);
-        let term = |offset: IVec3, unskew: f64| self.corner(corner + offset, first - offset.as_dvec3() + unskew);
-        32.0 * (term(IVec3::ZERO, 0.0) + term(second, 1.0 / 6.0) + term(third, 1.0 / 3.0) + term(IVec3::ONE, 0.5))
+        self.noise(p.to_array())
     }
 
-    /// The contribution of one corner at distance `r`.
-    fn corner(&self, corner: IVec3, r: DVec3) -> f64 {
-        let falloff = 0.6 - r.length_squared();
-        if falloff <= 0.0 {
-            return 0.0;
-        }
-        let gradient = GRADIENTS[hash(corner, self.seed) as usize % GRADIENTS.len()];
-        falloff.powi(2).powi(2) * DVec3::from(gradient).dot(r)
+    /// n(x, y, z) without a branch, so that a loop over places becomes as many lanes as the machine has.
+    #[inline(always)]
+    pub(super) fn noise(&self, [x, y, z]: [f64; 3]) -> f64 {
+        // Skew to find the simplex, unskew to measure distances.
+        let skew = (x + y + z) / 3.0;
+        let cell = [(x + skew).floor(), (y + skew).floor(), (z + skew).floor()];
+        let unskew = (cell[0] + cell[1] + cell[2]) / 6.0;
+        let first = [x - (cell[0] - unskew), y - (cell[1] - unskew), z - (cell[2] - unskew)];
+        let [second, third] = middle_corners(first);
+        let term = |steps, unskew| self.corner(cell, first, steps, unskew);
+        32.0 * (term([false; 3], 0.0) + term(second, 1.0 / 6.0) + term(third, 1.0 / 3.0) + term([true; 3], 0.5))
+    }
+
+    /// The contribution of the corner that is so many steps from the first, which lies at distance `first`.
+    #[inline(always)]
+    fn corner(&self, cell: [f64; 3], first: [f64; 3], steps: [bool; 3], unskew: f64) -> f64 {
+        let at = |axis: usize| first[axis] - if steps[axis] { 1.0 } else { 0.0 } + unskew;
+        let [x, y, z] = [at(0), at(1), at(2)];
+        let corner = |axis: usize| ((cell[axis] + WHOLE).to_bits() as u32).wrapping_add(u32::from(steps[axis]));
+        let falloff = 0.6 - (x * x + y * y + z * z);
+        let falloff = if falloff > 0.0 { falloff } else { 0.0 };
+        // The gradient lies along two of the axes.
+        let gradient = hash([corner(0), corner(1), corner(2)], self.seed) % GRADIENTS;
+        let a = if gradient < 8 { x } else { y };
+        let b = if gradient < 4 { y } else { z };
+        let a = if gradient & 1 == 0 { a } else { -a };
+        let b = if gradient & 2 == 0 { b } else { -b };
+        (falloff * falloff) * (falloff * falloff) * (a + b)
     }
 }
 
 /// The second and third corner of the simplex that holds offset `d`: steps along the largest, then the second largest
 /// coordinate.
-fn middle_corners(d: DVec3) -> (IVec3, IVec3) {
-    let xy = d.x >= d.y;
-    let yz = d.y >= d.z;
-    let xz = d.x >= d.z;
-    let second = IVec3::new((xy && xz) as i32, (!xy && yz) as i32, (!xz && !yz) as i32);
-    let third = IVec3::new((xy || xz) as i32, (!xy || yz) as i32, (!xz || !yz) as i32);
-    (second, third)
+#[inline(always)]
+fn middle_corners([x, y, z]: [f64; 3]) -> [[bool; 3]; 2] {
+    let (xy, yz, xz) = (x >= y, y >= z, x >= z);
+    [[xy & xz, !xy & yz, !xz & !yz], [xy | xz, !xy | yz, !xz | !yz]]
 }
 
-fn hash(p: IVec3, seed: u32) -> u32 {
+#[inline(always)]
+fn hash([x, y, z]: [u32; 3], seed: u32) -> u32 {
     let mix = |h: u32| {
         let h = (h ^ (h >> 16)).wrapping_mul(0x7feb_352d);
         let h = (h ^ (h >> 15)).wrapping_mul(0x846c_a68b);
         h ^ (h >> 16)
     };
-    mix(p.x as u32 ^ mix(p.y as u32 ^ mix(p.z as u32 ^ mix(seed))))
+    mix(x ^ mix(y ^ mix(z ^ mix(seed))))
 }
 
 #[cfg(test)]

@@ -69,8 +69,12 @@ pub(in crate::plan) fn baked(
     let dims = <[f64; 3]>::from(size / size.max_element() * edge).map(|n| (n.round() as usize).max(2));
     let lattice = Lattice { dims, bounds: field.bounds() };
     memory::check(&format!("{what}, sampled"), 4 * lattice.cells() as u64, settings.memory_limit)?;
-    let value = |p: DVec3| factor * field.at(p);
-    let grid = if field.has_edges() { Grid::averaged(lattice, |_, p| value(p)) } else { Grid::sampled(lattice, value) };
+    let sample = |places: &[DVec3], values: &mut [f64]| {
+        field.sample(places, values);
+        values.iter_mut().for_each(|value| *value *= factor);
+    };
+    let grid =
+        if field.has_edges() { Grid::averaged(lattice, |_, places, values| sample(places, values)) } else { Grid::filled(lattice, sample) };
     grid.check(what)?;
     Ok(grid)
 }

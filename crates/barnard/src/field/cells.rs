@@ -1,0 +1,137 @@
+//! The cells between voxel centres along a straight line, each found from the one before: their eight values are read
+//! once, however many places within are asked for.
+//!
+//! In index space the first voxel centre is the origin and the planes between cells are the integers. Beyond the outer
+//! centres, in the outer half voxel, a cell has the border's values on both sides.
+
+use glam::DVec3;
+
+use super::Grid;
+use crate::geometry::Ray;
+
+/// Eight values around a place.
+pub(super) struct Cell {
+    /// The lowest corner in index space.
+    corner: DVec3,
+    /// The values at the corners, x fastest, then y.
+    values: [f64; 8],
+}
+
+impl Cell {
+    /// The trilinear value at a place in index space.
+    #[inline(always)]
+    pub(super) fn at(&self, u: DVec3) -> f64 {
+        let f = u - self.corner;
+        let lerp = |a: f64, b: f64, t: f64| a + t * (b - a);
+        let [a, b, c, d, e, g, h, i] = self.values;
+        let plane = |a, b, c, d| lerp(lerp(a, b, f.x), lerp(c, d, f.x), f.y);
+        lerp(plane(a, b, c, d), plane(e, g, h, i), f.z)
+    }
+}
+
+/// A line's way through the cells of a grid.
+pub(super) struct Cells<'a> {
+    data: &'a [f32],
+    /// The line in index space: where it starts, and how far it comes in a parsec.
+    origin: DVec3,
+    slope: DVec3,
+    /// Along each axis: the distance at which the line meets the next plane, and the distance between planes \[pc\].
+    next: [f64; 3],
+    apart: [f64; 3],
+    /// The cell, the step to the next along each axis, and the last voxel.
+    cell: [i64; 3],
+    step: [i64; 3],
+    last: [i64; 3],
+    /// Along each axis: values from voxel to voxel, and places of the voxels on either side of the cell.
+    stride: [i64; 3],
+    sides: [[usize; 2]; 3],
+}
+
+impl<'a> Cells<'a> {
+    /// The cells of `grid` along `ray`, from distance `near` on \[pc\].
+    pub(super) fn new(grid: &'a Grid, ray: &Ray, near: f64) -> Self {
+        let dims = grid.lattice.dims;
+        let origin = grid.index_space(ray.origin);
+        let slope = ray.direction / grid.lattice.voxel_pc();
+        let mut cells = Self {
+            data: &grid.data,
+            origin,
+            slope,
+            next: [f64::INFINITY; 3],
+            apart: [f64::INFINITY; 3],
+            cell: [0; 3],
+            step: [0; 3],
+            last: dims.map(|n| n as i64 - 1),
+            stride: [1, dims[0] as i64, (dims[0] * dims[1]) as i64],
+            sides: [[0; 2]; 3],
+        };
+        for axis in 0..3 {
+            let s = slope[axis];
+            let u = origin[axis] + near * s;
+            // A line that starts on a plane is already past it.
+            let (plane, cell) = if s > 0.0 {
+                let plane = (u + 1e-12).floor() + 1.0;
+                (plane, plane - 1.0)
+            } else if s < 0.0 {
+                let plane = (u - 1e-12).ceil() - 1.0;
+                (plane, plane)
+            } else {
+                (f64::INFINITY, u.floor())
+            };
+            if s != 0.0 {
+                cells.next[axis] = (plane - origin[axis]) / s;
+                cells.apart[axis] = 1.0 / s.abs();
+                cells.step[axis] = s.signum() as i64;
+            }
+            cells.cell[axis] = cell as i64;
+            cells.stand(axis);
+        }
+        cells
+    }
+
+    /// The axis along which the line leaves the cell, and the distance at which it does \[pc\].
+    #[inline(always)]
+    pub(super) fn exit(&self) -> (usize, f64) {
+        let [x, y, z] = self.next;
+        let axis = if x < y {
+            if x < z { 0 } else { 2 }
+        } else if y < z {
+            1
+        } else {
+            2
+        };
+        (axis, self.next[axis])
+    }
+
+    /// Goes on to the next cell along an axis.
+    #[inline(always)]
+    pub(super) fn advance(&mut self, axis: usize) {
+        self.next[axis] += self.apart[axis];
+        self.cell[axis] += self.step[axis];
+        self.stand(axis);
+    }
+
+    /// Finds the voxels on either side of the cell along an axis.
+    #[inline(always)]
+    fn stand(&mut self, axis: usize) {
+        let side = |i: i64| (i.clamp(0, self.last[axis]) * self.stride[axis]) as usize;
+        self.sides[axis] = [side(self.cell[axis]), side(self.cell[axis] + 1)];
+    }
+
+    /// Reads the cell.
+    #[inline(always)]
+    pub(super) fn read(&self) -> Cell {
+        let [[x0, x1], [y0, y1], [z0, z1]] = self.sides;
+        let at = |i: usize| f64::from(self.data[i]);
+        let row = |yz: usize| [at(yz + x0), at(yz + x1)];
+        let [[a, b], [c, d], [e, g], [h, i]] = [row(y0 + z0), row(y1 + z0), row(y0 + z1), row(y1 + z1)];
+        let corner = DVec3::new(self.cell[0] as f64, self.cell[1] as f64, self.cell[2] as f64);
+        Cell { corner, values: [a, b, c, d, e, g, h, i] }
+    }
+
+    /// The place in index space at a distance \[pc\].
+    #[inline(always)]
+    pub(super) fn place(&self, t: f64) -> DVec3 {
+        self.origin + t * self.slope
+    }
+}
