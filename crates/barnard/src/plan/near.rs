@@ -36,7 +36,7 @@ pub fn samples(space: &SpatialPlan, star: DVec3) -> DustNearby<impl Fn(DVec3) ->
 
 /// The dust around a star as the fields themselves have it.
 pub fn fields(space: &SpatialPlan, star: DVec3) -> DustNearby<impl Fn(DVec3) -> f64, impl Fn(DVec3) -> f64> {
-    DustNearby { sigma: |p| space.fields_at(p).0, depth: move |p| space.depth(star, p) + space.depth_beyond_samples(star, p) }
+    DustNearby { sigma: |p| space.sigma_at(p), depth: move |p| space.depth(star, p) + space.depth_beyond_samples(star, p) }
 }
 
 /// The resolution with which the neighbourhood of a star is marched.

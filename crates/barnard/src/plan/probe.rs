@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::geometry::Ray;
 use crate::light::{factor, law};
 use crate::plan::pilots::march_f64::{Eye, RayMarch};
+use crate::plan::pilots::star_columns::StarColumns;
 use crate::plan::{Plan, SpatialPlan, Stepping};
 use crate::scene::Scene;
 
@@ -81,7 +82,8 @@ impl Plan {
         let waves: Vec<Wave> = continua.chain(lines.iter().map(of_line)).collect();
         let mut eye = Spectrograph { radiance: vec![0.0; waves.len()], waves };
         let (stepping, exact) = (Stepping::PerVoxel(STEPS), self.light_field.is_some());
-        let march = RayMarch { space: &self.space, spectral: &self.spectral, lights: &self.lights, ray, stepping, exact };
+        let columns = &StarColumns::new(&self.space, ray, eye.stars(&self.space).len());
+        let march = RayMarch { space: &self.space, spectral: &self.spectral, lights: &self.lights, ray, stepping, exact, columns };
         let depth = march.run(&mut eye);
         let (continuum, strengths) = eye.radiance.split_at(wavelengths_um.len());
         let lines = lines.iter().zip(strengths).map(|((_, line), strength)| Line { strength: *strength, ..*line }).collect();

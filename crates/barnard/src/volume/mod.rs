@@ -41,6 +41,29 @@ pub struct Volume {
     pub data: Vec<f32>,
 }
 
+/// The voxels around a place, of which every channel can be read.
+pub struct VolumeCell<'a> {
+    /// The values from the lowest voxel on.
+    values: &'a [f32],
+    /// From voxel to voxel along each axis.
+    strides: [usize; 3],
+    /// The part of the cell that lies before the place.
+    fraction: DVec3,
+}
+
+impl VolumeCell<'_> {
+    /// One channel, trilinear, in f64 arithmetic.
+    #[inline]
+    pub fn value(&self, channel: usize) -> f64 {
+        let [dx, dy, dz] = self.strides;
+        let value = |at: usize| f64::from(self.values[channel + at]);
+        let lerp = |a: f64, b: f64, t: f64| a + t * (b - a);
+        let f = self.fraction;
+        let plane = |z: usize| lerp(lerp(value(z), value(z + dx), f.x), lerp(value(z + dy), value(z + dy + dx), f.x), f.y);
+        lerp(plane(0), plane(dz), f.z)
+    }
+}
+
 /// One channel of a volume that is written.
 pub struct ChannelMut<'a> {
     /// The volume that is written.
@@ -103,16 +126,21 @@ impl Volume {
 
     /// One channel at the place `p`, trilinear, in f64 arithmetic.
     pub fn at(&self, channel: usize, p: DVec3) -> f64 {
+        self.cell(p).value(channel)
+    }
+
+    /// The voxels around the place `p`.
+    pub fn cell(&self, p: DVec3) -> VolumeCell<'_> {
         let size = DVec3::from(self.lattice.dims.map(|n| n as f64));
         let u = (p - self.lattice.bounds.low) / self.lattice.bounds.size() * size - 0.5;
         let u = u.clamp(DVec3::ZERO, size - 1.0);
-        let cell = u.floor().min(size - 2.0);
-        let f = u - cell;
-        let (x, y, z) = (cell.x as usize, cell.y as usize, cell.z as usize);
-        let value = |dx, dy, dz| f64::from(self.data[self.lattice.index(x + dx, y + dy, z + dz) * self.channels.len() + channel]);
-        let lerp = |a: f64, b: f64, t: f64| a + t * (b - a);
-        let plane = |dz| lerp(lerp(value(0, 0, dz), value(1, 0, dz), f.x), lerp(value(0, 1, dz), value(1, 1, dz), f.x), f.y);
-        lerp(plane(0), plane(1), f.z)
+        // The conversion cuts fractions off.
+        let [x, y, z] = std::array::from_fn(|axis| (u[axis] as usize).min(self.lattice.dims[axis] - 2));
+        let fraction = u - DVec3::new(x as f64, y as f64, z as f64);
+        let channels = self.channels.len();
+        let [nx, ny, _] = self.lattice.dims;
+        let strides = [channels, nx * channels, nx * ny * channels];
+        VolumeCell { values: &self.data[self.lattice.index(x, y, z) * channels..], strides, fraction }
     }
 
     /// The bytes that the values take.

@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use super::{Pilot, Shading, march, measures, pilots, relative_error, unresolved};
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::geometry::Ray;
 use crate::plan::draft::Draft;
 use crate::plan::spatial::bake::{MAX_BAKE, MIN_BAKE};
 use crate::plan::spatial_error::{Spatial, Unresolved};
@@ -43,7 +42,7 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
     let space = Arc::make_mut(space);
     let accuracy = SHARE * settings.method.accuracy;
     let plain = Shading::new(spectral, lights);
-    let marches = Marches {
+    let mut marches = Marches {
         pilots: pilots(scene, space, spectral, lights),
         fast: Shading { field, ..plain },
         exact: Shading { measures: field.map(|_| measures(spectral)), ..plain },
@@ -71,6 +70,7 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
         }
         let Some(resampled) = space.resampled(scene, finer, settings, control)? else { break };
         *space = resampled;
+        marches.look_anew(space);
     }
     // Steps and star depths can mend what they cost themselves, and no more: they are chosen beside an exact march
     // through the same samples.
@@ -149,16 +149,21 @@ struct Marches<'a> {
 impl Marches<'_> {
     /// The light of all pilots with exact star depths, at so many samples in a voxel edge: pilot × band.
     fn exact(&self, space: &SpatialPlan, per_voxel: f64) -> Result<Vec<Vec<f64>>> {
-        self.all(|ray| march(space, &self.exact, ray, Stepping::PerVoxel(per_voxel), true))
+        self.all(|pilot| march(space, &self.exact, pilot, Stepping::PerVoxel(per_voxel), true))
     }
 
     /// The light of all pilots as the fast back ends march it: pilot × band.
     fn fast(&self, space: &SpatialPlan, stepping: Stepping) -> Result<Vec<Vec<f64>>> {
-        self.all(|ray| march(space, &self.fast, ray, stepping, false))
+        self.all(|pilot| march(space, &self.fast, pilot, stepping, false))
     }
 
-    fn all(&self, march: impl Fn(&Ray) -> Vec<f64> + Sync) -> Result<Vec<Vec<f64>>> {
-        self.pilots.par_iter().map(|pilot| self.control.check().map(|()| march(&pilot.ray))).collect()
+    /// Forgets the depths along the pilots: the dust has become other samples.
+    fn look_anew(&mut self, space: &SpatialPlan) {
+        self.pilots.iter_mut().for_each(|pilot| *pilot = Pilot::new(space, pilot.ray, pilot.pixels));
+    }
+
+    fn all(&self, march: impl Fn(&Pilot) -> Vec<f64> + Sync) -> Result<Vec<Vec<f64>>> {
+        self.pilots.par_iter().map(|pilot| self.control.check().map(|()| march(pilot))).collect()
     }
 
     fn error(&self, values: &[Vec<f64>], truth: &[Vec<f64>]) -> f64 {

@@ -8,6 +8,9 @@
 mod choice;
 pub(crate) mod march_f64;
 mod sampled_pixels;
+mod samples;
+pub(crate) mod star_columns;
+mod steps;
 mod unresolved;
 
 pub use choice::choose;
@@ -21,6 +24,7 @@ use crate::geometry::Ray;
 use crate::image::worst;
 use crate::light::Light;
 use crate::plan::pilots::march_f64::{Eye, RayMarch};
+use crate::plan::pilots::star_columns::StarColumns;
 use crate::plan::segment::Segment;
 use crate::plan::{LightField, Settings, SpatialPlan, SpectralPlan, Stepping};
 use crate::scene::Scene;
@@ -36,6 +40,15 @@ const FINER: f64 = 0.01;
 struct Pilot {
     ray: Ray,
     pixels: f64,
+    /// Exact star depths along the ray, as far as they were asked for.
+    columns: StarColumns,
+}
+
+impl Pilot {
+    fn new(space: &SpatialPlan, ray: Ray, pixels: f64) -> Self {
+        let stars = march_f64::stars_of_pilots(space).count();
+        Self { ray, pixels, columns: StarColumns::new(space, &ray, stars) }
+    }
 }
 
 /// The rules of `scene`, made finer until what they cost in the picture is a part of the accuracy.
@@ -50,7 +63,7 @@ pub fn spectral(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: 
         let mut spectral = SpectralPlan::new(scene, lights, space, &finer, control)?;
         spectral.accuracy = accuracy;
         let march = |pilots: &[Pilot], shading: &Shading| -> Vec<Vec<f64>> {
-            pilots.par_iter().map(|pilot| march(space, shading, &pilot.ray, Stepping::PerVoxel(1.0), false)).collect()
+            pilots.par_iter().map(|pilot| march(space, shading, pilot, Stepping::PerVoxel(1.0), false)).collect()
         };
         let rules = Shading::new(&spectral, lights);
         let (pilots, truth) = exact.get_or_insert_with(|| {
@@ -82,9 +95,10 @@ fn pilots(scene: &Scene, space: &SpatialPlan, spectral: &SpectralPlan, lights: &
     let camera = &scene.camera;
     let shading = Shading::new(spectral, lights);
     let ray = |column: usize, row: usize| camera.ray(column as f64 + 0.5, row as f64 + 0.5);
-    let look = |column: usize, row: usize| march(space, &shading, &ray(column, row), Stepping::PerVoxel(1.0), false);
+    let pilot = |column: usize, row: usize, pixels: f64| Pilot::new(space, ray(column, row), pixels);
+    let look = |column: usize, row: usize| march(space, &shading, &pilot(column, row, 1.0), Stepping::PerVoxel(1.0), false);
     let pixels = sampled_pixels::sampled(camera, space, look).into_iter();
-    pixels.map(|p| Pilot { ray: ray(p.column, p.row), pixels: p.stands_for }).collect()
+    pixels.map(|p| pilot(p.column, p.row, p.stands_for)).collect()
 }
 
 /// Largest relative rms over the bands, one standard error above what the pilots say: few rays carry most of an error,
@@ -158,11 +172,12 @@ impl Eye for Bands<'_> {
 }
 
 /// Band radiances of one ray, marched as the fast back ends do, in f64.
-fn march(space: &SpatialPlan, shading: &Shading, ray: &Ray, stepping: Stepping, exact: bool) -> Vec<f64> {
+fn march(space: &SpatialPlan, shading: &Shading, pilot: &Pilot, stepping: Stepping, exact: bool) -> Vec<f64> {
+    let Pilot { ray, columns, .. } = pilot;
     let radiance = vec![0.0; shading.spectral.bands.len()];
     let channels = shading.field.map_or_else(Vec::new, |field| vec![0.0; field.propagation.channels()]);
     let mut bands = Bands { shading, ray, radiance, channels };
-    RayMarch { space, spectral: shading.spectral, lights: shading.lights, ray, stepping, exact }.run(&mut bands);
+    RayMarch { space, spectral: shading.spectral, lights: shading.lights, ray, stepping, exact, columns }.run(&mut bands);
     let Bands { mut radiance, channels, .. } = bands;
     if let Some(field) = shading.field {
         for (band, resolution) in radiance.iter_mut().zip(&field.resolution) {

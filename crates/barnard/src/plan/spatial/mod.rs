@@ -133,7 +133,7 @@ impl SpatialPlan {
 
     /// Whether the dust is a function, of which the march has samples alone.
     pub fn depth_is_sampled(&self) -> bool {
-        self.dust.is_some() && self.densities.first().is_some_and(|field| field.grid().is_none())
+        self.density().is_some_and(|field| field.grid().is_none())
     }
 
     /// Whether a density is a function that jumps.
@@ -148,11 +148,31 @@ impl SpatialPlan {
         sampled.filter_map(|(grid, _)| grid.lattice.dims.into_iter().max()).min()
     }
 
-    /// The fields themselves at a place: σ at V [pc⁻¹], and the densities of glowing species.
-    pub fn fields_at(&self, p: DVec3) -> (f64, impl Iterator<Item = f64> + '_) {
-        let mut values = self.densities.iter().map(move |field| field.at(p));
-        let sigma = if self.dust.is_some() { values.next().unwrap_or(0.0) * self.sigma_v_per_pc } else { 0.0 };
-        (sigma, values)
+    /// σ at V [pc⁻¹] at a place, of the field itself.
+    pub fn sigma_at(&self, p: DVec3) -> f64 {
+        self.density().map_or(0.0, |field| field.at(p) * self.sigma_v_per_pc)
+    }
+
+    /// σ at V [pc⁻¹] at many places, of the field itself.
+    pub fn dust_at(&self, places: &[DVec3]) -> Vec<f64> {
+        let mut values = vec![0.0; places.len()];
+        if let Some(field) = self.density() {
+            field.sample(places, &mut values);
+            values.iter_mut().for_each(|value| *value *= self.sigma_v_per_pc);
+        }
+        values
+    }
+
+    /// The density of a glowing species at many places, of the field itself.
+    pub fn gas_at(&self, species: usize, places: &[DVec3]) -> Vec<f64> {
+        let mut values = vec![0.0; places.len()];
+        self.densities[usize::from(self.dust.is_some()) + species].sample(places, &mut values);
+        values
+    }
+
+    /// The density of dust itself, where there is dust.
+    fn density(&self) -> Option<&dyn Field> {
+        self.dust.as_ref().and_then(|_| self.densities.first()).map(|field| &**field)
     }
 
     /// Distances along a ray at which a function jumps or begins \[pc\].
@@ -168,8 +188,8 @@ impl SpatialPlan {
     /// The optical depth at V between two places through the dust itself, less that through its samples \[1\]; zero
     /// where dust is a grid.
     pub fn depth_beyond_samples(&self, a: DVec3, b: DVec3) -> f64 {
-        match self.densities.first().filter(|field| self.dust.is_some() && field.grid().is_none()) {
-            Some(field) => self.sigma_v_per_pc * column(&**field, a, b) - self.depth(a, b),
+        match self.density().filter(|field| field.grid().is_none()) {
+            Some(field) => self.sigma_v_per_pc * column(field, a, b) - self.depth(a, b),
             None => 0.0,
         }
     }

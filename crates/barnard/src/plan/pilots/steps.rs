@@ -1,0 +1,136 @@
+//! The steps of a ray that is marched in f64.
+
+use crate::geometry::Ray;
+use crate::plan::SpatialPlan;
+
+/// The part of a step at whose ends an exact march looks within it: a field may jump where steps meet.
+pub(super) const INSIDE: f64 = 1e-6;
+/// Growth of the optical depth at V in a step of an exact march, and most parts of a step in which it grows by more.
+const GROWTH: f64 = 0.1;
+const MAX_PARTS: f64 = 4096.0;
+/// The part of the places along a ray that lies evenly; the others lie where light comes from.
+const EVEN: f64 = 0.4;
+
+/// The end of a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct End {
+    /// Its distance \[pc\].
+    pub(super) t: f64,
+    /// Whether a function jumps there.
+    jump: bool,
+}
+
+impl End {
+    /// An end at which nothing jumps.
+    pub(super) fn smooth(t: f64) -> Self {
+        Self { t, jump: false }
+    }
+}
+
+/// The steps of a ray: where the first begins, and where each ends \[pc\].
+pub(super) struct Steps {
+    pub(super) near: f64,
+    pub(super) ends: Vec<End>,
+}
+
+/// Where a step begins and ends, and which of the places that are looked at stand for its two ends.
+pub(super) struct Step {
+    pub(super) from: f64,
+    pub(super) to: f64,
+    pub(super) before: usize,
+    pub(super) after: usize,
+}
+
+impl Steps {
+    /// The steps with the places at which they are looked at \[pc\]: the ends themselves.
+    pub(super) fn at_ends(&self) -> (Vec<Step>, Vec<f64>) {
+        let places = std::iter::once(self.near).chain(self.ends.iter().map(|end| end.t)).collect::<Vec<f64>>();
+        let step = |(i, ends): (usize, &[f64])| Step { from: ends[0], to: ends[1], before: i, after: i + 1 };
+        (places.windows(2).enumerate().map(step).collect(), places)
+    }
+
+    /// The steps with the places at which they are looked at \[pc\]: the ends where fields go on, and a little within on
+    /// either side of where they begin, end or jump.
+    pub(super) fn within_ends(&self) -> (Vec<Step>, Vec<f64>) {
+        let (mut steps, mut places) = (Vec::with_capacity(self.ends.len()), Vec::with_capacity(self.ends.len() + 2));
+        let (mut from, mut jump) = (self.near, true);
+        for (i, end) in self.ends.iter().enumerate() {
+            let margin = INSIDE * (end.t - from);
+            if jump {
+                places.push(from + margin);
+            }
+            let before = places.len() - 1;
+            jump = end.jump || i + 1 == self.ends.len();
+            places.push(if jump { end.t - margin } else { end.t });
+            steps.push(Step { from, to: end.t, before, after: places.len() - 1 });
+            from = end.t;
+        }
+        (steps, places)
+    }
+
+    /// Cuts the steps of an exact march where functions jump, and where the depth grows fast, and leaves out
+    /// those behind twice a depth of `enough`; returns about how deep the ends of the steps lie.
+    pub(super) fn refine(&mut self, space: &SpatialPlan, ray: &Ray, enough: f64) -> Vec<f64> {
+        let (near, ends) = (self.near, &mut self.ends);
+        let far = ends.last().map_or(near, |end| end.t);
+        ends.extend(space.crossings(ray).into_iter().filter(|t| (near..far).contains(t)).map(|t| End { t, jump: true }));
+        ends.sort_by(|a, b| a.t.total_cmp(&b.t));
+        ends.dedup_by(|later, kept| {
+            let same = later.t - kept.t <= 1e-12 * far;
+            kept.jump |= same && later.jump;
+            same
+        });
+        let (mut fine, mut depths) = (Vec::with_capacity(ends.len()), Vec::with_capacity(ends.len()));
+        let mut tau = 0.0;
+        let starts = std::iter::once(near).chain(ends.iter().map(|end| end.t));
+        // Blocks of steps: what lies behind enough dust is not asked for.
+        let steps: Vec<(f64, End)> = starts.zip(ends.iter().copied()).collect();
+        'blocks: for steps in steps.chunks(BLOCK) {
+            let within = steps.iter().flat_map(|(from, end)| [INSIDE, 0.5, 1.0 - INSIDE].map(|u| ray.at(from + u * (end.t - from))));
+            let sigma = space.dust_at(&within.collect::<Vec<_>>());
+            for ((from, end), sigma) in steps.iter().zip(sigma.chunks_exact(3)) {
+                let length = end.t - from;
+                let parts = (sigma.iter().copied().fold(0.0, f64::max) * length / GROWTH).ceil().clamp(1.0, MAX_PARTS);
+                let growth = length * (sigma[0] + 4.0 * sigma[1] + sigma[2]) / 6.0;
+                for part in 1..=parts as usize {
+                    let last = part == parts as usize;
+                    let share = part as f64 / parts;
+                    fine.push(if last { *end } else { End::smooth(from + length * share) });
+                    depths.push(tau + growth * share);
+                }
+                tau += growth;
+                if tau > 2.0 * enough {
+                    break 'blocks;
+                }
+            }
+        }
+        *ends = fine;
+        depths
+    }
+
+    /// Chooses `count` places along the steps: a part of them evenly, the others where light comes from, which falls with
+    /// the depth.
+    pub(super) fn places(&self, depths: &[f64], count: usize) -> Vec<f64> {
+        let (near, ends) = (self.near, &self.ends);
+        let (far, deepest) = (ends.last().map_or(near, |end| end.t), depths.last().copied().unwrap_or(0.0));
+        let seen = 1.0 - (-deepest).exp();
+        let even = if seen > 0.0 { EVEN } else { 1.0 };
+        let share = |t: f64, tau: f64| even * (t - near) / (far - near) + (1.0 - even) * (1.0 - (-tau).exp()) / seen.max(f64::MIN_POSITIVE);
+        let (mut places, mut before) = (Vec::with_capacity(count), (near, 0.0));
+        for (End { t, .. }, tau) in ends.iter().zip(depths) {
+            let after = share(*t, *tau);
+            while places.len() < count && (places.len() as f64 + 0.5) / count as f64 <= after {
+                let part = ((places.len() as f64 + 0.5) / count as f64 - before.1) / (after - before.1);
+                places.push(before.0 + part.clamp(0.0, 1.0) * (t - before.0));
+            }
+            before = (*t, after);
+        }
+        if places.is_empty() {
+            places.push(0.5 * (near + far));
+        }
+        places
+    }
+}
+
+/// Steps whose dust is looked at together.
+const BLOCK: usize = 128;
