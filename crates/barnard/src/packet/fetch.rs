@@ -10,6 +10,7 @@ use crate::geometry::Ray;
 use crate::volume::Volume;
 
 use super::lane::{LANES, Lane, fma};
+use super::quads::{four, lerp};
 use super::track::Track;
 
 /// A volume along a packet's rays.
@@ -159,20 +160,6 @@ fn quad<const N: usize>(values: &[f32; N], at: usize) -> f32x4 {
 fn face(cell: &[f32], at: usize, [dy, dz]: [usize; 2], [fy, fz]: [f32x4; 2]) -> f32x4 {
     let (low, high) = (lerp(four(cell, at), four(cell, at + dy), fy), lerp(four(cell, at + dz), four(cell, at + dz + dy), fy));
     lerp(low, high, fz)
-}
-
-/// Four values of a cell.
-#[inline(always)]
-fn four(cell: &[f32], at: usize) -> f32x4 {
-    f32x4::new(cell[at..at + 4].try_into().expect("four values"))
-}
-
-/// a + t (b − a), the product and the sum in one instruction where there is one: `wide` knows of none before the
-/// machine is known.
-#[inline(always)]
-fn lerp(a: f32x4, b: f32x4, t: f32x4) -> f32x4 {
-    let (difference, start, t) = ((b - a).to_array(), a.to_array(), t.to_array());
-    f32x4::new(std::array::from_fn(|i| fma(difference[i], t[i], start[i])))
 }
 
 #[cfg(test)]

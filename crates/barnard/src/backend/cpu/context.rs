@@ -1,7 +1,9 @@
 //! What a march reads and never writes: the plan with its flat tables.
 
+use super::phase_rows::PhaseEntries;
 use super::state::Slots;
 use super::tables::Tables;
+use crate::packet::{LANES, Lane};
 use crate::plan::{PhaseEntry, PhaseTable, Plan, Scatterer};
 
 /// The read-only context of a march: it is the same for all packets.
@@ -23,17 +25,25 @@ impl<'a> Context<'a> {
     /// Entry and fraction of the phase table for cos θ and sin² θ.
     #[inline(always)]
     pub fn phase_entry(&self, cosine: f32, sine2: f32) -> PhaseEntry {
-        PhaseTable::entry(self.tables.phase_entries, cosine, sine2)
+        PhaseTable::entry(self.tables.phase.as_ref().map_or(0, |phase| phase.entries), cosine, sine2)
     }
 
     /// The weight of a term at an angle, 1/4π or p(θ) included.
     #[inline(always)]
     pub fn phase_weight(&self, scatterer: &Scatterer, term: usize, at: PhaseEntry) -> f32 {
-        let Some(table) = &self.plan.spectral.phase else { return scatterer.weights[term] };
-        let values = &table.weights[scatterer.light];
-        let (stride, column, weight) =
-            if table.separable { (1, 0, scatterer.weights[term]) } else { (self.tables.weights.band_of.len(), term, 1.0) };
-        let (low, high) = (values[at.entry * stride + column], values[(at.entry + 1) * stride + column]);
-        weight * (low + at.fraction * (high - low))
+        let Some(phase) = &self.tables.phase else { return scatterer.weights[term] };
+        let value = phase.lights[scatterer.light].at(at.entry, at.fraction, term);
+        if phase.separable { scatterer.weights[term] * value } else { value }
+    }
+
+    /// Entries and fractions of the phase table for cos θ and sin² θ of each ray.
+    #[inline(always)]
+    pub fn phase_entries(&self, cosine: &Lane, sine2: &Lane) -> PhaseEntries {
+        let mut entries = PhaseEntries { entry: [0; LANES], fraction: [0.0; LANES] };
+        for lane in 0..LANES {
+            let PhaseEntry { entry, fraction } = self.phase_entry(cosine[lane], sine2[lane]);
+            (entries.entry[lane], entries.fraction[lane]) = (entry, fraction);
+        }
+        entries
     }
 }

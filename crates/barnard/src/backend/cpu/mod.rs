@@ -10,6 +10,7 @@ mod double_integration;
 mod light_sums;
 mod march;
 mod near_field;
+mod phase_rows;
 mod propagation;
 mod segment;
 mod shading;

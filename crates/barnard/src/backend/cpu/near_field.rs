@@ -9,16 +9,17 @@
 
 use std::ops::Range;
 
-use smallvec::SmallVec;
+use smallvec::{SmallVec, smallvec};
 
 use super::context::Context;
+use super::phase_rows::PhaseEntries;
 use super::segment::Segment;
 use super::state::{State, StepSpan};
 use super::terms::DepthSpan;
 use crate::packet::{LANES, Lane, fma, lanes, largest};
 use crate::plan::many_lights::near_field_kernel::{PROFILE, Profile, Shape, depth_within};
 use crate::plan::near::{CLOSEST, NEAR_FIELD_PIECES, near_field_piece};
-use crate::plan::{ManyLights, MultipleScattering, PhaseEntry, Plan};
+use crate::plan::{ManyLights, MultipleScattering, Plan};
 
 /// A gathered star beside a packet: foot of the perpendicular, from the span's start, its length, and half the chord of
 /// the kernel.
@@ -43,7 +44,7 @@ pub struct NearStar<'a> {
 /// A piece of a segment on each ray: its light without phase function, and where in the phase table it is.
 struct Piece {
     light: Lane,
-    entry: [PhaseEntry; LANES],
+    entries: PhaseEntries,
 }
 
 /// The near field of a plan: its many lights as packets meet them.
@@ -183,7 +184,7 @@ impl NearStar<'_> {
             towards[lane] = start.and(half[lane]);
         }
         for _ in 0..count {
-            let (mut piece, mut entry) = ([0.0; LANES], [PhaseEntry::default(); LANES]);
+            let (mut piece, mut cosines, mut sines2) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
             for lane in 0..LANES {
                 let tangent = match is_narrow {
                     true => 0.5 * (from[lane] + to[lane]) / b[lane],
@@ -201,9 +202,9 @@ impl NearStar<'_> {
                 let cosine = -t * inverse;
                 let depth = depth_within(self.profile, self.inverse_step, 0.5 * (self.sigma + density), square * inverse, cosine);
                 pieces.deep[lane] = fma(piece[lane], depth, pieces.deep[lane]);
-                entry[lane] = context.phase_entry(cosine, b[lane] * b[lane] * inverse * inverse);
+                (cosines[lane], sines2[lane]) = (cosine, b[lane] * b[lane] * inverse * inverse);
             }
-            pieces.list.push(Piece { light: piece, entry });
+            pieces.list.push(Piece { light: piece, entries: context.phase_entries(&cosines, &sines2) });
             for lane in 0..LANES {
                 towards[lane] = towards[lane].and(half[lane]).and(half[lane]);
             }
@@ -222,31 +223,18 @@ impl NearStar<'_> {
             half: lanes(|lane| 0.5 * growth[lane]),
         };
         let terms = &context.tables.terms;
-        let Some(table) = &context.plan.spectral.phase else {
+        let Some(phase) = &context.tables.phase else {
             return terms.accumulate(0, &state.drawn, &span, |term| Some(lanes(|lane| weights[term] * total[lane])), &mut state.sum);
         };
-        let stride = if table.separable { 1 } else { context.tables.weights.band_of.len() };
-        let spread = |column: usize| {
-            let mut sum = [0.0; LANES];
-            for Piece { light, entry } in list {
-                for lane in 0..LANES {
-                    let PhaseEntry { entry: i, fraction: f } = entry[lane];
-                    let (low, high) = (table.at_nodes[i * stride + column], table.at_nodes[(i + 1) * stride + column]);
-                    sum[lane] = fma(light[lane], fma(f, high - low, low), sum[lane]);
-                }
-            }
-            sum
-        };
-        if table.separable {
-            let spread = spread(0);
-            terms.accumulate(0, &state.drawn, &span, |term| Some(lanes(|lane| weights[term] * spread[lane])), &mut state.sum);
-        } else {
-            let of_term = |term: usize| {
-                let spread = spread(term);
-                Some(lanes(|lane| weights[term] * spread[lane]))
-            };
-            terms.accumulate(0, &state.drawn, &span, of_term, &mut state.sum);
+        let mut spread: SmallVec<[Lane; 8]> = smallvec![[0.0; LANES]; phase.at_nodes.columns()];
+        for Piece { light, entries } in list {
+            phase.at_nodes.spread(entries, light, &mut spread);
         }
+        let of_term = |term: usize| {
+            let spread = &spread[if phase.separable { 0 } else { term }];
+            Some(lanes(|lane| weights[term] * spread[lane]))
+        };
+        terms.accumulate(0, &state.drawn, &span, of_term, &mut state.sum);
     }
 }
 

@@ -1,16 +1,18 @@
 //! The light of one segment, for sixteen rays: the closed forms of `plan::segment` in f32.
 
-use smallvec::SmallVec;
+use smallvec::{SmallVec, smallvec};
 
 use super::context::Context;
 use super::near_field::NearStar;
+use super::phase_rows::PhaseEntries;
 use super::propagation;
 use super::segment::Segment;
 use super::state::{StarView, State};
+use super::tables::Tables;
 use super::terms::{DepthSpan, Terms};
 use crate::packet::{LANES, Lane, fma, lanes, largest};
 use crate::plan::near::{NEAR_ANGLE, NEAR_VOXELS, NearPiece};
-use crate::plan::{PhaseEntry, PhaseTable, Scatterer};
+use crate::plan::{Emitter, Scatterer};
 use crate::plan::{near, segment as plan_segment};
 
 /// What a segment holds of a star's light where a mean of 1/r² does: ∫ σ/r² dt, zero on lanes that are close to the
@@ -47,22 +49,14 @@ pub(super) fn add(segment: &Segment, context: &Context, state: &mut State, views
 /// Light of the stars that have depths of their own, scattered once.
 #[inline(always)]
 fn scatter_stars(segment: &Segment, context: &Context, state: &mut State, views: &[StarView]) {
-    // What σ grows by in parts of its mean.
-    let tilt = match context.slots.dust.filter(|_| context.plan.spectral.phase.is_some()) {
-        Some(dust) => lanes(|lane| {
-            let (a, b) = (segment.before[dust][lane], segment.after[dust][lane]);
-            if a + b > 0.0 { 2.0 * (b - a) / (a + b) } else { 0.0 }
-        }),
-        None => [0.0; LANES],
-    };
     for (scatterer, view) in context.tables.weights.scattered.iter().zip(views) {
-        scatter(segment, context, state, scatterer, view, &tilt);
+        scatter(segment, context, state, scatterer, view);
     }
 }
 
 /// Light of one star, scattered once.
 #[inline(always)]
-fn scatter(segment: &Segment, context: &Context, state: &mut State, scatterer: &Scatterer, view: &StarView, tilt: &Lane) {
+fn scatter(segment: &Segment, context: &Context, state: &mut State, scatterer: &Scatterer, view: &StarView) {
     let slot = context.slots.stars[scatterer.star];
     let (growth, before, after) = (&segment.growth, &segment.before[slot], &segment.after[slot]);
     let middle = lanes(|lane| state.tau[lane] + 0.5 * (growth[lane] + before[lane] + after[lane]));
@@ -74,17 +68,27 @@ fn scatter(segment: &Segment, context: &Context, state: &mut State, scatterer: &
     }
     let span = DepthSpan { middle, half };
     let Irradiated { close, base, along } = &irradiated;
-    match &context.plan.spectral.phase {
+    match &context.tables.phase {
         None => {
             let of_term = |term: usize| Some(scaled(base, scatterer.weights[term]));
             context.tables.terms.accumulate(scatterer.light, &state.drawn, &span, of_term, &mut state.sum);
         }
-        Some(table) => {
+        Some(phase) => {
             let widest =
                 largest(&lanes(|lane| base[lane] / growth[lane].max(f32::MIN_POSITIVE) * view.distance[lane] * segment.length[lane]));
             let phases = near::phases(f64::from(widest), context.plan.spectral.phase_angle);
-            let angles = angles(segment, context, view, along, tilt, phases);
-            scatter_at(context, state, scatterer, table, &span, base, &angles);
+            let rows = &phase.lights[scatterer.light];
+            let mut spread: SmallVec<[Lane; 8]> = smallvec![[0.0; LANES]; rows.columns()];
+            if phases == 1 {
+                let (entries, _) = angle(segment, context, view, along, 0.0);
+                rows.spread(&entries, base, &mut spread);
+            } else {
+                for Angle { entries, share } in angles(segment, context, view, along, phases) {
+                    rows.spread(&entries, &lanes(|lane| base[lane] * share[lane]), &mut spread);
+                }
+            }
+            let of_term = |term: usize| Some(if phase.separable { scaled(&spread[0], scatterer.weights[term]) } else { spread[term] });
+            context.tables.terms.accumulate(scatterer.light, &state.drawn, &span, of_term, &mut state.sum);
         }
     }
     if close.contains(&true) {
@@ -113,25 +117,40 @@ fn irradiated(segment: &Segment, context: &Context, state: &State, view: &StarVi
     irradiated
 }
 
-/// Some angles under which the segment scatters, by their shares of the light, which go as σ/r²; one in its middle,
-/// mostly.
+/// The angle under which the segment scatters at a part of its length from its middle, and 1/r² there.
 #[inline(always)]
-fn angles(segment: &Segment, context: &Context, view: &StarView, along: &Lane, tilt: &Lane, phases: usize) -> SmallVec<[Angle; 1]> {
-    let mut angles: SmallVec<[Angle; 1]> = SmallVec::new();
+fn angle(segment: &Segment, context: &Context, view: &StarView, along: &Lane, part: f32) -> (PhaseEntries, Lane) {
+    let (mut cosine, mut sine2, mut inverse_square) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    for lane in 0..LANES {
+        let (t, b) = (fma(part, segment.length[lane], along[lane]), view.distance[lane]);
+        let r2 = fma(t, t, b * b);
+        let inverse = if r2 > 0.0 { 1.0 / r2 } else { 0.0 };
+        (cosine[lane], sine2[lane]) = (-t * inverse.sqrt(), b * b * inverse);
+        inverse_square[lane] = inverse;
+    }
+    (context.phase_entries(&cosine, &sine2), inverse_square)
+}
+
+/// Several angles under which the segment scatters, by their shares of the light, which go as σ/r².
+#[inline(always)]
+fn angles(segment: &Segment, context: &Context, view: &StarView, along: &Lane, phases: usize) -> SmallVec<[Angle; 4]> {
+    // What σ grows by in parts of its mean.
+    let tilt = match context.slots.dust {
+        Some(dust) => lanes(|lane| {
+            let (a, b) = (segment.before[dust][lane], segment.after[dust][lane]);
+            if a + b > 0.0 { 2.0 * (b - a) / (a + b) } else { 0.0 }
+        }),
+        None => [0.0; LANES],
+    };
+    let mut angles: SmallVec<[Angle; 4]> = SmallVec::new();
     let mut sum = [0.0; LANES];
     for j in 0..phases {
         let part = (j as f32 + 0.5) / phases as f32 - 0.5;
-        let mut angle = Angle { entry: [PhaseEntry::default(); LANES], share: [0.0; LANES] };
+        let (entries, inverse) = angle(segment, context, view, along, part);
+        angles.push(Angle { entries, share: lanes(|lane| fma(part, tilt[lane], 1.0) * inverse[lane]) });
         for lane in 0..LANES {
-            let t = fma(part, segment.length[lane], along[lane]);
-            let r2 = fma(t, t, view.distance[lane] * view.distance[lane]);
-            let inverse = if r2 > 0.0 { 1.0 / r2 } else { 0.0 };
-            let b = view.distance[lane];
-            angle.entry[lane] = context.phase_entry(-t * inverse.sqrt(), b * b * inverse);
-            angle.share[lane] = fma(part, tilt[lane], 1.0) * inverse;
-            sum[lane] += inverse;
+            sum[lane] += inverse[lane];
         }
-        angles.push(angle);
     }
     for angle in &mut angles {
         for lane in 0..LANES {
@@ -191,59 +210,38 @@ fn scatter_again(segment: &Segment, context: &Context, state: &mut State) {
 fn emit(segment: &Segment, context: &Context, state: &mut State) {
     let (growth, before, after) = (&segment.growth, segment.before, segment.after);
     let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
-    for emitter in &context.tables.weights.emitted {
+    let glow = |emitter: &Emitter, lane: usize| {
         let slot = context.slots.species[emitter.species];
-        let base = lanes(|lane| 0.5 * segment.length[lane] * (before[slot][lane] + after[slot][lane]));
-        if largest(&base) > 0.0 {
-            let of_term = |term: usize| (emitter.weights[term] != 0.0).then(|| scaled(&base, emitter.weights[term]));
-            context.tables.terms.accumulate(emitter.light, &state.drawn, &span, of_term, &mut state.sum);
-        }
-    }
-}
-
-/// An angle under which a segment scatters: entry and fraction of the phase table, and the share of the light.
-struct Angle {
-    entry: [PhaseEntry; LANES],
-    share: Lane,
-}
-
-/// Adds a star's light, `base` of it in each segment, scattered under these angles.
-#[inline(always)]
-fn scatter_at(
-    context: &Context,
-    state: &mut State,
-    scatterer: &Scatterer,
-    table: &PhaseTable,
-    span: &DepthSpan,
-    base: &Lane,
-    angles: &[Angle],
-) {
-    let terms = &context.tables.terms;
-    if table.separable {
-        let values = &table.weights[scatterer.light];
-        let mut spread = [0.0; LANES];
-        for Angle { entry, share } in angles {
-            for lane in 0..LANES {
-                let PhaseEntry { entry: i, fraction: f } = entry[lane];
-                spread[lane] += base[lane] * share[lane] * (values[i] + f * (values[i + 1] - values[i]));
-            }
-        }
-        terms.accumulate(scatterer.light, &state.drawn, span, |term| Some(scaled(&spread, scatterer.weights[term])), &mut state.sum);
-    } else if let [Angle { entry, .. }] = angles {
-        let of_term = |term: usize| Some(lanes(|lane| base[lane] * context.phase_weight(scatterer, term, entry[lane])));
-        terms.accumulate(scatterer.light, &state.drawn, span, of_term, &mut state.sum);
-    } else {
-        let of_term = |term: usize| {
-            let mut spread = [0.0; LANES];
-            for Angle { entry, share } in angles {
+        before[slot][lane] + after[slot][lane]
+    };
+    let Tables { terms, weights, .. } = context.tables;
+    if terms.are_shared() {
+        let mut bases: SmallVec<[Option<Lane>; 8]> = SmallVec::new();
+        for term in 0..weights.band_of.len() {
+            let mut base = [0.0; LANES];
+            for emitter in weights.emitted.iter().filter(|emitter| emitter.weights[term] != 0.0) {
                 for lane in 0..LANES {
-                    spread[lane] += base[lane] * share[lane] * context.phase_weight(scatterer, term, entry[lane]);
+                    base[lane] += emitter.weights[term] * glow(emitter, lane);
                 }
             }
-            Some(spread)
-        };
-        terms.accumulate(scatterer.light, &state.drawn, span, of_term, &mut state.sum);
+            bases.push((largest(&base) > 0.0).then(|| lanes(|lane| 0.5 * segment.length[lane] * base[lane])));
+        }
+        terms.accumulate(0, &state.drawn, &span, |term| bases[term], &mut state.sum);
+        return;
     }
+    for emitter in &weights.emitted {
+        let base = lanes(|lane| 0.5 * segment.length[lane] * glow(emitter, lane));
+        if largest(&base) > 0.0 {
+            let of_term = |term: usize| (emitter.weights[term] != 0.0).then(|| scaled(&base, emitter.weights[term]));
+            terms.accumulate(emitter.light, &state.drawn, &span, of_term, &mut state.sum);
+        }
+    }
+}
+
+/// An angle under which a segment scatters: its place in the phase table, and the share of the light.
+struct Angle {
+    entries: PhaseEntries,
+    share: Lane,
 }
 
 /// Multiplies each lane by one number.

@@ -304,6 +304,7 @@ fn add_seen(star: &Beside, scattering: &Scattering, first: usize, out: &mut [Eig
         let mut phase = [EVENLY; WIDTH];
         if let Some(table) = scattering.phase {
             let PhaseEntry { entry, fraction: f } = PhaseTable::entry(table.entries, cosine[i], fma(-cosine[i], cosine[i], 1.0));
+            let entry = entry as usize;
             if table.separable {
                 let (low, high) = (table.at_nodes[entry], table.at_nodes[entry + 1]);
                 phase = [fma(f, high - low, low); WIDTH];

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use spectra::rule::Node;
 
 use super::BandPlan;
+use crate::packet::{Place, place};
 use crate::phase::Phase;
 
 /// The largest abscissa of a phase table, backwards.
@@ -34,7 +35,7 @@ pub struct PhaseTable {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PhaseEntry {
     /// The entry before the place.
-    pub entry: usize,
+    pub entry: u32,
     /// The fraction of the way from that to the next \[1\].
     pub fraction: f32,
 }
@@ -46,9 +47,9 @@ impl PhaseTable {
         // sin or cos of θ/2, whichever is small, without cancellation.
         let small = (sine2 / (2.0 * (1.0 + cosine.abs()))).sqrt();
         let at = if cosine >= 0.0 { small } else { PHASE_RANGE as f32 - small };
-        let u = at * (entries.saturating_sub(1)) as f32 * (1.0 / PHASE_RANGE as f32);
-        let entry = (u as usize).min(entries.saturating_sub(2));
-        PhaseEntry { entry, fraction: u - entry as f32 }
+        let cells = entries.max(2) - 1;
+        let Place { cell, fraction } = place(at * cells as f32 * (1.0 / PHASE_RANGE as f32), cells);
+        PhaseEntry { entry: cell, fraction }
     }
 }
 

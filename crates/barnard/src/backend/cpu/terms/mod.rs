@@ -60,6 +60,11 @@ impl Terms {
         }
     }
 
+    /// Whether terms fall alike for all lights, so that lights behind the same depth may be added first.
+    pub fn are_shared(&self) -> bool {
+        matches!(self, Terms::Nodes(_) | Terms::Projection(_))
+    }
+
     /// Draws the wavelengths of a packet's rays, whose numbers in the image seed them; nothing for rules without
     /// chance.
     pub fn draw(&self, numbers: &[u64; LANES]) -> Drawn {
