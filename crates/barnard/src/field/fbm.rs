@@ -272,7 +272,7 @@ mod tests {
             let mut values = vec![f64::NAN; places.len()];
             cloud.sample(&places, &mut values);
             assert!(places.iter().zip(&values).all(|(p, value)| cloud.at(*p) == *value));
-            assert!(values.iter().filter(|v| **v > 0.0).count() > 300 && values.contains(&0.0));
+            assert!(values.iter().filter(|v| **v > 0.0).count() > 100 && values.contains(&0.0));
         }
     }
 
