@@ -22,15 +22,19 @@
 //! | τ | `Tier::depths` | 1 |
 //! | ℓ | `edge`, in `advance` | pc |
 
+use std::ops::Range;
+
 use glam::DVec3;
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::Result;
 use crate::field::Grid;
+use crate::packet::{LANES, Place, fma, lanes, place};
 use crate::plan::star_depths::OPAQUE;
 use crate::plan::star_depths::frustum::{Frustum, Rays, TierOf, frustums};
-use crate::plan::star_depths::planes::{Planes, mix};
+use crate::plan::star_depths::planes::{Planes, ROWS_TOGETHER, mix};
 use crate::volume::ChannelMut;
 
 /// Two-point Gauss rule on [0, 1], weights one half.
@@ -39,8 +43,6 @@ pub const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 pub const BEYOND: f64 = 3.0;
 /// Voxels on an edge between frustums belong to both: rounding must not leave them to none.
 const SHARED: f64 = 1e-6;
-/// The fewest rows that a thread takes.
-const ROWS_TOGETHER: usize = 8;
 
 /// The sweep of one frustum through the dust.
 struct FrustumSweep<'a> {
@@ -130,7 +132,8 @@ impl FrustumSweep<'_> {
             control.check()?;
             let interval = Interval { from, to: self.frustum.distance(*plane), last: number + 1 == planes.len() };
             for (slab, point) in slabs.iter_mut().zip(interval.gauss()) {
-                store.slab(self.to_dust(2, self.frustum.star[2] + self.frustum.sign * point), slab);
+                let window = self.window(&tier.rays, point);
+                store.slab(self.to_dust(2, self.frustum.star[2] + self.frustum.sign * point), &window, slab);
             }
             self.advance(tier, &slabs, interval);
             visit(tier, number);
@@ -145,6 +148,15 @@ impl FrustumSweep<'_> {
         ((x + 0.5) * cells / self.frustum.dims[axis] as f64 - 0.5).clamp(0.0, cells - 1.0)
     }
 
+    /// Columns and rows of the dust that rays meet, or stand beside, on a plane at this distance.
+    fn window(&self, rays: &Rays, point: f64) -> [Range<usize>; 2] {
+        [0, 1].map(|axis| {
+            let at = |ray: f64| self.to_dust(axis, self.frustum.star[axis] + (rays.first[axis] + ray * rays.spacing) * point) as usize;
+            let cells = self.dust.lattice.dims[self.frustum.axes[axis]];
+            at(-1.0).saturating_sub(1)..(at(rays.counts[axis] as f64 - 2.0) + 3).min(cells)
+        })
+    }
+
     /// Adds to every ray its depth in an interval, σ given on the planes of the two Gauss points.
     fn advance(&self, tier: &mut Tier, slabs: &[Vec<f32>; 2], interval: Interval) {
         let (first, spacing, width) = (tier.rays.first, tier.rays.spacing, tier.rays.counts[0]);
@@ -152,24 +164,27 @@ impl FrustumSweep<'_> {
         let scale = cells as f64 / self.frustum.dims[0] as f64;
         let half = 0.5 * (interval.to - interval.from);
         let scratch = || ([vec![0.0f32; cells + 1], vec![0.0f32; cells + 1]], vec![0.0f32; width]);
+        let columns = interval.gauss().map(|point| self.window(&tier.rays, point)[0].clone());
         let row = |(mixed, gains): &mut ([Vec<f32>; 2], Vec<f32>), (j, depths): (usize, &mut [f32]), entries: Option<&mut [f32]>| {
             let v = first[1] + (j as f64 - 1.0) * spacing;
-            for ((row, slab), point) in mixed.iter_mut().zip(slabs).zip(interval.gauss()) {
+            for (((row, slab), point), columns) in mixed.iter_mut().zip(slabs).zip(interval.gauss()).zip(&columns) {
                 let y = self.to_dust(1, self.frustum.star[1] + v * point);
                 let low = (y as usize).min(rows - 1);
                 let high = (low + 1).min(rows - 1);
-                mix(row, &slab[low * cells..][..cells], &slab[high * cells..][..cells], (y - low as f64) as f32);
+                let of = |row: usize| &slab[row * cells..][columns.clone()];
+                mix(&mut row[columns.clone()], of(low), of(high), (y - low as f64) as f32);
                 row[cells] = row[cells - 1];
             }
             let slope = first[0] - spacing;
-            // Ray 0 and the step from ray to ray at the Gauss points, in voxels of dust.
-            let samples = interval.gauss().map(|z| ((self.frustum.star[0] + slope * z + 0.5) * scale - 0.5, spacing * z * scale));
-            let flat = self.frustum.edge[2].powi(2) + (v * self.frustum.edge[1]).powi(2);
-            for (i, (gain, depth)) in gains.iter_mut().zip(depths.iter_mut()).enumerate() {
-                let u = (slope + i as f64 * spacing) * self.frustum.edge[0];
-                *gain = ((flat + u * u).sqrt() * half) as f32 * two_samples(mixed, samples, i);
-                *depth += *gain;
-            }
+            let line = Line {
+                samples: interval
+                    .gauss()
+                    .map(|z| (((self.frustum.star[0] + slope * z + 0.5) * scale - 0.5) as f32, (spacing * z * scale) as f32)),
+                across: ((slope * self.frustum.edge[0]) as f32, (spacing * self.frustum.edge[0]) as f32),
+                flat: (self.frustum.edge[2].powi(2) + (v * self.frustum.edge[1]).powi(2)) as f32,
+                half: half as f32,
+            };
+            advance_line(&line, [&mixed[0], &mixed[1]], gains, depths);
             let Some(entries) = entries else { return };
             for (i, entry) in entries.iter_mut().enumerate() {
                 let at = self.frustum.enters(0, slope + i as f64 * spacing).max(self.frustum.enters(1, v));
@@ -229,31 +244,84 @@ impl FrustumSweep<'_> {
                 }
             },
         );
-        let channels = volume.channels.len();
-        let strides = [1, volume.lattice.dims[0], volume.lattice.dims[0] * volume.lattice.dims[1]];
-        let [du, dv, dw] = self.frustum.axes.map(|a| strides[a] * channels);
-        let origin = volume.index([0; 3]) + *slot;
-        for y in rows.clone() {
-            for x in columns.clone() {
-                volume.data[origin + x * du + y * dv + plane * dw] = values[y * self.frustum.dims[0] + x];
-            }
-        }
+        self.store(plane, [columns.clone(), rows.clone()], values, ChannelMut { volume, slot: *slot });
         (rows.len() * columns.len()) as u64
     }
 }
 
-/// The σ at a ray's two Gauss points: rows along u, ray 0 and the step from ray to ray.
-#[inline(always)]
-fn two_samples(rows: &[Vec<f32>; 2], samples: [(f64, f64); 2], i: usize) -> f32 {
-    let mut sum = 0.0;
-    for (row, (at, step)) in rows.iter().zip(samples) {
-        let last = (row.len() - 2) as f64;
-        let x = (at + i as f64 * step).clamp(0.0, last);
-        let cell = x as u32 as usize;
-        let f = (x - cell as f64) as f32;
-        sum += row[cell] + f * (row[cell + 1] - row[cell]);
+impl FrustumSweep<'_> {
+    /// Writes the values of a plane's columns and rows into a channel, by as many threads as there are.
+    fn store(&self, plane: usize, [columns, rows]: [Range<usize>; 2], values: &[f32], ChannelMut { volume, slot }: ChannelMut) {
+        let channels = volume.channels.len();
+        let [nx, ny, _] = volume.lattice.dims;
+        let strides = [channels, nx * channels, nx * ny * channels];
+        let [du, dv, dw] = self.frustum.axes.map(|axis| strides[axis]);
+        let width = self.frustum.dims[0];
+        let first = volume.index([0; 3]) + slot;
+        if self.frustum.axes[1] == 2 {
+            // Rows of the plane are planes of the volume.
+            let planes = volume.data[first..].par_chunks_mut(dv).enumerate().skip(rows.start).take(rows.len());
+            planes.with_min_len(ROWS_TOGETHER).for_each(|(y, out)| {
+                columns.clone().for_each(|x| out[x * du + plane * dw] = values[y * width + x]);
+            });
+        } else if self.frustum.axes[0] == 2 {
+            let planes = volume.data[first..].par_chunks_mut(du).enumerate().skip(columns.start).take(columns.len());
+            planes.with_min_len(ROWS_TOGETHER).for_each(|(x, out)| {
+                rows.clone().for_each(|y| out[y * dv + plane * dw] = values[y * width + x]);
+            });
+        } else {
+            // Lines of the plane are lines of the volume, or stand across them.
+            let (step, count) = if dv > du { (dv, rows.clone()) } else { (du, columns.clone()) };
+            let lines = volume.data[first + plane * dw..].par_chunks_mut(step).enumerate().skip(count.start).take(count.len());
+            lines.with_min_len(ROWS_TOGETHER).for_each(|(line, out)| match dv > du {
+                true => columns.clone().for_each(|x| out[x * du] = values[line * width + x]),
+                false => rows.clone().for_each(|y| out[y * dv] = values[y * width + line]),
+            });
+        }
     }
-    sum
+}
+
+/// Rays of one row: what their places and lengths between two planes are made of, each from ray 0 and the step from ray
+/// to ray.
+struct Line {
+    /// Places at the two Gauss points along u [voxels of dust].
+    samples: [(f32, f32); 2],
+    /// The way along u in a plane [pc].
+    across: (f32, f32),
+    /// The square of the way along v and w in a plane [pc²].
+    flat: f32,
+    /// Half of the planes between.
+    half: f32,
+}
+
+/// Adds to the depths of a row of rays what an interval gives them, σ given along u at its two Gauss points; the last
+/// value of each row stands twice.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
+fn advance_line(line: &Line, rows: [&[f32]; 2], gains: &mut [f32], depths: &mut [f32]) {
+    for (chunk, (gains, depths)) in gains.chunks_mut(LANES).zip(depths.chunks_mut(LANES)).enumerate() {
+        let number = lanes(|lane| (chunk * LANES + lane) as f32);
+        let mut sum = [0.0; LANES];
+        for (row, (first, step)) in rows.iter().zip(line.samples) {
+            let cells = row.len() - 1;
+            let (mut low, mut high, mut fraction) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+            for lane in 0..LANES {
+                let Place { cell, fraction: f } = place(fma(number[lane], step, first), cells);
+                let cell = (cell as usize).min(cells - 1);
+                (low[lane], high[lane], fraction[lane]) = (row[cell], row[cell + 1], f);
+            }
+            for lane in 0..LANES {
+                sum[lane] += fma(fraction[lane], high[lane] - low[lane], low[lane]);
+            }
+        }
+        let gain = lanes(|lane| {
+            let u = fma(number[lane], line.across.1, line.across.0);
+            fma(u, u, line.flat).sqrt() * line.half * sum[lane]
+        });
+        for (i, (own, depth)) in gains.iter_mut().zip(depths).enumerate() {
+            *own = gain[i];
+            *depth += gain[i];
+        }
+    }
 }
 
 /// Interpolates four rows value by value with `cubic`.

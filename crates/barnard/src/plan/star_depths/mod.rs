@@ -72,60 +72,99 @@ fn match_means(volume: &mut Volume, slot: usize) {
     let channels = volume.channels.len();
     let row = volume.lattice.dims[0] * channels;
     let (starts, plane) = ((0..nz).map(|z| volume.index([0, 0, z])).collect::<Vec<usize>>(), ny * row);
-    let plane_of = |data: &[f32], z: usize| -> Vec<f32> {
-        (0..ny).flat_map(|y| data[starts[z] + y * row..][..nx * channels].iter().skip(slot).step_by(channels).copied()).collect()
+    let copy = |data: &[f32], z: usize, out: &mut Vec<f32>| {
+        out.resize(nx * ny, 0.0);
+        out.par_chunks_mut(nx).enumerate().for_each(|(y, line)| {
+            let values = &data[starts[z] + y * row..][..nx * channels];
+            line.iter_mut().zip(values.iter().skip(slot).step_by(channels)).for_each(|(own, value)| *own = *value);
+        });
     };
     // Planes before, here and behind, as they were swept.
-    let mut planes: Vec<Vec<f32>> = (0..nz.min(3)).map(|z| plane_of(&volume.data, z)).collect();
+    let mut planes: Vec<Vec<f32>> = vec![Vec::new(); nz.min(3)];
+    planes.iter_mut().enumerate().for_each(|(z, plane)| copy(&volume.data, z, plane));
     let mut first = 0;
+    // The second difference of the outermost value is that of its neighbour.
+    let middle = |i: usize, n: usize| i.clamp(1, n.saturating_sub(2).max(1));
     for z in 0..nz {
-        // The second difference of the outermost plane is that of its neighbour.
-        let centre = z.clamp(1, nz.saturating_sub(2).max(1));
-        while nz > 2 && first + 1 < centre {
+        while nz > 2 && first + 1 < middle(z, nz) {
             planes.rotate_left(1);
             first += 1;
-            planes[2] = plane_of(&volume.data, first + 2);
+            copy(&volume.data, first + 2, &mut planes[2]);
         }
         let own = &planes[z - first];
-        let across = |i: usize| if nz > 2 { second_difference(planes[0][i], planes[1][i], planes[2][i]) } else { Around::flat(own[i]) };
         // The last row ends within its plane: two voxels of the layer follow the box's.
         let end = (starts[z] + plane).min(volume.data.len());
         let lines = volume.data[starts[z]..end].par_chunks_mut(row).enumerate();
-        lines.for_each(|(y, line)| {
-            for x in 0..nx {
-                let i = y * nx + x;
-                let along = |n: usize, at: usize, stride: usize| {
-                    if n < 3 {
-                        return Around::flat(own[i]);
-                    }
-                    let middle = i + at.clamp(1, n - 2) * stride - at * stride;
-                    second_difference(own[middle - stride], own[middle], own[middle + stride])
-                };
-                let (a, b, c) = (along(nx, x, 1), along(ny, y, nx), across(i));
-                let low = a.low.min(b.low).min(c.low);
-                let high = a.high.max(b.high).max(c.high);
-                line[x * channels + slot] = (own[i] - (a.second + b.second + c.second) / 12.0).clamp(low.min(own[i]), high.max(own[i]));
-            }
-        });
+        lines.for_each_init(
+            || Around::new(nx),
+            |around, (y, line)| {
+                let of = |y: usize| y * nx..(y + 1) * nx;
+                around.begin(&own[of(y)]);
+                if nx > 2 {
+                    around.along(&own[of(y)]);
+                }
+                if ny > 2 {
+                    let y = middle(y, ny);
+                    around.across([y - 1, y, y + 1].map(|y| &own[of(y)]));
+                }
+                if nz > 2 {
+                    around.across([0, 1, 2].map(|i| &planes[i][of(y)]));
+                }
+                let values = line.iter_mut().skip(slot).step_by(channels);
+                values.zip(around.moved(&own[of(y)])).for_each(|(value, moved)| *value = moved);
+            },
+        );
     }
 }
 
-/// The second difference δ² of three neighbours, and their ends.
+/// A row of values, and what is around each: the sum of its second differences, and its least and largest neighbour.
 struct Around {
-    second: f32,
-    low: f32,
-    high: f32,
+    second: Vec<f32>,
+    low: Vec<f32>,
+    high: Vec<f32>,
 }
 
 impl Around {
-    fn flat(value: f32) -> Self {
-        Self { second: 0.0, low: value, high: value }
+    fn new(length: usize) -> Self {
+        Self { second: vec![0.0; length], low: vec![0.0; length], high: vec![0.0; length] }
     }
-}
 
-#[inline(always)]
-fn second_difference(a: f32, b: f32, c: f32) -> Around {
-    Around { second: a - 2.0 * b + c, low: a.min(b).min(c), high: a.max(b).max(c) }
+    /// Begins with a row alone.
+    fn begin(&mut self, own: &[f32]) {
+        self.second.fill(0.0);
+        self.low.copy_from_slice(own);
+        self.high.copy_from_slice(own);
+    }
+
+    /// Adds the neighbours across the row, given the row and those on both sides of it.
+    fn across(&mut self, [a, b, c]: [&[f32]; 3]) {
+        for (i, second) in self.second.iter_mut().enumerate() {
+            *second += a[i] - 2.0 * b[i] + c[i];
+            self.low[i] = self.low[i].min(a[i]).min(b[i]).min(c[i]);
+            self.high[i] = self.high[i].max(a[i]).max(b[i]).max(c[i]);
+        }
+    }
+
+    /// Adds the neighbours along the row.
+    fn along(&mut self, own: &[f32]) {
+        let last = own.len() - 1;
+        let mut add = |i: usize, [a, b, c]: [f32; 3]| {
+            self.second[i] += a - 2.0 * b + c;
+            self.low[i] = self.low[i].min(a).min(b).min(c);
+            self.high[i] = self.high[i].max(a).max(b).max(c);
+        };
+        add(0, [own[0], own[1], own[2]]);
+        add(last, [own[last - 2], own[last - 1], own[last]]);
+        for i in 1..last {
+            add(i, [own[i - 1], own[i], own[i + 1]]);
+        }
+    }
+
+    /// The row's values, moved by a twelfth of the second differences.
+    fn moved(&self, own: &[f32]) -> impl Iterator<Item = f32> {
+        let ends = self.low.iter().zip(&self.high);
+        own.iter().zip(&self.second).zip(ends).map(|((own, second), (low, high))| (own - second / 12.0).clamp(*low, *high))
+    }
 }
 
 #[cfg(test)]

@@ -1,9 +1,15 @@
 //! Planes of a grid across any of its axes, as the frustums' sweeps read them.
 
+use std::ops::Range;
+
+use rayon::prelude::*;
+
 use crate::field::Grid;
 
 /// Planes that are copied together: a line of memory holds sixteen values.
 const BLOCK: usize = 16;
+/// The fewest rows that a thread takes.
+pub const ROWS_TOGETHER: usize = 8;
 
 /// The dust's planes along w, copied sixteen at a time, whichever way they lie in memory.
 pub struct Planes<'a> {
@@ -12,7 +18,7 @@ pub struct Planes<'a> {
     backwards: bool,
     /// Number of the first plane in `block`.
     first: usize,
-    /// The σ of a block of planes, plane × v × u.
+    /// The σ of a block of planes, v × plane × u.
     block: Vec<f32>,
 }
 
@@ -22,8 +28,9 @@ impl<'a> Planes<'a> {
         Self { dust, axes, backwards: sign < 0.0, first: 0, block: Vec::new() }
     }
 
-    /// Writes σ on the plane at `w` [voxels of dust].
-    pub fn slab(&mut self, w: f64, out: &mut Vec<f32>) {
+    /// Writes σ on the plane at `w` [voxels of dust] within a window of columns and rows; what `out` holds elsewhere
+    /// means nothing.
+    pub fn slab(&mut self, w: f64, [columns, rows]: &[Range<usize>; 2], out: &mut Vec<f32>) {
         let [nu, nv, nw] = self.axes.map(|a| self.dust.lattice.dims[a]);
         let low = (w as usize).min(nw - 1);
         let high = (low + 1).min(nw - 1);
@@ -32,9 +39,11 @@ impl<'a> Planes<'a> {
             self.first = if self.backwards { (high + 1).saturating_sub(BLOCK) } else { low };
             self.copy(self.first, BLOCK.min(nw - self.first));
         }
-        let plane = |k: usize| &self.block[(k - self.first) * nu * nv..][..nu * nv];
+        let held = self.block.len() / (nu * nv);
+        let row = |k: usize, v: usize| &self.block[(v * held + k - self.first) * nu..][columns.clone()];
         out.resize(nu * nv, 0.0);
-        mix(out, plane(low), plane(high), (w - low as f64) as f32);
+        let lines = out.par_chunks_exact_mut(nu).enumerate().skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
+        lines.for_each(|(v, line)| mix(&mut line[columns.clone()], row(low, v), row(high, v), (w - low as f64) as f32));
     }
 
     fn copy(&mut self, first: usize, count: usize) {
@@ -44,19 +53,18 @@ impl<'a> Planes<'a> {
         let [du, dv, dw] = self.axes.map(|a| strides[a]);
         let data = &self.dust.data;
         self.block.resize(count * nu * nv, 0.0);
-        for v in 0..nv {
+        self.block.par_chunks_exact_mut(count * nu).enumerate().with_min_len(ROWS_TOGETHER).for_each(|(v, rows)| {
             if dw == 1 {
                 for u in 0..nu {
                     let line = &data[u * du + v * dv + first..][..count];
-                    line.iter().enumerate().for_each(|(k, value)| self.block[(k * nv + v) * nu + u] = *value);
+                    line.iter().enumerate().for_each(|(k, value)| rows[k * nu + u] = *value);
                 }
             } else {
-                for k in 0..count {
-                    let line = &data[v * dv + (first + k) * dw..][..nu];
-                    self.block[(k * nv + v) * nu..][..nu].copy_from_slice(line);
+                for (k, row) in rows.chunks_exact_mut(nu).enumerate() {
+                    row.copy_from_slice(&data[v * dv + (first + k) * dw..][..nu]);
                 }
             }
-        }
+        });
     }
 }
 
