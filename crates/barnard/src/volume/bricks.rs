@@ -1,6 +1,7 @@
 //! Bricks: which parts of space are empty, and how dense the others can be.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::field::{Grid, Lattice};
 use crate::geometry::Bounds;
@@ -30,6 +31,7 @@ impl Bricks {
         let high = low + edge * DVec3::from(counts.map(|n| n as f64));
         let lattice = Lattice { dims: counts, bounds: Bounds { low, high } };
         let majorant = (0..lattice.cells())
+            .into_par_iter()
             .map(|index| {
                 let brick = lattice.place(index);
                 let range = |axis: usize| (brick[axis] * BRICK).saturating_sub(1)..=((brick[axis] + 1) * BRICK).min(dims[axis] - 1);

@@ -8,6 +8,7 @@ mod bricks;
 pub use bricks::Bricks;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::field::{Grid, Lattice};
 use crate::geometry::Bounds;
@@ -97,12 +98,13 @@ impl Volume {
         let dims = grid.lattice.dims;
         let inside = |axis: usize, i: usize| i.saturating_sub(1).min(dims[axis] - 1);
         let [nx, ny, _] = self.lattice.dims;
-        for (r, row) in self.data.chunks_exact_mut(nx * self.channels.len()).enumerate() {
+        let channels = self.channels.len();
+        self.data.par_chunks_exact_mut(nx * channels).enumerate().for_each(|(r, row)| {
             let from = grid.lattice.index(0, inside(1, r % ny), inside(2, r / ny));
-            for (x, values) in row.chunks_exact_mut(self.channels.len()).enumerate() {
+            for (x, values) in row.chunks_exact_mut(channels).enumerate() {
                 values[slot] = grid.data[from + inside(0, x)];
             }
-        }
+        });
     }
 
     /// Lets the layer around channel `slot` go on as the two voxels beside it do, on the face not below zero.
@@ -151,5 +153,5 @@ impl Volume {
 
 /// A grid's values times `factor`, with its lattice.
 pub fn scaled(grid: &Grid, factor: f64) -> Grid {
-    Grid { lattice: grid.lattice.clone(), data: grid.data.iter().map(|v| (f64::from(*v) * factor) as f32).collect() }
+    Grid { lattice: grid.lattice.clone(), data: grid.data.par_iter().map(|v| (f64::from(*v) * factor) as f32).collect() }
 }
