@@ -54,6 +54,8 @@ impl Lattice {
 
 /// Two-point Gauss: abscissae ½ ± 1/(2√3).
 pub(super) const OFFSET: f64 = 0.288_675_134_594_812_9;
+/// How far from a voxel's centre a place may lie that stands for it [voxels].
+const ON_CENTRE: f64 = 1e-9;
 /// Parts along each edge of a voxel in which a function jumps.
 const PARTS: usize = 6;
 /// By how much a function may change in a voxel that is taken for even.
@@ -214,6 +216,23 @@ impl Grid {
         Ok(())
     }
 
+    /// The values at some places, where these are the centres of voxels side by side along x.
+    fn row(&self, places: &[DVec3]) -> Option<&[f32]> {
+        let Lattice { dims, bounds } = &self.lattice;
+        let first = self.index_space(*places.first()?);
+        let voxel = first.round();
+        let last = voxel + DVec3::new((places.len() - 1) as f64, 0.0, 0.0);
+        let dims = DVec3::from(dims.map(|n| n as f64));
+        if (first - voxel).abs().max_element() > ON_CENTRE || voxel.min_element() < 0.0 || last.cmpge(dims).any() {
+            return None;
+        }
+        let (edge, margin) = (self.lattice.voxel_pc(), ON_CENTRE * self.lattice.voxel_pc());
+        let origin = bounds.low + (voxel + 0.5) * edge;
+        let on_centre = |(i, p): (usize, &DVec3)| (*p - origin - DVec3::new(i as f64 * edge.x, 0.0, 0.0)).abs().cmple(margin).all();
+        let [x, y, z] = voxel.to_array().map(|i| i as usize);
+        places.iter().enumerate().all(on_centre).then(|| &self.data[self.lattice.index(x, y, z)..][..places.len()])
+    }
+
     /// `p` in units of voxels, zero at the first voxel centre.
     pub(super) fn index_space(&self, p: DVec3) -> DVec3 {
         (p - self.lattice.bounds.low) / self.lattice.voxel_pc() - 0.5
@@ -272,6 +291,10 @@ impl Field for Grid {
         if self.lattice.bounds.contains(p) { self.trilinear(self.index_space(p)) } else { 0.0 }
     }
     fn sample(&self, places: &[DVec3], values: &mut [f64]) {
+        if let Some(row) = self.row(places) {
+            values.iter_mut().zip(row).for_each(|(value, own)| *value = f64::from(*own));
+            return;
+        }
         let (low, voxel) = (self.lattice.bounds.low, self.lattice.voxel_pc());
         let at = |p: DVec3| if self.lattice.bounds.contains(p) { self.trilinear((p - low) / voxel - 0.5) } else { 0.0 };
         values.iter_mut().zip(places).for_each(|(value, p)| *value = at(*p));
@@ -324,6 +347,23 @@ mod tests {
         assert_eq!(grid.at(DVec3::new(5.0, 0.0, 0.0)), 0.0);
         // The outer half voxel has the border's value.
         assert!((grid.at(DVec3::new(-2.0, 0.5, 0.5)) - grid.at(DVec3::new(-1.75, 0.5, 0.5))).abs() < 1e-5);
+    }
+
+    /// Rows of voxel centres, and places that are none, side by side as one by one.
+    #[test]
+    fn samples_are_the_values_themselves() {
+        let grid = linear();
+        let row: Vec<DVec3> = (2..7).map(|x| grid.lattice.centre(x, 3, 1)).collect();
+        let (mut moved, mut beyond) = (row.clone(), row.clone());
+        moved[3].y += 0.2;
+        beyond.push(grid.lattice.centre(7, 3, 1));
+        beyond.push(grid.lattice.centre(8, 3, 1));
+        assert!(grid.row(&row).is_some() && grid.row(&moved).is_none() && grid.row(&beyond).is_none());
+        for places in [row, moved, beyond] {
+            let mut values = vec![f64::NAN; places.len()];
+            grid.sample(&places, &mut values);
+            assert!(places.iter().zip(&values).all(|(p, value)| (grid.at(*p) - value).abs() < 1e-12), "{values:?}");
+        }
     }
 
     /// The exact column against a fine midpoint sum, along many directions.

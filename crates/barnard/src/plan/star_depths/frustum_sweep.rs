@@ -31,7 +31,7 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::error::Result;
 use crate::field::Grid;
-use crate::packet::{LANES, Place, fma, lanes, place};
+use crate::packet::{LANES, Lane, fma, lanes, place};
 use crate::plan::star_depths::OPAQUE;
 use crate::plan::star_depths::frustum::{Frustum, Rays, TierOf, frustums};
 use crate::plan::star_depths::planes::{Planes, ROWS_TOGETHER, mix};
@@ -303,11 +303,15 @@ fn advance_line(line: &Line, rows: [&[f32]; 2], gains: &mut [f32], depths: &mut 
         let mut sum = [0.0; LANES];
         for (row, (first, step)) in rows.iter().zip(line.samples) {
             let cells = row.len() - 1;
-            let (mut low, mut high, mut fraction) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+            let (mut cell, mut fraction) = ([0; LANES], [0.0; LANES]);
             for lane in 0..LANES {
-                let Place { cell, fraction: f } = place(fma(number[lane], step, first), cells);
-                let cell = (cell as usize).min(cells - 1);
-                (low[lane], high[lane], fraction[lane]) = (row[cell], row[cell + 1], f);
+                let at = place(fma(number[lane], step, first), cells);
+                (cell[lane], fraction[lane]) = (at.cell, at.fraction);
+            }
+            let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
+            for lane in 0..LANES {
+                let pair = &row[cell[lane] as usize..][..2];
+                (low[lane], high[lane]) = (pair[0], pair[1]);
             }
             for lane in 0..LANES {
                 sum[lane] += fma(fraction[lane], high[lane] - low[lane], low[lane]);
@@ -317,9 +321,14 @@ fn advance_line(line: &Line, rows: [&[f32]; 2], gains: &mut [f32], depths: &mut 
             let u = fma(number[lane], line.across.1, line.across.0);
             fma(u, u, line.flat).sqrt() * line.half * sum[lane]
         });
-        for (i, (own, depth)) in gains.iter_mut().zip(depths).enumerate() {
-            *own = gain[i];
-            *depth += gain[i];
+        if let (Ok(gains), Ok(depths)) = (<&mut Lane>::try_from(&mut *gains), <&mut Lane>::try_from(&mut *depths)) {
+            *gains = gain;
+            for lane in 0..LANES {
+                depths[lane] += gain[lane];
+            }
+        } else {
+            gains.copy_from_slice(&gain[..gains.len()]);
+            depths.iter_mut().zip(gain).for_each(|(depth, gain)| *depth += gain);
         }
     }
 }
