@@ -216,13 +216,13 @@ impl FrustumSweep<'_> {
         };
         let (columns, rows) = (range(0), range(1));
         let has_side_entries = self.frustum.has_side_entries();
-        let [width, height] = tier.rays.counts;
-        // Rays beside a voxel: the second of its four, and where it stands between that and the third.
-        let around = |axis: usize, x: usize, count: usize| {
-            let at = ((x as f64 - self.frustum.star[axis]) / z - tier.rays.first[axis]) / tier.rays.spacing + 1.0;
-            let second = (at.max(1.0) as usize).min(count - 3);
-            (second, (at - second as f64) as f32)
-        };
+        let width = tier.rays.counts[0];
+        // Where voxel number 0 stands among the rays, and the step from voxel to voxel.
+        let among = [0, 1].map(|axis| {
+            let step = 1.0 / (z * tier.rays.spacing);
+            (1.0 - self.frustum.star[axis] * step - tier.rays.first[axis] / tier.rays.spacing, step)
+        });
+        let around = |axis: usize, x: usize| beside(among[axis].0 + x as f64 * among[axis].1, tier.rays.counts[axis]);
         let lattice = volume.inner.clone();
         let exact = |x: usize, y: usize| {
             let mut voxel = [0; 3];
@@ -233,14 +233,16 @@ impl FrustumSweep<'_> {
         lines.for_each_init(
             || vec![0.0f32; width],
             |mixed, (y, line)| {
-                let (j, f) = around(1, y, height);
+                let (j, f) = around(1, y);
                 let ray_rows = [j - 1, j, j + 1, j + 2].map(|j| &tier.depths[j * width..][..width]);
                 cubic_rows(mixed, ray_rows, f);
-                for x in columns.clone() {
-                    let (i, f) = around(0, x, width);
-                    let bent = has_side_entries && grazed(ray_rows.map(|row| &row[i - 1..i + 3]));
-                    let swept = cubic([mixed[i - 1], mixed[i], mixed[i + 1], mixed[i + 2]], f);
-                    line[x] = if bent { exact(x, y).min(OPAQUE as f32) } else { swept.max(0.0) };
+                let (first, step) = among[0];
+                cubic_line(&mut line[columns.clone()], mixed, (first + columns.start as f64 * step, step));
+                for x in columns.clone().filter(|_| has_side_entries) {
+                    let (i, _) = around(0, x);
+                    if grazed(ray_rows.map(|row| &row[i - 1..i + 3])) {
+                        line[x] = exact(x, y).min(OPAQUE as f32);
+                    }
                 }
             },
         );
@@ -333,7 +335,38 @@ fn advance_line(line: &Line, rows: [&[f32]; 2], gains: &mut [f32], depths: &mut 
     }
 }
 
+/// The second of the four rays, of `count`, that a place among them is interpolated from, and how far it lies behind.
+#[inline(always)]
+fn beside(at: f64, count: usize) -> (usize, f32) {
+    let second = at.max(1.0).min((count - 3) as f64).floor();
+    (second as usize, (at - second) as f32)
+}
+
+/// Interpolates a line of voxels from the rays of its row: the place of the first among them, and the step from voxel
+/// to voxel.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
+fn cubic_line(line: &mut [f32], rays: &[f32], (first, step): (f64, f64)) {
+    for (chunk, line) in line.chunks_mut(LANES).enumerate() {
+        let (mut second, mut between, mut four) = ([0; LANES], [0.0; LANES], [[0.0; LANES]; 4]);
+        for lane in 0..LANES {
+            let (i, f) = beside(first + (chunk * LANES + lane) as f64 * step, rays.len());
+            (second[lane], between[lane]) = (i, f);
+        }
+        for lane in 0..LANES {
+            let own = &rays[second[lane] - 1..][..4];
+            (0..4).for_each(|i| four[i][lane] = own[i]);
+        }
+        let mut swept = [0.0; LANES];
+        for lane in 0..LANES {
+            let value = cubic([four[0][lane], four[1][lane], four[2][lane], four[3][lane]], between[lane]);
+            swept[lane] = if value > 0.0 { value } else { 0.0 };
+        }
+        line.copy_from_slice(&swept[..line.len()]);
+    }
+}
+
 /// Interpolates four rows value by value with `cubic`.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
 fn cubic_rows(out: &mut [f32], [a, b, c, d]: [&[f32]; 4], t: f32) {
     for i in 0..out.len() {
         out[i] = cubic([a[i], b[i], c[i], d[i]], t);
