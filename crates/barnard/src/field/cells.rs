@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::Grid;
+use super::lattice::Lattice;
 use crate::geometry::Ray;
 
 /// Eight values around a place.
@@ -48,13 +48,13 @@ pub(super) struct Cells<'a> {
 }
 
 impl<'a> Cells<'a> {
-    /// The cells of `grid` along `ray`, from distance `near` on \[pc\].
-    pub(super) fn new(grid: &'a Grid, ray: &Ray, near: f64) -> Self {
-        let dims = grid.lattice.dims;
-        let origin = grid.index_space(ray.origin);
-        let slope = ray.direction / grid.lattice.voxel_pc();
+    /// The cells of a grid's values along `ray`, from distance `near` on \[pc\].
+    pub(super) fn new(lattice: &Lattice, data: &'a [f32], ray: &Ray, near: f64) -> Self {
+        let dims = lattice.dims;
+        let origin = lattice.index_space(ray.origin);
+        let slope = ray.direction / lattice.voxel_pc();
         let mut cells = Self {
-            data: &grid.data,
+            data,
             origin,
             slope,
             next: [f64::INFINITY; 3],

@@ -7,50 +7,9 @@ use glam::DVec3;
 
 use super::Field;
 use super::cells::Cells;
+use super::lattice::Lattice;
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, Ray};
-
-/// A regular lattice of voxels in a box.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Lattice {
-    /// Voxels along x, y, z.
-    pub dims: [usize; 3],
-    /// The box they fill \[pc\].
-    pub bounds: Bounds,
-}
-
-impl Lattice {
-    /// The number of voxels.
-    pub fn cells(&self) -> usize {
-        self.dims.iter().product()
-    }
-
-    /// Edge lengths of a voxel \[pc\].
-    pub fn voxel_pc(&self) -> DVec3 {
-        self.bounds.size() / DVec3::from(self.dims.map(|n| n as f64))
-    }
-
-    /// Centre of voxel (x, y, z) \[pc\].
-    pub fn centre(&self, x: usize, y: usize, z: usize) -> DVec3 {
-        self.bounds.low + (DVec3::new(x as f64, y as f64, z as f64) + 0.5) * self.voxel_pc()
-    }
-
-    /// Position in the array; x runs fastest.
-    pub fn index(&self, x: usize, y: usize, z: usize) -> usize {
-        (z * self.dims[1] + y) * self.dims[0] + x
-    }
-
-    /// (x, y, z) of a position in the array.
-    pub fn place(&self, index: usize) -> [usize; 3] {
-        let [nx, ny, _] = self.dims;
-        [index % nx, index / nx % ny, index / (nx * ny)]
-    }
-
-    /// The same box with `factor` times as many voxels along each axis.
-    pub fn refined(&self, factor: usize) -> Self {
-        Self { dims: self.dims.map(|n| n * factor), bounds: self.bounds }
-    }
-}
 
 /// Two-point Gauss: abscissae ½ ± 1/(2√3).
 pub(super) const OFFSET: f64 = 0.288_675_134_594_812_9;
@@ -219,7 +178,7 @@ impl Grid {
     /// The values at some places, where these are the centres of voxels side by side along x.
     fn row(&self, places: &[DVec3]) -> Option<&[f32]> {
         let Lattice { dims, bounds } = &self.lattice;
-        let first = self.index_space(*places.first()?);
+        let first = self.lattice.index_space(*places.first()?);
         let voxel = first.round();
         let last = voxel + DVec3::new((places.len() - 1) as f64, 0.0, 0.0);
         let dims = DVec3::from(dims.map(|n| n as f64));
@@ -231,11 +190,6 @@ impl Grid {
         let on_centre = |(i, p): (usize, &DVec3)| (*p - origin - DVec3::new(i as f64 * edge.x, 0.0, 0.0)).abs().cmple(margin).all();
         let [x, y, z] = voxel.to_array().map(|i| i as usize);
         places.iter().enumerate().all(on_centre).then(|| &self.data[self.lattice.index(x, y, z)..][..places.len()])
-    }
-
-    /// `p` in units of voxels, zero at the first voxel centre.
-    pub(super) fn index_space(&self, p: DVec3) -> DVec3 {
-        (p - self.lattice.bounds.low) / self.lattice.voxel_pc() - 0.5
     }
 
     /// Trilinear value at a place in index space, clamped to the border.
@@ -263,7 +217,7 @@ impl Grid {
         if far <= near {
             return 0.0;
         }
-        let mut cells = Cells::new(self, &ray, near);
+        let mut cells = Cells::new(&self.lattice, &self.data, &ray, near);
         let (mut t, mut sum) = (near, 0.0);
         // A ray crosses each plane once: whatever rounding does, the march ends.
         for _ in 0..self.lattice.dims.iter().sum::<usize>() + 8 {
@@ -288,7 +242,7 @@ impl Grid {
 
 impl Field for Grid {
     fn at(&self, p: DVec3) -> f64 {
-        if self.lattice.bounds.contains(p) { self.trilinear(self.index_space(p)) } else { 0.0 }
+        if self.lattice.bounds.contains(p) { self.trilinear(self.lattice.index_space(p)) } else { 0.0 }
     }
     fn sample(&self, places: &[DVec3], values: &mut [f64]) {
         if let Some(row) = self.row(places) {
@@ -312,7 +266,7 @@ impl Field for Grid {
     fn crossings(&self, ray: &Ray, out: &mut Vec<f64>) {
         let Some((near, far)) = self.lattice.bounds.clip(ray) else { return };
         out.extend([near, far]);
-        let origin = self.index_space(ray.origin);
+        let origin = self.lattice.index_space(ray.origin);
         let slope = ray.direction / self.lattice.voxel_pc();
         for axis in 0..3 {
             if slope[axis] == 0.0 {

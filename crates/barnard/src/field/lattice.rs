@@ -1,0 +1,52 @@
+//! Lattices: where the voxels of a grid are.
+
+use glam::DVec3;
+
+use crate::geometry::Bounds;
+
+/// A regular lattice of voxels in a box.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lattice {
+    /// Voxels along x, y, z.
+    pub dims: [usize; 3],
+    /// The box they fill \[pc\].
+    pub bounds: Bounds,
+}
+
+impl Lattice {
+    /// The number of voxels.
+    pub fn cells(&self) -> usize {
+        self.dims.iter().product()
+    }
+
+    /// Edge lengths of a voxel \[pc\].
+    pub fn voxel_pc(&self) -> DVec3 {
+        self.bounds.size() / DVec3::from(self.dims.map(|n| n as f64))
+    }
+
+    /// Centre of voxel (x, y, z) \[pc\].
+    pub fn centre(&self, x: usize, y: usize, z: usize) -> DVec3 {
+        self.bounds.low + (DVec3::new(x as f64, y as f64, z as f64) + 0.5) * self.voxel_pc()
+    }
+
+    /// Position in the array; x runs fastest.
+    pub fn index(&self, x: usize, y: usize, z: usize) -> usize {
+        (z * self.dims[1] + y) * self.dims[0] + x
+    }
+
+    /// (x, y, z) of a position in the array.
+    pub fn place(&self, index: usize) -> [usize; 3] {
+        let [nx, ny, _] = self.dims;
+        [index % nx, index / nx % ny, index / (nx * ny)]
+    }
+
+    /// The same box with `factor` times as many voxels along each axis.
+    pub fn refined(&self, factor: usize) -> Self {
+        Self { dims: self.dims.map(|n| n * factor), bounds: self.bounds }
+    }
+
+    /// `p` in units of voxels, zero at the first voxel centre.
+    pub(super) fn index_space(&self, p: DVec3) -> DVec3 {
+        (p - self.bounds.low) / self.voxel_pc() - 0.5
+    }
+}
