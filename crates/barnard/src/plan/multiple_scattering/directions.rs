@@ -38,13 +38,15 @@ pub fn across(axis: usize) -> (usize, usize) {
 }
 
 /// Most directions of a part of a face.
-const MAX: usize = 9;
+pub const TOGETHER: usize = 9;
+/// Directions that are mirror images of each other in the two axes of a face, but for those on an axis.
+const MIRRORED: usize = 4;
 
-/// Six faces of `edge` × `edge` directions, in as few equal parts as may be.
+/// Six faces of `edge` × `edge` directions, in as few parts as may be, which do not part mirror images.
 pub fn faces(edge: usize) -> Vec<Face> {
     let cut = Cut { edge };
     let scale = cut.fitted_scale();
-    let together = (edge * edge).div_ceil((edge * edge).div_ceil(MAX));
+    let together = if edge * edge <= TOGETHER { edge * edge } else { TOGETHER / MIRRORED * MIRRORED };
     let face = |f: usize| {
         let (axis, up) = (f / 2, [true, false][f % 2]);
         let directions: Vec<Direction> = cut.cells().map(|cell| cut.direction(cell, scale, axis, up)).collect();
@@ -59,9 +61,13 @@ struct Cut {
 }
 
 impl Cut {
+    /// The cells, mirror images side by side.
     fn cells(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         let edge = self.edge;
-        (0..edge * edge).map(move |i| (i % edge, i / edge))
+        let mut cells: Vec<(usize, usize)> = (0..edge * edge).map(|i| (i % edge, i / edge)).collect();
+        let from_edge = |i: usize| i.min(edge - 1 - i);
+        cells.sort_by_key(|(i, j)| (from_edge(*j), from_edge(*i)));
+        cells.into_iter()
     }
 
     /// The slope after so many cells.

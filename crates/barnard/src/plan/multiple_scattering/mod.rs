@@ -21,6 +21,7 @@
 //! its size, the change of S within a cell around an eye that is inside the dust, moments of the radiance above degree
 //! five, structure of the dust within a cell.
 
+mod beam;
 mod cells;
 mod direct_sources;
 mod directions;
@@ -29,6 +30,7 @@ mod field;
 mod harmonics;
 mod kernels;
 mod lanes;
+mod mirrors;
 mod moments;
 mod neumann_series;
 mod problem;
@@ -66,12 +68,13 @@ use crate::volume::{Channel, Volume};
 
 /// What a device needs to sweep orders of scattering in place of the processor.
 pub mod ordinates {
+    pub use super::beam::{Beam, beam};
     pub use super::cells::Cells;
     pub use super::directions::{Face, across, faces};
     pub use super::lanes::{EightLanes, Powers, WIDTH};
     pub use super::moments::Moments;
     pub use super::processor::{Processor, Sweepers};
-    pub use super::sweep::{Beam, THIN_CELL, beam};
+    pub use super::sweep::THIN_CELL;
     pub use super::sweeper::{Failure, Orders, Sweeper, Transfer};
 }
 

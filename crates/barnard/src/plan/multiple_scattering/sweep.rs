@@ -16,13 +16,15 @@
 //! Kunasz & Auer 1988, JQSRT 39, 67 (short characteristics). Left out: higher orders of interpolation, whose overshoots
 //! would need limits; the blur that bilinear interpolation brings is known to be small for light that was scattered.
 
+use glam::DVec3;
 use multiversion::multiversion;
 use rayon::prelude::*;
 
+use super::beam::{Beam, beam};
 use super::cells::Cells;
-use super::directions::{Direction, Face, across};
-use super::harmonics::{COUNT, harmonics};
+use super::directions::{Face, TOGETHER, across};
 use super::lanes::{EightLanes, WIDTH};
+use super::mirrors::Mirrors;
 use super::moments::Moments;
 use crate::control::Control;
 use crate::error::Result;
@@ -36,21 +38,6 @@ pub struct Sources<'a> {
     pub glow: Option<&'a [EightLanes]>,
     /// Radiance that comes in from all around.
     pub around: EightLanes,
-}
-
-/// A direction in units of the grid.
-#[derive(Debug)]
-pub struct Beam {
-    /// Cells, along a row and from row to row, to the first of the four that it comes from.
-    pub shift: [isize; 2],
-    /// Bilinear weights of the four.
-    pub weights: [f32; 4],
-    /// The way from plane to plane along the direction \[pc\].
-    pub length_pc: f32,
-    /// The harmonics Y_lm of the direction.
-    pub harmonics: [f32; COUNT],
-    /// The quadrature weights Y_lm dΩ, by which radiance adds to the moments.
-    pub quadrature: [f32; COUNT],
 }
 
 /// A row of a plane, with cells around it where nothing is but what comes in.
@@ -71,6 +58,8 @@ struct Line<'a> {
     k: &'a EightLanes,
     sources: &'a Sources<'a>,
     beams: &'a [Beam],
+    /// The beams as mirror images of each other.
+    mirrors: &'a [Mirrors],
     /// The number of cells around a plane.
     margin: usize,
     /// The number of the row in the plane.
@@ -99,6 +88,8 @@ fn sweep_face(cells: &Cells, k: &EightLanes, face: &Face, sources: &Sources, out
     let dims = cells.lattice.dims;
     let (column, row) = across(face.axis);
     let beams: Vec<Beam> = face.directions.iter().map(|d| beam(cells, face, d)).collect();
+    let towards: Vec<DVec3> = face.directions.iter().map(|d| d.towards).collect();
+    let mirrors = Mirrors::of(&beams, &towards, (column, row), sources.scattered.count);
     // Behind the margin all is as it is in it.
     let margin = beams.iter().flat_map(|b| b.shift).map(|s| s.unsigned_abs() + 1).max().unwrap_or(1).min(dims[column].max(dims[row]) + 2);
     let length = dims[column] + 2 * margin;
@@ -120,7 +111,8 @@ fn sweep_face(cells: &Cells, k: &EightLanes, face: &Face, sources: &Sources, out
         after[margin..margin + dims[row]].par_iter_mut().zip(parts).enumerate().with_min_len(ROWS).for_each(|(number, (done, out))| {
             let first = plane * strides[face.axis] + number * strides[row];
             let base = start + number * part;
-            let line = Line { cells, k, sources, beams: &beams, margin, row: number, first, stride: strides[column], base };
+            let line =
+                Line { cells, k, sources, beams: &beams, mirrors: &mirrors, margin, row: number, first, stride: strides[column], base };
             march_row(&line, &before, done, out);
         });
         std::mem::swap(&mut before, &mut after);
@@ -129,25 +121,6 @@ fn sweep_face(cells: &Cells, k: &EightLanes, face: &Face, sources: &Sources, out
 
 /// Rows that one thread takes at least.
 const ROWS: usize = 4;
-
-/// A direction of a face between planes of cells.
-pub fn beam(cells: &Cells, face: &Face, direction: &Direction) -> Beam {
-    let (column, row) = across(face.axis);
-    let edge = cells.lattice.voxel_pc();
-    let along = direction.towards[face.axis].abs();
-    // Where light comes from, one plane before.
-    let back = |axis: usize| -direction.towards[axis] / along * edge[face.axis] / edge[axis];
-    let (u, v) = (back(column), back(row));
-    let (fu, fv) = ((u - u.floor()) as f32, (v - v.floor()) as f32);
-    let y = harmonics(direction.towards);
-    Beam {
-        shift: [u.floor() as isize, v.floor() as isize],
-        weights: [(1.0 - fu) * (1.0 - fv), fu * (1.0 - fv), (1.0 - fu) * fv, fu * fv],
-        length_pc: (edge[face.axis] / along) as f32,
-        harmonics: y.map(|y| y as f32),
-        quadrature: y.map(|y| (y * direction.weight) as f32),
-    }
-}
 
 /// Σ of four values by weights.
 #[inline(always)]
@@ -173,7 +146,12 @@ fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [EightLanes]
         let moments = &mut out[(cell - line.base) * harmonics..][..harmonics];
         let here = column + line.margin;
         (done.sigma[here], done.glow[here]) = (sigma, glow);
+        let (mut own_sources, mut radiances) = ([[0.0; WIDTH]; TOGETHER], [[0.0; WIDTH]; TOGETHER]);
+        for mirrors in line.mirrors {
+            mirrors.sources(source, &mut own_sources);
+        }
         for (b, beam) in line.beams.iter().enumerate() {
+            let own_source = own_sources[b];
             let row = (line.row + line.margin).saturating_add_signed(beam.shift[1]).min(before.len() - 2);
             let rows = [&before[row], &before[row + 1]];
             let at = here.saturating_add_signed(beam.shift[0]).min(done.sigma.len() - 2);
@@ -186,12 +164,6 @@ fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [EightLanes]
             let w = &beam.weights;
             let upwind =
                 fma(w[0], rows[0].sigma[at], w[1] * rows[0].sigma[at + 1]) + fma(w[2], rows[1].sigma[at], w[3] * rows[1].sigma[at + 1]);
-            let mut own_source = [0.0; WIDTH];
-            for (y, moment) in beam.harmonics.iter().zip(source) {
-                for t in 0..WIDTH {
-                    own_source[t] = fma(*y, moment[t], own_source[t]);
-                }
-            }
             // Where no dust is, its source function is that of the dust beside it.
             let (inverse, own) = if upwind > line.cells.least { (1.0 / upwind, 0.0) } else { (0.0, 1.0) };
             let clear = sigma <= line.cells.least;
@@ -210,13 +182,14 @@ fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [EightLanes]
                     radiance[t] = fma(0.5 * (coming[t] + glow[t]) * beam.length_pc, through[t], radiance[t]);
                 }
             }
-            for (weight, moment) in beam.quadrature.iter().zip(moments.iter_mut()) {
-                for t in 0..WIDTH {
-                    moment[t] = fma(*weight, radiance[t], moment[t]);
-                }
-            }
+            radiances[b] = radiance;
             done.radiance[here * count + b] = radiance;
-            done.scattering[here * count + b] = own_source.map(|s| s * sigma);
+            for t in 0..WIDTH {
+                done.scattering[here * count + b][t] = own_source[t] * sigma;
+            }
+        }
+        for mirrors in line.mirrors {
+            mirrors.gather(&radiances, moments);
         }
     }
 }
@@ -237,11 +210,11 @@ fn shares(depth: f32) -> (f32, f32, f32) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::directions::faces;
+    use super::super::directions::{Direction, faces};
+    use super::super::harmonics::harmonics;
     use super::*;
     use crate::field::Lattice;
     use crate::geometry::Bounds;
-    use glam::DVec3;
 
     fn cells(dims: [usize; 3], size: DVec3, sigma: impl Fn(DVec3) -> f64) -> Cells {
         let lattice = Lattice { dims, bounds: Bounds { low: -0.5 * size, high: 0.5 * size } };

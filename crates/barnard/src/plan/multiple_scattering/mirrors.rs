@@ -1,0 +1,110 @@
+//! Directions of a face that are mirror images of each other, whose harmonics are alike but for their signs.
+//!
+//! A real harmonic is even or odd in each coordinate. Mirrored in the two axes of a face, up to four directions share
+//! the sums of its four kinds,
+//!
+//!   S(±u, ±v) = S_ee ± S_oe ± S_eo ± S_oo
+//!
+//! so that sources and moments of the four cost what those of one do, and a few sums.
+
+use glam::DVec3;
+
+use super::beam::Beam;
+use super::harmonics::{COUNT, harmonics};
+use super::lanes::{EightLanes, WIDTH};
+use crate::packet::fma;
+
+/// Kinds of harmonics: even and odd along the columns and along the rows of a face.
+const KINDS: usize = 4;
+
+/// Beams that are mirror images of each other.
+pub(super) struct Mirrors {
+    /// The number of each beam, and its sign for each kind.
+    beams: Vec<(usize, [f32; KINDS])>,
+    /// For each kind the numbers of its harmonics, what they are in the first beam, and its quadrature weights.
+    kinds: [Vec<Term>; KINDS],
+}
+
+struct Term {
+    number: usize,
+    harmonic: f32,
+    quadrature: f32,
+}
+
+/// The kind of each harmonic across these axes.
+fn kinds(across: (usize, usize)) -> [usize; COUNT] {
+    // A place where no harmonic is zero.
+    let place = DVec3::new(0.31, 0.53, 0.79).normalize();
+    let own = harmonics(place);
+    let is_odd = |axis: usize| {
+        let mut mirrored = place;
+        mirrored[axis] = -mirrored[axis];
+        harmonics(mirrored).iter().zip(own).map(|(m, y)| usize::from(m * y < 0.0)).collect::<Vec<usize>>()
+    };
+    let (columns, rows) = (is_odd(across.0), is_odd(across.1));
+    std::array::from_fn(|h| columns[h] + 2 * rows[h])
+}
+
+impl Mirrors {
+    /// Groups the beams of a face by their directions, with as many harmonics as are swept.
+    pub(super) fn of(beams: &[Beam], towards: &[DVec3], across: (usize, usize), count: usize) -> Vec<Self> {
+        let kinds = kinds(across);
+        let alike = |a: &DVec3, b: &DVec3| (a.abs() - b.abs()).abs().max_element() < 1e-9;
+        let mut groups: Vec<(usize, Self)> = Vec::new();
+        for (b, own) in towards.iter().enumerate() {
+            let group = groups.iter_mut().find(|(first, _)| alike(&towards[*first], own));
+            if let Some((first, group)) = group {
+                let sign = |axis: usize| if towards[*first][axis] * own[axis] < 0.0 { -1.0 } else { 1.0 };
+                let (u, v) = (sign(across.0), sign(across.1));
+                group.beams.push((b, [1.0, u, v, u * v]));
+                continue;
+            }
+            let terms = |kind: usize| {
+                let numbers = (0..count).filter(|h| kinds[*h] == kind);
+                let term = |number| Term { number, harmonic: beams[b].harmonics[number], quadrature: beams[b].quadrature[number] };
+                numbers.map(term).filter(|term| term.harmonic.abs() > 1e-9).collect()
+            };
+            groups.push((b, Self { beams: vec![(b, [1.0; KINDS])], kinds: [0, 1, 2, 3].map(terms) }));
+        }
+        groups.into_iter().map(|(_, group)| group).collect()
+    }
+
+    /// Writes Σ Y_lm Q_lm of every beam, for the moments Q_lm of a cell.
+    #[inline(always)]
+    pub(super) fn sources(&self, moments: &[EightLanes], out: &mut [EightLanes]) {
+        let mut sums = [[0.0; WIDTH]; KINDS];
+        for (sum, terms) in sums.iter_mut().zip(&self.kinds) {
+            for Term { number, harmonic, .. } in terms {
+                for t in 0..WIDTH {
+                    sum[t] = fma(*harmonic, moments[*number][t], sum[t]);
+                }
+            }
+        }
+        for (beam, signs) in &self.beams {
+            for t in 0..WIDTH {
+                let even = fma(signs[1], sums[1][t], sums[0][t]);
+                out[*beam][t] = even + signs[2] * fma(signs[1], sums[3][t], sums[2][t]);
+            }
+        }
+    }
+
+    /// Adds the radiance of every beam to the moments of a cell.
+    #[inline(always)]
+    pub(super) fn gather(&self, radiance: &[EightLanes], moments: &mut [EightLanes]) {
+        let mut sums = [[0.0; WIDTH]; KINDS];
+        for (beam, signs) in &self.beams {
+            for (sum, sign) in sums.iter_mut().zip(signs) {
+                for t in 0..WIDTH {
+                    sum[t] = fma(*sign, radiance[*beam][t], sum[t]);
+                }
+            }
+        }
+        for (sum, terms) in sums.iter().zip(&self.kinds) {
+            for Term { number, quadrature, .. } in terms {
+                for t in 0..WIDTH {
+                    moments[*number][t] = fma(*quadrature, sum[t], moments[*number][t]);
+                }
+            }
+        }
+    }
+}
