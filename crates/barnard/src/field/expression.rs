@@ -236,6 +236,23 @@ mod tests {
         assert_eq!(parse("a + 1").unwrap().at(DVec3::splat(2.0)), 0.0);
     }
 
+    /// Side by side the values have the bits that they have one by one, for every operator, within the box and outside.
+    #[test]
+    fn samples_are_the_values_themselves() {
+        let places: Vec<DVec3> =
+            (0..150).map(|i| DVec3::new(0.01 * i as f64 - 0.3, (i as f64).sin(), 0.9 * (0.3 * i as f64).cos())).collect();
+        let one_argument = super::super::formula::FUNCTIONS.iter().map(|name| format!("a * {name}(x + 2) + b"));
+        let two_arguments = super::super::formula::FUNCTIONS_OF_TWO.iter().map(|name| format!("a * {name}(x, 0.4*y)"));
+        let operators = ["a^2*x - b/(y+3)", "-(a^x) + z^3", "a*(x-y)^2"].map(String::from);
+        for formula in one_argument.chain(two_arguments).chain(operators) {
+            let expression = parse(&formula).unwrap();
+            let mut values = vec![f64::NAN; places.len()];
+            expression.sample(&places, &mut values);
+            assert!(places.iter().zip(&values).all(|(p, value)| expression.at(*p) == *value), "{formula}");
+            assert!(values.iter().filter(|v| **v != 0.0).count() > 40 && values.contains(&0.0), "{formula}");
+        }
+    }
+
     /// Grids of different boxes and voxels: a sum holds all that both hold, in the finest voxels; a product is no
     /// larger than its factors allow.
     #[test]

@@ -69,3 +69,33 @@ impl PhaseRows {
         low + fraction * (high - low)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::packet::lanes;
+
+    /// What is spread is what the table holds between two entries, times the light, for every number of terms.
+    #[test]
+    fn rows_are_spread_term_by_term() {
+        for columns in 1..=11 {
+            let value = |entry: usize, column: usize| (1.3 * entry as f32 + 0.7 * column as f32).sin();
+            let values: Vec<f32> = (0..9).flat_map(|entry| (0..columns).map(move |column| value(entry, column))).collect();
+            let rows = PhaseRows::new(&values, columns);
+            let entry = std::array::from_fn(|lane| lane as u32 % 8);
+            let at = PhaseEntries { entry, fraction: lanes(|lane| lane as f32 / 16.0) };
+            let light = lanes(|lane| 1.0 + lane as f32);
+            let mut out = vec![[2.0; LANES]; rows.columns()];
+            rows.spread(&at, &light, &mut out);
+            for lane in 0..LANES {
+                for (column, own) in out.iter().enumerate().take(columns) {
+                    let (i, f) = (entry[lane] as usize, at.fraction[lane]);
+                    let table = value(i, column) + f * (value(i + 1, column) - value(i, column));
+                    let truth = 2.0 + light[lane] * table;
+                    assert!((own[lane] - truth).abs() < 1e-5, "{columns} {column} {lane}: {} {truth}", own[lane]);
+                    assert!((rows.at(entry[lane], f, column) - table).abs() < 1e-6);
+                }
+            }
+        }
+    }
+}

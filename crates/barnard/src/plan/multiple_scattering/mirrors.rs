@@ -108,3 +108,45 @@ impl Mirrors {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::beam::beam;
+    use super::super::cells::Cells;
+    use super::super::directions::{TOGETHER, across, faces};
+    use super::*;
+    use crate::field::Lattice;
+    use crate::geometry::Bounds;
+    use crate::random::Counter;
+
+    /// Sources and moments of mirrored beams are the sums over harmonics themselves, beam by beam, for every number of
+    /// directions and degree; and images are found: no face has as many groups as directions.
+    #[test]
+    fn mirrors_are_the_sums_themselves() {
+        let lattice = Lattice { dims: [4, 5, 6], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
+        let cells = Cells::of(lattice.clone(), vec![1.0; lattice.cells()]);
+        let mut random = Counter::new(3, 0);
+        for (edge, count) in [(2, 1), (3, 36), (4, 9), (6, 36)] {
+            for face in faces(edge) {
+                let beams: Vec<Beam> = face.directions.iter().map(|d| beam(&cells, &face, d)).collect();
+                let towards: Vec<DVec3> = face.directions.iter().map(|d| d.towards).collect();
+                let mirrors = Mirrors::of(&beams, &towards, across(face.axis), count);
+                assert!(mirrors.len() < beams.len() && mirrors.iter().map(|m| m.beams.len()).sum::<usize>() == beams.len());
+                let mut some = |n: usize| -> Vec<EightLanes> { (0..n).map(|_| [random.uniform() as f32 - 0.5; WIDTH]).collect() };
+                let (moments, radiance) = (some(count), some(beams.len()));
+                let mut sources = [[0.0; WIDTH]; TOGETHER];
+                mirrors.iter().for_each(|m| m.sources(&moments, &mut sources));
+                let mut gathered = vec![[0.0; WIDTH]; count];
+                mirrors.iter().for_each(|m| m.gather(&radiance, &mut gathered));
+                for (beam, source) in beams.iter().zip(&sources) {
+                    let truth: f32 = (0..count).map(|h| beam.harmonics[h] * moments[h][3]).sum();
+                    assert!((source[3] - truth).abs() < 1e-5, "{edge}: {} {truth}", source[3]);
+                }
+                for (h, own) in gathered.iter().enumerate() {
+                    let truth: f32 = beams.iter().zip(&radiance).map(|(beam, radiance)| beam.quadrature[h] * radiance[5]).sum();
+                    assert!((own[5] - truth).abs() < 1e-5, "{edge} {h}: {} {truth}", own[5]);
+                }
+            }
+        }
+    }
+}
