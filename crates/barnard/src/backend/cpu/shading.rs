@@ -216,15 +216,27 @@ fn emit(segment: &Segment, context: &Context, state: &mut State) {
     };
     let Tables { terms, weights, .. } = context.tables;
     if terms.are_shared() {
+        let mut all = [0.0; LANES];
+        for emitter in &weights.emitted {
+            for lane in 0..LANES {
+                all[lane] += glow(emitter, lane);
+            }
+        }
+        if largest(&all) <= 0.0 {
+            return;
+        }
+        // What all terms of a species have in common is rounded alike: where terms cancel, so does that.
+        let half = scaled(&segment.length, 0.5);
         let mut bases: SmallVec<[Option<Lane>; 8]> = SmallVec::new();
         for term in 0..weights.band_of.len() {
-            let mut base = [0.0; LANES];
+            let mut base = None;
             for emitter in weights.emitted.iter().filter(|emitter| emitter.weights[term] != 0.0) {
+                let base = base.get_or_insert([0.0; LANES]);
                 for lane in 0..LANES {
-                    base[lane] += emitter.weights[term] * glow(emitter, lane);
+                    base[lane] = fma(emitter.weights[term], half[lane] * glow(emitter, lane), base[lane]);
                 }
             }
-            bases.push((largest(&base) > 0.0).then(|| lanes(|lane| 0.5 * segment.length[lane] * base[lane])));
+            bases.push(base);
         }
         terms.accumulate(0, &state.drawn, &span, |term| bases[term], &mut state.sum);
         return;
