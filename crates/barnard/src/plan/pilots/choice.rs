@@ -159,7 +159,8 @@ impl Marches<'_> {
 
     /// Forgets the depths along the pilots: the dust has become other samples.
     fn look_anew(&mut self, space: &SpatialPlan) {
-        self.pilots.iter_mut().for_each(|pilot| *pilot = Pilot::new(space, pilot.ray, pilot.pixels));
+        let known = self.pilots.iter_mut().filter(|pilot| pilot.columns.is_some());
+        known.for_each(|pilot| *pilot = Pilot::new(space, pilot.ray, pilot.pixels));
     }
 
     fn all(&self, march: impl Fn(&Pilot) -> Vec<f64> + Sync) -> Result<Vec<Vec<f64>>> {

@@ -40,15 +40,23 @@ const FINER: f64 = 0.01;
 struct Pilot {
     ray: Ray,
     pixels: f64,
-    /// Exact star depths along the ray, as far as they were asked for.
-    columns: StarColumns,
+    /// Exact star depths along the ray, as far as they were asked for; none where those of all pilots would take too
+    /// much memory, and each march makes its own.
+    columns: Option<StarColumns>,
 }
+
+/// Bytes of star depths that pilots keep from march to march.
+const KEPT_BYTES: usize = 64 << 20;
 
 impl Pilot {
     fn new(space: &SpatialPlan, ray: Ray, pixels: f64) -> Self {
-        let stars = march_f64::stars_of_pilots(space).count();
-        Self { ray, pixels, columns: StarColumns::new(space, &ray, stars) }
+        Self { ray, pixels, columns: Some(columns(space, &ray)) }
     }
+}
+
+/// Room for the star depths along a pilot ray.
+fn columns(space: &SpatialPlan, ray: &Ray) -> StarColumns {
+    StarColumns::new(space, ray, march_f64::stars_of_pilots(space).count())
 }
 
 /// The rules of `scene`, made finer until what they cost in the picture is a part of the accuracy.
@@ -97,8 +105,15 @@ fn pilots(scene: &Scene, space: &SpatialPlan, spectral: &SpectralPlan, lights: &
     let ray = |column: usize, row: usize| camera.ray(column as f64 + 0.5, row as f64 + 0.5);
     let pilot = |column: usize, row: usize, pixels: f64| Pilot::new(space, ray(column, row), pixels);
     let look = |column: usize, row: usize| march(space, &shading, &pilot(column, row, 1.0), Stepping::PerVoxel(1.0), false);
-    let pixels = sampled_pixels::sampled(camera, space, look).into_iter();
-    pixels.map(|p| pilot(p.column, p.row, p.stands_for)).collect()
+    let pixels = sampled_pixels::sampled(camera, space, look);
+    let mut kept = 0;
+    let kept_if_small = |p: sampled_pixels::SampledPixel| {
+        let mut pilot = pilot(p.column, p.row, p.stands_for);
+        kept += pilot.columns.as_ref().map_or(0, StarColumns::bytes);
+        pilot.columns = pilot.columns.filter(|_| kept <= KEPT_BYTES);
+        pilot
+    };
+    pixels.into_iter().map(kept_if_small).collect()
 }
 
 /// Largest relative rms over the bands, one standard error above what the pilots say: few rays carry most of an error,
@@ -173,7 +188,15 @@ impl Eye for Bands<'_> {
 
 /// Band radiances of one ray, marched as the fast back ends do, in f64.
 fn march(space: &SpatialPlan, shading: &Shading, pilot: &Pilot, stepping: Stepping, exact: bool) -> Vec<f64> {
-    let Pilot { ray, columns, .. } = pilot;
+    let ray = &pilot.ray;
+    let own;
+    let columns = match &pilot.columns {
+        Some(kept) => kept,
+        None => {
+            own = columns(space, ray);
+            &own
+        }
+    };
     let radiance = vec![0.0; shading.spectral.bands.len()];
     let channels = shading.field.map_or_else(Vec::new, |field| vec![0.0; field.propagation.channels()]);
     let mut bands = Bands { shading, ray, radiance, channels };

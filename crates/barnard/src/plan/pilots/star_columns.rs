@@ -35,6 +35,11 @@ impl StarColumns {
         Self { near, apart: (far - near) / pieces, depths: (0..stars).map(|_| unknown()).collect() }
     }
 
+    /// The bytes that they take.
+    pub(super) fn bytes(&self) -> usize {
+        self.depths.iter().map(|depths| size_of::<AtomicU64>() * depths.len()).sum()
+    }
+
     /// The depth from star number `star`, which is the one that is seen as number `seen`, to distance `t` \[pc\].
     pub(super) fn depth(&self, space: &SpatialPlan, ray: &Ray, (star, seen): (usize, usize), t: f64) -> f64 {
         let depths = &self.depths[seen];
