@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::lattice::Lattice;
+use super::lattice::{Lattice, trilinear};
 use crate::geometry::Ray;
 
 /// Eight values around a place.
@@ -18,14 +18,19 @@ pub(super) struct Cell {
 }
 
 impl Cell {
+    /// Reads the values of `data` in the cell with this lowest corner, whose voxels stand at `sides` along each axis.
+    #[inline(always)]
+    pub(super) fn read(data: &[f32], corner: DVec3, [[x0, x1], [y0, y1], [z0, z1]]: [[usize; 2]; 3]) -> Self {
+        let at = |i: usize| f64::from(data[i]);
+        let row = |yz: usize| [at(yz + x0), at(yz + x1)];
+        let [[a, b], [c, d], [e, f], [g, h]] = [row(y0 + z0), row(y1 + z0), row(y0 + z1), row(y1 + z1)];
+        Self { corner, values: [a, b, c, d, e, f, g, h] }
+    }
+
     /// The trilinear value at a place in index space.
     #[inline(always)]
     pub(super) fn at(&self, u: DVec3) -> f64 {
-        let f = u - self.corner;
-        let lerp = |a: f64, b: f64, t: f64| a + t * (b - a);
-        let [a, b, c, d, e, g, h, i] = self.values;
-        let plane = |a, b, c, d| lerp(lerp(a, b, f.x), lerp(c, d, f.x), f.y);
-        lerp(plane(a, b, c, d), plane(e, g, h, i), f.z)
+        trilinear(self.values, u - self.corner)
     }
 }
 
@@ -121,12 +126,8 @@ impl<'a> Cells<'a> {
     /// Reads the cell.
     #[inline(always)]
     pub(super) fn read(&self) -> Cell {
-        let [[x0, x1], [y0, y1], [z0, z1]] = self.sides;
-        let at = |i: usize| f64::from(self.data[i]);
-        let row = |yz: usize| [at(yz + x0), at(yz + x1)];
-        let [[a, b], [c, d], [e, g], [h, i]] = [row(y0 + z0), row(y1 + z0), row(y0 + z1), row(y1 + z1)];
-        let corner = DVec3::new(self.cell[0] as f64, self.cell[1] as f64, self.cell[2] as f64);
-        Cell { corner, values: [a, b, c, d, e, g, h, i] }
+        let [x, y, z] = self.cell;
+        Cell::read(self.data, DVec3::new(x as f64, y as f64, z as f64), self.sides)
     }
 
     /// The place in index space at a distance \[pc\].

@@ -14,7 +14,8 @@ use glam::DVec3;
 use smallvec::SmallVec;
 
 use super::formula::normalised;
-use super::side_by_side::{FieldOperators, SideBySide};
+use super::operators::FieldOperators;
+use super::side_by_side::SideBySide;
 use super::support::{Support, support};
 use super::{Field, Grid, Lattice};
 use crate::error::Result;

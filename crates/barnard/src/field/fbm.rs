@@ -120,23 +120,9 @@ impl Fbm {
         Ok(self)
     }
 
-    /// What an octave of noise `n` adds.
-    #[inline(always)]
-    fn octave(&self, n: f64) -> f64 {
-        if self.ridged { 1.0 - 2.0 * n.abs() } else { n }
-    }
-
-    /// The value where the sum of all octaves is `sum`, `r` radii from the middle.
-    #[inline(always)]
-    fn faded(&self, sum: f64, r: f64) -> f64 {
-        let edge = ((r - 0.5) / 0.5).clamp(0.0, 1.0);
-        sum.max(0.0) * (1.0 - edge * edge * (3.0 - 2.0 * edge))
-    }
-
-    /// The values at some places, [`BLOCK`] at most.
-    fn block(&self, places: &[DVec3], values: &mut [f64]) {
-        let mut from_middle: Block = [[0.0; BLOCK]; 3];
-        let mut r = [0.0; BLOCK];
+    /// The values at `N` places at most.
+    fn block<const N: usize>(&self, places: &[DVec3], values: &mut [f64]) {
+        let (mut from_middle, mut r): (Block<N>, _) = ([[0.0; N]; 3], [0.0; N]);
         for (i, p) in places.iter().enumerate() {
             let q = *p - self.centre;
             (0..3).for_each(|axis| from_middle[axis][i] = q[axis]);
@@ -153,15 +139,17 @@ impl Fbm {
                 bent.iter_mut().zip(warp).for_each(|(q, warp)| *q += self.warp * warp);
             }
         }
-        let (mut frequency, mut amplitude, mut sum) = (1.0 / self.scale, 1.0, [self.offset; BLOCK]);
+        let (mut frequency, mut amplitude, mut sum) = (1.0 / self.scale, 1.0, [self.offset; N]);
         for _ in 0..self.octaves {
             let octave = noises(&self.noise, &scaled(&bent, |x| x * frequency));
-            sum.iter_mut().zip(octave).for_each(|(sum, n)| *sum += amplitude * self.octave(n));
+            let own = |n: f64| if self.ridged { 1.0 - 2.0 * n.abs() } else { n };
+            sum.iter_mut().zip(octave).for_each(|(sum, n)| *sum += amplitude * own(n));
             frequency *= self.lacunarity;
             amplitude *= self.gain;
         }
-        for (i, value) in values.iter_mut().enumerate() {
-            *value = if r[i] < 1.0 { self.faded(sum[i], r[i]) } else { 0.0 };
+        for (value, (sum, r)) in values.iter_mut().zip(sum.iter().zip(r)) {
+            let edge = ((r - 0.5) / 0.5).clamp(0.0, 1.0);
+            *value = if r < 1.0 { sum.max(0.0) * (1.0 - edge * edge * (3.0 - 2.0 * edge)) } else { 0.0 };
         }
     }
 }
@@ -170,16 +158,16 @@ impl Fbm {
 const BLOCK: usize = 64;
 
 /// The coordinates of some places, axis × place.
-type Block = [[f64; BLOCK]; 3];
+type Block<const N: usize> = [[f64; N]; 3];
 
-fn scaled(places: &Block, scale: impl Fn(f64) -> f64) -> Block {
+fn scaled<const N: usize>(places: &Block<N>, scale: impl Fn(f64) -> f64) -> Block<N> {
     places.map(|axis| axis.map(&scale))
 }
 
 /// The noise at some places.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn noises(noise: &Simplex, [x, y, z]: &Block) -> [f64; BLOCK] {
-    let mut out = [0.0; BLOCK];
+fn noises<const N: usize>(noise: &Simplex, [x, y, z]: &Block<N>) -> [f64; N] {
+    let mut out = [0.0; N];
     for (i, out) in out.iter_mut().enumerate() {
         *out = noise.noise([x[i], y[i], z[i]]);
     }
@@ -200,25 +188,13 @@ impl Field for Fbm {
     }
 
     fn at(&self, p: DVec3) -> f64 {
-        let r = (p - self.centre).length() / self.radius;
-        if r >= 1.0 {
-            return 0.0;
-        }
-        let mut q = p - self.centre;
-        if self.warp != 0.0 {
-            q += self.warp * DVec3::from(self.warps.map(|n| n.at((p - self.centre) / self.scale)));
-        }
-        let (mut frequency, mut amplitude, mut sum) = (1.0 / self.scale, 1.0, self.offset);
-        for _ in 0..self.octaves {
-            sum += amplitude * self.octave(self.noise.at(q * frequency));
-            frequency *= self.lacunarity;
-            amplitude *= self.gain;
-        }
-        self.faded(sum, r)
+        let mut value = [0.0];
+        self.block::<1>(&[p], &mut value);
+        value[0]
     }
     fn sample(&self, places: &[DVec3], values: &mut [f64]) {
         for (places, values) in places.chunks(BLOCK).zip(values.chunks_mut(BLOCK)) {
-            self.block(places, values);
+            self.block::<BLOCK>(places, values);
         }
     }
     fn bounds(&self) -> Bounds {

@@ -4,9 +4,10 @@
 //! Gauss rule integrates each piece exactly: [`Grid::column`] is exact up to rounding.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::Field;
-use super::cells::Cells;
+use super::cells::{Cell, Cells};
 use super::lattice::Lattice;
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, Ray};
@@ -27,21 +28,6 @@ const EVEN: f64 = 0.1;
 pub struct Grid {
     pub(crate) lattice: Lattice,
     pub(crate) data: Vec<f32>,
-}
-
-/// Room for the row of voxels that is filled.
-struct Row {
-    places: Vec<DVec3>,
-    /// Values at those places, and the least and the largest in each voxel so far.
-    own: Vec<f64>,
-    low: Vec<f64>,
-    high: Vec<f64>,
-}
-
-impl Row {
-    fn new(length: usize) -> Self {
-        Self { places: vec![DVec3::ZERO; length], own: vec![0.0; length], low: vec![0.0; length], high: vec![0.0; length] }
-    }
 }
 
 impl Grid {
@@ -77,9 +63,18 @@ impl Grid {
         Self::filled(lattice, |places, values| values.iter_mut().zip(places).for_each(|(value, p)| *value = f(*p)))
     }
 
-    /// Samples at the voxel centres, on all cores: `sample` writes the values at many places.
+    /// Samples row by row at the voxel centres, on all cores: `sample` writes the values at many places.
     pub(crate) fn filled(lattice: Lattice, sample: impl Fn(&[DVec3], &mut [f64]) + Sync) -> Self {
-        Self::by_rows(lattice, |centres, values, _| sample(centres, values))
+        let length = lattice.dims[0];
+        let mut data = vec![0.0; lattice.cells()];
+        let room = || (vec![DVec3::ZERO; length], vec![0.0; length]);
+        data.par_chunks_mut(length).enumerate().for_each_init(room, |(centres, values), (r, out)| {
+            let [_, y, z] = lattice.place(r * length);
+            centres.iter_mut().enumerate().for_each(|(x, centre)| *centre = lattice.centre(x, y, z));
+            sample(centres, values);
+            out.iter_mut().zip(&*values).for_each(|(out, value)| *out = *value as f32);
+        });
+        Self { lattice, data }
     }
 
     /// Samples a function that may jump: `sample` takes the centres of voxels and as many places within them. A voxel
@@ -91,15 +86,14 @@ impl Grid {
         let along = |i: usize| (i as f64 + 0.5) / PARTS as f64 - 0.5;
         let part = |i: usize| DVec3::new(along(i % PARTS), along(i / PARTS % PARTS), along(i / (PARTS * PARTS))) * voxel;
         let parts: Vec<DVec3> = (0..PARTS.pow(3)).map(part).collect();
-        Self::by_rows(lattice, |centres, values, Row { places, own, low, high }| {
+        Self::filled(lattice, |centres, values| {
             sample(centres, centres, values);
-            low.copy_from_slice(values);
-            high.copy_from_slice(values);
+            let (mut low, mut high, mut own) = (values.to_vec(), values.to_vec(), values.to_vec());
             for corner in &corners {
-                places.iter_mut().zip(centres).for_each(|(p, centre)| *p = *centre + *corner);
-                sample(centres, places, own);
-                low.iter_mut().zip(&*own).for_each(|(low, v)| *low = low.min(*v));
-                high.iter_mut().zip(&*own).for_each(|(high, v)| *high = high.max(*v));
+                let places: Vec<DVec3> = centres.iter().map(|centre| *centre + *corner).collect();
+                sample(centres, &places, &mut own);
+                low.iter_mut().zip(&own).for_each(|(low, v)| *low = low.min(*v));
+                high.iter_mut().zip(&own).for_each(|(high, v)| *high = high.max(*v));
             }
             for (i, value) in values.iter_mut().enumerate() {
                 if high[i] - low[i] <= EVEN * high[i].abs().max(low[i].abs()) {
@@ -111,21 +105,6 @@ impl Grid {
                 *value = of_parts.iter().sum::<f64>() / of_parts.len() as f64;
             }
         })
-    }
-
-    /// Fills row by row of voxels, on all cores: `fill` takes the centres of a row, its values, and room to work in.
-    fn by_rows(lattice: Lattice, fill: impl Fn(&[DVec3], &mut [f64], &mut Row) + Sync) -> Self {
-        use rayon::prelude::*;
-        let length = lattice.dims[0];
-        let mut data = vec![0.0; lattice.cells()];
-        let room = || (vec![DVec3::ZERO; length], vec![0.0; length], Row::new(length));
-        data.par_chunks_mut(length).enumerate().for_each_init(room, |(centres, values, row), (r, out)| {
-            let [_, y, z] = lattice.place(r * length);
-            centres.iter_mut().enumerate().for_each(|(x, centre)| *centre = lattice.centre(x, y, z));
-            fill(centres, values, row);
-            out.iter_mut().zip(&*values).for_each(|(out, value)| *out = *value as f32);
-        });
-        Self { lattice, data }
     }
 
     /// `factor` times the means of blocks of `block` voxels along each axis; blocks at the upper faces take what is
@@ -148,7 +127,6 @@ impl Grid {
                 |(y, z): (usize, usize)| self.data[self.lattice.index(0, y, z)..][along(0, x)].iter().map(|v| f64::from(*v)).sum::<f64>();
             (share * rows.map(row).sum::<f64>()) as f32
         };
-        use rayon::prelude::*;
         merged.data = (0..merged.lattice.cells()).into_par_iter().map(mean).collect();
         merged
     }
@@ -158,12 +136,11 @@ impl Grid {
     /// # Errors
     /// Where there are some.
     pub fn check(&self, field: &str) -> Result<()> {
-        use rayon::prelude::*;
-        if !self.data.par_chunks(1 << 16).any(|part| part.iter().any(|v| !v.is_finite() || *v < 0.0)) {
-            return Ok(());
-        }
         type Test = (&'static str, fn(f32) -> bool);
         const TESTS: [Test; 2] = [("cells that are NaN or infinite", |v| !v.is_finite()), ("negative cells", |v| v < 0.0)];
+        if !self.data.par_chunks(1 << 16).any(|part| part.iter().any(|v| TESTS.iter().any(|(_, bad)| bad(*v)))) {
+            return Ok(());
+        }
         for (what, bad) in TESTS {
             let count = self.data.iter().filter(|v| bad(**v)).count();
             if let Some(first) = self.data.iter().position(|v| bad(*v)) {
@@ -194,19 +171,13 @@ impl Grid {
 
     /// Trilinear value at a place in index space, clamped to the border.
     fn trilinear(&self, u: DVec3) -> f64 {
-        let [nx, ny, nz] = self.lattice.dims;
-        let axis = |u: f64, n: usize| {
-            let u = u.clamp(0.0, (n - 1) as f64);
-            let i = (u as usize).min(n.saturating_sub(2));
-            (i, (i + 1).min(n - 1), u - i as f64)
-        };
-        let ((x0, x1, fx), (y0, y1, fy), (z0, z1, fz)) = (axis(u.x, nx), axis(u.y, ny), axis(u.z, nz));
-        let row = |y, z| self.lattice.index(0, y, z);
-        let at = |x: usize, row: usize| f64::from(self.data[row + x]);
-        let lerp = |a: f64, b: f64, t: f64| a + t * (b - a);
-        let line = |row| lerp(at(x0, row), at(x1, row), fx);
-        let plane = |z| lerp(line(row(y0, z)), line(row(y1, z)), fy);
-        lerp(plane(z0), plane(z1), fz)
+        let dims = self.lattice.dims;
+        let u = u.clamp(DVec3::ZERO, DVec3::from(dims.map(|n| (n - 1) as f64)));
+        // The conversion cuts fractions off.
+        let [x, y, z] = std::array::from_fn(|axis| (u[axis] as usize).min(dims[axis].saturating_sub(2)));
+        let stride = [1, dims[0], dims[0] * dims[1]];
+        let sides = |axis: usize, i: usize| [i, (i + 1).min(dims[axis] - 1)].map(|i| i * stride[axis]);
+        Cell::read(&self.data, DVec3::new(x as f64, y as f64, z as f64), [sides(0, x), sides(1, y), sides(2, z)]).at(u)
     }
 
     /// ∫ of the field from `a` to `b` [unit of the field × pc], exact; stops early past `enough`.
@@ -249,9 +220,7 @@ impl Field for Grid {
             values.iter_mut().zip(row).for_each(|(value, own)| *value = f64::from(*own));
             return;
         }
-        let (low, voxel) = (self.lattice.bounds.low, self.lattice.voxel_pc());
-        let at = |p: DVec3| if self.lattice.bounds.contains(p) { self.trilinear((p - low) / voxel - 0.5) } else { 0.0 };
-        values.iter_mut().zip(places).for_each(|(value, p)| *value = at(*p));
+        values.iter_mut().zip(places).for_each(|(value, p)| *value = self.at(*p));
     }
     fn bounds(&self) -> Bounds {
         self.lattice.bounds

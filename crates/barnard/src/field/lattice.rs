@@ -50,3 +50,11 @@ impl Lattice {
         (p - self.bounds.low) / self.voxel_pc() - 0.5
     }
 }
+
+/// The trilinear value at a `fraction` of a cell, of the values at its corners: x fastest, then y.
+#[inline(always)]
+pub(crate) fn trilinear([a, b, c, d, e, f, g, h]: [f64; 8], fraction: DVec3) -> f64 {
+    let lerp = |a: f64, b: f64, t: f64| a + t * (b - a);
+    let plane = |a, b, c, d| lerp(lerp(a, b, fraction.x), lerp(c, d, fraction.x), fraction.y);
+    lerp(plane(a, b, c, d), plane(e, f, g, h), fraction.z)
+}

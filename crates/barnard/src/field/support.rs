@@ -7,8 +7,8 @@
 use std::str::FromStr;
 
 use exmex::prelude::*;
-use exmex::{BinOp, MakeOperators, Operator};
 
+use super::operators::{FieldOperators, Operand};
 use crate::geometry::Bounds;
 
 /// The region outside of which a formula is zero.
@@ -37,6 +37,17 @@ impl FromStr for Support {
 }
 
 impl Support {
+    /// The region where either of two is not zero.
+    fn either(self, other: Self) -> Self {
+        match (self, other) {
+            (Support::Number(0.0), own) | (own, Support::Number(0.0)) => own,
+            (Support::Within(a), Support::Within(b)) => Support::Within(a.union(&b)),
+            _ => Support::Everywhere,
+        }
+    }
+}
+
+impl Operand for Support {
     fn sum(self, other: Self) -> Self {
         match (&self, &other) {
             (Support::Number(a), Support::Number(b)) => Support::Number(a + b),
@@ -51,17 +62,8 @@ impl Support {
         }
     }
 
-    /// The region where either of two is not zero.
-    fn either(self, other: Self) -> Self {
-        match (self, other) {
-            (Support::Number(0.0), own) | (own, Support::Number(0.0)) => own,
-            (Support::Within(a), Support::Within(b)) => Support::Within(a.union(&b)),
-            _ => Support::Everywhere,
-        }
-    }
-
     /// The region where both of two are not zero.
-    fn both(self, other: Self) -> Self {
+    fn product(self, other: Self) -> Self {
         match (self, other) {
             (Support::Number(a), Support::Number(b)) => Support::Number(a * b),
             (Support::Number(0.0), _) | (_, Support::Number(0.0)) => Support::Number(0.0),
@@ -72,7 +74,7 @@ impl Support {
     }
 
     /// The region where a function of this one is not zero.
-    fn mapped(self, function: fn(f64) -> f64) -> Self {
+    fn map(self, function: fn(f64) -> f64) -> Self {
         match self {
             Support::Number(n) => Support::Number(function(n)),
             Support::Within(_) if function(0.0) == 0.0 => self,
@@ -116,46 +118,10 @@ impl Support {
     }
 }
 
-/// The operators of expressions, on supports.
-#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-struct SupportOperators;
-
-impl MakeOperators<Support> for SupportOperators {
-    fn make<'a>() -> Vec<Operator<'a, Support>> {
-        let binary = |name, prio, apply| Operator::make_bin(name, BinOp { apply, prio, is_commutative: false });
-        let mut operators = vec![
-            Operator::make_bin_unary("+", BinOp { apply: Support::sum, prio: 0, is_commutative: true }, |a| a),
-            Operator::make_bin_unary("-", BinOp { apply: Support::difference, prio: 1, is_commutative: false }, |a| {
-                Support::Number(-1.0).both(a)
-            }),
-            binary("*", 2, Support::both),
-            binary("/", 3, Support::quotient),
-            binary("^", 4, Support::power),
-            binary("min", 0, |a, b| a.chosen(b, f64::min)),
-            binary("max", 0, |a, b| a.chosen(b, f64::max)),
-            binary("step", 0, Support::step),
-        ];
-        operators.extend([
-            Operator::make_unary("sqrt", |a: Support| a.mapped(f64::sqrt)),
-            Operator::make_unary("abs", |a| a.mapped(f64::abs)),
-            Operator::make_unary("sin", |a| a.mapped(f64::sin)),
-            Operator::make_unary("tan", |a| a.mapped(f64::tan)),
-            Operator::make_unary("tanh", |a| a.mapped(f64::tanh)),
-            Operator::make_unary("floor", |a| a.mapped(f64::floor)),
-            Operator::make_unary("ceil", |a| a.mapped(f64::ceil)),
-            Operator::make_unary("exp", |a| a.mapped(f64::exp)),
-            Operator::make_unary("ln", |a| a.mapped(f64::ln)),
-            Operator::make_unary("log10", |a| a.mapped(f64::log10)),
-            Operator::make_unary("cos", |a| a.mapped(f64::cos)),
-        ]);
-        operators
-    }
-}
-
 /// Where a normalised formula can be other than zero, of `variables` in the order of their names; everywhere where
 /// nothing is known of it.
 pub(super) fn support(normalised: &str, variables: &[Support]) -> Support {
-    let parsed = FlatEx::<Support, SupportOperators>::parse(normalised);
+    let parsed = FlatEx::<Support, FieldOperators>::parse(normalised);
     parsed.ok().and_then(|formula| formula.eval(variables).ok()).unwrap_or(Support::Everywhere)
 }
 
@@ -232,7 +198,7 @@ mod tests {
     #[test]
     fn every_function_is_known() {
         for formula in FUNCTIONS.map(|f| format!("{f}(a)")).into_iter().chain(FUNCTIONS_OF_TWO.map(|f| format!("{f}(a, 1)"))) {
-            assert!(FlatEx::<Support, SupportOperators>::parse(&normalised(&formula).unwrap()).is_ok(), "{formula}");
+            assert!(FlatEx::<Support, FieldOperators>::parse(&normalised(&formula).unwrap()).is_ok(), "{formula}");
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::geometry::Ray;
 use crate::light::{factor, law};
 use crate::plan::pilots::march_f64::{Eye, RayMarch};
 use crate::plan::pilots::star_columns::StarColumns;
-use crate::plan::{Plan, SpatialPlan, Stepping};
+use crate::plan::{Plan, Stepping};
 use crate::scene::Scene;
 
 /// The samples along a voxel.
@@ -39,12 +39,6 @@ struct Spectrograph {
 impl Eye for Spectrograph {
     fn goes_on(&self) -> bool {
         true
-    }
-
-    /// All stars are seen one by one: the field of the gathered ones knows no wavelengths but its own.
-    fn stars(&self, space: &SpatialPlan) -> Vec<usize> {
-        let gathered = space.many_lights.iter().flat_map(|many_lights| &many_lights.stars);
-        space.marched().iter().chain(gathered).copied().collect()
     }
 
     fn light(&mut self, light: usize, amount: f64, depths: DepthSpan) {
@@ -82,7 +76,9 @@ impl Plan {
         let waves: Vec<Wave> = continua.chain(lines.iter().map(of_line)).collect();
         let mut eye = Spectrograph { radiance: vec![0.0; waves.len()], waves };
         let (stepping, exact) = (Stepping::PerVoxel(STEPS), self.light_field.is_some());
-        let columns = &StarColumns::new(&self.space, ray, eye.stars(&self.space).len());
+        // All stars are seen one by one: the field of the gathered ones knows no wavelengths but its own.
+        let gathered = self.space.many_lights.iter().flat_map(|many_lights| &many_lights.stars);
+        let columns = &StarColumns::new(&self.space, ray, self.space.marched().iter().chain(gathered).copied().collect());
         let march = RayMarch { space: &self.space, spectral: &self.spectral, lights: &self.lights, ray, stepping, exact, columns };
         let depth = march.run(&mut eye);
         let (continuum, strengths) = eye.radiance.split_at(wavelengths_um.len());

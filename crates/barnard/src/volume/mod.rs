@@ -10,7 +10,7 @@ pub use bricks::Bricks;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::field::{Grid, Lattice};
+use crate::field::{Grid, Lattice, trilinear};
 use crate::geometry::Bounds;
 
 /// What a channel of a volume holds.
@@ -58,10 +58,8 @@ impl VolumeCell<'_> {
     pub fn value(&self, channel: usize) -> f64 {
         let [dx, dy, dz] = self.strides;
         let value = |at: usize| f64::from(self.values[channel + at]);
-        let lerp = |a: f64, b: f64, t: f64| a + t * (b - a);
-        let f = self.fraction;
-        let plane = |z: usize| lerp(lerp(value(z), value(z + dx), f.x), lerp(value(z + dy), value(z + dy + dx), f.x), f.y);
-        lerp(plane(0), plane(dz), f.z)
+        let corners = [0, dx, dy, dy + dx, dz, dz + dx, dz + dy, dz + dy + dx];
+        trilinear(corners.map(value), self.fraction)
     }
 }
 

@@ -29,7 +29,11 @@ pub(super) fn add(segment: &Segment, context: &Context, state: &mut State, views
     if largest(&segment.growth) > 0.0 {
         match &context.tables.light_sums {
             Some(sums) => propagation::accumulate(context, sums, state, segment),
-            None => scatter_stars(segment, context, state, views),
+            None => {
+                for (scatterer, view) in context.tables.weights.scattered.iter().zip(views) {
+                    scatter(segment, context, state, scatterer, view);
+                }
+            }
         }
         for near_star in near_field.iter().filter(|n| n.meets(segment.span)) {
             near_star.scatter(context, state, segment);
@@ -43,14 +47,6 @@ pub(super) fn add(segment: &Segment, context: &Context, state: &mut State, views
     }
     for lane in 0..LANES {
         state.tau[lane] += segment.growth[lane];
-    }
-}
-
-/// Light of the stars that have depths of their own, scattered once.
-#[inline(always)]
-fn scatter_stars(segment: &Segment, context: &Context, state: &mut State, views: &[StarView]) {
-    for (scatterer, view) in context.tables.weights.scattered.iter().zip(views) {
-        scatter(segment, context, state, scatterer, view);
     }
 }
 

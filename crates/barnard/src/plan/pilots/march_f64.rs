@@ -19,11 +19,6 @@ pub(in crate::plan) trait Eye {
     /// So much of a light arrives, fallen by its mean over the depths at V.
     fn light(&mut self, light: usize, amount: f64, depths: DepthSpan);
 
-    /// The stars that it sees, those with depths of their own first.
-    fn stars(&self, space: &SpatialPlan) -> Vec<usize> {
-        stars_of_pilots(space).collect()
-    }
-
     /// Whether scattered light comes by [`dust`](Self::dust), that of all stars together, and not star by star.
     fn scattered_together(&self) -> bool {
         false
@@ -36,13 +31,6 @@ pub(in crate::plan) trait Eye {
 
     /// Tells the eye that the ray passes dust.
     fn dust(&mut self, _segment: &Segment) {}
-}
-
-/// The stars that pilot rays see: those that have depths of their own, and of many lights their representatives where
-/// there are no others.
-pub(super) fn stars_of_pilots(space: &SpatialPlan) -> impl Iterator<Item = usize> + '_ {
-    let representatives = space.many_lights.iter().flat_map(|many_lights| &many_lights.representatives);
-    space.marched().iter().chain(representatives).copied()
 }
 
 /// A step of a ray, and what is at its ends.
@@ -67,7 +55,7 @@ pub(in crate::plan) struct RayMarch<'a> {
     /// Whether densities are those of the fields themselves and star depths are marched; else both are read from the
     /// samples.
     pub exact: bool,
-    /// Exact star depths along the ray, for the stars that the eye sees.
+    /// The stars that are seen, and their exact depths along the ray.
     pub columns: &'a StarColumns,
 }
 
@@ -93,18 +81,17 @@ impl RayMarch<'_> {
     /// The light between two distances [pc].
     fn dust_and_gas(&self, near: f64, far: f64, eye: &mut impl Eye) -> f64 {
         let (space, ray) = (self.space, self.ray);
-        let seen = eye.stars(space);
-        let sources = self.sources(&seen, eye.scattered_together());
+        let sources = self.sources(&self.columns.stars, eye.scattered_together());
         let mut steps = Steps { near, ends: self.ends(near, far, !eye.scattered_together()) };
         let enough = if eye.goes_on() { f64::INFINITY } else { END / self.spectral.least_k };
         let (steps, samples) = if self.exact {
-            let depths = steps.refine(space, ray, enough);
+            steps.refine(space, ray, enough);
             let (own, places) = steps.within_ends();
-            let samples = Samples::of_fields(space, ray, (&steps, &depths), &places, &seen, self.columns);
+            let samples = Samples::of_fields(space, ray, &steps, &places, self.columns);
             (own, samples)
         } else {
             let (own, places) = steps.at_ends();
-            let samples = Samples::of_volumes(space, ray, &places, &seen, self.columns);
+            let samples = Samples::of_volumes(space, ray, &places, self.columns);
             (own, samples)
         };
         let mut tau = 0.0;

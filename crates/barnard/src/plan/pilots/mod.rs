@@ -54,9 +54,11 @@ impl Pilot {
     }
 }
 
-/// Room for the star depths along a pilot ray.
+/// Room for the star depths along a pilot ray, which sees the stars that have depths of their own, and of many lights
+/// their representatives where there are no others.
 fn columns(space: &SpatialPlan, ray: &Ray) -> StarColumns {
-    StarColumns::new(space, ray, march_f64::stars_of_pilots(space).count())
+    let representatives = space.many_lights.iter().flat_map(|many_lights| &many_lights.representatives);
+    StarColumns::new(space, ray, space.marched().iter().chain(representatives).copied().collect())
 }
 
 /// The rules of `scene`, made finer until what they cost in the picture is a part of the accuracy.
@@ -208,4 +210,38 @@ fn march(space: &SpatialPlan, shading: &Shading, pilot: &Pilot, stepping: Steppi
         }
     }
     radiance
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::plan::{Options, Plan};
+    use crate::scene::Method;
+    use crate::test_scenes::{ball, dust, on_axis, scene, star};
+
+    /// Pilots that keep no star depths march as those that do, bit by bit: by the fields themselves, and by the plan's
+    /// volumes where stars have no depths of their own there.
+    #[test]
+    fn depths_that_are_not_kept_are_the_same() {
+        let places = [DVec3::new(0.2, 0.1, 0.3), DVec3::new(-1.5, 0.4, 0.0)];
+        let scene = scene(on_axis(4.0, 20.0, (8, 8)), 16).dust(dust(ball(1.0), "ccm89", 2.0));
+        let scene = places.into_iter().fold(scene, |scene, place| scene.star(star(9000.0, 1.0, place)));
+        let gathered = Method { exact_stars: Some(0), ..scene.method.clone() };
+        for method in [scene.method.clone(), gathered] {
+            let scene = crate::scene::Scene { method, ..scene.clone() };
+            let plan = Plan::sampled(&scene, &Options::default(), 16, &Control::default()).unwrap();
+            let shading = Shading::new(plan.spectral(), plan.lights());
+            let ray = scene.camera.ray(4.6, 3.7);
+            let kept = Pilot::new(plan.space(), ray, 1.0);
+            let not_kept = Pilot { ray, pixels: 1.0, columns: None };
+            for exact in [false, true] {
+                let light = |pilot: &Pilot| march(plan.space(), &shading, pilot, Stepping::PerVoxel(2.0), exact);
+                // Asked for the second time, depths are read from what was kept.
+                let (first, second) = (light(&kept), light(&kept));
+                assert!(first == second && first == light(&not_kept) && first[0] > 0.0, "{first:?} {second:?}");
+            }
+        }
+    }
 }

@@ -45,7 +45,8 @@ impl Samples {
     }
 
     /// What the plan's volumes hold; stars without depths of their own, which come last, have exact ones.
-    pub(super) fn of_volumes(space: &SpatialPlan, ray: &Ray, places: &[f64], seen: &[usize], columns: &StarColumns) -> Self {
+    pub(super) fn of_volumes(space: &SpatialPlan, ray: &Ray, places: &[f64], columns: &StarColumns) -> Self {
+        let seen = &columns.stars;
         let mut samples = Self::zeroed(seen.len(), space, places.len());
         for volume in &space.volumes {
             // A place on the border belongs to the box, whatever its rounding.
@@ -70,23 +71,15 @@ impl Samples {
         }
         let own = space.marched().len().min(seen.len());
         for (t, values) in places.iter().zip(samples.values.chunks_exact_mut(samples.width)).filter(|(_, values)| values[0] > 0.0) {
-            for (i, star) in seen.iter().enumerate().skip(own) {
-                values[1 + i] = columns.depth(space, ray, (*star, i), *t);
-            }
+            (own..seen.len()).for_each(|i| values[1 + i] = columns.depth(space, i, *t));
         }
         samples
     }
 
     /// What the fields themselves hold, with star depths marched through them: those through the samples of the dust,
-    /// and at some places, about as deep as `depths` of the steps' ends, what lies between both.
-    pub(super) fn of_fields(
-        space: &SpatialPlan,
-        ray: &Ray,
-        (steps, depths): (&Steps, &[f64]),
-        places: &[f64],
-        seen: &[usize],
-        columns: &StarColumns,
-    ) -> Self {
+    /// and at some places along the refined `steps` what lies between both.
+    pub(super) fn of_fields(space: &SpatialPlan, ray: &Ray, steps: &Steps, places: &[f64], columns: &StarColumns) -> Self {
+        let seen = &columns.stars;
         let mut samples = Self::zeroed(seen.len(), space, places.len());
         let points: Vec<_> = places.iter().map(|t| ray.at(*t)).collect();
         let mut write = |slot: usize, own: &[f64]| {
@@ -96,11 +89,9 @@ impl Samples {
         for species in 0..space.species() {
             write(1 + seen.len() + species, &space.gas_at(species, &points));
         }
-        let beyond = Beyond::new(space, ray, (steps, depths), seen);
+        let beyond = Beyond::new(space, ray, steps, seen);
         for (t, values) in places.iter().zip(samples.values.chunks_exact_mut(samples.width)).filter(|(_, values)| values[0] > 0.0) {
-            for (i, star) in seen.iter().enumerate() {
-                values[1 + i] = (columns.depth(space, ray, (*star, i), *t) + beyond.at(i, *t)).max(0.0);
-            }
+            (0..seen.len()).for_each(|i| values[1 + i] = (columns.depth(space, i, *t) + beyond.at(i, *t)).max(0.0));
         }
         samples
     }
@@ -115,12 +106,12 @@ struct Beyond {
 }
 
 impl Beyond {
-    fn new(space: &SpatialPlan, ray: &Ray, (steps, depths): (&Steps, &[f64]), seen: &[usize]) -> Self {
+    fn new(space: &SpatialPlan, ray: &Ray, steps: &Steps, seen: &[usize]) -> Self {
         if !space.depth_is_sampled() {
             return Self { places: Vec::new(), values: Vec::new() };
         }
         let count = (PLACES / seen.len().max(1)).max(MIN_PLACES);
-        let places = steps.places(depths, count);
+        let places = steps.places(count);
         let of_star = |star: &usize| places.iter().map(|t| space.depth_beyond_samples(space.stars[*star], ray.at(*t))).collect();
         let values = seen.iter().map(of_star).collect();
         Self { places, values }

@@ -15,6 +15,9 @@ const KNOTS: f64 = 4.0;
 
 /// The depths along one ray that were asked for so far.
 pub(in crate::plan) struct StarColumns {
+    ray: Ray,
+    /// The numbers of the stars that are seen, those with depths of their own first.
+    pub(super) stars: Vec<usize>,
     near: f64,
     apart: f64,
     /// For each star that is seen its depth at every knot \[1\], as bits; those of NaN where nobody has asked. Whoever
@@ -23,16 +26,17 @@ pub(in crate::plan) struct StarColumns {
 }
 
 impl StarColumns {
-    /// Room for the depths of so many stars along `ray`.
-    pub(in crate::plan) fn new(space: &SpatialPlan, ray: &Ray, stars: usize) -> Self {
+    /// Room for the depths of `stars` along `ray`.
+    pub(in crate::plan) fn new(space: &SpatialPlan, ray: &Ray, stars: Vec<usize>) -> Self {
         Self::with_knots(KNOTS, space, ray, stars)
     }
 
-    fn with_knots(knots: f64, space: &SpatialPlan, ray: &Ray, stars: usize) -> Self {
+    fn with_knots(knots: f64, space: &SpatialPlan, ray: &Ray, stars: Vec<usize>) -> Self {
         let (near, far) = space.occupied.and_then(|bounds| bounds.clip(ray)).unwrap_or((0.0, 1.0));
         let pieces = ((far - near) / space.voxel_along(ray.direction) * knots).ceil().max(3.0);
         let unknown = || (0..=pieces as usize).map(|_| AtomicU64::new(f64::NAN.to_bits())).collect();
-        Self { near, apart: (far - near) / pieces, depths: (0..stars).map(|_| unknown()).collect() }
+        let depths = stars.iter().map(|_| unknown()).collect();
+        Self { ray: *ray, stars, near, apart: (far - near) / pieces, depths }
     }
 
     /// The bytes that they take.
@@ -40,9 +44,9 @@ impl StarColumns {
         self.depths.iter().map(|depths| size_of::<AtomicU64>() * depths.len()).sum()
     }
 
-    /// The depth from star number `star`, which is the one that is seen as number `seen`, to distance `t` \[pc\].
-    pub(super) fn depth(&self, space: &SpatialPlan, ray: &Ray, (star, seen): (usize, usize), t: f64) -> f64 {
-        let depths = &self.depths[seen];
+    /// The depth from the star that is seen as number `seen` to distance `t` \[pc\].
+    pub(super) fn depth(&self, space: &SpatialPlan, seen: usize, t: f64) -> f64 {
+        let (star, depths) = (space.stars[self.stars[seen]], &self.depths[seen]);
         let u = (t - self.near) / self.apart;
         // The piece between the middle two of four knots, or the outermost there is.
         let first = (u.floor() - 1.0).clamp(0.0, (depths.len() - 4) as f64);
@@ -52,7 +56,7 @@ impl StarColumns {
             if !known.is_nan() {
                 return known;
             }
-            let depth = space.depth(space.stars[star], ray.at(self.near + (first + i as f64) * self.apart));
+            let depth = space.depth(star, self.ray.at(self.near + (first + i as f64) * self.apart));
             place.store(depth.to_bits(), Ordering::Relaxed);
             depth
         };
@@ -104,13 +108,13 @@ mod tests {
         let rms = |knots: f64| {
             let (mut sum, mut count) = (0.0, 0.0);
             for ray in (0..8).map(|i| scene.camera.ray(0.37 + i as f64, 7.4 - 0.9 * i as f64)) {
-                let columns = StarColumns::with_knots(knots, &space, &ray, stars.len());
+                let columns = StarColumns::with_knots(knots, &space, &ray, vec![0, 1]);
                 let (near, far) = space.occupied.and_then(|bounds| bounds.clip(&ray)).unwrap();
                 for (seen, place) in stars.iter().enumerate() {
                     for t in (0..400).map(|i| near + (far - near) * (i as f64 + 0.5) / 400.0) {
                         // Near the star itself back ends and pilots march columns.
                         if (ray.at(t) - *place).length() > 2.5 * space.voxel_pc() {
-                            let error = columns.depth(&space, &ray, (seen, seen), t) - space.depth(*place, ray.at(t));
+                            let error = columns.depth(&space, seen, t) - space.depth(*place, ray.at(t));
                             sum += error * error;
                             count += 1.0;
                         }

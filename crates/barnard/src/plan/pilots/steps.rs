@@ -8,6 +8,8 @@ pub(super) const INSIDE: f64 = 1e-6;
 /// Growth of the optical depth at V in a step of an exact march, and most parts of a step in which it grows by more.
 const GROWTH: f64 = 0.1;
 const MAX_PARTS: f64 = 4096.0;
+/// Steps whose dust is looked at together.
+const BLOCK: usize = 128;
 /// The part of the places along a ray that lies evenly; the others lie where light comes from.
 const EVEN: f64 = 0.4;
 
@@ -18,12 +20,14 @@ pub(super) struct End {
     pub(super) t: f64,
     /// Whether a function jumps there.
     jump: bool,
+    /// About how deep it lies in an exact march, once it is refined \[1\].
+    depth: f64,
 }
 
 impl End {
     /// An end at which nothing jumps.
     pub(super) fn smooth(t: f64) -> Self {
-        Self { t, jump: false }
+        Self { t, jump: false, depth: 0.0 }
     }
 }
 
@@ -69,19 +73,18 @@ impl Steps {
     }
 
     /// Cuts the steps of an exact march where functions jump, and where the depth grows fast, and leaves out
-    /// those behind twice a depth of `enough`; returns about how deep the ends of the steps lie.
-    pub(super) fn refine(&mut self, space: &SpatialPlan, ray: &Ray, enough: f64) -> Vec<f64> {
+    /// those behind twice a depth of `enough`.
+    pub(super) fn refine(&mut self, space: &SpatialPlan, ray: &Ray, enough: f64) {
         let (near, ends) = (self.near, &mut self.ends);
         let far = ends.last().map_or(near, |end| end.t);
-        ends.extend(space.crossings(ray).into_iter().filter(|t| (near..far).contains(t)).map(|t| End { t, jump: true }));
+        ends.extend(space.crossings(ray).into_iter().filter(|t| (near..far).contains(t)).map(|t| End { jump: true, ..End::smooth(t) }));
         ends.sort_by(|a, b| a.t.total_cmp(&b.t));
         ends.dedup_by(|later, kept| {
             let same = later.t - kept.t <= 1e-12 * far;
             kept.jump |= same && later.jump;
             same
         });
-        let (mut fine, mut depths) = (Vec::with_capacity(ends.len()), Vec::with_capacity(ends.len()));
-        let mut tau = 0.0;
+        let (mut fine, mut tau) = (Vec::with_capacity(ends.len()), 0.0);
         let starts = std::iter::once(near).chain(ends.iter().map(|end| end.t));
         // Blocks of steps: what lies behind enough dust is not asked for.
         let steps: Vec<(f64, End)> = starts.zip(ends.iter().copied()).collect();
@@ -93,10 +96,9 @@ impl Steps {
                 let parts = (sigma.iter().copied().fold(0.0, f64::max) * length / GROWTH).ceil().clamp(1.0, MAX_PARTS);
                 let growth = length * (sigma[0] + 4.0 * sigma[1] + sigma[2]) / 6.0;
                 for part in 1..=parts as usize {
-                    let last = part == parts as usize;
                     let share = part as f64 / parts;
-                    fine.push(if last { *end } else { End::smooth(from + length * share) });
-                    depths.push(tau + growth * share);
+                    let own = if part == parts as usize { *end } else { End::smooth(from + length * share) };
+                    fine.push(End { depth: tau + growth * share, ..own });
                 }
                 tau += growth;
                 if tau > 2.0 * enough {
@@ -105,20 +107,19 @@ impl Steps {
             }
         }
         *ends = fine;
-        depths
     }
 
-    /// Chooses `count` places along the steps: a part of them evenly, the others where light comes from, which falls with
-    /// the depth.
-    pub(super) fn places(&self, depths: &[f64], count: usize) -> Vec<f64> {
+    /// Chooses `count` places along refined steps: a part of them evenly, the others where light comes from, which falls
+    /// with the depth.
+    pub(super) fn places(&self, count: usize) -> Vec<f64> {
         let (near, ends) = (self.near, &self.ends);
-        let (far, deepest) = (ends.last().map_or(near, |end| end.t), depths.last().copied().unwrap_or(0.0));
+        let (far, deepest) = ends.last().map_or((near, 0.0), |end| (end.t, end.depth));
         let seen = 1.0 - (-deepest).exp();
         let even = if seen > 0.0 { EVEN } else { 1.0 };
         let share = |t: f64, tau: f64| even * (t - near) / (far - near) + (1.0 - even) * (1.0 - (-tau).exp()) / seen.max(f64::MIN_POSITIVE);
         let (mut places, mut before) = (Vec::with_capacity(count), (near, 0.0));
-        for (End { t, .. }, tau) in ends.iter().zip(depths) {
-            let after = share(*t, *tau);
+        for End { t, depth, .. } in ends {
+            let after = share(*t, *depth);
             while places.len() < count && (places.len() as f64 + 0.5) / count as f64 <= after {
                 let part = ((places.len() as f64 + 0.5) / count as f64 - before.1) / (after - before.1);
                 places.push(before.0 + part.clamp(0.0, 1.0) * (t - before.0));
@@ -131,6 +132,3 @@ impl Steps {
         places
     }
 }
-
-/// Steps whose dust is looked at together.
-const BLOCK: usize = 128;

@@ -14,7 +14,7 @@ const RAYS_PER_VOXEL: f64 = 1.0;
 pub struct Frustum {
     /// The place of the star along u, v, w, zero at the first centre \[voxels\].
     pub star: [f64; 3],
-    /// Axes of the lattice that are u, v and w.
+    /// Axes of the lattice that are u, v and w; u before v.
     pub axes: [usize; 3],
     /// Voxels along u, v, w.
     pub dims: [usize; 3],

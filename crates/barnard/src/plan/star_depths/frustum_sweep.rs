@@ -246,40 +246,13 @@ impl FrustumSweep<'_> {
                 }
             },
         );
-        self.store(plane, [columns.clone(), rows.clone()], values, ChannelMut { volume, slot: *slot });
+        let strides = [1, volume.lattice.dims[0], volume.lattice.dims[0] * volume.lattice.dims[1]];
+        let [du, dv, dw] = self.frustum.axes.map(|axis| strides[axis] * volume.channels.len());
+        // Whatever w is, v is slower than u in memory: each row lies in a part of its own.
+        let first = volume.index([0; 3]) + *slot + plane * dw;
+        let parts = volume.data[first..].par_chunks_mut(dv).enumerate().skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
+        parts.for_each(|(y, out)| columns.clone().for_each(|x| out[x * du] = values[y * self.frustum.dims[0] + x]));
         (rows.len() * columns.len()) as u64
-    }
-}
-
-impl FrustumSweep<'_> {
-    /// Writes the values of a plane's columns and rows into a channel, by as many threads as there are.
-    fn store(&self, plane: usize, [columns, rows]: [Range<usize>; 2], values: &[f32], ChannelMut { volume, slot }: ChannelMut) {
-        let channels = volume.channels.len();
-        let [nx, ny, _] = volume.lattice.dims;
-        let strides = [channels, nx * channels, nx * ny * channels];
-        let [du, dv, dw] = self.frustum.axes.map(|axis| strides[axis]);
-        let width = self.frustum.dims[0];
-        let first = volume.index([0; 3]) + slot;
-        if self.frustum.axes[1] == 2 {
-            // Rows of the plane are planes of the volume.
-            let planes = volume.data[first..].par_chunks_mut(dv).enumerate().skip(rows.start).take(rows.len());
-            planes.with_min_len(ROWS_TOGETHER).for_each(|(y, out)| {
-                columns.clone().for_each(|x| out[x * du + plane * dw] = values[y * width + x]);
-            });
-        } else if self.frustum.axes[0] == 2 {
-            let planes = volume.data[first..].par_chunks_mut(du).enumerate().skip(columns.start).take(columns.len());
-            planes.with_min_len(ROWS_TOGETHER).for_each(|(x, out)| {
-                rows.clone().for_each(|y| out[y * dv + plane * dw] = values[y * width + x]);
-            });
-        } else {
-            // Lines of the plane are lines of the volume, or stand across them.
-            let (step, count) = if dv > du { (dv, rows.clone()) } else { (du, columns.clone()) };
-            let lines = volume.data[first + plane * dw..].par_chunks_mut(step).enumerate().skip(count.start).take(count.len());
-            lines.with_min_len(ROWS_TOGETHER).for_each(|(line, out)| match dv > du {
-                true => columns.clone().for_each(|x| out[x * du] = values[line * width + x]),
-                false => rows.clone().for_each(|y| out[y * dv] = values[y * width + line]),
-            });
-        }
     }
 }
 
