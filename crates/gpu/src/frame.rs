@@ -122,7 +122,7 @@ impl Frame {
             Stepping::PerVoxel(n) => (n, 0.0),
             Stepping::Fixed(n) => (0.0, n as f64),
         };
-        let smallest = k.iter().copied().fold(f32::MAX, f32::min);
+        let (smallest, largest) = k.iter().fold((f32::MAX, 0.0f32), |(low, high), k| (low.min(*k), high.max(*k)));
         let angle = plan.spectral().phase_angle.min(10.0);
         Self {
             middle: four(start, ahead as f32),
@@ -134,7 +134,7 @@ impl Frame {
             low: four(bounds.low - middle, 0.0),
             high: four(bounds.high - middle, 0.0),
             steps: [per_voxel as f32, fixed as f32, voxel as f32, angle as f32],
-            limits: [smallest, END_SHARE * plan.spectral().accuracy as f32, brightest, 0.0],
+            limits: [smallest, END_SHARE * plan.spectral().accuracy as f32, brightest, largest],
             jitter: [0.0; 4],
             size: [camera.width as u32, camera.height as u32, 0, 0],
             strip: [0; 4],

@@ -1,8 +1,8 @@
 //! A plan as a shader reads it: flat tables, and the shape that is printed into the source.
 //!
 //! Places are seen from the middle of the occupied box, so that f32 is finest where the light is. Channels are stored
-//! in f16 as parts of the largest value of each, four to a texture. Terms have room to grow, and phase tables stand
-//! last: an edit of a spectrum changes numbers, not the shape.
+//! in f16 as parts of the largest value of each, four to a texture. What all rays ask for at every step stands first, phase
+//! tables stand last: an edit of a spectrum that needs no other number of terms changes numbers, not the shape.
 
 use std::sync::Arc;
 
@@ -10,9 +10,10 @@ use barnard::plan::star_depths::OPAQUE;
 use barnard::plan::{LightField, Plan, Weights, weights_of};
 use barnard::volume::{Channel, Volume};
 use glam::DVec3;
+use spectra::basis::MAX_SIZE;
 
 use crate::error::{GpuError, Result};
-use crate::forms::{Contents, FormEntry, Heads, extinctions, form};
+use crate::forms::{Contents, FormEntry, Heads, cumulants, extinctions, form};
 use crate::frame::{Frame, four};
 use crate::many_lights;
 use crate::tables::{Offsets, Quad, Tables, room};
@@ -43,9 +44,12 @@ pub struct Shape {
     pub quads: usize,
     /// Room for so many terms.
     pub room: usize,
-    pub bands: usize,
-    pub scatterers: usize,
-    pub emitters: usize,
+    /// The number of terms of each band.
+    pub terms: Vec<usize>,
+    /// Where the depths of each star that is marched stand among the channels.
+    pub star_slots: Vec<usize>,
+    /// Where the densities of each species of gas stand among the channels.
+    pub emitter_slots: Vec<usize>,
     pub inner: usize,
     pub brick_grids: usize,
     /// Kinds of voxels of the plan's grids.
@@ -63,12 +67,15 @@ pub struct Shape {
     pub star_march: bool,
     /// Whether dust is noise that is evaluated at every sample.
     pub cloud: bool,
+    /// The quads at the head of the tables that all rays ask for at every step.
+    pub constants: usize,
 }
 
 impl Shape {
     /// The shape of a plan whose channels stand in `quads` of its `volumes`.
     fn of(plan: &Plan, weights: &Weights, quads: &[Quad], volumes: &[&Volume], on_the_fly: bool) -> Result<Self> {
         let slot_of = |channel| slot_of(quads, volumes, channel);
+        let number_of = |channel| slot_of(channel).map_or(0, |(quad, lane)| 4 * quad + lane);
         let phase = plan.spectral().phase.as_ref();
         let field = |f: &Arc<LightField>| FieldShape {
             elements: f.propagation.projection.basis.size(),
@@ -79,9 +86,9 @@ impl Shape {
             form: form(plan)?,
             quads: quads.len().max(1),
             room: room(plan.spectral().terms()),
-            bands: plan.spectral().bands.len(),
-            scatterers: weights.scattered.len(),
-            emitters: weights.emitted.len(),
+            terms: plan.spectral().bands.iter().map(|band| band.terms()).collect(),
+            star_slots: weights.scattered.iter().map(|s| number_of(Channel::StarDepth(s.star))).collect(),
+            emitter_slots: weights.emitted.iter().map(|e| number_of(Channel::Emission(e.species))).collect(),
             inner: plan.space().inner_boxes().len(),
             brick_grids: plan.space().bricks.len(),
             voxels: plan.space().voxels().len(),
@@ -93,19 +100,47 @@ impl Shape {
             many_lights: many_lights::of(plan).map_or(0, |_| weights.many_lights.len()),
             star_march: plan.star_march().is_some(),
             cloud: on_the_fly,
+            constants: 0,
         })
     }
 
     /// The number of lights: scatterers, emitters and the background, in this order.
     pub fn lights(&self) -> usize {
-        self.scatterers + self.emitters + 1
+        self.star_slots.len() + self.emitter_slots.len() + 1
+    }
+
+    /// The number of passbands.
+    pub fn bands(&self) -> usize {
+        self.terms.len()
+    }
+
+    /// The most coordinates of a basis; what a band has beyond its own terms weighs nothing.
+    pub fn elements(&self) -> usize {
+        self.terms.iter().copied().max().unwrap_or(0).min(MAX_SIZE)
+    }
+
+    /// Values of an entry of a phase table, in whole quads where terms have values of their own.
+    pub fn phase_stride(&self) -> usize {
+        if self.phase == PhaseKind::Spectral { self.terms.iter().sum::<usize>().next_multiple_of(4) } else { 1 }
+    }
+
+    /// A phase table, entry by entry, each filled up to the [stride](Self::phase_stride).
+    fn phase_rows(&self, values: &[f32]) -> Vec<f32> {
+        let (columns, stride) = (if self.phase == PhaseKind::Spectral { self.terms.iter().sum() } else { 1 }, self.phase_stride());
+        let rows = values.chunks_exact(columns.max(1));
+        rows.flat_map(|row| row.iter().copied().chain(std::iter::repeat_n(0.0, stride - columns))).collect()
+    }
+
+    /// Whether the constants fit into a uniform buffer of any device.
+    pub fn constants_are_uniform(&self) -> bool {
+        16 * self.constants <= UNIFORM_BYTES
     }
 
     /// The number of table heads.
     pub fn heads(&self) -> usize {
         match self.form.heads {
-            Heads::Bands => self.bands,
-            Heads::LightsAndBands => self.lights() * self.bands,
+            Heads::Bands => self.bands(),
+            Heads::LightsAndBands => self.lights() * self.bands(),
             Heads::LightsAndTerms => self.lights() * self.room,
         }
     }
@@ -115,6 +150,9 @@ impl Shape {
         self.field.map_or(0, |f| f.elements * f.polynomials)
     }
 }
+
+/// The bytes that WebGPU promises for a uniform buffer.
+const UNIFORM_BYTES: usize = 1 << 16;
 
 /// The largest stored value: f16 then holds what is a hundred million times less with as many digits.
 const LARGEST: f32 = 32768.0;
@@ -174,36 +212,42 @@ impl Layout {
         let weights = Weights::new(plan);
         let middle = plan.space().occupied.map_or(DVec3::ZERO, |b| 0.5 * (b.low + b.high));
         let volumes: Vec<&Volume> = plan.volumes().collect();
-        let slot_of = |channel| slot_of(&quads, &volumes, channel);
-        let number_of = |channel| slot_of(channel).map_or(0, |(quad, lane)| 4 * quad + lane) as f32;
-        let shape = Shape::of(plan, &weights, &quads, &volumes, on_the_fly)?;
+        let mut shape = Shape::of(plan, &weights, &quads, &volumes, on_the_fly)?;
         let mut tables = Tables::new(middle);
         let largest: Vec<f32> = plan.space().bricks.iter().map(|b| b.largest()).collect();
         let k = extinctions(plan);
-        tables.rules(plan, &k, shape.room);
-        tables.sources(plan, &weights, number_of);
+        tables.begin("EXTINCTION");
+        tables.list.numbers(&k, shape.room / 4);
+        for (section, power) in ["EXPONENTS", "SQUARES", "FOURTHS"].into_iter().zip(0..) {
+            tables.begin(section);
+            tables.list.numbers(&k.iter().map(|k| cumulants(*k)[power]).collect::<Vec<f32>>(), shape.room / 4);
+        }
+        tables.begin("STARS");
+        weights.scattered.iter().for_each(|s| tables.place(plan.space().stars[s.star], 0.0));
         tables.weights(plan, &weights, &largest, shape.room);
+        tables.cloud(plan);
+        tables.places(plan, &quads, &volumes);
         let heads = tables.reserve("HEADS", shape.heads());
-        let field_head = tables.reserve("FIELD_HEAD", usize::from(shape.field.is_some()));
+        let field_head = tables.reserve("FIELD_HEAD", 1);
+        shape.constants = tables.list.0.len();
         tables.scattered(plan, shape.room);
         let mut bricks = Tables::distances(plan);
         let distances = bricks.len();
         tables.many_lights(plan, &weights, shape.room, &mut bricks);
-        tables.cloud(plan);
-        tables.places(plan, &quads, &volumes);
         // What forms have stands behind, as long as it may be: heads say where.
         let mut contents = Contents::new(shape.heads(), tables.list.0.len());
         (shape.form.fill)(plan, &lights(&weights), &mut contents)?;
-        let own: Vec<[f32; 4]> = plan.light_field().into_iter().map(|f| contents.coordinates(&f.propagation.projection)).collect();
+        let own = plan.light_field().map_or([0.0; 4], |f| contents.coordinates(&f.propagation.projection));
         tables.put(heads, &contents.heads);
-        tables.put(field_head, &own);
+        tables.put(field_head, &[own]);
         let offsets = tables.offsets();
         tables.list.0.extend(contents.tables.0);
-        let phase_start = 4 * tables.list.0.len();
+        let phase_start = tables.list.0.len();
         let phase = &plan.spectral().phase;
         if let Some(phase) = phase {
-            let of_stars = weights.scattered.iter().flat_map(|s| &phase.weights[s.light]);
-            tables.list.numbers(&of_stars.chain(&phase.at_nodes).copied().collect::<Vec<f32>>(), 0);
+            let of_stars = weights.scattered.iter().map(|s| &phase.weights[s.light]);
+            let rows = of_stars.chain([&phase.at_nodes]).flat_map(|values| shape.phase_rows(values));
+            tables.list.numbers(&rows.collect::<Vec<f32>>(), 0);
         }
         let entries = phase.as_ref().map_or(2, |p| p.entries);
         let counts = [plan.spectral().terms(), entries, phase_start, plan.star_march().unwrap_or(0)].map(|n| n as u32);
@@ -221,38 +265,12 @@ impl Layout {
     pub fn place_star(&mut self, star: usize, place: DVec3) {
         let first = self.offsets.of("STARS");
         for i in self.stars.iter().enumerate().filter(|(_, s)| **s == star).map(|(i, _)| i) {
-            let slot = self.tables[first + i][3];
-            self.tables[first + i] = four(place - self.middle, slot);
+            self.tables[first + i] = four(place - self.middle, 0.0);
         }
     }
 }
 
 impl Tables {
-    /// Writes what rules have of their own: extinctions, and the terms of each band.
-    fn rules(&mut self, plan: &Plan, k: &[f32], room: usize) {
-        self.begin("EXTINCTION");
-        self.list.numbers(k, room / 4);
-        self.begin("BAND_RANGES");
-        let mut first = 0.0;
-        for band in &plan.spectral().bands {
-            let end = first + band.terms() as f32;
-            self.list.0.push([first, end, 0.0, 0.0]);
-            first = end;
-        }
-    }
-
-    /// Writes where stars are, and the channels of their depths and of gas.
-    fn sources(&mut self, plan: &Plan, weights: &Weights, number_of: impl Fn(Channel) -> f32) {
-        self.begin("STARS");
-        for scatterer in &weights.scattered {
-            self.place(plan.space().stars[scatterer.star], number_of(Channel::StarDepth(scatterer.star)));
-        }
-        self.begin("EMITTER_SLOTS");
-        for emitter in &weights.emitted {
-            self.list.0.push([number_of(Channel::Emission(emitter.species)), 0.0, 0.0, 0.0]);
-        }
-    }
-
     /// Weights of all lights, and the most that each can send; `largest` are the largest densities of all grids.
     fn weights(&mut self, plan: &Plan, weights: &Weights, largest: &[f32], room: usize) {
         let species = largest.len() - plan.space().species();
@@ -330,17 +348,17 @@ mod tests {
         assert_eq!(by(Tuning { end_early: false, ..Tuning::default() }).frame.limits[0], 0.0);
     }
 
-    /// Edits of spectra, accuracy, phase angle, steps and camera are numbers: the shape, and with it the pipeline,
-    /// stays. Another method or another star is another shape.
+    /// Edits of spectra, phase angle, steps and camera are numbers: the shape, and with it the pipeline, stays. Another
+    /// method, another number of terms or another star is another shape.
     #[test]
     fn edits_of_spectra_keep_the_shape() {
         let shape = |method: &str, from: &str, to: &str| {
             let before = text(24, method);
             assert!(before.contains(from), "{from}");
             let plan = plan_of(&parsed(before.replacen(from, to, 1)));
-            (Layout::new(&plan, quads(&plan, 0), false).unwrap().shape, plan.spectral().terms())
+            Layout::new(&plan, quads(&plan, 0), false).unwrap().shape
         };
-        let (usual, terms) = shape("", "", "");
+        let usual = shape("", "", "");
         let edits = [
             ("", "9000 K", "30000 K"),
             ("", "100 Lsun", "1 Lsun"),
@@ -348,17 +366,12 @@ mod tests {
             ("", "g = 0.6", "g = 0.85"),
             ("", "8000 K", "12000 K"),
             ("", "field_of_view = \"40 deg\"", "field_of_view = \"10 deg\""),
-            ("accuracy = 1e-5", "", ""),
-            ("count = 9", "", ""),
         ];
-        let mut most = 0;
         for (method, from, to) in edits {
-            let (edited, terms) = shape(method, from, to);
-            assert_eq!(edited, usual, "{method} {to}");
-            most = most.max(terms);
+            assert_eq!(shape(method, from, to), usual, "{method} {to}");
         }
-        assert!(most > 2 * terms);
-        assert_ne!(shape("name = \"lookup\"", "", "").0, usual);
-        assert_ne!(shape("count = 30", "", "").0, usual);
+        assert_ne!(shape("name = \"lookup\"", "", ""), usual);
+        assert_ne!(shape("accuracy = 1e-5", "", ""), usual);
+        assert_ne!(shape("count = 30", "", ""), usual);
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! [`Gpu`] is a device, [`OnDevice`] a back end on it, [`Renderer`] a plan that stays on the device while it changes.
 //! `layout` turns a plan into flat tables and the shape of a shader, `forms` adds what the plan's spectral rule needs,
-//! `frame` what changes from picture to picture; `shader` prints the shape in front of `shaders/*.wgsl`, `textures`
-//! uploads volumes, `resources` what fits, `march` keeps a plan on the device, dispatches strips of rows and reads them
+//! `frame` what changes from picture to picture; `shader` prints the shape in front of `shaders/*.wgsl`, `written_out`
+//! their loops, `textures` uploads volumes, `resources` what fits, `pipelines` compiles, `march` keeps a plan on the device, dispatches strips of rows and reads them
 //! back, `resolve` makes display colours of them, `sweep` the depths of a star that has moved, `ordinates` light that
 //! is scattered more than once. Twins: a function of a shader names the Rust function that it repeats.
 
@@ -18,6 +18,7 @@ mod layout;
 mod many_lights;
 mod march;
 mod ordinates;
+mod pipelines;
 mod resolve;
 mod resources;
 mod shader;
@@ -30,6 +31,7 @@ mod textures;
 mod tuning;
 #[cfg(test)]
 mod twins;
+mod written_out;
 
 pub use backend::{Auto, BACKENDS, OnDevice, unable};
 pub use device::{Adapter, Gpu, adapters, device_descriptor};

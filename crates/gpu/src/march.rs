@@ -1,7 +1,7 @@
 //! The march on a device: volumes up, strips of rows, radiance down.
 //!
-//! A [`Renderer`] keeps what a change leaves as it was: textures as long as the space is the same, the pipeline as long
-//! as the shape is.
+//! A [`Renderer`] keeps what a change leaves as it was: textures as long as the space is the same, and the pipelines of
+//! the last shapes.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -17,8 +17,9 @@ use crate::device::Gpu;
 use crate::error::{GpuError, Result};
 use crate::frame::{Pass, Patience, Rows, Strip};
 use crate::layout::{Layout, quads, slot_of};
+use crate::pipelines::Pipelines;
 use crate::resolve::Resolver;
-use crate::resources::{Buffers, REPORT_BYTES, TIMED, TIMES, Volumes, check_limits, groups, pauses, pipeline, tuned};
+use crate::resources::{Buffers, REPORT_BYTES, TIMED, TIMES, Volumes, check_limits, groups, pauses, tuned};
 use crate::shader::Pauses;
 use crate::sweep::{Slot, StarSweeper};
 use crate::tables::Quad;
@@ -41,6 +42,7 @@ pub struct Renderer {
     tuning: Tuning,
     layout: Layout,
     volumes: Volumes,
+    pipelines: Pipelines,
     pipeline: wgpu::ComputePipeline,
     buffers: Buffers,
     groups: [wgpu::BindGroup; 2],
@@ -67,7 +69,8 @@ impl Renderer {
         let layout = tuned(Layout::new(plan, quads(plan, 0), tuning.on_the_fly)?, tuning);
         check_limits(gpu, plan, &layout)?;
         let volumes = Volumes::new(gpu, plan, &layout, &[]);
-        let pipeline = pipeline(gpu, &layout, tuning);
+        let mut pipelines = Pipelines::new(tuning);
+        let pipeline = pipelines.of(gpu, &layout);
         let buffers = Buffers::new(gpu, &layout, pauses(gpu, tuning))?;
         let groups = groups(gpu, &pipeline, &layout, &volumes, &buffers);
         let pace = first_pace(&layout);
@@ -76,6 +79,7 @@ impl Renderer {
             tuning,
             layout,
             volumes,
+            pipelines,
             pipeline,
             buffers,
             groups,
@@ -114,21 +118,16 @@ impl Renderer {
         };
         let layout = tuned(Layout::new(plan, quads, self.tuning.on_the_fly)?, self.tuning);
         check_limits(&self.gpu, plan, &layout)?;
-        let carried = |layout: &Layout| (layout.frame.size, layout.shape.bands, layout.shape.field_channels());
+        let carried = |layout: &Layout| (layout.frame.size, layout.shape.bands(), layout.shape.field_channels());
         let same_size = carried(&layout) == carried(&self.layout);
         let buffers = if same_size { None } else { Some(Buffers::new(&self.gpu, &layout, self.pauses())?) };
         let views = if same_volumes { &self.volumes.views[..] } else { &self.volumes.views[..kept] };
         let same_volumes = same_volumes && layout.bricks == self.layout.bricks;
         let volumes = (!same_volumes).then(|| Volumes::new(&self.gpu, plan, &layout, views));
         let same_shape = layout.shape == self.layout.shape && layout.offsets == self.layout.offsets;
-        let pipeline = (!same_shape).then(|| pipeline(&self.gpu, &layout, self.tuning));
-        let groups = groups(
-            &self.gpu,
-            pipeline.as_ref().unwrap_or(&self.pipeline),
-            &layout,
-            volumes.as_ref().unwrap_or(&self.volumes),
-            buffers.as_ref().unwrap_or(&self.buffers),
-        );
+        let pipeline = self.pipelines.of(&self.gpu, &layout);
+        let groups =
+            groups(&self.gpu, &pipeline, &layout, volumes.as_ref().unwrap_or(&self.volumes), buffers.as_ref().unwrap_or(&self.buffers));
         // Nothing is taken that the device has complained of.
         self.gpu.check(volumes.as_ref().unwrap_or(&self.volumes).bytes + buffers.as_ref().map_or(0, |b| b.picture.size()))?;
         let work = |layout: &Layout| (layout.frame.steps, layout.frame.counts);
@@ -142,9 +141,7 @@ impl Renderer {
         if let Some(volumes) = volumes {
             self.volumes = volumes;
         }
-        if let Some(pipeline) = pipeline {
-            self.pipeline = pipeline;
-        }
+        self.pipeline = pipeline;
         self.layout = layout;
         self.passes = 0;
         Ok(())
@@ -208,8 +205,8 @@ impl Renderer {
     pub fn resolve(&mut self, tone: &Tone) -> Result<&wgpu::Texture> {
         self.whole()?;
         let [width, height, ..] = self.layout.frame.size;
-        if tone.palette.columns.len() != self.layout.shape.bands {
-            return Err(GpuError::Bands(tone.palette.columns.len(), self.layout.shape.bands));
+        if tone.palette.columns.len() != self.layout.shape.bands() {
+            return Err(GpuError::Bands(tone.palette.columns.len(), self.layout.shape.bands()));
         }
         let most = self.gpu.device.limits().max_texture_dimension_2d;
         GpuError::too_large("the edge of a picture in pixels", width.max(height).into(), most.into(), "take fewer pixels")?;
@@ -240,7 +237,7 @@ impl Renderer {
     /// Where the device gives up, or the user wishes to stop.
     pub fn radiance(&mut self, control: &Control) -> Result<(Vec<f32>, RenderStats)> {
         let [width, height, ..] = self.layout.frame.size.map(|n| n as usize);
-        let (bands, rays) = (self.layout.shape.bands, self.layout.supersampling.pow(2));
+        let (bands, rays) = (self.layout.shape.bands(), self.layout.supersampling.pow(2));
         let mut data = vec![0.0; bands * width * height];
         self.passes = 0;
         self.gpu.queue.write_buffer(&self.buffers.report, 0, &[0; REPORT_BYTES as usize]);

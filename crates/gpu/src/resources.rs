@@ -9,7 +9,7 @@ use wgpu::BufferUsages as Use;
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
 use crate::layout::Layout;
-use crate::shader::{Pauses, source};
+use crate::shader::Pauses;
 use crate::tables::Quad;
 use crate::textures::{dark, texture};
 use crate::tuning::Tuning;
@@ -84,9 +84,9 @@ impl Volumes {
 impl Buffers {
     pub fn new(gpu: &Gpu, layout: &Layout, pauses: Pauses) -> Result<Self> {
         let [width, height, ..] = layout.frame.size.map(|n| n as usize);
-        let row = 4 * (width * layout.shape.bands) as u64;
+        let row = 4 * (width * layout.shape.bands()) as u64;
         // Span, step, part, depth and deepest beside the light.
-        let carried = 4 * (width * (5 + layout.shape.bands + layout.shape.field_channels().max(1))) as u64;
+        let carried = 4 * (width * (5 + layout.shape.bands() + layout.shape.field_channels().max(1))) as u64;
         let largest = if pauses == Pauses::Software { carried } else { row };
         let limits = gpu.device.limits();
         let most = PICTURE.min(limits.max_storage_buffer_binding_size).min(limits.max_buffer_size);
@@ -109,14 +109,17 @@ impl Buffers {
     }
 }
 
-pub fn pipeline(gpu: &Gpu, layout: &Layout, tuning: Tuning) -> wgpu::ComputePipeline {
-    gpu.pipeline(&source(&layout.shape, &layout.offsets, tuning.workgroup, pauses(gpu, tuning)), "main")
+/// The head of the tables, which a device keeps at hand where it is small.
+pub fn constants(gpu: &Gpu, layout: &Layout) -> wgpu::Buffer {
+    let space = if layout.shape.constants_are_uniform() { Use::UNIFORM } else { Use::STORAGE };
+    gpu.filled(bytemuck::cast_slice(&layout.tables[..layout.shape.constants]), space)
 }
 
 /// The bindings of a pipeline: buffers, then textures and their sampler.
 pub fn groups(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, layout: &Layout, volumes: &Volumes, buffers: &Buffers) -> [wgpu::BindGroup; 2] {
     let tables = gpu.filled(bytemuck::cast_slice(&layout.tables), Use::STORAGE);
-    let buffers = [&buffers.frame, &tables, &tables, &volumes.bricks, &buffers.picture, &buffers.report, &buffers.paused]
+    let constants = constants(gpu, layout);
+    let buffers = [&buffers.frame, &tables, &tables, &volumes.bricks, &buffers.picture, &buffers.report, &buffers.paused, &constants]
         .map(|b| b.as_entire_binding());
     let sampler = gpu.sampler();
     let textures = volumes.views.iter().map(wgpu::BindingResource::TextureView).chain([wgpu::BindingResource::Sampler(&sampler)]);
@@ -125,7 +128,7 @@ pub fn groups(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, layout: &Layout, volu
 }
 
 /// Storage buffers that a shader binds.
-const BUFFERS: u64 = 6;
+const BUFFERS: u64 = 7;
 /// Positions in tables are written as f32, which counts so far.
 const COUNTABLE: u64 = 1 << 24;
 

@@ -11,9 +11,11 @@ use spectra::basis::MAX_SIZE;
 use spectra::polynomial::MAX_DEGREE;
 use spectra::rule::DepthTable;
 
+use crate::forms::GENTLE;
 use crate::layout::{PhaseKind, Shape};
 use crate::many_lights;
 use crate::tables::Offsets;
+use crate::written_out::{Limits, written_out};
 
 /// The files of the march, in the order in which a ray meets them; the form's own follows.
 const FILES: [&str; 11] = [
@@ -42,28 +44,56 @@ pub enum Pauses {
 /// WGSL for a shape, by workgroups of so many rays across and down.
 pub fn source(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pauses) -> String {
     let files = FILES.iter().copied().chain([shape.form.wgsl]);
-    constants(shape, offsets, workgroup, pauses) + &bindings(shape.quads) + &files.map(|f| format!("\n{f}")).collect::<String>()
+    let limits = limits(shape);
+    let files = files.map(|file| format!("\n{}", written_out(file, &limits)));
+    constants(shape, offsets, workgroup, pauses) + &lists(&limits) + &bindings(shape) + &files.collect::<String>()
+}
+
+/// What loops run to.
+fn limits(shape: &Shape) -> Limits {
+    let first_terms = shape.terms.iter().scan(0, |sum, terms| Some(std::mem::replace(sum, *sum + terms)));
+    Limits {
+        numbers: vec![
+            ("QUADS", shape.quads),
+            ("BANDS", shape.bands()),
+            ("SCATTERERS", shape.star_slots.len()),
+            ("EMITTERS", shape.emitter_slots.len()),
+            ("INNER", shape.inner),
+            ("BRICK_GRIDS", shape.brick_grids),
+            ("ELEMENTS", shape.elements()),
+        ],
+        lists: vec![
+            ("TERMS_OF", shape.terms.clone()),
+            ("FIRST_TERM", first_terms.collect()),
+            ("STAR_SLOTS", shape.star_slots.clone()),
+            ("EMITTER_SLOTS", shape.emitter_slots.clone()),
+        ],
+    }
+}
+
+/// Lists as WGSL, none of them empty.
+fn lists(limits: &Limits) -> String {
+    let list = |(name, entries): &(&str, Vec<usize>)| {
+        let entries: Vec<String> = entries.iter().chain(entries.is_empty().then_some(&0)).map(|n| format!("{n}u")).collect();
+        format!("const {name} = array<u32, {}>({});\n", entries.len(), entries.join(", "))
+    };
+    limits.lists.iter().map(list).collect()
 }
 
 fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pauses) -> String {
-    let lights = shape.scatterers + shape.emitters;
+    let lights = shape.lights() - 1;
     let kind = |kind: PhaseKind| kind as usize;
     let whole = [
         ("WORKGROUP_X", workgroup.0 as usize),
         ("WORKGROUP_Y", workgroup.1 as usize),
-        ("QUADS", shape.quads),
         ("ROOM", shape.room),
-        ("BANDS", shape.bands),
-        ("SCATTERERS", shape.scatterers),
-        ("EMITTERS", shape.emitters),
-        ("INNER", shape.inner),
         ("BORDERS", 2 + 2 * shape.inner),
-        ("BRICK_GRIDS", shape.brick_grids),
         ("VOXEL_KINDS", shape.voxels),
         ("ISOTROPIC", kind(PhaseKind::Isotropic)),
         ("SEPARABLE", kind(PhaseKind::Separable)),
         ("SPECTRAL", kind(PhaseKind::Spectral)),
         ("PHASE_KIND", kind(shape.phase)),
+        ("PHASE_STRIDE", shape.phase_stride()),
         ("DUST_QUAD", shape.dust.map_or(0, |d| d.0)),
         ("DUST_LANE", shape.dust.map_or(0, |d| d.1)),
         ("FIELD_ELEMENTS", shape.field.map_or(0, |f| f.elements)),
@@ -84,7 +114,7 @@ fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pa
         ("BAND_TURNS", shape.form.turns.each_band),
         ("TERM_TURNS", shape.form.turns.each_term),
         ("PART_TURNS", 2 + 2 * shape.quads + 2 * lights),
-        ("STEP_TURNS", 4 + 4 * shape.quads + shape.brick_grids + 2 * lights + shape.bands * lights * shape.room / END_EVERY),
+        ("STEP_TURNS", 4 + 4 * shape.quads + shape.brick_grids + 2 * lights + shape.bands() * lights * shape.room / END_EVERY),
     ];
     let real = [
         ("PHASE_RANGE", PHASE_RANGE),
@@ -99,6 +129,7 @@ fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pa
         ("CLOSEST", CLOSEST),
         ("OPAQUE", OPAQUE),
         ("SERIES_LIMIT", f64::from(SERIES_LIMIT)),
+        ("GENTLE", GENTLE),
         ("EULER", f64::from(EULER)),
         ("LOG_THIN", f64::from(DepthTable::THIN)),
         ("LOG_EVEN", f64::from(DepthTable::EVEN)),
@@ -118,7 +149,8 @@ fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pa
         ("STAR_MARCH", shape.star_march),
         ("PAUSES", pauses == Pauses::Software),
     ];
-    let whole = whole.into_iter().chain(offsets.iter()).map(|(name, value)| format!("const {name} = {value}u;\n"));
+    let whole =
+        limits(shape).numbers.into_iter().chain(whole).chain(offsets.iter()).map(|(name, value)| format!("const {name} = {value}u;\n"));
     let real = real.iter().map(|(name, value)| format!("const {name}: f32 = {:e};\n", *value as f32));
     let truth = truth.iter().map(|(name, value)| format!("const {name} = {value};\n"));
     whole.chain(real).chain(truth).collect()
@@ -127,12 +159,18 @@ fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pa
 /// Most midpoints of a depth next to a star.
 const MAX_DEPTH_STEPS: f64 = 64.0;
 
-/// The textures, and which of them a quad is.
-fn bindings(quads: usize) -> String {
+/// The constants, the textures, and which of them a quad is.
+fn bindings(shape: &Shape) -> String {
+    let quads = shape.quads;
+    let (space, length) = match shape.constants_are_uniform() {
+        true => ("uniform", format!(", {}", shape.constants.max(1))),
+        false => ("storage, read", String::new()),
+    };
+    let constants = format!("@group(0) @binding(7) var<{space}> constants: array<vec4f{length}>;\n");
     let texture = |q: usize| format!("@group(1) @binding({q}) var volume_{q}: texture_3d<f32>;\n");
     let read = |q: usize| format!("        case {q}u: {{ return textureSampleLevel(volume_{q}, linear, at, 0.0); }}\n");
     format!(
-        "{}@group(1) @binding({quads}) var linear: sampler;\n\nfn read_quad(q: u32, at: vec3f) -> vec4f {{\n    switch q {{\n{}        default: {{ return textureSampleLevel(volume_0, linear, at, 0.0); }}\n    }}\n}}\n",
+        "{constants}{}@group(1) @binding({quads}) var linear: sampler;\n\nfn read_quad(q: u32, at: vec3f) -> vec4f {{\n    switch q {{\n{}        default: {{ return textureSampleLevel(volume_0, linear, at, 0.0); }}\n    }}\n}}\n",
         (0..quads).map(texture).collect::<String>(),
         (1..quads).map(read).collect::<String>()
     )
@@ -156,9 +194,9 @@ mod tests {
             form: FORMS[0],
             quads: 1,
             room: 32,
-            bands: 3,
-            scatterers: 1,
-            emitters: 0,
+            terms: vec![2; 3],
+            star_slots: vec![1],
+            emitter_slots: Vec::new(),
             inner: 0,
             brick_grids: 1,
             voxels: 1,
@@ -170,18 +208,27 @@ mod tests {
             many_lights: 0,
             star_march: false,
             cloud: false,
+            constants: 1000,
         };
         let of_forms = FORMS.iter().map(|form| Shape { form, phase: PhaseKind::Spectral, background: true, ..plain.clone() });
         let others = [
             Shape { phase: PhaseKind::Separable, star_march: true, ..plain.clone() },
-            Shape { phase: PhaseKind::Spectral, quads: 3, scatterers: 6, emitters: 2, inner: 2, ..plain.clone() },
+            Shape {
+                phase: PhaseKind::Spectral,
+                quads: 3,
+                star_slots: (1..7).collect(),
+                emitter_slots: vec![7, 8],
+                inner: 2,
+                ..plain.clone()
+            },
             Shape { cloud: true, ..plain.clone() },
             Shape { quads: 4, scattered_field: Some(1), ..plain.clone() },
-            Shape { quads: 4, scatterers: 0, scattered_field: Some(1), many_lights: 1000, ..plain.clone() },
+            Shape { quads: 4, star_slots: Vec::new(), scattered_field: Some(1), many_lights: 1000, ..plain.clone() },
             Shape { quads: 4, scattered_field: Some(1), many_lights: 9, phase: PhaseKind::Separable, ..plain.clone() },
             Shape { quads: 4, scattered_field: Some(1), many_lights: 9, phase: PhaseKind::Spectral, ..plain.clone() },
-            Shape { scatterers: 0, emitters: 1, dust: None, ..plain.clone() },
-            Shape { scatterers: 0, quads: 3, field: Some(FieldShape { elements: 3, polynomials: 2, quad: 1 }), ..plain.clone() },
+            Shape { star_slots: Vec::new(), emitter_slots: vec![0], dust: None, ..plain.clone() },
+            Shape { terms: vec![30; 12], room: 512, star_slots: (0..20).map(|s| 1 + s % 3).collect(), constants: 10_000, ..plain.clone() },
+            Shape { star_slots: Vec::new(), quads: 3, field: Some(FieldShape { elements: 3, polynomials: 2, quad: 1 }), ..plain.clone() },
         ];
         of_forms.chain(others).collect()
     }

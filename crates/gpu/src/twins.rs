@@ -13,7 +13,7 @@ use crate::Gpu;
 use crate::forms::FORMS;
 use crate::frame::{Pass, Patience, Rows, Strip};
 use crate::layout::{Layout, quads};
-use crate::resources::Volumes;
+use crate::resources::{Volumes, constants};
 use crate::shader::{Pauses, source};
 use crate::test_device::device;
 
@@ -62,8 +62,9 @@ fn bind_group_layouts(gpu: &Gpu, quads: usize) -> [wgpu::BindGroupLayout; 2] {
         count: None,
     };
     let storage = |read_only| buffer(wgpu::BufferBindingType::Storage { read_only });
-    let kinds =
-        [buffer(wgpu::BufferBindingType::Uniform)].into_iter().chain([true, true, true, false, false, false, true, false].map(storage));
+    let uniform = || [buffer(wgpu::BufferBindingType::Uniform)];
+    let kinds = uniform().into_iter().chain([true, true, true, false, false, false].map(storage)).chain(uniform());
+    let kinds = kinds.chain([true, false].map(storage));
     let texture = wgpu::BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Float { filterable: true },
         view_dimension: wgpu::TextureViewDimension::D3,
@@ -83,7 +84,7 @@ fn evaluated(gpu: &Gpu, plan: &Plan, body: &str, asked: &[Numbers]) -> Vec<Numbe
     let layout = Layout::new(plan, quads(plan, 0), false).unwrap();
     let volumes = Volumes::new(gpu, plan, &layout, &[]);
     let entry = format!(
-        "@group(0) @binding(7) var<storage, read> asked: array<array<f32, {ARGUMENTS}>>;\n@group(0) @binding(8) var<storage, read_write> told: array<array<f32, {ARGUMENTS}>>;\n\
+        "@group(0) @binding(8) var<storage, read> asked: array<array<f32, {ARGUMENTS}>>;\n@group(0) @binding(9) var<storage, read_write> told: array<array<f32, {ARGUMENTS}>>;\n\
          @compute @workgroup_size(1) fn twin(@builtin(global_invocation_id) id: vec3u) {{\n    let x = asked[id.x];\n    var y: array<f32, {ARGUMENTS}>;\n{body}\n    told[id.x] = y;\n}}\n"
     );
     let text = source(&layout.shape, &layout.offsets, (8, 8), Pauses::Never) + &entry;
@@ -106,10 +107,11 @@ fn evaluated(gpu: &Gpu, plan: &Plan, body: &str, asked: &[Numbers]) -> Vec<Numbe
     let rows = Rows { strip: whole, held: whole };
     let frame = gpu.filled(bytemuck::bytes_of(&layout.frame.of(rows, &Pass::WHOLE, Patience::FULL, false)), Use::UNIFORM);
     let tables = gpu.filled(bytemuck::cast_slice(&layout.tables), Use::STORAGE);
+    let constants = constants(gpu, &layout);
     let scratch = [0, 1, 2].map(|_| gpu.buffer(64, Use::STORAGE));
     let (asked_buffer, bytes) = (gpu.filled(bytemuck::cast_slice(asked), Use::STORAGE), size_of_val(asked) as u64);
     let told = gpu.buffer(bytes, Use::STORAGE | Use::COPY_SRC);
-    let buffers = [&frame, &tables, &tables, &volumes.bricks, &scratch[0], &scratch[1], &scratch[2], &asked_buffer, &told];
+    let buffers = [&frame, &tables, &tables, &volumes.bricks, &scratch[0], &scratch[1], &scratch[2], &constants, &asked_buffer, &told];
     let sampler = gpu.sampler();
     let textures = volumes.views.iter().map(wgpu::BindingResource::TextureView).chain([wgpu::BindingResource::Sampler(&sampler)]);
     let buffers = buffers.map(|b| b.as_entire_binding());
@@ -185,7 +187,7 @@ fn arithmetic() {
     agree(
         &gpu,
         plan,
-        "y[0] = 0.01 * mean_inverse_square(x[0] * x[1], x[0] * x[0] + x[2] * (x[2] + x[1]));",
+        "let p = x[0] * x[0] + x[2] * (x[2] + x[1]); y[0] = 0.01 * mean_inverse_square(pow(x[0] * x[1] / p, 2.0), 1.0 / p);",
         &[(0.4, 2.0), (0.01, 0.1), (0.1, 2.0)],
         2e-7,
         |x| vec![0.01 * segment::mean_inverse_square(x[0], x[2], x[2] + x[1])],
@@ -282,7 +284,7 @@ fn empty_bricks() {
     let gpu = device();
     let plan = &plan_of(&scene(128, ""));
     let middle = plan.space().occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
-    agree(&gpu, plan, "y[0] = clear_pc(vec3f(x[0], x[1], x[2]));", &[(-1.1, 1.1); 3], 1e-6, |x| {
+    agree(&gpu, plan, "y[0] = clear_pc(Ray(vec3f(x[0], x[1], x[2]), vec3f(1.0, 0.0, 0.0), 0.0), 0.0).x;", &[(-1.1, 1.1); 3], 1e-6, |x| {
         let place = middle + DVec3::new(x[0], x[1], x[2]);
         let of = |b: &barnard::volume::Bricks| b.clear(b.brick_of(place)) as f64 * b.lattice.voxel_pc().min_element();
         vec![plan.space().bricks.iter().map(of).fold(f64::INFINITY, f64::min)]
@@ -325,7 +327,7 @@ fn star_depths_marched_again() {
     let plan = &plan("name = \"double_integration\"");
     let middle = plan.space().occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
     let star = plan.space().stars[1];
-    let body = "y[0] = depth_again(tables[STARS + 1u].xyz, vec3f(x[0], x[1], x[2]));";
+    let body = "y[0] = depth_again(constants[STARS + 1u].xyz, vec3f(x[0], x[1], x[2]));";
     agree(&gpu, plan, body, &[(-1.0, 1.0); 3], 5e-3, |x| vec![plan.space().depth(star, middle + DVec3::new(x[0], x[1], x[2]))]);
 }
 

@@ -7,6 +7,8 @@ mod nodes;
 mod preintegrated;
 mod projection;
 
+pub use nodes::{GENTLE, cumulants};
+
 use barnard::plan::Plan;
 use spectra::rule::{Form, Projection};
 

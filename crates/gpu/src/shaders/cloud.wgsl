@@ -45,18 +45,22 @@ fn simplex(p: vec3f, seed: u32) -> f32 {
 // sigma at V.
 // twin: barnard::field::fbm::Fbm::at
 fn cloud(p: vec3f) -> f32 {
-    let place = tables[CLOUD];
-    let octaves = tables[CLOUD + 1u];
-    let shape = tables[CLOUD + 2u];
+    let place = constants[CLOUD];
+    let octaves = constants[CLOUD + 1u];
+    let shape = constants[CLOUD + 2u];
     var q = p - place.xyz;
     let r = length(q) / place.w;
     if r >= 1.0 {
         return 0.0;
     }
-    turns += u32(octaves.y);
+    turns += 3u + u32(octaves.y);
     if shape.z != 0.0 {
         let u = q * octaves.x;
-        q += shape.z * vec3f(simplex(u, frame.seeds.y), simplex(u, frame.seeds.z), simplex(u, frame.seeds.w));
+        var bent = vec3f(0.0);
+        for (var i = 0u; i < 3u; i++) {
+            bent[i] = simplex(u, frame.seeds[i + 1u]);
+        }
+        q += shape.z * bent;
     }
     var frequency = octaves.x;
     var amplitude = 1.0;

@@ -12,7 +12,7 @@ fn mean_coordinates(head: vec4f, middle: f32, half: f32) -> array<f32, MAX_ELEME
     if abs(half) <= tables[rows - 1u].x {
         let place = cell(middle * head.x, head.y);
         let first = rows + u32(place.x) * size;
-        for (var e = 0u; e < size; e++) {
+        for (var e = 0u; e < ELEMENTS; e++) { // written out
             let row = tables[first + e];
             means[e] = fma(fma(row.w, place.y, row.z), half * half, fma(row.y, place.y, row.x));
         }
@@ -25,7 +25,7 @@ fn mean_coordinates(head: vec4f, middle: f32, half: f32) -> array<f32, MAX_ELEME
     // Beyond the table its last entry is held.
     let held = max(high, head.y) - max(low, head.y);
     let left = rows + u32(head.y) * size;
-    for (var e = 0u; e < size; e++) {
+    for (var e = 0u; e < ELEMENTS; e++) { // written out
         let front = tables[rows + u32(first.x) * size + e];
         let back = tables[rows + u32(last.x) * size + e];
         let in_front = fma(front.y, first.y, front.x);

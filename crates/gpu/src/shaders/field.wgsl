@@ -3,7 +3,7 @@
 // twin: barnard::backend::cpu::propagation::accumulate
 fn accumulate_field(state: ptr<function, State>, growth: f32, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
     turns += 2u * MAX_ELEMENTS + FIELD_ELEMENTS * FIELD_ELEMENTS * (2u + FIELD_ELEMENTS + FIELD_POLYNOMIALS);
-    let means = mean_coordinates(tables[FIELD_HEAD], (*state).tau + 0.5 * growth, 0.5 * growth);
+    let means = mean_coordinates(constants[FIELD_HEAD], (*state).tau + 0.5 * growth, 0.5 * growth);
     for (var i = 0u; i < FIELD_ELEMENTS; i++) {
         for (var j = 0u; j < FIELD_ELEMENTS; j++) {
             var share = 0.0;
@@ -25,7 +25,7 @@ fn accumulate_field(state: ptr<function, State>, growth: f32, before: ptr<functi
 // The polynomials of a ray, seen through the bands.
 // twin: barnard::backend::cpu::light_sums::LightSums::resolve
 fn resolve_field(state: ptr<function, State>) {
-    for (var b = 0u; b < BANDS; b++) {
+    for (var b = 0u; b < BANDS; b++) { // written out
         for (var c = 0u; c < FIELD_CHANNELS; c++) {
             (*state).sum[b] += numbers[4u * FIELD_RESOLUTION + b * FIELD_CHANNELS + c] * (*state).field[c];
         }

@@ -15,7 +15,7 @@ struct Frame {
     // Samples a voxel, or on every ray if not zero; the finest voxel [pc]; the angle over which the phase function
     // changes little.
     steps: vec4f,
-    // Smallest extinction, what may be left out behind a ray's end, largest dust.
+    // Smallest extinction, what may be left out behind a ray's end, largest dust, largest extinction.
     limits: vec4f,
     // Where in its pixel a ray goes, and in which part of a step it starts, or none if negative; what this picture
     // counts beside those before it.
@@ -24,7 +24,7 @@ struct Frame {
     size: vec4u,
     // First row and how many; first row that the picture holds and how many.
     strip: vec4u,
-    // Terms; entries of the phase table, and where it starts; samples of a star depth that is marched again.
+    // Terms; entries of the phase table, and the quad where it starts; samples of a star depth that is marched again.
     counts: vec4u,
     // The largest star depth, where a light field stands in place of all of them; turns by which a loop shows that it
     // turns.
@@ -73,17 +73,22 @@ struct StepSpan {
     length: f32,
 }
 
-// The first term of a band, and the one behind its last.
-fn band_terms(band: u32) -> vec2u {
-    return vec2u(tables[BAND_RANGES + band].xy);
+// A number of the head of the tables, which stands in `constants` again.
+fn constant(i: u32) -> f32 {
+    return constants[i / 4u][i % 4u];
+}
+
+// The extinction of a term relative to V.
+fn extinction(term: u32) -> f32 {
+    return constant(4u * EXTINCTION + term);
 }
 
 // What a light's term weighs at a place of the phase table; 1/4π or p(θ) is included, but where one p(θ) serves all
 // terms.
 fn weight(light: u32, term: u32, at: vec2f) -> f32 {
     if PHASE_KIND == SPECTRAL && light < SCATTERERS {
-        let first = frame.counts.z + (light * frame.counts.y + u32(at.x)) * frame.counts.x + term;
-        return mix(numbers[first], numbers[first + frame.counts.x], at.y);
+        let row = frame.counts.z + (light * frame.counts.y + u32(at.x)) * (PHASE_STRIDE / 4u) + term / 4u;
+        return mix(tables[row][term % 4u], tables[row + PHASE_STRIDE / 4u][term % 4u], at.y);
     }
-    return numbers[4u * WEIGHTS + light * ROOM + term];
+    return constant(4u * WEIGHTS + light * ROOM + term);
 }

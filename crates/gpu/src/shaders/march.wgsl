@@ -29,23 +29,21 @@ fn ended(state: ptr<function, State>, ray: Ray, here: f32, far: f32) -> bool {
     if (*state).tau * frame.limits.x < END_DEPTH {
         return false;
     }
-    for (var b = 0u; b < BANDS; b++) {
+    for (var b = 0u; b < BANDS; b++) { // written out
         var behind = 0.0;
         for (var s = 0u; s < SCATTERERS; s++) {
-            let star = tables[STARS + s].xyz;
-            let foot = dot(star - ray.origin, ray.direction);
-            let b_pc = max(length(star - (ray.origin + foot * ray.direction)), CLOSEST);
-            let sky = (atan((far - foot) / b_pc) - atan((here - foot) / b_pc)) / b_pc;
+            let view = star_view(ray, s);
+            let distance = max(sqrt(view.square), CLOSEST);
+            let sky = (atan((far - view.foot) / distance) - atan((here - view.foot) / distance)) / distance;
             behind += left(s, b, (*state).tau) * frame.limits.z * sky;
         }
         for (var e = 0u; e < EMITTERS; e++) {
             behind += left(SCATTERERS + e, b, (*state).tau) * (far - here);
         }
         if HAS_SCATTERED_FIELD {
-            let terms = band_terms(b);
-            for (var t = terms.x; t < terms.y; t++) {
+            for (var t = FIRST_TERM[b]; t < FIRST_TERM[b] + TERMS_OF[b]; t++) {
                 // ∫ k σ e^(-k τ) ds is less than one.
-                behind += numbers[4u * SCATTERED_LARGEST + t] * exp(-numbers[4u * EXTINCTION + t] * (*state).tau);
+                behind += numbers[4u * SCATTERED_LARGEST + t] * exp(-extinction(t) * (*state).tau);
             }
         }
         if behind > frame.limits.y * (*state).sum[b] {
@@ -60,43 +58,53 @@ fn is_dark(values: ptr<function, array<vec4f, QUADS>>) -> bool {
     if HAS_DUST {
         light = (*values)[DUST_QUAD][DUST_LANE];
     }
-    for (var e = 0u; e < EMITTERS; e++) {
-        let slot = u32(tables[EMITTER_SLOTS + e].x);
-        light = max(light, (*values)[slot / 4u][slot % 4u]);
+    for (var e = 0u; e < EMITTERS; e++) { // written out
+        light = max(light, (*values)[EMITTER_SLOTS[e] / 4u][EMITTER_SLOTS[e] % 4u]);
     }
     return light <= 0.0;
 }
 
-// All channels at a place; star depths are marched again where the method does so.
-fn sampled(p: vec3f, mask: ptr<function, array<f32, QUADS>>) -> array<vec4f, QUADS> {
-    var values = masked(p, mask);
-    if STAR_MARCH {
-        for (var s = 0u; s < SCATTERERS; s++) {
-            let slot = u32(tables[STARS + s].w);
-            values[slot / 4u][slot % 4u] = depth_again(tables[STARS + s].xyz, p);
+// All channels at a place; star depths are marched `again` where the method does so.
+fn sampled(p: vec3f, mask: ptr<function, array<f32, QUADS>>, again: bool) -> array<vec4f, QUADS> {
+    var values = read_all(p);
+    if INNER > 0u {
+        for (var q = 0u; q < QUADS; q++) { // written out
+            values[q] *= (*mask)[q];
+        }
+    }
+    if STAR_MARCH && again {
+        for (var s = 0u; s < SCATTERERS; s++) { // written out
+            values[STAR_SLOTS[s] / 4u][STAR_SLOTS[s] % 4u] = depth_again(constants[STARS + s].xyz, p);
         }
     }
     return values;
 }
 
-fn masked(p: vec3f, mask: ptr<function, array<f32, QUADS>>) -> array<vec4f, QUADS> {
-    var values = read_all(p);
-    for (var q = 0u; q < QUADS; q++) {
-        values[q] *= (*mask)[q];
+// The stretch of a ray in which steps of `dt` are long beside their distance to a star, as [near, far]; Barrès &
+// Neyret's own form takes its samples and no more.
+fn long_steps(ray: Ray, dt: f32) -> vec2f {
+    var stretch = vec2f(FAR, -FAR);
+    if STAR_MARCH {
+        return stretch;
     }
-    return values;
+    // A little more, whatever rounding says: how many parts there are is asked again.
+    let reach = 1.001 * dt / PART_DISTANCE;
+    for (var s = 0u; s < SCATTERERS; s++) {
+        let view = star_view(ray, s);
+        let square = fma(reach, reach, -view.square);
+        if square > 0.0 {
+            stretch = vec2f(min(stretch.x, view.foot - sqrt(square)), max(stretch.y, view.foot + sqrt(square)));
+        }
+    }
+    return stretch;
 }
 
-// In how many parts the step from `start` must be marched; Barrès & Neyret's own form takes its samples and no more.
+// In how many parts the step from `start` must be marched.
 fn parts_of(ray: Ray, start: f32, dt: f32) -> f32 {
     var most = 1.0;
-    if STAR_MARCH {
-        return most;
-    }
     for (var s = 0u; s < SCATTERERS; s++) {
-        let foot = dot(tables[STARS + s].xyz - ray.origin, ray.direction);
-        let b = length(tables[STARS + s].xyz - (ray.origin + foot * ray.direction));
-        most = max(most, parts(b, foot - start, dt, frame.steps.z));
+        let view = star_view(ray, s);
+        most = max(most, parts(sqrt(view.square), view.foot - start, dt, frame.steps.z));
     }
     return most;
 }
@@ -106,7 +114,7 @@ fn parts_of(ray: Ray, start: f32, dt: f32) -> f32 {
 fn voxels_along(direction: vec3f) -> f32 {
     var most = 0.0;
     for (var i = 0u; i < VOXEL_KINDS; i++) {
-        most = max(most, length(direction * tables[VOXELS + i].xyz));
+        most = max(most, length(direction * constants[VOXELS + i].xyz));
     }
     // Cubes have one edge, whatever rounding says.
     return select(most, 1.0 / frame.steps.z, most * frame.steps.z > 0.999999);
@@ -119,41 +127,54 @@ fn march_span(state: ptr<function, State>, ray: Ray, near: f32, far: f32, offset
     let whole = select(max(ceil((far - near) * voxels_along(ray.direction) * frame.steps.x), 1.0), fixed, fixed > 0.0);
     let dt = (far - near) / whole;
     let steps = whole + ceil(offset);
+    let long = long_steps(ray, dt);
     var mask = masks(ray.origin + 0.5 * (near + far) * ray.direction);
     var before: array<vec4f, QUADS>;
+    // At the border, behind a jump, and where the ray paused, what is before a step is read first.
     var fresh = true;
+    var unclear = near;
     while (*state).step < steps {
         turns += STEP_TURNS;
         let start = clamp(near + ((*state).step - offset) * dt, near, far);
         let length = clamp(near + ((*state).step + 1.0 - offset) * dt, near, far) - start;
-        let count = parts_of(ray, start, length);
-        if fresh {
-            // At the border, behind a jump, or where the ray paused.
-            let here = ray.origin + (start + (*state).part * length / count) * ray.direction;
-            before = masked(here, &mask);
-            if STAR_MARCH && (*state).part > 0.0 {
-                before = sampled(here, &mask);
-            }
-            fresh = false;
+        var count = 1.0;
+        if start < long.y && start + length > long.x {
+            count = parts_of(ray, start, length);
         }
-        if (*state).part == 0.0 && is_dark(&before) {
-            let jump = floor(clear_pc(ray.origin + start * ray.direction) / dt);
+        // A brick that holds something is left before another one is asked.
+        if !fresh && (*state).part == 0.0 && start >= unclear && is_dark(&before) {
+            let clear = clear_pc(ray, start);
+            let jump = floor(clear.x / dt);
             if jump > 1.0 {
                 (*state).step = min((*state).step + jump, steps);
                 fresh = true;
                 continue;
             }
+            unclear = clear.y;
         }
         while (*state).part < count {
             turns += PART_TURNS;
             let step_span = StepSpan(start + (*state).part * length / count, length / count);
-            var after = sampled(ray.origin + (step_span.start + step_span.length) * ray.direction, &mask);
+            let ahead = select(step_span.length, 0.0, fresh);
+            var after = sampled(ray.origin + (step_span.start + ahead) * ray.direction, &mask, !fresh || (*state).part > 0.0);
+            if fresh {
+                before = after;
+                fresh = false;
+                if (*state).part == 0.0 {
+                    break;
+                }
+                continue;
+            }
             segment(state, ray, step_span, &before, &after);
             before = after;
             (*state).part += 1.0;
             if PAUSES && turns > frame.size.z {
                 return false;
             }
+        }
+        if (*state).part < count {
+            // It may be dark here.
+            continue;
         }
         (*state).part = 0.0;
         (*state).step += 1.0;
@@ -174,7 +195,7 @@ fn march_ray(state: ptr<function, State>, ray: Ray, offset: f32) -> bool {
     ends[0] = whole.x;
     ends[1] = whole.y;
     for (var i = 0u; i < INNER; i++) {
-        let inner = clip(ray, tables[INNER_BOXES + 2u * i].xyz, tables[INNER_BOXES + 2u * i + 1u].xyz, whole.x);
+        let inner = clip(ray, constants[INNER_BOXES + 2u * i].xyz, constants[INNER_BOXES + 2u * i + 1u].xyz, whole.x);
         let hit = inner.y > inner.x;
         ends[2u + 2u * i] = select(whole.y, clamp(inner.x, whole.x, whole.y), hit);
         ends[3u + 2u * i] = select(whole.y, clamp(inner.y, whole.x, whole.y), hit);
@@ -233,7 +254,7 @@ fn resumed(state: ptr<function, State>, ray: u32) -> bool {
     (*state).tau = paused[at + 3u * rays];
     (*state).deepest = paused[at + 4u * rays];
     at += 5u * rays;
-    for (var b = 0u; b < BANDS; b++) {
+    for (var b = 0u; b < BANDS; b++) { // written out
         (*state).sum[b] = paused[at + b * rays];
     }
     at += BANDS * rays;
@@ -252,7 +273,7 @@ fn pause(state: ptr<function, State>, ray: u32) {
     paused[at + 3u * rays] = (*state).tau;
     paused[at + 4u * rays] = (*state).deepest;
     at += 5u * rays;
-    for (var b = 0u; b < BANDS; b++) {
+    for (var b = 0u; b < BANDS; b++) { // written out
         paused[at + b * rays] = (*state).sum[b];
     }
     at += BANDS * rays;
@@ -296,7 +317,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     atomicMax(&stats[0], bitcast<u32>(max(state.deepest, state.tau)));
-    for (var b = 0u; b < BANDS; b++) {
+    for (var b = 0u; b < BANDS; b++) { // written out
         let at = b * frame.size.x * frame.strip.w + number;
         var value = state.sum[b];
         if frame.jitter.w < 1.0 {

@@ -22,7 +22,7 @@ fn depth_between(a: vec3f, z: vec3f) -> f32 {
 
 // twin: barnard::plan::near::pieces
 fn near(state: ptr<function, State>, ray: Ray, scatterer: u32, b: f32, foot: f32, step_span: StepSpan, growth: f32) {
-    let star = tables[STARS + scatterer].xyz;
+    let star = constants[STARS + scatterer].xyz;
     let start = atan((step_span.start - foot) / b);
     let end = atan((step_span.start + step_span.length - foot) / b);
     let count = clamp(ceil(max((end - start) / PIECE, growth / PIECE_DEPTH)), 2.0, MAX_PIECES);

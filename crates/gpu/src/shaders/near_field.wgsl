@@ -18,25 +18,22 @@ fn phase_at_node(term: u32, at: vec2f) -> f32 {
     if PHASE_KIND == ISOTROPIC {
         return 1.0;
     }
-    var stride = 1u;
     var column = 0u;
     if PHASE_KIND == SPECTRAL {
-        stride = frame.counts.x;
         column = term;
     }
-    let first = frame.counts.z + (SCATTERERS * frame.counts.y + u32(at.x)) * stride + column;
-    return mix(numbers[first], numbers[first + stride], at.y);
+    let first = 4u * frame.counts.z + (SCATTERERS * frame.counts.y + u32(at.x)) * PHASE_STRIDE + column;
+    return mix(numbers[first], numbers[first + PHASE_STRIDE], at.y);
 }
 
 // Adds base · weight · p(θ) · ⟨D⟩ of every term of a gathered star.
 fn accumulate_near_star(state: ptr<function, State>, star: u32, at: vec2f, base: f32, middle: f32, half: f32) {
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
     let weights = 4u * (MANY_LIGHTS_STARS + star * MANY_LIGHTS_STRIDE + MANY_LIGHTS_WEIGHTS);
-    for (var b = 0u; b < BANDS; b++) {
-        let terms = band_terms(b);
+    for (var b = 0u; b < BANDS; b++) { // written out
         var sum = 0.0;
-        for (var t = terms.x; t < terms.y; t++) {
-            let k = numbers[4u * EXTINCTION + t];
+        for (var t = FIRST_TERM[b]; t < FIRST_TERM[b] + TERMS_OF[b]; t++) {
+            let k = extinction(t);
             var share = numbers[weights + t];
             if PHASE_KIND == SPECTRAL {
                 share *= phase_at_node(t, at);

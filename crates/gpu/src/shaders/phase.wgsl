@@ -15,7 +15,7 @@ fn phase_value(light: u32, at: vec2f) -> f32 {
     if PHASE_KIND != SEPARABLE {
         return 1.0;
     }
-    let first = frame.counts.z + light * frame.counts.y + u32(at.x);
+    let first = 4u * frame.counts.z + light * frame.counts.y + u32(at.x);
     return mix(numbers[first], numbers[first + 1u], at.y);
 }
 

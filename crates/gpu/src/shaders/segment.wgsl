@@ -1,70 +1,107 @@
 // The light of one segment in closed form, eqs. (5) and (6) of docs/method.md.
 
-// Light of one star, scattered in one segment.
+// A star as a ray passes it: where it comes nearest, and the square of how near.
+struct StarView {
+    foot: f32,
+    square: f32,
+}
+
+fn star_view(ray: Ray, scatterer: u32) -> StarView {
+    let star = constants[STARS + scatterer].xyz;
+    let foot = dot(star - ray.origin, ray.direction);
+    let beside = star - (ray.origin + foot * ray.direction);
+    return StarView(foot, dot(beside, beside));
+}
+
+// A segment as a star sees it.
+struct SegmentView {
+    // 1/p, p = b² + t₀ t₁, t from the foot.
+    inverse: f32,
+    // q², q = b Δt/p, the tangent of the angle between both ends.
+    tangent2: f32,
+    // Whether it is so near that it is marched in pieces.
+    is_near: bool,
+}
+
+fn segment_view(view: StarView, step_span: StepSpan) -> SegmentView {
+    let t0 = step_span.start - view.foot;
+    let p = fma(t0, t0 + step_span.length, view.square);
+    let reach = NEAR_VOXELS * frame.steps.z;
+    let inverse = 1.0 / p;
+    let ratio = step_span.length * inverse;
+    let tangent2 = view.square * ratio * ratio;
+    return SegmentView(inverse, tangent2, p < reach * reach || tangent2 > NEAR_ANGLE * NEAR_ANGLE);
+}
+
+// Light of one star, scattered in one segment; false where the segment is near to it, and nothing is done.
 // twin: barnard::backend::cpu::shading::scatter
-fn scatter(state: ptr<function, State>, ray: Ray, scatterer: u32, step_span: StepSpan, growth: f32, tilt: f32, depths: vec2f) {
-    let star = tables[STARS + scatterer];
-    let foot = dot(star.xyz - ray.origin, ray.direction);
-    let b = length(star.xyz - (ray.origin + foot * ray.direction));
+fn scatter(state: ptr<function, State>, ray: Ray, scatterer: u32, step_span: StepSpan, growth: f32, tilt: f32, depths: vec2f) -> bool {
+    let view = star_view(ray, scatterer);
+    let seen = segment_view(view, step_span);
     let middle = (*state).tau + 0.5 * (growth + depths.x + depths.y);
     let half = 0.5 * (growth + depths.y - depths.x);
-    let t0 = step_span.start - foot;
-    let p = fma(b, b, t0 * (t0 + step_span.length));
-    let reach = NEAR_VOXELS * frame.steps.z;
     (*state).deepest = max((*state).deepest, middle + abs(half));
-    if p < reach * reach || b * step_span.length > NEAR_ANGLE * p {
-        near(state, ray, scatterer, max(b, CLOSEST), foot, step_span, growth);
-        return;
+    if seen.is_near {
+        return false;
     }
-    let mean = mean_inverse_square(b * step_span.length, p);
+    let mean = mean_inverse_square(seen.tangent2, seen.inverse);
     if PHASE_KIND == ISOTROPIC {
         accumulate(state, scatterer, vec2f(0.0), mean * growth, middle, half);
-        return;
+        return true;
     }
     // The light at some angles goes as σ/r²; one angle in the middle of the segment, mostly.
-    let count = phases(mean * b * step_span.length);
+    let count = phases(mean * sqrt(view.square) * step_span.length);
     turns += 2u * count;
-    let along = t0 + 0.5 * step_span.length;
+    let along = step_span.start - view.foot + 0.5 * step_span.length;
     var total = 0.0;
     var spread = 0.0;
     for (var j = 0u; j < count; j++) {
         let part = (f32(j) + 0.5) / f32(count) - 0.5;
         let t = fma(part, step_span.length, along);
-        let inverse = 1.0 / max(fma(t, t, b * b), TINY);
+        let inverse = 1.0 / max(fma(t, t, view.square), TINY);
         total += inverse;
         if PHASE_KIND == SEPARABLE {
-            spread += fma(part, tilt, 1.0) * inverse * phase_value(scatterer, phase_entry(-t * sqrt(inverse), b * b * inverse));
+            spread += fma(part, tilt, 1.0) * inverse * phase_value(scatterer, phase_entry(-t * sqrt(inverse), view.square * inverse));
         }
     }
     if PHASE_KIND == SEPARABLE {
         accumulate(state, scatterer, vec2f(0.0), mean * growth * spread / total, middle, half);
-        return;
+        return true;
     }
     for (var j = 0u; j < count; j++) {
         let part = (f32(j) + 0.5) / f32(count) - 0.5;
         let t = fma(part, step_span.length, along);
-        let inverse = 1.0 / max(fma(t, t, b * b), TINY);
+        let inverse = 1.0 / max(fma(t, t, view.square), TINY);
         let share = fma(part, tilt, 1.0) * inverse / total;
-        accumulate(state, scatterer, phase_entry(-t * sqrt(inverse), b * b * inverse), mean * growth * share, middle, half);
+        accumulate(state, scatterer, phase_entry(-t * sqrt(inverse), view.square * inverse), mean * growth * share, middle, half);
     }
+    return true;
 }
 
 // ⟨1/r²⟩ over a segment: atan(q)/(q p), q = b Δt/p, where q is small.
 // twin: barnard::plan::segment::mean_inverse_square
-fn mean_inverse_square(b_length: f32, p: f32) -> f32 {
-    let q = b_length / p;
-    let q2 = q * q;
-    return fma(q2, fma(q2, fma(q2, fma(q2, 1.0 / 9.0, -1.0 / 7.0), 1.0 / 5.0), -1.0 / 3.0), 1.0) / p;
+fn mean_inverse_square(q2: f32, inverse_p: f32) -> f32 {
+    return fma(q2, fma(q2, fma(q2, fma(q2, 1.0 / 9.0, -1.0 / 7.0), 1.0 / 5.0), -1.0 / 3.0), 1.0) * inverse_p;
 }
 
 fn scatter_stars(state: ptr<function, State>, ray: Ray, step_span: StepSpan, growth: f32, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
     let a = (*before)[DUST_QUAD][DUST_LANE];
     let z = (*after)[DUST_QUAD][DUST_LANE];
     let tilt = 2.0 * (z - a) / (a + z);
+    var all_far = true;
+    for (var s = 0u; s < SCATTERERS; s++) { // written out
+        let depths = vec2f((*before)[STAR_SLOTS[s] / 4u][STAR_SLOTS[s] % 4u], (*after)[STAR_SLOTS[s] / 4u][STAR_SLOTS[s] % 4u]);
+        let is_far = scatter(state, ray, s, step_span, growth, tilt, depths);
+        all_far = all_far && is_far;
+    }
+    if all_far {
+        return;
+    }
     for (var s = 0u; s < SCATTERERS; s++) {
-        let slot = u32(tables[STARS + s].w);
-        let depths = vec2f((*before)[slot / 4u][slot % 4u], (*after)[slot / 4u][slot % 4u]);
-        scatter(state, ray, s, step_span, growth, tilt, depths);
+        let view = star_view(ray, s);
+        if segment_view(view, step_span).is_near {
+            near(state, ray, s, max(sqrt(view.square), CLOSEST), view.foot, step_span, growth);
+        }
     }
 }
 
@@ -72,13 +109,13 @@ fn scatter_stars(state: ptr<function, State>, ray: Ray, step_span: StepSpan, gro
 // twin: barnard::backend::cpu::shading::scatter_again
 fn scatter_again(state: ptr<function, State>, growth: f32, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
-    for (var b = 0u; b < BANDS; b++) {
-        let terms = band_terms(b);
+    for (var b = 0u; b < BANDS; b++) { // written out
         var sum = 0.0;
-        for (var t = terms.x; t < terms.y; t++) {
-            let k = numbers[4u * EXTINCTION + t];
-            let quad = SCATTERED_QUAD + t / 4u;
-            let source = 0.5 * ((*before)[quad][t % 4u] + (*after)[quad][t % 4u]);
+        for (var t = 0u; t < TERMS_OF[b]; t++) { // written out
+            let term = FIRST_TERM[b] + t;
+            let k = extinction(term);
+            let quad = SCATTERED_QUAD + term / 4u;
+            let source = 0.5 * ((*before)[quad][term % 4u] + (*after)[quad][term % 4u]);
             sum = fma(k * source, mean_transmittance(k * ((*state).tau + 0.5 * growth), 0.5 * k * growth), sum);
         }
         (*state).sum[b] = fma(growth, sum, (*state).sum[b]);
@@ -108,8 +145,8 @@ fn segment(state: ptr<function, State>, ray: Ray, step_span: StepSpan, before: p
             }
         }
     }
-    for (var e = 0u; e < EMITTERS; e++) {
-        let slot = u32(tables[EMITTER_SLOTS + e].x);
+    for (var e = 0u; e < EMITTERS; e++) { // written out
+        let slot = EMITTER_SLOTS[e];
         let light = 0.5 * step_span.length * ((*before)[slot / 4u][slot % 4u] + (*after)[slot / 4u][slot % 4u]);
         if light > 0.0 {
             accumulate(state, SCATTERERS + e, vec2f(0.0), light, (*state).tau + 0.5 * growth, 0.5 * growth);

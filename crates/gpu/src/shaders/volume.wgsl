@@ -21,17 +21,17 @@ struct BrickGrid {
 
 fn lattice(q: u32) -> Lattice {
     let i = LATTICES + 5u * q;
-    return Lattice(tables[i], tables[i + 1u], tables[i + 2u], tables[i + 3u], tables[i + 4u]);
+    return Lattice(constants[i], constants[i + 1u], constants[i + 2u], constants[i + 3u], constants[i + 4u]);
 }
 
 fn brick_grid(i: u32) -> BrickGrid {
     let at = BRICK_TABLE + 3u * i;
-    return BrickGrid(tables[at], tables[at + 1u], vec4u(tables[at + 2u]));
+    return BrickGrid(constants[at], constants[at + 1u], vec4u(constants[at + 2u]));
 }
 
 fn read_all(p: vec3f) -> array<vec4f, QUADS> {
     var values: array<vec4f, QUADS>;
-    for (var q = 0u; q < QUADS; q++) {
+    for (var q = 0u; q < QUADS; q++) { // written out
         let place = lattice(q);
         values[q] = read_quad(q, p * place.scale.xyz + place.shift.xyz) * place.unit;
     }
@@ -52,20 +52,30 @@ fn read_dust(p: vec3f) -> f32 {
 // One for each quad of channels whose box holds `p`.
 fn masks(p: vec3f) -> array<f32, QUADS> {
     var masks: array<f32, QUADS>;
-    for (var q = 0u; q < QUADS; q++) {
+    for (var q = 0u; q < QUADS; q++) { // written out
         masks[q] = f32(all(p >= lattice(q).low.xyz) && all(p <= lattice(q).high.xyz));
     }
     return masks;
 }
 
-// How far one may go from `p` in any direction and stand in empty bricks [pc].
-fn clear_pc(p: vec3f) -> f32 {
+// How far one may go from a place of a ray in any direction and stand in empty bricks [pc], and where the ray leaves
+// the first of the bricks in which it may not.
+fn clear_pc(ray: Ray, here: f32) -> vec2f {
     var clear = FAR;
+    var leaves = here;
     for (var i = 0u; i < BRICK_GRIDS; i++) {
         let grid = brick_grid(i);
-        let cell = clamp(vec3i(floor((p - grid.low.xyz) * grid.per_pc.xyz)), vec3i(0), vec3i(grid.dims.xyz) - 1);
+        let place = (ray.origin + here * ray.direction - grid.low.xyz) * grid.per_pc.xyz;
+        let cell = clamp(vec3i(floor(place)), vec3i(0), vec3i(grid.dims.xyz) - 1);
         let index = (u32(cell.z) * grid.dims.y + u32(cell.y)) * grid.dims.x + u32(cell.x);
-        clear = min(clear, f32(brick_distances[grid.dims.w + index]) * grid.low.w);
+        let own = f32(brick_distances[grid.dims.w + index]) * grid.low.w;
+        if own < clear {
+            clear = own;
+            let speed = ray.direction * grid.per_pc.xyz;
+            let still = abs(speed) < vec3f(TINY);
+            let ahead = select((vec3f(cell) + vec3f(speed > vec3f(0.0)) - place) / select(speed, vec3f(1.0), still), vec3f(FAR), still);
+            leaves = here + min(min(ahead.x, ahead.y), ahead.z);
+        }
     }
-    return clear;
+    return vec2f(clear, leaves);
 }

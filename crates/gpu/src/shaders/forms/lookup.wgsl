@@ -42,8 +42,8 @@ fn mean_left(head: vec4f, middle: f32, half: f32) -> f32 {
 
 fn accumulate(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle: f32, half: f32) {
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
-    for (var b = 0u; b < BANDS; b++) {
-        let mean = mean_left(tables[HEADS + light * BANDS + b], middle, abs(half));
+    for (var b = 0u; b < BANDS; b++) { // written out
+        let mean = mean_left(constants[HEADS + light * BANDS + b], middle, abs(half));
         (*state).sum[b] += base * weight(light, b, at) * mean;
     }
 }

@@ -5,16 +5,15 @@ fn accumulate(state: ptr<function, State>, light: u32, at: vec2f, base: f32, mid
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
     let front = middle - abs(half);
     let root = sqrt(2.0 * abs(half));
-    for (var b = 0u; b < BANDS; b++) {
-        let terms = band_terms(b);
+    for (var b = 0u; b < BANDS; b++) { // written out
         var sum = 0.0;
-        for (var t = terms.x; t < terms.y; t++) {
+        for (var t = FIRST_TERM[b]; t < FIRST_TERM[b] + TERMS_OF[b]; t++) {
             // Entries per unit of the root of a depth, gaps, and where they start.
-            let head = tables[HEADS + light * ROOM + t];
+            let head = constants[HEADS + light * ROOM + t];
             let place = cell(root * head.x, head.y);
             let first = 4u * u32(head.z) + u32(place.x);
             let mean = mix(numbers[first], numbers[first + 1u], place.y);
-            sum += weight(light, t, at) * exp(-numbers[4u * EXTINCTION + t] * front) * mean;
+            sum += weight(light, t, at) * exp(-extinction(t) * front) * mean;
         }
         (*state).sum[b] += base * sum;
     }

@@ -5,16 +5,15 @@ fn accumulate(state: ptr<function, State>, light: u32, at: vec2f, base: f32, mid
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
     var means: array<f32, MAX_ELEMENTS>;
     var table = 0u;
-    for (var b = 0u; b < BANDS; b++) {
-        let head = tables[HEADS + b];
+    for (var b = 0u; b < BANDS; b++) { // written out
+        let head = constants[HEADS + b];
         if u32(head.z) != table {
             table = u32(head.z);
             means = mean_coordinates(head, middle, half);
         }
-        let terms = band_terms(b);
         var sum = 0.0;
-        for (var t = terms.x; t < terms.y; t++) {
-            sum = fma(weight(light, t, at), means[t - terms.x], sum);
+        for (var t = 0u; t < TERMS_OF[b]; t++) { // written out
+            sum = fma(weight(light, FIRST_TERM[b] + t, at), means[t], sum);
         }
         (*state).sum[b] = fma(base, sum, (*state).sum[b]);
     }

@@ -1,0 +1,77 @@
+//! The pipelines of the last plans, by their shapes: a plan that has as many terms as one before it compiles nothing.
+
+use crate::device::Gpu;
+use crate::layout::{Layout, Shape};
+use crate::resources::pauses;
+use crate::shader::source;
+use crate::tables::Offsets;
+use crate::tuning::Tuning;
+
+/// Most pipelines that are kept.
+const KEPT: usize = 8;
+
+/// The pipelines of the last shapes, the newest last.
+pub struct Pipelines {
+    tuning: Tuning,
+    kept: Vec<Kept>,
+}
+
+struct Kept {
+    shape: Shape,
+    offsets: Offsets,
+    pipeline: wgpu::ComputePipeline,
+}
+
+impl Pipelines {
+    /// No pipelines yet; all will be made as `tuning` says.
+    pub fn new(tuning: Tuning) -> Self {
+        Self { tuning, kept: Vec::new() }
+    }
+
+    /// The pipeline of a layout's shape, which is made where none is kept.
+    pub fn of(&mut self, gpu: &Gpu, layout: &Layout) -> wgpu::ComputePipeline {
+        let found = self.kept.iter().position(|kept| kept.shape == layout.shape && kept.offsets == layout.offsets);
+        let newest = match found {
+            Some(at) => self.kept.remove(at),
+            None => {
+                let text = source(&layout.shape, &layout.offsets, self.tuning.workgroup, pauses(gpu, self.tuning));
+                Kept { shape: layout.shape.clone(), offsets: layout.offsets.clone(), pipeline: gpu.pipeline(&text, "main") }
+            }
+        };
+        let pipeline = newest.pipeline.clone();
+        self.kept.push(newest);
+        let surplus = self.kept.len().saturating_sub(KEPT);
+        self.kept.drain(..surplus);
+        pipeline
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::quads;
+    use crate::test_device::device;
+    use crate::twins::{plan_of, scene};
+
+    /// Plans that come back find their pipelines, and no more than so many are kept.
+    #[test]
+    #[ignore = "needs a graphics adapter: --include-ignored"]
+    fn shapes_that_come_back_are_not_compiled_again() {
+        let gpu = device();
+        let layout = |count: usize| {
+            let plan = plan_of(&scene(8, &format!("count = {count}")));
+            Layout::new(&plan, quads(&plan, 0), false).unwrap()
+        };
+        let mut pipelines = Pipelines::new(Tuning::default());
+        let (few, many) = (layout(2), layout(3));
+        assert_ne!(few.shape, many.shape);
+        let made = [&few, &many, &few].map(|layout| pipelines.of(&gpu, layout));
+        assert!(made[0] == made[2] && made[0] != made[1]);
+        assert_eq!(pipelines.kept.len(), 2);
+        for count in 4..4 + KEPT {
+            pipelines.of(&gpu, &layout(count));
+        }
+        assert_eq!(pipelines.kept.len(), KEPT);
+        assert!(pipelines.of(&gpu, &few) != made[0]);
+    }
+}
