@@ -44,7 +44,10 @@ pub enum Pauses {
 /// WGSL for a shape, by workgroups of so many rays across and down.
 pub fn source(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pauses) -> String {
     let files = FILES.iter().copied().chain([shape.form.wgsl]);
-    let limits = limits(shape);
+    let mut limits = limits(shape);
+    if shape.form.is_short {
+        limits.numbers.push(("STARS_IN_TURN", shape.star_slots.len()));
+    }
     let files = files.map(|file| format!("\n{}", written_out(file, &limits)));
     constants(shape, offsets, workgroup, pauses) + &lists(&limits) + &bindings(shape) + &files.collect::<String>()
 }
@@ -59,6 +62,8 @@ fn limits(shape: &Shape) -> Limits {
             ("SCATTERERS", shape.star_slots.len()),
             ("EMITTERS", shape.emitter_slots.len()),
             ("INNER", shape.inner),
+            ("INNER_BORDERS", 2 * shape.inner),
+            ("SPANS", 1 + 2 * shape.inner),
             ("BRICK_GRIDS", shape.brick_grids),
             ("ELEMENTS", shape.elements()),
         ],
@@ -94,6 +99,7 @@ fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pa
         ("SPECTRAL", kind(PhaseKind::Spectral)),
         ("PHASE_KIND", kind(shape.phase)),
         ("PHASE_STRIDE", shape.phase_stride()),
+        ("STARS_IN_TURN", shape.star_slots.len()),
         ("DUST_QUAD", shape.dust.map_or(0, |d| d.0)),
         ("DUST_LANE", shape.dust.map_or(0, |d| d.1)),
         ("FIELD_ELEMENTS", shape.field.map_or(0, |f| f.elements)),

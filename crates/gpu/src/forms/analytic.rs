@@ -12,6 +12,7 @@ pub(super) const ENTRY: FormEntry = FormEntry {
     of: |form| matches!(form, Form::Analytic(_)),
     wgsl: include_str!("../shaders/forms/analytic.wgsl"),
     bounded: false,
+    is_short: false,
     // Two ends at two depths.
     turns: Turns { each_band: 4 * TURNS_OF_AN_END, each_term: 0 },
     heads: Heads::LightsAndBands,

@@ -12,6 +12,7 @@ pub(super) const ENTRY: FormEntry = FormEntry {
     of: |form| matches!(form, Form::Lookup(_)),
     wgsl: include_str!("../shaders/forms/lookup.wgsl"),
     bounded: false,
+    is_short: false,
     turns: Turns { each_band: 1, each_term: 0 },
     heads: Heads::LightsAndBands,
     fill,

@@ -27,6 +27,8 @@ pub struct FormEntry {
     pub heads: Heads,
     /// Whether `left` knows what is left behind a depth, so that rays can end early.
     pub bounded: bool,
+    /// Whether `accumulate` is so short that it is written out for each star.
+    pub is_short: bool,
     /// Turns of loops for a segment.
     pub turns: Turns,
     /// Writes heads and tables; lights stand in the order of the shape.

@@ -19,6 +19,7 @@ pub(super) const ENTRY: FormEntry = FormEntry {
     of: |form| matches!(form, Form::Nodes(_)),
     wgsl: include_str!("../shaders/forms/nodes.wgsl"),
     bounded: true,
+    is_short: true,
     turns: Turns { each_band: 2, each_term: 1 },
     heads: Heads::Bands,
     fill: |_, _, _| Ok(()),

@@ -12,6 +12,7 @@ pub(super) const ENTRY: FormEntry = FormEntry {
     of: |form| matches!(form, Form::Preintegrated(_)),
     wgsl: include_str!("../shaders/forms/preintegrated.wgsl"),
     bounded: false,
+    is_short: false,
     turns: Turns { each_band: 2, each_term: 1 },
     heads: Heads::LightsAndTerms,
     fill,

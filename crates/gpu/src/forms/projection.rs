@@ -12,6 +12,7 @@ pub(super) const ENTRY: FormEntry = FormEntry {
     of: |form| matches!(form, Form::Projection(_)),
     wgsl: include_str!("../shaders/forms/projection.wgsl"),
     bounded: false,
+    is_short: false,
     turns: Turns { each_band: 2 + 2 * MAX_SIZE, each_term: 1 },
     heads: Heads::Bands,
     fill,

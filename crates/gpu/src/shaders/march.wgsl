@@ -194,25 +194,29 @@ fn march_ray(state: ptr<function, State>, ray: Ray, offset: f32) -> bool {
     var ends: array<f32, BORDERS>;
     ends[0] = whole.x;
     ends[1] = whole.y;
-    for (var i = 0u; i < INNER; i++) {
+    for (var i = 0u; i < INNER; i++) { // written out
         let inner = clip(ray, constants[INNER_BOXES + 2u * i].xyz, constants[INNER_BOXES + 2u * i + 1u].xyz, whole.x);
         let hit = inner.y > inner.x;
         ends[2u + 2u * i] = select(whole.y, clamp(inner.x, whole.x, whole.y), hit);
         ends[3u + 2u * i] = select(whole.y, clamp(inner.y, whole.x, whole.y), hit);
     }
     turns += BORDERS * BORDERS;
-    for (var i = 1u; i < BORDERS; i++) {
-        let end = ends[i];
-        var j = i;
-        while j > 0u && ends[j - 1u] > end {
-            ends[j] = ends[j - 1u];
-            j--;
+    for (var i = 0u; i < INNER_BORDERS; i++) { // written out
+        for (var j = 0u; j < SPANS; j++) { // written out
+            let nearer = min(ends[j], ends[j + 1u]);
+            ends[j + 1u] = max(ends[j], ends[j + 1u]);
+            ends[j] = nearer;
         }
-        ends[j] = end;
     }
-    while (*state).span + 1u < BORDERS {
-        let near = ends[(*state).span];
-        let far = ends[(*state).span + 1u];
+    while (*state).span < SPANS {
+        var near = ends[0];
+        var far = ends[1];
+        for (var i = 0u; i < SPANS; i++) { // written out
+            if i == (*state).span {
+                near = ends[i];
+                far = ends[i + 1u];
+            }
+        }
         if far > near && !march_span(state, ray, near, far, offset, far >= ends[BORDERS - 1u] && !HAS_BACKGROUND) {
             return false;
         }

@@ -84,14 +84,24 @@ fn mean_inverse_square(q2: f32, inverse_p: f32) -> f32 {
     return fma(q2, fma(q2, fma(q2, fma(q2, 1.0 / 9.0, -1.0 / 7.0), 1.0 / 5.0), -1.0 / 3.0), 1.0) * inverse_p;
 }
 
+// The depths from a star to both ends of a segment.
+fn star_depths(scatterer: u32, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) -> vec2f {
+    var depths = vec2f(0.0);
+    for (var s = 0u; s < SCATTERERS; s++) { // written out
+        if s == scatterer {
+            depths = vec2f((*before)[STAR_SLOTS[s] / 4u][STAR_SLOTS[s] % 4u], (*after)[STAR_SLOTS[s] / 4u][STAR_SLOTS[s] % 4u]);
+        }
+    }
+    return depths;
+}
+
 fn scatter_stars(state: ptr<function, State>, ray: Ray, step_span: StepSpan, growth: f32, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
     let a = (*before)[DUST_QUAD][DUST_LANE];
     let z = (*after)[DUST_QUAD][DUST_LANE];
     let tilt = 2.0 * (z - a) / (a + z);
     var all_far = true;
-    for (var s = 0u; s < SCATTERERS; s++) { // written out
-        let depths = vec2f((*before)[STAR_SLOTS[s] / 4u][STAR_SLOTS[s] % 4u], (*after)[STAR_SLOTS[s] / 4u][STAR_SLOTS[s] % 4u]);
-        let is_far = scatter(state, ray, s, step_span, growth, tilt, depths);
+    for (var s = 0u; s < STARS_IN_TURN; s++) { // written out
+        let is_far = scatter(state, ray, s, step_span, growth, tilt, star_depths(s, before, after));
         all_far = all_far && is_far;
     }
     if all_far {
