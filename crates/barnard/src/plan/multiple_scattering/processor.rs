@@ -76,12 +76,12 @@ impl Orders for OnProcessor<'_> {
     fn next(&mut self, control: &Control) -> Result<(Powers, Powers), Failure> {
         let Transfer { cells, k, faces, scattering, glow, around } = self.transfer;
         self.order.scatter(scattering);
-        self.next.data.fill([0.0; WIDTH]);
+        self.next.darken();
         let ([near, far], dark) = (faces, [0.0; WIDTH]);
         let directions = if self.is_first { near } else { far };
         sweep(cells, k, directions, &Sources { scattered: &self.order, glow: None, around: dark }, &mut self.next, control)?;
         if std::mem::take(&mut self.is_first) && (glow.is_some() || *around != dark) {
-            self.order.data.fill(dark);
+            self.order.darken();
             sweep(cells, k, far, &Sources { scattered: &self.order, glow, around: *around }, &mut self.next, control)?;
         }
         self.sum.add(&self.next, &[1.0; WIDTH]);
