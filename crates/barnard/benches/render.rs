@@ -5,6 +5,8 @@ use barnard::control::Control;
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan};
 use barnard::scene::{Method, Scene};
+use spectra::passband::{Counting, Passband, Window, window};
+use spectra::units::Wavelength;
 
 const METHODS: [&str; 3] = ["fixed_wavelength", "band_quadrature", "lookup"];
 const SIZES: [usize; 3] = [64, 128, 256];
@@ -44,5 +46,17 @@ fn frame_by_method(bencher: divan::Bencher, method: &str) {
 #[divan::bench(args = SIZES)]
 fn frame_by_voxels(bencher: divan::Bencher, bake: usize) {
     let plan = plan(&scene(bake), "band_quadrature");
+    bencher.bench(|| cpu::radiance(&plan, &Control::default()).expect("a frame"));
+}
+
+/// One frame by passbands that share 400 to 900 nm among them: reads and geometry are those of one.
+#[divan::bench(args = [3, 200])]
+fn frame_by_bands(bencher: divan::Bencher, bands: usize) {
+    let width_um = 0.5 / bands as f64;
+    let band = |i: usize| -> Passband {
+        let centre = Wavelength(0.4 + width_um * (i as f64 + 0.5));
+        window(&format!("band {i}"), Counting::Energy, Window::TopHat { centre, width: Wavelength(width_um) }).expect("a passband")
+    };
+    let plan = plan(&scene(128).bands((0..bands).map(band).collect()), "band_quadrature");
     bencher.bench(|| cpu::radiance(&plan, &Control::default()).expect("a frame"));
 }

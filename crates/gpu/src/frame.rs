@@ -119,7 +119,7 @@ impl Frame {
         };
         let voxel = plan.space().voxel_pc();
         let (per_voxel, fixed) = match plan.stepping() {
-            Stepping::PerVoxel(n) => (n, 0.0),
+            Stepping::PerVoxel(n) | Stepping::Paired(n) => (n, 0.0),
             Stepping::Fixed(n) => (0.0, n as f64),
         };
         let (smallest, largest) = k.iter().fold((f32::MAX, 0.0f32), |(low, high), k| (low.min(*k), high.max(*k)));

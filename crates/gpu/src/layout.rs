@@ -67,6 +67,8 @@ pub struct Shape {
     pub star_march: bool,
     /// Whether dust is noise that is evaluated at every sample.
     pub cloud: bool,
+    /// Whether segments have a sample in their middle.
+    pub middles: bool,
     /// The quads at the head of the tables that all rays ask for at every step.
     pub constants: usize,
 }
@@ -100,6 +102,7 @@ impl Shape {
             many_lights: many_lights::of(plan).map_or(0, |_| weights.many_lights.len()),
             star_march: plan.star_march().is_some(),
             cloud: on_the_fly,
+            middles: plan.stepping().has_middles(),
             constants: 0,
         })
     }
@@ -224,6 +227,8 @@ impl Layout {
         }
         tables.begin("STARS");
         weights.scattered.iter().for_each(|s| tables.place(plan.space().stars[s.star], 0.0));
+        tables.begin("EMITTED");
+        weights.emitted.iter().for_each(|e| tables.list.0.push([e.total, 0.0, 0.0, 0.0]));
         tables.weights(plan, &weights, &largest, shape.room);
         tables.cloud(plan);
         tables.places(plan, &quads, &volumes);

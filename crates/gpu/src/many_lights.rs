@@ -62,7 +62,7 @@ impl Tables {
         let grid = Grid::new(occupied, kernels);
         // A segment is known by its middle.
         let longest = match plan.stepping() {
-            Stepping::PerVoxel(n) => plan.space().voxel_pc() / n,
+            Stepping::PerVoxel(n) | Stepping::Paired(n) => plan.space().voxel_pc() / n,
             Stepping::Fixed(n) => occupied.size().length() / n as f64,
         };
         let mut lists: Vec<Vec<u32>> = vec![Vec::new(); grid.dims.iter().product()];

@@ -119,7 +119,7 @@ fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pa
         ("END_EVERY", END_EVERY),
         ("BAND_TURNS", shape.form.turns.each_band),
         ("TERM_TURNS", shape.form.turns.each_term),
-        ("PART_TURNS", 2 + 2 * shape.quads + 2 * lights),
+        ("PART_TURNS", 2 + 4 * shape.quads + 2 * lights),
         ("STEP_TURNS", 4 + 4 * shape.quads + shape.brick_grids + 2 * lights + shape.bands() * lights * shape.room / END_EVERY),
     ];
     let real = [
@@ -153,6 +153,7 @@ fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pa
         ("HAS_SCATTERED_FIELD", shape.scattered_field.is_some()),
         ("HAS_CLOUD", shape.cloud),
         ("STAR_MARCH", shape.star_march),
+        ("HAS_MIDDLES", shape.middles),
         ("PAUSES", pauses == Pauses::Software),
     ];
     let whole =
@@ -214,6 +215,7 @@ mod tests {
             many_lights: 0,
             star_march: false,
             cloud: false,
+            middles: false,
             constants: 1000,
         };
         let of_forms = FORMS.iter().map(|form| Shape { form, phase: PhaseKind::Spectral, background: true, ..plain.clone() });
@@ -228,6 +230,7 @@ mod tests {
                 ..plain.clone()
             },
             Shape { cloud: true, ..plain.clone() },
+            Shape { middles: true, quads: 4, scattered_field: Some(1), emitter_slots: vec![3], ..plain.clone() },
             Shape { quads: 4, scattered_field: Some(1), ..plain.clone() },
             Shape { quads: 4, star_slots: Vec::new(), scattered_field: Some(1), many_lights: 1000, ..plain.clone() },
             Shape { quads: 4, scattered_field: Some(1), many_lights: 9, phase: PhaseKind::Separable, ..plain.clone() },

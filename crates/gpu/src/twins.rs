@@ -7,6 +7,7 @@ use barnard::packet::{self, LANES, scaled_exp_integrals};
 use barnard::plan::{Options, PhaseEntry, PhaseTable, Plan, near, segment};
 use barnard::scene::Scene;
 use glam::DVec3;
+use spectra::quadrature::integrate;
 use spectra::rule::DepthSpan;
 
 use crate::Gpu;
@@ -81,7 +82,9 @@ fn bind_group_layouts(gpu: &Gpu, quads: usize) -> [wgpu::BindGroupLayout; 2] {
 /// The numbers that `body` makes of each x on the device: it reads `x` and writes `y`.
 fn evaluated(gpu: &Gpu, plan: &Plan, body: &str, asked: &[Numbers]) -> Vec<Numbers> {
     use wgpu::BufferUsages as Use;
-    let layout = Layout::new(plan, quads(plan, 0), false).unwrap();
+    let mut layout = Layout::new(plan, quads(plan, 0), false).unwrap();
+    // Functions that ask for a sample in the middle of a segment are given one.
+    layout.shape.middles = true;
     let volumes = Volumes::new(gpu, plan, &layout, &[]);
     let entry = format!(
         "@group(0) @binding(8) var<storage, read> asked: array<array<f32, {ARGUMENTS}>>;\n@group(0) @binding(9) var<storage, read_write> told: array<array<f32, {ARGUMENTS}>>;\n\
@@ -329,6 +332,41 @@ fn star_depths_marched_again() {
     let star = plan.space().stars[1];
     let body = "y[0] = depth_again(constants[STARS + 1u].xyz, vec3f(x[0], x[1], x[2]));";
     agree(&gpu, plan, body, &[(-1.0, 1.0); 3], 5e-3, |x| vec![plan.space().depth(star, middle + DVec3::new(x[0], x[1], x[2]))]);
+}
+
+#[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
+fn segments_of_two_samples() {
+    let gpu = device();
+    let plan = &plan("");
+    let positive = [(0.1, 2.0); 6];
+    agree(&gpu, plan, "y[0] = twice_the_mean(x[0], x[1], x[2]);", &positive[..3], 1e-6, |x| vec![0.5 * (x[0] + x[2]) + x[1]]);
+    // Linear between three values at 0, 1 and 2.
+    let linear = |[a, b, c]: [f64; 3], t: f64| if t < 1.0 { a + t * (b - a) } else { b + (t - 1.0) * (c - b) };
+    let integral = |f: &dyn Fn(f64) -> f64| integrate(f, 0.0, 1.0, 1e-12) + integrate(f, 1.0, 2.0, 1e-12);
+    let body = "y[0] = mean_over_dust(vec3f(x[0], x[1], x[2]), vec3f(x[3], x[4], x[5]));";
+    agree(&gpu, plan, body, &positive, 1e-6, |x| {
+        let (sigma, value) = ([x[0], x[1], x[2]], [x[3], x[4], x[5]]);
+        vec![integral(&|t| linear(sigma, t) * linear(value, t)) / integral(&|t| linear(sigma, t))]
+    });
+    let sample = |name: &str, dust: usize, gas: usize| {
+        format!(
+            "var {name}: array<vec4f, QUADS>; {name}[DUST_QUAD][DUST_LANE] = x[{dust}]; {name}[EMITTER_SLOTS[0] / 4u][EMITTER_SLOTS[0] % 4u] = x[{gas}];"
+        )
+    };
+    let body = format!(
+        "{} {} {} y[0] = mean_depth_of_gas(StepSpan(0.0, x[6]), 0.25 * x[6] * (x[0] + 2.0 * x[1] + x[2]), &before, &middle, &after);",
+        sample("before", 0, 3),
+        sample("middle", 1, 4),
+        sample("after", 2, 5)
+    );
+    let ranges = [positive[0], positive[1], positive[2], positive[3], positive[4], positive[5], (0.5, 1.5)];
+    agree(&gpu, plan, &body, &ranges, 1e-6, |x| {
+        // What each half sends stands behind half of its own depth.
+        let (first, second) = (0.25 * x[6] * (x[0] + x[1]), 0.25 * x[6] * (x[1] + x[2]));
+        let (early, late) = (x[3] + x[4], x[4] + x[5]);
+        vec![(early * 0.5 * first + late * (first + 0.5 * second)) / (early + late)]
+    });
 }
 
 /// ⟨F⟩ of every form as its rule has it in f64, for a star and for gas, which stand behind each other in all tables.

@@ -3,17 +3,25 @@
 /// The spacing of the samples on a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stepping {
-    /// So many samples in each voxel edge of the finest grid.
+    /// So many samples in each voxel edge of the finest grid, between which densities are linear.
     PerVoxel(f64),
+    /// So many segments in each voxel edge, each with a sample in its middle as well: densities are read twice as finely
+    /// as light is shaded, behind the depth that the segment's light has in the mean.
+    Paired(f64),
     /// So many samples on every ray.
     Fixed(usize),
 }
 
 impl Stepping {
-    /// Samples along so many parsecs.
+    /// Whether segments have a sample in their middle.
+    pub fn has_middles(self) -> bool {
+        matches!(self, Stepping::Paired(_))
+    }
+
+    /// Segments along so many parsecs.
     pub fn steps(self, length_pc: f64, voxel_pc: f64) -> usize {
         match self {
-            Stepping::PerVoxel(n) => (length_pc / voxel_pc * n).ceil().max(1.0) as usize,
+            Stepping::PerVoxel(n) | Stepping::Paired(n) => (length_pc / voxel_pc * n).ceil().max(1.0) as usize,
             Stepping::Fixed(n) => n,
         }
     }
@@ -23,6 +31,7 @@ impl std::fmt::Display for Stepping {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Stepping::PerVoxel(n) => write!(f, "{n} samples a voxel"),
+            Stepping::Paired(n) => write!(f, "{n} segments of two samples a voxel"),
             Stepping::Fixed(n) => write!(f, "{n} samples a ray"),
         }
     }

@@ -165,7 +165,11 @@ fn march_span(state: ptr<function, State>, ray: Ray, near: f32, far: f32, offset
                 }
                 continue;
             }
-            segment(state, ray, step_span, &before, &after);
+            var middle: array<vec4f, QUADS>;
+            if HAS_MIDDLES {
+                middle = sampled(ray.origin + (step_span.start + 0.5 * step_span.length) * ray.direction, &mask, false);
+            }
+            segment(state, ray, step_span, &before, &middle, &after);
             before = after;
             (*state).part += 1.0;
             if PAUSES && turns > frame.size.z {

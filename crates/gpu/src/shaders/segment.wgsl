@@ -35,11 +35,11 @@ fn segment_view(view: StarView, step_span: StepSpan) -> SegmentView {
 
 // Light of one star, scattered in one segment; false where the segment is near to it, and nothing is done.
 // twin: barnard::backend::cpu::shading::scatter
-fn scatter(state: ptr<function, State>, ray: Ray, scatterer: u32, step_span: StepSpan, growth: f32, tilt: f32, depths: vec2f) -> bool {
+fn scatter(state: ptr<function, State>, ray: Ray, scatterer: u32, step_span: StepSpan, growth: f32, sigma: vec3f, depths: vec3f) -> bool {
     let view = star_view(ray, scatterer);
     let seen = segment_view(view, step_span);
-    let middle = (*state).tau + 0.5 * (growth + depths.x + depths.y);
-    let half = 0.5 * (growth + depths.y - depths.x);
+    let middle = fma(0.5, growth, (*state).tau) + mean_over_dust(sigma, depths);
+    let half = 0.5 * (growth + depths.z - depths.x);
     (*state).deepest = max((*state).deepest, middle + abs(half));
     if seen.is_near {
         return false;
@@ -52,6 +52,8 @@ fn scatter(state: ptr<function, State>, ray: Ray, scatterer: u32, step_span: Ste
     // The light at some angles goes as σ/r²; one angle in the middle of the segment, mostly.
     let count = phases(mean * sqrt(view.square) * step_span.length);
     turns += 2u * count;
+    let ends = sigma.x + sigma.z;
+    let tilt = select(0.0, 2.0 * (sigma.z - sigma.x) / max(ends, TINY), ends > 0.0);
     let along = step_span.start - view.foot + 0.5 * step_span.length;
     var total = 0.0;
     var spread = 0.0;
@@ -84,24 +86,23 @@ fn mean_inverse_square(q2: f32, inverse_p: f32) -> f32 {
     return fma(q2, fma(q2, fma(q2, fma(q2, 1.0 / 9.0, -1.0 / 7.0), 1.0 / 5.0), -1.0 / 3.0), 1.0) * inverse_p;
 }
 
-// The depths from a star to both ends of a segment.
-fn star_depths(scatterer: u32, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) -> vec2f {
-    var depths = vec2f(0.0);
+// The depths from a star to the ends of a segment, its middle between them.
+fn star_depths(scatterer: u32, before: ptr<function, array<vec4f, QUADS>>, middle: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) -> vec3f {
+    var depths = vec3f(0.0);
     for (var s = 0u; s < SCATTERERS; s++) { // written out
         if s == scatterer {
-            depths = vec2f((*before)[STAR_SLOTS[s] / 4u][STAR_SLOTS[s] % 4u], (*after)[STAR_SLOTS[s] / 4u][STAR_SLOTS[s] % 4u]);
+            let slot = STAR_SLOTS[s];
+            depths = vec3f((*before)[slot / 4u][slot % 4u], (*middle)[slot / 4u][slot % 4u], (*after)[slot / 4u][slot % 4u]);
         }
     }
     return depths;
 }
 
-fn scatter_stars(state: ptr<function, State>, ray: Ray, step_span: StepSpan, growth: f32, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
-    let a = (*before)[DUST_QUAD][DUST_LANE];
-    let z = (*after)[DUST_QUAD][DUST_LANE];
-    let tilt = 2.0 * (z - a) / (a + z);
+fn scatter_stars(state: ptr<function, State>, ray: Ray, step_span: StepSpan, growth: f32, before: ptr<function, array<vec4f, QUADS>>, middle: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
+    let sigma = vec3f((*before)[DUST_QUAD][DUST_LANE], (*middle)[DUST_QUAD][DUST_LANE], (*after)[DUST_QUAD][DUST_LANE]);
     var all_far = true;
     for (var s = 0u; s < STARS_IN_TURN; s++) { // written out
-        let is_far = scatter(state, ray, s, step_span, growth, tilt, star_depths(s, before, after));
+        let is_far = scatter(state, ray, s, step_span, growth, sigma, star_depths(s, before, middle, after));
         all_far = all_far && is_far;
     }
     if all_far {
@@ -117,7 +118,7 @@ fn scatter_stars(state: ptr<function, State>, ray: Ray, step_span: StepSpan, gro
 
 // Light of one segment that was scattered before.
 // twin: barnard::backend::cpu::shading::scatter_again
-fn scatter_again(state: ptr<function, State>, growth: f32, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
+fn scatter_again(state: ptr<function, State>, growth: f32, before: ptr<function, array<vec4f, QUADS>>, middle: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
     turns += BANDS * BAND_TURNS + TERM_TURNS * frame.counts.x;
     for (var b = 0u; b < BANDS; b++) { // written out
         var sum = 0.0;
@@ -125,24 +126,68 @@ fn scatter_again(state: ptr<function, State>, growth: f32, before: ptr<function,
             let term = FIRST_TERM[b] + t;
             let k = extinction(term);
             let quad = SCATTERED_QUAD + term / 4u;
-            let source = 0.5 * ((*before)[quad][term % 4u] + (*after)[quad][term % 4u]);
+            let source = 0.5 * twice_the_mean((*before)[quad][term % 4u], (*middle)[quad][term % 4u], (*after)[quad][term % 4u]);
             sum = fma(k * source, mean_transmittance(k * ((*state).tau + 0.5 * growth), 0.5 * k * growth), sum);
         }
         (*state).sum[b] = fma(growth, sum, (*state).sum[b]);
     }
 }
 
+// Two times the mean over a segment of what is linear between its samples.
+// twin: barnard::backend::cpu::segment::Segment::twice_the_mean
+fn twice_the_mean(before: f32, middle: f32, after: f32) -> f32 {
+    if HAS_MIDDLES {
+        return fma(0.5, before + after, middle);
+    }
+    return before + after;
+}
+
+// The mean of a value over the light that the dust scatters, given both at the beginning, the middle and the end.
+// twin: barnard::backend::cpu::segment::Segment::mean_over_dust
+fn mean_over_dust(sigma: vec3f, value: vec3f) -> f32 {
+    if !HAS_MIDDLES {
+        return 0.5 * (value.x + value.z);
+    }
+    let all = sigma.x + 2.0 * sigma.y + sigma.z;
+    let sum = fma(sigma.x, 2.0 * value.x + value.y, fma(sigma.y, value.x + 4.0 * value.y + value.z, sigma.z * (value.y + 2.0 * value.z)));
+    return sum / select(1.0, 3.0 * all, all > 0.0);
+}
+
+// The mean depth from a segment's beginning of what all gas sends along it.
+// twin: barnard::backend::cpu::segment::Segment::mean_depth
+fn mean_depth_of_gas(step_span: StepSpan, growth: f32, before: ptr<function, array<vec4f, QUADS>>, middle: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) -> f32 {
+    if !HAS_MIDDLES {
+        return 0.5 * growth;
+    }
+    var all = 0.0;
+    var early = 0.0;
+    for (var e = 0u; e < EMITTERS; e++) { // written out
+        let slot = EMITTER_SLOTS[e];
+        let total = constants[EMITTED + e].x;
+        let first = (*before)[slot / 4u][slot % 4u] + (*middle)[slot / 4u][slot % 4u];
+        all = fma(total, first + (*middle)[slot / 4u][slot % 4u] + (*after)[slot / 4u][slot % 4u], all);
+        early = fma(total, first, early);
+    }
+    let share = select(0.5, early / max(all, TINY), all > 0.0);
+    var first = 0.0;
+    if HAS_DUST {
+        first = 0.25 * step_span.length * ((*before)[DUST_QUAD][DUST_LANE] + (*middle)[DUST_QUAD][DUST_LANE]);
+    }
+    return fma(0.5 * growth, 1.0 - share, 0.5 * first);
+}
+
 // Adds the light of one segment and moves the depth to its end.
 // twin: barnard::backend::cpu::shading::add
-fn segment(state: ptr<function, State>, ray: Ray, step_span: StepSpan, before: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
+fn segment(state: ptr<function, State>, ray: Ray, step_span: StepSpan, before: ptr<function, array<vec4f, QUADS>>, middle: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) {
     var growth = 0.0;
     if HAS_DUST {
-        growth = 0.5 * step_span.length * ((*before)[DUST_QUAD][DUST_LANE] + (*after)[DUST_QUAD][DUST_LANE]);
+        let dust = twice_the_mean((*before)[DUST_QUAD][DUST_LANE], (*middle)[DUST_QUAD][DUST_LANE], (*after)[DUST_QUAD][DUST_LANE]);
+        growth = 0.5 * step_span.length * dust;
         if growth > 0.0 {
             if HAS_FIELD {
                 accumulate_field(state, growth, before, after);
             } else {
-                scatter_stars(state, ray, step_span, growth, before, after);
+                scatter_stars(state, ray, step_span, growth, before, middle, after);
             }
             if MANY_LIGHTS > 0u {
                 let dust = vec2f((*before)[DUST_QUAD][DUST_LANE], (*after)[DUST_QUAD][DUST_LANE]);
@@ -151,15 +196,17 @@ fn segment(state: ptr<function, State>, ray: Ray, step_span: StepSpan, before: p
                 (*state).deepest = max((*state).deepest, (*state).tau + growth + frame.depths.x);
             }
             if HAS_SCATTERED_FIELD {
-                scatter_again(state, growth, before, after);
+                scatter_again(state, growth, before, middle, after);
             }
         }
     }
+    let gas_depth = mean_depth_of_gas(step_span, growth, before, middle, after);
     for (var e = 0u; e < EMITTERS; e++) { // written out
         let slot = EMITTER_SLOTS[e];
-        let light = 0.5 * step_span.length * ((*before)[slot / 4u][slot % 4u] + (*after)[slot / 4u][slot % 4u]);
+        let glow = twice_the_mean((*before)[slot / 4u][slot % 4u], (*middle)[slot / 4u][slot % 4u], (*after)[slot / 4u][slot % 4u]);
+        let light = 0.5 * step_span.length * glow;
         if light > 0.0 {
-            accumulate(state, SCATTERERS + e, vec2f(0.0), light, (*state).tau + 0.5 * growth, 0.5 * growth);
+            accumulate(state, SCATTERERS + e, vec2f(0.0), light, (*state).tau + gas_depth, 0.5 * growth);
         }
     }
     (*state).tau += growth;

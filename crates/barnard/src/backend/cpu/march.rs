@@ -215,6 +215,7 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
     let near_field: Vec<NearStar> = march.near_field.as_ref().map_or_else(Vec::new, |near_field| near_field.beside(state));
     let mut before = vec![[0.0; LANES]; context.slots.count];
     let mut after = before.clone();
+    let mut middle = context.plan.stepping.has_middles().then(|| before.clone());
     sample(context, &cursors, &masks, &state.dt, 0.0, &mut before);
     let mut step = 0;
     while step < steps {
@@ -234,7 +235,10 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
             if let Some(samples) = context.plan.star_march {
                 march.star_depths_again(state, span.end(), samples, &mut after);
             }
-            let segment = Segment::new(context, state, span, &before, &after);
+            if let Some(middle) = &mut middle {
+                sample(context, &cursors, &masks, &state.dt, span.start + 0.5 * length, middle);
+            }
+            let segment = Segment::new(context, state, span, [&before, &after], middle.as_deref());
             shading::add(&segment, context, state, &views, &near_field);
             std::mem::swap(&mut before, &mut after);
         }

@@ -2,7 +2,7 @@
 
 use super::context::Context;
 use super::state::{State, StepSpan};
-use crate::packet::{LANES, Lane, lanes};
+use crate::packet::{LANES, Lane, fma, lanes};
 
 /// One segment of sixteen rays, with what it needs to be shaded.
 pub(super) struct Segment<'a> {
@@ -11,21 +11,76 @@ pub(super) struct Segment<'a> {
     /// What the volumes hold at its two ends, by slots.
     pub before: &'a [Lane],
     pub after: &'a [Lane],
+    /// And in its middle, where it has a sample there.
+    middle: Option<&'a [Lane]>,
     /// The length of the segment on each lane [pc].
     pub length: Lane,
     /// By how much the optical depth at V grows on it \[1\].
     pub growth: Lane,
+    /// By how much it grows before the middle sample, where there is one \[1\].
+    first: Lane,
 }
 
 impl<'a> Segment<'a> {
     /// Makes the segment of a span from what the volumes hold at its ends.
     #[inline(always)]
-    pub fn new(context: &Context, state: &State, span: StepSpan, before: &'a [Lane], after: &'a [Lane]) -> Self {
+    pub fn new(context: &Context, state: &State, span: StepSpan, [before, after]: [&'a [Lane]; 2], middle: Option<&'a [Lane]>) -> Self {
         let length = lanes(|lane| span.length * state.dt[lane]);
-        let growth = match context.slots.dust {
-            Some(dust) => lanes(|lane| 0.5 * length[lane] * (before[dust][lane] + after[dust][lane])),
+        let mut segment = Self { span, before, after, middle, length, growth: [0.0; LANES], first: [0.0; LANES] };
+        if let Some(dust) = context.slots.dust {
+            let twice = segment.twice_the_mean(dust);
+            segment.growth = lanes(|lane| 0.5 * length[lane] * twice[lane]);
+            if let Some(middle) = middle {
+                segment.first = lanes(|lane| 0.25 * length[lane] * (before[dust][lane] + middle[dust][lane]));
+            }
+        }
+        segment
+    }
+
+    /// The mean of what a slot holds over the light that the dust scatters: by σ, both linear between samples.
+    #[inline(always)]
+    pub fn mean_over_dust(&self, slot: usize, dust: usize) -> Lane {
+        let (before, after) = (&self.before[slot], &self.after[slot]);
+        let Some(middle) = self.middle else { return lanes(|lane| 0.5 * (before[lane] + after[lane])) };
+        let (value, sigma) = (&middle[slot], [&self.before[dust], &middle[dust], &self.after[dust]]);
+        lanes(|lane| {
+            let [s0, s1, s2] = sigma.map(|sigma| sigma[lane]);
+            let (v0, v1, v2) = (before[lane], value[lane], after[lane]);
+            let all = s0 + 2.0 * s1 + s2;
+            let sum = fma(s0, 2.0 * v0 + v1, fma(s1, v0 + 4.0 * v1 + v2, s2 * (v1 + 2.0 * v2)));
+            sum / if all > 0.0 { 3.0 * all } else { 1.0 }
+        })
+    }
+
+    /// The mean depth from the segment's beginning of light that is sent along it, given two times what is sent on the
+    /// whole and on the half before the middle sample \[1\].
+    #[inline(always)]
+    pub fn mean_depth(&self, all: &Lane, early: &Lane) -> Lane {
+        if self.middle.is_none() {
+            return lanes(|lane| 0.5 * self.growth[lane]);
+        }
+        lanes(|lane| {
+            let share = if all[lane] > 0.0 { early[lane] / all[lane] } else { 0.5 };
+            fma(0.5 * self.growth[lane], 1.0 - share, 0.5 * self.first[lane])
+        })
+    }
+
+    /// Two times what a slot holds before the middle sample, in parts of the whole segment; nothing without that sample.
+    #[inline(always)]
+    pub fn twice_the_early(&self, slot: usize) -> Lane {
+        match self.middle {
             None => [0.0; LANES],
-        };
-        Self { span, before, after, length, growth }
+            Some(middle) => lanes(|lane| 0.5 * (self.before[slot][lane] + middle[slot][lane])),
+        }
+    }
+
+    /// Two times the mean of what a slot holds, which is linear between the places that are looked at.
+    #[inline(always)]
+    pub fn twice_the_mean(&self, slot: usize) -> Lane {
+        let (before, after) = (&self.before[slot], &self.after[slot]);
+        match self.middle {
+            None => lanes(|lane| before[lane] + after[lane]),
+            Some(middle) => lanes(|lane| fma(0.5, before[lane] + after[lane], middle[slot][lane])),
+        }
     }
 }

@@ -11,8 +11,8 @@ use super::state::{StarView, State};
 use super::tables::Tables;
 use super::terms::{DepthSpan, Terms};
 use crate::packet::{LANES, Lane, fma, lanes, largest};
+use crate::plan::Scatterer;
 use crate::plan::near::{NEAR_ANGLE, NEAR_VOXELS, NearPiece};
-use crate::plan::{Emitter, Scatterer};
 use crate::plan::{near, segment as plan_segment};
 
 /// What a segment holds of a star's light where a mean of 1/r² does: ∫ σ/r² dt, zero on lanes that are close to the
@@ -55,7 +55,8 @@ pub(super) fn add(segment: &Segment, context: &Context, state: &mut State, views
 fn scatter(segment: &Segment, context: &Context, state: &mut State, scatterer: &Scatterer, view: &StarView) {
     let slot = context.slots.stars[scatterer.star];
     let (growth, before, after) = (&segment.growth, &segment.before[slot], &segment.after[slot]);
-    let middle = lanes(|lane| state.tau[lane] + 0.5 * (growth[lane] + before[lane] + after[lane]));
+    let from_star = segment.mean_over_dust(slot, context.slots.dust.unwrap_or(slot));
+    let middle = lanes(|lane| fma(0.5, growth[lane], state.tau[lane]) + from_star[lane]);
     let half = lanes(|lane| 0.5 * (growth[lane] + after[lane] - before[lane]));
     let irradiated = irradiated(segment, context, state, view);
     for lane in 0..LANES {
@@ -184,11 +185,11 @@ fn scatter_close(segment: &Segment, context: &Context, state: &mut State, scatte
 #[inline(always)]
 fn scatter_again(segment: &Segment, context: &Context, state: &mut State) {
     let Terms::Nodes(nodes) = &context.tables.terms else { return };
-    let (growth, before, after) = (&segment.growth, segment.before, segment.after);
+    let growth = &segment.growth;
     let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
     let base = |term: usize| {
-        let slot = context.slots.scattered_field[term];
-        Some(lanes(|lane| 0.5 * nodes.k[term] * growth[lane] * (before[slot][lane] + after[slot][lane])))
+        let twice = segment.twice_the_mean(context.slots.scattered_field[term]);
+        Some(lanes(|lane| 0.5 * nodes.k[term] * growth[lane] * twice[lane]))
     };
     context.tables.terms.accumulate(0, &state.drawn, &span, base, &mut state.sum);
     if context.plan.space.many_lights.is_some() {
@@ -204,20 +205,23 @@ fn scatter_again(segment: &Segment, context: &Context, state: &mut State) {
 /// Adds the light that all species of gas send out along the segment.
 #[inline(always)]
 fn emit(segment: &Segment, context: &Context, state: &mut State) {
-    let (growth, before, after) = (&segment.growth, segment.before, segment.after);
-    let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
-    let glow = |emitter: &Emitter, lane: usize| {
-        let slot = context.slots.species[emitter.species];
-        before[slot][lane] + after[slot][lane]
-    };
+    let growth = &segment.growth;
     let Tables { terms, weights, .. } = context.tables;
-    if terms.are_shared() {
-        let mut all = [0.0; LANES];
-        for emitter in &weights.emitted {
-            for lane in 0..LANES {
-                all[lane] += glow(emitter, lane);
-            }
+    let mut glows: SmallVec<[Lane; 8]> = SmallVec::new();
+    // All that the species send through all bands, and that on the way to the middle sample.
+    let (mut all, mut early) = ([0.0; LANES], [0.0; LANES]);
+    for emitter in &weights.emitted {
+        let slot = context.slots.species[emitter.species];
+        let (glow, own) = (segment.twice_the_mean(slot), segment.twice_the_early(slot));
+        for lane in 0..LANES {
+            all[lane] = fma(emitter.total, glow[lane], all[lane]);
+            early[lane] = fma(emitter.total, own[lane], early[lane]);
         }
+        glows.push(glow);
+    }
+    let depth = segment.mean_depth(&all, &early);
+    let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + depth[lane]), half: scaled(growth, 0.5) };
+    if terms.are_shared() {
         if largest(&all) <= 0.0 {
             return;
         }
@@ -226,10 +230,10 @@ fn emit(segment: &Segment, context: &Context, state: &mut State) {
         let mut bases: SmallVec<[Option<Lane>; 8]> = SmallVec::new();
         for term in 0..weights.band_of.len() {
             let mut base = None;
-            for emitter in weights.emitted.iter().filter(|emitter| emitter.weights[term] != 0.0) {
+            for (emitter, glow) in weights.emitted.iter().zip(&glows).filter(|(emitter, _)| emitter.weights[term] != 0.0) {
                 let base = base.get_or_insert([0.0; LANES]);
                 for lane in 0..LANES {
-                    base[lane] = fma(emitter.weights[term], half[lane] * glow(emitter, lane), base[lane]);
+                    base[lane] = fma(emitter.weights[term], half[lane] * glow[lane], base[lane]);
                 }
             }
             bases.push(base);
@@ -237,8 +241,8 @@ fn emit(segment: &Segment, context: &Context, state: &mut State) {
         terms.accumulate(0, &state.drawn, &span, |term| bases[term], &mut state.sum);
         return;
     }
-    for emitter in &weights.emitted {
-        let base = lanes(|lane| 0.5 * segment.length[lane] * glow(emitter, lane));
+    for (emitter, glow) in weights.emitted.iter().zip(&glows) {
+        let base = lanes(|lane| 0.5 * segment.length[lane] * glow[lane]);
         if largest(&base) > 0.0 {
             let of_term = |term: usize| (emitter.weights[term] != 0.0).then(|| scaled(&base, emitter.weights[term]));
             terms.accumulate(emitter.light, &state.drawn, &span, of_term, &mut state.sum);

@@ -38,6 +38,37 @@ struct Step<'a> {
     segment: Segment,
     before: Sample<'a>,
     after: Sample<'a>,
+    middle: Option<Sample<'a>>,
+    /// The mean depth from its beginning of what all species of gas send along it \[1\].
+    gas_depth: f64,
+}
+
+impl Step<'_> {
+    /// The mean of a value over the light that the dust scatters: by σ, both linear between the places that are looked
+    /// at.
+    fn mean_over_dust(&self, value: impl Fn(&Sample) -> f64) -> f64 {
+        let Some(middle) = &self.middle else { return self.mean(value) };
+        let [s0, s1, s2] = [&self.before, middle, &self.after].map(|sample| sample.sigma);
+        let [v0, v1, v2] = [&self.before, middle, &self.after].map(value);
+        let sum = s0 * (2.0 * v0 + v1) + s1 * (v0 + 4.0 * v1 + v2) + s2 * (v1 + 2.0 * v2);
+        sum / (3.0 * (s0 + 2.0 * s1 + s2)).max(f64::MIN_POSITIVE)
+    }
+
+    /// The mean depth from its beginning of light that is sent along it as `sent` says \[1\].
+    fn mean_depth(&self, sent: impl Fn(&Sample) -> f64) -> f64 {
+        let (growth, Some(middle)) = (self.segment.growth, &self.middle) else { return 0.5 * self.segment.growth };
+        let [s0, s1, s2] = [&self.before, middle, &self.after].map(sent);
+        let all = s0 + 2.0 * s1 + s2;
+        let early = if all > 0.0 { (s0 + s1) / all } else { 0.5 };
+        let first = 0.25 * self.segment.length() * (self.before.sigma + middle.sigma);
+        0.5 * (growth * (1.0 - early) + first)
+    }
+
+    /// The mean of a value over it, which is linear between the places that are looked at.
+    fn mean(&self, value: impl Fn(&Sample) -> f64) -> f64 {
+        let ends = value(&self.before) + value(&self.after);
+        self.middle.as_ref().map_or(0.5 * ends, |middle| 0.25 * ends + 0.5 * value(middle))
+    }
 }
 
 /// The factor by which an exact march takes more pieces near a star than back ends do.
@@ -90,15 +121,25 @@ impl RayMarch<'_> {
             let samples = Samples::of_fields(space, ray, &steps, &places, self.columns);
             (own, samples)
         } else {
-            let (own, places) = steps.at_ends();
+            let (own, places) = if self.stepping.has_middles() { steps.at_ends_and_middles() } else { steps.at_ends() };
             let samples = Samples::of_volumes(space, ray, &places, self.columns);
             (own, samples)
         };
+        let gas: Vec<(usize, f64)> = sources
+            .iter()
+            .filter_map(|(light, source)| match source {
+                Source::Gas { species } => Some((*species, self.spectral.total(*light))),
+                Source::Star { .. } => None,
+            })
+            .collect();
         let mut tau = 0.0;
         for looked in steps {
             let (from, to, before, after) = (looked.from, looked.to, samples.at(looked.before), samples.at(looked.after));
-            let growth = 0.5 * (to - from) * (before.sigma + after.sigma);
-            let step = Step { segment: Segment { from, to, tau, growth }, before, after };
+            let middle = looked.middle.map(|middle| samples.at(middle));
+            let mut step = Step { segment: Segment { from, to, tau, growth: 0.0 }, before, after, middle, gas_depth: 0.0 };
+            let growth = (to - from) * step.mean(|sample| sample.sigma);
+            step.segment.growth = growth;
+            step.gas_depth = step.mean_depth(|sample| gas.iter().map(|(species, total)| total * sample.emission[*species]).sum());
             for (light, source) in &sources {
                 self.shine(*light, source, &step, eye);
             }
@@ -152,10 +193,10 @@ impl RayMarch<'_> {
             Source::Star { star, seen } if step.segment.growth > 0.0 => self.scatter(light, *star, *seen, step, eye),
             Source::Star { .. } => {}
             Source::Gas { species } => {
-                let emission = step.before.emission[*species] + step.after.emission[*species];
-                let density = 0.5 * step.segment.length() * emission;
+                let density = step.segment.length() * step.mean(|sample| sample.emission[*species]);
                 if density > 0.0 {
-                    eye.light(light, density, step.segment.depths());
+                    let (tau, half) = (step.segment.tau + step.gas_depth, 0.5 * step.segment.growth);
+                    eye.light(light, density, DepthSpan { from: tau - half, to: tau + half });
                 }
             }
         }
@@ -163,7 +204,7 @@ impl RayMarch<'_> {
 
     /// Light of one star that one step scatters.
     fn scatter(&self, light: usize, star: usize, seen: usize, step: &Step, eye: &mut impl Eye) {
-        let Step { segment, before, after } = step;
+        let Step { segment, before, after, .. } = step;
         let Segment { from, to, tau, growth } = *segment;
         let (space, spectral, ray, length) = (self.space, self.spectral, self.ray, segment.length());
         let position = space.stars[star];
@@ -189,11 +230,15 @@ impl RayMarch<'_> {
         let sample = |j: usize| {
             let u = u0 + length * (j as f64 + 0.5) / phases as f64;
             let r2 = b * b + u * u;
-            let share = before.sigma + (after.sigma - before.sigma) * (j as f64 + 0.5) / phases as f64;
+            let ends = before.sigma + after.sigma;
+            let tilt = if ends > 0.0 { 2.0 * (after.sigma - before.sigma) / ends } else { 0.0 };
+            let share = 1.0 + tilt * ((j as f64 + 0.5) / phases as f64 - 0.5);
             (share * spectral.phase_factor(-u / r2.sqrt()) / r2, 1.0 / r2)
         };
         let (sum, weight) = (0..phases).map(sample).fold((0.0, 0.0), |(s, w), (p, v)| (s + p, w + v));
-        let depths = DepthSpan { from: tau + before.depths[seen], to: tau + growth + after.depths[seen] };
-        eye.light(light, scattering * sum / (weight * 0.5 * (before.sigma + after.sigma)), depths);
+        let middle = tau + 0.5 * growth + step.mean_over_dust(|sample| sample.depths[seen]);
+        let half = 0.5 * (growth + after.depths[seen] - before.depths[seen]);
+        let depths = DepthSpan { from: middle - half, to: middle + half };
+        eye.light(light, scattering * sum / weight, depths);
     }
 }

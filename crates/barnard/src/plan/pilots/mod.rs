@@ -218,7 +218,10 @@ mod tests {
 
     use super::*;
     use crate::plan::{Options, Plan};
-    use crate::scene::Method;
+    use spectra::spectrum::{Line, Spectrum};
+
+    use crate::field::Plummer;
+    use crate::scene::{Emission, Method};
     use crate::test_scenes::{ball, dust, on_axis, scene, star};
 
     /// Pilots that keep no star depths march as those that do, bit by bit: by the fields themselves, and by the plan's
@@ -242,6 +245,48 @@ mod tests {
                 let (first, second) = (light(&kept), light(&kept));
                 assert!(first == second && first == light(&not_kept) && first[0] > 0.0, "{first:?} {second:?}");
             }
+        }
+    }
+
+    /// Dust and gas that thicken inwards, with a star inside, seen by a camera of so many degrees and pixels.
+    fn glowing_cloud(degrees: f64, size: (usize, usize)) -> Plan {
+        let ball = |core: f64| Plummer::new(DVec3::ZERO, core).unwrap().cut(1.0).unwrap();
+        let gas = Emission::new(ball(0.2), Spectrum::of_lines(vec![Line { lambda_um: 0.55, strength: 1e-20 }]));
+        let scene = scene(on_axis(4.0, degrees, size), 20).dust(dust(ball(0.4), "ccm89", 6.0)).emission(gas);
+        let scene = scene.star(star(9000.0, 1.0, DVec3::new(0.45, 0.4, -0.2)));
+        Plan::sampled(&scene, &Options::default(), 16, &Control::default()).unwrap()
+    }
+
+    /// Segments of two samples are nearly as good as twice as many of one, and far better than as many.
+    #[test]
+    fn middles_are_worth_their_samples() {
+        let plan = glowing_cloud(20.0, (24, 24));
+        let shading = Shading::new(plan.spectral(), plan.lights());
+        let pilots: Vec<Pilot> =
+            (0..24 * 24).map(|i| Pilot::new(plan.space(), plan.camera().ray((i % 24) as f64 + 0.5, (i / 24) as f64 + 0.5), 1.0)).collect();
+        let by = |stepping| -> Vec<Vec<f64>> { pilots.iter().map(|p| march(plan.space(), &shading, p, stepping, false)).collect() };
+        let truth = by(Stepping::PerVoxel(40.0));
+        let error = |stepping| relative_error(&by(stepping), &truth, &pilots);
+        for n in [1.0, 2.0] {
+            let [paired, twice, single] = [Stepping::Paired(n), Stepping::PerVoxel(2.0 * n), Stepping::PerVoxel(n)].map(error);
+            assert!(paired < 2.0 * twice && paired < 0.5 * single, "{n}: {paired:e} {twice:e} {single:e}");
+        }
+    }
+
+    /// The processor marches such segments as pilots do.
+    #[test]
+    fn the_processor_pairs_samples_as_pilots_do() {
+        // So narrow that all rays of a packet are one.
+        let mut plan = glowing_cloud(1e-4, (1, 1));
+        let shading_of = |plan: &Plan, stepping| {
+            let shading = Shading::new(plan.spectral(), plan.lights());
+            march(plan.space(), &shading, &Pilot::new(plan.space(), plan.camera().ray(0.5, 0.5), 1.0), stepping, false)[0]
+        };
+        for (stepping, other) in [(Stepping::Paired(1.0), Stepping::PerVoxel(1.0)), (Stepping::PerVoxel(1.0), Stepping::Paired(1.0))] {
+            plan.stepping = stepping;
+            let own = f64::from(crate::backend::cpu::radiance(&plan, &Control::default()).unwrap().0[0]);
+            let (truth, wrong) = (shading_of(&plan, stepping), shading_of(&plan, other));
+            assert!((own / truth - 1.0).abs() < 2e-6 && (own / wrong - 1.0).abs() > 2e-5, "{stepping}: {own:e} {truth:e} {wrong:e}");
         }
     }
 }

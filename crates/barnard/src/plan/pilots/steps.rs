@@ -43,14 +43,29 @@ pub(super) struct Step {
     pub(super) to: f64,
     pub(super) before: usize,
     pub(super) after: usize,
+    /// And for its middle, where that is looked at.
+    pub(super) middle: Option<usize>,
 }
 
 impl Steps {
     /// The steps with the places at which they are looked at \[pc\]: the ends themselves.
     pub(super) fn at_ends(&self) -> (Vec<Step>, Vec<f64>) {
         let places = std::iter::once(self.near).chain(self.ends.iter().map(|end| end.t)).collect::<Vec<f64>>();
-        let step = |(i, ends): (usize, &[f64])| Step { from: ends[0], to: ends[1], before: i, after: i + 1 };
+        let step = |(i, ends): (usize, &[f64])| Step { from: ends[0], to: ends[1], before: i, after: i + 1, middle: None };
         (places.windows(2).enumerate().map(step).collect(), places)
+    }
+
+    /// The steps with the places at which they are looked at \[pc\]: the ends, and the middles between them.
+    pub(super) fn at_ends_and_middles(&self) -> (Vec<Step>, Vec<f64>) {
+        let (mut steps, mut places) = (Vec::with_capacity(self.ends.len()), vec![self.near]);
+        let mut from = self.near;
+        for End { t, .. } in &self.ends {
+            let before = places.len() - 1;
+            places.extend([0.5 * (from + t), *t]);
+            steps.push(Step { from, to: *t, before, after: before + 2, middle: Some(before + 1) });
+            from = *t;
+        }
+        (steps, places)
     }
 
     /// The steps with the places at which they are looked at \[pc\]: the ends where fields go on, and a little within on
@@ -66,7 +81,7 @@ impl Steps {
             let before = places.len() - 1;
             jump = end.jump || i + 1 == self.ends.len();
             places.push(if jump { end.t - margin } else { end.t });
-            steps.push(Step { from, to: end.t, before, after: places.len() - 1 });
+            steps.push(Step { from, to: end.t, before, after: places.len() - 1, middle: None });
             from = end.t;
         }
         (steps, places)

@@ -151,6 +151,11 @@ impl SpectralPlan {
         Ok(())
     }
 
+    /// What a light sends through all bands without dust.
+    pub(crate) fn total(&self, light: usize) -> f64 {
+        self.bands.iter().map(|band| band.sources[light].measure.total()).sum()
+    }
+
     /// Nodes of all bands, or bands of a lookup.
     pub fn terms(&self) -> usize {
         self.bands.iter().map(BandPlan::terms).sum()

@@ -23,6 +23,8 @@ pub struct Emitter {
     pub light: usize,
     /// The number of the species in the scene.
     pub species: usize,
+    /// What it sends through all bands in parts of what any species sends \[1\].
+    pub total: f32,
     /// The weight of each term.
     pub weights: Vec<f32>,
 }
@@ -50,6 +52,8 @@ impl Weights {
         let isotropic = if spectral.phase.is_some() { 1.0 } else { 1.0 / spectra::constants::SPHERE as f32 };
         let (mut scattered, mut emitted, mut background) = (Vec::new(), Vec::new(), None);
         let many_lights = plan.space.many_lights.as_deref();
+        let gas = plan.lights.iter().enumerate().filter(|(_, light)| matches!(light.route, Route::Emitted { .. }));
+        let brightest_gas = gas.map(|(light, _)| spectral.total(light)).fold(f64::MIN_POSITIVE, f64::max);
         let mut of_many = vec![Vec::new(); plan.space.stars.len()];
         for (light, l) in plan.lights.iter().enumerate() {
             match l.route {
@@ -62,7 +66,10 @@ impl Weights {
                     let brightest = brightest(plan, light, &weights);
                     scattered.push(Scatterer { light, star, weights, brightest });
                 }
-                Route::Emitted { species } => emitted.push(Emitter { light, species, weights: weights(plan, light) }),
+                Route::Emitted { species } => {
+                    let total = spectral.total(light) / brightest_gas;
+                    emitted.push(Emitter { light, species, total: total as f32, weights: weights(plan, light) });
+                }
                 Route::Background => background = Some(light),
                 Route::Direct { .. } | Route::FieldStar { .. } => {}
             }
