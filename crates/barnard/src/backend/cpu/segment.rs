@@ -42,14 +42,16 @@ impl<'a> Segment<'a> {
     pub fn mean_over_dust(&self, slot: usize, dust: usize) -> Lane {
         let (before, after) = (&self.before[slot], &self.after[slot]);
         let Some(middle) = self.middle else { return lanes(|lane| 0.5 * (before[lane] + after[lane])) };
-        let (value, sigma) = (&middle[slot], [&self.before[dust], &middle[dust], &self.after[dust]]);
-        lanes(|lane| {
-            let [s0, s1, s2] = sigma.map(|sigma| sigma[lane]);
-            let (v0, v1, v2) = (before[lane], value[lane], after[lane]);
-            let all = s0 + 2.0 * s1 + s2;
-            let sum = fma(s0, 2.0 * v0 + v1, fma(s1, v0 + 4.0 * v1 + v2, s2 * (v1 + 2.0 * v2)));
-            sum / if all > 0.0 { 3.0 * all } else { 1.0 }
-        })
+        let [s0, s1, s2] = [&self.before[dust], &middle[dust], &self.after[dust]];
+        let (v0, v1, v2) = (before, &middle[slot], after);
+        let mut mean = [0.0; LANES];
+        for lane in 0..LANES {
+            let all = fma(2.0, s1[lane], s0[lane] + s2[lane]);
+            let ends = fma(s0[lane], fma(2.0, v0[lane], v1[lane]), s2[lane] * fma(2.0, v2[lane], v1[lane]));
+            let sum = fma(s1[lane], fma(4.0, v1[lane], v0[lane] + v2[lane]), ends);
+            mean[lane] = sum / if all > 0.0 { 3.0 * all } else { 1.0 };
+        }
+        mean
     }
 
     /// The mean depth from the segment's beginning of light that is sent along it, given two times what is sent on the
@@ -59,10 +61,12 @@ impl<'a> Segment<'a> {
         if self.middle.is_none() {
             return lanes(|lane| 0.5 * self.growth[lane]);
         }
-        lanes(|lane| {
-            let share = if all[lane] > 0.0 { early[lane] / all[lane] } else { 0.5 };
-            fma(0.5 * self.growth[lane], 1.0 - share, 0.5 * self.first[lane])
-        })
+        let mut depth = [0.0; LANES];
+        for lane in 0..LANES {
+            let share = early[lane] / if all[lane] > 0.0 { all[lane] } else { 1.0 };
+            depth[lane] = fma(0.5 * self.growth[lane], 1.0 - share, 0.5 * self.first[lane]);
+        }
+        depth
     }
 
     /// Two times what a slot holds before the middle sample, in parts of the whole segment; nothing without that sample.
