@@ -43,7 +43,8 @@ fn pictures_are_those_of_the_processor() {
     }
 }
 
-/// Gas that ends within the dust, a background, spectral and forward scattering, far and near cameras: each by itself.
+/// Gas that ends within the dust, a background, spectral and forward scattering, far and near cameras: each by itself,
+/// with a sample in each segment and with two.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn each_part_is_that_of_the_processor() {
@@ -73,12 +74,15 @@ fn each_part_is_that_of_the_processor() {
         ("dark", format!("{CAMERA}{DUST}{method}")),
     ] {
         let mut scene = parsed(&text);
-        let plan = plan(&mut scene, 24).with_stepping(FINE);
-        let theirs = cpu::radiance(&plan, &Control::default()).unwrap().0;
-        let ours = on(&gpu, &plan).0;
-        let wrong = difference(&plan, &ours, &theirs);
-        assert!(wrong < TOLERANCE, "{name}: {wrong:e}");
-        assert_eq!(name == "dark", theirs.iter().all(|v| *v == 0.0), "{name}");
+        let planned = plan(&mut scene, 24);
+        for stepping in [FINE, Stepping::Paired(5.0)] {
+            let plan = planned.clone().with_stepping(stepping);
+            let theirs = cpu::radiance(&plan, &Control::default()).unwrap().0;
+            let ours = on(&gpu, &plan).0;
+            let wrong = difference(&plan, &ours, &theirs);
+            assert!(wrong < TOLERANCE, "{name}, {stepping}: {wrong:e}");
+            assert_eq!(name == "dark", theirs.iter().all(|v| *v == 0.0), "{name}");
+        }
     }
 }
 
