@@ -13,7 +13,7 @@ import sys
 SCENES = ["barres_neyret", "barres_neyret_six_stars"]
 METHODS = ["fixed_wavelength", "band_quadrature", "projection", "lookup"]
 DEVICES = {"rx6800": "AMD RX 6800 (ACO)", "a100": "NVIDIA A100 (NAK)"}
-# Most of each that the six-star march of the default method may take: what it took when this was written, and a tenth more.
+# Most that the six-star march of the default method may take: what it took when this was written, and a tenth more.
 BOUNDS = {
     ("rx6800", "VGPRs"): 88,
     ("rx6800", "Instructions"): 3150,

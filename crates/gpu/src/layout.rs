@@ -1,8 +1,8 @@
 //! A plan as a shader reads it: flat tables, and the shape that is printed into the source.
 //!
 //! Places are seen from the middle of the occupied box, so that f32 is finest where the light is. Channels are stored
-//! in f16 as parts of the largest value of each, four to a texture. What all rays ask for at every step stands first, phase
-//! tables stand last: an edit of a spectrum that needs no other number of terms changes numbers, not the shape.
+//! in f16 as parts of the largest value of each, four to a texture. What all rays ask for at every step stands first,
+//! phase tables stand last: an edit of a spectrum that needs no other number of terms changes numbers, not the shape.
 
 use std::sync::Arc;
 

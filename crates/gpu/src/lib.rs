@@ -3,9 +3,9 @@
 //! [`Gpu`] is a device, [`OnDevice`] a back end on it, [`Renderer`] a plan that stays on the device while it changes.
 //! `layout` turns a plan into flat tables and the shape of a shader, `forms` adds what the plan's spectral rule needs,
 //! `frame` what changes from picture to picture; `shader` prints the shape in front of `shaders/*.wgsl`, `written_out`
-//! their loops, `textures` uploads volumes, `resources` what fits, `pipelines` compiles, `march` keeps a plan on the device, dispatches strips of rows and reads them
-//! back, `resolve` makes display colours of them, `sweep` the depths of a star that has moved, `ordinates` light that
-//! is scattered more than once. Twins: a function of a shader names the Rust function that it repeats.
+//! their loops, `pipelines` compiles them, `textures` uploads volumes, `resources` what fits, `march` keeps a plan on
+//! the device, dispatches strips of rows and reads them back, `resolve` makes display colours of them, `sweep` the
+//! depths of a star that has moved, `ordinates` light that is scattered more than once. Twins: a function of a shader names the Rust function that it repeats.
 
 mod backend;
 #[cfg(test)]

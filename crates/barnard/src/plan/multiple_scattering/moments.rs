@@ -21,7 +21,7 @@ impl Moments {
     /// The moments where there is no light.
     pub fn dark(cells: usize, count: usize) -> Self {
         let mut dark = Self { count, data: vec![[0.0; WIDTH]; cells * count] };
-        // Memory that is read before it is written is found twice, and all threads must hear of it: a quarter of a solution.
+        // Memory that is read before it is written is found twice, and all threads must hear of it.
         dark.darken();
         dark
     }

@@ -215,12 +215,11 @@ fn march(space: &SpatialPlan, shading: &Shading, pilot: &Pilot, stepping: Steppi
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
-
-    use super::*;
-    use crate::plan::{Options, Plan};
     use spectra::spectrum::{Line, Spectrum};
 
+    use super::*;
     use crate::field::Plummer;
+    use crate::plan::{Options, Plan};
     use crate::scene::{Emission, Method};
     use crate::test_scenes::{ball, dust, on_axis, scene, star};
 
