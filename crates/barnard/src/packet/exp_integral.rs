@@ -14,7 +14,7 @@ pub const EULER: f32 = 0.577_215_7;
 pub fn scaled_exp_integrals(x: &Lane, out: &mut [Lane]) {
     let count = out.len();
     // The order from which the recurrence is run up and down.
-    let start = lanes(|lane| {
+    let start = lanes!(|lane| {
         let above = x[lane].ceil();
         if above <= 1.0 {
             1.0
@@ -31,24 +31,24 @@ pub fn scaled_exp_integrals(x: &Lane, out: &mut [Lane]) {
             sum[lane] -= term[lane] / m as f32;
         }
     }
-    let mut tail = lanes(|lane| x[lane] + start[lane] + 2.0 * EXP_INTEGRAL_LEVELS as f32);
+    let mut tail = lanes!(|lane| x[lane] + start[lane] + 2.0 * EXP_INTEGRAL_LEVELS as f32);
     for i in (1..=EXP_INTEGRAL_LEVELS).rev() {
         let i = i as f32;
         for lane in 0..LANES {
             tail[lane] = x[lane] + start[lane] + 2.0 * (i - 1.0) - i * (start[lane] - 1.0 + i) / tail[lane];
         }
     }
-    let first = lanes(|lane| {
+    let first = lanes!(|lane| {
         let inside = if x[lane] <= 1.0 { x[lane] } else { 1.0 };
         let series = exp(inside) * (sum[lane] - EULER - ln(inside));
         if x[lane] <= 1.0 { series } else { 1.0 / tail[lane] }
     });
     out[0] = first;
     for n in 1..count {
-        out[n] = lanes(|lane| if n as f32 >= start[lane] { (1.0 - x[lane] * out[n - 1][lane]) / n as f32 } else { first[lane] });
+        out[n] = lanes!(|lane| if n as f32 >= start[lane] { (1.0 - x[lane] * out[n - 1][lane]) / n as f32 } else { first[lane] });
     }
     for n in (1..count).rev() {
-        out[n - 1] = lanes(|lane| if (n as f32) < start[lane] { (1.0 - n as f32 * out[n][lane]) / x[lane] } else { out[n - 1][lane] });
+        out[n - 1] = lanes!(|lane| if (n as f32) < start[lane] { (1.0 - n as f32 * out[n][lane]) / x[lane] } else { out[n - 1][lane] });
     }
 }
 
@@ -62,7 +62,7 @@ mod tests {
         const N: usize = 12;
         let mut worst = 0.0f64;
         for i in 0..4000 {
-            let x: Lane = lanes(|lane| 10f32.powf(-6.0 + 9.0 * (16 * i + lane) as f32 / 64_000.0));
+            let x: Lane = lanes!(|lane| 10f32.powf(-6.0 + 9.0 * (16 * i + lane) as f32 / 64_000.0));
             let mut out = [[0.0; LANES]; N];
             scaled_exp_integrals(&x, &mut out);
             for lane in 0..LANES {

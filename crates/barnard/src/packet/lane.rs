@@ -62,15 +62,19 @@ pub fn mean_transmittance(middle: f32, y: f32) -> f32 {
     (exp(y - middle) - exp(-y - middle)) / (2.0 * y)
 }
 
-/// Evaluates f for each lane.
-#[inline(always)]
-pub fn lanes(mut f: impl FnMut(usize) -> f32) -> Lane {
-    let mut lane = [0.0; LANES];
-    for (i, v) in lane.iter_mut().enumerate() {
-        *v = f(i);
-    }
-    lane
+/// A number for each lane: `lanes!(|lane| 2.0 * x[lane])`. A loop where it stands and no function of a closure, which
+/// may not be inlined into what `multiversion` compiles for a machine, and then calls libm for each `fma`.
+macro_rules! lanes {
+    (|$lane:ident| $value:expr) => {{
+        let mut values = [0.0; $crate::packet::LANES];
+        #[allow(clippy::needless_range_loop)]
+        for $lane in 0..$crate::packet::LANES {
+            values[$lane] = $value;
+        }
+        values
+    }};
 }
+pub(crate) use lanes;
 
 /// A place in a row of cells.
 #[derive(Debug, Clone, Copy, Default)]

@@ -9,6 +9,7 @@ mod track;
 
 pub use exp_integral::{EULER, EXP_INTEGRAL_LEVELS, EXP_INTEGRAL_TERMS, scaled_exp_integrals};
 pub use fetch::Cursor;
-pub use lane::{LANES, Lane, Place, SERIES_LIMIT, exp, fma, lanes, largest, ln, mean_transmittance, place, sinhc};
+pub(crate) use lane::lanes;
+pub use lane::{LANES, Lane, Place, SERIES_LIMIT, exp, fma, largest, ln, mean_transmittance, place, sinhc};
 pub use quads::{four, lerp};
 pub use track::Track;

@@ -14,11 +14,11 @@ pub fn depths_of(dust: &Volume, star: DVec3, places: &[DVec3; LANES], steps: usi
     let rays: [(Ray, f64); LANES] = std::array::from_fn(|lane| Ray::between(star, places[lane]));
     let inside = |lane: usize| dust.inner.bounds.clip(&rays[lane].0).map_or((0.0, 0.0), |(near, far)| (near, far.min(rays[lane].1)));
     let spans: [(f64, f64); LANES] = std::array::from_fn(inside);
-    let dt = lanes(|lane| (spans[lane].1 - spans[lane].0).max(0.0) as f32 / steps as f32);
+    let dt = lanes!(|lane| (spans[lane].1 - spans[lane].0).max(0.0) as f32 / steps as f32);
     let cursor = Cursor::new(dust, &std::array::from_fn(|lane| rays[lane].0), &std::array::from_fn(|lane| spans[lane].0));
     let mut sum = [0.0; LANES];
     for step in 0..steps {
-        let t = lanes(|lane| (step as f32 + 0.5) * dt[lane]);
+        let t = lanes!(|lane| (step as f32 + 0.5) * dt[lane]);
         let mut values = [[0.0; LANES]; MAX_CHANNELS];
         cursor.read(&t, &mut values);
         for lane in 0..LANES {
@@ -28,5 +28,5 @@ pub fn depths_of(dust: &Volume, star: DVec3, places: &[DVec3; LANES], steps: usi
             break;
         }
     }
-    lanes(|lane| if sum[lane] > OPAQUE as f32 { OPAQUE as f32 } else { sum[lane] })
+    lanes!(|lane| if sum[lane] > OPAQUE as f32 { OPAQUE as f32 } else { sum[lane] })
 }

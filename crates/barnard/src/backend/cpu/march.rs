@@ -84,7 +84,7 @@ impl<'a> March<'a> {
                 let steps =
                     |lane: usize| self.context.plan.stepping.steps(length(lane), self.context.plan.space.voxel_along(rays[lane].direction));
                 let steps = (0..LANES).filter(|lane| length(*lane) > 0.0).map(steps).max().unwrap_or(1);
-                state.dt = lanes(|lane| (length(lane) / steps as f64) as f32);
+                state.dt = lanes!(|lane| (length(lane) / steps as f64) as f32);
                 state.span = span;
                 march_span(self, &mut state, steps);
             }
@@ -117,8 +117,8 @@ impl<'a> March<'a> {
     fn star_view(&self, star: usize, state: &State) -> StarView {
         let place = self.context.plan.space.stars[star];
         let foot = |lane: usize| (place - state.rays[lane].origin).dot(state.rays[lane].direction);
-        let foot_of = lanes(|lane| (foot(lane) - state.span.0[lane]) as f32);
-        let distance = lanes(|lane| (place - state.rays[lane].at(foot(lane))).length() as f32);
+        let foot_of = lanes!(|lane| (foot(lane) - state.span.0[lane]) as f32);
+        let distance = lanes!(|lane| (place - state.rays[lane].at(foot(lane))).length() as f32);
         let long = |lane: usize| {
             let (b, dt) = (distance[lane], state.dt[lane]);
             let reach = ((dt / PART_DISTANCE as f32).powi(2) - b * b).max(0.0).sqrt();
@@ -145,7 +145,7 @@ impl<'a> March<'a> {
     fn masks(&self, state: &State) -> Vec<Option<Lane>> {
         let middle = |lane: usize| state.rays[lane].at(0.5 * (state.span.0[lane] + state.span.1[lane]));
         let mask = |v: &Volume| {
-            let mask = lanes(|lane| f32::from(u8::from(v.inner.bounds.contains(middle(lane)))));
+            let mask = lanes!(|lane| f32::from(u8::from(v.inner.bounds.contains(middle(lane)))));
             mask.contains(&0.0).then_some(mask)
         };
         self.context.plan.volumes().map(mask).collect()
@@ -195,7 +195,7 @@ impl<'a> March<'a> {
 
     /// Bound of ∫ σ dt/r² over the rest of the span.
     fn rest_of_star(&self, state: &State, view: &StarView, steps: usize) -> Lane {
-        lanes(|lane| {
+        lanes!(|lane| {
             let b = view.distance[lane].max(1e-6);
             let here = steps as f32 * state.dt[lane] - view.foot[lane];
             let end = (state.span.1[lane] - state.span.0[lane]) as f32 - view.foot[lane];
@@ -252,7 +252,7 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
 /// Reads all channels at a number of steps into the span.
 #[inline(always)]
 fn sample(context: &Context, cursors: &[Cursor], masks: &[Option<Lane>], dt: &Lane, steps: f32, out: &mut [Lane]) {
-    let t = lanes(|lane| steps * dt[lane]);
+    let t = lanes!(|lane| steps * dt[lane]);
     for ((cursor, mask), first) in cursors.iter().zip(masks).zip(&context.slots.first) {
         let end = out.len().min(first + crate::volume::MAX_CHANNELS);
         let own = &mut out[*first..end];

@@ -87,11 +87,11 @@ impl<'a> NearField<'a> {
     fn near_star(&self, state: &State, star: usize) -> Option<NearStar<'a>> {
         let place = self.many_lights.places[star];
         let along = |lane: usize| (place - state.rays[lane].origin).dot(state.rays[lane].direction);
-        let foot = lanes(|lane| (along(lane) - state.span.0[lane]) as f32);
-        let distance = lanes(|lane| (place - state.rays[lane].at(along(lane))).length().max(CLOSEST) as f32);
+        let foot = lanes!(|lane| (along(lane) - state.span.0[lane]) as f32);
+        let distance = lanes!(|lane| (place - state.rays[lane].at(along(lane))).length().max(CLOSEST) as f32);
         let (kernel, profile) = (self.scattered_field.kernels().get(star)?, self.scattered_field.profiles.get(star)?);
         let reach = kernel.reach_pc as f32;
-        let half = lanes(|lane| (reach * reach - distance[lane] * distance[lane]).max(0.0).sqrt());
+        let half = lanes!(|lane| (reach * reach - distance[lane] * distance[lane]).max(0.0).sqrt());
         let ahead = (kernel.ahead_pc / kernel.reach_pc) as f32;
         let touched = |lane: usize| {
             let dt = state.dt[lane];
@@ -144,19 +144,19 @@ impl NearStar<'_> {
     #[inline(always)]
     fn within(&self, state: &State, segment: &Segment) -> Within {
         // Where the segment enters and leaves the kernel, from the foot.
-        let start = lanes(|lane| fma(segment.span.start, state.dt[lane], -self.foot[lane]));
+        let start = lanes!(|lane| fma(segment.span.start, state.dt[lane], -self.foot[lane]));
         let length = segment.length;
-        let from = lanes(|lane| start[lane].max(-self.ahead * self.half[lane]));
-        let to = lanes(|lane| (start[lane] + length[lane]).min(self.half[lane]).max(from[lane]));
+        let from = lanes!(|lane| start[lane].max(-self.ahead * self.half[lane]));
+        let to = lanes!(|lane| (start[lane] + length[lane]).min(self.half[lane]).max(from[lane]));
         let b = &self.distance;
         // The angle between both as the star sees them: its sine and cosine, times both distances.
-        let sine = lanes(|lane| b[lane] * (to[lane] - from[lane]));
-        let cosine = lanes(|lane| fma(b[lane], b[lane], from[lane] * to[lane]));
+        let sine = lanes!(|lane| b[lane] * (to[lane] - from[lane]));
+        let cosine = lanes!(|lane| fma(b[lane], b[lane], from[lane] * to[lane]));
         let is_narrow = (0..LANES).all(|lane| sine[lane] <= self.piece * cosine[lane]);
         let angle: Lane = match is_narrow {
-            true => lanes(|lane| small_atan(sine[lane] / cosine[lane])),
+            true => lanes!(|lane| small_atan(sine[lane] / cosine[lane])),
             // An eighth of it, by three halvings.
-            false => lanes(|lane| {
+            false => lanes!(|lane| {
                 let (s, c) = (sine[lane], cosine[lane]);
                 let length = length_of(s, c);
                 let half = if c > 0.0 { s / (length + c) } else { (length - c) / s.max(f32::MIN_POSITIVE) };
@@ -172,7 +172,7 @@ impl NearStar<'_> {
         let Within { start, length, from, to, angle, is_narrow } = within;
         let b = &self.distance;
         let count = ((largest(angle) / self.piece).ceil() as usize).clamp(1, NEAR_FIELD_PIECES);
-        let turn = lanes(|lane| angle[lane] / count as f32);
+        let turn = lanes!(|lane| angle[lane] / count as f32);
         let mut pieces = Pieces { total: [0.0; LANES], deep: [0.0; LANES], list: SmallVec::new() };
         // Cosine and sine of half a turn, and of where the first piece has its middle, as the star sees it.
         let half: [Turn; LANES] =
@@ -217,14 +217,14 @@ impl NearStar<'_> {
     fn shine(&self, context: &Context, state: &mut State, growth: &Lane, pieces: &Pieces) {
         let Pieces { total, deep, list } = pieces;
         let weights = &context.tables.weights.many_lights[self.star];
-        let depth = lanes(|lane| if total[lane] > 0.0 { deep[lane] / total[lane] } else { 0.0 });
+        let depth = lanes!(|lane| if total[lane] > 0.0 { deep[lane] / total[lane] } else { 0.0 });
         let span = DepthSpan {
-            middle: lanes(|lane| fma(0.5, growth[lane], state.tau[lane] + depth[lane])),
-            half: lanes(|lane| 0.5 * growth[lane]),
+            middle: lanes!(|lane| fma(0.5, growth[lane], state.tau[lane] + depth[lane])),
+            half: lanes!(|lane| 0.5 * growth[lane]),
         };
         let terms = &context.tables.terms;
         let Some(phase) = &context.tables.phase else {
-            return terms.accumulate(0, &state.drawn, &span, |term| Some(lanes(|lane| weights[term] * total[lane])), &mut state.sum);
+            return terms.accumulate(0, &state.drawn, &span, |term| Some(lanes!(|lane| weights[term] * total[lane])), &mut state.sum);
         };
         let mut spread: SmallVec<[Lane; 8]> = smallvec![[0.0; LANES]; phase.at_nodes.columns()];
         for Piece { light, entries } in list {
@@ -232,7 +232,7 @@ impl NearStar<'_> {
         }
         let of_term = |term: usize| {
             let spread = &spread[if phase.separable { 0 } else { term }];
-            Some(lanes(|lane| weights[term] * spread[lane]))
+            Some(lanes!(|lane| weights[term] * spread[lane]))
         };
         terms.accumulate(0, &state.drawn, &span, of_term, &mut state.sum);
     }

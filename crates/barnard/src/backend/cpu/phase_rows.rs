@@ -83,8 +83,8 @@ mod tests {
             let values: Vec<f32> = (0..9).flat_map(|entry| (0..columns).map(move |column| value(entry, column))).collect();
             let rows = PhaseRows::new(&values, columns);
             let entry = std::array::from_fn(|lane| lane as u32 % 8);
-            let at = PhaseEntries { entry, fraction: lanes(|lane| lane as f32 / 16.0) };
-            let light = lanes(|lane| 1.0 + lane as f32);
+            let at = PhaseEntries { entry, fraction: lanes!(|lane| lane as f32 / 16.0) };
+            let light = lanes!(|lane| 1.0 + lane as f32);
             let mut out = vec![[2.0; LANES]; rows.columns()];
             rows.spread(&at, &light, &mut out);
             for lane in 0..LANES {

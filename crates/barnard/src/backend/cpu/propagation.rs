@@ -23,7 +23,7 @@ pub(super) fn accumulate(context: &Context, sums: &LightSums, state: &mut State,
 #[inline(always)]
 fn accumulate_rows<const ROW: usize>(context: &Context, sums: &LightSums, state: &mut State, segment: &Segment) {
     let (growth, before, after) = (&segment.growth, segment.before, segment.after);
-    let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: lanes(|lane| 0.5 * growth[lane]) };
+    let span = DepthSpan { middle: lanes!(|lane| state.tau[lane] + 0.5 * growth[lane]), half: lanes!(|lane| 0.5 * growth[lane]) };
     let means = sums.coordinates.means::<ROW>(&span);
     let (size, width) = (sums.size, sums.width);
     let light = &context.slots.light[..size * width];
@@ -37,7 +37,7 @@ fn accumulate_rows<const ROW: usize>(context: &Context, sums: &LightSums, state:
                     share[lane] += product * means[m][lane];
                 }
             }
-            let share = lanes(|lane| 0.5 * growth[lane] * share[lane]);
+            let share = lanes!(|lane| 0.5 * growth[lane] * share[lane]);
             for (from, to) in [(i, j), (j, i)].into_iter().take(if i == j { 1 } else { 2 }) {
                 for (sum, slot) in state.channels[to * width..][..width].iter_mut().zip(&light[from * width..]) {
                     for lane in 0..LANES {

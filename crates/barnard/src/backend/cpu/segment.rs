@@ -25,13 +25,13 @@ impl<'a> Segment<'a> {
     /// Makes the segment of a span from what the volumes hold at its ends.
     #[inline(always)]
     pub fn new(context: &Context, state: &State, span: StepSpan, [before, after]: [&'a [Lane]; 2], middle: Option<&'a [Lane]>) -> Self {
-        let length = lanes(|lane| span.length * state.dt[lane]);
+        let length = lanes!(|lane| span.length * state.dt[lane]);
         let mut segment = Self { span, before, after, middle, length, growth: [0.0; LANES], first: [0.0; LANES] };
         if let Some(dust) = context.slots.dust {
             let twice = segment.twice_the_mean(dust);
-            segment.growth = lanes(|lane| 0.5 * length[lane] * twice[lane]);
+            segment.growth = lanes!(|lane| 0.5 * length[lane] * twice[lane]);
             if let Some(middle) = middle {
-                segment.first = lanes(|lane| 0.25 * length[lane] * (before[dust][lane] + middle[dust][lane]));
+                segment.first = lanes!(|lane| 0.25 * length[lane] * (before[dust][lane] + middle[dust][lane]));
             }
         }
         segment
@@ -41,7 +41,7 @@ impl<'a> Segment<'a> {
     #[inline(always)]
     pub fn mean_over_dust(&self, slot: usize, dust: usize) -> Lane {
         let (before, after) = (&self.before[slot], &self.after[slot]);
-        let Some(middle) = self.middle else { return lanes(|lane| 0.5 * (before[lane] + after[lane])) };
+        let Some(middle) = self.middle else { return lanes!(|lane| 0.5 * (before[lane] + after[lane])) };
         let [s0, s1, s2] = [&self.before[dust], &middle[dust], &self.after[dust]];
         let (v0, v1, v2) = (before, &middle[slot], after);
         let mut mean = [0.0; LANES];
@@ -59,7 +59,7 @@ impl<'a> Segment<'a> {
     #[inline(always)]
     pub fn mean_depth(&self, all: &Lane, early: &Lane) -> Lane {
         if self.middle.is_none() {
-            return lanes(|lane| 0.5 * self.growth[lane]);
+            return lanes!(|lane| 0.5 * self.growth[lane]);
         }
         let mut depth = [0.0; LANES];
         for lane in 0..LANES {
@@ -74,7 +74,7 @@ impl<'a> Segment<'a> {
     pub fn twice_the_early(&self, slot: usize) -> Lane {
         match self.middle {
             None => [0.0; LANES],
-            Some(middle) => lanes(|lane| 0.5 * (self.before[slot][lane] + middle[slot][lane])),
+            Some(middle) => lanes!(|lane| 0.5 * (self.before[slot][lane] + middle[slot][lane])),
         }
     }
 
@@ -83,8 +83,8 @@ impl<'a> Segment<'a> {
     pub fn twice_the_mean(&self, slot: usize) -> Lane {
         let (before, after) = (&self.before[slot], &self.after[slot]);
         match self.middle {
-            None => lanes(|lane| before[lane] + after[lane]),
-            Some(middle) => lanes(|lane| fma(0.5, before[lane] + after[lane], middle[slot][lane])),
+            None => lanes!(|lane| before[lane] + after[lane]),
+            Some(middle) => lanes!(|lane| fma(0.5, before[lane] + after[lane], middle[slot][lane])),
         }
     }
 }

@@ -56,8 +56,8 @@ fn scatter(segment: &Segment, context: &Context, state: &mut State, scatterer: &
     let slot = context.slots.stars[scatterer.star];
     let (growth, before, after) = (&segment.growth, &segment.before[slot], &segment.after[slot]);
     let from_star = segment.mean_over_dust(slot, context.slots.dust.unwrap_or(slot));
-    let middle = lanes(|lane| fma(0.5, growth[lane], state.tau[lane]) + from_star[lane]);
-    let half = lanes(|lane| 0.5 * (growth[lane] + after[lane] - before[lane]));
+    let middle = lanes!(|lane| fma(0.5, growth[lane], state.tau[lane]) + from_star[lane]);
+    let half = lanes!(|lane| 0.5 * (growth[lane] + after[lane] - before[lane]));
     let irradiated = irradiated(segment, context, state, view);
     for lane in 0..LANES {
         let a = if growth[lane] > 0.0 { middle[lane] + half[lane].abs() } else { 0.0 };
@@ -72,7 +72,7 @@ fn scatter(segment: &Segment, context: &Context, state: &mut State, scatterer: &
         }
         Some(phase) => {
             let widest =
-                largest(&lanes(|lane| base[lane] / growth[lane].max(f32::MIN_POSITIVE) * view.distance[lane] * segment.length[lane]));
+                largest(&lanes!(|lane| base[lane] / growth[lane].max(f32::MIN_POSITIVE) * view.distance[lane] * segment.length[lane]));
             let phases = near::phases(f64::from(widest), context.plan.spectral.phase_angle);
             let rows = &phase.lights[scatterer.light];
             let mut spread: SmallVec<[Lane; 8]> = smallvec![[0.0; LANES]; rows.columns()];
@@ -81,7 +81,7 @@ fn scatter(segment: &Segment, context: &Context, state: &mut State, scatterer: &
                 rows.spread(&entries, base, &mut spread);
             } else {
                 for Angle { entries, share } in angles(segment, context, view, along, phases) {
-                    rows.spread(&entries, &lanes(|lane| base[lane] * share[lane]), &mut spread);
+                    rows.spread(&entries, &lanes!(|lane| base[lane] * share[lane]), &mut spread);
                 }
             }
             let of_term = |term: usize| Some(if phase.separable { scaled(&spread[0], scatterer.weights[term]) } else { spread[term] });
@@ -133,7 +133,7 @@ fn angle(segment: &Segment, context: &Context, view: &StarView, along: &Lane, pa
 fn angles(segment: &Segment, context: &Context, view: &StarView, along: &Lane, phases: usize) -> SmallVec<[Angle; 4]> {
     // What σ grows by in parts of its mean.
     let tilt = match context.slots.dust {
-        Some(dust) => lanes(|lane| {
+        Some(dust) => lanes!(|lane| {
             let (a, b) = (segment.before[dust][lane], segment.after[dust][lane]);
             if a + b > 0.0 { 2.0 * (b - a) / (a + b) } else { 0.0 }
         }),
@@ -144,7 +144,7 @@ fn angles(segment: &Segment, context: &Context, view: &StarView, along: &Lane, p
     for j in 0..phases {
         let part = (j as f32 + 0.5) / phases as f32 - 0.5;
         let (entries, inverse) = angle(segment, context, view, along, part);
-        angles.push(Angle { entries, share: lanes(|lane| fma(part, tilt[lane], 1.0) * inverse[lane]) });
+        angles.push(Angle { entries, share: lanes!(|lane| fma(part, tilt[lane], 1.0) * inverse[lane]) });
         for lane in 0..LANES {
             sum[lane] += inverse[lane];
         }
@@ -186,10 +186,10 @@ fn scatter_close(segment: &Segment, context: &Context, state: &mut State, scatte
 fn scatter_again(segment: &Segment, context: &Context, state: &mut State) {
     let Terms::Nodes(nodes) = &context.tables.terms else { return };
     let growth = &segment.growth;
-    let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
+    let span = DepthSpan { middle: lanes!(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
     let base = |term: usize| {
         let twice = segment.twice_the_mean(context.slots.scattered_field[term]);
-        Some(lanes(|lane| 0.5 * nodes.k[term] * growth[lane] * twice[lane]))
+        Some(lanes!(|lane| 0.5 * nodes.k[term] * growth[lane] * twice[lane]))
     };
     context.tables.terms.accumulate(0, &state.drawn, &span, base, &mut state.sum);
     if context.plan.space.many_lights.is_some() {
@@ -220,7 +220,7 @@ fn emit(segment: &Segment, context: &Context, state: &mut State) {
         glows.push(glow);
     }
     let depth = segment.mean_depth(&all, &early);
-    let span = DepthSpan { middle: lanes(|lane| state.tau[lane] + depth[lane]), half: scaled(growth, 0.5) };
+    let span = DepthSpan { middle: lanes!(|lane| state.tau[lane] + depth[lane]), half: scaled(growth, 0.5) };
     if terms.are_shared() {
         if largest(&all) <= 0.0 {
             return;
@@ -242,7 +242,7 @@ fn emit(segment: &Segment, context: &Context, state: &mut State) {
         return;
     }
     for (emitter, glow) in weights.emitted.iter().zip(&glows) {
-        let base = lanes(|lane| 0.5 * segment.length[lane] * glow[lane]);
+        let base = lanes!(|lane| 0.5 * segment.length[lane] * glow[lane]);
         if largest(&base) > 0.0 {
             let of_term = |term: usize| (emitter.weights[term] != 0.0).then(|| scaled(&base, emitter.weights[term]));
             terms.accumulate(emitter.light, &state.drawn, &span, of_term, &mut state.sum);
@@ -259,5 +259,5 @@ struct Angle {
 /// Multiplies each lane by one number.
 #[inline(always)]
 fn scaled(lane: &Lane, factor: f32) -> Lane {
-    lanes(|i| lane[i] * factor)
+    lanes!(|i| lane[i] * factor)
 }

@@ -166,7 +166,7 @@ impl FarField<'_> {
                 .map(|first| {
                     let eye: [[f32; 3]; LANES] =
                         std::array::from_fn(|i| view.map_or([0.0; 3], |view| view.towards(place(first + i)).as_vec3().to_array()));
-                    std::array::from_fn(|axis| lanes(|i| eye[i][axis]))
+                    std::array::from_fn(|axis| lanes!(|i| eye[i][axis]))
                 })
                 .collect();
             for (star, reached) in reached.iter().enumerate() {
@@ -242,20 +242,20 @@ impl Beside<'_> {
     /// The light at cells from number `first` on.
     #[inline(always)]
     fn at(&self, first: usize) -> Lit {
-        let x: Lane = lanes(|i| fma((first + i) as f32, self.edge, self.offset[0]));
+        let x: Lane = lanes!(|i| fma((first + i) as f32, self.edge, self.offset[0]));
         let [_, y, z] = self.offset;
-        let square: Lane = lanes(|i| fma(x[i], x[i], fma(y, y, z * z)));
+        let square: Lane = lanes!(|i| fma(x[i], x[i], fma(y, y, z * z)));
         // At the star itself light goes nowhere.
-        let inverse: Lane = lanes(|i| if square[i] > 0.0 { 1.0 / square[i].sqrt() } else { 0.0 });
-        let towards = [lanes(|i| x[i] * inverse[i]), lanes(|i| y * inverse[i]), lanes(|i| z * inverse[i])];
+        let inverse: Lane = lanes!(|i| if square[i] > 0.0 { 1.0 / square[i].sqrt() } else { 0.0 });
+        let towards = [lanes!(|i| x[i] * inverse[i]), lanes!(|i| y * inverse[i]), lanes!(|i| z * inverse[i])];
         let [a, b, c] = &self.eye;
-        let cosine: Lane = lanes(|i| fma(towards[0][i], a[i], fma(towards[1][i], b[i], towards[2][i] * c[i])).clamp(-1.0, 1.0));
+        let cosine: Lane = lanes!(|i| fma(towards[0][i], a[i], fma(towards[1][i], b[i], towards[2][i] * c[i])).clamp(-1.0, 1.0));
         let strength: Lane = match &self.outer {
-            None => lanes(|i| self.inner.beyond(square[i], cosine[i])),
-            Some(outer) => lanes(|i| self.inner.beyond(square[i], cosine[i]) - outer.beyond(square[i], cosine[i])),
+            None => lanes!(|i| self.inner.beyond(square[i], cosine[i])),
+            Some(outer) => lanes!(|i| self.inner.beyond(square[i], cosine[i]) - outer.beyond(square[i], cosine[i])),
         };
         let last = (self.depths.len() - 2) as f32;
-        let depth: Lane = lanes(|i| {
+        let depth: Lane = lanes!(|i| {
             let u = fma((first + i) as f32, self.step, self.first).clamp(0.0, last + 1.0);
             let voxel = u.min(last) as usize;
             let (a, b) = (self.depths[voxel], self.depths[voxel + 1]);
@@ -282,8 +282,8 @@ fn add_moments(star: &Beside, first: usize, count: usize, out: &mut [EightLanes]
     let mut values = [[0.0; LANES]; COUNT];
     harmonics_of(lit.towards, |x| x as f32, &mut values[..count]);
     // In the middle of a cell it goes everywhere.
-    let somewhere: Lane = lanes(|i| lit.towards.iter().map(|axis| axis[i] * axis[i]).sum());
-    values[1..].iter_mut().for_each(|value| *value = lanes(|i| if somewhere[i] > 0.0 { value[i] } else { 0.0 }));
+    let somewhere: Lane = lanes!(|i| lit.towards.iter().map(|axis| axis[i] * axis[i]).sum());
+    values[1..].iter_mut().for_each(|value| *value = lanes!(|i| if somewhere[i] > 0.0 { value[i] } else { 0.0 }));
     for (i, moments) in out.chunks_exact_mut(count).enumerate() {
         let light = star.light(&lit, i);
         for (moment, value) in moments.iter_mut().zip(&values) {

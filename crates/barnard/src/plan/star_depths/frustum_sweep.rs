@@ -274,7 +274,7 @@ struct Line {
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
 fn advance_line(line: &Line, rows: [&[f32]; 2], gains: &mut [f32], depths: &mut [f32]) {
     for (chunk, (gains, depths)) in gains.chunks_mut(LANES).zip(depths.chunks_mut(LANES)).enumerate() {
-        let number = lanes(|lane| (chunk * LANES + lane) as f32);
+        let number = lanes!(|lane| (chunk * LANES + lane) as f32);
         let mut sum = [0.0; LANES];
         for (row, (first, step)) in rows.iter().zip(line.samples) {
             let cells = row.len() - 1;
@@ -292,7 +292,7 @@ fn advance_line(line: &Line, rows: [&[f32]; 2], gains: &mut [f32], depths: &mut 
                 sum[lane] += fma(fraction[lane], high[lane] - low[lane], low[lane]);
             }
         }
-        let gain = lanes(|lane| {
+        let gain = lanes!(|lane| {
             let u = fma(number[lane], line.across.1, line.across.0);
             fma(u, u, line.flat).sqrt() * line.half * sum[lane]
         });

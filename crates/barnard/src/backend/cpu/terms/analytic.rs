@@ -66,7 +66,7 @@ impl AnalyticTerms {
                     from: depth(span.middle[lane] - span.half[lane]),
                     to: depth(span.middle[lane] + span.half[lane]),
                 };
-                lanes(|lane| (source.mean(*c_um, ends(lane)) / source.total) as f32)
+                lanes!(|lane| (source.mean(*c_um, ends(lane)) / source.total) as f32)
             }
             ClosedForm::Dark => [0.0; LANES],
         }
@@ -76,7 +76,7 @@ impl AnalyticTerms {
 /// ⟨F/F(0)⟩ of a light that single precision serves: grey, by two points, or by what is left behind both ends.
 #[inline(always)]
 fn mean(ends: &[End], lines: &[(f32, f32)], extent: &Extent, DepthSpan { middle, half }: &DepthSpan) -> Lane {
-    let half = lanes(|lane| half[lane].abs());
+    let half = lanes!(|lane| half[lane].abs());
     let most = largest(&half);
     let grey = most * extent.spread <= Extent::GREY;
     let thin = most * extent.middle <= Extent::THIN;
@@ -84,9 +84,9 @@ fn mean(ends: &[End], lines: &[(f32, f32)], extent: &Extent, DepthSpan { middle,
     let (places, asked) = if grey { ([0.0; 4], 1) } else { ([-GAUSS, GAUSS, -1.0, 1.0], if thin { 2 } else { 4 }) };
     let mut at = [Attenuated { value: [0.0; LANES], slope: [0.0; LANES], left: [0.0; LANES] }; 4];
     for (at, place) in at.iter_mut().zip(places).take(asked) {
-        *at = attenuated(ends, lines, &lanes(|lane| middle[lane] + place * half[lane]));
+        *at = attenuated(ends, lines, &lanes!(|lane| middle[lane] + place * half[lane]));
     }
-    lanes(|lane| {
+    let of_lane = |lane: usize| {
         if grey {
             let (value, slope) = (at[0].value[lane], at[0].slope[lane]);
             let y = if value > 0.0 { slope / value * half[lane] } else { 0.0 };
@@ -101,7 +101,8 @@ fn mean(ends: &[End], lines: &[(f32, f32)], extent: &Extent, DepthSpan { middle,
         }
         let y = 0.5 / GAUSS * ln(front / back);
         (front * back).sqrt() * sinhc(y * y)
-    })
+    };
+    lanes!(|lane| of_lane(lane))
 }
 
 /// F/F(0), −dF/da/F(0) and ∫ F/F(0) da from there on.
@@ -133,13 +134,13 @@ fn attenuated(ends: &[End], lines: &[(f32, f32)], depth: &Lane) -> Attenuated {
 #[inline(always)]
 fn add(end: &End, depth: &Lane, sum: &mut Attenuated) {
     // E₁ is infinite at no depth at all.
-    let x = lanes(|lane| {
+    let x = lanes!(|lane| {
         let x = depth[lane] * end.x_per_depth;
         if x > 1e-6 { x } else { 1e-6 }
     });
     let mut e = [[0.0; LANES]; MAX_DEGREE + 3];
     scaled_exp_integrals(&x, &mut e[..end.factors.len() + 2]);
-    let fall = lanes(|lane| exp(-x[lane]));
+    let fall = lanes!(|lane| exp(-x[lane]));
     for (n, [of_value, of_slope, of_left]) in end.factors.iter().enumerate() {
         for lane in 0..LANES {
             sum.value[lane] += fall[lane] * of_value * e[n + 1][lane];

@@ -28,7 +28,7 @@ impl NodeTerms {
 
     #[inline(always)]
     pub(super) fn accumulate(&self, DepthSpan { middle, half }: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
-        let gentle = largest(&lanes(|lane| half[lane].abs())) * self.range.1 <= SERIES_LIMIT;
+        let gentle = largest(&lanes!(|lane| half[lane].abs())) * self.range.1 <= SERIES_LIMIT;
         for (term, (k, sum)) in self.k.iter().zip(sum).enumerate() {
             let Some(base) = base(term) else { continue };
             if gentle {

@@ -42,8 +42,8 @@ impl PreintegratedTerms {
         base: impl Fn(usize) -> Option<Lane>,
         sum: &mut [Lane],
     ) {
-        let front = lanes(|lane| middle[lane] - half[lane].abs());
-        let root = lanes(|lane| (2.0 * half[lane].abs()).sqrt());
+        let front = lanes!(|lane| middle[lane] - half[lane].abs());
+        let root = lanes!(|lane| (2.0 * half[lane].abs()).sqrt());
         for (term, ((k, table), sum)) in self.k.iter().zip(&self.tables[light]).zip(sum).enumerate() {
             let Some(base) = base(term) else { continue };
             for lane in 0..LANES {

@@ -120,7 +120,7 @@ impl CoordinateTable {
     /// `ROW` is the number of elements, rounded up to four or eight.
     #[inline(always)]
     pub fn means<const ROW: usize>(&self, DepthSpan { middle, half }: &DepthSpan) -> [Lane; ROW] {
-        let half = lanes(|lane| half[lane].abs());
+        let half = lanes!(|lane| half[lane].abs());
         if largest(&half) > self.short {
             return self.thick(middle, &half);
         }
@@ -229,7 +229,7 @@ mod tests {
             let end = projection.basis.range;
             for reach in [0.0, 0.1, 0.15, 1.0, 2.5] {
                 let span =
-                    DepthSpan { middle: lanes(|lane| end as f32 * lane as f32 / 12.0), half: lanes(|lane| reach * (lane % 3) as f32) };
+                    DepthSpan { middle: lanes!(|lane| end as f32 * lane as f32 / 12.0), half: lanes!(|lane| reach * (lane % 3) as f32) };
                 let means = if size <= 4 { table.means::<4>(&span).to_vec() } else { table.means::<8>(&span).to_vec() };
                 for lane in 0..LANES {
                     let at =
