@@ -9,14 +9,17 @@ use wide::f32x4;
 use crate::geometry::Ray;
 use crate::volume::Volume;
 
-use super::lane::{LANES, Lane, fma};
+use super::lane::{LANES, Lane, fma, lanes};
 use super::quads::{four, lerp};
+use super::shared_cells;
 use super::track::Track;
 
 /// A volume along a packet's rays.
 pub struct Cursor<'a> {
     volume: &'a Volume,
     track: Track,
+    /// Whether cells are read for all rays that are in them.
+    shares_cells: bool,
 }
 
 /// The places of a packet in a volume: the index of each cell's first value, the strides of the axes, and the place
@@ -28,17 +31,19 @@ struct Cells {
 }
 
 impl<'a> Cursor<'a> {
-    /// Follows `rays` through `volume`; distances are counted from `start` of each.
+    /// Follows `rays` through `volume` between two distances of each; those that are read are counted from the first.
     ///
     /// # Panics
     /// If the volume does not hold dims × channels values, at least two voxels along each axis: what the reads rely on.
-    pub fn new(volume: &'a Volume, rays: &[Ray; LANES], start: &[f64; LANES]) -> Self {
+    pub fn new(volume: &'a Volume, rays: &[Ray; LANES], start: &[f64; LANES], end: &[f64; LANES]) -> Self {
         let dims = volume.lattice.dims;
         assert!(dims.iter().all(|n| *n >= 2) && (1..=8).contains(&volume.channels.len()));
         assert_eq!(volume.data.len(), volume.lattice.cells() * volume.channels.len());
         // Values stand in the middles of voxels.
         let track = Track::new(&volume.lattice, DVec3::splat(0.5), rays, start);
-        Self { volume, track }
+        let middle = lanes!(|lane| (0.5 * (end[lane] - start[lane])) as f32);
+        let shares_cells = shared_cells::are_worthwhile(volume, &track, &middle);
+        Self { volume, track, shares_cells }
     }
 
     /// The number of channels that are read.
@@ -55,10 +60,19 @@ impl<'a> Cursor<'a> {
             2 => self.read_channels::<2, 4>(t, out),
             3 => self.read_channels::<3, 6>(t, out),
             4 => self.read_quads::<4>(t, out),
-            5 => self.read_quads::<5>(t, out),
-            6 => self.read_quads::<6>(t, out),
-            7 => self.read_quads::<7>(t, out),
-            _ => self.read_quads::<8>(t, out),
+            5 => self.read_many::<5>(t, out),
+            6 => self.read_many::<6>(t, out),
+            7 => self.read_many::<7>(t, out),
+            _ => self.read_many::<8>(t, out),
+        }
+    }
+
+    /// Reads five channels or more.
+    #[inline(always)]
+    fn read_many<const CHANNELS: usize>(&self, t: &Lane, out: &mut [Lane]) {
+        match out.first_chunk_mut::<CHANNELS>() {
+            Some(out) if self.shares_cells => shared_cells::read(self.volume, &self.track, t, out),
+            _ => self.read_quads::<CHANNELS>(t, out),
         }
     }
 
@@ -177,18 +191,22 @@ mod tests {
         volume
     }
 
-    /// The twin of `Volume::at`, for every number of channels.
+    /// The twin of `Volume::at`, for every number of channels, of rays far apart and so close together that they share
+    /// cells.
     #[test]
     fn reads_are_those_of_the_scalar_twin() {
         let lattice = Lattice { dims: [9, 5, 7], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
-        for count in 1..=8usize {
+        for (count, apart) in (1..=8usize).flat_map(|count| [(count, 0.11), (count, 0.012), (count, 0.0)]) {
             let grids: Vec<Grid> =
                 (0..count).map(|c| Grid::sampled(lattice.clone(), |p| (p.x * 3.0 + c as f64).sin() + p.y * p.z)).collect();
             let volume = filled(&lattice, &grids);
-            let ray =
-                |i: usize| Ray { origin: DVec3::new(-1.5, -0.9 + 0.11 * i as f64, 0.1), direction: DVec3::new(1.0, 0.05, 0.1).normalize() };
+            let ray = |i: usize| {
+                let origin = DVec3::new(-1.5, -0.9 + apart * i as f64, 0.1 + 0.4 * apart * (i % 4) as f64);
+                Ray { origin, direction: DVec3::new(1.0, 0.05, 0.1).normalize() }
+            };
             let rays: [Ray; LANES] = std::array::from_fn(ray);
-            let cursor = Cursor::new(&volume, &rays, &[0.3; LANES]);
+            let cursor = Cursor::new(&volume, &rays, &[0.3; LANES], &[2.8; LANES]);
+            assert_eq!(cursor.shares_cells, count > 4 && apart < 0.1);
             for step in 0..50 {
                 let t = [0.05 * step as f32; LANES];
                 let mut out = [[0.0; LANES]; 8];
@@ -196,7 +214,7 @@ mod tests {
                 for (lane, ray) in rays.iter().enumerate() {
                     for c in 0..count {
                         let truth = volume.at(c, ray.at(0.3 + f64::from(t[lane])));
-                        assert!((f64::from(out[c][lane]) - truth).abs() < 2e-5, "{count} {step} {lane}");
+                        assert!((f64::from(out[c][lane]) - truth).abs() < 2e-5, "{count} {apart} {step} {lane}");
                     }
                 }
             }
@@ -218,12 +236,14 @@ mod tests {
                     direction: if i.is_multiple_of(3) { -corner.normalize() } else { DVec3::X },
                 }
             };
-            let cursor = Cursor::new(&volume, &std::array::from_fn(ray), &[0.0; LANES]);
-            for t in [0.0, 1.0, 2.0, 3.5, 1e6, -1e6, f32::INFINITY, f32::NAN] {
-                let mut out = [[0.0; LANES]; 8];
-                cursor.read(&[t; LANES], &mut out);
-                if t.is_finite() {
-                    assert!(out[..count].iter().flatten().all(|v| (-6.0..=8.0).contains(v)), "{t}");
+            let cursor = || Cursor::new(&volume, &std::array::from_fn(ray), &[0.0; LANES], &[2.0; LANES]);
+            for cursor in [cursor(), Cursor { shares_cells: count > 4, ..cursor() }] {
+                for t in [0.0, 1.0, 2.0, 3.5, 1e6, -1e6, f32::INFINITY, f32::NAN] {
+                    let mut out = [[0.0; LANES]; 8];
+                    cursor.read(&[t; LANES], &mut out);
+                    if t.is_finite() {
+                        assert!(out[..count].iter().flatten().all(|v| (-6.0..=8.0).contains(v)), "{t}");
+                    }
                 }
             }
         }

@@ -5,6 +5,7 @@ mod exp_integral;
 mod fetch;
 mod lane;
 mod quads;
+mod shared_cells;
 mod track;
 
 pub use exp_integral::{EULER, EXP_INTEGRAL_LEVELS, EXP_INTEGRAL_TERMS, scaled_exp_integrals};

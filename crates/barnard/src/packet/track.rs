@@ -35,6 +35,16 @@ impl Track {
         [self.axis(0, counts[0], t), self.axis(1, counts[1], t), self.axis(2, counts[2], t)]
     }
 
+    /// How far apart the rays are at a distance `t` of each, in cells along all axes together.
+    pub fn extent(&self, t: &Lane) -> f32 {
+        let of_axis = |axis: usize| {
+            let place = |lane: usize| fma(self.slope[axis][lane], t[lane], self.origin[axis][lane]);
+            let (low, high) = (0..LANES).map(place).fold((f32::MAX, f32::MIN), |(low, high), u| (low.min(u), high.max(u)));
+            high - low
+        };
+        (0..3).map(of_axis).sum()
+    }
+
     /// The cell of one ray.
     #[inline(always)]
     pub fn cell_of(&self, lane: usize, counts: [usize; 3], t: f32) -> [usize; 3] {

@@ -15,7 +15,7 @@ pub fn depths_of(dust: &Volume, star: DVec3, places: &[DVec3; LANES], steps: usi
     let inside = |lane: usize| dust.inner.bounds.clip(&rays[lane].0).map_or((0.0, 0.0), |(near, far)| (near, far.min(rays[lane].1)));
     let spans: [(f64, f64); LANES] = std::array::from_fn(inside);
     let dt = lanes!(|lane| (spans[lane].1 - spans[lane].0).max(0.0) as f32 / steps as f32);
-    let cursor = Cursor::new(dust, &std::array::from_fn(|lane| rays[lane].0), &std::array::from_fn(|lane| spans[lane].0));
+    let cursor = Cursor::new(dust, &std::array::from_fn(|lane| rays[lane].0), &spans.map(|span| span.0), &spans.map(|span| span.1));
     let mut sum = [0.0; LANES];
     for step in 0..steps {
         let t = lanes!(|lane| (step as f32 + 0.5) * dt[lane]);

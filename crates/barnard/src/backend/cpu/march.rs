@@ -207,7 +207,7 @@ impl<'a> March<'a> {
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
 fn march_span(march: &March, state: &mut State, steps: usize) {
     let context = &march.context;
-    let cursors: Vec<Cursor> = context.plan.volumes().map(|v| Cursor::new(v, state.rays, &state.span.0)).collect();
+    let cursors: Vec<Cursor> = context.plan.volumes().map(|v| Cursor::new(v, state.rays, &state.span.0, &state.span.1)).collect();
     let masks = march.masks(state);
     let tracks: Vec<Track> =
         context.plan.space.bricks.iter().map(|b| Track::new(&b.lattice, DVec3::ZERO, state.rays, &state.span.0)).collect();

@@ -1,0 +1,120 @@
+//! Reads of a packet whose rays are close together: several are in one cell, and each cell is read once.
+//!
+//! A lane reads Σ w v over the corners of its cell. The values v are numbers that all lanes of a cell share; the weights
+//! w of lanes that are elsewhere are zero.
+
+use super::lane::{LANES, Lane, fma, lanes};
+use super::track::Track;
+use crate::volume::Volume;
+
+/// How far apart rays may be, in voxels along all axes together: farther apart they are in so many cells that each lane
+/// is read faster for itself (measured with five to eight channels; with fewer it always is).
+const FARTHEST: f32 = 2.0;
+/// What stands in place of a cell's number for lanes that have been read.
+const DONE: u32 = u32::MAX;
+
+/// Whether rays, at a distance `t` of each, are close enough.
+pub(super) fn are_worthwhile(volume: &Volume, track: &Track, t: &Lane) -> bool {
+    volume.channels.len() > 4 && volume.lattice.cells() < DONE as usize && track.extent(t) <= FARTHEST
+}
+
+/// Reads all channels at distance `t` of each ray.
+#[inline(always)]
+pub(super) fn read<const CHANNELS: usize>(volume: &Volume, track: &Track, t: &Lane, out: &mut [Lane; CHANNELS]) {
+    let [nx, ny, nz] = volume.lattice.dims;
+    let [(x, fx), (y, fy), (z, fz)] = track.cells([nx - 1, ny - 1, nz - 1], t);
+    let mut number = [0; LANES];
+    for lane in 0..LANES {
+        let row = z[lane].wrapping_mul(ny as u32).wrapping_add(y[lane]);
+        number[lane] = row.wrapping_mul(nx as u32).wrapping_add(x[lane]);
+    }
+    let all = Weights::new([&fx, &fy, &fz]);
+    let (dy, dz) = (nx * CHANNELS, nx * ny * CHANNELS);
+    *out = [[0.0; LANES]; CHANNELS];
+    loop {
+        let first = least(&number);
+        if first == DONE {
+            return;
+        }
+        let mut here = [0.0f32; LANES];
+        for lane in 0..LANES {
+            let is_here = number[lane] == first;
+            here[lane] = if is_here { 1.0 } else { 0.0 };
+            number[lane] = if is_here { DONE } else { number[lane] };
+        }
+        let weights = all.at(&here);
+        let cell = &volume.data[first as usize * CHANNELS..][..dz + dy + 2 * CHANNELS];
+        let [a, b, c, d] = [row(cell, 0, CHANNELS), row(cell, dy, CHANNELS), row(cell, dz, CHANNELS), row(cell, dz + dy, CHANNELS)];
+        for (channel, sum) in out.iter_mut().enumerate() {
+            let high = CHANNELS + channel;
+            weights.add([a[channel], b[channel], c[channel], d[channel]], [a[high], b[high], c[high], d[high]], sum);
+        }
+    }
+}
+
+/// The two voxels of a cell in one of its four rows, channel by channel.
+#[inline(always)]
+fn row(cell: &[f32], at: usize, channels: usize) -> &[f32] {
+    &cell[at..at + 2 * channels]
+}
+
+/// The weights of the corners of a cell: at the low and the high end of its four rows along x.
+struct Weights {
+    low: [Lane; 4],
+    high: [Lane; 4],
+}
+
+impl Weights {
+    #[inline(always)]
+    fn new([fx, fy, fz]: [&Lane; 3]) -> Self {
+        let rows = [
+            lanes!(|lane| (1.0 - fz[lane]) * (1.0 - fy[lane])),
+            lanes!(|lane| (1.0 - fz[lane]) * fy[lane]),
+            lanes!(|lane| fz[lane] * (1.0 - fy[lane])),
+            lanes!(|lane| fz[lane] * fy[lane]),
+        ];
+        let before = lanes!(|lane| 1.0 - fx[lane]);
+        Self { low: products(&rows, &before), high: products(&rows, fx) }
+    }
+
+    /// The weights of some lanes, and zero for the others.
+    #[inline(always)]
+    fn at(&self, here: &Lane) -> Self {
+        Self { low: products(&self.low, here), high: products(&self.high, here) }
+    }
+
+    /// Adds what a cell holds, at the low and the high ends of its rows.
+    #[inline(always)]
+    fn add(&self, [a0, b0, c0, d0]: [f32; 4], [a1, b1, c1, d1]: [f32; 4], sum: &mut Lane) {
+        let ([p0, q0, r0, s0], [p1, q1, r1, s1]) = (&self.low, &self.high);
+        for lane in 0..LANES {
+            let low = fma(p0[lane], a0, fma(q0[lane], b0, fma(r0[lane], c0, s0[lane] * d0)));
+            let high = fma(p1[lane], a1, fma(q1[lane], b1, fma(r1[lane], c1, fma(s1[lane], d1, sum[lane]))));
+            sum[lane] = low + high;
+        }
+    }
+}
+
+#[inline(always)]
+fn products([a, b, c, d]: &[Lane; 4], by: &Lane) -> [Lane; 4] {
+    [
+        lanes!(|lane| a[lane] * by[lane]),
+        lanes!(|lane| b[lane] * by[lane]),
+        lanes!(|lane| c[lane] * by[lane]),
+        lanes!(|lane| d[lane] * by[lane]),
+    ]
+}
+
+/// The least of some numbers, by halves.
+#[inline(always)]
+fn least(numbers: &[u32; LANES]) -> u32 {
+    let mut rest = *numbers;
+    let mut width = LANES / 2;
+    while width > 0 {
+        for i in 0..width {
+            rest[i] = if rest[i + width] < rest[i] { rest[i + width] } else { rest[i] };
+        }
+        width /= 2;
+    }
+    rest[0]
+}
