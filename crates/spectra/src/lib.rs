@@ -10,6 +10,7 @@ pub mod colour;
 pub mod constants;
 pub mod error;
 pub mod exp_integral;
+mod exponential;
 pub mod extinction;
 pub mod nebular;
 mod number;

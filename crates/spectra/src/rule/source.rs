@@ -1,5 +1,6 @@
 //! The light of one source through one passband, as a measure over λ and k.
 
+use crate::exponential::attenuated;
 use crate::extinction::ExtinctionLaw;
 use crate::passband::Passband;
 use crate::quadrature::gauss_of_measure;
@@ -29,7 +30,7 @@ impl Measure {
 
     /// The light F(a) behind a depth.
     pub fn at(&self, depth: f64) -> f64 {
-        self.k.iter().zip(&self.mass).map(|(k, m)| m * (-depth * k).exp()).sum()
+        attenuated(&self.k, &self.mass, depth)
     }
 
     /// A measure of fewer points with the same F(a) for 0 ≤ a ≤ `depth`, to a few parts in 1e11: in bins of k so narrow

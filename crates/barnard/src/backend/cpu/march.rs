@@ -72,6 +72,7 @@ impl<'a> March<'a> {
             dt: [0.0; LANES],
             tau: [0.0; LANES],
             sum: vec![[0.0; LANES]; terms],
+            spread: vec![[0.0; LANES]; self.context.tables.phase.as_ref().map_or(0, |phase| phase.at_nodes.columns())],
             channels: vec![[0.0; LANES]; self.context.tables.light_sums.as_ref().map_or(0, |g| g.channels())],
             deepest: [0.0; LANES],
         };
@@ -119,15 +120,20 @@ impl<'a> March<'a> {
         let foot = |lane: usize| (place - state.rays[lane].origin).dot(state.rays[lane].direction);
         let foot_of = lanes!(|lane| (foot(lane) - state.span.0[lane]) as f32);
         let distance = lanes!(|lane| (place - state.rays[lane].at(foot(lane))).length() as f32);
-        let long = |lane: usize| {
-            let (b, dt) = (distance[lane], state.dt[lane]);
-            let reach = ((dt / PART_DISTANCE as f32).powi(2) - b * b).max(0.0).sqrt();
-            (dt > 0.0 && reach > 0.0).then(|| ((foot_of[lane] - reach) / dt, (foot_of[lane] + reach) / dt))
+        // Steps that come closer to the star than this, by its square.
+        let within = |square: &dyn Fn(f32, f32) -> f32| {
+            let of_lane = |lane: usize| {
+                let (b, dt) = (distance[lane], state.dt[lane]);
+                let reach = (square(b, dt) - b * b).max(0.0).sqrt();
+                (dt > 0.0 && reach > 0.0).then(|| ((foot_of[lane] - reach) / dt, (foot_of[lane] + reach) / dt))
+            };
+            let all = (0..LANES).filter_map(of_lane).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+            // A step more at both ends, since the whole of it counts; negative numbers become zero.
+            all.map_or(0..0, |(from, to)| (from - 1.0) as usize..(to + 2.0) as usize)
         };
-        let longest = (0..LANES).filter_map(long).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
-        // A step more at both ends, since the whole of it counts; negative numbers become zero.
-        let long = longest.map_or(0..0, |(from, to)| (from - 1.0) as usize..(to + 2.0) as usize);
-        StarView { foot: foot_of, distance, long }
+        let long = within(&|_, dt| (dt / PART_DISTANCE as f32).powi(2));
+        let wide = within(&|b, dt| b * dt / self.context.plan.spectral.phase_angle as f32);
+        StarView { foot: foot_of, distance, long, wide }
     }
 
     /// The number of parts that step number `step` must be marched in, so that each is short beside its distance to a

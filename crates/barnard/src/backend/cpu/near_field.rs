@@ -228,7 +228,7 @@ impl NearStar<'_> {
         };
         let mut spread: SmallVec<[Lane; 8]> = smallvec![[0.0; LANES]; phase.at_nodes.columns()];
         for Piece { light, entries } in list {
-            phase.at_nodes.spread(entries, light, &mut spread);
+            phase.at_nodes.add(entries, light, &mut spread);
         }
         let of_term = |term: usize| {
             let spread = &spread[if phase.separable { 0 } else { term }];

@@ -34,13 +34,25 @@ impl PhaseRows {
         self.stride
     }
 
-    /// Adds `light` times what the table holds at these places to column × lane.
+    /// Writes `light` times what the table holds at these places, column × lane.
     #[inline(always)]
     pub(super) fn spread(&self, at: &PhaseEntries, light: &Lane, out: &mut [Lane]) {
+        self.put::<false>(at, light, out);
+    }
+
+    /// Adds `light` times what the table holds at these places to column × lane.
+    #[inline(always)]
+    pub(super) fn add(&self, at: &PhaseEntries, light: &Lane, out: &mut [Lane]) {
+        self.put::<true>(at, light, out);
+    }
+
+    #[inline(always)]
+    fn put<const ADD: bool>(&self, at: &PhaseEntries, light: &Lane, out: &mut [Lane]) {
         if let [out] = out {
             for lane in 0..LANES {
                 let pair = &self.values[at.entry[lane] as usize..][..2];
-                out[lane] += light[lane] * (pair[0] + at.fraction[lane] * (pair[1] - pair[0]));
+                let own = light[lane] * (pair[0] + at.fraction[lane] * (pair[1] - pair[0]));
+                out[lane] = if ADD { out[lane] + own } else { own };
             }
             return;
         }
@@ -54,7 +66,7 @@ impl PhaseRows {
                     *values = lerp(low, high, f32x4::splat(at.fraction[lane])) * f32x4::splat(light[lane]);
                 }
                 for (out, own) in out.iter_mut().zip(f32x4::transpose(turning)) {
-                    let sum = four(out, first) + own;
+                    let sum = if ADD { four(out, first) + own } else { own };
                     out[first..first + 4].copy_from_slice(&sum.to_array());
                 }
             }
@@ -75,7 +87,7 @@ mod tests {
     use super::*;
     use crate::packet::lanes;
 
-    /// What is spread is what the table holds between two entries, times the light, for every number of terms.
+    /// What is spread and added is what the table holds between two entries, times the light, for every number of terms.
     #[test]
     fn rows_are_spread_term_by_term() {
         for columns in 1..=11 {
@@ -87,12 +99,13 @@ mod tests {
             let light = lanes!(|lane| 1.0 + lane as f32);
             let mut out = vec![[2.0; LANES]; rows.columns()];
             rows.spread(&at, &light, &mut out);
+            rows.add(&at, &lanes!(|lane| 2.0 * light[lane]), &mut out);
             for lane in 0..LANES {
                 for (column, own) in out.iter().enumerate().take(columns) {
                     let (i, f) = (entry[lane] as usize, at.fraction[lane]);
                     let table = value(i, column) + f * (value(i + 1, column) - value(i, column));
-                    let truth = 2.0 + light[lane] * table;
-                    assert!((own[lane] - truth).abs() < 1e-5, "{columns} {column} {lane}: {} {truth}", own[lane]);
+                    let truth = 3.0 * light[lane] * table;
+                    assert!((own[lane] - truth).abs() < 3e-5, "{columns} {column} {lane}: {} {truth}", own[lane]);
                     assert!((rows.at(entry[lane], f, column) - table).abs() < 1e-6);
                 }
             }

@@ -37,6 +37,12 @@ impl<'a> Segment<'a> {
         segment
     }
 
+    /// Whether there is a sample in the middle.
+    #[inline(always)]
+    pub fn has_middle(&self) -> bool {
+        self.middle.is_some()
+    }
+
     /// The mean of what a slot holds over the light that the dust scatters: by σ, both linear between samples.
     #[inline(always)]
     pub fn mean_over_dust(&self, slot: usize, dust: usize) -> Lane {

@@ -1,6 +1,6 @@
 //! The light of one segment, for sixteen rays: the closed forms of `plan::segment` in f32.
 
-use smallvec::{SmallVec, smallvec};
+use smallvec::SmallVec;
 
 use super::context::Context;
 use super::near_field::NearStar;
@@ -11,7 +11,7 @@ use super::state::{StarView, State};
 use super::tables::Tables;
 use super::terms::{DepthSpan, Terms};
 use crate::packet::{LANES, Lane, fma, lanes, largest};
-use crate::plan::Scatterer;
+use crate::plan::{Scatterer, Weights};
 use crate::plan::near::{NEAR_ANGLE, NEAR_VOXELS, NearPiece};
 use crate::plan::{near, segment as plan_segment};
 
@@ -71,19 +71,17 @@ fn scatter(segment: &Segment, context: &Context, state: &mut State, scatterer: &
             context.tables.terms.accumulate(scatterer.light, &state.drawn, &span, of_term, &mut state.sum);
         }
         Some(phase) => {
-            let widest =
-                largest(&lanes!(|lane| base[lane] / growth[lane].max(f32::MIN_POSITIVE) * view.distance[lane] * segment.length[lane]));
-            let phases = near::phases(f64::from(widest), context.plan.spectral.phase_angle);
             let rows = &phase.lights[scatterer.light];
-            let mut spread: SmallVec<[Lane; 8]> = smallvec![[0.0; LANES]; rows.columns()];
-            if phases == 1 {
-                let (entries, _) = angle(segment, context, view, along, 0.0);
-                rows.spread(&entries, base, &mut spread);
-            } else {
-                for Angle { entries, share } in angles(segment, context, view, along, phases) {
-                    rows.spread(&entries, &lanes!(|lane| base[lane] * share[lane]), &mut spread);
+            match phases(segment, context, view, base) {
+                1 => rows.spread(&angle(segment, context, view, along, 0.0).0, base, &mut state.spread),
+                phases => {
+                    state.spread.fill([0.0; LANES]);
+                    for Angle { entries, share } in angles(segment, context, view, along, phases) {
+                        rows.add(&entries, &lanes!(|lane| base[lane] * share[lane]), &mut state.spread);
+                    }
                 }
             }
+            let spread = &state.spread;
             let of_term = |term: usize| Some(if phase.separable { scaled(&spread[0], scatterer.weights[term]) } else { spread[term] });
             context.tables.terms.accumulate(scatterer.light, &state.drawn, &span, of_term, &mut state.sum);
         }
@@ -112,6 +110,16 @@ fn irradiated(segment: &Segment, context: &Context, state: &State, view: &StarVi
         irradiated.along[lane] = t0 + 0.5 * dt;
     }
     irradiated
+}
+
+/// The number of angles at which the phase function must be asked in a segment.
+#[inline(always)]
+fn phases(segment: &Segment, context: &Context, view: &StarView, base: &Lane) -> usize {
+    if !view.wide.contains(&(segment.span.start as usize)) {
+        return 1;
+    }
+    let angles = lanes!(|lane| base[lane] / segment.growth[lane].max(f32::MIN_POSITIVE) * view.distance[lane] * segment.length[lane]);
+    near::phases(f64::from(largest(&angles)), context.plan.spectral.phase_angle)
 }
 
 /// The angle under which the segment scatters at a part of its length from its middle, and 1/r² there.
@@ -208,37 +216,26 @@ fn emit(segment: &Segment, context: &Context, state: &mut State) {
     let growth = &segment.growth;
     let Tables { terms, weights, .. } = context.tables;
     let mut glows: SmallVec<[Lane; 8]> = SmallVec::new();
-    // All that the species send through all bands, and that on the way to the middle sample.
-    let (mut all, mut early) = ([0.0; LANES], [0.0; LANES]);
+    // What the species send through all bands.
+    let mut all = [0.0; LANES];
     for emitter in &weights.emitted {
-        let slot = context.slots.species[emitter.species];
-        let (glow, own) = (segment.twice_the_mean(slot), segment.twice_the_early(slot));
+        let glow = segment.twice_the_mean(context.slots.species[emitter.species]);
         for lane in 0..LANES {
             all[lane] = fma(emitter.total, glow[lane], all[lane]);
-            early[lane] = fma(emitter.total, own[lane], early[lane]);
         }
         glows.push(glow);
     }
-    let depth = segment.mean_depth(&all, &early);
+    if largest(&all) <= 0.0 {
+        return;
+    }
+    let depth = emission_depth(segment, context, &all);
     let span = DepthSpan { middle: lanes!(|lane| state.tau[lane] + depth[lane]), half: scaled(growth, 0.5) };
     if terms.are_shared() {
-        if largest(&all) <= 0.0 {
-            return;
-        }
         // What all terms of a species have in common is rounded alike: where terms cancel, so does that.
-        let half = scaled(&segment.length, 0.5);
-        let mut bases: SmallVec<[Option<Lane>; 8]> = SmallVec::new();
-        for term in 0..weights.band_of.len() {
-            let mut base = None;
-            for (emitter, glow) in weights.emitted.iter().zip(&glows).filter(|(emitter, _)| emitter.weights[term] != 0.0) {
-                let base = base.get_or_insert([0.0; LANES]);
-                for lane in 0..LANES {
-                    base[lane] = fma(emitter.weights[term], half[lane] * glow[lane], base[lane]);
-                }
-            }
-            bases.push(base);
+        for glow in &mut glows {
+            *glow = lanes!(|lane| 0.5 * segment.length[lane] * glow[lane]);
         }
-        terms.accumulate(0, &state.drawn, &span, |term| bases[term], &mut state.sum);
+        terms.accumulate(0, &state.drawn, &span, |term| emission_of(weights, &glows, term), &mut state.sum);
         return;
     }
     for (emitter, glow) in weights.emitted.iter().zip(&glows) {
@@ -248,6 +245,34 @@ fn emit(segment: &Segment, context: &Context, state: &mut State) {
             terms.accumulate(emitter.light, &state.drawn, &span, of_term, &mut state.sum);
         }
     }
+}
+
+/// What all species send along the segment with one term, given what each sends; none where none has a weight.
+#[inline(always)]
+fn emission_of(weights: &Weights, glows: &[Lane], term: usize) -> Option<Lane> {
+    let mut base = None;
+    for (emitter, glow) in weights.emitted.iter().zip(glows).filter(|(emitter, _)| emitter.weights[term] != 0.0) {
+        let base = base.get_or_insert([0.0; LANES]);
+        for lane in 0..LANES {
+            base[lane] = fma(emitter.weights[term], glow[lane], base[lane]);
+        }
+    }
+    base
+}
+
+/// The mean depth from the segment's beginning of the light that all species send, given two times that light.
+#[inline(always)]
+fn emission_depth(segment: &Segment, context: &Context, all: &Lane) -> Lane {
+    let mut early = [0.0; LANES];
+    if segment.has_middle() {
+        for emitter in &context.tables.weights.emitted {
+            let own = segment.twice_the_early(context.slots.species[emitter.species]);
+            for lane in 0..LANES {
+                early[lane] = fma(emitter.total, own[lane], early[lane]);
+            }
+        }
+    }
+    segment.mean_depth(all, &early)
 }
 
 /// An angle under which a segment scatters: its place in the phase table, and the share of the light.

@@ -65,6 +65,8 @@ pub(super) struct State<'a> {
     pub(super) tau: Lane,
     /// Light so far, term × lane.
     pub(super) sum: Vec<Lane>,
+    /// What a segment scatters of a star's light, spread over the terms by the phase function, term × lane.
+    pub(super) spread: Vec<Lane>,
     /// Scattered light so far where it comes from the light field, element × polynomial × lane.
     pub(super) channels: Vec<Lane>,
     pub(super) deepest: Lane,
@@ -76,6 +78,8 @@ pub(super) struct StarView {
     pub(super) distance: Lane,
     /// Steps that may be long beside their distance to the star.
     pub(super) long: Range<usize>,
+    /// Steps that the star may see under so wide an angle that the phase function changes along them.
+    pub(super) wide: Range<usize>,
 }
 
 /// Where a segment starts and how long it is, in steps.
