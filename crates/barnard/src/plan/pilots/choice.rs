@@ -16,6 +16,9 @@ use crate::plan::{END_SHARE, LightField, Settings, SpatialPlan, Stepping};
 const SHARE: f64 = 0.7;
 /// The part of that which samples of functions may cost.
 const SAMPLING_SHARE: f64 = 0.5;
+/// The part of what samples of functions do cost that steps and star depths may add, up to the accuracy asked for: the
+/// whole, which is worse than that already, becomes half a percent larger.
+const BESIDE_SAMPLING: f64 = 0.1;
 /// Steps in a voxel edge, from cheap to dear: a segment costs about what its sample does. Pairs are taken where they are
 /// short beside what is near a star: longer ones were seen to be worse than their pilots say.
 const STEPS: [Stepping; 12] = [
@@ -90,7 +93,9 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
     // through the same samples.
     let reachable = sampling.as_ref().map_or(&truth, |s| &s.values);
     let candidates = settings.method.steps.map_or_else(|| candidates(space, finest, field.is_some()), |n| vec![Stepping::Fixed(n)]);
-    let Some(Choice { stepping, factor, values, .. }) = marches.cheapest(space, settings, &candidates, reachable)? else {
+    let beside_sampling = BESIDE_SAMPLING * sampling.as_ref().map_or(0.0, Sampling::worst);
+    let enough = beside_sampling.min(settings.method.accuracy).max(accuracy);
+    let Some(Choice { stepping, factor, values, .. }) = marches.cheapest(space, settings, &candidates, reachable, enough)? else {
         return Ok(Stepping::PerVoxel(1.0));
     };
     let error = marches.error(&values, &truth);
@@ -191,7 +196,7 @@ impl Marches<'_> {
         relative_error(values, truth, &self.pilots)
     }
 
-    /// The cheapest of `candidates` with the coarsest star depths that keep the accuracy, or the best there is. Star
+    /// The cheapest of `candidates` with the coarsest star depths whose error is small `enough`, or the best there is. Star
     /// depths of `space` are refined on the way, and may be finer in the end than those that were chosen.
     fn cheapest(
         &self,
@@ -199,8 +204,8 @@ impl Marches<'_> {
         settings: &Settings,
         candidates: &[Stepping],
         reachable: &[Vec<f64>],
+        enough: f64,
     ) -> Result<Option<Choice>> {
-        let accuracy = SHARE * settings.method.accuracy;
         // A field of light has no star depths to refine, and finer steps may be of no use to it.
         let field = self.fast.field.is_some();
         let mut best: Option<Choice> = None;
@@ -224,12 +229,12 @@ impl Marches<'_> {
                 if worthwhile {
                     best = Some(Choice { stepping, factor, error, values });
                 }
-                if error <= accuracy || field && !worthwhile {
+                if error <= enough || field && !worthwhile {
                     break;
                 }
             }
             let error = best.as_ref().map_or(f64::INFINITY, |b| b.error);
-            if error <= accuracy || error > WORTHWHILE * before || space.marched().is_empty() || field {
+            if error <= enough || error > WORTHWHILE * before || space.marched().is_empty() || field {
                 break;
             }
         }
