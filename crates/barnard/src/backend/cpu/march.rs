@@ -72,7 +72,7 @@ impl<'a> March<'a> {
             dt: [0.0; LANES],
             tau: [0.0; LANES],
             sum: vec![[0.0; LANES]; terms],
-            spread: vec![[0.0; LANES]; self.context.tables.phase.as_ref().map_or(0, |phase| phase.at_nodes.columns())],
+            bases: vec![[0.0; LANES]; terms.next_multiple_of(4)],
             channels: vec![[0.0; LANES]; self.context.tables.light_sums.as_ref().map_or(0, |g| g.channels())],
             deepest: [0.0; LANES],
         };

@@ -9,13 +9,13 @@
 
 use std::ops::Range;
 
-use smallvec::{SmallVec, smallvec};
+use smallvec::SmallVec;
 
 use super::context::Context;
 use super::phase_rows::PhaseEntries;
 use super::segment::Segment;
 use super::state::{State, StepSpan};
-use super::terms::DepthSpan;
+use super::terms::{Bases, DepthSpan};
 use crate::packet::{LANES, Lane, fma, lanes, largest};
 use crate::plan::many_lights::near_field_kernel::{PROFILE, Profile, Shape, depth_within};
 use crate::plan::near::{CLOSEST, NEAR_FIELD_PIECES, near_field_piece};
@@ -224,17 +224,22 @@ impl NearStar<'_> {
         };
         let terms = &context.tables.terms;
         let Some(phase) = &context.tables.phase else {
-            return terms.accumulate(0, &state.drawn, &span, |term| Some(lanes!(|lane| weights[term] * total[lane])), &mut state.sum);
+            return terms.accumulate(0, &state.drawn, &span, Bases::Weighted(total, weights), &mut state.sum);
         };
-        let mut spread: SmallVec<[Lane; 8]> = smallvec![[0.0; LANES]; phase.at_nodes.columns()];
+        let spread = &mut state.bases[..phase.at_nodes.columns()];
+        spread.fill([0.0; LANES]);
         for Piece { light, entries } in list {
-            phase.at_nodes.add(entries, light, &mut spread);
+            phase.at_nodes.add(entries, light, spread);
         }
-        let of_term = |term: usize| {
-            let spread = &spread[if phase.separable { 0 } else { term }];
-            Some(lanes!(|lane| weights[term] * spread[lane]))
+        let bases = if phase.separable {
+            Bases::Weighted(&spread[0], weights)
+        } else {
+            for (base, weight) in spread.iter_mut().zip(weights) {
+                *base = lanes!(|lane| weight * base[lane]);
+            }
+            Bases::Each(spread)
         };
-        terms.accumulate(0, &state.drawn, &span, of_term, &mut state.sum);
+        terms.accumulate(0, &state.drawn, &span, bases, &mut state.sum);
     }
 }
 

@@ -9,9 +9,9 @@ use super::propagation;
 use super::segment::Segment;
 use super::state::{StarView, State};
 use super::tables::Tables;
-use super::terms::{DepthSpan, Terms};
+use super::terms::{Bases, DepthSpan, Terms};
 use crate::packet::{LANES, Lane, fma, lanes, largest};
-use crate::plan::{Scatterer, Weights};
+use crate::plan::Scatterer;
 use crate::plan::near::{NEAR_ANGLE, NEAR_VOXELS, NearPiece};
 use crate::plan::{near, segment as plan_segment};
 
@@ -67,23 +67,23 @@ fn scatter(segment: &Segment, context: &Context, state: &mut State, scatterer: &
     let Irradiated { close, base, along } = &irradiated;
     match &context.tables.phase {
         None => {
-            let of_term = |term: usize| Some(scaled(base, scatterer.weights[term]));
-            context.tables.terms.accumulate(scatterer.light, &state.drawn, &span, of_term, &mut state.sum);
+            let bases = Bases::Weighted(base, &scatterer.weights);
+            context.tables.terms.accumulate(scatterer.light, &state.drawn, &span, bases, &mut state.sum);
         }
         Some(phase) => {
             let rows = &phase.lights[scatterer.light];
+            let spread = &mut state.bases[..rows.columns()];
             match phases(segment, context, view, base) {
-                1 => rows.spread(&angle(segment, context, view, along, 0.0).0, base, &mut state.spread),
+                1 => rows.spread(&angle(segment, context, view, along, 0.0).0, base, spread),
                 phases => {
-                    state.spread.fill([0.0; LANES]);
+                    spread.fill([0.0; LANES]);
                     for Angle { entries, share } in angles(segment, context, view, along, phases) {
-                        rows.add(&entries, &lanes!(|lane| base[lane] * share[lane]), &mut state.spread);
+                        rows.add(&entries, &lanes!(|lane| base[lane] * share[lane]), spread);
                     }
                 }
             }
-            let spread = &state.spread;
-            let of_term = |term: usize| Some(if phase.separable { scaled(&spread[0], scatterer.weights[term]) } else { spread[term] });
-            context.tables.terms.accumulate(scatterer.light, &state.drawn, &span, of_term, &mut state.sum);
+            let bases = if phase.separable { Bases::Weighted(&state.bases[0], &scatterer.weights) } else { Bases::Each(&state.bases) };
+            context.tables.terms.accumulate(scatterer.light, &state.drawn, &span, bases, &mut state.sum);
         }
     }
     if close.contains(&true) {
@@ -195,11 +195,11 @@ fn scatter_again(segment: &Segment, context: &Context, state: &mut State) {
     let Terms::Nodes(nodes) = &context.tables.terms else { return };
     let growth = &segment.growth;
     let span = DepthSpan { middle: lanes!(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
-    let base = |term: usize| {
+    for (term, base) in state.bases.iter_mut().enumerate().take(nodes.k.len()) {
         let twice = segment.twice_the_mean(context.slots.scattered_field[term]);
-        Some(lanes!(|lane| 0.5 * nodes.k[term] * growth[lane] * twice[lane]))
-    };
-    context.tables.terms.accumulate(0, &state.drawn, &span, base, &mut state.sum);
+        *base = lanes!(|lane| 0.5 * nodes.k[term] * growth[lane] * twice[lane]);
+    }
+    context.tables.terms.accumulate(0, &state.drawn, &span, Bases::Each(&state.bases), &mut state.sum);
     if context.plan.space.many_lights.is_some() {
         // Stars that are gathered may be as deep as any.
         let behind = context.plan.space.star_depth as f32;
@@ -235,29 +235,26 @@ fn emit(segment: &Segment, context: &Context, state: &mut State) {
         for glow in &mut glows {
             *glow = lanes!(|lane| 0.5 * segment.length[lane] * glow[lane]);
         }
-        terms.accumulate(0, &state.drawn, &span, |term| emission_of(weights, &glows, term), &mut state.sum);
+        for (term, base) in state.bases.iter_mut().enumerate().filter(|(term, _)| context.tables.glowing.get(*term) == Some(&true)) {
+            let mut sum = [0.0; LANES];
+            for (emitter, glow) in weights.emitted.iter().zip(&glows) {
+                let weight = emitter.weights[term];
+                for lane in 0..LANES {
+                    sum[lane] = fma(weight, glow[lane], sum[lane]);
+                }
+            }
+            *base = sum;
+        }
+        terms.accumulate(0, &state.drawn, &span, Bases::Some(&state.bases, &context.tables.glowing), &mut state.sum);
         return;
     }
     for (emitter, glow) in weights.emitted.iter().zip(&glows) {
         let base = lanes!(|lane| 0.5 * segment.length[lane] * glow[lane]);
         if largest(&base) > 0.0 {
-            let of_term = |term: usize| (emitter.weights[term] != 0.0).then(|| scaled(&base, emitter.weights[term]));
-            terms.accumulate(emitter.light, &state.drawn, &span, of_term, &mut state.sum);
+            let bases = Bases::Weighted(&base, &emitter.weights);
+            terms.accumulate(emitter.light, &state.drawn, &span, bases, &mut state.sum);
         }
     }
-}
-
-/// What all species send along the segment with one term, given what each sends; none where none has a weight.
-#[inline(always)]
-fn emission_of(weights: &Weights, glows: &[Lane], term: usize) -> Option<Lane> {
-    let mut base = None;
-    for (emitter, glow) in weights.emitted.iter().zip(glows).filter(|(emitter, _)| emitter.weights[term] != 0.0) {
-        let base = base.get_or_insert([0.0; LANES]);
-        for lane in 0..LANES {
-            base[lane] = fma(emitter.weights[term], glow[lane], base[lane]);
-        }
-    }
-    base
 }
 
 /// The mean depth from the segment's beginning of the light that all species send, given two times that light.

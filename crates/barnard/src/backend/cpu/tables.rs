@@ -14,6 +14,8 @@ pub struct Tables {
     pub weights: Weights,
     /// The light field, in place of what is scattered star by star.
     pub light_sums: Option<LightSums>,
+    /// The terms that some species of gas sends light with.
+    pub(super) glowing: Vec<bool>,
     /// The phase function; none where scattering is isotropic.
     pub(super) phase: Option<Phase>,
 }
@@ -49,6 +51,7 @@ impl Tables {
         let light_sums = plan.light_field.as_deref().map(LightSums::new);
         let weights = Weights::new(plan);
         let phase = plan.spectral.phase.as_ref().map(|table| Phase::new(table, weights.band_of.len()));
-        Self { terms: Terms::new(plan), weights, light_sums, phase }
+        let glowing = (0..weights.band_of.len()).map(|term| weights.emitted.iter().any(|e| e.weights[term] != 0.0)).collect();
+        Self { terms: Terms::new(plan), weights, light_sums, glowing, phase }
     }
 }

@@ -7,7 +7,7 @@
 use spectra::polynomial::MAX_DEGREE;
 use spectra::rule::{self, Analytic, Form};
 
-use super::DepthSpan;
+use super::{Bases, DepthSpan};
 use crate::packet::{LANES, Lane, exp, lanes, largest, ln, mean_transmittance, scaled_exp_integrals, sinhc};
 use crate::plan::{ClosedForm, End, Extent, Plan};
 
@@ -37,9 +37,9 @@ impl AnalyticTerms {
     }
 
     #[inline(always)]
-    pub(super) fn accumulate(&self, light: usize, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    pub(super) fn accumulate(&self, light: usize, span: &DepthSpan, bases: Bases, sum: &mut [Lane]) {
         for (term, (source, sum)) in self.sources[light].iter().zip(sum).enumerate() {
-            let Some(base) = base(term) else { continue };
+            let Some(base) = bases.of(term) else { continue };
             let mean = self.mean(source, light, term, span);
             for lane in 0..LANES {
                 sum[lane] += base[lane] * mean[lane];

@@ -3,7 +3,7 @@
 
 use spectra::rule::{DepthTable, Form};
 
-use super::DepthSpan;
+use super::{Bases, DepthSpan};
 use crate::packet::{LANES, Lane, Place, exp, mean_transmittance, sinhc};
 use crate::plan::Plan;
 
@@ -54,11 +54,11 @@ impl LookupTerms {
         &self,
         light: usize,
         DepthSpan { middle, half }: &DepthSpan,
-        base: impl Fn(usize) -> Option<Lane>,
+        bases: Bases,
         sum: &mut [Lane],
     ) {
         for (term, (table, sum)) in self.tables[light].iter().zip(sum).enumerate() {
-            let Some(base) = base(term) else { continue };
+            let Some(base) = bases.of(term) else { continue };
             for lane in 0..LANES {
                 sum[lane] += base[lane] * table.mean(middle[lane], half[lane].abs());
             }

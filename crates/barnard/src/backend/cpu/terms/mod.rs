@@ -12,7 +12,7 @@ mod sampled;
 
 use spectra::rule::Form;
 
-use crate::packet::{LANES, Lane};
+use crate::packet::{LANES, Lane, lanes};
 use crate::plan::Plan;
 
 pub use analytic::AnalyticTerms;
@@ -28,6 +28,30 @@ pub struct DepthSpan {
     pub middle: Lane,
     /// Half the difference of the depths at both ends.
     pub half: Lane,
+}
+
+/// What the decay of each term is multiplied by.
+#[derive(Clone, Copy)]
+pub enum Bases<'a> {
+    /// What all terms share, times the weight of each.
+    Weighted(&'a Lane, &'a [f32]),
+    /// A base for each term.
+    Each(&'a [Lane]),
+    /// A base for each of some terms, and which these are.
+    Some(&'a [Lane], &'a [bool]),
+}
+
+impl Bases<'_> {
+    /// The base of a term; none where it adds nothing.
+    #[inline(always)]
+    fn of(self, term: usize) -> Option<Lane> {
+        match self {
+            Bases::Weighted(_, weights) if weights[term] == 0.0 => None,
+            Bases::Weighted(base, weights) => Some(lanes!(|lane| base[lane] * weights[term])),
+            Bases::Some(_, terms) if !terms[term] => None,
+            Bases::Each(bases) | Bases::Some(bases, _) => Some(bases[term]),
+        }
+    }
 }
 
 /// The terms of all bands, in one form.
@@ -76,14 +100,14 @@ impl Terms {
 
     /// Adds base · ⟨D⟩ to the sum of every term of `light` that has a base.
     #[inline(always)]
-    pub fn accumulate(&self, light: usize, drawn: &Drawn, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    pub fn accumulate(&self, light: usize, drawn: &Drawn, span: &DepthSpan, bases: Bases, sum: &mut [Lane]) {
         match self {
-            Terms::Nodes(nodes) => nodes.accumulate(span, base, sum),
-            Terms::Lookup(lookup) => lookup.accumulate(light, span, base, sum),
-            Terms::Analytic(analytic) => analytic.accumulate(light, span, base, sum),
-            Terms::Projection(projection) => projection.accumulate(span, base, sum),
-            Terms::Preintegrated(preintegrated) => preintegrated.accumulate(light, span, base, sum),
-            Terms::Sampled(_) => drawn.accumulate(light, span, base, sum),
+            Terms::Nodes(nodes) => nodes.accumulate(span, bases, sum),
+            Terms::Lookup(lookup) => lookup.accumulate(light, span, bases, sum),
+            Terms::Analytic(analytic) => analytic.accumulate(light, span, bases, sum),
+            Terms::Projection(projection) => projection.accumulate(span, bases, sum),
+            Terms::Preintegrated(preintegrated) => preintegrated.accumulate(light, span, bases, sum),
+            Terms::Sampled(_) => drawn.accumulate(light, span, bases, sum),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use spectra::rule::Form;
 
-use super::DepthSpan;
+use super::{Bases, DepthSpan};
 use crate::packet::{LANES, Lane, SERIES_LIMIT, exp, fma, lanes, largest, mean_transmittance, sinhc};
 use crate::plan::Plan;
 
@@ -27,10 +27,10 @@ impl NodeTerms {
     }
 
     #[inline(always)]
-    pub(super) fn accumulate(&self, DepthSpan { middle, half }: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    pub(super) fn accumulate(&self, DepthSpan { middle, half }: &DepthSpan, bases: Bases, sum: &mut [Lane]) {
         let gentle = largest(&lanes!(|lane| half[lane].abs())) * self.range.1 <= SERIES_LIMIT;
         for (term, (k, sum)) in self.k.iter().zip(sum).enumerate() {
-            let Some(base) = base(term) else { continue };
+            let Some(base) = bases.of(term) else { continue };
             if gentle {
                 for lane in 0..LANES {
                     let y = k * half[lane];

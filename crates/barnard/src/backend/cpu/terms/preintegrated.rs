@@ -2,7 +2,7 @@
 
 use spectra::rule::Form;
 
-use super::DepthSpan;
+use super::{Bases, DepthSpan};
 use crate::packet::{LANES, Lane, exp, lanes};
 use crate::plan::Plan;
 
@@ -39,13 +39,13 @@ impl PreintegratedTerms {
         &self,
         light: usize,
         DepthSpan { middle, half }: &DepthSpan,
-        base: impl Fn(usize) -> Option<Lane>,
+        bases: Bases,
         sum: &mut [Lane],
     ) {
         let front = lanes!(|lane| middle[lane] - half[lane].abs());
         let root = lanes!(|lane| (2.0 * half[lane].abs()).sqrt());
         for (term, ((k, table), sum)) in self.k.iter().zip(&self.tables[light]).zip(sum).enumerate() {
-            let Some(base) = base(term) else { continue };
+            let Some(base) = bases.of(term) else { continue };
             for lane in 0..LANES {
                 sum[lane] += base[lane] * exp(-k * front[lane]) * table.at(root[lane]);
             }

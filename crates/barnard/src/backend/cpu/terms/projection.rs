@@ -3,7 +3,7 @@
 use spectra::rule::{Form, Projection};
 use wide::f32x4;
 
-use super::DepthSpan;
+use super::{Bases, DepthSpan};
 use crate::packet::{LANES, Lane, Place, lanes, largest, place};
 use crate::plan::Plan;
 
@@ -66,12 +66,12 @@ impl ProjectionTerms {
     }
 
     #[inline(always)]
-    pub(super) fn accumulate(&self, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    pub(super) fn accumulate(&self, span: &DepthSpan, bases: Bases, sum: &mut [Lane]) {
         for group in &self.groups {
             if group.table.size <= 4 {
-                group.accumulate::<4>(span, &base, sum);
+                group.accumulate::<4>(span, bases, sum);
             } else {
-                group.accumulate::<8>(span, &base, sum);
+                group.accumulate::<8>(span, bases, sum);
             }
         }
     }
@@ -87,12 +87,12 @@ impl ProjectionTerms {
 
 impl Group {
     #[inline(always)]
-    fn accumulate<const ROW: usize>(&self, span: &DepthSpan, base: impl Fn(usize) -> Option<Lane>, sum: &mut [Lane]) {
+    fn accumulate<const ROW: usize>(&self, span: &DepthSpan, bases: Bases, sum: &mut [Lane]) {
         let means = self.table.means::<ROW>(span);
         for element in 0..self.table.size {
             let mean = &means[element];
             for first in &self.first {
-                let Some(base) = base(first + element) else { continue };
+                let Some(base) = bases.of(first + element) else { continue };
                 let sum = &mut sum[first + element];
                 for lane in 0..LANES {
                     sum[lane] += base[lane] * mean[lane];

@@ -2,7 +2,7 @@
 
 use spectra::rule::{Form, Sampled};
 
-use super::DepthSpan;
+use super::{Bases, DepthSpan};
 use crate::packet::{LANES, Lane, exp, mean_transmittance};
 use crate::plan::Plan;
 use crate::random::Counter;
@@ -60,11 +60,11 @@ impl Drawn {
         &self,
         light: usize,
         DepthSpan { middle, half }: &DepthSpan,
-        base: impl Fn(usize) -> Option<Lane>,
+        bases: Bases,
         sum: &mut [Lane],
     ) {
         for (term, ((k, ratio), sum)) in self.k.iter().zip(&self.ratio[light]).zip(sum).enumerate() {
-            let Some(base) = base(term) else { continue };
+            let Some(base) = bases.of(term) else { continue };
             for lane in 0..LANES {
                 sum[lane] += base[lane] * ratio[lane] * mean_transmittance(k[lane] * middle[lane], k[lane] * half[lane]);
             }
