@@ -12,6 +12,7 @@ use crate::document::{Document, Origin};
 use crate::engine::Engine;
 use crate::panels::Layout;
 use crate::session::Session;
+use crate::timings::Timings;
 
 /// What can go wrong before the explorer is there.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +34,8 @@ pub struct Start {
     pub backend: BackendEntry,
     /// Most bytes that a plan may take.
     pub memory_limit: u64,
+    /// Whether it tells on the standard error output how often the window changes.
+    pub timings: bool,
 }
 
 /// Name of the application: its folder of settings, and its class among windows.
@@ -76,6 +79,7 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
         session.opened(document.origin());
         let mut app = App::new(document, engine, session, start.memory_limit);
         app.layout = Layout::stored(creation.storage);
+        app.timings = start.timings.then(Timings::default);
         words.into_iter().for_each(|words| app.tell(words));
         app
     };

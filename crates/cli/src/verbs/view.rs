@@ -30,12 +30,16 @@ pub struct View {
     /// Most memory that one array, grid or image may take [GiB]
     #[arg(long, value_name = "GIB", default_value_t = 16.0)]
     memory: f64,
+    /// Tell how many previews come while something moves, how long a picture takes to settle, and how often the window
+    /// is drawn meanwhile
+    #[arg(long)]
+    timings: bool,
 }
 
 impl View {
     /// The explorer with the first built-in scene, or what was not saved last time.
     pub fn plain() -> Self {
-        Self { scene: None, builtin: None, backend: "auto".into(), memory: 16.0 }
+        Self { scene: None, builtin: None, backend: "auto".into(), memory: 16.0, timings: false }
     }
 
     /// Whether there is a screen to open a window on.
@@ -51,7 +55,7 @@ impl View {
             (None, None) => None,
         };
         let backend = *registry().named(&self.backend)?;
-        let start = Start { scene, backend, memory_limit: crate::source::memory_limit(self.memory)? };
+        let start = Start { scene, backend, memory_limit: crate::source::memory_limit(self.memory)?, timings: self.timings };
         open(start).map_err(|e| match e {
             ViewerError::Scene(error) => anyhow::Error::from(error),
             other => other.into(),

@@ -22,6 +22,7 @@ use crate::order::Quality;
 use crate::panels;
 use crate::picture::Picture;
 use crate::session::Session;
+use crate::timings::{Look, Timings};
 use crate::viewport::Viewport;
 use leaving::Leaving;
 use ordering::Ordered;
@@ -76,6 +77,8 @@ pub struct App {
     pub memory_limit: u64,
     /// The spectrum that the probe saw last.
     pub probed: Option<panels::Probed>,
+    /// How often the window changes, where somebody wants to know.
+    pub timings: Option<Timings>,
     /// The number of times that the levels of pictures were asked for anew.
     exposure: u64,
     engine: Engine,
@@ -108,6 +111,7 @@ impl App {
             layout: panels::Layout::default(),
             memory_limit,
             probed: None,
+            timings: None,
             exposure: 0,
             engine,
             title: String::new(),
@@ -276,6 +280,7 @@ impl App {
             self.document.rest();
         }
         self.order(&ctx);
+        self.time(&ctx);
         self.session.keep(&self.document, ctx.input(|i| i.time));
         let title = format!("{}{} · Barnard", self.document.origin().name(), if self.document.is_changed() { "*" } else { "" });
         if title != self.title {
@@ -283,6 +288,24 @@ impl App {
             self.title = title;
         }
         self.close(&ctx);
+    }
+
+    /// Tells how often the window changes, and draws it as often as it can while it waits for a picture.
+    fn time(&mut self, ctx: &Context) {
+        let look = Look {
+            shown: self.shown.as_ref().map(|shown| (shown.number, shown.quality)),
+            size: self.viewport.pixels.unwrap_or_default(),
+            moving: self.ordered.as_ref().is_none_or(|ordered| ordered.moving),
+            settled: self.is_settled(),
+            changed: self.moved,
+        };
+        let Some(timings) = &mut self.timings else { return };
+        if let Some(words) = timings.frame(ctx.input(|i| i.time), look) {
+            eprintln!("{words}");
+        }
+        if !look.settled {
+            ctx.request_repaint();
+        }
     }
 
     fn take_frames(&mut self, ctx: &Context) {

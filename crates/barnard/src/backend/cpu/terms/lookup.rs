@@ -50,13 +50,7 @@ impl LookupTerms {
     }
 
     #[inline(always)]
-    pub(super) fn accumulate(
-        &self,
-        light: usize,
-        DepthSpan { middle, half }: &DepthSpan,
-        bases: Bases,
-        sum: &mut [Lane],
-    ) {
+    pub(super) fn accumulate(&self, light: usize, DepthSpan { middle, half }: &DepthSpan, bases: Bases, sum: &mut [Lane]) {
         for (term, (table, sum)) in self.tables[light].iter().zip(sum).enumerate() {
             let Some(base) = bases.of(term) else { continue };
             for lane in 0..LANES {

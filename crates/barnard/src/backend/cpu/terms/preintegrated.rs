@@ -35,13 +35,7 @@ impl PreintegratedTerms {
     }
 
     #[inline(always)]
-    pub(super) fn accumulate(
-        &self,
-        light: usize,
-        DepthSpan { middle, half }: &DepthSpan,
-        bases: Bases,
-        sum: &mut [Lane],
-    ) {
+    pub(super) fn accumulate(&self, light: usize, DepthSpan { middle, half }: &DepthSpan, bases: Bases, sum: &mut [Lane]) {
         let front = lanes!(|lane| middle[lane] - half[lane].abs());
         let root = lanes!(|lane| (2.0 * half[lane].abs()).sqrt());
         for (term, ((k, table), sum)) in self.k.iter().zip(&self.tables[light]).zip(sum).enumerate() {

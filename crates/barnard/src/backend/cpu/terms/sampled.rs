@@ -56,13 +56,7 @@ impl SampledTerms {
 
 impl Drawn {
     #[inline(always)]
-    pub(super) fn accumulate(
-        &self,
-        light: usize,
-        DepthSpan { middle, half }: &DepthSpan,
-        bases: Bases,
-        sum: &mut [Lane],
-    ) {
+    pub(super) fn accumulate(&self, light: usize, DepthSpan { middle, half }: &DepthSpan, bases: Bases, sum: &mut [Lane]) {
         for (term, ((k, ratio), sum)) in self.k.iter().zip(&self.ratio[light]).zip(sum).enumerate() {
             let Some(base) = bases.of(term) else { continue };
             for lane in 0..LANES {
