@@ -31,7 +31,7 @@ pub struct View {
     #[arg(long, value_name = "GIB", default_value_t = 16.0)]
     memory: f64,
     /// Tell how many previews come while something moves, how long a picture takes to settle, and how often the window
-    /// is drawn meanwhile
+    /// is drawn meanwhile: as often as it can be while the pointer moves over it
     #[arg(long)]
     timings: bool,
 }

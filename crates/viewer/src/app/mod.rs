@@ -290,7 +290,7 @@ impl App {
         self.close(&ctx);
     }
 
-    /// Tells how often the window changes, and draws it as often as it can while it waits for a picture.
+    /// Tells how often the window changes.
     fn time(&mut self, ctx: &Context) {
         let look = Look {
             shown: self.shown.as_ref().map(|shown| (shown.number, shown.quality)),
@@ -302,9 +302,6 @@ impl App {
         let Some(timings) = &mut self.timings else { return };
         if let Some(words) = timings.frame(ctx.input(|i| i.time), look) {
             eprintln!("{words}");
-        }
-        if !look.settled {
-            ctx.request_repaint();
         }
     }
 
