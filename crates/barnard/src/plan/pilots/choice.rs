@@ -28,7 +28,7 @@ const STEPS: [Stepping; 12] = [
     Stepping::PerVoxel(2.0),
     Stepping::PerVoxel(3.0),
     Stepping::PerVoxel(4.0),
-    Stepping::Paired(3.0),
+    Stepping::Paired(3.5),
     Stepping::Paired(4.0),
     Stepping::Paired(6.0),
     Stepping::PerVoxel(12.0),
