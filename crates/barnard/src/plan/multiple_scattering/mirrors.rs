@@ -21,13 +21,14 @@ const KINDS: usize = 4;
 pub(super) struct Mirrors {
     /// The number of each beam, and its sign for each kind.
     beams: Vec<(usize, [f32; KINDS])>,
-    /// For each kind the numbers of its harmonics, what they are in the first beam, and its quadrature weights.
+    /// For each kind the numbers of its harmonics, what they scatter into the first beam, and its quadrature weights.
     kinds: [Vec<Term>; KINDS],
 }
 
 struct Term {
     number: usize,
-    harmonic: f32,
+    /// The harmonic times what is scattered of it.
+    harmonic: EightLanes,
     quadrature: f32,
 }
 
@@ -46,8 +47,9 @@ fn kinds(across: (usize, usize)) -> [usize; COUNT] {
 }
 
 impl Mirrors {
-    /// Groups the beams of a face by their directions, with as many harmonics as are swept.
-    pub(super) fn of(beams: &[Beam], towards: &[DVec3], across: (usize, usize), count: usize) -> Vec<Self> {
+    /// Groups the beams of a face by their directions, with as many harmonics as there are albedos times Legendre moments
+    /// ω p_l in `scattering`.
+    pub(super) fn of(beams: &[Beam], towards: &[DVec3], across: (usize, usize), scattering: &[EightLanes]) -> Vec<Self> {
         let kinds = kinds(across);
         let alike = |a: &DVec3, b: &DVec3| (a.abs() - b.abs()).abs().max_element() < 1e-9;
         let mut groups: Vec<(usize, Self)> = Vec::new();
@@ -60,23 +62,28 @@ impl Mirrors {
                 continue;
             }
             let terms = |kind: usize| {
-                let numbers = (0..count).filter(|h| kinds[*h] == kind);
-                let term = |number| Term { number, harmonic: beams[b].harmonics[number], quadrature: beams[b].quadrature[number] };
-                numbers.map(term).filter(|term| term.harmonic.abs() > 1e-9).collect()
+                let y = &beams[b].harmonics;
+                let numbers = (0..scattering.len()).filter(|h| kinds[*h] == kind && y[*h].abs() > 1e-9);
+                let term = |number: usize| Term {
+                    number,
+                    harmonic: scattering[number].map(|scattered| y[number] * scattered),
+                    quadrature: beams[b].quadrature[number],
+                };
+                numbers.map(term).collect()
             };
             groups.push((b, Self { beams: vec![(b, [1.0; KINDS])], kinds: [0, 1, 2, 3].map(terms) }));
         }
         groups.into_iter().map(|(_, group)| group).collect()
     }
 
-    /// Writes Σ Y_lm Q_lm of every beam, for the moments Q_lm of a cell.
+    /// Writes Σ Y_lm ω p_l J_lm of every beam, for the moments J_lm of a cell.
     #[inline(always)]
     pub(super) fn sources(&self, moments: &[EightLanes], out: &mut [EightLanes]) {
         let mut sums = [[0.0; WIDTH]; KINDS];
         for (sum, terms) in sums.iter_mut().zip(&self.kinds) {
             for Term { number, harmonic, .. } in terms {
                 for t in 0..WIDTH {
-                    sum[t] = fma(*harmonic, moments[*number][t], sum[t]);
+                    sum[t] = fma(harmonic[t], moments[*number][t], sum[t]);
                 }
             }
         }
@@ -130,7 +137,8 @@ mod tests {
             for face in faces(edge) {
                 let beams: Vec<Beam> = face.directions.iter().map(|d| beam(&cells, &face, d)).collect();
                 let towards: Vec<DVec3> = face.directions.iter().map(|d| d.towards).collect();
-                let mirrors = Mirrors::of(&beams, &towards, across(face.axis), count);
+                let scattering: Vec<EightLanes> = (0..count).map(|h| [0.9 - 0.02 * h as f32; WIDTH]).collect();
+                let mirrors = Mirrors::of(&beams, &towards, across(face.axis), &scattering);
                 assert!(mirrors.len() < beams.len() && mirrors.iter().map(|m| m.beams.len()).sum::<usize>() == beams.len());
                 let mut some = |n: usize| -> Vec<EightLanes> { (0..n).map(|_| [random.uniform() as f32 - 0.5; WIDTH]).collect() };
                 let (moments, radiance) = (some(count), some(beams.len()));
@@ -139,7 +147,7 @@ mod tests {
                 let mut gathered = vec![[0.0; WIDTH]; count];
                 mirrors.iter().for_each(|m| m.gather(&radiance, &mut gathered));
                 for (beam, source) in beams.iter().zip(&sources) {
-                    let truth: f32 = (0..count).map(|h| beam.harmonics[h] * moments[h][3]).sum();
+                    let truth: f32 = (0..count).map(|h| beam.harmonics[h] * scattering[h][3] * moments[h][3]).sum();
                     assert!((source[3] - truth).abs() < 1e-5, "{edge}: {} {truth}", source[3]);
                 }
                 for (h, own) in gathered.iter().enumerate() {

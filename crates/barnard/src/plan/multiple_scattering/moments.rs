@@ -96,11 +96,4 @@ impl Moments {
             }
         });
     }
-
-    /// Scatters: moments become those of the source function.
-    pub fn scatter(&mut self, scattering: &[EightLanes]) {
-        self.data.par_chunks_mut(self.count).with_min_len(1024).for_each(|cell| {
-            cell.iter_mut().zip(scattering).for_each(|(own, factor)| (0..WIDTH).for_each(|t| own[t] *= factor[t]));
-        });
-    }
 }

@@ -75,14 +75,13 @@ struct OnProcessor<'a> {
 impl Orders for OnProcessor<'_> {
     fn next(&mut self, control: &Control) -> Result<(Powers, Powers), Failure> {
         let Transfer { cells, k, faces, scattering, glow, around } = self.transfer;
-        self.order.scatter(scattering);
         self.next.darken();
         let ([near, far], dark) = (faces, [0.0; WIDTH]);
         let directions = if self.is_first { near } else { far };
-        sweep(cells, k, directions, &Sources { scattered: &self.order, glow: None, around: dark }, &mut self.next, control)?;
+        sweep(cells, k, directions, &Sources { scattered: &self.order, scattering, glow: None, around: dark }, &mut self.next, control)?;
         if std::mem::take(&mut self.is_first) && (glow.is_some() || *around != dark) {
             self.order.darken();
-            sweep(cells, k, far, &Sources { scattered: &self.order, glow, around: *around }, &mut self.next, control)?;
+            sweep(cells, k, far, &Sources { scattered: &self.order, scattering, glow, around: *around }, &mut self.next, control)?;
         }
         self.sum.add(&self.next, &[1.0; WIDTH]);
         std::mem::swap(&mut self.order, &mut self.next);

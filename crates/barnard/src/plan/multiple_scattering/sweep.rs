@@ -7,7 +7,7 @@
 //! | symbol | variable | unit |
 //! |---|---|---|
 //! | I₀, S₀: radiance and source function one plane before, where the ray comes from, bilinear | `before` | of radiance |
-//! | S = Σ_lm Y_lm Q_lm: what is scattered there, in parts of extinction | `source` | of radiance |
+//! | S = Σ_lm Y_lm ω p_l J_lm: what is scattered there, in parts of extinction | `source` | of radiance |
 //! | Δ = k σ̄ s: optical depth between the planes | `depth` | 1 |
 //! | ē s: light of gas | `glow` | of radiance |
 //!
@@ -32,8 +32,10 @@ use crate::packet::{exp, fma};
 
 /// The sources of light for eight terms.
 pub struct Sources<'a> {
-    /// Q_lm of each cell: scattered light in parts of extinction.
+    /// J_lm of each cell: light that scatters.
     pub scattered: &'a Moments,
+    /// The albedo times the Legendre moment, ω p_l, of each harmonic.
+    pub scattering: &'a [EightLanes],
     /// Emission per length of each cell [pc⁻¹], where gas glows.
     pub glow: Option<&'a [EightLanes]>,
     /// Radiance that comes in from all around.
@@ -89,7 +91,7 @@ fn sweep_face(cells: &Cells, k: &EightLanes, face: &Face, sources: &Sources, out
     let (column, row) = across(face.axis);
     let beams: Vec<Beam> = face.directions.iter().map(|d| beam(cells, face, d)).collect();
     let towards: Vec<DVec3> = face.directions.iter().map(|d| d.towards).collect();
-    let mirrors = Mirrors::of(&beams, &towards, (column, row), sources.scattered.count);
+    let mirrors = Mirrors::of(&beams, &towards, (column, row), &sources.scattering[..sources.scattered.count]);
     // Behind the margin all is as it is in it.
     let margin = beams.iter().flat_map(|b| b.shift).map(|s| s.unsigned_abs() + 1).max().unwrap_or(1).min(dims[column].max(dims[row]) + 2);
     let length = dims[column] + 2 * margin;
@@ -237,7 +239,15 @@ mod tests {
         let mut scattered = Moments::dark(cells.lattice.cells(), 9);
         scattered.data.iter_mut().step_by(9).for_each(|m| *m = fluence);
         let mut out = Moments::dark(cells.lattice.cells(), 9);
-        sweep(&cells, &k, &faces, &Sources { scattered: &scattered, glow: None, around }, &mut out, &Control::default()).unwrap();
+        sweep(
+            &cells,
+            &k,
+            &faces,
+            &Sources { scattered: &scattered, scattering: &[[1.0; WIDTH]; 9], glow: None, around },
+            &mut out,
+            &Control::default(),
+        )
+        .unwrap();
         for (i, (found, expected)) in out.data.iter().zip(&scattered.data).enumerate() {
             let close = (0..WIDTH).all(|t| (found[t] - expected[t]).abs() < 2e-5 * fluence[t]);
             assert!(close, "{i}: {found:?} {expected:?}");
@@ -254,7 +264,15 @@ mod tests {
         let dark = Moments::dark(clear.lattice.cells(), 1);
         let run = |cells: &Cells, glow: Option<&[EightLanes]>, around: EightLanes| {
             let mut out = dark.clone();
-            sweep(cells, &k, &faces, &Sources { scattered: &dark, glow, around }, &mut out, &Control::default()).unwrap();
+            sweep(
+                cells,
+                &k,
+                &faces,
+                &Sources { scattered: &dark, scattering: &[[1.0; WIDTH]], glow, around },
+                &mut out,
+                &Control::default(),
+            )
+            .unwrap();
             out
         };
         // Far inside, the path through gas along each direction is the same to both faces: fluence is 4π times the mean
