@@ -13,7 +13,7 @@ pub struct Look {
     pub moving: bool,
     /// Whether the picture is the one that `barnard render` makes of all that was asked for.
     pub settled: bool,
-    /// When something changed last [s].
+    /// When something changed last \[s\].
     pub changed: f64,
 }
 
