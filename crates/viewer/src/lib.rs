@@ -3,9 +3,8 @@
 //! [`document`] is the scene's text, [`edit`] a change of it, [`editor`] its tables as widgets by the rows of
 //! `scene::schema`. [`engine`] is a worker that takes an [`order`] and makes [`picture`]s in a [`studio`], coarse at
 //! once, fine when nothing moves, by levels that an [`exposure`] holds; [`flight`] moves the observer, [`viewport`] is
-//! the picture with hands on it, [`panels`] stand around it, [`timings`] tell how
-//! often it changes, [`app`] holds all together. Everything but [`open`] runs
-//! without a window.
+//! the picture with hands on it, [`panels`] stand around it, [`timings`] tell how often it changes, [`app`] holds all
+//! together. Everything but [`open`] runs without a window.
 
 pub mod app;
 pub mod comparison;

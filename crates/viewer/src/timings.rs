@@ -20,7 +20,7 @@ pub struct Look {
 /// The frames of a window since something changed, on a clock in seconds.
 #[derive(Debug, Default)]
 pub struct Timings {
-    last: Option<(f64, Look)>,
+    last: Option<Look>,
     /// When pictures came while something moved.
     previews: Vec<f64>,
     /// When the window was drawn while a picture settled.
@@ -30,7 +30,7 @@ pub struct Timings {
 impl Timings {
     /// Takes up what is shown at a time; returns what there is to tell of it.
     pub fn frame(&mut self, now: f64, look: Look) -> Option<String> {
-        let last = self.last.replace((now, look)).map(|(_, look)| look);
+        let last = self.last.replace(look);
         let is_new = look.shown.is_some() && last.is_none_or(|last| last.shown != look.shown);
         if look.moving {
             self.frames.clear();
@@ -39,12 +39,11 @@ impl Timings {
             }
             return None;
         }
+        self.frames.push(now);
         let previews = std::mem::take(&mut self.previews);
         if let Some(pace) = Pace::of(&previews) {
-            self.frames.push(now);
             return Some(format!("{} previews, {pace}", previews.len()));
         }
-        self.frames.push(now);
         if !look.settled {
             return None;
         }

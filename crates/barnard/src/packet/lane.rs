@@ -67,7 +67,6 @@ pub fn mean_transmittance(middle: f32, y: f32) -> f32 {
 macro_rules! lanes {
     (|$lane:ident| $value:expr) => {{
         let mut values = [0.0; $crate::packet::LANES];
-        #[allow(clippy::needless_range_loop)]
         for $lane in 0..$crate::packet::LANES {
             values[$lane] = $value;
         }
