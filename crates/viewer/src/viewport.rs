@@ -71,7 +71,6 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     let edge = |points: f32| (points * scale).round().clamp(16.0, MAX) as usize;
     let halves = if side_by_side(app) { 2.0 } else { 1.0 };
     app.viewport.pixels = Some((edge(rect.width() / halves), edge(rect.height())));
-    ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
     draw(ui, app, rect);
     let seen = if side_by_side(app) { rect.split_left_right_at_fraction(0.5).0 } else { rect };
     sparks(ui, app, seen);
@@ -89,11 +88,11 @@ fn side_by_side(app: &App) -> bool {
 /// The whole of a texture.
 const WHOLE: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
 
+/// Draws the pictures that are there, or the black before them.
 fn draw(ui: &Ui, app: &App, rect: Rect) {
-    let Some(shown) = &app.shown else { return };
     let painter = ui.painter().with_clip_rect(rect);
-    let textures = &shown.textures;
-    match (&app.comparison.with, &textures[..]) {
+    let textures = app.shown.as_ref().map_or(&[][..], |shown| &shown.textures);
+    match (&app.comparison.with, textures) {
         (With::Nothing, [own, ..]) | (_, [own]) => painter.image(own.id(), rect, WHOLE, Color32::WHITE),
         (With::Filters(_), [own, other]) if side_by_side(app) => {
             let (left, right) = rect.split_left_right_at_fraction(0.5);
@@ -107,7 +106,7 @@ fn draw(ui: &Ui, app: &App, rect: Rect) {
             painter.image(other.id(), right, Rect::from_min_max(pos2(x, 0.0), WHOLE.max), Color32::WHITE);
             painter.vline(left.right(), rect.y_range(), Stroke::new(1.5, Color32::from_white_alpha(160)))
         }
-        _ => return,
+        _ => painter.rect_filled(rect, 0.0, Color32::BLACK),
     };
 }
 

@@ -1,11 +1,13 @@
 //! The window itself.
 
+use std::cell::Cell;
 use std::sync::{Arc, OnceLock};
 
 use barnard::backend::{BackendEntry, DeviceUse, cpu};
 use barnard_gpu::Gpu;
+use eframe::Renderer;
 use eframe::egui::{Context, ViewportBuilder};
-use eframe::egui_wgpu::{RenderState, WgpuConfiguration, WgpuSetup};
+use eframe::egui_wgpu::{RenderState, WgpuSetup};
 
 use crate::app::{App, first_look};
 use crate::document::{Document, Origin};
@@ -57,22 +59,9 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
     let first = if start.backend.device == DeviceUse::Never { start.backend } else { cpu::ENTRY };
     let engine = Engine::start(first, move || of_worker.get().into_iter().for_each(Context::request_repaint));
     engine.submit(first_look(&document, start.memory_limit));
-    let mut options = eframe::NativeOptions {
-        viewport: ViewportBuilder::default()
-            .with_title("Barnard")
-            .with_app_id(NAME)
-            .with_inner_size([1280.0, 800.0])
-            .with_drag_and_drop(true),
-        wgpu_options: WgpuConfiguration::default(),
-        ..Default::default()
-    };
-    if let WgpuSetup::CreateNew(setup) = &mut options.wgpu_options.wgpu_setup {
-        // Egui asks for little; the march wants what the device has.
-        setup.device_descriptor = Arc::new(barnard_gpu::device_descriptor);
-    }
     let app = move |creation: &eframe::CreationContext| {
         context.get_or_init(|| creation.egui_ctx.clone());
-        if let Some(gpu) = creation.wgpu_render_state.as_ref().and_then(|state| shared(state, start.backend.device)) {
+        if let Some(gpu) = lent(creation.wgpu_render_state.as_ref(), start.backend.device) {
             engine.lend(gpu);
         }
         creation.storage.into_iter().for_each(|storage| session.restore(storage));
@@ -83,8 +72,50 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
         words.into_iter().for_each(|words| app.tell(words));
         app
     };
-    let made = eframe::run_native(NAME, options, Box::new(move |creation| Ok(Box::new(app(creation)))));
-    made.map_err(|e| ViewerError::Window(e.to_string()))
+    drawn_by(renderers(), app).map_err(|e| ViewerError::Window(e.to_string()))
+}
+
+/// What may draw the window, best first.
+///
+/// Egui's shader for wgpu filters textures by hand as well, and a device of software goes through both ways in every
+/// pixel: OpenGL draws a window three times as often there.
+fn renderers() -> [Renderer; 2] {
+    let is_real = barnard_gpu::adapters().first().is_some_and(|adapter| adapter.real);
+    if is_real { [Renderer::Wgpu, Renderer::Glow] } else { [Renderer::Glow, Renderer::Wgpu] }
+}
+
+/// Opens the window by the first renderer that this machine has, and returns when it is closed.
+fn drawn_by(renderers: [Renderer; 2], app: impl FnOnce(&eframe::CreationContext) -> App) -> eframe::Result {
+    // A renderer that fails has not asked for the app.
+    let app = Cell::new(Some(app));
+    let mut result = Ok(());
+    for renderer in renderers {
+        let made = |creation: &eframe::CreationContext| match app.take() {
+            Some(app) => Ok(Box::new(app(creation)) as Box<dyn eframe::App>),
+            None => Err("the window was closed".into()),
+        };
+        result = eframe::run_native(NAME, options(renderer), Box::new(made));
+        let Some(left) = app.take() else { break };
+        app.set(Some(left));
+    }
+    result
+}
+
+fn options(renderer: Renderer) -> eframe::NativeOptions {
+    let mut options = eframe::NativeOptions {
+        viewport: ViewportBuilder::default()
+            .with_title("Barnard")
+            .with_app_id(NAME)
+            .with_inner_size([1280.0, 800.0])
+            .with_drag_and_drop(true),
+        renderer,
+        ..Default::default()
+    };
+    if let WgpuSetup::CreateNew(setup) = &mut options.wgpu_options.wgpu_setup {
+        // Egui asks for little; the march wants what the device has.
+        setup.device_descriptor = Arc::new(barnard_gpu::device_descriptor);
+    }
+    options
 }
 
 /// The scene to begin with: the one that was asked for, else what was not saved last time, else a built-in one; and
@@ -105,12 +136,13 @@ fn begun(asked: Option<Document>, session: &mut Session, memory_limit: u64) -> b
     }
 }
 
-/// The window's device, where a back end is to render on it.
-fn shared(state: &RenderState, device: DeviceUse) -> Option<Gpu> {
-    let gpu = Gpu::shared(&state.adapter, state.device.clone(), state.queue.clone())?;
+/// The device that pictures are rendered on: the window's, or one beside it where the window has none and a device is
+/// asked for by name.
+fn lent(state: Option<&RenderState>, device: DeviceUse) -> Option<Gpu> {
+    let gpu = || state.map_or_else(|| Gpu::open().ok(), |state| Gpu::shared(&state.adapter, state.device.clone(), state.queue.clone()));
     match device {
         DeviceUse::Never => None,
-        DeviceUse::Always => Some(gpu),
-        DeviceUse::IfReal => gpu.adapter.real.then_some(gpu),
+        DeviceUse::Always => gpu(),
+        DeviceUse::IfReal => gpu().filter(|gpu| gpu.adapter.real),
     }
 }

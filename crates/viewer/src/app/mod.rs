@@ -372,6 +372,11 @@ impl eframe::App for App {
         self.ui(ui);
     }
 
+    /// The ground of the panels, which do not fill it again.
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        visuals.panel_fill.to_normalized_gamma_f32()
+    }
+
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
         self.session.save(storage);
         self.layout.save(storage);

@@ -7,7 +7,7 @@ mod probe;
 mod spectra;
 
 use barnard::scene::Scene;
-use eframe::egui::{self, Panel, ScrollArea, Ui};
+use eframe::egui::{self, Color32, Frame, Panel, ScrollArea, Ui};
 
 use crate::app::App;
 use crate::document::Origin;
@@ -55,7 +55,7 @@ impl Layout {
 
 /// Shows the menus on top.
 pub fn menu(ui: &mut Ui, app: &mut App) {
-    Panel::top("menu").show(ui, |ui| {
+    Panel::top("menu").frame(unfilled(ui)).show(ui, |ui| {
         egui::MenuBar::new().ui(ui, |ui| {
             ui.menu_button("File", |ui| file_menu(ui, app));
             ui.menu_button("Edit", |ui| {
@@ -157,7 +157,7 @@ pub fn status(ui: &mut Ui, app: &mut App) {
             false => app.notice = None,
         }
     }
-    Panel::bottom("status").show(ui, |ui| {
+    Panel::bottom("status").frame(unfilled(ui)).show(ui, |ui| {
         ui.horizontal_wrapped(|ui| match &app.notice {
             Some(notice) => {
                 let colour = if notice.error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };
@@ -181,7 +181,7 @@ pub fn status(ui: &mut Ui, app: &mut App) {
 /// Spectra, and the tables of the scene.
 pub fn left(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     if app.layout.scene {
-        Panel::left("scene").default_size(330.0).show(ui, |ui| {
+        Panel::left("scene").default_size(330.0).frame(unfilled(ui)).show(ui, |ui| {
             ScrollArea::both().auto_shrink(false).show(ui, |ui| spectra::show(ui, app, edits));
         });
     }
@@ -190,7 +190,7 @@ pub fn left(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
 /// Shows the panels at the right: picture, method, probe.
 pub fn right(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     if app.layout.picture {
-        Panel::right("picture").default_size(330.0).show(ui, |ui| {
+        Panel::right("picture").default_size(330.0).frame(unfilled(ui)).show(ui, |ui| {
             ScrollArea::both().auto_shrink(false).show(ui, |ui| {
                 section(ui, "Picture", true, |ui| picture::show(ui, app, edits));
                 section(ui, "Method", true, |ui| method::show(ui, app, edits));
@@ -198,6 +198,11 @@ pub fn right(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
             });
         });
     }
+}
+
+/// The frame of a panel, whose ground stays as the window was cleared: each layer is shaded pixel by pixel.
+fn unfilled(ui: &Ui) -> Frame {
+    Frame::side_top_panel(ui.style()).fill(Color32::TRANSPARENT)
 }
 
 /// A part of a panel that can be closed.
