@@ -36,6 +36,7 @@ fn swept(by: &dyn Sweeper, (harmonics, edges): (usize, [usize; 2]), k: &EightLan
     let around = std::array::from_fn(|t| if glows { 0.1 * t as f32 } else { 0.0 });
     let faces = edges.map(faces);
     let transfer = Transfer {
+        terms: WIDTH,
         cells: &cells,
         k,
         faces: faces.each_ref().map(|f| &f[..]),

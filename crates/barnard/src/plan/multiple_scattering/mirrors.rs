@@ -11,24 +11,24 @@ use glam::DVec3;
 
 use super::beam::Beam;
 use super::harmonics::{COUNT, harmonics};
-use super::lanes::{EightLanes, WIDTH};
+use super::lanes::Lanes;
 use crate::packet::fma;
 
 /// Kinds of harmonics: even and odd along the columns and along the rows of a face.
 const KINDS: usize = 4;
 
 /// Beams that are mirror images of each other.
-pub(super) struct Mirrors {
+pub(super) struct Mirrors<const N: usize> {
     /// The number of each beam, and its sign for each kind.
     beams: Vec<(usize, [f32; KINDS])>,
     /// For each kind the numbers of its harmonics, what they scatter into the first beam, and its quadrature weights.
-    kinds: [Vec<Term>; KINDS],
+    kinds: [Vec<Term<N>>; KINDS],
 }
 
-struct Term {
+struct Term<const N: usize> {
     number: usize,
     /// The harmonic times what is scattered of it.
-    harmonic: EightLanes,
+    harmonic: Lanes<N>,
     quadrature: f32,
 }
 
@@ -46,10 +46,10 @@ fn kinds(across: (usize, usize)) -> [usize; COUNT] {
     std::array::from_fn(|h| columns[h] + 2 * rows[h])
 }
 
-impl Mirrors {
+impl<const N: usize> Mirrors<N> {
     /// Groups the beams of a face by their directions, with as many harmonics as there are albedos times Legendre moments
     /// ω p_l in `scattering`.
-    pub(super) fn of(beams: &[Beam], towards: &[DVec3], across: (usize, usize), scattering: &[EightLanes]) -> Vec<Self> {
+    pub(super) fn of(beams: &[Beam], towards: &[DVec3], across: (usize, usize), scattering: &[Lanes<N>]) -> Vec<Self> {
         let kinds = kinds(across);
         let alike = |a: &DVec3, b: &DVec3| (a.abs() - b.abs()).abs().max_element() < 1e-9;
         let mut groups: Vec<(usize, Self)> = Vec::new();
@@ -78,17 +78,17 @@ impl Mirrors {
 
     /// Writes Σ Y_lm ω p_l J_lm of every beam, for the moments J_lm of a cell.
     #[inline(always)]
-    pub(super) fn sources(&self, moments: &[EightLanes], out: &mut [EightLanes]) {
-        let mut sums = [[0.0; WIDTH]; KINDS];
+    pub(super) fn sources(&self, moments: &[Lanes<N>], out: &mut [Lanes<N>]) {
+        let mut sums = [[0.0; N]; KINDS];
         for (sum, terms) in sums.iter_mut().zip(&self.kinds) {
             for Term { number, harmonic, .. } in terms {
-                for t in 0..WIDTH {
+                for t in 0..N {
                     sum[t] = fma(harmonic[t], moments[*number][t], sum[t]);
                 }
             }
         }
         for (beam, signs) in &self.beams {
-            for t in 0..WIDTH {
+            for t in 0..N {
                 let even = fma(signs[1], sums[1][t], sums[0][t]);
                 out[*beam][t] = even + signs[2] * fma(signs[1], sums[3][t], sums[2][t]);
             }
@@ -97,18 +97,18 @@ impl Mirrors {
 
     /// Adds the radiance of every beam to the moments of a cell.
     #[inline(always)]
-    pub(super) fn gather(&self, radiance: &[EightLanes], moments: &mut [EightLanes]) {
-        let mut sums = [[0.0; WIDTH]; KINDS];
+    pub(super) fn gather(&self, radiance: &[Lanes<N>], moments: &mut [Lanes<N>]) {
+        let mut sums = [[0.0; N]; KINDS];
         for (beam, signs) in &self.beams {
             for (sum, sign) in sums.iter_mut().zip(signs) {
-                for t in 0..WIDTH {
+                for t in 0..N {
                     sum[t] = fma(*sign, radiance[*beam][t], sum[t]);
                 }
             }
         }
         for (sum, terms) in sums.iter().zip(&self.kinds) {
             for Term { number, quadrature, .. } in terms {
-                for t in 0..WIDTH {
+                for t in 0..N {
                     moments[*number][t] = fma(*quadrature, sum[t], moments[*number][t]);
                 }
             }
@@ -121,6 +121,7 @@ mod tests {
     use super::super::beam::beam;
     use super::super::cells::Cells;
     use super::super::directions::{TOGETHER, across, faces};
+    use super::super::lanes::{EightLanes, WIDTH};
     use super::*;
     use crate::field::Lattice;
     use crate::geometry::Bounds;

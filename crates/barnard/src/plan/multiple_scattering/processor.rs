@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use super::cells::Cells;
-use super::lanes::{EightLanes, Powers, WIDTH};
+use super::lanes::{EightLanes, Lanes, Powers, WIDTH, resized};
 use super::moments::Moments;
 use super::sweep::{Sources, sweep};
 use super::sweeper::{Failure, Orders, Sweeper, Transfer};
@@ -20,9 +20,12 @@ impl Sweeper for Processor {
     }
 
     fn start<'a>(&self, transfer: Transfer<'a>, first: Moments) -> Result<Box<dyn Orders + 'a>, Failure> {
-        let dark = || Moments::dark(transfer.cells.lattice.cells(), first.count);
-        let (sum, next) = (dark(), dark());
-        Ok(Box::new(OnProcessor { transfer, order: first, next, sum, is_first: true }))
+        // A sweep waits for memory: no more lanes than there are terms.
+        Ok(match transfer.terms {
+            0..=2 => Box::new(OnProcessor::<2>::new(transfer, &first)),
+            3..=4 => Box::new(OnProcessor::<4>::new(transfer, &first)),
+            _ => Box::new(OnProcessor::<WIDTH>::new(transfer, &first)),
+        })
     }
 }
 
@@ -64,41 +67,109 @@ impl<'a> Sweepers<'a> {
     }
 }
 
-struct OnProcessor<'a> {
+/// Orders of as many terms as there are lanes.
+struct OnProcessor<'a, const N: usize> {
     transfer: Transfer<'a>,
-    order: Moments,
-    next: Moments,
-    sum: Moments,
+    k: Lanes<N>,
+    scattering: Vec<Lanes<N>>,
+    glow: Option<Vec<Lanes<N>>>,
+    around: Lanes<N>,
+    order: Moments<N>,
+    next: Moments<N>,
+    sum: Moments<N>,
     is_first: bool,
 }
 
-impl Orders for OnProcessor<'_> {
-    fn next(&mut self, control: &Control) -> Result<(Powers, Powers), Failure> {
-        let Transfer { cells, k, faces, scattering, glow, around } = self.transfer;
-        self.next.darken();
-        let ([near, far], dark) = (faces, [0.0; WIDTH]);
-        let directions = if self.is_first { near } else { far };
-        sweep(cells, k, directions, &Sources { scattered: &self.order, scattering, glow: None, around: dark }, &mut self.next, control)?;
-        if std::mem::take(&mut self.is_first) && (glow.is_some() || *around != dark) {
-            self.order.darken();
-            sweep(cells, k, far, &Sources { scattered: &self.order, scattering, glow, around: *around }, &mut self.next, control)?;
+impl<'a, const N: usize> OnProcessor<'a, N> {
+    fn new(transfer: Transfer<'a>, first: &Moments) -> Self {
+        let dark = || Moments::dark(transfer.cells.lattice.cells(), first.count);
+        let all = |lanes: &[EightLanes]| lanes.iter().map(resized).collect();
+        Self {
+            k: resized(transfer.k),
+            scattering: all(transfer.scattering),
+            glow: transfer.glow.map(all),
+            around: resized(transfer.around),
+            order: first.resized(),
+            next: dark(),
+            sum: dark(),
+            is_first: true,
+            transfer,
         }
-        self.sum.add(&self.next, &[1.0; WIDTH]);
-        std::mem::swap(&mut self.order, &mut self.next);
+    }
+
+    /// The sources of light in later orders, and of what gas and background send besides in the first.
+    fn sources<'b>(&'b self, glow: Option<&'b [Lanes<N>]>, around: Lanes<N>) -> Sources<'b, N> {
+        Sources { scattered: &self.order, scattering: &self.scattering, glow, around }
+    }
+}
+
+impl<const N: usize> Orders for OnProcessor<'_, N> {
+    fn next(&mut self, control: &Control) -> Result<(Powers, Powers), Failure> {
+        let Transfer { cells, faces: [near, far], .. } = self.transfer;
+        let mut next = std::mem::replace(&mut self.next, Moments { count: 0, data: Vec::new() });
+        next.darken();
+        let dark = [0.0; N];
+        let directions = if self.is_first { near } else { far };
+        sweep(cells, &self.k, directions, &self.sources(None, dark), &mut next, control)?;
+        if std::mem::take(&mut self.is_first) && (self.glow.is_some() || self.around != dark) {
+            self.order.darken();
+            sweep(cells, &self.k, far, &self.sources(self.glow.as_deref(), self.around), &mut next, control)?;
+        }
+        self.sum.add(&next, &[1.0; N]);
+        self.next = std::mem::replace(&mut self.order, next);
         Ok((power(cells, &self.order), power(cells, &self.sum)))
     }
 
     fn sum(mut self: Box<Self>, last: &EightLanes) -> Result<Moments, Failure> {
-        self.sum.add(&self.order, last);
-        Ok(self.sum)
+        self.sum.add(&self.order, &resized(last));
+        Ok(self.sum.resized())
     }
 }
 
 /// The fluence in the dust, for each term.
-fn power(cells: &Cells, moments: &Moments) -> Powers {
+fn power<const N: usize>(cells: &Cells, moments: &Moments<N>) -> Powers {
     let mut power = [0.0; WIDTH];
     for (fluence, sigma) in moments.data.iter().step_by(moments.count).zip(&cells.sigma) {
         power.iter_mut().zip(fluence).for_each(|(p, m)| *p += f64::from(*sigma) * f64::from(*m));
     }
     power
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::super::directions::faces;
+    use super::*;
+    use crate::field::Lattice;
+    use crate::geometry::Bounds;
+
+    /// The light of two terms does not depend on how many lanes are swept beside them.
+    #[test]
+    fn lanes_are_alone() {
+        let lattice = Lattice { dims: [6, 5, 7], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
+        let count = lattice.cells();
+        let cells = Cells::of(lattice, (0..count).map(|i| (i % 5) as f32).collect());
+        let mut first = Moments::dark(count, 4);
+        first.data.iter_mut().enumerate().for_each(|(i, m)| m[..2].copy_from_slice(&[(i % 7) as f32, (i % 3) as f32]));
+        let two = |a: f32, b: f32| resized(&[a, b]);
+        let (near, far) = (faces(3), faces(2));
+        let transfer = Transfer {
+            cells: &cells,
+            terms: 2,
+            k: &two(1.0, 1.3),
+            faces: [&near, &far],
+            scattering: &[two(0.8, 0.7), two(0.5, 0.4), two(0.5, 0.4), two(0.5, 0.4)],
+            glow: Some(&vec![two(0.1, 0.3); count]),
+            around: &two(0.2, 0.1),
+        };
+        let swept = |mut orders: Box<dyn Orders + '_>| {
+            let powers: Vec<_> = (0..3).map(|_| orders.next(&Control::default()).unwrap()).collect();
+            (powers, orders.sum(&two(0.5, 0.25)).unwrap().data)
+        };
+        let narrow = swept(Processor.start(transfer, first.clone()).unwrap());
+        assert!(narrow.0[2].0[0] > narrow.0[2].0[1] && narrow.0[2].0[1] > 0.0 && narrow.0[2].0[2] == 0.0);
+        assert!(narrow == swept(Box::new(OnProcessor::<4>::new(transfer, &first))));
+        assert!(narrow == swept(Box::new(OnProcessor::<WIDTH>::new(transfer, &first))));
+    }
 }

@@ -163,8 +163,15 @@ impl Medium<'_> {
         let k: EightLanes = std::array::from_fn(|t| terms.get(t).map_or(0.0, |term| term.k as f32));
         let scattering = scattering(terms);
         let DirectSources { glow, around, .. } = direct_sources;
-        let transfer =
-            Transfer { cells: self.cells, k: &k, faces: self.faces, scattering: &scattering[..harmonics], glow: glow.as_deref(), around };
+        let transfer = Transfer {
+            cells: self.cells,
+            terms: terms.len(),
+            k: &k,
+            faces: self.faces,
+            scattering: &scattering[..harmonics],
+            glow: glow.as_deref(),
+            around,
+        };
         let ((moments, neumann), by) = sweepers.run(|sweeper| {
             let first = self.first(&k, &control.part(0.0, FIRST_SHARE))?;
             orders(sweeper, transfer, first, bounces, &control.part(FIRST_SHARE, 1.0))

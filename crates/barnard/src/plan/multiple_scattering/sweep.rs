@@ -23,45 +23,45 @@ use rayon::prelude::*;
 use super::beam::{Beam, beam};
 use super::cells::Cells;
 use super::directions::{Face, TOGETHER, across};
-use super::lanes::{EightLanes, WIDTH};
+use super::lanes::Lanes;
 use super::mirrors::Mirrors;
 use super::moments::Moments;
 use crate::control::Control;
 use crate::error::Result;
 use crate::packet::{exp, fma};
 
-/// The sources of light for eight terms.
-pub struct Sources<'a> {
+/// The sources of light for some terms.
+pub struct Sources<'a, const N: usize> {
     /// J_lm of each cell: light that scatters.
-    pub scattered: &'a Moments,
+    pub scattered: &'a Moments<N>,
     /// The albedo times the Legendre moment, ω p_l, of each harmonic.
-    pub scattering: &'a [EightLanes],
+    pub scattering: &'a [Lanes<N>],
     /// Emission per length of each cell [pc⁻¹], where gas glows.
-    pub glow: Option<&'a [EightLanes]>,
+    pub glow: Option<&'a [Lanes<N>]>,
     /// Radiance that comes in from all around.
-    pub around: EightLanes,
+    pub around: Lanes<N>,
 }
 
 /// A row of a plane, with cells around it where nothing is but what comes in.
 #[derive(Clone)]
-struct Row {
+struct Row<const N: usize> {
     /// The radiance of each cell and direction.
-    radiance: Vec<EightLanes>,
+    radiance: Vec<Lanes<N>>,
     /// The emission σ S of scattered light of each cell and direction.
-    scattering: Vec<EightLanes>,
+    scattering: Vec<Lanes<N>>,
     /// Light of gas per length.
-    glow: Vec<EightLanes>,
+    glow: Vec<Lanes<N>>,
     sigma: Vec<f32>,
 }
 
 /// A row of cells that is to be done.
-struct Line<'a> {
+struct Line<'a, const N: usize> {
     cells: &'a Cells,
-    k: &'a EightLanes,
-    sources: &'a Sources<'a>,
+    k: &'a Lanes<N>,
+    sources: &'a Sources<'a, N>,
     beams: &'a [Beam],
     /// The beams as mirror images of each other.
-    mirrors: &'a [Mirrors],
+    mirrors: &'a [Mirrors<N>],
     /// The number of cells around a plane.
     margin: usize,
     /// The number of the row in the plane.
@@ -73,12 +73,19 @@ struct Line<'a> {
     base: usize,
 }
 
-/// Adds to `out` the moments of the light that `sources` send through `cells`, in which eight terms have the
+/// Adds to `out` the moments of the light that `sources` send through `cells`, in which terms have the
 /// extinctions `k`.
 ///
 /// # Errors
 /// When the user wishes to stop.
-pub fn sweep(cells: &Cells, k: &EightLanes, faces: &[Face], sources: &Sources, out: &mut Moments, control: &Control) -> Result<()> {
+pub fn sweep<const N: usize>(
+    cells: &Cells,
+    k: &Lanes<N>,
+    faces: &[Face],
+    sources: &Sources<N>,
+    out: &mut Moments<N>,
+    control: &Control,
+) -> Result<()> {
     for face in faces {
         control.check()?;
         sweep_face(cells, k, face, sources, out);
@@ -86,7 +93,7 @@ pub fn sweep(cells: &Cells, k: &EightLanes, faces: &[Face], sources: &Sources, o
     Ok(())
 }
 
-fn sweep_face(cells: &Cells, k: &EightLanes, face: &Face, sources: &Sources, out: &mut Moments) {
+fn sweep_face<const N: usize>(cells: &Cells, k: &Lanes<N>, face: &Face, sources: &Sources<N>, out: &mut Moments<N>) {
     let dims = cells.lattice.dims;
     let (column, row) = across(face.axis);
     let beams: Vec<Beam> = face.directions.iter().map(|d| beam(cells, face, d)).collect();
@@ -97,8 +104,8 @@ fn sweep_face(cells: &Cells, k: &EightLanes, face: &Face, sources: &Sources, out
     let length = dims[column] + 2 * margin;
     let empty = Row {
         radiance: vec![sources.around; length * beams.len()],
-        scattering: vec![[0.0; WIDTH]; length * beams.len()],
-        glow: vec![[0.0; WIDTH]; length],
+        scattering: vec![[0.0; N]; length * beams.len()],
+        glow: vec![[0.0; N]; length],
         sigma: vec![0.0; length],
     };
     let mut before = vec![empty; dims[row] + 2 * margin];
@@ -126,10 +133,10 @@ const ROWS: usize = 4;
 
 /// Σ of four values by weights.
 #[inline(always)]
-fn blend(four: [&EightLanes; 4], weights: &[f32; 4]) -> EightLanes {
-    let mut sum = [0.0; WIDTH];
+fn blend<const N: usize>(four: [&Lanes<N>; 4], weights: &[f32; 4]) -> Lanes<N> {
+    let mut sum = [0.0; N];
     for (values, weight) in four.into_iter().zip(weights) {
-        for t in 0..WIDTH {
+        for t in 0..N {
             sum[t] = fma(*weight, values[t], sum[t]);
         }
     }
@@ -137,18 +144,18 @@ fn blend(four: [&EightLanes; 4], weights: &[f32; 4]) -> EightLanes {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [EightLanes]) {
+fn march_row<const N: usize>(line: &Line<N>, before: &[Row<N>], done: &mut Row<N>, out: &mut [Lanes<N>]) {
     let (count, harmonics) = (line.beams.len(), line.sources.scattered.count);
     let columns = done.sigma.len() - 2 * line.margin;
     for column in 0..columns {
         let cell = line.first + column * line.stride;
         let sigma = line.cells.sigma[cell];
-        let glow = line.sources.glow.map_or([0.0; WIDTH], |glow| glow[cell]);
+        let glow = line.sources.glow.map_or([0.0; N], |glow| glow[cell]);
         let source = line.sources.scattered.cell(cell);
         let moments = &mut out[(cell - line.base) * harmonics..][..harmonics];
         let here = column + line.margin;
         (done.sigma[here], done.glow[here]) = (sigma, glow);
-        let (mut own_sources, mut radiances) = ([[0.0; WIDTH]; TOGETHER], [[0.0; WIDTH]; TOGETHER]);
+        let (mut own_sources, mut radiances) = ([[0.0; N]; TOGETHER], [[0.0; N]; TOGETHER]);
         for mirrors in line.mirrors {
             mirrors.sources(source, &mut own_sources);
         }
@@ -157,7 +164,7 @@ fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [EightLanes]
             let row = (line.row + line.margin).saturating_add_signed(beam.shift[1]).min(before.len() - 2);
             let rows = [&before[row], &before[row + 1]];
             let at = here.saturating_add_signed(beam.shift[0]).min(done.sigma.len() - 2);
-            let four = |values: fn(&Row) -> &[EightLanes], stride: usize, b: usize| {
+            let four = |values: fn(&Row<N>) -> &[Lanes<N>], stride: usize, b: usize| {
                 let place = |i: usize| (at + i) * stride + b;
                 [&values(rows[0])[place(0)], &values(rows[0])[place(1)], &values(rows[1])[place(0)], &values(rows[1])[place(1)]]
             };
@@ -170,8 +177,8 @@ fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [EightLanes]
             let (inverse, own) = if upwind > line.cells.least { (1.0 / upwind, 0.0) } else { (0.0, 1.0) };
             let clear = sigma <= line.cells.least;
             let depth = 0.5 * (upwind + sigma) * beam.length_pc;
-            let (mut radiance, mut through) = ([0.0; WIDTH], [0.0; WIDTH]);
-            for t in 0..WIDTH {
+            let (mut radiance, mut through) = ([0.0; N], [0.0; N]);
+            for t in 0..N {
                 let (e, first, second) = shares(line.k[t] * depth);
                 through[t] = first + e;
                 let upwind_source = fma(scattering[t], inverse, own * own_source[t]);
@@ -180,13 +187,13 @@ fn march_row(line: &Line, before: &[Row], done: &mut Row, out: &mut [EightLanes]
             }
             if line.sources.glow.is_some() {
                 let coming = blend(four(|r| &r.glow, 1, 0), &beam.weights);
-                for t in 0..WIDTH {
+                for t in 0..N {
                     radiance[t] = fma(0.5 * (coming[t] + glow[t]) * beam.length_pc, through[t], radiance[t]);
                 }
             }
             radiances[b] = radiance;
             done.radiance[here * count + b] = radiance;
-            for t in 0..WIDTH {
+            for t in 0..N {
                 done.scattering[here * count + b][t] = own_source[t] * sigma;
             }
         }
@@ -214,6 +221,7 @@ fn shares(depth: f32) -> (f32, f32, f32) {
 mod tests {
     use super::super::directions::{Direction, faces};
     use super::super::harmonics::harmonics;
+    use super::super::lanes::{EightLanes, WIDTH};
     use super::*;
     use crate::field::Lattice;
     use crate::geometry::Bounds;

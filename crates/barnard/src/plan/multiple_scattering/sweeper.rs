@@ -18,6 +18,8 @@ use crate::error::Error;
 pub struct Transfer<'a> {
     /// The cells in which the dust is.
     pub cells: &'a Cells,
+    /// Terms that there are; in the lanes behind them is no light.
+    pub terms: usize,
     /// Extinction in parts of that at V.
     pub k: &'a EightLanes,
     /// Directions of starlight that has scattered once, and of all other: it comes from near the stars, and few
