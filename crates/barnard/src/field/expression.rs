@@ -267,7 +267,7 @@ mod tests {
             let lookup = |name: &str| Ok(if name == "outer" { outer.clone() } else { inner.clone() } as Arc<dyn Field>);
             Expression::parse(formula, lookup).unwrap().into_field(limit)
         };
-        let mass = |g: &Grid| g.data.iter().map(|v| f64::from(*v)).sum::<f64>() * g.lattice.voxel_pc().element_product();
+        let mass = |g: &Grid| g.values().iter().map(|v| f64::from(*v)).sum::<f64>() * g.lattice.voxel_pc().element_product();
         let sum = field("outer + inner", 1 << 30).unwrap();
         let sum = sum.grid().unwrap();
         assert_eq!((sum.lattice.dims, sum.lattice.bounds), ([64; 3], outer.lattice.bounds));
@@ -294,12 +294,12 @@ mod tests {
         let field = |formula: &str| Expression::parse(formula, lookup).unwrap().into_field(1 << 30).unwrap();
         let cut = field("n * step(0.51, sqrt(x^2 + y^2 + z^2)) / n");
         let cut = cut.grid().unwrap();
-        let volume = cut.data.iter().map(|v| f64::from(*v)).sum::<f64>() * cut.lattice.voxel_pc().element_product();
+        let volume = cut.values().iter().map(|v| f64::from(*v)).sum::<f64>() * cut.lattice.voxel_pc().element_product();
         let sphere = 4.0 / 3.0 * std::f64::consts::PI * 0.51f64.powi(3);
         assert!((volume / sphere - 1.0).abs() < 2e-3, "{}", volume / sphere - 1.0);
         // By the middles of voxels alone it is a percent off.
         let middles = Grid::sampled(cut.lattice.clone(), |p| f64::from(p.length() <= 0.51));
-        assert!((middles.data.iter().sum::<f32>() * 1e-3 / sphere as f32 - 1.0).abs() > 5e-3);
+        assert!((middles.values().iter().sum::<f32>() * 1e-3 / sphere as f32 - 1.0).abs() > 5e-3);
         let masked = field("n * step(x, 0.02)");
         let masked = masked.grid().unwrap();
         for [x, y, z] in [[11, 3, 4], [15, 10, 0], [19, 19, 19]] {

@@ -3,6 +3,10 @@
 //! Along a ray a trilinear field is a cubic polynomial between the planes through the voxel centres, so the two-point
 //! Gauss rule integrates each piece exactly: [`Grid::column`] is exact up to rounding.
 
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::Arc;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -16,6 +20,8 @@ use crate::geometry::{Bounds, Ray};
 pub(super) const OFFSET: f64 = 0.288_675_134_594_812_9;
 /// How far from a voxel's centre a place may lie that stands for it [voxels].
 const ON_CENTRE: f64 = 1e-9;
+/// Values that are checked together.
+const CHECKED_TOGETHER: usize = 1 << 16;
 /// Parts along each edge of a voxel in which a function jumps.
 const PARTS: usize = 6;
 /// By how much a function may change in a voxel that is taken for even.
@@ -27,7 +33,9 @@ const EVEN: f64 = 0.1;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     pub(crate) lattice: Lattice,
-    pub(crate) data: Vec<f32>,
+    /// The values in units of the factor; grids that differ by a factor alone share them.
+    shared: Arc<Vec<f32>>,
+    factor: f64,
 }
 
 impl Grid {
@@ -43,9 +51,47 @@ impl Grid {
             let wanted = format!("the {x} x {y} x {z} values that the voxels are, x fastest");
             return Err(Error::value("data of a grid", format!("{} values", data.len()), wanted));
         }
-        let grid = Self { lattice: Lattice { dims, bounds: bounds.checked()? }, data };
+        let grid = Self::of(Lattice { dims, bounds: bounds.checked()? }, data);
         grid.check("grid")?;
         Ok(grid)
+    }
+
+    /// The values at the centres of the voxels of a lattice.
+    pub(crate) fn of(lattice: Lattice, data: Vec<f32>) -> Self {
+        Self { lattice, shared: Arc::new(data), factor: 1.0 }
+    }
+
+    /// The same values times `factor`, in the same memory.
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        Self { factor: self.factor * factor, ..self.clone() }
+    }
+
+    /// Whether another grid has its values in the same memory.
+    pub(crate) fn shares(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.shared, &other.shared)
+    }
+
+    /// The bytes that the values take.
+    pub(crate) fn bytes(&self) -> u64 {
+        4 * self.shared.len() as u64
+    }
+
+    /// The value of a voxel by its number.
+    #[inline(always)]
+    pub(crate) fn value(&self, index: usize) -> f32 {
+        (f64::from(self.shared[index]) * self.factor) as f32
+    }
+
+    /// The values of some voxels that stand side by side in memory.
+    #[inline(always)]
+    pub(crate) fn run(&self, range: Range<usize>) -> impl ExactSizeIterator<Item = f32> + '_ {
+        let factor = self.factor;
+        self.shared[range].iter().map(move |v| (f64::from(*v) * factor) as f32)
+    }
+
+    /// The largest of the values of some voxels that stand side by side in memory; zero where all are less.
+    pub(crate) fn largest(&self, range: Range<usize>) -> f32 {
+        (f64::from(self.shared[range].iter().fold(0.0f32, |most, v| most.max(*v))) * self.factor) as f32
     }
 
     /// Where the voxels are.
@@ -54,8 +100,8 @@ impl Grid {
     }
 
     /// The values, depth × height × width, x running fastest \[unit of the field\].
-    pub fn values(&self) -> &[f32] {
-        &self.data
+    pub fn values(&self) -> Cow<'_, [f32]> {
+        if self.factor == 1.0 { Cow::Borrowed(&self.shared) } else { self.run(0..self.shared.len()).collect() }
     }
 
     /// Samples `f` at the voxel centres, on all cores.
@@ -74,7 +120,7 @@ impl Grid {
             sample(centres, values);
             out.iter_mut().zip(&*values).for_each(|(out, value)| *out = *value as f32);
         });
-        Self { lattice, data }
+        Self::of(lattice, data)
     }
 
     /// Samples a function that may jump: `sample` takes the centres of voxels and as many places within them. A voxel
@@ -117,18 +163,18 @@ impl Grid {
         let voxel = self.lattice.voxel_pc() * block as f64;
         let low = self.lattice.bounds.low;
         let bounds = Bounds { low, high: low + voxel * DVec3::from(dims.map(|n| n as f64)) };
-        let mut merged = Self { lattice: Lattice { dims, bounds }, data: Vec::new() };
-        let share = factor / block.pow(3) as f64;
+        let lattice = Lattice { dims, bounds };
+        let share = self.factor * factor / block.pow(3) as f64;
         let mean = |index: usize| {
-            let [x, y, z] = merged.lattice.place(index);
+            let [x, y, z] = lattice.place(index);
             let along = |axis: usize, i: usize| i * block..((i + 1) * block).min(own[axis]);
             let rows = along(2, z).flat_map(|z| along(1, y).map(move |y| (y, z)));
             let row =
-                |(y, z): (usize, usize)| self.data[self.lattice.index(0, y, z)..][along(0, x)].iter().map(|v| f64::from(*v)).sum::<f64>();
+                |(y, z): (usize, usize)| self.shared[self.lattice.index(0, y, z)..][along(0, x)].iter().map(|v| f64::from(*v)).sum::<f64>();
             (share * rows.map(row).sum::<f64>()) as f32
         };
-        merged.data = (0..merged.lattice.cells()).into_par_iter().map(mean).collect();
-        merged
+        let data = (0..lattice.cells()).into_par_iter().map(mean).collect();
+        Self::of(lattice, data)
     }
 
     /// Refuses negative, NaN and infinite values; says how many and where.
@@ -138,22 +184,24 @@ impl Grid {
     pub fn check(&self, field: &str) -> Result<()> {
         type Test = (&'static str, fn(f32) -> bool);
         const TESTS: [Test; 2] = [("cells that are NaN or infinite", |v| !v.is_finite()), ("negative cells", |v| v < 0.0)];
-        if !self.data.par_chunks(1 << 16).any(|part| part.iter().any(|v| TESTS.iter().any(|(_, bad)| bad(*v)))) {
+        let cells = self.shared.len();
+        let parts = (0..cells).into_par_iter().step_by(CHECKED_TOGETHER);
+        let is_bad = |v: f32| TESTS.iter().any(|(_, bad)| bad(v));
+        if !parts.into_par_iter().any(|first| self.run(first..(first + CHECKED_TOGETHER).min(cells)).any(is_bad)) {
             return Ok(());
         }
         for (what, bad) in TESTS {
-            let count = self.data.iter().filter(|v| bad(**v)).count();
-            if let Some(first) = self.data.iter().position(|v| bad(*v)) {
+            let count = self.run(0..cells).filter(|v| bad(*v)).count();
+            if let Some((first, value)) = self.run(0..cells).enumerate().find(|(_, v)| bad(*v)) {
                 let [x, y, z] = self.lattice.place(first);
-                let value = f64::from(self.data[first]);
-                return Err(Error::FieldValues { field: field.to_owned(), count, what, cells: self.data.len(), x, y, z, value });
+                return Err(Error::FieldValues { field: field.to_owned(), count, what, cells, x, y, z, value: f64::from(value) });
             }
         }
         Ok(())
     }
 
-    /// The values at some places, where these are the centres of voxels side by side along x.
-    fn row(&self, places: &[DVec3]) -> Option<&[f32]> {
+    /// The first of the values at some places, where these are the centres of voxels side by side along x.
+    fn row(&self, places: &[DVec3]) -> Option<usize> {
         let Lattice { dims, bounds } = &self.lattice;
         let first = self.lattice.index_space(*places.first()?);
         let voxel = first.round();
@@ -166,7 +214,7 @@ impl Grid {
         let origin = bounds.low + (voxel + 0.5) * edge;
         let on_centre = |(i, p): (usize, &DVec3)| (*p - origin - DVec3::new(i as f64 * edge.x, 0.0, 0.0)).abs().cmple(margin).all();
         let [x, y, z] = voxel.to_array().map(|i| i as usize);
-        places.iter().enumerate().all(on_centre).then(|| &self.data[self.lattice.index(x, y, z)..][..places.len()])
+        places.iter().enumerate().all(on_centre).then(|| self.lattice.index(x, y, z))
     }
 
     /// Trilinear value at a place in index space, clamped to the border.
@@ -177,7 +225,7 @@ impl Grid {
         let [x, y, z] = std::array::from_fn(|axis| (u[axis] as usize).min(dims[axis].saturating_sub(2)));
         let stride = [1, dims[0], dims[0] * dims[1]];
         let sides = |axis: usize, i: usize| [i, (i + 1).min(dims[axis] - 1)].map(|i| i * stride[axis]);
-        Cell::read(&self.data, DVec3::new(x as f64, y as f64, z as f64), [sides(0, x), sides(1, y), sides(2, z)]).at(u)
+        self.factor * Cell::read(&self.shared, DVec3::new(x as f64, y as f64, z as f64), [sides(0, x), sides(1, y), sides(2, z)]).at(u)
     }
 
     /// ∫ of the field from `a` to `b` [unit of the field × pc], exact; stops early past `enough`.
@@ -188,7 +236,8 @@ impl Grid {
         if far <= near {
             return 0.0;
         }
-        let mut cells = Cells::new(&self.lattice, &self.data, &ray, near);
+        let mut cells = Cells::new(&self.lattice, &self.shared, &ray, near);
+        let enough = if self.factor > 0.0 { enough / self.factor } else { f64::INFINITY };
         let (mut t, mut sum) = (near, 0.0);
         // A ray crosses each plane once: whatever rounding does, the march ends.
         for _ in 0..self.lattice.dims.iter().sum::<usize>() + 8 {
@@ -207,7 +256,7 @@ impl Grid {
             }
             cells.advance(axis);
         }
-        sum
+        self.factor * sum
     }
 }
 
@@ -216,8 +265,9 @@ impl Field for Grid {
         if self.lattice.bounds.contains(p) { self.trilinear(self.lattice.index_space(p)) } else { 0.0 }
     }
     fn sample(&self, places: &[DVec3], values: &mut [f64]) {
-        if let Some(row) = self.row(places) {
-            values.iter_mut().zip(row).for_each(|(value, own)| *value = f64::from(*own));
+        if let Some(first) = self.row(places) {
+            let row = &self.shared[first..][..places.len()];
+            values.iter_mut().zip(row).for_each(|(value, own)| *value = f64::from(*own) * self.factor);
             return;
         }
         values.iter_mut().zip(places).for_each(|(value, p)| *value = self.at(*p));
@@ -318,13 +368,35 @@ mod tests {
 
     #[test]
     fn bad_values_are_counted() {
-        let mut grid = linear();
-        grid.data[5] = -1.0;
-        grid.data[9] = -2.0;
-        let message = grid.check("dust").unwrap_err().to_string();
+        let grid = linear();
+        let mut values = grid.values().into_owned();
+        let mut check = |changes: &[(usize, f32)]| {
+            changes.iter().for_each(|(i, value)| values[*i] = *value);
+            Grid::of(grid.lattice.clone(), values.clone()).check("dust").unwrap_err().to_string()
+        };
+        let message = check(&[(5, -1.0), (9, -2.0)]);
         assert!(message.contains("2 negative cells") && message.contains("[5, 0, 0]"), "{message}");
-        grid.data[7] = f32::NAN;
-        assert!(grid.check("dust").unwrap_err().to_string().contains("1 cells that are NaN"));
+        assert!(check(&[(7, f32::NAN)]).contains("1 cells that are NaN"));
+        assert!(grid.scaled(1e38).check("dust").unwrap_err().to_string().contains("infinite"));
+    }
+
+    /// A grid and a multiple of it share their memory, and nothing else is alike: what one reads is the other's, times
+    /// the factor.
+    #[test]
+    fn multiples_share_their_values() {
+        let grid = linear();
+        let double = grid.scaled(0.5).scaled(4.0);
+        assert!(double.shares(&grid) && double != grid && double.values()[7] == 2.0 * grid.values()[7]);
+        let (a, b) = (DVec3::new(0.1, -0.2, 0.3), DVec3::new(-0.4, 0.7, 0.1));
+        let close = |own: f64, other: f64| (own / (2.0 * other) - 1.0).abs() < 1e-14;
+        assert!(close(double.at(a), grid.at(a)) && close(double.column(a, b, f64::INFINITY), grid.column(a, b, f64::INFINITY)));
+        let (enough, whole) = (0.5 * double.column(a, b, f64::INFINITY), double.column(a, b, f64::INFINITY));
+        assert!((enough..whole).contains(&double.column(a, b, enough)));
+        let centres: Vec<DVec3> = (0..2).map(|x| grid.lattice.centre(x, 1, 1)).collect();
+        let (mut own, mut other) = ([0.0; 2], [0.0; 2]);
+        double.sample(&centres, &mut own);
+        grid.sample(&centres, &mut other);
+        assert!(own[1] == 2.0 * other[1] && close(double.merged(2, 1.0).at(a), grid.merged(2, 1.0).at(a)));
     }
 
     /// Merged voxels hold as much as those they are made of, where they were, and blocks at the edge count what is
@@ -336,10 +408,10 @@ mod tests {
         let merged = grid.merged(2, 3.0);
         assert_eq!(merged.lattice.dims, [3, 2, 3]);
         assert_eq!(merged.lattice.bounds.high, DVec3::new(6.0, 4.0, 6.0));
-        let sum = |g: &Grid| g.data.iter().map(|v| f64::from(*v)).sum::<f64>() * g.lattice.voxel_pc().element_product();
+        let sum = |g: &Grid| g.values().iter().map(|v| f64::from(*v)).sum::<f64>() * g.lattice.voxel_pc().element_product();
         assert!((sum(&merged) / (3.0 * sum(&grid)) - 1.0).abs() < 1e-6);
         let corner =
             [0.5, 1.5].into_iter().flat_map(|x| [0.5, 1.5].into_iter().flat_map(move |y| [0.5, 1.5].map(|z| 1.0 + x + 10.0 * y * z)));
-        assert!((f64::from(merged.data[0]) - 3.0 * corner.sum::<f64>() / 8.0).abs() < 1e-4);
+        assert!((f64::from(merged.values()[0]) - 3.0 * corner.sum::<f64>() / 8.0).abs() < 1e-4);
     }
 }

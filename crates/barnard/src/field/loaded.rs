@@ -59,10 +59,11 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
         );
         return Err(section.error(key, message));
     }
-    let mut grid = Grid { data: arranged(&array, factor, axes, &lattice), lattice };
+    let mut values = arranged(&array, factor, axes, &lattice);
     if section.flag("clip")?.unwrap_or(false) {
-        grid.data.iter_mut().filter(|v| v.is_nan() || **v < 0.0).for_each(|v| *v = 0.0);
+        values.iter_mut().filter(|v| v.is_nan() || **v < 0.0).for_each(|v| *v = 0.0);
     }
+    let grid = Grid::of(lattice, values);
     grid.check(section.name())?;
     Ok(Arc::new(grid))
 }

@@ -39,7 +39,7 @@ impl Bricks {
                 for z in range(2) {
                     for y in range(1) {
                         let row = grid.lattice.index(0, y, z);
-                        largest = grid.data[row..][range(0)].iter().fold(largest, |m, v| m.max(*v));
+                        largest = largest.max(grid.largest(row + range(0).start()..row + range(0).end() + 1));
                     }
                 }
                 largest

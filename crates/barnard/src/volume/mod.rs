@@ -100,7 +100,7 @@ impl Volume {
         self.data.par_chunks_exact_mut(nx * channels).enumerate().for_each(|(r, row)| {
             let from = grid.lattice.index(0, inside(1, r % ny), inside(2, r / ny));
             for (x, values) in row.chunks_exact_mut(channels).enumerate() {
-                values[slot] = grid.data[from + inside(0, x)];
+                values[slot] = grid.value(from + inside(0, x));
             }
         });
     }
@@ -147,9 +147,4 @@ impl Volume {
     pub fn bytes(&self) -> u64 {
         4 * self.data.len() as u64
     }
-}
-
-/// A grid's values times `factor`, with its lattice.
-pub fn scaled(grid: &Grid, factor: f64) -> Grid {
-    Grid { lattice: grid.lattice.clone(), data: grid.data.par_iter().map(|v| (f64::from(*v) * factor) as f32).collect() }
 }

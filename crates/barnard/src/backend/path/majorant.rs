@@ -38,7 +38,8 @@ impl Majorant {
             Some(grid) => of_grid(grid),
             None => of_function(field),
         };
-        match blocks.data.iter().position(|v| !v.is_finite()) {
+        let first_bad = blocks.run(0..blocks.lattice.cells()).position(|v| !v.is_finite());
+        match first_bad {
             None => Ok(Self { blocks }),
             Some(i) => {
                 let [x, y, z] = blocks.lattice.place(i);
@@ -54,7 +55,7 @@ impl Majorant {
     /// The same bounds multiplied by a factor: a wrong one, for tests.
     #[cfg(test)]
     pub fn scaled(mut self, factor: f32) -> Self {
-        self.blocks.data.iter_mut().for_each(|v| *v *= factor);
+        self.blocks = self.blocks.scaled(factor.into());
         self
     }
 
@@ -77,7 +78,7 @@ impl Majorant {
             if t >= far {
                 return None;
             }
-            let bound = f64::from(self.blocks.data[lattice.index(place[0], place[1], place[2])]);
+            let bound = f64::from(self.blocks.value(lattice.index(place[0], place[1], place[2])));
             let axis = (0..3).fold(0, |first, a| if borders[a] < borders[first] { a } else { first });
             let end = borders[axis].clamp(t, far);
             let cell = (t, end, bound);
@@ -105,10 +106,14 @@ fn of_grid(grid: &Grid) -> Grid {
         // A place in the block lies between the centres of its voxels and those around them.
         let along = |axis: usize| (place[axis] * VOXELS).saturating_sub(1)..((place[axis] + 1) * VOXELS + 1).min(own.dims[axis]);
         let rows = along(2).flat_map(|z| along(1).map(move |y| (y, z)));
-        rows.flat_map(|(y, z)| &grid.data[own.index(0, y, z)..][along(0)]).copied().fold(0.0, f32::max)
+        let row = |(y, z)| {
+            let (first, along) = (own.index(0, y, z), along(0));
+            grid.largest(first + along.start..first + along.end)
+        };
+        rows.map(row).fold(0.0, f32::max)
     };
     let data = (0..lattice.cells()).into_par_iter().map(largest).collect();
-    Grid { lattice, data }
+    Grid::of(lattice, data)
 }
 
 fn of_function(field: &dyn Field) -> Grid {
@@ -124,14 +129,18 @@ fn of_function(field: &dyn Field) -> Grid {
         let place = lattice.place(index);
         let along = |axis: usize| (place[axis] * ASKED).saturating_sub(ASKED)..((place[axis] + 2) * ASKED).min(fine.dims[axis]);
         let rows = along(2).flat_map(|z| along(1).map(move |y| (y, z)));
-        rows.flat_map(|(y, z)| &asked.data[fine.index(0, y, z)..][along(0)]).copied().fold(0.0, larger)
+        let row = |(y, z)| {
+            let (first, along) = (fine.index(0, y, z), along(0));
+            asked.run(first + along.start..first + along.end).fold(0.0, larger)
+        };
+        rows.map(row).fold(0.0, larger)
     };
     let mut data: Vec<f32> = (0..lattice.cells()).into_par_iter().map(largest).collect();
     // Any bound does where nothing was met, as long as it is one: a field may be thinner than the places asked.
     let largest = data.iter().copied().filter(|v| v.is_finite()).fold(0.0, f32::max);
     let least = if largest > 0.0 { LEAST * largest } else { 1.0 };
     data.iter_mut().filter(|v| **v < least).for_each(|v| *v = least);
-    Grid { lattice, data }
+    Grid::of(lattice, data)
 }
 
 #[cfg(test)]

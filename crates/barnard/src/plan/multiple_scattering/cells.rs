@@ -183,7 +183,7 @@ mod tests {
                 let [nx, ny, nz] = cells.lattice.dims;
                 assert!(nx.max(ny).max(nz) <= most && (most < 24 || nx.max(ny).max(nz) >= 16), "{dims:?} {most}: {nx} {ny} {nz}");
                 assert!(gas.is_empty() || cells.lattice.bounds.size().max_element() <= 2.01 * size.max_element());
-                let grid = Grid { lattice: cells.lattice.clone(), data: cells.sigma.clone() };
+                let grid = Grid::of(cells.lattice.clone(), cells.sigma.clone());
                 for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
                     let column = |grid: &Grid| grid.column(-9.0 * axis, 9.0 * axis, f64::INFINITY);
                     let (own, truth) = (column(&grid), column(&dust));

@@ -53,7 +53,7 @@ impl Problem<'_> {
         let groups = self.terms.len().div_ceil(WIDTH) as f64;
         let mut parts = Vec::new();
         for (p, terms) in self.terms.chunks(WIDTH).enumerate() {
-            let none = || Arc::new(Grid { lattice: cells.lattice.clone(), data: Vec::new() });
+            let none = || Arc::new(Grid::of(cells.lattice.clone(), Vec::new()));
             let origin = Origin {
                 lattice: cells.lattice.clone(),
                 sigma: cells.sigma.clone(),
@@ -121,7 +121,7 @@ impl Problem<'_> {
         if sources.many_lights.is_empty() {
             return [0.0; WIDTH];
         }
-        let densest = f64::from(self.dust.data.iter().fold(0.0f32, |most, sigma| most.max(*sigma)));
+        let densest = f64::from(self.dust.largest(0..self.dust.lattice.cells()));
         let spectral = &self.draft.spectral;
         let phase = spectral.phase_factor(1.0).max(spectral.phase_factor(-1.0));
         let bound = phase * densest * std::f64::consts::PI / (CLOSE * self.draft.space.voxel_pc()) * f64::from(sources.unit);

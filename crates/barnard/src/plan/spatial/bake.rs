@@ -7,7 +7,6 @@ use crate::field::{Field, Grid, Lattice};
 use crate::memory;
 use crate::plan::{Options, Settings};
 use crate::scene::Scene;
-use crate::volume::scaled;
 use glam::DVec3;
 
 /// The most voxels along an edge of a function that is sampled without being told how finely.
@@ -57,10 +56,9 @@ pub(in crate::plan) fn baked(
     resolution: BakeResolution,
 ) -> Result<Grid> {
     if let Some(grid) = field.grid() {
-        memory::check(&format!("the plan's copy of {what}"), 4 * grid.lattice.cells() as u64, settings.memory_limit)?;
         let longest = grid.lattice.dims.into_iter().max().unwrap_or(1);
         let merged = longest.div_ceil(resolution.most.max(1));
-        let scaled = if merged > 1 { grid.merged(merged, factor) } else { scaled(grid, factor) };
+        let scaled = if merged > 1 { grid.merged(merged, factor) } else { grid.scaled(factor) };
         scaled.check(what)?;
         return Ok(scaled);
     }

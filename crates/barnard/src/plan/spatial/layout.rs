@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::SpatialPlan;
 use crate::control::Control;
 use crate::error::Result;
-use crate::field::Lattice;
+use crate::field::{Grid, Lattice};
 use crate::memory;
 use crate::plan::star_depths::{self, Progress};
 use crate::plan::{ManyLights, Settings, many_lights};
@@ -100,8 +100,10 @@ impl SpatialPlan {
 
     /// The bytes that all grids take.
     pub fn bytes(&self) -> u64 {
-        let own = self.dust.iter().map(|d| d.data.len()).sum::<usize>() + self.emission.iter().map(|e| e.data.len()).sum::<usize>();
+        // What the scene holds as well is not the plan's.
+        let is_own = |grid: &&Grid| !self.densities.iter().filter_map(|field| field.grid()).any(|of_scene| of_scene.shares(grid));
+        let own: u64 = self.dust.iter().map(|d| &**d).chain(&self.emission).filter(is_own).map(Grid::bytes).sum();
         let many_lights = self.many_lights.as_ref().map_or(0, |many_lights| many_lights.bytes());
-        self.volumes.iter().map(Volume::bytes).sum::<u64>() + 4 * own as u64 + many_lights
+        self.volumes.iter().map(Volume::bytes).sum::<u64>() + own + many_lights
     }
 }

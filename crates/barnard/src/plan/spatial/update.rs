@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::field::{Field, Grid};
 use crate::plan::{Settings, many_lights, star_depths};
 use crate::scene::Scene;
-use crate::volume::{Bricks, Channel, Volume, scaled};
+use crate::volume::{Bricks, Channel, Volume};
 
 impl SpatialPlan {
     /// The space of a scene that has the same densities as this one's; none where it has others. Stars that moved are
@@ -113,7 +113,7 @@ impl SpatialPlan {
         let Some(dust) = scene.dust.as_ref().filter(|d| d.sigma_v_per_pc != self.sigma_v_per_pc) else { return Ok(()) };
         let before = self.dust.as_deref().filter(|_| self.sigma_v_per_pc > 0.0);
         let grid = match before {
-            Some(grid) => scaled(grid, dust.sigma_v_per_pc / self.sigma_v_per_pc),
+            Some(grid) => grid.scaled(dust.sigma_v_per_pc / self.sigma_v_per_pc),
             None => baked(&dust.density, dust.sigma_v_per_pc, "dust", settings, self.resolution)?,
         };
         grid.check("dust")?;

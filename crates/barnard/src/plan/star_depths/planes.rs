@@ -51,17 +51,17 @@ impl<'a> Planes<'a> {
         let strides = [1, nx, nx * ny];
         let [nu, nv, _] = self.axes.map(|a| self.dust.lattice.dims[a]);
         let [du, dv, dw] = self.axes.map(|a| strides[a]);
-        let data = &self.dust.data;
         self.block.resize(count * nu * nv, 0.0);
         self.block.par_chunks_exact_mut(count * nu).enumerate().with_min_len(ROWS_TOGETHER).for_each(|(v, rows)| {
             if dw == 1 {
                 for u in 0..nu {
-                    let line = &data[u * du + v * dv + first..][..count];
-                    line.iter().enumerate().for_each(|(k, value)| rows[k * nu + u] = *value);
+                    let line = u * du + v * dv + first;
+                    self.dust.run(line..line + count).enumerate().for_each(|(k, value)| rows[k * nu + u] = value);
                 }
             } else {
                 for (k, row) in rows.chunks_exact_mut(nu).enumerate() {
-                    row.copy_from_slice(&data[v * dv + (first + k) * dw..][..nu]);
+                    let line = v * dv + (first + k) * dw;
+                    row.iter_mut().zip(self.dust.run(line..line + nu)).for_each(|(own, value)| *own = value);
                 }
             }
         });
