@@ -2,14 +2,18 @@
 
 use barnard::backend::cpu;
 use barnard::control::Control;
+use barnard::glam::DVec3;
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan};
 use barnard::scene::{Method, Scene};
+use divan::counter::BytesCount;
+use rayon::prelude::*;
 use spectra::passband::{Counting, Passband, Window, window};
 use spectra::units::Wavelength;
 
 const METHODS: [&str; 3] = ["fixed_wavelength", "band_quadrature", "lookup"];
 const SIZES: [usize; 3] = [64, 128, 256];
+const EDGES: [usize; 3] = [128, 256, 512];
 
 fn main() {
     divan::main();
@@ -59,4 +63,26 @@ fn frame_by_bands(bencher: divan::Bencher, bands: usize) {
     };
     let plan = plan(&scene(128).bands((0..bands).map(band).collect()), "band_quadrature");
     bencher.bench(|| cpu::radiance(&plan, &Control::default()).expect("a frame"));
+}
+
+/// Depths of a star that moved, by grid; bytes are those of a float read and one written for each voxel.
+#[divan::bench(args = EDGES, sample_count = 5)]
+fn star_depths(bencher: divan::Bencher, edge: usize) {
+    let mut plan = Plan::sampled(&scene(edge), &Options::default(), 10, &Control::default()).expect("the bench's scene can be planned");
+    let mut x = 0.0;
+    bencher.counter(BytesCount::new(8 * edge.pow(3))).bench_local(|| {
+        x = 0.3 - x;
+        plan.move_star(0, DVec3::new(x, 0.35, 0.4), &Control::default()).expect("the star is there");
+    });
+}
+
+/// The floor of that: the same bytes copied by all cores.
+#[divan::bench(args = EDGES, sample_count = 5)]
+fn star_depths_floor(bencher: divan::Bencher, edge: usize) {
+    let from = vec![1.0f32; edge.pow(3)];
+    let mut to = vec![0.0f32; from.len()];
+    bencher.counter(BytesCount::new(8 * edge.pow(3))).bench_local(|| {
+        let parts = to.par_chunks_mut(1 << 16).zip(from.par_chunks(1 << 16));
+        parts.for_each(|(to, from)| to.copy_from_slice(from));
+    });
 }

@@ -14,11 +14,20 @@ pub struct Array {
     /// Lengths of the axes, in the file's order of indices.
     pub shape: [usize; 3],
     /// The values, in the file's order.
-    pub data: Vec<f64>,
+    pub data: Numbers,
     /// Whether the first index runs fastest.
     pub fortran: bool,
     /// What the file itself says of its values and axes, where it was FITS, whose customs for axes differ.
     pub frame: Option<Frame>,
+}
+
+/// Numbers in the precision that their file has, and no more: large arrays are mostly single.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Numbers {
+    /// Numbers that single precision holds.
+    Single(Vec<f32>),
+    /// Numbers that need more.
+    Double(Vec<f64>),
 }
 
 /// What a file says of the values and axes of an array.

@@ -9,7 +9,7 @@ use spectra::passband::Passband;
 use spectra::units::{Luminosity, Temperature};
 
 use crate::camera::Camera;
-use crate::data::{Array, DataSource, Inputs, NoData, TextTable};
+use crate::data::{Array, DataSource, Inputs, NoData, Numbers, TextTable};
 use crate::error::Result;
 use crate::field::{IntoField, Sphere};
 use crate::properties::{Key, Section, Table, Value};
@@ -56,7 +56,7 @@ impl DataSource for TestData {
         NoData.table(name, most_rows, limit)
     }
     fn array(&self, _: &str, _: Option<&str>, _: u64) -> Result<Array> {
-        Ok(Array { shape: [4; 3], data: vec![1.0; 64], fortran: false, frame: None })
+        Ok(Array { shape: [4; 3], data: Numbers::Single(vec![1.0; 64]), fortran: false, frame: None })
     }
 }
 

@@ -165,8 +165,10 @@ pub fn quads(plan: &Plan, first: usize) -> Vec<Quad> {
     let of = |(volume, v): (usize, &Volume)| {
         let unit = |first: usize| {
             let mut unit = [0.0f32; 4];
-            for row in v.data.chunks_exact(v.channels.len()) {
-                row.iter().skip(first).zip(&mut unit).for_each(|(value, unit)| *unit = unit.max(value.abs()));
+            for row in v.rows() {
+                for voxel in row.chunks_exact(v.channels.len()) {
+                    voxel.iter().skip(first).zip(&mut unit).for_each(|(value, unit)| *unit = unit.max(value.abs()));
+                }
             }
             // Depths may change on the device.
             for (unit, channel) in unit.iter_mut().zip(&v.channels[first..]) {

@@ -13,9 +13,11 @@ const LARGEST_F16: f32 = 65504.0;
 /// Four channels of a volume, each in parts of its largest value.
 pub fn texture(gpu: &Gpu, volume: &Volume, quad: &Quad) -> wgpu::TextureView {
     let mut texels = vec![f16::ZERO; 4 * volume.lattice.cells()];
-    for (row, texel) in volume.data.chunks_exact(volume.channels.len()).zip(texels.chunks_exact_mut(4)) {
-        for ((value, unit), out) in row.iter().skip(quad.first).zip(&quad.unit).zip(texel) {
-            *out = f16::from_f32(if *unit > 0.0 { (value / unit).clamp(-LARGEST_F16, LARGEST_F16) } else { 0.0 });
+    for (row, texels) in volume.rows().zip(texels.chunks_exact_mut(4 * volume.lattice.dims[0])) {
+        for (voxel, texel) in row.chunks_exact(volume.channels.len()).zip(texels.chunks_exact_mut(4)) {
+            for ((value, unit), out) in voxel.iter().skip(quad.first).zip(&quad.unit).zip(texel) {
+                *out = f16::from_f32(if *unit > 0.0 { (value / unit).clamp(-LARGEST_F16, LARGEST_F16) } else { 0.0 });
+            }
         }
     }
     uploaded(gpu, volume.lattice.dims, &texels)

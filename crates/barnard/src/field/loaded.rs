@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use spectra::units::{Length, NumberDensity, Quantity};
 
 use super::{Field, Grid, Lattice};
-use crate::data::{Array, Frame, Inputs};
+use crate::data::{Array, Frame, Inputs, Numbers};
 use crate::error::Result;
 use crate::geometry::Bounds;
 use crate::properties::{Key, Kind, Section};
@@ -51,7 +51,10 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
     let own = own_bounds(section, &frame, axes, dims)?;
     let lattice = Lattice { dims, bounds: bounds(section, dims, own)? };
     let factor = section.number("factor", f64::MIN..=f64::MAX)?.unwrap_or(1.0) * unit(section, &frame)?;
-    let largest = array.data.iter().fold(0.0, |most: f64, v| most.max((v * factor).abs()));
+    let largest = match &array.data {
+        Numbers::Single(data) => largest(data, factor),
+        Numbers::Double(data) => largest(data, factor),
+    };
     if largest > 0.0 && largest < f64::from(f32::MIN_POSITIVE) {
         let key = if section.has("factor") { "factor" } else { "file" };
         let message = format!(
@@ -59,7 +62,10 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
         );
         return Err(section.error(key, message));
     }
-    let mut values = arranged(&array, factor, axes, &lattice);
+    let mut values = match &array.data {
+        Numbers::Single(data) => arranged(data, &array, factor, axes, &lattice),
+        Numbers::Double(data) => arranged(data, &array, factor, axes, &lattice),
+    };
     if section.flag("clip")?.unwrap_or(false) {
         values.iter_mut().filter(|v| v.is_nan() || **v < 0.0).for_each(|v| *v = 0.0);
     }
@@ -169,22 +175,28 @@ fn said_bounds(section: &Section, dims: [usize; 3]) -> Result<Bounds> {
 /// Planes of a grid that are arranged together.
 const PLANES: usize = 16;
 
-/// The values times `factor`, with x running fastest.
-fn arranged(array: &Array, factor: f64, axes: &str, lattice: &Lattice) -> Vec<f32> {
+/// The largest of some numbers times `factor`, without its sign.
+fn largest(data: &[impl Copy + Into<f64> + Sync], factor: f64) -> f64 {
+    let of = |part: &[_]| part.iter().fold(0.0, |most: f64, v| most.max((Into::<f64>::into(*v) * factor).abs()));
+    data.par_chunks(1 << 16).map(of).reduce(|| 0.0, f64::max)
+}
+
+/// An array's numbers times `factor`, with x running fastest.
+fn arranged(data: &[impl Copy + Into<f64> + Sync], array: &Array, factor: f64, axes: &str, lattice: &Lattice) -> Vec<f32> {
     let [n0, n1, n2] = array.shape;
     let strides = if array.fortran { [1, n0, n0 * n1] } else { [n1 * n2, n2, 1] };
     let [sx, sy, sz] = ['x', 'y', 'z'].map(|c| strides[axes.find(c).unwrap_or(0)]);
     let [nx, ny, _] = lattice.dims;
-    let mut data = vec![0.0; lattice.cells()];
+    let mut values = vec![0.0; lattice.cells()];
     // Some planes together: where z runs fastest in the array, a line of memory is read once for all of them.
-    data.par_chunks_mut(nx * ny * PLANES).enumerate().for_each(|(block, out)| {
+    values.par_chunks_mut(nx * ny * PLANES).enumerate().for_each(|(block, out)| {
         let planes = out.len() / (nx * ny);
         for y in 0..ny {
             for x in 0..nx {
-                let line = &array.data[x * sx + y * sy + block * PLANES * sz..];
-                (0..planes).for_each(|z| out[(z * ny + y) * nx + x] = (factor * line[z * sz]) as f32);
+                let line = &data[x * sx + y * sy + block * PLANES * sz..];
+                (0..planes).for_each(|z| out[(z * ny + y) * nx + x] = (factor * line[z * sz].into()) as f32);
             }
         }
     });
-    data
+    values
 }

@@ -2,12 +2,15 @@
 
 use wide::f32x4;
 
+use crate::volume::Stored;
+
 use super::lane::fma;
 
 /// The first four of some values.
 #[inline(always)]
-pub fn four(values: &[f32], at: usize) -> f32x4 {
-    f32x4::new(values[at..at + 4].try_into().expect("four values"))
+pub fn four<S: Stored>(values: &[S], at: usize) -> f32x4 {
+    let four: &[S; 4] = values[at..at + 4].try_into().expect("four values");
+    f32x4::new([four[0].value(), four[1].value(), four[2].value(), four[3].value()])
 }
 
 /// a b + c, the product and the sum in one instruction where there is one: `wide` knows of none before the machine is

@@ -5,7 +5,7 @@
 
 use super::lane::{LANES, Lane, fma, lanes};
 use super::track::Track;
-use crate::volume::Volume;
+use crate::volume::{Stored, Volume};
 
 /// How far apart rays may be, in voxels along all axes together: farther apart they are in so many cells that each lane
 /// is read faster for itself (measured with five to eight channels; with fewer it always is).
@@ -18,10 +18,15 @@ pub(super) fn are_worthwhile(volume: &Volume, track: &Track, t: &Lane) -> bool {
     volume.channels.len() > 4 && volume.lattice.cells() < DONE as usize && track.extent(t) <= FARTHEST
 }
 
-/// Reads all channels at distance `t` of each ray.
+/// Reads all channels of `data`, so many voxels along each axis, at distance `t` of each ray.
 #[inline(always)]
-pub(super) fn read<const CHANNELS: usize>(volume: &Volume, track: &Track, t: &Lane, out: &mut [Lane; CHANNELS]) {
-    let [nx, ny, nz] = volume.lattice.dims;
+pub(super) fn read<S: Stored, const CHANNELS: usize>(
+    data: &[S],
+    [nx, ny, nz]: [usize; 3],
+    track: &Track,
+    t: &Lane,
+    out: &mut [Lane; CHANNELS],
+) {
     let [(x, fx), (y, fy), (z, fz)] = track.cells([nx - 1, ny - 1, nz - 1], t);
     let mut number = [0; LANES];
     for lane in 0..LANES {
@@ -43,18 +48,19 @@ pub(super) fn read<const CHANNELS: usize>(volume: &Volume, track: &Track, t: &La
             number[lane] = if is_here { DONE } else { number[lane] };
         }
         let weights = all.at(&here);
-        let cell = &volume.data[first as usize * CHANNELS..][..dz + dy + 2 * CHANNELS];
+        let cell = &data[first as usize * CHANNELS..][..dz + dy + 2 * CHANNELS];
         let [a, b, c, d] = [row(cell, 0, CHANNELS), row(cell, dy, CHANNELS), row(cell, dz, CHANNELS), row(cell, dz + dy, CHANNELS)];
         for (channel, sum) in out.iter_mut().enumerate() {
             let high = CHANNELS + channel;
-            weights.add([a[channel], b[channel], c[channel], d[channel]], [a[high], b[high], c[high], d[high]], sum);
+            let low = [a[channel].value(), b[channel].value(), c[channel].value(), d[channel].value()];
+            weights.add(low, [a[high].value(), b[high].value(), c[high].value(), d[high].value()], sum);
         }
     }
 }
 
 /// The two voxels of a cell in one of its four rows, channel by channel.
 #[inline(always)]
-fn row(cell: &[f32], at: usize, channels: usize) -> &[f32] {
+fn row<S: Stored>(cell: &[S], at: usize, channels: usize) -> &[S] {
     &cell[at..at + 2 * channels]
 }
 

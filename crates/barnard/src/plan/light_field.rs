@@ -134,7 +134,7 @@ fn deposited(propagation: &Propagation, space: &SpatialPlan, stars: &[usize], la
     let mut planes: Vec<Vec<&mut [f32]>> = (0..nz).map(|_| Vec::new()).collect();
     for volume in &mut volumes {
         let plane = nx * ny * volume.channels.len();
-        volume.data.chunks_exact_mut(plane).zip(&mut planes).for_each(|(part, planes)| planes.push(part));
+        volume.single_mut().chunks_exact_mut(plane).zip(&mut planes).for_each(|(part, planes)| planes.push(part));
     }
     let done = std::sync::atomic::AtomicU64::new(0);
     planes.into_par_iter().enumerate().try_for_each(|(z, mut parts)| {

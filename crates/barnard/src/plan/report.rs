@@ -111,7 +111,7 @@ impl Plan {
             s.rays,
             s.stepping,
             match &self.light_field {
-                None => format!("star depths of {} a voxel", self.space.star_factor),
+                None => format!("star depths of {} a voxel{}", self.space.star_factor, self.space.stored()),
                 Some(field) => format!("a light field of {} numbers a voxel", field.propagation.channels()),
             }
         );

@@ -9,6 +9,7 @@ use spectra::units::Wavelength;
 
 use crate::error::{Error, Result};
 use crate::properties::{Key, Section};
+use crate::volume::Precision;
 
 /// One row of the catalogue: a spectral rule and where star depths come from.
 #[derive(Clone, Copy)]
@@ -89,6 +90,8 @@ pub struct Method {
     pub steps: Option<usize>,
     /// Voxels along the longest edge of a baked function; by the field's finest structure otherwise.
     pub bake: Option<usize>,
+    /// How volumes of densities and star depths are stored.
+    pub volumes: Precision,
     /// Times that light of stars may scatter.
     pub bounces: usize,
     /// Stars that are marched one by one, the brightest; the light of the others is gathered. By their number and light
@@ -117,7 +120,16 @@ pub const DEFAULT_ACCURACY: f64 = 1e-3;
 impl Default for Method {
     fn default() -> Self {
         let entry = MethodEntry { name: RULES[0].name, summary: RULES[0].summary, rule: &RULES[0], star_depth: StarDepthSource::Cached };
-        Self { entry, accuracy: DEFAULT_ACCURACY, settings: Settings::default(), steps: None, bake: None, bounces: 1, exact_stars: None }
+        Self {
+            entry,
+            accuracy: DEFAULT_ACCURACY,
+            settings: Settings::default(),
+            steps: None,
+            bake: None,
+            volumes: Precision::Single,
+            bounces: 1,
+            exact_stars: None,
+        }
     }
 }
 
@@ -202,6 +214,12 @@ pub(super) const KEYS: &[Key] = &[
         "4 to 2048: voxels along the longest edge onto which functions are sampled for the fast back ends",
     ),
     Key::optional(
+        "volumes",
+        "text",
+        "single",
+        "single or half: how the processor stores densities and star depths that it marches through; half is right to 1 in 2000 and takes half of the memory",
+    ),
+    Key::optional(
         "bounces",
         "integer",
         "1",
@@ -247,6 +265,10 @@ pub(super) fn build(section: Option<&Section>) -> Result<Method> {
         settings,
         steps: section.integer("steps", 1..=MAX_STEPS)?.map(|n| n as usize),
         bake: section.integer("bake", BAKE)?.map(|n| n as usize),
+        volumes: match section.choice("volumes", &["single", "half"])? {
+            Some("half") => Precision::Half,
+            _ => Precision::Single,
+        },
         bounces: section.integer("bounces", 1..=MANY_BOUNCES as i64)?.map_or(1, |n| n as usize),
         exact_stars: section.integer("exact_stars", 0..=MAX_EXACT_STARS)?.map(|n| n as usize),
         ..Method::default()

@@ -4,8 +4,13 @@
 //! goes on as it came, down to nothing on a face that the star shines on.
 
 mod bricks;
+mod stored;
 
 pub use bricks::Bricks;
+pub(crate) use stored::stored;
+pub use stored::{Half, Precision, Stored, Values};
+
+use std::borrow::Cow;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -29,7 +34,7 @@ pub enum Channel {
     MultipleScattering(usize),
 }
 
-/// Fields on one lattice: depth × height × width × channels, f32.
+/// Fields on one lattice: depth × height × width × channels.
 #[derive(Debug, Clone)]
 pub struct Volume {
     /// The lattice of the voxels in the box; at least two along each axis.
@@ -38,14 +43,17 @@ pub struct Volume {
     pub lattice: Lattice,
     /// What each channel holds.
     pub channels: Vec<Channel>,
-    /// The values, depth × height × width × channels.
-    pub data: Vec<f32>,
+    /// The values, depth × height × width × channels, in parts of their channels' units.
+    pub(crate) values: Values,
+    /// The unit of each channel's values; one in single precision.
+    pub(crate) units: Vec<f32>,
 }
 
 /// The voxels around a place, of which every channel can be read.
 pub struct VolumeCell<'a> {
-    /// The values from the lowest voxel on.
-    values: &'a [f32],
+    volume: &'a Volume,
+    /// The place of the lowest voxel's values.
+    first: usize,
     /// From voxel to voxel along each axis.
     strides: [usize; 3],
     /// The part of the cell that lies before the place.
@@ -57,9 +65,12 @@ impl VolumeCell<'_> {
     #[inline]
     pub fn value(&self, channel: usize) -> f64 {
         let [dx, dy, dz] = self.strides;
-        let value = |at: usize| f64::from(self.values[channel + at]);
         let corners = [0, dx, dy, dy + dx, dz, dz + dx, dz + dy, dz + dy + dx];
-        trilinear(corners.map(value), self.fraction)
+        let values = stored!(&self.volume.values, |data| {
+            let cell = &data[self.first + channel..];
+            corners.map(|at| f64::from(cell[at].value()))
+        });
+        trilinear(values, self.fraction) * f64::from(self.volume.units[channel])
     }
 }
 
@@ -75,15 +86,76 @@ pub struct ChannelMut<'a> {
 pub const MAX_CHANNELS: usize = 8;
 
 impl Volume {
-    /// Room for `channels` on a lattice, all zero. An axis of one voxel is doubled: trilinear between equals is the
-    /// same.
+    /// Room for `channels` on a lattice, all zero, in single precision. An axis of one voxel is doubled: trilinear
+    /// between equals is the same.
     pub fn zeroed(lattice: &Lattice, channels: Vec<Channel>) -> Self {
+        Self::with_precision(lattice, channels, Precision::Single)
+    }
+
+    /// The same in any precision.
+    pub fn with_precision(lattice: &Lattice, channels: Vec<Channel>, precision: Precision) -> Self {
         let inner = Lattice { dims: lattice.dims.map(|n| n.max(2)), bounds: lattice.bounds };
         let voxel = inner.voxel_pc();
         let bounds = Bounds { low: inner.bounds.low - voxel, high: inner.bounds.high + voxel };
         let lattice = Lattice { dims: inner.dims.map(|n| n + 2), bounds };
-        let data = vec![0.0; lattice.cells() * channels.len()];
-        Self { inner, lattice, channels, data }
+        let count = lattice.cells() * channels.len();
+        let values = match precision {
+            Precision::Single => Values::Single(vec![0.0; count]),
+            Precision::Half => Values::Half(vec![Half::default(); count]),
+        };
+        Self { inner, lattice, units: vec![1.0; channels.len()], channels, values }
+    }
+
+    /// How the values are stored.
+    pub fn precision(&self) -> Precision {
+        match self.values {
+            Values::Single(_) => Precision::Single,
+            Values::Half(_) => Precision::Half,
+        }
+    }
+
+    /// The values of a volume that was made in single precision, depth × height × width × channels.
+    ///
+    /// # Panics
+    /// Where it was not.
+    pub fn single(&self) -> &[f32] {
+        match &self.values {
+            Values::Single(data) => data,
+            Values::Half(_) => unreachable!("the volume was made in half precision"),
+        }
+    }
+
+    /// The same to be written.
+    pub(crate) fn single_mut(&mut self) -> &mut [f32] {
+        match &mut self.values {
+            Values::Single(data) => data,
+            Values::Half(_) => unreachable!("the volume was made in half precision"),
+        }
+    }
+
+    /// The values row by row along x, width × channels each, whatever they are stored as.
+    pub fn rows(&self) -> impl Iterator<Item = Cow<'_, [f32]>> {
+        let (channels, length) = (self.channels.len(), self.lattice.dims[0] * self.channels.len());
+        (0..self.lattice.dims[1] * self.lattice.dims[2]).map(move |row| {
+            let row = row * length..(row + 1) * length;
+            match &self.values {
+                Values::Single(data) => Cow::Borrowed(&data[row]),
+                Values::Half(data) => data[row].iter().enumerate().map(|(i, half)| half.value() * self.units[i % channels]).collect(),
+            }
+        })
+    }
+
+    /// One value, by its place among all.
+    #[inline(always)]
+    pub fn value(&self, place: usize, slot: usize) -> f32 {
+        stored!(&self.values, |data| data[place + slot].value()) * self.units[slot]
+    }
+
+    /// Says what the largest value of a channel will be, before it is written.
+    pub(crate) fn expect(&mut self, slot: usize, largest: f32) {
+        if self.precision() == Precision::Half {
+            self.units[slot] = stored::unit(largest);
+        }
     }
 
     /// Position of channel 0 of a voxel of the box.
@@ -97,31 +169,20 @@ impl Volume {
         let inside = |axis: usize, i: usize| i.saturating_sub(1).min(dims[axis] - 1);
         let [nx, ny, _] = self.lattice.dims;
         let channels = self.channels.len();
-        self.data.par_chunks_exact_mut(nx * channels).enumerate().for_each(|(r, row)| {
+        self.expect(slot, grid.largest(0..grid.lattice.cells()));
+        let parts = self.units[slot].recip();
+        stored!(&mut self.values, |data| data.par_chunks_exact_mut(nx * channels).enumerate().for_each(|(r, row)| {
             let from = grid.lattice.index(0, inside(1, r % ny), inside(2, r / ny));
             for (x, values) in row.chunks_exact_mut(channels).enumerate() {
-                values[slot] = grid.value(from + inside(0, x));
+                values[slot] = Stored::of(grid.value(from + inside(0, x)) * parts);
             }
-        });
+        }));
     }
 
     /// Lets the layer around channel `slot` go on as the two voxels beside it do, on the face not below zero.
     pub fn extrapolate(&mut self, slot: usize) {
-        let dims = self.lattice.dims;
-        let strides = [1, dims[0], dims[0] * dims[1]].map(|s| s * self.channels.len());
-        for axis in 0..3 {
-            let (one, other) = ((axis + 1) % 3, (axis + 2) % 3);
-            let last = dims[axis] - 1;
-            for j in 0..dims[other] {
-                for i in 0..dims[one] {
-                    let line = slot + i * strides[one] + j * strides[other];
-                    for (ghost, first, second) in [(0, 1, 2), (last, last - 1, last - 2)] {
-                        let (a, b) = (self.data[line + first * strides[axis]], self.data[line + second * strides[axis]]);
-                        self.data[line + ghost * strides[axis]] = (2.0 * a - b).max(-a.abs());
-                    }
-                }
-            }
-        }
+        let (dims, channels) = (self.lattice.dims, self.channels.len());
+        stored!(&mut self.values, |data| extrapolate(data, dims, channels, slot));
     }
 
     /// One channel at the place `p`, trilinear, in f64 arithmetic.
@@ -140,11 +201,29 @@ impl Volume {
         let channels = self.channels.len();
         let [nx, ny, _] = self.lattice.dims;
         let strides = [channels, nx * channels, nx * ny * channels];
-        VolumeCell { values: &self.data[self.lattice.index(x, y, z) * channels..], strides, fraction }
+        VolumeCell { volume: self, first: self.lattice.index(x, y, z) * channels, strides, fraction }
     }
 
     /// The bytes that the values take.
     pub fn bytes(&self) -> u64 {
-        4 * self.data.len() as u64
+        self.precision().bytes() * (self.lattice.cells() * self.channels.len()) as u64
+    }
+}
+
+/// Lets the layer around a channel go on as the two voxels beside it do, on the face not below zero.
+fn extrapolate(data: &mut [impl Stored], dims: [usize; 3], channels: usize, slot: usize) {
+    let strides = [1, dims[0], dims[0] * dims[1]].map(|s| s * channels);
+    for axis in 0..3 {
+        let (one, other) = ((axis + 1) % 3, (axis + 2) % 3);
+        let last = dims[axis] - 1;
+        for j in 0..dims[other] {
+            for i in 0..dims[one] {
+                let line = slot + i * strides[one] + j * strides[other];
+                for (ghost, first, second) in [(0, 1, 2), (last, last - 1, last - 2)] {
+                    let (a, b) = (data[line + first * strides[axis]].value(), data[line + second * strides[axis]].value());
+                    data[line + ghost * strides[axis]] = Stored::of((2.0 * a - b).max(-a.abs()));
+                }
+            }
+        }
     }
 }

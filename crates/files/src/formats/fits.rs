@@ -4,8 +4,8 @@
 //! needs one cube, its keywords and nothing else. Source: FITS standard 4.0 (2018, doi 10.5281/zenodo.3660299 text),
 //! §3.3, §4.4, §8.
 
-use super::{Reader, Request, Writer, checked_shape};
-use barnard::data::{Array, Axis, Frame};
+use super::{Kept, Reader, Request, Writer, checked_shape};
+use barnard::data::{Array, Axis, Frame, Numbers};
 use barnard::error::{Error, Result};
 use barnard::image::{Image, PixelScale, Samples};
 use barnard::keywords::{Keyword, Value};
@@ -59,6 +59,11 @@ impl Header {
 
     fn number(&self, keyword: &str) -> Option<f64> {
         self.text(keyword)?.replace(['D', 'd'], "E").parse().ok()
+    }
+
+    /// By what stored values are multiplied, and what is added then.
+    fn scale(&self) -> (f64, f64) {
+        (self.number("BSCALE").unwrap_or(1.0), self.number("BZERO").unwrap_or(0.0))
     }
 
     fn integer(&self, keyword: &str) -> Option<i64> {
@@ -160,7 +165,7 @@ fn headers(request: &mut Request) -> Result<Vec<Header>> {
 }
 
 /// The pixel values of an HDU, scaled by BSCALE and BZERO; blank integers are NaN.
-fn values(request: &mut Request, header: &Header, cells: usize) -> Result<Vec<f64>> {
+fn values<T: Kept>(request: &mut Request, header: &Header, cells: usize) -> Result<Vec<T>> {
     let bitpix = header.integer("BITPIX").unwrap_or(0);
     let size = (bitpix.unsigned_abs() / 8) as usize;
     if ![8, 16, 32, 64, -32, -64].contains(&bitpix) {
@@ -171,19 +176,19 @@ fn values(request: &mut Request, header: &Header, cells: usize) -> Result<Vec<f6
         let reason = format!("is truncated: {cells} values of {size} bytes announced, {there} bytes there");
         return Err(Error::file(request.path, reason));
     }
-    let (scale, zero) = (header.number("BSCALE").unwrap_or(1.0), header.number("BZERO").unwrap_or(0.0));
+    let (scale, zero) = header.scale();
     let blank = header.integer("BLANK");
     let integer = |v: i64| if Some(v) == blank { f64::NAN } else { zero + scale * v as f64 };
     let real = |v: f64| zero + scale * v;
     macro_rules! decode {
         ($type:ty, $to:expr) => {
-            |bytes: &[u8], out: &mut Vec<f64>| {
+            |bytes: &[u8], out: &mut Vec<T>| {
                 let whole = bytes.as_chunks::<{ size_of::<$type>() }>().0;
-                out.extend(whole.iter().map(|b| $to(<$type>::from_be_bytes(*b))));
+                out.extend(whole.iter().map(|b| T::of($to(<$type>::from_be_bytes(*b)))));
             }
         };
     }
-    let decode: &dyn Fn(&[u8], &mut Vec<f64>) = match bitpix {
+    let decode: &dyn Fn(&[u8], &mut Vec<T>) = match bitpix {
         8 => &decode!(u8, |v| integer(i64::from(v))),
         16 => &decode!(i16, |v| integer(i64::from(v))),
         32 => &decode!(i32, |v| integer(i64::from(v))),
@@ -229,7 +234,9 @@ fn array(request: &mut Request) -> Result<Array> {
     let mut shape = squeezed(header);
     shape.reverse();
     let (shape, cells) = checked_shape(request.path, request.memory_limit, &shape)?;
-    let data = values(request, header, cells)?;
+    // What is scaled may need more digits than are stored.
+    let is_single = matches!(header.integer("BITPIX"), Some(8 | 16 | -32)) && header.scale() == (1.0, 0.0);
+    let data = if is_single { Numbers::Single(values(request, header, cells)?) } else { Numbers::Double(values(request, header, cells)?) };
     Ok(Array { shape, data, fortran: false, frame: Some(header.frame()) })
 }
 
@@ -246,7 +253,7 @@ fn image(request: &mut Request) -> Result<Image> {
         double |= header.integer("BITPIX") == Some(-64);
         bands.push(header.text("EXTNAME").map_or_else(|| super::nameless(bands.len()), str::to_owned));
         // The first row of FITS is the lowest.
-        let values = values(request, header, cells)?;
+        let values: Vec<f64> = values(request, header, cells)?;
         data.extend(values.chunks(axes[0] as usize).rev().flatten().copied());
     }
     let (width, height) = size.ok_or_else(|| Error::file(request.path, "holds no two-dimensional image"))?;

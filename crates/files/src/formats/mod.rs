@@ -19,6 +19,24 @@ use barnard::image::Image;
 use barnard::memory;
 use spectra::error::nearest;
 
+/// A precision in which numbers of a file are kept.
+trait Kept: Copy {
+    /// The number that is nearest.
+    fn of(value: f64) -> Self;
+}
+
+impl Kept for f32 {
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+}
+
+impl Kept for f64 {
+    fn of(value: f64) -> Self {
+        value
+    }
+}
+
 /// A source of bytes that can be read from any place.
 pub trait Seekable: Read + Seek {}
 

@@ -8,8 +8,8 @@ use std::path::Path;
 
 use npyz::{DType, NpyFile, Order, TypeChar, WriterBuilder};
 
-use super::{Reader, Request, Writer, checked_shape};
-use barnard::data::Array;
+use super::{Kept, Reader, Request, Writer, checked_shape};
+use barnard::data::{Array, Numbers};
 use barnard::error::{Error, Result};
 use barnard::image::{Image, Samples};
 use barnard::memory;
@@ -30,7 +30,8 @@ fn npy(request: &mut Request) -> Result<Array> {
 fn array(stream: Stream) -> Result<Array> {
     let (asked, file, order) = stream.open()?;
     let (shape, cells) = checked_shape(asked.path, asked.memory_limit, file.shape())?;
-    let data = values(&asked, file, cells)?;
+    let is_single = matches!(file.dtype(), DType::Plain(t) if is_single(t.type_char(), t.num_bytes().unwrap_or(0)));
+    let data = if is_single { Numbers::Single(values(&asked, file, cells)?) } else { Numbers::Double(values(&asked, file, cells)?) };
     Ok(Array { shape, data, fortran: order == Order::Fortran, frame: None })
 }
 
@@ -115,8 +116,16 @@ impl<'r> Stream<'r> {
     }
 }
 
-/// Reads all values as f64, whatever plain number type they have.
-fn values(asked: &Asked, file: Open, cells: usize) -> Result<Vec<f64>> {
+/// Whether single precision holds every number of a type.
+fn is_single(kind: TypeChar, bytes: usize) -> bool {
+    match kind {
+        TypeChar::Float => bytes <= 4,
+        _ => bytes <= 2,
+    }
+}
+
+/// Reads all values, whatever plain number type they have.
+fn values<T: Kept>(asked: &Asked, file: Open, cells: usize) -> Result<Vec<T>> {
     let available = asked.length;
     let dtype = file.dtype();
     let DType::Plain(kind) = &dtype else {
@@ -132,7 +141,7 @@ fn values(asked: &Asked, file: Open, cells: usize) -> Result<Vec<f64>> {
         ($type:ty, $to:expr) => {
             file.data::<$type>()
                 .map_err(|e| e.to_string())
-                .and_then(|rows| rows.map(|v| v.map($to).map_err(|e| e.to_string())).collect::<Result<Vec<f64>, String>>())
+                .and_then(|rows| rows.map(|v| v.map($to).map(T::of).map_err(|e| e.to_string())).collect::<Result<Vec<T>, String>>())
         };
     }
     let read = match (letter, size) {
@@ -238,7 +247,7 @@ fn image(request: &mut Request) -> Result<Image> {
         shape.insert(0, 1);
     }
     let ([bands, height, width], cells) = checked_shape(asked.path, asked.memory_limit, &shape)?;
-    let data = values(&asked, file, cells)?;
+    let data: Vec<f64> = values(&asked, file, cells)?;
     let samples = if double { Samples::Double(data) } else { Samples::Single(data.iter().map(|v| *v as f32).collect()) };
     Ok(Image::bare(width, height, (0..bands).map(super::nameless).collect(), samples))
 }
@@ -284,7 +293,7 @@ mod tests {
         assert!(long.contains("10000 at most"), "{long}");
         let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (1, 1, 2), }\n";
         let bytes = [with_header(header), 2f64.to_le_bytes().to_vec(), 3f64.to_le_bytes().to_vec()].concat();
-        assert_eq!(read(&bytes).unwrap().data, [2.0, 3.0]);
+        assert_eq!(read(&bytes).unwrap().data, Numbers::Double(vec![2.0, 3.0]));
         for end in 0..bytes.len() {
             assert!(read(&bytes[..end]).is_err(), "{end}");
         }

@@ -160,12 +160,12 @@ impl ManyLights {
 
     /// The same stars in `dust`, which is `ratio` times the dust before; none where depths were or would be cut.
     pub fn scaled(&self, ratio: f64, dust: &Arc<Grid>) -> Option<Self> {
-        let largest = self.depths.iter().flat_map(|d| &d.data).fold(0.0f32, |most, d| most.max(d.abs()));
+        let largest = self.depths.iter().flat_map(|d| d.single()).fold(0.0f32, |most, d| most.max(d.abs()));
         let fits = ratio.is_finite() && ratio > 0.0 && f64::from(largest) * ratio.max(1.0) < 0.99 * star_depths::OPAQUE;
         fits.then(|| {
             let scaled = |volume: &Arc<Volume>| {
                 let mut volume = (**volume).clone();
-                volume.data.iter_mut().for_each(|d| *d *= ratio as f32);
+                volume.single_mut().iter_mut().for_each(|d| *d *= ratio as f32);
                 Arc::new(volume)
             };
             let sigma = self.places.iter().map(|place| dust.at(*place) as f32).collect();
@@ -209,7 +209,7 @@ impl ManyLights {
             (first, (u - first as f64) as f32)
         };
         let ((y, fy), (z, fz)) = (along(y, bounds.low.y, voxel.y, ny), along(z, bounds.low.z, voxel.z, nz));
-        let row = |dy: usize, dz: usize| &volume.data[volume.lattice.index(0, y + dy, z + dz)..][..nx];
+        let row = |dy: usize, dz: usize| &volume.single()[volume.lattice.index(0, y + dy, z + dz)..][..nx];
         let (a, b, c, d) = (row(0, 0), row(1, 0), row(0, 1), row(1, 1));
         out.clear();
         out.extend((0..nx).map(|x| {
@@ -364,7 +364,7 @@ mod tests {
         for i in 0..50 {
             let at = first.stars.iter().position(|star| *star == moved.stars[i]).unwrap();
             assert_eq!(Arc::ptr_eq(&moved.depths[i], &first.depths[at]), moved.stars[i] != 7);
-            assert!(moved.depths[i].data == new.depths[i].data);
+            assert!(moved.depths[i].single() == new.depths[i].single());
         }
         // Through other dust all are.
         let other = self::dust();

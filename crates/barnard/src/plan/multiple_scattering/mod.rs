@@ -223,7 +223,7 @@ impl MultipleScattering {
             let (lattice, dims) = (volume.lattice.clone(), cells.lattice.dims);
             let row = lattice.dims[0] * part.terms.len();
             let scattered = scattering(&part.terms);
-            volume.data.par_chunks_mut(row).enumerate().for_each(|(r, values)| {
+            volume.single_mut().par_chunks_mut(row).enumerate().for_each(|(r, values)| {
                 for (x, out) in values.chunks_exact_mut(part.terms.len()).enumerate() {
                     // The layer around is like the border.
                     let [_, y, z] = lattice.place(r * lattice.dims[0]);
@@ -242,12 +242,12 @@ impl MultipleScattering {
             volume
         };
         let mut volumes: Vec<Volume> = field.parts.iter().enumerate().map(volume).collect();
-        let largest_of = |v: &Volume, c: usize| v.data.iter().skip(c).step_by(v.channels.len()).fold(0.0f32, |m, x| m.max(*x));
+        let largest_of = |v: &Volume, c: usize| v.single().iter().skip(c).step_by(v.channels.len()).fold(0.0f32, |m, x| m.max(*x));
         let largest: Vec<f32> = volumes.iter().flat_map(|v| (0..v.channels.len()).map(move |c| largest_of(v, c))).collect();
         for (volume, largest) in volumes.iter_mut().zip(largest.chunks(WIDTH)) {
             let row = volume.channels.len();
             let faint = |(value, largest): (&mut f32, &f32)| *value = if *value > FAINT * largest { *value } else { 0.0 };
-            volume.data.par_chunks_mut(row * 4096).for_each(|values| {
+            volume.single_mut().par_chunks_mut(row * 4096).for_each(|values| {
                 values.chunks_exact_mut(row).for_each(|cell| cell.iter_mut().zip(largest).for_each(faint));
             });
         }

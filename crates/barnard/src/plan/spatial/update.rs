@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::field::{Field, Grid};
 use crate::plan::{Settings, many_lights, star_depths};
 use crate::scene::Scene;
-use crate::volume::{Bricks, Channel, Volume};
+use crate::volume::{Bricks, Channel, Precision, Volume};
 
 impl SpatialPlan {
     /// The space of a scene that has the same densities as this one's; none where it has others. Stars that moved are
@@ -81,9 +81,12 @@ impl SpatialPlan {
     /// Multiplies all star depths and puts the dust of now into its volume; false, and nothing done, where depths were
     /// or would be cut.
     pub(super) fn scale_depths(&mut self, ratio: f64) -> bool {
+        if self.volumes.iter().any(|v| v.precision() != Precision::Single) {
+            return false;
+        }
         let depths = |v: &Volume| (0..v.channels.len()).filter(|c| matches!(v.channels[*c], Channel::StarDepth(_))).collect::<Vec<_>>();
         let largest = |v: &Volume| {
-            depths(v).into_iter().flat_map(|c| v.data.iter().skip(c).step_by(v.channels.len())).fold(0.0f32, |m, d| m.max(d.abs()))
+            depths(v).into_iter().flat_map(|c| v.single().iter().skip(c).step_by(v.channels.len())).fold(0.0f32, |m, d| m.max(d.abs()))
         };
         let deepest = f64::from(self.volumes.iter().map(largest).fold(0.0, f32::max));
         let Some(dust) =
@@ -97,7 +100,7 @@ impl SpatialPlan {
         }
         for volume in &mut self.volumes {
             let (channels, depths) = (volume.channels.len(), depths(volume));
-            for values in volume.data.chunks_exact_mut(channels) {
+            for values in volume.single_mut().chunks_exact_mut(channels) {
                 depths.iter().for_each(|c| values[*c] *= ratio as f32);
             }
             if let Some(slot) = volume.channels.iter().position(|c| *c == Channel::Dust) {
@@ -202,7 +205,7 @@ mod tests {
     }
 
     fn data(space: &SpatialPlan) -> Vec<Vec<f32>> {
-        space.volumes.iter().map(|v| v.data.clone()).collect()
+        space.volumes.iter().map(|v| v.single().to_vec()).collect()
     }
 
     /// A space follows a scene that is read again: the same where nothing moved, with the bits of a new one where a

@@ -35,7 +35,7 @@ use crate::packet::{LANES, Lane, fma, lanes, place};
 use crate::plan::star_depths::OPAQUE;
 use crate::plan::star_depths::frustum::{Frustum, Rays, TierOf, frustums};
 use crate::plan::star_depths::planes::{Planes, ROWS_TOGETHER, mix};
-use crate::volume::ChannelMut;
+use crate::volume::{ChannelMut, Stored, stored};
 
 /// Two-point Gauss rule on [0, 1], weights one half.
 pub const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
@@ -250,8 +250,12 @@ impl FrustumSweep<'_> {
         let [du, dv, dw] = self.frustum.axes.map(|axis| strides[axis] * volume.channels.len());
         // Whatever w is, v is slower than u in memory: each row lies in a part of its own.
         let first = volume.index([0; 3]) + *slot + plane * dw;
-        let parts = volume.data[first..].par_chunks_mut(dv).enumerate().skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
-        parts.for_each(|(y, out)| columns.clone().for_each(|x| out[x * du] = values[y * self.frustum.dims[0] + x]));
+        let parts = volume.units[*slot].recip();
+        stored!(&mut volume.values, |data| {
+            let lines = data[first..].par_chunks_mut(dv).enumerate().skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
+            let of = |y: usize, x: usize| Stored::of(values[y * self.frustum.dims[0] + x] * parts);
+            lines.for_each(|(y, out)| columns.clone().for_each(|x| out[x * du] = of(y, x)));
+        });
         (rows.len() * columns.len()) as u64
     }
 }

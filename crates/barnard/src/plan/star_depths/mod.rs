@@ -17,7 +17,7 @@ use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::field::Grid;
 use crate::plan::star_depths::frustum_sweep::sweep;
-use crate::volume::{Bricks, ChannelMut, Volume};
+use crate::volume::{Bricks, ChannelMut, Stored, Volume, stored};
 
 /// Depth at V past which light is gone at any wavelength: where extinction is least, k = 0.03 in the mid infrared,
 /// e^(−30) is left.
@@ -43,6 +43,7 @@ impl Progress {
 /// When the user wishes to stop.
 pub fn bake(dust: &Grid, star: DVec3, mut out: ChannelMut, progress: Progress, control: &Control) -> Result<()> {
     let done = AtomicU64::new(progress.done);
+    out.volume.expect(out.slot, OPAQUE as f32);
     sweep(dust, star, &mut out, control, |voxels| {
         let before = done.fetch_add(voxels, Ordering::Relaxed);
         control.report(Stage::StarDepths, (before + voxels).min(progress.all), progress.all);
@@ -58,7 +59,7 @@ pub fn deepest(volume: &Volume, slot: usize, dust: &Bricks) -> f32 {
     let lattice = &volume.inner;
     let deepest = |z: usize| {
         let depth = |[x, y, z]: [usize; 3]| {
-            if dust.clear(dust.brick_of(lattice.centre(x, y, z))) > 0 { 0.0 } else { volume.data[volume.index([x, y, z]) + slot] }
+            if dust.clear(dust.brick_of(lattice.centre(x, y, z))) > 0 { 0.0 } else { volume.value(volume.index([x, y, z]), slot) }
         };
         let row = |y: usize| (0..lattice.dims[0]).map(move |x| [x, y, z]).map(depth).fold(0.0, f32::max);
         (0..lattice.dims[1]).map(row).fold(0.0, f32::max)
@@ -68,20 +69,37 @@ pub fn deepest(volume: &Volume, slot: usize, dust: &Bricks) -> f32 {
 
 /// Moves every value by −δ²/12 along each axis, not past its neighbours.
 fn match_means(volume: &mut Volume, slot: usize) {
-    let [nx, ny, nz] = volume.inner.dims;
-    let channels = volume.channels.len();
-    let row = volume.lattice.dims[0] * channels;
-    let (starts, plane) = ((0..nz).map(|z| volume.index([0, 0, z])).collect::<Vec<usize>>(), ny * row);
-    let copy = |data: &[f32], z: usize, out: &mut Vec<f32>| {
+    let shape = Shape {
+        dims: volume.inner.dims,
+        channels: volume.channels.len(),
+        row: volume.lattice.dims[0] * volume.channels.len(),
+        starts: (0..volume.inner.dims[2]).map(|z| volume.index([0, 0, z])).collect(),
+    };
+    stored!(&mut volume.values, |data| move_to_means(data, &shape, slot));
+}
+
+/// How the values of a box lie in memory: its voxels along each axis, values of a voxel and of a row, and where each
+/// plane starts.
+struct Shape {
+    dims: [usize; 3],
+    channels: usize,
+    row: usize,
+    starts: Vec<usize>,
+}
+
+fn move_to_means<S: Stored>(values: &mut [S], shape: &Shape, slot: usize) {
+    let Shape { dims: [nx, ny, nz], channels, row, ref starts } = *shape;
+    let plane = ny * row;
+    let copy = |data: &[S], z: usize, out: &mut Vec<f32>| {
         out.resize(nx * ny, 0.0);
         out.par_chunks_mut(nx).enumerate().for_each(|(y, line)| {
             let values = &data[starts[z] + y * row..][..nx * channels];
-            line.iter_mut().zip(values.iter().skip(slot).step_by(channels)).for_each(|(own, value)| *own = *value);
+            line.iter_mut().zip(values.iter().skip(slot).step_by(channels)).for_each(|(own, value)| *own = value.value());
         });
     };
     // Planes before, here and behind, as they were swept.
     let mut planes: Vec<Vec<f32>> = vec![Vec::new(); nz.min(3)];
-    planes.iter_mut().enumerate().for_each(|(z, plane)| copy(&volume.data, z, plane));
+    planes.iter_mut().enumerate().for_each(|(z, plane)| copy(values, z, plane));
     let mut first = 0;
     // The second difference of the outermost value is that of its neighbour.
     let middle = |i: usize, n: usize| i.clamp(1, n.saturating_sub(2).max(1));
@@ -89,12 +107,12 @@ fn match_means(volume: &mut Volume, slot: usize) {
         while nz > 2 && first + 1 < middle(z, nz) {
             planes.rotate_left(1);
             first += 1;
-            copy(&volume.data, first + 2, &mut planes[2]);
+            copy(values, first + 2, &mut planes[2]);
         }
         let own = &planes[z - first];
         // The last row ends within its plane: two voxels of the layer follow the box's.
-        let end = (starts[z] + plane).min(volume.data.len());
-        let lines = volume.data[starts[z]..end].par_chunks_mut(row).enumerate();
+        let end = (starts[z] + plane).min(values.len());
+        let lines = values[starts[z]..end].par_chunks_mut(row).enumerate();
         lines.for_each_init(
             || Around::new(nx),
             |around, (y, line)| {
@@ -111,7 +129,7 @@ fn match_means(volume: &mut Volume, slot: usize) {
                     around.across([0, 1, 2].map(|i| &planes[i][of(y)]));
                 }
                 let values = line.iter_mut().skip(slot).step_by(channels);
-                values.zip(around.moved(&own[of(y)])).for_each(|(value, moved)| *value = moved);
+                values.zip(around.moved(&own[of(y)])).for_each(|(value, moved)| *value = S::of(moved));
             },
         );
     }
@@ -183,7 +201,7 @@ mod tests {
         let lattice = &volume.inner;
         for index in 0..lattice.cells() {
             let [x, y, z] = lattice.place(index);
-            let values = &volume.data[volume.index([x, y, z])..][..2];
+            let values = [0, 1].map(|slot| volume.value(volume.index([x, y, z]), slot));
             let exact = grid.column(star, lattice.centre(x, y, z), f64::INFINITY);
             let difference = f64::from(values[0]) - exact;
             assert_eq!(values[1], 0.0, "the channel beside it is left alone");
@@ -230,7 +248,7 @@ mod tests {
             for index in 0..lattice.cells() {
                 let [x, y, z] = lattice.place(index);
                 let exact = uniform.column(place.into(), lattice.centre(x, y, z), f64::INFINITY);
-                let ours = f64::from(volume.data[volume.index([x, y, z])]);
+                let ours = f64::from(volume.value(volume.index([x, y, z]), 0));
                 // Coarse voxels are coarsely right; one left out would be zero.
                 assert!(ours > 0.5 * exact - 0.02 && ours < 2.0 * exact + 0.1, "{place:?} {x} {y} {z}: {ours} {exact}");
             }
@@ -270,7 +288,7 @@ mod tests {
             .unwrap();
         for index in 0..lattice.cells() {
             let [x, y, z] = lattice.place(index);
-            let (p, depth) = (lattice.centre(x, y, z), &volume.data[volume.index([x, y, z])]);
+            let (p, depth) = (lattice.centre(x, y, z), &volume.value(volume.index([x, y, z]), 0));
             if p.z > 0.2 && p.x > 0.12 * (p.z + 0.9) {
                 assert_eq!(*depth, OPAQUE as f32, "{p}");
             }
