@@ -287,7 +287,7 @@ mod tests {
         assert_eq!(ours!(PackNumbers: dims, scale), fields(&validated(PACK), "Pack"));
         let ordinates = validated(&ordinates::source(36, 9));
         assert_eq!(ours!(TermNumbers: k, around, factor, cells, glows, least, nothing), fields(&ordinates, "Terms"));
-        assert_eq!(ours!(PlaneNumbers: first, before, column, row, columns, rows, beam, half), fields(&ordinates, "Plane"));
+        assert_eq!(ours!(PlaneNumbers: first, before, column, row, columns, rows, beams, half), fields(&ordinates, "Plane"));
         let display = ours!(DisplayLevels: levels, size);
         assert_eq!(display, fields(&validated(resolve::SOURCE), "Display"));
     }

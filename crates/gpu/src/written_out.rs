@@ -4,8 +4,8 @@
 //! constant: arrays are then indexed by constants and stay in registers, and nothing counts turns. Its text stays WGSL
 //! that runs as it stands, and it is left as a loop where there would be too much of it.
 
-/// Most turns that are written out.
-const MOST: usize = 8;
+/// Most turns that are written out: a face has so many directions.
+const MOST: usize = 9;
 /// Most entries of a list whose loops are written out, all together.
 const MOST_ENTRIES: usize = 32;
 

@@ -14,6 +14,7 @@ use self::numbers::{HEAD, Numbers, beams, beams_of, faces, planes};
 pub use self::numbers::{PlaneNumbers, TermNumbers};
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
+use crate::written_out::{Limits, written_out};
 
 /// The invocations of a workgroup.
 const WORKGROUP: usize = 64;
@@ -31,10 +32,10 @@ pub const ORDINATES: &str = include_str!("../shaders/ordinates.wgsl");
 
 /// The source for so many harmonics of a cell and directions of a face.
 pub fn source(harmonics: usize, beams: usize) -> String {
-    let constants =
-        [("WIDTH", WIDTH), ("HARMONICS", harmonics), ("BEAMS", beams), ("HEAD", HEAD), ("BEAM", HEAD + 2 * harmonics), ("CHUNKS", CHUNKS)];
+    let constants = [("WIDTH", WIDTH), ("HARMONICS", harmonics), ("BEAMS", beams), ("HEAD", HEAD), ("CHUNKS", CHUNKS)];
     let line = |(name, value): (&str, usize)| format!("const {name} = {value}u;\n");
-    constants.into_iter().map(line).collect::<String>() + &format!("const THIN_CELL: f32 = {THIN_CELL:e};\n\n") + ORDINATES
+    let written = written_out(ORDINATES, &Limits { numbers: vec![("BEAMS", beams)], lists: Vec::new() });
+    constants.into_iter().map(line).collect::<String>() + &format!("const THIN_CELL: f32 = {THIN_CELL:e};\n\n") + &written
 }
 
 /// The entries of the shader.
@@ -203,8 +204,8 @@ impl SweepOnDevice {
             nothing: 0,
         };
         let dark = TermNumbers { glows: 0, around: [0.0; WIDTH], ..shining };
-        let numbered: Vec<Vec<PlaneNumbers>> =
-            faces(transfer).enumerate().map(|(f, face)| planes(cells, face, f * beams_of(transfer))).collect();
+        let of_face = beams_of(transfer) * (HEAD + 2 * first.count);
+        let numbered: Vec<Vec<PlaneNumbers>> = faces(transfer).enumerate().map(|(f, face)| planes(cells, face, f * of_face)).collect();
         let (buffers, bytes) = Buffers::new(&gpu, transfer, first, &Numbers { terms: dark, planes: numbered.concat() })?;
         let mut number = 0..;
         let mut plane = |plane: &PlaneNumbers| Plane {

@@ -28,7 +28,7 @@ pub struct PlaneNumbers {
     pub row: u32,
     pub columns: u32,
     pub rows: u32,
-    pub beam: u32,
+    pub beams: u32,
     pub half: u32,
 }
 
@@ -48,8 +48,8 @@ pub fn beams_of(transfer: &Transfer) -> usize {
     faces(transfer).map(|face| face.directions.len()).max().unwrap_or(0)
 }
 
-/// The planes of a face, in the order of the sweep.
-pub fn planes(cells: &Cells, face: &Face, beam: usize) -> Vec<PlaneNumbers> {
+/// The planes of a face, in the order of the sweep; its beams start at number `beams` of all.
+pub fn planes(cells: &Cells, face: &Face, beams: usize) -> Vec<PlaneNumbers> {
     let dims = cells.lattice.dims;
     let strides = [1, dims[0], dims[0] * dims[1]];
     let (column, row) = across(face.axis);
@@ -62,20 +62,21 @@ pub fn planes(cells: &Cells, face: &Face, beam: usize) -> Vec<PlaneNumbers> {
         row: strides[row] as u32,
         columns: dims[column] as u32,
         rows: dims[row] as u32,
-        beam: beam as u32,
+        beams: beams as u32,
         half: (step % 2) as u32 + if step == 0 { 2 } else { 0 },
     };
     (0..count).map(plane).collect()
 }
 
-/// The beams of a face as the shader reads them, and as many of nothing as make up `room`.
+/// The beams of a face as the shader reads them, and as many of nothing as make up `room`: their heads, then each
+/// harmonic of all of them, and each quadrature weight.
 pub fn beams(cells: &Cells, face: &Face, room: usize, harmonics: usize) -> Vec<f32> {
-    let flat = |beam: Beam| {
-        let head = beam.shift.map(|shift| shift as f32).into_iter().chain([beam.length_pc]).chain(beam.weights);
-        let own = beam.harmonics.into_iter().take(harmonics).chain(beam.quadrature.into_iter().take(harmonics));
-        head.chain(own).collect::<Vec<f32>>()
-    };
-    let mut beams: Vec<f32> = face.directions.iter().flat_map(|d| flat(beam(cells, face, d))).collect();
-    beams.resize(room * (HEAD + 2 * harmonics), 0.0);
+    let own: Vec<Beam> = face.directions.iter().map(|d| beam(cells, face, d)).collect();
+    let of_all = |numbers: &dyn Fn(&Beam) -> f32| own.iter().map(numbers).chain(std::iter::repeat(0.0)).take(room).collect::<Vec<f32>>();
+    let head = |beam: &Beam| beam.shift.map(|shift| shift as f32).into_iter().chain([beam.length_pc]).chain(beam.weights);
+    let mut beams: Vec<f32> = own.iter().flat_map(head).collect();
+    beams.resize(room * HEAD, 0.0);
+    (0..harmonics).for_each(|h| beams.extend(of_all(&|beam| beam.harmonics[h])));
+    (0..harmonics).for_each(|h| beams.extend(of_all(&|beam| beam.quadrature[h])));
     beams
 }

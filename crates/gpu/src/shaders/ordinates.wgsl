@@ -22,8 +22,8 @@ struct Plane {
     row: u32,
     columns: u32,
     rows: u32,
-    // Number of the face's first beam.
-    beam: u32,
+    // Where the face's beams start.
+    beams: u32,
     // Which half of what is kept is written, and two more where no plane is before.
     half: u32,
 }
@@ -33,7 +33,8 @@ struct Plane {
 @group(0) @binding(2) var<storage, read> sigma: array<f32>;
 // ω p_l of each harmonic and term.
 @group(0) @binding(3) var<storage, read> scattering: array<f32>;
-// Of each direction: where it comes from, its length, the weights of the four cells there, Y_lm, Y_lm dΩ.
+// Of a face: of each direction where it comes from, its length, and the weights of the four cells there; then Y_lm of
+// each harmonic and direction, and Y_lm dΩ.
 @group(0) @binding(4) var<storage, read> beams: array<f32>;
 @group(0) @binding(5) var<storage, read> glow: array<f32>;
 @group(0) @binding(6) var<storage, read_write> source: array<f32>;
@@ -89,12 +90,13 @@ fn shares(depth: f32) -> vec3f {
     var radiance: array<f32, BEAMS>;
     for (var h = 0u; h < HARMONICS; h++) {
         let moment = source[(cell * HARMONICS + h) * WIDTH + t];
-        for (var b = 0u; b < BEAMS; b++) {
-            own[b] = fma(beams[(plane.beam + b) * BEAM + HEAD + h], moment, own[b]);
+        let at = plane.beams + (HEAD + h) * BEAMS;
+        for (var b = 0u; b < BEAMS; b++) { // written out
+            own[b] = fma(beams[at + b], moment, own[b]);
         }
     }
-    for (var b = 0u; b < BEAMS; b++) {
-        let beam = (plane.beam + b) * BEAM;
+    for (var b = 0u; b < BEAMS; b++) { // written out
+        let beam = plane.beams + b * HEAD;
         let origin = vec2i(here) + vec2i(i32(beams[beam]), i32(beams[beam + 1u]));
         let long = beams[beam + 2u];
         var incoming = 0.0;
@@ -133,8 +135,9 @@ fn shares(depth: f32) -> vec3f {
     for (var h = 0u; h < HARMONICS; h++) {
         let at = (cell * HARMONICS + h) * WIDTH + t;
         var moment = order[at];
-        for (var b = 0u; b < BEAMS; b++) {
-            moment = fma(beams[(plane.beam + b) * BEAM + HEAD + HARMONICS + h], radiance[b], moment);
+        let first = plane.beams + (HEAD + HARMONICS + h) * BEAMS;
+        for (var b = 0u; b < BEAMS; b++) { // written out
+            moment = fma(beams[first + b], radiance[b], moment);
         }
         order[at] = moment;
     }
