@@ -80,8 +80,11 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
 /// Egui's shader for wgpu filters textures by hand as well, and a device of software goes through both ways in every
 /// pixel: OpenGL draws a window three times as often there.
 fn renderers() -> [Renderer; 2] {
-    let is_real = barnard_gpu::adapters().first().is_some_and(|adapter| adapter.real);
-    if is_real { [Renderer::Wgpu, Renderer::Glow] } else { [Renderer::Glow, Renderer::Wgpu] }
+    if has_real_device() { [Renderer::Wgpu, Renderer::Glow] } else { [Renderer::Glow, Renderer::Wgpu] }
+}
+
+fn has_real_device() -> bool {
+    barnard_gpu::adapters().first().is_some_and(|adapter| adapter.real)
 }
 
 /// Opens the window by the first renderer that this machine has, and returns when it is closed.
@@ -143,6 +146,6 @@ fn lent(state: Option<&RenderState>, device: DeviceUse) -> Option<Gpu> {
     match device {
         DeviceUse::Never => None,
         DeviceUse::Always => gpu(),
-        DeviceUse::IfReal => gpu().filter(|gpu| gpu.adapter.real),
+        DeviceUse::IfReal => has_real_device().then(gpu).flatten().filter(|gpu| gpu.adapter.real),
     }
 }

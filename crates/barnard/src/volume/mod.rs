@@ -151,10 +151,10 @@ impl Volume {
         stored!(&self.values, |data| data[place + slot].value()) * self.units[slot]
     }
 
-    /// Says what the largest value of a channel will be, before it is written.
-    pub(crate) fn expect(&mut self, slot: usize, largest: f32) {
+    /// Chooses the unit of a channel that is written next, by what will be its largest value.
+    pub(crate) fn choose_unit(&mut self, slot: usize, largest: impl FnOnce() -> f32) {
         if self.precision() == Precision::Half {
-            self.units[slot] = stored::unit(largest);
+            self.units[slot] = stored::unit(largest());
         }
     }
 
@@ -169,7 +169,7 @@ impl Volume {
         let inside = |axis: usize, i: usize| i.saturating_sub(1).min(dims[axis] - 1);
         let [nx, ny, _] = self.lattice.dims;
         let channels = self.channels.len();
-        self.expect(slot, grid.largest(0..grid.lattice.cells()));
+        self.choose_unit(slot, || grid.largest(0..grid.lattice.cells()));
         let parts = self.units[slot].recip();
         stored!(&mut self.values, |data| data.par_chunks_exact_mut(nx * channels).enumerate().for_each(|(r, row)| {
             let from = grid.lattice.index(0, inside(1, r % ny), inside(2, r / ny));

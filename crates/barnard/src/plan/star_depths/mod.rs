@@ -43,7 +43,7 @@ impl Progress {
 /// When the user wishes to stop.
 pub fn bake(dust: &Grid, star: DVec3, mut out: ChannelMut, progress: Progress, control: &Control) -> Result<()> {
     let done = AtomicU64::new(progress.done);
-    out.volume.expect(out.slot, OPAQUE as f32);
+    out.volume.choose_unit(out.slot, || OPAQUE as f32);
     sweep(dust, star, &mut out, control, |voxels| {
         let before = done.fetch_add(voxels, Ordering::Relaxed);
         control.report(Stage::StarDepths, (before + voxels).min(progress.all), progress.all);
