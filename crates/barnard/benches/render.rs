@@ -73,6 +73,7 @@ fn star_depths(bencher: divan::Bencher, edge: usize) {
     bencher.counter(BytesCount::new(8 * edge.pow(3))).bench_local(|| {
         x = 0.3 - x;
         plan.move_star(0, DVec3::new(x, 0.35, 0.4), &Control::default()).expect("the star is there");
+        assert!(plan.space().star_depth > 0.0);
     });
 }
 
@@ -84,5 +85,6 @@ fn star_depths_floor(bencher: divan::Bencher, edge: usize) {
     bencher.counter(BytesCount::new(8 * edge.pow(3))).bench_local(|| {
         let parts = to.par_chunks_mut(1 << 16).zip(from.par_chunks(1 << 16));
         parts.for_each(|(to, from)| to.copy_from_slice(from));
+        assert_eq!(to.last(), from.last());
     });
 }

@@ -7,8 +7,8 @@ pub struct RenderStats {
     pub depth: f64,
     /// Rays that were marched, or paths that were followed.
     pub rays: u64,
-    /// Largest relative error of a density as the march keeps it: [`SINGLE`](crate::plan::SINGLE) or
-    /// [`HALF`](crate::plan::HALF).
+    /// Largest relative error of a density or a star's depth as the march keeps it: that of the
+    /// [plan](crate::plan::Plan::storage), and [`HALF`](crate::plan::HALF) besides on a device.
     pub storage: f64,
     /// Values below zero, which a projection can make where little light is left.
     pub negative: u64,

@@ -133,7 +133,15 @@ fn fields_are_kept() {
     let aside = CAMERA.replace("0.4 0.3 5 pc", "3 -1 4 pc");
     let (mut moved, there) = (two.clone(), sampled(&text(&aside, 2)));
     moved.look_from(there.camera().clone(), &Control::default()).unwrap();
-    let volumes = |plan: &Plan| plan.scattered_field().as_ref().unwrap().volumes.iter().map(|v| v.single().to_vec()).collect::<Vec<_>>();
+    let volumes = |plan: &Plan| {
+        plan.scattered_field()
+            .as_ref()
+            .unwrap()
+            .volumes
+            .iter()
+            .map(|v| v.rows().flat_map(|row| row.into_owned()).collect::<Vec<f32>>())
+            .collect::<Vec<_>>()
+    };
     assert!(volumes(&moved) == volumes(&there) && volumes(&moved) != volumes(&two));
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     assert!(volumes(&alone.install(|| sampled(&text(CAMERA, 2)))) == volumes(&two));

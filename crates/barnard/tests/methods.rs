@@ -135,6 +135,9 @@ fn halves_show_the_same() {
         for band in 0..2 {
             let moved = half.relative_rmse(band, &single, band);
             assert!((1e-7..2e-4).contains(&moved), "{scale:e}, band {band}: {moved:e}");
+            // What the certificate adds is more than what the picture moved by.
+            let absolute = |plan: &Plan| plan.certificates(band, &plan.expected()).iter().map(|(_, c)| c.absolute).fold(0.0, f64::max);
+            assert!(absolute(&plan) > absolute(&whole) + moved, "{} {}", absolute(&plan), absolute(&whole));
         }
         assert!(plan.notes().iter().any(|(_, words)| words.contains("half precision")));
     }

@@ -135,7 +135,7 @@ fn the_processor_sweeps_what_a_device_cannot() {
         }
         let plan = Plan::sampled(&scene, &options, 40, control).unwrap();
         let words = plan.notes().into_iter().find(|note| note.0 == "many bounces").unwrap().1;
-        (plan.scattered_field().unwrap().volumes.iter().flat_map(|v| v.single().to_vec()).collect::<Vec<f32>>(), words)
+        (plan.scattered_field().unwrap().volumes.iter().flat_map(|v| v.rows().collect::<Vec<_>>().concat()).collect::<Vec<f32>>(), words)
     };
     let small = Gpu::limited(wgpu::Limits { max_storage_buffer_binding_size: 1 << 20, ..wgpu::Limits::default() }).unwrap();
     let (victim, hits) = (lost.device.clone(), Arc::new(Mutex::new(0)));

@@ -6,6 +6,7 @@
 
 use std::sync::Arc;
 
+use barnard::plan::HALF;
 use barnard::plan::star_depths::OPAQUE;
 use barnard::plan::{LightField, Plan, Weights, weights_of};
 use barnard::volume::{Channel, Volume};
@@ -202,6 +203,8 @@ pub struct Layout {
     pub stars: Vec<usize>,
     /// The middle of the scene, from which places are seen [pc].
     pub middle: DVec3,
+    /// The largest relative error of what textures hold: that of the plan's volumes, and their own.
+    pub storage: f64,
 }
 
 impl Layout {
@@ -265,7 +268,7 @@ impl Layout {
             frame.limits[0] = 0.0;
         }
         let (tables, supersampling) = (tables.list.0, plan.camera().supersampling);
-        Ok(Self { shape, frame, tables, offsets, bricks, distances, quads, supersampling, stars, middle })
+        Ok(Self { shape, frame, tables, offsets, bricks, distances, quads, supersampling, stars, middle, storage: HALF + plan.storage() })
     }
 
     /// Puts a star at another place.

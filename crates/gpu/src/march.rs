@@ -9,7 +9,7 @@ use std::time::Instant;
 use barnard::backend::RenderStats;
 use barnard::control::{Control, Stage};
 use barnard::image::Tone;
-use barnard::plan::{HALF, Plan};
+use barnard::plan::Plan;
 use barnard::volume::{Channel, Volume};
 use glam::DVec3;
 
@@ -262,7 +262,15 @@ impl Renderer {
         self.dispatches = dispatches;
         self.seconds = self.device_seconds(dispatches)?;
         let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
-        Ok((data, RenderStats { depth: f64::from(f32::from_bits(deepest)), rays: (width * height * rays) as u64, storage: HALF, negative }))
+        Ok((
+            data,
+            RenderStats {
+                depth: f64::from(f32::from_bits(deepest)),
+                rays: (width * height * rays) as u64,
+                storage: self.layout.storage,
+                negative,
+            },
+        ))
     }
 
     /// The picture on the device, bands × height × width [W m⁻² sr⁻¹].

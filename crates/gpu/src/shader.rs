@@ -56,6 +56,7 @@ pub fn source(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: P
 fn limits(shape: &Shape) -> Limits {
     let first_terms = shape.terms.iter().scan(0, |sum, terms| Some(std::mem::replace(sum, *sum + terms)));
     Limits {
+        most: 8,
         numbers: vec![
             ("QUADS", shape.quads),
             ("BANDS", shape.bands()),

@@ -4,8 +4,6 @@
 //! constant: arrays are then indexed by constants and stay in registers, and nothing counts turns. Its text stays WGSL
 //! that runs as it stands, and it is left as a loop where there would be too much of it.
 
-/// Most turns that are written out: a face has so many directions.
-const MOST: usize = 9;
 /// Most entries of a list whose loops are written out, all together.
 const MOST_ENTRIES: usize = 32;
 
@@ -14,6 +12,8 @@ const MARK: &str = "// written out";
 
 /// The constants of a shape that loops run to.
 pub struct Limits {
+    /// Most turns that are written out.
+    pub most: usize,
     /// Numbers, by name.
     pub numbers: Vec<(&'static str, usize)>,
     /// Lists, by name; the loop around says which entry is meant.
@@ -37,7 +37,7 @@ impl<'a> Head<'a> {
     /// The number of turns that are written out; none where no constant says so, or it would be too many.
     fn turns(&self, limits: &Limits, around: &[(String, usize)]) -> Option<usize> {
         let Some((list, index)) = self.limit.strip_suffix(']').and_then(|limit| limit.split_once('[')) else {
-            return limits.numbers.iter().find(|(name, _)| *name == self.limit).map(|(_, n)| *n).filter(|n| *n <= MOST);
+            return limits.numbers.iter().find(|(name, _)| *name == self.limit).map(|(_, n)| *n).filter(|n| *n <= limits.most);
         };
         let (_, entries) = limits.lists.iter().find(|(name, _)| *name == list)?;
         let (_, at) = around.iter().rev().find(|(variable, _)| variable == index)?;
@@ -95,7 +95,11 @@ mod tests {
     use super::*;
 
     fn limits() -> Limits {
-        Limits { numbers: vec![("BANDS", 2), ("STARS", 0), ("MANY", 1000)], lists: vec![("TERMS_OF", vec![1, 2]), ("LONG", vec![3, 30])] }
+        Limits {
+            most: 8,
+            numbers: vec![("BANDS", 2), ("STARS", 0), ("MANY", 9)],
+            lists: vec![("TERMS_OF", vec![1, 2]), ("LONG", vec![3, 30])],
+        }
     }
 
     #[test]

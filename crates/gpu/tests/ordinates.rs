@@ -98,8 +98,9 @@ fn words(plan: &Plan) -> String {
 
 /// The source functions of two plans: the largest difference in parts of the largest.
 fn apart(ours: &Plan, theirs: &Plan) -> f32 {
-    let volumes =
-        |plan: &Plan| plan.scattered_field().as_ref().unwrap().volumes.iter().flat_map(|v| v.single().to_vec()).collect::<Vec<f32>>();
+    let volumes = |plan: &Plan| {
+        plan.scattered_field().as_ref().unwrap().volumes.iter().flat_map(|v| v.rows().collect::<Vec<_>>().concat()).collect::<Vec<f32>>()
+    };
     let (ours, theirs) = (volumes(ours), volumes(theirs));
     assert_eq!(ours.len(), theirs.len());
     let largest = theirs.iter().fold(0.0f32, |most, x| most.max(*x));

@@ -71,7 +71,7 @@ impl Opener {
             (Some(backend), _) => backend,
             (None, None) => (self.backend.open)(scene)?,
             (None, Some(gpu)) => {
-                // The device is the window's: without it there is none to open again.
+                // The device is the window's, as a rule: without it there is none to open again.
                 let gone = || Err(GpuError::NoAdapter);
                 Box::new(Auto::on(OnDevice::new(gpu.clone(), Tuning::default()).reopened_by(gone)))
             }

@@ -1,10 +1,11 @@
 //! The window itself.
 
 use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Arc, OnceLock};
 
 use barnard::backend::{BackendEntry, DeviceUse, cpu};
-use barnard_gpu::Gpu;
+use barnard_gpu::{Gpu, GpuError};
 use eframe::Renderer;
 use eframe::egui::{Context, ViewportBuilder};
 use eframe::egui_wgpu::{RenderState, WgpuSetup};
@@ -32,7 +33,7 @@ pub enum ViewerError {
 pub struct Start {
     /// The scene; the first built-in one, or what was not saved last time, if none.
     pub scene: Option<Origin>,
-    /// The back end that renders; the window's own device takes the place of one that would be opened.
+    /// The back end that renders; the window's own device takes the place of one that would be opened, where it has one.
     pub backend: BackendEntry,
     /// Most bytes that a plan may take.
     pub memory_limit: u64,
@@ -59,49 +60,63 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
     let first = if start.backend.device == DeviceUse::Never { start.backend } else { cpu::ENTRY };
     let engine = Engine::start(first, move || of_worker.get().into_iter().for_each(Context::request_repaint));
     engine.submit(first_look(&document, start.memory_limit));
+    let is_real = barnard_gpu::adapters().first().is_some_and(|adapter| adapter.real);
     let app = move |creation: &eframe::CreationContext| {
         context.get_or_init(|| creation.egui_ctx.clone());
-        if let Some(gpu) = lent(creation.wgpu_render_state.as_ref(), start.backend.device) {
-            engine.lend(gpu);
-        }
+        let lent = lent(creation.wgpu_render_state.as_ref(), start.backend.device, is_real);
         creation.storage.into_iter().for_each(|storage| session.restore(storage));
         session.opened(document.origin());
+        if let Ok(Some(gpu)) = &lent {
+            engine.lend(gpu.clone());
+        }
         let mut app = App::new(document, engine, session, start.memory_limit);
         app.layout = Layout::stored(creation.storage);
         app.timings = start.timings.then(Timings::default);
         words.into_iter().for_each(|words| app.tell(words));
+        lent.err().into_iter().for_each(|error| app.complain(error));
         app
     };
-    drawn_by(renderers(), app).map_err(|e| ViewerError::Window(e.to_string()))
+    drawn_by(renderers(is_real), app)
 }
 
-/// What may draw the window, best first.
+/// What may draw the window, best first; `is_real` says whether there is a graphics device that is not software.
 ///
 /// Egui's shader for wgpu filters textures by hand as well, and a device of software goes through both ways in every
 /// pixel: OpenGL draws a window three times as often there.
-fn renderers() -> [Renderer; 2] {
-    if has_real_device() { [Renderer::Wgpu, Renderer::Glow] } else { [Renderer::Glow, Renderer::Wgpu] }
-}
-
-fn has_real_device() -> bool {
-    barnard_gpu::adapters().first().is_some_and(|adapter| adapter.real)
+fn renderers(is_real: bool) -> [Renderer; 2] {
+    if is_real { [Renderer::Wgpu, Renderer::Glow] } else { [Renderer::Glow, Renderer::Wgpu] }
 }
 
 /// Opens the window by the first renderer that this machine has, and returns when it is closed.
-fn drawn_by(renderers: [Renderer; 2], app: impl FnOnce(&eframe::CreationContext) -> App) -> eframe::Result {
+fn drawn_by(renderers: [Renderer; 2], app: impl FnOnce(&eframe::CreationContext) -> App) -> Result<(), ViewerError> {
     // A renderer that fails has not asked for the app.
     let app = Cell::new(Some(app));
-    let mut result = Ok(());
+    let mut reasons = Vec::new();
     for renderer in renderers {
         let made = |creation: &eframe::CreationContext| match app.take() {
             Some(app) => Ok(Box::new(app(creation)) as Box<dyn eframe::App>),
             None => Err("the window was closed".into()),
         };
-        result = eframe::run_native(NAME, options(renderer), Box::new(made));
+        // Where a display has nothing that OpenGL can draw on, eframe panics.
+        let run = || eframe::run_native(NAME, options(renderer), Box::new(made));
+        let ended = catch_unwind(AssertUnwindSafe(run));
+        match (ended, app.take()) {
+            (Ok(Ok(())), _) => return Ok(()),
+            (Ok(Err(error)), left) => {
+                reasons.push(format!("{renderer}: {error}"));
+                app.set(left);
+            }
+            (Err(_), Some(left)) => {
+                reasons.push(format!("{renderer}: it has nothing to draw on"));
+                app.set(Some(left));
+            }
+            (Err(panic), None) => resume_unwind(panic),
+        }
+        // Who has had a window does not get another.
         let Some(left) = app.take() else { break };
         app.set(Some(left));
     }
-    result
+    Err(ViewerError::Window(reasons.join("; ")))
 }
 
 fn options(renderer: Renderer) -> eframe::NativeOptions {
@@ -139,13 +154,19 @@ fn begun(asked: Option<Document>, session: &mut Session, memory_limit: u64) -> b
     }
 }
 
-/// The device that pictures are rendered on: the window's, or one beside it where the window has none and a device is
-/// asked for by name.
-fn lent(state: Option<&RenderState>, device: DeviceUse) -> Option<Gpu> {
-    let gpu = || state.map_or_else(|| Gpu::open().ok(), |state| Gpu::shared(&state.adapter, state.device.clone(), state.queue.clone()));
-    match device {
-        DeviceUse::Never => None,
-        DeviceUse::Always => gpu(),
-        DeviceUse::IfReal => has_real_device().then(gpu).flatten().filter(|gpu| gpu.adapter.real),
+/// The device that pictures are rendered on: the window's, or one beside it where the window has none; none where
+/// the processor does.
+fn lent(state: Option<&RenderState>, device: DeviceUse, is_real: bool) -> Result<Option<Gpu>, GpuError> {
+    let is_used = match device {
+        DeviceUse::Never => false,
+        DeviceUse::Always => true,
+        DeviceUse::IfReal => is_real,
+    };
+    match state.filter(|_| is_used) {
+        Some(state) => {
+            let shared = Gpu::shared(&state.adapter, state.device.clone(), state.queue.clone());
+            Ok(shared.filter(|gpu| gpu.adapter.real || device == DeviceUse::Always))
+        }
+        None => is_used.then(Gpu::open).transpose(),
     }
 }

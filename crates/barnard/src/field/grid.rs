@@ -22,10 +22,6 @@ pub(super) const OFFSET: f64 = 0.288_675_134_594_812_9;
 const ON_CENTRE: f64 = 1e-9;
 /// Values that are checked together.
 const CHECKED_TOGETHER: usize = 1 << 16;
-/// Parts along each edge of a voxel in which a function jumps.
-const PARTS: usize = 6;
-/// By how much a function may change in a voxel that is taken for even.
-const EVEN: f64 = 0.1;
 
 /// Sampled values.
 ///
@@ -102,55 +98,6 @@ impl Grid {
     /// The values, depth × height × width, x running fastest \[unit of the field\].
     pub fn values(&self) -> Cow<'_, [f32]> {
         if self.factor == 1.0 { Cow::Borrowed(&self.shared) } else { self.run(0..self.shared.len()).collect() }
-    }
-
-    /// Samples `f` at the voxel centres, on all cores.
-    pub fn sampled(lattice: Lattice, f: impl Fn(DVec3) -> f64 + Sync) -> Self {
-        Self::filled(lattice, |places, values| values.iter_mut().zip(places).for_each(|(value, p)| *value = f(*p)))
-    }
-
-    /// Samples row by row at the voxel centres, on all cores: `sample` writes the values at many places.
-    pub(crate) fn filled(lattice: Lattice, sample: impl Fn(&[DVec3], &mut [f64]) + Sync) -> Self {
-        let length = lattice.dims[0];
-        let mut data = vec![0.0; lattice.cells()];
-        let room = || (vec![DVec3::ZERO; length], vec![0.0; length]);
-        data.par_chunks_mut(length).enumerate().for_each_init(room, |(centres, values), (r, out)| {
-            let [_, y, z] = lattice.place(r * length);
-            centres.iter_mut().enumerate().for_each(|(x, centre)| *centre = lattice.centre(x, y, z));
-            sample(centres, values);
-            out.iter_mut().zip(&*values).for_each(|(out, value)| *out = *value as f32);
-        });
-        Self::of(lattice, data)
-    }
-
-    /// Samples a function that may jump: `sample` takes the centres of voxels and as many places within them. A voxel
-    /// that it changes in has the mean over its parts, all others the value at their middle.
-    pub(crate) fn averaged(lattice: Lattice, sample: impl Fn(&[DVec3], &[DVec3], &mut [f64]) + Sync) -> Self {
-        let voxel = lattice.voxel_pc();
-        let corners = (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) - 0.5);
-        let corners: Vec<DVec3> = corners.map(|c| (1.0 - 1e-9) * c * voxel).collect();
-        let along = |i: usize| (i as f64 + 0.5) / PARTS as f64 - 0.5;
-        let part = |i: usize| DVec3::new(along(i % PARTS), along(i / PARTS % PARTS), along(i / (PARTS * PARTS))) * voxel;
-        let parts: Vec<DVec3> = (0..PARTS.pow(3)).map(part).collect();
-        Self::filled(lattice, |centres, values| {
-            sample(centres, centres, values);
-            let (mut low, mut high, mut own) = (values.to_vec(), values.to_vec(), values.to_vec());
-            for corner in &corners {
-                let places: Vec<DVec3> = centres.iter().map(|centre| *centre + *corner).collect();
-                sample(centres, &places, &mut own);
-                low.iter_mut().zip(&own).for_each(|(low, v)| *low = low.min(*v));
-                high.iter_mut().zip(&own).for_each(|(high, v)| *high = high.max(*v));
-            }
-            for (i, value) in values.iter_mut().enumerate() {
-                if high[i] - low[i] <= EVEN * high[i].abs().max(low[i].abs()) {
-                    continue;
-                }
-                let mut of_parts = [0.0; PARTS.pow(3)];
-                let places: Vec<DVec3> = parts.iter().map(|part| centres[i] + *part).collect();
-                sample(&vec![centres[i]; places.len()], &places, &mut of_parts);
-                *value = of_parts.iter().sum::<f64>() / of_parts.len() as f64;
-            }
-        })
     }
 
     /// `factor` times the means of blocks of `block` voxels along each axis; blocks at the upper faces take what is

@@ -16,6 +16,7 @@ mod lattice;
 mod loaded;
 mod operators;
 mod plummer;
+mod sampled;
 mod shell;
 mod side_by_side;
 mod simplex;

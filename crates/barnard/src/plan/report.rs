@@ -6,6 +6,7 @@ use crate::keywords::{self, Keyword};
 use crate::light::Route;
 use crate::plan::{END_SHARE, Plan, Spatial, Unresolved};
 use crate::stats::RenderStats;
+use crate::volume::Precision;
 
 /// The largest relative error of a number in single precision.
 pub const SINGLE: f64 = 1.0 / (1 << 24) as f64;
@@ -15,9 +16,23 @@ pub const HALF: f64 = 1.0 / (1 << 11) as f64;
 const TERM_ROUNDING: f64 = 3e-6;
 
 impl Plan {
+    /// The largest relative error of a density, or of a star's depth, as the volumes have it: a depth in half precision
+    /// is rounded when it is swept and when it is moved to its voxel's mean, which takes a third of its neighbours'.
+    pub fn storage(&self) -> f64 {
+        match self.space.precision {
+            Precision::Single => SINGLE,
+            Precision::Half => 3.0 * HALF,
+        }
+    }
+
     /// The statistics that a march of this plan on the processor is expected to bring, before it was done.
     pub fn expected(&self) -> RenderStats {
-        RenderStats { depth: self.spectral.depth, rays: (self.camera.width * self.camera.height) as u64, storage: SINGLE, negative: 0 }
+        RenderStats {
+            depth: self.spectral.depth,
+            rays: (self.camera.width * self.camera.height) as u64,
+            storage: self.storage(),
+            negative: 0,
+        }
     }
 
     /// The error that arithmetic adds to a light that takes `route`: depths and light are sums over all steps in single
@@ -81,9 +96,18 @@ impl Plan {
         let isotropic = self.light_field.as_ref().filter(|f| f.isotropic_instead);
         let isotropic = isotropic.map(|_| ("phase function".into(), "put aside by this method, which scatters evenly".into()));
         let far_field = self.scattered_field.iter().filter_map(|f| f.report.far_field).map(|f| ("gathered stars".into(), f.to_string()));
+        let volumes = self.volumes().any(|volume| volume.precision() == Precision::Half);
+        let volumes = volumes.then(|| ("volumes".into(), "stored in half precision".into()));
         let scattered_field =
             self.scattered_field.iter().filter(|f| f.report.sweeps > 0).map(|f| ("many bounces".into(), f.report.to_string()));
-        self.spatial_note().into_iter().chain(isotropic).chain(self.fit_note()).chain(far_field).chain(scattered_field).collect()
+        self.spatial_note()
+            .into_iter()
+            .chain(volumes)
+            .chain(isotropic)
+            .chain(self.fit_note())
+            .chain(far_field)
+            .chain(scattered_field)
+            .collect()
     }
 
     /// The worst of the polynomials that stand for spectra.
@@ -111,7 +135,7 @@ impl Plan {
             s.rays,
             s.stepping,
             match &self.light_field {
-                None => format!("star depths of {} a voxel{}", self.space.star_factor, self.space.stored()),
+                None => format!("star depths of {} a voxel", self.space.star_factor),
                 Some(field) => format!("a light field of {} numbers a voxel", field.propagation.channels()),
             }
         );

@@ -217,7 +217,7 @@ pub(super) const KEYS: &[Key] = &[
         "volumes",
         "text",
         "single",
-        "single or half: how the processor stores densities and star depths that it marches through; half is right to 1 in 2000 and takes half of the memory",
+        "single or half: how densities and star depths are stored that light is marched through; half is right to 1 in 700 and takes half of the memory",
     ),
     Key::optional(
         "bounces",

@@ -115,10 +115,7 @@ impl Volume {
     }
 
     /// The values of a volume that was made in single precision, depth × height × width × channels.
-    ///
-    /// # Panics
-    /// Where it was not.
-    pub fn single(&self) -> &[f32] {
+    pub(crate) fn single(&self) -> &[f32] {
         match &self.values {
             Values::Single(data) => data,
             Values::Half(_) => unreachable!("the volume was made in half precision"),
@@ -149,6 +146,23 @@ impl Volume {
     #[inline(always)]
     pub fn value(&self, place: usize, slot: usize) -> f32 {
         stored!(&self.values, |data| data[place + slot].value()) * self.units[slot]
+    }
+
+    /// The largest value of a channel, without its sign.
+    pub fn largest(&self, slot: usize) -> f32 {
+        let channels = self.channels.len();
+        let parts =
+            stored!(&self.values, |data| data.iter().skip(slot).step_by(channels).fold(0.0f32, |most, v| most.max(v.value().abs())));
+        parts * self.units[slot]
+    }
+
+    /// Multiplies a channel.
+    pub fn scale(&mut self, slot: usize, factor: f32) {
+        let channels = self.channels.len();
+        match &mut self.values {
+            Values::Single(data) => data.iter_mut().skip(slot).step_by(channels).for_each(|value| *value *= factor),
+            Values::Half(_) => self.units[slot] *= factor,
+        }
     }
 
     /// Chooses the unit of a channel that is written next, by what will be its largest value.
@@ -225,5 +239,29 @@ fn extrapolate(data: &mut [impl Stored], dims: [usize; 3], channels: usize, slot
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows of halves are those of singles, each channel in its own unit.
+    #[test]
+    fn rows_are_read_in_their_units() {
+        let lattice = Lattice { dims: [5, 3, 4], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
+        let grids = [1e-9, 1.0, 3e7].map(|factor| Grid::sampled(lattice.clone(), |p| factor * (1.5 + p.x + 0.3 * p.y * p.z)));
+        let filled = |precision| {
+            let mut volume = Volume::with_precision(&lattice, (0..3).map(Channel::Emission).collect(), precision);
+            grids.iter().enumerate().for_each(|(slot, grid)| volume.fill(slot, grid));
+            volume.scale(1, 0.3);
+            volume
+        };
+        let (single, half) = (filled(Precision::Single), filled(Precision::Half));
+        assert_eq!(single.bytes(), 2 * half.bytes());
+        let (a, b): (Vec<_>, Vec<_>) = (single.rows().collect(), half.rows().collect());
+        let close = |a: &f32, b: &f32| (b / a - 1.0).abs() <= 2f32.powi(-11);
+        assert!(a.len() == 5 * 6 && a.concat().iter().zip(&b.concat()).all(|(a, b)| close(a, b)) && a != b);
+        assert!((0..3).all(|slot| close(&single.largest(slot), &half.largest(slot))));
     }
 }

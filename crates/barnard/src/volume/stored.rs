@@ -1,6 +1,6 @@
 //! How the values of a volume are stored: in single precision, or in half of its memory.
 //!
-//! A half is a number of IEEE 754's binary16 [1] that is never subnormal: sign, five bits of exponent, ten of mantissa.
+//! A half is a number of IEEE 754's binary16 that is never subnormal: sign, five bits of exponent, ten of mantissa.
 //! Values stand in parts of a channel's unit, a power of two, so that the largest is near 2¹⁵; the relative error is at
 //! most 2⁻¹¹, and what is less than 2⁻²⁹ of the largest is nothing. Source: IEEE 754-2019, table 3.5.
 
@@ -54,7 +54,7 @@ impl Stored for Half {
     }
 }
 
-/// The unit of a channel whose largest value is this: the largest half is twice as much at least.
+/// The unit of a channel whose largest value is this: nearly as much again is left above it.
 pub fn unit(largest: f32) -> f32 {
     let exponent = f64::from(largest).log2().ceil() as i32 - 15;
     // A unit is a normal number, and so is what one is of it.

@@ -61,11 +61,6 @@ impl Header {
         self.text(keyword)?.replace(['D', 'd'], "E").parse().ok()
     }
 
-    /// By what stored values are multiplied, and what is added then.
-    fn scale(&self) -> (f64, f64) {
-        (self.number("BSCALE").unwrap_or(1.0), self.number("BZERO").unwrap_or(0.0))
-    }
-
     fn integer(&self, keyword: &str) -> Option<i64> {
         self.text(keyword)?.parse().ok()
     }
@@ -176,7 +171,7 @@ fn values<T: Kept>(request: &mut Request, header: &Header, cells: usize) -> Resu
         let reason = format!("is truncated: {cells} values of {size} bytes announced, {there} bytes there");
         return Err(Error::file(request.path, reason));
     }
-    let (scale, zero) = header.scale();
+    let (scale, zero) = (header.number("BSCALE").unwrap_or(1.0), header.number("BZERO").unwrap_or(0.0));
     let blank = header.integer("BLANK");
     let integer = |v: i64| if Some(v) == blank { f64::NAN } else { zero + scale * v as f64 };
     let real = |v: f64| zero + scale * v;
@@ -235,7 +230,8 @@ fn array(request: &mut Request) -> Result<Array> {
     shape.reverse();
     let (shape, cells) = checked_shape(request.path, request.memory_limit, &shape)?;
     // What is scaled may need more digits than are stored.
-    let is_single = matches!(header.integer("BITPIX"), Some(8 | 16 | -32)) && header.scale() == (1.0, 0.0);
+    let is_scaled = header.number("BSCALE").or(header.number("BZERO")).is_some();
+    let is_single = matches!(header.integer("BITPIX"), Some(8 | 16 | -32)) && !is_scaled;
     let data = if is_single { Numbers::Single(values(request, header, cells)?) } else { Numbers::Double(values(request, header, cells)?) };
     Ok(Array { shape, data, fortran: false, frame: Some(header.frame()) })
 }

@@ -282,6 +282,21 @@ mod tests {
         [MAGIC, &[1, 0], &(text.len() as u16).to_le_bytes(), text.as_bytes()].concat()
     }
 
+    /// Numbers are kept in single precision where that holds them all, whatever type they have in the file.
+    #[test]
+    fn numbers_keep_their_precision() {
+        let of = |kind: &str, value: &[u8]| {
+            let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': (1, 1, 1), }}\n");
+            read(&[with_header(&header), value.to_vec()].concat()).unwrap().data
+        };
+        let largest = i32::MAX - 1;
+        assert_eq!(of("<f2", &[0x00, 0x3e]), Numbers::Single(vec![1.5]));
+        assert_eq!(of("<f4", &0.1f32.to_le_bytes()), Numbers::Single(vec![0.1]));
+        assert_eq!(of(">i2", &(-300i16).to_be_bytes()), Numbers::Single(vec![-300.0]));
+        assert_eq!(of("<i4", &largest.to_le_bytes()), Numbers::Double(vec![f64::from(largest)]));
+        assert_eq!(of("<f8", &0.1f64.to_le_bytes()), Numbers::Double(vec![0.1]));
+    }
+
     /// Headers that a parser would work at for ever are refused; NumPy's own are read.
     #[test]
     fn headers_are_bounded() {

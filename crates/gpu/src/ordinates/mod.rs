@@ -34,7 +34,7 @@ pub const ORDINATES: &str = include_str!("../shaders/ordinates.wgsl");
 pub fn source(harmonics: usize, beams: usize) -> String {
     let constants = [("WIDTH", WIDTH), ("HARMONICS", harmonics), ("BEAMS", beams), ("HEAD", HEAD), ("CHUNKS", CHUNKS)];
     let line = |(name, value): (&str, usize)| format!("const {name} = {value}u;\n");
-    let written = written_out(ORDINATES, &Limits { numbers: vec![("BEAMS", beams)], lists: Vec::new() });
+    let written = written_out(ORDINATES, &Limits { most: beams, numbers: vec![("BEAMS", beams)], lists: Vec::new() });
     constants.into_iter().map(line).collect::<String>() + &format!("const THIN_CELL: f32 = {THIN_CELL:e};\n\n") + &written
 }
 

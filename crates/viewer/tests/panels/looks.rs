@@ -1,8 +1,7 @@
 //! The panels as pictures.
 
 use barnard_viewer::app::App;
-use eframe::egui::Rect;
-use eframe::egui::vec2;
+use eframe::egui::{Rect, Visuals, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
@@ -39,4 +38,14 @@ fn panels_look_as_they_did() {
     harness.run_steps(2);
     let probe = Rect::from_min_size(from(&harness, "Probe"), vec2(340.0, 290.0));
     looks(&mut harness, "probe", probe);
+}
+
+/// The window is cleared to the ground of its theme: panels do not fill it, and snapshots cannot see it.
+#[test]
+fn the_ground_is_that_of_the_theme() {
+    let (_folder, harness) = open();
+    for (visuals, grey) in [(Visuals::dark(), 27.0), (Visuals::light(), 248.0)] {
+        let [red, green, blue, alpha] = eframe::App::clear_color(harness.state(), &visuals);
+        assert!([red, green, blue].iter().all(|v| (v * 255.0 - grey).abs() < 0.01) && alpha == 1.0);
+    }
 }

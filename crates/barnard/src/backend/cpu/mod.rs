@@ -26,7 +26,7 @@ use crate::error::Result;
 use crate::geometry::Ray;
 use crate::image::Image;
 use crate::packet::LANES;
-use crate::plan::{Plan, SINGLE};
+use crate::plan::Plan;
 use crate::scene::Scene;
 use march::March;
 use tables::Tables;
@@ -121,7 +121,7 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, RenderStats
     };
     let depth = strips.into_par_iter().enumerate().map(strip).try_reduce(|| 0.0, |a, b| Ok(a.max(b)))?;
     let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
-    let stats = RenderStats { depth: f64::from(depth), rays: (columns * rows * LANES) as u64, storage: SINGLE, negative };
+    let stats = RenderStats { depth: f64::from(depth), rays: (columns * rows * LANES) as u64, storage: plan.storage(), negative };
     Ok((data, stats))
 }
 

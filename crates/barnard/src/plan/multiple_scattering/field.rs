@@ -16,6 +16,7 @@ use crate::error::Result;
 use crate::field::{Grid, Lattice};
 use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, Profile};
 use crate::plan::{ManyLights, PhaseTable};
+use crate::volume::Precision;
 
 /// A field of scattered light, independent of the eye.
 #[derive(Debug)]
@@ -64,6 +65,7 @@ pub struct Origin {
     /// The places of all stars, how finely their depths are known, and the kernels around the gathered ones.
     pub places: Vec<DVec3>,
     pub star_factor: usize,
+    pub precision: Precision,
     pub kernels: Vec<NearFieldKernel>,
     pub terms: Vec<Term>,
     pub direct_sources: DirectSources,
@@ -74,7 +76,7 @@ pub struct Origin {
 
 impl PartialEq for Origin {
     fn eq(&self, other: &Self) -> bool {
-        let numbers = |o: &Self| (o.star_factor, o.directions, o.harmonics, o.bounces);
+        let numbers = |o: &Self| (o.star_factor, o.precision, o.directions, o.harmonics, o.bounces);
         numbers(self) == numbers(other)
             && self.lattice == other.lattice
             && self.terms == other.terms

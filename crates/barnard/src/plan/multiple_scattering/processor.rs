@@ -20,11 +20,11 @@ impl Sweeper for Processor {
     }
 
     fn start<'a>(&self, transfer: Transfer<'a>, first: Moments) -> Result<Box<dyn Orders + 'a>, Failure> {
-        // A sweep waits for memory: no more lanes than there are terms.
+        // A sweep waits for memory: few terms take few lanes.
         Ok(match transfer.terms {
-            0..=2 => Box::new(OnProcessor::<2>::new(transfer, &first)),
-            3..=4 => Box::new(OnProcessor::<4>::new(transfer, &first)),
-            _ => Box::new(OnProcessor::<WIDTH>::new(transfer, &first)),
+            0..=2 => Box::new(OnProcessor::<2>::new(transfer, first)),
+            3..=4 => Box::new(OnProcessor::<4>::new(transfer, first)),
+            _ => Box::new(OnProcessor::<WIDTH>::new(transfer, first)),
         })
     }
 }
@@ -67,7 +67,7 @@ impl<'a> Sweepers<'a> {
     }
 }
 
-/// Orders of as many terms as there are lanes.
+/// Orders of so many terms, side by side.
 struct OnProcessor<'a, const N: usize> {
     transfer: Transfer<'a>,
     k: Lanes<N>,
@@ -81,15 +81,18 @@ struct OnProcessor<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> OnProcessor<'a, N> {
-    fn new(transfer: Transfer<'a>, first: &Moments) -> Self {
-        let dark = || Moments::dark(transfer.cells.lattice.cells(), first.count);
+    fn new(transfer: Transfer<'a>, first: Moments) -> Self {
+        let (count, order) = (first.count, first.resized());
+        // Two more of the kind are made now: what it was made from goes before.
+        drop(first);
+        let dark = || Moments::dark(transfer.cells.lattice.cells(), count);
         let all = |lanes: &[EightLanes]| lanes.iter().map(resized).collect();
         Self {
             k: resized(transfer.k),
             scattering: all(transfer.scattering),
             glow: transfer.glow.map(all),
             around: resized(transfer.around),
-            order: first.resized(),
+            order,
             next: dark(),
             sum: dark(),
             is_first: true,
@@ -120,9 +123,11 @@ impl<const N: usize> Orders for OnProcessor<'_, N> {
         Ok((power(cells, &self.order), power(cells, &self.sum)))
     }
 
-    fn sum(mut self: Box<Self>, last: &EightLanes) -> Result<Moments, Failure> {
-        self.sum.add(&self.order, &resized(last));
-        Ok(self.sum.resized())
+    fn sum(self: Box<Self>, last: &EightLanes) -> Result<Moments, Failure> {
+        let Self { mut sum, order, next, .. } = *self;
+        sum.add(&order, &resized(last));
+        drop((order, next));
+        Ok(sum.resized())
     }
 }
 
@@ -169,7 +174,7 @@ mod tests {
         };
         let narrow = swept(Processor.start(transfer, first.clone()).unwrap());
         assert!(narrow.0[2].0[0] > narrow.0[2].0[1] && narrow.0[2].0[1] > 0.0 && narrow.0[2].0[2] == 0.0);
-        assert!(narrow == swept(Box::new(OnProcessor::<4>::new(transfer, &first))));
-        assert!(narrow == swept(Box::new(OnProcessor::<WIDTH>::new(transfer, &first))));
+        assert!(narrow == swept(Box::new(OnProcessor::<4>::new(transfer, first.clone()))));
+        assert!(narrow == swept(Box::new(OnProcessor::<WIDTH>::new(transfer, first.clone()))));
     }
 }

@@ -60,6 +60,7 @@ impl Problem<'_> {
                 dust: space.dust.clone().unwrap_or_else(none),
                 places: space.stars.clone(),
                 star_factor: space.star_factor,
+                precision: space.precision,
                 kernels: even.clone(),
                 terms: terms.to_vec(),
                 direct_sources: DirectSources::new(self.draft, p * WIDTH, terms, &glow),

@@ -9,7 +9,7 @@ use crate::field::{Grid, Lattice};
 use crate::memory;
 use crate::plan::star_depths::{self, Progress};
 use crate::plan::{ManyLights, Settings, many_lights};
-use crate::volume::{Channel, ChannelMut, MAX_CHANNELS, Precision, Volume};
+use crate::volume::{Channel, ChannelMut, MAX_CHANNELS, Volume};
 
 impl SpatialPlan {
     /// Puts the stars `members` among the many lights.
@@ -55,17 +55,19 @@ impl SpatialPlan {
             parts.push((dust.lattice.clone(), Channel::Dust));
             let lattice = dust.lattice.refined(factor);
             let count = stars.len();
-            let bytes = settings.method.volumes.bytes() * count as u64 * lattice.cells() as u64;
+            let bytes = self.precision.bytes() * count as u64 * lattice.cells() as u64;
             memory::check(&format!("star depths of {count} stars"), bytes, settings.memory_limit)?;
             parts.extend(stars.iter().map(|star| (lattice.clone(), Channel::StarDepth(*star))));
         }
         parts.extend(self.emission.iter().enumerate().map(|(species, grid)| (grid.lattice.clone(), Channel::Emission(species))));
         self.volumes.clear();
-        let precision = settings.method.volumes;
         while let Some((lattice, _)) = parts.first().cloned() {
             let (own, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|p| p.0 == lattice);
             let channels: Vec<Channel> = own.into_iter().map(|p| p.1).collect();
-            self.volumes.extend(channels.chunks(MAX_CHANNELS).map(|chunk| Volume::with_precision(&lattice, chunk.to_vec(), precision)));
+            let bytes = self.precision.bytes() * channels.len() as u64 * lattice.cells() as u64;
+            memory::check(&format!("volumes of {} fields", channels.len()), bytes, settings.memory_limit)?;
+            let volume = |chunk: &[Channel]| Volume::with_precision(&lattice, chunk.to_vec(), self.precision);
+            self.volumes.extend(channels.chunks(MAX_CHANNELS).map(volume));
             parts = others;
         }
         let mut volumes = std::mem::take(&mut self.volumes);
@@ -94,17 +96,10 @@ impl SpatialPlan {
         Ok(())
     }
 
-    /// How volumes are stored, in words that follow others, where it is not as they always are.
-    pub fn stored(&self) -> &'static str {
-        let is_half = self.volumes.iter().any(|volume| volume.precision() == Precision::Half);
-        if is_half { ", stored in half precision" } else { "" }
-    }
-
     /// The bytes of star depths of `factor` voxels along one of dust.
     pub fn star_bytes(&self, factor: usize) -> u64 {
         let cells = self.dust.as_ref().map_or(0, |d| d.lattice.cells() as u64);
-        let bytes = self.volumes.first().map_or(4, |volume| volume.precision().bytes());
-        bytes * cells.saturating_mul(factor.pow(3) as u64).saturating_mul(self.marched.len() as u64)
+        self.precision.bytes() * cells.saturating_mul(factor.pow(3) as u64).saturating_mul(self.marched.len() as u64)
     }
 
     /// The bytes that all grids take.

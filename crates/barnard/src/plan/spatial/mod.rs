@@ -21,7 +21,7 @@ use crate::plan::spatial::bake::{BakeResolution, OWN, baked};
 use crate::plan::{Settings, Spatial, star_depths};
 use crate::scene::Scene;
 use crate::volume::Bricks;
-use crate::volume::{Channel, Volume};
+use crate::volume::{Channel, Precision, Volume};
 
 /// Depth at V that no light of any wavelength comes through, from an eye through all dust to a star.
 const DEEPEST: f64 = 10.0 * star_depths::OPAQUE;
@@ -61,6 +61,8 @@ pub struct SpatialPlan {
     /// The extinction σ at V of a density of one [pc⁻¹].
     sigma_v_per_pc: f64,
     bake: Option<usize>,
+    /// How volumes are stored.
+    pub precision: Precision,
     /// The resolution that was asked for functions.
     resolution: BakeResolution,
 }
@@ -119,6 +121,7 @@ impl SpatialPlan {
             densities: scene.densities().cloned().collect(),
             sigma_v_per_pc: sigma_v_per_pc(scene),
             bake: settings.method.bake,
+            precision: settings.method.volumes,
             resolution,
         };
         space.part_stars(&many_lights::members(scene, &settings.method), settings, control)?;

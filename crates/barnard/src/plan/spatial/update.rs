@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::field::{Field, Grid};
 use crate::plan::{Settings, many_lights, star_depths};
 use crate::scene::Scene;
-use crate::volume::{Bricks, Channel, Precision, Volume};
+use crate::volume::{Bricks, Channel, Volume};
 
 impl SpatialPlan {
     /// The space of a scene that has the same densities as this one's; none where it has others. Stars that moved are
@@ -20,7 +20,10 @@ impl SpatialPlan {
     pub(crate) fn updated(self: &Arc<Self>, scene: &Scene, settings: &Settings, control: &Control) -> Result<Option<Arc<Self>>> {
         let same = |(a, b): (&Arc<dyn Field>, &Arc<dyn Field>)| std::ptr::addr_eq(Arc::as_ptr(a), Arc::as_ptr(b));
         let known = scene.densities().count() == self.densities.len() && scene.densities().zip(&self.densities).all(same);
-        if !known || scene.dust.is_some() != self.dust.is_some() || self.bake != settings.method.bake {
+        if !known
+            || scene.dust.is_some() != self.dust.is_some()
+            || (self.bake, self.precision) != (settings.method.bake, settings.method.volumes)
+        {
             return Ok(None);
         }
         let stars: Vec<DVec3> = scene.stars.iter().map(|s| s.position).collect();
@@ -81,13 +84,8 @@ impl SpatialPlan {
     /// Multiplies all star depths and puts the dust of now into its volume; false, and nothing done, where depths were
     /// or would be cut.
     pub(super) fn scale_depths(&mut self, ratio: f64) -> bool {
-        if self.volumes.iter().any(|v| v.precision() != Precision::Single) {
-            return false;
-        }
         let depths = |v: &Volume| (0..v.channels.len()).filter(|c| matches!(v.channels[*c], Channel::StarDepth(_))).collect::<Vec<_>>();
-        let largest = |v: &Volume| {
-            depths(v).into_iter().flat_map(|c| v.single().iter().skip(c).step_by(v.channels.len())).fold(0.0f32, |m, d| m.max(d.abs()))
-        };
+        let largest = |v: &Volume| depths(v).into_iter().map(|slot| v.largest(slot)).fold(0.0, f32::max);
         let deepest = f64::from(self.volumes.iter().map(largest).fold(0.0, f32::max));
         let Some(dust) =
             self.dust.clone().filter(|_| ratio.is_finite() && ratio > 0.0 && deepest * ratio.max(1.0) < 0.99 * star_depths::OPAQUE)
@@ -99,10 +97,7 @@ impl SpatialPlan {
             self.many_lights = Some(Arc::new(scaled));
         }
         for volume in &mut self.volumes {
-            let (channels, depths) = (volume.channels.len(), depths(volume));
-            for values in volume.single_mut().chunks_exact_mut(channels) {
-                depths.iter().for_each(|c| values[*c] *= ratio as f32);
-            }
+            depths(volume).into_iter().for_each(|slot| volume.scale(slot, ratio as f32));
             if let Some(slot) = volume.channels.iter().position(|c| *c == Channel::Dust) {
                 volume.fill(slot, &dust);
             }
@@ -181,6 +176,7 @@ mod tests {
     use crate::field::Fbm;
     use crate::plan::{Options, Plan};
     use crate::test_scenes::{dust, on_axis, scene, star};
+    use crate::volume::Precision;
 
     const BEFORE: DVec3 = DVec3::new(-0.3, 0.4, 0.2);
     const THERE: DVec3 = DVec3::new(0.5, 0.1, -0.3);
@@ -205,7 +201,7 @@ mod tests {
     }
 
     fn data(space: &SpatialPlan) -> Vec<Vec<f32>> {
-        space.volumes.iter().map(|v| v.single().to_vec()).collect()
+        space.volumes.iter().map(|v| v.rows().flat_map(|row| row.into_owned()).collect()).collect()
     }
 
     /// A space follows a scene that is read again: the same where nothing moved, with the bits of a new one where a
@@ -247,6 +243,15 @@ mod tests {
         let mut finer = first.clone();
         finer.method.bake = Some(22);
         assert!(follow(finer).0.is_none());
+        let mut halves = first.clone();
+        halves.method.volumes = Precision::Half;
+        let (none, new) = follow(halves.clone());
+        assert!(none.is_none() && new.volumes.iter().all(|volume| volume.precision() == Precision::Half));
+        // Halves of more dust are those of less but for their units.
+        halves.dust = pair(&cloud, BEFORE, 7.0).dust;
+        let denser = Arc::new(new.clone()).updated(&halves, &settings(&halves), &control).unwrap().unwrap();
+        let of_depths = |space: &SpatialPlan| space.volumes.iter().map(|v| v.largest(1)).collect::<Vec<_>>();
+        assert!(of_depths(&denser).iter().zip(of_depths(&new)).all(|(more, less)| (more / less / 1.75 - 1.0).abs() < 1e-4));
     }
 
     /// A moved star has the depths of a plan that was made with it there, bit by bit; who holds the space of before
