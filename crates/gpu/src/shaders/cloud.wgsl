@@ -1,11 +1,5 @@
 // Density as fractional Brownian motion on simplex noise, at every sample.
 
-const GRADIENTS = array<vec3f, 12>(
-    vec3f(1.0, 1.0, 0.0), vec3f(-1.0, 1.0, 0.0), vec3f(1.0, -1.0, 0.0), vec3f(-1.0, -1.0, 0.0),
-    vec3f(1.0, 0.0, 1.0), vec3f(-1.0, 0.0, 1.0), vec3f(1.0, 0.0, -1.0), vec3f(-1.0, 0.0, -1.0),
-    vec3f(0.0, 1.0, 1.0), vec3f(0.0, -1.0, 1.0), vec3f(0.0, 1.0, -1.0), vec3f(0.0, -1.0, -1.0),
-);
-
 fn mixed(h: u32) -> u32 {
     let a = (h ^ (h >> 16u)) * 0x7feb352du;
     let b = (a ^ (a >> 15u)) * 0x846ca68bu;
@@ -23,7 +17,11 @@ fn hash(p: vec3i, seed: u32) -> u32 {
 fn noise_corner(corner: vec3i, r: vec3f, seed: u32) -> f32 {
     let falloff = max(0.6 - dot(r, r), 0.0);
     let square = falloff * falloff;
-    return square * square * dot(GRADIENTS[hash(corner, seed) % 12u], r);
+    // One of the twelve edges of a cube: two axes, and a sign along each. A table would lie in private memory.
+    let edge = hash(corner, seed) % 12u;
+    let first = select(r.x, r.y, edge >= 8u);
+    let second = select(r.y, r.z, edge >= 4u);
+    return square * square * (select(first, -first, (edge & 1u) != 0u) + select(second, -second, (edge & 2u) != 0u));
 }
 
 // n(p), p in units of the noise's own scale.
@@ -58,7 +56,7 @@ fn cloud(p: vec3f) -> f32 {
         let u = q * octaves.x;
         var bent = vec3f(0.0);
         for (var i = 0u; i < 3u; i++) {
-            bent[i] = simplex(u, frame.seeds[i + 1u]);
+            bent += simplex(u, frame.seeds[i + 1u]) * vec3f(vec3u(i) == vec3u(0u, 1u, 2u));
         }
         q += shape.z * bent;
     }
