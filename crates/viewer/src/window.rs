@@ -100,20 +100,22 @@ fn drawn_by(renderers: [Renderer; 2], app: impl FnOnce(&eframe::CreationContext)
         // Where a display has nothing that OpenGL can draw on, eframe panics.
         let run = || eframe::run_native(NAME, options(renderer), Box::new(made));
         let ended = catch_unwind(AssertUnwindSafe(run));
-        match (ended, app.take()) {
-            (Ok(Ok(())), _) => return Ok(()),
-            (Ok(Err(error)), left) => {
+        let left = app.take();
+        match ended {
+            Ok(Ok(())) => return Ok(()),
+            Ok(Err(error)) => {
+                let is_unreachable = matches!(error, eframe::Error::WinitEventLoop(_));
                 reasons.push(format!("{renderer}: {error}"));
-                app.set(left);
+                if is_unreachable {
+                    // There is no screen for any renderer.
+                    break;
+                }
             }
-            (Err(_), Some(left)) => {
-                reasons.push(format!("{renderer}: it has nothing to draw on"));
-                app.set(Some(left));
-            }
-            (Err(panic), None) => resume_unwind(panic),
+            Err(panic) if left.is_none() => resume_unwind(panic),
+            Err(_) => reasons.push(format!("{renderer}: it has nothing to draw on")),
         }
         // Who has had a window does not get another.
-        let Some(left) = app.take() else { break };
+        let Some(left) = left else { break };
         app.set(Some(left));
     }
     Err(ViewerError::Window(reasons.join("; ")))
