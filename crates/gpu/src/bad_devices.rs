@@ -8,8 +8,8 @@ use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan};
 
 use crate::test_device::device;
+use crate::test_scenes::{plan_of, scene};
 use crate::tuning::Tuning;
-use crate::twins::{plan_of, scene};
 use crate::{Auto, Gpu, GpuError, OnDevice, Ordinates, Renderer};
 
 /// A device that is taken away in the middle of a picture is opened once more; if that is taken too, the processor

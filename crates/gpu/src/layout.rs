@@ -343,8 +343,8 @@ fn lights(weights: &Weights) -> Vec<usize> {
 mod tests {
     use super::*;
     use crate::resources::tuned;
+    use crate::test_scenes::{parsed, plan_of, scene, text};
     use crate::tuning::Tuning;
-    use crate::twins::{parsed, plan_of, scene, text};
 
     /// What the tuning leaves out is left out of the tables: no brick is known to be empty, and no depth is deep enough
     /// to end at.

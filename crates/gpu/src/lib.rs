@@ -2,7 +2,7 @@
 //!
 //! [`Gpu`] is a device, [`OnDevice`] a back end on it, [`Renderer`] a plan that stays on the device while it changes.
 //! `layout` turns a plan into flat tables and the shape of a shader, `forms` adds what the plan's spectral rule needs,
-//! `frame` what changes from picture to picture; `shader` prints the shape in front of `shaders/*.wgsl`, `written_out`
+//! `frame` what changes from picture to picture; `shader` prints the shape (`shader_constants`) in front of `shaders/*.wgsl`, `written_out`
 //! their loops, `pipelines` compiles them, `textures` uploads volumes, `resources` what fits, `march` keeps a plan on
 //! the device, dispatches strips of rows and reads them back, `resolve` makes display colours of them, `sweep` the
 //! depths of a star that has moved, `ordinates` light that is scattered more than once. Twins: a function of a shader names the Rust function that it repeats.
@@ -22,11 +22,14 @@ mod pipelines;
 mod resolve;
 mod resources;
 mod shader;
+mod shader_constants;
 mod sweep;
 mod tables;
 #[cfg(test)]
 #[path = "../tests/common/device.rs"]
 mod test_device;
+#[cfg(test)]
+mod test_scenes;
 mod textures;
 mod tuning;
 #[cfg(test)]

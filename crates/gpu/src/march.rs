@@ -20,7 +20,7 @@ use crate::layout::{Layout, quads, slot_of};
 use crate::pipelines::Pipelines;
 use crate::resolve::Resolver;
 use crate::resources::{Buffers, REPORT_BYTES, TIMED, TIMES, Volumes, check_limits, groups, pauses, tuned};
-use crate::shader::Pauses;
+use crate::shader_constants::Pauses;
 use crate::sweep::{Slot, StarSweeper};
 use crate::tables::Quad;
 use crate::tuning::Tuning;

@@ -51,7 +51,7 @@ mod tests {
     use super::*;
     use crate::layout::quads;
     use crate::test_device::device;
-    use crate::twins::{plan_of, scene};
+    use crate::test_scenes::{plan_of, scene};
 
     /// Plans that come back find their pipelines, and no more than so many are kept.
     #[test]

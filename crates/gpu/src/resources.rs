@@ -9,7 +9,7 @@ use wgpu::BufferUsages as Use;
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
 use crate::layout::Layout;
-use crate::shader::Pauses;
+use crate::shader_constants::Pauses;
 use crate::tables::Quad;
 use crate::textures::{dark, texture};
 use crate::tuning::Tuning;

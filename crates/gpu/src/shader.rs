@@ -1,19 +1,7 @@
 //! The source of a shader: constants and bindings printed from a [`Shape`], then `shaders/*.wgsl`.
 
-use barnard::packet::{EULER, EXP_INTEGRAL_LEVELS, EXP_INTEGRAL_TERMS, SERIES_LIMIT};
-use barnard::plan::many_lights::near_field_kernel::PROFILE;
-use barnard::plan::near::{
-    CLOSEST, MAX_PHASES, MAX_PIECES, NEAR_ANGLE, NEAR_FIELD_PIECES, NEAR_VOXELS, PART_DISTANCE, PIECE, PIECE_DEPTH, SHORTEST_PART,
-};
-use barnard::plan::star_depths::OPAQUE;
-use barnard::plan::{END_DEPTH, END_EVERY, Extent, PHASE_RANGE};
-use spectra::basis::MAX_SIZE;
-use spectra::polynomial::MAX_DEGREE;
-use spectra::rule::DepthTable;
-
-use crate::forms::GENTLE;
-use crate::layout::{PhaseKind, Shape};
-use crate::many_lights;
+use crate::layout::Shape;
+use crate::shader_constants::{Pauses, constants, limits};
 use crate::tables::Offsets;
 use crate::written_out::{Limits, written_out};
 
@@ -32,15 +20,6 @@ const FILES: [&str; 11] = [
     include_str!("shaders/march.wgsl"),
 ];
 
-/// Whether rays pause and go on in a later dispatch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pauses {
-    /// Rays never pause.
-    Never,
-    /// Rays pause before a software adapter stops all loops.
-    Software,
-}
-
 /// WGSL for a shape, by workgroups of so many rays across and down.
 pub fn source(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pauses) -> String {
     let files = FILES.iter().copied().chain([shape.form.wgsl]);
@@ -52,31 +31,6 @@ pub fn source(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: P
     constants(shape, offsets, workgroup, pauses) + &lists(&limits) + &bindings(shape) + &files.collect::<String>()
 }
 
-/// What loops run to.
-fn limits(shape: &Shape) -> Limits {
-    let first_terms = shape.terms.iter().scan(0, |sum, terms| Some(std::mem::replace(sum, *sum + terms)));
-    Limits {
-        most: 8,
-        numbers: vec![
-            ("QUADS", shape.quads),
-            ("BANDS", shape.bands()),
-            ("SCATTERERS", shape.star_slots.len()),
-            ("EMITTERS", shape.emitter_slots.len()),
-            ("INNER", shape.inner),
-            ("INNER_BORDERS", 2 * shape.inner),
-            ("SPANS", 1 + 2 * shape.inner),
-            ("BRICK_GRIDS", shape.brick_grids),
-            ("ELEMENTS", shape.elements()),
-        ],
-        lists: vec![
-            ("TERMS_OF", shape.terms.clone()),
-            ("FIRST_TERM", first_terms.collect()),
-            ("STAR_SLOTS", shape.star_slots.clone()),
-            ("EMITTER_SLOTS", shape.emitter_slots.clone()),
-        ],
-    }
-}
-
 /// Lists as WGSL, none of them empty.
 fn lists(limits: &Limits) -> String {
     let list = |(name, entries): &(&str, Vec<usize>)| {
@@ -85,87 +39,6 @@ fn lists(limits: &Limits) -> String {
     };
     limits.lists.iter().map(list).collect()
 }
-
-fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pauses) -> String {
-    let lights = shape.lights() - 1;
-    let kind = |kind: PhaseKind| kind as usize;
-    let whole = [
-        ("WORKGROUP_X", workgroup.0 as usize),
-        ("WORKGROUP_Y", workgroup.1 as usize),
-        ("ROOM", shape.room),
-        ("BORDERS", 2 + 2 * shape.inner),
-        ("VOXEL_KINDS", shape.voxels),
-        ("ISOTROPIC", kind(PhaseKind::Isotropic)),
-        ("SEPARABLE", kind(PhaseKind::Separable)),
-        ("SPECTRAL", kind(PhaseKind::Spectral)),
-        ("PHASE_KIND", kind(shape.phase)),
-        ("PHASE_STRIDE", shape.phase_stride()),
-        ("STARS_IN_TURN", shape.star_slots.len()),
-        ("DUST_QUAD", shape.dust.map_or(0, |d| d.0)),
-        ("DUST_LANE", shape.dust.map_or(0, |d| d.1)),
-        ("FIELD_ELEMENTS", shape.field.map_or(0, |f| f.elements)),
-        ("FIELD_POLYNOMIALS", shape.field.map_or(0, |f| f.polynomials)),
-        ("FIELD_CHANNELS", shape.field_channels().max(1)),
-        ("FIELD_QUAD", shape.field.map_or(0, |f| f.quad)),
-        ("SCATTERED_QUAD", shape.scattered_field.unwrap_or(0)),
-        ("MANY_LIGHTS", shape.many_lights),
-        ("MANY_LIGHTS_STRIDE", many_lights::STAR + shape.room / 4),
-        ("MANY_LIGHTS_WEIGHTS", many_lights::STAR),
-        ("PROFILE", PROFILE),
-        ("NEAR_FIELD_PIECES", NEAR_FIELD_PIECES),
-        ("MAX_ELEMENTS", MAX_SIZE),
-        ("MAX_EXP_INTEGRALS", MAX_DEGREE + 3),
-        ("EXP_INTEGRAL_LEVELS", EXP_INTEGRAL_LEVELS),
-        ("EXP_INTEGRAL_TERMS", EXP_INTEGRAL_TERMS),
-        ("END_EVERY", END_EVERY),
-        ("BAND_TURNS", shape.form.turns.each_band),
-        ("TERM_TURNS", shape.form.turns.each_term),
-        ("PART_TURNS", 2 + 4 * shape.quads + 2 * lights),
-        ("STEP_TURNS", 4 + 4 * shape.quads + shape.brick_grids + 2 * lights + shape.bands() * lights * shape.room / END_EVERY),
-    ];
-    let real = [
-        ("PHASE_RANGE", PHASE_RANGE),
-        ("MAX_PHASES", MAX_PHASES as f64),
-        ("MAX_PIECES", MAX_PIECES as f64),
-        ("NEAR_ANGLE", NEAR_ANGLE),
-        ("NEAR_VOXELS", NEAR_VOXELS),
-        ("PART_DISTANCE", PART_DISTANCE),
-        ("SHORTEST_PART", SHORTEST_PART),
-        ("PIECE", PIECE),
-        ("PIECE_DEPTH", PIECE_DEPTH),
-        ("CLOSEST", CLOSEST),
-        ("OPAQUE", OPAQUE),
-        ("SERIES_LIMIT", f64::from(SERIES_LIMIT)),
-        ("GENTLE", GENTLE),
-        ("EULER", f64::from(EULER)),
-        ("LOG_THIN", f64::from(DepthTable::THIN)),
-        ("LOG_EVEN", f64::from(DepthTable::EVEN)),
-        ("CLOSED_GREY", f64::from(Extent::GREY)),
-        ("CLOSED_THIN", f64::from(Extent::THIN)),
-        ("MAX_DEPTH_STEPS", MAX_DEPTH_STEPS),
-        ("END_DEPTH", f64::from(END_DEPTH)),
-        ("FAR", 1e30),
-        ("TINY", 1e-30),
-    ];
-    let truth = [
-        ("HAS_DUST", shape.dust.is_some()),
-        ("HAS_BACKGROUND", shape.background),
-        ("HAS_FIELD", shape.field.is_some()),
-        ("HAS_SCATTERED_FIELD", shape.scattered_field.is_some()),
-        ("HAS_CLOUD", shape.cloud),
-        ("STAR_MARCH", shape.star_march),
-        ("HAS_MIDDLES", shape.middles),
-        ("PAUSES", pauses == Pauses::Software),
-    ];
-    let whole =
-        limits(shape).numbers.into_iter().chain(whole).chain(offsets.iter()).map(|(name, value)| format!("const {name} = {value}u;\n"));
-    let real = real.iter().map(|(name, value)| format!("const {name}: f32 = {:e};\n", *value as f32));
-    let truth = truth.iter().map(|(name, value)| format!("const {name} = {value};\n"));
-    whole.chain(real).chain(truth).collect()
-}
-
-/// Most midpoints of a depth next to a star.
-const MAX_DEPTH_STEPS: f64 = 64.0;
 
 /// The constants, the textures, and which of them a quad is.
 fn bindings(shape: &Shape) -> String {
@@ -189,11 +62,11 @@ mod tests {
     use super::*;
     use crate::forms::FORMS;
     use crate::frame::Frame;
-    use crate::layout::{FieldShape, Layout, quads};
+    use crate::layout::{FieldShape, Layout, PhaseKind, quads};
     use crate::ordinates::{self, ORDINATES, PlaneNumbers, TermNumbers};
     use crate::resolve::{self, DisplayLevels};
     use crate::sweep::{PACK, PackNumbers, SWEEP, SweepNumbers, sweep_source};
-    use crate::twins::{plan_of, scene};
+    use crate::test_scenes::{plan_of, scene};
 
     const WORKGROUP: (u32, u32) = (8, 8);
 

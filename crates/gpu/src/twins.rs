@@ -1,11 +1,8 @@
 //! Functions of the shaders beside their twins in Rust, one by one, on the numbers of a real plan.
 
-use barnard::control::Control;
 use barnard::geometry::Bounds;
-use barnard::memory::DEFAULT_LIMIT;
 use barnard::packet::{self, LANES, scaled_exp_integrals};
-use barnard::plan::{Options, PhaseEntry, PhaseTable, Plan, near, segment};
-use barnard::scene::Scene;
+use barnard::plan::{PhaseEntry, PhaseTable, Plan, near, segment};
 use glam::DVec3;
 use spectra::quadrature::integrate;
 use spectra::rule::DepthSpan;
@@ -15,8 +12,10 @@ use crate::forms::FORMS;
 use crate::frame::{Pass, Patience, Rows, Strip};
 use crate::layout::{Layout, quads};
 use crate::resources::{Volumes, constants};
-use crate::shader::{Pauses, source};
+use crate::shader::source;
+use crate::shader_constants::Pauses;
 use crate::test_device::device;
+use crate::test_scenes::{parsed, plan_of, scene, text};
 
 /// Numbers in and out of a function.
 const ARGUMENTS: usize = 8;
@@ -25,32 +24,6 @@ type Numbers = [f32; ARGUMENTS];
 /// A cloud of dust with two stars, and gas at its border, by `method`.
 fn plan(method: &str) -> Plan {
     plan_of(&scene(24, method))
-}
-
-pub fn plan_of(scene: &Scene) -> Plan {
-    let options = Options::within(DEFAULT_LIMIT);
-    Plan::sampled(scene, &options, 40, &Control::default()).unwrap()
-}
-
-/// The cloud of these tests with so many voxels along an edge.
-pub fn scene(bake: usize, method: &str) -> Scene {
-    parsed(text(bake, method))
-}
-
-pub fn parsed(text: String) -> Scene {
-    barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap()
-}
-
-pub fn text(bake: usize, method: &str) -> String {
-    format!(
-        "bands = [\"cie-x\", \"cie-y\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.3 0.2 4 pc\"\nfield_of_view = \"40 deg\"\nsize = [48, 32]\n\
-         [field.ball]\nkind = \"fbm\"\nradius = \"1 pc\"\nwarp = \"0.2 pc\"\nvariant = \"ridged\"\n[field.knot]\nkind = \"sphere\"\nradius = \"0.3 pc\"\ncentre = \"0.9 0 0.2 pc\"\n\
-         [dust]\ndensity = \"ball\"\nscale = \"2 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.6\nphase = {{ kind = \"henyey_greenstein\", g = 0.6 }}\n\
-         [[star]]\nkind = \"blackbody\"\nposition = \"0.2 0.5 0.3 pc\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\n\
-         [[star]]\nkind = \"blackbody\"\nposition = \"-0.3 -0.2 0.1 pc\"\ntemperature = \"4000 K\"\nluminosity = \"100 Lsun\"\n\
-         [[emission]]\nname = \"H I\"\nkind = \"ion\"\nion = \"H1\"\ndensity = \"1e3 * knot\"\ntemperature = \"8000 K\"\nelectron_density = \"300 cm-3\"\n\
-         [method]\nbake = {bake}\n{method}\n"
-    )
 }
 
 /// The layouts of the march's own bindings with those of what is asked and told behind, and of so many textures.

@@ -116,8 +116,7 @@ impl Grid {
             let [x, y, z] = lattice.place(index);
             let along = |axis: usize, i: usize| i * block..((i + 1) * block).min(own[axis]);
             let rows = along(2, z).flat_map(|z| along(1, y).map(move |y| (y, z)));
-            let row =
-                |(y, z): (usize, usize)| self.shared[self.lattice.index(0, y, z)..][along(0, x)].iter().map(|v| f64::from(*v)).sum::<f64>();
+            let row = |(y, z): (usize, usize)| self.shared[self.lattice.row(along(0, x), y, z)].iter().map(|v| f64::from(*v)).sum::<f64>();
             (share * rows.map(row).sum::<f64>()) as f32
         };
         let data = (0..lattice.cells()).into_par_iter().map(mean).collect();

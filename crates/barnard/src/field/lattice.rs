@@ -1,5 +1,7 @@
 //! Lattices: where the voxels of a grid are.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use crate::geometry::Bounds;
@@ -32,6 +34,12 @@ impl Lattice {
     /// Position in the array; x runs fastest.
     pub fn index(&self, x: usize, y: usize, z: usize) -> usize {
         (z * self.dims[1] + y) * self.dims[0] + x
+    }
+
+    /// Positions of the voxels `along` x in one row.
+    pub(crate) fn row(&self, along: Range<usize>, y: usize, z: usize) -> Range<usize> {
+        let first = self.index(0, y, z);
+        first + along.start..first + along.end
     }
 
     /// (x, y, z) of a position in the array.

@@ -8,7 +8,7 @@ use multiversion::multiversion;
 use wide::f32x4;
 
 use crate::geometry::Ray;
-use crate::volume::{Half, Stored, Values, Volume};
+use crate::volume::{Half, Stored, Values, Volume, stored};
 
 use super::lane::{LANES, Lane, fma, lanes};
 use super::quads::{four, lerp};
@@ -18,16 +18,9 @@ use super::track::Track;
 /// A volume along a packet's rays.
 pub struct Cursor<'a> {
     volume: &'a Volume,
-    values: Stretch<'a>,
     track: Track,
     /// Whether cells are read for all rays that are in them.
     shares_cells: bool,
-}
-
-/// The values of a volume, as they are stored.
-enum Stretch<'a> {
-    Single(&'a [f32]),
-    Half(&'a [Half]),
 }
 
 /// The places of a packet in a volume: the index of each cell's first value, the strides of the axes, and the place
@@ -46,16 +39,12 @@ impl<'a> Cursor<'a> {
     pub fn new(volume: &'a Volume, rays: &[Ray; LANES], start: &[f64; LANES], end: &[f64; LANES]) -> Self {
         let dims = volume.lattice.dims;
         assert!(dims.iter().all(|n| *n >= 2) && (1..=8).contains(&volume.channels.len()));
-        let (values, count) = match &volume.values {
-            Values::Single(data) => (Stretch::Single(data), data.len()),
-            Values::Half(data) => (Stretch::Half(data), data.len()),
-        };
-        assert_eq!(count, volume.lattice.cells() * volume.channels.len());
+        assert_eq!(stored!(&volume.values, |data| data.len()), volume.lattice.cells() * volume.channels.len());
         // Values stand in the middles of voxels.
         let track = Track::new(&volume.lattice, DVec3::splat(0.5), rays, start);
         let middle = lanes!(|lane| (0.5 * (end[lane] - start[lane])) as f32);
         let shares_cells = shared_cells::are_worthwhile(volume, &track, &middle);
-        Self { volume, values, track, shares_cells }
+        Self { volume, track, shares_cells }
     }
 
     /// The number of channels that are read.
@@ -67,9 +56,9 @@ impl<'a> Cursor<'a> {
     /// Reads all channels at distance `t` of each ray into `out`.
     #[inline(always)]
     pub fn read(&self, t: &Lane, out: &mut [Lane]) {
-        match self.values {
-            Stretch::Single(data) => self.read_stored(data, t, out),
-            Stretch::Half(data) => read_halves(self, data, t, out),
+        match &self.volume.values {
+            Values::Single(data) => self.read_stored(data, t, out),
+            Values::Half(data) => read_halves(self, data, t, out),
         }
     }
 

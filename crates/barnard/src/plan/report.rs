@@ -96,8 +96,7 @@ impl Plan {
         let isotropic = self.light_field.as_ref().filter(|f| f.isotropic_instead);
         let isotropic = isotropic.map(|_| ("phase function".into(), "put aside by this method, which scatters evenly".into()));
         let far_field = self.scattered_field.iter().filter_map(|f| f.report.far_field).map(|f| ("gathered stars".into(), f.to_string()));
-        let volumes = self.volumes().any(|volume| volume.precision() == Precision::Half);
-        let volumes = volumes.then(|| ("volumes".into(), "stored in half precision".into()));
+        let volumes = (self.space.precision == Precision::Half).then(|| ("volumes".into(), "stored in half precision".into()));
         let scattered_field =
             self.scattered_field.iter().filter(|f| f.report.sweeps > 0).map(|f| ("many bounces".into(), f.report.to_string()));
         self.spatial_note()

@@ -34,15 +34,9 @@ impl Bricks {
             .into_par_iter()
             .map(|index| {
                 let brick = lattice.place(index);
-                let range = |axis: usize| (brick[axis] * BRICK).saturating_sub(1)..=((brick[axis] + 1) * BRICK).min(dims[axis] - 1);
-                let mut largest = 0.0f32;
-                for z in range(2) {
-                    for y in range(1) {
-                        let row = grid.lattice.index(0, y, z);
-                        largest = largest.max(grid.largest(row + range(0).start()..row + range(0).end() + 1));
-                    }
-                }
-                largest
+                let range = |axis: usize| (brick[axis] * BRICK).saturating_sub(1)..((brick[axis] + 1) * BRICK + 1).min(dims[axis]);
+                let rows = range(2).flat_map(|z| range(1).map(move |y| (y, z)));
+                rows.map(|(y, z)| grid.largest(grid.lattice.row(range(0), y, z))).fold(0.0f32, f32::max)
             })
             .collect();
         let mut bricks = Self { lattice, majorant, distance: Vec::new() };

@@ -4,19 +4,17 @@
 //! needs one cube, its keywords and nothing else. Source: FITS standard 4.0 (2018, doi 10.5281/zenodo.3660299 text),
 //! §3.3, §4.4, §8.
 
+use super::fits_cards::{BLOCK, CARD, Cards};
 use super::{Kept, Reader, Request, Writer, checked_shape};
 use barnard::data::{Array, Axis, Frame, Numbers};
 use barnard::error::{Error, Result};
 use barnard::image::{Image, PixelScale, Samples};
-use barnard::keywords::{Keyword, Value};
 
 pub(super) const READER: Reader =
     Reader { extensions: &["fits", "fit", "fts"], summary: "FITS image HDU, three axes", array: Some(array), image: Some(image) };
 pub(super) const WRITER: Writer =
     Writer { extension: "fits", summary: "one image HDU a band: BUNIT, pixel scale, passband, certificate", encode };
 
-const BLOCK: usize = 2880;
-const CARD: usize = 80;
 /// More header blocks than any real file has.
 const MAX_HEADER_BLOCKS: usize = 4096;
 /// HDUs that are looked at.
@@ -230,9 +228,11 @@ fn array(request: &mut Request) -> Result<Array> {
     shape.reverse();
     let (shape, cells) = checked_shape(request.path, request.memory_limit, &shape)?;
     // What is scaled may need more digits than are stored.
-    let is_scaled = header.number("BSCALE").or(header.number("BZERO")).is_some();
-    let is_single = matches!(header.integer("BITPIX"), Some(8 | 16 | -32)) && !is_scaled;
-    let data = if is_single { Numbers::Single(values(request, header, cells)?) } else { Numbers::Double(values(request, header, cells)?) };
+    let is_scaled = ["BSCALE", "BZERO"].iter().any(|key| header.number(key).is_some());
+    let data = match header.integer("BITPIX") {
+        Some(8 | 16 | -32) if !is_scaled => Numbers::Single(values(request, header, cells)?),
+        _ => Numbers::Double(values(request, header, cells)?),
+    };
     Ok(Array { shape, data, fortran: false, frame: Some(header.frame()) })
 }
 
@@ -255,68 +255,6 @@ fn image(request: &mut Request) -> Result<Image> {
     let (width, height) = size.ok_or_else(|| Error::file(request.path, "holds no two-dimensional image"))?;
     let samples = if double { Samples::Double(data) } else { Samples::Single(data.iter().map(|v| *v as f32).collect()) };
     Ok(Image::bare(width as usize, height as usize, bands, samples))
-}
-
-/// Cards of one header, padded to whole blocks at the end.
-#[derive(Default)]
-struct Cards(Vec<u8>);
-
-impl Cards {
-    fn push(&mut self, card: String) {
-        let ascii: String = super::ascii(&card).chars().take(CARD).collect();
-        self.0.extend(format!("{ascii:<CARD$}").bytes());
-    }
-    fn value(&mut self, keyword: &str, value: impl std::fmt::Display, comment: &str) {
-        self.push(format!("{keyword:<8}= {:>20} / {comment}", value.to_string()));
-    }
-    fn number(&mut self, keyword: &str, value: f64, comment: &str) {
-        self.value(keyword, format!("{value:E}"), comment);
-    }
-    fn text(&mut self, keyword: &str, value: &str, comment: &str) {
-        // Quotes are written twice, and no cut parts them.
-        let mut text = String::new();
-        for c in super::ascii(value).chars() {
-            let written = if c == '\'' { "''".to_owned() } else { c.to_string() };
-            if text.len() + written.len() > 66 {
-                break;
-            }
-            text += &written;
-        }
-        let quoted = format!("'{text:<8}'");
-        self.push(format!("{keyword:<8}= {quoted:<20} / {comment}"));
-    }
-    fn keyword(&mut self, keyword: &Keyword) {
-        match &keyword.value {
-            Value::Text(text) => self.text(keyword.name, text, keyword.comment),
-            Value::Number(number) => self.number(keyword.name, *number, keyword.comment),
-            Value::Integer(number) => self.value(keyword.name, number, keyword.comment),
-        }
-    }
-    /// Free text, over several cards where it is long, broken between words.
-    fn history(&mut self, text: &str) {
-        const WIDTH: usize = 72;
-        let mut line = String::new();
-        let text = super::ascii(text);
-        // One word may be longer than a card.
-        let pieces = text.split_whitespace().flat_map(|word| word.as_bytes().chunks(WIDTH)).map(String::from_utf8_lossy);
-        for word in pieces {
-            if !line.is_empty() && line.len() + 1 + word.len() > WIDTH {
-                self.push(format!("HISTORY {}", std::mem::take(&mut line)));
-            }
-            if !line.is_empty() {
-                line.push(' ');
-            }
-            line += &word;
-        }
-        if !line.is_empty() {
-            self.push(format!("HISTORY {line}"));
-        }
-    }
-    fn finish(mut self) -> Vec<u8> {
-        self.push("END".into());
-        self.0.resize(self.0.len().next_multiple_of(BLOCK), b' ');
-        self.0
-    }
 }
 
 fn encode(image: &Image) -> Result<Vec<u8>> {

@@ -2,6 +2,7 @@
 
 mod exr;
 mod fits;
+mod fits_cards;
 mod npy;
 mod png;
 mod write;

@@ -106,11 +106,7 @@ fn of_grid(grid: &Grid) -> Grid {
         // A place in the block lies between the centres of its voxels and those around them.
         let along = |axis: usize| (place[axis] * VOXELS).saturating_sub(1)..((place[axis] + 1) * VOXELS + 1).min(own.dims[axis]);
         let rows = along(2).flat_map(|z| along(1).map(move |y| (y, z)));
-        let row = |(y, z)| {
-            let (first, along) = (own.index(0, y, z), along(0));
-            grid.largest(first + along.start..first + along.end)
-        };
-        rows.map(row).fold(0.0, f32::max)
+        rows.map(|(y, z)| grid.largest(own.row(along(0), y, z))).fold(0.0, f32::max)
     };
     let data = (0..lattice.cells()).into_par_iter().map(largest).collect();
     Grid::of(lattice, data)
@@ -129,11 +125,7 @@ fn of_function(field: &dyn Field) -> Grid {
         let place = lattice.place(index);
         let along = |axis: usize| (place[axis] * ASKED).saturating_sub(ASKED)..((place[axis] + 2) * ASKED).min(fine.dims[axis]);
         let rows = along(2).flat_map(|z| along(1).map(move |y| (y, z)));
-        let row = |(y, z)| {
-            let (first, along) = (fine.index(0, y, z), along(0));
-            asked.run(first + along.start..first + along.end).fold(0.0, larger)
-        };
-        rows.map(row).fold(0.0, larger)
+        rows.flat_map(|(y, z)| asked.run(fine.row(along(0), y, z))).fold(0.0, larger)
     };
     let mut data: Vec<f32> = (0..lattice.cells()).into_par_iter().map(largest).collect();
     // Any bound does where nothing was met, as long as it is one: a field may be thinner than the places asked.

@@ -160,12 +160,12 @@ impl ManyLights {
 
     /// The same stars in `dust`, which is `ratio` times the dust before; none where depths were or would be cut.
     pub fn scaled(&self, ratio: f64, dust: &Arc<Grid>) -> Option<Self> {
-        let largest = self.depths.iter().flat_map(|d| d.single()).fold(0.0f32, |most, d| most.max(d.abs()));
+        let largest = self.depths.iter().map(|depths| depths.largest(0)).fold(0.0, f32::max);
         let fits = ratio.is_finite() && ratio > 0.0 && f64::from(largest) * ratio.max(1.0) < 0.99 * star_depths::OPAQUE;
         fits.then(|| {
             let scaled = |volume: &Arc<Volume>| {
                 let mut volume = (**volume).clone();
-                volume.single_mut().iter_mut().for_each(|d| *d *= ratio as f32);
+                volume.scale(0, ratio as f32);
                 Arc::new(volume)
             };
             let sigma = self.places.iter().map(|place| dust.at(*place) as f32).collect();

@@ -99,28 +99,23 @@ impl<'a, const N: usize> OnProcessor<'a, N> {
             transfer,
         }
     }
-
-    /// The sources of light in later orders, and of what gas and background send besides in the first.
-    fn sources<'b>(&'b self, glow: Option<&'b [Lanes<N>]>, around: Lanes<N>) -> Sources<'b, N> {
-        Sources { scattered: &self.order, scattering: &self.scattering, glow, around }
-    }
 }
 
 impl<const N: usize> Orders for OnProcessor<'_, N> {
     fn next(&mut self, control: &Control) -> Result<(Powers, Powers), Failure> {
-        let Transfer { cells, faces: [near, far], .. } = self.transfer;
-        let mut next = std::mem::replace(&mut self.next, Moments { count: 0, data: Vec::new() });
+        let Self { transfer, k, scattering, glow, around, order, next, sum, is_first } = self;
+        let Transfer { cells, faces: [near, far], .. } = *transfer;
         next.darken();
         let dark = [0.0; N];
-        let directions = if self.is_first { near } else { far };
-        sweep(cells, &self.k, directions, &self.sources(None, dark), &mut next, control)?;
-        if std::mem::take(&mut self.is_first) && (self.glow.is_some() || self.around != dark) {
-            self.order.darken();
-            sweep(cells, &self.k, far, &self.sources(self.glow.as_deref(), self.around), &mut next, control)?;
+        let directions = if *is_first { near } else { far };
+        sweep(cells, k, directions, &Sources { scattered: order, scattering, glow: None, around: dark }, next, control)?;
+        if std::mem::take(is_first) && (glow.is_some() || *around != dark) {
+            order.darken();
+            sweep(cells, k, far, &Sources { scattered: order, scattering, glow: glow.as_deref(), around: *around }, next, control)?;
         }
-        self.sum.add(&next, &[1.0; N]);
-        self.next = std::mem::replace(&mut self.order, next);
-        Ok((power(cells, &self.order), power(cells, &self.sum)))
+        sum.add(next, &[1.0; N]);
+        std::mem::swap(order, next);
+        Ok((power(cells, order), power(cells, sum)))
     }
 
     fn sum(self: Box<Self>, last: &EightLanes) -> Result<Moments, Failure> {
