@@ -8,7 +8,8 @@ use barnard::control::Control;
 use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
 use rendered::{on_reference, parse};
-use spectra::passband::Passband;
+use spectra::passband::{Counting, Passband, Window, window};
+use spectra::units::Wavelength;
 
 /// Barrès & Neyret's many lights: stars around a cloud, gathered in one field, are those of the reference to the error
 /// that is stated, whatever their number.
@@ -140,5 +141,48 @@ fn halves_show_the_same() {
             assert!(absolute(&plan) > absolute(&whole) + moved, "{} {}", absolute(&plan), absolute(&whole));
         }
         assert!(plan.notes().iter().any(|(_, words)| words.contains("half precision")));
+    }
+}
+
+/// Passbands that are many share their nodes, and show what each of them shows alone: through dust that rays end in,
+/// next to a star, with gas, a background and one phase function for each wavelength, to what the certificates say.
+#[test]
+fn bands_that_share_nodes_are_those_alone() {
+    let gas = "[[emission]]\nkind = \"lines\"\nlines = [{ wavelength = \"502 nm\", strength = 3 }, { wavelength = \"655 nm\", strength = 1 }]\n\
+               density = \"cloud^2\"\nscale = \"1e-7 W/m2/sr/pc\"\n";
+    let behind = "[background]\nkind = \"blackbody\"\ntemperature = \"4000 K\"\nradiance = \"2.5e-8 W/m2/sr/um\"\n";
+    let narrow = |i: usize| {
+        let (centre, width) = (Wavelength(0.4025 + 0.005 * i as f64), Wavelength(0.005));
+        window(&format!("band {i}"), Counting::Energy, Window::TopHat { centre, width }).unwrap()
+    };
+    let options = Options::default();
+    for (name, density, beside, phase, star) in
+        [("deep", 4.0, gas, "", -0.7), ("a background", 2.0, behind, "", 0.4), ("spectral", 2.0, gas, "henyey_greenstein", 0.4)]
+    {
+        let phase = if phase.is_empty() { String::new() } else { format!("phase = {{ kind = \"{phase}\" }}\n") };
+        let scene = parse(&format!(
+            "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"26 deg\"\nsize = [12, 12]\n\
+             [field.cloud]\nkind = \"sphere\"\nradius = \"1 pc\"\n\
+             [dust]\ndensity = \"cloud\"\nscale = \"{density} /pc\"\nlaw = \"draine03_rv31\"\nalbedo = 0.6\n{phase}{beside}\
+             [[star]]\nkind = \"blackbody\"\nposition = \"0.2 0.1 {star} pc\"\ntemperature = \"20000 K\"\nluminosity = \"900 Lsun\"\nvisible = false\n\
+             [method]\nbake = 32\n"
+        ));
+        let rendered = |bands: Vec<Passband>| {
+            let scene = scene.clone().bands(bands);
+            let plan = Plan::sampled(&scene, &options, 60, &Control::default()).unwrap();
+            (cpu::render(&scene, &plan, &Control::default()).unwrap(), plan)
+        };
+        let ((many, stats), plan) = rendered((0..96).map(narrow).collect());
+        assert_eq!(plan.spectral().method, "common_nodes");
+        let nodes = plan.spectral().common_nodes().unwrap().len();
+        assert!(nodes < 48 && plan.spectral().terms() == nodes, "{name}: {nodes}");
+        for band in [0, 1, 10, 25, 60, 95] {
+            let ((alone, _), own) = rendered(vec![narrow(band)]);
+            assert!(own.spectral().common_nodes().is_none());
+            let relative = |plan: &Plan, band: usize| plan.certificates(band, &stats).iter().map(|(_, c)| c.relative).fold(0.0, f64::max);
+            let (moved, stated) = (many.relative_rmse(band, &alone, 0), relative(&plan, band));
+            assert!(moved > 0.0 && moved <= stated + relative(&own, 0) && stated < 2e-3, "{name}, {band}: {moved:e}, stated {stated:e}");
+            assert!(many.relative_rmse((band + 1) % 96, &alone, 0) > 2.0 * stated, "{name}: another band would be seen");
+        }
     }
 }

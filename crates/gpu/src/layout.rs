@@ -45,8 +45,10 @@ pub struct Shape {
     pub quads: usize,
     /// Room for so many terms.
     pub room: usize,
-    /// The number of terms of each band.
+    /// The number of terms of each band; where bands share them, all stand first.
     pub terms: Vec<usize>,
+    /// Whether bands share their terms, and a ray sums each light at each of them.
+    pub shared: bool,
     /// Where the depths of each star that is marched stand among the channels.
     pub star_slots: Vec<usize>,
     /// Where the densities of each species of gas stand among the channels.
@@ -80,6 +82,12 @@ impl Shape {
         let slot_of = |channel| slot_of(quads, volumes, channel);
         let number_of = |channel| slot_of(channel).map_or(0, |(quad, lane)| 4 * quad + lane);
         let phase = plan.spectral().phase.as_ref();
+        let mut terms: Vec<usize> = plan.spectral().bands.iter().map(|band| band.terms()).collect();
+        let shared = plan.spectral().common_nodes().map(<[_]>::len);
+        if let Some(all) = shared {
+            terms.fill(0);
+            terms[0] = all;
+        }
         let field = |f: &Arc<LightField>| FieldShape {
             elements: f.propagation.projection.basis.size(),
             polynomials: f.propagation.span.len(),
@@ -89,7 +97,8 @@ impl Shape {
             form: form(plan)?,
             quads: quads.len().max(1),
             room: room(plan.spectral().terms()),
-            terms: plan.spectral().bands.iter().map(|band| band.terms()).collect(),
+            terms,
+            shared: shared.is_some(),
             star_slots: weights.scattered.iter().map(|s| number_of(Channel::StarDepth(s.star))).collect(),
             emitter_slots: weights.emitted.iter().map(|e| number_of(Channel::Emission(e.species))).collect(),
             inner: plan.space().inner_boxes().len(),
@@ -113,9 +122,19 @@ impl Shape {
         self.star_slots.len() + self.emitter_slots.len() + 1
     }
 
+    /// The same without a background where there is none.
+    pub fn shining(&self) -> usize {
+        self.lights() - usize::from(!self.background)
+    }
+
     /// The number of passbands.
     pub fn bands(&self) -> usize {
         self.terms.len()
+    }
+
+    /// The number of sums that a ray carries: one for each band, or for each light and shared term.
+    pub fn sums(&self) -> usize {
+        if self.shared { (self.shining() * self.terms[0]).max(self.bands()) } else { self.bands() }
     }
 
     /// The most coordinates of a basis; what a band has beyond its own terms weighs nothing.

@@ -118,7 +118,7 @@ impl Renderer {
         };
         let layout = tuned(Layout::new(plan, quads, self.tuning.on_the_fly)?, self.tuning);
         check_limits(&self.gpu, plan, &layout)?;
-        let carried = |layout: &Layout| (layout.frame.size, layout.shape.bands(), layout.shape.field_channels());
+        let carried = |layout: &Layout| (layout.frame.size, layout.shape.bands(), layout.shape.sums(), layout.shape.field_channels());
         let same_size = carried(&layout) == carried(&self.layout);
         let buffers = if same_size { None } else { Some(Buffers::new(&self.gpu, &layout, self.pauses())?) };
         let views = if same_volumes { &self.volumes.views[..] } else { &self.volumes.views[..kept] };

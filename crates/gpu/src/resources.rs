@@ -86,7 +86,7 @@ impl Buffers {
         let [width, height, ..] = layout.frame.size.map(|n| n as usize);
         let row = 4 * (width * layout.shape.bands()) as u64;
         // Span, step, part, depth and deepest beside the light.
-        let carried = 4 * (width * (5 + layout.shape.bands() + layout.shape.field_channels().max(1))) as u64;
+        let carried = 4 * (width * (5 + layout.shape.sums() + layout.shape.field_channels().max(1))) as u64;
         let largest = if pauses == Pauses::Software { carried } else { row };
         let limits = gpu.device.limits();
         let most = PICTURE.min(limits.max_storage_buffer_binding_size).min(limits.max_buffer_size);

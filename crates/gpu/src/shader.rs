@@ -76,6 +76,7 @@ mod tests {
             quads: 1,
             room: 32,
             terms: vec![2; 3],
+            shared: false,
             star_slots: vec![1],
             emitter_slots: Vec::new(),
             inner: 0,
@@ -113,6 +114,10 @@ mod tests {
             Shape { terms: vec![30; 12], room: 512, star_slots: (0..20).map(|s| 1 + s % 3).collect(), constants: 10_000, ..plain.clone() },
             Shape { star_slots: Vec::new(), quads: 3, field: Some(FieldShape { elements: 3, polynomials: 2, quad: 1 }), ..plain.clone() },
         ];
+        let of_forms = of_forms.map(|shape| match shape.form.name {
+            "common_nodes" => Shape { terms: vec![12, 0, 0], shared: true, ..shape },
+            _ => shape,
+        });
         of_forms.chain(others).collect()
     }
 

@@ -37,6 +37,9 @@ pub fn limits(shape: &Shape) -> Limits {
         numbers: vec![
             ("QUADS", shape.quads),
             ("BANDS", shape.bands()),
+            ("SUMS", shape.sums()),
+            ("SUMMED_LIGHTS", if shape.shared { shape.shining() } else { 0 }),
+            ("SETS", if shape.shared { 1 } else { shape.bands() }),
             ("SCATTERERS", shape.star_slots.len()),
             ("EMITTERS", shape.emitter_slots.len()),
             ("INNER", shape.inner),
@@ -117,6 +120,7 @@ pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses
         ("TINY", 1e-30),
     ];
     let truth = [
+        ("SHARED", shape.shared),
         ("HAS_DUST", shape.dust.is_some()),
         ("HAS_BACKGROUND", shape.background),
         ("HAS_FIELD", shape.field.is_some()),

@@ -7,7 +7,7 @@ use barnard::control::Control;
 use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
 use clap::Args;
-use spectra::rule::Form;
+use spectra::rule::Node;
 
 use crate::backends::registry;
 use crate::progress;
@@ -104,10 +104,17 @@ fn place(v: barnard::glam::DVec3) -> String {
 
 fn describe_plan(plan: &Plan) {
     say!("method    {}, {} terms a sample, depths up to {:.3}", plan.spectral().method, plan.spectral().terms(), plan.spectral().depth);
+    let list = |nodes: &[Node]| {
+        let words: Vec<String> = nodes.iter().map(|n| format!("{:.1} nm (k {:.4})", n.lambda_um * 1e3, n.k)).collect();
+        words.join(", ")
+    };
+    if let Some(common) = plan.spectral().common_nodes() {
+        say!("nodes     of all passbands: {}", list(common));
+    }
     for (b, band) in plan.spectral().bands.iter().enumerate() {
-        if let Form::Nodes(rule) = &band.rule.form {
-            let list: Vec<String> = rule.nodes.iter().map(|n| format!("{:.1} nm (k {:.4})", n.lambda_um * 1e3, n.k)).collect();
-            say!("nodes     {}: {}", band.band.name(), list.join(", "));
+        match band.nodes() {
+            Some(nodes) => say!("nodes     {}: {}", band.band.name(), list(nodes)),
+            None => say!("band      {}", band.band.name()),
         }
         say!("          {}", plan.worst_certificate(b, &plan.expected()));
     }

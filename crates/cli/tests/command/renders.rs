@@ -46,12 +46,12 @@ fn paths_referee() {
         render.status.success() && words.contains("many bounces: 2 orders of scattering") && words.contains("angular about"),
         "{words}"
     );
-    // In two runs or in one, it is the same picture.
-    desk.renders(&["--backend", "path", "--samples", "8", "--state", "s.npz", "-o", "half.fits"]);
-    desk.renders(&["--backend", "path", "--samples", "16", "--state", "s.npz", "-o", "two.fits"]);
-    desk.renders(&["--backend", "path", "--samples", "16", "-o", "one.fits"]);
-    assert!(std::fs::read(desk.path("one.fits")).unwrap() == std::fs::read(desk.path("two.fits")).unwrap());
-    assert!(std::fs::read(desk.path("one.fits")).unwrap() != std::fs::read(desk.path("half.fits")).unwrap());
+    // In two runs or in one, it is the same picture (a FITS file says when it was written).
+    desk.renders(&["--backend", "path", "--samples", "8", "--state", "s.npz", "-o", "half.npy"]);
+    desk.renders(&["--backend", "path", "--samples", "16", "--state", "s.npz", "-o", "two.npy"]);
+    desk.renders(&["--backend", "path", "--samples", "16", "-o", "one.npy"]);
+    assert!(std::fs::read(desk.path("one.npy")).unwrap() == std::fs::read(desk.path("two.npy")).unwrap());
+    assert!(std::fs::read(desk.path("one.npy")).unwrap() != std::fs::read(desk.path("half.npy")).unwrap());
     let again = |more: &[&str], words: &[&str]| {
         desk.refuses(&[&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--state", "s.npz"], more].concat(), words);
     };

@@ -2,6 +2,7 @@
 //! each.
 
 mod analytic;
+mod common_nodes;
 mod lookup;
 mod nodes;
 mod preintegrated;
@@ -66,7 +67,8 @@ impl std::fmt::Debug for FormEntry {
 }
 
 /// All forms that shaders have.
-pub const FORMS: &[&FormEntry] = &[&nodes::ENTRY, &lookup::ENTRY, &projection::ENTRY, &analytic::ENTRY, &preintegrated::ENTRY];
+pub const FORMS: &[&FormEntry] =
+    &[&nodes::ENTRY, &common_nodes::ENTRY, &lookup::ENTRY, &projection::ENTRY, &analytic::ENTRY, &preintegrated::ENTRY];
 
 /// The form of a plan's rules.
 ///
@@ -80,6 +82,9 @@ pub fn form(plan: &Plan) -> Result<&'static FormEntry> {
 
 /// The extinction k of each term, zero where a form has none.
 pub fn extinctions(plan: &Plan) -> Vec<f32> {
+    if let Some(common) = plan.spectral().common_nodes() {
+        return common.iter().map(|node| node.k as f32).collect();
+    }
     let of_band = |form: &Form, terms: usize| match form {
         Form::Nodes(nodes) => nodes.nodes.iter().map(|n| n.k as f32).collect(),
         Form::Preintegrated(intervals) => intervals.k.iter().map(|k| *k as f32).collect(),

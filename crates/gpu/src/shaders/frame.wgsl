@@ -55,9 +55,9 @@ struct Ray {
     first: f32,
 }
 
-// Light of each band so far, the depth in front of what comes, and the largest one met.
+// Light of each band so far, or of each light at each term that bands share, the depth in front of what comes, and the largest one met.
 struct State {
-    sum: array<f32, BANDS>,
+    sum: array<f32, SUMS>,
     // Element × polynomial of the light field.
     field: array<f32, FIELD_CHANNELS>,
     tau: f32,
@@ -76,6 +76,24 @@ struct StepSpan {
 // A number of the head of the tables, which stands in `constants` again.
 fn constant(i: u32) -> f32 {
     return constants[i / 4u][i % 4u];
+}
+
+// The light of a band so far.
+// twin: barnard::backend::cpu::terms::CommonTerms::resolve
+fn band_of(state: ptr<function, State>, band: u32) -> f32 {
+    if !SHARED {
+        return (*state).sum[band];
+    }
+    let weights = 4u * u32(constants[HEADS + band].z);
+    var sum = 0.0;
+    for (var l = 0u; l < SUMMED_LIGHTS; l++) { // written out
+        for (var s = 0u; s < SETS; s++) { // written out
+            for (var t = 0u; t < TERMS_OF[s]; t++) { // written out
+                sum = fma(numbers[weights + l * TERMS_OF[0] + t], (*state).sum[l * TERMS_OF[0] + t], sum);
+            }
+        }
+    }
+    return sum;
 }
 
 // The extinction of a term relative to V.

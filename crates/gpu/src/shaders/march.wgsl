@@ -46,7 +46,7 @@ fn ended(state: ptr<function, State>, ray: Ray, here: f32, far: f32) -> bool {
                 behind += numbers[4u * SCATTERED_LARGEST + t] * exp(-extinction(t) * (*state).tau);
             }
         }
-        if behind > frame.limits.y * (*state).sum[b] {
+        if behind > frame.limits.y * band_of(state, b) {
             return false;
         }
     }
@@ -262,10 +262,10 @@ fn resumed(state: ptr<function, State>, ray: u32) -> bool {
     (*state).tau = paused[at + 3u * rays];
     (*state).deepest = paused[at + 4u * rays];
     at += 5u * rays;
-    for (var b = 0u; b < BANDS; b++) { // written out
-        (*state).sum[b] = paused[at + b * rays];
+    for (var s = 0u; s < SUMS; s++) { // written out
+        (*state).sum[s] = paused[at + s * rays];
     }
-    at += BANDS * rays;
+    at += SUMS * rays;
     for (var c = 0u; c < FIELD_CHANNELS; c++) {
         (*state).field[c] = paused[at + c * rays];
     }
@@ -281,10 +281,10 @@ fn pause(state: ptr<function, State>, ray: u32) {
     paused[at + 3u * rays] = (*state).tau;
     paused[at + 4u * rays] = (*state).deepest;
     at += 5u * rays;
-    for (var b = 0u; b < BANDS; b++) { // written out
-        paused[at + b * rays] = (*state).sum[b];
+    for (var s = 0u; s < SUMS; s++) { // written out
+        paused[at + s * rays] = (*state).sum[s];
     }
-    at += BANDS * rays;
+    at += SUMS * rays;
     for (var c = 0u; c < FIELD_CHANNELS; c++) {
         paused[at + c * rays] = (*state).field[c];
     }
@@ -327,7 +327,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     atomicMax(&stats[0], bitcast<u32>(max(state.deepest, state.tau)));
     for (var b = 0u; b < BANDS; b++) { // written out
         let at = b * frame.size.x * frame.strip.w + number;
-        var value = state.sum[b];
+        var value = band_of(&state, b);
         if frame.jitter.w < 1.0 {
             value = mix(picture[at], value, frame.jitter.w);
         }

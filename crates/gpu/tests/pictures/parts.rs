@@ -71,6 +71,7 @@ fn each_part_is_that_of_the_processor() {
         ("background", format!("{CAMERA}{DUST}{STAR}{behind}{method}")),
         ("spectral", format!("{CAMERA}{spectral}{STAR}{method}")),
         ("many bounces", format!("{CAMERA}{DUST}{forward}{STAR}{gas}{method}bounces = 4\n")),
+        ("shared nodes", format!("{CAMERA}{spectral}{STAR}{gas}{behind}{method}name = \"common_nodes\"\n")),
         ("dark", format!("{CAMERA}{DUST}{method}")),
     ] {
         let mut scene = parsed(&text);

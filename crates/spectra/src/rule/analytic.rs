@@ -14,6 +14,7 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "analytic",
     summary: "exponential integrals of polynomial spectra, for extinction proportional to 1/lambda: Barrès & Neyret's naive analytical method",
     nodes: false,
+    many_bands: None,
     solve,
 };
 

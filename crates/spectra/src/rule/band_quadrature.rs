@@ -19,6 +19,7 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "band_quadrature",
     summary: "Gauss rule of each passband's own weight in k; nodes chosen by accuracy (default)",
     nodes: true,
+    many_bands: Some(&super::common_nodes::ENTRY),
     solve,
 };
 
@@ -27,6 +28,7 @@ pub const PREVIEW: RuleEntry = RuleEntry {
     name: "preview",
     summary: "three Gauss nodes a band, without a certificate: a look while things change",
     nodes: true,
+    many_bands: Some(&super::common_nodes::ENTRY),
     solve: preview,
 };
 

@@ -10,6 +10,7 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "fixed_wavelength",
     summary: "one wavelength a band, its pivot: the plain RGB march, for comparisons",
     nodes: true,
+    many_bands: None,
     solve: |problem: &BandProblem| {
         let weights = problem.sources.iter().map(|s| vec![s.measure.total()]).collect();
         let weighting = vec![Weighting::AtNodes; problem.sources.len()];

@@ -12,6 +12,7 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "gauss_legendre",
     summary: "Gauss-Legendre points over the domain; their number chosen by accuracy",
     nodes: true,
+    many_bands: None,
     solve,
 };
 

@@ -13,6 +13,7 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "lookup",
     summary: "a table of the band integral over optical depth for each source; size chosen by accuracy",
     nodes: false,
+    many_bands: None,
     solve,
 };
 

@@ -17,6 +17,7 @@
 mod analytic;
 mod band_quadrature;
 mod certificate;
+mod common_nodes;
 mod depths;
 mod fixed_wavelength;
 mod gauss_legendre;
@@ -32,6 +33,7 @@ mod truth;
 pub use analytic::{Analytic, PolynomialSource};
 pub use band_quadrature::PREVIEW;
 pub use certificate::{Certificate, Rounding};
+pub use common_nodes::CommonNodes;
 pub use depths::DepthSpan;
 pub use lookup::{DepthTable, Lookup};
 pub use nodes::{Nodes, mean_transmittance};
@@ -137,6 +139,8 @@ pub trait Decay {
 pub enum Form {
     /// Exponentials at nodes that all sources share.
     Nodes(Nodes),
+    /// Exponentials at nodes that all passbands share.
+    CommonNodes(CommonNodes),
     /// F itself as a table for each source.
     Lookup(Lookup),
     /// Polynomial spectra against the exponential in closed form.
@@ -154,6 +158,7 @@ impl Form {
     pub fn decay(&self) -> &dyn Decay {
         match self {
             Form::Nodes(nodes) => nodes,
+            Form::CommonNodes(nodes) => nodes,
             Form::Lookup(lookup) => lookup,
             Form::Analytic(analytic) => analytic,
             Form::Projection(projection) => projection,
@@ -220,13 +225,25 @@ pub struct RuleEntry {
     pub summary: &'static str,
     /// Whether its terms are nodes, each of which is monochromatic transport.
     pub nodes: bool,
+    /// The rule that may stand in for it where passbands are many and share their nodes.
+    pub many_bands: Option<&'static RuleEntry>,
     /// Makes the rule for one band.
     pub solve: fn(&BandProblem) -> Result<BandRule>,
+}
+
+impl RuleEntry {
+    /// The rule that serves so many passbands at the least cost, of which `problem` is one: this one, or that whose
+    /// nodes they share where these are less than half as many.
+    pub fn serving(&'static self, bands: usize, problem: &BandProblem) -> &'static RuleEntry {
+        let shares = || problem.settings.count.is_none() && 2 * common_nodes::count(problem) < bands;
+        self.many_bands.filter(|_| shares()).unwrap_or(self)
+    }
 }
 
 /// All rules; the first is the default.
 pub const RULES: &[RuleEntry] = &[
     band_quadrature::ENTRY,
+    common_nodes::ENTRY,
     lookup::ENTRY,
     projection::ENTRY,
     analytic::ENTRY,

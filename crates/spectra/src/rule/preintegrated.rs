@@ -16,6 +16,7 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "preintegrated",
     summary: "intervals of wavelength with pre-integrated segments (Engel et al. 2001); their number chosen by accuracy",
     nodes: false,
+    many_bands: None,
     solve,
 };
 

@@ -17,6 +17,7 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "projection",
     summary: "Barrès & Neyret's projection on 1 to 8 exponentials; size chosen by accuracy",
     nodes: false,
+    many_bands: None,
     solve,
 };
 

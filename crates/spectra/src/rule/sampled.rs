@@ -13,6 +13,7 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "sampled",
     summary: "random wavelengths for each ray by importance, stratified: noise instead of bias; 4 unless told otherwise",
     nodes: false,
+    many_bands: None,
     solve,
 };
 

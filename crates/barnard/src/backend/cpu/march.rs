@@ -62,7 +62,7 @@ impl<'a> March<'a> {
     ///
     /// `numbers` tell the rays of an image apart.
     pub fn packet(&self, rays: &[Ray; LANES], numbers: &[u64; LANES]) -> (Vec<f32>, f32) {
-        let terms = self.context.tables.weights.band_of.len();
+        let terms = self.context.tables.weights.terms;
         let nowhere = ([0.0; LANES], [0.0; LANES]);
         let mut state = State {
             rays,
@@ -71,7 +71,7 @@ impl<'a> March<'a> {
             span: nowhere,
             dt: [0.0; LANES],
             tau: [0.0; LANES],
-            sum: vec![[0.0; LANES]; terms],
+            sum: vec![[0.0; LANES]; self.context.tables.terms.sums(terms)],
             bases: vec![[0.0; LANES]; terms.next_multiple_of(4)],
             channels: vec![[0.0; LANES]; self.context.tables.light_sums.as_ref().map_or(0, |g| g.channels())],
             deepest: [0.0; LANES],
@@ -105,7 +105,9 @@ impl<'a> March<'a> {
         if let Some(sums) = &self.context.tables.light_sums {
             sums.resolve(&state.channels, &mut radiance);
         }
-        if let Some(light) = self.context.tables.weights.background {
+        if let Terms::CommonNodes(common) = &self.context.tables.terms {
+            common.resolve(&state.sum, &state.tau, &mut radiance);
+        } else if let Some(light) = self.context.tables.weights.background {
             for (band, plan) in self.context.plan.spectral.bands.iter().enumerate() {
                 for lane in 0..LANES {
                     radiance[band * LANES + lane] += plan.rule.evaluate(light, f64::from(state.tau[lane])) as f32;
@@ -169,7 +171,8 @@ impl<'a> March<'a> {
 
     /// Whether nothing behind `steps` can change any band by a part of the accuracy.
     fn ended(&self, state: &State, views: &[StarView], steps: usize) -> bool {
-        let Terms::Nodes(NodeTerms { k, range }) = &self.context.tables.terms else { return false };
+        let Tables { terms, weights, .. } = self.context.tables;
+        let Some(NodeTerms { k, range }) = terms.exponentials() else { return false };
         if !state.final_span {
             return false;
         }
@@ -179,20 +182,27 @@ impl<'a> March<'a> {
         }
         let tolerance = END_SHARE * self.context.plan.spectral.accuracy as f32;
         let rest: Vec<Lane> = views.iter().map(|view| self.rest_of_star(state, view, steps)).collect();
-        let weights = &self.context.tables.weights;
+        let brightest: Vec<&[f32]> =
+            weights.scattered.iter().map(|s| &s.brightest[..]).chain(weights.emitted.iter().map(|e| &e.weights[..])).collect();
         let lane_ended = |lane: usize| {
             let length = (state.span.1[lane] - state.span.0[lane]) as f32;
+            // What each light may have behind, in parts of its brightest.
+            let gas = weights.emitted.iter().map(|e| self.brightest.1[e.species] * length);
+            let bounds: Vec<f32> = rest.iter().map(|r| r[lane]).chain(gas).collect();
+            let left: Vec<f32> = k.iter().map(|k| exp(-k * state.tau[lane])).collect();
             // What may lie behind a term, and what it has.
             let of_term = |term: usize| {
-                let stars: f32 = weights.scattered.iter().zip(&rest).map(|(s, r)| s.brightest[term] * r[lane]).sum();
-                let gas: f32 = weights.emitted.iter().map(|e| e.weights[term] * self.brightest.1[e.species] * length).sum();
+                let lights: f32 = brightest.iter().zip(&bounds).map(|(brightest, bound)| brightest[term] * bound).sum();
                 // ∫ k σ e^(−k τ) ds is less than one.
                 let scattered_field = self.context.plan.scattered_field.as_ref().map_or(0.0, |d| d.largest[term]);
-                (exp(-k[term] * state.tau[lane]) * (stars + gas + scattered_field), state.sum[term][lane])
+                (left[term] * (lights + scattered_field), state.sum[term][lane])
             };
-            let of_band = |band: usize| {
-                let terms = (0..k.len()).filter(|term| weights.band_of[*term] == band);
-                terms.map(of_term).fold((0.0, 0.0), |all, own| (all.0 + own.0, all.1 + own.1))
+            let of_band = |band: usize| match terms {
+                Terms::CommonNodes(common) => common.behind(band, &left, &bounds, &brightest, &state.sum, lane),
+                _ => {
+                    let terms = (0..k.len()).filter(|term| weights.band_of[*term] == band);
+                    terms.map(of_term).fold((0.0, 0.0), |all, own| (all.0 + own.0, all.1 + own.1))
+                }
             };
             state.dt[lane] == 0.0 || (0..self.context.plan.spectral.bands.len()).map(of_band).all(|(behind, sum)| behind <= tolerance * sum)
         };

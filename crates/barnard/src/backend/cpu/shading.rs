@@ -169,6 +169,7 @@ fn angles(segment: &Segment, context: &Context, view: &StarView, along: &Lane, p
 fn scatter_close(segment: &Segment, context: &Context, state: &mut State, scatterer: &Scatterer, close: &[bool; LANES]) {
     let star = context.plan.space.stars[scatterer.star];
     let resolution = near::Resolution { phase_angle: context.plan.spectral.phase_angle, fineness: 1.0 };
+    let first = context.tables.terms.start(scatterer.light);
     for lane in (0..LANES).filter(|lane| close[*lane]) {
         let at = |steps: f32| state.span.0[lane] + f64::from(steps) * f64::from(state.dt[lane]);
         let own = plan_segment::Segment {
@@ -179,10 +180,10 @@ fn scatter_close(segment: &Segment, context: &Context, state: &mut State, scatte
         };
         let add = |piece: NearPiece| {
             let phase = context.phase_entry(piece.cosine as f32, (1.0 - piece.cosine * piece.cosine) as f32);
-            for term in 0..context.tables.weights.band_of.len() {
+            for term in 0..context.tables.weights.terms {
                 let weight = context.phase_weight(scatterer, term, phase);
                 let decay = context.tables.terms.at(scatterer.light, &state.drawn, lane, term, piece.depth as f32);
-                state.sum[term][lane] += piece.scattering as f32 * weight * decay;
+                state.sum[first + term][lane] += piece.scattering as f32 * weight * decay;
             }
         };
         near::pieces(near::samples(&context.plan.space, star), resolution, star, &state.rays[lane], &own, add);

@@ -50,8 +50,8 @@ impl Tables {
     pub fn new(plan: &Plan) -> Self {
         let light_sums = plan.light_field.as_deref().map(LightSums::new);
         let weights = Weights::new(plan);
-        let phase = plan.spectral.phase.as_ref().map(|table| Phase::new(table, weights.band_of.len()));
-        let glowing = (0..weights.band_of.len()).map(|term| weights.emitted.iter().any(|e| e.weights[term] != 0.0)).collect();
-        Self { terms: Terms::new(plan), weights, light_sums, glowing, phase }
+        let phase = plan.spectral.phase.as_ref().map(|table| Phase::new(table, weights.terms));
+        let glowing = (0..weights.terms).map(|term| weights.emitted.iter().any(|e| e.weights[term] != 0.0)).collect();
+        Self { terms: Terms::new(plan, &weights), weights, light_sums, glowing, phase }
     }
 }

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::plan::draft::Draft;
 use crate::plan::spatial::bake::{MAX_BAKE, MIN_BAKE};
 use crate::plan::spatial_error::{Spatial, Unresolved};
-use crate::plan::{END_SHARE, LightField, Settings, SpatialPlan, Stepping};
+use crate::plan::{BandPlan, END_SHARE, LightField, Settings, SpatialPlan, Stepping};
 
 /// The part of the accuracy that the pilots may use up: rays between them can be worse.
 const SHARE: f64 = 0.7;
@@ -103,7 +103,7 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
         space.refine_stars(factor, settings, control)?;
     }
     // What a ray leaves behind where it ends early is beside what the pilots, who go on, have found.
-    let early = if space.occupied.is_some() && spectral.bands.iter().any(|b| b.nodes().is_some()) {
+    let early = if space.occupied.is_some() && spectral.bands.iter().any(BandPlan::is_bounded) {
         f64::from(END_SHARE) * spectral.accuracy
     } else {
         0.0

@@ -156,22 +156,22 @@ impl<'a> Shading<'a> {
 struct Bands<'a> {
     shading: &'a Shading<'a>,
     ray: &'a Ray,
-    radiance: Vec<f64>,
+    /// What comes by rules, as the spectral plan sums it.
+    sums: Vec<f64>,
+    /// What comes by exact measures, band by band.
+    exact: Vec<f64>,
     /// The light that a field brings, element × polynomial.
     channels: Vec<f64>,
 }
 
 impl Eye for Bands<'_> {
     fn light(&mut self, light: usize, amount: f64, depths: DepthSpan) {
-        for (b, band) in self.radiance.iter_mut().enumerate() {
-            *band += amount
-                * match &self.shading.measures {
-                    None => self.shading.spectral.bands[b].rule.mean(light, depths),
-                    Some(measures) => {
-                        let Measure { k, mass, .. } = &measures[b][light];
-                        k.iter().zip(mass).map(|(k, m)| m * mean_transmittance(k * depths.from, k * depths.to)).sum()
-                    }
-                };
+        let Some(measures) = &self.shading.measures else {
+            return self.shading.spectral.add(light, amount, depths, &mut self.sums);
+        };
+        for (band, measures) in self.exact.iter_mut().zip(measures) {
+            let Measure { k, mass, .. } = &measures[light];
+            *band += amount * k.iter().zip(mass).map(|(k, m)| m * mean_transmittance(k * depths.from, k * depths.to)).sum::<f64>();
         }
     }
 
@@ -199,11 +199,12 @@ fn march(space: &SpatialPlan, shading: &Shading, pilot: &Pilot, stepping: Steppi
             &own
         }
     };
-    let radiance = vec![0.0; shading.spectral.bands.len()];
+    let nothing = vec![0.0; shading.spectral.bands.len()];
     let channels = shading.field.map_or_else(Vec::new, |field| vec![0.0; field.propagation.channels()]);
-    let mut bands = Bands { shading, ray, radiance, channels };
+    let mut bands = Bands { shading, ray, sums: Vec::new(), exact: nothing, channels };
     RayMarch { space, spectral: shading.spectral, lights: shading.lights, ray, stepping, exact, columns }.run(&mut bands);
-    let Bands { mut radiance, channels, .. } = bands;
+    let Bands { sums, exact, channels, .. } = bands;
+    let mut radiance = if shading.measures.is_some() { exact } else { shading.spectral.resolved(&sums) };
     if let Some(field) = shading.field {
         for (band, resolution) in radiance.iter_mut().zip(&field.resolution) {
             *band += channels.iter().zip(resolution).map(|(s, r)| s * r).sum::<f64>();

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use spectra::passband::Passband;
-use spectra::rule::{BandProblem, BandRule, Form, Node, Source};
+use spectra::rule::{BandProblem, BandRule, DepthSpan, Form, Node, Source, mean_transmittance};
 
 use self::phase_table::PhaseAtPivot;
 pub use self::phase_table::{PHASE_RANGE, PhaseEntry, PhaseTable};
@@ -17,7 +17,7 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::light::{Light, Route, factor, law};
 use crate::plan::{Settings, SpatialPlan};
-use crate::scene::Scene;
+use crate::scene::{Scene, StarDepthSource};
 
 /// The rules of all passbands.
 #[derive(Debug)]
@@ -71,6 +71,8 @@ impl SpectralPlan {
         let settings = &method.settings;
         let support_um = support_um(scene);
         let depth = space.reach(&scene.camera);
+        // A node that passbands share is no passband's own transport: what it scatters again is no one's.
+        let scatters_once = method.bounces == 1 && space.many_lights.is_none() && method.entry.star_depth == StarDepthSource::Cached;
         let bands = scene
             .bands
             .par_iter()
@@ -92,10 +94,15 @@ impl SpectralPlan {
                     accuracy: method.accuracy,
                     settings,
                 };
-                let rule = (method.entry.rule.solve)(&problem)?;
-                Ok(BandPlan { band: band.clone(), sources, rule })
+                let own = method.entry.rule;
+                let entry = if scatters_once { own.serving(scene.bands.len(), &problem) } else { own };
+                let rule = (entry.solve)(&problem)?;
+                let name = if entry.name == own.name { method.entry.name } else { entry.name };
+                Ok((name, BandPlan { band: band.clone(), sources, rule }))
             })
-            .collect::<Result<Vec<BandPlan>>>()?;
+            .collect::<Result<Vec<(&str, BandPlan)>>>()?;
+        let name = bands.first().map_or(method.entry.name, |(name, _)| name);
+        let bands: Vec<BandPlan> = bands.into_iter().map(|(_, band)| band).collect();
         let phase = scene.dust.as_ref().map(|d| d.phase.clone()).filter(|p| !p.is_isotropic());
         let pivot = |phase| PhaseAtPivot { phase, lambda_um: bands.first().map_or(0.55, |b: &BandPlan| b.band.pivot().0) };
         let phase_at_pivot = phase.map(pivot);
@@ -112,7 +119,7 @@ impl SpectralPlan {
             PhaseTable { entries, separable: !phase.phase.is_spectral(), weights, at_nodes }
         };
         Ok(Self {
-            method: method.entry.name,
+            method: name,
             accuracy: method.accuracy,
             least_k,
             phase: phase_at_pivot.as_ref().map(table),
@@ -156,9 +163,40 @@ impl SpectralPlan {
         self.bands.iter().map(|band| band.sources[light].measure.total()).sum()
     }
 
-    /// Nodes of all bands, or bands of a lookup.
+    /// Nodes of all bands, those once that they share, or bands of a lookup.
     pub fn terms(&self) -> usize {
-        self.bands.iter().map(BandPlan::terms).sum()
+        self.common_nodes().map_or_else(|| self.bands.iter().map(BandPlan::terms).sum(), <[Node]>::len)
+    }
+
+    /// The nodes that all bands share, where they do.
+    pub fn common_nodes(&self) -> Option<&[Node]> {
+        self.bands.first().and_then(BandPlan::common_nodes)
+    }
+
+    /// Adds `amount` of a light, fallen by its mean over a span of depths, to sums that [`resolved`](Self::resolved)
+    /// makes bands of; none at first.
+    pub(crate) fn add(&self, light: usize, amount: f64, depths: DepthSpan, sums: &mut Vec<f64>) {
+        let Some(nodes) = self.common_nodes() else {
+            sums.resize(self.bands.len(), 0.0);
+            return self.bands.iter().zip(sums).for_each(|(band, sum)| *sum += amount * band.rule.mean(light, depths));
+        };
+        // Each light at each node.
+        sums.resize(sums.len().max((light + 1) * nodes.len()), 0.0);
+        for (node, sum) in nodes.iter().zip(&mut sums[light * nodes.len()..]) {
+            *sum += amount * mean_transmittance(node.k * depths.from, node.k * depths.to);
+        }
+    }
+
+    /// The radiance of each band that [sums](Self::add) come to.
+    pub(crate) fn resolved(&self, sums: &[f64]) -> Vec<f64> {
+        let of_band = |(b, band): (usize, &BandPlan)| match &band.rule.form {
+            Form::CommonNodes(own) => {
+                let lights = sums.chunks_exact(own.nodes.len()).zip(&own.weights);
+                lights.map(|(sums, weights)| weights.iter().zip(&sums[own.first..]).map(|(w, sum)| w * sum).sum::<f64>()).sum()
+            }
+            _ => sums.get(b).copied().unwrap_or(0.0),
+        };
+        self.bands.iter().enumerate().map(of_band).collect()
     }
 
     /// The bytes that all tables take.
@@ -174,7 +212,7 @@ impl SpectralPlan {
 }
 
 impl BandPlan {
-    /// The number of terms that a sample of this band costs.
+    /// The number of terms that this band's light is a sum of.
     pub fn terms(&self) -> usize {
         self.rule.form.decay().terms()
     }
@@ -185,6 +223,19 @@ impl BandPlan {
             Form::Nodes(nodes) => Some(&nodes.nodes),
             _ => None,
         }
+    }
+
+    /// The nodes that it shares with all other bands, where it does.
+    pub fn common_nodes(&self) -> Option<&[Node]> {
+        match &self.rule.form {
+            Form::CommonNodes(common) => Some(&common.nodes),
+            _ => None,
+        }
+    }
+
+    /// Whether what is left behind a depth is known, so that rays can end early.
+    pub fn is_bounded(&self) -> bool {
+        matches!(self.rule.form, Form::Nodes(_) | Form::CommonNodes(_))
     }
 
     /// The weights of each term for a light whose W carries one more factor.

@@ -104,6 +104,9 @@ impl PhaseAtPivot {
         if !self.phase.is_spectral() {
             return (0..entries).map(|i| self.at(cosine_of(i, entries)) as f32).collect();
         }
+        if bands.iter().any(|band| band.common_nodes().is_some()) {
+            return self.at_nodes(entries, bands);
+        }
         let entry = |i: usize| {
             let cosine = cosine_of(i, entries);
             bands.iter().flat_map(move |b| b.weights_with(light, |lambda| self.phase.at(cosine, lambda))).map(|w| w as f32)
@@ -111,9 +114,12 @@ impl PhaseAtPivot {
         (0..entries).flat_map(entry).collect()
     }
 
-    /// The phase function at the nodes of all bands: entry × term, or one number an entry where it is separable.
+    /// The phase function at the nodes of all bands, once where they share them: entry × term, or one number an entry where it is separable.
     pub fn at_nodes(&self, entries: usize, bands: &[BandPlan]) -> Vec<f32> {
-        let mut nodes: Vec<Node> = bands.iter().filter_map(BandPlan::nodes).flatten().copied().collect();
+        let mut nodes: Vec<Node> = match bands.first().and_then(BandPlan::common_nodes) {
+            Some(common) => common.to_vec(),
+            None => bands.iter().filter_map(BandPlan::nodes).flatten().copied().collect(),
+        };
         let separable = !self.phase.is_spectral();
         if separable {
             nodes.truncate(1);

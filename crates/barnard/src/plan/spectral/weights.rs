@@ -1,7 +1,7 @@
 //! The plan's spectral side as a march reads it: the weight of each term for each light, in f32.
 
 use crate::light::Route;
-use crate::plan::Plan;
+use crate::plan::{BandPlan, Plan};
 
 /// A light that is scattered, and how.
 #[derive(Debug, Clone)]
@@ -29,10 +29,12 @@ pub struct Emitter {
     pub weights: Vec<f32>,
 }
 
-/// Weights of all lights; a term is a node of the rule of one passband.
+/// Weights of all lights; a term is a node of the rule of one passband, or of all.
 #[derive(Debug, Clone)]
 pub struct Weights {
-    /// The passband of each term.
+    /// The number of terms.
+    pub terms: usize,
+    /// The passband of each term; none where passbands share them.
     pub band_of: Vec<usize>,
     /// Lights scattered by dust, star by star.
     pub scattered: Vec<Scatterer>,
@@ -48,7 +50,9 @@ impl Weights {
     /// Flattens `plan`; light that its light field holds is left out.
     pub fn new(plan: &Plan) -> Self {
         let spectral = &plan.spectral;
-        let band_of: Vec<usize> = spectral.bands.iter().enumerate().flat_map(|(b, p)| vec![b; p.terms()]).collect();
+        let own = |(band, plan): (usize, &BandPlan)| vec![band; plan.terms()];
+        let band_of =
+            if spectral.common_nodes().is_some() { Vec::new() } else { spectral.bands.iter().enumerate().flat_map(own).collect() };
         let isotropic = if spectral.phase.is_some() { 1.0 } else { 1.0 / spectra::constants::SPHERE as f32 };
         let (mut scattered, mut emitted, mut background) = (Vec::new(), Vec::new(), None);
         let many_lights = plan.space.many_lights.as_deref();
@@ -76,12 +80,16 @@ impl Weights {
         }
         let many_lights = many_lights
             .map_or_else(Vec::new, |many_lights| many_lights.stars.iter().map(|star| std::mem::take(&mut of_many[*star])).collect());
-        Self { band_of, scattered, many_lights, emitted, background }
+        Self { terms: spectral.terms(), band_of, scattered, many_lights, emitted, background }
     }
 }
 
-/// The weight of each term for a light, in the order of [`Weights::band_of`].
+/// The weight of each term for a light, in the order of [`Weights::band_of`]; one for each node that passbands share,
+/// whose own weights turn sums into light.
 pub fn weights(plan: &Plan, light: usize) -> Vec<f32> {
+    if plan.spectral.common_nodes().is_some() {
+        return vec![1.0; plan.spectral.terms()];
+    }
     plan.spectral.bands.iter().flat_map(|p| p.rule.form.decay().weights(light)).map(|w| *w as f32).collect()
 }
 

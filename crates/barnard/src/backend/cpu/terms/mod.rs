@@ -4,6 +4,7 @@
 //! the mean of its decay over the segment's depths.
 
 mod analytic;
+mod common_nodes;
 mod lookup;
 mod nodes;
 mod preintegrated;
@@ -13,9 +14,10 @@ mod sampled;
 use spectra::rule::Form;
 
 use crate::packet::{LANES, Lane, lanes};
-use crate::plan::Plan;
+use crate::plan::{Plan, Weights};
 
 pub use analytic::AnalyticTerms;
+pub use common_nodes::CommonTerms;
 pub use lookup::LookupTerms;
 pub use nodes::NodeTerms;
 pub use preintegrated::PreintegratedTerms;
@@ -59,6 +61,8 @@ impl Bases<'_> {
 pub enum Terms {
     /// Exponentials at nodes in k.
     Nodes(NodeTerms),
+    /// Exponentials at nodes in k that all bands share.
+    CommonNodes(CommonTerms),
     /// Tables of ln F over depth.
     Lookup(LookupTerms),
     /// Closed forms by exponential integrals.
@@ -73,9 +77,10 @@ pub enum Terms {
 
 impl Terms {
     /// The terms of `plan`, whose bands are all solved by one rule.
-    pub fn new(plan: &Plan) -> Self {
+    pub fn new(plan: &Plan, weights: &Weights) -> Self {
         match plan.spectral.bands.first().map(|b| &b.rule.form) {
             Some(Form::Nodes(_)) | None => Terms::Nodes(NodeTerms::new(plan)),
+            Some(Form::CommonNodes(_)) => Terms::CommonNodes(CommonTerms::new(plan, weights)),
             Some(Form::Lookup(_)) => Terms::Lookup(LookupTerms::new(plan)),
             Some(Form::Analytic(_)) => Terms::Analytic(AnalyticTerms::new(plan)),
             Some(Form::Projection(_)) => Terms::Projection(ProjectionTerms::new(plan)),
@@ -84,7 +89,33 @@ impl Terms {
         }
     }
 
-    /// Whether terms fall alike for all lights, so that lights behind the same depth may be added first.
+    /// The exponentials of the terms, where they are that.
+    pub fn exponentials(&self) -> Option<&NodeTerms> {
+        match self {
+            Terms::Nodes(nodes) => Some(nodes),
+            Terms::CommonNodes(common) => Some(&common.nodes),
+            _ => None,
+        }
+    }
+
+    /// The number of sums that a ray carries of so many terms.
+    pub fn sums(&self, terms: usize) -> usize {
+        match self {
+            Terms::CommonNodes(common) => common.sums(),
+            _ => terms,
+        }
+    }
+
+    /// Where the sums of a light start.
+    #[inline(always)]
+    pub fn start(&self, light: usize) -> usize {
+        match self {
+            Terms::CommonNodes(common) => common.start(light),
+            _ => 0,
+        }
+    }
+
+    /// Whether terms fall alike for all lights and have one sum, so that lights behind the same depth may be added first.
     pub fn are_shared(&self) -> bool {
         matches!(self, Terms::Nodes(_) | Terms::Projection(_))
     }
@@ -103,6 +134,7 @@ impl Terms {
     pub fn accumulate(&self, light: usize, drawn: &Drawn, span: &DepthSpan, bases: Bases, sum: &mut [Lane]) {
         match self {
             Terms::Nodes(nodes) => nodes.accumulate(span, bases, sum),
+            Terms::CommonNodes(common) => common.accumulate(light, span, bases, sum),
             Terms::Lookup(lookup) => lookup.accumulate(light, span, bases, sum),
             Terms::Analytic(analytic) => analytic.accumulate(light, span, bases, sum),
             Terms::Projection(projection) => projection.accumulate(span, bases, sum),
@@ -115,6 +147,7 @@ impl Terms {
     pub fn at(&self, light: usize, drawn: &Drawn, lane: usize, term: usize, depth: f32) -> f32 {
         match self {
             Terms::Nodes(nodes) => nodes.at(term, depth),
+            Terms::CommonNodes(common) => common.nodes.at(term, depth),
             Terms::Lookup(lookup) => lookup.at(light, term, depth),
             Terms::Analytic(analytic) => analytic.at(light, term, depth),
             Terms::Projection(projection) => projection.at(term, depth),

@@ -21,7 +21,11 @@ impl NodeTerms {
             Form::Nodes(nodes) => nodes.nodes.iter().map(|n| n.k as f32).collect(),
             _ => Vec::new(),
         };
-        let k: Vec<f32> = plan.spectral.bands.iter().flat_map(|b| of_band(&b.rule.form)).collect();
+        Self::of(plan.spectral.bands.iter().flat_map(|b| of_band(&b.rule.form)).collect())
+    }
+
+    /// Terms of so much extinction each.
+    pub(super) fn of(k: Vec<f32>) -> Self {
         let range = k.iter().fold((f32::MAX, f32::MIN_POSITIVE), |(low, high), k| (low.min(*k), high.max(*k)));
         Self { k, range }
     }
