@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use barnard::backend::{Backend, Job, cpu};
 use barnard::control::{Control, Stage};
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Plan, Stepping};
 
 use crate::test_device::device;
 use crate::test_scenes::{plan_of, scene};
@@ -91,6 +91,10 @@ fn what_is_too_large_is_refused() {
         let words = error.to_string();
         assert!(matches!(error, GpuError::TooLarge { .. }) && words.contains(is) && words.contains(right), "{words}");
     }
+    // Steps past what single precision counts would never end.
+    let endless = plan_of(&scene(24, "")).with_stepping(Stepping::PerVoxel(1e6));
+    let words = Renderer::new(&device(), &endless, Tuning::default()).err().unwrap().to_string();
+    assert!(words.contains("steps along a ray") && words.contains("fewer steps"), "{words}");
 }
 
 /// What a device cannot hold the processor renders, and says why; the next plan, which fits, is the device's again.

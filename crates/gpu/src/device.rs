@@ -170,11 +170,27 @@ impl Gpu {
     /// Compiles one entry of a shader; its bindings are those that it uses.
     pub(crate) fn pipeline(&self, source: &str, entry: &str) -> wgpu::ComputePipeline {
         let source = wgpu::ShaderSource::Wgsl(source.into());
-        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(entry), source });
+        self.pipeline_of(&self.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(entry), source }), entry)
+    }
+
+    /// Compiles one entry of a shader whose loops end by themselves: nothing counts their turns, which would take a seventh
+    /// of the registers. All else is checked as ever.
+    ///
+    /// # Safety
+    /// Every loop must end, whatever the buffers hold.
+    pub(crate) unsafe fn pipeline_that_ends(&self, source: &str, entry: &str) -> wgpu::ComputePipeline {
+        let source = wgpu::ShaderSource::Wgsl(source.into());
+        let checks = wgpu::ShaderRuntimeChecks { force_loop_bounding: false, ..wgpu::ShaderRuntimeChecks::checked() };
+        let descriptor = wgpu::ShaderModuleDescriptor { label: Some(entry), source };
+        // SAFETY: the caller's word is that loops end; all other checks are on.
+        self.pipeline_of(&unsafe { self.device.create_shader_module_trusted(descriptor, checks) }, entry)
+    }
+
+    fn pipeline_of(&self, module: &wgpu::ShaderModule, entry: &str) -> wgpu::ComputePipeline {
         self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(entry),
             layout: None,
-            module: &module,
+            module,
             entry_point: Some(entry),
             compilation_options: Default::default(),
             cache: None,

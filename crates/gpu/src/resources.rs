@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use barnard::plan::near::SHORTEST_PART;
 use barnard::plan::{MultipleScattering, Plan, SpatialPlan};
 use barnard::volume::Volume;
 use wgpu::BufferUsages as Use;
@@ -146,6 +147,12 @@ pub fn check_limits(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Result<()> {
         4 * most
     );
     GpuError::too_large("the number of textures", layout.quads.len() as u64, most, instead)?;
+    // A step next to a star is marched in parts of half a voxel, or longer ones.
+    let longest_pc = plan.space().occupied.map_or(0.0, |b| b.size().length());
+    let parts = (longest_pc / (SHORTEST_PART * plan.space().voxel_pc())).ceil() as usize;
+    let steps = plan.stepping().steps(longest_pc, plan.space().voxel_pc()).max(parts) as u64;
+    let instead = "take coarser grids, fewer steps, or render on the processor";
+    GpuError::too_large("the number of steps along a ray", steps, COUNTABLE, instead)?;
     let most = limits.max_storage_buffer_binding_size.min(16 * COUNTABLE);
     let instead = "take a smoother phase function or fewer stars, or render on the processor";
     GpuError::too_large("the tables in bytes", 16 * layout.tables.len() as u64, most, instead)?;

@@ -141,6 +141,59 @@ mod tests {
         }
     }
 
+    /// The condition of each `while` of the march, and why it ends.
+    const WHILES: [(&str, &str); 4] = [
+        ("(*state).step < steps", "a turn adds one or more to the step, or reads what the next needs to do so"),
+        ("(*state).part < count", "a turn adds one to the part, or reads what the next needs to do so, or leaves"),
+        ("(*state).span < SPANS", "a turn adds one to the span, or leaves"),
+        ("n < frame.depths.y", "a turn adds one to n"),
+    ];
+
+    /// What is wrong with the loops of a text: each must count by one to where it ends, by a number that nothing else in it
+    /// sets, or be one of [`WHILES`].
+    fn endless(text: &str) -> Vec<String> {
+        let lines: Vec<&str> = text.lines().collect();
+        let mut found = Vec::new();
+        for (at, line) in lines.iter().enumerate() {
+            let (line, indent) = (line.trim_start(), line.len() - line.trim_start().len());
+            let ends = if let Some(head) = line.strip_prefix("for (var ") {
+                let name = head.split(' ').next().unwrap();
+                let inner = head.split(';').nth(2).unwrap().split(") {").next().unwrap().trim();
+                let counts = ["++", "--", " += 1.0", " -= 1.0"].iter().any(|step| inner == format!("{name}{step}"));
+                let body = lines[at + 1..].iter().take_while(|l| l.trim().is_empty() || l.len() - l.trim_start().len() > indent);
+                let sets =
+                    |l: &&&str| [" = ", " += ", " -= ", "++", "--"].iter().any(|set| l.trim_start().starts_with(&format!("{name}{set}")));
+                counts && body.filter(sets).count() == 0
+            } else if let Some(head) = line.strip_prefix("while ") {
+                WHILES.iter().any(|(condition, _)| head == format!("{condition} {{"))
+            } else {
+                !line.starts_with("loop")
+            };
+            if !ends {
+                found.push(line.to_owned());
+            }
+        }
+        found
+    }
+
+    /// No loop of the march needs a counter that ends it.
+    #[test]
+    fn loops_end() {
+        let texts = FILES.iter().copied().chain(FORMS.iter().map(|form| form.wgsl));
+        let found: Vec<String> = texts.flat_map(endless).collect();
+        assert!(found.is_empty(), "{found:?}");
+        let all: String = FILES.concat();
+        assert!(WHILES.iter().all(|(condition, _)| all.contains(&format!("while {condition} {{"))));
+        for wrong in [
+            "loop {\n}",
+            "while true {\n}",
+            "for (var i = 0u; i < 3u; i += 2u) {\n}",
+            "for (var i = 0u; i < 3u; i++) {\n    if x {\n        i = 0u;\n    }\n}",
+        ] {
+            assert_eq!(endless(wrong).len(), 1, "{wrong}");
+        }
+    }
+
     /// Names and places of the fields of a struct in WGSL, and its size.
     fn fields(module: &naga::Module, name: &str) -> (Vec<(String, usize)>, usize) {
         let found = module.types.iter().find_map(|(_, t)| match &t.inner {
