@@ -18,6 +18,7 @@ use crate::forms::{Contents, FormEntry, Heads, cumulants, extinctions, form};
 use crate::frame::{Frame, four};
 use crate::many_lights;
 use crate::tables::{Offsets, Quad, Tables, room};
+use crate::written_out::MOST_TURNS;
 
 /// The way in which scattered light is spread over angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -132,9 +133,10 @@ impl Shape {
         self.terms.len()
     }
 
-    /// The number of sums that a ray carries: one for each band, or for each light and shared term.
+    /// The number of sums that a ray carries: one for each band, or for each light and shared term, and then as many as
+    /// loops over bands are written out to.
     pub fn sums(&self) -> usize {
-        if self.shared { (self.shining() * self.terms[0]).max(self.bands()) } else { self.bands() }
+        if self.shared { (self.shining() * self.terms[0]).max(self.bands().min(MOST_TURNS)) } else { self.bands() }
     }
 
     /// The most coordinates of a basis; what a band has beyond its own terms weighs nothing.

@@ -15,8 +15,10 @@ use crate::forms::GENTLE;
 use crate::layout::{PhaseKind, Shape};
 use crate::many_lights;
 use crate::tables::Offsets;
-use crate::written_out::Limits;
+use crate::written_out::{Limits, MOST_TURNS};
 
+/// Most sums of lights at shared nodes that stay in registers, of which a ray has about 250.
+const SUMS_IN_REGISTERS: usize = 64;
 /// Most midpoints of a depth next to a star.
 const MAX_DEPTH_STEPS: f64 = 64.0;
 
@@ -33,7 +35,7 @@ pub enum Pauses {
 pub fn limits(shape: &Shape) -> Limits {
     let first_terms = shape.terms.iter().scan(0, |sum, terms| Some(std::mem::replace(sum, *sum + terms)));
     Limits {
-        most: 8,
+        most: MOST_TURNS,
         numbers: vec![
             ("QUADS", shape.quads),
             ("BANDS", shape.bands()),
@@ -121,6 +123,7 @@ pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses
     ];
     let truth = [
         ("SHARED", shape.shared),
+        ("SUMS_IN_REGISTERS", shape.sums() <= SUMS_IN_REGISTERS),
         ("HAS_DUST", shape.dust.is_some()),
         ("HAS_BACKGROUND", shape.background),
         ("HAS_FIELD", shape.field.is_some()),

@@ -4,6 +4,9 @@
 //! constant: arrays are then indexed by constants and stay in registers, and nothing counts turns. Its text stays WGSL
 //! that runs as it stands, and it is left as a loop where there would be too much of it.
 
+/// Most turns of a loop that are written out.
+pub const MOST_TURNS: usize = 8;
+
 /// Most entries of a list whose loops are written out, all together.
 const MOST_ENTRIES: usize = 32;
 

@@ -1,6 +1,25 @@
 // Exponentials at nodes that all bands share: each light is summed at each node, as in nodes.wgsl, and `band` makes
 // bands of the sums at the end.
 
+// Adds to the sum of a light at a node. Where registers hold all sums, none is indexed by what only the ray knows.
+fn add_at_node(state: ptr<function, State>, light: u32, node: u32, own: f32) {
+    if !SUMS_IN_REGISTERS {
+        (*state).sum[light * TERMS_OF[0] + node] += own;
+        return;
+    }
+    for (var l = 0u; l < SUMMED_LIGHTS; l++) { // written out
+        if l == light {
+            for (var s = 0u; s < SETS; s++) { // written out
+                for (var t = 0u; t < TERMS_OF[s]; t++) { // written out
+                    if t == node {
+                        (*state).sum[l * TERMS_OF[0] + t] += own;
+                    }
+                }
+            }
+        }
+    }
+}
+
 // Adds base · weight · ⟨D⟩ at every node of a light, over depths between middle - half and middle + half.
 // twin: barnard::backend::cpu::terms::CommonTerms::accumulate
 fn accumulate(state: ptr<function, State>, light: u32, at: vec2f, base: f32, middle: f32, half: f32) {
@@ -11,9 +30,8 @@ fn accumulate(state: ptr<function, State>, light: u32, at: vec2f, base: f32, mid
         for (var s = 0u; s < SETS; s++) { // written out
             for (var t = 0u; t < TERMS_OF[s]; t++) { // written out
                 let exponent = fma(constant(4u * SQUARES + t), square, constant(4u * EXPONENTS + t) * middle);
-                let share = base * weight(light, t, at);
-                let sum = (*state).sum[light * TERMS_OF[0] + t];
-                (*state).sum[light * TERMS_OF[0] + t] = fma(share, exp2(fma(constant(4u * FOURTHS + t), fourth, exponent)), sum);
+                let left = exp2(fma(constant(4u * FOURTHS + t), fourth, exponent));
+                add_at_node(state, light, t, base * weight(light, t, at) * left);
             }
         }
         return;
@@ -21,8 +39,7 @@ fn accumulate(state: ptr<function, State>, light: u32, at: vec2f, base: f32, mid
     for (var s = 0u; s < SETS; s++) { // written out
         for (var t = 0u; t < TERMS_OF[s]; t++) { // written out
             let k = extinction(t);
-            let sum = (*state).sum[light * TERMS_OF[0] + t];
-            (*state).sum[light * TERMS_OF[0] + t] = fma(base * weight(light, t, at), mean_transmittance(k * middle, k * half), sum);
+            add_at_node(state, light, t, base * weight(light, t, at) * mean_transmittance(k * middle, k * half));
         }
     }
 }
