@@ -30,7 +30,7 @@ const FACTOR: f64 = 0.0235;
 const SHARE: f64 = 0.8;
 /// Most nodes.
 const MAX_NODES: usize = 4096;
-/// Extinctions within such a part of each other are one.
+/// The least part of an extinction that a range of nodes covers.
 const NARROWEST: f64 = 1e-3;
 /// Samples of the extinction law in which it is inverted.
 const SAMPLES: usize = 1024;
@@ -66,7 +66,7 @@ pub(super) fn count(problem: &BandProblem) -> usize {
 /// The least extinction and the largest in the domain of all passbands.
 fn range(problem: &BandProblem) -> (f64, f64) {
     let (low, high) = law(problem).fold((f64::INFINITY, 0.0f64), |(low, high), node| (low.min(node.k), high.max(node.k)));
-    (low, high.max(low * (1.0 + NARROWEST)))
+    (low, high.max(low + NARROWEST * low.max(NARROWEST)))
 }
 
 /// The extinction law at equal steps of the domain of all passbands.
@@ -183,5 +183,29 @@ mod tests {
         assert!(count <= 30 && error < 1e-3, "{count} {error:e}");
         let (_, coarse) = worst(Some(count / 2));
         assert!(coarse > 1e-3, "{coarse:e}");
+    }
+
+    /// Dust that takes nothing, or the same of all light, leaves nodes that differ.
+    #[test]
+    fn a_grey_law_has_nodes() {
+        let law = Extinction::named("ccm89").unwrap();
+        let spectrum = Spectrum::continuous(1.0, std::sync::Arc::new(BlackBody(Temperature(9000.0))));
+        for k in [0.0, 1.0] {
+            let band = window("narrow", Counting::Energy, Window::TopHat { centre: Wavelength(0.55), width: Wavelength(0.01) }).unwrap();
+            let mut source = Source::new("star", &band, &spectrum, &*law, |_| 1.0);
+            source.measure.k.fill(k);
+            let problem = BandProblem {
+                sources: &[source],
+                domain_um: band.support_um(),
+                common_um: (0.4, 1.0),
+                pivot: Node { lambda_um: 0.55, k },
+                k: &|_| k,
+                depth: 12.0,
+                accuracy: 1e-3,
+                settings: &Settings::default(),
+            };
+            let solved = solve(&problem).unwrap();
+            assert!(solved.certificates[0].relative < 1e-9, "{k}: {:?}", solved.certificates);
+        }
     }
 }
