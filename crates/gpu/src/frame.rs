@@ -28,11 +28,6 @@ pub struct Frame {
     pub seeds: [u32; 4],
 }
 
-/// Turns by which a loop shows that it turns: more than what a ray takes behind it, to be stored.
-fn shown_turns(bands: usize, field_channels: usize) -> f32 {
-    (8 + 4 * (bands + field_channels)) as f32
-}
-
 /// Turns of loops that a ray takes before it pauses on a software adapter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Patience(pub u32);
@@ -104,9 +99,9 @@ impl Pass {
 }
 
 impl Frame {
-    /// The frame of a plan seen from `middle`, whose terms have the extinctions `k`; dust is at most `brightest`
+    /// The frame of a plan whose loops show by so many turns that they turn, seen from `middle`, whose terms have the extinctions `k`; dust is at most `brightest`
     /// [pc⁻¹].
-    pub fn new(plan: &Plan, middle: DVec3, k: &[f32], brightest: f32, counts: [u32; 4]) -> Self {
+    pub fn new(plan: &Plan, shown_turns: usize, middle: DVec3, k: &[f32], brightest: f32, counts: [u32; 4]) -> Self {
         let camera: &Camera = plan.camera();
         let bounds = plan.space().occupied.unwrap_or(Bounds { low: middle, high: middle });
         // The observer moves along the view until the middle of the scene is beside them.
@@ -139,12 +134,7 @@ impl Frame {
             size: [camera.width as u32, camera.height as u32, 0, 0],
             strip: [0; 4],
             counts,
-            depths: [
-                plan.space().star_depth as f32,
-                shown_turns(plan.spectral().bands.len(), plan.light_field().as_ref().map_or(1, |f| f.propagation.channels())),
-                0.0,
-                0.0,
-            ],
+            depths: [plan.space().star_depth as f32, shown_turns as f32, 0.0, 0.0],
             seeds: plan.space().cloud.as_ref().map_or([0; 4], |(cloud, _)| {
                 let [x, y, z] = cloud.warps.map(|w| w.seed());
                 [cloud.noise.seed(), x, y, z]

@@ -18,7 +18,7 @@ use crate::forms::{Contents, FormEntry, Heads, cumulants, extinctions, form};
 use crate::frame::{Frame, four};
 use crate::many_lights;
 use crate::tables::{Offsets, Quad, Tables, room};
-use crate::written_out::MOST_TURNS;
+use crate::written_out::{MOST_ENTRIES, MOST_TURNS};
 
 /// The way in which scattered light is spread over angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -139,6 +139,22 @@ impl Shape {
         if self.shared { (self.shining() * self.terms[0]).max(self.bands().min(MOST_TURNS)) } else { self.bands() }
     }
 
+    /// Turns by which a loop shows that it turns: more than what a ray takes behind it, to make bands and store them.
+    fn shown_turns(&self, plan: &Plan) -> usize {
+        8 + 4 * (self.bands() + self.sums() + self.field_channels().max(1)) + self.resolving_turns(plan)
+    }
+
+    /// Turns of loops in which a ray makes bands of sums at shared terms.
+    fn resolving_turns(&self, plan: &Plan) -> usize {
+        let taken: usize = plan.spectral().bands.iter().map(|band| band.terms() + 1).sum();
+        if self.shared { taken * self.shining() } else { 0 }
+    }
+
+    /// Whether registers hold all of them, and loops over them are written out.
+    pub fn sums_in_registers(&self) -> bool {
+        self.shared && self.sums() <= SUMS_IN_REGISTERS && self.terms[0] <= MOST_ENTRIES && self.shining() <= MOST_TURNS
+    }
+
     /// The most coordinates of a basis; what a band has beyond its own terms weighs nothing.
     pub fn elements(&self) -> usize {
         self.terms.iter().copied().max().unwrap_or(0).min(MAX_SIZE)
@@ -175,6 +191,13 @@ impl Shape {
         self.field.map_or(0, |f| f.elements * f.polynomials)
     }
 }
+
+/// Most sums of lights at shared nodes that stay in registers, of which a ray has about 250.
+const SUMS_IN_REGISTERS: usize = 64;
+/// Most sums of lights at shared nodes that a ray may carry beside them: 16 KiB.
+const MOST_SUMS: u64 = 4096;
+/// Most turns of loops in which a ray may make bands of its sums, half of what software adapters allow.
+const MOST_RESOLVED: u64 = 1 << 15;
 
 /// The bytes that WebGPU promises for a uniform buffer.
 const UNIFORM_BYTES: usize = 1 << 16;
@@ -242,6 +265,16 @@ impl Layout {
         let middle = plan.space().occupied.map_or(DVec3::ZERO, |b| 0.5 * (b.low + b.high));
         let volumes: Vec<&Volume> = plan.volumes().collect();
         let mut shape = Shape::of(plan, &weights, &quads, &volumes, on_the_fly)?;
+        if shape.shared {
+            let instead = "take fewer stars or passbands, or render on the processor";
+            GpuError::too_large("the number of sums of a ray", shape.sums() as u64, MOST_SUMS, instead)?;
+            GpuError::too_large(
+                "the number of turns in which a ray makes its bands",
+                shape.resolving_turns(plan) as u64,
+                MOST_RESOLVED,
+                instead,
+            )?;
+        }
         let mut tables = Tables::new(middle);
         let largest: Vec<f32> = plan.space().bricks.iter().map(|b| b.largest()).collect();
         let k = extinctions(plan);
@@ -283,7 +316,7 @@ impl Layout {
         let entries = phase.as_ref().map_or(2, |p| p.entries);
         let counts = [plan.spectral().terms(), entries, phase_start, plan.star_march().unwrap_or(0)].map(|n| n as u32);
         let stars = weights.scattered.iter().map(|s| s.star).collect();
-        let mut frame = Frame::new(plan, middle, &k, if shape.dust.is_some() { largest[0] } else { 0.0 }, counts);
+        let mut frame = Frame::new(plan, shape.shown_turns(plan), middle, &k, if shape.dust.is_some() { largest[0] } else { 0.0 }, counts);
         if !shape.form.bounded {
             // No depth is asked for what lies behind it.
             frame.limits[0] = 0.0;

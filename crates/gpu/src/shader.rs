@@ -160,10 +160,17 @@ mod tests {
                 let name = head.split(' ').next().unwrap();
                 let inner = head.split(';').nth(2).unwrap().split(") {").next().unwrap().trim();
                 let counts = ["++", "--", " += 1.0", " -= 1.0"].iter().any(|step| inner == format!("{name}{step}"));
+                let condition = head.split(';').nth(1).unwrap().trim();
+                let (up, down) = (inner.contains('+'), inner.contains('-'));
+                let meets = up && [" < ", " <= "].iter().any(|than| condition.starts_with(&format!("{name}{than}")))
+                    || down && [" > 0u", " >= 1.0"].iter().any(|than| condition == format!("{name}{than}"));
                 let body = lines[at + 1..].iter().take_while(|l| l.trim().is_empty() || l.len() - l.trim_start().len() > indent);
-                let sets =
-                    |l: &&&str| [" = ", " += ", " -= ", "++", "--"].iter().any(|set| l.trim_start().starts_with(&format!("{name}{set}")));
-                counts && body.filter(sets).count() == 0
+                let sets = |l: &&&str| {
+                    let l = format!(" {l}");
+                    let is_set = |set: &str| [" ", "{"].iter().any(|before| l.contains(&format!("{before}{name}{set}")));
+                    [" = ", " += ", " -= ", "++", "--"].into_iter().any(is_set) || l.contains(&format!("&{name},"))
+                };
+                counts && meets && body.filter(sets).count() == 0
             } else if let Some(head) = line.strip_prefix("while ") {
                 WHILES.iter().any(|(condition, _)| head == format!("{condition} {{"))
             } else {
@@ -189,6 +196,9 @@ mod tests {
             "while true {\n}",
             "for (var i = 0u; i < 3u; i += 2u) {\n}",
             "for (var i = 0u; i < 3u; i++) {\n    if x {\n        i = 0u;\n    }\n}",
+            "for (var i = 0u; i < 3u; i++) {\n    if x { i = 0u; }\n}",
+            "for (var i = 3u; i >= 0u; i--) {\n}",
+            "for (var i = 3u; i > 0u; i++) {\n}",
         ] {
             assert_eq!(endless(wrong).len(), 1, "{wrong}");
         }

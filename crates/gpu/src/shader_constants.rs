@@ -17,8 +17,6 @@ use crate::many_lights;
 use crate::tables::Offsets;
 use crate::written_out::{Limits, MOST_TURNS};
 
-/// Most sums of lights at shared nodes that stay in registers, of which a ray has about 250.
-const SUMS_IN_REGISTERS: usize = 64;
 /// Most midpoints of a depth next to a star.
 const MAX_DEPTH_STEPS: f64 = 64.0;
 
@@ -123,7 +121,7 @@ pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses
     ];
     let truth = [
         ("SHARED", shape.shared),
-        ("SUMS_IN_REGISTERS", shape.sums() <= SUMS_IN_REGISTERS),
+        ("SUMS_IN_REGISTERS", shape.sums_in_registers()),
         ("HAS_DUST", shape.dust.is_some()),
         ("HAS_BACKGROUND", shape.background),
         ("HAS_FIELD", shape.field.is_some()),

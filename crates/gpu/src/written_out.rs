@@ -8,7 +8,7 @@
 pub const MOST_TURNS: usize = 8;
 
 /// Most entries of a list whose loops are written out, all together.
-const MOST_ENTRIES: usize = 32;
+pub const MOST_ENTRIES: usize = 32;
 
 /// The end of the first line of a loop that is written out.
 const MARK: &str = "// written out";

@@ -84,13 +84,22 @@ fn band_of(state: ptr<function, State>, band: u32) -> f32 {
     if !SHARED {
         return (*state).sum[band];
     }
-    let weights = 4u * u32(constants[HEADS + band].z);
+    // The first term that it takes, how many, and where the weights of the lights start.
+    let head = vec3u(constants[HEADS + band].xyz);
     var sum = 0.0;
-    for (var l = 0u; l < SUMMED_LIGHTS; l++) { // written out
-        for (var s = 0u; s < SETS; s++) { // written out
-            for (var t = 0u; t < TERMS_OF[s]; t++) { // written out
-                sum = fma(numbers[weights + l * TERMS_OF[0] + t], (*state).sum[l * TERMS_OF[0] + t], sum);
+    if SUMS_IN_REGISTERS {
+        for (var l = 0u; l < SUMMED_LIGHTS; l++) { // written out
+            for (var s = 0u; s < SETS; s++) { // written out
+                for (var t = 0u; t < TERMS_OF[s]; t++) { // written out
+                    sum = fma(numbers[4u * head.z + l * TERMS_OF[0] + t], (*state).sum[l * TERMS_OF[0] + t], sum);
+                }
             }
+        }
+        return sum;
+    }
+    for (var l = 0u; l < SUMMED_LIGHTS; l++) {
+        for (var t = l * TERMS_OF[0] + head.x; t < l * TERMS_OF[0] + head.x + head.y; t++) {
+            sum = fma(numbers[4u * head.z + t], (*state).sum[t], sum);
         }
     }
     return sum;

@@ -235,7 +235,8 @@ impl RuleEntry {
     /// The rule that serves so many passbands at the least cost, of which `problem` is one: this one, or that whose
     /// nodes they share where these are less than half as many.
     pub fn serving(&'static self, bands: usize, problem: &BandProblem) -> &'static RuleEntry {
-        let shares = || problem.settings.count.is_none() && 2 * common_nodes::count(problem) < bands;
+        let is_free = problem.settings.count.is_none() && problem.settings.domain_um.is_none();
+        let shares = || is_free && 2 * common_nodes::count(problem) < bands;
         self.many_bands.filter(|_| shares()).unwrap_or(self)
     }
 }

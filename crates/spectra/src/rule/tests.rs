@@ -359,6 +359,7 @@ fn what_a_method_cannot_do_is_said() {
     assert!(refuse("analytic", Settings::default()).contains("inverse_wavelength"));
     assert!(refuse("projection", Settings { count: Some(9), ..Settings::default() }).contains("1 to 8"));
     assert!(refuse("sampled", Settings { count: Some(1000), ..Settings::default() }).contains("256"));
+    assert!(refuse("common_nodes", Settings { domain_um: Some((0.5, 0.6)), ..Settings::default() }).contains("domain"));
     // ccm89 means nothing at 0.05 um, where its polynomials pass infinity.
     let nowhere = Settings { domain_um: Some((0.0, 0.0)), ..Settings::default() };
     assert!(refuse("projection", nowhere).contains("domain"));

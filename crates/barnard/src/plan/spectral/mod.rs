@@ -73,10 +73,8 @@ impl SpectralPlan {
         let depth = space.reach(&scene.camera);
         // A node that passbands share is no passband's own transport: what it scatters again is no one's.
         let scatters_once = method.bounces == 1 && space.many_lights.is_none() && method.entry.star_depth == StarDepthSource::Cached;
-        let bands = scene
-            .bands
-            .par_iter()
-            .map(|band| {
+        let solved = |may_share: bool| {
+            let of_band = |band: &Passband| {
                 control.check()?;
                 let sources: Vec<Source> = lights.iter().map(|light| source(scene, light, band, &law)).collect();
                 let k = |l: f64| law.k(l);
@@ -95,12 +93,21 @@ impl SpectralPlan {
                     settings,
                 };
                 let own = method.entry.rule;
-                let entry = if scatters_once { own.serving(scene.bands.len(), &problem) } else { own };
+                let entry = if may_share { own.serving(scene.bands.len(), &problem) } else { own };
                 let rule = (entry.solve)(&problem)?;
                 let name = if entry.name == own.name { method.entry.name } else { entry.name };
                 Ok((name, BandPlan { band: band.clone(), sources, rule }))
-            })
-            .collect::<Result<Vec<(&str, BandPlan)>>>()?;
+            };
+            scene.bands.par_iter().map(of_band).collect::<Result<Vec<(&str, BandPlan)>>>()
+        };
+        let mut bands = solved(scatters_once)?;
+        // Nodes that were not asked for must keep what was: a law that turns back has them at one of two wavelengths.
+        let keeps = |(name, band): &(&str, BandPlan)| {
+            *name == method.entry.name || band.rule.certificates.iter().all(|c| c.absolute <= method.accuracy)
+        };
+        if !bands.iter().all(keeps) {
+            bands = solved(false)?;
+        }
         let name = bands.first().map_or(method.entry.name, |(name, _)| name);
         let bands: Vec<BandPlan> = bands.into_iter().map(|(_, band)| band).collect();
         let phase = scene.dust.as_ref().map(|d| d.phase.clone()).filter(|p| !p.is_isotropic());

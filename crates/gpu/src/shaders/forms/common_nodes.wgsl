@@ -1,4 +1,4 @@
-// Exponentials at nodes that all bands share: each light is summed at each node, as in nodes.wgsl, and `band` makes
+// Exponentials at nodes that all bands share: each light is summed at each node, as in nodes.wgsl, and `band_of` makes
 // bands of the sums at the end.
 
 // Adds to the sum of a light at a node. Where registers hold all sums, none is indexed by what only the ray knows.
