@@ -23,6 +23,7 @@ mod resolve;
 mod resources;
 mod shader;
 mod shader_constants;
+mod shape;
 mod sweep;
 mod tables;
 #[cfg(test)]

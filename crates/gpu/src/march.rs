@@ -16,13 +16,13 @@ use glam::DVec3;
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
 use crate::frame::{Pass, Patience, Rows, Strip};
-use crate::layout::{Layout, quads, slot_of};
+use crate::layout::{Layout, quads};
 use crate::pipelines::Pipelines;
 use crate::resolve::Resolver;
 use crate::resources::{Buffers, REPORT_BYTES, TIMED, TIMES, Volumes, check_limits, groups, pauses, tuned};
 use crate::shader_constants::Pauses;
 use crate::sweep::{Slot, StarSweeper};
-use crate::tables::Quad;
+use crate::tables::{Quad, slot_of};
 use crate::tuning::Tuning;
 
 /// Rays of the first dispatch at most; what follows takes as many rows as are done in [`SLICE`].

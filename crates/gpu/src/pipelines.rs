@@ -1,9 +1,10 @@
 //! The pipelines of the last plans, by their shapes: a plan that has as many terms as one before it compiles nothing.
 
 use crate::device::Gpu;
-use crate::layout::{Layout, Shape};
+use crate::layout::Layout;
 use crate::resources::pauses;
 use crate::shader::source;
+use crate::shape::Shape;
 use crate::tables::Offsets;
 use crate::tuning::Tuning;
 

@@ -1,7 +1,7 @@
 //! The source of a shader: constants and bindings printed from a [`Shape`], then `shaders/*.wgsl`.
 
-use crate::layout::Shape;
 use crate::shader_constants::{Pauses, constants, limits};
+use crate::shape::Shape;
 use crate::tables::Offsets;
 use crate::written_out::{Limits, written_out};
 
@@ -62,9 +62,10 @@ mod tests {
     use super::*;
     use crate::forms::FORMS;
     use crate::frame::Frame;
-    use crate::layout::{FieldShape, Layout, PhaseKind, quads};
+    use crate::layout::{Layout, quads};
     use crate::ordinates::{self, ORDINATES, PlaneNumbers, TermNumbers};
     use crate::resolve::{self, DisplayLevels};
+    use crate::shape::{FieldShape, PhaseKind};
     use crate::sweep::{PACK, PackNumbers, SWEEP, SweepNumbers, sweep_source};
     use crate::test_scenes::{plan_of, scene};
 

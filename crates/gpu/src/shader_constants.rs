@@ -12,8 +12,8 @@ use spectra::polynomial::MAX_DEGREE;
 use spectra::rule::DepthTable;
 
 use crate::forms::GENTLE;
-use crate::layout::{PhaseKind, Shape};
 use crate::many_lights;
+use crate::shape::{PhaseKind, Shape};
 use crate::tables::Offsets;
 use crate::written_out::{Limits, MOST_TURNS};
 

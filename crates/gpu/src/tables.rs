@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use barnard::plan::Plan;
-use barnard::volume::{Bricks, Volume};
+use barnard::volume::{Bricks, Channel, Volume};
 use glam::DVec3;
 
 use crate::frame::four;
@@ -17,6 +17,12 @@ pub struct Quad {
     pub first: usize,
     /// The factor of each channel by which stored numbers are multiplied.
     pub unit: [f32; 4],
+}
+
+/// The quad that holds a channel, and which of its four it is.
+pub fn slot_of(quads: &[Quad], volumes: &[&Volume], channel: Channel) -> Option<(usize, usize)> {
+    let lane = |quad: &Quad| volumes[quad.volume].channels.iter().skip(quad.first).take(4).position(|c| *c == channel);
+    quads.iter().enumerate().find_map(|(q, quad)| lane(quad).map(|lane| (q, lane)))
 }
 
 /// Room for so many terms: a power of two, so that an edit seldom leaves it.

@@ -72,6 +72,8 @@ fn each_part_is_that_of_the_processor() {
         ("spectral", format!("{CAMERA}{spectral}{STAR}{method}")),
         ("many bounces", format!("{CAMERA}{DUST}{forward}{STAR}{gas}{method}bounces = 4\n")),
         ("shared nodes", format!("{CAMERA}{spectral}{STAR}{gas}{behind}{method}name = \"common_nodes\"\n")),
+        // More sums than registers hold.
+        ("shared nodes of six stars", format!("{CAMERA}{spectral}{STAR}{}{gas}{behind}{method}name = \"common_nodes\"\n", many_lights(5))),
         ("dark", format!("{CAMERA}{DUST}{method}")),
     ] {
         let mut scene = parsed(&text);

@@ -63,13 +63,17 @@ impl Decay for Nodes {
     }
 }
 
+/// The Lagrange polynomial ℓ_j(k) of some nodes: one at node j, zero at the others.
+pub(super) fn lagrange(nodes: &[Node], j: usize, k: f64) -> f64 {
+    nodes.iter().enumerate().filter(|(i, _)| *i != j).map(|(_, n)| (k - n.k) / (nodes[j].k - n.k)).product()
+}
+
 /// The weights w_j = ∫ W ℓ_j(k) dλ of nodes in k.
 pub(super) fn interpolatory_weights(nodes: &[Node], measure: &Measure) -> Vec<f64> {
     let mut weights = vec![0.0; nodes.len()];
     for (k, mass) in measure.k.iter().zip(&measure.mass) {
         for (j, weight) in weights.iter_mut().enumerate() {
-            let lagrange: f64 = nodes.iter().enumerate().filter(|(i, _)| *i != j).map(|(_, n)| (k - n.k) / (nodes[j].k - n.k)).product();
-            *weight += mass * lagrange;
+            *weight += mass * lagrange(nodes, j, *k);
         }
     }
     weights
