@@ -56,7 +56,7 @@ impl DataSource for TestData {
         NoData.table(name, most_rows, limit)
     }
     fn array(&self, _: &str, _: Option<&str>, _: u64) -> Result<Array> {
-        Ok(Array { shape: [4; 3], data: Numbers::Single(vec![1.0; 64]), fortran: false, frame: None })
+        Ok(Array { shape: [4; 3], data: Numbers::Single(vec![1.0; 64].into()), fortran: false, frame: None })
     }
 }
 

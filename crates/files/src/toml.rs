@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use barnard::error::{Error, Result};
 use barnard::properties::{Origin, Place, Property, Table, Value};
-use toml_edit::{Document, Item, TableLike, TomlError};
+use toml_edit::{Document, DocumentMut, Item, TableLike, TomlError};
 
 /// The tree that `text` is; `file` is its name in messages.
 ///
@@ -15,6 +15,54 @@ pub fn properties(file: &str, text: &str) -> Result<Table> {
     let source = Source::new(file, text);
     let document = Document::parse(text).map_err(|e| source.error(e.span(), "TOML", e.message().trim()))?;
     source.table(document.as_table(), source.origin(None))
+}
+
+/// The text that `table` is: what [`properties`] reads as the same tree.
+///
+/// Tables and lists of tables at the top have headers, `[camera]`, `[field.NAME]`, `[[star]]`; all that is deeper stands
+/// in one line.
+pub fn text(table: &Table) -> String {
+    let mut document = DocumentMut::new();
+    let is_tables = |items: &[Property]| !items.is_empty() && items.iter().all(|item| matches!(item.value, Value::Table(_)));
+    for (key, property) in table.iter() {
+        let item = match &property.value {
+            Value::Table(own) if own.iter().next().is_some() && own.iter().all(|(_, p)| matches!(p.value, Value::Table(_))) => {
+                let mut named = toml_edit::Table::new();
+                named.set_implicit(true);
+                own.iter().for_each(|(name, p)| drop(named.insert(name, headed(&p.value))));
+                Item::Table(named)
+            }
+            Value::List(items) if is_tables(items) => {
+                let tables = items.iter().filter_map(|item| headed(&item.value).into_table().ok());
+                Item::ArrayOfTables(tables.collect())
+            }
+            other => headed(other),
+        };
+        document.insert(key, item);
+    }
+    document.to_string()
+}
+
+/// A value; a table with a header of its own.
+fn headed(value: &Value) -> Item {
+    let Value::Table(table) = value else { return Item::Value(in_line(value)) };
+    let mut headed = toml_edit::Table::new();
+    table.iter().for_each(|(key, property)| drop(headed.insert(key, Item::Value(in_line(&property.value)))));
+    Item::Table(headed)
+}
+
+/// A value in one line.
+fn in_line(value: &Value) -> toml_edit::Value {
+    match value {
+        Value::Text(text) => text.as_str().into(),
+        Value::Integer(number) => (*number).into(),
+        Value::Number(number) => (*number).into(),
+        Value::Flag(flag) => (*flag).into(),
+        Value::List(items) => items.iter().map(|item| in_line(&item.value)).collect::<toml_edit::Array>().into(),
+        Value::Table(table) => {
+            table.iter().map(|(key, property)| (key, in_line(&property.value))).collect::<toml_edit::InlineTable>().into()
+        }
+    }
 }
 
 /// The error that something is wrong with `text`, with its line.
@@ -115,6 +163,20 @@ mod tests {
             table.to_string(),
             "{ a = 1, b = { c = [{ d = \"x\" }, 2.5] }, e = [{ f = true }, { f = false }], g = { h = { i = 1 } } }"
         );
+    }
+
+    /// What is written is read as the same tree, for every built-in scene and for values that need care.
+    #[test]
+    fn trees_are_written_as_they_are_read() {
+        let hard = "a = \"x \\\"y\\\" \\n µ\"\nb = [1, 2.5, 1e300, -0.0]\nc = { d = { e = [] }, \"f g\" = true }\n[g.\"1.5\"]\nh = [{ i = 1 }]\n[[j]]\nk = 1\n[[j]]\n[l]\n";
+        let texts = crate::builtin::SCENES.iter().map(|scene| scene.text).chain([hard]);
+        for own in texts {
+            let table = properties("test.toml", own).unwrap();
+            let written = text(&table);
+            assert_eq!(properties("test.toml", &written).unwrap().to_string(), table.to_string(), "{written}");
+        }
+        let written = text(&properties("test.toml", hard).unwrap());
+        assert!(["[g.\"1.5\"]", "[[j]]", "[l]"].iter().all(|header| written.contains(header)) && !written.contains("[g]"), "{written}");
     }
 
     #[test]

@@ -25,9 +25,7 @@ use crate::memory;
 /// An expression over named fields.
 #[derive(Debug)]
 pub struct Expression {
-    /// The formula for one place, and for sixteen.
-    formula: FlatEx<SideBySide<1>, FieldOperators>,
-    formulas: FlatEx<SideBySide<SIXTEEN>, FieldOperators>,
+    formula: FlatEx<SideBySide, FieldOperators>,
     variables: Vec<Variable>,
     bounds: Bounds,
     /// Whether a function of the formula jumps.
@@ -40,8 +38,7 @@ enum Variable {
     Axis(usize),
 }
 
-/// Places at which the formula is evaluated together, and places at which its fields are.
-const SIXTEEN: usize = 16;
+/// Places at which the formula and its fields are evaluated together.
 const BLOCK: usize = 64;
 /// The longest formula, in characters: parsing recurses with parentheses.
 const MAX_LENGTH: usize = 2000;
@@ -57,8 +54,7 @@ impl Expression {
         }
         let wrong = |e: String| format!("\"{formula}\" is no expression: {e}");
         let normalised = normalised(formula).map_err(wrong)?;
-        let formula = FlatEx::<SideBySide<1>, FieldOperators>::parse(&normalised).map_err(|e| wrong(e.to_string()))?;
-        let formulas = FlatEx::parse(&normalised).map_err(|e| wrong(e.to_string()))?;
+        let formula = FlatEx::<SideBySide, FieldOperators>::parse(&normalised).map_err(|e| wrong(e.to_string()))?;
         let variables: std::result::Result<Vec<Variable>, String> = formula
             .var_names()
             .iter()
@@ -85,7 +81,7 @@ impl Expression {
             Support::Number(_) | Support::Everywhere => union,
         };
         let jumps = ["step", "floor", "ceil"].iter().any(|name| normalised.contains(&format!("{name}(")));
-        Ok(Self { formula, formulas, variables, bounds, jumps })
+        Ok(Self { formula, variables, bounds, jumps })
     }
 
     fn fields(&self) -> impl Iterator<Item = &Arc<dyn Field>> {
@@ -122,21 +118,22 @@ impl Expression {
 
     /// The values of the formula at some places, with grids as they are at `centres` and functions at `places`.
     fn values(&self, centres: &[DVec3], places: &[DVec3], values: &mut [f64]) {
-        let mut of_variables = vec![[0.0; BLOCK]; self.variables.len()];
         for ((centres, places), values) in centres.chunks(BLOCK).zip(places.chunks(BLOCK)).zip(values.chunks_mut(BLOCK)) {
-            for (variable, own) in self.variables.iter().zip(&mut of_variables) {
-                match variable {
-                    Variable::Field(field) => field.sample(if field.grid().is_some() { centres } else { places }, &mut own[..places.len()]),
-                    Variable::Axis(axis) => own.iter_mut().zip(places).for_each(|(own, p)| *own = p[*axis]),
+            let of = |variable: &Variable| match variable {
+                Variable::Field(field) => {
+                    let mut own = vec![0.0; places.len()];
+                    field.sample(if field.grid().is_some() { centres } else { places }, &mut own);
+                    SideBySide::Each(own)
                 }
-            }
-            for (first, (places, values)) in (0..).step_by(SIXTEEN).zip(places.chunks(SIXTEEN).zip(values.chunks_mut(SIXTEEN))) {
-                let sixteen = |own: &[f64; BLOCK]| SideBySide(std::array::from_fn(|i| own[first + i]));
-                let of_variables: SmallVec<[SideBySide<SIXTEEN>; 8]> = of_variables.iter().map(sixteen).collect();
-                let SideBySide(own) = self.formulas.eval(&of_variables).unwrap_or(SideBySide([f64::NAN; SIXTEEN]));
-                for ((value, own), p) in values.iter_mut().zip(own).zip(places) {
-                    *value = if self.bounds.contains(*p) { own } else { 0.0 };
-                }
+                Variable::Axis(axis) => SideBySide::Each(places.iter().map(|p| p[*axis]).collect()),
+            };
+            let own = self.formula.eval_vec(self.variables.iter().map(of).collect()).unwrap_or(SideBySide::Same(f64::NAN));
+            for (i, (value, p)) in values.iter_mut().zip(places).enumerate() {
+                let inside = |own: f64| if self.bounds.contains(*p) { own } else { 0.0 };
+                *value = match &own {
+                    SideBySide::Same(own) => inside(*own),
+                    SideBySide::Each(own) => inside(own[i]),
+                };
             }
         }
     }
@@ -165,11 +162,14 @@ impl Field for Expression {
             return 0.0;
         }
         let of = |variable: &Variable| match variable {
-            Variable::Field(field) => SideBySide([field.at(p)]),
-            Variable::Axis(axis) => SideBySide([p[*axis]]),
+            Variable::Field(field) => SideBySide::Same(field.at(p)),
+            Variable::Axis(axis) => SideBySide::Same(p[*axis]),
         };
-        let of_variables: SmallVec<[SideBySide<1>; 8]> = self.variables.iter().map(of).collect();
-        self.formula.eval(&of_variables).map_or(f64::NAN, |SideBySide([value])| value)
+        let of_variables: SmallVec<[SideBySide; 8]> = self.variables.iter().map(of).collect();
+        match self.formula.eval(&of_variables) {
+            Ok(SideBySide::Same(value)) => value,
+            Ok(SideBySide::Each(_)) | Err(_) => f64::NAN,
+        }
     }
     fn sample(&self, places: &[DVec3], values: &mut [f64]) {
         self.values(places, places, values);

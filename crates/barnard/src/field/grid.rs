@@ -5,7 +5,6 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
-use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,6 +12,7 @@ use rayon::prelude::*;
 use super::Field;
 use super::cells::{Cell, Cells};
 use super::lattice::Lattice;
+use crate::data::Shared;
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, Ray};
 
@@ -30,7 +30,7 @@ const CHECKED_TOGETHER: usize = 1 << 16;
 pub struct Grid {
     pub(crate) lattice: Lattice,
     /// The values in units of the factor; grids that differ by a factor alone share them.
-    shared: Arc<Vec<f32>>,
+    shared: Shared<f32>,
     factor: f64,
 }
 
@@ -54,7 +54,12 @@ impl Grid {
 
     /// The values at the centres of the voxels of a lattice.
     pub(crate) fn of(lattice: Lattice, data: Vec<f32>) -> Self {
-        Self { lattice, shared: Arc::new(data), factor: 1.0 }
+        Self::sharing(lattice, data.into())
+    }
+
+    /// The same, in memory that others hold as well.
+    pub(crate) fn sharing(lattice: Lattice, shared: Shared<f32>) -> Self {
+        Self { lattice, shared, factor: 1.0 }
     }
 
     /// The same values times `factor`, in the same memory.
@@ -64,7 +69,7 @@ impl Grid {
 
     /// Whether another grid has its values in the same memory.
     pub(crate) fn shares(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.shared, &other.shared)
+        self.shared.is(&other.shared)
     }
 
     /// The bytes that the values take.

@@ -51,6 +51,7 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
     let own = own_bounds(section, &frame, axes, dims)?;
     let lattice = Lattice { dims, bounds: bounds(section, dims, own)? };
     let factor = section.number("factor", f64::MIN..=f64::MAX)?.unwrap_or(1.0) * unit(section, &frame)?;
+    let clip = section.flag("clip")?.unwrap_or(false);
     let largest = match &array.data {
         Numbers::Single(data) => largest(data, factor),
         Numbers::Double(data) => largest(data, factor),
@@ -62,14 +63,21 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
         );
         return Err(section.error(key, message));
     }
+    // Numbers that are as a grid has them stay in the memory in which they are.
+    let as_it_is = factor == 1.0 && !clip && strides(&array, axes) == [1, dims[0], dims[0] * dims[1]];
     let mut values = match &array.data {
+        Numbers::Single(data) if as_it_is => return checked(Grid::sharing(lattice, data.clone()), section),
         Numbers::Single(data) => arranged(data, &array, factor, axes, &lattice),
         Numbers::Double(data) => arranged(data, &array, factor, axes, &lattice),
     };
-    if section.flag("clip")?.unwrap_or(false) {
+    if clip {
         values.iter_mut().filter(|v| v.is_nan() || **v < 0.0).for_each(|v| *v = 0.0);
     }
-    let grid = Grid::of(lattice, values);
+    checked(Grid::of(lattice, values), section)
+}
+
+/// A grid whose values can be densities.
+fn checked(grid: Grid, section: &Section) -> Result<Arc<dyn Field>> {
     grid.check(section.name())?;
     Ok(Arc::new(grid))
 }
@@ -181,11 +189,16 @@ fn largest(data: &[impl Copy + Into<f64> + Sync], factor: f64) -> f64 {
     data.par_chunks(1 << 16).map(of).reduce(|| 0.0, f64::max)
 }
 
-/// An array's numbers times `factor`, with x running fastest.
-fn arranged(data: &[impl Copy + Into<f64> + Sync], array: &Array, factor: f64, axes: &str, lattice: &Lattice) -> Vec<f32> {
+/// How far apart neighbours along x, y and z are in an array.
+fn strides(array: &Array, axes: &str) -> [usize; 3] {
     let [n0, n1, n2] = array.shape;
     let strides = if array.fortran { [1, n0, n0 * n1] } else { [n1 * n2, n2, 1] };
-    let [sx, sy, sz] = ['x', 'y', 'z'].map(|c| strides[axes.find(c).unwrap_or(0)]);
+    ['x', 'y', 'z'].map(|c| strides[axes.find(c).unwrap_or(0)])
+}
+
+/// An array's numbers times `factor`, with x running fastest.
+fn arranged(data: &[impl Copy + Into<f64> + Sync], array: &Array, factor: f64, axes: &str, lattice: &Lattice) -> Vec<f32> {
+    let [sx, sy, sz] = strides(array, axes);
     let [nx, ny, _] = lattice.dims;
     let mut values = vec![0.0; lattice.cells()];
     // Some planes together: where z runs fastest in the array, a line of memory is read once for all of them.

@@ -1,36 +1,58 @@
-//! Numbers side by side: an expression that is asked for at many places is looked through once for sixteen of them.
+//! Numbers side by side: an expression that is asked for at many places is looked through once for all of them.
 
 use std::str::FromStr;
 
 use super::operators::Operand;
 
-/// A number for each of `N` places.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct SideBySide<const N: usize>(pub(super) [f64; N]);
+/// A number for each of some places.
+///
+/// A value is small to move, whatever the number of places is: exmex moves a row of 32 of them for each evaluation.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum SideBySide {
+    /// The same number at all places, or the one of a single place.
+    Same(f64),
+    /// A number for each place.
+    Each(Vec<f64>),
+}
+
+use SideBySide::{Each, Same};
 
 /// What exmex wants of every value.
-impl<const N: usize> Default for SideBySide<N> {
+impl Default for SideBySide {
     fn default() -> Self {
-        Self([0.0; N])
+        Same(0.0)
     }
 }
 
-impl<const N: usize> FromStr for SideBySide<N> {
+impl FromStr for SideBySide {
     type Err = std::num::ParseFloatError;
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        text.parse().map(|number| Self([number; N]))
+        text.parse().map(Same)
     }
 }
 
-impl<const N: usize> SideBySide<N> {
+impl SideBySide {
     #[inline(always)]
-    fn zip(mut self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        self.0.iter_mut().zip(other.0).for_each(|(a, b)| *a = f(*a, b));
-        self
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        match (self, other) {
+            (Same(a), Same(b)) => Same(f(a, b)),
+            (Each(mut a), Same(b)) => {
+                a.iter_mut().for_each(|a| *a = f(*a, b));
+                Each(a)
+            }
+            (Same(a), Each(mut b)) => {
+                b.iter_mut().for_each(|b| *b = f(a, *b));
+                Each(b)
+            }
+            (Each(mut a), Each(b)) => {
+                a.iter_mut().zip(b).for_each(|(a, b)| *a = f(*a, b));
+                Each(a)
+            }
+        }
     }
 }
 
-impl<const N: usize> Operand for SideBySide<N> {
+impl Operand for SideBySide {
     fn sum(self, other: Self) -> Self {
         self.zip(other, |a, b| a + b)
     }
@@ -45,7 +67,7 @@ impl<const N: usize> Operand for SideBySide<N> {
     }
     /// Squares, which most powers are, come without a logarithm.
     fn power(self, exponent: Self) -> Self {
-        if exponent.0 == [2.0; N] { self.product(self) } else { self.zip(exponent, f64::powf) }
+        self.zip(exponent, |a, exponent| if exponent == 2.0 { a * a } else { a.powf(exponent) })
     }
     fn chosen(self, other: Self, choose: fn(f64, f64) -> f64) -> Self {
         self.zip(other, choose)
@@ -53,8 +75,13 @@ impl<const N: usize> Operand for SideBySide<N> {
     fn step(self, edge: Self) -> Self {
         self.zip(edge, |a, edge| f64::from(a >= edge))
     }
-    #[inline(always)]
     fn map(self, function: fn(f64) -> f64) -> Self {
-        Self(self.0.map(function))
+        match self {
+            Same(a) => Same(function(a)),
+            Each(mut a) => {
+                a.iter_mut().for_each(|a| *a = function(*a));
+                Each(a)
+            }
+        }
     }
 }

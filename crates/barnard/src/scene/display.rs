@@ -5,7 +5,7 @@ use spectra::passband::Passband;
 
 use crate::error::Result;
 use crate::image::{Display, Level};
-use crate::properties::{Key, Section};
+use crate::properties::{Key, Section, Table};
 
 pub(super) const KEYS: &[Key] = &[
     Key::optional("palette", "text", "natural, or rgb outside the visible", "which band is shown in which colour").of("palettes"),
@@ -36,6 +36,16 @@ pub(super) fn build(section: Option<&Section>, bands: &[Passband]) -> Result<Dis
         return Err(section.error("white", "white must be brighter than black"));
     }
     Ok(Display { palette, balance: section.flag("balance")?.unwrap_or(false), stretch: section.wrap("stretch", stretch)?, black, white })
+}
+
+impl Display {
+    /// Reads a display of pictures through `bands` from its properties, those of a table `[display]`.
+    ///
+    /// # Errors
+    /// Where a key is unknown or a value wrong; its place is said.
+    pub fn from_properties(table: &Table, bands: &[Passband]) -> Result<Self> {
+        build(Some(&Section::new(table, "display")), bands)
+    }
 }
 
 fn matrix(section: &Section, numbers: &[f64], bands: usize) -> Result<Palette> {

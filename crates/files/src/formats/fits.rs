@@ -230,8 +230,8 @@ fn array(request: &mut Request) -> Result<Array> {
     // What is scaled may need more digits than are stored.
     let is_scaled = ["BSCALE", "BZERO"].iter().any(|key| header.number(key).is_some());
     let data = match header.integer("BITPIX") {
-        Some(8 | 16 | -32) if !is_scaled => Numbers::Single(values(request, header, cells)?),
-        _ => Numbers::Double(values(request, header, cells)?),
+        Some(8 | 16 | -32) if !is_scaled => Numbers::Single(values::<f32>(request, header, cells)?.into()),
+        _ => Numbers::Double(values::<f64>(request, header, cells)?.into()),
     };
     Ok(Array { shape, data, fortran: false, frame: Some(header.frame()) })
 }

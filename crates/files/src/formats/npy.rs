@@ -31,7 +31,7 @@ fn array(stream: Stream) -> Result<Array> {
     let (asked, file, order) = stream.open()?;
     let (shape, cells) = checked_shape(asked.path, asked.memory_limit, file.shape())?;
     let is_single = matches!(file.dtype(), DType::Plain(t) if is_single(t.type_char(), t.num_bytes().unwrap_or(0)));
-    let data = if is_single { Numbers::Single(values(&asked, file, cells)?) } else { Numbers::Double(values(&asked, file, cells)?) };
+    let data = if is_single { Numbers::Single(values::<f32>(&asked, file, cells)?.into()) } else { Numbers::Double(values::<f64>(&asked, file, cells)?.into()) };
     Ok(Array { shape, data, fortran: order == Order::Fortran, frame: None })
 }
 
@@ -290,11 +290,11 @@ mod tests {
             read(&[with_header(&header), value.to_vec()].concat()).unwrap().data
         };
         let largest = i32::MAX - 1;
-        assert_eq!(of("<f2", &[0x00, 0x3e]), Numbers::Single(vec![1.5]));
-        assert_eq!(of("<f4", &0.1f32.to_le_bytes()), Numbers::Single(vec![0.1]));
-        assert_eq!(of(">i2", &(-300i16).to_be_bytes()), Numbers::Single(vec![-300.0]));
-        assert_eq!(of("<i4", &largest.to_le_bytes()), Numbers::Double(vec![f64::from(largest)]));
-        assert_eq!(of("<f8", &0.1f64.to_le_bytes()), Numbers::Double(vec![0.1]));
+        assert_eq!(of("<f2", &[0x00, 0x3e]), Numbers::Single(vec![1.5].into()));
+        assert_eq!(of("<f4", &0.1f32.to_le_bytes()), Numbers::Single(vec![0.1].into()));
+        assert_eq!(of(">i2", &(-300i16).to_be_bytes()), Numbers::Single(vec![-300.0].into()));
+        assert_eq!(of("<i4", &largest.to_le_bytes()), Numbers::Double(vec![f64::from(largest)].into()));
+        assert_eq!(of("<f8", &0.1f64.to_le_bytes()), Numbers::Double(vec![0.1].into()));
     }
 
     /// Headers that a parser would work at for ever are refused; NumPy's own are read.
@@ -308,7 +308,7 @@ mod tests {
         assert!(long.contains("10000 at most"), "{long}");
         let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (1, 1, 2), }\n";
         let bytes = [with_header(header), 2f64.to_le_bytes().to_vec(), 3f64.to_le_bytes().to_vec()].concat();
-        assert_eq!(read(&bytes).unwrap().data, Numbers::Double(vec![2.0, 3.0]));
+        assert_eq!(read(&bytes).unwrap().data, Numbers::Double(vec![2.0, 3.0].into()));
         for end in 0..bytes.len() {
             assert!(read(&bytes[..end]).is_err(), "{end}");
         }

@@ -64,14 +64,13 @@ fn columns(space: &SpatialPlan, ray: &Ray) -> StarColumns {
 /// The rules of `scene`, made finer until what they cost in the picture is a part of the accuracy.
 pub fn spectral(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: &Settings, control: &Control) -> Result<SpectralPlan> {
     let accuracy = settings.method.accuracy;
-    let mut finer = settings.clone();
+    let mut rule_accuracy = accuracy;
     let mut best: Option<(SpectralPlan, f64)> = None;
     // What shines does not depend on the rule: the rays and the truth are those of the first.
     let mut exact: Option<(Vec<Pilot>, Vec<Vec<f64>>)> = None;
     for _ in 0..SPECTRAL_TRIES {
         control.check()?;
-        let mut spectral = SpectralPlan::new(scene, lights, space, &finer, control)?;
-        spectral.accuracy = accuracy;
+        let spectral = SpectralPlan::with_rules(scene, lights, space, settings, rule_accuracy, control)?;
         let march = |pilots: &[Pilot], shading: &Shading| -> Vec<Vec<f64>> {
             pilots.par_iter().map(|pilot| march(space, shading, pilot, Stepping::PerVoxel(1.0), false)).collect()
         };
@@ -89,7 +88,7 @@ pub fn spectral(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: 
         if error <= SPECTRAL_SHARE * accuracy || settings.method.settings.count.is_some() {
             break;
         }
-        finer.method.accuracy *= FINER;
+        rule_accuracy *= FINER;
     }
     best.map(|b| b.0).ok_or_else(|| crate::Error::Method("no spectral rule was found".into()))
 }

@@ -66,6 +66,18 @@ const CERTIFIED_COSINES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 impl SpectralPlan {
     /// Solves the rule for every passband of `scene`, for the optical depths of `space`.
     pub(crate) fn new(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: &Settings, control: &Control) -> Result<Self> {
+        Self::with_rules(scene, lights, space, settings, settings.method.accuracy, control)
+    }
+
+    /// The same by rules of another accuracy than that of all else.
+    pub(crate) fn with_rules(
+        scene: &Scene,
+        lights: &[Light],
+        space: &SpatialPlan,
+        settings: &Settings,
+        rule_accuracy: f64,
+        control: &Control,
+    ) -> Result<Self> {
         let method = &settings.method;
         let law = law(scene)?;
         let settings = &method.settings;
@@ -89,7 +101,7 @@ impl SpectralPlan {
                     pivot,
                     k: &k,
                     depth,
-                    accuracy: method.accuracy,
+                    accuracy: rule_accuracy,
                     settings,
                 };
                 let own = method.entry.rule;
@@ -103,7 +115,7 @@ impl SpectralPlan {
         let mut bands = solved(scatters_once)?;
         // Nodes that were not asked for must keep what was: a law that turns back has them at one of two wavelengths.
         let keeps = |(name, band): &(&str, BandPlan)| {
-            *name == method.entry.name || band.rule.certificates.iter().all(|c| c.absolute <= method.accuracy)
+            *name == method.entry.name || band.rule.certificates.iter().all(|c| c.absolute <= rule_accuracy)
         };
         if !bands.iter().all(keeps) {
             bands = solved(false)?;

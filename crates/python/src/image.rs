@@ -1,0 +1,215 @@
+//! Pictures: rendered, as arrays, in colours, and as files.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use barnard::backend::path::{self, PathTracer};
+use barnard::backend::reference::{self, Reference};
+use barnard::backend::{Backend, Job, Registry};
+use barnard::control::Control;
+use barnard::image::{Display, PixelScale, Samples};
+use barnard::keywords::Value;
+use barnard::plan::Options;
+use barnard::properties::Table;
+use barnard::Result;
+use barnard_files::SaveImage;
+use barnard_files::formats::encode_png;
+use numpy::{PyArray1, PyArray3, PyArrayMethods, ToPyArray};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+
+use crate::error::raised;
+use crate::plan::{Certificate, Plan, certificates};
+use crate::scene::Scene;
+use crate::{tree, work};
+
+/// The back ends that the package was built with.
+pub fn registry() -> Registry {
+    barnard_cli::backends::registry()
+}
+
+/// The display that a table describes for pictures of a scene.
+fn display(scene: &barnard::Scene, table: &Table) -> Result<Display> {
+    Display::from_properties(table, &scene.bands)
+}
+
+/// A rendered picture, with what is stated of it.
+#[pyclass(frozen, module = "barnard._barnard")]
+pub struct Image {
+    scene: Arc<barnard::Scene>,
+    image: barnard::Image,
+    certificates: Vec<Vec<Certificate>>,
+    warnings: Vec<String>,
+}
+
+#[pymethods]
+impl Image {
+    /// Names of the bands, those of standard errors behind those of radiances.
+    #[getter]
+    fn bands(&self) -> Vec<&str> {
+        self.image.bands.iter().map(|band| band.name.as_str()).collect()
+    }
+
+    /// (height, width) in pixels.
+    #[getter]
+    fn shape(&self) -> (usize, usize) {
+        (self.image.height, self.image.width)
+    }
+
+    /// Band radiances, bands × height × width, the first row on top, float32 or float64 [W m-2 sr-1]; a new array each time.
+    fn radiance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let shape = [self.image.bands.len(), self.image.height, self.image.width];
+        Ok(match &self.image.samples {
+            Samples::Single(values) => values.to_pyarray(py).reshape(shape)?.into_any(),
+            Samples::Double(values) => values.to_pyarray(py).reshape(shape)?.into_any(),
+        })
+    }
+
+    /// For each passband the certificate of each light that shines in it; empty where a back end reads no plan.
+    #[getter]
+    fn certificates(&self) -> Vec<Vec<Certificate>> {
+        self.certificates.clone()
+    }
+
+    /// What went wrong on the way though there is a picture, in words.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.warnings.clone()
+    }
+
+    /// What the picture says of itself in words, each with what it is about.
+    #[getter]
+    fn notes(&self) -> Vec<(String, String)> {
+        self.image.notes.clone()
+    }
+
+    /// For each band its pivot wavelength [um], its width ∫ R dλ [um], how it counts, and its certificate in words.
+    #[getter]
+    fn band_details(&self) -> Vec<(Option<f64>, Option<f64>, Option<&'static str>, Vec<String>)> {
+        self.image.bands.iter().map(|b| (b.pivot_um, b.width_um, b.counting, b.certificate.clone())).collect()
+    }
+
+    /// Keywords as FITS headers have them: name to value.
+    #[getter]
+    fn keywords<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let keywords = PyDict::new(py);
+        for keyword in &self.image.keywords {
+            match &keyword.value {
+                Value::Text(text) => keywords.set_item(keyword.name, text)?,
+                Value::Number(number) => keywords.set_item(keyword.name, number)?,
+                Value::Integer(number) => keywords.set_item(keyword.name, number)?,
+            }
+        }
+        Ok(keywords)
+    }
+
+    /// Size of a pixel in the middle, and its unit, "deg" or "pc"; none where it is not known.
+    #[getter]
+    fn pixel_scale(&self) -> Option<(f64, &'static str)> {
+        self.image.pixel.map(|scale| match scale {
+            PixelScale::Angle(degrees) => (degrees, "deg"),
+            PixelScale::Length(pc) => (pc, "pc"),
+        })
+    }
+
+    /// Writes the picture, whole or not at all; the extension says how.
+    fn write(&self, py: Python, path: PathBuf) -> PyResult<()> {
+        work::run(py, None, |_| self.image.save(&path))
+    }
+
+    /// The bytes of a file with this extension.
+    fn encode<'py>(&self, py: Python<'py>, extension: &str) -> PyResult<Bound<'py, PyBytes>> {
+        let name = PathBuf::from(format!("image.{extension}"));
+        let bytes = work::run(py, None, |_| (barnard_files::formats::writer(&name)?.encode)(&self.image))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// The picture in colours, height × width × 3 of uint8 in sRGB; `display` is a table [display], that of the scene
+    /// where there is none.
+    fn rgb<'py>(&self, py: Python<'py>, display: Option<&Bound<PyDict>>) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        let pixels = self.coloured(py, display)?;
+        PyArray1::from_vec(py, pixels).reshape([self.image.height, self.image.width, 3])
+    }
+
+    /// The picture in colours as the bytes of a .png.
+    fn png<'py>(&self, py: Python<'py>, display: Option<&Bound<PyDict>>) -> PyResult<Bound<'py, PyBytes>> {
+        let pixels = self.coloured(py, display)?;
+        let bytes = work::run(py, None, |_| encode_png((self.image.width, self.image.height), &pixels, &self.image.notes))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+}
+
+impl Image {
+    fn coloured(&self, py: Python, table: Option<&Bound<PyDict>>) -> PyResult<Vec<u8>> {
+        let shown = match table {
+            None => self.image.display.clone(),
+            Some(table) => display(&self.scene, &tree::table(table)?).map_err(|error| raised(py, error))?,
+        };
+        work::run(py, None, |_| Ok(shown.picture(&self.image).iter().flatten().map(|v| (v * 255.0 + 0.5) as u8).collect()))
+    }
+}
+
+/// Raises where no picture can be written to a path.
+#[pyfunction]
+pub fn check_writable(py: Python, path: PathBuf) -> PyResult<()> {
+    barnard_files::formats::check_writable(&path).map_err(|error| raised(py, error))
+}
+
+/// How far back ends go that read no plan.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Exactness {
+    accuracy: Option<f64>,
+    samples: Option<u64>,
+    target_error: Option<f64>,
+    seed: Option<u64>,
+}
+
+/// Renders a scene by a back end; those that read a plan take `plan`, which must be of the same scene and camera.
+#[pyfunction]
+#[pyo3(signature = (scene, plan, backend, exactness, memory_limit, progress=None))]
+pub fn render(
+    py: Python,
+    scene: &Scene,
+    plan: Option<&Plan>,
+    backend: &str,
+    exactness: Exactness,
+    memory_limit: u64,
+    progress: Option<&Bound<PyAny>>,
+) -> PyResult<Image> {
+    let owner = scene.0.clone();
+    work::run(py, progress, move |control| rendered(&owner, plan.map(|plan| &plan.0), backend, &exactness, memory_limit, control))
+}
+
+fn rendered(
+    scene: &Arc<barnard::Scene>,
+    plan: Option<&barnard::Plan>,
+    backend: &str,
+    exactness: &Exactness,
+    memory_limit: u64,
+    control: &Control,
+) -> Result<Image> {
+    let mut open: Box<dyn Backend> = match backend {
+        "path" => {
+            let defaults = path::Options::default();
+            Box::new(PathTracer::new(path::Options {
+                samples: exactness.samples.unwrap_or(defaults.samples),
+                target_error: exactness.target_error,
+                seed: exactness.seed.unwrap_or(defaults.seed),
+                ..defaults
+            }))
+        }
+        "reference" => Box::new(Reference { accuracy: exactness.accuracy.unwrap_or(reference::DEFAULT_ACCURACY) }),
+        _ => (registry().named(backend)?.open)(scene)?,
+    };
+    let options = Options::within(memory_limit);
+    let job = match plan {
+        Some(plan) => Job::planned(scene, &options, plan)?,
+        None => Job::new(scene, &options)?,
+    };
+    let (image, stats) = open.render(&job, control)?;
+    let mut warnings = open.warnings();
+    warnings.extend(open.instead().map(|why| format!("on the cpu: {why}")));
+    let certificates = plan.map_or_else(Vec::new, |plan| certificates(plan, &stats));
+    Ok(Image { scene: scene.clone(), image, certificates, warnings })
+}

@@ -1,0 +1,51 @@
+//! The native part of Barnard's Python package, as thin as can be: `python/barnard` is what people use.
+//!
+//! A scene comes as a tree of Python's own dictionaries, lists and values, and arrays by name beside it; work runs on
+//! threads of its own, while the calling one hears Ctrl-C and tells of progress.
+
+mod arrays;
+mod catalogue;
+mod error;
+mod image;
+mod plan;
+mod scene;
+mod tree;
+mod work;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use pyo3::prelude::*;
+
+/// Runs the command `barnard` with these arguments, the program's own name first; the exit code.
+///
+/// The process ends where they are none that the command has, as it does for `--help`.
+#[pyfunction]
+fn run(py: Python, arguments: Vec<OsString>) -> u8 {
+    let code = py.detach(|| barnard_cli::run(arguments));
+    (0..u8::MAX).find(|own| ExitCode::from(*own) == code).unwrap_or(u8::MAX)
+}
+
+#[pymodule]
+fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    error::add(module)?;
+    module.add_class::<scene::Reader>()?;
+    module.add_class::<scene::Scene>()?;
+    module.add_class::<plan::Plan>()?;
+    module.add_class::<image::Image>()?;
+    module.add_function(wrap_pyfunction!(run, module)?)?;
+    module.add_function(wrap_pyfunction!(work::after_fork, module)?)?;
+    module.add_function(wrap_pyfunction!(work::set_threads, module)?)?;
+    module.add_function(wrap_pyfunction!(tree::from_toml, module)?)?;
+    module.add_function(wrap_pyfunction!(tree::to_toml, module)?)?;
+    module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
+    module.add_function(wrap_pyfunction!(image::render, module)?)?;
+    module.add_function(wrap_pyfunction!(image::check_writable, module)?)?;
+    module.add_function(wrap_pyfunction!(catalogue::schema, module)?)?;
+    module.add_function(wrap_pyfunction!(catalogue::quantities, module)?)?;
+    module.add_function(wrap_pyfunction!(catalogue::catalogue, module)?)?;
+    module.add_function(wrap_pyfunction!(catalogue::catalogues, module)?)?;
+    module.add_function(wrap_pyfunction!(catalogue::builtin_text, module)?)?;
+    Ok(())
+}

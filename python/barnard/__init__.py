@@ -1,0 +1,74 @@
+"""Physically calibrated spectral rendering of nebulae.
+
+>>> import barnard as bn
+>>> image = bn.Scene.builtin("barres_neyret").render()
+>>> image.write("nebula.png")
+
+`Scene` is what is in front of the telescope and the telescope; `Scene.render` makes an `Image`, band radiances in
+W m-2 sr-1 with a stated error. Keywords are the keys of scene files. Quantities are values of astropy or unyt, or texts
+with their unit; fields are arrays of NumPy or formulas.
+"""
+
+from __future__ import annotations
+
+import os
+
+from . import _barnard
+from ._barnard import BarnardError, DeviceError, MemoryLimitError, SceneError
+from .cluster import Result, map  # `map` is not in __all__: Python has one of its own.
+from .image import Image
+from .plan import Certificate, Plan, PlanError
+from .scene import Scene
+from . import tables
+from .tables import *  # noqa: F403
+
+__version__: str = _barnard.__version__
+
+__all__ = [
+    "BarnardError",
+    "Certificate",
+    "DeviceError",
+    "Image",
+    "MemoryLimitError",
+    "Plan",
+    "PlanError",
+    "Result",
+    "Scene",
+    "SceneError",
+    "catalogue",
+    "catalogues",
+    "set_threads",
+    *tables.__all__,
+]
+
+
+def catalogues() -> dict[str, str]:
+    """Names of all catalogues, each with what it holds."""
+    return dict(_barnard.catalogues())
+
+
+def catalogue(name: str) -> dict[str, str]:
+    """The entries of a catalogue, such as "laws" or "passbands": name to what it is.
+
+    Raises
+    ------
+    SceneError
+        Where there is no such catalogue.
+    """
+    return dict(_barnard.catalogue(name))
+
+
+def set_threads(count: int) -> None:
+    """Lets all work from now on take so many threads; 0 for one a core. The results are the same, bit by bit.
+
+    Raises
+    ------
+    ValueError
+        Where the number is none.
+    """
+    _barnard.set_threads(count)
+
+
+# Threads stay behind when a process forks.
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_barnard.after_fork)

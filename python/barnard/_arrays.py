@@ -1,0 +1,81 @@
+"""Arrays as fields: checked, and taken without a copy where that can be."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ._rows import QUANTITIES, scene_error
+from ._values import has_unit, spelled
+
+
+def taken(values: Any, key: str, copy: bool) -> tuple[np.ndarray, str | None]:
+    """An array of three axes, contiguous, read-only, of float32 or float64, and the unit of its values.
+
+    An array of float32 or float64 that is contiguous and owns its memory is taken as it is, and marked read-only, unless
+    a copy is asked for.
+
+    Raises
+    ------
+    SceneError
+        Where it is no array of three axes, empty, masked, or of numbers that no density can be.
+    """
+    if np.ma.isMaskedArray(values):
+        if np.ma.is_masked(values):
+            count = int(np.ma.count_masked(values))
+            raise scene_error(key, f"{count} values are masked; say what they are by values.filled(0)")
+        values = values.data
+    unit = _unit(values, key)
+    array = np.asarray(values)
+    if array.dtype.kind not in "fiu":
+        wanted = "a density is real; give its real part" if array.dtype.kind == "c" else "give an array of float32 or float64"
+        raise scene_error(key, f"the array's values are of type {array.dtype}; {wanted}")
+    if array.ndim != 3:
+        raise scene_error(key, f"the array has {array.ndim} axes, its shape is {array.shape}; a field has three, x, y and z")
+    if array.size == 0:
+        raise scene_error(key, f"the array is empty, its shape is {array.shape}")
+    small = array.dtype.itemsize <= (4 if array.dtype.kind == "f" else 2)
+    wanted = np.dtype(np.float32 if small else np.float64)
+    contiguous = array.flags.c_contiguous or array.flags.f_contiguous
+    if copy or array.dtype != wanted or not contiguous or not _is_owned(values, array):
+        array = np.array(array, dtype=wanted, order="K" if contiguous else "C", copy=True)
+    # Whoever holds the same array cannot change a field behind the back of those who read it.
+    array.flags.writeable = False
+    if isinstance(values, np.ndarray) and np.may_share_memory(values, array):
+        values.flags.writeable = False
+    return array, unit
+
+
+def _unit(values: Any, key: str) -> str | None:
+    """The unit of number densities that a value's own unit is, where it has one: "cm-3" times a factor is not."""
+    if not has_unit(values):
+        return None
+    unit = getattr(values, "unit", None)
+    unit = getattr(values, "units", None) if unit is None else unit
+    if unit is None or str(unit) in ("", "dimensionless"):
+        return None
+    for name, _ in QUANTITIES["number density"][0]:
+        try:
+            size = float((1.0 * unit).to_value(spelled(name)))
+        except Exception:  # Each library has its own.
+            break
+        if size == 1.0:
+            return name
+    else:
+        raise scene_error(key, f"the values are in {unit}; turn them into cm-3 first, such as by .to('cm**-3')")
+    raise scene_error(
+        key, f"the values are in {unit}, which is no number density; give plain numbers, and choose the scale of dust or gas for them"
+    )
+
+
+def _is_owned(values: Any, array: np.ndarray) -> bool:
+    """Whether nobody can write into the memory of an array but through `values` itself."""
+    if not isinstance(values, np.ndarray):
+        return False
+    base = values.base
+    while isinstance(base, np.ndarray):
+        if base.flags.writeable:
+            return False
+        base = base.base
+    return values.flags.owndata or not values.flags.writeable or base is None

@@ -1,0 +1,81 @@
+"""Fields: what a density may be made of."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+from ._arrays import taken
+from ._table import Table
+
+_numbers = itertools.count(1)
+
+
+class Field(Table):
+    """A scalar field of a scene; expressions call it by its name in `Scene.fields`."""
+
+    _path = "field.*"
+
+
+class Sampled(Field):
+    """A field whose key `file` may be an array in memory."""
+
+    def __init__(self, **keys: Any):
+        object.__setattr__(self, "_array", None)
+        object.__setattr__(self, "_copy", keys.pop("copy", False))
+        super().__init__(**keys)
+
+    @property
+    def values(self) -> np.ndarray | None:
+        """The array, read-only; none where the field is read from a file."""
+        return self._array
+
+    def _spoken(self, key: str, kind: str, value: Any) -> Any:
+        if key != "file" or isinstance(value, str) or hasattr(value, "__fspath__"):
+            return super()._spoken(key, kind, value)
+        array, unit = taken(value, "grid", self._copy)
+        object.__setattr__(self, "_array", array)
+        if unit is not None:
+            self.unit = unit
+        # A name of its own: what is made of an array is kept as long as the array is the same.
+        return f"array-{next(_numbers)}"
+
+    def __setattr__(self, key: str, value: Any) -> None:
+        if key == "file":
+            object.__setattr__(self, "_array", None)
+        super().__setattr__(key, value)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Sampled) or (self._array is None) != (other._array is None):
+            return NotImplemented if not isinstance(other, Sampled) else False
+        if self._array is None:
+            return super().__eq__(other)
+        own, others = ({**field.tree(), "file": ""} for field in (self, other))
+        return own == others and np.array_equal(self._array, other._array)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        if self._array is None:
+            return super().__repr__()
+        keys = "".join(f", {key}={value!r}" for key, value in self._given.items() if key != "file")
+        return f"{type(self).__name__}(<{self._array.dtype} {' x '.join(map(str, self._array.shape))}>{keys})"
+
+    def __getstate__(self) -> dict[str, Any]:
+        from .cluster import laid_down
+
+        given = {key: value for key, value in self._given.items() if key != "file" or self._array is None}
+        path = None if self._array is None else laid_down(self._array)
+        return {**super().__getstate__(), "_given": given, "_array": self._array if path is None else path, "_copy": False}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        super().__setstate__(state)
+        if isinstance(self._array, str):
+            # Pages that all processes of a machine have in common.
+            object.__setattr__(self, "_array", np.load(self._array, mmap_mode="r"))
+        if self._array is not None:
+            self._array.flags.writeable = False
+            self._said["file"] = f"array-{next(_numbers)}"
+            self._given["file"] = self._array

@@ -1,0 +1,145 @@
+"""Tables of a scene as objects: their attributes are the keys of scene files, from the same rows."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from ._rows import ROWS, Row, scene_error, unknown_key
+from ._values import said
+
+_SPOKEN = "_said"
+_GIVEN = "_given"
+
+
+def checked(function: Callable[..., Any], place: str) -> Callable[..., Any]:
+    """A function whose keywords are keys: one that it does not have is an error that says which it has."""
+    known = [name for name in inspect.signature(function).parameters if name != "self"]
+
+    @functools.wraps(function)
+    def call(*arguments: Any, **keys: Any) -> Any:
+        unknown = [key for key in keys if key not in known]
+        if unknown:
+            raise unknown_key(place, unknown[0], known)
+        return function(*arguments, **keys)
+
+    return call
+
+
+class Table:
+    """One table of a scene.
+
+    Its attributes are the keys that scene files have; one that was not said is None. A value is checked when it is set:
+    its name, its type and its unit. Whether it lies in its range is checked where the scene is read.
+    """
+
+    _path: ClassVar[str]
+    _kind: ClassVar[str | None] = None
+
+    def __init__(self, **keys: Any):
+        object.__setattr__(self, _SPOKEN, {})
+        object.__setattr__(self, _GIVEN, {})
+        # The kind says which other keys there are.
+        for key in sorted(keys, key=lambda key: key != "kind"):
+            if keys[key] is not None:
+                setattr(self, key, keys[key])
+
+    def __init_subclass__(cls, **options: Any):
+        super().__init_subclass__(**options)
+        if "_path" in cls.__dict__ and "__init__" in cls.__dict__:
+            cls.__init__ = checked(cls.__init__, cls._place())  # type: ignore[method-assign]
+
+    @classmethod
+    def of(cls, keys: dict[str, Any]) -> Table:
+        """A table of these keys, whether all that are needed are there or not."""
+        table = cls.__new__(cls)
+        super(cls, table).__init__(**keys)
+        return table
+
+    @classmethod
+    def _row(cls) -> Row:
+        return ROWS[cls._path]
+
+    @classmethod
+    def _place(cls) -> str:
+        return cls._path.replace(".*", "")
+
+    @property
+    def _chosen(self) -> str | None:
+        return self._kind or self._said.get("kind")
+
+    def __setattr__(self, key: str, value: Any) -> None:
+        row, place = self._row(), self._place()
+        if key.startswith("_"):
+            raise AttributeError(key)
+        if key == "kind" and row.kinds and self._kind is None:
+            if value is not None and value not in list(row.kinds):
+                raise scene_error(f"{place}.kind", f"unknown kind {value!r}; known: {', '.join(row.kinds)}")
+            self._keep(key, value, value)
+            return
+        known = row.all_keys(self._chosen)
+        if key not in known:
+            raise unknown_key(place, key, list(known))
+        spoken = None if value is None else self._spoken(key, known[key].value, value)
+        self._keep(key, value, spoken)
+
+    def _spoken(self, key: str, kind: str, value: Any) -> Any:
+        return said(value, kind, f"{self._place()}.{key}")
+
+    def _keep(self, key: str, value: Any, spoken: Any) -> None:
+        if value is None:
+            self._said.pop(key, None)
+            self._given.pop(key, None)
+        else:
+            self._said[key] = spoken
+            self._given[key] = value
+
+    def __getattr__(self, key: str) -> Any:
+        if key.startswith("_"):
+            raise AttributeError(key)
+        if key in self._row().all_keys(self._chosen) or (key == "kind" and self._row().kinds):
+            return self._chosen if key == "kind" else self._given.get(key)
+        raise AttributeError(str(unknown_key(self._place(), key, list(self._row().all_keys(self._chosen)))))
+
+    def __dir__(self):
+        return [*super().__dir__(), *self._row().all_keys(self._chosen)]
+
+    def tree(self) -> dict[str, Any]:
+        """The table as scene files have it: texts with units, numbers, lists and dictionaries."""
+        kind = {"kind": self._kind} if self._kind else {}
+        return {**kind, **{key: _unfolded(value) for key, value in self._said.items()}}
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and other.tree() == self.tree()
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        keys = ", ".join(f"{key}={value!r}" for key, value in self._given.items())
+        return f"{type(self).__name__}({keys})"
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {_SPOKEN: self._said, _GIVEN: self._given}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for name, value in state.items():
+            object.__setattr__(self, name, value)
+
+
+def _unfolded(value: Any) -> Any:
+    if isinstance(value, Table):
+        return value.tree()
+    if isinstance(value, list):
+        return [_unfolded(item) for item in value]
+    return value
+
+
+def table_of(cls: type[Table], value: Any, key: str) -> Table:
+    """A table as an object: one that is, or a dictionary of its keys."""
+    if isinstance(value, cls):
+        return value
+    if isinstance(value, dict):
+        return cls.of(value)
+    raise scene_error(key, f"{value!r} is no {cls.__name__} and no dictionary of its keys")

@@ -1,0 +1,147 @@
+"""Values of keys: what people hand over, and how a scene says it."""
+
+from __future__ import annotations
+
+import os
+import re
+from typing import Any
+
+import numpy as np
+
+from ._rows import QUANTITIES, scene_error
+
+#: Quantities that a value may be, where its name is not that of one.
+_ALSO = {
+    "extinction": ["extinction per length", "extinction per hydrogen column"],
+}
+
+
+def spelled(unit: str) -> str:
+    """A unit of scene files as astropy and unyt both read it: "mag cm2" as "mag*cm**2", "W/m2/sr" as "W*m**-2*sr**-1"."""
+    factors = []
+    for sign, word in re.findall(r"([*/ ]?)\s*([A-Za-z]+-?\d*)", unit.replace("1/", "/")):
+        name, power = re.fullmatch(r"([A-Za-z]+)(-?\d*)", word).groups()
+        power = int(power or 1) * (-1 if sign == "/" else 1)
+        factors.append(name if power == 1 else f"{name}**{power}")
+    return "*".join(factors)
+
+
+def number(value: Any) -> str:
+    """A number in the fewest digits that are read as the same one."""
+    return repr(float(value))
+
+
+def parsed(value: Any) -> tuple[float, str]:
+    """The number and the unit of what a scene says; a plain number has none."""
+    if not isinstance(value, str):
+        return float(value), ""
+    text, unit = re.fullmatch(r"\s*([-+0-9.eE]*[0-9.])\s*(.*?)\s*", value).groups()
+    return float(text), unit
+
+
+def has_unit(value: Any) -> bool:
+    """Whether a value knows its unit, as those of astropy and unyt do."""
+    return hasattr(value, "to_value")
+
+
+def in_unit(value: Any, quantities: list[str], key: str) -> tuple[Any, str]:
+    """The numbers of a value in the first unit of some quantities that it can be turned into, and that unit."""
+    for quantity in quantities:
+        for unit, _ in QUANTITIES[quantity][0]:
+            try:
+                return np.asarray(value.to_value(spelled(unit))), unit
+            except Exception:  # Each library has its own.
+                continue
+    known = ", ".join(unit for quantity in quantities for unit, _ in QUANTITIES[quantity][0])
+    raise scene_error(key, f"{value} is no {' and no '.join(quantities)}; units that are known: {known}")
+
+
+def _quantity(value: Any, kind: str, key: str) -> str:
+    quantities = _ALSO.get(kind, [kind])
+    example = QUANTITIES[quantities[0]][1]
+    if isinstance(value, str):
+        return value
+    if has_unit(value):
+        numbers, unit = in_unit(value, quantities, key)
+        if numbers.size != 1:
+            raise scene_error(key, f"{value} is {numbers.size} numbers, a {kind} is one")
+        return f"{number(numbers.reshape(())[()])} {unit}"
+    raise scene_error(key, f'{value!r} is a {kind} without its unit; write it like "{example}", or multiply it by a unit of astropy or unyt')
+
+
+def _position(value: Any, key: str) -> str:
+    if isinstance(value, str):
+        return value
+    wanted = 'a place is three lengths, such as [0.5, 0, -2] * u.pc or "0.5 0 -2 pc"'
+    if not has_unit(value):
+        try:
+            items = list(value)
+        except TypeError:
+            raise scene_error(key, f"{value!r} is no place; {wanted}") from None
+        if len(items) != 3 or not all(has_unit(item) for item in items):
+            raise scene_error(key, f"{value!r} is a place without its unit; {wanted}")
+        lengths = [in_unit(item, ["length"], key) for item in items]
+        # The first unit that serves is the same for all lengths.
+        return f"{' '.join(number(length) for length, _ in lengths)} {lengths[0][1]}"
+    numbers, unit = in_unit(value, ["length"], key)
+    if numbers.shape != (3,):
+        raise scene_error(key, f"{value} has the shape {numbers.shape}; {wanted}")
+    return f"{' '.join(map(number, numbers))} {unit}"
+
+
+def _list(value: Any, key: str) -> list:
+    try:
+        return list(value)
+    except TypeError:
+        raise scene_error(key, f"{value!r} is no list") from None
+
+
+def _plain(value: Any, key: str) -> Any:
+    """Plain values of Python for those of NumPy; anything deeper as it is."""
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value)
+    if isinstance(value, str):
+        return str(value)
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist(), key)
+    if isinstance(value, (list, tuple)):
+        return [_plain(item, key) for item in value]
+    if isinstance(value, dict):
+        return {str(name): _plain(item, f"{key}.{name}") for name, item in value.items()}
+    if hasattr(value, "tree"):
+        return value.tree()
+    if has_unit(value):
+        try:
+            return _plain(np.asarray(value.to_value("")), key)
+        except Exception:
+            raise scene_error(key, f"{value} has a unit, and this key takes plain values") from None
+    raise scene_error(key, f"{value!r} is no value of a scene")
+
+
+def said(value: Any, kind: str, key: str) -> Any:
+    """What a scene says for a value of a kind such as "length"; a tree of texts, numbers, lists and dictionaries.
+
+    Raises
+    ------
+    SceneError
+        Where it is none, or has no unit, or another one; the message says what would be right.
+    """
+    if kind == "position":
+        return _position(value, key)
+    if kind in QUANTITIES or kind in _ALSO:
+        return _quantity(value, kind, key)
+    if kind == "[width, height]" and isinstance(value, (int, np.integer)):
+        return [int(value), int(value)]
+    if kind in ("path", "text") and not isinstance(value, (str, os.PathLike)):
+        raise scene_error(key, f"{value!r} is no text")
+    if kind == "number" and isinstance(value, np.ndarray) and value.shape == ():
+        value = value[()]
+    if kind in ("list of numbers", "direction"):
+        return [_plain(item, key) for item in _list(value, key)]
+    return _plain(value, key)

@@ -1,0 +1,215 @@
+"""Many pictures on many machines: Dask spreads them, files are what is left.
+
+A worker is best one process a machine with one thread of Dask's (`nthreads=1`): Barnard's own threads fill the cores.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import contextvars
+import hashlib
+import os
+import tempfile
+import threading
+import traceback
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import _barnard
+
+#: The folder in which arrays are laid down while something is pickled for workers.
+_shared: contextvars.ContextVar[Path | None] = contextvars.ContextVar("shared", default=None)
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of one picture."""
+
+    #: The key of the picture: its number, or that of the dictionary.
+    key: Any
+    #: The file.
+    path: Path
+    #: "rendered", "skipped" where the file was there, or "failed".
+    state: str
+    #: What went wrong, in words; none where nothing did.
+    error: str | None = None
+    #: Where it went wrong, for a person who looks for a fault.
+    traceback: str | None = None
+
+
+@contextlib.contextmanager
+def sharing(folder: Path) -> Iterator[None]:
+    """Pickles of scenes hold no arrays meanwhile, but the names of files in `folder` that they are laid down in."""
+    token = _shared.set(folder)
+    try:
+        yield
+    finally:
+        _shared.reset(token)
+
+
+def laid_down(array: np.ndarray) -> str | None:
+    """The file in which an array lies for workers, written where it is not there; none where nothing is shared.
+
+    The first axis runs fastest in it: as it lies there a field can use it.
+    """
+    folder = _shared.get()
+    if folder is None:
+        return None
+    array = np.asfortranarray(array)
+    digest = hashlib.sha256(repr((array.shape, array.dtype.str)).encode())
+    digest.update(memoryview(array.T).cast("B"))
+    path = folder / f"{digest.hexdigest()[:32]}.npy"
+    if not path.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=folder, suffix=".part", delete=False) as out:
+            np.save(out, array)
+        os.chmod(out.name, 0o644)
+        os.replace(out.name, path)
+    return str(path.resolve())
+
+
+# On a worker.
+
+_lock = threading.Lock()
+_kept: dict[str, Callable[[Any], Any]] = {}
+
+
+def _one(pickled: bytes, digest: str, key: Any, item: bytes, path: str, threads: int, overwrite: bool) -> Result:
+    """Renders one picture and writes it; what is pickled stays on the worker, with the plans that it keeps."""
+    import cloudpickle
+
+    target = Path(path)
+    if target.exists() and not overwrite:
+        return Result(key, target, "skipped")
+    # Pictures of one process take turns: each has all of its threads.
+    with _lock:
+        try:
+            if digest not in _kept:
+                _kept.clear()
+                _barnard.set_threads(threads)
+                _kept[digest] = cloudpickle.loads(pickled)
+            image = _kept[digest](cloudpickle.loads(item))
+            image.write(path)
+        except Exception as error:
+            return Result(key, target, "failed", f"{type(error).__name__}: {error}", traceback.format_exc())
+    return Result(key, target, "rendered")
+
+
+# On the client.
+
+
+def map(
+    render: Callable[[Any], Any],
+    items: Iterable[Any] | Mapping[Any, Any],
+    client: Any,
+    *,
+    files: str = "frame_{:05}.fits",
+    overwrite: bool = False,
+    threads: int | None = None,
+    timeout: float = 60.0,
+    progress: bool | Callable[[int, int], None] = True,
+) -> list[Result]:
+    """Renders a picture for each item on the workers of a Dask client; results land as files.
+
+    Scenes that `render` and the items hold are sent as text; their arrays are laid down once beside the files, in a
+    folder `.barnard`, and mapped into memory by all workers of a machine. Pictures whose files are there are skipped, so
+    a job that was ended goes on when it is started again. A failure does not end the others; a worker that dies is
+    replaced by Dask, and its picture rendered again.
+
+    Parameters
+    ----------
+    render : callable
+        From an item to an `Image`, such as `scene.render` for cameras, or `lambda scene: scene.render()` for scenes.
+    items : iterable, or dictionary by key
+        What is rendered; without keys items are numbered from 0.
+    client : dask.distributed.Client
+    files : text
+        The path of each file, formatted with the item's key; the extension says how it is written. All workers must
+        see the folder.
+    overwrite : bool, default False
+        Whether files that are there are made anew.
+    threads : int, optional
+        Threads of a worker; as many as its machine has cores for each of its workers where it is not said.
+    timeout : number, default 60
+        How long to wait for the first worker [s].
+    progress : bool or callable (done, all), default True
+
+    Returns
+    -------
+    list of Result
+        In the order of the items.
+
+    Raises
+    ------
+    BarnardError
+        Where Dask is not installed, no worker comes, or two items have the same file.
+    """
+    try:
+        import cloudpickle
+        from distributed import as_completed
+    except ImportError:
+        raise _barnard.BarnardError("Dask is not installed; pip install barnard[cluster]") from None
+    keyed = dict(items) if isinstance(items, Mapping) else dict(enumerate(items))
+    paths = {key: Path(files.format(key)).resolve() for key in keyed}
+    if len(set(paths.values())) != len(paths):
+        raise _barnard.BarnardError(f'several items have the same file; let `files` say the key, as in "frame_{{:05}}.fits", not "{files}"')
+    try:
+        client.wait_for_workers(1, timeout=timeout)
+    except TimeoutError:
+        raise _barnard.BarnardError(f"the client has no workers, and none came in {timeout:g} s; start some, or raise `timeout`") from None
+    if threads is None:
+        threads = _threads(client)
+    folders = {path.parent for path in paths.values()}
+    for folder in folders:
+        folder.mkdir(parents=True, exist_ok=True)
+    for path in list(paths.values())[:1]:
+        _barnard.check_writable(str(path))
+    with sharing(min(folders) / ".barnard" if folders else Path(".barnard")):
+        pickled = cloudpickle.dumps(render)
+        pickles = {key: cloudpickle.dumps(item) for key, item in keyed.items()}
+    digest = hashlib.sha256(pickled).hexdigest()
+    futures = {
+        client.submit(_one, pickled, digest, key, pickles[key], str(paths[key]), threads, overwrite, pure=False, retries=3): key
+        for key in keyed
+    }
+    results: dict[Any, Result] = {}
+    with _counted(progress, len(futures)) as count:
+        for future in as_completed(futures):
+            key = futures[future]
+            try:
+                results[key] = future.result()
+            except Exception as error:  # Whatever ended the worker.
+                results[key] = Result(key, paths[key], "failed", f"{type(error).__name__}: {error}")
+            count(len(results))
+    return [results[key] for key in keyed]
+
+
+def _threads(client: Any) -> int:
+    """Threads of a worker, where all workers of a machine share its cores."""
+    hosts: dict[str, int] = {}
+    for worker in client.scheduler_info()["workers"].values():
+        hosts[worker["host"]] = hosts.get(worker["host"], 0) + 1
+    cores = min(client.run(_cores).values())
+    return max(1, cores // max(hosts.values()))
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextlib.contextmanager
+def _counted(progress: bool | Callable[[int, int], None], whole: int) -> Iterator[Callable[[int], None]]:
+    if callable(progress):
+        yield lambda done: progress(done, whole)
+        return
+    if not progress:
+        yield lambda done: None
+        return
+    from ._progress import told
+
+    with told(True) as show:
+        yield lambda done: show("pictures", done, whole)

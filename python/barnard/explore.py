@@ -1,0 +1,208 @@
+"""A live view of a scene in a notebook."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _barnard
+from ._rows import QUANTITIES, scene_error
+from ._values import number, parsed
+
+if TYPE_CHECKING:
+    from .scene import Scene
+
+try:
+    import anywidget
+    import traitlets
+except ImportError:
+    raise _barnard.BarnardError("a live view needs anywidget; pip install barnard[notebook]") from None
+
+_HERE = Path(__file__).parent
+#: Pixels of a first look along the longer side.
+_COARSE = 256
+
+
+class Explorer(anywidget.AnyWidget):
+    """A view that is dragged, with sliders; `Scene.explore` makes one.
+
+    The kernel renders: coarse while something moves, then the picture that `Scene.render` makes. What is done here is
+    done to the scene: its camera and the keys that sliders move.
+    """
+
+    _esm = _HERE / "explore.js"
+    _css = _HERE / "explore.css"
+    width = traitlets.Int(640).tag(sync=True)
+    height = traitlets.Int(360).tag(sync=True)
+    sliders = traitlets.List().tag(sync=True)
+
+    def __init__(self, scene: Scene, sliders: Mapping[str, tuple[Any, Any]], size: tuple[int, int], display: dict[str, Any]):
+        self._scene, self._display = scene, display
+        self._ranges = {place: _Range(scene, place, *ends) for place, ends in sliders.items()}
+        self._home = scene.camera.tree()
+        self._eye = _Eye(self._home)
+        self._wake = threading.Condition()
+        self._order = 0
+        self._seen = 0
+        self._closed = False
+        #: The newest frame: its number, its quality, and why there is none.
+        self.state: tuple[int, str, str | None] = (0, "none", None)
+        told = [{"place": place, "at": own.at, "text": own.text} for place, own in self._ranges.items()]
+        super().__init__(width=size[0], height=size[1], sliders=told)
+        self.on_msg(self._hear)
+        self._thread = threading.Thread(target=self._work, daemon=True)
+        self._thread.start()
+        self._changed()
+
+    def _changed(self) -> None:
+        with self._wake:
+            self._order += 1
+            self._wake.notify_all()
+
+    def _hear(self, _: Any, message: dict[str, Any], buffers: Any) -> None:
+        kind = message.get("type")
+        if kind == "seen":
+            with self._wake:
+                self._seen = max(self._seen, int(message.get("number", 0)))
+                self._wake.notify_all()
+            return
+        with self._wake:
+            if kind == "move":
+                x, y = message.get("orbit", (0, 0))
+                self._eye.orbit(float(x) * 0.01, float(y) * 0.01)
+                self._eye.near(float(message.get("zoom", 0)))
+            elif kind == "home":
+                self._eye = _Eye(self._home)
+            elif kind == "slide":
+                own = self._ranges[message["place"]]
+                own.move(float(message["at"]))
+                self.send({"type": "slid", "place": own.place, "text": own.text})
+        self._changed()
+
+    def close(self) -> None:
+        with self._wake:
+            self._closed = True
+            self._order += 1
+            self._wake.notify_all()
+        super().close()
+
+    def _work(self) -> None:
+        done, plan = 0, None
+        while True:
+            with self._wake:
+                self._wake.wait_for(lambda: self._order != done)
+                if self._closed:
+                    return
+                done = self._order
+            try:
+                plan = self._frames(done, plan)
+            except _barnard.BarnardError as error:
+                self.state = (done, "failed", str(error))
+                self.send({"type": "words", "text": str(error)})
+            except _Moved:
+                continue
+
+    def _stop_if_moved(self, order: int) -> None:
+        if self._order != order:
+            raise _Moved
+
+    def _frames(self, order: int, plan: Any) -> Any:
+        """A coarse frame at once, then the settled one, unless something moves; the plan of the coarse one."""
+        with self._wake:
+            self._scene.camera = {**self._home, **self._eye.keys()}
+            width, height = self.width, self.height
+        scale = min(1.0, _COARSE / max(width, height))
+        coarse = self._scene._resized([max(1, round(width * scale)), max(1, round(height * scale))])
+        _, native = self._scene._native(coarse)
+        plan = _barnard.plan(native, plan, "cpu", self._scene._limit, preview=True)
+        exactness = {"accuracy": None, "samples": None, "target_error": None, "seed": None}
+        self._show(order, "coarse", _barnard.render(native, plan, "cpu", exactness, self._scene._limit))
+        self._stop_if_moved(order)
+        stop = lambda *_: self._stop_if_moved(order)  # noqa: E731
+        image = self._scene.render(self._scene._resized([width, height]), progress=stop)
+        self._show(order, "settled", image._native)
+        return plan
+
+    def _show(self, order: int, quality: str, native: Any) -> None:
+        self.state = (order, quality, None)
+        height, width = native.shape
+        message = {"type": "frame", "number": order, "quality": quality, "text": f"{quality}, {width} x {height}"}
+        self.send(message, buffers=[native.png(self._display or None)])
+
+
+class _Moved(Exception):
+    """Something moved: a finer picture is given up."""
+
+
+class _Eye:
+    """Where a camera stands and what it looks at [pc]."""
+
+    def __init__(self, camera: dict[str, Any]):
+        self.target = _place(camera.get("target", "0 0 0 pc"))
+        self.place = _place(camera["position"])
+        self.up = np.array(camera.get("up", [0.0, 1.0, 0.0]), float)
+
+    def orbit(self, right: float, down: float) -> None:
+        """Turns the view about its target [rad]."""
+        out = self.place - self.target
+        distance = np.linalg.norm(out)
+        up = self.up / np.linalg.norm(self.up)
+        side = np.cross(up, out)
+        side /= max(np.linalg.norm(side), 1e-12)
+        height = math.asin(np.clip(out @ up / distance, -1, 1)) + down
+        height = min(max(height, -1.55), 1.55)
+        front = np.cross(side, up)
+        around = math.cos(right) * front - math.sin(right) * side
+        self.place = self.target + distance * (math.cos(height) * around + math.sin(height) * up)
+
+    def near(self, steps: float) -> None:
+        """Goes away from the target by a factor of e for each step."""
+        self.place = self.target + (self.place - self.target) * math.exp(min(max(steps, -2.0), 2.0))
+
+    def keys(self) -> dict[str, Any]:
+        return {"position": " ".join(map(number, self.place)) + " pc"}
+
+
+def _place(text: str) -> np.ndarray:
+    *numbers, unit = text.replace(",", " ").split()
+    return np.array([float(n) for n in numbers]) * dict(QUANTITIES["length"][0])[unit]
+
+
+class _Range:
+    """A key that a slider moves between two values: by ratio where both are above zero and far apart."""
+
+    def __init__(self, scene: Scene, place: str, low: Any, high: Any):
+        self.place = place
+        self._owner, self._key = scene._place(place)
+        kind = self._owner._row().all_keys(self._owner._chosen)[self._key].value
+        speak = lambda value: self._owner._spoken(self._key, kind, value)  # noqa: E731
+        (self._low, self._unit), (high_number, unit) = parsed(speak(low)), parsed(speak(high))
+        self._high = high_number
+        if unit != self._unit or not self._low < self._high:
+            raise scene_error(place, f"a slider runs from a smaller value to a larger one of the same unit, not from {low} to {high}")
+        self._by_ratio = self._low > 0 and self._high / self._low >= 4
+        own = self._owner.tree().get(self._key)
+        value, own_unit = parsed(own) if own is not None else (self._low, self._unit)
+        self._value = value if own_unit == self._unit else self._low
+
+    @property
+    def at(self) -> float:
+        """Where the value lies, from 0 to 1."""
+        value, low, high = self._value, self._low, self._high
+        share = math.log(max(value, low) / low) / math.log(high / low) if self._by_ratio else (value - low) / (high - low)
+        return min(max(share, 0.0), 1.0)
+
+    @property
+    def text(self) -> str:
+        return f"{self._value:.4g} {self._unit}".strip()
+
+    def move(self, at: float) -> None:
+        at = min(max(at, 0.0), 1.0)
+        low, high = self._low, self._high
+        self._value = low * (high / low) ** at if self._by_ratio else low + (high - low) * at
+        setattr(self._owner, self._key, f"{number(self._value)} {self._unit}" if self._unit else self._value)

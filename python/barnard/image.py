@@ -1,0 +1,192 @@
+"""Pictures: band radiances with what is stated of them."""
+
+from __future__ import annotations
+
+import base64
+import html
+import os
+from typing import Any
+
+import numpy as np
+
+from . import _barnard
+from .tables import Display
+
+
+class Image:
+    """A rendered picture: linear band radiances, and what is stated of them.
+
+    `image["V"]` is one band. In a notebook an image shows itself in the palette and stretch of its scene.
+
+    Attributes
+    ----------
+    bands : list of texts
+        Names of the bands; back end "path" has a band NAME_error of standard errors for each.
+    radiance : array, bands × height × width
+        All bands, the first row on top [W m-2 sr-1]; float32, or float64 by "reference" and "path".
+    parameters : dictionary
+        The values that a sweep made it with; empty otherwise.
+    """
+
+    def __init__(self, native: Any):
+        self._native = native
+        self._radiance: np.ndarray | None = None
+        self.parameters: dict[str, Any] = {}
+
+    @property
+    def bands(self) -> list[str]:
+        return self._native.bands
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(height, width) in pixels."""
+        return self._native.shape
+
+    @property
+    def radiance(self) -> np.ndarray:
+        if self._radiance is None:
+            self._radiance = self._native.radiance()
+        return self._radiance
+
+    def __array__(self, dtype=None, copy=None) -> np.ndarray:
+        return np.array(self.radiance, dtype=dtype, copy=True if copy is None else copy)
+
+    def __getitem__(self, band: str) -> Any:
+        """The radiances of a band, height × width [W m-2 sr-1]: a Quantity where astropy is installed, an array otherwise.
+
+        The Quantity can be turned into mean radiances for each wavelength or frequency, as maps have them, such as by
+        `image["V"].to("MJy/sr")`: ∫ R I_λ dλ / ∫ R dλ, and that times λ_pivot²/c.
+
+        Raises
+        ------
+        KeyError
+            Where the image has no such band.
+        """
+        if band not in self.bands:
+            raise KeyError(f"{band!r}; the bands are {', '.join(self.bands)}")
+        number = self.bands.index(band)
+        values = self.radiance[number]
+        try:
+            from ._radiance import BandRadiance
+        except ImportError:
+            return values
+        pivot_um, width_um, _, _ = self._native.band_details[number]
+        return BandRadiance.of(values, pivot_um, width_um)
+
+    def __iter__(self):
+        return iter(self.bands)
+
+    def __len__(self) -> int:
+        return len(self.bands)
+
+    @property
+    def certificates(self) -> dict[str, list[Any]]:
+        """The largest spectral errors by passband, a `Certificate` for each light; empty for "reference" and "path"."""
+        from .plan import certificates
+
+        return certificates(self.bands, self._native.certificates)
+
+    @property
+    def keywords(self) -> dict[str, str | int | float]:
+        """What a FITS header says: method, steps and errors, such as `image.keywords["SPATERR"]`."""
+        return self._native.keywords
+
+    @property
+    def notes(self) -> dict[str, str]:
+        """What the picture says of itself in words."""
+        return dict(self._native.notes)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What went wrong on the way though there is a picture."""
+        return self._native.warnings
+
+    @property
+    def hdus(self) -> Any:
+        """The image as an astropy HDUList, as `write("x.fits")` writes it; needs astropy."""
+        import io
+
+        from astropy.io import fits
+
+        return fits.open(io.BytesIO(self._native.encode("fits")))
+
+    @property
+    def wcs(self) -> Any:
+        """World coordinates of the pixels in the camera's frame, an astropy WCS; needs astropy."""
+        from astropy.wcs import WCS
+
+        return next(WCS(hdu.header) for hdu in self.hdus if hdu.header["NAXIS"] == 2)
+
+    def to_xarray(self) -> Any:
+        """An xarray DataArray with dims band, y, x, and the unit in its attributes; needs xarray.
+
+        y and x count from the middle of the image, in degrees, or in pc under an orthographic camera; y grows upwards.
+        """
+        import xarray
+
+        height, width = self.shape
+        scale = self._native.pixel_scale
+        step, unit = scale if scale is not None else (1.0, "pixel")
+        y = (0.5 * (height - 1) - np.arange(height)) * step
+        x = (np.arange(width) - 0.5 * (width - 1)) * step
+        details = self._native.band_details
+        coordinates = {
+            "band": self.bands,
+            "y": ("y", y, {"units": unit}),
+            "x": ("x", x, {"units": unit}),
+            "pivot": ("band", [np.nan if pivot is None else pivot for pivot, _, _, _ in details], {"units": "um"}),
+        }
+        attributes = {"units": "W m-2 sr-1", "long_name": "band radiance", **self.keywords}
+        return xarray.DataArray(self.radiance, dims=("band", "y", "x"), coords=coordinates, attrs=attributes, name="radiance")
+
+    def rgb(self, **display: Any) -> np.ndarray:
+        """The picture in colours, height × width × 3 of uint8 in sRGB.
+
+        Parameters
+        ----------
+        **display : keys of `Display`
+            Such as palette="sho" or stretch="log"; those of the scene where there are none.
+
+        Raises
+        ------
+        SceneError
+            Where a key or a value is wrong.
+        """
+        return self._native.rgb(Display(**display).tree() if display else None)
+
+    def png(self, **display: Any) -> bytes:
+        """The picture in colours as the bytes of a .png; see `rgb`."""
+        return self._native.png(Display(**display).tree() if display else None)
+
+    def write(self, path: str | os.PathLike) -> None:
+        """Writes the image, whole or not at all: .fits, .exr and .npy hold radiances, .png a picture in colours.
+
+        Raises
+        ------
+        BarnardError
+            Where the extension is another, or the file cannot be written.
+        """
+        self._native.write(os.fspath(path))
+
+    def __repr__(self) -> str:
+        height, width = self.shape
+        return f"Image({width} x {height}, {', '.join(self.bands)})"
+
+    def _repr_png_(self) -> bytes:
+        return self.png()
+
+    def _repr_html_(self) -> str:
+        picture = base64.b64encode(self.png()).decode()
+        rows = "".join(
+            f"<tr><td>{html.escape(band)}</td><td>{_short(of_band)}</td></tr>" for band, of_band in self.certificates.items() if of_band
+        )
+        notes = "".join(f"<tr><td>{html.escape(key)}</td><td>{html.escape(words)}</td></tr>" for key, words in self.notes.items())
+        return (
+            f'<div><img src="data:image/png;base64,{picture}" alt="{html.escape(repr(self))}">'
+            f"<details><summary>{html.escape(repr(self))}</summary><table>{rows}{notes}</table></details></div>"
+        )
+
+
+def _short(of_band: list[Any]) -> str:
+    worst = max(of_band, key=lambda certificate: certificate.absolute)
+    return f"spectral error at most {worst.absolute:.1e} of F(0), {worst.relative:.1e} of F(a), for depths up to {worst.depth:.3g}"

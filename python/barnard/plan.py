@@ -1,0 +1,153 @@
+"""Plans: the numbers that a scene comes to, kept from picture to picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from . import _barnard
+from ._progress import Listener, told
+from .image import Image
+
+if TYPE_CHECKING:
+    from .scene import Scene
+    from .tables import Camera
+
+
+class PlanError(_barnard.BarnardError):
+    """A plan was used after its scene changed; `key` is what changed."""
+
+    key: str
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """The largest error of a spectral rule for one light in one passband, arithmetic included."""
+
+    #: The name of the light.
+    light: str
+    #: The error as a part of the light without dust, F(0).
+    absolute: float
+    #: The error as a part of the light that is left, F(a).
+    relative: float
+    #: The largest optical depth at V for which both hold.
+    depth: float
+
+
+def certificates(bands: list[str], rows: list[list[tuple[str, float, float, float]]]) -> dict[str, list[Certificate]]:
+    """Certificates by passband, one for each light that shines in it."""
+    return {band: [Certificate(*row) for row in of_band] for band, of_band in zip(bands, rows)}
+
+
+class Plan:
+    """The numbers that a scene comes to, made once; `Scene.plan` makes one.
+
+    It renders the scene as it was when the plan was made, from any camera. `method` is the name of the spectral method,
+    `terms` the exponentials that a sample of a ray costs for each star, `steps` how far samples are apart in words,
+    `bytes` what tables and volumes take, `accuracy` what was asked for, `spatial_error` the relative rms error of the
+    worst band that pilot rays found and their number, `certificates` the spectral errors by passband, `notes` a
+    dictionary of words.
+    """
+
+    def __init__(self, owner: Scene, tree: dict[str, Any], scene: Any, plan: Any, backend: str):
+        self._owner, self._tree, self._scene, self._plan, self._backend = owner, tree, scene, plan, backend
+
+    @property
+    def method(self) -> str:
+        return self._plan.method
+
+    @property
+    def terms(self) -> int:
+        return self._plan.terms
+
+    @property
+    def steps(self) -> str:
+        return self._plan.steps
+
+    @property
+    def bytes(self) -> int:
+        return self._plan.bytes
+
+    @property
+    def accuracy(self) -> float:
+        return self._plan.accuracy
+
+    @property
+    def misses_accuracy(self) -> bool:
+        """Whether pilot rays found a larger error than was asked for."""
+        return self._plan.misses_accuracy
+
+    @property
+    def spatial_error(self) -> tuple[float, int] | None:
+        return self._plan.spatial_error
+
+    @property
+    def certificates(self) -> dict[str, list[Certificate]]:
+        return certificates(self._scene.bands, self._plan.certificates)
+
+    @property
+    def notes(self) -> dict[str, str]:
+        return dict(self._plan.notes)
+
+    def __reduce__(self):
+        """Its scene; whoever reads the pickle plans it anew, with the same bits."""
+        self._check(self._tree.get("camera"))
+        return _planned, (self._owner, self._tree.get("camera"), self._backend)
+
+    def __repr__(self) -> str:
+        return f"Plan({self.method}, {self.terms} terms a sample, {self.steps}, {self.bytes / 2**20:.1f} MiB)"
+
+    def render(self, camera: Camera | dict[str, Any] | None = None, *, progress: bool | Listener | None = None) -> Image:
+        """Renders the scene as it was planned, from its own camera or another.
+
+        From another camera nothing is planned anew: steps and rules, and what is stated of them, are those of the
+        plan's own camera. `Scene.render` asks pilot rays of each camera.
+
+        Raises
+        ------
+        PlanError
+            Where the scene has changed since, in anything but its camera.
+        """
+        moved = self._check(camera)
+        scene, plan = self._scene, self._plan
+        with told(progress) as listener:
+            if moved and camera is not None:
+                _, scene = self._owner._native(camera)
+                plan = plan.look_from(scene, progress=listener)
+            return self._render(scene, plan, listener)
+
+    def _check(self, camera: Any) -> bool:
+        """Whether a camera is another than that of the plan; refuses a scene that has changed."""
+        before, now = dict(self._tree), self._owner._tree(camera)
+        own, other = before.pop("camera", None), now.pop("camera", None)
+        changed = _changed(before, now)
+        if changed is not None:
+            error = PlanError(f"{changed}: the scene has changed since the plan was made; make another by scene.plan()")
+            error.key = changed
+            raise error
+        return own != other
+
+    def _render(self, scene: Any, plan: Any, listener: Listener | None) -> Image:
+        exactness = {"accuracy": None, "samples": None, "target_error": None, "seed": None}
+        return Image(_barnard.render(scene, plan, self._backend, exactness, self._owner._limit, progress=listener))
+
+
+def _planned(owner: Scene, camera: dict[str, Any] | None, backend: str) -> Plan:
+    return owner.plan(camera, backend=backend)
+
+
+def _changed(before: Any, now: Any, place: str = "") -> str | None:
+    """The first place in which two trees differ."""
+    if isinstance(before, dict) and isinstance(now, dict):
+        for key in [*before, *(key for key in now if key not in before)]:
+            found = _changed(before.get(key), now.get(key), f"{place}.{key}" if place else key)
+            if found is not None:
+                return found
+        return None
+    if isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
+        for i, (a, b) in enumerate(zip(before, now)):
+            found = _changed(a, b, f"{place}[{i}]")
+            if found is not None:
+                return found
+        return None
+    return None if before == now else place

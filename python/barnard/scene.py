@@ -1,0 +1,532 @@
+"""Scenes: what is in front of the telescope, and the telescope."""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import _barnard
+from ._field import Field, Sampled
+from ._progress import Listener, told
+from ._rows import ROWS, scene_error, unknown_key
+from ._table import Table, table_of
+from .image import Image
+from .plan import Plan
+from .tables import Background, Band, Camera, Display, Dust, Emission, Method, Star, StarTable
+from . import tables
+
+#: Attributes that are lists of tables: their names in scene files, and their classes.
+_LISTS: dict[str, tuple[str, type[Table]]] = {
+    "emission": ("emission", Emission),
+    "stars": ("star", Star),
+    "star_tables": ("star_table", StarTable),
+    "passbands": ("band", Band),
+}
+#: Attributes that are one table.
+_TABLES: dict[str, type[Table]] = {
+    "camera": Camera,
+    "dust": Dust,
+    "background": Background,
+    "display": Display,
+    "method": Method,
+}
+_TEXTS = ("name", "description", "bands")
+
+
+class Scene:
+    """Everything that is in front of the telescope, and the telescope.
+
+    Attributes are the tables of scene files; those that a file has many of are lists (`stars`, `emission`,
+    `star_tables`, `passbands`) or dictionaries by name (`fields`, `bookmarks`). A dictionary of keys may stand for any
+    table. A scene may be changed at any time; what a render made and what still holds is kept for the next.
+
+    Parameters
+    ----------
+    bands : text or list of texts, default "johnson"
+        A set of passbands, or a list of embedded ones; `barnard.catalogue("passband-sets")` names them.
+    camera : Camera
+        Where the observer is; `render` may be given another.
+    fields : dictionary of fields by name
+        Scalar fields that expressions such as `Dust.density` call by their names. An array is a `Grid` without a box
+        and is refused: `Grid(array, low=..., high=...)`.
+    dust, background, display, method : table or dictionary, optional
+        See `Dust`, `Background`, `Display` and `Method`.
+    stars, emission, star_tables, passbands : lists of tables or dictionaries, optional
+        See `Star`, `Emission`, `StarTable` and `Band`.
+    bookmarks : dictionary of cameras by name, optional
+    name, description : text, optional
+    folder : path, default the working directory
+        Where files are that the scene names.
+    memory : number, default 16
+        Most memory that one array, grid or image may take [GiB].
+
+    Raises
+    ------
+    SceneError
+        Where something is no table or has an unknown key. Values out of range and what does not fit together are told by
+        `check`, `plan` and `render`; `key` is the place, such as `star[2].temperature`.
+    """
+
+    def __init__(
+        self,
+        *,
+        bands: str | Sequence[str] | None = None,
+        camera: Camera | dict[str, Any] | None = None,
+        fields: Mapping[str, Field | dict[str, Any]] | None = None,
+        dust: Dust | dict[str, Any] | None = None,
+        emission: Iterable[Emission | dict[str, Any]] = (),
+        stars: Iterable[Star | dict[str, Any]] = (),
+        star_tables: Iterable[StarTable | dict[str, Any]] = (),
+        background: Background | dict[str, Any] | None = None,
+        passbands: Iterable[Band | dict[str, Any]] = (),
+        bookmarks: Mapping[str, Camera | dict[str, Any]] | None = None,
+        display: Display | dict[str, Any] | None = None,
+        method: Method | dict[str, Any] | None = None,
+        name: str | None = None,
+        description: str | None = None,
+        folder: str | os.PathLike | None = None,
+        memory: float = 16.0,
+    ):
+        if not 0 < memory < 1e6:
+            raise scene_error("memory", f"{memory} is no amount of GiB; give a number such as 8")
+        self._limit = int(memory * 2**30)
+        self._folder: str | None = os.fspath(folder) if folder is not None else os.curdir
+        self._forget()
+        self.name, self.description, self.bands = name, description, bands
+        self.camera, self.dust, self.background, self.display, self.method = camera, dust, background, display, method
+        self.fields: dict[str, Field] = dict(fields or {})
+        self.bookmarks: dict[str, Camera] = dict(bookmarks or {})
+        self.emission: list[Emission] = list(emission)
+        self.stars: list[Star] = list(stars)
+        self.star_tables: list[StarTable] = list(star_tables)
+        self.passbands: list[Band] = list(passbands)
+
+    def _forget(self) -> None:
+        self._reader: Any = None
+        self._read: tuple[dict[str, Any], Any] | None = None
+        self._plan: dict[str, Any] = {}
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_"):
+            known = [*_TEXTS, *_TABLES, "fields", "bookmarks", *_LISTS]
+            if name not in known:
+                raise unknown_key("", name, known)
+            if name in _TABLES and value is not None:
+                value = table_of(_TABLES[name], value, name)
+        super().__setattr__(name, value)
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = {name: value for name, value in self.__dict__.items() if name not in ("_reader", "_read", "_plan")}
+        return {"version": _barnard.__version__, "scene": state}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        if state.get("version") != _barnard.__version__:
+            raise _barnard.BarnardError(
+                f"the scene was pickled by barnard {state.get('version')}, this is {_barnard.__version__}: "
+                "write scenes that last by Scene.save, or pickle it again"
+            )
+        self.__dict__.update(state["scene"])
+        self._forget()
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Scene):
+            return NotImplemented
+        names = [*_TEXTS, *_TABLES, "fields", "bookmarks", *_LISTS]
+        return all(getattr(self, name) == getattr(other, name) for name in names)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        names = [*_TEXTS, *_TABLES, "fields", "bookmarks", *_LISTS]
+        said = ", ".join(f"{name}={getattr(self, name)!r}" for name in names if getattr(self, name))
+        return f"Scene({said})"
+
+    # The tree of a scene file.
+
+    @classmethod
+    def builtin(cls, name: str, *, memory: float = 16.0) -> Scene:
+        """A scene that is built in; `barnard.catalogue("scenes")` names them.
+
+        Raises
+        ------
+        SceneError
+            Where there is none of this name.
+        """
+        scene = cls._of(_barnard.from_toml(f"built-in {name}", _barnard.builtin_text(name)), name, memory)
+        scene._folder = None
+        return scene
+
+    @classmethod
+    def from_toml(cls, source: str | os.PathLike, *, memory: float = 16.0) -> Scene:
+        """Reads a scene from a file, or from its text where that has more than one line.
+
+        Files that the scene names are relative to the file, or to the working directory.
+
+        Raises
+        ------
+        SceneError
+            Where it is no scene; file, line and key are said.
+        """
+        if isinstance(source, str) and "\n" in source:
+            return cls._of(_barnard.from_toml("scene", source), None, memory)
+        path = Path(source)
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise _barnard.SceneError(f"{path}: cannot be read: {error}") from None
+        scene = cls._of(_barnard.from_toml(str(path), text), path.stem, memory)
+        scene._folder = os.fspath(path.parent)
+        return scene
+
+    @classmethod
+    def _of(cls, tree: dict[str, Any], name: str | None, memory: float) -> Scene:
+        scene = cls(memory=memory)
+        if name is not None:
+            scene.name = name
+        parts = {file: name for name, (file, _) in _LISTS.items()}
+        for key, value in tree.items():
+            if key in ("field", "bookmark"):
+                for own, table in _tables_by_name(value, key).items():
+                    getattr(scene, key + "s")[own] = _field(table, f"field.{own}") if key == "field" else table_of(Camera, table, key)
+            elif key in parts:
+                own = _LISTS[parts[key]][1]
+                if not isinstance(value, list):
+                    raise scene_error(key, f"{value!r} is no list of tables; write [[{key}]]")
+                setattr(scene, parts[key], [table_of(own, table, f"{key}[{i}]") for i, table in enumerate(value)])
+            elif key in _TEXTS or key in _TABLES:
+                setattr(scene, key, value)
+            else:
+                raise unknown_key("", key, list(ROWS[""].keys))
+        return scene
+
+    def _tree(self, camera: Camera | dict[str, Any] | None = None) -> dict[str, Any]:
+        tree: dict[str, Any] = {}
+        for name in _TEXTS:
+            value = getattr(self, name)
+            if value is not None:
+                tree[name] = list(value) if isinstance(value, tuple) else value
+        camera = self.camera if camera is None else table_of(Camera, camera, "camera")
+        for name in _TABLES:
+            table = camera if name == "camera" else getattr(self, name)
+            if table is not None:
+                tree[name] = table.tree()
+        if self.fields:
+            tree["field"] = {name: _field(field, f"field.{name}").tree() for name, field in self.fields.items()}
+        if self.bookmarks:
+            tree["bookmark"] = {name: table_of(Camera, own, f"bookmark.{name}").tree() for name, own in self.bookmarks.items()}
+        for name, (key, cls) in _LISTS.items():
+            if getattr(self, name):
+                tree[key] = [table_of(cls, table, f"{key}[{i}]").tree() for i, table in enumerate(getattr(self, name))]
+        return tree
+
+    def _arrays(self) -> dict[str, Sampled]:
+        return {name: field for name, field in self.fields.items() if isinstance(field, Sampled) and field.values is not None}
+
+    def to_toml(self) -> str:
+        """The text of a scene file that says the same.
+
+        Raises
+        ------
+        SceneError
+            Where a field is an array in memory, which a text cannot hold: `save` writes it beside.
+        """
+        arrays = self._arrays()
+        if arrays:
+            name = next(iter(arrays))
+            raise scene_error(f"field.{name}", "the field is an array in memory, which a text cannot hold; write the scene by save(path)")
+        return _barnard.to_toml(self._tree())
+
+    def save(self, path: str | os.PathLike) -> None:
+        """Writes a scene file, and each array in memory as NAME.npy beside it; each file whole or not at all.
+
+        Parameters
+        ----------
+        path : path
+            The file, whose name ends with .toml. Files that the scene names are not copied.
+
+        Raises
+        ------
+        SceneError
+            Where the name is another, or the scene is one that is built in and names files.
+        OSError
+            Where a file cannot be written.
+        """
+        path = Path(path)
+        if path.suffix != ".toml":
+            raise scene_error("path", f"{path}: a scene file ends with .toml")
+        tree = self._tree()
+        for name, field in self._arrays().items():
+            file = f"{path.stem}_{name}.npy"
+            _replace(path.with_name(file), lambda out, values=field.values: np.save(out, values))
+            tree["field"][name]["file"] = file
+        text = _barnard.to_toml(tree)
+        _replace(path, lambda out: out.write(text.encode()))
+
+    # Rendering.
+
+    def _native(self, camera: Camera | dict[str, Any] | None = None) -> tuple[dict[str, Any], Any]:
+        """The tree of the scene, and the scene as it was read from that."""
+        tree = self._tree(camera)
+        if self._read is not None and self._read[0] == tree:
+            return self._read
+        if self._reader is None:
+            self._reader = _barnard.Reader(self._folder, self._limit)
+        arrays = {field.tree()["file"]: (name, field.values) for name, field in self._arrays().items()}
+        self._reader.keep_arrays(list(arrays))
+        for file, (name, values) in arrays.items():
+            self._reader.add_array(file, f"the array of field {name}", values)
+        self._read = (tree, self._reader.read(tree, "scene"))
+        return self._read
+
+    def check(self) -> None:
+        """Checks that the scene can be rendered.
+
+        Raises
+        ------
+        SceneError
+            Where it cannot; `key` is the place.
+        """
+        self._native()
+
+    def plan(
+        self,
+        camera: Camera | dict[str, Any] | None = None,
+        *,
+        backend: str = "cpu",
+        progress: bool | Listener | None = None,
+    ) -> Plan:
+        """The numbers that the scene comes to: spectral rules, depths of stars, steps, and what is stated of them.
+
+        What an earlier plan of the same scene has that still holds is kept, with the same bits.
+
+        Parameters
+        ----------
+        camera : Camera, optional
+            Another camera than the scene's own.
+        backend : text, default "cpu"
+            The back end that the plan is for.
+        progress : true or callable (stage, done, all), optional
+
+        Raises
+        ------
+        SceneError, MemoryLimitError
+        KeyboardInterrupt
+            Where Ctrl-C stopped it; the scene is as before.
+        """
+        tree, native = self._native(camera)
+        with told(progress) as listener:
+            plan = _barnard.plan(native, self._plan.get(backend), backend, self._limit, progress=listener)
+        self._plan = {backend: plan}
+        return Plan(self, tree, native, plan, backend)
+
+    def render(
+        self,
+        camera: Camera | dict[str, Any] | None = None,
+        *,
+        backend: str = "cpu",
+        progress: bool | Listener | None = None,
+        accuracy: float | None = None,
+        samples: int | None = None,
+        target_error: float | None = None,
+        seed: int | None = None,
+    ) -> Image:
+        """Renders the scene: the same bits as `barnard render` writes for the same scene.
+
+        Parameters
+        ----------
+        camera : Camera, optional
+            Another camera than the scene's own.
+        backend : text, default "cpu"
+            "cpu", "gpu", "auto", "path" or "reference"; `barnard.catalogue("backends")` tells of them.
+        progress : true or callable (stage, done, all), optional
+        accuracy : number, optional
+            Allowed relative error of each pixel, for "reference"; others take `Method.accuracy`.
+        samples, target_error, seed : numbers, optional
+            Paths a pixel, relative standard error at which to end, and seed, for "path".
+
+        Raises
+        ------
+        SceneError, MemoryLimitError, DeviceError
+        KeyboardInterrupt
+            Where Ctrl-C stopped it.
+        """
+        exactness = _exactness(backend, accuracy, samples, target_error, seed)
+        if backend in ("path", "reference"):
+            _, native = self._native(camera)
+            with told(progress) as listener:
+                return Image(_barnard.render(native, None, backend, exactness, self._limit, progress=listener))
+        with told(progress) as listener:
+            plan = self.plan(camera, backend=backend, progress=listener)
+            return plan._render(plan._scene, plan._plan, listener)
+
+    def sweep(
+        self,
+        parameters: Mapping[str, Iterable[Any]] | None = None,
+        *,
+        backend: str = "cpu",
+        progress: bool | Listener | None = None,
+        **more: Iterable[Any],
+    ) -> Iterator[Image]:
+        """Renders the scene for each of some values, one after the other; only what a value changes is planned anew.
+
+        Parameters
+        ----------
+        parameters : dictionary from places to values
+            Places are written as errors say them, such as "star[0].temperature" or "dust.scale"; parts of the scene
+            itself can be keywords, as in `scene.sweep(camera=cameras)`. Several parameters change together.
+
+        Yields
+        ------
+        Image
+            Whose `parameters` are the values that it was made with. The scene is as before when the last one was made.
+
+        Raises
+        ------
+        SceneError
+            Where there is no such place, or the parameters have different numbers of values.
+        """
+        swept = {place: list(values) for place, values in {**(parameters or {}), **more}.items()}
+        counts = {len(values) for values in swept.values()}
+        if len(counts) != 1:
+            told_counts = ", ".join(f"{place}: {len(values)}" for place, values in swept.items()) or "none is there"
+            raise scene_error("sweep", f"parameters need equally many values, at least one parameter ({told_counts})")
+        places = {place: self._place(place) for place in swept}
+        return self._swept(swept, places, counts.pop(), backend, progress)
+
+    def _swept(self, swept, places, count, backend, progress) -> Iterator[Image]:
+        before = {place: getattr(owner, key) for place, (owner, key) in places.items()}
+        try:
+            for i in range(count):
+                for place, (owner, key) in places.items():
+                    setattr(owner, key, swept[place][i])
+                image = self.render(backend=backend, progress=progress)
+                image.parameters = {place: values[i] for place, values in swept.items()}
+                yield image
+        finally:
+            for place, (owner, key) in places.items():
+                setattr(owner, key, before[place])
+
+    def explore(
+        self,
+        sliders: Mapping[str, tuple[Any, Any]] | None = None,
+        *,
+        size: tuple[int, int] = (640, 360),
+        **display: Any,
+    ) -> Any:
+        """A live view for notebooks: drag to orbit, wheel to come nearer, sliders for keys of the scene; needs anywidget.
+
+        Parameters
+        ----------
+        sliders : dictionary from places to (low, high), optional
+            Such as {"star[0].temperature": (3000 * u.K, 40000 * u.K)}; places are written as errors say them.
+        size : (width, height), default (640, 360)
+            Pixels of the view.
+        **display : keys of `Display`
+            Such as palette="sho"; those of the scene where there are none.
+
+        Returns
+        -------
+        Explorer
+            A widget; what is done in it is done to this scene.
+
+        Raises
+        ------
+        SceneError
+            Where the scene cannot be rendered, or a slider's place is none.
+        BarnardError
+            Where anywidget is not installed.
+        """
+        from .explore import Explorer
+
+        self.check()
+        return Explorer(self, sliders or {}, size, Display(**display).tree() if display else {})
+
+    def _resized(self, size: list[int]) -> dict[str, Any]:
+        """The scene's camera with other pixels, which see as much along a row."""
+        return {**self.camera.tree(), "size": size}
+
+    def _place(self, place: str) -> tuple[Any, str]:
+        """The object and the key that a place such as "star[0].temperature" means."""
+        lists = {file: name for name, (file, _) in _LISTS.items()}
+        owner: Any = self
+        *way, key = re.findall(r"[^.\[\]]+", place) or [""]
+        for i, part in enumerate(way):
+            if owner is self:
+                part = lists.get(part, {"field": "fields", "bookmark": "bookmarks"}.get(part, part))
+            try:
+                if isinstance(owner, list):
+                    owner = owner[int(part)]
+                elif isinstance(owner, dict):
+                    owner = owner[part]
+                else:
+                    owner = getattr(owner, part)
+            except (LookupError, ValueError, AttributeError):
+                raise scene_error(place, f'the scene has no "{".".join(way[: i + 1])}"') from None
+        if isinstance(owner, Table):
+            known = list(owner._row().all_keys(owner._chosen))
+        elif owner is self:
+            known = [*_TEXTS, *_TABLES, "fields", "bookmarks", *_LISTS]
+        else:
+            raise scene_error(place, "the place is no key of a table, such as star[0].temperature")
+        if key not in known:
+            raise unknown_key(place.rpartition(".")[0], key, known)
+        return owner, key
+
+
+def _exactness(backend: str, accuracy, samples, target_error, seed) -> dict[str, Any]:
+    of = {"accuracy": ("reference", accuracy), "samples": ("path", samples), "target_error": ("path", target_error), "seed": ("path", seed)}
+    for name, (own, value) in of.items():
+        if value is not None and backend != own:
+            instead = "; give Method(accuracy=...) to the scene" if name == "accuracy" else ""
+            raise scene_error(name, f'{name} belongs to backend="{own}"{instead}')
+    ranges = {"accuracy": (1e-12, 0.5), "samples": (1, 2**40), "target_error": (1e-6, 1.0), "seed": (0, 2**63 - 1)}
+    for name, (low, high) in ranges.items():
+        value = of[name][1]
+        if value is not None and not low <= value <= high:
+            raise scene_error(name, f"{value} lies outside of {low:g} to {high:g}")
+    return {name: value for name, (_, value) in of.items()}
+
+
+def _field(value: Any, key: str) -> Field:
+    """A field as an object: one that is, or a dictionary with its kind."""
+    if isinstance(value, Field):
+        return value
+    kinds = {kind: getattr(tables, "".join(part.capitalize() for part in kind.split("_"))) for kind in ROWS["field.*"].kinds}
+    if isinstance(value, dict):
+        keys = dict(value)
+        kind = keys.pop("kind", None)
+        if kind not in kinds:
+            raise scene_error(f"{key}.kind", f"unknown kind {kind!r}; known: {', '.join(kinds)}")
+        return kinds[kind].of(keys)
+    raise scene_error(key, "the value is no field; an array needs its box: Grid(array, low=[-1, -1, -1] * u.pc, high=[1, 1, 1] * u.pc)")
+
+
+def _tables_by_name(value: Any, key: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise scene_error(key, f"{value!r} is no table; write [{key}.NAME]")
+    return value
+
+
+def _replace(path: Path, write) -> None:
+    """Writes a file whole or not at all."""
+    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as out:
+        try:
+            write(out)
+            out.close()
+            os.chmod(out.name, 0o666 & ~_umask())
+            os.replace(out.name, path)
+        except BaseException:
+            os.unlink(out.name)
+            raise
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,1146 @@
+"""The tables of a scene: their keywords are the keys of scene files.
+
+This file is made of the rows that the parser of scene files reads: `python python/write_tables.py` writes it.
+A quantity is a value of astropy or unyt, or a text with its unit such as "39000 K"; what is None is not said.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any, Literal, Union
+
+from numpy.typing import ArrayLike
+
+from ._field import Field, Sampled
+from ._table import Table, checked
+
+#: A value with its unit: of astropy, of unyt, or a text such as "0.4 pc".
+Quantity = Union[str, Any]
+#: Three lengths: [0.5, 0, -2] * u.pc, or "0.5 0 -2 pc".
+Position = Union[str, Sequence[Quantity], Any]
+Path = Union[str, os.PathLike]
+
+
+class Grid(Sampled):
+    """A three-dimensional array from .npy, .npz or FITS, trilinear between voxel centres.
+
+    Parameters
+    ----------
+    file : path
+        The file, relative to the scene.
+    array : text, default the only one
+        Name of the array in an .npz, number of the HDU in a FITS file.
+    axes : text, default xyz (npy, npz), zyx (FITS)
+        What the array's axes are, slowest first.
+    low : position, default from voxel
+        Lowest corner of the box that the voxels fill.
+    high : position, default from voxel
+        Highest corner.
+    voxel : length, default from low and high
+        Edge of a cubic voxel, instead of low and high.
+    centre : position, default 0 0 0 pc
+        Middle of the box, with voxel.
+    unit : text, default BUNIT of a FITS file
+        What the values are in: number densities are turned into cm-3, which dust and gas are scaled by; anything else
+        is taken as it is.
+    wcs : boolean, default true
+        Whether a FITS file's own frame is read: CDELT or CD, CRPIX, CRVAL, CUNIT; false where low and high, or voxel,
+        say better.
+    factor : number, default 1
+        Every value is multiplied by it.
+    clip : boolean, default false
+        Blank, NaN and negative cells become zero instead of an error.
+    copy : boolean, default false
+        Whether an array is copied where it could be shared; one that is shared becomes read-only.
+
+    `file` may be an array in memory: three axes, x, y and z unless `axes` says otherwise, of any float or integer type,
+    order and stride; with a unit of astropy or unyt it is a number density. float32 and float64 are not copied.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "field.*"
+    _kind = "grid"
+
+    def __init__(
+        self,
+        file: Path | ArrayLike,
+        *,
+        array: str | None = None,
+        axes: str | None = None,
+        low: Position | None = None,
+        high: Position | None = None,
+        voxel: Quantity | None = None,
+        centre: Position | None = None,
+        unit: str | None = None,
+        wcs: bool | None = None,
+        factor: float | None = None,
+        clip: bool | None = None,
+        copy: bool = False,
+    ):
+        super().__init__(
+            file=file,
+            array=array,
+            axes=axes,
+            low=low,
+            high=high,
+            voxel=voxel,
+            centre=centre,
+            unit=unit,
+            wcs=wcs,
+            factor=factor,
+            clip=clip,
+            copy=copy,
+        )
+
+
+class Fbm(Field):
+    """A cloud of fractional Brownian motion on simplex noise (values about 0 to 1).
+
+    Parameters
+    ----------
+    seed : integer, default 1
+        Number of the noise.
+    centre : position, default 0 0 0 pc
+        Middle of the cloud.
+    radius : length, default 1 pc
+        Where the cloud has ended; it fades from half of it on.
+    scale : length, default 0.7 pc
+        Size of the largest structures.
+    octaves : integer, default 5
+        Number of octaves, 1 to 12.
+    lacunarity : number, default 2.0
+        Frequency ratio of successive octaves, above 1.
+    gain : number, default 0.5
+        Amplitude ratio of successive octaves.
+    offset : number, default 0.2
+        Added before the cut at zero: more fills more of space.
+    variant : text, default plain
+        Plain or ridged.
+    warp : length, default 0 pc
+        How far a second noise bends space.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "field.*"
+    _kind = "fbm"
+
+    def __init__(
+        self,
+        *,
+        seed: int | None = None,
+        centre: Position | None = None,
+        radius: Quantity | None = None,
+        scale: Quantity | None = None,
+        octaves: int | None = None,
+        lacunarity: float | None = None,
+        gain: float | None = None,
+        offset: float | None = None,
+        variant: str | None = None,
+        warp: Quantity | None = None,
+    ):
+        super().__init__(
+            seed=seed,
+            centre=centre,
+            radius=radius,
+            scale=scale,
+            octaves=octaves,
+            lacunarity=lacunarity,
+            gain=gain,
+            offset=offset,
+            variant=variant,
+            warp=warp,
+        )
+
+
+class Sphere(Field):
+    """1 inside of a sphere.
+
+    Parameters
+    ----------
+    centre : position, default 0 0 0 pc
+        Its middle.
+    radius : length
+        Its radius.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "field.*"
+    _kind = "sphere"
+
+    def __init__(self, radius: Quantity, *, centre: Position | None = None):
+        super().__init__(centre=centre, radius=radius)
+
+
+class Box(Field):
+    """1 inside of an axis-aligned box.
+
+    Parameters
+    ----------
+    low : position
+        Its lowest corner.
+    high : position
+        Its highest corner.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "field.*"
+    _kind = "box"
+
+    def __init__(self, low: Position, high: Position):
+        super().__init__(low=low, high=high)
+
+
+class Plummer(Field):
+    """(1 + r2/a2)^(-5/2), cut at a radius.
+
+    Parameters
+    ----------
+    centre : position, default 0 0 0 pc
+        Its middle.
+    core : length
+        The Plummer radius a.
+    cut : length, default 5 core
+        Beyond this radius it is zero.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "field.*"
+    _kind = "plummer"
+
+    def __init__(self, core: Quantity, *, centre: Position | None = None, cut: Quantity | None = None):
+        super().__init__(centre=centre, core=core, cut=cut)
+
+
+class Shell(Field):
+    """A spherical shell with a Gaussian wall.
+
+    Parameters
+    ----------
+    centre : position, default 0 0 0 pc
+        Its middle.
+    radius : length
+        Radius of the wall.
+    thickness : length
+        Standard deviation of the wall.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "field.*"
+    _kind = "shell"
+
+    def __init__(self, radius: Quantity, thickness: Quantity, *, centre: Position | None = None):
+        super().__init__(centre=centre, radius=radius, thickness=thickness)
+
+
+class Slab(Field):
+    """1 between two planes of any orientation, within a cube.
+
+    Parameters
+    ----------
+    centre : position, default 0 0 0 pc
+        A point on its middle plane, and middle of the cube.
+    normal : direction, default [0, 0, 1]
+        Its normal.
+    thickness : length
+        Distance of the planes.
+    extent : length
+        Half side of the cube that ends it.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "field.*"
+    _kind = "slab"
+
+    def __init__(
+        self,
+        thickness: Quantity,
+        extent: Quantity,
+        *,
+        centre: Position | None = None,
+        normal: Sequence[float] | None = None,
+    ):
+        super().__init__(centre=centre, normal=normal, thickness=thickness, extent=extent)
+
+
+class Camera(Table):
+    """Where the observer is; `kind` chooses the projection.
+
+    Kinds
+    -----
+    perspective
+        All rays from one point.
+    orthographic
+        Parallel rays, starting on the image plane.
+
+    Parameters
+    ----------
+    field_of_view : angle
+        Horizontal field of view, below 180 deg. Of kind perspective, required there.
+    width : length
+        Width of the image. Of kind orthographic, required there.
+    position : position
+        Where the observer is.
+    target : position, default 0 0 0 pc
+        What they look at.
+    up : direction, default [0, 1, 0]
+        What is up in the image.
+    size : [width, height], default [512, 512]
+        Pixels of the image.
+    supersampling : integer, default 1
+        Rays along each side of a pixel, 1 to 16.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "camera"
+
+    def __init__(
+        self,
+        kind: Literal["perspective", "orthographic"],
+        position: Position,
+        *,
+        field_of_view: Quantity | None = None,
+        width: Quantity | None = None,
+        target: Position | None = None,
+        up: Sequence[float] | None = None,
+        size: int | Sequence[int] | None = None,
+        supersampling: int | None = None,
+    ):
+        super().__init__(
+            kind=kind,
+            field_of_view=field_of_view,
+            width=width,
+            position=position,
+            target=target,
+            up=up,
+            size=size,
+            supersampling=supersampling,
+        )
+
+
+def perspective(
+    field_of_view: Quantity,
+    position: Position,
+    *,
+    target: Position | None = None,
+    up: Sequence[float] | None = None,
+    size: int | Sequence[int] | None = None,
+    supersampling: int | None = None,
+) -> Camera:
+    """A camera: all rays from one point.
+
+    Parameters
+    ----------
+    field_of_view : angle
+        Horizontal field of view, below 180 deg.
+    position : position
+        Where the observer is.
+    target : position, default 0 0 0 pc
+        What they look at.
+    up : direction, default [0, 1, 0]
+        What is up in the image.
+    size : [width, height], default [512, 512]
+        Pixels of the image.
+    supersampling : integer, default 1
+        Rays along each side of a pixel, 1 to 16.
+    """
+    return Camera(
+        "perspective",
+        field_of_view=field_of_view,
+        position=position,
+        target=target,
+        up=up,
+        size=size,
+        supersampling=supersampling,
+    )
+
+
+perspective = checked(perspective, "camera")
+
+
+def orthographic(
+    width: Quantity,
+    position: Position,
+    *,
+    target: Position | None = None,
+    up: Sequence[float] | None = None,
+    size: int | Sequence[int] | None = None,
+    supersampling: int | None = None,
+) -> Camera:
+    """A camera: parallel rays, starting on the image plane.
+
+    Parameters
+    ----------
+    width : length
+        Width of the image.
+    position : position
+        Where the observer is.
+    target : position, default 0 0 0 pc
+        What they look at.
+    up : direction, default [0, 1, 0]
+        What is up in the image.
+    size : [width, height], default [512, 512]
+        Pixels of the image.
+    supersampling : integer, default 1
+        Rays along each side of a pixel, 1 to 16.
+    """
+    return Camera(
+        "orthographic",
+        width=width,
+        position=position,
+        target=target,
+        up=up,
+        size=size,
+        supersampling=supersampling,
+    )
+
+
+orthographic = checked(orthographic, "camera")
+
+
+class Albedo(Table):
+    """The part of extinction that scatters.
+
+    Kinds
+    -----
+    constant
+        The same at every wavelength; albedo = 0.6 is short for it.
+    linear
+        Value + slope (lambda - at)/100 nm, cut to 0 to 1.
+    file
+        From a CSV of wavelength and albedo.
+
+    Parameters
+    ----------
+    value : number
+        Albedo at the wavelength `at`, 0 to 1. Of kind constant, linear, required there.
+    slope : number
+        Change per 100 nm. Of kind linear.
+    at : wavelength
+        Where the value holds. Of kind linear.
+    file : path
+        The CSV; its header may name the unit, nm otherwise. Of kind file, required there.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "dust.albedo"
+
+    def __init__(
+        self,
+        kind: Literal["constant", "linear", "file"],
+        *,
+        value: float | None = None,
+        slope: float | None = None,
+        at: Quantity | None = None,
+        file: Path | None = None,
+    ):
+        super().__init__(kind=kind, value=value, slope=slope, at=at, file=file)
+
+
+class Phase(Table):
+    """How scattered light is spread over angle; cos θ = +1 is forward.
+
+    Kinds
+    -----
+    isotropic
+        The same in all directions.
+    henyey_greenstein
+        Henyey & Greenstein 1941 with mean cosine g(lambda).
+    draine
+        Draine 2003 with g(lambda) and alpha: between Rayleigh and Henyey-Greenstein.
+    rayleigh
+        3/16pi (1 + cos2): small grains.
+    tabulated
+        From a CSV of cos theta and p for one or more wavelengths.
+
+    Parameters
+    ----------
+    g : number
+        Shape parameter, -0.999 to 0.999. Of kind henyey_greenstein, draine.
+    g_file : path
+        CSV of wavelength and g. Of kind henyey_greenstein, draine.
+    alpha : number
+        0 is Henyey-Greenstein, 1 with g = 0 is Rayleigh. Of kind draine.
+    file : path
+        The CSV. Of kind tabulated, required there.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "dust.phase"
+
+    def __init__(
+        self,
+        kind: Literal["isotropic", "henyey_greenstein", "draine", "rayleigh", "tabulated"],
+        *,
+        g: float | None = None,
+        g_file: Path | None = None,
+        alpha: float | None = None,
+        file: Path | None = None,
+    ):
+        super().__init__(kind=kind, g=g, g_file=g_file, alpha=alpha, file=file)
+
+
+class Dust(Table):
+    """Dust that absorbs and scatters.
+
+    Parameters
+    ----------
+    density : expression
+        Of the fields, such as "cloud" or "n_H * (1 - x_ion)".
+    scale : extinction
+        Of density 1: per length ("2 mag/pc" of A_V, "4 /pc" of depth), or per column for a density in cm-3 ("5.32e-22
+        mag cm2").
+    law : text, default draine03_rv31
+        Extinction law.
+    r_v : number, default 3.1
+        A(V)/E(B-V), for laws that take it.
+    albedo : number or table, default the law's own
+        Part of extinction that scatters.
+    phase : table, default isotropic
+        Spread of scattered light over angle.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "dust"
+
+    def __init__(
+        self,
+        density: str,
+        scale: Quantity,
+        *,
+        law: str | None = None,
+        r_v: float | None = None,
+        albedo: float | Albedo | None = None,
+        phase: Phase | None = None,
+    ):
+        super().__init__(density=density, scale=scale, law=law, r_v=r_v, albedo=albedo, phase=phase)
+
+
+class Star(Table):
+    """A star; `kind` chooses the shape of its spectrum, and exactly one scale says how bright it is.
+
+    Kinds
+    -----
+    blackbody
+        Planck function of a temperature.
+    stellar
+        The spectrum of a type of star (library of Pickles 1998, interpolated between its types).
+    atmosphere
+        A hot star by temperature and gravity (model atmospheres of Kurucz 1993, 10000 to 50000 K).
+    power_law
+        (lambda/reference)^exponent.
+    file
+        From a CSV of wavelength and flux.
+
+    Parameters
+    ----------
+    temperature : temperature
+        Effective temperature, 10000 to 50000 K. Of kind blackbody, atmosphere, required there.
+    type : text
+        Spectral type, such as "O9.5V" or "K0 III", of the catalogue `stars`. Of kind stellar, required there.
+    log_g : number
+        Surface gravity, the decadic logarithm of cm s-2; the hotter, the higher it must be. Of kind atmosphere.
+    exponent : number
+        Exponent in wavelength. Of kind power_law, required there.
+    reference : wavelength
+        Where it is one. Of kind power_law.
+    file : path
+        The CSV; its header may name the unit of wavelength, nm otherwise. Of kind file, required there.
+    name : text, default star N
+        Its name.
+    position : position
+        Where it is.
+    visible : boolean, default true
+        Whether the star itself is drawn, as an unresolved source.
+    luminosity : luminosity, default one scale is needed
+        Bolometric luminosity.
+    radius : length, default one scale is needed
+        Radius, for black bodies and atmospheres, such as "9.9 Rsun".
+    spectral_luminosity : spectral luminosity, default one scale is needed
+        Luminosity per wavelength at `wavelength`.
+    wavelength : wavelength, default 550 nm
+        Where spectral_luminosity holds.
+    magnitude : magnitude, default one scale is needed
+        Apparent magnitude in `magnitude_band` at `distance`, behind the `extinction` on the way.
+    extinction : magnitude, default 0
+        A_V of the dust between the star and who measured its magnitude; it is taken off.
+    extinction_law : text, default gordon23
+        The law of that dust, with R_V = 3.1 where it has one.
+    magnitude_band : text, default johnson-V
+        An embedded passband.
+    distance : length, default needed with magnitude
+        Where the magnitude was seen from.
+    magnitude_system : text, default vega
+        Vega or ab.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "star"
+
+    def __init__(
+        self,
+        position: Position,
+        *,
+        kind: Literal["blackbody", "stellar", "atmosphere", "power_law", "file"] = "blackbody",
+        temperature: Quantity | None = None,
+        type: str | None = None,
+        log_g: float | None = None,
+        exponent: float | None = None,
+        reference: Quantity | None = None,
+        file: Path | None = None,
+        name: str | None = None,
+        visible: bool | None = None,
+        luminosity: Quantity | None = None,
+        radius: Quantity | None = None,
+        spectral_luminosity: Quantity | None = None,
+        wavelength: Quantity | None = None,
+        magnitude: Quantity | None = None,
+        extinction: Quantity | None = None,
+        extinction_law: str | None = None,
+        magnitude_band: str | None = None,
+        distance: Quantity | None = None,
+        magnitude_system: str | None = None,
+    ):
+        super().__init__(
+            kind=kind,
+            temperature=temperature,
+            type=type,
+            log_g=log_g,
+            exponent=exponent,
+            reference=reference,
+            file=file,
+            name=name,
+            position=position,
+            visible=visible,
+            luminosity=luminosity,
+            radius=radius,
+            spectral_luminosity=spectral_luminosity,
+            wavelength=wavelength,
+            magnitude=magnitude,
+            extinction=extinction,
+            extinction_law=extinction_law,
+            magnitude_band=magnitude_band,
+            distance=distance,
+            magnitude_system=magnitude_system,
+        )
+
+
+class StarTable(Table):
+    """Stars of a CSV, one a row. Columns are named like the keys of [[star]], `position` being x, y and z; a unit may
+    stand behind the name, as in `temperature [K]`, and, but for places, in the cell; otherwise lengths are in pc,
+    radii in Rsun, temperatures in K, luminosities in Lsun, magnitudes in mag. An empty cell says nothing; other
+    columns are left out. Any key of [[star]] beside `file` holds for all of its stars. `kind` is "stellar" where
+    there is a column `type`, "blackbody" otherwise. Columns are parted by commas, semicolons, tabs or blanks; lines
+    that begin with `#` are skipped.
+
+    Parameters
+    ----------
+    file : path
+        The CSV: a line of column names, then a star in each row.
+    columns : list of texts, default all that are keys of [[star]]
+        Which columns are read, beside x, y and z.
+    visible : boolean, default true
+        Whether the stars themselves are drawn.
+    magnitude_band : text, default johnson-V
+        An embedded passband, for a column of magnitudes.
+    distance : length, default needed with magnitudes
+        Where magnitudes were seen from.
+    magnitude_system : text, default vega
+        Vega or ab.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "star_table"
+
+    def __init__(
+        self,
+        file: Path,
+        *,
+        columns: Sequence[str] | None = None,
+        visible: bool | None = None,
+        magnitude_band: str | None = None,
+        distance: Quantity | None = None,
+        magnitude_system: str | None = None,
+    ):
+        super().__init__(
+            file=file,
+            columns=columns,
+            visible=visible,
+            magnitude_band=magnitude_band,
+            distance=distance,
+            magnitude_system=magnitude_system,
+        )
+
+
+class Emission(Table):
+    """Gas that glows.
+
+    Kinds
+    -----
+    lines
+        Lines of given strengths, with or without a power-law continuum.
+    ion
+        All lines of an ion from its emissivities; density is n_e n_H in cm-6.
+    recombination
+        Continuum of recombining hydrogen (free-bound, free-free, two-photon); density is n_e n_H+ in cm-6.
+    line_list
+        A model nebula's lines relative to H-beta.
+    file
+        A tabulated spectrum.
+
+    Parameters
+    ----------
+    scale : emission coefficient
+        Of density 1 for spectral strength 1, such as "1e-25 W/m3/sr". Of kind lines, line_list, file, required there.
+    lines : list of tables
+        { wavelength = "656.3 nm", strength = 3 }, strength integrated over the line. Of kind lines, required there.
+    continuum : number
+        Strength per nm at `continuum_at`. Of kind lines.
+    continuum_at : wavelength
+        Where the continuum has that strength. Of kind lines.
+    continuum_exponent : number
+        Exponent of the continuum in wavelength. Of kind lines.
+    ion : text
+        Such as "H1", "O3", "N2", "S2", of the catalogue `ions`. Of kind ion, required there.
+    temperature : temperature
+        Of the electrons, 6000 to 15000 K. Of kind ion, recombination, required there.
+    electron_density : number density
+        100 to 1e4 cm-3. Of kind ion, recombination, required there.
+    abundance : number
+        N_ion / n_H. Of kind ion.
+    list : text
+        A name of the catalogue `line-lists`. Of kind line_list, required there.
+    file : path
+        CSV of wavelength and strength per nm; its header may name the unit of wavelength, nm otherwise. Of kind file,
+        required there.
+    name : text, default emission N
+        Its name.
+    density : expression
+        Of the fields, such as "n_H^2 * x_ion^2".
+    doppler_fwhm : velocity, default 0 km/s
+        Full width at half maximum of its lines.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "emission"
+
+    def __init__(
+        self,
+        kind: Literal["lines", "ion", "recombination", "line_list", "file"],
+        density: str,
+        *,
+        scale: Quantity | None = None,
+        lines: Sequence[dict[str, Any]] | None = None,
+        continuum: float | None = None,
+        continuum_at: Quantity | None = None,
+        continuum_exponent: float | None = None,
+        ion: str | None = None,
+        temperature: Quantity | None = None,
+        electron_density: Quantity | None = None,
+        abundance: float | None = None,
+        list: str | None = None,
+        file: Path | None = None,
+        name: str | None = None,
+        doppler_fwhm: Quantity | None = None,
+    ):
+        super().__init__(
+            kind=kind,
+            scale=scale,
+            lines=lines,
+            continuum=continuum,
+            continuum_at=continuum_at,
+            continuum_exponent=continuum_exponent,
+            ion=ion,
+            temperature=temperature,
+            electron_density=electron_density,
+            abundance=abundance,
+            list=list,
+            file=file,
+            name=name,
+            density=density,
+            doppler_fwhm=doppler_fwhm,
+        )
+
+
+class StarField(Table):
+    """Stars at infinity, the same from every camera.
+
+    Parameters
+    ----------
+    seed : integer, default 1
+        Number of the field.
+    density : density on the sky, default 2000 /deg2
+        Stars per solid angle.
+    brightest : number, default 8
+        V magnitude (Vega) of the brightest.
+    faintest : number, default 18
+        V magnitude (Vega) of the faintest; counts grow as 10^(0.4 m).
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "background.stars"
+
+    def __init__(
+        self,
+        *,
+        seed: int | None = None,
+        density: Quantity | None = None,
+        brightest: float | None = None,
+        faintest: float | None = None,
+    ):
+        super().__init__(seed=seed, density=density, brightest=brightest, faintest=faintest)
+
+
+class Background(Table):
+    """What lies behind the cloud: with a `kind` (the spectra of stars, above) an even light, with `[background.stars]` a
+    field of stars.
+
+    Kinds
+    -----
+    blackbody
+        Planck function of a temperature.
+    stellar
+        The spectrum of a type of star (library of Pickles 1998, interpolated between its types).
+    atmosphere
+        A hot star by temperature and gravity (model atmospheres of Kurucz 1993, 10000 to 50000 K).
+    power_law
+        (lambda/reference)^exponent.
+    file
+        From a CSV of wavelength and flux.
+
+    Parameters
+    ----------
+    temperature : temperature
+        Effective temperature, 10000 to 50000 K. Of kind blackbody, atmosphere, required there.
+    type : text
+        Spectral type, such as "O9.5V" or "K0 III", of the catalogue `stars`. Of kind stellar, required there.
+    log_g : number
+        Surface gravity, the decadic logarithm of cm s-2; the hotter, the higher it must be. Of kind atmosphere.
+    exponent : number
+        Exponent in wavelength. Of kind power_law, required there.
+    reference : wavelength
+        Where it is one. Of kind power_law.
+    file : path
+        The CSV; its header may name the unit of wavelength, nm otherwise. Of kind file, required there.
+    radiance : spectral radiance
+        At `wavelength`.
+    wavelength : wavelength, default 550 nm
+        Where the radiance holds.
+    stars : table, default none
+        A field of stars as well.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "background"
+
+    def __init__(
+        self,
+        *,
+        kind: Literal["blackbody", "stellar", "atmosphere", "power_law", "file"] | None = None,
+        temperature: Quantity | None = None,
+        type: str | None = None,
+        log_g: float | None = None,
+        exponent: float | None = None,
+        reference: Quantity | None = None,
+        file: Path | None = None,
+        radiance: Quantity | None = None,
+        wavelength: Quantity | None = None,
+        stars: StarField | None = None,
+    ):
+        super().__init__(
+            kind=kind,
+            temperature=temperature,
+            type=type,
+            log_g=log_g,
+            exponent=exponent,
+            reference=reference,
+            file=file,
+            radiance=radiance,
+            wavelength=wavelength,
+            stars=stars,
+        )
+
+
+class Band(Table):
+    """Passbands of one's own, beside the sets and embedded passbands of `bands`.
+
+    Kinds
+    -----
+    catalogue
+        An embedded passband.
+    file
+        From a CSV of wavelength and throughput.
+    points
+        Straight lines between points; zero outside of them.
+    top_hat
+        One within centre +- width/2.
+    gaussian
+        A Gaussian, cut at 2.5 FWHM.
+    cos2
+        Cos2(pi (lambda - centre)/(2 half_width)).
+    polynomial
+        Sum of c_i lambda^i with lambda in um, cut at zero.
+
+    Parameters
+    ----------
+    passband : text
+        Such as "hst-wfc3-f656n", of the catalogue `passbands`. Of kind catalogue, required there.
+    file : path
+        The CSV; its header may name the unit of wavelength, nm otherwise. Of kind file, required there.
+    nm : list of numbers
+        Wavelengths of the points, ascending [nm]. Of kind points, required there.
+    throughput : list of numbers
+        Throughput at the points, 0 to 1. Of kind points, required there.
+    centre : wavelength
+        Its middle. Of kind top_hat, gaussian, cos2, required there.
+    width : wavelength
+        Its full width. Of kind top_hat, required there.
+    fwhm : wavelength
+        Its full width at half maximum. Of kind gaussian, required there.
+    half_width : wavelength
+        Where it reaches zero on both sides. Of kind cos2, required there.
+    coefficients : list of numbers
+        C_0, c_1, . Of kind polynomial, required there.
+    low : wavelength
+        Lower end. Of kind polynomial, required there.
+    high : wavelength
+        Upper end. Of kind polynomial, required there.
+    name : text
+        Its name in the output.
+    counting : text, default energy
+        What the detector counts: energy (R = T), or photon (R = T lambda/lambda_pivot); embedded passbands know.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "band"
+
+    def __init__(
+        self,
+        kind: Literal["catalogue", "file", "points", "top_hat", "gaussian", "cos2", "polynomial"],
+        name: str,
+        *,
+        passband: str | None = None,
+        file: Path | None = None,
+        nm: Sequence[float] | None = None,
+        throughput: Sequence[float] | None = None,
+        centre: Quantity | None = None,
+        width: Quantity | None = None,
+        fwhm: Quantity | None = None,
+        half_width: Quantity | None = None,
+        coefficients: Sequence[float] | None = None,
+        low: Quantity | None = None,
+        high: Quantity | None = None,
+        counting: str | None = None,
+    ):
+        super().__init__(
+            kind=kind,
+            passband=passband,
+            file=file,
+            nm=nm,
+            throughput=throughput,
+            centre=centre,
+            width=width,
+            fwhm=fwhm,
+            half_width=half_width,
+            coefficients=coefficients,
+            low=low,
+            high=high,
+            name=name,
+            counting=counting,
+        )
+
+
+class Display(Table):
+    """Palette and stretch of pictures; they never touch the radiance.
+
+    Parameters
+    ----------
+    palette : text, default natural, or rgb outside the visible
+        Which band is shown in which colour.
+    matrix : list of numbers, default none
+        A palette of one's own: red, green, blue of the first band, then of the next.
+    balance : boolean, default false
+        Each band is first scaled to its own white, as is usual for narrow bands.
+    stretch : text, default asinh
+        Curve from radiance to brightness.
+    strength : number, default the stretch's own
+        Its parameter.
+    black : number, default 0
+        Radiance that is black [W m-2 sr-1, or of the balanced band].
+    white : number, default the brightest 0.2 % lie above
+        Radiance that is white.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "display"
+
+    def __init__(
+        self,
+        *,
+        palette: str | None = None,
+        matrix: Sequence[float] | None = None,
+        balance: bool | None = None,
+        stretch: str | None = None,
+        strength: float | None = None,
+        black: float | None = None,
+        white: float | None = None,
+    ):
+        super().__init__(
+            palette=palette,
+            matrix=matrix,
+            balance=balance,
+            stretch=stretch,
+            strength=strength,
+            black=black,
+            white=white,
+        )
+
+
+class Method(Table):
+    """How spectral integrals are done.
+
+    Parameters
+    ----------
+    name : text, default band_quadrature
+        A name of the catalogue `methods`.
+    accuracy : number, default 0.001
+        Allowed error: spectral relative to the light without extinction, spatial relative to the image's rms.
+    count : integer, default chosen by accuracy
+        Fixed number of nodes, intervals, elements or samples a band, for comparisons.
+    domain : list of texts, default each band's own (projection: that of all bands)
+        Wavelengths between which midpoint, gauss_legendre, preintegrated, analytic and projection work, such as ["300
+        nm", "1 um"].
+    degree : integer, default 5
+        Degree of the polynomials that stand for spectra in analytic.
+    range : number, default what the scene reaches
+        Largest optical depth that the basis of projection is made for.
+    criterion : text, default mean
+        What the exponents of projection minimise over the range: the mean error, the largest, or the mean weighted by
+        each filter.
+    steps : integer, default chosen by accuracy
+        Fixed number of samples a ray, for comparisons.
+    bake : integer, default by the sampling error, 32 to 256
+        4 to 2048: voxels along the longest edge onto which functions are sampled for the fast back ends.
+    volumes : text, default single
+        Single or half: how densities and star depths are stored that light is marched through; half is right to 1 in
+        700 and takes half of the memory.
+    bounces : integer, default 1
+        Times that starlight may scatter, 1000 for all; light of gas and background, which comes from everywhere,
+        scatters one time less.
+    exact_stars : integer, default all of up to 8; of more, one that sends over half of the light
+        How many stars, the brightest, are marched one by one; the light of the others is gathered in cells, beyond
+        the neighbourhood of each, by methods of nodes.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "method"
+
+    def __init__(
+        self,
+        *,
+        name: str | None = None,
+        accuracy: float | None = None,
+        count: int | None = None,
+        domain: Sequence[str] | None = None,
+        degree: int | None = None,
+        range: float | None = None,
+        criterion: str | None = None,
+        steps: int | None = None,
+        bake: int | None = None,
+        volumes: str | None = None,
+        bounces: int | None = None,
+        exact_stars: int | None = None,
+    ):
+        super().__init__(
+            name=name,
+            accuracy=accuracy,
+            count=count,
+            domain=domain,
+            degree=degree,
+            range=range,
+            criterion=criterion,
+            steps=steps,
+            bake=bake,
+            volumes=volumes,
+            bounces=bounces,
+            exact_stars=exact_stars,
+        )
+
+
+__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Camera", "perspective", "orthographic", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "StarField", "Background", "Band", "Display", "Method"]

@@ -1,0 +1,32 @@
+"""What tests share."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import barnard as bn
+
+# The writer of the tables stands beside the package.
+sys.path.append(str(Path(__file__).parents[1]))
+
+
+def cloud(n: int = 24) -> np.ndarray:
+    """A lopsided cloud, n × n × n of float32, other along every axis."""
+    x, y, z = np.meshgrid(*[(np.arange(n) + 0.5) / n * 2 - 1] * 3, indexing="ij")
+    return (np.exp(-3 * (x**2 + 2 * y**2 + z**2)) * (1.2 + np.sin(3 * x + y) * np.cos(4 * z))).astype(np.float32)
+
+
+def lit(density, **grid) -> bn.Scene:
+    """A small scene of dust of this density, lit by one star."""
+    scene = bn.Scene(bands="johnson", camera=bn.perspective("0 0 4 pc", "32 deg", size=48))
+    scene.fields["cloud"] = bn.Grid(density, low="-1 -1 -1 pc", high="1 1 1 pc", **grid)
+    scene.dust = bn.Dust("cloud", "3 /pc", albedo=0.6)
+    scene.stars.append(bn.Star("0.3 0.2 0.4 pc", temperature="12000 K", luminosity="1000 Lsun", visible=False))
+    return scene
+
+
+@pytest.fixture
+def scene() -> bn.Scene:
+    return lit(cloud())

@@ -1,0 +1,194 @@
+"""Plans that are kept, sweeps, progress, interruption and images."""
+
+import _thread
+import threading
+import time
+
+import astropy.units as u
+import numpy as np
+import pytest
+
+import barnard as bn
+from conftest import cloud, lit
+
+
+def test_a_kept_plan_gives_the_same_bits(scene):
+    scene.render()
+    for change in [
+        lambda s: setattr(s.stars[0], "temperature", "5000 K"),
+        lambda s: setattr(s, "bands", "bessell-V"),
+        lambda s: setattr(s.camera, "position", "3 1 2 pc"),
+        lambda s: setattr(s.dust, "scale", "5 /pc"),
+        lambda s: setattr(s.stars[0], "position", "0 0.5 0 pc"),
+    ]:
+        change(scene)
+        fresh = lit(cloud())
+        for name in ("bands", "camera", "dust", "stars"):
+            setattr(fresh, name, getattr(scene, name))
+        assert np.array_equal(scene.render().radiance, fresh.render().radiance)
+
+
+def test_a_plan_renders_what_it_was_made_of(scene):
+    plan = scene.plan()
+    assert np.array_equal(plan.render().radiance, scene.render().radiance)
+    other = bn.perspective("1 1 4 pc", "32 deg", size=[40, 30])
+    assert plan.render(other).shape == (30, 40)
+    assert plan.terms > 0 and plan.bytes > 1000 and plan.certificates["V"][0].absolute < plan.accuracy
+    scene.stars[0].temperature = "5000 K"
+    with pytest.raises(bn.PlanError) as caught:
+        plan.render()
+    assert caught.value.key == "star[0].temperature"
+
+
+def test_sweeps(scene):
+    temperatures = [4000, 8000, 16000] * u.K
+    images = list(scene.sweep({"star[0].temperature": temperatures}))
+    assert scene.stars[0].temperature == "12000 K"
+    assert [image.parameters["star[0].temperature"] for image in images] == list(temperatures)
+    scene.stars[0].temperature = 8000 * u.K
+    assert np.array_equal(images[1].radiance, scene.render().radiance)
+    blue = [image["B"].sum() / image["R"].sum() for image in images]
+    assert blue == sorted(blue)
+    cameras = [bn.perspective([0, 0, d] * u.pc, "32 deg", size=16) for d in (3, 4)]
+    near, far = scene.sweep(camera=cameras)
+    assert near["V"].sum() > far["V"].sum()
+
+
+@pytest.mark.parametrize(
+    "parameters, words",
+    [
+        ({}, "at least one"),
+        ({"star[0].temperature": ["1 K"], "dust.albedo": [0.1, 0.2]}, "equally many"),
+        ({"star[3].temperature": ["1 K"]}, "no .star.3"),
+        ({"star[0].temprature": ["1 K"]}, "did you mean"),
+        ({"star[0]": [1]}, "no key"),
+    ],
+)
+def test_sweeps_of_no_parameter_are_refused(scene, parameters, words):
+    with pytest.raises(bn.SceneError, match=words):
+        scene.sweep(parameters)
+
+
+def test_progress_is_told(scene):
+    heard = []
+    scene.camera.size = 400
+    scene.render(progress=lambda stage, done, whole: heard.append((stage, done, whole)))
+    assert heard and {stage for stage, _, _ in heard} <= {"star depths", "light", "rays"}
+    assert all(0 <= done <= whole for _, done, whole in heard)
+    with pytest.raises(ZeroDivisionError):
+        lit(cloud()).render(progress=lambda stage, done, whole: 1 / 0, backend="reference")
+
+
+def test_ctrl_c_stops_soon_and_keeps_the_process(scene):
+    scene.camera.size = 512
+    for backend, options in [("reference", {"accuracy": 1e-8}), ("path", {"samples": 100_000})]:
+        threading.Timer(0.5, _thread.interrupt_main).start()
+        begun = time.perf_counter()
+        with pytest.raises(KeyboardInterrupt):
+            scene.render(backend=backend, **options)
+        assert time.perf_counter() - begun < 10
+    scene.camera.size = 16
+    assert scene.render()["V"].max() > 0
+
+
+def test_threads_render_at_once():
+    scenes = [lit((i + 1) * cloud()) for i in range(4)]
+    alone = [lit((i + 1) * cloud()).render().radiance for i in range(4)]
+    images = [None] * 4
+
+    def work(i):
+        images[i] = scenes[i].render().radiance
+
+    threads = [threading.Thread(target=work, args=(i,)) for i in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(np.array_equal(a, b) for a, b in zip(images, alone))
+
+
+def test_numbers_of_threads_give_the_same_bits(scene):
+    expected = scene.render().radiance
+    try:
+        for count in (1, 3):
+            bn.set_threads(count)
+            assert np.array_equal(lit(cloud()).render().radiance, expected)
+        with pytest.raises(ValueError):
+            bn.set_threads(10**9)
+    finally:
+        bn.set_threads(0)
+
+
+def test_a_forked_process_renders(scene):
+    import multiprocessing
+
+    expected = scene.render().radiance
+    with multiprocessing.get_context("fork").Pool(1) as pool:
+        assert np.array_equal(pool.apply_async(_rendered, (scene,)).get(timeout=60), expected)
+
+
+def _rendered(scene):
+    return scene.render().radiance
+
+
+def test_back_ends_agree(scene):
+    scene.camera.size = 12
+    scene.method = {"accuracy": 1e-3}
+    truth = scene.render(backend="reference", accuracy=1e-6)
+    assert truth.radiance.dtype == np.float64
+    image = scene.render()
+    off = np.sqrt(((image.radiance - truth.radiance) ** 2).sum() / (truth.radiance**2).sum())
+    assert 0 < off < 5e-3
+    paths = scene.render(backend="path", samples=64)
+    assert paths.bands == ["B", "V", "R", "B_error", "V_error", "R_error"]
+    sigma = paths["V_error"].value.ravel()
+    residuals = (paths["V"].value.ravel() - truth["V"].value.ravel())[sigma > 0] / sigma[sigma > 0]
+    assert 0.5 < residuals.std() < 2
+    for wrong in [{"accuracy": 1e-3}, {"samples": 3}, {"backend": "path", "target_error": 2.0}, {"backend": "cup"}]:
+        with pytest.raises(bn.SceneError):
+            scene.render(**wrong)
+
+
+def test_images(tmp_path, scene):
+    scene.camera.size = [40, 30]
+    image = scene.render()
+    assert image.bands == ["B", "V", "R"] and image.shape == (30, 40) and image.radiance.shape == (3, 30, 40)
+    assert image["V"].unit.is_equivalent(u.MJy * u.Hz / u.sr)
+    with pytest.raises(KeyError, match="B, V, R"):
+        image["U"]
+    image.write(tmp_path / "a.fits")
+    from astropy.io import fits
+
+    with fits.open(tmp_path / "a.fits") as hdus:
+        planes = [hdu for hdu in hdus if hdu.data is not None]
+        # Rows of FITS begin at the bottom.
+        assert any(np.array_equal(np.squeeze(hdu.data)[::-1], image.radiance[1]) for hdu in planes)
+        assert planes[0].header["SPATERR"] == image.keywords["SPATERR"]
+    with pytest.raises(bn.BarnardError, match="known"):
+        image.write(tmp_path / "a.jpeg")
+    with pytest.raises(bn.BarnardError):
+        image.write(tmp_path / "nowhere" / "a.fits")
+    scale = abs(image.wcs.wcs.cdelt[0])
+    array = image.to_xarray()
+    assert array.dims == ("band", "y", "x") and array.sel(band="V").shape == (30, 40)
+    assert np.isclose(float(array.x[1] - array.x[0]), scale, rtol=1e-6)
+    assert abs(image.certificates["B"][0].absolute) < 1e-3 and "method" in image.notes
+
+
+def test_pictures(scene):
+    image = scene.render()
+    picture = image.rgb()
+    assert picture.shape == (48, 48, 3) and picture.dtype == np.uint8 and picture.max() > 200
+    assert not np.array_equal(image.rgb(stretch="linear"), picture)
+    assert image._repr_png_().startswith(b"\x89PNG") and "F(0)" in image._repr_html_()
+    with pytest.raises(bn.SceneError, match="stretch"):
+        image.rgb(stretch="nothing")
+    with pytest.raises(bn.SceneError, match="did you mean"):
+        image.rgb(strech="log")
+
+
+def test_infrared_to_the_unit_of_maps(scene):
+    scene.bands = "hst-wfc3"
+    image = scene.render()
+    band = image.bands[0]
+    assert image[band].to(u.W / u.m**2 / u.arcsec**2).value.max() > 0

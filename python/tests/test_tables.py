@@ -1,0 +1,50 @@
+"""The tables are those of the native rows, and the stub is what the native module has."""
+
+import ast
+import inspect
+from pathlib import Path
+
+import barnard as bn
+import write_tables
+from barnard import _barnard, tables
+
+
+def test_the_tables_are_of_the_rows():
+    own = Path(tables.__file__).read_text(encoding="utf-8")
+    assert own == write_tables.text(), "run: python python/write_tables.py"
+
+
+def test_every_key_of_every_table_has_a_keyword():
+    for path, name in write_tables.CLASSES:
+        keywords = inspect.signature(getattr(bn, name)).parameters
+        missing = [key for key in write_tables.ROWS[path].all_keys() if key not in keywords]
+        assert not missing, (name, missing)
+
+
+def names(body) -> set[str]:
+    found = {node.name for node in body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
+    return found | {node.target.id for node in body if isinstance(node, ast.AnnAssign)}
+
+
+def test_the_stub_is_the_native_module():
+    stub = ast.parse(Path(tables.__file__).with_name("_barnard.pyi").read_text(encoding="utf-8"))
+    native = {name for name in dir(_barnard) if not name.startswith("__") or name == "__version__"}
+    assert names(stub.body) - {"KeyRow"} == native
+    for node in stub.body:
+        if isinstance(node, ast.ClassDef) and not any(base.id.endswith("Error") or base.id == "Exception" for base in node.bases):
+            own = {name for name in vars(getattr(_barnard, node.name)) if not name.startswith("__")}
+            assert names(node.body) - {"__new__"} == own, node.name
+
+
+def test_everything_public_has_words():
+    for name in bn.__all__:
+        assert inspect.getdoc(getattr(bn, name)), name
+
+
+def test_the_reference_is_of_the_docstrings():
+    import write_reference
+
+    page = Path(write_reference.__file__).parents[1] / "docs" / "python-reference.md"
+    assert page.read_text(encoding="utf-8") == write_reference.text(), "run: python python/write_reference.py"
+    shown = {name for names in write_reference.CHAPTERS.values() for name in names}
+    assert shown == set(bn.__all__) | {"map"}

@@ -1,0 +1,203 @@
+"""Writes python/barnard/tables.py anew from the rows of the native catalogues: python python/write_tables.py"""
+
+from __future__ import annotations
+
+import sys
+import textwrap
+import types
+from pathlib import Path
+
+if "barnard" not in sys.modules:
+    # The package itself may not load while its tables are out of date.
+    sys.modules["barnard"] = types.ModuleType("barnard")
+    sys.modules["barnard"].__path__ = [str(Path(__file__).parent / "barnard")]
+
+from barnard._rows import ROWS, Key, Kind, Row
+
+#: Classes of tables: path, name, base class. A field is a class for each kind, a camera a function for each.
+CLASSES = [
+    ("camera", "Camera"),
+    ("dust.albedo", "Albedo"),
+    ("dust.phase", "Phase"),
+    ("dust", "Dust"),
+    ("star", "Star"),
+    ("star_table", "StarTable"),
+    ("emission", "Emission"),
+    ("background.stars", "StarField"),
+    ("background", "Background"),
+    ("band", "Band"),
+    ("display", "Display"),
+    ("method", "Method"),
+]
+
+#: Keys whose values are tables of these classes.
+TABLES = {("dust", "albedo"): "float | Albedo", ("dust", "phase"): "Phase", ("background", "stars"): "StarField"}
+
+#: The kind of a table whose kind is not said.
+KINDS = {"star": "blackbody"}
+
+TYPES = {
+    "text": "str",
+    "path": "Path",
+    "expression": "str",
+    "boolean": "bool",
+    "integer": "int",
+    "number": "float",
+    "list of numbers": "Sequence[float]",
+    "list of texts": "Sequence[str]",
+    "list of tables": "Sequence[dict[str, Any]]",
+    "text or list": "str | Sequence[str]",
+    "direction": "Sequence[float]",
+    "[width, height]": "int | Sequence[int]",
+    "table": "dict[str, Any]",
+    "number or table": "float | dict[str, Any]",
+    "position": "Position",
+}
+
+HEAD = '''"""The tables of a scene: their keywords are the keys of scene files.
+
+This file is made of the rows that the parser of scene files reads: `python python/write_tables.py` writes it.
+A quantity is a value of astropy or unyt, or a text with its unit such as "39000 K"; what is None is not said.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any, Literal, Union
+
+from numpy.typing import ArrayLike
+
+from ._field import Field, Sampled
+from ._table import Table, checked
+
+#: A value with its unit: of astropy, of unyt, or a text such as "0.4 pc".
+Quantity = Union[str, Any]
+#: Three lengths: [0.5, 0, -2] * u.pc, or "0.5 0 -2 pc".
+Position = Union[str, Sequence[Quantity], Any]
+Path = Union[str, os.PathLike]
+'''
+
+
+def typed(table: str, key: Key) -> str:
+    return TABLES.get((table, key.name)) or TYPES.get(key.value, "Quantity")
+
+
+def titled(name: str) -> str:
+    return "".join(part.capitalize() for part in name.split("_"))
+
+
+def sentence(text: str) -> str:
+    text = text.strip().rstrip(".")
+    return text[:1].upper() + text[1:] + "."
+
+
+def wrapped(text: str, indent: str) -> str:
+    return textwrap.fill(text, 118, initial_indent=indent, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+
+
+def parameters(row: Row, keys: list[Key], kinds: dict[str, list[str]], indent: str) -> list[str]:
+    lines = [f"{indent}Parameters", f"{indent}----------"]
+    for key in keys:
+        default = "" if key.default is None or kinds.get(key.name) else f", default {key.default}" if key.default else ""
+        lines.append(f"{indent}{key.name} : {key.value}{default}")
+        needed = "" if key.default is not None or not kinds.get(key.name) else ", required there"
+        of_kinds = f" Of kind {', '.join(kinds[key.name])}{needed}." if kinds.get(key.name) else ""
+        lines.append(wrapped(sentence(key.summary) + of_kinds, indent + "    "))
+    return lines
+
+
+def signature(row: Row, keys: list[Key], kind: str | None, of_kinds: dict[str, list[str]], more: str = "") -> list[str]:
+    # A background may be stars alone, of which its other keys say nothing.
+    required = [key for key in keys if key.default is None and not of_kinds.get(key.name) and row.path != "background"]
+    optional = [key for key in keys if key not in required]
+    words = [kind] if kind and "=" not in kind else []
+    words += [f"{key.name}: {file_type(row, key)}" for key in required]
+    words.append("*")
+    words += [kind] if kind and "=" in kind else []
+    words += [f"{key.name}: {typed(row.path, key)} | None = None" for key in optional]
+    words += [more] if more else []
+    if words[-1] == "*":
+        words.pop()
+    return words
+
+
+def call(before: str, words: list[str], after: str, indent: str) -> list[str]:
+    """A call or a signature, in one line where it fits."""
+    line = f"{indent}{before}({', '.join(words)}){after}"
+    if len(line) <= 118:
+        return [line]
+    return [f"{indent}{before}(", *(f"{indent}    {word}," for word in words), f"{indent}){after}"]
+
+
+def file_type(row: Row, key: Key) -> str:
+    return "Path | ArrayLike" if row.path == "field.*" and key.name == "file" else typed(row.path, key)
+
+
+def body(name: str, base: str, row: Row, kind: Kind | None, doc: str) -> str:
+    """One class."""
+    whole = kind is None and bool(row.kinds)
+    keys = list((row.all_keys(kind.name) if kind else row.all_keys()).values())
+    of_kinds = {k.name: [n for n, own in row.kinds.items() if k.name in own.keys] for k in keys} if whole else {}
+    of_kinds = {name: names for name, names in of_kinds.items() if names}
+    lines = [f"class {name}({base}):", f'    """{wrapped(sentence(doc), "    ").strip()}', ""]
+    if whole:
+        lines += ["    Kinds", "    -----"]
+        for own in row.kinds.values():
+            lines += [f"    {own.name}", wrapped(sentence(own.summary), "        ")]
+        lines.append("")
+    sampled = base == "Sampled"
+    if keys:
+        lines += parameters(row, keys, of_kinds, "    ")
+    if sampled:
+        lines += ["    copy : boolean, default false", "        Whether an array is copied where it could be shared; one that is shared becomes read-only."]
+        lines += ["", "    `file` may be an array in memory: three axes, x, y and z unless `axes` says otherwise, of any float or integer type,"]
+        lines += ["    order and stride; with a unit of astropy or unyt it is a number density. float32 and float64 are not copied."]
+    lines += ["", "    Raises", "    ------", "    SceneError", "        Where a key or a unit is wrong; values out of their range are told when a scene is read.", '    """', ""]
+    lines.append(f'    _path = "{row.path}"')
+    if kind:
+        lines.append(f'    _kind = "{kind.name}"')
+    default = KINDS.get(row.path)
+    kinds = f"Literal[{', '.join(repr(own).replace(chr(39), chr(34)) for own in row.kinds)}]"
+    said = (f'kind: {kinds} = "{default}"' if default else f"kind: {kinds}") if whole else None
+    if whole and row.path == "background":
+        said = f"kind: {kinds} | None = None"
+    more = "copy: bool = False" if sampled else ""
+    names = (["kind"] if said else []) + [key.name for key in keys] + (["copy"] if sampled else [])
+    lines += ["", *call("def __init__", ["self", *signature(row, keys, said, of_kinds, more)], ":", "    ")]
+    lines += [*call("super().__init__", [f"{own}={own}" for own in names], "", "        "), ""]
+    return "\n".join(lines)
+
+
+def camera_function(row: Row, kind: Kind) -> str:
+    keys = list(row.all_keys(kind.name).values())
+    lines = call(f"def {kind.name}", signature(row, keys, None, {}), " -> Camera:", "")
+    lines += [f'    """A camera: {kind.summary}.', ""]
+    lines += [*parameters(row, keys, {}, "    "), '    """']
+    lines += call("return Camera", [f'"{kind.name}"', *(f"{key.name}={key.name}" for key in keys)], "", "    ")
+    lines += ["", "", f'{kind.name} = checked({kind.name}, "camera")']
+    return "\n".join(lines) + "\n"
+
+
+def text() -> str:
+    """The text of barnard/tables.py."""
+    parts, names = [HEAD], []
+    fields = ROWS["field.*"]
+    for kind in fields.kinds.values():
+        names.append(titled(kind.name))
+        base = "Sampled" if "file" in kind.keys else "Field"
+        parts.append(body(names[-1], base, fields, kind, kind.summary))
+    for path, name in CLASSES:
+        names.append(name)
+        row = ROWS[path]
+        parts.append(body(name, "Table", row, None, row.text.split(": ")[0] if path == "star_table" else row.text))
+        if path == "camera":
+            for kind in row.kinds.values():
+                names.append(kind.name)
+                parts.append(camera_function(row, kind))
+    parts.append("__all__ = [" + ", ".join(f'"{name}"' for name in names) + "]\n")
+    return "\n\n".join(parts)
+
+
+if __name__ == "__main__":
+    Path(__file__).parent.joinpath("barnard", "tables.py").write_text(text(), encoding="utf-8")
