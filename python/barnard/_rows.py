@@ -45,7 +45,7 @@ class Row:
         every: dict[str, Key] = {}
         for own in kinds:
             every.update(own.keys)
-        return {**every, **self.keys}
+        return {**self.keys, **every}
 
 
 def _keys(rows) -> dict[str, Key]:

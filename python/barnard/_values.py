@@ -39,6 +39,12 @@ def parsed(value: Any) -> tuple[float, str]:
     return float(text), unit
 
 
+def units_of(quantity: str) -> list[str]:
+    """Names of the units of a quantity that mean the same to astropy and unyt."""
+    # An A of scene files is an angstrom, everywhere else an ampere.
+    return [unit for unit, _ in QUANTITIES[quantity][0] if unit != "A"]
+
+
 def has_unit(value: Any) -> bool:
     """Whether a value knows its unit, as those of astropy and unyt do."""
     return hasattr(value, "to_value")
@@ -47,7 +53,7 @@ def has_unit(value: Any) -> bool:
 def in_unit(value: Any, quantities: list[str], key: str) -> tuple[Any, str]:
     """The numbers of a value in the first unit of some quantities that it can be turned into, and that unit."""
     for quantity in quantities:
-        for unit, _ in QUANTITIES[quantity][0]:
+        for unit in units_of(quantity):
             try:
                 return np.asarray(value.to_value(spelled(unit))), unit
             except Exception:  # Each library has its own.

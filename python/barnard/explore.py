@@ -85,10 +85,13 @@ class Explorer(anywidget.AnyWidget):
         self._changed()
 
     def close(self) -> None:
-        with self._wake:
-            self._closed = True
-            self._order += 1
-            self._wake.notify_all()
+        """Ends the view; the scene stays as it is."""
+        # Whoever was never made is closed as well.
+        if "_wake" in self.__dict__:
+            with self._wake:
+                self._closed = True
+                self._order += 1
+                self._wake.notify_all()
         super().close()
 
     def _work(self) -> None:
@@ -102,8 +105,8 @@ class Explorer(anywidget.AnyWidget):
             try:
                 plan = self._frames(done, plan)
             except _barnard.BarnardError as error:
-                self.state = (done, "failed", str(error))
                 self.send({"type": "words", "text": str(error)})
+                self.state = (done, "failed", str(error))
             except _Moved:
                 continue
 
@@ -129,10 +132,10 @@ class Explorer(anywidget.AnyWidget):
         return plan
 
     def _show(self, order: int, quality: str, native: Any) -> None:
-        self.state = (order, quality, None)
         height, width = native.shape
         message = {"type": "frame", "number": order, "quality": quality, "text": f"{quality}, {width} x {height}"}
         self.send(message, buffers=[native.png(self._display or None)])
+        self.state = (order, quality, None)
 
 
 class _Moved(Exception):

@@ -21,7 +21,7 @@ class Image:
     Attributes
     ----------
     bands : list of texts
-        Names of the bands; back end "path" has a band NAME_error of standard errors for each.
+        Names of the bands, whole; back end "path" has a band NAME_error of standard errors for each.
     radiance : array, bands × height × width
         All bands, the first row on top [W m-2 sr-1]; float32, or float64 by "reference" and "path".
     parameters : dictionary
@@ -54,7 +54,7 @@ class Image:
     def __getitem__(self, band: str) -> Any:
         """The radiances of a band, height × width [W m-2 sr-1]: a Quantity where astropy is installed, an array otherwise.
 
-        The Quantity can be turned into mean radiances for each wavelength or frequency, as maps have them, such as by
+        A name may be short where only one band is meant: "V" for "johnson-V", "F656N" for "hst-wfc3-f656n". The Quantity can be turned into mean radiances for each wavelength or frequency, as maps have them, such as by
         `image["V"].to("MJy/sr")`: ∫ R I_λ dλ / ∫ R dλ, and that times λ_pivot²/c.
 
         Raises
@@ -62,9 +62,7 @@ class Image:
         KeyError
             Where the image has no such band.
         """
-        if band not in self.bands:
-            raise KeyError(f"{band!r}; the bands are {', '.join(self.bands)}")
-        number = self.bands.index(band)
+        number = self._number(band)
         values = self.radiance[number]
         try:
             from ._radiance import BandRadiance
@@ -72,6 +70,18 @@ class Image:
             return values
         pivot_um, width_um, _, _ = self._native.band_details[number]
         return BandRadiance.of(values, pivot_um, width_um)
+
+    def _number(self, band: str) -> int:
+        names = self.bands
+        if band in names:
+            return names.index(band)
+        meant = [i for i, name in enumerate(names) if name.rpartition("-")[2].lower() == str(band).lower()]
+        if len(meant) != 1:
+            raise KeyError(f"{band!r} is {'no band' if not meant else 'more than one band'}; the bands are {', '.join(names)}")
+        return meant[0]
+
+    def __contains__(self, band: object) -> bool:
+        return band in self.bands
 
     def __iter__(self):
         return iter(self.bands)

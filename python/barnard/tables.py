@@ -303,10 +303,6 @@ class Camera(Table):
 
     Parameters
     ----------
-    field_of_view : angle
-        Horizontal field of view, below 180 deg. Of kind perspective, required there.
-    width : length
-        Width of the image. Of kind orthographic, required there.
     position : position
         Where the observer is.
     target : position, default 0 0 0 pc
@@ -317,6 +313,10 @@ class Camera(Table):
         Pixels of the image.
     supersampling : integer, default 1
         Rays along each side of a pixel, 1 to 16.
+    field_of_view : angle
+        Horizontal field of view, below 180 deg. Of kind perspective, required there.
+    width : length
+        Width of the image. Of kind orthographic, required there.
 
     Raises
     ------
@@ -331,28 +331,28 @@ class Camera(Table):
         kind: Literal["perspective", "orthographic"],
         position: Position,
         *,
-        field_of_view: Quantity | None = None,
-        width: Quantity | None = None,
         target: Position | None = None,
         up: Sequence[float] | None = None,
         size: int | Sequence[int] | None = None,
         supersampling: int | None = None,
+        field_of_view: Quantity | None = None,
+        width: Quantity | None = None,
     ):
         super().__init__(
             kind=kind,
-            field_of_view=field_of_view,
-            width=width,
             position=position,
             target=target,
             up=up,
             size=size,
             supersampling=supersampling,
+            field_of_view=field_of_view,
+            width=width,
         )
 
 
 def perspective(
-    field_of_view: Quantity,
     position: Position,
+    field_of_view: Quantity,
     *,
     target: Position | None = None,
     up: Sequence[float] | None = None,
@@ -363,8 +363,6 @@ def perspective(
 
     Parameters
     ----------
-    field_of_view : angle
-        Horizontal field of view, below 180 deg.
     position : position
         Where the observer is.
     target : position, default 0 0 0 pc
@@ -375,15 +373,17 @@ def perspective(
         Pixels of the image.
     supersampling : integer, default 1
         Rays along each side of a pixel, 1 to 16.
+    field_of_view : angle
+        Horizontal field of view, below 180 deg.
     """
     return Camera(
         "perspective",
-        field_of_view=field_of_view,
         position=position,
         target=target,
         up=up,
         size=size,
         supersampling=supersampling,
+        field_of_view=field_of_view,
     )
 
 
@@ -391,8 +391,8 @@ perspective = checked(perspective, "camera")
 
 
 def orthographic(
-    width: Quantity,
     position: Position,
+    width: Quantity,
     *,
     target: Position | None = None,
     up: Sequence[float] | None = None,
@@ -403,8 +403,6 @@ def orthographic(
 
     Parameters
     ----------
-    width : length
-        Width of the image.
     position : position
         Where the observer is.
     target : position, default 0 0 0 pc
@@ -415,15 +413,17 @@ def orthographic(
         Pixels of the image.
     supersampling : integer, default 1
         Rays along each side of a pixel, 1 to 16.
+    width : length
+        Width of the image.
     """
     return Camera(
         "orthographic",
-        width=width,
         position=position,
         target=target,
         up=up,
         size=size,
         supersampling=supersampling,
+        width=width,
     )
 
 
@@ -578,18 +578,6 @@ class Star(Table):
 
     Parameters
     ----------
-    temperature : temperature
-        Effective temperature, 10000 to 50000 K. Of kind blackbody, atmosphere, required there.
-    type : text
-        Spectral type, such as "O9.5V" or "K0 III", of the catalogue `stars`. Of kind stellar, required there.
-    log_g : number
-        Surface gravity, the decadic logarithm of cm s-2; the hotter, the higher it must be. Of kind atmosphere.
-    exponent : number
-        Exponent in wavelength. Of kind power_law, required there.
-    reference : wavelength
-        Where it is one. Of kind power_law.
-    file : path
-        The CSV; its header may name the unit of wavelength, nm otherwise. Of kind file, required there.
     name : text, default star N
         Its name.
     position : position
@@ -616,6 +604,18 @@ class Star(Table):
         Where the magnitude was seen from.
     magnitude_system : text, default vega
         Vega or ab.
+    temperature : temperature
+        Effective temperature, 10000 to 50000 K. Of kind blackbody, atmosphere, required there.
+    type : text
+        Spectral type, such as "O9.5V" or "K0 III", of the catalogue `stars`. Of kind stellar, required there.
+    log_g : number
+        Surface gravity, the decadic logarithm of cm s-2; the hotter, the higher it must be. Of kind atmosphere.
+    exponent : number
+        Exponent in wavelength. Of kind power_law, required there.
+    reference : wavelength
+        Where it is one. Of kind power_law.
+    file : path
+        The CSV; its header may name the unit of wavelength, nm otherwise. Of kind file, required there.
 
     Raises
     ------
@@ -630,12 +630,6 @@ class Star(Table):
         position: Position,
         *,
         kind: Literal["blackbody", "stellar", "atmosphere", "power_law", "file"] = "blackbody",
-        temperature: Quantity | None = None,
-        type: str | None = None,
-        log_g: float | None = None,
-        exponent: float | None = None,
-        reference: Quantity | None = None,
-        file: Path | None = None,
         name: str | None = None,
         visible: bool | None = None,
         luminosity: Quantity | None = None,
@@ -648,15 +642,15 @@ class Star(Table):
         magnitude_band: str | None = None,
         distance: Quantity | None = None,
         magnitude_system: str | None = None,
+        temperature: Quantity | None = None,
+        type: str | None = None,
+        log_g: float | None = None,
+        exponent: float | None = None,
+        reference: Quantity | None = None,
+        file: Path | None = None,
     ):
         super().__init__(
             kind=kind,
-            temperature=temperature,
-            type=type,
-            log_g=log_g,
-            exponent=exponent,
-            reference=reference,
-            file=file,
             name=name,
             position=position,
             visible=visible,
@@ -670,6 +664,12 @@ class Star(Table):
             magnitude_band=magnitude_band,
             distance=distance,
             magnitude_system=magnitude_system,
+            temperature=temperature,
+            type=type,
+            log_g=log_g,
+            exponent=exponent,
+            reference=reference,
+            file=file,
         )
 
 
@@ -742,6 +742,12 @@ class Emission(Table):
 
     Parameters
     ----------
+    name : text, default emission N
+        Its name.
+    density : expression
+        Of the fields, such as "n_H^2 * x_ion^2".
+    doppler_fwhm : velocity, default 0 km/s
+        Full width at half maximum of its lines.
     scale : emission coefficient
         Of density 1 for spectral strength 1, such as "1e-25 W/m3/sr". Of kind lines, line_list, file, required there.
     lines : list of tables
@@ -765,12 +771,6 @@ class Emission(Table):
     file : path
         CSV of wavelength and strength per nm; its header may name the unit of wavelength, nm otherwise. Of kind file,
         required there.
-    name : text, default emission N
-        Its name.
-    density : expression
-        Of the fields, such as "n_H^2 * x_ion^2".
-    doppler_fwhm : velocity, default 0 km/s
-        Full width at half maximum of its lines.
 
     Raises
     ------
@@ -785,6 +785,8 @@ class Emission(Table):
         kind: Literal["lines", "ion", "recombination", "line_list", "file"],
         density: str,
         *,
+        name: str | None = None,
+        doppler_fwhm: Quantity | None = None,
         scale: Quantity | None = None,
         lines: Sequence[dict[str, Any]] | None = None,
         continuum: float | None = None,
@@ -796,11 +798,12 @@ class Emission(Table):
         abundance: float | None = None,
         list: str | None = None,
         file: Path | None = None,
-        name: str | None = None,
-        doppler_fwhm: Quantity | None = None,
     ):
         super().__init__(
             kind=kind,
+            name=name,
+            density=density,
+            doppler_fwhm=doppler_fwhm,
             scale=scale,
             lines=lines,
             continuum=continuum,
@@ -812,9 +815,6 @@ class Emission(Table):
             abundance=abundance,
             list=list,
             file=file,
-            name=name,
-            density=density,
-            doppler_fwhm=doppler_fwhm,
         )
 
 
@@ -870,6 +870,12 @@ class Background(Table):
 
     Parameters
     ----------
+    radiance : spectral radiance
+        At `wavelength`.
+    wavelength : wavelength, default 550 nm
+        Where the radiance holds.
+    stars : table, default none
+        A field of stars as well.
     temperature : temperature
         Effective temperature, 10000 to 50000 K. Of kind blackbody, atmosphere, required there.
     type : text
@@ -882,12 +888,6 @@ class Background(Table):
         Where it is one. Of kind power_law.
     file : path
         The CSV; its header may name the unit of wavelength, nm otherwise. Of kind file, required there.
-    radiance : spectral radiance
-        At `wavelength`.
-    wavelength : wavelength, default 550 nm
-        Where the radiance holds.
-    stars : table, default none
-        A field of stars as well.
 
     Raises
     ------
@@ -901,27 +901,27 @@ class Background(Table):
         self,
         *,
         kind: Literal["blackbody", "stellar", "atmosphere", "power_law", "file"] | None = None,
+        radiance: Quantity | None = None,
+        wavelength: Quantity | None = None,
+        stars: StarField | None = None,
         temperature: Quantity | None = None,
         type: str | None = None,
         log_g: float | None = None,
         exponent: float | None = None,
         reference: Quantity | None = None,
         file: Path | None = None,
-        radiance: Quantity | None = None,
-        wavelength: Quantity | None = None,
-        stars: StarField | None = None,
     ):
         super().__init__(
             kind=kind,
+            radiance=radiance,
+            wavelength=wavelength,
+            stars=stars,
             temperature=temperature,
             type=type,
             log_g=log_g,
             exponent=exponent,
             reference=reference,
             file=file,
-            radiance=radiance,
-            wavelength=wavelength,
-            stars=stars,
         )
 
 
@@ -947,6 +947,10 @@ class Band(Table):
 
     Parameters
     ----------
+    name : text
+        Its name in the output.
+    counting : text, default energy
+        What the detector counts: energy (R = T), or photon (R = T lambda/lambda_pivot); embedded passbands know.
     passband : text
         Such as "hst-wfc3-f656n", of the catalogue `passbands`. Of kind catalogue, required there.
     file : path
@@ -969,10 +973,6 @@ class Band(Table):
         Lower end. Of kind polynomial, required there.
     high : wavelength
         Upper end. Of kind polynomial, required there.
-    name : text
-        Its name in the output.
-    counting : text, default energy
-        What the detector counts: energy (R = T), or photon (R = T lambda/lambda_pivot); embedded passbands know.
 
     Raises
     ------
@@ -987,6 +987,7 @@ class Band(Table):
         kind: Literal["catalogue", "file", "points", "top_hat", "gaussian", "cos2", "polynomial"],
         name: str,
         *,
+        counting: str | None = None,
         passband: str | None = None,
         file: Path | None = None,
         nm: Sequence[float] | None = None,
@@ -998,10 +999,11 @@ class Band(Table):
         coefficients: Sequence[float] | None = None,
         low: Quantity | None = None,
         high: Quantity | None = None,
-        counting: str | None = None,
     ):
         super().__init__(
             kind=kind,
+            name=name,
+            counting=counting,
             passband=passband,
             file=file,
             nm=nm,
@@ -1013,8 +1015,6 @@ class Band(Table):
             coefficients=coefficients,
             low=low,
             high=high,
-            name=name,
-            counting=counting,
         )
 
 

@@ -124,15 +124,20 @@ def test_units_of_quantities():
 
 def test_units_of_every_quantity_are_read_by_astropy():
     from barnard._rows import QUANTITIES
-    from barnard._values import spelled
+    from barnard._values import spelled, units_of
 
-    for quantity, (units, _) in QUANTITIES.items():
-        known = [unit for unit in units if unit not in ("mag/cm", "Rsun")]
-        parsed = []
-        for unit in known:
+    for quantity, (sizes, _) in QUANTITIES.items():
+        parsed = {}
+        for unit in units_of(quantity):
             try:
-                parsed.append(u.Unit(spelled(unit)))
+                parsed[unit] = u.Unit(spelled(unit))
             except ValueError:
-                pass
+                pass  # Names such as Rsun that astropy spells otherwise.
         assert parsed, quantity
-        assert all(unit.is_equivalent(parsed[0]) or "mag" in str(unit) or "mag" in str(parsed[0]) for unit in parsed), quantity
+        first = next(iter(parsed))
+        for unit, own in parsed.items():
+            if "mag" not in unit and "mag" not in first:
+                ratio = dict(sizes)[unit] / dict(sizes)[first]
+                assert np.isclose((1 * own).to_value(parsed[first]), ratio, rtol=1e-4), (quantity, unit)
+    with pytest.raises(bn.SceneError, match="no wavelength"):
+        bn.Band("top_hat", name="x", centre=5 * u.A, width="3 nm")

@@ -19,7 +19,6 @@ def test_a_covering_grid_becomes_a_picture(tmp_path):
     scene.dust = bn.Dust("n_H", scale=5.32e-22 * u.mag * u.cm**2, law="gordon23", albedo=0.6)
     scene.stars.append(bn.Star(position=[0.2, 0.1, 0.3] * u.pc, temperature=39e3 * u.K, luminosity=2e5 * u.Lsun))
     image = scene.render(bn.perspective(position=[0, 0, 5] * u.pc, field_of_view=25 * u.deg, size=32))
-    assert "F656N" in image.bands, image.bands
     assert image["F656N"].to(u.MJy / u.sr).value.max() > 0
     image.write(tmp_path / "gmc.fits")
     assert scene.fields["n_H"].unit == "cm-3"
@@ -37,7 +36,7 @@ def test_mean_radiances_are_those_of_the_band():
     for band in image:
         # A spectrum that is flat in wavelength has its mean everywhere; for each frequency it is that times λ²/c at the pivot.
         assert np.allclose(image[band].to_value("W / (m2 sr um)"), 2e-7, rtol=1e-3)
-    pivot = image.to_xarray().pivot.sel(band="V").item() * u.um
+    pivot = image.to_xarray().pivot.sel(band="johnson-V").item() * u.um
     per_frequency = (2e-7 * u.W / u.m**2 / u.sr / u.um * pivot**2 / (299792458 * u.m / u.s)).to_value(u.MJy / u.sr)
     assert np.allclose(image["V"].to_value(u.MJy / u.sr), per_frequency, rtol=1e-3)
     assert np.allclose((2 * image["V"]).to_value(u.MJy / u.sr), 2 * per_frequency, rtol=1e-3)
