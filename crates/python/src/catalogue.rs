@@ -19,18 +19,24 @@ fn keys(keys: &'static [Key]) -> Vec<KeyRow> {
 /// A kind of a table: name, what it is, its keys.
 type KindRow = (&'static str, &'static str, Vec<KeyRow>);
 
-/// All tables of a scene: path, what it is, keys whatever the kind, kinds.
+/// A table of a scene: path, what it is, keys whatever the kind, kinds.
+type TableRow = (&'static str, &'static str, Vec<KeyRow>, Vec<KindRow>);
+
+/// All tables of a scene.
 #[pyfunction]
-pub fn schema() -> Vec<(&'static str, &'static str, Vec<KeyRow>, Vec<KindRow>)> {
+pub fn schema() -> Vec<TableRow> {
     let kinds = |table: &barnard::scene::schema::TableRow| {
         (table.kinds)().into_iter().map(|kind| (kind.name, kind.summary, keys(kind.keys))).collect()
     };
     TABLES.iter().map(|table| (table.path, table.text, keys(table.keys), kinds(table))).collect()
 }
 
-/// All quantities with their units, name and size, and an example.
+/// A quantity: name, units with their sizes, an example.
+type QuantityRow = (&'static str, Vec<(&'static str, f64)>, &'static str);
+
+/// All quantities.
 #[pyfunction]
-pub fn quantities() -> Vec<(&'static str, Vec<(&'static str, f64)>, &'static str)> {
+pub fn quantities() -> Vec<QuantityRow> {
     spectra::units::QUANTITIES.iter().map(|q| (q.name, q.units.to_vec(), q.example)).collect()
 }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use barnard::Result;
 use barnard::backend::path::{self, PathTracer};
 use barnard::backend::reference::{self, Reference};
 use barnard::backend::{Backend, Job, Registry};
@@ -11,7 +12,6 @@ use barnard::image::{Display, PixelScale, Samples};
 use barnard::keywords::Value;
 use barnard::plan::Options;
 use barnard::properties::Table;
-use barnard::Result;
 use barnard_files::SaveImage;
 use barnard_files::formats::encode_png;
 use numpy::{PyArray1, PyArray3, PyArrayMethods, ToPyArray};
@@ -32,6 +32,9 @@ pub fn registry() -> Registry {
 fn display(scene: &barnard::Scene, table: &Table) -> Result<Display> {
     Display::from_properties(table, &scene.bands)
 }
+
+/// A band: pivot wavelength [um], width [um], how it counts, certificate in words.
+type BandDetails = (Option<f64>, Option<f64>, Option<&'static str>, Vec<String>);
 
 /// A rendered picture, with what is stated of it.
 #[pyclass(frozen, module = "barnard._barnard")]
@@ -85,7 +88,7 @@ impl Image {
 
     /// For each band its pivot wavelength [um], its width ∫ R dλ [um], how it counts, and its certificate in words.
     #[getter]
-    fn band_details(&self) -> Vec<(Option<f64>, Option<f64>, Option<&'static str>, Vec<String>)> {
+    fn band_details(&self) -> Vec<BandDetails> {
         self.image.bands.iter().map(|b| (b.pivot_um, b.width_um, b.counting, b.certificate.clone())).collect()
     }
 

@@ -31,7 +31,11 @@ fn array(stream: Stream) -> Result<Array> {
     let (asked, file, order) = stream.open()?;
     let (shape, cells) = checked_shape(asked.path, asked.memory_limit, file.shape())?;
     let is_single = matches!(file.dtype(), DType::Plain(t) if is_single(t.type_char(), t.num_bytes().unwrap_or(0)));
-    let data = if is_single { Numbers::Single(values::<f32>(&asked, file, cells)?.into()) } else { Numbers::Double(values::<f64>(&asked, file, cells)?.into()) };
+    let data = if is_single {
+        Numbers::Single(values::<f32>(&asked, file, cells)?.into())
+    } else {
+        Numbers::Double(values::<f64>(&asked, file, cells)?.into())
+    };
     Ok(Array { shape, data, fortran: order == Order::Fortran, frame: None })
 }
 
