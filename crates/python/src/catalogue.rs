@@ -2,12 +2,12 @@
 
 use barnard::properties::Key;
 use barnard::scene::schema::TABLES;
+use barnard_cli::backends::registry;
 use barnard_files::builtin;
 use barnard_files::catalogue::{CATALOGUES, Catalogue};
 use pyo3::prelude::*;
 
 use crate::error::raised;
-use crate::image::registry;
 
 /// A key: name, what its value is, default or none where it is required, what it means.
 type KeyRow = (&'static str, &'static str, Option<&'static str>, &'static str);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use barnard::Result;
 use barnard::backend::path::{self, PathTracer};
 use barnard::backend::reference::{self, Reference};
-use barnard::backend::{Backend, Job, Registry};
+use barnard::backend::{Backend, Job};
 use barnard::control::Control;
 use barnard::image::{Display, PixelScale, Samples};
 use barnard::keywords::Value;
@@ -22,11 +22,6 @@ use crate::error::raised;
 use crate::plan::{Certificate, Plan, certificates};
 use crate::scene::Scene;
 use crate::{tree, work};
-
-/// The back ends that the package was built with.
-pub fn registry() -> Registry {
-    barnard_cli::backends::registry()
-}
 
 /// The display that a table describes for pictures of a scene.
 fn display(scene: &barnard::Scene, table: &Table) -> Result<Display> {
@@ -203,7 +198,7 @@ fn rendered(
             }))
         }
         "reference" => Box::new(Reference { accuracy: exactness.accuracy.unwrap_or(reference::DEFAULT_ACCURACY) }),
-        _ => (registry().named(backend)?.open)(scene)?,
+        _ => (barnard_cli::backends::registry().named(backend)?.open)(scene)?,
     };
     let options = Options::within(memory_limit);
     let job = match plan {

@@ -2,9 +2,9 @@
 
 use barnard::backend::Backend;
 use barnard::plan::Options;
+use barnard_cli::backends::registry;
 use pyo3::prelude::*;
 
-use crate::image::registry;
 use crate::scene::Scene;
 use crate::work;
 
