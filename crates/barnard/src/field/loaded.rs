@@ -213,3 +213,58 @@ fn arranged(data: &[impl Copy + Into<f64> + Sync], array: &Array, factor: f64, a
     });
     values
 }
+
+#[cfg(test)]
+mod tests {
+    use std::borrow::Cow;
+
+    use super::*;
+    use crate::data::{DataSource, Shared, TextTable};
+    use crate::error::Error;
+    use crate::properties::{Table, Value};
+
+    /// One array in memory, and nothing else.
+    #[derive(Debug)]
+    struct One {
+        numbers: Shared<f32>,
+        fortran: bool,
+    }
+
+    impl DataSource for One {
+        fn label(&self, name: &str) -> String {
+            name.to_owned()
+        }
+        fn text(&self, name: &str, _: u64) -> Result<Cow<'static, str>> {
+            Err(Error::file(name, "is not there"))
+        }
+        fn table(&self, name: &str, _: usize, _: u64) -> Result<TextTable> {
+            Err(Error::file(name, "is not there"))
+        }
+        fn array(&self, _: &str, _: Option<&str>, _: u64) -> Result<Array> {
+            Ok(Array { shape: [2, 3, 4], data: Numbers::Single(self.numbers.clone()), fortran: self.fortran, frame: None })
+        }
+    }
+
+    /// An array whose x runs fastest is the grid's own memory; in another order, scaled or clipped it is not, and what
+    /// is read is the same.
+    #[test]
+    fn arrays_are_shared_where_they_lie_as_a_grid_has_them() {
+        let numbers: Shared<f32> = (0..24).map(|i| i as f32).collect::<Vec<_>>().into();
+        let grid = |fortran: bool, more: &[(&str, Value)]| {
+            let mut table = Table::default();
+            let said = [("file", "a"), ("low", "0 0 0 pc"), ("high", "2 3 4 pc")];
+            said.iter().for_each(|(key, text)| table.insert(*key, Value::Text((*text).into())));
+            more.iter().for_each(|(key, value)| table.insert(*key, value.clone()));
+            let inputs = Inputs::new(Arc::new(One { numbers: numbers.clone(), fortran }), 1 << 20);
+            build(&Section::new(&table, "field.a"), &inputs).unwrap()
+        };
+        let shares = |field: &Arc<dyn Field>| std::ptr::eq(field.grid().unwrap().values().as_ptr(), numbers.as_ptr());
+        let own = grid(true, &[]);
+        assert!(shares(&own));
+        assert_eq!(own.at(DVec3::new(1.5, 0.5, 2.5)), 1.0 + 2.0 * 6.0);
+        for (fortran, more) in [(false, vec![]), (true, vec![("factor", Value::Number(2.0))]), (true, vec![("clip", Value::Flag(true))])] {
+            assert!(!shares(&grid(fortran, &more)), "{fortran} {more:?}");
+        }
+        assert_eq!(grid(false, &[]).at(DVec3::new(1.5, 0.5, 2.5)), 12.0 + 2.0);
+    }
+}

@@ -247,6 +247,25 @@ mod tests {
         }
     }
 
+    /// A rule that no accuracy makes good, since it has one wavelength, is made finer in vain; the phase function is asked at as
+    /// many angles as for any other rule.
+    #[test]
+    fn finer_rules_leave_phase_functions_as_they_are() {
+        let phase = crate::phase::HenyeyGreenstein::new(0.7).unwrap();
+        let scene = scene(on_axis(4.0, 30.0, (8, 8)), 16).dust(dust(ball(1.0), "ccm89", 6.0).phase(phase));
+        let scene = scene.star(star(5000.0, 1.0, DVec3::new(0.2, 0.1, 0.3)));
+        let angle = |name: &str| {
+            let method = scene.method.clone().with_name(name).unwrap();
+            let scene = crate::scene::Scene { method, ..scene.clone() };
+            let plan = Plan::new(&scene, &Options::default(), &Control::default()).unwrap();
+            let worst = plan.certificates(0, &plan.expected()).into_iter().map(|(_, c)| c.absolute).fold(0.0, f64::max);
+            (plan.spectral().phase_angle, plan.spectral().phase.as_ref().unwrap().entries, worst)
+        };
+        let (one, good) = (angle("fixed_wavelength"), angle("band_quadrature"));
+        assert!(one.2 > 1e-3 && good.2 < 1e-3, "{} {}", one.2, good.2);
+        assert_eq!((one.0, one.1), (good.0, good.1));
+    }
+
     /// Dust and gas that thicken inwards, with a star inside, seen by a camera of so many degrees and pixels.
     fn glowing_cloud(degrees: f64, size: (usize, usize)) -> Plan {
         let ball = |core: f64| Plummer::new(DVec3::ZERO, core).unwrap().cut(1.0).unwrap();
