@@ -9,7 +9,6 @@ import contextlib
 import contextvars
 import hashlib
 import os
-import tempfile
 import threading
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -20,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from . import _barnard
+from ._files import replace
 
 #: The folder in which arrays are laid down while something is pickled for workers.
 _shared: contextvars.ContextVar[Path | None] = contextvars.ContextVar("shared", default=None)
@@ -65,10 +65,7 @@ def laid_down(array: np.ndarray) -> str | None:
     path = folder / f"{digest.hexdigest()[:32]}.npy"
     if not path.exists():
         folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=folder, suffix=".part", delete=False) as out:
-            np.save(out, array)
-        os.chmod(out.name, 0o644)
-        os.replace(out.name, path)
+        replace(path, lambda out: np.save(out, array))
     return str(path.resolve())
 
 

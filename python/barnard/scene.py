@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ import numpy as np
 
 from . import _barnard
 from ._field import Field, Sampled
+from ._files import replace
 from ._progress import Listener, told
 from ._rows import ROWS, scene_error, unknown_key
 from ._table import Table, table_of
@@ -37,6 +37,8 @@ _TABLES: dict[str, type[Table]] = {
     "method": Method,
 }
 _TEXTS = ("name", "description", "bands")
+#: All attributes that say something.
+_PARTS = [*_TEXTS, *_TABLES, "fields", "bookmarks", *_LISTS]
 
 
 class Scene:
@@ -114,9 +116,8 @@ class Scene:
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not name.startswith("_"):
-            known = [*_TEXTS, *_TABLES, "fields", "bookmarks", *_LISTS]
-            if name not in known:
-                raise unknown_key("", name, known)
+            if name not in _PARTS:
+                raise unknown_key("", name, _PARTS)
             if name in _TABLES and value is not None:
                 value = table_of(_TABLES[name], value, name)
         super().__setattr__(name, value)
@@ -137,14 +138,12 @@ class Scene:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scene):
             return NotImplemented
-        names = [*_TEXTS, *_TABLES, "fields", "bookmarks", *_LISTS]
-        return all(getattr(self, name) == getattr(other, name) for name in names)
+        return all(getattr(self, name) == getattr(other, name) for name in _PARTS)
 
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        names = [*_TEXTS, *_TABLES, "fields", "bookmarks", *_LISTS]
-        said = ", ".join(f"{name}={getattr(self, name)!r}" for name in names if getattr(self, name))
+        said = ", ".join(f"{name}={getattr(self, name)!r}" for name in _PARTS if getattr(self, name))
         return f"Scene({said})"
 
     # The tree of a scene file.
@@ -263,10 +262,10 @@ class Scene:
         tree = self._tree()
         for name, field in self._arrays().items():
             file = f"{path.stem}_{name}.npy"
-            _replace(path.with_name(file), lambda out, values=field.values: np.save(out, values))
+            replace(path.with_name(file), lambda out, values=field.values: np.save(out, values))
             tree["field"][name]["file"] = file
         text = _barnard.to_toml(tree)
-        _replace(path, lambda out: out.write(text.encode()))
+        replace(path, lambda out: out.write(text.encode()))
 
     # Rendering.
 
@@ -471,7 +470,7 @@ class Scene:
         if isinstance(owner, Table):
             known = list(owner._row().all_keys(owner._chosen))
         elif owner is self:
-            known = [*_TEXTS, *_TABLES, "fields", "bookmarks", *_LISTS]
+            known = _PARTS
         else:
             raise scene_error(place, "the place is no key of a table, such as star[0].temperature")
         if key not in known:
@@ -497,7 +496,8 @@ def _field(value: Any, key: str) -> Field:
     """A field as an object: one that is, or a dictionary with its kind."""
     if isinstance(value, Field):
         return value
-    kinds = {kind: getattr(tables, "".join(part.capitalize() for part in kind.split("_"))) for kind in ROWS["field.*"].kinds}
+    classes = [cls for name in tables.__all__ if isinstance(cls := getattr(tables, name), type) and issubclass(cls, Field)]
+    kinds = {cls._kind: cls for cls in classes}
     if isinstance(value, dict):
         keys = dict(value)
         kind = keys.pop("kind", None)
@@ -511,22 +511,3 @@ def _tables_by_name(value: Any, key: str) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise scene_error(key, f"{value!r} is no table; write [{key}.NAME]")
     return value
-
-
-def _replace(path: Path, write) -> None:
-    """Writes a file whole or not at all."""
-    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as out:
-        try:
-            write(out)
-            out.close()
-            os.chmod(out.name, 0o666 & ~_umask())
-            os.replace(out.name, path)
-        except BaseException:
-            os.unlink(out.name)
-            raise
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
