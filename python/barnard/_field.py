@@ -42,6 +42,10 @@ class Sampled(Field):
         # A name of its own: what is made of an array is kept as long as the array is the same.
         return f"array-{next(_numbers)}"
 
+    def _now(self, key: str) -> Any:
+        # An array that was taken is read-only, and what is said of it is its name.
+        return self._said[key] if key == "file" else super()._now(key)
+
     def __setattr__(self, key: str, value: Any) -> None:
         if key == "file":
             object.__setattr__(self, "_array", None)

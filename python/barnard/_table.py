@@ -13,6 +13,9 @@ from ._values import said
 _SPOKEN = "_said"
 _GIVEN = "_given"
 
+#: Classes of tables by their paths.
+_CLASSES: dict[str, type[Table]] = {}
+
 
 def checked(function: Callable[..., Any], place: str) -> Callable[..., Any]:
     """A function whose keywords are keys: one that it does not have is an error that says which it has."""
@@ -50,6 +53,7 @@ class Table:
         super().__init_subclass__(**options)
         if "_path" in cls.__dict__ and "__init__" in cls.__dict__:
             cls.__init__ = checked(cls.__init__, cls._place())  # type: ignore[method-assign]
+            _CLASSES[cls._path] = cls
 
     @classmethod
     def of(cls, keys: dict[str, Any]) -> Table:
@@ -82,11 +86,21 @@ class Table:
         known = row.all_keys(self._chosen)
         if key not in known:
             raise unknown_key(place, key, list(known))
+        own = _CLASSES.get(f"{self._path}.{key}")
+        if own is not None and isinstance(value, dict):
+            value = own.of(value)
         spoken = None if value is None else self._spoken(key, known[key].value, value)
         self._keep(key, value, spoken)
 
     def _spoken(self, key: str, kind: str, value: Any) -> Any:
         return said(value, kind, f"{self._place()}.{key}")
+
+    def _now(self, key: str) -> Any:
+        """What is said of a key: anew where its value may have been changed in place since it was set."""
+        given = self._given[key]
+        if isinstance(given, (list, tuple, dict)) or getattr(given, "ndim", 0) > 0:
+            return self._spoken(key, self._row().all_keys(self._chosen)[key].value, given)
+        return self._said[key]
 
     def _keep(self, key: str, value: Any, spoken: Any) -> None:
         if value is None:
@@ -109,7 +123,7 @@ class Table:
     def tree(self) -> dict[str, Any]:
         """The table as scene files have it: texts with units, numbers, lists and dictionaries."""
         kind = {"kind": self._kind} if self._kind else {}
-        return {**kind, **{key: _unfolded(value) for key, value in self._said.items()}}
+        return {**kind, **{key: _unfolded(self._now(key)) for key in self._said}}
 
     def __eq__(self, other: object) -> bool:
         return type(other) is type(self) and other.tree() == self.tree()
@@ -133,6 +147,8 @@ def _unfolded(value: Any) -> Any:
         return value.tree()
     if isinstance(value, list):
         return [_unfolded(item) for item in value]
+    if isinstance(value, dict):
+        return {name: _unfolded(item) for name, item in value.items()}
     return value
 
 

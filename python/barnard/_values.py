@@ -103,7 +103,7 @@ def _list(value: Any, key: str) -> list:
 
 
 def _plain(value: Any, key: str) -> Any:
-    """Plain values of Python for those of NumPy; anything deeper as it is."""
+    """Plain values of Python for those of NumPy; tables as they are, since they may be changed later."""
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
     if isinstance(value, (int, np.integer)):
@@ -121,7 +121,7 @@ def _plain(value: Any, key: str) -> Any:
     if isinstance(value, dict):
         return {str(name): _plain(item, f"{key}.{name}") for name, item in value.items()}
     if hasattr(value, "tree"):
-        return value.tree()
+        return value
     if has_unit(value):
         try:
             return _plain(np.asarray(value.to_value("")), key)

@@ -4,6 +4,7 @@ import pickle
 import subprocess
 import sys
 
+import astropy.units as u
 import numpy as np
 import pytest
 
@@ -138,6 +139,37 @@ def test_a_tables_keys_are_its_attributes(scene):
     with pytest.raises(AttributeError):
         star.temperatur
     assert "temperature" in dir(star) and "Star(" in repr(star)
+
+
+def test_tables_within_tables_may_be_changed(scene):
+    scene.dust.phase = bn.Phase("henyey_greenstein", g=0.5)
+    before = scene.render().radiance
+    scene.dust.phase.g = 0.9
+    assert scene._tree()["dust"]["phase"] == {"kind": "henyey_greenstein", "g": 0.9}
+    assert not np.array_equal(scene.render().radiance, before)
+    # A dictionary becomes the same table, and a file's table too.
+    scene.dust.phase = {"kind": "henyey_greenstein", "g": 0.5}
+    assert scene.dust.phase == bn.Phase("henyey_greenstein", g=0.5)
+    assert np.array_equal(scene.render().radiance, before)
+    again = bn.Scene.from_toml(bn.Scene(bands="johnson", dust=scene.dust).to_toml())
+    again.dust.phase.g = 0.1
+    assert "0.1" in again.to_toml()
+    with pytest.raises(bn.SceneError, match="dust.phase.gg"):
+        scene.dust.phase = {"kind": "henyey_greenstein", "gg": 0.5}
+
+
+def test_values_changed_in_place_are_heard():
+    position = np.array([1.0, 0.0, 0.0]) * u.pc
+    star = bn.Star(position, temperature="12000 K")
+    star.position[0] = 2 * u.pc
+    assert star.tree()["position"] == "2.0 0.0 0.0 pc"
+    star.position += 1 * u.pc
+    assert star.tree()["position"] == "3.0 1.0 1.0 pc"
+    emission = bn.Emission("lines", density="gas", lines=[{"wavelength": "656.3 nm", "strength": 1.0}])
+    emission.lines[0]["strength"] = 2.0
+    assert emission.tree()["lines"][0]["strength"] == 2.0
+    star.position[0] = np.nan * u.pc
+    assert star.tree()["position"].startswith("nan")
 
 
 def test_lit_scenes_differ_by_their_density():
