@@ -247,12 +247,17 @@ impl Tone {
     /// The picture in bytes, height × width × RGB, by tables: for windows, fast, and at most one level from the exact
     /// one.
     pub fn bytes(&self, image: &Image) -> Vec<[u8; 3]> {
+        linear(self, image).map(self.coder()).collect()
+    }
+
+    /// What makes bytes of a colour that the palette gave, by the tables of [`Tone::bytes`].
+    pub fn coder(&self) -> impl Fn([f64; 3]) -> [u8; 3] + Sync {
         let stretch = self.stretch_table();
         let code = |i: usize| (255.0 * spectra::colour::srgb_encode((i as f64 / CODE_GAPS as f64).powi(2)) + 0.5) as u8;
         let codes: Vec<u8> = (0..=CODE_GAPS).map(code).collect();
-        let range = 1.0 / (self.white - self.black);
-        let colour = |linear: [f64; 3]| {
-            let scaled = linear.map(|v| ((v - self.black) * range).max(0.0));
+        let (black, range) = (self.black, 1.0 / (self.white - self.black));
+        move |linear: [f64; 3]| {
+            let scaled = linear.map(|v| ((v - black) * range).max(0.0));
             let brightest = scaled[0].max(scaled[1]).max(scaled[2]);
             if brightest.is_nan() || brightest <= 0.0 {
                 return [0; 3];
@@ -265,18 +270,12 @@ impl Tone {
                 let bright = v * gain;
                 codes[((bright + pale * (1.0 - bright)).clamp(0.0, 1.0).sqrt() * CODE_GAPS as f64 + 0.5) as usize]
             })
-        };
-        linear(self, image).map(colour).collect()
+        }
     }
 
     /// The stretch at equal steps of the fourth root of what it stretches, from 0 to 1.
     pub fn stretch_table(&self) -> Vec<f64> {
         (0..=STRETCH_GAPS).map(|i| self.stretch.apply((i as f64 / STRETCH_GAPS as f64).powi(4))).collect()
-    }
-
-    /// The colour of one pixel's bands, in sRGB encoding [0, 1].
-    pub fn colour(&self, bands: impl Iterator<Item = f64>) -> [f64; 3] {
-        self.encoded(self.palette.rgb(bands))
     }
 
     /// A linear colour between black and white, in sRGB encoding [0, 1].

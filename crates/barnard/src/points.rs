@@ -85,16 +85,34 @@ pub fn draw(
 pub fn points(sources: Sources, scene: &Scene, camera: &Camera, lights: &[Light]) -> Result<Vec<Point>> {
     let mut points = direct_points(scene, camera, lights);
     if let Some(field) = &scene.background.star_field {
-        let mut of_field = field_points(field, camera, lights)?;
-        if let Sources::Brightest(most) = sources
-            && most < of_field.len()
-        {
-            of_field.select_nth_unstable_by(most, |a, b| b.gain.total_cmp(&a.gain));
-            of_field.truncate(most);
+        let stars = field_stars(field, camera, cells_in_view(camera))?;
+        let first = lights.iter().position(|l| matches!(l.route, Route::FieldStar { class: 0 })).unwrap_or(0);
+        let place = |star: &FieldStar| star.point(camera, first);
+        match sources {
+            Sources::All => points.par_extend(stars.par_iter().filter_map(place)),
+            Sources::Brightest(most) => points.append(&mut brightest(stars, most, place)),
         }
-        points.append(&mut of_field);
     }
     Ok(points)
+}
+
+/// At most so many points of `stars`, those of the brightest that have one: no more stars are placed than it takes.
+fn brightest(mut stars: Vec<FieldStar>, most: usize, place: impl Fn(&FieldStar) -> Option<Point> + Sync) -> Vec<Point> {
+    let (mut rest, mut points) = (&mut stars[..], Vec::new());
+    while points.len() < most && !rest.is_empty() {
+        let next = (2 * (most - points.len())).min(rest.len());
+        if next < rest.len() {
+            rest.select_nth_unstable_by(next, |a, b| b.gain.total_cmp(&a.gain));
+        }
+        let (head, tail) = rest.split_at_mut(next);
+        points.par_extend(head.par_iter().filter_map(&place));
+        rest = tail;
+    }
+    if most < points.len() {
+        points.select_nth_unstable_by(most, |a, b| b.gain.total_cmp(&a.gain));
+        points.truncate(most);
+    }
+    points
 }
 
 fn direct_points(scene: &Scene, camera: &Camera, lights: &[Light]) -> Vec<Point> {
@@ -124,73 +142,93 @@ fn direct_points(scene: &Scene, camera: &Camera, lights: &[Light]) -> Vec<Point>
 /// Number of cells from pole to pole; cells have equal areas.
 const SKY_SLICES: u64 = 512;
 
-fn field_points(field: &StarField, camera: &Camera, lights: &[Light]) -> Result<Vec<Point>> {
-    let first = lights.iter().position(|l| matches!(l.route, Route::FieldStar { class: 0 })).unwrap_or(0);
+/// A star of the star field before its place is worked out: numbers in [0, 1) say where in its cell of the sky it is.
+struct FieldStar {
+    cell: u64,
+    within: (f64, f64),
+    /// 10^(−0.4 m), m its V magnitude.
+    gain: f64,
+    /// The number of its class in [`star_field::CLASSES`].
+    class: usize,
+}
+
+impl FieldStar {
+    /// The next star of a cell; `range` is 10^(−0.4 m) of the faintest star and how many times it that of the brightest
+    /// is.
+    fn drawn(cell: u64, range: (f64, f64), random: &mut Counter) -> Self {
+        let within = (random.uniform(), random.uniform());
+        // Counts grow as 10^(0.4 m): from the brightest to the faintest, 10^(0.4 m) is evenly spread.
+        let (faintest, times) = range;
+        let low = times.recip();
+        let gain = faintest / (low + random.uniform() * (1.0 - low));
+        let mut pick = random.uniform();
+        let class = star_field::CLASSES.iter().position(|(_, part)| {
+            pick -= part;
+            pick < 0.0
+        });
+        Self { cell, within, gain, class: class.unwrap_or(star_field::CLASSES.len() - 1) }
+    }
+
+    /// Where it appears, if it touches the image; `first` is the light of the first class.
+    fn point(&self, camera: &Camera, first: usize) -> Option<Point> {
+        let (column, row) = camera.project(camera.position + sky_direction(self.cell, self.within.0, self.within.1))?;
+        let margin = PSF_RADIUS as f64;
+        let inside = column > -margin && row > -margin && column < camera.width as f64 + margin && row < camera.height as f64 + margin;
+        inside.then_some(Point { column, row, light: first + self.class, gain: self.gain, length: f64::INFINITY })
+    }
+}
+
+/// The stars of some cells of the sky.
+fn field_stars(field: &StarField, camera: &Camera, visible: Vec<u64>) -> Result<Vec<FieldStar>> {
     let cells = 2 * SKY_SLICES * SKY_SLICES;
     let per_cell = field.density_per_sr * spectra::constants::SPHERE / cells as f64;
     let in_view = camera.pixel_measure(0.5 * camera.width as f64, 0.5 * camera.height as f64) * (camera.width * camera.height) as f64;
     if field.density_per_sr * in_view > MAX_FIELD_STARS {
         return Err(Error::StarField { in_view: field.density_per_sr * in_view, most: MAX_FIELD_STARS });
     }
-    let visible = cells_in_view(camera);
-    let of_cell = |cell: &u64| {
-        let mut random = Counter::new(field.seed, *cell);
+    let (bright, faint) = field.magnitudes;
+    let range = (10f64.powf(-0.4 * faint), 10f64.powf(0.4 * (faint - bright)));
+    let of_cell = |cell: u64| {
+        let mut random = Counter::new(field.seed, cell);
         let count = poisson(per_cell, &mut random);
-        let star = |_| field_star(field, *cell, &mut random);
-        let stars: Vec<(DVec3, f64, usize)> = (0..count).map(star).collect();
-        stars
-            .into_iter()
-            .filter_map(|(direction, magnitude, class)| {
-                let (column, row) = camera.project(camera.position + direction)?;
-                let margin = PSF_RADIUS as f64;
-                let inside =
-                    column > -margin && row > -margin && column < camera.width as f64 + margin && row < camera.height as f64 + margin;
-                let gain = 10f64.powf(-0.4 * magnitude);
-                inside.then_some(Point { column, row, light: first + class, gain, length: f64::INFINITY })
-            })
-            .collect::<Vec<Point>>()
+        (0..count).map(move |_| FieldStar::drawn(cell, range, &mut random))
     };
-    Ok(visible.par_iter().flat_map_iter(of_cell).collect())
+    Ok(visible.into_par_iter().flat_map_iter(of_cell).collect())
 }
 
 /// A direction within slices of equal z and longitude.
 fn sky_direction(cell: u64, u: f64, v: f64) -> DVec3 {
     let (slice, sector) = (cell / (2 * SKY_SLICES), cell % (2 * SKY_SLICES));
     let z = 2.0 * (slice as f64 + u) / SKY_SLICES as f64 - 1.0;
-    let phi = std::f64::consts::PI * (sector as f64 + v) / SKY_SLICES as f64;
+    let (sin, cos) = (std::f64::consts::PI * (sector as f64 + v) / SKY_SLICES as f64).sin_cos();
     let r = (1.0 - z * z).max(0.0).sqrt();
-    DVec3::new(r * phi.cos(), r * phi.sin(), z)
+    DVec3::new(r * cos, r * sin, z)
 }
 
 /// The cells that can touch the image: those whose middle lies within the image's circle, widened by the cell's own
-/// size, which is that of all cells of a slice.
+/// size, which is that of all cells of a slice. In a slice they are neighbours, sectors around the longitude at which
+/// the camera looks.
 fn cells_in_view(camera: &Camera) -> Vec<u64> {
     let Projection::Perspective { half_width } = camera.projection else { return Vec::new() };
     let diagonal = (1.0 + (camera.height as f64 / camera.width as f64).powi(2)).sqrt();
     let radius = (half_width * diagonal * (1.0 + 8.0 / camera.width as f64)).atan();
+    let (ahead, sectors) = (camera.forward, 2 * SKY_SLICES as i64);
+    let per_radian = SKY_SLICES as f64 / std::f64::consts::PI;
+    let looks_at = (ahead.y.atan2(ahead.x) * per_radian).floor() as i64;
     let of_slice = |slice: u64| {
-        let cells = slice * 2 * SKY_SLICES..(slice + 1) * 2 * SKY_SLICES;
-        let middle = sky_direction(cells.start, 0.5, 0.5);
-        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| sky_direction(cells.start, u, v));
+        let first = slice * 2 * SKY_SLICES;
+        let middle = sky_direction(first, 0.5, 0.5);
+        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| sky_direction(first, u, v));
         let own = corners.iter().map(|c| c.dot(middle).clamp(-1.0, 1.0).acos()).fold(0.0, f64::max);
         let least = (radius + own).min(std::f64::consts::PI).cos();
-        cells.filter(move |cell| sky_direction(*cell, 0.5, 0.5).dot(camera.forward) >= least)
+        // The middles m with m · ahead ≥ least; the longitudes of both differ by no more than the arc of this cosine.
+        let across = middle.truncate().length() * ahead.truncate().length();
+        let cosine = (least - middle.z * ahead.z) / across.max(f64::MIN_POSITIVE);
+        let most = (cosine <= 1.0).then(|| (cosine.max(-1.0).acos() * per_radian).ceil() as i64 + 1)?;
+        let range = if 2 * most < sectors { looks_at - most..=looks_at + most } else { 0..=sectors - 1 };
+        Some(range.map(move |sector| first + sector.rem_euclid(sectors) as u64))
     };
-    (0..SKY_SLICES).into_par_iter().flat_map_iter(of_slice).collect()
-}
-
-fn field_star(field: &StarField, cell: u64, random: &mut Counter) -> (DVec3, f64, usize) {
-    let direction = sky_direction(cell, random.uniform(), random.uniform());
-    // Counts as 10^(0.4 m): invert the cumulative distribution.
-    let (bright, faint) = field.magnitudes;
-    let (low, high) = (10f64.powf(0.4 * (bright - faint)), 1.0);
-    let magnitude = faint + 2.5 * (low + random.uniform() * (high - low)).log10();
-    let mut pick = random.uniform();
-    let class = star_field::CLASSES.iter().position(|(_, part)| {
-        pick -= part;
-        pick < 0.0
-    });
-    (direction, magnitude, class.unwrap_or(star_field::CLASSES.len() - 1))
+    (0..SKY_SLICES).into_par_iter().filter_map(of_slice).flatten_iter().collect()
 }
 
 /// A Poisson number: by inversion where the mean is small, by its normal limit where it is large.
@@ -230,6 +268,69 @@ fn splat(camera: &Camera, point: &Point, fluxes: &[f64], add: &mut impl FnMut(us
             for (band, flux) in fluxes.iter().enumerate() {
                 add((band * camera.height + i as usize) * camera.width + j as usize, share * flux);
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Cameras that look anywhere, along the axis of the sky's slices and across the ends of their sectors too.
+    fn cameras() -> Vec<Camera> {
+        let towards = [DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z, DVec3::new(-1.0, 1e-3, 0.05), DVec3::new(0.1, -0.2, 0.97)];
+        let up = DVec3::new(0.3, 1.0, 0.2).normalize();
+        towards
+            .iter()
+            .flat_map(|t| [12.0, 150.0].map(|deg| Camera::look_at(DVec3::ZERO, *t).up(up).field_of_view_deg(deg).size(64, 36)))
+            .collect()
+    }
+
+    fn field() -> StarField {
+        StarField { density_per_sr: 2e4, magnitudes: (6.0, 14.0), seed: 7 }
+    }
+
+    fn seen(camera: &Camera, cells: Vec<u64>) -> Vec<(f64, f64, f64)> {
+        let stars = field_stars(&field(), camera, cells).unwrap();
+        let mut seen: Vec<_> = stars.iter().filter_map(|s| s.point(camera, 0)).map(|p| (p.gain, p.column, p.row)).collect();
+        seen.sort_by(|a, b| b.partial_cmp(a).unwrap());
+        seen
+    }
+
+    #[test]
+    fn no_star_of_the_sky_is_missed() {
+        for camera in cameras() {
+            let (some, all) = (seen(&camera, cells_in_view(&camera)), seen(&camera, (0..2 * SKY_SLICES * SKY_SLICES).collect()));
+            assert_eq!(some, all, "{camera:?}");
+            assert!(cells_in_view(&camera).len() < (2 * SKY_SLICES * SKY_SLICES) as usize, "all cells are looked at");
+        }
+    }
+
+    #[test]
+    fn the_brightest_are_the_first_of_all() {
+        for camera in cameras() {
+            let all = seen(&camera, cells_in_view(&camera));
+            for most in [0, 1, 30, all.len(), all.len() + 10] {
+                let stars = field_stars(&field(), &camera, cells_in_view(&camera)).unwrap();
+                let mut gains: Vec<f64> = brightest(stars, most, |s| s.point(&camera, 0)).iter().map(|p| p.gain).collect();
+                gains.sort_by(|a, b| b.total_cmp(a));
+                let first: Vec<f64> = all.iter().take(most).map(|s| s.0).collect();
+                assert_eq!(gains, first, "{most} of {}", all.len());
+            }
+        }
+    }
+
+    #[test]
+    fn counts_grow_with_magnitude() {
+        let camera = Camera::look_at(DVec3::ZERO, DVec3::X);
+        let stars = field_stars(&field(), &camera, (0..2 * SKY_SLICES * SKY_SLICES).collect()).unwrap();
+        let brighter = |m: f64| stars.iter().filter(|s| s.gain > 10f64.powf(-0.4 * m)).count() as f64;
+        assert_eq!(brighter(6.0), 0.0);
+        assert_eq!(brighter(14.0 + 1e-9), stars.len() as f64);
+        // N(m) grows as 10^(0.4 m): 251 189 stars, of which 10^(0.4 (m − 14)) are brighter than m.
+        for m in [10.0, 12.0, 13.0] {
+            let expected = spectra::constants::SPHERE * 2e4 * (10f64.powf(0.4 * (m - 14.0)) - 10f64.powf(-3.2)) / (1.0 - 10f64.powf(-3.2));
+            assert!((brighter(m) - expected).abs() < 4.0 * expected.sqrt(), "{m}: {} {expected}", brighter(m));
         }
     }
 }

@@ -1,6 +1,5 @@
 //! A picture in the window: radiances, the plan that made them, and how they are shown.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -135,20 +134,22 @@ impl Picture {
         let start = Instant::now();
         let plan = self.plan.clone().with_size(camera.width, camera.height);
         let (bands, size) = (self.image.bands.len(), camera.width * camera.height);
-        let mut lit: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
-        backend::draw(Sources::Brightest(FIELD_STARS), &self.scene, &plan, |i, value| {
-            lit.entry(i % size).or_insert_with(|| vec![0.0; bands])[i / size] += value;
-        })?;
-        // The wings of a star that nobody can see are none.
-        let spark = |(pixel, light): (usize, Vec<f64>)| {
+        let mut light = vec![0.0; bands * size];
+        backend::draw(Sources::Brightest(FIELD_STARS), &self.scene, &plan, |i, value| light[i] += value)?;
+        let (image, colours, tone, code) = (&self.image, &self.colours, &self.tone, self.tone.coder());
+        let spark = |pixel: usize| {
+            let own = |b: usize| light[b * size + pixel];
+            if (0..bands).all(|b| own(b) == 0.0) {
+                return None;
+            }
             let (column, row) = (pixel % camera.width, pixel / camera.width);
-            let (image, tone) = (&self.image, &self.tone);
-            let below: Vec<f64> =
-                (0..bands).map(|b| image.at(b, row * image.height / camera.height, column * image.width / camera.width)).collect();
-            let with = colour(tone.colour(below.iter().zip(&light).map(|(below, light)| below + light)));
-            (with != colour(tone.colour(below.into_iter()))).then_some((column, row, with))
+            let (x, y) = (column * image.width / camera.width, row * image.height / camera.height);
+            let [r, g, b] = code(tone.palette.rgb((0..bands).map(|b| own(b) + image.at(b, y, x))));
+            let with = Color32::from_rgb(r, g, b);
+            // The wings of a star that nobody can see are none.
+            (with != colours[y * image.width + x]).then_some((column, row, with))
         };
-        self.sparks = lit.into_iter().filter_map(spark).collect();
+        self.sparks = (0..size).into_par_iter().filter_map(spark).collect();
         self.times.stars = start.elapsed().as_secs_f64();
         Ok(())
     }
@@ -156,14 +157,13 @@ impl Picture {
     /// Colours of what `other` differs from this, amplified; both as this one is shown.
     pub fn difference(&self, other: &Self) -> Vec<Color32> {
         let (own, other) = (self.tone.picture(&self.image), self.tone.picture(&other.image));
-        let one = |(a, b): (&[f64; 3], &[f64; 3])| colour(std::array::from_fn(|i| (f64::from(AMPLIFIED) * (a[i] - b[i]).abs()).min(1.0)));
+        let one = |(a, b): (&[f64; 3], &[f64; 3])| {
+            let amplified = |i: usize| (f64::from(AMPLIFIED) * (a[i] - b[i]).abs()).min(1.0);
+            let [r, g, b] = std::array::from_fn(|i| (amplified(i) * 255.0 + 0.5) as u8);
+            Color32::from_rgb(r, g, b)
+        };
         own.iter().zip(&other).map(one).collect()
     }
-}
-
-fn colour(p: [f64; 3]) -> Color32 {
-    let [r, g, b] = p.map(|v| (v * 255.0 + 0.5) as u8);
-    Color32::from_rgb(r, g, b)
 }
 
 #[cfg(test)]

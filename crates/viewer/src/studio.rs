@@ -90,14 +90,14 @@ pub struct Studio {
     stands: Vec<Stand>,
     /// Pixels a second of quick plans, marched and coloured.
     rate: f64,
-    /// The time that the last preview of a plan took [s].
-    planned: f64,
+    /// What the last preview took besides its rays: its plan and its stars [s].
+    fixed: f64,
 }
 
 impl Studio {
     /// A studio with a back end; `closing` stops all that it does.
     pub fn new(backend: BackendEntry, closing: Control) -> Self {
-        Self { opener: Opener { backend, gpu: None }, sweeper: None, closing, stands: Vec::new(), rate: FIRST_RATE, planned: 0.0 }
+        Self { opener: Opener { backend, gpu: None }, sweeper: None, closing, stands: Vec::new(), rate: FIRST_RATE, fixed: 0.0 }
     }
 
     /// Has pictures rendered on `gpu` from now on.
@@ -129,7 +129,7 @@ impl Studio {
         let mut reached = self.shown_again(order, show);
         let asked = pixels(&order.camera) * order.views.len() as f64;
         let pace = if self.opener.gpu.is_some() { ON_DEVICE } else { ON_PROCESSOR };
-        let budget = (pace.all - self.planned).clamp(pace.rays.1, pace.rays.0);
+        let budget = (pace.all - self.fixed).clamp(pace.rays.1, pace.rays.0);
         let mut scale = (asked / (self.rate * budget)).sqrt().max(1.0);
         if reached.is_none() {
             let quality = stage(scale);
@@ -194,7 +194,6 @@ impl Studio {
         let Some((_, plan)) = &mut stand.preview else { return Err(Error::Interrupted) };
         plan.look_from(camera, control)?;
         let planned = start.elapsed().as_secs_f64();
-        self.planned = planned;
         let backend = self.opener.kept(&mut stand.quick, &scene)?;
         let Rendered { light, seconds, by } = rendered(backend, &Job::planned(&scene, &options, plan)?, control)?;
         let times = Times { plan: planned, march: seconds, stars: 0.0, colours: 0.0 };
@@ -203,7 +202,8 @@ impl Studio {
         let tone = stand.exposure.tone(order.exposure, &scene.display, &image, false);
         let mut picture = Picture::new(image, scene, tone, plan.clone(), stats, times, by);
         picture.spark(&order.camera)?;
-        self.rate = (pixels(plan.camera()) / (picture.times.all() - planned).max(1e-6)).max(1.0);
+        self.fixed = planned + picture.times.stars;
+        self.rate = (pixels(plan.camera()) / (picture.times.all() - self.fixed).max(1e-6)).max(1.0);
         stand.keep(view, &order.camera, stage(scale), &picture);
         Ok(picture)
     }
