@@ -10,7 +10,7 @@ use barnard::image::{Display, Image, Tone};
 use barnard::plan::Plan;
 use barnard::points::Sources;
 use barnard::scene::Scene;
-use eframe::egui::Color32;
+use eframe::egui::{Color32, ColorImage};
 use rayon::prelude::*;
 
 use crate::order::AMPLIFIED;
@@ -30,8 +30,8 @@ pub struct Picture {
     pub tone: Tone,
     /// The colours, height × width.
     pub colours: Arc<Vec<Color32>>,
-    /// Stars over a picture that has none, in pixels of the window: column, row, colour.
-    pub sparks: Vec<(usize, usize, Color32)>,
+    /// Stars over a picture that has none, in pixels of the window: transparent where none is.
+    pub sparks: Option<Arc<ColorImage>>,
     /// The histogram of the pixels of each band.
     pub histograms: Vec<Histogram>,
     /// The time that each part of it took.
@@ -103,7 +103,7 @@ impl Histogram {
 impl Picture {
     /// The picture of `image`, which `plan` made of `scene`, shown by `tone`.
     pub fn new(image: Image, scene: Arc<Scene>, tone: Tone, plan: Plan, stats: RenderStats, times: Times, backend: String) -> Self {
-        let (colours, sparks, histograms) = (Arc::default(), Vec::new(), Vec::new());
+        let (colours, sparks, histograms) = (Arc::default(), None, Vec::new());
         let mut picture = Self { image: Arc::new(image), plan, stats, tone, colours, sparks, histograms, times, backend, scene };
         picture.colour();
         picture
@@ -140,16 +140,17 @@ impl Picture {
         let spark = |pixel: usize| {
             let own = |b: usize| light[b * size + pixel];
             if (0..bands).all(|b| own(b) == 0.0) {
-                return None;
+                return Color32::TRANSPARENT;
             }
             let (column, row) = (pixel % camera.width, pixel / camera.width);
             let (x, y) = (column * image.width / camera.width, row * image.height / camera.height);
             let [r, g, b] = code(tone.palette.rgb((0..bands).map(|b| own(b) + image.at(b, y, x))));
             let with = Color32::from_rgb(r, g, b);
             // The wings of a star that nobody can see are none.
-            (with != colours[y * image.width + x]).then_some((column, row, with))
+            if with == colours[y * image.width + x] { Color32::TRANSPARENT } else { with }
         };
-        self.sparks = (0..size).into_par_iter().filter_map(spark).collect();
+        let sparks = (0..size).into_par_iter().map(spark).collect();
+        self.sparks = Some(Arc::new(ColorImage::new([camera.width, camera.height], sparks)));
         self.times.stars = start.elapsed().as_secs_f64();
         Ok(())
     }

@@ -73,7 +73,9 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     app.viewport.pixels = Some((edge(rect.width() / halves), edge(rect.height())));
     draw(ui, app, rect);
     let seen = if side_by_side(app) { rect.split_left_right_at_fraction(0.5).0 } else { rect };
-    sparks(ui, app, seen);
+    if let Some(sparks) = app.shown.as_ref().and_then(|shown| shown.sparks.as_ref()) {
+        ui.painter().with_clip_rect(seen).image(sparks.id(), seen, WHOLE, Color32::WHITE);
+    }
     hands(ui, app, &response, rect, seen, edits);
     if app.viewport.overlay {
         overlay(ui, app, seen);
@@ -108,18 +110,6 @@ fn draw(ui: &Ui, app: &App, rect: Rect) {
         }
         _ => painter.rect_filled(rect, 0.0, Color32::BLACK),
     };
-}
-
-/// Stars over a quick picture, in the pixels that they will have.
-fn sparks(ui: &Ui, app: &App, seen: Rect) {
-    let (Some(picture), Some((width, height))) = (app.shown.as_ref().and_then(|s| s.pictures.first()), app.viewport.pixels) else { return };
-    let pixel = vec2(seen.width() / width as f32, seen.height() / height as f32);
-    let mut mesh = egui::Mesh::default();
-    for (column, row, colour) in &picture.sparks {
-        let at = seen.min + vec2(*column as f32 * pixel.x, *row as f32 * pixel.y);
-        mesh.add_colored_rect(Rect::from_min_size(at, pixel), *colour);
-    }
-    ui.painter().with_clip_rect(seen).add(mesh);
 }
 
 /// Does what the mouse says.

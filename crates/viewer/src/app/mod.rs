@@ -39,6 +39,8 @@ pub struct Shown {
     pub pictures: Vec<Picture>,
     /// Their colours as textures.
     pub textures: Vec<TextureHandle>,
+    /// Stars over the first of them, where it has none of its own.
+    pub sparks: Option<TextureHandle>,
 }
 
 /// A message to the user.
@@ -310,7 +312,7 @@ impl App {
         for frame in frames {
             match frame.pictures {
                 Ok(pictures) => {
-                    let mut textures = self.shown.take().map_or_else(Vec::new, |s| s.textures);
+                    let (mut textures, mut sparks) = self.shown.take().map_or_else(Default::default, |s| (s.textures, s.sparks));
                     textures.truncate(pictures.len());
                     for (i, picture) in pictures.iter().enumerate() {
                         let size = [picture.image.width, picture.image.height];
@@ -320,7 +322,12 @@ impl App {
                             None => textures.push(ctx.load_texture(format!("picture {i}"), image, TextureOptions::LINEAR)),
                         }
                     }
-                    self.shown = Some(Shown { number: frame.number, quality: frame.quality, pictures, textures });
+                    let over = pictures.first().and_then(|picture| picture.sparks.clone());
+                    match (over, &mut sparks) {
+                        (Some(image), Some(texture)) => texture.set(image, TextureOptions::NEAREST),
+                        (over, sparks) => *sparks = over.map(|image| ctx.load_texture("sparks", image, TextureOptions::NEAREST)),
+                    }
+                    self.shown = Some(Shown { number: frame.number, quality: frame.quality, pictures, textures, sparks });
                 }
                 Err(words) => self.complain(words),
             }
