@@ -260,8 +260,11 @@ impl Camera {
         let w = self.width as f64;
         match self.projection {
             Projection::Perspective { half_width } => {
-                let cosine = self.ray(column, row).direction.dot(self.forward);
-                (2.0 * half_width / w).powi(2) * cosine.powi(3)
+                // Ω = p² cos³θ, with tan²θ = (p Δcolumn)² + (p Δrow)² and p a pixel's edge at distance one.
+                let pixel = 2.0 * half_width / w;
+                let (right, down) = (pixel * (column - 0.5 * w), pixel * (row - 0.5 * self.height as f64));
+                let secant = (1.0 + right * right + down * down).sqrt();
+                pixel * pixel / (secant * secant * secant)
             }
             Projection::Orthographic { half_width_pc } => (2.0 * half_width_pc / w).powi(2),
         }

@@ -70,9 +70,12 @@ pub fn draw(
     mut add: impl FnMut(usize, f64),
 ) -> Result<()> {
     let points = points(sources, scene, camera, lights)?;
-    let depths: Vec<f64> = points.par_iter().map(|point| depth(&point.ray(camera), point.length)).collect();
-    for (point, depth) in points.iter().zip(depths) {
-        let fluxes: Vec<f64> = (0..scene.bands.len()).map(|b| point.gain * flux(point.light, b, depth)).collect();
+    let fluxes = |point: &Point| -> Vec<f64> {
+        let depth = depth(&point.ray(camera), point.length);
+        (0..scene.bands.len()).map(|b| point.gain * flux(point.light, b, depth)).collect()
+    };
+    let fluxes: Vec<Vec<f64>> = points.par_iter().map(fluxes).collect();
+    for (point, fluxes) in points.iter().zip(fluxes) {
         splat(camera, point, &fluxes, &mut add);
     }
     Ok(())
