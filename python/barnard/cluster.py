@@ -5,10 +5,12 @@ A worker is best one process a machine with one thread of Dask's (`nthreads=1`):
 
 from __future__ import annotations
 
+import collections
 import contextlib
 import contextvars
 import hashlib
 import os
+import socket
 import threading
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -186,16 +188,17 @@ def map(
 
 
 def _threads(client: Any) -> int:
-    """Threads of a worker, where all workers of a machine share its cores."""
-    hosts: dict[str, int] = {}
-    for worker in client.scheduler_info()["workers"].values():
-        hosts[worker["host"]] = hosts.get(worker["host"], 0) + 1
-    cores = min(client.run(_cores).values())
-    return max(1, cores // max(hosts.values()))
+    """Threads of a worker, where workers that may run on the same cores share them."""
+    workers = client.run(_cores).values()
+    sharing = collections.Counter((host, cores) for host, cores, own in workers if own is None)
+    return max(1, min(own if own is not None else len(cores) // sharing[host, cores] for host, cores, own in workers))
 
 
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+def _cores() -> tuple[str, tuple[int, ...], int | None]:
+    """The machine, the cores that this process may run on, and how many of them Slurm gave it alone, where it did."""
+    cores = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
+    own = os.environ.get("SLURM_CPUS_PER_TASK", "")
+    return socket.gethostname(), tuple(cores), min(int(own), len(cores)) if own.isdecimal() and int(own) > 0 else None
 
 
 @contextlib.contextmanager

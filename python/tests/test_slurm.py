@@ -1,0 +1,85 @@
+"""Pictures on workers that Slurm started; `.ci/slurm` starts one of a single machine."""
+
+import os
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import barnard as bn
+from barnard import cluster
+from conftest import cloud, lit
+
+if "SLURM_CONF" not in os.environ:
+    pytest.skip("NOT CHECKED: no Slurm is at hand; `.ci/slurm start FOLDER` starts one, SLURM_CONF names its configuration", allow_module_level=True)
+
+distributed = pytest.importorskip("distributed")
+jobqueue = pytest.importorskip("dask_jobqueue")
+
+
+@pytest.fixture
+def client(tmp_path):
+    logs = str(tmp_path / "logs")
+    jobs = jobqueue.SLURMCluster(
+        cores=1,
+        processes=1,
+        memory="1GB",
+        walltime="00:10:00",
+        log_directory=logs,
+        local_directory=logs,
+        scheduler_options={"dashboard_address": None},
+    )
+    with jobs, distributed.Client(jobs) as client:
+        jobs.scale(jobs=2)
+        client.wait_for_workers(2, timeout=60)
+        yield client
+
+
+def running() -> list[str]:
+    return subprocess.run(["squeue", "--noheader", "--states=running", "--format=%i"], capture_output=True, text=True, check=True).stdout.split()
+
+
+def cameras(count):
+    return [bn.perspective(f"{i / 10} 0 4 pc", "32 deg", size=24) for i in range(count)]
+
+
+def test_jobs_of_slurm_render_frames(client, tmp_path):
+    assert len(running()) == 2 and cluster._threads(client) == 1
+    scene, files = lit(cloud()), str(tmp_path / "frame_{:03}.npy")
+    results = bn.map(scene.render, cameras(6), client, files=files, progress=False)
+    assert [result.state for result in results] == ["rendered"] * 6, results
+    for i, camera in enumerate(cameras(6)):
+        assert np.array_equal(np.load(tmp_path / f"frame_{i:03}.npy"), scene.render(camera).radiance)
+
+
+def test_a_job_that_is_cancelled_costs_no_picture(client, tmp_path):
+    scene, cancelled = lit(cloud()), []
+
+    def render(camera):
+        time.sleep(0.3)
+        return scene.render(camera)
+
+    def cancel(done, whole):
+        if done == 2 and not cancelled:
+            cancelled.append(running()[0])
+            subprocess.run(["scancel", "--full", "--signal=KILL", cancelled[0]], check=True)
+
+    results = bn.map(render, cameras(12), client, files=str(tmp_path / "{:03}.npy"), threads=1, progress=cancel)
+    assert cancelled and cancelled[0] not in running()
+    assert [result.state for result in results] == ["rendered"] * 12, results
+
+
+def test_an_array_of_jobs_renders_bookmarks(tmp_path):
+    scene = lit(cloud())
+    scene.bookmarks = {f"view{i}": camera for i, camera in enumerate(cameras(3))}
+    scene.save(tmp_path / "scene.toml")
+    script = tmp_path / "frames.sh"
+    script.write_text(
+        "#!/bin/bash\n#SBATCH --array=0-2\n#SBATCH --output=/dev/null\n"
+        f"{sys.executable} -m barnard render scene.toml --bookmark view$SLURM_ARRAY_TASK_ID -o frame_$SLURM_ARRAY_TASK_ID.npy\n"
+    )
+    subprocess.run(["sbatch", "--wait", script], cwd=tmp_path, check=True, timeout=120)
+    for i, camera in enumerate(cameras(3)):
+        assert np.array_equal(np.load(tmp_path / f"frame_{i}.npy"), scene.render(camera).radiance)
