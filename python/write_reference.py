@@ -18,7 +18,7 @@ CHAPTERS = {
     "Scenes": ["Scene", "Plan", "Certificate", "Image"],
     "Fields": [name for name in bn.tables.__all__ if isinstance(getattr(bn, name), type) and issubclass(getattr(bn, name), bn.tables.Field)],
     "Tables": [],
-    "Many pictures": ["map", "Result"],
+    "Many pictures": ["map", "tiles", "Result"],
     "Catalogues and threads": ["catalogues", "catalogue", "set_threads"],
     "Errors": ["BarnardError", "SceneError", "PlanError", "MemoryLimitError", "DeviceError"],
 }

@@ -15,7 +15,7 @@ import os
 
 from . import _barnard
 from ._barnard import BarnardError, DeviceError, MemoryLimitError, SceneError
-from .cluster import Result, map  # `map` is not in __all__: Python has one of its own.
+from .cluster import Result, map, tiles  # `map` is not in __all__: Python has one of its own.
 from .image import Image
 from .plan import Certificate, Plan, PlanError
 from .scene import Scene
@@ -38,6 +38,7 @@ __all__ = [
     "catalogue",
     "catalogues",
     "set_threads",
+    "tiles",
     *tables.__all__,
 ]
 

@@ -22,6 +22,9 @@ import numpy as np
 
 from . import _barnard
 from ._files import replace
+from ._rows import scene_error
+from ._table import table_of
+from .tables import Camera
 
 #: The folder in which arrays are laid down while something is pickled for workers.
 _shared: contextvars.ContextVar[Path | None] = contextvars.ContextVar("shared", default=None)
@@ -69,6 +72,34 @@ def laid_down(array: np.ndarray) -> str | None:
         folder.mkdir(parents=True, exist_ok=True)
         replace(path, lambda out: np.save(out, array))
     return str(path.resolve())
+
+
+def tiles(camera: Camera | dict[str, Any], edge: int = 1024) -> dict[tuple[int, int], Camera]:
+    """Cameras of the parts of a large image, each at most edge × edge pixels, by the row and column where they begin.
+
+    Rendered by one plan, as `bn.map(plan.render, bn.tiles(plan.camera), client)` does, they meet without seams.
+
+    Parameters
+    ----------
+    camera : Camera
+        That of the whole image.
+    edge : int, default 1024
+        Most pixels along a side of a tile.
+
+    Raises
+    ------
+    SceneError
+        Where the camera is itself one of a part, or the edge is no number of pixels.
+    """
+    tree = table_of(Camera, camera, "camera").tree()
+    if "crop" in tree:
+        raise scene_error("camera.crop", "the camera is that of a part of an image; give that of the whole")
+    if not edge >= 1:
+        raise scene_error("edge", f"{edge} is no number of pixels; give 1 or more")
+    width, height = tree.get("size", (512, 512))
+    parts = ((row, column) for row in range(0, height, int(edge)) for column in range(0, width, int(edge)))
+    crop = lambda row, column: [column, row, min(edge, width - column), min(edge, height - row)]  # noqa: E731
+    return {place: Camera.of({**tree, "crop": crop(*place)}) for place in parts}
 
 
 # On a worker.

@@ -12,7 +12,9 @@ import numpy as np
 
 from . import _barnard
 from ._rows import QUANTITIES, scene_error
+from ._tree import place_of
 from ._values import number, parsed
+from .plan import exactness
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -26,6 +28,9 @@ except ImportError:
 _HERE = Path(__file__).parent
 #: Pixels of a first look along the longer side.
 _COARSE = 256
+#: How long nothing moves before a picture is settled [s], and how long a frame may stay unseen before the next is made.
+_REST = 0.15
+_UNSEEN = 1.0
 
 
 class Explorer(anywidget.AnyWidget):
@@ -48,8 +53,10 @@ class Explorer(anywidget.AnyWidget):
         self._eye = _Eye(self._home)
         self._wake = threading.Condition()
         self._order = 0
-        self._seen = 0
+        self._seen = self._sent = 0
         self._closed = False
+        #: The plan of the last coarse frame.
+        self._coarse: Any = None
         #: The newest frame: its number, its quality, and why there is none.
         self.state: tuple[int, str, str | None] = (0, "none", None)
         told = [{"place": place, "at": own.at, "text": own.text} for place, own in self._ranges.items()]
@@ -95,15 +102,17 @@ class Explorer(anywidget.AnyWidget):
         super().close()
 
     def _work(self) -> None:
-        done, plan = 0, None
+        done = 0
         while True:
             with self._wake:
                 self._wake.wait_for(lambda: self._order != done)
+                # A browser that is slower than the kernel is sent no more than it shows.
+                self._wake.wait_for(lambda: self._closed or self._seen >= self._sent, timeout=_UNSEEN)
                 if self._closed:
                     return
                 done = self._order
             try:
-                plan = self._frames(done, plan)
+                self._frames(done)
             except _barnard.BarnardError as error:
                 self.send({"type": "words", "text": str(error)})
                 self.state = (done, "failed", str(error))
@@ -114,28 +123,28 @@ class Explorer(anywidget.AnyWidget):
         if self._order != order:
             raise _Moved
 
-    def _frames(self, order: int, plan: Any) -> Any:
-        """A coarse frame at once, then the settled one, unless something moves; the plan of the coarse one."""
+    def _frames(self, order: int) -> None:
+        """A coarse frame at once, then the settled one, unless something moves."""
         with self._wake:
             self._scene.camera = {**self._home, **self._eye.keys()}
             width, height = self.width, self.height
         scale = min(1.0, _COARSE / max(width, height))
         coarse = self._scene._resized([max(1, round(width * scale)), max(1, round(height * scale))])
         _, native = self._scene._native(coarse)
-        plan = _barnard.plan(native, plan, "cpu", self._scene._limit, preview=True)
-        exactness = {"accuracy": None, "samples": None, "target_error": None, "seed": None}
-        self._show(order, "coarse", _barnard.render(native, plan, "cpu", exactness, self._scene._limit))
+        self._coarse = _barnard.plan(native, self._coarse, "cpu", self._scene._limit, preview=True)
+        self._show(order, "coarse", _barnard.render(native, self._coarse, "cpu", exactness("cpu"), self._scene._limit))
+        with self._wake:
+            self._wake.wait_for(lambda: self._order != order, timeout=_REST)
         self._stop_if_moved(order)
         stop = lambda *_: self._stop_if_moved(order)  # noqa: E731
         image = self._scene.render(self._scene._resized([width, height]), progress=stop)
         self._show(order, "settled", image._native)
-        return plan
 
     def _show(self, order: int, quality: str, native: Any) -> None:
         height, width = native.shape
         message = {"type": "frame", "number": order, "quality": quality, "text": f"{quality}, {width} x {height}"}
         self.send(message, buffers=[native.png(self._display or None)])
-        self.state = (order, quality, None)
+        self._sent, self.state = order, (order, quality, None)
 
 
 class _Moved(Exception):
@@ -181,7 +190,7 @@ class _Range:
 
     def __init__(self, scene: Scene, place: str, low: Any, high: Any):
         self.place = place
-        self._owner, self._key = scene._place(place)
+        self._owner, self._key = place_of(scene, place)
         kind = self._owner._row().all_keys(self._owner._chosen)[self._key].value
         speak = lambda value: self._owner._spoken(self._key, kind, value)  # noqa: E731
         (self._low, self._unit), (high_number, unit) = parsed(speak(low)), parsed(speak(high))

@@ -130,15 +130,17 @@ class Image:
     def to_xarray(self) -> Any:
         """An xarray DataArray with dims band, y, x, and the unit in its attributes; needs xarray.
 
-        y and x count from the middle of the image, in degrees, or in pc under an orthographic camera; y grows upwards.
+        y and x count from the axis of view, the middle of an image that is no part of another, in degrees, or in pc under
+        an orthographic camera; y grows upwards.
         """
         import xarray
 
         height, width = self.shape
         scale = self._native.pixel_scale
         step, unit = scale if scale is not None else (1.0, "pixel")
-        y = (0.5 * (height - 1) - np.arange(height)) * step
-        x = (np.arange(width) - 0.5 * (width - 1)) * step
+        right, up = self._native.axis
+        y = (0.5 * (height - 1) - np.arange(height) - up) * step
+        x = (np.arange(width) - 0.5 * (width - 1) - right) * step
         details = self._native.band_details
         coordinates = {
             "band": self.bands,

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from . import _barnard
 from ._progress import Listener, told
+from ._rows import scene_error
+from ._table import table_of
 from .image import Image
+from .tables import Camera
 
 if TYPE_CHECKING:
     from .scene import Scene
-    from .tables import Camera
 
 
 class PlanError(_barnard.BarnardError):
@@ -86,6 +88,11 @@ class Plan:
         return certificates(self._scene.bands, self._plan.certificates)
 
     @property
+    def camera(self) -> Camera:
+        """The camera that it was made for."""
+        return table_of(Camera, self._tree["camera"], "camera")
+
+    @property
     def notes(self) -> dict[str, str]:
         return dict(self._plan.notes)
 
@@ -128,8 +135,28 @@ class Plan:
         return own != other
 
     def _render(self, scene: Any, plan: Any, listener: Listener | None) -> Image:
-        exactness = {"accuracy": None, "samples": None, "target_error": None, "seed": None}
-        return Image(_barnard.render(scene, plan, self._backend, exactness, self._owner._limit, progress=listener))
+        return Image(_barnard.render(scene, plan, self._backend, exactness(self._backend), self._owner._limit, progress=listener))
+
+
+def exactness(
+    backend: str,
+    accuracy: float | None = None,
+    samples: int | None = None,
+    target_error: float | None = None,
+    seed: int | None = None,
+) -> dict[str, Any]:
+    """What is asked of back ends that take more than a plan; each refuses what belongs to the other."""
+    of = {"accuracy": ("reference", accuracy), "samples": ("path", samples), "target_error": ("path", target_error), "seed": ("path", seed)}
+    for name, (own, value) in of.items():
+        if value is not None and backend != own:
+            instead = "; give Method(accuracy=...) to the scene" if name == "accuracy" else ""
+            raise scene_error(name, f'{name} belongs to backend="{own}"{instead}')
+    ranges = {"accuracy": (1e-12, 0.5), "samples": (1, 2**40), "target_error": (1e-6, 1.0), "seed": (0, 2**63 - 1)}
+    for name, (low, high) in ranges.items():
+        value = of[name][1]
+        if value is not None and not low <= value <= high:
+            raise scene_error(name, f"{value} lies outside of {low:g} to {high:g}")
+    return {name: value for name, (_, value) in of.items()}
 
 
 def _planned(owner: Scene, camera: dict[str, Any] | None, backend: str) -> Plan:

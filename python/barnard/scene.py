@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,32 +13,12 @@ from . import _barnard
 from ._field import Field, Sampled
 from ._files import replace
 from ._progress import Listener, told
-from ._rows import ROWS, scene_error, unknown_key
-from ._table import Table, table_of
+from ._rows import scene_error, unknown_key
+from ._table import table_of
+from ._tree import PARTS, TABLES, place_of, take, tree_of
 from .image import Image
-from .plan import Plan
+from .plan import Plan, exactness
 from .tables import Background, Band, Camera, Display, Dust, Emission, Method, Star, StarTable
-from . import tables
-
-#: Attributes that are lists of tables: their names in scene files, and their classes.
-_LISTS: dict[str, tuple[str, type[Table]]] = {
-    "emission": ("emission", Emission),
-    "stars": ("star", Star),
-    "star_tables": ("star_table", StarTable),
-    "passbands": ("band", Band),
-}
-#: Attributes that are one table.
-_TABLES: dict[str, type[Table]] = {
-    "camera": Camera,
-    "dust": Dust,
-    "background": Background,
-    "display": Display,
-    "method": Method,
-}
-_TEXTS = ("name", "description", "bands")
-#: All attributes that say something.
-_PARTS = [*_TEXTS, *_TABLES, "fields", "bookmarks", *_LISTS]
-
 
 class Scene:
     """Everything that is in front of the telescope, and the telescope.
@@ -116,10 +95,10 @@ class Scene:
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not name.startswith("_"):
-            if name not in _PARTS:
-                raise unknown_key("", name, _PARTS)
-            if name in _TABLES and value is not None:
-                value = table_of(_TABLES[name], value, name)
+            if name not in PARTS:
+                raise unknown_key("", name, PARTS)
+            if name in TABLES and value is not None:
+                value = table_of(TABLES[name], value, name)
         super().__setattr__(name, value)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -138,12 +117,12 @@ class Scene:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scene):
             return NotImplemented
-        return all(getattr(self, name) == getattr(other, name) for name in _PARTS)
+        return all(getattr(self, name) == getattr(other, name) for name in PARTS)
 
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        said = ", ".join(f"{name}={getattr(self, name)!r}" for name in _PARTS if getattr(self, name))
+        said = ", ".join(f"{name}={getattr(self, name)!r}" for name in PARTS if getattr(self, name))
         return f"Scene({said})"
 
     # The tree of a scene file.
@@ -188,41 +167,8 @@ class Scene:
         scene = cls(memory=memory)
         if name is not None:
             scene.name = name
-        parts = {file: name for name, (file, _) in _LISTS.items()}
-        for key, value in tree.items():
-            if key in ("field", "bookmark"):
-                for own, table in _tables_by_name(value, key).items():
-                    getattr(scene, key + "s")[own] = _field(table, f"field.{own}") if key == "field" else table_of(Camera, table, key)
-            elif key in parts:
-                own = _LISTS[parts[key]][1]
-                if not isinstance(value, list):
-                    raise scene_error(key, f"{value!r} is no list of tables; write [[{key}]]")
-                setattr(scene, parts[key], [table_of(own, table, f"{key}[{i}]") for i, table in enumerate(value)])
-            elif key in _TEXTS or key in _TABLES:
-                setattr(scene, key, value)
-            else:
-                raise unknown_key("", key, list(ROWS[""].keys))
+        take(scene, tree)
         return scene
-
-    def _tree(self, camera: Camera | dict[str, Any] | None = None) -> dict[str, Any]:
-        tree: dict[str, Any] = {}
-        for name in _TEXTS:
-            value = getattr(self, name)
-            if value is not None:
-                tree[name] = list(value) if isinstance(value, tuple) else value
-        camera = self.camera if camera is None else table_of(Camera, camera, "camera")
-        for name in _TABLES:
-            table = camera if name == "camera" else getattr(self, name)
-            if table is not None:
-                tree[name] = table.tree()
-        if self.fields:
-            tree["field"] = {name: _field(field, f"field.{name}").tree() for name, field in self.fields.items()}
-        if self.bookmarks:
-            tree["bookmark"] = {name: table_of(Camera, own, f"bookmark.{name}").tree() for name, own in self.bookmarks.items()}
-        for name, (key, cls) in _LISTS.items():
-            if getattr(self, name):
-                tree[key] = [table_of(cls, table, f"{key}[{i}]").tree() for i, table in enumerate(getattr(self, name))]
-        return tree
 
     def _arrays(self) -> dict[str, Sampled]:
         return {name: field for name, field in self.fields.items() if isinstance(field, Sampled) and field.values is not None}
@@ -266,6 +212,9 @@ class Scene:
             tree["field"][name]["file"] = file
         text = _barnard.to_toml(tree)
         replace(path, lambda out: out.write(text.encode()))
+
+    def _tree(self, camera: Camera | dict[str, Any] | None = None) -> dict[str, Any]:
+        return tree_of(self, camera)
 
     # Rendering.
 
@@ -355,11 +304,11 @@ class Scene:
         KeyboardInterrupt
             Where Ctrl-C stopped it.
         """
-        exactness = _exactness(backend, accuracy, samples, target_error, seed)
+        exact = exactness(backend, accuracy, samples, target_error, seed)
         if backend in ("path", "reference"):
             _, native = self._native(camera)
             with told(progress) as listener:
-                return Image(_barnard.render(native, None, backend, exactness, self._limit, progress=listener))
+                return Image(_barnard.render(native, None, backend, exact, self._limit, progress=listener))
         with told(progress) as listener:
             plan = self.plan(camera, backend=backend, progress=listener)
             return plan._render(plan._scene, plan._plan, listener)
@@ -395,7 +344,7 @@ class Scene:
         if len(counts) != 1:
             told_counts = ", ".join(f"{place}: {len(values)}" for place, values in swept.items()) or "none is there"
             raise scene_error("sweep", f"parameters need equally many values, at least one parameter ({told_counts})")
-        places = {place: self._place(place) for place in swept}
+        places = {place: place_of(self, place) for place in swept}
         return self._swept(swept, places, counts.pop(), backend, progress)
 
     def _swept(self, swept, places, count, backend, progress) -> Iterator[Image]:
@@ -449,65 +398,3 @@ class Scene:
     def _resized(self, size: list[int]) -> dict[str, Any]:
         """The scene's camera with other pixels, which see as much along a row."""
         return {**self.camera.tree(), "size": size}
-
-    def _place(self, place: str) -> tuple[Any, str]:
-        """The object and the key that a place such as "star[0].temperature" means."""
-        lists = {file: name for name, (file, _) in _LISTS.items()}
-        owner: Any = self
-        *way, key = re.findall(r"[^.\[\]]+", place) or [""]
-        for i, part in enumerate(way):
-            if owner is self:
-                part = lists.get(part, {"field": "fields", "bookmark": "bookmarks"}.get(part, part))
-            try:
-                if isinstance(owner, list):
-                    owner = owner[int(part)]
-                elif isinstance(owner, dict):
-                    owner = owner[part]
-                else:
-                    owner = getattr(owner, part)
-            except (LookupError, ValueError, AttributeError):
-                raise scene_error(place, f'the scene has no "{".".join(way[: i + 1])}"') from None
-        if isinstance(owner, Table):
-            known = list(owner._row().all_keys(owner._chosen))
-        elif owner is self:
-            known = _PARTS
-        else:
-            raise scene_error(place, "the place is no key of a table, such as star[0].temperature")
-        if key not in known:
-            raise unknown_key(place.rpartition(".")[0], key, known)
-        return owner, key
-
-
-def _exactness(backend: str, accuracy, samples, target_error, seed) -> dict[str, Any]:
-    of = {"accuracy": ("reference", accuracy), "samples": ("path", samples), "target_error": ("path", target_error), "seed": ("path", seed)}
-    for name, (own, value) in of.items():
-        if value is not None and backend != own:
-            instead = "; give Method(accuracy=...) to the scene" if name == "accuracy" else ""
-            raise scene_error(name, f'{name} belongs to backend="{own}"{instead}')
-    ranges = {"accuracy": (1e-12, 0.5), "samples": (1, 2**40), "target_error": (1e-6, 1.0), "seed": (0, 2**63 - 1)}
-    for name, (low, high) in ranges.items():
-        value = of[name][1]
-        if value is not None and not low <= value <= high:
-            raise scene_error(name, f"{value} lies outside of {low:g} to {high:g}")
-    return {name: value for name, (_, value) in of.items()}
-
-
-def _field(value: Any, key: str) -> Field:
-    """A field as an object: one that is, or a dictionary with its kind."""
-    if isinstance(value, Field):
-        return value
-    classes = [cls for name in tables.__all__ if isinstance(cls := getattr(tables, name), type) and issubclass(cls, Field)]
-    kinds = {cls._kind: cls for cls in classes}
-    if isinstance(value, dict):
-        keys = dict(value)
-        kind = keys.pop("kind", None)
-        if kind not in kinds:
-            raise scene_error(f"{key}.kind", f"unknown kind {kind!r}; known: {', '.join(kinds)}")
-        return kinds[kind].of(keys)
-    raise scene_error(key, "the value is no field; an array needs its box: Grid(array, low=[-1, -1, -1] * u.pc, high=[1, 1, 1] * u.pc)")
-
-
-def _tables_by_name(value: Any, key: str) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise scene_error(key, f"{value!r} is no table; write [{key}.NAME]")
-    return value

@@ -311,6 +311,8 @@ class Camera(Table):
         What is up in the image.
     size : [width, height], default [512, 512]
         Pixels of the image.
+    crop : list of numbers, default the whole image
+        [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
     supersampling : integer, default 1
         Rays along each side of a pixel, 1 to 16.
     field_of_view : angle
@@ -334,6 +336,7 @@ class Camera(Table):
         target: Position | None = None,
         up: Sequence[float] | None = None,
         size: int | Sequence[int] | None = None,
+        crop: Sequence[float] | None = None,
         supersampling: int | None = None,
         field_of_view: Quantity | None = None,
         width: Quantity | None = None,
@@ -344,6 +347,7 @@ class Camera(Table):
             target=target,
             up=up,
             size=size,
+            crop=crop,
             supersampling=supersampling,
             field_of_view=field_of_view,
             width=width,
@@ -357,6 +361,7 @@ def perspective(
     target: Position | None = None,
     up: Sequence[float] | None = None,
     size: int | Sequence[int] | None = None,
+    crop: Sequence[float] | None = None,
     supersampling: int | None = None,
 ) -> Camera:
     """A camera: all rays from one point.
@@ -371,6 +376,8 @@ def perspective(
         What is up in the image.
     size : [width, height], default [512, 512]
         Pixels of the image.
+    crop : list of numbers, default the whole image
+        [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
     supersampling : integer, default 1
         Rays along each side of a pixel, 1 to 16.
     field_of_view : angle
@@ -382,6 +389,7 @@ def perspective(
         target=target,
         up=up,
         size=size,
+        crop=crop,
         supersampling=supersampling,
         field_of_view=field_of_view,
     )
@@ -397,6 +405,7 @@ def orthographic(
     target: Position | None = None,
     up: Sequence[float] | None = None,
     size: int | Sequence[int] | None = None,
+    crop: Sequence[float] | None = None,
     supersampling: int | None = None,
 ) -> Camera:
     """A camera: parallel rays, starting on the image plane.
@@ -411,6 +420,8 @@ def orthographic(
         What is up in the image.
     size : [width, height], default [512, 512]
         Pixels of the image.
+    crop : list of numbers, default the whole image
+        [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
     supersampling : integer, default 1
         Rays along each side of a pixel, 1 to 16.
     width : length
@@ -422,6 +433,7 @@ def orthographic(
         target=target,
         up=up,
         size=size,
+        crop=crop,
         supersampling=supersampling,
         width=width,
     )

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 import barnard as bn
+from barnard._tree import place_of
 
 COUNT = 20
 
@@ -69,7 +70,7 @@ def table(command: list[str]) -> None:
         scenes = []
         for value in values[:5]:
             other = scene(128)
-            owner, key = other._place(place)
+            owner, key = place_of(other, place)
             setattr(owner, key, value)
             scenes.append(other)
         alone = by_command(command, scenes) / len(scenes)

@@ -2,7 +2,7 @@
 //!
 //! Pixel (row i, column j) looks along d + x r + y u with x = (2(j + ½)/W − 1) h, y = (1 − 2(i + ½)/H) h H/W, h =
 //! tan(fov/2) (perspective), or starts from position + x r + y u with h = width/2 (orthographic); d towards the target,
-//! r = d × up, u = r × d.
+//! r = d × up, u = r × d. A part of an image is an image whose middle lies off the axis of view.
 
 use glam::DVec3;
 use spectra::units::{Angle, Length};
@@ -47,6 +47,9 @@ pub struct Camera {
     pub height: usize,
     /// Rays along each side of a pixel.
     pub supersampling: usize,
+    /// How far the image's middle lies from the axis of view, to the right and upwards, in halves of its width \[1\]:
+    /// zero but for a part of a larger image.
+    pub offset: (f64, f64),
 }
 
 /// The keys that every camera takes.
@@ -55,6 +58,12 @@ pub(crate) const COMMON: &[Key] = &[
     Key::optional("target", "position", "0 0 0 pc", "what they look at"),
     Key::optional("up", "direction", "[0, 1, 0]", "what is up in the image"),
     Key::optional("size", "[width, height]", "[512, 512]", "pixels of the image"),
+    Key::optional(
+        "crop",
+        "list of numbers",
+        "the whole image",
+        "[column, row, width, height] of the part that is rendered, in pixels from the upper left corner",
+    ),
     Key::optional("supersampling", "integer", "1", "rays along each side of a pixel, 1 to 16"),
 ];
 
@@ -120,7 +129,15 @@ pub fn build(section: &Section, inputs: &Inputs) -> Result<Camera> {
             .error("size", format!("an image of {width} x {height} pixels cannot be made; both are whole numbers from 1 to {MAX_EDGE}")));
     }
     let supersampling = section.integer("supersampling", *SUPERSAMPLING.start() as i64..=*SUPERSAMPLING.end() as i64)?;
-    Ok(Camera { projection, ..camera }.size(width as usize, height as usize).supersampling(supersampling.unwrap_or(1) as usize))
+    let camera = Camera { projection, ..camera }.size(width as usize, height as usize).supersampling(supersampling.unwrap_or(1) as usize);
+    match section.numbers("crop")?.as_deref() {
+        None => Ok(camera),
+        Some(&[column, row, width, height]) if [column, row, width, height].iter().all(|v| v.fract() == 0.0 && *v >= 0.0) => {
+            let part = camera.crop(column as usize, row as usize, width as usize, height as usize);
+            part.map_err(|error| section.error("crop", error.to_string()))
+        }
+        Some(_) => Err(section.error("crop", "crop is [column, row, width, height], four whole numbers")),
+    }
 }
 
 /// Numbers of rays along each side of a pixel.
@@ -149,6 +166,7 @@ impl Camera {
             width: SIZE,
             height: SIZE,
             supersampling: 1,
+            offset: (0.0, 0.0),
         }
         .up(DVec3::Y)
         .field_of_view_deg(FIELD_OF_VIEW_DEG)
@@ -177,6 +195,27 @@ impl Camera {
     #[must_use]
     pub fn size(self, width: usize, height: usize) -> Self {
         Self { width, height, ..self }
+    }
+
+    /// The camera of a part of the image, so many pixels from column and row on: its rays are those of the whole.
+    ///
+    /// # Errors
+    /// Where there are no pixels in it, or it goes beyond the image.
+    pub fn crop(self, column: usize, row: usize, width: usize, height: usize) -> Result<Self> {
+        let inside = |first: usize, count: usize, all: usize| count > 0 && first.checked_add(count).is_some_and(|end| end <= all);
+        if !inside(column, width, self.width) || !inside(row, height, self.height) {
+            let wanted = format!("one pixel or more of an image of {} x {}", self.width, self.height);
+            return Err(Error::value("crop", format!("{width} x {height} pixels from column {column} and row {row} on"), wanted));
+        }
+        let (part, half) = (width as f64 / self.width as f64, 0.5 * self.width as f64);
+        let projection = match self.projection {
+            Projection::Perspective { half_width } => Projection::Perspective { half_width: part * half_width },
+            Projection::Orthographic { half_width_pc } => Projection::Orthographic { half_width_pc: part * half_width_pc },
+        };
+        let right = (column as f64 + 0.5 * width as f64 - half) / half;
+        let up = (0.5 * self.height as f64 - row as f64 - 0.5 * height as f64) / half;
+        let offset = ((self.offset.0 + right) / part, (self.offset.1 + up) / part);
+        Ok(Self { projection, width, height, offset, ..self })
     }
 
     /// The same camera with so many rays along each side of a pixel.
@@ -212,6 +251,9 @@ impl Camera {
         if !(half > 0.0 && half < WIDEST) {
             return Err(Error::value(what, half, "above zero, and a field of view is below 180 deg"));
         }
+        if !(self.offset.0.is_finite() && self.offset.1.is_finite()) {
+            return Err(Error::value("offset of the camera", format!("{:?}", self.offset), "two numbers"));
+        }
         let (width, height) = (self.width, self.height);
         if !((1..=MAX_EDGE).contains(&width) && (1..=MAX_EDGE).contains(&height)) {
             let wanted = format!("a size that images have; both are whole numbers from 1 to {MAX_EDGE}");
@@ -227,7 +269,7 @@ impl Camera {
     pub fn ray(&self, column: f64, row: f64) -> Ray {
         let (w, h) = (self.width as f64, self.height as f64);
         let per_pixel = 2.0 / w;
-        let (x, y) = (per_pixel * (column - 0.5 * w), per_pixel * (0.5 * h - row));
+        let (x, y) = (per_pixel * (column - 0.5 * w) + self.offset.0, per_pixel * (0.5 * h - row) + self.offset.1);
         match self.projection {
             Projection::Perspective { half_width } => {
                 let direction = self.forward + half_width * (x * self.right + y * self.up);
@@ -251,7 +293,7 @@ impl Camera {
             Projection::Perspective { half_width } => depth * half_width,
             Projection::Orthographic { half_width_pc } => half_width_pc,
         };
-        let (x, y) = (v.dot(self.right) / scale, v.dot(self.up) / scale);
+        let (x, y) = (v.dot(self.right) / scale - self.offset.0, v.dot(self.up) / scale - self.offset.1);
         Some((0.5 * w * (x + 1.0), 0.5 * h * (1.0 - y * w / h)))
     }
 
@@ -260,10 +302,11 @@ impl Camera {
         let w = self.width as f64;
         match self.projection {
             Projection::Perspective { half_width } => {
-                // Ω = p² cos³θ, with tan²θ = (p Δcolumn)² + (p Δrow)² and p a pixel's edge at distance one.
+                // Ω = p² cos³θ, with p a pixel's edge at distance one and tan θ the distance from the axis there.
                 let pixel = 2.0 * half_width / w;
-                let (right, down) = (pixel * (column - 0.5 * w), pixel * (row - 0.5 * self.height as f64));
-                let secant = (1.0 + right * right + down * down).sqrt();
+                let right = pixel * (column - 0.5 * w) + half_width * self.offset.0;
+                let up = pixel * (0.5 * self.height as f64 - row) + half_width * self.offset.1;
+                let secant = (1.0 + right * right + up * up).sqrt();
                 pixel * pixel / (secant * secant * secant)
             }
             Projection::Orthographic { half_width_pc } => (2.0 * half_width_pc / w).powi(2),
@@ -294,6 +337,7 @@ mod tests {
             width: 8,
             height: 4,
             supersampling: 1,
+            offset: (0.0, 0.0),
         }
     }
 
@@ -305,6 +349,26 @@ mod tests {
             let (column, row) = camera.project(ray.at(3.0)).unwrap();
             assert!((column - 1.5).abs() < 1e-12 && (row - 3.5).abs() < 1e-12);
             assert_eq!(camera.project(DVec3::new(0.0, 0.0, 9.0)), None);
+        }
+    }
+
+    /// A part of an image has the rays, pixels and places of the whole, and so has a part of that part.
+    #[test]
+    fn parts_see_as_the_whole() {
+        for projection in [Projection::Perspective { half_width: 0.7 }, Projection::Orthographic { half_width_pc: 2.0 }] {
+            let whole = camera(projection).size(80, 60);
+            let part = whole.clone().crop(10, 20, 40, 25).unwrap().crop(5, 1, 30, 20).unwrap();
+            for (column, row) in [(0.5, 0.5), (29.5, 19.5), (11.25, 3.0)] {
+                let (own, all) = (part.ray(column, row), whole.ray(column + 15.0, row + 21.0));
+                assert!(own.direction.distance(all.direction) < 1e-15 && own.origin.distance(all.origin) < 1e-15);
+                assert!((part.pixel_measure(column, row) / whole.pixel_measure(column + 15.0, row + 21.0) - 1.0).abs() < 1e-14);
+                let (x, y) = part.project(own.at(3.0)).unwrap();
+                assert!((x - column).abs() < 1e-12 && (y - row).abs() < 1e-12);
+            }
+            assert_eq!((part.width, part.height), (30, 20));
+            for (column, row, width, height) in [(0, 0, 0, 5), (70, 0, 11, 5), (0, 59, 80, 2), (usize::MAX, 0, 1, 1)] {
+                assert!(whole.clone().crop(column, row, width, height).is_err());
+            }
         }
     }
 

@@ -53,12 +53,17 @@ impl Control {
         self.stop.store(true, Ordering::Relaxed);
     }
 
+    /// Whether the work was interrupted: what is worked out from now on is thrown away, and may be anything.
+    pub fn interrupted(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
     /// An error once the work was interrupted.
     ///
     /// # Errors
     /// [`Interrupted`](Error::Interrupted), once the user wished to stop.
     pub fn check(&self) -> Result<()> {
-        if self.stop.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
+        if self.interrupted() { Err(Error::Interrupted) } else { Ok(()) }
     }
 
     /// Tells the listener that `done` of `all` steps of a stage are done.

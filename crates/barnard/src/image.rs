@@ -89,6 +89,8 @@ pub struct Image {
     pub samples: Samples,
     /// Size of a pixel, where known.
     pub pixel: Option<PixelScale>,
+    /// Where the axis of view meets the image, from its middle to the right and upwards \[pixels\].
+    pub axis: (f64, f64),
     /// Key and value, in words: scene, back end, method, accuracy.
     pub notes: Vec<(String, String)>,
     /// What the picture says of itself in keywords.
@@ -103,7 +105,7 @@ impl Image {
         let band = |name| Band { name, pivot_um: None, counting: None, width_um: None, certificate: Vec::new(), keywords: Vec::new() };
         let bands: Vec<Band> = names.into_iter().map(band).collect();
         let display = Display::grey(bands.len());
-        Self { width, height, bands, samples, pixel: None, notes: Vec::new(), keywords: Vec::new(), display }
+        Self { width, height, bands, samples, pixel: None, axis: (0.0, 0.0), notes: Vec::new(), keywords: Vec::new(), display }
     }
 
     /// Radiance of a pixel in a band [W m⁻² sr⁻¹].

@@ -12,6 +12,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::camera::{Camera, Projection};
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::geometry::Ray;
 use crate::light::{Light, Route};
@@ -55,11 +56,16 @@ pub enum Sources {
     Brightest(usize),
 }
 
+impl Sources {
+    /// What is drawn while things move.
+    pub const PREVIEW: Self = Self::Brightest(1500);
+}
+
 /// Draws unresolved sources: `add` hears of places in an image (bands × height × width) and radiances; `depth(ray,
 /// length)` is the optical depth on the way, `flux(light, band, depth)` the band's flux of a light behind it.
 ///
 /// # Errors
-/// Where the star field has too many stars.
+/// Where the star field has too many stars, and when the user wishes to stop.
 pub fn draw(
     sources: Sources,
     scene: &Scene,
@@ -67,14 +73,16 @@ pub fn draw(
     lights: &[Light],
     depth: impl Fn(&Ray, f64) -> f64 + Sync,
     flux: impl Fn(usize, usize, f64) -> f64 + Sync,
+    control: &Control,
     mut add: impl FnMut(usize, f64),
 ) -> Result<()> {
     let points = points(sources, scene, camera, lights)?;
-    let fluxes = |point: &Point| -> Vec<f64> {
+    let fluxes = |point: &Point| {
+        control.check()?;
         let depth = depth(&point.ray(camera), point.length);
-        (0..scene.bands.len()).map(|b| point.gain * flux(point.light, b, depth)).collect()
+        Ok((0..scene.bands.len()).map(|b| point.gain * flux(point.light, b, depth)).collect())
     };
-    let fluxes: Vec<Vec<f64>> = points.par_iter().map(fluxes).collect();
+    let fluxes: Vec<Vec<f64>> = points.par_iter().map(fluxes).collect::<Result<_>>()?;
     for (point, fluxes) in points.iter().zip(fluxes) {
         splat(camera, point, &fluxes, &mut add);
     }
@@ -212,10 +220,13 @@ fn sky_direction(cell: u64, u: f64, v: f64) -> DVec3 {
 /// size, which is that of all cells of a slice. In a slice they are neighbours, sectors around the longitude at which
 /// the camera looks.
 fn cells_in_view(camera: &Camera) -> Vec<u64> {
-    let Projection::Perspective { half_width } = camera.projection else { return Vec::new() };
-    let diagonal = (1.0 + (camera.height as f64 / camera.width as f64).powi(2)).sqrt();
-    let radius = (half_width * diagonal * (1.0 + 8.0 / camera.width as f64)).atan();
-    let (ahead, sectors) = (camera.forward, 2 * SKY_SLICES as i64);
+    let Projection::Perspective { .. } = camera.projection else { return Vec::new() };
+    let (width, height, margin) = (camera.width as f64, camera.height as f64, PSF_RADIUS as f64);
+    let ahead = camera.ray(0.5 * width, 0.5 * height).direction;
+    let corners = [(-margin, -margin), (width + margin, -margin), (-margin, height + margin), (width + margin, height + margin)];
+    let to_corner = |(column, row): (f64, f64)| camera.ray(column, row).direction.dot(ahead).clamp(-1.0, 1.0).acos();
+    let radius = corners.map(to_corner).into_iter().fold(0.0, f64::max);
+    let sectors = 2 * SKY_SLICES as i64;
     let per_radian = SKY_SLICES as f64 / std::f64::consts::PI;
     let looks_at = (ahead.y.atan2(ahead.x) * per_radian).floor() as i64;
     let of_slice = |slice: u64| {

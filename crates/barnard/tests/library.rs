@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use barnard::backend::{Backend, Job, Registry};
+use barnard::backend::{Backend, Job, Registry, cpu};
 use barnard::field::{Fbm, Field, Grid, Plummer, Shell, Slab};
 use barnard::geometry::Bounds;
 use barnard::glam::{DVec3, dvec3};
@@ -25,6 +25,32 @@ fn made() -> Scene {
     let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).at(dvec3(0.2, 0.1, 0.3)).named("star 1");
     let camera = Camera::look_at(dvec3(0.0, 0.5, 5.0), DVec3::ZERO).field_of_view_deg(30.0).size(24, 18);
     Scene::new(camera).bands(passband::set("johnson").unwrap()).dust(dust).star(star)
+}
+
+/// Parts of an image by the plan of the whole are the whole: dust, stars of the scene and of the field across the seams.
+#[test]
+fn parts_of_an_image_make_the_whole() {
+    let field = StarField { density_per_sr: 3e4, ..StarField::default() };
+    let mut scene = made().background(Background { star_field: Some(field), ..Background::default() });
+    scene.camera = scene.camera.size(50, 37);
+    let control = Control::default();
+    let mut plan = Plan::new(&scene, &Options::default(), &control).unwrap();
+    let whole = cpu::render(&scene, &plan, &control).unwrap().0;
+    let brightest = (0..3 * 50 * 37).map(|i| whole.samples.at(i)).fold(0.0, f64::max);
+    for (column, row, width, height) in [(0, 0, 20, 20), (20, 0, 30, 20), (0, 20, 20, 17), (20, 20, 30, 17), (49, 36, 1, 1)] {
+        let camera = scene.camera.clone().crop(column, row, width, height).unwrap();
+        plan.look_from(camera.clone(), &control).unwrap();
+        let part = cpu::render(&Scene { camera, ..scene.clone() }, &plan, &control).unwrap().0;
+        for band in 0..3 {
+            for (i, j) in (0..height).flat_map(|i| (0..width).map(move |j| (i, j))) {
+                let (ours, theirs) = (part.at(band, i, j), whole.at(band, row + i, column + j));
+                assert!((ours - theirs).abs() < 1e-6 * theirs + 1e-9 * brightest, "{i} {j}: {ours} {theirs}");
+            }
+        }
+        // The axis of view is where it was.
+        let (right, down) = (25.0 - (column as f64 + 0.5 * width as f64), 18.5 - (row as f64 + 0.5 * height as f64));
+        assert!((part.axis.0 - right).abs() < 1e-12 && (part.axis.1 + down).abs() < 1e-12, "{:?}", part.axis);
+    }
 }
 
 const TEXT: &str = r#"

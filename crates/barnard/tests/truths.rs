@@ -222,7 +222,7 @@ fn a_preview_has_the_star_field() {
     let options = Options::default();
     let drawn = |plan: &Plan, sources: Sources| {
         let mut light = 0.0;
-        backend::draw(sources, &scene, plan, |_, value| light += value).unwrap();
+        backend::draw(sources, &scene, plan, &Control::default(), |_, value| light += value).unwrap();
         light
     };
     let preview = Plan::preview(None, &scene, &options, &Control::default()).unwrap();

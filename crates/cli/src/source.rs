@@ -37,6 +37,9 @@ pub struct SceneArgs {
     /// Size of the image, such as 1920x1080
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(usize, usize)>,
+    /// The part of the image that is rendered, in pixels from its upper left corner, such as 512,0,256,256
+    #[arg(long, value_name = "COLUMN,ROW,WIDTH,HEIGHT", value_parser = parse_crop)]
+    pub crop: Option<[usize; 4]>,
     /// Number of threads (default: all cores)
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
@@ -51,6 +54,12 @@ pub fn memory_limit(gib: f64) -> anyhow::Result<u64> {
         bail!("--memory {gib} is no amount of GiB; give a number such as 8");
     }
     Ok((gib * f64::from(1u32 << 30)) as u64)
+}
+
+fn parse_crop(text: &str) -> Result<[usize; 4], String> {
+    let numbers: Option<Vec<usize>> = text.split(',').map(|t| t.trim().parse().ok()).collect();
+    let four = numbers.and_then(|numbers| numbers.try_into().ok());
+    four.ok_or_else(|| "a crop is column, row, width and height in whole numbers, such as 512,0,256,256".into())
 }
 
 fn parse_size(text: &str) -> Result<(usize, usize), String> {
@@ -92,6 +101,9 @@ impl SceneArgs {
         }
         if let Some((width, height)) = self.size {
             (scene.camera.width, scene.camera.height) = (width, height);
+        }
+        if let Some([column, row, width, height]) = self.crop {
+            scene.camera = scene.camera.crop(column, row, width, height)?;
         }
         let values = (scene.camera.width * scene.camera.height) as u64 * scene.bands.len() as u64;
         barnard::memory::check("the image", values.saturating_mul(16), memory_limit)?;

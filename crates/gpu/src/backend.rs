@@ -52,7 +52,7 @@ pub struct OnDevice {
     /// The time that the device worked for the last picture [s].
     seconds: Option<f64>,
     /// Opens a device in place of one that gave up.
-    reopen: Box<dyn FnMut() -> Result<Gpu>>,
+    reopen: Box<dyn FnMut() -> Result<Gpu> + Send>,
     /// Why it gave up for good, once it did: the processor takes its place.
     lost: Option<String>,
     /// What went wrong on the way, in words.
@@ -81,7 +81,7 @@ impl OnDevice {
 
     /// The same back end, where `reopen` opens another device in place of one that gave up.
     #[must_use]
-    pub fn reopened_by(self, reopen: impl FnMut() -> Result<Gpu> + 'static) -> Self {
+    pub fn reopened_by(self, reopen: impl FnMut() -> Result<Gpu> + Send + 'static) -> Self {
         Self { reopen: Box::new(reopen), ..self }
     }
 
@@ -150,8 +150,8 @@ impl Backend for OnDevice {
         Ok(Radiance::single(data, stats))
     }
 
-    fn finish(&self, job: &Job, radiance: Radiance) -> barnard::Result<Image> {
-        let mut image = finished(job.scene(), job.plan(&Control::default())?, radiance, &self.name())?;
+    fn finish(&self, job: &Job, radiance: Radiance, control: &Control) -> barnard::Result<Image> {
+        let mut image = finished(job.scene(), job.plan(control)?, radiance, &self.name(), control)?;
         if self.tuning.on_the_fly && self.lost.is_none() {
             image.notes.push(("density".into(), "noise at every sample; star depths and empty space as sampled".into()));
         }
@@ -257,8 +257,8 @@ impl Backend for Auto {
         }
     }
 
-    fn finish(&self, job: &Job, radiance: Radiance) -> barnard::Result<Image> {
-        self.chosen().finish(job, radiance)
+    fn finish(&self, job: &Job, radiance: Radiance, control: &Control) -> barnard::Result<Image> {
+        self.chosen().finish(job, radiance, control)
     }
 
     fn sweeper(&self) -> Option<Arc<dyn Sweeper>> {

@@ -99,15 +99,21 @@ impl Pass {
 }
 
 impl Frame {
-    /// The frame of a plan whose loops show by so many turns that they turn, seen from `middle`, whose terms have the extinctions `k`; dust is at most `brightest`
-    /// [pc⁻¹].
+    /// The frame of a plan whose loops show by so many turns that they turn, seen from `middle`, whose terms have the
+    /// extinctions `k`; dust is at most `brightest` [pc⁻¹].
     pub fn new(plan: &Plan, shown_turns: usize, middle: DVec3, k: &[f32], brightest: f32, counts: [u32; 4]) -> Self {
         let camera: &Camera = plan.camera();
         let bounds = plan.space().occupied.unwrap_or(Bounds { low: middle, high: middle });
         // The observer moves along the view until the middle of the scene is beside them.
         let ahead = (middle - camera.position).dot(camera.forward).max(0.0);
-        let start = camera.position + ahead * camera.forward - middle;
         let (right, up) = (camera.right, camera.up);
+        // Towards the image's middle, of length one along the axis of view, and where that meets the plane of the middle.
+        let aside = camera.offset.0 * right + camera.offset.1 * up;
+        let (forward, start) = match camera.projection {
+            Projection::Perspective { half_width: h } => (camera.forward + h * aside, camera.position - middle),
+            Projection::Orthographic { half_width_pc: h } => (camera.forward, camera.position + h * aside - middle),
+        };
+        let start = start + ahead * forward;
         let (across, upwards, turn_x, turn_y) = match camera.projection {
             Projection::Perspective { half_width: h } => (ahead * h * right, ahead * h * up, h * right, h * up),
             Projection::Orthographic { half_width_pc: h } => (h * right, h * up, DVec3::ZERO, DVec3::ZERO),
@@ -123,7 +129,7 @@ impl Frame {
             middle: four(start, ahead as f32),
             across: four(across, 0.0),
             upwards: four(upwards, 0.0),
-            forward: four(camera.forward, 0.0),
+            forward: four(forward, 0.0),
             turn_x: four(turn_x, 0.0),
             turn_y: four(turn_y, 0.0),
             low: four(bounds.low - middle, 0.0),

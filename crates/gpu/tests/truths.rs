@@ -8,7 +8,7 @@ mod test_device;
 
 use barnard::backend::{Backend, Job, reference};
 use barnard::control::Control;
-use barnard::image::Image;
+use barnard::image::{Image, relative_rms};
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan, sample_functions};
 use barnard::scene::Scene;
@@ -34,6 +34,26 @@ fn gpu_is_within_3e_3_of_every_case() {
         let mut denser = load(&folder);
         denser.dust.as_mut().unwrap().sigma_v_per_pc *= 1.03;
         assert!(compare(&folder, &picture(&gpu, &denser, &options).0, 3e-3) > 3e-3, "{}", folder.display());
+    }
+}
+
+/// A part of an image is the whole's, by a plan of the whole, whatever the projection is.
+#[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
+fn parts_of_an_image_make_the_whole() {
+    let (gpu, control, options) = (device(), Control::default(), Options::default());
+    let mut scene = barnard_files::builtin::load("barres_neyret", DEFAULT_LIMIT).unwrap();
+    for camera in [scene.camera.clone(), scene.camera.clone().orthographic_pc(3.0)] {
+        scene.camera = camera.size(40, 30);
+        let (whole, mut plan) = picture(&gpu, &scene, &options);
+        let part = scene.camera.clone().crop(13, 4, 20, 11).unwrap();
+        plan.look_from(part.clone(), &control).unwrap();
+        let scene = Scene { camera: part, ..scene.clone() };
+        let mut backend = OnDevice::new(gpu.clone(), Tuning::default());
+        let own = backend.render(&Job::planned(&scene, &options, &plan).unwrap(), &control).unwrap().0;
+        let light = (0..11).flat_map(|i| (0..20).map(move |j| (i, j))).map(|(i, j)| (own.at(0, i, j), whole.at(0, i + 4, j + 13)));
+        assert!(light.clone().any(|(_, theirs)| theirs > 0.0));
+        assert!(relative_rms(light) < 1e-4);
     }
 }
 

@@ -10,6 +10,7 @@ use barnard::backend::{Backend, Job};
 use barnard::control::Control;
 use barnard::image::{Display, PixelScale, Samples};
 use barnard::keywords::Value;
+use barnard::memory;
 use barnard::plan::Options;
 use barnard::properties::Table;
 use barnard_files::SaveImage;
@@ -21,7 +22,7 @@ use pyo3::types::{PyBytes, PyDict};
 use crate::error::raised;
 use crate::plan::{Certificate, Plan, certificates};
 use crate::scene::Scene;
-use crate::{tree, work};
+use crate::{open, tree, work};
 
 /// The display that a table describes for pictures of a scene.
 fn display(scene: &barnard::Scene, table: &Table) -> Result<Display> {
@@ -99,6 +100,12 @@ impl Image {
             }
         }
         Ok(keywords)
+    }
+
+    /// Where the axis of view meets the image, from its middle to the right and upwards [pixels].
+    #[getter]
+    fn axis(&self) -> (f64, f64) {
+        self.image.axis
     }
 
     /// Size of a pixel in the middle, and its unit, "deg" or "pc"; none where it is not known.
@@ -187,27 +194,32 @@ fn rendered(
     memory_limit: u64,
     control: &Control,
 ) -> Result<Image> {
-    let mut open: Box<dyn Backend> = match backend {
-        "path" => {
-            let defaults = path::Options::default();
-            Box::new(PathTracer::new(path::Options {
-                samples: exactness.samples.unwrap_or(defaults.samples),
-                target_error: exactness.target_error,
-                seed: exactness.seed.unwrap_or(defaults.seed),
-                ..defaults
-            }))
-        }
-        "reference" => Box::new(Reference { accuracy: exactness.accuracy.unwrap_or(reference::DEFAULT_ACCURACY) }),
-        _ => (barnard_cli::backends::registry().named(backend)?.open)(scene)?,
-    };
+    let pixels = (scene.camera.width * scene.camera.height) as u64;
+    memory::check("the image", pixels.saturating_mul(16 * scene.bands.len() as u64), memory_limit)?;
     let options = Options::within(memory_limit);
     let job = match plan {
         Some(plan) => Job::planned(scene, &options, plan)?,
         None => Job::new(scene, &options)?,
     };
-    let (image, stats) = open.render(&job, control)?;
-    let mut warnings = open.warnings();
-    warnings.extend(open.instead().map(|why| format!("on the cpu: {why}")));
+    let render = |backend: &mut dyn Backend| {
+        let (image, stats) = backend.render(&job, control)?;
+        let mut warnings = backend.warnings();
+        warnings.extend(backend.instead().map(|why| format!("on the cpu: {why}")));
+        Ok((image, stats, warnings))
+    };
+    let (image, stats, warnings) = match backend {
+        "path" => {
+            let defaults = path::Options::default();
+            render(&mut PathTracer::new(path::Options {
+                samples: exactness.samples.unwrap_or(defaults.samples),
+                target_error: exactness.target_error,
+                seed: exactness.seed.unwrap_or(defaults.seed),
+                ..defaults
+            }))?
+        }
+        "reference" => render(&mut Reference { accuracy: exactness.accuracy.unwrap_or(reference::DEFAULT_ACCURACY) })?,
+        _ => open::with(backend, scene, render)?,
+    };
     let certificates = plan.map_or_else(Vec::new, |plan| certificates(plan, &stats));
     Ok(Image { scene: scene.clone(), image, certificates, warnings })
 }

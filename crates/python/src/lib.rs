@@ -7,6 +7,7 @@ mod arrays;
 mod catalogue;
 mod error;
 mod image;
+mod open;
 mod plan;
 mod scene;
 mod tree;

@@ -1,10 +1,9 @@
 //! Plans: the numbers that a scene comes to, kept from picture to picture.
 
-use barnard::backend::Backend;
 use barnard::plan::Options;
-use barnard_cli::backends::registry;
 use pyo3::prelude::*;
 
+use crate::open;
 use crate::scene::Scene;
 use crate::work;
 
@@ -109,8 +108,7 @@ pub fn plan(
             return barnard::Plan::preview(before, &scene.0, &options, control).map(Plan);
         }
         if scene.0.method.bounces > 1 {
-            let backend: Box<dyn Backend> = (registry().named(backend)?.open)(&scene.0)?;
-            options.sweeper = backend.sweeper();
+            options.sweeper = open::with(backend, &scene.0, |backend| Ok(backend.sweeper()))?;
         }
         barnard::Plan::updated(before, &scene.0, &options, control).map(Plan)
     })

@@ -41,13 +41,7 @@ impl Reader {
     /// The scene that a tree describes; it is called `name` where it does not say.
     fn read(&self, py: Python, scene: &Bound<PyDict>, name: &str) -> PyResult<Scene> {
         let table = tree::table(scene)?;
-        let limit = self.loader.inputs.memory_limit;
-        let scene = work::run(py, None, |_| {
-            let scene = barnard::Scene::from_properties(&table, name, &self.loader)?;
-            let pixels = (scene.camera.width * scene.camera.height) as u64;
-            barnard::memory::check("the image", pixels.saturating_mul(16 * scene.bands.len() as u64), limit)?;
-            Ok(scene)
-        })?;
+        let scene = work::run(py, None, |_| barnard::Scene::from_properties(&table, name, &self.loader))?;
         Ok(Scene(Arc::new(scene)))
     }
 }

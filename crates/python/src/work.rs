@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::error::raised;
+use crate::open;
 
 /// How long the calling thread waits between looks at signals.
 const LOOK: Duration = Duration::from_millis(50);
@@ -48,6 +49,7 @@ pub fn after_fork() {
     if let Ok(mut kept) = POOL.try_lock() {
         std::mem::forget(kept.take());
     }
+    open::after_fork();
 }
 
 fn name(stage: Stage) -> &'static str {
@@ -77,7 +79,7 @@ pub fn run<T: Send>(py: Python, progress: Option<&Bound<PyAny>>, work: impl FnOn
     let wait = || done.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(LOOK);
     let look = || {
         py.check_signals()?;
-        let state = state.lock().ok().and_then(|mut state| state.take());
+        let state = state.lock().ok().and_then(|state| *state);
         if let (Some(progress), Some((stage, done, all))) = (progress, state) {
             progress.call1((name(stage), done, all))?;
         }

@@ -238,7 +238,7 @@ impl Truth {
         }
         let start = Instant::now();
         let tracer = backends::paths(scene, path::Options { samples: PATHS, ..path::Options::default() }, control)?;
-        let image = path::image(scene, &tracer.film, &tracer.options)?;
+        let image = path::image(scene, &tracer.film, &tracer.options, control)?;
         let paths = Some(start.elapsed().as_secs_f64());
         let power = |band: usize| image.band(band).map(|v| v * v).sum::<f64>();
         let noise = (0..bands).map(|b| (power(bands + b) / power(b).max(f64::MIN_POSITIVE)).sqrt()).collect();

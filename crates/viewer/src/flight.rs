@@ -29,7 +29,8 @@ pub struct Flight {
 impl Flight {
     /// A flight that begins at the scene's own view.
     pub fn of(scene: &Scene) -> Self {
-        let camera = scene.camera.clone();
+        // A part of an image is looked at as an image of its own.
+        let camera = Camera { offset: (0.0, 0.0), ..scene.camera.clone() };
         let distance = match scene.dust.as_ref().map(|d| d.density.bounds()).or_else(|| scene.emission.first().map(|e| e.density.bounds()))
         {
             Some(bounds) => (0.5 * (bounds.low + bounds.high) - camera.position).dot(camera.forward),
@@ -187,6 +188,7 @@ impl Flight {
             .and(set("up", numbers(c.up.to_array())))
             .and(width)
             .and(Edit::remove(table, other))
+            .and(Edit::remove(table, "crop"))
     }
 }
 

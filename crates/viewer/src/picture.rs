@@ -6,6 +6,7 @@ use std::time::Instant;
 use barnard::Result;
 use barnard::backend::{self, RenderStats};
 use barnard::camera::Camera;
+use barnard::control::Control;
 use barnard::image::{Display, Image, Tone};
 use barnard::plan::Plan;
 use barnard::points::Sources;
@@ -78,8 +79,6 @@ const ABOVE: f64 = 1.0;
 
 /// Most pixels that are counted, evenly over the picture.
 const COUNTED: usize = 1 << 18;
-/// Most stars of the star field that are seen while things move.
-const FIELD_STARS: usize = 1500;
 
 impl Histogram {
     /// The histogram of one band's values.
@@ -135,7 +134,7 @@ impl Picture {
         let plan = self.plan.clone().with_size(camera.width, camera.height);
         let (bands, size) = (self.image.bands.len(), camera.width * camera.height);
         let mut light = vec![0.0; bands * size];
-        backend::draw(Sources::Brightest(FIELD_STARS), &self.scene, &plan, |i, value| light[i] += value)?;
+        backend::draw(Sources::PREVIEW, &self.scene, &plan, &Control::default(), |i, value| light[i] += value)?;
         let (image, colours, tone, code) = (&self.image, &self.colours, &self.tone, self.tone.coder());
         let spark = |pixel: usize| {
             let own = |b: usize| light[b * size + pixel];

@@ -223,7 +223,7 @@ impl Studio {
         let Rendered { light, seconds, by } = rendered(backend, &job, control)?;
         let start = Instant::now();
         let stats = light.stats;
-        let image = backend.finish(&job, light)?;
+        let image = backend.finish(&job, light, control)?;
         let times = Times { plan: planned, march: seconds, stars: start.elapsed().as_secs_f64(), colours: 0.0 };
         let tone = stand.exposure.tone(order.exposure, &scene.display, &image, true);
         let picture = Picture::new(image, scene, tone, plan, stats, times, by);

@@ -32,6 +32,7 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         bands: scene.bands.iter().map(band).collect(),
         samples,
         pixel: Some(camera.pixel_scale()),
+        axis: (-0.5 * camera.offset.0 * camera.width as f64, -0.5 * camera.offset.1 * camera.width as f64),
         notes,
         display: scene.display.clone(),
         keywords: of_scene(scene, camera),
@@ -44,7 +45,8 @@ fn of_scene(scene: &Scene, camera: &Camera) -> Vec<Keyword> {
     keywords.extend(scene.provenance.iter().map(|from| text("SCENESHA", from.digest(), "SHA-256")));
     let (projection, field) = match camera.projection {
         Projection::Perspective { half_width } => {
-            ("perspective", number("CAMFOV", 2.0 * half_width.atan().to_degrees(), "[deg] horizontal field of view"))
+            let ends = [camera.offset.0 + 1.0, camera.offset.0 - 1.0].map(|x| (half_width * x).atan().to_degrees());
+            ("perspective", number("CAMFOV", ends[0] - ends[1], "[deg] horizontal field of view"))
         }
         Projection::Orthographic { half_width_pc } => ("orthographic", number("CAMWIDTH", 2.0 * half_width_pc, "[pc] width of the image")),
     };

@@ -1,6 +1,7 @@
 //! What makes a picture of the light that a plan's march brought.
 
 use super::{Radiance, describe};
+use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::image::{Image, Samples};
@@ -12,10 +13,10 @@ use crate::scene::Scene;
 /// A picture of the extended light in `radiance`: stars are drawn, errors and origin are told.
 ///
 /// # Errors
-/// Where values are no numbers, or the star field has too many stars.
-pub fn finished(scene: &Scene, plan: &Plan, radiance: Radiance, backend: &str) -> Result<Image> {
+/// Where values are no numbers, or the star field has too many stars, and when the user wishes to stop.
+pub fn finished(scene: &Scene, plan: &Plan, radiance: Radiance, backend: &str, control: &Control) -> Result<Image> {
     let Radiance { mut samples, stats } = radiance;
-    draw(Sources::All, scene, plan, |i, value| samples.add(i, value))?;
+    draw(plan.sources, scene, plan, control, |i, value| samples.add(i, value))?;
     let mut image = describe(scene, &plan.camera, samples);
     image.check()?;
     for (b, band) in image.bands.iter_mut().enumerate() {
@@ -45,10 +46,10 @@ pub fn extended(scene: &Scene, plan: &Plan, samples: Samples) -> Result<Image> {
 /// radiances [W m⁻² sr⁻¹].
 ///
 /// # Errors
-/// Where the star field has too many stars.
-pub fn draw(sources: Sources, scene: &Scene, plan: &Plan, add: impl FnMut(usize, f64)) -> Result<()> {
+/// Where the star field has too many stars, and when the user wishes to stop.
+pub fn draw(sources: Sources, scene: &Scene, plan: &Plan, control: &Control, add: impl FnMut(usize, f64)) -> Result<()> {
     let far = 2.0 * plan.space.occupied.map_or(0.0, |b| b.size().length() + (0.5 * (b.low + b.high) - plan.camera.position).length());
     let depth = |ray: &Ray, length: f64| plan.space.depth(ray.origin, ray.at(length.min(far)));
     let flux = |light: usize, band: usize, depth: f64| plan.spectral.bands[band].rule.evaluate(light, depth);
-    points::draw(sources, scene, &plan.camera, &plan.lights, depth, flux, add)
+    points::draw(sources, scene, &plan.camera, &plan.lights, depth, flux, control, add)
 }

@@ -101,7 +101,7 @@ impl Radiance {
 }
 
 /// A way to render: from a [`Job`] to its light, and on to a finished picture.
-pub trait Backend {
+pub trait Backend: Send {
     /// The name that the picture's header gives as its maker.
     fn name(&self) -> String;
 
@@ -128,9 +128,9 @@ pub trait Backend {
     /// The picture: stars are drawn over the light, errors and origin are told.
     ///
     /// # Errors
-    /// Where values are no numbers, or there are too many stars.
-    fn finish(&self, job: &Job, radiance: Radiance) -> Result<Image> {
-        finished(job.scene(), job.plan(&Control::default())?, radiance, &self.name())
+    /// Where values are no numbers, or there are too many stars, and when the user wishes to stop.
+    fn finish(&self, job: &Job, radiance: Radiance, control: &Control) -> Result<Image> {
+        finished(job.scene(), job.plan(control)?, radiance, &self.name(), control)
     }
 
     /// Renders and finishes in one go.
@@ -140,7 +140,7 @@ pub trait Backend {
     fn render(&mut self, job: &Job, control: &Control) -> Result<(Image, RenderStats)> {
         let radiance = self.radiance(job, control)?;
         let stats = radiance.stats;
-        Ok((self.finish(job, radiance)?, stats))
+        Ok((self.finish(job, radiance, control)?, stats))
     }
 
     /// The device that sweeps light of more than one scattering in place of the processor, where this back end has one.

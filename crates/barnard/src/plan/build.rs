@@ -9,6 +9,7 @@ use super::{Fineness, LightField, MultipleScattering, Options, Plan, Settings, S
 use super::{multiple_scattering, pilots};
 use crate::control::Control;
 use crate::error::Result;
+use crate::points::Sources;
 use crate::scene::{Method, MethodEntry, Scene, StarDepthSource};
 
 /// The most voxels along an edge of a [preview](Plan::preview).
@@ -92,7 +93,7 @@ impl Plan {
         let draft = Draft { scene, settings, lights: Arc::new(lights), space, spectral: Arc::new(spectral) };
         let known = before.and_then(|plan| plan.scattered_field.as_deref());
         let scattered_field = MultipleScattering::new(&draft, Fineness::PREVIEW, known, control)?;
-        Ok(draft.with(Stepping::PerVoxel(PREVIEW_STEPS), None, scattered_field))
+        Ok(Self { sources: Sources::PREVIEW, ..draft.with(Stepping::PerVoxel(PREVIEW_STEPS), None, scattered_field) })
     }
 
     /// Plans `scene` at `steps` samples a ray, with rules as they are asked for and nothing measured: for comparisons
@@ -169,6 +170,7 @@ impl Draft<'_> {
             light_field: light_field.map(Arc::new),
             scattered_field: scattered_field.map(Arc::new),
             bounces: self.settings.method.bounces,
+            sources: Sources::All,
         }
     }
 }

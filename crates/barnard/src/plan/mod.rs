@@ -42,6 +42,7 @@ use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::Result;
 use crate::light::Light;
+use crate::points::Sources;
 use crate::volume::Volume;
 
 /// Everything a fast back end needs; a copy shares all that is large.
@@ -67,6 +68,8 @@ pub struct Plan {
     pub(crate) scattered_field: Option<Arc<MultipleScattering>>,
     /// Times that light of stars may scatter.
     pub(crate) bounces: usize,
+    /// The unresolved sources that a picture of it shows.
+    pub(crate) sources: Sources,
 }
 
 /// Samples between looks at whether a ray can end.

@@ -6,8 +6,8 @@ use std::time::Instant;
 use anyhow::bail;
 use barnard::Error;
 use barnard::backend::path::{self, Film, Options};
+use barnard::control::Control;
 use barnard::image::Image;
-use barnard::memory;
 use barnard::scene::Scene;
 use barnard_files::formats::check_replaceable;
 use clap::Args;
@@ -67,9 +67,7 @@ impl Referee {
     /// Follows paths until enough is known, or Ctrl-C: what is done until then is kept.
     pub fn render(&self, scene: &Scene, memory_limit: u64) -> anyhow::Result<Image> {
         let options = self.options()?;
-        // Sums, those of a pass beside them, and the picture.
-        let values = (scene.camera.width * scene.camera.height * scene.bands.len()) as u64;
-        memory::check("the sums of paths", values.saturating_mul(96), memory_limit)?;
+        path::check_memory(scene, memory_limit)?;
         let note = progress::Note::default();
         let control = progress::control_with(&note)?;
         let (start, bands) = (Instant::now(), scene.bands.len());
@@ -113,6 +111,6 @@ impl Referee {
         if film.bad > 0 {
             complain!("warning: {} paths brought no number and were left out", film.bad);
         }
-        Ok(path::image(scene, &film, &options)?)
+        Ok(path::image(scene, &film, &options, &Control::default())?)
     }
 }

@@ -321,18 +321,19 @@ fn header_of(image: &Image, index: usize) -> Vec<u8> {
     cards.finish()
 }
 
-/// A linear frame centred on the image: tangent plane in degrees, or lengths.
+/// A linear frame centred on the axis of view: tangent plane in degrees, or lengths.
 fn wcs(cards: &mut Cards, image: &Image) {
     let (kinds, unit, step) = match image.pixel {
         Some(PixelScale::Angle(degrees)) => (["XLON-TAN", "XLAT-TAN"], "deg", degrees),
         Some(PixelScale::Length(pc)) => (["X", "Y"], "pc", pc),
         None => return,
     };
-    for (i, (kind, size)) in kinds.iter().zip([image.width, image.height]).enumerate() {
+    let middles = [0.5 * (image.width as f64 + 1.0) + image.axis.0, 0.5 * (image.height as f64 + 1.0) + image.axis.1];
+    for (i, (kind, middle)) in kinds.iter().zip(middles).enumerate() {
         let axis = i + 1;
         cards.text(&format!("CTYPE{axis}"), kind, "camera frame");
         cards.text(&format!("CUNIT{axis}"), unit, "");
-        cards.number(&format!("CRPIX{axis}"), 0.5 * (size as f64 + 1.0), "middle of the image");
+        cards.number(&format!("CRPIX{axis}"), middle, "where the axis of view meets the image");
         cards.number(&format!("CRVAL{axis}"), 0.0, "");
         cards.number(&format!("CDELT{axis}"), step, "pixel scale");
     }

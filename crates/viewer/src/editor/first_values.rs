@@ -83,6 +83,7 @@ fn first_value(key: &Key) -> Value {
         "boolean" => (default != "true").into(),
         "integer" => default.parse::<i64>().unwrap_or(64).into(),
         "number" | "number or table" => default.parse::<f64>().unwrap_or(0.5).into(),
+        "list of numbers" if key.name == "crop" => numbers([0.0, 0.0, 256.0, 256.0]),
         "list of numbers" if key.name == "nm" => numbers([500.0, 600.0]),
         "list of numbers" => numbers([0.0, 1.0]),
         "list of texts" => Value::Array(["300 nm", "1 um"].into_iter().collect::<Array>()),

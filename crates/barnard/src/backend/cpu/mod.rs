@@ -131,5 +131,5 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, RenderStats
 /// Where values are no numbers, and when the user wishes to stop.
 pub fn render(scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, RenderStats)> {
     let (data, stats) = radiance(plan, control)?;
-    Ok((finished(scene, plan, Radiance::single(data, stats), ENTRY.name)?, stats))
+    Ok((finished(scene, plan, Radiance::single(data, stats), ENTRY.name, control)?, stats))
 }

@@ -24,6 +24,7 @@ use crate::error::Result;
 use crate::image::{Band, ERROR_SUFFIX, Image, Samples};
 use crate::keywords;
 use crate::light::lights;
+use crate::memory;
 use crate::random::Counter;
 use crate::scene::Scene;
 use tracer::Tracer;
@@ -85,6 +86,7 @@ impl Backend for PathTracer {
     }
 
     fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance> {
+        check_memory(job.scene(), job.options().memory_limit)?;
         let first = first_paths(job.scene(), &self.options)?;
         if self.first_paths.replace(first.clone()).is_some_and(|before| before != first) {
             self.film = Film::default();
@@ -95,9 +97,18 @@ impl Backend for PathTracer {
     }
 
     /// Bands of standard errors stand behind those of the radiances.
-    fn finish(&self, job: &Job, _: Radiance) -> Result<Image> {
-        image(job.scene(), &self.film, &self.options)
+    fn finish(&self, job: &Job, _: Radiance, control: &Control) -> Result<Image> {
+        image(job.scene(), &self.film, &self.options, control)
     }
+}
+
+/// Refuses a picture whose sums, those of a pass beside them and the picture itself take more memory than allowed.
+///
+/// # Errors
+/// Where it does.
+pub fn check_memory(scene: &Scene, limit: u64) -> Result<()> {
+    let values = (scene.camera.width * scene.camera.height * scene.bands.len()) as u64;
+    memory::check("the sums of paths", values.saturating_mul(96), limit)
 }
 
 /// Paths of each pixel that are finished together.
@@ -199,10 +210,10 @@ fn is_met(film: &Film, bands: usize, options: &Options) -> bool {
 /// The picture that `film` holds, its bands followed by their standard errors, with points as `reference` draws them.
 ///
 /// # Errors
-/// Where a point's light cannot be told.
-pub fn image(scene: &Scene, film: &Film, options: &Options) -> Result<Image> {
+/// Where a point's light cannot be told, and when the user wishes to stop.
+pub fn image(scene: &Scene, film: &Film, options: &Options, control: &Control) -> Result<Image> {
     let mut data: Vec<f64> = film.estimates.iter().map(|e| e.mean).collect();
-    super::reference::draw_points(scene, super::reference::DEFAULT_ACCURACY, |i, value| data[i] += value)?;
+    super::reference::draw_points(scene, super::reference::DEFAULT_ACCURACY, control, |i, value| data[i] += value)?;
     data.extend(film.estimates.iter().map(|e| if e.error().is_finite() { e.error() } else { 0.0 }));
     let mut image = describe(scene, &scene.camera, Samples::Double(data));
     let errors: Vec<Band> =

@@ -61,6 +61,7 @@ struct Truth<'a> {
     lights: Vec<Light>,
     waves: Vec<Wave>,
     accuracy: f64,
+    control: &'a Control,
 }
 
 /// The row of this back end in the catalogue.
@@ -105,9 +106,9 @@ impl Backend for Reference {
         Ok(Radiance { samples, stats: RenderStats::of_rays(rays as u64) })
     }
 
-    fn finish(&self, job: &Job, radiance: Radiance) -> Result<Image> {
+    fn finish(&self, job: &Job, radiance: Radiance, control: &Control) -> Result<Image> {
         let (scene, mut samples) = (job.scene(), radiance.samples);
-        draw_points(scene, self.accuracy, |i, value| samples.add(i, value))?;
+        draw_points(scene, self.accuracy, control, |i, value| samples.add(i, value))?;
         let mut image = describe(scene, &scene.camera, samples);
         let accuracy = self.accuracy;
         image.notes.push(("backend".into(), format!("reference, accuracy {accuracy:e} of each pixel")));
@@ -125,13 +126,16 @@ fn check(scene: &Scene) -> Result<()> {
 
 /// Light without stars that are seen as points, bands × height × width [W m⁻² sr⁻¹].
 fn extended(scene: &Scene, accuracy: f64, control: &Control) -> Result<Vec<f64>> {
-    let truth = Truth::new(scene, accuracy)?;
+    let truth = Truth::new(scene, accuracy, control)?;
     let camera = &scene.camera;
     let bands = scene.bands.len();
     let rows: Vec<Vec<f64>> = {
         let done = std::sync::atomic::AtomicU64::new(0);
         let row = |i: usize| {
-            let pixel = |j: usize| control.check().map(|()| truth.pixel(camera, i, j));
+            let pixel = |j: usize| {
+                let light = truth.pixel(camera, i, j);
+                control.check().map(|()| light)
+            };
             let pixels = (0..camera.width).map(pixel).collect::<Result<Vec<Vec<f64>>>>()?;
             let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
             control.report(Stage::Rays, count, camera.height as u64);
@@ -151,12 +155,12 @@ fn extended(scene: &Scene, accuracy: f64, control: &Control) -> Result<Vec<f64>>
 
 /// Draws the unresolved sources of `scene` to `accuracy`: `add` hears of places in bands × height × width, and
 /// radiances [W m⁻² sr⁻¹].
-pub(super) fn draw_points(scene: &Scene, accuracy: f64, add: impl FnMut(usize, f64)) -> Result<()> {
-    Truth::new(scene, accuracy)?.draw_points(add)
+pub(super) fn draw_points(scene: &Scene, accuracy: f64, control: &Control, add: impl FnMut(usize, f64)) -> Result<()> {
+    Truth::new(scene, accuracy, control)?.draw_points(add)
 }
 
 impl<'a> Truth<'a> {
-    fn new(scene: &'a Scene, accuracy: f64) -> Result<Self> {
+    fn new(scene: &'a Scene, accuracy: f64, control: &'a Control) -> Result<Self> {
         let lights = lights(scene)?;
         let law = law(scene)?;
         let mut waves = Vec::new();
@@ -190,7 +194,7 @@ impl<'a> Truth<'a> {
             }
         }
         waves.retain(|w| w.weight.iter().any(|v| *v != 0.0));
-        Ok(Self { scene, lights, waves, accuracy })
+        Ok(Self { scene, lights, waves, accuracy, control })
     }
 
     /// Band flux of a light behind optical depth `tau`.
@@ -201,7 +205,7 @@ impl<'a> Truth<'a> {
     fn draw_points(&self, add: impl FnMut(usize, f64)) -> Result<()> {
         let depth = |ray: &Ray, length: f64| self.depth(ray.origin, ray.at(length.min(self.horizon(ray))));
         let flux = |light, band, tau| self.flux(light, band, tau);
-        points::draw(Sources::All, self.scene, &self.scene.camera, &self.lights, depth, flux, add)
+        points::draw(Sources::All, self.scene, &self.scene.camera, &self.lights, depth, flux, self.control, add)
     }
 
     /// Where the last field ends along a ray [pc].
@@ -346,6 +350,9 @@ impl<'a> RayRadiance<'a> {
         for (a, b) in cells {
             let mut pending = vec![(a, b, 0)];
             while let Some((a, b, level)) = pending.pop() {
+                if self.truth.control.interrupted() {
+                    return;
+                }
                 let (kronrod, gauss) = self.rules(a, b, &sample, &f);
                 if level < MAX_LEVEL && !self.agree(&kronrod, &gauss) {
                     let middle = 0.5 * (a + b);

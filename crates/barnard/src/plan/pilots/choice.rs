@@ -60,7 +60,7 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
     let accuracy = SHARE * settings.method.accuracy;
     let plain = Shading::new(spectral, lights);
     let mut marches = Marches {
-        pilots: pilots(scene, space, spectral, lights),
+        pilots: pilots(scene, space, spectral, lights, control)?,
         fast: Shading { field, ..plain },
         exact: Shading { measures: field.map(|_| measures(spectral)), ..plain },
         control,
@@ -74,7 +74,7 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
         let measured = Sampling {
             error: marches.error(&values, &truth),
             edge,
-            unresolved: unresolved::error(scene, space, spectral, lights)?,
+            unresolved: unresolved::error(scene, space, spectral, lights, control)?,
             values,
         };
         let error = measured.worst();
@@ -189,7 +189,8 @@ impl Marches<'_> {
     }
 
     fn all(&self, march: impl Fn(&Pilot) -> Vec<f64> + Sync) -> Result<Vec<Vec<f64>>> {
-        self.pilots.par_iter().map(|pilot| self.control.check().map(|()| march(pilot))).collect()
+        let checked = |pilot| self.control.check().map(|()| march(pilot));
+        self.pilots.par_iter().map(checked).collect()
     }
 
     fn error(&self, values: &[Vec<f64>], truth: &[Vec<f64>]) -> f64 {

@@ -71,16 +71,18 @@ pub fn spectral(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: 
     for _ in 0..SPECTRAL_TRIES {
         control.check()?;
         let spectral = SpectralPlan::with_rules(scene, lights, space, settings, rule_accuracy, control)?;
-        let march = |pilots: &[Pilot], shading: &Shading| -> Vec<Vec<f64>> {
-            pilots.par_iter().map(|pilot| march(space, shading, pilot, Stepping::PerVoxel(1.0), false)).collect()
+        let march = |pilots: &[Pilot], shading: &Shading| -> Result<Vec<Vec<f64>>> {
+            let checked = |pilot| control.check().map(|()| march(space, shading, pilot, Stepping::PerVoxel(1.0), false));
+            pilots.par_iter().map(checked).collect()
         };
         let rules = Shading::new(&spectral, lights);
-        let (pilots, truth) = exact.get_or_insert_with(|| {
-            let pilots = pilots(scene, space, &spectral, lights);
-            let truth = march(&pilots, &Shading { measures: Some(measures(&spectral)), ..Shading::new(&spectral, lights) });
-            (pilots, truth)
-        });
-        let error = relative_error(&march(pilots, &rules), truth, pilots);
+        if exact.is_none() {
+            let pilots = pilots(scene, space, &spectral, lights, control)?;
+            let truth = march(&pilots, &Shading { measures: Some(measures(&spectral)), ..Shading::new(&spectral, lights) })?;
+            exact = Some((pilots, truth));
+        }
+        let Some((pilots, truth)) = &exact else { break };
+        let error = relative_error(&march(pilots, &rules)?, truth, pilots);
         if best.as_ref().is_none_or(|b| error < b.1) {
             best = Some((spectral, error));
         }
@@ -100,13 +102,16 @@ fn measures(spectral: &SpectralPlan) -> Vec<Vec<Measure>> {
 }
 
 /// The pilots of a scene: pixels that are chosen by a first look at the light of some.
-fn pilots(scene: &Scene, space: &SpatialPlan, spectral: &SpectralPlan, lights: &[Light]) -> Vec<Pilot> {
+fn pilots(scene: &Scene, space: &SpatialPlan, spectral: &SpectralPlan, lights: &[Light], control: &Control) -> Result<Vec<Pilot>> {
     let camera = &scene.camera;
     let shading = Shading::new(spectral, lights);
     let ray = |column: usize, row: usize| camera.ray(column as f64 + 0.5, row as f64 + 0.5);
     let pilot = |column: usize, row: usize, pixels: f64| Pilot::new(space, ray(column, row), pixels);
-    let look = |column: usize, row: usize| march(space, &shading, &pilot(column, row, 1.0), Stepping::PerVoxel(1.0), false);
-    let pixels = sampled_pixels::sampled(camera, space, look);
+    let look = |column: usize, row: usize| {
+        control.check()?;
+        Ok(march(space, &shading, &pilot(column, row, 1.0), Stepping::PerVoxel(1.0), false))
+    };
+    let pixels = sampled_pixels::sampled(camera, space, look)?;
     let mut kept = 0;
     let kept_if_small = |p: sampled_pixels::SampledPixel| {
         let mut pilot = pilot(p.column, p.row, p.stands_for);
@@ -114,7 +119,7 @@ fn pilots(scene: &Scene, space: &SpatialPlan, spectral: &SpectralPlan, lights: &
         pilot.columns = pilot.columns.filter(|_| kept <= KEPT_BYTES);
         pilot
     };
-    pixels.into_iter().map(kept_if_small).collect()
+    Ok(pixels.into_iter().map(kept_if_small).collect())
 }
 
 /// Largest relative rms over the bands, one standard error above what the pilots say: few rays carry most of an error,

@@ -11,6 +11,7 @@ use std::collections::HashSet;
 use rayon::prelude::*;
 
 use crate::camera::Camera;
+use crate::error::Result;
 use crate::plan::SpatialPlan;
 
 /// A pixel and how many it stands for.
@@ -39,11 +40,18 @@ const CONTRASTED: usize = 40;
 const SMALL: usize = 400;
 
 /// The sample of a camera's picture; `look` tells the light of a pixel in every band.
-pub(in crate::plan) fn sampled(camera: &Camera, space: &SpatialPlan, look: impl Fn(usize, usize) -> Vec<f64> + Sync) -> Vec<SampledPixel> {
+///
+/// # Errors
+/// Those of `look`.
+pub(in crate::plan) fn sampled(
+    camera: &Camera,
+    space: &SpatialPlan,
+    look: impl Fn(usize, usize) -> Result<Vec<f64>> + Sync,
+) -> Result<Vec<SampledPixel>> {
     let (width, height) = (camera.width, camera.height);
     if width * height <= SMALL {
         let all = (0..width * height).map(|i| SampledPixel { column: i % width, row: i / width, stands_for: 1.0 });
-        return all.collect();
+        return Ok(all.collect());
     }
     let near = around_stars(camera, space);
     let mut pixels: Vec<SampledPixel> =
@@ -62,7 +70,7 @@ pub(in crate::plan) fn sampled(camera: &Camera, space: &SpatialPlan, look: impl 
         let (column, row) = cells.middle(cell);
         look(column, row)
     };
-    let light: Vec<Vec<f64>> = (0..EDGE * EDGE).into_par_iter().map(middle).collect();
+    let light: Vec<Vec<f64>> = (0..EDGE * EDGE).into_par_iter().map(middle).collect::<Result<_>>()?;
     let bands = light.first().map_or(0, Vec::len);
     let most: Vec<f64> = (0..bands).map(|b| light.iter().map(|l| l[b]).fold(f64::MIN_POSITIVE, f64::max)).collect();
     let bright = |cell: usize| light[cell].iter().zip(&most).map(|(l, m)| l / m).fold(0.0, f64::max);
@@ -89,7 +97,7 @@ pub(in crate::plan) fn sampled(camera: &Camera, space: &SpatialPlan, look: impl 
         pixels.extend(own.into_iter().map(|(column, row)| SampledPixel { column, row, stands_for }));
     }
     pixels.extend(edges);
-    pixels
+    Ok(pixels)
 }
 
 /// The pixel at a column and a row of the image plane, if it is one.
@@ -203,7 +211,7 @@ mod tests {
             let scene = scene(camera, 8).dust(dust(ball(radius), "ccm89", 0.1)).star(star(9000.0, 1.0, 0.1 * DVec3::X));
             let plan = Plan::sampled(&scene, &Options::default(), 8, &Control::default()).unwrap();
             let picture = |column: usize, row: usize| (0.05 * column as f64).sin() + 0.03 * row as f64 + 2.0;
-            let sample = sampled(&scene.camera, &plan.space, |column, row| vec![picture(column, row)]);
+            let sample = sampled(&scene.camera, &plan.space, |column, row| Ok(vec![picture(column, row)])).unwrap();
             let all: f64 = sample.iter().map(|p| p.stands_for).sum();
             assert!((all - (width * height) as f64).abs() < 1e-9, "{width} x {height}: {all}");
             let mean = sample.iter().map(|p| p.stands_for * picture(p.column, p.row)).sum::<f64>() / all;

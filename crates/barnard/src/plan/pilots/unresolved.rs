@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::control::Control;
 use crate::error::Result;
 use crate::light::Light;
 use crate::plan::spatial_error::Unresolved;
@@ -16,7 +17,13 @@ const MIN_LEFT: f64 = 1e-3;
 
 /// Fluxes through the dust itself beside those through its samples, of stars that are taken evenly from those in view;
 /// none where dust is a grid or there are no stars.
-pub fn error(scene: &Scene, space: &SpatialPlan, spectral: &SpectralPlan, lights: &[Light]) -> Result<Option<Unresolved>> {
+pub fn error(
+    scene: &Scene,
+    space: &SpatialPlan,
+    spectral: &SpectralPlan,
+    lights: &[Light],
+    control: &Control,
+) -> Result<Option<Unresolved>> {
     let Some(occupied) = space.occupied.filter(|_| space.depth_is_sampled()) else { return Ok(None) };
     let camera = &scene.camera;
     let points = points::points(Sources::All, scene, camera, lights)?;
@@ -26,12 +33,13 @@ pub fn error(scene: &Scene, space: &SpatialPlan, spectral: &SpectralPlan, lights
     }
     let far = occupied.size().length() + (0.5 * (occupied.low + occupied.high) - camera.position).length();
     let depths = |point: &&Point| {
+        control.check()?;
         let ray = point.ray(camera);
         let end = ray.at(point.length.min(far));
         let sampled = space.depth(ray.origin, end);
-        (point.light, sampled, (sampled + space.depth_beyond_samples(ray.origin, end)).max(0.0))
+        Ok((point.light, sampled, (sampled + space.depth_beyond_samples(ray.origin, end)).max(0.0)))
     };
-    let depths: Vec<(usize, f64, f64)> = asked.par_iter().map(depths).collect();
+    let depths: Vec<(usize, f64, f64)> = asked.par_iter().map(depths).collect::<Result<_>>()?;
     let of_band = |band: &crate::plan::BandPlan| {
         let off = |(light, sampled, truly): &(usize, f64, f64)| {
             let [bare, sampled, truly] = [0.0, *sampled, *truly].map(|depth| band.rule.evaluate(*light, depth));

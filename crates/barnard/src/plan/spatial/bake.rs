@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::control::Control;
 use crate::error::Result;
 use crate::field::{Field, Grid, Lattice};
 use crate::memory;
@@ -31,12 +32,12 @@ pub const OWN: BakeResolution = BakeResolution { least: MIN_BAKE, most: usize::M
 /// # Errors
 /// Where samples would take more memory than allowed, or are no densities.
 pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
-    let settings = &Settings::of(scene, options);
+    let (settings, control) = (&Settings::of(scene, options), &Control::default());
     if let Some(dust) = &mut scene.dust {
-        dust.density = Arc::new(baked(&dust.density, 1.0, "dust", settings, OWN)?);
+        dust.density = Arc::new(baked(&dust.density, 1.0, "dust", settings, OWN, control)?);
     }
     for gas in &mut scene.emission {
-        gas.density = Arc::new(baked(&gas.density, 1.0, &gas.name, settings, OWN)?);
+        gas.density = Arc::new(baked(&gas.density, 1.0, &gas.name, settings, OWN, control)?);
     }
     Ok(())
 }
@@ -54,6 +55,7 @@ pub(in crate::plan) fn baked(
     what: &str,
     settings: &Settings,
     resolution: BakeResolution,
+    control: &Control,
 ) -> Result<Grid> {
     if let Some(grid) = field.grid() {
         let longest = grid.lattice.dims.into_iter().max().unwrap_or(1);
@@ -68,11 +70,15 @@ pub(in crate::plan) fn baked(
     let lattice = Lattice { dims, bounds: field.bounds() };
     memory::check(&format!("{what}, sampled"), 4 * lattice.cells() as u64, settings.memory_limit)?;
     let sample = |places: &[DVec3], values: &mut [f64]| {
+        if control.interrupted() {
+            return;
+        }
         field.sample(places, values);
         values.iter_mut().for_each(|value| *value *= factor);
     };
     let grid =
         if field.has_edges() { Grid::averaged(lattice, |_, places, values| sample(places, values)) } else { Grid::filled(lattice, sample) };
+    control.check()?;
     grid.check(what)?;
     Ok(grid)
 }

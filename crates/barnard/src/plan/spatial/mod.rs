@@ -101,8 +101,9 @@ impl SpatialPlan {
     }
 
     fn sampled(scene: &Scene, settings: &Settings, resolution: BakeResolution, control: &Control) -> Result<Self> {
-        let dust = scene.dust.as_ref().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", settings, resolution)).transpose()?;
-        let emission = scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, settings, resolution)).collect::<Result<Vec<_>>>()?;
+        let dust = scene.dust.as_ref().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", settings, resolution, control)).transpose()?;
+        let emission =
+            scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, settings, resolution, control)).collect::<Result<Vec<_>>>()?;
         let bricks: Vec<Bricks> = dust.iter().chain(&emission).map(Bricks::new).collect();
         let mut space = Self {
             volumes: Vec::new(),

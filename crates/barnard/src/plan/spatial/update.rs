@@ -59,7 +59,7 @@ impl SpatialPlan {
         }
         let (moved, ratio) = (!parted || stars != self.stars, sigma_v_per_pc(scene) / self.sigma_v_per_pc);
         let mut space = Self { stars, spatial: None, ..(**self).clone() };
-        space.take_dust(scene, settings)?;
+        space.take_dust(scene, settings, control)?;
         if moved || !space.scale_depths(ratio) {
             space.part_stars(&members, settings, control)?;
             space.refine_stars(self.star_factor, settings, control)?;
@@ -107,12 +107,12 @@ impl SpatialPlan {
     }
 
     /// Samples the dust of `scene` in place of this one's.
-    pub(super) fn take_dust(&mut self, scene: &Scene, settings: &Settings) -> Result<()> {
+    pub(super) fn take_dust(&mut self, scene: &Scene, settings: &Settings, control: &Control) -> Result<()> {
         let Some(dust) = scene.dust.as_ref().filter(|d| d.sigma_v_per_pc != self.sigma_v_per_pc) else { return Ok(()) };
         let before = self.dust.as_deref().filter(|_| self.sigma_v_per_pc > 0.0);
         let grid = match before {
             Some(grid) => grid.scaled(dust.sigma_v_per_pc / self.sigma_v_per_pc),
-            None => baked(&dust.density, dust.sigma_v_per_pc, "dust", settings, self.resolution)?,
+            None => baked(&dust.density, dust.sigma_v_per_pc, "dust", settings, self.resolution, control)?,
         };
         grid.check("dust")?;
         self.bricks[0] = Bricks::new(&grid);
