@@ -224,6 +224,7 @@ mod tests {
             depth: DEPTH,
             accuracy: ACCURACY,
             settings: &settings,
+            interrupted: &|| false,
         };
         let solved = (rule("projection").unwrap().solve)(&problem).unwrap();
         let Form::Projection(projection) = solved.form else { panic!("another form") };

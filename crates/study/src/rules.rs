@@ -67,6 +67,7 @@ impl Run {
             depth,
             accuracy: 1e-6,
             settings,
+            interrupted: &|| false,
         };
         Ok((rule(name)?.solve)(&problem)?)
     }

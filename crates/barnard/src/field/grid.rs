@@ -221,7 +221,11 @@ impl Field for Grid {
             values.iter_mut().zip(row).for_each(|(value, own)| *value = f64::from(*own) * self.factor);
             return;
         }
-        values.iter_mut().zip(places).for_each(|(value, p)| *value = self.at(*p));
+        // One place many times is read once.
+        match places.split_first() {
+            Some((first, rest)) if rest.iter().all(|p| p == first) => values.fill(self.at(*first)),
+            _ => values.iter_mut().zip(places).for_each(|(value, p)| *value = self.at(*p)),
+        }
     }
     fn bounds(&self) -> Bounds {
         self.lattice.bounds

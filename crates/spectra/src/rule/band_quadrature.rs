@@ -113,7 +113,8 @@ fn with_nodes(problem: &BandProblem, n: usize, t: f64, choosing: &[usize]) -> Ba
 /// Nodes, and each source's weights and how they were found.
 fn with_weights(problem: &BandProblem, n: usize, t: f64, choosing: &[usize]) -> (Vec<Node>, Vec<Vec<f64>>, Vec<Weighting>) {
     let nodes = nodes(problem, n, t, choosing);
-    let (weights, weighting) = problem.sources.iter().map(|source| weights_of(&nodes, source, problem.depth)).unzip();
+    let (weights, weighting) =
+        problem.sources.iter().map_while(|source| (!(problem.interrupted)()).then(|| weights_of(&nodes, source, problem.depth))).unzip();
     (nodes, weights, weighting)
 }
 

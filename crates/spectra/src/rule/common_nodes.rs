@@ -175,6 +175,7 @@ mod tests {
             depth: 12.0,
             accuracy: 1e-3,
             settings: &Settings { count, ..Settings::default() },
+            interrupted: &|| false,
         };
         solve(&problem).unwrap()
     }

@@ -66,6 +66,8 @@ pub struct BandProblem<'a> {
     pub accuracy: f64,
     /// What the user has fixed of the rule.
     pub settings: &'a Settings,
+    /// Whether nobody waits for the rule any more: what is worked out from then on may be anything.
+    pub interrupted: &'a (dyn Fn() -> bool + Sync),
 }
 
 /// What a user may fix of a rule, for comparisons.
@@ -181,7 +183,8 @@ impl BandRule {
     /// A form with its certificates.
     fn certified(problem: &BandProblem, form: Form) -> Self {
         let mut rule = Self { form, certificates: Vec::new() };
-        rule.certificates = rule.certify(problem.sources, problem.depth);
+        let awaited = problem.sources.iter().take_while(|_| !(problem.interrupted)());
+        rule.certificates = awaited.enumerate().map(|(s, source)| rule.certify_source(s, source, problem.depth)).collect();
         rule
     }
 

@@ -32,8 +32,17 @@ fn solve_with(
     let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
     let domain_um = band.support_um();
     let settings = Settings { count, ..Settings::default() };
-    let problem =
-        BandProblem { sources: &sources, domain_um, common_um: domain_um, pivot, k: &k, depth: 20.0, accuracy, settings: &settings };
+    let problem = BandProblem {
+        sources: &sources,
+        domain_um,
+        common_um: domain_um,
+        pivot,
+        k: &k,
+        depth: 20.0,
+        accuracy,
+        settings: &settings,
+        interrupted: &|| false,
+    };
     let solved = (rule(name).unwrap().solve)(&problem).unwrap();
     (solved, sources)
 }
@@ -232,7 +241,17 @@ fn certificates_hold_on_random_scenes() {
         let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
         let domain_um = band.support_um();
         let settings = &Settings::default();
-        let problem = BandProblem { sources: &sources, domain_um, common_um: domain_um, pivot, k: &k, depth, accuracy, settings };
+        let problem = BandProblem {
+            sources: &sources,
+            domain_um,
+            common_um: domain_um,
+            pivot,
+            k: &k,
+            depth,
+            accuracy,
+            settings,
+            interrupted: &|| false,
+        };
         let solved = (entry.solve)(&problem).unwrap();
         let pieces = band.pieces(&law.breakpoints_um());
         for (s, spectrum) in spectra.iter().enumerate() {
@@ -353,6 +372,7 @@ fn what_a_method_cannot_do_is_said() {
             depth: 20.0,
             accuracy: 1e-3,
             settings: &settings,
+            interrupted: &|| false,
         };
         (rule(name).unwrap().solve)(&problem).map(|_| ()).unwrap_err().to_string()
     };

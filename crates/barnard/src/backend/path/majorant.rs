@@ -6,6 +6,7 @@
 
 use rayon::prelude::*;
 
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid, Lattice};
 use crate::geometry::Ray;
@@ -32,12 +33,13 @@ impl Majorant {
     /// Bounds `field` from above, block by block.
     ///
     /// # Errors
-    /// Where the field is not finite at a place where it is asked.
-    pub fn new(field: &dyn Field) -> Result<Self> {
+    /// Where the field is not finite at a place where it is asked, and when the user wishes to stop.
+    pub fn new(field: &dyn Field, control: &Control) -> Result<Self> {
         let blocks = match field.grid() {
             Some(grid) => of_grid(grid),
-            None => of_function(field),
+            None => of_function(field, control),
         };
+        control.check()?;
         let first_bad = blocks.run(0..blocks.lattice.cells()).position(|v| !v.is_finite());
         match first_bad {
             None => Ok(Self { blocks }),
@@ -112,7 +114,7 @@ fn of_grid(grid: &Grid) -> Grid {
     Grid::of(lattice, data)
 }
 
-fn of_function(field: &dyn Field) -> Grid {
+fn of_function(field: &dyn Field, control: &Control) -> Grid {
     let bounds = field.bounds();
     let block = bounds.size().max_element() / BLOCKS;
     let dims = bounds.size().to_array().map(|edge| ((edge / block).ceil() as usize).max(1));
@@ -120,7 +122,7 @@ fn of_function(field: &dyn Field) -> Grid {
     let fine = lattice.refined(ASKED);
     // NaN must not be lost among numbers.
     let larger = |a: f32, b: f32| if a.is_nan() || a > b { a } else { b };
-    let asked = Grid::sampled(fine.clone(), |p| field.at(p));
+    let asked = Grid::sampled(fine.clone(), |p| if control.interrupted() { 0.0 } else { field.at(p) });
     let largest = |index: usize| {
         let place = lattice.place(index);
         let along = |axis: usize| (place[axis] * ASKED).saturating_sub(ASKED)..((place[axis] + 2) * ASKED).min(fine.dims[axis]);
@@ -158,7 +160,7 @@ mod tests {
     fn cells_bound_grids() {
         let lattice = Lattice { dims: [13, 10, 22], bounds: Bounds { low: DVec3::new(-1.0, -0.7, -1.1), high: DVec3::new(1.0, 0.9, 1.3) } };
         let grid = Grid::sampled(lattice, |p| (5.0 * p.x + 3.0 * p.y * p.z).sin().max(0.0));
-        let majorant = Majorant::new(&grid).unwrap();
+        let majorant = Majorant::new(&grid, &Control::default()).unwrap();
         let mut tight = 0.0f64;
         for ray in rays(200) {
             let Some((near, far)) = grid.bounds().clip(&ray) else { continue };
@@ -188,7 +190,7 @@ mod tests {
                 Bounds::cube(DVec3::ZERO, 1.0)
             }
         }
-        let majorant = Majorant::new(&Thin).unwrap();
+        let majorant = Majorant::new(&Thin, &Control::default()).unwrap();
         let ray = Ray { origin: DVec3::new(0.1, 0.2, -3.0), direction: DVec3::Z };
         assert!(majorant.cells(&ray, f64::INFINITY).all(|(_, _, bound)| bound > 0.0));
     }
@@ -197,7 +199,7 @@ mod tests {
     #[test]
     fn rays_along_axes_cross() {
         let grid = Grid::sampled(Lattice { dims: [8; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) }, |_| 1.0);
-        let majorant = Majorant::new(&grid).unwrap();
+        let majorant = Majorant::new(&grid, &Control::default()).unwrap();
         for direction in [DVec3::X, -DVec3::Y, DVec3::Z] {
             let ray = Ray { origin: -4.0 * direction, direction };
             let length: f64 = majorant.cells(&ray, f64::INFINITY).map(|(a, b, bound)| (b - a) * bound).sum();

@@ -7,6 +7,7 @@
 
 use super::majorant::Majorant;
 use super::sampled_wavelengths::CARRIED;
+use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::random::Counter;
@@ -44,9 +45,9 @@ impl<'a> Medium<'a> {
     /// Prepares flights through `dust`.
     ///
     /// # Errors
-    /// Where it has no bound.
-    pub fn new(dust: &'a Dust) -> Result<Self> {
-        Ok(Self { dust, majorant: Majorant::new(&*dust.density)? })
+    /// Where it has no bound, and when the user wishes to stop.
+    pub fn new(dust: &'a Dust, control: &Control) -> Result<Self> {
+        Ok(Self { dust, majorant: Majorant::new(&*dust.density, control)? })
     }
 
     /// Extinction at V at a distance along a ray [pc⁻¹].
@@ -141,7 +142,7 @@ mod tests {
         let tau = dust.sigma_v_per_pc * dust.density.grid().unwrap().column(ray.at(0.0), ray.at(10.0), f64::INFINITY);
         assert!((0.5..3.0).contains(&tau), "{tau}");
         for tightness in [1.0, 0.25] {
-            let mut medium = Medium::new(&dust).unwrap();
+            let mut medium = Medium::new(&dust, &Control::default()).unwrap();
             medium.majorant = medium.majorant.scaled(tightness);
             let (mut escaped, mut through) = (super::super::Estimate::default(), [super::super::Estimate::default(); CARRIED]);
             for i in 0..40_000 {

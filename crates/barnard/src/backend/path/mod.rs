@@ -87,11 +87,15 @@ impl Backend for PathTracer {
 
     fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance> {
         check_memory(job.scene(), job.options().memory_limit)?;
-        let first = first_paths(job.scene(), &self.options)?;
+        let scene = job.scene();
+        scene.check()?;
+        let lights = lights(scene)?;
+        let tracer = Tracer::new(scene, &lights, self.options.first..=scene.method.bounces, control)?;
+        let first = first_by(&tracer, scene, &self.options);
         if self.first_paths.replace(first.clone()).is_some_and(|before| before != first) {
             self.film = Film::default();
         }
-        trace(job.scene(), &self.options, &mut self.film, control, &mut |_| ())?;
+        trace_by(&tracer, scene, &self.options, &mut self.film, control, &mut |_| ())?;
         let samples = Samples::Double(self.film.estimates.iter().map(|e| e.mean).collect());
         Ok(Radiance { samples, stats: RenderStats::of_rays(self.film.samples * self.film.estimates.len() as u64) })
     }
@@ -122,7 +126,18 @@ const PASS: u64 = 8;
 pub fn trace(scene: &Scene, options: &Options, film: &mut Film, control: &Control, tell: &mut dyn FnMut(&Film)) -> Result<()> {
     scene.check()?;
     let lights = lights(scene)?;
-    let tracer = Tracer::new(scene, &lights, options.first..=scene.method.bounces)?;
+    let tracer = Tracer::new(scene, &lights, options.first..=scene.method.bounces, control)?;
+    trace_by(&tracer, scene, options, film, control, tell)
+}
+
+fn trace_by(
+    tracer: &Tracer,
+    scene: &Scene,
+    options: &Options,
+    film: &mut Film,
+    control: &Control,
+    tell: &mut dyn FnMut(&Film),
+) -> Result<()> {
     let (camera, bands) = (&scene.camera, scene.bands.len());
     let size = camera.width * camera.height;
     if film.estimates.len() != bands * size {
@@ -137,7 +152,7 @@ pub fn trace(scene: &Scene, options: &Options, film: &mut Film, control: &Contro
             control.check()?;
             let mut own: Vec<Estimate> = (0..bands).map(|b| film.estimates[b * size + i]).collect();
             for s in &pass {
-                follow(&tracer, scene, options.seed, i, *s, |band, radiance| {
+                follow(tracer, scene, options.seed, i, *s, |band, radiance| {
                     if radiance.is_finite() {
                         own[band].add(radiance);
                     } else {
@@ -191,16 +206,20 @@ const CHECKED: usize = 64;
 pub fn first_paths(scene: &Scene, options: &Options) -> Result<Vec<f64>> {
     scene.check()?;
     let lights = lights(scene)?;
-    let tracer = Tracer::new(scene, &lights, options.first..=scene.method.bounces)?;
+    let tracer = Tracer::new(scene, &lights, options.first..=scene.method.bounces, &Control::default())?;
+    Ok(first_by(&tracer, scene, options))
+}
+
+fn first_by(tracer: &Tracer, scene: &Scene, options: &Options) -> Vec<f64> {
     let size = scene.camera.width * scene.camera.height;
     let count = CHECKED.min(size);
     let mut first = vec![0.0; scene.bands.len() * count];
     for i in 0..count {
         // Places all over the picture.
         let pixel = (Counter::new(CHECKED as u64, i as u64).uniform() * size as f64) as usize;
-        follow(&tracer, scene, options.seed, pixel.min(size - 1), 0, |band, radiance| first[band * count + i] = radiance);
+        follow(tracer, scene, options.seed, pixel.min(size - 1), 0, |band, radiance| first[band * count + i] = radiance);
     }
-    Ok(first)
+    first
 }
 
 fn is_met(film: &Film, bands: usize, options: &Options) -> bool {

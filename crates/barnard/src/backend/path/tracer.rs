@@ -21,6 +21,7 @@ use glam::DVec3;
 use super::majorant::Majorant;
 use super::medium::Medium;
 use super::sampled_wavelengths::{CARRIED, SampledWavelengths, Wave, is_extended};
+use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::light::{Light, Route};
@@ -106,8 +107,8 @@ impl<'a> Tracer<'a> {
     /// A tracer of `lights` in `scene` that counts paths of so many scatterings.
     ///
     /// # Errors
-    /// Where a density has no bound.
-    pub fn new(scene: &'a Scene, lights: &'a [Light], bounces: RangeInclusive<usize>) -> Result<Self> {
+    /// Where a density has no bound, and when the user wishes to stop.
+    pub fn new(scene: &'a Scene, lights: &'a [Light], bounces: RangeInclusive<usize>, control: &Control) -> Result<Self> {
         let bands = (0..scene.bands.len()).map(|b| SampledWavelengths::new(scene, lights, b)).collect::<Result<Vec<_>>>()?;
         let (mut stars, mut species, mut background) = (Vec::new(), Vec::new(), None);
         for (light, l) in lights.iter().enumerate().filter(|(_, l)| is_extended(l.route)) {
@@ -121,13 +122,13 @@ impl<'a> Tracer<'a> {
                 }
                 Route::Emitted { species: i } => {
                     let density = &*scene.emission[i].density;
-                    species.push(Species { light, density, majorant: Majorant::new(density)? });
+                    species.push(Species { light, density, majorant: Majorant::new(density, control)? });
                 }
                 Route::Background => background = Some(light),
                 Route::Direct { .. } | Route::FieldStar { .. } => {}
             }
         }
-        let medium = scene.dust.as_ref().map(Medium::new).transpose()?;
+        let medium = scene.dust.as_ref().map(|dust| Medium::new(dust, control)).transpose()?;
         Ok(Self { lights, medium, stars, species, background, bands, bounces })
     }
 

@@ -88,7 +88,8 @@ impl SpectralPlan {
         let solved = |may_share: bool| {
             let of_band = |band: &Passband| {
                 control.check()?;
-                let sources: Vec<Source> = lights.iter().map(|light| source(scene, light, band, &law)).collect();
+                let checked = |light| control.check().map(|()| source(scene, light, band, &law));
+                let sources = lights.iter().map(checked).collect::<Result<Vec<Source>>>()?;
                 let k = |l: f64| law.k(l);
                 let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
                 if let (Some(dust), Some((low, high))) = (&scene.dust, settings.domain_um) {
@@ -103,10 +104,13 @@ impl SpectralPlan {
                     depth,
                     accuracy: rule_accuracy,
                     settings,
+                    interrupted: &|| control.interrupted(),
                 };
                 let own = method.entry.rule;
                 let entry = if may_share { own.serving(scene.bands.len(), &problem) } else { own };
-                let rule = (entry.solve)(&problem)?;
+                let rule = (entry.solve)(&problem);
+                control.check()?;
+                let rule = rule?;
                 let name = if entry.name == own.name { method.entry.name } else { entry.name };
                 Ok((name, BandPlan { band: band.clone(), sources, rule }))
             };
