@@ -158,8 +158,8 @@ def map(
         What is rendered; without keys items are numbered from 0.
     client : dask.distributed.Client
     files : text
-        The path of each file, formatted with the item's key; the extension says how it is written. All workers must
-        see the folder.
+        The path of each file, formatted with the item's key, or with the parts of a key that is a tuple; the extension
+        says how it is written. All workers must see the folder.
     overwrite : bool, default False
         Whether files that are there are made anew.
     threads : int, optional
@@ -184,7 +184,7 @@ def map(
     except ImportError:
         raise _barnard.BarnardError("Dask is not installed; pip install barnard[cluster]") from None
     keyed = dict(items) if isinstance(items, Mapping) else dict(enumerate(items))
-    paths = {key: Path(files.format(key)).resolve() for key in keyed}
+    paths = {key: Path(files.format(*key) if isinstance(key, tuple) else files.format(key)).resolve() for key in keyed}
     if len(set(paths.values())) != len(paths):
         raise _barnard.BarnardError(f'several items have the same file; let `files` say the key, as in "frame_{{:05}}.fits", not "{files}"')
     try:

@@ -41,6 +41,47 @@ def test_frames_land_as_files(client, tmp_path):
     assert [result.state for result in again] == ["skipped"] * 2 + ["rendered"] + ["skipped"] * 3
 
 
+def test_tiles_make_the_whole(client, tmp_path):
+    scene = lit(cloud())
+    scene.camera.size = [60, 44]
+    scene.background = bn.Background(stars={"density": "3000 /deg2"})
+    plan = scene.plan()
+    tiles = bn.tiles(plan.camera, 32)
+    assert list(tiles) == [(0, 0), (0, 32), (32, 0), (32, 32)]
+    results = bn.map(plan.render, tiles, client, files=str(tmp_path / "tile_{:02}_{:02}.npy"), progress=False)
+    assert [result.state for result in results] == ["rendered"] * 4, results
+    whole = plan.render().radiance
+    assembled = np.full_like(whole, np.nan)
+    for result in results:
+        tile, (row, column) = np.load(result.path), result.key
+        assembled[:, row : row + tile.shape[1], column : column + tile.shape[2]] = tile
+    assert np.allclose(assembled, whole, rtol=1e-5, atol=1e-9 * whole.max())
+    # Pixels of a tile are where they are in the whole.
+    image = plan.render(tiles[32, 32])
+    there = plan.render().wcs.pixel_to_world_values(40, 5), image.wcs.pixel_to_world_values(40 - 32, 5)
+    assert np.allclose(*there, atol=1e-12)
+    ours, theirs = image.to_xarray(), plan.render().to_xarray()
+    assert np.allclose(ours.x, theirs.x[32:]) and np.allclose(ours.y, theirs.y[32:])
+
+
+def test_an_image_may_be_larger_than_memory():
+    scene = lit(cloud())
+    scene.camera.size = [40_000, 40_000]
+    plan = scene.plan()
+    with pytest.raises(bn.MemoryLimitError, match="image"):
+        plan.render()
+    tile = plan.render(bn.tiles(plan.camera, 64)[19968, 19968])
+    assert tile.shape == (64, 64) and tile.radiance.max() > 0
+    with pytest.raises(bn.SceneError, match="whole"):
+        bn.tiles(bn.tiles(plan.camera, 64)[0, 0])
+    with pytest.raises(bn.SceneError, match="number of pixels"):
+        bn.tiles(plan.camera, 0)
+    scene.camera.crop = [39_999, 0, 2, 2]
+    with pytest.raises(bn.SceneError, match="40000 x 40000") as caught:
+        scene.check()
+    assert caught.value.key == "camera.crop"
+
+
 def test_failures_carry_their_key_and_end_no_others(client, tmp_path):
     scenes = {"thin": lit(cloud()), "wrong": lit(cloud()), "thick": lit(3 * cloud())}
     scenes["wrong"].stars[0].temperature = "-5 K"

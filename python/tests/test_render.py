@@ -192,3 +192,20 @@ def test_infrared_to_the_unit_of_maps(scene):
     image = scene.render()
     band = image.bands[0]
     assert image[band].to(u.W / u.m**2 / u.arcsec**2).value.max() > 0
+
+
+@pytest.mark.skipif("gpu" not in bn.catalogue("backends"), reason="the package was built without devices")
+def test_devices_stay_open(scene):
+    try:
+        first = scene.render(backend="gpu").radiance
+    except bn.DeviceError:
+        pytest.skip("NOT CHECKED: there is no graphics adapter")
+    assert np.allclose(first, scene.render().radiance, rtol=2e-3, atol=1e-5 * first.max())
+    scene.stars[0].temperature = "30000 K"
+    hotter = scene.render(backend="gpu").radiance
+    assert not np.array_equal(hotter, first)
+    # The plan that lies on the device is renewed, and another scene takes its place.
+    scene.stars[0].temperature = "12000 K"
+    assert np.array_equal(scene.render(backend="gpu").radiance, first)
+    other = lit(2 * cloud())
+    assert np.allclose(other.render(backend="gpu").radiance, other.render().radiance, rtol=2e-3, atol=1e-5 * first.max())

@@ -1,0 +1,96 @@
+"""The live view as a browser shows it: JupyterLab, its kernel, drags, the wheel and sliders."""
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+
+import pytest
+
+nbformat = pytest.importorskip("nbformat")
+browsers = pytest.importorskip("playwright.sync_api")
+pytest.importorskip("jupyterlab")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+if CHROMIUM is None:
+    pytest.skip("NOT CHECKED: no Chromium is installed, so nobody looked at the live view", allow_module_level=True)
+
+CELL = """
+import barnard as bn
+scene = bn.Scene.builtin("barres_neyret")
+view = scene.explore({"star[0].temperature": ("3000 K", "40000 K"), "dust.scale": ("1 mag/pc", "20 mag/pc")}, size=(320, 240))
+view
+"""
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """The address of a JupyterLab with a notebook live.ipynb."""
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(CELL.strip())])
+    notebook.metadata["kernelspec"] = {"name": "python3", "display_name": "Python 3", "language": "python"}
+    nbformat.write(notebook, tmp_path / "live.ipynb")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    settings = [f"--port={port}", "--IdentityProvider.token=", f"--ServerApp.root_dir={tmp_path}", "--LabApp.news_url=None"]
+    with open(tmp_path / "lab.log", "w") as log:
+        own = {**os.environ, "JUPYTER_CONFIG_DIR": str(tmp_path / "config"), "JUPYTER_RUNTIME_DIR": str(tmp_path / "runtime")}
+        server = subprocess.Popen([sys.executable, "-m", "jupyterlab", "--no-browser", "--allow-root", *settings], stdout=log, stderr=log, env=own)
+    try:
+        for _ in range(300):
+            try:
+                socket.create_connection(("127.0.0.1", port), 1).close()
+                break
+            except OSError:
+                time.sleep(0.1)
+        else:
+            raise AssertionError((tmp_path / "lab.log").read_text())
+        yield f"http://127.0.0.1:{port}/lab/tree/live.ipynb"
+    finally:
+        server.terminate()
+        server.wait(30)
+
+
+def test_a_view_is_dragged_in_a_browser(lab, tmp_path):
+    with browsers.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1200, "height": 800})
+        broken = []
+        page.on("pageerror", lambda error: broken.append(str(error)))
+        page.goto(lab)
+        page.wait_for_selector(".jp-Notebook .jp-CodeCell", timeout=120_000)
+        page.click(".jp-Notebook .jp-CodeCell .cm-content")
+        page.keyboard.press("Shift+Enter")
+        canvas = page.locator(".barnard canvas").first
+        canvas.wait_for(timeout=120_000)
+
+        def settled() -> bytes:
+            """What the canvas holds once nothing moves any more: its picture is that of the kernel."""
+            page.wait_for_timeout(400)
+            page.wait_for_function("document.querySelector('.barnard canvas').dataset.quality == 'settled'", timeout=120_000)
+            return canvas.screenshot()
+
+        before = settled()
+        box = canvas.bounding_box()
+        page.mouse.move(box["x"] + 160, box["y"] + 120)
+        page.mouse.down()
+        frames = int(canvas.get_attribute("data-frames"))
+        for step in range(1, 31):
+            page.mouse.move(box["x"] + 160 + 2 * step, box["y"] + 120 + step)
+            page.wait_for_timeout(30)
+        assert int(canvas.get_attribute("data-frames")) - frames >= 3
+        page.mouse.up()
+        turned = settled()
+        page.mouse.wheel(0, -300)
+        nearer = settled()
+        page.locator(".barnard input[type=range]").first.fill("0.05")
+        redder = settled()
+        words = page.locator(".barnard").first.inner_text()
+        page.mouse.dblclick(box["x"] + 160, box["y"] + 120)
+        home = settled()
+        browser.close()
+    assert len({before, turned, nearer, redder, home}) == 5
+    assert "settled, 320 x 240" in words and "star[0].temperature" in words and "3415 K" in words, words
+    assert not broken, broken
