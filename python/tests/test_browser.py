@@ -61,10 +61,19 @@ def test_a_view_is_dragged_in_a_browser(lab, tmp_path):
         page.on("pageerror", lambda error: broken.append(str(error)))
         page.goto(lab)
         page.wait_for_selector(".jp-Notebook .jp-CodeCell", timeout=120_000)
-        page.click(".jp-Notebook .jp-CodeCell .cm-content")
-        page.keyboard.press("Shift+Enter")
+        page.wait_for_selector(".jp-Notebook-ExecutionIndicator[data-status=idle]", timeout=120_000)
         canvas = page.locator(".barnard canvas").first
-        canvas.wait_for(timeout=120_000)
+        for _ in range(6):
+            # A notebook lets a key fall that comes before it has its kernel.
+            page.locator(".jp-Notebook .jp-CodeCell .cm-content").first.click()
+            page.keyboard.press("Shift+Enter")
+            try:
+                canvas.wait_for(timeout=20_000)
+                break
+            except browsers.TimeoutError:
+                page.screenshot(path=tmp_path / "lab.png")
+        else:
+            raise AssertionError(f"no view is there; see {tmp_path}/lab.png: {broken}")
 
         def settled() -> bytes:
             """What the canvas holds once nothing moves any more: its picture is that of the kernel."""

@@ -61,8 +61,8 @@ impl Sources {
     pub const PREVIEW: Self = Self::Brightest(1500);
 }
 
-/// Draws unresolved sources: `add` hears of places in an image (bands × height × width) and radiances; `depth(ray,
-/// length)` is the optical depth on the way, `flux(light, band, depth)` the band's flux of a light behind it.
+/// Draws unresolved sources: `add` hears of places in an image (bands × height × width) and radiances; `fluxes(light,
+/// ray, length)` are the fluxes of a light in all bands behind what lies on the first `length` \[pc\] of a ray.
 ///
 /// # Errors
 /// Where the star field has too many stars, and when the user wishes to stop.
@@ -71,16 +71,15 @@ pub fn draw(
     scene: &Scene,
     camera: &Camera,
     lights: &[Light],
-    depth: impl Fn(&Ray, f64) -> f64 + Sync,
-    flux: impl Fn(usize, usize, f64) -> f64 + Sync,
+    fluxes: impl Fn(usize, &Ray, f64) -> Vec<f64> + Sync,
     control: &Control,
     mut add: impl FnMut(usize, f64),
 ) -> Result<()> {
     let points = points(sources, scene, camera, lights)?;
     let fluxes = |point: &Point| {
         control.check()?;
-        let depth = depth(&point.ray(camera), point.length);
-        Ok((0..scene.bands.len()).map(|b| point.gain * flux(point.light, b, depth)).collect())
+        let bare = fluxes(point.light, &point.ray(camera), point.length);
+        Ok(bare.into_iter().map(|flux| point.gain * flux).collect())
     };
     let fluxes: Vec<Vec<f64>> = points.par_iter().map(fluxes).collect::<Result<_>>()?;
     for (point, fluxes) in points.iter().zip(fluxes) {

@@ -49,7 +49,9 @@ pub fn extended(scene: &Scene, plan: &Plan, samples: Samples) -> Result<Image> {
 /// Where the star field has too many stars, and when the user wishes to stop.
 pub fn draw(sources: Sources, scene: &Scene, plan: &Plan, control: &Control, add: impl FnMut(usize, f64)) -> Result<()> {
     let far = 2.0 * plan.space.occupied.map_or(0.0, |b| b.size().length() + (0.5 * (b.low + b.high) - plan.camera.position).length());
-    let depth = |ray: &Ray, length: f64| plan.space.depth(ray.origin, ray.at(length.min(far)));
-    let flux = |light: usize, band: usize, depth: f64| plan.spectral.bands[band].rule.evaluate(light, depth);
-    points::draw(sources, scene, &plan.camera, &plan.lights, depth, flux, control, add)
+    let fluxes = |light: usize, ray: &Ray, length: f64| {
+        let depth = plan.space.depth(ray.origin, ray.at(length.min(far)));
+        plan.spectral.bands.iter().map(|band| band.rule.evaluate(light, depth)).collect()
+    };
+    points::draw(sources, scene, &plan.camera, &plan.lights, fluxes, control, add)
 }

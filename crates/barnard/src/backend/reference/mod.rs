@@ -203,9 +203,11 @@ impl<'a> Truth<'a> {
     }
 
     fn draw_points(&self, add: impl FnMut(usize, f64)) -> Result<()> {
-        let depth = |ray: &Ray, length: f64| self.depth(ray.origin, ray.at(length.min(self.horizon(ray))));
-        let flux = |light, band, tau| self.flux(light, band, tau);
-        points::draw(Sources::All, self.scene, &self.scene.camera, &self.lights, depth, flux, self.control, add)
+        let fluxes = |light: usize, ray: &Ray, length: f64| {
+            let depth = self.depth(ray.origin, ray.at(length.min(self.horizon(ray))));
+            (0..self.scene.bands.len()).map(|band| self.flux(light, band, depth)).collect()
+        };
+        points::draw(Sources::All, self.scene, &self.scene.camera, &self.lights, fluxes, self.control, add)
     }
 
     /// Where the last field ends along a ray [pc].

@@ -86,14 +86,15 @@ pub(in crate::plan) fn sampled(
         let mut own = if looked_at.contains(&cell) { cells.ninths(cell) } else { vec![cells.middle(cell)] };
         let taken = |pixel: &(usize, usize)| near.contains(pixel) || on_edge.contains(pixel);
         own.retain(|pixel| !taken(pixel));
-        let rest: Vec<(usize, usize)> = cells.pixels(cell).filter(|pixel| !taken(pixel)).collect();
-        if rest.is_empty() {
+        // An image may have billions of pixels: those that are left are counted, not looked at.
+        let left = cells.count(cell) - near.iter().chain(&on_edge).filter(|pixel| cells.holds(cell, pixel)).count();
+        if left == 0 {
             continue;
         }
         if own.is_empty() {
-            own.extend(rest.first());
+            own.extend(cells.pixels(cell).find(|pixel| !taken(pixel)));
         }
-        let stands_for = share * rest.len() as f64 / own.len().max(1) as f64;
+        let stands_for = share * left as f64 / own.len().max(1) as f64;
         pixels.extend(own.into_iter().map(|(column, row)| SampledPixel { column, row, stands_for }));
     }
     pixels.extend(edges);
@@ -163,6 +164,16 @@ impl Cells {
     fn pixels(&self, cell: usize) -> impl Iterator<Item = (usize, usize)> {
         let (columns, rows) = self.ranges(cell);
         rows.flat_map(move |row| columns.clone().map(move |column| (column, row)))
+    }
+
+    fn count(&self, cell: usize) -> usize {
+        let (columns, rows) = self.ranges(cell);
+        columns.len() * rows.len()
+    }
+
+    fn holds(&self, cell: usize, (column, row): &(usize, usize)) -> bool {
+        let (columns, rows) = self.ranges(cell);
+        columns.contains(column) && rows.contains(row)
     }
 
     fn middle(&self, cell: usize) -> (usize, usize) {
