@@ -27,6 +27,11 @@ def lit(density, **grid) -> bn.Scene:
     return scene
 
 
+def cameras(count: int) -> list[bn.Camera]:
+    """So many cameras of small pictures, each from elsewhere."""
+    return [bn.perspective(f"{i / 10} 0 4 pc", "32 deg", size=24) for i in range(count)]
+
+
 @pytest.fixture
 def scene() -> bn.Scene:
     return lit(cloud())

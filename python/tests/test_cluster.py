@@ -10,7 +10,7 @@ import pytest
 
 import barnard as bn
 from barnard import cluster
-from conftest import cloud, lit
+from conftest import cameras, cloud, lit
 
 distributed = pytest.importorskip("distributed")
 
@@ -20,10 +20,6 @@ def client():
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as local:
         with distributed.Client(local) as client:
             yield client
-
-
-def cameras(count):
-    return [bn.perspective(f"{i / 10} 0 4 pc", "32 deg", size=24) for i in range(count)]
 
 
 def test_frames_land_as_files(client, tmp_path):

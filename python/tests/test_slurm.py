@@ -10,7 +10,7 @@ import pytest
 
 import barnard as bn
 from barnard import cluster
-from conftest import cloud, lit
+from conftest import cameras, cloud, lit
 
 if "SLURM_CONF" not in os.environ:
     pytest.skip("NOT CHECKED: no Slurm is at hand; `.ci/slurm start FOLDER` starts one, SLURM_CONF names its configuration", allow_module_level=True)
@@ -39,10 +39,6 @@ def client(tmp_path):
 
 def running() -> list[str]:
     return subprocess.run(["squeue", "--noheader", "--states=running", "--format=%i"], capture_output=True, text=True, check=True).stdout.split()
-
-
-def cameras(count):
-    return [bn.perspective(f"{i / 10} 0 4 pc", "32 deg", size=24) for i in range(count)]
 
 
 def test_jobs_of_slurm_render_frames(client, tmp_path):

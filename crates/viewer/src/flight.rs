@@ -29,8 +29,7 @@ pub struct Flight {
 impl Flight {
     /// A flight that begins at the scene's own view.
     pub fn of(scene: &Scene) -> Self {
-        // A part of an image is looked at as an image of its own.
-        let camera = Camera { offset: (0.0, 0.0), ..scene.camera.clone() };
+        let camera = centred(&scene.camera);
         let distance = match scene.dust.as_ref().map(|d| d.density.bounds()).or_else(|| scene.emission.first().map(|e| e.density.bounds()))
         {
             Some(bounds) => (0.5 * (bounds.low + bounds.high) - camera.position).dot(camera.forward),
@@ -43,7 +42,7 @@ impl Flight {
     /// Another camera, from the same scene's text.
     pub fn take(&mut self, camera: &Camera) {
         let distance = self.distance();
-        self.camera = camera.clone();
+        self.camera = centred(camera);
         self.pivot = camera.position + distance * camera.forward;
     }
 
@@ -190,6 +189,11 @@ impl Flight {
             .and(Edit::remove(table, other))
             .and(Edit::remove(table, "crop"))
     }
+}
+
+/// A camera as the explorer flies it: a part of an image is looked at as an image of its own.
+fn centred(camera: &Camera) -> Camera {
+    Camera { offset: (0.0, 0.0), ..camera.clone() }
 }
 
 #[cfg(test)]

@@ -10,6 +10,22 @@ use crate::sed::BlackBody;
 use crate::spectrum::{Line, Spectrum};
 use crate::units::Temperature;
 
+/// The problem of a band for depths up to 20 and an accuracy of 1e-3.
+fn problem<'a>(band: &Passband, sources: &'a [Source], k: &'a (dyn Fn(f64) -> f64 + Sync), settings: &'a Settings) -> BandProblem<'a> {
+    let (lambda_um, domain_um) = (band.pivot().0, settings.domain_um.unwrap_or(band.support_um()));
+    BandProblem {
+        sources,
+        domain_um,
+        common_um: domain_um,
+        pivot: Node { lambda_um, k: k(lambda_um) },
+        k,
+        depth: 20.0,
+        accuracy: 1e-3,
+        settings,
+        interrupted: &|| false,
+    }
+}
+
 fn black_bodies() -> Vec<Spectrum> {
     [3000.0, 5000.0, 8000.0, 12000.0, 20000.0, 40000.0].map(|t| Spectrum::continuous(1.0, Arc::new(BlackBody(Temperature(t))))).to_vec()
 }
@@ -29,20 +45,8 @@ fn solve_with(
     let law = Extinction::named(law_name).unwrap();
     let sources = sources(band, spectra, &law);
     let k = |l: f64| law.k(l);
-    let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
-    let domain_um = band.support_um();
     let settings = Settings { count, ..Settings::default() };
-    let problem = BandProblem {
-        sources: &sources,
-        domain_um,
-        common_um: domain_um,
-        pivot,
-        k: &k,
-        depth: 20.0,
-        accuracy,
-        settings: &settings,
-        interrupted: &|| false,
-    };
+    let problem = BandProblem { accuracy, ..problem(band, &sources, &k, &settings) };
     let solved = (rule(name).unwrap().solve)(&problem).unwrap();
     (solved, sources)
 }
@@ -238,20 +242,8 @@ fn certificates_hold_on_random_scenes() {
         let sources = sources(&band, &spectra, &law);
         let (depth, accuracy) = (10f64.powf(random(-1.0, 1.8)), 10f64.powf(random(-6.0, -1.5)));
         let k = |l: f64| law.k(l);
-        let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
-        let domain_um = band.support_um();
         let settings = &Settings::default();
-        let problem = BandProblem {
-            sources: &sources,
-            domain_um,
-            common_um: domain_um,
-            pivot,
-            k: &k,
-            depth,
-            accuracy,
-            settings,
-            interrupted: &|| false,
-        };
+        let problem = BandProblem { depth, accuracy, ..problem(&band, &sources, &k, settings) };
         let solved = (entry.solve)(&problem).unwrap();
         let pieces = band.pieces(&law.breakpoints_um());
         for (s, spectrum) in spectra.iter().enumerate() {
@@ -362,18 +354,7 @@ fn what_a_method_cannot_do_is_said() {
     let k = |l: f64| law.k(l);
     let pivot = Node { lambda_um: 0.55, k: 1.0 };
     let refuse = |name: &str, settings: Settings| {
-        let domain_um = settings.domain_um.unwrap_or(band.support_um());
-        let problem = BandProblem {
-            sources: &sources,
-            domain_um,
-            common_um: domain_um,
-            pivot,
-            k: &k,
-            depth: 20.0,
-            accuracy: 1e-3,
-            settings: &settings,
-            interrupted: &|| false,
-        };
+        let problem = BandProblem { pivot, ..problem(&band, &sources, &k, &settings) };
         (rule(name).unwrap().solve)(&problem).map(|_| ()).unwrap_err().to_string()
     };
     assert!(refuse("analytic", Settings::default()).contains("inverse_wavelength"));
