@@ -86,7 +86,7 @@ def test_ctrl_c_stops_soon_and_keeps_the_process(scene):
         begun = time.perf_counter()
         with pytest.raises(KeyboardInterrupt):
             scene.render(backend=backend, **options)
-        assert time.perf_counter() - begun < 10
+        assert time.perf_counter() - begun < 2
     scene.camera.size = 16
     assert scene.render()["V"].max() > 0
 

@@ -1,5 +1,8 @@
 """From a simulation through yt to FITS in a few lines, as docs/python.md has them."""
 
+import re
+from pathlib import Path
+
 import astropy.units as u
 import numpy as np
 import pytest
@@ -7,6 +10,9 @@ import pytest
 import barnard as bn
 
 yt = pytest.importorskip("yt")
+
+ROOT = Path(__file__).parents[2]
+SPECTRA = ROOT / "crates" / "spectra" / "data"
 
 
 def test_a_covering_grid_becomes_a_picture(tmp_path):
@@ -27,6 +33,32 @@ def test_a_covering_grid_becomes_a_picture(tmp_path):
     scene.fields["n_H"] = bn.Grid(np.array(density.to_value("cm**-3")), low=box[0] * u.pc, high=box[1] * u.pc)
     again = scene.render(bn.perspective(position=[0, 0, 5] * u.pc, field_of_view=25 * u.deg, size=32))
     assert np.array_equal(again.radiance, image.radiance)
+
+
+def test_the_lines_of_the_page_run_as_they_stand(tmp_path, monkeypatch):
+    page = ROOT / "docs" / "python.md"
+    [lines] = [code for code in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.S) if "yt.load(" in code]
+    values = np.random.default_rng(3).random((128, 128, 128))
+    coarse = {"left_edge": [0.0] * 3, "right_edge": [1.0] * 3, "level": 0, "dimensions": [1] * 3}
+    fine = {**coarse, "level": 7, "dimensions": [128] * 3}
+    grids = [{**grid, ("gas", "H_nuclei_density"): (v, "cm**-3")} for grid, v in ((coarse, np.ones((1, 1, 1))), (fine, 1e3 * values))]
+    box = np.array([[-3.0, 3.0]] * 3)
+    ds = yt.load_amr_grids(grids, [1, 1, 1], length_unit="pc", bbox=box, refine_by=2)
+    monkeypatch.setattr(yt, "load", lambda name: ds)
+    monkeypatch.chdir(tmp_path)
+    said: dict = {}
+    exec(compile(lines.replace("size=1024", "size=96"), str(page), "exec"), said)
+    assert said["image"]["F656N"].max() > 0 and (tmp_path / "gmc.fits").exists()
+    assert "draine03_rv31" in said["image"].notes["albedo"]
+    # The albedo that nobody said is the one that the note names.
+    rows = [row.split(",")[:2] for row in (SPECTRA / "dust" / "draine03_rv31.csv").read_text().splitlines() if row[:1].isdigit()]
+    (tmp_path / "albedo.csv").write_text("# wavelength_um, albedo\n" + "".join(f"{row[0]}, {row[1]}\n" for row in rows))
+    scene, camera = said["scene"], bn.perspective(position=[0, 0, 20] * u.pc, field_of_view=25 * u.deg, size=96)
+    scene.dust.albedo = {"kind": "file", "file": str(tmp_path / "albedo.csv")}
+    again = scene.render(camera)
+    assert "albedo" not in again.notes and np.allclose(again.radiance, said["image"].radiance, rtol=1e-6, atol=0)
+    scene.dust.albedo = 0.6
+    assert not np.allclose(scene.render(camera).radiance, again.radiance, rtol=1e-3, atol=0)
 
 
 def test_mean_radiances_are_those_of_the_band():

@@ -29,6 +29,12 @@ pub struct Control {
     listener: Option<Arc<Listener>>,
 }
 
+impl std::fmt::Debug for Control {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Control(interrupted: {})", self.interrupted())
+    }
+}
+
 impl Control {
     /// A control whose listener hears of every step as (stage, done, all).
     pub fn with_listener(listener: impl Fn(Stage, u64, u64) + Send + Sync + 'static) -> Self {

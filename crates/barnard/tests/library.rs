@@ -119,8 +119,8 @@ fn what_cannot_be_rendered_is_refused_with_its_place() {
         (|s| s.stars[0].position.y = f64::NAN, &["star[0].position", "coordinates are numbers"]),
         (|s| s.dust = s.dust.take().map(|d| d.albedo(1.2)), &["dust", "albedo: 1.2", "between 0 and 1"]),
         (
-            |s| s.dust = s.dust.take().map(|d| Dust::new(d.density, Extinction::named("ccm89").unwrap(), Scale::per_pc(1.0))),
-            &["albedo", "ccm89"],
+            |s| s.dust = s.dust.take().map(|d| Dust::new(d.density, Extinction::named("inverse_wavelength").unwrap(), Scale::per_pc(1.0))),
+            &["albedo", "inverse_wavelength"],
         ),
         (
             |s| s.dust = s.dust.take().map(|d| Dust::new(d.density, Extinction::new("short", Short), Scale::per_pc(1.0)).albedo(0.5)),

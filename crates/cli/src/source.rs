@@ -105,8 +105,7 @@ impl SceneArgs {
         if let Some([column, row, width, height]) = self.crop {
             scene.camera = scene.camera.crop(column, row, width, height)?;
         }
-        let values = (scene.camera.width * scene.camera.height) as u64 * scene.bands.len() as u64;
-        barnard::memory::check("the image", values.saturating_mul(16), memory_limit)?;
+        scene.check_image(memory_limit)?;
         scene.method = self.method(&scene)?;
         Ok((scene, Options::within(memory_limit)))
     }

@@ -10,7 +10,6 @@ use barnard::backend::{Backend, Job};
 use barnard::control::Control;
 use barnard::image::{Display, PixelScale, Samples};
 use barnard::keywords::Value;
-use barnard::memory;
 use barnard::plan::Options;
 use barnard::properties::Table;
 use barnard_files::SaveImage;
@@ -194,8 +193,7 @@ fn rendered(
     memory_limit: u64,
     control: &Control,
 ) -> Result<Image> {
-    let pixels = (scene.camera.width * scene.camera.height) as u64;
-    memory::check("the image", pixels.saturating_mul(16 * scene.bands.len() as u64), memory_limit)?;
+    scene.check_image(memory_limit)?;
     let options = Options::within(memory_limit);
     let job = match plan {
         Some(plan) => Job::planned(scene, &options, plan)?,

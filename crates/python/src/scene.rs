@@ -41,7 +41,7 @@ impl Reader {
     /// The scene that a tree describes; it is called `name` where it does not say.
     fn read(&self, py: Python, scene: &Bound<PyDict>, name: &str) -> PyResult<Scene> {
         let table = tree::table(scene)?;
-        let scene = work::run(py, None, |_| barnard::Scene::from_properties(&table, name, &self.loader))?;
+        let scene = work::run(py, None, |control| barnard::Scene::from_properties(&table, name, &self.loader.under(control)))?;
         Ok(Scene(Arc::new(scene)))
     }
 }

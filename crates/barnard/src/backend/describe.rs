@@ -18,7 +18,7 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         certificate: Vec::new(),
         keywords: of_passband(b),
     };
-    let notes = vec![
+    let mut notes = vec![
         ("scene".into(), scene.name.clone()),
         ("generator".into(), format!("Barnard {}", env!("CARGO_PKG_VERSION"))),
         (
@@ -26,6 +26,7 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
             "band radiance, integral of R I_lambda d lambda [W m-2 sr-1]; photon-counting bands have R = T lambda/pivot".into(),
         ),
     ];
+    notes.extend(scene.dust.as_ref().and_then(|dust| dust.albedo.note(&dust.extinction.name)));
     Image {
         width: camera.width,
         height: camera.height,

@@ -18,6 +18,7 @@ use super::operators::FieldOperators;
 use super::side_by_side::SideBySide;
 use super::support::{Support, support};
 use super::{Field, Grid, Lattice};
+use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::{Bounds, Ray};
 use crate::memory;
@@ -91,8 +92,8 @@ impl Expression {
     /// The field this expression is: the named field itself, a grid where a grid takes part, the function otherwise.
     ///
     /// # Errors
-    /// Where that grid would take more than `memory_limit` bytes.
-    pub fn into_field(self, memory_limit: u64) -> Result<Arc<dyn Field>> {
+    /// Where that grid would take more than `memory_limit` bytes, and when the user wishes to stop.
+    pub fn into_field(self, memory_limit: u64, control: &Control) -> Result<Arc<dyn Field>> {
         let names = self.formula.var_names();
         if let ([Variable::Field(only)], [name]) = (&self.variables[..], names)
             && self.formula.unparse().trim().trim_matches(['{', '}']) == name
@@ -109,11 +110,18 @@ impl Expression {
         );
         memory::check(&what, cells.saturating_mul(4), memory_limit)?;
         let lattice = Lattice { dims: dims.map(|n| n as usize), bounds };
+        let values = |centres: &[DVec3], places: &[DVec3], values: &mut [f64]| {
+            if !control.interrupted() {
+                self.values(centres, places, values);
+            }
+        };
         // A mask cuts through a voxel; what the grids hold there is theirs at its centre.
-        Ok(Arc::new(match self.has_edges() {
-            true => Grid::averaged(lattice, |centres, places, values| self.values(centres, places, values)),
-            false => Grid::filled(lattice, |places, values| self.sample(places, values)),
-        }))
+        let grid = match self.has_edges() {
+            true => Grid::averaged(lattice, values),
+            false => Grid::filled(lattice, |places, own| values(places, places, own)),
+        };
+        control.check()?;
+        Ok(Arc::new(grid))
     }
 
     /// The values of the formula at some places, with grids as they are at `centres` and functions at `places`.
@@ -265,7 +273,7 @@ mod tests {
         let (outer, inner) = (grid(2.0, 16), grid(0.5, 16));
         let field = |formula: &str, limit: u64| {
             let lookup = |name: &str| Ok(if name == "outer" { outer.clone() } else { inner.clone() } as Arc<dyn Field>);
-            Expression::parse(formula, lookup).unwrap().into_field(limit)
+            Expression::parse(formula, lookup).unwrap().into_field(limit, &Control::default())
         };
         let mass = |g: &Grid| g.values().iter().map(|v| f64::from(*v)).sum::<f64>() * g.lattice.voxel_pc().element_product();
         let sum = field("outer + inner", 1 << 30).unwrap();
@@ -284,6 +292,17 @@ mod tests {
         assert!(refused.contains("64 x 64 x 64") && refused.contains("finest grid"), "{refused}");
     }
 
+    /// Nothing is made of an expression whose reading was interrupted.
+    #[test]
+    fn reading_can_be_interrupted() {
+        let grid = Arc::new(Grid::sampled(Lattice { dims: [8; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) }, |_| 1.0));
+        let control = Control::default();
+        let read = || Expression::parse("n * step(0.5, x)", |_| Ok(grid.clone() as Arc<dyn Field>)).unwrap().into_field(1 << 30, &control);
+        assert!(read().is_ok());
+        control.interrupt();
+        assert!(matches!(read(), Err(crate::error::Error::Interrupted)));
+    }
+
     /// A mask that cuts through a grid's voxels leaves as much as it covers, and does not blur what the grid holds
     /// elsewhere.
     #[test]
@@ -291,7 +310,7 @@ mod tests {
         let lattice = Lattice { dims: [20; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
         let cube = Arc::new(Grid::sampled(lattice.clone(), |p| if (7.3 * p.x + 3.1 * p.y * p.z).sin() > 0.0 { 5.0 } else { 1.0 }));
         let lookup = |_: &str| Ok(cube.clone() as Arc<dyn Field>);
-        let field = |formula: &str| Expression::parse(formula, lookup).unwrap().into_field(1 << 30).unwrap();
+        let field = |formula: &str| Expression::parse(formula, lookup).unwrap().into_field(1 << 30, &Control::default()).unwrap();
         let cut = field("n * step(0.51, sqrt(x^2 + y^2 + z^2)) / n");
         let cut = cut.grid().unwrap();
         let volume = cut.values().iter().map(|v| f64::from(*v)).sum::<f64>() * cut.lattice.voxel_pc().element_product();

@@ -26,7 +26,14 @@ pub enum Albedo {
     },
     /// A table over λ \[µm\].
     Table(Arc<Table>),
-    /// Nothing is known of it: dust of a law that brings none, before it is said. [`Scene::check`](super::Scene::check)
+    /// That of a model of grains, by its name: the law's own, or the one that goes with a law of extinction alone.
+    Grains {
+        /// The name of the model.
+        model: &'static str,
+        /// Its albedo over λ \[µm\].
+        albedo: Arc<Table>,
+    },
+    /// Nothing is known of it: dust of a law that no model of grains goes with, before it is said. [`Scene::check`](super::Scene::check)
     /// refuses it.
     Unknown,
 }
@@ -49,7 +56,7 @@ impl Albedo {
         match self {
             Albedo::Constant(v) => *v,
             Albedo::Linear { value, slope, at_um } => (value + slope * (lambda_um - at_um) / 0.1).clamp(0.0, 1.0),
-            Albedo::Table(table) => table.at(lambda_um),
+            Albedo::Table(table) | Albedo::Grains { albedo: table, .. } => table.at(lambda_um),
             Albedo::Unknown => f64::NAN,
         }
     }
@@ -64,9 +71,19 @@ impl Albedo {
         Ok(albedo)
     }
 
-    /// The albedo that an extinction law brings with itself.
+    /// The albedo of the [grains](Extinction::grains) that go with an extinction law.
     pub fn of_law(extinction: &Extinction) -> Self {
-        extinction.dust_table().map_or(Albedo::Unknown, |t| Albedo::Table(Arc::new(t.albedo.clone())))
+        extinction.grains().map_or(Albedo::Unknown, |grains| Albedo::Grains { model: grains.name, albedo: Arc::new(grains.albedo) })
+    }
+
+    /// What is to be told of an albedo that nobody chose: that of grains which `law` does not bring itself.
+    pub(crate) fn note(&self, law: &str) -> Option<(String, String)> {
+        match self {
+            Albedo::Grains { model, .. } if *model != law => {
+                Some(("albedo".into(), format!("that of {model}: none is said, and law {law} is extinction alone")))
+            }
+            _ => None,
+        }
     }
 
     /// Refuses values outside of 0 to 1, and albedos of which nothing is known; `law` stands in the message.
@@ -78,7 +95,7 @@ impl Albedo {
                 return Err(Error::value("wavelength of the albedo", format!("{at_um} um"), "above zero"));
             }
             Albedo::Constant(value) | Albedo::Linear { value, .. } => Some(value).filter(|v| !sound(v)),
-            Albedo::Table(table) => table.y().iter().find(|v| !sound(v)),
+            Albedo::Table(table) | Albedo::Grains { albedo: table, .. } => table.y().iter().find(|v| !sound(v)),
             Albedo::Unknown => {
                 let wanted = format!("known: law \"{law}\" brings no albedo; say one such as 0.6, or choose a law such as draine03_rv31");
                 return Err(Error::value("albedo", "it", wanted));

@@ -55,8 +55,8 @@ pub struct Dust {
 }
 
 impl Dust {
-    /// Dust of a `density`, a field in a unit of its own, of which one has the extinction `scale`. Its albedo is what
-    /// the law brings, and it scatters evenly, unless the methods below say otherwise.
+    /// Dust of a `density`, a field in a unit of its own, of which one has the extinction `scale`. Its albedo is that of
+    /// the [grains](Extinction::grains) of the law, and it scatters evenly, unless the methods below say otherwise.
     pub fn new(density: impl IntoField, extinction: impl Into<Arc<Extinction>>, scale: Scale) -> Self {
         let extinction = extinction.into();
         let albedo = Albedo::of_law(&extinction);
@@ -93,7 +93,12 @@ pub(super) const KEYS: &[Key] = &[
     ),
     Key::optional("law", "text", "draine03_rv31", "extinction law").of("laws"),
     Key::optional("r_v", "number", "3.1", "A(V)/E(B-V), for laws that take it"),
-    Key::optional("albedo", "number or table", "the law's own", "part of extinction that scatters"),
+    Key::optional(
+        "albedo",
+        "number or table",
+        "that of the law's grains",
+        "part of extinction that scatters; laws of the Milky Way that are extinction alone take Draine 2003 of the nearest R_V",
+    ),
     Key::optional("phase", "table", "isotropic", "spread of scattered light over angle"),
 ];
 

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, Weak};
 
 use super::Star;
+use crate::control::Control;
 use crate::data::{DataSource, Inputs, NoData};
 use crate::error::Result;
 use crate::field::Field;
@@ -12,13 +13,15 @@ use crate::memory;
 /// Tables of stars that are kept at most.
 const MAX_TABLES: usize = 8;
 
-/// What a scene may read, and what was made of that before.
-#[derive(Debug)]
+/// What a scene may read, and what was made of that before; clones share it.
+#[derive(Debug, Clone)]
 pub struct Loader {
     /// What the names in the scene mean.
     pub inputs: Inputs,
-    fields: Mutex<HashMap<String, Weak<dyn Field>>>,
-    stars: Mutex<HashMap<String, Arc<Vec<Star>>>>,
+    fields: Arc<Mutex<HashMap<String, Weak<dyn Field>>>>,
+    stars: Arc<Mutex<HashMap<String, Arc<Vec<Star>>>>>,
+    /// What ends a reading early.
+    pub(crate) control: Control,
 }
 
 impl Default for Loader {
@@ -31,7 +34,13 @@ impl Default for Loader {
 impl Loader {
     /// Reads from `source`; each array may take `memory_limit` bytes.
     pub fn new(source: Arc<dyn DataSource>, memory_limit: u64) -> Self {
-        Self { inputs: Inputs::new(source, memory_limit), fields: Mutex::default(), stars: Mutex::default() }
+        Self { inputs: Inputs::new(source, memory_limit), fields: Arc::default(), stars: Arc::default(), control: Control::default() }
+    }
+
+    /// The same for readings that `control` can interrupt.
+    #[must_use]
+    pub fn under(&self, control: &Control) -> Self {
+        Self { control: control.clone(), ..self.clone() }
     }
 
     /// The field that `text` describes: the same one as before, as long as somebody holds it, or a new one. Files are
@@ -41,6 +50,7 @@ impl Loader {
         if let Some(field) = kept {
             return Ok(field);
         }
+        self.control.check()?;
         let field = build()?;
         if let Ok(mut fields) = self.fields.lock() {
             fields.retain(|_, field| field.strong_count() > 0);

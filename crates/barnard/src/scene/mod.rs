@@ -34,6 +34,7 @@ use crate::camera::{self, Camera, Projection};
 use crate::error::{Error, Result};
 use crate::field::{self, Expression, Field};
 use crate::image::Display;
+use crate::memory;
 use crate::properties::{Key, Place, Section, Table};
 
 /// Everything that is in front of the telescope, and the telescope.
@@ -148,7 +149,7 @@ impl Fields {
         };
         loader.field(&format!("{formula} of {}", self.said), || {
             let expression = Expression::parse(formula, lookup).map_err(|e| section.error(key, e))?;
-            let field = section.wrap(key, expression.into_field(loader.inputs.memory_limit))?;
+            let field = section.wrap(key, expression.into_field(loader.inputs.memory_limit, &loader.control))?;
             if let Some(grid) = field.grid() {
                 section.wrap(key, grid.check(formula))?;
             }
@@ -267,6 +268,15 @@ impl Scene {
     /// The densities: dust, then gas.
     pub fn densities(&self) -> impl Iterator<Item = &Arc<dyn Field>> {
         self.dust.iter().map(|d| &d.density).chain(self.emission.iter().map(|e| &e.density))
+    }
+
+    /// Refuses an image that would take more than `memory_limit` bytes, sixteen for each value.
+    ///
+    /// # Errors
+    /// Where it would.
+    pub fn check_image(&self, memory_limit: u64) -> Result<()> {
+        let pixels = (self.camera.width as u64).saturating_mul(self.camera.height as u64);
+        memory::check("the image", pixels.saturating_mul(16 * self.bands.len() as u64), memory_limit)
     }
 
     /// Checks that the scene can be rendered: every number is one that its object can have, and spectra and laws reach

@@ -126,6 +126,16 @@ impl Extinction {
         Ok(Self { name: Cow::Borrowed(entry.name), r_v, law })
     }
 
+    /// The model of grains that tells how the law's dust scatters: its own; for a law of the Milky Way, which takes R_V
+    /// and is extinction alone, that of Draine 2003 whose R_V is nearest. Other laws have none.
+    pub fn grains(&self) -> Option<DustTable> {
+        let borrowed = || match tabulated::nearest_in_the_milky_way(self.r_v?).maker {
+            Maker::Fixed(make) => make().ok()?.dust_table().cloned(),
+            Maker::RatioOfV { .. } => None,
+        };
+        self.dust_table().cloned().or_else(borrowed)
+    }
+
     /// Checks that the law holds from `low_um` to `high_um`; the error names `what` asked.
     ///
     /// # Errors
@@ -183,6 +193,22 @@ mod tests {
                 assert!(Extinction::with_r_v(entry.name, Some(low - 0.1)).is_err());
                 assert!(Extinction::with_r_v(entry.name, Some(high + 0.1)).is_err());
             }
+        }
+    }
+
+    #[test]
+    fn laws_of_the_milky_way_have_the_grains_of_their_r_v() {
+        let grains = |law, r_v| Extinction::with_r_v(law, r_v).unwrap().grains().map(|g| g.name);
+        assert_eq!(grains("gordon23", None), Some("draine03_rv31"));
+        assert_eq!(grains("ccm89", Some(3.7)), Some("draine03_rv40"));
+        assert_eq!(grains("gordon23", Some(5.6)), Some("draine03_rv55"));
+        assert_eq!(grains("wd01_smc", None), Some("wd01_smc"));
+        assert_eq!(grains("inverse_wavelength", None), None);
+        // They reach wherever a law of the Milky Way does.
+        for entry in LAWS.iter().filter(|entry| matches!(entry.maker, Maker::RatioOfV { .. })) {
+            let law = Extinction::named(entry.name).unwrap();
+            let ((low, high), (least, most)) = (law.range_um(), law.grains().unwrap().albedo.range());
+            assert!(least <= low && most >= high, "{}", entry.name);
         }
     }
 

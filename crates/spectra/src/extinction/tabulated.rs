@@ -25,9 +25,20 @@ draine!(DRAINE_RV55, "draine03_rv55", "Draine 2003 Milky Way R_V = 5.5, with alb
 draine!(LMC, "wd01_lmc", "Weingartner & Draine 2001 average of the Large Magellanic Cloud, with albedo and mean cosine");
 draine!(SMC, "wd01_smc", "Weingartner & Draine 2001 bar of the Small Magellanic Cloud, with albedo and mean cosine");
 
+/// Draine's models of the Milky Way, with their R_V \[1\].
+const MILKY_WAY: [(f64, LawEntry); 3] = [(3.1, DRAINE_RV31), (4.0, DRAINE_RV40), (5.5, DRAINE_RV55)];
+
+/// The model of the Milky Way whose R_V is nearest to `r_v`: its name and its extinction law.
+pub(super) fn nearest_in_the_milky_way(r_v: f64) -> LawEntry {
+    let away = |own: f64| (own - r_v).abs();
+    MILKY_WAY.iter().fold(MILKY_WAY[0], |best, row| if away(row.0) < away(best.0) { *row } else { best }).1
+}
+
 /// A dust model over wavelength.
 #[derive(Debug, Clone)]
 pub struct DustTable {
+    /// The catalogue's name of the model.
+    pub name: &'static str,
     extinction: Table,
     /// Albedo ω(λ) \[1\] over λ \[µm\].
     pub albedo: Table,
@@ -38,11 +49,12 @@ pub struct DustTable {
 }
 
 impl DustTable {
-    fn embedded(name: &str, text: &str) -> Result<Self> {
+    fn embedded(name: &'static str, text: &str) -> Result<Self> {
         let columns = embedded_columns(name, text, 4)?;
         let cross_section = Table::new(name, columns[0].clone(), columns[3].clone())?;
         let cross_section_v_cm2 = cross_section.at(V_WAVELENGTH_UM);
         Ok(Self {
+            name,
             extinction: cross_section.scaled(1.0, 1.0 / cross_section_v_cm2),
             albedo: Table::new(name, columns[0].clone(), columns[1].clone())?,
             mean_cosine: Table::new(name, columns[0].clone(), columns[2].clone())?,

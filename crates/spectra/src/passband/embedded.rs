@@ -84,6 +84,11 @@ pub const SETS: &[SetEntry] = &[
     SetEntry { name: "galex", summary: "GALEX FUV and NUV", bands: &["galex-fuv", "galex-nuv"] },
     SetEntry {
         name: "hst-wfc3",
+        summary: "HST WFC3: broad F438W, F555W, F814W and narrow F502N, F656N, F673N",
+        bands: &["hst-wfc3-f438w", "hst-wfc3-f502n", "hst-wfc3-f555w", "hst-wfc3-f656n", "hst-wfc3-f673n", "hst-wfc3-f814w"],
+    },
+    SetEntry {
+        name: "hst-wfc3-broad",
         summary: "HST WFC3 broad bands F438W, F555W, F814W",
         bands: &["hst-wfc3-f438w", "hst-wfc3-f555w", "hst-wfc3-f814w"],
     },

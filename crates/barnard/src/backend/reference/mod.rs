@@ -18,6 +18,7 @@
 //! pair agrees. Source of the transport: Kajiya & von Herzen 1984.
 
 mod profile;
+mod ray;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -37,6 +38,7 @@ use crate::plan::Options;
 use crate::points::{self, Sources};
 use crate::scene::{Dust, Scene};
 use profile::Profile;
+use ray::RayRadiance;
 
 /// The accuracy of the truth, unless told otherwise: relative to a pixel's radiance.
 pub const DEFAULT_ACCURACY: f64 = 1e-5;
@@ -307,101 +309,4 @@ pub(crate) fn column(field: &dyn Field, a: DVec3, b: DVec3, accuracy: f64) -> f6
     ends.sort_by(f64::total_cmp);
     let piece = |w: &[f64]| if w[1] > w[0] { integrate(|t| field.at(ray.at(t)), w[0], w[1], 0.1 * accuracy) } else { 0.0 };
     ends.windows(2).map(piece).sum()
-}
-
-/// The growing radiance of one ray.
-struct RayRadiance<'a> {
-    truth: &'a Truth<'a>,
-    bands: Vec<f64>,
-}
-
-/// (G3, K7) on [−1, 1]: abscissa, Kronrod weight, Gauss weight (Kronrod 1965; Piessens et al. 1983 for the form).
-const PAIR: [(f64, f64, f64); 7] = [
-    (-0.960_491_268_708_020_3, 0.104_656_226_026_467_27, 0.0),
-    (-0.774_596_669_241_483_4, 0.268_488_089_868_333_44, 5.0 / 9.0),
-    (-0.434_243_749_346_802_56, 0.401_397_414_775_962_2, 0.0),
-    (0.0, 0.450_916_538_658_474_14, 8.0 / 9.0),
-    (0.434_243_749_346_802_56, 0.401_397_414_775_962_2, 0.0),
-    (0.774_596_669_241_483_4, 0.268_488_089_868_333_44, 5.0 / 9.0),
-    (0.960_491_268_708_020_3, 0.104_656_226_026_467_27, 0.0),
-];
-
-const MAX_LEVEL: usize = 20;
-/// The part of a pixel's allowed error that one cell may have: cells are some hundreds, their errors of either sign.
-const CELL_SHARE: f64 = 0.1;
-
-impl<'a> RayRadiance<'a> {
-    fn new(truth: &'a Truth<'a>) -> Self {
-        Self { truth, bands: vec![0.0; truth.scene.bands.len()] }
-    }
-
-    /// Adds to each wavelength what `value` gives for it.
-    fn add(&mut self, value: impl Fn(&Wave) -> f64) {
-        for wave in &self.truth.waves {
-            self.bands[wave.band] += value(wave);
-        }
-    }
-
-    /// Adds ∫ f(t, λ) over all cells.
-    fn adapt(&mut self, cells: impl Iterator<Item = (f64, f64)>, f: impl Fn(f64, &Wave) -> f64) {
-        self.adapt_sampled(cells, |t| t, |t, wave| f(*t, wave));
-    }
-
-    /// Adds ∫ f(sample(x), λ) over all cells, bisecting each until its two rules agree in every band.
-    fn adapt_sampled<S>(&mut self, cells: impl Iterator<Item = (f64, f64)>, sample: impl Fn(f64) -> S, f: impl Fn(&S, &Wave) -> f64) {
-        for (a, b) in cells {
-            let mut pending = vec![(a, b, 0)];
-            while let Some((a, b, level)) = pending.pop() {
-                if self.truth.control.interrupted() {
-                    return;
-                }
-                let (kronrod, gauss) = self.rules(a, b, &sample, &f);
-                if level < MAX_LEVEL && !self.agree(&kronrod, &gauss) {
-                    let middle = 0.5 * (a + b);
-                    pending.extend([(middle, b, level + 1), (a, middle, level + 1)]);
-                } else {
-                    self.bands.iter_mut().zip(kronrod).for_each(|(s, v)| *s += v);
-                }
-            }
-        }
-    }
-
-    /// Evaluates both rules of the pair on one cell, band by band.
-    fn rules<S>(&self, a: f64, b: f64, sample: &impl Fn(f64) -> S, f: &impl Fn(&S, &Wave) -> f64) -> (Vec<f64>, Vec<f64>) {
-        let (centre, half) = (0.5 * (a + b), 0.5 * (b - a));
-        let (mut kronrod, mut gauss) = (vec![0.0; self.bands.len()], vec![0.0; self.bands.len()]);
-        for (x, wk, wg) in PAIR {
-            let s = sample(centre + half * x);
-            for wave in &self.truth.waves {
-                let value = half * f(&s, wave);
-                kronrod[wave.band] += wk * value;
-                gauss[wave.band] += wg * value;
-            }
-        }
-        (kronrod, gauss)
-    }
-
-    /// Whether the Kronrod sum is exact enough, by QUADPACK's estimate (200 |K − G|/K)^1.5.
-    fn agree(&self, kronrod: &[f64], gauss: &[f64]) -> bool {
-        kronrod.iter().zip(gauss).zip(&self.bands).all(|((k, g), so_far)| {
-            let ratio = (200.0 * (k - g).abs() / k.abs().max(f64::MIN_POSITIVE)).min(1.0);
-            ratio.powf(1.5) * k.abs() <= CELL_SHARE * self.truth.accuracy * so_far.max(k.abs())
-        })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// K7 is exact to degree 11, G3 to degree 5.
-    #[test]
-    fn the_pair_is_exact_for_polynomials() {
-        for degree in 0..=11 {
-            let truth = if degree % 2 == 0 { 2.0 / (degree + 1) as f64 } else { 0.0 };
-            let sum = |pick: fn(&(f64, f64, f64)) -> f64| PAIR.iter().map(|p| pick(p) * p.0.powi(degree)).sum::<f64>();
-            assert!((sum(|p| p.1) - truth).abs() < 1e-14, "{degree}");
-            assert!(degree > 5 || (sum(|p| p.2) - truth).abs() < 1e-14, "{degree}");
-        }
-    }
 }
