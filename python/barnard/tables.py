@@ -23,30 +23,36 @@ Path = Union[str, os.PathLike]
 
 
 class Grid(Sampled):
-    """A three-dimensional array from .npy, .npz or FITS, trilinear between voxel centres.
+    """A three-dimensional array from .npy, .npz, FITS or OpenVDB, trilinear between voxel centres.
 
     Parameters
     ----------
     file : path
         The file, relative to the scene.
     array : text, default the only one
-        Name of the array in an .npz, number of the HDU in a FITS file.
-    axes : text, default xyz (npy, npz), zyx (FITS)
+        Name of the array in an .npz or of the grid in a .vdb, number or EXTNAME of the HDU in a FITS file.
+    axes : text, default xyz (npy, npz), zyx (FITS), the file's own (vdb)
         What the array's axes are, slowest first.
-    low : position, default from voxel
-        Lowest corner of the box that the voxels fill.
-    high : position, default from voxel
+    low : position, default the file's own, or from voxel
+        Lowest corner of the box that the voxels fill; where the file's own frame or voxel says the box, of the part
+        of it that is read, to whole voxels.
+    high : position, default the file's own, or from voxel
         Highest corner.
     voxel : length, default from low and high
-        Edge of a cubic voxel, instead of low and high.
-    centre : position, default 0 0 0 pc
-        Middle of the box, with voxel.
+        Edge of a cubic voxel, which says the box of all of the array.
+    scale : length, default none
+        What a length of one is in a file whose lengths have no unit, such as .vdb.
+    centre : position, default 0 0 0 pc with voxel, the file's own otherwise
+        Middle of the box of all of the array.
+    every : whole number, default 1
+        So many voxels along each axis become one, their mean; the file is read without all of it ever being in
+        memory.
     unit : text, default BUNIT of a FITS file
         What the values are in: number densities are turned into cm-3, which dust and gas are scaled by; anything else
         is taken as it is.
     wcs : boolean, default true
-        Whether a FITS file's own frame is read: CDELT or CD, CRPIX, CRVAL, CUNIT; false where low and high, or voxel,
-        say better.
+        Whether a file's own frame is read (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, the transform of .vdb); false
+        where low and high, or voxel, say better.
     factor : number, default 1
         Every value is multiplied by it.
     clip : boolean, default false
@@ -75,7 +81,9 @@ class Grid(Sampled):
         low: Position | None = None,
         high: Position | None = None,
         voxel: Quantity | None = None,
+        scale: Quantity | None = None,
         centre: Position | None = None,
+        every: Quantity | None = None,
         unit: str | None = None,
         wcs: bool | None = None,
         factor: float | None = None,
@@ -89,7 +97,9 @@ class Grid(Sampled):
             low=low,
             high=high,
             voxel=voxel,
+            scale=scale,
             centre=centre,
+            every=every,
             unit=unit,
             wcs=wcs,
             factor=factor,
@@ -546,8 +556,9 @@ class Dust(Table):
         Extinction law.
     r_v : number, default 3.1
         A(V)/E(B-V), for laws that take it.
-    albedo : number or table, default the law's own
-        Part of extinction that scatters.
+    albedo : number or table, default that of the law's grains
+        Part of extinction that scatters; laws of the Milky Way that are extinction alone take Draine 2003 of the
+        nearest R_V.
     phase : table, default isotropic
         Spread of scattered light over angle.
 

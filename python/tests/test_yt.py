@@ -38,12 +38,13 @@ def test_a_covering_grid_becomes_a_picture(tmp_path):
 def test_the_lines_of_the_page_run_as_they_stand(tmp_path, monkeypatch):
     page = ROOT / "docs" / "python.md"
     [lines] = [code for code in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.S) if "yt.load(" in code]
-    values = np.random.default_rng(3).random((128, 128, 128))
-    coarse = {"left_edge": [0.0] * 3, "right_edge": [1.0] * 3, "level": 0, "dimensions": [1] * 3}
-    fine = {**coarse, "level": 7, "dimensions": [128] * 3}
-    grids = [{**grid, ("gas", "H_nuclei_density"): (v, "cm**-3")} for grid, v in ((coarse, np.ones((1, 1, 1))), (fine, 1e3 * values))]
+    # yt refines no axis of a single cell, so the root has two.
+    values = np.random.default_rng(3).random((256, 256, 256))
+    coarse = {"left_edge": [-3.0] * 3, "right_edge": [3.0] * 3, "level": 0, "dimensions": [2] * 3}
+    fine = {**coarse, "level": 7, "dimensions": [256] * 3}
+    grids = [{**grid, ("gas", "H_nuclei_density"): (v, "cm**-3")} for grid, v in ((coarse, np.ones((2, 2, 2))), (fine, 1e3 * values))]
     box = np.array([[-3.0, 3.0]] * 3)
-    ds = yt.load_amr_grids(grids, [1, 1, 1], length_unit="pc", bbox=box, refine_by=2)
+    ds = yt.load_amr_grids(grids, [2, 2, 2], length_unit="pc", bbox=box, refine_by=2)
     monkeypatch.setattr(yt, "load", lambda name: ds)
     monkeypatch.chdir(tmp_path)
     said: dict = {}

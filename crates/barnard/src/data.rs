@@ -4,12 +4,12 @@
 
 use std::borrow::Cow;
 use std::fmt::Debug;
-use std::ops::Deref;
+use std::ops::{Deref, Range};
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
 
-/// A three-dimensional array as its file has it.
+/// A three-dimensional array, or the part of one that was asked for, as its file has it.
 #[derive(Debug)]
 pub struct Array {
     /// Lengths of the axes, in the file's order of indices.
@@ -18,9 +18,49 @@ pub struct Array {
     pub data: Numbers,
     /// Whether the first index runs fastest.
     pub fortran: bool,
-    /// What the file itself says of its values and axes, where it was FITS, whose customs for axes differ.
+}
+
+/// What a file says of an array before its values are read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layout {
+    /// Lengths of the axes, in the file's order of indices.
+    pub shape: [usize; 3],
+    /// What it says of its values and axes, where its format has words for it.
     pub frame: Option<Frame>,
 }
+
+impl Layout {
+    /// All of the array.
+    pub fn whole(&self) -> Part {
+        Part { ranges: self.shape.map(|n| 0..n), every: 1, clip: false }
+    }
+}
+
+/// The part of an array that is read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    /// Elements along each axis, in the file's order of indices.
+    pub ranges: [Range<usize>; 3],
+    /// So many elements along each axis become one, their mean; what is missing at the upper ends counts as zero.
+    pub every: usize,
+    /// Whether elements that are negative or no numbers count as zero.
+    pub clip: bool,
+}
+
+impl Part {
+    /// Lengths of the axes of what is read.
+    pub fn shape(&self) -> [usize; 3] {
+        std::array::from_fn(|axis| self.ranges[axis].len().div_ceil(self.every))
+    }
+
+    /// Whether this is all of an array, as it is.
+    pub fn is_whole(&self, shape: [usize; 3]) -> bool {
+        self.every == 1 && !self.clip && (0..3).all(|axis| self.ranges[axis] == (0..shape[axis]))
+    }
+}
+
+/// Chooses what of an array is read, once its file has said what it has.
+pub type Choose<'a> = &'a mut dyn FnMut(&Layout) -> Result<Part>;
 
 /// Numbers in the precision that their file has, and no more: large arrays are mostly single.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,10 +122,14 @@ impl<T: PartialEq> PartialEq for Shared<T> {
 /// What a file says of the values and axes of an array.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Frame {
+    /// The axes by name, in the order of the array's indices, such as "zyx".
+    pub order: &'static str,
     /// Unit of the values, as it is written.
     pub unit: Option<String>,
     /// The axes in the order of the array's indices, where their steps are known.
     pub axes: [Option<Axis>; 3],
+    /// What those are that the file says to be no lengths, such as "velocity (CTYPE3 VRAD)".
+    pub others: [Option<String>; 3],
 }
 
 /// One linear axis of an array.
@@ -127,12 +171,12 @@ pub trait DataSource: Debug + Send + Sync {
     /// Those of [`text`](Self::text), and where it is no table; [`Error::Scene`] says the line.
     fn table(&self, name: &str, most_rows: usize, memory_limit: u64) -> Result<TextTable>;
 
-    /// The array called `name`; `part` is the one that is meant where there are several. Its values may take
-    /// `memory_limit` bytes as single precision.
+    /// What `choose` chooses of the array called `name`; `member` is the one that is meant where there are several. Its
+    /// values may take `memory_limit` bytes as single precision.
     ///
     /// # Errors
-    /// Where there is none, or it has not three axes, or it is larger.
-    fn array(&self, name: &str, part: Option<&str>, memory_limit: u64) -> Result<Array>;
+    /// Where there is none, or it has not three axes, or it is larger, and those of `choose`.
+    fn array(&self, name: &str, member: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array>;
 }
 
 /// A source, and how much may be read of it at once.
@@ -170,12 +214,12 @@ impl Inputs {
         self.source.table(name, most_rows, self.memory_limit)
     }
 
-    /// The array called `name`; `part` is the one that is meant where there are several.
+    /// What `choose` chooses of the array called `name`; `member` is the one that is meant where there are several.
     ///
     /// # Errors
     /// Those of [`DataSource::array`].
-    pub fn array(&self, name: &str, part: Option<&str>) -> Result<Array> {
-        self.source.array(name, part, self.memory_limit)
+    pub fn array(&self, name: &str, member: Option<&str>, choose: Choose) -> Result<Array> {
+        self.source.array(name, member, choose, self.memory_limit)
     }
 }
 
@@ -199,7 +243,7 @@ impl DataSource for NoData {
     fn table(&self, name: &str, _: usize, _: u64) -> Result<TextTable> {
         Self::refuse(name)
     }
-    fn array(&self, name: &str, _: Option<&str>, _: u64) -> Result<Array> {
+    fn array(&self, name: &str, _: Option<&str>, _: Choose, _: u64) -> Result<Array> {
         Self::refuse(name)
     }
 }

@@ -9,7 +9,7 @@ use spectra::passband::Passband;
 use spectra::units::{Luminosity, Temperature};
 
 use crate::camera::Camera;
-use crate::data::{Array, DataSource, Inputs, NoData, Numbers, TextTable};
+use crate::data::{Array, Choose, DataSource, Inputs, Layout, NoData, Numbers, TextTable};
 use crate::error::Result;
 use crate::field::{IntoField, Sphere};
 use crate::properties::{Key, Section, Table, Value};
@@ -55,8 +55,9 @@ impl DataSource for TestData {
     fn table(&self, name: &str, most_rows: usize, limit: u64) -> Result<TextTable> {
         NoData.table(name, most_rows, limit)
     }
-    fn array(&self, _: &str, _: Option<&str>, _: u64) -> Result<Array> {
-        Ok(Array { shape: [4; 3], data: Numbers::Single(vec![1.0; 64].into()), fortran: false, frame: None })
+    fn array(&self, _: &str, _: Option<&str>, choose: Choose, _: u64) -> Result<Array> {
+        choose(&Layout { shape: [4; 3], frame: None })?;
+        Ok(Array { shape: [4; 3], data: Numbers::Single(vec![1.0; 64].into()), fortran: false })
     }
 }
 

@@ -6,11 +6,11 @@ use std::io::{BufReader, Cursor};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use barnard::data::{Array, DataSource, TextTable};
+use barnard::data::{Array, Choose, DataSource, TextTable};
 use barnard::error::{Error, Result};
 use barnard::memory;
 
-use crate::formats::{read_array, replace};
+use crate::formats::{open, read_array, replace};
 use crate::text_table;
 
 /// Files by name, each with its bytes.
@@ -117,26 +117,16 @@ impl DataSource for SceneFiles {
         Ok(table)
     }
 
-    fn array(&self, name: &str, part: Option<&str>, memory_limit: u64) -> Result<Array> {
+    fn array(&self, name: &str, member: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array> {
         let path = self.path(name);
         if let Some(bytes) = self.unpack(name) {
-            return read_array(&mut Cursor::new(bytes), &path, part, memory_limit);
+            return read_array(&mut Cursor::new(bytes), &path, member, choose, memory_limit);
         }
         let mut file = open(&path)?;
-        let array = read_array(&mut file, &path, part, memory_limit)?;
+        let array = read_array(&mut file, &path, member, choose, memory_limit)?;
         self.note(path);
         Ok(array)
     }
-}
-
-/// Opens a file that is one.
-fn open(path: &Path) -> Result<File> {
-    let failed = |e: std::io::Error| Error::file(path, format!("cannot be read: {e}"));
-    // Asked before it is opened: a pipe waits for whoever writes.
-    if !std::fs::metadata(path).map_err(failed)?.is_file() {
-        return Err(Error::file(path, "is not a file"));
-    }
-    File::open(path).map_err(failed)
 }
 
 /// Opens a file after a look at its size; its size in bytes is given too.

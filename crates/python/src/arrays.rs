@@ -5,9 +5,10 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use barnard::data::{Array, DataSource, Numbers, Shared, TextTable};
+use barnard::data::{Array, Choose, DataSource, Layout, Numbers, Shared, TextTable};
 use barnard::{Error, Result, memory};
 use barnard_files::SceneFiles;
+use barnard_files::formats::part_of;
 use numpy::{Element, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -104,15 +105,20 @@ impl DataSource for Arrays {
         self.files.table(name, most_rows, memory_limit)
     }
 
-    fn array(&self, name: &str, part: Option<&str>, memory_limit: u64) -> Result<Array> {
+    fn array(&self, name: &str, member: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array> {
         let Some(Named { label, shape, fortran, data }) = self.named(name) else {
-            return self.files.array(name, part, memory_limit);
+            return self.files.array(name, member, choose, memory_limit);
         };
-        if let Some(part) = part {
-            return Err(Error::file(label, format!("is one array without a name; leave out array = \"{part}\"")));
+        if let Some(member) = member {
+            return Err(Error::file(label, format!("is one array without a name; leave out array = \"{member}\"")));
+        }
+        let part = choose(&Layout { shape, frame: None })?;
+        if !part.is_whole(shape) {
+            let data = part_of(&data, shape, fortran, &part, label.as_ref(), memory_limit)?;
+            return Ok(Array { shape: part.shape(), data, fortran });
         }
         let cells = shape.iter().fold(1u64, |cells, edge| cells.saturating_mul(*edge as u64));
         memory::check(&label, cells.saturating_mul(4), memory_limit)?;
-        Ok(Array { shape, data, fortran, frame: None })
+        Ok(Array { shape, data, fortran })
     }
 }

@@ -15,6 +15,7 @@ mod grid;
 mod lattice;
 mod loaded;
 mod operators;
+mod placement;
 mod plummer;
 mod sampled;
 mod shell;

@@ -1,12 +1,17 @@
 //! `barnard info`
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use barnard::memory::DEFAULT_LIMIT;
+use barnard_files::formats::members;
 use clap::Args;
 
-/// Shows what this machine renders on.
+/// Shows what this machine renders on, or what a file of arrays holds.
 #[derive(Args)]
 pub struct Info {
+    /// A file of arrays (.vdb, .fits, .npy, .npz): its grids with names, sizes, types, units and places
+    file: Option<PathBuf>,
     /// As JSON, for programs
     #[arg(long)]
     json: bool,
@@ -14,6 +19,9 @@ pub struct Info {
 
 impl Info {
     pub fn run(self) -> anyhow::Result<ExitCode> {
+        if let Some(path) = &self.file {
+            return self.contents(path);
+        }
         let threads = rayon::current_num_threads();
         if self.json {
             let info = serde_json::json!({ "version": env!("CARGO_PKG_VERSION"), "threads": threads, "adapters": json() });
@@ -23,6 +31,33 @@ impl Info {
         say!("barnard {}", env!("CARGO_PKG_VERSION"));
         say!("cpu        {threads} threads, {}", std::env::consts::ARCH);
         adapters();
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+impl Info {
+    /// What the file holds.
+    fn contents(&self, path: &Path) -> anyhow::Result<ExitCode> {
+        let (format, members) = members(path, DEFAULT_LIMIT)?;
+        if self.json {
+            let arrays: Vec<serde_json::Value> = members
+                .iter()
+                .map(|member| {
+                    let facts = member.facts.iter().map(|(what, fact)| ((*what).to_owned(), fact.as_str().into()));
+                    serde_json::json!({ "array": member.name, "facts": serde_json::Map::from_iter(facts) })
+                })
+                .collect();
+            let info = serde_json::json!({ "file": path.display().to_string(), "format": format, "arrays": arrays });
+            say!("{}", serde_json::to_string_pretty(&info)?);
+            return Ok(ExitCode::SUCCESS);
+        }
+        say!("{}: {format}", path.display());
+        for member in &members {
+            if !member.name.is_empty() {
+                say!("array = \"{}\"", member.name);
+            }
+            member.facts.iter().for_each(|(what, fact)| say!("  {what:<12}{fact}"));
+        }
         Ok(ExitCode::SUCCESS)
     }
 }

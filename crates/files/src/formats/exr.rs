@@ -13,7 +13,7 @@ pub(super) const WRITER: Writer =
     Writer { extension: "exr", summary: "OpenEXR, one float channel a band, certificate as attributes", encode };
 
 pub(super) const READER: super::Reader =
-    super::Reader { extensions: &["exr"], summary: "OpenEXR image (to compare)", array: None, image: Some(decode) };
+    super::Reader { extensions: &["exr"], summary: "OpenEXR image (to compare)", array: None, members: None, image: Some(decode) };
 
 /// The attribute that lists the bands in the scene's order, a line each.
 const ORDER: &str = "bands";

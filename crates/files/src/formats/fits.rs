@@ -4,14 +4,23 @@
 //! needs one cube, its keywords and nothing else. Source: FITS standard 4.0 (2018, doi 10.5281/zenodo.3660299 text),
 //! §3.3, §4.4, §8.
 
+use std::io::{BufReader, Read, SeekFrom};
+
 use super::fits_cards::{BLOCK, CARD, Cards};
-use super::{Kept, Reader, Request, Writer, checked_shape};
-use barnard::data::{Array, Axis, Frame, Numbers};
+use super::gather::Gather;
+use super::numbers::{Number, Stored};
+use super::{Kept, Member, Reader, Request, Writer, checked_shape, three_axes};
+use barnard::data::{Array, Axis, Choose, Frame, Layout, Numbers, Part};
 use barnard::error::{Error, Result};
 use barnard::image::{Image, PixelScale, Samples};
 
-pub(super) const READER: Reader =
-    Reader { extensions: &["fits", "fit", "fts"], summary: "FITS image HDU, three axes", array: Some(array), image: Some(image) };
+pub(super) const READER: Reader = Reader {
+    extensions: &["fits", "fit", "fts"],
+    summary: "FITS image HDU, three axes",
+    array: Some(array),
+    members: Some(members),
+    image: Some(image),
+};
 pub(super) const WRITER: Writer =
     Writer { extension: "fits", summary: "one image HDU a band: BUNIT, pixel scale, passband, certificate", encode };
 
@@ -19,8 +28,16 @@ pub(super) const WRITER: Writer =
 const MAX_HEADER_BLOCKS: usize = 4096;
 /// HDUs that are looked at.
 const MAX_HDUS: usize = 1000;
-/// Values that are read at once.
-const PIECE: usize = 1 << 16;
+
+/// What axes are that are no lengths, and the first part of their CTYPE. Source: FITS standard 4.0, tables 23, 25 and 28.
+const OTHER_AXES: [(&str, &[&str]); 6] = [
+    ("place on the sky", &["RA", "DEC", "GLON", "GLAT", "ELON", "ELAT", "SLON", "SLAT", "HLON", "HLAT"]),
+    ("velocity", &["VRAD", "VOPT", "VELO", "FELO", "BETA", "ZOPT"]),
+    ("frequency", &["FREQ"]),
+    ("wavelength", &["WAVE", "AWAV", "WAVN"]),
+    ("photon energy", &["ENER"]),
+    ("state of polarisation", &["STOKES"]),
+];
 
 /// Header cards as text, keyword first.
 struct Header {
@@ -108,10 +125,13 @@ impl Header {
             let usable = step.is_finite() && step != 0.0 && first.is_finite() && !turned(i);
             usable.then(|| Axis { unit: written(&format!("CUNIT{i}")).unwrap_or_default(), step, first })
         };
-        let mut frame = Frame { unit: written("BUNIT"), ..Frame::default() };
+        let mut frame = Frame { order: "zyx", unit: written("BUNIT"), ..Frame::default() };
         // Indices run the other way.
-        for (slot, (i, _)) in frame.axes.iter_mut().rev().zip(self.squeezed()) {
-            *slot = axis(i);
+        for (slot, (i, _)) in self.squeezed().into_iter().take(3).enumerate() {
+            frame.axes[2 - slot] = axis(i);
+            let kind = self.text(&format!("CTYPE{i}")).unwrap_or("");
+            let other = OTHER_AXES.iter().find(|(_, kinds)| kinds.iter().any(|own| kind.split('-').next() == Some(*own)));
+            frame.others[2 - slot] = other.map(|(what, _)| format!("{what} (CTYPE{i} {kind})"));
         }
         frame
     }
@@ -157,49 +177,38 @@ fn headers(request: &mut Request) -> Result<Vec<Header>> {
     Ok(headers)
 }
 
-/// The pixel values of an HDU, scaled by BSCALE and BZERO; blank integers are NaN.
-fn values<T: Kept>(request: &mut Request, header: &Header, cells: usize) -> Result<Vec<T>> {
-    let bitpix = header.integer("BITPIX").unwrap_or(0);
+/// What is meant of the pixel values of an HDU of this shape, scaled by BSCALE and BZERO; blank integers are NaN.
+fn values<T: Kept>(request: &mut Request, header: &Header, shape: [usize; 3], part: &Part) -> Result<Vec<T>> {
+    let (path, bitpix) = (request.path, header.integer("BITPIX").unwrap_or(0));
     let size = (bitpix.unsigned_abs() / 8) as usize;
-    if ![8, 16, 32, 64, -32, -64].contains(&bitpix) {
-        return Err(Error::file(request.path, format!("BITPIX = {bitpix} is none of 8, 16, 32, 64, -32, -64")));
-    }
-    let there = request.length.saturating_sub(header.data);
+    let kind = match bitpix {
+        8 => Number::Uint(size),
+        16 | 32 | 64 => Number::Int(size),
+        -32 | -64 => Number::Float(size),
+        _ => return Err(Error::file(path, format!("BITPIX = {bitpix} is none of 8, 16, 32, 64, -32, -64"))),
+    };
+    let stored = Stored { kind, big_endian: true };
+    let (there, cells) = (request.length.saturating_sub(header.data), shape.iter().product::<usize>());
     if cells.checked_mul(size).is_none_or(|announced| announced as u64 > there) {
-        let reason = format!("is truncated: {cells} values of {size} bytes announced, {there} bytes there");
-        return Err(Error::file(request.path, reason));
+        return Err(Error::file(path, format!("is truncated: {cells} values of {size} bytes announced, {there} bytes there")));
     }
     let (scale, zero) = (header.number("BSCALE").unwrap_or(1.0), header.number("BZERO").unwrap_or(0.0));
-    let blank = header.integer("BLANK");
-    let integer = |v: i64| if Some(v) == blank { f64::NAN } else { zero + scale * v as f64 };
-    let real = |v: f64| zero + scale * v;
-    macro_rules! decode {
-        ($type:ty, $to:expr) => {
-            |bytes: &[u8], out: &mut Vec<T>| {
-                let whole = bytes.as_chunks::<{ size_of::<$type>() }>().0;
-                out.extend(whole.iter().map(|b| T::of($to(<$type>::from_be_bytes(*b)))));
-            }
-        };
-    }
-    let decode: &dyn Fn(&[u8], &mut Vec<T>) = match bitpix {
-        8 => &decode!(u8, |v| integer(i64::from(v))),
-        16 => &decode!(i16, |v| integer(i64::from(v))),
-        32 => &decode!(i32, |v| integer(i64::from(v))),
-        64 => &decode!(i64, integer),
-        -32 => &decode!(f32, |v| real(f64::from(v))),
-        _ => &decode!(f64, real),
-    };
-    let mut values = Vec::with_capacity(cells);
-    while values.len() < cells {
-        let from = header.data + (values.len() * size) as u64;
-        let piece = (cells - values.len()).min(PIECE) * size;
-        let bytes = request.bytes(from, piece)?.ok_or_else(|| Error::file(request.path, "became shorter while it was read"))?;
-        decode(&bytes, &mut values);
-    }
-    Ok(values)
+    let blank = header.integer("BLANK").filter(|_| bitpix > 0).map(|blank| blank as f64);
+    let value = |v: T| T::of(if Some(v.number()) == blank { f64::NAN } else { zero + scale * v.number() });
+    let mut gather = Gather::new(part, false, path, request.memory_limit)?;
+    let failed = |e| Error::file(path, format!("cannot be read: {e}"));
+    request.source.seek(SeekFrom::Start(header.data)).map_err(failed)?;
+    let mut reader = BufReader::with_capacity(1 << 16, &mut *request.source);
+    let mut at = 0;
+    gather.rows(shape, stored, value, |from, bytes| {
+        reader.seek_relative((from - at) as i64).and_then(|()| reader.read_exact(bytes)).map_err(failed)?;
+        at = from + bytes.len() as u64;
+        Ok(())
+    })?;
+    Ok(gather.finish())
 }
 
-fn array(request: &mut Request) -> Result<Array> {
+fn array(request: &mut Request, choose: Choose) -> Result<Array> {
     let headers = headers(request)?;
     let squeezed = |h: &Header| h.squeezed().into_iter().map(|(_, n)| n).collect::<Vec<u64>>();
     let header = match request.part {
@@ -226,14 +235,40 @@ fn array(request: &mut Request) -> Result<Array> {
     // FITS lists the fastest axis first; indices in C order run the other way.
     let mut shape = squeezed(header);
     shape.reverse();
-    let (shape, cells) = checked_shape(request.path, request.memory_limit, &shape)?;
+    let (shape, _) = three_axes(request.path, &shape)?;
+    let part = choose(&Layout { shape, frame: Some(header.frame()) })?;
     // What is scaled may need more digits than are stored.
     let is_scaled = ["BSCALE", "BZERO"].iter().any(|key| header.number(key).is_some());
     let data = match header.integer("BITPIX") {
-        Some(8 | 16 | -32) if !is_scaled => Numbers::Single(values::<f32>(request, header, cells)?.into()),
-        _ => Numbers::Double(values::<f64>(request, header, cells)?.into()),
+        Some(8 | 16 | -32) if !is_scaled => Numbers::Single(values::<f32>(request, header, shape, &part)?.into()),
+        _ => Numbers::Double(values::<f64>(request, header, shape, &part)?.into()),
     };
-    Ok(Array { shape, data, fortran: false, frame: Some(header.frame()) })
+    Ok(Array { shape: part.shape(), data, fortran: false })
+}
+
+fn members(request: &mut Request) -> Result<Vec<Member>> {
+    let headers = headers(request)?;
+    let of = |(number, header): (usize, &Header)| {
+        let kind = header.table().unwrap_or_else(|| match header.squeezed().len() {
+            0 => "no data".into(),
+            axes => format!("image of {axes} axes longer than one"),
+        });
+        let mut facts = vec![("kind", kind)];
+        let fact = |what, key: &str| header.text(key).filter(|text| !text.trim().is_empty()).map(|text| (what, text.trim().to_owned()));
+        facts.extend(fact("name", "EXTNAME"));
+        if header.table().is_none() && !header.squeezed().is_empty() {
+            facts.push(("axes", super::edges(header.axes().unwrap_or_default()) + ", the fastest first"));
+            facts.extend(fact("type", "BITPIX").map(|(what, bits)| (what, format!("BITPIX {bits}"))));
+            facts.extend(fact("unit", "BUNIT"));
+            for (axis, letter) in
+                header.frame().axes.iter().rev().zip(["x", "y", "z"]).filter_map(|(axis, letter)| Some((axis.as_ref()?, letter)))
+            {
+                facts.push((letter, format!("step {} {unit}, the first at {} {unit}", axis.step, axis.first, unit = axis.unit)));
+            }
+        }
+        Member { name: number.to_string(), facts }
+    };
+    Ok(headers.iter().enumerate().map(of).collect())
 }
 
 fn image(request: &mut Request) -> Result<Image> {
@@ -242,14 +277,14 @@ fn image(request: &mut Request) -> Result<Image> {
     let (mut size, mut data, mut double) = (None, Vec::new(), false);
     for header in headers.iter().filter(|h| h.axes().is_some_and(|a| a.len() == 2)) {
         let axes = header.axes().unwrap_or_default();
-        let (_, cells) = checked_shape(request.path, request.memory_limit, &[1, axes[1], axes[0]])?;
+        let (shape, _) = checked_shape(request.path, request.memory_limit, &[1, axes[1], axes[0]])?;
         if *size.get_or_insert((axes[0], axes[1])) != (axes[0], axes[1]) {
             return Err(Error::file(request.path, "holds images of different sizes"));
         }
         double |= header.integer("BITPIX") == Some(-64);
         bands.push(header.text("EXTNAME").map_or_else(|| super::nameless(bands.len()), str::to_owned));
         // The first row of FITS is the lowest.
-        let values: Vec<f64> = values(request, header, cells)?;
+        let values: Vec<f64> = values(request, header, shape, &Layout { shape, frame: None }.whole())?;
         data.extend(values.chunks(axes[0] as usize).rev().flatten().copied());
     }
     let (width, height) = size.ok_or_else(|| Error::file(request.path, "holds no two-dimensional image"))?;

@@ -3,18 +3,23 @@
 mod exr;
 mod fits;
 mod fits_cards;
+mod gather;
 mod npy;
+mod numbers;
 mod png;
+mod vdb;
 mod write;
 
+use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
+pub use gather::part_of;
 pub(crate) use npy::{archive, doubles};
 pub use png::encode_png;
 pub use write::{SaveImage, check_replaceable, check_writable, replace};
 
-use barnard::data::Array;
+use barnard::data::{Array, Choose};
 use barnard::error::{Error, Result};
 use barnard::image::Image;
 use barnard::memory;
@@ -24,17 +29,25 @@ use spectra::error::nearest;
 trait Kept: Copy {
     /// The number that is nearest.
     fn of(value: f64) -> Self;
+    /// The number itself.
+    fn number(self) -> f64;
 }
 
 impl Kept for f32 {
     fn of(value: f64) -> Self {
         value as f32
     }
+    fn number(self) -> f64 {
+        f64::from(self)
+    }
 }
 
 impl Kept for f64 {
     fn of(value: f64) -> Self {
         value
+    }
+    fn number(self) -> f64 {
+        self
     }
 }
 
@@ -91,14 +104,25 @@ pub struct Reader {
     pub extensions: &'static [&'static str],
     /// What it reads, in one line.
     pub summary: &'static str,
-    /// Reads a three-dimensional array, where the format holds one.
-    pub array: Option<fn(&mut Request) -> Result<Array>>,
+    /// Reads what is chosen of a three-dimensional array, where the format holds one.
+    pub array: Option<fn(&mut Request, Choose) -> Result<Array>>,
+    /// Lists what a file holds, where the format holds arrays.
+    pub members: Option<fn(&mut Request) -> Result<Vec<Member>>>,
     /// Reads an image, where the format holds them.
     pub image: Option<fn(&mut Request) -> Result<Image>>,
 }
 
+/// One array of a file, and what the file says of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Member {
+    /// The name by which `array` means it; empty where it has none.
+    pub name: String,
+    /// What it is, by the words for it: voxels, type, transform.
+    pub facts: Vec<(&'static str, String)>,
+}
+
 /// All formats that can be read.
-pub const READERS: &[Reader] = &[npy::NPY_READER, npy::NPZ_READER, fits::READER, exr::READER];
+pub const READERS: &[Reader] = &[npy::NPY_READER, npy::NPZ_READER, fits::READER, vdb::READER, exr::READER];
 
 /// One row of the writers.
 pub struct Writer {
@@ -140,13 +164,39 @@ fn reader(path: &Path, serve: fn(&Reader) -> bool) -> Result<&'static Reader> {
     })
 }
 
-/// Reads a three-dimensional array; `part` names the array or HDU, `memory_limit` is in bytes.
+/// Reads what `choose` chooses of a three-dimensional array; `part` names the array or HDU, `memory_limit` is in bytes.
 ///
 /// # Errors
-/// Where the extension is none of [`READERS`], the file is broken, or it does not fit.
-pub fn read_array(source: &mut dyn Seekable, path: &Path, part: Option<&str>, memory_limit: u64) -> Result<Array> {
+/// Where the extension is none of [`READERS`], the file is broken, or it does not fit, and those of `choose`.
+pub fn read_array(source: &mut dyn Seekable, path: &Path, part: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array> {
     let read = reader(path, |r| r.array.is_some())?.array;
-    read.map_or_else(|| Err(Error::file(path, "holds no grid")), |read| read(&mut Request::new(source, path, part, memory_limit)?))
+    read.map_or_else(|| Err(Error::file(path, "holds no grid")), |read| read(&mut Request::new(source, path, part, memory_limit)?, choose))
+}
+
+/// What a file of arrays holds, and the one line that says its format; values are not read.
+///
+/// # Errors
+/// Where its extension is that of no format of arrays, it cannot be opened, or it is broken.
+pub fn members(path: &Path, memory_limit: u64) -> Result<(&'static str, Vec<Member>)> {
+    let read = reader(path, |r| r.members.is_some())?;
+    let list = read.members.ok_or_else(|| Error::file(path, "holds no arrays"))?;
+    let mut file = open(path)?;
+    Ok((read.summary, list(&mut Request::new(&mut file, path, None, memory_limit)?)?))
+}
+
+/// Lengths of axes as people write them.
+fn edges(shape: impl IntoIterator<Item = impl std::fmt::Display>) -> String {
+    shape.into_iter().map(|n| n.to_string()).collect::<Vec<_>>().join(" x ")
+}
+
+/// Opens a file that is one.
+pub(crate) fn open(path: &Path) -> Result<File> {
+    let failed = |e: std::io::Error| Error::file(path, format!("cannot be read: {e}"));
+    // Asked before it is opened: a pipe waits for whoever writes.
+    if !std::fs::metadata(path).map_err(failed)?.is_file() {
+        return Err(Error::file(path, "is not a file"));
+    }
+    File::open(path).map_err(failed)
 }
 
 /// Reads an image that was written before.
@@ -156,19 +206,25 @@ pub fn read_array(source: &mut dyn Seekable, path: &Path, part: Option<&str>, me
 pub fn read_image(path: &Path, memory_limit: u64) -> Result<Image> {
     let read = reader(path, |r| r.image.is_some())?;
     let image = read.image.ok_or_else(|| Error::file(path, "holds no image; compare .npy, .fits or .exr"))?;
-    let mut file = std::fs::File::open(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
+    let mut file = open(path)?;
     image(&mut Request::new(&mut file, path, None, memory_limit)?)
 }
 
-/// The shape as three axes and its number of values, after checks of rank, emptiness and memory.
-fn checked_shape(path: &Path, memory_limit: u64, shape: &[u64]) -> Result<([usize; 3], usize)> {
+/// The shape as three axes and its number of values, after checks of rank and emptiness.
+fn three_axes(path: &Path, shape: &[u64]) -> Result<([usize; 3], u64)> {
     let &[a, b, c] = shape else {
         return Err(Error::file(path, format!("the array has {} axes ({shape:?}), a grid has three", shape.len())));
     };
     let cells = a.checked_mul(b).and_then(|n| n.checked_mul(c)).filter(|n| *n > 0);
     let cells = cells.ok_or_else(|| Error::file(path, format!("the array's shape {shape:?} is empty or impossible")))?;
+    Ok(([a as usize, b as usize, c as usize], cells))
+}
+
+/// The same, after a look at the memory that it would take.
+fn checked_shape(path: &Path, memory_limit: u64, shape: &[u64]) -> Result<([usize; 3], usize)> {
+    let (shape, cells) = three_axes(path, shape)?;
     memory::check(&format!("the array of {}", path.display()), cells.saturating_mul(4), memory_limit)?;
-    Ok(([a as usize, b as usize, c as usize], cells as usize))
+    Ok((shape, cells as usize))
 }
 
 /// The name of band `index` in a file that knows no names.

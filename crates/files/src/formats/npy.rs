@@ -4,39 +4,71 @@
 //! width.
 
 use std::io::{BufReader, Cursor, Read};
+use std::ops::Range;
 use std::path::Path;
 
-use npyz::{DType, NpyFile, Order, TypeChar, WriterBuilder};
+use npyz::{DType, Endianness, NpyFile, Order, TypeChar, WriterBuilder};
 
-use super::{Kept, Reader, Request, Writer, checked_shape};
-use barnard::data::{Array, Numbers};
+use super::gather::Gather;
+use super::numbers::{Number, Stored};
+use super::{Kept, Member, Reader, Request, Seekable, Writer, checked_shape, three_axes};
+use barnard::data::{Array, Choose, Layout, Numbers, Part};
 use barnard::error::{Error, Result};
 use barnard::image::{Image, Samples};
 use barnard::memory;
 
-pub(super) const NPY_READER: Reader =
-    Reader { extensions: &["npy"], summary: "NumPy array of floats or integers", array: Some(npy), image: Some(image) };
-pub(super) const NPZ_READER: Reader = Reader { extensions: &["npz"], summary: "archive of NumPy arrays", array: Some(npz), image: None };
+pub(super) const NPY_READER: Reader = Reader {
+    extensions: &["npy"],
+    summary: "NumPy array of floats or integers",
+    array: Some(npy),
+    members: Some(npy_members),
+    image: Some(image),
+};
+pub(super) const NPZ_READER: Reader =
+    Reader { extensions: &["npz"], summary: "archive of NumPy arrays", array: Some(npz), members: Some(npz_members), image: None };
 pub(super) const WRITER: Writer =
     Writer { extension: "npy", summary: "NumPy array, bands x height x width, the first row on top, radiance in W m-2 sr-1", encode };
 
-fn npy(request: &mut Request) -> Result<Array> {
+fn npy(request: &mut Request, choose: Choose) -> Result<Array> {
     if let Some(part) = request.part {
         return Err(Error::file(request.path, format!("holds one array without a name; leave out array = \"{part}\"")));
     }
-    array(Stream::of(request)?)
+    array(Stream::of(request)?, choose)
 }
 
-fn array(stream: Stream) -> Result<Array> {
-    let (asked, file, order) = stream.open()?;
-    let (shape, cells) = checked_shape(asked.path, asked.memory_limit, file.shape())?;
-    let is_single = matches!(file.dtype(), DType::Plain(t) if is_single(t.type_char(), t.num_bytes().unwrap_or(0)));
-    let data = if is_single {
-        Numbers::Single(values::<f32>(&asked, file, cells)?.into())
+fn array(stream: Stream, choose: Choose) -> Result<Array> {
+    let array = stream.open()?;
+    let (shape, _) = three_axes(array.asked.path, &array.shape)?;
+    let part = choose(&Layout { shape, frame: None })?;
+    let fortran = array.fortran;
+    let data = if array.stored.is_single() {
+        Numbers::Single(array.part::<f32>(&part)?.into())
     } else {
-        Numbers::Double(values::<f64>(&asked, file, cells)?.into())
+        Numbers::Double(array.part::<f64>(&part)?.into())
     };
-    Ok(Array { shape, data, fortran: order == Order::Fortran, frame: None })
+    Ok(Array { shape: part.shape(), data, fortran })
+}
+
+fn npy_members(request: &mut Request) -> Result<Vec<Member>> {
+    Ok(vec![member(String::new(), &Stream::of(request)?.open()?)])
+}
+
+fn npz_members(request: &mut Request) -> Result<Vec<Member>> {
+    let (path, memory_limit) = (request.path, request.memory_limit);
+    let mut archive = opened(request)?;
+    let names = names(&archive);
+    let of = |name: String| {
+        let entry = entry(&mut archive, &name, path)?;
+        let asked = Asked { path, memory_limit, length: usize::try_from(entry.size()).unwrap_or(usize::MAX) };
+        let open = Stream { asked, reader: Box::new(entry) }.open()?;
+        Ok(member(name, &open))
+    };
+    names.into_iter().map(of).collect()
+}
+
+fn member(name: String, array: &Open) -> Member {
+    let order = if array.fortran { "Fortran: the first index runs fastest" } else { "C: the last index runs fastest" };
+    Member { name, facts: vec![("shape", super::edges(&array.shape)), ("type", array.stored.to_string()), ("order", order.into())] }
 }
 
 const MAGIC: &[u8] = b"\x93NUMPY";
@@ -45,22 +77,22 @@ const LONGEST_HEADER: usize = 10_000;
 /// The depth to which brackets of a header may nest: a dictionary, the list of a record's fields, a field, its shape.
 const DEEPEST_HEADER: usize = 6;
 
-/// The length that the dictionary claims, and what of it is in `bytes`: it stands behind magic, version and length, two
-/// bytes of it in version 1, four later.
-fn header(bytes: &[u8]) -> (usize, &[u8]) {
-    let little_endian = |range: std::ops::Range<usize>| {
+/// Where the dictionary begins, and the length that it claims: it stands behind magic, version and length, two bytes of
+/// it in version 1, four later.
+fn placed(bytes: &[u8]) -> (usize, usize) {
+    let little_endian = |range: Range<usize>| {
         let own = bytes.get(range).unwrap_or(&[]);
         own.iter().rev().fold(0usize, |n, byte| n << 8 | usize::from(*byte))
     };
-    let (start, length) = if bytes.get(6) == Some(&1) { (10, little_endian(8..10)) } else { (12, little_endian(8..12)) };
-    let rest = bytes.get(start..).unwrap_or(&[]);
-    (length, &rest[..length.min(rest.len())])
+    if bytes.get(6) == Some(&1) { (10, little_endian(8..10)) } else { (12, little_endian(8..12)) }
 }
 
 /// Refuses what no array of numbers needs before it is parsed: a parser that tries again at every bracket takes for
 /// ever.
 fn check_header(bytes: &[u8]) -> Result<(), String> {
-    let (length, header) = header(bytes);
+    let (start, length) = placed(bytes);
+    let rest = bytes.get(start..).unwrap_or(&[]);
+    let header = &rest[..length.min(rest.len())];
     if length > LONGEST_HEADER {
         return Err(format!("the .npy header has {length} bytes; NumPy reads {LONGEST_HEADER} at most"));
     }
@@ -92,8 +124,14 @@ struct Stream<'r> {
     reader: Box<dyn Read + 'r>,
 }
 
-/// A file whose header was read.
-type Open<'r> = NpyFile<BufReader<Box<dyn Read + 'r>>>;
+/// An array whose header was read; its values are what the reader gives next.
+struct Open<'r> {
+    asked: Asked<'r>,
+    reader: Box<dyn Read + 'r>,
+    shape: Vec<u64>,
+    fortran: bool,
+    stored: Stored,
+}
 
 impl<'r> Stream<'r> {
     fn of(request: &'r mut Request<'_>) -> Result<Self> {
@@ -103,7 +141,7 @@ impl<'r> Stream<'r> {
     }
 
     /// The header; a panic-free description of what is wrong with it otherwise.
-    fn open(self) -> Result<(Asked<'r>, Open<'r>, Order)> {
+    fn open(self) -> Result<Open<'r>> {
         let Self { asked, mut reader } = self;
         let wrong = |reason: String| Error::file(asked.path, reason);
         let mut head = Vec::new();
@@ -113,79 +151,117 @@ impl<'r> Stream<'r> {
             return Err(wrong("is no .npy array: it does not begin with \\x93NUMPY".into()));
         }
         check_header(&head).map_err(wrong)?;
-        let whole: Box<dyn Read + 'r> = Box::new(Cursor::new(head).chain(reader));
-        let file = NpyFile::new(BufReader::with_capacity(1 << 16, whole)).map_err(|e| wrong(format!("the .npy header is broken: {e}")))?;
-        let order = file.order();
-        Ok((asked, file, order))
+        let (start, length) = placed(&head);
+        let file = NpyFile::new(&head[..]).map_err(|e| wrong(format!("the .npy header is broken: {e}")))?;
+        let (shape, fortran, stored) = (file.shape().to_vec(), file.order() == Order::Fortran, stored(&file.dtype()).map_err(wrong)?);
+        let cells = shape.iter().try_fold(1u64, |n, edge| n.checked_mul(*edge)).unwrap_or(u64::MAX);
+        let (bytes, there) = (cells.saturating_mul(stored.size() as u64), (asked.length as u64).saturating_sub((start + length) as u64));
+        if bytes > there {
+            return Err(wrong(format!("is truncated: {cells} values of {} bytes announced, {there} bytes there", stored.size())));
+        }
+        if bytes < there {
+            return Err(wrong(format!("has {there} bytes behind its header, which announces {cells} values of {} bytes", stored.size())));
+        }
+        // What was read beyond the header are values.
+        let values = head.split_off(start + length);
+        Ok(Open { asked, reader: Box::new(Cursor::new(values).chain(reader)), shape, fortran, stored })
     }
 }
 
-/// Whether single precision holds every number of a type.
-fn is_single(kind: TypeChar, bytes: usize) -> bool {
-    match kind {
-        TypeChar::Float => bytes <= 4,
-        _ => bytes <= 2,
-    }
-}
-
-/// Reads all values, whatever plain number type they have.
-fn values<T: Kept>(asked: &Asked, file: Open, cells: usize) -> Result<Vec<T>> {
-    let available = asked.length;
-    let dtype = file.dtype();
-    let DType::Plain(kind) = &dtype else {
-        return Err(Error::file(asked.path, "holds records; a plain array of numbers is needed"));
+/// The type of an array's numbers, or what is wrong with it.
+fn stored(dtype: &DType) -> Result<Stored, String> {
+    let DType::Plain(plain) = dtype else {
+        return Err("holds records; a plain array of numbers is needed".into());
     };
-    let (letter, size) = (kind.type_char(), kind.num_bytes().unwrap_or(usize::MAX));
-    let stored = available.saturating_sub(64);
-    if cells.saturating_mul(size) > available {
-        let reason = format!("is truncated: {cells} values of {size} bytes announced, {stored} bytes there");
-        return Err(Error::file(asked.path, reason));
-    }
-    macro_rules! read {
-        ($type:ty, $to:expr) => {
-            file.data::<$type>()
-                .map_err(|e| e.to_string())
-                .and_then(|rows| rows.map(|v| v.map($to).map(T::of).map_err(|e| e.to_string())).collect::<Result<Vec<T>, String>>())
-        };
-    }
-    let read = match (letter, size) {
-        (TypeChar::Float, 2) => read!(half::f16, |v| v.to_f64()),
-        (TypeChar::Float, 4) => read!(f32, f64::from),
-        (TypeChar::Float, 8) => read!(f64, |v| v),
-        (TypeChar::Int, 1) => read!(i8, f64::from),
-        (TypeChar::Int, 2) => read!(i16, f64::from),
-        (TypeChar::Int, 4) => read!(i32, f64::from),
-        (TypeChar::Int, 8) => read!(i64, |v| v as f64),
-        (TypeChar::Uint, 1) => read!(u8, f64::from),
-        (TypeChar::Uint, 2) => read!(u16, f64::from),
-        (TypeChar::Uint, 4) => read!(u32, f64::from),
-        (TypeChar::Uint, 8) => read!(u64, |v| v as f64),
-        _ => Err(format!("values of type {} are no real numbers", dtype.descr())),
+    let size = usize::try_from(plain.num_bytes().unwrap_or(0)).unwrap_or(0);
+    let kind = match plain.type_char() {
+        TypeChar::Float => Some(Number::Float(size)),
+        TypeChar::Int => Some(Number::Int(size)),
+        TypeChar::Uint => Some(Number::Uint(size)),
+        _ => None,
     };
-    let data = read.map_err(|e| Error::file(asked.path, format!("cannot be read: {e}")))?;
-    if available - cells * size > HEADER {
-        return Err(Error::file(asked.path, format!("has {available} bytes, but its header announces {cells} values of {size} bytes")));
-    }
-    if data.len() != cells {
-        return Err(Error::file(asked.path, format!("is truncated: {cells} values announced, {} there", data.len())));
-    }
-    Ok(data)
+    let stored = kind.and_then(|kind| Stored::new(kind, plain.endianness() == Endianness::Big));
+    stored.ok_or_else(|| format!("cannot be read: values of type {} are no real numbers", dtype.descr()))
 }
 
-/// The bytes of the longest header that an array of numbers has.
-const HEADER: usize = 1 << 16;
-/// The largest part of a header or a small array beside the values.
-const OVERHEAD: u64 = 1 << 20;
+impl Open<'_> {
+    fn fill(&mut self, bytes: &mut [u8]) -> Result<()> {
+        self.reader.read_exact(bytes).map_err(|e| Error::file(self.asked.path, format!("cannot be read: {e}")))
+    }
 
-fn npz(request: &mut Request) -> Result<Array> {
-    of_member(request, array)
+    /// A part of three axes, in the order of the file.
+    fn part<T: Kept>(mut self, part: &Part) -> Result<Vec<T>> {
+        let mut shape = three_axes(self.asked.path, &self.shape)?.0;
+        if self.fortran {
+            shape.reverse();
+        }
+        let mut gather = Gather::new(part, self.fortran, self.asked.path, self.asked.memory_limit)?;
+        let mut at = 0;
+        gather.rows(
+            shape,
+            self.stored,
+            |v| v,
+            |from, bytes| {
+                self.skip(from - at)?;
+                self.fill(bytes)?;
+                at = from + bytes.len() as u64;
+                Ok(())
+            },
+        )?;
+        Ok(gather.finish())
+    }
+
+    /// Leaves out some bytes; an archive inflates them for its checksum.
+    fn skip(&mut self, count: u64) -> Result<()> {
+        let passed = std::io::copy(&mut self.reader.by_ref().take(count), &mut std::io::sink());
+        match passed.map_err(|e| Error::file(self.asked.path, format!("cannot be read: {e}")))? {
+            passed if passed < count => Err(Error::file(self.asked.path, "became shorter while it was read")),
+            _ => Ok(()),
+        }
+    }
+
+    /// All values, of however many axes.
+    fn all<T: Kept>(&mut self, cells: usize) -> Result<Vec<T>> {
+        let mut values = Vec::with_capacity(cells);
+        let mut bytes = vec![0; PIECE * self.stored.size()];
+        while values.len() < cells {
+            let piece = (cells - values.len()).min(PIECE) * self.stored.size();
+            self.fill(&mut bytes[..piece])?;
+            self.stored.decode(&bytes[..piece], |v| values.push(v));
+        }
+        Ok(values)
+    }
+}
+
+/// Values that are read at once.
+const PIECE: usize = 1 << 16;
+
+fn npz(request: &mut Request, choose: Choose) -> Result<Array> {
+    of_member(request, |stream| array(stream, choose))
+}
+
+/// An archive in the bytes of a request.
+type Archive<'r> = zip::ZipArchive<BufReader<&'r mut dyn Seekable>>;
+
+fn opened<'r>(request: &'r mut Request) -> Result<Archive<'r>> {
+    let path = request.path;
+    zip::ZipArchive::new(request.rewound()?).map_err(|e| Error::file(path, format!("is no .npz archive: {e}")))
+}
+
+/// The arrays of an archive.
+fn names(archive: &Archive) -> Vec<String> {
+    archive.file_names().filter_map(|n| Some(n.ok()?.strip_suffix(".npy")?.to_owned())).collect()
+}
+
+fn entry<'a, 'r>(archive: &'a mut Archive<'r>, name: &str, path: &Path) -> Result<zip::read::ZipFile<'a, BufReader<&'r mut dyn Seekable>>> {
+    archive.by_name(&format!("{name}.npy")).map_err(|e| Error::file(path, format!("array {name}: {e}")))
 }
 
 /// What `read` makes of the one array of an archive that is meant, which is inflated as it is read.
 fn of_member<T>(request: &mut Request, read: impl FnOnce(Stream) -> Result<T>) -> Result<T> {
     let (path, part, memory_limit) = (request.path, request.part, request.memory_limit);
-    let mut archive = zip::ZipArchive::new(request.rewound()?).map_err(|e| Error::file(path, format!("is no .npz archive: {e}")))?;
-    let names: Vec<String> = archive.file_names().filter_map(|n| Some(n.ok()?.strip_suffix(".npy")?.to_owned())).collect();
+    let mut archive = opened(request)?;
+    let names = names(&archive);
     let name = match part {
         Some(part) => names.iter().find(|n| *n == part).cloned().ok_or_else(|| {
             let message = format!("has no array \"{part}\"; it holds {}", names.join(", "));
@@ -196,11 +272,9 @@ fn of_member<T>(request: &mut Request, read: impl FnOnce(Stream) -> Result<T>) -
             return Err(Error::file(path, format!("holds {} arrays ({}); name one with array = \"...\"", names.len(), names.join(", "))));
         }
     };
-    let mut entry = archive.by_name(&format!("{name}.npy")).map_err(|e| Error::file(path, format!("array {name}: {e}")))?;
-    // The stated size may lie: no more than the limit is ever inflated.
-    let limit = 2 * memory_limit + OVERHEAD;
+    let mut entry = entry(&mut archive, &name, path)?;
+    // The stated size may lie: no more is ever inflated.
     let stated = entry.size();
-    memory::check(&format!("array {name} of {}", path.display()), stated, limit)?;
     let corrupt = |reason: String| Error::file(path, format!("array {name} is corrupt: {reason}"));
     let mut member = entry.by_ref().take(stated);
     let asked = Asked { path, memory_limit, length: usize::try_from(stated).unwrap_or(usize::MAX) };
@@ -217,14 +291,14 @@ fn of_member<T>(request: &mut Request, read: impl FnOnce(Stream) -> Result<T>) -
 /// The shape and the values of an array of an archive, as doubles in C order.
 pub(crate) fn doubles(request: &mut Request) -> Result<(Vec<u64>, Vec<f64>)> {
     of_member(request, |stream| {
-        let (asked, file, order) = stream.open()?;
-        let shape = file.shape().to_vec();
+        let mut array = stream.open()?;
+        let shape = array.shape.clone();
         let cells = shape.iter().try_fold(1u64, |n, edge| n.checked_mul(*edge)).unwrap_or(u64::MAX);
-        memory::check(&format!("an array of {}", asked.path.display()), cells.saturating_mul(8), asked.memory_limit)?;
-        if order == Order::Fortran {
-            return Err(Error::file(asked.path, "is in Fortran order; C order is needed"));
+        memory::check(&format!("an array of {}", array.asked.path.display()), cells.saturating_mul(8), array.asked.memory_limit)?;
+        if array.fortran {
+            return Err(Error::file(array.asked.path, "is in Fortran order; C order is needed"));
         }
-        Ok((shape, values(&asked, file, cells as usize)?))
+        Ok((shape, array.all(cells as usize)?))
     })
 }
 
@@ -241,17 +315,18 @@ pub(crate) fn archive(arrays: &[(&str, &[u64], Vec<f64>)]) -> Result<Vec<u8>> {
 }
 
 fn image(request: &mut Request) -> Result<Image> {
-    let (asked, file, order) = Stream::of(request)?.open()?;
-    if order == Order::Fortran {
-        return Err(Error::file(asked.path, "is in Fortran order; an image of Barnard is bands x height x width in C order"));
+    let mut array = Stream::of(request)?.open()?;
+    let (path, limit) = (array.asked.path, array.asked.memory_limit);
+    if array.fortran {
+        return Err(Error::file(path, "is in Fortran order; an image of Barnard is bands x height x width in C order"));
     }
-    let double = matches!(file.dtype(), DType::Plain(t) if t.num_bytes() == Some(8));
-    let mut shape = file.shape().to_vec();
+    let double = array.stored.size() == 8;
+    let mut shape = array.shape.clone();
     if shape.len() == 2 {
         shape.insert(0, 1);
     }
-    let ([bands, height, width], cells) = checked_shape(asked.path, asked.memory_limit, &shape)?;
-    let data: Vec<f64> = values(&asked, file, cells)?;
+    let ([bands, height, width], cells) = checked_shape(path, limit, &shape)?;
+    let data: Vec<f64> = array.all(cells)?;
     let samples = if double { Samples::Double(data) } else { Samples::Single(data.iter().map(|v| *v as f32).collect()) };
     Ok(Image::bare(width, height, (0..bands).map(super::nameless).collect(), samples))
 }
@@ -278,7 +353,7 @@ mod tests {
     use super::*;
 
     fn read(bytes: &[u8]) -> Result<Array> {
-        npy(&mut Request::new(&mut Cursor::new(bytes), Path::new("test.npy"), None, 1 << 30)?)
+        npy(&mut Request::new(&mut Cursor::new(bytes), Path::new("test.npy"), None, 1 << 30)?, &mut |layout| Ok(layout.whole()))
     }
 
     /// A version 1 file whose header is `text`.

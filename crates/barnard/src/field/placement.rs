@@ -1,0 +1,206 @@
+//! Where the array of a file lies in a scene, and what of it is read.
+
+use glam::DVec3;
+use spectra::units::{Length, Quantity};
+
+use super::Lattice;
+use crate::data::{Array, Axis, Frame, Layout, Part};
+use crate::error::Result;
+use crate::geometry::Bounds;
+use crate::properties::Section;
+
+/// How far voxels of the scene may be from those of the file's own frame, in parts of them.
+const FRAME_TOLERANCE: f64 = 0.01;
+/// How far corners may lie beyond a box, or within a voxel, and still be on the face \[voxels\].
+const ON_A_FACE: f64 = 1e-3;
+/// Voxels along an edge of a block at most.
+const LARGEST_BLOCK: i64 = 1024;
+
+/// Which axis of an array is which of the scene's, the part of it that is read, and the voxels that come of it.
+#[derive(Debug)]
+pub struct Placement {
+    /// The axis of the array that x, y and z are.
+    axes: [usize; 3],
+    /// Whether x, y and z run against its indices.
+    backwards: [bool; 3],
+    /// What is read.
+    pub part: Part,
+    /// The voxels of the scene.
+    pub lattice: Lattice,
+}
+
+impl Placement {
+    /// The place of an array that its file lays out so, by the keys of a section.
+    pub fn of(section: &Section, layout: &Layout) -> Result<Self> {
+        let usual = layout.frame.as_ref().map_or("xyz", |frame| frame.order);
+        let order = section.choice("axes", &["xyz", "xzy", "yxz", "yzx", "zxy", "zyx"])?.unwrap_or(usual);
+        let axes = ['x', 'y', 'z'].map(|letter| order.find(letter).unwrap_or(0));
+        let dims = axes.map(|axis| layout.shape[axis]);
+        let own = OwnBox::of(section, layout.frame.as_ref(), axes, dims)?;
+        let backwards = own.backwards;
+        let (whole, wanted) = boxes(section, dims, own)?;
+        let every = section.integer("every", 1..=LARGEST_BLOCK)?.unwrap_or(1) as usize;
+        let mut placement = Self { axes, backwards, part: Part { every, ..layout.whole() }, lattice: Lattice { dims, bounds: whole } };
+        for axis in 0..3 {
+            placement.cut(axis, &whole, wanted.as_ref(), dims[axis]);
+        }
+        Ok(placement)
+    }
+
+    /// Cuts one axis of the whole box to the voxels that the wanted one touches, and joins them to blocks.
+    fn cut(&mut self, axis: usize, whole: &Bounds, wanted: Option<&Bounds>, count: usize) {
+        let step = whole.size()[axis] / count as f64;
+        let place = |at: f64| (at - whole.low[axis]) / step;
+        let range = wanted.map_or(0..count, |wanted| {
+            let first = ((place(wanted.low[axis]) + ON_A_FACE).floor().max(0.0) as usize).min(count - 1);
+            first..((place(wanted.high[axis]) - ON_A_FACE).ceil() as usize).clamp(first + 1, count)
+        });
+        let every = self.part.every;
+        let cells = range.len().div_ceil(every);
+        let bounds = &mut self.lattice.bounds;
+        if range.len() < count || every > 1 {
+            let size = (cells * every) as f64 * step;
+            if self.backwards[axis] {
+                bounds.high[axis] = whole.low[axis] + range.end as f64 * step;
+                bounds.low[axis] = bounds.high[axis] - size;
+            } else {
+                bounds.low[axis] = whole.low[axis] + range.start as f64 * step;
+                bounds.high[axis] = bounds.low[axis] + size;
+            }
+        }
+        self.lattice.dims[axis] = cells;
+        self.part.ranges[self.axes[axis]] = if self.backwards[axis] { count - range.end..count - range.start } else { range };
+    }
+
+    /// Where the voxel 0, 0, 0 is in an array that was read so, and how far its neighbours along x, y and z are from it.
+    pub fn strides(&self, array: &Array) -> (usize, [isize; 3]) {
+        let [n0, n1, n2] = array.shape;
+        let strides = if array.fortran { [1, n0, n0 * n1] } else { [n1 * n2, n2, 1] };
+        let mut first = 0;
+        let signed = std::array::from_fn(|axis| {
+            let stride = strides[self.axes[axis]];
+            if self.backwards[axis] {
+                first += (self.lattice.dims[axis] - 1) * stride;
+                -(stride as isize)
+            } else {
+                stride as isize
+            }
+        });
+        (first, signed)
+    }
+}
+
+/// The box that a file's own frame says.
+struct OwnBox {
+    /// The box, or why there is none; nothing where the file is silent.
+    bounds: std::result::Result<Bounds, String>,
+    /// Whether x, y and z run against the indices.
+    backwards: [bool; 3],
+    /// Whether its voxels are cubes, as far as it says.
+    is_cubic: bool,
+}
+
+impl OwnBox {
+    fn of(section: &Section, frame: Option<&Frame>, axes: [usize; 3], dims: [usize; 3]) -> Result<Self> {
+        let scale = section.positive::<Length>("scale")?;
+        let silent = |reason: String| Self { bounds: Err(reason), backwards: [false; 3], is_cubic: true };
+        let frame = frame.filter(|_| section.flag("wcs").is_ok_and(|wcs| wcs.unwrap_or(true)));
+        if let Some((i, other)) = (0..3).find_map(|i| Some((i, frame?.others[axes[i]].as_ref()?))) {
+            let message = format!(
+                "the file's axis {} is a {other}, so the cube is no volume: make a density along three lengths of it first, or say wcs = false, with low and high, to take it as one",
+                ['x', 'y', 'z'][i]
+            );
+            return Err(section.error("file", message));
+        }
+        let own: Option<Vec<&Axis>> = frame.and_then(|frame| axes.iter().map(|axis| frame.axes[*axis].as_ref()).collect());
+        let Some(own) = own else {
+            if scale.is_some() {
+                return Err(section.error("scale", "the file has no lengths of its own that could be scaled: say voxel, or low and high"));
+            }
+            return Ok(silent(String::new()));
+        };
+        if let (Some(_), Some(axis)) = (scale, own.iter().find(|axis| !axis.unit.is_empty())) {
+            return Err(section.error("scale", format!("the file's own axes are in \"{}\": leave scale out", axis.unit)));
+        }
+        let mut bounds = Ok(Bounds { low: DVec3::ZERO, high: DVec3::ZERO });
+        for (i, axis) in own.iter().enumerate() {
+            let unit = if axis.unit.is_empty() { scale.map(|scale| scale.0) } else { Length::unit_size(&axis.unit) };
+            match (unit, &mut bounds) {
+                (Some(pc), Ok(bounds)) => {
+                    let ends = [axis.first - 0.5 * axis.step, axis.first + (dims[i] as f64 - 0.5) * axis.step].map(|end| end * pc);
+                    (bounds.low[i], bounds.high[i]) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+                }
+                (None, _) if axis.unit.is_empty() => {
+                    bounds = Err("the file's lengths have no unit: say scale, which is what a length of one is, ".into())
+                }
+                (None, _) => {
+                    let letter = ['x', 'y', 'z'][i];
+                    return Ok(silent(format!("the file's axis {letter} is in \"{}\", which is no length that is known: say ", axis.unit)));
+                }
+                (Some(_), Err(_)) => {}
+            }
+        }
+        let steps = DVec3::from(std::array::from_fn(|i| own[i].step.abs()));
+        let is_cubic =
+            own.iter().any(|axis| axis.unit != own[0].unit) || steps.max_element() <= (1.0 + FRAME_TOLERANCE) * steps.min_element();
+        Ok(Self { bounds, backwards: std::array::from_fn(|i| own[i].step < 0.0), is_cubic })
+    }
+}
+
+/// The box that all of an array fills, and that which is wanted of it where it is not all.
+fn boxes(section: &Section, dims: [usize; 3], own: OwnBox) -> Result<(Bounds, Option<Bounds>)> {
+    let corners = (section.has("low") || section.has("high")).then(|| section.bounds("low", "high")).transpose()?;
+    let centre = section.position("centre")?;
+    if let (Some(_), Some(_), None) = (centre, corners, section.positive::<Length>("voxel")?) {
+        return Err(section.error("centre", "low and high say already where the box is: leave one of both out"));
+    }
+    if let Some(voxel) = section.positive::<Length>("voxel")? {
+        if !own.is_cubic {
+            return Err(section.error("voxel", "the file's own voxels are no cubes: say scale, or low and high"));
+        }
+        let half = 0.5 * voxel.0 * DVec3::from(dims.map(|n| n as f64));
+        let centre = centre.unwrap_or(DVec3::ZERO);
+        let whole = Bounds { low: centre - half, high: centre + half };
+        if let Ok(frame) = own.bounds.as_ref() {
+            has_same_size(&whole, frame).then_some(()).ok_or_else(|| other_size(section, "voxel", &whole, frame))?;
+        }
+        return within(section, whole, corners);
+    }
+    match (own.bounds, corners) {
+        (Ok(frame), Some(corners)) if has_same_size(&corners, &frame) => Ok((corners, None)),
+        (Ok(frame), corners) => {
+            let moved = centre.map_or(DVec3::ZERO, |centre| centre - 0.5 * (frame.low + frame.high));
+            within(section, Bounds { low: frame.low + moved, high: frame.high + moved }, corners)
+        }
+        (Err(_), Some(corners)) => Ok((corners, None)),
+        (Err(reason), None) if reason.is_empty() => section.bounds("low", "high").map(|bounds| (bounds, None)),
+        (Err(reason), None) => Err(section.error("file", format!("{reason}voxel, or low and high"))),
+    }
+}
+
+fn has_same_size(one: &Bounds, other: &Bounds) -> bool {
+    ((one.size() - other.size()) / other.size()).abs().cmple(DVec3::splat(FRAME_TOLERANCE)).all()
+}
+
+/// The whole box, and the corners of what is wanted, which lie within it.
+fn within(section: &Section, whole: Bounds, corners: Option<Bounds>) -> Result<(Bounds, Option<Bounds>)> {
+    let room = whole.size() * 1e-6;
+    let outside = |corners: &Bounds| !(corners.low.cmpge(whole.low - room).all() && corners.high.cmple(whole.high + room).all());
+    match corners {
+        Some(corners) if outside(&corners) => Err(other_size(section, "low", &corners, &whole)),
+        corners => Ok((whole, corners)),
+    }
+}
+
+fn other_size(section: &Section, key: &str, said: &Bounds, own: &Bounds) -> crate::error::Error {
+    let of = |size: DVec3| format!("{:.4} x {:.4} x {:.4} pc", size.x, size.y, size.z);
+    let corner = |at: DVec3| format!("{:.4} {:.4} {:.4}", at.x, at.y, at.z);
+    let message = format!(
+        "the scene's box is {}, the file's own frame {} (from {} to {} pc): leave out what the scene says to take the file's, choose a box within it to read a part, or say wcs = false",
+        of(said.size()),
+        of(own.size()),
+        corner(own.low),
+        corner(own.high)
+    );
+    section.error(key, message)
+}

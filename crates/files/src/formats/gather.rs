@@ -1,0 +1,157 @@
+//! What is wanted of an array, collected from its rows or voxels as they come from a file.
+
+use std::cmp::Ordering;
+use std::ops::Range;
+use std::path::Path;
+
+use barnard::data::{Numbers, Part};
+use barnard::error::Result;
+use barnard::memory;
+
+use super::Kept;
+use super::numbers::Stored;
+
+/// The elements of a part, or the means of blocks of them, in the order in which the file stores them.
+pub struct Gather<T> {
+    /// Elements along each axis, the slowest first.
+    pub ranges: [Range<usize>; 3],
+    shape: [usize; 3],
+    every: usize,
+    clip: bool,
+    kept: Store<T>,
+}
+
+enum Store<T> {
+    Elements(Vec<T>),
+    Sums(Vec<f64>),
+}
+
+impl<T: Kept> Gather<T> {
+    /// Room for a part of the array of `path`, all of it zero, in at most `limit` bytes.
+    ///
+    /// # Errors
+    /// Where it takes more.
+    pub fn new(part: &Part, fortran: bool, path: &Path, limit: u64) -> Result<Self> {
+        let (mut ranges, mut shape) = (part.ranges.clone(), part.shape());
+        if fortran {
+            ranges.reverse();
+            shape.reverse();
+        }
+        let cells = shape.iter().fold(1u64, |cells, edge| cells.saturating_mul(*edge as u64));
+        let size = if part.every > 1 { 8 } else { size_of::<T>().min(4) };
+        memory::check(&format!("the array of {}", path.display()), cells.saturating_mul(size as u64), limit)?;
+        let cells = cells as usize;
+        let kept = if part.every > 1 { Store::Sums(vec![0.0; cells]) } else { Store::Elements(vec![T::of(0.0); cells]) };
+        Ok(Self { ranges, shape, every: part.every, clip: part.clip, kept })
+    }
+
+    /// Takes elements along the fastest axis from one on, all of them within the range.
+    pub fn run(&mut self, [slow, middle, first]: [usize; 3], elements: impl Iterator<Item = T>) {
+        let start = (self.cell(0, slow) * self.shape[1] + self.cell(1, middle)) * self.shape[2];
+        let (first, every, clip) = (first - self.ranges[2].start, self.every, self.clip);
+        let elements = elements.map(|v| clipped(v, clip));
+        match &mut self.kept {
+            Store::Elements(kept) => kept[start + first..].iter_mut().zip(elements).for_each(|(kept, v)| *kept = v),
+            Store::Sums(sums) => elements.zip(first..).for_each(|(v, i)| sums[start + i / every] += v.number()),
+        }
+    }
+
+    /// Takes a cuboid of elements that all have one value, and of it what is within the ranges.
+    pub fn fill(&mut self, cuboid: [Range<i64>; 3], value: T) {
+        let value = clipped(value, self.clip);
+        let [slow, middle, fast] = std::array::from_fn(|axis| self.shares(axis, &cuboid[axis]));
+        for (i, by_slow) in slow {
+            for (j, by_middle) in middle.clone() {
+                let row = (i * self.shape[1] + j) * self.shape[2];
+                for (k, by_fast) in fast.clone() {
+                    match &mut self.kept {
+                        Store::Elements(kept) => kept[row + k] = value,
+                        Store::Sums(sums) => sums[row + k] += value.number() * (by_slow * by_middle * by_fast) as f64,
+                    }
+                }
+            }
+        }
+    }
+
+    /// The cell that an element belongs to, along an axis.
+    fn cell(&self, axis: usize, element: usize) -> usize {
+        (element - self.ranges[axis].start) / self.every
+    }
+
+    /// The cells along an axis that some elements belong to, with how many to each.
+    fn shares(&self, axis: usize, elements: &Range<i64>) -> impl Iterator<Item = (usize, usize)> + Clone + use<T> {
+        let own = &self.ranges[axis];
+        let within = |at: i64| at.clamp(own.start as i64, own.end as i64) as usize - own.start;
+        let (first, end, every) = (within(elements.start), within(elements.end), self.every);
+        (first / every..end.div_ceil(every))
+            .map(move |cell| (cell, ((cell + 1) * every).min(end).saturating_sub((cell * every).max(first))))
+            .filter(|(_, count)| *count > 0)
+    }
+
+    /// Takes what is wanted of an array of this shape, the slowest axis first, whose numbers stand one behind the other.
+    ///
+    /// `fill` fills some bytes with those from a place on, counted from the first number; places only ever grow. `value`
+    /// is what a number stands for.
+    ///
+    /// # Errors
+    /// Those of `fill`.
+    pub fn rows(
+        &mut self,
+        shape: [usize; 3],
+        stored: Stored,
+        value: impl Fn(T) -> T,
+        mut fill: impl FnMut(u64, &mut [u8]) -> Result<()>,
+    ) -> Result<()> {
+        let [slow, middle, fast] = self.ranges.clone();
+        let mut bytes = vec![0; fast.len() * stored.size()];
+        let mut elements = Vec::with_capacity(fast.len());
+        for i in slow {
+            for j in middle.clone() {
+                let first = (i as u64 * shape[1] as u64 + j as u64) * shape[2] as u64 + fast.start as u64;
+                fill(first * stored.size() as u64, &mut bytes)?;
+                elements.clear();
+                stored.decode(&bytes, |v| elements.push(value(v)));
+                self.run([i, j, fast.start], elements.iter().copied());
+            }
+        }
+        Ok(())
+    }
+
+    /// What was collected.
+    pub fn finish(self) -> Vec<T> {
+        let share = (self.every as f64).powi(-3);
+        match self.kept {
+            Store::Elements(kept) => kept,
+            Store::Sums(sums) => sums.iter().map(|sum| T::of(sum * share)).collect(),
+        }
+    }
+}
+
+/// A value as it counts.
+fn clipped<T: Kept>(value: T, clip: bool) -> T {
+    // What is no number is not above zero either.
+    if clip && !matches!(value.number().partial_cmp(&0.0), Some(Ordering::Greater)) { T::of(0.0) } else { value }
+}
+
+/// A part of an array in memory that `label` calls, in at most `limit` bytes.
+///
+/// # Errors
+/// Where it takes more.
+pub fn part_of(numbers: &Numbers, shape: [usize; 3], fortran: bool, part: &Part, label: &Path, limit: u64) -> Result<Numbers> {
+    fn of<T: Kept>(all: &[T], shape: [usize; 3], mut gather: Gather<T>) -> Vec<T> {
+        let [slow, middle, fast] = gather.ranges.clone();
+        for i in slow {
+            for j in middle.clone() {
+                let row = (i * shape[1] + j) * shape[2];
+                gather.run([i, j, fast.start], all[row + fast.start..row + fast.end].iter().copied());
+            }
+        }
+        gather.finish()
+    }
+    let [a, b, c] = shape;
+    let stored = if fortran { [c, b, a] } else { shape };
+    Ok(match numbers {
+        Numbers::Single(all) => Numbers::Single(of(all, stored, Gather::new(part, fortran, label, limit)?).into()),
+        Numbers::Double(all) => Numbers::Double(of(all, stored, Gather::new(part, fortran, label, limit)?).into()),
+    })
+}

@@ -1,0 +1,133 @@
+//! Where the arrays of files lie in a scene, and what of them is read.
+
+use std::sync::Arc;
+
+use barnard::field::Field;
+use barnard::glam::DVec3;
+use barnard::memory::DEFAULT_LIMIT;
+use npyz::WriterBuilder;
+
+/// The field of a scene whose grid has these keys; `bytes` are those of its file.
+fn field(name: &str, bytes: &[u8], keys: &str, memory_limit: u64) -> Result<Arc<dyn Field>, String> {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join(name), bytes).unwrap();
+    let text = format!(
+        "[camera]\nkind = \"perspective\"\nposition = \"0 0 9 pc\"\nfield_of_view = \"30 deg\"\n\
+         [field.n]\nkind = \"grid\"\nfile = \"{name}\"\n{keys}\n[dust]\ndensity = \"n\"\nscale = \"5.32e-22 mag cm2\"\n"
+    );
+    let scene = barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(folder.path(), memory_limit))
+        .map_err(|e| e.to_string())?;
+    Ok(scene.dust.unwrap().density)
+}
+
+/// A grid of OpenVDB from its archive: voxels 2 to 31 along x, 2 to 15 along y and z.
+fn vdb(name: &str, keys: &str) -> Result<Arc<dyn Field>, String> {
+    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(include_bytes!("vdb.zip"))).unwrap();
+    let mut bytes = Vec::new();
+    std::io::copy(&mut archive.by_name(&format!("{name}.vdb")).unwrap(), &mut bytes).unwrap();
+    field("cloud.vdb", &bytes, keys, DEFAULT_LIMIT)
+}
+
+/// An array of 40 x 30 x 20 singles, x slowest, whose values tell their places.
+fn npy() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let options = npyz::WriteOptions::<f32>::new().default_dtype().shape(&[40, 30, 20]).writer(&mut bytes);
+    let mut writer = options.begin_nd().unwrap();
+    let places = (0..40).flat_map(|x| (0..30).flat_map(move |y| (0..20).map(move |z| (x, y, z))));
+    writer.extend(places.map(|(x, y, z)| value(x, y, z))).unwrap();
+    writer.finish().unwrap();
+    bytes
+}
+
+fn value(x: i32, y: i32, z: i32) -> f32 {
+    (x * 1000 + y * 30 + z) as f32
+}
+
+fn close(at: DVec3, expected: [f64; 3]) -> bool {
+    (at - DVec3::from(expected)).abs().max_element() < 1e-9
+}
+
+/// The box of a grid without units is what `scale`, `voxel` or corners say; without any the error names all three.
+#[test]
+fn lengths_without_a_unit_are_given_one() {
+    let bounds = |name: &str, keys: &str| vdb(name, keys).map(|field| field.bounds());
+    let message = bounds("map_uniform", "").unwrap_err();
+    assert!(["scale", "voxel", "low and high"].iter().all(|key| message.contains(key)), "{message}");
+    // Voxels of a half from 2 on reach from 0.75 to 15.75, or 7.75.
+    let scaled = bounds("map_uniform", "scale = \"2 pc\"").unwrap();
+    assert!(close(scaled.low, [1.5; 3]) && close(scaled.high, [31.5, 15.5, 15.5]), "{scaled:?}");
+    let moved = bounds("map_uniform", "scale = \"2 pc\"\ncentre = \"0 0 100 pc\"").unwrap();
+    assert!(close(moved.low, [-15.0, -7.0, 93.0]) && close(moved.high, [15.0, 7.0, 107.0]), "{moved:?}");
+    let by_voxel = bounds("map_uniform", "voxel = \"0.1 pc\"").unwrap();
+    assert!(close(by_voxel.low, [-1.5, -0.7, -0.7]) && close(by_voxel.high, [1.5, 0.7, 0.7]), "{by_voxel:?}");
+    let said = bounds("map_uniform", "low = \"0 0 0 pc\"\nhigh = \"3 1 1 pc\"").unwrap();
+    assert!(close(said.low, [0.0; 3]) && close(said.high, [3.0, 1.0, 1.0]), "{said:?}");
+    let flat = bounds("map_scale", "voxel = \"1 pc\"").unwrap_err();
+    assert!(flat.contains("no cubes") && flat.contains("scale"), "{flat}");
+    let nothing = field("a.npy", &npy(), "scale = \"1 pc\"", DEFAULT_LIMIT).map(|_| ()).unwrap_err();
+    assert!(nothing.contains("no lengths of its own"), "{nothing}");
+}
+
+/// Axes that a file turns are turned back: each voxel is where the file's transform puts it.
+#[test]
+fn turned_axes_lie_where_the_file_says() {
+    let straight = vdb("map_scale_translate", "scale = \"1 pc\"").unwrap();
+    let turned = vdb("map_turned", "scale = \"1 pc\"").unwrap();
+    let mut seen = 0;
+    for [i, j, k] in [[3, 2, 2], [5, 7, 4], [16, 11, 11], [24, 8, 8], [31, 15, 15], [10, 3, 10]] {
+        let [x, y, z] = [i, j, k].map(f64::from);
+        let own = straight.at(DVec3::new(10.0 + 0.5 * x, 20.0 + y, 30.0 + 2.0 * z));
+        // x to y, y to z, z to -x.
+        assert_eq!(turned.at(DVec3::new(10.0 - 2.0 * z, 20.0 + 0.5 * x, 30.0 + y)), own, "{i} {j} {k}");
+        seen += usize::from(own > 0.0);
+    }
+    assert_eq!(seen, 6);
+    let bounds = turned.bounds();
+    assert!(close(bounds.low, [-21.0, 20.75, 31.5]) && close(bounds.high, [7.0, 35.75, 45.5]), "{bounds:?}");
+}
+
+/// A box within that of the array is read alone, to whole voxels; one beside it is refused.
+#[test]
+fn parts_are_read() {
+    let of = |keys: &str| field("a.npy", &npy(), &format!("voxel = \"1 pc\"\ncentre = \"20 15 10 pc\"\n{keys}"), DEFAULT_LIMIT);
+    let whole = of("").unwrap();
+    let part = of("low = \"3.5 4 5 pc\"\nhigh = \"9 8.2 7 pc\"").unwrap();
+    let bounds = part.bounds();
+    assert!(close(bounds.low, [3.0, 4.0, 5.0]) && close(bounds.high, [9.0, 9.0, 7.0]), "{bounds:?}");
+    assert_eq!(part.grid().unwrap().lattice().dims, [6, 5, 2]);
+    for at in [[3.5, 4.5, 5.5], [8.5, 8.5, 6.5], [5.2, 6.1, 6.0]] {
+        assert_eq!(part.at(at.into()), whole.at(at.into()), "{at:?}");
+    }
+    assert_eq!(part.at(DVec3::new(4.5, 5.5, 6.5)), f64::from(value(4, 5, 6)));
+    let beside = of("low = \"-1 0 0 pc\"\nhigh = \"9 8 7 pc\"").map(|_| ()).unwrap_err();
+    assert!(beside.contains("from 0.0000 0.0000 0.0000 to 40.0000 30.0000 20.0000 pc"), "{beside}");
+}
+
+/// Means of blocks are those of the values, blocks at the upper end filled up with nothing, and no more memory is taken
+/// than they need.
+#[test]
+fn blocks_become_their_means() {
+    let of = |keys: &str, limit: u64| field("a.npy", &npy(), &format!("low = \"0 0 0 pc\"\nhigh = \"40 30 20 pc\"\n{keys}"), limit);
+    let coarse = of("every = 8", DEFAULT_LIMIT).unwrap();
+    let grid = coarse.grid().unwrap();
+    let bounds = grid.lattice().bounds;
+    assert_eq!(grid.lattice().dims, [5, 4, 3]);
+    assert!(close(bounds.low, [0.0; 3]) && close(bounds.high, [40.0, 32.0, 24.0]), "{bounds:?}");
+    let mean = |[x, y, z]: [i32; 3]| {
+        let block = |cell: i32, end: i32| 8 * cell..(8 * cell + 8).min(end);
+        let all = block(x, 40).flat_map(|i| block(y, 30).flat_map(move |j| block(z, 20).map(move |k| f64::from(value(i, j, k)))));
+        all.sum::<f64>() / 512.0
+    };
+    for cell in [[0, 0, 0], [4, 2, 1], [4, 3, 2], [1, 3, 0]] {
+        let at = DVec3::from(cell.map(|i| 8.0 * f64::from(i) + 4.0));
+        let (own, expected) = (coarse.at(at), mean(cell));
+        assert!((own / expected - 1.0).abs() < 1e-6, "{cell:?}: {own} {expected}");
+    }
+    // 24000 values take 96 kB, their means of blocks of 8 next to nothing.
+    let limit = 64 << 10;
+    assert!(of("", limit).map(|_| ()).unwrap_err().contains("limit"));
+    assert!(of("every = 8", limit).is_ok());
+    for wrong in ["every = 0", "every = 2000", "every = 1.5"] {
+        assert!(of(wrong, DEFAULT_LIMIT).map(|_| ()).unwrap_err().contains("every"), "{wrong}");
+    }
+}
