@@ -190,11 +190,11 @@ fn contents_are_listed() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("several.vdb");
     std::fs::write(&path, file("several")).unwrap();
-    let (_, members) = members(&path, 1 << 26).unwrap();
-    let names: Vec<&str> = members.iter().map(|member| &*member.name).collect();
+    let (_, listed) = members(&path, 1 << 26).unwrap();
+    let names: Vec<&str> = listed.iter().map(|member| &*member.name).collect();
     assert_eq!(names, ["velocity", "temperature", "density", "moved"]);
     let fact = |name: &str, what: &str| {
-        let member = members.iter().find(|member| member.name == name).unwrap();
+        let member = listed.iter().find(|member| member.name == name).unwrap();
         member.facts.iter().find(|(own, _)| *own == what).map_or("", |(_, fact)| fact).to_owned()
     };
     assert_eq!((&*fact("velocity", "type"), &*fact("velocity", "box")), ("Tree_vec3s_5_4_3", ""));

@@ -107,10 +107,13 @@ pub struct Reader {
     /// Reads what is chosen of a three-dimensional array, where the format holds one.
     pub array: Option<fn(&mut Request, Choose) -> Result<Array>>,
     /// Lists what a file holds, where the format holds arrays.
-    pub members: Option<fn(&mut Request) -> Result<Vec<Member>>>,
+    pub members: Option<List>,
     /// Reads an image, where the format holds them.
     pub image: Option<fn(&mut Request) -> Result<Image>>,
 }
+
+/// Lists what a file holds.
+type List = fn(&mut Request) -> Result<Vec<Member>>;
 
 /// One array of a file, and what the file says of it.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -173,7 +173,7 @@ fn stored(dtype: &DType) -> Result<Stored, String> {
     let DType::Plain(plain) = dtype else {
         return Err("holds records; a plain array of numbers is needed".into());
     };
-    let size = usize::try_from(plain.num_bytes().unwrap_or(0)).unwrap_or(0);
+    let size = plain.num_bytes().unwrap_or(0);
     let kind = match plain.type_char() {
         TypeChar::Float => Some(Number::Float(size)),
         TypeChar::Int => Some(Number::Int(size)),
