@@ -85,6 +85,8 @@ fn frames_are_read() {
     );
     assert_eq!(of(&FRAME, &format!("{BOX}\nwcs = false")).unwrap().low, DVec3::new(-2.0, -1.0, -1.0));
     let backwards: Vec<&str> = FRAME.into_iter().map(|c| if c.starts_with("CDELT1") { "CDELT1  = -1.0" } else { c }).collect();
+    let no_flag = of(&FRAME, "wcs = \"no\"").unwrap_err();
+    assert!(no_flag.contains("wcs") && no_flag.contains("true"), "{no_flag}");
     let turned_round = of(&backwards, "").unwrap();
     assert!((turned_round.low.x + 4.5).abs() < 1e-12 && (turned_round.high.x + 0.5).abs() < 1e-12, "{turned_round:?}");
     // A frame on the sky is no box: the scene must say one.

@@ -104,7 +104,8 @@ impl OwnBox {
     fn of(section: &Section, frame: Option<&Frame>, axes: [usize; 3], dims: [usize; 3]) -> Result<Self> {
         let scale = section.positive::<Length>("scale")?;
         let silent = |reason: String| Self { bounds: Err(reason), backwards: [false; 3], is_cubic: true };
-        let frame = frame.filter(|_| section.flag("wcs").is_ok_and(|wcs| wcs.unwrap_or(true)));
+        let is_read = section.flag("wcs")?.unwrap_or(true);
+        let frame = frame.filter(|_| is_read);
         if let Some((i, other)) = (0..3).find_map(|i| Some((i, frame?.others[axes[i]].as_ref()?))) {
             let message = format!(
                 "the file's axis {} is a {other}, so the cube is no volume: make a density along three lengths of it first, or say wcs = false, with low and high, to take it as one",
@@ -196,7 +197,7 @@ fn other_size(section: &Section, key: &str, said: &Bounds, own: &Bounds) -> crat
     let of = |size: DVec3| format!("{:.4} x {:.4} x {:.4} pc", size.x, size.y, size.z);
     let corner = |at: DVec3| format!("{:.4} {:.4} {:.4}", at.x, at.y, at.z);
     let message = format!(
-        "the scene's box is {}, the file's own frame {} (from {} to {} pc): leave out what the scene says to take the file's, choose a box within it to read a part, or say wcs = false",
+        "the scene's box is {}, all of the array by its own frame or voxel {} (from {} to {} pc): leave out what the scene says to take the file's, choose a box within it to read a part, or say wcs = false",
         of(said.size()),
         of(own.size()),
         corner(own.low),
