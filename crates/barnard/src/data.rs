@@ -119,10 +119,13 @@ impl<T: PartialEq> PartialEq for Shared<T> {
     }
 }
 
+/// The orders that three axes can have, by their names.
+pub const AXIS_ORDERS: [&str; 6] = ["xyz", "xzy", "yxz", "yzx", "zxy", "zyx"];
+
 /// What a file says of the values and axes of an array.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Frame {
-    /// The axes by name, in the order of the array's indices, such as "zyx".
+    /// The axes by name, in the order of the array's indices: one of [`AXIS_ORDERS`].
     pub order: &'static str,
     /// Unit of the values, as it is written.
     pub unit: Option<String>,

@@ -7,6 +7,7 @@
 //! | `first` | bands × checked pixels | what the first paths of some pixels bring: the same where scene, camera, bands, bounces and seed are |
 
 use std::path::Path;
+use std::sync::Arc;
 
 use barnard::backend::path::{Estimate, Film, Options, first_paths};
 use barnard::error::{Error, Result};
@@ -39,7 +40,7 @@ pub fn save(path: &Path, scene: &Scene, options: &Options, film: &Film) -> Resul
 /// # Errors
 /// Where it is of another scene, or no such file.
 pub fn load(path: &Path, scene: &Scene, options: &Options, memory_limit: u64) -> Result<Film> {
-    let mut archive = Archive::open(path, memory_limit)?;
+    let archive = Archive::open(path, memory_limit)?;
     let shape = [scene.bands.len() as u64, scene.camera.height as u64, scene.camera.width as u64];
     let [count, mean, scatter] = [archive.plane("count", &shape)?, archive.plane("mean", &shape)?, archive.plane("scatter", &shape)?];
     let paths = archive.array("paths")?.1;
@@ -65,7 +66,7 @@ pub fn load(path: &Path, scene: &Scene, options: &Options, memory_limit: u64) ->
 
 /// The arrays of a file that [`save`] wrote.
 struct Archive<'a> {
-    file: std::fs::File,
+    file: Arc<std::fs::File>,
     path: &'a Path,
     memory_limit: u64,
 }
@@ -73,16 +74,16 @@ struct Archive<'a> {
 impl<'a> Archive<'a> {
     fn open(path: &'a Path, memory_limit: u64) -> Result<Self> {
         let file = std::fs::File::open(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
-        Ok(Self { file, path, memory_limit })
+        Ok(Self { file: Arc::new(file), path, memory_limit })
     }
 
     /// An array, with its shape.
-    fn array(&mut self, name: &str) -> Result<(Vec<u64>, Vec<f64>)> {
-        formats::doubles(&mut Request::new(&mut self.file, self.path, Some(name), self.memory_limit)?)
+    fn array(&self, name: &str) -> Result<(Vec<u64>, Vec<f64>)> {
+        formats::doubles(&mut Request::new(self.file.clone(), self.path, Some(name), self.memory_limit)?)
     }
 
     /// An array of this shape, bands × height × width.
-    fn plane(&mut self, name: &str, shape: &[u64; 3]) -> Result<Vec<f64>> {
+    fn plane(&self, name: &str, shape: &[u64; 3]) -> Result<Vec<f64>> {
         let (own, values) = self.array(name)?;
         if own == shape { Ok(values) } else { Err(self.of_another("size or number of bands")) }
     }

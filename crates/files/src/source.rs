@@ -120,10 +120,9 @@ impl DataSource for SceneFiles {
     fn array(&self, name: &str, member: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array> {
         let path = self.path(name);
         if let Some(bytes) = self.unpack(name) {
-            return read_array(&mut Cursor::new(bytes), &path, member, choose, memory_limit);
+            return read_array(Cursor::new(bytes), &path, member, choose, memory_limit);
         }
-        let mut file = open(&path)?;
-        let array = read_array(&mut file, &path, member, choose, memory_limit)?;
+        let array = read_array(open(&path)?, &path, member, choose, memory_limit)?;
         self.note(path);
         Ok(array)
     }

@@ -52,7 +52,7 @@ fn readers_refuse_what_is_no_file() {
             for bytes in [&[][..], &noise, &whole[..whole.len() / 3]] {
                 std::fs::write(&path, bytes).unwrap();
                 let whole = &mut |layout: &Layout| Ok(layout.whole());
-                let array = read_array(&mut std::io::Cursor::new(bytes), &path, None, whole, 1 << 20).unwrap_err().to_string();
+                let array = read_array(std::io::Cursor::new(bytes.to_vec()), &path, None, whole, 1 << 20).unwrap_err().to_string();
                 let image = read_image(&path, 1 << 20).unwrap_err().to_string();
                 assert!(array.contains("broken") && image.contains("broken"), ".{extension}: {array}; {image}");
             }

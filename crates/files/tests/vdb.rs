@@ -21,7 +21,7 @@ fn part(bytes: &[u8], member: Option<&str>, choose: impl Fn(&Layout) -> Part) ->
         seen = Some(layout.clone());
         Ok(choose(layout))
     };
-    let array = read_array(&mut Cursor::new(bytes), Path::new("cloud.vdb"), member, choose, 1 << 26).map_err(|e| e.to_string())?;
+    let array = read_array(Cursor::new(bytes.to_vec()), Path::new("cloud.vdb"), member, choose, 1 << 26).map_err(|e| e.to_string())?;
     Ok((seen.unwrap(), array))
 }
 

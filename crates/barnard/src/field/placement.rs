@@ -4,7 +4,7 @@ use glam::DVec3;
 use spectra::units::{Length, Quantity};
 
 use super::Lattice;
-use crate::data::{Array, Axis, Frame, Layout, Part};
+use crate::data::{AXIS_ORDERS, Array, Axis, Frame, Layout, Part};
 use crate::error::Result;
 use crate::geometry::Bounds;
 use crate::properties::Section;
@@ -33,7 +33,7 @@ impl Placement {
     /// The place of an array that its file lays out so, by the keys of a section.
     pub fn of(section: &Section, layout: &Layout) -> Result<Self> {
         let usual = layout.frame.as_ref().map_or("xyz", |frame| frame.order);
-        let order = section.choice("axes", &["xyz", "xzy", "yxz", "yzx", "zxy", "zyx"])?.unwrap_or(usual);
+        let order = section.choice("axes", &AXIS_ORDERS)?.unwrap_or(usual);
         let axes = ['x', 'y', 'z'].map(|letter| order.find(letter).unwrap_or(0));
         let dims = axes.map(|axis| layout.shape[axis]);
         let own = OwnBox::of(section, layout.frame.as_ref(), axes, dims)?;

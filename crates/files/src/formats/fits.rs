@@ -263,7 +263,7 @@ fn members(request: &mut Request) -> Result<Vec<Member>> {
             for (axis, letter) in
                 header.frame().axes.iter().rev().zip(["x", "y", "z"]).filter_map(|(axis, letter)| Some((axis.as_ref()?, letter)))
             {
-                facts.push((letter, format!("step {} {unit}, the first at {} {unit}", axis.step, axis.first, unit = axis.unit)));
+                facts.push((letter, super::steps(axis)));
             }
         }
         Member { name: number.to_string(), facts }

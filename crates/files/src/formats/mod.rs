@@ -4,7 +4,9 @@ mod exr;
 mod fits;
 mod fits_cards;
 mod gather;
+mod hdf5;
 mod npy;
+mod npz;
 mod numbers;
 mod png;
 mod vdb;
@@ -15,18 +17,18 @@ use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 pub use gather::part_of;
-pub(crate) use npy::{archive, doubles};
+pub(crate) use npz::{archive, doubles};
 pub use png::encode_png;
 pub use write::{SaveImage, check_replaceable, check_writable, replace};
 
-use barnard::data::{Array, Choose};
+use barnard::data::{Array, Axis, Choose};
 use barnard::error::{Error, Result};
 use barnard::image::Image;
 use barnard::memory;
 use spectra::error::nearest;
 
 /// A precision in which numbers of a file are kept.
-trait Kept: Copy {
+trait Kept: Copy + Send {
     /// The number that is nearest.
     fn of(value: f64) -> Self;
     /// The number itself.
@@ -52,14 +54,14 @@ impl Kept for f64 {
 }
 
 /// A source of bytes that can be read from any place.
-pub trait Seekable: Read + Seek {}
+pub trait Seekable: Read + Seek + Send {}
 
-impl<T: Read + Seek> Seekable for T {}
+impl<T: Read + Seek + Send> Seekable for T {}
 
 /// A request to read a file: where its bytes are, how many there are, and which part is meant.
 pub struct Request<'a> {
     /// The bytes of the file.
-    pub source: &'a mut dyn Seekable,
+    pub source: Box<dyn Seekable>,
     /// The number of bytes.
     pub length: u64,
     /// The path of the file, for messages.
@@ -75,9 +77,9 @@ impl<'a> Request<'a> {
     ///
     /// # Errors
     /// Where its length cannot be told.
-    pub fn new(source: &'a mut dyn Seekable, path: &'a Path, part: Option<&'a str>, memory_limit: u64) -> Result<Self> {
+    pub fn new(mut source: impl Seekable + 'static, path: &'a Path, part: Option<&'a str>, memory_limit: u64) -> Result<Self> {
         let length = source.seek(SeekFrom::End(0)).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
-        Ok(Self { source, length, path, part, memory_limit })
+        Ok(Self { source: Box::new(source), length, path, part, memory_limit })
     }
 
     /// So many bytes from a place on; none where the file ends before.
@@ -125,7 +127,7 @@ pub struct Member {
 }
 
 /// All formats that can be read.
-pub const READERS: &[Reader] = &[npy::NPY_READER, npy::NPZ_READER, fits::READER, vdb::READER, exr::READER];
+pub const READERS: &[Reader] = &[npy::READER, npz::READER, fits::READER, hdf5::READER, vdb::READER, exr::READER];
 
 /// One row of the writers.
 pub struct Writer {
@@ -171,7 +173,7 @@ fn reader(path: &Path, serve: fn(&Reader) -> bool) -> Result<&'static Reader> {
 ///
 /// # Errors
 /// Where the extension is none of [`READERS`], the file is broken, or it does not fit, and those of `choose`.
-pub fn read_array(source: &mut dyn Seekable, path: &Path, part: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array> {
+pub fn read_array(source: impl Seekable + 'static, path: &Path, part: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array> {
     let read = reader(path, |r| r.array.is_some())?.array;
     read.map_or_else(|| Err(Error::file(path, "holds no grid")), |read| read(&mut Request::new(source, path, part, memory_limit)?, choose))
 }
@@ -183,13 +185,17 @@ pub fn read_array(source: &mut dyn Seekable, path: &Path, part: Option<&str>, ch
 pub fn members(path: &Path, memory_limit: u64) -> Result<(&'static str, Vec<Member>)> {
     let read = reader(path, |r| r.members.is_some())?;
     let list = read.members.ok_or_else(|| Error::file(path, "holds no arrays"))?;
-    let mut file = open(path)?;
-    Ok((read.summary, list(&mut Request::new(&mut file, path, None, memory_limit)?)?))
+    Ok((read.summary, list(&mut Request::new(open(path)?, path, None, memory_limit)?)?))
 }
 
 /// Lengths of axes as people write them.
 fn edges(shape: impl IntoIterator<Item = impl std::fmt::Display>) -> String {
     shape.into_iter().map(|n| n.to_string()).collect::<Vec<_>>().join(" x ")
+}
+
+/// The steps of an axis as people read them.
+fn steps(axis: &Axis) -> String {
+    format!("step {} {unit}, the first at {} {unit}", axis.step, axis.first, unit = axis.unit)
 }
 
 /// Opens a file that is one.
@@ -209,8 +215,7 @@ pub(crate) fn open(path: &Path) -> Result<File> {
 pub fn read_image(path: &Path, memory_limit: u64) -> Result<Image> {
     let read = reader(path, |r| r.image.is_some())?;
     let image = read.image.ok_or_else(|| Error::file(path, "holds no image; compare .npy, .fits or .exr"))?;
-    let mut file = open(path)?;
-    image(&mut Request::new(&mut file, path, None, memory_limit)?)
+    image(&mut Request::new(open(path)?, path, None, memory_limit)?)
 }
 
 /// The shape as three axes and its number of values, after checks of rank and emptiness.

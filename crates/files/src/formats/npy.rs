@@ -1,9 +1,9 @@
-//! NumPy's `.npy` and `.npz`.
+//! NumPy's `.npy`.
 //!
 //! Reading checks the header against the bytes that are there before anything is allocated. Images are bands × height ×
 //! width.
 
-use std::io::{BufReader, Cursor, Read};
+use std::io::{Cursor, Read};
 use std::ops::Range;
 use std::path::Path;
 
@@ -11,32 +11,29 @@ use npyz::{DType, Endianness, NpyFile, Order, TypeChar, WriterBuilder};
 
 use super::gather::Gather;
 use super::numbers::{Number, Stored};
-use super::{Kept, Member, Reader, Request, Seekable, Writer, checked_shape, three_axes};
+use super::{Kept, Member, Reader, Request, Writer, checked_shape, three_axes};
 use barnard::data::{Array, Choose, Layout, Numbers, Part};
 use barnard::error::{Error, Result};
 use barnard::image::{Image, Samples};
-use barnard::memory;
 
-pub(super) const NPY_READER: Reader = Reader {
+pub(super) const READER: Reader = Reader {
     extensions: &["npy"],
     summary: "NumPy array of floats or integers",
-    array: Some(npy),
-    members: Some(npy_members),
+    array: Some(read),
+    members: Some(members),
     image: Some(image),
 };
-pub(super) const NPZ_READER: Reader =
-    Reader { extensions: &["npz"], summary: "archive of NumPy arrays", array: Some(npz), members: Some(npz_members), image: None };
 pub(super) const WRITER: Writer =
     Writer { extension: "npy", summary: "NumPy array, bands x height x width, the first row on top, radiance in W m-2 sr-1", encode };
 
-fn npy(request: &mut Request, choose: Choose) -> Result<Array> {
+fn read(request: &mut Request, choose: Choose) -> Result<Array> {
     if let Some(part) = request.part {
         return Err(Error::file(request.path, format!("holds one array without a name; leave out array = \"{part}\"")));
     }
     array(Stream::of(request)?, choose)
 }
 
-fn array(stream: Stream, choose: Choose) -> Result<Array> {
+pub(super) fn array(stream: Stream, choose: Choose) -> Result<Array> {
     let array = stream.open()?;
     let (shape, _) = three_axes(array.asked.path, &array.shape)?;
     let part = choose(&Layout { shape, frame: None })?;
@@ -49,24 +46,11 @@ fn array(stream: Stream, choose: Choose) -> Result<Array> {
     Ok(Array { shape: part.shape(), data, fortran })
 }
 
-fn npy_members(request: &mut Request) -> Result<Vec<Member>> {
+fn members(request: &mut Request) -> Result<Vec<Member>> {
     Ok(vec![member(String::new(), &Stream::of(request)?.open()?)])
 }
 
-fn npz_members(request: &mut Request) -> Result<Vec<Member>> {
-    let (path, memory_limit) = (request.path, request.memory_limit);
-    let mut archive = opened(request)?;
-    let names = names(&archive);
-    let of = |name: String| {
-        let entry = entry(&mut archive, &name, path)?;
-        let asked = Asked { path, memory_limit, length: usize::try_from(entry.size()).unwrap_or(usize::MAX) };
-        let open = Stream { asked, reader: Box::new(entry) }.open()?;
-        Ok(member(name, &open))
-    };
-    names.into_iter().map(of).collect()
-}
-
-fn member(name: String, array: &Open) -> Member {
+pub(super) fn member(name: String, array: &Open) -> Member {
     let order = if array.fortran { "Fortran: the first index runs fastest" } else { "C: the last index runs fastest" };
     Member { name, facts: vec![("shape", super::edges(&array.shape)), ("type", array.stored.to_string()), ("order", order.into())] }
 }
@@ -111,37 +95,38 @@ fn check_header(bytes: &[u8]) -> Result<(), String> {
 }
 
 /// What of a request stays when its bytes are lent to a parser.
-struct Asked<'a> {
-    path: &'a Path,
-    memory_limit: u64,
+pub(super) struct Asked<'a> {
+    /// The path of the file.
+    pub path: &'a Path,
+    /// Most bytes that may be allocated.
+    pub memory_limit: u64,
     /// Bytes of the array, its header among them.
-    length: usize,
+    pub length: u64,
 }
 
 /// An array as it is read from its beginning: a file, or a member of an archive.
-struct Stream<'r> {
-    asked: Asked<'r>,
-    reader: Box<dyn Read + 'r>,
+pub(super) struct Stream<'r> {
+    pub asked: Asked<'r>,
+    pub reader: Box<dyn Read + 'r>,
 }
 
 /// An array whose header was read; its values are what the reader gives next.
-struct Open<'r> {
-    asked: Asked<'r>,
+pub(super) struct Open<'r> {
+    pub asked: Asked<'r>,
     reader: Box<dyn Read + 'r>,
-    shape: Vec<u64>,
-    fortran: bool,
+    pub shape: Vec<u64>,
+    pub fortran: bool,
     stored: Stored,
 }
 
 impl<'r> Stream<'r> {
     fn of(request: &'r mut Request<'_>) -> Result<Self> {
-        let length = usize::try_from(request.length).unwrap_or(usize::MAX);
-        let asked = Asked { path: request.path, memory_limit: request.memory_limit, length };
+        let asked = Asked { path: request.path, memory_limit: request.memory_limit, length: request.length };
         Ok(Self { asked, reader: Box::new(request.rewound()?) })
     }
 
     /// The header; a panic-free description of what is wrong with it otherwise.
-    fn open(self) -> Result<Open<'r>> {
+    pub fn open(self) -> Result<Open<'r>> {
         let Self { asked, mut reader } = self;
         let wrong = |reason: String| Error::file(asked.path, reason);
         let mut head = Vec::new();
@@ -155,7 +140,7 @@ impl<'r> Stream<'r> {
         let file = NpyFile::new(&head[..]).map_err(|e| wrong(format!("the .npy header is broken: {e}")))?;
         let (shape, fortran, stored) = (file.shape().to_vec(), file.order() == Order::Fortran, stored(&file.dtype()).map_err(wrong)?);
         let cells = shape.iter().try_fold(1u64, |n, edge| n.checked_mul(*edge)).unwrap_or(u64::MAX);
-        let (bytes, there) = (cells.saturating_mul(stored.size() as u64), (asked.length as u64).saturating_sub((start + length) as u64));
+        let (bytes, there) = (cells.saturating_mul(stored.size() as u64), asked.length.saturating_sub((start + length) as u64));
         if bytes > there {
             return Err(wrong(format!("is truncated: {cells} values of {} bytes announced, {there} bytes there", stored.size())));
         }
@@ -221,7 +206,7 @@ impl Open<'_> {
     }
 
     /// All values, of however many axes.
-    fn all<T: Kept>(&mut self, cells: usize) -> Result<Vec<T>> {
+    pub fn all<T: Kept>(&mut self, cells: usize) -> Result<Vec<T>> {
         let mut values = Vec::with_capacity(cells);
         let mut bytes = vec![0; PIECE * self.stored.size()];
         while values.len() < cells {
@@ -235,84 +220,6 @@ impl Open<'_> {
 
 /// Values that are read at once.
 const PIECE: usize = 1 << 16;
-
-fn npz(request: &mut Request, choose: Choose) -> Result<Array> {
-    of_member(request, |stream| array(stream, choose))
-}
-
-/// An archive in the bytes of a request.
-type Archive<'r> = zip::ZipArchive<BufReader<&'r mut dyn Seekable>>;
-
-fn opened<'r>(request: &'r mut Request) -> Result<Archive<'r>> {
-    let path = request.path;
-    zip::ZipArchive::new(request.rewound()?).map_err(|e| Error::file(path, format!("is no .npz archive: {e}")))
-}
-
-/// The arrays of an archive.
-fn names(archive: &Archive) -> Vec<String> {
-    archive.file_names().filter_map(|n| Some(n.ok()?.strip_suffix(".npy")?.to_owned())).collect()
-}
-
-fn entry<'a, 'r>(archive: &'a mut Archive<'r>, name: &str, path: &Path) -> Result<zip::read::ZipFile<'a, BufReader<&'r mut dyn Seekable>>> {
-    archive.by_name(&format!("{name}.npy")).map_err(|e| Error::file(path, format!("array {name}: {e}")))
-}
-
-/// What `read` makes of the one array of an archive that is meant, which is inflated as it is read.
-fn of_member<T>(request: &mut Request, read: impl FnOnce(Stream) -> Result<T>) -> Result<T> {
-    let (path, part, memory_limit) = (request.path, request.part, request.memory_limit);
-    let mut archive = opened(request)?;
-    let names = names(&archive);
-    let name = match part {
-        Some(part) => names.iter().find(|n| *n == part).cloned().ok_or_else(|| {
-            let message = format!("has no array \"{part}\"; it holds {}", names.join(", "));
-            Error::file(path, message)
-        })?,
-        None if names.len() == 1 => names[0].clone(),
-        None => {
-            return Err(Error::file(path, format!("holds {} arrays ({}); name one with array = \"...\"", names.len(), names.join(", "))));
-        }
-    };
-    let mut entry = entry(&mut archive, &name, path)?;
-    // The stated size may lie: no more is ever inflated.
-    let stated = entry.size();
-    let corrupt = |reason: String| Error::file(path, format!("array {name} is corrupt: {reason}"));
-    let mut member = entry.by_ref().take(stated);
-    let asked = Asked { path, memory_limit, length: usize::try_from(stated).unwrap_or(usize::MAX) };
-    let made = read(Stream { asked, reader: Box::new(&mut member) })?;
-    // The archive's checksum is looked at where an entry ends, and not before.
-    std::io::copy(&mut member, &mut std::io::sink()).map_err(|e| corrupt(e.to_string()))?;
-    match entry.read(&mut [0]) {
-        Ok(0) => Ok(made),
-        Ok(_) => Err(corrupt(format!("it is longer than the {stated} bytes that the archive states"))),
-        Err(e) => Err(corrupt(e.to_string())),
-    }
-}
-
-/// The shape and the values of an array of an archive, as doubles in C order.
-pub(crate) fn doubles(request: &mut Request) -> Result<(Vec<u64>, Vec<f64>)> {
-    of_member(request, |stream| {
-        let mut array = stream.open()?;
-        let shape = array.shape.clone();
-        let cells = shape.iter().try_fold(1u64, |n, edge| n.checked_mul(*edge)).unwrap_or(u64::MAX);
-        memory::check(&format!("an array of {}", array.asked.path.display()), cells.saturating_mul(8), array.asked.memory_limit)?;
-        if array.fortran {
-            return Err(Error::file(array.asked.path, "is in Fortran order; C order is needed"));
-        }
-        Ok((shape, array.all(cells as usize)?))
-    })
-}
-
-/// An archive of arrays of doubles, each with its name and shape.
-pub(crate) fn archive(arrays: &[(&str, &[u64], Vec<f64>)]) -> Result<Vec<u8>> {
-    let failed = |e: &dyn std::fmt::Display| Error::Encoding { format: "npz", reason: e.to_string() };
-    let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
-    for (name, shape, data) in arrays {
-        zip.start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default()).map_err(|e| failed(&e))?;
-        let writer = npyz::WriteOptions::<f64>::new().default_dtype().shape(shape).writer(&mut zip).begin_nd();
-        writer.and_then(|mut w| w.extend(data.iter().copied()).and_then(|()| w.finish())).map_err(|e| failed(&e))?;
-    }
-    Ok(zip.finish().map_err(|e| failed(&e))?.into_inner())
-}
 
 fn image(request: &mut Request) -> Result<Image> {
     let mut array = Stream::of(request)?.open()?;
@@ -353,7 +260,7 @@ mod tests {
     use super::*;
 
     fn read(bytes: &[u8]) -> Result<Array> {
-        npy(&mut Request::new(&mut Cursor::new(bytes), Path::new("test.npy"), None, 1 << 30)?, &mut |layout| Ok(layout.whole()))
+        super::read(&mut Request::new(Cursor::new(bytes.to_vec()), Path::new("test.npy"), None, 1 << 30)?, &mut |layout| Ok(layout.whole()))
     }
 
     /// A version 1 file whose header is `text`.
@@ -391,30 +298,5 @@ mod tests {
         for end in 0..bytes.len() {
             assert!(read(&bytes[..end]).is_err(), "{end}");
         }
-    }
-
-    /// A single bit of the values that is flipped is seen, whichever it is.
-    #[test]
-    fn archives_are_held_to_their_checksums() {
-        let values: Vec<f64> = (0..16).map(f64::from).collect();
-        let whole = archive(&[("sums", &[16], values.clone())]).unwrap();
-        let doubles = |bytes: &[u8]| super::doubles(&mut Request::new(&mut Cursor::new(bytes), Path::new("a.npz"), Some("sums"), 1 << 30)?);
-        assert_eq!(doubles(&whole).unwrap().1, values);
-        // Behind the local header, its name and its extra field, up to the archive's directory.
-        let first = 30 + "sums.npy".len() + usize::from(whole[28]);
-        let directory = whole.windows(4).rposition(|w| w == b"PK\x01\x02").unwrap();
-        assert!(directory > first + 100);
-        let mut seen = 0;
-        for byte in first..directory {
-            let mut damaged = whole.clone();
-            damaged[byte] ^= 4;
-            // Some bits mean nothing, such as those of a length that the directory has as well; then the values are
-            // those that were written.
-            match doubles(&damaged) {
-                Ok(read) => assert_eq!(read.1, values, "{byte}"),
-                Err(_) => seen += 1,
-            }
-        }
-        assert!(seen > (directory - first) / 2, "{seen} of {}", directory - first);
     }
 }

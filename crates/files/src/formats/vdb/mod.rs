@@ -10,7 +10,7 @@ mod header;
 mod tree;
 mod window;
 
-use barnard::data::{Array, Axis, Choose, Frame, Layout, Numbers};
+use barnard::data::{AXIS_ORDERS, Array, Axis, Choose, Frame, Layout, Numbers};
 use barnard::error::{Error, Result};
 
 use self::bytes::Bytes;
@@ -139,8 +139,7 @@ fn frame(transform: &Transform, window: &Window) -> std::result::Result<Frame, S
     let main = transform.matrix.map(|step| (0..3).max_by(|a, b| step[*a].abs().total_cmp(&step[*b].abs())).unwrap_or(0));
     let straight =
         (0..3).all(|i| (0..3).all(|j| j == main[i] || transform.matrix[i][j].abs() <= NONE * transform.matrix[i][main[i]].abs()));
-    let orders = ["xyz", "xzy", "yxz", "yzx", "zxy", "zyx"];
-    let order = orders.into_iter().find(|order| order.chars().eq(main.map(|axis| ['x', 'y', 'z'][axis])));
+    let order = AXIS_ORDERS.into_iter().find(|order| order.chars().eq(main.map(|axis| ['x', 'y', 'z'][axis])));
     let (true, Some(order)) = (straight, order) else {
         return Err(format!("{}: resample it to voxels along x, y and z first", transform.turning()));
     };

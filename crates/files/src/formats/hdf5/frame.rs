@@ -1,0 +1,150 @@
+//! What the attributes of a file say of a dataset: its unit, the names of its axes, and where they lie.
+//!
+//! Read are the dimension scales of HDF5, which netCDF and xarray write, and the edges of yt's containers and files.
+
+use barnard::data::{AXIS_ORDERS, Axis, Frame};
+use hdf5_reader::group::Group;
+use hdf5_reader::{Attribute, Dataset};
+
+use super::Found;
+use super::slabs::{Value, stored};
+
+/// Attributes that hold the unit of values.
+const UNITS: [&str; 2] = ["units", "unit"];
+/// Attributes of the corners of a box, by x, y and z; their unit is in an attribute of the same name and `_units`.
+const EDGES: [(&str, &str); 2] = [("left_edge", "right_edge"), ("domain_left_edge", "domain_right_edge")];
+/// The unit of lengths that yt takes from its files, and the attribute that says how long it is.
+const CODE_LENGTH: (&str, &str) = ("code_length", "length_unit");
+/// How far coordinates may be from even steps, in parts of a step.
+const EVEN: f64 = 1e-3;
+
+/// A dataset and the groups around it, to be asked for what they say.
+pub struct Place<'a> {
+    found: &'a Found,
+    /// The dimension scale of each axis, where it has one.
+    scales: Vec<Option<Dataset>>,
+}
+
+impl<'a> Place<'a> {
+    /// The surroundings of a dataset.
+    pub fn of(found: &'a Found) -> Self {
+        Self { found, scales: scales(found) }
+    }
+
+    /// The unit of its values, as it is written.
+    pub fn unit(&self) -> Option<String> {
+        unit_of(&self.found.dataset)
+    }
+
+    /// The frame of three of its axes, the slowest first.
+    pub fn frame(&self, axes: [usize; 3], shape: [usize; 3]) -> Frame {
+        let names = axes.map(|axis| self.name(axis).unwrap_or_default().to_lowercase());
+        let order = AXIS_ORDERS.into_iter().find(|order| order.chars().map(String::from).eq(names.iter().cloned())).unwrap_or("xyz");
+        let mut frame = Frame { order, unit: self.unit(), ..Frame::default() };
+        let edges = self.edges();
+        for (i, letter) in order.chars().enumerate() {
+            match self.coordinates(axes[i], shape[i]) {
+                Some(Ok(axis)) => frame.axes[i] = Some(axis),
+                Some(Err(other)) => frame.others[i] = Some(other),
+                None => {
+                    frame.axes[i] = edges.as_ref().and_then(|(unit, low, high)| {
+                        let at = "xyz".find(letter)?;
+                        let step = (high[at] - low[at]) / shape[i] as f64;
+                        let usable = step.is_finite() && step != 0.0 && low[at].is_finite();
+                        usable.then(|| Axis { unit: unit.clone(), step, first: low[at] + 0.5 * step })
+                    });
+                }
+            }
+        }
+        frame
+    }
+
+    /// The name of an axis: its label, or that of its scale.
+    fn name(&self, axis: usize) -> Option<String> {
+        let labels = self.found.dataset.attribute("DIMENSION_LABELS").ok().and_then(|labels| labels.read_strings().ok());
+        let label = labels.and_then(|labels| labels.into_iter().nth(axis)).filter(|label| !label.is_empty());
+        label.or_else(|| Some(self.scales.get(axis)?.as_ref()?.name().to_owned()))
+    }
+
+    /// The axis that a dimension scale says, or what is wrong with its coordinates; nothing where it has none.
+    fn coordinates(&self, axis: usize, count: usize) -> Option<Result<Axis, String>> {
+        let scale = self.scales.get(axis)?.as_ref()?;
+        stored(scale.dtype())?;
+        if scale.shape() != [count as u64] || count < 2 {
+            return None;
+        }
+        let values: Vec<f64> = scale.read_array::<Value<f64>>().ok()?.iter().map(|v| v.0).collect();
+        // A dimension without coordinates has a scale of zeros.
+        let (first, last) = (values[0], values[count - 1]);
+        let step = (last - first) / (count - 1) as f64;
+        if step == 0.0 {
+            return None;
+        }
+        let room = EVEN * step.abs() + f64::from(f32::EPSILON) * first.abs().max(last.abs());
+        let is_even = (0..count).all(|i| (values[i] - (first + i as f64 * step)).abs() <= room);
+        Some(if is_even {
+            Ok(Axis { unit: unit_of(scale).unwrap_or_default(), step, first })
+        } else {
+            Err(format!("coordinate of uneven steps (dataset \"{}\")", scale.name()))
+        })
+    }
+
+    /// The unit and the corners of its box, where it or a group around it says them.
+    fn edges(&self) -> Option<(String, Vec<f64>, Vec<f64>)> {
+        let (low_name, low, high) = EDGES.into_iter().find_map(|(low, high)| {
+            let three = |name: &str| self.numbers(name).filter(|numbers| numbers.len() == 3);
+            Some((low, three(low)?, three(high)?))
+        })?;
+        let unit = self.text(&format!("{low_name}_units")).unwrap_or_default();
+        if unit != CODE_LENGTH.0 {
+            return Some((unit, low, high));
+        }
+        // What a length of one is stands in the file too.
+        let (size, name) = (self.numbers(CODE_LENGTH.1), self.text(&format!("{}_units", CODE_LENGTH.1)));
+        let (Some([size]), Some(name)) = (size.as_deref(), name) else { return Some((unit, low, high)) };
+        let scaled = |edge: Vec<f64>| edge.into_iter().map(|v| v * size).collect();
+        Some((name, scaled(low), scaled(high)))
+    }
+
+    /// An attribute of the dataset, or of the innermost group around it that has it.
+    fn attribute(&self, name: &str) -> Option<Attribute> {
+        let own = self.found.dataset.attribute(name).ok();
+        own.or_else(|| self.found.groups.iter().rev().find_map(|group| group.attribute(name).ok()))
+    }
+
+    fn numbers(&self, name: &str) -> Option<Vec<f64>> {
+        let attribute = self.attribute(name)?;
+        stored(&attribute.datatype)?;
+        Some(attribute.read_1d::<Value<f64>>().ok()?.into_iter().map(|v| v.0).collect())
+    }
+
+    fn text(&self, name: &str) -> Option<String> {
+        text(&self.attribute(name)?)
+    }
+}
+
+/// The unit that a dataset says.
+fn unit_of(dataset: &Dataset) -> Option<String> {
+    UNITS.iter().find_map(|name| text(&dataset.attribute(name).ok()?))
+}
+
+/// A text that is not empty.
+fn text(attribute: &Attribute) -> Option<String> {
+    let text = attribute.read_string().or_else(|_| attribute.read_strings().map(|all| all.concat())).ok()?;
+    Some(text.trim_matches([' ', '\0']).to_owned()).filter(|text| !text.is_empty())
+}
+
+/// The dimension scales of a dataset. Source: HDF5 Dimension Scale Specification, `DIMENSION_LIST`: for each axis a list
+/// of references to datasets, which are their addresses.
+fn scales(found: &Found) -> Vec<Option<Dataset>> {
+    const ADDRESS: usize = 8;
+    let dataset = &found.dataset;
+    let Ok(list) = dataset.attribute("DIMENSION_LIST") else { return Vec::new() };
+    let of = |entry: &[u8]| {
+        let addresses = dataset.resolve_vlen_reference_bytes(entry, ADDRESS).ok()?;
+        let address = u64::from_le_bytes(*addresses.first_chunk::<ADDRESS>()?);
+        let datasets = |group: &Group| group.datasets().unwrap_or_default();
+        found.groups.iter().rev().find_map(|group| datasets(group).into_iter().find(|scale| scale.address() == address))
+    };
+    list.raw_data.chunks_exact(dataset.vlen_reference_size()).take(dataset.ndim()).map(of).collect()
+}

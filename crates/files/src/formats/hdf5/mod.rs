@@ -1,0 +1,250 @@
+//! HDF5: datasets of three axes, as simulations, yt, h5py and netCDF write them.
+//!
+//! The file's structure is read by the crate `hdf5-reader`; what is meant of a dataset is read by blocks of whole chunks,
+//! so that no more of it is ever in memory.
+
+mod filters;
+mod frame;
+mod slabs;
+mod source;
+
+use std::collections::BTreeSet;
+
+use barnard::data::{Array, Choose, Layout, Numbers};
+use barnard::error::{Error, Result};
+use barnard::memory;
+use hdf5_reader::group::Group;
+use hdf5_reader::{Dataset, Datatype, Hdf5File, OpenOptions};
+use spectra::error::nearest;
+
+use self::frame::Place;
+use self::slabs::Slabs;
+use self::source::Source;
+use super::gather::Gather;
+use super::numbers::{Number, Stored};
+use super::{Member, Reader, Request, edges};
+
+pub(super) const READER: Reader = Reader {
+    extensions: &["h5", "hdf5", "hdf", "he5", "nc", "nc4"],
+    summary: "HDF5 dataset of three axes, also of netCDF 4",
+    array: Some(array),
+    members: Some(members),
+    image: None,
+};
+
+/// Groups within groups at most.
+const DEEPEST: usize = 32;
+/// Datasets that are listed at most.
+const MOST: usize = 10_000;
+
+fn array(request: &mut Request, choose: Choose) -> Result<Array> {
+    let (path, limit) = (request.path, request.memory_limit);
+    let file = opened(request)?;
+    let found = match request.part {
+        Some(name) => named(&file, name).map_err(|reason| Error::file(path, reason))?,
+        None => only(&file).map_err(|reason| Error::file(path, reason))?,
+    };
+    let wrong = |reason: String| Error::file(path, format!("dataset \"{}\": {reason}", found.path));
+    let stored = stored(&found.dataset).map_err(wrong)?;
+    let long = long_axes(found.dataset.shape());
+    let [a, b, c] = long[..] else {
+        return Err(wrong(format!("it has the axes {}, a grid has three that are longer than one", edges(found.dataset.shape()))));
+    };
+    let shape = [a, b, c].map(|axis| found.dataset.shape()[axis]);
+    super::three_axes(path, &shape).map_err(|e| wrong(e.to_string()))?;
+    let shape = shape.map(|n| n as usize);
+    let place = Place::of(&found);
+    let part = choose(&Layout { shape, frame: Some(place.frame([a, b, c], shape)) })?;
+    // A chunk is inflated as a whole.
+    if let Some(chunk) = found.dataset.chunks() {
+        let bytes = chunk.iter().fold(stored.size() as u64, |bytes, edge| bytes.saturating_mul(u64::from(*edge)));
+        memory::check(&format!("a chunk of {}", path.display()), bytes, limit)?;
+    }
+    let slabs = Slabs::new(&found.dataset, stored, [a, b, c]);
+    let data = if stored.is_single() {
+        Numbers::Single(slabs.gathered::<f32>(Gather::new(&part, false, path, limit)?).map_err(wrong)?.into())
+    } else {
+        Numbers::Double(slabs.gathered::<f64>(Gather::new(&part, false, path, limit)?).map_err(wrong)?.into())
+    };
+    Ok(Array { shape: part.shape(), data, fortran: false })
+}
+
+fn members(request: &mut Request) -> Result<Vec<Member>> {
+    let path = request.path;
+    let file = opened(request)?;
+    let all = datasets(&file).map_err(|reason| Error::file(path, reason))?;
+    let of = |found: &Found| {
+        let dataset = &found.dataset;
+        let kind = stored(dataset).map_or_else(|_| name_of(dataset.dtype()), |stored| stored.to_string());
+        let shape = if dataset.shape().is_empty() { "a single value".into() } else { edges(dataset.shape()) };
+        let mut facts = vec![("shape", shape), ("type", kind)];
+        facts.extend(dataset.chunks().map(|chunk| ("chunks", edges(&chunk))));
+        let place = Place::of(found);
+        facts.extend(place.unit().map(|unit| ("unit", unit)));
+        if let [a, b, c] = long_axes(dataset.shape())[..] {
+            let frame = place.frame([a, b, c], [a, b, c].map(|axis| dataset.shape()[axis] as usize));
+            facts.push(("axes", format!("{}, the slowest first", frame.order)));
+            for (letter, axis) in frame.order.chars().zip(&frame.axes) {
+                let letter = ["x", "y", "z"][(letter as usize - 'x' as usize).min(2)];
+                facts.extend(axis.as_ref().map(|axis| (letter, super::steps(axis))));
+            }
+        }
+        Member { name: found.path.clone(), facts }
+    };
+    Ok(all.iter().map(of).collect())
+}
+
+/// The file of a request, which owns its bytes from then on.
+fn opened(request: &mut Request) -> Result<Hdf5File> {
+    let most = usize::try_from(request.memory_limit).unwrap_or(usize::MAX);
+    // Blocks are read once, so nothing is worth keeping.
+    let options = OpenOptions::default()
+        .with_chunk_cache_bytes(0)
+        .with_max_chunk_bytes(most)
+        .with_max_read_bytes(most)
+        .with_filter_registry(filters::registry(most));
+    let source = std::mem::replace(&mut request.source, Box::new(std::io::empty()));
+    let file = Hdf5File::from_storage_with_options(Source::shared(source, request.length), options);
+    let file = file.map_err(|e| Error::file(request.path, format!("is no HDF5 file that can be read: {e}")))?;
+    let stated = file.superblock().eof_address;
+    if stated > request.length {
+        return Err(Error::file(
+            request.path,
+            format!("is truncated: it has {stated} bytes by its superblock, {} are there", request.length),
+        ));
+    }
+    Ok(file)
+}
+
+/// A dataset, where it is, and the groups that it is in, the outermost first.
+struct Found {
+    path: String,
+    dataset: Dataset,
+    groups: Vec<Group>,
+}
+
+/// All datasets of a file, by their paths.
+fn datasets(file: &Hdf5File) -> std::result::Result<Vec<Found>, String> {
+    fn within(groups: &[Group], path: &str, seen: &mut BTreeSet<u64>, found: &mut Vec<Found>) -> std::result::Result<(), String> {
+        let Some(group) = groups.last() else { return Ok(()) };
+        // Links may lead back to a group that holds them.
+        if !seen.insert(group.address()) || groups.len() > DEEPEST {
+            return Ok(());
+        }
+        let (inner, datasets) = group.members().map_err(|e| format!("group \"{path}/\" cannot be read: {e}"))?;
+        for dataset in datasets {
+            if found.len() == MOST {
+                return Err(format!("holds more than {MOST} datasets: name one with array = \"...\""));
+            }
+            found.push(Found { path: format!("{path}/{}", dataset.name()), dataset, groups: groups.to_vec() });
+        }
+        for group in inner {
+            let path = format!("{path}/{}", group.name());
+            within(&[groups, &[group]].concat(), &path, seen, found)?;
+        }
+        Ok(())
+    }
+    let root = file.root_group().map_err(|e| format!("has no root group that can be read: {e}"))?;
+    let mut found = Vec::new();
+    within(&[root], "", &mut BTreeSet::new(), &mut found)?;
+    found.sort_by(|a, b| a.path.cmp(&b.path));
+    Ok(found)
+}
+
+/// The dataset at a path such as "/gas/density".
+fn named(file: &Hdf5File, name: &str) -> std::result::Result<Found, String> {
+    let parts: Vec<&str> = name.split('/').filter(|part| !part.is_empty()).collect();
+    let mut groups = vec![file.root_group().map_err(|e| format!("has no root group that can be read: {e}"))?];
+    let missing = |reason: String| match datasets(file) {
+        Ok(all) => {
+            let near = nearest(name, all.iter().map(|found| found.path.as_str())).map(|near| format!("did you mean \"{near}\"? "));
+            format!("has no dataset \"{name}\" ({reason}): {}it holds {}", near.unwrap_or_default(), listed(&all))
+        }
+        Err(_) => format!("has no dataset \"{name}\": {reason}"),
+    };
+    let Some((last, outer)) = parts.split_last() else { return Err(missing("the path is empty".into())) };
+    for part in outer {
+        let next = groups[groups.len() - 1].group(part).map_err(|e| missing(e.to_string()))?;
+        groups.push(next);
+    }
+    let dataset = groups[groups.len() - 1].dataset(last).map_err(|e| missing(e.to_string()))?;
+    Ok(Found { path: format!("/{}", parts.join("/")), dataset, groups })
+}
+
+/// The only dataset that can be a grid.
+fn only(file: &Hdf5File) -> std::result::Result<Found, String> {
+    let mut all = datasets(file)?;
+    let able: Vec<usize> =
+        (0..all.len()).filter(|i| stored(&all[*i].dataset).is_ok() && long_axes(all[*i].dataset.shape()).len() == 3).collect();
+    match able[..] {
+        [index] => Ok(all.swap_remove(index)),
+        [] if all.is_empty() => Err("holds no datasets".into()),
+        [] => Err(format!("holds no dataset of numbers with three axes; it holds {}", listed(&all))),
+        _ => {
+            let able: Vec<String> = able.iter().map(|i| format!("\"{}\"", all[*i].path)).collect();
+            Err(format!("holds {} datasets of three axes ({}); name one with array = \"...\"", able.len(), few(&able)))
+        }
+    }
+}
+
+fn listed(all: &[Found]) -> String {
+    let names: Vec<String> = all.iter().map(|found| format!("\"{}\" ({})", found.path, edges(found.dataset.shape()))).collect();
+    if names.is_empty() { "none".into() } else { few(&names) }
+}
+
+/// Names as a list that is no longer than people read.
+fn few(names: &[String]) -> String {
+    const READ: usize = 12;
+    let more = if names.len() > READ { format!(" and {} more", names.len() - READ) } else { String::new() };
+    names.iter().take(READ).cloned().collect::<Vec<_>>().join(", ") + &more
+}
+
+/// The axes of an array: those that are longer than one where there are more than three.
+fn long_axes(shape: &[u64]) -> Vec<usize> {
+    (0..shape.len()).filter(|axis| shape.len() == 3 || shape[*axis] != 1).collect()
+}
+
+/// The type of a dataset's numbers, or what is wrong with it.
+fn stored(dataset: &Dataset) -> std::result::Result<Stored, String> {
+    let stored = slabs::stored(dataset.dtype());
+    let stored = stored.ok_or_else(|| format!("holds {}, which are no real numbers", name_of(dataset.dtype())))?;
+    if let Number::Float(size) = stored.kind {
+        // Numbers with a point may be laid out in any way; those of IEEE 754 alone are read.
+        let message = dataset.raw_datatype().map_err(|e| e.to_string())?;
+        if message.get(FLOAT_LAYOUT..FLOAT_LAYOUT + 12) != Some(&ieee_754(size)) {
+            return Err(format!("holds floats of {size} bytes that are not those of IEEE 754: convert them first"));
+        }
+    }
+    Ok(stored)
+}
+
+/// Where the layout of a floating-point number stands in the message of its type.
+const FLOAT_LAYOUT: usize = 8;
+
+/// Bit offset, precision, place and size of the exponent, place and size of the mantissa, and bias. Source: HDF5 File
+/// Format Specification 3.0, §IV.A.2.d.
+fn ieee_754(size: usize) -> [u8; 12] {
+    let (mantissa, exponent, bias): (u8, u8, u32) = match size {
+        2 => (10, 5, 15),
+        4 => (23, 8, 127),
+        _ => (52, 11, 1023),
+    };
+    let [b0, b1, b2, b3] = bias.to_le_bytes();
+    [0, 0, 8 * size as u8, 0, mantissa, exponent, 0, mantissa, b0, b1, b2, b3]
+}
+
+/// A type in words.
+fn name_of(kind: &Datatype) -> String {
+    match kind {
+        Datatype::FixedPoint { size, .. } => format!("whole numbers of {size} bytes"),
+        Datatype::FloatingPoint { size, .. } => format!("floats of {size} bytes"),
+        Datatype::String { .. } => "texts".into(),
+        Datatype::Compound { .. } => "records (a compound type)".into(),
+        Datatype::Array { .. } => "arrays".into(),
+        Datatype::Enum { .. } => "names (an enumeration)".into(),
+        Datatype::VarLen { .. } => "lists of any length".into(),
+        Datatype::Opaque { .. } => "opaque bytes".into(),
+        Datatype::Reference { .. } => "references".into(),
+        Datatype::Bitfield { .. } => "bit fields".into(),
+    }
+}

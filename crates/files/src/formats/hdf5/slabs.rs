@@ -1,0 +1,126 @@
+//! A dataset read in blocks of whole chunks, several of them unpacked at once.
+
+use std::ops::Range;
+
+use hdf5_reader::{Dataset, Datatype, H5Type, SliceInfo, SliceInfoElem};
+use rayon::prelude::*;
+
+use crate::formats::Kept;
+use crate::formats::gather::Gather;
+use crate::formats::numbers::{Number, Stored};
+
+/// Bytes of a block, as stored, beyond which it takes no further chunks.
+const BLOCK: usize = 4 << 20;
+
+/// The three axes of a dataset that are read, and how.
+pub struct Slabs<'a> {
+    dataset: &'a Dataset,
+    axes: [usize; 3],
+    /// Elements of a block along each axis; blocks begin at multiples of them.
+    block: [usize; 3],
+}
+
+impl<'a> Slabs<'a> {
+    /// Blocks for an array whose axes are these ones of the dataset, the slowest first.
+    pub fn new(dataset: &'a Dataset, stored: Stored, axes: [usize; 3]) -> Self {
+        let shape = axes.map(|axis| dataset.shape()[axis] as usize);
+        let chunk = dataset.chunks();
+        let chunk = axes.map(|axis| chunk.as_ref().and_then(|c| c.get(axis)).map_or(1, |edge| (*edge as usize).max(1)));
+        let mut block = chunk;
+        for axis in [2, 1, 0] {
+            let others: usize = (0..3).filter(|i| *i != axis).fold(stored.size(), |bytes, i| bytes.saturating_mul(block[i]));
+            let chunks = (BLOCK / others.saturating_mul(chunk[axis]).max(1)).clamp(1, shape[axis].div_ceil(chunk[axis]).max(1));
+            block[axis] = chunks * chunk[axis];
+        }
+        Self { dataset, axes, block }
+    }
+
+    /// What `gather` wants of it.
+    pub fn gathered<T: Kept>(&self, mut gather: Gather<T>) -> Result<Vec<T>, String> {
+        let [slow, middle, fast] = std::array::from_fn(|axis| cuts(&gather.ranges[axis], self.block[axis]));
+        let mut blocks = slow.flat_map(|i| {
+            let fast = fast.clone();
+            middle.clone().flat_map(move |j| {
+                fast.clone().map({
+                    let i = i.clone();
+                    move |k| [i.clone(), j.clone(), k]
+                })
+            })
+        });
+        let together = 2 * rayon::current_num_threads();
+        loop {
+            let some: Vec<[Range<usize>; 3]> = blocks.by_ref().take(together).collect();
+            if some.is_empty() {
+                return Ok(gather.finish());
+            }
+            let read: Vec<Result<_, String>> = some.par_iter().map(|block| self.read::<T>(block)).collect();
+            for ([slow, middle, fast], values) in some.into_iter().zip(read) {
+                let values = values?;
+                let mut rows = values.chunks_exact(fast.len());
+                for i in slow {
+                    for j in middle.clone() {
+                        let row = rows.next().ok_or("fewer elements than its shape says")?;
+                        gather.run([i, j, fast.start], row.iter().map(|v| v.0));
+                    }
+                }
+            }
+        }
+    }
+
+    fn read<T: Kept>(&self, block: &[Range<usize>; 3]) -> Result<Vec<Value<T>>, String> {
+        let of = |axis: usize| match self.axes.iter().position(|own| *own == axis) {
+            Some(i) => SliceInfoElem::Slice { start: block[i].start as u64, end: block[i].end as u64, step: 1 },
+            None => SliceInfoElem::Index(0),
+        };
+        let selections = (0..self.dataset.ndim()).map(of).collect();
+        let read = self.dataset.read_slice::<Value<T>>(&SliceInfo { selections });
+        Ok(read.map_err(|e| e.to_string())?.into_raw_vec_and_offset().0)
+    }
+}
+
+/// A range in pieces that end at multiples of `edge`.
+fn cuts(range: &Range<usize>, edge: usize) -> impl Iterator<Item = Range<usize>> + Clone + use<> {
+    let (start, end) = (range.start, range.end);
+    (start / edge..end.div_ceil(edge)).map(move |i| (i * edge).max(start)..((i + 1) * edge).min(end))
+}
+
+/// A number of any stored type.
+#[derive(Clone)]
+pub struct Value<T>(pub T);
+
+impl<T: Kept> H5Type for Value<T> {
+    fn hdf5_type() -> Datatype {
+        f64::hdf5_type()
+    }
+
+    fn from_bytes(bytes: &[u8], kind: &Datatype) -> hdf5_reader::error::Result<Self> {
+        let mut value = None;
+        if let Some(stored) = stored(kind) {
+            stored.decode(bytes, |v| value = Some(Self(v)));
+        }
+        value.ok_or_else(|| hdf5_reader::error::Error::InvalidData("a value is no number".into()))
+    }
+
+    fn element_size(kind: &Datatype) -> usize {
+        stored(kind).map_or(0, Stored::size)
+    }
+
+    fn decode_vec(bytes: &[u8], kind: &Datatype, count: usize) -> Option<hdf5_reader::error::Result<Vec<Self>>> {
+        let stored = stored(kind)?;
+        let bytes = bytes.get(..count.checked_mul(stored.size())?)?;
+        let mut values = Vec::with_capacity(count);
+        stored.decode(bytes, |v| values.push(Self(v)));
+        Some(Ok(values))
+    }
+}
+
+/// How numbers of a type are stored; none where they are no real numbers.
+pub fn stored(kind: &Datatype) -> Option<Stored> {
+    let (kind, order) = match kind {
+        Datatype::FixedPoint { size, signed: true, byte_order } => (Number::Int(usize::from(*size)), byte_order),
+        Datatype::FixedPoint { size, signed: false, byte_order } => (Number::Uint(usize::from(*size)), byte_order),
+        Datatype::FloatingPoint { size, byte_order } => (Number::Float(usize::from(*size)), byte_order),
+        _ => return None,
+    };
+    Stored::new(kind, *order == hdf5_reader::ByteOrder::BigEndian)
+}
