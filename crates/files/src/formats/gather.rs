@@ -5,16 +5,36 @@ use std::ops::Range;
 use std::path::Path;
 
 use barnard::data::{Numbers, Part};
-use barnard::error::Result;
+use barnard::error::Error;
 use barnard::memory;
+use rayon::prelude::*;
 
 use super::Kept;
 use super::numbers::Stored;
 
+/// Elements along each axis, the slowest first.
+pub type Block = [Range<usize>; 3];
+
+/// The blocks into which blocks of this size, the first at the beginning of the array, cut what is wanted of it.
+pub fn cut(ranges: &Block, edges: [usize; 3]) -> impl Iterator<Item = Block> + use<> {
+    let along = |axis: usize| {
+        let (range, edge) = (ranges[axis].clone(), edges[axis].max(1));
+        (range.start / edge..range.end.div_ceil(edge)).map(move |i| (i * edge).max(range.start)..((i + 1) * edge).min(range.end))
+    };
+    let [slow, middle, fast] = [0, 1, 2].map(along);
+    slow.flat_map(move |i| {
+        let fast = fast.clone();
+        middle.clone().flat_map(move |j| {
+            let i = i.clone();
+            fast.clone().map(move |k| [i.clone(), j.clone(), k])
+        })
+    })
+}
+
 /// The elements of a part, or the means of blocks of them, in the order in which the file stores them.
 pub struct Gather<T> {
-    /// Elements along each axis, the slowest first.
-    pub ranges: [Range<usize>; 3],
+    /// What is wanted of the array.
+    pub ranges: Block,
     shape: [usize; 3],
     every: usize,
     clip: bool,
@@ -31,14 +51,15 @@ impl<T: Kept> Gather<T> {
     ///
     /// # Errors
     /// Where it takes more.
-    pub fn new(part: &Part, fortran: bool, path: &Path, limit: u64) -> Result<Self> {
+    pub fn new(part: &Part, fortran: bool, path: &Path, limit: u64) -> Result<Self, Error> {
         let (mut ranges, mut shape) = (part.ranges.clone(), part.shape());
         if fortran {
             ranges.reverse();
             shape.reverse();
         }
         let cells = shape.iter().fold(1u64, |cells, edge| cells.saturating_mul(*edge as u64));
-        let size = if part.every > 1 { 8 } else { size_of::<T>().min(4) };
+        // Doubles that stay as they are count as singles: a grid holds those, and the limit is a grid's.
+        let size = if part.every > 1 { 8 } else { 4 };
         memory::check(&format!("the array of {}", path.display()), cells.saturating_mul(size as u64), limit)?;
         let cells = cells as usize;
         let kept = if part.every > 1 { Store::Sums(vec![0.0; cells]) } else { Store::Elements(vec![T::of(0.0); cells]) };
@@ -100,8 +121,8 @@ impl<T: Kept> Gather<T> {
         shape: [usize; 3],
         stored: Stored,
         value: impl Fn(T) -> T,
-        mut fill: impl FnMut(u64, &mut [u8]) -> Result<()>,
-    ) -> Result<()> {
+        mut fill: impl FnMut(u64, &mut [u8]) -> Result<(), Error>,
+    ) -> Result<(), Error> {
         let [slow, middle, fast] = self.ranges.clone();
         let mut bytes = vec![0; fast.len() * stored.size()];
         let mut elements = Vec::with_capacity(fast.len());
@@ -115,6 +136,38 @@ impl<T: Kept> Gather<T> {
             }
         }
         Ok(())
+    }
+
+    /// Takes blocks of elements, the last index fastest within each, several of them unpacked at once.
+    ///
+    /// `fetch` gets what is stored of a block, one after the other; `unpack` makes its elements of that.
+    ///
+    /// # Errors
+    /// Those of `fetch` and `unpack`, of the first block that has one.
+    pub fn blocks<B: Send, E: Send>(
+        &mut self,
+        mut blocks: impl Iterator<Item = Block>,
+        mut fetch: impl FnMut(&Block) -> Result<B, E>,
+        unpack: impl Fn(&Block, B) -> Result<Vec<T>, E> + Sync,
+    ) -> Result<(), E> {
+        let together = 2 * rayon::current_num_threads();
+        loop {
+            let some = blocks.by_ref().take(together).map(|block| fetch(&block).map(|stored| (block, stored)));
+            let some = some.collect::<Result<Vec<_>, E>>()?;
+            if some.is_empty() {
+                return Ok(());
+            }
+            let unpacked: Vec<_> = some.into_par_iter().map(|(block, stored)| (unpack(&block, stored), block)).collect();
+            for (elements, [slow, middle, fast]) in unpacked {
+                let elements = elements?;
+                let mut rows = elements.chunks(fast.len());
+                for i in slow {
+                    for j in middle.clone() {
+                        self.run([i, j, fast.start], rows.next().unwrap_or_default().iter().copied());
+                    }
+                }
+            }
+        }
     }
 
     /// What was collected.
@@ -137,7 +190,7 @@ fn clipped<T: Kept>(value: T, clip: bool) -> T {
 ///
 /// # Errors
 /// Where it takes more.
-pub fn part_of(numbers: &Numbers, shape: [usize; 3], fortran: bool, part: &Part, label: &Path, limit: u64) -> Result<Numbers> {
+pub fn part_of(numbers: &Numbers, shape: [usize; 3], fortran: bool, part: &Part, label: &Path, limit: u64) -> Result<Numbers, Error> {
     fn of<T: Kept>(all: &[T], shape: [usize; 3], mut gather: Gather<T>) -> Vec<T> {
         let [slow, middle, fast] = gather.ranges.clone();
         for i in slow {

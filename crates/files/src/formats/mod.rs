@@ -2,8 +2,8 @@
 
 mod exr;
 mod fits;
-mod fits_cards;
 mod gather;
+mod gzip;
 mod hdf5;
 mod npy;
 mod npz;
@@ -142,8 +142,15 @@ pub struct Writer {
 /// All formats that can be written.
 pub const WRITERS: &[Writer] = &[exr::WRITER, fits::WRITER, npy::WRITER, png::WRITER];
 
+/// What stands behind the last point of a path's name, or behind the one before where that is how a file was packed.
 fn extension(path: &Path) -> String {
-    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    let mut parts = name.rsplit('.');
+    match (parts.next(), parts.next()) {
+        (Some("gz"), Some(inner)) => format!("{inner}.gz"),
+        (Some(last), Some(_)) => last.to_owned(),
+        _ => String::new(),
+    }
 }
 
 /// The writer for a path, by its extension.

@@ -1,12 +1,9 @@
 //! A dataset read in blocks of whole chunks, several of them unpacked at once.
 
-use std::ops::Range;
-
 use hdf5_reader::{Dataset, Datatype, H5Type, SliceInfo, SliceInfoElem};
-use rayon::prelude::*;
 
 use crate::formats::Kept;
-use crate::formats::gather::Gather;
+use crate::formats::gather::{Block, Gather, cut};
 use crate::formats::numbers::{Number, Stored};
 
 /// Bytes of a block, as stored, beyond which it takes no further chunks.
@@ -37,51 +34,20 @@ impl<'a> Slabs<'a> {
 
     /// What `gather` wants of it.
     pub fn gathered<T: Kept>(&self, mut gather: Gather<T>) -> Result<Vec<T>, String> {
-        let [slow, middle, fast] = std::array::from_fn(|axis| cuts(&gather.ranges[axis], self.block[axis]));
-        let mut blocks = slow.flat_map(|i| {
-            let fast = fast.clone();
-            middle.clone().flat_map(move |j| {
-                fast.clone().map({
-                    let i = i.clone();
-                    move |k| [i.clone(), j.clone(), k]
-                })
-            })
-        });
-        let together = 2 * rayon::current_num_threads();
-        loop {
-            let some: Vec<[Range<usize>; 3]> = blocks.by_ref().take(together).collect();
-            if some.is_empty() {
-                return Ok(gather.finish());
-            }
-            let read: Vec<Result<_, String>> = some.par_iter().map(|block| self.read::<T>(block)).collect();
-            for ([slow, middle, fast], values) in some.into_iter().zip(read) {
-                let values = values?;
-                let mut rows = values.chunks_exact(fast.len());
-                for i in slow {
-                    for j in middle.clone() {
-                        let row = rows.next().ok_or("fewer elements than its shape says")?;
-                        gather.run([i, j, fast.start], row.iter().map(|v| v.0));
-                    }
-                }
-            }
-        }
+        let blocks = cut(&gather.ranges, self.block);
+        gather.blocks(blocks, |_| Ok(()), |block, ()| self.read(block))?;
+        Ok(gather.finish())
     }
 
-    fn read<T: Kept>(&self, block: &[Range<usize>; 3]) -> Result<Vec<Value<T>>, String> {
+    fn read<T: Kept>(&self, block: &Block) -> Result<Vec<T>, String> {
         let of = |axis: usize| match self.axes.iter().position(|own| *own == axis) {
             Some(i) => SliceInfoElem::Slice { start: block[i].start as u64, end: block[i].end as u64, step: 1 },
             None => SliceInfoElem::Index(0),
         };
         let selections = (0..self.dataset.ndim()).map(of).collect();
         let read = self.dataset.read_slice::<Value<T>>(&SliceInfo { selections });
-        Ok(read.map_err(|e| e.to_string())?.into_raw_vec_and_offset().0)
+        Ok(read.map_err(|e| e.to_string())?.into_iter().map(|v| v.0).collect())
     }
-}
-
-/// A range in pieces that end at multiples of `edge`.
-fn cuts(range: &Range<usize>, edge: usize) -> impl Iterator<Item = Range<usize>> + Clone + use<> {
-    let (start, end) = (range.start, range.end);
-    (start / edge..end.div_ceil(edge)).map(move |i| (i * edge).max(start)..((i + 1) * edge).min(end))
 }
 
 /// A number of any stored type.

@@ -12,7 +12,7 @@ pub struct Cards(Vec<u8>);
 
 impl Cards {
     pub fn push(&mut self, card: String) {
-        let ascii: String = super::ascii(&card).chars().take(CARD).collect();
+        let ascii: String = crate::formats::ascii(&card).chars().take(CARD).collect();
         self.0.extend(format!("{ascii:<CARD$}").bytes());
     }
     pub fn value(&mut self, keyword: &str, value: impl std::fmt::Display, comment: &str) {
@@ -24,7 +24,7 @@ impl Cards {
     pub fn text(&mut self, keyword: &str, value: &str, comment: &str) {
         // Quotes are written twice, and no cut parts them.
         let mut text = String::new();
-        for c in super::ascii(value).chars() {
+        for c in crate::formats::ascii(value).chars() {
             let written = if c == '\'' { "''".to_owned() } else { c.to_string() };
             if text.len() + written.len() > 66 {
                 break;
@@ -45,7 +45,7 @@ impl Cards {
     pub fn history(&mut self, text: &str) {
         const WIDTH: usize = 72;
         let mut line = String::new();
-        let text = super::ascii(text);
+        let text = crate::formats::ascii(text);
         // One word may be longer than a card.
         let pieces = text.split_whitespace().flat_map(|word| word.as_bytes().chunks(WIDTH)).map(String::from_utf8_lossy);
         for word in pieces {

@@ -1,0 +1,175 @@
+//! FITS: images with units, pixel scale and certificate; cubes as input.
+//!
+//! Own code, small on purpose: input is not trusted, so sizes are checked before anything is allocated, and output
+//! needs one cube, its keywords and nothing else. Source: FITS standard 4.0 (2018, doi 10.5281/zenodo.3660299 text),
+//! §3.3, §4.4, §8.
+
+mod cards;
+mod header;
+mod tiles;
+mod write;
+
+use std::io::{BufReader, Read, SeekFrom};
+
+use self::header::{Header, headers};
+use self::write::encode;
+
+use super::gather::Gather;
+use super::gzip;
+use super::numbers::{Number, Stored};
+use super::{Kept, Member, Reader, Request, Writer, checked_shape, three_axes};
+use barnard::data::{Array, Choose, Layout, Numbers, Part};
+use barnard::error::{Error, Result};
+use barnard::image::{Image, Samples};
+
+pub(super) const READER: Reader = Reader {
+    extensions: &["fits", "fit", "fts", "fits.gz", "fit.gz", "fts.gz", "fz"],
+    summary: "FITS image HDU, three axes, also in tiles or packed by gzip",
+    array: Some(array),
+    members: Some(members),
+    image: Some(image),
+};
+pub(super) const WRITER: Writer =
+    Writer { extension: "fits", summary: "one image HDU a band: BUNIT, pixel scale, passband, certificate", encode };
+
+/// The type of an image's numbers by its BITPIX.
+fn stored_of(bitpix: Option<i64>) -> std::result::Result<Stored, String> {
+    let kind = match bitpix {
+        Some(8) => Number::Uint(1),
+        Some(16) => Number::Int(2),
+        Some(32) => Number::Int(4),
+        Some(64) => Number::Int(8),
+        Some(-32) => Number::Float(4),
+        Some(-64) => Number::Float(8),
+        other => return Err(format!("BITPIX = {} is none of 8, 16, 32, 64, -32, -64", other.unwrap_or(0))),
+    };
+    Ok(Stored { kind, big_endian: true })
+}
+
+/// What a number of an image stands for: scaled by BSCALE and BZERO; blank integers are NaN.
+fn value_of<T: Kept>(header: &Header) -> impl Fn(f64) -> T + Sync + use<T> {
+    let (scale, zero) = (header.number("BSCALE").unwrap_or(1.0), header.number("BZERO").unwrap_or(0.0));
+    let blank = header.integer("BLANK").filter(|_| header.bitpix() > Some(0)).map(|blank| blank as f64);
+    move |v| T::of(if Some(v) == blank { f64::NAN } else { zero + scale * v })
+}
+
+/// What is meant of the pixel values of an HDU of this shape, the slowest axis first, whose axes have these numbers in the
+/// file.
+fn values<T: Kept>(request: &mut Request, header: &Header, numbers: [Option<usize>; 3], shape: [usize; 3], part: &Part) -> Result<Vec<T>> {
+    let path = request.path;
+    let stored = stored_of(header.bitpix()).map_err(|reason| Error::file(path, reason))?;
+    let mut gather = Gather::new(part, false, path, request.memory_limit)?;
+    if header.is_packed() {
+        return tiles::gathered(request, header, numbers, gather);
+    }
+    let (there, cells) = (request.length.saturating_sub(header.data), shape.iter().product::<usize>());
+    if cells.checked_mul(stored.size()).is_none_or(|announced| announced as u64 > there) {
+        let announced = format!("{cells} values of {} bytes announced", stored.size());
+        return Err(Error::file(path, format!("is truncated: {announced}, {there} bytes there")));
+    }
+    let value = value_of(header);
+    let failed = |e| Error::file(path, format!("cannot be read: {e}"));
+    request.source.seek(SeekFrom::Start(header.data)).map_err(failed)?;
+    let mut reader = BufReader::with_capacity(1 << 16, &mut *request.source);
+    let mut at = 0;
+    gather.rows(
+        shape,
+        stored,
+        |v: T| value(v.number()),
+        |from, bytes| {
+            reader.seek_relative((from - at) as i64).and_then(|()| reader.read_exact(bytes)).map_err(failed)?;
+            at = from + bytes.len() as u64;
+            Ok(())
+        },
+    )?;
+    Ok(gather.finish())
+}
+
+fn array(request: &mut Request, choose: Choose) -> Result<Array> {
+    gzip::unpacked(request)?;
+    let headers = headers(request)?;
+    let squeezed = |h: &Header| h.squeezed().into_iter().map(|(_, n)| n).collect::<Vec<u64>>();
+    let header = match request.part {
+        Some(part) => {
+            let number: Option<usize> = part.parse().ok();
+            let by_name = |h: &&Header| h.text("EXTNAME") == Some(part);
+            number.and_then(|n| headers.get(n)).or_else(|| headers.iter().find(by_name)).ok_or_else(|| {
+                Error::file(request.path, format!("has no HDU \"{part}\"; it has {} (0 to {})", headers.len(), headers.len() - 1))
+            })?
+        }
+        None => {
+            let cubes: Vec<usize> = (0..headers.len()).filter(|i| squeezed(&headers[*i]).len() == 3).collect();
+            if cubes.len() > 1 {
+                let reason = format!("holds {} cubes (HDUs {cubes:?}); choose one with array = \"{}\"", cubes.len(), cubes[0]);
+                return Err(Error::file(request.path, reason));
+            }
+            &headers[cubes.first().copied().unwrap_or(0)]
+        }
+    };
+    let tables = if squeezed(header).is_empty() { headers.iter().find_map(Header::table) } else { header.table() };
+    if let Some(what) = tables {
+        return Err(Error::file(request.path, format!("{what}; a grid is an image HDU of three axes")));
+    }
+    // FITS lists the fastest axis first; indices in C order run the other way.
+    let mut axes = header.squeezed();
+    axes.reverse();
+    let (shape, _) = three_axes(request.path, &axes.iter().map(|(_, length)| *length).collect::<Vec<_>>())?;
+    let numbers = std::array::from_fn(|i| Some(axes[i].0));
+    let part = choose(&Layout { shape, frame: Some(header.frame()) })?;
+    // What is scaled may need more digits than are stored.
+    let is_scaled = ["BSCALE", "BZERO"].iter().any(|key| header.number(key).is_some());
+    let data = match header.bitpix() {
+        Some(8 | 16 | -32) if !is_scaled => Numbers::Single(values::<f32>(request, header, numbers, shape, &part)?.into()),
+        _ => Numbers::Double(values::<f64>(request, header, numbers, shape, &part)?.into()),
+    };
+    Ok(Array { shape: part.shape(), data, fortran: false })
+}
+
+fn members(request: &mut Request) -> Result<Vec<Member>> {
+    gzip::unpacked(request)?;
+    let headers = headers(request)?;
+    let of = |(number, header): (usize, &Header)| {
+        let kind = header.table().unwrap_or_else(|| match header.squeezed().len() {
+            0 => "no data".into(),
+            axes => format!("image of {axes} axes longer than one"),
+        });
+        let mut facts = vec![("kind", kind)];
+        let fact = |what, key: &str| header.text(key).filter(|text| !text.trim().is_empty()).map(|text| (what, text.trim().to_owned()));
+        facts.extend(fact("name", "EXTNAME"));
+        if header.table().is_none() && !header.squeezed().is_empty() {
+            facts.push(("axes", super::edges(header.axes().unwrap_or_default()) + ", the fastest first"));
+            facts.extend(header.bitpix().map(|bits| ("type", format!("BITPIX {bits}"))));
+            facts.extend(fact("packed", "ZCMPTYPE").map(|(what, packing)| (what, format!("in tiles by {packing}"))));
+            facts.extend(fact("unit", "BUNIT"));
+            for (axis, letter) in
+                header.frame().axes.iter().rev().zip(["x", "y", "z"]).filter_map(|(axis, letter)| Some((axis.as_ref()?, letter)))
+            {
+                facts.push((letter, super::steps(axis)));
+            }
+        }
+        Member { name: number.to_string(), facts }
+    };
+    Ok(headers.iter().enumerate().map(of).collect())
+}
+
+fn image(request: &mut Request) -> Result<Image> {
+    gzip::unpacked(request)?;
+    let headers = headers(request)?;
+    let mut bands = Vec::new();
+    let (mut size, mut data, mut double) = (None, Vec::new(), false);
+    for header in headers.iter().filter(|h| h.axes().is_some_and(|a| a.len() == 2)) {
+        let axes = header.axes().unwrap_or_default();
+        let (shape, _) = checked_shape(request.path, request.memory_limit, &[1, axes[1], axes[0]])?;
+        if *size.get_or_insert((axes[0], axes[1])) != (axes[0], axes[1]) {
+            return Err(Error::file(request.path, "holds images of different sizes"));
+        }
+        double |= header.bitpix() == Some(-64);
+        bands.push(header.text("EXTNAME").map_or_else(|| super::nameless(bands.len()), str::to_owned));
+        // The first row of FITS is the lowest.
+        let values: Vec<f64> = values(request, header, [None, Some(2), Some(1)], shape, &Layout { shape, frame: None }.whole())?;
+        data.extend(values.chunks(axes[0] as usize).rev().flatten().copied());
+    }
+    let (width, height) = size.ok_or_else(|| Error::file(request.path, "holds no two-dimensional image"))?;
+    let samples = if double { Samples::Double(data) } else { Samples::Single(data.iter().map(|v| *v as f32).collect()) };
+    Ok(Image::bare(width as usize, height as usize, bands, samples))
+}

@@ -1,0 +1,426 @@
+//! Images that stand in a table, tile by tile, packed by gzip or Rice, as fpack, CFITSIO and astropy write them.
+//!
+//! Source: FITS standard 4.0, §10; Pence, White & Seaman 2010, PASP 122, 1065 (Rice coding, dithering).
+
+use std::io::Read;
+use std::sync::OnceLock;
+
+use barnard::error::{Error, Result};
+use barnard::memory;
+use flate2::read::MultiGzDecoder;
+
+use super::header::Header;
+use super::{stored_of, value_of};
+use crate::formats::gather::{Block, Gather, cut};
+use crate::formats::numbers::{Number, Stored};
+use crate::formats::{Kept, Request};
+
+/// Where an image's tiles are, and how they are packed.
+struct Tiles<'h> {
+    header: &'h Header,
+    /// Lengths of the image's and the tiles' axes, the fastest first.
+    axes: Vec<u64>,
+    edges: Vec<u64>,
+    table: Table,
+    packing: Packing,
+    /// What the image's numbers are, and those that are packed where they were made whole ones.
+    stored: Stored,
+    dither: Dither,
+}
+
+/// How the numbers of a tile are packed.
+#[derive(Clone, Copy, PartialEq)]
+enum Packing {
+    None,
+    Gzip { shuffled: bool },
+    Rice { pixels: usize, bytes: usize },
+}
+
+/// What was added to numbers before they were made whole.
+#[derive(Clone, Copy, PartialEq)]
+enum Dither {
+    None,
+    /// An offset for each number, by a seed; and whether zero was kept as it was.
+    Subtractive {
+        seed: usize,
+        keeps_zero: bool,
+    },
+}
+
+/// What the file has of a tile.
+struct Tile {
+    bytes: Vec<u8>,
+    packing: Packing,
+    /// What its numbers were multiplied by to be whole, and what was added; none where they are themselves.
+    scale: Option<(f64, f64)>,
+    blank: Option<f64>,
+    /// Its place among the tiles.
+    row: usize,
+}
+
+/// What is meant of an image of this shape, whose axes are those of `numbers` in the file, into `gather`.
+pub fn gathered<T: Kept>(request: &mut Request, header: &Header, numbers: [Option<usize>; 3], mut gather: Gather<T>) -> Result<Vec<T>> {
+    let (path, limit) = (request.path, request.memory_limit);
+    let wrong = |reason: String| Error::file(path, reason);
+    let tiles = Tiles::of(header).map_err(wrong)?;
+    let elements = tiles.edges.iter().fold(1u64, |cells, edge| cells.saturating_mul(*edge));
+    memory::check(&format!("a tile of {}", path.display()), elements.saturating_mul(8), limit)?;
+    let edges = numbers.map(|number| number.and_then(|n| tiles.edges.get(n - 1)).map_or(1, |edge| *edge as usize));
+    let whole: Vec<u64> = tiles.axes.iter().zip(&tiles.edges).map(|(axis, edge)| axis.div_ceil(*edge)).collect();
+    let place = |block: &Block| {
+        let mut at = vec![0u64; tiles.axes.len()];
+        for (i, number) in numbers.iter().enumerate() {
+            if let Some(slot) = number.and_then(|n| at.get_mut(n - 1)) {
+                *slot = (block[i].start / edges[i]) as u64;
+            }
+        }
+        at
+    };
+    let row = |at: &[u64]| at.iter().zip(&whole).rev().fold(0, |row, (at, count)| row * count + at) as usize;
+    let value = value_of::<T>(header);
+    let blocks = cut(&gather.ranges, edges);
+    gather.blocks(
+        blocks,
+        |block| tiles.fetch(request, row(&place(block))),
+        |block, tile| {
+            let at = place(block);
+            let sizes: Vec<u64> = (0..at.len()).map(|i| tiles.edges[i].min(tiles.axes[i] - at[i] * tiles.edges[i])).collect();
+            let count = sizes.iter().product::<u64>() as usize;
+            let failed = |reason| Error::file(path, format!("tile {}: {reason}", tile.row + 1));
+            let all = tiles.unpack(&tile, count).map_err(failed)?;
+            let size = |i: usize| numbers[i].and_then(|n| sizes.get(n - 1)).map_or(1, |size| *size as usize);
+            let mut values = Vec::with_capacity(block.iter().map(|range| range.len()).product());
+            let inner: [_; 3] = std::array::from_fn(|i| {
+                let first = block[i].start / edges[i] * edges[i];
+                block[i].start - first..block[i].end - first
+            });
+            for i in inner[0].clone() {
+                for j in inner[1].clone() {
+                    let start = (i * size(1) + j) * size(2);
+                    values.extend(all[start + inner[2].start..start + inner[2].end].iter().map(|v| value(*v)));
+                }
+            }
+            Ok(values)
+        },
+    )?;
+    Ok(gather.finish())
+}
+
+impl<'h> Tiles<'h> {
+    fn of(header: &'h Header) -> Result<Self, String> {
+        let axes = header.axes().ok_or("ZNAXIS is missing or impossible")?;
+        let stored = stored_of(header.bitpix())?;
+        let edge = |i: usize| match header.integer(&format!("ZTILE{i}")) {
+            Some(edge) if edge > 0 => Ok((edge as u64).min(axes[i - 1])),
+            Some(edge) => Err(format!("ZTILE{i} = {edge} is no length of a tile")),
+            // Without a word a tile is a row.
+            None => Ok(if i == 1 { axes[0] } else { 1 }),
+        };
+        let edges = (1..=axes.len()).map(edge).collect::<Result<Vec<u64>, String>>()?;
+        let option = |name: &str| {
+            let number = (1..).map_while(|i| header.text(&format!("ZNAME{i}"))).position(|own| own == name)?;
+            header.integer(&format!("ZVAL{}", number + 1))
+        };
+        let packing = match header.text("ZCMPTYPE").unwrap_or("none") {
+            "NOCOMPRESS" => Packing::None,
+            "GZIP_1" => Packing::Gzip { shuffled: false },
+            "GZIP_2" => Packing::Gzip { shuffled: true },
+            "RICE_1" | "RICE_ONE" => Packing::Rice {
+                pixels: option("BLOCKSIZE").and_then(|n| usize::try_from(n).ok()).filter(|n| *n > 0).unwrap_or(32),
+                bytes: option("BYTEPIX").and_then(|n| usize::try_from(n).ok()).unwrap_or(4),
+            },
+            other => return Err(format!("its tiles are packed by {other}, which is not read: unpack the file with funpack first")),
+        };
+        if let Packing::Rice { bytes, .. } = packing
+            && ![1, 2, 4].contains(&bytes)
+        {
+            return Err(format!("BYTEPIX = {bytes} is none of 1, 2, 4"));
+        }
+        let seed = header.integer("ZDITHER0").and_then(|n| usize::try_from(n).ok()).unwrap_or(1).max(1);
+        let dither = match header.text("ZQUANTIZ").unwrap_or("NO_DITHER") {
+            "SUBTRACTIVE_DITHER_1" => Dither::Subtractive { seed, keeps_zero: false },
+            "SUBTRACTIVE_DITHER_2" => Dither::Subtractive { seed, keeps_zero: true },
+            _ => Dither::None,
+        };
+        Ok(Self { header, axes, edges, table: Table::of(header)?, packing, stored, dither })
+    }
+
+    /// Reads what the file has of a tile.
+    fn fetch(&self, request: &mut Request, row: usize) -> Result<Tile> {
+        let path = request.path;
+        let wrong = |reason: &str| Error::file(path, format!("tile {}: {reason}", row + 1));
+        let missing = || wrong("the file ends before it: it is truncated or broken");
+        let place = (row as u64).checked_mul(self.table.row as u64).and_then(|at| at.checked_add(self.header.data));
+        let cells = request.bytes(place.filter(|_| row < self.table.rows).ok_or_else(missing)?, self.table.row)?.ok_or_else(missing)?;
+        let packings = [
+            ("COMPRESSED_DATA", self.packing),
+            ("GZIP_COMPRESSED_DATA", Packing::Gzip { shuffled: false }),
+            ("UNCOMPRESSED_DATA", Packing::None),
+        ];
+        let found = packings.into_iter().find_map(|(name, packing)| {
+            let (from, bytes) = self.table.list(name, &cells).filter(|(_, bytes)| *bytes > 0)?;
+            Some((name, packing, from, bytes))
+        });
+        let (name, packing, from, bytes) = found.ok_or_else(|| wrong("it holds nothing"))?;
+        let from = self.header.data.checked_add(self.table.heap).and_then(|heap| heap.checked_add(from)).ok_or_else(missing)?;
+        let bytes = request.bytes(from, usize::try_from(bytes).unwrap_or(usize::MAX))?.ok_or_else(missing)?;
+        let number = |name: &str| self.table.number(name, &cells).or_else(|| self.header.number(name));
+        // Numbers that no quantum fits are packed as they are.
+        let scale = number("ZSCALE").zip(number("ZZERO")).filter(|_| name == "COMPRESSED_DATA");
+        Ok(Tile { bytes, packing, scale, blank: number("ZBLANK"), row })
+    }
+
+    /// The numbers of a tile, `count` of them.
+    fn unpack(&self, tile: &Tile, count: usize) -> Result<Vec<f64>, String> {
+        let scale = tile.scale.filter(|_| matches!(self.stored.kind, Number::Float(_)));
+        // Numbers that were made whole have four bytes.
+        let stored = if scale.is_some() { Stored { kind: Number::Int(4), big_endian: true } } else { self.stored };
+        let mut values: Vec<f64> = match tile.packing {
+            Packing::None => decoded(stored, &tile.bytes, count)?,
+            Packing::Gzip { shuffled } => {
+                let mut bytes = inflated(&tile.bytes, count.saturating_mul(stored.size()))?;
+                if shuffled {
+                    bytes = (0..bytes.len()).map(|i| bytes[i % stored.size() * count + i / stored.size()]).collect();
+                }
+                decoded(stored, &bytes, count)?
+            }
+            Packing::Rice { .. } if matches!(stored.kind, Number::Float(_)) => {
+                return Err("Rice packs whole numbers, and it says no ZSCALE".into());
+            }
+            Packing::Rice { pixels, bytes } => rice(&tile.bytes, count, pixels, bytes)?,
+        };
+        if let Some((scale, zero)) = scale {
+            let mut offsets = self.dither.offsets(tile.row);
+            for value in &mut values {
+                let offset = offsets.as_mut().and_then(Iterator::next);
+                *value = match (Some(*value) == tile.blank, self.dither) {
+                    (true, _) => f64::NAN,
+                    (_, Dither::Subtractive { keeps_zero: true, .. }) if *value == ZERO => 0.0,
+                    _ => (*value - offset.map_or(0.0, |r| f64::from(r) - 0.5)) * scale + zero,
+                };
+            }
+        } else if let Some(blank) = tile.blank.filter(|_| !matches!(self.stored.kind, Number::Float(_))) {
+            values.iter_mut().filter(|v| **v == blank).for_each(|v| *v = f64::NAN);
+        }
+        Ok(values)
+    }
+}
+
+/// The whole number that stands for zero where it was kept.
+const ZERO: f64 = -2_147_483_646.0;
+/// How many random numbers there are, which are used round and round.
+const RANDOM: usize = 10_000;
+
+impl Dither {
+    /// What was added to each number of a tile, from 0 to 1. Source: FITS standard 4.0, §10.2.1 and appendix I.
+    fn offsets(self, row: usize) -> Option<impl Iterator<Item = f32>> {
+        static NUMBERS: OnceLock<Vec<f32>> = OnceLock::new();
+        let Self::Subtractive { seed, .. } = self else { return None };
+        let numbers = NUMBERS.get_or_init(|| {
+            // Park & Miller 1988, CACM 31, 1192.
+            let next = |seed: &u64| Some(seed * 16_807 % 2_147_483_647);
+            std::iter::successors(next(&1), next).take(RANDOM).map(|seed| (seed as f64 / 2_147_483_647.0) as f32).collect()
+        });
+        let first = move |of: usize| (numbers[of] * 500.0) as usize;
+        let mut outer = (row + seed - 1) % RANDOM;
+        let mut inner = first(outer);
+        Some(std::iter::from_fn(move || {
+            let number = numbers[inner];
+            inner += 1;
+            if inner == RANDOM {
+                outer = (outer + 1) % RANDOM;
+                inner = first(outer);
+            }
+            Some(number)
+        }))
+    }
+}
+
+/// The columns of the table that are needed.
+struct Table {
+    /// Bytes of a row, how many there are, and where the lists begin behind them.
+    row: usize,
+    rows: usize,
+    heap: u64,
+    columns: Vec<Column>,
+}
+
+struct Column {
+    name: String,
+    /// Where it begins in a row, and its format.
+    at: usize,
+    format: String,
+}
+
+impl Table {
+    fn of(header: &Header) -> Result<Self, String> {
+        let size = |keyword: &str| {
+            header.integer(keyword).and_then(|n| usize::try_from(n).ok()).ok_or(format!("{keyword} is missing or impossible"))
+        };
+        let (row, rows, fields) = (size("NAXIS1")?, size("NAXIS2")?, size("TFIELDS")?);
+        let heap = header.integer("THEAP").and_then(|n| u64::try_from(n).ok()).unwrap_or((row as u64).saturating_mul(rows as u64));
+        let mut columns = Vec::new();
+        let mut at = 0usize;
+        for i in 1..=fields.min(999) {
+            let format = header.text(&format!("TFORM{i}")).unwrap_or("").trim().to_owned();
+            let width = width(&format).ok_or_else(|| format!("TFORM{i} = '{format}' is no format of a column"))?;
+            columns.push(Column { name: header.text(&format!("TTYPE{i}")).unwrap_or("").trim().to_owned(), at, format });
+            at = at.saturating_add(width);
+        }
+        if at > row {
+            return Err(format!("its columns take {at} bytes, a row has {row}"));
+        }
+        Ok(Self { row, rows, heap, columns })
+    }
+
+    fn column<'a>(&self, name: &str, cells: &'a [u8]) -> Option<(&str, &'a [u8])> {
+        let column = self.columns.iter().find(|column| column.name == name)?;
+        Some((column.format.trim_start_matches(|c: char| c.is_ascii_digit()), cells.get(column.at..)?))
+    }
+
+    /// Where the list of a cell begins among the lists, and its bytes.
+    fn list(&self, name: &str, cells: &[u8]) -> Option<(u64, u64)> {
+        let (format, cell) = self.column(name, cells)?;
+        let (count, from) = match format.chars().next()? {
+            'P' => {
+                let of = |at: usize| Some(u64::from(u32::from_be_bytes(*cell.get(at..)?.first_chunk()?)));
+                (of(0)?, of(4)?)
+            }
+            'Q' => {
+                let of = |at: usize| Some(u64::from_be_bytes(*cell.get(at..)?.first_chunk()?));
+                (of(0)?, of(8)?)
+            }
+            _ => return None,
+        };
+        Some((from, count.checked_mul(size(format.chars().nth(1)?)? as u64)?))
+    }
+
+    fn number(&self, name: &str, cells: &[u8]) -> Option<f64> {
+        let (format, cell) = self.column(name, cells)?;
+        Some(match format.chars().next()? {
+            'D' => f64::from_be_bytes(*cell.first_chunk()?),
+            'E' => f64::from(f32::from_be_bytes(*cell.first_chunk()?)),
+            'J' => f64::from(i32::from_be_bytes(*cell.first_chunk()?)),
+            _ => return None,
+        })
+    }
+}
+
+/// Bytes of an element of a column. Source: FITS standard 4.0, table 18.
+fn size(letter: char) -> Option<usize> {
+    Some(match letter {
+        'L' | 'B' | 'A' => 1,
+        'I' => 2,
+        'J' | 'E' => 4,
+        'K' | 'D' | 'C' | 'P' => 8,
+        'M' | 'Q' => 16,
+        _ => return None,
+    })
+}
+
+/// Bytes of a cell of a column.
+fn width(format: &str) -> Option<usize> {
+    let letter = format.find(|c: char| !c.is_ascii_digit())?;
+    let count: usize = if letter == 0 { 1 } else { format[..letter].parse().ok()? };
+    match format[letter..].chars().next()? {
+        'X' => Some(count.div_ceil(8)),
+        letter => count.checked_mul(size(letter)?),
+    }
+}
+
+fn decoded(stored: Stored, bytes: &[u8], count: usize) -> Result<Vec<f64>, String> {
+    let mut values = Vec::with_capacity(count.min(bytes.len()));
+    stored.decode(bytes, |v| values.push(v));
+    if values.len() == count { Ok(values) } else { Err(format!("it has {} numbers, {count} belong to it", values.len())) }
+}
+
+/// What gzip packed, which has so many bytes.
+fn inflated(packed: &[u8], count: usize) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let read = MultiGzDecoder::new(packed).take(count as u64 + 1).read_to_end(&mut bytes);
+    read.map_err(|e| format!("its gzip data are broken: {e}"))?;
+    if bytes.len() == count { Ok(bytes) } else { Err(format!("its gzip data have another length than {count} bytes")) }
+}
+
+/// Whole numbers of so many bytes that Rice coding packed, in blocks of `pixels`.
+fn rice(packed: &[u8], count: usize, pixels: usize, bytes: usize) -> Result<Vec<f64>, String> {
+    let broken = || "its Rice data end too early".to_owned();
+    let width = 8 * bytes as u32;
+    // Bits that say how many low bits follow, and the most of them.
+    let (bits_of_split, most_split) = match bytes {
+        1 => (3, 6),
+        2 => (4, 14),
+        _ => (5, 25),
+    };
+    let mut bits = Bits { bytes: packed, at: 0 };
+    let mut last = bits.take(width).ok_or_else(broken)?;
+    let mut values = Vec::with_capacity(count);
+    while values.len() < count {
+        let split = bits.take(bits_of_split).ok_or_else(broken)?;
+        for _ in 0..pixels.min(count - values.len()) {
+            let difference = match split {
+                0 => 0,
+                // Differences that do not pack stand as they are.
+                split if split > most_split => bits.take(width).ok_or_else(broken)?,
+                split => {
+                    let high = bits.zeros().ok_or_else(broken)?;
+                    let low = bits.take(split - 1).ok_or_else(broken)?;
+                    high.wrapping_shl(split - 1) | low
+                }
+            };
+            // Signs alternate: 0, -1, 1, -2, ...
+            let signed = if difference & 1 == 1 { !(difference >> 1) } else { difference >> 1 };
+            last = last.wrapping_add(signed);
+            values.push(match bytes {
+                1 => f64::from(last as u8),
+                2 => f64::from(last as i16),
+                _ => f64::from(last as i32),
+            });
+        }
+    }
+    Ok(values)
+}
+
+/// Bits of bytes, the highest first.
+struct Bits<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl Bits<'_> {
+    /// The next 32 bits, and how many of them there are.
+    fn window(&self) -> (u32, usize) {
+        let first = self.at / 8;
+        let byte = |i: usize| u64::from(self.bytes.get(first + i).copied().unwrap_or(0));
+        let five = (0..5).fold(0u64, |bits, i| bits << 8 | byte(i));
+        ((five >> (8 - self.at % 8)) as u32, (8 * self.bytes.len()).saturating_sub(self.at))
+    }
+
+    /// A number of some bits, 32 at most.
+    fn take(&mut self, count: u32) -> Option<u32> {
+        let (window, left) = self.window();
+        if left < count as usize {
+            return None;
+        }
+        self.at += count as usize;
+        Some(window.checked_shr(32 - count).unwrap_or(0))
+    }
+
+    /// The number of zeros before the next one, which is passed over.
+    fn zeros(&mut self) -> Option<u32> {
+        let mut zeros = 0;
+        loop {
+            let (window, left) = self.window();
+            let here = window.leading_zeros() as usize;
+            if here < 32.min(left) {
+                self.at += here + 1;
+                return Some(zeros + here as u32);
+            }
+            if left <= 32 {
+                return None;
+            }
+            self.at += 32;
+            zeros += 32;
+        }
+    }
+}
