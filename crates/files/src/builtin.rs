@@ -18,11 +18,16 @@ pub struct BuiltinScene {
     pub summary: &'static str,
     /// The text of the scene file.
     pub text: &'static str,
+    /// The file of measured data that has to be fetched first, where there is one.
+    pub needs: Option<&'static str>,
 }
 
 macro_rules! scene {
     ($name:literal, $summary:literal) => {
-        BuiltinScene { name: $name, summary: $summary, text: include_str!(concat!("../scenes/", $name, ".toml")) }
+        BuiltinScene { needs: None, name: $name, summary: $summary, text: include_str!(concat!("../scenes/", $name, ".toml")) }
+    };
+    ($name:literal, $summary:literal, needs $needs:literal) => {
+        BuiltinScene { needs: Some($needs), ..scene!($name, $summary) }
     };
 }
 
@@ -38,6 +43,11 @@ pub const SCENES: &[BuiltinScene] = &[
         "three hundred young stars in the cloud that they were born in, from a table: their light is gathered, Johnson BVR"
     ),
     scene!("turbulent_cloud", "a supersonic turbulent cloud (simulation) with embedded stars in the near infrared, JWST NIRCam"),
+    scene!(
+        "local_bubble",
+        "the dust around the Sun as Gaia's stars measured it, lit by the hot stars nearby; from a file of 15.7 GB that is fetched first",
+        needs "mean_and_std_xyz.fits"
+    ),
     scene!("barres_neyret", "the model of Barres & Neyret 2023: fBm on simplex noise, extinction 1/lambda, polynomial filters, N = 100"),
 ];
 
@@ -46,6 +56,7 @@ const ALIASES: [(&str, &str); 1] = [("deck", "barres_neyret")];
 
 /// Files that built-in scenes use.
 const FILES: Embedded = &[
+    ("stars/local_bubble.csv", include_bytes!("../scenes/stars/local_bubble.csv")),
     ("stars/young_cluster.csv", include_bytes!("../scenes/stars/young_cluster.csv")),
     ("volumes/hii_turbulent_96.npz", include_bytes!("../scenes/volumes/hii_turbulent_96.npz")),
     ("volumes/pillars_128.npz", include_bytes!("../scenes/volumes/pillars_128.npz")),

@@ -57,7 +57,7 @@ fn units_are_read() {
     close(at(&["BUNIT   = 'm-3'"], "unit = \"/m3\""), 7e-6);
     // What is no number density is taken as it is, once somebody says so.
     let temperature = at(&["BUNIT   = 'K'"], "").unwrap_err();
-    assert!(temperature.contains("BUNIT is \"K\"") && temperature.contains("unit = \"K\""), "{temperature}");
+    assert!(temperature.contains("own unit is \"K\"") && temperature.contains("unit = \"K\""), "{temperature}");
     close(at(&["BUNIT   = 'K'"], "unit = \"K\""), 7.0);
     let wrong = at(&["BUNIT   = 'm-3'"], "unit = \"cm-3\"").unwrap_err();
     assert!(wrong.contains("m-3") && wrong.contains("one of both is wrong"), "{wrong}");

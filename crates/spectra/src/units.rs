@@ -152,6 +152,12 @@ quantity! {
     }
 }
 quantity! {
+    /// An amount of memory \[bytes\].
+    MemorySize("memory size", "512 MiB") {
+        "MiB" = 1_048_576.0, "GiB" = 1_073_741_824.0, "KiB" = 1024.0, "B" = 1.0, "kB" = 1e3, "MB" = 1e6, "GB" = 1e9
+    }
+}
+quantity! {
     /// Extinction at V per column of hydrogen, times one cm⁻³ [pc⁻¹ cm³]: the dust-to-gas ratio in A_V/N_H or
     /// cross-section a nucleon.
     ExtinctionPerColumn("extinction per hydrogen column", "5.32e-22 mag cm2") {
@@ -212,6 +218,7 @@ pub const QUANTITIES: &[QuantityRow] = &[
     row::<NumberDensity>(),
     row::<Emissivity>(),
     row::<SkyDensity>(),
+    row::<MemorySize>(),
 ];
 
 /// Splits "656.3 nm" into its number and its unit; none where there is no number.

@@ -1,28 +1,29 @@
-//! A field from a file: an array of NumPy, a FITS cube, or an OpenVDB grid.
+//! A field from a file: an array of NumPy, a FITS cube, an HDF5 dataset, or an OpenVDB grid.
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use spectra::units::{NumberDensity, Quantity};
+use spectra::units::{ExtinctionCoefficient, NumberDensity, Quantity};
 
+use super::dust_map::DustMap;
 use super::placement::Placement;
 use super::{Field, Grid};
 use crate::data::{Array, Inputs, Numbers};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::properties::{Key, Kind, Section};
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "grid",
-    summary: "a three-dimensional array from .npy, .npz, FITS or OpenVDB, trilinear between voxel centres",
+    summary: "a three-dimensional array from .npy, .npz, FITS, HDF5 or OpenVDB, trilinear between voxel centres",
     keys: &[
         Key::required("file", "path", "the file, relative to the scene"),
         Key::optional(
             "array",
             "text",
             "the only one",
-            "name of the array in an .npz or of the grid in a .vdb, number or EXTNAME of the HDU in a FITS file",
+            "name of the array in an .npz or of the grid in a .vdb, path of the dataset in an HDF5 file, number or EXTNAME of the HDU in a FITS file",
         ),
-        Key::optional("axes", "text", "xyz (npy, npz), zyx (FITS), the file's own (vdb)", "what the array's axes are, slowest first"),
+        Key::optional("axes", "text", "xyz (npy, npz), zyx (FITS), the file's own (HDF5, vdb)", "what the array's axes are, slowest first"),
         Key::optional(
             "low",
             "position",
@@ -40,30 +41,47 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
             "so many voxels along each axis become one, their mean; the file is read without all of it ever being in memory",
         ),
         Key::optional(
+            "memory",
+            "memory size",
+            "none",
+            "the array is made as coarse as it must be to take no more than this in memory: the least every that does",
+        ),
+        Key::optional(
+            "preset",
+            "text",
+            "none",
+            "a measured map of the Galaxy's dust, read as extinction at V in mag/pc (dust of scale = \"1 mag/pc\"): edenhofer24, leike20, lallement22, vergely22; it says array, unit and box, and clips",
+        ),
+        Key::optional(
             "unit",
             "text",
-            "BUNIT of a FITS file",
-            "what the values are in: number densities are turned into cm-3, which dust and gas are scaled by; anything else is taken as it is",
+            "the file's own",
+            "what the values are in (BUNIT of FITS, units of HDF5): number densities are turned into cm-3, extinctions per length into mag/pc, which dust and gas are scaled by; anything else is taken as it is",
         ),
         Key::optional(
             "wcs",
             "boolean",
             "true",
-            "whether a file's own frame is read (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, the transform of .vdb); false where low and high, or voxel, say better",
+            "whether a file's own frame is read (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, coordinates or edges of HDF5, the transform of .vdb); false where low and high, or voxel, say better",
         ),
         Key::optional("factor", "number", "1", "every value is multiplied by it"),
-        Key::optional("clip", "boolean", "false", "blank, NaN and negative cells become zero instead of an error"),
+        Key::optional("clip", "boolean", "false, true with preset", "blank, NaN and negative cells become zero instead of an error"),
     ],
     build,
 };
 
 fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
     let file = section.need_text("file")?;
-    let clip = section.flag("clip")?.unwrap_or(false);
+    let map = DustMap::of(section)?;
+    let clip = section.flag("clip")?.unwrap_or(map.is_some());
     let said = section.number("factor", f64::MIN..=f64::MAX)?.unwrap_or(1.0);
     let mut placed = None;
-    let array = inputs.array(file, section.text("array")?, &mut |layout| {
-        let mut placement = Placement::of(section, layout)?;
+    let member = section.text("array")?.or(map.and_then(|map| map.array));
+    let array = inputs.array(file, member, &mut |layout| {
+        let mut placement = match map {
+            Some(map) => Placement::of(section, &map.laid_out(layout))?,
+            None => Placement::of(section, layout)?,
+        };
         // Means are of what is left; otherwise it is looked at when it is there.
         placement.part.clip = clip && placement.part.every > 1;
         if placement.part.clip && said < 0.0 {
@@ -71,10 +89,18 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
                 section.error("factor", "with every and clip a factor is not negative: what is clipped would be what it makes positive")
             );
         }
-        let factor = said * unit(section, layout.frame.as_ref().and_then(|frame| frame.unit.as_deref()))?;
+        let own = layout.frame.as_ref().and_then(|frame| frame.unit.as_deref());
+        let factor = said * map.map_or_else(|| unit(section, own), |map| map.extinction(section, own))?;
         let part = placement.part.clone();
         placed = Some((placement, factor));
         Ok(part)
+    });
+    let array = array.map_err(|e| match (map, &placed) {
+        (Some(map), None) if matches!(e, Error::File { .. }) => {
+            let (file, at) = map.source;
+            section.error("file", format!("{e}; the map {} is {file} from {at}", map.name))
+        }
+        _ => e,
     });
     let array = section.wrap("file", array)?;
     let (placement, factor) = placed.ok_or_else(|| section.error("file", "nothing of it was read"))?;
@@ -110,26 +136,27 @@ fn checked(grid: Grid, section: &Section) -> Result<Arc<dyn Field>> {
     Ok(Arc::new(grid))
 }
 
-/// What a value of one is, in cm-3 where it is a number density.
+/// What a value of one is, in cm-3 where it is a number density, in mag/pc where it is an extinction.
 fn unit(section: &Section, own: Option<&str>) -> Result<f64> {
-    let size = |unit: &str| NumberDensity::unit_size(unit);
+    let extinction = |unit: &str| Some(ExtinctionCoefficient::unit_size(unit)? / ExtinctionCoefficient::unit_size("mag/pc")?);
+    let size = |unit: &str| NumberDensity::unit_size(unit).or_else(|| extinction(unit));
     match (section.text("unit")?, own) {
         (None, None) => Ok(1.0),
         (None, Some(own)) => size(own).ok_or_else(|| {
             let message = format!(
-                "the file's BUNIT is \"{own}\", which is no number density: write unit = \"{own}\" to take the values as they are, and choose the scale of dust or gas for it"
+                "the file's own unit is \"{own}\", which is neither a number density nor an extinction: write unit = \"{own}\" to take the values as they are, and choose the scale of dust or gas for it"
             );
             section.error("file", message)
         }),
         (Some(said), None) => size(said).ok_or_else(|| {
-            let known: Vec<&str> = NumberDensity::UNITS.iter().map(|(name, _)| *name).collect();
-            let message = format!("\"{said}\" is no number density that is known ({}): leave `unit` out to take the values as they are", known.join(", "));
+            let known: Vec<&str> = NumberDensity::UNITS.iter().chain(ExtinctionCoefficient::UNITS).map(|(name, _)| *name).collect();
+            let message = format!("\"{said}\" is no number density or extinction that is known ({}): leave `unit` out to take the values as they are", known.join(", "));
             section.error("unit", message)
         }),
         (Some(said), Some(own)) if said.trim() == own.trim() => Ok(size(said).unwrap_or(1.0)),
         (Some(said), Some(own)) => match (size(said), size(own)) {
             (Some(a), Some(b)) if a == b => Ok(a),
-            _ => Err(section.error("unit", format!("the scene says \"{said}\", the file's BUNIT is \"{own}\": one of both is wrong"))),
+            _ => Err(section.error("unit", format!("the scene says \"{said}\", the file's own unit is \"{own}\": one of both is wrong"))),
         },
     }
 }
@@ -169,7 +196,6 @@ mod tests {
 
     use super::*;
     use crate::data::{Choose, DataSource, Layout, Shared, TextTable};
-    use crate::error::Error;
     use crate::properties::{Table, Value};
 
     /// One array in memory, and nothing else.

@@ -8,6 +8,7 @@
 mod cells;
 mod column;
 mod cuboid;
+mod dust_map;
 mod expression;
 mod fbm;
 mod formula;

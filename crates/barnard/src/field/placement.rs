@@ -1,7 +1,7 @@
 //! Where the array of a file lies in a scene, and what of it is read.
 
 use glam::DVec3;
-use spectra::units::{Length, Quantity};
+use spectra::units::{Length, MemorySize, Quantity};
 
 use super::Lattice;
 use crate::data::{AXIS_ORDERS, Array, Axis, Frame, Layout, Part};
@@ -39,12 +39,28 @@ impl Placement {
         let own = OwnBox::of(section, layout.frame.as_ref(), axes, dims)?;
         let backwards = own.backwards;
         let (whole, wanted) = boxes(section, dims, own)?;
-        let every = section.integer("every", 1..=LARGEST_BLOCK)?.unwrap_or(1) as usize;
-        let mut placement = Self { axes, backwards, part: Part { every, ..layout.whole() }, lattice: Lattice { dims, bounds: whole } };
-        for axis in 0..3 {
-            placement.cut(axis, &whole, wanted.as_ref(), dims[axis]);
+        let every = section.integer("every", 1..=LARGEST_BLOCK)?.map(|every| every as usize);
+        let placed = |every: usize| {
+            let part = Part { every, ..layout.whole() };
+            let mut placement = Self { axes, backwards, part, lattice: Lattice { dims, bounds: whole } };
+            (0..3).for_each(|axis| placement.cut(axis, &whole, wanted.as_ref(), dims[axis]));
+            placement
+        };
+        let Some(memory) = section.positive::<MemorySize>("memory")? else { return Ok(placed(every.unwrap_or(1))) };
+        if every.is_some() {
+            return Err(section.error("memory", "every says already how coarse the array is made: leave one of both out"));
         }
-        Ok(placement)
+        let fits = |placement: &Self| placement.bytes() as f64 <= memory.0;
+        (1..=LARGEST_BLOCK as usize).map(placed).find(fits).ok_or_else(|| {
+            let message = format!("no array fits in {memory}: the coarsest of blocks of {LARGEST_BLOCK} voxels takes more");
+            section.error("memory", message)
+        })
+    }
+
+    /// Bytes that the numbers of its voxels take, and their sums while they are read.
+    fn bytes(&self) -> u64 {
+        let each = if self.part.every > 1 { 12 } else { 4 };
+        self.part.shape().iter().fold(each, |bytes, edge| bytes.saturating_mul(*edge as u64))
     }
 
     /// Cuts one axis of the whole box to the voxels that the wanted one touches, and joins them to blocks.

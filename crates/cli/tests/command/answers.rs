@@ -36,7 +36,13 @@ fn every_catalogue_lists() {
 #[test]
 fn every_built_in_scene_is_valid() {
     for scene in barnard_files::builtin::SCENES {
-        barnard_files::builtin::load(scene.name, barnard::memory::DEFAULT_LIMIT).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
+        let loaded = barnard_files::builtin::load(scene.name, barnard::memory::DEFAULT_LIMIT).map(|_| ());
+        match (loaded, scene.needs) {
+            (Ok(()), None) => {}
+            // What has to be fetched first is named, with where it is.
+            (Err(e), Some(file)) => assert!(e.to_string().contains(file) && e.to_string().contains("https://doi.org/"), "{e}"),
+            (loaded, _) => panic!("{}: {loaded:?}", scene.name),
+        }
     }
 }
 

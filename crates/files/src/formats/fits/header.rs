@@ -117,10 +117,17 @@ impl Header {
             let usable = step.is_finite() && step != 0.0 && first.is_finite() && !turned(i);
             usable.then(|| Axis { unit: written(&format!("CUNIT{i}")).unwrap_or_default(), step, first })
         };
-        let mut frame = Frame { order: "zyx", unit: written("BUNIT"), ..Frame::default() };
+        // Maps of the Galaxy's dust say their unit elsewhere, and the Sun's place in steps from the lower corner.
+        let unit = ["BUNIT", "UNIT", "CUNIT"].into_iter().find_map(written);
+        let around_the_sun = |i: usize| {
+            let step = self.number("STEP").filter(|step| step.is_finite() && *step > 0.0)?;
+            let sun = self.number(["SUN_POSX", "SUN_POSY", "SUN_POSZ"].get(i - 1)?)?;
+            Some(Axis { unit: "pc".into(), step, first: (0.5 - sun) * step })
+        };
+        let mut frame = Frame { order: "zyx", unit, ..Frame::default() };
         // Indices run the other way.
         for (slot, (i, _)) in self.squeezed().into_iter().take(3).enumerate() {
-            frame.axes[2 - slot] = axis(i);
+            frame.axes[2 - slot] = axis(i).or_else(|| around_the_sun(i));
             let kind = self.text(&format!("CTYPE{i}")).unwrap_or("");
             let other = OTHER_AXES.iter().find(|(_, kinds)| kinds.iter().any(|own| kind.split('-').next() == Some(*own)));
             frame.others[2 - slot] = other.map(|(what, _)| format!("{what} (CTYPE{i} {kind})"));
