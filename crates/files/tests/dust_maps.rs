@@ -1,0 +1,124 @@
+//! The measured dust of the Galaxy, from small files that are laid out as the published ones (maps/write.py): where it is,
+//! and how much.
+
+use std::io::Read;
+use std::path::Path;
+use std::sync::Arc;
+
+use barnard::field::Field;
+use barnard::glam::DVec3;
+use barnard::memory::DEFAULT_LIMIT;
+
+/// Puts a file of the archive into a folder.
+fn unpack(name: &str, folder: &Path) {
+    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(include_bytes!("maps.zip"))).unwrap();
+    let mut bytes = Vec::new();
+    archive.by_name(name).unwrap().read_to_end(&mut bytes).unwrap();
+    std::fs::write(folder.join(name), bytes).unwrap();
+}
+
+fn density(file: &str, keys: &str) -> Result<Arc<dyn Field>, String> {
+    let folder = tempfile::tempdir().unwrap();
+    unpack(file, folder.path());
+    let text = format!(
+        "[camera]\nkind = \"perspective\"\nposition = \"0 0 9 pc\"\nfield_of_view = \"30 deg\"\n\
+         [field.n]\nkind = \"grid\"\nfile = \"{file}\"\n{keys}\n[dust]\ndensity = \"n\"\nscale = \"1 mag/pc\"\n"
+    );
+    let scene = barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(folder.path(), DEFAULT_LIMIT))
+        .map_err(|e| e.to_string())?;
+    Ok(scene.dust.unwrap().density)
+}
+
+/// Extinction at V [mag/pc] of the cloud that each file has in one voxel, and of the dust around it.
+#[test]
+fn maps_are_read_where_and_as_they_are() {
+    // A magnitude is 2.5 lg e of an e-folding.
+    let magnitudes = 2.5 * std::f64::consts::LOG10_E;
+    for (file, preset, [x, y, z], [low, high], [cloud, around]) in [
+        ("mean_and_std_xyz.fits", "edenhofer24", [20.0, -10.0, 10.0], [[-25.0; 3], [25.0; 3]], [0.05 * 2.8, 0.001 * 2.8]),
+        (
+            "mean_std.h5",
+            "leike20",
+            [-360.5, -365.5, -263.5],
+            [[-370.0, -370.0, -270.0], [-354.0, -362.0, -258.0]],
+            [50e-3 * 1.2 * magnitudes, 1e-3 * 1.2 * magnitudes],
+        ),
+        ("cube_ext.fits.gz", "lallement22", [20.0, -10.0, 10.0], [[-45.0, -35.0, -25.0], [45.0, 35.0, 25.0]], [0.01, 0.0002]),
+        ("cube_ext.fits.gz", "vergely22", [20.0, -10.0, 10.0], [[-45.0, -35.0, -25.0], [45.0, 35.0, 25.0]], [0.01, 0.0002]),
+    ] {
+        let field = density(file, &format!("preset = \"{preset}\"")).unwrap_or_else(|e| panic!("{preset}: {e}"));
+        let close = |own: f64, expected: f64| assert!((own / expected - 1.0).abs() < 1e-6, "{preset}: {own} {expected}");
+        let place = DVec3::new(x, y, z);
+        close(field.at(place), cloud);
+        let voxel = field.grid().unwrap().lattice().voxel_pc();
+        for step in [DVec3::X, DVec3::Y, DVec3::Z] {
+            close(field.at(place + step * voxel), around);
+            close(field.at(place - step * voxel), around);
+        }
+        let bounds = field.bounds();
+        let (low, high) = (DVec3::from(low), DVec3::from(high));
+        assert!((bounds.low - low).abs().max_element() < 1e-9 && (bounds.high - high).abs().max_element() < 1e-9, "{preset}: {bounds:?}");
+    }
+    // Where nothing was measured there is nothing.
+    let blank = density("mean_and_std_xyz.fits", "preset = \"edenhofer24\"").unwrap();
+    assert_eq!(blank.at(DVec3::splat(-24.0)), 0.0);
+}
+
+/// A part of a map is read alone, and as coarsely as a budget of memory asks; both keep the dust that is there.
+#[test]
+fn maps_are_cut_and_made_coarse() {
+    let of = |keys: &str| density("mean_and_std_xyz.fits", &format!("preset = \"edenhofer24\"\n{keys}"));
+    let part = of("low = \"-5 -15 -5 pc\"\nhigh = \"25 15 15 pc\"").unwrap();
+    assert!((part.at(DVec3::new(20.0, -10.0, 10.0)) / 0.14 - 1.0).abs() < 1e-6);
+    assert_eq!(part.grid().unwrap().lattice().dims, [15, 15, 10]);
+    let sum = |field: &Arc<dyn Field>| {
+        let grid = field.grid().unwrap();
+        grid.values().iter().map(|v| f64::from(*v)).sum::<f64>() * grid.lattice().voxel_pc().element_product()
+    };
+    let whole = of("").unwrap();
+    // 25 voxels an edge take 61 KiB; four become one of 8 pc, 7 an edge, 4 KiB with their sums.
+    let coarse = of("memory = \"5 KiB\"").unwrap();
+    assert_eq!(coarse.grid().unwrap().lattice().dims, [7; 3]);
+    assert!((sum(&coarse) / sum(&whole) - 1.0).abs() < 1e-6, "{} {}", sum(&coarse), sum(&whole));
+    assert_eq!(of("memory = \"1 GiB\"").unwrap().grid().unwrap().lattice().dims, [25; 3]);
+    for (keys, word) in [
+        ("memory = \"5 B\"", "no array fits"),
+        ("memory = \"5\"", "has no unit"),
+        ("memory = \"5 KiB\"\nevery = 2", "leave one of both out"),
+        ("unit = \"mag/pc\"", "leave unit out"),
+        ("preset = \"edenhofer\"", "edenhofer24"),
+    ] {
+        let message = if keys.starts_with("preset") { density("mean_and_std_xyz.fits", keys) } else { of(keys) };
+        let message = message.map(|_| ()).unwrap_err();
+        assert!(message.contains(word), "{keys}: {message}");
+    }
+}
+
+/// A file that is another map, or none, is refused by its own words; one that is not there is said to be had where it is.
+#[test]
+fn other_files_are_refused() {
+    let other = density("cube_ext.fits.gz", "preset = \"edenhofer24\"\narray = \"0\"").map(|_| ()).unwrap_err();
+    assert!(other.contains("A0(550nm)/parsec") && other.contains("Zhang"), "{other}");
+    let plain = density("mean_and_std_xyz.fits", "array = \"MEAN\"").map(|_| ()).unwrap_err();
+    assert!(plain.contains("Zhang"), "{plain}");
+    // Extinctions are densities that dust of 1 mag/pc takes.
+    let said = density("cube_ext.fits.gz", "unit = \"mag/kpc\"\nwcs = false\nlow = \"0 0 0 pc\"\nhigh = \"9 7 5 pc\"");
+    assert!(said.map(|_| ()).unwrap_err().contains("one of both is wrong"));
+    let said = density("mean_std.h5", "array = \"mean\"\nunit = \"mag/kpc\"\nvoxel = \"1 pc\"").unwrap();
+    assert!((said.at(DVec3::splat(-3.5)) / 1e-3 - 1.0).abs() < 1e-6);
+}
+
+/// The scene of the Local Bubble, on a small file of the same layout.
+#[test]
+fn the_local_bubble_is_a_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    unpack("mean_and_std_xyz.fits", folder.path());
+    let entry = barnard_files::builtin::entry("local_bubble").unwrap();
+    std::fs::create_dir(folder.path().join("stars")).unwrap();
+    std::fs::write(folder.path().join("stars/local_bubble.csv"), include_str!("../scenes/stars/local_bubble.csv")).unwrap();
+    // The small file reaches 25 pc from the Sun.
+    let text = entry.text.replace("-500 -500 -300 pc", "-20 -20 -20 pc").replace("500 500 300 pc", "20 20 20 pc");
+    let scene = barnard_files::parse("bubble.toml", "local_bubble", text, &barnard_files::in_folder(folder.path(), DEFAULT_LIMIT)).unwrap();
+    assert_eq!(scene.stars.len(), 30);
+    assert!(scene.dust.unwrap().density.at(DVec3::new(18.0, -10.0, 10.0)) > 0.0);
+}
