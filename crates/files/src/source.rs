@@ -10,7 +10,7 @@ use barnard::data::{Array, Choose, DataSource, TextTable};
 use barnard::error::{Error, Result};
 use barnard::memory;
 
-use crate::formats::{open, read_array, replace};
+use crate::formats::{open, read_array, read_file, replace};
 use crate::text_table;
 
 /// Files by name, each with its bytes.
@@ -122,7 +122,7 @@ impl DataSource for SceneFiles {
         if let Some(bytes) = self.unpack(name) {
             return read_array(Cursor::new(bytes), &path, member, choose, memory_limit);
         }
-        let array = read_array(open(&path)?, &path, member, choose, memory_limit)?;
+        let array = read_file(&path, member, choose, memory_limit)?;
         self.note(path);
         Ok(array)
     }

@@ -3,15 +3,23 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use barnard::memory::DEFAULT_LIMIT;
-use barnard_files::formats::members;
+use barnard::data::{Array, Layout, Numbers};
+use barnard_files::formats::{Member, members, read_file};
 use clap::Args;
+
+use crate::source::memory_limit;
 
 /// Shows what this machine renders on, or what a file of arrays holds.
 #[derive(Args)]
 pub struct Info {
-    /// A file of arrays (.vdb, .fits, .npy, .npz): its grids with names, sizes, types, units and places
+    /// A file of arrays (.vdb, .h5, .nc, .fits, .npy, .npz): its grids with names, sizes, types, units and places
     file: Option<PathBuf>,
+    /// Reads the values of the file's grids too: their range and mean, and how many are blank
+    #[arg(long, requires = "file")]
+    values: bool,
+    /// Most memory that the values of one grid may take [GiB]
+    #[arg(long, default_value_t = 16.0, value_name = "GIB")]
+    memory: f64,
     /// As JSON, for programs
     #[arg(long)]
     json: bool,
@@ -38,7 +46,11 @@ impl Info {
 impl Info {
     /// What the file holds.
     fn contents(&self, path: &Path) -> anyhow::Result<ExitCode> {
-        let (format, members) = members(path, DEFAULT_LIMIT)?;
+        let limit = memory_limit(self.memory)?;
+        let (format, mut members) = members(path, limit)?;
+        for member in members.iter_mut().filter(|_| self.values) {
+            member.facts.extend(summary(path, member, limit));
+        }
         if self.json {
             let arrays: Vec<serde_json::Value> = members
                 .iter()
@@ -59,6 +71,37 @@ impl Info {
             member.facts.iter().for_each(|(what, fact)| say!("  {what:<12}{fact}"));
         }
         Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// What the values of a grid are; what is no grid says why, in place of them.
+fn summary(path: &Path, member: &Member, limit: u64) -> Vec<(&'static str, String)> {
+    let name = Some(member.name.as_str()).filter(|name| !name.is_empty());
+    let array = match read_file(path, name, &mut |layout: &Layout| Ok(layout.whole()), limit) {
+        Ok(array) => array,
+        Err(error) => return vec![("no grid", error.to_string())],
+    };
+    let [low, high, sum, blank] = folded(&array);
+    let cells: usize = array.shape.iter().product();
+    let known = cells as f64 - blank;
+    let mut facts = vec![("memory", format!("{:.1} MiB in single precision", 4.0 * cells as f64 / f64::from(1 << 20)))];
+    if known > 0.0 {
+        facts.extend([("range", format!("{low:e} to {high:e}")), ("mean", format!("{:.6e}", sum / known))]);
+    }
+    facts.push(("blank", format!("{blank} of {cells}")));
+    facts
+}
+
+/// The least, the largest and the sum of the finite values of an array, and how many are not finite.
+fn folded(array: &Array) -> [f64; 4] {
+    fn of(values: impl Iterator<Item = f64>) -> [f64; 4] {
+        values.fold([f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0], |[low, high, sum, blank], v| {
+            if v.is_finite() { [low.min(v), high.max(v), sum + v, blank] } else { [low, high, sum, blank + 1.0] }
+        })
+    }
+    match &array.data {
+        Numbers::Single(values) => of(values.iter().map(|v| f64::from(*v))),
+        Numbers::Double(values) => of(values.iter().copied()),
     }
 }
 

@@ -111,6 +111,25 @@ fn methods_say_what_they_cost() {
     assert!(!text(desk.run(&["check", "scene.toml"])).contains("polynomial fits"));
 }
 
+/// What the values of a file are, where they are asked for.
+#[test]
+fn values_of_files_are_summed_up() {
+    let desk = Desk::new();
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (1, 2, 2), }\n";
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.bytes().chain([3.0, f64::NAN, -1.0, 4.0].into_iter().flat_map(f64::to_le_bytes)));
+    desk.write("four.npy", &bytes);
+    let words = |arguments: &[&str]| String::from_utf8_lossy(&desk.run(arguments).stdout).into_owned();
+    let known = words(&["info", "four.npy", "--values"]);
+    for fact in ["range       -1e0 to 4e0", "mean        2.000000e0", "blank       1 of 4"] {
+        assert!(known.contains(fact), "{fact}: {known}");
+    }
+    assert!(!words(&["info", "four.npy"]).contains("range"));
+    let refused = words(&["info", "four.npy", "--values", "--memory", "1e-9"]);
+    assert!(refused.contains("no grid") && refused.contains("limit"), "{refused}");
+}
+
 /// What this machine renders on, and a picture by whatever it has; where there is no adapter, words that say what to
 /// do.
 #[test]

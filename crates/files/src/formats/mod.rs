@@ -185,6 +185,14 @@ pub fn read_array(source: impl Seekable + 'static, path: &Path, part: Option<&st
     read.map_or_else(|| Err(Error::file(path, "holds no grid")), |read| read(&mut Request::new(source, path, part, memory_limit)?, choose))
 }
 
+/// The same of a file.
+///
+/// # Errors
+/// Where it cannot be opened, and those of [`read_array`].
+pub fn read_file(path: &Path, part: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array> {
+    read_array(open(path)?, path, part, choose, memory_limit)
+}
+
 /// What a file of arrays holds, and the one line that says its format; values are not read.
 ///
 /// # Errors
