@@ -23,15 +23,16 @@ Path = Union[str, os.PathLike]
 
 
 class Grid(Sampled):
-    """A three-dimensional array from .npy, .npz, FITS or OpenVDB, trilinear between voxel centres.
+    """A three-dimensional array from .npy, .npz, FITS, HDF5 or OpenVDB, trilinear between voxel centres.
 
     Parameters
     ----------
     file : path
         The file, relative to the scene.
     array : text, default the only one
-        Name of the array in an .npz or of the grid in a .vdb, number or EXTNAME of the HDU in a FITS file.
-    axes : text, default xyz (npy, npz), zyx (FITS), the file's own (vdb)
+        Name of the array in an .npz or of the grid in a .vdb, path of the dataset in an HDF5 file, number or EXTNAME
+        of the HDU in a FITS file.
+    axes : text, default xyz (npy, npz), zyx (FITS), the file's own (HDF5, vdb)
         What the array's axes are, slowest first.
     low : position, default the file's own, or from voxel
         Lowest corner of the box that the voxels fill; where the file's own frame or voxel says the box, of the part
@@ -47,15 +48,20 @@ class Grid(Sampled):
     every : whole number, default 1
         So many voxels along each axis become one, their mean; the file is read without all of it ever being in
         memory.
-    unit : text, default BUNIT of a FITS file
-        What the values are in: number densities are turned into cm-3, which dust and gas are scaled by; anything else
-        is taken as it is.
+    memory : memory size, default none
+        The array is made as coarse as it must be to take no more than this in memory: the least every that does.
+    preset : text, default none
+        A measured map of the Galaxy's dust, read as extinction at V in mag/pc (dust of scale = "1 mag/pc"):
+        edenhofer24, leike20, lallement22, vergely22; it says array, unit and box, and clips.
+    unit : text, default the file's own
+        What the values are in (BUNIT of FITS, units of HDF5): number densities are turned into cm-3, extinctions per
+        length into mag/pc, which dust and gas are scaled by; anything else is taken as it is.
     wcs : boolean, default true
-        Whether a file's own frame is read (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, the transform of .vdb); false
-        where low and high, or voxel, say better.
+        Whether a file's own frame is read (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, coordinates or edges of HDF5,
+        the transform of .vdb); false where low and high, or voxel, say better.
     factor : number, default 1
         Every value is multiplied by it.
-    clip : boolean, default false
+    clip : boolean, default false, true with preset
         Blank, NaN and negative cells become zero instead of an error.
     copy : boolean, default false
         Whether an array is copied where it could be shared; one that is shared becomes read-only.
@@ -84,6 +90,8 @@ class Grid(Sampled):
         scale: Quantity | None = None,
         centre: Position | None = None,
         every: Quantity | None = None,
+        memory: Quantity | None = None,
+        preset: str | None = None,
         unit: str | None = None,
         wcs: bool | None = None,
         factor: float | None = None,
@@ -100,6 +108,8 @@ class Grid(Sampled):
             scale=scale,
             centre=centre,
             every=every,
+            memory=memory,
+            preset=preset,
             unit=unit,
             wcs=wcs,
             factor=factor,
