@@ -62,6 +62,11 @@ fn lengths_without_a_unit_are_given_one() {
     assert!(close(by_voxel.low, [-1.5, -0.7, -0.7]) && close(by_voxel.high, [1.5, 0.7, 0.7]), "{by_voxel:?}");
     let said = bounds("map_uniform", "low = \"0 0 0 pc\"\nhigh = \"3 1 1 pc\"").unwrap();
     assert!(close(said.low, [0.0; 3]) && close(said.high, [3.0, 1.0, 1.0]), "{said:?}");
+    // Beyond the active voxels there is nothing: a box that reaches there is cut to them, one that lies there is refused.
+    let cut = bounds("map_uniform", "scale = \"2 pc\"\nlow = \"-9 3.5 -9 pc\"\nhigh = \"9.5 99 99 pc\"").unwrap();
+    assert!(close(cut.low, [1.5, 3.5, 1.5]) && close(cut.high, [9.5, 15.5, 15.5]), "{cut:?}");
+    let beside = bounds("map_uniform", "scale = \"2 pc\"\nlow = \"50 3 3 pc\"\nhigh = \"60 9 9 pc\"").unwrap_err();
+    assert!(beside.contains("choose a box within it"), "{beside}");
     let flat = bounds("map_scale", "voxel = \"1 pc\"").unwrap_err();
     assert!(flat.contains("no cubes") && flat.contains("scale"), "{flat}");
     let nothing = field("a.npy", &npy(), "scale = \"1 pc\"", DEFAULT_LIMIT).map(|_| ()).unwrap_err();

@@ -114,12 +114,19 @@ struct OwnBox {
     backwards: [bool; 3],
     /// Whether its voxels are cubes, as far as it says.
     is_cubic: bool,
+    /// Whether there is nothing beyond it.
+    is_sparse: bool,
 }
 
 impl OwnBox {
     fn of(section: &Section, frame: Option<&Frame>, axes: [usize; 3], dims: [usize; 3]) -> Result<Self> {
         let scale = section.positive::<Length>("scale")?;
-        let silent = |reason: String| Self { bounds: Err(reason), backwards: [false; 3], is_cubic: true };
+        let silent = |reason: String| Self {
+            bounds: Err(reason),
+            backwards: [false; 3],
+            is_cubic: true,
+            is_sparse: frame.is_some_and(|frame| frame.is_sparse),
+        };
         let is_read = section.flag("wcs")?.unwrap_or(true);
         let frame = frame.filter(|_| is_read);
         if let Some((i, other)) = (0..3).find_map(|i| Some((i, frame?.others[axes[i]].as_ref()?))) {
@@ -160,7 +167,8 @@ impl OwnBox {
         let steps = DVec3::from(std::array::from_fn(|i| own[i].step.abs()));
         let is_cubic =
             own.iter().any(|axis| axis.unit != own[0].unit) || steps.max_element() <= (1.0 + FRAME_TOLERANCE) * steps.min_element();
-        Ok(Self { bounds, backwards: std::array::from_fn(|i| own[i].step < 0.0), is_cubic })
+        let backwards = std::array::from_fn(|i| own[i].step < 0.0);
+        Ok(Self { bounds, backwards, is_cubic, is_sparse: frame.is_some_and(|frame| frame.is_sparse) })
     }
 }
 
@@ -181,13 +189,13 @@ fn boxes(section: &Section, dims: [usize; 3], own: OwnBox) -> Result<(Bounds, Op
         if let Ok(frame) = own.bounds.as_ref() {
             has_same_size(&whole, frame).then_some(()).ok_or_else(|| other_size(section, "voxel", &whole, frame))?;
         }
-        return within(section, whole, corners);
+        return within(section, whole, corners, own.is_sparse);
     }
     match (own.bounds, corners) {
         (Ok(frame), Some(corners)) if has_same_size(&corners, &frame) => Ok((corners, None)),
         (Ok(frame), corners) => {
             let moved = centre.map_or(DVec3::ZERO, |centre| centre - 0.5 * (frame.low + frame.high));
-            within(section, Bounds { low: frame.low + moved, high: frame.high + moved }, corners)
+            within(section, Bounds { low: frame.low + moved, high: frame.high + moved }, corners, own.is_sparse)
         }
         (Err(_), Some(corners)) => Ok((corners, None)),
         (Err(reason), None) if reason.is_empty() => section.bounds("low", "high").map(|bounds| (bounds, None)),
@@ -199,8 +207,12 @@ fn has_same_size(one: &Bounds, other: &Bounds) -> bool {
     ((one.size() - other.size()) / other.size()).abs().cmple(DVec3::splat(FRAME_TOLERANCE)).all()
 }
 
-/// The whole box, and the corners of what is wanted, which lie within it.
-fn within(section: &Section, whole: Bounds, corners: Option<Bounds>) -> Result<(Bounds, Option<Bounds>)> {
+/// The whole box, and the corners of what is wanted, which lie within it; where there is nothing beyond it they are cut.
+fn within(section: &Section, whole: Bounds, corners: Option<Bounds>, is_sparse: bool) -> Result<(Bounds, Option<Bounds>)> {
+    let corners = corners.map(|corners| {
+        let cut = Bounds { low: corners.low.max(whole.low), high: corners.high.min(whole.high) };
+        if is_sparse && cut.low.cmplt(cut.high).all() { cut } else { corners }
+    });
     let room = whole.size() * 1e-6;
     let outside = |corners: &Bounds| !(corners.low.cmpge(whole.low - room).all() && corners.high.cmple(whole.high + room).all());
     match corners {

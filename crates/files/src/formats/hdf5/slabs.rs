@@ -46,7 +46,7 @@ impl<'a> Slabs<'a> {
         };
         let selections = (0..self.dataset.ndim()).map(of).collect();
         let read = self.dataset.read_slice::<Value<T>>(&SliceInfo { selections });
-        Ok(read.map_err(|e| e.to_string())?.into_iter().map(|v| v.0).collect())
+        Ok(read.map_err(|e| e.to_string())?.into_raw_vec_and_offset().0.into_iter().map(|v| v.0).collect())
     }
 }
 

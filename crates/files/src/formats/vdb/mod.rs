@@ -143,7 +143,7 @@ fn frame(transform: &Transform, window: &Window) -> std::result::Result<Frame, S
     let (true, Some(order)) = (straight, order) else {
         return Err(format!("{}: resample it to voxels along x, y and z first", transform.turning()));
     };
-    let mut frame = Frame { order, ..Frame::default() };
+    let mut frame = Frame { order, is_sparse: true, ..Frame::default() };
     for (i, axis) in frame.axes.iter_mut().enumerate() {
         let step = transform.matrix[i][main[i]];
         let first = transform.origin[main[i]] + window.low[i] as f64 * step;
