@@ -1,32 +1,25 @@
 //! The measured dust of the Galaxy, from small files that are laid out as the published ones (maps/write.py): where it is,
 //! and how much.
 
+mod support;
+
 use std::io::Read;
-use std::path::Path;
 use std::sync::Arc;
 
 use barnard::field::Field;
 use barnard::glam::DVec3;
 use barnard::memory::DEFAULT_LIMIT;
 
-/// Puts a file of the archive into a folder.
-fn unpack(name: &str, folder: &Path) {
+/// The bytes of a file of the archive.
+fn file(name: &str) -> Vec<u8> {
     let mut archive = zip::ZipArchive::new(std::io::Cursor::new(include_bytes!("maps.zip"))).unwrap();
     let mut bytes = Vec::new();
     archive.by_name(name).unwrap().read_to_end(&mut bytes).unwrap();
-    std::fs::write(folder.join(name), bytes).unwrap();
+    bytes
 }
 
-fn density(file: &str, keys: &str) -> Result<Arc<dyn Field>, String> {
-    let folder = tempfile::tempdir().unwrap();
-    unpack(file, folder.path());
-    let text = format!(
-        "[camera]\nkind = \"perspective\"\nposition = \"0 0 9 pc\"\nfield_of_view = \"30 deg\"\n\
-         [field.n]\nkind = \"grid\"\nfile = \"{file}\"\n{keys}\n[dust]\ndensity = \"n\"\nscale = \"1 mag/pc\"\n"
-    );
-    let scene = barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(folder.path(), DEFAULT_LIMIT))
-        .map_err(|e| e.to_string())?;
-    Ok(scene.dust.unwrap().density)
+fn density(name: &str, keys: &str) -> Result<Arc<dyn Field>, String> {
+    support::density(name, &file(name), keys, DEFAULT_LIMIT)
 }
 
 /// Extinction at V [mag/pc] of the cloud that each file has in one voxel, and of the dust around it.
@@ -112,7 +105,7 @@ fn other_files_are_refused() {
 #[test]
 fn the_local_bubble_is_a_scene() {
     let folder = tempfile::tempdir().unwrap();
-    unpack("mean_and_std_xyz.fits", folder.path());
+    std::fs::write(folder.path().join("mean_and_std_xyz.fits"), file("mean_and_std_xyz.fits")).unwrap();
     let entry = barnard_files::builtin::entry("local_bubble").unwrap();
     std::fs::create_dir(folder.path().join("stars")).unwrap();
     std::fs::write(folder.path().join("stars/local_bubble.csv"), include_str!("../scenes/stars/local_bubble.csv")).unwrap();

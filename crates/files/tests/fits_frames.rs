@@ -1,5 +1,7 @@
 //! What a FITS cube says of its own values and frame is read, or said: it is never passed over.
 
+mod support;
+
 use barnard::data::Layout;
 use barnard::field::Field;
 use barnard::glam::DVec3;
@@ -18,15 +20,7 @@ fn cube(cards: &[&str]) -> Vec<u8> {
 
 /// The density of a scene whose dust is such a cube; `keys` stand in its table.
 fn density(cards: &[&str], keys: &str) -> Result<std::sync::Arc<dyn Field>, String> {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("cube.fits"), cube(cards)).unwrap();
-    let text = format!(
-        "[camera]\nkind = \"perspective\"\nposition = \"0 0 9 pc\"\nfield_of_view = \"30 deg\"\n\
-         [field.n]\nkind = \"grid\"\nfile = \"cube.fits\"\n{keys}\n[dust]\ndensity = \"n\"\nscale = \"5.32e-22 mag cm2\"\n"
-    );
-    let scene = barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(folder.path(), DEFAULT_LIMIT))
-        .map_err(|e| e.to_string())?;
-    Ok(scene.dust.unwrap().density)
+    support::density("cube.fits", &cube(cards), keys, DEFAULT_LIMIT)
 }
 
 const BOX: &str = "low = \"-2 -1 -1 pc\"\nhigh = \"2 1 1 pc\"";

@@ -1,31 +1,21 @@
 //! Where the arrays of files lie in a scene, and what of them is read.
 
+mod support;
+
 use std::sync::Arc;
 
 use barnard::field::Field;
 use barnard::glam::DVec3;
 use barnard::memory::DEFAULT_LIMIT;
 use npyz::WriterBuilder;
-
-/// The field of a scene whose grid has these keys; `bytes` are those of its file.
-fn field(name: &str, bytes: &[u8], keys: &str, memory_limit: u64) -> Result<Arc<dyn Field>, String> {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join(name), bytes).unwrap();
-    let text = format!(
-        "[camera]\nkind = \"perspective\"\nposition = \"0 0 9 pc\"\nfield_of_view = \"30 deg\"\n\
-         [field.n]\nkind = \"grid\"\nfile = \"{name}\"\n{keys}\n[dust]\ndensity = \"n\"\nscale = \"5.32e-22 mag cm2\"\n"
-    );
-    let scene = barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(folder.path(), memory_limit))
-        .map_err(|e| e.to_string())?;
-    Ok(scene.dust.unwrap().density)
-}
+use support::density;
 
 /// A grid of OpenVDB from its archive: voxels 2 to 31 along x, 2 to 15 along y and z.
 fn vdb(name: &str, keys: &str) -> Result<Arc<dyn Field>, String> {
     let mut archive = zip::ZipArchive::new(std::io::Cursor::new(include_bytes!("vdb.zip"))).unwrap();
     let mut bytes = Vec::new();
     std::io::copy(&mut archive.by_name(&format!("{name}.vdb")).unwrap(), &mut bytes).unwrap();
-    field("cloud.vdb", &bytes, keys, DEFAULT_LIMIT)
+    density("cloud.vdb", &bytes, keys, DEFAULT_LIMIT)
 }
 
 /// An array of 40 x 30 x 20 singles, x slowest, whose values tell their places.
@@ -69,7 +59,7 @@ fn lengths_without_a_unit_are_given_one() {
     assert!(beside.contains("choose a box within it"), "{beside}");
     let flat = bounds("map_scale", "voxel = \"1 pc\"").unwrap_err();
     assert!(flat.contains("no cubes") && flat.contains("scale"), "{flat}");
-    let nothing = field("a.npy", &npy(), "scale = \"1 pc\"", DEFAULT_LIMIT).map(|_| ()).unwrap_err();
+    let nothing = density("a.npy", &npy(), "scale = \"1 pc\"", DEFAULT_LIMIT).map(|_| ()).unwrap_err();
     assert!(nothing.contains("no lengths of its own"), "{nothing}");
 }
 
@@ -94,7 +84,7 @@ fn turned_axes_lie_where_the_file_says() {
 /// A box within that of the array is read alone, to whole voxels; one beside it is refused.
 #[test]
 fn parts_are_read() {
-    let of = |keys: &str| field("a.npy", &npy(), &format!("voxel = \"1 pc\"\ncentre = \"20 15 10 pc\"\n{keys}"), DEFAULT_LIMIT);
+    let of = |keys: &str| density("a.npy", &npy(), &format!("voxel = \"1 pc\"\ncentre = \"20 15 10 pc\"\n{keys}"), DEFAULT_LIMIT);
     let whole = of("").unwrap();
     let part = of("low = \"3.5 4 5 pc\"\nhigh = \"9 8.2 7 pc\"").unwrap();
     let bounds = part.bounds();
@@ -112,7 +102,7 @@ fn parts_are_read() {
 /// than they need.
 #[test]
 fn blocks_become_their_means() {
-    let of = |keys: &str, limit: u64| field("a.npy", &npy(), &format!("low = \"0 0 0 pc\"\nhigh = \"40 30 20 pc\"\n{keys}"), limit);
+    let of = |keys: &str, limit: u64| density("a.npy", &npy(), &format!("low = \"0 0 0 pc\"\nhigh = \"40 30 20 pc\"\n{keys}"), limit);
     let coarse = of("every = 8", DEFAULT_LIMIT).unwrap();
     let grid = coarse.grid().unwrap();
     let bounds = grid.lattice().bounds;
