@@ -12,9 +12,7 @@ use support::density;
 
 /// A grid of OpenVDB from its archive: voxels 2 to 31 along x, 2 to 15 along y and z.
 fn vdb(name: &str, keys: &str) -> Result<Arc<dyn Field>, String> {
-    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(include_bytes!("vdb.zip"))).unwrap();
-    let mut bytes = Vec::new();
-    std::io::copy(&mut archive.by_name(&format!("{name}.vdb")).unwrap(), &mut bytes).unwrap();
+    let bytes = unpacked(include_bytes!("vdb.zip"), &format!("{name}.vdb"));
     density("cloud.vdb", &bytes, keys, DEFAULT_LIMIT)
 }
 
@@ -125,4 +123,42 @@ fn blocks_become_their_means() {
     for wrong in ["every = 0", "every = 2000", "every = 1.5"] {
         assert!(of(wrong, DEFAULT_LIMIT).map(|_| ()).unwrap_err().contains("every"), "{wrong}");
     }
+}
+
+/// A file of an archive.
+fn unpacked(archive: &[u8], name: &str) -> Vec<u8> {
+    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(archive)).unwrap();
+    let mut bytes = Vec::new();
+    std::io::copy(&mut archive.by_name(name).unwrap(), &mut bytes).unwrap();
+    bytes
+}
+
+/// One cloud is one field, to the last bit, whatever format it is read from: NumPy, FITS plain, in tiles and packed by
+/// gzip, HDF5 in half, single and double precision, of either byte order, in chunks and not.
+#[test]
+fn one_cloud_is_the_same_from_each_format() {
+    let (fits, hdf5) = (&include_bytes!("fits.zip")[..], &include_bytes!("hdf5.zip")[..]);
+    let mut npy = Vec::new();
+    let mut writer = npyz::WriteOptions::<f32>::new().default_dtype().shape(&[12, 10, 14]).writer(&mut npy).begin_nd().unwrap();
+    let places = (0..12).flat_map(|i| (0..10).flat_map(move |j| (0..14).map(move |k| (i, j, k))));
+    writer.extend(places.map(|(i, j, k)| ((3 * i + 5 * j + 7 * k) % 61 + 1) as f32 / 8.0)).unwrap();
+    writer.finish().unwrap();
+    let of = |name: &str, bytes: &[u8], keys: &str| {
+        let keys = format!("axes = \"zyx\"\nvoxel = \"2 pc\"\nunit = \"cm-3\"\n{keys}");
+        density(name, bytes, &keys, DEFAULT_LIMIT).unwrap_or_else(|e| panic!("{name} {keys}: {e}"))
+    };
+    let expected = of("a.npy", &npy, "");
+    let is_same = |field: &Arc<dyn Field>| {
+        let (own, expected) = (field.grid().unwrap(), expected.grid().unwrap());
+        own.lattice() == expected.lattice() && own.values() == expected.values()
+    };
+    for name in ["plain.fits", "plain.fits.gz", "f4_gzip_2.fits", "f8_gzip_1.fits", "fpack_gzip.fits.fz"] {
+        assert!(is_same(&of(name, &unpacked(fits, name), "")), "{name}");
+    }
+    let latest = unpacked(hdf5, "latest.h5");
+    for dataset in ["layouts/contiguous", "layouts/growing_twice_packed", "filters/lzf_shuffle", "types/big_f2", "types/little_f8"] {
+        assert!(is_same(&of("latest.h5", &latest, &format!("array = \"{dataset}\""))), "{dataset}");
+    }
+    // Another cloud is not the same.
+    assert!(!is_same(&of("latest.h5", &latest, "array = \"types/little_i4\"")));
 }
