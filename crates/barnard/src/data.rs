@@ -131,6 +131,8 @@ pub struct Frame {
     pub unit: Option<String>,
     /// The axes in the order of the array's indices, where their steps are known.
     pub axes: [Option<Axis>; 3],
+    /// Whether the steps of the axes came of a box along x, y and z, and hold in this order of them alone.
+    pub is_by_letter: bool,
     /// Whether there is nothing beyond the array, rather than something that the file does not have.
     pub is_sparse: bool,
     /// What those are that the file says to be no lengths, such as "velocity (CTYPE3 VRAD)".

@@ -48,7 +48,7 @@ const MOST_BYTES: usize = 96 << 20;
 /// Longest that reading one may take.
 const LONGEST: Duration = Duration::from_secs(20);
 
-/// The files of an archive that end so, those of 200 kB at most.
+/// The files of an archive that end so, those of 500 kB at most.
 fn corpus(archive: &[u8], ends: &str) -> Vec<(String, Vec<u8>)> {
     let mut archive = zip::ZipArchive::new(Cursor::new(archive)).unwrap();
     let names: Vec<String> = archive.file_names().map(|name| name.unwrap().into_owned()).filter(|name| name.ends_with(ends)).collect();

@@ -64,13 +64,17 @@ fn maps_are_cut_and_made_coarse() {
     let part = of("low = \"-5 -15 -5 pc\"\nhigh = \"25 15 15 pc\"").unwrap();
     assert!((part.at(DVec3::new(20.0, -10.0, 10.0)) / 0.14 - 1.0).abs() < 1e-6);
     assert_eq!(part.grid().unwrap().lattice().dims, [15, 15, 10]);
+    // A part that is nearly all is a part, and no map goes elsewhere.
+    let most = of("low = \"-24.9 -24.9 -24.9 pc\"\nhigh = \"24.9 24.9 24.9 pc\"").unwrap();
+    assert!((most.at(DVec3::new(20.0, -10.0, 10.0)) / 0.14 - 1.0).abs() < 1e-6 && most.bounds().high.x == 25.0);
+    assert!(of("low = \"0 0 0 pc\"\nhigh = \"50 50 50 pc\"").is_err());
     let sum = |field: &Arc<dyn Field>| {
         let grid = field.grid().unwrap();
         grid.values().iter().map(|v| f64::from(*v)).sum::<f64>() * grid.lattice().voxel_pc().element_product()
     };
     let whole = of("").unwrap();
-    // 25 voxels an edge take 61 KiB; four become one of 8 pc, 7 an edge, 4 KiB with their sums.
-    let coarse = of("memory = \"5 KiB\"").unwrap();
+    // 25 voxels an edge take 61 KiB; four become one of 8 pc, 7 an edge, 5.4 KiB with their sums.
+    let coarse = of("memory = \"6 KiB\"").unwrap();
     assert_eq!(coarse.grid().unwrap().lattice().dims, [7; 3]);
     assert!((sum(&coarse) / sum(&whole) - 1.0).abs() < 1e-6, "{} {}", sum(&coarse), sum(&whole));
     assert_eq!(of("memory = \"1 GiB\"").unwrap().grid().unwrap().lattice().dims, [25; 3]);

@@ -143,6 +143,26 @@ fn packed_files_are_read() {
     assert!(named.contains("HCOMPRESS_1") && named.contains("funpack"), "{named}");
 }
 
+/// A tile that claims more than its numbers could take is refused before it is read, and so is a block of any length.
+#[test]
+fn impossible_tiles_are_refused() {
+    let whole = file("i4_rice_1.fits");
+    let find = |text: &[u8]| whole.windows(text.len()).position(|own| own == text).unwrap();
+    // The table begins behind the header of its HDU; a descriptor is a count and a place.
+    let second = find(b"XTENSION");
+    let end = whole[second..].windows(80).step_by(80).position(|card| card.starts_with(b"END     ")).unwrap();
+    let table = second + (80 * (end + 1)).next_multiple_of(2880);
+    let mut greedy = whole.clone();
+    greedy[table..table + 4].copy_from_slice(&100_000u32.to_be_bytes());
+    let message = part("a.fits", &greedy, None).unwrap_err();
+    assert!(message.contains("longer than its numbers could be") && message.contains("tile 1"), "{message}");
+    let mut long = whole.clone();
+    let value = find(b"ZVAL1   =") + 10;
+    long[value..value + 20].copy_from_slice(format!("{:>20}", 1u64 << 62).as_bytes());
+    let message = part("a.fits", &long, None).unwrap_err();
+    assert!(message.contains("BLOCKSIZE"), "{message}");
+}
+
 /// Files that end too early are refused; those with flipped bits give errors or numbers, and no panic.
 #[test]
 fn broken_files_are_refused() {

@@ -142,6 +142,37 @@ fn what_was_never_written_is_filled() {
     }
 }
 
+/// Numbers that netCDF's attributes say to be packed are what they stand for, and those that stand for none are blank.
+#[test]
+fn packed_numbers_are_what_they_stand_for() {
+    for name in ["earliest.h5", "latest.h5"] {
+        let bytes = file(name);
+        // Halves of whole numbers below 24 are cut off, and four quarters above the offset mean nothing.
+        let of = |at| (4.0 * (eighths(at) / 8.0 - 3.0)).trunc();
+        let value = |at| if of(at) == 4.0 { f64::NAN } else { 0.25 * of(at) + 3.0 };
+        let same = |own: Vec<f64>, expected: Vec<f64>| {
+            assert!(own.iter().zip(&expected).all(|(a, b)| a == b || a.is_nan() && b.is_nan()) && own.iter().any(|v| v.is_nan()));
+        };
+        same(numbers(&whole(&bytes, Some("/packed/i2")).unwrap().1), expected(&all(), value));
+        let blank = |at| if eighths(at) == 20.0 { f64::NAN } else { eighths(at) / 8.0 };
+        same(numbers(&whole(&bytes, Some("/packed/f4")).unwrap().1), expected(&all(), blank));
+    }
+}
+
+/// What is read does not depend on how many threads read it.
+#[test]
+fn threads_make_no_difference() {
+    let bytes = file("latest.h5");
+    let of = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let asked = Part { every: 3, ..all() };
+        let read = |name: &str| part(&bytes, Some(name), 1 << 26, |_| asked.clone()).map(|read| numbers(&read.1));
+        pool.install(|| (read("/filters/gzip"), read("/refused/blosc")))
+    };
+    let (one, many) = (of(1), of(7));
+    assert!(one.0.is_ok() && one.1.is_err() && one == many);
+}
+
 /// What is read of a dataset is what was asked for: a part across chunks, and means of blocks.
 #[test]
 fn parts_are_read() {
@@ -189,6 +220,8 @@ fn what_is_no_grid_is_refused() {
         ("flat", "4 x 4"),
         ("empty", "empty"),
         ("bfloat", "IEEE 754"),
+        ("twelve_bits", "do not fill their bytes"),
+        ("never_written", "was ever written"),
         ("blosc", "packed by Blosc"),
         ("zstd", "packed by Zstandard"),
     ] {

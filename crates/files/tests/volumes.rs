@@ -133,6 +133,18 @@ fn unpacked(archive: &[u8], name: &str) -> Vec<u8> {
     bytes
 }
 
+/// A box that a file says along x, y and z holds in the order in which its axes were taken, and is refused in another.
+#[test]
+fn boxes_by_letter_hold_in_their_order() {
+    let bytes = unpacked(include_bytes!("hdf5.zip"), "edges.h5");
+    let bounds = density("edges.h5", &bytes, "", DEFAULT_LIMIT).unwrap().bounds();
+    assert!(close(bounds.low, [0.0; 3]) && close(bounds.high, [14.0, 10.0, 12.0]), "{bounds:?}");
+    let other = density("edges.h5", &bytes, "axes = \"zyx\"", DEFAULT_LIMIT).map(|_| ()).unwrap_err();
+    assert!(other.contains("taken as xyz") && other.contains("wcs = false"), "{other}");
+    let said = "axes = \"zyx\"\nwcs = false\nlow = \"0 0 0 pc\"\nhigh = \"14 10 12 pc\"";
+    assert_eq!(density("edges.h5", &bytes, said, DEFAULT_LIMIT).unwrap().grid().unwrap().lattice().dims, [14, 10, 12]);
+}
+
 /// One cloud is one field, to the last bit, whatever format it is read from: NumPy, FITS plain, in tiles and packed by
 /// gzip, HDF5 in half, single and double precision, of either byte order, in chunks and not.
 #[test]

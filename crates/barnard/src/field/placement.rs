@@ -57,9 +57,10 @@ impl Placement {
         })
     }
 
-    /// Bytes that the numbers of its voxels take, and their sums while they are read.
+    /// Bytes that the numbers of its voxels take at most while they are read: as doubles, as a grid holds them, and their
+    /// sums.
     fn bytes(&self) -> u64 {
-        let each = if self.part.every > 1 { 12 } else { 4 };
+        let each = if self.part.every > 1 { 16 } else { 12 };
         self.part.shape().iter().fold(each, |bytes, edge| bytes.saturating_mul(*edge as u64))
     }
 
@@ -116,17 +117,15 @@ struct OwnBox {
     is_cubic: bool,
     /// Whether there is nothing beyond it.
     is_sparse: bool,
+    /// Whether the scene may place all of it elsewhere by its corners: what is measured or sparse is where it is.
+    is_movable: bool,
 }
 
 impl OwnBox {
     fn of(section: &Section, frame: Option<&Frame>, axes: [usize; 3], dims: [usize; 3]) -> Result<Self> {
         let scale = section.positive::<Length>("scale")?;
-        let silent = |reason: String| Self {
-            bounds: Err(reason),
-            backwards: [false; 3],
-            is_cubic: true,
-            is_sparse: frame.is_some_and(|frame| frame.is_sparse),
-        };
+        let is_sparse = frame.is_some_and(|frame| frame.is_sparse);
+        let silent = |reason: String| Self { bounds: Err(reason), backwards: [false; 3], is_cubic: true, is_sparse, is_movable: true };
         let is_read = section.flag("wcs")?.unwrap_or(true);
         let frame = frame.filter(|_| is_read);
         if let Some((i, other)) = (0..3).find_map(|i| Some((i, frame?.others[axes[i]].as_ref()?))) {
@@ -135,6 +134,16 @@ impl OwnBox {
                 ['x', 'y', 'z'][i]
             );
             return Err(section.error("file", message));
+        }
+        if let Some(frame) = frame
+            && frame.is_by_letter
+            && axes != ['x', 'y', 'z'].map(|letter| frame.order.find(letter).unwrap_or(0))
+        {
+            let message = format!(
+                "the file says its box along x, y and z and names no axes, which were taken as {}: say low and high, and wcs = false",
+                frame.order
+            );
+            return Err(section.error("axes", message));
         }
         let own: Option<Vec<&Axis>> = frame.and_then(|frame| axes.iter().map(|axis| frame.axes[*axis].as_ref()).collect());
         let Some(own) = own else {
@@ -168,7 +177,7 @@ impl OwnBox {
         let is_cubic =
             own.iter().any(|axis| axis.unit != own[0].unit) || steps.max_element() <= (1.0 + FRAME_TOLERANCE) * steps.min_element();
         let backwards = std::array::from_fn(|i| own[i].step < 0.0);
-        Ok(Self { bounds, backwards, is_cubic, is_sparse: frame.is_some_and(|frame| frame.is_sparse) })
+        Ok(Self { bounds, backwards, is_cubic, is_sparse, is_movable: !is_sparse && !section.has("preset") })
     }
 }
 
@@ -192,7 +201,10 @@ fn boxes(section: &Section, dims: [usize; 3], own: OwnBox) -> Result<(Bounds, Op
         return within(section, whole, corners, own.is_sparse);
     }
     match (own.bounds, corners) {
-        (Ok(frame), Some(corners)) if has_same_size(&corners, &frame) => Ok((corners, None)),
+        // A box of the same size elsewhere is all of the array, moved there.
+        (Ok(frame), Some(corners)) if own.is_movable && has_same_size(&corners, &frame) && !lies_within(&corners, &frame) => {
+            Ok((corners, None))
+        }
         (Ok(frame), corners) => {
             let moved = centre.map_or(DVec3::ZERO, |centre| centre - 0.5 * (frame.low + frame.high));
             within(section, Bounds { low: frame.low + moved, high: frame.high + moved }, corners, own.is_sparse)
@@ -207,16 +219,19 @@ fn has_same_size(one: &Bounds, other: &Bounds) -> bool {
     ((one.size() - other.size()) / other.size()).abs().cmple(DVec3::splat(FRAME_TOLERANCE)).all()
 }
 
+fn lies_within(inner: &Bounds, outer: &Bounds) -> bool {
+    let room = outer.size() * 1e-6;
+    inner.low.cmpge(outer.low - room).all() && inner.high.cmple(outer.high + room).all()
+}
+
 /// The whole box, and the corners of what is wanted, which lie within it; where there is nothing beyond it they are cut.
 fn within(section: &Section, whole: Bounds, corners: Option<Bounds>, is_sparse: bool) -> Result<(Bounds, Option<Bounds>)> {
     let corners = corners.map(|corners| {
         let cut = Bounds { low: corners.low.max(whole.low), high: corners.high.min(whole.high) };
         if is_sparse && cut.low.cmplt(cut.high).all() { cut } else { corners }
     });
-    let room = whole.size() * 1e-6;
-    let outside = |corners: &Bounds| !(corners.low.cmpge(whole.low - room).all() && corners.high.cmple(whole.high + room).all());
     match corners {
-        Some(corners) if outside(&corners) => Err(other_size(section, "low", &corners, &whole)),
+        Some(corners) if !lies_within(&corners, &whole) => Err(other_size(section, "low", &corners, &whole)),
         corners => Ok((whole, corners)),
     }
 }

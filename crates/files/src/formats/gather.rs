@@ -140,24 +140,26 @@ impl<T: Kept> Gather<T> {
 
     /// Takes blocks of elements, the last index fastest within each, several of them unpacked at once.
     ///
-    /// `fetch` gets what is stored of a block, one after the other; `unpack` makes its elements of that.
+    /// `fetch` gets what is stored of a block, one after the other; `unpack` makes its elements of that. A block takes
+    /// `bytes` while it is unpacked, and no more of them are together than `limit` holds, but one.
     ///
     /// # Errors
     /// Those of `fetch` and `unpack`, of the first block that has one.
     pub fn blocks<B: Send, E: Send>(
         &mut self,
         mut blocks: impl Iterator<Item = Block>,
+        (bytes, limit): (u64, u64),
         mut fetch: impl FnMut(&Block) -> Result<B, E>,
         unpack: impl Fn(&Block, B) -> Result<Vec<T>, E> + Sync,
     ) -> Result<(), E> {
-        let together = 2 * rayon::current_num_threads();
+        let together = usize::try_from(limit / bytes.max(1)).unwrap_or(usize::MAX).clamp(1, 2 * rayon::current_num_threads());
         loop {
-            let some = blocks.by_ref().take(together).map(|block| fetch(&block).map(|stored| (block, stored)));
-            let some = some.collect::<Result<Vec<_>, E>>()?;
-            if some.is_empty() {
+            let fetched: Vec<_> = blocks.by_ref().take(together).map(|block| (fetch(&block), block)).collect();
+            if fetched.is_empty() {
                 return Ok(());
             }
-            let unpacked: Vec<_> = some.into_par_iter().map(|(block, stored)| (unpack(&block, stored), block)).collect();
+            let of = |(stored, block): (Result<B, E>, Block)| (stored.and_then(|stored| unpack(&block, stored)), block);
+            let unpacked: Vec<_> = fetched.into_par_iter().map(of).collect();
             for (elements, [slow, middle, fast]) in unpacked {
                 let elements = elements?;
                 let mut rows = elements.chunks(fast.len());

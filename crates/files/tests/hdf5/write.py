@@ -85,6 +85,15 @@ def holes(file):
     file.create_dataset("nothing/f4", SHAPE, "<f4")
 
 
+def packed(file):
+    """Numbers as netCDF packs them, and some that stand for none."""
+    dataset = file.create_dataset("packed/i2", data=(4 * (numbers - 3)).astype("<i2"), chunks=CHUNKS)
+    dataset.attrs["scale_factor"], dataset.attrs["add_offset"] = 0.25, 3.0
+    dataset.attrs["_FillValue"] = np.int16(4)
+    dataset = file.create_dataset("packed/f4", data=numbers.astype("<f4"))
+    dataset.attrs["missing_value"] = np.float32(2.5)
+
+
 def links(file):
     file["links/hard"] = file["layouts/chunked"]
     file["links/soft"] = h5py.SoftLink("/layouts/chunked")
@@ -109,6 +118,10 @@ def refused(file):
     bfloat.set_size(2)
     bfloat.set_ebias(127)
     h5py.h5d.create(group.id, b"bfloat", bfloat, h5py.h5s.create_simple((2, 2, 2)))
+    twelve = h5py.h5t.STD_I16LE.copy()
+    twelve.set_precision(12)
+    h5py.h5d.create(group.id, b"twelve_bits", twelve, h5py.h5s.create_simple((2, 2, 2)))
+    group.create_dataset("never_written", (2**18, 2**18, 2**18), "u1")
     group.create_dataset("blosc", data=numbers.astype("f4"), chunks=CHUNKS, **hdf5plugin.Blosc())
     group.create_dataset("zstd", data=numbers.astype("f4"), chunks=CHUNKS, **hdf5plugin.Zstd())
 
@@ -120,6 +133,10 @@ def places(folder):
         dataset.attrs["unit"] = "cm^-3"
         for axis, label in zip(dataset.dims, "zyx"):
             axis.label = label
+    with h5py.File(folder / "edges.h5", "w") as file:
+        file["density"] = data
+        for name, edge in (("domain_left_edge", [0.0, 0.0, 0.0]), ("domain_right_edge", [14.0, 10.0, 12.0])):
+            file.attrs[name], file.attrs[f"{name}_units"] = edge, "pc"
     steps = {"z": -2.0 + 0.5 * np.arange(12), "y": 3.0 - 0.25 * np.arange(10), "x": 10.0 + np.arange(14.0)}
     coordinates = {name: (name, values, {"units": "pc"}) for name, values in steps.items()}
     density = xarray.DataArray(data, dims=("z", "y", "x"), coords=coordinates, attrs={"units": "m^-3"})
@@ -136,7 +153,7 @@ def places(folder):
 def main(folder):
     for version in ("earliest", "latest"):
         with h5py.File(folder / f"{version}.h5", "w", libver=version) as file:
-            for part in (layouts, types, filters, holes, links, refused):
+            for part in (layouts, types, filters, holes, packed, links, refused):
                 part(file)
     with h5py.File(folder / "behind.h5", "w", userblock_size=1024) as file:
         layouts(file)

@@ -6,8 +6,8 @@ use barnard::error::{Error, Result};
 use super::cards::{BLOCK, CARD};
 use crate::formats::Request;
 
-/// More header blocks than any real file has.
-const MAX_HEADER_BLOCKS: usize = 4096;
+/// More header blocks than any real file has, of all its HDUs.
+const MAX_HEADER_BLOCKS: usize = 16_384;
 /// HDUs that are looked at.
 const MAX_HDUS: usize = 1000;
 
@@ -29,17 +29,19 @@ pub struct Header {
 }
 
 impl Header {
-    fn read(request: &mut Request, start: u64) -> Result<Self> {
+    /// Reads a header of at most so many blocks, of which it takes some away.
+    fn read(request: &mut Request, start: u64, blocks: &mut usize) -> Result<Self> {
         let path = request.path;
         let broken = |reason: &str| Error::file(path, format!("is no valid FITS file: {reason}"));
         let mut cards = Vec::new();
-        for block in 0..MAX_HEADER_BLOCKS {
+        for block in 0..*blocks {
             let from = start + (block * BLOCK) as u64;
             let bytes = request.bytes(from, BLOCK)?.ok_or_else(|| broken("the header is truncated, no END card"))?;
             for card in bytes.chunks_exact(CARD) {
                 let text = String::from_utf8_lossy(card).into_owned();
                 let keyword: String = text.chars().take(8).collect::<String>().trim().to_owned();
                 if keyword == "END" {
+                    *blocks -= block + 1;
                     return Ok(Self { cards, data: from + BLOCK as u64 });
                 }
                 if text.chars().nth(8) == Some('=') {
@@ -47,7 +49,7 @@ impl Header {
                 }
             }
         }
-        Err(broken("the header has no end"))
+        Err(broken(&format!("its headers have more than {MAX_HEADER_BLOCKS} blocks")))
     }
 
     pub fn text(&self, keyword: &str) -> Option<&str> {
@@ -162,9 +164,9 @@ pub fn headers(request: &mut Request) -> Result<Vec<Header>> {
         return Err(Error::file(request.path, "is no FITS file: it does not begin with SIMPLE"));
     }
     let mut headers = Vec::new();
-    let mut start = 0u64;
+    let (mut start, mut blocks) = (0u64, MAX_HEADER_BLOCKS);
     while start.saturating_add(BLOCK as u64) <= request.length && headers.len() < MAX_HDUS {
-        let header = Header::read(request, start)?;
+        let header = Header::read(request, start, &mut blocks)?;
         let next = header.data_bytes().and_then(|n| header.data.checked_add(n));
         let next = next.ok_or_else(|| Error::file(request.path, "BITPIX or NAXIS are missing or impossible"))?;
         headers.push(header);

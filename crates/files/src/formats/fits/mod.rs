@@ -159,7 +159,9 @@ fn image(request: &mut Request) -> Result<Image> {
     let (mut size, mut data, mut double) = (None, Vec::new(), false);
     for header in headers.iter().filter(|h| h.axes().is_some_and(|a| a.len() == 2)) {
         let axes = header.axes().unwrap_or_default();
-        let (shape, _) = checked_shape(request.path, request.memory_limit, &[1, axes[1], axes[0]])?;
+        // All bands so far count.
+        checked_shape(request.path, request.memory_limit, &[bands.len() as u64 + 1, axes[1], axes[0]])?;
+        let (shape, _) = three_axes(request.path, &[1, axes[1], axes[0]])?;
         if *size.get_or_insert((axes[0], axes[1])) != (axes[0], axes[1]) {
             return Err(Error::file(request.path, "holds images of different sizes"));
         }

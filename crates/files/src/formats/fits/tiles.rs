@@ -63,8 +63,9 @@ pub fn gathered<T: Kept>(request: &mut Request, header: &Header, numbers: [Optio
     let (path, limit) = (request.path, request.memory_limit);
     let wrong = |reason: String| Error::file(path, reason);
     let tiles = Tiles::of(header).map_err(wrong)?;
-    let elements = tiles.edges.iter().fold(1u64, |cells, edge| cells.saturating_mul(*edge));
+    let elements = tiles.elements();
     memory::check(&format!("a tile of {}", path.display()), elements.saturating_mul(8), limit)?;
+    let cells = tiles.table.read(request, header)?;
     let edges = numbers.map(|number| number.and_then(|n| tiles.edges.get(n - 1)).map_or(1, |edge| *edge as usize));
     let whole: Vec<u64> = tiles.axes.iter().zip(&tiles.edges).map(|(axis, edge)| axis.div_ceil(*edge)).collect();
     let place = |block: &Block| {
@@ -81,7 +82,9 @@ pub fn gathered<T: Kept>(request: &mut Request, header: &Header, numbers: [Optio
     let blocks = cut(&gather.ranges, edges);
     gather.blocks(
         blocks,
-        |block| tiles.fetch(request, row(&place(block))),
+        // As packed, unpacked, and what is meant of it.
+        (elements.saturating_mul(24), limit),
+        |block| tiles.fetch(request, &cells, row(&place(block))),
         |block, tile| {
             let at = place(block);
             let sizes: Vec<u64> = (0..at.len()).map(|i| tiles.edges[i].min(tiles.axes[i] - at[i] * tiles.edges[i])).collect();
@@ -126,15 +129,15 @@ impl<'h> Tiles<'h> {
             "GZIP_1" => Packing::Gzip { shuffled: false },
             "GZIP_2" => Packing::Gzip { shuffled: true },
             "RICE_1" | "RICE_ONE" => Packing::Rice {
-                pixels: option("BLOCKSIZE").and_then(|n| usize::try_from(n).ok()).filter(|n| *n > 0).unwrap_or(32),
+                pixels: option("BLOCKSIZE").and_then(|n| usize::try_from(n).ok()).unwrap_or(32),
                 bytes: option("BYTEPIX").and_then(|n| usize::try_from(n).ok()).unwrap_or(4),
             },
             other => return Err(format!("its tiles are packed by {other}, which is not read: unpack the file with funpack first")),
         };
-        if let Packing::Rice { bytes, .. } = packing
-            && ![1, 2, 4].contains(&bytes)
+        if let Packing::Rice { pixels, bytes } = packing
+            && !([1, 2, 4].contains(&bytes) && (1..=MOST_PIXELS).contains(&pixels))
         {
-            return Err(format!("BYTEPIX = {bytes} is none of 1, 2, 4"));
+            return Err(format!("BYTEPIX = {bytes} is none of 1, 2, 4, or BLOCKSIZE = {pixels} is none of 1 to {MOST_PIXELS}"));
         }
         let seed = header.integer("ZDITHER0").and_then(|n| usize::try_from(n).ok()).unwrap_or(1).max(1);
         let dither = match header.text("ZQUANTIZ").unwrap_or("NO_DITHER") {
@@ -145,26 +148,34 @@ impl<'h> Tiles<'h> {
         Ok(Self { header, axes, edges, table: Table::of(header)?, packing, stored, dither })
     }
 
-    /// Reads what the file has of a tile.
-    fn fetch(&self, request: &mut Request, row: usize) -> Result<Tile> {
+    /// Elements of a whole tile.
+    fn elements(&self) -> u64 {
+        self.edges.iter().fold(1, |elements, edge| elements.saturating_mul(*edge))
+    }
+
+    /// Reads what the file has of a tile, by the rows of its table.
+    fn fetch(&self, request: &mut Request, rows: &[u8], row: usize) -> Result<Tile> {
         let path = request.path;
         let wrong = |reason: &str| Error::file(path, format!("tile {}: {reason}", row + 1));
         let missing = || wrong("the file ends before it: it is truncated or broken");
-        let place = (row as u64).checked_mul(self.table.row as u64).and_then(|at| at.checked_add(self.header.data));
-        let cells = request.bytes(place.filter(|_| row < self.table.rows).ok_or_else(missing)?, self.table.row)?.ok_or_else(missing)?;
+        let cells = rows.chunks_exact(self.table.row.max(1)).nth(row).ok_or_else(missing)?;
         let packings = [
             ("COMPRESSED_DATA", self.packing),
             ("GZIP_COMPRESSED_DATA", Packing::Gzip { shuffled: false }),
             ("UNCOMPRESSED_DATA", Packing::None),
         ];
         let found = packings.into_iter().find_map(|(name, packing)| {
-            let (from, bytes) = self.table.list(name, &cells).filter(|(_, bytes)| *bytes > 0)?;
+            let (from, bytes) = self.table.list(name, cells).filter(|(_, bytes)| *bytes > 0)?;
             Some((name, packing, from, bytes))
         });
         let (name, packing, from, bytes) = found.ok_or_else(|| wrong("it holds nothing"))?;
+        // No packer makes numbers so much longer.
+        if bytes > self.elements().saturating_mul(16).saturating_add(1 << 16) {
+            return Err(wrong("it is longer than its numbers could be: the file is broken"));
+        }
         let from = self.header.data.checked_add(self.table.heap).and_then(|heap| heap.checked_add(from)).ok_or_else(missing)?;
         let bytes = request.bytes(from, usize::try_from(bytes).unwrap_or(usize::MAX))?.ok_or_else(missing)?;
-        let number = |name: &str| self.table.number(name, &cells).or_else(|| self.header.number(name));
+        let number = |name: &str| self.table.number(name, cells).or_else(|| self.header.number(name));
         // Numbers that no quantum fits are packed as they are.
         let scale = number("ZSCALE").zip(number("ZZERO")).filter(|_| name == "COMPRESSED_DATA");
         Ok(Tile { bytes, packing, scale, blank: number("ZBLANK"), row })
@@ -206,6 +217,8 @@ impl<'h> Tiles<'h> {
     }
 }
 
+/// Most pixels of a block of Rice coding; packers take 16 or 32.
+const MOST_PIXELS: usize = 1024;
 /// The whole number that stands for zero where it was kept.
 const ZERO: f64 = -2_147_483_646.0;
 /// How many random numbers there are, which are used round and round.
@@ -271,6 +284,14 @@ impl Table {
             return Err(format!("its columns take {at} bytes, a row has {row}"));
         }
         Ok(Self { row, rows, heap, columns })
+    }
+
+    /// Its rows, which stand before the lists.
+    fn read(&self, request: &mut Request, header: &Header) -> Result<Vec<u8>> {
+        let bytes = (self.row as u64).saturating_mul(self.rows as u64);
+        memory::check(&format!("the table of tiles of {}", request.path.display()), bytes, request.memory_limit)?;
+        let read = request.bytes(header.data, usize::try_from(bytes).unwrap_or(usize::MAX))?;
+        read.ok_or_else(|| Error::file(request.path, "is truncated: its table of tiles is not all there"))
     }
 
     fn column<'a>(&self, name: &str, cells: &'a [u8]) -> Option<(&str, &'a [u8])> {

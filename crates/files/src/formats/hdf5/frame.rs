@@ -4,10 +4,10 @@
 
 use barnard::data::{AXIS_ORDERS, Axis, Frame};
 use hdf5_reader::group::Group;
-use hdf5_reader::{Attribute, Dataset};
+use hdf5_reader::{Attribute, Dataset, Datatype, RawAttribute};
 
 use super::Found;
-use super::slabs::{Value, stored};
+use super::slabs::{Packing, Value, stored};
 
 /// Attributes that hold the unit of values.
 const UNITS: [&str; 2] = ["units", "unit"];
@@ -15,6 +15,9 @@ const UNITS: [&str; 2] = ["units", "unit"];
 const EDGES: [(&str, &str); 2] = [("left_edge", "right_edge"), ("domain_left_edge", "domain_right_edge")];
 /// The unit of lengths that yt takes from its files, and the attribute that says how long it is.
 const CODE_LENGTH: (&str, &str) = ("code_length", "length_unit");
+/// Longest axis whose coordinates are read, and most elements of an attribute that is.
+const LONGEST: usize = 1 << 20;
+const MOST: u64 = 64;
 /// How far coordinates may be from even steps, in parts of a step.
 const EVEN: f64 = 1e-3;
 
@@ -36,6 +39,18 @@ impl<'a> Place<'a> {
         unit_of(&self.found.dataset)
     }
 
+    /// How its numbers were packed. Source: NetCDF Users Guide, attribute conventions.
+    pub fn packing(&self) -> Packing {
+        let number = |name: &str| {
+            let attribute = own(&self.found.dataset, name)?;
+            stored(&attribute.datatype)?;
+            attribute.read_1d::<Value<f64>>().ok()?.first().map(|v| v.0)
+        };
+        let (scale, offset) = (number("scale_factor"), number("add_offset"));
+        let scale = (scale.is_some() || offset.is_some()).then(|| (scale.unwrap_or(1.0), offset.unwrap_or(0.0)));
+        Packing { scale, blank: ["_FillValue", "missing_value"].into_iter().filter_map(number).collect() }
+    }
+
     /// The frame of three of its axes, the slowest first.
     pub fn frame(&self, axes: [usize; 3], shape: [usize; 3]) -> Frame {
         let names = axes.map(|axis| self.name(axis).unwrap_or_default().to_lowercase());
@@ -47,6 +62,7 @@ impl<'a> Place<'a> {
                 Some(Ok(axis)) => frame.axes[i] = Some(axis),
                 Some(Err(other)) => frame.others[i] = Some(other),
                 None => {
+                    frame.is_by_letter |= edges.is_some() && names.iter().all(String::is_empty);
                     frame.axes[i] = edges.as_ref().and_then(|(unit, low, high)| {
                         let at = "xyz".find(letter)?;
                         let step = (high[at] - low[at]) / shape[i] as f64;
@@ -61,7 +77,7 @@ impl<'a> Place<'a> {
 
     /// The name of an axis: its label, or that of its scale.
     fn name(&self, axis: usize) -> Option<String> {
-        let labels = self.found.dataset.attribute("DIMENSION_LABELS").ok().and_then(|labels| labels.read_strings().ok());
+        let labels = own(&self.found.dataset, "DIMENSION_LABELS").and_then(|labels| labels.read_strings().ok());
         let label = labels.and_then(|labels| labels.into_iter().nth(axis)).filter(|label| !label.is_empty());
         label.or_else(|| Some(self.scales.get(axis)?.as_ref()?.name().to_owned()))
     }
@@ -70,7 +86,7 @@ impl<'a> Place<'a> {
     fn coordinates(&self, axis: usize, count: usize) -> Option<Result<Axis, String>> {
         let scale = self.scales.get(axis)?.as_ref()?;
         stored(scale.dtype())?;
-        if scale.shape() != [count as u64] || count < 2 {
+        if scale.shape() != [count as u64] || !(2..=LONGEST).contains(&count) {
             return None;
         }
         let values: Vec<f64> = scale.read_array::<Value<f64>>().ok()?.iter().map(|v| v.0).collect();
@@ -108,8 +124,9 @@ impl<'a> Place<'a> {
 
     /// An attribute of the dataset, or of the innermost group around it that has it.
     fn attribute(&self, name: &str) -> Option<Attribute> {
-        let own = self.found.dataset.attribute(name).ok();
-        own.or_else(|| self.found.groups.iter().rev().find_map(|group| group.attribute(name).ok()))
+        // Asking a group for one attribute reads all of them: one with a list that is too long is passed over.
+        let of = |group: &Group| small(group.raw_attributes(), None).then(|| group.attribute(name).ok()).flatten();
+        own(&self.found.dataset, name).or_else(|| self.found.groups.iter().rev().find_map(of))
     }
 
     fn numbers(&self, name: &str) -> Option<Vec<f64>> {
@@ -123,9 +140,23 @@ impl<'a> Place<'a> {
     }
 }
 
+/// An attribute of a dataset, where it is no longer than those that are read here.
+fn own(dataset: &Dataset, name: &str) -> Option<Attribute> {
+    small(dataset.raw_attributes(), Some(name)).then(|| dataset.attribute(name).ok()).flatten()
+}
+
+/// Whether the attributes of a name, or all, hold few elements: each of a list may be as long as the file.
+fn small(attributes: hdf5_reader::error::Result<Vec<RawAttribute>>, name: Option<&str>) -> bool {
+    let few = |attribute: &RawAttribute| {
+        let is_list = matches!(attribute.message().datatype, Datatype::VarLen { .. } | Datatype::String { .. });
+        !is_list || attribute.message().dataspace.num_elements().is_ok_and(|count| count <= MOST)
+    };
+    attributes.is_ok_and(|all| all.iter().filter(|own| name.is_none_or(|name| own.name() == name)).all(few))
+}
+
 /// The unit that a dataset says.
 fn unit_of(dataset: &Dataset) -> Option<String> {
-    UNITS.iter().find_map(|name| text(&dataset.attribute(name).ok()?))
+    UNITS.iter().find_map(|name| text(&own(dataset, name)?))
 }
 
 /// A text that is not empty.
@@ -139,7 +170,7 @@ fn text(attribute: &Attribute) -> Option<String> {
 fn scales(found: &Found) -> Vec<Option<Dataset>> {
     const ADDRESS: usize = 8;
     let dataset = &found.dataset;
-    let Ok(list) = dataset.attribute("DIMENSION_LIST") else { return Vec::new() };
+    let Some(list) = own(dataset, "DIMENSION_LIST") else { return Vec::new() };
     let of = |entry: &[u8]| {
         let addresses = dataset.resolve_vlen_reference_bytes(entry, ADDRESS).ok()?;
         let address = u64::from_le_bytes(*addresses.first_chunk::<ADDRESS>()?);

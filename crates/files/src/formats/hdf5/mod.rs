@@ -32,6 +32,9 @@ pub(super) const READER: Reader = Reader {
     image: None,
 };
 
+/// Elements that may be there without a byte for them, and others for each byte of the file.
+const NEVER_WRITTEN: u64 = 1 << 32;
+const MOST_PACKED: u64 = 1 << 12;
 /// Groups within groups at most.
 const DEEPEST: usize = 32;
 /// Datasets that are listed at most.
@@ -51,7 +54,14 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
         return Err(wrong(format!("it has the axes {}, a grid has three that are longer than one", edges(found.dataset.shape()))));
     };
     let shape = [a, b, c].map(|axis| found.dataset.shape()[axis]);
-    super::three_axes(path, &shape).map_err(|e| wrong(e.to_string()))?;
+    let (_, cells) = super::three_axes(path, &shape).map_err(|e| wrong(e.to_string()))?;
+    // Chunks that were never written take nothing in the file, and time to read all the same.
+    if cells > NEVER_WRITTEN.saturating_add(request.length.saturating_mul(MOST_PACKED)) {
+        return Err(wrong(format!(
+            "it has {cells} elements in a file of {} bytes: next to nothing of it was ever written",
+            request.length
+        )));
+    }
     let shape = shape.map(|n| n as usize);
     let place = Place::of(&found);
     let part = choose(&Layout { shape, frame: Some(place.frame([a, b, c], shape)) })?;
@@ -60,11 +70,13 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
         let bytes = chunk.iter().fold(stored.size() as u64, |bytes, edge| bytes.saturating_mul(u64::from(*edge)));
         memory::check(&format!("a chunk of {}", path.display()), bytes, limit)?;
     }
-    let slabs = Slabs::new(&found.dataset, stored, [a, b, c]);
-    let data = if stored.is_single() {
-        Numbers::Single(slabs.gathered::<f32>(Gather::new(&part, false, path, limit)?).map_err(wrong)?.into())
+    let packing = place.packing();
+    let is_single = stored.is_single() && packing.scale.is_none();
+    let slabs = Slabs::new(&found.dataset, stored, [a, b, c], packing);
+    let data = if is_single {
+        Numbers::Single(slabs.gathered::<f32>(Gather::new(&part, false, path, limit)?, limit).map_err(wrong)?.into())
     } else {
-        Numbers::Double(slabs.gathered::<f64>(Gather::new(&part, false, path, limit)?).map_err(wrong)?.into())
+        Numbers::Double(slabs.gathered::<f64>(Gather::new(&part, false, path, limit)?, limit).map_err(wrong)?.into())
     };
     Ok(Array { shape: part.shape(), data, fortran: false })
 }
@@ -131,7 +143,8 @@ fn datasets(file: &Hdf5File) -> std::result::Result<Vec<Found>, String> {
         if !seen.insert(group.address()) || groups.len() > DEEPEST {
             return Ok(());
         }
-        let (inner, datasets) = group.members().map_err(|e| format!("group \"{path}/\" cannot be read: {e}"))?;
+        let (inner, datasets) =
+            group.members().map_err(|e| format!("group \"{path}/\" cannot be listed, name a dataset with array = \"...\": {e}"))?;
         for dataset in datasets {
             if found.len() == MOST {
                 return Err(format!("holds more than {MOST} datasets: name one with array = \"...\""));
@@ -208,18 +221,21 @@ fn long_axes(shape: &[u64]) -> Vec<usize> {
 fn stored(dataset: &Dataset) -> std::result::Result<Stored, String> {
     let stored = slabs::stored(dataset.dtype());
     let stored = stored.ok_or_else(|| format!("holds {}, which are no real numbers", name_of(dataset.dtype())))?;
-    if let Number::Float(size) = stored.kind {
-        // Numbers with a point may be laid out in any way; those of IEEE 754 alone are read.
-        let message = dataset.raw_datatype().map_err(|e| e.to_string())?;
-        if message.get(FLOAT_LAYOUT..FLOAT_LAYOUT + 12) != Some(&ieee_754(size)) {
-            return Err(format!("holds floats of {size} bytes that are not those of IEEE 754: convert them first"));
-        }
+    // Numbers may be laid out in any way within their bytes; those of IEEE 754, and whole ones that fill them, are read.
+    let message = dataset.raw_datatype().map_err(|e| e.to_string())?;
+    let bits = 8 * stored.size() as u8;
+    let (expected, others) = match stored.kind {
+        Number::Float(size) => (ieee_754(size).to_vec(), "floats that are not those of IEEE 754"),
+        _ => (vec![0, 0, bits, 0], "whole numbers that do not fill their bytes"),
+    };
+    if message.get(LAYOUT..).is_none_or(|own| !own.starts_with(&expected)) {
+        return Err(format!("holds {others} ({} bytes): convert them first", stored.size()));
     }
     Ok(stored)
 }
 
-/// Where the layout of a floating-point number stands in the message of its type.
-const FLOAT_LAYOUT: usize = 8;
+/// Where the layout of a number stands in the message of its type.
+const LAYOUT: usize = 8;
 
 /// Bit offset, precision, place and size of the exponent, place and size of the mantissa, and bias. Source: HDF5 File
 /// Format Specification 3.0, §IV.A.2.d.

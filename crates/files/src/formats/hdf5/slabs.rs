@@ -15,11 +15,32 @@ pub struct Slabs<'a> {
     axes: [usize; 3],
     /// Elements of a block along each axis; blocks begin at multiples of them.
     block: [usize; 3],
+    /// Bytes that a block takes while it is unpacked.
+    bytes: u64,
+    packing: Packing,
+}
+
+/// How numbers were packed into those that are stored, by the words of netCDF.
+#[derive(Debug, Clone, Default)]
+pub struct Packing {
+    /// What a number was divided by, and what was taken off before; none where it is as it is.
+    pub scale: Option<(f64, f64)>,
+    /// Numbers that stand for none.
+    pub blank: Vec<f64>,
+}
+
+impl Packing {
+    fn value<T: Kept>(&self, stored: T) -> T {
+        if self.blank.contains(&stored.number()) {
+            return T::of(f64::NAN);
+        }
+        self.scale.map_or(stored, |(scale, offset)| T::of(stored.number() * scale + offset))
+    }
 }
 
 impl<'a> Slabs<'a> {
     /// Blocks for an array whose axes are these ones of the dataset, the slowest first.
-    pub fn new(dataset: &'a Dataset, stored: Stored, axes: [usize; 3]) -> Self {
+    pub fn new(dataset: &'a Dataset, stored: Stored, axes: [usize; 3], packing: Packing) -> Self {
         let shape = axes.map(|axis| dataset.shape()[axis] as usize);
         let chunk = dataset.chunks();
         let chunk = axes.map(|axis| chunk.as_ref().and_then(|c| c.get(axis)).map_or(1, |edge| (*edge as usize).max(1)));
@@ -29,13 +50,15 @@ impl<'a> Slabs<'a> {
             let chunks = (BLOCK / others.saturating_mul(chunk[axis]).max(1)).clamp(1, shape[axis].div_ceil(chunk[axis]).max(1));
             block[axis] = chunks * chunk[axis];
         }
-        Self { dataset, axes, block }
+        // As stored, in the order of the block, and as numbers.
+        let bytes = block.iter().fold(2 * stored.size() as u64 + 8, |bytes, edge| bytes.saturating_mul(*edge as u64));
+        Self { dataset, axes, block, bytes, packing }
     }
 
     /// What `gather` wants of it.
-    pub fn gathered<T: Kept>(&self, mut gather: Gather<T>) -> Result<Vec<T>, String> {
+    pub fn gathered<T: Kept>(&self, mut gather: Gather<T>, limit: u64) -> Result<Vec<T>, String> {
         let blocks = cut(&gather.ranges, self.block);
-        gather.blocks(blocks, |_| Ok(()), |block, ()| self.read(block))?;
+        gather.blocks(blocks, (self.bytes, limit), |_| Ok(()), |block, ()| self.read(block))?;
         Ok(gather.finish())
     }
 
@@ -46,7 +69,7 @@ impl<'a> Slabs<'a> {
         };
         let selections = (0..self.dataset.ndim()).map(of).collect();
         let read = self.dataset.read_slice::<Value<T>>(&SliceInfo { selections });
-        Ok(read.map_err(|e| e.to_string())?.into_raw_vec_and_offset().0.into_iter().map(|v| v.0).collect())
+        Ok(read.map_err(|e| e.to_string())?.into_raw_vec_and_offset().0.into_iter().map(|v| self.packing.value(v.0)).collect())
     }
 }
 
