@@ -3,6 +3,8 @@
 //! The Sun is at the origin of all of them; x points to the Galactic centre, y to l = 90°, z to the north Galactic pole.
 //! Where nothing was measured a map is blank, which counts as no dust.
 
+use spectra::constants::MAGNITUDES_PER_DEPTH;
+
 use crate::data::{Axis, Layout};
 use crate::error::Result;
 use crate::properties::Section;
@@ -43,7 +45,7 @@ pub const DUST_MAPS: &[DustMap] = &[
         source: ("mean_std.h5", "https://doi.org/10.5281/zenodo.3993082"),
         array: Some("/mean"),
         unit: None,
-        extinction: 1.20 * 1.085_736_204_758_129_6 / 1000.0,
+        extinction: 1.20 * MAGNITUDES_PER_DEPTH / 1000.0,
         corner: Some(([-370.0, -370.0, -270.0], 1.0)),
     },
     // Lallement et al. 2022, A&A 661, A147: A_0 at 550 nm, which is taken for A_V.

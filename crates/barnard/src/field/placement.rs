@@ -34,7 +34,7 @@ impl Placement {
     pub fn of(section: &Section, layout: &Layout) -> Result<Self> {
         let usual = layout.frame.as_ref().map_or("xyz", |frame| frame.order);
         let order = section.choice("axes", &AXIS_ORDERS)?.unwrap_or(usual);
-        let axes = ['x', 'y', 'z'].map(|letter| order.find(letter).unwrap_or(0));
+        let axes = by_letter(order);
         let dims = axes.map(|axis| layout.shape[axis]);
         let own = OwnBox::of(section, layout.frame.as_ref(), axes, dims)?;
         let backwards = own.backwards;
@@ -107,6 +107,11 @@ impl Placement {
     }
 }
 
+/// The axes of an array that x, y and z are, in an order by name.
+fn by_letter(order: &str) -> [usize; 3] {
+    ['x', 'y', 'z'].map(|letter| order.find(letter).unwrap_or(0))
+}
+
 /// The box that a file's own frame says.
 struct OwnBox {
     /// The box, or why there is none; nothing where the file is silent.
@@ -137,7 +142,7 @@ impl OwnBox {
         }
         if let Some(frame) = frame
             && frame.is_by_letter
-            && axes != ['x', 'y', 'z'].map(|letter| frame.order.find(letter).unwrap_or(0))
+            && axes != by_letter(frame.order)
         {
             let message = format!(
                 "the file says its box along x, y and z and names no axes, which were taken as {}: say low and high, and wcs = false",

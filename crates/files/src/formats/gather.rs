@@ -15,6 +15,12 @@ use super::numbers::Stored;
 /// Elements along each axis, the slowest first.
 pub type Block = [Range<usize>; 3];
 
+/// The places along the slower axes of a block's lines, one after the other.
+pub fn lines([slow, middle, _]: &Block) -> impl Iterator<Item = [usize; 2]> + use<> {
+    let (slow, middle) = (slow.clone(), middle.clone());
+    slow.flat_map(move |i| middle.clone().map(move |j| [i, j]))
+}
+
 /// The blocks into which blocks of this size, the first at the beginning of the array, cut what is wanted of it.
 pub fn cut(ranges: &Block, edges: [usize; 3]) -> impl Iterator<Item = Block> + use<> {
     let along = |axis: usize| {
@@ -123,17 +129,15 @@ impl<T: Kept> Gather<T> {
         value: impl Fn(T) -> T,
         mut fill: impl FnMut(u64, &mut [u8]) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let [slow, middle, fast] = self.ranges.clone();
+        let fast = self.ranges[2].clone();
         let mut bytes = vec![0; fast.len() * stored.size()];
         let mut elements = Vec::with_capacity(fast.len());
-        for i in slow {
-            for j in middle.clone() {
-                let first = (i as u64 * shape[1] as u64 + j as u64) * shape[2] as u64 + fast.start as u64;
-                fill(first * stored.size() as u64, &mut bytes)?;
-                elements.clear();
-                stored.decode(&bytes, |v| elements.push(value(v)));
-                self.run([i, j, fast.start], elements.iter().copied());
-            }
+        for [i, j] in lines(&self.ranges) {
+            let first = (i as u64 * shape[1] as u64 + j as u64) * shape[2] as u64 + fast.start as u64;
+            fill(first * stored.size() as u64, &mut bytes)?;
+            elements.clear();
+            stored.decode(&bytes, |v| elements.push(value(v)));
+            self.run([i, j, fast.start], elements.iter().copied());
         }
         Ok(())
     }
@@ -160,13 +164,9 @@ impl<T: Kept> Gather<T> {
             }
             let of = |(stored, block): (Result<B, E>, Block)| (stored.and_then(|stored| unpack(&block, stored)), block);
             let unpacked: Vec<_> = fetched.into_par_iter().map(of).collect();
-            for (elements, [slow, middle, fast]) in unpacked {
-                let elements = elements?;
-                let mut rows = elements.chunks(fast.len());
-                for i in slow {
-                    for j in middle.clone() {
-                        self.run([i, j, fast.start], rows.next().unwrap_or_default().iter().copied());
-                    }
+            for (elements, block) in unpacked {
+                for ([i, j], line) in lines(&block).zip(elements?.chunks(block[2].len())) {
+                    self.run([i, j, block[2].start], line.iter().copied());
                 }
             }
         }
@@ -194,12 +194,10 @@ fn clipped<T: Kept>(value: T, clip: bool) -> T {
 /// Where it takes more.
 pub fn part_of(numbers: &Numbers, shape: [usize; 3], fortran: bool, part: &Part, label: &Path, limit: u64) -> Result<Numbers, Error> {
     fn of<T: Kept>(all: &[T], shape: [usize; 3], mut gather: Gather<T>) -> Vec<T> {
-        let [slow, middle, fast] = gather.ranges.clone();
-        for i in slow {
-            for j in middle.clone() {
-                let row = (i * shape[1] + j) * shape[2];
-                gather.run([i, j, fast.start], all[row + fast.start..row + fast.end].iter().copied());
-            }
+        let fast = gather.ranges[2].clone();
+        for [i, j] in lines(&gather.ranges) {
+            let line = &all[(i * shape[1] + j) * shape[2]..];
+            gather.run([i, j, fast.start], line[fast.clone()].iter().copied());
         }
         gather.finish()
     }

@@ -250,6 +250,18 @@ fn checked_shape(path: &Path, memory_limit: u64, shape: &[u64]) -> Result<([usiz
     Ok((shape, cells as usize))
 }
 
+/// The bytes of a packed stream, which are so many; `kind` is what packed it.
+fn exactly(stream: impl Read, size: usize, kind: &str) -> std::result::Result<Vec<u8>, String> {
+    let mut bytes = Vec::with_capacity(size);
+    // A byte more than there may be tells of a stream that holds too much.
+    stream.take(size as u64 + 1).read_to_end(&mut bytes).map_err(|e| format!("its {kind} stream is broken: {e}"))?;
+    if bytes.len() != size {
+        let more = if bytes.len() > size { "more than " } else { "" };
+        return Err(format!("its {kind} stream holds {more}{} bytes, {size} are wanted", bytes.len().min(size)));
+    }
+    Ok(bytes)
+}
+
 /// The name of band `index` in a file that knows no names.
 pub fn nameless(index: usize) -> String {
     format!("band{index}")

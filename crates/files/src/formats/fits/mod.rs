@@ -6,6 +6,7 @@
 
 mod cards;
 mod header;
+mod table;
 mod tiles;
 mod write;
 

@@ -2,7 +2,6 @@
 //!
 //! Source: FITS standard 4.0, §10; Pence, White & Seaman 2010, PASP 122, 1065 (Rice coding, dithering).
 
-use std::io::Read;
 use std::sync::OnceLock;
 
 use barnard::error::{Error, Result};
@@ -10,10 +9,11 @@ use barnard::memory;
 use flate2::read::MultiGzDecoder;
 
 use super::header::Header;
+use super::table::Table;
 use super::{stored_of, value_of};
-use crate::formats::gather::{Block, Gather, cut};
+use crate::formats::gather::{Block, Gather, cut, lines};
 use crate::formats::numbers::{Number, Stored};
-use crate::formats::{Kept, Request};
+use crate::formats::{Kept, Request, exactly};
 
 /// Where an image's tiles are, and how they are packed.
 struct Tiles<'h> {
@@ -93,15 +93,13 @@ pub fn gathered<T: Kept>(request: &mut Request, header: &Header, numbers: [Optio
             let all = tiles.unpack(&tile, count).map_err(failed)?;
             let size = |i: usize| numbers[i].and_then(|n| sizes.get(n - 1)).map_or(1, |size| *size as usize);
             let mut values = Vec::with_capacity(block.iter().map(|range| range.len()).product());
-            let inner: [_; 3] = std::array::from_fn(|i| {
+            let inner: Block = std::array::from_fn(|i| {
                 let first = block[i].start / edges[i] * edges[i];
                 block[i].start - first..block[i].end - first
             });
-            for i in inner[0].clone() {
-                for j in inner[1].clone() {
-                    let start = (i * size(1) + j) * size(2);
-                    values.extend(all[start + inner[2].start..start + inner[2].end].iter().map(|v| value(*v)));
-                }
+            for [i, j] in lines(&inner) {
+                let line = &all[(i * size(1) + j) * size(2)..];
+                values.extend(line[inner[2].clone()].iter().map(|v| value(*v)));
             }
             Ok(values)
         },
@@ -189,7 +187,7 @@ impl<'h> Tiles<'h> {
         let mut values: Vec<f64> = match tile.packing {
             Packing::None => decoded(stored, &tile.bytes, count)?,
             Packing::Gzip { shuffled } => {
-                let mut bytes = inflated(&tile.bytes, count.saturating_mul(stored.size()))?;
+                let mut bytes = exactly(MultiGzDecoder::new(&tile.bytes[..]), count.saturating_mul(stored.size()), "gzip")?;
                 if shuffled {
                     bytes = (0..bytes.len()).map(|i| bytes[i % stored.size() * count + i / stored.size()]).collect();
                 }
@@ -249,118 +247,10 @@ impl Dither {
     }
 }
 
-/// The columns of the table that are needed.
-struct Table {
-    /// Bytes of a row, how many there are, and where the lists begin behind them.
-    row: usize,
-    rows: usize,
-    heap: u64,
-    columns: Vec<Column>,
-}
-
-struct Column {
-    name: String,
-    /// Where it begins in a row, and its format.
-    at: usize,
-    format: String,
-}
-
-impl Table {
-    fn of(header: &Header) -> Result<Self, String> {
-        let size = |keyword: &str| {
-            header.integer(keyword).and_then(|n| usize::try_from(n).ok()).ok_or(format!("{keyword} is missing or impossible"))
-        };
-        let (row, rows, fields) = (size("NAXIS1")?, size("NAXIS2")?, size("TFIELDS")?);
-        let heap = header.integer("THEAP").and_then(|n| u64::try_from(n).ok()).unwrap_or((row as u64).saturating_mul(rows as u64));
-        let mut columns = Vec::new();
-        let mut at = 0usize;
-        for i in 1..=fields.min(999) {
-            let format = header.text(&format!("TFORM{i}")).unwrap_or("").trim().to_owned();
-            let width = width(&format).ok_or_else(|| format!("TFORM{i} = '{format}' is no format of a column"))?;
-            columns.push(Column { name: header.text(&format!("TTYPE{i}")).unwrap_or("").trim().to_owned(), at, format });
-            at = at.saturating_add(width);
-        }
-        if at > row {
-            return Err(format!("its columns take {at} bytes, a row has {row}"));
-        }
-        Ok(Self { row, rows, heap, columns })
-    }
-
-    /// Its rows, which stand before the lists.
-    fn read(&self, request: &mut Request, header: &Header) -> Result<Vec<u8>> {
-        let bytes = (self.row as u64).saturating_mul(self.rows as u64);
-        memory::check(&format!("the table of tiles of {}", request.path.display()), bytes, request.memory_limit)?;
-        let read = request.bytes(header.data, usize::try_from(bytes).unwrap_or(usize::MAX))?;
-        read.ok_or_else(|| Error::file(request.path, "is truncated: its table of tiles is not all there"))
-    }
-
-    fn column<'a>(&self, name: &str, cells: &'a [u8]) -> Option<(&str, &'a [u8])> {
-        let column = self.columns.iter().find(|column| column.name == name)?;
-        Some((column.format.trim_start_matches(|c: char| c.is_ascii_digit()), cells.get(column.at..)?))
-    }
-
-    /// Where the list of a cell begins among the lists, and its bytes.
-    fn list(&self, name: &str, cells: &[u8]) -> Option<(u64, u64)> {
-        let (format, cell) = self.column(name, cells)?;
-        let (count, from) = match format.chars().next()? {
-            'P' => {
-                let of = |at: usize| Some(u64::from(u32::from_be_bytes(*cell.get(at..)?.first_chunk()?)));
-                (of(0)?, of(4)?)
-            }
-            'Q' => {
-                let of = |at: usize| Some(u64::from_be_bytes(*cell.get(at..)?.first_chunk()?));
-                (of(0)?, of(8)?)
-            }
-            _ => return None,
-        };
-        Some((from, count.checked_mul(size(format.chars().nth(1)?)? as u64)?))
-    }
-
-    fn number(&self, name: &str, cells: &[u8]) -> Option<f64> {
-        let (format, cell) = self.column(name, cells)?;
-        Some(match format.chars().next()? {
-            'D' => f64::from_be_bytes(*cell.first_chunk()?),
-            'E' => f64::from(f32::from_be_bytes(*cell.first_chunk()?)),
-            'J' => f64::from(i32::from_be_bytes(*cell.first_chunk()?)),
-            _ => return None,
-        })
-    }
-}
-
-/// Bytes of an element of a column. Source: FITS standard 4.0, table 18.
-fn size(letter: char) -> Option<usize> {
-    Some(match letter {
-        'L' | 'B' | 'A' => 1,
-        'I' => 2,
-        'J' | 'E' => 4,
-        'K' | 'D' | 'C' | 'P' => 8,
-        'M' | 'Q' => 16,
-        _ => return None,
-    })
-}
-
-/// Bytes of a cell of a column.
-fn width(format: &str) -> Option<usize> {
-    let letter = format.find(|c: char| !c.is_ascii_digit())?;
-    let count: usize = if letter == 0 { 1 } else { format[..letter].parse().ok()? };
-    match format[letter..].chars().next()? {
-        'X' => Some(count.div_ceil(8)),
-        letter => count.checked_mul(size(letter)?),
-    }
-}
-
 fn decoded(stored: Stored, bytes: &[u8], count: usize) -> Result<Vec<f64>, String> {
     let mut values = Vec::with_capacity(count.min(bytes.len()));
     stored.decode(bytes, |v| values.push(v));
     if values.len() == count { Ok(values) } else { Err(format!("it has {} numbers, {count} belong to it", values.len())) }
-}
-
-/// What gzip packed, which has so many bytes.
-fn inflated(packed: &[u8], count: usize) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::new();
-    let read = MultiGzDecoder::new(packed).take(count as u64 + 1).read_to_end(&mut bytes);
-    read.map_err(|e| format!("its gzip data are broken: {e}"))?;
-    if bytes.len() == count { Ok(bytes) } else { Err(format!("its gzip data have another length than {count} bytes")) }
 }
 
 /// Whole numbers of so many bytes that Rice coding packed, in blocks of `pixels`.

@@ -53,7 +53,7 @@ impl<'a> Place<'a> {
 
     /// The frame of three of its axes, the slowest first.
     pub fn frame(&self, axes: [usize; 3], shape: [usize; 3]) -> Frame {
-        let names = axes.map(|axis| self.name(axis).unwrap_or_default().to_lowercase());
+        let names = self.names(axes);
         let order = AXIS_ORDERS.into_iter().find(|order| order.chars().map(String::from).eq(names.iter().cloned())).unwrap_or("xyz");
         let mut frame = Frame { order, unit: self.unit(), ..Frame::default() };
         let edges = self.edges();
@@ -75,11 +75,13 @@ impl<'a> Place<'a> {
         frame
     }
 
-    /// The name of an axis: its label, or that of its scale.
-    fn name(&self, axis: usize) -> Option<String> {
-        let labels = own(&self.found.dataset, "DIMENSION_LABELS").and_then(|labels| labels.read_strings().ok());
-        let label = labels.and_then(|labels| labels.into_iter().nth(axis)).filter(|label| !label.is_empty());
-        label.or_else(|| Some(self.scales.get(axis)?.as_ref()?.name().to_owned()))
+    /// The names of some axes in lower case, their labels or those of their scales; empty where they have none.
+    fn names(&self, axes: [usize; 3]) -> [String; 3] {
+        let labels = own(&self.found.dataset, "DIMENSION_LABELS").and_then(|labels| labels.read_strings().ok()).unwrap_or_default();
+        axes.map(|axis| {
+            let label = labels.get(axis).map(String::as_str).filter(|label| !label.is_empty());
+            label.or_else(|| Some(self.scales.get(axis)?.as_ref()?.name())).unwrap_or_default().to_lowercase()
+        })
     }
 
     /// The axis that a dimension scale says, or what is wrong with its coordinates; nothing where it has none.

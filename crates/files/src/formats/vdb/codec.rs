@@ -6,13 +6,12 @@
 //!
 //! Source: OpenVDB, io/Compression.h (`readCompressedValues`, `HalfReader`); c-blosc, README_HEADER.rst.
 
-use std::io::Read;
-
 use barnard::error::Result;
+use flate2::read::ZlibDecoder;
 use half::f16;
 
 use super::bytes::{Bytes, Mask};
-use crate::formats::Kept;
+use crate::formats::{Kept, exactly};
 
 /// Flags of a grid's compression.
 const ZIP: u32 = 1;
@@ -137,7 +136,7 @@ impl Coding {
         let stored = match &block.packed {
             Packed::Plain(own) => own,
             Packed::Zip(own) => {
-                unpacked = unzipped(own, block.count * self.packed)?;
+                unpacked = exactly(ZlibDecoder::new(&own[..]), block.count * self.packed, "zlib")?;
                 &unpacked
             }
             Packed::Blosc(own) => {
@@ -170,19 +169,6 @@ fn unpack<T: Kept>(bytes: &[u8], size: usize, values: &mut [T]) {
         4 => values.iter_mut().zip(bytes.as_chunks::<4>().0).for_each(|(v, b)| *v = T::of(f64::from(f32::from_le_bytes(*b)))),
         _ => values.iter_mut().zip(bytes.as_chunks::<8>().0).for_each(|(v, b)| *v = T::of(f64::from_le_bytes(*b))),
     }
-}
-
-/// Unpacks a zlib stream that holds `size` bytes, no more and no less.
-fn unzipped(coded: &[u8], size: usize) -> std::result::Result<Vec<u8>, String> {
-    let mut bytes = Vec::with_capacity(size);
-    // A byte more than there may be tells of a stream that holds too much.
-    let read = flate2::read::ZlibDecoder::new(coded).take(size as u64 + 1).read_to_end(&mut bytes);
-    read.map_err(|e| format!("its zlib stream is broken: {e}"))?;
-    if bytes.len() != size {
-        let more = if bytes.len() > size { "more than " } else { "" };
-        return Err(format!("its zlib stream holds {more}{} bytes, {size} are wanted", bytes.len().min(size)));
-    }
-    Ok(bytes)
 }
 
 /// Bytes of a Blosc buffer before its blocks.

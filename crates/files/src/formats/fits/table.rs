@@ -1,0 +1,112 @@
+//! Tables of FITS, as far as the tiles of images stand in them: rows of cells, and lists behind the rows.
+//!
+//! Source: FITS standard 4.0, §7.3.
+
+use barnard::error::{Error, Result};
+use barnard::memory;
+
+use super::header::Header;
+use crate::formats::Request;
+
+/// The rows and columns of a table.
+pub struct Table {
+    /// Bytes of a row.
+    pub row: usize,
+    rows: usize,
+    /// Where the lists begin, from the first row on.
+    pub heap: u64,
+    columns: Vec<Column>,
+}
+
+struct Column {
+    name: String,
+    /// Where it begins in a row, and its format.
+    at: usize,
+    format: String,
+}
+
+impl Table {
+    /// The table whose header this is.
+    pub fn of(header: &Header) -> Result<Self, String> {
+        let size = |keyword: &str| {
+            header.integer(keyword).and_then(|n| usize::try_from(n).ok()).ok_or(format!("{keyword} is missing or impossible"))
+        };
+        let (row, rows, fields) = (size("NAXIS1")?, size("NAXIS2")?, size("TFIELDS")?);
+        let heap = header.integer("THEAP").and_then(|n| u64::try_from(n).ok()).unwrap_or((row as u64).saturating_mul(rows as u64));
+        let mut columns = Vec::new();
+        let mut at = 0usize;
+        for i in 1..=fields.min(999) {
+            let format = header.text(&format!("TFORM{i}")).unwrap_or("").trim().to_owned();
+            let width = width(&format).ok_or_else(|| format!("TFORM{i} = '{format}' is no format of a column"))?;
+            columns.push(Column { name: header.text(&format!("TTYPE{i}")).unwrap_or("").trim().to_owned(), at, format });
+            at = at.saturating_add(width);
+        }
+        if at > row {
+            return Err(format!("its columns take {at} bytes, a row has {row}"));
+        }
+        Ok(Self { row, rows, heap, columns })
+    }
+
+    /// Its rows, which stand before the lists.
+    pub fn read(&self, request: &mut Request, header: &Header) -> Result<Vec<u8>> {
+        let bytes = (self.row as u64).saturating_mul(self.rows as u64);
+        memory::check(&format!("the table of tiles of {}", request.path.display()), bytes, request.memory_limit)?;
+        let read = request.bytes(header.data, usize::try_from(bytes).unwrap_or(usize::MAX))?;
+        read.ok_or_else(|| Error::file(request.path, "is truncated: its table of tiles is not all there"))
+    }
+
+    fn column<'a>(&self, name: &str, cells: &'a [u8]) -> Option<(&str, &'a [u8])> {
+        let column = self.columns.iter().find(|column| column.name == name)?;
+        Some((column.format.trim_start_matches(|c: char| c.is_ascii_digit()), cells.get(column.at..)?))
+    }
+
+    /// Where the list of a cell begins among the lists, and its bytes.
+    pub fn list(&self, name: &str, cells: &[u8]) -> Option<(u64, u64)> {
+        let (format, cell) = self.column(name, cells)?;
+        let (count, from) = match format.chars().next()? {
+            'P' => {
+                let of = |at: usize| Some(u64::from(u32::from_be_bytes(*cell.get(at..)?.first_chunk()?)));
+                (of(0)?, of(4)?)
+            }
+            'Q' => {
+                let of = |at: usize| Some(u64::from_be_bytes(*cell.get(at..)?.first_chunk()?));
+                (of(0)?, of(8)?)
+            }
+            _ => return None,
+        };
+        Some((from, count.checked_mul(size(format.chars().nth(1)?)? as u64)?))
+    }
+
+    /// The number in a cell, where the table has such a column.
+    pub fn number(&self, name: &str, cells: &[u8]) -> Option<f64> {
+        let (format, cell) = self.column(name, cells)?;
+        Some(match format.chars().next()? {
+            'D' => f64::from_be_bytes(*cell.first_chunk()?),
+            'E' => f64::from(f32::from_be_bytes(*cell.first_chunk()?)),
+            'J' => f64::from(i32::from_be_bytes(*cell.first_chunk()?)),
+            _ => return None,
+        })
+    }
+}
+
+/// Bytes of an element of a column. Source: FITS standard 4.0, table 18.
+fn size(letter: char) -> Option<usize> {
+    Some(match letter {
+        'L' | 'B' | 'A' => 1,
+        'I' => 2,
+        'J' | 'E' => 4,
+        'K' | 'D' | 'C' | 'P' => 8,
+        'M' | 'Q' => 16,
+        _ => return None,
+    })
+}
+
+/// Bytes of a cell of a column.
+fn width(format: &str) -> Option<usize> {
+    let letter = format.find(|c: char| !c.is_ascii_digit())?;
+    let count: usize = if letter == 0 { 1 } else { format[..letter].parse().ok()? };
+    match format[letter..].chars().next()? {
+        'X' => Some(count.div_ceil(8)),
+        letter => count.checked_mul(size(letter)?),
+    }
+}
