@@ -53,6 +53,13 @@ impl Lattice {
         Self { dims: self.dims.map(|n| n * factor), bounds: self.bounds }
     }
 
+    /// The lattice of some of the voxels along x, y and z, which must be among its own.
+    pub fn part(&self, voxels: &[Range<usize>; 3]) -> Self {
+        let corner = |ends: [usize; 3]| self.bounds.low + DVec3::from(ends.map(|n| n as f64)) * self.voxel_pc();
+        let [low, high] = [voxels.each_ref().map(|v| v.start), voxels.each_ref().map(|v| v.end)].map(corner);
+        Self { dims: voxels.each_ref().map(|v| v.len()), bounds: Bounds { low, high } }
+    }
+
     /// `p` in units of voxels, zero at the first voxel centre.
     pub(super) fn index_space(&self, p: DVec3) -> DVec3 {
         (p - self.bounds.low) / self.voxel_pc() - 0.5

@@ -72,6 +72,11 @@ impl Frustum {
         }
     }
 
+    /// Distance of the plane before number `number` of those that rays meet, or at which rays begin \[voxels\].
+    pub fn before(&self, planes: &[usize], number: usize) -> f64 {
+        if number == 0 { self.entry() } else { self.distance(planes[number - 1]) }
+    }
+
     /// Distance of a plane from the star \[voxels\].
     pub fn distance(&self, plane: usize) -> f64 {
         self.sign * (plane as f64 - self.star[2])

@@ -30,11 +30,11 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::Result;
-use crate::field::Grid;
+use crate::field::{Grid, Lattice};
 use crate::packet::{LANES, Lane, fma, lanes, place};
 use crate::plan::star_depths::OPAQUE;
 use crate::plan::star_depths::frustum::{Frustum, Rays, TierOf, frustums};
-use crate::plan::star_depths::planes::{Planes, ROWS_TOGETHER, mix};
+use crate::plan::star_depths::planes::{Part, Planes, ROWS_TOGETHER, mix, within};
 use crate::volume::{ChannelMut, Stored, stored};
 
 /// Two-point Gauss rule on [0, 1], weights one half.
@@ -44,22 +44,33 @@ pub const BEYOND: f64 = 3.0;
 /// Voxels on an edge between frustums belong to both: rounding must not leave them to none.
 const SHARED: f64 = 1e-6;
 
-/// The sweep of one frustum through the dust.
-struct FrustumSweep<'a> {
-    /// The extinction σ at V [pc⁻¹].
-    dust: &'a Grid,
-    /// The place of the star [pc].
-    place: DVec3,
-    frustum: Frustum,
+/// The sweep of one frustum through the dust, or through the part of it that is at hand.
+pub(super) struct FrustumSweep<'a> {
+    pub dust: Part<'a>,
+    pub frustum: Frustum,
+    /// Voxels along u and v that are written.
+    pub own: [Range<usize>; 2],
+    /// The depth of the straight way from the star to a voxel along u, v, w, where no ray beside it tells it.
+    pub exact: &'a (dyn Fn([usize; 3]) -> f32 + Sync),
 }
 
-/// The depths of a tier's rays.
-struct Tier {
-    rays: Rays,
+/// The depths of a tier's rays, or of those within a window of them.
+pub(super) struct Tier {
+    pub rays: Rays,
+    /// The rays along u and v that there are depths of.
+    pub window: [Range<usize>; 2],
     /// Depths so far, v × u.
-    depths: Vec<f32>,
+    pub depths: Vec<f32>,
     /// Depths at which rays come into the box through a side, if any do.
-    entries: Option<Vec<f32>>,
+    pub entries: Option<Vec<f32>>,
+}
+
+impl Tier {
+    /// Rays that have met nothing yet.
+    fn new(rays: Rays) -> Self {
+        let depths = vec![0.0; rays.counts[0] * rays.counts[1]];
+        Self { window: rays.counts.map(|n| 0..n), rays, depths, entries: None }
+    }
 }
 
 /// An interval between two planes, in distances from the star [voxels].
@@ -83,56 +94,61 @@ impl Interval {
 /// # Errors
 /// When the user wishes to stop.
 pub fn sweep(dust: &Grid, star: DVec3, out: &mut ChannelMut, control: &Control, mut visit: impl FnMut(u64)) -> Result<()> {
-    for frustum in frustums(&out.volume.inner, star) {
-        FrustumSweep { dust, place: star, frustum }.run(out, control, &mut visit)?;
+    let lattice = out.volume.inner.clone();
+    for frustum in frustums(&lattice, star) {
+        let axes = frustum.axes;
+        let exact = |place| exact_depth(dust, star, &lattice, axes, place);
+        let own = [0, 1].map(|axis| 0..frustum.dims[axis]);
+        FrustumSweep { dust: Part::whole(dust), frustum, own, exact: &exact }.run(out, control, &mut visit)?;
     }
     Ok(())
+}
+
+/// The depth of the straight way through `dust` from the star to a voxel of a lattice along `axes`.
+pub(super) fn exact_depth(dust: &Grid, star: DVec3, lattice: &Lattice, axes: [usize; 3], place: [usize; 3]) -> f32 {
+    let mut voxel = [0; 3];
+    axes.iter().zip(place).for_each(|(axis, i)| voxel[*axis] = i);
+    dust.column(star, lattice.centre(voxel[0], voxel[1], voxel[2]), OPAQUE).min(OPAQUE) as f32
 }
 
 impl FrustumSweep<'_> {
     fn run(&self, out: &mut ChannelMut, control: &Control, visit: &mut impl FnMut(u64)) -> Result<()> {
         let planes = self.frustum.planes();
+        let mut values = vec![0.0; self.frustum.dims[0] * self.frustum.dims[1]];
         for TierOf { rays, begin, end } in self.frustum.tiers() {
-            let depths = vec![0.0; rays.counts[0] * rays.counts[1]];
-            self.run_tier(Tier { rays, depths, entries: None }, &planes[..end], begin, out, control, visit)?;
+            let (mut tier, planes) = (Tier::new(rays), &planes[..end]);
+            if self.frustum.has_side_entries() {
+                // Rays come in through sides: a first pass finds their depths there.
+                tier.entries = Some(vec![0.0; tier.depths.len()]);
+                self.follow(&mut tier, planes, 0..end, control, |_, _| ())?;
+                tier.depths = tier.entries.take().unwrap_or_default().into_iter().map(|depth| -depth).collect();
+            }
+            self.follow(&mut tier, planes, 0..end, control, |tier, number| {
+                if number >= begin {
+                    visit(self.write_plane(tier, planes[number], &mut values, out));
+                }
+            })?;
         }
         Ok(())
     }
 
-    /// Follows the rays through `planes`, writing voxels from number `begin` on.
-    fn run_tier(
+    /// Carries the rays to the planes of some numbers, of all that their tier meets; `visit` sees them on each.
+    pub(super) fn follow(
         &self,
-        mut tier: Tier,
+        tier: &mut Tier,
         planes: &[usize],
-        begin: usize,
-        out: &mut ChannelMut,
+        numbers: Range<usize>,
         control: &Control,
-        visit: &mut impl FnMut(u64),
+        mut visit: impl FnMut(&Tier, usize),
     ) -> Result<()> {
-        if self.frustum.has_side_entries() {
-            // Rays come in through sides: a first pass finds their depths there.
-            tier.entries = Some(vec![0.0; tier.depths.len()]);
-            self.follow(&mut tier, planes, control, |_, _| ())?;
-            tier.depths = tier.entries.take().unwrap_or_default().into_iter().map(|depth| -depth).collect();
-        }
-        let mut values = vec![0.0; self.frustum.dims[0] * self.frustum.dims[1]];
-        self.follow(&mut tier, planes, control, |tier, number| {
-            if number >= begin {
-                visit(self.write_plane(tier, planes[number], &mut values, out));
-            }
-        })
-    }
-
-    /// Carries the rays from plane to plane; `visit` sees them on each.
-    fn follow(&self, tier: &mut Tier, planes: &[usize], control: &Control, mut visit: impl FnMut(&Tier, usize)) -> Result<()> {
         let mut store = Planes::new(self.dust, self.frustum.axes, self.frustum.sign);
         let mut slabs = [Vec::new(), Vec::new()];
-        let mut from = self.frustum.entry();
-        for (number, plane) in planes.iter().enumerate() {
+        let mut from = self.frustum.before(planes, numbers.start);
+        for number in numbers {
             control.check()?;
-            let interval = Interval { from, to: self.frustum.distance(*plane), last: number + 1 == planes.len() };
+            let interval = Interval { from, to: self.frustum.distance(planes[number]), last: number + 1 == planes.len() };
             for (slab, point) in slabs.iter_mut().zip(interval.gauss()) {
-                let window = self.window(&tier.rays, point);
+                let window = self.window(tier, point);
                 store.slab(self.to_dust(2, self.frustum.star[2] + self.frustum.sign * point), &window, slab);
             }
             self.advance(tier, &slabs, interval);
@@ -144,36 +160,40 @@ impl FrustumSweep<'_> {
 
     /// A coordinate of the voxels in those of the dust, clamped to its outermost centres.
     fn to_dust(&self, axis: usize, x: f64) -> f64 {
-        let cells = self.dust.lattice.dims[self.frustum.axes[axis]] as f64;
+        let cells = self.dust.dims[self.frustum.axes[axis]] as f64;
         ((x + 0.5) * cells / self.frustum.dims[axis] as f64 - 0.5).clamp(0.0, cells - 1.0)
     }
 
-    /// Columns and rows of the dust that rays meet, or stand beside, on a plane at this distance.
-    fn window(&self, rays: &Rays, point: f64) -> [Range<usize>; 2] {
+    /// Columns and rows of the dust at hand that rays meet, or stand beside, on a plane at this distance.
+    fn window(&self, tier: &Tier, point: f64) -> [Range<usize>; 2] {
+        let Tier { rays, window, .. } = tier;
         [0, 1].map(|axis| {
             let at = |ray: f64| self.to_dust(axis, self.frustum.star[axis] + (rays.first[axis] + ray * rays.spacing) * point) as usize;
-            let cells = self.dust.lattice.dims[self.frustum.axes[axis]];
-            at(-1.0).saturating_sub(1)..(at(rays.counts[axis] as f64 - 2.0) + 3).min(cells)
+            let own = &window[axis];
+            within(&(at(own.start as f64 - 1.0).saturating_sub(1)..at(own.end as f64 - 2.0) + 3), &self.dust.held(self.frustum.axes[axis]))
         })
     }
 
     /// Adds to every ray its depth in an interval, σ given on the planes of the two Gauss points.
     fn advance(&self, tier: &mut Tier, slabs: &[Vec<f32>; 2], interval: Interval) {
-        let (first, spacing, width) = (tier.rays.first, tier.rays.spacing, tier.rays.counts[0]);
-        let [cells, rows] = [0, 1].map(|axis| self.dust.lattice.dims[self.frustum.axes[axis]]);
+        let columns = interval.gauss().map(|point| self.window(tier, point)[0].clone());
+        let (first, spacing, window) = (tier.rays.first, tier.rays.spacing, tier.window.clone());
+        let width = window[0].len();
+        let [cells, rows] = [0, 1].map(|axis| self.dust.dims[self.frustum.axes[axis]]);
+        let [held_columns, held_rows] = [0, 1].map(|axis| self.dust.held(self.frustum.axes[axis]));
+        let held = held_columns.len();
         let scale = cells as f64 / self.frustum.dims[0] as f64;
         let half = 0.5 * (interval.to - interval.from);
-        let scratch = || ([vec![0.0f32; cells + 1], vec![0.0f32; cells + 1]], vec![0.0f32; width]);
-        let columns = interval.gauss().map(|point| self.window(&tier.rays, point)[0].clone());
+        let scratch = || ([vec![0.0f32; held + 1], vec![0.0f32; held + 1]], vec![0.0f32; width]);
         let row = |(mixed, gains): &mut ([Vec<f32>; 2], Vec<f32>), (j, depths): (usize, &mut [f32]), entries: Option<&mut [f32]>| {
-            let v = first[1] + (j as f64 - 1.0) * spacing;
+            let v = first[1] + ((window[1].start + j) as f64 - 1.0) * spacing;
             for (((row, slab), point), columns) in mixed.iter_mut().zip(slabs).zip(interval.gauss()).zip(&columns) {
                 let y = self.to_dust(1, self.frustum.star[1] + v * point);
                 let low = (y as usize).min(rows - 1);
-                let high = (low + 1).min(rows - 1);
-                let of = |row: usize| &slab[row * cells..][columns.clone()];
-                mix(&mut row[columns.clone()], of(low), of(high), (y - low as f64) as f32);
-                row[cells] = row[cells - 1];
+                let local = |row: usize| row.min(rows - 1).clamp(held_rows.start, held_rows.end - 1) - held_rows.start;
+                let of = |row: usize| &slab[local(row) * held..][columns.clone()];
+                mix(&mut row[columns.clone()], of(low), of(low + 1), (y - low as f64) as f32);
+                row[held] = row[held - 1];
             }
             let slope = first[0] - spacing;
             let line = Line {
@@ -183,11 +203,14 @@ impl FrustumSweep<'_> {
                 across: ((slope * self.frustum.edge[0]) as f32, (spacing * self.frustum.edge[0]) as f32),
                 flat: (self.frustum.edge[2].powi(2) + (v * self.frustum.edge[1]).powi(2)) as f32,
                 half: half as f32,
+                cells,
+                held: held_columns.start,
+                first_ray: window[0].start,
             };
             advance_line(&line, [&mixed[0], &mixed[1]], gains, depths);
             let Some(entries) = entries else { return };
             for (i, entry) in entries.iter_mut().enumerate() {
-                let at = self.frustum.enters(0, slope + i as f64 * spacing).max(self.frustum.enters(1, v));
+                let at = self.frustum.enters(0, slope + (window[0].start + i) as f64 * spacing).max(self.frustum.enters(1, v));
                 let part = (at - interval.from) / (interval.to - interval.from);
                 if part > 0.0 && (part <= 1.0 || interval.last) {
                     *entry = if part < BEYOND { depths[i] + (part - 1.0) as f32 * gains[i] } else { f32::MAX };
@@ -204,48 +227,63 @@ impl FrustumSweep<'_> {
         }
     }
 
-    /// Depths of the voxels of one plane inside the frustum; returns their number. The plane's `values` are made first,
-    /// then written into `out`.
-    fn write_plane(&self, tier: &Tier, plane: usize, values: &mut [f32], out: &mut ChannelMut) -> u64 {
-        let ChannelMut { volume, slot } = out;
+    /// The voxels along u or v of a plane at distance `z` that are written and lie inside the frustum.
+    pub(super) fn covered(&self, axis: usize, z: f64) -> Range<usize> {
+        let own = &self.own[axis];
+        let (low, high) = (self.frustum.star[axis] - z - SHARED, self.frustum.star[axis] + z + SHARED);
+        let (low, high) = (low.ceil().max(own.start as f64), high.floor().min(own.end as f64 - 1.0));
+        if low > high { own.start..own.start } else { low as usize..high as usize + 1 }
+    }
+
+    /// Where voxel number 0 along u or v of a plane at distance `z` stands among the rays, and the step from voxel to
+    /// voxel.
+    pub(super) fn among(&self, rays: &Rays, axis: usize, z: f64) -> (f64, f64) {
+        let step = 1.0 / (z * rays.spacing);
+        (1.0 - self.frustum.star[axis] * step - rays.first[axis] / rays.spacing, step)
+    }
+
+    /// Depths of the voxels of one plane that are covered, into `values` of all that are written, v × u.
+    pub(super) fn plane_values(&self, tier: &Tier, plane: usize, values: &mut [f32]) -> [Range<usize>; 2] {
         let z = self.frustum.distance(plane);
-        let range = |axis: usize| {
-            let (low, high) = (self.frustum.star[axis] - z - SHARED, self.frustum.star[axis] + z + SHARED);
-            let (low, high) = (low.ceil().max(0.0), high.floor().min(self.frustum.dims[axis] as f64 - 1.0));
-            if low > high { 0..0 } else { low as usize..high as usize + 1 }
-        };
-        let (columns, rows) = (range(0), range(1));
+        let (columns, rows) = (self.covered(0, z), self.covered(1, z));
+        if columns.is_empty() || rows.is_empty() {
+            return [columns, rows];
+        }
         let has_side_entries = self.frustum.has_side_entries();
-        let width = tier.rays.counts[0];
-        // Where voxel number 0 stands among the rays, and the step from voxel to voxel.
-        let among = [0, 1].map(|axis| {
-            let step = 1.0 / (z * tier.rays.spacing);
-            (1.0 - self.frustum.star[axis] * step - tier.rays.first[axis] / tier.rays.spacing, step)
-        });
-        let around = |axis: usize, x: usize| beside(among[axis].0 + x as f64 * among[axis].1, tier.rays.counts[axis]);
-        let lattice = volume.inner.clone();
-        let exact = |x: usize, y: usize| {
-            let mut voxel = [0; 3];
-            self.frustum.axes.iter().zip([x, y, plane]).for_each(|(axis, i)| voxel[*axis] = i);
-            self.dust.column(self.place, lattice.centre(voxel[0], voxel[1], voxel[2]), OPAQUE) as f32
-        };
-        let lines = values.par_chunks_mut(self.frustum.dims[0]).enumerate().skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
-        lines.for_each_init(
+        let Tier { rays, window, depths, .. } = tier;
+        let width = window[0].len();
+        let among = [0, 1].map(|axis| self.among(rays, axis, z));
+        let around = |axis: usize, x: usize| beside(among[axis].0 + x as f64 * among[axis].1, rays.counts[axis]);
+        let own = &self.own;
+        let lines = values.par_chunks_mut(own[0].len().max(1)).enumerate().skip(rows.start - own[1].start).take(rows.len());
+        lines.with_min_len(ROWS_TOGETHER).for_each_init(
             || vec![0.0f32; width],
-            |mixed, (y, line)| {
+            |mixed, (row, line)| {
+                let y = own[1].start + row;
                 let (j, f) = around(1, y);
-                let ray_rows = [j - 1, j, j + 1, j + 2].map(|j| &tier.depths[j * width..][..width]);
+                let ray_rows = [j - 1, j, j + 1, j + 2].map(|j| &depths[(j - window[1].start) * width..][..width]);
                 cubic_rows(mixed, ray_rows, f);
                 let (first, step) = among[0];
-                cubic_line(&mut line[columns.clone()], mixed, (first + columns.start as f64 * step, step));
+                let local = columns.start - own[0].start..columns.end - own[0].start;
+                let places = Places { first, step, voxel: columns.start, counts: rays.counts[0], first_ray: window[0].start };
+                cubic_line(&mut line[local], mixed, &places);
                 for x in columns.clone().filter(|_| has_side_entries) {
                     let (i, _) = around(0, x);
+                    let i = i - window[0].start;
                     if grazed(ray_rows.map(|row| &row[i - 1..i + 3])) {
-                        line[x] = exact(x, y).min(OPAQUE as f32);
+                        line[x - own[0].start] = (self.exact)([x, y, plane]);
                     }
                 }
             },
         );
+        [columns, rows]
+    }
+
+    /// Writes the depths of the voxels of one plane inside the frustum; returns their number. The plane's `values` are
+    /// made first, then written into `out`.
+    fn write_plane(&self, tier: &Tier, plane: usize, values: &mut [f32], out: &mut ChannelMut) -> u64 {
+        let ChannelMut { volume, slot } = out;
+        let [columns, rows] = self.plane_values(tier, plane, values);
         let strides = [1, volume.lattice.dims[0], volume.lattice.dims[0] * volume.lattice.dims[1]];
         let [du, dv, dw] = self.frustum.axes.map(|axis| strides[axis] * volume.channels.len());
         // Whatever w is, v is slower than u in memory: each row lies in a part of its own.
@@ -271,6 +309,11 @@ struct Line {
     flat: f32,
     /// Half of the planes between.
     half: f32,
+    /// Voxels of dust along u, and the first of those at hand.
+    cells: usize,
+    held: usize,
+    /// The number of the first ray.
+    first_ray: usize,
 }
 
 /// Adds to the depths of a row of rays what an interval gives them, σ given along u at its two Gauss points; the last
@@ -278,14 +321,14 @@ struct Line {
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
 fn advance_line(line: &Line, rows: [&[f32]; 2], gains: &mut [f32], depths: &mut [f32]) {
     for (chunk, (gains, depths)) in gains.chunks_mut(LANES).zip(depths.chunks_mut(LANES)).enumerate() {
-        let number = lanes!(|lane| (chunk * LANES + lane) as f32);
+        let number = lanes!(|lane| (line.first_ray + chunk * LANES + lane) as f32);
         let mut sum = [0.0; LANES];
         for (row, (first, step)) in rows.iter().zip(line.samples) {
-            let cells = row.len() - 1;
+            let (held, last) = (line.held as u32, row.len() as u32 - 2);
             let (mut cell, mut fraction) = ([0; LANES], [0.0; LANES]);
             for lane in 0..LANES {
-                let at = place(fma(number[lane], step, first), cells);
-                (cell[lane], fraction[lane]) = (at.cell, at.fraction);
+                let at = place(fma(number[lane], step, first), line.cells);
+                (cell[lane], fraction[lane]) = (at.cell.saturating_sub(held).min(last), at.fraction);
             }
             let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
             for lane in 0..LANES {
@@ -314,23 +357,34 @@ fn advance_line(line: &Line, rows: [&[f32]; 2], gains: &mut [f32], depths: &mut 
 
 /// The second of the four rays, of `count`, that a place among them is interpolated from, and how far it lies behind.
 #[inline(always)]
-fn beside(at: f64, count: usize) -> (usize, f32) {
+pub(super) fn beside(at: f64, count: usize) -> (usize, f32) {
     let second = at.max(1.0).min((count - 3) as f64).floor();
     (second as usize, (at - second) as f32)
 }
 
-/// Interpolates a line of voxels from the rays of its row: the place of the first among them, and the step from voxel
-/// to voxel.
+/// Where the voxels of a line stand among the rays of its row: the place of voxel number 0, and the step from voxel to
+/// voxel.
+struct Places {
+    first: f64,
+    step: f64,
+    /// The number of the first voxel of the line.
+    voxel: usize,
+    /// All rays of a row, and the first of those that are given.
+    counts: usize,
+    first_ray: usize,
+}
+
+/// Interpolates a line of voxels from the rays of its row.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn cubic_line(line: &mut [f32], rays: &[f32], (first, step): (f64, f64)) {
+fn cubic_line(line: &mut [f32], rays: &[f32], places: &Places) {
     for (chunk, line) in line.chunks_mut(LANES).enumerate() {
         let (mut second, mut between, mut four) = ([0; LANES], [0.0; LANES], [[0.0; LANES]; 4]);
         for lane in 0..LANES {
-            let (i, f) = beside(first + (chunk * LANES + lane) as f64 * step, rays.len());
-            (second[lane], between[lane]) = (i, f);
+            let (i, f) = beside(places.first + (places.voxel + chunk * LANES + lane) as f64 * places.step, places.counts);
+            (second[lane], between[lane]) = (i - places.first_ray.min(i - 1), f);
         }
         for lane in 0..LANES {
-            let own = &rays[second[lane] - 1..][..4];
+            let own = &rays[(second[lane] - 1).min(rays.len() - 4)..][..4];
             (0..4).for_each(|i| four[i][lane] = own[i]);
         }
         let mut swept = [0.0; LANES];

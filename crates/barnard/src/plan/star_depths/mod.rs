@@ -7,6 +7,7 @@
 pub mod frustum;
 pub mod frustum_sweep;
 pub(crate) mod planes;
+pub mod relay;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 

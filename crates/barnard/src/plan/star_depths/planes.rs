@@ -11,9 +11,38 @@ const BLOCK: usize = 16;
 /// The fewest rows that a thread takes.
 pub const ROWS_TOGETHER: usize = 8;
 
+/// Dust, or the part of it that is at hand; places are counted in the whole.
+#[derive(Clone, Copy)]
+pub struct Part<'a> {
+    /// The extinction σ at V of the part [pc⁻¹].
+    pub grid: &'a Grid,
+    /// The voxel of the whole that is the part's first.
+    pub first: [usize; 3],
+    /// Voxels of the whole along x, y, z.
+    pub dims: [usize; 3],
+}
+
+impl<'a> Part<'a> {
+    /// All of the dust.
+    pub fn whole(grid: &'a Grid) -> Self {
+        Self { grid, first: [0; 3], dims: grid.lattice.dims }
+    }
+
+    /// Voxels of the part along an axis.
+    pub fn held(&self, axis: usize) -> Range<usize> {
+        self.first[axis]..self.first[axis] + self.grid.lattice.dims[axis]
+    }
+}
+
+/// The part of a range that lies in another, counted from where that begins.
+pub fn within(range: &Range<usize>, held: &Range<usize>) -> Range<usize> {
+    let place = |i: usize| i.clamp(held.start, held.end) - held.start;
+    place(range.start)..place(range.end)
+}
+
 /// The dust's planes along w, copied sixteen at a time, whichever way they lie in memory.
 pub struct Planes<'a> {
-    dust: &'a Grid,
+    dust: Part<'a>,
     axes: [usize; 3],
     backwards: bool,
     /// Number of the first plane in `block`.
@@ -24,16 +53,18 @@ pub struct Planes<'a> {
 
 impl<'a> Planes<'a> {
     /// The planes of `dust`, w being the last of `axes`; they will be asked for one after the other, towards `sign`.
-    pub fn new(dust: &'a Grid, axes: [usize; 3], sign: f64) -> Self {
+    pub fn new(dust: Part<'a>, axes: [usize; 3], sign: f64) -> Self {
         Self { dust, axes, backwards: sign < 0.0, first: 0, block: Vec::new() }
     }
 
-    /// Writes σ on the plane at `w` [voxels of dust] within a window of columns and rows; what `out` holds elsewhere
-    /// means nothing.
+    /// Writes σ on the plane at `w` [voxels of dust] within a window of the part's columns and rows; what `out` holds
+    /// elsewhere means nothing.
     pub fn slab(&mut self, w: f64, [columns, rows]: &[Range<usize>; 2], out: &mut Vec<f32>) {
-        let [nu, nv, nw] = self.axes.map(|a| self.dust.lattice.dims[a]);
-        let low = (w as usize).min(nw - 1);
-        let high = (low + 1).min(nw - 1);
+        let [nu, nv, nw] = self.axes.map(|a| self.dust.grid.lattice.dims[a]);
+        let (whole, first) = (self.dust.dims[self.axes[2]], self.dust.first[self.axes[2]]);
+        let plane = (w as usize).min(whole - 1);
+        let local = |plane: usize| plane.min(whole - 1).saturating_sub(first).min(nw - 1);
+        let (low, high) = (local(plane), local(plane + 1));
         let held = self.block.len() / (nu * nv);
         if low < self.first || high >= self.first + held {
             self.first = if self.backwards { (high + 1).saturating_sub(BLOCK) } else { low };
@@ -43,25 +74,26 @@ impl<'a> Planes<'a> {
         let row = |k: usize, v: usize| &self.block[(v * held + k - self.first) * nu..][columns.clone()];
         out.resize(nu * nv, 0.0);
         let lines = out.par_chunks_exact_mut(nu).enumerate().skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
-        lines.for_each(|(v, line)| mix(&mut line[columns.clone()], row(low, v), row(high, v), (w - low as f64) as f32));
+        lines.for_each(|(v, line)| mix(&mut line[columns.clone()], row(low, v), row(high, v), (w - plane as f64) as f32));
     }
 
     fn copy(&mut self, first: usize, count: usize) {
-        let [nx, ny, _] = self.dust.lattice.dims;
+        let grid = self.dust.grid;
+        let [nx, ny, _] = grid.lattice.dims;
         let strides = [1, nx, nx * ny];
-        let [nu, nv, _] = self.axes.map(|a| self.dust.lattice.dims[a]);
+        let [nu, nv, _] = self.axes.map(|a| grid.lattice.dims[a]);
         let [du, dv, dw] = self.axes.map(|a| strides[a]);
         self.block.resize(count * nu * nv, 0.0);
         self.block.par_chunks_exact_mut(count * nu).enumerate().with_min_len(ROWS_TOGETHER).for_each(|(v, rows)| {
             if dw == 1 {
                 for u in 0..nu {
                     let line = u * du + v * dv + first;
-                    self.dust.run(line..line + count).enumerate().for_each(|(k, value)| rows[k * nu + u] = value);
+                    grid.run(line..line + count).enumerate().for_each(|(k, value)| rows[k * nu + u] = value);
                 }
             } else {
                 for (k, row) in rows.chunks_exact_mut(nu).enumerate() {
                     let line = v * dv + (first + k) * dw;
-                    row.iter_mut().zip(self.dust.run(line..line + nu)).for_each(|(own, value)| *own = value);
+                    row.iter_mut().zip(grid.run(line..line + nu)).for_each(|(own, value)| *own = value);
                 }
             }
         });
