@@ -61,8 +61,9 @@ impl Sources {
     pub const PREVIEW: Self = Self::Brightest(1500);
 }
 
-/// Draws unresolved sources: `add` hears of places in an image (bands × height × width) and radiances; `fluxes(light,
-/// ray, length)` are the fluxes of a light in all bands behind what lies on the first `length` \[pc\] of a ray.
+/// Draws unresolved sources: `add` hears of places in an image (bands × height × width) and radiances; `fluxes(number,
+/// light, ray, length)` are the fluxes of a light in all bands behind what lies on the first `length` \[pc\] of the ray
+/// to the source of a number, in the order of [`points`].
 ///
 /// # Errors
 /// Where the star field has too many stars, and when the user wishes to stop.
@@ -71,17 +72,17 @@ pub fn draw(
     scene: &Scene,
     camera: &Camera,
     lights: &[Light],
-    fluxes: impl Fn(usize, &Ray, f64) -> Vec<f64> + Sync,
+    fluxes: impl Fn(usize, usize, &Ray, f64) -> Vec<f64> + Sync,
     control: &Control,
     mut add: impl FnMut(usize, f64),
 ) -> Result<()> {
     let points = points(sources, scene, camera, lights)?;
-    let fluxes = |point: &Point| {
+    let fluxes = |(number, point): (usize, &Point)| {
         control.check()?;
-        let bare = fluxes(point.light, &point.ray(camera), point.length);
+        let bare = fluxes(number, point.light, &point.ray(camera), point.length);
         Ok(bare.into_iter().map(|flux| point.gain * flux).collect())
     };
-    let fluxes: Vec<Vec<f64>> = points.par_iter().map(fluxes).collect::<Result<_>>()?;
+    let fluxes: Vec<Vec<f64>> = points.par_iter().enumerate().map(fluxes).collect::<Result<_>>()?;
     for (point, fluxes) in points.iter().zip(fluxes) {
         splat(camera, point, &fluxes, &mut add);
     }

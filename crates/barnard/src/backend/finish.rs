@@ -14,9 +14,17 @@ use crate::scene::Scene;
 ///
 /// # Errors
 /// Where values are no numbers, or the star field has too many stars, and when the user wishes to stop.
-pub fn finished(scene: &Scene, plan: &Plan, radiance: Radiance, backend: &str, control: &Control) -> Result<Image> {
-    let Radiance { mut samples, stats } = radiance;
-    draw(plan.sources, scene, plan, control, |i, value| samples.add(i, value))?;
+pub fn finished(scene: &Scene, plan: &Plan, mut radiance: Radiance, backend: &str, control: &Control) -> Result<Image> {
+    draw(plan.sources, scene, plan, control, |i, value| radiance.samples.add(i, value))?;
+    told(scene, plan, radiance, backend)
+}
+
+/// A picture of all light: errors and origin are told.
+///
+/// # Errors
+/// Where values are no numbers.
+pub(super) fn told(scene: &Scene, plan: &Plan, radiance: Radiance, backend: &str) -> Result<Image> {
+    let Radiance { samples, stats } = radiance;
     let mut image = describe(scene, &plan.camera, samples);
     image.check()?;
     for (b, band) in image.bands.iter_mut().enumerate() {
@@ -48,9 +56,27 @@ pub fn extended(scene: &Scene, plan: &Plan, samples: Samples) -> Result<Image> {
 /// # Errors
 /// Where the star field has too many stars, and when the user wishes to stop.
 pub fn draw(sources: Sources, scene: &Scene, plan: &Plan, control: &Control, add: impl FnMut(usize, f64)) -> Result<()> {
-    let far = 2.0 * plan.space.occupied.map_or(0.0, |b| b.size().length() + (0.5 * (b.low + b.high) - plan.camera.position).length());
-    let fluxes = |light: usize, ray: &Ray, length: f64| {
-        let depth = plan.space.depth(ray.origin, ray.at(length.min(far)));
+    let far = end_of_space(plan);
+    let depth = |_: usize, ray: &Ray, length: f64| plan.space.depth(ray.origin, ray.at(length.min(far)));
+    draw_behind(sources, scene, plan, depth, control, add)
+}
+
+/// A distance from the camera behind which nothing absorbs \[pc\].
+pub(super) fn end_of_space(plan: &Plan) -> f64 {
+    2.0 * plan.space.occupied.map_or(0.0, |b| b.size().length() + (0.5 * (b.low + b.high) - plan.camera.position).length())
+}
+
+/// Draws unresolved sources behind depths that `depth` tells: of a source by its number, on so much of a ray \[pc\].
+pub(super) fn draw_behind(
+    sources: Sources,
+    scene: &Scene,
+    plan: &Plan,
+    depth: impl Fn(usize, &Ray, f64) -> f64 + Sync,
+    control: &Control,
+    add: impl FnMut(usize, f64),
+) -> Result<()> {
+    let fluxes = |number: usize, light: usize, ray: &Ray, length: f64| {
+        let depth = depth(number, ray, length);
         plan.spectral.bands.iter().map(|band| band.rule.evaluate(light, depth)).collect()
     };
     points::draw(sources, scene, &plan.camera, &plan.lights, fluxes, control, add)

@@ -13,7 +13,7 @@ use crate::volume::{Half, Stored, Values, Volume, stored};
 use super::lane::{LANES, Lane, fma, lanes};
 use super::quads::{four, lerp};
 use super::shared_cells;
-use super::track::Track;
+use super::track::{CellsHeld, Track};
 
 /// A volume along a packet's rays.
 pub struct Cursor<'a> {
@@ -41,7 +41,13 @@ impl<'a> Cursor<'a> {
         assert!(dims.iter().all(|n| *n >= 2) && (1..=8).contains(&volume.channels.len()));
         assert_eq!(stored!(&volume.values, |data| data.len()), volume.lattice.cells() * volume.channels.len());
         // Values stand in the middles of voxels.
-        let track = Track::new(&volume.lattice, DVec3::splat(0.5), rays, start);
+        let track = match &volume.part {
+            None => Track::new(&volume.lattice, DVec3::splat(0.5), rays, start),
+            Some(part) => {
+                let whole = part.whole.dims.map(|n| n - 1);
+                Track::new(&part.whole, DVec3::splat(0.5), rays, start).within(Some(CellsHeld { whole, first: part.first }))
+            }
+        };
         let middle = lanes!(|lane| (0.5 * (end[lane] - start[lane])) as f32);
         let shares_cells = shared_cells::are_worthwhile(volume, &track, &middle);
         Self { volume, track, shares_cells }

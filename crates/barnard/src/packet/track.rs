@@ -10,13 +10,24 @@ use crate::geometry::Ray;
 pub struct Track {
     origin: [Lane; 3],
     slope: [Lane; 3],
+    part: Option<CellsHeld>,
+}
+
+/// The cells of a lattice that are held, where not all are: places are those in the whole, so that a place has the same
+/// numbers in any part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CellsHeld {
+    /// Cells of the whole along each axis.
+    pub whole: [usize; 3],
+    /// The first that is held.
+    pub first: [usize; 3],
 }
 
 impl Track {
     /// The track of `rays` through a lattice; distances are counted from `start` of each, cells from the lattice's
     /// corner plus `shift` of them.
     pub fn new(lattice: &Lattice, shift: DVec3, rays: &[Ray; LANES], start: &[f64; LANES]) -> Self {
-        let mut track = Self { origin: [[0.0; LANES]; 3], slope: [[0.0; LANES]; 3] };
+        let mut track = Self { origin: [[0.0; LANES]; 3], slope: [[0.0; LANES]; 3], part: None };
         let per_pc = lattice.voxel_pc().recip();
         for (lane, ray) in rays.iter().enumerate() {
             let u = (ray.at(start[lane]) - lattice.bounds.low) * per_pc - shift;
@@ -29,10 +40,24 @@ impl Track {
         track
     }
 
+    /// The same track where only some cells are held: cells are counted from the first of these.
+    pub fn within(self, part: Option<CellsHeld>) -> Self {
+        Self { part, ..self }
+    }
+
     /// Cell and place within it at distance `t` along each axis of `counts` cells, clamped to the borders.
     #[inline(always)]
     pub fn cells(&self, counts: [usize; 3], t: &Lane) -> [([u32; LANES], Lane); 3] {
-        [self.axis(0, counts[0], t), self.axis(1, counts[1], t), self.axis(2, counts[2], t)]
+        let Some(part) = &self.part else {
+            return [self.axis(0, counts[0], t), self.axis(1, counts[1], t), self.axis(2, counts[2], t)];
+        };
+        let mut cells = [self.axis(0, part.whole[0], t), self.axis(1, part.whole[1], t), self.axis(2, part.whole[2], t)];
+        for (axis, (cell, _)) in cells.iter_mut().enumerate() {
+            for lane in 0..LANES {
+                cell[lane] = cell[lane].saturating_sub(part.first[axis] as u32).min(counts[axis] as u32 - 1);
+            }
+        }
+        cells
     }
 
     /// How far apart the rays are at a distance `t` of each, in cells along all axes together.

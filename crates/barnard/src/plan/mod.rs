@@ -31,7 +31,7 @@ pub use probe::Probe;
 pub use report::{HALF, SINGLE};
 pub use settings::Options;
 pub(crate) use settings::Settings;
-pub use spatial::{SpatialPlan, sample_functions};
+pub use spatial::{BrickFields, SpatialPlan, densities, sample_functions};
 pub use spatial_error::{Spatial, Unresolved};
 pub use spectral::closed_form::{ClosedForm, End, Extent};
 pub use spectral::weights::{Emitter, Scatterer, Weights, weights as weights_of};

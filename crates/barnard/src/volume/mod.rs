@@ -47,6 +47,24 @@ pub struct Volume {
     pub(crate) values: Values,
     /// The unit of each channel's values; one in single precision.
     pub(crate) units: Vec<f32>,
+    /// What it is a part of, where it is one.
+    pub(crate) part: Option<VolumePart>,
+}
+
+/// What a volume is a part of.
+#[derive(Debug, Clone)]
+pub(crate) struct VolumePart {
+    /// The lattice of the whole's voxels and the layer around them.
+    pub whole: Lattice,
+    /// The voxel of the whole's box that is the part's first.
+    pub first: [usize; 3],
+}
+
+/// The lattice of a box's voxels and the layer around them.
+fn with_layer(inner: &Lattice) -> Lattice {
+    let voxel = inner.voxel_pc();
+    let bounds = Bounds { low: inner.bounds.low - voxel, high: inner.bounds.high + voxel };
+    Lattice { dims: inner.dims.map(|n| n + 2), bounds }
 }
 
 /// The voxels around a place, of which every channel can be read.
@@ -95,15 +113,21 @@ impl Volume {
     /// The same in any precision.
     pub fn with_precision(lattice: &Lattice, channels: Vec<Channel>, precision: Precision) -> Self {
         let inner = Lattice { dims: lattice.dims.map(|n| n.max(2)), bounds: lattice.bounds };
-        let voxel = inner.voxel_pc();
-        let bounds = Bounds { low: inner.bounds.low - voxel, high: inner.bounds.high + voxel };
-        let lattice = Lattice { dims: inner.dims.map(|n| n + 2), bounds };
+        let lattice = with_layer(&inner);
         let count = lattice.cells() * channels.len();
         let values = match precision {
             Precision::Single => Values::Single(vec![0.0; count]),
             Precision::Half => Values::Half(vec![Half::default(); count]),
         };
-        Self { inner, lattice, units: vec![1.0; channels.len()], channels, values }
+        Self { inner, lattice, units: vec![1.0; channels.len()], channels, values, part: None }
+    }
+
+    /// The same volume as a part of a whole, of which its first voxel is number `first` along each axis: places in it
+    /// have the numbers that they have in the whole.
+    #[must_use]
+    pub(crate) fn part_of(self, whole: &Lattice, first: [usize; 3]) -> Self {
+        let inner = Lattice { dims: whole.dims.map(|n| n.max(2)), bounds: whole.bounds };
+        Self { part: Some(VolumePart { whole: with_layer(&inner), first }), ..self }
     }
 
     /// How the values are stored.

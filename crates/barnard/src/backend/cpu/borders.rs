@@ -15,9 +15,10 @@ pub struct Borders {
 }
 
 impl Borders {
-    /// Finds the borders at which a march over `space` must stop.
-    pub fn new(space: &SpatialPlan) -> Self {
-        Self { occupied: space.occupied, inner: space.inner_boxes() }
+    /// Finds the borders at which a march over `space` must stop, those of volumes that end within it among them where
+    /// they count.
+    pub fn new(space: &SpatialPlan, volumes_count: bool) -> Self {
+        Self { occupied: space.occupied, inner: if volumes_count { space.inner_boxes() } else { Vec::new() } }
     }
 
     /// The parts of the rays between the borders of all boxes: within one, a ray is inside or outside of each volume.

@@ -8,11 +8,17 @@
 //! A step that is long beside its distance to a star is marched in parts; what is close to a star comes in pieces from
 //! `plan::near`. Empty bricks are jumped over; a packet ends when what lies behind cannot change a pixel by a fiftieth
 //! of the accuracy.
+//!
+//! A march may be one of a part of space alone (`bricks`): steps are those of the whole rays, and a segment counts where
+//! its middle lies in the part.
+
+use std::ops::Range;
 
 use glam::DVec3;
 use multiversion::multiversion;
 
 use super::borders::Borders;
+use super::bricks::holds;
 use super::context::Context;
 use super::near_field::{NearField, NearStar};
 use super::segment::Segment;
@@ -20,7 +26,7 @@ use super::state::{StarView, State, StepSpan};
 use super::tables::Tables;
 use super::terms::{NodeTerms, Terms};
 use super::{double_integration, shading};
-use crate::geometry::Ray;
+use crate::geometry::{Bounds, Ray};
 use crate::packet::{Cursor, LANES, Lane, Track, exp, lanes, largest};
 use crate::plan::near;
 use crate::plan::near::PART_DISTANCE;
@@ -36,11 +42,13 @@ pub struct March<'a> {
     dust_alone: Option<Volume>,
     /// Largest σ and largest density of each species.
     brightest: (f32, Vec<f32>),
+    /// The part of space whose segments count, its upper borders left out; all of it where there is none.
+    domain: Option<Bounds>,
 }
 
 impl<'a> March<'a> {
-    /// Prepares the march of one plan.
-    pub fn new(plan: &'a Plan, tables: &'a Tables) -> Self {
+    /// Prepares the march of one plan through a part of space, or all of it.
+    pub fn new(plan: &'a Plan, tables: &'a Tables, domain: Option<Bounds>) -> Self {
         let context = Context::new(plan, tables);
         let mut largest = plan.space.bricks.iter().map(|b| b.largest());
         let sigma = if context.slots.dust.is_some() { largest.next().unwrap_or(0.0) } else { 0.0 };
@@ -52,9 +60,11 @@ impl<'a> March<'a> {
         Self {
             context,
             near_field: NearField::new(plan),
-            borders: Borders::new(&plan.space),
+            // The volumes of a part end with it, and nothing of theirs counts beyond.
+            borders: Borders::new(&plan.space, domain.is_none()),
             dust_alone,
             brightest: (sigma, largest.collect()),
+            domain,
         }
     }
 
@@ -62,6 +72,14 @@ impl<'a> March<'a> {
     ///
     /// `numbers` tell the rays of an image apart.
     pub fn packet(&self, rays: &[Ray; LANES], numbers: &[u64; LANES]) -> (Vec<f32>, f32) {
+        let state = self.light(rays, numbers);
+        let behind = if self.context.tables.weights.background.is_some() { largest(&state.tau) } else { 0.0 };
+        let radiance = self.bands_of(&state.sum, &state.tau, &state.channels);
+        (radiance, largest(&state.deepest).max(behind))
+    }
+
+    /// Marches a packet: the light of each term, and the depths behind all.
+    pub fn light<'r>(&self, rays: &'r [Ray; LANES], numbers: &[u64; LANES]) -> State<'r> {
         let terms = self.context.tables.weights.terms;
         let nowhere = ([0.0; LANES], [0.0; LANES]);
         let mut state = State {
@@ -90,27 +108,26 @@ impl<'a> March<'a> {
                 march_span(self, &mut state, steps);
             }
         }
-        let behind = if self.context.tables.weights.background.is_some() { largest(&state.tau) } else { 0.0 };
-        (self.bands_of(&state), largest(&state.deepest).max(behind))
+        state
     }
 
     /// The sums with the background behind them, band by band.
-    fn bands_of(&self, state: &State) -> Vec<f32> {
+    pub fn bands_of(&self, sum: &[Lane], tau: &Lane, channels: &[Lane]) -> Vec<f32> {
         let bands = self.context.plan.spectral.bands.len();
         let mut radiance = vec![0.0; bands * LANES];
         for (term, band) in self.context.tables.weights.band_of.iter().enumerate() {
             let out = &mut radiance[band * LANES..(band + 1) * LANES];
-            out.iter_mut().zip(&state.sum[term]).for_each(|(r, s)| *r += s);
+            out.iter_mut().zip(&sum[term]).for_each(|(r, s)| *r += s);
         }
         if let Some(sums) = &self.context.tables.light_sums {
-            sums.resolve(&state.channels, &mut radiance);
+            sums.resolve(channels, &mut radiance);
         }
         if let Terms::CommonNodes(common) = &self.context.tables.terms {
-            common.resolve(&state.sum, &state.tau, &mut radiance);
+            common.resolve(sum, tau, &mut radiance);
         } else if let Some(light) = self.context.tables.weights.background {
             for (band, plan) in self.context.plan.spectral.bands.iter().enumerate() {
                 for lane in 0..LANES {
-                    radiance[band * LANES + lane] += plan.rule.evaluate(light, f64::from(state.tau[lane])) as f32;
+                    radiance[band * LANES + lane] += plan.rule.evaluate(light, f64::from(tau[lane])) as f32;
                 }
             }
         }
@@ -154,9 +171,32 @@ impl<'a> March<'a> {
         let middle = |lane: usize| state.rays[lane].at(0.5 * (state.span.0[lane] + state.span.1[lane]));
         let mask = |v: &Volume| {
             let mask = lanes!(|lane| f32::from(u8::from(v.inner.bounds.contains(middle(lane)))));
-            mask.contains(&0.0).then_some(mask)
+            (self.domain.is_none() && mask.contains(&0.0)).then_some(mask)
         };
         self.context.plan.volumes().map(mask).collect()
+    }
+
+    /// The steps of a span in which a segment may count.
+    fn counted(&self, state: &State, steps: usize) -> Range<usize> {
+        let Some(domain) = &self.domain else { return 0..steps };
+        let of_lane = |lane: usize| {
+            let (near, far) = domain.clip(&state.rays[lane]).filter(|_| state.dt[lane] > 0.0)?;
+            let place = |t: f64| (t - state.span.0[lane]) / f64::from(state.dt[lane]);
+            // A step more at both ends, since the whole of it counts; negative numbers become zero.
+            Some((place(near) - 1.0) as usize..((place(far) + 2.0) as usize).min(steps))
+        };
+        let all = (0..LANES).filter_map(of_lane).filter(|range| !range.is_empty());
+        all.reduce(|a, b| a.start.min(b.start)..a.end.max(b.end)).unwrap_or(0..0)
+    }
+
+    /// The lanes on which a segment counts; none where it does on all.
+    #[inline(always)]
+    fn counting(&self, state: &State, span: StepSpan) -> Option<[bool; LANES]> {
+        let domain = self.domain.as_ref()?;
+        let middle = f64::from(span.start + 0.5 * span.length);
+        let counts: [bool; LANES] =
+            std::array::from_fn(|lane| holds(domain, state.rays[lane].at(state.span.0[lane] + middle * f64::from(state.dt[lane]))));
+        counts.contains(&false).then_some(counts)
     }
 
     /// Marches the star depths of a sample again, as Barrès & Neyret do.
@@ -173,7 +213,7 @@ impl<'a> March<'a> {
     fn ended(&self, state: &State, views: &[StarView], steps: usize) -> bool {
         let Tables { terms, weights, .. } = self.context.tables;
         let Some(NodeTerms { k, range }) = terms.exponentials() else { return false };
-        if !state.final_span {
+        if !state.final_span || self.domain.is_some() {
             return false;
         }
         let shallowest = state.tau.iter().copied().fold(f32::MAX, f32::min);
@@ -232,8 +272,10 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
     let mut before = vec![[0.0; LANES]; context.slots.count];
     let mut after = before.clone();
     let mut middle = context.plan.stepping.has_middles().then(|| before.clone());
-    sample(context, &cursors, &masks, &state.dt, 0.0, &mut before);
-    let mut step = 0;
+    let Range { start: mut step, end: steps } = march.counted(state, steps);
+    sample(context, &cursors, &masks, &state.dt, step as f32, &mut before);
+    // What counts of a sample, where only some lanes do.
+    let mut counted = [before.clone(), before.clone(), before.clone()];
     while step < steps {
         // Jump over empty space; the sample behind the jump starts anew.
         let jump = if is_dark(context, &before) { clear_steps(context, &tracks, &state.dt, step) } else { 0 };
@@ -254,13 +296,40 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
             if let Some(middle) = &mut middle {
                 sample(context, &cursors, &masks, &state.dt, span.start + 0.5 * length, middle);
             }
-            let segment = Segment::new(context, state, span, [&before, &after], middle.as_deref());
-            shading::add(&segment, context, state, &views, &near_field);
+            let counts = march.counting(state, span);
+            let (first, last, between) = match &counts {
+                None => (&before, &after, middle.as_deref()),
+                Some(counts) => {
+                    let [first, last, between] = &mut counted;
+                    only(context, &before, counts, first);
+                    only(context, &after, counts, last);
+                    let between = middle.as_deref().map(|middle| {
+                        only(context, middle, counts, between);
+                        &between[..]
+                    });
+                    (&*first, &*last, between)
+                }
+            };
+            if counts.is_none_or(|counts| counts.contains(&true)) {
+                let segment = Segment::new(context, state, span, [first, last], between);
+                shading::add(&segment, context, state, &views, &near_field);
+            }
             std::mem::swap(&mut before, &mut after);
         }
         step += 1;
         if step % END_EVERY == 0 && march.ended(state, &views, step) {
             break;
+        }
+    }
+}
+
+/// Copies a sample, without dust and gas on the lanes that do not count.
+#[inline(always)]
+fn only(context: &Context, sample: &[Lane], counts: &[bool; LANES], out: &mut [Lane]) {
+    out.copy_from_slice(sample);
+    for slot in context.slots.dust.iter().chain(&context.slots.species) {
+        for lane in 0..LANES {
+            out[*slot][lane] = if counts[lane] { out[*slot][lane] } else { 0.0 };
         }
     }
 }

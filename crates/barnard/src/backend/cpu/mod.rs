@@ -5,6 +5,7 @@
 //! not matter.
 
 mod borders;
+pub mod bricks;
 mod context;
 mod double_integration;
 mod light_sums;
@@ -76,7 +77,7 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, RenderStats
     let (width, height) = (camera.width, camera.height);
     let (columns, rows) = ((width * s).div_ceil(TILE), (height * s).div_ceil(TILE));
     let tables = Tables::new(plan);
-    let march = March::new(plan, &tables);
+    let march = March::new(plan, &tables, None);
     let bands = plan.spectral.bands.len();
     let done = std::sync::atomic::AtomicU64::new(0);
     // Rows of pixels that hold whole tiles, band by band: TILE · s rows of rays, TILE rows of pixels.

@@ -20,6 +20,8 @@ use crate::plan::{near, segment as plan_segment};
 struct Irradiated {
     close: [bool; LANES],
     base: Lane,
+    /// The mean of 1/r², zero where the base is none.
+    mean: Lane,
     along: Lane,
 }
 
@@ -64,7 +66,7 @@ fn scatter(segment: &Segment, context: &Context, state: &mut State, scatterer: &
         state.deepest[lane] = if a > state.deepest[lane] { a } else { state.deepest[lane] };
     }
     let span = DepthSpan { middle, half };
-    let Irradiated { close, base, along } = &irradiated;
+    let Irradiated { close, base, mean, along } = &irradiated;
     match &context.tables.phase {
         None => {
             let bases = Bases::Weighted(base, &scatterer.weights);
@@ -73,7 +75,7 @@ fn scatter(segment: &Segment, context: &Context, state: &mut State, scatterer: &
         Some(phase) => {
             let rows = &phase.lights[scatterer.light];
             let spread = &mut state.bases[..rows.columns()];
-            match phases(segment, context, view, base) {
+            match phases(segment, context, view, mean) {
                 1 => rows.spread(&angle(segment, context, view, along, 0.0).0, base, spread),
                 phases => {
                     spread.fill([0.0; LANES]);
@@ -95,7 +97,7 @@ fn scatter(segment: &Segment, context: &Context, state: &mut State, scatterer: &
 #[inline(always)]
 fn irradiated(segment: &Segment, context: &Context, state: &State, view: &StarView) -> Irradiated {
     let reach = (NEAR_VOXELS * context.voxel_pc) as f32;
-    let mut irradiated = Irradiated { close: [false; LANES], base: [0.0; LANES], along: [0.0; LANES] };
+    let mut irradiated = Irradiated { close: [false; LANES], base: [0.0; LANES], mean: [0.0; LANES], along: [0.0; LANES] };
     for lane in 0..LANES {
         let (b, dt, growth) = (view.distance[lane], segment.length[lane], segment.growth[lane]);
         let t0 = fma(segment.span.start, state.dt[lane], -view.foot[lane]);
@@ -106,19 +108,20 @@ fn irradiated(segment: &Segment, context: &Context, state: &State, view: &StarVi
         let q2 = q * q;
         let mean = inverse * fma(q2, fma(q2, fma(q2, fma(q2, 1.0 / 9.0, -1.0 / 7.0), 1.0 / 5.0), -1.0 / 3.0), 1.0);
         irradiated.close[lane] = near && growth > 0.0;
-        irradiated.base[lane] = if near { 0.0 } else { mean * growth };
+        irradiated.mean[lane] = if near { 0.0 } else { mean };
+        irradiated.base[lane] = irradiated.mean[lane] * growth;
         irradiated.along[lane] = t0 + 0.5 * dt;
     }
     irradiated
 }
 
-/// The number of angles at which the phase function must be asked in a segment.
+/// The number of angles at which the phase function must be asked in a segment, whatever its dust.
 #[inline(always)]
-fn phases(segment: &Segment, context: &Context, view: &StarView, base: &Lane) -> usize {
+fn phases(segment: &Segment, context: &Context, view: &StarView, mean: &Lane) -> usize {
     if !view.wide.contains(&(segment.span.start as usize)) {
         return 1;
     }
-    let angles = lanes!(|lane| base[lane] / segment.growth[lane].max(f32::MIN_POSITIVE) * view.distance[lane] * segment.length[lane]);
+    let angles = lanes!(|lane| mean[lane] * view.distance[lane] * segment.length[lane]);
     near::phases(f64::from(largest(&angles)), context.plan.spectral.phase_angle)
 }
 

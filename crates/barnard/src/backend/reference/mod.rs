@@ -205,7 +205,7 @@ impl<'a> Truth<'a> {
     }
 
     fn draw_points(&self, add: impl FnMut(usize, f64)) -> Result<()> {
-        let fluxes = |light: usize, ray: &Ray, length: f64| {
+        let fluxes = |_: usize, light: usize, ray: &Ray, length: f64| {
             let depth = self.depth(ray.origin, ray.at(length.min(self.horizon(ray))));
             (0..self.scene.bands.len()).map(|band| self.flux(light, band, depth)).collect()
         };

@@ -1,10 +1,12 @@
 //! What the places of things decide: density, star depths, empty space.
 
 pub(in crate::plan) mod bake;
+mod brick;
 mod layout;
 mod update;
 
 pub use bake::sample_functions;
+pub use brick::{BrickFields, densities};
 
 use std::sync::Arc;
 
@@ -217,8 +219,7 @@ impl SpatialPlan {
 
     /// The finest voxel edge \[pc\].
     pub fn voxel_pc(&self) -> f64 {
-        let grids = self.dust.iter().map(|d| &**d).chain(&self.emission);
-        grids.map(|g| g.lattice.voxel_pc().min_element()).fold(f64::INFINITY, f64::min)
+        self.voxels.iter().map(|voxel| voxel.min_element()).fold(f64::INFINITY, f64::min)
     }
 
     /// The finest voxel edge along a direction of length one \[pc\]: that of cubes, and the distance between walls of

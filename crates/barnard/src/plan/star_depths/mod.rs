@@ -49,10 +49,15 @@ pub fn bake(dust: &Grid, star: DVec3, mut out: ChannelMut, progress: Progress, c
         let before = done.fetch_add(voxels, Ordering::Relaxed);
         control.report(Stage::StarDepths, (before + voxels).min(progress.all), progress.all);
     })?;
-    let ChannelMut { volume, slot } = out;
+    settle(out.volume, out.slot);
+    Ok(())
+}
+
+/// Makes depths at voxel centres the numbers that are read between them: moved to means, and going on in the layer
+/// around the box.
+pub(crate) fn settle(volume: &mut Volume, slot: usize) {
     match_means(volume, slot);
     volume.extrapolate(slot);
-    Ok(())
 }
 
 /// The largest of these depths at a place with dust, whose bricks come first in the plan \[1\].

@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::field::{Grid, Lattice};
+use crate::field::{Grid, Partition};
 use crate::plan::star_depths::frustum::{Frustum, Rays, TierOf, frustums};
 use crate::plan::star_depths::frustum_sweep::{FrustumSweep, Tier, beside, exact_depth};
 use crate::plan::star_depths::planes::Part;
@@ -26,9 +26,7 @@ const BORDER: usize = 4;
 /// The sweeps of one star's depths through bricks.
 #[derive(Debug, Clone)]
 pub struct Relay {
-    lattice: Lattice,
-    /// Along each axis: where bricks begin, and the end of the last \[voxels\].
-    cuts: [Vec<usize>; 3],
+    partition: Partition,
     star: DVec3,
     frustums: Vec<Frustum>,
 }
@@ -81,20 +79,10 @@ pub struct Handed {
 pub type Carried<'a> = BTreeMap<usize, (&'a [f32], &'a [f32])>;
 
 impl Relay {
-    /// The sweeps from `star` \[pc\] through a lattice that is cut at some voxels along each axis, its ends among them.
-    ///
-    /// # Errors
-    /// Where the cuts do not run from the first voxel to the last.
-    pub fn new(lattice: Lattice, cuts: [Vec<usize>; 3], star: DVec3) -> Result<Self> {
-        for (axis, cuts) in cuts.iter().enumerate() {
-            let grows = cuts.windows(2).all(|pair| pair[0] < pair[1]);
-            if !grows || cuts.first() != Some(&0) || cuts.last() != Some(&lattice.dims[axis]) {
-                let wanted = format!("voxels that grow from 0 to {}", lattice.dims[axis]);
-                return Err(Error::value("cuts", format!("{cuts:?}"), wanted));
-            }
-        }
-        let frustums = frustums(&lattice, star);
-        Ok(Self { lattice, cuts, star, frustums })
+    /// The sweeps from `star` \[pc\] through a volume that is cut into bricks.
+    pub fn new(partition: Partition, star: DVec3) -> Self {
+        let frustums = frustums(partition.lattice(), star);
+        Self { partition, star, frustums }
     }
 
     /// Whether rays come in through sides, so that a pass must find their entries.
@@ -115,36 +103,24 @@ impl Relay {
     fn layers_of(&self, number: usize) -> Vec<Layer> {
         let frustum = &self.frustums[number];
         let planes = frustum.planes();
-        let [u, v, w] = frustum.axes;
+        let w = frustum.axes[2];
         let mut layers: Vec<Layer> = Vec::new();
-        let mut along: Vec<usize> = (0..self.cuts[w].len() - 1).collect();
+        let mut along: Vec<usize> = (0..self.partition.count(w)).collect();
         if frustum.sign < 0.0 {
             along.reverse();
         }
         for layer in along {
             let first = layers.last().map_or(0, |layer| layer.numbers.end);
-            let of_layer = planes[first..].iter().take_while(|plane| self.own(w, layer).contains(plane)).count();
+            let of_layer = planes[first..].iter().take_while(|plane| self.partition.own(w, layer).contains(plane)).count();
             if of_layer == 0 {
                 continue;
             }
             let numbers = first..first + of_layer;
-            let mut bricks = Vec::new();
-            for j in 0..self.cuts[v].len() - 1 {
-                for i in 0..self.cuts[u].len() - 1 {
-                    let mut place = [0; 3];
-                    (place[u], place[v], place[w]) = (i, j, layer);
-                    bricks.push(place);
-                }
-            }
-            bricks.retain(|place| self.is_met(number, &planes, &numbers, *place));
+            let mut bricks = self.partition.bricks();
+            bricks.retain(|place| place[w] == layer && self.is_met(number, &planes, &numbers, *place));
             layers.push(Layer { frustum: number, numbers, bricks });
         }
         layers
-    }
-
-    /// The voxels of a brick along an axis.
-    fn own(&self, axis: usize, brick: usize) -> Range<usize> {
-        self.cuts[axis][brick]..self.cuts[axis][brick + 1]
     }
 
     /// Whether a brick has rays to hand on, or voxels in the frustum.
@@ -156,7 +132,7 @@ impl Relay {
             let is_left_here = (0..2).all(|axis| !self.left_in(number, &rays, axis, last, place).is_empty());
             let z = frustum.distance(planes[numbers.end - 1]);
             let has_voxels = (0..2).all(|axis| {
-                let own = self.own(frustum.axes[axis], place[frustum.axes[axis]]);
+                let own = self.partition.own(frustum.axes[axis], place[frustum.axes[axis]]);
                 own.start as f64 - frustum.star[axis] <= z + 1.0 && frustum.star[axis] - own.end as f64 <= z + 1.0
             });
             is_left_here || has_voxels
@@ -166,7 +142,7 @@ impl Relay {
     /// The rays along u or v that are in a brick on a plane at distance `z`; those beside the box are in the outermost.
     fn left_in(&self, number: usize, rays: &Rays, axis: usize, z: f64, place: [usize; 3]) -> Range<usize> {
         let frustum = &self.frustums[number];
-        let (own, count) = (self.own(frustum.axes[axis], place[frustum.axes[axis]]), frustum.dims[axis]);
+        let (own, count) = (self.partition.own(frustum.axes[axis], place[frustum.axes[axis]]), frustum.dims[axis]);
         let at = |ray: usize| frustum.star[axis] + (rays.first[axis] + (ray as f64 - 1.0) * rays.spacing) * z;
         // The first ray beyond a border between bricks: both sides of it find the same.
         let beyond = |cut: usize| match cut {
@@ -205,7 +181,7 @@ impl Relay {
         let [near, far] = [layer.numbers.start, layer.numbers.end - 1].map(|number| frustum.distance(planes[number]));
         let mut needs = [0..0, 0..0, 0..0];
         for axis in 0..2 {
-            let (own, count) = (self.own(frustum.axes[axis], place[frustum.axes[axis]]), frustum.dims[axis]);
+            let (own, count) = (self.partition.own(frustum.axes[axis], place[frustum.axes[axis]]), frustum.dims[axis]);
             let star = frustum.star[axis];
             let ends = [own.start as f64 - AROUND, own.end as f64 + AROUND];
             // Where rays that pass the brick's ends on its planes are there, and where they came into the layer.
@@ -225,13 +201,13 @@ impl Relay {
         let frustum = &self.frustums[layer.frustum];
         let border = frustum.side(side)?;
         let (axis, count) = (frustum.axes[side], frustum.dims[side]);
-        let own = self.own(axis, place[axis]);
+        let own = self.partition.own(axis, place[axis]);
         let beside = if border < 0.0 { 0..BORDER.min(count) } else { count.saturating_sub(BORDER)..count };
         if own.end <= beside.start || own.start >= beside.end {
             return None;
         }
         let other = 1 - side;
-        let (own, count) = (self.own(frustum.axes[other], place[frustum.axes[other]]), frustum.dims[other]);
+        let (own, count) = (self.partition.own(frustum.axes[other], place[frustum.axes[other]]), frustum.dims[other]);
         let star = frustum.star[other].clamp(0.0, count as f64 - 1.0) as usize;
         let mut voxels = [0..0, 0..0, 0..0];
         voxels[axis] = beside;
@@ -259,7 +235,7 @@ impl Relay {
         let planes = frustum.planes();
         let part = self.part(brick.dust, &self.needs(layer, brick.place))?;
         let exact = |place: [usize; 3]| self.exact(layer, brick, place);
-        let own = [0, 1].map(|axis| self.own(frustum.axes[axis], brick.place[frustum.axes[axis]]));
+        let own = [0, 1].map(|axis| self.partition.own(frustum.axes[axis], brick.place[frustum.axes[axis]]));
         let sweep = FrustumSweep { dust: part, frustum: frustum.clone(), own, exact: &exact };
         let mut out = (pass == Pass::Depths).then(|| BrickDepths::new(self, frustum, brick.place));
         let mut handed = Vec::new();
@@ -295,7 +271,7 @@ impl Relay {
         if dust.lattice.dims != wanted {
             return Err(Error::value("dust of a brick", format!("{:?} voxels", dust.lattice.dims), format!("{wanted:?} voxels")));
         }
-        Ok(Part { grid: dust, first: voxels.each_ref().map(|v| v.start), dims: self.lattice.dims })
+        Ok(Part { grid: dust, first: voxels.each_ref().map(|v| v.start), dims: self.partition.lattice().dims })
     }
 
     /// The depth of the straight way to a voxel beside a side that rays graze.
@@ -307,7 +283,7 @@ impl Relay {
             None => false,
         };
         let border = (0..2).find(|side| is_beside(*side)).and_then(|side| brick.borders[side]);
-        exact_depth(border.unwrap_or(brick.dust), self.star, &self.lattice, frustum.axes, place)
+        exact_depth(border.unwrap_or(brick.dust), self.star, self.partition.lattice(), frustum.axes, place)
     }
 
     /// The rays of a window as they come into a layer.
@@ -368,7 +344,7 @@ struct BrickDepths {
 
 impl BrickDepths {
     fn new(relay: &Relay, frustum: &Frustum, place: [usize; 3]) -> Self {
-        let own = [0, 1, 2].map(|axis| relay.own(axis, place[axis]));
+        let own = relay.partition.voxels(place);
         let strides = [1, own[0].len(), own[0].len() * own[1].len()];
         let [u, v, _] = frustum.axes.map(|axis| own[axis].len());
         Self {
@@ -394,6 +370,7 @@ impl BrickDepths {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::field::Lattice;
     use crate::geometry::Bounds;
     use crate::plan::star_depths::frustum_sweep::sweep;
     use crate::volume::{Channel, ChannelMut, Volume};
@@ -442,7 +419,7 @@ mod tests {
 
     /// The depths of all voxels by bricks.
     fn by_bricks(grid: &Grid, cuts: &[Vec<usize>; 3], star: DVec3) -> Vec<f32> {
-        let relay = Relay::new(grid.lattice.clone(), cuts.clone(), star).unwrap();
+        let relay = Relay::new(Partition::new(grid.lattice.clone(), cuts.clone()).unwrap(), star);
         let layers = relay.layers();
         let mut depths = vec![f32::NAN; grid.lattice.cells()];
         for frustum in 0..6 {
@@ -455,7 +432,7 @@ mod tests {
                 false => All::new(),
             };
             pass(grid, &relay, &own, Pass::Depths, begin, |place, values| {
-                let own = [0, 1, 2].map(|axis| relay.own(axis, place[axis]));
+                let own = relay.partition.voxels(place);
                 for (i, value) in values.into_iter().enumerate().filter(|(_, value)| !value.is_nan()) {
                     let [nx, ny] = [own[0].len(), own[1].len()];
                     let [x, y, z] = [own[0].start + i % nx, own[1].start + i / nx % ny, own[2].start + i / (nx * ny)];
@@ -500,15 +477,6 @@ mod tests {
             let differ = (0..ours.len()).filter(|i| ours[*i].to_bits() != theirs[*i].to_bits()).count();
             let worst = ours.iter().zip(&theirs).map(|(a, b)| (a - b).abs() / (1.0 + b)).fold(0.0, f32::max);
             assert!(differ == 0, "{star}: {differ} of {} voxels differ, by up to {worst:.1e}", ours.len());
-        }
-    }
-
-    /// Cuts that are none are refused.
-    #[test]
-    fn cuts_run_from_end_to_end() {
-        let lattice = Lattice { dims: [8; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
-        for wrong in [vec![], vec![0], vec![0, 4], vec![1, 8], vec![0, 5, 5, 8], vec![0, 9]] {
-            assert!(Relay::new(lattice.clone(), [vec![0, 8], wrong.clone(), vec![0, 8]], DVec3::ZERO).is_err(), "{wrong:?}");
         }
     }
 }

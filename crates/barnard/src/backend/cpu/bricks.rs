@@ -1,0 +1,365 @@
+//! The picture of a volume that nobody holds as a whole, brick by brick.
+//!
+//! Extinction is k(λ) σ(x), so all that a brick does to a ray is to add one depth τ and, for each term, one light:
+//!
+//!   front over back = (L_f + e^(−k τ_f) L_b, τ_f + τ_b),
+//!
+//! which is associative and exact. Rays, their steps and the rules are chosen once for all bricks, on a coarse volume;
+//! a segment belongs to the brick in which its middle lies. So any number of bricks makes the picture of one, but for
+//! the order in which numbers are rounded. Star depths come from [`Relay`](crate::plan::star_depths::relay::Relay).
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::march::March;
+use super::tables::Tables;
+use super::{ENTRY, TILE};
+use crate::backend::finish::{draw_behind, end_of_space, told};
+use crate::backend::{Radiance, RenderStats};
+use crate::camera::{Camera, Projection};
+use crate::control::{Control, Stage};
+use crate::error::{Error, Result};
+use crate::field::{Lattice, Partition};
+use crate::geometry::{Bounds, Ray};
+use crate::image::Image;
+use crate::memory;
+use crate::packet::{LANES, Lane, exp, lanes};
+use crate::plan::{BrickFields, Plan, Stepping};
+use crate::points;
+use crate::scene::Scene;
+
+/// Voxels that the march of a brick reads beyond those of its segments: the pieces beside a star, the cells around a
+/// place, and the neighbours that move a star depth to its mean.
+const HALO: f64 = 6.0;
+/// Voxels by which the space that is occupied is larger than a coarse volume finds it.
+const MARGIN: f64 = 2.0;
+
+/// What all bricks of a volume share: the plan of a coarse one, and where the voxels are.
+#[derive(Debug)]
+pub struct Whole {
+    plan: Plan,
+    partition: Partition,
+    occupied: Option<Bounds>,
+    memory_limit: u64,
+}
+
+/// What a brick, or some of them one behind the other, do to the rays of a picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Partial {
+    /// The rays that meet it, by rows and columns; others see nothing of it.
+    pub rows: Range<usize>,
+    /// The columns of these rays.
+    pub columns: Range<usize>,
+    /// For each ray the light of each sum, then the optical depth at V: rows × columns × (sums + 1).
+    pub values: Vec<f32>,
+    /// The optical depth at V before each unresolved source of the picture \[1\].
+    pub points: Vec<f64>,
+    /// The largest optical depth, eye to sample to star, that was met \[1\].
+    pub deepest: f32,
+}
+
+impl Whole {
+    /// Takes the plan of a coarse volume for one of `dims` voxels along x, y and z in the same box, which is cut at
+    /// `cuts`: where bricks begin along each axis, and the end of the last.
+    ///
+    /// # Errors
+    /// Where the method does more than bricks can: light that scatters more than once, gathered stars, rules that are
+    /// no exponentials; and where fields have several boxes, or the cuts do not run from end to end.
+    pub fn new(plan: Plan, dims: [usize; 3], cuts: [Vec<usize>; 3], memory_limit: u64) -> Result<Self> {
+        let refused = |what: &str, instead: &str| Err(Error::Method(format!("bricks know {what}; {instead}")));
+        if plan.bounces > 1 {
+            return refused("light that scatters once", "set bounces = 1");
+        }
+        if plan.space.many_lights.is_some() {
+            return refused("stars with depths of their own alone", "set exact_stars to the number of stars");
+        }
+        let tables = Tables::new(&plan);
+        if plan.star_march.is_some() || plan.light_field.is_some() || tables.terms.exponentials().is_none() {
+            return refused("methods whose terms are exponentials", "take the method that is used where none is said");
+        }
+        drop(tables);
+        let mut boxes = plan.space.dust.iter().map(|d| &**d).chain(plan.space.gas()).map(|grid| grid.lattice.bounds);
+        let Some(bounds) = boxes.next() else { return refused("dust or gas", "give the scene some") };
+        if let Some(other) = boxes.find(|other| *other != bounds) {
+            let wanted = format!("the box of all others, {} to {}", bounds.low, bounds.high);
+            return Err(Error::value("box of a density", format!("{} to {}", other.low, other.high), wanted));
+        }
+        let lattice = Lattice { dims, bounds };
+        let margin = MARGIN * lattice.voxel_pc();
+        let grown = |b: Bounds| Bounds { low: b.low - margin, high: b.high + margin };
+        let occupied = plan.space.occupied.and_then(|b| grown(b).intersection(&bounds));
+        Ok(Self { plan, partition: Partition::new(lattice, cuts)?, occupied, memory_limit })
+    }
+
+    /// Where the voxels and the bricks are.
+    pub fn partition(&self) -> &Partition {
+        &self.partition
+    }
+
+    /// Places of the stars that have depths \[pc\], in the order of [`BrickFields::star_depths`].
+    pub fn stars(&self) -> Vec<DVec3> {
+        let with_depths = if self.plan.space.dust.is_some() { self.plan.space.marched() } else { &[] };
+        with_depths.iter().map(|star| self.plan.space.stars[*star]).collect()
+    }
+
+    /// The voxels that the march of a brick reads: its own and a halo around them.
+    pub fn held(&self, place: [usize; 3]) -> [Range<usize>; 3] {
+        let (own, dims) = (self.partition.voxels(place), self.partition.lattice().dims);
+        let diagonal = DVec3::from(dims.map(|n| n as f64)).length();
+        let step = match self.plan.stepping {
+            Stepping::PerVoxel(n) | Stepping::Paired(n) => 1.0 / n,
+            Stepping::Fixed(n) => diagonal / n as f64,
+        };
+        let halo = (0.5 * step + HALO).ceil() as usize;
+        std::array::from_fn(|axis| own[axis].start.saturating_sub(halo)..(own[axis].end + halo).min(dims[axis]))
+    }
+
+    /// The part of space whose segments are a brick's own; the outermost bricks have all that is beyond.
+    fn domain(&self, place: [usize; 3]) -> Bounds {
+        let own = self.partition.voxels(place);
+        let lattice = self.partition.lattice();
+        let (Lattice { dims, bounds }, voxel) = (lattice, lattice.voxel_pc());
+        let border = |axis: usize, cut: usize| match cut {
+            0 => f64::NEG_INFINITY,
+            cut if cut == dims[axis] => f64::INFINITY,
+            cut => bounds.low[axis] + cut as f64 * voxel[axis],
+        };
+        let corner = |ends: [usize; 3]| DVec3::from_array(std::array::from_fn(|axis| border(axis, ends[axis])));
+        Bounds { low: corner(own.each_ref().map(|own| own.start)), high: corner(own.each_ref().map(|own| own.end)) }
+    }
+
+    /// Marches the rays of the picture through a brick, whose fields stand at the voxels that it [holds](Self::held).
+    ///
+    /// # Errors
+    /// Where fields have other numbers of values, the result would take more memory than allowed, and when the user
+    /// wishes to stop.
+    pub fn march(&self, place: [usize; 3], fields: BrickFields, scene: &Scene, control: &Control) -> Result<Partial> {
+        let whole = self.partition.lattice();
+        let space = self.plan.space.brick(whole, self.occupied, &self.held(place), fields)?;
+        let plan = &Plan { space: Arc::new(space), ..self.plan.clone() };
+        let domain = self.domain(place);
+        let camera = &plan.camera;
+        let tiles = Tiles::new(camera);
+        let meeting = domain.intersection(&whole.bounds).and_then(|own| tiles.meeting(camera, &own));
+        // Sources stand between pixels: what no pixel's ray meets may lie before one.
+        let points = self.points(plan, &domain, scene)?;
+        let Some((rows, columns)) = meeting else {
+            return Ok(Partial { rows: 0..0, columns: 0..0, values: Vec::new(), points, deepest: 0.0 });
+        };
+        let tables = Tables::new(plan);
+        let march = March::new(plan, &tables, Some(domain));
+        let sums = tables.terms.sums(tables.weights.terms);
+        let (width, height) = (columns.len() * TILE, rows.len() * TILE);
+        memory::check("picture of a brick", 4 * (width * height * (sums + 1)) as u64, self.memory_limit)?;
+        let mut values = vec![0.0; width * height * (sums + 1)];
+        let done = AtomicU64::new(0);
+        let of_row = |(row, out): (usize, &mut [f32])| -> Result<f32> {
+            control.check()?;
+            let mut deepest = 0.0f32;
+            for column in columns.clone() {
+                let (rays, numbers) = tiles.packet(camera, column, rows.start + row);
+                let state = march.light(&rays, &numbers);
+                deepest = state.deepest.iter().copied().fold(deepest, f32::max);
+                for lane in 0..LANES {
+                    let (x, y) = ((column - columns.start) * TILE + lane % TILE, lane / TILE);
+                    let own = &mut out[(y * width + x) * (sums + 1)..][..sums + 1];
+                    own.iter_mut().zip(state.sum.iter().chain([&state.tau])).for_each(|(out, lanes)| *out = lanes[lane]);
+                }
+            }
+            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+            control.report(Stage::Rays, count, rows.len() as u64);
+            Ok(deepest)
+        };
+        let strips = values.par_chunks_exact_mut(TILE * width * (sums + 1)).enumerate();
+        let deepest = strips.map(of_row).try_reduce(|| 0.0, |a, b| Ok(a.max(b)))?;
+        let [rows, columns] = [rows, columns].map(|tiles| tiles.start * TILE..tiles.end * TILE);
+        Ok(Partial { rows, columns, values, points, deepest })
+    }
+
+    /// The optical depth at V in a domain before each unresolved source, exact through the samples of the dust \[1\].
+    fn points(&self, plan: &Plan, domain: &Bounds, scene: &Scene) -> Result<Vec<f64>> {
+        let far = end_of_space(&self.plan);
+        let points = points::points(plan.sources, scene, &plan.camera, &plan.lights)?;
+        let depth = |point: &points::Point| {
+            let ray = point.ray(&plan.camera);
+            let (near, end) = domain.clip(&ray)?;
+            let end = end.min(point.length).min(far);
+            // A ray between two bricks runs through one.
+            (near < end && holds(domain, ray.at(0.5 * (near + end)))).then(|| plan.space.depth(ray.at(near), ray.at(end)))
+        };
+        Ok(points.par_iter().map(|point| depth(point).unwrap_or(0.0)).collect())
+    }
+
+    /// Bricks in an order in which no ray meets one before another that stands before it, by their numbers along x, y
+    /// and z.
+    pub fn front_to_back(&self) -> Vec<[usize; 3]> {
+        let (camera, lattice) = (&self.plan.camera, self.partition.lattice());
+        // How many bricks lie before one along an axis.
+        let before = |axis: usize, brick: usize| -> usize {
+            let count = self.partition.count(axis);
+            match camera.projection {
+                Projection::Orthographic { .. } if camera.forward[axis] < 0.0 => count - 1 - brick,
+                Projection::Orthographic { .. } => brick,
+                Projection::Perspective { .. } => {
+                    let end = |brick: usize| self.partition.own(axis, brick).end as f64 * lattice.voxel_pc()[axis];
+                    let from = camera.position[axis] - lattice.bounds.low[axis];
+                    brick.abs_diff((0..count).filter(|brick| end(*brick) <= from).count())
+                }
+            }
+        };
+        let mut all = self.partition.bricks();
+        all.sort_by_key(|place| (0..3).map(|axis| before(axis, place[axis])).sum::<usize>());
+        all
+    }
+
+    /// The extinction of each sum relative to V.
+    fn extinctions(&self, tables: &Tables) -> Vec<f32> {
+        let k = tables.terms.exponentials().map_or(&[][..], |nodes| &nodes.k);
+        k.iter().copied().cycle().take(tables.terms.sums(tables.weights.terms)).collect()
+    }
+
+    /// What bricks do of which one stands before the other.
+    ///
+    /// # Errors
+    /// Where the parts are not those of this picture.
+    pub fn over(&self, front: Partial, back: Partial) -> Result<Partial> {
+        let tables = Tables::new(&self.plan);
+        let k = self.extinctions(&tables);
+        for part in [&front, &back] {
+            part.check(k.len())?;
+        }
+        if front.points.len() != back.points.len() {
+            return Err(Error::value("sources of a partial picture", front.points.len(), format!("{} sources", back.points.len())));
+        }
+        let points = front.points.iter().zip(&back.points).map(|(a, b)| a + b).collect();
+        let deepest = front.deepest.max(back.deepest);
+        if front.values.is_empty() || back.values.is_empty() {
+            let Partial { rows, columns, values, .. } = if front.values.is_empty() { back } else { front };
+            return Ok(Partial { rows, columns, values, points, deepest });
+        }
+        let hull = |a: &Range<usize>, b: &Range<usize>| a.start.min(b.start)..a.end.max(b.end);
+        let (rows, columns) = (hull(&front.rows, &back.rows), hull(&front.columns, &back.columns));
+        let size = k.len() + 1;
+        memory::check("picture of bricks", 4 * (rows.len() * columns.len() * size) as u64, self.memory_limit)?;
+        let mut values = vec![0.0; rows.len() * columns.len() * size];
+        values.par_chunks_mut(columns.len() * size).zip(rows.clone()).for_each(|(line, row)| {
+            for (out, column) in line.chunks_exact_mut(size).zip(columns.clone()) {
+                match (front.at(row, column, size), back.at(row, column, size)) {
+                    (Some(front), Some(back)) => {
+                        let tau = front[k.len()];
+                        for (i, k) in k.iter().enumerate() {
+                            out[i] = front[i] + exp(-k * tau) * back[i];
+                        }
+                        out[k.len()] = tau + back[k.len()];
+                    }
+                    (Some(own), None) | (None, Some(own)) => out.copy_from_slice(own),
+                    (None, None) => {}
+                }
+            }
+        });
+        Ok(Partial { rows, columns, values, points, deepest })
+    }
+
+    /// The picture of what all bricks do, stars and background behind them.
+    ///
+    /// # Errors
+    /// Where values are no numbers or the parts are not those of this picture, and when the user wishes to stop.
+    pub fn picture(&self, scene: &Scene, all: &Partial, control: &Control) -> Result<Image> {
+        let plan = &self.plan;
+        let tables = Tables::new(plan);
+        let size = self.extinctions(&tables).len() + 1;
+        all.check(size - 1)?;
+        let march = March::new(plan, &tables, None);
+        let (camera, bands) = (&plan.camera, plan.spectral.bands.len());
+        let (width, height, s) = (camera.width, camera.height, camera.supersampling);
+        let rays: Vec<(usize, usize)> = (0..height * s).flat_map(|y| (0..width * s).map(move |x| (x, y))).collect();
+        let mut data = vec![0.0; bands * width * height];
+        for rays in rays.chunks(LANES) {
+            let value = |lane: usize, i: usize| rays.get(lane).and_then(|(x, y)| all.at(*y, *x, size)).map_or(0.0, |own| own[i]);
+            let sum: Vec<Lane> = (0..size - 1).map(|i| lanes!(|lane| value(lane, i))).collect();
+            let radiance = march.bands_of(&sum, &lanes!(|lane| value(lane, size - 1)), &[]);
+            for (lane, (x, y)) in rays.iter().enumerate() {
+                for band in 0..bands {
+                    data[(band * height + y / s) * width + x / s] += radiance[band * LANES + lane] / (s * s) as f32;
+                }
+            }
+        }
+        let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
+        let count = (width * height * s * s) as u64;
+        let mut radiance =
+            Radiance::single(data, RenderStats { depth: f64::from(all.deepest), rays: count, storage: plan.storage(), negative });
+        let depth = |number: usize, _: &Ray, _: f64| all.points.get(number).copied().unwrap_or(0.0);
+        draw_behind(plan.sources, scene, plan, depth, control, |i, value| radiance.samples.add(i, value))?;
+        told(scene, plan, radiance, ENTRY.name)
+    }
+}
+
+impl Partial {
+    fn check(&self, sums: usize) -> Result<()> {
+        let wanted = self.rows.len() * self.columns.len() * (sums + 1);
+        if self.values.len() == wanted {
+            return Ok(());
+        }
+        let what = format!("{} x {} rays of {} numbers", self.rows.len(), self.columns.len(), sums + 1);
+        Err(Error::value("partial picture", format!("{} values", self.values.len()), what))
+    }
+
+    /// The numbers of a ray, where the ray is among those that meet the bricks.
+    fn at(&self, row: usize, column: usize, size: usize) -> Option<&[f32]> {
+        let is_met = self.rows.contains(&row) && self.columns.contains(&column);
+        let first = || ((row - self.rows.start) * self.columns.len() + column - self.columns.start) * size;
+        is_met.then(|| &self.values[first()..][..size])
+    }
+}
+
+/// Whether a place lies in a box, on its upper borders not.
+#[inline(always)]
+pub(super) fn holds(domain: &Bounds, p: DVec3) -> bool {
+    p.cmpge(domain.low).all() && p.cmplt(domain.high).all()
+}
+
+/// The packets of a picture: tiles of rays.
+struct Tiles {
+    /// Rays along a row and along a column.
+    rays: [usize; 2],
+    rows: usize,
+    columns: usize,
+    supersampling: usize,
+}
+
+impl Tiles {
+    fn new(camera: &Camera) -> Self {
+        let supersampling = camera.supersampling;
+        let rays = [camera.width * supersampling, camera.height * supersampling];
+        Self { rays, rows: rays[1].div_ceil(TILE), columns: rays[0].div_ceil(TILE), supersampling }
+    }
+
+    /// The rays of a tile, and their numbers in the image; those beside the image are like its border.
+    fn packet(&self, camera: &Camera, column: usize, row: usize) -> ([Ray; LANES], [u64; LANES]) {
+        let place = |lane: usize| (column * TILE + lane % TILE, row * TILE + lane / TILE);
+        let s = self.supersampling as f64;
+        let ray = |lane: usize| {
+            let (x, y) = place(lane);
+            camera.ray((x.min(self.rays[0] - 1) as f64 + 0.5) / s, (y.min(self.rays[1] - 1) as f64 + 0.5) / s)
+        };
+        let number = |lane: usize| (place(lane).1 * self.rays[0] + place(lane).0) as u64;
+        (std::array::from_fn(ray), std::array::from_fn(number))
+    }
+
+    /// The rows and columns of tiles that meet a box.
+    fn meeting(&self, camera: &Camera, bounds: &Bounds) -> Option<(Range<usize>, Range<usize>)> {
+        let of_row = |row: usize| {
+            let meets = |column: &usize| self.packet(camera, *column, row).0.iter().any(|ray| bounds.clip(ray).is_some());
+            let first = (0..self.columns).find(meets)?;
+            let last = (first..self.columns).rev().find(meets)?;
+            Some((row..row + 1, first..last + 1))
+        };
+        let hull = |a: Range<usize>, b: Range<usize>| a.start.min(b.start)..a.end.max(b.end);
+        let rows: Vec<_> = (0..self.rows).into_par_iter().filter_map(of_row).collect();
+        rows.into_iter().reduce(|a, b| (hull(a.0, b.0), hull(a.1, b.1)))
+    }
+}

@@ -1,0 +1,154 @@
+//! Pictures brick by brick: any number of bricks makes the picture of one, and one that of the fast back end.
+
+#[path = "common/rendered.rs"]
+mod rendered;
+
+use std::ops::Range;
+
+use barnard::backend::cpu;
+use barnard::backend::cpu::bricks::{Partial, Whole};
+use barnard::control::Control;
+use barnard::field::Grid;
+use barnard::glam::DVec3;
+use barnard::image::Image;
+use barnard::plan::star_depths::frustum_sweep::sweep;
+use barnard::plan::{BrickFields, Options, Plan, densities, sample_functions};
+use barnard::scene::Scene;
+use barnard::volume::{Channel, ChannelMut, Volume};
+use rendered::parse;
+
+/// Dust and gas of one box, a star inside on a border between bricks, one outside, a star field and an even background.
+fn scene(camera: &str, method: &str) -> Scene {
+    let stars = if camera.contains("perspective") { "[background.stars]\ndensity = \"50 /deg2\"" } else { "" };
+    let text = format!(
+        "bands = \"johnson\"\n[camera]\n{camera}\n\
+         [field.cloud]\nkind = \"fbm\"\nseed = 3\noctaves = 4\nradius = \"1 pc\"\n\
+         [dust]\ndensity = \"cloud\"\nscale = \"6 /pc\"\nlaw = \"gordon23\"\nalbedo = 0.6\n[dust.phase]\nkind = \"henyey_greenstein\"\ng = 0.5\n\
+         [[emission]]\nkind = \"lines\"\ndensity = \"cloud * (1 + x)\"\nscale = \"1e-9 W/m2/sr/pc\"\nlines = [{{ wavelength = \"550 nm\", strength = 1 }}]\n\
+         [[star]]\nname = \"inside\"\nkind = \"blackbody\"\nposition = \"0 0.02 0.3 pc\"\ntemperature = \"12000 K\"\nluminosity = \"1000 Lsun\"\n\
+         [[star]]\nname = \"outside\"\nkind = \"blackbody\"\nposition = \"-1.5 0.9 2 pc\"\ntemperature = \"6000 K\"\nluminosity = \"3000 Lsun\"\nvisible = false\n\
+         [background]\nkind = \"power_law\"\nexponent = 0\nradiance = \"1e-12 W/m2/sr/nm\"\n{stars}\n\
+         [method]\nbake = 40\n{method}\n"
+    );
+    let mut scene = parse(&text);
+    sample_functions(&mut scene, &Options::default()).unwrap();
+    scene
+}
+
+fn planned(scene: &Scene) -> Plan {
+    Plan::new(scene, &Options::default(), &Control::default()).unwrap()
+}
+
+/// The values of some voxels of a grid.
+fn part(grid: &Grid, [x, y, z]: &[Range<usize>; 3]) -> Vec<f32> {
+    let (values, lattice) = (grid.values(), grid.lattice());
+    let rows = z.clone().flat_map(|z| y.clone().map(move |y| lattice.index(0, y, z)));
+    rows.flat_map(|row| values[row + x.start..row + x.end].to_vec()).collect()
+}
+
+/// The depths of a star at voxel centres, as one sweep makes them.
+fn depths(dust: &Grid, star: DVec3) -> Grid {
+    let lattice = dust.lattice();
+    let mut volume = Volume::zeroed(lattice, vec![Channel::StarDepth(0)]);
+    sweep(dust, star, &mut ChannelMut { volume: &mut volume, slot: 0 }, &Control::default(), |_| ()).unwrap();
+    let values = (0..lattice.cells()).map(|i| volume.value(volume.index(lattice.place(i)), 0)).collect();
+    Grid::new(lattice.dims, lattice.bounds, values).unwrap()
+}
+
+/// A scene's volume in bricks, and what each does to the rays of the picture, front to back.
+fn bricks(scene: &Scene, plan: &Plan, cuts: impl Fn([usize; 3]) -> [Vec<usize>; 3]) -> (Whole, Vec<Partial>) {
+    let grids = densities(scene, &Options::default(), &Control::default()).unwrap();
+    let dims = grids[0].lattice().dims;
+    let whole = Whole::new(plan.clone(), dims, cuts(dims), 1 << 30).unwrap();
+    let stars: Vec<Grid> = whole.stars().into_iter().map(|star| depths(&grids[0], star)).collect();
+    let partial = |place: [usize; 3]| {
+        let held = whole.held(place);
+        let of = |grids: &[Grid]| grids.iter().map(|grid| part(grid, &held)).collect();
+        let fields = BrickFields { dust: Some(part(&grids[0], &held)), star_depths: of(&stars), gas: of(&grids[1..]) };
+        whole.march(place, fields, scene, &Control::default()).unwrap()
+    };
+    let partials = whole.front_to_back().into_iter().map(partial).collect();
+    (whole, partials)
+}
+
+/// The picture of a scene by bricks.
+fn by_bricks(scene: &Scene, plan: &Plan, cuts: impl Fn([usize; 3]) -> [Vec<usize>; 3]) -> Image {
+    let (whole, partials) = bricks(scene, plan, cuts);
+    let all = partials.into_iter().reduce(|front, back| whole.over(front, back).unwrap()).unwrap();
+    whole.picture(scene, &all, &Control::default()).unwrap()
+}
+
+/// The largest difference in a band, in parts of the band's largest value.
+fn difference(a: &Image, b: &Image) -> f64 {
+    let of_band = |band: usize| {
+        let peak = b.band(band).fold(0.0, f64::max);
+        assert!(peak > 0.0);
+        a.band(band).zip(b.band(band)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / peak
+    };
+    (0..b.bands.len()).map(of_band).fold(0.0, f64::max)
+}
+
+const CAMERAS: [&str; 4] = [
+    "kind = \"perspective\"\nposition = \"0.4 0.3 4 pc\"\nfield_of_view = \"34 deg\"\nsize = [50, 39]",
+    // From inside, through a corner between bricks.
+    "kind = \"perspective\"\nposition = \"0 0.02 -0.4 pc\"\ntarget = \"0.2 0.5 0.1 pc\"\nfield_of_view = \"80 deg\"\nsize = [40, 40]",
+    // Along an axis: rays that run on borders between bricks.
+    "kind = \"orthographic\"\nposition = \"0 0 5 pc\"\nwidth = \"2.2 pc\"\nsize = [40, 40]\nsupersampling = 2",
+    "kind = \"orthographic\"\nposition = \"-4 3 -2 pc\"\nwidth = \"2.6 pc\"\nsize = [37, 30]",
+];
+
+/// Four kinds of view, and all rules whose terms are exponentials: N bricks are one to 1e-6 of the peak.
+#[test]
+fn bricks_make_the_picture_of_one() {
+    for (camera, method) in CAMERAS.into_iter().zip(["", "name = \"common_nodes\"", "name = \"band_quadrature\"", "steps = 60"]) {
+        let scene = scene(camera, method);
+        let plan = planned(&scene);
+        let one = by_bricks(&scene, &plan, |dims| dims.map(|n| vec![0, n]));
+        let twelve = by_bricks(&scene, &plan, |[x, y, z]| [vec![0, x / 2, x], vec![0, 7, y], vec![0, z / 3, z / 2 + 6, z]]);
+        let four = by_bricks(&scene, &plan, |[x, y, z]| [vec![0, x], vec![0, 1, y], vec![0, z / 2, z]]);
+        for many in [twelve, four] {
+            let worst = difference(&many, &one);
+            assert!(worst < 1e-6, "{camera} {method}: {worst:.1e}");
+        }
+        // The fast back end ends rays early, and takes boxes that are occupied as the densities themselves have them.
+        let fast = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
+        let worst = difference(&one, &fast);
+        assert!(worst < 1e-3, "{camera} {method}, beside the fast back end: {worst:.1e}");
+    }
+}
+
+/// A brick's light that is left out, or put before what it stands behind, is seen.
+#[test]
+fn a_brick_that_is_missing_is_seen() {
+    let scene = scene(CAMERAS[0], "");
+    let (whole, parts) = bricks(&scene, &planned(&scene), |[x, y, z]| [vec![0, x], vec![0, y], vec![0, z / 2, z]]);
+    let picture = |all: &Partial| whole.picture(&scene, all, &Control::default()).unwrap();
+    let [front, back] = [0, 1].map(|i| parts[i].clone());
+    let right = picture(&whole.over(front.clone(), back.clone()).unwrap());
+    for wrong in [whole.over(back, front.clone()).unwrap(), front] {
+        assert!(difference(&picture(&wrong), &right) > 1e-4);
+    }
+}
+
+/// What bricks cannot do is refused by name, and so are fields of other sizes.
+#[test]
+fn what_bricks_cannot_do_is_refused() {
+    let refused = |method: &str| {
+        let scene = scene(CAMERAS[0], method);
+        let dims = densities(&scene, &Options::default(), &Control::default()).unwrap()[0].lattice().dims;
+        Whole::new(planned(&scene), dims, dims.map(|n| vec![0, n]), 1 << 30).unwrap_err().to_string()
+    };
+    assert!(refused("bounces = 2").contains("scatters once"));
+    assert!(refused("name = \"lookup\"").contains("exponentials"));
+    let scene = scene(CAMERAS[0], "");
+    let dims = densities(&scene, &Options::default(), &Control::default()).unwrap()[0].lattice().dims;
+    let cuts = dims.map(|n| vec![0, n]);
+    let whole = Whole::new(planned(&scene), dims, cuts, 1 << 30).unwrap();
+    let fields =
+        |dust: usize| BrickFields { dust: Some(vec![0.0; dust]), star_depths: vec![vec![0.0; dust]; 2], gas: vec![vec![0.0; dust]] };
+    let cells = dims.iter().product();
+    assert!(whole.march([0; 3], fields(cells), &scene, &Control::default()).is_ok());
+    let wrong = |fields: BrickFields| whole.march([0; 3], fields, &scene, &Control::default()).unwrap_err().to_string();
+    assert!(wrong(fields(cells - 1)).contains("as many as voxels"));
+    assert!(wrong(BrickFields { gas: Vec::new(), ..fields(cells) }).contains("0 of gas"));
+}
