@@ -19,6 +19,7 @@ CHAPTERS = {
     "Fields": [name for name in bn.tables.__all__ if isinstance(getattr(bn, name), type) and issubclass(getattr(bn, name), bn.tables.Field)],
     "Tables": [],
     "Many pictures": ["map", "tiles", "Result"],
+    "Volumes that no machine holds": ["render_bricks"],
     "Catalogues and threads": ["catalogues", "catalogue", "set_threads"],
     "Errors": ["BarnardError", "SceneError", "PlanError", "MemoryLimitError", "DeviceError"],
 }

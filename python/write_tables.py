@@ -153,6 +153,7 @@ def body(name: str, base: str, row: Row, kind: Kind | None, doc: str) -> str:
         lines += ["    copy : boolean, default false", "        Whether an array is copied where it could be shared; one that is shared becomes read-only."]
         lines += ["", "    `file` may be an array in memory: three axes, x, y and z unless `axes` says otherwise, of any float or integer type,"]
         lines += ["    order and stride; with a unit of astropy or unyt it is a number density. float32 and float64 are not copied."]
+        lines += ["    A Dask array lies in bricks, its chunks: `render_bricks` renders it without gathering them."]
     lines += ["", "    Raises", "    ------", "    SceneError", "        Where a key or a unit is wrong; values out of their range are told when a scene is read.", '    """', ""]
     lines.append(f'    _path = "{row.path}"')
     if kind:

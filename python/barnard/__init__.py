@@ -15,6 +15,7 @@ import os
 
 from . import _barnard
 from ._barnard import BarnardError, DeviceError, MemoryLimitError, SceneError
+from .bricks import render_bricks
 from .cluster import Result, map, tiles  # `map` is not in __all__: Python has one of its own.
 from .image import Image
 from .plan import Certificate, Plan, PlanError
@@ -37,6 +38,7 @@ __all__ = [
     "SceneError",
     "catalogue",
     "catalogues",
+    "render_bricks",
     "set_threads",
     "tiles",
     *tables.__all__,

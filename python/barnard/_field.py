@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ._arrays import taken
+from ._rows import scene_error
 from ._table import Table
 
 _numbers = itertools.count(1)
@@ -20,21 +21,32 @@ class Field(Table):
 
 
 class Sampled(Field):
-    """A field whose key `file` may be an array in memory."""
+    """A field whose key `file` may be an array in memory, or one in bricks."""
 
     def __init__(self, **keys: Any):
         object.__setattr__(self, "_array", None)
+        object.__setattr__(self, "_bricks", None)
         object.__setattr__(self, "_copy", keys.pop("copy", False))
         super().__init__(**keys)
 
     @property
     def values(self) -> np.ndarray | None:
-        """The array, read-only; none where the field is read from a file."""
+        """The array, read-only; none where the field is read from a file, or lies in bricks."""
         return self._array
+
+    @property
+    def bricks(self) -> Any:
+        """The Dask array, each of whose chunks is a brick; none where the field is no such array."""
+        return self._bricks
 
     def _spoken(self, key: str, kind: str, value: Any) -> Any:
         if key != "file" or isinstance(value, str) or hasattr(value, "__fspath__"):
             return super()._spoken(key, kind, value)
+        if hasattr(value, "chunks") and hasattr(value, "dask"):
+            if value.ndim != 3 or value.dtype.kind not in "fiu" or not all(n > 0 for n in value.shape):
+                raise scene_error("grid", f"the Dask array has shape {value.shape} and type {value.dtype}; a field has three axes of real numbers, of known lengths")
+            object.__setattr__(self, "_bricks", value)
+            return f"bricks-{next(_numbers)}"
         array, unit = taken(value, "grid", self._copy)
         object.__setattr__(self, "_array", array)
         if unit is not None:
@@ -49,6 +61,7 @@ class Sampled(Field):
     def __setattr__(self, key: str, value: Any) -> None:
         if key == "file":
             object.__setattr__(self, "_array", None)
+            object.__setattr__(self, "_bricks", None)
         super().__setattr__(key, value)
 
     def __eq__(self, other: object) -> bool:
@@ -72,7 +85,8 @@ class Sampled(Field):
 
         given = {key: value for key, value in self._given.items() if key != "file" or self._array is None}
         path = None if self._array is None else laid_down(self._array)
-        return {**super().__getstate__(), "_given": given, "_array": self._array if path is None else path, "_copy": False}
+        array = self._array if path is None else path
+        return {**super().__getstate__(), "_given": given, "_array": array, "_bricks": self._bricks, "_copy": False}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         super().__setstate__(state)

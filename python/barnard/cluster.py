@@ -233,7 +233,7 @@ def _cores() -> tuple[str, tuple[int, ...], int | None]:
 
 
 @contextlib.contextmanager
-def _counted(progress: bool | Callable[[int, int], None], whole: int) -> Iterator[Callable[[int], None]]:
+def _counted(progress: bool | Callable[[int, int], None], whole: int, what: str = "pictures") -> Iterator[Callable[[int], None]]:
     if callable(progress):
         yield lambda done: progress(done, whole)
         return
@@ -243,4 +243,4 @@ def _counted(progress: bool | Callable[[int, int], None], whole: int) -> Iterato
     from ._progress import told
 
     with told(True) as show:
-        yield lambda done: show("pictures", done, whole)
+        yield lambda done: show(what, done, whole)

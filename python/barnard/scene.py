@@ -173,6 +173,11 @@ class Scene:
     def _arrays(self) -> dict[str, Sampled]:
         return {name: field for name, field in self.fields.items() if isinstance(field, Sampled) and field.values is not None}
 
+    def _refuse_bricks(self) -> None:
+        for name, field in self.fields.items():
+            if isinstance(field, Sampled) and field.bricks is not None:
+                raise scene_error(f"field.{name}", "the field lies in bricks; render it by barnard.render_bricks(scene), or gather it by .compute() first")
+
     def to_toml(self) -> str:
         """The text of a scene file that says the same.
 
@@ -181,6 +186,7 @@ class Scene:
         SceneError
             Where a field is an array in memory, which a text cannot hold: `save` writes it beside.
         """
+        self._refuse_bricks()
         arrays = self._arrays()
         if arrays:
             name = next(iter(arrays))
@@ -205,6 +211,7 @@ class Scene:
         path = Path(path)
         if path.suffix != ".toml":
             raise scene_error("path", f"{path}: a scene file ends with .toml")
+        self._refuse_bricks()
         tree = self._tree()
         for name, field in self._arrays().items():
             file = f"{path.stem}_{name}.npy"
@@ -220,6 +227,7 @@ class Scene:
 
     def _native(self, camera: Camera | dict[str, Any] | None = None) -> tuple[dict[str, Any], Any]:
         """The tree of the scene, and the scene as it was read from that."""
+        self._refuse_bricks()
         tree = self._tree(camera)
         if self._read is not None and self._read[0] == tree:
             return self._read

@@ -68,6 +68,7 @@ class Grid(Sampled):
 
     `file` may be an array in memory: three axes, x, y and z unless `axes` says otherwise, of any float or integer type,
     order and stride; with a unit of astropy or unyt it is a number density. float32 and float64 are not copied.
+    A Dask array lies in bricks, its chunks: `render_bricks` renders it without gathering them.
 
     Raises
     ------

@@ -75,6 +75,12 @@ impl Bounds {
         p.cmpge(self.low).all() && p.cmple(self.high).all()
     }
 
+    /// Whether `p` lies inside or on a lower border: of boxes side by side, one holds it.
+    #[inline(always)]
+    pub fn holds(&self, p: DVec3) -> bool {
+        p.cmpge(self.low).all() && p.cmplt(self.high).all()
+    }
+
     /// The smallest box around both.
     pub fn union(&self, other: &Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }

@@ -1,8 +1,5 @@
 //! Pictures brick by brick: any number of bricks makes the picture of one, and one that of the fast back end.
 
-#[path = "common/rendered.rs"]
-mod rendered;
-
 use std::ops::Range;
 
 use barnard::backend::cpu;
@@ -11,11 +8,11 @@ use barnard::control::Control;
 use barnard::field::Grid;
 use barnard::glam::DVec3;
 use barnard::image::Image;
+use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::star_depths::frustum_sweep::sweep;
 use barnard::plan::{BrickFields, Options, Plan, densities, sample_functions};
 use barnard::scene::Scene;
 use barnard::volume::{Channel, ChannelMut, Volume};
-use rendered::parse;
 
 /// Dust and gas of one box, a star inside on a border between bricks, one outside, a star field and an even background.
 fn scene(camera: &str, method: &str) -> Scene {
@@ -30,7 +27,7 @@ fn scene(camera: &str, method: &str) -> Scene {
          [background]\nkind = \"power_law\"\nexponent = 0\nradiance = \"1e-12 W/m2/sr/nm\"\n{stars}\n\
          [method]\nbake = 40\n{method}\n"
     );
-    let mut scene = parse(&text);
+    let mut scene = barnard_files::parse("bricks.toml", "bricks", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
     sample_functions(&mut scene, &Options::default()).unwrap();
     scene
 }

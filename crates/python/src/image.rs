@@ -144,6 +144,11 @@ impl Image {
 }
 
 impl Image {
+    /// A picture of a scene, and its certificates.
+    pub fn new(scene: Arc<barnard::Scene>, image: barnard::Image, certificates: Vec<Vec<Certificate>>) -> Self {
+        Self { scene, image, certificates, warnings: Vec::new() }
+    }
+
     fn coloured(&self, py: Python, table: Option<&Bound<PyDict>>) -> PyResult<Vec<u8>> {
         let shown = match table {
             None => self.image.display.clone(),

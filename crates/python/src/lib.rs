@@ -4,6 +4,7 @@
 //! threads of its own, while the calling one hears Ctrl-C and tells of progress.
 
 mod arrays;
+mod bricks;
 mod catalogue;
 mod error;
 mod image;
@@ -35,6 +36,8 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<scene::Scene>()?;
     module.add_class::<plan::Plan>()?;
     module.add_class::<image::Image>()?;
+    module.add_class::<bricks::Whole>()?;
+    module.add_class::<bricks::StarSweep>()?;
     module.add_function(wrap_pyfunction!(run, module)?)?;
     module.add_function(wrap_pyfunction!(work::after_fork, module)?)?;
     module.add_function(wrap_pyfunction!(work::set_threads, module)?)?;
@@ -42,6 +45,7 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(tree::to_toml, module)?)?;
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
     module.add_function(wrap_pyfunction!(image::render, module)?)?;
+    module.add_function(wrap_pyfunction!(bricks::densities, module)?)?;
     module.add_function(wrap_pyfunction!(image::check_writable, module)?)?;
     module.add_function(wrap_pyfunction!(catalogue::schema, module)?)?;
     module.add_function(wrap_pyfunction!(catalogue::quantities, module)?)?;

@@ -189,7 +189,7 @@ impl Whole {
             let (near, end) = domain.clip(&ray)?;
             let end = end.min(point.length).min(far);
             // A ray between two bricks runs through one.
-            (near < end && holds(domain, ray.at(0.5 * (near + end)))).then(|| plan.space.depth(ray.at(near), ray.at(end)))
+            (near < end && domain.holds(ray.at(0.5 * (near + end)))).then(|| plan.space.depth(ray.at(near), ray.at(end)))
         };
         Ok(points.par_iter().map(|point| depth(point).unwrap_or(0.0)).collect())
     }
@@ -314,12 +314,6 @@ impl Partial {
         let first = || ((row - self.rows.start) * self.columns.len() + column - self.columns.start) * size;
         is_met.then(|| &self.values[first()..][..size])
     }
-}
-
-/// Whether a place lies in a box, on its upper borders not.
-#[inline(always)]
-pub(super) fn holds(domain: &Bounds, p: DVec3) -> bool {
-    p.cmpge(domain.low).all() && p.cmplt(domain.high).all()
 }
 
 /// The packets of a picture: tiles of rays.

@@ -18,7 +18,6 @@ use glam::DVec3;
 use multiversion::multiversion;
 
 use super::borders::Borders;
-use super::bricks::holds;
 use super::context::Context;
 use super::near_field::{NearField, NearStar};
 use super::segment::Segment;
@@ -195,7 +194,7 @@ impl<'a> March<'a> {
         let domain = self.domain.as_ref()?;
         let middle = f64::from(span.start + 0.5 * span.length);
         let counts: [bool; LANES] =
-            std::array::from_fn(|lane| holds(domain, state.rays[lane].at(state.span.0[lane] + middle * f64::from(state.dt[lane]))));
+            std::array::from_fn(|lane| domain.holds(state.rays[lane].at(state.span.0[lane] + middle * f64::from(state.dt[lane]))));
         counts.contains(&false).then_some(counts)
     }
 

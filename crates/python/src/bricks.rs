@@ -1,0 +1,245 @@
+//! Pictures of volumes that nobody holds as a whole, brick by brick: what the tasks of a graph do.
+//!
+//! Arrays have one axis, x fastest, then y; a range of voxels or rays is a pair of its start and end.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use barnard::backend::RenderStats;
+use barnard::backend::cpu::bricks::{self, Partial};
+use barnard::field::{Grid, Lattice, Partition};
+use barnard::geometry::Bounds;
+use barnard::glam::DVec3;
+use barnard::plan::star_depths::relay::{Brick, Carried, Handed, Layer, Pass, Relay};
+use barnard::plan::{self, BrickFields, Options};
+use barnard::{Error, Result};
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+
+use crate::error::raised;
+use crate::image::Image;
+use crate::plan::{Plan, certificates};
+use crate::scene::Scene;
+use crate::work;
+
+type Pair = (usize, usize);
+type Values<'py> = PyReadonlyArray1<'py, f32>;
+/// What bricks do to rays: rows, columns, values, depths of sources, largest depth.
+type PartialParts<'py> = (Pair, Pair, Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<f64>>, f32);
+/// Rays that are handed on: tier, rays along u and v, depths, entries.
+type HandedParts<'py> = (usize, Pair, Pair, Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<f32>>);
+
+/// Lowest and highest corner [pc].
+type Corners = ([f64; 3], [f64; 3]);
+/// Voxels along x, y and z, their box, and a density at each.
+type Density<'py> = ([usize; 3], Corners, Bound<'py, PyArray1<f32>>);
+/// Depths of a brick's voxels, and the rays that are handed on.
+type Swept<'py> = (Option<Bound<'py, PyArray1<f32>>>, Vec<HandedParts<'py>>);
+
+fn pair(range: &Range<usize>) -> Pair {
+    (range.start, range.end)
+}
+
+fn corners(bounds: &Bounds) -> Corners {
+    (bounds.low.into(), bounds.high.into())
+}
+
+fn values(array: &Values) -> PyResult<Vec<f32>> {
+    Ok(array.as_slice()?.to_vec())
+}
+
+/// What bricks do to rays, as it comes from Python.
+#[derive(FromPyObject)]
+pub struct GivenPartial<'py>(Pair, Pair, Values<'py>, PyReadonlyArray1<'py, f64>, f32);
+
+impl GivenPartial<'_> {
+    fn taken(&self) -> PyResult<Partial> {
+        let Self(rows, columns, light, points, deepest) = self;
+        let points = points.as_slice()?.to_vec();
+        Ok(Partial { rows: rows.0..rows.1, columns: columns.0..columns.1, values: values(light)?, points, deepest: *deepest })
+    }
+}
+
+fn given<'py>(py: Python<'py>, partial: Partial) -> PartialParts<'py> {
+    let Partial { rows, columns, values, points, deepest } = partial;
+    (pair(&rows), pair(&columns), PyArray1::from_vec(py, values), PyArray1::from_vec(py, points), deepest)
+}
+
+/// The densities of a scene at its voxels: extinction at V [pc-1] of dust where there is dust, then each glowing species;
+/// each with its voxels along x, y and z and their box.
+#[pyfunction]
+pub fn densities<'py>(py: Python<'py>, scene: &Scene, memory_limit: u64) -> PyResult<Vec<Density<'py>>> {
+    let grids = work::run(py, None, |control| plan::densities(&scene.0, &Options::within(memory_limit), control))?;
+    let parts = |grid: &Grid| (grid.lattice().dims, corners(&grid.lattice().bounds), PyArray1::from_vec(py, grid.values().into_owned()));
+    Ok(grids.iter().map(parts).collect())
+}
+
+/// What all bricks of a volume share.
+#[pyclass(frozen, module = "barnard._barnard")]
+pub struct Whole {
+    scene: Arc<barnard::Scene>,
+    plan: barnard::Plan,
+    whole: bricks::Whole,
+}
+
+#[pymethods]
+impl Whole {
+    /// Takes the plan of a coarse volume for one of `dims` voxels in the same box, cut where bricks begin.
+    #[new]
+    fn new(py: Python, scene: &Scene, plan: &Plan, dims: [usize; 3], cuts: [Vec<usize>; 3], memory_limit: u64) -> PyResult<Self> {
+        let whole = bricks::Whole::new(plan.0.clone(), dims, cuts, memory_limit).map_err(|error| raised(py, error))?;
+        Ok(Self { scene: scene.0.clone(), plan: plan.0.clone(), whole })
+    }
+
+    /// The lowest and the highest corner of the box [pc].
+    #[getter]
+    fn bounds(&self) -> Corners {
+        corners(&self.whole.partition().lattice().bounds)
+    }
+
+    /// Places of the stars that have depths [pc].
+    #[getter]
+    fn stars(&self) -> Vec<[f64; 3]> {
+        self.whole.stars().into_iter().map(Into::into).collect()
+    }
+
+    /// Bricks in an order in which none stands before one that comes earlier.
+    fn front_to_back(&self) -> Vec<[usize; 3]> {
+        self.whole.front_to_back()
+    }
+
+    /// The voxels along x, y and z that the march of a brick reads.
+    fn held(&self, place: [usize; 3]) -> [Pair; 3] {
+        self.whole.held(place).each_ref().map(pair)
+    }
+
+    /// What a brick does to the rays of the picture, given what stands at the voxels that it holds.
+    fn march<'py>(
+        &self,
+        py: Python<'py>,
+        place: [usize; 3],
+        dust: Option<Values<'py>>,
+        star_depths: Vec<Values<'py>>,
+        gas: Vec<Values<'py>>,
+    ) -> PyResult<PartialParts<'py>> {
+        let all = |arrays: Vec<Values>| arrays.iter().map(values).collect::<PyResult<Vec<_>>>();
+        let fields = BrickFields { dust: dust.as_ref().map(values).transpose()?, star_depths: all(star_depths)?, gas: all(gas)? };
+        Ok(given(py, work::run(py, None, |control| self.whole.march(place, fields, &self.scene, control))?))
+    }
+
+    /// What bricks do of which one stands before the other.
+    fn over<'py>(&self, py: Python<'py>, front: GivenPartial<'py>, back: GivenPartial<'py>) -> PyResult<PartialParts<'py>> {
+        let (front, back) = (front.taken()?, back.taken()?);
+        Ok(given(py, work::run(py, None, |_| self.whole.over(front, back))?))
+    }
+
+    /// The picture of what all bricks do.
+    fn picture(&self, py: Python, partial: GivenPartial) -> PyResult<Image> {
+        let partial = partial.taken()?;
+        let depth = f64::from(partial.deepest);
+        let image = work::run(py, None, |control| self.whole.picture(&self.scene, &partial, control))?;
+        let stats = RenderStats { depth, ..self.plan.expected() };
+        Ok(Image::new(self.scene.clone(), image, certificates(&self.plan, &stats)))
+    }
+}
+
+/// The sweeps of one star's depths through bricks.
+#[pyclass(frozen, module = "barnard._barnard")]
+pub struct StarSweep {
+    partition: Partition,
+    relay: Relay,
+    layers: Vec<Layer>,
+}
+
+impl StarSweep {
+    fn layer(&self, number: usize) -> Result<&Layer> {
+        let wanted = || format!("a number below {}", self.layers.len());
+        self.layers.get(number).ok_or_else(|| Error::value("layer of a sweep", number, wanted()))
+    }
+
+    fn grid(&self, values: Vec<f32>, voxels: &[Range<usize>; 3]) -> Result<Grid> {
+        let lattice = self.partition.lattice().part(voxels);
+        Grid::new(lattice.dims, lattice.bounds, values)
+    }
+}
+
+#[pymethods]
+impl StarSweep {
+    /// The sweeps from a star through `dims` voxels of a box, cut where bricks begin; places are in pc.
+    #[new]
+    fn new(py: Python, dims: [usize; 3], bounds: Corners, cuts: [Vec<usize>; 3], star: [f64; 3]) -> PyResult<Self> {
+        let bounds = Bounds { low: DVec3::from_array(bounds.0), high: DVec3::from_array(bounds.1) };
+        let partition = Partition::new(Lattice { dims, bounds }, cuts).map_err(|error| raised(py, error))?;
+        let relay = Relay::new(partition.clone(), DVec3::from_array(star));
+        let layers = relay.layers();
+        Ok(Self { partition, relay, layers })
+    }
+
+    /// For each layer its frustum and its bricks; those of a frustum are in the order in which its rays meet them.
+    #[getter]
+    fn layers(&self) -> Vec<(usize, Vec<[usize; 3]>)> {
+        self.layers.iter().map(|layer| (layer.frustum, layer.bricks.clone())).collect()
+    }
+
+    /// Whether rays come in through sides of the box, so that a pass must find their entries.
+    fn has_entries(&self, frustum: usize) -> bool {
+        self.relay.has_entries(frustum)
+    }
+
+    /// Rays along u and v of each tier.
+    fn rays(&self, frustum: usize) -> Vec<[usize; 2]> {
+        self.relay.rays(frustum)
+    }
+
+    /// The voxels along x, y and z whose dust the rays of a brick meet.
+    fn needs(&self, py: Python, layer: usize, place: [usize; 3]) -> PyResult<[Pair; 3]> {
+        let layer = self.layer(layer).map_err(|error| raised(py, error))?;
+        Ok(self.relay.needs(layer, place).each_ref().map(pair))
+    }
+
+    /// The voxels beside a side of the box, 0 or 1, through which straight ways to those of the brick run.
+    fn border(&self, py: Python, layer: usize, place: [usize; 3], side: usize) -> PyResult<Option<[Pair; 3]>> {
+        let layer = self.layer(layer).map_err(|error| raised(py, error))?;
+        Ok(self.relay.border(layer, place, side).map(|voxels| voxels.each_ref().map(pair)))
+    }
+
+    /// Sweeps a brick: the depths of its voxels, NaN where the layer's frustum has none, and the rays that it hands on.
+    ///
+    /// `carried` are depths and entries of all rays of some tiers as they come into the layer.
+    #[expect(clippy::too_many_arguments, reason = "Python calls it by keywords")]
+    fn sweep<'py>(
+        &self,
+        py: Python<'py>,
+        layer: usize,
+        finds_entries: bool,
+        place: [usize; 3],
+        dust: Values<'py>,
+        borders: [Option<Values<'py>>; 2],
+        carried: BTreeMap<usize, (Values<'py>, Values<'py>)>,
+    ) -> PyResult<Swept<'py>> {
+        let layer = self.layer(layer).map_err(|error| raised(py, error))?;
+        let pass = if finds_entries { Pass::Entries } else { Pass::Depths };
+        let dust = values(&dust)?;
+        let [u, v] = borders;
+        let borders = [u.as_ref().map(values).transpose()?, v.as_ref().map(values).transpose()?];
+        let rays: Vec<(usize, Vec<f32>, Vec<f32>)> =
+            carried.iter().map(|(tier, (depths, entries))| Ok((*tier, values(depths)?, values(entries)?))).collect::<PyResult<_>>()?;
+        let (depths, handed) = work::run(py, None, |control| {
+            let dust = self.grid(dust, &self.relay.needs(layer, place))?;
+            let mut grids = [None, None];
+            for (side, values) in borders.into_iter().enumerate() {
+                let voxels = self.relay.border(layer, place, side);
+                grids[side] = values.zip(voxels).map(|(values, voxels)| self.grid(values, &voxels)).transpose()?;
+            }
+            let brick = Brick { place, dust: &dust, borders: grids.each_ref().map(|grid| grid.as_ref()) };
+            let carried: Carried = rays.iter().map(|(tier, depths, entries)| (*tier, (&depths[..], &entries[..]))).collect();
+            self.relay.sweep(layer, pass, &brick, &carried, control)
+        })?;
+        let parts = |handed: Handed| {
+            let Handed { tier, rays: [u, v], depths, entries } = handed;
+            (tier, pair(&u), pair(&v), PyArray1::from_vec(py, depths), PyArray1::from_vec(py, entries))
+        };
+        Ok((depths.map(|depths| PyArray1::from_vec(py, depths)), handed.into_iter().map(parts).collect()))
+    }
+}

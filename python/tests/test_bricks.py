@@ -1,0 +1,131 @@
+"""Volumes in bricks: any number of them makes the picture of one, and nothing is ever gathered."""
+
+import numpy as np
+import pytest
+
+import barnard as bn
+from conftest import cloud, lit
+
+distributed = pytest.importorskip("distributed")
+da = pytest.importorskip("dask.array")
+
+
+@pytest.fixture(scope="module")
+def client():
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as local:
+        with distributed.Client(local) as client:
+            yield client
+
+
+def scene(density) -> bn.Scene:
+    """Dust and gas, a star on a corner between bricks, one beside the box and one far away."""
+    scene = lit(density)
+    scene.stars[0].position = "0 0 0.25 pc"
+    scene.stars[0].visible = True
+    scene.stars.append(bn.Star("-1.05 0.3 0.2 pc", temperature="6000 K", luminosity="300 Lsun", visible=False))
+    scene.stars.append(bn.Star("2 -3 4 pc", temperature="4000 K", luminosity="5000 Lsun", visible=False))
+    lines = {"kind": "lines", "scale": "1e-9 W/m2/sr/pc", "lines": [{"wavelength": "550 nm", "strength": 1}]}
+    scene.emission.append(bn.Emission.of({"density": "cloud * (1 + x)", **lines}))
+    return scene
+
+
+def difference(a: bn.Image, b: bn.Image) -> float:
+    """The largest difference in a band, in parts of the band's largest value."""
+    peaks = b.radiance.max(axis=(1, 2))
+    assert (peaks > 0).all()
+    return float((np.abs(a.radiance - b.radiance).max(axis=(1, 2)) / peaks).max())
+
+
+CAMERAS = [
+    bn.perspective("0.4 0.3 4 pc", "32 deg", size=40),
+    # From inside, towards a corner between bricks.
+    bn.perspective("0.1 -0.4 -0.3 pc", "80 deg", target="0 0 0.25 pc", size=40),
+    bn.orthographic("0 0 4 pc", "2.2 pc", size=32, supersampling=2),
+]
+
+
+@pytest.mark.parametrize("camera", CAMERAS, ids=["outside", "inside", "along an axis"])
+def test_bricks_make_the_picture_of_one(client, camera):
+    density = cloud(32)
+    heard = []
+    one = bn.render_bricks(scene(da.from_array(density, chunks=32)), client, camera=camera, progress=lambda *now: heard.append(now))
+    assert heard[-1] == (1, 1)
+    for chunks in [16, ((12, 12, 8), (32,), (16, 16))]:
+        many = bn.render_bricks(scene(da.from_array(density, chunks=chunks)), client, camera=camera, progress=False)
+        assert difference(many, one) < 1e-6
+    # The whole in one piece, planned on itself.
+    whole = scene(density).render(camera)
+    assert difference(one, whole) < 1e-3
+    assert one.certificates and "SPATERR" in one.keywords
+
+
+def test_coarse_volumes_choose_and_axes_are_turned(client):
+    density = cloud(36)
+
+    def scene(density) -> bn.Scene:
+        # Pictures of what is diffuse.
+        own = globals()["scene"](density)
+        own.stars[0].visible = False
+        return own
+
+    whole = scene(density).render()
+    turned = scene(da.from_array(density.transpose(2, 0, 1), chunks=(18, 12, 20)))
+    turned.fields["cloud"].axes = "zxy"
+    # A coarse volume of 9 voxels an edge of 4 voxels each says which steps and rules are taken, and no more.
+    image = bn.render_bricks(turned, client, coarse=9, progress=False)
+    assert difference(image, whole) < 5e-3
+    # It is not the picture of the coarse volume.
+    blocks = density.reshape(9, 4, 9, 4, 9, 4).mean(axis=(1, 3, 5))
+    assert difference(scene(blocks).render(), whole) > 5e-2
+
+
+@pytest.mark.parametrize("star", [[0.0, 0.0, 0.25], [-1.05, 0.3, 0.2], [20.0, -30.0, 40.0]])
+def test_no_sweep_asks_for_much(star):
+    """What the sweep of a brick reads is the brick and what stands beside it, wherever the star is."""
+    cuts = list(range(0, 129, 16))
+    sweep = bn._barnard.StarSweep([128] * 3, ([-1.0] * 3, [1.0] * 3), [cuts] * 3, star)
+    cells = lambda voxels: 0 if voxels is None else np.prod([end - start for start, end in voxels])  # noqa: E731
+    bricks = [(layer, place) for layer, (_, places) in enumerate(sweep.layers) for place in places]
+    assert len(bricks) >= 6 * 8 and max(cells(sweep.needs(*brick)) for brick in bricks) < 16 * 16**3
+    # Beside a side a strip of four voxels is read as far as rays come.
+    assert max(cells(sweep.border(*brick, side)) for brick in bricks for side in (0, 1)) <= 4 * 128**2
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (lambda s: setattr(s, "method", bn.Method(bounces=2)), "scatters once"),
+        (lambda s: setattr(s, "method", bn.Method(name="lookup")), "exponentials"),
+        (lambda s: setattr(s.fields["cloud"], "every", 2), "read as a whole"),
+        (lambda s: setattr(s.fields["cloud"], "low", None), "needs its box"),
+        (lambda s: setattr(s.fields["cloud"], "axes", "xyw"), "each once"),
+        (lambda s: s.fields.update(ball=bn.Sphere(radius="0.5 pc")) or setattr(s.dust, "density", "cloud * ball"), "does not fill"),
+        (lambda s: s.fields.update(other=bn.Grid(da.zeros((8, 8, 8)), low="-1 -1 -1 pc", high="1 1 1 pc")), "bricks of all fields"),
+        (lambda s: s.fields.update(other=bn.Grid(da.zeros((16, 16, 16)), low="-1 -1 -1 pc", high="1 1 2 pc")), "its box is another"),
+        (lambda s: s.fields.update(cloud=bn.Grid(cloud(8), low="-1 -1 -1 pc", high="1 1 1 pc")), "no field lies in bricks"),
+    ],
+)
+def test_what_bricks_cannot_do_is_said(client, change, words):
+    wrong = scene(da.from_array(cloud(16), chunks=8))
+    change(wrong)
+    with pytest.raises(bn.SceneError, match=words):
+        bn.render_bricks(wrong, client, progress=False)
+
+
+def test_bad_values_are_told(client):
+    density = cloud(16)
+    density[3, 12, 9] = -1.0
+    with pytest.raises(bn.SceneError, match="negative"):
+        bn.render_bricks(scene(da.from_array(density, chunks=8)), client, progress=False)
+    clipped = scene(da.from_array(density, chunks=8))
+    clipped.fields["cloud"].clip = True
+    assert np.isfinite(bn.render_bricks(clipped, client, progress=False).radiance).all()
+
+
+def test_a_field_in_bricks_is_no_array():
+    own = scene(da.from_array(cloud(16), chunks=8))
+    for use in (own.render, own.check, own.to_toml, lambda: own.save("bricks.toml")):
+        with pytest.raises(bn.SceneError, match="render_bricks"):
+            use()
+    with pytest.raises(bn.SceneError, match="three axes"):
+        bn.Grid(da.zeros((8, 8)))
