@@ -35,3 +35,12 @@ def cameras(count: int) -> list[bn.Camera]:
 @pytest.fixture
 def scene() -> bn.Scene:
     return lit(cloud())
+
+
+@pytest.fixture(scope="module")
+def client():
+    """A client of Dask with two workers, each a process."""
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as local:
+        with distributed.Client(local) as client:
+            yield client

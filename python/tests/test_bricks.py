@@ -6,15 +6,7 @@ import pytest
 import barnard as bn
 from conftest import cloud, lit
 
-distributed = pytest.importorskip("distributed")
 da = pytest.importorskip("dask.array")
-
-
-@pytest.fixture(scope="module")
-def client():
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as local:
-        with distributed.Client(local) as client:
-            yield client
 
 
 def scene(density) -> bn.Scene:

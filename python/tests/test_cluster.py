@@ -15,13 +15,6 @@ from conftest import cameras, cloud, lit
 distributed = pytest.importorskip("distributed")
 
 
-@pytest.fixture(scope="module")
-def client():
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as local:
-        with distributed.Client(local) as client:
-            yield client
-
-
 def test_frames_land_as_files(client, tmp_path):
     scene = lit(cloud())
     files = str(tmp_path / "frame_{:03}.npy")
