@@ -7,8 +7,8 @@ brick. Rules and steps are chosen on a coarse volume. Any number of bricks makes
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
+import itertools
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator
@@ -101,23 +101,21 @@ def render_bricks(
     shared = dask.delayed(_Shared(small, volume), traverse=False)
 
     # Densities and star depths at all voxels.
+    count = (scene.dust is not None) + len(scene.emission)
     of_bricks = {
-        place: dask.delayed(_densities)(shared, {name: array.blocks[place] for name, array in fields.items()}, place)
+        place: dask.delayed(_densities, nout=count)(shared, {name: array.blocks[place] for name, array in fields.items()}, place)
         for place in volume.places()
     }
-    count = (scene.dust is not None) + len(scene.emission)
-    densities = [volume.array({place: of[number] for place, of in of_bricks.items()}) for number in range(count)]
-    densities = list(client.persist(densities))
+    densities = [_Bricks(volume, {place: of[number] for place, of in of_bricks.items()}, client) for number in range(count)]
     dust = densities.pop(0) if scene.dust is not None else None
-    depths = [volume.array(_star_depths(native, volume, star, dust)) for star in native.stars]
-    depths = list(client.persist(depths)) if depths else []
+    depths = [] if dust is None else [_Bricks(volume, _star_depths(native, volume, star, dust), client) for star in native.stars]
 
     # What each brick does to the rays.
     order = [tuple(place) for place in native.front_to_back()]
-    held = {place: tuple(slice(*voxels) for voxels in native.held(list(place))) for place in order}
-    cut_out = lambda arrays, place: [array[held[place]] for array in arrays]  # noqa: E731
+    held = {place: native.held(list(place)) for place in order}
+    of_held = lambda arrays, place: [array.part(held[place]) for array in arrays]  # noqa: E731
     partials = [
-        dask.delayed(_march)(shared, place, None if dust is None else dust[held[place]], cut_out(depths, place), cut_out(densities, place))
+        dask.delayed(_march)(shared, place, None if dust is None else dust.part(held[place]), of_held(depths, place), of_held(densities, place))
         for place in order
     ]
     futures = client.compute(partials)
@@ -150,13 +148,28 @@ class _Volume:
     def shape(self, place: Place) -> tuple[int, ...]:
         return tuple(end - start for start, end in self.voxels(place))
 
-    def array(self, bricks: dict[Place, Any]) -> Any:
-        """The Dask array that delayed bricks are, x × y × z of float32."""
-        import dask.array as da
 
-        blocks = lambda place: da.from_delayed(bricks[place], self.shape(place), np.float32)  # noqa: E731
-        nx, ny, nz = (len(cuts) - 1 for cuts in self.cuts)
-        return da.block([[[blocks((x, y, z)) for z in range(nz)] for y in range(ny)] for x in range(nx)])
+class _Bricks:
+    """What stands at the voxels of a volume, brick by brick, kept by the workers.
+
+    Parts are put together by the task that needs them, so that there is no other copy of a brick before.
+    """
+
+    def __init__(self, volume: _Volume, bricks: dict[Place, Any], client: Any):
+        self.volume = volume
+        self.bricks = dict(zip(bricks, client.persist(list(bricks.values()))))
+
+    def part(self, voxels: Voxels) -> tuple[tuple[int, ...], list[Any]]:
+        """Some voxels: how many along each axis, and for each brick that has some of them, where they are in it and in the
+        part."""
+        pieces = []
+        along = [[i for i in range(len(cuts) - 1) if cuts[i] < end and cuts[i + 1] > start] for cuts, (start, end) in zip(self.volume.cuts, voxels)]
+        for place in itertools.product(*along):
+            own = self.volume.voxels(place)
+            both = [(max(a, start), min(b, end)) for (a, b), (start, end) in zip(own, voxels)]
+            within = [[(a - first, b - first) for (a, b), (first, _) in zip(both, frame)] for frame in (own, voxels)]
+            pieces.append((self.bricks[place], *within))
+        return tuple(end - start for start, end in voxels), pieces
 
 
 def _fields(scene: Scene) -> dict[str, Any]:
@@ -301,9 +314,15 @@ class _Shared:
 _kept: dict[str, tuple[Any, _Volume, Any]] = {}
 
 
-def _flat(values: np.ndarray | None) -> np.ndarray | None:
-    """The values of an array x × y × z in one row, x fastest."""
-    return None if values is None else _aligned(np.ravel(np.asarray(values, np.float32), order="F"))
+def _flat(part: tuple[tuple[int, ...], list[Any]] | None) -> np.ndarray | None:
+    """The values of a part of a volume in one row, x fastest."""
+    if part is None:
+        return None
+    shape, pieces = part
+    values = np.empty(shape, np.float32, order="F")
+    for brick, own, place in pieces:
+        values[tuple(slice(*range_) for range_ in place)] = brick[tuple(slice(*range_) for range_ in own)]
+    return values.ravel(order="F")
 
 
 def _aligned(received: Any) -> Any:
@@ -322,11 +341,11 @@ def _densities(shared: _Shared, values: dict[str, np.ndarray], place: Place) -> 
     return _filling(_with_arrays(small, values, box), box, volume.shape(place))
 
 
-def _march(shared: _Shared, place: Place, dust: np.ndarray | None, depths: list[np.ndarray], gas: list[np.ndarray]) -> Any:
+def _march(shared: _Shared, place: Place, dust: Any, depths: list[Any], gas: list[Any]) -> Any:
     """What a brick does to the rays."""
     whole = shared.kept[2]
     with _lock:
-        return whole.march(list(place), _flat(dust), [_flat(values) for values in depths], [_flat(values) for values in gas])
+        return whole.march(list(place), _flat(dust), [_flat(part) for part in depths], [_flat(part) for part in gas])
 
 
 def _over(shared: _Shared, front: Any, back: Any) -> Any:
@@ -336,14 +355,13 @@ def _over(shared: _Shared, front: Any, back: Any) -> Any:
 # Star depths.
 
 
-def _star_depths(native: Any, volume: _Volume, star: list[float], dust: Any) -> dict[Place, Any]:
+def _star_depths(native: Any, volume: _Volume, star: list[float], dust: _Bricks) -> dict[Place, Any]:
     """The depths from a star at the voxels of each brick."""
     import dask
 
     sweeps = _Sweeps(volume, native.bounds, star)
     star_sweep = sweeps.native
     delayed = dask.delayed(sweeps, traverse=False)
-    part = lambda voxels: dust[tuple(slice(*own) for own in voxels)]  # noqa: E731
     of_frustums: dict[int, list[int]] = defaultdict(list)
     for layer, (frustum, _) in enumerate(star_sweep.layers):
         of_frustums[frustum].append(layer)
@@ -355,8 +373,8 @@ def _star_depths(native: Any, volume: _Volume, star: list[float], dust: Any) -> 
                 results = []
                 for place in star_sweep.layers[layer][1]:
                     borders = [star_sweep.border(layer, place, side) for side in (0, 1)]
-                    borders = [None if voxels is None else part(voxels) for voxels in borders]
-                    needs = part(star_sweep.needs(layer, place))
+                    borders = [None if voxels is None else dust.part(voxels) for voxels in borders]
+                    needs = dust.part(star_sweep.needs(layer, place))
                     results.append(dask.delayed(_swept, nout=2)(delayed, layer, finds_entries, place, needs, borders, carried))
                     if not finds_entries:
                         swept[tuple(place)].append(results[-1][0])
@@ -386,7 +404,7 @@ class _Sweeps:
         return self.arguments
 
 
-def _swept(sweeps: _Sweeps, layer: int, finds_entries: bool, place: Place, dust: np.ndarray, borders: list[Any], carried: dict) -> Any:
+def _swept(sweeps: _Sweeps, layer: int, finds_entries: bool, place: Place, dust: Any, borders: list[Any], carried: dict) -> Any:
     """The depths of a brick's voxels in a layer, and the rays that it hands on."""
     carried = {tier: _aligned(rays) for tier, rays in carried.items()}
     with _lock:
