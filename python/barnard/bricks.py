@@ -7,31 +7,30 @@ brick. Rules and steps are chosen on a coarse volume. Any number of bricks makes
 
 from __future__ import annotations
 
-import hashlib
 import itertools
 import math
-from collections import defaultdict
-from collections.abc import Callable, Iterator
+import operator
+import weakref
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _barnard
+from . import _barnard, _brick_tasks as tasks
+from ._brick_tasks import Box, Place, Voxels
 from ._field import Sampled
 from ._rows import scene_error
-from .cluster import _counted, _lock
+from .cluster import _counted, _threads
 from .image import Image
-from .tables import Camera
+from .tables import Camera, Dust, Grid, perspective
 
 if TYPE_CHECKING:
     from .scene import Scene
 
 #: Keys of a field that may be said of bricks; all others are of arrays that are read as a whole.
 KEYS = ("file", "low", "high", "axes", "unit", "factor", "clip")
-
-Voxels = tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
-Place = tuple[int, int, int]
-Corners = tuple[list[float], list[float]]
+#: A piece that is no more of a brick than this goes alone to the task that needs it, another with all of its brick.
+SMALL = 0.25
 
 
 def render_bricks(
@@ -40,14 +39,15 @@ def render_bricks(
     *,
     camera: Camera | dict[str, Any] | None = None,
     coarse: int = 128,
+    timeout: float = 60.0,
     progress: bool | Callable[[int, int], None] = True,
 ) -> Image:
     """Renders a scene whose fields are Dask arrays, without any machine holding them as a whole.
 
-    Each chunk is a brick; those of several fields must be the same. A worker holds a brick, its halo, and as much again
-    for each star and each glowing species. The picture is that of the fast back end, whatever the bricks are: the spectral
-    rules and the steps a voxel are chosen, and the spatial error is measured, on a volume of no more than `coarse` voxels
-    along an edge, each the mean of those in it.
+    Each chunk is a brick. The workers keep four bytes a voxel for dust, for each star and for each glowing species, in memory
+    or on their disks as Dask sees fit. The picture is that of the fast back end, whatever the bricks are: the spectral rules
+    and the steps a voxel are chosen, and the spatial error is measured, on a volume of no more than `coarse` voxels along an
+    edge, each the mean of those in it.
 
     Parameters
     ----------
@@ -60,7 +60,10 @@ def render_bricks(
         Another camera than the scene's own.
     coarse : int, default 128
         Most voxels along an edge of the volume on which rules and steps are chosen.
+    timeout : number, default 60
+        How long to wait for the first worker [s].
     progress : bool or callable (done, all), default True
+        Of the bricks whose densities, star depths and light are there.
 
     Returns
     -------
@@ -69,13 +72,32 @@ def render_bricks(
     Raises
     ------
     SceneError
-        Where no field lies in bricks, bricks of several differ, or bricks cannot do what the scene asks for; where
-        densities are none, with their place.
+        Where no field lies in bricks, boxes or numbers of voxels of several differ, or bricks cannot do what the scene asks
+        for; where values are no densities, with their place in the brick.
     BarnardError
-        Where Dask is not installed, or there is no client.
+        Where Dask is not installed, or there is no client or worker.
     """
+    client = _client(client, timeout)
+    if not 8 <= coarse <= 1024:
+        raise scene_error("coarse", f"{coarse} lies outside of 8 to 1024")
+    fields = _fields(scene)
+    first = next(iter(fields.values()))
+    box = _box(scene, next(iter(fields)))
+    _check_densities(scene, fields, box)
+    nothing = [np.zeros((2, 2, 2), np.float32)] * len(tasks.named_densities(scene))
+    tasks.of_densities(scene, nothing, box, camera).check()
+    cuts = tuple(tuple(int(cut) for cut in np.cumsum([0, *chunks])) for chunks in first.chunks)
+    with _Work(scene, camera, tasks.Volume(first.shape, cuts, box), client, progress) as work:
+        densities = work.densities(fields)
+        native = work.plan(densities, coarse)
+        dust = densities.pop(0) if scene.dust is not None else None
+        depths = [] if dust is None else [work.star_depths(star, dust, 1 / len(native.stars)) for star in native.stars]
+        return Image(native.picture(tasks.aligned(work.light(native, dust, depths, densities))))
+
+
+def _client(client: Any, timeout: float) -> Any:
+    """A client that has workers."""
     try:
-        import dask
         import distributed
     except ImportError:
         raise _barnard.BarnardError("Dask is not installed; pip install barnard[cluster]") from None
@@ -84,92 +106,14 @@ def render_bricks(
             client = distributed.get_client()
         except ValueError:
             raise _barnard.BarnardError("there is no client; make one, such as distributed.Client(), and give it") from None
-    if not 8 <= coarse <= 1024:
-        raise scene_error("coarse", f"{coarse} lies outside of 8 to 1024")
-    fields = _fields(scene)
-    first = next(iter(fields.values()))
-    cuts = tuple(tuple(int(cut) for cut in np.cumsum([0, *chunks])) for chunks in first.chunks)
-    volume = _Volume(first.shape, cuts)
-
-    # What rules and steps are chosen on.
-    means = dask.compute(*(_coarse(array, volume, coarse, scene.fields[name].clip) for name, array in fields.items()), scheduler=client)
-    small = _with_arrays(scene, dict(zip(fields, means)))
-    if camera is not None:
-        small.camera = camera
-    _filling(small, _box(scene, next(iter(fields))), means[0].shape)
-    native = _whole(small, volume)
-    shared = dask.delayed(_Shared(small, volume), traverse=False)
-
-    # Densities and star depths at all voxels.
-    count = (scene.dust is not None) + len(scene.emission)
-    of_bricks = {
-        place: dask.delayed(_densities, nout=count)(shared, {name: array.blocks[place] for name, array in fields.items()}, place)
-        for place in volume.places()
-    }
-    densities = [_Bricks(volume, {place: of[number] for place, of in of_bricks.items()}, client) for number in range(count)]
-    dust = densities.pop(0) if scene.dust is not None else None
-    depths = [] if dust is None else [_Bricks(volume, _star_depths(native, volume, star, dust), client) for star in native.stars]
-
-    # What each brick does to the rays.
-    order = [tuple(place) for place in native.front_to_back()]
-    held = {place: native.held(list(place)) for place in order}
-    of_held = lambda arrays, place: [array.part(held[place]) for array in arrays]  # noqa: E731
-    partials = [
-        dask.delayed(_march)(shared, place, None if dust is None else dust.part(held[place]), of_held(depths, place), of_held(densities, place))
-        for place in order
-    ]
-    futures = client.compute(partials)
-    with _counted(progress, len(futures), "bricks") as told:
-        for number, future in enumerate(distributed.as_completed(futures), 1):
-            if future.status == "error":
-                client.cancel(futures)
-                future.result()
-            told(number)
-    shared = client.scatter(_Shared(small, volume), hash=False)
-    while len(futures) > 1:
-        pairs = [futures[i : i + 2] for i in range(0, len(futures), 2)]
-        futures = [client.submit(_over, shared, *pair, pure=False) if len(pair) == 2 else pair[0] for pair in pairs]
-    return Image(native.picture(_aligned(futures[0].result())))
+    try:
+        client.wait_for_workers(1, timeout=timeout)
+    except TimeoutError:
+        raise _barnard.BarnardError(f"the client has no workers, and none came in {timeout:g} s; start some, or raise `timeout`") from None
+    return client
 
 
-class _Volume:
-    """Voxels along x, y and z, and where bricks begin along each axis, the end of the last behind them."""
-
-    def __init__(self, dims: tuple[int, ...], cuts: tuple[tuple[int, ...], ...]):
-        self.dims = tuple(int(n) for n in dims)
-        self.cuts = cuts
-
-    def places(self) -> Iterator[Place]:
-        return np.ndindex(*(len(cuts) - 1 for cuts in self.cuts))
-
-    def voxels(self, place: Place) -> Voxels:
-        return tuple((cuts[i], cuts[i + 1]) for cuts, i in zip(self.cuts, place))
-
-    def shape(self, place: Place) -> tuple[int, ...]:
-        return tuple(end - start for start, end in self.voxels(place))
-
-
-class _Bricks:
-    """What stands at the voxels of a volume, brick by brick, kept by the workers.
-
-    Parts are put together by the task that needs them, so that there is no other copy of a brick before.
-    """
-
-    def __init__(self, volume: _Volume, bricks: dict[Place, Any], client: Any):
-        self.volume = volume
-        self.bricks = dict(zip(bricks, client.persist(list(bricks.values()))))
-
-    def part(self, voxels: Voxels) -> tuple[tuple[int, ...], list[Any]]:
-        """Some voxels: how many along each axis, and for each brick that has some of them, where they are in it and in the
-        part."""
-        pieces = []
-        along = [[i for i in range(len(cuts) - 1) if cuts[i] < end and cuts[i + 1] > start] for cuts, (start, end) in zip(self.volume.cuts, voxels)]
-        for place in itertools.product(*along):
-            own = self.volume.voxels(place)
-            both = [(max(a, start), min(b, end)) for (a, b), (start, end) in zip(own, voxels)]
-            within = [[(a - first, b - first) for (a, b), (first, _) in zip(both, frame)] for frame in (own, voxels)]
-            pieces.append((self.bricks[place], *within))
-        return tuple(end - start for start, end in voxels), pieces
+# What the scene says.
 
 
 def _fields(scene: Scene) -> dict[str, Any]:
@@ -191,260 +135,192 @@ def _fields(scene: Scene) -> dict[str, Any]:
     if not arrays:
         raise scene_error("fields", "no field lies in bricks: give one a Dask array, as in Grid(array, low=..., high=...); Scene.render does others")
     name, first = next(iter(arrays.items()))
+    # A chunk without voxels is no brick.
+    chunks = tuple(tuple(chunk for chunk in axis if chunk > 0) for axis in first.chunks)
     for other, array in arrays.items():
         if array.shape != first.shape:
-            raise scene_error(f"field.{other}", f"it has {array.shape} voxels, field {name} {first.shape}; bricks of all fields must be the same")
+            raise scene_error(f"field.{other}", f"it has {array.shape} voxels, field {name} {first.shape}; all fields in bricks must have the same")
         if _box(scene, other) != _box(scene, name):
-            raise scene_error(f"field.{other}", f"its box is another than that of field {name}; bricks of all fields must be the same")
-        arrays[other] = array.rechunk(first.chunks)
+            raise scene_error(f"field.{other}", f"its box is another than that of field {name}; all fields in bricks must have the same")
+        arrays[other] = array.rechunk(chunks)
     return arrays
 
 
-def _box(scene: Scene, name: str) -> Corners:
-    """The box of a field in bricks."""
-    from .scene import Scene
-    from .tables import Dust, Grid
-
+def _box(scene: Scene, name: str) -> Box:
+    """The box of a field in bricks [pc]."""
     own = scene.fields[name]
-    fields = {name: Grid(np.zeros((2, 2, 2), np.float32), low=own.low, high=own.high)}
-    _, native = Scene(fields=fields, dust=Dust(name, "1 /pc", albedo=0), camera=scene.camera)._native()
-    [(_, corners, _)] = _barnard.densities(native, 2**20)
-    return corners
+    return _bounds(scene, {name: Grid(np.zeros((2, 2, 2), np.float32), low=own.low, high=own.high)}, name)
 
 
-def _filling(scene: Scene, box: Corners, dims: tuple[int, ...]) -> list[np.ndarray]:
-    """The densities of a scene, extinction of dust first, at voxels that must be those of a box."""
-    names = ["dust.density"] * (scene.dust is not None) + [f"emission[{i}].density" for i in range(len(scene.emission))]
-    densities = _barnard.densities(scene._native()[1], scene._limit)
-    for name, (own, corners, _) in zip(names, densities):
-        if tuple(own) != tuple(dims) or not np.allclose(corners, box, rtol=0, atol=1e-9 * np.ptp(box)):
-            raise scene_error(name, "it does not fill the box of the bricks; let it be made of the fields in bricks, and of others where they are")
-    return [flat.reshape(dims, order="F") for _, _, flat in densities]
-
-
-def _with_arrays(scene: Scene, arrays: dict[str, np.ndarray], box: Corners | None = None) -> Scene:
-    """The same scene with arrays in place of fields in bricks, in a box [pc] where one is given."""
+def _bounds(scene: Scene, fields: dict[str, Any], density: str) -> Box:
+    """The box of a density that is made of some fields [pc]."""
     from .scene import Scene
-    from .tables import Grid
-    from ._tree import PARTS
 
-    fields = dict(scene.fields)
-    for name, array in arrays.items():
-        own = scene.fields[name]
-        low, high = (own.low, own.high) if box is None else (" ".join(map(repr, corner)) + " pc" for corner in box)
-        fields[name] = Grid(array, low=low, high=high, unit=own.unit, factor=own.factor, clip=own.clip)
-    parts = {part: getattr(scene, part) for part in PARTS if part != "fields"}
-    return Scene(**parts, fields=fields, folder=scene._folder, memory=scene._limit / 2**30)
+    probe = Scene(fields=fields, dust=Dust(density, "1 /pc", albedo=0), camera=perspective("0 0 9 pc", "30 deg"), folder=scene._folder)
+    return _barnard.dust_bounds(probe._native()[1])
 
 
-def _whole(small: Scene, volume: _Volume) -> Any:
-    """What all bricks share, from the scene of coarse fields."""
-    plan = small.plan()
-    cuts = [list(cuts) for cuts in volume.cuts]
-    return _barnard.Whole(plan._scene, plan._plan, list(volume.dims), cuts, small._limit)
+def _check_densities(scene: Scene, fields: dict[str, Any], box: Box) -> None:
+    """Refuses densities that reach out of the box of the bricks, where they would be cut off."""
+    own = {name: Grid(np.zeros((2, 2, 2), np.float32), low=scene.fields[name].low, high=scene.fields[name].high) for name in fields}
+    margin = 1e-9 * np.ptp(box)
+    for place, density in tasks.named_densities(scene):
+        low, high = _bounds(scene, {**scene.fields, **own}, density)
+        if (np.array(low) < np.array(box[0]) - margin).any() or (np.array(high) > np.array(box[1]) + margin).any():
+            words = " ".join(f"{x:g}" for x in low), " ".join(f"{x:g}" for x in high)
+            raise scene_error(place, f"it reaches from {words[0]} to {words[1]} pc, out of the box of the bricks; make that larger, or cut the other fields")
 
 
-# The coarse volume.
+# The work that is given to the client.
 
 
-def _coarse(array: Any, volume: _Volume, most: int, clip: bool | None) -> Any:
-    """The means of an array's voxels over blocks, at most so many along an edge."""
-    import dask
+class _Bricks:
+    """What stands at the voxels of a volume, brick by brick, kept by the workers."""
 
-    factor = max(1, math.ceil(max(volume.dims) / most))
-    # Blocks of a box that the coarse voxels fill evenly: where a voxel's centre lies.
-    dims = tuple(math.ceil(n / factor) for n in volume.dims)
-    sums = [dask.delayed(_sums)(array.blocks[place], volume.voxels(place), volume.dims, dims, bool(clip)) for place in volume.places()]
-    return dask.delayed(_means)(sums, volume.dims, dims)
+    def __init__(self, work: _Work, futures: dict[Place, Any]):
+        self.volume = work.volume
+        self.futures = futures
+        self._submit = work.submit
 
-
-def _blocks(voxels: tuple[int, int], whole: int, coarse: int) -> np.ndarray:
-    """The coarse voxel of each voxel of a range along an axis."""
-    return (np.arange(*voxels) * 2 + 1) * coarse // (2 * whole)
-
-
-def _sums(values: np.ndarray, voxels: Voxels, whole: tuple[int, ...], coarse: tuple[int, ...], clip: bool) -> tuple[list[int], np.ndarray]:
-    """The sums of a brick's values over coarse voxels, and the first of these along each axis."""
-    sums = np.asarray(values, np.float64)
-    if clip:
-        sums = np.where(sums > 0, sums, 0.0)
-    first = []
-    for axis in range(3):
-        blocks = _blocks(voxels[axis], whole[axis], coarse[axis])
-        starts = np.flatnonzero(np.diff(blocks, prepend=-1))
-        sums = np.add.reduceat(sums, starts, axis=axis)
-        first.append(int(blocks[0]))
-    return first, sums
+    def part(self, voxels: Voxels) -> tuple[tuple[int, ...], list[Any]]:
+        """Some voxels: how many along each axis, and for each brick that has some of them, where they are in what comes of it
+        and in the part.
+        """
+        pieces = []
+        along = [[i for i in range(len(cuts) - 1) if cuts[i] < end and cuts[i + 1] > start] for cuts, (start, end) in zip(self.volume.cuts, voxels)]
+        for place in itertools.product(*along):
+            own = self.volume.voxels(place)
+            both = [(max(a, start), min(b, end)) for (a, b), (start, end) in zip(own, voxels)]
+            within = [[(a - first, b - first) for (a, b), (first, _) in zip(both, frame)] for frame in (own, voxels)]
+            brick, (from_brick, to_part) = self.futures[place], within
+            size = math.prod(b - a for a, b in both)
+            if size <= SMALL * math.prod(self.volume.shape(place)):
+                brick = self._submit(tasks.cut, brick, from_brick)
+                from_brick = [(0, b - a) for a, b in both]
+            pieces.append((brick, from_brick, to_part))
+        return tuple(end - start for start, end in voxels), pieces
 
 
-def _means(sums: list[tuple[list[int], np.ndarray]], whole: tuple[int, ...], coarse: tuple[int, ...]) -> np.ndarray:
-    means = np.zeros(coarse)
-    for first, own in sums:
-        means[tuple(slice(a, a + n) for a, n in zip(first, own.shape))] += own
-    for axis in range(3):
-        count = np.bincount(_blocks((0, whole[axis]), whole[axis], coarse[axis]), minlength=coarse[axis])
-        means /= np.expand_dims(count, tuple(other for other in range(3) if other != axis))
-    return means.astype(np.float32)
+class _Work:
+    """The tasks of one picture; all that the workers keep of it goes when it ends."""
 
+    def __init__(self, scene: Scene, camera: Any, volume: tasks.Volume, client: Any, progress: Any):
+        self.scene, self.camera, self.volume, self.client = scene, camera, volume, client
+        self.threads = _threads(client)
+        # Densities, star depths where there is dust, and light.
+        stages = 3 if scene.dust is not None else 2
+        self._counted = _counted(progress, stages * len(list(volume.places())), "bricks")
+        self._done = 0.0
+        # What is not needed any more goes by itself.
+        self._futures: Any = weakref.WeakSet()
 
-# On a worker.
+    def __enter__(self) -> _Work:
+        self._tell = self._counted.__enter__()
+        return self
 
+    def __exit__(self, *error: Any) -> None:
+        self.client.cancel(list(self._futures), force=True)
+        self._counted.__exit__(*error)
 
-class _Shared:
-    """A scene of coarse fields and a volume, which a worker turns into what all bricks share, once."""
+    def submit(self, task: Callable[..., Any], *arguments: Any) -> Any:
+        """The future of a task."""
+        future = self.client.submit(task, *arguments, pure=False)
+        self._futures.add(future)
+        return future
 
-    def __init__(self, small: Scene, volume: _Volume):
-        import cloudpickle
+    def scattered(self, value: Any) -> Any:
+        """The future of a value that all workers have."""
+        future = self.client.scatter(value, broadcast=True, hash=False)
+        self._futures.add(future)
+        return future
 
-        self.pickled = cloudpickle.dumps((small, volume))
-        self.digest = hashlib.sha256(self.pickled).hexdigest()
+    def _finished(self, futures: list[Any], share: float = 1.0) -> list[Any]:
+        """The same futures, when all are done; each is so much of a brick's work."""
+        import distributed
 
-    @property
-    def kept(self) -> tuple[Scene, _Volume, Any]:
-        import cloudpickle
+        for future in distributed.as_completed(futures):
+            if future.status != "finished":
+                error = future.exception() if future.status == "error" else None
+                raise error or _barnard.BarnardError(f"a task of a worker was {future.status}")
+            self._done += share
+            self._tell(round(self._done))
+        return futures
 
-        with _lock:
-            if self.digest not in _kept:
-                _kept.clear()
-                small, volume = cloudpickle.loads(self.pickled)
-                _kept[self.digest] = small, volume, _whole(small, volume)
-            return _kept[self.digest]
+    def densities(self, fields: dict[str, Any]) -> list[_Bricks]:
+        """Extinction of dust where there is some, then gas, at all voxels."""
+        import dask
 
+        shared = self.scattered(tasks.Shared(self.scene, self.volume, self.threads))
+        places = list(self.volume.places())
+        blocks = ({name: array.blocks[place] for name, array in fields.items()} for place in places)
+        delayed = [dask.delayed(tasks.densities)(shared, values, place) for values, place in zip(blocks, places)]
+        futures = self.client.compute(delayed)
+        self._futures.update(futures)
+        of_bricks = dict(zip(places, self._finished(futures)))
+        count = (self.scene.dust is not None) + len(self.scene.emission)
+        part = lambda number: {place: self.submit(operator.getitem, of, number) for place, of in of_bricks.items()}  # noqa: E731
+        return [_Bricks(self, part(number)) for number in range(count)]
 
-_kept: dict[str, tuple[Any, _Volume, Any]] = {}
+    def plan(self, densities: list[_Bricks], coarse: int) -> Any:
+        """What all bricks share, by means of the densities over no more than so many voxels along an edge."""
+        factor = max(1, math.ceil(max(self.volume.dims) / coarse))
+        dims = tuple(math.ceil(n / factor) for n in self.volume.dims)
+        sums = [[self.submit(tasks.sums, of, place, self.volume, dims) for place, of in bricks.futures.items()] for bricks in densities]
+        means = [tasks.means(self.client.gather(of), self.volume, dims) for of in sums]
+        small = tasks.of_densities(self.scene, means, self.volume.box, self.camera)
+        # The client's own threads are left as they are.
+        native = tasks.Shared(small, self.volume, 0).planned()
+        self.shared = self.scattered(tasks.Shared(small, self.volume, self.threads))
+        return native
 
+    def star_depths(self, star: list[float], dust: _Bricks, share: float) -> _Bricks:
+        """The depths from a star at all voxels, a share of those of all stars."""
+        sweeps = self.scattered(tasks.Sweeps(self.volume, star, self.threads))
+        native = tasks.Sweeps(self.volume, star, 0).made()
+        layers: dict[int, list[tuple[int, list[Any]]]] = {}
+        for number, (frustum, places) in enumerate(native.layers):
+            layers.setdefault(frustum, []).append((number, places))
+        swept: dict[Place, list[Any]] = {place: [] for place in self.volume.places()}
+        for frustum, of_frustum in layers.items():
+            carried: Any = {}
+            if native.has_entries(frustum):
+                for number, places in of_frustum:
+                    carried = self._layer(sweeps, native, number, frustum, places, True, dust, carried)[0]
+                carried = self.submit(tasks.begun, carried)
+            for number, places in of_frustum:
+                carried, depths = self._layer(sweeps, native, number, frustum, places, False, dust, carried)
+                for place, own in depths.items():
+                    swept[place].append(own)
+        merged = {place: self.submit(tasks.merged, sweeps, place, own) for place, own in swept.items()}
+        self._finished(list(merged.values()), share)
+        return _Bricks(self, merged)
 
-def _flat(part: tuple[tuple[int, ...], list[Any]] | None) -> np.ndarray | None:
-    """The values of a part of a volume in one row, x fastest."""
-    if part is None:
-        return None
-    shape, pieces = part
-    values = np.empty(shape, np.float32, order="F")
-    for brick, own, place in pieces:
-        values[tuple(slice(*range_) for range_ in place)] = brick[tuple(slice(*range_) for range_ in own)]
-    return values.ravel(order="F")
+    def _layer(
+        self, sweeps: Any, native: Any, number: int, frustum: int, places: list[Any], finds_entries: bool, dust: _Bricks, carried: Any
+    ) -> tuple[Any, dict[Place, Any]]:
+        """One layer of a frustum: all rays behind it, and the depths of its bricks."""
+        handed, depths = [], {}
+        for place in places:
+            borders = [native.border(number, place, side) for side in (0, 1)]
+            parts = [None if voxels is None else dust.part(voxels) for voxels in borders]
+            needs = dust.part(native.needs(number, place))
+            result = self.submit(tasks.swept, sweeps, number, finds_entries, place, needs, parts, carried)
+            handed.append(self.submit(operator.getitem, result, 1))
+            if not finds_entries:
+                depths[tuple(place)] = self.submit(operator.getitem, result, 0)
+        before = carried if finds_entries else {}
+        return self.submit(tasks.joined, sweeps, frustum, before, handed), depths
 
-
-def _aligned(received: Any) -> Any:
-    """What came through a network, with arrays that begin where numbers may."""
-    if isinstance(received, np.ndarray):
-        return np.require(received, requirements=["C", "A"])
-    return tuple(map(_aligned, received)) if isinstance(received, tuple) else received
-
-
-def _densities(shared: _Shared, values: dict[str, np.ndarray], place: Place) -> list[np.ndarray]:
-    """The densities of a brick: extinction of dust, then gas."""
-    small, volume, whole = shared.kept
-    low, high = map(np.array, whole.bounds)
-    edge = (high - low) / volume.dims
-    box = tuple([float(x) for x in low + edge * [ends[i] for ends in volume.voxels(place)]] for i in (0, 1))
-    return _filling(_with_arrays(small, values, box), box, volume.shape(place))
-
-
-def _march(shared: _Shared, place: Place, dust: Any, depths: list[Any], gas: list[Any]) -> Any:
-    """What a brick does to the rays."""
-    whole = shared.kept[2]
-    with _lock:
-        return whole.march(list(place), _flat(dust), [_flat(part) for part in depths], [_flat(part) for part in gas])
-
-
-def _over(shared: _Shared, front: Any, back: Any) -> Any:
-    return shared.kept[2].over(_aligned(front), _aligned(back))
-
-
-# Star depths.
-
-
-def _star_depths(native: Any, volume: _Volume, star: list[float], dust: _Bricks) -> dict[Place, Any]:
-    """The depths from a star at the voxels of each brick."""
-    import dask
-
-    sweeps = _Sweeps(volume, native.bounds, star)
-    star_sweep = sweeps.native
-    delayed = dask.delayed(sweeps, traverse=False)
-    of_frustums: dict[int, list[int]] = defaultdict(list)
-    for layer, (frustum, _) in enumerate(star_sweep.layers):
-        of_frustums[frustum].append(layer)
-    swept: dict[Place, list[Any]] = defaultdict(list)
-    for frustum, layers in of_frustums.items():
-        carried: Any = {}
-        for finds_entries in [True, False] if star_sweep.has_entries(frustum) else [False]:
-            for layer in layers:
-                results = []
-                for place in star_sweep.layers[layer][1]:
-                    borders = [star_sweep.border(layer, place, side) for side in (0, 1)]
-                    borders = [None if voxels is None else dust.part(voxels) for voxels in borders]
-                    needs = dust.part(star_sweep.needs(layer, place))
-                    results.append(dask.delayed(_swept, nout=2)(delayed, layer, finds_entries, place, needs, borders, carried))
-                    if not finds_entries:
-                        swept[tuple(place)].append(results[-1][0])
-                carried = dask.delayed(_joined)(delayed, frustum, carried, [handed for _, handed in results])
-            if finds_entries:
-                carried = dask.delayed(_begun)(carried)
-    return {place: dask.delayed(_merged)(swept[place], volume.shape(place)) for place in volume.places()}
-
-
-class _Sweeps:
-    """The sweeps of a star's depths through a volume, which a worker makes anew."""
-
-    def __init__(self, volume: _Volume, bounds: Any, star: list[float]):
-        self.arguments = list(volume.dims), bounds, [list(cuts) for cuts in volume.cuts], list(star)
-        self._native: Any = None
-
-    @property
-    def native(self) -> Any:
-        if self._native is None:
-            self._native = _barnard.StarSweep(*self.arguments)
-        return self._native
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {"arguments": self.arguments, "_native": None}
-
-    def __dask_tokenize__(self) -> Any:
-        return self.arguments
-
-
-def _swept(sweeps: _Sweeps, layer: int, finds_entries: bool, place: Place, dust: Any, borders: list[Any], carried: dict) -> Any:
-    """The depths of a brick's voxels in a layer, and the rays that it hands on."""
-    carried = {tier: _aligned(rays) for tier, rays in carried.items()}
-    with _lock:
-        return sweeps.native.sweep(layer, finds_entries, list(place), _flat(dust), [_flat(border) for border in borders], carried)
-
-
-#: No entries.
-_NONE = np.empty(0, np.float32)
-
-
-def _joined(sweeps: _Sweeps, frustum: int, before: dict, handed: list[Any]) -> dict[int, tuple[np.ndarray, np.ndarray]]:
-    """All rays behind a layer: depths and entries by tier; those of tiers that ended before stay."""
-    carried = dict(before)
-    rays = sweeps.native.rays(frustum)
-    for tier in {tier for of_brick in handed for tier, *_ in of_brick}:
-        columns, rows = rays[tier]
-        depths, entries = np.full((2, rows, columns), np.nan, np.float32)
-        has_entries = False
-        for of_tier, u, v, own_depths, own_entries in (part for of_brick in handed for part in of_brick):
-            if of_tier == tier:
-                shape = v[1] - v[0], u[1] - u[0]
-                depths[slice(*v), slice(*u)] = own_depths.reshape(shape)
-                if own_entries.size:
-                    has_entries = True
-                    entries[slice(*v), slice(*u)] = own_entries.reshape(shape)
-        carried[tier] = depths.ravel(), entries.ravel() if has_entries else _NONE
-    return carried
-
-
-def _begun(carried: dict[int, tuple[np.ndarray, np.ndarray]]) -> dict[int, tuple[np.ndarray, np.ndarray]]:
-    """Rays at the star, which have none of the depth at which they come into the box."""
-    return {tier: (-entries, _NONE) for tier, (_, entries) in carried.items()}
-
-
-def _merged(swept: list[np.ndarray | None], shape: tuple[int, ...]) -> np.ndarray:
-    """The depths of a brick's voxels from all frustums; where two share one the later counts, as in one sweep."""
-    depths = np.full(math.prod(shape), np.nan, np.float32)
-    for own in swept:
-        if own is not None:
-            np.copyto(depths, own, where=~np.isnan(own))
-    if np.isnan(depths).any():
-        raise _barnard.BarnardError(f"{int(np.isnan(depths).sum())} voxels of a brick have no star depth; please report it with the scene")
-    return depths.reshape(shape, order="F")
+    def light(self, native: Any, dust: _Bricks | None, depths: list[_Bricks], gas: list[_Bricks]) -> Any:
+        """What all bricks do to the rays."""
+        marched = []
+        for place in native.front_to_back():
+            held = native.held(place)
+            of = lambda bricks: [own.part(held) for own in bricks]  # noqa: B023, E731
+            own = None if dust is None else dust.part(held)
+            marched.append(self.submit(tasks.march, self.shared, place, own, of(depths), of(gas)))
+        rest = self._finished(marched)
+        while len(rest) > 1:
+            pairs = [rest[i : i + 2] for i in range(0, len(rest), 2)]
+            rest = [self.submit(tasks.over, self.shared, *pair) if len(pair) == 2 else pair[0] for pair in pairs]
+        return rest[0].result()

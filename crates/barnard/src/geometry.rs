@@ -81,6 +81,11 @@ impl Bounds {
         p.cmpge(self.low).all() && p.cmplt(self.high).all()
     }
 
+    /// The box whose faces lie so much farther out \[pc\].
+    pub fn grown(&self, by_pc: f64) -> Self {
+        Self { low: self.low - by_pc, high: self.high + by_pc }
+    }
+
     /// The smallest box around both.
     pub fn union(&self, other: &Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }

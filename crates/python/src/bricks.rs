@@ -6,7 +6,6 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use barnard::backend::RenderStats;
 use barnard::backend::cpu::bricks::{self, Partial};
 use barnard::field::{Grid, Lattice, Partition};
 use barnard::geometry::Bounds;
@@ -19,21 +18,19 @@ use pyo3::prelude::*;
 
 use crate::error::raised;
 use crate::image::Image;
-use crate::plan::{Plan, certificates};
+use crate::plan::certificates;
 use crate::scene::Scene;
 use crate::work;
 
 type Pair = (usize, usize);
 type Values<'py> = PyReadonlyArray1<'py, f32>;
-/// What bricks do to rays: rows, columns, values, depths of sources, largest depth.
-type PartialParts<'py> = (Pair, Pair, Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<f64>>, f32);
+/// What bricks do to rays: rows, columns, values, depths of sources.
+type PartialParts<'py> = (Pair, Pair, Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<f64>>);
 /// Rays that are handed on: tier, rays along u and v, depths, entries.
 type HandedParts<'py> = (usize, Pair, Pair, Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<f32>>);
 
 /// Lowest and highest corner [pc].
 type Corners = ([f64; 3], [f64; 3]);
-/// Voxels along x, y and z, their box, and a density at each.
-type Density<'py> = ([usize; 3], Corners, Bound<'py, PyArray1<f32>>);
 /// Depths of a brick's voxels, and the rays that are handed on.
 type Swept<'py> = (Option<Bound<'py, PyArray1<f32>>>, Vec<HandedParts<'py>>);
 
@@ -51,45 +48,59 @@ fn values(array: &Values) -> PyResult<Vec<f32>> {
 
 /// What bricks do to rays, as it comes from Python.
 #[derive(FromPyObject)]
-pub struct GivenPartial<'py>(Pair, Pair, Values<'py>, PyReadonlyArray1<'py, f64>, f32);
+pub struct GivenPartial<'py>(Pair, Pair, Values<'py>, PyReadonlyArray1<'py, f64>);
 
 impl GivenPartial<'_> {
     fn taken(&self) -> PyResult<Partial> {
-        let Self(rows, columns, light, points, deepest) = self;
+        let Self(rows, columns, light, points) = self;
         let points = points.as_slice()?.to_vec();
-        Ok(Partial { rows: rows.0..rows.1, columns: columns.0..columns.1, values: values(light)?, points, deepest: *deepest })
+        Ok(Partial { rows: rows.0..rows.1, columns: columns.0..columns.1, values: values(light)?, points })
     }
 }
 
 fn given<'py>(py: Python<'py>, partial: Partial) -> PartialParts<'py> {
-    let Partial { rows, columns, values, points, deepest } = partial;
-    (pair(&rows), pair(&columns), PyArray1::from_vec(py, values), PyArray1::from_vec(py, points), deepest)
+    let Partial { rows, columns, values, points } = partial;
+    (pair(&rows), pair(&columns), PyArray1::from_vec(py, values), PyArray1::from_vec(py, points))
 }
 
-/// The densities of a scene at its voxels: extinction at V [pc-1] of dust where there is dust, then each glowing species;
-/// each with its voxels along x, y and z and their box.
+/// The densities of a scene at `dims` voxels of a box: extinction at V [pc-1] of dust where there is dust, then each
+/// glowing species.
 #[pyfunction]
-pub fn densities<'py>(py: Python<'py>, scene: &Scene, memory_limit: u64) -> PyResult<Vec<Density<'py>>> {
-    let grids = work::run(py, None, |control| plan::densities(&scene.0, &Options::within(memory_limit), control))?;
-    let parts = |grid: &Grid| (grid.lattice().dims, corners(&grid.lattice().bounds), PyArray1::from_vec(py, grid.values().into_owned()));
-    Ok(grids.iter().map(parts).collect())
+pub fn densities<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    dims: [usize; 3],
+    bounds: Corners,
+    memory_limit: u64,
+) -> PyResult<Vec<Bound<'py, PyArray1<f32>>>> {
+    let grids = work::run(py, None, |control| {
+        let bounds = Bounds { low: DVec3::from_array(bounds.0), high: DVec3::from_array(bounds.1) }.checked()?;
+        plan::densities(&scene.0, &Lattice { dims, bounds }, &Options::within(memory_limit), control)
+    })?;
+    Ok(grids.iter().map(|grid| PyArray1::from_vec(py, grid.values().into_owned())).collect())
+}
+
+/// The lowest and the highest corner [pc] of the box outside of which the dust of a scene is zero.
+#[pyfunction]
+pub fn dust_bounds(scene: &Scene) -> Option<Corners> {
+    scene.0.dust.as_ref().map(|dust| corners(&dust.density.bounds()))
 }
 
 /// What all bricks of a volume share.
 #[pyclass(frozen, module = "barnard._barnard")]
 pub struct Whole {
     scene: Arc<barnard::Scene>,
-    plan: barnard::Plan,
     whole: bricks::Whole,
 }
 
 #[pymethods]
 impl Whole {
-    /// Takes the plan of a coarse volume for one of `dims` voxels in the same box, cut where bricks begin.
+    /// Plans a scene of coarse densities for a volume of `dims` voxels in the same box, cut where bricks begin.
     #[new]
-    fn new(py: Python, scene: &Scene, plan: &Plan, dims: [usize; 3], cuts: [Vec<usize>; 3], memory_limit: u64) -> PyResult<Self> {
-        let whole = bricks::Whole::new(plan.0.clone(), dims, cuts, memory_limit).map_err(|error| raised(py, error))?;
-        Ok(Self { scene: scene.0.clone(), plan: plan.0.clone(), whole })
+    fn new(py: Python, scene: &Scene, dims: [usize; 3], cuts: [Vec<usize>; 3], memory_limit: u64) -> PyResult<Self> {
+        let options = Options::within(memory_limit);
+        let whole = work::run(py, None, |control| bricks::Whole::new(&scene.0, dims, cuts, &options, control))?;
+        Ok(Self { scene: scene.0.clone(), whole })
     }
 
     /// The lowest and the highest corner of the box [pc].
@@ -125,7 +136,7 @@ impl Whole {
     ) -> PyResult<PartialParts<'py>> {
         let all = |arrays: Vec<Values>| arrays.iter().map(values).collect::<PyResult<Vec<_>>>();
         let fields = BrickFields { dust: dust.as_ref().map(values).transpose()?, star_depths: all(star_depths)?, gas: all(gas)? };
-        Ok(given(py, work::run(py, None, |control| self.whole.march(place, fields, &self.scene, control))?))
+        Ok(given(py, work::run(py, None, |control| self.whole.march(place, fields, control))?))
     }
 
     /// What bricks do of which one stands before the other.
@@ -137,10 +148,8 @@ impl Whole {
     /// The picture of what all bricks do.
     fn picture(&self, py: Python, partial: GivenPartial) -> PyResult<Image> {
         let partial = partial.taken()?;
-        let depth = f64::from(partial.deepest);
-        let image = work::run(py, None, |control| self.whole.picture(&self.scene, &partial, control))?;
-        let stats = RenderStats { depth, ..self.plan.expected() };
-        Ok(Image::new(self.scene.clone(), image, certificates(&self.plan, &stats)))
+        let (image, stats) = work::run(py, None, |control| self.whole.picture(&partial, control))?;
+        Ok(Image::new(self.scene.clone(), image, certificates(self.whole.plan(), &stats)))
     }
 }
 
@@ -171,9 +180,19 @@ impl StarSweep {
     fn new(py: Python, dims: [usize; 3], bounds: Corners, cuts: [Vec<usize>; 3], star: [f64; 3]) -> PyResult<Self> {
         let bounds = Bounds { low: DVec3::from_array(bounds.0), high: DVec3::from_array(bounds.1) };
         let partition = Partition::new(Lattice { dims, bounds }, cuts).map_err(|error| raised(py, error))?;
-        let relay = Relay::new(partition.clone(), DVec3::from_array(star));
+        let star = DVec3::from_array(star);
+        if !star.is_finite() {
+            return Err(raised(py, Error::value("position of a star", star, "a place: coordinates are numbers")));
+        }
+        let relay = Relay::new(partition.clone(), star);
         let layers = relay.layers();
         Ok(Self { partition, relay, layers })
+    }
+
+    /// The voxel on whose centre the star stands, which no frustum has: its depth is zero.
+    #[getter]
+    fn own_voxel(&self) -> Option<[usize; 3]> {
+        self.relay.own_voxel()
     }
 
     /// For each layer its frustum and its bricks; those of a frustum are in the order in which its rays meet them.

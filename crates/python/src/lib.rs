@@ -46,6 +46,7 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
     module.add_function(wrap_pyfunction!(image::render, module)?)?;
     module.add_function(wrap_pyfunction!(bricks::densities, module)?)?;
+    module.add_function(wrap_pyfunction!(bricks::dust_bounds, module)?)?;
     module.add_function(wrap_pyfunction!(image::check_writable, module)?)?;
     module.add_function(wrap_pyfunction!(catalogue::schema, module)?)?;
     module.add_function(wrap_pyfunction!(catalogue::quantities, module)?)?;

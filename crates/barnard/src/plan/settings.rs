@@ -13,12 +13,14 @@ pub struct Options {
     pub memory_limit: u64,
     /// The device that sweeps light of more than one scattering; the processor where there is none.
     pub sweeper: Option<Arc<dyn Sweeper>>,
+    /// Most voxels of star depths along one of dust.
+    pub star_depth_voxels: usize,
 }
 
 impl Default for Options {
     /// Everything on the processor alone, within the default limit of memory.
     fn default() -> Self {
-        Self { memory_limit: memory::DEFAULT_LIMIT, sweeper: None }
+        Self { memory_limit: memory::DEFAULT_LIMIT, sweeper: None, star_depth_voxels: usize::MAX }
     }
 }
 
@@ -39,11 +41,14 @@ pub(crate) struct Settings {
     pub memory_limit: u64,
     /// The device that sweeps light of more than one scattering; the processor where there is none.
     pub sweeper: Option<Arc<dyn Sweeper>>,
+    /// Most voxels of star depths along one of dust.
+    pub star_depth_voxels: usize,
 }
 
 impl Settings {
     /// The settings of the scene's own method.
     pub fn of(scene: &Scene, options: &Options) -> Self {
-        Self { method: scene.method.clone(), memory_limit: options.memory_limit, sweeper: options.sweeper.clone() }
+        let Options { memory_limit, sweeper, star_depth_voxels } = options.clone();
+        Self { method: scene.method.clone(), memory_limit, sweeper, star_depth_voxels }
     }
 }

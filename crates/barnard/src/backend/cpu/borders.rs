@@ -7,6 +7,15 @@ use crate::plan::SpatialPlan;
 /// Where a part of each ray starts and ends [pc].
 pub type Span = ([f64; LANES], [f64; LANES]);
 
+/// By how much the border of a part of space is moved out where rays are asked whether they cross it, in parts of the
+/// whole: what lies on it is found from both sides, whatever rounding does, and belongs to one.
+const MARGIN: f64 = 1e-9;
+
+/// A part of space with its border moved out a little; `all` is the box of everything.
+pub fn moved_out(part: &Bounds, all: &Bounds) -> Bounds {
+    part.grown(MARGIN * all.size().max_element())
+}
+
 /// The boxes whose borders count.
 pub struct Borders {
     occupied: Option<Bounds>,

@@ -7,6 +7,12 @@
 //! which is associative and exact. Rays, their steps and the rules are chosen once for all bricks, on a coarse volume;
 //! a segment belongs to the brick in which its middle lies. So any number of bricks makes the picture of one, but for
 //! the order in which numbers are rounded. Star depths come from [`Relay`](crate::plan::star_depths::relay::Relay).
+//!
+//! | symbol | variable | unit |
+//! |---|---|---|
+//! | L | the first values of a ray in `Partial::values` | that of a sum |
+//! | τ | the value after them | 1 |
+//! | k | `extinctions` | 1 |
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,6 +21,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::borders::moved_out;
 use super::march::March;
 use super::tables::Tables;
 use super::{ENTRY, TILE};
@@ -28,22 +35,22 @@ use crate::geometry::{Bounds, Ray};
 use crate::image::Image;
 use crate::memory;
 use crate::packet::{LANES, Lane, exp, lanes};
-use crate::plan::{BrickFields, Plan, Stepping};
+use crate::plan::{BrickFields, Options, Plan, Stepping};
 use crate::points;
 use crate::scene::Scene;
 
 /// Voxels that the march of a brick reads beyond those of its segments: the pieces beside a star, the cells around a
 /// place, and the neighbours that move a star depth to its mean.
 const HALO: f64 = 6.0;
-/// Voxels by which the space that is occupied is larger than a coarse volume finds it.
-const MARGIN: f64 = 2.0;
+/// Numbers of a ray beside its sums: the optical depth, and the largest depth that was met.
+const BESIDE_SUMS: usize = 2;
 
-/// What all bricks of a volume share: the plan of a coarse one, and where the voxels are.
+/// What all bricks of a volume share: a scene of coarse fields with its plan, and where the voxels are.
 #[derive(Debug)]
 pub struct Whole {
+    scene: Scene,
     plan: Plan,
     partition: Partition,
-    occupied: Option<Bounds>,
     memory_limit: u64,
 }
 
@@ -54,26 +61,28 @@ pub struct Partial {
     pub rows: Range<usize>,
     /// The columns of these rays.
     pub columns: Range<usize>,
-    /// For each ray the light of each sum, then the optical depth at V: rows × columns × (sums + 1).
+    /// For each ray the light of each sum, the optical depth at V, and the largest of those from eye to sample to star
+    /// that were met: rows × columns × (sums + 2).
     pub values: Vec<f32>,
     /// The optical depth at V before each unresolved source of the picture \[1\].
     pub points: Vec<f64>,
-    /// The largest optical depth, eye to sample to star, that was met \[1\].
-    pub deepest: f32,
 }
 
 impl Whole {
-    /// Takes the plan of a coarse volume for one of `dims` voxels along x, y and z in the same box, which is cut at
-    /// `cuts`: where bricks begin along each axis, and the end of the last.
+    /// Plans a scene whose fields are those of a volume of `dims` voxels along x, y and z, made coarse in the same box. The
+    /// volume is cut at `cuts`: where bricks begin along each axis, and the end of the last.
     ///
     /// # Errors
-    /// Where the method does more than bricks can: light that scatters more than once, gathered stars, rules that are
-    /// no exponentials; and where fields have several boxes, or the cuts do not run from end to end.
-    pub fn new(plan: Plan, dims: [usize; 3], cuts: [Vec<usize>; 3], memory_limit: u64) -> Result<Self> {
+    /// Those of [`Plan::new`]; where the method does more than bricks can: light that scatters more than once, gathered
+    /// stars, rules that are no exponentials; and where fields have several boxes, or the cuts do not run from end to end.
+    pub fn new(scene: &Scene, dims: [usize; 3], cuts: [Vec<usize>; 3], options: &Options, control: &Control) -> Result<Self> {
+        // Bricks have the depths of stars at their own voxels.
+        let options = Options { star_depth_voxels: 1, ..options.clone() };
         let refused = |what: &str, instead: &str| Err(Error::Method(format!("bricks know {what}; {instead}")));
-        if plan.bounces > 1 {
+        if scene.method.bounces > 1 {
             return refused("light that scatters once", "set bounces = 1");
         }
+        let mut plan = Plan::new(scene, &options, control)?;
         if plan.space.many_lights.is_some() {
             return refused("stars with depths of their own alone", "set exact_stars to the number of stars");
         }
@@ -89,10 +98,14 @@ impl Whole {
             return Err(Error::value("box of a density", format!("{} to {}", other.low, other.high), wanted));
         }
         let lattice = Lattice { dims, bounds };
-        let margin = MARGIN * lattice.voxel_pc();
-        let grown = |b: Bounds| Bounds { low: b.low - margin, high: b.high + margin };
-        let occupied = plan.space.occupied.and_then(|b| grown(b).intersection(&bounds));
-        Ok(Self { plan, partition: Partition::new(lattice, cuts)?, occupied, memory_limit })
+        // Each brick brings its own.
+        Arc::make_mut(&mut plan.space).volumes = Vec::new();
+        Ok(Self { scene: scene.clone(), plan, partition: Partition::new(lattice, cuts)?, memory_limit: options.memory_limit })
+    }
+
+    /// The plan of the coarse volume, without what a march reads of it.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
     }
 
     /// Where the voxels and the bricks are.
@@ -137,56 +150,55 @@ impl Whole {
     /// # Errors
     /// Where fields have other numbers of values, the result would take more memory than allowed, and when the user
     /// wishes to stop.
-    pub fn march(&self, place: [usize; 3], fields: BrickFields, scene: &Scene, control: &Control) -> Result<Partial> {
+    pub fn march(&self, place: [usize; 3], fields: BrickFields, control: &Control) -> Result<Partial> {
         let whole = self.partition.lattice();
-        let space = self.plan.space.brick(whole, self.occupied, &self.held(place), fields)?;
+        let space = self.plan.space.brick(whole, &self.held(place), fields, self.memory_limit)?;
         let plan = &Plan { space: Arc::new(space), ..self.plan.clone() };
         let domain = self.domain(place);
         let camera = &plan.camera;
         let tiles = Tiles::new(camera);
-        let meeting = domain.intersection(&whole.bounds).and_then(|own| tiles.meeting(camera, &own));
+        let meeting = domain.intersection(&whole.bounds).and_then(|own| tiles.meeting(camera, &moved_out(&own, &whole.bounds)));
         // Sources stand between pixels: what no pixel's ray meets may lie before one.
-        let points = self.points(plan, &domain, scene)?;
+        let points = self.points(plan, &domain)?;
         let Some((rows, columns)) = meeting else {
-            return Ok(Partial { rows: 0..0, columns: 0..0, values: Vec::new(), points, deepest: 0.0 });
+            return Ok(Partial { rows: 0..0, columns: 0..0, values: Vec::new(), points });
         };
         let tables = Tables::new(plan);
         let march = March::new(plan, &tables, Some(domain));
-        let sums = tables.terms.sums(tables.weights.terms);
+        let size = self.size(&tables);
         let (width, height) = (columns.len() * TILE, rows.len() * TILE);
-        memory::check("picture of a brick", 4 * (width * height * (sums + 1)) as u64, self.memory_limit)?;
-        let mut values = vec![0.0; width * height * (sums + 1)];
+        memory::check("picture of a brick", 4 * (width * height * size) as u64, self.memory_limit)?;
+        let mut values = vec![0.0; width * height * size];
         let done = AtomicU64::new(0);
-        let of_row = |(row, out): (usize, &mut [f32])| -> Result<f32> {
+        let of_row = |(row, out): (usize, &mut [f32])| -> Result<()> {
             control.check()?;
-            let mut deepest = 0.0f32;
             for column in columns.clone() {
                 let (rays, numbers) = tiles.packet(camera, column, rows.start + row);
                 let state = march.light(&rays, &numbers);
-                deepest = state.deepest.iter().copied().fold(deepest, f32::max);
                 for lane in 0..LANES {
                     let (x, y) = ((column - columns.start) * TILE + lane % TILE, lane / TILE);
-                    let own = &mut out[(y * width + x) * (sums + 1)..][..sums + 1];
-                    own.iter_mut().zip(state.sum.iter().chain([&state.tau])).for_each(|(out, lanes)| *out = lanes[lane]);
+                    let own = &mut out[(y * width + x) * size..][..size];
+                    let numbers = state.sum.iter().chain([&state.tau, &state.deepest]);
+                    own.iter_mut().zip(numbers).for_each(|(out, lanes)| *out = lanes[lane]);
                 }
             }
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;
             control.report(Stage::Rays, count, rows.len() as u64);
-            Ok(deepest)
+            Ok(())
         };
-        let strips = values.par_chunks_exact_mut(TILE * width * (sums + 1)).enumerate();
-        let deepest = strips.map(of_row).try_reduce(|| 0.0, |a, b| Ok(a.max(b)))?;
+        values.par_chunks_exact_mut(TILE * width * size).enumerate().try_for_each(of_row)?;
         let [rows, columns] = [rows, columns].map(|tiles| tiles.start * TILE..tiles.end * TILE);
-        Ok(Partial { rows, columns, values, points, deepest })
+        Ok(Partial { rows, columns, values, points })
     }
 
     /// The optical depth at V in a domain before each unresolved source, exact through the samples of the dust \[1\].
-    fn points(&self, plan: &Plan, domain: &Bounds, scene: &Scene) -> Result<Vec<f64>> {
-        let far = end_of_space(&self.plan);
-        let points = points::points(plan.sources, scene, &plan.camera, &plan.lights)?;
+    fn points(&self, plan: &Plan, domain: &Bounds) -> Result<Vec<f64>> {
+        let far = end_of_space(plan);
+        let points = points::points(plan.sources, &self.scene, &plan.camera, &plan.lights)?;
+        let grown = moved_out(domain, &self.partition.lattice().bounds);
         let depth = |point: &points::Point| {
             let ray = point.ray(&plan.camera);
-            let (near, end) = domain.clip(&ray)?;
+            let (near, end) = grown.clip(&ray)?;
             let end = end.min(point.length).min(far);
             // A ray between two bricks runs through one.
             (near < end && domain.holds(ray.at(0.5 * (near + end)))).then(|| plan.space.depth(ray.at(near), ray.at(end)))
@@ -216,6 +228,11 @@ impl Whole {
         all
     }
 
+    /// The numbers of a ray.
+    fn size(&self, tables: &Tables) -> usize {
+        tables.terms.sums(tables.weights.terms) + BESIDE_SUMS
+    }
+
     /// The extinction of each sum relative to V.
     fn extinctions(&self, tables: &Tables) -> Vec<f32> {
         let k = tables.terms.exponentials().map_or(&[][..], |nodes| &nodes.k);
@@ -228,22 +245,19 @@ impl Whole {
     /// Where the parts are not those of this picture.
     pub fn over(&self, front: Partial, back: Partial) -> Result<Partial> {
         let tables = Tables::new(&self.plan);
-        let k = self.extinctions(&tables);
-        for part in [&front, &back] {
-            part.check(k.len())?;
-        }
+        let (k, size) = (self.extinctions(&tables), self.size(&tables));
+        front.check(size)?;
+        back.check(size)?;
         if front.points.len() != back.points.len() {
             return Err(Error::value("sources of a partial picture", front.points.len(), format!("{} sources", back.points.len())));
         }
         let points = front.points.iter().zip(&back.points).map(|(a, b)| a + b).collect();
-        let deepest = front.deepest.max(back.deepest);
         if front.values.is_empty() || back.values.is_empty() {
-            let Partial { rows, columns, values, .. } = if front.values.is_empty() { back } else { front };
-            return Ok(Partial { rows, columns, values, points, deepest });
+            let own = if front.values.is_empty() { back } else { front };
+            return Ok(Partial { points, ..own });
         }
         let hull = |a: &Range<usize>, b: &Range<usize>| a.start.min(b.start)..a.end.max(b.end);
         let (rows, columns) = (hull(&front.rows, &back.rows), hull(&front.columns, &back.columns));
-        let size = k.len() + 1;
         memory::check("picture of bricks", 4 * (rows.len() * columns.len() * size) as u64, self.memory_limit)?;
         let mut values = vec![0.0; rows.len() * columns.len() * size];
         values.par_chunks_mut(columns.len() * size).zip(rows.clone()).for_each(|(line, row)| {
@@ -254,57 +268,64 @@ impl Whole {
                         for (i, k) in k.iter().enumerate() {
                             out[i] = front[i] + exp(-k * tau) * back[i];
                         }
-                        out[k.len()] = tau + back[k.len()];
+                        let [depth, deepest] = [k.len(), k.len() + 1];
+                        out[depth] = tau + back[depth];
+                        out[deepest] = if back[deepest] > 0.0 { front[deepest].max(tau + back[deepest]) } else { front[deepest] };
                     }
                     (Some(own), None) | (None, Some(own)) => out.copy_from_slice(own),
                     (None, None) => {}
                 }
             }
         });
-        Ok(Partial { rows, columns, values, points, deepest })
+        Ok(Partial { rows, columns, values, points })
     }
 
-    /// The picture of what all bricks do, stars and background behind them.
+    /// The picture of what all bricks do, stars and background behind them, and what was measured on the way.
     ///
     /// # Errors
     /// Where values are no numbers or the parts are not those of this picture, and when the user wishes to stop.
-    pub fn picture(&self, scene: &Scene, all: &Partial, control: &Control) -> Result<Image> {
+    pub fn picture(&self, all: &Partial, control: &Control) -> Result<(Image, RenderStats)> {
         let plan = &self.plan;
         let tables = Tables::new(plan);
-        let size = self.extinctions(&tables).len() + 1;
-        all.check(size - 1)?;
+        let size = self.size(&tables);
+        let (sums, depth) = (size - BESIDE_SUMS, size - BESIDE_SUMS);
+        all.check(size)?;
         let march = March::new(plan, &tables, None);
         let (camera, bands) = (&plan.camera, plan.spectral.bands.len());
         let (width, height, s) = (camera.width, camera.height, camera.supersampling);
-        let rays: Vec<(usize, usize)> = (0..height * s).flat_map(|y| (0..width * s).map(move |x| (x, y))).collect();
         let mut data = vec![0.0; bands * width * height];
-        for rays in rays.chunks(LANES) {
-            let value = |lane: usize, i: usize| rays.get(lane).and_then(|(x, y)| all.at(*y, *x, size)).map_or(0.0, |own| own[i]);
-            let sum: Vec<Lane> = (0..size - 1).map(|i| lanes!(|lane| value(lane, i))).collect();
-            let radiance = march.bands_of(&sum, &lanes!(|lane| value(lane, size - 1)), &[]);
-            for (lane, (x, y)) in rays.iter().enumerate() {
-                for band in 0..bands {
-                    data[(band * height + y / s) * width + x / s] += radiance[band * LANES + lane] / (s * s) as f32;
+        for y in 0..height * s {
+            control.check()?;
+            for first in (0..width * s).step_by(LANES) {
+                let value = |lane: usize, i: usize| all.at(y, first + lane, size).map_or(0.0, |own| own[i]);
+                let sum: Vec<Lane> = (0..sums).map(|i| lanes!(|lane| value(lane, i))).collect();
+                let radiance = march.bands_of(&sum, &lanes!(|lane| value(lane, depth)), &[]);
+                for (lane, x) in (first..width * s).take(LANES).enumerate() {
+                    for band in 0..bands {
+                        data[(band * height + y / s) * width + x / s] += radiance[band * LANES + lane] / (s * s) as f32;
+                    }
                 }
             }
         }
         let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
-        let count = (width * height * s * s) as u64;
-        let mut radiance =
-            Radiance::single(data, RenderStats { depth: f64::from(all.deepest), rays: count, storage: plan.storage(), negative });
-        let depth = |number: usize, _: &Ray, _: f64| all.points.get(number).copied().unwrap_or(0.0);
-        draw_behind(plan.sources, scene, plan, depth, control, |i, value| radiance.samples.add(i, value))?;
-        told(scene, plan, radiance, ENTRY.name)
+        let largest = |i: usize| all.values.chunks_exact(size).map(|ray| ray[i]).fold(0.0, f32::max);
+        let behind = if tables.weights.background.is_some() { largest(depth) } else { 0.0 };
+        let deepest = f64::from(largest(depth + 1).max(behind));
+        let stats = RenderStats { depth: deepest, rays: (width * height * s * s) as u64, storage: plan.storage(), negative };
+        let mut radiance = Radiance::single(data, stats);
+        let before = |number: usize, _: &Ray, _: f64| all.points.get(number).copied().unwrap_or(0.0);
+        draw_behind(plan.sources, &self.scene, plan, before, control, |i, value| radiance.samples.add(i, value))?;
+        Ok((told(&self.scene, plan, radiance, ENTRY.name)?, stats))
     }
 }
 
 impl Partial {
-    fn check(&self, sums: usize) -> Result<()> {
-        let wanted = self.rows.len() * self.columns.len() * (sums + 1);
-        if self.values.len() == wanted {
+    fn check(&self, size: usize) -> Result<()> {
+        let wanted = self.rows.len().checked_mul(self.columns.len()).and_then(|rays| rays.checked_mul(size));
+        if wanted == Some(self.values.len()) {
             return Ok(());
         }
-        let what = format!("{} x {} rays of {} numbers", self.rows.len(), self.columns.len(), sums + 1);
+        let what = format!("{} x {} rays of {size} numbers", self.rows.len(), self.columns.len());
         Err(Error::value("partial picture", format!("{} values", self.values.len()), what))
     }
 

@@ -17,7 +17,7 @@ use std::ops::Range;
 use glam::DVec3;
 use multiversion::multiversion;
 
-use super::borders::Borders;
+use super::borders::{Borders, moved_out};
 use super::context::Context;
 use super::near_field::{NearField, NearStar};
 use super::segment::Segment;
@@ -178,6 +178,7 @@ impl<'a> March<'a> {
     /// The steps of a span in which a segment may count.
     fn counted(&self, state: &State, steps: usize) -> Range<usize> {
         let Some(domain) = &self.domain else { return 0..steps };
+        let domain = self.context.plan.space.occupied.map_or(*domain, |all| moved_out(domain, &all));
         let of_lane = |lane: usize| {
             let (near, far) = domain.clip(&state.rays[lane]).filter(|_| state.dt[lane] > 0.0)?;
             let place = |t: f64| (t - state.span.0[lane]) / f64::from(state.dt[lane]);

@@ -317,7 +317,7 @@ mod tests {
     }
 
     fn many_lights(before: Option<&ManyLights>, places: &[DVec3], dust: &Arc<Grid>) -> ManyLights {
-        let settings = Settings { method: Method::default(), memory_limit: memory::DEFAULT_LIMIT, sweeper: None };
+        let settings = Settings { method: Method::default(), memory_limit: memory::DEFAULT_LIMIT, sweeper: None, star_depth_voxels: 1 };
         let members: Vec<usize> = (0..places.len()).collect();
         ManyLights::new(before, &members, places, dust, &settings, &Control::default()).unwrap()
     }

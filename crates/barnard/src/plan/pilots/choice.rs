@@ -210,7 +210,7 @@ impl Marches<'_> {
         // A field of light has no star depths to refine, and finer steps may be of no use to it.
         let field = self.fast.field.is_some();
         let mut best: Option<Choice> = None;
-        for factor in FACTORS {
+        for factor in FACTORS.into_iter().take_while(|factor| *factor == 1 || *factor <= settings.star_depth_voxels) {
             if factor > 1 {
                 if factor > MODEST && space.star_bytes(factor) > FINE_BYTES {
                     break;

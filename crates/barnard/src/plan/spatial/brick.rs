@@ -3,13 +3,12 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::bake::{OWN, baked};
 use super::{Bricks, Channel, SpatialPlan, Volume};
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::field::{Grid, Lattice};
-use crate::geometry::Bounds;
-use crate::plan::{Options, Settings, star_depths};
+use crate::field::{Field, Grid, Lattice};
+use crate::memory;
+use crate::plan::{Options, star_depths};
 use crate::scene::Scene;
 use crate::volume::MAX_CHANNELS;
 
@@ -24,24 +23,34 @@ pub struct BrickFields {
     pub gas: Vec<Vec<f32>>,
 }
 
-/// The densities of a scene as a plan samples them: σ of dust at V [pc⁻¹] where there is dust, then each glowing
-/// species in its own unit.
+/// The densities of a scene at the voxel centres of a lattice: σ of dust at V [pc⁻¹] where there is dust, then each
+/// glowing species in its own unit; each depth × height × width values, x running fastest.
 ///
 /// # Errors
-/// Where samples would take more memory than allowed, or are no densities.
-pub fn densities(scene: &Scene, options: &Options, control: &Control) -> Result<Vec<Grid>> {
-    let settings = &Settings::of(scene, options);
-    let dust = scene.dust.iter().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", settings, OWN, control));
-    dust.chain(scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, settings, OWN, control))).collect()
+/// Where they would take more memory than allowed, or are no densities, and when the user wishes to stop.
+pub fn densities(scene: &Scene, lattice: &Lattice, options: &Options, control: &Control) -> Result<Vec<Grid>> {
+    let dust = scene.dust.iter().map(|dust| (&dust.density, dust.sigma_v_per_pc, "dust"));
+    let fields: Vec<_> = dust.chain(scene.emission.iter().map(|gas| (&gas.density, 1.0, &*gas.name))).collect();
+    memory::check("densities of a brick", 4 * (fields.len() * lattice.cells()) as u64, options.memory_limit)?;
+    let sampled = |(field, factor, name): (&Arc<dyn Field>, f64, &str)| {
+        let grid = Grid::filled(lattice.clone(), |places, values| {
+            field.sample(places, values);
+            values.iter_mut().for_each(|value| *value *= factor);
+        });
+        control.check()?;
+        grid.check(name).map(|()| grid)
+    };
+    fields.into_iter().map(sampled).collect()
 }
 
 impl SpatialPlan {
-    /// The space of some voxels along x, y and z of a whole that is occupied within `occupied`, with stars and all else
-    /// of this one.
+    /// The space of some voxels along x, y and z of a whole that is marched from end to end, with stars and all else of
+    /// this one.
     ///
     /// # Errors
-    /// Where a field has another number of values, or there are more or fewer fields than this space has.
-    pub(crate) fn brick(&self, whole: &Lattice, occupied: Option<Bounds>, voxels: &[Range<usize>; 3], fields: BrickFields) -> Result<Self> {
+    /// Where a field has another number of values, there are more or fewer fields than this space has, or volumes would
+    /// take more memory than allowed.
+    pub(crate) fn brick(&self, whole: &Lattice, voxels: &[Range<usize>; 3], fields: BrickFields, memory_limit: u64) -> Result<Self> {
         let held = &whole.part(voxels);
         let BrickFields { dust, star_depths: depths, gas } = fields;
         let counts = (usize::from(dust.is_some()), depths.len(), gas.len());
@@ -51,6 +60,8 @@ impl SpatialPlan {
             let named = |(dust, depths, gas)| format!("{dust} of dust, {depths} of star depths, {gas} of gas");
             return Err(Error::value("fields of a brick", named(counts), named(wanted)));
         }
+        let bytes = self.precision.bytes() * ((wanted.0 + wanted.1 + wanted.2) * held.cells()) as u64;
+        memory::check("volumes of a brick", bytes, memory_limit)?;
         let grid = |what: &'static str, data: Vec<f32>| match data.len() == held.cells() {
             true => Ok(Grid::of(held.clone(), data)),
             false => Err(Error::value(what, format!("{} values", data.len()), format!("{} values, as many as voxels", held.cells()))),
@@ -81,7 +92,7 @@ impl SpatialPlan {
             emission,
             voxels: vec![whole.voxel_pc()],
             star_factor: 1,
-            occupied,
+            occupied: Some(whole.bounds),
             ..self.clone()
         })
     }

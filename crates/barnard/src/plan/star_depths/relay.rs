@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::field::{Grid, Partition};
+use crate::field::{Grid, Lattice, Partition};
 use crate::plan::star_depths::frustum::{Frustum, Rays, TierOf, frustums};
 use crate::plan::star_depths::frustum_sweep::{FrustumSweep, Tier, beside, exact_depth};
 use crate::plan::star_depths::planes::Part;
@@ -83,6 +83,14 @@ impl Relay {
     pub fn new(partition: Partition, star: DVec3) -> Self {
         let frustums = frustums(partition.lattice(), star);
         Self { partition, star, frustums }
+    }
+
+    /// The voxel along x, y and z on whose centre the star stands: no frustum has it, its depth is zero.
+    pub fn own_voxel(&self) -> Option<[usize; 3]> {
+        let Lattice { dims, bounds } = self.partition.lattice();
+        let place = (self.star - bounds.low) / self.partition.lattice().voxel_pc() - 0.5;
+        let is_voxel = |axis: usize| place[axis].fract() == 0.0 && (0.0..dims[axis] as f64).contains(&place[axis]);
+        (0..3).all(is_voxel).then(|| [0, 1, 2].map(|axis| place[axis] as usize))
     }
 
     /// Whether rays come in through sides, so that a pass must find their entries.
@@ -370,7 +378,6 @@ impl BrickDepths {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::Lattice;
     use crate::geometry::Bounds;
     use crate::plan::star_depths::frustum_sweep::sweep;
     use crate::volume::{Channel, ChannelMut, Volume};
@@ -422,6 +429,9 @@ mod tests {
         let relay = Relay::new(Partition::new(grid.lattice.clone(), cuts.clone()).unwrap(), star);
         let layers = relay.layers();
         let mut depths = vec![f32::NAN; grid.lattice.cells()];
+        if let Some([x, y, z]) = relay.own_voxel() {
+            depths[grid.lattice.index(x, y, z)] = 0.0;
+        }
         for frustum in 0..6 {
             let own: Vec<Layer> = layers.iter().filter(|layer| layer.frustum == frustum).cloned().collect();
             let begin = match relay.has_entries(frustum) {
@@ -464,6 +474,7 @@ mod tests {
         let stars = [
             DVec3::new(0.1, -0.2, 0.3),
             between,
+            grid.lattice.centre(20, 4, 12),
             DVec3::new(0.0, 0.0, -1.0),
             DVec3::new(1.0, 1.2, 1.0),
             DVec3::new(1.01, -0.99, 0.0),
