@@ -4,6 +4,7 @@
 //! function lies on one side of it, and after that its mean over a voxel is right to the fourth order, so that what is
 //! left averages out along a ray.
 
+mod between_rays;
 pub mod frustum;
 pub mod frustum_sweep;
 pub(crate) mod planes;
