@@ -102,7 +102,7 @@ fn follow(@builtin(global_invocation_id) id: vec3u) {
 }
 
 // The cubic through four depths, never outside of the middle two.
-// twin: barnard::plan::star_depths::frustum_sweep::cubic
+// twin: barnard::plan::star_depths::between_rays::cubic
 fn cubic(values: vec4f, t: f32) -> f32 {
     let v = min(values, vec4f(OPAQUE));
     let value = v.y + 0.5 * t * (v.z - v.x + t * (2.0 * v.x - 5.0 * v.y + 4.0 * v.z - v.w + t * (3.0 * (v.y - v.z) + v.w - v.x)));
