@@ -20,7 +20,7 @@ from . import _barnard, _brick_tasks as tasks
 from ._brick_tasks import Box, Place, Voxels
 from ._field import Sampled
 from ._rows import scene_error
-from .cluster import _counted, _threads
+from .cluster import _check_installed, _counted, _threads, _wait_for_workers
 from .image import Image
 from .tables import Camera, Dust, Grid, perspective
 
@@ -97,19 +97,15 @@ def render_bricks(
 
 def _client(client: Any, timeout: float) -> Any:
     """A client that has workers."""
-    try:
-        import distributed
-    except ImportError:
-        raise _barnard.BarnardError("Dask is not installed; pip install barnard[cluster]") from None
+    _check_installed()
+    import distributed
+
     if client is None:
         try:
             client = distributed.get_client()
         except ValueError:
             raise _barnard.BarnardError("there is no client; make one, such as distributed.Client(), and give it") from None
-    try:
-        client.wait_for_workers(1, timeout=timeout)
-    except TimeoutError:
-        raise _barnard.BarnardError(f"the client has no workers, and none came in {timeout:g} s; start some, or raise `timeout`") from None
+    _wait_for_workers(client, timeout)
     return client
 
 

@@ -178,19 +178,15 @@ def map(
     BarnardError
         Where Dask is not installed, no worker comes, or two items have the same file.
     """
-    try:
-        import cloudpickle
-        from distributed import as_completed
-    except ImportError:
-        raise _barnard.BarnardError("Dask is not installed; pip install barnard[cluster]") from None
+    _check_installed()
+    import cloudpickle
+    from distributed import as_completed
+
     keyed = dict(items) if isinstance(items, Mapping) else dict(enumerate(items))
     paths = {key: Path(files.format(*key) if isinstance(key, tuple) else files.format(key)).resolve() for key in keyed}
     if len(set(paths.values())) != len(paths):
         raise _barnard.BarnardError(f'several items have the same file; let `files` say the key, as in "frame_{{:05}}.fits", not "{files}"')
-    try:
-        client.wait_for_workers(1, timeout=timeout)
-    except TimeoutError:
-        raise _barnard.BarnardError(f"the client has no workers, and none came in {timeout:g} s; start some, or raise `timeout`") from None
+    _wait_for_workers(client, timeout)
     if threads is None:
         threads = _threads(client)
     folders = {path.parent for path in paths.values()}
@@ -216,6 +212,21 @@ def map(
                 results[key] = Result(key, paths[key], "failed", f"{type(error).__name__}: {error}")
             count(len(results))
     return [results[key] for key in keyed]
+
+
+def _check_installed() -> None:
+    try:
+        import cloudpickle  # noqa: F401
+        import distributed  # noqa: F401
+    except ImportError:
+        raise _barnard.BarnardError("Dask is not installed; pip install barnard[cluster]") from None
+
+
+def _wait_for_workers(client: Any, timeout: float) -> None:
+    try:
+        client.wait_for_workers(1, timeout=timeout)
+    except TimeoutError:
+        raise _barnard.BarnardError(f"the client has no workers, and none came in {timeout:g} s; start some, or raise `timeout`") from None
 
 
 def _threads(client: Any) -> int:
