@@ -275,7 +275,7 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
     let Range { start: mut step, end: steps } = march.counted(state, steps);
     sample(context, &cursors, &masks, &state.dt, step as f32, &mut before);
     // What counts of a sample, where only some lanes do.
-    let mut counted = [before.clone(), before.clone(), before.clone()];
+    let mut counted = [Vec::new(), Vec::new(), Vec::new()];
     while step < steps {
         // Jump over empty space; the sample behind the jump starts anew.
         let jump = if is_dark(context, &before) { clear_steps(context, &tracks, &state.dt, step) } else { 0 };
@@ -325,8 +325,9 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
 
 /// Copies a sample, without dust and gas on the lanes that do not count.
 #[inline(always)]
-fn only(context: &Context, sample: &[Lane], counts: &[bool; LANES], out: &mut [Lane]) {
-    out.copy_from_slice(sample);
+fn only(context: &Context, sample: &[Lane], counts: &[bool; LANES], out: &mut Vec<Lane>) {
+    out.clear();
+    out.extend_from_slice(sample);
     for slot in context.slots.dust.iter().chain(&context.slots.species) {
         for lane in 0..LANES {
             out[*slot][lane] = if counts[lane] { out[*slot][lane] } else { 0.0 };
