@@ -8,6 +8,7 @@ use std::ops::{Deref, Range};
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
+use crate::field::{Blocking, Blocks};
 
 /// A three-dimensional array, or the part of one that was asked for, as its file has it.
 #[derive(Debug)]
@@ -32,12 +33,12 @@ pub struct Layout {
 impl Layout {
     /// All of the array.
     pub fn whole(&self) -> Part {
-        Part { ranges: self.shape.map(|n| 0..n), every: 1, clip: false }
+        Part { ranges: self.shape.map(|n| 0..n), every: 1, clip: false, blocking: None }
     }
 }
 
 /// The part of an array that is read.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Part {
     /// Elements along each axis, in the file's order of indices.
     pub ranges: [Range<usize>; 3],
@@ -45,6 +46,8 @@ pub struct Part {
     pub every: usize,
     /// Whether elements that are negative or no numbers count as zero.
     pub clip: bool,
+    /// How they become blocks of a grid, where they do.
+    pub blocking: Option<Blocking>,
 }
 
 impl Part {
@@ -55,7 +58,7 @@ impl Part {
 
     /// Whether this is all of an array, as it is.
     pub fn is_whole(&self, shape: [usize; 3]) -> bool {
-        self.every == 1 && !self.clip && (0..3).all(|axis| self.ranges[axis] == (0..shape[axis]))
+        self.every == 1 && !self.clip && self.blocking.is_none() && (0..3).all(|axis| self.ranges[axis] == (0..shape[axis]))
     }
 }
 
@@ -69,6 +72,19 @@ pub enum Numbers {
     Single(Shared<f32>),
     /// Numbers that need more.
     Double(Shared<f64>),
+    /// Blocks of a grid, along x, y and z, where a [`Part`] asks for them.
+    Blocks(Blocks),
+}
+
+impl Numbers {
+    /// All of them, in double precision; those of blocks with x running fastest.
+    pub fn doubles(&self) -> Vec<f64> {
+        match self {
+            Self::Single(values) => values.iter().map(|v| f64::from(*v)).collect(),
+            Self::Double(values) => values.to_vec(),
+            Self::Blocks(blocks) => blocks.values().into_iter().map(f64::from).collect(),
+        }
+    }
 }
 
 /// Numbers in memory that nobody changes, and that whoever made them may hold as well: a file's array, or one of

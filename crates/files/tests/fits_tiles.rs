@@ -4,7 +4,7 @@
 use std::io::{Cursor, Read};
 use std::path::Path;
 
-use barnard::data::{Array, Layout, Numbers, Part};
+use barnard::data::{Array, Layout, Part};
 use barnard_files::formats::{members, read_array, read_image};
 
 fn file(name: &str) -> Vec<u8> {
@@ -25,10 +25,7 @@ fn part(name: &str, bytes: &[u8], asked: Option<&Part>) -> Result<Array, String>
 }
 
 fn numbers(array: &Array) -> Vec<f64> {
-    match &array.data {
-        Numbers::Single(values) => values.iter().map(|v| f64::from(*v)).collect(),
-        Numbers::Double(values) => values.to_vec(),
-    }
+    array.data.doubles()
 }
 
 const SHAPE: [usize; 3] = [12, 10, 14];
@@ -103,7 +100,7 @@ fn parts_are_read() {
         let all = cube(|v| if name.starts_with('i') { v } else { v / 8.0 });
         for ranges in [[2..9, 3..8, 4..11], [11..12, 0..1, 13..14], [0..12, 4..5, 0..14]] {
             for every in [1, 2, 5] {
-                let asked = Part { ranges: ranges.clone(), every, clip: false };
+                let asked = Part { ranges: ranges.clone(), every, clip: false, blocking: None };
                 let array = part(name, &file(name), Some(&asked)).unwrap();
                 let mut sums = vec![0.0; asked.shape().iter().product()];
                 for (i, j, k) in ranges[0].clone().flat_map(|i| {

@@ -57,10 +57,7 @@ fn all() -> Part {
 
 fn numbers(array: &Array) -> Vec<f64> {
     assert!(!array.fortran);
-    match &array.data {
-        Numbers::Single(values) => values.iter().map(|v| f64::from(*v)).collect(),
-        Numbers::Double(values) => values.to_vec(),
-    }
+    array.data.doubles()
 }
 
 /// What a file holds.
@@ -182,7 +179,7 @@ fn parts_are_read() {
     {
         for ranges in [[0..12, 0..10, 0..14], [3..9, 1..9, 4..5], [4..5, 9..10, 0..14], [11..12, 0..1, 13..14]] {
             for every in [1, 2, 3, 40] {
-                let asked = Part { ranges: ranges.clone(), every, clip: false };
+                let asked = Part { ranges: ranges.clone(), every, clip: false, blocking: None };
                 let (_, array) = part(&bytes, Some(dataset), 1 << 26, |_| asked.clone()).unwrap();
                 assert_eq!(array.shape, asked.shape());
                 for (own, expected) in numbers(&array).iter().zip(expected(&asked, |at| eighths(at) / 8.0)) {

@@ -68,10 +68,7 @@ fn expected(part: &Part, inactive: usize) -> Vec<f64> {
 
 fn numbers(array: &Array) -> Vec<f64> {
     assert!(array.fortran);
-    match &array.data {
-        Numbers::Single(values) => values.iter().map(|v| f64::from(*v)).collect(),
-        Numbers::Double(values) => values.to_vec(),
-    }
+    array.data.doubles()
 }
 
 /// Floats, halves and doubles; plain, packed by zlib and by Blosc, all values or the active ones alone; inactive voxels
@@ -105,7 +102,7 @@ fn parts_are_read() {
     for name in ["float_blosc_mask", "double_plain", "half_zip"] {
         for ranges in [[0..30, 0..14, 0..14], [3..9, 1..11, 4..5], [20..30, 5..14, 5..14], [16..17, 13..14, 0..1]] {
             for every in [1, 2, 3, 40] {
-                let asked = Part { ranges: ranges.clone(), every, clip: every == 2 };
+                let asked = Part { ranges: ranges.clone(), every, clip: every == 2, blocking: None };
                 let (_, array) = part(&file(name), None, |_| asked.clone()).unwrap();
                 assert_eq!(array.shape, asked.shape());
                 for (own, expected) in numbers(&array).iter().zip(expected(&asked, 0)) {

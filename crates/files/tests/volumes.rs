@@ -174,3 +174,42 @@ fn one_cloud_is_the_same_from_each_format() {
     // Another cloud is not the same.
     assert!(!is_same(&of("latest.h5", &latest, "array = \"types/little_i4\"")));
 }
+
+/// An array that is kept in blocks is the same field: every value, between voxels, along lines and in means, whichever
+/// way its axes run; and to the error that is stated where halves or bytes are asked for.
+#[test]
+fn blocks_are_the_array() {
+    let latest = unpacked(include_bytes!("hdf5.zip"), "latest.h5");
+    let tiles = unpacked(include_bytes!("fits.zip"), "f4_gzip_2.fits");
+    let cases = [
+        ("a.npy", npy(), "voxel = \"1 pc\""),
+        ("a.npy", npy(), "voxel = \"1 pc\"\naxes = \"yzx\"\nfactor = 0.25"),
+        ("latest.h5", latest, "voxel = \"2 pc\"\narray = \"filters/lzf_shuffle\"\nunit = \"cm-3\""),
+        ("f4_gzip_2.fits", tiles, "voxel = \"2 pc\"\nunit = \"cm-3\""),
+    ];
+    for (name, bytes, keys) in &cases {
+        for more in ["", "every = 3\nclip = true", "low = \"-6 -3 -4 pc\"\nhigh = \"5 4 4 pc\""] {
+            let of = |storage: &str| density(name, bytes, &format!("{keys}\n{more}\n{storage}"), DEFAULT_LIMIT).unwrap();
+            let (rows, single) = (of(""), of("storage = \"single\""));
+            let (rows, single) = (rows.grid().unwrap(), single.grid().unwrap());
+            assert!(rows.lattice() == single.lattice() && rows.values() == single.values(), "{name} {keys} {more}");
+            let bounds = rows.lattice().bounds;
+            for i in 0..40 {
+                let place = |step: f64| bounds.low + bounds.size() * DVec3::new(step, 1.7 * step, 0.3 + 2.3 * step).map(f64::fract);
+                let (a, b) = (place(0.013 * f64::from(i)), place(0.21 + 0.031 * f64::from(i)));
+                assert!(rows.at(a) == single.at(a) && rows.column(a, b, f64::INFINITY) == single.column(a, b, f64::INFINITY));
+            }
+            assert!(rows.merged(2, 1.5).values() == single.merged(2, 1.5).values());
+            let largest = rows.values().iter().fold(0.0f32, |most, v| v.max(most));
+            for (storage, relative, absolute) in [("half", 1.0 / 2048.0, 0.0), ("byte", 0.0, 1.0 / 508.0)] {
+                let coarse = of(&format!("storage = \"{storage}\""));
+                let values = coarse.grid().unwrap().values().into_owned();
+                let error = |(own, truth): (&f32, &f32)| (own - truth).abs() <= 1.001 * (relative * truth + absolute * largest);
+                assert!(values.iter().zip(rows.values().iter()).all(error), "{name} {keys} {more} {storage}");
+                assert!(more.contains("every") || name.ends_with("h5") || name.ends_with("fits") || values != *rows.values(), "{storage}");
+            }
+        }
+    }
+    let wrong = density("a.npy", &npy(), "voxel = \"1 pc\"\nstorage = \"nibble\"", DEFAULT_LIMIT).map(|_| ()).unwrap_err();
+    assert!(wrong.contains("single, half, byte") || wrong.contains("half"), "{wrong}");
+}

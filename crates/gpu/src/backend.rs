@@ -175,7 +175,7 @@ impl Backend for OnDevice {
     }
 
     fn move_star(&mut self, star: usize, place: DVec3) -> barnard::Result<Option<f64>> {
-        let Some(renderer) = &mut self.renderer else { return Ok(None) };
+        let Some(renderer) = self.renderer.as_mut().filter(|renderer| renderer.can_move(star)) else { return Ok(None) };
         self.taken = None;
         Ok(Some(renderer.move_star(star, place)?.unwrap_or(f64::NAN)))
     }

@@ -33,6 +33,9 @@ pub enum GpuError {
         "star number {0} has no depths on the device: the plan has {1} stars, and needs dust and a method that reads star depths; stars whose light is gathered have none"
     )]
     NoStar(usize, usize),
+    /// A star whose depths, or the dust on the way, stand in pages.
+    #[error("the depths of star number {0} leave empty parts of the volume out, and are swept by the processor alone: make a new plan")]
+    InPages(usize),
     /// More than the device holds.
     #[error("{what} is {size}, this device takes at most {most}; {instead}")]
     TooLarge {

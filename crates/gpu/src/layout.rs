@@ -23,12 +23,7 @@ const LARGEST: f32 = 32768.0;
 pub fn quads(plan: &Plan, first: usize) -> Vec<Quad> {
     let of = |(volume, v): (usize, &Volume)| {
         let unit = |first: usize| {
-            let mut unit = [0.0f32; 4];
-            for row in v.rows() {
-                for voxel in row.chunks_exact(v.channels.len()) {
-                    voxel.iter().skip(first).zip(&mut unit).for_each(|(value, unit)| *unit = unit.max(value.abs()));
-                }
-            }
+            let mut unit: [f32; 4] = std::array::from_fn(|i| if first + i < v.channels.len() { v.largest(first + i) } else { 0.0 });
             // Depths may change on the device.
             for (unit, channel) in unit.iter_mut().zip(&v.channels[first..]) {
                 if let Channel::StarDepth(_) = channel {
@@ -96,12 +91,13 @@ impl Layout {
         tables.weights(plan, &weights, &largest, shape.room);
         tables.cloud(plan);
         tables.places(plan, &quads, &volumes);
+        let mut bricks = Tables::distances(plan);
+        let distances = bricks.len();
+        tables.paging(&quads, &volumes, &mut bricks);
         let heads = tables.reserve("HEADS", shape.heads());
         let field_head = tables.reserve("FIELD_HEAD", 1);
         shape.constants = tables.list.0.len();
         tables.scattered(plan, shape.room);
-        let mut bricks = Tables::distances(plan);
-        let distances = bricks.len();
         tables.many_lights(plan, &weights, shape.room, &mut bricks);
         // What forms have stands behind, as long as it may be: heads say where.
         let mut contents = Contents::new(shape.heads(), tables.list.0.len());

@@ -147,6 +147,13 @@ impl Renderer {
         Ok(())
     }
 
+    /// Whether the depths of a star can be swept on the device: where neither they nor the dust stand in pages.
+    pub fn can_move(&self, star: usize) -> bool {
+        let space = &self.volumes.space;
+        let is_whole = |channel: &Channel| space.volumes.iter().filter(|v| v.channels.contains(channel)).all(|v| v.pages().is_whole());
+        [Channel::StarDepth(star), Channel::Dust].iter().all(is_whole)
+    }
+
     /// Puts star `star` to `place` \[pc\]: its depths are swept anew on the device, all others stay. Light that was
     /// scattered before stays that of the place before. A plan that is taken later has its own places again. Returns
     /// the device's seconds for it, where it tells.
@@ -161,6 +168,9 @@ impl Renderer {
         let (Some(target), Some(dust)) = (target, self.layout.shape.dust) else {
             return Err(GpuError::NoStar(star, space.stars.len()));
         };
+        if !self.can_move(star) {
+            return Err(GpuError::InPages(star));
+        }
         let slot = |(quad, lane): (usize, usize)| {
             let Quad { volume, unit, .. } = self.layout.quads[quad];
             Slot { view: &self.volumes.views[quad], volume: volumes[volume], lane, unit: unit[lane] }

@@ -12,7 +12,7 @@ use crate::error::{GpuError, Result};
 use crate::layout::Layout;
 use crate::shader_constants::Pauses;
 use crate::tables::Quad;
-use crate::textures::{dark, texture};
+use crate::textures::{dark, size, texture};
 use crate::tuning::Tuning;
 
 /// The most bytes of a picture that the device holds at once.
@@ -76,7 +76,8 @@ impl Volumes {
         if views.is_empty() {
             views.push(dark(gpu));
         }
-        let bytes = layout.quads.iter().map(|q| 8 * volumes[q.volume].lattice.cells() as u64).sum();
+        let texels = |quad: &Quad| size(volumes[quad.volume]).iter().product::<usize>();
+        let bytes = layout.quads.iter().map(|quad| 8 * texels(quad) as u64).sum();
         let bricks = gpu.filled(bytemuck::cast_slice(&layout.bricks), Use::STORAGE);
         Self { space: plan.space().clone(), scattered_field: plan.scattered_field().cloned(), views, bricks, bytes, moved: false }
     }
@@ -137,9 +138,12 @@ pub fn check_limits(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Result<()> {
     let limits = gpu.device.limits();
     let most = u64::from(limits.max_storage_buffers_per_shader_stage);
     GpuError::too_large("the number of buffers of the shader", BUFFERS, most, "render on the processor")?;
-    let edge = plan.volumes().flat_map(|v| v.lattice.dims).max().unwrap_or(0) as u64;
+    let edge = plan.volumes().flat_map(size).max().unwrap_or(0) as u64;
     let most = u64::from(limits.max_texture_dimension_3d);
-    let instead = format!("take a grid of at most {} voxels along each axis, or render on the processor", most.saturating_sub(2));
+    let instead = format!(
+        "take a grid of at most {} voxels along each axis, or sparse = \"always\" of [method], or render on the processor",
+        most.saturating_sub(2)
+    );
     GpuError::too_large("the edge of a volume in voxels", edge, most, instead)?;
     let most = u64::from(limits.max_sampled_textures_per_shader_stage);
     let instead = format!(

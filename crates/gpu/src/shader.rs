@@ -49,11 +49,17 @@ fn bindings(shape: &Shape) -> String {
     };
     let constants = format!("@group(0) @binding(7) var<{space}> constants: array<vec4f{length}>;\n");
     let texture = |q: usize| format!("@group(1) @binding({q}) var volume_{q}: texture_3d<f32>;\n");
-    let read = |q: usize| format!("        case {q}u: {{ return textureSampleLevel(volume_{q}, linear, at, 0.0); }}\n");
+    let is_paged = |q: usize| shape.paged.get(q) == Some(&true);
+    let place = |q: usize| match is_paged(q) {
+        true => format!("in_atlas(at, {}u)", (0..q).filter(|q| is_paged(*q)).count()),
+        false => "at".to_owned(),
+    };
+    let read = |q: usize| format!("{{ return textureSampleLevel(volume_{q}, linear, {}, 0.0); }}\n", place(q));
     format!(
-        "{constants}{}@group(1) @binding({quads}) var linear: sampler;\n\nfn read_quad(q: u32, at: vec3f) -> vec4f {{\n    switch q {{\n{}        default: {{ return textureSampleLevel(volume_0, linear, at, 0.0); }}\n    }}\n}}\n",
+        "{constants}{}@group(1) @binding({quads}) var linear: sampler;\n\nfn read_quad(q: u32, at: vec3f) -> vec4f {{\n    switch q {{\n{}        default: {}    }}\n}}\n",
         (0..quads).map(texture).collect::<String>(),
-        (1..quads).map(read).collect::<String>()
+        (1..quads).map(|q| format!("        case {q}u: {}", read(q))).collect::<String>(),
+        read(0)
     )
 }
 
@@ -92,6 +98,7 @@ mod tests {
             star_march: false,
             cloud: false,
             middles: false,
+            paged: vec![false],
             constants: 1000,
         };
         let of_forms = FORMS.iter().map(|form| Shape { form, phase: PhaseKind::Spectral, background: true, ..plain.clone() });
@@ -106,6 +113,7 @@ mod tests {
                 ..plain.clone()
             },
             Shape { cloud: true, ..plain.clone() },
+            Shape { quads: 3, paged: vec![true, false, true], ..plain.clone() },
             Shape { middles: true, quads: 4, scattered_field: Some(1), emitter_slots: vec![3], ..plain.clone() },
             Shape { quads: 4, scattered_field: Some(1), ..plain.clone() },
             Shape { quads: 4, star_slots: Vec::new(), scattered_field: Some(1), many_lights: 1000, ..plain.clone() },
@@ -308,7 +316,7 @@ mod tests {
     /// Functions of shaders that are compared with their twins by a picture, a sweep or colours, which they make
     /// together, and the tests that do it; all others are called by the tests of `twins.rs`.
     const COMPARED_TOGETHER: [(&str, &[&str]); 7] = [
-        ("each_part_is_that_of_the_processor", &["scatter", "scatter_again", "segment", "near"]),
+        ("each_part_is_that_of_the_processor", &["scatter", "scatter_again", "segment", "near", "in_atlas"]),
         ("every_method_is_that_of_the_processor", &["accumulate_field", "resolve_field"]),
         ("many_lights_are_those_of_the_processor", &["depth_within", "scatter_near_star"]),
         ("tuning_changes_nothing", &["ended"]),

@@ -7,6 +7,7 @@ use barnard::plan::near::{
 };
 use barnard::plan::star_depths::OPAQUE;
 use barnard::plan::{END_DEPTH, END_EVERY, Extent, PHASE_RANGE};
+use barnard::volume::PAGE;
 use spectra::basis::MAX_SIZE;
 use spectra::polynomial::MAX_DEGREE;
 use spectra::rule::DepthTable;
@@ -84,6 +85,7 @@ pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses
         ("MANY_LIGHTS_STRIDE", many_lights::STAR + shape.room / 4),
         ("MANY_LIGHTS_WEIGHTS", many_lights::STAR),
         ("PROFILE", PROFILE),
+        ("PAGE", PAGE),
         ("NEAR_FIELD_PIECES", NEAR_FIELD_PIECES),
         ("MAX_ELEMENTS", MAX_SIZE),
         ("MAX_EXP_INTEGRALS", MAX_DEGREE + 3),

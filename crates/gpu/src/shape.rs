@@ -74,6 +74,8 @@ pub struct Shape {
     pub cloud: bool,
     /// Whether segments have a sample in their middle.
     pub middles: bool,
+    /// Which of the quads are atlases of pages.
+    pub paged: Vec<bool>,
     /// The quads at the head of the tables that all rays ask for at every step.
     pub constants: usize,
 }
@@ -115,6 +117,7 @@ impl Shape {
             star_march: plan.star_march().is_some(),
             cloud: on_the_fly,
             middles: plan.stepping().has_middles(),
+            paged: quads.iter().map(|quad| !volumes[quad.volume].pages().is_whole()).collect(),
             constants: 0,
         })
     }

@@ -7,6 +7,7 @@ use barnard::volume::{Bricks, Channel, Volume};
 use glam::DVec3;
 
 use crate::frame::four;
+use crate::textures::atlas;
 
 /// Four channels of a volume.
 #[derive(Debug, Clone, Copy)]
@@ -116,6 +117,17 @@ impl Tables {
         self.list.0.push(quad.unit);
         self.place(volume.inner.bounds.low, 0.0);
         self.place(volume.inner.bounds.high, 0.0);
+    }
+
+    /// Where the pages of volumes stand in their atlases, whose numbers follow in `lists`.
+    pub fn paging(&mut self, quads: &[Quad], volumes: &[&Volume], lists: &mut Vec<u32>) {
+        self.begin("PAGING");
+        for volume in quads.iter().map(|quad| volumes[quad.volume]).filter(|volume| !volume.pages().is_whole()) {
+            let start = lists.len() as f32;
+            lists.extend(volume.pages().slots());
+            let numbers = |[x, y, z]: [usize; 3], fourth| [x as f32, y as f32, z as f32, fourth];
+            self.list.0.extend([numbers(volume.lattice.dims, start), numbers(atlas(volume.pages()), 0.0)]);
+        }
     }
 
     /// The grids of bricks, whose values stand one behind the other.

@@ -1,6 +1,6 @@
-//! Volumes as 3-D textures of 16-bit floats.
+//! Volumes as 3-D textures of 16-bit floats; those in pages as atlases of them.
 
-use barnard::volume::Volume;
+use barnard::volume::{Pages, Volume};
 use half::f16;
 use wgpu::util::DeviceExt;
 
@@ -10,17 +10,42 @@ use crate::tables::Quad;
 /// Depths go on behind the borders of the box, where they may pass what f16 holds: opaque all the same.
 const LARGEST_F16: f32 = 65504.0;
 
-/// Four channels of a volume, each in parts of its largest value.
+/// Pages of a volume along each axis of its atlas: as near to a cube as they come; one where all voxels have one page.
+pub fn atlas(pages: &Pages) -> [usize; 3] {
+    let count = pages.count();
+    let x = (count as f64).cbrt().ceil() as usize;
+    let y = (count.div_ceil(x) as f64).sqrt().ceil() as usize;
+    [x, y, count.div_ceil(x * y)]
+}
+
+/// Texels along each axis of a volume's texture.
+pub fn size(volume: &Volume) -> [usize; 3] {
+    let (atlas, side) = (atlas(volume.pages()), volume.pages().side());
+    std::array::from_fn(|axis| atlas[axis] * side[axis])
+}
+
+/// Four channels of a volume, each in parts of its largest value, page by page.
 pub fn texture(gpu: &Gpu, volume: &Volume, quad: &Quad) -> wgpu::TextureView {
-    let mut texels = vec![f16::ZERO; 4 * volume.lattice.cells()];
-    for (row, texels) in volume.rows().zip(texels.chunks_exact_mut(4 * volume.lattice.dims[0])) {
-        for (voxel, texel) in row.chunks_exact(volume.channels.len()).zip(texels.chunks_exact_mut(4)) {
-            for ((value, unit), out) in voxel.iter().skip(quad.first).zip(&quad.unit).zip(texel) {
-                *out = f16::from_f32(if *unit > 0.0 { (value / unit).clamp(-LARGEST_F16, LARGEST_F16) } else { 0.0 });
+    let (channels, size) = (volume.channels.len(), size(volume));
+    let ([nx, ny, nz], [across, down, _]) = (volume.pages().side(), atlas(volume.pages()));
+    let mut texels = vec![f16::ZERO; 4 * size.iter().product::<usize>()];
+    for page in 0..volume.pages().count() {
+        let [x, y, z] = [page % across * nx, page / across % down * ny, page / (across * down) * nz];
+        let mut values = volume.page(page);
+        for (j, k) in (0..nz).flat_map(|k| (0..ny).map(move |j| (j, k))) {
+            let row = ((z + k) * size[1] + y + j) * size[0] + x;
+            for texel in texels[4 * row..4 * (row + nx)].chunks_exact_mut(4) {
+                for slot in 0..channels {
+                    let value = values.next().unwrap_or(0.0);
+                    let lane = slot.wrapping_sub(quad.first);
+                    if lane < 4 && quad.unit[lane] > 0.0 {
+                        texel[lane] = f16::from_f32((value / quad.unit[lane]).clamp(-LARGEST_F16, LARGEST_F16));
+                    }
+                }
             }
         }
     }
-    uploaded(gpu, volume.lattice.dims, &texels)
+    uploaded(gpu, size, &texels)
 }
 
 /// Nothing, where there is nothing to read.

@@ -7,6 +7,7 @@
 use glam::DVec3;
 
 use super::lattice::{Lattice, trilinear};
+use super::store::Store;
 use crate::geometry::Ray;
 
 /// Eight values around a place.
@@ -18,13 +19,11 @@ pub(super) struct Cell {
 }
 
 impl Cell {
-    /// Reads the values of `data` in the cell with this lowest corner, whose voxels stand at `sides` along each axis.
+    /// Reads the values of `store` in the cell with this lowest corner, whose voxels have addresses at `sides` along each
+    /// axis.
     #[inline(always)]
-    pub(super) fn read(data: &[f32], corner: DVec3, [[x0, x1], [y0, y1], [z0, z1]]: [[usize; 2]; 3]) -> Self {
-        let at = |i: usize| f64::from(data[i]);
-        let row = |yz: usize| [at(yz + x0), at(yz + x1)];
-        let [[a, b], [c, d], [e, f], [g, h]] = [row(y0 + z0), row(y1 + z0), row(y0 + z1), row(y1 + z1)];
-        Self { corner, values: [a, b, c, d, e, f, g, h] }
+    pub(super) fn read(store: &Store, corner: DVec3, sides: [[usize; 2]; 3]) -> Self {
+        Self { corner, values: store.corners(sides) }
     }
 
     /// The trilinear value at a place in index space.
@@ -36,7 +35,7 @@ impl Cell {
 
 /// A line's way through the cells of a grid.
 pub(super) struct Cells<'a> {
-    data: &'a [f32],
+    store: &'a Store,
     /// The line in index space: where it starts, and how far it comes in a parsec.
     origin: DVec3,
     slope: DVec3,
@@ -47,19 +46,18 @@ pub(super) struct Cells<'a> {
     cell: [i64; 3],
     step: [i64; 3],
     last: [i64; 3],
-    /// Along each axis: values from voxel to voxel, and places of the voxels on either side of the cell.
-    stride: [i64; 3],
+    /// Along each axis: addresses of the voxels on either side of the cell.
     sides: [[usize; 2]; 3],
 }
 
 impl<'a> Cells<'a> {
     /// The cells of a grid's values along `ray`, from distance `near` on \[pc\].
-    pub(super) fn new(lattice: &Lattice, data: &'a [f32], ray: &Ray, near: f64) -> Self {
+    pub(super) fn new(lattice: &Lattice, store: &'a Store, ray: &Ray, near: f64) -> Self {
         let dims = lattice.dims;
         let origin = lattice.index_space(ray.origin);
         let slope = ray.direction / lattice.voxel_pc();
         let mut cells = Self {
-            data,
+            store,
             origin,
             slope,
             next: [f64::INFINITY; 3],
@@ -67,7 +65,6 @@ impl<'a> Cells<'a> {
             cell: [0; 3],
             step: [0; 3],
             last: dims.map(|n| n as i64 - 1),
-            stride: [1, dims[0] as i64, (dims[0] * dims[1]) as i64],
             sides: [[0; 2]; 3],
         };
         for axis in 0..3 {
@@ -119,7 +116,7 @@ impl<'a> Cells<'a> {
     /// Finds the voxels on either side of the cell along an axis.
     #[inline(always)]
     fn stand(&mut self, axis: usize) {
-        let side = |i: i64| (i.clamp(0, self.last[axis]) * self.stride[axis]) as usize;
+        let side = |i: i64| self.store.address(axis, i.clamp(0, self.last[axis]) as usize);
         self.sides[axis] = [side(self.cell[axis]), side(self.cell[axis] + 1)];
     }
 
@@ -127,7 +124,7 @@ impl<'a> Cells<'a> {
     #[inline(always)]
     pub(super) fn read(&self) -> Cell {
         let [x, y, z] = self.cell;
-        Cell::read(self.data, DVec3::new(x as f64, y as f64, z as f64), self.sides)
+        Cell::read(self.store, DVec3::new(x as f64, y as f64, z as f64), self.sides)
     }
 
     /// The place in index space at a distance \[pc\].

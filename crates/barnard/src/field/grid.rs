@@ -5,13 +5,16 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Field;
+use super::blocks::{Blocks, Storage};
 use super::cells::{Cell, Cells};
 use super::lattice::Lattice;
+use super::store::Store;
 use crate::data::Shared;
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, Ray};
@@ -20,8 +23,8 @@ use crate::geometry::{Bounds, Ray};
 pub(super) const OFFSET: f64 = 0.288_675_134_594_812_9;
 /// How far from a voxel's centre a place may lie that stands for it [voxels].
 const ON_CENTRE: f64 = 1e-9;
-/// Values that are checked together.
-const CHECKED_TOGETHER: usize = 1 << 16;
+/// Values of a row that are read together.
+const READ_TOGETHER: usize = 64;
 
 /// Sampled values.
 ///
@@ -30,7 +33,7 @@ const CHECKED_TOGETHER: usize = 1 << 16;
 pub struct Grid {
     pub(crate) lattice: Lattice,
     /// The values in units of the factor; grids that differ by a factor alone share them.
-    shared: Shared<f32>,
+    store: Store,
     factor: f64,
 }
 
@@ -59,7 +62,12 @@ impl Grid {
 
     /// The same, in memory that others hold as well.
     pub(crate) fn sharing(lattice: Lattice, shared: Shared<f32>) -> Self {
-        Self { lattice, shared, factor: 1.0 }
+        Self { store: Store::Rows(lattice.dims, shared), lattice, factor: 1.0 }
+    }
+
+    /// The same, in blocks.
+    pub(crate) fn in_blocks(lattice: Lattice, blocks: Blocks) -> Self {
+        Self { lattice, store: Store::Blocks(Arc::new(blocks)), factor: 1.0 }
     }
 
     /// The same values times `factor`, in the same memory.
@@ -69,30 +77,52 @@ impl Grid {
 
     /// Whether another grid has its values in the same memory.
     pub(crate) fn shares(&self, other: &Self) -> bool {
-        self.shared.is(&other.shared)
+        self.store.is(&other.store)
     }
 
     /// The bytes that the values take.
     pub(crate) fn bytes(&self) -> u64 {
-        4 * self.shared.len() as u64
+        self.store.bytes()
     }
 
-    /// The value of a voxel by its number.
-    #[inline(always)]
-    pub(crate) fn value(&self, index: usize) -> f32 {
-        (f64::from(self.shared[index]) * self.factor) as f32
+    /// How the values are stored.
+    pub(crate) fn storage(&self) -> Storage {
+        self.store.storage()
     }
 
-    /// The values of some voxels that stand side by side in memory.
-    #[inline(always)]
-    pub(crate) fn run(&self, range: Range<usize>) -> impl ExactSizeIterator<Item = f32> + '_ {
-        let factor = self.factor;
-        self.shared[range].iter().map(move |v| (f64::from(*v) * factor) as f32)
+    /// The value of a voxel.
+    pub(crate) fn value(&self, voxel: [usize; 3]) -> f32 {
+        let sides = std::array::from_fn(|axis| [self.store.address(axis, voxel[axis]); 2]);
+        (self.store.corners(sides)[0] * self.factor) as f32
     }
 
-    /// The largest of the values of some voxels that stand side by side in memory; zero where all are less.
-    pub(crate) fn largest(&self, range: Range<usize>) -> f32 {
-        (f64::from(self.shared[range].iter().fold(0.0f32, |most, v| most.max(*v))) * self.factor) as f32
+    /// Writes the values of some voxels of a row along x.
+    #[inline]
+    pub(crate) fn row(&self, along: Range<usize>, y: usize, z: usize, out: &mut [f32]) {
+        self.store.row(along, y, z, out);
+        if self.factor != 1.0 {
+            out.iter_mut().for_each(|v| *v = (f64::from(*v) * self.factor) as f32);
+        }
+    }
+
+    /// The largest of the values of some voxels along x, y and z; zero where all are less.
+    pub(crate) fn largest(&self, voxels: [Range<usize>; 3]) -> f32 {
+        (f64::from(self.store.largest(voxels)) * self.factor) as f32
+    }
+
+    /// The largest of all values.
+    pub(crate) fn densest(&self) -> f32 {
+        let [nx, ny, nz] = self.lattice.dims;
+        (0..nz).into_par_iter().map(|z| self.largest([0..nx, 0..ny, z..z + 1])).reduce(|| 0.0, f32::max)
+    }
+
+    /// Whether the field is more than zero somewhere between two corners of a box, or beside it by less than a voxel.
+    pub(crate) fn is_filled(&self, low: DVec3, high: DVec3) -> bool {
+        let Lattice { dims, .. } = self.lattice;
+        let (low, high) = ((self.lattice.index_space(low) + ON_CENTRE).floor(), (self.lattice.index_space(high) - ON_CENTRE).ceil());
+        // Conversions make zero of what is negative.
+        let along = |axis: usize| (low[axis] as usize).min(dims[axis] - 1)..(high[axis] as usize).min(dims[axis] - 1) + 1;
+        along(2).any(|z| self.largest([along(0), along(1), z..z + 1]) > 0.0)
     }
 
     /// Where the voxels are.
@@ -102,7 +132,15 @@ impl Grid {
 
     /// The values, depth × height × width, x running fastest \[unit of the field\].
     pub fn values(&self) -> Cow<'_, [f32]> {
-        if self.factor == 1.0 { Cow::Borrowed(&self.shared) } else { self.run(0..self.shared.len()).collect() }
+        match &self.store {
+            Store::Rows(_, values) if self.factor == 1.0 => Cow::Borrowed(values),
+            _ => {
+                let [nx, ny, _] = self.lattice.dims;
+                let mut values = vec![0.0; self.lattice.cells()];
+                values.par_chunks_exact_mut(nx).enumerate().for_each(|(r, out)| self.row(0..nx, r % ny, r / ny, out));
+                Cow::Owned(values)
+            }
+        }
     }
 
     /// `factor` times the means of blocks of `block` voxels along each axis; blocks at the upper faces take what is
@@ -117,14 +155,19 @@ impl Grid {
         let bounds = Bounds { low, high: low + voxel * DVec3::from(dims.map(|n| n as f64)) };
         let lattice = Lattice { dims, bounds };
         let share = self.factor * factor / block.pow(3) as f64;
-        let mean = |index: usize| {
-            let [x, y, z] = lattice.place(index);
+        let means = |row: &mut Vec<f32>, (r, out): (usize, &mut [f32])| {
             let along = |axis: usize, i: usize| i * block..((i + 1) * block).min(own[axis]);
-            let rows = along(2, z).flat_map(|z| along(1, y).map(move |y| (y, z)));
-            let row = |(y, z): (usize, usize)| self.shared[self.lattice.row(along(0, x), y, z)].iter().map(|v| f64::from(*v)).sum::<f64>();
-            (share * rows.map(row).sum::<f64>()) as f32
+            let (y, z) = (r % dims[1], r / dims[1]);
+            let mut sums = vec![0.0; dims[0]];
+            row.resize(own[0], 0.0);
+            for (y, z) in along(2, z).flat_map(|z| along(1, y).map(move |y| (y, z))) {
+                self.store.row(0..own[0], y, z, row);
+                sums.iter_mut().zip(row.chunks(block)).for_each(|(sum, part)| *sum += part.iter().map(|v| f64::from(*v)).sum::<f64>());
+            }
+            out.iter_mut().zip(sums).for_each(|(out, sum)| *out = (share * sum) as f32);
         };
-        let data = (0..lattice.cells()).into_par_iter().map(mean).collect();
+        let mut data = vec![0.0; lattice.cells()];
+        data.par_chunks_exact_mut(dims[0]).enumerate().for_each_init(Vec::new, means);
         Self::of(lattice, data)
     }
 
@@ -135,24 +178,38 @@ impl Grid {
     pub fn check(&self, field: &str) -> Result<()> {
         type Test = (&'static str, fn(f32) -> bool);
         const TESTS: [Test; 2] = [("cells that are NaN or infinite", |v| !v.is_finite()), ("negative cells", |v| v < 0.0)];
-        let cells = self.shared.len();
-        let parts = (0..cells).into_par_iter().step_by(CHECKED_TOGETHER);
-        let is_bad = |v: f32| TESTS.iter().any(|(_, bad)| bad(v));
-        if !parts.into_par_iter().any(|first| self.run(first..(first + CHECKED_TOGETHER).min(cells)).any(is_bad)) {
+        let [nx, ny, nz] = self.lattice.dims;
+        // The number of bad values of a row, and the first of them.
+        let of_row = |row: &mut Vec<f32>, r: usize, bad: fn(f32) -> bool| {
+            row.resize(nx, 0.0);
+            self.row(0..nx, r % ny, r / ny, row);
+            let first = row.iter().position(|v| bad(*v))?;
+            let count = row.iter().filter(|v| bad(**v)).count();
+            Some((count, [first, r % ny, r / ny], row[first]))
+        };
+        let rows = (0..ny * nz).into_par_iter();
+        if rows.map_init(Vec::new, |row, r| of_row(row, r, |v| !v.is_finite() || v < 0.0)).all(|bad| bad.is_none()) {
             return Ok(());
         }
         for (what, bad) in TESTS {
-            let count = self.run(0..cells).filter(|v| bad(*v)).count();
-            if let Some((first, value)) = self.run(0..cells).enumerate().find(|(_, v)| bad(*v)) {
-                let [x, y, z] = self.lattice.place(first);
+            let rows = (0..ny * nz).into_par_iter().map_init(Vec::new, |row, r| of_row(row, r, bad));
+            let all = rows.reduce(
+                || None,
+                |a, b| match (a, b) {
+                    (Some((n, place, value)), Some((m, ..))) => Some((n + m, place, value)),
+                    (a, b) => a.or(b),
+                },
+            );
+            if let Some((count, [x, y, z], value)) = all {
+                let cells = self.lattice.cells();
                 return Err(Error::FieldValues { field: field.to_owned(), count, what, cells, x, y, z, value: f64::from(value) });
             }
         }
         Ok(())
     }
 
-    /// The first of the values at some places, where these are the centres of voxels side by side along x.
-    fn row(&self, places: &[DVec3]) -> Option<usize> {
+    /// The first of the voxels at some places, where these are the centres of voxels side by side along x.
+    fn row_at(&self, places: &[DVec3]) -> Option<[usize; 3]> {
         let Lattice { dims, bounds } = &self.lattice;
         let first = self.lattice.index_space(*places.first()?);
         let voxel = first.round();
@@ -164,8 +221,7 @@ impl Grid {
         let (edge, margin) = (self.lattice.voxel_pc(), ON_CENTRE * self.lattice.voxel_pc());
         let origin = bounds.low + (voxel + 0.5) * edge;
         let on_centre = |(i, p): (usize, &DVec3)| (*p - origin - DVec3::new(i as f64 * edge.x, 0.0, 0.0)).abs().cmple(margin).all();
-        let [x, y, z] = voxel.to_array().map(|i| i as usize);
-        places.iter().enumerate().all(on_centre).then(|| self.lattice.index(x, y, z))
+        places.iter().enumerate().all(on_centre).then(|| voxel.to_array().map(|i| i as usize))
     }
 
     /// Trilinear value at a place in index space, clamped to the border.
@@ -174,9 +230,8 @@ impl Grid {
         let u = u.clamp(DVec3::ZERO, DVec3::from(dims.map(|n| (n - 1) as f64)));
         // The conversion cuts fractions off.
         let [x, y, z] = std::array::from_fn(|axis| (u[axis] as usize).min(dims[axis].saturating_sub(2)));
-        let stride = [1, dims[0], dims[0] * dims[1]];
-        let sides = |axis: usize, i: usize| [i, (i + 1).min(dims[axis] - 1)].map(|i| i * stride[axis]);
-        self.factor * Cell::read(&self.shared, DVec3::new(x as f64, y as f64, z as f64), [sides(0, x), sides(1, y), sides(2, z)]).at(u)
+        let sides = |axis: usize, i: usize| [i, (i + 1).min(dims[axis] - 1)].map(|i| self.store.address(axis, i));
+        self.factor * Cell::read(&self.store, DVec3::new(x as f64, y as f64, z as f64), [sides(0, x), sides(1, y), sides(2, z)]).at(u)
     }
 
     /// ∫ of the field from `a` to `b` [unit of the field × pc], exact; stops early past `enough`.
@@ -187,7 +242,7 @@ impl Grid {
         if far <= near {
             return 0.0;
         }
-        let mut cells = Cells::new(&self.lattice, &self.shared, &ray, near);
+        let mut cells = Cells::new(&self.lattice, &self.store, &ray, near);
         let enough = if self.factor > 0.0 { enough / self.factor } else { f64::INFINITY };
         let (mut t, mut sum) = (near, 0.0);
         // A ray crosses each plane once: whatever rounding does, the march ends.
@@ -216,9 +271,13 @@ impl Field for Grid {
         if self.lattice.bounds.contains(p) { self.trilinear(self.lattice.index_space(p)) } else { 0.0 }
     }
     fn sample(&self, places: &[DVec3], values: &mut [f64]) {
-        if let Some(first) = self.row(places) {
-            let row = &self.shared[first..][..places.len()];
-            values.iter_mut().zip(row).for_each(|(value, own)| *value = f64::from(*own) * self.factor);
+        if let Some([x, y, z]) = self.row_at(places) {
+            let mut part = [0.0; READ_TOGETHER];
+            for (i, values) in values.chunks_mut(READ_TOGETHER).enumerate() {
+                let (first, part) = (x + i * READ_TOGETHER, &mut part[..values.len()]);
+                self.store.row(first..first + part.len(), y, z, part);
+                values.iter_mut().zip(part).for_each(|(value, own)| *value = f64::from(*own) * self.factor);
+            }
             return;
         }
         // One place many times is read once.
@@ -286,7 +345,7 @@ mod tests {
         moved[3].y += 0.2;
         beyond.push(grid.lattice.centre(7, 3, 1));
         beyond.push(grid.lattice.centre(8, 3, 1));
-        assert!(grid.row(&row).is_some() && grid.row(&moved).is_none() && grid.row(&beyond).is_none());
+        assert!(grid.row_at(&row).is_some() && grid.row_at(&moved).is_none() && grid.row_at(&beyond).is_none());
         for places in [row, moved, beyond] {
             let mut values = vec![f64::NAN; places.len()];
             grid.sample(&places, &mut values);

@@ -7,8 +7,8 @@ use spectra::units::{ExtinctionCoefficient, NumberDensity, Quantity};
 
 use super::dust_map::DustMap;
 use super::placement::Placement;
-use super::{Field, Grid};
-use crate::data::{Array, Inputs, Numbers};
+use super::{Field, Grid, Storage};
+use crate::data::{Inputs, Numbers};
 use crate::error::{Error, Result};
 use crate::properties::{Key, Kind, Section};
 
@@ -64,6 +64,12 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
             "true",
             "whether a file's own frame is read (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, coordinates or edges of HDF5, the transform of .vdb); false where low and high, or voxel, say better",
         ),
+        Key::optional(
+            "storage",
+            "text",
+            "as it is read; single for .vdb",
+            "single, half or byte: how values are kept, in blocks of 16 x 16 x 16 voxels of which those that are empty take no memory; half is right to 1 in 2048, byte to 1 in 508 of the largest in its block",
+        ),
         Key::optional("factor", "number", "1", "every value is multiplied by it"),
         Key::optional("clip", "boolean", "false, true with preset", "blank, NaN and negative cells become zero instead of an error"),
     ],
@@ -75,6 +81,8 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
     let map = DustMap::of(section)?;
     let clip = section.flag("clip")?.unwrap_or(map.is_some());
     let said = section.number("factor", f64::MIN..=f64::MAX)?.unwrap_or(1.0);
+    let names = Storage::ALL.map(|(name, _)| name);
+    let storage = section.choice("storage", &names)?.and_then(|said| Storage::ALL.into_iter().find(|(name, _)| *name == said)).map(|s| s.1);
     let mut placed = None;
     let member = section.text("array")?.or(map.and_then(|map| map.array));
     let array = inputs.array(file, member, &mut |layout| {
@@ -82,15 +90,16 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
             Some(map) => Placement::of(section, &map.laid_out(layout))?,
             None => Placement::of(section, layout)?,
         };
-        // Means are of what is left; otherwise it is looked at when it is there.
-        placement.part.clip = clip && placement.part.every > 1;
+        let storage = storage.or(layout.frame.as_ref().filter(|frame| frame.is_sparse).map(|_| Storage::Single));
+        // Means and blocks are of what is left; otherwise it is looked at when it is there.
+        placement.part.clip = clip && (placement.part.every > 1 || storage.is_some());
         if placement.part.clip && said < 0.0 {
-            return Err(
-                section.error("factor", "with every and clip a factor is not negative: what is clipped would be what it makes positive")
-            );
+            let message = "with clip, and every or storage, a factor is not negative: what is clipped would be what it makes positive";
+            return Err(section.error("factor", message));
         }
         let own = layout.frame.as_ref().and_then(|frame| frame.unit.as_deref());
         let factor = said * map.map_or_else(|| unit(section, own), |map| map.extinction(section, own))?;
+        placement.part.blocking = storage.map(|storage| placement.blocking(factor, storage));
         let part = placement.part.clone();
         placed = Some((placement, factor));
         Ok(part)
@@ -108,6 +117,7 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
     let largest = match &array.data {
         Numbers::Single(data) => largest(data, factor),
         Numbers::Double(data) => largest(data, factor),
+        Numbers::Blocks(blocks) => f64::from(blocks.densest()),
     };
     if largest > 0.0 && largest < f64::from(f32::MIN_POSITIVE) {
         let key = if section.has("factor") { "factor" } else { "file" };
@@ -118,11 +128,13 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
     }
     // Numbers that are as a grid has them stay in the memory in which they are.
     let [nx, ny, _] = lattice.dims.map(|n| n as isize);
-    let as_it_is = factor == 1.0 && !clip && placement.strides(&array) == (0, [1, nx, nx * ny]);
-    let mut values = match &array.data {
-        Numbers::Single(data) if as_it_is => return checked(Grid::sharing(lattice, data.clone()), section),
-        Numbers::Single(data) => arranged(data, &array, factor, &placement),
-        Numbers::Double(data) => arranged(data, &array, factor, &placement),
+    let strides = placement.strides(&array);
+    let as_it_is = factor == 1.0 && !clip && strides == (0, [1, nx, nx * ny]);
+    let mut values = match array.data {
+        Numbers::Blocks(blocks) => return checked(Grid::in_blocks(lattice, blocks), section),
+        Numbers::Single(data) if as_it_is => return checked(Grid::sharing(lattice, data), section),
+        Numbers::Single(data) => arranged(&data, strides, factor, &placement),
+        Numbers::Double(data) => arranged(&data, strides, factor, &placement),
     };
     if clip {
         values.iter_mut().filter(|v| v.is_nan() || **v < 0.0).for_each(|v| *v = 0.0);
@@ -171,8 +183,12 @@ fn largest(data: &[impl Copy + Into<f64> + Sync], factor: f64) -> f64 {
 }
 
 /// An array's numbers times `factor`, with x running fastest.
-fn arranged(data: &[impl Copy + Into<f64> + Sync], array: &Array, factor: f64, placement: &Placement) -> Vec<f32> {
-    let (first, [sx, sy, sz]) = placement.strides(array);
+fn arranged(
+    data: &[impl Copy + Into<f64> + Sync],
+    (first, [sx, sy, sz]): (usize, [isize; 3]),
+    factor: f64,
+    placement: &Placement,
+) -> Vec<f32> {
     let [nx, ny, _] = placement.lattice.dims;
     let mut values = vec![0.0; placement.lattice.cells()];
     // Some planes together: where z runs fastest in the array, a line of memory is read once for all of them.
@@ -195,7 +211,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::data::{Choose, DataSource, Layout, Shared, TextTable};
+    use crate::data::{Array, Choose, DataSource, Layout, Shared, TextTable};
     use crate::properties::{Table, Value};
 
     /// One array in memory, and nothing else.

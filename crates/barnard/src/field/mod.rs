@@ -5,6 +5,7 @@
 //! other than zero; an expression of functions alone stays a function. A new kind of field is one file and one row of
 //! [`KINDS`].
 
+mod blocks;
 mod cells;
 mod column;
 mod cuboid;
@@ -25,6 +26,7 @@ mod side_by_side;
 mod simplex;
 mod slab;
 mod sphere;
+mod store;
 mod support;
 
 use std::ops::RangeInclusive;
@@ -33,6 +35,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use spectra::units::Length;
 
+pub use blocks::{Blocking, Blocks, Filling, Storage};
 pub use column::column;
 pub use cuboid::Cuboid;
 pub use expression::Expression;

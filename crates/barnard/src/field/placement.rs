@@ -3,7 +3,7 @@
 use glam::DVec3;
 use spectra::units::{Length, MemorySize, Quantity};
 
-use super::Lattice;
+use super::{Blocking, Lattice, Storage};
 use crate::data::{AXIS_ORDERS, Array, Axis, Frame, Layout, Part};
 use crate::error::Result;
 use crate::geometry::Bounds;
@@ -87,6 +87,11 @@ impl Placement {
         }
         self.lattice.dims[axis] = cells;
         self.part.ranges[self.axes[axis]] = if self.backwards[axis] { count - range.end..count - range.start } else { range };
+    }
+
+    /// How the array becomes blocks.
+    pub fn blocking(&self, factor: f64, storage: Storage) -> Blocking {
+        Blocking { axes: self.axes, backwards: self.backwards, factor, storage }
     }
 
     /// Where the voxel 0, 0, 0 is in an array that was read so, and how far its neighbours along x, y and z are from it.

@@ -35,11 +35,11 @@ impl<'a> Cursor<'a> {
     /// Follows `rays` through `volume` between two distances of each; those that are read are counted from the first.
     ///
     /// # Panics
-    /// If the volume does not hold dims × channels values, at least two voxels along each axis: what the reads rely on.
+    /// If the volume does not hold voxels × channels values, at least two voxels along each axis: what the reads rely on.
     pub fn new(volume: &'a Volume, rays: &[Ray; LANES], start: &[f64; LANES], end: &[f64; LANES]) -> Self {
         let dims = volume.lattice.dims;
         assert!(dims.iter().all(|n| *n >= 2) && (1..=8).contains(&volume.channels.len()));
-        assert_eq!(stored!(&volume.values, |data| data.len()), volume.lattice.cells() * volume.channels.len());
+        assert_eq!(stored!(&volume.values, |data| data.len()), volume.pages.voxels() * volume.channels.len());
         // Values stand in the middles of voxels.
         let track = match &volume.part {
             None => Track::new(&volume.lattice, DVec3::splat(0.5), rays, start),
@@ -87,7 +87,7 @@ impl<'a> Cursor<'a> {
     #[inline(always)]
     fn read_many<S: Stored, const CHANNELS: usize>(&self, data: &[S], t: &Lane, out: &mut [Lane]) {
         match out.first_chunk_mut::<CHANNELS>() {
-            Some(out) if self.shares_cells => shared_cells::read(data, self.volume.lattice.dims, &self.track, t, out),
+            Some(out) if self.shares_cells => shared_cells::read(data, self.volume, &self.track, t, out),
             _ => self.read_quads::<S, CHANNELS>(data, t, out),
         }
     }
@@ -167,13 +167,12 @@ impl<'a> Cursor<'a> {
     /// The cells that hold the rays' places at distance `t`.
     #[inline(always)]
     fn cells(&self, t: &Lane) -> Cells {
-        let [nx, ny, nz] = self.volume.lattice.dims;
+        let [(ix, fx), (iy, fy), (iz, fz)] = self.track.cells(self.volume.lattice.dims.map(|n| n - 1), t);
         let channels = self.volume.channels.len();
-        let [(ix, fx), (iy, fy), (iz, fz)] = self.track.cells([nx - 1, ny - 1, nz - 1], t);
-        let strides = [channels, nx * channels, nx * ny * channels];
-        let mut first = [0usize; LANES];
-        for lane in 0..LANES {
-            first[lane] = iz[lane] as usize * strides[2] + iy[lane] as usize * strides[1] + ix[lane] as usize * strides[0];
+        let strides = self.volume.pages.strides().map(|n| n * channels);
+        let mut first = self.volume.pages.first_voxels([&ix, &iy, &iz]);
+        for number in &mut first {
+            *number *= channels;
         }
         Cells { first, strides, fraction: [fx, fy, fz] }
     }

@@ -15,26 +15,20 @@ const DONE: u32 = u32::MAX;
 
 /// Whether rays, at a distance `t` of each, are close enough.
 pub(super) fn are_worthwhile(volume: &Volume, track: &Track, t: &Lane) -> bool {
-    volume.channels.len() > 4 && volume.lattice.cells() < DONE as usize && track.extent(t) <= FARTHEST
+    volume.channels.len() > 4 && volume.pages.voxels() < DONE as usize && track.extent(t) <= FARTHEST
 }
 
-/// Reads all channels of `data`, so many voxels along each axis, at distance `t` of each ray.
+/// Reads all channels of `data`, a volume's values, at distance `t` of each ray.
 #[inline(always)]
-pub(super) fn read<S: Stored, const CHANNELS: usize>(
-    data: &[S],
-    [nx, ny, nz]: [usize; 3],
-    track: &Track,
-    t: &Lane,
-    out: &mut [Lane; CHANNELS],
-) {
-    let [(x, fx), (y, fy), (z, fz)] = track.cells([nx - 1, ny - 1, nz - 1], t);
+pub(super) fn read<S: Stored, const CHANNELS: usize>(data: &[S], volume: &Volume, track: &Track, t: &Lane, out: &mut [Lane; CHANNELS]) {
+    let [(x, fx), (y, fy), (z, fz)] = track.cells(volume.lattice.dims.map(|n| n - 1), t);
+    let first = volume.pages.first_voxels([&x, &y, &z]);
     let mut number = [0; LANES];
     for lane in 0..LANES {
-        let row = z[lane].wrapping_mul(ny as u32).wrapping_add(y[lane]);
-        number[lane] = row.wrapping_mul(nx as u32).wrapping_add(x[lane]);
+        number[lane] = first[lane] as u32;
     }
     let all = Weights::new([&fx, &fy, &fz]);
-    let (dy, dz) = (nx * CHANNELS, nx * ny * CHANNELS);
+    let [_, dy, dz] = volume.pages.strides().map(|n| n * CHANNELS);
     *out = [[0.0; LANES]; CHANNELS];
     loop {
         let first = least(&number);

@@ -19,10 +19,11 @@ impl Plan {
     /// The largest relative error of a density, or of a star's depth, as the volumes have it: a depth in half precision
     /// is rounded when it is swept and when it is moved to its voxel's mean, which takes a third of its neighbours'.
     pub fn storage(&self) -> f64 {
-        match self.space.precision {
+        let volumes = match self.space.precision {
             Precision::Single => SINGLE,
             Precision::Half => 3.0 * HALF,
-        }
+        };
+        volumes + self.space.grid_storage().error()
     }
 
     /// The statistics that a march of this plan on the processor is expected to bring, before it was done.
@@ -97,11 +98,15 @@ impl Plan {
         let isotropic = isotropic.map(|_| ("phase function".into(), "put aside by this method, which scatters evenly".into()));
         let far_field = self.scattered_field.iter().filter_map(|f| f.report.far_field).map(|f| ("gathered stars".into(), f.to_string()));
         let volumes = (self.space.precision == Precision::Half).then(|| ("volumes".into(), "stored in half precision".into()));
+        let pages = self.space.volumes.iter().find(|v| !v.pages().is_whole());
+        let pages =
+            pages.map(|v| ("volumes".into(), format!("empty parts are left out: {:.1} % of the voxels are held", 100.0 * v.held())));
         let scattered_field =
             self.scattered_field.iter().filter(|f| f.report.sweeps > 0).map(|f| ("many bounces".into(), f.report.to_string()));
         self.spatial_note()
             .into_iter()
             .chain(volumes)
+            .chain(pages)
             .chain(isotropic)
             .chain(self.fit_note())
             .chain(far_field)

@@ -9,7 +9,7 @@ use spectra::units::Wavelength;
 
 use crate::error::{Error, Result};
 use crate::properties::{Key, Section};
-use crate::volume::Precision;
+use crate::volume::{Precision, Sparsity};
 
 /// One row of the catalogue: a spectral rule and where star depths come from.
 #[derive(Clone, Copy)]
@@ -92,6 +92,8 @@ pub struct Method {
     pub bake: Option<usize>,
     /// How volumes of densities and star depths are stored.
     pub volumes: Precision,
+    /// Whether parts of them that are empty take no memory.
+    pub sparse: Sparsity,
     /// Times that light of stars may scatter.
     pub bounces: usize,
     /// Stars that are marched one by one, the brightest; the light of the others is gathered. By their number and light
@@ -127,6 +129,7 @@ impl Default for Method {
             steps: None,
             bake: None,
             volumes: Precision::Single,
+            sparse: Sparsity::Auto,
             bounces: 1,
             exact_stars: None,
         }
@@ -220,6 +223,12 @@ pub(super) const KEYS: &[Key] = &[
         "single or half: how densities and star depths are stored that light is marched through; half is right to 1 in 700 and takes half of the memory",
     ),
     Key::optional(
+        "sparse",
+        "text",
+        "auto",
+        "auto, always or never: whether pages of 16 x 16 x 16 voxels in which there is no dust and no gas are left out of the volumes; auto does so where volumes take 64 MiB or more and that saves a quarter",
+    ),
+    Key::optional(
         "bounces",
         "integer",
         "1",
@@ -268,6 +277,11 @@ pub(super) fn build(section: Option<&Section>) -> Result<Method> {
         volumes: match section.choice("volumes", &["single", "half"])? {
             Some("half") => Precision::Half,
             _ => Precision::Single,
+        },
+        sparse: match section.choice("sparse", &["auto", "always", "never"])? {
+            Some("always") => Sparsity::Always,
+            Some("never") => Sparsity::Never,
+            _ => Sparsity::Auto,
         },
         bounces: section.integer("bounces", 1..=MANY_BOUNCES as i64)?.map_or(1, |n| n as usize),
         exact_stars: section.integer("exact_stars", 0..=MAX_EXACT_STARS)?.map(|n| n as usize),

@@ -35,8 +35,7 @@ impl Bricks {
             .map(|index| {
                 let brick = lattice.place(index);
                 let range = |axis: usize| (brick[axis] * BRICK).saturating_sub(1)..((brick[axis] + 1) * BRICK + 1).min(dims[axis]);
-                let rows = range(2).flat_map(|z| range(1).map(move |y| (y, z)));
-                rows.map(|(y, z)| grid.largest(grid.lattice.row(range(0), y, z))).fold(0.0f32, f32::max)
+                grid.largest([range(0), range(1), range(2)])
             })
             .collect();
         let mut bricks = Self { lattice, majorant, distance: Vec::new() };

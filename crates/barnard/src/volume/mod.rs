@@ -4,10 +4,15 @@
 //! goes on as it came, down to nothing on a face that the star shines on.
 
 mod bricks;
+mod pages;
+mod planes;
 mod stored;
 
 pub use bricks::Bricks;
+pub use pages::{PAGE, Pages, Sparsity};
+pub(crate) use planes::Plane;
 pub(crate) use stored::stored;
+pub(crate) use stored::unit;
 pub use stored::{Half, Precision, Stored, Values};
 
 use std::borrow::Cow;
@@ -43,7 +48,9 @@ pub struct Volume {
     pub lattice: Lattice,
     /// What each channel holds.
     pub channels: Vec<Channel>,
-    /// The values, depth × height × width × channels, in parts of their channels' units.
+    /// Where the voxels stand in memory.
+    pub(crate) pages: Pages,
+    /// The values, page by page: depth × height × width × channels, in parts of their channels' units.
     pub(crate) values: Values,
     /// The unit of each channel's values; one in single precision.
     pub(crate) units: Vec<f32>,
@@ -58,6 +65,11 @@ pub(crate) struct VolumePart {
     pub whole: Lattice,
     /// The voxel of the whole's box that is the part's first.
     pub first: [usize; 3],
+}
+
+/// A lattice of at least two voxels along each axis: trilinear between equals is the same.
+fn doubled(lattice: &Lattice) -> Lattice {
+    Lattice { dims: lattice.dims.map(|n| n.max(2)), bounds: lattice.bounds }
 }
 
 /// The lattice of a box's voxels and the layer around them.
@@ -112,22 +124,36 @@ impl Volume {
 
     /// The same in any precision.
     pub fn with_precision(lattice: &Lattice, channels: Vec<Channel>, precision: Precision) -> Self {
-        let inner = Lattice { dims: lattice.dims.map(|n| n.max(2)), bounds: lattice.bounds };
+        let pages = Pages::whole(with_layer(&doubled(lattice)).dims);
+        Self::with_pages(lattice, channels, precision, pages)
+    }
+
+    /// The same in some pages of the lattice that has the layer.
+    pub(crate) fn with_pages(lattice: &Lattice, channels: Vec<Channel>, precision: Precision, pages: Pages) -> Self {
+        let inner = doubled(lattice);
         let lattice = with_layer(&inner);
-        let count = lattice.cells() * channels.len();
+        let count = pages.voxels() * channels.len();
         let values = match precision {
             Precision::Single => Values::Single(vec![0.0; count]),
             Precision::Half => Values::Half(vec![Half::default(); count]),
         };
-        Self { inner, lattice, units: vec![1.0; channels.len()], channels, values, part: None }
+        Self { inner, lattice, units: vec![1.0; channels.len()], channels, pages, values, part: None }
+    }
+
+    /// The pages of a volume of this lattice in which one of some grids is not zero.
+    pub(crate) fn pages_with(lattice: &Lattice, grids: &[&Grid]) -> Pages {
+        let own = with_layer(&doubled(lattice));
+        Pages::held(own.dims, |voxels| {
+            let [low, high] = [voxels.each_ref().map(|v| v.start), voxels.map(|v| v.end - 1)].map(|[x, y, z]| own.centre(x, y, z));
+            grids.iter().any(|grid| grid.is_filled(low, high))
+        })
     }
 
     /// The same volume as a part of a whole, of which its first voxel is number `first` along each axis: places in it
     /// have the numbers that they have in the whole.
     #[must_use]
     pub(crate) fn part_of(self, whole: &Lattice, first: [usize; 3]) -> Self {
-        let inner = Lattice { dims: whole.dims.map(|n| n.max(2)), bounds: whole.bounds };
-        Self { part: Some(VolumePart { whole: with_layer(&inner), first }), ..self }
+        Self { part: Some(VolumePart { whole: with_layer(&doubled(whole)), first }), ..self }
     }
 
     /// How the values are stored.
@@ -156,12 +182,12 @@ impl Volume {
 
     /// The values row by row along x, width × channels each, whatever they are stored as.
     pub fn rows(&self) -> impl Iterator<Item = Cow<'_, [f32]>> {
-        let (channels, length) = (self.channels.len(), self.lattice.dims[0] * self.channels.len());
-        (0..self.lattice.dims[1] * self.lattice.dims[2]).map(move |row| {
-            let row = row * length..(row + 1) * length;
+        let (channels, [nx, ny, nz]) = (self.channels.len(), self.lattice.dims);
+        (0..ny * nz).map(move |row| {
+            let voxel = |x: usize| self.pages.number([x, row % ny, row / ny]) * channels;
             match &self.values {
-                Values::Single(data) => Cow::Borrowed(&data[row]),
-                Values::Half(data) => data[row].iter().enumerate().map(|(i, half)| half.value() * self.units[i % channels]).collect(),
+                Values::Single(data) if self.pages.is_whole() => Cow::Borrowed(&data[voxel(0)..][..nx * channels]),
+                _ => (0..nx).flat_map(|x| (0..channels).map(move |slot| self.value(voxel(x), slot))).collect(),
             }
         })
     }
@@ -198,29 +224,27 @@ impl Volume {
 
     /// Position of channel 0 of a voxel of the box.
     pub fn index(&self, [x, y, z]: [usize; 3]) -> usize {
-        self.lattice.index(x + 1, y + 1, z + 1) * self.channels.len()
+        self.pages.number([x + 1, y + 1, z + 1]) * self.channels.len()
     }
 
     /// Copies a grid of the same box and resolution into channel `slot`; the layer around it is like the border.
     pub fn fill(&mut self, slot: usize, grid: &Grid) {
         let dims = grid.lattice.dims;
         let inside = |axis: usize, i: usize| i.saturating_sub(1).min(dims[axis] - 1);
-        let [nx, ny, _] = self.lattice.dims;
         let channels = self.channels.len();
-        self.choose_unit(slot, || grid.largest(0..grid.lattice.cells()));
+        self.choose_unit(slot, || grid.densest());
         let parts = self.units[slot].recip();
-        stored!(&mut self.values, |data| data.par_chunks_exact_mut(nx * channels).enumerate().for_each(|(r, row)| {
-            let from = grid.lattice.index(0, inside(1, r % ny), inside(2, r / ny));
-            for (x, values) in row.chunks_exact_mut(channels).enumerate() {
-                values[slot] = Stored::of(grid.value(from + inside(0, x)) * parts);
-            }
+        let (pages, [nx, ny, _]) = (&self.pages, self.pages.side());
+        stored!(&mut self.values, |data| pages.of(data, channels).for_each(|(first, page)| {
+            page.par_chunks_exact_mut(nx * channels).enumerate().for_each_init(Vec::new, |own, (r, row)| {
+                let along = inside(0, first[0])..inside(0, first[0] + nx - 1) + 1;
+                own.resize(along.len(), 0.0);
+                grid.row(along.clone(), inside(1, first[1] + r % ny), inside(2, first[2] + r / ny), own);
+                for (x, values) in row.chunks_exact_mut(channels).enumerate() {
+                    values[slot] = Stored::of(own[inside(0, first[0] + x) - along.start] * parts);
+                }
+            });
         }));
-    }
-
-    /// Lets the layer around channel `slot` go on as the two voxels beside it do, on the face not below zero.
-    pub fn extrapolate(&mut self, slot: usize) {
-        let (dims, channels) = (self.lattice.dims, self.channels.len());
-        stored!(&mut self.values, |data| extrapolate(data, dims, channels, slot));
     }
 
     /// One channel at the place `p`, trilinear, in f64 arithmetic.
@@ -237,32 +261,32 @@ impl Volume {
         let [x, y, z] = std::array::from_fn(|axis| (u[axis] as usize).min(self.lattice.dims[axis] - 2));
         let fraction = u - DVec3::new(x as f64, y as f64, z as f64);
         let channels = self.channels.len();
-        let [nx, ny, _] = self.lattice.dims;
-        let strides = [channels, nx * channels, nx * ny * channels];
-        VolumeCell { volume: self, first: self.lattice.index(x, y, z) * channels, strides, fraction }
+        let strides = self.pages.strides().map(|n| n * channels);
+        VolumeCell { volume: self, first: self.pages.number([x, y, z]) * channels, strides, fraction }
+    }
+
+    /// Where the voxels stand in memory.
+    pub fn pages(&self) -> &Pages {
+        &self.pages
+    }
+
+    /// The values of a page by its number in memory: depth × height × width × channels.
+    pub fn page(&self, number: usize) -> impl Iterator<Item = f32> + '_ {
+        let size = self.channels.len() * self.pages.side().iter().product::<usize>();
+        (number * size..(number + 1) * size)
+            .map(|place| (place, place % self.channels.len()))
+            .map(|(place, slot)| self.value(place - slot, slot))
+    }
+
+    /// Voxels that memory is taken for, in parts of those that there are \[1\]; more than one where those on faces of pages
+    /// stand twice.
+    pub fn held(&self) -> f64 {
+        self.pages.voxels() as f64 / self.lattice.cells() as f64
     }
 
     /// The bytes that the values take.
     pub fn bytes(&self) -> u64 {
-        self.precision().bytes() * (self.lattice.cells() * self.channels.len()) as u64
-    }
-}
-
-/// Lets the layer around a channel go on as the two voxels beside it do, on the face not below zero.
-fn extrapolate(data: &mut [impl Stored], dims: [usize; 3], channels: usize, slot: usize) {
-    let strides = [1, dims[0], dims[0] * dims[1]].map(|s| s * channels);
-    for axis in 0..3 {
-        let (one, other) = ((axis + 1) % 3, (axis + 2) % 3);
-        let last = dims[axis] - 1;
-        for j in 0..dims[other] {
-            for i in 0..dims[one] {
-                let line = slot + i * strides[one] + j * strides[other];
-                for (ghost, first, second) in [(0, 1, 2), (last, last - 1, last - 2)] {
-                    let (a, b) = (data[line + first * strides[axis]].value(), data[line + second * strides[axis]].value());
-                    data[line + ghost * strides[axis]] = Stored::of((2.0 * a - b).max(-a.abs()));
-                }
-            }
-        }
+        self.precision().bytes() * (self.pages.voxels() * self.channels.len()) as u64
     }
 }
 

@@ -56,7 +56,7 @@ impl Stored for Half {
 
 /// The unit of a channel whose largest value is this: nearly as much again is left above it.
 pub fn unit(largest: f32) -> f32 {
-    let exponent = f64::from(largest).log2().ceil() as i32 - 15;
+    let exponent = (f64::from(largest).log2().ceil() as i32).saturating_sub(15);
     // A unit is a normal number, and so is what one is of it.
     if largest > 0.0 { 2f32.powi(exponent.clamp(-120, 120)) } else { 1.0 }
 }

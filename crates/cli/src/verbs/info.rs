@@ -102,6 +102,7 @@ fn folded(array: &Array) -> [f64; 4] {
     match &array.data {
         Numbers::Single(values) => of(values.iter().map(|v| f64::from(*v))),
         Numbers::Double(values) => of(values.iter().copied()),
+        Numbers::Blocks(_) => of(array.data.doubles().into_iter()),
     }
 }
 

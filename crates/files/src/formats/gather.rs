@@ -6,6 +6,7 @@ use std::path::Path;
 
 use barnard::data::{Numbers, Part};
 use barnard::error::Error;
+use barnard::field::Filling;
 use barnard::memory;
 use rayon::prelude::*;
 
@@ -45,11 +46,15 @@ pub struct Gather<T> {
     every: usize,
     clip: bool,
     kept: Store<T>,
+    /// What they become blocks by, at the end.
+    blocks: Option<Filling>,
 }
 
 enum Store<T> {
     Elements(Vec<T>),
     Sums(Vec<f64>),
+    /// Nothing is kept but blocks.
+    Nothing,
 }
 
 impl<T: Kept> Gather<T> {
@@ -63,23 +68,34 @@ impl<T: Kept> Gather<T> {
             ranges.reverse();
             shape.reverse();
         }
+        let blocks = part.blocking.clone().map(|mut blocking| {
+            // The axes of what comes, the slowest first.
+            blocking.axes = blocking.axes.map(|axis| if fortran { 2 - axis } else { axis });
+            Filling::new(blocking, shape, path, limit)
+        });
+        let blocks = blocks.transpose()?;
+        if blocks.is_some() && part.every == 1 {
+            return Ok(Self { ranges, shape, every: 1, clip: part.clip, kept: Store::Nothing, blocks });
+        }
         let cells = shape.iter().fold(1u64, |cells, edge| cells.saturating_mul(*edge as u64));
         // Doubles that stay as they are count as singles: a grid holds those, and the limit is a grid's.
         let size = if part.every > 1 { 8 } else { 4 };
         memory::check(&format!("the array of {}", path.display()), cells.saturating_mul(size as u64), limit)?;
         let cells = cells as usize;
         let kept = if part.every > 1 { Store::Sums(vec![0.0; cells]) } else { Store::Elements(vec![T::of(0.0); cells]) };
-        Ok(Self { ranges, shape, every: part.every, clip: part.clip, kept })
+        Ok(Self { ranges, shape, every: part.every, clip: part.clip, kept, blocks })
     }
 
     /// Takes elements along the fastest axis from one on, all of them within the range.
     pub fn run(&mut self, [slow, middle, first]: [usize; 3], elements: impl Iterator<Item = T>) {
-        let start = (self.cell(0, slow) * self.shape[1] + self.cell(1, middle)) * self.shape[2];
+        let (i, j) = (self.cell(0, slow), self.cell(1, middle));
+        let start = (i * self.shape[1] + j) * self.shape[2];
         let (first, every, clip) = (first - self.ranges[2].start, self.every, self.clip);
-        let elements = elements.map(|v| clipped(v, clip));
+        let mut elements = elements.map(|v| clipped(v, clip));
         match &mut self.kept {
             Store::Elements(kept) => kept[start + first..].iter_mut().zip(elements).for_each(|(kept, v)| *kept = v),
             Store::Sums(sums) => elements.zip(first..).for_each(|(v, i)| sums[start + i / every] += v.number()),
+            Store::Nothing => self.blocks.iter_mut().for_each(|blocks| blocks.run(2, [i, j, first], elements.by_ref().map(Kept::number))),
         }
     }
 
@@ -90,10 +106,16 @@ impl<T: Kept> Gather<T> {
         for (i, by_slow) in slow {
             for (j, by_middle) in middle.clone() {
                 let row = (i * self.shape[1] + j) * self.shape[2];
+                if let (Store::Nothing, Some(blocks)) = (&self.kept, &mut self.blocks) {
+                    let (first, count) = fast.clone().next().map_or((0, 0), |(first, _)| (first, fast.clone().count()));
+                    blocks.run(2, [i, j, first], std::iter::repeat_n(value.number(), count));
+                    continue;
+                }
                 for (k, by_fast) in fast.clone() {
                     match &mut self.kept {
                         Store::Elements(kept) => kept[row + k] = value,
                         Store::Sums(sums) => sums[row + k] += value.number() * (by_slow * by_middle * by_fast) as f64,
+                        Store::Nothing => {}
                     }
                 }
             }
@@ -173,12 +195,23 @@ impl<T: Kept> Gather<T> {
     }
 
     /// What was collected.
-    pub fn finish(self) -> Vec<T> {
+    ///
+    /// # Errors
+    /// Where blocks took more memory than they may.
+    pub fn finish(self) -> Result<Numbers, Error> {
         let share = (self.every as f64).powi(-3);
-        match self.kept {
-            Store::Elements(kept) => kept,
-            Store::Sums(sums) => sums.iter().map(|sum| T::of(sum * share)).collect(),
-        }
+        let [_, middle, fast] = self.shape;
+        Ok(match (self.kept, self.blocks) {
+            (Store::Elements(kept), _) => T::numbers(kept),
+            (Store::Sums(sums), None) => T::numbers(sums.iter().map(|sum| T::of(sum * share)).collect()),
+            (Store::Sums(sums), Some(mut blocks)) => {
+                for (row, sums) in sums.chunks(fast).enumerate() {
+                    blocks.run(2, [row / middle, row % middle, 0], sums.iter().map(|sum| sum * share));
+                }
+                Numbers::Blocks(blocks.finish()?)
+            }
+            (Store::Nothing, blocks) => Numbers::Blocks(blocks.map_or_else(|| unreachable!("nothing else is kept"), Filling::finish)?),
+        })
     }
 }
 
@@ -193,7 +226,7 @@ fn clipped<T: Kept>(value: T, clip: bool) -> T {
 /// # Errors
 /// Where it takes more.
 pub fn part_of(numbers: &Numbers, shape: [usize; 3], fortran: bool, part: &Part, label: &Path, limit: u64) -> Result<Numbers, Error> {
-    fn of<T: Kept>(all: &[T], shape: [usize; 3], mut gather: Gather<T>) -> Vec<T> {
+    fn of<T: Kept>(all: &[T], shape: [usize; 3], mut gather: Gather<T>) -> Result<Numbers, Error> {
         let fast = gather.ranges[2].clone();
         for [i, j] in lines(&gather.ranges) {
             let line = &all[(i * shape[1] + j) * shape[2]..];
@@ -203,8 +236,9 @@ pub fn part_of(numbers: &Numbers, shape: [usize; 3], fortran: bool, part: &Part,
     }
     let [a, b, c] = shape;
     let stored = if fortran { [c, b, a] } else { shape };
-    Ok(match numbers {
-        Numbers::Single(all) => Numbers::Single(of(all, stored, Gather::new(part, fortran, label, limit)?).into()),
-        Numbers::Double(all) => Numbers::Double(of(all, stored, Gather::new(part, fortran, label, limit)?).into()),
-    })
+    match numbers {
+        Numbers::Single(all) => of(all, stored, Gather::new(part, fortran, label, limit)?),
+        Numbers::Double(all) => of(all, stored, Gather::new(part, fortran, label, limit)?),
+        Numbers::Blocks(_) => Err(Error::file(label, "blocks are cut when they are made")),
+    }
 }

@@ -21,7 +21,7 @@ pub(crate) use npz::{archive, doubles};
 pub use png::encode_png;
 pub use write::{SaveImage, check_replaceable, check_writable, replace};
 
-use barnard::data::{Array, Axis, Choose};
+use barnard::data::{Array, Axis, Choose, Numbers};
 use barnard::error::{Error, Result};
 use barnard::image::Image;
 use barnard::memory;
@@ -33,6 +33,8 @@ trait Kept: Copy + Send {
     fn of(value: f64) -> Self;
     /// The number itself.
     fn number(self) -> f64;
+    /// Many of them.
+    fn numbers(all: Vec<Self>) -> Numbers;
 }
 
 impl Kept for f32 {
@@ -42,6 +44,9 @@ impl Kept for f32 {
     fn number(self) -> f64 {
         f64::from(self)
     }
+    fn numbers(all: Vec<Self>) -> Numbers {
+        Numbers::Single(all.into())
+    }
 }
 
 impl Kept for f64 {
@@ -50,6 +55,9 @@ impl Kept for f64 {
     }
     fn number(self) -> f64 {
         self
+    }
+    fn numbers(all: Vec<Self>) -> Numbers {
+        Numbers::Double(all.into())
     }
 }
 

@@ -38,11 +38,7 @@ pub(super) fn array(stream: Stream, choose: Choose) -> Result<Array> {
     let (shape, _) = three_axes(array.asked.path, &array.shape)?;
     let part = choose(&Layout { shape, frame: None })?;
     let fortran = array.fortran;
-    let data = if array.stored.is_single() {
-        Numbers::Single(array.part::<f32>(&part)?.into())
-    } else {
-        Numbers::Double(array.part::<f64>(&part)?.into())
-    };
+    let data = if array.stored.is_single() { array.part::<f32>(&part)? } else { array.part::<f64>(&part)? };
     Ok(Array { shape: part.shape(), data, fortran })
 }
 
@@ -175,12 +171,12 @@ impl Open<'_> {
     }
 
     /// A part of three axes, in the order of the file.
-    fn part<T: Kept>(mut self, part: &Part) -> Result<Vec<T>> {
+    fn part<T: Kept>(mut self, part: &Part) -> Result<Numbers> {
         let mut shape = three_axes(self.asked.path, &self.shape)?.0;
         if self.fortran {
             shape.reverse();
         }
-        let mut gather = Gather::new(part, self.fortran, self.asked.path, self.asked.memory_limit)?;
+        let mut gather = Gather::<T>::new(part, self.fortran, self.asked.path, self.asked.memory_limit)?;
         let mut at = 0;
         gather.rows(
             shape,
@@ -193,7 +189,7 @@ impl Open<'_> {
                 Ok(())
             },
         )?;
-        Ok(gather.finish())
+        gather.finish()
     }
 
     /// Leaves out some bytes; an archive inflates them for its checksum.

@@ -29,6 +29,21 @@ fn brick_grid(i: u32) -> BrickGrid {
     return BrickGrid(constants[at], constants[at + 1u], vec4u(constants[at + 2u]));
 }
 
+// Where a place stands in an atlas of pages, both in texture coordinates.
+// twin: barnard::volume::Pages::number
+fn in_atlas(at: vec3f, paging: u32) -> vec3f {
+    let voxels = constants[PAGING + 2u * paging];
+    let atlas = constants[PAGING + 2u * paging + 1u].xyz;
+    let place = clamp(at * voxels.xyz - 0.5, vec3f(0.0), voxels.xyz - 1.0);
+    let page = vec3u(min(place, voxels.xyz - 2.0)) / PAGE;
+    let pages = (vec3u(voxels.xyz) - 2u) / PAGE + 1u;
+    let slot = brick_distances[u32(voxels.w) + (page.z * pages.y + page.y) * pages.x + page.x];
+    let across = vec2u(atlas.xy);
+    let own = vec3u(slot % across.x, slot / across.x % across.y, slot / (across.x * across.y));
+    let side = f32(PAGE + 1u);
+    return (vec3f(own) * side + place - vec3f(page * PAGE) + 0.5) / (atlas * side);
+}
+
 fn read_all(p: vec3f) -> array<vec4f, QUADS> {
     var values: array<vec4f, QUADS>;
     for (var q = 0u; q < QUADS; q++) { // written out

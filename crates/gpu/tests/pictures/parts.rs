@@ -60,6 +60,8 @@ fn each_part_is_that_of_the_processor() {
     let flat =
         CAMERA.replace("kind = \"perspective\"", "kind = \"orthographic\"").replace("field_of_view = \"40 deg\"", "width = \"2.5 pc\"");
     let method = "[method]\nbake = 24\n";
+    let lobes = DUST.replace("density = \"ball\"", "density = \"ball * max(0, 4 * x * y - 1)\"");
+    let pages = "[method]\nbake = 60\nsparse = \"always\"\n";
     for (name, text) in [
         ("plain", format!("{CAMERA}{DUST}{STAR}{method}")),
         ("forward", format!("{CAMERA}{DUST}{forward}{STAR}{method}")),
@@ -75,9 +77,12 @@ fn each_part_is_that_of_the_processor() {
         // More sums than registers hold.
         ("shared nodes of six stars", format!("{CAMERA}{spectral}{STAR}{}{gas}{behind}{method}name = \"common_nodes\"\n", many_lights(5))),
         ("dark", format!("{CAMERA}{DUST}{method}")),
+        ("pages", format!("{CAMERA}{lobes}{STAR}{pages}")),
+        ("pages of dust and of gas", format!("{CAMERA}{lobes}{STAR}{gas}{pages}bounces = 3\n")),
     ] {
         let mut scene = parsed(&text);
         let planned = plan(&mut scene, 24);
+        assert_eq!(name.contains("pages"), planned.space().volumes.iter().any(|volume| volume.pages().count() > 1), "{name}");
         for stepping in [FINE, Stepping::Paired(5.0)] {
             let plan = planned.clone().with_stepping(stepping);
             let theirs = cpu::radiance(&plan, &Control::default()).unwrap().0;

@@ -40,7 +40,7 @@ impl Majorant {
             None => of_function(field, control),
         };
         control.check()?;
-        let first_bad = blocks.run(0..blocks.lattice.cells()).position(|v| !v.is_finite());
+        let first_bad = blocks.values().iter().position(|v| !v.is_finite());
         match first_bad {
             None => Ok(Self { blocks }),
             Some(i) => {
@@ -80,7 +80,7 @@ impl Majorant {
             if t >= far {
                 return None;
             }
-            let bound = f64::from(self.blocks.value(lattice.index(place[0], place[1], place[2])));
+            let bound = f64::from(self.blocks.value(place));
             let axis = (0..3).fold(0, |first, a| if borders[a] < borders[first] { a } else { first });
             let end = borders[axis].clamp(t, far);
             let cell = (t, end, bound);
@@ -107,8 +107,7 @@ fn of_grid(grid: &Grid) -> Grid {
         let place = lattice.place(index);
         // A place in the block lies between the centres of its voxels and those around them.
         let along = |axis: usize| (place[axis] * VOXELS).saturating_sub(1)..((place[axis] + 1) * VOXELS + 1).min(own.dims[axis]);
-        let rows = along(2).flat_map(|z| along(1).map(move |y| (y, z)));
-        rows.map(|(y, z)| grid.largest(own.row(along(0), y, z))).fold(0.0, f32::max)
+        grid.largest([along(0), along(1), along(2)])
     };
     let data = (0..lattice.cells()).into_par_iter().map(largest).collect();
     Grid::of(lattice, data)
@@ -123,11 +122,12 @@ fn of_function(field: &dyn Field, control: &Control) -> Grid {
     // NaN must not be lost among numbers.
     let larger = |a: f32, b: f32| if a.is_nan() || a > b { a } else { b };
     let asked = Grid::sampled(fine.clone(), |p| if control.interrupted() { 0.0 } else { field.at(p) });
+    let asked = asked.values();
     let largest = |index: usize| {
         let place = lattice.place(index);
         let along = |axis: usize| (place[axis] * ASKED).saturating_sub(ASKED)..((place[axis] + 2) * ASKED).min(fine.dims[axis]);
         let rows = along(2).flat_map(|z| along(1).map(move |y| (y, z)));
-        rows.flat_map(|(y, z)| asked.run(fine.row(along(0), y, z))).fold(0.0, larger)
+        rows.flat_map(|(y, z)| asked[fine.row(along(0), y, z)].iter().copied()).fold(0.0, larger)
     };
     let mut data: Vec<f32> = (0..lattice.cells()).into_par_iter().map(largest).collect();
     // Any bound does where nothing was met, as long as it is one: a field may be thinner than the places asked.

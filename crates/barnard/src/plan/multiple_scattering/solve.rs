@@ -122,7 +122,7 @@ impl Problem<'_> {
         if sources.many_lights.is_empty() {
             return [0.0; WIDTH];
         }
-        let densest = f64::from(self.dust.largest(0..self.dust.lattice.cells()));
+        let densest = f64::from(self.dust.densest());
         let spectral = &self.draft.spectral;
         let phase = spectral.phase_factor(1.0).max(spectral.phase_factor(-1.0));
         let bound = phase * densest * std::f64::consts::PI / (CLOSE * self.draft.space.voxel_pc()) * f64::from(sources.unit);

@@ -9,7 +9,12 @@ use crate::field::{Grid, Lattice};
 use crate::memory;
 use crate::plan::star_depths::{self, Progress};
 use crate::plan::{ManyLights, Settings, many_lights};
-use crate::volume::{Channel, ChannelMut, MAX_CHANNELS, Volume};
+use crate::volume::{Channel, ChannelMut, MAX_CHANNELS, Pages, Sparsity, Volume};
+
+/// Volumes that take less are not looked through for empty pages \[bytes\].
+const LARGE: u64 = 64 << 20;
+/// The part of a volume's memory that pages may take to be worth it \[1\].
+const WORTHWHILE: f64 = 0.75;
 
 impl SpatialPlan {
     /// Puts the stars `members` among the many lights.
@@ -55,7 +60,8 @@ impl SpatialPlan {
             parts.push((dust.lattice.clone(), Channel::Dust));
             let lattice = dust.lattice.refined(factor);
             let count = stars.len();
-            let bytes = self.precision.bytes() * count as u64 * lattice.cells() as u64;
+            let voxels = self.pages(&lattice, &[Channel::Dust], count).voxels();
+            let bytes = self.precision.bytes() * count as u64 * voxels as u64;
             memory::check(&format!("star depths of {count} stars"), bytes, settings.memory_limit)?;
             parts.extend(stars.iter().map(|star| (lattice.clone(), Channel::StarDepth(*star))));
         }
@@ -64,9 +70,10 @@ impl SpatialPlan {
         while let Some((lattice, _)) = parts.first().cloned() {
             let (own, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|p| p.0 == lattice);
             let channels: Vec<Channel> = own.into_iter().map(|p| p.1).collect();
-            let bytes = self.precision.bytes() * channels.len() as u64 * lattice.cells() as u64;
+            let pages = self.pages(&lattice, &channels, channels.len());
+            let bytes = self.precision.bytes() * (channels.len() * pages.voxels()) as u64;
             memory::check(&format!("volumes of {} fields", channels.len()), bytes, settings.memory_limit)?;
-            let volume = |chunk: &[Channel]| Volume::with_precision(&lattice, chunk.to_vec(), self.precision);
+            let volume = |chunk: &[Channel]| Volume::with_pages(&lattice, chunk.to_vec(), self.precision, pages.clone());
             self.volumes.extend(channels.chunks(MAX_CHANNELS).map(volume));
             parts = others;
         }
@@ -78,6 +85,26 @@ impl SpatialPlan {
         }
         self.volumes = volumes;
         Ok(())
+    }
+
+    /// The pages of a volume of so many channels, which need those where there is something of `channels`: all in one
+    /// where little is empty, or nothing may be left out.
+    fn pages(&self, lattice: &Lattice, channels: &[Channel], count: usize) -> Pages {
+        let whole = Pages::whole(Volume::zeroed(lattice, Vec::new()).lattice.dims);
+        let is_large = self.precision.bytes() * (count * whole.voxels()) as u64 >= LARGE;
+        // Noise that is evaluated at every sample is elsewhere than its samples.
+        if self.cloud.is_some() || self.sparsity == Sparsity::Never || self.sparsity == Sparsity::Auto && !is_large {
+            return whole;
+        }
+        let grid = |channel: &Channel| match channel {
+            Channel::Emission(species) => self.emission.get(*species),
+            _ => self.dust.as_deref(),
+        };
+        let mut grids: Vec<&Grid> = channels.iter().filter_map(grid).collect();
+        grids.dedup_by(|a, b| std::ptr::eq(*a, *b));
+        let pages = Volume::pages_with(lattice, &grids);
+        let is_worthwhile = self.sparsity == Sparsity::Always || pages.voxels() as f64 <= WORTHWHILE * whole.voxels() as f64;
+        if is_worthwhile { pages } else { whole }
     }
 
     /// Puts into a channel what it is to hold.
@@ -99,7 +126,9 @@ impl SpatialPlan {
     /// The bytes of star depths of `factor` voxels along one of dust.
     pub fn star_bytes(&self, factor: usize) -> u64 {
         let cells = self.dust.as_ref().map_or(0, |d| d.lattice.cells() as u64);
-        self.precision.bytes() * cells.saturating_mul(factor.pow(3) as u64).saturating_mul(self.marched.len() as u64)
+        let held = self.marched.first().and_then(|star| self.star_channel(*star)).map_or(1.0, |(volume, _)| volume.held());
+        let bytes = self.precision.bytes() * cells.saturating_mul(factor.pow(3) as u64).saturating_mul(self.marched.len() as u64);
+        (held * bytes as f64) as u64
     }
 
     /// The bytes that all grids take.

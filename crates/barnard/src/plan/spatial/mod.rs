@@ -15,15 +15,14 @@ use glam::DVec3;
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::field::{Fbm, Field, Grid, column};
+use crate::field::{Fbm, Field, Grid, Storage, column};
 use crate::geometry::{Bounds, Ray};
 use crate::plan::many_lights;
 use crate::plan::many_lights::ManyLights;
 use crate::plan::spatial::bake::{BakeResolution, OWN, baked};
 use crate::plan::{Settings, Spatial, star_depths};
 use crate::scene::Scene;
-use crate::volume::Bricks;
-use crate::volume::{Channel, Precision, Volume};
+use crate::volume::{Bricks, Channel, Precision, Sparsity, Volume};
 
 /// Depth at V that no light of any wavelength comes through, from an eye through all dust to a star.
 const DEEPEST: f64 = 10.0 * star_depths::OPAQUE;
@@ -65,6 +64,8 @@ pub struct SpatialPlan {
     bake: Option<usize>,
     /// How volumes are stored.
     pub precision: Precision,
+    /// Whether pages of them that are empty are left out.
+    sparsity: Sparsity,
     /// The resolution that was asked for functions.
     resolution: BakeResolution,
 }
@@ -125,11 +126,18 @@ impl SpatialPlan {
             sigma_v_per_pc: sigma_v_per_pc(scene),
             bake: settings.method.bake,
             precision: settings.method.volumes,
+            sparsity: settings.method.sparse,
             resolution,
         };
         space.part_stars(&many_lights::members(scene, &settings.method), settings, control)?;
         space.refine_stars(1, settings, control)?;
         Ok(space)
+    }
+
+    /// How the least exact of the densities that are grids is stored.
+    pub fn grid_storage(&self) -> Storage {
+        let grids = self.densities.iter().filter_map(|field| field.grid());
+        grids.map(Grid::storage).max_by(|a, b| a.error().total_cmp(&b.error())).unwrap_or_default()
     }
 
     /// Whether a density is a function, of which the march has samples alone.

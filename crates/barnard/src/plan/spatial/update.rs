@@ -22,7 +22,7 @@ impl SpatialPlan {
         let known = scene.densities().count() == self.densities.len() && scene.densities().zip(&self.densities).all(same);
         if !known
             || scene.dust.is_some() != self.dust.is_some()
-            || (self.bake, self.precision) != (settings.method.bake, settings.method.volumes)
+            || (self.bake, self.precision, self.sparsity) != (settings.method.bake, settings.method.volumes, settings.method.sparse)
         {
             return Ok(None);
         }

@@ -36,7 +36,7 @@ use crate::plan::star_depths::OPAQUE;
 use crate::plan::star_depths::between_rays::{Places, beside, cubic_line, cubic_rows, grazed};
 use crate::plan::star_depths::frustum::{Frustum, Rays, TierOf, frustums};
 use crate::plan::star_depths::planes::{Part, Planes, ROWS_TOGETHER, mix, within};
-use crate::volume::{ChannelMut, Stored, stored};
+use crate::volume::{ChannelMut, Plane};
 
 /// Two-point Gauss rule on [0, 1], weights one half.
 pub const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
@@ -285,16 +285,11 @@ impl FrustumSweep<'_> {
     fn write_plane(&self, tier: &Tier, plane: usize, values: &mut [f32], out: &mut ChannelMut) -> u64 {
         let ChannelMut { volume, slot } = out;
         let [columns, rows] = self.plane_values(tier, plane, values);
-        let strides = [1, volume.lattice.dims[0], volume.lattice.dims[0] * volume.lattice.dims[1]];
-        let [du, dv, dw] = self.frustum.axes.map(|axis| strides[axis] * volume.channels.len());
-        // Whatever w is, v is slower than u in memory: each row lies in a part of its own.
-        let first = volume.index([0; 3]) + *slot + plane * dw;
-        let parts = volume.units[*slot].recip();
-        stored!(&mut volume.values, |data| {
-            let lines = data[first..].par_chunks_mut(dv).enumerate().skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
-            let of = |y: usize, x: usize| Stored::of(values[y * self.frustum.dims[0] + x] * parts);
-            lines.for_each(|(y, out)| columns.clone().for_each(|x| out[x * du] = of(y, x)));
-        });
+        let (parts, width) = (volume.units[*slot].recip(), self.frustum.dims[0]);
+        // The layer around the box is before its first voxel.
+        let ranges = [&columns, &rows].map(|range| range.start + 1..range.end + 1);
+        let at = Plane { axes: self.frustum.axes, at: plane + 1 };
+        volume.put_plane(*slot, at, ranges, |x, y| values[(y - 1) * width + x - 1] * parts);
         (rows.len() * columns.len()) as u64
     }
 }

@@ -19,7 +19,7 @@ use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::field::Grid;
 use crate::plan::star_depths::frustum_sweep::sweep;
-use crate::volume::{Bricks, ChannelMut, Stored, Volume, stored};
+use crate::volume::{Bricks, ChannelMut, Plane, Volume};
 
 /// Depth at V past which light is gone at any wavelength: where extinction is least, k = 0.03 in the mid infrared,
 /// e^(−30) is left.
@@ -74,39 +74,18 @@ pub fn deepest(volume: &Volume, slot: usize, dust: &Bricks) -> f32 {
     (0..lattice.dims[2]).into_par_iter().map(deepest).reduce(|| 0.0, f32::max)
 }
 
-/// Moves every value by −δ²/12 along each axis, not past its neighbours.
+/// Moves every value by −δ²/12 along each axis, not past its neighbours; not along those on which it has a neighbour in
+/// a page that is not held.
 fn match_means(volume: &mut Volume, slot: usize) {
-    let shape = Shape {
-        dims: volume.inner.dims,
-        channels: volume.channels.len(),
-        row: volume.lattice.dims[0] * volume.channels.len(),
-        starts: (0..volume.inner.dims[2]).map(|z| volume.index([0, 0, z])).collect(),
-    };
-    stored!(&mut volume.values, |data| move_to_means(data, &shape, slot));
-}
-
-/// How the values of a box lie in memory: its voxels along each axis, values of a voxel and of a row, and where each
-/// plane starts.
-struct Shape {
-    dims: [usize; 3],
-    channels: usize,
-    row: usize,
-    starts: Vec<usize>,
-}
-
-fn move_to_means<S: Stored>(values: &mut [S], shape: &Shape, slot: usize) {
-    let Shape { dims: [nx, ny, nz], channels, row, ref starts } = *shape;
-    let plane = ny * row;
-    let copy = |data: &[S], z: usize, out: &mut Vec<f32>| {
-        out.resize(nx * ny, 0.0);
-        out.par_chunks_mut(nx).enumerate().for_each(|(y, line)| {
-            let values = &data[starts[z] + y * row..][..nx * channels];
-            line.iter_mut().zip(values.iter().skip(slot).step_by(channels)).for_each(|(own, value)| *own = value.value());
-        });
-    };
+    let [nx, ny, nz] = volume.inner.dims;
+    let width = volume.lattice.dims[0];
+    // Planes are those of the lattice that has a layer around the box.
+    let across = |z: usize| Plane { axes: [0, 1, 2], at: z + 1 };
+    let row = |y: usize| (y + 1) * width + 1..(y + 1) * width + 1 + nx;
     // Planes before, here and behind, as they were swept.
     let mut planes: Vec<Vec<f32>> = vec![Vec::new(); nz.min(3)];
-    planes.iter_mut().enumerate().for_each(|(z, plane)| copy(values, z, plane));
+    planes.iter_mut().enumerate().for_each(|(z, plane)| volume.plane(slot, across(z), plane));
+    let mut moved = vec![0.0; nx * ny];
     let mut first = 0;
     // The second difference of the outermost value is that of its neighbour.
     let middle = |i: usize, n: usize| i.clamp(1, n.saturating_sub(2).max(1));
@@ -114,31 +93,27 @@ fn move_to_means<S: Stored>(values: &mut [S], shape: &Shape, slot: usize) {
         while nz > 2 && first + 1 < middle(z, nz) {
             planes.rotate_left(1);
             first += 1;
-            copy(values, first + 2, &mut planes[2]);
+            volume.plane(slot, across(first + 2), &mut planes[2]);
         }
         let own = &planes[z - first];
-        // The last row ends within its plane: two voxels of the layer follow the box's.
-        let end = (starts[z] + plane).min(values.len());
-        let lines = values[starts[z]..end].par_chunks_mut(row).enumerate();
-        lines.for_each_init(
+        moved.par_chunks_exact_mut(nx).enumerate().for_each_init(
             || Around::new(nx),
             |around, (y, line)| {
-                let of = |y: usize| y * nx..(y + 1) * nx;
-                around.begin(&own[of(y)]);
+                around.begin(&own[row(y)]);
                 if nx > 2 {
-                    around.along(&own[of(y)]);
+                    around.along(&own[row(y)]);
                 }
                 if ny > 2 {
                     let y = middle(y, ny);
-                    around.across([y - 1, y, y + 1].map(|y| &own[of(y)]));
+                    around.across([y - 1, y, y + 1].map(|y| &own[row(y)]));
                 }
                 if nz > 2 {
-                    around.across([0, 1, 2].map(|i| &planes[i][of(y)]));
+                    around.across([0, 1, 2].map(|i| &planes[i][row(y)]));
                 }
-                let values = line.iter_mut().skip(slot).step_by(channels);
-                values.zip(around.moved(&own[of(y)])).for_each(|(value, moved)| *value = S::of(moved));
+                line.iter_mut().zip(around.moved(&own[row(y)])).for_each(|(value, moved)| *value = moved);
             },
         );
+        volume.put_plane(slot, across(z), [1..nx + 1, 1..ny + 1], |x, y| moved[(y - 1) * nx + x - 1]);
     }
 }
 
@@ -164,7 +139,7 @@ impl Around {
     /// Adds the neighbours across the row, given the row and those on both sides of it.
     fn across(&mut self, [a, b, c]: [&[f32]; 3]) {
         for (i, second) in self.second.iter_mut().enumerate() {
-            *second += a[i] - 2.0 * b[i] + c[i];
+            *second += known(a[i] - 2.0 * b[i] + c[i]);
             self.low[i] = self.low[i].min(a[i]).min(b[i]).min(c[i]);
             self.high[i] = self.high[i].max(a[i]).max(b[i]).max(c[i]);
         }
@@ -174,7 +149,7 @@ impl Around {
     fn along(&mut self, own: &[f32]) {
         let last = own.len() - 1;
         let mut add = |i: usize, [a, b, c]: [f32; 3]| {
-            self.second[i] += a - 2.0 * b + c;
+            self.second[i] += known(a - 2.0 * b + c);
             self.low[i] = self.low[i].min(a).min(b).min(c);
             self.high[i] = self.high[i].max(a).max(b).max(c);
         };
@@ -188,8 +163,13 @@ impl Around {
     /// The row's values, moved by a twelfth of the second differences.
     fn moved(&self, own: &[f32]) -> impl Iterator<Item = f32> {
         let ends = self.low.iter().zip(&self.high);
-        own.iter().zip(&self.second).zip(ends).map(|((own, second), (low, high))| (own - second / 12.0).clamp(*low, *high))
+        own.iter().zip(&self.second).zip(ends).map(|((own, second), (low, high))| (own - second / 12.0).max(*low).min(*high))
     }
+}
+
+/// A difference, none where a value of it is not known.
+fn known(difference: f32) -> f32 {
+    if difference.is_nan() { 0.0 } else { difference }
 }
 
 #[cfg(test)]

@@ -79,21 +79,20 @@ impl<'a> Planes<'a> {
 
     fn copy(&mut self, first: usize, count: usize) {
         let grid = self.dust.grid;
-        let [nx, ny, _] = grid.lattice.dims;
-        let strides = [1, nx, nx * ny];
-        let [nu, nv, _] = self.axes.map(|a| grid.lattice.dims[a]);
-        let [du, dv, dw] = self.axes.map(|a| strides[a]);
+        let ([nu, nv, _], across) = (self.axes.map(|a| grid.lattice.dims[a]), self.axes[2]);
         self.block.resize(count * nu * nv, 0.0);
         self.block.par_chunks_exact_mut(count * nu).enumerate().with_min_len(ROWS_TOGETHER).for_each(|(v, rows)| {
-            if dw == 1 {
+            if across == 0 {
+                let mut line = [0.0; BLOCK];
+                let line = &mut line[..count];
                 for u in 0..nu {
-                    let line = u * du + v * dv + first;
-                    grid.run(line..line + count).enumerate().for_each(|(k, value)| rows[k * nu + u] = value);
+                    grid.row(first..first + count, u, v, line);
+                    line.iter().enumerate().for_each(|(k, value)| rows[k * nu + u] = *value);
                 }
             } else {
                 for (k, row) in rows.chunks_exact_mut(nu).enumerate() {
-                    let line = v * dv + (first + k) * dw;
-                    row.iter_mut().zip(grid.run(line..line + nu)).for_each(|(own, value)| *own = value);
+                    let (y, z) = if across == 1 { (first + k, v) } else { (v, first + k) };
+                    grid.row(0..nu, y, z, row);
                 }
             }
         });

@@ -56,7 +56,7 @@ fn value_of<T: Kept>(header: &Header) -> impl Fn(f64) -> T + Sync + use<T> {
 
 /// What is meant of the pixel values of an HDU of this shape, the slowest axis first, whose axes have these numbers in the
 /// file.
-fn values<T: Kept>(request: &mut Request, header: &Header, numbers: [Option<usize>; 3], shape: [usize; 3], part: &Part) -> Result<Vec<T>> {
+fn values<T: Kept>(request: &mut Request, header: &Header, numbers: [Option<usize>; 3], shape: [usize; 3], part: &Part) -> Result<Numbers> {
     let path = request.path;
     let stored = stored_of(header.bitpix()).map_err(|reason| Error::file(path, reason))?;
     let mut gather = Gather::new(part, false, path, request.memory_limit)?;
@@ -83,7 +83,7 @@ fn values<T: Kept>(request: &mut Request, header: &Header, numbers: [Option<usiz
             Ok(())
         },
     )?;
-    Ok(gather.finish())
+    gather.finish()
 }
 
 fn array(request: &mut Request, choose: Choose) -> Result<Array> {
@@ -120,8 +120,8 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
     // What is scaled may need more digits than are stored.
     let is_scaled = ["BSCALE", "BZERO"].iter().any(|key| header.number(key).is_some());
     let data = match header.bitpix() {
-        Some(8 | 16 | -32) if !is_scaled => Numbers::Single(values::<f32>(request, header, numbers, shape, &part)?.into()),
-        _ => Numbers::Double(values::<f64>(request, header, numbers, shape, &part)?.into()),
+        Some(8 | 16 | -32) if !is_scaled => values::<f32>(request, header, numbers, shape, &part)?,
+        _ => values::<f64>(request, header, numbers, shape, &part)?,
     };
     Ok(Array { shape: part.shape(), data, fortran: false })
 }
@@ -169,7 +169,8 @@ fn image(request: &mut Request) -> Result<Image> {
         double |= header.bitpix() == Some(-64);
         bands.push(header.text("EXTNAME").map_or_else(|| super::nameless(bands.len()), str::to_owned));
         // The first row of FITS is the lowest.
-        let values: Vec<f64> = values(request, header, [None, Some(2), Some(1)], shape, &Layout { shape, frame: None }.whole())?;
+        let whole = Layout { shape, frame: None }.whole();
+        let values = values::<f64>(request, header, [None, Some(2), Some(1)], shape, &whole)?.doubles();
         data.extend(values.chunks(axes[0] as usize).rev().flatten().copied());
     }
     let (width, height) = size.ok_or_else(|| Error::file(request.path, "holds no two-dimensional image"))?;

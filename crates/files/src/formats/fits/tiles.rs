@@ -4,6 +4,7 @@
 
 use std::sync::OnceLock;
 
+use barnard::data;
 use barnard::error::{Error, Result};
 use barnard::memory;
 use flate2::read::MultiGzDecoder;
@@ -59,7 +60,12 @@ struct Tile {
 }
 
 /// What is meant of an image of this shape, whose axes are those of `numbers` in the file, into `gather`.
-pub fn gathered<T: Kept>(request: &mut Request, header: &Header, numbers: [Option<usize>; 3], mut gather: Gather<T>) -> Result<Vec<T>> {
+pub fn gathered<T: Kept>(
+    request: &mut Request,
+    header: &Header,
+    numbers: [Option<usize>; 3],
+    mut gather: Gather<T>,
+) -> Result<data::Numbers> {
     let (path, limit) = (request.path, request.memory_limit);
     let wrong = |reason: String| Error::file(path, reason);
     let tiles = Tiles::of(header).map_err(wrong)?;
@@ -104,7 +110,7 @@ pub fn gathered<T: Kept>(request: &mut Request, header: &Header, numbers: [Optio
             Ok(values)
         },
     )?;
-    Ok(gather.finish())
+    gather.finish()
 }
 
 impl<'h> Tiles<'h> {

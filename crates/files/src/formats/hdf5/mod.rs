@@ -10,7 +10,7 @@ mod source;
 
 use std::collections::BTreeSet;
 
-use barnard::data::{Array, Choose, Layout, Numbers};
+use barnard::data::{Array, Choose, Layout};
 use barnard::error::{Error, Result};
 use barnard::memory;
 use hdf5_reader::group::Group;
@@ -74,9 +74,9 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
     let is_single = stored.is_single() && packing.scale.is_none();
     let slabs = Slabs::new(&found.dataset, stored, [a, b, c], packing);
     let data = if is_single {
-        Numbers::Single(slabs.gathered::<f32>(Gather::new(&part, false, path, limit)?, limit).map_err(wrong)?.into())
+        slabs.gathered::<f32>(Gather::new(&part, false, path, limit)?, limit).map_err(wrong)?.finish()?
     } else {
-        Numbers::Double(slabs.gathered::<f64>(Gather::new(&part, false, path, limit)?, limit).map_err(wrong)?.into())
+        slabs.gathered::<f64>(Gather::new(&part, false, path, limit)?, limit).map_err(wrong)?.finish()?
     };
     Ok(Array { shape: part.shape(), data, fortran: false })
 }

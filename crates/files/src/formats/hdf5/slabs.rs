@@ -56,10 +56,10 @@ impl<'a> Slabs<'a> {
     }
 
     /// What `gather` wants of it.
-    pub fn gathered<T: Kept>(&self, mut gather: Gather<T>, limit: u64) -> Result<Vec<T>, String> {
+    pub fn gathered<T: Kept>(&self, mut gather: Gather<T>, limit: u64) -> Result<Gather<T>, String> {
         let blocks = cut(&gather.ranges, self.block);
         gather.blocks(blocks, (self.bytes, limit), |_| Ok(()), |block, ()| self.read(block))?;
-        Ok(gather.finish())
+        Ok(gather)
     }
 
     fn read<T: Kept>(&self, block: &Block) -> Result<Vec<T>, String> {

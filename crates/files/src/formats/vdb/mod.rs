@@ -10,7 +10,7 @@ mod header;
 mod tree;
 mod window;
 
-use barnard::data::{AXIS_ORDERS, Array, Axis, Choose, Frame, Layout, Numbers};
+use barnard::data::{AXIS_ORDERS, Array, Axis, Choose, Frame, Layout};
 use barnard::error::{Error, Result};
 
 use self::bytes::Bytes;
@@ -52,9 +52,9 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
     let frame = frame(&transform, &window).map_err(|reason| bytes.wrong(reason))?;
     let part = choose(&Layout { shape: window.dims.map(|n| n as usize), frame: Some(frame) })?;
     let data = if coding.is_double() {
-        Numbers::Double(tree.values(&mut bytes, &window, Gather::<f64>::new(&part, true, path, limit)?)?.into())
+        tree.values(&mut bytes, &window, Gather::<f64>::new(&part, true, path, limit)?)?
     } else {
-        Numbers::Single(tree.values(&mut bytes, &window, Gather::<f32>::new(&part, true, path, limit)?)?.into())
+        tree.values(&mut bytes, &window, Gather::<f32>::new(&part, true, path, limit)?)?
     };
     Ok(Array { shape: part.shape(), data, fortran: true })
 }

@@ -5,6 +5,7 @@
 
 use std::collections::HashSet;
 
+use barnard::data::Numbers;
 use barnard::error::Result;
 use barnard::memory;
 use rayon::prelude::*;
@@ -170,7 +171,7 @@ impl Tree {
     }
 
     /// Gathers values, x running fastest; the file stands where the values of the leaves begin.
-    pub fn values<T: Kept + Send + Sync>(&self, bytes: &mut Bytes, window: &Window, mut gather: Gather<T>) -> Result<Vec<T>> {
+    pub fn values<T: Kept + Send + Sync>(&self, bytes: &mut Bytes, window: &Window, mut gather: Gather<T>) -> Result<Numbers> {
         for tile in &self.tiles {
             window.tile(&mut gather, tile.low, tile.edge, T::of(tile.value));
         }
@@ -193,7 +194,7 @@ impl Tree {
                 window.voxels(&mut gather, low, LEAF, &own);
             }
         }
-        Ok(gather.finish())
+        gather.finish()
     }
 
     /// The block of a leaf; its mask stands before it once more.

@@ -1,0 +1,409 @@
+//! Values in blocks of 16³ voxels: empty blocks take no memory, and the others as much as their storage takes.
+//!
+//! A block keeps its values as they are, or as halves in parts of a unit of its own, or as bytes: zero is zero, and
+//! 1 to 255 are even steps from the least value above zero to the largest. So what is empty stays empty.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use crate::memory;
+use crate::volume::{Half, Stored, unit};
+
+/// Voxels along the edge of a block.
+const EDGE: usize = 16;
+const SIZE: usize = EDGE * EDGE * EDGE;
+/// Steps of a byte between the least value above zero and the largest.
+const STEPS: f32 = 254.0;
+
+/// How the values of a block are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Storage {
+    /// Four bytes a value, as it is in single precision.
+    #[default]
+    Single,
+    /// Two bytes a value, right to 1 in 2048 of it, or of 2⁻²⁹ of the largest in its block.
+    Half,
+    /// One byte a value, right to 1 in 508 of the largest in its block.
+    Byte,
+}
+
+impl Storage {
+    /// All of them, by name.
+    pub const ALL: [(&'static str, Self); 3] = [("single", Self::Single), ("half", Self::Half), ("byte", Self::Byte)];
+
+    /// The largest error of a value, in parts of the largest in its block \[1\].
+    pub fn error(self) -> f64 {
+        match self {
+            Self::Single => 0.0,
+            Self::Half => 1.0 / 2048.0,
+            Self::Byte => 0.5 / f64::from(STEPS),
+        }
+    }
+}
+
+/// The values of a block, x fastest; those beyond the edge of the grid are zero.
+#[derive(Debug, Clone, PartialEq)]
+enum Block {
+    Single(Box<[f32]>),
+    Half { unit: f32, values: Box<[Half]> },
+    Byte { least: f32, step: f32, values: Box<[u8]> },
+}
+
+impl Block {
+    #[inline(always)]
+    fn value(&self, local: usize) -> f32 {
+        match self {
+            Self::Single(values) => values[local],
+            Self::Half { unit, values } => values[local].value() * unit,
+            Self::Byte { least, step, values } => of_byte(values[local], *least, *step),
+        }
+    }
+
+    /// Writes values that stand side by side.
+    fn copy(&self, range: Range<usize>, out: &mut [f32]) {
+        match self {
+            Self::Single(values) => out.copy_from_slice(&values[range]),
+            Self::Half { unit, values } => out.iter_mut().zip(&values[range]).for_each(|(out, v)| *out = v.value() * unit),
+            Self::Byte { least, step, values } => out.iter_mut().zip(&values[range]).for_each(|(out, v)| *out = of_byte(*v, *least, *step)),
+        }
+    }
+
+    /// The same values, stored in another way; as they are where one is negative or no number.
+    fn stored(values: Box<[f32]>, storage: Storage) -> Self {
+        let largest = values.iter().fold(0.0f32, |most, v| most.max(*v));
+        if storage == Storage::Single || !values.iter().all(|v| v.is_finite() && *v >= 0.0) {
+            return Self::Single(values);
+        }
+        if storage == Storage::Half {
+            let unit = unit(largest);
+            return Self::Half { unit, values: values.iter().map(|v| Half::of(v / unit)).collect() };
+        }
+        let least = values.iter().filter(|v| **v > 0.0).fold(largest, |least, v| least.min(*v));
+        let step = (largest - least) / STEPS;
+        let byte = |v: &f32| if *v > 0.0 { 1 + if step > 0.0 { ((v - least) / step).round() as u8 } else { 0 } } else { 0 };
+        Self::Byte { least, step, values: values.iter().map(byte).collect() }
+    }
+
+    fn bytes(&self) -> u64 {
+        match self {
+            Self::Single(_) => 4 * SIZE as u64,
+            Self::Half { .. } => 2 * SIZE as u64,
+            Self::Byte { .. } => SIZE as u64,
+        }
+    }
+}
+
+#[inline(always)]
+fn of_byte(byte: u8, least: f32, step: f32) -> f32 {
+    if byte == 0 { 0.0 } else { least + f32::from(byte - 1) * step }
+}
+
+/// The values of a grid, block by block.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Blocks {
+    /// Voxels along x, y and z.
+    dims: [usize; 3],
+    /// Blocks along x, y and z.
+    counts: [usize; 3],
+    /// The blocks, x fastest; none where all values are zero.
+    blocks: Vec<Option<Block>>,
+    storage: Storage,
+}
+
+impl Blocks {
+    /// Blocks for so many voxels, all of them zero.
+    fn empty(dims: [usize; 3], storage: Storage) -> Self {
+        let counts = dims.map(|n| n.div_ceil(EDGE));
+        Self { dims, counts, blocks: vec![None; counts.iter().product()], storage }
+    }
+
+    /// How the values are stored.
+    pub fn storage(&self) -> Storage {
+        self.storage
+    }
+
+    /// The voxels along x, y and z.
+    pub fn dims(&self) -> [usize; 3] {
+        self.dims
+    }
+
+    /// The bytes that the values take.
+    pub fn bytes(&self) -> u64 {
+        self.blocks.iter().flatten().map(Block::bytes).sum::<u64>() + (size_of::<Option<Block>>() * self.blocks.len()) as u64
+    }
+
+    /// What a voxel's number along an axis adds to its address: the number of its block, and its place in there.
+    #[inline(always)]
+    pub(super) fn address(&self, axis: usize, i: usize) -> usize {
+        let [nx, ny, _] = self.counts;
+        let (block, local) = ([1, nx, nx * ny][axis], [1, EDGE, EDGE * EDGE][axis]);
+        i / EDGE * block * SIZE + i % EDGE * local
+    }
+
+    /// The value at the sum of three addresses.
+    #[inline(always)]
+    pub(super) fn value(&self, address: usize) -> f32 {
+        self.blocks[address / SIZE].as_ref().map_or(0.0, |block| block.value(address % SIZE))
+    }
+
+    /// Writes the values of some voxels of a row.
+    pub(super) fn row(&self, along: Range<usize>, y: usize, z: usize, out: &mut [f32]) {
+        let row = self.address(1, y) + self.address(2, z);
+        let mut x = along.start;
+        while x < along.end {
+            let end = ((x / EDGE + 1) * EDGE).min(along.end);
+            let (address, part) = (row + self.address(0, x), &mut out[x - along.start..end - along.start]);
+            match &self.blocks[address / SIZE] {
+                None => part.fill(0.0),
+                Some(block) => block.copy(address % SIZE..address % SIZE + (end - x), part),
+            }
+            x = end;
+        }
+    }
+
+    /// All values, x fastest.
+    pub fn values(&self) -> Vec<f32> {
+        let [nx, ny, nz] = self.dims;
+        let mut values = vec![0.0; nx * ny * nz];
+        values.chunks_exact_mut(nx.max(1)).enumerate().for_each(|(r, out)| self.row(0..nx, r % ny, r / ny, out));
+        values
+    }
+
+    /// The largest of all values.
+    pub fn densest(&self) -> f32 {
+        self.largest(self.dims.map(|n| 0..n))
+    }
+
+    /// The largest value of some voxels along x, y and z; zero where all are less.
+    pub(super) fn largest(&self, [x, y, z]: [Range<usize>; 3]) -> f32 {
+        let touched = |range: &Range<usize>| range.start / EDGE..range.end.div_ceil(EDGE);
+        let (bx, by, bz) = (touched(&x), touched(&y), touched(&z));
+        let of = |[i, j, k]: [usize; 3]| {
+            let Some(block) = &self.blocks[(k * self.counts[1] + j) * self.counts[0] + i] else { return 0.0 };
+            let within = |block: usize, range: &Range<usize>| {
+                range.start.max(block * EDGE) - block * EDGE..range.end.min((block + 1) * EDGE) - block * EDGE
+            };
+            let (x, y, z) = (within(i, &x), within(j, &y), within(k, &z));
+            let mut row = [0.0; EDGE];
+            let rows = z.flat_map(|z| y.clone().map(move |y| (z * EDGE + y) * EDGE));
+            rows.fold(0.0f32, |most, first| {
+                let own = &mut row[x.clone()];
+                block.copy(first + x.start..first + x.end, own);
+                own.iter().fold(most, |most, v| most.max(*v))
+            })
+        };
+        let blocks = bz.flat_map(|k| {
+            by.clone().flat_map({
+                let bx = bx.clone();
+                move |j| bx.clone().map(move |i| [i, j, k])
+            })
+        });
+        blocks.fold(0.0f32, |most, block| most.max(of(block)))
+    }
+}
+
+/// How the elements of an array become the blocks of a grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Blocking {
+    /// The axes of the array that x, y and z are.
+    pub axes: [usize; 3],
+    /// Whether x, y and z run against the array's indices.
+    pub backwards: [bool; 3],
+    /// What values are multiplied by.
+    pub factor: f64,
+    /// How they are stored.
+    pub storage: Storage,
+}
+
+/// Blocks that are being filled, each stored as it is to be once all of its voxels have come.
+pub struct Filling {
+    blocking: Blocking,
+    blocks: Blocks,
+    /// Voxels of each block that have not come.
+    left: Vec<u16>,
+    /// Bytes that blocks take, and may take.
+    bytes: u64,
+    limit: u64,
+    label: PathBuf,
+    wrong: Option<Error>,
+}
+
+impl Filling {
+    /// Room for an array of this shape, all of it zero; its blocks may take `limit` bytes, and `label` names it.
+    ///
+    /// # Errors
+    /// Where the list of the blocks alone takes more.
+    pub fn new(blocking: Blocking, shape: [usize; 3], label: &Path, limit: u64) -> Result<Self, Error> {
+        let dims = blocking.axes.map(|axis| shape[axis]);
+        let list = dims.iter().fold(size_of::<Option<Block>>() as u64, |bytes, n| bytes.saturating_mul(n.div_ceil(EDGE) as u64));
+        memory::check(&format!("the blocks of {}", label.display()), list, limit)?;
+        let blocks = Blocks::empty(dims, blocking.storage);
+        let of = |index: usize| {
+            let [nx, ny, _] = blocks.counts;
+            let place = [index % nx, index / nx % ny, index / (nx * ny)];
+            (0..3).map(|axis| (dims[axis] - place[axis] * EDGE).min(EDGE)).product::<usize>() as u16
+        };
+        let left = (0..blocks.blocks.len()).map(of).collect();
+        Ok(Self { blocking, blocks, left, bytes: list, limit, label: label.to_owned(), wrong: None })
+    }
+
+    /// Takes elements that follow one another along an axis of the array, from one on.
+    pub fn run(&mut self, axis: usize, first: [usize; 3], elements: impl Iterator<Item = f64>) {
+        let Blocking { axes, backwards, factor, .. } = self.blocking.clone();
+        let dims = self.blocks.dims;
+        let voxel = |own: usize, index: usize| if backwards[own] { dims[own] - 1 - index } else { index };
+        let along = axes.iter().position(|a| *a == axis).unwrap_or(0);
+        let others: usize = (0..3).filter(|own| *own != along).map(|own| self.blocks.address(own, voxel(own, first[axes[own]]))).sum();
+        for (index, element) in (first[axis]..).zip(elements) {
+            self.put(others + self.blocks.address(along, voxel(along, index)), (element * factor) as f32);
+        }
+    }
+
+    #[inline(always)]
+    fn put(&mut self, address: usize, value: f32) {
+        let (block, local) = (address / SIZE, address % SIZE);
+        if value != 0.0 && !matches!(self.blocks.blocks[block], Some(Block::Single(_))) {
+            self.open(block);
+        }
+        if let Some(Block::Single(values)) = &mut self.blocks.blocks[block] {
+            values[local] = value;
+        }
+        self.left[block] = self.left[block].saturating_sub(1);
+        if self.left[block] == 0 {
+            self.close(block);
+        }
+    }
+
+    /// Makes a block one that can be written, where memory allows.
+    fn open(&mut self, block: usize) {
+        let before = self.blocks.blocks[block].as_ref().map_or(0, Block::bytes);
+        let bytes = self.bytes - before + 4 * SIZE as u64;
+        match memory::check(&format!("the array of {}", self.label.display()), bytes, self.limit) {
+            Ok(()) => {
+                let mut values = vec![0.0; SIZE].into_boxed_slice();
+                self.blocks.blocks[block].iter().for_each(|own| own.copy(0..SIZE, &mut values));
+                self.blocks.blocks[block] = Some(Block::Single(values));
+                self.bytes = bytes;
+            }
+            Err(wrong) => self.wrong = self.wrong.take().or(Some(wrong)),
+        }
+    }
+
+    /// Stores a block as it is to be.
+    fn close(&mut self, block: usize) {
+        if let (Some(Block::Single(_)), true) = (&self.blocks.blocks[block], self.blocks.storage != Storage::Single)
+            && let Some(Block::Single(values)) = self.blocks.blocks[block].take()
+        {
+            let stored = Block::stored(values, self.blocks.storage);
+            self.bytes = self.bytes - 4 * SIZE as u64 + stored.bytes();
+            self.blocks.blocks[block] = Some(stored);
+        }
+    }
+
+    /// What has come.
+    ///
+    /// # Errors
+    /// Where it took more memory than it may.
+    pub fn finish(mut self) -> Result<Blocks, Error> {
+        if let Some(wrong) = self.wrong {
+            return Err(wrong);
+        }
+        (0..self.left.len()).for_each(|block| self.close(block));
+        Ok(self.blocks)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lumps in an empty array of 37 x 20 x 33 elements, and how it becomes blocks: y, z and x are its axes, x and z run
+    /// backwards.
+    const SHAPE: [usize; 3] = [20, 33, 37];
+
+    fn element([i, j, k]: [usize; 3]) -> f64 {
+        let lump = |at: [usize; 3]| [i, j, k].iter().zip(at).map(|(a, b)| (*a as f64 - b as f64).powi(2)).sum::<f64>();
+        (9.0 - lump([3, 4, 5])).max(0.0) + 1e-4 * (20.0 - lump([17, 30, 34])).max(0.0)
+    }
+
+    fn blocks(storage: Storage, limit: u64) -> Result<Blocks, Error> {
+        let blocking = Blocking { axes: [2, 0, 1], backwards: [true, false, true], factor: 2.0, storage };
+        let mut filling = Filling::new(blocking, SHAPE, Path::new("lumps"), limit)?;
+        for (i, j) in (0..SHAPE[0]).flat_map(|i| (0..SHAPE[1]).map(move |j| (i, j))) {
+            // A row in two parts, one of them along another axis.
+            filling.run(2, [i, j, 0], (0..30).map(|k| element([i, j, k])));
+            (30..SHAPE[2]).for_each(|k| filling.run(1, [i, j, k], [element([i, j, k])].into_iter()));
+        }
+        filling.finish()
+    }
+
+    /// The value that is meant for a voxel.
+    fn truth([x, y, z]: [usize; 3]) -> f32 {
+        (2.0 * element([y, SHAPE[1] - 1 - z, SHAPE[2] - 1 - x])) as f32
+    }
+
+    fn voxels() -> impl Iterator<Item = [usize; 3]> {
+        (0..33).flat_map(|z| (0..20).flat_map(move |y| (0..37).map(move |x| [x, y, z])))
+    }
+
+    #[test]
+    fn arrays_become_blocks_along_x_y_and_z() {
+        for (storage, bytes) in [(Storage::Single, 4), (Storage::Half, 2), (Storage::Byte, 1)] {
+            let blocks = blocks(storage, 1 << 20).unwrap();
+            assert_eq!(blocks.dims, [37, 20, 33]);
+            let filled = blocks.blocks.iter().flatten().count();
+            assert!((2..9).contains(&filled) && blocks.blocks.len() == 18, "{filled}");
+            assert_eq!(blocks.bytes(), (bytes * SIZE * filled + size_of::<Option<Block>>() * 18) as u64);
+            for (voxel, value) in voxels().zip(blocks.values()) {
+                let address: usize = (0..3).map(|axis| blocks.address(axis, voxel[axis])).sum();
+                assert_eq!(blocks.value(address), value);
+                let block: [usize; 3] = voxel.map(|i| i / EDGE * EDGE);
+                let within = |axis: usize| block[axis]..(block[axis] + EDGE).min(blocks.dims[axis]);
+                let largest =
+                    within(2).flat_map(|z| within(1).flat_map(move |y| within(0).map(move |x| truth([x, y, z])))).fold(0.0, f32::max);
+                let error = f64::from((value - truth(voxel)).abs());
+                // Single precision has errors of its own.
+                assert!(
+                    error <= f64::from(largest) * storage.error() * (1.0 + 1e-4) && (value > 0.0) == (truth(voxel) > 0.0),
+                    "{storage:?} {voxel:?}"
+                );
+                assert!(storage == Storage::Byte || error <= f64::from(truth(voxel)) * storage.error());
+            }
+        }
+        // A coarser storage has an error.
+        let [single, byte] = [Storage::Single, Storage::Byte].map(|storage| blocks(storage, 1 << 20).unwrap().values());
+        assert!(single != byte);
+    }
+
+    #[test]
+    fn the_largest_of_a_box_is_found() {
+        let blocks = blocks(Storage::Single, 1 << 20).unwrap();
+        for (x, y, z) in [(0..37, 0..20, 0..33), (30..33, 2..5, 27..33), (1..6, 16..20, 2..3), (10..12, 0..20, 5..25)] {
+            let inside = voxels().filter(|[a, b, c]| x.contains(a) && y.contains(b) && z.contains(c)).map(truth);
+            assert_eq!(blocks.largest([x.clone(), y.clone(), z.clone()]), inside.fold(0.0, f32::max), "{x:?} {y:?} {z:?}");
+        }
+        assert_eq!(blocks.densest(), voxels().map(truth).fold(0.0, f32::max));
+    }
+
+    /// Memory is asked for block by block, and refused where it is too much; the list of blocks before it is made.
+    #[test]
+    fn memory_is_limited() {
+        assert!(blocks(Storage::Single, 18 * 40).unwrap_err().to_string().contains("lumps"));
+        assert!(blocks(Storage::Single, 60_000).is_err() && blocks(Storage::Byte, 60_000).is_ok());
+        let blocking = Blocking { axes: [0, 1, 2], backwards: [false; 3], factor: 1.0, storage: Storage::Single };
+        assert!(Filling::new(blocking, [1 << 40; 3], Path::new("huge"), u64::MAX / 2).is_err());
+    }
+
+    /// Values that no density has stay as they are, to be refused by whoever looks at them.
+    #[test]
+    fn bad_values_are_kept() {
+        for bad in [f64::NAN, -1.0, f64::INFINITY] {
+            let blocking = Blocking { axes: [0, 1, 2], backwards: [false; 3], factor: 1.0, storage: Storage::Byte };
+            let mut filling = Filling::new(blocking, [1, 1, 3], Path::new("bad"), 1 << 20).unwrap();
+            filling.run(2, [0; 3], [1.0, bad, 0.5].into_iter());
+            let values = filling.finish().unwrap().values();
+            assert!(values[0] == 1.0 && (values[1] == bad as f32 || values[1].is_nan() && bad.is_nan()) && values[2] == 0.5, "{values:?}");
+        }
+    }
+}
