@@ -7,8 +7,8 @@ use std::fmt::Debug;
 use std::ops::{Deref, Range};
 use std::sync::Arc;
 
+use crate::blocks::{Blocking, Blocks};
 use crate::error::{Error, Result};
-use crate::field::{Blocking, Blocks};
 
 /// A three-dimensional array, or the part of one that was asked for, as its file has it.
 #[derive(Debug)]

@@ -40,6 +40,7 @@
 //! | [`properties`], [`data`] | the neutral tree that scenes are read from, and what it names |
 
 pub mod backend;
+pub mod blocks;
 pub mod camera;
 pub mod control;
 pub mod data;
@@ -62,6 +63,7 @@ mod render;
 pub mod scene;
 pub mod star_field;
 mod stats;
+pub mod stored;
 #[cfg(test)]
 mod test_scenes;
 pub mod volume;

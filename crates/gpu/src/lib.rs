@@ -7,6 +7,7 @@
 //! the device, dispatches strips of rows and reads them back, `resolve` makes display colours of them, `sweep` the
 //! depths of a star that has moved, `ordinates` light that is scattered more than once. Twins: a function of a shader names the Rust function that it repeats.
 
+mod atlas;
 mod backend;
 #[cfg(test)]
 mod bad_devices;

@@ -7,12 +7,13 @@ use barnard::plan::{MultipleScattering, Plan, SpatialPlan};
 use barnard::volume::Volume;
 use wgpu::BufferUsages as Use;
 
+use crate::atlas::size;
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
 use crate::layout::Layout;
 use crate::shader_constants::Pauses;
 use crate::tables::Quad;
-use crate::textures::{dark, size, texture};
+use crate::textures::{dark, texture};
 use crate::tuning::Tuning;
 
 /// The most bytes of a picture that the device holds at once.

@@ -6,8 +6,8 @@ use barnard::plan::Plan;
 use barnard::volume::{Bricks, Channel, Volume};
 use glam::DVec3;
 
+use crate::atlas::atlas;
 use crate::frame::four;
-use crate::textures::atlas;
 
 /// Four channels of a volume.
 #[derive(Debug, Clone, Copy)]

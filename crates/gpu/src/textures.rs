@@ -1,28 +1,15 @@
 //! Volumes as 3-D textures of 16-bit floats; those in pages as atlases of them.
 
-use barnard::volume::{Pages, Volume};
+use barnard::volume::Volume;
 use half::f16;
 use wgpu::util::DeviceExt;
 
+use crate::atlas::{atlas, size};
 use crate::device::Gpu;
 use crate::tables::Quad;
 
 /// Depths go on behind the borders of the box, where they may pass what f16 holds: opaque all the same.
 const LARGEST_F16: f32 = 65504.0;
-
-/// Pages of a volume along each axis of its atlas: as near to a cube as they come; one where all voxels have one page.
-pub fn atlas(pages: &Pages) -> [usize; 3] {
-    let count = pages.count();
-    let x = (count as f64).cbrt().ceil() as usize;
-    let y = (count.div_ceil(x) as f64).sqrt().ceil() as usize;
-    [x, y, count.div_ceil(x * y)]
-}
-
-/// Texels along each axis of a volume's texture.
-pub fn size(volume: &Volume) -> [usize; 3] {
-    let (atlas, side) = (atlas(volume.pages()), volume.pages().side());
-    std::array::from_fn(|axis| atlas[axis] * side[axis])
-}
 
 /// Four channels of a volume, each in parts of its largest value, page by page.
 pub fn texture(gpu: &Gpu, volume: &Volume, quad: &Quad) -> wgpu::TextureView {

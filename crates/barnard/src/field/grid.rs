@@ -11,10 +11,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Field;
-use super::blocks::{Blocks, Storage};
 use super::cells::{Cell, Cells};
 use super::lattice::Lattice;
 use super::store::Store;
+use crate::blocks::{Blocks, Storage};
 use crate::data::Shared;
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, Ray};

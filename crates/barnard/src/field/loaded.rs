@@ -7,7 +7,8 @@ use spectra::units::{ExtinctionCoefficient, NumberDensity, Quantity};
 
 use super::dust_map::DustMap;
 use super::placement::Placement;
-use super::{Field, Grid, Storage};
+use super::{Field, Grid};
+use crate::blocks::Storage;
 use crate::data::{Inputs, Numbers};
 use crate::error::{Error, Result};
 use crate::properties::{Key, Kind, Section};

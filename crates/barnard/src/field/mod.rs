@@ -5,7 +5,6 @@
 //! other than zero; an expression of functions alone stays a function. A new kind of field is one file and one row of
 //! [`KINDS`].
 
-mod blocks;
 mod cells;
 mod column;
 mod cuboid;
@@ -35,7 +34,6 @@ use std::sync::Arc;
 use glam::DVec3;
 use spectra::units::Length;
 
-pub use blocks::{Blocking, Blocks, Filling, Storage};
 pub use column::column;
 pub use cuboid::Cuboid;
 pub use expression::Expression;

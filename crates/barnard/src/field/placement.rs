@@ -3,7 +3,8 @@
 use glam::DVec3;
 use spectra::units::{Length, MemorySize, Quantity};
 
-use super::{Blocking, Lattice, Storage};
+use super::Lattice;
+use crate::blocks::{Blocking, Storage};
 use crate::data::{AXIS_ORDERS, Array, Axis, Frame, Layout, Part};
 use crate::error::Result;
 use crate::geometry::Bounds;

@@ -5,7 +5,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::blocks::{Blocks, Storage};
+use crate::blocks::{Blocks, Storage};
 use crate::data::Shared;
 
 /// The values of a grid; clones are other holds on the same memory.

@@ -8,7 +8,8 @@ use multiversion::multiversion;
 use wide::f32x4;
 
 use crate::geometry::Ray;
-use crate::volume::{Half, Stored, Values, Volume, stored};
+use crate::stored::{Half, Stored, Values, stored};
+use crate::volume::Volume;
 
 use super::lane::{LANES, Lane, fma, lanes};
 use super::quads::{four, lerp};
@@ -209,7 +210,8 @@ mod tests {
     use super::*;
     use crate::field::{Grid, Lattice};
     use crate::geometry::Bounds;
-    use crate::volume::{Channel, Precision};
+    use crate::stored::Precision;
+    use crate::volume::Channel;
 
     fn filled(lattice: &Lattice, grids: &[Grid], precision: Precision) -> Volume {
         let mut volume = Volume::with_precision(lattice, (0..grids.len()).map(Channel::Emission).collect(), precision);

@@ -2,7 +2,7 @@
 
 use wide::f32x4;
 
-use crate::volume::Stored;
+use crate::stored::Stored;
 
 use super::lane::fma;
 

@@ -5,7 +5,8 @@
 
 use super::lane::{LANES, Lane, fma, lanes};
 use super::track::Track;
-use crate::volume::{Stored, Volume};
+use crate::stored::Stored;
+use crate::volume::Volume;
 
 /// How far apart rays may be, in voxels along all axes together: farther apart they are in so many cells that each lane
 /// is read faster for itself (measured with five to eight channels; with fewer it always is).

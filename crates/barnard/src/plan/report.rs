@@ -6,7 +6,7 @@ use crate::keywords::{self, Keyword};
 use crate::light::Route;
 use crate::plan::{END_SHARE, Plan, Spatial, Unresolved};
 use crate::stats::RenderStats;
-use crate::volume::Precision;
+use crate::stored::Precision;
 
 /// The largest relative error of a number in single precision.
 pub const SINGLE: f64 = 1.0 / (1 << 24) as f64;

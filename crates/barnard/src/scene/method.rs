@@ -9,7 +9,8 @@ use spectra::units::Wavelength;
 
 use crate::error::{Error, Result};
 use crate::properties::{Key, Section};
-use crate::volume::{Precision, Sparsity};
+use crate::stored::Precision;
+use crate::volume::Sparsity;
 
 /// One row of the catalogue: a spectral rule and where star depths come from.
 #[derive(Clone, Copy)]

@@ -6,14 +6,10 @@
 mod bricks;
 mod pages;
 mod planes;
-mod stored;
 
 pub use bricks::Bricks;
 pub use pages::{PAGE, Pages, Sparsity};
 pub(crate) use planes::Plane;
-pub(crate) use stored::stored;
-pub(crate) use stored::unit;
-pub use stored::{Half, Precision, Stored, Values};
 
 use std::borrow::Cow;
 
@@ -22,6 +18,7 @@ use rayon::prelude::*;
 
 use crate::field::{Grid, Lattice, trilinear};
 use crate::geometry::Bounds;
+use crate::stored::{Half, Precision, Stored, Values, stored, unit};
 
 /// What a channel of a volume holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -218,7 +215,7 @@ impl Volume {
     /// Chooses the unit of a channel that is written next, by what will be its largest value.
     pub(crate) fn choose_unit(&mut self, slot: usize, largest: impl FnOnce() -> f32) {
         if self.precision() == Precision::Half {
-            self.units[slot] = stored::unit(largest());
+            self.units[slot] = unit(largest());
         }
     }
 

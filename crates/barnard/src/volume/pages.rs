@@ -8,8 +8,6 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::packet::LANES;
-
 /// Cells along the edge of a page, where there are many.
 pub const PAGE: usize = 16;
 
@@ -120,7 +118,7 @@ impl Pages {
 
     /// The numbers of the first voxels of some cells, axis × lane.
     #[inline(always)]
-    pub fn first_voxels(&self, [x, y, z]: [&[u32; LANES]; 3]) -> [usize; LANES] {
+    pub fn first_voxels<const LANES: usize>(&self, [x, y, z]: [&[u32; LANES]; 3]) -> [usize; LANES] {
         const { assert!(PAGE.is_power_of_two()) };
         let [_, dy, dz] = self.strides();
         let mut numbers = [0; LANES];
@@ -172,6 +170,8 @@ impl Pages {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const LANES: usize = 16;
 
     /// Every voxel of a page that is held has a number of its own, two on a face have one in each page, and others are
     /// nothing's.

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Stored, Volume, stored};
+use super::Volume;
+use crate::stored::{Stored, stored};
 
 /// The fewest rows that a thread takes.
 const ROWS_TOGETHER: usize = 8;

@@ -4,9 +4,9 @@ use std::cmp::Ordering;
 use std::ops::Range;
 use std::path::Path;
 
+use barnard::blocks::Filling;
 use barnard::data::{Numbers, Part};
 use barnard::error::Error;
-use barnard::field::Filling;
 use barnard::memory;
 use rayon::prelude::*;
 

@@ -16,7 +16,7 @@ use crate::error::Result;
 use crate::field::{Grid, Lattice};
 use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, Profile};
 use crate::plan::{ManyLights, PhaseTable};
-use crate::volume::Precision;
+use crate::stored::Precision;
 
 /// A field of scattered light, independent of the eye.
 #[derive(Debug)]

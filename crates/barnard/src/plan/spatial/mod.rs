@@ -12,17 +12,19 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use crate::blocks::Storage;
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::field::{Fbm, Field, Grid, Storage, column};
+use crate::field::{Fbm, Field, Grid, column};
 use crate::geometry::{Bounds, Ray};
 use crate::plan::many_lights;
 use crate::plan::many_lights::ManyLights;
 use crate::plan::spatial::bake::{BakeResolution, OWN, baked};
 use crate::plan::{Settings, Spatial, star_depths};
 use crate::scene::Scene;
-use crate::volume::{Bricks, Channel, Precision, Sparsity, Volume};
+use crate::stored::Precision;
+use crate::volume::{Bricks, Channel, Sparsity, Volume};
 
 /// Depth at V that no light of any wavelength comes through, from an eye through all dust to a star.
 const DEEPEST: f64 = 10.0 * star_depths::OPAQUE;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::Error;
 use crate::memory;
-use crate::volume::{Half, Stored, unit};
+use crate::stored::{Half, Stored, unit};
 
 /// Voxels along the edge of a block.
 const EDGE: usize = 16;
@@ -135,7 +135,7 @@ impl Blocks {
 
     /// What a voxel's number along an axis adds to its address: the number of its block, and its place in there.
     #[inline(always)]
-    pub(super) fn address(&self, axis: usize, i: usize) -> usize {
+    pub(crate) fn address(&self, axis: usize, i: usize) -> usize {
         let [nx, ny, _] = self.counts;
         let (block, local) = ([1, nx, nx * ny][axis], [1, EDGE, EDGE * EDGE][axis]);
         i / EDGE * block * SIZE + i % EDGE * local
@@ -143,12 +143,12 @@ impl Blocks {
 
     /// The value at the sum of three addresses.
     #[inline(always)]
-    pub(super) fn value(&self, address: usize) -> f32 {
+    pub(crate) fn value(&self, address: usize) -> f32 {
         self.blocks[address / SIZE].as_ref().map_or(0.0, |block| block.value(address % SIZE))
     }
 
     /// Writes the values of some voxels of a row.
-    pub(super) fn row(&self, along: Range<usize>, y: usize, z: usize, out: &mut [f32]) {
+    pub(crate) fn row(&self, along: Range<usize>, y: usize, z: usize, out: &mut [f32]) {
         let row = self.address(1, y) + self.address(2, z);
         let mut x = along.start;
         while x < along.end {
@@ -176,7 +176,7 @@ impl Blocks {
     }
 
     /// The largest value of some voxels along x, y and z; zero where all are less.
-    pub(super) fn largest(&self, [x, y, z]: [Range<usize>; 3]) -> f32 {
+    pub(crate) fn largest(&self, [x, y, z]: [Range<usize>; 3]) -> f32 {
         let touched = |range: &Range<usize>| range.start / EDGE..range.end.div_ceil(EDGE);
         let (bx, by, bz) = (touched(&x), touched(&y), touched(&z));
         let of = |[i, j, k]: [usize; 3]| {

@@ -94,8 +94,8 @@ pub enum Values {
 macro_rules! stored {
     ($values:expr, |$data:ident| $body:expr) => {
         match $values {
-            $crate::volume::Values::Single($data) => $body,
-            $crate::volume::Values::Half($data) => $body,
+            $crate::stored::Values::Single($data) => $body,
+            $crate::stored::Values::Half($data) => $body,
         }
     };
 }
