@@ -1,8 +1,10 @@
-"""Reads what `barnard render` wrote with astropy and numpy: standard-conforming, in the right units and the right way up."""
+"""Reads what `barnard render` and `barnard convert` wrote with other programs: standard-conforming, in the right units and the right way up."""
 
+import subprocess
 import sys
 
 import numpy as np
+import tinyvdb
 from astropy import units
 from astropy.io import fits
 from astropy.wcs import WCS
@@ -23,3 +25,33 @@ with fits.open(f"{stem}.fits") as hdus:
         wcs = WCS(hdu.header)
         assert np.allclose(np.abs(wcs.proj_plane_pixel_scales()[0].to_value("deg")), 2 * np.degrees(np.tan(np.radians(15)) / 32))
 print("3 passed, 0 failed")
+
+# Grids as other programs read what `barnard convert` makes of them: 1e6 a cubic metre are one a cubic centimetre.
+barnard = sys.argv[2]
+x, y, z = np.mgrid[0:40, 0:23, 0:31]
+cloud = (1e6 * (np.maximum(0, 50 - (x - 9) ** 2 - (y - 8) ** 2 - (z - 11) ** 2) + (x + y > 58))).astype(np.float32)
+np.save(f"{stem}_cloud.npy", cloud)
+for ending in ("fits", "npy", "vdb"):
+    place = ["--voxel", "0.5 pc", "--centre", "1 2 -3 pc", "--unit", "m-3", "--name", "n_H"]
+    subprocess.run([barnard, "convert", f"{stem}_cloud.npy", f"{stem}_grid.{ending}", *place], check=True, stdout=subprocess.DEVNULL)
+expected = (cloud.astype(float) * 1e-6).astype(np.float32)
+first = [middle - 0.25 * (count - 1) for middle, count in zip((1, 2, -3), cloud.shape)]
+assert np.array_equal(np.load(f"{stem}_grid.npy"), expected)
+with fits.open(f"{stem}_grid.fits") as hdus:
+    hdus.verify("exception")
+    header = hdus[0].header
+    assert np.array_equal(hdus[0].data.T, expected)
+    assert units.Unit(header["BUNIT"]) == units.cm**-3 and header["EXTNAME"] == "N_H"
+    wcs = WCS(header)
+    assert [units.Unit(unit) for unit in wcs.wcs.cunit] == 3 * [units.pc]
+    assert np.allclose(units.Quantity(wcs.pixel_to_world_values(0, 0, 0), wcs.wcs.cunit[0]).to_value("pc"), first)
+    assert np.allclose(wcs.wcs.cdelt, 0.5)
+with tinyvdb.open(f"{stem}_grid.vdb") as file:
+    file.read_grids()
+    grid = file.grid(0)
+    sparse = grid.to_sparse()
+    places = np.frombuffer(sparse["coords"], np.int32).reshape(-1, 3)
+    read = np.zeros_like(expected)
+    read[tuple(places.T)] = np.frombuffer(sparse["values"], np.float32)
+    assert grid.name == "n_H" and sparse["count"] == np.count_nonzero(expected) and np.array_equal(read, expected)
+print("3 grids passed, 0 failed")

@@ -6,6 +6,8 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
+
 use crate::error::Error;
 use crate::memory;
 use crate::stored::{Half, Stored, unit};
@@ -116,6 +118,30 @@ impl Blocks {
     fn empty(dims: [usize; 3], storage: Storage) -> Self {
         let counts = dims.map(|n| n.div_ceil(EDGE));
         Self { dims, counts, blocks: vec![None; counts.iter().product()], storage }
+    }
+
+    /// Blocks for so many voxels whose values are made row by row along x, at y and z: `row` writes all of one.
+    pub(crate) fn made<R>(dims: [usize; 3], room: impl Fn() -> R + Sync, row: impl Fn(&mut R, [usize; 2], &mut [f32]) + Sync) -> Self {
+        let mut made = Self::empty(dims, Storage::Single);
+        let [nx, ny, nz] = dims;
+        let [across, down, _] = made.counts;
+        made.blocks.par_chunks_exact_mut(across).enumerate().for_each_init(
+            || (room(), vec![0.0; nx]),
+            |(room, values), (number, blocks)| {
+                let (y, z) = (number % down * EDGE, number / down * EDGE);
+                for (j, k) in (z..(z + EDGE).min(nz)).flat_map(|k| (y..(y + EDGE).min(ny)).map(move |j| (j, k))) {
+                    row(room, [j, k], values);
+                    let first = ((k - z) * EDGE + j - y) * EDGE;
+                    for (block, part) in blocks.iter_mut().zip(values.chunks(EDGE)).filter(|(_, part)| part.iter().any(|v| *v != 0.0)) {
+                        let block = block.get_or_insert_with(|| Block::Single(vec![0.0; SIZE].into_boxed_slice()));
+                        if let Block::Single(own) = block {
+                            own[first..first + part.len()].copy_from_slice(part);
+                        }
+                    }
+                }
+            },
+        );
+        made
     }
 
     /// How the values are stored.
@@ -393,6 +419,13 @@ mod tests {
         assert!(blocks(Storage::Single, 60_000).is_err() && blocks(Storage::Byte, 60_000).is_ok());
         let blocking = Blocking { axes: [0, 1, 2], backwards: [false; 3], factor: 1.0, storage: Storage::Single };
         assert!(Filling::new(blocking, [1 << 40; 3], Path::new("huge"), u64::MAX / 2).is_err());
+    }
+
+    /// Blocks that are made row by row are those that an array fills.
+    #[test]
+    fn rows_become_blocks() {
+        let made = Blocks::made([37, 20, 33], || (), |(), [y, z], row| row.iter_mut().enumerate().for_each(|(x, v)| *v = truth([x, y, z])));
+        assert!(made == blocks(Storage::Single, 1 << 20).unwrap() && made != blocks(Storage::Half, 1 << 20).unwrap());
     }
 
     /// Values that no density has stay as they are, to be refused by whoever looks at them.

@@ -82,6 +82,11 @@ pub const CATALOGUES: &[Catalogue] = &[
         summary: "files that can be written",
         rows: || rows(formats::WRITERS.iter().map(|w| (w.extension, w.summary))),
     },
+    Catalogue {
+        name: "grid_writers",
+        summary: "files that grids can be converted to",
+        rows: || rows(formats::GRID_WRITERS.iter().map(|w| (w.extension, w.summary))),
+    },
 ];
 
 impl Catalogue {

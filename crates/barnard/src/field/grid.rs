@@ -96,17 +96,20 @@ impl Grid {
         (self.store.corners(sides)[0] * self.factor) as f32
     }
 
-    /// Writes the values of some voxels of a row along x.
+    /// Writes the values of some voxels of a row along x into as many of `out` \[unit of the field\].
+    ///
+    /// # Panics
+    /// Where there are no such voxels, or `out` has another length.
     #[inline]
-    pub(crate) fn row(&self, along: Range<usize>, y: usize, z: usize, out: &mut [f32]) {
+    pub fn row(&self, along: Range<usize>, y: usize, z: usize, out: &mut [f32]) {
         self.store.row(along, y, z, out);
         if self.factor != 1.0 {
             out.iter_mut().for_each(|v| *v = (f64::from(*v) * self.factor) as f32);
         }
     }
 
-    /// The largest of the values of some voxels along x, y and z; zero where all are less.
-    pub(crate) fn largest(&self, voxels: [Range<usize>; 3]) -> f32 {
+    /// The largest of the values of some voxels along x, y and z \[unit of the field\]; zero where all are less.
+    pub fn largest(&self, voxels: [Range<usize>; 3]) -> f32 {
         (f64::from(self.store.largest(voxels)) * self.factor) as f32
     }
 

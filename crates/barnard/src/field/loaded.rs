@@ -77,7 +77,26 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     build,
 };
 
+/// A grid of a file, in parsecs.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The grid.
+    pub grid: Grid,
+    /// What its values are in: cm-3 or mag/pc where they are number densities or extinctions, what was said otherwise.
+    pub unit: Option<String>,
+}
+
 fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
+    Ok(Arc::new(load(section, inputs)?.grid))
+}
+
+/// The grid that the keys of a field of kind `grid` say.
+///
+/// # Errors
+/// Where a key is wrong, the file is missing or broken, or its values are no densities.
+pub fn load(section: &Section, inputs: &Inputs) -> Result<Loaded> {
+    let keys: Vec<&str> = std::iter::once("kind").chain(KIND.keys.iter().map(|key| key.name)).collect();
+    section.check_keys(&keys)?;
     let file = section.need_text("file")?;
     let map = DustMap::of(section)?;
     let clip = section.flag("clip")?.unwrap_or(map.is_some());
@@ -99,10 +118,14 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
             return Err(section.error("factor", message));
         }
         let own = layout.frame.as_ref().and_then(|frame| frame.unit.as_deref());
-        let factor = said * map.map_or_else(|| unit(section, own), |map| map.extinction(section, own))?;
+        let (size, name) = match map {
+            Some(map) => (map.extinction(section, own)?, Some(EXTINCTION.to_owned())),
+            None => unit(section, own)?,
+        };
+        let factor = said * size;
         placement.part.blocking = storage.map(|storage| placement.blocking(factor, storage));
         let part = placement.part.clone();
-        placed = Some((placement, factor));
+        placed = Some((placement, factor, name));
         Ok(part)
     });
     let array = array.map_err(|e| match (map, &placed) {
@@ -113,7 +136,7 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
         _ => e,
     });
     let array = section.wrap("file", array)?;
-    let (placement, factor) = placed.ok_or_else(|| section.error("file", "nothing of it was read"))?;
+    let (placement, factor, unit) = placed.ok_or_else(|| section.error("file", "nothing of it was read"))?;
     let lattice = placement.lattice.clone();
     let largest = match &array.data {
         Numbers::Single(data) => largest(data, factor),
@@ -132,29 +155,37 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
     let strides = placement.strides(&array);
     let as_it_is = factor == 1.0 && !clip && strides == (0, [1, nx, nx * ny]);
     let mut values = match array.data {
-        Numbers::Blocks(blocks) => return checked(Grid::in_blocks(lattice, blocks), section),
-        Numbers::Single(data) if as_it_is => return checked(Grid::sharing(lattice, data), section),
+        Numbers::Blocks(blocks) => return checked(Grid::in_blocks(lattice, blocks), unit, section),
+        Numbers::Single(data) if as_it_is => return checked(Grid::sharing(lattice, data), unit, section),
         Numbers::Single(data) => arranged(&data, strides, factor, &placement),
         Numbers::Double(data) => arranged(&data, strides, factor, &placement),
     };
     if clip {
         values.iter_mut().filter(|v| v.is_nan() || **v < 0.0).for_each(|v| *v = 0.0);
     }
-    checked(Grid::of(lattice, values), section)
+    checked(Grid::of(lattice, values), unit, section)
 }
 
 /// A grid whose values can be densities.
-fn checked(grid: Grid, section: &Section) -> Result<Arc<dyn Field>> {
+fn checked(grid: Grid, unit: Option<String>, section: &Section) -> Result<Loaded> {
     grid.check(section.name())?;
-    Ok(Arc::new(grid))
+    Ok(Loaded { grid, unit })
 }
 
-/// What a value of one is, in cm-3 where it is a number density, in mag/pc where it is an extinction.
-fn unit(section: &Section, own: Option<&str>) -> Result<f64> {
-    let extinction = |unit: &str| Some(ExtinctionCoefficient::unit_size(unit)? / ExtinctionCoefficient::unit_size("mag/pc")?);
-    let size = |unit: &str| NumberDensity::unit_size(unit).or_else(|| extinction(unit));
+/// The units that number densities and extinctions are turned into.
+const DENSITY: &str = "cm-3";
+const EXTINCTION: &str = "mag/pc";
+
+/// What a value of one is, in cm-3 where it is a number density, in mag/pc where it is an extinction; and in what values
+/// are then.
+fn unit(section: &Section, own: Option<&str>) -> Result<(f64, Option<String>)> {
+    let extinction = |unit: &str| Some(ExtinctionCoefficient::unit_size(unit)? / ExtinctionCoefficient::unit_size(EXTINCTION)?);
+    let size = |unit: &str| {
+        let density = NumberDensity::unit_size(unit).map(|size| (size, Some(DENSITY.to_owned())));
+        density.or_else(|| extinction(unit).map(|size| (size, Some(EXTINCTION.to_owned()))))
+    };
     match (section.text("unit")?, own) {
-        (None, None) => Ok(1.0),
+        (None, None) => Ok((1.0, None)),
         (None, Some(own)) => size(own).ok_or_else(|| {
             let message = format!(
                 "the file's own unit is \"{own}\", which is neither a number density nor an extinction: write unit = \"{own}\" to take the values as they are, and choose the scale of dust or gas for it"
@@ -166,9 +197,9 @@ fn unit(section: &Section, own: Option<&str>) -> Result<f64> {
             let message = format!("\"{said}\" is no number density or extinction that is known ({}): leave `unit` out to take the values as they are", known.join(", "));
             section.error("unit", message)
         }),
-        (Some(said), Some(own)) if said.trim() == own.trim() => Ok(size(said).unwrap_or(1.0)),
+        (Some(said), Some(own)) if said.trim() == own.trim() => Ok(size(said).unwrap_or_else(|| (1.0, Some(said.trim().to_owned())))),
         (Some(said), Some(own)) => match (size(said), size(own)) {
-            (Some(a), Some(b)) if a == b => Ok(a),
+            (Some(a), Some(b)) if a.0 == b.0 => Ok(a),
             _ => Err(section.error("unit", format!("the scene says \"{said}\", the file's own unit is \"{own}\": one of both is wrong"))),
         },
     }

@@ -42,6 +42,7 @@ pub use formula::{FUNCTIONS, FUNCTIONS_OF_TWO, check_name};
 pub use grid::Grid;
 pub use lattice::Lattice;
 pub(crate) use lattice::trilinear;
+pub use loaded::{Loaded, load};
 pub use partition::Partition;
 pub use plummer::Plummer;
 pub use shell::Shell;

@@ -5,7 +5,10 @@ use rayon::prelude::*;
 
 use super::grid::Grid;
 use super::lattice::Lattice;
+use crate::blocks::Blocks;
 
+/// Grids of more voxels are kept in blocks, of which many may be empty.
+const LARGE: usize = 1 << 24;
 /// Parts along each edge of a voxel in which a function jumps.
 const PARTS: usize = 6;
 /// By how much a function may change in a voxel that is taken for even.
@@ -19,15 +22,20 @@ impl Grid {
 
     /// Samples row by row at the voxel centres, on all cores: `sample` writes the values at many places.
     pub(crate) fn filled(lattice: Lattice, sample: impl Fn(&[DVec3], &mut [f64]) + Sync) -> Self {
-        let length = lattice.dims[0];
-        let mut data = vec![0.0; lattice.cells()];
+        let [length, height, _] = lattice.dims;
         let room = || (vec![DVec3::ZERO; length], vec![0.0; length]);
-        data.par_chunks_mut(length).enumerate().for_each_init(room, |(centres, values), (r, out)| {
-            let [_, y, z] = lattice.place(r * length);
+        let row = |(centres, values): &mut (Vec<DVec3>, Vec<f64>), [y, z]: [usize; 2], out: &mut [f32]| {
             centres.iter_mut().enumerate().for_each(|(x, centre)| *centre = lattice.centre(x, y, z));
             sample(centres, values);
             out.iter_mut().zip(&*values).for_each(|(out, value)| *out = *value as f32);
-        });
+        };
+        if lattice.cells() > LARGE {
+            let blocks = Blocks::made(lattice.dims, room, row);
+            return Self::in_blocks(lattice, blocks);
+        }
+        let mut data = vec![0.0; lattice.cells()];
+        let rows = data.par_chunks_mut(length).enumerate();
+        rows.for_each_init(room, |room, (r, out)| row(room, [r % height, r / height], out));
         Self::of(lattice, data)
     }
 

@@ -5,6 +5,7 @@ mod bench;
 mod check;
 mod compare;
 mod completions;
+mod convert;
 mod info;
 mod list;
 mod referee;
@@ -39,6 +40,8 @@ pub enum Verb {
     List(list::List),
     /// Show what this machine renders on: processor, graphics adapters and their limits
     Info(info::Info),
+    /// Read a grid of one format and write it in another: .vdb, .h5, .fits, .npy
+    Convert(Box<convert::Convert>),
     /// Compare two images band by band
     Compare(compare::Compare),
     /// Time the methods on this machine, with their errors
@@ -78,6 +81,7 @@ impl Verb {
             Verb::View(verb) => verb.run("view", "view"),
             Verb::Render(verb) => verb.run(),
             Verb::Check(verb) => verb.run(),
+            Verb::Convert(verb) => verb.run(),
             Verb::List(verb) => verb.run(),
             Verb::Info(verb) => verb.run(),
             Verb::Compare(verb) => verb.run(),

@@ -13,16 +13,17 @@ mod vdb;
 mod write;
 
 use std::fs::File;
-use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 pub use gather::part_of;
 pub(crate) use npz::{archive, doubles};
 pub use png::encode_png;
-pub use write::{SaveImage, check_replaceable, check_writable, replace};
+pub use write::{SaveImage, check_replaceable, check_writable, replace, save_grid};
 
 use barnard::data::{Array, Axis, Choose, Numbers};
 use barnard::error::{Error, Result};
+use barnard::field::Grid;
 use barnard::image::Image;
 use barnard::memory;
 use spectra::error::nearest;
@@ -150,6 +151,50 @@ pub struct Writer {
 /// All formats that can be written.
 pub const WRITERS: &[Writer] = &[exr::WRITER, fits::WRITER, npy::WRITER, png::WRITER];
 
+/// A grid as it is written to a file: what it is called, and what its values are in, where that is known.
+pub struct GridFile<'a> {
+    /// Values, and where they are \[pc\].
+    pub grid: &'a Grid,
+    /// The unit of the values.
+    pub unit: Option<&'a str>,
+    /// The name of the grid, for formats that have names.
+    pub name: &'a str,
+}
+
+/// One row of the writers of grids.
+pub struct GridWriter {
+    /// The extension of its files, in lower case.
+    pub extension: &'static str,
+    /// What it writes, in one line.
+    pub summary: &'static str,
+    /// Writes the bytes of a file, a part at a time.
+    pub write: fn(&GridFile, &mut dyn Write) -> Result<()>,
+}
+
+/// All formats that grids can be written in.
+pub const GRID_WRITERS: &[GridWriter] = &[vdb::GRID_WRITER, fits::GRID_WRITER, npy::GRID_WRITER];
+
+/// The writer of grids for a path, by its extension.
+///
+/// # Errors
+/// Where the extension is none of [`GRID_WRITERS`].
+pub fn grid_writer(path: &Path) -> Result<&'static GridWriter> {
+    let wanted = extension(path);
+    let known: Vec<&str> = GRID_WRITERS.iter().map(|w| w.extension).collect();
+    GRID_WRITERS.iter().find(|w| w.extension == wanted).ok_or_else(|| no_writer(path, &wanted, &known))
+}
+
+/// The error for a path that nothing is written to.
+fn no_writer(path: &Path, wanted: &str, known: &[&str]) -> Error {
+    let hint = nearest(wanted, known.iter().copied()).map(|n| format!(", did you mean .{n}?")).unwrap_or_default();
+    Error::file(path, format!("cannot write \".{wanted}\"{hint}; known: .{}", known.join(", .")))
+}
+
+/// The error of a writer whose bytes find no place.
+fn failed(error: std::io::Error) -> Error {
+    Error::Encoding { format: "grid", reason: error.to_string() }
+}
+
 /// What stands behind the last point of a path's name, or behind the one before where that is how a file was packed.
 fn extension(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
@@ -168,10 +213,7 @@ fn extension(path: &Path) -> String {
 pub fn writer(path: &Path) -> Result<&'static Writer> {
     let wanted = extension(path);
     let known: Vec<&str> = WRITERS.iter().map(|w| w.extension).collect();
-    WRITERS.iter().find(|w| w.extension == wanted).ok_or_else(|| {
-        let hint = nearest(&wanted, known.iter().copied()).map(|n| format!(", did you mean .{n}?")).unwrap_or_default();
-        Error::file(path, format!("cannot write \".{wanted}\"{hint}; known: .{}", known.join(", .")))
-    })
+    WRITERS.iter().find(|w| w.extension == wanted).ok_or_else(|| no_writer(path, &wanted, &known))
 }
 
 /// The reader of a path among those that can `serve`, by its extension.

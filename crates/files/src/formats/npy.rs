@@ -3,7 +3,7 @@
 //! Reading checks the header against the bytes that are there before anything is allocated. Images are bands × height ×
 //! width.
 
-use std::io::{Cursor, Read};
+use std::io::{Cursor, Read, Write};
 use std::ops::Range;
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use npyz::{DType, Endianness, NpyFile, Order, TypeChar, WriterBuilder};
 
 use super::gather::Gather;
 use super::numbers::{Number, Stored};
-use super::{Kept, Member, Reader, Request, Writer, checked_shape, three_axes};
+use super::{GridFile, GridWriter, Kept, Member, Reader, Request, Writer, checked_shape, failed, three_axes};
 use barnard::data::{Array, Choose, Layout, Numbers, Part};
 use barnard::error::{Error, Result};
 use barnard::image::{Image, Samples};
@@ -25,6 +25,25 @@ pub(super) const READER: Reader = Reader {
 };
 pub(super) const WRITER: Writer =
     Writer { extension: "npy", summary: "NumPy array, bands x height x width, the first row on top, radiance in W m-2 sr-1", encode };
+
+pub(super) const GRID_WRITER: GridWriter = GridWriter {
+    extension: "npy",
+    summary: "NumPy array of singles by x, y and z (in Fortran order: x runs fastest in memory), without box and unit",
+    write: write_grid,
+};
+
+/// By x, y and z, as arrays are read that say nothing else.
+fn write_grid(file: &GridFile, out: &mut dyn Write) -> Result<()> {
+    let [nx, ny, nz] = file.grid.lattice().dims;
+    let options = npyz::WriteOptions::<f32>::new().default_dtype().shape(&[nx, ny, nz].map(|n| n as u64)).order(npyz::Order::Fortran);
+    let mut writer = options.writer(out).begin_nd().map_err(failed)?;
+    let mut row = vec![0.0; nx];
+    for (y, z) in (0..nz).flat_map(|z| (0..ny).map(move |y| (y, z))) {
+        file.grid.row(0..nx, y, z, &mut row);
+        writer.extend(row.iter().copied()).map_err(failed)?;
+    }
+    writer.finish().map_err(failed)
+}
 
 fn read(request: &mut Request, choose: Choose) -> Result<Array> {
     if let Some(part) = request.part {

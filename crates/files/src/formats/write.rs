@@ -1,9 +1,9 @@
 //! Writing so that a killed render leaves no half file: to a temporary name in the same folder, then renamed.
 
-use std::io::Write;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use super::writer;
+use super::{GridFile, grid_writer, writer};
 use barnard::error::{Error, Result};
 use barnard::image::Image;
 
@@ -100,15 +100,36 @@ impl SaveImage for Image {
     }
 }
 
+/// Writes a grid in the format of the path's extension, whole or not at all.
+///
+/// # Errors
+/// Where the extension is none of [`GRID_WRITERS`](super::GRID_WRITERS), or the file cannot be written.
+pub fn save_grid(path: &Path, file: &GridFile) -> Result<()> {
+    let write = grid_writer(path)?.write;
+    replace_by(path, |out| {
+        let mut out = BufWriter::with_capacity(1 << 18, out);
+        let reason = |e: Error| match e {
+            Error::Encoding { reason, .. } => std::io::Error::other(reason),
+            other => std::io::Error::other(other.to_string()),
+        };
+        write(file, &mut out).map_err(reason)?;
+        out.flush()
+    })
+}
+
 /// Writes a file whole or not at all.
 ///
 /// # Errors
 /// Where it cannot be written.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
+    replace_by(path, |out| out.write_all(bytes))
+}
+
+fn replace_by(path: &Path, write: impl FnOnce(&mut tempfile::NamedTempFile) -> std::io::Result<()>) -> Result<()> {
     let failed = |e: std::io::Error| Error::file(path, format!("cannot be written, nothing was kept: {e}"));
     let target = target(path)?;
     let mut file = temporary(&target)?;
-    file.write_all(bytes).and_then(|()| file.as_file().sync_all()).map_err(failed)?;
+    write(&mut file).and_then(|()| file.as_file().sync_all()).map_err(failed)?;
     let replaced = std::fs::metadata(&target).map(|m| m.permissions());
     let file = file.persist(&target).map_err(|e| failed(e.error))?;
     replaced.map_or(Ok(()), |permissions| file.set_permissions(permissions).map_err(failed))

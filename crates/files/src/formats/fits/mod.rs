@@ -18,7 +18,7 @@ use self::write::encode;
 use super::gather::Gather;
 use super::gzip;
 use super::numbers::{Number, Stored};
-use super::{Kept, Member, Reader, Request, Writer, checked_shape, three_axes};
+use super::{GridWriter, Kept, Member, Reader, Request, Writer, checked_shape, three_axes};
 use barnard::data::{Array, Choose, Layout, Numbers, Part};
 use barnard::error::{Error, Result};
 use barnard::image::{Image, Samples};
@@ -32,6 +32,12 @@ pub(super) const READER: Reader = Reader {
 };
 pub(super) const WRITER: Writer =
     Writer { extension: "fits", summary: "one image HDU a band: BUNIT, pixel scale, passband, certificate", encode };
+
+pub(super) const GRID_WRITER: GridWriter = GridWriter {
+    extension: "fits",
+    summary: "cube of singles along x, y and z: CRPIX, CRVAL and CDELT in pc, BUNIT",
+    write: write::write_grid,
+};
 
 /// The type of an image's numbers by its BITPIX.
 fn stored_of(bitpix: Option<i64>) -> std::result::Result<Stored, String> {

@@ -1,10 +1,12 @@
 //! Images as FITS files.
 
+use std::io::Write;
+
 use barnard::error::Result;
 use barnard::image::{Image, PixelScale, Samples};
 
 use super::cards::{BLOCK, Cards};
-use crate::formats::{distinct_names, now};
+use crate::formats::{GridFile, distinct_names, failed, now};
 
 pub fn encode(image: &Image) -> Result<Vec<u8>> {
     let mut primary = Cards::default();
@@ -33,6 +35,40 @@ pub fn encode(image: &Image) -> Result<Vec<u8>> {
         bytes.resize(bytes.len().next_multiple_of(BLOCK), 0);
     }
     Ok(bytes)
+}
+
+/// A grid as a cube whose first axis is x, which runs fastest.
+pub fn write_grid(file: &GridFile, out: &mut dyn Write) -> Result<()> {
+    let lattice = file.grid.lattice();
+    let [nx, ny, nz] = lattice.dims;
+    let mut cards = Cards::default();
+    cards.value("SIMPLE", "T", "conforms to FITS standard");
+    cards.value("BITPIX", -32, "IEEE floating point");
+    cards.value("NAXIS", 3, "");
+    (1..).zip(lattice.dims).for_each(|(axis, count)| cards.value(&format!("NAXIS{axis}"), count, ""));
+    cards.text("EXTNAME", file.name, "the grid");
+    if let Some(unit) = file.unit {
+        cards.text("BUNIT", unit, "unit of the values");
+    }
+    let (first, step) = (lattice.centre(0, 0, 0), lattice.voxel_pc());
+    for (i, kind) in ["X", "Y", "Z"].into_iter().enumerate() {
+        let axis = i + 1;
+        cards.text(&format!("CTYPE{axis}"), kind, "Cartesian");
+        cards.text(&format!("CUNIT{axis}"), "pc", "");
+        cards.number(&format!("CRPIX{axis}"), 1.0, "the first voxel");
+        cards.number(&format!("CRVAL{axis}"), first[i], "where its middle is");
+        cards.number(&format!("CDELT{axis}"), step[i], "edge of a voxel");
+    }
+    cards.text("CREATOR", &format!("Barnard {}", env!("CARGO_PKG_VERSION")), "spectral renderer of nebulae");
+    cards.text("DATE", &now(), "UTC, when the file was written");
+    out.write_all(&cards.finish()).map_err(failed)?;
+    let mut row = vec![0.0; nx];
+    for (y, z) in (0..nz).flat_map(|z| (0..ny).map(move |y| (y, z))) {
+        file.grid.row(0..nx, y, z, &mut row);
+        out.write_all(&row.iter().flat_map(|value| value.to_be_bytes()).collect::<Vec<u8>>()).map_err(failed)?;
+    }
+    let bytes = 4 * lattice.cells();
+    out.write_all(&vec![0; bytes.next_multiple_of(BLOCK) - bytes]).map_err(failed)
 }
 
 fn header_of(image: &Image, index: usize) -> Vec<u8> {

@@ -15,7 +15,7 @@ use crate::formats::{Kept, exactly};
 
 /// Flags of a grid's compression.
 const ZIP: u32 = 1;
-const ACTIVE_MASK: u32 = 2;
+pub const ACTIVE_MASK: u32 = 2;
 const BLOSC: u32 = 4;
 /// All flags that there are.
 pub const COMPRESSIONS: u32 = ZIP | ACTIVE_MASK | BLOSC;
@@ -34,7 +34,7 @@ pub struct Coding {
 }
 
 /// What the first byte of a block says of its inactive places.
-mod inactive {
+pub mod inactive {
     pub const BACKGROUND: u8 = 0;
     pub const ONE: u8 = 2;
     pub const MASK_OF_SIGN: u8 = 3;

@@ -9,7 +9,7 @@ use barnard::error::{Error, Result};
 use super::bytes::Bytes;
 use super::codec::{COMPRESSIONS, Coding};
 
-const MAGIC: i64 = 0x5644_4220;
+pub const MAGIC: i64 = 0x5644_4220;
 /// File versions that are read: from the one that says what inactive values are, to that of OpenVDB 13.
 const VERSIONS: std::ops::RangeInclusive<u32> = 222..=225;
 /// Grids of a file at most.
@@ -70,7 +70,7 @@ impl std::fmt::Display for Transform {
 }
 
 /// The types of trees that hold numbers.
-const FLOAT: &str = "Tree_float_5_4_3";
+pub const FLOAT: &str = "Tree_float_5_4_3";
 const DOUBLE: &str = "Tree_double_5_4_3";
 const OF_HALF: &str = "Tree_half_5_4_3";
 

@@ -9,6 +9,7 @@ mod codec;
 mod header;
 mod tree;
 mod window;
+mod write;
 
 use barnard::data::{AXIS_ORDERS, Array, Axis, Choose, Frame, Layout};
 use barnard::error::{Error, Result};
@@ -19,7 +20,10 @@ use self::header::{Descriptor, Metadata, Transform, descriptors, head};
 use self::tree::Tree;
 use self::window::Window;
 use super::gather::Gather;
-use super::{Member, Reader, Request};
+use super::{GridWriter, Member, Reader, Request};
+
+pub(super) const GRID_WRITER: GridWriter =
+    GridWriter { extension: "vdb", summary: "OpenVDB fog volume of floats, in pc: what is not zero is active", write: write::write };
 
 pub(super) const READER: Reader = Reader {
     extensions: &["vdb"],

@@ -9,7 +9,8 @@ use barnard::error::Result;
 use barnard::field::Grid;
 use rayon::prelude::*;
 
-use super::codec::{ACTIVE_MASK, BACKGROUND};
+use super::codec::ACTIVE_MASK;
+use super::codec::inactive::BACKGROUND;
 use super::header::{FLOAT, MAGIC};
 use crate::formats::{GridFile, failed};
 
@@ -66,7 +67,8 @@ fn head(file: &GridFile) -> Vec<u8> {
 /// What stands before the tree: compression, metadata and the transform.
 fn about(file: &GridFile) -> Vec<u8> {
     let entry = |name: &str, value: &str| [text(name), text("string"), text(value)].concat();
-    let mut entries = vec![entry("class", "fog volume"), entry("name", file.name), entry("creator", concat!("Barnard ", env!("CARGO_PKG_VERSION")))];
+    let mut entries =
+        vec![entry("class", "fog volume"), entry("name", file.name), entry("creator", concat!("Barnard ", env!("CARGO_PKG_VERSION")))];
     entries.extend(file.unit.map(|unit| entry("unit", unit)));
     let (lattice, step) = (file.grid.lattice(), file.grid.lattice().voxel_pc());
     // Values stand at the corners of voxels there: voxel 0 is where the first centre is.
@@ -99,7 +101,8 @@ fn leaves(grid: &Grid) -> Vec<Leaf> {
         along(0).flat_map(move |x| along(1).flat_map(move |y| along(2).map(move |z| [x, y, z])))
     };
     let nodes = corners([0; 3], EDGES[2], usize::MAX / 2).flat_map(|low| corners(low, EDGES[1], EDGES[2]));
-    let filled = |low: [usize; 3], edge: usize| grid.largest(std::array::from_fn(|axis| low[axis]..(low[axis] + edge).min(dims[axis]))) > 0.0;
+    let filled =
+        |low: [usize; 3], edge: usize| grid.largest(std::array::from_fn(|axis| low[axis]..(low[axis] + edge).min(dims[axis]))) > 0.0;
     let nodes: Vec<[usize; 3]> = nodes.filter(|low| filled(*low, EDGES[1])).collect();
     let of_node = |low: &[usize; 3]| {
         let leaf = |low: [usize; 3]| {
