@@ -3,6 +3,7 @@
 import subprocess
 import sys
 
+import h5py
 import numpy as np
 import tinyvdb
 from astropy import units
@@ -31,7 +32,7 @@ barnard = sys.argv[2]
 x, y, z = np.mgrid[0:40, 0:23, 0:31]
 cloud = (1e6 * (np.maximum(0, 50 - (x - 9) ** 2 - (y - 8) ** 2 - (z - 11) ** 2) + (x + y > 58))).astype(np.float32)
 np.save(f"{stem}_cloud.npy", cloud)
-for ending in ("fits", "npy", "vdb"):
+for ending in ("fits", "npy", "h5", "vdb"):
     place = ["--voxel", "0.5 pc", "--centre", "1 2 -3 pc", "--unit", "m-3", "--name", "n_H"]
     subprocess.run([barnard, "convert", f"{stem}_cloud.npy", f"{stem}_grid.{ending}", *place], check=True, stdout=subprocess.DEVNULL)
 expected = (cloud.astype(float) * 1e-6).astype(np.float32)
@@ -41,11 +42,16 @@ with fits.open(f"{stem}_grid.fits") as hdus:
     hdus.verify("exception")
     header = hdus[0].header
     assert np.array_equal(hdus[0].data.T, expected)
-    assert units.Unit(header["BUNIT"]) == units.cm**-3 and header["EXTNAME"] == "N_H"
+    assert units.Unit(header["BUNIT"]) == units.cm**-3 and header["EXTNAME"] == "n_H"
     wcs = WCS(header)
     assert [units.Unit(unit) for unit in wcs.wcs.cunit] == 3 * [units.pc]
     assert np.allclose(units.Quantity(wcs.pixel_to_world_values(0, 0, 0), wcs.wcs.cunit[0]).to_value("pc"), first)
     assert np.allclose(wcs.wcs.cdelt, 0.5)
+with h5py.File(f"{stem}_grid.h5") as file:
+    dataset = file["n_H"]
+    assert np.array_equal(dataset[...], expected) and dataset.attrs["units"] in ("cm-3", b"cm-3")
+    low, high = dataset.attrs["left_edge"], dataset.attrs["right_edge"]
+    assert np.allclose(low + 0.25, first) and np.allclose(high - low, 0.5 * np.array(cloud.shape))
 with tinyvdb.open(f"{stem}_grid.vdb") as file:
     file.read_grids()
     grid = file.grid(0)
@@ -54,4 +60,4 @@ with tinyvdb.open(f"{stem}_grid.vdb") as file:
     read = np.zeros_like(expected)
     read[tuple(places.T)] = np.frombuffer(sparse["values"], np.float32)
     assert grid.name == "n_H" and sparse["count"] == np.count_nonzero(expected) and np.array_equal(read, expected)
-print("3 grids passed, 0 failed")
+print("4 grids passed, 0 failed")

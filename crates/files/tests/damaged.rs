@@ -13,6 +13,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use barnard::blocks::{Blocking, Storage};
 use barnard::data::{Layout, Part};
 use barnard_files::formats::{members, read_array, read_image};
 
@@ -117,8 +118,13 @@ fn read(path: &Path, bytes: &[u8], names: &[&str], random: &mut Random) {
     let parts = [None, Some(names[random.below(names.len())])];
     for name in parts {
         let (coarse, cut) = (1 + random.below(3), random.below(4));
+        let storage = Storage::ALL[random.below(3)].1;
+        let turned = random.below(2) == 0;
+        let blocking =
+            Blocking { axes: if turned { [2, 0, 1] } else { [0, 1, 2] }, backwards: [turned, false, turned], factor: 0.5, storage };
+        let blocking = Some(blocking).filter(|_| random.below(2) == 0);
         let choose = &mut |layout: &Layout| {
-            let mut part = Part { every: coarse, ..layout.whole() };
+            let mut part = Part { every: coarse, blocking: blocking.clone(), ..layout.whole() };
             for range in &mut part.ranges {
                 *range = range.end * cut / 8..range.end - range.end * cut / 16;
                 range.end = range.end.max(range.start + 1);

@@ -33,7 +33,7 @@ fn grids_come_back() {
     };
     for writer in GRID_WRITERS {
         let path = folder.path().join(format!("lumps.{}", writer.extension));
-        save_grid(&path, &GridFile { grid: &grid, unit: Some("cm-3"), name: "lumps" }).unwrap();
+        save_grid(&path, &GridFile { grid: &grid, unit: Some("cm-3"), name: "lumps", memory_limit: DEFAULT_LIMIT }).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         let read = density(&format!("lumps.{}", writer.extension), &bytes, keys(writer.extension), DEFAULT_LIMIT).unwrap();
         let (read, lattice) = (read.grid().unwrap(), grid.lattice());
@@ -53,18 +53,18 @@ fn grids_come_back() {
         }
         // Sparse grids are written as others are.
         let sparse = density("lumps.npy", &npy(&grid), &format!("{}\nstorage = \"single\"", keys("npy")), DEFAULT_LIMIT).unwrap();
-        save_grid(&path, &GridFile { grid: sparse.grid().unwrap(), unit: None, name: "lumps" }).unwrap();
+        save_grid(&path, &GridFile { grid: sparse.grid().unwrap(), unit: None, name: "lumps", memory_limit: DEFAULT_LIMIT }).unwrap();
         let again = std::fs::read(&path).unwrap();
         assert!(writer.extension == "fits" || again.len() <= bytes.len(), "{}", writer.extension);
     }
     let unknown = grid_writer("a.tiff".as_ref()).err().unwrap().to_string();
-    assert!(unknown.contains("known: .vdb, .fits, .npy"), "{unknown}");
+    assert!(unknown.contains("known: .vdb, .fits, .h5, .npy"), "{unknown}");
 }
 
 fn npy(grid: &Grid) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.npy");
-    save_grid(&path, &GridFile { grid, unit: None, name: "a" }).unwrap();
+    save_grid(&path, &GridFile { grid, unit: None, name: "a", memory_limit: DEFAULT_LIMIT }).unwrap();
     std::fs::read(&path).unwrap()
 }
 
@@ -73,6 +73,14 @@ fn npy(grid: &Grid) -> Vec<u8> {
 fn nothing_half_is_left() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("missing/lumps.fits");
-    assert!(save_grid(&path, &GridFile { grid: &lumps(), unit: None, name: "lumps" }).unwrap_err().to_string().contains("missing"));
+    assert!(
+        save_grid(&path, &GridFile { grid: &lumps(), unit: None, name: "lumps", memory_limit: DEFAULT_LIMIT })
+            .unwrap_err()
+            .to_string()
+            .contains("missing")
+    );
+    let path = folder.path().join("lumps.h5");
+    let tight = GridFile { grid: &lumps(), unit: None, name: "lumps", memory_limit: 1 << 20 };
+    assert!(save_grid(&path, &tight).unwrap_err().to_string().contains("limit"));
     assert!(std::fs::read_dir(folder.path()).unwrap().next().is_none());
 }

@@ -4,9 +4,12 @@ mod support;
 
 use std::sync::Arc;
 
+use barnard::backend::cpu;
+use barnard::control::Control;
 use barnard::field::Field;
 use barnard::glam::DVec3;
 use barnard::memory::DEFAULT_LIMIT;
+use barnard::plan::{Options, Plan};
 use npyz::WriterBuilder;
 use support::density;
 
@@ -172,7 +175,27 @@ fn one_cloud_is_the_same_from_each_format() {
         assert!(is_same(&of("latest.h5", &latest, &format!("array = \"{dataset}\""))), "{dataset}");
     }
     // Another cloud is not the same.
-    assert!(!is_same(&of("latest.h5", &latest, "array = \"types/little_i4\"")));
+    let other = of("latest.h5", &latest, "array = \"types/little_i4\"");
+    assert!(!is_same(&other));
+    // Nor are its pictures; those of one cloud are, bit by bit.
+    let blocks = of("plain.fits.gz", &unpacked(fits, "plain.fits.gz"), "storage = \"single\"");
+    let tiles = of("f8_gzip_1.fits", &unpacked(fits, "f8_gzip_1.fits"), "");
+    let chunks = of("latest.h5", &latest, "array = \"filters/lzf_shuffle\"");
+    let truth = picture(&expected);
+    assert!(truth.iter().any(|v| *v > 0.0) && [blocks, tiles, chunks].iter().all(|field| picture(field) == truth));
+    assert!(picture(&other) != truth);
+}
+
+/// The radiance of a cloud that a star lights.
+fn picture(cloud: &Arc<dyn Field>) -> Vec<f64> {
+    let text = "bands = \"johnson\"\n[camera]\nkind = \"perspective\"\nposition = \"3 2 90 pc\"\nfield_of_view = \"25 deg\"\nsize = [24, 20]\n\
+                [field.cloud]\nkind = \"sphere\"\nradius = \"5 pc\"\n[dust]\ndensity = \"cloud\"\nscale = \"0.02 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n\
+                [[star]]\nkind = \"blackbody\"\nposition = \"1 2 3 pc\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\nvisible = false\n";
+    let mut scene = barnard_files::parse("c.toml", "c", text.to_owned(), &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
+    scene.dust.as_mut().unwrap().density = cloud.clone();
+    let plan = Plan::new(&scene, &Options::default(), &Control::default()).unwrap();
+    let image = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
+    (0..image.bands.len()).flat_map(|band| image.band(band).collect::<Vec<_>>()).collect()
 }
 
 /// An array that is kept in blocks is the same field: every value, between voxels, along lines and in means, whichever

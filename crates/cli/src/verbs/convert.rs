@@ -28,7 +28,7 @@ use crate::source::memory_limit;
 pub struct Convert {
     /// The file that is read: .vdb, .h5, .nc, .fits, .npy, .npz
     input: PathBuf,
-    /// The file that is written: .vdb, .fits, .npy
+    /// The file that is written: .vdb, .fits, .h5, .npy
     output: PathBuf,
     /// Grid of a .vdb, dataset of an HDF5 file, array of an .npz, HDU of a FITS file
     #[arg(long, value_name = "NAME")]
@@ -75,7 +75,7 @@ pub struct Convert {
     /// Name of the grid in the file that is written
     #[arg(long, value_name = "NAME", default_value = "density")]
     name: String,
-    /// Most memory that the grid may take [GiB]
+    /// Most memory that the grid, and writing it, may take [GiB]
     #[arg(long, default_value_t = 16.0, value_name = "GIB")]
     memory: f64,
 }
@@ -88,9 +88,10 @@ impl Convert {
             bail!("{}: is what is read; choose another name for the output", self.output.display());
         }
         let keys = self.keys();
-        let inputs = Inputs::new(Arc::new(SceneFiles::in_folder(".")), memory_limit(self.memory)?);
+        let memory_limit = memory_limit(self.memory)?;
+        let inputs = Inputs::new(Arc::new(SceneFiles::in_folder(".")), memory_limit);
         let loaded = load(&Section::new(&keys, "convert"), &inputs)?;
-        save_grid(&self.output, &GridFile { grid: &loaded.grid, unit: loaded.unit.as_deref(), name: &self.name })?;
+        save_grid(&self.output, &GridFile { grid: &loaded.grid, unit: loaded.unit.as_deref(), name: &self.name, memory_limit })?;
         let lattice = loaded.grid.lattice();
         let ([x, y, z], bounds) = (lattice.dims, lattice.bounds);
         let corner = |p: barnard::glam::DVec3| format!("{} {} {} pc", p.x, p.y, p.z);

@@ -40,7 +40,7 @@ pub enum Verb {
     List(list::List),
     /// Show what this machine renders on: processor, graphics adapters and their limits
     Info(info::Info),
-    /// Read a grid of one format and write it in another: .vdb, .h5, .fits, .npy
+    /// Read a grid of one format and write it in another: .vdb, .fits, .h5, .npy
     Convert(Box<convert::Convert>),
     /// Compare two images band by band
     Compare(compare::Compare),

@@ -159,6 +159,8 @@ pub struct GridFile<'a> {
     pub unit: Option<&'a str>,
     /// The name of the grid, for formats that have names.
     pub name: &'a str,
+    /// Most bytes that writing may take.
+    pub memory_limit: u64,
 }
 
 /// One row of the writers of grids.
@@ -172,7 +174,7 @@ pub struct GridWriter {
 }
 
 /// All formats that grids can be written in.
-pub const GRID_WRITERS: &[GridWriter] = &[vdb::GRID_WRITER, fits::GRID_WRITER, npy::GRID_WRITER];
+pub const GRID_WRITERS: &[GridWriter] = &[vdb::GRID_WRITER, fits::GRID_WRITER, hdf5::GRID_WRITER, npy::GRID_WRITER];
 
 /// The writer of grids for a path, by its extension.
 ///

@@ -7,6 +7,7 @@ mod filters;
 mod frame;
 mod slabs;
 mod source;
+mod write;
 
 use std::collections::BTreeSet;
 
@@ -22,7 +23,10 @@ use self::slabs::Slabs;
 use self::source::Source;
 use super::gather::Gather;
 use super::numbers::{Number, Stored};
-use super::{Member, Reader, Request, edges};
+use super::{GridWriter, Member, Reader, Request, edges};
+
+pub(super) const GRID_WRITER: GridWriter =
+    GridWriter { extension: "h5", summary: "HDF5 dataset of singles by x, y and z, with units and edges in pc", write: write::write };
 
 pub(super) const READER: Reader = Reader {
     extensions: &["h5", "hdf5", "hdf", "he5", "nc", "nc4"],
