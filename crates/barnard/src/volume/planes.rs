@@ -19,6 +19,17 @@ pub(crate) struct Plane {
     pub at: usize,
 }
 
+/// A part of a plane.
+#[derive(Debug, Clone)]
+pub(crate) struct PlanePart {
+    /// The place along the axis across it.
+    pub at: usize,
+    /// The voxels along its faster axis.
+    pub columns: Range<usize>,
+    /// The voxels along its slower axis.
+    pub rows: Range<usize>,
+}
+
 impl Plane {
     /// The voxel at a place in the plane.
     fn voxel(&self, u: usize, v: usize) -> [usize; 3] {
@@ -47,6 +58,19 @@ impl Volume {
         });
     }
 
+    /// The largest value of a channel at those voxels of a row of the box that are `wanted`; zero where all are less.
+    pub(crate) fn largest_in_row(&self, slot: usize, [y, z]: [usize; 2], wanted: impl Fn(usize) -> bool) -> f32 {
+        let (channels, [side, ..]) = (self.channels.len(), self.pages.side());
+        let mut largest = 0.0f32;
+        // The layer around the box is before its first voxel and behind its last.
+        for (first, number) in self.pages.along(0, [0, y + 1, z + 1]) {
+            let places = (first..first + side).zip((number * channels + slot..).step_by(channels));
+            let inside = places.filter(|(x, _)| (1..=self.inner.dims[0]).contains(x) && wanted(x - 1));
+            largest = stored!(&self.values, |data| inside.fold(largest, |most, (_, place)| most.max(data[place].value())));
+        }
+        largest * self.units[slot]
+    }
+
     /// Writes a channel on a part of a plane, columns and rows, in parts of the channel's unit; what lies in no page that
     /// is held is lost.
     pub(crate) fn put_plane(
@@ -56,26 +80,47 @@ impl Volume {
         [columns, rows]: [Range<usize>; 2],
         value: impl Fn(usize, usize) -> f32 + Sync,
     ) {
+        self.put_planes(slot, plane.axes, &[PlanePart { at: plane.at, columns, rows }], |_, u, v| value(u, v));
+    }
+
+    /// The same of several planes; they are all across x where there are more than one, since a line of memory has some
+    /// of each then.
+    pub(crate) fn put_planes(
+        &mut self,
+        slot: usize,
+        axes: [usize; 3],
+        planes: &[PlanePart],
+        value: impl Fn(usize, usize, usize) -> f32 + Sync,
+    ) {
+        debug_assert!(planes.len() < 2 || axes[2] == 0);
         let channels = self.channels.len();
-        let side = self.pages.side();
-        let [du, dv, dw] = plane.axes.map(|axis| self.pages.strides()[axis] * channels);
+        let side = axes.map(|axis| self.pages.side()[axis]);
+        let [du, dv, dw] = axes.map(|axis| self.pages.strides()[axis] * channels);
         let pages = &self.pages;
         stored!(&mut self.values, |data| {
-            let touched = pages
-                .of(data, channels)
-                .filter(|(first, _)| (first[plane.axes[2]]..first[plane.axes[2]] + side[plane.axes[2]]).contains(&plane.at));
-            touched.for_each(|(first, page)| {
+            pages.of(data, channels).for_each(|(first, page)| {
+                let first = axes.map(|axis| first[axis]);
                 let local = |i: usize, range: &Range<usize>| {
-                    let within =
-                        |at: usize| at.clamp(first[plane.axes[i]], first[plane.axes[i]] + side[plane.axes[i]]) - first[plane.axes[i]];
+                    let within = |at: usize| at.clamp(first[i], first[i] + side[i]) - first[i];
                     within(range.start)..within(range.end)
                 };
-                let (columns, rows) = (local(0, &columns), local(1, &rows));
-                let [u0, v0, w0] = plane.axes.map(|axis| first[axis]);
+                let part = |(number, plane): (usize, &PlanePart)| {
+                    let touched = (first[2]..first[2] + side[2]).contains(&plane.at);
+                    touched.then(|| (number, plane.at - first[2], local(0, &plane.columns), local(1, &plane.rows)))
+                };
+                let parts: Vec<_> = planes.iter().enumerate().filter_map(part).collect();
+                let Some(rows) = parts.iter().map(|part| part.3.clone()).reduce(|a, b| a.start.min(b.start)..a.end.max(b.end)) else {
+                    return;
+                };
                 // Whatever w is, v is slower than u in memory: each row lies in a part of its own.
-                let lines = page[slot + (plane.at - w0) * dw..].par_chunks_mut(dv).enumerate();
-                let lines = lines.skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
-                lines.for_each(|(v, line)| columns.clone().for_each(|u| line[u * du] = Stored::of(value(u0 + u, v0 + v))));
+                let start = if axes[2] == 0 { 0 } else { parts[0].1 * dw };
+                let lines = page[slot + start..].par_chunks_mut(dv).enumerate().skip(rows.start).take(rows.len());
+                lines.with_min_len(ROWS_TOGETHER).for_each(|(v, line)| {
+                    for (number, w, columns, _) in parts.iter().filter(|part| part.3.contains(&v)) {
+                        let line = &mut line[w * dw - start..];
+                        columns.clone().for_each(|u| line[u * du] = Stored::of(value(*number, first[0] + u, first[1] + v)));
+                    }
+                });
             });
         });
     }

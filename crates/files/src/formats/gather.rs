@@ -46,15 +46,13 @@ pub struct Gather<T> {
     every: usize,
     clip: bool,
     kept: Store<T>,
-    /// What they become blocks by, at the end.
-    blocks: Option<Filling>,
 }
 
 enum Store<T> {
     Elements(Vec<T>),
-    Sums(Vec<f64>),
-    /// Nothing is kept but blocks.
-    Nothing,
+    /// Sums of blocks of elements, and what their means fill at the end, where it is not an array.
+    Sums(Vec<f64>, Option<Filling>),
+    Blocks(Filling),
 }
 
 impl<T: Kept> Gather<T> {
@@ -73,17 +71,19 @@ impl<T: Kept> Gather<T> {
             blocking.axes = blocking.axes.map(|axis| if fortran { 2 - axis } else { axis });
             Filling::new(blocking, shape, path, limit)
         });
-        let blocks = blocks.transpose()?;
-        if blocks.is_some() && part.every == 1 {
-            return Ok(Self { ranges, shape, every: 1, clip: part.clip, kept: Store::Nothing, blocks });
-        }
+        let blocks = match blocks.transpose()? {
+            Some(blocks) if part.every == 1 => {
+                return Ok(Self { ranges, shape, every: 1, clip: part.clip, kept: Store::Blocks(blocks) });
+            }
+            blocks => blocks,
+        };
         let cells = shape.iter().fold(1u64, |cells, edge| cells.saturating_mul(*edge as u64));
         // Doubles that stay as they are count as singles: a grid holds those, and the limit is a grid's.
         let size = if part.every > 1 { 8 } else { 4 };
         memory::check(&format!("the array of {}", path.display()), cells.saturating_mul(size as u64), limit)?;
         let cells = cells as usize;
-        let kept = if part.every > 1 { Store::Sums(vec![0.0; cells]) } else { Store::Elements(vec![T::of(0.0); cells]) };
-        Ok(Self { ranges, shape, every: part.every, clip: part.clip, kept, blocks })
+        let kept = if part.every > 1 { Store::Sums(vec![0.0; cells], blocks) } else { Store::Elements(vec![T::of(0.0); cells]) };
+        Ok(Self { ranges, shape, every: part.every, clip: part.clip, kept })
     }
 
     /// Takes elements along the fastest axis from one on, all of them within the range.
@@ -91,11 +91,11 @@ impl<T: Kept> Gather<T> {
         let (i, j) = (self.cell(0, slow), self.cell(1, middle));
         let start = (i * self.shape[1] + j) * self.shape[2];
         let (first, every, clip) = (first - self.ranges[2].start, self.every, self.clip);
-        let mut elements = elements.map(|v| clipped(v, clip));
+        let elements = elements.map(|v| clipped(v, clip));
         match &mut self.kept {
             Store::Elements(kept) => kept[start + first..].iter_mut().zip(elements).for_each(|(kept, v)| *kept = v),
-            Store::Sums(sums) => elements.zip(first..).for_each(|(v, i)| sums[start + i / every] += v.number()),
-            Store::Nothing => self.blocks.iter_mut().for_each(|blocks| blocks.run(2, [i, j, first], elements.by_ref().map(Kept::number))),
+            Store::Sums(sums, _) => elements.zip(first..).for_each(|(v, i)| sums[start + i / every] += v.number()),
+            Store::Blocks(blocks) => blocks.run(2, [i, j, first], elements.map(Kept::number)),
         }
     }
 
@@ -106,16 +106,14 @@ impl<T: Kept> Gather<T> {
         for (i, by_slow) in slow {
             for (j, by_middle) in middle.clone() {
                 let row = (i * self.shape[1] + j) * self.shape[2];
-                if let (Store::Nothing, Some(blocks)) = (&self.kept, &mut self.blocks) {
-                    let (first, count) = fast.clone().next().map_or((0, 0), |(first, _)| (first, fast.clone().count()));
-                    blocks.run(2, [i, j, first], std::iter::repeat_n(value.number(), count));
-                    continue;
-                }
-                for (k, by_fast) in fast.clone() {
-                    match &mut self.kept {
-                        Store::Elements(kept) => kept[row + k] = value,
-                        Store::Sums(sums) => sums[row + k] += value.number() * (by_slow * by_middle * by_fast) as f64,
-                        Store::Nothing => {}
+                match &mut self.kept {
+                    Store::Elements(kept) => fast.clone().for_each(|(k, _)| kept[row + k] = value),
+                    Store::Sums(sums, _) => {
+                        fast.clone().for_each(|(k, by_fast)| sums[row + k] += value.number() * (by_slow * by_middle * by_fast) as f64)
+                    }
+                    Store::Blocks(blocks) => {
+                        let first = fast.clone().next().map_or(0, |(first, _)| first);
+                        blocks.run(2, [i, j, first], fast.clone().map(|_| value.number()));
                     }
                 }
             }
@@ -201,16 +199,16 @@ impl<T: Kept> Gather<T> {
     pub fn finish(self) -> Result<Numbers, Error> {
         let share = (self.every as f64).powi(-3);
         let [_, middle, fast] = self.shape;
-        Ok(match (self.kept, self.blocks) {
-            (Store::Elements(kept), _) => T::numbers(kept),
-            (Store::Sums(sums), None) => T::numbers(sums.iter().map(|sum| T::of(sum * share)).collect()),
-            (Store::Sums(sums), Some(mut blocks)) => {
+        Ok(match self.kept {
+            Store::Elements(kept) => T::numbers(kept),
+            Store::Sums(sums, None) => T::numbers(sums.iter().map(|sum| T::of(sum * share)).collect()),
+            Store::Sums(sums, Some(mut blocks)) => {
                 for (row, sums) in sums.chunks(fast).enumerate() {
                     blocks.run(2, [row / middle, row % middle, 0], sums.iter().map(|sum| sum * share));
                 }
                 Numbers::Blocks(blocks.finish()?)
             }
-            (Store::Nothing, blocks) => Numbers::Blocks(blocks.map_or_else(|| unreachable!("nothing else is kept"), Filling::finish)?),
+            Store::Blocks(blocks) => Numbers::Blocks(blocks.finish()?),
         })
     }
 }

@@ -120,7 +120,7 @@ fn exact(slope: vec2f, distance: f32) -> f32 {
     return depth * edge_along(slope) * (distance - start) / max(count, 1.0);
 }
 
-// twin: barnard::plan::star_depths::frustum_sweep::FrustumSweep::write_plane
+// twin: barnard::plan::star_depths::frustum_sweep::FrustumSweep::plane_values
 @compute @workgroup_size(8, 8)
 fn collect(@builtin(global_invocation_id) id: vec3u) {
     let n = sweep.counts.z + id.z;

@@ -36,12 +36,14 @@ use crate::plan::star_depths::OPAQUE;
 use crate::plan::star_depths::between_rays::{Places, beside, cubic_line, cubic_rows, grazed};
 use crate::plan::star_depths::frustum::{Frustum, Rays, TierOf, frustums};
 use crate::plan::star_depths::planes::{Part, Planes, ROWS_TOGETHER, mix, within};
-use crate::volume::{ChannelMut, Plane};
+use crate::volume::{ChannelMut, PlanePart};
 
 /// Two-point Gauss rule on [0, 1], weights one half.
 pub const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 /// A ray that comes in behind the last plane is followed so many intervals on; others never come in.
 pub const BEYOND: f64 = 3.0;
+/// Planes across x that are written together: a line of memory holds sixteen single values.
+const PLANES_TOGETHER: usize = 16;
 /// Voxels on an edge between frustums belong to both: rounding must not leave them to none.
 const SHARED: f64 = 1e-6;
 
@@ -115,7 +117,7 @@ pub(super) fn exact_depth(dust: &Grid, star: DVec3, lattice: &Lattice, axes: [us
 impl FrustumSweep<'_> {
     fn run(&self, out: &mut ChannelMut, control: &Control, visit: &mut impl FnMut(u64)) -> Result<()> {
         let planes = self.frustum.planes();
-        let mut values = vec![0.0; self.frustum.dims[0] * self.frustum.dims[1]];
+        let mut together = Together::new(&self.frustum);
         for TierOf { rays, begin, end } in self.frustum.tiers() {
             let (mut tier, planes) = (Tier::new(rays), &planes[..end]);
             if self.frustum.has_side_entries() {
@@ -126,9 +128,11 @@ impl FrustumSweep<'_> {
             }
             self.follow(&mut tier, planes, 0..end, control, |tier, number| {
                 if number >= begin {
-                    visit(self.write_plane(tier, planes[number], &mut values, out));
+                    let made = |values: &mut [f32]| self.plane_values(tier, planes[number], values);
+                    visit(together.take(&self.frustum, planes[number], made, out));
                 }
             })?;
+            visit(together.write(&self.frustum, out));
         }
         Ok(())
     }
@@ -279,18 +283,39 @@ impl FrustumSweep<'_> {
         );
         [columns, rows]
     }
+}
 
-    /// Writes the depths of the voxels of one plane inside the frustum; returns their number. The plane's `values` are
-    /// made first, then written into `out`.
-    fn write_plane(&self, tier: &Tier, plane: usize, values: &mut [f32], out: &mut ChannelMut) -> u64 {
-        let ChannelMut { volume, slot } = out;
-        let [columns, rows] = self.plane_values(tier, plane, values);
-        let (parts, width) = (volume.units[*slot].recip(), self.frustum.dims[0]);
+/// Planes of depths that are written together: those across x, of which a line of memory has several.
+struct Together {
+    /// The most of them.
+    most: usize,
+    parts: Vec<PlanePart>,
+    /// The values of each, v × u.
+    values: Vec<Vec<f32>>,
+}
+
+impl Together {
+    fn new(frustum: &Frustum) -> Self {
+        let most = if frustum.axes[2] == 0 { PLANES_TOGETHER } else { 1 };
+        Self { most, parts: Vec::new(), values: vec![vec![0.0; frustum.dims[0] * frustum.dims[1]]; most] }
+    }
+
+    /// Takes one more plane, once `made` has made its values; returns how many voxels were written, where it was.
+    fn take(&mut self, frustum: &Frustum, plane: usize, made: impl FnOnce(&mut [f32]) -> [Range<usize>; 2], out: &mut ChannelMut) -> u64 {
+        let ranges = made(&mut self.values[self.parts.len()]);
         // The layer around the box is before its first voxel.
-        let ranges = [&columns, &rows].map(|range| range.start + 1..range.end + 1);
-        let at = Plane { axes: self.frustum.axes, at: plane + 1 };
-        volume.put_plane(*slot, at, ranges, |x, y| values[(y - 1) * width + x - 1] * parts);
-        (rows.len() * columns.len()) as u64
+        let [columns, rows] = ranges.map(|range| range.start + 1..range.end + 1);
+        self.parts.push(PlanePart { at: plane + 1, columns, rows });
+        if self.parts.len() == self.most { self.write(frustum, out) } else { 0 }
+    }
+
+    /// Writes what has come; returns the number of voxels.
+    fn write(&mut self, frustum: &Frustum, out: &mut ChannelMut) -> u64 {
+        let ChannelMut { volume, slot } = out;
+        let (parts, width) = (volume.units[*slot].recip(), frustum.dims[0]);
+        let (planes, values) = (std::mem::take(&mut self.parts), &self.values);
+        volume.put_planes(*slot, frustum.axes, &planes, |plane, x, y| values[plane][(y - 1) * width + x - 1] * parts);
+        planes.iter().map(|part| (part.rows.len() * part.columns.len()) as u64).sum()
     }
 }
 

@@ -64,11 +64,14 @@ pub(crate) fn settle(volume: &mut Volume, slot: usize) {
 /// The largest of these depths at a place with dust, whose bricks come first in the plan \[1\].
 pub fn deepest(volume: &Volume, slot: usize, dust: &Bricks) -> f32 {
     let lattice = &volume.inner;
+    // The bricks that voxels lie in, axis by axis.
+    let bricks: [Vec<usize>; 3] = std::array::from_fn(|axis| {
+        let along = |i: usize| std::array::from_fn(|a| if a == axis { i } else { 0 });
+        let centre = |[x, y, z]: [usize; 3]| lattice.centre(x, y, z);
+        (0..lattice.dims[axis]).map(|i| dust.brick_of(centre(along(i)))[axis]).collect()
+    });
     let deepest = |z: usize| {
-        let depth = |[x, y, z]: [usize; 3]| {
-            if dust.clear(dust.brick_of(lattice.centre(x, y, z))) > 0 { 0.0 } else { volume.value(volume.index([x, y, z]), slot) }
-        };
-        let row = |y: usize| (0..lattice.dims[0]).map(move |x| [x, y, z]).map(depth).fold(0.0, f32::max);
+        let row = |y: usize| volume.largest_in_row(slot, [y, z], |x| dust.clear([bricks[0][x], bricks[1][y], bricks[2][z]]) == 0);
         (0..lattice.dims[1]).map(row).fold(0.0, f32::max)
     };
     (0..lattice.dims[2]).into_par_iter().map(deepest).reduce(|| 0.0, f32::max)
