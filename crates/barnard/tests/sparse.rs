@@ -9,7 +9,7 @@ use barnard::scene::Scene;
 use barnard::volume::Sparsity;
 
 /// A few lumps in an empty box of 90 voxels along its edge, stars among them and outside.
-fn scene(stars: bool, method: &str) -> Scene {
+fn scene(scale: f64, method: &str) -> Scene {
     let lump = |place: &str, size: f64| format!("max(0, 1 - {size} * ({place}))");
     let lumps = format!(
         "cube * ({} + {})",
@@ -17,8 +17,8 @@ fn scene(stars: bool, method: &str) -> Scene {
         lump("(x + 0.4)^2 + (y + 0.5)^2 + (z - 0.35)^2", 14.0)
     );
     let starlit = format!(
-        "[dust]\ndensity = \"{lumps}\"\nscale = \"12 /pc\"\nlaw = \"gordon23\"\nalbedo = 0.6\n[dust.phase]\nkind = \"henyey_greenstein\"\ng = 0.5\n\
-         [[star]]\nname = \"inside\"\nkind = \"blackbody\"\nposition = \"-0.4 -0.45 0.3 pc\"\ntemperature = \"12000 K\"\nluminosity = \"1000 Lsun\"\n\
+        "[dust]\ndensity = \"{lumps}\"\nscale = \"{scale} /pc\"\nlaw = \"gordon23\"\nalbedo = 0.6\n[dust.phase]\nkind = \"henyey_greenstein\"\ng = 0.5\n\
+         [[star]]\nname = \"inside\"\nkind = \"blackbody\"\nposition = \"0 0.02 0 pc\"\ntemperature = \"12000 K\"\nluminosity = \"1000 Lsun\"\n\
          [[star]]\nname = \"outside\"\nkind = \"blackbody\"\nposition = \"-1.5 0.9 2 pc\"\ntemperature = \"6000 K\"\nluminosity = \"3000 Lsun\"\nvisible = false\n"
     );
     let text = format!(
@@ -26,7 +26,7 @@ fn scene(stars: bool, method: &str) -> Scene {
          [field.cube]\nkind = \"box\"\nlow = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"\n{}\
          [[emission]]\nkind = \"lines\"\ndensity = \"{lumps} * (1.5 + x)\"\nscale = \"1e-9 W/m2/sr/pc\"\nlines = [{{ wavelength = \"550 nm\", strength = 1 }}]\n\
          [method]\nbake = 90\n{method}\n",
-        if stars { &starlit } else { "" }
+        if scale > 0.0 { &starlit } else { "" }
     );
     let mut scene = barnard_files::parse("sparse.toml", "sparse", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
     sample_functions(&mut scene, &Options::default()).unwrap();
@@ -36,7 +36,9 @@ fn scene(stars: bool, method: &str) -> Scene {
 fn planned(scene: &Scene, sparse: Sparsity) -> Plan {
     let mut scene = scene.clone();
     scene.method.sparse = sparse;
-    Plan::new(&scene, &Options::default(), &Control::default()).unwrap()
+    // Where less is held, star depths may become finer than a whole volume's would.
+    let options = Options { star_depth_voxels: 2, ..Options::default() };
+    Plan::new(&scene, &options, &Control::default()).unwrap()
 }
 
 /// The largest difference in a band, in parts of the band's largest value.
@@ -50,22 +52,25 @@ fn difference(a: &Image, b: &Image) -> f64 {
 
 #[test]
 fn sparse_volumes_make_the_same_picture() {
-    for (stars, method) in [
-        (false, ""),
-        (true, ""),
-        (true, "name = \"common_nodes\""),
-        (true, "steps = 60\nvolumes = \"half\""),
-        (true, "name = \"projection\""),
-        (true, "name = \"double_integration\"\ncount = 4"),
+    for (scale, method) in [
+        (0.0, ""),
+        (12.0, ""),
+        // Depths of thousands from a star, next to places from which nothing is held.
+        (9000.0, ""),
+        (12.0, "name = \"common_nodes\""),
+        (12.0, "steps = 60\nvolumes = \"half\""),
+        (12.0, "name = \"projection\""),
+        (12.0, "name = \"propagation\""),
+        (12.0, "name = \"double_integration\"\ncount = 4"),
     ] {
-        let scene = scene(stars, method);
+        let scene = scene(scale, method);
         let [whole, sparse] = [Sparsity::Never, Sparsity::Always].map(|sparsity| planned(&scene, sparsity));
         let [a, b] = [&whole, &sparse].map(|plan| cpu::render(&scene, plan, &Control::default()).unwrap().0);
         let worst = difference(&b, &a);
-        // Depths at the rim of a page are moved to their means along fewer axes; gas has none.
-        assert!(worst < if stars { 1e-8 } else { f64::MIN_POSITIVE }, "{stars} {method}: {worst:e}");
+        // Single precision rounds a cell's place in memory, and no value.
+        assert!(worst < 1e-8, "{scale} {method}: {worst:e}");
         let (held, of_pages, of_whole) = (sparse.space().volumes[0].held(), sparse.space().bytes(), whole.space().bytes());
-        assert!(held < 0.2 && of_pages < of_whole, "{stars} {method}: {held} of the voxels, {of_pages} and {of_whole} bytes");
+        assert!(held < 0.25 && of_pages < of_whole, "{scale} {method}: {held} of the voxels, {of_pages} and {of_whole} bytes");
         // A step more would be seen.
         let other = sparse.with_stepping(Stepping::Fixed(70));
         assert!(difference(&cpu::render(&scene, &other, &Control::default()).unwrap().0, &a) > 1e-6);

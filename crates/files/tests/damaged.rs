@@ -120,8 +120,13 @@ fn read(path: &Path, bytes: &[u8], names: &[&str], random: &mut Random) {
         let (coarse, cut) = (1 + random.below(3), random.below(4));
         let storage = Storage::ALL[random.below(3)].1;
         let turned = random.below(2) == 0;
-        let blocking =
-            Blocking { axes: if turned { [2, 0, 1] } else { [0, 1, 2] }, backwards: [turned, false, turned], factor: 0.5, storage };
+        let blocking = Blocking {
+            axes: if turned { [2, 0, 1] } else { [0, 1, 2] },
+            backwards: [turned, false, turned],
+            factor: 0.5,
+            clip: turned,
+            storage,
+        };
         let blocking = Some(blocking).filter(|_| random.below(2) == 0);
         let choose = &mut |layout: &Layout| {
             let mut part = Part { every: coarse, blocking: blocking.clone(), ..layout.whole() };

@@ -48,6 +48,7 @@ fn grids_come_back() {
         }
         assert!(values.iter().any(|v| *v > 0.0 && *v < 1e-5));
         // Every bit is that of before, where the box is that of before as well.
+        assert!(read.lattice().dims == DIMS || writer.extension == "vdb", "{}", writer.extension);
         if read.lattice().dims == DIMS {
             assert!(read.values() == values && (read.lattice().bounds.low - lattice.bounds.low).abs().max_element() < 1e-12);
         }
@@ -79,6 +80,9 @@ fn nothing_half_is_left() {
             .to_string()
             .contains("missing")
     );
+    let empty = Grid::new([9, 9, 9], lumps().lattice().bounds, vec![0.0; 729]).unwrap();
+    let nothing = GridFile { grid: &empty, unit: None, name: "n", memory_limit: DEFAULT_LIMIT };
+    assert!(save_grid(&folder.path().join("n.vdb"), &nothing).unwrap_err().to_string().contains("no value is above zero"));
     let path = folder.path().join("lumps.h5");
     let tight = GridFile { grid: &lumps(), unit: None, name: "lumps", memory_limit: 1 << 20 };
     assert!(save_grid(&path, &tight).unwrap_err().to_string().contains("limit"));

@@ -1,5 +1,6 @@
 //! Blocks that are filled by an array, in whatever order its elements come.
 
+use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
 use super::{Block, Blocks, EDGE, SIZE, Storage};
@@ -15,8 +16,18 @@ pub struct Blocking {
     pub backwards: [bool; 3],
     /// What values are multiplied by.
     pub factor: f64,
+    /// Whether values that are negative or no numbers become zero.
+    pub clip: bool,
     /// How they are stored.
     pub storage: Storage,
+}
+
+/// The error for values that single precision does not hold.
+fn too_small(label: &Path, largest: f64) -> Error {
+    let message = format!(
+        "its values are at most {largest:e} by unit and factor, which single precision does not hold: choose another unit, and the scale of dust or gas for it"
+    );
+    Error::file(label, message)
 }
 
 /// Blocks that are being filled, each stored as it is to be once all of its voxels have come.
@@ -29,6 +40,8 @@ pub struct Filling {
     bytes: u64,
     limit: u64,
     label: PathBuf,
+    /// The largest value that came, without its sign.
+    largest: f64,
     wrong: Option<Error>,
 }
 
@@ -39,7 +52,9 @@ impl Filling {
     /// Where the list of the blocks alone takes more.
     pub fn new(blocking: Blocking, shape: [usize; 3], label: &Path, limit: u64) -> Result<Self, Error> {
         let dims = blocking.axes.map(|axis| shape[axis]);
-        let list = dims.iter().fold(size_of::<Option<Block>>() as u64, |bytes, n| bytes.saturating_mul(n.div_ceil(EDGE) as u64));
+        // Each with how many of its voxels have not come.
+        let each = size_of::<Option<Block>>() + size_of::<u16>();
+        let list = dims.iter().fold(each as u64, |bytes, n| bytes.saturating_mul(n.div_ceil(EDGE) as u64));
         memory::check(&format!("the blocks of {}", label.display()), list, limit)?;
         let blocks = Blocks::empty(dims, blocking.storage);
         let of = |index: usize| {
@@ -48,18 +63,25 @@ impl Filling {
             (0..3).map(|axis| (dims[axis] - place[axis] * EDGE).min(EDGE)).product::<usize>() as u16
         };
         let left = (0..blocks.blocks.len()).map(of).collect();
-        Ok(Self { blocking, blocks, left, bytes: list, limit, label: label.to_owned(), wrong: None })
+        Ok(Self { blocking, blocks, left, bytes: list, limit, label: label.to_owned(), largest: 0.0, wrong: None })
     }
 
-    /// Takes elements that follow one another along an axis of the array, from one on.
+    /// Takes elements that follow one another along an axis of the array, from one on; each element comes once.
     pub fn run(&mut self, axis: usize, first: [usize; 3], elements: impl Iterator<Item = f64>) {
-        let Blocking { axes, backwards, factor, .. } = self.blocking.clone();
+        if self.wrong.is_some() {
+            return;
+        }
+        let Blocking { axes, backwards, factor, clip, .. } = self.blocking.clone();
         let dims = self.blocks.dims;
         let voxel = |own: usize, index: usize| if backwards[own] { dims[own] - 1 - index } else { index };
         let along = axes.iter().position(|a| *a == axis).unwrap_or(0);
         let others: usize = (0..3).filter(|own| *own != along).map(|own| self.blocks.address(own, voxel(own, first[axes[own]]))).sum();
         for (index, element) in (first[axis]..).zip(elements) {
-            self.put(others + self.blocks.address(along, voxel(along, index)), (element * factor) as f32);
+            let value = element * factor;
+            // What is no number is not above zero either.
+            let value = if clip && !matches!(value.partial_cmp(&0.0), Some(Ordering::Greater)) { 0.0 } else { value };
+            self.largest = self.largest.max(value.abs());
+            self.put(others + self.blocks.address(along, voxel(along, index)), value as f32);
         }
     }
 
@@ -107,10 +129,13 @@ impl Filling {
     /// What has come.
     ///
     /// # Errors
-    /// Where it took more memory than it may.
+    /// Where it took more memory than it may, or all values are less than single precision holds.
     pub fn finish(mut self) -> Result<Blocks, Error> {
         if let Some(wrong) = self.wrong {
             return Err(wrong);
+        }
+        if self.largest > 0.0 && self.largest < f64::from(f32::MIN_POSITIVE) {
+            return Err(too_small(&self.label, self.largest));
         }
         (0..self.left.len()).for_each(|block| self.close(block));
         Ok(self.blocks)
@@ -131,7 +156,7 @@ mod tests {
     }
 
     fn blocks(storage: Storage, limit: u64) -> Result<Blocks, Error> {
-        let blocking = Blocking { axes: [2, 0, 1], backwards: [true, false, true], factor: 2.0, storage };
+        let blocking = Blocking { axes: [2, 0, 1], backwards: [true, false, true], factor: 2.0, clip: false, storage };
         let mut filling = Filling::new(blocking, SHAPE, Path::new("lumps"), limit)?;
         for (i, j) in (0..SHAPE[0]).flat_map(|i| (0..SHAPE[1]).map(move |j| (i, j))) {
             // A row in two parts, one of them along another axis.
@@ -194,7 +219,7 @@ mod tests {
     fn memory_is_limited() {
         assert!(blocks(Storage::Single, 18 * 40).unwrap_err().to_string().contains("lumps"));
         assert!(blocks(Storage::Single, 60_000).is_err() && blocks(Storage::Byte, 60_000).is_ok());
-        let blocking = Blocking { axes: [0, 1, 2], backwards: [false; 3], factor: 1.0, storage: Storage::Single };
+        let blocking = Blocking { axes: [0, 1, 2], backwards: [false; 3], factor: 1.0, clip: false, storage: Storage::Single };
         assert!(Filling::new(blocking, [1 << 40; 3], Path::new("huge"), u64::MAX / 2).is_err());
     }
 
@@ -209,11 +234,28 @@ mod tests {
     #[test]
     fn bad_values_are_kept() {
         for bad in [f64::NAN, -1.0, f64::INFINITY] {
-            let blocking = Blocking { axes: [0, 1, 2], backwards: [false; 3], factor: 1.0, storage: Storage::Byte };
+            let blocking = Blocking { axes: [0, 1, 2], backwards: [false; 3], factor: 1.0, clip: false, storage: Storage::Byte };
             let mut filling = Filling::new(blocking, [1, 1, 3], Path::new("bad"), 1 << 20).unwrap();
             filling.run(2, [0; 3], [1.0, bad, 0.5].into_iter());
             let values = filling.finish().unwrap().values();
             assert!(values[0] == 1.0 && (values[1] == bad as f32 || values[1].is_nan() && bad.is_nan()) && values[2] == 0.5, "{values:?}");
         }
+    }
+
+    /// Clipped, they are zero; what is too small for single precision is an error, and what is nearly so no panic.
+    #[test]
+    fn values_are_clipped_and_refused() {
+        let of = |factor: f64, clip: bool, storage: Storage, values: [f64; 3]| {
+            let blocking = Blocking { axes: [0, 1, 2], backwards: [false; 3], factor, clip, storage };
+            let mut filling = Filling::new(blocking, [1, 1, 3], Path::new("small"), 1 << 20).unwrap();
+            filling.run(2, [0; 3], values.into_iter());
+            filling.finish().map(|blocks| blocks.values())
+        };
+        assert_eq!(of(-2.0, true, Storage::Single, [1.0, f64::NAN, -0.5]).unwrap(), [0.0, 0.0, 1.0]);
+        assert!(of(1e-50, false, Storage::Single, [1.0, 2.0, 3.0]).unwrap_err().to_string().contains("single precision"));
+        let tiny = of(1.0, false, Storage::Byte, [1e-42, 1.5e-42, 1.3e-38]).unwrap();
+        assert!(tiny.iter().all(|v| *v > 0.0), "{tiny:?}");
+        let even = of(1e-42, false, Storage::Byte, [1.0, 1.5, 2e4]).unwrap();
+        assert!(even[2] > 0.9e-38 && even[0] > 0.0, "{even:?}");
     }
 }

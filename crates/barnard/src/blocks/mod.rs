@@ -18,8 +18,8 @@ const SIZE: usize = EDGE * EDGE * EDGE;
 /// Steps of a byte between the least value above zero and the largest.
 const STEPS: f32 = 254.0;
 
-/// How the values of a block are stored.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// How the values of a block are stored, the most exact first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Storage {
     /// Four bytes a value, as it is in single precision.
     #[default]
@@ -41,6 +41,11 @@ impl Storage {
             Self::Half => 1.0 / 2048.0,
             Self::Byte => 0.5 / f64::from(STEPS),
         }
+    }
+
+    /// The largest error of a value in parts of itself \[1\]; none where there is no such bound.
+    pub fn relative_error(self) -> Option<f64> {
+        (self != Self::Byte).then(|| self.error())
     }
 }
 
@@ -83,7 +88,7 @@ impl Block {
         }
         let least = values.iter().filter(|v| **v > 0.0).fold(largest, |least, v| least.min(*v));
         let step = (largest - least) / STEPS;
-        let byte = |v: &f32| if *v > 0.0 { 1 + if step > 0.0 { ((v - least) / step).round() as u8 } else { 0 } } else { 0 };
+        let byte = |v: &f32| if *v > 0.0 { 1 + if step > 0.0 { ((v - least) / step).round().min(STEPS) as u8 } else { 0 } } else { 0 };
         Self::Byte { least, step, values: values.iter().map(byte).collect() }
     }
 
@@ -171,6 +176,11 @@ impl Blocks {
     #[inline(always)]
     pub(crate) fn value(&self, address: usize) -> f32 {
         self.blocks[address / SIZE].as_ref().map_or(0.0, |block| block.value(address % SIZE))
+    }
+
+    /// Whether a value that is stored is such a one; empty blocks are not asked.
+    pub(crate) fn any(&self, is_such: impl Fn(f32) -> bool + Sync) -> bool {
+        self.blocks.par_iter().flatten().any(|block| (0..SIZE).any(|local| is_such(block.value(local))))
     }
 
     /// Writes the values of some voxels of a row.

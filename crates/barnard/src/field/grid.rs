@@ -190,8 +190,8 @@ impl Grid {
             let count = row.iter().filter(|v| bad(**v)).count();
             Some((count, [first, r % ny, r / ny], row[first]))
         };
-        let rows = (0..ny * nz).into_par_iter();
-        if rows.map_init(Vec::new, |row, r| of_row(row, r, |v| !v.is_finite() || v < 0.0)).all(|bad| bad.is_none()) {
+        let scaled = |v: f32| (f64::from(v) * self.factor) as f32;
+        if !self.store.any(|v| !scaled(v).is_finite() || scaled(v) < 0.0) {
             return Ok(());
         }
         for (what, bad) in TESTS {

@@ -45,7 +45,7 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
             "memory",
             "memory size",
             "none",
-            "the array is made as coarse as it must be to take no more than this in memory: the least every that does",
+            "the array is made as coarse as it must be to take no more than this in memory: the least every that does, with all voxels reckoned as numbers of their own, whatever storage says",
         ),
         Key::optional(
             "preset",
@@ -111,11 +111,12 @@ pub fn load(section: &Section, inputs: &Inputs) -> Result<Loaded> {
             None => Placement::of(section, layout)?,
         };
         let storage = storage.or(layout.frame.as_ref().filter(|frame| frame.is_sparse).map(|_| Storage::Single));
-        // Means and blocks are of what is left; otherwise it is looked at when it is there.
-        placement.part.clip = clip && (placement.part.every > 1 || storage.is_some());
+        // Means are of what is left; otherwise it is looked at when it is there.
+        placement.part.clip = clip && placement.part.every > 1;
         if placement.part.clip && said < 0.0 {
-            let message = "with clip, and every or storage, a factor is not negative: what is clipped would be what it makes positive";
-            return Err(section.error("factor", message));
+            return Err(
+                section.error("factor", "with every and clip a factor is not negative: what is clipped would be what it makes positive")
+            );
         }
         let own = layout.frame.as_ref().and_then(|frame| frame.unit.as_deref());
         let (size, name) = match map {
@@ -123,7 +124,7 @@ pub fn load(section: &Section, inputs: &Inputs) -> Result<Loaded> {
             None => unit(section, own)?,
         };
         let factor = said * size;
-        placement.part.blocking = storage.map(|storage| placement.blocking(factor, storage));
+        placement.part.blocking = storage.map(|storage| placement.blocking(factor, clip, storage));
         let part = placement.part.clone();
         placed = Some((placement, factor, name));
         Ok(part)

@@ -50,6 +50,7 @@ pub use simplex::Simplex;
 pub use slab::Slab;
 pub use sphere::Sphere;
 
+use crate::blocks::Storage;
 use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
@@ -69,6 +70,10 @@ pub trait Field: std::fmt::Debug + Send + Sync {
     /// The grid itself, where the field is one.
     fn grid(&self) -> Option<&Grid> {
         None
+    }
+    /// How the least exact of the grids that it is, or is made of, is stored.
+    fn storage(&self) -> Storage {
+        self.grid().map_or(Storage::Single, Grid::storage)
     }
     /// The cloud of noise itself, where the field is one: for back ends that evaluate it at every sample.
     fn fbm(&self) -> Option<&Fbm> {

@@ -91,8 +91,8 @@ impl Placement {
     }
 
     /// How the array becomes blocks.
-    pub fn blocking(&self, factor: f64, storage: Storage) -> Blocking {
-        Blocking { axes: self.axes, backwards: self.backwards, factor, storage }
+    pub fn blocking(&self, factor: f64, clip: bool, storage: Storage) -> Blocking {
+        Blocking { axes: self.axes, backwards: self.backwards, factor, clip, storage }
     }
 
     /// Where the voxel 0, 0, 0 is in an array that was read so, and how far its neighbours along x, y and z are from it.

@@ -9,6 +9,8 @@ use crate::blocks::Blocks;
 
 /// Grids of more voxels are kept in blocks, of which many may be empty.
 const LARGE: usize = 1 << 24;
+/// Fewest voxels along each axis of such a grid: blocks reach beyond its edges.
+const THICK: usize = 128;
 /// Parts along each edge of a voxel in which a function jumps.
 const PARTS: usize = 6;
 /// By how much a function may change in a voxel that is taken for even.
@@ -29,7 +31,7 @@ impl Grid {
             sample(centres, values);
             out.iter_mut().zip(&*values).for_each(|(out, value)| *out = *value as f32);
         };
-        if lattice.cells() > LARGE {
+        if lattice.cells() > LARGE && lattice.dims.iter().all(|n| *n >= THICK) {
             let blocks = Blocks::made(lattice.dims, room, row);
             return Self::in_blocks(lattice, blocks);
         }

@@ -5,8 +5,13 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::blocks::{Blocks, Storage};
 use crate::data::Shared;
+
+/// Values that a thread asks together.
+const ASKED_TOGETHER: usize = 1 << 16;
 
 /// The values of a grid; clones are other holds on the same memory.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +60,14 @@ impl Store {
                 rows.fold(0.0, |most, first| values[first + x.start..first + x.end].iter().fold(most, |most, v| v.max(most)))
             }
             Self::Blocks(blocks) => blocks.largest([x, y, z]),
+        }
+    }
+
+    /// Whether a value is such a one; zeros of empty blocks are not asked.
+    pub fn any(&self, is_such: impl Fn(f32) -> bool + Sync) -> bool {
+        match self {
+            Self::Rows(_, values) => values.par_chunks(ASKED_TOGETHER).any(|part| part.iter().any(|v| is_such(*v))),
+            Self::Blocks(blocks) => blocks.any(is_such),
         }
     }
 

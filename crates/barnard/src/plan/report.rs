@@ -2,6 +2,7 @@
 
 use spectra::rule::{Certificate, Rounding};
 
+use crate::blocks::Storage;
 use crate::keywords::{self, Keyword};
 use crate::light::Route;
 use crate::plan::{END_SHARE, Plan, Spatial, Unresolved};
@@ -23,7 +24,7 @@ impl Plan {
             Precision::Single => SINGLE,
             Precision::Half => 3.0 * HALF,
         };
-        volumes + self.space.grid_storage().error()
+        volumes + self.space.grid_storage().relative_error().unwrap_or(0.0)
     }
 
     /// The statistics that a march of this plan on the processor is expected to bring, before it was done.
@@ -46,7 +47,10 @@ impl Plan {
         let sum = SINGLE * (4.0 + 0.5 * steps);
         let early = f64::from(END_SHARE) * self.spectral.accuracy;
         match route {
-            Route::Scattered { .. } | Route::Emitted { .. } => Rounding { depth: storage + sum, light: TERM_ROUNDING + sum + early },
+            // Light is in proportion to a density; what single precision adds is among the term's.
+            Route::Scattered { .. } | Route::Emitted { .. } => {
+                Rounding { depth: storage + sum, light: TERM_ROUNDING + sum + early + (storage - SINGLE).max(0.0) }
+            }
             Route::Background => Rounding { depth: storage + sum, light: SINGLE },
             Route::Direct { .. } | Route::FieldStar { .. } => Rounding { depth: 0.0, light: 0.0 },
         }
@@ -98,6 +102,10 @@ impl Plan {
         let isotropic = isotropic.map(|_| ("phase function".into(), "put aside by this method, which scatters evenly".into()));
         let far_field = self.scattered_field.iter().filter_map(|f| f.report.far_field).map(|f| ("gathered stars".into(), f.to_string()));
         let volumes = (self.space.precision == Precision::Half).then(|| ("volumes".into(), "stored in half precision".into()));
+        let bytes = (self.space.grid_storage() == Storage::Byte).then(|| {
+            let words = "stored as bytes, right to 1 in 508 of the largest value within 16 voxels each way; stated errors are without that";
+            ("densities".into(), words.into())
+        });
         let pages = self.space.volumes.iter().find(|v| !v.pages().is_whole());
         let pages =
             pages.map(|v| ("volumes".into(), format!("empty parts are left out: {:.1} % of the voxels are held", 100.0 * v.held())));
@@ -107,6 +115,7 @@ impl Plan {
             .into_iter()
             .chain(volumes)
             .chain(pages)
+            .chain(bytes)
             .chain(isotropic)
             .chain(self.fit_note())
             .chain(far_field)

@@ -109,6 +109,9 @@ pub struct ChannelMut<'a> {
     pub slot: usize,
 }
 
+/// How far from a voxel's centre a place stands for it \[voxels\].
+const ON_FACE: f64 = 1e-6;
+
 /// More channels than this are put into another volume: the march reads them together.
 pub const MAX_CHANNELS: usize = 8;
 
@@ -137,12 +140,13 @@ impl Volume {
         Self { inner, lattice, units: vec![1.0; channels.len()], channels, pages, values, part: None }
     }
 
-    /// The pages of a volume of this lattice in which one of some grids is not zero.
-    pub(crate) fn pages_with(lattice: &Lattice, grids: &[&Grid]) -> Pages {
+    /// The pages of a volume of this lattice in which one of some grids is not zero, or no farther than `margin_pc` from
+    /// them along each axis.
+    pub(crate) fn pages_with(lattice: &Lattice, grids: &[&Grid], margin_pc: f64) -> Pages {
         let own = with_layer(&doubled(lattice));
         Pages::held(own.dims, |voxels| {
             let [low, high] = [voxels.each_ref().map(|v| v.start), voxels.map(|v| v.end - 1)].map(|[x, y, z]| own.centre(x, y, z));
-            grids.iter().any(|grid| grid.is_filled(low, high))
+            grids.iter().any(|grid| grid.is_filled(low - margin_pc, high + margin_pc))
         })
     }
 
@@ -255,11 +259,27 @@ impl Volume {
         let u = (p - self.lattice.bounds.low) / self.lattice.bounds.size() * size - 0.5;
         let u = u.clamp(DVec3::ZERO, size - 1.0);
         // The conversion cuts fractions off.
-        let [x, y, z] = std::array::from_fn(|axis| (u[axis] as usize).min(self.lattice.dims[axis] - 2));
-        let fraction = u - DVec3::new(x as f64, y as f64, z as f64);
+        let mut cell: [usize; 3] = std::array::from_fn(|axis| (u[axis] as usize).min(self.lattice.dims[axis] - 2));
+        if !self.pages.holds(cell) {
+            cell = self.beside(cell, u).unwrap_or(cell);
+        }
+        let fraction = u - DVec3::from(cell.map(|i| i as f64));
         let channels = self.channels.len();
         let strides = self.pages.strides().map(|n| n * channels);
-        VolumeCell { volume: self, first: self.pages.number([x, y, z]) * channels, strides, fraction }
+        VolumeCell { volume: self, first: self.pages.number(cell) * channels, strides, fraction }
+    }
+
+    /// A cell in a page that is held which meets `cell` at the place `u`, in voxels: on the face between two pages
+    /// stands what either of them holds.
+    fn beside(&self, cell: [usize; 3], u: DVec3) -> Option<[usize; 3]> {
+        let near = |axis: usize| {
+            let fraction = u[axis] - cell[axis] as f64;
+            let before = (fraction < ON_FACE).then(|| cell[axis].checked_sub(1)).flatten();
+            let behind = (fraction > 1.0 - ON_FACE && cell[axis] + 2 < self.lattice.dims[axis]).then_some(cell[axis] + 1);
+            [Some(cell[axis]), before.or(behind)].into_iter().flatten()
+        };
+        let mut cells = near(2).flat_map(|z| near(1).flat_map(move |y| near(0).map(move |x| [x, y, z])));
+        cells.find(|cell| self.pages.holds(*cell))
     }
 
     /// Where the voxels stand in memory.

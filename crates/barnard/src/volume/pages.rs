@@ -102,6 +102,11 @@ impl Pages {
         self.size() * self.count()
     }
 
+    /// Whether the page of a cell is held.
+    pub fn holds(&self, cell: [usize; 3]) -> bool {
+        self.is_whole() || self.number(cell) >= self.size()
+    }
+
     /// The number of a voxel in memory, which is also that of the cell behind it, but for the last along an axis.
     #[inline]
     pub fn number(&self, voxel: [usize; 3]) -> usize {

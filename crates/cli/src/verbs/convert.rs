@@ -1,6 +1,6 @@
 //! `barnard convert`
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -13,6 +13,9 @@ use barnard_files::formats::{GridFile, check_replaceable, grid_writer, save_grid
 use clap::Args;
 
 use crate::source::memory_limit;
+
+/// Longest name of a grid.
+const LONGEST_NAME: usize = 60;
 
 /// Reads a grid of one format and writes it in another, in parsecs.
 ///
@@ -54,7 +57,7 @@ pub struct Convert {
     /// So many voxels along each axis become one, their mean
     #[arg(long, value_name = "N")]
     every: Option<i64>,
-    /// The grid is made as coarse as it must be to take no more than this, such as "512 MiB"
+    /// The grid is made as coarse as it must be to take no more than this (the key memory of a field), such as "512 MiB"
     #[arg(long, value_name = "SIZE")]
     fit: Option<String>,
     /// A measured map of the Galaxy's dust: edenhofer24, leike20, lallement22, vergely22
@@ -63,6 +66,9 @@ pub struct Convert {
     /// What the values are in
     #[arg(long, value_name = "UNIT")]
     unit: Option<String>,
+    /// How values are kept, in blocks of which empty ones take no memory: single, half or byte
+    #[arg(long, value_name = "KIND")]
+    storage: Option<String>,
     /// Every value is multiplied by it
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
     factor: Option<f64>,
@@ -87,7 +93,11 @@ impl Convert {
         if self.input.canonicalize().is_ok_and(|input| self.output.canonicalize().is_ok_and(|output| input == output)) {
             bail!("{}: is what is read; choose another name for the output", self.output.display());
         }
-        let keys = self.keys();
+        let is_name = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+        if self.name.is_empty() || self.name.len() > LONGEST_NAME || !self.name.chars().all(is_name) {
+            bail!("--name \"{}\" is no name: up to {LONGEST_NAME} letters, digits, _, - and . are one in every format", self.name);
+        }
+        let keys = self.keys()?;
         let memory_limit = memory_limit(self.memory)?;
         let inputs = Inputs::new(Arc::new(SceneFiles::in_folder(".")), memory_limit);
         let loaded = load(&Section::new(&keys, "convert"), &inputs)?;
@@ -106,10 +116,10 @@ impl Convert {
     }
 
     /// The options as the keys of a field.
-    fn keys(&self) -> Table {
-        let text = |path: &Path| path.to_string_lossy().into_owned();
+    fn keys(&self) -> anyhow::Result<Table> {
         let mut keys = Table::new(None);
-        keys.insert("file", Value::Text(text(&self.input)));
+        let Some(input) = self.input.to_str() else { bail!("{}: a path that is no UTF-8 cannot be read", self.input.display()) };
+        keys.insert("file", Value::Text(input.to_owned()));
         let texts = [
             ("array", &self.array),
             ("axes", &self.axes),
@@ -121,6 +131,7 @@ impl Convert {
             ("memory", &self.fit),
             ("preset", &self.preset),
             ("unit", &self.unit),
+            ("storage", &self.storage),
         ];
         for (key, value) in texts.into_iter().filter_map(|(key, value)| Some((key, value.clone()?))) {
             keys.insert(key, Value::Text(value));
@@ -137,6 +148,6 @@ impl Convert {
         if self.no_wcs {
             keys.insert("wcs", Value::Flag(false));
         }
-        keys
+        Ok(keys)
     }
 }

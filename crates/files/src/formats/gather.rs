@@ -69,7 +69,9 @@ impl<T: Kept> Gather<T> {
         let blocks = part.blocking.clone().map(|mut blocking| {
             // The axes of what comes, the slowest first.
             blocking.axes = blocking.axes.map(|axis| if fortran { 2 - axis } else { axis });
-            Filling::new(blocking, shape, path, limit)
+            // Sums are there as long as what they fill.
+            let sums = if part.every > 1 { shape.iter().fold(8, |bytes: u64, edge| bytes.saturating_mul(*edge as u64)) } else { 0 };
+            Filling::new(blocking, shape, path, limit.saturating_sub(sums))
         });
         let blocks = match blocks.transpose()? {
             Some(blocks) if part.every == 1 => {

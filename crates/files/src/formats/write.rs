@@ -23,7 +23,7 @@ pub fn check_writable(path: &Path) -> Result<()> {
 /// Where it cannot be written.
 pub fn check_replaceable(path: &Path) -> Result<()> {
     if std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
-        return Err(Error::file(path, "is no plain file; it cannot be replaced by a picture"));
+        return Err(Error::file(path, "is no plain file; it cannot be replaced"));
     }
     temporary(&target(path)?).map(drop)
 }

@@ -11,6 +11,8 @@ use crate::plan::star_depths::{self, Progress};
 use crate::plan::{ManyLights, Settings, many_lights};
 use crate::volume::{Channel, ChannelMut, MAX_CHANNELS, Pages, Sparsity, Volume};
 
+/// The longest segment of a ray, where none was asked for [voxels].
+const LONGEST_SEGMENT: f64 = 2.0;
 /// Volumes that take less are not looked through for empty pages \[bytes\].
 const LARGE: u64 = 64 << 20;
 /// The part of a volume's memory that pages may take to be worth it \[1\].
@@ -60,7 +62,7 @@ impl SpatialPlan {
             parts.push((dust.lattice.clone(), Channel::Dust));
             let lattice = dust.lattice.refined(factor);
             let count = stars.len();
-            let voxels = self.pages(&lattice, &[Channel::Dust], count).voxels();
+            let voxels = self.pages(&lattice, &[Channel::Dust], count, settings).voxels();
             let bytes = self.precision.bytes() * count as u64 * voxels as u64;
             memory::check(&format!("star depths of {count} stars"), bytes, settings.memory_limit)?;
             parts.extend(stars.iter().map(|star| (lattice.clone(), Channel::StarDepth(*star))));
@@ -70,7 +72,7 @@ impl SpatialPlan {
         while let Some((lattice, _)) = parts.first().cloned() {
             let (own, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|p| p.0 == lattice);
             let channels: Vec<Channel> = own.into_iter().map(|p| p.1).collect();
-            let pages = self.pages(&lattice, &channels, channels.len());
+            let pages = self.pages(&lattice, &channels, channels.len(), settings);
             let bytes = self.precision.bytes() * (channels.len() * pages.voxels()) as u64;
             memory::check(&format!("volumes of {} fields", channels.len()), bytes, settings.memory_limit)?;
             let volume = |chunk: &[Channel]| Volume::with_pages(&lattice, chunk.to_vec(), self.precision, pages.clone());
@@ -89,7 +91,7 @@ impl SpatialPlan {
 
     /// The pages of a volume of so many channels, which need those where there is something of `channels`: all in one
     /// where little is empty, or nothing may be left out.
-    fn pages(&self, lattice: &Lattice, channels: &[Channel], count: usize) -> Pages {
+    fn pages(&self, lattice: &Lattice, channels: &[Channel], count: usize, settings: &Settings) -> Pages {
         let whole = Pages::whole(Volume::zeroed(lattice, Vec::new()).lattice.dims);
         let is_large = self.precision.bytes() * (count * whole.voxels()) as u64 >= LARGE;
         // Noise that is evaluated at every sample is elsewhere than its samples.
@@ -102,7 +104,13 @@ impl SpatialPlan {
         };
         let mut grids: Vec<&Grid> = channels.iter().filter_map(grid).collect();
         grids.dedup_by(|a, b| std::ptr::eq(*a, *b));
-        let pages = Volume::pages_with(lattice, &grids);
+        // A segment of a ray that meets dust may end beside it, where the depth from a star is still asked for.
+        let finest = self.voxels.iter().map(|voxel| voxel.max_element()).fold(f64::INFINITY, f64::min);
+        let longest_pc = match settings.method.steps {
+            Some(steps) => self.occupied.map_or(0.0, |bounds| bounds.size().length()) / steps as f64,
+            None => LONGEST_SEGMENT * finest,
+        };
+        let pages = Volume::pages_with(lattice, &grids, longest_pc.max(finest));
         let is_worthwhile = self.sparsity == Sparsity::Always || pages.voxels() as f64 <= WORTHWHILE * whole.voxels() as f64;
         if is_worthwhile { pages } else { whole }
     }

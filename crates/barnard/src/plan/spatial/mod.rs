@@ -136,10 +136,9 @@ impl SpatialPlan {
         Ok(space)
     }
 
-    /// How the least exact of the densities that are grids is stored.
+    /// How the least exact of the grids that densities are made of is stored.
     pub fn grid_storage(&self) -> Storage {
-        let grids = self.densities.iter().filter_map(|field| field.grid());
-        grids.map(Grid::storage).max_by(|a, b| a.error().total_cmp(&b.error())).unwrap_or_default()
+        self.densities.iter().map(|field| field.storage()).max().unwrap_or_default()
     }
 
     /// Whether a density is a function, of which the march has samples alone.

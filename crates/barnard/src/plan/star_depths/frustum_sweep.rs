@@ -42,8 +42,9 @@ use crate::volume::{ChannelMut, PlanePart};
 pub const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 /// A ray that comes in behind the last plane is followed so many intervals on; others never come in.
 pub const BEYOND: f64 = 3.0;
-/// Planes across x that are written together: a line of memory holds sixteen single values.
+/// Planes across x that are written together: a line of memory holds sixteen single values; and their bytes at most.
 const PLANES_TOGETHER: usize = 16;
+const BYTES_TOGETHER: usize = 64 << 20;
 /// Voxels on an edge between frustums belong to both: rounding must not leave them to none.
 const SHARED: f64 = 1e-6;
 
@@ -296,8 +297,9 @@ struct Together {
 
 impl Together {
     fn new(frustum: &Frustum) -> Self {
-        let most = if frustum.axes[2] == 0 { PLANES_TOGETHER } else { 1 };
-        Self { most, parts: Vec::new(), values: vec![vec![0.0; frustum.dims[0] * frustum.dims[1]]; most] }
+        let plane = frustum.dims[0] * frustum.dims[1];
+        let most = if frustum.axes[2] == 0 { (BYTES_TOGETHER / (4 * plane)).clamp(1, PLANES_TOGETHER) } else { 1 };
+        Self { most, parts: Vec::new(), values: vec![vec![0.0; plane]; most] }
     }
 
     /// Takes one more plane, once `made` has made its values; returns how many voxels were written, where it was.

@@ -5,8 +5,9 @@
 
 use std::io::Write;
 
-use barnard::error::Result;
+use barnard::error::{Error, Result};
 use barnard::field::Grid;
+use barnard::memory;
 use rayon::prelude::*;
 
 use super::codec::ACTIVE_MASK;
@@ -18,6 +19,9 @@ const VERSION: u32 = 224;
 /// Voxels along the edge of a leaf, of a node of leaves, and of a node of those.
 const EDGES: [usize; 3] = [8, 128, 4096];
 
+/// Bytes that a leaf takes in memory, and what is written of it before its values.
+const BYTES_OF_LEAF: u64 = 300;
+
 /// The active voxels of a leaf, and where it begins.
 struct Leaf {
     low: [usize; 3],
@@ -26,7 +30,11 @@ struct Leaf {
 
 pub fn write(file: &GridFile, out: &mut dyn Write) -> Result<()> {
     let grid = file.grid;
-    let leaves = leaves(grid);
+    let leaves = leaves(grid, file.memory_limit)?;
+    if leaves.is_empty() {
+        let reason = "no value is above zero: an OpenVDB file of it would be empty".to_owned();
+        return Err(Error::Encoding { format: "OpenVDB", reason });
+    }
     let topology = topology(&leaves);
     let head = head(file);
     // The grid stands behind the head, its last three numbers, and those say where its parts are.
@@ -93,8 +101,9 @@ fn values_of(grid: &Grid, low: [usize; 3]) -> [f32; 512] {
     values
 }
 
-/// The leaves that have something, in the order of the tree: node by node, z fastest in each.
-fn leaves(grid: &Grid) -> Vec<Leaf> {
+/// The leaves that have something, in the order of the tree: node by node, z fastest in each; they may take `limit` bytes
+/// with what is written of them.
+fn leaves(grid: &Grid, limit: u64) -> Result<Vec<Leaf>> {
     let dims = grid.lattice().dims;
     let corners = |low: [usize; 3], edge: usize, within: usize| {
         let along = move |axis: usize| (low[axis]..(low[axis] + within).min(dims[axis])).step_by(edge);
@@ -104,6 +113,9 @@ fn leaves(grid: &Grid) -> Vec<Leaf> {
     let filled =
         |low: [usize; 3], edge: usize| grid.largest(std::array::from_fn(|axis| low[axis]..(low[axis] + edge).min(dims[axis]))) > 0.0;
     let nodes: Vec<[usize; 3]> = nodes.filter(|low| filled(*low, EDGES[1])).collect();
+    let in_node = |low: &[usize; 3]| corners(*low, EDGES[0], EDGES[1]).filter(|low| filled(*low, EDGES[0]));
+    let count = nodes.par_iter().map(|low| in_node(low).count() as u64).sum::<u64>();
+    memory::check("the leaves of an OpenVDB file", BYTES_OF_LEAF * count, limit)?;
     let of_node = |low: &[usize; 3]| {
         let leaf = |low: [usize; 3]| {
             let mut active = vec![0u8; 64];
@@ -111,9 +123,9 @@ fn leaves(grid: &Grid) -> Vec<Leaf> {
             values.iter().enumerate().filter(|(_, value)| **value > 0.0).for_each(|(i, _)| active[i / 8] |= 1 << (i % 8));
             Leaf { low, active }
         };
-        corners(*low, EDGES[0], EDGES[1]).filter(|low| filled(*low, EDGES[0])).map(leaf).collect::<Vec<_>>()
+        in_node(low).map(leaf).collect::<Vec<_>>()
     };
-    nodes.par_iter().flat_map_iter(of_node).collect()
+    Ok(nodes.par_iter().flat_map_iter(of_node).collect())
 }
 
 /// The tree without the values of its leaves.
