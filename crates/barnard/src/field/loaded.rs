@@ -45,7 +45,7 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
             "memory",
             "memory size",
             "none",
-            "the array is made as coarse as it must be to take no more than this in memory: the least every that does, with all voxels reckoned as numbers of their own, whatever storage says",
+            "the array is made as coarse as it must be to take no more than this in memory: the least every that does",
         ),
         Key::optional(
             "preset",
