@@ -59,7 +59,7 @@ class Grid(Sampled):
     wcs : boolean, default true
         Whether a file's own frame is read (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, coordinates or edges of HDF5,
         the transform of .vdb); false where low and high, or voxel, say better.
-    storage : text, default as it is read; single for .vdb
+    storage : text, default as it is read; single for .vdb and where the array is more than half of the memory limit
         Single, half or byte: how values are kept, in blocks of 16 x 16 x 16 voxels of which those that are empty take
         no memory; half is right to 1 in 2048, byte to 1 in 508 of the largest in its block.
     factor : number, default 1

@@ -54,6 +54,15 @@ impl Stored for Half {
     }
 }
 
+/// What is wrong with values that are at most so large, where single precision does not hold them.
+pub fn too_small(largest: f64) -> Option<String> {
+    (largest > 0.0 && largest < f64::from(f32::MIN_POSITIVE)).then(|| {
+        format!(
+            "its values are at most {largest:e} by unit and factor, which single precision does not hold: choose another unit, and the scale of dust or gas for it"
+        )
+    })
+}
+
 /// The unit of a channel whose largest value is this: nearly as much again is left above it.
 pub fn unit(largest: f32) -> f32 {
     let exponent = (f64::from(largest).log2().ceil() as i32).saturating_sub(15);

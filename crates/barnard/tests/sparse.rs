@@ -2,14 +2,20 @@
 
 use barnard::backend::cpu;
 use barnard::control::Control;
+use barnard::glam::DVec3;
 use barnard::image::Image;
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan, Stepping, sample_functions};
 use barnard::scene::Scene;
 use barnard::volume::Sparsity;
 
-/// A few lumps in an empty box of 90 voxels along its edge, stars among them and outside.
+/// A few lumps in an empty box, stars among them and outside.
 fn scene(scale: f64, method: &str) -> Scene {
+    sampled(scale, 90, method)
+}
+
+/// The same with so many voxels along its edge.
+fn sampled(scale: f64, voxels: usize, method: &str) -> Scene {
     let lump = |place: &str, size: f64| format!("max(0, 1 - {size} * ({place}))");
     let lumps = format!(
         "cube * ({} + {})",
@@ -25,7 +31,7 @@ fn scene(scale: f64, method: &str) -> Scene {
         "bands = \"johnson\"\n[camera]\nkind = \"perspective\"\nposition = \"0.4 0.3 4 pc\"\nfield_of_view = \"34 deg\"\nsize = [60, 52]\n\
          [field.cube]\nkind = \"box\"\nlow = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"\n{}\
          [[emission]]\nkind = \"lines\"\ndensity = \"{lumps} * (1.5 + x)\"\nscale = \"1e-9 W/m2/sr/pc\"\nlines = [{{ wavelength = \"550 nm\", strength = 1 }}]\n\
-         [method]\nbake = 90\n{method}\n",
+         [method]\nbake = {voxels}\n{method}\n",
         if scale > 0.0 { &starlit } else { "" }
     );
     let mut scene = barnard_files::parse("sparse.toml", "sparse", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
@@ -34,10 +40,14 @@ fn scene(scale: f64, method: &str) -> Scene {
 }
 
 fn planned(scene: &Scene, sparse: Sparsity) -> Plan {
+    // Where less is held, star depths may become finer than a whole volume's would.
+    planned_with(scene, sparse, 2)
+}
+
+fn planned_with(scene: &Scene, sparse: Sparsity, star_depth_voxels: usize) -> Plan {
     let mut scene = scene.clone();
     scene.method.sparse = sparse;
-    // Where less is held, star depths may become finer than a whole volume's would.
-    let options = Options { star_depth_voxels: 2, ..Options::default() };
+    let options = Options { star_depth_voxels, ..Options::default() };
     Plan::new(&scene, &options, &Control::default()).unwrap()
 }
 
@@ -74,5 +84,33 @@ fn sparse_volumes_make_the_same_picture() {
         // A step more would be seen.
         let other = sparse.with_stepping(Stepping::Fixed(70));
         assert!(difference(&cpu::render(&scene, &other, &Control::default()).unwrap().0, &a) > 1e-6);
+    }
+}
+
+/// A star that moves through pages has the depths of a plan that was made with it there, and its picture bit by bit.
+#[test]
+fn stars_move_through_pages() {
+    let mut scene = scene(12.0, "");
+    let first = planned(&scene, Sparsity::Always);
+    let place = DVec3::new(1.3, -0.2, 0.8);
+    let mut moved = first.clone();
+    moved.move_star(1, place, &Control::default()).unwrap();
+    scene.stars[1].position = place;
+    // Rules stay those of the place before.
+    let there = first.clone().with_space(planned(&scene, Sparsity::Always).space().clone());
+    assert!(there.space().volumes.iter().any(|volume| !volume.pages().is_whole()));
+    let [before, moved, there] = [&first, &moved, &there].map(|plan| cpu::render(&scene, plan, &Control::default()).unwrap().0);
+    let (same, other) = (difference(&moved, &there), difference(&before, &there));
+    assert!(same == 0.0 && other > 1e-5, "{same:e} {other:e}");
+}
+
+/// Empty pages are left out by themselves where volumes are large, and only there.
+#[test]
+fn large_volumes_are_sparse() {
+    for (voxels, is_sparse) in [(150, false), (210, true)] {
+        let mut scene = sampled(12.0, voxels, "");
+        scene.stars.truncate(1);
+        let plan = planned_with(&scene, Sparsity::Auto, 1);
+        assert!(plan.space().volumes.iter().all(|volume| volume.pages().is_whole() != is_sparse), "{voxels}");
     }
 }

@@ -5,41 +5,18 @@
 //! so that a round can be had again. BARNARD_FUZZ_SECONDS says how long each target goes on, BARNARD_FUZZ_ROUND where it
 //! begins.
 
-use std::alloc::{GlobalAlloc, Layout as Memory, System};
+mod allocated;
+
 use std::io::{Cursor, Read};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use allocated::most_allocated;
 use barnard::blocks::{Blocking, Storage};
 use barnard::data::{Layout, Part};
 use barnard_files::formats::{members, read_array, read_image};
-
-/// Counts what is allocated.
-struct Counting;
-
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static MOST: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: every call goes to the system's allocator as it came; beside it only two counters change.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, memory: Memory) -> *mut u8 {
-        MOST.fetch_max(NOW.fetch_add(memory.size(), Ordering::Relaxed) + memory.size(), Ordering::Relaxed);
-        // SAFETY: the caller's promise is passed on.
-        unsafe { System.alloc(memory) }
-    }
-
-    unsafe fn dealloc(&self, place: *mut u8, memory: Memory) {
-        NOW.fetch_sub(memory.size(), Ordering::Relaxed);
-        // SAFETY: the caller's promise is passed on.
-        unsafe { System.dealloc(place, memory) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
 
 /// One target at a time, so that what is allocated is its own.
 static TURN: Mutex<()> = Mutex::new(());
@@ -159,11 +136,9 @@ fn fuzz(target: &str, corpus: &[(String, Vec<u8>)], names: &[&str]) {
         let mut bytes = whole.clone();
         damage(&mut bytes, &mut random);
         let path = folder.path().join(name);
-        let before = NOW.load(Ordering::Relaxed);
-        MOST.store(before, Ordering::Relaxed);
         let since = Instant::now();
-        let outcome = catch_unwind(AssertUnwindSafe(|| read(&path, &bytes, names, &mut random)));
-        let (took, most) = (since.elapsed(), MOST.load(Ordering::Relaxed).saturating_sub(before));
+        let (outcome, most) = most_allocated(|| catch_unwind(AssertUnwindSafe(|| read(&path, &bytes, names, &mut random))));
+        let took = since.elapsed();
         assert!(outcome.is_ok(), "{target}: {name}, round {round}: it panicked");
         assert!(took < LONGEST, "{target}: {name}, round {round}: it took {took:?}");
         assert!(most < MOST_BYTES, "{target}: {name}, round {round}: it took {} MiB", most >> 20);

@@ -206,7 +206,7 @@ fn blocks_are_the_array() {
     let tiles = unpacked(include_bytes!("fits.zip"), "f4_gzip_2.fits");
     let cases = [
         ("a.npy", npy(), "voxel = \"1 pc\""),
-        ("a.npy", npy(), "voxel = \"1 pc\"\naxes = \"yzx\"\nfactor = 0.25"),
+        ("a.npy", npy(), "voxel = \"1 pc\"\naxes = \"yzx\"\nfactor = 0.3"),
         ("latest.h5", latest, "voxel = \"2 pc\"\narray = \"filters/lzf_shuffle\"\nunit = \"cm-3\""),
         ("f4_gzip_2.fits", tiles, "voxel = \"2 pc\"\nunit = \"cm-3\""),
     ];

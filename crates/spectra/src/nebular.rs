@@ -214,6 +214,17 @@ mod tests {
         assert!((strength(&nii, 658.345) / strength(&nii, 654.805) - 2.942).abs() < 5e-3);
     }
 
+    /// No line of the table is so faint at 10⁴ K that it is a transition between high levels, taken for the nebular one
+    /// beside it.
+    #[test]
+    fn lines_are_those_of_nebulae() {
+        let (t, n) = (Temperature(1e4), NumberDensity(1e4));
+        for ion in ions() {
+            let lines = ion_lines(ion, t, n).unwrap();
+            assert!(lines.lines().iter().all(|line| line.strength * SPHERE / 0.1 > 1e-28), "{ion}");
+        }
+    }
+
     #[test]
     fn interpolation_lies_between_its_nodes() {
         let at = |t: f64| strength(&ion_lines("H1", Temperature(t), NumberDensity(316.0)).unwrap(), 656.288);

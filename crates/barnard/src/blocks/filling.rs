@@ -3,9 +3,12 @@
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
+
 use super::{Block, Blocks, EDGE, SIZE, Storage};
 use crate::error::Error;
 use crate::memory;
+use crate::stored::too_small;
 
 /// How the elements of an array become the blocks of a grid.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,14 +23,6 @@ pub struct Blocking {
     pub clip: bool,
     /// How they are stored.
     pub storage: Storage,
-}
-
-/// The error for values that single precision does not hold.
-fn too_small(label: &Path, largest: f64) -> Error {
-    let message = format!(
-        "its values are at most {largest:e} by unit and factor, which single precision does not hold: choose another unit, and the scale of dust or gas for it"
-    );
-    Error::file(label, message)
 }
 
 /// Blocks that are being filled, each stored as it is to be once all of its voxels have come.
@@ -117,12 +112,10 @@ impl Filling {
 
     /// Stores a block as it is to be.
     fn close(&mut self, block: usize) {
-        if let (Some(Block::Single(_)), true) = (&self.blocks.blocks[block], self.blocks.storage != Storage::Single)
-            && let Some(Block::Single(values)) = self.blocks.blocks[block].take()
-        {
-            let stored = Block::stored(values, self.blocks.storage);
-            self.bytes = self.bytes - 4 * SIZE as u64 + stored.bytes();
-            self.blocks.blocks[block] = Some(stored);
+        if let Some(own) = &mut self.blocks.blocks[block] {
+            self.bytes -= own.bytes();
+            own.store(self.blocks.storage);
+            self.bytes += own.bytes();
         }
     }
 
@@ -134,10 +127,11 @@ impl Filling {
         if let Some(wrong) = self.wrong {
             return Err(wrong);
         }
-        if self.largest > 0.0 && self.largest < f64::from(f32::MIN_POSITIVE) {
-            return Err(too_small(&self.label, self.largest));
+        if let Some(message) = too_small(self.largest) {
+            return Err(Error::file(&self.label, message));
         }
-        (0..self.left.len()).for_each(|block| self.close(block));
+        let storage = self.blocks.storage;
+        self.blocks.blocks.par_iter_mut().flatten().for_each(|block| block.store(storage));
         Ok(self.blocks)
     }
 }
@@ -211,7 +205,7 @@ mod tests {
             let inside = voxels().filter(|[a, b, c]| x.contains(a) && y.contains(b) && z.contains(c)).map(truth);
             assert_eq!(blocks.largest([x.clone(), y.clone(), z.clone()]), inside.fold(0.0, f32::max), "{x:?} {y:?} {z:?}");
         }
-        assert_eq!(blocks.densest(), voxels().map(truth).fold(0.0, f32::max));
+        assert_eq!(blocks.largest([0..37, 0..20, 0..33]), voxels().map(truth).fold(0.0, f32::max));
     }
 
     /// Memory is asked for block by block, and refused where it is too much; the list of blocks before it is made.

@@ -76,20 +76,22 @@ impl Block {
         }
     }
 
-    /// The same values, stored in another way; as they are where one is negative or no number.
-    fn stored(values: Box<[f32]>, storage: Storage) -> Self {
+    /// Stores singles in another way; as they are where one is negative or no number.
+    fn store(&mut self, storage: Storage) {
+        let Self::Single(values) = self else { return };
         let largest = values.iter().fold(0.0f32, |most, v| most.max(*v));
         if storage == Storage::Single || !values.iter().all(|v| v.is_finite() && *v >= 0.0) {
-            return Self::Single(values);
+            return;
         }
         if storage == Storage::Half {
             let unit = unit(largest);
-            return Self::Half { unit, values: values.iter().map(|v| Half::of(v / unit)).collect() };
+            *self = Self::Half { unit, values: values.iter().map(|v| Half::of(v / unit)).collect() };
+            return;
         }
         let least = values.iter().filter(|v| **v > 0.0).fold(largest, |least, v| least.min(*v));
         let step = (largest - least) / STEPS;
         let byte = |v: &f32| if *v > 0.0 { 1 + if step > 0.0 { ((v - least) / step).round().min(STEPS) as u8 } else { 0 } } else { 0 };
-        Self::Byte { least, step, values: values.iter().map(byte).collect() }
+        *self = Self::Byte { least, step, values: values.iter().map(byte).collect() };
     }
 
     fn bytes(&self) -> u64 {
@@ -204,11 +206,6 @@ impl Blocks {
         let mut values = vec![0.0; nx * ny * nz];
         values.chunks_exact_mut(nx.max(1)).enumerate().for_each(|(r, out)| self.row(0..nx, r % ny, r / ny, out));
         values
-    }
-
-    /// The largest of all values.
-    pub fn densest(&self) -> f32 {
-        self.largest(self.dims.map(|n| 0..n))
     }
 
     /// The largest value of some voxels along x, y and z; zero where all are less.

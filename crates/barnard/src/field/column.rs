@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::Field;
-use super::grid::OFFSET;
+use super::cells::OFFSET;
 use crate::geometry::Ray;
 
 /// Most parts of a piece between two crossings.

@@ -1,7 +1,4 @@
 //! Grids: values at voxel centres, trilinear between them, clamped in the outer half voxel, zero outside.
-//!
-//! Along a ray a trilinear field is a cubic polynomial between the planes through the voxel centres, so the two-point
-//! Gauss rule integrates each piece exactly: [`Grid::column`] is exact up to rounding.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -11,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Field;
-use super::cells::{Cell, Cells};
+use super::cells::Cell;
 use super::lattice::Lattice;
 use super::store::Store;
 use crate::blocks::{Blocks, Storage};
@@ -19,8 +16,6 @@ use crate::data::Shared;
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, Ray};
 
-/// Two-point Gauss: abscissae ½ ± 1/(2√3).
-pub(super) const OFFSET: f64 = 0.288_675_134_594_812_9;
 /// How far from a voxel's centre a place may lie that stands for it [voxels].
 const ON_CENTRE: f64 = 1e-9;
 /// Values of a row that are read together.
@@ -33,8 +28,8 @@ const READ_TOGETHER: usize = 64;
 pub struct Grid {
     pub(crate) lattice: Lattice,
     /// The values in units of the factor; grids that differ by a factor alone share them.
-    store: Store,
-    factor: f64,
+    pub(super) store: Store,
+    pub(super) factor: f64,
 }
 
 impl Grid {
@@ -174,43 +169,6 @@ impl Grid {
         Self::of(lattice, data)
     }
 
-    /// Refuses negative, NaN and infinite values; says how many and where.
-    ///
-    /// # Errors
-    /// Where there are some.
-    pub fn check(&self, field: &str) -> Result<()> {
-        type Test = (&'static str, fn(f32) -> bool);
-        const TESTS: [Test; 2] = [("cells that are NaN or infinite", |v| !v.is_finite()), ("negative cells", |v| v < 0.0)];
-        let [nx, ny, nz] = self.lattice.dims;
-        // The number of bad values of a row, and the first of them.
-        let of_row = |row: &mut Vec<f32>, r: usize, bad: fn(f32) -> bool| {
-            row.resize(nx, 0.0);
-            self.row(0..nx, r % ny, r / ny, row);
-            let first = row.iter().position(|v| bad(*v))?;
-            let count = row.iter().filter(|v| bad(**v)).count();
-            Some((count, [first, r % ny, r / ny], row[first]))
-        };
-        let scaled = |v: f32| (f64::from(v) * self.factor) as f32;
-        if !self.store.any(|v| !scaled(v).is_finite() || scaled(v) < 0.0) {
-            return Ok(());
-        }
-        for (what, bad) in TESTS {
-            let rows = (0..ny * nz).into_par_iter().map_init(Vec::new, |row, r| of_row(row, r, bad));
-            let all = rows.reduce(
-                || None,
-                |a, b| match (a, b) {
-                    (Some((n, place, value)), Some((m, ..))) => Some((n + m, place, value)),
-                    (a, b) => a.or(b),
-                },
-            );
-            if let Some((count, [x, y, z], value)) = all {
-                let cells = self.lattice.cells();
-                return Err(Error::FieldValues { field: field.to_owned(), count, what, cells, x, y, z, value: f64::from(value) });
-            }
-        }
-        Ok(())
-    }
-
     /// The first of the voxels at some places, where these are the centres of voxels side by side along x.
     fn row_at(&self, places: &[DVec3]) -> Option<[usize; 3]> {
         let Lattice { dims, bounds } = &self.lattice;
@@ -235,37 +193,6 @@ impl Grid {
         let [x, y, z] = std::array::from_fn(|axis| (u[axis] as usize).min(dims[axis].saturating_sub(2)));
         let sides = |axis: usize, i: usize| [i, (i + 1).min(dims[axis] - 1)].map(|i| self.store.address(axis, i));
         self.factor * Cell::read(&self.store, DVec3::new(x as f64, y as f64, z as f64), [sides(0, x), sides(1, y), sides(2, z)]).at(u)
-    }
-
-    /// ∫ of the field from `a` to `b` [unit of the field × pc], exact; stops early past `enough`.
-    pub fn column(&self, a: DVec3, b: DVec3, enough: f64) -> f64 {
-        let (ray, length) = Ray::between(a, b);
-        let Some((near, far)) = self.lattice.bounds.clip(&ray) else { return 0.0 };
-        let far = far.min(length);
-        if far <= near {
-            return 0.0;
-        }
-        let mut cells = Cells::new(&self.lattice, &self.store, &ray, near);
-        let enough = if self.factor > 0.0 { enough / self.factor } else { f64::INFINITY };
-        let (mut t, mut sum) = (near, 0.0);
-        // A ray crosses each plane once: whatever rounding does, the march ends.
-        for _ in 0..self.lattice.dims.iter().sum::<usize>() + 8 {
-            if t >= far || sum >= enough {
-                break;
-            }
-            let (axis, plane) = cells.exit();
-            let end = plane.min(far);
-            if end > t {
-                let (middle, width) = (0.5 * (t + end), end - t);
-                let cell = cells.read();
-                let low = cell.at(cells.place(middle - OFFSET * width));
-                let high = cell.at(cells.place(middle + OFFSET * width));
-                sum += 0.5 * width * (low + high);
-                t = end;
-            }
-            cells.advance(axis);
-        }
-        self.factor * sum
     }
 }
 
@@ -320,14 +247,16 @@ impl Field for Grid {
     }
 }
 
+/// A linear function on a small grid, for tests.
+#[cfg(test)]
+pub(super) fn linear() -> Grid {
+    let lattice = Lattice { dims: [8, 6, 4], bounds: Bounds { low: DVec3::new(-2.0, -1.0, 0.0), high: DVec3::new(2.0, 2.0, 1.0) } };
+    Grid::sampled(lattice, |p| 10.0 + p.x + 2.0 * p.y + 4.0 * p.z)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn linear() -> Grid {
-        let lattice = Lattice { dims: [8, 6, 4], bounds: Bounds { low: DVec3::new(-2.0, -1.0, 0.0), high: DVec3::new(2.0, 2.0, 1.0) } };
-        Grid::sampled(lattice, |p| 10.0 + p.x + 2.0 * p.y + 4.0 * p.z)
-    }
 
     #[test]
     fn trilinear_reproduces_linear_functions() {
@@ -354,47 +283,6 @@ mod tests {
             grid.sample(&places, &mut values);
             assert!(places.iter().zip(&values).all(|(p, value)| (grid.at(*p) - value).abs() < 1e-12), "{values:?}");
         }
-    }
-
-    /// The exact column against a fine midpoint sum, along many directions.
-    #[test]
-    fn columns_are_exact() {
-        let lattice = Lattice { dims: [7, 9, 5], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
-        let grid = Grid::sampled(lattice, |p| (7.0 * p.x).sin().powi(2) + (5.0 * p.y * p.z).cos().powi(2));
-        for i in 0..20 {
-            let angle = i as f64;
-            let a = 1.7 * DVec3::new(angle.cos(), angle.sin(), (1.3 * angle).sin());
-            let b = -0.8 * DVec3::new((0.7 * angle).sin(), angle.cos(), (0.4 * angle).cos());
-            let n = 40_000;
-            let midpoints: f64 = (0..n).map(|j| grid.at(a.lerp(b, (j as f64 + 0.5) / n as f64))).sum::<f64>() * (b - a).length() / n as f64;
-            let exact = grid.column(a, b, f64::INFINITY);
-            assert!((exact - midpoints).abs() < 2e-4, "{i}: {exact} {midpoints}");
-        }
-    }
-
-    /// An axis-parallel column of a linear field, by hand: no sampling in the expectation.
-    #[test]
-    fn column_along_an_axis() {
-        let grid = linear();
-        // Inside y from −0.75 to 1.75 the field is 10 + 2y at x = z-centre plane; the outer half voxels are constant.
-        let at = |y: f64| 10.0 + 0.25 + 2.0 * y + 4.0 * 0.375;
-        let expected = 0.25 * at(-0.75) + 2.5 * at(0.5) + 0.25 * at(1.75);
-        let column = grid.column(DVec3::new(0.25, -3.0, 0.375), DVec3::new(0.25, 3.0, 0.375), f64::INFINITY);
-        assert!((column - expected).abs() < 1e-4, "{column} {expected}");
-    }
-
-    #[test]
-    fn bad_values_are_counted() {
-        let grid = linear();
-        let mut values = grid.values().into_owned();
-        let mut check = |changes: &[(usize, f32)]| {
-            changes.iter().for_each(|(i, value)| values[*i] = *value);
-            Grid::of(grid.lattice.clone(), values.clone()).check("dust").unwrap_err().to_string()
-        };
-        let message = check(&[(5, -1.0), (9, -2.0)]);
-        assert!(message.contains("2 negative cells") && message.contains("[5, 0, 0]"), "{message}");
-        assert!(check(&[(7, f32::NAN)]).contains("1 cells that are NaN"));
-        assert!(grid.scaled(1e38).check("dust").unwrap_err().to_string().contains("infinite"));
     }
 
     /// A grid and a multiple of it share their memory, and nothing else is alike: what one reads is the other's, times

@@ -12,6 +12,7 @@ use crate::blocks::Storage;
 use crate::data::{Inputs, Numbers};
 use crate::error::{Error, Result};
 use crate::properties::{Key, Kind, Section};
+use crate::stored::too_small;
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "grid",
@@ -68,7 +69,7 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
         Key::optional(
             "storage",
             "text",
-            "as it is read; single for .vdb",
+            "as it is read; single for .vdb and where the array is more than half of the memory limit",
             "single, half or byte: how values are kept, in blocks of 16 x 16 x 16 voxels of which those that are empty take no memory; half is right to 1 in 2048, byte to 1 in 508 of the largest in its block",
         ),
         Key::optional("factor", "number", "1", "every value is multiplied by it"),
@@ -110,7 +111,10 @@ pub fn load(section: &Section, inputs: &Inputs) -> Result<Loaded> {
             Some(map) => Placement::of(section, &map.laid_out(layout))?,
             None => Placement::of(section, layout)?,
         };
-        let storage = storage.or(layout.frame.as_ref().filter(|frame| frame.is_sparse).map(|_| Storage::Single));
+        // An array that is turned stands there twice for a while; blocks are filled in whatever order it comes.
+        let twice = placement.part.shape().iter().fold(8u64, |bytes, n| bytes.saturating_mul(*n as u64));
+        let is_blocked = twice > inputs.memory_limit || layout.frame.as_ref().is_some_and(|frame| frame.is_sparse);
+        let storage = storage.or(is_blocked.then_some(Storage::Single));
         // Means are of what is left; otherwise it is looked at when it is there.
         placement.part.clip = clip && placement.part.every > 1;
         if placement.part.clip && said < 0.0 {
@@ -139,36 +143,25 @@ pub fn load(section: &Section, inputs: &Inputs) -> Result<Loaded> {
     let array = section.wrap("file", array)?;
     let (placement, factor, unit) = placed.ok_or_else(|| section.error("file", "nothing of it was read"))?;
     let lattice = placement.lattice.clone();
-    let largest = match &array.data {
-        Numbers::Single(data) => largest(data, factor),
-        Numbers::Double(data) => largest(data, factor),
-        Numbers::Blocks(blocks) => f64::from(blocks.densest()),
-    };
-    if largest > 0.0 && largest < f64::from(f32::MIN_POSITIVE) {
-        let key = if section.has("factor") { "factor" } else { "file" };
-        let message = format!(
-            "its values are at most {largest:e} by unit and factor, which single precision does not hold: choose another unit, and the scale of dust or gas for it"
-        );
-        return Err(section.error(key, message));
-    }
-    // Numbers that are as a grid has them stay in the memory in which they are.
-    let [nx, ny, _] = lattice.dims.map(|n| n as isize);
     let strides = placement.strides(&array);
-    let as_it_is = factor == 1.0 && !clip && strides == (0, [1, nx, nx * ny]);
-    let mut values = match array.data {
-        Numbers::Blocks(blocks) => return checked(Grid::in_blocks(lattice, blocks), unit, section),
-        Numbers::Single(data) if as_it_is => return checked(Grid::sharing(lattice, data), unit, section),
-        Numbers::Single(data) => arranged(&data, strides, factor, &placement),
-        Numbers::Double(data) => arranged(&data, strides, factor, &placement),
+    let held = |largest: f64| match too_small(largest) {
+        Some(message) => Err(section.error(if section.has("factor") { "factor" } else { "file" }, message)),
+        None => Ok(()),
     };
-    if clip {
-        values.iter_mut().filter(|v| v.is_nan() || **v < 0.0).for_each(|v| *v = 0.0);
-    }
-    checked(Grid::of(lattice, values), unit, section)
-}
-
-/// A grid whose values can be densities.
-fn checked(grid: Grid, unit: Option<String>, section: &Section) -> Result<Loaded> {
+    let [nx, ny, _] = lattice.dims.map(|n| n as isize);
+    let as_it_is = factor == 1.0 && !clip && strides == (0, [1, nx, nx * ny]);
+    let grid = match array.data {
+        Numbers::Blocks(blocks) => Grid::in_blocks(lattice, blocks),
+        Numbers::Single(data) => {
+            held(largest(&data, factor))?;
+            // Numbers that are as a grid has them stay in the memory in which they are.
+            if as_it_is { Grid::sharing(lattice, data) } else { Grid::of(lattice, arranged(&data, strides, (factor, clip), &placement)) }
+        }
+        Numbers::Double(data) => {
+            held(largest(&data, factor))?;
+            Grid::of(lattice, arranged(&data, strides, (factor, clip), &placement))
+        }
+    };
     grid.check(section.name())?;
     Ok(Loaded { grid, unit })
 }
@@ -215,11 +208,11 @@ fn largest(data: &[impl Copy + Into<f64> + Sync], factor: f64) -> f64 {
     data.par_chunks(1 << 16).map(of).reduce(|| 0.0, f64::max)
 }
 
-/// An array's numbers times `factor`, with x running fastest.
+/// An array's numbers times `factor`, with x running fastest; those that are negative or no numbers are zero if `clip`.
 fn arranged(
     data: &[impl Copy + Into<f64> + Sync],
     (first, [sx, sy, sz]): (usize, [isize; 3]),
-    factor: f64,
+    (factor, clip): (f64, bool),
     placement: &Placement,
 ) -> Vec<f32> {
     let [nx, ny, _] = placement.lattice.dims;
@@ -232,6 +225,9 @@ fn arranged(
                 let line = first as isize + x as isize * sx + y as isize * sy + (block * PLANES) as isize * sz;
                 (0..planes).for_each(|z| out[(z * ny + y) * nx + x] = (factor * data[(line + z as isize * sz) as usize].into()) as f32);
             }
+        }
+        if clip {
+            out.iter_mut().filter(|v| v.is_nan() || **v < 0.0).for_each(|v| *v = 0.0);
         }
     });
     values

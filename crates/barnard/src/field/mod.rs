@@ -5,6 +5,7 @@
 //! other than zero; an expression of functions alone stays a function. A new kind of field is one file and one row of
 //! [`KINDS`].
 
+mod bad_values;
 mod cells;
 mod column;
 mod cuboid;

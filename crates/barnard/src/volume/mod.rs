@@ -9,7 +9,7 @@ mod planes;
 
 pub use bricks::Bricks;
 pub use pages::{PAGE, Pages, Sparsity};
-pub(crate) use planes::{Plane, PlanePart};
+pub(crate) use planes::{Plane, PlanePart, ROWS_TOGETHER};
 
 use std::borrow::Cow;
 

@@ -8,7 +8,7 @@ use super::Volume;
 use crate::stored::{Stored, stored};
 
 /// The fewest rows that a thread takes.
-const ROWS_TOGETHER: usize = 8;
+pub(crate) const ROWS_TOGETHER: usize = 8;
 
 /// A plane of a volume's voxels, those of the layer around the box counted.
 #[derive(Debug, Clone, Copy)]
@@ -92,7 +92,7 @@ impl Volume {
         planes: &[PlanePart],
         value: impl Fn(usize, usize, usize) -> f32 + Sync,
     ) {
-        debug_assert!(planes.len() < 2 || axes[2] == 0);
+        assert!(planes.len() < 2 || axes[2] == 0);
         let channels = self.channels.len();
         let side = axes.map(|axis| self.pages.side()[axis]);
         let [du, dv, dw] = axes.map(|axis| self.pages.strides()[axis] * channels);

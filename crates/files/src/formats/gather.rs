@@ -206,7 +206,7 @@ impl<T: Kept> Gather<T> {
             Store::Sums(sums, None) => T::numbers(sums.iter().map(|sum| T::of(sum * share)).collect()),
             Store::Sums(sums, Some(mut blocks)) => {
                 for (row, sums) in sums.chunks(fast).enumerate() {
-                    blocks.run(2, [row / middle, row % middle, 0], sums.iter().map(|sum| sum * share));
+                    blocks.run(2, [row / middle, row % middle, 0], sums.iter().map(|sum| T::of(sum * share).number()));
                 }
                 Numbers::Blocks(blocks.finish()?)
             }

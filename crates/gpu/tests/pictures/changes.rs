@@ -5,7 +5,7 @@ use barnard::control::Control;
 use barnard::image::{Display, Image, Level, Samples, Tone};
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{END_SHARE, Options, Plan, Stepping};
-use barnard_gpu::{Renderer, Tuning};
+use barnard_gpu::{GpuError, Renderer, Tuning};
 use spectra::colour::{Palette, Stretch};
 
 use super::light::{CAMERA, DUST, FINE, STAR, TOLERANCE, difference, many_lights, on, parsed, plan};
@@ -105,6 +105,23 @@ fn a_star_moves_on_the_device() {
     }
     assert!(renderer.move_star(2, [0.0; 3].into()).err().unwrap().to_string().contains("2 stars"));
     renderer.update(&first).unwrap();
+    assert!(renderer.radiance(&Control::default()).unwrap() == before);
+}
+
+/// A star whose depths stand in pages is not moved on the device: it stays where it is, and a new plan is asked for.
+#[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
+fn stars_in_pages_are_not_moved() {
+    let gpu = device();
+    let lobes = DUST.replace("density = \"ball\"", "density = \"ball * max(0, 4 * x * y - 1)\"");
+    let of = |sparse: &str| plan(&mut parsed(&format!("{CAMERA}{lobes}{STAR}[method]\nbake = 60\nsparse = \"{sparse}\"\n")), 24);
+    let renderer = |plan: &Plan| Renderer::new(&gpu, plan, Tuning::default()).unwrap();
+    let (whole, pages) = (of("never"), of("always"));
+    assert!(renderer(&whole).can_move(0) && !renderer(&pages).can_move(0));
+    let mut renderer = renderer(&pages);
+    let before = renderer.radiance(&Control::default()).unwrap();
+    let refused = renderer.move_star(0, [0.4, 0.1, 0.5].into()).err().unwrap();
+    assert!(matches!(refused, GpuError::InPages(0)), "{refused}");
     assert!(renderer.radiance(&Control::default()).unwrap() == before);
 }
 

@@ -61,10 +61,6 @@ impl SpatialPlan {
         if let Some(dust) = &self.dust {
             parts.push((dust.lattice.clone(), Channel::Dust));
             let lattice = dust.lattice.refined(factor);
-            let count = stars.len();
-            let voxels = self.pages(&lattice, &[Channel::Dust], count, settings).voxels();
-            let bytes = self.precision.bytes() * count as u64 * voxels as u64;
-            memory::check(&format!("star depths of {count} stars"), bytes, settings.memory_limit)?;
             parts.extend(stars.iter().map(|star| (lattice.clone(), Channel::StarDepth(*star))));
         }
         parts.extend(self.emission.iter().enumerate().map(|(species, grid)| (grid.lattice.clone(), Channel::Emission(species))));
@@ -72,9 +68,11 @@ impl SpatialPlan {
         while let Some((lattice, _)) = parts.first().cloned() {
             let (own, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|p| p.0 == lattice);
             let channels: Vec<Channel> = own.into_iter().map(|p| p.1).collect();
-            let pages = self.pages(&lattice, &channels, channels.len(), settings);
+            let pages = self.pages(&lattice, &channels, settings);
             let bytes = self.precision.bytes() * (channels.len() * pages.voxels()) as u64;
-            memory::check(&format!("volumes of {} fields", channels.len()), bytes, settings.memory_limit)?;
+            let depths = channels.iter().filter(|channel| matches!(channel, Channel::StarDepth(_))).count();
+            let what = format!("volumes of {} fields and of the depths of {depths} stars", channels.len() - depths);
+            memory::check(&what, bytes, settings.memory_limit)?;
             let volume = |chunk: &[Channel]| Volume::with_pages(&lattice, chunk.to_vec(), self.precision, pages.clone());
             self.volumes.extend(channels.chunks(MAX_CHANNELS).map(volume));
             parts = others;
@@ -89,11 +87,11 @@ impl SpatialPlan {
         Ok(())
     }
 
-    /// The pages of a volume of so many channels, which need those where there is something of `channels`: all in one
+    /// The pages of a volume, which needs those where there is something of its channels: all in one
     /// where little is empty, or nothing may be left out.
-    fn pages(&self, lattice: &Lattice, channels: &[Channel], count: usize, settings: &Settings) -> Pages {
+    fn pages(&self, lattice: &Lattice, channels: &[Channel], settings: &Settings) -> Pages {
         let whole = Pages::whole(Volume::zeroed(lattice, Vec::new()).lattice.dims);
-        let is_large = self.precision.bytes() * (count * whole.voxels()) as u64 >= LARGE;
+        let is_large = self.precision.bytes() * (channels.len() * whole.voxels()) as u64 >= LARGE;
         // Noise that is evaluated at every sample is elsewhere than its samples.
         if self.cloud.is_some() || self.sparsity == Sparsity::Never || self.sparsity == Sparsity::Auto && !is_large {
             return whole;

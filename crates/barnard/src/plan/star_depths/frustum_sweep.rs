@@ -35,8 +35,8 @@ use crate::packet::{LANES, Lane, fma, lanes, place};
 use crate::plan::star_depths::OPAQUE;
 use crate::plan::star_depths::between_rays::{Places, beside, cubic_line, cubic_rows, grazed};
 use crate::plan::star_depths::frustum::{Frustum, Rays, TierOf, frustums};
-use crate::plan::star_depths::planes::{Part, Planes, ROWS_TOGETHER, mix, within};
-use crate::volume::{ChannelMut, PlanePart};
+use crate::plan::star_depths::planes::{Part, Planes, mix, within};
+use crate::volume::{ChannelMut, PlanePart, ROWS_TOGETHER};
 
 /// Two-point Gauss rule on [0, 1], weights one half.
 pub const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];

@@ -180,7 +180,8 @@ mod tests {
     use super::*;
     use crate::field::Lattice;
     use crate::geometry::Bounds;
-    use crate::volume::Channel;
+    use crate::stored::Precision;
+    use crate::volume::{Channel, Pages};
 
     /// Rms difference between swept depths and exact columns in parts of the exact rms, and the largest in parts of 1 +
     /// the exact.
@@ -241,6 +242,26 @@ mod tests {
                 let ours = f64::from(volume.value(volume.index([x, y, z]), 0));
                 // Coarse voxels are coarsely right; one left out would be zero.
                 assert!(ours > 0.5 * exact - 0.02 && ours < 2.0 * exact + 0.1, "{place:?} {x} {y} {z}: {ours} {exact}");
+            }
+        }
+    }
+
+    /// Depths in pages are those of one page for all, bit by bit, whether the last page has one cell or all of them.
+    #[test]
+    fn pages_hold_the_same_depths() {
+        for edge in [31, 32] {
+            let grid = waves([edge, 20, 18]);
+            for star in STARS {
+                let baked = |pages: fn([usize; 3]) -> Pages| {
+                    let dims = Volume::zeroed(&grid.lattice, Vec::new()).lattice.dims;
+                    let channels = vec![Channel::Dust, Channel::StarDepth(0)];
+                    let mut volume = Volume::with_pages(&grid.lattice, channels, Precision::Single, pages(dims));
+                    bake(&grid, star, ChannelMut { volume: &mut volume, slot: 1 }, Progress::UNHEARD, &Control::default()).unwrap();
+                    (volume.pages().count(), volume.rows().flat_map(|row| row.into_owned()).collect::<Vec<_>>())
+                };
+                let (whole, paged) = (baked(Pages::whole), baked(|dims| Pages::held(dims, |_| true)));
+                assert!(whole.0 == 1 && paged.0 == 1 + 2 * 2 * (edge + 1).div_ceil(16), "{edge}: {}", paged.0);
+                assert!(whole.1 == paged.1 && whole.1.iter().any(|v| *v > 0.0), "{edge} {star}");
             }
         }
     }

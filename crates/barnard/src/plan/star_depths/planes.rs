@@ -5,11 +5,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::field::Grid;
+use crate::volume::ROWS_TOGETHER;
 
 /// Planes that are copied together: a line of memory holds sixteen values.
 const BLOCK: usize = 16;
-/// The fewest rows that a thread takes.
-pub const ROWS_TOGETHER: usize = 8;
 
 /// Dust, or the part of it that is at hand; places are counted in the whole.
 #[derive(Clone, Copy)]
