@@ -1,0 +1,8 @@
+//! Photo-ionised gas: what stars make of a density.
+//!
+//! Units are those of the field: cm, s, eV, K; energies of gas in erg.
+
+pub mod atoms;
+pub mod balance;
+pub mod light;
+pub mod sphere;
