@@ -9,18 +9,17 @@
 //! | n_e | electrons | cm⁻³ |
 //! | T | temperature of electrons | K |
 
-use crate::atoms::{Atoms, BOLTZMANN_EV, ELEMENTS, ERG_PER_EV, Element, LYMAN_ALPHA_EV, STAGES, TRIPLET_EV, TWO_PHOTON_EV};
-use crate::light::IonisingLight;
+use multiversion::multiversion;
+
+use crate::atoms::{
+    Atoms, ELEMENTS, ERG_PER_EV, Element, HELIUM_EV, HYDROGEN_EV, LYMAN_ALPHA_EV, STAGES, TRIPLET_EV, TWO_PHOTON_EV, photons_of_helium,
+};
+use crate::coefficients::{Coefficients, Of};
+use crate::light::{ABSORBERS, Absorption, IONS, IonisingLight, ion};
 
 /// Temperatures between which the balance is sought \[K\]; at the lower one gas stays that has no light.
 const COLDEST: f64 = 500.0;
 const HOTTEST: f64 = 60_000.0;
-/// Where ionisation is taken to have settled, and the most passes towards it.
-const SETTLED: f64 = 1e-9;
-const PASSES: usize = 400;
-/// Thresholds \[eV\].
-const HELIUM_EV: f64 = 24.59;
-const HYDROGEN_EV: f64 = 13.6;
 
 /// Gas: how dense, and what it is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,26 +66,37 @@ impl State {
     }
 }
 
-/// What light does to each ion, by element and charge.
-#[derive(Debug, Clone, Copy, Default)]
+/// What light does to each ion, in the order of [`ion`].
+#[derive(Debug, Clone, Copy)]
 pub struct Photo {
     /// Ionisations \[s⁻¹\].
-    pub rates: [[f64; STAGES]; ELEMENTS],
-    /// Energy that electrons get \[eV s⁻¹\].
-    pub heat: [[f64; STAGES]; ELEMENTS],
-    /// Ionisations that give what an electron had before it recombined \[s⁻¹\].
-    pub thermal: [[f64; STAGES]; ELEMENTS],
+    pub rates: [f64; IONS],
+    /// The energy that electrons get of it \[eV s⁻¹\].
+    pub heat: [f64; IONS],
+    /// Ionisations of [`ABSORBERS`] that give what an electron had before it recombined \[s⁻¹\].
+    pub thermal: [f64; ABSORBERS.len()],
 }
 
 impl Photo {
     /// What a flux of photons at each node does \[s⁻¹ cm⁻²\].
-    pub fn add(&mut self, light: &IonisingLight, flux: &[f64]) {
-        let sum = |values: &[f64]| flux.iter().zip(values).map(|(f, v)| f * v).sum::<f64>().max(0.0);
-        for absorption in &light.absorptions {
-            let (element, charge) = (absorption.element as usize, absorption.charge);
-            self.rates[element][charge] += sum(&absorption.sigma);
-            self.heat[element][charge] += sum(&absorption.heat);
-            self.thermal[element][charge] += sum(&absorption.thermal);
+    pub fn new(light: &IonisingLight, flux: &[f64]) -> Self {
+        let mut photo = Self { rates: [0.0; IONS], heat: [0.0; IONS], thermal: [0.0; ABSORBERS.len()] };
+        sums(&mut photo, &light.absorptions, flux);
+        // Weights between nodes may be negative, rates are not.
+        photo.rates.iter_mut().chain(&mut photo.heat).for_each(|sum| *sum = sum.max(0.0));
+        photo
+    }
+}
+
+#[multiversion(targets = "simd")]
+fn sums(photo: &mut Photo, absorptions: &[Absorption], flux: &[f64]) {
+    for (absorption, flux) in absorptions.iter().zip(flux).filter(|(_, flux)| **flux > 0.0) {
+        for i in 0..IONS {
+            photo.rates[i] += flux * absorption.sigma[i];
+            photo.heat[i] += flux * absorption.heat[i];
+        }
+        if let Some(thermal) = &absorption.thermal {
+            photo.thermal.iter_mut().zip(thermal).for_each(|(sum, sigma)| *sum += flux * sigma);
         }
     }
 }
@@ -101,6 +111,52 @@ pub enum Diffuse {
     Outward,
 }
 
+/// How exactly a balance is found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accuracy {
+    /// Whether rates are those of the fits themselves, or between rows of a table.
+    pub is_exact: bool,
+    /// The relative change at which temperature, ionisation and light are taken to have settled \[1\].
+    pub settled: f64,
+    /// The largest depth of a step along a ray at a node that still has light \[1\].
+    pub depth: f64,
+    /// The longest step in parts of the way from the star \[1\].
+    pub thickness: f64,
+}
+
+impl Accuracy {
+    /// That of the reference.
+    pub const REFERENCE: Self = Self { is_exact: true, settled: 1e-7, depth: 0.1, thickness: 0.01 };
+    /// That of clouds in three dimensions.
+    pub const FAST: Self = Self { is_exact: false, settled: 3e-3, depth: 0.5, thickness: 1.0 };
+
+    /// The coefficients at a temperature in K.
+    pub fn coefficients(&self, temperature: f64) -> Coefficients {
+        if self.is_exact { Coefficients::exact(temperature) } else { Coefficients::tabulated(temperature) }
+    }
+}
+
+/// A temperature that moves to where heating is as much as cooling.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Thermostat {
+    /// ln T and ln (heating/cooling) before.
+    last: Option<(f64, f64)>,
+}
+
+impl Thermostat {
+    /// The next temperature to try, given ln (heating/cooling) at the one before \[K\].
+    pub fn next(&mut self, temperature: f64, excess: f64) -> f64 {
+        let at = temperature.ln();
+        // Cooling rises with some power of T beside heating; what the last two tell of it is held within reason.
+        let slope = match self.last {
+            Some((before, was)) if (at - before).abs() > 1e-12 => (-(excess - was) / (at - before)).clamp(1.5, 15.0),
+            _ => 5.0,
+        };
+        self.last = Some((at, excess));
+        (temperature * (excess / slope).clamp(-0.3, 0.3).exp()).clamp(COLDEST, HOTTEST)
+    }
+}
+
 /// Gas under light.
 pub struct Balance<'a> {
     /// The gas.
@@ -109,103 +165,72 @@ pub struct Balance<'a> {
     pub photo: &'a Photo,
     /// Where its own light is absorbed.
     pub diffuse: Diffuse,
+    /// Rates at the temperature of the state.
+    pub coefficients: &'a Coefficients,
 }
 
 impl Balance<'_> {
-    /// The state in which heat and ionisation are in balance, from one that is near.
-    pub fn state(&self, near: &State) -> State {
-        if let Some(temperature) = self.gas.isothermal {
-            return self.ionised(temperature, near);
-        }
-        let net = |temperature: f64, near: &State| {
-            let state = self.ionised(temperature, near);
-            (self.heating(&state) - self.cooling(&state), state)
+    /// Moves a state towards balance of ionisation at its temperature; gives ln (heating/cooling) there.
+    pub fn pass(&self, state: &mut State) -> f64 {
+        let before = state.electrons;
+        self.hydrogen_and_helium(state);
+        self.metals(state);
+        let of_element = |element: Element| {
+            let fractions = state.fractions[element as usize].iter().enumerate();
+            self.gas.abundances[element as usize] * fractions.map(|(charge, part)| charge as f64 * part).sum::<f64>()
         };
-        let begin = near.temperature.clamp(COLDEST, HOTTEST);
-        let (at, mut state) = net(begin, near);
-        let mut last = (begin, at);
-        // Heating falls with temperature, cooling rises: steps of a tenth lead to where they cross.
-        let step = if at > 0.0 { 1.1 } else { 1.0 / 1.1 };
-        loop {
-            let next = last.0 * step;
-            if !(COLDEST..=HOTTEST).contains(&next) {
-                return self.ionised(next.clamp(COLDEST, HOTTEST), &state);
-            }
-            let (at, found) = net(next, &state);
-            state = found;
-            if (at > 0.0) != (last.1 > 0.0) {
-                return self.narrowed(last, (next, at), state, net);
-            }
-            last = (next, at);
+        let electrons = (self.gas.hydrogen * Element::ALL.into_iter().map(of_element).sum::<f64>()).max(1e-9 * self.gas.hydrogen);
+        // Between both, since more electrons are fewer ions.
+        state.electrons = (electrons * before).sqrt();
+        if self.gas.isothermal.is_some() {
+            return 0.0;
         }
-    }
-
-    /// The root between two temperatures, by the rule of Illinois.
-    fn narrowed(&self, mut low: (f64, f64), mut high: (f64, f64), mut state: State, net: impl Fn(f64, &State) -> (f64, State)) -> State {
-        for _ in 0..60 {
-            let middle = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-            let (at, found) = net(middle, &state);
-            state = found;
-            if (high.0 - low.0).abs() < 1e-7 * middle || at == 0.0 {
-                break;
-            }
-            if (at > 0.0) == (high.1 > 0.0) {
-                high = (middle, at);
-                low.1 *= 0.5;
-            } else {
-                (low, high) = (high, (middle, at));
-            }
-        }
-        state
-    }
-
-    /// The state in which ionisation alone is in balance, at a temperature in K.
-    pub fn ionised(&self, temperature: f64, near: &State) -> State {
-        let ladders = Element::METALS.map(|element| Ladder::new(element, temperature));
-        let mut state = State { temperature, ..*near };
-        for _ in 0..PASSES {
-            let before = state;
-            self.hydrogen_and_helium(&mut state);
-            for ladder in &ladders {
-                let density = |charge: usize| state.density(self.gas, Element::Hydrogen, charge);
-                let (neutral, proton, electrons) = (density(0), density(1), state.electrons);
-                state.fractions[ladder.element as usize] =
-                    ladder.fractions(&self.photo.rates[ladder.element as usize], [electrons, neutral, proton]);
-            }
-            let of_element = |element: Element| {
-                let fractions = state.fractions[element as usize].iter().enumerate();
-                self.gas.abundances[element as usize] * fractions.map(|(charge, part)| charge as f64 * part).sum::<f64>()
-            };
-            let electrons = (self.gas.hydrogen * Element::ALL.into_iter().map(of_element).sum::<f64>()).max(1e-9 * self.gas.hydrogen);
-            // Between both, since more electrons are fewer ions.
-            state.electrons = (electrons * before.electrons).sqrt();
-            let neutral = |state: &State, element: usize| state.fractions[element][0];
-            let moved = (0..2).map(|element| (neutral(&state, element) / neutral(&before, element) - 1.0).abs()).fold(0.0, f64::max);
-            if moved < SETTLED && (state.electrons / before.electrons - 1.0).abs() < SETTLED {
-                break;
-            }
-        }
-        state
+        (self.heating(state).max(f64::MIN_POSITIVE) / self.cooling(state).max(f64::MIN_POSITIVE)).ln()
     }
 
     /// Hydrogen and helium, given the electrons and what both were before.
     fn hydrogen_and_helium(&self, state: &mut State) {
-        let (atoms, temperature, electrons) = (Atoms::get(), state.temperature, state.electrons);
+        let (coefficients, electrons) = (self.coefficients, state.electrons);
         let [hydrogen, helium] = [Element::Hydrogen, Element::Helium].map(|element| element as usize);
-        let caught = electrons * (atoms.helium.case_b(temperature) + self.lost_of_helium(state) * atoms.helium.to_ground(temperature));
-        let stripped = electrons * atoms.hydrogen.case_b(temperature, 2.0);
-        let to_first = self.photo.rates[helium][0] / caught;
-        let to_second = self.photo.rates[helium][1] / stripped;
+        let excited = coefficients.of(Of::HeliumTriplets) + coefficients.of(Of::HeliumSinglets);
+        let caught = electrons * (excited + self.lost_of_helium(state) * coefficients.of(Of::HeliumGround));
+        let stripped = electrons * coefficients.of(Of::StrippedCaseB);
+        let to_first = self.photo.rates[ion(Element::Helium, 0)] / caught;
+        let to_second = self.photo.rates[ion(Element::Helium, 1)] / stripped;
         let all = 1.0 + to_first * (1.0 + to_second);
         state.fractions[helium] = [1.0 / all, to_first / all, to_first * to_second / all, 0.0, 0.0, 0.0];
         let given = self.of_helium(state)[0] / self.gas.hydrogen;
-        let rate = self.photo.rates[hydrogen][0] + electrons * atoms.hydrogen.collisional(temperature);
-        let to_ground = if self.diffuse == Diffuse::Outward { atoms.hydrogen.to_ground(temperature) } else { 0.0 };
-        let caught = electrons * (atoms.hydrogen.case_b(temperature, 1.0) + to_ground);
+        let rate = self.photo.rates[ion(Element::Hydrogen, 0)] + electrons * coefficients.of(Of::Ionisation);
+        let to_ground = if self.diffuse == Diffuse::Outward { coefficients.of(Of::Ground) } else { 0.0 };
+        let caught = electrons * (coefficients.of(Of::CaseB) + to_ground);
         let ionised = ((rate + given) / (rate + caught)).min(1.0 - 1e-12);
         // What is left is not what rounding leaves of one.
         let neutral = ((caught - given) / (rate + caught)).max(1e-12);
         state.fractions[hydrogen] = [neutral, ionised, 0.0, 0.0, 0.0, 0.0];
+    }
+
+    /// The parts of all charges of the metals.
+    fn metals(&self, state: &mut State) {
+        let density = |charge: usize| state.density(self.gas, Element::Hydrogen, charge);
+        let (neutral, proton, electrons) = (density(0), density(1), state.electrons);
+        for (metal, element) in Element::METALS.into_iter().enumerate() {
+            let light = &self.photo.rates[ion(element, 0)..];
+            let mut parts = [0.0; STAGES];
+            parts[0] = 1.0;
+            let mut all = 1.0;
+            for charge in 0..element.charges() {
+                let [caught, given, taken] = *self.coefficients.step(metal, charge);
+                let (up, down) = (light[charge] + given * proton, caught * electrons + taken * neutral);
+                parts[charge + 1] = if down > 0.0 { parts[charge] * up / down } else { 0.0 };
+                all += parts[charge + 1];
+                // Ratios of many powers of ten are kept in range.
+                if all > 1e100 {
+                    parts.iter_mut().for_each(|part| *part /= all);
+                    all = 1.0;
+                }
+            }
+            state.fractions[element as usize] = parts.map(|part| part / all);
+        }
     }
 
     /// The part of recombinations to helium's ground level whose photon helium does not take at once.
@@ -225,15 +250,28 @@ impl Balance<'_> {
 
     /// What recombinations of helium do to hydrogen on the spot: ionisations \[cm⁻³ s⁻¹\], and heat \[eV cm⁻³ s⁻¹\].
     fn of_helium(&self, state: &State) -> [f64; 2] {
-        let atoms = Atoms::get();
         let pairs = state.electrons * state.density(self.gas, Element::Helium, 1);
-        let [triplets, two, resonance] = atoms.helium.photons(state.temperature, self.neutrals(state));
-        let ground = self.to_hydrogen(state) * atoms.helium.to_ground(state.temperature);
-        let all = [(ground, HELIUM_EV), (triplets, TRIPLET_EV), (two, TWO_PHOTON_EV), (resonance, LYMAN_ALPHA_EV)];
+        let [triplets, two, resonance] = self.photons_of_helium(state);
         // Photons of 584 Å do not get far.
-        let here = if self.diffuse == Diffuse::Outward { &all[3..] } else { &all };
-        let heat: f64 = here.iter().map(|(rate, energy)| rate * (energy - HYDROGEN_EV)).sum();
-        [pairs * here.iter().map(|(rate, _)| rate).sum::<f64>(), pairs * heat]
+        let near = (resonance, LYMAN_ALPHA_EV);
+        let sums = |all: &[(f64, f64)]| {
+            let heat: f64 = all.iter().map(|(rate, energy)| rate * (energy - HYDROGEN_EV)).sum();
+            [pairs * all.iter().map(|(rate, _)| rate).sum::<f64>(), pairs * heat]
+        };
+        match self.diffuse {
+            Diffuse::Outward => sums(&[near]),
+            Diffuse::OnTheSpot => {
+                let ground = self.to_hydrogen(state) * self.coefficients.of(Of::HeliumGround);
+                sums(&[(ground, HELIUM_EV), (triplets, TRIPLET_EV), (two, TWO_PHOTON_EV), near])
+            }
+        }
+    }
+
+    fn photons_of_helium(&self, state: &State) -> [f64; 3] {
+        let coefficients = self.coefficients;
+        let density = |element| state.density(self.gas, element, 0);
+        let neutral = density(Element::Hydrogen) / density(Element::Helium).max(f64::MIN_POSITIVE);
+        photons_of_helium([Of::HeliumTriplets, Of::HeliumSinglets].map(|of| coefficients.of(of)), coefficients.temperature, neutral)
     }
 
     /// Photons that leave the place where they are made, by the nodes of [`IonisingLight::own`] \[cm⁻³ s⁻¹\].
@@ -241,98 +279,47 @@ impl Balance<'_> {
         if self.diffuse == Diffuse::OnTheSpot {
             return [0.0; 4];
         }
-        let atoms = Atoms::get();
+        let coefficients = self.coefficients;
         let pairs = |element: Element| state.electrons * state.density(self.gas, element, 1);
         let (hydrogen, helium) = (pairs(Element::Hydrogen), pairs(Element::Helium));
-        let [triplets, two, _] = atoms.helium.photons(state.temperature, self.neutrals(state));
-        let (to_hydrogen, to_helium) = (atoms.hydrogen.to_ground(state.temperature), atoms.helium.to_ground(state.temperature));
-        [hydrogen * to_hydrogen, helium * to_helium, helium * triplets, helium * two]
-    }
-
-    /// n(H⁰)/n(He⁰).
-    fn neutrals(&self, state: &State) -> f64 {
-        let density = |element| state.density(self.gas, element, 0);
-        density(Element::Hydrogen) / density(Element::Helium).max(f64::MIN_POSITIVE)
+        let [triplets, two, _] = self.photons_of_helium(state);
+        [hydrogen * coefficients.of(Of::Ground), helium * coefficients.of(Of::HeliumGround), helium * triplets, helium * two]
     }
 
     /// Energy that electrons get \[erg cm⁻³ s⁻¹\].
-    pub fn heating(&self, state: &State) -> f64 {
-        let hydrogen = &Atoms::get().hydrogen;
+    fn heating(&self, state: &State) -> f64 {
         // What the electrons lost that recombined, at the temperature of here.
-        let kinetic = hydrogen.to_ground_cooling(state.temperature) / (ERG_PER_EV * hydrogen.to_ground(state.temperature));
-        let of_light = Element::ALL.into_iter().flat_map(|element| (0..STAGES).map(move |charge| (element, charge)));
-        let by_light: f64 = of_light
-            .map(|(element, charge)| {
-                let photo = self.photo;
-                let heat = photo.heat[element as usize][charge] + photo.thermal[element as usize][charge] * kinetic;
-                state.density(self.gas, element, charge) * heat
-            })
+        let kinetic = self.coefficients.of(Of::GroundCooling) / (ERG_PER_EV * self.coefficients.of(Of::Ground));
+        let again: f64 = ABSORBERS
+            .into_iter()
+            .zip(self.photo.thermal)
+            .map(|((element, charge), rate)| state.density(self.gas, element, charge) * rate)
             .sum();
-        ERG_PER_EV * (by_light + self.of_helium(state)[1])
+        let of_element = |element: Element| {
+            let parts = &state.fractions[element as usize];
+            let heat = parts.iter().zip(&self.photo.heat[ion(element, 0)..]).map(|(part, heat)| part * heat);
+            self.gas.abundances[element as usize] * heat.sum::<f64>()
+        };
+        let by_light = self.gas.hydrogen * Element::ALL.into_iter().map(of_element).sum::<f64>();
+        ERG_PER_EV * (by_light + kinetic * again + self.of_helium(state)[1])
     }
 
     /// Energy that electrons lose \[erg cm⁻³ s⁻¹\].
-    pub fn cooling(&self, state: &State) -> f64 {
-        let (atoms, t) = (Atoms::get(), state.temperature);
-        let hydrogen = &atoms.hydrogen;
+    fn cooling(&self, state: &State) -> f64 {
         let density = |element, charge| state.density(self.gas, element, charge);
         let [neutral, proton] = [0, 1].map(|charge| density(Element::Hydrogen, charge));
         let [once, twice] = [1, 2].map(|charge| density(Element::Helium, charge));
-        let of_case_b = hydrogen.case_b_cooling(t, 1.0);
-        let in_parts = of_case_b / (hydrogen.case_b(t, 1.0) * BOLTZMANN_EV * ERG_PER_EV * t);
+        let (coefficients, of) = (self.coefficients, |of: Of| self.coefficients.of(of));
+        // Of what recombination to excited levels takes, helium's is as much of k T as hydrogen's.
+        let excited = (of(Of::HeliumTriplets) + of(Of::HeliumSinglets)) * of(Of::CaseBCooling) / of(Of::CaseB);
         let (to_ground, of_helium) = match self.diffuse {
-            Diffuse::Outward => (hydrogen.to_ground_cooling(t), atoms.helium.to_ground(t) * BOLTZMANN_EV * ERG_PER_EV * t),
+            Diffuse::Outward => (of(Of::GroundCooling), of(Of::HeliumGround) * coefficients.thermal()),
             Diffuse::OnTheSpot => (0.0, 0.0),
         };
-        let recombination = proton * (of_case_b + to_ground)
-            + once * of_helium
-            + once * ERG_PER_EV * atoms.helium.case_b_cooling(t, in_parts)
-            + twice * hydrogen.case_b_cooling(t, 2.0);
-        let free_free = (proton + once) * hydrogen.free_free(t, 1.0) + twice * hydrogen.free_free(t, 2.0);
-        let collisions = neutral * (hydrogen.excitation(t) + HYDROGEN_EV * ERG_PER_EV * hydrogen.collisional(t));
-        let conditions = atoms.collisional.conditions(t, state.electrons);
-        let lines: f64 = atoms
-            .collisional
-            .lines
-            .iter()
-            .map(|line| (line, density(line.element, line.charge)))
-            .filter(|(_, density)| *density > 0.0)
-            .map(|(line, density)| density * atoms.collisional.emissivity(line, &conditions))
-            .sum();
-        state.electrons * (recombination + free_free + collisions + lines)
-    }
-}
-
-/// The rates of a metal's ions at a temperature.
-struct Ladder {
-    element: Element,
-    /// By step: recombination with electrons, giving an electron to a proton, taking one from H⁰ \[cm³ s⁻¹\].
-    rates: [[f64; 3]; STAGES],
-}
-
-impl Ladder {
-    fn new(element: Element, temperature: f64) -> Self {
-        let of = |charge: usize| {
-            let step = Atoms::get().step(element, charge);
-            let exchange = |rate: &Option<crate::atoms::Exchange>| rate.as_ref().map_or(0.0, |rate| rate.at(temperature));
-            [step.recombination(temperature), exchange(&step.to_proton), exchange(&step.from_hydrogen)]
-        };
-        Self { element, rates: std::array::from_fn(of) }
-    }
-
-    /// The parts of all charges under rates of ionisation by light \[s⁻¹\], with n_e, n(H⁰), n(H⁺) \[cm⁻³\].
-    fn fractions(&self, light: &[f64; STAGES], [electrons, neutral, proton]: [f64; 3]) -> [f64; STAGES] {
-        let mut parts = [0.0; STAGES];
-        parts[0] = 1.0;
-        for charge in 0..self.element.charges() {
-            let [caught, given, taken] = self.rates[charge];
-            let (up, down) = (light[charge] + given * proton, caught * electrons + taken * neutral);
-            parts[charge + 1] = if down > 0.0 { parts[charge] * up / down } else { 0.0 };
-            // Ratios of many powers of ten are kept in range.
-            let largest = parts.iter().fold(0.0f64, |most, part| most.max(*part));
-            parts.iter_mut().for_each(|part| *part /= largest);
-        }
-        let all: f64 = parts.iter().sum();
-        parts.map(|part| part / all)
+        let recombination =
+            proton * (of(Of::CaseBCooling) + to_ground) + once * (excited + of_helium) + twice * of(Of::StrippedCaseBCooling);
+        let free_free = (proton + once) * of(Of::FreeFree) + twice * of(Of::StrippedFreeFree);
+        let lines = coefficients.lines(state.electrons, density);
+        state.electrons * (recombination + free_free + neutral * of(Of::Collisions) + lines)
     }
 }

@@ -4,5 +4,9 @@
 
 pub mod atoms;
 pub mod balance;
+pub mod beam;
+pub mod cloud;
+pub mod coefficients;
 pub mod light;
+mod patch;
 pub mod sphere;

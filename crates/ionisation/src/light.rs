@@ -16,7 +16,7 @@
 
 use spectra::quadrature::gauss_of_measure;
 
-use crate::atoms::{Atoms, Element, STAGES, TRIPLET_EV, TWO_PHOTON_EV};
+use crate::atoms::{Atoms, ELEMENTS, Element, STAGES, TRIPLET_EV, TWO_PHOTON_EV};
 
 /// Where bands of nodes begin and end \[eV\], and how many nodes they have: what ionises neutral carbon and sulphur,
 /// hydrogen, neon as well, helium, and He⁺. Within a few tenths of an electronvolt of where light of hydrogen's band ends
@@ -35,19 +35,23 @@ const KINETIC_EV: f64 = 0.85;
 /// Absorbers that weaken light.
 pub const ABSORBERS: [(Element, usize); 3] = [(Element::Hydrogen, 0), (Element::Helium, 0), (Element::Helium, 1)];
 
-/// What light does to one kind of ion.
+/// Ions by element and charge, one behind the other.
+pub const IONS: usize = ELEMENTS * STAGES;
+
+/// The place of an ion among all.
+pub const fn ion(element: Element, charge: usize) -> usize {
+    element as usize * STAGES + charge
+}
+
+/// What a photon of a node does to each ion.
 #[derive(Debug, Clone)]
 pub struct Absorption {
-    /// The ion's element.
-    pub element: Element,
-    /// Its charge before.
-    pub charge: usize,
-    /// The cross section at each node \[cm²\].
-    pub sigma: Vec<f64>,
+    /// The cross section \[cm²\].
+    pub sigma: [f64; IONS],
     /// That times the energy that an electron gets \[eV cm²\].
-    pub heat: Vec<f64>,
-    /// The cross section where a photon has the energy beside that which a recombining electron had \[cm²\].
-    pub thermal: Vec<f64>,
+    pub heat: [f64; IONS],
+    /// The cross section, where a photon has the energy beside that which a recombining electron had; none for the star's.
+    pub thermal: Option<[f64; ABSORBERS.len()]>,
 }
 
 /// A star's ionising light.
@@ -57,7 +61,7 @@ pub struct IonisingLight {
     pub energies_ev: Vec<f64>,
     /// Photons that leave the star in each \[s⁻¹\].
     pub photons: Vec<f64>,
-    /// What ions make of a photon of each node, those of [`ABSORBERS`] first.
+    /// What a photon of each node does.
     pub absorptions: Vec<Absorption>,
 }
 
@@ -86,32 +90,32 @@ impl IonisingLight {
             photons.push(0.0);
             shares.push((vec![energy], vec![1.0]));
         }
-        let atoms = Atoms::get();
-        let exact = ABSORBERS.iter().filter_map(|(element, charge)| {
-            let fit = atoms.step(*element, *charge).light.as_ref()?;
-            let sigma: Vec<f64> = energies_ev.iter().map(|e| fit.at(*e)).collect();
-            let mut heat: Vec<f64> = energies_ev.iter().zip(&sigma).map(|(e, sigma)| sigma * (e - fit.threshold_ev)).collect();
-            let mut thermal = vec![0.0; sigma.len()];
-            let own = sigma.len() - OWN.len();
-            for (node, (begins, is_thermal)) in (own..).zip(OWN) {
-                if is_thermal {
-                    heat[node] = sigma[node] * (begins - fit.threshold_ev).max(0.0);
-                    thermal[node] = sigma[node];
-                }
+        let own = energies_ev.len() - OWN.len();
+        let absorption = |node: usize| {
+            let (energy, (samples, share)) = (energies_ev[node], &shares[node]);
+            let mut all = Absorption { sigma: [0.0; IONS], heat: [0.0; IONS], thermal: None };
+            let ions = Element::ALL.into_iter().flat_map(|element| (0..element.charges()).map(move |charge| (element, charge)));
+            for (element, charge) in ions {
+                let Some(fit) = &Atoms::get().step(element, charge).light else { continue };
+                let over = |value: &dyn Fn(f64) -> f64| samples.iter().zip(share).map(|(e, share)| value(*e) * share).sum::<f64>();
+                let above = |e: f64| fit.at(e) * (e - fit.threshold_ev);
+                // What weakens the light is what the node's own photons do.
+                let weakens = ABSORBERS.contains(&(element, charge));
+                let own = if weakens { [fit.at(energy), above(energy)] } else { [over(&|e| fit.at(e)), over(&above)] };
+                [all.sigma[ion(element, charge)], all.heat[ion(element, charge)]] = own;
             }
-            Some(Absorption { element: *element, charge: *charge, sigma, heat, thermal })
-        });
-        let ions = Element::METALS.into_iter().flat_map(|element| (0..STAGES).map(move |charge| (element, charge)));
-        let of_metals = ions.filter_map(|(element, charge)| {
-            let fit = atoms.step(element, charge).light.as_ref().filter(|_| charge < element.charges())?;
-            let over = |value: &dyn Fn(f64) -> f64| {
-                shares.iter().map(|(e, share)| e.iter().zip(share).map(|(e, share)| value(*e) * share).sum()).collect()
-            };
-            let (sigma, heat) = (over(&|e| fit.at(e)), over(&|e| fit.at(e) * (e - fit.threshold_ev)));
-            let thermal = vec![0.0; energies_ev.len()];
-            Some(Absorption { element, charge, sigma, heat, thermal })
-        });
-        let absorptions = exact.chain(of_metals).collect();
+            if let Some((begins, true)) = node.checked_sub(own).and_then(|node| OWN.get(node)) {
+                let thermal = ABSORBERS.map(|(element, charge)| {
+                    let threshold = Atoms::get().step(element, charge).light.as_ref().map_or(0.0, |fit| fit.threshold_ev);
+                    let sigma = all.sigma[ion(element, charge)];
+                    all.heat[ion(element, charge)] = sigma * (begins - threshold).max(0.0);
+                    sigma
+                });
+                all.thermal = Some(thermal);
+            }
+            all
+        };
+        let absorptions = (0..energies_ev.len()).map(absorption).collect();
         Self { absorptions, energies_ev, photons }
     }
 
@@ -142,7 +146,9 @@ impl IonisingLight {
     }
 
     /// What absorbs, by node: Σ n σ of densities of [`ABSORBERS`] \[cm⁻¹\].
+    #[inline(always)]
     pub fn opacity(&self, densities: [f64; ABSORBERS.len()], node: usize) -> f64 {
-        densities.iter().zip(&self.absorptions).map(|(n, absorption)| n * absorption.sigma[node]).sum()
+        let sigma = &self.absorptions[node].sigma;
+        densities.iter().zip(ABSORBERS).map(|(n, (element, charge))| n * sigma[ion(element, charge)]).sum()
     }
 }

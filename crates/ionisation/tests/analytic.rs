@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use ionisation::atoms::{Atoms, Element};
+use ionisation::atoms::{Atoms, Element, photons_of_helium};
 use ionisation::balance::{Diffuse, Gas, State};
 use ionisation::light::IonisingLight;
 use ionisation::sphere::Sphere;
@@ -67,7 +67,7 @@ fn recombinations_are_as_many_as_photons() {
         let of_hydrogen = sphere.sum(|s| ions(s, Element::Hydrogen, 1) * case_b());
         let of_helium = sphere.sum(|s| {
             let neutral = s.density(&gas, Element::Hydrogen, 0) / s.density(&gas, Element::Helium, 0);
-            let given: f64 = atoms.helium.photons(1e4, neutral).iter().sum();
+            let given: f64 = photons_of_helium(atoms.helium.to_excited(1e4), 1e4, neutral).iter().sum();
             ions(s, Element::Helium, 1) * (atoms.helium.case_b(1e4) - given)
         });
         let left: f64 = sphere.left.iter().zip(&light.energies_ev).filter(|(_, e)| **e > 13.6).map(|(photons, _)| photons).sum();

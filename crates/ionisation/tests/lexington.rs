@@ -5,7 +5,7 @@
 //! years newer than theirs; where that alone leads outside, the row says so.
 
 use ionisation::atoms::Element;
-use ionisation::balance::{Diffuse, Gas, State};
+use ionisation::balance::{Accuracy, Diffuse, Gas, State};
 use ionisation::light::IonisingLight;
 use ionisation::sphere::Sphere;
 
@@ -116,4 +116,20 @@ fn hii20() {
     assert!(within("T", temperature, [6402.0, 6749.0], 0.03));
     let warm = ["CII]2323", "[OII]7319", "[OII]3726", "[OIII]5007"];
     assert_eq!(outside(&sphere, &rows), [&warm[..], &["[SIII]187000", "[SIII]9531"]].concat());
+}
+
+/// What clouds in three dimensions are made by, beside the reference.
+#[test]
+fn fast_is_the_reference() {
+    let light = IonisingLight::blackbody(40_000.0, 4.26e49);
+    let [truth, own] = [Accuracy::REFERENCE, Accuracy::FAST].map(|accuracy| {
+        let sphere = Sphere::with_accuracy(Gas::new(100.0, ABUNDANCES), &light, Diffuse::Outward, [3e18, 3e19], &accuracy);
+        let [temperature, helium] = means(&sphere);
+        let lines = ["[OIII]5007", "[NII]6584", "[OII]3726", "[SII]6716", "[SIII]9531"].map(|label| sphere.collisional(label));
+        (sphere.shells.len(), [&[temperature, helium, sphere.front_cm(Element::Hydrogen, 0).unwrap()], &lines[..]].concat())
+    });
+    assert!(own.0 < truth.0 / 4);
+    for (own, truth) in own.1.iter().zip(&truth.1) {
+        assert!((own / truth - 1.0).abs() < 5e-3, "{own:e} {truth:e}");
+    }
 }

@@ -2,7 +2,7 @@
 
 use ionisation::atoms::{Atoms, BOLTZMANN_EV, Element};
 use ionisation::balance::Photo;
-use ionisation::light::{ABSORBERS, IonisingLight};
+use ionisation::light::{ABSORBERS, IonisingLight, ion};
 
 /// Γ, and the heat, of an ion behind columns of H⁰, He⁰ and He⁺ \[cm⁻²\], per photon and cm².
 fn integrals(temperature: f64, (element, charge): (Element, usize), columns: [f64; 3]) -> [f64; 2] {
@@ -38,14 +38,13 @@ fn rates_are_integrals() {
             for columns in [0.02, 0.1, 0.5].map(|part| [hydrogen, part * hydrogen, 0.0]) {
                 let flux: Vec<f64> =
                     (0..light.photons.len()).map(|node| light.photons[node] * (-light.opacity(columns, node)).exp()).collect();
-                let mut photo = Photo::default();
-                photo.add(&light, &flux);
+                let photo = Photo::new(&light, &flux);
                 for (i, (element, charge, _)) in ions.into_iter().enumerate() {
                     let [rate, heat] = integrals(temperature, (element, charge), columns);
                     let [open, _] = integrals(temperature, (element, charge), [0.0; 3]);
                     // What is left of nearly nothing is not looked at.
                     if rate > 1e-3 * open {
-                        let own = [photo.rates[element as usize][charge], photo.heat[element as usize][charge]];
+                        let own = [photo.rates[ion(element, charge)], photo.heat[ion(element, charge)]];
                         worst[i][0] = worst[i][0].max((own[0] / rate - 1.0).abs());
                         worst[i][1] = worst[i][1].max((own[1] / heat - 1.0).abs());
                     }

@@ -3,8 +3,6 @@
 //! Sources: Benjamin, Skillman & Smits 1999, ApJ 514, 307 (fits to the rates); Osterbrock & Ferland 2006, §2.4 (the
 //! fates of photons); Wood, Mathis & Ercolano 2004, MNRAS 348, 1337 (584 Å).
 
-use super::BOLTZMANN_EV;
-
 /// Rates of He⁺; temperatures are in K, rates in cm³ s⁻¹.
 #[derive(Debug, Clone, Copy)]
 pub struct Helium;
@@ -26,32 +24,24 @@ impl Helium {
         1.54e-13 * (1e-4 * temperature).powf(-0.486)
     }
 
+    /// To triplets, and to excited singlets.
+    pub fn to_excited(self, temperature: f64) -> [f64; 2] {
+        let t = 1e-4 * temperature;
+        [2.10e-13 * t.powf(-0.778), 6.23e-14 * t.powf(-0.827)]
+    }
+
     /// To all levels but the ground.
     pub fn case_b(self, temperature: f64) -> f64 {
-        self.to_triplets(temperature) + self.to_singlets(temperature)
+        self.to_excited(temperature).iter().sum()
     }
+}
 
-    fn to_triplets(self, temperature: f64) -> f64 {
-        2.10e-13 * (1e-4 * temperature).powf(-0.778)
-    }
-
-    fn to_singlets(self, temperature: f64) -> f64 {
-        6.23e-14 * (1e-4 * temperature).powf(-0.827)
-    }
-
-    /// Photons that ionise hydrogen, of recombinations to excited levels, per electron and ion: of 19.8 eV, of two-photon
-    /// decays, and of 584 Å.
-    ///
-    /// `neutral` is n(H⁰)/n(He⁰): photons of 584 Å wander between atoms of helium until hydrogen takes one of them, or
-    /// they become two.
-    pub fn photons(self, temperature: f64, neutral: f64) -> [f64; 3] {
-        let taken = 1.0 / (1.0 + 77.0 / (temperature.sqrt() * neutral.max(f64::MIN_POSITIVE)));
-        let singlets = self.to_singlets(temperature);
-        [self.to_triplets(temperature), TWO_PHOTON * singlets * (1.0 - TO_2P * taken), TO_2P * singlets * taken]
-    }
-
-    /// The kinetic energy that recombination to excited levels takes \[eV cm³ s⁻¹\]: as much of k T as for hydrogen.
-    pub fn case_b_cooling(self, temperature: f64, of_hydrogen: f64) -> f64 {
-        self.case_b(temperature) * of_hydrogen * BOLTZMANN_EV * temperature
-    }
+/// Photons that ionise hydrogen, of recombinations to triplets and to excited singlets: of 19.8 eV, of two-photon decays,
+/// and of 584 Å.
+///
+/// `neutral` is n(H⁰)/n(He⁰): photons of 584 Å wander between atoms of helium until hydrogen takes one of them, or they
+/// become two.
+pub fn photons_of_helium([triplets, singlets]: [f64; 2], temperature: f64, neutral: f64) -> [f64; 3] {
+    let taken = 1.0 / (1.0 + 77.0 / (temperature.sqrt() * neutral.max(f64::MIN_POSITIVE)));
+    [triplets, TWO_PHOTON * singlets * (1.0 - TO_2P * taken), TO_2P * singlets * taken]
 }

@@ -10,7 +10,7 @@ mod recombination;
 
 pub use charge_exchange::{Exchange, Partner};
 pub use element::{ELEMENTS, Element, STAGES};
-pub use helium::{Helium, LYMAN_ALPHA_EV, TRIPLET_EV, TWO_PHOTON_EV};
+pub use helium::{Helium, LYMAN_ALPHA_EV, TRIPLET_EV, TWO_PHOTON_EV, photons_of_helium};
 pub use hydrogen::Hydrogen;
 pub use lines::{Conditions, EmissionLine, LineTable};
 pub use photoionisation::CrossSection;
@@ -20,6 +20,10 @@ use std::sync::OnceLock;
 
 /// Boltzmann's constant \[eV K⁻¹\] (CODATA 2018, exact).
 pub const BOLTZMANN_EV: f64 = 8.617_333_262e-5;
+/// Where hydrogen is ionised \[eV\].
+pub const HYDROGEN_EV: f64 = 13.6;
+/// Where helium is ionised \[eV\].
+pub const HELIUM_EV: f64 = 24.59;
 /// The electronvolt \[erg\] (CODATA 2018, exact).
 pub const ERG_PER_EV: f64 = 1.602_176_634e-12;
 

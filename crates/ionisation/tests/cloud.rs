@@ -1,0 +1,130 @@
+//! Clouds in three dimensions beside the spherical one.
+
+use glam::DVec3;
+use ionisation::atoms::Atoms;
+use ionisation::balance::{Accuracy, Diffuse, Gas, State};
+use ionisation::cloud::{Cloud, Quantity};
+use ionisation::light::IonisingLight;
+use ionisation::sphere::Sphere;
+
+const ABUNDANCES: [f64; 7] = [1.0, 0.1, 2.2e-4, 4e-5, 3.3e-4, 5e-5, 9e-6];
+const PARSEC_CM: f64 = 3.085_677_581e18;
+
+fn line(label: &'static str) -> impl Fn(&Gas, &State) -> f64 + Sync {
+    let atoms = Atoms::get();
+    let (table, caught) =
+        if atoms.collisional.lines.iter().any(|line| line.label == label) { (&atoms.collisional, 0) } else { (&atoms.recombination, 1) };
+    let line = table.lines.iter().find(|line| line.label == label).unwrap();
+    move |gas, state| {
+        let at = table.conditions(state.temperature, state.electrons);
+        state.electrons * state.density(gas, line.element, line.charge + caught) * table.emissivity(line, &at)
+    }
+}
+
+/// HII40 as a cube: lines and the front are those of the sphere.
+#[test]
+fn hii40() {
+    let light = IonisingLight::blackbody(40_000.0, 4.26e49);
+    let sphere = Sphere::new(Gas::new(100.0, ABUNDANCES), &light, Diffuse::Outward, [3e18, 3e19]);
+    let (edge, half) = (48, 5.2);
+    let (voxel, inner) = (2.0 * half / edge as f64, 3e18 / PARSEC_CM);
+    let density = |x: usize, y: usize, z: usize| {
+        // The hole's edge runs through voxels.
+        let sub = |i: usize, at: usize| (at as f64 + ((i % 4) as f64 + 0.5) / 4.0) * voxel - half;
+        let filled = (0..64).filter(|i| DVec3::new(sub(*i, x), sub(i / 4, y), sub(i / 16, z)).length() > inner).count();
+        100.0 * filled as f32 / 64.0
+    };
+    let hydrogen: Vec<f32> = (0..edge).flat_map(|z| (0..edge).flat_map(move |y| (0..edge).map(move |x| density(x, y, z)))).collect();
+    let cloud = Cloud {
+        dims: [edge; 3],
+        low: DVec3::splat(-half),
+        voxel: DVec3::splat(voxel),
+        hydrogen: &hydrogen,
+        abundances: ABUNDANCES,
+        dust_cm2: 0.0,
+    };
+    let labels = ["Ba4-2", "[OIII]5007", "[NII]6584", "[OII]3726", "[SII]6716", "[OI]6300"];
+    let lines = labels.map(line);
+    let electrons = |_: &Gas, state: &State| state.electrons;
+    let mut quantities: Vec<Quantity> = lines.iter().map(|value| Quantity { most: 1e-18, value }).collect();
+    quantities.push(Quantity { most: 130.0, value: &electrons });
+    let found = cloud.ionised((DVec3::ZERO, &light), (Diffuse::Outward, &Accuracy::FAST), &quantities);
+    let all = |values: &[f32]| values.iter().map(|v| f64::from(*v)).sum::<f64>() * (voxel * PARSEC_CM).powi(3);
+    for (label, values) in labels.iter().zip(&found) {
+        let truth = if *label == "Ba4-2" { sphere.recombination(label) } else { sphere.collisional(label) };
+        let part = all(values) / truth;
+        println!("{label}: {part:.4}");
+        assert!((part - 1.0).abs() < if *label == "[OI]6300" { 0.03 } else { 0.015 }, "{label}: {part}");
+    }
+    // The ionised volume, as a radius: within a tenth of a voxel.
+    let radius = (all(&found[6]) / sphere.sum(|s| s.electrons)).cbrt();
+    println!("R {radius:.5}, a voxel is {:.3} of it", voxel / 4.73);
+    assert!((radius - 1.0).abs() < 0.1 * voxel / 4.73, "{radius}");
+}
+
+/// Sums do not depend on how many threads there are; a wall throws a shadow whose edge is sharp, and light beside it is as
+/// before.
+#[test]
+fn shadows_are_sharp() {
+    let light = IonisingLight::blackbody(40_000.0, 1e50);
+    let (edge, half) = (40, 2.0);
+    let voxel = 2.0 * half / edge as f64;
+    let hydrogen: Vec<f32> = (0..edge * edge * edge)
+        .map(|i| {
+            let (x, z) = (i % edge, i / (edge * edge));
+            // A wall right of the middle, between the star and most of the cloud.
+            if (12..14).contains(&z) && x >= edge / 2 { 3e4 } else { 10.0 }
+        })
+        .collect();
+    let cloud = Cloud {
+        dims: [edge; 3],
+        low: DVec3::splat(-half),
+        voxel: DVec3::splat(voxel),
+        hydrogen: &hydrogen,
+        abundances: ABUNDANCES,
+        dust_cm2: 0.0,
+    };
+    let electrons = |_: &Gas, state: &State| state.electrons;
+    let found = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let star = (DVec3::new(0.0, 0.0, -3.0), &light);
+        pool.install(|| cloud.ionised(star, (Diffuse::Outward, &Accuracy::FAST), &[Quantity { most: 4e4, value: &electrons }]))
+    };
+    let one = found(1);
+    assert!(one == found(3));
+    let at = |x: usize, z: usize| one[0][(z * edge + edge / 2) * edge + x];
+    for z in 16..edge {
+        // The wall's edge is at x = 0, above the star: so is the shadow's.
+        let row: Vec<f32> = [0, 1, 2, 3].map(|i| at(edge / 2 - 2 + i, z)).into();
+        assert!(row[0] > 9.0 && row[1] > 9.0 && row[2] < 1.0 && row[3] < 1e-2, "{z}: {row:?}");
+    }
+}
+
+/// A star without light, a cloud without gas, and one that light leaves.
+#[test]
+fn clouds_of_all_kinds() {
+    let of = |hydrogen: f32, light: &IonisingLight, star: DVec3| {
+        let hydrogen = vec![hydrogen; 512];
+        let cloud = Cloud {
+            dims: [8; 3],
+            low: DVec3::splat(-1.0),
+            voxel: DVec3::splat(0.25),
+            hydrogen: &hydrogen,
+            abundances: ABUNDANCES,
+            dust_cm2: 1e-21,
+        };
+        let part = |_: &Gas, state: &State| state.fractions[0][1];
+        let found = cloud.ionised((star, light), (Diffuse::Outward, &Accuracy::FAST), &[Quantity { most: 1.0, value: &part }]);
+        assert!(found[0].iter().all(|v| (0.0..=1.0001).contains(v)), "{hydrogen:?}");
+        found[0].iter().sum::<f32>() / 512.0
+    };
+    let light = IonisingLight::blackbody(40_000.0, 1e49);
+    for star in [DVec3::ZERO, DVec3::splat(0.25), DVec3::new(1.0, 1.0, 1.0), DVec3::new(9.0, 0.1, 0.0)] {
+        assert_eq!(of(0.0, &light, star), 0.0);
+        assert!(of(1.0, &light, star) > 0.99, "{star}");
+        assert!(of(1e6, &light, star) < 0.05, "{star}");
+        assert_eq!(of(1.0, &light.clone().scaled(0.0), star), 0.0);
+    }
+    // A cool star has no ionising photon that counts.
+    assert!(of(1.0, &IonisingLight::new(|_| 0.0), DVec3::ZERO) == 0.0);
+}
