@@ -122,13 +122,15 @@ pub struct Accuracy {
     pub depth: f64,
     /// The longest step in parts of the way from the star \[1\].
     pub thickness: f64,
+    /// Where light is taken to be used up, in parts of all of it \[1\].
+    pub used_up: f64,
 }
 
 impl Accuracy {
     /// That of the reference.
-    pub const REFERENCE: Self = Self { is_exact: true, settled: 1e-7, depth: 0.1, thickness: 0.01 };
+    pub const REFERENCE: Self = Self { is_exact: true, settled: 1e-7, depth: 0.1, thickness: 0.01, used_up: 1e-5 };
     /// That of clouds in three dimensions.
-    pub const FAST: Self = Self { is_exact: false, settled: 3e-3, depth: 0.5, thickness: 1.0 };
+    pub const FAST: Self = Self { is_exact: false, settled: 1e-2, depth: 0.5, thickness: 1.0, used_up: 1e-5 };
 
     /// The coefficients at a temperature in K.
     pub fn coefficients(&self, temperature: f64) -> Coefficients {

@@ -7,11 +7,13 @@
 //! free path ℓ move from a distance r of the star to r + ℓ²/3r where ℓ ≪ r, and by ℓ where ℓ ≫ r, so their depth along
 //! the way outward is that of κ (1 + 3 κ r).
 
-use crate::balance::{Accuracy, Balance, Diffuse, Gas, Photo, State, Thermostat};
-use crate::light::{ABSORBERS, IonisingLight};
+use multiversion::multiversion;
+use spectra::constants::SPHERE;
 
-/// Where light is taken to be used up, in parts of all of it \[1\].
-const USED_UP: f64 = 1e-5;
+use crate::atoms::{ELEMENTS, HYDROGEN_EV};
+use crate::balance::{Accuracy, Balance, Diffuse, Gas, Photo, State, Thermostat};
+use crate::light::{ABSORBERS, ByNode, IonisingLight, NODES, OWN_NODES};
+
 /// Light of a node that counts for steps, in parts of all of it \[1\].
 const COUNTS: f64 = 1e-6;
 /// The first step from the star itself, in parts of the way that there is \[1\].
@@ -30,13 +32,40 @@ pub struct Beam<'a> {
     /// How far it has come \[cm\].
     pub radius_cm: f64,
     /// Photons that are left, by node \[s⁻¹\].
-    pub photons: Vec<f64>,
+    pub photons: ByNode,
     /// Ionising photons that there were at the star \[s⁻¹\].
     all: f64,
-    /// The gas of the last step.
-    near: State,
+    /// The gas of the last step, and its light.
+    near: Near,
     /// How long the next step may be \[cm\].
     next_cm: f64,
+}
+
+/// Gas that is near in what it is, whatever its density.
+#[derive(Debug, Clone)]
+struct Near {
+    state: State,
+    /// Nuclei of hydrogen \[cm⁻³\].
+    hydrogen: f64,
+    /// Photons that it makes \[cm⁻³ s⁻¹\].
+    own: [f64; OWN_NODES],
+}
+
+impl Near {
+    /// What gas of another density is, as far as that alone tells: neutral parts and electrons are as many times more as it
+    /// is denser, light of recombinations by the square.
+    fn at(&self, gas: &Gas) -> (State, [f64; OWN_NODES]) {
+        let denser = gas.hydrogen / self.hydrogen;
+        let mut state = self.state;
+        state.electrons *= denser;
+        for fractions in &mut state.fractions[..2] {
+            let neutral = (fractions[0] * denser).min(0.5 + 0.5 * fractions[0]);
+            let rest = (1.0 - neutral) / (1.0 - fractions[0]).max(1e-12);
+            fractions.iter_mut().for_each(|part| *part *= rest);
+            fractions[0] = neutral;
+        }
+        (state, self.own.map(|own| own * denser * denser))
+    }
 }
 
 /// A step of a beam.
@@ -61,90 +90,102 @@ impl Step {
 impl<'a> Beam<'a> {
     /// A star's light within a solid angle \[sr\] at a distance from it \[cm\], where it meets gas first.
     pub fn new(light: &'a IonisingLight, diffuse: Diffuse, accuracy: &'a Accuracy, solid_angle: f64, radius_cm: f64) -> Self {
-        let part = solid_angle / spectra::constants::SPHERE;
-        let photons: Vec<f64> = light.photons.iter().map(|photons| photons * part).collect();
-        let mut near = State::neutral(&Gas::new(1.0, [1.0; 7]));
-        near.temperature = 8000.0;
-        near.fractions[0] = [1e-3, 0.999, 0.0, 0.0, 0.0, 0.0];
-        near.fractions[1] = [1e-3, 0.999, 0.0, 0.0, 0.0, 0.0];
-        near.electrons = 1.0;
-        Self { light, diffuse, accuracy, solid_angle, radius_cm, photons, all: light.ionising() * part, near, next_cm: f64::INFINITY }
+        let part = solid_angle / SPHERE;
+        let mut state = State::neutral(&Gas::new(1.0, [1.0; ELEMENTS]));
+        state.temperature = 8000.0;
+        state.electrons = 1.0;
+        for fractions in &mut state.fractions[..2] {
+            (fractions[0], fractions[1]) = (1e-3, 0.999);
+        }
+        Self {
+            light,
+            diffuse,
+            accuracy,
+            solid_angle,
+            radius_cm,
+            photons: light.photons.map(|photons| photons * part),
+            all: light.ionising() * part,
+            near: Near { state, hydrogen: 1.0, own: [0.0; OWN_NODES] },
+            next_cm: f64::INFINITY,
+        }
     }
 
     /// A part of the beam, within a part of its solid angle.
     #[must_use]
     pub fn part(&self, part: f64) -> Self {
-        let photons = self.photons.iter().map(|photons| photons * part).collect();
+        let photons = self.photons.map(|photons| photons * part);
         Self { solid_angle: self.solid_angle * part, all: self.all * part, photons, ..self.clone() }
     }
 
     /// Whether next to nothing of the light is left.
     pub fn is_used_up(&self) -> bool {
-        let left = self.photons.iter().zip(&self.light.energies_ev).filter(|(_, e)| **e > crate::atoms::HYDROGEN_EV);
-        left.map(|(photons, _)| photons).sum::<f64>() <= USED_UP * self.all
+        self.light.ionising_of(&self.photons) <= self.accuracy.used_up * self.all
     }
 
     /// The next step through gas, of at most so many cm.
     pub fn step(&mut self, gas: &Gas, most_cm: f64) -> Step {
-        // From gas of another density the state is taken over as it is, but for the electrons.
-        self.near.electrons = gas.hydrogen * self.near.fractions[0][1].max(1e-6);
         loop {
             let longest = if self.radius_cm > 0.0 { self.accuracy.thickness * self.radius_cm } else { NEAREST * most_cm };
             let thickness = self.next_cm.min(most_cm).min(longest);
             let settled = self.settled(gas, thickness);
-            let deepest = settled.deepest(self);
+            self.near = Near { state: settled.state, hydrogen: gas.hydrogen, own: settled.own };
+            let deepest = self.deepest(&settled.depths);
             if deepest > 2.0 * self.accuracy.depth {
                 self.next_cm = 0.5 * thickness;
-                self.near = settled.state;
                 continue;
             }
-            let left = |node: usize, came: f64| came * (-settled.depths[node]).exp() + settled.own[node] * mean(settled.depths[node]);
-            self.photons.iter_mut().enumerate().for_each(|(node, photons)| *photons = left(node, *photons));
-            let step = Step { inner_cm: self.radius_cm, thickness_cm: thickness, state: settled.state };
-            self.near = step.state;
-            self.radius_cm += thickness;
-            self.next_cm = thickness * (self.accuracy.depth / deepest.max(1e-12)).clamp(0.5, 1.5);
-            if thickness == most_cm && deepest < self.accuracy.depth {
-                // The end of the way cut it short, not its depth.
-                self.next_cm = self.next_cm.max(thickness * self.accuracy.depth / deepest.max(1e-12));
+            let volume = settled.area * thickness;
+            for node in 0..NODES {
+                let made = if node < OWN_NODES { settled.own[node] * volume * settled.means[node] } else { 0.0 };
+                self.photons[node] = self.photons[node] * (1.0 - settled.depths[node] * settled.means[node]).max(0.0) + made;
             }
+            let step = Step { inner_cm: self.radius_cm, thickness_cm: thickness, state: settled.state };
+            self.radius_cm += thickness;
+            let longer = self.accuracy.depth / deepest.max(1e-12);
+            // Where the end of the way cut it short, not its depth, the next may be as long as depth lets it be.
+            self.next_cm = thickness * if thickness == most_cm { longer.max(0.5) } else { longer.clamp(0.5, 1.5) };
             return step;
         }
     }
 
-    /// The state of a step, its depth at each node, and the photons that it makes itself \[s⁻¹\], under light that its own
-    /// gas weakens.
+    /// The largest depth at a node of the star's that has light.
+    fn deepest(&self, depths: &ByNode) -> f64 {
+        let nodes = self.light.energies_ev.iter().zip(depths).zip(&self.photons).skip(OWN_NODES);
+        let counts = nodes.filter(|((e, _), photons)| **photons > COUNTS * self.all && **e > HYDROGEN_EV);
+        counts.map(|((_, depth), _)| *depth).fold(0.0, f64::max)
+    }
+
+    /// The state of a step under light that its own gas weakens.
     fn settled(&self, gas: &Gas, thickness: f64) -> Settled {
-        let (inner, outer, nodes) = (self.radius_cm, self.radius_cm + thickness, self.photons.len());
+        let (inner, outer) = (self.radius_cm, self.radius_cm + thickness);
         let area = self.solid_angle / 3.0 * (outer * outer + outer * inner + inner * inner);
-        let mut settled = Settled { state: self.near, depths: vec![0.0; nodes], own: vec![0.0; nodes] };
-        let mut flux = vec![0.0; nodes];
+        let (state, own) = self.near.at(gas);
+        let mut settled = Settled { state, own, depths: [0.0; NODES], means: [1.0; NODES], area };
         let mut thermostat = Thermostat::default();
         if let Some(temperature) = gas.isothermal {
             settled.state.temperature = temperature;
         }
         for _ in 0..PASSES {
             let absorbers = ABSORBERS.map(|(element, charge)| settled.state.density(gas, element, charge));
-            for node in 0..nodes {
-                let opacity = self.light.opacity(absorbers, node) + gas.hydrogen * gas.dust_cm2;
-                // How much longer ways are than the way outward.
-                let detour = if self.light.own().contains(&node) { 1.0 + 3.0 * opacity * inner } else { 1.0 };
-                let depth = thickness * opacity * detour;
-                // Of light that comes, and of light that is made all along the way.
-                flux[node] = detour * (self.photons[node] * mean(depth) + settled.own[node] * mean_of_own(depth)) / area;
-                settled.depths[node] = depth;
+            let way = Way { thickness, inner, dust: gas.hydrogen * gas.dust_cm2 };
+            weaken(&self.light.weakening, absorbers, &way, [&mut settled.depths, &mut settled.means]);
+            let mut flux: ByNode = std::array::from_fn(|node| self.photons[node] * settled.means[node] / area);
+            // Of light that is made all along the way, and whose own is longer.
+            for node in 0..OWN_NODES {
+                let depth = settled.depths[node];
+                let made = settled.own[node] * thickness * if depth > 1e-4 { (1.0 - settled.means[node]) / depth } else { 0.5 };
+                let opacity = self.light.opacity(absorbers, node) + way.dust;
+                flux[node] = (flux[node] + made) * detour(opacity, inner);
             }
             let (photo, before) = (Photo::new(self.light, &flux), settled.state);
             let coefficients = self.accuracy.coefficients(before.temperature);
             let balance = Balance { gas, photo: &photo, diffuse: self.diffuse, coefficients: &coefficients };
             let excess = balance.pass(&mut settled.state);
-            let made = balance.own_light(&settled.state);
-            self.light.own().zip(made).for_each(|(node, made)| settled.own[node] = made * area * thickness);
+            settled.own = balance.own_light(&settled.state);
             if gas.isothermal.is_none() {
                 settled.state.temperature = thermostat.next(before.temperature, excess);
             }
             let moved = |value: fn(&State) -> f64| (value(&settled.state) / value(&before) - 1.0).abs();
-            // Where hardly any light is taken the gas does not change it.
             let neutral = moved(|state| state.fractions[0][0]).max(moved(|state| state.fractions[1][0]));
             let all = moved(|state| state.temperature).max(moved(|state| state.electrons)).max(neutral);
             if all < self.accuracy.settled {
@@ -157,30 +198,49 @@ impl<'a> Beam<'a> {
 
 struct Settled {
     state: State,
-    depths: Vec<f64>,
-    own: Vec<f64>,
+    /// Photons that it makes \[cm⁻³ s⁻¹\].
+    own: [f64; OWN_NODES],
+    /// Its depth at each node, and the mean of what is left along it \[1\].
+    depths: ByNode,
+    means: ByNode,
+    /// Its mean cross section \[cm²\].
+    area: f64,
 }
 
-impl Settled {
-    /// The largest depth at a node of the star's that has light.
-    fn deepest(&self, beam: &Beam) -> f64 {
-        let nodes = (0..beam.light.own().start)
-            .filter(|node| beam.photons[*node] > COUNTS * beam.all && beam.light.energies_ev[*node] > crate::atoms::HYDROGEN_EV);
-        nodes.map(|node| self.depths[node]).fold(0.0, f64::max)
+/// A step's length, where it begins \[cm\], and the opacity of its dust \[cm⁻¹\].
+struct Way {
+    thickness: f64,
+    inner: f64,
+    dust: f64,
+}
+
+/// How much longer the ways of the gas's own light are than the way outward.
+#[inline(always)]
+fn detour(opacity: f64, radius: f64) -> f64 {
+    1.0 + 3.0 * opacity * radius
+}
+
+/// Depths along a way, and the means of e^(−x) from zero to them.
+#[multiversion(targets = "simd")]
+fn weaken(weakening: &[ByNode; ABSORBERS.len()], densities: [f64; ABSORBERS.len()], way: &Way, [depths, means]: [&mut ByNode; 2]) {
+    let [hydrogen, helium, once] = weakening;
+    for node in 0..NODES {
+        let opacity = densities[0] * hydrogen[node] + densities[1] * helium[node] + densities[2] * once[node] + way.dust;
+        let longer = if node < OWN_NODES { detour(opacity, way.inner) } else { 1.0 };
+        depths[node] = opacity * way.thickness * longer;
     }
-}
-
-/// The mean of e^(−x) from zero to a depth.
-fn mean(depth: f64) -> f64 {
-    if depth > 0.1 {
-        -(-depth).exp_m1() / depth
-    } else {
-        // Its series, right to 1e-10.
-        1.0 - depth / 2.0 * (1.0 - depth / 3.0 * (1.0 - depth / 4.0 * (1.0 - depth / 5.0 * (1.0 - depth / 6.0 * (1.0 - depth / 7.0)))))
+    for node in 0..NODES {
+        // (1 − e^(−x))/x, by its series up to one.
+        let depth = depths[node].min(1.0);
+        let mut sum = 1.0;
+        for k in (2..17).rev() {
+            sum = 1.0 - depth / k as f64 * sum;
+        }
+        means[node] = sum;
     }
-}
-
-/// The mean along the way of light that is made evenly along it, in parts of all of it.
-fn mean_of_own(depth: f64) -> f64 {
-    if depth > 1e-4 { (1.0 - mean(depth)) / depth } else { 0.5 - depth / 6.0 }
+    for node in 0..NODES {
+        if depths[node] > 1.0 {
+            means[node] = -(-depths[node]).exp_m1() / depths[node];
+        }
+    }
 }

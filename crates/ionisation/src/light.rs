@@ -16,15 +16,15 @@
 
 use spectra::quadrature::gauss_of_measure;
 
-use crate::atoms::{Atoms, ELEMENTS, Element, STAGES, TRIPLET_EV, TWO_PHOTON_EV};
+use crate::atoms::{Atoms, ELEMENTS, Element, HYDROGEN_EV, STAGES, TRIPLET_EV, TWO_PHOTON_EV};
 
 /// Where bands of nodes begin and end \[eV\], and how many nodes they have: what ionises neutral carbon and sulphur,
 /// hydrogen, neon as well, helium, and He⁺. Within a few tenths of an electronvolt of where light of hydrogen's band ends
 /// stand thresholds of Ne⁰ and S⁺: a short band leaves little to interpolate there.
 const BANDS: [(f64, f64, usize); 6] =
     [(10.36, 13.6, 2), (13.6, 18.0, 3), (18.0, 21.56, 2), (21.56, 24.59, 2), (24.59, 54.42, 6), (54.42, 500.0, 6)];
-/// The band that hydrogen absorbs first.
-const IONISING: f64 = 13.6;
+/// Photons of a node, in parts of all, with which it is left out \[1\].
+const FAINTEST: f64 = 1e-9;
 /// Samples of the spectrum in a band.
 const SAMPLES: usize = 600;
 /// The gas's own light: where it begins \[eV\], and whether an electron's kinetic energy comes on top. These are
@@ -54,69 +54,65 @@ pub struct Absorption {
     pub thermal: Option<[f64; ABSORBERS.len()]>,
 }
 
-/// A star's ionising light.
+/// Nodes at most.
+pub const NODES: usize = 32;
+/// A number for each node; zeros where there is none.
+pub type ByNode = [f64; NODES];
+
+/// A star's ionising light. The first nodes are those of the gas's own, which the star has none of: recombinations to the
+/// ground of hydrogen and of helium, photons of 19.8 eV, and of two-photon decays.
 #[derive(Debug, Clone)]
 pub struct IonisingLight {
     /// Photon energies of the nodes \[eV\].
     pub energies_ev: Vec<f64>,
     /// Photons that leave the star in each \[s⁻¹\].
-    pub photons: Vec<f64>,
+    pub photons: ByNode,
+    /// The cross sections of [`ABSORBERS`] \[cm²\].
+    pub weakening: [ByNode; ABSORBERS.len()],
     /// What a photon of each node does.
     pub absorptions: Vec<Absorption>,
+}
+
+/// Nodes of the gas's own light.
+pub const OWN_NODES: usize = OWN.len();
+
+/// A node that is being made: its energy and photons, and samples of its band with their shares in it.
+struct Node {
+    energy_ev: f64,
+    photons: f64,
+    samples: Vec<f64>,
+    shares: Vec<f64>,
+    /// Where light of recombinations begins that has an electron's energy on top.
+    thermal: Option<f64>,
 }
 
 impl IonisingLight {
     /// The nodes of a spectrum of photons \[s⁻¹ eV⁻¹ at an energy in eV\].
     pub fn new(spectrum: impl Fn(f64) -> f64) -> Self {
-        let (mut energies_ev, mut photons) = (Vec::new(), Vec::new());
-        // Of each node, the samples of its band and their shares in it.
-        let mut shares: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
-        for (low, high, count) in BANDS {
-            let step = (high / low).ln() / SAMPLES as f64;
-            let x: Vec<f64> = (0..SAMPLES).map(|i| low.ln() + (i as f64 + 0.5) * step).collect();
-            let mass: Vec<f64> = x.iter().map(|x| spectrum(x.exp()) * x.exp() * step).collect();
-            let rule = gauss_of_measure(&x, &mass, count);
-            for (j, (node, weight)) in rule.iter().enumerate() {
-                let others = || rule.iter().enumerate().filter(|(i, _)| *i != j).map(|(_, (other, _))| *other);
-                let lagrange = |x: f64| others().map(|other| (x - other) / (node - other)).product::<f64>();
-                energies_ev.push(node.exp());
-                photons.push(*weight);
-                shares.push((x.iter().map(|x| x.exp()).collect(), x.iter().zip(&mass).map(|(x, m)| m * lagrange(*x) / weight).collect()));
-            }
-        }
-        for (begins, is_thermal) in OWN {
-            let energy = begins + if is_thermal { KINETIC_EV } else { 0.0 };
-            energies_ev.push(energy);
-            photons.push(0.0);
-            shares.push((vec![energy], vec![1.0]));
-        }
-        let own = energies_ev.len() - OWN.len();
-        let absorption = |node: usize| {
-            let (energy, (samples, share)) = (energies_ev[node], &shares[node]);
-            let mut all = Absorption { sigma: [0.0; IONS], heat: [0.0; IONS], thermal: None };
-            let ions = Element::ALL.into_iter().flat_map(|element| (0..element.charges()).map(move |charge| (element, charge)));
-            for (element, charge) in ions {
-                let Some(fit) = &Atoms::get().step(element, charge).light else { continue };
-                let over = |value: &dyn Fn(f64) -> f64| samples.iter().zip(share).map(|(e, share)| value(*e) * share).sum::<f64>();
-                let above = |e: f64| fit.at(e) * (e - fit.threshold_ev);
-                // What weakens the light is what the node's own photons do.
-                let weakens = ABSORBERS.contains(&(element, charge));
-                let own = if weakens { [fit.at(energy), above(energy)] } else { [over(&|e| fit.at(e)), over(&above)] };
-                [all.sigma[ion(element, charge)], all.heat[ion(element, charge)]] = own;
-            }
-            if let Some((begins, true)) = node.checked_sub(own).and_then(|node| OWN.get(node)) {
-                let thermal = ABSORBERS.map(|(element, charge)| {
-                    let threshold = Atoms::get().step(element, charge).light.as_ref().map_or(0.0, |fit| fit.threshold_ev);
-                    let sigma = all.sigma[ion(element, charge)];
-                    all.heat[ion(element, charge)] = sigma * (begins - threshold).max(0.0);
-                    sigma
-                });
-                all.thermal = Some(thermal);
-            }
-            all
+        let own = OWN.into_iter().map(|(begins, is_thermal)| {
+            let energy_ev = begins + if is_thermal { KINETIC_EV } else { 0.0 };
+            Node { energy_ev, photons: 0.0, samples: vec![energy_ev], shares: vec![1.0], thermal: is_thermal.then_some(begins) }
+        });
+        let mut nodes: Vec<Node> = own.collect();
+        BANDS.into_iter().for_each(|band| nodes.extend(of_band(band, &spectrum)));
+        // What hardly has a photon takes time alone.
+        let all: f64 = nodes.iter().map(|node| node.photons).sum();
+        let mut number = 0..;
+        nodes.retain(|node| number.next().is_some_and(|i| i < OWN_NODES) || node.photons > FAINTEST * all);
+        let absorptions: Vec<Absorption> = nodes.iter().map(absorption).collect();
+        let mut light = Self {
+            energies_ev: nodes.iter().map(|node| node.energy_ev).collect(),
+            photons: [0.0; NODES],
+            weakening: [[0.0; NODES]; 3],
+            absorptions,
         };
-        let absorptions = (0..energies_ev.len()).map(absorption).collect();
-        Self { absorptions, energies_ev, photons }
+        for (number, node) in nodes.iter().enumerate() {
+            light.photons[number] = node.photons;
+            for (weakening, (element, charge)) in light.weakening.iter_mut().zip(ABSORBERS) {
+                weakening[number] = light.absorptions[number].sigma[ion(element, charge)];
+            }
+        }
+        light
     }
 
     /// That of a black body \[K\] with so many photons above 13.6 eV \[s⁻¹\].
@@ -134,21 +130,59 @@ impl IonisingLight {
         self
     }
 
-    /// Photons above 13.6 eV \[s⁻¹\].
-    pub fn ionising(&self) -> f64 {
-        self.photons.iter().zip(&self.energies_ev).filter(|(_, e)| **e > IONISING).map(|(photons, _)| photons).sum()
+    /// Of numbers by node, the sum over those above 13.6 eV.
+    pub fn ionising_of(&self, values: &ByNode) -> f64 {
+        values.iter().zip(&self.energies_ev).filter(|(_, e)| **e > HYDROGEN_EV).map(|(value, _)| value).sum()
     }
 
-    /// The nodes of the gas's own light, which the star has none of: recombinations to the ground of hydrogen and of
-    /// helium, photons of 19.8 eV, and of two-photon decays.
-    pub fn own(&self) -> std::ops::Range<usize> {
-        self.photons.len() - OWN.len()..self.photons.len()
+    /// Photons above 13.6 eV \[s⁻¹\].
+    pub fn ionising(&self) -> f64 {
+        self.ionising_of(&self.photons)
     }
 
     /// What absorbs, by node: Σ n σ of densities of [`ABSORBERS`] \[cm⁻¹\].
     #[inline(always)]
     pub fn opacity(&self, densities: [f64; ABSORBERS.len()], node: usize) -> f64 {
-        let sigma = &self.absorptions[node].sigma;
-        densities.iter().zip(ABSORBERS).map(|(n, (element, charge))| n * sigma[ion(element, charge)]).sum()
+        densities.iter().zip(&self.weakening).map(|(n, sigma)| n * sigma[node]).sum()
     }
+}
+
+/// The nodes of a band: the Gauss rule of its photons in ln E, with the shares that each sample has in each by the
+/// Lagrange polynomials of the rule.
+fn of_band((low, high, count): (f64, f64, usize), spectrum: &impl Fn(f64) -> f64) -> Vec<Node> {
+    let step = (high / low).ln() / SAMPLES as f64;
+    let x: Vec<f64> = (0..SAMPLES).map(|i| low.ln() + (i as f64 + 0.5) * step).collect();
+    let mass: Vec<f64> = x.iter().map(|x| spectrum(x.exp()) * x.exp() * step).collect();
+    let rule = gauss_of_measure(&x, &mass, count);
+    let node = |(j, (own, photons)): (usize, &(f64, f64))| {
+        let others: Vec<f64> = rule.iter().enumerate().filter(|(i, _)| *i != j).map(|(_, (other, _))| *other).collect();
+        let lagrange = |x: f64| others.iter().map(|other| (x - other) / (own - other)).product::<f64>();
+        let shares = x.iter().zip(&mass).map(|(x, m)| m * lagrange(*x) / photons).collect();
+        Node { energy_ev: own.exp(), photons: *photons, samples: x.iter().map(|x| x.exp()).collect(), shares, thermal: None }
+    };
+    rule.iter().enumerate().map(node).collect()
+}
+
+/// What a photon of a node does.
+fn absorption(node: &Node) -> Absorption {
+    let mut all = Absorption { sigma: [0.0; IONS], heat: [0.0; IONS], thermal: None };
+    let ions = Element::ALL.into_iter().flat_map(|element| (0..element.charges()).map(move |charge| (element, charge)));
+    for (element, charge) in ions {
+        let Some(fit) = &Atoms::get().step(element, charge).light else { continue };
+        let over = |value: &dyn Fn(f64) -> f64| node.samples.iter().zip(&node.shares).map(|(e, share)| value(*e) * share).sum::<f64>();
+        let above = |e: f64| fit.at(e) * (e - fit.threshold_ev);
+        // What weakens the light is what the node's own photons do.
+        let weakens = ABSORBERS.contains(&(element, charge));
+        let own = if weakens { [fit.at(node.energy_ev), above(node.energy_ev)] } else { [over(&|e| fit.at(e)), over(&above)] };
+        [all.sigma[ion(element, charge)], all.heat[ion(element, charge)]] = own;
+    }
+    all.thermal = node.thermal.map(|begins| {
+        ABSORBERS.map(|(element, charge)| {
+            let threshold = Atoms::get().step(element, charge).light.as_ref().map_or(0.0, |fit| fit.threshold_ev);
+            let sigma = all.sigma[ion(element, charge)];
+            all.heat[ion(element, charge)] = sigma * (begins - threshold).max(0.0);
+            sigma
+        })
+    });
+    all
 }

@@ -5,7 +5,7 @@ use spectra::constants::SPHERE;
 use crate::atoms::{Atoms, Element};
 use crate::balance::{Accuracy, Diffuse, Gas, State};
 use crate::beam::{Beam, Step};
-use crate::light::IonisingLight;
+use crate::light::{ByNode, IonisingLight};
 
 /// A cloud of one density and a hole in its middle, and its shells.
 #[derive(Debug, Clone)]
@@ -15,7 +15,7 @@ pub struct Sphere {
     /// From the inside outward.
     pub shells: Vec<Step>,
     /// Photons that left the cloud, by node \[s⁻¹\].
-    pub left: Vec<f64>,
+    pub left: ByNode,
 }
 
 impl Sphere {

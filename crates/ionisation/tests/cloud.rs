@@ -56,6 +56,13 @@ fn hii40() {
         println!("{label}: {part:.4}");
         assert!((part - 1.0).abs() < if *label == "[OI]6300" { 0.03 } else { 0.015 }, "{label}: {part}");
     }
+    // No voxel is left out: beside the star's hole all are ionised that lie well within.
+    let inside = |i: usize| {
+        let p = DVec3::new((i % edge) as f64, (i / edge % edge) as f64, (i / edge / edge) as f64) * voxel + 0.5 * voxel - half;
+        (inner + voxel..4.3).contains(&p.length())
+    };
+    let dark = (0..edge.pow(3)).filter(|i| inside(*i) && found[6][*i] < 90.0).count();
+    assert!(dark == 0, "{dark}");
     // The ionised volume, as a radius: within a tenth of a voxel.
     let radius = (all(&found[6]) / sphere.sum(|s| s.electrons)).cbrt();
     println!("R {radius:.5}, a voxel is {:.3} of it", voxel / 4.73);

@@ -1,0 +1,34 @@
+//! How long a cube of so many voxels along its edge takes: a clumpy cloud with one star.
+
+use glam::DVec3;
+use ionisation::balance::{Accuracy, Diffuse, Gas, State};
+use ionisation::cloud::{Cloud, Quantity};
+use ionisation::light::IonisingLight;
+
+fn main() {
+    let edge: usize = std::env::args().nth(1).and_then(|edge| edge.parse().ok()).unwrap_or(64);
+    let half = 5.2;
+    let voxel = 2.0 * half / edge as f64;
+    let hydrogen: Vec<f32> = (0..edge * edge * edge)
+        .map(|i| {
+            let p = DVec3::new((i % edge) as f64, (i / edge % edge) as f64, (i / edge / edge) as f64) * voxel;
+            (100.0 * (1.0 + 0.8 * (2.1 * p.x).sin() * (1.7 * p.y).cos() * (1.3 * p.z + 0.4).sin())) as f32
+        })
+        .collect();
+    let abundances = [1.0, 0.1, 2.2e-4, 4e-5, 3.3e-4, 5e-5, 9e-6];
+    let cloud =
+        Cloud { dims: [edge; 3], low: DVec3::splat(-half), voxel: DVec3::splat(voxel), hydrogen: &hydrogen, abundances, dust_cm2: 0.0 };
+    let light = IonisingLight::blackbody(40_000.0, 4.26e49);
+    let electrons = |_: &Gas, state: &State| state.electrons;
+    let warm = |_: &Gas, state: &State| state.temperature;
+    for _ in 0..2 {
+        let since = std::time::Instant::now();
+        let found = cloud.ionised(
+            (DVec3::ZERO, &light),
+            (Diffuse::Outward, &Accuracy::FAST),
+            &[Quantity { most: 300.0, value: &electrons }, Quantity { most: 1e5, value: &warm }],
+        );
+        let ionised = found[0].iter().filter(|v| **v > 1.0).count();
+        println!("{edge}^3: {:.2?}, {ionised} voxels ionised", since.elapsed());
+    }
+}
