@@ -36,7 +36,7 @@ pub struct Gas {
 
 impl Gas {
     /// Gas without dust.
-    pub fn new(hydrogen: f64, abundances: [f64; ELEMENTS]) -> Self {
+    pub const fn new(hydrogen: f64, abundances: [f64; ELEMENTS]) -> Self {
         Self { hydrogen, abundances, dust_cm2: 0.0, isothermal: None }
     }
 }

@@ -5,6 +5,7 @@
 pub mod atoms;
 pub mod balance;
 pub mod beam;
+pub mod benchmarks;
 pub mod cloud;
 pub mod coefficients;
 pub mod light;
