@@ -1,7 +1,10 @@
 //! Gas in balance with light: as many ionisations as recombinations of every ion, as much heat as is radiated.
 //!
-//! Light of recombinations is absorbed where it is made (on the spot), or goes outward with the star's: then the gas
-//! recombines to its ground level as well, and says how many photons it makes.
+//! Equations (G5) and (G6) of docs/gas.md. Light of recombinations is absorbed where it is made (on the spot), or goes
+//! outward with the star's: then the gas recombines to its ground level as well, and says how many photons it makes.
+//!
+//! Left out: light of recombining He²⁺, collisions out of helium's 2 ³S, heat by dust, and what is not in balance. Lines
+//! are tabulated from 1000 to 30 000 K and stay as they are beyond.
 //!
 //! | symbol | variable | unit |
 //! |---|---|---|
@@ -122,15 +125,17 @@ pub struct Accuracy {
     pub depth: f64,
     /// The longest step in parts of the way from the star \[1\].
     pub thickness: f64,
+    /// Light of a node that counts for that, in parts of all of it \[1\].
+    pub counts: f64,
     /// Where light is taken to be used up, in parts of all of it \[1\].
     pub used_up: f64,
 }
 
 impl Accuracy {
     /// That of the reference.
-    pub const REFERENCE: Self = Self { is_exact: true, settled: 1e-7, depth: 0.1, thickness: 0.01, used_up: 1e-5 };
+    pub const REFERENCE: Self = Self { is_exact: true, settled: 1e-7, depth: 0.1, thickness: 0.01, counts: 1e-6, used_up: 1e-5 };
     /// That of clouds in three dimensions.
-    pub const FAST: Self = Self { is_exact: false, settled: 1e-2, depth: 0.5, thickness: 1.0, used_up: 1e-5 };
+    pub const FAST: Self = Self { is_exact: false, settled: 1e-2, depth: 0.5, thickness: 0.15, counts: 1e-4, used_up: 1e-5 };
 
     /// The coefficients at a temperature in K.
     pub fn coefficients(&self, temperature: f64) -> Coefficients {
@@ -143,18 +148,26 @@ impl Accuracy {
 pub struct Thermostat {
     /// ln T and ln (heating/cooling) before.
     last: Option<(f64, f64)>,
+    /// How steeply the second fell with the first when both were last asked.
+    slope: Option<f64>,
 }
 
 impl Thermostat {
+    /// The same for other gas that is near.
+    #[must_use]
+    pub fn elsewhere(self) -> Self {
+        Self { last: None, ..self }
+    }
+
     /// The next temperature to try, given ln (heating/cooling) at the one before \[K\].
     pub fn next(&mut self, temperature: f64, excess: f64) -> f64 {
         let at = temperature.ln();
         // Cooling rises with some power of T beside heating; what the last two tell of it is held within reason.
         let slope = match self.last {
             Some((before, was)) if (at - before).abs() > 1e-12 => (-(excess - was) / (at - before)).clamp(1.5, 15.0),
-            _ => 5.0,
+            _ => self.slope.unwrap_or(5.0),
         };
-        self.last = Some((at, excess));
+        (self.last, self.slope) = (Some((at, excess)), Some(slope));
         (temperature * (excess / slope).clamp(-0.3, 0.3).exp()).clamp(COLDEST, HOTTEST)
     }
 }
@@ -174,16 +187,13 @@ pub struct Balance<'a> {
 impl Balance<'_> {
     /// Moves a state towards balance of ionisation at its temperature; gives ln (heating/cooling) there.
     pub fn pass(&self, state: &mut State) -> f64 {
-        let before = state.electrons;
         self.hydrogen_and_helium(state);
         self.metals(state);
         let of_element = |element: Element| {
             let fractions = state.fractions[element as usize].iter().enumerate();
             self.gas.abundances[element as usize] * fractions.map(|(charge, part)| charge as f64 * part).sum::<f64>()
         };
-        let electrons = (self.gas.hydrogen * Element::ALL.into_iter().map(of_element).sum::<f64>()).max(1e-9 * self.gas.hydrogen);
-        // Between both, since more electrons are fewer ions.
-        state.electrons = (electrons * before).sqrt();
+        state.electrons = (self.gas.hydrogen * Element::ALL.into_iter().map(of_element).sum::<f64>()).max(1e-9 * self.gas.hydrogen);
         if self.gas.isothermal.is_some() {
             return 0.0;
         }
@@ -203,12 +213,17 @@ impl Balance<'_> {
         state.fractions[helium] = [1.0 / all, to_first / all, to_first * to_second / all, 0.0, 0.0, 0.0];
         let given = self.of_helium(state)[0] / self.gas.hydrogen;
         let rate = self.photo.rates[ion(Element::Hydrogen, 0)] + electrons * coefficients.of(Of::Ionisation);
+        // Electrons of hydrogen itself, and of all others: both sides of the balance have hydrogen's, so it is quadratic.
+        let rest = electrons - self.gas.hydrogen * state.fractions[hydrogen][1];
         let to_ground = if self.diffuse == Diffuse::Outward { coefficients.of(Of::Ground) } else { 0.0 };
-        let caught = electrons * (coefficients.of(Of::CaseB) + to_ground);
-        let ionised = ((rate + given) / (rate + caught)).min(1.0 - 1e-12);
+        let caught = coefficients.of(Of::CaseB) + to_ground;
+        let (square, linear) = (caught * self.gas.hydrogen, caught * rest.max(0.0) + rate);
+        let ionised = 2.0 * (rate + given) / (linear + (linear * linear + 4.0 * square * (rate + given)).sqrt());
+        let ionised = ionised.clamp(1e-12, 1.0 - 1e-12);
         // What is left is not what rounding leaves of one.
-        let neutral = ((caught - given) / (rate + caught)).max(1e-12);
-        state.fractions[hydrogen] = [neutral, ionised, 0.0, 0.0, 0.0, 0.0];
+        let caught = ionised * caught * (self.gas.hydrogen * ionised + rest.max(0.0));
+        let neutral = if rate > 0.0 { ((caught - given) / rate).clamp(1e-12, 1.0) } else { 1.0 - ionised };
+        state.fractions[hydrogen] = [neutral, 1.0 - neutral, 0.0, 0.0, 0.0, 0.0];
     }
 
     /// The parts of all charges of the metals.
@@ -221,7 +236,7 @@ impl Balance<'_> {
             parts[0] = 1.0;
             let mut all = 1.0;
             for charge in 0..element.charges() {
-                let [caught, given, taken] = *self.coefficients.step(metal, charge);
+                let [caught, given, taken] = *self.coefficients.transition(metal, charge);
                 let (up, down) = (light[charge] + given * proton, caught * electrons + taken * neutral);
                 parts[charge + 1] = if down > 0.0 { parts[charge] * up / down } else { 0.0 };
                 all += parts[charge + 1];
@@ -243,7 +258,7 @@ impl Balance<'_> {
     /// The part of photons of 24.6 eV that hydrogen absorbs.
     fn to_hydrogen(&self, state: &State) -> f64 {
         let opacity = |element: Element| {
-            let fit = Atoms::get().step(element, 0).light.as_ref();
+            let fit = Atoms::get().transition(element, 0).light.as_ref();
             state.density(self.gas, element, 0) * fit.map_or(0.0, |fit| fit.at(HELIUM_EV))
         };
         let (hydrogen, helium) = (opacity(Element::Hydrogen), opacity(Element::Helium));
@@ -271,8 +286,8 @@ impl Balance<'_> {
 
     fn photons_of_helium(&self, state: &State) -> [f64; 3] {
         let coefficients = self.coefficients;
-        let density = |element| state.density(self.gas, element, 0);
-        let neutral = density(Element::Hydrogen) / density(Element::Helium).max(f64::MIN_POSITIVE);
+        let part = |element: Element| state.fractions[element as usize][0];
+        let neutral = part(Element::Hydrogen) / part(Element::Helium).max(f64::MIN_POSITIVE);
         photons_of_helium([Of::HeliumTriplets, Of::HeliumSinglets].map(|of| coefficients.of(of)), coefficients.temperature, neutral)
     }
 
@@ -315,7 +330,7 @@ impl Balance<'_> {
         // Of what recombination to excited levels takes, helium's is as much of k T as hydrogen's.
         let excited = (of(Of::HeliumTriplets) + of(Of::HeliumSinglets)) * of(Of::CaseBCooling) / of(Of::CaseB);
         let (to_ground, of_helium) = match self.diffuse {
-            Diffuse::Outward => (of(Of::GroundCooling), of(Of::HeliumGround) * coefficients.thermal()),
+            Diffuse::Outward => (of(Of::GroundCooling), of(Of::HeliumGround) * coefficients.kt_erg()),
             Diffuse::OnTheSpot => (0.0, 0.0),
         };
         let recombination =

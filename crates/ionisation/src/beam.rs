@@ -3,9 +3,10 @@
 //! Steps are as short as light asks for: none takes more than a small part of what any node has left. Light that comes
 //! into a step is what the step takes of it and what leaves it, whatever its depth.
 //!
-//! Light that recombinations make goes in all directions. Outward it comes as far as it does in the mean: photons with a
-//! free path ℓ move from a distance r of the star to r + ℓ²/3r where ℓ ≪ r, and by ℓ where ℓ ≫ r, so their depth along
-//! the way outward is that of κ (1 + 3 κ r).
+//! Light that recombinations make goes in all directions, and is carried outward along the star's rays. Where its free
+//! path is long beside the distance r from the star it gets away; where it is short, what the gas around takes of it is
+//! what it makes, but for a part (ℓ/r)². Both are had with an opacity of κ (1 + 3 κ r), (G4) of docs/gas.md. Photons are
+//! kept whatever the factor; beside a wall that a far star shines on it is as if light stayed where it is made.
 
 use multiversion::multiversion;
 use spectra::constants::SPHERE;
@@ -14,10 +15,10 @@ use crate::atoms::{ELEMENTS, HYDROGEN_EV};
 use crate::balance::{Accuracy, Balance, Diffuse, Gas, Photo, State, Thermostat};
 use crate::light::{ABSORBERS, ByNode, IonisingLight, NODES, OWN_NODES};
 
-/// Light of a node that counts for steps, in parts of all of it \[1\].
-const COUNTS: f64 = 1e-6;
 /// The first step from the star itself, in parts of the way that there is \[1\].
 const NEAREST: f64 = 1e-3;
+/// Passes in which metals' opacity is made anew: what came before may have been neutral.
+const OF_METALS: usize = 2;
 /// Passes over a step, whose light depends on what it is.
 const PASSES: usize = 300;
 
@@ -45,21 +46,25 @@ pub struct Beam<'a> {
 #[derive(Debug, Clone)]
 struct Near {
     state: State,
-    /// Nuclei of hydrogen \[cm⁻³\].
+    /// Nuclei of hydrogen \[cm⁻³\], and ionising photons \[s⁻¹ cm⁻²\].
     hydrogen: f64,
+    flux: f64,
     /// Photons that it makes \[cm⁻³ s⁻¹\].
     own: [f64; OWN_NODES],
+    thermostat: Thermostat,
 }
 
 impl Near {
-    /// What gas of another density is, as far as that alone tells: neutral parts and electrons are as many times more as it
-    /// is denser, light of recombinations by the square.
-    fn at(&self, gas: &Gas) -> (State, [f64; OWN_NODES]) {
+    /// What gas of another density is under a flux, as far as these alone tell: there are as many times more electrons as
+    /// it is denser, neutral parts are larger by that and by how much fainter the light is, light of recombinations is
+    /// brighter by the square.
+    fn at(&self, gas: &Gas, flux: f64) -> (State, [f64; OWN_NODES]) {
         let denser = gas.hydrogen / self.hydrogen;
+        let fainter = if flux > 0.0 && self.flux > 0.0 { self.flux / flux } else { 1.0 };
         let mut state = self.state;
         state.electrons *= denser;
         for fractions in &mut state.fractions[..2] {
-            let neutral = (fractions[0] * denser).min(0.5 + 0.5 * fractions[0]);
+            let neutral = (fractions[0] * denser * fainter).min(0.5 + 0.5 * fractions[0]);
             let rest = (1.0 - neutral) / (1.0 - fractions[0]).max(1e-12);
             fractions.iter_mut().for_each(|part| *part *= rest);
             fractions[0] = neutral;
@@ -82,8 +87,8 @@ pub struct Step {
 impl Step {
     /// Its volume within a solid angle \[cm³\].
     pub fn volume(&self, solid_angle: f64) -> f64 {
-        let outer = self.inner_cm + self.thickness_cm;
-        solid_angle / 3.0 * (outer.powi(3) - self.inner_cm.powi(3))
+        let (inner, outer) = (self.inner_cm, self.inner_cm + self.thickness_cm);
+        solid_angle / 3.0 * (outer * outer + outer * inner + inner * inner) * self.thickness_cm
     }
 }
 
@@ -105,7 +110,7 @@ impl<'a> Beam<'a> {
             radius_cm,
             photons: light.photons.map(|photons| photons * part),
             all: light.ionising() * part,
-            near: Near { state, hydrogen: 1.0, own: [0.0; OWN_NODES] },
+            near: Near { state, hydrogen: 1.0, flux: 0.0, own: [0.0; OWN_NODES], thermostat: Thermostat::default() },
             next_cm: f64::INFINITY,
         }
     }
@@ -124,14 +129,17 @@ impl<'a> Beam<'a> {
 
     /// The next step through gas, of at most so many cm.
     pub fn step(&mut self, gas: &Gas, most_cm: f64) -> Step {
+        // What is neutral goes by the square of the density.
+        self.next_cm *= (self.near.hydrogen / gas.hydrogen).powi(2).clamp(1e-6, 1e6);
         loop {
             let longest = if self.radius_cm > 0.0 { self.accuracy.thickness * self.radius_cm } else { NEAREST * most_cm };
             let thickness = self.next_cm.min(most_cm).min(longest);
             let settled = self.settled(gas, thickness);
-            self.near = Near { state: settled.state, hydrogen: gas.hydrogen, own: settled.own };
+            let (flux, own, thermostat) = (settled.flux, settled.own, settled.thermostat);
+            self.near = Near { state: settled.state, hydrogen: gas.hydrogen, flux, own, thermostat };
             let deepest = self.deepest(&settled.depths);
             if deepest > 2.0 * self.accuracy.depth {
-                self.next_cm = 0.5 * thickness;
+                self.next_cm = thickness * (self.accuracy.depth / deepest).clamp(1e-2, 0.5);
                 continue;
             }
             let volume = settled.area * thickness;
@@ -151,7 +159,7 @@ impl<'a> Beam<'a> {
     /// The largest depth at a node of the star's that has light.
     fn deepest(&self, depths: &ByNode) -> f64 {
         let nodes = self.light.energies_ev.iter().zip(depths).zip(&self.photons).skip(OWN_NODES);
-        let counts = nodes.filter(|((e, _), photons)| **photons > COUNTS * self.all && **e > HYDROGEN_EV);
+        let counts = nodes.filter(|((e, _), photons)| **photons > self.accuracy.counts * self.all && **e > HYDROGEN_EV);
         counts.map(|((_, depth), _)| *depth).fold(0.0, f64::max)
     }
 
@@ -159,22 +167,30 @@ impl<'a> Beam<'a> {
     fn settled(&self, gas: &Gas, thickness: f64) -> Settled {
         let (inner, outer) = (self.radius_cm, self.radius_cm + thickness);
         let area = self.solid_angle / 3.0 * (outer * outer + outer * inner + inner * inner);
-        let (state, own) = self.near.at(gas);
-        let mut settled = Settled { state, own, depths: [0.0; NODES], means: [1.0; NODES], area };
-        let mut thermostat = Thermostat::default();
+        let flux = self.light.ionising_of(&self.photons) / area;
+        let (state, own) = self.near.at(gas, flux);
+        let thermostat = self.near.thermostat.elsewhere();
+        let mut settled = Settled { state, own, depths: [0.0; NODES], means: [1.0; NODES], area, flux, thermostat };
+        let dust = gas.hydrogen * gas.dust_cm2;
+        let mut others = [dust; NODES];
         if let Some(temperature) = gas.isothermal {
             settled.state.temperature = temperature;
         }
-        for _ in 0..PASSES {
+        for pass in 0..PASSES {
+            // Metals take little: what they were in the first passes will do for what they take.
+            if pass < OF_METALS {
+                let metals = self.light.of_metals(|element, charge| settled.state.density(gas, element, charge));
+                others = metals.map(|opacity| opacity + dust);
+            }
             let absorbers = ABSORBERS.map(|(element, charge)| settled.state.density(gas, element, charge));
-            let way = Way { thickness, inner, dust: gas.hydrogen * gas.dust_cm2 };
+            let way = Way { thickness, inner, others: &others };
             weaken(&self.light.weakening, absorbers, &way, [&mut settled.depths, &mut settled.means]);
             let mut flux: ByNode = std::array::from_fn(|node| self.photons[node] * settled.means[node] / area);
             // Of light that is made all along the way, and whose own is longer.
             for node in 0..OWN_NODES {
                 let depth = settled.depths[node];
                 let made = settled.own[node] * thickness * if depth > 1e-4 { (1.0 - settled.means[node]) / depth } else { 0.5 };
-                let opacity = self.light.opacity(absorbers, node) + way.dust;
+                let opacity = (self.light.opacity(absorbers, node) + others[node]).max(0.0);
                 flux[node] = (flux[node] + made) * detour(opacity, inner);
             }
             let (photo, before) = (Photo::new(self.light, &flux), settled.state);
@@ -183,12 +199,12 @@ impl<'a> Beam<'a> {
             let excess = balance.pass(&mut settled.state);
             settled.own = balance.own_light(&settled.state);
             if gas.isothermal.is_none() {
-                settled.state.temperature = thermostat.next(before.temperature, excess);
+                settled.state.temperature = settled.thermostat.next(before.temperature, excess);
             }
             let moved = |value: fn(&State) -> f64| (value(&settled.state) / value(&before) - 1.0).abs();
             let neutral = moved(|state| state.fractions[0][0]).max(moved(|state| state.fractions[1][0]));
             let all = moved(|state| state.temperature).max(moved(|state| state.electrons)).max(neutral);
-            if all < self.accuracy.settled {
+            if all < self.accuracy.settled && pass + 1 >= OF_METALS {
                 break;
             }
         }
@@ -203,15 +219,17 @@ struct Settled {
     /// Its depth at each node, and the mean of what is left along it \[1\].
     depths: ByNode,
     means: ByNode,
-    /// Its mean cross section \[cm²\].
+    /// Its mean cross section \[cm²\], and the ionising photons that come to it \[s⁻¹ cm⁻²\].
     area: f64,
+    flux: f64,
+    thermostat: Thermostat,
 }
 
-/// A step's length, where it begins \[cm\], and the opacity of its dust \[cm⁻¹\].
-struct Way {
+/// A step's length, where it begins \[cm\], and the opacity of its dust and metals by node \[cm⁻¹\].
+struct Way<'a> {
     thickness: f64,
     inner: f64,
-    dust: f64,
+    others: &'a ByNode,
 }
 
 /// How much longer the ways of the gas's own light are than the way outward.
@@ -225,7 +243,7 @@ fn detour(opacity: f64, radius: f64) -> f64 {
 fn weaken(weakening: &[ByNode; ABSORBERS.len()], densities: [f64; ABSORBERS.len()], way: &Way, [depths, means]: [&mut ByNode; 2]) {
     let [hydrogen, helium, once] = weakening;
     for node in 0..NODES {
-        let opacity = densities[0] * hydrogen[node] + densities[1] * helium[node] + densities[2] * once[node] + way.dust;
+        let opacity = (densities[0] * hydrogen[node] + densities[1] * helium[node] + densities[2] * once[node] + way.others[node]).max(0.0);
         let longer = if node < OWN_NODES { detour(opacity, way.inner) } else { 1.0 };
         depths[node] = opacity * way.thickness * longer;
     }

@@ -46,7 +46,7 @@ pub struct Cloud<'a> {
 
 /// What is asked for of the gas in each voxel.
 pub struct Quantity<'a> {
-    /// The most that it can be.
+    /// The most that it can be: what is more counts as that.
     pub most: f64,
     /// What it is.
     pub value: &'a (dyn Fn(&Gas, &State) -> f64 + Sync),
@@ -69,7 +69,7 @@ impl Tally<'_> {
         self.volume[voxel].fetch_add(unit(part), Ordering::Relaxed);
         let Some(state) = state else { return };
         for (quantity, sums) in self.quantities.iter().zip(&self.sums) {
-            sums[voxel].fetch_add(unit(part * (quantity.value)(gas, state) / quantity.most), Ordering::Relaxed);
+            sums[voxel].fetch_add(unit(part * ((quantity.value)(gas, state) / quantity.most).clamp(0.0, 1.0)), Ordering::Relaxed);
         }
     }
 }
@@ -128,7 +128,7 @@ impl Follow<'_> {
         if middle.length() > 0.0 && middle.normalize().dot(patch.direction()).clamp(-1.0, 1.0).acos() > beside + patch.reach() {
             return;
         }
-        if self.is_wide(patch, nearest) {
+        if nearest > self.widest(patch.solid_angle()) {
             return patch.parts().into_iter().for_each(|part| self.begin(part));
         }
         let (diffuse, accuracy) = self.settings;
@@ -138,10 +138,9 @@ impl Follow<'_> {
         }
     }
 
-    /// Whether a beam is wider than a voxel at a distance from the star \[pc\].
-    fn is_wide(&self, patch: Patch, distance: f64) -> bool {
-        let edge = self.cloud.voxel.min_element();
-        patch.solid_angle() * distance * distance > WIDEST * edge * edge
+    /// The distance from the star at which a beam is wider than a voxel \[pc\].
+    fn widest(&self, solid_angle: f64) -> f64 {
+        self.cloud.voxel.min_element() * (WIDEST / solid_angle).sqrt()
     }
 
     /// Where a ray from the star enters the cloud and leaves it \[pc\].
@@ -154,12 +153,14 @@ impl Follow<'_> {
     /// Follows a beam until it leaves the cloud, its light is used up, or it is so wide that its parts go on.
     fn follow(&self, patch: Patch, mut beam: Beam) {
         let direction = patch.direction();
-        let Some((_, far)) = self.clipped(direction) else { return };
-        let mut at = beam.radius_cm / PARSEC_CM;
+        // A part of a beam may enter later than the whole did.
+        let Some((near, far)) = self.clipped(direction) else { return };
+        let mut at = (beam.radius_cm / PARSEC_CM).max(near);
+        beam.radius_cm = at * PARSEC_CM;
+        let (widest, longest) = (self.widest(beam.solid_angle), self.cloud.voxel.length());
         let mut dark = None;
-        let longest = self.cloud.voxel.length();
         while at < far * (1.0 - 1e-12) {
-            if self.is_wide(patch, at) && dark.is_none() {
+            if at > widest && dark.is_none() {
                 let whole = patch.solid_angle();
                 return patch.parts().into_iter().for_each(|part| self.follow(part, beam.part(part.solid_angle() / whole)));
             }
@@ -169,37 +170,32 @@ impl Follow<'_> {
             if dark.is_none() && beam.is_used_up() {
                 dark = Some(at);
             }
-            match dark {
-                Some(since) if at - since > BEYOND * longest => return,
-                None if gas.hydrogen > 0.0 => {
-                    while beam.radius_cm < exit * PARSEC_CM * (1.0 - 1e-12) && !beam.is_used_up() {
-                        let step = beam.step(&gas, exit * PARSEC_CM - beam.radius_cm);
-                        self.tally.add(voxel, step.volume(beam.solid_angle), &gas, Some(&step.state));
-                    }
-                    self.rest(voxel, &gas, &mut beam, exit, None);
+            if dark.is_some_and(|since| at - since > BEYOND * longest) {
+                return;
+            }
+            if dark.is_none() && gas.hydrogen > 0.0 {
+                while beam.radius_cm < exit * PARSEC_CM * (1.0 - 1e-12) && !beam.is_used_up() {
+                    let step = beam.step(&gas, exit * PARSEC_CM - beam.radius_cm);
+                    self.tally.add(voxel, step.volume(beam.solid_angle), &gas, Some(&step.state));
                 }
-                _ => self.rest(voxel, &gas, &mut beam, exit, None),
+            }
+            // The rest of the way is dark, or empty.
+            let thickness_cm = exit * PARSEC_CM - beam.radius_cm;
+            if thickness_cm > 0.0 {
+                let step = Step { inner_cm: beam.radius_cm, thickness_cm, state: State::neutral(&gas) };
+                self.tally.add(voxel, step.volume(beam.solid_angle), &gas, (gas.hydrogen > 0.0).then_some(&step.state));
+                beam.radius_cm = exit * PARSEC_CM;
             }
             at = exit;
-        }
-    }
-
-    /// Counts the rest of a way through a voxel as dark, or empty.
-    fn rest(&self, voxel: usize, gas: &Gas, beam: &mut Beam, exit: f64, state: Option<&State>) {
-        let thickness_cm = exit * PARSEC_CM - beam.radius_cm;
-        if thickness_cm > 0.0 {
-            let step = Step { inner_cm: beam.radius_cm, thickness_cm, state: State::neutral(gas) };
-            self.tally.add(voxel, step.volume(beam.solid_angle), gas, state);
-            beam.radius_cm = exit * PARSEC_CM;
         }
     }
 
     /// The voxel at a distance along a ray, and where the ray leaves it \[pc\].
     fn voxel(&self, direction: DVec3, at: f64) -> (usize, f64) {
         let Cloud { dims, low, voxel, .. } = self.cloud;
-        // A little farther on, so that a place on a face is behind it.
-        let edge = voxel.min_element();
-        let place = (self.star + (at + 1e-9 * edge) * direction - *low) / *voxel;
+        // A little farther on, so that a place on a face is behind it; far away from the star that is what rounding leaves.
+        let little = (1e-9 * voxel.min_element()).max(4.0 * f64::EPSILON * at);
+        let place = (self.star + (at + little) * direction - *low) / *voxel;
         let [x, y, z] = std::array::from_fn(|axis| (place[axis].max(0.0) as usize).min(dims[axis] - 1));
         let sides = [x, y, z].map(|i| i as f64);
         let exit = (0..3).map(|axis| {
@@ -207,7 +203,7 @@ impl Follow<'_> {
             let plane = low[axis] + side * voxel[axis] - self.star[axis];
             if direction[axis] == 0.0 { f64::INFINITY } else { plane / direction[axis] }
         });
-        let exit = exit.fold(f64::INFINITY, f64::min).max(at + 1e-9 * edge);
+        let exit = exit.fold(f64::INFINITY, f64::min).max(at + little);
         ((z * dims[1] + y) * dims[0] + x, exit)
     }
 }

@@ -2,13 +2,13 @@
 
 use std::sync::OnceLock;
 
-use crate::atoms::{Atoms, BOLTZMANN_EV, ELEMENTS, ERG_PER_EV, Element, Exchange, STAGES};
+use crate::atoms::{Atoms, BOLTZMANN_EV, ELEMENTS, ERG_PER_EV, Element, Exchange, HYDROGEN_EV, STAGES};
 
-/// Rates of a step between two charges of a metal: recombination by electrons, giving an electron to H⁺, taking one from
+/// Rates of a transition between two charges of a metal: recombination by electrons, giving an electron to H⁺, taking one from
 /// H⁰ \[cm³ s⁻¹\].
-const STEP: usize = 3;
-/// Steps of a metal at most.
-const STEPS: usize = STAGES - 1;
+const RATES: usize = 3;
+/// Transitions of a metal at most.
+const TRANSITIONS: usize = STAGES - 1;
 const METALS: usize = ELEMENTS - 2;
 
 /// The places of coefficients of hydrogen and helium behind those of metals.
@@ -41,11 +41,11 @@ pub enum Of {
     HeliumTriplets,
     /// To excited singlets.
     HeliumSinglets,
-    /// All of these.
+    /// How many there are.
     Count,
 }
 
-const HYDROGEN: usize = METALS * STEPS * STEP;
+const HYDROGEN: usize = METALS * TRANSITIONS * RATES;
 const LINES: usize = HYDROGEN + Of::Count as usize;
 /// Electron densities of cooling \[cm⁻³\].
 const DENSITIES: [f64; 7] = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
@@ -85,11 +85,11 @@ impl Coefficients {
         let (atoms, mut values) = (Atoms::get(), [0.0; COUNT]);
         for (metal, element) in Element::METALS.into_iter().enumerate() {
             for charge in 0..element.charges() {
-                let step = atoms.step(element, charge);
+                let transition = atoms.transition(element, charge);
                 let exchange = |rate: &Option<Exchange>| rate.as_ref().map_or(0.0, |rate| rate.at(temperature));
-                let first = (metal * STEPS + charge) * STEP;
-                let rates = [step.recombination(temperature), exchange(&step.to_proton), exchange(&step.from_hydrogen)];
-                values[first..first + STEP].copy_from_slice(&rates);
+                let first = (metal * TRANSITIONS + charge) * RATES;
+                let rates = [transition.recombination(temperature), exchange(&transition.to_proton), exchange(&transition.from_hydrogen)];
+                values[first..first + RATES].copy_from_slice(&rates);
             }
         }
         let (hydrogen, helium) = (&atoms.hydrogen, atoms.helium);
@@ -104,7 +104,7 @@ impl Coefficients {
             (Of::StrippedCaseBCooling, hydrogen.case_b_cooling(temperature, 2.0)),
             (Of::FreeFree, hydrogen.free_free(temperature, 1.0)),
             (Of::StrippedFreeFree, hydrogen.free_free(temperature, 2.0)),
-            (Of::Collisions, hydrogen.excitation(temperature) + crate::atoms::HYDROGEN_EV * ERG_PER_EV * ionisation),
+            (Of::Collisions, hydrogen.excitation(temperature) + HYDROGEN_EV * ERG_PER_EV * ionisation),
             (Of::Ionisation, ionisation),
             (Of::HeliumGround, helium.to_ground(temperature)),
             (Of::HeliumTriplets, triplets),
@@ -140,14 +140,14 @@ impl Coefficients {
         self.values[HYDROGEN + of as usize]
     }
 
-    /// The rates of a metal's step from a charge to the next.
-    pub fn step(&self, metal: usize, charge: usize) -> &[f64; STEP] {
-        let first = (metal * STEPS + charge) * STEP;
-        self.values[first..].first_chunk().unwrap_or(&[0.0; STEP])
+    /// The rates between a charge of a metal and the next.
+    pub fn transition(&self, metal: usize, charge: usize) -> &[f64; RATES] {
+        let first = (metal * TRANSITIONS + charge) * RATES;
+        self.values[first..].first_chunk().unwrap_or(&[0.0; RATES])
     }
 
     /// k T \[erg\].
-    pub fn thermal(&self) -> f64 {
+    pub fn kt_erg(&self) -> f64 {
         BOLTZMANN_EV * ERG_PER_EV * self.temperature
     }
 

@@ -16,15 +16,15 @@
 
 use spectra::quadrature::gauss_of_measure;
 
-use crate::atoms::{Atoms, ELEMENTS, Element, HYDROGEN_EV, STAGES, TRIPLET_EV, TWO_PHOTON_EV};
+use crate::atoms::{Atoms, BOLTZMANN_EV, ELEMENTS, Element, HYDROGEN_EV, STAGES, TRIPLET_EV, TWO_PHOTON_EV};
 
 /// Where bands of nodes begin and end \[eV\], and how many nodes they have: what ionises neutral carbon and sulphur,
 /// hydrogen, neon as well, helium, and He⁺. Within a few tenths of an electronvolt of where light of hydrogen's band ends
 /// stand thresholds of Ne⁰ and S⁺: a short band leaves little to interpolate there.
 const BANDS: [(f64, f64, usize); 6] =
     [(10.36, 13.6, 2), (13.6, 18.0, 3), (18.0, 21.56, 2), (21.56, 24.59, 2), (24.59, 54.42, 6), (54.42, 500.0, 6)];
-/// Photons of a node, in parts of all, with which it is left out \[1\].
-const FAINTEST: f64 = 1e-9;
+/// Photons of a band, in parts of all, with which it is left out \[1\].
+const FAINTEST: f64 = 1e-12;
 /// Samples of the spectrum in a band.
 const SAMPLES: usize = 600;
 /// The gas's own light: where it begins \[eV\], and whether an electron's kinetic energy comes on top. These are
@@ -94,11 +94,11 @@ impl IonisingLight {
             Node { energy_ev, photons: 0.0, samples: vec![energy_ev], shares: vec![1.0], thermal: is_thermal.then_some(begins) }
         });
         let mut nodes: Vec<Node> = own.collect();
-        BANDS.into_iter().for_each(|band| nodes.extend(of_band(band, &spectrum)));
-        // What hardly has a photon takes time alone.
-        let all: f64 = nodes.iter().map(|node| node.photons).sum();
-        let mut number = 0..;
-        nodes.retain(|node| number.next().is_some_and(|i| i < OWN_NODES) || node.photons > FAINTEST * all);
+        let bands: Vec<Vec<Node>> = BANDS.into_iter().map(|band| of_band(band, &spectrum)).collect();
+        let photons = |band: &[Node]| band.iter().map(|node| node.photons).sum::<f64>();
+        let all: f64 = bands.iter().map(|band| photons(band)).sum();
+        // A band that hardly has a photon takes time alone.
+        nodes.extend(bands.into_iter().filter(|band| photons(band) > FAINTEST * all).flatten());
         let absorptions: Vec<Absorption> = nodes.iter().map(absorption).collect();
         let mut light = Self {
             energies_ev: nodes.iter().map(|node| node.energy_ev).collect(),
@@ -117,10 +117,11 @@ impl IonisingLight {
 
     /// That of a black body \[K\] with so many photons above 13.6 eV \[s⁻¹\].
     pub fn blackbody(temperature: f64, ionising: f64) -> Self {
-        let photons = |energy: f64| energy * energy / (energy / (crate::atoms::BOLTZMANN_EV * temperature)).exp_m1();
+        let photons = |energy: f64| energy * energy / (energy / (BOLTZMANN_EV * temperature)).exp_m1();
         let light = Self::new(photons);
-        let factor = ionising / light.ionising();
-        light.scaled(factor)
+        let all = light.ionising();
+        // So cold a body has none to be scaled.
+        light.scaled(if all > 0.0 { ionising / all } else { 0.0 })
     }
 
     /// The same spectrum with more or fewer photons.
@@ -138,6 +139,21 @@ impl IonisingLight {
     /// Photons above 13.6 eV \[s⁻¹\].
     pub fn ionising(&self) -> f64 {
         self.ionising_of(&self.photons)
+    }
+
+    /// What metals absorb, by node: Σ n σ of their ions \[cm⁻¹\]; as weights between nodes are, it may be negative at one
+    /// where it is the more at another.
+    pub fn of_metals(&self, density: impl Fn(Element, usize) -> f64) -> ByNode {
+        let mut densities = [0.0; IONS];
+        for element in Element::METALS {
+            (0..element.charges()).for_each(|charge| densities[ion(element, charge)] = density(element, charge));
+        }
+        let first = ion(Element::METALS[0], 0);
+        let mut opacity = [0.0; NODES];
+        for (own, absorption) in opacity.iter_mut().zip(&self.absorptions) {
+            *own = densities[first..].iter().zip(&absorption.sigma[first..]).map(|(n, sigma)| n * sigma).sum();
+        }
+        opacity
     }
 
     /// What absorbs, by node: Σ n σ of densities of [`ABSORBERS`] \[cm⁻¹\].
@@ -168,7 +184,7 @@ fn absorption(node: &Node) -> Absorption {
     let mut all = Absorption { sigma: [0.0; IONS], heat: [0.0; IONS], thermal: None };
     let ions = Element::ALL.into_iter().flat_map(|element| (0..element.charges()).map(move |charge| (element, charge)));
     for (element, charge) in ions {
-        let Some(fit) = &Atoms::get().step(element, charge).light else { continue };
+        let Some(fit) = &Atoms::get().transition(element, charge).light else { continue };
         let over = |value: &dyn Fn(f64) -> f64| node.samples.iter().zip(&node.shares).map(|(e, share)| value(*e) * share).sum::<f64>();
         let above = |e: f64| fit.at(e) * (e - fit.threshold_ev);
         // What weakens the light is what the node's own photons do.
@@ -178,7 +194,7 @@ fn absorption(node: &Node) -> Absorption {
     }
     all.thermal = node.thermal.map(|begins| {
         ABSORBERS.map(|(element, charge)| {
-            let threshold = Atoms::get().step(element, charge).light.as_ref().map_or(0.0, |fit| fit.threshold_ev);
+            let threshold = Atoms::get().transition(element, charge).light.as_ref().map_or(0.0, |fit| fit.threshold_ev);
             let sigma = all.sigma[ion(element, charge)];
             all.heat[ion(element, charge)] = sigma * (begins - threshold).max(0.0);
             sigma

@@ -66,7 +66,7 @@ fn recombinations_are_as_many_as_photons() {
         // Each recombination to an excited level of helium gives hydrogen most of a photon back.
         let of_hydrogen = sphere.sum(|s| ions(s, Element::Hydrogen, 1) * case_b());
         let of_helium = sphere.sum(|s| {
-            let neutral = s.density(&gas, Element::Hydrogen, 0) / s.density(&gas, Element::Helium, 0);
+            let neutral = s.fractions[0][0] / s.fractions[1][0];
             let given: f64 = photons_of_helium(atoms.helium.to_excited(1e4), 1e4, neutral).iter().sum();
             ions(s, Element::Helium, 1) * (atoms.helium.case_b(1e4) - given)
         });

@@ -6,7 +6,7 @@ use ionisation::light::{ABSORBERS, IonisingLight, ion};
 
 /// Γ, and the heat, of an ion behind columns of H⁰, He⁰ and He⁺ \[cm⁻²\], per photon and cm².
 fn integrals(temperature: f64, (element, charge): (Element, usize), columns: [f64; 3]) -> [f64; 2] {
-    let fit = |(element, charge): (Element, usize)| Atoms::get().step(element, charge).light.as_ref().unwrap();
+    let fit = |(element, charge): (Element, usize)| Atoms::get().transition(element, charge).light.as_ref().unwrap();
     let (own, steps, low, high) = (fit((element, charge)), 24_000, 10.36f64, 500.0f64);
     let step = (high / low).ln() / f64::from(steps);
     (0..steps).fold([0.0; 2], |[rate, heat], i| {

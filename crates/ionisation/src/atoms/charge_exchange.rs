@@ -1,7 +1,7 @@
 //! Charge exchange of metals with hydrogen.
 //!
 //! Sources: Kingdon & Ferland 1996, ApJS 106, 205; O⁰ and O⁺, whose ratio hydrogen's own locks, Stancil et al. 1999,
-//! A&AS 140, 225, in the fit of Huang et al. 2023, ApJ 951, 123, to both directions; N²⁺ and O²⁺ Barragán et al. 2006,
+//! A&AS 140, 225, in the fit of Huang et al. 2023, ApJ 951, 123, to O⁺ + H⁰, and the other way round by detailed balance; N²⁺ and O²⁺ Barragán et al. 2006,
 //! ApJ 636, 544.
 
 use spectra::table::with_provenance;
@@ -93,6 +93,8 @@ pub(super) fn read(mut put: impl FnMut(Element, usize, Partner, &Exchange)) {
     }
     put(Element::Oxygen, 2, Partner::Hydrogen, &Exchange::Logarithmic { a: 4.344e-10, b: 6.340e-10, from: 1500.0, powers: [2.06, -0.076] });
     put(Element::Nitrogen, 2, Partner::Hydrogen, &Exchange::Powers { terms: [[9.703e-10, 0.058], [0.0, 0.0]], energy: 0.0 });
-    put(Element::Oxygen, 0, Partner::Proton, &Exchange::Powers { terms: [[1.26e-9, 0.517], [4.25e-10, 0.006_69]], energy: 227.0 });
-    put(Element::Oxygen, 1, Partner::Hydrogen, &Exchange::Powers { terms: [[2.08e-9, 0.405], [1.11e-11, -0.458]], energy: 0.0 });
+    // There as many as back, in equilibrium: eight ninths by the weights of the levels, and 227 K of energy.
+    let back = [[2.08e-9, 0.405], [1.11e-11, -0.458]];
+    put(Element::Oxygen, 1, Partner::Hydrogen, &Exchange::Powers { terms: back, energy: 0.0 });
+    put(Element::Oxygen, 0, Partner::Proton, &Exchange::Powers { terms: back.map(|[a, b]| [8.0 / 9.0 * a, b]), energy: 227.0 });
 }

@@ -39,8 +39,8 @@ impl Helium {
 /// Photons that ionise hydrogen, of recombinations to triplets and to excited singlets: of 19.8 eV, of two-photon decays,
 /// and of 584 Å.
 ///
-/// `neutral` is n(H⁰)/n(He⁰): photons of 584 Å wander between atoms of helium until hydrogen takes one of them, or they
-/// become two.
+/// `neutral` is the part of hydrogen that is neutral for that of helium: photons of 584 Å wander between atoms of helium
+/// until hydrogen takes one of them, or they become two.
 pub fn photons_of_helium([triplets, singlets]: [f64; 2], temperature: f64, neutral: f64) -> [f64; 3] {
     let taken = 1.0 / (1.0 + 77.0 / (temperature.sqrt() * neutral.max(f64::MIN_POSITIVE)));
     [triplets, TWO_PHOTON * singlets * (1.0 - TO_2P * taken), TO_2P * singlets * taken]

@@ -29,7 +29,7 @@ pub const ERG_PER_EV: f64 = 1.602_176_634e-12;
 
 /// What takes an ion of charge q to q + 1 and back.
 #[derive(Debug, Clone, Default)]
-pub struct Step {
+pub struct Transition {
     /// Light that takes an electron away.
     pub light: Option<CrossSection>,
     /// The higher ion catches an electron and shines.
@@ -42,7 +42,7 @@ pub struct Step {
     pub from_hydrogen: Option<Exchange>,
 }
 
-impl Step {
+impl Transition {
     /// Recombination to all levels, by electrons alone \[cm³ s⁻¹\].
     pub fn recombination(&self, temperature: f64) -> f64 {
         let radiative = self.radiative.as_ref().map_or(0.0, |fit| fit.at(temperature));
@@ -54,7 +54,7 @@ impl Step {
 #[derive(Debug)]
 pub struct Atoms {
     /// By element and charge of the lower ion.
-    steps: [[Step; STAGES]; ELEMENTS],
+    transitions: [[Transition; STAGES]; ELEMENTS],
     /// Hydrogen.
     pub hydrogen: Hydrogen,
     /// Recombination of He⁺.
@@ -76,26 +76,30 @@ impl Atoms {
     }
 
     /// What takes ions of an element from `charge` to one more.
-    pub fn step(&self, element: Element, charge: usize) -> &Step {
-        &self.steps[element as usize][charge]
+    pub fn transition(&self, element: Element, charge: usize) -> &Transition {
+        &self.transitions[element as usize][charge]
     }
 
     fn read() -> Self {
-        let mut steps: [[Step; STAGES]; ELEMENTS] = Default::default();
-        let mut at = |element: Element, charge: usize, put: &mut dyn FnMut(&mut Step)| {
-            if let Some(step) = steps[element as usize].get_mut(charge).filter(|_| charge < element.charges()) {
-                put(step);
+        let mut transitions: [[Transition; STAGES]; ELEMENTS] = Default::default();
+        let mut at = |element: Element, charge: usize, put: &mut dyn FnMut(&mut Transition)| {
+            if let Some(transition) = transitions[element as usize].get_mut(charge).filter(|_| charge < element.charges()) {
+                put(transition);
             }
         };
-        photoionisation::read(|element, charge, fit| at(element, charge, &mut |step| step.light = Some(fit.clone())));
-        recombination::radiative(|element, charge, fit| at(element, charge - 1, &mut |step| step.radiative = Some(fit.clone())));
-        recombination::dielectronic(|element, charge, fit| at(element, charge - 1, &mut |step| step.dielectronic = Some(fit.clone())));
+        photoionisation::read(|element, charge, fit| at(element, charge, &mut |transition| transition.light = Some(fit.clone())));
+        recombination::radiative(|element, charge, fit| {
+            at(element, charge - 1, &mut |transition| transition.radiative = Some(fit.clone()))
+        });
+        recombination::dielectronic(|element, charge, fit| {
+            at(element, charge - 1, &mut |transition| transition.dielectronic = Some(fit.clone()))
+        });
         charge_exchange::read(|element, charge, partner, fit| match partner {
-            Partner::Proton => at(element, charge, &mut |step| step.to_proton = Some(fit.clone())),
-            Partner::Hydrogen => at(element, charge - 1, &mut |step| step.from_hydrogen = Some(fit.clone())),
+            Partner::Proton => at(element, charge, &mut |transition| transition.to_proton = Some(fit.clone())),
+            Partner::Hydrogen => at(element, charge - 1, &mut |transition| transition.from_hydrogen = Some(fit.clone())),
         });
         Self {
-            steps,
+            transitions,
             hydrogen: Hydrogen::read(),
             helium: Helium,
             collisional: LineTable::read("cooling lines", include_str!("../../data/cooling_lines.csv")),

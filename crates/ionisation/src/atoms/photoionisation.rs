@@ -1,7 +1,7 @@
 //! Photo-ionisation from the ground state.
 //!
 //! Source: Verner, Ferland, Korista & Yakovlev 1996, ApJ 465, 487: fits to the valence shells, within which resonances
-//! are averaged. Inner shells, from 235 eV on at the earliest, are left out.
+//! are averaged. Inner shells, from 170 eV on at the earliest (sulphur), are left out.
 
 use spectra::table::embedded_columns;
 
