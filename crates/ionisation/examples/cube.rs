@@ -1,8 +1,8 @@
 //! How long a cube of so many voxels along its edge takes: a clumpy cloud with one star.
 
 use glam::DVec3;
-use ionisation::balance::{Accuracy, Diffuse, Gas, State};
-use ionisation::cloud::{Cloud, Quantity};
+use ionisation::balance::{Gas, State};
+use ionisation::cloud::{Cloud, Quantity, Settings, Star};
 use ionisation::light::IonisingLight;
 
 fn main() {
@@ -23,11 +23,9 @@ fn main() {
     let warm = |_: &Gas, state: &State| state.temperature;
     for _ in 0..2 {
         let since = std::time::Instant::now();
-        let found = cloud.ionised(
-            (DVec3::ZERO, &light),
-            (Diffuse::Outward, &Accuracy::FAST),
-            &[Quantity { most: 300.0, value: &electrons }, Quantity { most: 1e5, value: &warm }],
-        );
+        let quantities = [Quantity { most: 300.0, value: &electrons }, Quantity { most: 1e5, value: &warm }];
+        let star = Star { place: DVec3::ZERO, light: &light };
+        let found = cloud.ionised(&[star], &Settings::default(), &quantities).quantities;
         let ionised = found[0].iter().filter(|v| **v > 1.0).count();
         println!("{edge}^3: {:.2?}, {ionised} voxels ionised", since.elapsed());
     }

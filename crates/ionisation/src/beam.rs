@@ -82,6 +82,10 @@ pub struct Step {
     pub thickness_cm: f64,
     /// The gas in it.
     pub state: State,
+    /// The beam's flux of photons by node, its mean along the step \[s⁻¹ cm⁻²\].
+    pub light: ByNode,
+    /// The beam's part in what ionises hydrogen there \[1\].
+    pub share: f64,
 }
 
 impl Step {
@@ -127,14 +131,15 @@ impl<'a> Beam<'a> {
         self.light.ionising_of(&self.photons) <= self.accuracy.used_up * self.all
     }
 
-    /// The next step through gas, of at most so many cm.
-    pub fn step(&mut self, gas: &Gas, most_cm: f64) -> Step {
+    /// The next step through gas, of at most so many cm; `background` is the flux of photons by node of all other stars
+    /// \[s⁻¹ cm⁻²\].
+    pub fn step(&mut self, gas: &Gas, background: &ByNode, most_cm: f64) -> Step {
         // What is neutral goes by the square of the density.
         self.next_cm *= (self.near.hydrogen / gas.hydrogen).powi(2).clamp(1e-6, 1e6);
         loop {
             let longest = if self.radius_cm > 0.0 { self.accuracy.thickness * self.radius_cm } else { NEAREST * most_cm };
             let thickness = self.next_cm.min(most_cm).min(longest);
-            let settled = self.settled(gas, thickness);
+            let settled = self.settled(gas, background, thickness);
             let (flux, own, thermostat) = (settled.flux, settled.own, settled.thermostat);
             self.near = Near { state: settled.state, hydrogen: gas.hydrogen, flux, own, thermostat };
             let deepest = self.deepest(&settled.depths);
@@ -147,7 +152,8 @@ impl<'a> Beam<'a> {
                 let made = if node < OWN_NODES { settled.own[node] * volume * settled.means[node] } else { 0.0 };
                 self.photons[node] = self.photons[node] * (1.0 - settled.depths[node] * settled.means[node]).max(0.0) + made;
             }
-            let step = Step { inner_cm: self.radius_cm, thickness_cm: thickness, state: settled.state };
+            let Settled { state, light, share, .. } = settled;
+            let step = Step { inner_cm: self.radius_cm, thickness_cm: thickness, state, light, share };
             self.radius_cm += thickness;
             let longer = self.accuracy.depth / deepest.max(1e-12);
             // Where the end of the way cut it short, not its depth, the next may be as long as depth lets it be.
@@ -164,13 +170,14 @@ impl<'a> Beam<'a> {
     }
 
     /// The state of a step under light that its own gas weakens.
-    fn settled(&self, gas: &Gas, thickness: f64) -> Settled {
+    fn settled(&self, gas: &Gas, background: &ByNode, thickness: f64) -> Settled {
         let (inner, outer) = (self.radius_cm, self.radius_cm + thickness);
         let area = self.solid_angle / 3.0 * (outer * outer + outer * inner + inner * inner);
-        let flux = self.light.ionising_of(&self.photons) / area;
+        let flux = self.light.ionising_of(&self.photons) / area + self.light.ionising_of(background);
         let (state, own) = self.near.at(gas, flux);
         let thermostat = self.near.thermostat.elsewhere();
-        let mut settled = Settled { state, own, depths: [0.0; NODES], means: [1.0; NODES], area, flux, thermostat };
+        let (depths, means, light) = ([0.0; NODES], [1.0; NODES], [0.0; NODES]);
+        let mut settled = Settled { state, own, depths, means, area, flux, thermostat, light, share: 1.0 };
         let dust = gas.hydrogen * gas.dust_cm2;
         let mut others = [dust; NODES];
         if let Some(temperature) = gas.isothermal {
@@ -193,11 +200,16 @@ impl<'a> Beam<'a> {
                 let opacity = (self.light.opacity(absorbers, node) + others[node]).max(0.0);
                 flux[node] = (flux[node] + made) * detour(opacity, inner);
             }
-            let (photo, before) = (Photo::new(self.light, &flux), settled.state);
+            let all: ByNode = std::array::from_fn(|node| flux[node] + background[node]);
+            let rate = |flux: &ByNode| flux.iter().zip(&self.light.weakening[0]).map(|(flux, sigma)| flux * sigma).sum::<f64>();
+            settled.share = rate(&flux) / rate(&all).max(f64::MIN_POSITIVE);
+            settled.light = flux;
+            let (photo, before) = (Photo::new(self.light, &all), settled.state);
             let coefficients = self.accuracy.coefficients(before.temperature);
             let balance = Balance { gas, photo: &photo, diffuse: self.diffuse, coefficients: &coefficients };
             let excess = balance.pass(&mut settled.state);
-            settled.own = balance.own_light(&settled.state);
+            // Each star's light takes its part of it along.
+            settled.own = balance.own_light(&settled.state).map(|own| own * settled.share);
             if gas.isothermal.is_none() {
                 settled.state.temperature = settled.thermostat.next(before.temperature, excess);
             }
@@ -223,6 +235,9 @@ struct Settled {
     area: f64,
     flux: f64,
     thermostat: Thermostat,
+    /// The flux of the beam by node \[s⁻¹ cm⁻²\], and its part in what ionises hydrogen \[1\].
+    light: ByNode,
+    share: f64,
 }
 
 /// A step's length, where it begins \[cm\], and the opacity of its dust and metals by node \[cm⁻¹\].

@@ -1,7 +1,8 @@
-//! A cloud in three dimensions around one star: beams that part as they go outward.
+//! A cloud in three dimensions around stars: beams that part as they go outward.
 //!
-//! Each beam solves the gas on its way, from the star outward, so that one pass is the solution, and shadows have sharp
-//! edges. What it finds it leaves in the voxels, weighted by the volume of its steps: where a front runs through a voxel,
+//! Each beam solves the gas on its way, from the star outward, so that of one star one pass is the solution, and shadows
+//! have sharp edges. Of several, a beam has the light of the others as it was in the pass before, and answers for that part
+//! of the gas which it ionises itself. What it finds it leaves in the voxels, weighted by the volume of its steps: where a front runs through a voxel,
 //! the voxel has of both sides what there is of them.
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,7 +14,7 @@ use spectra::constants::PARSEC;
 use crate::atoms::ELEMENTS;
 use crate::balance::{Accuracy, Diffuse, Gas, State};
 use crate::beam::{Beam, Step};
-use crate::light::IonisingLight;
+use crate::light::{ByNode, IonisingLight, NODES};
 use crate::patch::Patch;
 
 /// Centimetres in a parsec.
@@ -44,7 +45,36 @@ pub struct Cloud<'a> {
     pub dust_cm2: f64,
 }
 
-/// What is asked for of the gas in each voxel.
+/// A star: its place \[pc\], and its light in nodes that all stars have in common ([`IonisingLight::several`]).
+#[derive(Debug, Clone, Copy)]
+pub struct Star<'a> {
+    /// Where it is \[pc\].
+    pub place: DVec3,
+    /// What ionises of its light.
+    pub light: &'a IonisingLight,
+}
+
+/// How a cloud is solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Where light of recombinations is absorbed.
+    pub diffuse: Diffuse,
+    /// How exact beams are.
+    pub accuracy: Accuracy,
+    /// Where several stars have settled: the part of all ions of hydrogen that a pass moves \[1\].
+    pub change: f64,
+    /// Passes at most.
+    pub passes: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { diffuse: Diffuse::default(), accuracy: Accuracy::FAST, change: 1e-3, passes: 30 }
+    }
+}
+
+/// What is asked for of the gas in each voxel; where gas is dark, of several stars each answers for a part, whether it
+/// comes there or not.
 pub struct Quantity<'a> {
     /// The most that it can be: what is more counts as that.
     pub most: f64,
@@ -52,54 +82,168 @@ pub struct Quantity<'a> {
     pub value: &'a (dyn Fn(&Gas, &State) -> f64 + Sync),
 }
 
+/// What stars make of a cloud.
+#[derive(Debug, Clone)]
+pub struct Ionised {
+    /// By quantity its mean in each voxel.
+    pub quantities: Vec<Vec<f32>>,
+    /// The passes that were made, and what the last of them changed, in parts of all ions of hydrogen \[1\].
+    pub passes: usize,
+    /// \[1\]
+    pub change: f64,
+}
+
 /// Sums in voxels, in whole units: in whatever order they come, they are the same.
 struct Tally<'a> {
     quantities: &'a [Quantity<'a>],
-    /// The volume that beams have seen of each voxel, and by quantity its sum.
+    /// The volume that a star's beams have seen of each voxel; the same of all stars so far, and how many saw any.
     volume: Vec<AtomicU64>,
+    seen: Vec<(u64, u64)>,
+    /// By quantity its sum; that of ions of hydrogen is the last.
     sums: Vec<Vec<AtomicU64>>,
+    /// The densest gas \[cm⁻³\].
+    densest: f64,
     /// \[cm³\]
     voxel_volume: f64,
 }
 
-impl Tally<'_> {
-    fn add(&self, voxel: usize, volume: f64, gas: &Gas, state: Option<&State>) {
-        let part = volume / self.voxel_volume;
-        let unit = |part: f64| (part * UNITS / 4.0) as u64;
-        self.volume[voxel].fetch_add(unit(part), Ordering::Relaxed);
-        let Some(state) = state else { return };
-        for (quantity, sums) in self.quantities.iter().zip(&self.sums) {
-            sums[voxel].fetch_add(unit(part * ((quantity.value)(gas, state) / quantity.most).clamp(0.0, 1.0)), Ordering::Relaxed);
+/// Whole units of a part of a voxel's most.
+fn unit(part: f64) -> u64 {
+    (part * UNITS / 4.0) as u64
+}
+
+fn zeros(count: usize) -> Vec<AtomicU64> {
+    (0..count).map(|_| AtomicU64::new(0)).collect()
+}
+
+fn number(sum: &AtomicU64) -> f64 {
+    sum.load(Ordering::Relaxed) as f64
+}
+
+impl<'a> Tally<'a> {
+    fn new(cloud: &Cloud, quantities: &'a [Quantity<'a>]) -> Self {
+        let cells = cloud.hydrogen.len();
+        Self {
+            quantities,
+            volume: zeros(cells),
+            seen: vec![(0, 0); cells],
+            sums: (0..=quantities.len()).map(|_| zeros(cells)).collect(),
+            densest: cloud.hydrogen.iter().fold(0.0f32, |most, n| most.max(*n)).into(),
+            voxel_volume: (cloud.voxel * PARSEC_CM).element_product(),
         }
+    }
+
+    /// Adds gas in a volume that a beam saw, of which it is to answer for a share.
+    fn add(&self, voxel: usize, (volume, share): (f64, f64), gas: &Gas, state: &State) {
+        let part = volume / self.voxel_volume;
+        self.volume[voxel].fetch_add(unit(part), Ordering::Relaxed);
+        if share <= 0.0 {
+            return;
+        }
+        let add = |sums: &Vec<AtomicU64>, value: f64| {
+            sums[voxel].fetch_add(unit(part * share * value.clamp(0.0, 1.0)), Ordering::Relaxed);
+        };
+        for (quantity, sums) in self.quantities.iter().zip(&self.sums) {
+            add(sums, (quantity.value)(gas, state) / quantity.most);
+        }
+        add(&self.sums[self.quantities.len()], gas.hydrogen * state.fractions[0][1] / self.densest);
+    }
+
+    /// Ends a star's beams.
+    fn next_star(&mut self) {
+        for ((all, stars), volume) in self.seen.iter_mut().zip(&mut self.volume) {
+            let volume = std::mem::take(volume.get_mut());
+            (*all, *stars) = (*all + volume, *stars + u64::from(volume > 0));
+        }
+    }
+
+    /// The means of a sum, whose most is given.
+    fn means(&self, sum: usize, most: f64) -> Vec<f32> {
+        let mean = |(sum, (volume, stars)): (&AtomicU64, &(u64, u64))| {
+            // Each of the stars saw it once.
+            let volume = *volume as f64 / (*stars).max(1) as f64;
+            if volume > 0.0 { (most * number(sum) / volume) as f32 } else { 0.0 }
+        };
+        self.sums[sum].par_iter().zip(&self.seen).map(mean).collect()
+    }
+}
+
+/// The light of one star in voxels: sums of its flux by node, times volume.
+struct Lit {
+    /// The most that the flux is taken to be \[s⁻¹ cm⁻²\].
+    most: f64,
+    volume: Vec<AtomicU64>,
+    sums: Vec<AtomicU64>,
+    nodes: usize,
+}
+
+impl Lit {
+    fn new(cloud: &Cloud, light: &IonisingLight) -> Self {
+        let (cells, nodes) = (cloud.hydrogen.len(), light.energies_ev.len());
+        let edge_cm = cloud.voxel.min_element() * PARSEC_CM;
+        let most = 10.0 * light.photons.iter().sum::<f64>() / (edge_cm * edge_cm);
+        Self { most, volume: zeros(cells), sums: zeros(cells * nodes), nodes }
+    }
+
+    fn add(&self, voxel: usize, part: f64, light: &ByNode) {
+        self.volume[voxel].fetch_add(unit(part), Ordering::Relaxed);
+        for (sum, flux) in self.sums[voxel * self.nodes..].iter().zip(&light[..self.nodes]).filter(|(_, flux)| **flux > 0.0) {
+            sum.fetch_add(unit(part * (flux / self.most).min(1.0)), Ordering::Relaxed);
+        }
+    }
+
+    /// The mean flux in each voxel, node by node \[s⁻¹ cm⁻²\].
+    fn flux(&self) -> Vec<f32> {
+        let means = |(sums, volume): (&[AtomicU64], &AtomicU64)| {
+            let volume = number(volume);
+            let mean = |sum: &AtomicU64| if volume > 0.0 { (self.most * number(sum) / volume) as f32 } else { 0.0 };
+            sums.iter().map(mean).collect::<Vec<_>>()
+        };
+        self.sums.par_chunks_exact(self.nodes).zip(&self.volume).flat_map_iter(means).collect()
     }
 }
 
 impl Cloud<'_> {
-    /// What one star at a place \[pc\] makes of the cloud: by quantity its mean in each voxel.
-    pub fn ionised(
-        &self,
-        (star, light): (DVec3, &IonisingLight),
-        (diffuse, accuracy): (Diffuse, &Accuracy),
-        quantities: &[Quantity],
-    ) -> Vec<Vec<f32>> {
-        let cells: usize = self.dims.iter().product();
-        let zeros = || (0..cells).map(|_| AtomicU64::new(0)).collect::<Vec<_>>();
-        let tally = Tally {
-            quantities,
-            volume: zeros(),
-            sums: quantities.iter().map(|_| zeros()).collect(),
-            voxel_volume: (self.voxel * PARSEC_CM).element_product(),
-        };
-        let follow = Follow { cloud: self, star, light, settings: (diffuse, accuracy), tally: &tally };
-        Patch::all(FIRST).collect::<Vec<_>>().into_par_iter().for_each(|patch| follow.begin(patch));
-        let mean = |(sum, volume): (&AtomicU64, &AtomicU64), most: f64| {
-            let (sum, volume) = (sum.load(Ordering::Relaxed) as f64, volume.load(Ordering::Relaxed) as f64);
-            if volume > 0.0 { (most * sum / volume) as f32 } else { 0.0 }
-        };
-        let of = |(quantity, sums): (&Quantity, &Vec<AtomicU64>)| {
-            sums.par_iter().zip(&tally.volume).map(|pair| mean(pair, quantity.most)).collect()
-        };
-        quantities.iter().zip(&tally.sums).map(of).collect()
+    /// What stars make of the cloud.
+    ///
+    /// Of one star beams are the solution. Of several each star's beams find the gas under their own light and what the
+    /// others had in the pass before, until nothing changes any more.
+    pub fn ionised(&self, stars: &[Star], settings: &Settings, quantities: &[Quantity]) -> Ionised {
+        let cells = self.hydrogen.len();
+        let mut light: Vec<Vec<f32>> = vec![Vec::new(); stars.len()];
+        let mut ions: Vec<f32> = Vec::new();
+        let mut ionised = Ionised { quantities: quantities.iter().map(|_| vec![0.0; cells]).collect(), passes: 0, change: 0.0 };
+        if stars.is_empty() {
+            return ionised;
+        }
+        for pass in 1..=settings.passes.max(1) {
+            let mut tally = Tally::new(self, quantities);
+            for number in 0..stars.len() {
+                let lit = (stars.len() > 1).then(|| Lit::new(self, stars[number].light));
+                let others: Vec<&[f32]> =
+                    light.iter().enumerate().filter(|(i, light)| *i != number && !light.is_empty()).map(|(_, light)| &light[..]).collect();
+                let follow =
+                    Follow { cloud: self, star: stars[number], settings, tally: &tally, lit: lit.as_ref(), others, stars: stars.len() };
+                Patch::all(FIRST).collect::<Vec<_>>().into_par_iter().for_each(|patch| follow.begin(patch));
+                if let Some(lit) = lit {
+                    light[number] = lit.flux();
+                }
+                tally.next_star();
+            }
+            let now = tally.means(quantities.len(), tally.densest);
+            let moved = now.iter().zip(ions.iter().chain(std::iter::repeat(&0.0))).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>();
+            let all = now.iter().map(|n| f64::from(*n)).sum::<f64>();
+            (ionised.passes, ionised.change, ions) = (pass, if all > 0.0 { moved / all } else { 0.0 }, now);
+            if stars.len() == 1 {
+                ionised.change = 0.0;
+            }
+            if ionised.change <= settings.change || pass == settings.passes.max(1) {
+                let means = quantities.iter().enumerate().map(|(sum, quantity)| tally.means(sum, quantity.most));
+                ionised.quantities = means.collect();
+                break;
+            }
+        }
+        ionised
     }
 
     fn high(&self) -> DVec3 {
@@ -107,19 +251,23 @@ impl Cloud<'_> {
     }
 }
 
-/// Beams on their way.
+/// Beams of a star on their way.
 struct Follow<'a> {
     cloud: &'a Cloud<'a>,
-    star: DVec3,
-    light: &'a IonisingLight,
-    settings: (Diffuse, &'a Accuracy),
+    star: Star<'a>,
+    settings: &'a Settings,
     tally: &'a Tally<'a>,
+    /// What its light in each voxel is summed up in, and that of the other stars.
+    lit: Option<&'a Lit>,
+    others: Vec<&'a [f32]>,
+    /// Stars in all.
+    stars: usize,
 }
 
 impl Follow<'_> {
     /// Sends a beam from the star, or its parts where it is too wide where it meets the cloud.
     fn begin(&self, patch: Patch) {
-        let (low, high) = (self.cloud.low - self.star, self.cloud.high() - self.star);
+        let (low, high) = (self.cloud.low - self.star.place, self.cloud.high() - self.star.place);
         let nearest = DVec3::ZERO.clamp(low, high).length();
         let middle = 0.5 * (low + high);
         // What lies beside the sphere around the cloud does not meet it.
@@ -131,9 +279,9 @@ impl Follow<'_> {
         if nearest > self.widest(patch.solid_angle()) {
             return patch.parts().into_iter().for_each(|part| self.begin(part));
         }
-        let (diffuse, accuracy) = self.settings;
+        let Settings { diffuse, accuracy, .. } = self.settings;
         if let Some((enter, _)) = self.clipped(patch.direction()) {
-            let beam = Beam::new(self.light, diffuse, accuracy, patch.solid_angle(), enter * PARSEC_CM);
+            let beam = Beam::new(self.star.light, *diffuse, accuracy, patch.solid_angle(), enter * PARSEC_CM);
             self.follow(patch, beam);
         }
     }
@@ -145,7 +293,7 @@ impl Follow<'_> {
 
     /// Where a ray from the star enters the cloud and leaves it \[pc\].
     fn clipped(&self, direction: DVec3) -> Option<(f64, f64)> {
-        let (a, b) = ((self.cloud.low - self.star) / direction, (self.cloud.high() - self.star) / direction);
+        let (a, b) = ((self.cloud.low - self.star.place) / direction, (self.cloud.high() - self.star.place) / direction);
         let (near, far) = (a.min(b).max_element().max(0.0), a.max(b).min_element());
         (far > near).then_some((near, far))
     }
@@ -173,21 +321,39 @@ impl Follow<'_> {
             if dark.is_some_and(|since| at - since > BEYOND * longest) {
                 return;
             }
+            let background = self.background(voxel);
             if dark.is_none() && gas.hydrogen > 0.0 {
                 while beam.radius_cm < exit * PARSEC_CM * (1.0 - 1e-12) && !beam.is_used_up() {
-                    let step = beam.step(&gas, exit * PARSEC_CM - beam.radius_cm);
-                    self.tally.add(voxel, step.volume(beam.solid_angle), &gas, Some(&step.state));
+                    let step = beam.step(&gas, &background, exit * PARSEC_CM - beam.radius_cm);
+                    let volume = step.volume(beam.solid_angle);
+                    self.tally.add(voxel, (volume, step.share), &gas, &step.state);
+                    self.lit.iter().for_each(|lit| lit.add(voxel, volume / self.tally.voxel_volume, &step.light));
                 }
             }
-            // The rest of the way is dark, or empty.
+            // The rest of the way is dark, or empty: dark for all stars where no other shines.
             let thickness_cm = exit * PARSEC_CM - beam.radius_cm;
             if thickness_cm > 0.0 {
-                let step = Step { inner_cm: beam.radius_cm, thickness_cm, state: State::neutral(&gas) };
-                self.tally.add(voxel, step.volume(beam.solid_angle), &gas, (gas.hydrogen > 0.0).then_some(&step.state));
+                let light = [0.0; NODES];
+                let step = Step { inner_cm: beam.radius_cm, thickness_cm, state: State::neutral(&gas), light, share: 0.0 };
+                let is_lit = gas.hydrogen <= 0.0 || self.star.light.ionising_of(&background) > 0.0;
+                let volume = step.volume(beam.solid_angle);
+                self.tally.add(voxel, (volume, if is_lit { 0.0 } else { 1.0 / self.stars as f64 }), &gas, &step.state);
+                if gas.hydrogen > 0.0 {
+                    self.lit.iter().for_each(|lit| lit.add(voxel, volume / self.tally.voxel_volume, &light));
+                }
                 beam.radius_cm = exit * PARSEC_CM;
             }
             at = exit;
         }
+    }
+
+    /// The light of the other stars in a voxel, by node \[s⁻¹ cm⁻²\].
+    fn background(&self, voxel: usize) -> ByNode {
+        let (mut sum, nodes) = ([0.0; NODES], self.star.light.energies_ev.len());
+        for light in &self.others {
+            sum.iter_mut().zip(&light[voxel * nodes..][..nodes]).for_each(|(sum, flux)| *sum += f64::from(*flux));
+        }
+        sum
     }
 
     /// The voxel at a distance along a ray, and where the ray leaves it \[pc\].
@@ -195,12 +361,12 @@ impl Follow<'_> {
         let Cloud { dims, low, voxel, .. } = self.cloud;
         // A little farther on, so that a place on a face is behind it; far away from the star that is what rounding leaves.
         let little = (1e-9 * voxel.min_element()).max(4.0 * f64::EPSILON * at);
-        let place = (self.star + (at + little) * direction - *low) / *voxel;
+        let place = (self.star.place + (at + little) * direction - *low) / *voxel;
         let [x, y, z] = std::array::from_fn(|axis| (place[axis].max(0.0) as usize).min(dims[axis] - 1));
         let sides = [x, y, z].map(|i| i as f64);
         let exit = (0..3).map(|axis| {
             let side = sides[axis] + f64::from(u8::from(direction[axis] > 0.0));
-            let plane = low[axis] + side * voxel[axis] - self.star[axis];
+            let plane = low[axis] + side * voxel[axis] - self.star.place[axis];
             if direction[axis] == 0.0 { f64::INFINITY } else { plane / direction[axis] }
         });
         let exit = exit.fold(f64::INFINITY, f64::min).max(at + little);

@@ -76,43 +76,52 @@ pub struct IonisingLight {
 /// Nodes of the gas's own light.
 pub const OWN_NODES: usize = OWN.len();
 
-/// A node that is being made: its energy and photons, and samples of its band with their shares in it.
+/// A node that is being made: its energy, samples of its band with its Lagrange polynomial at each, and their shares in its
+/// photons.
 struct Node {
     energy_ev: f64,
-    photons: f64,
     samples: Vec<f64>,
+    lagrange: Vec<f64>,
     shares: Vec<f64>,
     /// Where light of recombinations begins that has an electron's energy on top.
     thermal: Option<f64>,
 }
 
+/// Photons at an energy in eV \[s⁻¹ eV⁻¹\].
+pub type Photons<'a> = &'a dyn Fn(f64) -> f64;
+
 impl IonisingLight {
-    /// The nodes of a spectrum of photons \[s⁻¹ eV⁻¹ at an energy in eV\].
+    /// The nodes of a spectrum.
     pub fn new(spectrum: impl Fn(f64) -> f64) -> Self {
+        Self::several(&[&spectrum]).remove(0)
+    }
+
+    /// Several spectra in the nodes of their sum: what they do to a gas together is what the sum of their photons does.
+    pub fn several(spectra: &[Photons]) -> Vec<Self> {
         let own = OWN.into_iter().map(|(begins, is_thermal)| {
             let energy_ev = begins + if is_thermal { KINETIC_EV } else { 0.0 };
-            Node { energy_ev, photons: 0.0, samples: vec![energy_ev], shares: vec![1.0], thermal: is_thermal.then_some(begins) }
+            let thermal = is_thermal.then_some(begins);
+            Node { energy_ev, samples: vec![energy_ev], lagrange: vec![1.0], shares: vec![1.0], thermal }
         });
         let mut nodes: Vec<Node> = own.collect();
-        let bands: Vec<Vec<Node>> = BANDS.into_iter().map(|band| of_band(band, &spectrum)).collect();
-        let photons = |band: &[Node]| band.iter().map(|node| node.photons).sum::<f64>();
-        let all: f64 = bands.iter().map(|band| photons(band)).sum();
+        let mut photons = vec![[0.0; NODES]; spectra.len()];
+        let bands: Vec<Band> = BANDS.into_iter().map(|band| Band::new(band, spectra)).collect();
+        let all: f64 = bands.iter().map(|band| band.photons).sum();
         // A band that hardly has a photon takes time alone.
-        nodes.extend(bands.into_iter().filter(|band| photons(band) > FAINTEST * all).flatten());
-        let absorptions: Vec<Absorption> = nodes.iter().map(absorption).collect();
-        let mut light = Self {
-            energies_ev: nodes.iter().map(|node| node.energy_ev).collect(),
-            photons: [0.0; NODES],
-            weakening: [[0.0; NODES]; 3],
-            absorptions,
-        };
-        for (number, node) in nodes.iter().enumerate() {
-            light.photons[number] = node.photons;
-            for (weakening, (element, charge)) in light.weakening.iter_mut().zip(ABSORBERS) {
-                weakening[number] = light.absorptions[number].sigma[ion(element, charge)];
+        for band in bands.into_iter().filter(|band| band.photons > FAINTEST * all) {
+            for (photons, mass) in photons.iter_mut().zip(&band.masses) {
+                band.share_out(mass, &mut photons[nodes.len()..][..band.nodes.len()]);
             }
+            nodes.extend(band.nodes);
         }
-        light
+        let absorptions: Vec<Absorption> = nodes.iter().map(absorption).collect();
+        let mut weakening = [[0.0; NODES]; ABSORBERS.len()];
+        for (weakening, (element, charge)) in weakening.iter_mut().zip(ABSORBERS) {
+            weakening.iter_mut().zip(&absorptions).for_each(|(own, absorption)| *own = absorption.sigma[ion(element, charge)]);
+        }
+        let energies_ev: Vec<f64> = nodes.iter().map(|node| node.energy_ev).collect();
+        let light = |photons| Self { energies_ev: energies_ev.clone(), photons, weakening, absorptions: absorptions.clone() };
+        photons.into_iter().map(light).collect()
     }
 
     /// That of a black body \[K\] with so many photons above 13.6 eV \[s⁻¹\].
@@ -163,20 +172,41 @@ impl IonisingLight {
     }
 }
 
-/// The nodes of a band: the Gauss rule of its photons in ln E, with the shares that each sample has in each by the
-/// Lagrange polynomials of the rule.
-fn of_band((low, high, count): (f64, f64, usize), spectrum: &impl Fn(f64) -> f64) -> Vec<Node> {
-    let step = (high / low).ln() / SAMPLES as f64;
-    let x: Vec<f64> = (0..SAMPLES).map(|i| low.ln() + (i as f64 + 0.5) * step).collect();
-    let mass: Vec<f64> = x.iter().map(|x| spectrum(x.exp()) * x.exp() * step).collect();
-    let rule = gauss_of_measure(&x, &mass, count);
-    let node = |(j, (own, photons)): (usize, &(f64, f64))| {
-        let others: Vec<f64> = rule.iter().enumerate().filter(|(i, _)| *i != j).map(|(_, (other, _))| *other).collect();
-        let lagrange = |x: f64| others.iter().map(|other| (x - other) / (own - other)).product::<f64>();
-        let shares = x.iter().zip(&mass).map(|(x, m)| m * lagrange(*x) / photons).collect();
-        Node { energy_ev: own.exp(), photons: *photons, samples: x.iter().map(|x| x.exp()).collect(), shares, thermal: None }
-    };
-    rule.iter().enumerate().map(node).collect()
+/// A band of nodes: the Gauss rule in ln E of the photons of all spectra.
+struct Band {
+    nodes: Vec<Node>,
+    /// Photons of all spectra, and of each at the samples.
+    photons: f64,
+    masses: Vec<Vec<f64>>,
+}
+
+impl Band {
+    fn new((low, high, count): (f64, f64, usize), spectra: &[Photons]) -> Self {
+        let step = (high / low).ln() / SAMPLES as f64;
+        let x: Vec<f64> = (0..SAMPLES).map(|i| low.ln() + (i as f64 + 0.5) * step).collect();
+        let of = |spectrum: &Photons| x.iter().map(|x| spectrum(x.exp()) * x.exp() * step).collect();
+        let masses: Vec<Vec<f64>> = spectra.iter().map(of).collect();
+        let mass: Vec<f64> = (0..SAMPLES).map(|i| masses.iter().map(|mass| mass[i]).sum()).collect();
+        let rule = gauss_of_measure(&x, &mass, count);
+        let node = |(j, (own, photons)): (usize, &(f64, f64))| {
+            let others: Vec<f64> = rule.iter().enumerate().filter(|(i, _)| *i != j).map(|(_, (other, _))| *other).collect();
+            let lagrange: Vec<f64> = x.iter().map(|x| others.iter().map(|other| (x - other) / (own - other)).product()).collect();
+            let shares = lagrange.iter().zip(&mass).map(|(lagrange, m)| m * lagrange / photons).collect();
+            Node { energy_ev: own.exp(), samples: x.iter().map(|x| x.exp()).collect(), lagrange, shares, thermal: None }
+        };
+        Self { nodes: rule.iter().enumerate().map(node).collect(), photons: mass.iter().sum(), masses }
+    }
+
+    /// The photons that a spectrum has at each node: as many in all as it has in the band, and nowhere less than none.
+    fn share_out(&self, mass: &[f64], photons: &mut [f64]) {
+        for (photons, node) in photons.iter_mut().zip(&self.nodes) {
+            *photons = mass.iter().zip(&node.lagrange).map(|(m, lagrange)| m * lagrange).sum::<f64>().max(0.0);
+        }
+        let (all, shared): (f64, f64) = (mass.iter().sum(), photons.iter().sum());
+        if shared > 0.0 {
+            photons.iter_mut().for_each(|photons| *photons *= all / shared);
+        }
+    }
 }
 
 /// What a photon of a node does.

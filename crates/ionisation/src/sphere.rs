@@ -5,7 +5,7 @@ use spectra::constants::SPHERE;
 use crate::atoms::{Atoms, Element};
 use crate::balance::{Accuracy, Diffuse, Gas, State};
 use crate::beam::{Beam, Step};
-use crate::light::{ByNode, IonisingLight};
+use crate::light::{ByNode, IonisingLight, NODES};
 
 /// A cloud of one density and a hole in its middle, and its shells.
 #[derive(Debug, Clone)]
@@ -29,7 +29,7 @@ impl Sphere {
         let mut beam = Beam::new(light, diffuse, accuracy, SPHERE, radii_cm[0]);
         let mut shells = Vec::new();
         while beam.radius_cm < radii_cm[1] * (1.0 - 1e-12) && !beam.is_used_up() {
-            shells.push(beam.step(&gas, radii_cm[1] - beam.radius_cm));
+            shells.push(beam.step(&gas, &[0.0; NODES], radii_cm[1] - beam.radius_cm));
         }
         Self { gas, shells, left: beam.photons }
     }

@@ -1,9 +1,9 @@
 //! Clouds in three dimensions beside the spherical one.
 
 use glam::DVec3;
-use ionisation::atoms::Atoms;
-use ionisation::balance::{Accuracy, Diffuse, Gas, State};
-use ionisation::cloud::{Cloud, Quantity};
+use ionisation::atoms::{Atoms, BOLTZMANN_EV};
+use ionisation::balance::{Diffuse, Gas, State};
+use ionisation::cloud::{Cloud, Ionised, Quantity, Settings, Star};
 use ionisation::light::IonisingLight;
 use ionisation::sphere::Sphere;
 
@@ -48,7 +48,7 @@ fn hii40() {
     let electrons = |_: &Gas, state: &State| state.electrons;
     let mut quantities: Vec<Quantity> = lines.iter().map(|value| Quantity { most: 1e-18, value }).collect();
     quantities.push(Quantity { most: 130.0, value: &electrons });
-    let found = cloud.ionised((DVec3::ZERO, &light), (Diffuse::Outward, &Accuracy::FAST), &quantities);
+    let found = cloud.ionised(&[Star { place: DVec3::ZERO, light: &light }], &Settings::default(), &quantities).quantities;
     let all = |values: &[f32]| values.iter().map(|v| f64::from(*v)).sum::<f64>() * (voxel * PARSEC_CM).powi(3);
     for (label, values) in labels.iter().zip(&found) {
         let truth = if *label == "Ba4-2" { sphere.recombination(label) } else { sphere.collisional(label) };
@@ -94,8 +94,8 @@ fn shadows_are_sharp() {
     let electrons = |_: &Gas, state: &State| state.electrons;
     let found = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let star = (DVec3::new(0.0, 0.0, -3.0), &light);
-        pool.install(|| cloud.ionised(star, (Diffuse::Outward, &Accuracy::FAST), &[Quantity { most: 4e4, value: &electrons }]))
+        let star = Star { place: DVec3::new(0.0, 0.0, -3.0), light: &light };
+        pool.install(|| cloud.ionised(&[star], &Settings::default(), &[Quantity { most: 4e4, value: &electrons }]).quantities)
     };
     let one = found(1);
     assert!(one == found(3));
@@ -121,7 +121,8 @@ fn clouds_of_all_kinds() {
             dust_cm2: 1e-21,
         };
         let part = |_: &Gas, state: &State| state.fractions[0][1];
-        let found = cloud.ionised((star, light), (Diffuse::Outward, &Accuracy::FAST), &[Quantity { most: 1.0, value: &part }]);
+        let star = Star { place: star, light };
+        let found = cloud.ionised(&[star], &Settings::default(), &[Quantity { most: 1.0, value: &part }]).quantities;
         assert!(found[0].iter().all(|v| (0.0..=1.0001).contains(v)), "{hydrogen:?}");
         found[0].iter().sum::<f32>() / 512.0
     };
@@ -134,4 +135,47 @@ fn clouds_of_all_kinds() {
     }
     // A cool star has no ionising photon that counts.
     assert!(of(1.0, &IonisingLight::new(|_| 0.0), DVec3::ZERO) == 0.0);
+}
+
+/// Two stars at one place are one of twice the light; two that are far apart have each its own sphere; and where both shine
+/// the order in which they are told is none.
+#[test]
+fn several_stars() {
+    let edge = 32;
+    let voxel = 4.0 / edge as f64;
+    let hydrogen = vec![200.0; edge * edge * edge];
+    let cloud = Cloud {
+        dims: [edge; 3],
+        low: DVec3::splat(-2.0),
+        voxel: DVec3::splat(voxel),
+        hydrogen: &hydrogen,
+        abundances: ABUNDANCES,
+        dust_cm2: 0.0,
+    };
+    let photons = |temperature: f64, factor: f64| move |e: f64| factor * e * e / (e / (BOLTZMANN_EV * temperature)).exp_m1();
+    let ions = |gas: &Gas, state: &State| gas.hydrogen * state.fractions[0][1];
+    let solved = |stars: &[Star]| cloud.ionised(stars, &Settings::default(), &[Quantity { most: 250.0, value: &ions }]);
+    let all = |found: &Ionised| found.quantities[0].iter().map(|n| f64::from(*n)).sum::<f64>();
+    // As many photons as fill a third of the cloud.
+    let unit = 6e47 / IonisingLight::new(photons(40_000.0, 1.0)).ionising();
+    let one = IonisingLight::new(photons(40_000.0, 2.0 * unit));
+    let halves = IonisingLight::several(&[&photons(40_000.0, unit), &photons(40_000.0, unit)]);
+    let place = DVec3::new(0.1, 0.05, -0.2);
+    let alone = solved(&[Star { place, light: &one }]);
+    let both = solved(&[Star { place, light: &halves[0] }, Star { place, light: &halves[1] }]);
+    println!("{} passes, {:.1e}, {}", both.passes, both.change, all(&both) / all(&alone));
+    assert!(both.passes > 1 && both.change < 1e-3 && (all(&both) / all(&alone) - 1.0).abs() < 5e-3);
+    let places = [DVec3::splat(-1.2), DVec3::splat(1.2)];
+    let light = IonisingLight::several(&[&photons(40_000.0, 0.2 * unit), &photons(30_000.0, 0.3 * unit)]);
+    let stars: [Star; 2] = std::array::from_fn(|i| Star { place: places[i], light: &light[i] });
+    let apart = solved(&stars);
+    let sum: f64 = stars.iter().map(|star| all(&solved(&[*star]))).sum();
+    println!("{} passes, {}", apart.passes, all(&apart) / sum);
+    assert!((all(&apart) / sum - 1.0).abs() < 2e-3, "{}", all(&apart) / sum);
+    // Near each other both fill one cavity that either alone could not.
+    let near: [Star; 2] = std::array::from_fn(|i| Star { place: 0.3 * places[i], light: &halves[i] });
+    let (found, turned) = (solved(&near), solved(&[near[1], near[0]]));
+    println!("{} passes, {:.1e}, {}", found.passes, found.change, all(&found) / all(&turned));
+    assert!((all(&found) / all(&turned) - 1.0).abs() < 2e-3);
+    assert!((all(&found) / all(&alone) - 1.0).abs() < 2e-2, "{}", all(&found) / all(&alone));
 }
