@@ -18,7 +18,7 @@ use crate::atoms::{
     Atoms, ELEMENTS, ERG_PER_EV, Element, HELIUM_EV, HYDROGEN_EV, LYMAN_ALPHA_EV, STAGES, TRIPLET_EV, TWO_PHOTON_EV, photons_of_helium,
 };
 use crate::coefficients::{Coefficients, Of};
-use crate::light::{ABSORBERS, Absorption, IONS, IonisingLight, ion};
+use crate::light::{ABSORBERS, Absorption, ByNode, IONS, IonisingLight, OWN_NODES, ion};
 
 /// Temperatures between which the balance is sought \[K\]; at the lower one gas stays that has no light.
 const COLDEST: f64 = 500.0;
@@ -82,17 +82,27 @@ pub struct Photo {
 
 impl Photo {
     /// What a flux of photons at each node does \[s⁻¹ cm⁻²\].
-    pub fn new(light: &IonisingLight, flux: &[f64]) -> Self {
+    pub fn new(light: &IonisingLight, flux: &ByNode) -> Self {
         let mut photo = Self { rates: [0.0; IONS], heat: [0.0; IONS], thermal: [0.0; ABSORBERS.len()] };
         sums(&mut photo, &light.absorptions, flux);
-        // Weights between nodes may be negative, rates are not.
-        photo.rates.iter_mut().chain(&mut photo.heat).for_each(|sum| *sum = sum.max(0.0));
+        // Weights between nodes may be negative, rates are not, and where there is none there is no heat.
+        photo.rates.iter_mut().zip(&mut photo.heat).filter(|(rate, _)| **rate <= 0.0).for_each(|(rate, heat)| (*rate, *heat) = (0.0, 0.0));
         photo
+    }
+
+    /// Makes those of [`ABSORBERS`] anew, and leaves those of metals as they are.
+    pub fn renew(&mut self, light: &IonisingLight, flux: &ByNode) {
+        for (number, (element, charge)) in ABSORBERS.into_iter().enumerate() {
+            let sum = |values: &ByNode| flux.iter().zip(values).map(|(flux, value)| flux * value).sum::<f64>();
+            self.rates[ion(element, charge)] = sum(&light.weakening[number]);
+            self.heat[ion(element, charge)] = sum(&light.warming[number]);
+            self.thermal[number] = flux[..OWN_NODES].iter().zip(&light.thermal[number]).map(|(flux, sigma)| flux * sigma).sum();
+        }
     }
 }
 
 #[multiversion(targets = "simd")]
-fn sums(photo: &mut Photo, absorptions: &[Absorption], flux: &[f64]) {
+fn sums(photo: &mut Photo, absorptions: &[Absorption], flux: &ByNode) {
     for (absorption, flux) in absorptions.iter().zip(flux).filter(|(_, flux)| **flux > 0.0) {
         for i in 0..IONS {
             photo.rates[i] += flux * absorption.sigma[i];
@@ -140,6 +150,15 @@ impl Accuracy {
     /// The coefficients at a temperature in K.
     pub fn coefficients(&self, temperature: f64) -> Coefficients {
         if self.is_exact { Coefficients::exact(temperature) } else { Coefficients::tabulated(temperature) }
+    }
+
+    /// Makes coefficients those at a temperature, where it is another.
+    pub fn renew(&self, coefficients: &mut Coefficients, temperature: f64) {
+        if self.is_exact {
+            *coefficients = Coefficients::exact(temperature);
+        } else if (temperature / coefficients.temperature - 1.0).abs() > 0.1 * self.settled {
+            coefficients.tabulate(temperature);
+        }
     }
 }
 

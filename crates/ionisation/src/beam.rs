@@ -17,7 +17,7 @@ use crate::light::{ABSORBERS, ByNode, IonisingLight, NODES, OWN_NODES};
 
 /// The first step from the star itself, in parts of the way that there is \[1\].
 const NEAREST: f64 = 1e-3;
-/// Passes in which metals' opacity is made anew: what came before may have been neutral.
+/// Passes in which what light and metals do to each other is made anew: what came before may have been neutral.
 const OF_METALS: usize = 2;
 /// Passes over a step, whose light depends on what it is.
 const PASSES: usize = 300;
@@ -180,12 +180,17 @@ impl<'a> Beam<'a> {
         let mut settled = Settled { state, own, depths, means, area, flux, thermostat, light, share: 1.0 };
         let dust = gas.hydrogen * gas.dust_cm2;
         let mut others = [dust; NODES];
+        let mut photo = Photo::new(self.light, &[0.0; NODES]);
         if let Some(temperature) = gas.isothermal {
             settled.state.temperature = temperature;
         }
+        let mut coefficients = self.accuracy.coefficients(settled.state.temperature);
+        let mut is_last = false;
         for pass in 0..PASSES {
-            // Metals take little: what they were in the first passes will do for what they take.
-            if pass < OF_METALS {
+            // Metals take little, and what they are follows from the light: between the first passes and the last they stay
+            // as they are, but for a reference.
+            let has_metals = pass < OF_METALS || is_last || self.accuracy.is_exact;
+            if has_metals {
                 let metals = self.light.of_metals(|element, charge| settled.state.density(gas, element, charge));
                 others = metals.map(|opacity| opacity + dust);
             }
@@ -204,8 +209,13 @@ impl<'a> Beam<'a> {
             let rate = |flux: &ByNode| flux.iter().zip(&self.light.weakening[0]).map(|(flux, sigma)| flux * sigma).sum::<f64>();
             settled.share = rate(&flux) / rate(&all).max(f64::MIN_POSITIVE);
             settled.light = flux;
-            let (photo, before) = (Photo::new(self.light, &all), settled.state);
-            let coefficients = self.accuracy.coefficients(before.temperature);
+            if has_metals {
+                photo = Photo::new(self.light, &all);
+            } else {
+                photo.renew(self.light, &all);
+            }
+            let before = settled.state;
+            self.accuracy.renew(&mut coefficients, before.temperature);
             let balance = Balance { gas, photo: &photo, diffuse: self.diffuse, coefficients: &coefficients };
             let excess = balance.pass(&mut settled.state);
             // Each star's light takes its part of it along.
@@ -216,9 +226,10 @@ impl<'a> Beam<'a> {
             let moved = |value: fn(&State) -> f64| (value(&settled.state) / value(&before) - 1.0).abs();
             let neutral = moved(|state| state.fractions[0][0]).max(moved(|state| state.fractions[1][0]));
             let all = moved(|state| state.temperature).max(moved(|state| state.electrons)).max(neutral);
-            if all < self.accuracy.settled && pass + 1 >= OF_METALS {
+            if is_last || all < self.accuracy.settled && pass + 1 >= OF_METALS && has_metals {
                 break;
             }
+            is_last = all < self.accuracy.settled && pass + 1 >= OF_METALS;
         }
         settled
     }
@@ -263,10 +274,10 @@ fn weaken(weakening: &[ByNode; ABSORBERS.len()], densities: [f64; ABSORBERS.len(
         depths[node] = opacity * way.thickness * longer;
     }
     for node in 0..NODES {
-        // (1 − e^(−x))/x, by its series up to one.
+        // (1 − e^(−x))/x, by its series up to one, right to 1e-10.
         let depth = depths[node].min(1.0);
         let mut sum = 1.0;
-        for k in (2..17).rev() {
+        for k in (2..14).rev() {
             sum = 1.0 - depth / k as f64 * sum;
         }
         means[node] = sum;

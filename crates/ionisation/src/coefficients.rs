@@ -2,6 +2,8 @@
 
 use std::sync::OnceLock;
 
+use multiversion::multiversion;
+
 use crate::atoms::{Atoms, BOLTZMANN_EV, ELEMENTS, ERG_PER_EV, Element, Exchange, HYDROGEN_EV, STAGES};
 
 /// Rates of a transition between two charges of a metal: recombination by electrons, giving an electron to H⁺, taking one from
@@ -79,6 +81,13 @@ pub fn coolants() -> &'static [(Element, usize)] {
     })
 }
 
+#[multiversion(targets = "simd")]
+fn between(a: &[f64; COUNT], b: &[f64; COUNT], part: f64, own: &mut [f64; COUNT]) {
+    for i in 0..COUNT {
+        own[i] = a[i] + part * (b[i] - a[i]);
+    }
+}
+
 impl Coefficients {
     /// Those of the fits themselves.
     pub fn exact(temperature: f64) -> Self {
@@ -125,14 +134,20 @@ impl Coefficients {
 
     /// Those between the two nearest rows of the table, linear in ln T.
     pub fn tabulated(temperature: f64) -> Self {
+        let mut own = Self { temperature: 0.0, values: [0.0; COUNT] };
+        own.tabulate(temperature);
+        own
+    }
+
+    /// Becomes those at another temperature.
+    pub fn tabulate(&mut self, temperature: f64) {
         static TABLE: OnceLock<Vec<[f64; COUNT]>> = OnceLock::new();
         let step = (HOTTEST / COLDEST).ln() / (ROWS - 1) as f64;
         let table = TABLE.get_or_init(|| (0..ROWS).map(|row| Self::exact(COLDEST * (row as f64 * step).exp()).values).collect());
         let place = ((temperature / COLDEST).ln() / step).clamp(0.0, (ROWS - 1) as f64);
         let row = (place as usize).min(ROWS - 2);
-        let part = place - row as f64;
-        let (a, b) = (&table[row], &table[row + 1]);
-        Self { temperature, values: std::array::from_fn(|i| a[i] + part * (b[i] - a[i])) }
+        between(&table[row], &table[row + 1], place - row as f64, &mut self.values);
+        self.temperature = temperature;
     }
 
     /// One of hydrogen's or helium's.

@@ -14,6 +14,7 @@
 //! | F | flux of photons at a node | s⁻¹ cm⁻² |
 //! | σ_X | cross section of an ion | cm² |
 
+use multiversion::multiversion;
 use spectra::quadrature::gauss_of_measure;
 
 use crate::atoms::{Atoms, BOLTZMANN_EV, ELEMENTS, Element, HYDROGEN_EV, STAGES, TRIPLET_EV, TWO_PHOTON_EV};
@@ -69,8 +70,14 @@ pub struct IonisingLight {
     pub photons: ByNode,
     /// The cross sections of [`ABSORBERS`] \[cm²\].
     pub weakening: [ByNode; ABSORBERS.len()],
+    /// Those times the energy that an electron gets \[eV cm²\].
+    pub warming: [ByNode; ABSORBERS.len()],
+    /// Those for light of recombinations that gives on what an electron had \[cm²\].
+    pub thermal: [[f64; OWN_NODES]; ABSORBERS.len()],
     /// What a photon of each node does.
     pub absorptions: Vec<Absorption>,
+    /// The cross sections of each ion \[cm²\].
+    by_ion: Vec<ByNode>,
 }
 
 /// Nodes of the gas's own light.
@@ -115,12 +122,32 @@ impl IonisingLight {
             nodes.extend(band.nodes);
         }
         let absorptions: Vec<Absorption> = nodes.iter().map(absorption).collect();
-        let mut weakening = [[0.0; NODES]; ABSORBERS.len()];
-        for (weakening, (element, charge)) in weakening.iter_mut().zip(ABSORBERS) {
-            weakening.iter_mut().zip(&absorptions).for_each(|(own, absorption)| *own = absorption.sigma[ion(element, charge)]);
+        let (mut weakening, mut warming) = ([[0.0; NODES]; ABSORBERS.len()], [[0.0; NODES]; ABSORBERS.len()]);
+        let mut thermal = [[0.0; OWN_NODES]; ABSORBERS.len()];
+        for (number, (element, charge)) in ABSORBERS.into_iter().enumerate() {
+            for (node, absorption) in absorptions.iter().enumerate() {
+                weakening[number][node] = absorption.sigma[ion(element, charge)];
+                warming[number][node] = absorption.heat[ion(element, charge)];
+                if let Some(sigma) = absorption.thermal.filter(|_| node < OWN_NODES) {
+                    thermal[number][node] = sigma[number];
+                }
+            }
         }
+        let of_ion = |ion: usize| {
+            let sigma = |node: usize| absorptions.get(node).map_or(0.0, |absorption: &Absorption| absorption.sigma[ion]);
+            std::array::from_fn(sigma)
+        };
+        let by_ion: Vec<ByNode> = (0..IONS).map(of_ion).collect();
         let energies_ev: Vec<f64> = nodes.iter().map(|node| node.energy_ev).collect();
-        let light = |photons| Self { energies_ev: energies_ev.clone(), photons, weakening, absorptions: absorptions.clone() };
+        let light = |photons| Self {
+            energies_ev: energies_ev.clone(),
+            photons,
+            weakening,
+            warming,
+            thermal,
+            absorptions: absorptions.clone(),
+            by_ion: by_ion.clone(),
+        };
         photons.into_iter().map(light).collect()
     }
 
@@ -153,14 +180,11 @@ impl IonisingLight {
     /// What metals absorb, by node: Σ n σ of their ions \[cm⁻¹\]; as weights between nodes are, it may be negative at one
     /// where it is the more at another.
     pub fn of_metals(&self, density: impl Fn(Element, usize) -> f64) -> ByNode {
-        let mut densities = [0.0; IONS];
-        for element in Element::METALS {
-            (0..element.charges()).for_each(|charge| densities[ion(element, charge)] = density(element, charge));
-        }
-        let first = ion(Element::METALS[0], 0);
         let mut opacity = [0.0; NODES];
-        for (own, absorption) in opacity.iter_mut().zip(&self.absorptions) {
-            *own = densities[first..].iter().zip(&absorption.sigma[first..]).map(|(n, sigma)| n * sigma).sum();
+        for element in Element::METALS {
+            for charge in 0..element.charges() {
+                add(&mut opacity, density(element, charge), &self.by_ion[ion(element, charge)]);
+            }
         }
         opacity
     }
@@ -169,6 +193,13 @@ impl IonisingLight {
     #[inline(always)]
     pub fn opacity(&self, densities: [f64; ABSORBERS.len()], node: usize) -> f64 {
         densities.iter().zip(&self.weakening).map(|(n, sigma)| n * sigma[node]).sum()
+    }
+}
+
+#[multiversion(targets = "simd")]
+fn add(sum: &mut ByNode, factor: f64, values: &ByNode) {
+    for node in 0..NODES {
+        sum[node] += factor * values[node];
     }
 }
 

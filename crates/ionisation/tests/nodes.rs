@@ -36,8 +36,7 @@ fn rates_are_integrals() {
         let mut worst = [[0.0f64; 2]; 8];
         for hydrogen in [0.0, 1e15, 1e16, 1e17, 3e17, 1e18, 3e18] {
             for columns in [0.02, 0.1, 0.5].map(|part| [hydrogen, part * hydrogen, 0.0]) {
-                let flux: Vec<f64> =
-                    (0..light.energies_ev.len()).map(|node| light.photons[node] * (-light.opacity(columns, node)).exp()).collect();
+                let flux = std::array::from_fn(|node| light.photons[node] * (-light.opacity(columns, node)).exp());
                 let photo = Photo::new(&light, &flux);
                 for (i, (element, charge, _)) in ions.into_iter().enumerate() {
                     let [rate, heat] = integrals(temperature, (element, charge), columns);
