@@ -25,7 +25,7 @@ fn main() {
         let since = std::time::Instant::now();
         let quantities = [Quantity { most: 300.0, value: &electrons }, Quantity { most: 1e5, value: &warm }];
         let star = Star { place: DVec3::ZERO, light: &light };
-        let found = cloud.ionised(&[star], &Settings::default(), &quantities).quantities;
+        let found = cloud.ionised(&[star], &Settings::default(), &quantities).expect("a cloud").quantities;
         let ionised = found[0].iter().filter(|v| **v > 1.0).count();
         println!("{edge}^3: {:.2?}, {ionised} voxels ionised", since.elapsed());
     }

@@ -86,6 +86,8 @@ pub struct Step {
     pub light: ByNode,
     /// The beam's part in what ionises hydrogen there \[1\].
     pub share: f64,
+    /// By how much the last pass still moved its temperature or ionisation \[1\].
+    pub moved: f64,
 }
 
 impl Step {
@@ -126,6 +128,11 @@ impl<'a> Beam<'a> {
         Self { solid_angle: self.solid_angle * part, all: self.all * part, photons, ..self.clone() }
     }
 
+    /// The part of its ionising photons that is left \[1\].
+    pub fn left(&self) -> f64 {
+        if self.all > 0.0 { self.light.ionising_of(&self.photons) / (self.light.ionising() * self.solid_angle / SPHERE) } else { 0.0 }
+    }
+
     /// Whether next to nothing of the light is left.
     pub fn is_used_up(&self) -> bool {
         self.light.ionising_of(&self.photons) <= self.accuracy.used_up * self.all
@@ -152,8 +159,8 @@ impl<'a> Beam<'a> {
                 let made = if node < OWN_NODES { settled.own[node] * volume * settled.means[node] } else { 0.0 };
                 self.photons[node] = self.photons[node] * (1.0 - settled.depths[node] * settled.means[node]).max(0.0) + made;
             }
-            let Settled { state, light, share, .. } = settled;
-            let step = Step { inner_cm: self.radius_cm, thickness_cm: thickness, state, light, share };
+            let Settled { state, light, share, moved, .. } = settled;
+            let step = Step { inner_cm: self.radius_cm, thickness_cm: thickness, state, light, share, moved };
             self.radius_cm += thickness;
             let longer = self.accuracy.depth / deepest.max(1e-12);
             // Where the end of the way cut it short, not its depth, the next may be as long as depth lets it be.
@@ -177,7 +184,7 @@ impl<'a> Beam<'a> {
         let (state, own) = self.near.at(gas, flux);
         let thermostat = self.near.thermostat.elsewhere();
         let (depths, means, light) = ([0.0; NODES], [1.0; NODES], [0.0; NODES]);
-        let mut settled = Settled { state, own, depths, means, area, flux, thermostat, light, share: 1.0 };
+        let mut settled = Settled { state, own, depths, means, area, flux, thermostat, light, share: 1.0, moved: 0.0 };
         let dust = gas.hydrogen * gas.dust_cm2;
         let mut others = [dust; NODES];
         let mut photo = Photo::new(self.light, &[0.0; NODES]);
@@ -226,6 +233,7 @@ impl<'a> Beam<'a> {
             let moved = |value: fn(&State) -> f64| (value(&settled.state) / value(&before) - 1.0).abs();
             let neutral = moved(|state| state.fractions[0][0]).max(moved(|state| state.fractions[1][0]));
             let all = moved(|state| state.temperature).max(moved(|state| state.electrons)).max(neutral);
+            settled.moved = all;
             if is_last || all < self.accuracy.settled && pass + 1 >= OF_METALS && has_metals {
                 break;
             }
@@ -249,6 +257,8 @@ struct Settled {
     /// The flux of the beam by node \[s⁻¹ cm⁻²\], and its part in what ionises hydrogen \[1\].
     light: ByNode,
     share: f64,
+    /// By how much the last pass still moved anything \[1\].
+    moved: f64,
 }
 
 /// A step's length, where it begins \[cm\], and the opacity of its dust and metals by node \[cm⁻¹\].

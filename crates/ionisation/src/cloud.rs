@@ -9,11 +9,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
-use spectra::constants::PARSEC;
+use spectra::constants::{PARSEC, SPHERE};
 
-use crate::atoms::ELEMENTS;
+use crate::atoms::{ELEMENTS, Element};
 use crate::balance::{Accuracy, Diffuse, Gas, State};
 use crate::beam::{Beam, Step};
+use crate::error::IonisationError;
 use crate::light::{ByNode, IonisingLight, NODES};
 use crate::patch::Patch;
 
@@ -25,6 +26,8 @@ const FIRST: u32 = 3;
 const WIDEST: f64 = 1.0;
 /// How far a beam goes on when its light is used up, so that voxels know how much of them is dark \[voxels\].
 const BEYOND: f64 = 3.0;
+/// The densest gas that is taken as such \[cm⁻³\].
+const DENSEST: f32 = 1e12;
 /// Units of a sum for the most that it may be in a voxel.
 const UNITS: f64 = (1u64 << 56) as f64;
 
@@ -65,11 +68,13 @@ pub struct Settings {
     pub change: f64,
     /// Passes at most.
     pub passes: usize,
+    /// Bytes that may be taken.
+    pub memory_limit: u64,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { diffuse: Diffuse::default(), accuracy: Accuracy::FAST, change: 1e-3, passes: 30 }
+        Self { diffuse: Diffuse::default(), accuracy: Accuracy::FAST, change: 1e-3, passes: 30, memory_limit: 4 << 30 }
     }
 }
 
@@ -87,10 +92,16 @@ pub struct Quantity<'a> {
 pub struct Ionised {
     /// By quantity its mean in each voxel.
     pub quantities: Vec<Vec<f32>>,
-    /// The passes that were made, and what the last of them changed, in parts of all ions of hydrogen \[1\].
+    /// The passes that were made.
     pub passes: usize,
-    /// \[1\]
+    /// What the last of them changed, in parts of all ions of hydrogen \[1\].
     pub change: f64,
+    /// By star, the part of its ionising photons that leaves the cloud; one for a star that has none \[1\].
+    pub escaped: Vec<f64>,
+    /// The steps that beams made in the last pass.
+    pub steps: u64,
+    /// Of those, in how many the gas did not settle.
+    pub unsettled: u64,
 }
 
 /// Sums in voxels, in whole units: in whatever order they come, they are the same.
@@ -105,6 +116,10 @@ struct Tally<'a> {
     densest: f64,
     /// \[cm³\]
     voxel_volume: f64,
+    /// Steps, those that did not settle, and the part of a star's photons that stayed in the cloud.
+    steps: AtomicU64,
+    unsettled: AtomicU64,
+    kept: AtomicU64,
 }
 
 /// Whole units of a part of a voxel's most.
@@ -130,6 +145,9 @@ impl<'a> Tally<'a> {
             sums: (0..=quantities.len()).map(|_| zeros(cells)).collect(),
             densest: cloud.hydrogen.iter().fold(0.0f32, |most, n| most.max(*n)).into(),
             voxel_volume: (cloud.voxel * PARSEC_CM).element_product(),
+            steps: AtomicU64::new(0),
+            unsettled: AtomicU64::new(0),
+            kept: AtomicU64::new(0),
         }
     }
 
@@ -155,6 +173,7 @@ impl<'a> Tally<'a> {
             let volume = std::mem::take(volume.get_mut());
             (*all, *stars) = (*all + volume, *stars + u64::from(volume > 0));
         }
+        *self.kept.get_mut() = 0;
     }
 
     /// The means of a sum, whose most is given.
@@ -208,13 +227,24 @@ impl Cloud<'_> {
     ///
     /// Of one star beams are the solution. Of several each star's beams find the gas under their own light and what the
     /// others had in the pass before, until nothing changes any more.
-    pub fn ionised(&self, stars: &[Star], settings: &Settings, quantities: &[Quantity]) -> Ionised {
+    ///
+    /// # Errors
+    /// Where the cloud or the stars are none that there can be, or take more memory than is allowed.
+    pub fn ionised(&self, stars: &[Star], settings: &Settings, quantities: &[Quantity]) -> Result<Ionised, IonisationError> {
+        self.check(stars, settings, quantities.len())?;
         let cells = self.hydrogen.len();
         let mut light: Vec<Vec<f32>> = vec![Vec::new(); stars.len()];
         let mut ions: Vec<f32> = Vec::new();
-        let mut ionised = Ionised { quantities: quantities.iter().map(|_| vec![0.0; cells]).collect(), passes: 0, change: 0.0 };
+        let mut ionised = Ionised {
+            quantities: quantities.iter().map(|_| vec![0.0; cells]).collect(),
+            passes: 0,
+            change: 0.0,
+            escaped: vec![1.0; stars.len()],
+            steps: 0,
+            unsettled: 0,
+        };
         if stars.is_empty() {
-            return ionised;
+            return Ok(ionised);
         }
         for pass in 1..=settings.passes.max(1) {
             let mut tally = Tally::new(self, quantities);
@@ -228,6 +258,8 @@ impl Cloud<'_> {
                 if let Some(lit) = lit {
                     light[number] = lit.flux();
                 }
+                let kept = *tally.kept.get_mut() as f64 / (UNITS / 4.0);
+                ionised.escaped[number] = (1.0 - kept).clamp(0.0, 1.0);
                 tally.next_star();
             }
             let now = tally.means(quantities.len(), tally.densest);
@@ -240,10 +272,60 @@ impl Cloud<'_> {
             if ionised.change <= settings.change || pass == settings.passes.max(1) {
                 let means = quantities.iter().enumerate().map(|(sum, quantity)| tally.means(sum, quantity.most));
                 ionised.quantities = means.collect();
+                (ionised.steps, ionised.unsettled) = (*tally.steps.get_mut(), *tally.unsettled.get_mut());
                 break;
             }
         }
-        ionised
+        Ok(ionised)
+    }
+
+    /// Refuses what cannot be solved.
+    fn check(&self, stars: &[Star], settings: &Settings, quantities: usize) -> Result<(), IonisationError> {
+        let cells = self.dims.iter().try_fold(1usize, |cells, edge| cells.checked_mul(*edge));
+        if cells != Some(self.hydrogen.len()) || self.hydrogen.is_empty() {
+            return Err(IonisationError::Length { found: self.hydrogen.len(), dims: self.dims });
+        }
+        if !(self.voxel.is_finite() && self.voxel.min_element() > 0.0 && self.low.is_finite()) {
+            return Err(IonisationError::Voxel(self.voxel));
+        }
+        let [nx, ny, _] = self.dims;
+        if let Some(i) = self.hydrogen.iter().position(|n| !(0.0..=DENSEST).contains(n)) {
+            return Err(IonisationError::Density { voxel: [i % nx, i / nx % ny, i / (nx * ny)], value: self.hydrogen[i] });
+        }
+        for (element, value) in Element::ALL.into_iter().zip(self.abundances) {
+            let allowed = match element {
+                Element::Hydrogen => 1.0..=1.0,
+                Element::Helium => 0.0..=10.0,
+                _ => 0.0..=0.1,
+            };
+            if !allowed.contains(&value) {
+                return Err(IonisationError::Abundance { element: element.symbol(), value });
+            }
+        }
+        if !(0.0..f64::INFINITY).contains(&self.dust_cm2) {
+            return Err(IonisationError::Dust(self.dust_cm2));
+        }
+        for (number, star) in stars.iter().enumerate() {
+            if !star.place.is_finite() {
+                return Err(IonisationError::Place { star: number, place: star.place });
+            }
+            if star.light.energies_ev != stars[0].light.energies_ev {
+                return Err(IonisationError::Nodes(number));
+            }
+        }
+        let nodes = stars.first().map_or(0, |star| star.light.energies_ev.len());
+        let (cells, bytes) = (self.hydrogen.len(), Self::bytes(self.hydrogen.len(), stars.len(), nodes, quantities));
+        if bytes > settings.memory_limit {
+            return Err(IonisationError::Memory { stars: stars.len(), cells, bytes, limit: settings.memory_limit });
+        }
+        Ok(())
+    }
+
+    /// The bytes that so many voxels, stars, nodes and quantities take: sums by quantity, and for several stars the light of
+    /// each by node and that of one as sums.
+    pub fn bytes(cells: usize, stars: usize, nodes: usize, quantities: usize) -> u64 {
+        let of_light = if stars > 1 { 4 * stars * nodes + 8 * (nodes + 1) } else { 0 };
+        (cells as u64).saturating_mul((32 + 12 * (quantities + 1) + of_light) as u64)
     }
 
     fn high(&self) -> DVec3 {
@@ -319,7 +401,7 @@ impl Follow<'_> {
                 dark = Some(at);
             }
             if dark.is_some_and(|since| at - since > BEYOND * longest) {
-                return;
+                break;
             }
             let background = self.background(voxel);
             if dark.is_none() && gas.hydrogen > 0.0 {
@@ -327,6 +409,8 @@ impl Follow<'_> {
                     let step = beam.step(&gas, &background, exit * PARSEC_CM - beam.radius_cm);
                     let volume = step.volume(beam.solid_angle);
                     self.tally.add(voxel, (volume, step.share), &gas, &step.state);
+                    self.tally.steps.fetch_add(1, Ordering::Relaxed);
+                    self.tally.unsettled.fetch_add(u64::from(step.moved > self.settings.accuracy.settled), Ordering::Relaxed);
                     self.lit.iter().for_each(|lit| lit.add(voxel, volume / self.tally.voxel_volume, &step.light));
                 }
             }
@@ -334,7 +418,7 @@ impl Follow<'_> {
             let thickness_cm = exit * PARSEC_CM - beam.radius_cm;
             if thickness_cm > 0.0 {
                 let light = [0.0; NODES];
-                let step = Step { inner_cm: beam.radius_cm, thickness_cm, state: State::neutral(&gas), light, share: 0.0 };
+                let step = Step { inner_cm: beam.radius_cm, thickness_cm, state: State::neutral(&gas), light, share: 0.0, moved: 0.0 };
                 let is_lit = gas.hydrogen <= 0.0 || self.star.light.ionising_of(&background) > 0.0;
                 let volume = step.volume(beam.solid_angle);
                 self.tally.add(voxel, (volume, if is_lit { 0.0 } else { 1.0 / self.stars as f64 }), &gas, &step.state);
@@ -345,6 +429,8 @@ impl Follow<'_> {
             }
             at = exit;
         }
+        let part = beam.solid_angle / SPHERE;
+        self.tally.kept.fetch_add(unit(part * (1.0 - beam.left()).clamp(0.0, 1.0)), Ordering::Relaxed);
     }
 
     /// The light of the other stars in a voxel, by node \[s⁻¹ cm⁻²\].

@@ -8,6 +8,7 @@ pub mod beam;
 pub mod benchmarks;
 pub mod cloud;
 pub mod coefficients;
+pub mod error;
 pub mod light;
 mod patch;
 pub mod sphere;

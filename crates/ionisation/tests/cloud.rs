@@ -48,7 +48,7 @@ fn hii40() {
     let electrons = |_: &Gas, state: &State| state.electrons;
     let mut quantities: Vec<Quantity> = lines.iter().map(|value| Quantity { most: 1e-18, value }).collect();
     quantities.push(Quantity { most: 130.0, value: &electrons });
-    let found = cloud.ionised(&[Star { place: DVec3::ZERO, light: &light }], &Settings::default(), &quantities).quantities;
+    let found = cloud.ionised(&[Star { place: DVec3::ZERO, light: &light }], &Settings::default(), &quantities).unwrap().quantities;
     let all = |values: &[f32]| values.iter().map(|v| f64::from(*v)).sum::<f64>() * (voxel * PARSEC_CM).powi(3);
     for (label, values) in labels.iter().zip(&found) {
         let truth = if *label == "Ba4-2" { sphere.recombination(label) } else { sphere.collisional(label) };
@@ -95,7 +95,7 @@ fn shadows_are_sharp() {
     let found = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let star = Star { place: DVec3::new(0.0, 0.0, -3.0), light: &light };
-        pool.install(|| cloud.ionised(&[star], &Settings::default(), &[Quantity { most: 4e4, value: &electrons }]).quantities)
+        pool.install(|| cloud.ionised(&[star], &Settings::default(), &[Quantity { most: 4e4, value: &electrons }]).unwrap().quantities)
     };
     let one = found(1);
     assert!(one == found(3));
@@ -122,7 +122,7 @@ fn clouds_of_all_kinds() {
         };
         let part = |_: &Gas, state: &State| state.fractions[0][1];
         let star = Star { place: star, light };
-        let found = cloud.ionised(&[star], &Settings::default(), &[Quantity { most: 1.0, value: &part }]).quantities;
+        let found = cloud.ionised(&[star], &Settings::default(), &[Quantity { most: 1.0, value: &part }]).unwrap().quantities;
         assert!(found[0].iter().all(|v| (0.0..=1.0001).contains(v)), "{hydrogen:?}");
         found[0].iter().sum::<f32>() / 512.0
     };
@@ -154,7 +154,7 @@ fn several_stars() {
     };
     let photons = |temperature: f64, factor: f64| move |e: f64| factor * e * e / (e / (BOLTZMANN_EV * temperature)).exp_m1();
     let ions = |gas: &Gas, state: &State| gas.hydrogen * state.fractions[0][1];
-    let solved = |stars: &[Star]| cloud.ionised(stars, &Settings::default(), &[Quantity { most: 250.0, value: &ions }]);
+    let solved = |stars: &[Star]| cloud.ionised(stars, &Settings::default(), &[Quantity { most: 250.0, value: &ions }]).unwrap();
     let all = |found: &Ionised| found.quantities[0].iter().map(|n| f64::from(*n)).sum::<f64>();
     // As many photons as fill a third of the cloud.
     let unit = 6e47 / IonisingLight::new(photons(40_000.0, 1.0)).ionising();
@@ -178,4 +178,52 @@ fn several_stars() {
     println!("{} passes, {:.1e}, {}", found.passes, found.change, all(&found) / all(&turned));
     assert!((all(&found) / all(&turned) - 1.0).abs() < 2e-3);
     assert!((all(&found) / all(&alone) - 1.0).abs() < 2e-2, "{}", all(&found) / all(&alone));
+}
+
+/// A change to what can be solved.
+type Change<'a> = &'a dyn Fn(&mut Cloud, &mut Vec<Star>, &mut Settings);
+
+/// What cannot be solved is refused with words; what leaves the cloud is told.
+#[test]
+fn bad_clouds_are_refused() {
+    let light = IonisingLight::blackbody(40_000.0, 1e49);
+    // Whatever lives as long as any star.
+    let other: &'static IonisingLight = Box::leak(Box::new(IonisingLight::blackbody(30_000.0, 1e48)));
+    let hydrogen = vec![10.0; 64];
+    let of = |change: Change| {
+        let mut cloud = Cloud {
+            dims: [4; 3],
+            low: DVec3::splat(-1.0),
+            voxel: DVec3::splat(0.5),
+            hydrogen: &hydrogen,
+            abundances: ABUNDANCES,
+            dust_cm2: 0.0,
+        };
+        let (mut stars, mut settings) = (vec![Star { place: DVec3::ZERO, light: &light }], Settings::default());
+        change(&mut cloud, &mut stars, &mut settings);
+        cloud.ionised(&stars, &settings, &[]).map_err(|e| e.to_string())
+    };
+    // A thin cloud that most of the light leaves, and a star outside that sends next to nothing into it.
+    let thin = of(&|_, _, _| ()).unwrap();
+    assert!(thin.escaped[0] > 0.9 && thin.escaped[0] < 1.0 && thin.unsettled == 0 && thin.steps > 0, "{thin:?}");
+    let far = of(&|_, stars, _| stars[0].place.x = 30.0).unwrap();
+    assert!(far.escaped[0] > 0.99);
+    assert!(of(&|_, stars, _| stars.clear()).unwrap().escaped.is_empty());
+    let nan = [f32::NAN; 64];
+    let changes: [(Change, &str); 8] = [
+        (&|cloud, _, _| cloud.dims = [4, 4, 5], "64 densities for 4 x 4 x 5"),
+        (&|cloud, _, _| cloud.voxel.y = 0.0, "above zero"),
+        (&|cloud, _, _| cloud.abundances[4] = 3.0, "nuclei of O"),
+        (&|cloud, _, _| cloud.abundances[0] = 0.7, "hydrogen has 1"),
+        (&|cloud, _, _| cloud.dust_cm2 = -1.0, "dust absorbs -1 cm2"),
+        (&|_, stars, _| stars[0].place.z = f64::NAN, "star 0 is at"),
+        (&|_, stars, _| stars.push(Star { place: DVec3::ZERO, light: other }), "star 1 has nodes"),
+        (&|_, _, settings| settings.memory_limit = 1000, "1000 are allowed"),
+    ];
+    for (change, word) in changes {
+        let message = of(change).unwrap_err();
+        assert!(message.contains(word), "{message}");
+    }
+    let cloud = Cloud { dims: [4; 3], low: DVec3::ZERO, voxel: DVec3::ONE, hydrogen: &nan, abundances: ABUNDANCES, dust_cm2: 0.0 };
+    assert!(cloud.ionised(&[], &Settings::default(), &[]).unwrap_err().to_string().contains("voxel [0, 0, 0] is NaN"));
 }
