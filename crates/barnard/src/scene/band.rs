@@ -155,3 +155,7 @@ fn named(root: &Section, names: &[&str]) -> Result<Vec<Passband>> {
     }
     Ok(bands)
 }
+/// Passbands as a text that is the same for the same ones.
+pub(super) fn said(bands: &[Passband]) -> String {
+    bands.iter().map(|band| format!("{} {:?} {:e}", band.name(), band.support_um(), band.pivot().0)).collect::<Vec<_>>().join("; ")
+}

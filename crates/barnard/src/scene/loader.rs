@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, Weak};
 
-use super::Star;
+use super::{Emission, Star};
 use crate::control::Control;
 use crate::data::{DataSource, Inputs, NoData};
 use crate::error::Result;
@@ -12,6 +12,8 @@ use crate::memory;
 
 /// Tables of stars that are kept at most.
 const MAX_TABLES: usize = 8;
+/// Gases that are kept at most: each has a grid for every species.
+const MAX_GAS: usize = 2;
 
 /// What a scene may read, and what was made of that before; clones share it.
 #[derive(Debug, Clone)]
@@ -20,6 +22,7 @@ pub struct Loader {
     pub inputs: Inputs,
     fields: Arc<Mutex<HashMap<String, Weak<dyn Field>>>>,
     stars: Arc<Mutex<HashMap<String, Arc<Vec<Star>>>>>,
+    gas: Arc<Mutex<HashMap<String, Arc<Vec<Emission>>>>>,
     /// What ends a reading early.
     pub(crate) control: Control,
 }
@@ -34,7 +37,13 @@ impl Default for Loader {
 impl Loader {
     /// Reads from `source`; each array may take `memory_limit` bytes.
     pub fn new(source: Arc<dyn DataSource>, memory_limit: u64) -> Self {
-        Self { inputs: Inputs::new(source, memory_limit), fields: Arc::default(), stars: Arc::default(), control: Control::default() }
+        Self {
+            inputs: Inputs::new(source, memory_limit),
+            fields: Arc::default(),
+            stars: Arc::default(),
+            gas: Arc::default(),
+            control: Control::default(),
+        }
     }
 
     /// The same for readings that `control` can interrupt.
@@ -61,17 +70,32 @@ impl Loader {
 
     /// The stars of the table that `text` describes: those of before, or new ones. The file is not read again for it.
     pub(super) fn stars(&self, text: &str, build: impl FnOnce() -> Result<Vec<Star>>) -> Result<Arc<Vec<Star>>> {
-        let kept = self.stars.lock().ok().and_then(|stars| stars.get(text).cloned());
-        if let Some(stars) = kept {
-            return Ok(stars);
-        }
-        let built = Arc::new(build()?);
-        if let Ok(mut stars) = self.stars.lock() {
-            if stars.len() >= MAX_TABLES {
-                stars.clear();
-            }
-            stars.insert(text.to_owned(), built.clone());
-        }
-        Ok(built)
+        kept(&self.stars, MAX_TABLES, text, build)
     }
+
+    /// The species of the gas that `text` describes: those of before, or new ones.
+    pub(super) fn gas(&self, text: &str, build: impl FnOnce() -> Result<Vec<Emission>>) -> Result<Arc<Vec<Emission>>> {
+        kept(&self.gas, MAX_GAS, text, build)
+    }
+}
+
+/// What was made of a text before, or what is made now; so many are kept at most.
+fn kept<T>(
+    all: &Mutex<HashMap<String, Arc<Vec<T>>>>,
+    most: usize,
+    text: &str,
+    build: impl FnOnce() -> Result<Vec<T>>,
+) -> Result<Arc<Vec<T>>> {
+    let kept = all.lock().ok().and_then(|all| all.get(text).cloned());
+    if let Some(kept) = kept {
+        return Ok(kept);
+    }
+    let built = Arc::new(build()?);
+    if let Ok(mut all) = all.lock() {
+        if all.len() >= most {
+            all.clear();
+        }
+        all.insert(text.to_owned(), built.clone());
+    }
+    Ok(built)
 }

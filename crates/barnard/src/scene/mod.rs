@@ -10,6 +10,7 @@ mod band;
 mod display;
 mod dust;
 mod emission;
+mod gas;
 mod loader;
 mod method;
 pub mod schema;
@@ -92,6 +93,7 @@ const ROOT: &[Key] = &[
     Key::optional("field", "tables by name", "none", "scalar fields, [field.NAME]"),
     Key::optional("dust", "table", "none", "dust that absorbs and scatters"),
     Key::optional("emission", "list of tables", "none", "gas that glows, [[emission]]"),
+    Key::optional("gas", "table", "none", "gas that the stars ionise"),
     Key::optional("star", "list of tables", "none", "stars, [[star]]"),
     Key::optional("star_table", "list of tables", "none", "stars of a CSV, [[star_table]]"),
     Key::optional("background", "table", "none", "what lies behind"),
@@ -239,10 +241,15 @@ impl Scene {
         let fields = Fields::new(root, loader)?;
         let bands = band::build(root, inputs)?;
         let dust = root.table("dust")?.map(|s| dust::build(&s, loader, &fields)).transpose()?;
-        let emission = root.tables("emission")?.iter().map(|s| emission::build(s, loader, &fields)).collect::<Result<Vec<_>>>()?;
+        let mut emission = root.tables("emission")?.iter().map(|s| emission::build(s, loader, &fields)).collect::<Result<Vec<_>>>()?;
         let mut stars = root.tables("star")?.iter().map(|s| star::build(s, inputs)).collect::<Result<Vec<_>>>()?;
         for table in root.tables("star_table")? {
             stars.extend_from_slice(&loader.stars(&table.said(), || star_table::build(&table, inputs))?);
+        }
+        if let Some(gas) = root.table("gas")? {
+            let said = format!("{gas} {stars} through {bands}", gas = gas.said(), stars = star::said(&stars), bands = band::said(&bands));
+            let species = loader.gas(&format!("{said} of {}", fields.said), || gas::build(&gas, loader, &fields, &stars, &bands))?;
+            emission.extend_from_slice(&species);
         }
         let background = root.table("background")?.map(|s| background::build(&s, inputs)).transpose()?;
         let display = display::build(root.table("display")?.as_ref(), &bands)?;

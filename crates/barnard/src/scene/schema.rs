@@ -1,6 +1,6 @@
 //! What a scene file may hold, table by table: the manual is printed from it, the explorer edits by it.
 
-use super::{ROOT, albedo, background, band, display, dust, emission, method, star, star_table};
+use super::{ROOT, albedo, background, band, display, dust, emission, gas, method, star, star_table};
 use crate::properties::{Key, Kind};
 use crate::{camera, field, phase};
 
@@ -113,6 +113,14 @@ pub const TABLES: &[TableRow] = &[
         keys: emission::KEYS,
         kinds: || kinds(emission::KINDS),
         catalogues: &[("Line lists", "line-lists")],
+    },
+    TableRow {
+        title: "[gas]",
+        path: "gas",
+        text: "Gas that the scene's stars ionise: which part of it is, how warm it is, and which lines it shines in through the passbands follow from its density and the stars ([docs/gas.md](gas.md)).",
+        keys: gas::KEYS,
+        kinds: Vec::new,
+        catalogues: &[],
     },
     TableRow {
         title: "[background]",

@@ -27,6 +27,16 @@ pub struct Star {
     pub visible: bool,
 }
 
+/// What ionising light of stars depends on, as a text that is the same for the same stars.
+pub(super) fn said(stars: &[Star]) -> String {
+    // Samples from 2 to 100 nm tell one spectrum from another.
+    let of = |star: &Star| {
+        let light: Vec<String> = (0..40).map(|i| format!("{:e}", star.spectrum.continuum(0.002 * 1.1f64.powi(i)))).collect();
+        format!("{} {}", star.position, light.join(" "))
+    };
+    stars.iter().map(of).collect::<Vec<_>>().join("; ")
+}
+
 impl Star {
     /// A star of specific luminosity `spectrum` [W µm⁻¹], at the origin; a visible point of light unless it is
     /// [hidden](Self::hidden).

@@ -1,0 +1,227 @@
+//! The `[gas]` table: gas that the scene's stars ionise, as the species that shine in its passbands.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use ionisation::atoms::{Atoms, Element, EmissionLine, LineTable};
+use ionisation::balance::{Gas, State};
+use ionisation::cloud::{Cloud, Quantity, Settings, Star as Source};
+use ionisation::light::{IonisingLight, Photons};
+use spectra::constants::SPHERE;
+use spectra::nebular::recombination_continuum;
+use spectra::passband::Passband;
+use spectra::spectrum::{Line, Spectrum};
+use spectra::units::{NumberDensity, Temperature};
+
+use super::{Emission, Fields, Loader, Star};
+use crate::error::Result;
+use crate::field::{Field, Grid, Lattice};
+use crate::properties::{Key, Section};
+
+/// Nuclei of H, He, C, N, O, Ne and S for one of hydrogen, by name.
+struct Abundances {
+    name: &'static str,
+    values: [f64; 7],
+}
+
+const ABUNDANCES: &[Abundances] = &[
+    // Baldwin et al. 1991, ApJ 374, 580; Rubin et al. 1991, ApJ 374, 564; Osterbrock, Tran & Veilleux 1992, ApJ 389, 305.
+    Abundances { name: "orion", values: [1.0, 0.095, 3.0e-4, 7.0e-5, 4.0e-4, 6.0e-5, 1.0e-5] },
+    // Asplund et al. 2009, ARA&A 47, 481.
+    Abundances { name: "solar", values: [1.0, 0.0851, 2.69e-4, 6.76e-5, 4.90e-4, 8.51e-5, 1.32e-5] },
+    // The benchmark of Lexington.
+    Abundances { name: "hii40", values: [1.0, 0.1, 2.2e-4, 4.0e-5, 3.3e-4, 5.0e-5, 9.0e-6] },
+];
+
+pub(super) const KEYS: &[Key] = &[
+    Key::required("density", "expression", "nuclei of hydrogen in cm-3, of the fields, such as \"n_H\""),
+    Key::optional("abundances", "text or list", "orion", "orion, solar or hii40, or He, C, N, O, Ne and S for one nucleus of hydrogen"),
+    Key::optional("voxels", "whole number", "96", "voxels along the longest edge where the density is a function; a grid's own otherwise"),
+    Key::optional(
+        "dust_absorption",
+        "number",
+        "0",
+        "cross section that dust absorbs ionising light with, in cm2 for a nucleus of hydrogen, such as 1e-21",
+    ),
+];
+
+/// Photons of a star, in parts of those of all, with which it is left out.
+const FAINTEST: f64 = 1e-6;
+/// The part of a passband's largest response at which a line is left out.
+const UNSEEN: f64 = 1e-3;
+/// Lines of an ion stand together where their ratio changes by less than this over the conditions of nebulae.
+const TOGETHER: f64 = 0.03;
+/// Temperatures \[K\] and electron densities \[cm⁻³\] of those conditions, and where strengths are read.
+const TEMPERATURES: [f64; 2] = [6500.0, 12_000.0];
+const DENSITIES: [f64; 2] = [10.0, 1e4];
+const USUAL: (f64, f64) = (9000.0, 100.0);
+/// A line that sends less than this part of the brightest species' light is left out.
+const DARK: f64 = 1e-5;
+/// 1 erg s⁻¹ cm⁻³ = 0.1 W m⁻³, over the whole sphere.
+const W_PER_M3_SR: f64 = 0.1 / SPHERE;
+/// The energy of a photon of 1 µm \[eV\], and the electronvolt \[J\].
+const EV_UM: f64 = 1.239_841_984;
+const JOULE_PER_EV: f64 = 1.602_176_634e-19;
+
+/// The species of a `[gas]` table: one for each line, or some that always shine together, and one for the continuum.
+pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star], bands: &[Passband]) -> Result<Vec<Emission>> {
+    section.check_keys(&KEYS.iter().map(|key| key.name).collect::<Vec<_>>())?;
+    let density = fields.expression(section, "density", loader)?;
+    let abundances = abundances(section)?;
+    let voxels = section.integer("voxels", 8..=2048)?.unwrap_or(96) as usize;
+    let dust_cm2 = section.number("dust_absorption", 0.0..=1e-15)?.unwrap_or(0.0);
+    let grid = gridded(&density, voxels);
+    let Lattice { dims, bounds } = *grid.lattice();
+    let values = grid.values();
+    let spectra: Vec<_> = stars.iter().map(photons).collect();
+    let known: Vec<Photons> = spectra.iter().map(|spectrum| spectrum as Photons).collect();
+    let mut lights = IonisingLight::several(&known);
+    let all: f64 = lights.iter().map(IonisingLight::ionising).sum();
+    let sources: Vec<Source> = stars
+        .iter()
+        .zip(&mut lights)
+        .filter(|(_, light)| light.ionising() > FAINTEST * all)
+        .map(|(star, light)| Source { place: star.position, light })
+        .collect();
+    let voxel = grid.lattice().voxel_pc();
+    let cloud = Cloud { dims, low: bounds.low, voxel, hydrogen: &values, abundances, dust_cm2 };
+    let species = Species::seen(bands);
+    let densest = values.iter().fold(0.0f32, |most, n| most.max(*n)).into();
+    let functions: Vec<_> = species.iter().map(|species| move |gas: &Gas, state: &State| species.emission(gas, state)).collect();
+    let pairs = |gas: &Gas, state: &State| state.electrons * state.density(gas, Element::Hydrogen, 1);
+    let mut quantities: Vec<Quantity> =
+        species.iter().zip(&functions).map(|(species, value)| Quantity { most: species.most(densest, &abundances), value }).collect();
+    let most = 2.0 * densest * densest;
+    let warm = |gas: &Gas, state: &State| pairs(gas, state) * state.temperature;
+    let thick = |gas: &Gas, state: &State| pairs(gas, state) * state.electrons;
+    quantities.push(Quantity { most, value: &pairs });
+    quantities.push(Quantity { most: 6e4 * most, value: &warm });
+    quantities.push(Quantity { most: 2.0 * densest * most, value: &thick });
+    let settings = Settings { memory_limit: loader.inputs.memory_limit, ..Settings::default() };
+    let found = cloud.ionised(&sources, &settings, &quantities).map_err(|e| section.error("density", e.to_string()))?;
+    let sum = |values: &[f32]| values.iter().map(|v| f64::from(*v)).sum::<f64>();
+    let mut quantities = found.quantities;
+    let [thick, warm, pairs] = std::array::from_fn(|_| quantities.pop().unwrap_or_default());
+    let sums: Vec<f64> = quantities.iter().map(|values| sum(values)).collect();
+    let brightest = sums.iter().fold(0.0f64, |most, sum| most.max(*sum));
+    let gridded = |values: Vec<f32>| Arc::new(Grid::of(Lattice { dims, bounds }, values)) as Arc<dyn Field>;
+    let mut emission = Vec::new();
+    for ((species, values), sum) in species.iter().zip(quantities).zip(sums) {
+        if sum > DARK * brightest {
+            emission.push(Emission { name: species.name(), density: gridded(values), spectrum: species.spectrum() });
+        }
+    }
+    let all = sum(&pairs);
+    if all > 0.0 {
+        let temperature = Temperature((sum(&warm) / all).clamp(6000.0, 15_000.0));
+        let electrons = NumberDensity((sum(&thick) / all).clamp(100.0, 1e4));
+        let spectrum = section.wrap("density", recombination_continuum(temperature, electrons))?;
+        emission.push(Emission { name: "hydrogen's continuum".into(), density: gridded(pairs), spectrum });
+    }
+    Ok(emission)
+}
+
+/// The abundances by name, or as a list.
+fn abundances(section: &Section) -> Result<[f64; 7]> {
+    if let Ok(Some(values)) = section.numbers("abundances") {
+        let [helium, carbon, nitrogen, oxygen, neon, sulphur] = values[..] else {
+            return Err(section.error("abundances", "six numbers: He, C, N, O, Ne and S for one nucleus of hydrogen"));
+        };
+        return Ok([1.0, helium, carbon, nitrogen, oxygen, neon, sulphur]);
+    }
+    let names: Vec<&'static str> = ABUNDANCES.iter().map(|row| row.name).collect();
+    let name = section.choice("abundances", &names)?.unwrap_or(ABUNDANCES[0].name);
+    Ok(ABUNDANCES.iter().find(|row| row.name == name).map_or(ABUNDANCES[0].values, |row| row.values))
+}
+
+/// A density on voxels: its own, or so many along the longest edge of its box.
+fn gridded(density: &Arc<dyn Field>, voxels: usize) -> Grid {
+    if let Some(grid) = density.grid() {
+        return grid.clone();
+    }
+    let bounds = density.bounds();
+    let edge = bounds.size().max_element() / voxels as f64;
+    let dims = (bounds.size() / edge).to_array().map(|n| (n.ceil() as usize).max(2));
+    let high = bounds.low + DVec3::from(dims.map(|n| n as f64)) * edge;
+    Grid::sampled(Lattice { dims, bounds: crate::geometry::Bounds { low: bounds.low, high } }, |p| density.at(p).max(0.0))
+}
+
+/// A star's photons at an energy in eV \[s⁻¹ eV⁻¹\].
+fn photons(star: &Star) -> impl Fn(f64) -> f64 + use<'_> {
+    |energy| {
+        let per_um = star.spectrum.continuum(EV_UM / energy);
+        // |dλ/dE| = λ/E.
+        per_um * EV_UM / (energy * energy) / (energy * JOULE_PER_EV)
+    }
+}
+
+/// Lines of an ion that always shine together.
+struct Species {
+    table: &'static LineTable,
+    /// The charge that a line of recombination needs beside its ion's.
+    caught: usize,
+    /// The strongest first.
+    lines: Vec<&'static EmissionLine>,
+}
+
+impl Species {
+    /// Those of which a line is seen through a passband.
+    fn seen(bands: &[Passband]) -> Vec<Self> {
+        let atoms = Atoms::get();
+        let is_seen = |line: &&EmissionLine| bands.iter().any(|band| band.response(line.wavelength_um) > UNSEEN * band.largest());
+        let mut species: Vec<Self> = Vec::new();
+        for (table, caught) in [(&atoms.recombination, 1), (&atoms.collisional, 0)] {
+            let usual = table.conditions(USUAL.0, USUAL.1);
+            let mut lines: Vec<&'static EmissionLine> = table.lines.iter().filter(is_seen).collect();
+            lines.sort_by(|a, b| table.emissivity(b, &usual).total_cmp(&table.emissivity(a, &usual)));
+            for line in lines {
+                match species.iter_mut().find(|species| species.caught == caught && species.has_like(line)) {
+                    Some(species) => species.lines.push(line),
+                    None => species.push(Self { table, caught, lines: vec![line] }),
+                }
+            }
+        }
+        species
+    }
+
+    /// Whether a line shines as the first does.
+    fn has_like(&self, line: &EmissionLine) -> bool {
+        let first = self.lines[0];
+        if (first.element, first.charge) != (line.element, line.charge) {
+            return false;
+        }
+        let ratio = |temperature: f64, electrons: f64| {
+            let at = self.table.conditions(temperature, electrons);
+            self.table.emissivity(line, &at) / self.table.emissivity(first, &at)
+        };
+        let ratios = TEMPERATURES.into_iter().flat_map(|t| DENSITIES.map(|n| ratio(t, n)));
+        let (low, high) = ratios.fold((f64::INFINITY, 0.0f64), |(low, high), ratio| (low.min(ratio), high.max(ratio)));
+        high - low < TOGETHER * high
+    }
+
+    /// The emission of the strongest \[erg cm⁻³ s⁻¹\].
+    fn emission(&self, gas: &Gas, state: &State) -> f64 {
+        let (line, at) = (self.lines[0], self.table.conditions(state.temperature, state.electrons));
+        state.electrons * state.density(gas, line.element, line.charge + self.caught) * self.table.emissivity(line, &at)
+    }
+
+    /// The most that it can be in gas of at most this density.
+    fn most(&self, densest: f64, abundances: &[f64; 7]) -> f64 {
+        let emissivity = |t: f64| self.table.emissivity(self.lines[0], &self.table.conditions(t, 1.0));
+        let most = (1..=30).map(|t| emissivity(1000.0 * f64::from(t))).fold(0.0, f64::max);
+        2.0 * densest * densest * abundances[self.lines[0].element as usize] * most
+    }
+
+    /// Its lines for an emission of one \[W m⁻³ sr⁻¹ for 1 erg cm⁻³ s⁻¹\].
+    fn spectrum(&self) -> Spectrum {
+        let at = self.table.conditions(USUAL.0, USUAL.1);
+        let first = self.table.emissivity(self.lines[0], &at);
+        let line =
+            |line: &&EmissionLine| Line { lambda_um: line.wavelength_um, strength: W_PER_M3_SR * self.table.emissivity(line, &at) / first };
+        Spectrum::of_lines(self.lines.iter().map(line).collect())
+    }
+
+    fn name(&self) -> String {
+        self.lines[0].label.clone()
+    }
+}
