@@ -55,8 +55,8 @@ const TOGETHER: f64 = 0.03;
 const TEMPERATURES: [f64; 2] = [6500.0, 12_000.0];
 const DENSITIES: [f64; 2] = [10.0, 1e4];
 const USUAL: (f64, f64) = (9000.0, 100.0);
-/// A line that sends less than this part of the brightest species' light is left out.
-const DARK: f64 = 1e-5;
+/// What gives every passband less than this part of its light is left out.
+const DARK: f64 = 1e-3;
 /// 1 erg s⁻¹ cm⁻³ = 0.1 W m⁻³, over the whole sphere.
 const W_PER_M3_SR: f64 = 0.1 / SPHERE;
 /// The energy of a photon of 1 µm \[eV\], and the electronvolt \[J\].
@@ -102,12 +102,14 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
     let sum = |values: &[f32]| values.iter().map(|v| f64::from(*v)).sum::<f64>();
     let mut quantities = found.quantities;
     let [thick, warm, pairs] = std::array::from_fn(|_| quantities.pop().unwrap_or_default());
-    let sums: Vec<f64> = quantities.iter().map(|values| sum(values)).collect();
-    let brightest = sums.iter().fold(0.0f64, |most, sum| most.max(*sum));
+    let through = |band: &Passband| species.iter().zip(&quantities).map(|(species, values)| species.through(band) * sum(values)).collect();
+    let by_band: Vec<Vec<f64>> = bands.iter().map(through).collect();
+    let counts = |i: usize| by_band.iter().any(|light| light[i] > DARK * light.iter().sum::<f64>());
+    let counts: Vec<bool> = (0..species.len()).map(counts).collect();
     let gridded = |values: Vec<f32>| Arc::new(Grid::of(Lattice { dims, bounds }, values)) as Arc<dyn Field>;
     let mut emission = Vec::new();
-    for ((species, values), sum) in species.iter().zip(quantities).zip(sums) {
-        if sum > DARK * brightest {
+    for ((species, values), counts) in species.iter().zip(quantities).zip(counts) {
+        if counts {
             emission.push(Emission { name: species.name(), density: gridded(values), spectrum: species.spectrum() });
         }
     }
@@ -219,6 +221,11 @@ impl Species {
         let line =
             |line: &&EmissionLine| Line { lambda_um: line.wavelength_um, strength: W_PER_M3_SR * self.table.emissivity(line, &at) / first };
         Spectrum::of_lines(self.lines.iter().map(line).collect())
+    }
+
+    /// What of its light a passband lets through, in parts of the strongest line.
+    fn through(&self, band: &Passband) -> f64 {
+        self.spectrum().lines().iter().map(|line| line.strength / W_PER_M3_SR * band.response(line.lambda_um) / band.largest()).sum()
     }
 
     fn name(&self) -> String {
