@@ -23,6 +23,7 @@ CLASSES = [
     ("star", "Star"),
     ("star_table", "StarTable"),
     ("emission", "Emission"),
+    ("gas", "Gas"),
     ("background.stars", "StarField"),
     ("background", "Background"),
     ("band", "Band"),

@@ -9,7 +9,7 @@ from . import tables
 from ._field import Field
 from ._rows import ROWS, scene_error, unknown_key
 from ._table import Table, table_of
-from .tables import Background, Band, Camera, Display, Dust, Emission, Method, Star, StarTable
+from .tables import Background, Band, Camera, Display, Dust, Emission, Gas, Method, Star, StarTable
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -25,6 +25,7 @@ LISTS: dict[str, tuple[str, type[Table]]] = {
 TABLES: dict[str, type[Table]] = {
     "camera": Camera,
     "dust": Dust,
+    "gas": Gas,
     "background": Background,
     "display": Display,
     "method": Method,

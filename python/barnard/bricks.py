@@ -80,6 +80,8 @@ def render_bricks(
     client = _client(client, timeout)
     if not 8 <= coarse <= 1024:
         raise scene_error("coarse", f"{coarse} lies outside of 8 to 1024")
+    if scene.gas is not None:
+        raise scene_error("gas", "stars ionise a gas that lies in memory; give what they make of it as emission")
     fields = _fields(scene)
     first = next(iter(fields.values()))
     box = _box(scene, next(iter(fields)))

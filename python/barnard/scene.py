@@ -18,7 +18,7 @@ from ._table import table_of
 from ._tree import PARTS, TABLES, place_of, take, tree_of
 from .image import Image
 from .plan import Plan, exactness
-from .tables import Background, Band, Camera, Display, Dust, Emission, Method, Star, StarTable
+from .tables import Background, Band, Camera, Display, Dust, Emission, Gas, Method, Star, StarTable
 
 class Scene:
     """Everything that is in front of the telescope, and the telescope.
@@ -36,8 +36,8 @@ class Scene:
     fields : dictionary of fields by name
         Scalar fields that expressions such as `Dust.density` call by their names. An array is a `Grid` without a box
         and is refused: `Grid(array, low=..., high=...)`.
-    dust, background, display, method : table or dictionary, optional
-        See `Dust`, `Background`, `Display` and `Method`.
+    dust, gas, background, display, method : table or dictionary, optional
+        See `Dust`, `Gas`, `Background`, `Display` and `Method`.
     stars, emission, star_tables, passbands : lists of tables or dictionaries, optional
         See `Star`, `Emission`, `StarTable` and `Band`.
     bookmarks : dictionary of cameras by name, optional
@@ -61,6 +61,7 @@ class Scene:
         camera: Camera | dict[str, Any] | None = None,
         fields: Mapping[str, Field | dict[str, Any]] | None = None,
         dust: Dust | dict[str, Any] | None = None,
+        gas: Gas | dict[str, Any] | None = None,
         emission: Iterable[Emission | dict[str, Any]] = (),
         stars: Iterable[Star | dict[str, Any]] = (),
         star_tables: Iterable[StarTable | dict[str, Any]] = (),
@@ -80,7 +81,8 @@ class Scene:
         self._folder: str | None = os.fspath(folder) if folder is not None else os.curdir
         self._forget()
         self.name, self.description, self.bands = name, description, bands
-        self.camera, self.dust, self.background, self.display, self.method = camera, dust, background, display, method
+        self.camera, self.dust, self.gas, self.background = camera, dust, gas, background
+        self.display, self.method = display, method
         self.fields: dict[str, Field] = dict(fields or {})
         self.bookmarks: dict[str, Camera] = dict(bookmarks or {})
         self.emission: list[Emission] = list(emission)

@@ -857,6 +857,40 @@ class Emission(Table):
         )
 
 
+class Gas(Table):
+    """Gas that the scene's stars ionise: which part of it is, how warm it is, and which lines it shines in through the
+    passbands follow from its density and the stars ([docs/gas.md](gas.md)).
+
+    Parameters
+    ----------
+    density : expression
+        Nuclei of hydrogen in cm-3, of the fields, such as "n_H".
+    abundances : text or list, default orion
+        Orion, solar or hii40, or He, C, N, O, Ne and S for one nucleus of hydrogen.
+    voxels : whole number, default 96
+        Voxels along the longest edge where the density is a function; a grid's own otherwise.
+    dust_absorption : number, default 0
+        Cross section that dust absorbs ionising light with, in cm2 for a nucleus of hydrogen, such as 1e-21.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "gas"
+
+    def __init__(
+        self,
+        density: str,
+        *,
+        abundances: str | Sequence[str] | None = None,
+        voxels: Quantity | None = None,
+        dust_absorption: float | None = None,
+    ):
+        super().__init__(density=density, abundances=abundances, voxels=voxels, dust_absorption=dust_absorption)
+
+
 class StarField(Table):
     """Stars at infinity, the same from every camera.
 
@@ -1187,4 +1221,4 @@ class Method(Table):
         )
 
 
-__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Camera", "perspective", "orthographic", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "StarField", "Background", "Band", "Display", "Method"]
+__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Camera", "perspective", "orthographic", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "Background", "Band", "Display", "Method"]
