@@ -63,6 +63,7 @@ fn bad_gas_is_refused() {
         ("abundances = [0.1, 0.5, 0, 0, 0, 0]", "nuclei of C"),
         ("voxels = 4", "voxels"),
         ("colour = 1", "unknown key"),
+        ("voxels = 2000", "MiB"),
     ] {
         let message = parsed(gas, star, &loader).map(|_| ()).unwrap_err();
         assert!(message.contains(word) && message.contains("gas"), "{message}");

@@ -13,9 +13,12 @@ use spectra::passband::Passband;
 use spectra::spectrum::{Line, Spectrum};
 use spectra::units::{NumberDensity, Temperature};
 
-use super::{Emission, Fields, Loader, Star};
+use super::loader::Glow;
+use super::{Fields, Loader, Star};
 use crate::error::Result;
 use crate::field::{Field, Grid, Lattice};
+use crate::geometry::Bounds;
+use crate::memory;
 use crate::properties::{Key, Section};
 
 /// Nuclei of H, He, C, N, O, Ne and S for one of hydrogen, by name.
@@ -47,6 +50,12 @@ pub(super) const KEYS: &[Key] = &[
 
 /// Photons of a star, in parts of those of all, with which it is left out.
 const FAINTEST: f64 = 1e-6;
+/// Stars that ionise a gas at most.
+const MOST_STARS: usize = 64;
+/// Energies at which a star's photons are looked at \[eV\], before it is known whether it has any.
+const LOOKED_AT: [f64; 8] = [14.0, 16.0, 19.0, 23.0, 28.0, 36.0, 50.0, 80.0];
+/// Quantities that are asked for beside the species.
+const BESIDE: usize = 3;
 /// The part of a passband's largest response at which a line is left out.
 const UNSEEN: f64 = 1e-3;
 /// Lines of an ion stand together where their ratio changes by less than this over the conditions of nebulae.
@@ -64,28 +73,35 @@ const EV_UM: f64 = 1.239_841_984;
 const JOULE_PER_EV: f64 = 1.602_176_634e-19;
 
 /// The species of a `[gas]` table: one for each line, or some that always shine together, and one for the continuum.
-pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star], bands: &[Passband]) -> Result<Vec<Emission>> {
+pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star], bands: &[Passband]) -> Result<Vec<Glow>> {
     section.check_keys(&KEYS.iter().map(|key| key.name).collect::<Vec<_>>())?;
     let density = fields.expression(section, "density", loader)?;
     let abundances = abundances(section)?;
     let voxels = section.integer("voxels", 8..=2048)?.unwrap_or(96) as usize;
     let dust_cm2 = section.number("dust_absorption", 0.0..=1e-15)?.unwrap_or(0.0);
-    let grid = gridded(&density, voxels);
+    let stars = ionising(stars);
+    if stars.len() > MOST_STARS {
+        let message =
+            format!("{} stars ionise it, at most {MOST_STARS} are followed: take fainter ones out, or put some into one", stars.len());
+        return Err(section.error("density", message));
+    }
+    let spectra: Vec<_> = stars.iter().map(|star| photons(star)).collect();
+    let known: Vec<Photons> = spectra.iter().map(|spectrum| spectrum as Photons).collect();
+    let lights = IonisingLight::several(&known);
+    let sources: Vec<Source> = stars.iter().zip(&lights).map(|(star, light)| Source { place: star.position, light }).collect();
+    let species = Species::seen(bands);
+    let lattice = lattice(&density, voxels);
+    let nodes = lights.first().map_or(0, |light| light.energies_ev.len());
+    let bytes = Cloud::bytes(lattice.cells(), stars.len(), nodes, species.len() + BESIDE);
+    section.wrap("density", memory::check("the gas that stars ionise", bytes, loader.inputs.memory_limit))?;
+    let grid = match density.grid() {
+        Some(grid) => grid.clone(),
+        None => Grid::sampled(lattice, |p| density.at(p).max(0.0)),
+    };
     let Lattice { dims, bounds } = *grid.lattice();
     let values = grid.values();
-    let spectra: Vec<_> = stars.iter().map(photons).collect();
-    let known: Vec<Photons> = spectra.iter().map(|spectrum| spectrum as Photons).collect();
-    let mut lights = IonisingLight::several(&known);
-    let all: f64 = lights.iter().map(IonisingLight::ionising).sum();
-    let sources: Vec<Source> = stars
-        .iter()
-        .zip(&mut lights)
-        .filter(|(_, light)| light.ionising() > FAINTEST * all)
-        .map(|(star, light)| Source { place: star.position, light })
-        .collect();
     let voxel = grid.lattice().voxel_pc();
     let cloud = Cloud { dims, low: bounds.low, voxel, hydrogen: &values, abundances, dust_cm2 };
-    let species = Species::seen(bands);
     let densest = values.iter().fold(0.0f32, |most, n| most.max(*n)).into();
     let functions: Vec<_> = species.iter().map(|species| move |gas: &Gas, state: &State| species.emission(gas, state)).collect();
     let pairs = |gas: &Gas, state: &State| state.electrons * state.density(gas, Element::Hydrogen, 1);
@@ -110,7 +126,7 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
     let mut emission = Vec::new();
     for ((species, values), counts) in species.iter().zip(quantities).zip(counts) {
         if counts {
-            emission.push(Emission { name: species.name(), density: gridded(values), spectrum: species.spectrum() });
+            emission.push((species.name(), gridded(values), species.spectrum()));
         }
     }
     let all = sum(&pairs);
@@ -118,7 +134,7 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
         let temperature = Temperature((sum(&warm) / all).clamp(6000.0, 15_000.0));
         let electrons = NumberDensity((sum(&thick) / all).clamp(100.0, 1e4));
         let spectrum = section.wrap("density", recombination_continuum(temperature, electrons))?;
-        emission.push(Emission { name: "hydrogen's continuum".into(), density: gridded(pairs), spectrum });
+        emission.push(("hydrogen's continuum".into(), gridded(pairs), spectrum));
     }
     Ok(emission)
 }
@@ -136,16 +152,23 @@ fn abundances(section: &Section) -> Result<[f64; 7]> {
     Ok(ABUNDANCES.iter().find(|row| row.name == name).map_or(ABUNDANCES[0].values, |row| row.values))
 }
 
-/// A density on voxels: its own, or so many along the longest edge of its box.
-fn gridded(density: &Arc<dyn Field>, voxels: usize) -> Grid {
+/// The stars that have ionising photons.
+fn ionising(stars: &[Star]) -> Vec<&Star> {
+    let most = |star: &Star| LOOKED_AT.into_iter().map(photons(star)).fold(0.0, f64::max);
+    let all: f64 = stars.iter().map(most).sum();
+    stars.iter().filter(|star| most(star) > FAINTEST * all).collect()
+}
+
+/// The voxels of a density: its own, or so many along the longest edge of its box.
+fn lattice(density: &Arc<dyn Field>, voxels: usize) -> Lattice {
     if let Some(grid) = density.grid() {
-        return grid.clone();
+        return grid.lattice().clone();
     }
     let bounds = density.bounds();
     let edge = bounds.size().max_element() / voxels as f64;
     let dims = (bounds.size() / edge).to_array().map(|n| (n.ceil() as usize).max(2));
     let high = bounds.low + DVec3::from(dims.map(|n| n as f64)) * edge;
-    Grid::sampled(Lattice { dims, bounds: crate::geometry::Bounds { low: bounds.low, high } }, |p| density.at(p).max(0.0))
+    Lattice { dims, bounds: Bounds { low: bounds.low, high } }
 }
 
 /// A star's photons at an energy in eV \[s⁻¹ eV⁻¹\].

@@ -3,7 +3,9 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, Weak};
 
-use super::{Emission, Star};
+use spectra::spectrum::Spectrum;
+
+use super::Star;
 use crate::control::Control;
 use crate::data::{DataSource, Inputs, NoData};
 use crate::error::Result;
@@ -15,6 +17,9 @@ const MAX_TABLES: usize = 8;
 /// Gases that are kept at most: each has a grid for every species.
 const MAX_GAS: usize = 2;
 
+/// A species of a gas: its name, its density, and the emission coefficient of density 1 [W m⁻³ sr⁻¹ µm⁻¹, lines W m⁻³ sr⁻¹].
+pub(super) type Glow = (String, Arc<dyn Field>, Spectrum);
+
 /// What a scene may read, and what was made of that before; clones share it.
 #[derive(Debug, Clone)]
 pub struct Loader {
@@ -22,7 +27,7 @@ pub struct Loader {
     pub inputs: Inputs,
     fields: Arc<Mutex<HashMap<String, Weak<dyn Field>>>>,
     stars: Arc<Mutex<HashMap<String, Arc<Vec<Star>>>>>,
-    gas: Arc<Mutex<HashMap<String, Arc<Vec<Emission>>>>>,
+    gas: Arc<Mutex<HashMap<String, Arc<Vec<Glow>>>>>,
     /// What ends a reading early.
     pub(crate) control: Control,
 }
@@ -74,7 +79,7 @@ impl Loader {
     }
 
     /// The species of the gas that `text` describes: those of before, or new ones.
-    pub(super) fn gas(&self, text: &str, build: impl FnOnce() -> Result<Vec<Emission>>) -> Result<Arc<Vec<Emission>>> {
+    pub(super) fn gas(&self, text: &str, build: impl FnOnce() -> Result<Vec<Glow>>) -> Result<Arc<Vec<Glow>>> {
         kept(&self.gas, MAX_GAS, text, build)
     }
 }

@@ -249,7 +249,7 @@ impl Scene {
         if let Some(gas) = root.table("gas")? {
             let said = format!("{gas} {stars} through {bands}", gas = gas.said(), stars = star::said(&stars), bands = band::said(&bands));
             let species = loader.gas(&format!("{said} of {}", fields.said), || gas::build(&gas, loader, &fields, &stars, &bands))?;
-            emission.extend_from_slice(&species);
+            emission.extend(species.iter().cloned().map(|(name, density, spectrum)| Emission { name, density, spectrum }));
         }
         let background = root.table("background")?.map(|s| background::build(&s, inputs)).transpose()?;
         let display = display::build(root.table("display")?.as_ref(), &bands)?;
