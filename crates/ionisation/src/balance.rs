@@ -310,7 +310,7 @@ impl Balance<'_> {
         photons_of_helium([Of::HeliumTriplets, Of::HeliumSinglets].map(|of| coefficients.of(of)), coefficients.temperature, neutral)
     }
 
-    /// Photons that leave the place where they are made, by the nodes of [`IonisingLight::own`] \[cm⁻³ s⁻¹\].
+    /// Photons that leave the place where they are made, by the first nodes of [`IonisingLight`] \[cm⁻³ s⁻¹\].
     pub fn own_light(&self, state: &State) -> [f64; 4] {
         if self.diffuse == Diffuse::OnTheSpot {
             return [0.0; 4];
