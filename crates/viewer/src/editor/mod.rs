@@ -163,6 +163,10 @@ density = "cloud"
 temperature = "10000 K"
 electron_density = "1000 cm-3"
 
+[gas]
+density = "cloud"
+voxels = 8
+
 [background]
 kind = "blackbody"
 temperature = "15000 K"

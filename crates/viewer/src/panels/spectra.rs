@@ -44,6 +44,9 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
             }
         });
     }
+    if app.document.toml().get("gas").is_some() {
+        section(ui, "Gas that stars ionise", true, |ui| editor::keys(ui, &app.document, "gas", edits));
+    }
     if count(app.document.toml().as_table(), "emission") > 0 {
         section(ui, "Gas", true, |ui| list(ui, app, "emission", edits));
     }
@@ -71,7 +74,11 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
 fn list(ui: &mut Ui, app: &App, name: &str, edits: &mut Edits) {
     let titles: Vec<String> = match name {
         "star" => app.document.stars().iter().map(|s| s.name.clone()).collect(),
-        _ => app.document.scene().emission.iter().map(|e| e.name.clone()).collect(),
+        // Those that stars make of [gas] come behind, and have no table of their own.
+        _ => {
+            let own = count(app.document.toml().as_table(), name);
+            app.document.scene().emission.iter().take(own).map(|e| e.name.clone()).collect()
+        }
     };
     for (i, title) in titles.iter().enumerate() {
         egui::CollapsingHeader::new(title).id_salt((name, i)).default_open(i == 0).show(ui, |ui| {
