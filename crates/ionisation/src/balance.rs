@@ -15,7 +15,8 @@
 use multiversion::multiversion;
 
 use crate::atoms::{
-    Atoms, ELEMENTS, ERG_PER_EV, Element, HELIUM_EV, HYDROGEN_EV, LYMAN_ALPHA_EV, STAGES, TRIPLET_EV, TWO_PHOTON_EV, photons_of_helium,
+    Atoms, ELEMENTS, ERG_PER_EV, Element, EmissionLine, HELIUM_EV, HYDROGEN_EV, LYMAN_ALPHA_EV, LineTable, STAGES, TRIPLET_EV,
+    TWO_PHOTON_EV, photons_of_helium,
 };
 use crate::coefficients::{Coefficients, Of};
 use crate::light::{ABSORBERS, Absorption, ByNode, IONS, IonisingLight, OWN_NODES, ion};
@@ -67,6 +68,12 @@ impl State {
     pub fn density(&self, gas: &Gas, element: Element, charge: usize) -> f64 {
         gas.hydrogen * gas.abundances[element as usize] * self.fractions[element as usize][charge]
     }
+
+    /// What a line of a table sends out \[erg cm⁻³ s⁻¹\].
+    pub fn emission(&self, gas: &Gas, table: &LineTable, line: &EmissionLine) -> f64 {
+        let at = table.conditions(self.temperature, self.electrons);
+        self.electrons * self.density(gas, line.element, line.charge) * table.emissivity(line, &at)
+    }
 }
 
 /// What light does to each ion, in the order of [`ion`].
@@ -85,6 +92,7 @@ impl Photo {
     pub fn new(light: &IonisingLight, flux: &ByNode) -> Self {
         let mut photo = Self { rates: [0.0; IONS], heat: [0.0; IONS], thermal: [0.0; ABSORBERS.len()] };
         sums(&mut photo, &light.absorptions, flux);
+        photo.renew(light, flux);
         // Weights between nodes may be negative, rates are not, and where there is none there is no heat.
         photo.rates.iter_mut().zip(&mut photo.heat).filter(|(rate, _)| **rate <= 0.0).for_each(|(rate, heat)| (*rate, *heat) = (0.0, 0.0));
         photo
@@ -107,9 +115,6 @@ fn sums(photo: &mut Photo, absorptions: &[Absorption], flux: &ByNode) {
         for i in 0..IONS {
             photo.rates[i] += flux * absorption.sigma[i];
             photo.heat[i] += flux * absorption.heat[i];
-        }
-        if let Some(thermal) = &absorption.thermal {
-            photo.thermal.iter_mut().zip(thermal).for_each(|(sum, sigma)| *sum += flux * sigma);
         }
     }
 }
@@ -311,9 +316,9 @@ impl Balance<'_> {
     }
 
     /// Photons that leave the place where they are made, by the first nodes of [`IonisingLight`] \[cm⁻³ s⁻¹\].
-    pub fn own_light(&self, state: &State) -> [f64; 4] {
+    pub fn own_light(&self, state: &State) -> [f64; OWN_NODES] {
         if self.diffuse == Diffuse::OnTheSpot {
-            return [0.0; 4];
+            return [0.0; OWN_NODES];
         }
         let coefficients = self.coefficients;
         let pairs = |element: Element| state.electrons * state.density(self.gas, element, 1);

@@ -130,7 +130,7 @@ impl<'a> Beam<'a> {
 
     /// The part of its ionising photons that is left \[1\].
     pub fn left(&self) -> f64 {
-        if self.all > 0.0 { self.light.ionising_of(&self.photons) / (self.light.ionising() * self.solid_angle / SPHERE) } else { 0.0 }
+        if self.all > 0.0 { self.light.ionising_of(&self.photons) / self.all } else { 0.0 }
     }
 
     /// Whether next to nothing of the light is left.

@@ -4,8 +4,8 @@
 
 use spectra::table::with_provenance;
 
-use crate::atoms::{Atoms, ELEMENTS, Element};
-use crate::balance::{Accuracy, Diffuse, Gas, State};
+use crate::atoms::{ELEMENTS, Element};
+use crate::balance::{Accuracy, Diffuse, Gas};
 use crate::light::IonisingLight;
 use crate::sphere::Sphere;
 
@@ -97,25 +97,5 @@ impl Benchmark {
             Row { quantity, codes: cells[3..].iter().filter_map(|cell| cell.parse().ok()).collect(), own }
         };
         rows.map(row).collect()
-    }
-}
-
-impl Sphere {
-    /// The power of a line by its label \[erg s⁻¹\]; nothing where no line is called so.
-    pub fn line(&self, label: &str) -> f64 {
-        let atoms = Atoms::get();
-        if atoms.recombination.lines.iter().any(|line| line.label == label) { self.recombination(label) } else { self.collisional(label) }
-    }
-
-    /// The temperature weighted by n_p n_e \[K\].
-    pub fn temperature(&self) -> f64 {
-        let weight = |s: &State| s.electrons * s.density(&self.gas, Element::Hydrogen, 1);
-        self.sum(|s| weight(s) * s.temperature) / self.sum(weight)
-    }
-
-    /// The part of helium's nuclei that are He⁺ for that of hydrogen's that are H⁺, both weighted by n_e.
-    pub fn helium(&self) -> f64 {
-        let of = |element: Element| self.sum(|s| s.electrons * s.density(&self.gas, element, 1)) / self.gas.abundances[element as usize];
-        of(Element::Helium) / of(Element::Hydrogen)
     }
 }

@@ -2,10 +2,8 @@
 //!
 //! Each beam solves the gas on its way, from the star outward, so that of one star one pass is the solution, and shadows
 //! have sharp edges. Of several, a beam has the light of the others as it was in the pass before, and answers for that part
-//! of the gas which it ionises itself. What it finds it leaves in the voxels, weighted by the volume of its steps: where a front runs through a voxel,
-//! the voxel has of both sides what there is of them.
-
-use std::sync::atomic::{AtomicU64, Ordering};
+//! of the gas which it ionises itself. What it finds it leaves in the voxels, weighted by the volume of its steps: where a
+//! front runs through a voxel, the voxel has of both sides what there is of them.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -17,6 +15,8 @@ use crate::beam::{Beam, Step};
 use crate::error::IonisationError;
 use crate::light::{ByNode, IonisingLight, NODES};
 use crate::patch::Patch;
+pub use crate::tally::Quantity;
+use crate::tally::{Lit, Tally};
 
 /// Centimetres in a parsec.
 const PARSEC_CM: f64 = 100.0 * PARSEC;
@@ -28,8 +28,6 @@ const WIDEST: f64 = 1.0;
 const BEYOND: f64 = 3.0;
 /// The densest gas that is taken as such \[cm⁻³\].
 const DENSEST: f32 = 1e12;
-/// Units of a sum for the most that it may be in a voxel.
-const UNITS: f64 = (1u64 << 56) as f64;
 
 /// A density on a grid of voxels.
 #[derive(Debug, Clone)]
@@ -78,15 +76,6 @@ impl Default for Settings {
     }
 }
 
-/// What is asked for of the gas in each voxel; where gas is dark, of several stars each answers for a part, whether it
-/// comes there or not.
-pub struct Quantity<'a> {
-    /// The most that it can be: what is more counts as that.
-    pub most: f64,
-    /// What it is.
-    pub value: &'a (dyn Fn(&Gas, &State) -> f64 + Sync),
-}
-
 /// What stars make of a cloud.
 #[derive(Debug, Clone)]
 pub struct Ionised {
@@ -102,124 +91,6 @@ pub struct Ionised {
     pub steps: u64,
     /// Of those, in how many the gas did not settle.
     pub unsettled: u64,
-}
-
-/// Sums in voxels, in whole units: in whatever order they come, they are the same.
-struct Tally<'a> {
-    quantities: &'a [Quantity<'a>],
-    /// The volume that a star's beams have seen of each voxel; the same of all stars so far, and how many saw any.
-    volume: Vec<AtomicU64>,
-    seen: Vec<(u64, u64)>,
-    /// By quantity its sum; that of ions of hydrogen is the last.
-    sums: Vec<Vec<AtomicU64>>,
-    /// The densest gas \[cm⁻³\].
-    densest: f64,
-    /// \[cm³\]
-    voxel_volume: f64,
-    /// Steps, those that did not settle, and the part of a star's photons that stayed in the cloud.
-    steps: AtomicU64,
-    unsettled: AtomicU64,
-    kept: AtomicU64,
-}
-
-/// Whole units of a part of a voxel's most.
-fn unit(part: f64) -> u64 {
-    (part * UNITS / 4.0) as u64
-}
-
-fn zeros(count: usize) -> Vec<AtomicU64> {
-    (0..count).map(|_| AtomicU64::new(0)).collect()
-}
-
-fn number(sum: &AtomicU64) -> f64 {
-    sum.load(Ordering::Relaxed) as f64
-}
-
-impl<'a> Tally<'a> {
-    fn new(cloud: &Cloud, quantities: &'a [Quantity<'a>]) -> Self {
-        let cells = cloud.hydrogen.len();
-        Self {
-            quantities,
-            volume: zeros(cells),
-            seen: vec![(0, 0); cells],
-            sums: (0..=quantities.len()).map(|_| zeros(cells)).collect(),
-            densest: cloud.hydrogen.iter().fold(0.0f32, |most, n| most.max(*n)).into(),
-            voxel_volume: (cloud.voxel * PARSEC_CM).element_product(),
-            steps: AtomicU64::new(0),
-            unsettled: AtomicU64::new(0),
-            kept: AtomicU64::new(0),
-        }
-    }
-
-    /// Adds gas in a volume that a beam saw, of which it is to answer for a share.
-    fn add(&self, voxel: usize, (volume, share): (f64, f64), gas: &Gas, state: &State) {
-        let part = volume / self.voxel_volume;
-        self.volume[voxel].fetch_add(unit(part), Ordering::Relaxed);
-        if share <= 0.0 {
-            return;
-        }
-        let add = |sums: &Vec<AtomicU64>, value: f64| {
-            sums[voxel].fetch_add(unit(part * share * value.clamp(0.0, 1.0)), Ordering::Relaxed);
-        };
-        for (quantity, sums) in self.quantities.iter().zip(&self.sums) {
-            add(sums, (quantity.value)(gas, state) / quantity.most);
-        }
-        add(&self.sums[self.quantities.len()], gas.hydrogen * state.fractions[0][1] / self.densest);
-    }
-
-    /// Ends a star's beams.
-    fn next_star(&mut self) {
-        for ((all, stars), volume) in self.seen.iter_mut().zip(&mut self.volume) {
-            let volume = std::mem::take(volume.get_mut());
-            (*all, *stars) = (*all + volume, *stars + u64::from(volume > 0));
-        }
-        *self.kept.get_mut() = 0;
-    }
-
-    /// The means of a sum, whose most is given.
-    fn means(&self, sum: usize, most: f64) -> Vec<f32> {
-        let mean = |(sum, (volume, stars)): (&AtomicU64, &(u64, u64))| {
-            // Each of the stars saw it once.
-            let volume = *volume as f64 / (*stars).max(1) as f64;
-            if volume > 0.0 { (most * number(sum) / volume) as f32 } else { 0.0 }
-        };
-        self.sums[sum].par_iter().zip(&self.seen).map(mean).collect()
-    }
-}
-
-/// The light of one star in voxels: sums of its flux by node, times volume.
-struct Lit {
-    /// The most that the flux is taken to be \[s⁻¹ cm⁻²\].
-    most: f64,
-    volume: Vec<AtomicU64>,
-    sums: Vec<AtomicU64>,
-    nodes: usize,
-}
-
-impl Lit {
-    fn new(cloud: &Cloud, light: &IonisingLight) -> Self {
-        let (cells, nodes) = (cloud.hydrogen.len(), light.energies_ev.len());
-        let edge_cm = cloud.voxel.min_element() * PARSEC_CM;
-        let most = 10.0 * light.photons.iter().sum::<f64>() / (edge_cm * edge_cm);
-        Self { most, volume: zeros(cells), sums: zeros(cells * nodes), nodes }
-    }
-
-    fn add(&self, voxel: usize, part: f64, light: &ByNode) {
-        self.volume[voxel].fetch_add(unit(part), Ordering::Relaxed);
-        for (sum, flux) in self.sums[voxel * self.nodes..].iter().zip(&light[..self.nodes]).filter(|(_, flux)| **flux > 0.0) {
-            sum.fetch_add(unit(part * (flux / self.most).min(1.0)), Ordering::Relaxed);
-        }
-    }
-
-    /// The mean flux in each voxel, node by node \[s⁻¹ cm⁻²\].
-    fn flux(&self) -> Vec<f32> {
-        let means = |(sums, volume): (&[AtomicU64], &AtomicU64)| {
-            let volume = number(volume);
-            let mean = |sum: &AtomicU64| if volume > 0.0 { (self.most * number(sum) / volume) as f32 } else { 0.0 };
-            sums.iter().map(mean).collect::<Vec<_>>()
-        };
-        self.sums.par_chunks_exact(self.nodes).zip(&self.volume).flat_map_iter(means).collect()
-    }
 }
 
 impl Cloud<'_> {
@@ -246,10 +117,11 @@ impl Cloud<'_> {
         if stars.is_empty() {
             return Ok(ionised);
         }
-        for pass in 1..=settings.passes.max(1) {
-            let mut tally = Tally::new(self, quantities);
+        let most = settings.passes.max(1);
+        for pass in 1..=most {
+            let mut tally = Tally::new(self.hydrogen, (self.voxel * PARSEC_CM).element_product(), quantities);
             for number in 0..stars.len() {
-                let lit = (stars.len() > 1).then(|| Lit::new(self, stars[number].light));
+                let lit = (stars.len() > 1).then(|| Lit::new(cells, self.voxel.min_element() * PARSEC_CM, stars[number].light));
                 let others: Vec<&[f32]> =
                     light.iter().enumerate().filter(|(i, light)| *i != number && !light.is_empty()).map(|(_, light)| &light[..]).collect();
                 let follow =
@@ -258,21 +130,16 @@ impl Cloud<'_> {
                 if let Some(lit) = lit {
                     light[number] = lit.flux();
                 }
-                let kept = *tally.kept.get_mut() as f64 / (UNITS / 4.0);
-                ionised.escaped[number] = (1.0 - kept).clamp(0.0, 1.0);
-                tally.next_star();
+                ionised.escaped[number] = tally.next_star();
             }
-            let now = tally.means(quantities.len(), tally.densest);
+            let now = tally.ions();
+            // Of one star the first pass is the solution.
             let moved = now.iter().zip(ions.iter().chain(std::iter::repeat(&0.0))).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>();
             let all = now.iter().map(|n| f64::from(*n)).sum::<f64>();
-            (ionised.passes, ionised.change, ions) = (pass, if all > 0.0 { moved / all } else { 0.0 }, now);
-            if stars.len() == 1 {
-                ionised.change = 0.0;
-            }
-            if ionised.change <= settings.change || pass == settings.passes.max(1) {
-                let means = quantities.iter().enumerate().map(|(sum, quantity)| tally.means(sum, quantity.most));
-                ionised.quantities = means.collect();
-                (ionised.steps, ionised.unsettled) = (*tally.steps.get_mut(), *tally.unsettled.get_mut());
+            (ionised.passes, ionised.change, ions) = (pass, if all > 0.0 && stars.len() > 1 { moved / all } else { 0.0 }, now);
+            if ionised.change <= settings.change || pass == most {
+                ionised.quantities = tally.quantities();
+                [ionised.steps, ionised.unsettled] = tally.steps();
                 break;
             }
         }
@@ -409,8 +276,7 @@ impl Follow<'_> {
                     let step = beam.step(&gas, &background, exit * PARSEC_CM - beam.radius_cm);
                     let volume = step.volume(beam.solid_angle);
                     self.tally.add(voxel, (volume, step.share), &gas, &step.state);
-                    self.tally.steps.fetch_add(1, Ordering::Relaxed);
-                    self.tally.unsettled.fetch_add(u64::from(step.moved > self.settings.accuracy.settled), Ordering::Relaxed);
+                    self.tally.count(step.moved <= self.settings.accuracy.settled);
                     self.lit.iter().for_each(|lit| lit.add(voxel, volume / self.tally.voxel_volume, &step.light));
                 }
             }
@@ -430,7 +296,7 @@ impl Follow<'_> {
             at = exit;
         }
         let part = beam.solid_angle / SPHERE;
-        self.tally.kept.fetch_add(unit(part * (1.0 - beam.left()).clamp(0.0, 1.0)), Ordering::Relaxed);
+        self.tally.keep(part * (1.0 - beam.left()).clamp(0.0, 1.0));
     }
 
     /// The light of the other stars in a voxel, by node \[s⁻¹ cm⁻²\].

@@ -12,3 +12,4 @@ pub mod error;
 pub mod light;
 mod patch;
 pub mod sphere;
+mod tally;

@@ -51,8 +51,6 @@ pub struct Absorption {
     pub sigma: [f64; IONS],
     /// That times the energy that an electron gets \[eV cm²\].
     pub heat: [f64; IONS],
-    /// The cross section, where a photon has the energy beside that which a recombining electron had; none for the star's.
-    pub thermal: Option<[f64; ABSORBERS.len()]>,
 }
 
 /// Nodes at most.
@@ -128,8 +126,8 @@ impl IonisingLight {
             for (node, absorption) in absorptions.iter().enumerate() {
                 weakening[number][node] = absorption.sigma[ion(element, charge)];
                 warming[number][node] = absorption.heat[ion(element, charge)];
-                if let Some(sigma) = absorption.thermal.filter(|_| node < OWN_NODES) {
-                    thermal[number][node] = sigma[number];
+                if nodes[node].thermal.is_some() {
+                    thermal[number][node] = weakening[number][node];
                 }
             }
         }
@@ -242,24 +240,19 @@ impl Band {
 
 /// What a photon of a node does.
 fn absorption(node: &Node) -> Absorption {
-    let mut all = Absorption { sigma: [0.0; IONS], heat: [0.0; IONS], thermal: None };
+    let mut all = Absorption { sigma: [0.0; IONS], heat: [0.0; IONS] };
     let ions = Element::ALL.into_iter().flat_map(|element| (0..element.charges()).map(move |charge| (element, charge)));
     for (element, charge) in ions {
         let Some(fit) = &Atoms::get().transition(element, charge).light else { continue };
         let over = |value: &dyn Fn(f64) -> f64| node.samples.iter().zip(&node.shares).map(|(e, share)| value(*e) * share).sum::<f64>();
         let above = |e: f64| fit.at(e) * (e - fit.threshold_ev);
-        // What weakens the light is what the node's own photons do.
-        let weakens = ABSORBERS.contains(&(element, charge));
-        let own = if weakens { [fit.at(node.energy_ev), above(node.energy_ev)] } else { [over(&|e| fit.at(e)), over(&above)] };
+        // What weakens the light is what the node's own photons do; an electron's energy on top is not reckoned here.
+        let own = match (ABSORBERS.contains(&(element, charge)), node.thermal) {
+            (true, None) => [fit.at(node.energy_ev), above(node.energy_ev)],
+            (true, Some(begins)) => [fit.at(node.energy_ev), fit.at(node.energy_ev) * (begins - fit.threshold_ev).max(0.0)],
+            (false, _) => [over(&|e| fit.at(e)), over(&above)],
+        };
         [all.sigma[ion(element, charge)], all.heat[ion(element, charge)]] = own;
     }
-    all.thermal = node.thermal.map(|begins| {
-        ABSORBERS.map(|(element, charge)| {
-            let threshold = Atoms::get().transition(element, charge).light.as_ref().map_or(0.0, |fit| fit.threshold_ev);
-            let sigma = all.sigma[ion(element, charge)];
-            all.heat[ion(element, charge)] = sigma * (begins - threshold).max(0.0);
-            sigma
-        })
-    });
     all
 }

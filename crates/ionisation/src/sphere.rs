@@ -2,7 +2,7 @@
 
 use spectra::constants::SPHERE;
 
-use crate::atoms::{Atoms, Element};
+use crate::atoms::{Atoms, Element, LineTable};
 use crate::balance::{Accuracy, Diffuse, Gas, State};
 use crate::beam::{Beam, Step};
 use crate::light::{ByNode, IonisingLight, NODES};
@@ -39,26 +39,26 @@ impl Sphere {
         self.shells.iter().map(|shell| shell.volume(SPHERE) * value(&shell.state)).sum()
     }
 
-    /// The power of a line that electrons excite, by its label \[erg s⁻¹\].
-    pub fn collisional(&self, label: &str) -> f64 {
-        let table = &Atoms::get().collisional;
-        let lines = || table.lines.iter().filter(|line| line.label == label);
-        self.sum(|state| {
-            let at = table.conditions(state.temperature, state.electrons);
-            lines().map(|line| state.electrons * state.density(&self.gas, line.element, line.charge) * table.emissivity(line, &at)).sum()
-        })
+    /// The power of a line by its label \[erg s⁻¹\]; nothing where no line is called so.
+    pub fn line(&self, label: &str) -> f64 {
+        let atoms = Atoms::get();
+        let of = |table: &LineTable| {
+            let lines = table.lines.iter().filter(|line| line.label == label);
+            lines.map(|line| self.sum(|state| state.emission(&self.gas, table, line))).sum::<f64>()
+        };
+        of(&atoms.collisional) + of(&atoms.recombination)
     }
 
-    /// The power of a line of recombination, by its label \[erg s⁻¹\].
-    pub fn recombination(&self, label: &str) -> f64 {
-        let table = &Atoms::get().recombination;
-        let lines = || table.lines.iter().filter(|line| line.label == label);
-        self.sum(|state| {
-            let at = table.conditions(state.temperature, state.electrons);
-            lines()
-                .map(|line| state.electrons * state.density(&self.gas, line.element, line.charge + 1) * table.emissivity(line, &at))
-                .sum()
-        })
+    /// The temperature weighted by n_p n_e \[K\].
+    pub fn temperature(&self) -> f64 {
+        let weight = |s: &State| s.electrons * s.density(&self.gas, Element::Hydrogen, 1);
+        self.sum(|s| weight(s) * s.temperature) / self.sum(weight)
+    }
+
+    /// The part of helium's nuclei that are He⁺ for that of hydrogen's that are H⁺, both weighted by n_e.
+    pub fn helium(&self) -> f64 {
+        let of = |element: Element| self.sum(|s| s.electrons * s.density(&self.gas, element, 1)) / self.gas.abundances[element as usize];
+        of(Element::Helium) / of(Element::Hydrogen)
     }
 
     /// The radius at which an ion's part of its element is a half for the last time \[cm\].

@@ -77,7 +77,7 @@ fn recombinations_are_as_many_as_photons() {
     }
     // Hβ of pure hydrogen: Q α_eff hν / α_B; α_eff = 3.034e-14 cm³/s, α_B = 2.59e-13 at 10⁴ K: Osterbrock & Ferland 2006,
     // tables 2.1 and 4.4.
-    let beta = pure(1000.0, 0.0, Diffuse::Outward).recombination("Ba4-2");
+    let beta = pure(1000.0, 0.0, Diffuse::Outward).line("Ba4-2");
     let truth = Q * 3.034e-14 / 2.59e-13 * 4.0864e-12;
     println!("{:.4}", beta / truth);
     assert!((beta / truth - 1.0).abs() < 1e-2, "{}", beta / truth);

@@ -1,23 +1,31 @@
 //! Clouds in three dimensions beside the spherical one.
 
 use glam::DVec3;
-use ionisation::atoms::{Atoms, BOLTZMANN_EV};
+use ionisation::atoms::{Atoms, BOLTZMANN_EV, LineTable};
 use ionisation::balance::{Diffuse, Gas, State};
+use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::{Cloud, Ionised, Quantity, Settings, Star};
 use ionisation::light::IonisingLight;
 use ionisation::sphere::Sphere;
 
-const ABUNDANCES: [f64; 7] = [1.0, 0.1, 2.2e-4, 4e-5, 3.3e-4, 5e-5, 9e-6];
 const PARSEC_CM: f64 = 3.085_677_581e18;
 
 fn line(label: &'static str) -> impl Fn(&Gas, &State) -> f64 + Sync {
     let atoms = Atoms::get();
-    let (table, caught) =
-        if atoms.collisional.lines.iter().any(|line| line.label == label) { (&atoms.collisional, 0) } else { (&atoms.recombination, 1) };
-    let line = table.lines.iter().find(|line| line.label == label).unwrap();
-    move |gas, state| {
-        let at = table.conditions(state.temperature, state.electrons);
-        state.electrons * state.density(gas, line.element, line.charge + caught) * table.emissivity(line, &at)
+    let of = |table: &'static LineTable| table.lines.iter().find(|line| line.label == label).map(|line| (table, line));
+    let (table, line) = of(&atoms.collisional).or_else(|| of(&atoms.recombination)).unwrap();
+    move |gas, state| state.emission(gas, table, line)
+}
+
+/// A cube of so many voxels along its edge around the origin, of these densities and half an edge \[pc\].
+fn cube(hydrogen: &[f32], edge: usize, half: f64) -> Cloud<'_> {
+    Cloud {
+        dims: [edge; 3],
+        low: DVec3::splat(-half),
+        voxel: DVec3::splat(2.0 * half / edge as f64),
+        hydrogen,
+        abundances: BENCHMARKS[0].gas.abundances,
+        dust_cm2: 0.0,
     }
 }
 
@@ -25,7 +33,7 @@ fn line(label: &'static str) -> impl Fn(&Gas, &State) -> f64 + Sync {
 #[test]
 fn hii40() {
     let light = IonisingLight::blackbody(40_000.0, 4.26e49);
-    let sphere = Sphere::new(Gas::new(100.0, ABUNDANCES), &light, Diffuse::Outward, [3e18, 3e19]);
+    let sphere = Sphere::new(BENCHMARKS[0].gas, &light, Diffuse::Outward, [3e18, 3e19]);
     let (edge, half) = (48, 5.2);
     let (voxel, inner) = (2.0 * half / edge as f64, 3e18 / PARSEC_CM);
     let density = |x: usize, y: usize, z: usize| {
@@ -35,14 +43,7 @@ fn hii40() {
         100.0 * filled as f32 / 64.0
     };
     let hydrogen: Vec<f32> = (0..edge).flat_map(|z| (0..edge).flat_map(move |y| (0..edge).map(move |x| density(x, y, z)))).collect();
-    let cloud = Cloud {
-        dims: [edge; 3],
-        low: DVec3::splat(-half),
-        voxel: DVec3::splat(voxel),
-        hydrogen: &hydrogen,
-        abundances: ABUNDANCES,
-        dust_cm2: 0.0,
-    };
+    let cloud = cube(&hydrogen, edge, half);
     let labels = ["Ba4-2", "[OIII]5007", "[NII]6584", "[OII]3726", "[SII]6716", "[OI]6300"];
     let lines = labels.map(line);
     let electrons = |_: &Gas, state: &State| state.electrons;
@@ -51,7 +52,7 @@ fn hii40() {
     let found = cloud.ionised(&[Star { place: DVec3::ZERO, light: &light }], &Settings::default(), &quantities).unwrap().quantities;
     let all = |values: &[f32]| values.iter().map(|v| f64::from(*v)).sum::<f64>() * (voxel * PARSEC_CM).powi(3);
     for (label, values) in labels.iter().zip(&found) {
-        let truth = if *label == "Ba4-2" { sphere.recombination(label) } else { sphere.collisional(label) };
+        let truth = sphere.line(label);
         let part = all(values) / truth;
         println!("{label}: {part:.4}");
         assert!((part - 1.0).abs() < if *label == "[OI]6300" { 0.03 } else { 0.015 }, "{label}: {part}");
@@ -75,7 +76,6 @@ fn hii40() {
 fn shadows_are_sharp() {
     let light = IonisingLight::blackbody(40_000.0, 1e50);
     let (edge, half) = (40, 2.0);
-    let voxel = 2.0 * half / edge as f64;
     let hydrogen: Vec<f32> = (0..edge * edge * edge)
         .map(|i| {
             let (x, z) = (i % edge, i / (edge * edge));
@@ -83,14 +83,7 @@ fn shadows_are_sharp() {
             if (12..14).contains(&z) && x >= edge / 2 { 3e4 } else { 10.0 }
         })
         .collect();
-    let cloud = Cloud {
-        dims: [edge; 3],
-        low: DVec3::splat(-half),
-        voxel: DVec3::splat(voxel),
-        hydrogen: &hydrogen,
-        abundances: ABUNDANCES,
-        dust_cm2: 0.0,
-    };
+    let cloud = cube(&hydrogen, edge, half);
     let electrons = |_: &Gas, state: &State| state.electrons;
     let found = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -112,14 +105,7 @@ fn shadows_are_sharp() {
 fn clouds_of_all_kinds() {
     let of = |hydrogen: f32, light: &IonisingLight, star: DVec3| {
         let hydrogen = vec![hydrogen; 512];
-        let cloud = Cloud {
-            dims: [8; 3],
-            low: DVec3::splat(-1.0),
-            voxel: DVec3::splat(0.25),
-            hydrogen: &hydrogen,
-            abundances: ABUNDANCES,
-            dust_cm2: 1e-21,
-        };
+        let cloud = Cloud { dust_cm2: 1e-21, ..cube(&hydrogen, 8, 1.0) };
         let part = |_: &Gas, state: &State| state.fractions[0][1];
         let star = Star { place: star, light };
         let found = cloud.ionised(&[star], &Settings::default(), &[Quantity { most: 1.0, value: &part }]).unwrap().quantities;
@@ -142,16 +128,8 @@ fn clouds_of_all_kinds() {
 #[test]
 fn several_stars() {
     let edge = 32;
-    let voxel = 4.0 / edge as f64;
     let hydrogen = vec![200.0; edge * edge * edge];
-    let cloud = Cloud {
-        dims: [edge; 3],
-        low: DVec3::splat(-2.0),
-        voxel: DVec3::splat(voxel),
-        hydrogen: &hydrogen,
-        abundances: ABUNDANCES,
-        dust_cm2: 0.0,
-    };
+    let cloud = cube(&hydrogen, edge, 2.0);
     let photons = |temperature: f64, factor: f64| move |e: f64| factor * e * e / (e / (BOLTZMANN_EV * temperature)).exp_m1();
     let ions = |gas: &Gas, state: &State| gas.hydrogen * state.fractions[0][1];
     let solved = |stars: &[Star]| cloud.ionised(stars, &Settings::default(), &[Quantity { most: 250.0, value: &ions }]).unwrap();
@@ -191,14 +169,7 @@ fn bad_clouds_are_refused() {
     let other: &'static IonisingLight = Box::leak(Box::new(IonisingLight::blackbody(30_000.0, 1e48)));
     let hydrogen = vec![10.0; 64];
     let of = |change: Change| {
-        let mut cloud = Cloud {
-            dims: [4; 3],
-            low: DVec3::splat(-1.0),
-            voxel: DVec3::splat(0.5),
-            hydrogen: &hydrogen,
-            abundances: ABUNDANCES,
-            dust_cm2: 0.0,
-        };
+        let mut cloud = cube(&hydrogen, 4, 1.0);
         let (mut stars, mut settings) = (vec![Star { place: DVec3::ZERO, light: &light }], Settings::default());
         change(&mut cloud, &mut stars, &mut settings);
         cloud.ionised(&stars, &settings, &[]).map_err(|e| e.to_string())
@@ -224,6 +195,6 @@ fn bad_clouds_are_refused() {
         let message = of(change).unwrap_err();
         assert!(message.contains(word), "{message}");
     }
-    let cloud = Cloud { dims: [4; 3], low: DVec3::ZERO, voxel: DVec3::ONE, hydrogen: &nan, abundances: ABUNDANCES, dust_cm2: 0.0 };
+    let cloud = cube(&nan, 4, 1.0);
     assert!(cloud.ionised(&[], &Settings::default(), &[]).unwrap_err().to_string().contains("voxel [0, 0, 0] is NaN"));
 }

@@ -6,6 +6,8 @@ pub const PLANCK: f64 = 6.626_070_15e-34;
 pub const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 /// Boltzmann constant [J K⁻¹] (CODATA 2018, exact).
 pub const BOLTZMANN: f64 = 1.380_649e-23;
+/// Electronvolt \[J\] (CODATA 2018, exact).
+pub const ELECTRONVOLT: f64 = 1.602_176_634e-19;
 /// Stefan–Boltzmann constant [W m⁻² K⁻⁴] (CODATA 2018).
 pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 /// Astronomical unit \[m\] (IAU 2012 resolution B2, exact).

@@ -16,6 +16,13 @@ pub struct Lattice {
 }
 
 impl Lattice {
+    /// A box with so many voxels along its longest edge, and as many along the others as make them nearly cubes.
+    pub(crate) fn along(bounds: Bounds, edge: usize) -> Self {
+        let size = bounds.size();
+        let dims = (size / size.max_element() * edge as f64).to_array().map(|n| (n.round() as usize).max(2));
+        Self { dims, bounds }
+    }
+
     /// The number of voxels.
     pub fn cells(&self) -> usize {
         self.dims.iter().product()

@@ -1,11 +1,16 @@
 //! Grids of functions: sampled at the centres of voxels, or averaged over those in which they jump.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::Field;
 use super::grid::Grid;
 use super::lattice::Lattice;
 use crate::blocks::Blocks;
+use crate::control::Control;
+use crate::error::Result;
 
 /// Grids of more voxels are kept in blocks, of which many may be empty.
 const LARGE: usize = 1 << 24;
@@ -20,6 +25,27 @@ impl Grid {
     /// Samples `f` at the voxel centres, on all cores.
     pub fn sampled(lattice: Lattice, f: impl Fn(DVec3) -> f64 + Sync) -> Self {
         Self::filled(lattice, |places, values| values.iter_mut().zip(places).for_each(|(value, p)| *value = f(*p)))
+    }
+
+    /// Samples a field times `factor`, with the means of voxels in which it jumps.
+    ///
+    /// # Errors
+    /// Where the user wishes to stop.
+    pub(crate) fn of_function(field: &Arc<dyn Field>, lattice: Lattice, factor: f64, control: &Control) -> Result<Self> {
+        let sample = |places: &[DVec3], values: &mut [f64]| {
+            if control.interrupted() {
+                return;
+            }
+            field.sample(places, values);
+            values.iter_mut().for_each(|value| *value *= factor);
+        };
+        let grid = if field.has_edges() {
+            Self::averaged(lattice, |_, places, values| sample(places, values))
+        } else {
+            Self::filled(lattice, sample)
+        };
+        control.check()?;
+        Ok(grid)
     }
 
     /// Samples row by row at the voxel centres, on all cores: `sample` writes the values at many places.

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
 use ionisation::atoms::{Atoms, Element, EmissionLine, LineTable};
 use ionisation::balance::{Gas, State};
+use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::{Cloud, Quantity, Settings, Star as Source};
 use ionisation::light::{IonisingLight, Photons};
-use spectra::constants::SPHERE;
+use spectra::constants::{ELECTRONVOLT, PLANCK, SPEED_OF_LIGHT, SPHERE};
 use spectra::nebular::recombination_continuum;
 use spectra::passband::Passband;
 use spectra::spectrum::{Line, Spectrum};
@@ -17,7 +17,6 @@ use super::loader::Glow;
 use super::{Fields, Loader, Star};
 use crate::error::Result;
 use crate::field::{Field, Grid, Lattice};
-use crate::geometry::Bounds;
 use crate::memory;
 use crate::properties::{Key, Section};
 
@@ -33,7 +32,7 @@ const ABUNDANCES: &[Abundances] = &[
     // Asplund et al. 2009, ARA&A 47, 481.
     Abundances { name: "solar", values: [1.0, 0.0851, 2.69e-4, 6.76e-5, 4.90e-4, 8.51e-5, 1.32e-5] },
     // The benchmark of Lexington.
-    Abundances { name: "hii40", values: [1.0, 0.1, 2.2e-4, 4.0e-5, 3.3e-4, 5.0e-5, 9.0e-6] },
+    Abundances { name: "hii40", values: BENCHMARKS[0].gas.abundances },
 ];
 
 pub(super) const KEYS: &[Key] = &[
@@ -68,9 +67,8 @@ const USUAL: (f64, f64) = (9000.0, 100.0);
 const DARK: f64 = 1e-3;
 /// 1 erg s⁻¹ cm⁻³ = 0.1 W m⁻³, over the whole sphere.
 const W_PER_M3_SR: f64 = 0.1 / SPHERE;
-/// The energy of a photon of 1 µm \[eV\], and the electronvolt \[J\].
-const EV_UM: f64 = 1.239_841_984;
-const JOULE_PER_EV: f64 = 1.602_176_634e-19;
+/// The energy of a photon of 1 µm \[eV\].
+const EV_UM: f64 = 1e6 * PLANCK * SPEED_OF_LIGHT / ELECTRONVOLT;
 
 /// The species of a `[gas]` table: one for each line, or some that always shine together, and one for the continuum.
 pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star], bands: &[Passband]) -> Result<Vec<Glow>> {
@@ -90,20 +88,21 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
     let lights = IonisingLight::several(&known);
     let sources: Vec<Source> = stars.iter().zip(&lights).map(|(star, light)| Source { place: star.position, light }).collect();
     let species = Species::seen(bands);
-    let lattice = lattice(&density, voxels);
+    let lattice = density.grid().map_or_else(|| Lattice::along(density.bounds(), voxels), |grid| grid.lattice().clone());
     let nodes = lights.first().map_or(0, |light| light.energies_ev.len());
     let bytes = Cloud::bytes(lattice.cells(), stars.len(), nodes, species.len() + BESIDE);
     section.wrap("density", memory::check("the gas that stars ionise", bytes, loader.inputs.memory_limit))?;
     let grid = match density.grid() {
         Some(grid) => grid.clone(),
-        None => Grid::sampled(lattice, |p| density.at(p).max(0.0)),
+        None => Grid::of_function(&density, lattice, 1.0, &loader.control)?,
     };
     let Lattice { dims, bounds } = *grid.lattice();
     let values = grid.values();
     let voxel = grid.lattice().voxel_pc();
     let cloud = Cloud { dims, low: bounds.low, voxel, hydrogen: &values, abundances, dust_cm2 };
     let densest = values.iter().fold(0.0f32, |most, n| most.max(*n)).into();
-    let functions: Vec<_> = species.iter().map(|species| move |gas: &Gas, state: &State| species.emission(gas, state)).collect();
+    let functions: Vec<_> =
+        species.iter().map(|species| move |gas: &Gas, state: &State| state.emission(gas, species.table, species.lines[0])).collect();
     let pairs = |gas: &Gas, state: &State| state.electrons * state.density(gas, Element::Hydrogen, 1);
     let mut quantities: Vec<Quantity> =
         species.iter().zip(&functions).map(|(species, value)| Quantity { most: species.most(densest, &abundances), value }).collect();
@@ -159,32 +158,18 @@ fn ionising(stars: &[Star]) -> Vec<&Star> {
     stars.iter().filter(|star| most(star) > FAINTEST * all).collect()
 }
 
-/// The voxels of a density: its own, or so many along the longest edge of its box.
-fn lattice(density: &Arc<dyn Field>, voxels: usize) -> Lattice {
-    if let Some(grid) = density.grid() {
-        return grid.lattice().clone();
-    }
-    let bounds = density.bounds();
-    let edge = bounds.size().max_element() / voxels as f64;
-    let dims = (bounds.size() / edge).to_array().map(|n| (n.ceil() as usize).max(2));
-    let high = bounds.low + DVec3::from(dims.map(|n| n as f64)) * edge;
-    Lattice { dims, bounds: Bounds { low: bounds.low, high } }
-}
-
 /// A star's photons at an energy in eV \[s⁻¹ eV⁻¹\].
 fn photons(star: &Star) -> impl Fn(f64) -> f64 + use<'_> {
     |energy| {
         let per_um = star.spectrum.continuum(EV_UM / energy);
         // |dλ/dE| = λ/E.
-        per_um * EV_UM / (energy * energy) / (energy * JOULE_PER_EV)
+        per_um * EV_UM / (energy * energy) / (energy * ELECTRONVOLT)
     }
 }
 
 /// Lines of an ion that always shine together.
 struct Species {
     table: &'static LineTable,
-    /// The charge that a line of recombination needs beside its ion's.
-    caught: usize,
     /// The strongest first.
     lines: Vec<&'static EmissionLine>,
 }
@@ -195,14 +180,14 @@ impl Species {
         let atoms = Atoms::get();
         let is_seen = |line: &&EmissionLine| bands.iter().any(|band| band.response(line.wavelength_um) > UNSEEN * band.largest());
         let mut species: Vec<Self> = Vec::new();
-        for (table, caught) in [(&atoms.recombination, 1), (&atoms.collisional, 0)] {
+        for table in [&atoms.recombination, &atoms.collisional] {
             let usual = table.conditions(USUAL.0, USUAL.1);
             let mut lines: Vec<&'static EmissionLine> = table.lines.iter().filter(is_seen).collect();
             lines.sort_by(|a, b| table.emissivity(b, &usual).total_cmp(&table.emissivity(a, &usual)));
             for line in lines {
-                match species.iter_mut().find(|species| species.caught == caught && species.has_like(line)) {
+                match species.iter_mut().find(|species| std::ptr::eq(species.table, table) && species.has_like(line)) {
                     Some(species) => species.lines.push(line),
-                    None => species.push(Self { table, caught, lines: vec![line] }),
+                    None => species.push(Self { table, lines: vec![line] }),
                 }
             }
         }
@@ -222,12 +207,6 @@ impl Species {
         let ratios = TEMPERATURES.into_iter().flat_map(|t| DENSITIES.map(|n| ratio(t, n)));
         let (low, high) = ratios.fold((f64::INFINITY, 0.0f64), |(low, high), ratio| (low.min(ratio), high.max(ratio)));
         high - low < TOGETHER * high
-    }
-
-    /// The emission of the strongest \[erg cm⁻³ s⁻¹\].
-    fn emission(&self, gas: &Gas, state: &State) -> f64 {
-        let (line, at) = (self.lines[0], self.table.conditions(state.temperature, state.electrons));
-        state.electrons * state.density(gas, line.element, line.charge + self.caught) * self.table.emissivity(line, &at)
     }
 
     /// The most that it can be in gas of at most this density.

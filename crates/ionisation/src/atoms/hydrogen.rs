@@ -5,7 +5,7 @@
 
 use spectra::table::embedded_columns;
 
-use super::{BOLTZMANN_EV, ERG_PER_EV};
+use super::{BOLTZMANN_EV, ERG_PER_EV, HYDROGEN_EV};
 
 const RECOMBINATION: &str = include_str!("../../data/hydrogen_recombination.csv");
 const COLLISIONS: &str = include_str!("../../data/hydrogen_collisions.csv");
@@ -78,7 +78,7 @@ impl Hydrogen {
 
     /// Ionisation of H⁰ by electrons \[cm³ s⁻¹\].
     pub fn collisional(&self, temperature: f64) -> f64 {
-        let u = 13.6 / (BOLTZMANN_EV * temperature);
+        let u = HYDROGEN_EV / (BOLTZMANN_EV * temperature);
         2.91e-8 * u.powf(0.39) * (-u).exp() / (0.232 + u)
     }
 

@@ -10,7 +10,7 @@ use super::Element;
 /// A line, and its emissivity.
 #[derive(Debug, Clone)]
 pub struct EmissionLine {
-    /// The element of the ion that shines.
+    /// The element of the ion that electrons excite, or that recombines.
     pub element: Element,
     /// The charge of that ion.
     pub charge: usize,
@@ -43,7 +43,8 @@ pub struct Conditions {
 }
 
 impl LineTable {
-    pub(super) fn read(name: &str, text: &str) -> Self {
+    /// Reads a table whose lines are those of ions; it takes ions of a charge so much higher to make them shine.
+    pub(super) fn read(name: &str, text: &str, higher: usize) -> Self {
         let body = with_provenance(name, text).expect("embedded");
         let mut rows = body.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(',').collect::<Vec<_>>());
         let header = rows.next().expect("embedded");
@@ -62,7 +63,7 @@ impl LineTable {
             let (element, charge) = ions().find(|(element, charge)| element.ion(*charge) == cells[0]).expect("embedded");
             EmissionLine {
                 element,
-                charge,
+                charge: charge + higher,
                 label: cells[1].to_owned(),
                 wavelength_um: 1e-4 * cells[2].parse::<f64>().expect("embedded"),
                 values: cells[3..].iter().zip(&nodes).map(value).collect(),

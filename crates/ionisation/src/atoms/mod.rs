@@ -18,14 +18,16 @@ pub use recombination::{Dielectronic, Radiative};
 
 use std::sync::OnceLock;
 
-/// Boltzmann's constant \[eV K⁻¹\] (CODATA 2018, exact).
-pub const BOLTZMANN_EV: f64 = 8.617_333_262e-5;
+use spectra::constants::{BOLTZMANN, ELECTRONVOLT};
+
+/// Boltzmann's constant \[eV K⁻¹\].
+pub const BOLTZMANN_EV: f64 = BOLTZMANN / ELECTRONVOLT;
 /// Where hydrogen is ionised \[eV\].
 pub const HYDROGEN_EV: f64 = 13.6;
 /// Where helium is ionised \[eV\].
 pub const HELIUM_EV: f64 = 24.59;
-/// The electronvolt \[erg\] (CODATA 2018, exact).
-pub const ERG_PER_EV: f64 = 1.602_176_634e-12;
+/// The electronvolt \[erg\].
+pub const ERG_PER_EV: f64 = 1e7 * ELECTRONVOLT;
 
 /// What takes an ion of charge q to q + 1 and back.
 #[derive(Debug, Clone, Default)]
@@ -102,8 +104,8 @@ impl Atoms {
             transitions,
             hydrogen: Hydrogen::read(),
             helium: Helium,
-            collisional: LineTable::read("cooling lines", include_str!("../../data/cooling_lines.csv")),
-            recombination: LineTable::read("recombination lines", include_str!("../../data/recombination_lines.csv")),
+            collisional: LineTable::read("cooling lines", include_str!("../../data/cooling_lines.csv"), 0),
+            recombination: LineTable::read("recombination lines", include_str!("../../data/recombination_lines.csv"), 1),
         }
     }
 }

@@ -8,7 +8,6 @@ use crate::field::{Field, Grid, Lattice};
 use crate::memory;
 use crate::plan::{Options, Settings};
 use crate::scene::Scene;
-use glam::DVec3;
 
 /// The most voxels along an edge of a function that is sampled without being told how finely.
 pub const MAX_BAKE: usize = 256;
@@ -64,21 +63,9 @@ pub(in crate::plan) fn baked(
         scaled.check(what)?;
         return Ok(scaled);
     }
-    let size = field.bounds().size();
-    let edge = edge(field, settings, resolution) as f64;
-    let dims = <[f64; 3]>::from(size / size.max_element() * edge).map(|n| (n.round() as usize).max(2));
-    let lattice = Lattice { dims, bounds: field.bounds() };
+    let lattice = Lattice::along(field.bounds(), edge(field, settings, resolution));
     memory::check(&format!("{what}, sampled"), 4 * lattice.cells() as u64, settings.memory_limit)?;
-    let sample = |places: &[DVec3], values: &mut [f64]| {
-        if control.interrupted() {
-            return;
-        }
-        field.sample(places, values);
-        values.iter_mut().for_each(|value| *value *= factor);
-    };
-    let grid =
-        if field.has_edges() { Grid::averaged(lattice, |_, places, values| sample(places, values)) } else { Grid::filled(lattice, sample) };
-    control.check()?;
+    let grid = Grid::of_function(field, lattice, factor, control)?;
     grid.check(what)?;
     Ok(grid)
 }

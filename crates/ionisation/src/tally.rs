@@ -1,0 +1,164 @@
+//! What beams leave in voxels: sums in whole units, which are the same in whatever order they come.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rayon::prelude::*;
+
+use crate::balance::{Gas, State};
+use crate::light::{ByNode, IonisingLight};
+
+/// Units of a sum for the most that it may be in a voxel: a thousand times as much is still counted.
+const UNITS: f64 = (1u64 << 54) as f64;
+
+/// What is asked for of the gas in each voxel; where gas is dark, of several stars each answers for a part, whether it
+/// comes there or not.
+pub struct Quantity<'a> {
+    /// The most that it can be: what is more counts as that.
+    pub most: f64,
+    /// What it is.
+    pub value: &'a (dyn Fn(&Gas, &State) -> f64 + Sync),
+}
+
+/// Sums of what is asked for.
+pub struct Tally<'a> {
+    quantities: &'a [Quantity<'a>],
+    /// The volume that a star's beams have seen of each voxel; the same of all stars so far, and how many saw any.
+    volume: Vec<AtomicU64>,
+    seen: Vec<(u64, u64)>,
+    /// By quantity its sum; that of ions of hydrogen is the last.
+    sums: Vec<Vec<AtomicU64>>,
+    /// The densest gas \[cm⁻³\].
+    densest: f64,
+    /// \[cm³\]
+    pub voxel_volume: f64,
+    /// Steps, those that did not settle, and the part of a star's photons that stayed in the cloud.
+    steps: AtomicU64,
+    unsettled: AtomicU64,
+    kept: AtomicU64,
+}
+
+/// Whole units of a part of a voxel's most.
+fn unit(part: f64) -> u64 {
+    (part * UNITS) as u64
+}
+
+fn zeros(count: usize) -> Vec<AtomicU64> {
+    (0..count).map(|_| AtomicU64::new(0)).collect()
+}
+
+/// The mean of a sum whose most is given, over a volume in whole units; nothing where there is no volume.
+fn mean(sum: &AtomicU64, most: f64, volume: f64) -> f32 {
+    if volume > 0.0 { (most * sum.load(Ordering::Relaxed) as f64 / volume) as f32 } else { 0.0 }
+}
+
+impl<'a> Tally<'a> {
+    /// Nothing yet, in voxels of these densities and a volume in cm³.
+    pub fn new(hydrogen: &[f32], voxel_volume: f64, quantities: &'a [Quantity<'a>]) -> Self {
+        let cells = hydrogen.len();
+        Self {
+            quantities,
+            volume: zeros(cells),
+            seen: vec![(0, 0); cells],
+            sums: (0..=quantities.len()).map(|_| zeros(cells)).collect(),
+            densest: hydrogen.iter().fold(0.0f32, |most, n| most.max(*n)).into(),
+            voxel_volume,
+            steps: AtomicU64::new(0),
+            unsettled: AtomicU64::new(0),
+            kept: AtomicU64::new(0),
+        }
+    }
+
+    /// Adds gas in a volume that a beam saw, of which it is to answer for a share.
+    pub fn add(&self, voxel: usize, (volume, share): (f64, f64), gas: &Gas, state: &State) {
+        let part = volume / self.voxel_volume;
+        self.volume[voxel].fetch_add(unit(part), Ordering::Relaxed);
+        if share <= 0.0 {
+            return;
+        }
+        let add = |sums: &Vec<AtomicU64>, value: f64| {
+            sums[voxel].fetch_add(unit(part * share * value.clamp(0.0, 1.0)), Ordering::Relaxed);
+        };
+        for (quantity, sums) in self.quantities.iter().zip(&self.sums) {
+            add(sums, (quantity.value)(gas, state) / quantity.most);
+        }
+        add(&self.sums[self.quantities.len()], gas.hydrogen * state.fractions[0][1] / self.densest);
+    }
+
+    /// Counts a step, and whether its gas has settled.
+    pub fn count(&self, has_settled: bool) {
+        self.steps.fetch_add(1, Ordering::Relaxed);
+        self.unsettled.fetch_add(u64::from(!has_settled), Ordering::Relaxed);
+    }
+
+    /// The steps so far, and those in which the gas did not settle.
+    pub fn steps(&mut self) -> [u64; 2] {
+        [*self.steps.get_mut(), *self.unsettled.get_mut()]
+    }
+
+    /// Adds a part of a star's photons that stayed in the cloud.
+    pub fn keep(&self, part: f64) {
+        self.kept.fetch_add(unit(part), Ordering::Relaxed);
+    }
+
+    /// Ends a star's beams; gives the part of its photons that left the cloud.
+    pub fn next_star(&mut self) -> f64 {
+        for ((all, stars), volume) in self.seen.iter_mut().zip(&mut self.volume) {
+            let volume = std::mem::take(volume.get_mut());
+            (*all, *stars) = (*all + volume, *stars + u64::from(volume > 0));
+        }
+        let kept = std::mem::take(self.kept.get_mut()) as f64 / UNITS;
+        (1.0 - kept).clamp(0.0, 1.0)
+    }
+
+    /// The means of the ions of hydrogen \[cm⁻³\].
+    pub fn ions(&self) -> Vec<f32> {
+        self.means(self.quantities.len(), self.densest)
+    }
+
+    /// The means of what is asked for.
+    pub fn quantities(&self) -> Vec<Vec<f32>> {
+        self.quantities.iter().enumerate().map(|(sum, quantity)| self.means(sum, quantity.most)).collect()
+    }
+
+    /// The means of a sum, whose most is given.
+    fn means(&self, sum: usize, most: f64) -> Vec<f32> {
+        // Each of the stars saw it once.
+        let volume = |(all, stars): &(u64, u64)| *all as f64 / (*stars).max(1) as f64;
+        self.sums[sum].par_iter().zip(&self.seen).map(|(sum, seen)| mean(sum, most, volume(seen))).collect()
+    }
+}
+
+/// The light of one star in voxels: sums of its flux by node, times volume.
+pub struct Lit {
+    /// The most that the flux is taken to be \[s⁻¹ cm⁻²\].
+    most: f64,
+    volume: Vec<AtomicU64>,
+    sums: Vec<AtomicU64>,
+    nodes: usize,
+}
+
+impl Lit {
+    /// None yet, in so many voxels whose shortest edge is given \[cm\].
+    pub fn new(cells: usize, edge_cm: f64, light: &IonisingLight) -> Self {
+        let nodes = light.energies_ev.len();
+        let most = 10.0 * light.photons.iter().sum::<f64>() / (edge_cm * edge_cm);
+        Self { most, volume: zeros(cells), sums: zeros(cells * nodes), nodes }
+    }
+
+    /// Adds light in a part of a voxel.
+    pub fn add(&self, voxel: usize, part: f64, light: &ByNode) {
+        self.volume[voxel].fetch_add(unit(part), Ordering::Relaxed);
+        for (sum, flux) in self.sums[voxel * self.nodes..].iter().zip(&light[..self.nodes]).filter(|(_, flux)| **flux > 0.0) {
+            sum.fetch_add(unit(part * (flux / self.most).min(1.0)), Ordering::Relaxed);
+        }
+    }
+
+    /// The mean flux in each voxel, node by node \[s⁻¹ cm⁻²\].
+    pub fn flux(&self) -> Vec<f32> {
+        let means = |(sums, volume): (&[AtomicU64], &AtomicU64)| {
+            let volume = volume.load(Ordering::Relaxed) as f64;
+            sums.iter().map(|sum| mean(sum, self.most, volume)).collect::<Vec<_>>()
+        };
+        self.sums.par_chunks_exact(self.nodes).zip(&self.volume).flat_map_iter(means).collect()
+    }
+}
