@@ -1,4 +1,6 @@
-//! How long a cube of so many voxels along its edge takes: a clumpy cloud with one star.
+//! How long a cube of so many voxels along its edge takes, with so many stars: a clumpy cloud.
+//!
+//! `cargo run --release -p ionisation --example cube -- 128 8`
 
 use glam::DVec3;
 use ionisation::balance::{Gas, State};
@@ -6,7 +8,8 @@ use ionisation::cloud::{Cloud, Quantity, Settings, Star};
 use ionisation::light::IonisingLight;
 
 fn main() {
-    let edge: usize = std::env::args().nth(1).and_then(|edge| edge.parse().ok()).unwrap_or(64);
+    let number = |place: usize, default: usize| std::env::args().nth(place).and_then(|text| text.parse().ok()).unwrap_or(default);
+    let (edge, count) = (number(1, 64), number(2, 1));
     let half = 5.2;
     let voxel = 2.0 * half / edge as f64;
     let hydrogen: Vec<f32> = (0..edge * edge * edge)
@@ -18,15 +21,17 @@ fn main() {
     let abundances = [1.0, 0.1, 2.2e-4, 4e-5, 3.3e-4, 5e-5, 9e-6];
     let cloud =
         Cloud { dims: [edge; 3], low: DVec3::splat(-half), voxel: DVec3::splat(voxel), hydrogen: &hydrogen, abundances, dust_cm2: 0.0 };
-    let light = IonisingLight::blackbody(40_000.0, 4.26e49);
+    let light = IonisingLight::blackbody(40_000.0, 4.26e49 / count as f64);
+    // Along a spiral, the first of them in the middle.
+    let place = |i: usize| DVec3::new((2.4 * i as f64).cos(), (2.4 * i as f64).sin(), 0.3) * 0.8 * (i as f64).sqrt();
+    let stars: Vec<Star> = (0..count).map(|i| Star { place: place(i), light: &light }).collect();
     let electrons = |_: &Gas, state: &State| state.electrons;
     let warm = |_: &Gas, state: &State| state.temperature;
     for _ in 0..2 {
         let since = std::time::Instant::now();
         let quantities = [Quantity { most: 300.0, value: &electrons }, Quantity { most: 1e5, value: &warm }];
-        let star = Star { place: DVec3::ZERO, light: &light };
-        let found = cloud.ionised(&[star], &Settings::default(), &quantities).expect("a cloud").quantities;
-        let ionised = found[0].iter().filter(|v| **v > 1.0).count();
-        println!("{edge}^3: {:.2?}, {ionised} voxels ionised", since.elapsed());
+        let found = cloud.ionised(&stars, &Settings::default(), &quantities).expect("a cloud");
+        let ionised = found.quantities[0].iter().filter(|v| **v > 1.0).count();
+        println!("{edge}^3, {count} stars: {:.2?}, {} passes, {ionised} voxels ionised", since.elapsed(), found.passes);
     }
 }

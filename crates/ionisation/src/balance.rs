@@ -12,14 +12,13 @@
 //! | n_e | electrons | cm⁻³ |
 //! | T | temperature of electrons | K |
 
-use multiversion::multiversion;
-
 use crate::atoms::{
-    Atoms, ELEMENTS, ERG_PER_EV, Element, EmissionLine, HELIUM_EV, HYDROGEN_EV, LYMAN_ALPHA_EV, LineTable, STAGES, TRIPLET_EV,
-    TWO_PHOTON_EV, photons_of_helium,
+    ELEMENTS, ERG_PER_EV, Element, EmissionLine, HELIUM_EV, HYDROGEN_EV, LYMAN_ALPHA_EV, LineTable, STAGES, TRIPLET_EV, TWO_PHOTON_EV,
+    photons_of_helium,
 };
 use crate::coefficients::{Coefficients, Of};
-use crate::light::{ABSORBERS, Absorption, ByNode, IONS, IonisingLight, OWN_NODES, ion};
+use crate::lanes::{LANES, Lanes};
+use crate::light::{ABSORBERS, IONS, IonisingLight, NODES, OWN_NODES, ion};
 
 /// Temperatures between which the balance is sought \[K\]; at the lower one gas stays that has no light.
 const COLDEST: f64 = 500.0;
@@ -76,46 +75,86 @@ impl State {
     }
 }
 
+/// Gas of several beams.
+#[derive(Debug, Clone)]
+pub struct States {
+    /// The temperature of electrons \[K\].
+    pub temperature: Lanes,
+    /// Their density \[cm⁻³\].
+    pub electrons: Lanes,
+    /// The part of each element's nuclei that has each charge, in the order of [`ion`].
+    pub fractions: [Lanes; IONS],
+}
+
+impl Default for States {
+    fn default() -> Self {
+        let mut states = Self { temperature: Lanes::splat(COLDEST), electrons: Lanes::ONE, fractions: [Lanes::ZERO; IONS] };
+        (0..LANES).for_each(|lane| states.put(lane, &State::neutral(&Gas::new(1.0, [1.0; ELEMENTS]))));
+        states
+    }
+}
+
+impl States {
+    /// The gas of one beam.
+    pub fn get(&self, lane: usize) -> State {
+        let fraction = |element: usize, charge: usize| self.fractions[element * STAGES + charge][lane];
+        State {
+            temperature: self.temperature[lane],
+            electrons: self.electrons[lane],
+            fractions: std::array::from_fn(|element| std::array::from_fn(|charge| fraction(element, charge))),
+        }
+    }
+
+    /// Gives a beam its gas.
+    pub fn put(&mut self, lane: usize, state: &State) {
+        (self.temperature[lane], self.electrons[lane]) = (state.temperature, state.electrons);
+        self.fractions.iter_mut().zip(state.fractions.iter().flatten()).for_each(|(own, part)| own[lane] = *part);
+    }
+
+    /// The part of an element's nuclei that has a charge.
+    #[inline(always)]
+    pub fn part(&self, element: Element, charge: usize) -> Lanes {
+        self.fractions[ion(element, charge)]
+    }
+}
+
 /// What light does to each ion, in the order of [`ion`].
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Photo {
-    /// Ionisations \[s⁻¹\].
-    pub rates: [f64; IONS],
+    /// Ionisations \[s⁻¹\]. As weights between nodes may be negative, where next to no light is left so may this: it counts
+    /// as none then.
+    pub rates: [Lanes; IONS],
     /// The energy that electrons get of it \[eV s⁻¹\].
-    pub heat: [f64; IONS],
+    pub heat: [Lanes; IONS],
     /// Ionisations of [`ABSORBERS`] that give what an electron had before it recombined \[s⁻¹\].
-    pub thermal: [f64; ABSORBERS.len()],
+    pub thermal: [Lanes; ABSORBERS.len()],
 }
 
 impl Photo {
     /// What a flux of photons at each node does \[s⁻¹ cm⁻²\].
-    pub fn new(light: &IonisingLight, flux: &ByNode) -> Self {
-        let mut photo = Self { rates: [0.0; IONS], heat: [0.0; IONS], thermal: [0.0; ABSORBERS.len()] };
-        sums(&mut photo, &light.absorptions, flux);
-        photo.renew(light, flux);
-        // Weights between nodes may be negative, rates are not, and where there is none there is no heat.
-        photo.rates.iter_mut().zip(&mut photo.heat).filter(|(rate, _)| **rate <= 0.0).for_each(|(rate, heat)| (*rate, *heat) = (0.0, 0.0));
-        photo
-    }
-
-    /// Makes those of [`ABSORBERS`] anew, and leaves those of metals as they are.
-    pub fn renew(&mut self, light: &IonisingLight, flux: &ByNode) {
+    #[inline(always)]
+    pub fn new(light: &IonisingLight, flux: &[Lanes; NODES]) -> Self {
+        let mut photo = Self { rates: [Lanes::ZERO; IONS], heat: [Lanes::ZERO; IONS], thermal: [Lanes::ZERO; ABSORBERS.len()] };
+        for (ion, absorptions) in &light.ions {
+            let (mut rate, mut heat) = (Lanes::ZERO, Lanes::ZERO);
+            for absorption in absorptions {
+                rate += flux[absorption.node] * absorption.sigma;
+                heat += flux[absorption.node] * absorption.heat;
+            }
+            (photo.rates[*ion], photo.heat[*ion]) = (rate, heat);
+        }
         for (number, (element, charge)) in ABSORBERS.into_iter().enumerate() {
-            let sum = |values: &ByNode| flux.iter().zip(values).map(|(flux, value)| flux * value).sum::<f64>();
-            self.rates[ion(element, charge)] = sum(&light.weakening[number]);
-            self.heat[ion(element, charge)] = sum(&light.warming[number]);
-            self.thermal[number] = flux[..OWN_NODES].iter().zip(&light.thermal[number]).map(|(flux, sigma)| flux * sigma).sum();
+            let (mut rate, mut heat) = (Lanes::ZERO, Lanes::ZERO);
+            for (node, flux) in flux.iter().enumerate().take(light.energies_ev.len()) {
+                rate += *flux * light.weakening[number][node];
+                heat += *flux * light.warming[number][node];
+            }
+            (photo.rates[ion(element, charge)], photo.heat[ion(element, charge)]) = (rate, heat);
+            for (flux, sigma) in flux.iter().zip(&light.thermal[number]) {
+                photo.thermal[number] += *flux * *sigma;
+            }
         }
-    }
-}
-
-#[multiversion(targets = "simd")]
-fn sums(photo: &mut Photo, absorptions: &[Absorption], flux: &ByNode) {
-    for (absorption, flux) in absorptions.iter().zip(flux).filter(|(_, flux)| **flux > 0.0) {
-        for i in 0..IONS {
-            photo.rates[i] += flux * absorption.sigma[i];
-            photo.heat[i] += flux * absorption.heat[i];
-        }
+        photo
     }
 }
 
@@ -134,7 +173,7 @@ pub enum Diffuse {
 pub struct Accuracy {
     /// Whether rates are those of the fits themselves, or between rows of a table.
     pub is_exact: bool,
-    /// The relative change at which temperature, ionisation and light are taken to have settled \[1\].
+    /// The relative change at which ionisation and light are taken to have settled, twice that of the temperature \[1\].
     pub settled: f64,
     /// The largest depth of a step along a ray at a node that still has light \[1\].
     pub depth: f64,
@@ -150,217 +189,238 @@ impl Accuracy {
     /// That of the reference.
     pub const REFERENCE: Self = Self { is_exact: true, settled: 1e-7, depth: 0.1, thickness: 0.01, counts: 1e-6, used_up: 1e-5 };
     /// That of clouds in three dimensions.
-    pub const FAST: Self = Self { is_exact: false, settled: 1e-2, depth: 0.5, thickness: 0.15, counts: 1e-4, used_up: 1e-5 };
-
-    /// The coefficients at a temperature in K.
-    pub fn coefficients(&self, temperature: f64) -> Coefficients {
-        if self.is_exact { Coefficients::exact(temperature) } else { Coefficients::tabulated(temperature) }
-    }
-
-    /// Makes coefficients those at a temperature, where it is another.
-    pub fn renew(&self, coefficients: &mut Coefficients, temperature: f64) {
-        if self.is_exact {
-            *coefficients = Coefficients::exact(temperature);
-        } else if (temperature / coefficients.temperature - 1.0).abs() > 0.1 * self.settled {
-            coefficients.tabulate(temperature);
-        }
-    }
+    pub const FAST: Self = Self { is_exact: false, settled: 1.5e-2, depth: 0.5, thickness: 0.15, counts: 1e-3, used_up: 1e-5 };
 }
 
-/// A temperature that moves to where heating is as much as cooling.
-#[derive(Debug, Clone, Copy, Default)]
+/// Temperatures that move to where heating is as much as cooling.
+#[derive(Debug, Clone)]
 pub struct Thermostat {
-    /// ln T and ln (heating/cooling) before.
-    last: Option<(f64, f64)>,
-    /// How steeply the second fell with the first when both were last asked.
-    slope: Option<f64>,
+    /// T \[K\], zero before there is one, and by how much heating was more than cooling there, in parts of their mean.
+    last: (Lanes, Lanes),
+    /// How steeply the second fell with ln T when both were last asked.
+    slope: Lanes,
+    /// Changes of ln T that are too small to tell a slope.
+    little: f64,
 }
+
+/// The slope that is taken before any is known.
+pub const SLOPE: f64 = 5.0;
 
 impl Thermostat {
-    /// The same for other gas that is near.
-    #[must_use]
-    pub fn elsewhere(self) -> Self {
-        Self { last: None, ..self }
+    /// One that knows nothing, and asks for changes of ln T to settle below so much.
+    pub fn new(settled: f64) -> Self {
+        Self { last: (Lanes::ZERO, Lanes::ZERO), slope: Lanes::splat(SLOPE), little: 0.1 * settled }
     }
 
-    /// The next temperature to try, given ln (heating/cooling) at the one before \[K\].
-    pub fn next(&mut self, temperature: f64, excess: f64) -> f64 {
-        let at = temperature.ln();
+    /// Begins anew in a lane, with the slope of other gas that is near.
+    pub fn begin(&mut self, lane: usize, slope: f64) {
+        (self.last.0[lane], self.slope[lane]) = (0.0, slope);
+    }
+
+    /// The slope of a lane.
+    pub fn slope(&self, lane: usize) -> f64 {
+        self.slope[lane]
+    }
+
+    /// The next temperatures to try, given heating less cooling in parts of their mean at those before \[K\].
+    #[inline(always)]
+    pub fn next(&mut self, temperature: Lanes, excess: Lanes) -> Lanes {
+        let (last, was) = self.last;
+        // ln (T/T'), which is small.
+        let moved = (temperature - last) / (temperature + last) * 2.0;
         // Cooling rises with some power of T beside heating; what the last two tell of it is held within reason.
-        let slope = match self.last {
-            Some((before, was)) if (at - before).abs() > 1e-12 => (-(excess - was) / (at - before)).clamp(1.5, 15.0),
-            _ => self.slope.unwrap_or(5.0),
-        };
-        (self.last, self.slope) = (Some((at, excess)), Some(slope));
-        (temperature * (excess / slope).clamp(-0.3, 0.3).exp()).clamp(COLDEST, HOTTEST)
+        let told = ((was - excess) / moved).at_least(1.5).at_most(15.0);
+        self.slope = last.above(0.0, moved.abs().above(self.little, told, self.slope), self.slope);
+        self.last = (temperature, excess);
+        let step = (excess / self.slope).at_least(-0.3).at_most(0.3);
+        (temperature * (step + 2.0) / (Lanes::splat(2.0) - step)).at_least(COLDEST).at_most(HOTTEST)
     }
 }
 
-/// Gas under light.
+/// Gas of several beams under light.
 pub struct Balance<'a> {
-    /// The gas.
-    pub gas: &'a Gas,
+    /// Nuclei of hydrogen \[cm⁻³\].
+    pub hydrogen: Lanes,
+    /// Nuclei of each element for one of hydrogen.
+    pub abundances: &'a [f64; ELEMENTS],
     /// What light does to it.
     pub photo: &'a Photo,
     /// Where its own light is absorbed.
     pub diffuse: Diffuse,
     /// Rates at the temperature of the state.
     pub coefficients: &'a Coefficients,
+    /// The cross sections of H⁰ and He⁰ for photons of 24.6 eV \[cm²\].
+    pub at_helium: [f64; 2],
 }
 
 impl Balance<'_> {
-    /// Moves a state towards balance of ionisation at its temperature; gives ln (heating/cooling) there.
-    pub fn pass(&self, state: &mut State) -> f64 {
-        self.hydrogen_and_helium(state);
-        self.metals(state);
-        let of_element = |element: Element| {
-            let fractions = state.fractions[element as usize].iter().enumerate();
-            self.gas.abundances[element as usize] * fractions.map(|(charge, part)| charge as f64 * part).sum::<f64>()
-        };
-        state.electrons = (self.gas.hydrogen * Element::ALL.into_iter().map(of_element).sum::<f64>()).max(1e-9 * self.gas.hydrogen);
-        if self.gas.isothermal.is_some() {
-            return 0.0;
+    /// Moves states towards balance of ionisation at their temperature; gives heating less cooling there, in parts of their
+    /// mean.
+    #[inline(always)]
+    pub fn pass(&self, states: &mut States) -> Lanes {
+        self.hydrogen_and_helium(states);
+        self.metals(states);
+        let mut electrons = Lanes::ZERO;
+        let mut densities = [Lanes::ZERO; IONS];
+        for element in Element::ALL {
+            let nuclei = self.hydrogen * self.abundances[element as usize];
+            for charge in 0..=element.charges() {
+                let density = nuclei * states.part(element, charge);
+                densities[ion(element, charge)] = density;
+                electrons += density * charge as f64;
+            }
         }
-        (self.heating(state).max(f64::MIN_POSITIVE) / self.cooling(state).max(f64::MIN_POSITIVE)).ln()
+        states.electrons = electrons.or_more(self.hydrogen * 1e-9);
+        let heating = self.heating(states, &densities).at_least(f64::MIN_POSITIVE);
+        let cooling = self.cooling(states, &densities).at_least(f64::MIN_POSITIVE);
+        (heating - cooling) / (heating + cooling) * 2.0
+    }
+
+    /// Nuclei of hydrogen or helium with a charge \[cm⁻³\].
+    #[inline(always)]
+    fn density(&self, states: &States, element: Element, charge: usize) -> Lanes {
+        self.hydrogen * self.abundances[element as usize] * states.part(element, charge)
     }
 
     /// Hydrogen and helium, given the electrons and what both were before.
-    fn hydrogen_and_helium(&self, state: &mut State) {
-        let (coefficients, electrons) = (self.coefficients, state.electrons);
-        let [hydrogen, helium] = [Element::Hydrogen, Element::Helium].map(|element| element as usize);
+    #[inline(always)]
+    fn hydrogen_and_helium(&self, states: &mut States) {
+        let (coefficients, electrons) = (self.coefficients, states.electrons);
         let excited = coefficients.of(Of::HeliumTriplets) + coefficients.of(Of::HeliumSinglets);
-        let caught = electrons * (excited + self.lost_of_helium(state) * coefficients.of(Of::HeliumGround));
+        let caught = electrons * (excited + self.lost_of_helium(states) * coefficients.of(Of::HeliumGround));
         let stripped = electrons * coefficients.of(Of::StrippedCaseB);
         let to_first = self.photo.rates[ion(Element::Helium, 0)] / caught;
         let to_second = self.photo.rates[ion(Element::Helium, 1)] / stripped;
-        let all = 1.0 + to_first * (1.0 + to_second);
-        state.fractions[helium] = [1.0 / all, to_first / all, to_first * to_second / all, 0.0, 0.0, 0.0];
-        let given = self.of_helium(state)[0] / self.gas.hydrogen;
+        let rest = Lanes::ONE / (to_first * (to_second + 1.0) + 1.0);
+        states.fractions[ion(Element::Helium, 0)] = rest;
+        states.fractions[ion(Element::Helium, 1)] = rest * to_first;
+        states.fractions[ion(Element::Helium, 2)] = rest * to_first * to_second;
+        let given = self.of_helium(states)[0] / self.hydrogen;
         let rate = self.photo.rates[ion(Element::Hydrogen, 0)] + electrons * coefficients.of(Of::Ionisation);
         // Electrons of hydrogen itself, and of all others: both sides of the balance have hydrogen's, so it is quadratic.
-        let rest = electrons - self.gas.hydrogen * state.fractions[hydrogen][1];
-        let to_ground = if self.diffuse == Diffuse::Outward { coefficients.of(Of::Ground) } else { 0.0 };
-        let caught = coefficients.of(Of::CaseB) + to_ground;
-        let (square, linear) = (caught * self.gas.hydrogen, caught * rest.max(0.0) + rate);
-        let ionised = 2.0 * (rate + given) / (linear + (linear * linear + 4.0 * square * (rate + given)).sqrt());
-        let ionised = ionised.clamp(1e-12, 1.0 - 1e-12);
+        let rest = (electrons - self.hydrogen * states.part(Element::Hydrogen, 1)).at_least(0.0);
+        let mut caught = coefficients.of(Of::CaseB);
+        if self.diffuse == Diffuse::Outward {
+            caught += coefficients.of(Of::Ground);
+        }
+        let (square, linear) = (caught * self.hydrogen, caught * rest + rate);
+        let gained = rate + given;
+        let ionised = gained * 2.0 / (linear + (linear * linear + square * gained * 4.0).sqrt());
+        let ionised = ionised.at_least(1e-12).at_most(1.0 - 1e-12);
         // What is left is not what rounding leaves of one.
-        let caught = ionised * caught * (self.gas.hydrogen * ionised + rest.max(0.0));
-        let neutral = if rate > 0.0 { ((caught - given) / rate).clamp(1e-12, 1.0) } else { 1.0 - ionised };
-        state.fractions[hydrogen] = [neutral, 1.0 - neutral, 0.0, 0.0, 0.0, 0.0];
+        let caught = ionised * caught * (self.hydrogen * ionised + rest);
+        let little = Lanes::ONE - ionised;
+        let neutral = rate.above(0.0, ((caught - given) / rate).at_least(1e-12).at_most(1.0), little);
+        states.fractions[ion(Element::Hydrogen, 0)] = neutral;
+        states.fractions[ion(Element::Hydrogen, 1)] = Lanes::ONE - neutral;
     }
 
     /// The parts of all charges of the metals.
-    fn metals(&self, state: &mut State) {
-        let density = |charge: usize| state.density(self.gas, Element::Hydrogen, charge);
-        let (neutral, proton, electrons) = (density(0), density(1), state.electrons);
+    #[inline(always)]
+    fn metals(&self, states: &mut States) {
+        /// A ratio of two charges that is as good as none of the lower.
+        const ALL: f64 = 1e60;
+        let [neutral, proton] = [0, 1].map(|charge| self.density(states, Element::Hydrogen, charge));
         for (metal, element) in Element::METALS.into_iter().enumerate() {
-            let light = &self.photo.rates[ion(element, 0)..];
-            let mut parts = [0.0; STAGES];
-            parts[0] = 1.0;
-            let mut all = 1.0;
+            let mut parts = [Lanes::ZERO; STAGES];
+            parts[0] = Lanes::ONE;
+            let mut all = Lanes::ONE;
             for charge in 0..element.charges() {
-                let [caught, given, taken] = *self.coefficients.transition(metal, charge);
-                let (up, down) = (light[charge] + given * proton, caught * electrons + taken * neutral);
-                parts[charge + 1] = if down > 0.0 { parts[charge] * up / down } else { 0.0 };
+                let [caught, given, taken] = self.coefficients.transition(metal, charge);
+                let up = self.photo.rates[ion(element, charge)].at_least(0.0) + given * proton;
+                let down = caught * states.electrons + taken * neutral;
+                let ratio = down.above(0.0, up / down, Lanes::ZERO).at_most(ALL);
+                parts[charge + 1] = parts[charge] * ratio;
                 all += parts[charge + 1];
-                // Ratios of many powers of ten are kept in range.
-                if all > 1e100 {
-                    parts.iter_mut().for_each(|part| *part /= all);
-                    all = 1.0;
-                }
             }
-            state.fractions[element as usize] = parts.map(|part| part / all);
+            let whole = Lanes::ONE / all;
+            for (charge, part) in parts.into_iter().enumerate() {
+                states.fractions[ion(element, charge)] = part * whole;
+            }
         }
     }
 
     /// The part of recombinations to helium's ground level whose photon helium does not take at once.
-    fn lost_of_helium(&self, state: &State) -> f64 {
-        if self.diffuse == Diffuse::Outward { 1.0 } else { self.to_hydrogen(state) }
+    #[inline(always)]
+    fn lost_of_helium(&self, states: &States) -> Lanes {
+        if self.diffuse == Diffuse::Outward { Lanes::ONE } else { self.to_hydrogen(states) }
     }
 
     /// The part of photons of 24.6 eV that hydrogen absorbs.
-    fn to_hydrogen(&self, state: &State) -> f64 {
-        let opacity = |element: Element| {
-            let fit = Atoms::get().transition(element, 0).light.as_ref();
-            state.density(self.gas, element, 0) * fit.map_or(0.0, |fit| fit.at(HELIUM_EV))
-        };
-        let (hydrogen, helium) = (opacity(Element::Hydrogen), opacity(Element::Helium));
-        if helium > 0.0 { hydrogen / (hydrogen + helium) } else { 1.0 }
+    #[inline(always)]
+    fn to_hydrogen(&self, states: &States) -> Lanes {
+        let hydrogen = self.density(states, Element::Hydrogen, 0) * self.at_helium[0];
+        let helium = self.density(states, Element::Helium, 0) * self.at_helium[1];
+        helium.above(0.0, hydrogen / (hydrogen + helium), Lanes::ONE)
     }
 
     /// What recombinations of helium do to hydrogen on the spot: ionisations \[cm⁻³ s⁻¹\], and heat \[eV cm⁻³ s⁻¹\].
-    fn of_helium(&self, state: &State) -> [f64; 2] {
-        let pairs = state.electrons * state.density(self.gas, Element::Helium, 1);
-        let [triplets, two, resonance] = self.photons_of_helium(state);
+    #[inline(always)]
+    fn of_helium(&self, states: &States) -> [Lanes; 2] {
+        let pairs = states.electrons * self.density(states, Element::Helium, 1);
+        let [triplets, two, resonance] = self.photons_of_helium(states);
         // Photons of 584 Å do not get far.
-        let near = (resonance, LYMAN_ALPHA_EV);
-        let sums = |all: &[(f64, f64)]| {
-            let heat: f64 = all.iter().map(|(rate, energy)| rate * (energy - HYDROGEN_EV)).sum();
-            [pairs * all.iter().map(|(rate, _)| rate).sum::<f64>(), pairs * heat]
-        };
-        match self.diffuse {
-            Diffuse::Outward => sums(&[near]),
-            Diffuse::OnTheSpot => {
-                let ground = self.to_hydrogen(state) * self.coefficients.of(Of::HeliumGround);
-                sums(&[(ground, HELIUM_EV), (triplets, TRIPLET_EV), (two, TWO_PHOTON_EV), near])
+        let (mut rate, mut heat) = (resonance, resonance * (LYMAN_ALPHA_EV - HYDROGEN_EV));
+        if self.diffuse == Diffuse::OnTheSpot {
+            let ground = self.to_hydrogen(states) * self.coefficients.of(Of::HeliumGround);
+            for (photons, energy) in [(ground, HELIUM_EV), (triplets, TRIPLET_EV), (two, TWO_PHOTON_EV)] {
+                rate += photons;
+                heat += photons * (energy - HYDROGEN_EV);
             }
         }
+        [pairs * rate, pairs * heat]
     }
 
-    fn photons_of_helium(&self, state: &State) -> [f64; 3] {
+    #[inline(always)]
+    fn photons_of_helium(&self, states: &States) -> [Lanes; 3] {
         let coefficients = self.coefficients;
-        let part = |element: Element| state.fractions[element as usize][0];
-        let neutral = part(Element::Hydrogen) / part(Element::Helium).max(f64::MIN_POSITIVE);
+        let neutral = states.part(Element::Hydrogen, 0) / states.part(Element::Helium, 0).at_least(f64::MIN_POSITIVE);
         photons_of_helium([Of::HeliumTriplets, Of::HeliumSinglets].map(|of| coefficients.of(of)), coefficients.temperature, neutral)
     }
 
     /// Photons that leave the place where they are made, by the first nodes of [`IonisingLight`] \[cm⁻³ s⁻¹\].
-    pub fn own_light(&self, state: &State) -> [f64; OWN_NODES] {
+    #[inline(always)]
+    pub fn own_light(&self, states: &States) -> [Lanes; OWN_NODES] {
         if self.diffuse == Diffuse::OnTheSpot {
-            return [0.0; OWN_NODES];
+            return [Lanes::ZERO; OWN_NODES];
         }
-        let coefficients = self.coefficients;
-        let pairs = |element: Element| state.electrons * state.density(self.gas, element, 1);
+        let pairs = |element: Element| states.electrons * self.density(states, element, 1);
         let (hydrogen, helium) = (pairs(Element::Hydrogen), pairs(Element::Helium));
-        let [triplets, two, _] = self.photons_of_helium(state);
-        [hydrogen * coefficients.of(Of::Ground), helium * coefficients.of(Of::HeliumGround), helium * triplets, helium * two]
+        let [triplets, two, _] = self.photons_of_helium(states);
+        let of = |of: Of| self.coefficients.of(of);
+        [hydrogen * of(Of::Ground), helium * of(Of::HeliumGround), helium * triplets, helium * two]
     }
 
-    /// Energy that electrons get \[erg cm⁻³ s⁻¹\].
-    fn heating(&self, state: &State) -> f64 {
+    /// Energy that electrons get \[erg cm⁻³ s⁻¹\], given the densities of ions.
+    #[inline(always)]
+    fn heating(&self, states: &States, densities: &[Lanes; IONS]) -> Lanes {
         // What the electrons lost that recombined, at the temperature of here.
-        let kinetic = self.coefficients.of(Of::GroundCooling) / (ERG_PER_EV * self.coefficients.of(Of::Ground));
-        let again: f64 = ABSORBERS
-            .into_iter()
-            .zip(self.photo.thermal)
-            .map(|((element, charge), rate)| state.density(self.gas, element, charge) * rate)
-            .sum();
-        let of_element = |element: Element| {
-            let parts = &state.fractions[element as usize];
-            let heat = parts.iter().zip(&self.photo.heat[ion(element, 0)..]).map(|(part, heat)| part * heat);
-            self.gas.abundances[element as usize] * heat.sum::<f64>()
-        };
-        let by_light = self.gas.hydrogen * Element::ALL.into_iter().map(of_element).sum::<f64>();
-        ERG_PER_EV * (by_light + kinetic * again + self.of_helium(state)[1])
+        let kinetic = self.coefficients.of(Of::GroundCooling) / (self.coefficients.of(Of::Ground) * ERG_PER_EV);
+        let mut again = Lanes::ZERO;
+        for ((element, charge), rate) in ABSORBERS.into_iter().zip(self.photo.thermal) {
+            again += densities[ion(element, charge)] * rate;
+        }
+        let mut by_light = self.of_helium(states)[1] + kinetic * again;
+        for ((density, heat), rate) in densities.iter().zip(&self.photo.heat).zip(&self.photo.rates) {
+            by_light += *density * rate.above(0.0, *heat, Lanes::ZERO);
+        }
+        by_light * ERG_PER_EV
     }
 
-    /// Energy that electrons lose \[erg cm⁻³ s⁻¹\].
-    fn cooling(&self, state: &State) -> f64 {
-        let density = |element, charge| state.density(self.gas, element, charge);
-        let [neutral, proton] = [0, 1].map(|charge| density(Element::Hydrogen, charge));
-        let [once, twice] = [1, 2].map(|charge| density(Element::Helium, charge));
+    /// Energy that electrons lose \[erg cm⁻³ s⁻¹\], given the densities of ions.
+    #[inline(always)]
+    fn cooling(&self, states: &States, densities: &[Lanes; IONS]) -> Lanes {
+        let [neutral, proton] = [0, 1].map(|charge| densities[ion(Element::Hydrogen, charge)]);
+        let [once, twice] = [1, 2].map(|charge| densities[ion(Element::Helium, charge)]);
         let (coefficients, of) = (self.coefficients, |of: Of| self.coefficients.of(of));
         // Of what recombination to excited levels takes, helium's is as much of k T as hydrogen's.
         let excited = (of(Of::HeliumTriplets) + of(Of::HeliumSinglets)) * of(Of::CaseBCooling) / of(Of::CaseB);
-        let (to_ground, of_helium) = match self.diffuse {
-            Diffuse::Outward => (of(Of::GroundCooling), of(Of::HeliumGround) * coefficients.kt_erg()),
-            Diffuse::OnTheSpot => (0.0, 0.0),
-        };
-        let recombination =
-            proton * (of(Of::CaseBCooling) + to_ground) + once * (excited + of_helium) + twice * of(Of::StrippedCaseBCooling);
+        let mut recombination = proton * of(Of::CaseBCooling) + once * excited + twice * of(Of::StrippedCaseBCooling);
+        if self.diffuse == Diffuse::Outward {
+            recombination += proton * of(Of::GroundCooling) + once * of(Of::HeliumGround) * coefficients.kt_erg();
+        }
         let free_free = (proton + once) * of(Of::FreeFree) + twice * of(Of::StrippedFreeFree);
-        let lines = coefficients.lines(state.electrons, density);
-        state.electrons * (recombination + free_free + neutral * of(Of::Collisions) + lines)
+        let lines = coefficients.lines(states.electrons, densities);
+        states.electrons * (recombination + free_free + neutral * of(Of::Collisions) + lines)
     }
 }

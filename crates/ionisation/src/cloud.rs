@@ -13,10 +13,12 @@ use crate::atoms::{ELEMENTS, Element};
 use crate::balance::{Accuracy, Diffuse, Gas, State};
 use crate::beam::{Beam, Step};
 use crate::error::IonisationError;
+use crate::lanes::LANES;
 use crate::light::{ByNode, IonisingLight, NODES};
+use crate::packet::Packet;
 use crate::patch::Patch;
 pub use crate::tally::Quantity;
-use crate::tally::{Lit, Tally};
+use crate::tally::{Lit, Seen, Shone, Tally};
 
 /// Centimetres in a parsec.
 const PARSEC_CM: f64 = 100.0 * PARSEC;
@@ -126,7 +128,7 @@ impl Cloud<'_> {
                     light.iter().enumerate().filter(|(i, light)| *i != number && !light.is_empty()).map(|(_, light)| &light[..]).collect();
                 let follow =
                     Follow { cloud: self, star: stars[number], settings, tally: &tally, lit: lit.as_ref(), others, stars: stars.len() };
-                Patch::all(FIRST).collect::<Vec<_>>().into_par_iter().for_each(|patch| follow.begin(patch));
+                Patch::all(FIRST).collect::<Vec<_>>().par_chunks(LANES).for_each(|patches| follow.patches(patches));
                 if let Some(lit) = lit {
                     light[number] = lit.flux();
                 }
@@ -213,9 +215,64 @@ struct Follow<'a> {
     stars: usize,
 }
 
-impl Follow<'_> {
+/// A beam on its way.
+struct Walk<'a> {
+    patch: Patch,
+    direction: DVec3,
+    beam: Beam<'a>,
+    /// Where it is, and where it leaves the cloud \[pc\].
+    at: f64,
+    far: f64,
+    /// Where its light was used up \[pc\].
+    dark: Option<f64>,
+    /// The voxel that it is in, where it leaves it \[pc\], and the gas there.
+    voxel: usize,
+    exit: f64,
+    gas: Gas,
+    /// The light of other stars there, by node \[s⁻¹ cm⁻²\].
+    background: ByNode,
+    /// What it has seen and lit of the voxel so far.
+    seen: Seen,
+    shone: Shone,
+}
+
+impl<'a> Follow<'a> {
+    /// Follows all beams of some patches.
+    fn patches(&self, patches: &[Patch]) {
+        let Settings { diffuse, accuracy, .. } = self.settings;
+        let mut packet = Packet::new(self.star.light, *diffuse, accuracy, self.gas(0));
+        let mut waiting = Vec::new();
+        patches.iter().for_each(|patch| self.begin(*patch, &mut waiting));
+        let mut walks: [Option<Walk>; LANES] = [const { None }; LANES];
+        loop {
+            for (lane, place) in walks.iter_mut().enumerate() {
+                if let Some(walk) = place
+                    && packet.has_settled(lane)
+                    && let Some(step) = walk.beam.end((&mut packet, lane))
+                {
+                    self.see(walk, &step, step.share);
+                    self.tally.count(step.moved <= self.settings.accuracy.settled);
+                    if !self.advance(walk, (&mut packet, lane), &mut waiting) {
+                        *place = None;
+                    }
+                }
+                while place.is_none() {
+                    let Some((patch, beam)) = waiting.pop() else { break };
+                    *place = self.enter(patch, beam);
+                    if place.as_mut().is_some_and(|walk| !self.advance(walk, (&mut packet, lane), &mut waiting)) {
+                        *place = None;
+                    }
+                }
+            }
+            if walks.iter().all(Option::is_none) {
+                return;
+            }
+            packet.pass();
+        }
+    }
+
     /// Sends a beam from the star, or its parts where it is too wide where it meets the cloud.
-    fn begin(&self, patch: Patch) {
+    fn begin(&self, patch: Patch, waiting: &mut Vec<(Patch, Beam<'a>)>) {
         let (low, high) = (self.cloud.low - self.star.place, self.cloud.high() - self.star.place);
         let nearest = DVec3::ZERO.clamp(low, high).length();
         let middle = 0.5 * (low + high);
@@ -226,12 +283,10 @@ impl Follow<'_> {
             return;
         }
         if nearest > self.widest(patch.solid_angle()) {
-            return patch.parts().into_iter().for_each(|part| self.begin(part));
+            return patch.parts().into_iter().for_each(|part| self.begin(part, waiting));
         }
-        let Settings { diffuse, accuracy, .. } = self.settings;
         if let Some((enter, _)) = self.clipped(patch.direction()) {
-            let beam = Beam::new(self.star.light, *diffuse, accuracy, patch.solid_angle(), enter * PARSEC_CM);
-            self.follow(patch, beam);
+            waiting.push((patch, Beam::new(self.star.light, &self.settings.accuracy, patch.solid_angle(), enter * PARSEC_CM)));
         }
     }
 
@@ -247,56 +302,82 @@ impl Follow<'_> {
         (far > near).then_some((near, far))
     }
 
-    /// Follows a beam until it leaves the cloud, its light is used up, or it is so wide that its parts go on.
-    fn follow(&self, patch: Patch, mut beam: Beam) {
+    /// The gas of a voxel.
+    fn gas(&self, voxel: usize) -> Gas {
+        Gas { dust_cm2: self.cloud.dust_cm2, ..Gas::new(f64::from(self.cloud.hydrogen[voxel]), self.cloud.abundances) }
+    }
+
+    /// A beam where it enters the cloud, which a part of one may do later than the whole did.
+    fn enter(&self, patch: Patch, mut beam: Beam<'a>) -> Option<Walk<'a>> {
         let direction = patch.direction();
-        // A part of a beam may enter later than the whole did.
-        let Some((near, far)) = self.clipped(direction) else { return };
-        let mut at = (beam.radius_cm / PARSEC_CM).max(near);
+        let (near, far) = self.clipped(direction)?;
+        let at = (beam.radius_cm / PARSEC_CM).max(near);
         beam.radius_cm = at * PARSEC_CM;
-        let (widest, longest) = (self.widest(beam.solid_angle), self.cloud.voxel.length());
-        let mut dark = None;
-        while at < far * (1.0 - 1e-12) {
-            if at > widest && dark.is_none() {
-                let whole = patch.solid_angle();
-                return patch.parts().into_iter().for_each(|part| self.follow(part, beam.part(part.solid_angle() / whole)));
+        let (seen, shone) = (self.tally.seen(), Shone::default());
+        let background = [0.0; NODES];
+        Some(Walk { patch, direction, beam, at, far, dark: None, voxel: 0, exit: at, gas: self.gas(0), background, seen, shone })
+    }
+
+    /// Keeps what a step found in its voxel, of which the beam is to answer for a share.
+    fn see(&self, walk: &mut Walk, step: &Step, share: f64) {
+        let volume = step.volume(walk.beam.solid_angle);
+        self.tally.see(&mut walk.seen, (volume, share), &walk.gas, &step.state);
+        if let Some(lit) = self.lit.filter(|_| walk.gas.hydrogen > 0.0) {
+            lit.light(&mut walk.shone, volume / self.tally.voxel_volume, &step.light);
+        }
+    }
+
+    /// Has a beam begin its next step; false where it has ended: it leaves the cloud, its light is used up, or it is so wide
+    /// that its parts go on.
+    fn advance(&self, walk: &mut Walk<'a>, (packet, lane): (&mut Packet, usize), waiting: &mut Vec<(Patch, Beam<'a>)>) -> bool {
+        let (widest, longest) = (self.widest(walk.beam.solid_angle), self.cloud.voxel.length());
+        loop {
+            let end_cm = walk.exit * PARSEC_CM;
+            if walk.beam.radius_cm < end_cm * (1.0 - 1e-12) {
+                if walk.dark.is_none() && walk.gas.hydrogen > 0.0 && !walk.beam.is_used_up() {
+                    let background = self.star.light.ionising_of(&walk.background);
+                    walk.beam.begin((packet, lane), walk.gas.hydrogen, background, end_cm - walk.beam.radius_cm);
+                    return true;
+                }
+                self.pass_dark(walk, end_cm);
             }
-            let (voxel, exit) = self.voxel(direction, at);
-            let exit = exit.min(far);
-            let gas = Gas { dust_cm2: self.cloud.dust_cm2, ..Gas::new(f64::from(self.cloud.hydrogen[voxel]), self.cloud.abundances) };
-            if dark.is_none() && beam.is_used_up() {
-                dark = Some(at);
-            }
-            if dark.is_some_and(|since| at - since > BEYOND * longest) {
+            self.tally.add(walk.voxel, &mut walk.seen);
+            self.lit.iter().for_each(|lit| lit.add(walk.voxel, &mut walk.shone));
+            walk.at = walk.exit;
+            if walk.at >= walk.far * (1.0 - 1e-12) {
                 break;
             }
-            let background = self.background(voxel);
-            if dark.is_none() && gas.hydrogen > 0.0 {
-                while beam.radius_cm < exit * PARSEC_CM * (1.0 - 1e-12) && !beam.is_used_up() {
-                    let step = beam.step(&gas, &background, exit * PARSEC_CM - beam.radius_cm);
-                    let volume = step.volume(beam.solid_angle);
-                    self.tally.add(voxel, (volume, step.share), &gas, &step.state);
-                    self.tally.count(step.moved <= self.settings.accuracy.settled);
-                    self.lit.iter().for_each(|lit| lit.add(voxel, volume / self.tally.voxel_volume, &step.light));
-                }
+            if walk.at > widest && walk.dark.is_none() {
+                let whole = walk.patch.solid_angle();
+                waiting.extend(walk.patch.parts().map(|part| (part, walk.beam.part(part.solid_angle() / whole))));
+                return false;
             }
-            // The rest of the way is dark, or empty: dark for all stars where no other shines.
-            let thickness_cm = exit * PARSEC_CM - beam.radius_cm;
-            if thickness_cm > 0.0 {
-                let light = [0.0; NODES];
-                let step = Step { inner_cm: beam.radius_cm, thickness_cm, state: State::neutral(&gas), light, share: 0.0, moved: 0.0 };
-                let is_lit = gas.hydrogen <= 0.0 || self.star.light.ionising_of(&background) > 0.0;
-                let volume = step.volume(beam.solid_angle);
-                self.tally.add(voxel, (volume, if is_lit { 0.0 } else { 1.0 / self.stars as f64 }), &gas, &step.state);
-                if gas.hydrogen > 0.0 {
-                    self.lit.iter().for_each(|lit| lit.add(voxel, volume / self.tally.voxel_volume, &light));
-                }
-                beam.radius_cm = exit * PARSEC_CM;
+            if walk.dark.is_none() && walk.beam.is_used_up() {
+                walk.dark = Some(walk.at);
             }
-            at = exit;
+            if walk.dark.is_some_and(|since| walk.at - since > BEYOND * longest) {
+                break;
+            }
+            let (voxel, exit) = self.voxel(walk.direction, walk.at);
+            (walk.voxel, walk.exit, walk.gas) = (voxel, exit.min(walk.far), self.gas(voxel));
+            if !self.others.is_empty() {
+                walk.background = self.background(voxel);
+                packet.set_background(lane, &walk.background);
+            }
         }
-        let part = beam.solid_angle / SPHERE;
-        self.tally.keep(part * (1.0 - beam.left()).clamp(0.0, 1.0));
+        let part = walk.beam.solid_angle / SPHERE;
+        self.tally.keep(part * (1.0 - walk.beam.left()).clamp(0.0, 1.0));
+        false
+    }
+
+    /// The rest of the way through a voxel is dark, or empty: dark for all stars where no other shines.
+    fn pass_dark(&self, walk: &mut Walk, end_cm: f64) {
+        let (light, inner_cm) = ([0.0; NODES], walk.beam.radius_cm);
+        let state = State::neutral(&walk.gas);
+        let step = Step { inner_cm, thickness_cm: end_cm - inner_cm, state, light, share: 0.0, moved: 0.0 };
+        let is_lit = walk.gas.hydrogen <= 0.0 || self.star.light.ionising_of(&walk.background) > 0.0;
+        self.see(walk, &step, if is_lit { 0.0 } else { 1.0 / self.stars as f64 });
+        walk.beam.radius_cm = end_cm;
     }
 
     /// The light of the other stars in a voxel, by node \[s⁻¹ cm⁻²\].

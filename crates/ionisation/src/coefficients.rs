@@ -2,9 +2,9 @@
 
 use std::sync::OnceLock;
 
-use multiversion::multiversion;
-
 use crate::atoms::{Atoms, BOLTZMANN_EV, ELEMENTS, ERG_PER_EV, Element, Exchange, HYDROGEN_EV, STAGES};
+use crate::lanes::{LANES, Lanes};
+use crate::light::ion;
 
 /// Rates of a transition between two charges of a metal: recombination by electrons, giving an electron to H⁺, taking one from
 /// H⁰ \[cm³ s⁻¹\].
@@ -60,14 +60,6 @@ const ROWS: usize = 640;
 const COLDEST: f64 = 300.0;
 const HOTTEST: f64 = 80_000.0;
 
-/// Coefficients at one temperature.
-#[derive(Debug, Clone)]
-pub struct Coefficients {
-    /// The temperature of electrons \[K\].
-    pub temperature: f64,
-    values: [f64; COUNT],
-}
-
 /// The ions that have lines, in the order of their coefficients.
 pub fn coolants() -> &'static [(Element, usize)] {
     static IONS: OnceLock<Vec<(Element, usize)>> = OnceLock::new();
@@ -81,103 +73,141 @@ pub fn coolants() -> &'static [(Element, usize)] {
     })
 }
 
-#[multiversion(targets = "simd")]
-fn between(a: &[f64; COUNT], b: &[f64; COUNT], part: f64, own: &mut [f64; COUNT]) {
-    for i in 0..COUNT {
-        own[i] = a[i] + part * (b[i] - a[i]);
+/// Those of the fits themselves, at a temperature in K.
+fn exact(temperature: f64) -> [f64; COUNT] {
+    let (atoms, mut values) = (Atoms::get(), [0.0; COUNT]);
+    for (metal, element) in Element::METALS.into_iter().enumerate() {
+        for charge in 0..element.charges() {
+            let transition = atoms.transition(element, charge);
+            let exchange = |rate: &Option<Exchange>| rate.as_ref().map_or(0.0, |rate| rate.at(temperature));
+            let first = (metal * TRANSITIONS + charge) * RATES;
+            let rates = [transition.recombination(temperature), exchange(&transition.to_proton), exchange(&transition.from_hydrogen)];
+            values[first..first + RATES].copy_from_slice(&rates);
+        }
+    }
+    let (hydrogen, helium) = (&atoms.hydrogen, atoms.helium);
+    let ionisation = hydrogen.collisional(temperature);
+    let [triplets, singlets] = helium.to_excited(temperature);
+    for (of, value) in [
+        (Of::CaseB, hydrogen.case_b(temperature, 1.0)),
+        (Of::CaseBCooling, hydrogen.case_b_cooling(temperature, 1.0)),
+        (Of::Ground, hydrogen.to_ground(temperature)),
+        (Of::GroundCooling, hydrogen.to_ground_cooling(temperature)),
+        (Of::StrippedCaseB, hydrogen.case_b(temperature, 2.0)),
+        (Of::StrippedCaseBCooling, hydrogen.case_b_cooling(temperature, 2.0)),
+        (Of::FreeFree, hydrogen.free_free(temperature, 1.0)),
+        (Of::StrippedFreeFree, hydrogen.free_free(temperature, 2.0)),
+        (Of::Collisions, hydrogen.excitation(temperature) + HYDROGEN_EV * ERG_PER_EV * ionisation),
+        (Of::Ionisation, ionisation),
+        (Of::HeliumGround, helium.to_ground(temperature)),
+        (Of::HeliumTriplets, triplets),
+        (Of::HeliumSinglets, singlets),
+    ] {
+        values[HYDROGEN + of as usize] = value;
+    }
+    for (row, electrons) in DENSITIES.into_iter().enumerate() {
+        let at = atoms.collisional.conditions(temperature, electrons);
+        for line in atoms.collisional.lines.iter().filter(|line| line.charge < STAGES) {
+            if let Ok(ion) = coolants().binary_search(&(line.element, line.charge)) {
+                values[LINES + row * COOLANTS + ion] += atoms.collisional.emissivity(line, &at);
+            }
+        }
+    }
+    values
+}
+
+/// The rows of the table.
+fn table() -> &'static [[f64; COUNT]] {
+    static TABLE: OnceLock<Vec<[f64; COUNT]>> = OnceLock::new();
+    TABLE.get_or_init(|| (0..ROWS).map(|row| exact(COLDEST * (row as f64 * step()).exp())).collect())
+}
+
+/// Between two rows, in ln T.
+fn step() -> f64 {
+    (HOTTEST / COLDEST).ln() / (ROWS - 1) as f64
+}
+
+/// Coefficients of gas in several beams, and of lines those at the densities around that of the electrons.
+#[derive(Debug, Clone)]
+pub struct Coefficients {
+    /// The temperature of electrons \[K\].
+    pub temperature: Lanes,
+    /// The row of the denser of the two [`DENSITIES`].
+    row: [usize; LANES],
+    values: [Lanes; LINES + 2 * COOLANTS],
+    coolants: Vec<usize>,
+}
+
+impl Default for Coefficients {
+    fn default() -> Self {
+        let coolants = coolants().iter().map(|(element, charge)| ion(*element, *charge)).collect();
+        Self { temperature: Lanes::ZERO, row: [1; LANES], values: [Lanes::ONE; LINES + 2 * COOLANTS], coolants }
     }
 }
 
 impl Coefficients {
-    /// Those of the fits themselves.
-    pub fn exact(temperature: f64) -> Self {
-        let (atoms, mut values) = (Atoms::get(), [0.0; COUNT]);
-        for (metal, element) in Element::METALS.into_iter().enumerate() {
-            for charge in 0..element.charges() {
-                let transition = atoms.transition(element, charge);
-                let exchange = |rate: &Option<Exchange>| rate.as_ref().map_or(0.0, |rate| rate.at(temperature));
-                let first = (metal * TRANSITIONS + charge) * RATES;
-                let rates = [transition.recombination(temperature), exchange(&transition.to_proton), exchange(&transition.from_hydrogen)];
-                values[first..first + RATES].copy_from_slice(&rates);
+    /// Makes those of a lane be at a temperature \[K\] and electron density \[cm⁻³\]: those of the fits themselves, or between
+    /// the two nearest rows of the table, linear in ln T.
+    pub fn renew(&mut self, lane: usize, (temperature, electrons): (f64, f64), is_exact: bool) {
+        let last = DENSITIES.len() - 1;
+        let row = DENSITIES.partition_point(|n| *n < electrons).clamp(1, last);
+        let first = LINES + (row - 1) * COOLANTS;
+        if is_exact {
+            let values = exact(temperature);
+            let own = values[..LINES].iter().chain(&values[first..first + 2 * COOLANTS]);
+            self.values.iter_mut().zip(own).for_each(|(to, value)| to[lane] = *value);
+        } else {
+            let place = ((temperature / COLDEST).ln() / step()).clamp(0.0, (ROWS - 1) as f64);
+            let below = (place as usize).min(ROWS - 2);
+            let (a, b, part) = (&table()[below], &table()[below + 1], place - below as f64);
+            let (near, far) = self.values.split_at_mut(LINES);
+            for (to, (a, b)) in near.iter_mut().zip(a.iter().zip(b)) {
+                to[lane] = a + part * (b - a);
+            }
+            for (to, (a, b)) in far.iter_mut().zip(a[first..].iter().zip(&b[first..])) {
+                to[lane] = a + part * (b - a);
             }
         }
-        let (hydrogen, helium) = (&atoms.hydrogen, atoms.helium);
-        let ionisation = hydrogen.collisional(temperature);
-        let [triplets, singlets] = helium.to_excited(temperature);
-        for (of, value) in [
-            (Of::CaseB, hydrogen.case_b(temperature, 1.0)),
-            (Of::CaseBCooling, hydrogen.case_b_cooling(temperature, 1.0)),
-            (Of::Ground, hydrogen.to_ground(temperature)),
-            (Of::GroundCooling, hydrogen.to_ground_cooling(temperature)),
-            (Of::StrippedCaseB, hydrogen.case_b(temperature, 2.0)),
-            (Of::StrippedCaseBCooling, hydrogen.case_b_cooling(temperature, 2.0)),
-            (Of::FreeFree, hydrogen.free_free(temperature, 1.0)),
-            (Of::StrippedFreeFree, hydrogen.free_free(temperature, 2.0)),
-            (Of::Collisions, hydrogen.excitation(temperature) + HYDROGEN_EV * ERG_PER_EV * ionisation),
-            (Of::Ionisation, ionisation),
-            (Of::HeliumGround, helium.to_ground(temperature)),
-            (Of::HeliumTriplets, triplets),
-            (Of::HeliumSinglets, singlets),
-        ] {
-            values[HYDROGEN + of as usize] = value;
-        }
-        for (row, electrons) in DENSITIES.into_iter().enumerate() {
-            let at = atoms.collisional.conditions(temperature, electrons);
-            for line in atoms.collisional.lines.iter().filter(|line| line.charge < STAGES) {
-                if let Ok(ion) = coolants().binary_search(&(line.element, line.charge)) {
-                    values[LINES + row * COOLANTS + ion] += atoms.collisional.emissivity(line, &at);
-                }
-            }
-        }
-        Self { temperature, values }
+        (self.temperature[lane], self.row[lane]) = (temperature, row);
     }
 
-    /// Those between the two nearest rows of the table, linear in ln T.
-    pub fn tabulated(temperature: f64) -> Self {
-        let mut own = Self { temperature: 0.0, values: [0.0; COUNT] };
-        own.tabulate(temperature);
-        own
-    }
-
-    /// Becomes those at another temperature.
-    pub fn tabulate(&mut self, temperature: f64) {
-        static TABLE: OnceLock<Vec<[f64; COUNT]>> = OnceLock::new();
-        let step = (HOTTEST / COLDEST).ln() / (ROWS - 1) as f64;
-        let table = TABLE.get_or_init(|| (0..ROWS).map(|row| Self::exact(COLDEST * (row as f64 * step).exp()).values).collect());
-        let place = ((temperature / COLDEST).ln() / step).clamp(0.0, (ROWS - 1) as f64);
-        let row = (place as usize).min(ROWS - 2);
-        between(&table[row], &table[row + 1], place - row as f64, &mut self.values);
-        self.temperature = temperature;
+    /// Whether those of a lane are at the densities around so many electrons \[cm⁻³\].
+    pub fn is_around(&self, lane: usize, electrons: f64) -> bool {
+        let row = self.row[lane];
+        (row == 1 || electrons >= DENSITIES[row - 1]) && (row == DENSITIES.len() - 1 || electrons <= DENSITIES[row])
     }
 
     /// One of hydrogen's or helium's.
-    pub fn of(&self, of: Of) -> f64 {
+    #[inline(always)]
+    pub fn of(&self, of: Of) -> Lanes {
         self.values[HYDROGEN + of as usize]
     }
 
     /// The rates between a charge of a metal and the next.
-    pub fn transition(&self, metal: usize, charge: usize) -> &[f64; RATES] {
+    #[inline(always)]
+    pub fn transition(&self, metal: usize, charge: usize) -> [Lanes; RATES] {
         let first = (metal * TRANSITIONS + charge) * RATES;
-        self.values[first..].first_chunk().unwrap_or(&[0.0; RATES])
+        [self.values[first], self.values[first + 1], self.values[first + 2]]
     }
 
     /// k T \[erg\].
-    pub fn kt_erg(&self) -> f64 {
-        BOLTZMANN_EV * ERG_PER_EV * self.temperature
+    #[inline(always)]
+    pub fn kt_erg(&self) -> Lanes {
+        self.temperature * (BOLTZMANN_EV * ERG_PER_EV)
     }
 
-    /// Σ over ions that have lines of their density, and the energy of their lines per electron \[erg s⁻¹\], by how many
-    /// electrons there are: between two densities the inverse is linear, as for two levels.
-    pub fn lines(&self, electrons: f64, density: impl Fn(Element, usize) -> f64) -> f64 {
-        let last = DENSITIES.len() - 1;
-        let electrons = electrons.clamp(DENSITIES[0], DENSITIES[last]);
-        let row = DENSITIES.partition_point(|n| *n < electrons).clamp(1, last);
-        let part = (electrons - DENSITIES[row - 1]) / (DENSITIES[row] - DENSITIES[row - 1]);
-        let (a, b) = (&self.values[LINES + (row - 1) * COOLANTS..], &self.values[LINES + row * COOLANTS..]);
-        let of = |(i, (element, charge)): (usize, &(Element, usize))| {
-            let density = density(*element, *charge);
-            if density > 0.0 { density * a[i] * b[i] / ((1.0 - part) * b[i] + part * a[i]) } else { 0.0 }
-        };
-        coolants().iter().enumerate().map(of).sum()
+    /// Σ over ions that have lines of their density ([`ion`]), and the energy of their lines per electron \[erg s⁻¹\], by how
+    /// many electrons there are: between two densities the inverse is linear, as for two levels.
+    #[inline(always)]
+    pub fn lines(&self, electrons: Lanes, densities: &[Lanes]) -> Lanes {
+        let (low, high) = (Lanes::each(|lane| DENSITIES[self.row[lane] - 1]), Lanes::each(|lane| DENSITIES[self.row[lane]]));
+        let part = ((electrons - low) / (high - low)).at_least(0.0).at_most(1.0);
+        let rest = Lanes::ONE - part;
+        let (thin, dense) = self.values[LINES..].split_at(COOLANTS);
+        let mut sum = Lanes::ZERO;
+        for ((a, b), ion) in thin.iter().zip(dense).zip(&self.coolants) {
+            sum += densities[*ion] * *a * *b / (rest * *b + part * *a).at_least(f64::MIN_POSITIVE);
+        }
+        sum
     }
 }

@@ -14,7 +14,6 @@
 //! | F | flux of photons at a node | s⁻¹ cm⁻² |
 //! | σ_X | cross section of an ion | cm² |
 
-use multiversion::multiversion;
 use spectra::quadrature::gauss_of_measure;
 
 use crate::atoms::{Atoms, BOLTZMANN_EV, ELEMENTS, Element, HYDROGEN_EV, STAGES, TRIPLET_EV, TWO_PHOTON_EV};
@@ -44,17 +43,19 @@ pub const fn ion(element: Element, charge: usize) -> usize {
     element as usize * STAGES + charge
 }
 
-/// What a photon of a node does to each ion.
-#[derive(Debug, Clone)]
+/// What a photon of a node does to an ion of a metal.
+#[derive(Debug, Clone, Copy)]
 pub struct Absorption {
+    /// The node.
+    pub node: usize,
     /// The cross section \[cm²\].
-    pub sigma: [f64; IONS],
+    pub sigma: f64,
     /// That times the energy that an electron gets \[eV cm²\].
-    pub heat: [f64; IONS],
+    pub heat: f64,
 }
 
 /// Nodes at most.
-pub const NODES: usize = 32;
+pub const NODES: usize = 25;
 /// A number for each node; zeros where there is none.
 pub type ByNode = [f64; NODES];
 
@@ -72,10 +73,10 @@ pub struct IonisingLight {
     pub warming: [ByNode; ABSORBERS.len()],
     /// Those for light of recombinations that gives on what an electron had \[cm²\].
     pub thermal: [[f64; OWN_NODES]; ABSORBERS.len()],
-    /// What a photon of each node does.
-    pub absorptions: Vec<Absorption>,
-    /// The cross sections of each ion \[cm²\].
-    by_ion: Vec<ByNode>,
+    /// By node, the ions of metals that its photons ionise ([`ion`]), and their cross sections \[cm²\].
+    pub metals: Vec<Vec<(usize, f64)>>,
+    /// The same by ion, with what photons of each node do to it.
+    pub ions: Vec<(usize, Vec<Absorption>)>,
 }
 
 /// Nodes of the gas's own light.
@@ -90,6 +91,25 @@ struct Node {
     shares: Vec<f64>,
     /// Where light of recombinations begins that has an electron's energy on top.
     thermal: Option<f64>,
+}
+
+impl Node {
+    /// The cross section of one of [`ABSORBERS`] \[cm²\], and that times the energy that an electron gets \[eV cm²\]. What
+    /// weakens the light is what the node's own photons do; an electron's energy on top is not reckoned here.
+    fn weakened_by(&self, (element, charge): (Element, usize)) -> (f64, f64) {
+        let Some(fit) = &Atoms::get().transition(element, charge).light else { return (0.0, 0.0) };
+        let (sigma, begins) = (fit.at(self.energy_ev), self.thermal.unwrap_or(self.energy_ev));
+        (sigma, sigma * (begins - fit.threshold_ev).max(0.0))
+    }
+
+    /// The mean cross section of an ion of a metal over its samples \[cm²\], and that of it times the energy that an electron
+    /// gets \[eV cm²\]; nothing where it does not ionise it.
+    fn mean_of(&self, (element, charge): (Element, usize)) -> Option<(f64, f64)> {
+        let fit = Atoms::get().transition(element, charge).light.as_ref()?;
+        let over = |value: &dyn Fn(f64) -> f64| self.samples.iter().zip(&self.shares).map(|(e, share)| value(*e) * share).sum::<f64>();
+        let (sigma, heat) = (over(&|e| fit.at(e)), over(&|e| fit.at(e) * (e - fit.threshold_ev)));
+        (sigma != 0.0).then_some((sigma, heat))
+    }
 }
 
 /// Photons at an energy in eV \[s⁻¹ eV⁻¹\].
@@ -119,23 +139,27 @@ impl IonisingLight {
             }
             nodes.extend(band.nodes);
         }
-        let absorptions: Vec<Absorption> = nodes.iter().map(absorption).collect();
         let (mut weakening, mut warming) = ([[0.0; NODES]; ABSORBERS.len()], [[0.0; NODES]; ABSORBERS.len()]);
         let mut thermal = [[0.0; OWN_NODES]; ABSORBERS.len()];
-        for (number, (element, charge)) in ABSORBERS.into_iter().enumerate() {
-            for (node, absorption) in absorptions.iter().enumerate() {
-                weakening[number][node] = absorption.sigma[ion(element, charge)];
-                warming[number][node] = absorption.heat[ion(element, charge)];
-                if nodes[node].thermal.is_some() {
-                    thermal[number][node] = weakening[number][node];
+        for (number, absorber) in ABSORBERS.into_iter().enumerate() {
+            for (place, node) in nodes.iter().enumerate() {
+                (weakening[number][place], warming[number][place]) = node.weakened_by(absorber);
+                if node.thermal.is_some() {
+                    thermal[number][place] = weakening[number][place];
                 }
             }
         }
-        let of_ion = |ion: usize| {
-            let sigma = |node: usize| absorptions.get(node).map_or(0.0, |absorption: &Absorption| absorption.sigma[ion]);
-            std::array::from_fn(sigma)
-        };
-        let by_ion: Vec<ByNode> = (0..IONS).map(of_ion).collect();
+        let (mut metals, mut ions) = (vec![Vec::new(); nodes.len()], Vec::new());
+        for (element, charge) in Element::METALS.into_iter().flat_map(|element| (0..element.charges()).map(move |charge| (element, charge)))
+        {
+            let ion = ion(element, charge);
+            let of = |(place, node): (usize, &Node)| {
+                let (sigma, heat) = node.mean_of((element, charge))?;
+                metals[place].push((ion, sigma));
+                Some(Absorption { node: place, sigma, heat })
+            };
+            ions.push((ion, nodes.iter().enumerate().filter_map(of).collect()));
+        }
         let energies_ev: Vec<f64> = nodes.iter().map(|node| node.energy_ev).collect();
         let light = |photons| Self {
             energies_ev: energies_ev.clone(),
@@ -143,8 +167,8 @@ impl IonisingLight {
             weakening,
             warming,
             thermal,
-            absorptions: absorptions.clone(),
-            by_ion: by_ion.clone(),
+            metals: metals.clone(),
+            ions: ions.clone(),
         };
         photons.into_iter().map(light).collect()
     }
@@ -175,29 +199,9 @@ impl IonisingLight {
         self.ionising_of(&self.photons)
     }
 
-    /// What metals absorb, by node: Σ n σ of their ions \[cm⁻¹\]; as weights between nodes are, it may be negative at one
-    /// where it is the more at another.
-    pub fn of_metals(&self, density: impl Fn(Element, usize) -> f64) -> ByNode {
-        let mut opacity = [0.0; NODES];
-        for element in Element::METALS {
-            for charge in 0..element.charges() {
-                add(&mut opacity, density(element, charge), &self.by_ion[ion(element, charge)]);
-            }
-        }
-        opacity
-    }
-
     /// What absorbs, by node: Σ n σ of densities of [`ABSORBERS`] \[cm⁻¹\].
-    #[inline(always)]
     pub fn opacity(&self, densities: [f64; ABSORBERS.len()], node: usize) -> f64 {
         densities.iter().zip(&self.weakening).map(|(n, sigma)| n * sigma[node]).sum()
-    }
-}
-
-#[multiversion(targets = "simd")]
-fn add(sum: &mut ByNode, factor: f64, values: &ByNode) {
-    for node in 0..NODES {
-        sum[node] += factor * values[node];
     }
 }
 
@@ -236,23 +240,4 @@ impl Band {
             photons.iter_mut().for_each(|photons| *photons *= all / shared);
         }
     }
-}
-
-/// What a photon of a node does.
-fn absorption(node: &Node) -> Absorption {
-    let mut all = Absorption { sigma: [0.0; IONS], heat: [0.0; IONS] };
-    let ions = Element::ALL.into_iter().flat_map(|element| (0..element.charges()).map(move |charge| (element, charge)));
-    for (element, charge) in ions {
-        let Some(fit) = &Atoms::get().transition(element, charge).light else { continue };
-        let over = |value: &dyn Fn(f64) -> f64| node.samples.iter().zip(&node.shares).map(|(e, share)| value(*e) * share).sum::<f64>();
-        let above = |e: f64| fit.at(e) * (e - fit.threshold_ev);
-        // What weakens the light is what the node's own photons do; an electron's energy on top is not reckoned here.
-        let own = match (ABSORBERS.contains(&(element, charge)), node.thermal) {
-            (true, None) => [fit.at(node.energy_ev), above(node.energy_ev)],
-            (true, Some(begins)) => [fit.at(node.energy_ev), fit.at(node.energy_ev) * (begins - fit.threshold_ev).max(0.0)],
-            (false, _) => [over(&|e| fit.at(e)), over(&above)],
-        };
-        [all.sigma[ion(element, charge)], all.heat[ion(element, charge)]] = own;
-    }
-    all
 }

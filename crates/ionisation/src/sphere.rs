@@ -5,7 +5,8 @@ use spectra::constants::SPHERE;
 use crate::atoms::{Atoms, Element, LineTable};
 use crate::balance::{Accuracy, Diffuse, Gas, State};
 use crate::beam::{Beam, Step};
-use crate::light::{ByNode, IonisingLight, NODES};
+use crate::light::{ByNode, IonisingLight};
+use crate::packet::Packet;
 
 /// A cloud of one density and a hole in its middle, and its shells.
 #[derive(Debug, Clone)]
@@ -26,10 +27,19 @@ impl Sphere {
 
     /// The same, as exact as is said.
     pub fn with_accuracy(gas: Gas, light: &IonisingLight, diffuse: Diffuse, radii_cm: [f64; 2], accuracy: &Accuracy) -> Self {
-        let mut beam = Beam::new(light, diffuse, accuracy, SPHERE, radii_cm[0]);
+        let mut beam = Beam::new(light, accuracy, SPHERE, radii_cm[0]);
+        let mut packet = Packet::new(light, diffuse, accuracy, gas);
         let mut shells = Vec::new();
         while beam.radius_cm < radii_cm[1] * (1.0 - 1e-12) && !beam.is_used_up() {
-            shells.push(beam.step(&gas, &[0.0; NODES], radii_cm[1] - beam.radius_cm));
+            beam.begin((&mut packet, 0), gas.hydrogen, 0.0, radii_cm[1] - beam.radius_cm);
+            shells.push(loop {
+                packet.pass();
+                if packet.has_settled(0)
+                    && let Some(step) = beam.end((&mut packet, 0))
+                {
+                    break step;
+                }
+            });
         }
         Self { gas, shells, left: beam.photons }
     }

@@ -37,6 +37,12 @@ pub struct Tally<'a> {
     kept: AtomicU64,
 }
 
+/// What a beam has seen of a voxel: a part of its volume, and sums by quantity in parts of their most.
+pub struct Seen {
+    part: f64,
+    values: Vec<f64>,
+}
+
 /// Whole units of a part of a voxel's most.
 fn unit(part: f64) -> u64 {
     (part * UNITS) as u64
@@ -68,20 +74,33 @@ impl<'a> Tally<'a> {
         }
     }
 
-    /// Adds gas in a volume that a beam saw, of which it is to answer for a share.
-    pub fn add(&self, voxel: usize, (volume, share): (f64, f64), gas: &Gas, state: &State) {
+    /// Nothing yet of a beam in a voxel.
+    pub fn seen(&self) -> Seen {
+        Seen { part: 0.0, values: vec![0.0; self.sums.len()] }
+    }
+
+    /// Has a beam see gas in a volume \[cm³\], of which it is to answer for a share.
+    pub fn see(&self, seen: &mut Seen, (volume, share): (f64, f64), gas: &Gas, state: &State) {
         let part = volume / self.voxel_volume;
-        self.volume[voxel].fetch_add(unit(part), Ordering::Relaxed);
+        seen.part += part;
         if share <= 0.0 {
             return;
         }
-        let add = |sums: &Vec<AtomicU64>, value: f64| {
-            sums[voxel].fetch_add(unit(part * share * value.clamp(0.0, 1.0)), Ordering::Relaxed);
-        };
-        for (quantity, sums) in self.quantities.iter().zip(&self.sums) {
-            add(sums, (quantity.value)(gas, state) / quantity.most);
+        let last = self.quantities.len();
+        for (quantity, sum) in self.quantities.iter().zip(&mut seen.values) {
+            *sum += part * share * ((quantity.value)(gas, state) / quantity.most).clamp(0.0, 1.0);
         }
-        add(&self.sums[self.quantities.len()], gas.hydrogen * state.fractions[0][1] / self.densest);
+        seen.values[last] += part * share * (gas.hydrogen * state.fractions[0][1] / self.densest).clamp(0.0, 1.0);
+    }
+
+    /// Adds what a beam has seen of a voxel, and has it begin anew.
+    pub fn add(&self, voxel: usize, seen: &mut Seen) {
+        if seen.part > 0.0 {
+            self.volume[voxel].fetch_add(unit(std::mem::take(&mut seen.part)), Ordering::Relaxed);
+            for (sums, value) in self.sums.iter().zip(&mut seen.values).filter(|(_, value)| **value > 0.0) {
+                sums[voxel].fetch_add(unit(std::mem::take(value)), Ordering::Relaxed);
+            }
+        }
     }
 
     /// Counts a step, and whether its gas has settled.
@@ -128,6 +147,13 @@ impl<'a> Tally<'a> {
     }
 }
 
+/// What a beam has lit of a voxel: a part of its volume, and sums of flux by node in parts of the most.
+#[derive(Default)]
+pub struct Shone {
+    part: f64,
+    sums: ByNode,
+}
+
 /// The light of one star in voxels: sums of its flux by node, times volume.
 pub struct Lit {
     /// The most that the flux is taken to be \[s⁻¹ cm⁻²\].
@@ -145,11 +171,22 @@ impl Lit {
         Self { most, volume: zeros(cells), sums: zeros(cells * nodes), nodes }
     }
 
-    /// Adds light in a part of a voxel.
-    pub fn add(&self, voxel: usize, part: f64, light: &ByNode) {
-        self.volume[voxel].fetch_add(unit(part), Ordering::Relaxed);
-        for (sum, flux) in self.sums[voxel * self.nodes..].iter().zip(&light[..self.nodes]).filter(|(_, flux)| **flux > 0.0) {
-            sum.fetch_add(unit(part * (flux / self.most).min(1.0)), Ordering::Relaxed);
+    /// Has a beam light a part of a voxel.
+    pub fn light(&self, shone: &mut Shone, part: f64, flux: &ByNode) {
+        shone.part += part;
+        for (sum, flux) in shone.sums.iter_mut().zip(flux).filter(|(_, flux)| **flux > 0.0) {
+            *sum += part * (flux / self.most).min(1.0);
+        }
+    }
+
+    /// Adds what a beam has lit of a voxel, and has it begin anew.
+    pub fn add(&self, voxel: usize, shone: &mut Shone) {
+        if shone.part > 0.0 {
+            self.volume[voxel].fetch_add(unit(shone.part), Ordering::Relaxed);
+            for (sum, own) in self.sums[voxel * self.nodes..].iter().zip(&shone.sums[..self.nodes]).filter(|(_, own)| **own > 0.0) {
+                sum.fetch_add(unit(*own), Ordering::Relaxed);
+            }
+            *shone = Shone::default();
         }
     }
 

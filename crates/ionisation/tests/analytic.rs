@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use ionisation::atoms::{Atoms, Element, photons_of_helium};
 use ionisation::balance::{Diffuse, Gas, State};
+use ionisation::lanes::Lanes;
 use ionisation::light::IonisingLight;
 use ionisation::sphere::Sphere;
 
@@ -67,7 +68,8 @@ fn recombinations_are_as_many_as_photons() {
         let of_hydrogen = sphere.sum(|s| ions(s, Element::Hydrogen, 1) * case_b());
         let of_helium = sphere.sum(|s| {
             let neutral = s.fractions[0][0] / s.fractions[1][0];
-            let given: f64 = photons_of_helium(atoms.helium.to_excited(1e4), 1e4, neutral).iter().sum();
+            let excited = atoms.helium.to_excited(1e4).map(Lanes::splat);
+            let given: f64 = photons_of_helium(excited, Lanes::splat(1e4), Lanes::splat(neutral)).iter().map(|photons| photons[0]).sum();
             ions(s, Element::Helium, 1) * (atoms.helium.case_b(1e4) - given)
         });
         let left: f64 = sphere.left.iter().zip(&light.energies_ev).filter(|(_, e)| **e > 13.6).map(|(photons, _)| photons).sum();

@@ -2,6 +2,7 @@
 
 use ionisation::atoms::{Atoms, BOLTZMANN_EV, Element};
 use ionisation::balance::Photo;
+use ionisation::lanes::Lanes;
 use ionisation::light::{ABSORBERS, IonisingLight, ion};
 
 /// Γ, and the heat, of an ion behind columns of H⁰, He⁰ and He⁺ \[cm⁻²\], per photon and cm².
@@ -36,14 +37,14 @@ fn rates_are_integrals() {
         let mut worst = [[0.0f64; 2]; 8];
         for hydrogen in [0.0, 1e15, 1e16, 1e17, 3e17, 1e18, 3e18] {
             for columns in [0.02, 0.1, 0.5].map(|part| [hydrogen, part * hydrogen, 0.0]) {
-                let flux = std::array::from_fn(|node| light.photons[node] * (-light.opacity(columns, node)).exp());
+                let flux = std::array::from_fn(|node| Lanes::splat(light.photons[node] * (-light.opacity(columns, node)).exp()));
                 let photo = Photo::new(&light, &flux);
                 for (i, (element, charge, _)) in ions.into_iter().enumerate() {
                     let [rate, heat] = integrals(temperature, (element, charge), columns);
                     let [open, _] = integrals(temperature, (element, charge), [0.0; 3]);
                     // What is left of nearly nothing is not looked at.
                     if rate > 1e-3 * open {
-                        let own = [photo.rates[ion(element, charge)], photo.heat[ion(element, charge)]];
+                        let own = [photo.rates[ion(element, charge)][0], photo.heat[ion(element, charge)][0]];
                         worst[i][0] = worst[i][0].max((own[0] / rate - 1.0).abs());
                         worst[i][1] = worst[i][1].max((own[1] / heat - 1.0).abs());
                     }

@@ -3,6 +3,8 @@
 //! Sources: Benjamin, Skillman & Smits 1999, ApJ 514, 307 (fits to the rates); Osterbrock & Ferland 2006, §2.4 (the
 //! fates of photons); Wood, Mathis & Ercolano 2004, MNRAS 348, 1337 (584 Å).
 
+use crate::lanes::Lanes;
+
 /// Rates of He⁺; temperatures are in K, rates in cm³ s⁻¹.
 #[derive(Debug, Clone, Copy)]
 pub struct Helium;
@@ -41,7 +43,8 @@ impl Helium {
 ///
 /// `neutral` is the part of hydrogen that is neutral for that of helium: photons of 584 Å wander between atoms of helium
 /// until hydrogen takes one of them, or they become two.
-pub fn photons_of_helium([triplets, singlets]: [f64; 2], temperature: f64, neutral: f64) -> [f64; 3] {
-    let taken = 1.0 / (1.0 + 77.0 / (temperature.sqrt() * neutral.max(f64::MIN_POSITIVE)));
-    [triplets, TWO_PHOTON * singlets * (1.0 - TO_2P * taken), TO_2P * singlets * taken]
+#[inline(always)]
+pub fn photons_of_helium([triplets, singlets]: [Lanes; 2], temperature: Lanes, neutral: Lanes) -> [Lanes; 3] {
+    let taken = Lanes::ONE / (Lanes::splat(77.0) / (temperature.sqrt() * neutral.at_least(f64::MIN_POSITIVE)) + 1.0);
+    [triplets, singlets * TWO_PHOTON * (Lanes::ONE - taken * TO_2P), singlets * taken * TO_2P]
 }

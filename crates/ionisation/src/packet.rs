@@ -1,0 +1,307 @@
+//! Steps of several beams that are reckoned side by side: gas under light that the gas itself weakens.
+//!
+//! Each lane has a step of its own, begins it and ends it when it will, and is what it would be alone.
+
+use multiversion::multiversion;
+
+use crate::atoms::{Atoms, Element, HELIUM_EV};
+use crate::balance::{Accuracy, Balance, Diffuse, Gas, Photo, State, States, Thermostat};
+use crate::coefficients::Coefficients;
+use crate::lanes::{LANES, Lanes};
+use crate::light::{ABSORBERS, ByNode, IONS, IonisingLight, NODES, OWN_NODES, ion};
+
+/// Passes over a step, whose light depends on what it is: as many at least, so that gas which changes slowly from step to step
+/// does not lag behind, and at most.
+const LEAST: u32 = 2;
+const PASSES: u32 = 300;
+/// How much of what an absorber's change does to its own light is reckoned with before it has done it: at most \[1\].
+const FORESEEN: f64 = 0.75;
+
+/// A step of a beam, before it is known what its gas is.
+#[derive(Debug, Clone, Copy)]
+pub struct Trial {
+    /// Nuclei of hydrogen \[cm⁻³\].
+    pub hydrogen: f64,
+    /// Where it begins \[cm\].
+    pub inner: f64,
+    /// Its length \[cm\].
+    pub thickness: f64,
+    /// Its mean cross section \[cm²\].
+    pub area: f64,
+    /// What its gas may be.
+    pub state: State,
+    /// Photons that this makes \[cm⁻³ s⁻¹\].
+    pub own: [f64; OWN_NODES],
+    /// How steeply heating, beside cooling, falls with ln T.
+    pub slope: f64,
+}
+
+/// What came of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Outcome {
+    /// Its gas.
+    pub state: State,
+    /// Photons that this makes \[cm⁻³ s⁻¹\].
+    pub own: [f64; OWN_NODES],
+    /// How steeply heating, beside cooling, falls with ln T.
+    pub slope: f64,
+    /// Its depth by node \[1\].
+    pub depths: ByNode,
+    /// What is left behind it of light that comes in \[1\].
+    pub left: ByNode,
+    /// The mean of that along the step, of the gas's own light \[1\].
+    pub means: [f64; OWN_NODES],
+    /// The mean flux of the beam by node \[s⁻¹ cm⁻²\].
+    pub flux: ByNode,
+    /// The beam's part in what ionises hydrogen \[1\].
+    pub share: f64,
+    /// By how much the last pass still moved it: twice that of the temperature, or that of hydrogen and helium \[1\].
+    pub moved: f64,
+}
+
+/// Steps side by side, of beams of one star.
+pub struct Packet<'a> {
+    light: &'a IonisingLight,
+    diffuse: Diffuse,
+    accuracy: &'a Accuracy,
+    gas: Gas,
+    at_helium: [f64; 2],
+    /// The passes that each lane's step has had; none where it has no step.
+    passes: [Option<u32>; LANES],
+    hydrogen: Lanes,
+    inner: Lanes,
+    thickness: Lanes,
+    area: Lanes,
+    /// Photons that come in \[s⁻¹\], and the flux of all other stars \[s⁻¹ cm⁻²\], by node.
+    photons: [Lanes; NODES],
+    background: [Lanes; NODES],
+    states: States,
+    own: [Lanes; OWN_NODES],
+    /// The part of each of [`ABSORBERS`] that weakens the light.
+    absorbing: [Lanes; ABSORBERS.len()],
+    thermostat: Thermostat,
+    coefficients: Coefficients,
+    depths: [Lanes; NODES],
+    left: [Lanes; NODES],
+    means: [Lanes; OWN_NODES],
+    flux: [Lanes; NODES],
+    share: Lanes,
+    moved: Lanes,
+}
+
+impl<'a> Packet<'a> {
+    /// No steps yet, of a star's light in gas of whatever density.
+    pub fn new(light: &'a IonisingLight, diffuse: Diffuse, accuracy: &'a Accuracy, gas: Gas) -> Self {
+        let at_helium = [Element::Hydrogen, Element::Helium]
+            .map(|element| Atoms::get().transition(element, 0).light.as_ref().map_or(0.0, |fit| fit.at(HELIUM_EV)));
+        let mut coefficients = Coefficients::default();
+        let states = States::default();
+        (0..LANES).for_each(|lane| coefficients.renew(lane, (states.temperature[lane], 1.0), false));
+        Self {
+            light,
+            diffuse,
+            accuracy,
+            gas,
+            at_helium,
+            passes: [None; LANES],
+            hydrogen: Lanes::ONE,
+            inner: Lanes::ONE,
+            thickness: Lanes::ONE,
+            area: Lanes::ONE,
+            photons: [Lanes::ZERO; NODES],
+            background: [Lanes::ZERO; NODES],
+            states,
+            own: [Lanes::ZERO; OWN_NODES],
+            absorbing: [Lanes::ZERO; ABSORBERS.len()],
+            thermostat: Thermostat::new(accuracy.settled),
+            coefficients,
+            depths: [Lanes::ZERO; NODES],
+            left: [Lanes::ONE; NODES],
+            means: [Lanes::ONE; OWN_NODES],
+            flux: [Lanes::ZERO; NODES],
+            share: Lanes::ONE,
+            moved: Lanes::ZERO,
+        }
+    }
+
+    /// The flux of other stars that a lane's next steps have, by node \[s⁻¹ cm⁻²\].
+    pub fn set_background(&mut self, lane: usize, flux: &ByNode) {
+        self.background.iter_mut().zip(flux).for_each(|(own, flux)| own[lane] = *flux);
+    }
+
+    /// Begins a step in a lane, given the photons that come in by node \[s⁻¹\].
+    pub fn begin(&mut self, lane: usize, photons: &ByNode, trial: &Trial) {
+        self.photons.iter_mut().zip(photons).for_each(|(own, photons)| own[lane] = *photons);
+        self.own.iter_mut().zip(trial.own).for_each(|(own, value)| own[lane] = value);
+        (self.hydrogen[lane], self.inner[lane]) = (trial.hydrogen, trial.inner);
+        (self.thickness[lane], self.area[lane]) = (trial.thickness, trial.area);
+        self.states.put(lane, &trial.state);
+        if let Some(temperature) = self.gas.isothermal {
+            self.states.temperature[lane] = temperature;
+        }
+        for (absorbing, (element, charge)) in self.absorbing.iter_mut().zip(ABSORBERS) {
+            absorbing[lane] = trial.state.fractions[element as usize][charge];
+        }
+        self.thermostat.begin(lane, trial.slope);
+        self.passes[lane] = Some(0);
+    }
+
+    /// Whether a lane's step has settled, or will not.
+    pub fn has_settled(&self, lane: usize) -> bool {
+        self.passes[lane].is_some_and(|passes| passes >= LEAST && self.moved[lane] < self.accuracy.settled || passes >= PASSES)
+    }
+
+    /// Ends a lane's step.
+    pub fn end(&mut self, lane: usize) -> Outcome {
+        self.passes[lane] = None;
+        let of = |values: &[Lanes; NODES]| std::array::from_fn(|node| values[node][lane]);
+        Outcome {
+            state: self.states.get(lane),
+            own: self.own.map(|own| own[lane]),
+            slope: self.thermostat.slope(lane),
+            depths: of(&self.depths),
+            left: of(&self.left),
+            means: self.means.map(|mean| mean[lane]),
+            flux: of(&self.flux),
+            share: self.share[lane],
+            moved: self.moved[lane],
+        }
+    }
+
+    /// Moves all steps on towards what they will be.
+    pub fn pass(&mut self) {
+        let (coefficients, states) = (&mut self.coefficients, &self.states);
+        for lane in (0..LANES).filter(|lane| self.passes[*lane].is_some()) {
+            let (temperature, electrons) = (states.temperature[lane], states.electrons[lane]);
+            let is_near = if self.accuracy.is_exact {
+                temperature == coefficients.temperature[lane]
+            } else {
+                (temperature / coefficients.temperature[lane] - 1.0).abs() <= 0.1 * self.accuracy.settled
+            };
+            if !is_near || !coefficients.is_around(lane, electrons) {
+                coefficients.renew(lane, (temperature, electrons), self.accuracy.is_exact);
+            }
+        }
+        together(self);
+        self.passes.iter_mut().flatten().for_each(|passes| *passes += 1);
+    }
+
+    /// Light along the steps, given what they are; by absorber, the part by which its ionisations fall where there is more of
+    /// it.
+    #[inline(always)]
+    fn weaken(&mut self) -> [Lanes; ABSORBERS.len()] {
+        let nodes = self.light.energies_ev.len();
+        let nuclei = |element: Element| self.hydrogen * self.gas.abundances[element as usize];
+        let mut metals = [Lanes::ZERO; IONS];
+        for element in Element::METALS {
+            for charge in 0..element.charges() {
+                metals[ion(element, charge)] = nuclei(element) * self.states.part(element, charge);
+            }
+        }
+        let mut absorbers = [Lanes::ZERO; ABSORBERS.len()];
+        for (number, (element, _)) in ABSORBERS.into_iter().enumerate() {
+            absorbers[number] = nuclei(element) * self.absorbing[number];
+        }
+        let dust = self.hydrogen * self.gas.dust_cm2;
+        let [mut falls, mut rates] = [[Lanes::ZERO; ABSORBERS.len()]; 2];
+        let per_area = Lanes::ONE / self.area;
+        for node in 0..nodes {
+            let mut opacity = dust;
+            for (ion, sigma) in &self.light.metals[node] {
+                opacity += metals[*ion] * *sigma;
+            }
+            for (density, sigma) in absorbers.iter().zip(&self.light.weakening) {
+                opacity += *density * sigma[node];
+            }
+            let opacity = opacity.at_least(0.0);
+            let is_own = node < OWN_NODES;
+            // How much longer the ways of the gas's own light are than the way outward.
+            let detour = if is_own { opacity * self.inner * 3.0 + 1.0 } else { Lanes::ONE };
+            let depth = opacity * self.thickness * detour;
+            let left = depth.decay();
+            let inverse = Lanes::ONE / depth.at_least(f64::MIN_POSITIVE);
+            // (1 − e^(−x))/x, by its series where rounding would leave little of the difference; and how it falls with x.
+            let series = Lanes::ONE - depth * (Lanes::splat(0.5) - depth * (Lanes::splat(1.0 / 6.0) - depth * (1.0 / 24.0)));
+            let mean = depth.above(1e-3, (Lanes::ONE - left) * inverse, series);
+            let falling = depth.above(1e-3, (mean - left) * inverse, Lanes::splat(0.5));
+            let incoming = self.photons[node] * per_area;
+            let (mut flux, mut steep) = (incoming * mean, incoming * falling * self.thickness);
+            if is_own {
+                // Of light that is made all along the way, and whose own is longer: what is left of it, and how that falls.
+                let part = depth.above(1e-4, (Lanes::ONE - mean) * inverse, Lanes::splat(0.5));
+                let parting = depth.above(1e-2, (part - falling) * inverse, Lanes::splat(1.0 / 6.0));
+                let made = self.own[node] * self.thickness;
+                flux += made * part;
+                steep = (incoming * falling + made * parting) * self.thickness * (detour * 2.0 - 1.0) * detour - flux * self.inner * 3.0;
+                flux = flux * detour;
+                self.means[node] = mean;
+            }
+            for number in 0..ABSORBERS.len() {
+                let sigma = self.light.weakening[number][node];
+                falls[number] += steep * absorbers[number] * (sigma * sigma);
+                rates[number] += flux * sigma;
+            }
+            (self.depths[node], self.left[node], self.flux[node]) = (depth, left, flux);
+        }
+        let mut parts = [Lanes::ZERO; ABSORBERS.len()];
+        for number in 0..ABSORBERS.len() {
+            parts[number] = (falls[number] / rates[number].at_least(f64::MIN_POSITIVE)).at_least(0.0).at_most(FORESEEN);
+        }
+        parts
+    }
+
+    /// A pass over all lanes.
+    #[inline(always)]
+    fn pass_all(&mut self) {
+        let falls = self.weaken();
+        let nodes = self.light.energies_ev.len();
+        let mut all = self.flux;
+        let [mut rate, mut of_others] = [Lanes::ZERO; 2];
+        for node in 0..nodes {
+            all[node] += self.background[node];
+            rate += self.flux[node] * self.light.weakening[0][node];
+            of_others += self.background[node] * self.light.weakening[0][node];
+        }
+        self.share = rate / (rate + of_others).at_least(f64::MIN_POSITIVE);
+        let photo = Photo::new(self.light, &all);
+        let (temperature, electrons) = (self.states.temperature, self.states.electrons);
+        let balance = Balance {
+            hydrogen: self.hydrogen,
+            abundances: &self.gas.abundances,
+            photo: &photo,
+            diffuse: self.diffuse,
+            coefficients: &self.coefficients,
+            at_helium: self.at_helium,
+        };
+        let excess = balance.pass(&mut self.states);
+        // Each star's light takes its part of it along.
+        self.own = balance.own_light(&self.states);
+        for own in &mut self.own {
+            *own = *own * self.share;
+        }
+        if self.gas.isothermal.is_none() {
+            self.states.temperature = self.thermostat.next(temperature, excess);
+        }
+        let moved = |now: Lanes, before: Lanes| (now / before - 1.0).abs();
+        // Lines rise steeply with temperature.
+        let mut most = (moved(self.states.temperature, temperature) * 2.0).or_more(moved(self.states.electrons, electrons));
+        for (number, (element, charge)) in ABSORBERS.into_iter().enumerate() {
+            let (now, before) = (self.states.part(element, charge), self.absorbing[number]);
+            if number < 2 {
+                most = most.or_more(moved(now, before));
+            }
+            // More of an absorber leaves less light, which leaves more of it: what it comes to in the end is foreseen.
+            let reached = Lanes::ONE - now;
+            let factor = Lanes::ONE / (Lanes::ONE - falls[number] * reached);
+            let more = (before + (now - before) * factor).at_most(1.0);
+            let less = before / ((before / now.at_least(f64::MIN_POSITIVE) - 1.0) * factor + 1.0);
+            self.absorbing[number] = (now - before).above(0.0, more, less);
+        }
+        self.moved = most;
+    }
+}
+
+#[multiversion(targets = "simd")]
+fn together(packet: &mut Packet) {
+    packet.pass_all();
+}
