@@ -30,7 +30,7 @@ fn main() {
     for _ in 0..2 {
         let since = std::time::Instant::now();
         let quantities = [Quantity { most: 300.0, value: &electrons }, Quantity { most: 1e5, value: &warm }];
-        let found = cloud.ionised(&stars, &Settings::default(), &quantities).expect("a cloud");
+        let found = cloud.ionised(&stars, &Settings::default(), &quantities, &|_, _| true).expect("a cloud");
         let ionised = found.quantities[0].iter().filter(|v| **v > 1.0).count();
         println!("{edge}^3, {count} stars: {:.2?}, {} passes, {ionised} voxels ionised", since.elapsed(), found.passes);
     }

@@ -188,6 +188,8 @@ pub struct Accuracy {
 impl Accuracy {
     /// That of the reference.
     pub const REFERENCE: Self = Self { is_exact: true, settled: 1e-7, depth: 0.1, thickness: 0.01, counts: 1e-6, used_up: 1e-5 };
+    /// That of a first look.
+    pub const COARSE: Self = Self { is_exact: false, settled: 3e-2, depth: 1.0, thickness: 0.15, counts: 3e-3, used_up: 1e-4 };
     /// That of clouds in three dimensions.
     pub const FAST: Self = Self { is_exact: false, settled: 1.5e-2, depth: 0.5, thickness: 0.15, counts: 1e-3, used_up: 1e-5 };
 }

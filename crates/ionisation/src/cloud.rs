@@ -5,6 +5,8 @@
 //! of the gas which it ionises itself. What it finds it leaves in the voxels, weighted by the volume of its steps: where a
 //! front runs through a voxel, the voxel has of both sides what there is of them.
 
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
 use glam::DVec3;
 use rayon::prelude::*;
 use spectra::constants::{PARSEC, SPHERE};
@@ -28,6 +30,12 @@ const FIRST: u32 = 3;
 const WIDEST: f64 = 1.0;
 /// How far a beam goes on when its light is used up, so that voxels know how much of them is dark \[voxels\].
 const BEYOND: f64 = 3.0;
+/// Clouds of several stars are not solved on fewer voxels than this along their shortest edge, before they are on more.
+const COARSEST: usize = 12;
+/// Changes, in parts of the one that is asked for, from which on quantities are asked for: passes bring it down by more.
+const NEAR: f64 = 3.0;
+/// Passes that several stars take as a rule.
+const EXPECTED: usize = 5;
 /// The densest gas that is taken as such \[cm⁻³\].
 const DENSEST: f32 = 1e12;
 
@@ -74,7 +82,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { diffuse: Diffuse::default(), accuracy: Accuracy::FAST, change: 1e-3, passes: 30, memory_limit: 4 << 30 }
+        Self { diffuse: Diffuse::default(), accuracy: Accuracy::FAST, change: 2e-3, passes: 30, memory_limit: 4 << 30 }
     }
 }
 
@@ -95,57 +103,128 @@ pub struct Ionised {
     pub unsettled: u64,
 }
 
+/// Hears how much of how much work is done, and says whether it is to go on.
+pub type Watch<'a> = &'a (dyn Fn(u64, u64) -> bool + Sync);
+
+/// Work that is watched.
+struct Work<'a> {
+    watch: Watch<'a>,
+    done: AtomicU64,
+    is_stopped: AtomicBool,
+}
+
+impl Work<'_> {
+    /// Tells that one more of so many parts is done.
+    fn tell(&self, all: u64) {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        if !(self.watch)(done, all) {
+            self.is_stopped.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+/// What passes begin with: the light of each star by voxel and node, nothing where none is known, and the ions of hydrogen.
+struct Before {
+    light: Vec<Vec<f32>>,
+    ions: Vec<f32>,
+}
+
 impl Cloud<'_> {
     /// What stars make of the cloud.
     ///
     /// Of one star beams are the solution. Of several each star's beams find the gas under their own light and what the
-    /// others had in the pass before, until nothing changes any more.
+    /// others had in the pass before, until nothing changes any more; what they have first is what they have in a cloud of
+    /// half as many voxels along each edge.
     ///
     /// # Errors
-    /// Where the cloud or the stars are none that there can be, or take more memory than is allowed.
-    pub fn ionised(&self, stars: &[Star], settings: &Settings, quantities: &[Quantity]) -> Result<Ionised, IonisationError> {
+    /// Where the cloud or the stars are none that there can be, or take more memory than is allowed, or `watch` has had enough.
+    pub fn ionised(&self, stars: &[Star], settings: &Settings, quantities: &[Quantity], watch: Watch) -> Result<Ionised, IonisationError> {
         self.check(stars, settings, quantities.len())?;
-        let cells = self.hydrogen.len();
-        let mut light: Vec<Vec<f32>> = vec![Vec::new(); stars.len()];
-        let mut ions: Vec<f32> = Vec::new();
-        let mut ionised = Ionised {
-            quantities: quantities.iter().map(|_| vec![0.0; cells]).collect(),
-            passes: 0,
-            change: 0.0,
-            escaped: vec![1.0; stars.len()],
-            steps: 0,
-            unsettled: 0,
-        };
         if stars.is_empty() {
-            return Ok(ionised);
+            let quantities = quantities.iter().map(|_| vec![0.0; self.hydrogen.len()]).collect();
+            return Ok(Ionised { quantities, passes: 0, change: 0.0, escaped: Vec::new(), steps: 0, unsettled: 0 });
         }
-        let most = settings.passes.max(1);
+        let work = Work { watch, done: AtomicU64::new(0), is_stopped: AtomicBool::new(false) };
+        Ok(self.solved(stars, settings, quantities, &work)?.0)
+    }
+
+    /// That, and what it has come from.
+    fn solved(
+        &self,
+        stars: &[Star],
+        settings: &Settings,
+        quantities: &[Quantity],
+        work: &Work,
+    ) -> Result<(Ionised, Before), IonisationError> {
+        let cells = self.hydrogen.len();
+        let Before { mut light, mut ions } = self.before(stars, settings, work)?;
+        let (most, mut change) = (settings.passes.max(1), f64::INFINITY);
+        work.done.store(0, Ordering::Relaxed);
         for pass in 1..=most {
-            let mut tally = Tally::new(self.hydrogen, (self.voxel * PARSEC_CM).element_product(), quantities);
+            // Of one star the first pass is the solution. Of several, quantities are asked for once the passes near their end.
+            let is_near = stars.len() == 1 || change <= NEAR * settings.change || pass == most;
+            let asked = if is_near { quantities } else { &[] };
+            let mut tally = Tally::new(self.hydrogen, (self.voxel * PARSEC_CM).element_product(), asked);
+            let mut escaped = vec![1.0; stars.len()];
             for number in 0..stars.len() {
                 let lit = (stars.len() > 1).then(|| Lit::new(cells, self.voxel.min_element() * PARSEC_CM, stars[number].light));
                 let others: Vec<&[f32]> =
                     light.iter().enumerate().filter(|(i, light)| *i != number && !light.is_empty()).map(|(_, light)| &light[..]).collect();
                 let follow =
                     Follow { cloud: self, star: stars[number], settings, tally: &tally, lit: lit.as_ref(), others, stars: stars.len() };
-                Patch::all(FIRST).collect::<Vec<_>>().par_chunks(LANES).for_each(|patches| follow.patches(patches));
+                let patches: Vec<Patch> = Patch::all(FIRST).collect();
+                let passes = if stars.len() > 1 { EXPECTED.max(pass) } else { 1 };
+                let all = patches.len().div_ceil(LANES) * stars.len() * passes;
+                patches.par_chunks(LANES).for_each(|patches| {
+                    if !work.is_stopped.load(Ordering::Relaxed) {
+                        follow.patches(patches);
+                        work.tell(all as u64);
+                    }
+                });
+                if work.is_stopped.load(Ordering::Relaxed) {
+                    return Err(IonisationError::Stopped);
+                }
                 if let Some(lit) = lit {
                     light[number] = lit.flux();
                 }
-                ionised.escaped[number] = tally.next_star();
+                escaped[number] = tally.next_star();
             }
             let now = tally.ions();
-            // Of one star the first pass is the solution.
             let moved = now.iter().zip(ions.iter().chain(std::iter::repeat(&0.0))).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>();
             let all = now.iter().map(|n| f64::from(*n)).sum::<f64>();
-            (ionised.passes, ionised.change, ions) = (pass, if all > 0.0 && stars.len() > 1 { moved / all } else { 0.0 }, now);
-            if ionised.change <= settings.change || pass == most {
-                ionised.quantities = tally.quantities();
-                [ionised.steps, ionised.unsettled] = tally.steps();
-                break;
+            change = if all > 0.0 && stars.len() > 1 { moved / all } else { 0.0 };
+            ions = now;
+            if is_near && change <= settings.change || pass == most {
+                let [steps, unsettled] = tally.steps();
+                let ionised = Ionised { quantities: tally.quantities(), passes: pass, change, escaped, steps, unsettled };
+                return Ok((ionised, Before { light, ions }));
             }
         }
-        Ok(ionised)
+        Err(IonisationError::Stopped)
+    }
+
+    /// What is known before the first pass: nothing of one star, of several what they have made of a cloud of half as many
+    /// voxels along each edge.
+    fn before(&self, stars: &[Star], settings: &Settings, work: &Work) -> Result<Before, IonisationError> {
+        let dims = self.dims.map(|n| n.div_ceil(2));
+        if stars.len() < 2 || dims.into_iter().min().is_none_or(|edge| edge < COARSEST) {
+            return Ok(Before { light: vec![Vec::new(); stars.len()], ions: Vec::new() });
+        }
+        let [nx, ny, nz] = self.dims;
+        let place = |i: usize| [i % nx, i / nx % ny, i / (nx * ny)];
+        let above = |[x, y, z]: [usize; 3]| ((z / 2) * dims[1] + y / 2) * dims[0] + x / 2;
+        let mut hydrogen = vec![0.0; dims.iter().product()];
+        // Beyond an odd edge there is nothing.
+        self.hydrogen.iter().enumerate().for_each(|(i, n)| hydrogen[above(place(i))] += n / 8.0);
+        let coarse = Cloud { dims, voxel: 2.0 * self.voxel, hydrogen: &hydrogen, ..self.clone() };
+        let settings = Settings { accuracy: Accuracy::COARSE, change: NEAR * settings.change, ..*settings };
+        let (_, before) = coarse.solved(stars, &settings, &[], work)?;
+        let nodes = stars[0].light.energies_ev.len();
+        let cells = nx * ny * nz;
+        let finer = |coarse: &Vec<f32>, values: usize| -> Vec<f32> {
+            (0..cells).into_par_iter().flat_map_iter(|i| coarse[above(place(i)) * values..][..values].iter().copied()).collect()
+        };
+        Ok(Before { light: before.light.iter().map(|light| finer(light, nodes)).collect(), ions: finer(&before.ions, 1) })
     }
 
     /// Refuses what cannot be solved.

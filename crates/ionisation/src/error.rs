@@ -56,4 +56,7 @@ pub enum IonisationError {
         /// What they may take.
         limit: u64,
     },
+    /// Somebody has had enough.
+    #[error("stopped before the gas was solved")]
+    Stopped,
 }

@@ -239,7 +239,7 @@ impl<'a> Packet<'a> {
             for number in 0..ABSORBERS.len() {
                 let sigma = self.light.weakening[number][node];
                 falls[number] += steep * absorbers[number] * (sigma * sigma);
-                rates[number] += flux * sigma;
+                rates[number] += (flux + self.background[node]) * sigma;
             }
             (self.depths[node], self.left[node], self.flux[node]) = (depth, left, flux);
         }

@@ -49,7 +49,8 @@ fn hii40() {
     let electrons = |_: &Gas, state: &State| state.electrons;
     let mut quantities: Vec<Quantity> = lines.iter().map(|value| Quantity { most: 1e-18, value }).collect();
     quantities.push(Quantity { most: 130.0, value: &electrons });
-    let found = cloud.ionised(&[Star { place: DVec3::ZERO, light: &light }], &Settings::default(), &quantities).unwrap().quantities;
+    let found =
+        cloud.ionised(&[Star { place: DVec3::ZERO, light: &light }], &Settings::default(), &quantities, &|_, _| true).unwrap().quantities;
     let all = |values: &[f32]| values.iter().map(|v| f64::from(*v)).sum::<f64>() * (voxel * PARSEC_CM).powi(3);
     for (label, values) in labels.iter().zip(&found) {
         let truth = sphere.line(label);
@@ -88,7 +89,9 @@ fn shadows_are_sharp() {
     let found = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let star = Star { place: DVec3::new(0.0, 0.0, -3.0), light: &light };
-        pool.install(|| cloud.ionised(&[star], &Settings::default(), &[Quantity { most: 4e4, value: &electrons }]).unwrap().quantities)
+        pool.install(|| {
+            cloud.ionised(&[star], &Settings::default(), &[Quantity { most: 4e4, value: &electrons }], &|_, _| true).unwrap().quantities
+        })
     };
     let one = found(1);
     assert!(one == found(3));
@@ -108,7 +111,7 @@ fn clouds_of_all_kinds() {
         let cloud = Cloud { dust_cm2: 1e-21, ..cube(&hydrogen, 8, 1.0) };
         let part = |_: &Gas, state: &State| state.fractions[0][1];
         let star = Star { place: star, light };
-        let found = cloud.ionised(&[star], &Settings::default(), &[Quantity { most: 1.0, value: &part }]).unwrap().quantities;
+        let found = cloud.ionised(&[star], &Settings::default(), &[Quantity { most: 1.0, value: &part }], &|_, _| true).unwrap().quantities;
         assert!(found[0].iter().all(|v| (0.0..=1.0001).contains(v)), "{hydrogen:?}");
         found[0].iter().sum::<f32>() / 512.0
     };
@@ -132,7 +135,8 @@ fn several_stars() {
     let cloud = cube(&hydrogen, edge, 2.0);
     let photons = |temperature: f64, factor: f64| move |e: f64| factor * e * e / (e / (BOLTZMANN_EV * temperature)).exp_m1();
     let ions = |gas: &Gas, state: &State| gas.hydrogen * state.fractions[0][1];
-    let solved = |stars: &[Star]| cloud.ionised(stars, &Settings::default(), &[Quantity { most: 250.0, value: &ions }]).unwrap();
+    let solved =
+        |stars: &[Star]| cloud.ionised(stars, &Settings::default(), &[Quantity { most: 250.0, value: &ions }], &|_, _| true).unwrap();
     let all = |found: &Ionised| found.quantities[0].iter().map(|n| f64::from(*n)).sum::<f64>();
     // As many photons as fill a third of the cloud.
     let unit = 6e47 / IonisingLight::new(photons(40_000.0, 1.0)).ionising();
@@ -172,7 +176,7 @@ fn bad_clouds_are_refused() {
         let mut cloud = cube(&hydrogen, 4, 1.0);
         let (mut stars, mut settings) = (vec![Star { place: DVec3::ZERO, light: &light }], Settings::default());
         change(&mut cloud, &mut stars, &mut settings);
-        cloud.ionised(&stars, &settings, &[]).map_err(|e| e.to_string())
+        cloud.ionised(&stars, &settings, &[], &|_, _| true).map_err(|e| e.to_string())
     };
     // A thin cloud that most of the light leaves, and a star outside that sends next to nothing into it.
     let thin = of(&|_, _, _| ()).unwrap();
@@ -196,5 +200,5 @@ fn bad_clouds_are_refused() {
         assert!(message.contains(word), "{message}");
     }
     let cloud = cube(&nan, 4, 1.0);
-    assert!(cloud.ionised(&[], &Settings::default(), &[]).unwrap_err().to_string().contains("voxel [0, 0, 0] is NaN"));
+    assert!(cloud.ionised(&[], &Settings::default(), &[], &|_, _| true).unwrap_err().to_string().contains("voxel [0, 0, 0] is NaN"));
 }
