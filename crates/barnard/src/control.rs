@@ -8,6 +8,8 @@ use crate::error::{Error, Result};
 /// The part of the work that progress is told of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
+    /// Stars ionise gas.
+    Gas,
     /// Depths between stars and cells.
     StarDepths,
     /// Light is solved in voxels or cells.

@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 fn words(stage: Stage) -> &'static str {
     match stage {
+        Stage::Gas => "ionised gas",
         Stage::StarDepths => "star depths",
         Stage::Light => "light field",
         Stage::Rays => "rays",
@@ -38,10 +39,15 @@ pub fn control() -> anyhow::Result<Control> {
 /// A control like [`control`], with words beside the bar.
 pub fn control_with(note: &Note) -> anyhow::Result<Control> {
     let control = if std::io::stderr().is_terminal() { with_bar(note.clone()) } else { with_lines(note.clone()) };
-    let handle = control.clone();
-    ctrlc::set_handler(move || handle.interrupt())?;
+    let mut current = CURRENT.lock().unwrap_or_else(PoisonError::into_inner);
+    if current.replace(control.clone()).is_none() {
+        ctrlc::set_handler(|| CURRENT.lock().unwrap_or_else(PoisonError::into_inner).iter().for_each(Control::interrupt))?;
+    }
     Ok(control)
 }
+
+/// The work that Ctrl-C stops.
+static CURRENT: Mutex<Option<Control>> = Mutex::new(None);
 
 fn with_bar(note: Note) -> Control {
     let style = ProgressStyle::with_template("{msg:12} {bar:40.cyan/black} {percent:>3} %  {eta} left  {prefix}")

@@ -7,6 +7,8 @@ use barnard::plan::Options;
 use barnard::scene::{MANY_BOUNCES, MAX_STEPS, Scene};
 use clap::Args;
 
+use crate::progress;
+
 /// The scene and its overrides.
 #[derive(Args)]
 pub struct SceneArgs {
@@ -84,9 +86,10 @@ impl SceneArgs {
             rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("cannot start the threads")?;
         }
         let memory_limit = self.memory_limit()?;
+        let control = progress::control()?;
         let mut scene = match (&self.scene, &self.builtin) {
-            (_, Some(name)) => barnard_files::builtin::load(name, memory_limit)?,
-            (Some(path), None) => barnard_files::load(path, memory_limit)?,
+            (_, Some(name)) => barnard_files::builtin::load_under(name, memory_limit, &control)?,
+            (Some(path), None) => barnard_files::load_under(path, memory_limit, &control)?,
             (None, None) => bail!("no scene; give a file, or --builtin NAME"),
         };
         if let Some(name) = &self.bookmark {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use spectra::SpectraError;
 
+use barnard::control::Control;
 use barnard::error::Result;
 use barnard::scene::{Loader, Scene};
 
@@ -78,8 +79,16 @@ pub fn entry(name: &str) -> Result<&'static BuiltinScene> {
 /// # Errors
 /// Where there is none.
 pub fn load(name: &str, memory_limit: u64) -> Result<Scene> {
+    load_under(name, memory_limit, &Control::default())
+}
+
+/// The same, by a reading that `control` hears of and can stop.
+///
+/// # Errors
+/// Where there is none, and once the user wished to stop.
+pub fn load_under(name: &str, memory_limit: u64, control: &Control) -> Result<Scene> {
     let entry = entry(name)?;
-    crate::parse(&format!("built-in {name}"), name, entry.text.to_owned(), &loader(memory_limit))
+    crate::parse(&format!("built-in {name}"), name, entry.text.to_owned(), &loader(memory_limit).under(control))
 }
 
 /// The files that built-in scenes name.

@@ -73,14 +73,22 @@ impl Benchmark {
     }
 
     /// The table of the benchmark, with what a sphere has.
+    pub fn rows(&self, sphere: &Sphere) -> Vec<Row> {
+        self.rows_of(&Found {
+            line: &|label| sphere.line(label),
+            radius_cm: sphere.front_cm(Element::Hydrogen, 0).unwrap_or(f64::NAN),
+            helium: sphere.helium(),
+            temperature: sphere.temperature(),
+            inner_temperature: sphere.shells.first().map_or(f64::NAN, |shell| shell.state.temperature),
+        })
+    }
+
+    /// The table of the benchmark, with what a cloud has.
     ///
     /// # Panics
     /// Where the embedded table is broken; a test reads it.
-    pub fn rows(&self, sphere: &Sphere) -> Vec<Row> {
-        let body = with_provenance("lexington", TABLE).expect("embedded");
-        let beta = sphere.line("Ba4-2");
-        let lines = body.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(',').collect::<Vec<_>>());
-        let rows = lines.filter(|cells| cells[0] == self.name);
+    pub fn rows_of(&self, found: &Found) -> Vec<Row> {
+        let beta = (found.line)("Ba4-2");
         let row = |cells: Vec<&'static str>| {
             let quantity = cells[1];
             // A unit of so many begins with its number.
@@ -88,14 +96,42 @@ impl Benchmark {
                 quantity.split_once("[1e").and_then(|(_, rest)| format!("1e{}", rest.split(' ').next()?).parse().ok()).unwrap_or(1.0);
             let own = match quantity.split(' ').next() {
                 Some("L(Hb)") => beta / unit,
-                Some("R") => sphere.front_cm(Element::Hydrogen, 0).unwrap_or(f64::NAN) / unit,
-                Some("<He+>/<H+>") => sphere.helium(),
-                Some("T") if quantity.contains("n_e") => sphere.temperature(),
-                Some("T") => sphere.shells.first().map_or(f64::NAN, |shell| shell.state.temperature),
-                _ => cells[2].split('+').map(|label| sphere.line(label)).sum::<f64>() / beta,
+                Some("R") => found.radius_cm / unit,
+                Some("<He+>/<H+>") => found.helium,
+                Some("T") if quantity.contains("n_e") => found.temperature,
+                Some("T") => found.inner_temperature,
+                _ => cells[2].split('+').map(found.line).sum::<f64>() / beta,
             };
             Row { quantity, codes: cells[3..].iter().filter_map(|cell| cell.parse().ok()).collect(), own }
         };
-        rows.map(row).collect()
+        table().filter(|cells| cells[0] == self.name).map(row).collect()
     }
+}
+
+/// The rows of the embedded table.
+fn table() -> impl Iterator<Item = Vec<&'static str>> {
+    let body = with_provenance("lexington", TABLE).expect("embedded");
+    body.lines().filter(|line| !line.starts_with('#')).skip(1).map(|line| line.split(',').collect())
+}
+
+/// The labels of the lines that benchmarks ask for.
+pub fn labels() -> Vec<&'static str> {
+    let mut labels: Vec<&str> = table().flat_map(|cells| cells[2].split('+')).filter(|label| !label.is_empty()).collect();
+    labels.sort_unstable();
+    labels.dedup();
+    labels
+}
+
+/// What a cloud has of what benchmarks ask for.
+pub struct Found<'a> {
+    /// The power of a line by its label \[erg s⁻¹\].
+    pub line: &'a dyn Fn(&str) -> f64,
+    /// Where hydrogen's front is \[cm\].
+    pub radius_cm: f64,
+    /// The part of helium's nuclei that are He⁺ for that of hydrogen's that are H⁺.
+    pub helium: f64,
+    /// The temperature, weighted by n_p n_e, and that at the inner edge \[K\].
+    pub temperature: f64,
+    /// See [`temperature`](Self::temperature).
+    pub inner_temperature: f64,
 }

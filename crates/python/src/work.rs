@@ -54,6 +54,7 @@ pub fn after_fork() {
 
 fn name(stage: Stage) -> &'static str {
     match stage {
+        Stage::Gas => "gas",
         Stage::StarDepths => "star depths",
         Stage::Light => "light",
         Stage::Rays => "rays",

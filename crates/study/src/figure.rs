@@ -228,7 +228,7 @@ impl Figure {
 const LEGEND: (f64, f64) = (0.3, 0.4);
 
 /// Text is drawn with a font that is compiled in: the same figure on every machine.
-fn register_font() {
+pub fn register_font() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         let _ = plotters::style::register_font("sans-serif", FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT);

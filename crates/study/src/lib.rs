@@ -10,6 +10,8 @@ pub mod bench;
 mod campaign;
 mod chapters;
 mod figure;
+pub mod gas;
+mod maps;
 mod page;
 mod rules;
 mod validation;
@@ -30,6 +32,9 @@ pub enum StudyError {
     /// The λ-mathematics failed.
     #[error(transparent)]
     Spectra(#[from] spectra::SpectraError),
+    /// The gas of a scene could not be solved.
+    #[error(transparent)]
+    Gas(#[from] ionisation::error::IonisationError),
     /// A figure could not be drawn.
     #[error("cannot draw the figure {0}: {1}")]
     Figure(String, String),

@@ -6,8 +6,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, channel};
 
 use barnard::Result;
+use barnard::control::Control;
 use barnard::scene::{Loader, Provenance, Scene, Star};
 use barnard_files::{SceneFiles, builtin, toml};
 use toml_edit::DocumentMut;
@@ -52,6 +54,20 @@ pub struct Document {
     future: Vec<String>,
     /// The edit that the next of the same name goes on with.
     going_on: Option<String>,
+    refining: Option<Refining>,
+}
+
+/// What finds out exactly, beside the window, what a text says whose gas is known roughly.
+struct Refining {
+    text: String,
+    control: Control,
+    made: Receiver<Result<Reading>>,
+}
+
+impl Drop for Refining {
+    fn drop(&mut self) {
+        self.control.interrupt();
+    }
 }
 
 /// A text and what it says.
@@ -96,7 +112,7 @@ impl Document {
         let loader = Loader::new(files.clone(), memory_limit);
         static OPENINGS: AtomicU64 = AtomicU64::new(0);
         let opening = OPENINGS.fetch_add(1, Ordering::Relaxed);
-        let Reading { toml, scene, physics } = read(&origin, &text, &loader, opening)?;
+        let Reading { toml, scene, physics } = read(&origin, &text, &loader.roughly(), opening)?;
         Ok(Self {
             opening,
             saved: text.clone(),
@@ -110,6 +126,7 @@ impl Document {
             past: Vec::new(),
             future: Vec::new(),
             going_on: None,
+            refining: None,
         })
     }
 
@@ -132,6 +149,46 @@ impl Document {
     /// What the text says of everything but the camera and how pictures are shown: where that is equal, a plan holds.
     pub fn physics(&self) -> &Arc<str> {
         &self.physics
+    }
+
+    /// Whether the scene's gas is known roughly: the document is to be refined.
+    pub fn is_rough(&self) -> bool {
+        self.scene.gas.as_ref().is_some_and(|gas| gas.is_rough)
+    }
+
+    /// Begins to find out exactly what the text says, unless that is under way; `heard` is told of parts that are done \[1\],
+    /// and once all is. What was begun for another text ends.
+    pub fn refine(&mut self, heard: impl Fn(Option<f64>) + Send + Sync + 'static) {
+        if !self.is_rough() || self.refining.as_ref().is_some_and(|refining| refining.text == self.text) {
+            return;
+        }
+        let heard = Arc::new(heard);
+        let of_part = heard.clone();
+        let control = Control::with_listener(move |_, done, all| of_part(Some(done as f64 / all.max(1) as f64)));
+        let (origin, text, loader, opening) = (self.origin.clone(), self.text.clone(), self.loader.under(&control), self.opening);
+        let (sender, made) = channel();
+        std::thread::spawn(move || {
+            // Nobody hears it where another text is refined by now.
+            let _ = sender.send(read(&origin, &text, &loader, opening));
+            heard(None);
+        });
+        self.refining = Some(Refining { text: self.text.clone(), control, made });
+    }
+
+    /// Takes what was refined, where it is there; true where the scene has changed.
+    ///
+    /// # Errors
+    /// Where what was known roughly cannot be found out exactly.
+    pub fn take_refined(&mut self) -> Result<bool> {
+        let Some(refining) = &self.refining else { return Ok(false) };
+        // What failed is not begun again: it stays as it is until the text is another.
+        let Ok(reading) = refining.made.try_recv() else { return Ok(false) };
+        let (is_current, reading) = (refining.text == self.text, reading?);
+        self.refining = None;
+        if is_current {
+            self.take(reading);
+        }
+        Ok(is_current)
     }
 
     /// The text as it would be saved.
@@ -162,7 +219,7 @@ impl Document {
         if text == self.text {
             return Ok(());
         }
-        let reading = read(&self.origin, &text, &self.loader, self.opening)?;
+        let reading = read(&self.origin, &text, &self.loader.roughly(), self.opening)?;
         let before = std::mem::replace(&mut self.text, text);
         if self.going_on.as_ref() != Some(&name) {
             self.past.push(before);
@@ -183,7 +240,7 @@ impl Document {
     pub fn variant(&self, edit: Edit) -> Result<(Arc<Scene>, Arc<str>)> {
         let mut toml = self.toml.clone();
         edit.apply(&mut toml);
-        let reading = read(&self.origin, &toml.to_string(), &self.loader, self.opening)?;
+        let reading = read(&self.origin, &toml.to_string(), &self.loader.roughly(), self.opening)?;
         Ok((reading.scene, reading.physics))
     }
 
@@ -220,7 +277,7 @@ impl Document {
 
     fn step(&mut self, stacks: impl Fn(&mut Self) -> (&mut Vec<String>, &mut Vec<String>)) -> Result<()> {
         let Some(text) = stacks(self).0.last().cloned() else { return Ok(()) };
-        let reading = read(&self.origin, &text, &self.loader, self.opening)?;
+        let reading = read(&self.origin, &text, &self.loader.roughly(), self.opening)?;
         let before = std::mem::replace(&mut self.text, text);
         let (from, to) = stacks(self);
         from.pop();
@@ -295,7 +352,8 @@ fn read(origin: &Origin, text: &str, loader: &Loader, opening: u64) -> Result<Re
     for key in ["camera", "bookmark", "display", "name", "description"] {
         properties.remove(key);
     }
-    Ok(Reading { toml: edited(text)?, scene: Arc::new(scene), physics: format!("{opening}: {properties}").into() })
+    let roughly = if scene.gas.as_ref().is_some_and(|gas| gas.is_rough) { "roughly " } else { "" };
+    Ok(Reading { toml: edited(text)?, scene: Arc::new(scene), physics: format!("{roughly}{opening}: {properties}").into() })
 }
 
 /// The text as edits change it.

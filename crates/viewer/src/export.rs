@@ -22,7 +22,8 @@ struct Progress {
     all: AtomicU64,
 }
 
-const STAGES: [(Stage, &str); 3] = [(Stage::StarDepths, "star depths"), (Stage::Light, "starlight"), (Stage::Rays, "rays")];
+const STAGES: [(Stage, &str); 4] =
+    [(Stage::Gas, "ionised gas"), (Stage::StarDepths, "star depths"), (Stage::Light, "starlight"), (Stage::Rays, "rays")];
 
 /// The work and the way to stop it.
 pub struct Export {

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, Weak};
 
 use spectra::spectrum::Spectrum;
 
-use super::Star;
+use super::{IonisedGas, Star};
 use crate::control::Control;
 use crate::data::{DataSource, Inputs, NoData};
 use crate::error::Result;
@@ -27,7 +27,9 @@ pub struct Loader {
     pub inputs: Inputs,
     fields: Arc<Mutex<HashMap<String, Weak<dyn Field>>>>,
     stars: Arc<Mutex<HashMap<String, Arc<Vec<Star>>>>>,
-    gas: Arc<Mutex<HashMap<String, Arc<Vec<Glow>>>>>,
+    gas: Arc<Mutex<HashMap<String, Arc<IonisedGas>>>>,
+    /// Whether what takes long is made roughly.
+    pub(super) is_rough: bool,
     /// What ends a reading early.
     pub(crate) control: Control,
 }
@@ -47,6 +49,7 @@ impl Loader {
             fields: Arc::default(),
             stars: Arc::default(),
             gas: Arc::default(),
+            is_rough: false,
             control: Control::default(),
         }
     }
@@ -55,6 +58,13 @@ impl Loader {
     #[must_use]
     pub fn under(&self, control: &Control) -> Self {
         Self { control: control.clone(), ..self.clone() }
+    }
+
+    /// The same for readings in which what takes long is made roughly: gas that stars ionise, on few voxels, unless it is
+    /// known. What is kept is shared.
+    #[must_use]
+    pub fn roughly(&self) -> Self {
+        Self { is_rough: true, ..self.clone() }
     }
 
     /// The field that `text` describes: the same one as before, as long as somebody holds it, or a new one. Files are
@@ -78,19 +88,18 @@ impl Loader {
         kept(&self.stars, MAX_TABLES, text, build)
     }
 
-    /// The species of the gas that `text` describes: those of before, or new ones.
-    pub(super) fn gas(&self, text: &str, build: impl FnOnce() -> Result<Vec<Glow>>) -> Result<Arc<Vec<Glow>>> {
+    /// What stars make of the gas that `text` describes: that of before, or anew.
+    pub(super) fn gas(&self, text: &str, build: impl FnOnce() -> Result<IonisedGas>) -> Result<Arc<IonisedGas>> {
+        let known = self.gas.lock().is_ok_and(|all| all.contains_key(text));
+        if self.is_rough && !known {
+            return build().map(Arc::new);
+        }
         kept(&self.gas, MAX_GAS, text, build)
     }
 }
 
 /// What was made of a text before, or what is made now; so many are kept at most.
-fn kept<T>(
-    all: &Mutex<HashMap<String, Arc<Vec<T>>>>,
-    most: usize,
-    text: &str,
-    build: impl FnOnce() -> Result<Vec<T>>,
-) -> Result<Arc<Vec<T>>> {
+fn kept<T>(all: &Mutex<HashMap<String, Arc<T>>>, most: usize, text: &str, build: impl FnOnce() -> Result<T>) -> Result<Arc<T>> {
     let kept = all.lock().ok().and_then(|all| all.get(text).cloned());
     if let Some(kept) = kept {
         return Ok(kept);

@@ -27,6 +27,7 @@ pub use albedo::Albedo;
 pub use background::{Background, StarField};
 pub use dust::{Dust, Scale};
 pub use emission::Emission;
+pub use gas::{GasCloud, IonisedGas, IonisingStar};
 pub use loader::Loader;
 pub use method::{MANY_BOUNCES, MAX_STEPS, Method, MethodEntry, StarDepthSource, methods};
 pub use star::Star;
@@ -51,8 +52,10 @@ pub struct Scene {
     pub bookmarks: BTreeMap<String, Camera>,
     /// Dust that absorbs and scatters.
     pub dust: Option<Dust>,
-    /// The species of gas that glow.
+    /// The species of gas that glow, those of [`gas`](Self::gas) last.
     pub emission: Vec<Emission>,
+    /// What the stars make of `[gas]`.
+    pub gas: Option<Arc<IonisedGas>>,
     /// Stars within or near the cloud: those of `[[star]]`, then those of each `[[star_table]]`.
     pub stars: Vec<Star>,
     /// What lies behind all of it.
@@ -172,6 +175,7 @@ impl Scene {
             bookmarks: BTreeMap::new(),
             dust: None,
             emission: Vec::new(),
+            gas: None,
             stars: Vec::new(),
             background: Background::default(),
             display: Display::of(&bands),
@@ -246,10 +250,12 @@ impl Scene {
         for table in root.tables("star_table")? {
             stars.extend_from_slice(&loader.stars(&table.said(), || star_table::build(&table, inputs))?);
         }
+        let mut ionised = None;
         if let Some(gas) = root.table("gas")? {
             let said = format!("{gas} {stars} through {bands}", gas = gas.said(), stars = star::said(&stars), bands = band::said(&bands));
-            let species = loader.gas(&format!("{said} of {}", fields.said), || gas::build(&gas, loader, &fields, &stars, &bands))?;
-            emission.extend(species.iter().cloned().map(|(name, density, spectrum)| Emission { name, density, spectrum }));
+            let made = loader.gas(&format!("{said} of {}", fields.said), || gas::build(&gas, loader, &fields, &stars, &bands))?;
+            emission.extend(made.species.iter().cloned().map(|(name, density, spectrum)| Emission { name, density, spectrum }));
+            ionised = Some(made);
         }
         let background = root.table("background")?.map(|s| background::build(&s, inputs)).transpose()?;
         let display = display::build(root.table("display")?.as_ref(), &bands)?;
@@ -261,6 +267,7 @@ impl Scene {
             bookmarks,
             dust,
             emission,
+            gas: ionised,
             stars,
             background: background.unwrap_or_default(),
             bands,

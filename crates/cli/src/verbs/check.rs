@@ -54,6 +54,9 @@ fn describe(scene: &Scene) {
     for gas in &scene.emission {
         say!("emission  {}: {} lines, {}", gas.name, gas.spectrum.lines().len(), lattice(&*gas.density));
     }
+    for told in scene.gas.iter().flat_map(|gas| gas.told()) {
+        say!("gas       {told}");
+    }
     for band in &scene.bands {
         let (low, high) = band.support_um();
         say!(

@@ -5,6 +5,8 @@ mod leaving;
 mod ordering;
 
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use barnard::image::{Display, Level};
 use barnard::scene::Scene;
@@ -91,6 +93,8 @@ pub struct App {
     /// A command that waits until what was typed is taken.
     later: Option<(Modifiers, Key)>,
     ordered: Option<Ordered>,
+    /// How far the exact gas is \[%\].
+    refined: Arc<AtomicU32>,
     /// When something moved last [s of the context].
     moved: f64,
     /// The wish that waits for an answer about unsaved changes.
@@ -120,6 +124,7 @@ impl App {
             typing: false,
             later: None,
             ordered: None,
+            refined: Arc::default(),
             moved: f64::NEG_INFINITY,
             leaving: None,
         }
@@ -138,7 +143,7 @@ impl App {
     /// Whether the last picture is that of `barnard render`, of all that was asked for.
     pub fn is_settled(&self) -> bool {
         let settled = |(o, s): (&Ordered, &Shown)| !o.moving && s.number == o.number && s.quality == Quality::Settled;
-        self.ordered.as_ref().zip(self.shown.as_ref()).is_some_and(settled)
+        self.ordered.as_ref().zip(self.shown.as_ref()).is_some_and(settled) && !self.document.is_rough()
     }
 
     /// Changes the document, and tells what is wrong with the change.
@@ -278,9 +283,11 @@ impl App {
             self.commands(&ctx);
         }
         let busy = ctx.input(|i| i.pointer.any_down() || i.key_down(Key::E) || i.smooth_scroll_delta() != egui::Vec2::ZERO);
-        if !busy && !self.viewport.is_moving() {
+        let is_quiet = !busy && !self.viewport.is_moving();
+        if is_quiet {
             self.document.rest();
         }
+        self.refine(&ctx, is_quiet);
         self.order(&ctx);
         self.time(&ctx);
         self.session.keep(&self.document, ctx.input(|i| i.time));
@@ -290,6 +297,30 @@ impl App {
             self.title = title;
         }
         self.close(&ctx);
+    }
+
+    /// Has gas that is known roughly found out exactly, once nothing moves any more.
+    fn refine(&mut self, ctx: &Context, is_quiet: bool) {
+        let before = self.document.scene().clone();
+        match self.document.take_refined() {
+            Ok(true) => self.after_change(&before),
+            Ok(false) => {}
+            Err(error) => self.complain(error),
+        }
+        if is_quiet && self.document.is_rough() {
+            let (ctx, refined) = (ctx.clone(), self.refined.clone());
+            self.document.refine(move |part| {
+                let percent = part.map_or(0, |part| (100.0 * part.clamp(0.0, 1.0)) as u32);
+                if refined.swap(percent, Ordering::Relaxed) != percent || part.is_none() {
+                    ctx.request_repaint();
+                }
+            });
+        }
+    }
+
+    /// How far the exact gas is \[%\], where it is known roughly.
+    pub fn refining(&self) -> Option<u32> {
+        self.document.is_rough().then(|| self.refined.load(Ordering::Relaxed))
     }
 
     /// Tells how often the window changes.
@@ -346,6 +377,9 @@ impl App {
             match purpose {
                 Purpose::Open => self.open(&Origin::File(path)),
                 Purpose::SaveScene => self.save_to(path),
+                Purpose::SavePicture if self.document.is_rough() => {
+                    self.complain("the gas is known roughly so far: save the picture once the line below says no more of it")
+                }
                 Purpose::SavePicture if self.export.is_some() => self.complain("a picture is being saved; wait for it, or stop it"),
                 Purpose::SavePicture => match Export::start(&self.scene_as_shown(), &path, size, self.memory_limit, ctx) {
                     Ok(export) => self.export = Some(export),

@@ -45,7 +45,12 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
         });
     }
     if app.document.toml().get("gas").is_some() {
-        section(ui, "Gas that stars ionise", true, |ui| editor::keys(ui, &app.document, "gas", edits));
+        section(ui, "Gas that stars ionise", true, |ui| {
+            editor::keys(ui, &app.document, "gas", edits);
+            for told in app.document.scene().gas.iter().flat_map(|gas| gas.told()) {
+                ui.weak(told);
+            }
+        });
     }
     if count(app.document.toml().as_table(), "emission") > 0 {
         section(ui, "Gas", true, |ui| list(ui, app, "emission", edits));

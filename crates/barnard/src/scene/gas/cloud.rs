@@ -1,0 +1,121 @@
+//! Gas on voxels, and the stars that ionise it.
+
+use glam::DVec3;
+use ionisation::balance::Accuracy;
+use ionisation::cloud::{Cloud, Ionised, Quantity, Settings, Star as Source};
+use ionisation::error::IonisationError;
+use ionisation::light::{IonisingLight, Photons};
+use spectra::constants::{ELECTRONVOLT, PLANCK, SPEED_OF_LIGHT};
+
+use super::Star;
+use crate::control::{Control, Stage};
+use crate::field::Lattice;
+use crate::geometry::Bounds;
+
+/// Photons of a star, in parts of those of all, with which it is left out.
+const FAINTEST: f64 = 1e-6;
+/// Energies at which a star's photons are looked at \[eV\], before it is known whether it has any.
+const LOOKED_AT: [f64; 8] = [14.0, 16.0, 19.0, 23.0, 28.0, 36.0, 50.0, 80.0];
+/// The energy of a photon of 1 µm \[eV\].
+const EV_UM: f64 = 1e6 * PLANCK * SPEED_OF_LIGHT / ELECTRONVOLT;
+
+/// A star that has ionising photons.
+#[derive(Debug, Clone)]
+pub struct IonisingStar {
+    /// What it is called in the scene.
+    pub name: String,
+    /// Where it is \[pc\].
+    pub position: DVec3,
+    /// What ionises of its light, in nodes that all stars have in common.
+    pub light: IonisingLight,
+}
+
+impl IonisingStar {
+    /// Those of some stars that have ionising photons.
+    pub fn of(stars: &[Star]) -> Vec<Self> {
+        let most = |star: &Star| LOOKED_AT.into_iter().map(photons(star)).fold(0.0, f64::max);
+        let all: f64 = stars.iter().map(most).sum();
+        let stars: Vec<&Star> = stars.iter().filter(|star| most(star) > FAINTEST * all).collect();
+        let spectra: Vec<_> = stars.iter().map(|star| photons(star)).collect();
+        let known: Vec<Photons> = spectra.iter().map(|spectrum| spectrum as Photons).collect();
+        let lights = IonisingLight::several(&known);
+        stars.into_iter().zip(lights).map(|(star, light)| Self { name: star.name.clone(), position: star.position, light }).collect()
+    }
+}
+
+/// A star's photons at an energy in eV \[s⁻¹ eV⁻¹\].
+fn photons(star: &Star) -> impl Fn(f64) -> f64 + use<'_> {
+    |energy| {
+        let per_um = star.spectrum.continuum(EV_UM / energy);
+        // |dλ/dE| = λ/E.
+        per_um * EV_UM / (energy * energy) / (energy * ELECTRONVOLT)
+    }
+}
+
+/// Gas on voxels, and the stars that ionise it.
+#[derive(Debug, Clone)]
+pub struct GasCloud {
+    /// The voxels.
+    pub lattice: Lattice,
+    /// Nuclei of hydrogen in each, x fastest \[cm⁻³\].
+    pub hydrogen: Vec<f32>,
+    /// Nuclei of H, He, C, N, O, Ne and S for one of hydrogen.
+    pub abundances: [f64; 7],
+    /// What dust absorbs of ionising light, for one nucleus of hydrogen \[cm²\].
+    pub dust_cm2: f64,
+    /// The stars that have ionising photons.
+    pub stars: Vec<IonisingStar>,
+    /// Bytes that may be taken.
+    pub memory_limit: u64,
+}
+
+impl GasCloud {
+    /// The bytes that it takes to solve it and keep so many quantities.
+    pub fn bytes(&self, quantities: usize) -> u64 {
+        let nodes = self.stars.first().map_or(0, |star| star.light.energies_ev.len());
+        Cloud::bytes(self.lattice.cells(), self.stars.len(), nodes, quantities)
+    }
+
+    /// The same on means of blocks of voxels, so that its longest edge has so many at most.
+    #[must_use]
+    pub fn coarser(self, edge: usize) -> Self {
+        let [nx, ny, nz] = self.lattice.dims;
+        let block = nx.max(ny).max(nz).div_ceil(edge);
+        if block < 2 {
+            return self;
+        }
+        let dims = self.lattice.dims.map(|n| n.div_ceil(block));
+        let mut hydrogen = vec![0.0; dims.iter().product()];
+        // Beyond the last voxel of an edge there is nothing.
+        let part = 1.0 / block.pow(3) as f32;
+        for (i, n) in self.hydrogen.iter().enumerate() {
+            let [x, y, z] = [i % nx, i / nx % ny, i / (nx * ny)].map(|place| place / block);
+            hydrogen[(z * dims[1] + y) * dims[0] + x] += part * n;
+        }
+        let high = self.lattice.bounds.low + self.lattice.voxel_pc() * DVec3::from(dims.map(|n| (n * block) as f64));
+        let lattice = Lattice { dims, bounds: Bounds { high, ..self.lattice.bounds } };
+        Self { lattice, hydrogen, ..self }
+    }
+
+    /// The densest of its voxels \[cm⁻³\].
+    pub fn densest(&self) -> f64 {
+        self.hydrogen.iter().fold(0.0f32, |most, n| most.max(*n)).into()
+    }
+
+    /// What its stars make of it: the mean of each quantity in each voxel, and what there is to tell.
+    ///
+    /// # Errors
+    /// Where the gas or the stars are none that there can be, or take more memory than is allowed, or `control` stopped it.
+    pub fn ionised(&self, quantities: &[Quantity], accuracy: Accuracy, control: &Control) -> Result<Ionised, IonisationError> {
+        let sources: Vec<Source> = self.stars.iter().map(|star| Source { place: star.position, light: &star.light }).collect();
+        let Lattice { dims, bounds } = self.lattice;
+        let (voxel, hydrogen) = (self.lattice.voxel_pc(), &self.hydrogen[..]);
+        let cloud = Cloud { dims, low: bounds.low, voxel, hydrogen, abundances: self.abundances, dust_cm2: self.dust_cm2 };
+        let settings = Settings { accuracy, memory_limit: self.memory_limit, ..Settings::default() };
+        let watch = |done: u64, all: u64| {
+            control.report(Stage::Gas, done, all);
+            !control.interrupted()
+        };
+        cloud.ionised(&sources, &settings, quantities, &watch)
+    }
+}

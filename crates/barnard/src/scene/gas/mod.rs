@@ -1,0 +1,197 @@
+//! The `[gas]` table: gas that the scene's stars ionise, as the species that shine in its passbands.
+
+mod cloud;
+mod species;
+
+use std::sync::Arc;
+
+use ionisation::atoms::Element;
+use ionisation::balance::{Accuracy, Gas, State};
+use ionisation::benchmarks::BENCHMARKS;
+use ionisation::cloud::Quantity;
+use ionisation::error::IonisationError;
+use spectra::nebular::recombination_continuum;
+use spectra::passband::Passband;
+use spectra::units::{NumberDensity, Temperature};
+
+pub use cloud::{GasCloud, IonisingStar};
+use species::Species;
+
+use super::loader::Glow;
+use super::{Fields, Loader, Star};
+use crate::error::{Error, Result};
+use crate::field::{Field, Grid, Lattice};
+use crate::memory;
+use crate::properties::{Key, Section};
+
+/// Nuclei of H, He, C, N, O, Ne and S for one of hydrogen, by name.
+struct Abundances {
+    name: &'static str,
+    values: [f64; 7],
+}
+
+const ABUNDANCES: &[Abundances] = &[
+    // Baldwin et al. 1991, ApJ 374, 580; Rubin et al. 1991, ApJ 374, 564; Osterbrock, Tran & Veilleux 1992, ApJ 389, 305.
+    Abundances { name: "orion", values: [1.0, 0.095, 3.0e-4, 7.0e-5, 4.0e-4, 6.0e-5, 1.0e-5] },
+    // Asplund et al. 2009, ARA&A 47, 481.
+    Abundances { name: "solar", values: [1.0, 0.0851, 2.69e-4, 6.76e-5, 4.90e-4, 8.51e-5, 1.32e-5] },
+    // The benchmark of Lexington.
+    Abundances { name: "hii40", values: BENCHMARKS[0].gas.abundances },
+];
+
+pub(super) const KEYS: &[Key] = &[
+    Key::required("density", "expression", "nuclei of hydrogen in cm-3, of the fields, such as \"n_H\""),
+    Key::optional("abundances", "text or list", "orion", "orion, solar or hii40, or He, C, N, O, Ne and S for one nucleus of hydrogen"),
+    Key::optional("voxels", "whole number", "96", "voxels along the longest edge where the density is a function; a grid's own otherwise"),
+    Key::optional(
+        "dust_absorption",
+        "number",
+        "0",
+        "cross section that dust absorbs ionising light with, in cm2 for a nucleus of hydrogen, such as 1e-21",
+    ),
+];
+
+/// Stars that ionise a gas at most.
+const MOST_STARS: usize = 64;
+/// Quantities that are asked for beside the species.
+const BESIDE: usize = 3;
+/// What gives every passband less than this part of its light is left out.
+const DARK: f64 = 1e-3;
+/// Voxels along the longest edge for a first look.
+const ROUGH: usize = 48;
+/// The part of a star's photons that leaves the cloud which is told.
+const ESCAPED: f64 = 0.005;
+/// The part of steps that did not settle which is told.
+const UNSETTLED: f64 = 1e-4;
+
+/// What the stars make of a `[gas]` table.
+#[derive(Debug)]
+pub struct IonisedGas {
+    /// The gas, and the stars that ionise it.
+    pub cloud: GasCloud,
+    /// Its electron temperature, weighted by n_p n_e \[K\]; nothing where no gas is ionised.
+    pub temperature: Option<f64>,
+    /// The density of electrons, weighted by the same \[cm⁻³\].
+    pub electrons: Option<f64>,
+    /// By star, the part of its ionising photons that leaves the cloud.
+    pub escaped: Vec<f64>,
+    /// The passes that several stars took, and the part of all ions of hydrogen that the last of them moved.
+    pub passes: usize,
+    /// See [`passes`](Self::passes).
+    pub change: f64,
+    /// The part of steps in which the gas did not settle.
+    pub unsettled: f64,
+    /// Whether it was solved on few voxels, for a first look.
+    pub is_rough: bool,
+    /// Its species: one for each line that is seen, or some that always shine together, and one for the continuum.
+    pub(super) species: Vec<Glow>,
+}
+
+impl IonisedGas {
+    /// What is to be known of it, in sentences.
+    pub fn told(&self) -> Vec<String> {
+        let (Some(temperature), Some(electrons)) = (self.temperature, self.electrons) else {
+            return vec!["no star ionises it: none has photons above 13.6 eV, or no gas is near".into()];
+        };
+        let mut told = vec![format!("{temperature:.0} K and {electrons:.3e} electrons per cm3 where it is ionised")];
+        for (star, escaped) in self.cloud.stars.iter().zip(&self.escaped).filter(|(_, escaped)| **escaped > ESCAPED) {
+            told.push(format!("{:.0} % of the ionising photons of {} leave the cloud", 100.0 * escaped, star.name));
+        }
+        if self.passes > 1 {
+            told.push(format!("{} passes; the last of them moved {:.1e} of its ions", self.passes, self.change));
+        }
+        if self.unsettled > UNSETTLED {
+            told.push(format!("in {:.2} % of the steps of beams the gas did not settle", 100.0 * self.unsettled));
+        }
+        told
+    }
+}
+
+/// Reads a `[gas]` table, and has the stars ionise it.
+pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star], bands: &[Passband]) -> Result<IonisedGas> {
+    let mut cloud = read(section, loader, fields, stars)?;
+    if loader.is_rough {
+        cloud = cloud.coarser(ROUGH);
+    }
+    let species = Species::seen(bands);
+    let bytes = cloud.bytes(species.len() + BESIDE);
+    section.wrap("density", memory::check("the gas that stars ionise", bytes, loader.inputs.memory_limit))?;
+    let densest = cloud.densest();
+    let functions: Vec<_> =
+        species.iter().map(|species| move |gas: &Gas, state: &State| state.emission(gas, species.table, species.lines[0])).collect();
+    let mut quantities: Vec<Quantity> =
+        species.iter().zip(&functions).map(|(species, value)| Quantity { most: species.most(densest, &cloud.abundances), value }).collect();
+    let pairs = |gas: &Gas, state: &State| state.electrons * state.density(gas, Element::Hydrogen, 1);
+    let most = 2.0 * densest * densest;
+    let warm = |gas: &Gas, state: &State| pairs(gas, state) * state.temperature;
+    let thick = |gas: &Gas, state: &State| pairs(gas, state) * state.electrons;
+    quantities.push(Quantity { most, value: &pairs });
+    quantities.push(Quantity { most: 6e4 * most, value: &warm });
+    quantities.push(Quantity { most: 2.0 * densest * most, value: &thick });
+    let accuracy = if loader.is_rough { Accuracy::COARSE } else { Accuracy::FAST };
+    let found = cloud.ionised(&quantities, accuracy, &loader.control).map_err(|error| match error {
+        IonisationError::Stopped => Error::Interrupted,
+        error => section.error("density", error.to_string()),
+    })?;
+    let sum = |values: &[f32]| values.iter().map(|v| f64::from(*v)).sum::<f64>();
+    let mut quantities = found.quantities;
+    let [thick, warm, pairs] = std::array::from_fn(|_| quantities.pop().unwrap_or_default());
+    let through = |band: &Passband| species.iter().zip(&quantities).map(|(species, values)| species.through(band) * sum(values)).collect();
+    let by_band: Vec<Vec<f64>> = bands.iter().map(through).collect();
+    let counts = |i: usize| by_band.iter().any(|light| light[i] > DARK * light.iter().sum::<f64>());
+    let counts: Vec<bool> = (0..species.len()).map(counts).collect();
+    let gridded = |values: Vec<f32>| Arc::new(Grid::of(cloud.lattice.clone(), values)) as Arc<dyn Field>;
+    let mut glow = Vec::new();
+    for ((species, values), counts) in species.iter().zip(quantities).zip(counts) {
+        if counts {
+            glow.push((species.name(), gridded(values), species.spectrum()));
+        }
+    }
+    let all = sum(&pairs);
+    let mean = |values: &[f32]| (all > 0.0).then(|| sum(values) / all);
+    let (temperature, electrons) = (mean(&warm), mean(&thick));
+    if let (Some(temperature), Some(electrons)) = (temperature, electrons) {
+        let at = (Temperature(temperature.clamp(6000.0, 15_000.0)), NumberDensity(electrons.clamp(100.0, 1e4)));
+        let spectrum = section.wrap("density", recombination_continuum(at.0, at.1))?;
+        glow.push(("hydrogen's continuum".into(), gridded(pairs), spectrum));
+    }
+    let unsettled = found.unsettled as f64 / found.steps.max(1) as f64;
+    let (escaped, passes, change) = (found.escaped, found.passes, found.change);
+    Ok(IonisedGas { cloud, temperature, electrons, escaped, passes, change, unsettled, is_rough: loader.is_rough, species: glow })
+}
+
+/// The gas of a table, and the stars that ionise it.
+fn read(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star]) -> Result<GasCloud> {
+    section.check_keys(&KEYS.iter().map(|key| key.name).collect::<Vec<_>>())?;
+    let density = fields.expression(section, "density", loader)?;
+    let abundances = abundances(section)?;
+    let voxels = section.integer("voxels", 8..=2048)?.unwrap_or(96) as usize;
+    let dust_cm2 = section.number("dust_absorption", 0.0..=1e-15)?.unwrap_or(0.0);
+    let stars = IonisingStar::of(stars);
+    if stars.len() > MOST_STARS {
+        let message =
+            format!("{} stars ionise it, at most {MOST_STARS} are followed: take fainter ones out, or put some into one", stars.len());
+        return Err(section.error("density", message));
+    }
+    let lattice = density.grid().map_or_else(|| Lattice::along(density.bounds(), voxels), |grid| grid.lattice().clone());
+    let mut cloud = GasCloud { lattice, hydrogen: Vec::new(), abundances, dust_cm2, stars, memory_limit: loader.inputs.memory_limit };
+    section.wrap("density", memory::check("the gas that stars ionise", cloud.bytes(BESIDE), loader.inputs.memory_limit))?;
+    cloud.hydrogen = match density.grid() {
+        Some(grid) => grid.values().into_owned(),
+        None => Grid::of_function(&density, cloud.lattice.clone(), 1.0, &loader.control)?.values().into_owned(),
+    };
+    Ok(cloud)
+}
+
+/// The abundances by name, or as a list.
+fn abundances(section: &Section) -> Result<[f64; 7]> {
+    if let Ok(Some(values)) = section.numbers("abundances") {
+        let [helium, carbon, nitrogen, oxygen, neon, sulphur] = values[..] else {
+            return Err(section.error("abundances", "six numbers: He, C, N, O, Ne and S for one nucleus of hydrogen"));
+        };
+        return Ok([1.0, helium, carbon, nitrogen, oxygen, neon, sulphur]);
+    }
+    let names: Vec<&'static str> = ABUNDANCES.iter().map(|row| row.name).collect();
+    let name = section.choice("abundances", &names)?.unwrap_or(ABUNDANCES[0].name);
+    Ok(ABUNDANCES.iter().find(|row| row.name == name).map_or(ABUNDANCES[0].values, |row| row.values))
+}

@@ -1,0 +1,86 @@
+//! Species of a gas: lines that its ions shine in, as passbands see them.
+
+use ionisation::atoms::{Atoms, EmissionLine, LineTable};
+use spectra::constants::SPHERE;
+use spectra::passband::Passband;
+use spectra::spectrum::{Line, Spectrum};
+
+/// The part of a passband's largest response at which a line is left out.
+const UNSEEN: f64 = 1e-3;
+/// Lines of an ion stand together where their ratio changes by less than this over the conditions of nebulae.
+const TOGETHER: f64 = 0.03;
+/// Temperatures \[K\] and electron densities \[cm⁻³\] of those conditions, and where strengths are read.
+const TEMPERATURES: [f64; 2] = [6500.0, 12_000.0];
+const DENSITIES: [f64; 2] = [10.0, 1e4];
+const USUAL: (f64, f64) = (9000.0, 100.0);
+/// 1 erg s⁻¹ cm⁻³ = 0.1 W m⁻³, over the whole sphere.
+const W_PER_M3_SR: f64 = 0.1 / SPHERE;
+
+/// Lines of an ion that always shine together.
+pub struct Species {
+    /// The table that they are of.
+    pub table: &'static LineTable,
+    /// The strongest first.
+    pub lines: Vec<&'static EmissionLine>,
+}
+
+impl Species {
+    /// Those of which a line is seen through a passband.
+    pub fn seen(bands: &[Passband]) -> Vec<Self> {
+        let atoms = Atoms::get();
+        let is_seen = |line: &&EmissionLine| bands.iter().any(|band| band.response(line.wavelength_um) > UNSEEN * band.largest());
+        let mut species: Vec<Self> = Vec::new();
+        for table in [&atoms.recombination, &atoms.collisional] {
+            let usual = table.conditions(USUAL.0, USUAL.1);
+            let mut lines: Vec<&'static EmissionLine> = table.lines.iter().filter(is_seen).collect();
+            lines.sort_by(|a, b| table.emissivity(b, &usual).total_cmp(&table.emissivity(a, &usual)));
+            for line in lines {
+                match species.iter_mut().find(|species| std::ptr::eq(species.table, table) && species.has_like(line)) {
+                    Some(species) => species.lines.push(line),
+                    None => species.push(Self { table, lines: vec![line] }),
+                }
+            }
+        }
+        species
+    }
+
+    /// Whether a line shines as the first does.
+    fn has_like(&self, line: &EmissionLine) -> bool {
+        let first = self.lines[0];
+        if (first.element, first.charge) != (line.element, line.charge) {
+            return false;
+        }
+        let ratio = |temperature: f64, electrons: f64| {
+            let at = self.table.conditions(temperature, electrons);
+            self.table.emissivity(line, &at) / self.table.emissivity(first, &at)
+        };
+        let ratios = TEMPERATURES.into_iter().flat_map(|t| DENSITIES.map(|n| ratio(t, n)));
+        let (low, high) = ratios.fold((f64::INFINITY, 0.0f64), |(low, high), ratio| (low.min(ratio), high.max(ratio)));
+        high - low < TOGETHER * high
+    }
+
+    /// The most that it can be in gas of at most this density.
+    pub fn most(&self, densest: f64, abundances: &[f64; 7]) -> f64 {
+        let emissivity = |t: f64| self.table.emissivity(self.lines[0], &self.table.conditions(t, 1.0));
+        let most = (1..=30).map(|t| emissivity(1000.0 * f64::from(t))).fold(0.0, f64::max);
+        2.0 * densest * densest * abundances[self.lines[0].element as usize] * most
+    }
+
+    /// Its lines for an emission of one \[W m⁻³ sr⁻¹ for 1 erg cm⁻³ s⁻¹\].
+    pub fn spectrum(&self) -> Spectrum {
+        let at = self.table.conditions(USUAL.0, USUAL.1);
+        let first = self.table.emissivity(self.lines[0], &at);
+        let line =
+            |line: &&EmissionLine| Line { lambda_um: line.wavelength_um, strength: W_PER_M3_SR * self.table.emissivity(line, &at) / first };
+        Spectrum::of_lines(self.lines.iter().map(line).collect())
+    }
+
+    /// What of its light a passband lets through, in parts of the strongest line.
+    pub fn through(&self, band: &Passband) -> f64 {
+        self.spectrum().lines().iter().map(|line| line.strength / W_PER_M3_SR * band.response(line.lambda_um) / band.largest()).sum()
+    }
+
+    pub fn name(&self) -> String {
+        self.lines[0].label.clone()
+    }
+}
