@@ -108,6 +108,7 @@ impl SceneArgs {
         if let Some([column, row, width, height]) = self.crop {
             scene.camera = scene.camera.crop(column, row, width, height)?;
         }
+        control.check()?;
         scene.check_image(memory_limit)?;
         scene.method = self.method(&scene)?;
         Ok((scene, Options::within(memory_limit)))

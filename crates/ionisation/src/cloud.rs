@@ -34,6 +34,8 @@ const BEYOND: f64 = 3.0;
 const COARSEST: usize = 12;
 /// Changes, in parts of the one that is asked for, from which on quantities are asked for: passes bring it down by more.
 const NEAR: f64 = 3.0;
+/// Passes of a packet after which it is asked whether to go on.
+const LOOK: u32 = 256;
 /// Passes that several stars take as a rule.
 const EXPECTED: usize = 5;
 /// The densest gas that is taken as such \[cm⁻³\].
@@ -106,20 +108,26 @@ pub struct Ionised {
 /// Hears how much of how much work is done, and says whether it is to go on.
 pub type Watch<'a> = &'a (dyn Fn(u64, u64) -> bool + Sync);
 
-/// Work that is watched.
+/// Work that is watched; its units are voxels that one star's beams have gone through.
 struct Work<'a> {
     watch: Watch<'a>,
     done: AtomicU64,
+    all: u64,
     is_stopped: AtomicBool,
 }
 
 impl Work<'_> {
-    /// Tells that one more of so many parts is done.
-    fn tell(&self, all: u64) {
-        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        if !(self.watch)(done, all) {
+    /// Adds what is done, which is no more than some limit, and says whether the work is to go on.
+    fn add(&self, done: u64, limit: u64) -> bool {
+        let done = (self.done.fetch_add(done, Ordering::Relaxed) + done).min(limit);
+        if !(self.watch)(done, self.all) {
             self.is_stopped.store(true, Ordering::Relaxed);
         }
+        self.goes_on()
+    }
+
+    fn goes_on(&self) -> bool {
+        !self.is_stopped.load(Ordering::Relaxed)
     }
 }
 
@@ -144,8 +152,12 @@ impl Cloud<'_> {
             let quantities = quantities.iter().map(|_| vec![0.0; self.hydrogen.len()]).collect();
             return Ok(Ionised { quantities, passes: 0, change: 0.0, escaped: Vec::new(), steps: 0, unsettled: 0 });
         }
-        let work = Work { watch, done: AtomicU64::new(0), is_stopped: AtomicBool::new(false) };
-        Ok(self.solved(stars, settings, quantities, &work)?.0)
+        let levels = std::iter::successors(Some(self.dims), |dims| halved(*dims).filter(|_| stars.len() > 1));
+        let all = levels.map(|dims| level(dims, stars.len())).sum();
+        let work = Work { watch, done: AtomicU64::new(0), all, is_stopped: AtomicBool::new(false) };
+        let (ionised, _) = self.solved(stars, settings, quantities, &work)?;
+        (work.watch)(all, all);
+        Ok(ionised)
     }
 
     /// That, and what it has come from.
@@ -159,7 +171,7 @@ impl Cloud<'_> {
         let cells = self.hydrogen.len();
         let Before { mut light, mut ions } = self.before(stars, settings, work)?;
         let (most, mut change) = (settings.passes.max(1), f64::INFINITY);
-        work.done.store(0, Ordering::Relaxed);
+        let end = work.done.load(Ordering::Relaxed) + level(self.dims, stars.len());
         for pass in 1..=most {
             // Of one star the first pass is the solution. Of several, quantities are asked for once the passes near their end.
             let is_near = stars.len() == 1 || change <= NEAR * settings.change || pass == most;
@@ -172,20 +184,20 @@ impl Cloud<'_> {
                     light.iter().enumerate().filter(|(i, light)| *i != number && !light.is_empty()).map(|(_, light)| &light[..]).collect();
                 let follow =
                     Follow { cloud: self, star: stars[number], settings, tally: &tally, lit: lit.as_ref(), others, stars: stars.len() };
-                let patches: Vec<Patch> = Patch::all(FIRST).collect();
-                let passes = if stars.len() > 1 { EXPECTED.max(pass) } else { 1 };
-                let all = patches.len().div_ceil(LANES) * stars.len() * passes;
+                let mut patches = Vec::new();
+                Patch::all(FIRST).for_each(|patch| follow.begin(patch, &mut patches));
+                let chunks = patches.len().div_ceil(LANES).max(1);
                 patches.par_chunks(LANES).for_each(|patches| {
-                    if !work.is_stopped.load(Ordering::Relaxed) {
-                        follow.patches(patches);
-                        work.tell(all as u64);
+                    if follow.patches(patches, &|| work.add(0, end)) {
+                        work.add((cells / chunks) as u64, end);
                     }
                 });
-                if work.is_stopped.load(Ordering::Relaxed) {
+                if !work.goes_on() {
                     return Err(IonisationError::Stopped);
                 }
                 if let Some(lit) = lit {
-                    light[number] = lit.flux();
+                    light[number].resize(cells * stars[number].light.energies_ev.len(), 0.0);
+                    lit.flux(&mut light[number]);
                 }
                 escaped[number] = tally.next_star();
             }
@@ -195,6 +207,7 @@ impl Cloud<'_> {
             change = if all > 0.0 && stars.len() > 1 { moved / all } else { 0.0 };
             ions = now;
             if is_near && change <= settings.change || pass == most {
+                work.done.store(end, Ordering::Relaxed);
                 let [steps, unsettled] = tally.steps();
                 let ionised = Ionised { quantities: tally.quantities(), passes: pass, change, escaped, steps, unsettled };
                 return Ok((ionised, Before { light, ions }));
@@ -206,10 +219,9 @@ impl Cloud<'_> {
     /// What is known before the first pass: nothing of one star, of several what they have made of a cloud of half as many
     /// voxels along each edge.
     fn before(&self, stars: &[Star], settings: &Settings, work: &Work) -> Result<Before, IonisationError> {
-        let dims = self.dims.map(|n| n.div_ceil(2));
-        if stars.len() < 2 || dims.into_iter().min().is_none_or(|edge| edge < COARSEST) {
+        let Some(dims) = halved(self.dims).filter(|_| stars.len() > 1) else {
             return Ok(Before { light: vec![Vec::new(); stars.len()], ions: Vec::new() });
-        }
+        };
         let [nx, ny, nz] = self.dims;
         let place = |i: usize| [i % nx, i / nx % ny, i / (nx * ny)];
         let above = |[x, y, z]: [usize; 3]| ((z / 2) * dims[1] + y / 2) * dims[0] + x / 2;
@@ -281,6 +293,17 @@ impl Cloud<'_> {
     }
 }
 
+/// Half as many voxels along each edge, where there are enough.
+fn halved(dims: [usize; 3]) -> Option<[usize; 3]> {
+    let dims = dims.map(|n| n.div_ceil(2));
+    dims.iter().all(|n| *n >= COARSEST).then_some(dims)
+}
+
+/// The work that so many voxels and stars are as a rule.
+fn level(dims: [usize; 3], stars: usize) -> u64 {
+    (dims.iter().product::<usize>() * stars * if stars > 1 { EXPECTED } else { 1 }) as u64
+}
+
 /// Beams of a star on their way.
 struct Follow<'a> {
     cloud: &'a Cloud<'a>,
@@ -316,14 +339,17 @@ struct Walk<'a> {
 }
 
 impl<'a> Follow<'a> {
-    /// Follows all beams of some patches.
-    fn patches(&self, patches: &[Patch]) {
+    /// Follows all beams of some patches, unless it is not to go on; false then.
+    fn patches(&self, patches: &[Patch], goes_on: &dyn Fn() -> bool) -> bool {
         let Settings { diffuse, accuracy, .. } = self.settings;
         let mut packet = Packet::new(self.star.light, *diffuse, accuracy, self.gas(0));
-        let mut waiting = Vec::new();
-        patches.iter().for_each(|patch| self.begin(*patch, &mut waiting));
+        let mut waiting: Vec<(Patch, Beam)> = Vec::new();
+        let mut patches = patches.iter();
         let mut walks: [Option<Walk>; LANES] = [const { None }; LANES];
-        loop {
+        for pass in 1u32.. {
+            if pass.is_multiple_of(LOOK) && !goes_on() {
+                return false;
+            }
             for (lane, place) in walks.iter_mut().enumerate() {
                 if let Some(walk) = place
                     && packet.has_settled(lane)
@@ -336,7 +362,9 @@ impl<'a> Follow<'a> {
                     }
                 }
                 while place.is_none() {
-                    let Some((patch, beam)) = waiting.pop() else { break };
+                    let next = waiting.pop().or_else(|| patches.next().and_then(|patch| self.sent(*patch)));
+                    let Some((patch, beam)) = next else { break };
+                    packet.forget(lane);
                     *place = self.enter(patch, beam);
                     if place.as_mut().is_some_and(|walk| !self.advance(walk, (&mut packet, lane), &mut waiting)) {
                         *place = None;
@@ -344,14 +372,15 @@ impl<'a> Follow<'a> {
                 }
             }
             if walks.iter().all(Option::is_none) {
-                return;
+                break;
             }
             packet.pass();
         }
+        true
     }
 
-    /// Sends a beam from the star, or its parts where it is too wide where it meets the cloud.
-    fn begin(&self, patch: Patch, waiting: &mut Vec<(Patch, Beam<'a>)>) {
+    /// The patches of beams that the star sends to the cloud: a patch, or its parts where it is too wide where it meets the cloud.
+    fn begin(&self, patch: Patch, patches: &mut Vec<Patch>) {
         let (low, high) = (self.cloud.low - self.star.place, self.cloud.high() - self.star.place);
         let nearest = DVec3::ZERO.clamp(low, high).length();
         let middle = 0.5 * (low + high);
@@ -362,11 +391,17 @@ impl<'a> Follow<'a> {
             return;
         }
         if nearest > self.widest(patch.solid_angle()) {
-            return patch.parts().into_iter().for_each(|part| self.begin(part, waiting));
+            return patch.parts().into_iter().for_each(|part| self.begin(part, patches));
         }
-        if let Some((enter, _)) = self.clipped(patch.direction()) {
-            waiting.push((patch, Beam::new(self.star.light, &self.settings.accuracy, patch.solid_angle(), enter * PARSEC_CM)));
+        if self.clipped(patch.direction()).is_some() {
+            patches.push(patch);
         }
+    }
+
+    /// The beam of a patch where it enters the cloud.
+    fn sent(&self, patch: Patch) -> Option<(Patch, Beam<'a>)> {
+        let (enter, _) = self.clipped(patch.direction())?;
+        Some((patch, Beam::new(self.star.light, &self.settings.accuracy, patch.solid_angle(), enter * PARSEC_CM)))
     }
 
     /// The distance from the star at which a beam is wider than a voxel \[pc\].
@@ -418,7 +453,7 @@ impl<'a> Follow<'a> {
                     walk.beam.begin((packet, lane), walk.gas.hydrogen, background, end_cm - walk.beam.radius_cm);
                     return true;
                 }
-                self.pass_dark(walk, end_cm);
+                self.cross_dark(walk, end_cm);
             }
             self.tally.add(walk.voxel, &mut walk.seen);
             self.lit.iter().for_each(|lit| lit.add(walk.voxel, &mut walk.shone));
@@ -450,7 +485,7 @@ impl<'a> Follow<'a> {
     }
 
     /// The rest of the way through a voxel is dark, or empty: dark for all stars where no other shines.
-    fn pass_dark(&self, walk: &mut Walk, end_cm: f64) {
+    fn cross_dark(&self, walk: &mut Walk, end_cm: f64) {
         let (light, inner_cm) = ([0.0; NODES], walk.beam.radius_cm);
         let state = State::neutral(&walk.gas);
         let step = Step { inner_cm, thickness_cm: end_cm - inner_cm, state, light, share: 0.0, moved: 0.0 };

@@ -1,6 +1,6 @@
 //! Steps of several beams that are reckoned side by side: gas under light that the gas itself weakens.
 //!
-//! Each lane has a step of its own, begins it and ends it when it will, and is what it would be alone.
+//! Each lane has a step of its own, begins it and ends it when it will; what the others do is nothing to it.
 
 use multiversion::multiversion;
 
@@ -96,7 +96,7 @@ impl<'a> Packet<'a> {
             .map(|element| Atoms::get().transition(element, 0).light.as_ref().map_or(0.0, |fit| fit.at(HELIUM_EV)));
         let mut coefficients = Coefficients::default();
         let states = States::default();
-        (0..LANES).for_each(|lane| coefficients.renew(lane, (states.temperature[lane], 1.0), false));
+        (0..LANES).for_each(|lane| coefficients.renew(lane, (states.temperature[lane], 1.0), accuracy.is_exact));
         Self {
             light,
             diffuse,
@@ -127,6 +127,11 @@ impl<'a> Packet<'a> {
     /// The flux of other stars that a lane's next steps have, by node \[s⁻¹ cm⁻²\].
     pub fn set_background(&mut self, lane: usize, flux: &ByNode) {
         self.background.iter_mut().zip(flux).for_each(|(own, flux)| own[lane] = *flux);
+    }
+
+    /// Forgets what a lane's last beam has left there: the next one is what it would be alone.
+    pub fn forget(&mut self, lane: usize) {
+        self.coefficients.temperature[lane] = 0.0;
     }
 
     /// Begins a step in a lane, given the photons that come in by node \[s⁻¹\].
@@ -304,4 +309,49 @@ impl<'a> Packet<'a> {
 #[multiversion(targets = "simd")]
 fn together(packet: &mut Packet) {
     packet.pass_all();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::beam::{Beam, Step};
+    use crate::benchmarks::BENCHMARKS;
+
+    /// Three parsecs of a beam's steps in a lane, while other lanes have gas of other densities, or nothing.
+    fn steps(lane: usize, others: &[usize], light: &IonisingLight) -> Vec<Step> {
+        let accuracy = Accuracy::FAST;
+        let mut packet = Packet::new(light, Diffuse::Outward, &accuracy, BENCHMARKS[0].gas);
+        let mut beams: Vec<Beam> = (0..LANES).map(|_| Beam::new(light, &accuracy, 0.01, 3e18)).collect();
+        let density = |other: usize| if other == lane { 100.0 } else { 10.0 + 70.0 * other as f64 };
+        let begin = |packet: &mut Packet, beams: &mut [Beam], lane: usize| {
+            packet.forget(lane);
+            beams[lane].begin((packet, lane), density(lane), 0.0, 1e17);
+        };
+        others.iter().chain([&lane]).for_each(|lane| begin(&mut packet, &mut beams, *lane));
+        let mut found = Vec::new();
+        while found.len() < 90 {
+            packet.pass();
+            for other in others.iter().copied().chain([lane]).filter(|lane| packet.has_settled(*lane)).collect::<Vec<_>>() {
+                let Some(step) = beams[other].end((&mut packet, other)) else { continue };
+                if other == lane {
+                    found.push(step);
+                }
+                begin(&mut packet, &mut beams, other);
+            }
+        }
+        found
+    }
+
+    /// A beam is the same, bit by bit, in whatever lane and beside whatever others.
+    #[test]
+    fn lanes_stand_apart() {
+        let light = IonisingLight::blackbody(40_000.0, 4.26e49);
+        let alone = steps(0, &[], &light);
+        let beside = steps(5, &[0, 1, 2, 3, 4, 6, 7], &light);
+        for (a, b) in alone.iter().zip(&beside) {
+            assert!(a.state == b.state && a.light == b.light && a.thickness_cm == b.thickness_cm, "{a:?} {b:?}");
+        }
+        let differs = |a: &Step, b: &Step| a.state != b.state;
+        assert!(differs(&alone[0], &alone[80]), "gas is the same everywhere");
+    }
 }

@@ -97,8 +97,11 @@ impl<'a> Tally<'a> {
     pub fn add(&self, voxel: usize, seen: &mut Seen) {
         if seen.part > 0.0 {
             self.volume[voxel].fetch_add(unit(std::mem::take(&mut seen.part)), Ordering::Relaxed);
-            for (sums, value) in self.sums.iter().zip(&mut seen.values).filter(|(_, value)| **value > 0.0) {
-                sums[voxel].fetch_add(unit(std::mem::take(value)), Ordering::Relaxed);
+            for (sums, value) in self.sums.iter().zip(&mut seen.values) {
+                let value = std::mem::take(value);
+                if value > 0.0 {
+                    sums[voxel].fetch_add(unit(value), Ordering::Relaxed);
+                }
             }
         }
     }
@@ -190,12 +193,12 @@ impl Lit {
         }
     }
 
-    /// The mean flux in each voxel, node by node \[s⁻¹ cm⁻²\].
-    pub fn flux(&self) -> Vec<f32> {
-        let means = |(sums, volume): (&[AtomicU64], &AtomicU64)| {
+    /// Writes the mean flux in each voxel, node by node \[s⁻¹ cm⁻²\].
+    pub fn flux(&self, flux: &mut [f32]) {
+        let sums = self.sums.par_chunks_exact(self.nodes);
+        flux.par_chunks_exact_mut(self.nodes).zip(sums).zip(&self.volume).for_each(|((flux, sums), volume)| {
             let volume = volume.load(Ordering::Relaxed) as f64;
-            sums.iter().map(|sum| mean(sum, self.most, volume)).collect::<Vec<_>>()
-        };
-        self.sums.par_chunks_exact(self.nodes).zip(&self.volume).flat_map_iter(means).collect()
+            flux.iter_mut().zip(sums).for_each(|(flux, sum)| *flux = mean(sum, self.most, volume));
+        });
     }
 }

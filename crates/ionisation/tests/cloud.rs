@@ -1,10 +1,14 @@
 //! Clouds in three dimensions beside the spherical one.
 
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use glam::DVec3;
 use ionisation::atoms::{Atoms, BOLTZMANN_EV, LineTable};
 use ionisation::balance::{Diffuse, Gas, State};
 use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::{Cloud, Ionised, Quantity, Settings, Star};
+use ionisation::error::IonisationError;
 use ionisation::light::IonisingLight;
 use ionisation::sphere::Sphere;
 
@@ -146,7 +150,7 @@ fn several_stars() {
     let alone = solved(&[Star { place, light: &one }]);
     let both = solved(&[Star { place, light: &halves[0] }, Star { place, light: &halves[1] }]);
     println!("{} passes, {:.1e}, {}", both.passes, both.change, all(&both) / all(&alone));
-    assert!(both.passes > 1 && both.change < 1e-3 && (all(&both) / all(&alone) - 1.0).abs() < 5e-3);
+    assert!(both.passes > 1 && both.change <= Settings::default().change && (all(&both) / all(&alone) - 1.0).abs() < 5e-3);
     let places = [DVec3::splat(-1.2), DVec3::splat(1.2)];
     let light = IonisingLight::several(&[&photons(40_000.0, 0.2 * unit), &photons(30_000.0, 0.3 * unit)]);
     let stars: [Star; 2] = std::array::from_fn(|i| Star { place: places[i], light: &light[i] });
@@ -160,6 +164,39 @@ fn several_stars() {
     println!("{} passes, {:.1e}, {}", found.passes, found.change, all(&found) / all(&turned));
     assert!((all(&found) / all(&turned) - 1.0).abs() < 2e-3);
     assert!((all(&found) / all(&alone) - 1.0).abs() < 2e-2, "{}", all(&found) / all(&alone));
+}
+
+/// Whoever waits hears how much is done, never less than before and all of it at the end, and can stop it; edges that are odd
+/// are no matter to stars that begin on half as many voxels.
+#[test]
+fn work_is_heard_of_and_stopped() {
+    let dims = [25, 27, 31];
+    let hydrogen = vec![200.0; dims.iter().product()];
+    let cloud = Cloud { dims, ..cube(&hydrogen, 1, 1.0) };
+    let cloud = Cloud { voxel: DVec3::splat(0.13), low: DVec3::splat(-1.7), ..cloud };
+    let photons = |e: f64| 2e46 * e * e / (e / (BOLTZMANN_EV * 40_000.0)).exp_m1();
+    let scale = 3e47 / IonisingLight::new(photons).ionising();
+    let halves: Vec<IonisingLight> =
+        IonisingLight::several(&[&photons, &photons]).into_iter().map(|light| light.scaled(0.5 * scale)).collect();
+    let one = IonisingLight::new(photons).scaled(scale);
+    let pair: Vec<Star> = halves.iter().map(|light| Star { place: DVec3::ZERO, light }).collect();
+    let ions = |gas: &Gas, state: &State| gas.hydrogen * state.fractions[0][1];
+    let solved = |stars: &[Star], heard: &(dyn Fn(u64, u64) -> bool + Sync)| {
+        cloud.ionised(stars, &Settings::default(), &[Quantity { most: 250.0, value: &ions }], heard)
+    };
+    let told = Mutex::new(Vec::new());
+    let both = solved(&pair, &|done, all| told.lock().map(|mut told| told.push((done, all))).is_ok()).unwrap();
+    let told = told.into_inner().unwrap();
+    assert!(told.len() > 10 && told.iter().all(|(done, all)| done <= all && *all == told[0].1), "{told:?}");
+    assert_eq!(told.last().map(|(done, all)| done == all), Some(true));
+    let all = |found: &Ionised| found.quantities[0].iter().map(|n| f64::from(*n)).sum::<f64>();
+    let alone = solved(&[Star { place: DVec3::ZERO, light: &one }], &|_, _| true).unwrap();
+    assert!((all(&both) / all(&alone) - 1.0).abs() < 5e-3 && all(&alone) > 0.0, "{} {}", all(&both), all(&alone));
+    for stars in [&pair[..], &pair[..1]] {
+        let asked = AtomicU64::new(0);
+        let stopped = solved(stars, &|_, _| asked.fetch_add(1, Ordering::Relaxed) < 3);
+        assert!(matches!(stopped, Err(IonisationError::Stopped)));
+    }
 }
 
 /// A change to what can be solved.

@@ -25,9 +25,9 @@ const SUN_G: f64 = 1.988_41e33;
 /// Wavelengths of the lines that are told beside those of benchmarks \[µm\], and how bright they are at least beside Hβ \[1\].
 const VISIBLE: (f64, f64) = (0.36, 1.1);
 const FAINTEST: f64 = 2e-3;
-/// Lines that are summed up in one run.
+/// Lines that are summed up in one run at most.
 const TOGETHER: usize = 24;
-/// Shells of a profile at most.
+/// Shells of a profile.
 const SHELLS: usize = 80;
 /// Ions of the profiles and the maps.
 const IONS: [(Element, usize, &str); 8] = [
@@ -78,7 +78,7 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     fn new(cloud: &'a GasCloud, control: &Control) -> Result<Self> {
         let densest = cloud.densest().max(1e-30);
-        let most = 2.0 * densest * densest;
+        let most = cloud.electrons() * densest * densest;
         let solved = |quantities: &[Quantity], control: &Control| {
             cloud.ionised(quantities, Accuracy::FAST, control).map_err(|error| match error {
                 IonisationError::Stopped => StudyError::Render(barnard::Error::Interrupted),
@@ -93,7 +93,9 @@ impl<'a> Run<'a> {
             .flat_map(|table| table.lines.iter().map(move |line| (table, line)))
             .filter(|(_, line)| is_told(line))
             .collect();
-        let runs = (1 + lines.len().div_ceil(TOGETHER)) as f64;
+        // As many at once as memory holds.
+        let together = (1..=TOGETHER).rev().find(|count| cloud.bytes(*count) <= cloud.memory_limit).unwrap_or(1);
+        let runs = (1 + lines.len().div_ceil(together)) as f64;
         let fractions: Vec<_> = IONS
             .iter()
             .map(|(element, charge, _)| move |gas: &Gas, state: &State| gas.hydrogen * state.fractions[*element as usize][*charge])
@@ -107,7 +109,7 @@ impl<'a> Run<'a> {
         let [warm, pairs] = std::array::from_fn(|_| ions.pop().unwrap_or_default());
         let volume = (cloud.lattice.voxel_pc() * PARSEC_CM).element_product();
         let mut powers = Vec::new();
-        for (run, lines) in lines.chunks(TOGETHER).enumerate() {
+        for (run, lines) in lines.chunks(together).enumerate() {
             let functions: Vec<_> =
                 lines.iter().map(|(table, line)| move |gas: &Gas, state: &State| state.emission(gas, table, line)).collect();
             let brightest = |table: &LineTable, line: &EmissionLine| {
@@ -143,14 +145,12 @@ impl<'a> Run<'a> {
     /// Means over shells around the centre: where they are \[pc\], and of each of some values Σ value/Σ weight.
     fn shells(&self, weight: &[f32], values: &[&[f32]]) -> Vec<(f64, Vec<f64>)> {
         let radius = |i: usize| (self.place(i) - self.centre).length();
-        let width = self.cloud.lattice.voxel_pc().min_element().max(self.cloud.lattice.bounds.size().max_element() / SHELLS as f64);
-        let mut sums: Vec<(f64, f64, Vec<f64>)> = Vec::new();
-        for i in (0..weight.len()).filter(|i| weight[*i] > 0.0) {
-            let shell = (radius(i) / width) as usize;
-            if sums.len() <= shell {
-                sums.resize(shell + 1, (0.0, 0.0, vec![0.0; values.len()]));
-            }
-            let (place, all, own) = &mut sums[shell];
+        let filled = || (0..weight.len()).filter(|i| weight[*i] > 0.0);
+        let (near, far) = filled().map(radius).fold((f64::INFINITY, 0.0f64), |(near, far), r| (near.min(r), far.max(r)));
+        let width = ((far - near) / SHELLS as f64).max(self.cloud.lattice.voxel_pc().min_element());
+        let mut sums = vec![(0.0, 0.0, vec![0.0; values.len()]); SHELLS + 1];
+        for i in filled() {
+            let (place, all, own) = &mut sums[(((radius(i) - near) / width) as usize).min(SHELLS)];
             (*place, *all) = (*place + radius(i) * f64::from(weight[i]), *all + f64::from(weight[i]));
             own.iter_mut().zip(values).for_each(|(own, values)| *own += f64::from(values[i]));
         }
@@ -209,7 +209,7 @@ impl<'a> Run<'a> {
         };
         let dense = ends(&density);
         // Four powers of ten tell more than the emptiest voxel.
-        let dense = (dense.0.max(dense.1 - 4.0), dense.1);
+        let dense = if dense.0 <= dense.1 { (dense.0.max(dense.1 - 4.0).min(dense.1 - 0.5), dense.1) } else { (0.0, 1.0) };
         let warm = plane(&|i| f64::from(self.warm[i]) / f64::from(self.pairs[i]));
         let hot = ends(&warm);
         let hot = if hot.0 < hot.1 { (hot.0.max(4000.0).min(hot.1 - 1.0), hot.1) } else { (0.0, 1e4) };
@@ -230,7 +230,7 @@ impl<'a> Run<'a> {
             let [(inner, a), (outer, b)] = [(pair[0].0, pair[0].1[0]), (pair[1].0, pair[1].1[0])];
             inner + (a - 0.5) / (a - b) * (outer - inner)
         });
-        let beta = self.line("Ba4-2");
+        let (beta, asked) = (self.line("Ba4-2"), labels());
         let mut text = format!("# Ionised gas of {name}\n\nWritten by `barnard gas`, version {}.\n\n", env!("CARGO_PKG_VERSION"));
         text += &format!("{nx} x {ny} x {nz} voxels of {:.4} pc.", self.cloud.lattice.voxel_pc().min_element());
         gas.told().iter().for_each(|told| text += &format!(" {}.", capital(told)));
@@ -275,7 +275,8 @@ impl<'a> Run<'a> {
         );
         text += "![Ions](ions.svg)\n\n![Temperature](temperature.svg)\n\n![Maps](maps.png)\n\n## Lines\n\nPower in all directions, before any dust. Those above ";
         text += &format!("{FAINTEST} of Hb between {} and {} um, and those that benchmarks ask for.\n\n", VISIBLE.0, VISIBLE.1);
-        let mut lines: Vec<&(&EmissionLine, f64)> = self.lines.iter().filter(|(_, power)| *power > FAINTEST * beta).collect();
+        let is_told = |(line, power): &&(&EmissionLine, f64)| *power > FAINTEST * beta || *power > 0.0 && asked.contains(&&*line.label);
+        let mut lines: Vec<&(&EmissionLine, f64)> = self.lines.iter().filter(is_told).collect();
         lines.sort_by(|a, b| a.0.wavelength_um.total_cmp(&b.0.wavelength_um));
         let line = |(line, power): &&(&EmissionLine, f64)| {
             vec![line.label.clone(), format!("{:.4}", line.wavelength_um), format!("{power:.3e}"), format!("{:.4}", power / beta)]

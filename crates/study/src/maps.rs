@@ -83,6 +83,9 @@ impl Map {
     }
 
     fn draw(&self, panel: &DrawingArea<BitMapBackend, Shift>) -> std::result::Result<(), Box<dyn std::error::Error>> {
+        if !(self.range.0.is_finite() && self.range.1.is_finite() && self.range.0 < self.range.1) {
+            return Err(format!("{}: no range of values: {:?}", self.title, self.range).into());
+        }
         let (left, scale) = panel.split_horizontally(PANEL.0 - SCALE);
         let mut chart = ChartBuilder::on(&left)
             .caption(&self.title, ("sans-serif", 17))
@@ -104,7 +107,7 @@ impl Map {
             .margin_bottom(44)
             .margin_right(6)
             .y_label_area_size(44)
-            .build_cartesian_2d(0.0..1.0, low..high.max(low + f64::MIN_POSITIVE))?;
+            .build_cartesian_2d(0.0..1.0, low..high)?;
         bar.draw_series((0..STEPS).map(|i| {
             let value = |i: usize| low + (high - low) * i as f64 / STEPS as f64;
             Rectangle::new([(0.0, value(i)), (1.0, value(i + 1))], self.colour(value(i)).filled())

@@ -12,7 +12,8 @@ use crate::source::SceneArgs;
 /// Tells what a scene's stars make of its [gas]: temperature, ions, lines.
 ///
 /// With -o, a report goes into a folder: gas.md with tables of stars and lines beside the benchmarks of Lexington, profiles
-/// (ions and temperature as CSV, SVG, PNG), and maps of a plane through the stars (maps.png).
+/// (ions and temperature as CSV, SVG, PNG), and maps of a plane through the middle of the
+/// stars (maps.png).
 #[derive(Args)]
 pub struct Gas {
     #[command(flatten)]

@@ -97,6 +97,12 @@ impl GasCloud {
         Self { lattice, hydrogen, ..self }
     }
 
+    /// Electrons for one nucleus of hydrogen at most: two of helium, five of each metal.
+    pub fn electrons(&self) -> f64 {
+        let [hydrogen, helium, metals @ ..] = self.abundances;
+        hydrogen + 2.0 * helium + 5.0 * metals.iter().sum::<f64>()
+    }
+
     /// The densest of its voxels \[cm⁻³\].
     pub fn densest(&self) -> f64 {
         self.hydrogen.iter().fold(0.0f32, |most, n| most.max(*n)).into()

@@ -120,14 +120,14 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
     let functions: Vec<_> =
         species.iter().map(|species| move |gas: &Gas, state: &State| state.emission(gas, species.table, species.lines[0])).collect();
     let mut quantities: Vec<Quantity> =
-        species.iter().zip(&functions).map(|(species, value)| Quantity { most: species.most(densest, &cloud.abundances), value }).collect();
+        species.iter().zip(&functions).map(|(species, value)| Quantity { most: species.most(&cloud), value }).collect();
     let pairs = |gas: &Gas, state: &State| state.electrons * state.density(gas, Element::Hydrogen, 1);
-    let most = 2.0 * densest * densest;
+    let most = cloud.electrons() * densest * densest;
     let warm = |gas: &Gas, state: &State| pairs(gas, state) * state.temperature;
     let thick = |gas: &Gas, state: &State| pairs(gas, state) * state.electrons;
     quantities.push(Quantity { most, value: &pairs });
     quantities.push(Quantity { most: 6e4 * most, value: &warm });
-    quantities.push(Quantity { most: 2.0 * densest * most, value: &thick });
+    quantities.push(Quantity { most: cloud.electrons() * densest * most, value: &thick });
     let accuracy = if loader.is_rough { Accuracy::COARSE } else { Accuracy::FAST };
     let found = cloud.ionised(&quantities, accuracy, &loader.control).map_err(|error| match error {
         IonisationError::Stopped => Error::Interrupted,

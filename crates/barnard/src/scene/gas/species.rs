@@ -5,6 +5,8 @@ use spectra::constants::SPHERE;
 use spectra::passband::Passband;
 use spectra::spectrum::{Line, Spectrum};
 
+use super::GasCloud;
+
 /// The part of a passband's largest response at which a line is left out.
 const UNSEEN: f64 = 1e-3;
 /// Lines of an ion stand together where their ratio changes by less than this over the conditions of nebulae.
@@ -59,11 +61,12 @@ impl Species {
         high - low < TOGETHER * high
     }
 
-    /// The most that it can be in gas of at most this density.
-    pub fn most(&self, densest: f64, abundances: &[f64; 7]) -> f64 {
+    /// The most that it can be in a cloud.
+    pub fn most(&self, cloud: &GasCloud) -> f64 {
+        let densest = cloud.densest();
         let emissivity = |t: f64| self.table.emissivity(self.lines[0], &self.table.conditions(t, 1.0));
         let most = (1..=30).map(|t| emissivity(1000.0 * f64::from(t))).fold(0.0, f64::max);
-        2.0 * densest * densest * abundances[self.lines[0].element as usize] * most
+        cloud.electrons() * densest * densest * cloud.abundances[self.lines[0].element as usize] * most
     }
 
     /// Its lines for an emission of one \[W m⁻³ sr⁻¹ for 1 erg cm⁻³ s⁻¹\].
