@@ -35,8 +35,8 @@ macro_rules! scene {
 /// All built-in scenes; the first is the one to begin with.
 pub const SCENES: &[BuiltinScene] = &[
     scene!("reflection_nebula", "a young B star in a ragged cloud: blue scattered light, Johnson BVR"),
-    scene!("hii_region", "an O star ionises a turbulent cloud (simulation): H-alpha, [O III], [S II] of 3 nm, Hubble palette"),
-    scene!("pillars", "pillars eroded by ultraviolet light (simulation), HST narrow bands, Hubble palette"),
+    scene!("hii_region", "an O star ionises a turbulent cloud (density of a simulation): H-alpha, [O III], [S II] of 3 nm, Hubble palette"),
+    scene!("pillars", "a cluster ionises pillars (density of a simulation), HST narrow bands, Hubble palette"),
     scene!("dark_globule", "a Bok globule in front of a field of stars"),
     scene!("six_stars", "six stars of different colours in one cloud, Johnson BVR"),
     scene!(

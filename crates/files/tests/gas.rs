@@ -1,7 +1,11 @@
 //! Gas of a scene that its stars ionise.
 
+use barnard::field::Grid;
+use barnard::geometry::Bounds;
+use barnard::glam::DVec3;
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::scene::{Loader, Scene};
+use barnard_files::formats::{GridFile, save_grid};
 use ionisation::balance::{Accuracy, Diffuse};
 use ionisation::benchmarks::BENCHMARKS;
 
@@ -71,4 +75,43 @@ fn bad_gas_is_refused() {
     // A cool star ionises nothing, and there is no more to it.
     let dark = parsed("voxels = 16", "temperature = \"3000 K\"\nluminosity = \"10 Lsun\"", &loader).unwrap();
     assert!(dark.emission.iter().all(|species| species.density.grid().unwrap().values().iter().all(|v| *v < 1e-25)));
+}
+
+/// A first look is on few voxels and says so; what is known whole is taken as it is; what is told names temperature and what
+/// leaves; and a grid of density is gone through on more voxels than it has.
+#[test]
+fn first_looks_are_rough() {
+    let loader = barnard_files::in_folder(".", DEFAULT_LIMIT);
+    let star = "temperature = \"40000 K\"\nluminosity = \"8.05e5 Lsun\"\nname = \"the star\"";
+    let text = "abundances = \"hii40\"\nvoxels = 52";
+    let edge = |scene: &Scene| scene.emission[0].density.grid().unwrap().lattice().dims[0];
+    let rough = parsed(text, star, &loader.roughly()).unwrap();
+    let gas = rough.gas.as_ref().unwrap();
+    assert!(gas.is_rough && edge(&rough) == 26, "{}", edge(&rough));
+    let whole = parsed(text, star, &loader).unwrap();
+    assert!(!whole.gas.as_ref().unwrap().is_rough && edge(&whole) == 52);
+    let again = parsed(text, star, &loader.roughly()).unwrap();
+    assert!(!again.gas.as_ref().unwrap().is_rough && edge(&again) == 52);
+    let temperature = |scene: &Scene| scene.gas.as_ref().unwrap().temperature.unwrap();
+    assert!((temperature(&rough) / temperature(&whole) - 1.0).abs() < 0.02, "{} {}", temperature(&rough), temperature(&whole));
+    assert!(whole.gas.as_ref().unwrap().told()[0].contains(" K and "), "{:?}", whole.gas.as_ref().unwrap().told());
+    // Ten times as bright, the star ionises all of it and has photons left.
+    let bright = parsed(text, &star.replace("8.05e5", "8.05e6"), &loader.roughly()).unwrap();
+    let told = bright.gas.as_ref().unwrap().told().join("; ");
+    assert!(told.contains("ionising photons of the star leave the cloud"), "{told}");
+    let cold = parsed(text, &star.replace("40000", "1000"), &loader.roughly()).unwrap();
+    assert!(cold.gas.as_ref().unwrap().told()[0].contains("no star ionises it"));
+    let folder = tempfile::tempdir().unwrap();
+    let bounds = Bounds { low: DVec3::splat(-1.0), high: DVec3::splat(1.0) };
+    let grid = Grid::new([8; 3], bounds, vec![1.0; 512]).unwrap();
+    let file = GridFile { grid: &grid, unit: None, name: "n", memory_limit: DEFAULT_LIMIT };
+    save_grid(&folder.path().join("n.npy"), &file).unwrap();
+    let scene = "bands = [\"hst-wfc3-f656n\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 9 pc\"\nfield_of_view = \"25 deg\"\n\
+                 size = [8, 8]\n[field.n]\nkind = \"grid\"\nfile = \"n.npy\"\naxes = \"zyx\"\nfactor = 100\nlow = \"-1 -1 -1 pc\"\n\
+                 high = \"1 1 1 pc\"\n[gas]\ndensity = \"n\"\nvoxels = 20\n[[star]]\nkind = \"blackbody\"\nposition = \"0 0 0 pc\"\n\
+                 temperature = \"40000 K\"\nluminosity = \"1e4 Lsun\"\n";
+    let in_folder = barnard_files::in_folder(folder.path(), DEFAULT_LIMIT);
+    let parse = |text: &str| barnard_files::parse("n.toml", "n", text.to_owned(), &in_folder).unwrap();
+    assert_eq!(edge(&parse(scene)), 20);
+    assert_eq!(edge(&parse(&scene.replace("voxels = 20\n", ""))), 8);
 }

@@ -299,7 +299,7 @@ impl<'a> Packet<'a> {
             let reached = Lanes::ONE - now;
             let factor = Lanes::ONE / (Lanes::ONE - falls[number] * reached);
             let more = (before + (now - before) * factor).at_most(1.0);
-            let less = before / ((before / now.at_least(f64::MIN_POSITIVE) - 1.0) * factor + 1.0);
+            let less = before / ((before / now.at_least(f64::MIN_POSITIVE) - 1.0).at_least(0.0) * factor + 1.0);
             self.absorbing[number] = (now - before).above(0.0, more, less);
         }
         self.moved = most;

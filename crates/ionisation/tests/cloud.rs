@@ -126,7 +126,10 @@ fn clouds_of_all_kinds() {
         assert!(of(1e6, &light, star) < 0.05, "{star}");
         assert_eq!(of(1.0, &light.clone().scaled(0.0), star), 0.0);
     }
-    // A cool star has no ionising photon that counts.
+    // A cool star ionises what its few photons can: recombinations, 2.5e-12 cm3/s and more below 600 K, are not more than they.
+    let faint = f64::from(of(1.0, &IonisingLight::blackbody(3000.0, 1e40), DVec3::ZERO));
+    assert!(faint > 0.0 && faint < (1e40 / 2.5e-12 / (2.0 * PARSEC_CM).powi(3)).sqrt(), "{faint:e}");
+    // Light that has no ionising photon at all.
     assert!(of(1.0, &IonisingLight::new(|_| 0.0), DVec3::ZERO) == 0.0);
 }
 

@@ -336,3 +336,65 @@ fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use barnard::memory::DEFAULT_LIMIT;
+    use barnard::scene::Scene;
+
+    use super::*;
+
+    fn scene(star: &str, gas: &str) -> Scene {
+        let text = format!(
+            "bands = [\"hst-wfc3-f656n\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 30 pc\"\nfield_of_view = \"25 deg\"\nsize = [8, 8]\n\
+             [field.ball]\nkind = \"sphere\"\nradius = \"2 pc\"\n[gas]\ndensity = \"{gas} * ball\"\nvoxels = 20\nabundances = \"hii40\"\n\
+             [[star]]\nkind = \"blackbody\"\nposition = \"{star} pc\"\ntemperature = \"40000 K\"\nluminosity = \"1e4 Lsun\"\n"
+        );
+        barnard_files::parse("gas.toml", "gas", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap()
+    }
+
+    /// The report holds what the gas has: photons as many as the star sends, lines in their ratios, figures with numbers.
+    #[test]
+    fn reports_are_written() {
+        let scene = scene("0 0 0", "300");
+        let gas = scene.gas.as_ref().unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        write("a ball", gas, folder.path(), &Control::default()).unwrap();
+        let page = std::fs::read_to_string(folder.path().join("gas.md")).unwrap();
+        let cells = |row: &str| -> Vec<f64> {
+            let line = page.lines().find(|line| line.starts_with(row)).unwrap_or_else(|| panic!("{row}: {page}"));
+            line.split('|').filter_map(|cell| cell.split_whitespace().next()?.parse().ok()).collect()
+        };
+        // L(Hb) = Q α_eff hν/α_B, 4.79e-13 erg for a photon that ionises hydrogen: Osterbrock & Ferland 2006, tables 2.1 and 4.4.
+        // Helium's photons, and the temperature, change that by some hundredths.
+        let photons = gas.cloud.stars[0].light.ionising();
+        let beta = cells("| L(Hb) |")[0];
+        assert!((beta / (4.79e-13 * photons) - 1.0).abs() < 0.06, "{beta:e} {photons:e}");
+        // [O III] 5007 beside 4959 is 2.98 by their transition probabilities: Storey & Zeippen 2000, MNRAS 312, 813.
+        let ratio = cells("| [OIII]5007 |")[2] / cells("| [OIII]4959 |")[2];
+        assert!((ratio / 2.98 - 1.0).abs() < 0.02, "{ratio}");
+        assert!(page.contains("## Beside the benchmarks") && cells("| [O II] 3726+3729 |").len() >= 3);
+        let profile = std::fs::read_to_string(folder.path().join("ions.csv")).unwrap();
+        let inner: Vec<f64> =
+            profile.lines().filter(|line| line.starts_with("\"H+\"")).filter_map(|line| line.rsplit(',').next()?.parse().ok()).collect();
+        assert!(inner.len() > 5 && inner[0] > 0.99 && *inner.last().unwrap() < 0.1, "{inner:?}");
+        let maps = std::fs::read(folder.path().join("maps.png")).unwrap();
+        let info = png::Decoder::new(std::io::Cursor::new(&maps)).read_info().unwrap().info().size();
+        assert!(info.0 == 3 * 430 && info.1 > 600, "{info:?}");
+    }
+
+    /// Gas that nobody ionises, none at all, and stars beside it: the report is written.
+    #[test]
+    fn reports_of_nothing_are_written() {
+        for (star, gas) in [("0 0 0", "0"), ("0 0 2.9", "1e5"), ("0 40 0", "10")] {
+            let scene = scene(star, gas);
+            let folder = tempfile::tempdir().unwrap();
+            write("nothing", scene.gas.as_ref().unwrap(), folder.path(), &Control::default()).unwrap();
+            assert!(folder.path().join("maps.png").exists(), "{star} {gas}");
+        }
+        let control = Control::default();
+        control.interrupt();
+        let stopped = write("stopped", scene("0 0 0", "300").gas.as_ref().unwrap(), tempfile::tempdir().unwrap().path(), &control);
+        assert!(matches!(stopped, Err(StudyError::Render(barnard::Error::Interrupted))));
+    }
+}

@@ -36,10 +36,13 @@ pub struct Maps {
     pub maps: Vec<Map>,
 }
 
-/// Width and height of a map with its title, axes and scale \[px\].
-const PANEL: (u32, u32) = (430, 400);
-/// The height of the caption, and the width of a scale with its numbers \[px\].
+/// The width of a map with its axes and scale, and the height of the caption \[px\].
+const WIDTH: u32 = 430;
 const CAPTION: u32 = 40;
+/// What stands around a map: at its left with its margins, above, below, and the scale with its numbers \[px\].
+const LEFT: u32 = 56;
+const ABOVE: u32 = 30;
+const BELOW: u32 = 46;
 const SCALE: u32 = 64;
 /// Maps in a row.
 const IN_A_ROW: usize = 3;
@@ -54,7 +57,11 @@ impl Maps {
     pub fn png(&self) -> Result<Vec<u8>> {
         let columns = self.maps.len().clamp(1, IN_A_ROW);
         let rows = self.maps.len().div_ceil(columns).max(1);
-        let size = (PANEL.0 * columns as u32, CAPTION + PANEL.1 * rows as u32);
+        // A parsec is as long across as upwards.
+        let side = |(low, high): (f64, f64)| high - low;
+        let aspect = self.maps.first().map_or(1.0, |map| (side(map.upwards) / side(map.across)).clamp(0.2, 5.0));
+        let height = ABOVE + BELOW + (f64::from(WIDTH - LEFT - SCALE) * aspect) as u32;
+        let size = (WIDTH * columns as u32, CAPTION + height * rows as u32);
         let mut pixels = vec![0; 3 * size.0 as usize * size.1 as usize];
         self.draw(&BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area(), (rows, columns))
             .map_err(|e| StudyError::Figure(self.name.clone(), e.to_string()))?;
@@ -86,12 +93,16 @@ impl Map {
         if !(self.range.0.is_finite() && self.range.1.is_finite() && self.range.0 < self.range.1) {
             return Err(format!("{}: no range of values: {:?}", self.title, self.range).into());
         }
-        let (left, scale) = panel.split_horizontally(PANEL.0 - SCALE);
+        let (left, scale) = panel.split_horizontally(WIDTH - SCALE);
+        let left = left.titled(&self.title, ("sans-serif", 17))?;
+        let title = panel.dim_in_pixel().1 - left.dim_in_pixel().1;
         let mut chart = ChartBuilder::on(&left)
-            .caption(&self.title, ("sans-serif", 17))
-            .margin(6)
+            .margin_top(ABOVE.saturating_sub(title))
+            .margin_left(6)
+            .margin_right(6)
+            .margin_bottom(BELOW - 34 - 6)
             .x_label_area_size(34)
-            .y_label_area_size(44)
+            .y_label_area_size(LEFT - 12)
             .build_cartesian_2d(self.across.0..self.across.1, self.upwards.0..self.upwards.1)?;
         let (columns, rows) = self.size;
         let side = |(low, high): (f64, f64), count: usize, i: usize| low + (high - low) * i as f64 / count as f64;
@@ -103,8 +114,8 @@ impl Map {
         chart.configure_mesh().disable_mesh().x_desc("x [pc]").y_desc("y [pc]").label_style(("sans-serif", 13)).draw()?;
         let (low, high) = self.range;
         let mut bar = ChartBuilder::on(&scale)
-            .margin_top(34)
-            .margin_bottom(44)
+            .margin_top(ABOVE)
+            .margin_bottom(BELOW - 6)
             .margin_right(6)
             .y_label_area_size(44)
             .build_cartesian_2d(0.0..1.0, low..high)?;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use barnard_viewer::app::App;
@@ -253,4 +254,37 @@ fn undo_outlives_saving_elsewhere() {
     document.save(&two.join("region.toml")).unwrap();
     document.undo().unwrap();
     assert!(document.scene().method.accuracy != 0.02 && document.is_changed());
+}
+
+/// Gas that stars ionise is known roughly at once, exactly once it was refined; another text is refined anew.
+#[test]
+fn gas_is_refined() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("gas.toml");
+    let text = "bands = [\"hst-wfc3-f656n\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 30 pc\"\nfield_of_view = \"25 deg\"\nsize = [8, 8]\n\
+                [field.ball]\nkind = \"sphere\"\nradius = \"2 pc\"\n[gas]\ndensity = \"300 * ball\"\nvoxels = 52\n\
+                [[star]]\nkind = \"blackbody\"\nposition = \"0 0 0 pc\"\ntemperature = \"40000 K\"\nluminosity = \"1e4 Lsun\"\n";
+    std::fs::write(&path, text).unwrap();
+    let mut document = Document::open(&path, LIMIT).unwrap();
+    let edge = |document: &Document| document.scene().emission[0].density.grid().unwrap().lattice().dims[0];
+    assert!(document.is_rough() && edge(&document) == 26);
+    let settle = |document: &mut Document| {
+        let heard = Arc::new(AtomicBool::new(false));
+        let ears = heard.clone();
+        document.refine(move |part| ears.store(ears.load(Ordering::Relaxed) || part.is_some(), Ordering::Relaxed));
+        while !document.take_refined().unwrap() {
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        assert!(heard.load(Ordering::Relaxed));
+    };
+    let rough = document.physics().clone();
+    settle(&mut document);
+    assert!(!document.is_rough() && edge(&document) == 52 && *document.physics() != rough);
+    document.apply(barnard_viewer::edit::Edit::set("star.0", "temperature", "35000 K")).unwrap();
+    assert!(document.is_rough() && edge(&document) == 26);
+    settle(&mut document);
+    assert!(!document.is_rough() && edge(&document) == 52);
+    // What is known is not made again.
+    document.undo().unwrap();
+    assert!(!document.is_rough() && !document.take_refined().unwrap());
 }

@@ -42,7 +42,12 @@ const ABUNDANCES: &[Abundances] = &[
 pub(super) const KEYS: &[Key] = &[
     Key::required("density", "expression", "nuclei of hydrogen in cm-3, of the fields, such as \"n_H\""),
     Key::optional("abundances", "text or list", "orion", "orion, solar or hii40, or He, C, N, O, Ne and S for one nucleus of hydrogen"),
-    Key::optional("voxels", "whole number", "96", "voxels along the longest edge where the density is a function; a grid's own otherwise"),
+    Key::optional(
+        "voxels",
+        "whole number",
+        "a grid's own; 96 for a function",
+        "voxels along the longest edge: more than a grid has show its fronts finer",
+    ),
     Key::optional(
         "dust_absorption",
         "number",
@@ -53,6 +58,8 @@ pub(super) const KEYS: &[Key] = &[
 
 /// Stars that ionise a gas at most.
 const MOST_STARS: usize = 64;
+/// Voxels along the longest edge of a function that does not say how many.
+const VOXELS: usize = 96;
 /// Quantities that are asked for beside the species.
 const BESIDE: usize = 3;
 /// What gives every passband less than this part of its light is left out.
@@ -95,7 +102,7 @@ impl IonisedGas {
         };
         let mut told = vec![format!("{temperature:.0} K and {electrons:.3e} electrons per cm3 where it is ionised")];
         for (star, escaped) in self.cloud.stars.iter().zip(&self.escaped).filter(|(_, escaped)| **escaped > ESCAPED) {
-            told.push(format!("{:.0} % of the ionising photons of {} leave the cloud", 100.0 * escaped, star.name));
+            told.push(format!("{:.0} % of the ionising photons of {} leave the cloud, or miss it", 100.0 * escaped, star.name));
         }
         if self.passes > 1 {
             told.push(format!("{} passes; the last of them moved {:.1e} of its ions", self.passes, self.change));
@@ -165,7 +172,7 @@ fn read(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star]) -> 
     section.check_keys(&KEYS.iter().map(|key| key.name).collect::<Vec<_>>())?;
     let density = fields.expression(section, "density", loader)?;
     let abundances = abundances(section)?;
-    let voxels = section.integer("voxels", 8..=2048)?.unwrap_or(96) as usize;
+    let voxels = section.integer("voxels", 8..=2048)?.map(|voxels| voxels as usize);
     let dust_cm2 = section.number("dust_absorption", 0.0..=1e-15)?.unwrap_or(0.0);
     let stars = IonisingStar::of(stars);
     if stars.len() > MOST_STARS {
@@ -173,10 +180,11 @@ fn read(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star]) -> 
             format!("{} stars ionise it, at most {MOST_STARS} are followed: take fainter ones out, or put some into one", stars.len());
         return Err(section.error("density", message));
     }
-    let lattice = density.grid().map_or_else(|| Lattice::along(density.bounds(), voxels), |grid| grid.lattice().clone());
+    let own = density.grid().filter(|grid| voxels.is_none_or(|voxels| grid.lattice().dims.into_iter().max() == Some(voxels)));
+    let lattice = own.map_or_else(|| Lattice::along(density.bounds(), voxels.unwrap_or(VOXELS)), |grid| grid.lattice().clone());
     let mut cloud = GasCloud { lattice, hydrogen: Vec::new(), abundances, dust_cm2, stars, memory_limit: loader.inputs.memory_limit };
     section.wrap("density", memory::check("the gas that stars ionise", cloud.bytes(BESIDE), loader.inputs.memory_limit))?;
-    cloud.hydrogen = match density.grid() {
+    cloud.hydrogen = match own {
         Some(grid) => grid.values().into_owned(),
         None => Grid::of_function(&density, cloud.lattice.clone(), 1.0, &loader.control)?.values().into_owned(),
     };
