@@ -867,8 +867,8 @@ class Gas(Table):
         Nuclei of hydrogen in cm-3, of the fields, such as "n_H".
     abundances : text or list, default orion
         Orion, solar or hii40, or He, C, N, O, Ne and S for one nucleus of hydrogen.
-    voxels : whole number, default 96
-        Voxels along the longest edge where the density is a function; a grid's own otherwise.
+    voxels : whole number, default a grid's own; 96 for a function
+        Voxels along the longest edge: more than a grid has show its fronts finer.
     dust_absorption : number, default 0
         Cross section that dust absorbs ionising light with, in cm2 for a nucleus of hydrogen, such as 1e-21.
 
