@@ -3,9 +3,8 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, Weak};
 
-use spectra::spectrum::Spectrum;
-
-use super::{IonisedGas, Star};
+use super::Star;
+use super::gas::ionised::IonisedGas;
 use crate::control::Control;
 use crate::data::{DataSource, Inputs, NoData};
 use crate::error::Result;
@@ -16,9 +15,6 @@ use crate::memory;
 const MAX_TABLES: usize = 8;
 /// Gases that are kept at most: each has a grid for every species.
 const MAX_GAS: usize = 2;
-
-/// A species of a gas: its name, its density, and the emission coefficient of density 1 [W m⁻³ sr⁻¹ µm⁻¹, lines W m⁻³ sr⁻¹].
-pub(super) type Glow = (String, Arc<dyn Field>, Spectrum);
 
 /// What a scene may read, and what was made of that before; clones share it.
 #[derive(Debug, Clone)]
