@@ -3,7 +3,7 @@
 //! Equations (G5) and (G6) of docs/gas.md. Light of recombinations is absorbed where it is made (on the spot), or goes
 //! outward with the star's: then the gas recombines to its ground level as well, and says how many photons it makes.
 //!
-//! Left out: light of recombining He²⁺, collisions out of helium's 2 ³S, heat by dust, and what is not in balance. Lines
+//! Left out: collisions out of helium's 2 ³S, heat by dust, and what is not in balance. Lines
 //! are tabulated from 1000 to 30 000 K and stay as they are beyond.
 //!
 //! | symbol | variable | unit |
@@ -13,8 +13,8 @@
 //! | T | temperature of electrons | K |
 
 use crate::atoms::{
-    ELEMENTS, ERG_PER_EV, Element, EmissionLine, HELIUM_EV, HYDROGEN_EV, LYMAN_ALPHA_EV, LineTable, STAGES, TRIPLET_EV, TWO_PHOTON_EV,
-    photons_of_helium,
+    Atoms, ELEMENTS, ERG_PER_EV, Element, EmissionLine, HELIUM_EV, HYDROGEN_EV, LYMAN_ALPHA_EV, LineTable, STAGES, STRIPPED, STRIPPED_EV,
+    TRIPLET_EV, TWO_PHOTON_EV, photons_of_helium,
 };
 use crate::coefficients::{Coefficients, Of};
 use crate::lanes::{LANES, Lanes};
@@ -251,8 +251,35 @@ pub struct Balance<'a> {
     pub diffuse: Diffuse,
     /// Rates at the temperature of the state.
     pub coefficients: &'a Coefficients,
-    /// The cross sections of H⁰ and He⁰ for photons of 24.6 eV \[cm²\].
-    pub at_helium: [f64; 2],
+    /// Cross sections of H⁰ and He⁰ for photons that are absorbed where they are made.
+    pub near: &'a Near,
+}
+
+/// Cross sections of H⁰ and He⁰ \[cm²\].
+#[derive(Debug, Clone, Copy)]
+pub struct Near {
+    /// For photons of 24.6 eV.
+    helium: [f64; 2],
+    /// For the hard ones of [`STRIPPED`].
+    hard: [f64; 2],
+}
+
+impl Default for Near {
+    fn default() -> Self {
+        let at = |energy: f64| {
+            [Element::Hydrogen, Element::Helium]
+                .map(|element| Atoms::get().transition(element, 0).light.as_ref().map_or(0.0, |fit| fit.at(energy)))
+        };
+        Self { helium: at(HELIUM_EV), hard: at(STRIPPED_EV) }
+    }
+}
+
+/// What hard photons of recombining He²⁺ do.
+struct Hard {
+    /// Ionisations of H⁰ and of He⁰ \[s⁻¹\].
+    rates: [Lanes; 2],
+    /// Heat \[eV cm⁻³ s⁻¹\].
+    heat: Lanes,
 }
 
 impl Balance<'_> {
@@ -291,14 +318,15 @@ impl Balance<'_> {
         let excited = coefficients.of(Of::HeliumTriplets) + coefficients.of(Of::HeliumSinglets);
         let caught = electrons * (excited + self.lost_of_helium(states) * coefficients.of(Of::HeliumGround));
         let stripped = electrons * coefficients.of(Of::StrippedCaseB);
-        let to_first = self.photo.rates[ion(Element::Helium, 0)] / caught;
+        let hard = self.hard(states).rates;
+        let to_first = (self.photo.rates[ion(Element::Helium, 0)] + hard[1]) / caught;
         let to_second = self.photo.rates[ion(Element::Helium, 1)] / stripped;
         let rest = Lanes::ONE / (to_first * (to_second + 1.0) + 1.0);
         states.fractions[ion(Element::Helium, 0)] = rest;
         states.fractions[ion(Element::Helium, 1)] = rest * to_first;
         states.fractions[ion(Element::Helium, 2)] = rest * to_first * to_second;
         let given = self.of_helium(states)[0] / self.hydrogen;
-        let rate = self.photo.rates[ion(Element::Hydrogen, 0)] + electrons * coefficients.of(Of::Ionisation);
+        let rate = self.photo.rates[ion(Element::Hydrogen, 0)] + hard[0] + electrons * coefficients.of(Of::Ionisation);
         // Electrons of hydrogen itself, and of all others: both sides of the balance have hydrogen's, so it is quadratic.
         let rest = (electrons - self.hydrogen * states.part(Element::Hydrogen, 1)).at_least(0.0);
         let mut caught = coefficients.of(Of::CaseB);
@@ -351,9 +379,29 @@ impl Balance<'_> {
     /// The part of photons of 24.6 eV that hydrogen absorbs.
     #[inline(always)]
     fn to_hydrogen(&self, states: &States) -> Lanes {
-        let hydrogen = self.density(states, Element::Hydrogen, 0) * self.at_helium[0];
-        let helium = self.density(states, Element::Helium, 0) * self.at_helium[1];
+        let hydrogen = self.density(states, Element::Hydrogen, 0) * self.near.helium[0];
+        let helium = self.density(states, Element::Helium, 0) * self.near.helium[1];
         helium.above(0.0, hydrogen / (hydrogen + helium), Lanes::ONE)
+    }
+
+    /// Recombinations of He²⁺ to excited levels \[cm⁻³ s⁻¹\].
+    #[inline(always)]
+    fn of_stripped(&self, states: &States) -> Lanes {
+        states.electrons * self.density(states, Element::Helium, 2) * self.coefficients.of(Of::StrippedCaseB)
+    }
+
+    /// What its hard photons do to the hydrogen and the helium around, on the spot.
+    #[inline(always)]
+    fn hard(&self, states: &States) -> Hard {
+        if self.diffuse == Diffuse::Outward {
+            return Hard { rates: [Lanes::ZERO; 2], heat: Lanes::ZERO };
+        }
+        let [hydrogen, helium] = [Element::Hydrogen, Element::Helium].map(|element| self.density(states, element, 0));
+        let [of_hydrogen, of_helium] = self.near.hard;
+        let opacity = (hydrogen * of_hydrogen + helium * of_helium).at_least(f64::MIN_POSITIVE);
+        let flux = self.of_stripped(states) * STRIPPED.hard / opacity;
+        let heat = hydrogen * (of_hydrogen * (STRIPPED_EV - HYDROGEN_EV)) + helium * (of_helium * (STRIPPED_EV - HELIUM_EV));
+        Hard { rates: [flux * of_hydrogen, flux * of_helium], heat: flux * heat }
     }
 
     /// What recombinations of helium do to hydrogen on the spot: ionisations \[cm⁻³ s⁻¹\], and heat \[eV cm⁻³ s⁻¹\].
@@ -369,6 +417,10 @@ impl Balance<'_> {
                 rate += photons;
                 heat += photons * (energy - HYDROGEN_EV);
             }
+            let made = self.of_stripped(states);
+            let kinetic = self.coefficients.kt_erg() / ERG_PER_EV;
+            let of_stripped = made * ((TRIPLET_EV - HYDROGEN_EV) * STRIPPED.soft) + made * kinetic * STRIPPED.captures;
+            return [pairs * rate + made * (STRIPPED.soft + STRIPPED.captures), pairs * heat + of_stripped];
         }
         [pairs * rate, pairs * heat]
     }
@@ -390,7 +442,9 @@ impl Balance<'_> {
         let (hydrogen, helium) = (pairs(Element::Hydrogen), pairs(Element::Helium));
         let [triplets, two, _] = self.photons_of_helium(states);
         let of = |of: Of| self.coefficients.of(of);
-        [hydrogen * of(Of::Ground), helium * of(Of::HeliumGround), helium * triplets, helium * two]
+        let made = self.of_stripped(states);
+        let [captures, soft, hard] = [STRIPPED.captures, STRIPPED.soft, STRIPPED.hard].map(|photons| made * photons);
+        [hydrogen * of(Of::Ground) + captures, helium * of(Of::HeliumGround), helium * triplets + soft, helium * two, hard]
     }
 
     /// Energy that electrons get \[erg cm⁻³ s⁻¹\], given the densities of ions.
@@ -402,7 +456,7 @@ impl Balance<'_> {
         for ((element, charge), rate) in ABSORBERS.into_iter().zip(self.photo.thermal) {
             again += densities[ion(element, charge)] * rate;
         }
-        let mut by_light = self.of_helium(states)[1] + kinetic * again;
+        let mut by_light = self.of_helium(states)[1] + self.hard(states).heat + kinetic * again;
         for ((density, heat), rate) in densities.iter().zip(&self.photo.heat).zip(&self.photo.rates) {
             by_light += *density * rate.above(0.0, *heat, Lanes::ZERO);
         }

@@ -28,10 +28,15 @@ pub struct Benchmark {
 
 const HII: [f64; ELEMENTS] = [1.0, 0.1, 2.2e-4, 4e-5, 3.3e-4, 5e-5, 9e-6];
 
-/// The H II regions.
-pub const BENCHMARKS: [Benchmark; 2] = [
+const PN75: [f64; ELEMENTS] = [1.0, 0.1, 2e-4, 6e-5, 3e-4, 6e-5, 1e-5];
+const PN150: [f64; ELEMENTS] = [1.0, 0.1, 3e-4, 1e-4, 6e-4, 1.5e-4, 1.5e-5];
+
+/// The H II regions, and the planetary nebulae, whose magnesium and silicon are left out.
+pub const BENCHMARKS: [Benchmark; 4] = [
     Benchmark { name: "HII40", temperature: 40_000.0, photons: 4.26e49, gas: Gas::new(100.0, HII), radii_cm: [3e18, 3e19] },
     Benchmark { name: "HII20", temperature: 20_000.0, photons: 1e49, gas: Gas::new(100.0, HII), radii_cm: [3e18, 3e19] },
+    Benchmark { name: "PN75", temperature: 75_000.0, photons: 3.85e47, gas: Gas::new(500.0, PN75), radii_cm: [1.5e17, 7.5e17] },
+    Benchmark { name: "PN150", temperature: 150_000.0, photons: 5.42e47, gas: Gas::new(3000.0, PN150), radii_cm: [1e17, 1e18] },
 ];
 
 /// A quantity: what the codes found, and what we find.

@@ -16,7 +16,7 @@
 
 use spectra::quadrature::gauss_of_measure;
 
-use crate::atoms::{Atoms, BOLTZMANN_EV, ELEMENTS, Element, HYDROGEN_EV, STAGES, TRIPLET_EV, TWO_PHOTON_EV};
+use crate::atoms::{Atoms, BOLTZMANN_EV, ELEMENTS, Element, HYDROGEN_EV, STAGES, STRIPPED_EV, TRIPLET_EV, TWO_PHOTON_EV};
 
 /// Where bands of nodes begin and end \[eV\], and how many nodes they have: what ionises neutral carbon and sulphur,
 /// hydrogen, neon as well, helium, and He⁺. Within a few tenths of an electronvolt of where light of hydrogen's band ends
@@ -28,8 +28,8 @@ const FAINTEST: f64 = 1e-12;
 /// Samples of the spectrum in a band.
 const SAMPLES: usize = 600;
 /// The gas's own light: where it begins \[eV\], and whether an electron's kinetic energy comes on top. These are
-/// recombinations to the ground of hydrogen and helium, helium's triplets, and its two-photon decays.
-const OWN: [(f64, bool); 4] = [(13.6, true), (24.59, true), (TRIPLET_EV, false), (TWO_PHOTON_EV, false)];
+/// recombinations to the ground of hydrogen and helium, helium's triplets, its two-photon decays, and recombinations of He²⁺.
+const OWN: [(f64, bool); 5] = [(13.6, true), (24.59, true), (TRIPLET_EV, false), (TWO_PHOTON_EV, false), (STRIPPED_EV, false)];
 /// That kinetic energy, where cross sections are read \[eV\]: k T at 10⁴ K.
 const KINETIC_EV: f64 = 0.85;
 /// Absorbers that weaken light.
@@ -55,12 +55,12 @@ pub struct Absorption {
 }
 
 /// Nodes at most.
-pub const NODES: usize = 25;
+pub const NODES: usize = 26;
 /// A number for each node; zeros where there is none.
 pub type ByNode = [f64; NODES];
 
 /// A star's ionising light. The first nodes are those of the gas's own, which the star has none of: recombinations to the
-/// ground of hydrogen and of helium, photons of 19.8 eV, and of two-photon decays.
+/// ground of hydrogen and of helium, photons of 19.8 eV, of two-photon decays, and hard ones of recombining He²⁺.
 #[derive(Debug, Clone)]
 pub struct IonisingLight {
     /// Photon energies of the nodes \[eV\].

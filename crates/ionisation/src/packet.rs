@@ -4,8 +4,8 @@
 
 use multiversion::multiversion;
 
-use crate::atoms::{Atoms, Element, HELIUM_EV};
-use crate::balance::{Accuracy, Balance, Diffuse, Gas, Photo, State, States, Thermostat};
+use crate::atoms::Element;
+use crate::balance::{Accuracy, Balance, Diffuse, Gas, Near, Photo, State, States, Thermostat};
 use crate::coefficients::Coefficients;
 use crate::lanes::{LANES, Lanes};
 use crate::light::{ABSORBERS, ByNode, IONS, IonisingLight, NODES, OWN_NODES, ion};
@@ -65,7 +65,7 @@ pub struct Packet<'a> {
     diffuse: Diffuse,
     accuracy: &'a Accuracy,
     gas: Gas,
-    at_helium: [f64; 2],
+    near: Near,
     /// The passes that each lane's step has had; none where it has no step.
     passes: [Option<u32>; LANES],
     hydrogen: Lanes,
@@ -92,8 +92,6 @@ pub struct Packet<'a> {
 impl<'a> Packet<'a> {
     /// No steps yet, of a star's light in gas of whatever density.
     pub fn new(light: &'a IonisingLight, diffuse: Diffuse, accuracy: &'a Accuracy, gas: Gas) -> Self {
-        let at_helium = [Element::Hydrogen, Element::Helium]
-            .map(|element| Atoms::get().transition(element, 0).light.as_ref().map_or(0.0, |fit| fit.at(HELIUM_EV)));
         let mut coefficients = Coefficients::default();
         let states = States::default();
         (0..LANES).for_each(|lane| coefficients.renew(lane, (states.temperature[lane], 1.0), accuracy.is_exact));
@@ -102,7 +100,7 @@ impl<'a> Packet<'a> {
             diffuse,
             accuracy,
             gas,
-            at_helium,
+            near: Near::default(),
             passes: [None; LANES],
             hydrogen: Lanes::ONE,
             inner: Lanes::ONE,
@@ -276,7 +274,7 @@ impl<'a> Packet<'a> {
             photo: &photo,
             diffuse: self.diffuse,
             coefficients: &self.coefficients,
-            at_helium: self.at_helium,
+            near: &self.near,
         };
         let excess = balance.pass(&mut self.states);
         // Each star's light takes its part of it along.

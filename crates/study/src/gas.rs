@@ -302,7 +302,7 @@ impl<'a> Run<'a> {
             temperature: temperature.unwrap_or(f64::NAN),
             inner_temperature: inner,
         };
-        let mut text = "## Beside the benchmarks\n\nUniform spheres around black bodies, as nine codes have them (Wood, Mathis & Ercolano 2004, MNRAS 348, 1337); lines in parts of Hb.\n\n".to_owned();
+        let mut text = "## Beside the benchmarks\n\nUniform spheres around black bodies, as eight or nine codes have them (Wood, Mathis & Ercolano 2004, MNRAS 348, 1337; Ferland et al. 1995); lines in parts of Hb.\n\n".to_owned();
         for benchmark in BENCHMARKS {
             let number = |value: f64| {
                 if value.is_nan() {

@@ -20,6 +20,28 @@ const TWO_PHOTON: f64 = 0.56;
 /// The part of recombinations to excited singlets that end in 2 ¹P; the others end in 2 ¹S. Source: Wood et al. 2004.
 const TO_2P: f64 = 4.17 / 6.23;
 
+/// Photons of recombining He²⁺, for one that is caught into an excited level.
+///
+/// Three of ten cascades end in 2 ²S, as hydrogen's do at a quarter of the temperature, all others in 2 ²P: those give a
+/// photon of 40.8 eV. Of two photons 0.69 have from 13.6 to 24.6 eV, 19.1 on average, and 0.74 more, 31.1 on average.
+///
+/// Sources: Osterbrock & Ferland 2006, §2.4 and table 4.11 (cascades); Nussbaumer & Schmutz 1984, A&A 138, 495 (two photons);
+/// Seaton 1959, MNRAS 119, 81 (captures into n = 2, at 15 000 K).
+pub const STRIPPED: Stripped = Stripped { hard: 0.7 + 0.3 * 0.736, soft: 0.3 * 0.689, captures: 0.26 };
+/// The mean energy of the hard ones \[eV\].
+pub const STRIPPED_EV: f64 = (0.7 * 40.81 + 0.3 * 0.736 * 31.1) / (0.7 + 0.3 * 0.736);
+
+/// See [`STRIPPED`].
+#[derive(Debug, Clone, Copy)]
+pub struct Stripped {
+    /// Those that ionise helium as well: Lyman α, and the harder ones of two photons.
+    pub hard: f64,
+    /// The softer ones of two photons, of about as much as those of triplets of helium.
+    pub soft: f64,
+    /// Captures into n = 2: photons above hydrogen's threshold, which give what the electron had.
+    pub captures: f64,
+}
+
 impl Helium {
     /// To the ground level.
     pub fn to_ground(self, temperature: f64) -> f64 {

@@ -10,7 +10,7 @@ mod recombination;
 
 pub use charge_exchange::{Exchange, Partner};
 pub use element::{ELEMENTS, Element, STAGES};
-pub use helium::{Helium, LYMAN_ALPHA_EV, TRIPLET_EV, TWO_PHOTON_EV, photons_of_helium};
+pub use helium::{Helium, LYMAN_ALPHA_EV, STRIPPED, STRIPPED_EV, Stripped, TRIPLET_EV, TWO_PHOTON_EV, photons_of_helium};
 pub use hydrogen::Hydrogen;
 pub use lines::{Conditions, EmissionLine, LineTable};
 pub use photoionisation::CrossSection;
