@@ -87,7 +87,7 @@ fn first_looks_are_rough() {
     let edge = |scene: &Scene| scene.emission[0].density.grid().unwrap().lattice().dims[0];
     let rough = parsed(text, star, &loader.roughly()).unwrap();
     let gas = rough.gas.as_ref().unwrap();
-    assert!(gas.is_rough && edge(&rough) == 26, "{}", edge(&rough));
+    assert!(gas.is_rough && edge(&rough) == 48, "{}", edge(&rough));
     let whole = parsed(text, star, &loader).unwrap();
     assert!(!whole.gas.as_ref().unwrap().is_rough && edge(&whole) == 52);
     let again = parsed(text, star, &loader.roughly()).unwrap();

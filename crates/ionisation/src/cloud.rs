@@ -1,8 +1,8 @@
 //! A cloud in three dimensions around stars: beams that part as they go outward.
 //!
 //! Each beam solves the gas on its way, from the star outward, so that of one star one pass is the solution, and shadows
-//! have sharp edges. Of several, a beam has the light of the others as it was in the pass before, and answers for that part
-//! of the gas which it ionises itself. What it finds it leaves in the voxels, weighted by the volume of its steps: where a
+//! have sharp edges. Of several, a beam has the last that is known of the others' light, and answers for that part of the gas
+//! which it ionises itself. What it finds it leaves in the voxels, weighted by the volume of its steps: where a
 //! front runs through a voxel, the voxel has of both sides what there is of them.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -188,7 +188,7 @@ impl Cloud<'_> {
                 Patch::all(FIRST).for_each(|patch| follow.begin(patch, &mut patches));
                 let chunks = patches.len().div_ceil(LANES).max(1);
                 patches.par_chunks(LANES).for_each(|patches| {
-                    if follow.patches(patches, &|| work.add(0, end)) {
+                    if work.goes_on() && follow.patches(patches, &|| work.add(0, end)) {
                         work.add((cells / chunks) as u64, end);
                     }
                 });

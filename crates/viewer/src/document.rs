@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use barnard::Result;
 use barnard::control::Control;
@@ -57,11 +57,14 @@ pub struct Document {
     refining: Option<Refining>,
 }
 
-/// What finds out exactly, beside the window, what a text says whose gas is known roughly.
+/// What finds out exactly, beside the window, what is known roughly.
 struct Refining {
-    text: String,
+    /// What the text said beside camera and display when it began.
+    physics: Arc<str>,
     control: Control,
-    made: Receiver<Result<Reading>>,
+    /// Nothing more once it is done; what went wrong, where it failed.
+    done: Receiver<Result<()>>,
+    failure: Option<String>,
 }
 
 impl Drop for Refining {
@@ -156,39 +159,57 @@ impl Document {
         self.scene.gas.as_ref().is_some_and(|gas| gas.is_rough)
     }
 
-    /// Begins to find out exactly what the text says, unless that is under way; `heard` is told of parts that are done \[1\],
-    /// and once all is. What was begun for another text ends.
+    /// Begins to find out exactly what is known roughly, unless that is under way or has failed; `heard` is told of parts that
+    /// are done \[1\], and once it has ended. What was begun for other gas ends.
     pub fn refine(&mut self, heard: impl Fn(Option<f64>) + Send + Sync + 'static) {
-        if !self.is_rough() || self.refining.as_ref().is_some_and(|refining| refining.text == self.text) {
+        if !self.is_rough() || self.refining.as_ref().is_some_and(|refining| refining.physics == self.physics) {
             return;
         }
         let heard = Arc::new(heard);
         let of_part = heard.clone();
         let control = Control::with_listener(move |_, done, all| of_part(Some(done as f64 / all.max(1) as f64)));
         let (origin, text, loader, opening) = (self.origin.clone(), self.text.clone(), self.loader.under(&control), self.opening);
-        let (sender, made) = channel();
+        let (sender, done) = channel();
         std::thread::spawn(move || {
-            // Nobody hears it where another text is refined by now.
-            let _ = sender.send(read(&origin, &text, &loader, opening));
+            // In threads of its own: the window's and the pictures' work does not wait behind it.
+            let read = || read(&origin, &text, &loader, opening).map(|_| ());
+            let made = rayon::ThreadPoolBuilder::new().build().map_or_else(|_| read(), |pool| pool.install(read));
+            // Nobody hears it where other gas is refined by now.
+            let _ = sender.send(made);
             heard(None);
         });
-        self.refining = Some(Refining { text: self.text.clone(), control, made });
+        self.refining = Some(Refining { physics: self.physics.clone(), control, done, failure: None });
     }
 
     /// Takes what was refined, where it is there; true where the scene has changed.
     ///
     /// # Errors
-    /// Where what was known roughly cannot be found out exactly.
+    /// Once, where what is known roughly cannot be found out exactly; [`failure`](Self::failure) says it from then on.
     pub fn take_refined(&mut self) -> Result<bool> {
-        let Some(refining) = &self.refining else { return Ok(false) };
-        // What failed is not begun again: it stays as it is until the text is another.
-        let Ok(reading) = refining.made.try_recv() else { return Ok(false) };
-        let (is_current, reading) = (refining.text == self.text, reading?);
-        self.refining = None;
-        if is_current {
-            self.take(reading);
+        let Some(refining) = self.refining.as_mut().filter(|refining| refining.failure.is_none()) else { return Ok(false) };
+        match refining.done.try_recv() {
+            Err(TryRecvError::Empty) => Ok(false),
+            Err(TryRecvError::Disconnected) => {
+                refining.failure = Some("it ended without a word".into());
+                Ok(false)
+            }
+            Ok(Err(error)) => {
+                refining.failure = Some(error.to_string());
+                Err(error)
+            }
+            Ok(Ok(())) => {
+                // What was found is kept, so that the text of now, which may have another camera, has it at once.
+                let reading = read(&self.origin, &self.text, &self.loader.roughly(), self.opening)?;
+                self.refining = None;
+                self.take(reading);
+                Ok(true)
+            }
         }
-        Ok(is_current)
+    }
+
+    /// Why what is known roughly cannot be found out exactly, where that is so.
+    pub fn failure(&self) -> Option<&str> {
+        self.refining.as_ref().and_then(|refining| refining.failure.as_deref())
     }
 
     /// The text as it would be saved.
@@ -288,6 +309,9 @@ impl Document {
     }
 
     fn take(&mut self, reading: Reading) {
+        if *reading.physics != *self.physics {
+            self.refining = None;
+        }
         (self.toml, self.scene, self.physics) = (reading.toml, reading.scene, reading.physics);
     }
 
@@ -323,6 +347,7 @@ impl Document {
                 self.past = self.past.iter().map(|text| self.rebased(text)).collect();
                 self.future = self.future.iter().map(|text| self.rebased(text)).collect();
             }
+            self.refining = None;
             (self.origin, self.files, self.loader, self.opening) = (saved.origin, saved.files, saved.loader, saved.opening);
             self.take(Reading { toml: saved.toml, scene: saved.scene, physics: saved.physics });
         }

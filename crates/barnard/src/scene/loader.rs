@@ -1,6 +1,6 @@
 //! What is kept from reading to reading of a scene: fields and stars whose words did not change.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, Weak};
 
 use super::Star;
@@ -16,14 +16,18 @@ const MAX_TABLES: usize = 8;
 /// Gases that are kept at most: each has a grid for every species.
 const MAX_GAS: usize = 2;
 
+/// What was made of texts, the latest last.
+type Kept<T> = Arc<Mutex<VecDeque<(String, Arc<T>)>>>;
+
 /// What a scene may read, and what was made of that before; clones share it.
 #[derive(Debug, Clone)]
 pub struct Loader {
     /// What the names in the scene mean.
     pub inputs: Inputs,
     fields: Arc<Mutex<HashMap<String, Weak<dyn Field>>>>,
-    stars: Arc<Mutex<HashMap<String, Arc<Vec<Star>>>>>,
-    gas: Arc<Mutex<HashMap<String, Arc<IonisedGas>>>>,
+    stars: Kept<Vec<Star>>,
+    gas: Kept<IonisedGas>,
+    rough_gas: Kept<IonisedGas>,
     /// Whether what takes long is made roughly.
     pub(super) is_rough: bool,
     /// What ends a reading early.
@@ -45,6 +49,7 @@ impl Loader {
             fields: Arc::default(),
             stars: Arc::default(),
             gas: Arc::default(),
+            rough_gas: Arc::default(),
             is_rough: false,
             control: Control::default(),
         }
@@ -86,26 +91,30 @@ impl Loader {
 
     /// What stars make of the gas that `text` describes: that of before, or anew.
     pub(super) fn gas(&self, text: &str, build: impl FnOnce() -> Result<IonisedGas>) -> Result<Arc<IonisedGas>> {
-        let known = self.gas.lock().is_ok_and(|all| all.contains_key(text));
-        if self.is_rough && !known {
-            return build().map(Arc::new);
+        match known(&self.gas, text) {
+            Some(gas) => Ok(gas),
+            None if self.is_rough => kept(&self.rough_gas, 1, text, build),
+            None => kept(&self.gas, MAX_GAS, text, build),
         }
-        kept(&self.gas, MAX_GAS, text, build)
     }
 }
 
+/// What was made of a text before.
+fn known<T>(all: &Mutex<VecDeque<(String, Arc<T>)>>, text: &str) -> Option<Arc<T>> {
+    all.lock().ok().and_then(|all| all.iter().find(|(of, _)| of == text).map(|(_, kept)| kept.clone()))
+}
+
 /// What was made of a text before, or what is made now; so many are kept at most.
-fn kept<T>(all: &Mutex<HashMap<String, Arc<T>>>, most: usize, text: &str, build: impl FnOnce() -> Result<T>) -> Result<Arc<T>> {
-    let kept = all.lock().ok().and_then(|all| all.get(text).cloned());
-    if let Some(kept) = kept {
+fn kept<T>(all: &Mutex<VecDeque<(String, Arc<T>)>>, most: usize, text: &str, build: impl FnOnce() -> Result<T>) -> Result<Arc<T>> {
+    if let Some(kept) = known(all, text) {
         return Ok(kept);
     }
     let built = Arc::new(build()?);
     if let Ok(mut all) = all.lock() {
-        if all.len() >= most {
-            all.clear();
+        while all.len() >= most {
+            all.pop_front();
         }
-        all.insert(text.to_owned(), built.clone());
+        all.push_back((text.to_owned(), built.clone()));
     }
     Ok(built)
 }

@@ -318,9 +318,12 @@ impl App {
         }
     }
 
-    /// How far the exact gas is \[%\], where it is known roughly.
-    pub fn refining(&self) -> Option<u32> {
-        self.document.is_rough().then(|| self.refined.load(Ordering::Relaxed))
+    /// What there is to say of gas that is known roughly.
+    pub fn refining(&self) -> Option<String> {
+        self.document.is_rough().then(|| match self.document.failure() {
+            Some(_) => "gas on few voxels alone".into(),
+            None => format!("gas on few voxels, {} % of the exact one", self.refined.load(Ordering::Relaxed)),
+        })
     }
 
     /// Tells how often the window changes.
@@ -378,7 +381,11 @@ impl App {
                 Purpose::Open => self.open(&Origin::File(path)),
                 Purpose::SaveScene => self.save_to(path),
                 Purpose::SavePicture if self.document.is_rough() => {
-                    self.complain("the gas is known roughly so far: save the picture once the line below says no more of it")
+                    let words = match self.document.failure() {
+                        Some(failure) => format!("the gas is known roughly alone, and so would be the picture: {failure}"),
+                        None => "the gas is known roughly so far: save the picture once the line below says no more of it".into(),
+                    };
+                    self.complain(words);
                 }
                 Purpose::SavePicture if self.export.is_some() => self.complain("a picture is being saved; wait for it, or stop it"),
                 Purpose::SavePicture => match Export::start(&self.scene_as_shown(), &path, size, self.memory_limit, ctx) {

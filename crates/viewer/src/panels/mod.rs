@@ -173,8 +173,8 @@ pub fn status(ui: &mut Ui, app: &mut App) {
                     format!("{w} × {h} · {:.0} ms · {} · {}", 1e3 * p.times.all(), p.plan.spectral().method, p.backend)
                 });
                 ui.label(words);
-                if let Some(percent) = app.refining() {
-                    ui.label(format!("· gas on few voxels, {percent} % of the exact one"));
+                if let Some(words) = app.refining() {
+                    ui.label(format!("· {words}"));
                 }
             }
         });

@@ -267,7 +267,7 @@ fn gas_is_refined() {
     std::fs::write(&path, text).unwrap();
     let mut document = Document::open(&path, LIMIT).unwrap();
     let edge = |document: &Document| document.scene().emission[0].density.grid().unwrap().lattice().dims[0];
-    assert!(document.is_rough() && edge(&document) == 26);
+    assert!(document.is_rough() && edge(&document) == 48);
     let settle = |document: &mut Document| {
         let heard = Arc::new(AtomicBool::new(false));
         let ears = heard.clone();
@@ -281,7 +281,7 @@ fn gas_is_refined() {
     settle(&mut document);
     assert!(!document.is_rough() && edge(&document) == 52 && *document.physics() != rough);
     document.apply(barnard_viewer::edit::Edit::set("star.0", "temperature", "35000 K")).unwrap();
-    assert!(document.is_rough() && edge(&document) == 26);
+    assert!(document.is_rough() && edge(&document) == 48);
     settle(&mut document);
     assert!(!document.is_rough() && edge(&document) == 52);
     // What is known is not made again.

@@ -134,8 +134,11 @@ fn read(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star]) -> 
             format!("{} stars ionise it, at most {MOST_STARS} are followed: take fainter ones out, or put some into one", stars.len());
         return Err(section.error("density", message));
     }
-    let own = density.grid().filter(|grid| voxels.is_none_or(|voxels| grid.lattice().dims.into_iter().max() == Some(voxels)));
-    let lattice = own.map_or_else(|| Lattice::along(density.bounds(), voxels.unwrap_or(VOXELS)), |grid| grid.lattice().clone());
+    // For a first look a grid is taken as it is, to be made coarser, and a function is not asked at more places than needed.
+    let is_own = |grid: &&Grid| loader.is_rough || voxels.is_none_or(|voxels| grid.lattice().dims.into_iter().max() == Some(voxels));
+    let voxels = voxels.unwrap_or(VOXELS).min(if loader.is_rough { ROUGH } else { usize::MAX });
+    let own = density.grid().filter(is_own);
+    let lattice = own.map_or_else(|| Lattice::along(density.bounds(), voxels), |grid| grid.lattice().clone());
     let mut cloud = GasCloud { lattice, hydrogen: Vec::new(), abundances, dust_cm2, stars, memory_limit: loader.inputs.memory_limit };
     section.wrap("density", memory::check("the gas that stars ionise", cloud.bytes(BESIDE), loader.inputs.memory_limit))?;
     cloud.hydrogen = match own {
