@@ -68,6 +68,11 @@ impl State {
         gas.hydrogen * gas.abundances[element as usize] * self.fractions[element as usize][charge]
     }
 
+    /// n_p n_e \[cm⁻⁶\].
+    pub fn pairs(&self, gas: &Gas) -> f64 {
+        self.electrons * self.density(gas, Element::Hydrogen, 1)
+    }
+
     /// What a line of a table sends out \[erg cm⁻³ s⁻¹\].
     pub fn emission(&self, gas: &Gas, table: &LineTable, line: &EmissionLine) -> f64 {
         let at = table.conditions(self.temperature, self.electrons);

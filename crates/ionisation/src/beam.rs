@@ -17,6 +17,7 @@ use crate::packet::{Packet, Trial};
 
 /// The first step from the star itself, in parts of the way that there is \[1\].
 const NEAREST: f64 = 1e-3;
+
 /// Light within a solid angle.
 #[derive(Debug, Clone)]
 pub struct Beam<'a> {

@@ -23,7 +23,7 @@ pub use crate::tally::Quantity;
 use crate::tally::{Lit, Seen, Shone, Tally};
 
 /// Centimetres in a parsec.
-const PARSEC_CM: f64 = 100.0 * PARSEC;
+pub const PARSEC_CM: f64 = 100.0 * PARSEC;
 /// The level of patches with which beams begin.
 const FIRST: u32 = 3;
 /// The largest area of a beam in parts of a voxel's face \[1\].
@@ -140,8 +140,8 @@ struct Before {
 impl Cloud<'_> {
     /// What stars make of the cloud.
     ///
-    /// Of one star beams are the solution. Of several each star's beams find the gas under their own light and what the
-    /// others had in the pass before, until nothing changes any more; what they have first is what they have in a cloud of
+    /// Of one star beams are the solution. Of several each star's beams find the gas under their own light and the last that is
+    /// known of the others', until nothing changes any more; what they have first is what they have in a cloud of
     /// half as many voxels along each edge.
     ///
     /// # Errors
@@ -172,7 +172,9 @@ impl Cloud<'_> {
         let Before { mut light, mut ions } = self.before(stars, settings, work)?;
         let (most, mut change) = (settings.passes.max(1), f64::INFINITY);
         let end = work.done.load(Ordering::Relaxed) + level(self.dims, stars.len());
-        for pass in 1..=most {
+        let mut pass = 0;
+        loop {
+            pass += 1;
             // Of one star the first pass is the solution. Of several, quantities are asked for once the passes near their end.
             let is_near = stars.len() == 1 || change <= NEAR * settings.change || pass == most;
             let asked = if is_near { quantities } else { &[] };
@@ -213,7 +215,6 @@ impl Cloud<'_> {
                 return Ok((ionised, Before { light, ions }));
             }
         }
-        Err(IonisationError::Stopped)
     }
 
     /// What is known before the first pass: nothing of one star, of several what they have made of a cloud of half as many
@@ -222,19 +223,14 @@ impl Cloud<'_> {
         let Some(dims) = halved(self.dims).filter(|_| stars.len() > 1) else {
             return Ok(Before { light: vec![Vec::new(); stars.len()], ions: Vec::new() });
         };
-        let [nx, ny, nz] = self.dims;
-        let place = |i: usize| [i % nx, i / nx % ny, i / (nx * ny)];
-        let above = |[x, y, z]: [usize; 3]| ((z / 2) * dims[1] + y / 2) * dims[0] + x / 2;
-        let mut hydrogen = vec![0.0; dims.iter().product()];
-        // Beyond an odd edge there is nothing.
-        self.hydrogen.iter().enumerate().for_each(|(i, n)| hydrogen[above(place(i))] += n / 8.0);
+        let (_, hydrogen) = block_means(self.dims, self.hydrogen, 2);
         let coarse = Cloud { dims, voxel: 2.0 * self.voxel, hydrogen: &hydrogen, ..self.clone() };
         let settings = Settings { accuracy: Accuracy::COARSE, change: NEAR * settings.change, ..*settings };
         let (_, before) = coarse.solved(stars, &settings, &[], work)?;
         let nodes = stars[0].light.energies_ev.len();
-        let cells = nx * ny * nz;
         let finer = |coarse: &Vec<f32>, values: usize| -> Vec<f32> {
-            (0..cells).into_par_iter().flat_map_iter(|i| coarse[above(place(i)) * values..][..values].iter().copied()).collect()
+            let above = |i: usize| block_of(self.dims, dims, 2, i) * values;
+            (0..self.hydrogen.len()).into_par_iter().flat_map_iter(|i| coarse[above(i)..][..values].iter().copied()).collect()
         };
         Ok(Before { light: before.light.iter().map(|light| finer(light, nodes)).collect(), ions: finer(&before.ions, 1) })
     }
@@ -297,6 +293,21 @@ impl Cloud<'_> {
 fn halved(dims: [usize; 3]) -> Option<[usize; 3]> {
     let dims = dims.map(|n| n.div_ceil(2));
     dims.iter().all(|n| *n >= COARSEST).then_some(dims)
+}
+
+/// Means over blocks of so many voxels along each edge, and how many blocks there are; beyond the last voxel of an edge there
+/// is nothing.
+pub fn block_means(dims: [usize; 3], values: &[f32], block: usize) -> ([usize; 3], Vec<f32>) {
+    let blocks = dims.map(|n| n.div_ceil(block));
+    let (mut means, part) = (vec![0.0; blocks.iter().product()], 1.0 / block.pow(3) as f32);
+    values.iter().enumerate().for_each(|(i, value)| means[block_of(dims, blocks, block, i)] += part * value);
+    (blocks, means)
+}
+
+/// The block that a voxel is in.
+fn block_of([nx, ny, _]: [usize; 3], blocks: [usize; 3], block: usize, voxel: usize) -> usize {
+    let [x, y, z] = [voxel % nx, voxel / nx % ny, voxel / (nx * ny)].map(|place| place / block);
+    (z * blocks[1] + y) * blocks[0] + x
 }
 
 /// The work that so many voxels and stars are as a rule.

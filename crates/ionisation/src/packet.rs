@@ -189,8 +189,7 @@ impl<'a> Packet<'a> {
         self.passes.iter_mut().flatten().for_each(|passes| *passes += 1);
     }
 
-    /// Light along the steps, given what they are; by absorber, the part by which its ionisations fall where there is more of
-    /// it.
+    /// Light along the steps, given what they are; by absorber, by how much its ionisations fall where ln of it rises \[s⁻¹\].
     #[inline(always)]
     fn weaken(&mut self) -> [Lanes; ABSORBERS.len()] {
         let nodes = self.light.energies_ev.len();
@@ -206,7 +205,7 @@ impl<'a> Packet<'a> {
             absorbers[number] = nuclei(element) * self.absorbing[number];
         }
         let dust = self.hydrogen * self.gas.dust_cm2;
-        let [mut falls, mut rates] = [[Lanes::ZERO; ABSORBERS.len()]; 2];
+        let mut falls = [Lanes::ZERO; ABSORBERS.len()];
         let per_area = Lanes::ONE / self.area;
         for node in 0..nodes {
             let mut opacity = dust;
@@ -242,15 +241,10 @@ impl<'a> Packet<'a> {
             for number in 0..ABSORBERS.len() {
                 let sigma = self.light.weakening[number][node];
                 falls[number] += steep * absorbers[number] * (sigma * sigma);
-                rates[number] += (flux + self.background[node]) * sigma;
             }
             (self.depths[node], self.left[node], self.flux[node]) = (depth, left, flux);
         }
-        let mut parts = [Lanes::ZERO; ABSORBERS.len()];
-        for number in 0..ABSORBERS.len() {
-            parts[number] = (falls[number] / rates[number].at_least(f64::MIN_POSITIVE)).at_least(0.0).at_most(FORESEEN);
-        }
-        parts
+        falls
     }
 
     /// A pass over all lanes.
@@ -259,14 +253,14 @@ impl<'a> Packet<'a> {
         let falls = self.weaken();
         let nodes = self.light.energies_ev.len();
         let mut all = self.flux;
-        let [mut rate, mut of_others] = [Lanes::ZERO; 2];
+        let mut rate = Lanes::ZERO;
         for node in 0..nodes {
             all[node] += self.background[node];
             rate += self.flux[node] * self.light.weakening[0][node];
-            of_others += self.background[node] * self.light.weakening[0][node];
         }
-        self.share = rate / (rate + of_others).at_least(f64::MIN_POSITIVE);
         let photo = Photo::new(self.light, &all);
+        let of_all = ABSORBERS.map(|(element, charge)| photo.rates[ion(element, charge)].at_least(f64::MIN_POSITIVE));
+        self.share = rate / of_all[0];
         let (temperature, electrons) = (self.states.temperature, self.states.electrons);
         let balance = Balance {
             hydrogen: self.hydrogen,
@@ -294,8 +288,8 @@ impl<'a> Packet<'a> {
                 most = most.or_more(moved(now, before));
             }
             // More of an absorber leaves less light, which leaves more of it: what it comes to in the end is foreseen.
-            let reached = Lanes::ONE - now;
-            let factor = Lanes::ONE / (Lanes::ONE - falls[number] * reached);
+            let (part, reached) = ((falls[number] / of_all[number]).at_least(0.0).at_most(FORESEEN), Lanes::ONE - now);
+            let factor = Lanes::ONE / (Lanes::ONE - part * reached);
             let more = (before + (now - before) * factor).at_most(1.0);
             let less = before / ((before / now.at_least(f64::MIN_POSITIVE) - 1.0).at_least(0.0) * factor + 1.0);
             self.absorbing[number] = (now - before).above(0.0, more, less);

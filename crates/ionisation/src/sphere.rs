@@ -61,7 +61,7 @@ impl Sphere {
 
     /// The temperature weighted by n_p n_e \[K\].
     pub fn temperature(&self) -> f64 {
-        let weight = |s: &State| s.electrons * s.density(&self.gas, Element::Hydrogen, 1);
+        let weight = |s: &State| s.pairs(&self.gas);
         self.sum(|s| weight(s) * s.temperature) / self.sum(weight)
     }
 

@@ -5,20 +5,18 @@ use std::path::Path;
 use barnard::control::Control;
 use barnard::glam::DVec3;
 use barnard::scene::{GasCloud, IonisedGas};
-use ionisation::atoms::{Atoms, Element, EmissionLine, LineTable};
+use ionisation::atoms::{Atoms, Element, EmissionLine, HYDROGEN_EV, LineTable};
 use ionisation::balance::{Accuracy, Gas, State};
 use ionisation::benchmarks::{BENCHMARKS, Found, labels};
-use ionisation::cloud::Quantity;
+use ionisation::cloud::{PARSEC_CM, Quantity};
 use ionisation::error::IonisationError;
-use spectra::constants::{ELECTRONVOLT, PARSEC};
+use spectra::constants::ELECTRONVOLT;
 
 use crate::figure::{Axis, Figure, Series};
 use crate::maps::{Map, Maps};
 use crate::page::table;
 use crate::{Result, StudyError};
 
-/// Centimetres in a parsec.
-const PARSEC_CM: f64 = 100.0 * PARSEC;
 /// Grams of a nucleus of hydrogen, and of the Sun.
 const PROTON_G: f64 = 1.672_621_9e-24;
 const SUN_G: f64 = 1.988_41e33;
@@ -101,7 +99,7 @@ impl<'a> Run<'a> {
             .map(|(element, charge, _)| move |gas: &Gas, state: &State| gas.hydrogen * state.fractions[*element as usize][*charge])
             .collect();
         let mut quantities: Vec<Quantity> = fractions.iter().map(|value| Quantity { most: densest, value }).collect();
-        let pairs = |gas: &Gas, state: &State| state.electrons * state.density(gas, Element::Hydrogen, 1);
+        let pairs = |gas: &Gas, state: &State| state.pairs(gas);
         let warm = |gas: &Gas, state: &State| pairs(gas, state) * state.temperature;
         quantities.push(Quantity { most, value: &pairs });
         quantities.push(Quantity { most: 6e4 * most, value: &warm });
@@ -112,13 +110,8 @@ impl<'a> Run<'a> {
         for (run, lines) in lines.chunks(together).enumerate() {
             let functions: Vec<_> =
                 lines.iter().map(|(table, line)| move |gas: &Gas, state: &State| state.emission(gas, table, line)).collect();
-            let brightest = |table: &LineTable, line: &EmissionLine| {
-                let emissivity = |t: f64| table.emissivity(line, &table.conditions(t, 1.0));
-                (1..=30).map(|t| emissivity(1000.0 * f64::from(t))).fold(0.0, f64::max)
-            };
-            let most = |line: &EmissionLine, table: &LineTable| most * cloud.abundances[line.element as usize] * brightest(table, line);
             let quantities: Vec<Quantity> =
-                lines.iter().zip(&functions).map(|((table, line), value)| Quantity { most: most(line, table), value }).collect();
+                lines.iter().zip(&functions).map(|((table, line), value)| Quantity { most: cloud.most(table, line), value }).collect();
             let share = |run: usize| (1 + run) as f64 / runs;
             let found = solved(&quantities, &control.part(share(run), share(run + 1)))?;
             let power = |values: &Vec<f32>| volume * values.iter().map(|v| f64::from(*v)).sum::<f64>();
@@ -243,9 +236,15 @@ impl<'a> Run<'a> {
             .map(|(star, escaped)| {
                 let [x, y, z] = star.position.to_array();
                 let photons = star.light.ionising();
-                let mean =
-                    star.light.photons.iter().zip(&star.light.energies_ev).filter(|(_, e)| **e > 13.6).map(|(p, e)| p * e).sum::<f64>()
-                        / photons;
+                let mean = star
+                    .light
+                    .photons
+                    .iter()
+                    .zip(&star.light.energies_ev)
+                    .filter(|(_, e)| **e > HYDROGEN_EV)
+                    .map(|(p, e)| p * e)
+                    .sum::<f64>()
+                    / photons;
                 vec![
                     star.name.clone(),
                     format!("{x:.3}, {y:.3}, {z:.3}"),

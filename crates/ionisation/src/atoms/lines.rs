@@ -93,6 +93,11 @@ impl LineTable {
         }
     }
 
+    /// The largest emissivity of a line in thin gas of 1000 to 30 000 K, per electron and ion \[erg cm³ s⁻¹\].
+    pub fn brightest(&self, line: &EmissionLine) -> f64 {
+        (1..=30).map(|t| self.emissivity(line, &self.conditions(1000.0 * f64::from(t), 1.0))).fold(0.0, f64::max)
+    }
+
     /// The emissivity of a line per electron and ion \[erg cm³ s⁻¹\].
     pub fn emissivity(&self, line: &EmissionLine, at: &Conditions) -> f64 {
         let temperatures = self.inverse.len();

@@ -1,8 +1,9 @@
 //! Gas on voxels, and the stars that ionise it.
 
 use glam::DVec3;
+use ionisation::atoms::{EmissionLine, LineTable};
 use ionisation::balance::Accuracy;
-use ionisation::cloud::{Cloud, Ionised, Quantity, Settings, Star as Source};
+use ionisation::cloud::{Cloud, Ionised, Quantity, Settings, Star as Source, block_means};
 use ionisation::error::IonisationError;
 use ionisation::light::{IonisingLight, Photons};
 use spectra::constants::{ELECTRONVOLT, PLANCK, SPEED_OF_LIGHT};
@@ -84,14 +85,7 @@ impl GasCloud {
         if block < 2 {
             return self;
         }
-        let dims = self.lattice.dims.map(|n| n.div_ceil(block));
-        let mut hydrogen = vec![0.0; dims.iter().product()];
-        // Beyond the last voxel of an edge there is nothing.
-        let part = 1.0 / block.pow(3) as f32;
-        for (i, n) in self.hydrogen.iter().enumerate() {
-            let [x, y, z] = [i % nx, i / nx % ny, i / (nx * ny)].map(|place| place / block);
-            hydrogen[(z * dims[1] + y) * dims[0] + x] += part * n;
-        }
+        let (dims, hydrogen) = block_means(self.lattice.dims, &self.hydrogen, block);
         let high = self.lattice.bounds.low + self.lattice.voxel_pc() * DVec3::from(dims.map(|n| (n * block) as f64));
         let lattice = Lattice { dims, bounds: Bounds { high, ..self.lattice.bounds } };
         Self { lattice, hydrogen, ..self }
@@ -106,6 +100,12 @@ impl GasCloud {
     /// The densest of its voxels \[cm⁻³\].
     pub fn densest(&self) -> f64 {
         self.hydrogen.iter().fold(0.0f32, |most, n| most.max(*n)).into()
+    }
+
+    /// The most that a line of a table can send out of it \[erg cm⁻³ s⁻¹\].
+    pub fn most(&self, table: &LineTable, line: &EmissionLine) -> f64 {
+        let densest = self.densest();
+        self.electrons() * densest * densest * self.abundances[line.element as usize] * table.brightest(line)
     }
 
     /// What its stars make of it: the mean of each quantity in each voxel, and what there is to tell.

@@ -6,7 +6,6 @@ mod species;
 
 use std::sync::Arc;
 
-use ionisation::atoms::Element;
 use ionisation::balance::{Accuracy, Gas, State};
 use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::Quantity;
@@ -81,8 +80,8 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
     let functions: Vec<_> =
         species.iter().map(|species| move |gas: &Gas, state: &State| state.emission(gas, species.table, species.lines[0])).collect();
     let mut quantities: Vec<Quantity> =
-        species.iter().zip(&functions).map(|(species, value)| Quantity { most: species.most(&cloud), value }).collect();
-    let pairs = |gas: &Gas, state: &State| state.electrons * state.density(gas, Element::Hydrogen, 1);
+        species.iter().zip(&functions).map(|(of, value)| Quantity { most: cloud.most(of.table, of.lines[0]), value }).collect();
+    let pairs = |gas: &Gas, state: &State| state.pairs(gas);
     let most = cloud.electrons() * densest * densest;
     let warm = |gas: &Gas, state: &State| pairs(gas, state) * state.temperature;
     let thick = |gas: &Gas, state: &State| pairs(gas, state) * state.electrons;

@@ -5,8 +5,6 @@ use spectra::constants::SPHERE;
 use spectra::passband::Passband;
 use spectra::spectrum::{Line, Spectrum};
 
-use super::GasCloud;
-
 /// The part of a passband's largest response at which a line is left out.
 const UNSEEN: f64 = 1e-3;
 /// Lines of an ion stand together where their ratio changes by less than this over the conditions of nebulae.
@@ -61,14 +59,6 @@ impl Species {
         high - low < TOGETHER * high
     }
 
-    /// The most that it can be in a cloud.
-    pub fn most(&self, cloud: &GasCloud) -> f64 {
-        let densest = cloud.densest();
-        let emissivity = |t: f64| self.table.emissivity(self.lines[0], &self.table.conditions(t, 1.0));
-        let most = (1..=30).map(|t| emissivity(1000.0 * f64::from(t))).fold(0.0, f64::max);
-        cloud.electrons() * densest * densest * cloud.abundances[self.lines[0].element as usize] * most
-    }
-
     /// Its lines for an emission of one \[W m⁻³ sr⁻¹ for 1 erg cm⁻³ s⁻¹\].
     pub fn spectrum(&self) -> Spectrum {
         let at = self.table.conditions(USUAL.0, USUAL.1);
@@ -83,6 +73,7 @@ impl Species {
         self.spectrum().lines().iter().map(|line| line.strength / W_PER_M3_SR * band.response(line.lambda_um) / band.largest()).sum()
     }
 
+    /// The label of the strongest.
     pub fn name(&self) -> String {
         self.lines[0].label.clone()
     }
