@@ -2,6 +2,7 @@
 //! does the job.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use barnard::Error;
 use barnard::backend::cpu::{self, Cpu};
@@ -166,6 +167,14 @@ impl Backend for OnDevice {
         self.lost.is_none().then(|| self.seconds.unwrap_or(f64::NAN))
     }
 
+    fn warm_up(&mut self, seconds: f64, control: &Control) -> barnard::Result<()> {
+        let start = Instant::now();
+        while let Some(renderer) = self.renderer.as_mut().filter(|_| start.elapsed().as_secs_f64() < seconds) {
+            renderer.refine(control)?;
+        }
+        Ok(())
+    }
+
     fn warnings(&self) -> Vec<String> {
         self.warnings.clone()
     }
@@ -267,6 +276,13 @@ impl Backend for Auto {
 
     fn device_seconds(&self) -> Option<f64> {
         self.chosen().device_seconds()
+    }
+
+    fn warm_up(&mut self, seconds: f64, control: &Control) -> barnard::Result<()> {
+        match &mut self.device {
+            Ok(device) if self.instead.is_none() => device.warm_up(seconds, control),
+            _ => Ok(()),
+        }
     }
 
     fn warnings(&self) -> Vec<String> {

@@ -262,11 +262,12 @@ impl Renderer {
                 })?;
             }
             let bytes = 4 * (bands * held.count * width) as u64;
-            let values = self.gpu.read(&self.buffers.picture, bytes, &mut self.buffers.back)?;
-            for (band, values) in values.chunks_exact(4 * held.count * width).enumerate() {
-                let out = &mut data[band * width * height + first * width..][..held.count * width];
-                bytemuck::cast_slice_mut(out).copy_from_slice(values);
-            }
+            self.gpu.read_as(&self.buffers.picture, bytes, &mut self.buffers.back, |values| {
+                for (band, values) in values.chunks_exact(4 * held.count * width).enumerate() {
+                    let out = &mut data[band * width * height + first * width..][..held.count * width];
+                    bytemuck::cast_slice_mut(out).copy_from_slice(values);
+                }
+            })?;
         }
         let [deepest, ..] = self.report()?;
         self.dispatches = dispatches;

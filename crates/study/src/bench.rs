@@ -111,10 +111,13 @@ impl Run<'_> {
         let plan = self.full(plan);
         let job = Job::planned(&self.scene, self.bench.options, &plan)?;
         self.backend.prepare(&job, self.control)?;
-        let (seconds, device_seconds) = timed(self.bench.frames, || {
-            let before = processor_seconds();
-            self.backend.radiance(&job, self.control)?;
-            Ok(self.backend.device_seconds().unwrap_or_else(|| processor_seconds() - before))
+        let (seconds, device_seconds) = medians(self.bench.frames, || {
+            self.backend.warm_up(WARM_UP, self.control)?;
+            clocked(|| {
+                let before = processor_seconds();
+                self.backend.radiance(&job, self.control)?;
+                Ok(self.backend.device_seconds().unwrap_or_else(|| processor_seconds() - before))
+            })
         })?;
         Ok(Row { name, terms: plan.spectral().terms(), seconds, device_seconds, error })
     }
@@ -189,8 +192,11 @@ impl Run<'_> {
         ));
         if let Some(number) = plan.space().marched().first() {
             let place = plan.space().stars[*number];
-            let sweep = || self.backend.move_star(*number, place).map(|seconds| seconds.unwrap_or(f64::NAN));
-            visit(row("star depths of one star", timed(self.bench.frames, sweep)?));
+            let sweep = || {
+                self.backend.warm_up(WARM_UP, self.control)?;
+                clocked(|| self.backend.move_star(*number, place).map(|seconds| seconds.unwrap_or(f64::NAN)))
+            };
+            visit(row("star depths of one star", medians(self.bench.frames, sweep)?));
         }
         Ok(())
     }
@@ -290,6 +296,8 @@ fn contestants(method: &Method) -> Result<Vec<(String, Method)>> {
     Ok(list)
 }
 
+/// How long a device is kept busy before each frame that is timed \[s\]: one that has idled begins with slow clocks.
+const WARM_UP: f64 = 0.1;
 /// Most bakes of light that is scattered more than once.
 const BAKES: usize = 3;
 /// A first frame that takes longer says enough by itself [s].
@@ -301,11 +309,18 @@ const LONG: f64 = 5.0;
 /// # Errors
 /// Those of `work`.
 pub fn timed(frames: usize, mut work: impl FnMut() -> Result<f64>) -> Result<(f64, f64)> {
-    let mut once = || -> Result<(f64, f64)> {
-        let start = Instant::now();
-        let device = work()?;
-        Ok((start.elapsed().as_secs_f64(), device))
-    };
+    medians(frames, || clocked(&mut work))
+}
+
+/// The seconds of some work, and those of the device that it gives.
+fn clocked(work: impl FnOnce() -> Result<f64>) -> Result<(f64, f64)> {
+    let start = Instant::now();
+    let device = work()?;
+    Ok((start.elapsed().as_secs_f64(), device))
+}
+
+/// The medians of what is clocked, after once that does not count, or that once where it takes long.
+fn medians(frames: usize, mut once: impl FnMut() -> Result<(f64, f64)>) -> Result<(f64, f64)> {
     let first = once()?;
     if first.0 > LONG || frames == 0 {
         return Ok(first);

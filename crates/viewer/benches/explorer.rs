@@ -1,11 +1,12 @@
-//! How fast the explorer answers, and whether it keeps its memory: `cargo bench -p barnard-viewer [-- FRAMES]`.
+//! How fast the explorer answers, and whether it keeps its memory: `cargo bench -p barnard-viewer [-- FRAMES] [gpu]`.
 //!
 //! Previews are counted at 640 × 360 of the built-in reflection nebula, as the worker makes them while somebody moves;
-//! frames of edits go through the whole window, without a screen.
+//! frames of edits go through the whole window, without a screen. With `gpu` the worker has a graphics processor.
 
 use std::time::{Duration, Instant};
 
 use barnard::backend::cpu;
+use barnard_gpu::Gpu;
 use barnard_viewer::app::App;
 use barnard_viewer::document::Document;
 use barnard_viewer::edit::{Edit, place_text, significant};
@@ -28,6 +29,11 @@ fn main() {
     let started = Instant::now();
     let document = Document::builtin(SCENE, LIMIT).expect("a built-in scene");
     let engine = Engine::start(cpu::ENTRY, || ());
+    if std::env::args().any(|a| a == "gpu") {
+        let gpu = Gpu::open().expect("a graphics adapter");
+        println!("on {}", gpu.adapter.name);
+        engine.lend(gpu);
+    }
     let mut flight = Flight::of(document.scene());
     first_picture(&engine, &document, &flight, started);
     let star = document.scene().stars[0].position;

@@ -154,6 +154,14 @@ pub trait Backend: Send {
         None
     }
 
+    /// Keeps a device of its own busy with what it has for so long \[s\], so that it is timed as fast as it is under load.
+    ///
+    /// # Errors
+    /// Where the device gives up, or the user wishes to stop.
+    fn warm_up(&mut self, _seconds: f64, _control: &Control) -> Result<()> {
+        Ok(())
+    }
+
     /// What went wrong on the way to the last light though there is light, in words.
     fn warnings(&self) -> Vec<String> {
         Vec::new()

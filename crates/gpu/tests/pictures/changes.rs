@@ -47,7 +47,8 @@ fn rays_pause_in_time() {
     let mut renderer = Renderer::new(&gpu, &plan, pausing).unwrap();
     let first = renderer.radiance(&Control::default()).unwrap().0;
     let wrong = difference(&plan, &first, &theirs);
-    assert!(wrong < 1e-4, "{wrong:e}");
+    // Real devices weigh voxels in 256ths, and need no pauses.
+    assert!(wrong < if gpu.adapter.real { TOLERANCE } else { 1e-4 }, "{wrong:e}");
     assert!(renderer.dispatches() > 3, "{}", renderer.dispatches());
     // What rays of the picture before left behind is not met again.
     assert!(renderer.radiance(&Control::default()).unwrap().0 == first);
