@@ -45,9 +45,8 @@ struct Attempt {
     trial: Trial,
     /// How long it may be at most \[cm\].
     most_cm: f64,
-    /// Ionising photons that come to it, and those of them that are other stars' \[s⁻¹ cm⁻²\].
+    /// Ionising photons that come to it \[s⁻¹ cm⁻²\].
     flux: f64,
-    background: f64,
 }
 
 /// Gas that is near in what it is, whatever its density.
@@ -91,10 +90,10 @@ pub struct Step {
     pub thickness_cm: f64,
     /// The gas in it.
     pub state: State,
-    /// The beam's flux of photons by node, its mean along the step \[s⁻¹ cm⁻²\].
-    pub light: ByNode,
-    /// The beam's part in what ionises hydrogen there \[1\].
-    pub share: f64,
+    /// Its depth by node \[1\].
+    pub depths: ByNode,
+    /// Photons that the gas makes \[cm⁻³ s⁻¹\].
+    pub own: [f64; OWN_NODES],
     /// By how much the last pass still moved its temperature or ionisation \[1\].
     pub moved: f64,
 }
@@ -102,15 +101,30 @@ pub struct Step {
 impl Step {
     /// Its volume within a solid angle \[cm³\].
     pub fn volume(&self, solid_angle: f64) -> f64 {
-        let (inner, outer) = (self.inner_cm, self.inner_cm + self.thickness_cm);
-        solid_angle / 3.0 * (outer * outer + outer * inner + inner * inner) * self.thickness_cm
+        shell(solid_angle, self.inner_cm, self.thickness_cm)
     }
+}
+
+/// The volume \[cm³\] of a part of a shell, given its solid angle, where it begins and how thick it is \[cm\].
+pub fn shell(solid_angle: f64, inner: f64, thickness: f64) -> f64 {
+    solid_angle * mean_square(inner, thickness) * thickness
+}
+
+/// The mean of the square of the radius over the way through a shell \[cm²\].
+pub fn mean_square(inner: f64, thickness: f64) -> f64 {
+    let outer = inner + thickness;
+    (outer * outer + outer * inner + inner * inner) / 3.0
 }
 
 impl<'a> Beam<'a> {
     /// A star's light within a solid angle \[sr\] at a distance from it \[cm\], where it meets gas first.
     pub fn new(light: &'a IonisingLight, accuracy: &'a Accuracy, solid_angle: f64, radius_cm: f64) -> Self {
         let part = solid_angle / SPHERE;
+        Self::bringing(light.photons.map(|photons| photons * part), light, accuracy, (solid_angle, radius_cm))
+    }
+
+    /// Photons by node \[s⁻¹\] within a solid angle \[sr\], at a distance from where they come from \[cm\].
+    pub fn bringing(photons: ByNode, light: &'a IonisingLight, accuracy: &'a Accuracy, (solid_angle, radius_cm): (f64, f64)) -> Self {
         let mut state = State::neutral(&Gas::new(1.0, [1.0; ELEMENTS]));
         state.temperature = 8000.0;
         state.electrons = 1.0;
@@ -122,12 +136,17 @@ impl<'a> Beam<'a> {
             accuracy,
             solid_angle,
             radius_cm,
-            photons: light.photons.map(|photons| photons * part),
-            all: light.ionising() * part,
+            photons,
+            all: light.ionising_of(&photons),
             near: Near { state, hydrogen: 1.0, flux: 0.0, own: [0.0; OWN_NODES], slope: SLOPE },
             next_cm: f64::INFINITY,
             attempt: None,
         }
+    }
+
+    /// Has the beam meet first what another one met last, or gas like it.
+    pub fn near_to(&mut self, other: &Self) {
+        self.near = other.near.clone();
     }
 
     /// A part of the beam, within a part of its solid angle.
@@ -147,37 +166,36 @@ impl<'a> Beam<'a> {
         self.light.ionising_of(&self.photons) <= self.accuracy.used_up * self.all
     }
 
-    /// Begins the next step in a lane: one of at most so many cm through gas of so many nuclei of hydrogen \[cm⁻³\], to which
-    /// other stars give a background of ionising photons \[s⁻¹ cm⁻²\].
-    pub fn begin(&mut self, (packet, lane): (&mut Packet, usize), hydrogen: f64, background: f64, most_cm: f64) {
+    /// Begins the next step in a lane: one of at most so many cm through gas of so many nuclei of hydrogen \[cm⁻³\].
+    pub fn begin(&mut self, (packet, lane): (&mut Packet, usize), hydrogen: f64, most_cm: f64) {
         // What is neutral goes by the square of the density.
         self.next_cm *= (self.near.hydrogen / hydrogen).powi(2).clamp(1e-6, 1e6);
-        self.attempt((packet, lane), hydrogen, background, most_cm);
+        self.attempt((packet, lane), hydrogen, most_cm);
     }
 
-    fn attempt(&mut self, (packet, lane): (&mut Packet, usize), hydrogen: f64, background: f64, most_cm: f64) {
+    fn attempt(&mut self, (packet, lane): (&mut Packet, usize), hydrogen: f64, most_cm: f64) {
         let longest = if self.radius_cm > 0.0 { self.accuracy.thickness * self.radius_cm } else { NEAREST * most_cm };
         let thickness = self.next_cm.min(most_cm).min(longest);
-        let (inner, outer) = (self.radius_cm, self.radius_cm + thickness);
-        let area = self.solid_angle / 3.0 * (outer * outer + outer * inner + inner * inner);
-        let flux = self.light.ionising_of(&self.photons) / area + background;
+        let inner = self.radius_cm;
+        let area = self.solid_angle * mean_square(inner, thickness);
+        let flux = self.light.ionising_of(&self.photons) / area;
         let (state, own) = self.near.at(hydrogen, flux);
         let trial = Trial { hydrogen, inner, thickness, area, state, own, slope: self.near.slope };
         packet.begin(lane, &self.photons, &trial);
-        self.attempt = Some(Attempt { trial, most_cm, flux, background });
+        self.attempt = Some(Attempt { trial, most_cm, flux });
     }
 
     /// Ends a step that has settled, and has its light go on; where it was too deep it has begun anew, shorter, and there is
     /// none yet.
     pub fn end(&mut self, (packet, lane): (&mut Packet, usize)) -> Option<Step> {
-        let Attempt { trial, most_cm, flux, background } = self.attempt.take()?;
+        let Attempt { trial, most_cm, flux } = self.attempt.take()?;
         let Trial { hydrogen, thickness, area, .. } = trial;
         let outcome = packet.end(lane);
         self.near = Near { state: outcome.state, hydrogen, flux, own: outcome.own, slope: outcome.slope };
         let deepest = self.deepest(&outcome.depths);
         if deepest > 2.0 * self.accuracy.depth {
             self.next_cm = thickness * (self.accuracy.depth / deepest).clamp(1e-2, 0.5);
-            self.attempt((packet, lane), hydrogen, background, most_cm);
+            self.attempt((packet, lane), hydrogen, most_cm);
             return None;
         }
         for (node, photons) in self.photons.iter_mut().enumerate() {
@@ -188,8 +206,8 @@ impl<'a> Beam<'a> {
             inner_cm: self.radius_cm,
             thickness_cm: thickness,
             state: outcome.state,
-            light: outcome.flux,
-            share: outcome.share,
+            depths: outcome.depths,
+            own: outcome.own,
             moved: outcome.moved,
         };
         self.radius_cm += thickness;

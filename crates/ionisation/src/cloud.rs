@@ -124,13 +124,6 @@ impl Cloud<'_> {
         Ok(())
     }
 
-    /// The bytes that so many voxels, stars, nodes and quantities take: sums by quantity, and for several stars the light of
-    /// each by node and that of one as sums.
-    pub fn bytes(cells: usize, stars: usize, nodes: usize, quantities: usize) -> u64 {
-        let of_light = if stars > 1 { 4 * stars * nodes + 8 * (nodes + 1) } else { 0 };
-        (cells as u64).saturating_mul((32 + 12 * (quantities + 1) + of_light) as u64)
-    }
-
     /// The highest corner \[pc\].
     pub(crate) fn high(&self) -> DVec3 {
         self.low + self.voxel * DVec3::from(self.dims.map(|n| n as f64))

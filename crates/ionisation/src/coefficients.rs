@@ -171,8 +171,21 @@ impl Coefficients {
         (self.temperature[lane], self.row[lane]) = (temperature, row);
     }
 
+    /// Makes those of a lane anew where its gas has gone on: at all where they are to be exact, else by a tenth of what counts
+    /// as a change of temperature, or to other densities.
+    pub fn keep_up(&mut self, lane: usize, (temperature, electrons): (f64, f64), is_exact: bool, change: f64) {
+        let is_near = if is_exact {
+            temperature == self.temperature[lane]
+        } else {
+            (temperature / self.temperature[lane] - 1.0).abs() <= 0.1 * change
+        };
+        if !is_near || !self.is_around(lane, electrons) {
+            self.renew(lane, (temperature, electrons), is_exact);
+        }
+    }
+
     /// Whether those of a lane are at the densities around so many electrons \[cm⁻³\].
-    pub fn is_around(&self, lane: usize, electrons: f64) -> bool {
+    fn is_around(&self, lane: usize, electrons: f64) -> bool {
         let row = self.row[lane];
         (row == 1 || electrons >= DENSITIES[row - 1]) && (row == DENSITIES.len() - 1 || electrons <= DENSITIES[row])
     }

@@ -194,6 +194,11 @@ impl IonisingLight {
         values.iter().zip(&self.energies_ev).filter(|(_, e)| **e > HYDROGEN_EV).map(|(value, _)| value).sum()
     }
 
+    /// One for each node above 13.6 eV, zero for the others.
+    pub fn ionises(&self) -> ByNode {
+        std::array::from_fn(|node| if self.energies_ev.get(node).is_some_and(|e| *e > HYDROGEN_EV) { 1.0 } else { 0.0 })
+    }
+
     /// Photons above 13.6 eV \[s⁻¹\].
     pub fn ionising(&self) -> f64 {
         self.ionising_of(&self.photons)

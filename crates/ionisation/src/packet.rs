@@ -51,10 +51,6 @@ pub struct Outcome {
     pub left: ByNode,
     /// The mean of that along the step, of the gas's own light \[1\].
     pub means: [f64; OWN_NODES],
-    /// The mean flux of the beam by node \[s⁻¹ cm⁻²\].
-    pub flux: ByNode,
-    /// The beam's part in what ionises hydrogen \[1\].
-    pub share: f64,
     /// By how much the last pass still moved it: twice that of the temperature, or that of hydrogen and helium \[1\].
     pub moved: f64,
 }
@@ -72,9 +68,8 @@ pub struct Packet<'a> {
     inner: Lanes,
     thickness: Lanes,
     area: Lanes,
-    /// Photons that come in \[s⁻¹\], and the flux of all other stars \[s⁻¹ cm⁻²\], by node.
+    /// Photons that come in by node \[s⁻¹\].
     photons: [Lanes; NODES],
-    background: [Lanes; NODES],
     states: States,
     own: [Lanes; OWN_NODES],
     /// The part of each of [`ABSORBERS`] that weakens the light.
@@ -85,7 +80,6 @@ pub struct Packet<'a> {
     left: [Lanes; NODES],
     means: [Lanes; OWN_NODES],
     flux: [Lanes; NODES],
-    share: Lanes,
     moved: Lanes,
 }
 
@@ -107,7 +101,6 @@ impl<'a> Packet<'a> {
             thickness: Lanes::ONE,
             area: Lanes::ONE,
             photons: [Lanes::ZERO; NODES],
-            background: [Lanes::ZERO; NODES],
             states,
             own: [Lanes::ZERO; OWN_NODES],
             absorbing: [Lanes::ZERO; ABSORBERS.len()],
@@ -117,14 +110,8 @@ impl<'a> Packet<'a> {
             left: [Lanes::ONE; NODES],
             means: [Lanes::ONE; OWN_NODES],
             flux: [Lanes::ZERO; NODES],
-            share: Lanes::ONE,
             moved: Lanes::ZERO,
         }
-    }
-
-    /// The flux of other stars that a lane's next steps have, by node \[s⁻¹ cm⁻²\].
-    pub fn set_background(&mut self, lane: usize, flux: &ByNode) {
-        self.background.iter_mut().zip(flux).for_each(|(own, flux)| own[lane] = *flux);
     }
 
     /// Forgets what a lane's last beam has left there: the next one is what it would be alone.
@@ -165,25 +152,15 @@ impl<'a> Packet<'a> {
             depths: of(&self.depths),
             left: of(&self.left),
             means: self.means.map(|mean| mean[lane]),
-            flux: of(&self.flux),
-            share: self.share[lane],
             moved: self.moved[lane],
         }
     }
 
     /// Moves all steps on towards what they will be.
     pub fn pass(&mut self) {
-        let (coefficients, states) = (&mut self.coefficients, &self.states);
         for lane in (0..LANES).filter(|lane| self.passes[*lane].is_some()) {
-            let (temperature, electrons) = (states.temperature[lane], states.electrons[lane]);
-            let is_near = if self.accuracy.is_exact {
-                temperature == coefficients.temperature[lane]
-            } else {
-                (temperature / coefficients.temperature[lane] - 1.0).abs() <= 0.1 * self.accuracy.settled
-            };
-            if !is_near || !coefficients.is_around(lane, electrons) {
-                coefficients.renew(lane, (temperature, electrons), self.accuracy.is_exact);
-            }
+            let at = (self.states.temperature[lane], self.states.electrons[lane]);
+            self.coefficients.keep_up(lane, at, self.accuracy.is_exact, self.accuracy.settled);
         }
         together(self);
         self.passes.iter_mut().flatten().for_each(|passes| *passes += 1);
@@ -251,16 +228,8 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     fn pass_all(&mut self) {
         let falls = self.weaken();
-        let nodes = self.light.energies_ev.len();
-        let mut all = self.flux;
-        let mut rate = Lanes::ZERO;
-        for node in 0..nodes {
-            all[node] += self.background[node];
-            rate += self.flux[node] * self.light.weakening[0][node];
-        }
-        let photo = Photo::new(self.light, &all);
+        let photo = Photo::new(self.light, &self.flux);
         let of_all = ABSORBERS.map(|(element, charge)| photo.rates[ion(element, charge)].at_least(f64::MIN_POSITIVE));
-        self.share = rate / of_all[0];
         let (temperature, electrons) = (self.states.temperature, self.states.electrons);
         let balance = Balance {
             hydrogen: self.hydrogen,
@@ -271,11 +240,7 @@ impl<'a> Packet<'a> {
             near: &self.near,
         };
         let excess = balance.pass(&mut self.states);
-        // Each star's light takes its part of it along.
         self.own = balance.own_light(&self.states);
-        for own in &mut self.own {
-            *own = *own * self.share;
-        }
         if self.gas.isothermal.is_none() {
             self.states.temperature = self.thermostat.next(temperature, excess);
         }
@@ -317,7 +282,7 @@ mod tests {
         let density = |other: usize| if other == lane { 100.0 } else { 10.0 + 70.0 * other as f64 };
         let begin = |packet: &mut Packet, beams: &mut [Beam], lane: usize| {
             packet.forget(lane);
-            beams[lane].begin((packet, lane), density(lane), 0.0, 1e17);
+            beams[lane].begin((packet, lane), density(lane), 1e17);
         };
         others.iter().chain([&lane]).for_each(|lane| begin(&mut packet, &mut beams, *lane));
         let mut found = Vec::new();
@@ -341,7 +306,7 @@ mod tests {
         let alone = steps(0, &[], &light);
         let beside = steps(5, &[0, 1, 2, 3, 4, 6, 7], &light);
         for (a, b) in alone.iter().zip(&beside) {
-            assert!(a.state == b.state && a.light == b.light && a.thickness_cm == b.thickness_cm, "{a:?} {b:?}");
+            assert!(a.state == b.state && a.depths == b.depths && a.thickness_cm == b.thickness_cm, "{a:?} {b:?}");
         }
         let differs = |a: &Step, b: &Step| a.state != b.state;
         assert!(differs(&alone[0], &alone[80]), "gas is the same everywhere");

@@ -8,8 +8,12 @@ use crate::balance::Accuracy;
 use crate::cloud::{Cloud, Ionised, PARSEC_CM, Quantity, Settings, Star, Watch, block_means, block_of};
 use crate::error::IonisationError;
 use crate::follow::Follow;
+use crate::known::{Known, Voxel};
 use crate::lanes::LANES;
-use crate::tally::{Lit, Tally};
+use crate::patch::Patch;
+use crate::rays::Rays;
+use crate::tally::{BEHIND, Tally};
+use crate::transport::Transport;
 
 /// Clouds of several stars are not solved on fewer voxels than this along their shortest edge, before they are on more.
 const COARSEST: usize = 12;
@@ -40,108 +44,144 @@ impl Work<'_> {
     }
 }
 
-/// What passes begin with: the light of each star by voxel and node, nothing where none is known, and the ions of hydrogen.
+/// What is known of the light of all stars: by voxel its flux by node and what [`Known::new`] asks for beside it, by star and
+/// voxel the ionisations of hydrogen by its light \[s⁻¹\], and the ions of hydrogen \[cm⁻³\].
 struct Before {
-    light: Vec<Vec<f32>>,
+    flux: Vec<f32>,
+    rates: Vec<Vec<f32>>,
     ions: Vec<f32>,
 }
 
 impl Cloud<'_> {
     /// What stars make of the cloud.
     ///
-    /// Of one star beams are the solution. Of several each star's beams find the gas under their own light and the last that is
-    /// known of the others', until nothing changes any more; what they have first is what they have in a cloud of
-    /// half as many voxels along each edge.
+    /// Of one star beams are the solution. Of several, light goes through what is known of the gas, and gas is solved under the light
+    /// of all stars, in turn, until nothing changes any more; what they have first is what they have in a cloud of half
+    /// as many voxels along each edge.
     ///
     /// # Errors
     /// Where the cloud or the stars are none that there can be, or take more memory than is allowed, or `watch` has had enough.
     pub fn ionised(&self, stars: &[Star], settings: &Settings, quantities: &[Quantity], watch: Watch) -> Result<Ionised, IonisationError> {
         self.check(stars, settings, quantities.len())?;
-        if stars.is_empty() {
-            let quantities = quantities.iter().map(|_| vec![0.0; self.hydrogen.len()]).collect();
-            return Ok(Ionised { quantities, passes: 0, change: 0.0, escaped: Vec::new(), steps: 0, unsettled: 0 });
-        }
         let levels = std::iter::successors(Some(self.dims), |dims| halved(*dims).filter(|_| stars.len() > 1));
         let all = levels.map(|dims| level(dims, stars.len())).sum();
         let work = Work { watch, done: AtomicU64::new(0), all, is_stopped: AtomicBool::new(false) };
-        let (ionised, _) = self.solved(stars, settings, quantities, &work)?;
+        let ionised = match stars {
+            [] => {
+                let quantities = quantities.iter().map(|_| vec![0.0; self.hydrogen.len()]).collect();
+                return Ok(Ionised { quantities, passes: 0, change: 0.0, escaped: Vec::new(), steps: 0, unsettled: 0 });
+            }
+            [star] => self.of_one(star, settings, quantities, &work)?,
+            _ => self.of_several(stars, settings, quantities, &work)?.0,
+        };
         (work.watch)(all, all);
         Ok(ionised)
     }
 
-    /// That, and what it has come from.
-    fn solved(
+    /// The bytes that so many voxels, stars, nodes and quantities take: sums by quantity; for several stars what is known of each
+    /// voxel before a pass and behind it, the light of one star as sums, that of all, and Γ by that of each.
+    pub fn bytes(cells: usize, stars: usize, nodes: usize, quantities: usize) -> u64 {
+        let of_several = 2 * size_of::<Voxel>() + 12 * (nodes + BEHIND + 1) + 4 * (stars + 1) + 8 * (quantities + 1);
+        let bytes = if stars > 1 { of_several } else { 12 * (quantities + 1) };
+        (cells as u64).saturating_mul(bytes as u64)
+    }
+
+    /// What one star makes of it.
+    fn of_one(&self, star: &Star, settings: &Settings, quantities: &[Quantity], work: &Work) -> Result<Ionised, IonisationError> {
+        let tally = Tally::new(self.hydrogen.len(), (self.voxel * PARSEC_CM).element_product(), quantities);
+        let follow = Follow { rays: Rays { cloud: self, place: star.place }, light: star.light, settings, tally: &tally };
+        self.in_parts(&follow.rays.sent_out(), work, work.all, |patches| follow.patches(patches, &|| work.add(0, work.all)))?;
+        let [steps, unsettled] = tally.steps();
+        let escaped = vec![tally.kept.escaped()];
+        Ok(Ionised { quantities: tally.quantities(), passes: 1, change: 0.0, escaped, steps, unsettled })
+    }
+
+    /// Has all patches of a star followed, some at a time; `follow` gives false where it was stopped.
+    fn in_parts(&self, patches: &[Patch], work: &Work, end: u64, follow: impl Fn(&[Patch]) -> bool + Sync) -> Result<(), IonisationError> {
+        let chunks = patches.len().div_ceil(LANES).max(1);
+        patches.par_chunks(LANES).for_each(|patches| {
+            if work.goes_on() && follow(patches) {
+                work.add((self.hydrogen.len() / chunks) as u64, end);
+            }
+        });
+        if work.goes_on() { Ok(()) } else { Err(IonisationError::Stopped) }
+    }
+
+    /// What several stars make of it, and what is known of their light.
+    fn of_several(
         &self,
         stars: &[Star],
         settings: &Settings,
         quantities: &[Quantity],
         work: &Work,
     ) -> Result<(Ionised, Before), IonisationError> {
-        let cells = self.hydrogen.len();
-        let Before { mut light, mut ions } = self.before(stars, settings, work)?;
-        let (most, mut change) = (settings.passes.max(1), f64::INFINITY);
+        let (cells, kind) = (self.hydrogen.len(), stars[0].light);
+        let mut before = self.before(stars, settings, work)?;
+        let mut known = before.as_ref().map(|before| Known::new(self, kind, settings, &before.flux, &[]));
+        let (most, mut change) = (settings.passes.max(2), f64::INFINITY);
         let end = work.done.load(Ordering::Relaxed) + level(self.dims, stars.len());
-        let mut pass = 0;
-        loop {
-            pass += 1;
-            // Of one star the first pass is the solution. Of several, quantities are asked for once the passes near their end.
-            let is_near = stars.len() == 1 || change <= NEAR * settings.change || pass == most;
-            let asked = if is_near { quantities } else { &[] };
-            let mut tally = Tally::new(self.hydrogen, (self.voxel * PARSEC_CM).element_product(), asked);
-            let mut escaped = vec![1.0; stars.len()];
-            for number in 0..stars.len() {
-                let lit = (stars.len() > 1).then(|| Lit::new(cells, self.voxel.min_element() * PARSEC_CM, stars[number].light));
-                let others: Vec<&[f32]> =
-                    light.iter().enumerate().filter(|(i, light)| *i != number && !light.is_empty()).map(|(_, light)| &light[..]).collect();
-                let follow =
-                    Follow { cloud: self, star: stars[number], settings, tally: &tally, lit: lit.as_ref(), others, stars: stars.len() };
-                let patches = follow.sent_out();
-                let chunks = patches.len().div_ceil(LANES).max(1);
-                patches.par_chunks(LANES).for_each(|patches| {
-                    if work.goes_on() && follow.patches(patches, &|| work.add(0, end)) {
-                        work.add((cells / chunks) as u64, end);
-                    }
-                });
-                if !work.goes_on() {
-                    return Err(IonisationError::Stopped);
-                }
-                if let Some(lit) = lit {
-                    light[number].resize(cells * stars[number].light.energies_ev.len(), 0.0);
-                    lit.flux(&mut light[number]);
-                }
-                escaped[number] = tally.next_star();
+        for pass in 1.. {
+            let Before { flux, rates, ions } = before.get_or_insert_with(|| Before {
+                flux: Vec::new(),
+                rates: vec![vec![0.0; cells]; stars.len()],
+                ions: vec![0.0; cells],
+            });
+            let is_near = change <= NEAR * settings.change || pass == most;
+            *flux = vec![0.0; cells * (kind.energies_ev.len() + BEHIND)];
+            let mut escaped = Vec::new();
+            for (number, star) in stars.iter().enumerate() {
+                let (rays, others) = (Rays { cloud: self, place: star.place }, sum_but(rates, number));
+                let transport = Transport::new(rays, star.light, &settings.accuracy, known.as_ref(), (&others, &rates[number]));
+                let send = |patches: &[Patch]| {
+                    patches.iter().all(|patch| {
+                        transport.send(*patch);
+                        work.goes_on()
+                    })
+                };
+                self.in_parts(&rays.sent_out(), work, end, send)?;
+                let rate = transport.lit.add_to(flux, &kind.weakening[0]);
+                escaped.push(transport.kept.escaped());
+                rates[number] = rate;
             }
-            let now = tally.ions();
-            let moved = now.iter().zip(ions.iter().chain(std::iter::repeat(&0.0))).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>();
-            let all = now.iter().map(|n| f64::from(*n)).sum::<f64>();
-            change = if all > 0.0 && stars.len() > 1 { moved / all } else { 0.0 };
-            ions = now;
+            let asked = if is_near { quantities } else { &[] };
+            let next = Known::new(self, kind, settings, flux, asked);
+            let moved = next.ions.iter().zip(ions.iter()).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>();
+            let all = next.ions.iter().map(|n| f64::from(*n)).sum::<f64>();
+            change = if all > 0.0 { moved / all } else { 0.0 };
+            ions.clone_from(&next.ions);
             if is_near && change <= settings.change || pass == most {
                 work.done.store(end, Ordering::Relaxed);
-                let [steps, unsettled] = tally.steps();
-                let ionised = Ionised { quantities: tally.quantities(), passes: pass, change, escaped, steps, unsettled };
-                return Ok((ionised, Before { light, ions }));
+                let [steps, unsettled] = next.steps;
+                let ionised = Ionised { quantities: next.quantities, passes: pass, change, escaped, steps, unsettled };
+                return Ok((ionised, before.expect("a pass has been made")));
             }
+            known = Some(next);
         }
+        unreachable!("passes end")
     }
 
-    /// What is known before the first pass: nothing of one star, of several what they have made of a cloud of half as many
-    /// voxels along each edge.
-    fn before(&self, stars: &[Star], settings: &Settings, work: &Work) -> Result<Before, IonisationError> {
-        let Some(dims) = halved(self.dims).filter(|_| stars.len() > 1) else {
-            return Ok(Before { light: vec![Vec::new(); stars.len()], ions: Vec::new() });
-        };
+    /// What is known before the first pass: what the stars have made of a cloud of half as many voxels along each edge, where
+    /// there are enough.
+    fn before(&self, stars: &[Star], settings: &Settings, work: &Work) -> Result<Option<Before>, IonisationError> {
+        let Some(dims) = halved(self.dims) else { return Ok(None) };
         let (_, hydrogen) = block_means(self.dims, self.hydrogen, 2);
         let coarse = Cloud { dims, voxel: 2.0 * self.voxel, hydrogen: &hydrogen, ..self.clone() };
         let settings = Settings { accuracy: Accuracy::COARSE, change: NEAR * settings.change, ..*settings };
-        let (_, before) = coarse.solved(stars, &settings, &[], work)?;
-        let nodes = stars[0].light.energies_ev.len();
+        let (_, before) = coarse.of_several(stars, &settings, &[], work)?;
         let finer = |coarse: &Vec<f32>, values: usize| -> Vec<f32> {
             let above = |i: usize| block_of(self.dims, dims, 2, i) * values;
             (0..self.hydrogen.len()).into_par_iter().flat_map_iter(|i| coarse[above(i)..][..values].iter().copied()).collect()
         };
-        Ok(Before { light: before.light.iter().map(|light| finer(light, nodes)).collect(), ions: finer(&before.ions, 1) })
+        let flux = finer(&before.flux, stars[0].light.energies_ev.len() + BEHIND);
+        let rates = before.rates.iter().map(|rates| finer(rates, 1)).collect();
+        Ok(Some(Before { flux, rates, ions: finer(&before.ions, 1) }))
     }
+}
+
+/// By voxel the sum over all stars but one.
+fn sum_but(values: &[Vec<f32>], but: usize) -> Vec<f32> {
+    let others = |voxel: usize| values.iter().enumerate().filter(|(i, _)| *i != but).map(|(_, values)| values[voxel]).sum();
+    (0..values[but].len()).into_par_iter().map(others).collect()
 }
 
 /// Half as many voxels along each edge, where there are enough.

@@ -2,16 +2,16 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 use crate::balance::{Gas, State};
-use crate::light::{ByNode, IonisingLight};
+use crate::light::{ByNode, IonisingLight, NODES};
 
 /// Units of a sum for the most that it may be in a voxel: a thousand times as much is still counted.
 const UNITS: f64 = (1u64 << 54) as f64;
 
-/// What is asked for of the gas in each voxel; where gas is dark, of several stars each answers for a part, whether it
-/// comes there or not.
+/// What is asked for of the gas in each voxel.
 pub struct Quantity<'a> {
     /// The most that it can be: what is more counts as that.
     pub most: f64,
@@ -19,28 +19,49 @@ pub struct Quantity<'a> {
     pub value: &'a (dyn Fn(&Gas, &State) -> f64 + Sync),
 }
 
+impl Quantity<'_> {
+    /// What it is of a gas, in parts of the most.
+    pub(crate) fn part(&self, gas: &Gas, state: &State) -> f64 {
+        ((self.value)(gas, state) / self.most).clamp(0.0, 1.0)
+    }
+}
+
 /// Sums of what is asked for.
 pub struct Tally<'a> {
     quantities: &'a [Quantity<'a>],
-    /// The volume that a star's beams have seen of each voxel; the same of all stars so far, and how many saw any.
+    /// The volume that beams have seen of each voxel, in parts of it.
     volume: Vec<AtomicU64>,
-    seen: Vec<(u64, u64)>,
-    /// By quantity its sum; that of ions of hydrogen is the last.
+    /// By quantity its sum.
     sums: Vec<Vec<AtomicU64>>,
-    /// The densest gas \[cm⁻³\].
-    densest: f64,
     /// \[cm³\]
-    pub voxel_volume: f64,
-    /// Steps, those that did not settle, and the part of a star's photons that stayed in the cloud.
+    voxel_volume: f64,
+    /// Steps, and those that did not settle.
     steps: AtomicU64,
     unsettled: AtomicU64,
-    kept: AtomicU64,
+    /// The part of the star's photons that stayed in the cloud.
+    pub kept: Kept,
 }
 
 /// What a beam has seen of a voxel: a part of its volume, and sums by quantity in parts of their most.
 pub struct Seen {
     part: f64,
     values: Vec<f64>,
+}
+
+/// The part of a star's photons that stays in a cloud.
+#[derive(Default)]
+pub struct Kept(AtomicU64);
+
+impl Kept {
+    /// Adds a part of them.
+    pub fn add(&self, part: f64) {
+        self.0.fetch_add(unit(part), Ordering::Relaxed);
+    }
+
+    /// The part that leaves.
+    pub fn escaped(&self) -> f64 {
+        (1.0 - self.0.load(Ordering::Relaxed) as f64 / UNITS).clamp(0.0, 1.0)
+    }
 }
 
 /// Whole units of a part of a voxel's most.
@@ -58,19 +79,16 @@ fn mean(sum: &AtomicU64, most: f64, volume: f64) -> f32 {
 }
 
 impl<'a> Tally<'a> {
-    /// Nothing yet, in voxels of these densities and a volume in cm³.
-    pub fn new(hydrogen: &[f32], voxel_volume: f64, quantities: &'a [Quantity<'a>]) -> Self {
-        let cells = hydrogen.len();
+    /// Nothing yet, in so many voxels of a volume in cm³.
+    pub fn new(cells: usize, voxel_volume: f64, quantities: &'a [Quantity<'a>]) -> Self {
         Self {
             quantities,
             volume: zeros(cells),
-            seen: vec![(0, 0); cells],
-            sums: (0..=quantities.len()).map(|_| zeros(cells)).collect(),
-            densest: hydrogen.iter().fold(0.0f32, |most, n| most.max(*n)).into(),
+            sums: quantities.iter().map(|_| zeros(cells)).collect(),
             voxel_volume,
             steps: AtomicU64::new(0),
             unsettled: AtomicU64::new(0),
-            kept: AtomicU64::new(0),
+            kept: Kept::default(),
         }
     }
 
@@ -79,18 +97,13 @@ impl<'a> Tally<'a> {
         Seen { part: 0.0, values: vec![0.0; self.sums.len()] }
     }
 
-    /// Has a beam see gas in a volume \[cm³\], of which it is to answer for a share.
-    pub fn see(&self, seen: &mut Seen, (volume, share): (f64, f64), gas: &Gas, state: &State) {
+    /// Has a beam see gas in a volume \[cm³\].
+    pub fn see(&self, seen: &mut Seen, volume: f64, gas: &Gas, state: &State) {
         let part = volume / self.voxel_volume;
         seen.part += part;
-        if share <= 0.0 {
-            return;
-        }
-        let last = self.quantities.len();
         for (quantity, sum) in self.quantities.iter().zip(&mut seen.values) {
-            *sum += part * share * ((quantity.value)(gas, state) / quantity.most).clamp(0.0, 1.0);
+            *sum += part * quantity.part(gas, state);
         }
-        seen.values[last] += part * share * (gas.hydrogen * state.fractions[0][1] / self.densest).clamp(0.0, 1.0);
     }
 
     /// Adds what a beam has seen of a voxel, and has it begin anew.
@@ -113,92 +126,94 @@ impl<'a> Tally<'a> {
     }
 
     /// The steps so far, and those in which the gas did not settle.
-    pub fn steps(&mut self) -> [u64; 2] {
-        [*self.steps.get_mut(), *self.unsettled.get_mut()]
-    }
-
-    /// Adds a part of a star's photons that stayed in the cloud.
-    pub fn keep(&self, part: f64) {
-        self.kept.fetch_add(unit(part), Ordering::Relaxed);
-    }
-
-    /// Ends a star's beams; gives the part of its photons that left the cloud.
-    pub fn next_star(&mut self) -> f64 {
-        for ((all, stars), volume) in self.seen.iter_mut().zip(&mut self.volume) {
-            let volume = std::mem::take(volume.get_mut());
-            (*all, *stars) = (*all + volume, *stars + u64::from(volume > 0));
-        }
-        let kept = std::mem::take(self.kept.get_mut()) as f64 / UNITS;
-        (1.0 - kept).clamp(0.0, 1.0)
-    }
-
-    /// The means of the ions of hydrogen \[cm⁻³\].
-    pub fn ions(&self) -> Vec<f32> {
-        self.means(self.quantities.len(), self.densest)
+    pub fn steps(&self) -> [u64; 2] {
+        [&self.steps, &self.unsettled].map(|count| count.load(Ordering::Relaxed))
     }
 
     /// The means of what is asked for.
     pub fn quantities(&self) -> Vec<Vec<f32>> {
-        self.quantities.iter().enumerate().map(|(sum, quantity)| self.means(sum, quantity.most)).collect()
-    }
-
-    /// The means of a sum, whose most is given.
-    fn means(&self, sum: usize, most: f64) -> Vec<f32> {
-        // Each of the stars saw it once.
-        let volume = |(all, stars): &(u64, u64)| *all as f64 / (*stars).max(1) as f64;
-        self.sums[sum].par_iter().zip(&self.seen).map(|(sum, seen)| mean(sum, most, volume(seen))).collect()
+        let of = |(quantity, sums): (&Quantity, &Vec<AtomicU64>)| {
+            let voxels = sums.par_iter().zip(&self.volume);
+            voxels.map(|(sum, volume)| mean(sum, quantity.most, volume.load(Ordering::Relaxed) as f64)).collect()
+        };
+        self.quantities.iter().zip(&self.sums).map(of).collect()
     }
 }
 
-/// What a beam has lit of a voxel: a part of its volume, and sums of flux by node in parts of the most.
-#[derive(Default)]
-pub struct Shone {
-    part: f64,
-    sums: ByNode,
+/// What stands behind the flux by node, each times the flux in all of them: the distance that it has come \[cm\], the voxel's
+/// cross section and the relative variance of ways through it ([`met`](crate::rays::Rays::met)).
+pub const BEHIND: usize = 3;
+
+/// Photons by node in whole units of a voxel's most, given what makes parts of it of them and how large one may be; and the sum
+/// of those parts.
+#[multiversion(targets = "simd")]
+fn in_units(photons: &ByNode, factor: f64, most: f64) -> ([u64; NODES], f64) {
+    let (mut units, mut all) = ([0; NODES], [0.0; NODES]);
+    for node in 0..NODES {
+        let part = photons[node] * factor;
+        all[node] = if part < most { part } else { most };
+        units[node] = (all[node] * UNITS) as i64 as u64;
+    }
+    (units, all.iter().sum())
 }
 
-/// The light of one star in voxels: sums of its flux by node, times volume.
+/// The light of one star in voxels, as it comes in: sums of its flux by node times the area of beams, and what stands behind it.
 pub struct Lit {
     /// The most that the flux is taken to be \[s⁻¹ cm⁻²\].
     most: f64,
-    volume: Vec<AtomicU64>,
+    /// What makes parts of the most of what stands behind it.
+    scales: [f64; BEHIND],
+    area: Vec<AtomicU64>,
     sums: Vec<AtomicU64>,
     nodes: usize,
 }
 
 impl Lit {
-    /// None yet, in so many voxels whose shortest edge is given \[cm\].
-    pub fn new(cells: usize, edge_cm: f64, light: &IonisingLight) -> Self {
+    /// None yet, in so many voxels whose shortest edge is given \[cm\], and how far the farthest of them is \[cm\].
+    pub fn new(cells: usize, edge_cm: f64, farthest_cm: f64, light: &IonisingLight) -> Self {
         let nodes = light.energies_ev.len();
         let most = 10.0 * light.photons.iter().sum::<f64>() / (edge_cm * edge_cm);
-        Self { most, volume: zeros(cells), sums: zeros(cells * nodes), nodes }
+        let scales = [farthest_cm, 1.0, 1.0];
+        Self { most, scales, area: zeros(cells), sums: zeros(cells * (nodes + BEHIND)), nodes }
     }
 
-    /// Has a beam light a part of a voxel.
-    pub fn light(&self, shone: &mut Shone, part: f64, flux: &ByNode) {
-        shone.part += part;
-        for (sum, flux) in shone.sums.iter_mut().zip(flux).filter(|(_, flux)| **flux > 0.0) {
-            *sum += part * (flux / self.most).min(1.0);
+    /// Has a beam enter a voxel, whose cross section it is a part of, with photons by node \[s⁻¹\] that are a flux by a factor
+    /// \[cm⁻²\], and what stands behind it.
+    pub fn meet(&self, voxel: usize, part: f64, (photons, per_area): (&ByNode, f64), behind: [f64; BEHIND]) {
+        self.area[voxel].fetch_add(unit(part), Ordering::Relaxed);
+        let sums = &self.sums[voxel * (self.nodes + BEHIND)..][..self.nodes + BEHIND];
+        let (units, all) = in_units(photons, part * per_area / self.most, part);
+        for (sum, value) in sums.iter().zip(&units[..self.nodes]).filter(|(_, value)| **value > 0) {
+            sum.fetch_add(*value, Ordering::Relaxed);
+        }
+        for ((sum, scale), value) in sums[self.nodes..].iter().zip(self.scales).zip(behind) {
+            sum.fetch_add(unit(all * value / scale), Ordering::Relaxed);
         }
     }
 
-    /// Adds what a beam has lit of a voxel, and has it begin anew.
-    pub fn add(&self, voxel: usize, shone: &mut Shone) {
-        if shone.part > 0.0 {
-            self.volume[voxel].fetch_add(unit(shone.part), Ordering::Relaxed);
-            for (sum, own) in self.sums[voxel * self.nodes..].iter().zip(&shone.sums[..self.nodes]).filter(|(_, own)| **own > 0.0) {
-                sum.fetch_add(unit(*own), Ordering::Relaxed);
+    /// Has a beam enter a voxel that brings nothing.
+    pub fn meet_dark(&self, voxel: usize, part: f64) {
+        self.area[voxel].fetch_add(unit(part), Ordering::Relaxed);
+    }
+
+    /// Adds the mean in each voxel of the flux, node by node \[s⁻¹ cm⁻²\], and what stands behind it; gives the sum over nodes
+    /// of flux and what `weights` has for each.
+    pub fn add_to(&self, flux: &mut [f32], weights: &ByNode) -> Vec<f32> {
+        let sums = self.sums.par_chunks_exact(self.nodes + BEHIND);
+        let of = |((flux, sums), area): ((&mut [f32], &[AtomicU64]), &AtomicU64)| {
+            let area = area.load(Ordering::Relaxed) as f64;
+            let (by_node, behind) = flux.split_at_mut(self.nodes);
+            for ((to, sum), scale) in behind.iter_mut().zip(&sums[self.nodes..]).zip(self.scales) {
+                *to += mean(sum, self.most * scale, area);
             }
-            *shone = Shone::default();
-        }
-    }
-
-    /// Writes the mean flux in each voxel, node by node \[s⁻¹ cm⁻²\].
-    pub fn flux(&self, flux: &mut [f32]) {
-        let sums = self.sums.par_chunks_exact(self.nodes);
-        flux.par_chunks_exact_mut(self.nodes).zip(sums).zip(&self.volume).for_each(|((flux, sums), volume)| {
-            let volume = volume.load(Ordering::Relaxed) as f64;
-            flux.iter_mut().zip(sums).for_each(|(flux, sum)| *flux = mean(sum, self.most, volume));
-        });
+            let mut weighted = 0.0;
+            for ((to, sum), weight) in by_node.iter_mut().zip(sums).zip(weights) {
+                let value = mean(sum, self.most, area);
+                *to += value;
+                weighted += f64::from(value) * weight;
+            }
+            weighted as f32
+        };
+        flux.par_chunks_exact_mut(self.nodes + BEHIND).zip(sums).zip(&self.area).map(of).collect()
     }
 }

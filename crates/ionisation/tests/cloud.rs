@@ -76,10 +76,11 @@ fn hii40() {
 }
 
 /// Sums do not depend on how many threads there are; a wall throws a shadow whose edge is sharp, and light beside it is as
-/// before.
+/// before, be it that of one star or of two at one place.
 #[test]
 fn shadows_are_sharp() {
     let light = IonisingLight::blackbody(40_000.0, 1e50);
+    let half_light = light.clone().scaled(0.5);
     let (edge, half) = (40, 2.0);
     let hydrogen: Vec<f32> = (0..edge * edge * edge)
         .map(|i| {
@@ -90,20 +91,31 @@ fn shadows_are_sharp() {
         .collect();
     let cloud = cube(&hydrogen, edge, half);
     let electrons = |_: &Gas, state: &State| state.electrons;
-    let found = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let star = Star { place: DVec3::new(0.0, 0.0, -3.0), light: &light };
-        pool.install(|| {
-            cloud.ionised(&[star], &Settings::default(), &[Quantity { most: 4e4, value: &electrons }], &|_, _| true).unwrap().quantities
-        })
-    };
-    let one = found(1);
-    assert!(one == found(3));
-    let at = |x: usize, z: usize| one[0][(z * edge + edge / 2) * edge + x];
-    for z in 16..edge {
-        // The wall's edge is at x = 0, above the star: so is the shadow's.
-        let row: Vec<f32> = [0, 1, 2, 3].map(|i| at(edge / 2 - 2 + i, z)).into();
-        assert!(row[0] > 9.0 && row[1] > 9.0 && row[2] < 1.0 && row[3] < 1e-2, "{z}: {row:?}");
+    let place = DVec3::new(0.0, 0.0, -3.0);
+    let (whole, part) = (Star { place, light: &light }, Star { place, light: &half_light });
+    for stars in [&[whole][..], &[part, part]] {
+        let found = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let asked = [Quantity { most: 4e4, value: &electrons }];
+            pool.install(|| cloud.ionised(stars, &Settings::default(), &asked, &|_, _| true).unwrap().quantities)
+        };
+        let one = found(1);
+        assert!(one == found(3));
+        let at = |x: usize, z: usize| one[0][(z * edge + edge / 2) * edge + x];
+        for z in 16..edge {
+            // The wall's edge is at x = 0, above the star: so is the shadow's.
+            let row: Vec<f32> = [0, 1, 2, 3].map(|i| at(edge / 2 - 2 + i, z)).into();
+            assert!(row[0] > 9.0 && row[1] > 9.0 && row[2] < 1.0 && row[3] < 1e-2, "{} stars, {z}: {row:?}", stars.len());
+        }
+        // Where the star is beside the middle of the face, and far away, as much light comes to all of it.
+        let face: Vec<f32> =
+            (1..edge / 2 - 2).flat_map(|x| (1..edge - 1).map(move |y| (x, y))).map(|(x, y)| one[0][y * edge + x]).collect();
+        assert!(
+            face.iter().all(|electrons| *electrons > 9.0),
+            "{} stars: {:?}",
+            stars.len(),
+            face.iter().copied().fold(f32::MAX, f32::min)
+        );
     }
 }
 
@@ -134,10 +146,11 @@ fn clouds_of_all_kinds() {
 }
 
 /// Two stars at one place are one of twice the light; two that are far apart have each its own sphere; and where both shine
-/// the order in which they are told is none.
+/// the order in which they are told is none. One star's beams solve the gas within voxels, several stars' light goes through
+/// voxels as a whole: on spheres of 16 voxels in radius both agree to half a percent, on those of nine to one and a half.
 #[test]
 fn several_stars() {
-    let edge = 32;
+    let edge = 64;
     let hydrogen = vec![200.0; edge * edge * edge];
     let cloud = cube(&hydrogen, edge, 2.0);
     let photons = |temperature: f64, factor: f64| move |e: f64| factor * e * e / (e / (BOLTZMANN_EV * temperature)).exp_m1();
@@ -159,12 +172,12 @@ fn several_stars() {
     let stars: [Star; 2] = std::array::from_fn(|i| Star { place: places[i], light: &light[i] });
     let apart = solved(&stars);
     let sum: f64 = stars.iter().map(|star| all(&solved(&[*star]))).sum();
-    println!("{} passes, {}", apart.passes, all(&apart) / sum);
-    assert!((all(&apart) / sum - 1.0).abs() < 2e-3, "{}", all(&apart) / sum);
+    println!("apart {} passes, {}", apart.passes, all(&apart) / sum);
+    assert!((all(&apart) / sum - 1.0).abs() < 1.5e-2, "{}", all(&apart) / sum);
     // Near each other both fill one cavity that either alone could not.
     let near: [Star; 2] = std::array::from_fn(|i| Star { place: 0.3 * places[i], light: &halves[i] });
     let (found, turned) = (solved(&near), solved(&[near[1], near[0]]));
-    println!("{} passes, {:.1e}, {}", found.passes, found.change, all(&found) / all(&turned));
+    println!("{} passes, {:.1e}, {} {}", found.passes, found.change, all(&found) / all(&turned), all(&found) / all(&alone));
     assert!((all(&found) / all(&turned) - 1.0).abs() < 2e-3);
     assert!((all(&found) / all(&alone) - 1.0).abs() < 2e-2, "{}", all(&found) / all(&alone));
 }
@@ -194,8 +207,8 @@ fn work_is_heard_of_and_stopped() {
     assert_eq!(told.last().map(|(done, all)| done == all), Some(true));
     let all = |found: &Ionised| found.quantities[0].iter().map(|n| f64::from(*n)).sum::<f64>();
     let alone = solved(&[Star { place: DVec3::ZERO, light: &one }], &|_, _| true).unwrap();
-    // In a voxel that the front runs through, one star has the other's light as its mean: 0.5 % on so few voxels.
-    assert!((all(&both) / all(&alone) - 1.0).abs() < 1e-2 && all(&alone) > 0.0, "{} {}", all(&both), all(&alone));
+    // On a sphere of so few voxels.
+    assert!((all(&both) / all(&alone) - 1.0).abs() < 3e-2 && all(&alone) > 0.0, "{} {}", all(&both), all(&alone));
     for stars in [&pair[..], &pair[..1]] {
         let asked = AtomicU64::new(0);
         let stopped = solved(stars, &|_, _| asked.fetch_add(1, Ordering::Relaxed) < 3);
@@ -234,7 +247,7 @@ fn bad_clouds_are_refused() {
         (&|cloud, _, _| cloud.dust_cm2 = -1.0, "dust absorbs -1 cm2"),
         (&|_, stars, _| stars[0].place.z = f64::NAN, "star 0 is at"),
         (&|_, stars, _| stars.push(Star { place: DVec3::ZERO, light: other }), "star 1 has nodes"),
-        (&|_, _, settings| settings.memory_limit = 1000, "1000 are allowed"),
+        (&|_, _, settings| settings.memory_limit = 100, "100 are allowed"),
     ];
     for (change, word) in changes {
         let message = of(change).unwrap_err();

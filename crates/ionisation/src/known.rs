@@ -1,0 +1,385 @@
+//! What is known of a cloud's gas under the light of several stars, voxel by voxel.
+//!
+//! Each voxel is solved once, as a slab that has all light that comes to it from one side: one step where it is thin, as many
+//! as a beam would make where a front runs through it. Beams go through it with the opacity that it has, (G7) of docs/gas.md.
+//! Where their light has become brighter or fainter since, hydrogen is as many times less or more neutral.
+//!
+//! | symbol | variable | unit |
+//! |---|---|---|
+//! | Γ | ionisations of H⁰ by the light that comes in | s⁻¹ |
+//! | κ | opacity | cm⁻¹ |
+
+use multiversion::multiversion;
+use rayon::prelude::*;
+
+use crate::atoms::STAGES;
+use crate::balance::{Gas, State};
+use crate::beam::{Beam, Step, mean_square, shell};
+use crate::cloud::{Cloud, PARSEC_CM, Quantity, Settings};
+use crate::lanes::{LANES, Lanes};
+use crate::light::{ABSORBERS, ByNode, IonisingLight, NODES, OWN_NODES, ion};
+use crate::packet::Packet;
+use crate::tally::BEHIND;
+
+/// By how much gas may be more or less opaque at once than it was.
+const CHANGE: f64 = 16.0;
+/// The variance of ways that photons have for that of all rays: those on short ways come in farther behind, where there are
+/// fewer. Found on spheres of 8 and 16 voxels in radius, where photons are as many as recombinations to a hundredth.
+const OF_PHOTONS: f64 = 2.0 / 3.0;
+/// What counts as all of the light \[1\].
+const ALL: f64 = 1.0 - 1e-6;
+/// Voxels that are solved one after the other by one thread.
+const CHUNK: usize = 512;
+
+/// Gas that beams go through.
+#[derive(Debug, Clone, Copy)]
+pub struct Voxel {
+    /// The opacity, by node \[cm⁻¹\].
+    opacity: [f32; NODES],
+    /// Photons that it makes \[cm⁻³ s⁻¹\].
+    own: [f32; OWN_NODES],
+    /// Γ \[s⁻¹\]; none where there was no light.
+    rate: f32,
+    /// The part of the light that it absorbs, and of its hydrogen that is ionised \[1\].
+    absorbed: f32,
+    ionised: f32,
+}
+
+impl Voxel {
+    const DARK: Self = Self { opacity: [0.0; NODES], own: [0.0; OWN_NODES], rate: 0.0, absorbed: 1.0, ionised: 0.0 };
+
+    /// How much more opaque it is where light has become brighter: recombinations, and so what is absorbed, are as many as they
+    /// were, but for what is still neutral.
+    fn response(&self, brighter: f64) -> f64 {
+        let [absorbed, ionised] = [self.absorbed, self.ionised].map(f64::from);
+        let brighter = if brighter > 1.0 { (brighter * ionised).max(1.0) } else { brighter };
+        let absorbs = |part: f64| -(-part.min(ALL)).ln_1p();
+        (absorbs(absorbed / brighter) / absorbs(absorbed)).clamp(1.0 / CHANGE, CHANGE)
+    }
+}
+
+/// A beam in a voxel.
+pub struct Crossing {
+    /// Where it begins, and how long it is \[cm\].
+    pub inner: f64,
+    /// \[cm\]
+    pub thickness: f64,
+    /// Its mean cross section \[cm²\].
+    pub area: f64,
+    /// Γ by the light of all other stars, and by the star's when the gas was solved \[s⁻¹\].
+    pub others: f64,
+    /// \[s⁻¹\]
+    pub own: f64,
+}
+
+/// Nodes side by side.
+const GROUPS: usize = NODES.div_ceil(LANES);
+
+#[inline(always)]
+fn grouped(value: impl Fn(usize) -> f64) -> [Lanes; GROUPS] {
+    std::array::from_fn(|group| Lanes::each(|lane| if group * LANES + lane < NODES { value(group * LANES + lane) } else { 0.0 }))
+}
+
+/// Has photons by node \[s⁻¹\] go through a voxel; gives how many are left that ionise \[s⁻¹\].
+#[multiversion(targets = "simd")]
+pub fn cross(photons: &mut ByNode, voxel: &Voxel, crossing: &Crossing, (light, ionises): (&IonisingLight, &ByNode)) -> f64 {
+    let Crossing { inner, thickness, area, others, own } = *crossing;
+    let sigma = grouped(|node| light.weakening[0][node]);
+    let incoming = grouped(|node| photons[node]);
+    let mut rates = Lanes::ZERO;
+    (0..GROUPS).for_each(|group| rates += incoming[group] * sigma[group]);
+    let rate = rates.0.iter().sum::<f64>() / area;
+    let (all, before) = (others + rate, f64::from(voxel.rate));
+    let response = if before > 0.0 { voxel.response(all / before) } else { 1.0 };
+    let share = if before > 0.0 { own / before } else { 0.0 };
+    let is_own = Lanes::each(|lane| if lane < OWN_NODES { 1.0 } else { 0.0 });
+    let ionises = grouped(|node| ionises[node]);
+    let mut left = Lanes::ZERO;
+    for group in 0..GROUPS {
+        let opacity = Lanes::each(|lane| if group * LANES + lane < NODES { voxel.opacity[group * LANES + lane].into() } else { 0.0 });
+        let opacity = opacity * response;
+        let mut leaving = incoming[group];
+        if group == 0 {
+            // How much longer the ways of the gas's own light are than the way outward.
+            let depth = opacity * (opacity * is_own * (3.0 * inner) + 1.0) * thickness;
+            let decay = depth.decay();
+            let series = Lanes::ONE - depth * (Lanes::splat(0.5) - depth * (Lanes::splat(1.0 / 6.0) - depth * (1.0 / 24.0)));
+            let mean = depth.above(1e-3, (Lanes::ONE - decay) / depth.at_least(f64::MIN_POSITIVE), series);
+            let own = Lanes::each(|lane| if lane < OWN_NODES { voxel.own[lane].into() } else { 0.0 });
+            leaving = leaving * decay + own * mean * (share * area * thickness);
+        } else {
+            leaving = leaving * (opacity * thickness).decay();
+        }
+        left += leaving * ionises[group];
+        (0..LANES).filter(|lane| group * LANES + lane < NODES).for_each(|lane| photons[group * LANES + lane] = leaving[lane]);
+    }
+    left.0.iter().sum()
+}
+
+/// What is known of a cloud's voxels, and what was asked for of their gas.
+pub struct Known<'a> {
+    cloud: &'a Cloud<'a>,
+    /// The opacity of neutral gas by node, for one nucleus of hydrogen \[cm²\].
+    dark: [f64; NODES],
+    voxels: Vec<Voxel>,
+    /// Ions of hydrogen \[cm⁻³\].
+    pub ions: Vec<f32>,
+    /// By quantity.
+    pub quantities: Vec<Vec<f32>>,
+    /// Steps that were made, and of those in how many the gas did not settle.
+    pub steps: [u64; 2],
+}
+
+impl<'a> Known<'a> {
+    /// Solves all voxels, given by voxel the flux of all stars by node \[s⁻¹ cm⁻²\] and what stands behind it ([`BEHIND`]).
+    pub fn new(cloud: &'a Cloud, kind: &'a IonisingLight, settings: &Settings, flux: &[f32], quantities: &[Quantity]) -> Self {
+        let (cells, nodes) = (cloud.hydrogen.len(), kind.energies_ev.len());
+        let mut voxels = vec![Voxel::DARK; cells];
+        let slabs = Slabs { cloud, kind, settings, quantities };
+        let told: Vec<(Vec<f32>, [u64; 2])> = voxels
+            .par_chunks_mut(CHUNK)
+            .zip(flux.par_chunks(CHUNK * (nodes + BEHIND)))
+            .enumerate()
+            .map(|(number, (voxels, flux))| slabs.solve(number * CHUNK, voxels, flux))
+            .collect();
+        let of = |quantity: usize| -> Vec<f32> {
+            let chunk = |(told, _): &(Vec<f32>, [u64; 2])| {
+                let voxels = told.len() / (quantities.len() + 1);
+                told[quantity * voxels..][..voxels].to_vec()
+            };
+            told.iter().flat_map(chunk).collect()
+        };
+        let steps = told.iter().fold([0; 2], |sum, (_, steps)| [sum[0] + steps[0], sum[1] + steps[1]]);
+        let neutral = State::neutral(&Gas::new(1.0, cloud.abundances));
+        let gas = slabs.gas(0);
+        let dark = opacity(kind, &Gas { hydrogen: 1.0, ..gas }, &neutral);
+        Self { cloud, dark, voxels, ions: of(0), quantities: (1..=quantities.len()).map(of).collect(), steps }
+    }
+
+    /// What beams find in a voxel to which light has come.
+    pub fn lit(&self, voxel: usize) -> Option<&Voxel> {
+        self.voxels.get(voxel).filter(|voxel| voxel.rate > 0.0)
+    }
+
+    /// What they find in one that has always been dark.
+    pub fn dark(&self, voxel: usize) -> Voxel {
+        let hydrogen = f64::from(self.cloud.hydrogen[voxel]);
+        Voxel { opacity: self.dark.map(|sigma| (hydrogen * sigma) as f32), ..Voxel::DARK }
+    }
+}
+
+/// The opacity of gas by node \[cm⁻¹\].
+fn opacity(light: &IonisingLight, gas: &Gas, state: &State) -> [f64; NODES] {
+    let part = |ion: usize| {
+        let (element, charge) = (ion / STAGES, ion % STAGES);
+        gas.hydrogen * gas.abundances[element] * state.fractions[element][charge]
+    };
+    let absorbers = ABSORBERS.map(|(element, charge)| part(ion(element, charge)));
+    std::array::from_fn(|node| {
+        let metals = light.metals.get(node).map_or(0.0, |ions| ions.iter().map(|(ion, sigma)| part(*ion) * sigma).sum());
+        gas.hydrogen * gas.dust_cm2 + metals + light.opacity(absorbers, node)
+    })
+}
+
+/// The depth whose e^(−τ), in the mean over ways through a voxel of a relative variance v, is that of the slab: of a gamma
+/// distribution of ways (1 + v τ)^(−1/v) is the mean.
+fn on_ways(depth: f64, variance: f64) -> f64 {
+    /// As good as all is absorbed.
+    const DEEP: f64 = 60.0;
+    let product = variance * depth;
+    if product > 1e-3 { product.min(DEEP).exp_m1() / variance } else { depth * (1.0 + 0.5 * product) }
+}
+
+/// How voxels are solved.
+struct Slabs<'a> {
+    cloud: &'a Cloud<'a>,
+    kind: &'a IonisingLight,
+    settings: &'a Settings,
+    quantities: &'a [Quantity<'a>],
+}
+
+/// A voxel that is being solved.
+struct Slab<'a> {
+    voxel: usize,
+    gas: Gas,
+    beam: Beam<'a>,
+    /// Where it begins, and where it ends \[cm\].
+    begin_cm: f64,
+    end_cm: f64,
+    rate: f64,
+    /// The relative variance of the ways that photons have through it.
+    variance: f64,
+    depths: ByNode,
+    own: [f64; OWN_NODES],
+    /// Sums of parts of the way: of ions of hydrogen, and by quantity.
+    values: Vec<f64>,
+}
+
+impl Slab<'_> {
+    /// Takes gas along a part of the way.
+    fn take(&mut self, part: f64, state: &State, quantities: &[Quantity]) {
+        self.values[0] += part * state.fractions[0][1];
+        for (sum, quantity) in self.values[1..].iter_mut().zip(quantities) {
+            *sum += part * quantity.part(&self.gas, state);
+        }
+    }
+
+    /// A part of its way in parts of its volume.
+    fn part(&self, inner: f64, thickness: f64) -> f64 {
+        shell(1.0, inner, thickness) / shell(1.0, self.begin_cm, self.end_cm - self.begin_cm)
+    }
+
+    fn step(&mut self, step: &Step, quantities: &[Quantity]) {
+        let part = self.part(step.inner_cm, step.thickness_cm);
+        self.take(part, &step.state, quantities);
+        for (node, (sum, depth)) in self.depths.iter_mut().zip(step.depths).enumerate() {
+            // That of the gas's own light has its detours in it: κ (1 + 3 κ r).
+            let detour = 6.0 * step.inner_cm / step.thickness_cm;
+            *sum += if node < OWN_NODES && depth > 0.0 { 2.0 * depth / (1.0 + (1.0 + 2.0 * detour * depth).sqrt()) } else { depth };
+        }
+        self.own.iter_mut().zip(step.own).for_each(|(sum, own)| *sum += part * own);
+    }
+}
+
+impl<'a> Slabs<'a> {
+    fn gas(&self, voxel: usize) -> Gas {
+        Gas { dust_cm2: self.cloud.dust_cm2, ..Gas::new(f64::from(self.cloud.hydrogen[voxel]), self.cloud.abundances) }
+    }
+
+    /// The slab of a voxel, where there is gas and light.
+    fn slab(&'a self, voxel: usize, flux: &[f32]) -> Option<Slab<'a>> {
+        let (gas, nodes) = (self.gas(voxel), self.kind.energies_ev.len());
+        let flux_of = |node: usize| f64::from(flux[node]);
+        let rate: f64 = (0..nodes).map(|node| flux_of(node) * self.kind.weakening[0][node]).sum();
+        if gas.hydrogen <= 0.0 || rate <= 0.0 {
+            return None;
+        }
+        let all = (0..nodes).map(flux_of).sum::<f64>();
+        let [distance, area, variance] = std::array::from_fn(|place| flux_of(nodes + place) / all);
+        // As many photons come to the slab as to the voxel, and it has its volume.
+        let thickness = (self.cloud.voxel * PARSEC_CM).element_product().cbrt() / area;
+        let inner = (distance - 0.5 * thickness).max(thickness);
+        let solid_angle = 1.0 / mean_square(inner, thickness);
+        let photons = std::array::from_fn(|node| if node < nodes { flux_of(node) } else { 0.0 });
+        let beam = Beam::bringing(photons, self.kind, &self.settings.accuracy, (solid_angle, inner));
+        let (depths, own, values) = ([0.0; NODES], [0.0; OWN_NODES], vec![0.0; self.quantities.len() + 1]);
+        Some(Slab { voxel, gas, beam, begin_cm: inner, end_cm: inner + thickness, rate, variance, depths, own, values })
+    }
+
+    /// Solves voxels from `first` on; gives the ions of hydrogen and what is asked for one behind the other, and the steps.
+    fn solve(&'a self, first: usize, voxels: &mut [Voxel], flux: &[f32]) -> (Vec<f32>, [u64; 2]) {
+        let count = voxels.len();
+        let (mut told, mut steps) = (vec![0.0; count * (self.quantities.len() + 1)], [0; 2]);
+        // What no light comes to is as it is without any.
+        for voxel in 0..count {
+            let gas = self.gas(first + voxel);
+            for (number, quantity) in self.quantities.iter().enumerate() {
+                let value = quantity.most * quantity.part(&gas, &State::neutral(&gas));
+                told[(number + 1) * count + voxel] = value as f32;
+            }
+        }
+        let mut packet = Packet::new(self.kind, self.settings.diffuse, &self.settings.accuracy, self.gas(first));
+        let mut waiting = flux.chunks_exact(flux.len() / count).enumerate().filter_map(|(voxel, flux)| self.slab(first + voxel, flux));
+        let mut slabs: [Option<Slab>; LANES] = [const { None }; LANES];
+        // The next voxel of a lane is most often not far from the last.
+        let mut last: [Option<Beam>; LANES] = [const { None }; LANES];
+        loop {
+            for (lane, place) in slabs.iter_mut().enumerate() {
+                if let Some(slab) = place
+                    && packet.has_settled(lane)
+                    && let Some(step) = slab.beam.end((&mut packet, lane))
+                {
+                    slab.step(&step, self.quantities);
+                    steps[0] += 1;
+                    steps[1] += u64::from(step.moved > self.settings.accuracy.settled);
+                    let left_cm = slab.end_cm - slab.beam.radius_cm;
+                    if left_cm > 1e-12 * slab.end_cm && !slab.beam.is_used_up() {
+                        slab.beam.begin((&mut packet, lane), slab.gas.hydrogen, left_cm);
+                    } else if let Some(slab) = place.take() {
+                        last[lane] = Some(slab.beam.clone());
+                        let voxel = slab.voxel - first;
+                        voxels[voxel] = self.end(slab, |number, value| told[number * count + voxel] = value as f32);
+                    }
+                }
+                if place.is_none()
+                    && let Some(mut slab) = waiting.next()
+                {
+                    match &last[lane] {
+                        Some(near) => slab.beam.near_to(near),
+                        None => packet.forget(lane),
+                    }
+                    slab.beam.begin((&mut packet, lane), slab.gas.hydrogen, slab.end_cm - slab.beam.radius_cm);
+                    *place = Some(slab);
+                }
+            }
+            if slabs.iter().all(Option::is_none) {
+                return (told, steps);
+            }
+            packet.pass();
+        }
+    }
+
+    /// What is known of a voxel that has been solved; `tell` hears its ions of hydrogen and what was asked for.
+    fn end(&self, mut slab: Slab, mut tell: impl FnMut(usize, f64)) -> Voxel {
+        let whole_cm = slab.end_cm - slab.begin_cm;
+        let rest_cm = (slab.end_cm - slab.beam.radius_cm).max(0.0);
+        if rest_cm > 1e-12 * slab.end_cm {
+            let neutral = State::neutral(&slab.gas);
+            slab.take(slab.part(slab.beam.radius_cm, rest_cm), &neutral, self.quantities);
+            let dark = opacity(self.kind, &slab.gas, &neutral);
+            slab.depths.iter_mut().zip(dark).for_each(|(sum, opacity)| *sum += opacity * rest_cm);
+        }
+        tell(0, slab.gas.hydrogen * slab.values[0]);
+        for (number, quantity) in self.quantities.iter().enumerate() {
+            tell(number + 1, quantity.most * slab.values[number + 1]);
+        }
+        let opacity = slab.depths.map(|depth| on_ways(depth, OF_PHOTONS * slab.variance) / whole_cm);
+        Voxel {
+            opacity: opacity.map(|opacity| opacity.max(0.0) as f32),
+            own: slab.own.map(|own| own as f32),
+            rate: slab.rate as f32,
+            absorbed: (1.0 - slab.beam.left()).clamp(1e-9, ALL) as f32,
+            ionised: slab.values[0] as f32,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In the mean over ways that are distributed as told, as much light is left as behind the slab.
+    #[test]
+    fn as_much_is_left_on_all_ways() {
+        let left = |depth: f64, variance: f64, opacity: f64| {
+            // A gamma distribution of mean one: of shape 1/v.
+            let shape = 1.0 / variance;
+            let weight = |way: f64| way.powf(shape - 1.0) * (-way * shape).exp();
+            let ways: Vec<f64> = (0..40_000).map(|i| (f64::from(i) + 0.5) * 1e-3).collect();
+            let sum = |value: &dyn Fn(f64) -> f64| ways.iter().map(|way| weight(*way) * value(*way)).sum::<f64>();
+            sum(&|way| (-opacity * way).exp()) / sum(&|_| 1.0) / (-depth).exp()
+        };
+        for variance in [0.1, 1.0 / 3.0, 0.5] {
+            for depth in [1e-3, 0.1, 1.0, 4.0] {
+                let own = left(depth, variance, on_ways(depth, variance));
+                assert!((own - 1.0).abs() < 2e-3, "{depth} {variance}: {own}");
+            }
+            assert!(left(4.0, variance, 4.0) > 1.1);
+        }
+    }
+
+    /// Thin gas is as many times less opaque as its light is brighter; where a front stands, the voxel takes all light until it
+    /// is ionised as a whole.
+    #[test]
+    fn opacity_answers_to_light() {
+        let voxel = |absorbed, ionised| Voxel { absorbed, ionised, ..Voxel::DARK };
+        for (absorbed, ionised) in [(1e-3, 1.0), (0.5, 1.0), (1.0, 0.4)] {
+            assert!((voxel(absorbed, ionised).response(1.0) - 1.0).abs() < 1e-6);
+        }
+        assert!((voxel(1e-3, 1.0).response(2.0) - 0.5).abs() < 1e-3 && (voxel(1e-3, 1.0).response(0.5) - 2.0).abs() < 2e-3);
+        // As many photons are absorbed as before: half of twice as many is a quarter of all.
+        let part = voxel(0.5, 1.0).response(2.0) * 2f64.ln();
+        assert!((1.0 - (-part).exp() - 0.25).abs() < 1e-6);
+        assert!(voxel(1.0, 0.4).response(2.4) > 0.999 && voxel(1.0, 0.4).response(5.0) < 0.1);
+    }
+}

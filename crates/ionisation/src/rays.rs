@@ -1,0 +1,133 @@
+//! Rays from a star through the voxels of a cloud.
+
+use glam::DVec3;
+
+use crate::cloud::Cloud;
+use crate::patch::Patch;
+
+/// The level of patches with which beams begin.
+const FIRST: u32 = 3;
+/// The largest area of a beam in parts of a voxel's face \[1\].
+const WIDEST: f64 = 1.0;
+/// How far a beam goes on when its light is used up, so that voxels know how much of them is dark \[voxels\].
+pub const BEYOND: f64 = 3.0;
+
+/// Rays from a place.
+#[derive(Clone, Copy)]
+pub struct Rays<'a> {
+    /// What they go through.
+    pub cloud: &'a Cloud<'a>,
+    /// Where they come from \[pc\].
+    pub place: DVec3,
+}
+
+impl Rays<'_> {
+    /// The patches of all beams that the place sends to the cloud.
+    pub fn sent_out(&self) -> Vec<Patch> {
+        let mut patches = Vec::new();
+        Patch::all(FIRST).for_each(|patch| self.begin(patch, &mut patches));
+        patches
+    }
+
+    /// A patch whose beam meets the cloud, or its parts where that is too wide there.
+    fn begin(&self, patch: Patch, patches: &mut Vec<Patch>) {
+        let (low, high) = (self.cloud.low - self.place, self.cloud.high() - self.place);
+        let middle = 0.5 * (low + high);
+        // What lies beside the sphere around the cloud does not meet it.
+        let size = (0.5 * (high - low)).length();
+        let beside = if middle.length() > size { (size / middle.length()).asin() } else { std::f64::consts::PI };
+        if middle.length() > 0.0 && middle.normalize().dot(patch.direction()).clamp(-1.0, 1.0).acos() > beside + patch.reach() {
+            return;
+        }
+        // Where its middle misses the cloud, a part of it may meet the farthest corner.
+        let enters = self.clipped(patch.direction()).map(|(enters, _)| enters);
+        if enters.unwrap_or_else(|| self.farthest()) > self.widest(patch.solid_angle()) {
+            return patch.parts().into_iter().for_each(|part| self.begin(part, patches));
+        }
+        if enters.is_some() {
+            patches.push(patch);
+        }
+    }
+
+    /// The distance of the farthest corner \[pc\].
+    pub fn farthest(&self) -> f64 {
+        (self.cloud.low - self.place).abs().max((self.cloud.high() - self.place).abs()).length()
+    }
+
+    /// The distance from the star at which a beam is wider than a voxel \[pc\].
+    pub fn widest(&self, solid_angle: f64) -> f64 {
+        self.cloud.voxel.min_element() * (WIDEST / solid_angle).sqrt()
+    }
+
+    /// Where a ray from the star enters the cloud and leaves it \[pc\].
+    pub fn clipped(&self, direction: DVec3) -> Option<(f64, f64)> {
+        let (a, b) = ((self.cloud.low - self.place) / direction, (self.cloud.high() - self.place) / direction);
+        let (near, far) = (a.min(b).max_element().max(0.0), a.max(b).min_element());
+        (far > near).then_some((near, far))
+    }
+
+    /// A voxel's cross section in light of a direction, for that of a cube of its volume along its edges, and the relative
+    /// variance of the ways ℓ that its rays have through it. Of two voxels that are t apart along the rays the common part
+    /// is Π (1 − t dᵢ/eᵢ), and the integral of that over t is half of ⟨ℓ²⟩ times the cross section.
+    pub fn met(&self, direction: DVec3) -> (f64, f64) {
+        let edges = self.cloud.voxel / self.cloud.voxel.element_product().cbrt();
+        let rates = direction.abs() / edges;
+        let (area, longest) = (rates.element_sum(), 1.0 / rates.max_element());
+        let pairs = rates.x * rates.y + rates.y * rates.z + rates.z * rates.x;
+        let powers = [1.0, -area / 2.0, pairs / 3.0, -rates.element_product() / 4.0];
+        let common = powers.into_iter().rev().fold(0.0, |sum, factor| sum * longest + factor) * longest;
+        (area, (2.0 * common * area - 1.0).max(0.0))
+    }
+
+    /// The voxel at a distance along a ray, and where the ray leaves it \[pc\].
+    pub fn voxel(&self, direction: DVec3, at: f64) -> (usize, f64) {
+        let Cloud { dims, low, voxel, .. } = self.cloud;
+        // A little farther on, so that a place on a face is behind it; far away from the star that is what rounding leaves.
+        let little = (1e-9 * voxel.min_element()).max(4.0 * f64::EPSILON * at);
+        let place = (self.place + (at + little) * direction - *low) / *voxel;
+        let [x, y, z] = std::array::from_fn(|axis| (place[axis].max(0.0) as usize).min(dims[axis] - 1));
+        let sides = [x, y, z].map(|i| i as f64);
+        let exit = (0..3).map(|axis| {
+            let side = sides[axis] + f64::from(u8::from(direction[axis] > 0.0));
+            let plane = low[axis] + side * voxel[axis] - self.place[axis];
+            if direction[axis] == 0.0 { f64::INFINITY } else { plane / direction[axis] }
+        });
+        let exit = exit.fold(f64::INFINITY, f64::min).max(at + little);
+        ((z * dims[1] + y) * dims[0] + x, exit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Parallel rays through a cube: how many meet it, and how long their ways are.
+    #[test]
+    fn voxels_are_met_as_rays_tell() {
+        let cloud = Cloud {
+            dims: [1; 3],
+            low: DVec3::new(-1.0, -0.5, -0.25),
+            voxel: DVec3::new(2.0, 1.0, 0.5),
+            hydrogen: &[1.0],
+            abundances: [0.0; crate::atoms::ELEMENTS],
+            dust_cm2: 0.0,
+        };
+        for direction in [DVec3::new(0.01, 0.02, 1.0), DVec3::new(1.0, 0.01, 1.0), DVec3::ONE, DVec3::new(0.3, -0.5, 1.0)] {
+            let direction = direction.normalize();
+            let (u, v) = direction.any_orthonormal_pair();
+            let (mut count, mut sums, edge) = (0.0, [0.0; 2], 400);
+            for (i, j) in (0..edge).flat_map(|i| (0..edge).map(move |j| (i, j))) {
+                let [x, y] = [i, j].map(|i| 3.0 * (f64::from(i) + 0.5) / f64::from(edge) - 1.5);
+                let rays = Rays { cloud: &cloud, place: x * u + y * v - 5.0 * direction };
+                if let Some((near, far)) = rays.clipped(direction) {
+                    count += 1.0;
+                    sums[0] += far - near;
+                    sums[1] += (far - near).powi(2);
+                }
+            }
+            let (area, variance) = Rays { cloud: &cloud, place: DVec3::ZERO }.met(direction);
+            let truth = [count * 9.0 / f64::from(edge * edge), count * sums[1] / (sums[0] * sums[0]) - 1.0];
+            assert!((area - truth[0]).abs() < 0.01 && (variance - truth[1]).abs() < 0.01, "{direction}: {area} {variance} {truth:?}");
+        }
+    }
+}
