@@ -871,6 +871,10 @@ class Gas(Table):
         Voxels along the longest edge: more than a grid has show its fronts finer.
     dust_absorption : number, default 0
         Cross section that dust absorbs ionising light with, in cm2 for a nucleus of hydrogen, such as 1e-21.
+    temperature : temperature, default where heating and cooling are in balance
+        Of all electrons, 500 to 60000 K, in place of the one that follows.
+    diffuse : text, default outward
+        Where light of recombinations is absorbed: outward, along the stars' rays, or on_the_spot, where it is made.
 
     Raises
     ------
@@ -887,8 +891,17 @@ class Gas(Table):
         abundances: str | Sequence[str] | None = None,
         voxels: Quantity | None = None,
         dust_absorption: float | None = None,
+        temperature: Quantity | None = None,
+        diffuse: str | None = None,
     ):
-        super().__init__(density=density, abundances=abundances, voxels=voxels, dust_absorption=dust_absorption)
+        super().__init__(
+            density=density,
+            abundances=abundances,
+            voxels=voxels,
+            dust_absorption=dust_absorption,
+            temperature=temperature,
+            diffuse=diffuse,
+        )
 
 
 class StarField(Table):

@@ -52,6 +52,12 @@ fn scenes_have_the_lines_of_their_gas() {
             values.iter().sum::<f32>() / values.len() as f32
         })
     };
+    // All of it at one temperature, its own light on the spot.
+    let held = parsed("temperature = \"9000 K\"\ndiffuse = \"on_the_spot\"\nvoxels = 24", star, &loader).unwrap();
+    let temperature = held.gas.as_ref().and_then(|gas| gas.temperature).unwrap();
+    assert!((temperature / 9000.0 - 1.0).abs() < 1e-3, "{temperature}");
+    let hotter = parsed("temperature = \"12000 K\"\ndiffuse = \"on_the_spot\"\nvoxels = 24", star, &loader).unwrap();
+    assert!(mean(&hotter, "[OIII]5007") > 1.5 * mean(&held, "[OIII]5007"));
     // A star of 20 000 K has next to no photons that make O²⁺.
     assert!(mean(&colder, "[OIII]5007") < 0.01 * mean(&scene, "[OIII]5007") && mean(&colder, "[NII]6584") > 0.0);
 }
@@ -68,6 +74,8 @@ fn bad_gas_is_refused() {
         ("voxels = 4", "voxels"),
         ("colour = 1", "unknown key"),
         ("voxels = 2000", "MiB"),
+        ("temperature = \"100 K\"", "500 to 60000 K"),
+        ("diffuse = \"nowhere\"", "on_the_spot"),
     ] {
         let message = parsed(gas, star, &loader).map(|_| ()).unwrap_err();
         assert!(message.contains(word) && message.contains("gas"), "{message}");

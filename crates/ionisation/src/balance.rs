@@ -21,8 +21,9 @@ use crate::lanes::{LANES, Lanes};
 use crate::light::{ABSORBERS, IONS, IonisingLight, NODES, OWN_NODES, ion};
 
 /// Temperatures between which the balance is sought \[K\]; at the lower one gas stays that has no light.
-const COLDEST: f64 = 500.0;
-const HOTTEST: f64 = 60_000.0;
+pub const COLDEST: f64 = 500.0;
+/// See [`COLDEST`].
+pub const HOTTEST: f64 = 60_000.0;
 
 /// Gas: how dense, and what it is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,7 +4,7 @@ use glam::DVec3;
 use spectra::constants::PARSEC;
 
 use crate::atoms::{ELEMENTS, Element};
-use crate::balance::{Accuracy, Diffuse};
+use crate::balance::{Accuracy, Diffuse, Gas};
 use crate::error::IonisationError;
 use crate::light::IonisingLight;
 pub use crate::tally::Quantity;
@@ -45,11 +45,13 @@ pub struct Star<'a> {
 pub struct Settings {
     /// Where light of recombinations is absorbed.
     pub diffuse: Diffuse,
+    /// A temperature that all gas is held at \[K\], in place of the one at which heating and cooling are in balance.
+    pub isothermal: Option<f64>,
     /// How exact beams are.
     pub accuracy: Accuracy,
     /// Where several stars have settled: the part of all ions of hydrogen that a pass moves \[1\].
     pub change: f64,
-    /// Passes at most.
+    /// Passes at most; of several stars two are made at least.
     pub passes: usize,
     /// Bytes that may be taken.
     pub memory_limit: u64,
@@ -57,7 +59,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { diffuse: Diffuse::default(), accuracy: Accuracy::FAST, change: 2e-3, passes: 30, memory_limit: 4 << 30 }
+        Self { diffuse: Diffuse::default(), isothermal: None, accuracy: Accuracy::FAST, change: 2e-3, passes: 30, memory_limit: 4 << 30 }
     }
 }
 
@@ -82,6 +84,12 @@ pub struct Ionised {
 pub type Watch<'a> = &'a (dyn Fn(u64, u64) -> bool + Sync);
 
 impl Cloud<'_> {
+    /// The gas of a voxel.
+    pub(crate) fn gas(&self, voxel: usize, settings: &Settings) -> Gas {
+        let gas = Gas::new(f64::from(self.hydrogen[voxel]), self.abundances);
+        Gas { dust_cm2: self.dust_cm2, isothermal: settings.isothermal, ..gas }
+    }
+
     /// Refuses what cannot be solved.
     pub(crate) fn check(&self, stars: &[Star], settings: &Settings, quantities: usize) -> Result<(), IonisationError> {
         let cells = self.dims.iter().try_fold(1usize, |cells, edge| cells.checked_mul(*edge));

@@ -54,7 +54,7 @@ impl<'a> Follow<'a> {
     /// Follows all beams of some patches, unless it is not to go on; false then.
     pub fn patches(&self, patches: &[Patch], goes_on: &dyn Fn() -> bool) -> bool {
         let Settings { diffuse, accuracy, .. } = self.settings;
-        let mut packet = Packet::new(self.light, *diffuse, accuracy, self.gas(0));
+        let mut packet = Packet::new(self.light, *diffuse, accuracy, self.rays.cloud.gas(0, self.settings));
         let mut waiting: Vec<(Patch, Beam)> = Vec::new();
         let mut patches = patches.iter();
         let mut walks: [Option<Walk>; LANES] = [const { None }; LANES];
@@ -97,11 +97,6 @@ impl<'a> Follow<'a> {
         Some((patch, Beam::new(self.light, &self.settings.accuracy, patch.solid_angle(), enter * PARSEC_CM)))
     }
 
-    /// The gas of a voxel.
-    fn gas(&self, voxel: usize) -> Gas {
-        Gas { dust_cm2: self.rays.cloud.dust_cm2, ..Gas::new(f64::from(self.rays.cloud.hydrogen[voxel]), self.rays.cloud.abundances) }
-    }
-
     /// A beam where it enters the cloud, which a part of one may do later than the whole did.
     fn enter(&self, patch: Patch, mut beam: Beam<'a>) -> Option<Walk<'a>> {
         let direction = patch.direction();
@@ -109,7 +104,7 @@ impl<'a> Follow<'a> {
         let at = (beam.radius_cm / PARSEC_CM).max(near);
         beam.radius_cm = at * PARSEC_CM;
         let seen = self.tally.seen();
-        Some(Walk { patch, direction, beam, at, far, dark: None, voxel: 0, exit: at, gas: self.gas(0), seen })
+        Some(Walk { patch, direction, beam, at, far, dark: None, voxel: 0, exit: at, gas: self.rays.cloud.gas(0, self.settings), seen })
     }
 
     /// Keeps what a step found in its voxel.
@@ -147,7 +142,7 @@ impl<'a> Follow<'a> {
                 break;
             }
             let (voxel, exit) = self.rays.voxel(walk.direction, walk.at);
-            (walk.voxel, walk.exit, walk.gas) = (voxel, exit.min(walk.far), self.gas(voxel));
+            (walk.voxel, walk.exit, walk.gas) = (voxel, exit.min(walk.far), self.rays.cloud.gas(voxel, self.settings));
         }
         let part = walk.beam.solid_angle / SPHERE;
         self.tally.kept.add(part * (1.0 - walk.beam.left()).clamp(0.0, 1.0));

@@ -25,7 +25,7 @@ use crate::tally::BEHIND;
 const CHANGE: f64 = 16.0;
 /// The variance of ways that photons have for that of all rays: those on short ways come in farther behind, where there are
 /// fewer. Found on spheres of 8 and 16 voxels in radius, where photons are as many as recombinations to a hundredth.
-const OF_PHOTONS: f64 = 2.0 / 3.0;
+const OF_PHOTONS: f64 = 0.8;
 /// What counts as all of the light \[1\].
 const ALL: f64 = 1.0 - 1e-6;
 /// Voxels that are solved one after the other by one thread.
@@ -34,8 +34,9 @@ const CHUNK: usize = 512;
 /// Gas that beams go through.
 #[derive(Debug, Clone, Copy)]
 pub struct Voxel {
-    /// The opacity, by node \[cm⁻¹\].
+    /// The opacity by node, and what dust has of it \[cm⁻¹\].
     opacity: [f32; NODES],
+    dust: f32,
     /// Photons that it makes \[cm⁻³ s⁻¹\].
     own: [f32; OWN_NODES],
     /// Γ \[s⁻¹\]; none where there was no light.
@@ -46,7 +47,7 @@ pub struct Voxel {
 }
 
 impl Voxel {
-    const DARK: Self = Self { opacity: [0.0; NODES], own: [0.0; OWN_NODES], rate: 0.0, absorbed: 1.0, ionised: 0.0 };
+    const DARK: Self = Self { opacity: [0.0; NODES], dust: 0.0, own: [0.0; OWN_NODES], rate: 0.0, absorbed: 1.0, ionised: 0.0 };
 
     /// How much more opaque it is where light has become brighter: recombinations, and so what is absorbed, are as many as they
     /// were, but for what is still neutral.
@@ -97,7 +98,7 @@ pub fn cross(photons: &mut ByNode, voxel: &Voxel, crossing: &Crossing, (light, i
     let mut left = Lanes::ZERO;
     for group in 0..GROUPS {
         let opacity = Lanes::each(|lane| if group * LANES + lane < NODES { voxel.opacity[group * LANES + lane].into() } else { 0.0 });
-        let opacity = opacity * response;
+        let opacity = Lanes::splat(voxel.dust.into()) + (opacity - Lanes::splat(voxel.dust.into())).at_least(0.0) * response;
         let mut leaving = incoming[group];
         if group == 0 {
             // How much longer the ways of the gas's own light are than the way outward.
@@ -132,7 +133,15 @@ pub struct Known<'a> {
 
 impl<'a> Known<'a> {
     /// Solves all voxels, given by voxel the flux of all stars by node \[s⁻¹ cm⁻²\] and what stands behind it ([`BEHIND`]).
-    pub fn new(cloud: &'a Cloud, kind: &'a IonisingLight, settings: &Settings, flux: &[f32], quantities: &[Quantity]) -> Self {
+    ///
+    /// Where `goes_on` says that it is not to, not all of them are solved.
+    pub fn new(
+        (cloud, settings): (&'a Cloud, &Settings),
+        kind: &'a IonisingLight,
+        flux: &[f32],
+        quantities: &[Quantity],
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Self {
         let (cells, nodes) = (cloud.hydrogen.len(), kind.energies_ev.len());
         let mut voxels = vec![Voxel::DARK; cells];
         let slabs = Slabs { cloud, kind, settings, quantities };
@@ -140,6 +149,7 @@ impl<'a> Known<'a> {
             .par_chunks_mut(CHUNK)
             .zip(flux.par_chunks(CHUNK * (nodes + BEHIND)))
             .enumerate()
+            .filter(|_| goes_on())
             .map(|(number, (voxels, flux))| slabs.solve(number * CHUNK, voxels, flux))
             .collect();
         let of = |quantity: usize| -> Vec<f32> {
@@ -151,14 +161,14 @@ impl<'a> Known<'a> {
         };
         let steps = told.iter().fold([0; 2], |sum, (_, steps)| [sum[0] + steps[0], sum[1] + steps[1]]);
         let neutral = State::neutral(&Gas::new(1.0, cloud.abundances));
-        let gas = slabs.gas(0);
+        let gas = cloud.gas(0, settings);
         let dark = opacity(kind, &Gas { hydrogen: 1.0, ..gas }, &neutral);
         Self { cloud, dark, voxels, ions: of(0), quantities: (1..=quantities.len()).map(of).collect(), steps }
     }
 
     /// What beams find in a voxel to which light has come.
     pub fn lit(&self, voxel: usize) -> Option<&Voxel> {
-        self.voxels.get(voxel).filter(|voxel| voxel.rate > 0.0)
+        Some(&self.voxels[voxel]).filter(|voxel| voxel.rate > 0.0)
     }
 
     /// What they find in one that has always been dark.
@@ -177,7 +187,8 @@ fn opacity(light: &IonisingLight, gas: &Gas, state: &State) -> [f64; NODES] {
     let absorbers = ABSORBERS.map(|(element, charge)| part(ion(element, charge)));
     std::array::from_fn(|node| {
         let metals = light.metals.get(node).map_or(0.0, |ions| ions.iter().map(|(ion, sigma)| part(*ion) * sigma).sum());
-        gas.hydrogen * gas.dust_cm2 + metals + light.opacity(absorbers, node)
+        // Weights of metals may be negative.
+        (gas.hydrogen * gas.dust_cm2 + metals + light.opacity(absorbers, node)).max(0.0)
     })
 }
 
@@ -242,13 +253,9 @@ impl Slab<'_> {
 }
 
 impl<'a> Slabs<'a> {
-    fn gas(&self, voxel: usize) -> Gas {
-        Gas { dust_cm2: self.cloud.dust_cm2, ..Gas::new(f64::from(self.cloud.hydrogen[voxel]), self.cloud.abundances) }
-    }
-
     /// The slab of a voxel, where there is gas and light.
     fn slab(&'a self, voxel: usize, flux: &[f32]) -> Option<Slab<'a>> {
-        let (gas, nodes) = (self.gas(voxel), self.kind.energies_ev.len());
+        let (gas, nodes) = (self.cloud.gas(voxel, self.settings), self.kind.energies_ev.len());
         let flux_of = |node: usize| f64::from(flux[node]);
         let rate: f64 = (0..nodes).map(|node| flux_of(node) * self.kind.weakening[0][node]).sum();
         if gas.hydrogen <= 0.0 || rate <= 0.0 {
@@ -258,6 +265,9 @@ impl<'a> Slabs<'a> {
         let [distance, area, variance] = std::array::from_fn(|place| flux_of(nodes + place) / all);
         // As many photons come to the slab as to the voxel, and it has its volume.
         let thickness = (self.cloud.voxel * PARSEC_CM).element_product().cbrt() / area;
+        if area <= 0.0 {
+            return None;
+        }
         let inner = (distance - 0.5 * thickness).max(thickness);
         let solid_angle = 1.0 / mean_square(inner, thickness);
         let photons = std::array::from_fn(|node| if node < nodes { flux_of(node) } else { 0.0 });
@@ -270,15 +280,7 @@ impl<'a> Slabs<'a> {
     fn solve(&'a self, first: usize, voxels: &mut [Voxel], flux: &[f32]) -> (Vec<f32>, [u64; 2]) {
         let count = voxels.len();
         let (mut told, mut steps) = (vec![0.0; count * (self.quantities.len() + 1)], [0; 2]);
-        // What no light comes to is as it is without any.
-        for voxel in 0..count {
-            let gas = self.gas(first + voxel);
-            for (number, quantity) in self.quantities.iter().enumerate() {
-                let value = quantity.most * quantity.part(&gas, &State::neutral(&gas));
-                told[(number + 1) * count + voxel] = value as f32;
-            }
-        }
-        let mut packet = Packet::new(self.kind, self.settings.diffuse, &self.settings.accuracy, self.gas(first));
+        let mut packet = Packet::new(self.kind, self.settings.diffuse, &self.settings.accuracy, self.cloud.gas(first, self.settings));
         let mut waiting = flux.chunks_exact(flux.len() / count).enumerate().filter_map(|(voxel, flux)| self.slab(first + voxel, flux));
         let mut slabs: [Option<Slab>; LANES] = [const { None }; LANES];
         // The next voxel of a lane is most often not far from the last.
@@ -336,6 +338,7 @@ impl<'a> Slabs<'a> {
         let opacity = slab.depths.map(|depth| on_ways(depth, OF_PHOTONS * slab.variance) / whole_cm);
         Voxel {
             opacity: opacity.map(|opacity| opacity.max(0.0) as f32),
+            dust: (slab.gas.hydrogen * slab.gas.dust_cm2) as f32,
             own: slab.own.map(|own| own as f32),
             rate: slab.rate as f32,
             absorbed: (1.0 - slab.beam.left()).clamp(1e-9, ALL) as f32,

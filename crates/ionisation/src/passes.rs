@@ -21,6 +21,7 @@ const COARSEST: usize = 12;
 const NEAR: f64 = 3.0;
 /// Passes that several stars take as a rule.
 const EXPECTED: usize = 5;
+
 /// Work that is watched; its units are voxels that one star's beams have gone through.
 struct Work<'a> {
     watch: Watch<'a>,
@@ -117,9 +118,10 @@ impl Cloud<'_> {
     ) -> Result<(Ionised, Before), IonisationError> {
         let (cells, kind) = (self.hydrogen.len(), stars[0].light);
         let mut before = self.before(stars, settings, work)?;
-        let mut known = before.as_ref().map(|before| Known::new(self, kind, settings, &before.flux, &[]));
-        let (most, mut change) = (settings.passes.max(2), f64::INFINITY);
         let end = work.done.load(Ordering::Relaxed) + level(self.dims, stars.len());
+        let goes_on = || work.goes_on() && work.add(0, end);
+        let mut known = before.as_ref().map(|before| Known::new((self, settings), kind, &before.flux, &[], &goes_on));
+        let (most, mut change) = (settings.passes.max(2), f64::INFINITY);
         for pass in 1.. {
             let Before { flux, rates, ions } = before.get_or_insert_with(|| Before {
                 flux: Vec::new(),
@@ -144,7 +146,10 @@ impl Cloud<'_> {
                 rates[number] = rate;
             }
             let asked = if is_near { quantities } else { &[] };
-            let next = Known::new(self, kind, settings, flux, asked);
+            let mut next = Known::new((self, settings), kind, flux, asked, &goes_on);
+            if !work.goes_on() {
+                return Err(IonisationError::Stopped);
+            }
             let moved = next.ions.iter().zip(ions.iter()).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>();
             let all = next.ions.iter().map(|n| f64::from(*n)).sum::<f64>();
             change = if all > 0.0 { moved / all } else { 0.0 };
@@ -155,6 +160,7 @@ impl Cloud<'_> {
                 let ionised = Ionised { quantities: next.quantities, passes: pass, change, escaped, steps, unsettled };
                 return Ok((ionised, before.expect("a pass has been made")));
             }
+            next.quantities = Vec::new();
             known = Some(next);
         }
         unreachable!("passes end")

@@ -49,6 +49,11 @@ impl Rays<'_> {
         }
     }
 
+    /// The distance of the cloud's nearest place \[pc\].
+    pub fn nearest(&self) -> f64 {
+        DVec3::ZERO.clamp(self.cloud.low - self.place, self.cloud.high() - self.place).length()
+    }
+
     /// The distance of the farthest corner \[pc\].
     pub fn farthest(&self) -> f64 {
         (self.cloud.low - self.place).abs().max((self.cloud.high() - self.place).abs()).length()

@@ -169,10 +169,10 @@ pub struct Lit {
 }
 
 impl Lit {
-    /// None yet, in so many voxels whose shortest edge is given \[cm\], and how far the farthest of them is \[cm\].
-    pub fn new(cells: usize, edge_cm: f64, farthest_cm: f64, light: &IonisingLight) -> Self {
+    /// None yet, in so many voxels, given how near to the star gas is and how far away at most \[cm\].
+    pub fn new(cells: usize, (nearest_cm, farthest_cm): (f64, f64), light: &IonisingLight) -> Self {
         let nodes = light.energies_ev.len();
-        let most = 10.0 * light.photons.iter().sum::<f64>() / (edge_cm * edge_cm);
+        let most = 10.0 * light.photons.iter().sum::<f64>() / (nearest_cm * nearest_cm);
         let scales = [farthest_cm, 1.0, 1.0];
         Self { most, scales, area: zeros(cells), sums: zeros(cells * (nodes + BEHIND)), nodes }
     }

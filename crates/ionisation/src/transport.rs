@@ -36,8 +36,9 @@ pub struct Transport<'a> {
 struct Ray {
     patch: Patch,
     photons: ByNode,
-    /// How far they have come \[pc\].
+    /// How far they have come \[pc\], and the voxel that the whole of them met last.
     at: f64,
+    met: Option<usize>,
 }
 
 /// A ray in a direction.
@@ -61,7 +62,8 @@ impl<'a> Transport<'a> {
         (others, own): (&'a [f32], &'a [f32]),
     ) -> Self {
         let voxel = rays.cloud.voxel * PARSEC_CM;
-        let lit = Lit::new(rays.cloud.hydrogen.len(), voxel.min_element(), rays.farthest() * PARSEC_CM, light);
+        let reach = (rays.nearest() * PARSEC_CM).max(voxel.min_element());
+        let lit = Lit::new(rays.cloud.hydrogen.len(), (reach, rays.farthest() * PARSEC_CM), light);
         let face_cm2 = voxel.element_product().cbrt().powi(2);
         Self { rays, light, accuracy, known, others, own, ionises: light.ionises(), face_cm2, lit, kept: Kept::default() }
     }
@@ -69,7 +71,7 @@ impl<'a> Transport<'a> {
     /// Has the light of a patch go its way.
     pub fn send(&self, patch: Patch) {
         let part = patch.solid_angle() / SPHERE;
-        let mut waiting = vec![Ray { patch, photons: self.light.photons.map(|photons| photons * part), at: 0.0 }];
+        let mut waiting = vec![Ray { patch, photons: self.light.photons.map(|photons| photons * part), at: 0.0, met: None }];
         while let Some(ray) = waiting.pop() {
             self.follow(ray, &mut waiting);
         }
@@ -77,17 +79,18 @@ impl<'a> Transport<'a> {
 
     fn follow(&self, mut ray: Ray, waiting: &mut Vec<Ray>) {
         let (direction, solid_angle) = (ray.patch.direction(), ray.patch.solid_angle());
-        let Some((near, far)) = self.rays.clipped(direction) else { return };
-        let way = Way { direction, solid_angle, met: self.rays.met(direction), far };
-        let (widest, longest) = (self.rays.widest(solid_angle), self.rays.cloud.voxel.length());
         let all = self.light.ionising() * solid_angle / SPHERE;
         let (mut left, mut dark) = (self.light.ionising_of(&ray.photons), None);
+        let keep = |left: f64| self.kept.add(solid_angle / SPHERE * (1.0 - left / all).clamp(0.0, 1.0));
+        let Some((near, far)) = self.rays.clipped(direction) else { return keep(left) };
+        let way = Way { direction, solid_angle, met: self.rays.met(direction), far };
+        let (widest, longest) = (self.rays.widest(solid_angle), self.rays.cloud.voxel.length());
         ray.at = ray.at.max(near);
         while ray.at < far * (1.0 - 1e-12) {
             if ray.at > widest && dark.is_none() {
                 let part = |part: Patch| {
                     let share = part.solid_angle() / solid_angle;
-                    Ray { patch: part, photons: ray.photons.map(|photons| photons * share), at: ray.at }
+                    Ray { patch: part, photons: ray.photons.map(|photons| photons * share), at: ray.at, met: ray.met }
                 };
                 return waiting.extend(ray.patch.parts().map(part));
             }
@@ -97,26 +100,30 @@ impl<'a> Transport<'a> {
             if dark.is_some_and(|since| ray.at - since > BEYOND * longest) {
                 break;
             }
-            ray.at = self.cross(&mut ray.photons, &way, ray.at, (dark.is_none()).then_some(&mut left));
+            self.cross(&mut ray, &way, (dark.is_none()).then_some(&mut left));
         }
-        self.kept.add(solid_angle / SPHERE * (1.0 - left / all).clamp(0.0, 1.0));
+        keep(left);
     }
 
-    /// Goes through a voxel, and says how many photons are left that ionise where there are any; gives where it is left \[pc\].
-    fn cross(&self, photons: &mut ByNode, way: &Way, at: f64, left: Option<&mut f64>) -> f64 {
-        let (voxel, exit) = self.rays.voxel(way.direction, at);
+    /// Goes through a voxel, and says how many photons are left that ionise where there are any.
+    fn cross(&self, ray: &mut Ray, way: &Way, left: Option<&mut f64>) {
+        let (voxel, exit) = self.rays.voxel(way.direction, ray.at);
         let (exit, cloud) = (exit.min(way.far), self.rays.cloud);
+        let (inner, thickness) = (ray.at * PARSEC_CM, (exit - ray.at) * PARSEC_CM);
+        let is_met = ray.met == Some(voxel);
+        (ray.at, ray.met) = (exit, Some(voxel));
         if cloud.hydrogen[voxel] <= 0.0 {
-            return exit;
+            return;
         }
-        let (inner, thickness) = (at * PARSEC_CM, (exit - at) * PARSEC_CM);
         let area = way.solid_angle * mean_square(inner, thickness);
         let part = area / self.face_cm2;
+        let photons = &mut ray.photons;
         let Some(left) = left else {
-            self.lit.meet_dark(voxel, part);
-            return exit;
+            return self.lit.meet_dark(voxel, part);
         };
-        self.lit.meet(voxel, part, (photons, 1.0 / area), [inner + 0.5 * thickness, way.met.0, way.met.1]);
+        if !is_met {
+            self.lit.meet(voxel, part, (photons, 1.0 / area), [inner + 0.5 * thickness, way.met.0, way.met.1]);
+        }
         if let Some(known) = self.known {
             let crossing = Crossing { inner, thickness, area, others: self.others[voxel].into(), own: self.own[voxel].into() };
             let by = (self.light, &self.ionises);
@@ -125,6 +132,5 @@ impl<'a> Transport<'a> {
                 None => cross(photons, &known.dark(voxel), &crossing, by),
             };
         }
-        exit
     }
 }

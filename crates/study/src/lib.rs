@@ -11,7 +11,7 @@ mod campaign;
 mod chapters;
 mod figure;
 pub mod gas;
-mod maps;
+pub mod maps;
 mod page;
 mod rules;
 mod validation;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use ionisation::atoms::{EmissionLine, LineTable};
-use ionisation::balance::Accuracy;
+use ionisation::balance::{Accuracy, Diffuse};
 use ionisation::cloud::{Cloud, Ionised, Quantity, Settings, Star as Source, block_means};
 use ionisation::error::IonisationError;
 use ionisation::light::{IonisingLight, Photons};
@@ -64,6 +64,10 @@ pub struct GasCloud {
     pub abundances: [f64; 7],
     /// What dust absorbs of ionising light, for one nucleus of hydrogen \[cm²\].
     pub dust_cm2: f64,
+    /// A temperature that all of it is held at \[K\], in place of the one at which heating and cooling are in balance.
+    pub isothermal: Option<f64>,
+    /// Where light of recombinations is absorbed.
+    pub diffuse: Diffuse,
     /// The stars that have ionising photons.
     pub stars: Vec<IonisingStar>,
     /// Bytes that may be taken.
@@ -117,7 +121,8 @@ impl GasCloud {
         let Lattice { dims, bounds } = self.lattice;
         let (voxel, hydrogen) = (self.lattice.voxel_pc(), &self.hydrogen[..]);
         let cloud = Cloud { dims, low: bounds.low, voxel, hydrogen, abundances: self.abundances, dust_cm2: self.dust_cm2 };
-        let settings = Settings { accuracy, memory_limit: self.memory_limit, ..Settings::default() };
+        let (diffuse, isothermal, memory_limit) = (self.diffuse, self.isothermal, self.memory_limit);
+        let settings = Settings { diffuse, isothermal, accuracy, memory_limit, ..Settings::default() };
         let watch = |done: u64, all: u64| {
             control.report(Stage::Gas, done, all);
             !control.interrupted()

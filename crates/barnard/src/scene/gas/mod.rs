@@ -6,7 +6,7 @@ mod species;
 
 use std::sync::Arc;
 
-use ionisation::balance::{Accuracy, Gas, State};
+use ionisation::balance::{Accuracy, COLDEST, Diffuse, Gas, HOTTEST, State};
 use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::Quantity;
 use ionisation::error::IonisationError;
@@ -54,7 +54,22 @@ pub(super) const KEYS: &[Key] = &[
         "0",
         "cross section that dust absorbs ionising light with, in cm2 for a nucleus of hydrogen, such as 1e-21",
     ),
+    Key::optional(
+        "temperature",
+        "temperature",
+        "where heating and cooling are in balance",
+        "of all electrons, 500 to 60000 K, in place of the one that follows",
+    ),
+    Key::optional(
+        "diffuse",
+        "text",
+        "outward",
+        "where light of recombinations is absorbed: outward, along the stars' rays, or on_the_spot, where it is made",
+    ),
 ];
+
+/// Where light of recombinations is absorbed, by name.
+const DIFFUSE: [(&str, Diffuse); 2] = [("outward", Diffuse::Outward), ("on_the_spot", Diffuse::OnTheSpot)];
 
 /// Stars that ionise a gas at most.
 const MOST_STARS: usize = 64;
@@ -127,6 +142,12 @@ fn read(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star]) -> 
     let abundances = abundances(section)?;
     let voxels = section.integer("voxels", 8..=2048)?.map(|voxels| voxels as usize);
     let dust_cm2 = section.number("dust_absorption", 0.0..=1e-15)?.unwrap_or(0.0);
+    let isothermal = section.positive::<Temperature>("temperature")?.map(|temperature| temperature.0);
+    if isothermal.is_some_and(|temperature| !(COLDEST..=HOTTEST).contains(&temperature)) {
+        return Err(section.error("temperature", format!("gas is held at {COLDEST} to {HOTTEST} K")));
+    }
+    let named = section.choice("diffuse", &DIFFUSE.map(|(name, _)| name))?;
+    let diffuse = DIFFUSE.into_iter().find(|(name, _)| Some(*name) == named).map_or(DIFFUSE[0].1, |(_, diffuse)| diffuse);
     let stars = IonisingStar::of(stars);
     if stars.len() > MOST_STARS {
         let message =
@@ -138,7 +159,8 @@ fn read(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star]) -> 
     let voxels = voxels.unwrap_or(VOXELS).min(if loader.is_rough { ROUGH } else { usize::MAX });
     let own = density.grid().filter(is_own);
     let lattice = own.map_or_else(|| Lattice::along(density.bounds(), voxels), |grid| grid.lattice().clone());
-    let mut cloud = GasCloud { lattice, hydrogen: Vec::new(), abundances, dust_cm2, stars, memory_limit: loader.inputs.memory_limit };
+    let (hydrogen, memory_limit) = (Vec::new(), loader.inputs.memory_limit);
+    let mut cloud = GasCloud { lattice, hydrogen, abundances, dust_cm2, isothermal, diffuse, stars, memory_limit };
     section.wrap("density", memory::check("the gas that stars ionise", cloud.bytes(BESIDE), loader.inputs.memory_limit))?;
     cloud.hydrogen = match own {
         Some(grid) => grid.values().into_owned(),

@@ -1,0 +1,84 @@
+//! A dense clump beside a star, in hydrogen of one temperature.
+
+use glam::DVec3;
+use ionisation::balance::{Diffuse, Gas, State};
+use ionisation::cloud::{Cloud, Quantity, Settings, Star};
+use ionisation::light::IonisingLight;
+
+use crate::chance::{Follow, Source, neutral};
+
+/// The half of an edge \[pc\].
+pub const HALF_PC: f64 = 2.0;
+/// The temperature of the gas \[K\].
+const TEMPERATURE: f64 = 8000.0;
+/// The star, and the radius of the clump in the middle \[pc\].
+const STAR: Source = Source { place: DVec3::new(-1.3, 0.02, 0.03), temperature: 40_000.0, photons: 4e48 };
+const RADIUS_PC: f64 = 0.35;
+
+/// The clump.
+pub struct Clump {
+    edge: usize,
+    hydrogen: Vec<f32>,
+}
+
+impl Clump {
+    /// 30 nuclei in a cm³, and 3000 in the clump, on so many voxels along an edge.
+    pub fn new(edge: usize) -> Self {
+        let clump = Self { edge, hydrogen: Vec::new() };
+        let density = |i: usize| if clump.place(i).length() < RADIUS_PC { 3000.0 } else { 30.0 };
+        Self { hydrogen: (0..edge.pow(3)).map(density).collect(), ..clump }
+    }
+
+    /// The middle of a voxel \[pc\].
+    fn place(&self, voxel: usize) -> DVec3 {
+        let at = [voxel % self.edge, voxel / self.edge % self.edge, voxel / self.edge / self.edge].map(|i| i as f64);
+        (DVec3::from(at) + 0.5) * (2.0 * HALF_PC / self.edge as f64) - HALF_PC
+    }
+
+    fn cloud(&self) -> Cloud<'_> {
+        let voxel = DVec3::splat(2.0 * HALF_PC / self.edge as f64);
+        let abundances = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        Cloud { dims: [self.edge; 3], low: DVec3::splat(-HALF_PC), voxel, hydrogen: &self.hydrogen, abundances, dust_cm2: 0.0 }
+    }
+
+    /// Neutral parts as beams find them.
+    pub fn by_beams(&self, diffuse: Diffuse) -> Vec<f64> {
+        let light = IonisingLight::blackbody(STAR.temperature, STAR.photons);
+        let ionised = |_: &Gas, state: &State| state.fractions[0][1];
+        let settings = Settings { diffuse, isothermal: Some(TEMPERATURE), ..Settings::default() };
+        let star = Star { place: STAR.place, light: &light };
+        let asked = [Quantity { most: 1.0, value: &ionised }];
+        let found = self.cloud().ionised(&[star], &settings, &asked, &|_, _| true).expect("a cloud");
+        found.quantities[0].iter().map(|part| 1.0 - f64::from(*part)).collect()
+    }
+
+    /// Neutral parts as photons find them.
+    pub fn by_chance(&self, is_diffuse: bool, photons: u64) -> Vec<f64> {
+        let first = self.by_beams(Diffuse::OnTheSpot);
+        neutral(&self.cloud(), &STAR, &Follow { temperature: TEMPERATURE, is_diffuse, photons, rounds: 30 }, first)
+    }
+
+    /// Whether a voxel lies in the clump's shadow.
+    pub fn is_in_shadow(&self, voxel: usize) -> bool {
+        let way = self.place(voxel) - STAR.place;
+        let axis = -STAR.place.normalize();
+        let along = way.dot(axis);
+        let beside = (way - along * axis).length();
+        along > STAR.place.length() + RADIUS_PC + 0.1 && beside < RADIUS_PC * along / STAR.place.length()
+    }
+
+    /// Whether a voxel lies well beside the clump and its shadow.
+    pub fn is_lit(&self, voxel: usize) -> bool {
+        let way = self.place(voxel) - STAR.place;
+        let axis = -STAR.place.normalize();
+        let along = way.dot(axis);
+        self.place(voxel).length() > 1.5 * RADIUS_PC
+            && (along < 0.0 || (way - along * axis).length() > 1.5 * RADIUS_PC * along / STAR.place.length())
+    }
+
+    /// Ions of the voxels that are asked for, in cm⁻³ of a voxel.
+    pub fn ions(&self, neutral: &[f64], is_asked: impl Fn(usize) -> bool) -> f64 {
+        let ions = |i: usize| f64::from(self.hydrogen[i]) * (1.0 - neutral[i]);
+        (0..neutral.len()).filter(|i| is_asked(*i)).map(ions).sum()
+    }
+}
