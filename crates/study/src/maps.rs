@@ -71,7 +71,9 @@ impl Maps {
     fn draw(&self, area: &DrawingArea<BitMapBackend, Shift>, grid: (usize, usize)) -> std::result::Result<(), Box<dyn std::error::Error>> {
         register_font();
         area.fill(&WHITE)?;
-        let area = area.titled(&self.title, ("sans-serif", 22))?;
+        let below = area.titled(&self.title, ("sans-serif", 22))?;
+        let title = area.dim_in_pixel().1 - below.dim_in_pixel().1;
+        let area = below.margin(CAPTION.saturating_sub(title), 0, 0, 0);
         for (map, panel) in self.maps.iter().zip(area.split_evenly(grid)) {
             map.draw(&panel)?;
         }
@@ -100,7 +102,7 @@ impl Map {
             .margin_top(ABOVE.saturating_sub(title))
             .margin_left(6)
             .margin_right(6)
-            .margin_bottom(BELOW - 34 - 6)
+            .margin_bottom(BELOW - 34)
             .x_label_area_size(34)
             .y_label_area_size(LEFT - 12)
             .build_cartesian_2d(self.across.0..self.across.1, self.upwards.0..self.upwards.1)?;
@@ -115,7 +117,7 @@ impl Map {
         let (low, high) = self.range;
         let mut bar = ChartBuilder::on(&scale)
             .margin_top(ABOVE)
-            .margin_bottom(BELOW - 6)
+            .margin_bottom(BELOW)
             .margin_right(6)
             .y_label_area_size(44)
             .build_cartesian_2d(0.0..1.0, low..high)?;

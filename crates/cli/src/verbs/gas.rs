@@ -1,12 +1,12 @@
 //! `barnard gas`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::bail;
+use barnard::scene::IonisedGas;
 use clap::Args;
 
-use crate::progress;
 use crate::source::SceneArgs;
 
 /// Tells what a scene's stars make of its [gas]: temperature, ions, lines.
@@ -28,10 +28,19 @@ impl Gas {
         let (scene, _) = self.scene.load()?;
         let Some(gas) = &scene.gas else { bail!("the scene has no [gas]; write one such as  [gas]  density = \"n_H\"  (docs/gas.md)") };
         gas.told().iter().for_each(|told| say!("{told}"));
-        if let Some(folder) = &self.output {
-            barnard_study::gas::write(&scene.name, gas, folder, &progress::control()?)?;
-            say!("wrote {}", folder.join("gas.md").display());
-        }
+        self.output.map_or(Ok(()), |folder| report(&scene.name, gas, &folder))?;
         Ok(ExitCode::SUCCESS)
     }
+}
+
+#[cfg(feature = "study")]
+fn report(name: &str, gas: &IonisedGas, folder: &Path) -> anyhow::Result<()> {
+    barnard_study::gas::write(name, gas, folder, &crate::progress::control()?)?;
+    say!("wrote {}", folder.join("gas.md").display());
+    Ok(())
+}
+
+#[cfg(not(feature = "study"))]
+fn report(_: &str, _: &IonisedGas, _: &Path) -> anyhow::Result<()> {
+    bail!("this program was built without reports; build it with: cargo run --release -F study -- gas")
 }

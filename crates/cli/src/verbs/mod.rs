@@ -6,7 +6,6 @@ mod check;
 mod compare;
 mod completions;
 mod convert;
-#[cfg(feature = "study")]
 mod gas;
 mod info;
 mod list;
@@ -45,12 +44,7 @@ pub enum Verb {
     /// Read a grid of one format and write it in another: .vdb, .fits, .h5, .npy
     Convert(Box<convert::Convert>),
     /// Tell what a scene's stars make of its gas, and write a report: profiles, lines, maps
-    #[cfg(feature = "study")]
     Gas(gas::Gas),
-    /// Tell what stars make of gas, where the program can
-    #[cfg(not(feature = "study"))]
-    #[command(hide = true)]
-    Gas(Missing),
     /// Compare two images band by band
     Compare(compare::Compare),
     /// Time the methods on this machine, with their errors
@@ -93,10 +87,7 @@ impl Verb {
             Verb::Convert(verb) => verb.run(),
             Verb::List(verb) => verb.run(),
             Verb::Info(verb) => verb.run(),
-            #[cfg(feature = "study")]
             Verb::Gas(verb) => verb.run(),
-            #[cfg(not(feature = "study"))]
-            Verb::Gas(verb) => verb.run("gas", "study"),
             Verb::Compare(verb) => verb.run(),
             #[cfg(feature = "study")]
             Verb::Bench(verb) => verb.run(),
