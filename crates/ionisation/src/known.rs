@@ -2,7 +2,8 @@
 //!
 //! Each voxel is solved once, as a slab that has all light that comes to it from one side: one step where it is thin, as many
 //! as a beam would make where a front runs through it. Beams go through it with the opacity that it has, (G7) of docs/gas.md.
-//! Where their light has become brighter or fainter since, hydrogen is as many times less or more neutral.
+//! Where their light has become brighter or fainter since, gas is less or more opaque, so that it absorbs as many photons; dust
+//! stays as it is.
 //!
 //! | symbol | variable | unit |
 //! |---|---|---|
@@ -104,8 +105,7 @@ pub fn cross(photons: &mut ByNode, voxel: &Voxel, crossing: &Crossing, (light, i
             // How much longer the ways of the gas's own light are than the way outward.
             let depth = opacity * (opacity * is_own * (3.0 * inner) + 1.0) * thickness;
             let decay = depth.decay();
-            let series = Lanes::ONE - depth * (Lanes::splat(0.5) - depth * (Lanes::splat(1.0 / 6.0) - depth * (1.0 / 24.0)));
-            let mean = depth.above(1e-3, (Lanes::ONE - decay) / depth.at_least(f64::MIN_POSITIVE), series);
+            let mean = depth.mean_decay(decay, Lanes::ONE / depth.at_least(f64::MIN_POSITIVE));
             let own = Lanes::each(|lane| if lane < OWN_NODES { voxel.own[lane].into() } else { 0.0 });
             leaving = leaving * decay + own * mean * (share * area * thickness);
         } else {
@@ -160,9 +160,8 @@ impl<'a> Known<'a> {
             told.iter().flat_map(chunk).collect()
         };
         let steps = told.iter().fold([0; 2], |sum, (_, steps)| [sum[0] + steps[0], sum[1] + steps[1]]);
-        let neutral = State::neutral(&Gas::new(1.0, cloud.abundances));
-        let gas = cloud.gas(0, settings);
-        let dark = opacity(kind, &Gas { hydrogen: 1.0, ..gas }, &neutral);
+        let gas = Gas { hydrogen: 1.0, ..cloud.gas(0, settings) };
+        let dark = opacity(kind, &gas, &State::neutral(&gas));
         Self { cloud, dark, voxels, ions: of(0), quantities: (1..=quantities.len()).map(of).collect(), steps }
     }
 
@@ -263,11 +262,11 @@ impl<'a> Slabs<'a> {
         }
         let all = (0..nodes).map(flux_of).sum::<f64>();
         let [distance, area, variance] = std::array::from_fn(|place| flux_of(nodes + place) / all);
-        // As many photons come to the slab as to the voxel, and it has its volume.
-        let thickness = (self.cloud.voxel * PARSEC_CM).element_product().cbrt() / area;
         if area <= 0.0 {
             return None;
         }
+        // As many photons come to the slab as to the voxel, and it has its volume.
+        let thickness = (self.cloud.voxel * PARSEC_CM).element_product().cbrt() / area;
         let inner = (distance - 0.5 * thickness).max(thickness);
         let solid_angle = 1.0 / mean_square(inner, thickness);
         let photons = std::array::from_fn(|node| if node < nodes { flux_of(node) } else { 0.0 });
@@ -297,10 +296,10 @@ impl<'a> Slabs<'a> {
                     let left_cm = slab.end_cm - slab.beam.radius_cm;
                     if left_cm > 1e-12 * slab.end_cm && !slab.beam.is_used_up() {
                         slab.beam.begin((&mut packet, lane), slab.gas.hydrogen, left_cm);
-                    } else if let Some(slab) = place.take() {
-                        last[lane] = Some(slab.beam.clone());
+                    } else if let Some(mut slab) = place.take() {
                         let voxel = slab.voxel - first;
-                        voxels[voxel] = self.end(slab, |number, value| told[number * count + voxel] = value as f32);
+                        voxels[voxel] = self.end(&mut slab, |number, value| told[number * count + voxel] = value as f32);
+                        last[lane] = Some(slab.beam);
                     }
                 }
                 if place.is_none()
@@ -322,7 +321,7 @@ impl<'a> Slabs<'a> {
     }
 
     /// What is known of a voxel that has been solved; `tell` hears its ions of hydrogen and what was asked for.
-    fn end(&self, mut slab: Slab, mut tell: impl FnMut(usize, f64)) -> Voxel {
+    fn end(&self, slab: &mut Slab, mut tell: impl FnMut(usize, f64)) -> Voxel {
         let whole_cm = slab.end_cm - slab.begin_cm;
         let rest_cm = (slab.end_cm - slab.beam.radius_cm).max(0.0);
         if rest_cm > 1e-12 * slab.end_cm {

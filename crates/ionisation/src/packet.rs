@@ -199,9 +199,8 @@ impl<'a> Packet<'a> {
             let depth = opacity * self.thickness * detour;
             let left = depth.decay();
             let inverse = Lanes::ONE / depth.at_least(f64::MIN_POSITIVE);
-            // (1 − e^(−x))/x, by its series where rounding would leave little of the difference; and how it falls with x.
-            let series = Lanes::ONE - depth * (Lanes::splat(0.5) - depth * (Lanes::splat(1.0 / 6.0) - depth * (1.0 / 24.0)));
-            let mean = depth.above(1e-3, (Lanes::ONE - left) * inverse, series);
+            let mean = depth.mean_decay(left, inverse);
+            // How the mean falls with the depth.
             let falling = depth.above(1e-3, (mean - left) * inverse, Lanes::splat(0.5));
             let incoming = self.photons[node] * per_area;
             let (mut flux, mut steep) = (incoming * mean, incoming * falling * self.thickness);

@@ -106,6 +106,20 @@ impl Rays<'_> {
 mod tests {
     use super::*;
 
+    /// Beams from outside fill the part of the sphere that the cloud takes, to what a voxel at its edges takes.
+    #[test]
+    fn beams_fill_what_the_cloud_takes() {
+        let hydrogen = vec![1.0; 40 * 40 * 40];
+        let (low, voxel, abundances) = (DVec3::splat(-2.0), DVec3::splat(0.1), [0.0; crate::atoms::ELEMENTS]);
+        let cloud = Cloud { dims: [40; 3], low, voxel, hydrogen: &hydrogen, abundances, dust_cm2: 0.0 };
+        for place in [DVec3::new(0.3, 0.2, -2.1), DVec3::new(1.8, 1.7, -2.2), DVec3::new(-2.5, -2.3, -2.4)] {
+            let rays = Rays { cloud: &cloud, place };
+            let sent: f64 = rays.sent_out().into_iter().map(Patch::solid_angle).sum();
+            let taken: f64 = Patch::all(7).filter(|patch| rays.clipped(patch.direction()).is_some()).map(Patch::solid_angle).sum();
+            assert!((sent / taken - 1.0).abs() < 1e-2, "{place}: {sent} of {taken}");
+        }
+    }
+
     /// Parallel rays through a cube: how many meet it, and how long their ways are.
     #[test]
     fn voxels_are_met_as_rays_tell() {

@@ -18,8 +18,7 @@ const PHOTONS: u64 = 100_000;
 fn beams_are_beside_photons() {
     let clump = Clump::new(EDGE);
     let told = |name: &str, neutral: Vec<f64>| {
-        let part = |is_asked: &dyn Fn(usize) -> bool| clump.ions(&neutral, is_asked) / clump.ions(&vec![0.0; EDGE.pow(3)], is_asked);
-        let (lit, shadow) = (part(&|i| clump.is_lit(i)), part(&|i| clump.is_in_shadow(i)));
+        let [lit, shadow] = clump.ionised(&neutral);
         println!("{name}: {lit:.4} of what is lit, {shadow:.4} of the shadow");
         [lit, shadow]
     };

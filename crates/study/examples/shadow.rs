@@ -24,8 +24,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("photons, own light in all directions", clump.by_chance(true, PHOTONS)),
     ];
     let maps = found.map(|(title, neutral)| {
-        let part = |is_asked: &dyn Fn(usize) -> bool| clump.ions(&neutral, is_asked) / clump.ions(&vec![0.0; EDGE.pow(3)], is_asked);
-        println!("{title}: {:.4} of what is lit, {:.4} of the shadow", part(&|i| clump.is_lit(i)), part(&|i| clump.is_in_shadow(i)));
+        let [lit, shadow] = clump.ionised(&neutral);
+        println!("{title}: {lit:.4} of what is lit, {shadow:.4} of the shadow");
         let values = neutral[EDGE / 2 * EDGE * EDGE..][..EDGE * EDGE].iter().map(|neutral| 1.0 - neutral).collect();
         let sides = (-HALF_PC, HALF_PC);
         Map { title: title.into(), size: (EDGE, EDGE), across: sides, upwards: sides, values, range: (0.0, 1.0) }

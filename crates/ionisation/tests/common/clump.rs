@@ -58,27 +58,34 @@ impl Clump {
         neutral(&self.cloud(), &STAR, &Follow { temperature: TEMPERATURE, is_diffuse, photons, rounds: 30 }, first)
     }
 
-    /// Whether a voxel lies in the clump's shadow.
-    pub fn is_in_shadow(&self, voxel: usize) -> bool {
-        let way = self.place(voxel) - STAR.place;
-        let axis = -STAR.place.normalize();
-        let along = way.dot(axis);
-        let beside = (way - along * axis).length();
+    /// The ionised part of the gas that is well beside the clump and its shadow, and of that in the shadow.
+    pub fn ionised(&self, neutral: &[f64]) -> [f64; 2] {
+        let (mut ions, mut nuclei) = ([0.0; 2], [0.0; 2]);
+        for (voxel, neutral) in neutral.iter().enumerate() {
+            let hydrogen = f64::from(self.hydrogen[voxel]);
+            for (region, is_there) in [self.is_lit(voxel), self.is_in_shadow(voxel)].into_iter().enumerate() {
+                let share = if is_there { hydrogen } else { 0.0 };
+                (ions[region], nuclei[region]) = (ions[region] + share * (1.0 - neutral), nuclei[region] + share);
+            }
+        }
+        std::array::from_fn(|region| ions[region] / nuclei[region])
+    }
+
+    fn is_in_shadow(&self, voxel: usize) -> bool {
+        let (along, beside) = self.beside_axis(voxel);
         along > STAR.place.length() + RADIUS_PC + 0.1 && beside < RADIUS_PC * along / STAR.place.length()
     }
 
-    /// Whether a voxel lies well beside the clump and its shadow.
-    pub fn is_lit(&self, voxel: usize) -> bool {
-        let way = self.place(voxel) - STAR.place;
-        let axis = -STAR.place.normalize();
-        let along = way.dot(axis);
-        self.place(voxel).length() > 1.5 * RADIUS_PC
-            && (along < 0.0 || (way - along * axis).length() > 1.5 * RADIUS_PC * along / STAR.place.length())
+    fn is_lit(&self, voxel: usize) -> bool {
+        let (along, beside) = self.beside_axis(voxel);
+        let is_beside_clump = self.place(voxel).length() > 1.5 * RADIUS_PC;
+        is_beside_clump && (along < 0.0 || beside > 1.5 * RADIUS_PC * along / STAR.place.length())
     }
 
-    /// Ions of the voxels that are asked for, in cm⁻³ of a voxel.
-    pub fn ions(&self, neutral: &[f64], is_asked: impl Fn(usize) -> bool) -> f64 {
-        let ions = |i: usize| f64::from(self.hydrogen[i]) * (1.0 - neutral[i]);
-        (0..neutral.len()).filter(|i| is_asked(*i)).map(ions).sum()
+    /// How far a voxel is from the star along the axis through the clump, and from that axis \[pc\].
+    fn beside_axis(&self, voxel: usize) -> (f64, f64) {
+        let (way, axis) = (self.place(voxel) - STAR.place, -STAR.place.normalize());
+        let along = way.dot(axis);
+        (along, (way - along * axis).length())
     }
 }
