@@ -59,7 +59,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { diffuse: Diffuse::default(), isothermal: None, accuracy: Accuracy::FAST, change: 2e-3, passes: 30, memory_limit: 4 << 30 }
+        Self { diffuse: Diffuse::default(), isothermal: None, accuracy: Accuracy::FAST, change: 4e-3, passes: 30, memory_limit: 4 << 30 }
     }
 }
 

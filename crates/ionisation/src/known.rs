@@ -2,120 +2,24 @@
 //!
 //! Each voxel is solved once, as a slab that has all light that comes to it from one side: one step where it is thin, as many
 //! as a beam would make where a front runs through it. Beams go through it with the opacity that it has, (G7) of docs/gas.md.
-//! Where their light has become brighter or fainter since, gas is less or more opaque, so that it absorbs as many photons; dust
-//! stays as it is.
-//!
-//! | symbol | variable | unit |
-//! |---|---|---|
-//! | Γ | ionisations of H⁰ by the light that comes in | s⁻¹ |
-//! | κ | opacity | cm⁻¹ |
 
-use multiversion::multiversion;
 use rayon::prelude::*;
 
 use crate::atoms::STAGES;
 use crate::balance::{Gas, State};
 use crate::beam::{Beam, Step, mean_square, shell};
 use crate::cloud::{Cloud, PARSEC_CM, Quantity, Settings};
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::LANES;
 use crate::light::{ABSORBERS, ByNode, IonisingLight, NODES, OWN_NODES, ion};
+use crate::lit::BEHIND;
 use crate::packet::Packet;
-use crate::tally::BEHIND;
+use crate::voxel::{ALL, Voxel, absorbing};
 
-/// By how much gas may be more or less opaque at once than it was.
-const CHANGE: f64 = 16.0;
 /// The variance of ways that photons have for that of all rays: those on short ways come in farther behind, where there are
 /// fewer. Found on spheres of 8 and 16 voxels in radius, where photons are as many as recombinations to a hundredth.
 const OF_PHOTONS: f64 = 0.8;
-/// What counts as all of the light \[1\].
-const ALL: f64 = 1.0 - 1e-6;
 /// Voxels that are solved one after the other by one thread.
 const CHUNK: usize = 512;
-
-/// Gas that beams go through.
-#[derive(Debug, Clone, Copy)]
-pub struct Voxel {
-    /// The opacity by node, and what dust has of it \[cm⁻¹\].
-    opacity: [f32; NODES],
-    dust: f32,
-    /// Photons that it makes \[cm⁻³ s⁻¹\].
-    own: [f32; OWN_NODES],
-    /// Γ \[s⁻¹\]; none where there was no light.
-    rate: f32,
-    /// The part of the light that it absorbs, and of its hydrogen that is ionised \[1\].
-    absorbed: f32,
-    ionised: f32,
-}
-
-impl Voxel {
-    const DARK: Self = Self { opacity: [0.0; NODES], dust: 0.0, own: [0.0; OWN_NODES], rate: 0.0, absorbed: 1.0, ionised: 0.0 };
-
-    /// How much more opaque it is where light has become brighter: recombinations, and so what is absorbed, are as many as they
-    /// were, but for what is still neutral.
-    fn response(&self, brighter: f64) -> f64 {
-        let [absorbed, ionised] = [self.absorbed, self.ionised].map(f64::from);
-        let brighter = if brighter > 1.0 { (brighter * ionised).max(1.0) } else { brighter };
-        let absorbs = |part: f64| -(-part.min(ALL)).ln_1p();
-        (absorbs(absorbed / brighter) / absorbs(absorbed)).clamp(1.0 / CHANGE, CHANGE)
-    }
-}
-
-/// A beam in a voxel.
-pub struct Crossing {
-    /// Where it begins, and how long it is \[cm\].
-    pub inner: f64,
-    /// \[cm\]
-    pub thickness: f64,
-    /// Its mean cross section \[cm²\].
-    pub area: f64,
-    /// Γ by the light of all other stars, and by the star's when the gas was solved \[s⁻¹\].
-    pub others: f64,
-    /// \[s⁻¹\]
-    pub own: f64,
-}
-
-/// Nodes side by side.
-const GROUPS: usize = NODES.div_ceil(LANES);
-
-#[inline(always)]
-fn grouped(value: impl Fn(usize) -> f64) -> [Lanes; GROUPS] {
-    std::array::from_fn(|group| Lanes::each(|lane| if group * LANES + lane < NODES { value(group * LANES + lane) } else { 0.0 }))
-}
-
-/// Has photons by node \[s⁻¹\] go through a voxel; gives how many are left that ionise \[s⁻¹\].
-#[multiversion(targets = "simd")]
-pub fn cross(photons: &mut ByNode, voxel: &Voxel, crossing: &Crossing, (light, ionises): (&IonisingLight, &ByNode)) -> f64 {
-    let Crossing { inner, thickness, area, others, own } = *crossing;
-    let sigma = grouped(|node| light.weakening[0][node]);
-    let incoming = grouped(|node| photons[node]);
-    let mut rates = Lanes::ZERO;
-    (0..GROUPS).for_each(|group| rates += incoming[group] * sigma[group]);
-    let rate = rates.0.iter().sum::<f64>() / area;
-    let (all, before) = (others + rate, f64::from(voxel.rate));
-    let response = if before > 0.0 { voxel.response(all / before) } else { 1.0 };
-    let share = if before > 0.0 { own / before } else { 0.0 };
-    let is_own = Lanes::each(|lane| if lane < OWN_NODES { 1.0 } else { 0.0 });
-    let ionises = grouped(|node| ionises[node]);
-    let mut left = Lanes::ZERO;
-    for group in 0..GROUPS {
-        let opacity = Lanes::each(|lane| if group * LANES + lane < NODES { voxel.opacity[group * LANES + lane].into() } else { 0.0 });
-        let opacity = Lanes::splat(voxel.dust.into()) + (opacity - Lanes::splat(voxel.dust.into())).at_least(0.0) * response;
-        let mut leaving = incoming[group];
-        if group == 0 {
-            // How much longer the ways of the gas's own light are than the way outward.
-            let depth = opacity * (opacity * is_own * (3.0 * inner) + 1.0) * thickness;
-            let decay = depth.decay();
-            let mean = depth.mean_decay(decay, Lanes::ONE / depth.at_least(f64::MIN_POSITIVE));
-            let own = Lanes::each(|lane| if lane < OWN_NODES { voxel.own[lane].into() } else { 0.0 });
-            leaving = leaving * decay + own * mean * (share * area * thickness);
-        } else {
-            leaving = leaving * (opacity * thickness).decay();
-        }
-        left += leaving * ionises[group];
-        (0..LANES).filter(|lane| group * LANES + lane < NODES).for_each(|lane| photons[group * LANES + lane] = leaving[lane]);
-    }
-    left.0.iter().sum()
-}
 
 /// What is known of a cloud's voxels, and what was asked for of their gas.
 pub struct Known<'a> {
@@ -173,7 +77,7 @@ impl<'a> Known<'a> {
     /// What they find in one that has always been dark.
     pub fn dark(&self, voxel: usize) -> Voxel {
         let hydrogen = f64::from(self.cloud.hydrogen[voxel]);
-        Voxel { opacity: self.dark.map(|sigma| (hydrogen * sigma) as f32), ..Voxel::DARK }
+        Voxel { opacity: std::array::from_fn(|place| self.dark.get(place).map_or(0.0, |sigma| (hydrogen * sigma) as f32)), ..Voxel::DARK }
     }
 }
 
@@ -334,13 +238,15 @@ impl<'a> Slabs<'a> {
         for (number, quantity) in self.quantities.iter().enumerate() {
             tell(number + 1, quantity.most * slab.values[number + 1]);
         }
-        let opacity = slab.depths.map(|depth| on_ways(depth, OF_PHOTONS * slab.variance) / whole_cm);
+        let opacity = |depth: f64| (on_ways(depth, OF_PHOTONS * slab.variance) / whole_cm).max(0.0) as f32;
+        let absorbed = ((1.0 - slab.beam.left()) as f32).clamp(1e-9, ALL);
         Voxel {
-            opacity: opacity.map(|opacity| opacity.max(0.0) as f32),
+            opacity: std::array::from_fn(|place| slab.depths.get(place).map_or(0.0, |depth| opacity(*depth))),
             dust: (slab.gas.hydrogen * slab.gas.dust_cm2) as f32,
             own: slab.own.map(|own| own as f32),
             rate: slab.rate as f32,
-            absorbed: (1.0 - slab.beam.left()).clamp(1e-9, ALL) as f32,
+            absorbed,
+            depth: absorbing(absorbed),
             ionised: slab.values[0] as f32,
         }
     }
@@ -368,20 +274,5 @@ mod tests {
             }
             assert!(left(4.0, variance, 4.0) > 1.1);
         }
-    }
-
-    /// Thin gas is as many times less opaque as its light is brighter; where a front stands, the voxel takes all light until it
-    /// is ionised as a whole.
-    #[test]
-    fn opacity_answers_to_light() {
-        let voxel = |absorbed, ionised| Voxel { absorbed, ionised, ..Voxel::DARK };
-        for (absorbed, ionised) in [(1e-3, 1.0), (0.5, 1.0), (1.0, 0.4)] {
-            assert!((voxel(absorbed, ionised).response(1.0) - 1.0).abs() < 1e-6);
-        }
-        assert!((voxel(1e-3, 1.0).response(2.0) - 0.5).abs() < 1e-3 && (voxel(1e-3, 1.0).response(0.5) - 2.0).abs() < 2e-3);
-        // As many photons are absorbed as before: half of twice as many is a quarter of all.
-        let part = voxel(0.5, 1.0).response(2.0) * 2f64.ln();
-        assert!((1.0 - (-part).exp() - 0.25).abs() < 1e-6);
-        assert!(voxel(1.0, 0.4).response(2.4) > 0.999 && voxel(1.0, 0.4).response(5.0) < 0.1);
     }
 }

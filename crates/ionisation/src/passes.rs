@@ -8,19 +8,24 @@ use crate::balance::Accuracy;
 use crate::cloud::{Cloud, Ionised, PARSEC_CM, Quantity, Settings, Star, Watch, block_means, block_of};
 use crate::error::IonisationError;
 use crate::follow::Follow;
-use crate::known::{Known, Voxel};
+use crate::known::Known;
 use crate::lanes::LANES;
+use crate::lit::{BEHIND, Lit};
 use crate::patch::Patch;
 use crate::rays::Rays;
-use crate::tally::{BEHIND, Tally};
+use crate::tally::Tally;
 use crate::transport::Transport;
+use crate::voxel::Voxel;
 
 /// Clouds of several stars are not solved on fewer voxels than this along their shortest edge, before they are on more.
 const COARSEST: usize = 12;
-/// Changes, in parts of the one that is asked for, from which on quantities are asked for: passes bring it down by more.
-const NEAR: f64 = 3.0;
+/// Changes, in parts of the one that is asked for, from which on the gas is solved as exactly as it is asked for: passes bring it
+/// down to less than half of it.
+const NEAR: f64 = 2.2;
+/// The change with which what they have first has settled, in parts of the one that is asked for.
+const FAR: f64 = 5.0;
 /// Passes that several stars take as a rule.
-const EXPECTED: usize = 5;
+const EXPECTED: usize = 4;
 
 /// Work that is watched; its units are voxels that one star's beams have gone through.
 struct Work<'a> {
@@ -82,7 +87,7 @@ impl Cloud<'_> {
     /// The bytes that so many voxels, stars, nodes and quantities take: sums by quantity; for several stars what is known of each
     /// voxel before a pass and behind it, the light of one star as sums, that of all, and Γ by that of each.
     pub fn bytes(cells: usize, stars: usize, nodes: usize, quantities: usize) -> u64 {
-        let of_several = 2 * size_of::<Voxel>() + 12 * (nodes + BEHIND + 1) + 4 * (stars + 1) + 8 * (quantities + 1);
+        let of_several = 2 * size_of::<Voxel>() + Lit::bytes(nodes) + 4 * (nodes + BEHIND + stars + 3) + 8 * quantities;
         let bytes = if stars > 1 { of_several } else { 12 * (quantities + 1) };
         (cells as u64).saturating_mul(bytes as u64)
     }
@@ -120,7 +125,10 @@ impl Cloud<'_> {
         let mut before = self.before(stars, settings, work)?;
         let end = work.done.load(Ordering::Relaxed) + level(self.dims, stars.len());
         let goes_on = || work.goes_on() && work.add(0, end);
-        let mut known = before.as_ref().map(|before| Known::new((self, settings), kind, &before.flux, &[], &goes_on));
+        // While much is still to change, gas needs not be solved as exactly.
+        let far = Settings { accuracy: Accuracy::COARSE, ..*settings };
+        let mut known = before.as_ref().map(|before| Known::new((self, &far), kind, &before.flux, &[], &goes_on));
+        let mut lit = Lit::new(cells, kind.energies_ev.len());
         let (most, mut change) = (settings.passes.max(2), f64::INFINITY);
         for pass in 1.. {
             let Before { flux, rates, ions } = before.get_or_insert_with(|| Before {
@@ -133,7 +141,7 @@ impl Cloud<'_> {
             let mut escaped = Vec::new();
             for (number, star) in stars.iter().enumerate() {
                 let (rays, others) = (Rays { cloud: self, place: star.place }, sum_but(rates, number));
-                let transport = Transport::new(rays, star.light, &settings.accuracy, known.as_ref(), (&others, &rates[number]));
+                let transport = Transport::new((rays, star.light), &settings.accuracy, known.as_ref(), &others, &lit);
                 let send = |patches: &[Patch]| {
                     patches.iter().all(|patch| {
                         transport.send(*patch);
@@ -141,12 +149,11 @@ impl Cloud<'_> {
                     })
                 };
                 self.in_parts(&rays.sent_out(), work, end, send)?;
-                let rate = transport.lit.add_to(flux, &kind.weakening[0]);
                 escaped.push(transport.kept.escaped());
-                rates[number] = rate;
+                rates[number] = lit.add_to(flux, (&rays, star.light));
             }
-            let asked = if is_near { quantities } else { &[] };
-            let mut next = Known::new((self, settings), kind, flux, asked, &goes_on);
+            let (asked, exact) = if is_near { (quantities, settings) } else { (&[][..], &far) };
+            let mut next = Known::new((self, exact), kind, flux, asked, &goes_on);
             if !work.goes_on() {
                 return Err(IonisationError::Stopped);
             }
@@ -172,7 +179,7 @@ impl Cloud<'_> {
         let Some(dims) = halved(self.dims) else { return Ok(None) };
         let (_, hydrogen) = block_means(self.dims, self.hydrogen, 2);
         let coarse = Cloud { dims, voxel: 2.0 * self.voxel, hydrogen: &hydrogen, ..self.clone() };
-        let settings = Settings { accuracy: Accuracy::COARSE, change: NEAR * settings.change, ..*settings };
+        let settings = Settings { accuracy: Accuracy::COARSE, change: FAR * settings.change, ..*settings };
         let (_, before) = coarse.of_several(stars, &settings, &[], work)?;
         let finer = |coarse: &Vec<f32>, values: usize| -> Vec<f32> {
             let above = |i: usize| block_of(self.dims, dims, 2, i) * values;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::cloud::Cloud;
+use crate::cloud::{Cloud, PARSEC_CM};
 use crate::patch::Patch;
 
 /// The level of patches with which beams begin.
@@ -49,11 +49,6 @@ impl Rays<'_> {
         }
     }
 
-    /// The distance of the cloud's nearest place \[pc\].
-    pub fn nearest(&self) -> f64 {
-        DVec3::ZERO.clamp(self.cloud.low - self.place, self.cloud.high() - self.place).length()
-    }
-
     /// The distance of the farthest corner \[pc\].
     pub fn farthest(&self) -> f64 {
         (self.cloud.low - self.place).abs().max((self.cloud.high() - self.place).abs()).length()
@@ -84,6 +79,38 @@ impl Rays<'_> {
         (area, (2.0 * common * area - 1.0).max(0.0))
     }
 
+    /// A voxel's largest cross section in light of any direction, for that of a cube of its volume along its edges.
+    pub fn widest_cross_section(&self) -> f64 {
+        self.cloud.voxel.element_product().cbrt() * self.cloud.voxel.recip().length()
+    }
+
+    /// The square of a voxel's distance \[cm²\]: of its middle, and no less than half of its shortest edge.
+    #[inline(always)]
+    pub fn square(&self, voxel: [usize; 3]) -> f64 {
+        let place = DVec3::from(voxel.map(|i| i as f64 + 0.5)) * self.cloud.voxel;
+        let least = 0.5 * self.cloud.voxel.min_element();
+        (self.cloud.low + place - self.place).length_squared().max(least * least) * PARSEC_CM * PARSEC_CM
+    }
+
+    /// The largest distance in a voxel, given that square \[cm\].
+    pub fn farthest_in(&self, square: f64) -> f64 {
+        square.sqrt() + self.cloud.voxel.length() * PARSEC_CM
+    }
+
+    /// The way of a ray from voxel to voxel, from a distance on \[pc\].
+    pub fn way(&self, direction: DVec3, at: f64) -> Way {
+        let Cloud { dims, low, voxel, .. } = self.cloud;
+        // A little farther on, so that a place on a face is behind it; far away from the star that is what rounding leaves.
+        let little = (1e-9 * voxel.min_element()).max(4.0 * f64::EPSILON * at);
+        let place = (self.place + (at + little) * direction - *low) / *voxel;
+        let place: [usize; 3] = std::array::from_fn(|axis| (place[axis].max(0.0) as usize).min(dims[axis] - 1));
+        let side = |axis: usize| place[axis] as f64 + f64::from(u8::from(direction[axis] > 0.0));
+        let plane = |axis: usize| (low[axis] + side(axis) * voxel[axis] - self.place[axis]) / direction[axis];
+        let next = std::array::from_fn(|axis| if direction[axis] == 0.0 { f64::INFINITY } else { plane(axis) });
+        let apart = (*voxel / direction).abs().to_array();
+        Way { place, dims: *dims, next, apart, forward: direction.to_array().map(|d| d > 0.0), at, little }
+    }
+
     /// The voxel at a distance along a ray, and where the ray leaves it \[pc\].
     pub fn voxel(&self, direction: DVec3, at: f64) -> (usize, f64) {
         let Cloud { dims, low, voxel, .. } = self.cloud;
@@ -99,6 +126,52 @@ impl Rays<'_> {
         });
         let exit = exit.fold(f64::INFINITY, f64::min).max(at + little);
         ((z * dims[1] + y) * dims[0] + x, exit)
+    }
+}
+
+/// A ray on its way from voxel to voxel.
+pub struct Way {
+    /// The voxel that it is in.
+    pub place: [usize; 3],
+    dims: [usize; 3],
+    /// Where it meets the next face across each axis, and how far such faces are apart along it \[pc\].
+    next: [f64; 3],
+    apart: [f64; 3],
+    /// Whether it goes towards higher numbers.
+    forward: [bool; 3],
+    /// Where it is, and ways that count as none \[pc\].
+    pub at: f64,
+    little: f64,
+}
+
+impl Way {
+    /// The voxel that it is in, as a number.
+    #[inline(always)]
+    pub fn voxel(&self) -> usize {
+        (self.place[2] * self.dims[1] + self.place[1]) * self.dims[0] + self.place[0]
+    }
+
+    /// Where it leaves the voxel \[pc\].
+    #[inline(always)]
+    pub fn exit(&self) -> f64 {
+        self.next[0].min(self.next[1]).min(self.next[2]).max(self.at + self.little)
+    }
+
+    /// Goes on to the next voxel, behind its exit; false where it leaves the cloud.
+    #[inline(always)]
+    pub fn go_on(&mut self) -> bool {
+        self.at = self.exit();
+        for axis in 0..3 {
+            if self.next[axis] <= self.at + self.little {
+                self.next[axis] += self.apart[axis];
+                let place = if self.forward[axis] { self.place[axis] + 1 } else { self.place[axis].wrapping_sub(1) };
+                if place >= self.dims[axis] {
+                    return false;
+                }
+                self.place[axis] = place;
+            }
+        }
+        true
     }
 }
 

@@ -2,11 +2,9 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use multiversion::multiversion;
 use rayon::prelude::*;
 
 use crate::balance::{Gas, State};
-use crate::light::{ByNode, IonisingLight, NODES};
 
 /// Units of a sum for the most that it may be in a voxel: a thousand times as much is still counted.
 const UNITS: f64 = (1u64 << 54) as f64;
@@ -137,83 +135,5 @@ impl<'a> Tally<'a> {
             voxels.map(|(sum, volume)| mean(sum, quantity.most, volume.load(Ordering::Relaxed) as f64)).collect()
         };
         self.quantities.iter().zip(&self.sums).map(of).collect()
-    }
-}
-
-/// What stands behind the flux by node, each times the flux in all of them: the distance that it has come \[cm\], the voxel's
-/// cross section and the relative variance of ways through it ([`met`](crate::rays::Rays::met)).
-pub const BEHIND: usize = 3;
-
-/// Photons by node in whole units of a voxel's most, given what makes parts of it of them and how large one may be; and the sum
-/// of those parts.
-#[multiversion(targets = "simd")]
-fn in_units(photons: &ByNode, factor: f64, most: f64) -> ([u64; NODES], f64) {
-    let (mut units, mut all) = ([0; NODES], [0.0; NODES]);
-    for node in 0..NODES {
-        let part = photons[node] * factor;
-        all[node] = if part < most { part } else { most };
-        units[node] = (all[node] * UNITS) as i64 as u64;
-    }
-    (units, all.iter().sum())
-}
-
-/// The light of one star in voxels, as it comes in: sums of its flux by node times the area of beams, and what stands behind it.
-pub struct Lit {
-    /// The most that the flux is taken to be \[s⁻¹ cm⁻²\].
-    most: f64,
-    /// What makes parts of the most of what stands behind it.
-    scales: [f64; BEHIND],
-    area: Vec<AtomicU64>,
-    sums: Vec<AtomicU64>,
-    nodes: usize,
-}
-
-impl Lit {
-    /// None yet, in so many voxels, given how near to the star gas is and how far away at most \[cm\].
-    pub fn new(cells: usize, (nearest_cm, farthest_cm): (f64, f64), light: &IonisingLight) -> Self {
-        let nodes = light.energies_ev.len();
-        let most = 10.0 * light.photons.iter().sum::<f64>() / (nearest_cm * nearest_cm);
-        let scales = [farthest_cm, 1.0, 1.0];
-        Self { most, scales, area: zeros(cells), sums: zeros(cells * (nodes + BEHIND)), nodes }
-    }
-
-    /// Has a beam enter a voxel, whose cross section it is a part of, with photons by node \[s⁻¹\] that are a flux by a factor
-    /// \[cm⁻²\], and what stands behind it.
-    pub fn meet(&self, voxel: usize, part: f64, (photons, per_area): (&ByNode, f64), behind: [f64; BEHIND]) {
-        self.area[voxel].fetch_add(unit(part), Ordering::Relaxed);
-        let sums = &self.sums[voxel * (self.nodes + BEHIND)..][..self.nodes + BEHIND];
-        let (units, all) = in_units(photons, part * per_area / self.most, part);
-        for (sum, value) in sums.iter().zip(&units[..self.nodes]).filter(|(_, value)| **value > 0) {
-            sum.fetch_add(*value, Ordering::Relaxed);
-        }
-        for ((sum, scale), value) in sums[self.nodes..].iter().zip(self.scales).zip(behind) {
-            sum.fetch_add(unit(all * value / scale), Ordering::Relaxed);
-        }
-    }
-
-    /// Has a beam enter a voxel that brings nothing.
-    pub fn meet_dark(&self, voxel: usize, part: f64) {
-        self.area[voxel].fetch_add(unit(part), Ordering::Relaxed);
-    }
-
-    /// Adds the mean in each voxel of the flux, node by node \[s⁻¹ cm⁻²\], and what stands behind it; gives the sum over nodes
-    /// of flux and what `weights` has for each.
-    pub fn add_to(&self, flux: &mut [f32], weights: &ByNode) -> Vec<f32> {
-        let sums = self.sums.par_chunks_exact(self.nodes + BEHIND);
-        let of = |((flux, sums), area): ((&mut [f32], &[AtomicU64]), &AtomicU64)| {
-            let area = area.load(Ordering::Relaxed) as f64;
-            let (by_node, behind) = flux.split_at_mut(self.nodes);
-            for ((to, sum), scale) in behind.iter_mut().zip(&sums[self.nodes..]).zip(self.scales) {
-                *to += mean(sum, self.most * scale, area);
-            }
-            let mut weighted = 0.0;
-            for ((to, sum), weight) in by_node.iter_mut().zip(sums).zip(weights) {
-                let value = mean(sum, self.most, area);
-                *to += value;
-                weighted += f64::from(value) * weight;
-            }
-            weighted as f32
-        };
-        flux.par_chunks_exact_mut(self.nodes + BEHIND).zip(sums).zip(&self.area).map(of).collect()
     }
 }

@@ -1,136 +1,132 @@
 //! Light of a star on its way through gas that is known.
 
-use glam::DVec3;
+use multiversion::multiversion;
 use spectra::constants::SPHERE;
 
 use crate::balance::Accuracy;
 use crate::beam::mean_square;
 use crate::cloud::PARSEC_CM;
-use crate::known::{Crossing, Known, cross};
-use crate::light::{ByNode, IonisingLight};
+use crate::known::Known;
+use crate::light::IonisingLight;
+use crate::lit::{Entering, Lit};
+use crate::nodes::Nodes;
 use crate::patch::Patch;
 use crate::rays::{BEYOND, Rays};
-use crate::tally::{Kept, Lit};
+use crate::tally::Kept;
+use crate::voxel::{ByStar, Crossing, cross};
 
 /// A star's light in a cloud.
 pub struct Transport<'a> {
     rays: Rays<'a>,
-    light: &'a IonisingLight,
+    by: ByStar,
     accuracy: &'a Accuracy,
     /// What is known of the gas; nothing where it is taken to be clear.
     known: Option<&'a Known<'a>>,
     /// By voxel, ionisations of hydrogen by the light of all other stars \[s⁻¹\].
     others: &'a [f32],
-    /// The same by the star's when the gas was solved \[s⁻¹\].
-    own: &'a [f32],
     /// Where it comes.
-    pub lit: Lit,
+    lit: &'a Lit,
     /// How much of it stays.
     pub kept: Kept,
-    ionises: ByNode,
-    /// The face of a cube of a voxel's volume \[cm²\].
-    face_cm2: f64,
+    /// The star's photons in a steradian \[s⁻¹ sr⁻¹\], and by node in parts of all.
+    photons: f64,
+    parts: Nodes,
+    /// The face of a cube of a voxel's volume \[cm²\] times the largest cross section.
+    widest_cm2: f64,
+    /// That cross section, in parts of that face.
+    widest: f64,
 }
 
 /// Photons of a patch on their way.
+#[derive(Clone, Copy)]
 struct Ray {
     patch: Patch,
-    photons: ByNode,
+    photons: Nodes,
     /// How far they have come \[pc\], and the voxel that the whole of them met last.
     at: f64,
     met: Option<usize>,
 }
 
-/// A ray in a direction.
-struct Way {
-    direction: DVec3,
-    solid_angle: f64,
-    /// Voxels beside that direction ([`Rays::met`]).
-    met: (f64, f64),
-    /// Where it leaves the cloud \[pc\].
-    far: f64,
-}
-
 impl<'a> Transport<'a> {
     /// The light of a star in a cloud, given what is known of that, and by voxel the ionisations of hydrogen by the light of all
-    /// other stars and by its own \[s⁻¹\].
+    /// other stars \[s⁻¹\].
     pub fn new(
-        rays: Rays<'a>,
-        light: &'a IonisingLight,
+        (rays, light): (Rays<'a>, &'a IonisingLight),
         accuracy: &'a Accuracy,
         known: Option<&'a Known<'a>>,
-        (others, own): (&'a [f32], &'a [f32]),
+        others: &'a [f32],
+        lit: &'a Lit,
     ) -> Self {
-        let voxel = rays.cloud.voxel * PARSEC_CM;
-        let reach = (rays.nearest() * PARSEC_CM).max(voxel.min_element());
-        let lit = Lit::new(rays.cloud.hydrogen.len(), (reach, rays.farthest() * PARSEC_CM), light);
-        let face_cm2 = voxel.element_product().cbrt().powi(2);
-        Self { rays, light, accuracy, known, others, own, ionises: light.ionises(), face_cm2, lit, kept: Kept::default() }
+        let all = light.photons.iter().sum::<f64>();
+        let parts = Nodes::of(&light.photons, if all > 0.0 { 1.0 / all } else { 0.0 });
+        let widest = rays.widest_cross_section();
+        let widest_cm2 = (rays.cloud.voxel * PARSEC_CM).element_product().cbrt().powi(2) * widest;
+        let (by, kept) = (ByStar::new(light), Kept::default());
+        Self { rays, by, accuracy, known, others, lit, kept, photons: all / SPHERE, parts, widest_cm2, widest }
     }
 
     /// Has the light of a patch go its way.
     pub fn send(&self, patch: Patch) {
-        let part = patch.solid_angle() / SPHERE;
-        let mut waiting = vec![Ray { patch, photons: self.light.photons.map(|photons| photons * part), at: 0.0, met: None }];
+        let mut waiting = vec![Ray { patch, photons: self.parts, at: 0.0, met: None }];
         while let Some(ray) = waiting.pop() {
-            self.follow(ray, &mut waiting);
+            follow(self, ray, &mut waiting);
         }
     }
+}
 
-    fn follow(&self, mut ray: Ray, waiting: &mut Vec<Ray>) {
-        let (direction, solid_angle) = (ray.patch.direction(), ray.patch.solid_angle());
-        let all = self.light.ionising() * solid_angle / SPHERE;
-        let (mut left, mut dark) = (self.light.ionising_of(&ray.photons), None);
-        let keep = |left: f64| self.kept.add(solid_angle / SPHERE * (1.0 - left / all).clamp(0.0, 1.0));
-        let Some((near, far)) = self.rays.clipped(direction) else { return keep(left) };
-        let way = Way { direction, solid_angle, met: self.rays.met(direction), far };
-        let (widest, longest) = (self.rays.widest(solid_angle), self.rays.cloud.voxel.length());
-        ray.at = ray.at.max(near);
-        while ray.at < far * (1.0 - 1e-12) {
-            if ray.at > widest && dark.is_none() {
-                let part = |part: Patch| {
-                    let share = part.solid_angle() / solid_angle;
-                    Ray { patch: part, photons: ray.photons.map(|photons| photons * share), at: ray.at, met: ray.met }
-                };
-                return waiting.extend(ray.patch.parts().map(part));
+/// Follows a ray up to where it parts or ends.
+#[multiversion(targets = "simd")]
+fn follow(transport: &Transport, mut ray: Ray, waiting: &mut Vec<Ray>) {
+    let Transport { rays, by, accuracy, known, others, lit, kept, .. } = transport;
+    let (direction, solid_angle) = (ray.patch.direction(), ray.patch.solid_angle());
+    let all = (transport.parts * by.ionises).sum();
+    let (mut left, mut dark) = ((ray.photons * by.ionises).sum(), None);
+    let (cloud, used_up) = (rays.cloud, accuracy.used_up as f32 * all);
+    let keep = |left: f32| kept.add(solid_angle / SPHERE * f64::from(1.0 - left / all).clamp(0.0, 1.0));
+    let Some((near, far)) = rays.clipped(direction) else { return keep(left) };
+    let (area, variance) = rays.met(direction);
+    let (area, variance) = ((area / transport.widest) as f32, variance as f32);
+    let (part, widest, beyond) = (solid_angle / transport.widest_cm2, rays.widest(solid_angle), BEYOND * cloud.voxel.length());
+    let mut way = rays.way(direction, ray.at.max(near));
+    while way.at < far * (1.0 - 1e-12) {
+        if dark.is_none() {
+            if way.at > widest {
+                return waiting.extend(ray.patch.parts().map(|patch| Ray { patch, at: way.at, ..ray }));
             }
-            if dark.is_none() && left <= self.accuracy.used_up * all {
-                dark = Some(ray.at);
+            if left <= used_up {
+                dark = Some(way.at);
             }
-            if dark.is_some_and(|since| ray.at - since > BEYOND * longest) {
-                break;
+        }
+        if dark.is_some_and(|since| way.at - since > beyond) {
+            break;
+        }
+        let (voxel, exit) = (way.voxel(), way.exit().min(far));
+        if cloud.hydrogen[voxel] > 0.0 {
+            let (inner, thickness) = (way.at * PARSEC_CM, (exit - way.at) * PARSEC_CM);
+            let mean_square = mean_square(inner, thickness);
+            let part = (part * mean_square) as f32;
+            if dark.is_some() {
+                lit.meet_dark(voxel, part);
+            } else {
+                if ray.met != Some(voxel) {
+                    let square = rays.square(way.place);
+                    let distance = (inner + 0.5 * thickness) / rays.farthest_in(square);
+                    let (factor, behind) = ((square / mean_square) as f32, [distance as f32, area, variance]);
+                    lit.meet(&Entering { voxel, part, photons: &ray.photons, factor, behind });
+                }
+                if let Some(known) = known {
+                    let crossing = Crossing { inner, thickness, undimmed: transport.photons / mean_square, others: others[voxel] };
+                    left = match known.lit(voxel) {
+                        Some(lit) => cross(&mut ray.photons, lit, &crossing, by),
+                        None => cross(&mut ray.photons, &known.dark(voxel), &crossing, by),
+                    };
+                }
             }
-            self.cross(&mut ray, &way, (dark.is_none()).then_some(&mut left));
         }
-        keep(left);
-    }
-
-    /// Goes through a voxel, and says how many photons are left that ionise where there are any.
-    fn cross(&self, ray: &mut Ray, way: &Way, left: Option<&mut f64>) {
-        let (voxel, exit) = self.rays.voxel(way.direction, ray.at);
-        let (exit, cloud) = (exit.min(way.far), self.rays.cloud);
-        let (inner, thickness) = (ray.at * PARSEC_CM, (exit - ray.at) * PARSEC_CM);
-        let is_met = ray.met == Some(voxel);
-        (ray.at, ray.met) = (exit, Some(voxel));
-        if cloud.hydrogen[voxel] <= 0.0 {
-            return;
-        }
-        let area = way.solid_angle * mean_square(inner, thickness);
-        let part = area / self.face_cm2;
-        let photons = &mut ray.photons;
-        let Some(left) = left else {
-            return self.lit.meet_dark(voxel, part);
-        };
-        if !is_met {
-            self.lit.meet(voxel, part, (photons, 1.0 / area), [inner + 0.5 * thickness, way.met.0, way.met.1]);
-        }
-        if let Some(known) = self.known {
-            let crossing = Crossing { inner, thickness, area, others: self.others[voxel].into(), own: self.own[voxel].into() };
-            let by = (self.light, &self.ionises);
-            *left = match known.lit(voxel) {
-                Some(lit) => cross(photons, lit, &crossing, by),
-                None => cross(photons, &known.dark(voxel), &crossing, by),
-            };
+        ray.met = Some(voxel);
+        if !way.go_on() {
+            break;
         }
     }
+    keep(left);
 }

@@ -1,0 +1,137 @@
+//! Where the light of a star comes: sums in voxels, in whole units, which are the same in whatever order they come.
+//!
+//! A sum has 32 bits. Its unit is a part of the flux that all of the star's photons would be at the voxel's distance with nothing
+//! in their way, so that near and far voxels are told as exactly; two of them are added at once.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rayon::prelude::*;
+use spectra::constants::SPHERE;
+
+use crate::light::IonisingLight;
+use crate::nodes::{Nodes, PLACES};
+use crate::rays::Rays;
+
+/// Units of a sum for the undimmed flux through the whole of a voxel.
+const UNITS: f32 = (1u32 << 26) as f32;
+/// The most that a node's flux counts for, in undimmed ones, in the star's own voxel and those beside it. Light of all rays through
+/// a voxel is so many times its cross section at most, of which `Rays::widest_cross_section` makes parts of one: eight times
+/// that leaves room in 32 bits where rays count a part of a voxel twice.
+const MOST: f32 = 8.0;
+/// What stands behind the flux by node, each times the flux in all of them: the distance that it has come \[cm\], the voxel's
+/// cross section and the relative variance of ways through it ([`met`](crate::rays::Rays::met)).
+pub const BEHIND: usize = 3;
+
+/// Sums of the flux by node times the area of beams, of what stands behind it, and of that area.
+pub struct Lit {
+    pairs: Vec<AtomicU64>,
+    nodes: usize,
+    /// Pairs of a voxel.
+    room: usize,
+}
+
+/// A ray as it enters a voxel.
+pub struct Entering<'a> {
+    /// The voxel.
+    pub voxel: usize,
+    /// Its cross section in parts of that of the voxel.
+    pub part: f32,
+    /// Photons by node, in parts of the star's within the ray's solid angle.
+    pub photons: &'a Nodes,
+    /// What makes undimmed fluxes in the voxel of them.
+    pub factor: f32,
+    /// What stands behind the flux, in parts of the most of each.
+    pub behind: [f32; BEHIND],
+}
+
+/// Units of what a ray brings, sums by place; and how many it brings in all nodes, in parts of the undimmed flux.
+#[inline(always)]
+fn in_units(photons: &Nodes, factor: f32, part: f32) -> ([u32; PLACES], f32) {
+    let flux = Nodes::each(|place| if photons.0[place] * factor < MOST { photons.0[place] * factor } else { MOST });
+    let (mut units, scale) = ([0; PLACES], part * UNITS);
+    for (unit, flux) in units.iter_mut().zip(flux.0) {
+        *unit = (flux * scale + 0.5) as i32 as u32;
+    }
+    (units, flux.sum())
+}
+
+impl Lit {
+    /// None yet, in so many voxels, of so many nodes.
+    pub fn new(cells: usize, nodes: usize) -> Self {
+        let room = Self::room(nodes);
+        let pairs = (0..cells).into_par_iter().flat_map_iter(|_| (0..room).map(|_| AtomicU64::new(0)));
+        Self { pairs: pairs.collect(), nodes, room }
+    }
+
+    /// Pairs of sums that a voxel has.
+    const fn room(nodes: usize) -> usize {
+        (nodes + BEHIND + 1).div_ceil(2)
+    }
+
+    /// Bytes that a voxel takes.
+    pub const fn bytes(nodes: usize) -> usize {
+        size_of::<AtomicU64>() * Self::room(nodes)
+    }
+
+    /// The place of the sum of areas.
+    fn area(&self) -> usize {
+        self.nodes + BEHIND
+    }
+
+    /// Has a ray enter a voxel.
+    #[inline(always)]
+    pub fn meet(&self, ray: &Entering) {
+        let (mut units, all) = in_units(ray.photons, ray.factor, ray.part);
+        let behind = ray.behind.map(|value| (all.min(MOST) * value * ray.part * UNITS + 0.5) as u32);
+        units[self.nodes..][..BEHIND].copy_from_slice(&behind);
+        units[self.area()] = (ray.part * UNITS + 0.5) as u32;
+        let pairs = &self.pairs[ray.voxel * self.room..][..self.room];
+        for (pair, two) in pairs.iter().zip(units.chunks_exact(2)) {
+            let both = u64::from(two[0]) | u64::from(two[1]) << 32;
+            if both > 0 {
+                pair.fetch_add(both, Ordering::Relaxed);
+            }
+        }
+    }
+
+    /// Has a ray enter a voxel that brings nothing.
+    #[inline(always)]
+    pub fn meet_dark(&self, voxel: usize, part: f32) {
+        let place = self.area();
+        let both = u64::from((part * UNITS + 0.5) as u32) << (32 * (place % 2));
+        self.pairs[voxel * self.room + place / 2].fetch_add(both, Ordering::Relaxed);
+    }
+
+    /// Adds the mean in each voxel of the flux of a star's rays, node by node \[s⁻¹ cm⁻²\], and what stands behind it; gives the
+    /// sum over nodes of flux and cross section of hydrogen \[s⁻¹\]. All sums begin anew.
+    pub fn add_to(&mut self, flux: &mut [f32], (rays, light): (&Rays, &IonisingLight)) -> Vec<f32> {
+        let (nodes, room, area) = (self.nodes, self.room, self.area());
+        let (photons, widest) = (light.photons.iter().sum::<f64>() / SPHERE, rays.widest_cross_section());
+        let of = |(voxel, (flux, pairs)): (usize, (&mut [f32], &mut [AtomicU64]))| {
+            // Where no ray has come nothing else is looked at: most of the cloud, as a rule.
+            if (*pairs[area / 2].get_mut() >> (32 * (area % 2))) as u32 == 0 {
+                return 0.0;
+            }
+            let mut sums = [0.0; PLACES];
+            for (two, pair) in sums.chunks_exact_mut(2).zip(pairs) {
+                let both = std::mem::take(pair.get_mut());
+                (two[0], two[1]) = (both as u32 as f64, (both >> 32) as f64);
+            }
+            let [nx, ny, _] = rays.cloud.dims;
+            let square = rays.square([voxel % nx, voxel / nx % ny, voxel / (nx * ny)]);
+            let undimmed = photons / (square * sums[area]);
+            let most_behind = [rays.farthest_in(square), widest, 1.0];
+            let (by_node, behind) = flux.split_at_mut(nodes);
+            for ((to, sum), most) in behind.iter_mut().zip(&sums[nodes..]).zip(most_behind) {
+                *to += (sum * most * undimmed) as f32;
+            }
+            let mut weighted = 0.0;
+            for ((to, sum), sigma) in by_node.iter_mut().zip(sums).zip(&light.weakening[0]) {
+                *to += (sum * undimmed) as f32;
+                weighted += sum * undimmed * sigma;
+            }
+            weighted as f32
+        };
+        flux.par_chunks_exact_mut(nodes + BEHIND).zip(self.pairs.par_chunks_exact_mut(room)).enumerate().map(of).collect()
+    }
+}

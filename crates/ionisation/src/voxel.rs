@@ -1,0 +1,140 @@
+//! A voxel whose gas is known, and light that goes through it.
+//!
+//! Where light has become brighter or fainter since the gas was solved, gas is less or more opaque, so that it absorbs as many
+//! photons; dust stays as it is.
+//!
+//! | symbol | variable | unit |
+//! |---|---|---|
+//! | Γ | ionisations of H⁰ by the light that comes in | s⁻¹ |
+//! | κ | opacity | cm⁻¹ |
+
+use crate::light::{IonisingLight, OWN_NODES};
+use crate::nodes::{Nodes, PLACES};
+
+/// By how much gas may be more or less opaque at once than it was.
+const CHANGE: f32 = 16.0;
+/// What counts as all of the light \[1\].
+pub const ALL: f32 = 1.0 - 1e-6;
+/// Light that is none any more, in parts of the star's: numbers that are much less take the processor long.
+const NONE: f32 = 1e-30;
+
+/// Gas that beams go through.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct Voxel {
+    /// The opacity by node, and what dust has of it \[cm⁻¹\].
+    pub opacity: [f32; PLACES],
+    /// \[cm⁻¹\]
+    pub dust: f32,
+    /// Photons that it makes \[cm⁻³ s⁻¹\].
+    pub own: [f32; OWN_NODES],
+    /// Γ \[s⁻¹\]; none where there was no light.
+    pub rate: f32,
+    /// The part of the light that it absorbs, and the depth that does so \[1\].
+    pub absorbed: f32,
+    /// \[1\]
+    pub depth: f32,
+    /// The part of its hydrogen that is ionised \[1\].
+    pub ionised: f32,
+}
+
+/// The depth that absorbs a part of the light.
+pub fn absorbing(part: f32) -> f32 {
+    -(-part).ln_1p()
+}
+
+impl Voxel {
+    /// Gas that takes all light.
+    pub const DARK: Self =
+        Self { opacity: [0.0; PLACES], dust: 0.0, own: [0.0; OWN_NODES], rate: 0.0, absorbed: 1.0, depth: 0.0, ionised: 0.0 };
+
+    /// How many times as opaque it is where light is so many times as bright, and how many times as many photons it absorbs, and so
+    /// gives back: recombinations are as many as they were, but for what is still neutral.
+    fn answer(&self, brighter: f32) -> (f32, f32) {
+        let fills = if brighter > 1.0 { (brighter * self.ionised).max(1.0) } else { brighter };
+        let absorbed = (self.absorbed / fills).min(ALL);
+        ((absorbing(absorbed) / self.depth).clamp(1.0 / CHANGE, CHANGE), brighter * absorbed / self.absorbed)
+    }
+}
+
+/// What a star's light does at each node.
+pub struct ByStar {
+    /// The cross section of hydrogen \[cm²\].
+    pub sigma: Nodes,
+    /// One where its photons ionise hydrogen, zero elsewhere.
+    pub ionises: Nodes,
+    /// One where the gas's own light is, zero elsewhere.
+    is_own: Nodes,
+}
+
+impl ByStar {
+    /// That of a star's light.
+    pub fn new(light: &IonisingLight) -> Self {
+        let is_own = Nodes::each(|place| if place < OWN_NODES { 1.0 } else { 0.0 });
+        Self { sigma: Nodes::of(&light.weakening[0], 1.0), ionises: Nodes::of(&light.ionises(), 1.0), is_own }
+    }
+}
+
+/// A ray in a voxel.
+pub struct Crossing {
+    /// Where it begins, and how long it is \[cm\].
+    pub inner: f64,
+    /// \[cm\]
+    pub thickness: f64,
+    /// The flux that all photons of the star would be there \[s⁻¹ cm⁻²\].
+    pub undimmed: f64,
+    /// Γ by the light of all other stars \[s⁻¹\].
+    pub others: f32,
+}
+
+/// Has photons by node, in parts of the star's within the ray's solid angle, go through a voxel; gives which part is left that
+/// ionises.
+#[inline(always)]
+pub fn cross(photons: &mut Nodes, voxel: &Voxel, crossing: &Crossing, light: &ByStar) -> f32 {
+    let Crossing { inner, thickness, undimmed, others, .. } = *crossing;
+    let rate = (f64::from((*photons * light.sigma).sum()) * undimmed) as f32;
+    let all = others + rate;
+    let (response, made) = if voxel.rate > 0.0 && all > 0.0 { voxel.answer(all / voxel.rate) } else { (1.0, 0.0) };
+    // The ray has of the gas's own light what it has of what ionises it.
+    let made = if made > 0.0 { (f64::from(made * rate / all) * thickness / undimmed) as f32 } else { 0.0 };
+    let (way, detour) = (thickness as f32, 3.0 * inner as f32);
+    let depth = Nodes::each(|place| {
+        let gas = voxel.opacity[place] - voxel.dust;
+        let opacity = voxel.dust + if gas > 0.0 { gas * response } else { 0.0 };
+        // How much longer the ways of the gas's own light are than the way outward.
+        opacity * (1.0 + opacity * light.is_own.0[place] * detour) * way
+    });
+    let decay = depth.decay();
+    let mean = depth.mean_decay(decay);
+    let own = Nodes::each(|place| if place < OWN_NODES { voxel.own[place % OWN_NODES] } else { 0.0 });
+    let leaving = *photons * decay + own * mean * made;
+    *photons = Nodes::each(|place| if leaving.0[place] > NONE { leaving.0[place] } else { 0.0 });
+    (*photons * light.ionises).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Thin gas is as many times less opaque as its light is brighter; where a front stands, the voxel takes all light until it
+    /// is ionised as a whole.
+    #[test]
+    fn opacity_answers_to_light() {
+        let voxel = |absorbed: f32, ionised| Voxel { absorbed, depth: absorbing(absorbed), ionised, ..Voxel::DARK };
+        for (absorbed, ionised) in [(1e-3, 1.0), (0.5, 1.0), (ALL, 0.4)] {
+            let (opacity, made) = voxel(absorbed, ionised).answer(1.0);
+            assert!((opacity - 1.0).abs() < 1e-6 && (made - 1.0).abs() < 1e-6);
+        }
+        let thin = voxel(1e-3, 1.0);
+        let [(twice, as_many), (half, hardly_fewer)] = [2.0, 0.5].map(|brighter| thin.answer(brighter));
+        assert!((twice - 0.5).abs() < 1e-3 && (half - 2.0).abs() < 2e-3);
+        assert!((as_many - 1.0).abs() < 1e-6 && (hardly_fewer - 1.0).abs() < 1e-6);
+        // As many photons are absorbed as before: half of twice as many is a quarter of all.
+        let part = voxel(0.5, 1.0).answer(2.0).0 * 2f32.ln();
+        assert!((1.0 - (-part).exp() - 0.25).abs() < 1e-6);
+        // A front takes what comes until its voxel is full, and makes as much more.
+        let front = voxel(ALL, 0.4);
+        assert!(front.answer(2.4).0 > 0.999 && (front.answer(2.4).1 - 2.4).abs() < 1e-5 && (front.answer(0.3).1 - 0.3).abs() < 1e-5);
+        assert!(front.answer(5.0).0 < 0.1 && (front.answer(5.0).1 - 2.5).abs() < 1e-5);
+    }
+}
