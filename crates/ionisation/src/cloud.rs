@@ -8,6 +8,7 @@ use crate::balance::{Accuracy, Diffuse, Gas};
 use crate::error::IonisationError;
 use crate::light::IonisingLight;
 pub use crate::tally::Quantity;
+use crate::tracer::RayTracer;
 
 /// Centimetres in a parsec.
 pub const PARSEC_CM: f64 = 100.0 * PARSEC;
@@ -41,8 +42,8 @@ pub struct Star<'a> {
 }
 
 /// How a cloud is solved.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+#[derive(Debug, Clone, Copy)]
+pub struct Settings<'a> {
     /// Where light of recombinations is absorbed.
     pub diffuse: Diffuse,
     /// A temperature that all gas is held at \[K\], in place of the one at which heating and cooling are in balance.
@@ -55,11 +56,14 @@ pub struct Settings {
     pub passes: usize,
     /// Bytes that may be taken.
     pub memory_limit: u64,
+    /// A device that has the light of several stars go through the gas, in place of the processor.
+    pub tracer: Option<&'a dyn RayTracer>,
 }
 
-impl Default for Settings {
+impl Default for Settings<'_> {
     fn default() -> Self {
-        Self { diffuse: Diffuse::default(), isothermal: None, accuracy: Accuracy::FAST, change: 4e-3, passes: 30, memory_limit: 4 << 30 }
+        let (diffuse, accuracy) = (Diffuse::default(), Accuracy::FAST);
+        Self { diffuse, isothermal: None, accuracy, change: 4e-3, passes: 30, memory_limit: 4 << 30, tracer: None }
     }
 }
 
@@ -78,6 +82,8 @@ pub struct Ionised {
     pub steps: u64,
     /// Of those, in how many the gas did not settle.
     pub unsettled: u64,
+    /// Who had light go through the gas: the processor or a device.
+    pub by: String,
 }
 
 /// Hears how much of how much work is done, and says whether it is to go on.

@@ -12,6 +12,7 @@ use crate::cloud::{Cloud, PARSEC_CM, Quantity, Settings};
 use crate::lanes::LANES;
 use crate::light::{ABSORBERS, ByNode, IonisingLight, NODES, OWN_NODES, ion};
 use crate::lit::BEHIND;
+use crate::nodes::Nodes;
 use crate::packet::Packet;
 use crate::voxel::{ALL, Voxel, absorbing};
 
@@ -22,11 +23,9 @@ const OF_PHOTONS: f64 = 0.8;
 const CHUNK: usize = 512;
 
 /// What is known of a cloud's voxels, and what was asked for of their gas.
-pub struct Known<'a> {
-    cloud: &'a Cloud<'a>,
-    /// The opacity of neutral gas by node, for one nucleus of hydrogen \[cm²\].
-    dark: [f64; NODES],
-    voxels: Vec<Voxel>,
+pub struct Known {
+    /// What beams find in them.
+    pub voxels: Vec<Voxel>,
     /// Ions of hydrogen \[cm⁻³\].
     pub ions: Vec<f32>,
     /// By quantity.
@@ -35,19 +34,19 @@ pub struct Known<'a> {
     pub steps: [u64; 2],
 }
 
-impl<'a> Known<'a> {
+impl Known {
     /// Solves all voxels, given by voxel the flux of all stars by node \[s⁻¹ cm⁻²\] and what stands behind it ([`BEHIND`]).
     ///
     /// Where `goes_on` says that it is not to, not all of them are solved.
     pub fn new(
-        (cloud, settings): (&'a Cloud, &Settings),
-        kind: &'a IonisingLight,
+        (cloud, settings): (&Cloud, &Settings),
+        kind: &IonisingLight,
         flux: &[f32],
         quantities: &[Quantity],
         goes_on: &(dyn Fn() -> bool + Sync),
     ) -> Self {
         let (cells, nodes) = (cloud.hydrogen.len(), kind.energies_ev.len());
-        let mut voxels = vec![Voxel::DARK; cells];
+        let mut voxels = vec![Voxel::dark(Nodes::each(|_| 0.0)); cells];
         let slabs = Slabs { cloud, kind, settings, quantities };
         let told: Vec<(Vec<f32>, [u64; 2])> = voxels
             .par_chunks_mut(CHUNK)
@@ -64,21 +63,14 @@ impl<'a> Known<'a> {
             told.iter().flat_map(chunk).collect()
         };
         let steps = told.iter().fold([0; 2], |sum, (_, steps)| [sum[0] + steps[0], sum[1] + steps[1]]);
-        let gas = Gas { hydrogen: 1.0, ..cloud.gas(0, settings) };
-        let dark = opacity(kind, &gas, &State::neutral(&gas));
-        Self { cloud, dark, voxels, ions: of(0), quantities: (1..=quantities.len()).map(of).collect(), steps }
+        Self { voxels, ions: of(0), quantities: (1..=quantities.len()).map(of).collect(), steps }
     }
+}
 
-    /// What beams find in a voxel to which light has come.
-    pub fn lit(&self, voxel: usize) -> Option<&Voxel> {
-        Some(&self.voxels[voxel]).filter(|voxel| voxel.rate > 0.0)
-    }
-
-    /// What they find in one that has always been dark.
-    pub fn dark(&self, voxel: usize) -> Voxel {
-        let hydrogen = f64::from(self.cloud.hydrogen[voxel]);
-        Voxel { opacity: std::array::from_fn(|place| self.dark.get(place).map_or(0.0, |sigma| (hydrogen * sigma) as f32)), ..Voxel::DARK }
-    }
+/// The opacity of neutral gas by node, for one nucleus of hydrogen \[cm²\].
+pub fn dark(cloud: &Cloud, settings: &Settings, kind: &IonisingLight) -> ByNode {
+    let gas = Gas { hydrogen: 1.0, ..cloud.gas(0, settings) };
+    opacity(kind, &gas, &State::neutral(&gas))
 }
 
 /// The opacity of gas by node \[cm⁻¹\].
@@ -108,7 +100,7 @@ fn on_ways(depth: f64, variance: f64) -> f64 {
 struct Slabs<'a> {
     cloud: &'a Cloud<'a>,
     kind: &'a IonisingLight,
-    settings: &'a Settings,
+    settings: &'a Settings<'a>,
     quantities: &'a [Quantity<'a>],
 }
 

@@ -8,13 +8,13 @@ use crate::balance::Accuracy;
 use crate::cloud::{Cloud, Ionised, PARSEC_CM, Quantity, Settings, Star, Watch, block_means, block_of};
 use crate::error::IonisationError;
 use crate::follow::Follow;
-use crate::known::Known;
+use crate::known::{Known, dark};
 use crate::lanes::LANES;
 use crate::lit::{BEHIND, Lit};
 use crate::patch::Patch;
 use crate::rays::Rays;
 use crate::tally::Tally;
-use crate::transport::Transport;
+use crate::tracer::{Light, Processor, RayTracer, Task, Tracers};
 use crate::voxel::Voxel;
 
 /// Clouds of several stars are not solved on fewer voxels than this along their shortest edge, before they are on more.
@@ -50,11 +50,9 @@ impl Work<'_> {
     }
 }
 
-/// What is known of the light of all stars: by voxel its flux by node and what [`Known::new`] asks for beside it, by star and
-/// voxel the ionisations of hydrogen by its light \[s⁻¹\], and the ions of hydrogen \[cm⁻³\].
+/// What is known before a pass: light, and the ions of hydrogen \[cm⁻³\].
 struct Before {
-    flux: Vec<f32>,
-    rates: Vec<Vec<f32>>,
+    light: Light,
     ions: Vec<f32>,
 }
 
@@ -75,7 +73,15 @@ impl Cloud<'_> {
         let ionised = match stars {
             [] => {
                 let quantities = quantities.iter().map(|_| vec![0.0; self.hydrogen.len()]).collect();
-                return Ok(Ionised { quantities, passes: 0, change: 0.0, escaped: Vec::new(), steps: 0, unsettled: 0 });
+                return Ok(Ionised {
+                    quantities,
+                    passes: 0,
+                    change: 0.0,
+                    escaped: Vec::new(),
+                    steps: 0,
+                    unsettled: 0,
+                    by: Processor.name(),
+                });
             }
             [star] => self.of_one(star, settings, quantities, &work)?,
             _ => self.of_several(stars, settings, quantities, &work)?.0,
@@ -99,7 +105,7 @@ impl Cloud<'_> {
         self.in_parts(&follow.rays.sent_out(), work, work.all, |patches| follow.patches(patches, &|| work.add(0, work.all)))?;
         let [steps, unsettled] = tally.steps();
         let escaped = vec![tally.kept.escaped()];
-        Ok(Ionised { quantities: tally.quantities(), passes: 1, change: 0.0, escaped, steps, unsettled })
+        Ok(Ionised { quantities: tally.quantities(), passes: 1, change: 0.0, escaped, steps, unsettled, by: Processor.name() })
     }
 
     /// Has all patches of a star followed, some at a time; `follow` gives false where it was stopped.
@@ -121,51 +127,36 @@ impl Cloud<'_> {
         quantities: &[Quantity],
         work: &Work,
     ) -> Result<(Ionised, Before), IonisationError> {
-        let (cells, kind) = (self.hydrogen.len(), stars[0].light);
-        let mut before = self.before(stars, settings, work)?;
+        let kind = stars[0].light;
+        let task = Task { cloud: self, stars, used_up: settings.accuracy.used_up, dark: dark(self, settings, kind) };
+        let before = self.before(stars, settings, work)?;
         let end = work.done.load(Ordering::Relaxed) + level(self.dims, stars.len());
-        let goes_on = || work.goes_on() && work.add(0, end);
+        let goes_on = || work.add(0, end);
         // While much is still to change, gas needs not be solved as exactly.
         let far = Settings { accuracy: Accuracy::COARSE, ..*settings };
-        let mut known = before.as_ref().map(|before| Known::new((self, &far), kind, &before.flux, &[], &goes_on));
-        let mut lit = Lit::new(cells, kind.energies_ev.len());
+        let mut known = before.as_ref().map(|before| Known::new((self, &far), kind, &before.light.flux, &[], &goes_on));
+        let nothing = || Before { light: Light::none(&task), ions: vec![0.0; self.hydrogen.len()] };
+        let Before { mut light, mut ions } = before.unwrap_or_else(nothing);
+        let mut tracers = Tracers::new(settings.tracer, task);
         let (most, mut change) = (settings.passes.max(2), f64::INFINITY);
         for pass in 1.. {
-            let Before { flux, rates, ions } = before.get_or_insert_with(|| Before {
-                flux: Vec::new(),
-                rates: vec![vec![0.0; cells]; stars.len()],
-                ions: vec![0.0; cells],
-            });
             let is_near = change <= NEAR * settings.change || pass == most;
-            *flux = vec![0.0; cells * (kind.energies_ev.len() + BEHIND)];
-            let mut escaped = Vec::new();
-            for (number, star) in stars.iter().enumerate() {
-                let (rays, others) = (Rays { cloud: self, place: star.place }, sum_but(rates, number));
-                let transport = Transport::new((rays, star.light), &settings.accuracy, known.as_ref(), &others, &lit);
-                let send = |patches: &[Patch]| {
-                    patches.iter().all(|patch| {
-                        transport.send(*patch);
-                        work.goes_on()
-                    })
-                };
-                self.in_parts(&rays.sent_out(), work, end, send)?;
-                escaped.push(transport.kept.escaped());
-                rates[number] = lit.add_to(flux, (&rays, star.light));
-            }
+            let voxels = known.as_ref().map(|known| &known.voxels[..]);
+            let escaped = tracers.next(voxels, &mut light, &|done| work.add(done, end)).map_err(|_| IonisationError::Stopped)?;
             let (asked, exact) = if is_near { (quantities, settings) } else { (&[][..], &far) };
-            let mut next = Known::new((self, exact), kind, flux, asked, &goes_on);
+            let mut next = Known::new((self, exact), kind, &light.flux, asked, &goes_on);
             if !work.goes_on() {
                 return Err(IonisationError::Stopped);
             }
             let moved = next.ions.iter().zip(ions.iter()).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>();
             let all = next.ions.iter().map(|n| f64::from(*n)).sum::<f64>();
             change = if all > 0.0 { moved / all } else { 0.0 };
-            ions.clone_from(&next.ions);
+            ions = std::mem::take(&mut next.ions);
             if is_near && change <= settings.change || pass == most {
                 work.done.store(end, Ordering::Relaxed);
                 let [steps, unsettled] = next.steps;
-                let ionised = Ionised { quantities: next.quantities, passes: pass, change, escaped, steps, unsettled };
-                return Ok((ionised, before.expect("a pass has been made")));
+                let ionised = Ionised { quantities: next.quantities, passes: pass, change, escaped, steps, unsettled, by: tracers.by };
+                return Ok((ionised, Before { light, ions }));
             }
             next.quantities = Vec::new();
             known = Some(next);
@@ -185,16 +176,10 @@ impl Cloud<'_> {
             let above = |i: usize| block_of(self.dims, dims, 2, i) * values;
             (0..self.hydrogen.len()).into_par_iter().flat_map_iter(|i| coarse[above(i)..][..values].iter().copied()).collect()
         };
-        let flux = finer(&before.flux, stars[0].light.energies_ev.len() + BEHIND);
-        let rates = before.rates.iter().map(|rates| finer(rates, 1)).collect();
-        Ok(Some(Before { flux, rates, ions: finer(&before.ions, 1) }))
+        let flux = finer(&before.light.flux, stars[0].light.energies_ev.len() + BEHIND);
+        let rates = before.light.rates.iter().map(|rates| finer(rates, 1)).collect();
+        Ok(Some(Before { light: Light { flux, rates }, ions: finer(&before.ions, 1) }))
     }
-}
-
-/// By voxel the sum over all stars but one.
-fn sum_but(values: &[Vec<f32>], but: usize) -> Vec<f32> {
-    let others = |voxel: usize| values.iter().enumerate().filter(|(i, _)| *i != but).map(|(_, values)| values[voxel]).sum();
-    (0..values[but].len()).into_par_iter().map(others).collect()
 }
 
 /// Half as many voxels along each edge, where there are enough.

@@ -1,33 +1,84 @@
 //! Light of a star on its way through gas that is known.
 
 use multiversion::multiversion;
+use rayon::prelude::*;
 use spectra::constants::SPHERE;
 
-use crate::balance::Accuracy;
 use crate::beam::mean_square;
-use crate::cloud::PARSEC_CM;
-use crate::known::Known;
-use crate::light::IonisingLight;
+use crate::cloud::{PARSEC_CM, Star};
 use crate::lit::{Entering, Lit};
 use crate::nodes::Nodes;
 use crate::patch::Patch;
 use crate::rays::{BEYOND, Rays};
 use crate::tally::Kept;
-use crate::voxel::{ByStar, Crossing, cross};
+use crate::tracer::{Failure, Light, Listener, Task, Turns};
+use crate::voxel::{ByStar, Crossing, Voxel, cross};
+
+/// Patches whose rays are followed one after the other by one thread.
+const TOGETHER: usize = 8;
+
+/// Turns of light on the processor.
+pub struct OnProcessor<'a> {
+    task: Task<'a>,
+    lit: Lit,
+}
+
+impl<'a> OnProcessor<'a> {
+    /// None yet.
+    pub fn new(task: Task<'a>) -> Self {
+        Self { task, lit: Lit::new(task.cloud.hydrogen.len(), task.kind().energies_ev.len()) }
+    }
+}
+
+impl Turns for OnProcessor<'_> {
+    fn next(&mut self, voxels: Option<&[Voxel]>, light: &mut Light, listener: Listener) -> Result<Vec<f64>, Failure> {
+        let cloud = self.task.cloud;
+        light.flux.fill(0.0);
+        let mut escaped = Vec::new();
+        for (number, star) in self.task.stars.iter().enumerate() {
+            let (patches, others) = (self.task.sent_out(number), sum_but(&light.rates, number));
+            let transport = Transport::new(&self.task, star, voxels, &others, &self.lit);
+            let chunks = patches.len().div_ceil(TOGETHER).max(1);
+            let goes_on = patches.par_chunks(TOGETHER).all(|patches| {
+                let goes_on = patches.iter().all(|patch| {
+                    transport.send(*patch);
+                    listener(0)
+                });
+                goes_on && listener((cloud.hydrogen.len() / chunks) as u64)
+            });
+            if !goes_on {
+                return Err(Failure::Stopped);
+            }
+            escaped.push(transport.kept.escaped());
+            let rays = Rays { cloud, place: star.place };
+            light.rates[number] = self.lit.add_to(&mut light.flux, (&rays, star.light));
+        }
+        Ok(escaped)
+    }
+}
+
+/// By voxel the sum over all stars but one.
+fn sum_but(values: &[Vec<f32>], but: usize) -> Vec<f32> {
+    let others = |voxel: usize| values.iter().enumerate().filter(|(i, _)| *i != but).map(|(_, values)| values[voxel]).sum();
+    (0..values[but].len()).into_par_iter().map(others).collect()
+}
 
 /// A star's light in a cloud.
-pub struct Transport<'a> {
+struct Transport<'a> {
     rays: Rays<'a>,
     by: ByStar,
-    accuracy: &'a Accuracy,
+    /// Where light is used up, in parts of all.
+    used_up: f32,
     /// What is known of the gas; nothing where it is taken to be clear.
-    known: Option<&'a Known<'a>>,
+    voxels: Option<&'a [Voxel]>,
+    /// The opacity of neutral gas for one nucleus of hydrogen \[cm²\].
+    dark: Nodes,
     /// By voxel, ionisations of hydrogen by the light of all other stars \[s⁻¹\].
     others: &'a [f32],
     /// Where it comes.
     lit: &'a Lit,
     /// How much of it stays.
-    pub kept: Kept,
+    kept: Kept,
     /// The star's photons in a steradian \[s⁻¹ sr⁻¹\], and by node in parts of all.
     photons: f64,
     parts: Nodes,
@@ -48,25 +99,18 @@ struct Ray {
 }
 
 impl<'a> Transport<'a> {
-    /// The light of a star in a cloud, given what is known of that, and by voxel the ionisations of hydrogen by the light of all
-    /// other stars \[s⁻¹\].
-    pub fn new(
-        (rays, light): (Rays<'a>, &'a IonisingLight),
-        accuracy: &'a Accuracy,
-        known: Option<&'a Known<'a>>,
-        others: &'a [f32],
-        lit: &'a Lit,
-    ) -> Self {
-        let all = light.photons.iter().sum::<f64>();
-        let parts = Nodes::of(&light.photons, if all > 0.0 { 1.0 / all } else { 0.0 });
+    fn new(task: &Task<'a>, star: &Star, voxels: Option<&'a [Voxel]>, others: &'a [f32], lit: &'a Lit) -> Self {
+        let all = star.light.photons.iter().sum::<f64>();
+        let parts = Nodes::of(&star.light.photons, if all > 0.0 { 1.0 / all } else { 0.0 });
+        let rays = Rays { cloud: task.cloud, place: star.place };
         let widest = rays.widest_cross_section();
         let widest_cm2 = (rays.cloud.voxel * PARSEC_CM).element_product().cbrt().powi(2) * widest;
-        let (by, kept) = (ByStar::new(light), Kept::default());
-        Self { rays, by, accuracy, known, others, lit, kept, photons: all / SPHERE, parts, widest_cm2, widest }
+        let (by, dark, used_up) = (ByStar::new(star.light), Nodes::of(&task.dark, 1.0), task.used_up as f32);
+        Self { rays, by, used_up, voxels, dark, others, lit, kept: Kept::default(), photons: all / SPHERE, parts, widest_cm2, widest }
     }
 
     /// Has the light of a patch go its way.
-    pub fn send(&self, patch: Patch) {
+    fn send(&self, patch: Patch) {
         let mut waiting = vec![Ray { patch, photons: self.parts, at: 0.0, met: None }];
         while let Some(ray) = waiting.pop() {
             follow(self, ray, &mut waiting);
@@ -77,11 +121,11 @@ impl<'a> Transport<'a> {
 /// Follows a ray up to where it parts or ends.
 #[multiversion(targets = "simd")]
 fn follow(transport: &Transport, mut ray: Ray, waiting: &mut Vec<Ray>) {
-    let Transport { rays, by, accuracy, known, others, lit, kept, .. } = transport;
+    let Transport { rays, by, used_up, voxels, others, lit, kept, .. } = transport;
     let (direction, solid_angle) = (ray.patch.direction(), ray.patch.solid_angle());
     let all = (transport.parts * by.ionises).sum();
     let (mut left, mut dark) = ((ray.photons * by.ionises).sum(), None);
-    let (cloud, used_up) = (rays.cloud, accuracy.used_up as f32 * all);
+    let (cloud, used_up) = (rays.cloud, used_up * all);
     let keep = |left: f32| kept.add(solid_angle / SPHERE * f64::from(1.0 - left / all).clamp(0.0, 1.0));
     let Some((near, far)) = rays.clipped(direction) else { return keep(left) };
     let (area, variance) = rays.met(direction);
@@ -114,11 +158,12 @@ fn follow(transport: &Transport, mut ray: Ray, waiting: &mut Vec<Ray>) {
                     let (factor, behind) = ((square / mean_square) as f32, [distance as f32, area, variance]);
                     lit.meet(&Entering { voxel, part, photons: &ray.photons, factor, behind });
                 }
-                if let Some(known) = known {
+                if let Some(voxels) = voxels {
                     let crossing = Crossing { inner, thickness, undimmed: transport.photons / mean_square, others: others[voxel] };
-                    left = match known.lit(voxel) {
-                        Some(lit) => cross(&mut ray.photons, lit, &crossing, by),
-                        None => cross(&mut ray.photons, &known.dark(voxel), &crossing, by),
+                    left = if voxels[voxel].is_lit() {
+                        cross(&mut ray.photons, &voxels[voxel], &crossing, by)
+                    } else {
+                        cross(&mut ray.photons, &Voxel::dark(transport.dark * cloud.hydrogen[voxel]), &crossing, by)
                     };
                 }
             }

@@ -14,7 +14,7 @@ use crate::nodes::{Nodes, PLACES};
 /// By how much gas may be more or less opaque at once than it was.
 const CHANGE: f32 = 16.0;
 /// What counts as all of the light \[1\].
-pub const ALL: f32 = 1.0 - 1e-6;
+pub(crate) const ALL: f32 = 1.0 - 1e-6;
 /// Light that is none any more, in parts of the star's: numbers that are much less take the processor long.
 const NONE: f32 = 1e-30;
 
@@ -39,14 +39,20 @@ pub struct Voxel {
 }
 
 /// The depth that absorbs a part of the light.
-pub fn absorbing(part: f32) -> f32 {
+pub(crate) fn absorbing(part: f32) -> f32 {
     -(-part).ln_1p()
 }
 
 impl Voxel {
-    /// Gas that takes all light.
-    pub const DARK: Self =
-        Self { opacity: [0.0; PLACES], dust: 0.0, own: [0.0; OWN_NODES], rate: 0.0, absorbed: 1.0, depth: 0.0, ionised: 0.0 };
+    /// Gas to which no light has come, of an opacity \[cm⁻¹\].
+    pub(crate) fn dark(opacity: Nodes) -> Self {
+        Self { opacity: opacity.0, dust: 0.0, own: [0.0; OWN_NODES], rate: 0.0, absorbed: 1.0, depth: 0.0, ionised: 0.0 }
+    }
+
+    /// Whether light had come to it.
+    pub(crate) fn is_lit(&self) -> bool {
+        self.rate > 0.0
+    }
 
     /// How many times as opaque it is where light is so many times as bright, and how many times as many photons it absorbs, and so
     /// gives back: recombinations are as many as they were, but for what is still neutral.
@@ -58,7 +64,7 @@ impl Voxel {
 }
 
 /// What a star's light does at each node.
-pub struct ByStar {
+pub(crate) struct ByStar {
     /// The cross section of hydrogen \[cm²\].
     pub sigma: Nodes,
     /// One where its photons ionise hydrogen, zero elsewhere.
@@ -76,7 +82,7 @@ impl ByStar {
 }
 
 /// A ray in a voxel.
-pub struct Crossing {
+pub(crate) struct Crossing {
     /// Where it begins, and how long it is \[cm\].
     pub inner: f64,
     /// \[cm\]
@@ -90,7 +96,7 @@ pub struct Crossing {
 /// Has photons by node, in parts of the star's within the ray's solid angle, go through a voxel; gives which part is left that
 /// ionises.
 #[inline(always)]
-pub fn cross(photons: &mut Nodes, voxel: &Voxel, crossing: &Crossing, light: &ByStar) -> f32 {
+pub(crate) fn cross(photons: &mut Nodes, voxel: &Voxel, crossing: &Crossing, light: &ByStar) -> f32 {
     let Crossing { inner, thickness, undimmed, others, .. } = *crossing;
     let rate = (f64::from((*photons * light.sigma).sum()) * undimmed) as f32;
     let all = others + rate;
@@ -120,7 +126,7 @@ mod tests {
     /// is ionised as a whole.
     #[test]
     fn opacity_answers_to_light() {
-        let voxel = |absorbed: f32, ionised| Voxel { absorbed, depth: absorbing(absorbed), ionised, ..Voxel::DARK };
+        let voxel = |absorbed: f32, ionised| Voxel { absorbed, depth: absorbing(absorbed), ionised, ..Voxel::dark(Nodes::each(|_| 0.0)) };
         for (absorbed, ionised) in [(1e-3, 1.0), (0.5, 1.0), (ALL, 0.4)] {
             let (opacity, made) = voxel(absorbed, ionised).answer(1.0);
             assert!((opacity - 1.0).abs() < 1e-6 && (made - 1.0).abs() < 1e-6);

@@ -1,0 +1,154 @@
+//! Who has the light of stars go through gas that is known: the processor, or a device that the caller brings.
+//!
+//! A [`RayTracer`] takes up a cloud and its stars, and brings [`Turns`]: in each, light goes through what is known of the gas by
+//! then. What comes to voxels does not depend on who has brought it, but for the rounding of single precision.
+
+use std::fmt::Debug;
+
+use crate::cloud::{Cloud, Star};
+use crate::light::{ByNode, IonisingLight};
+use crate::lit::BEHIND;
+use crate::patch::Patch;
+use crate::rays::Rays;
+use crate::transport::OnProcessor;
+use crate::voxel::Voxel;
+
+/// Hears of voxels that the light of one star has gone through, and says whether it is to go on.
+pub type Listener<'a> = &'a (dyn Fn(u64) -> bool + Sync);
+
+/// A cloud, and stars whose light goes through it.
+#[derive(Clone, Copy)]
+pub struct Task<'a> {
+    /// The cloud.
+    pub cloud: &'a Cloud<'a>,
+    /// At least one star.
+    pub stars: &'a [Star<'a>],
+    /// Where light is taken to be used up, in parts of all of a star's \[1\].
+    pub used_up: f64,
+    /// The opacity of neutral gas by node, for one nucleus of hydrogen \[cm²\].
+    pub dark: ByNode,
+}
+
+impl Task<'_> {
+    /// The nodes that all stars have in common.
+    pub fn kind(&self) -> &IonisingLight {
+        self.stars[0].light
+    }
+
+    /// The patches of all rays that a star sends to the cloud.
+    pub fn sent_out(&self, star: usize) -> Vec<Patch> {
+        Rays { cloud: self.cloud, place: self.stars[star].place }.sent_out()
+    }
+
+    /// Numbers of a voxel's flux, node by node, and of what stands behind it.
+    pub fn row(&self) -> usize {
+        self.kind().energies_ev.len() + BEHIND
+    }
+}
+
+/// Light in the voxels of a cloud.
+#[derive(Debug, Clone)]
+pub struct Light {
+    /// By voxel the flux of all stars, node by node \[s⁻¹ cm⁻²\], and behind that three numbers times the flux in all of them: the
+    /// distance that it has come \[cm\], the voxel's cross section and the relative variance of ways through it.
+    pub flux: Vec<f32>,
+    /// By star and voxel the ionisations of hydrogen by its light \[s⁻¹\].
+    pub rates: Vec<Vec<f32>>,
+}
+
+impl Light {
+    /// None yet.
+    pub fn none(task: &Task) -> Self {
+        let cells = task.cloud.hydrogen.len();
+        Self { flux: vec![0.0; cells * task.row()], rates: vec![vec![0.0; cells]; task.stars.len()] }
+    }
+}
+
+/// Why there is no next turn.
+#[derive(Debug)]
+pub enum Failure {
+    /// The listener has had enough.
+    Stopped,
+    /// The tracer cannot go on, and why.
+    Unable(String),
+}
+
+/// A processor or a device that has light go through gas.
+pub trait RayTracer: Debug + Send + Sync {
+    /// The name that outputs state.
+    fn name(&self) -> String;
+
+    /// Takes up a cloud and its stars.
+    ///
+    /// # Errors
+    /// Where they do not fit.
+    fn start<'a>(&self, task: Task<'a>) -> Result<Box<dyn Turns + 'a>, Failure>;
+}
+
+/// Turns of light, each through the gas that the one before has made.
+pub trait Turns {
+    /// Has the light of all stars go through voxels, or through clear space where nothing is known of them, and renews `light`, whose
+    /// rates are those of the turn before; gives the part of each star's photons that leaves the cloud.
+    ///
+    /// # Errors
+    /// When the listener has had enough, and when a device gives up; `light` is as it was then, but for the processor's.
+    fn next(&mut self, voxels: Option<&[Voxel]>, light: &mut Light, listener: Listener) -> Result<Vec<f64>, Failure>;
+}
+
+/// The processor as a tracer.
+#[derive(Debug)]
+pub struct Processor;
+
+impl RayTracer for Processor {
+    fn name(&self) -> String {
+        "cpu".into()
+    }
+
+    fn start<'a>(&self, task: Task<'a>) -> Result<Box<dyn Turns + 'a>, Failure> {
+        Ok(Box::new(OnProcessor::new(task)))
+    }
+}
+
+/// A device, as long as it can, and the processor behind it.
+pub(crate) struct Tracers<'a> {
+    task: Task<'a>,
+    turns: Option<Box<dyn Turns + 'a>>,
+    /// Who traces.
+    pub by: String,
+}
+
+impl<'a> Tracers<'a> {
+    /// The processor alone where there is no device, or where it has no room.
+    pub fn new(device: Option<&dyn RayTracer>, task: Task<'a>) -> Self {
+        let Some(device) = device else { return Self { task, turns: None, by: Processor.name() } };
+        match device.start(task) {
+            Ok(turns) => Self { task, turns: Some(turns), by: device.name() },
+            Err(failure) => Self { task, turns: None, by: Self::instead_of(&device.name(), failure) },
+        }
+    }
+
+    /// The name of the processor where a device could not.
+    fn instead_of(device: &str, failure: Failure) -> String {
+        let why = match failure {
+            Failure::Stopped => "stopped".into(),
+            Failure::Unable(why) => why,
+        };
+        format!("{} ({device}: {why})", Processor.name())
+    }
+
+    /// The next turn ([`Turns::next`]).
+    pub fn next(&mut self, voxels: Option<&[Voxel]>, light: &mut Light, listener: Listener) -> Result<Vec<f64>, Failure> {
+        let task = self.task;
+        let turns = self.turns.get_or_insert_with(|| Box::new(OnProcessor::new(task)));
+        match turns.next(voxels, light, listener) {
+            Err(Failure::Unable(why)) => {
+                self.by = Self::instead_of(&self.by, Failure::Unable(why));
+                let mut processor = Box::new(OnProcessor::new(task));
+                let escaped = processor.next(voxels, light, listener);
+                self.turns = Some(processor);
+                escaped
+            }
+            told => told,
+        }
+    }
+}
