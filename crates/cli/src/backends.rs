@@ -1,8 +1,12 @@
 //! The back ends that this program was built with.
 
 use std::ffi::OsStr;
+use std::sync::Arc;
 
+#[cfg(feature = "gpu")]
+use barnard::backend::DeviceUse;
 use barnard::backend::Registry;
+use barnard::scene::RayTracer;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::ErrorKind;
 use clap::{Arg, Command, Error};
@@ -13,6 +17,16 @@ pub fn registry() -> Registry {
     #[cfg(feature = "gpu")]
     let registry = registry.with(barnard_gpu::BACKENDS);
     registry
+}
+
+/// What has the light of several stars go through gas for a back end: its device, which is opened once there is such gas.
+pub fn tracer(backend: &str) -> Option<Arc<dyn RayTracer>> {
+    #[cfg(feature = "gpu")]
+    if registry().named(backend).is_ok_and(|entry| entry.device != DeviceUse::Never) {
+        return Some(Arc::new(barnard_gpu::IonisingRays::once_asked()));
+    }
+    let _ = backend;
+    None
 }
 
 /// The back ends that a program without feature `gpu` lacks.

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use barnard::plan::Options;
-use barnard::scene::{MANY_BOUNCES, MAX_STEPS, Scene};
+use barnard::scene::{Loader, MANY_BOUNCES, MAX_STEPS, Scene};
 use clap::Args;
 
+use crate::backends::tracer;
 use crate::progress;
 
 /// The scene and its overrides.
@@ -79,6 +80,11 @@ impl SceneArgs {
 
     /// Loads the scene and applies the overrides; starts the threads.
     pub fn load(&self) -> anyhow::Result<(Scene, Options)> {
+        self.load_for("cpu")
+    }
+
+    /// The same for a back end: where that is a device, it has the light of several stars go through gas.
+    pub fn load_for(&self, backend: &str) -> anyhow::Result<(Scene, Options)> {
         if let Some(threads) = self.threads {
             if !(1..=4096).contains(&threads) {
                 bail!("--threads {threads} cannot be; give a number from 1 to 4096");
@@ -87,9 +93,10 @@ impl SceneArgs {
         }
         let memory_limit = self.memory_limit()?;
         let control = progress::control()?;
+        let prepared = |loader: &Loader| loader.under(&control).traced_by(tracer(backend));
         let mut scene = match (&self.scene, &self.builtin) {
-            (_, Some(name)) => barnard_files::builtin::load_under(name, memory_limit, &control)?,
-            (Some(path), None) => barnard_files::load_under(path, memory_limit, &control)?,
+            (_, Some(name)) => barnard_files::builtin::load_by(name, memory_limit, prepared)?,
+            (Some(path), None) => barnard_files::load_by(path, memory_limit, prepared)?,
             (None, None) => bail!("no scene; give a file, or --builtin NAME"),
         };
         if let Some(name) = &self.bookmark {

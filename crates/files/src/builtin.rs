@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use spectra::SpectraError;
 
-use barnard::control::Control;
 use barnard::error::Result;
 use barnard::scene::{Loader, Scene};
 
@@ -79,16 +78,16 @@ pub fn entry(name: &str) -> Result<&'static BuiltinScene> {
 /// # Errors
 /// Where there is none.
 pub fn load(name: &str, memory_limit: u64) -> Result<Scene> {
-    load_under(name, memory_limit, &Control::default())
+    load_by(name, memory_limit, Loader::clone)
 }
 
-/// The same, by a reading that `control` hears of and can stop.
+/// The same by a loader that was `prepared`, with a control that hears of it and can stop it, or with a device.
 ///
 /// # Errors
 /// Where there is none, and once the user wished to stop.
-pub fn load_under(name: &str, memory_limit: u64, control: &Control) -> Result<Scene> {
+pub fn load_by(name: &str, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Scene> {
     let entry = entry(name)?;
-    crate::parse(&format!("built-in {name}"), name, entry.text.to_owned(), &loader(memory_limit).under(control))
+    crate::parse(&format!("built-in {name}"), name, entry.text.to_owned(), &prepared(&loader(memory_limit)))
 }
 
 /// The files that built-in scenes name.

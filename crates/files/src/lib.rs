@@ -18,5 +18,5 @@ pub mod toml;
 
 pub use formats::SaveImage;
 pub use manual::manual;
-pub use scene::{in_folder, load, load_under, parse, read_text};
+pub use scene::{in_folder, load, load_by, parse, read_text};
 pub use source::{SceneFiles, read_limited};

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use barnard::control::Control;
 use barnard::error::{Error, Result};
 use barnard::scene::{Loader, Provenance, Scene};
 
@@ -18,18 +17,18 @@ const LONGEST: u64 = 4 << 20;
 /// # Errors
 /// Where the file cannot be read or is no scene; file, line and key are said.
 pub fn load(path: &Path, memory_limit: u64) -> Result<Scene> {
-    load_under(path, memory_limit, &Control::default())
+    load_by(path, memory_limit, Loader::clone)
 }
 
-/// The same, by a reading that `control` hears of and can stop.
+/// The same by a loader that was `prepared`, with a control that hears of it and can stop it, or with a device.
 ///
 /// # Errors
 /// Those of [`load`], and once the user wished to stop.
-pub fn load_under(path: &Path, memory_limit: u64, control: &Control) -> Result<Scene> {
+pub fn load_by(path: &Path, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Scene> {
     let text = read_text(path)?;
     let files = Arc::new(SceneFiles::in_folder(path.parent().unwrap_or(Path::new(""))));
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-    let mut scene = parse(&path.display().to_string(), &name, text, &Loader::new(files.clone(), memory_limit).under(control))?;
+    let mut scene = parse(&path.display().to_string(), &name, text, &prepared(&Loader::new(files.clone(), memory_limit)))?;
     if let Some(provenance) = &mut scene.provenance {
         provenance.files = std::iter::once(path.to_owned()).chain(files.read_files()).collect();
     }

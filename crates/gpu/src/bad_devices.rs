@@ -6,11 +6,16 @@ use barnard::backend::{Backend, Job, cpu};
 use barnard::control::{Control, Stage};
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan, Stepping};
+use glam::DVec3;
+use ionisation::balance::{Gas, State};
+use ionisation::cloud::{Cloud, Quantity, Settings, Star};
+use ionisation::light::IonisingLight;
+use ionisation::tracer::RayTracer;
 
 use crate::test_device::device;
 use crate::test_scenes::{plan_of, scene};
 use crate::tuning::Tuning;
-use crate::{Auto, Gpu, GpuError, OnDevice, Ordinates, Renderer};
+use crate::{Auto, Gpu, GpuError, IonisingRays, OnDevice, Ordinates, Renderer};
 
 /// A device that is taken away in the middle of a picture is opened once more; if that is taken too, the processor
 /// renders.
@@ -158,4 +163,37 @@ fn the_processor_sweeps_what_a_device_cannot() {
         assert!(volumes == truth);
     }
     assert!(*hits.lock().unwrap() > 0);
+}
+
+/// Ionising light that a device has no room to trace, or that goes in the middle of it, is traced by the processor, with the same
+/// bits; who has traced is said, and why.
+#[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
+fn the_processor_traces_what_a_device_cannot() {
+    let (lost, hydrogen, light) = (device(), vec![200.0; 24 * 24 * 24], IonisingLight::blackbody(40_000.0, 2e47));
+    let (low, voxel) = (DVec3::splat(-1.2), DVec3::splat(0.1));
+    let abundances = [1.0, 0.1, 2.2e-4, 4e-5, 3.3e-4, 5e-5, 9e-6];
+    let cloud = Cloud { dims: [24; 3], low, voxel, hydrogen: &hydrogen, abundances, dust_cm2: 0.0 };
+    let stars = [0.31, -0.42].map(|x| Star { place: DVec3::new(x, 0.02, 0.03), light: &light });
+    let electrons = |_: &Gas, state: &State| state.electrons;
+    let solved = |gpu: Option<&Gpu>, watch: &(dyn Fn(u64, u64) -> bool + Sync)| {
+        let rays = gpu.map(|gpu| IonisingRays::new(gpu.clone()));
+        let settings = Settings { tracer: rays.as_ref().map(|rays| rays as &dyn RayTracer), ..Settings::default() };
+        cloud.ionised(&stars, &settings, &[Quantity { most: 300.0, value: &electrons }], watch).unwrap()
+    };
+    let truth = solved(None, &|_, _| true);
+    let small = Gpu::limited(wgpu::Limits { max_storage_buffer_binding_size: 1 << 18, ..wgpu::Limits::default() }).unwrap();
+    let victim = lost.device.clone();
+    let takes_away = move |_: u64, _: u64| {
+        victim.destroy();
+        true
+    };
+    let goes_on = |_: u64, _: u64| true;
+    for (gpu, watch, why) in
+        [(&small, &goes_on as &(dyn Fn(u64, u64) -> bool + Sync), "this device takes at most 262144"), (&lost, &takes_away, "gave up")]
+    {
+        let found = solved(Some(gpu), watch);
+        assert!(found.by.starts_with(&format!("cpu ({}: ", gpu.name())) && found.by.contains(why), "{}", found.by);
+        assert!(found.quantities == truth.quantities);
+    }
 }

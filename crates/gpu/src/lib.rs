@@ -5,7 +5,7 @@
 //! `frame` what changes from picture to picture; `shader` prints the shape (`shader_constants`) in front of `shaders/*.wgsl`, `written_out`
 //! their loops, `pipelines` compiles them, `textures` uploads volumes, `resources` what fits, `march` keeps a plan on
 //! the device, dispatches strips of rows and reads them back, `resolve` makes display colours of them, `sweep` the
-//! depths of a star that has moved, `ordinates` light that is scattered more than once. Twins: a function of a shader names the Rust function that it repeats.
+//! depths of a star that has moved, `ordinates` light that is scattered more than once, `ray_tracer` light that ionises gas. Twins: a function of a shader names the Rust function that it repeats.
 
 mod atlas;
 mod backend;
@@ -20,6 +20,7 @@ mod many_lights;
 mod march;
 mod ordinates;
 mod pipelines;
+mod ray_tracer;
 mod resolve;
 mod resources;
 mod shader;
@@ -43,4 +44,5 @@ pub use device::{Adapter, Gpu, adapters, device_descriptor};
 pub use error::{GpuError, Result};
 pub use march::Renderer;
 pub use ordinates::Ordinates;
+pub use ray_tracer::IonisingRays;
 pub use tuning::Tuning;

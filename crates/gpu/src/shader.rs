@@ -70,6 +70,7 @@ mod tests {
     use crate::frame::Frame;
     use crate::layout::{Layout, quads};
     use crate::ordinates::{self, ORDINATES, PlaneNumbers, TermNumbers};
+    use crate::ray_tracer::{self, GenerationNumbers, RAY_TRACER, RayNumbers, StarNumbers};
     use crate::resolve::{self, DisplayLevels};
     use crate::shape::{FieldShape, PhaseKind};
     use crate::sweep::{PACK, PackNumbers, SWEEP, SweepNumbers, sweep_source};
@@ -239,6 +240,10 @@ mod tests {
         let ordinates = validated(&ordinates::source(36, 9));
         assert_eq!(ours!(TermNumbers: k, around, factor, cells, glows, least, nothing), fields(&ordinates, "Terms"));
         assert_eq!(ours!(PlaneNumbers: first, before, column, row, columns, rows, beams, half), fields(&ordinates, "Plane"));
+        let ray_tracer = validated(&ray_tracer::source());
+        assert_eq!(ours!(StarNumbers: place, edges, scales, dims, counts), fields(&ray_tracer, "Star"));
+        assert_eq!(ours!(GenerationNumbers: number), fields(&ray_tracer, "Generation"));
+        assert_eq!(ours!(RayNumbers: photons, way, patch_of), fields(&ray_tracer, "Ray"));
         let display = ours!(DisplayLevels: levels, size);
         assert_eq!(display, fields(&validated(resolve::SOURCE), "Display"));
     }
@@ -302,7 +307,7 @@ mod tests {
 
     /// Each function of a shader that repeats one in Rust, with the path of that: (function, path).
     fn twins() -> Vec<(&'static str, &'static str)> {
-        let files = FILES.iter().copied().chain(FORMS.iter().map(|f| f.wgsl)).chain([resolve::SOURCE, SWEEP, PACK, ORDINATES]);
+        let files = FILES.iter().copied().chain(FORMS.iter().map(|f| f.wgsl)).chain([resolve::SOURCE, SWEEP, PACK, ORDINATES, RAY_TRACER]);
         let of_file = |file: &'static str| {
             file.split("// twin: ").skip(1).map(|after| {
                 let (path, below) = after.split_once('\n').unwrap();
@@ -315,7 +320,7 @@ mod tests {
 
     /// Functions of shaders that are compared with their twins by a picture, a sweep or colours, which they make
     /// together, and the tests that do it; all others are called by the tests of `twins.rs`.
-    const COMPARED_TOGETHER: [(&str, &[&str]); 7] = [
+    const COMPARED_TOGETHER: [(&str, &[&str]); 8] = [
         ("each_part_is_that_of_the_processor", &["scatter", "scatter_again", "segment", "near", "in_atlas"]),
         ("every_method_is_that_of_the_processor", &["accumulate_field", "resolve_field"]),
         ("many_lights_are_those_of_the_processor", &["depth_within", "scatter_near_star"]),
@@ -323,6 +328,7 @@ mod tests {
         ("passes_settle", &["stretched", "stretched_rgb", "srgb_encode"]),
         ("a_star_moves_on_the_device", &["match_mean", "along_x", "gain", "enters", "cubic", "collect"]),
         ("orders_are_those_of_the_processor", &["shares", "sweep"]),
+        ("turns_are_those_of_the_processor", &["met", "square", "meet", "absorbing", "cross_voxel", "follow", "sum_up"]),
     ];
     /// Functions that a function which `twins.rs` calls is made of: (part, whole).
     const PARTS: [(&str, &str); 4] =
@@ -332,7 +338,7 @@ mod tests {
     #[test]
     fn twins_are_compared() {
         let own = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-        let tests = ["src/twins.rs", "tests/pictures/parts.rs", "tests/pictures/changes.rs", "tests/ordinates.rs"]
+        let tests = ["src/twins.rs", "tests/pictures/parts.rs", "tests/pictures/changes.rs", "tests/ordinates.rs", "tests/ray_tracer.rs"]
             .map(|f| std::fs::read_to_string(own.join(f)).unwrap());
         let called = |name: &str| tests[0].contains(&format!("{name}("));
         let is_compared = |name: &str| {

@@ -13,11 +13,11 @@ use crate::nodes::{Nodes, PLACES};
 use crate::rays::Rays;
 
 /// Units of a sum for the undimmed flux through the whole of a voxel.
-const UNITS: f32 = (1u32 << 26) as f32;
+pub const UNITS: f32 = (1u32 << 26) as f32;
 /// The most that a node's flux counts for, in undimmed ones, in the star's own voxel and those beside it. Light of all rays through
 /// a voxel is so many times its cross section at most, of which `Rays::widest_cross_section` makes parts of one: eight times
 /// that leaves room in 32 bits where rays count a part of a voxel twice.
-const MOST: f32 = 8.0;
+pub const MOST: f32 = 8.0;
 /// What stands behind the flux by node, each times the flux in all of them: the distance that it has come \[cm\], the voxel's
 /// cross section and the relative variance of ways through it ([`met`](crate::rays::Rays::met)).
 pub const BEHIND: usize = 3;

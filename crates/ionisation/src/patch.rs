@@ -25,6 +25,21 @@ impl Patch {
         [[i, j], [i + 1, j], [i, j + 1], [i + 1, j + 1]].map(|place| Self { level: self.level + 1, place, ..self })
     }
 
+    /// The face of the cube: along x, y or z, and of two of these first the one towards higher numbers.
+    pub fn face(self) -> u32 {
+        self.face.into()
+    }
+
+    /// How often a face has been parted.
+    pub fn level(self) -> u32 {
+        self.level
+    }
+
+    /// The tangents of the angles at which its middle stands, along the two axes behind that of its face.
+    pub fn tangents(self) -> [f64; 2] {
+        [0, 1].map(|axis| self.tangent(axis, 1))
+    }
+
     /// A place on the cube's face, in halves of a patch from its lower edge: 0, 1 and 2.
     fn tangent(self, axis: usize, half: u32) -> f64 {
         let place = f64::from(2 * self.place[axis] + half) / f64::from(2u32 << self.level);

@@ -8,7 +8,7 @@ use crate::patch::Patch;
 /// The level of patches with which beams begin.
 const FIRST: u32 = 3;
 /// The largest area of a beam in parts of a voxel's face \[1\].
-const WIDEST: f64 = 1.0;
+pub const WIDEST: f64 = 1.0;
 /// How far a beam goes on when its light is used up, so that voxels know how much of them is dark \[voxels\].
 pub const BEYOND: f64 = 3.0;
 

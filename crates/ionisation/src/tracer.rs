@@ -71,6 +71,8 @@ pub enum Failure {
     Stopped,
     /// The tracer cannot go on, and why.
     Unable(String),
+    /// The processor is as fast.
+    NotFaster,
 }
 
 /// A processor or a device that has light go through gas.
@@ -123,16 +125,13 @@ impl<'a> Tracers<'a> {
         let Some(device) = device else { return Self { task, turns: None, by: Processor.name() } };
         match device.start(task) {
             Ok(turns) => Self { task, turns: Some(turns), by: device.name() },
-            Err(failure) => Self { task, turns: None, by: Self::instead_of(&device.name(), failure) },
+            Err(Failure::Unable(why)) => Self { task, turns: None, by: Self::instead_of(&device.name(), &why) },
+            Err(Failure::Stopped | Failure::NotFaster) => Self { task, turns: None, by: Processor.name() },
         }
     }
 
     /// The name of the processor where a device could not.
-    fn instead_of(device: &str, failure: Failure) -> String {
-        let why = match failure {
-            Failure::Stopped => "stopped".into(),
-            Failure::Unable(why) => why,
-        };
+    fn instead_of(device: &str, why: &str) -> String {
         format!("{} ({device}: {why})", Processor.name())
     }
 
@@ -142,7 +141,7 @@ impl<'a> Tracers<'a> {
         let turns = self.turns.get_or_insert_with(|| Box::new(OnProcessor::new(task)));
         match turns.next(voxels, light, listener) {
             Err(Failure::Unable(why)) => {
-                self.by = Self::instead_of(&self.by, Failure::Unable(why));
+                self.by = Self::instead_of(&self.by, &why);
                 let mut processor = Box::new(OnProcessor::new(task));
                 let escaped = processor.next(voxels, light, listener);
                 self.turns = Some(processor);

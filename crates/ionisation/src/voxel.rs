@@ -12,11 +12,11 @@ use crate::light::{IonisingLight, OWN_NODES};
 use crate::nodes::{Nodes, PLACES};
 
 /// By how much gas may be more or less opaque at once than it was.
-const CHANGE: f32 = 16.0;
+pub const CHANGE: f32 = 16.0;
 /// What counts as all of the light \[1\].
-pub(crate) const ALL: f32 = 1.0 - 1e-6;
+pub const ALL: f32 = 1.0 - 1e-6;
 /// Light that is none any more, in parts of the star's: numbers that are much less take the processor long.
-const NONE: f32 = 1e-30;
+pub const NONE: f32 = 1e-30;
 
 /// Gas that beams go through.
 #[derive(Debug, Clone, Copy)]
@@ -39,7 +39,7 @@ pub struct Voxel {
 }
 
 /// The depth that absorbs a part of the light.
-pub(crate) fn absorbing(part: f32) -> f32 {
+pub fn absorbing(part: f32) -> f32 {
     -(-part).ln_1p()
 }
 

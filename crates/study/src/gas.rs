@@ -78,7 +78,7 @@ impl<'a> Run<'a> {
         let densest = cloud.densest().max(1e-30);
         let most = cloud.electrons() * densest * densest;
         let solved = |quantities: &[Quantity], control: &Control| {
-            cloud.ionised(quantities, Accuracy::FAST, control).map_err(|error| match error {
+            cloud.ionised(quantities, Accuracy::FAST, None, control).map_err(|error| match error {
                 IonisationError::Stopped => StudyError::Render(barnard::Error::Interrupted),
                 error => StudyError::Gas(error),
             })

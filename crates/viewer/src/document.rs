@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use barnard::Result;
 use barnard::control::Control;
-use barnard::scene::{Loader, Provenance, Scene, Star};
+use barnard::scene::{Loader, Provenance, RayTracer, Scene, Star};
 use barnard_files::{SceneFiles, builtin, toml};
 use toml_edit::DocumentMut;
 
@@ -159,16 +159,17 @@ impl Document {
         self.scene.gas.as_ref().is_some_and(|gas| gas.is_rough)
     }
 
-    /// Begins to find out exactly what is known roughly, unless that is under way or has failed; `heard` is told of parts that
+    /// Begins to find out exactly what is known roughly, by a device that traces light where there is one, unless that is under way or has failed; `heard` is told of parts that
     /// are done \[1\], and once it has ended. What was begun for other gas ends.
-    pub fn refine(&mut self, heard: impl Fn(Option<f64>) + Send + Sync + 'static) {
+    pub fn refine(&mut self, tracer: Option<Arc<dyn RayTracer>>, heard: impl Fn(Option<f64>) + Send + Sync + 'static) {
         if !self.is_rough() || self.refining.as_ref().is_some_and(|refining| refining.physics == self.physics) {
             return;
         }
         let heard = Arc::new(heard);
         let of_part = heard.clone();
         let control = Control::with_listener(move |_, done, all| of_part(Some(done as f64 / all.max(1) as f64)));
-        let (origin, text, loader, opening) = (self.origin.clone(), self.text.clone(), self.loader.under(&control), self.opening);
+        let loader = self.loader.under(&control).traced_by(tracer);
+        let (origin, text, opening) = (self.origin.clone(), self.text.clone(), self.opening);
         let (sender, done) = channel();
         std::thread::spawn(move || {
             // In threads of its own: the window's and the pictures' work does not wait behind it.

@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Arc, OnceLock};
 
 use barnard::backend::{BackendEntry, DeviceUse, cpu};
-use barnard_gpu::{Gpu, GpuError};
+use barnard_gpu::{Gpu, GpuError, IonisingRays};
 use eframe::Renderer;
 use eframe::egui::{Context, ViewportBuilder};
 use eframe::egui_wgpu::{RenderState, WgpuSetup};
@@ -69,7 +69,9 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
         if let Ok(Some(gpu)) = &lent {
             engine.lend(gpu.clone());
         }
+        let tracer = lent.as_ref().ok().and_then(Option::as_ref).and_then(IonisingRays::if_faster);
         let mut app = App::new(document, engine, session, start.memory_limit);
+        app.tracer = tracer;
         app.layout = Layout::stored(creation.storage);
         app.timings = start.timings.then(Timings::default);
         words.into_iter().for_each(|words| app.tell(words));

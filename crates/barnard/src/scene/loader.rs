@@ -3,6 +3,8 @@
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, Weak};
 
+use ionisation::tracer::RayTracer;
+
 use super::Star;
 use super::gas::ionised::IonisedGas;
 use crate::control::Control;
@@ -30,6 +32,8 @@ pub struct Loader {
     rough_gas: Kept<IonisedGas>,
     /// Whether what takes long is made roughly.
     pub(super) is_rough: bool,
+    /// A device that has the light of several stars go through gas, where there is one.
+    pub(super) tracer: Option<Arc<dyn RayTracer>>,
     /// What ends a reading early.
     pub(crate) control: Control,
 }
@@ -51,6 +55,7 @@ impl Loader {
             gas: Arc::default(),
             rough_gas: Arc::default(),
             is_rough: false,
+            tracer: None,
             control: Control::default(),
         }
     }
@@ -59,6 +64,12 @@ impl Loader {
     #[must_use]
     pub fn under(&self, control: &Control) -> Self {
         Self { control: control.clone(), ..self.clone() }
+    }
+
+    /// The same for readings in which a device has the light of several stars go through gas, where one is given.
+    #[must_use]
+    pub fn traced_by(&self, tracer: Option<Arc<dyn RayTracer>>) -> Self {
+        Self { tracer, ..self.clone() }
     }
 
     /// The same for readings in which what takes long is made roughly: gas that stars ionise, on few voxels, unless it is

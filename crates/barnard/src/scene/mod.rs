@@ -28,6 +28,7 @@ pub use background::{Background, StarField};
 pub use dust::{Dust, Scale};
 pub use emission::Emission;
 pub use gas::{GasCloud, IonisedGas, IonisingStar};
+pub use ionisation::tracer::RayTracer;
 pub use loader::Loader;
 pub use method::{MANY_BOUNCES, MAX_STEPS, Method, MethodEntry, StarDepthSource, methods};
 pub use star::Star;

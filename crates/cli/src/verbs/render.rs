@@ -57,7 +57,7 @@ impl Render {
         if self.referee.is_asked() && self.backend != "path" {
             bail!("--samples, --target-error, --seed and --state belong to --backend path");
         }
-        let (scene, options) = self.scene.load()?;
+        let (scene, options) = self.scene.load_for(&self.backend)?;
         for path in &self.output {
             let same = |file: &&PathBuf| file.canonicalize().is_ok_and(|f| path.canonicalize().is_ok_and(|p| p == f));
             if let Some(input) = scene.provenance.iter().flat_map(|from| &from.files).find(same) {

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use barnard::image::{Display, Level};
-use barnard::scene::Scene;
+use barnard::scene::{RayTracer, Scene};
 use eframe::egui::{self, Context, Key, Modifiers, TextureHandle, TextureOptions, Ui, ViewportCommand};
 
 use crate::comparison::Comparison;
@@ -81,6 +81,8 @@ pub struct App {
     pub memory_limit: u64,
     /// The spectrum that the probe saw last.
     pub probed: Option<panels::Probed>,
+    /// A device that has the light of several stars go through gas, where that is faster.
+    pub tracer: Option<Arc<dyn RayTracer>>,
     /// How often the window changes, where somebody wants to know.
     pub timings: Option<Timings>,
     /// The number of times that the levels of pictures were asked for anew.
@@ -117,6 +119,7 @@ impl App {
             layout: panels::Layout::default(),
             memory_limit,
             probed: None,
+            tracer: None,
             timings: None,
             exposure: 0,
             engine,
@@ -309,7 +312,7 @@ impl App {
         }
         if is_quiet && self.document.is_rough() {
             let (ctx, refined) = (ctx.clone(), self.refined.clone());
-            self.document.refine(move |part| {
+            self.document.refine(self.tracer.clone(), move |part| {
                 let percent = part.map_or(0, |part| (100.0 * part.clamp(0.0, 1.0)) as u32);
                 if refined.swap(percent, Ordering::Relaxed) != percent || part.is_none() {
                     ctx.request_repaint();

@@ -271,7 +271,7 @@ fn gas_is_refined() {
     let settle = |document: &mut Document| {
         let heard = Arc::new(AtomicBool::new(false));
         let ears = heard.clone();
-        document.refine(move |part| ears.store(ears.load(Ordering::Relaxed) || part.is_some(), Ordering::Relaxed));
+        document.refine(None, move |part| ears.store(ears.load(Ordering::Relaxed) || part.is_some(), Ordering::Relaxed));
         while !document.take_refined().unwrap() {
             std::thread::sleep(std::time::Duration::from_millis(5));
         }

@@ -6,6 +6,7 @@ use ionisation::balance::{Accuracy, Diffuse};
 use ionisation::cloud::{Cloud, Ionised, Quantity, Settings, Star as Source, block_means};
 use ionisation::error::IonisationError;
 use ionisation::light::{IonisingLight, Photons};
+use ionisation::tracer::RayTracer;
 use spectra::constants::{ELECTRONVOLT, PLANCK, SPEED_OF_LIGHT};
 
 use super::Star;
@@ -112,17 +113,24 @@ impl GasCloud {
         self.electrons() * densest * densest * self.abundances[line.element as usize] * table.brightest(line)
     }
 
-    /// What its stars make of it: the mean of each quantity in each voxel, and what there is to tell.
+    /// What its stars make of it: the mean of each quantity in each voxel, and what there is to tell. Light of several stars goes
+    /// through it by a `tracer`, or on the processor.
     ///
     /// # Errors
     /// Where the gas or the stars are none that there can be, or take more memory than is allowed, or `control` stopped it.
-    pub fn ionised(&self, quantities: &[Quantity], accuracy: Accuracy, control: &Control) -> Result<Ionised, IonisationError> {
+    pub fn ionised(
+        &self,
+        quantities: &[Quantity],
+        accuracy: Accuracy,
+        tracer: Option<&dyn RayTracer>,
+        control: &Control,
+    ) -> Result<Ionised, IonisationError> {
         let sources: Vec<Source> = self.stars.iter().map(|star| Source { place: star.position, light: &star.light }).collect();
         let Lattice { dims, bounds } = self.lattice;
         let (voxel, hydrogen) = (self.lattice.voxel_pc(), &self.hydrogen[..]);
         let cloud = Cloud { dims, low: bounds.low, voxel, hydrogen, abundances: self.abundances, dust_cm2: self.dust_cm2 };
         let (diffuse, isothermal, memory_limit) = (self.diffuse, self.isothermal, self.memory_limit);
-        let settings = Settings { diffuse, isothermal, accuracy, memory_limit, ..Settings::default() };
+        let settings = Settings { diffuse, isothermal, accuracy, memory_limit, tracer, ..Settings::default() };
         let watch = |done: u64, all: u64| {
             control.report(Stage::Gas, done, all);
             !control.interrupted()

@@ -30,6 +30,8 @@ pub struct IonisedGas {
     pub passes: usize,
     /// See [`passes`](Self::passes).
     pub change: f64,
+    /// Who had light go through it: the processor or a device.
+    pub by: String,
     /// The part of steps in which the gas did not settle.
     pub unsettled: f64,
     /// Whether it was solved on few voxels, for a first look.
@@ -49,7 +51,7 @@ impl IonisedGas {
             told.push(format!("{:.0} % of the ionising photons of {} leave the cloud, or miss it", 100.0 * escaped, star.name));
         }
         if self.passes > 1 {
-            told.push(format!("{} passes; the last of them moved {:.1e} of its ions", self.passes, self.change));
+            told.push(format!("{} passes on {}; the last of them moved {:.1e} of its ions", self.passes, self.by, self.change));
         }
         if self.unsettled > UNSETTLED {
             told.push(format!("in {:.2} % of the steps of beams the gas did not settle", 100.0 * self.unsettled));

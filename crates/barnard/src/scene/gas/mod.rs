@@ -104,7 +104,7 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
     quantities.push(Quantity { most: 6e4 * most, value: &warm });
     quantities.push(Quantity { most: cloud.electrons() * densest * most, value: &thick });
     let accuracy = if loader.is_rough { Accuracy::COARSE } else { Accuracy::FAST };
-    let found = cloud.ionised(&quantities, accuracy, &loader.control).map_err(|error| match error {
+    let found = cloud.ionised(&quantities, accuracy, loader.tracer.as_deref(), &loader.control).map_err(|error| match error {
         IonisationError::Stopped => Error::Interrupted,
         error => section.error("density", error.to_string()),
     })?;
@@ -131,8 +131,8 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
         glow.push(("hydrogen's continuum".into(), gridded(pairs), spectrum));
     }
     let unsettled = found.unsettled as f64 / found.steps.max(1) as f64;
-    let (escaped, passes, change) = (found.escaped, found.passes, found.change);
-    Ok(IonisedGas { cloud, temperature, electrons, escaped, passes, change, unsettled, is_rough: loader.is_rough, species: glow })
+    let (escaped, passes, change, by) = (found.escaped, found.passes, found.change, found.by);
+    Ok(IonisedGas { cloud, temperature, electrons, escaped, passes, change, by, unsettled, is_rough: loader.is_rough, species: glow })
 }
 
 /// The gas of a table, and the stars that ionise it.

@@ -1,0 +1,277 @@
+//! Ionising light of stars on the device: what [`ionisation::tracer::Processor`] does, one invocation for each ray.
+
+mod numbers;
+
+use std::sync::{Arc, OnceLock};
+
+use ionisation::light::NODES;
+use ionisation::lit::{BEHIND, MOST, UNITS};
+use ionisation::rays::{BEYOND, WIDEST};
+use ionisation::tracer::{Failure, Light, Listener, RayTracer, Task, Turns};
+use ionisation::voxel::{ALL, CHANGE, NONE, Voxel};
+use spectra::constants::SPHERE;
+use wgpu::BufferUsages as Use;
+
+use self::numbers::{GENERATIONS, QUADS, VOXEL, generations, rays_at_most, sent, spectrum, voxel_quads};
+pub use self::numbers::{GenerationNumbers, RayNumbers, StarNumbers};
+use crate::device::Gpu;
+use crate::error::{GpuError, Result};
+use crate::written_out::{Limits, MOST_TURNS, written_out};
+
+/// The invocations of a workgroup.
+const WORKGROUP: usize = 64;
+/// Most workgroups along an axis of a dispatch.
+const MAX_GROUPS: usize = 65535;
+/// Units of the part of a star's photons that stays, as the shader has them.
+const KEPT_UNITS: f64 = (1u64 << 30) as f64;
+/// Bytes of a ray.
+const RAY: u64 = size_of::<RayNumbers>() as u64;
+/// Bindings of the shader's entries.
+const FOLLOWS: [u32; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+const SUMS_UP: [u32; 7] = [0, 2, 4, 5, 9, 10, 11];
+
+/// The text of the shader.
+pub const RAY_TRACER: &str = include_str!("../shaders/ray_tracer.wgsl");
+
+/// The source of the shader.
+pub fn source() -> String {
+    let whole = [("QUADS", QUADS), ("VOXEL", VOXEL), ("BEHIND", BEHIND), ("GENERATIONS", GENERATIONS)];
+    let singles = [("UNITS", UNITS), ("MOST", MOST), ("ALL", ALL), ("CHANGE", CHANGE), ("NONE", NONE)];
+    let doubles = [("BEYOND", BEYOND), ("WIDEST", WIDEST), ("SPHERE", SPHERE)];
+    let constants = whole.map(|(name, value)| format!("const {name} = {value}u;\n")).concat()
+        + &singles.map(|(name, value)| format!("const {name}: f32 = {value:e};\n")).concat()
+        + &doubles.map(|(name, value)| format!("const {name}: f32 = {:e};\n", value as f32)).concat();
+    constants + &written_out(RAY_TRACER, &Limits { most: MOST_TURNS, numbers: vec![("QUADS", QUADS)], lists: Vec::new() })
+}
+
+/// The entries of the shader.
+#[derive(Debug)]
+struct Pipelines {
+    follow: wgpu::ComputePipeline,
+    sum_up: wgpu::ComputePipeline,
+}
+
+/// Rays of ionising light on a device.
+#[derive(Debug, Default)]
+pub struct IonisingRays {
+    /// The device, once it is open, and why there is none.
+    gpu: OnceLock<std::result::Result<Gpu, Failing>>,
+    pipelines: OnceLock<Arc<Pipelines>>,
+}
+
+/// Why there is no device to trace on.
+#[derive(Debug, Clone)]
+enum Failing {
+    /// It does not open, and why.
+    Closed(String),
+    /// It is software, which is slower than the processor that it runs on.
+    Software,
+}
+
+impl IonisingRays {
+    /// Traces on `gpu`.
+    pub fn new(gpu: Gpu) -> Self {
+        Self { gpu: OnceLock::from(Ok(gpu)), pipelines: OnceLock::new() }
+    }
+
+    /// Traces on the best device of this machine, which is opened once there is something to trace; not where that is software.
+    pub fn once_asked() -> Self {
+        Self::default()
+    }
+
+    fn gpu(&self) -> &std::result::Result<Gpu, Failing> {
+        self.gpu.get_or_init(|| match Gpu::open() {
+            Ok(gpu) if gpu.adapter.real => Ok(gpu),
+            Ok(_) => Err(Failing::Software),
+            Err(error) => Err(Failing::Closed(error.to_string())),
+        })
+    }
+
+    /// The tracer of a device, where that is faster: software is slower than the processor that it runs on.
+    pub fn if_faster(gpu: &Gpu) -> Option<Arc<dyn RayTracer>> {
+        gpu.adapter.real.then(|| Arc::new(Self::new(gpu.clone())) as Arc<dyn RayTracer>)
+    }
+}
+
+fn unable(error: GpuError) -> Failure {
+    Failure::Unable(error.to_string())
+}
+
+impl RayTracer for IonisingRays {
+    fn name(&self) -> String {
+        self.gpu.get().and_then(|gpu| gpu.as_ref().ok()).map_or("gpu".into(), Gpu::name)
+    }
+
+    fn start<'a>(&self, task: Task<'a>) -> std::result::Result<Box<dyn Turns + 'a>, Failure> {
+        let gpu = self.gpu().as_ref().map_err(|failing| match failing {
+            Failing::Closed(why) => Failure::Unable(why.clone()),
+            Failing::Software => Failure::NotFaster,
+        })?;
+        let pipelines = self.pipelines.get_or_init(|| {
+            let source = source();
+            Arc::new(Pipelines { follow: gpu.pipeline(&source, "follow"), sum_up: gpu.pipeline(&source, "sum_up") })
+        });
+        Ok(Box::new(OnDevice::new(gpu.clone(), pipelines.clone(), task).map_err(unable)?))
+    }
+}
+
+/// The buffers that do not change from star to star.
+struct Buffers {
+    voxels: wgpu::Buffer,
+    others: wgpu::Buffer,
+    sums: wgpu::Buffer,
+    /// Rays that come and that go, in turn.
+    rays: [wgpu::Buffer; 2],
+    counters: wgpu::Buffer,
+    flux: wgpu::Buffer,
+    rates: wgpu::Buffer,
+    all_rates: wgpu::Buffer,
+    generations: Vec<wgpu::Buffer>,
+    /// By which results are read back.
+    back: Option<wgpu::Buffer>,
+}
+
+/// A star on the device.
+struct OfStar {
+    numbers: wgpu::Buffer,
+    spectrum: wgpu::Buffer,
+    sent: Vec<RayNumbers>,
+    generations: usize,
+}
+
+/// Turns of light on a device.
+struct OnDevice<'a> {
+    gpu: Gpu,
+    pipelines: Arc<Pipelines>,
+    task: Task<'a>,
+    buffers: Buffers,
+    /// Rays that there is room for.
+    room: usize,
+    /// Bytes of all buffers.
+    bytes: u64,
+}
+
+impl<'a> OnDevice<'a> {
+    fn new(gpu: Gpu, pipelines: Arc<Pipelines>, task: Task<'a>) -> Result<Self> {
+        let (cells, stars, row) = (task.cloud.hydrogen.len() as u64, task.stars.len() as u64, task.row() as u64);
+        let room = rays_at_most(task.cloud);
+        let sizes = [16 * VOXEL as u64 * cells, 4 * cells, 4 * (row + 1) * cells, RAY * room as u64, 4 * row * cells, 4 * stars * cells];
+        let limits = gpu.device.limits();
+        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let instead = "the processor has room for it";
+        for bytes in sizes {
+            GpuError::too_large("what a voxel's gas and light take, in bytes,", bytes, most, instead)?;
+        }
+        GpuError::too_large("the number of buffers of the shader", 7, limits.max_storage_buffers_per_shader_stage.into(), instead)?;
+        GpuError::too_large("the number of rays", room as u64, (MAX_GROUPS * WORKGROUP) as u64, instead)?;
+        let [voxels, others, sums, rays, flux, rates] = sizes;
+        let storage = |bytes: u64| gpu.buffer(bytes, Use::STORAGE | Use::COPY_DST | Use::COPY_SRC);
+        let generation = |number: usize| gpu.filled(bytemuck::bytes_of(&GenerationNumbers { number: number as u32 }), Use::UNIFORM);
+        let buffers = Buffers {
+            voxels: storage(voxels),
+            others: storage(others),
+            sums: storage(sums),
+            rays: [storage(rays), storage(rays)],
+            counters: storage(4 * (GENERATIONS as u64 + 2)),
+            flux: storage(flux),
+            rates: storage(rates),
+            all_rates: storage(others),
+            generations: (0..GENERATIONS - 1).map(generation).collect(),
+            back: None,
+        };
+        let bytes = voxels + 2 * others + sums + 2 * rays + flux + rates;
+        gpu.check(bytes)?;
+        Ok(Self { gpu, pipelines, task, buffers, room, bytes })
+    }
+
+    /// The bind group of an entry.
+    fn group(&self, pipeline: &wgpu::ComputePipeline, used: &[u32], star: &OfStar, generation: usize) -> wgpu::BindGroup {
+        let Buffers { voxels, others, sums, rays, counters, flux, rates, all_rates, generations, .. } = &self.buffers;
+        let (coming, going) = (&rays[generation % 2], &rays[(generation + 1) % 2]);
+        let number = &generations[generation];
+        let all = [&star.numbers, number, &star.spectrum, voxels, others, sums, coming, going, counters, flux, rates, all_rates];
+        self.gpu.group(&pipeline.get_bind_group_layout(0), used.iter().map(|i| (*i, all[*i as usize].as_entire_binding())))
+    }
+
+    /// What a star's rays are on the device.
+    fn of_star(&self, number: usize, is_known: bool) -> Result<OfStar> {
+        let numbers = StarNumbers::new(&self.task, number, self.room, is_known);
+        let sent = sent(&self.task, number);
+        GpuError::too_large("the number of rays", sent.len() as u64, self.room as u64, "the processor has room for them")?;
+        Ok(OfStar {
+            numbers: self.gpu.filled(bytemuck::bytes_of(&numbers), Use::UNIFORM),
+            spectrum: self.gpu.filled(bytemuck::cast_slice(&spectrum(&self.task, number)), Use::STORAGE),
+            generations: generations(&self.task, number, &sent).min(self.buffers.generations.len()),
+            sent,
+        })
+    }
+
+    /// Has the light of a star go its way, and adds where it comes; gives the part of it that leaves the cloud.
+    fn trace(&mut self, number: usize, is_known: bool) -> Result<f64> {
+        let star = self.of_star(number, is_known)?;
+        let cells = self.task.cloud.hydrogen.len();
+        let mut counts = [0u32; GENERATIONS + 2];
+        counts[0] = star.sent.len() as u32;
+        self.gpu.queue.write_buffer(&self.buffers.counters, 0, bytemuck::cast_slice(&counts));
+        self.gpu.queue.write_buffer(&self.buffers.rays[0], 0, bytemuck::cast_slice(&star.sent));
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("ionising light"), ..Default::default() });
+            let Pipelines { follow, sum_up } = &*self.pipelines;
+            pass.set_pipeline(follow);
+            for generation in 0..star.generations {
+                pass.set_bind_group(0, &self.group(follow, &FOLLOWS, &star, generation), &[]);
+                pass.dispatch_workgroups(self.room.div_ceil(WORKGROUP) as u32, 1, 1);
+            }
+            pass.set_pipeline(sum_up);
+            pass.set_bind_group(0, &self.group(sum_up, &SUMS_UP, &star, 0), &[]);
+            let groups = cells.div_ceil(WORKGROUP);
+            pass.dispatch_workgroups(groups.min(MAX_GROUPS) as u32, groups.div_ceil(MAX_GROUPS) as u32, 1);
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.wait()?;
+        self.gpu.check(self.bytes)?;
+        let counted = self.gpu.read(&self.buffers.counters, 4 * (GENERATIONS as u64 + 2), &mut None)?;
+        let counted: Vec<u32> = bytemuck::pod_collect_to_vec(&counted);
+        let most = counted[..GENERATIONS].iter().max().map_or(0, |most| *most);
+        GpuError::too_large("the number of rays", most.into(), self.room as u64, "the processor has room for them")?;
+        Ok((1.0 - f64::from(counted[GENERATIONS + 1]) / KEPT_UNITS).clamp(0.0, 1.0))
+    }
+
+    fn turn(&mut self, voxels: Option<&[Voxel]>, light: &mut Light, listener: Listener) -> Result<Option<Vec<f64>>> {
+        let cells = self.task.cloud.hydrogen.len();
+        let queue = &self.gpu.queue;
+        queue.write_buffer(&self.buffers.voxels, 0, bytemuck::cast_slice(&voxel_quads(self.task.cloud, voxels)));
+        let all: Vec<f32> = (0..cells).map(|voxel| light.rates.iter().map(|rates| rates[voxel]).sum()).collect();
+        let others: Vec<f32> = all.iter().zip(&light.rates[0]).map(|(all, own)| (all - own).max(0.0)).collect();
+        queue.write_buffer(&self.buffers.all_rates, 0, bytemuck::cast_slice(&all));
+        queue.write_buffer(&self.buffers.others, 0, bytemuck::cast_slice(&others));
+        for (number, rates) in light.rates.iter().enumerate() {
+            queue.write_buffer(&self.buffers.rates, (4 * cells * number) as u64, bytemuck::cast_slice(rates));
+        }
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        encoder.clear_buffer(&self.buffers.flux, 0, None);
+        encoder.clear_buffer(&self.buffers.sums, 0, None);
+        self.gpu.queue.submit([encoder.finish()]);
+        let mut escaped = Vec::new();
+        for number in 0..self.task.stars.len() {
+            escaped.push(self.trace(number, voxels.is_some())?);
+            if !listener(cells as u64) {
+                return Ok(None);
+            }
+        }
+        let Buffers { flux, rates, back, .. } = &mut self.buffers;
+        self.gpu.read_as(flux, flux.size(), back, |bytes| light.flux.copy_from_slice(bytemuck::cast_slice(bytes)))?;
+        self.gpu.read_as(rates, rates.size(), back, |bytes| {
+            let all: &[f32] = bytemuck::cast_slice(bytes);
+            light.rates.iter_mut().zip(all.chunks_exact(cells)).for_each(|(to, from)| to.copy_from_slice(from));
+        })?;
+        Ok(Some(escaped))
+    }
+}
+
+impl Turns for OnDevice<'_> {
+    fn next(&mut self, voxels: Option<&[Voxel]>, light: &mut Light, listener: Listener) -> std::result::Result<Vec<f64>, Failure> {
+        self.turn(voxels, light, listener).map_err(unable)?.ok_or(Failure::Stopped)
+    }
+}
