@@ -9,7 +9,8 @@ use glam::DVec3;
 use ionisation::balance::{Gas, State};
 use ionisation::cloud::{Cloud, Quantity, Settings, Star};
 use ionisation::light::IonisingLight;
-use ionisation::tracer::{Light, Processor, RayTracer, Task};
+use ionisation::processor::Processor;
+use ionisation::tracer::{Light, RayTracer, Task};
 
 fn main() {
     let number = |place: usize, default: usize| std::env::args().nth(place).and_then(|text| text.parse().ok()).unwrap_or(default);
@@ -42,9 +43,9 @@ fn main() {
         }
         println!("{}: a turn of {count} stars through {edge}^3 clear voxels {seconds:.3?} s", tracer.name());
         let electrons = |_: &Gas, state: &State| state.electrons;
-        let settings = Settings { tracer: Some(tracer), ..Settings::default() };
         let since = Instant::now();
-        let found = cloud.ionised(&stars, &settings, &[Quantity { most: 300.0, value: &electrons }], &|_, _| true).expect("a cloud");
+        let quantities = [Quantity { most: 300.0, value: &electrons }];
+        let found = cloud.ionised_by(Some(tracer), &stars, &Settings::default(), &quantities, &|_, _| true).expect("a cloud");
         let sum: f64 = found.quantities[0].iter().map(|n| f64::from(*n)).sum();
         println!("{}: {edge}^3, {count} stars in {:.2?}, {} passes, electrons {sum:.4e}", found.by, since.elapsed(), found.passes);
     }

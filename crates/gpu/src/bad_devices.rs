@@ -178,8 +178,8 @@ fn the_processor_traces_what_a_device_cannot() {
     let electrons = |_: &Gas, state: &State| state.electrons;
     let solved = |gpu: Option<&Gpu>, watch: &(dyn Fn(u64, u64) -> bool + Sync)| {
         let rays = gpu.map(|gpu| IonisingRays::new(gpu.clone()));
-        let settings = Settings { tracer: rays.as_ref().map(|rays| rays as &dyn RayTracer), ..Settings::default() };
-        cloud.ionised(&stars, &settings, &[Quantity { most: 300.0, value: &electrons }], watch).unwrap()
+        let tracer = rays.as_ref().map(|rays| rays as &dyn RayTracer);
+        cloud.ionised_by(tracer, &stars, &Settings::default(), &[Quantity { most: 300.0, value: &electrons }], watch).unwrap()
     };
     let truth = solved(None, &|_, _| true);
     let small = Gpu::limited(wgpu::Limits { max_storage_buffer_binding_size: 1 << 18, ..wgpu::Limits::default() }).unwrap();

@@ -9,7 +9,8 @@ use ionisation::atoms::BOLTZMANN_EV;
 use ionisation::balance::{Gas, State};
 use ionisation::cloud::{Cloud, Quantity, Settings, Star};
 use ionisation::light::{IonisingLight, NODES, Photons};
-use ionisation::tracer::{Light, Processor, RayTracer, Task};
+use ionisation::processor::Processor;
+use ionisation::tracer::{Light, RayTracer, Task};
 use ionisation::voxel::{Voxel, absorbing};
 use test_device::device;
 
@@ -115,8 +116,7 @@ fn clouds_are_those_of_the_processor() {
     let stars: Vec<Star> = places.into_iter().zip(&lights).map(|(place, light)| Star { place, light }).collect();
     let ions = |gas: &Gas, state: &State| gas.hydrogen * state.fractions[0][1];
     let solved = |tracer: Option<&dyn RayTracer>| {
-        let settings = Settings { tracer, ..Settings::default() };
-        cloud.ionised(&stars, &settings, &[Quantity { most: 200.0, value: &ions }], &|_, _| true).unwrap()
+        cloud.ionised_by(tracer, &stars, &Settings::default(), &[Quantity { most: 200.0, value: &ions }], &|_, _| true).unwrap()
     };
     let (ours, theirs) = (solved(Some(&device)), solved(None));
     let apart = apart(&theirs.quantities[0], &ours.quantities[0]);

@@ -8,7 +8,6 @@ use crate::balance::{Accuracy, Diffuse, Gas};
 use crate::error::IonisationError;
 use crate::light::IonisingLight;
 pub use crate::tally::Quantity;
-use crate::tracer::RayTracer;
 
 /// Centimetres in a parsec.
 pub const PARSEC_CM: f64 = 100.0 * PARSEC;
@@ -42,8 +41,8 @@ pub struct Star<'a> {
 }
 
 /// How a cloud is solved.
-#[derive(Debug, Clone, Copy)]
-pub struct Settings<'a> {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
     /// Where light of recombinations is absorbed.
     pub diffuse: Diffuse,
     /// A temperature that all gas is held at \[K\], in place of the one at which heating and cooling are in balance.
@@ -56,19 +55,17 @@ pub struct Settings<'a> {
     pub passes: usize,
     /// Bytes that may be taken.
     pub memory_limit: u64,
-    /// A device that has the light of several stars go through the gas, in place of the processor.
-    pub tracer: Option<&'a dyn RayTracer>,
 }
 
-impl Default for Settings<'_> {
+impl Default for Settings {
     fn default() -> Self {
         let (diffuse, accuracy) = (Diffuse::default(), Accuracy::FAST);
-        Self { diffuse, isothermal: None, accuracy, change: 4e-3, passes: 30, memory_limit: 4 << 30, tracer: None }
+        Self { diffuse, isothermal: None, accuracy, change: 4e-3, passes: 30, memory_limit: 4 << 30 }
     }
 }
 
 /// What stars make of a cloud.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Ionised {
     /// By quantity its mean in each voxel.
     pub quantities: Vec<Vec<f32>>,

@@ -27,7 +27,7 @@ pub struct Follow<'a> {
     /// The light that they bring.
     pub light: &'a IonisingLight,
     /// How exact they are.
-    pub settings: &'a Settings<'a>,
+    pub settings: &'a Settings,
     /// What they find is summed up in.
     pub tally: &'a Tally<'a>,
 }

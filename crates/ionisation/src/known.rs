@@ -100,7 +100,7 @@ fn on_ways(depth: f64, variance: f64) -> f64 {
 struct Slabs<'a> {
     cloud: &'a Cloud<'a>,
     kind: &'a IonisingLight,
-    settings: &'a Settings<'a>,
+    settings: &'a Settings,
     quantities: &'a [Quantity<'a>],
 }
 

@@ -18,6 +18,7 @@ mod nodes;
 pub mod packet;
 mod passes;
 pub mod patch;
+pub mod processor;
 pub mod rays;
 pub mod sphere;
 mod tally;

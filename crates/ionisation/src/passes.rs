@@ -12,9 +12,10 @@ use crate::known::{Known, dark};
 use crate::lanes::LANES;
 use crate::lit::{BEHIND, Lit};
 use crate::patch::Patch;
+use crate::processor::{Processor, Tracers};
 use crate::rays::Rays;
 use crate::tally::Tally;
-use crate::tracer::{Light, Processor, RayTracer, Task, Tracers};
+use crate::tracer::{Light, RayTracer, Task};
 use crate::voxel::Voxel;
 
 /// Clouds of several stars are not solved on fewer voxels than this along their shortest edge, before they are on more.
@@ -30,6 +31,7 @@ const EXPECTED: usize = 4;
 /// Work that is watched; its units are voxels that one star's beams have gone through.
 struct Work<'a> {
     watch: Watch<'a>,
+    tracer: Option<&'a dyn RayTracer>,
     done: AtomicU64,
     all: u64,
     is_stopped: AtomicBool,
@@ -66,22 +68,29 @@ impl Cloud<'_> {
     /// # Errors
     /// Where the cloud or the stars are none that there can be, or take more memory than is allowed, or `watch` has had enough.
     pub fn ionised(&self, stars: &[Star], settings: &Settings, quantities: &[Quantity], watch: Watch) -> Result<Ionised, IonisationError> {
+        self.ionised_by(None, stars, settings, quantities, watch)
+    }
+
+    /// The same, where a device may have the light of several stars go through the gas.
+    ///
+    /// # Errors
+    /// Those of [`ionised`](Self::ionised).
+    pub fn ionised_by(
+        &self,
+        tracer: Option<&dyn RayTracer>,
+        stars: &[Star],
+        settings: &Settings,
+        quantities: &[Quantity],
+        watch: Watch,
+    ) -> Result<Ionised, IonisationError> {
         self.check(stars, settings, quantities.len())?;
         let levels = std::iter::successors(Some(self.dims), |dims| halved(*dims).filter(|_| stars.len() > 1));
         let all = levels.map(|dims| level(dims, stars.len())).sum();
-        let work = Work { watch, done: AtomicU64::new(0), all, is_stopped: AtomicBool::new(false) };
+        let work = Work { watch, tracer, done: AtomicU64::new(0), all, is_stopped: AtomicBool::new(false) };
         let ionised = match stars {
             [] => {
                 let quantities = quantities.iter().map(|_| vec![0.0; self.hydrogen.len()]).collect();
-                return Ok(Ionised {
-                    quantities,
-                    passes: 0,
-                    change: 0.0,
-                    escaped: Vec::new(),
-                    steps: 0,
-                    unsettled: 0,
-                    by: Processor.name(),
-                });
+                return Ok(Ionised { quantities, by: Processor.name(), ..Ionised::default() });
             }
             [star] => self.of_one(star, settings, quantities, &work)?,
             _ => self.of_several(stars, settings, quantities, &work)?.0,
@@ -137,7 +146,7 @@ impl Cloud<'_> {
         let mut known = before.as_ref().map(|before| Known::new((self, &far), kind, &before.light.flux, &[], &goes_on));
         let nothing = || Before { light: Light::none(&task), ions: vec![0.0; self.hydrogen.len()] };
         let Before { mut light, mut ions } = before.unwrap_or_else(nothing);
-        let mut tracers = Tracers::new(settings.tracer, task);
+        let mut tracers = Tracers::new(work.tracer, task);
         let (most, mut change) = (settings.passes.max(2), f64::INFINITY);
         for pass in 1.. {
             let is_near = change <= NEAR * settings.change || pass == most;

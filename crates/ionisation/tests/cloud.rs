@@ -33,7 +33,8 @@ fn cube(hydrogen: &[f32], edge: usize, half: f64) -> Cloud<'_> {
     }
 }
 
-/// HII40 as a cube: lines and the front are those of the sphere.
+/// HII40 as a cube: lines and the front are those of the sphere, though a photon goes a quarter of a hundredth of a voxel in
+/// neutral gas: a front below a voxel moves no line by more than two hundredths.
 #[test]
 fn hii40() {
     let light = IonisingLight::blackbody(40_000.0, 4.26e49);
@@ -60,7 +61,7 @@ fn hii40() {
         let truth = sphere.line(label);
         let part = all(values) / truth;
         println!("{label}: {part:.4}");
-        assert!((part - 1.0).abs() < if *label == "[OI]6300" { 0.03 } else { 0.015 }, "{label}: {part}");
+        assert!((part - 1.0).abs() < if *label == "[OI]6300" { 0.02 } else { 0.01 }, "{label}: {part}");
     }
     // No voxel is left out: beside the star's hole all are ionised that lie well within.
     let inside = |i: usize| {

@@ -1,10 +1,9 @@
-//! Ionising light of stars on the device: what [`ionisation::tracer::Processor`] does, one invocation for each ray.
+//! Ionising light of stars on the device: what [`ionisation::processor::Processor`] does, one invocation for each ray.
 
 mod numbers;
 
 use std::sync::{Arc, OnceLock};
 
-use ionisation::light::NODES;
 use ionisation::lit::{BEHIND, MOST, UNITS};
 use ionisation::rays::{BEYOND, WIDEST};
 use ionisation::tracer::{Failure, Light, Listener, RayTracer, Task, Turns};

@@ -130,11 +130,11 @@ impl GasCloud {
         let (voxel, hydrogen) = (self.lattice.voxel_pc(), &self.hydrogen[..]);
         let cloud = Cloud { dims, low: bounds.low, voxel, hydrogen, abundances: self.abundances, dust_cm2: self.dust_cm2 };
         let (diffuse, isothermal, memory_limit) = (self.diffuse, self.isothermal, self.memory_limit);
-        let settings = Settings { diffuse, isothermal, accuracy, memory_limit, tracer, ..Settings::default() };
+        let settings = Settings { diffuse, isothermal, accuracy, memory_limit, ..Settings::default() };
         let watch = |done: u64, all: u64| {
             control.report(Stage::Gas, done, all);
             !control.interrupted()
         };
-        cloud.ionised(&sources, &settings, quantities, &watch)
+        cloud.ionised_by(tracer, &sources, &settings, quantities, &watch)
     }
 }

@@ -35,13 +35,20 @@ const ABUNDANCES: &[Abundances] = &[
     Abundances { name: "orion", values: [1.0, 0.095, 3.0e-4, 7.0e-5, 4.0e-4, 6.0e-5, 1.0e-5] },
     // Asplund et al. 2009, ARA&A 47, 481.
     Abundances { name: "solar", values: [1.0, 0.0851, 2.69e-4, 6.76e-5, 4.90e-4, 8.51e-5, 1.32e-5] },
+    // Russell & Dopita 1992, ApJ 384, 508: 10.94, 8.04, 7.14, 8.35, 7.61 and 6.70 as 12 + lg N/H.
+    Abundances { name: "lmc", values: [1.0, 0.0871, 1.10e-4, 1.38e-5, 2.24e-4, 4.07e-5, 5.01e-6] },
     // The benchmark of Lexington.
     Abundances { name: "hii40", values: BENCHMARKS[0].gas.abundances },
 ];
 
 pub(super) const KEYS: &[Key] = &[
     Key::required("density", "expression", "nuclei of hydrogen in cm-3, of the fields, such as \"n_H\""),
-    Key::optional("abundances", "text or list", "orion", "orion, solar or hii40, or He, C, N, O, Ne and S for one nucleus of hydrogen"),
+    Key::optional(
+        "abundances",
+        "text or list",
+        "orion",
+        "orion, solar, lmc or hii40, or He, C, N, O, Ne and S for one nucleus of hydrogen",
+    ),
     Key::optional(
         "voxels",
         "whole number",
