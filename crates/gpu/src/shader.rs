@@ -328,7 +328,7 @@ mod tests {
         ("passes_settle", &["stretched", "stretched_rgb", "srgb_encode"]),
         ("a_star_moves_on_the_device", &["match_mean", "along_x", "gain", "enters", "cubic", "collect"]),
         ("orders_are_those_of_the_processor", &["shares", "sweep"]),
-        ("turns_are_those_of_the_processor", &["met", "square", "meet", "absorbing", "cross_voxel", "follow", "sum_up"]),
+        ("turns_are_those_of_the_processor", &["met", "square", "meet", "add_area", "absorbing", "cross_voxel", "follow", "sum_up"]),
     ];
     /// Functions that a function which `twins.rs` calls is made of: (part, whole).
     const PARTS: [(&str, &str); 4] =

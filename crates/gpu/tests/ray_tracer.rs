@@ -89,7 +89,7 @@ fn turns_are_those_of_the_processor() {
         let of = |light: &Light| light.flux.iter().skip(place).step_by(row).copied().collect::<Vec<f32>>();
         for (ours, theirs) in [(&ours.0, &theirs.0), (&ours.1, &theirs.1)] {
             let apart = apart(&of(theirs), &of(ours));
-            assert!(apart.is_nan() && of(ours).iter().all(|v| *v == 0.0) || apart < 1e-5, "{place}: {apart:e}");
+            assert!(apart.is_nan() && of(ours).iter().all(|v| *v == 0.0) || apart < 5e-5, "{place}: {apart:e}");
         }
     }
     let (clear, through) = (rates_apart(&theirs.0, &ours.0), rates_apart(&theirs.1, &ours.1));

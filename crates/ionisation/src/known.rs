@@ -163,7 +163,7 @@ impl<'a> Slabs<'a> {
         }
         // As many photons come to the slab as to the voxel, and it has its volume.
         let thickness = (self.cloud.voxel * PARSEC_CM).element_product().cbrt() / area;
-        let inner = (distance - 0.5 * thickness).max(thickness);
+        let inner = (distance * PARSEC_CM - 0.5 * thickness).max(thickness);
         let solid_angle = 1.0 / mean_square(inner, thickness);
         let photons = std::array::from_fn(|node| if node < nodes { flux_of(node) } else { 0.0 });
         let beam = Beam::bringing(photons, self.kind, &self.settings.accuracy, (solid_angle, inner));

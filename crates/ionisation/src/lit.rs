@@ -8,17 +8,16 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 use spectra::constants::SPHERE;
 
+use crate::cloud::PARSEC_CM;
 use crate::light::IonisingLight;
 use crate::nodes::{Nodes, PLACES};
 use crate::rays::Rays;
 
-/// Units of a sum for the undimmed flux through the whole of a voxel.
-pub const UNITS: f32 = (1u32 << 26) as f32;
-/// The most that a node's flux counts for, in undimmed ones, in the star's own voxel and those beside it. Light of all rays through
-/// a voxel is so many times its cross section at most, of which `Rays::widest_cross_section` makes parts of one: eight times
-/// that leaves room in 32 bits where rays count a part of a voxel twice.
-pub const MOST: f32 = 8.0;
-/// What stands behind the flux by node, each times the flux in all of them: the distance that it has come \[cm\], the voxel's
+/// Units of a sum for the undimmed flux through the largest cross section of a voxel. Both are those of the voxel's nearest place,
+/// so that all rays together bring no more than that, but for what they count of a voxel twice at its corners: sixteen times as
+/// much has room in 32 bits.
+pub const UNITS: f32 = (1u32 << 28) as f32;
+/// What stands behind the flux by node, each times the flux in all of them: the distance that it has come \[pc\], the voxel's
 /// cross section and the relative variance of ways through it ([`met`](crate::rays::Rays::met)).
 pub const BEHIND: usize = 3;
 
@@ -38,29 +37,30 @@ pub struct Entering<'a> {
     pub part: f32,
     /// Photons by node, in parts of the star's within the ray's solid angle.
     pub photons: &'a Nodes,
-    /// What makes undimmed fluxes in the voxel of them.
+    /// What makes undimmed fluxes in the voxel of them, times that part.
     pub factor: f32,
     /// What stands behind the flux, in parts of the most of each.
     pub behind: [f32; BEHIND],
 }
 
-/// Units of what a ray brings, sums by place; and how many it brings in all nodes, in parts of the undimmed flux.
+/// Whole units.
 #[inline(always)]
-fn in_units(photons: &Nodes, factor: f32, part: f32) -> ([u32; PLACES], f32) {
-    let flux = Nodes::each(|place| if photons.0[place] * factor < MOST { photons.0[place] * factor } else { MOST });
-    let (mut units, scale) = ([0; PLACES], part * UNITS);
-    for (unit, flux) in units.iter_mut().zip(flux.0) {
-        *unit = (flux * scale + 0.5) as i32 as u32;
-    }
-    (units, flux.sum())
+fn in_units(value: f32) -> u32 {
+    (value * UNITS + 0.5) as i32 as u32
+}
+
+/// Units of the cross section that a ray has of a voxel, at least one: rays that have lost their light do not part, and may be
+/// wider than a long voxel.
+#[inline(always)]
+fn area_in_units(part: f32) -> u32 {
+    in_units(part.min(1.0)).max(1)
 }
 
 impl Lit {
     /// None yet, in so many voxels, of so many nodes.
     pub fn new(cells: usize, nodes: usize) -> Self {
         let room = Self::room(nodes);
-        let pairs = (0..cells).into_par_iter().flat_map_iter(|_| (0..room).map(|_| AtomicU64::new(0)));
-        Self { pairs: pairs.collect(), nodes, room }
+        Self { pairs: (0..cells * room).into_par_iter().map(|_| AtomicU64::new(0)).collect(), nodes, room }
     }
 
     /// Pairs of sums that a voxel has.
@@ -81,10 +81,13 @@ impl Lit {
     /// Has a ray enter a voxel.
     #[inline(always)]
     pub fn meet(&self, ray: &Entering) {
-        let (mut units, all) = in_units(ray.photons, ray.factor, ray.part);
-        let behind = ray.behind.map(|value| (all.min(MOST) * value * ray.part * UNITS + 0.5) as u32);
-        units[self.nodes..][..BEHIND].copy_from_slice(&behind);
-        units[self.area()] = (ray.part * UNITS + 0.5) as u32;
+        let flux = *ray.photons * ray.factor;
+        let (mut units, all) = ([0; PLACES], flux.sum());
+        for (unit, flux) in units.iter_mut().zip(flux.0) {
+            *unit = in_units(flux);
+        }
+        units[self.nodes..][..BEHIND].copy_from_slice(&ray.behind.map(|value| in_units(all * value)));
+        units[self.area()] = area_in_units(ray.part);
         let pairs = &self.pairs[ray.voxel * self.room..][..self.room];
         for (pair, two) in pairs.iter().zip(units.chunks_exact(2)) {
             let both = u64::from(two[0]) | u64::from(two[1]) << 32;
@@ -98,7 +101,7 @@ impl Lit {
     #[inline(always)]
     pub fn meet_dark(&self, voxel: usize, part: f32) {
         let place = self.area();
-        let both = u64::from((part * UNITS + 0.5) as u32) << (32 * (place % 2));
+        let both = u64::from(area_in_units(part)) << (32 * (place % 2));
         self.pairs[voxel * self.room + place / 2].fetch_add(both, Ordering::Relaxed);
     }
 
@@ -120,7 +123,7 @@ impl Lit {
             let [nx, ny, _] = rays.cloud.dims;
             let square = rays.square([voxel % nx, voxel / nx % ny, voxel / (nx * ny)]);
             let undimmed = photons / (square * sums[area]);
-            let most_behind = [rays.farthest_in(square), widest, 1.0];
+            let most_behind = [rays.farthest_in(square) / PARSEC_CM, widest, 1.0];
             let (by_node, behind) = flux.split_at_mut(nodes);
             for ((to, sum), most) in behind.iter_mut().zip(&sums[nodes..]).zip(most_behind) {
                 *to += (sum * most * undimmed) as f32;

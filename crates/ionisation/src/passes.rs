@@ -159,7 +159,10 @@ impl Cloud<'_> {
             }
             let moved = next.ions.iter().zip(ions.iter()).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>();
             let all = next.ions.iter().map(|n| f64::from(*n)).sum::<f64>();
-            change = if all > 0.0 { moved / all } else { 0.0 };
+            change = if all == 0.0 { 0.0 } else { moved / all };
+            if change.is_nan() {
+                change = f64::INFINITY;
+            }
             ions = std::mem::take(&mut next.ions);
             if is_near && change <= settings.change || pass == most {
                 work.done.store(end, Ordering::Relaxed);

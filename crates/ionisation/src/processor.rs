@@ -49,6 +49,8 @@ impl<'a> Tracers<'a> {
         match turns.next(voxels, light, listener) {
             Err(Failure::Unable(why)) => {
                 self.by = Self::instead_of(&self.by, &why);
+                // The device's memory first.
+                self.turns = None;
                 let mut processor = Box::new(OnProcessor::new(task));
                 let escaped = processor.next(voxels, light, listener);
                 self.turns = Some(processor);

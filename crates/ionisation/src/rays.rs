@@ -7,6 +7,10 @@ use crate::patch::Patch;
 
 /// The level of patches with which beams begin.
 const FIRST: u32 = 3;
+/// The level of patches at which a star is too far away for its light to be followed: more than 10⁸ of a voxel's edges.
+const DEEPEST: u32 = 28;
+/// What rounding leaves of an angle that is told by its cosine [rad].
+const ROUNDED: f64 = 5e-8;
 /// The largest area of a beam in parts of a voxel's face \[1\].
 pub const WIDEST: f64 = 1.0;
 /// How far a beam goes on when its light is used up, so that voxels know how much of them is dark \[voxels\].
@@ -33,10 +37,13 @@ impl Rays<'_> {
     fn begin(&self, patch: Patch, patches: &mut Vec<Patch>) {
         let (low, high) = (self.cloud.low - self.place, self.cloud.high() - self.place);
         let middle = 0.5 * (low + high);
+        if patch.level() == DEEPEST {
+            return;
+        }
         // What lies beside the sphere around the cloud does not meet it.
         let size = (0.5 * (high - low)).length();
         let beside = if middle.length() > size { (size / middle.length()).asin() } else { std::f64::consts::PI };
-        if middle.length() > 0.0 && middle.normalize().dot(patch.direction()).clamp(-1.0, 1.0).acos() > beside + patch.reach() {
+        if middle.length() > 0.0 && middle.normalize().dot(patch.direction()).clamp(-1.0, 1.0).acos() > beside + patch.reach() + ROUNDED {
             return;
         }
         // Where its middle misses the cloud, a part of it may meet the farthest corner.
@@ -84,12 +91,13 @@ impl Rays<'_> {
         self.cloud.voxel.element_product().cbrt() * self.cloud.voxel.recip().length()
     }
 
-    /// The square of a voxel's distance \[cm²\]: of its middle, and no less than half of its shortest edge.
+    /// The square of a voxel's distance \[cm²\]: of its nearest place, and no less than half of its shortest edge.
     #[inline(always)]
     pub fn square(&self, voxel: [usize; 3]) -> f64 {
-        let place = DVec3::from(voxel.map(|i| i as f64 + 0.5)) * self.cloud.voxel;
+        let low = self.cloud.low + DVec3::from(voxel.map(|i| i as f64)) * self.cloud.voxel;
         let least = 0.5 * self.cloud.voxel.min_element();
-        (self.cloud.low + place - self.place).length_squared().max(least * least) * PARSEC_CM * PARSEC_CM
+        let nearest = self.place.clamp(low, low + self.cloud.voxel);
+        (nearest - self.place).length_squared().max(least * least) * PARSEC_CM * PARSEC_CM
     }
 
     /// The largest distance in a voxel, given that square \[cm\].

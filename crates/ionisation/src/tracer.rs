@@ -49,7 +49,7 @@ impl Task<'_> {
 #[derive(Debug, Clone)]
 pub struct Light {
     /// By voxel the flux of all stars, node by node \[s⁻¹ cm⁻²\], and behind that three numbers times the flux in all of them: the
-    /// distance that it has come \[cm\], the voxel's cross section and the relative variance of ways through it.
+    /// distance that it has come \[pc\], the voxel's cross section and the relative variance of ways through it.
     pub flux: Vec<f32>,
     /// By star and voxel the ionisations of hydrogen by its light \[s⁻¹\].
     pub rates: Vec<Vec<f32>>,
@@ -70,7 +70,7 @@ pub enum Failure {
     Stopped,
     /// The tracer cannot go on, and why.
     Unable(String),
-    /// The processor is as fast.
+    /// The processor is as fast: where a tracer starts alone.
     NotFaster,
 }
 
@@ -92,6 +92,6 @@ pub trait Turns {
     /// rates are those of the turn before; gives the part of each star's photons that leaves the cloud.
     ///
     /// # Errors
-    /// When the listener has had enough, and when a device gives up; `light` is as it was then, but for the processor's.
+    /// When the listener has had enough, and when a device gives up; rates are as they were then, but for the processor's.
     fn next(&mut self, voxels: Option<&[Voxel]>, light: &mut Light, listener: Listener) -> Result<Vec<f64>, Failure>;
 }

@@ -155,7 +155,7 @@ fn follow(transport: &Transport, mut ray: Ray, waiting: &mut Vec<Ray>) {
                 if ray.met != Some(voxel) {
                     let square = rays.square(way.place);
                     let distance = (inner + 0.5 * thickness) / rays.farthest_in(square);
-                    let (factor, behind) = ((square / mean_square) as f32, [distance as f32, area, variance]);
+                    let (factor, behind) = ((square / mean_square) as f32 * part, [distance as f32, area, variance]);
                     lit.meet(&Entering { voxel, part, photons: &ray.photons, factor, behind });
                 }
                 if let Some(voxels) = voxels {

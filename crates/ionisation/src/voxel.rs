@@ -18,6 +18,9 @@ pub const ALL: f32 = 1.0 - 1e-6;
 /// Light that is none any more, in parts of the star's: numbers that are much less take the processor long.
 pub const NONE: f32 = 1e-30;
 
+/// What a ray of hardly any light takes of the gas's own, at most: more has no room in single precision.
+pub const MOST_MADE: f64 = 1e30;
+
 /// Gas that beams go through.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
@@ -102,7 +105,7 @@ pub(crate) fn cross(photons: &mut Nodes, voxel: &Voxel, crossing: &Crossing, lig
     let all = others + rate;
     let (response, made) = if voxel.rate > 0.0 && all > 0.0 { voxel.answer(all / voxel.rate) } else { (1.0, 0.0) };
     // The ray has of the gas's own light what it has of what ionises it.
-    let made = if made > 0.0 { (f64::from(made * rate / all) * thickness / undimmed) as f32 } else { 0.0 };
+    let made = if made > 0.0 { (f64::from(made * rate / all) * thickness / undimmed).min(MOST_MADE) as f32 } else { 0.0 };
     let (way, detour) = (thickness as f32, 3.0 * inner as f32);
     let depth = Nodes::each(|place| {
         let gas = voxel.opacity[place] - voxel.dust;

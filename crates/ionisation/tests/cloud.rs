@@ -257,3 +257,45 @@ fn bad_clouds_are_refused() {
     let cloud = cube(&nan, 4, 1.0);
     assert!(cloud.ionised(&[], &Settings::default(), &[], &|_, _| true).unwrap_err().to_string().contains("voxel [0, 0, 0] is NaN"));
 }
+
+/// Light of several stars in voxels that are no cubes, with a star near a face of its own: as many ions as one star's beams make.
+/// Light beyond all reason and voxels of all sizes give numbers, whatever they are.
+#[test]
+fn several_stars_in_voxels_of_all_shapes() {
+    let photons = |factor: f64| move |e: f64| factor * e * e / (e / (BOLTZMANN_EV * 40_000.0)).exp_m1();
+    let ions = |gas: &Gas, state: &State| gas.hydrogen * state.fractions[0][1];
+    let solved = |cloud: &Cloud, place: DVec3, all: f64| {
+        let unit = all / IonisingLight::new(photons(1.0)).ionising();
+        let one = IonisingLight::new(photons(unit));
+        let halves = IonisingLight::several(&[&photons(0.5 * unit), &photons(0.5 * unit)]);
+        let of = |lights: &[&IonisingLight]| {
+            let stars: Vec<Star> = lights.iter().map(|light| Star { place, light }).collect();
+            let found = cloud.ionised(&stars, &Settings::default(), &[Quantity { most: 250.0, value: &ions }], &|_, _| true).unwrap();
+            found.quantities[0].iter().map(|n| f64::from(*n)).sum::<f64>()
+        };
+        (of(&[&halves[0], &halves[1]]), of(&[&one]))
+    };
+    for (voxel, place) in [
+        (DVec3::new(0.05, 0.05, 0.2), DVec3::new(0.012, 0.013, 0.09)),
+        (DVec3::new(0.2, 0.05, 0.05), DVec3::new(0.198, 0.02, 0.021)),
+        (DVec3::splat(0.07), DVec3::new(0.001, 0.03, 0.036)),
+    ] {
+        let dims = <[f64; 3]>::from(3.2 / voxel).map(|n| n.ceil() as usize);
+        let hydrogen = vec![200.0; dims.iter().product()];
+        let low = -0.5 * voxel * DVec3::from(dims.map(|n| (n - n % 2) as f64));
+        let cloud = Cloud { dims, low, voxel, ..cube(&hydrogen, 1, 1.0) };
+        let (several, one) = solved(&cloud, place, 4e47);
+        println!("{voxel}: {}", several / one);
+        // As on a sphere of so few voxels in radius: three to ten.
+        assert!((several / one - 1.0).abs() < 5e-2 && one > 0.0, "{voxel}: {}", several / one);
+    }
+    let hydrogen = vec![200.0; 16 * 16 * 16];
+    for (edge, all) in [(0.1, 1e58), (1e-8, 1e49), (1e6, 1e32), (1e6, 1e60)] {
+        let cloud = Cloud { dims: [16; 3], low: DVec3::splat(-8.0 * edge), voxel: DVec3::splat(edge), ..cube(&hydrogen, 1, 1.0) };
+        let (several, one) = solved(&cloud, DVec3::splat(0.3 * edge), all);
+        assert!(several.is_finite() && one.is_finite(), "{edge} {all:e}: {several} {one}");
+        // A star that is farther away than anybody could follow.
+        let (several, _) = solved(&cloud, DVec3::new(3e10 * edge, 0.0, 0.0), all);
+        assert!(several == 0.0, "{several}");
+    }
+}

@@ -5,6 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Arc, OnceLock};
 
 use barnard::backend::{BackendEntry, DeviceUse, cpu};
+use barnard::scene::RayTracer;
 use barnard_gpu::{Gpu, GpuError, IonisingRays};
 use eframe::Renderer;
 use eframe::egui::{Context, ViewportBuilder};
@@ -69,7 +70,9 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
         if let Ok(Some(gpu)) = &lent {
             engine.lend(gpu.clone());
         }
-        let tracer = lent.as_ref().ok().and_then(Option::as_ref).and_then(IonisingRays::if_faster);
+        // On a device of its own, so that what it complains of is not the pictures'.
+        let has_device = matches!(&lent, Ok(Some(gpu)) if gpu.adapter.real);
+        let tracer = has_device.then(|| Arc::new(IonisingRays::once_asked()) as Arc<dyn RayTracer>);
         let mut app = App::new(document, engine, session, start.memory_limit);
         app.tracer = tracer;
         app.layout = Layout::stored(creation.storage);

@@ -4,10 +4,11 @@ mod numbers;
 
 use std::sync::{Arc, OnceLock};
 
-use ionisation::lit::{BEHIND, MOST, UNITS};
-use ionisation::rays::{BEYOND, WIDEST};
+use ionisation::cloud::PARSEC_CM;
+use ionisation::lit::{BEHIND, UNITS};
+use ionisation::rays::{BEYOND, Rays, WIDEST};
 use ionisation::tracer::{Failure, Light, Listener, RayTracer, Task, Turns};
-use ionisation::voxel::{ALL, CHANGE, NONE, Voxel};
+use ionisation::voxel::{ALL, CHANGE, MOST_MADE, NONE, Voxel};
 use spectra::constants::SPHERE;
 use wgpu::BufferUsages as Use;
 
@@ -25,6 +26,14 @@ const MAX_GROUPS: usize = 65535;
 const KEPT_UNITS: f64 = (1u64 << 30) as f64;
 /// Bytes of a ray.
 const RAY: u64 = size_of::<RayNumbers>() as u64;
+/// Storage buffers that an entry binds.
+const BUFFERS: u64 = 7;
+/// Edges of a voxel from a star to the farthest corner that single precision tells apart.
+const FARTHEST: u64 = 20_000;
+/// Voxels that are written to the device at once.
+const WRITTEN: usize = 1 << 16;
+/// What is there where the device has no room.
+const INSTEAD: &str = "the processor does it";
 /// Bindings of the shader's entries.
 const FOLLOWS: [u32; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
 const SUMS_UP: [u32; 7] = [0, 2, 4, 5, 9, 10, 11];
@@ -35,8 +44,8 @@ pub const RAY_TRACER: &str = include_str!("../shaders/ray_tracer.wgsl");
 /// The source of the shader.
 pub fn source() -> String {
     let whole = [("QUADS", QUADS), ("VOXEL", VOXEL), ("BEHIND", BEHIND), ("GENERATIONS", GENERATIONS)];
-    let singles = [("UNITS", UNITS), ("MOST", MOST), ("ALL", ALL), ("CHANGE", CHANGE), ("NONE", NONE)];
-    let doubles = [("BEYOND", BEYOND), ("WIDEST", WIDEST), ("SPHERE", SPHERE)];
+    let singles = [("UNITS", UNITS), ("ALL", ALL), ("CHANGE", CHANGE), ("NONE", NONE)];
+    let doubles = [("BEYOND", BEYOND), ("WIDEST", WIDEST), ("SPHERE", SPHERE), ("PARSEC_CM", PARSEC_CM), ("MOST_MADE", MOST_MADE)];
     let constants = whole.map(|(name, value)| format!("const {name} = {value}u;\n")).concat()
         + &singles.map(|(name, value)| format!("const {name}: f32 = {value:e};\n")).concat()
         + &doubles.map(|(name, value)| format!("const {name}: f32 = {:e};\n", value as f32)).concat();
@@ -78,17 +87,13 @@ impl IonisingRays {
         Self::default()
     }
 
+    /// The device, which is opened where it is not yet.
     fn gpu(&self) -> &std::result::Result<Gpu, Failing> {
         self.gpu.get_or_init(|| match Gpu::open() {
             Ok(gpu) if gpu.adapter.real => Ok(gpu),
             Ok(_) => Err(Failing::Software),
             Err(error) => Err(Failing::Closed(error.to_string())),
         })
-    }
-
-    /// The tracer of a device, where that is faster: software is slower than the processor that it runs on.
-    pub fn if_faster(gpu: &Gpu) -> Option<Arc<dyn RayTracer>> {
-        gpu.adapter.real.then(|| Arc::new(Self::new(gpu.clone())) as Arc<dyn RayTracer>)
     }
 }
 
@@ -106,6 +111,9 @@ impl RayTracer for IonisingRays {
             Failing::Closed(why) => Failure::Unable(why.clone()),
             Failing::Software => Failure::NotFaster,
         })?;
+        // Before anything is compiled that the device would complain of.
+        let most = gpu.device.limits().max_storage_buffers_per_shader_stage.into();
+        GpuError::too_large("the number of buffers of the shader", BUFFERS, most, INSTEAD).map_err(unable)?;
         let pipelines = self.pipelines.get_or_init(|| {
             let source = source();
             Arc::new(Pipelines { follow: gpu.pipeline(&source, "follow"), sum_up: gpu.pipeline(&source, "sum_up") })
@@ -157,12 +165,19 @@ impl<'a> OnDevice<'a> {
         let sizes = [16 * VOXEL as u64 * cells, 4 * cells, 4 * (row + 1) * cells, RAY * room as u64, 4 * row * cells, 4 * stars * cells];
         let limits = gpu.device.limits();
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let instead = "the processor has room for it";
         for bytes in sizes {
-            GpuError::too_large("what a voxel's gas and light take, in bytes,", bytes, most, instead)?;
+            GpuError::too_large("what a voxel's gas and light take, in bytes,", bytes, most, INSTEAD)?;
         }
-        GpuError::too_large("the number of buffers of the shader", 7, limits.max_storage_buffers_per_shader_stage.into(), instead)?;
-        GpuError::too_large("the number of rays", room as u64, (MAX_GROUPS * WORKGROUP) as u64, instead)?;
+        for star in task.stars {
+            let edges = Rays { cloud: task.cloud, place: star.place }.farthest() / task.cloud.voxel.min_element();
+            GpuError::too_large(
+                "the way from a star to the cloud's farthest corner, in edges of a voxel,",
+                edges as u64,
+                FARTHEST,
+                INSTEAD,
+            )?;
+        }
+        GpuError::too_large("the number of rays", room as u64, (MAX_GROUPS * WORKGROUP) as u64, INSTEAD)?;
         let [voxels, others, sums, rays, flux, rates] = sizes;
         let storage = |bytes: u64| gpu.buffer(bytes, Use::STORAGE | Use::COPY_DST | Use::COPY_SRC);
         let generation = |number: usize| gpu.filled(bytemuck::bytes_of(&GenerationNumbers { number: number as u32 }), Use::UNIFORM);
@@ -196,7 +211,7 @@ impl<'a> OnDevice<'a> {
     fn of_star(&self, number: usize, is_known: bool) -> Result<OfStar> {
         let numbers = StarNumbers::new(&self.task, number, self.room, is_known);
         let sent = sent(&self.task, number);
-        GpuError::too_large("the number of rays", sent.len() as u64, self.room as u64, "the processor has room for them")?;
+        GpuError::too_large("the number of rays", sent.len() as u64, self.room as u64, INSTEAD)?;
         Ok(OfStar {
             numbers: self.gpu.filled(bytemuck::bytes_of(&numbers), Use::UNIFORM),
             spectrum: self.gpu.filled(bytemuck::cast_slice(&spectrum(&self.task, number)), Use::STORAGE),
@@ -233,14 +248,20 @@ impl<'a> OnDevice<'a> {
         let counted = self.gpu.read(&self.buffers.counters, 4 * (GENERATIONS as u64 + 2), &mut None)?;
         let counted: Vec<u32> = bytemuck::pod_collect_to_vec(&counted);
         let most = counted[..GENERATIONS].iter().max().map_or(0, |most| *most);
-        GpuError::too_large("the number of rays", most.into(), self.room as u64, "the processor has room for them")?;
+        GpuError::too_large("the number of rays", most.into(), self.room as u64, INSTEAD)?;
+        GpuError::too_large("the number of rays that part too often", counted[star.generations].into(), 0, INSTEAD)?;
         Ok((1.0 - f64::from(counted[GENERATIONS + 1]) / KEPT_UNITS).clamp(0.0, 1.0))
     }
 
     fn turn(&mut self, voxels: Option<&[Voxel]>, light: &mut Light, listener: Listener) -> Result<Option<Vec<f64>>> {
         let cells = self.task.cloud.hydrogen.len();
         let queue = &self.gpu.queue;
-        queue.write_buffer(&self.buffers.voxels, 0, bytemuck::cast_slice(&voxel_quads(self.task.cloud, voxels)));
+        for first in (0..cells).step_by(WRITTEN) {
+            let quads = voxel_quads(self.task.cloud, voxels, first..cells.min(first + WRITTEN));
+            queue.write_buffer(&self.buffers.voxels, (VOXEL * 16 * first) as u64, bytemuck::cast_slice(&quads));
+            // What waits to be written takes memory.
+            queue.submit([]);
+        }
         let all: Vec<f32> = (0..cells).map(|voxel| light.rates.iter().map(|rates| rates[voxel]).sum()).collect();
         let others: Vec<f32> = all.iter().zip(&light.rates[0]).map(|(all, own)| (all - own).max(0.0)).collect();
         queue.write_buffer(&self.buffers.all_rates, 0, bytemuck::cast_slice(&all));

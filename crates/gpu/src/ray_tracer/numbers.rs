@@ -1,5 +1,7 @@
 //! What the shader of ionising light reads, in its layout.
 
+use std::ops::Range;
+
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use ionisation::cloud::{Cloud, PARSEC_CM};
@@ -116,9 +118,9 @@ pub fn spectrum(task: &Task, number: usize) -> Vec<[f32; 4]> {
     all
 }
 
-/// Voxels as the shader reads them; where nothing is known of them, their density alone.
-pub fn voxel_quads(cloud: &Cloud, voxels: Option<&[Voxel]>) -> Vec<[[f32; 4]; VOXEL]> {
-    let of = |(i, hydrogen): (usize, &f32)| {
+/// Some voxels as the shader reads them; where nothing is known of them, their density alone.
+pub fn voxel_quads(cloud: &Cloud, voxels: Option<&[Voxel]>, which: Range<usize>) -> Vec<[[f32; 4]; VOXEL]> {
+    let of = |i: usize| {
         let mut quads = [[0.0; 4]; VOXEL];
         if let Some(voxel) = voxels.map(|voxels| &voxels[i]) {
             quads[..QUADS].as_flattened_mut().copy_from_slice(&voxel.opacity[..4 * QUADS]);
@@ -126,10 +128,10 @@ pub fn voxel_quads(cloud: &Cloud, voxels: Option<&[Voxel]>) -> Vec<[[f32; 4]; VO
             quads[QUADS + 1] = [voxel.own[4], voxel.dust, voxel.rate, voxel.absorbed];
             quads[QUADS + 2] = [voxel.depth, voxel.ionised, 0.0, 0.0];
         }
-        quads[QUADS + 2][2] = *hydrogen;
+        quads[QUADS + 2][2] = cloud.hydrogen[i];
         quads
     };
-    cloud.hydrogen.iter().enumerate().map(of).collect()
+    which.map(of).collect()
 }
 
 /// The rays of a generation at most: four for each of a voxel's faces on a sphere that is in the cloud, which is less than twice

@@ -93,7 +93,8 @@ fn mean_square(inner: f32, thickness: f32) -> f32 {
 // The square of a voxel's distance.
 // twin: ionisation::rays::Rays::square
 fn square(cell: vec3u) -> f32 {
-    let away = (vec3f(cell) + 0.5) * star.edges.xyz - star.place.xyz;
+    let low = vec3f(cell) * star.edges.xyz;
+    let away = clamp(star.place.xyz, low, low + star.edges.xyz) - star.place.xyz;
     return max(dot(away, away), 0.25);
 }
 
@@ -107,33 +108,37 @@ fn room() -> u32 {
 }
 
 fn add(place: u32, value: f32) {
-    let units = u32(value + 0.5);
+    let units = u32(value * UNITS + 0.5);
     if units > 0u {
         atomicAdd(&sums[place], units);
     }
+}
+
+// Adds a cross section.
+// twin: ionisation::lit::area_in_units
+fn add_area(place: u32, part: f32) {
+    atomicAdd(&sums[place], max(u32(min(part, 1.0) * UNITS + 0.5), 1u));
 }
 
 // Has a ray enter a voxel.
 // twin: ionisation::lit::Lit::meet
 fn meet(voxel: u32, part: f32, photons: ptr<function, array<vec4f, QUADS>>, factor: f32, behind: vec3f) {
     let first = voxel * room();
-    let scale = part * UNITS;
     var all = 0.0;
     for (var q = 0u; q < QUADS; q++) { // written out
-        let parts = min((*photons)[q] * factor, vec4f(MOST));
+        let parts = (*photons)[q] * factor;
         all += dot(parts, vec4f(1.0));
-        let units = parts * scale;
-        if 4u * q < star.dims.w { add(first + 4u * q, units.x); }
-        if 4u * q + 1u < star.dims.w { add(first + 4u * q + 1u, units.y); }
-        if 4u * q + 2u < star.dims.w { add(first + 4u * q + 2u, units.z); }
-        if 4u * q + 3u < star.dims.w { add(first + 4u * q + 3u, units.w); }
+        if 4u * q < star.dims.w { add(first + 4u * q, parts.x); }
+        if 4u * q + 1u < star.dims.w { add(first + 4u * q + 1u, parts.y); }
+        if 4u * q + 2u < star.dims.w { add(first + 4u * q + 2u, parts.z); }
+        if 4u * q + 3u < star.dims.w { add(first + 4u * q + 3u, parts.w); }
     }
-    let units = min(all, MOST) * scale * behind;
+    let parts = all * behind;
     let place = first + star.dims.w;
-    add(place, units.x);
-    add(place + 1u, units.y);
-    add(place + 2u, units.z);
-    add(place + BEHIND, scale);
+    add(place, parts.x);
+    add(place + 1u, parts.y);
+    add(place + 2u, parts.z);
+    add_area(place + BEHIND, part);
 }
 
 // The depth that absorbs a part of the light.
@@ -165,7 +170,7 @@ fn cross_voxel(voxel: u32, photons: ptr<function, array<vec4f, QUADS>>, inner: f
         let fills = select(brighter, max(brighter * more.y, 1.0), brighter > 1.0);
         let absorbed = min(told.w / fills, ALL);
         response = clamp(absorbing(absorbed) / more.x, 1.0 / CHANGE, CHANGE);
-        made = brighter * absorbed / told.w * (rate / all) * (thickness * star.edges.w / undimmed);
+        made = min(brighter * absorbed / told.w * (rate / all) * min(thickness * star.edges.w / undimmed, MOST_MADE), MOST_MADE);
     }
     let way = thickness * star.edges.w;
     let detour = 3.0 * inner * star.edges.w;
@@ -258,12 +263,12 @@ fn follow(@builtin(global_invocation_id) id: vec3u) {
             let squared = mean_square(at, thickness);
             let part = angle * squared * star.scales.x;
             if dark_since >= 0.0 {
-                add(voxel * room() + star.dims.w + BEHIND, part * UNITS);
+                add_area(voxel * room() + star.dims.w + BEHIND, part);
             } else {
                 if voxel != last {
-                    let middle = square(vec3u(cell));
-                    let distance = (at + 0.5 * thickness) / (sqrt(middle) + length(star.edges.xyz));
-                    meet(voxel, part, &photons, middle / squared, vec3f(distance, area.x / star.scales.y, area.y));
+                    let nearest = square(vec3u(cell));
+                    let distance = (at + 0.5 * thickness) / (sqrt(nearest) + length(star.edges.xyz));
+                    meet(voxel, part, &photons, nearest / squared * part, vec3f(distance, area.x / star.scales.y, area.y));
                 }
                 if star.counts.y == 1u {
                     left = cross_voxel(voxel, &photons, at, thickness, squared);
@@ -278,7 +283,7 @@ fn follow(@builtin(global_invocation_id) id: vec3u) {
             break;
         }
     }
-    atomicAdd(&counters[GENERATIONS + 1u], u32(KEPT_UNITS * angle / SPHERE * clamp(1.0 - left / all, 0.0, 1.0) + 0.5));
+    atomicAdd(&counters[GENERATIONS + 1u], u32(KEPT_UNITS * angle / SPHERE * select(0.0, clamp(1.0 - left / all, 0.0, 1.0), all > 0.0) + 0.5));
 }
 
 // Adds the mean flux of a star's rays in each voxel to that of all, and has the sums begin anew.
@@ -296,9 +301,9 @@ fn sum_up(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gro
     var rate = 0.0;
     if area > 0.0 {
         let cell = vec3u(voxel % star.dims.x, voxel / star.dims.x % star.dims.y, voxel / (star.dims.x * star.dims.y));
-        let middle = square(cell);
-        let undimmed = star.place.w / (middle * area);
-        let most = vec3f((sqrt(middle) + length(star.edges.xyz)) * star.edges.w, star.scales.y, 1.0);
+        let nearest = square(cell);
+        let undimmed = star.place.w / (nearest * area);
+        let most = vec3f((sqrt(nearest) + length(star.edges.xyz)) * star.edges.w / PARSEC_CM, star.scales.y, 1.0);
         let row = voxel * (nodes + BEHIND);
         for (var node = 0u; node < nodes; node++) {
             let value = f32(atomicExchange(&sums[first + node], 0u)) * undimmed;
