@@ -326,6 +326,14 @@ class Camera(Table):
         All rays from one point.
     orthographic
         Parallel rays, starting on the image plane.
+    fisheye
+        Equal angles from the middle outwards, black beside the circle: a dome master, with what the audience faces at
+        the bottom.
+    equirectangular
+        All around, longitude by latitude, the target in the middle; twice as wide as high.
+    cubemap
+        All around, six faces of a cube one above the other, as environment maps of OpenEXR have them; six times as
+        high as wide.
 
     Parameters
     ----------
@@ -345,6 +353,11 @@ class Camera(Table):
         Horizontal field of view, below 180 deg. Of kind perspective, required there.
     width : length
         Width of the image. Of kind orthographic, required there.
+    aperture : angle
+        The angle across the circle, up to 360 deg. Of kind fisheye.
+    tilt : angle
+        How far the middle of the image leans from up towards the target, 0 to 180 deg; at 90 deg the target is in the
+        middle. Of kind fisheye.
 
     Raises
     ------
@@ -356,7 +369,7 @@ class Camera(Table):
 
     def __init__(
         self,
-        kind: Literal["perspective", "orthographic"],
+        kind: Literal["perspective", "orthographic", "fisheye", "equirectangular", "cubemap"],
         position: Position,
         *,
         target: Position | None = None,
@@ -366,6 +379,8 @@ class Camera(Table):
         supersampling: int | None = None,
         field_of_view: Quantity | None = None,
         width: Quantity | None = None,
+        aperture: Quantity | None = None,
+        tilt: Quantity | None = None,
     ):
         super().__init__(
             kind=kind,
@@ -377,6 +392,8 @@ class Camera(Table):
             supersampling=supersampling,
             field_of_view=field_of_view,
             width=width,
+            aperture=aperture,
+            tilt=tilt,
         )
 
 
@@ -466,6 +483,135 @@ def orthographic(
 
 
 orthographic = checked(orthographic, "camera")
+
+
+def fisheye(
+    position: Position,
+    *,
+    target: Position | None = None,
+    up: Sequence[float] | None = None,
+    size: int | Sequence[int] | None = None,
+    crop: Sequence[float] | None = None,
+    supersampling: int | None = None,
+    aperture: Quantity | None = None,
+    tilt: Quantity | None = None,
+) -> Camera:
+    """A camera: equal angles from the middle outwards, black beside the circle: a dome master, with what the audience faces at the bottom.
+
+    Parameters
+    ----------
+    position : position
+        Where the observer is.
+    target : position, default 0 0 0 pc
+        What they look at.
+    up : direction, default [0, 1, 0]
+        What is up in the image.
+    size : [width, height], default [512, 512]
+        Pixels of the image.
+    crop : list of numbers, default the whole image
+        [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
+    supersampling : integer, default 1
+        Rays along each side of a pixel, 1 to 16.
+    aperture : angle, default 180 deg
+        The angle across the circle, up to 360 deg.
+    tilt : angle, default 0 deg
+        How far the middle of the image leans from up towards the target, 0 to 180 deg; at 90 deg the target is in the
+        middle.
+    """
+    return Camera(
+        "fisheye",
+        position=position,
+        target=target,
+        up=up,
+        size=size,
+        crop=crop,
+        supersampling=supersampling,
+        aperture=aperture,
+        tilt=tilt,
+    )
+
+
+fisheye = checked(fisheye, "camera")
+
+
+def equirectangular(
+    position: Position,
+    *,
+    target: Position | None = None,
+    up: Sequence[float] | None = None,
+    size: int | Sequence[int] | None = None,
+    crop: Sequence[float] | None = None,
+    supersampling: int | None = None,
+) -> Camera:
+    """A camera: all around, longitude by latitude, the target in the middle; twice as wide as high.
+
+    Parameters
+    ----------
+    position : position
+        Where the observer is.
+    target : position, default 0 0 0 pc
+        What they look at.
+    up : direction, default [0, 1, 0]
+        What is up in the image.
+    size : [width, height], default [512, 512]
+        Pixels of the image.
+    crop : list of numbers, default the whole image
+        [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
+    supersampling : integer, default 1
+        Rays along each side of a pixel, 1 to 16.
+    """
+    return Camera(
+        "equirectangular",
+        position=position,
+        target=target,
+        up=up,
+        size=size,
+        crop=crop,
+        supersampling=supersampling,
+    )
+
+
+equirectangular = checked(equirectangular, "camera")
+
+
+def cubemap(
+    position: Position,
+    *,
+    target: Position | None = None,
+    up: Sequence[float] | None = None,
+    size: int | Sequence[int] | None = None,
+    crop: Sequence[float] | None = None,
+    supersampling: int | None = None,
+) -> Camera:
+    """A camera: all around, six faces of a cube one above the other, as environment maps of OpenEXR have them; six times as high as wide.
+
+    Parameters
+    ----------
+    position : position
+        Where the observer is.
+    target : position, default 0 0 0 pc
+        What they look at.
+    up : direction, default [0, 1, 0]
+        What is up in the image.
+    size : [width, height], default [512, 512]
+        Pixels of the image.
+    crop : list of numbers, default the whole image
+        [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
+    supersampling : integer, default 1
+        Rays along each side of a pixel, 1 to 16.
+    """
+    return Camera(
+        "cubemap",
+        position=position,
+        target=target,
+        up=up,
+        size=size,
+        crop=crop,
+        supersampling=supersampling,
+    )
+
+
+cubemap = checked(cubemap, "camera")
 
 
 class Albedo(Table):
@@ -1234,4 +1380,4 @@ class Method(Table):
         )
 
 
-__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Camera", "perspective", "orthographic", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "Background", "Band", "Display", "Method"]
+__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Camera", "perspective", "orthographic", "fisheye", "equirectangular", "cubemap", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "Background", "Band", "Display", "Method"]

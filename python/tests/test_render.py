@@ -209,3 +209,29 @@ def test_devices_stay_open(scene):
     assert np.array_equal(scene.render(backend="gpu").radiance, first)
     other = lit(2 * cloud())
     assert np.allclose(other.render(backend="gpu").radiance, other.render().radiance, rtol=2e-3, atol=1e-5 * first.max())
+
+
+def test_images_of_all_around_have_their_coordinates():
+    # ARC and CAR by astropy beside closed forms: x to the right, y upwards, both from the axis of view.
+    pytest.importorskip("astropy")
+    scene = lit(cloud())
+    for camera, half in [
+        (bn.fisheye("0 0 0 pc", target="0 0 -1 pc", size=24), np.pi / 2),
+        (bn.fisheye("0 0 0 pc", target="0 0 -1 pc", aperture="360 deg", tilt="90 deg", size=24), np.pi),
+        (bn.equirectangular("0 0 0 pc", target="0 0 -1 pc", size=[24, 12]), np.pi),
+    ]:
+        scene.camera = camera
+        image = scene.render()
+        wcs, (height, width) = image.wcs, image.shape
+        column, row = np.meshgrid(np.arange(width), np.arange(height))
+        x, y = (column + 0.5 - width / 2) * 2 * half / width, (row + 0.5 - height / 2) * 2 * half / width
+        lon, lat = np.radians(wcs.wcs_pix2world(column.ravel(), row.ravel(), 0)).reshape(2, height, width)
+        found = np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
+        if "ARC" in wcs.wcs.ctype[0]:
+            r = np.hypot(x, y)
+            truth = np.stack([np.cos(r), np.sin(r) / r * x, np.sin(r) / r * y])
+            seen = r < half
+        else:
+            truth = np.stack([np.cos(y) * np.cos(x), np.cos(y) * np.sin(x), np.sin(y)])
+            seen = np.abs(y) < np.pi / 2
+        assert np.abs(found - truth)[:, seen].max() < 1e-9, wcs.wcs.ctype[0]

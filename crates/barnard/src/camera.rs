@@ -2,7 +2,10 @@
 //!
 //! Pixel (row i, column j) looks along d + x r + y u with x = (2(j + ½)/W − 1) h, y = (1 − 2(i + ½)/H) h H/W, h =
 //! tan(fov/2) (perspective), or starts from position + x r + y u with h = width/2 (orthographic); d towards the target,
-//! r = d × up, u = r × d. A part of an image is an image whose middle lies off the axis of view.
+//! r = d × up, u = r × d. A part of an image is an image whose middle lies off the axis of view. Images of all around have
+//! angles in place of tangents (`panorama`).
+
+use std::f64::consts::PI;
 
 use glam::DVec3;
 use spectra::units::{Angle, Length};
@@ -11,6 +14,7 @@ use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::geometry::Ray;
 use crate::image::PixelScale;
+use crate::panorama::{Axes, Layout};
 use crate::properties::{Key, Kind, Section, build_kind_with};
 
 /// How rays leave the image plane.
@@ -26,6 +30,36 @@ pub enum Projection {
         /// Half the width of the image \[pc\].
         half_width_pc: f64,
     },
+    /// All rays start at one point, in directions that angles tell.
+    Panorama {
+        /// Where in the image which direction is.
+        layout: Layout,
+        /// Half the width of the image \[rad; on a cube, halves of a face's edge\].
+        half_width: f64,
+    },
+}
+
+impl Projection {
+    /// What the half width is measured in grows with the width alone.
+    fn part(self, part: f64) -> Self {
+        match self {
+            Self::Perspective { half_width } => Self::Perspective { half_width: part * half_width },
+            Self::Orthographic { half_width_pc } => Self::Orthographic { half_width_pc: part * half_width_pc },
+            Self::Panorama { layout, half_width } => Self::Panorama { layout, half_width: part * half_width },
+        }
+    }
+
+    /// The dome of an aperture \[rad\], whose axis leans from up towards the target by a tilt \[rad\]; the circle touches the
+    /// image's sides.
+    fn dome(aperture: f64, tilt: f64) -> Self {
+        let half_aperture = 0.5 * aperture;
+        Self::Panorama { layout: Layout::Dome { half_aperture, tilt }, half_width: half_aperture }
+    }
+
+    /// All around, longitude by latitude.
+    const SPHERE: Self = Self::Panorama { layout: Layout::Sphere, half_width: PI };
+    /// All around, six faces of a cube.
+    const CUBE: Self = Self::Panorama { layout: Layout::Cube, half_width: 1.0 };
 }
 
 /// Where the observer is, and what they see.
@@ -87,6 +121,42 @@ pub const KINDS: &[Kind<Projection>] = &[
         keys: &[Key::required("width", "length", "width of the image")],
         build: |section, _| Ok(Projection::Orthographic { half_width_pc: 0.5 * section.need_positive::<Length>("width")?.0 }),
     },
+    Kind {
+        name: "fisheye",
+        summary: "equal angles from the middle outwards, black beside the circle: a dome master, with what the audience faces at the bottom",
+        keys: &[
+            Key::optional("aperture", "angle", "180 deg", "the angle across the circle, up to 360 deg"),
+            Key::optional(
+                "tilt",
+                "angle",
+                "0 deg",
+                "how far the middle of the image leans from up towards the target, 0 to 180 deg; at 90 deg the target is in the middle",
+            ),
+        ],
+        build: |section, _| {
+            let aperture = section.positive::<Angle>("aperture")?.unwrap_or(Angle(PI));
+            let tilt = section.quantity::<Angle>("tilt")?.unwrap_or(Angle(0.0));
+            if aperture.0 > TURN * (1.0 + 1e-12) {
+                return Err(section.error("aperture", format!("{aperture} is more than all around; it is 360 deg at most")));
+            }
+            if !(0.0..=PI * (1.0 + 1e-12)).contains(&tilt.0) {
+                return Err(section.error("tilt", format!("{tilt} is no tilt; it is 0 to 180 deg")));
+            }
+            Ok(Projection::dome(aperture.0, tilt.0))
+        },
+    },
+    Kind {
+        name: "equirectangular",
+        summary: "all around, longitude by latitude, the target in the middle; twice as wide as high",
+        keys: &[],
+        build: |_, _| Ok(Projection::SPHERE),
+    },
+    Kind {
+        name: "cubemap",
+        summary: "all around, six faces of a cube one above the other, as environment maps of OpenEXR have them; six times as high as wide",
+        keys: &[],
+        build: |_, _| Ok(Projection::CUBE),
+    },
 ];
 
 /// Most pixels along an edge: what the formats can hold and a mistake cannot reach.
@@ -140,6 +210,8 @@ pub fn build(section: &Section, inputs: &Inputs) -> Result<Camera> {
     }
 }
 
+/// All around [rad].
+const TURN: f64 = 2.0 * PI;
 /// Numbers of rays along each side of a pixel.
 const SUPERSAMPLING: std::ops::RangeInclusive<usize> = 1..=16;
 /// Half widths beyond this leave no digits for a direction.
@@ -191,6 +263,25 @@ impl Camera {
         Self { projection: Projection::Orthographic { half_width_pc: 0.5 * width }, ..self }
     }
 
+    /// The same camera as a dome master of an aperture \[deg\], up to 360, whose middle leans by a tilt \[deg\] from up towards what
+    /// the camera looks at: that is at the bottom, or in the middle at a tilt of 90.
+    #[must_use]
+    pub fn fisheye_deg(self, aperture: f64, tilt: f64) -> Self {
+        Self { projection: Projection::dome(aperture.to_radians(), tilt.to_radians()), ..self }
+    }
+
+    /// The same camera with all around it, longitude by latitude, so many pixels wide and half as many high.
+    #[must_use]
+    pub fn equirectangular(self, width: usize) -> Self {
+        Self { projection: Projection::SPHERE, ..self.size(width, width.div_ceil(2)) }
+    }
+
+    /// The same camera with all around it on six faces of a cube, each of so many pixels along its edges.
+    #[must_use]
+    pub fn cubemap(self, edge: usize) -> Self {
+        Self { projection: Projection::CUBE, ..self.size(edge, 6 * edge) }
+    }
+
     /// The same camera with so many pixels.
     #[must_use]
     pub fn size(self, width: usize, height: usize) -> Self {
@@ -208,10 +299,7 @@ impl Camera {
             return Err(Error::value("crop", format!("{width} x {height} pixels from column {column} and row {row} on"), wanted));
         }
         let (part, half) = (width as f64 / self.width as f64, 0.5 * self.width as f64);
-        let projection = match self.projection {
-            Projection::Perspective { half_width } => Projection::Perspective { half_width: part * half_width },
-            Projection::Orthographic { half_width_pc } => Projection::Orthographic { half_width_pc: part * half_width_pc },
-        };
+        let projection = self.projection.part(part);
         let right = (column as f64 + 0.5 * width as f64 - half) / half;
         let up = (0.5 * self.height as f64 - row as f64 - 0.5 * height as f64) / half;
         let offset = ((self.offset.0 + right) / part, (self.offset.1 + up) / part);
@@ -247,6 +335,16 @@ impl Camera {
         let (what, half) = match self.projection {
             Projection::Perspective { half_width } => ("field of view", half_width),
             Projection::Orthographic { half_width_pc } => ("width of the camera", half_width_pc),
+            Projection::Panorama { layout, half_width } => {
+                let is_dome = |half: f64, tilt: f64| half > 0.0 && half <= PI * (1.0 + 1e-9) && (0.0..=PI * (1.0 + 1e-9)).contains(&tilt);
+                if let Layout::Dome { half_aperture, tilt } = layout
+                    && !is_dome(half_aperture, tilt)
+                {
+                    let found = format!("{:.4} and {:.4} deg", (2.0 * half_aperture).to_degrees(), tilt.to_degrees());
+                    return Err(Error::value("aperture and tilt of the camera", found, "at most 360 deg, and a tilt of 0 to 180 deg"));
+                }
+                ("width of the camera", half_width)
+            }
         };
         if !(half > 0.0 && half < WIDEST) {
             return Err(Error::value(what, half, "above zero, and a field of view is below 180 deg"));
@@ -267,9 +365,7 @@ impl Camera {
 
     /// The ray through (`column`, `row`) in pixels from the upper left corner, pixel centres at halves.
     pub fn ray(&self, column: f64, row: f64) -> Ray {
-        let (w, h) = (self.width as f64, self.height as f64);
-        let per_pixel = 2.0 / w;
-        let (x, y) = (per_pixel * (column - 0.5 * w) + self.offset.0, per_pixel * (0.5 * h - row) + self.offset.1);
+        let (x, y) = self.place(column, row);
         match self.projection {
             Projection::Perspective { half_width } => {
                 let direction = self.forward + half_width * (x * self.right + y * self.up);
@@ -278,22 +374,45 @@ impl Camera {
             Projection::Orthographic { half_width_pc } => {
                 Ray { origin: self.position + half_width_pc * (x * self.right + y * self.up), direction: self.forward }
             }
+            Projection::Panorama { layout, half_width } => {
+                Ray { origin: self.position, direction: layout.direction((half_width * x, half_width * y), &self.axes()) }
+            }
         }
     }
 
-    /// The (column, row) at which the place `p` appears, in pixels; none behind the observer.
+    /// Whether there is a ray through (`column`, `row`): beside the circle of a dome there is none, and the picture is black.
+    pub fn sees(&self, column: f64, row: f64) -> bool {
+        let Projection::Panorama { layout, half_width } = self.projection else { return true };
+        let (x, y) = self.place(column, row);
+        layout.sees((half_width * x, half_width * y))
+    }
+
+    /// A place of the image in halves of its width from the axis of view, to the right and upwards.
+    fn place(&self, column: f64, row: f64) -> (f64, f64) {
+        let (w, h) = (self.width as f64, self.height as f64);
+        let per_pixel = 2.0 / w;
+        (per_pixel * (column - 0.5 * w) + self.offset.0, per_pixel * (0.5 * h - row) + self.offset.1)
+    }
+
+    fn axes(&self) -> Axes {
+        [self.forward, self.right, self.up]
+    }
+
+    /// The (column, row) at which the place `p` appears, in pixels; none behind the observer, or where the image has none.
     pub fn project(&self, p: DVec3) -> Option<(f64, f64)> {
         let (w, h) = (self.width as f64, self.height as f64);
         let v = p - self.position;
         let depth = v.dot(self.forward);
-        if depth <= 0.0 {
-            return None;
-        }
-        let scale = match self.projection {
-            Projection::Perspective { half_width } => depth * half_width,
-            Projection::Orthographic { half_width_pc } => half_width_pc,
+        let beside = |scale: f64| (depth > 0.0).then(|| (v.dot(self.right) / scale, v.dot(self.up) / scale));
+        let (x, y) = match self.projection {
+            Projection::Perspective { half_width } => beside(depth * half_width)?,
+            Projection::Orthographic { half_width_pc } => beside(half_width_pc)?,
+            Projection::Panorama { layout, half_width } => {
+                let (s, t) = layout.place(v.try_normalize()?, &self.axes())?;
+                (s / half_width, t / half_width)
+            }
         };
-        let (x, y) = (v.dot(self.right) / scale - self.offset.0, v.dot(self.up) / scale - self.offset.1);
+        let (x, y) = (x - self.offset.0, y - self.offset.1);
         Some((0.5 * w * (x + 1.0), 0.5 * h * (1.0 - y * w / h)))
     }
 
@@ -310,6 +429,10 @@ impl Camera {
                 pixel * pixel / (secant * secant * secant)
             }
             Projection::Orthographic { half_width_pc } => (2.0 * half_width_pc / w).powi(2),
+            Projection::Panorama { layout, half_width } => {
+                let (x, y) = self.place(column, row);
+                (2.0 * half_width / w).powi(2) * layout.measure((half_width * x, half_width * y))
+            }
         }
     }
 
@@ -319,6 +442,14 @@ impl Camera {
         match self.projection {
             Projection::Perspective { half_width } => PixelScale::Angle((2.0 * half_width / w).to_degrees()),
             Projection::Orthographic { half_width_pc } => PixelScale::Length(2.0 * half_width_pc / w),
+            Projection::Panorama { layout, half_width } => {
+                let pixel = (2.0 * half_width / w).to_degrees();
+                match layout {
+                    Layout::Dome { .. } => PixelScale::Equidistant(pixel),
+                    Layout::Sphere => PixelScale::PlateCarree(pixel),
+                    Layout::Cube => PixelScale::OnCube(pixel),
+                }
+            }
         }
     }
 }

@@ -74,6 +74,12 @@ pub enum PixelScale {
     Angle(f64),
     /// Length \[pc\], under an orthographic camera.
     Length(f64),
+    /// Angle on a dome, the same along each line through the middle \[deg\].
+    Equidistant(f64),
+    /// Angle of longitude and of latitude \[deg\].
+    PlateCarree(f64),
+    /// Angle in the middle of each face of a cube \[deg\].
+    OnCube(f64),
 }
 
 /// A rendered image.

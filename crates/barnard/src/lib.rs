@@ -53,6 +53,7 @@ pub mod light;
 pub mod memory;
 #[doc(hidden)]
 pub mod packet;
+pub mod panorama;
 pub mod phase;
 mod place;
 pub mod plan;

@@ -132,7 +132,7 @@ fn direct_points(scene: &Scene, camera: &Camera, lights: &[Light]) -> Vec<Point>
         let position = scene.stars[star].position;
         let (column, row) = camera.project(position)?;
         let (length, gain) = match camera.projection {
-            Projection::Perspective { .. } => {
+            Projection::Perspective { .. } | Projection::Panorama { .. } => {
                 let length = (position - camera.position).length();
                 (length, 1.0 / (length * length))
             }
@@ -220,7 +220,12 @@ fn sky_direction(cell: u64, u: f64, v: f64) -> DVec3 {
 /// size, which is that of all cells of a slice. In a slice they are neighbours, sectors around the longitude at which
 /// the camera looks.
 fn cells_in_view(camera: &Camera) -> Vec<u64> {
-    let Projection::Perspective { .. } = camera.projection else { return Vec::new() };
+    match camera.projection {
+        Projection::Perspective { .. } => {}
+        Projection::Orthographic { .. } => return Vec::new(),
+        // From the whole sky most is seen.
+        Projection::Panorama { .. } => return (0..2 * SKY_SLICES * SKY_SLICES).collect(),
+    }
     let (width, height, margin) = (camera.width as f64, camera.height as f64, PSF_RADIUS as f64);
     let ahead = camera.ray(0.5 * width, 0.5 * height).direction;
     let corners = [(-margin, -margin), (width + margin, -margin), (-margin, height + margin), (width + margin, height + margin)];

@@ -6,6 +6,8 @@ use barnard::plan::{END_SHARE, Plan, Stepping};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
+use crate::error::{GpuError, Result};
+
 /// The fields are those of `frame.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -101,7 +103,10 @@ impl Pass {
 impl Frame {
     /// The frame of a plan whose loops show by so many turns that they turn, seen from `middle`, whose terms have the
     /// extinctions `k`; dust is at most `brightest` [pc⁻¹].
-    pub fn new(plan: &Plan, shown_turns: usize, middle: DVec3, k: &[f32], brightest: f32, counts: [u32; 4]) -> Self {
+    ///
+    /// # Errors
+    /// For cameras that no shader has.
+    pub fn new(plan: &Plan, shown_turns: usize, middle: DVec3, k: &[f32], brightest: f32, counts: [u32; 4]) -> Result<Self> {
         let camera: &Camera = plan.camera();
         let bounds = plan.space().occupied.unwrap_or(Bounds { low: middle, high: middle });
         // The observer moves along the view until the middle of the scene is beside them.
@@ -112,11 +117,13 @@ impl Frame {
         let (forward, start) = match camera.projection {
             Projection::Perspective { half_width: h } => (camera.forward + h * aside, camera.position - middle),
             Projection::Orthographic { half_width_pc: h } => (camera.forward, camera.position + h * aside - middle),
+            Projection::Panorama { .. } => return Err(GpuError::Camera),
         };
         let start = start + ahead * forward;
         let (across, upwards, turn_x, turn_y) = match camera.projection {
             Projection::Perspective { half_width: h } => (ahead * h * right, ahead * h * up, h * right, h * up),
             Projection::Orthographic { half_width_pc: h } => (h * right, h * up, DVec3::ZERO, DVec3::ZERO),
+            Projection::Panorama { .. } => return Err(GpuError::Camera),
         };
         let voxel = plan.space().voxel_pc();
         let (per_voxel, fixed) = match plan.stepping() {
@@ -125,7 +132,7 @@ impl Frame {
         };
         let (smallest, largest) = k.iter().fold((f32::MAX, 0.0f32), |(low, high), k| (low.min(*k), high.max(*k)));
         let angle = plan.spectral().phase_angle.min(10.0);
-        Self {
+        Ok(Self {
             middle: four(start, ahead as f32),
             across: four(across, 0.0),
             upwards: four(upwards, 0.0),
@@ -145,7 +152,7 @@ impl Frame {
                 let [x, y, z] = cloud.warps.map(|w| w.seed());
                 [cloud.noise.seed(), x, y, z]
             }),
-        }
+        })
     }
 
     /// The frame of some rows in one pass; rays that paused go on where they are `resumed`.

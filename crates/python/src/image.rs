@@ -111,7 +111,10 @@ impl Image {
     #[getter]
     fn pixel_scale(&self) -> Option<(f64, &'static str)> {
         self.image.pixel.map(|scale| match scale {
-            PixelScale::Angle(degrees) => (degrees, "deg"),
+            PixelScale::Angle(degrees)
+            | PixelScale::Equidistant(degrees)
+            | PixelScale::PlateCarree(degrees)
+            | PixelScale::OnCube(degrees) => (degrees, "deg"),
             PixelScale::Length(pc) => (pc, "pc"),
         })
     }

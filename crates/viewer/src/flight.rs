@@ -3,6 +3,7 @@
 use barnard::camera::{Camera, Projection};
 use barnard::geometry::Bounds;
 use barnard::glam::{DQuat, DVec3};
+use barnard::panorama::Layout;
 use barnard::scene::Scene;
 use toml_edit::Value;
 
@@ -56,6 +57,7 @@ impl Flight {
         2.0 * match self.camera.projection {
             Projection::Perspective { half_width } => half_width * self.distance(),
             Projection::Orthographic { half_width_pc } => half_width_pc,
+            Projection::Panorama { half_width, .. } => half_width.min(1.0) * self.distance(),
         }
     }
 
@@ -79,6 +81,7 @@ impl Flight {
         let field = match self.camera.projection {
             Projection::Perspective { half_width } => 2.0 * half_width.atan(),
             Projection::Orthographic { .. } => 0.5,
+            Projection::Panorama { half_width, .. } => 2.0 * half_width.min(1.0),
         };
         let distance = self.distance();
         let rotation = DQuat::from_axis_angle(self.camera.up, -field * right) * DQuat::from_axis_angle(self.camera.right, -field * down);
@@ -123,6 +126,12 @@ impl Flight {
                 *half_width = (0.5 * (2.0 * half_width.atan() * factor).clamp(FIELD.0, FIELD.1)).tan();
             }
             Projection::Orthographic { half_width_pc } => *half_width_pc = (*half_width_pc * factor).clamp(REACH.0, REACH.1),
+            Projection::Panorama { layout: Layout::Dome { half_aperture, .. }, half_width } => {
+                let wider = (2.0 * *half_aperture * factor).clamp(FIELD.0, 2.0 * std::f64::consts::PI) / (2.0 * *half_aperture);
+                (*half_aperture, *half_width) = (wider * *half_aperture, wider * *half_width);
+            }
+            // All around stays all around.
+            Projection::Panorama { .. } => {}
         }
     }
 
@@ -137,6 +146,7 @@ impl Flight {
                 *half_width_pc = radius / narrow;
                 2.0 * radius
             }
+            Projection::Panorama { .. } => 2.0 * radius,
         };
         self.camera.position = middle - distance * self.camera.forward;
         self.speed = 0.15 * distance;
@@ -151,6 +161,7 @@ impl Flight {
         match &mut camera.projection {
             Projection::Perspective { half_width } => *half_width *= widened,
             Projection::Orthographic { half_width_pc } => *half_width_pc *= widened,
+            Projection::Panorama { half_width, .. } => *half_width *= widened,
         }
         (camera.width, camera.height, camera.supersampling) = (width, height, 1);
         camera
@@ -180,6 +191,12 @@ impl Flight {
             Projection::Orthographic { half_width_pc } => {
                 ("orthographic", set("width", format!("{} pc", rounded(2.0 * half_width_pc, 6)).into()), "field_of_view")
             }
+            Projection::Panorama { layout: Layout::Dome { half_aperture, tilt }, .. } => {
+                let angle = |key: &str, value: f64| set(key, format!("{} deg", rounded(value.to_degrees(), 6)).into());
+                ("fisheye", angle("aperture", 2.0 * half_aperture).and(angle("tilt", tilt)), "field_of_view")
+            }
+            Projection::Panorama { layout: Layout::Sphere, .. } => ("equirectangular", Edit::remove(table, "width"), "field_of_view"),
+            Projection::Panorama { layout: Layout::Cube, .. } => ("cubemap", Edit::remove(table, "width"), "field_of_view"),
         };
         set("kind", kind.into())
             .and(set("position", place_text(c.position, distance).into()))

@@ -6,6 +6,7 @@ use spectra::sed::{MagnitudeSystem, zero_point};
 use crate::camera::{Camera, Projection};
 use crate::image::{Band, Image, Samples};
 use crate::keywords::{Keyword, integer, number, text};
+use crate::panorama::Layout;
 use crate::scene::Scene;
 
 /// An image of `scene` as `camera` sees it, bands × height × width, its bands and scene described.
@@ -49,6 +50,12 @@ fn of_scene(scene: &Scene, camera: &Camera) -> Vec<Keyword> {
             let ends = [camera.offset.0 + 1.0, camera.offset.0 - 1.0].map(|x| (half_width * x).atan().to_degrees());
             ("perspective", number("CAMFOV", ends[0] - ends[1], "[deg] horizontal field of view"))
         }
+        Projection::Panorama { layout: Layout::Dome { half_aperture, tilt }, .. } => {
+            keywords.extend(number("CAMTILT", tilt.to_degrees(), "[deg] of the dome's axis from up towards the target"));
+            ("fisheye", number("CAMFOV", (2.0 * half_aperture).to_degrees(), "[deg] across the circle"))
+        }
+        Projection::Panorama { layout: Layout::Sphere, .. } => ("equirectangular", None),
+        Projection::Panorama { layout: Layout::Cube, .. } => ("cubemap", None),
         Projection::Orthographic { half_width_pc } => ("orthographic", number("CAMWIDTH", 2.0 * half_width_pc, "[pc] width of the image")),
     };
     keywords.push(text("CAMERA", projection, "projection of the camera"));

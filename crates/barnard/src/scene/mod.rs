@@ -320,7 +320,7 @@ impl Scene {
             return Err(placed_error(
                 "",
                 "background",
-                "a star field lies on the sky and needs kind = \"perspective\" in [camera] and in every bookmark",
+                "a star field lies on the sky and needs a kind of [camera] and of every bookmark whose rays start at one point, such as \"perspective\"",
             ));
         }
         Ok(())

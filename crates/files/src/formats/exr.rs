@@ -2,6 +2,7 @@
 
 use std::io::Cursor;
 
+use exr::meta::attribute::EnvironmentMap;
 use exr::prelude::*;
 
 use super::{Request, Writer};
@@ -27,6 +28,7 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     };
     let mut attributes = LayerAttributes::named("Barnard");
     attributes.software_name = Some(Text::from(format!("Barnard {}", env!("CARGO_PKG_VERSION")).as_str()));
+    attributes.environment_map = environment_map(picture);
     let mut note = |key: String, value: &str| {
         attributes.other.insert(Text::from(super::ascii(&key).as_str()), AttributeValue::Text(Text::from(lines(value).as_str())));
     };
@@ -39,6 +41,9 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     }
     match picture.pixel {
         Some(PixelScale::Angle(degrees)) => note("PIXSCALE".into(), &format!("{degrees:E} / [deg] angle of a pixel in the middle")),
+        Some(PixelScale::Equidistant(degrees) | PixelScale::PlateCarree(degrees) | PixelScale::OnCube(degrees)) => {
+            note("PIXSCALE".into(), &format!("{degrees:E} / [deg] angle of a pixel in the middle"));
+        }
         Some(PixelScale::Length(pc)) => note("PIXSCALE".into(), &format!("{pc:E} / [pc] width of a pixel")),
         None => {}
     }
@@ -64,6 +69,16 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     let mut bytes = Cursor::new(Vec::new());
     Image::from_layer(layer).write().to_buffered(&mut bytes).map_err(|e| Error::Encoding { format: "exr", reason: e.to_string() })?;
     Ok(bytes.into_inner())
+}
+
+/// What a picture of all around is as an environment map, where it is whole.
+fn environment_map(picture: &image::Image) -> Option<EnvironmentMap> {
+    let (width, height) = (picture.width, picture.height);
+    match picture.pixel? {
+        PixelScale::PlateCarree(_) if picture.axis == (0.0, 0.0) && width == 2 * height => Some(EnvironmentMap::LatitudeLongitude),
+        PixelScale::OnCube(_) if picture.axis == (0.0, 0.0) && height == 6 * width => Some(EnvironmentMap::Cube),
+        _ => None,
+    }
 }
 
 /// Makes text Latin, as attributes of EXR are; lines stay lines.

@@ -216,7 +216,7 @@ impl Whole {
             match camera.projection {
                 Projection::Orthographic { .. } if camera.forward[axis] < 0.0 => count - 1 - brick,
                 Projection::Orthographic { .. } => brick,
-                Projection::Perspective { .. } => {
+                Projection::Perspective { .. } | Projection::Panorama { .. } => {
                     let end = |brick: usize| self.partition.own(axis, brick).end as f64 * lattice.voxel_pc()[axis];
                     let from = camera.position[axis] - lattice.bounds.low[axis];
                     brick.abs_diff((0..count).filter(|brick| end(*brick) <= from).count())

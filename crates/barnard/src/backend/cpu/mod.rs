@@ -103,11 +103,19 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, RenderStats
                     let (x, y) = place(lane);
                     (y * width * s + x) as u64
                 };
+                let sees = |lane: usize| {
+                    let (x, y) = place(lane);
+                    camera.sees((x as f64 + 0.5) / s as f64, (y as f64 + 0.5) / s as f64)
+                };
+                let seen: [bool; LANES] = std::array::from_fn(sees);
+                if !seen.contains(&true) {
+                    continue;
+                }
                 let (radiance, depth) = march.packet(&std::array::from_fn(ray), &std::array::from_fn(number));
                 deepest = deepest.max(depth);
                 for lane in 0..LANES {
                     let (x, y) = place(lane);
-                    if x < width * s && y < (first + strip_rows) * s {
+                    if x < width * s && y < (first + strip_rows) * s && seen[lane] {
                         let (column, row) = (x / s, y / s - first);
                         for band in 0..bands {
                             pixels[band][row * width + column] += share * radiance[band * LANES + lane];

@@ -189,7 +189,11 @@ fn follow(tracer: &Tracer, scene: &Scene, seed: u64, pixel: usize, number: u64, 
     let parts = supersampling * supersampling;
     let part = if parts > 1 { ((random.uniform() * parts as f64) as usize).min(parts - 1) } else { 0 };
     let place = |at: usize, part: usize| at as f64 + (part as f64 + 0.5) / supersampling as f64;
-    let ray = camera.ray(place(pixel % camera.width, part % supersampling), place(pixel / camera.width, part / supersampling));
+    let (column, row) = (place(pixel % camera.width, part % supersampling), place(pixel / camera.width, part / supersampling));
+    if !camera.sees(column, row) {
+        return;
+    }
+    let ray = camera.ray(column, row);
     for band in 0..scene.bands.len() {
         brings(band, tracer.radiance(ray, band, &mut random));
     }

@@ -227,7 +227,11 @@ impl<'a> Truth<'a> {
         let mut sum = vec![0.0; self.scene.bands.len()];
         for s in 0..n * n {
             let place = |i: usize, s: usize| i as f64 + (s as f64 + 0.5) / n as f64;
-            let radiance = self.ray(&camera.ray(place(column, s % n), place(row, s / n)));
+            let (column, row) = (place(column, s % n), place(row, s / n));
+            if !camera.sees(column, row) {
+                continue;
+            }
+            let radiance = self.ray(&camera.ray(column, row));
             sum.iter_mut().zip(radiance).for_each(|(s, r)| *s += r / (n * n) as f64);
         }
         sum

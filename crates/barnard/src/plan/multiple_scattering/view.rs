@@ -14,7 +14,7 @@ pub enum View {
 impl View {
     pub fn of(camera: &Camera) -> Self {
         match camera.projection {
-            Projection::Perspective { .. } => Self::From(camera.position),
+            Projection::Perspective { .. } | Projection::Panorama { .. } => Self::From(camera.position),
             Projection::Orthographic { .. } => Self::Along(camera.forward),
         }
     }

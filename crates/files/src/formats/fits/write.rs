@@ -106,12 +106,14 @@ fn header_of(image: &Image, index: usize) -> Vec<u8> {
     cards.finish()
 }
 
-/// A linear frame centred on the axis of view: tangent plane in degrees, or lengths.
+/// A linear frame centred on the axis of view: tangent plane, angles from the middle, or longitude and latitude in degrees, or lengths.
 fn wcs(cards: &mut Cards, image: &Image) {
     let (kinds, unit, step) = match image.pixel {
         Some(PixelScale::Angle(degrees)) => (["XLON-TAN", "XLAT-TAN"], "deg", degrees),
+        Some(PixelScale::Equidistant(degrees)) => (["XLON-ARC", "XLAT-ARC"], "deg", degrees),
+        Some(PixelScale::PlateCarree(degrees)) => (["XLON-CAR", "XLAT-CAR"], "deg", degrees),
         Some(PixelScale::Length(pc)) => (["X", "Y"], "pc", pc),
-        None => return,
+        Some(PixelScale::OnCube(_)) | None => return,
     };
     let middles = [0.5 * (image.width as f64 + 1.0) + image.axis.0, 0.5 * (image.height as f64 + 1.0) + image.axis.1];
     for (i, (kind, middle)) in kinds.iter().zip(middles).enumerate() {

@@ -1,0 +1,154 @@
+//! Domes, spheres and cubes beside pictures of one direction, back end by back end.
+
+use barnard::backend::{cpu, path, reference};
+use barnard::camera::Camera;
+use barnard::control::Control;
+use barnard::glam::DVec3;
+use barnard::memory::DEFAULT_LIMIT;
+use barnard::plan::{Options, Plan};
+use barnard::scene::Scene;
+
+/// An eye in a cloud, with a lit ball ahead, one above and one behind.
+fn scene() -> Scene {
+    let balls = [("a", "0 0 -2"), ("b", "0.5 1.8 0"), ("c", "-1 0 2")];
+    let fields = balls
+        .map(|(name, at)| format!("[field.{name}]\nkind = \"plummer\"\ncore = \"0.5 pc\"\ncut = \"2 pc\"\ncentre = \"{at} pc\"\n"))
+        .concat();
+    let text = format!(
+        "bands = [\"bessell-V\"]\n[camera]\nkind = \"fisheye\"\nposition = \"0 0 0 pc\"\ntarget = \"0 0 -1 pc\"\nsize = [24, 24]\n{fields}[dust]\n\
+         density = \"a + 0.5*b + 2*c\"\nscale = \"0.4 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n[[star]]\nkind = \"blackbody\"\nposition = \"0.4 3 2.5 pc\"\n\
+         temperature = \"12000 K\"\nluminosity = \"1000 Lsun\"\nvisible = false\n"
+    );
+    barnard_files::parse("panorama.toml", "panorama", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap()
+}
+
+fn cameras(own: &Camera) -> [(&'static str, Camera); 5] {
+    let of = || own.clone();
+    [
+        ("dome", of()),
+        ("tilted dome", of().fisheye_deg(210.0, 20.0)),
+        ("all of the sphere on a dome", of().fisheye_deg(360.0, 90.0)),
+        ("sphere", of().equirectangular(32)),
+        ("cube", of().cubemap(8)),
+    ]
+}
+
+/// A camera of one pixel that looks along the ray of another's.
+fn along(own: &Camera, column: usize, row: usize) -> Camera {
+    let direction = own.ray(column as f64 + 0.5, row as f64 + 0.5).direction;
+    let up = if direction.y.abs() > 0.9 { DVec3::X } else { DVec3::Y };
+    Camera::look_at(own.position, own.position + direction).up(up).field_of_view_deg(1e-4).size(1, 1)
+}
+
+/// Each pixel is what an eye sees that looks its way; beside the circle of a dome all back ends leave black.
+#[test]
+fn pixels_are_what_is_seen_their_way() {
+    let scene = scene();
+    let control = Control::default();
+    for (name, camera) in cameras(&scene.camera) {
+        let whole = Scene { camera: camera.clone(), ..scene.clone() };
+        let plan = Plan::new(&whole, &Options::within(DEFAULT_LIMIT), &control).unwrap();
+        let (fast, _) = cpu::render(&whole, &plan, &control).unwrap();
+        let exact = reference::render(&whole, 1e-4, &control).unwrap();
+        let samples = |image: &barnard::Image| image.band(0).collect::<Vec<f64>>();
+        let (fast, exact) = (samples(&fast), samples(&exact));
+        let brightest = exact.iter().copied().fold(0.0, f64::max);
+        let (mut seen, mut black) = (0, 0);
+        for (i, (fast, exact)) in fast.iter().zip(&exact).enumerate() {
+            let (column, row) = (i % camera.width, i / camera.width);
+            if !camera.sees(column as f64 + 0.5, row as f64 + 0.5) {
+                assert!(*fast == 0.0 && *exact == 0.0, "{name} {column} {row}");
+                black += 1;
+                continue;
+            }
+            assert!((fast - exact).abs() < 0.01 * brightest, "{name} {column} {row}: {fast:e} {exact:e}");
+            if i % 7 == 0 {
+                let one = reference::render(&Scene { camera: along(&camera, column, row), ..scene.clone() }, 1e-4, &control).unwrap();
+                let truth = one.band(0).next().unwrap();
+                assert!((exact - truth).abs() < 1e-3 * brightest, "{name} {column} {row}: {exact:e} {truth:e}");
+                seen += 1;
+            }
+        }
+        assert!(seen > 40 && (black > 50) == name.contains("dome"), "{name} {seen} {black}");
+    }
+}
+
+/// Paths by chance, too, begin where there is a direction alone, and bring what the reference sees.
+#[test]
+fn paths_see_a_dome() {
+    let scene = scene();
+    let control = Control::default();
+    let exact: Vec<f64> = reference::render(&scene, 1e-4, &control).unwrap().band(0).collect();
+    let mut film = path::Film::default();
+    path::trace(&scene, &path::Options { samples: 600, ..path::Options::default() }, &mut film, &control, &mut |_| ()).unwrap();
+    let found: Vec<f64> = film.estimates.iter().map(|estimate| estimate.mean).collect();
+    let (sum, truth): (f64, f64) = (found.iter().sum(), exact.iter().sum());
+    assert!((sum / truth - 1.0).abs() < 0.02, "{}", sum / truth);
+    for (i, (found, exact)) in found.iter().zip(&exact).enumerate() {
+        assert!((*exact == 0.0) == (*found == 0.0), "{i}: {found:e} {exact:e}");
+    }
+}
+
+/// Solid angles of all pixels are those of what is seen.
+#[test]
+fn pixels_fill_the_sphere() {
+    let own = scene().camera.size(200, 200);
+    let cap = |half: f64| 2.0 * std::f64::consts::PI * (1.0 - half.to_radians().cos());
+    let [dome, tilted, around, sphere, cube] = cameras(&own).map(|(_, camera)| camera);
+    let all = [
+        (dome, cap(90.0)),
+        (tilted, cap(105.0)),
+        (around, cap(180.0)),
+        (sphere.equirectangular(200), cap(180.0)),
+        (cube.cubemap(100), cap(180.0)),
+    ];
+    for (camera, truth) in all {
+        let places = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column as f64 + 0.5, row as f64 + 0.5)));
+        let seen = places.filter(|(column, row)| camera.sees(*column, *row));
+        let sum: f64 = seen.map(|(column, row)| camera.pixel_measure(column, row)).sum();
+        assert!((sum / truth - 1.0).abs() < 2e-3, "{:?}: {sum} {truth}", camera.projection);
+    }
+}
+
+/// A part of a dome has the rays of the whole, and a star is drawn where its direction is.
+#[test]
+fn parts_and_places() {
+    let own = scene().camera.size(120, 120);
+    for (name, camera) in cameras(&own) {
+        let part = camera.clone().crop(3, 5, camera.width - 6, camera.height / 2).unwrap();
+        for (column, row) in [(0.5, 0.5), (9.25, 2.0), (7.0, 11.5)] {
+            assert!(part.ray(column, row).direction.distance(camera.ray(column + 3.0, row + 5.0).direction) < 1e-12, "{name}");
+            assert_eq!(part.sees(column, row), camera.sees(column + 3.0, row + 5.0));
+        }
+        let (column, row) = (0.4 * camera.width as f64, 0.6 * camera.height as f64);
+        let back = camera.project(camera.ray(column, row).at(5.0)).unwrap();
+        assert!((back.0 - column).hypot(back.1 - row) < 1e-8, "{name} {back:?}");
+    }
+}
+
+/// Angles that are none are refused, and say what would be right.
+#[test]
+fn bad_angles_are_refused() {
+    let read = |keys: &str| {
+        let text =
+            format!("bands = [\"bessell-V\"]\n[camera]\nkind = \"fisheye\"\nposition = \"0 0 0 pc\"\ntarget = \"0 0 -1 pc\"\n{keys}\n");
+        barnard_files::parse("dome.toml", "dome", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).map_err(|e| e.to_string())
+    };
+    for (keys, words) in [
+        ("aperture = \"361 deg\"", "360 deg at most"),
+        ("aperture = \"-10 deg\"", "above zero"),
+        ("aperture = \"nan deg\"", "aperture"),
+        ("tilt = \"-1 deg\"", "0 to 180 deg"),
+        ("tilt = \"181 deg\"", "0 to 180 deg"),
+        ("field_of_view = \"30 deg\"", "field_of_view"),
+    ] {
+        let error = read(keys).unwrap_err();
+        assert!(error.contains(words), "{keys}: {error}");
+    }
+    assert!(read("aperture = \"360 deg\"\ntilt = \"180 deg\"").is_ok());
+    for camera in
+        [scene().camera.fisheye_deg(400.0, 0.0), scene().camera.fisheye_deg(180.0, f64::NAN), scene().camera.fisheye_deg(0.0, 0.0)]
+    {
+        assert!(camera.check().is_err(), "{:?}", camera.projection);
+    }
+}
