@@ -82,6 +82,16 @@ pub enum PixelScale {
     OnCube(f64),
 }
 
+impl PixelScale {
+    /// Its number and its unit, "deg" or "pc".
+    pub fn in_unit(self) -> (f64, &'static str) {
+        match self {
+            Self::Angle(degrees) | Self::Equidistant(degrees) | Self::PlateCarree(degrees) | Self::OnCube(degrees) => (degrees, "deg"),
+            Self::Length(pc) => (pc, "pc"),
+        }
+    }
+}
+
 /// A rendered image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {

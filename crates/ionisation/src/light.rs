@@ -194,6 +194,12 @@ impl IonisingLight {
         values.iter().zip(&self.energies_ev).filter(|(_, e)| **e > HYDROGEN_EV).map(|(value, _)| value).sum()
     }
 
+    /// Photons of each node in parts of all; zeros of a star that has none.
+    pub fn parts(&self) -> ByNode {
+        let all = self.photons.iter().sum::<f64>();
+        self.photons.map(|photons| if all > 0.0 { photons / all } else { 0.0 })
+    }
+
     /// One for each node above 13.6 eV, zero for the others.
     pub fn ionises(&self) -> ByNode {
         std::array::from_fn(|node| if self.energies_ev.get(node).is_some_and(|e| *e > HYDROGEN_EV) { 1.0 } else { 0.0 })

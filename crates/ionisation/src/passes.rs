@@ -9,9 +9,7 @@ use crate::cloud::{Cloud, Ionised, PARSEC_CM, Quantity, Settings, Star, Watch, b
 use crate::error::IonisationError;
 use crate::follow::Follow;
 use crate::known::{Known, dark};
-use crate::lanes::LANES;
 use crate::lit::{BEHIND, Lit};
-use crate::patch::Patch;
 use crate::processor::{Processor, Tracers};
 use crate::rays::Rays;
 use crate::tally::Tally;
@@ -111,21 +109,13 @@ impl Cloud<'_> {
     fn of_one(&self, star: &Star, settings: &Settings, quantities: &[Quantity], work: &Work) -> Result<Ionised, IonisationError> {
         let tally = Tally::new(self.hydrogen.len(), (self.voxel * PARSEC_CM).element_product(), quantities);
         let follow = Follow { rays: Rays { cloud: self, place: star.place }, light: star.light, settings, tally: &tally };
-        self.in_parts(&follow.rays.sent_out(), work, work.all, |patches| follow.patches(patches, &|| work.add(0, work.all)))?;
+        let listener = |done: u64| work.add(done, work.all);
+        if !follow.rays.in_parts(&listener, |patches| follow.patches(patches, &|| listener(0))) {
+            return Err(IonisationError::Stopped);
+        }
         let [steps, unsettled] = tally.steps();
         let escaped = vec![tally.kept.escaped()];
         Ok(Ionised { quantities: tally.quantities(), passes: 1, change: 0.0, escaped, steps, unsettled, by: Processor.name() })
-    }
-
-    /// Has all patches of a star followed, some at a time; `follow` gives false where it was stopped.
-    fn in_parts(&self, patches: &[Patch], work: &Work, end: u64, follow: impl Fn(&[Patch]) -> bool + Sync) -> Result<(), IonisationError> {
-        let chunks = patches.len().div_ceil(LANES).max(1);
-        patches.par_chunks(LANES).for_each(|patches| {
-            if work.goes_on() && follow(patches) {
-                work.add((self.hydrogen.len() / chunks) as u64, end);
-            }
-        });
-        if work.goes_on() { Ok(()) } else { Err(IonisationError::Stopped) }
     }
 
     /// What several stars make of it, and what is known of their light.

@@ -1,8 +1,10 @@
 //! Rays from a star through the voxels of a cloud.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::cloud::{Cloud, PARSEC_CM};
+use crate::lanes::LANES;
 use crate::patch::Patch;
 
 /// The level of patches with which beams begin.
@@ -15,6 +17,9 @@ const ROUNDED: f64 = 5e-8;
 pub const WIDEST: f64 = 1.0;
 /// How far a beam goes on when its light is used up, so that voxels know how much of them is dark \[voxels\].
 pub const BEYOND: f64 = 3.0;
+
+/// Hears of voxels that the light of one star has gone through, and says whether it is to go on.
+pub type Listener<'a> = &'a (dyn Fn(u64) -> bool + Sync);
 
 /// Rays from a place.
 #[derive(Clone, Copy)]
@@ -31,6 +36,14 @@ impl Rays<'_> {
         let mut patches = Vec::new();
         Patch::all(FIRST).for_each(|patch| self.begin(patch, &mut patches));
         patches
+    }
+
+    /// Has all patches that are sent out followed, some at a time; `listener` hears of voxels that are done. Gives false where it or
+    /// `follow` did not want to go on.
+    pub fn in_parts(&self, listener: Listener, follow: impl Fn(&[Patch]) -> bool + Sync) -> bool {
+        let patches = self.sent_out();
+        let each = (self.cloud.hydrogen.len() / patches.len().div_ceil(LANES).max(1)) as u64;
+        patches.par_chunks(LANES).all(|patches| listener(0) && follow(patches) && listener(each))
     }
 
     /// A patch whose beam meets the cloud, or its parts where that is too wide there.
@@ -121,19 +134,8 @@ impl Rays<'_> {
 
     /// The voxel at a distance along a ray, and where the ray leaves it \[pc\].
     pub fn voxel(&self, direction: DVec3, at: f64) -> (usize, f64) {
-        let Cloud { dims, low, voxel, .. } = self.cloud;
-        // A little farther on, so that a place on a face is behind it; far away from the star that is what rounding leaves.
-        let little = (1e-9 * voxel.min_element()).max(4.0 * f64::EPSILON * at);
-        let place = (self.place + (at + little) * direction - *low) / *voxel;
-        let [x, y, z] = std::array::from_fn(|axis| (place[axis].max(0.0) as usize).min(dims[axis] - 1));
-        let sides = [x, y, z].map(|i| i as f64);
-        let exit = (0..3).map(|axis| {
-            let side = sides[axis] + f64::from(u8::from(direction[axis] > 0.0));
-            let plane = low[axis] + side * voxel[axis] - self.place[axis];
-            if direction[axis] == 0.0 { f64::INFINITY } else { plane / direction[axis] }
-        });
-        let exit = exit.fold(f64::INFINITY, f64::min).max(at + little);
-        ((z * dims[1] + y) * dims[0] + x, exit)
+        let way = self.way(direction, at);
+        (way.voxel(), way.exit())
     }
 }
 

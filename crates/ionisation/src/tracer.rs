@@ -8,12 +8,9 @@ use std::fmt::Debug;
 use crate::cloud::{Cloud, Star};
 use crate::light::{ByNode, IonisingLight};
 use crate::lit::BEHIND;
-use crate::patch::Patch;
+pub use crate::rays::Listener;
 use crate::rays::Rays;
 use crate::voxel::Voxel;
-
-/// Hears of voxels that the light of one star has gone through, and says whether it is to go on.
-pub type Listener<'a> = &'a (dyn Fn(u64) -> bool + Sync);
 
 /// A cloud, and stars whose light goes through it.
 #[derive(Clone, Copy)]
@@ -28,15 +25,15 @@ pub struct Task<'a> {
     pub dark: ByNode,
 }
 
-impl Task<'_> {
+impl<'a> Task<'a> {
     /// The nodes that all stars have in common.
     pub fn kind(&self) -> &IonisingLight {
         self.stars[0].light
     }
 
-    /// The patches of all rays that a star sends to the cloud.
-    pub fn sent_out(&self, star: usize) -> Vec<Patch> {
-        Rays { cloud: self.cloud, place: self.stars[star].place }.sent_out()
+    /// The rays of a star.
+    pub fn rays(&self, star: usize) -> Rays<'a> {
+        Rays { cloud: self.cloud, place: self.stars[star].place }
     }
 
     /// Numbers of a voxel's flux, node by node, and of what stands behind it.

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 use spectra::constants::SPHERE;
 
 use crate::beam::mean_square;
-use crate::cloud::{PARSEC_CM, Star};
+use crate::cloud::PARSEC_CM;
+use crate::light::IonisingLight;
 use crate::lit::{Entering, Lit};
 use crate::nodes::Nodes;
 use crate::patch::Patch;
@@ -13,9 +14,6 @@ use crate::rays::{BEYOND, Rays};
 use crate::tally::Kept;
 use crate::tracer::{Failure, Light, Listener, Task, Turns};
 use crate::voxel::{ByStar, Crossing, Voxel, cross};
-
-/// Patches whose rays are followed one after the other by one thread.
-const TOGETHER: usize = 8;
 
 /// Turns of light on the processor.
 pub struct OnProcessor<'a> {
@@ -32,25 +30,19 @@ impl<'a> OnProcessor<'a> {
 
 impl Turns for OnProcessor<'_> {
     fn next(&mut self, voxels: Option<&[Voxel]>, light: &mut Light, listener: Listener) -> Result<Vec<f64>, Failure> {
-        let cloud = self.task.cloud;
         light.flux.fill(0.0);
         let mut escaped = Vec::new();
         for (number, star) in self.task.stars.iter().enumerate() {
-            let (patches, others) = (self.task.sent_out(number), sum_but(&light.rates, number));
-            let transport = Transport::new(&self.task, star, voxels, &others, &self.lit);
-            let chunks = patches.len().div_ceil(TOGETHER).max(1);
-            let goes_on = patches.par_chunks(TOGETHER).all(|patches| {
-                let goes_on = patches.iter().all(|patch| {
-                    transport.send(*patch);
-                    listener(0)
-                });
-                goes_on && listener((cloud.hydrogen.len() / chunks) as u64)
-            });
-            if !goes_on {
+            let (rays, others) = (self.task.rays(number), sum_but(&light.rates, number));
+            let transport = Transport::new(&self.task, (rays, star.light), voxels, &others, &self.lit);
+            let send = |patch: &Patch| {
+                transport.send(*patch);
+                listener(0)
+            };
+            if !rays.in_parts(listener, |patches| patches.iter().all(send)) {
                 return Err(Failure::Stopped);
             }
             escaped.push(transport.kept.escaped());
-            let rays = Rays { cloud, place: star.place };
             light.rates[number] = self.lit.add_to(&mut light.flux, (&rays, star.light));
         }
         Ok(escaped)
@@ -99,13 +91,17 @@ struct Ray {
 }
 
 impl<'a> Transport<'a> {
-    fn new(task: &Task<'a>, star: &Star, voxels: Option<&'a [Voxel]>, others: &'a [f32], lit: &'a Lit) -> Self {
-        let all = star.light.photons.iter().sum::<f64>();
-        let parts = Nodes::of(&star.light.photons, if all > 0.0 { 1.0 / all } else { 0.0 });
-        let rays = Rays { cloud: task.cloud, place: star.place };
+    fn new(
+        task: &Task<'a>,
+        (rays, light): (Rays<'a>, &IonisingLight),
+        voxels: Option<&'a [Voxel]>,
+        others: &'a [f32],
+        lit: &'a Lit,
+    ) -> Self {
+        let (all, parts) = (light.photons.iter().sum::<f64>(), Nodes::of(&light.parts(), 1.0));
         let widest = rays.widest_cross_section();
         let widest_cm2 = (rays.cloud.voxel * PARSEC_CM).element_product().cbrt().powi(2) * widest;
-        let (by, dark, used_up) = (ByStar::new(star.light), Nodes::of(&task.dark, 1.0), task.used_up as f32);
+        let (by, dark, used_up) = (ByStar::new(light), Nodes::of(&task.dark, 1.0), task.used_up as f32);
         Self { rays, by, used_up, voxels, dark, others, lit, kept: Kept::default(), photons: all / SPHERE, parts, widest_cm2, widest }
     }
 

@@ -100,7 +100,7 @@ pub(crate) struct Crossing {
 /// ionises.
 #[inline(always)]
 pub(crate) fn cross(photons: &mut Nodes, voxel: &Voxel, crossing: &Crossing, light: &ByStar) -> f32 {
-    let Crossing { inner, thickness, undimmed, others, .. } = *crossing;
+    let Crossing { inner, thickness, undimmed, others } = *crossing;
     let rate = (f64::from((*photons * light.sigma).sum()) * undimmed) as f32;
     let all = others + rate;
     let (response, made) = if voxel.rate > 0.0 && all > 0.0 { voxel.answer(all / voxel.rate) } else { (1.0, 0.0) };

@@ -110,13 +110,7 @@ impl Image {
     /// Size of a pixel in the middle, and its unit, "deg" or "pc"; none where it is not known.
     #[getter]
     fn pixel_scale(&self) -> Option<(f64, &'static str)> {
-        self.image.pixel.map(|scale| match scale {
-            PixelScale::Angle(degrees)
-            | PixelScale::Equidistant(degrees)
-            | PixelScale::PlateCarree(degrees)
-            | PixelScale::OnCube(degrees) => (degrees, "deg"),
-            PixelScale::Length(pc) => (pc, "pc"),
-        })
+        self.image.pixel.map(PixelScale::in_unit)
     }
 
     /// Writes the picture, whole or not at all; the extension says how.

@@ -159,8 +159,8 @@ impl Document {
         self.scene.gas.as_ref().is_some_and(|gas| gas.is_rough)
     }
 
-    /// Begins to find out exactly what is known roughly, by a device that traces light where there is one, unless that is under way or has failed; `heard` is told of parts that
-    /// are done \[1\], and once it has ended. What was begun for other gas ends.
+    /// Begins to find out exactly what is known roughly, by a device that traces light where there is one, unless that is under
+    /// way or has failed; `heard` is told of parts that are done \[1\], and once it has ended. What was begun for other gas ends.
     pub fn refine(&mut self, tracer: Option<Arc<dyn RayTracer>>, heard: impl Fn(Option<f64>) + Send + Sync + 'static) {
         if !self.is_rough() || self.refining.as_ref().is_some_and(|refining| refining.physics == self.physics) {
             return;

@@ -39,13 +39,9 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     for keyword in &picture.keywords {
         note(keyword.name.into(), &format!("{} / {}", keyword.value, keyword.comment));
     }
-    match picture.pixel {
-        Some(PixelScale::Angle(degrees)) => note("PIXSCALE".into(), &format!("{degrees:E} / [deg] angle of a pixel in the middle")),
-        Some(PixelScale::Equidistant(degrees) | PixelScale::PlateCarree(degrees) | PixelScale::OnCube(degrees)) => {
-            note("PIXSCALE".into(), &format!("{degrees:E} / [deg] angle of a pixel in the middle"));
-        }
-        Some(PixelScale::Length(pc)) => note("PIXSCALE".into(), &format!("{pc:E} / [pc] width of a pixel")),
-        None => {}
+    if let Some((size, unit)) = picture.pixel.map(PixelScale::in_unit) {
+        let what = if unit == "deg" { "angle of a pixel in the middle" } else { "width of a pixel" };
+        note("PIXSCALE".into(), &format!("{size:E} / [{unit}] {what}"));
     }
     for (key, value) in &picture.notes {
         note(key.clone(), value);

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use ionisation::cloud::PARSEC_CM;
 use ionisation::lit::{BEHIND, UNITS};
-use ionisation::rays::{BEYOND, Rays, WIDEST};
+use ionisation::rays::{BEYOND, WIDEST};
 use ionisation::tracer::{Failure, Light, Listener, RayTracer, Task, Turns};
 use ionisation::voxel::{ALL, CHANGE, MOST_MADE, NONE, Voxel};
 use spectra::constants::SPHERE;
@@ -168,8 +168,8 @@ impl<'a> OnDevice<'a> {
         for bytes in sizes {
             GpuError::too_large("what a voxel's gas and light take, in bytes,", bytes, most, INSTEAD)?;
         }
-        for star in task.stars {
-            let edges = Rays { cloud: task.cloud, place: star.place }.farthest() / task.cloud.voxel.min_element();
+        for star in 0..task.stars.len() {
+            let edges = task.rays(star).farthest() / task.cloud.voxel.min_element();
             GpuError::too_large(
                 "the way from a star to the cloud's farthest corner, in edges of a voxel,",
                 edges as u64,

@@ -5,9 +5,8 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use ionisation::cloud::{Cloud, PARSEC_CM};
-use ionisation::light::{ByNode, NODES};
+use ionisation::light::NODES;
 use ionisation::patch::Patch;
-use ionisation::rays::Rays;
 use ionisation::tracer::Task;
 use ionisation::voxel::Voxel;
 use spectra::constants::SPHERE;
@@ -51,12 +50,6 @@ fn quads(values: impl Fn(usize) -> f64) -> [[f32; 4]; QUADS] {
     std::array::from_fn(|quad| std::array::from_fn(|i| if 4 * quad + i < NODES { values(4 * quad + i) as f32 } else { 0.0 }))
 }
 
-/// Photons of a star by node in parts of all.
-fn parts(photons: &ByNode) -> ByNode {
-    let all = photons.iter().sum::<f64>();
-    photons.map(|photons| if all > 0.0 { photons / all } else { 0.0 })
-}
-
 impl StarNumbers {
     /// Those of a star's rays, of which there is room for some.
     pub fn new(task: &Task, number: usize, room: usize, is_known: bool) -> Self {
@@ -64,12 +57,12 @@ impl StarNumbers {
         let edge = cloud.voxel.min_element();
         let edge_cm = edge * PARSEC_CM;
         let (place, edges) = ((star.place - cloud.low) / edge, cloud.voxel / edge);
-        let rays = Rays { cloud, place: star.place };
+        let rays = task.rays(number);
         let face = edges.element_product().cbrt().powi(2);
         let widest = rays.widest_cross_section();
         let undimmed = star.light.photons.iter().sum::<f64>() / SPHERE / (edge_cm * edge_cm);
         let four = |v: DVec3, w: f64| [v.x, v.y, v.z, w].map(|v| v as f32);
-        let ionising = star.light.ionising_of(&parts(&star.light.photons));
+        let ionising = star.light.ionising_of(&star.light.parts());
         let [x, y, z] = cloud.dims.map(|n| n as u32);
         let next = (number + 1) % task.stars.len();
         Self {
@@ -85,18 +78,18 @@ impl StarNumbers {
 /// The rays that a star sends out.
 pub fn sent(task: &Task, number: usize) -> Vec<RayNumbers> {
     let light = task.stars[number].light;
-    let parts = parts(&light.photons);
+    let parts = light.parts();
     let (photons, left) = (quads(|node| parts[node]), light.ionising_of(&parts) as f32);
     let ray = |patch: Patch| {
         let [u, v] = patch.tangents().map(|v| v as f32);
         RayNumbers { photons, way: [0.0, u, v, left], patch_of: [patch.face(), patch.level(), u32::MAX, 0] }
     };
-    task.sent_out(number).into_iter().map(ray).collect()
+    task.rays(number).sent_out().into_iter().map(ray).collect()
 }
 
 /// Generations of the rays that a star sends out: as many as patches part before they reach the farthest corner.
 pub fn generations(task: &Task, number: usize, sent: &[RayNumbers]) -> usize {
-    let rays = Rays { cloud: task.cloud, place: task.stars[number].place };
+    let rays = task.rays(number);
     let least = sent.iter().map(|ray| ray.patch_of[1]).min().unwrap_or(0);
     // The widest patch of a level is in the middle of a face.
     let parts = |level: &u32| {
