@@ -16,6 +16,9 @@ from barnard._rows import ROWS, Key, Kind, Row
 
 #: Classes of tables: path, name, base class. A field is a class for each kind, a camera a function for each.
 CLASSES = [
+    ("camera.stereo", "Stereo"),
+    ("camera.path.key", "Keyframe"),
+    ("camera.path", "CameraPath"),
     ("camera", "Camera"),
     ("dust.albedo", "Albedo"),
     ("dust.phase", "Phase"),
@@ -29,10 +32,19 @@ CLASSES = [
     ("band", "Band"),
     ("display", "Display"),
     ("method", "Method"),
+    ("animation", "Animation"),
+    ("sequence", "Frames"),
 ]
 
 #: Keys whose values are tables of these classes.
-TABLES = {("dust", "albedo"): "float | Albedo", ("dust", "phase"): "Phase", ("background", "stars"): "StarField"}
+TABLES = {
+    ("camera", "stereo"): "Stereo",
+    ("camera", "path"): "CameraPath",
+    ("camera.path", "key"): "Sequence[Keyframe | dict[str, Any]]",
+    ("dust", "albedo"): "float | Albedo",
+    ("dust", "phase"): "Phase",
+    ("background", "stars"): "StarField",
+}
 
 #: The kind of a table whose kind is not said.
 KINDS = {"star": "blackbody"}
@@ -46,6 +58,8 @@ TYPES = {
     "number": "float",
     "list of numbers": "Sequence[float]",
     "list of texts": "Sequence[str]",
+    "list of times": "Sequence[Quantity] | Quantity",
+    "list of values": "Sequence[Any] | Quantity",
     "list of tables": "Sequence[dict[str, Any]]",
     "text or list": "str | Sequence[str]",
     "direction": "Sequence[float]",

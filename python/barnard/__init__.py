@@ -20,6 +20,7 @@ from .cluster import Result, map, tiles  # `map` is not in __all__: Python has o
 from .image import Image
 from .plan import Certificate, Plan, PlanError
 from .scene import Scene
+from .sequence import FrameSequence
 from . import tables
 from .tables import *  # noqa: F403
 
@@ -29,6 +30,7 @@ __all__ = [
     "BarnardError",
     "Certificate",
     "DeviceError",
+    "FrameSequence",
     "Image",
     "MemoryLimitError",
     "Plan",

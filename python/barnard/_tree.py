@@ -9,7 +9,7 @@ from . import tables
 from ._field import Field
 from ._rows import ROWS, scene_error, unknown_key
 from ._table import Table, table_of
-from .tables import Background, Band, Camera, Display, Dust, Emission, Gas, Method, Star, StarTable
+from .tables import Animation, Background, Band, Camera, Display, Dust, Emission, Frames, Gas, Method, Star, StarTable
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -20,6 +20,7 @@ LISTS: dict[str, tuple[str, type[Table]]] = {
     "stars": ("star", Star),
     "star_tables": ("star_table", StarTable),
     "passbands": ("band", Band),
+    "animation": ("animation", Animation),
 }
 #: Attributes that are one table.
 TABLES: dict[str, type[Table]] = {
@@ -29,6 +30,7 @@ TABLES: dict[str, type[Table]] = {
     "background": Background,
     "display": Display,
     "method": Method,
+    "sequence": Frames,
 }
 TEXTS = ("name", "description", "bands")
 #: All attributes that say something.

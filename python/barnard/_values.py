@@ -95,6 +95,22 @@ def _position(value: Any, key: str) -> str:
     return f"{' '.join(map(number, numbers))} {unit}"
 
 
+def _times(value: Any, key: str) -> list[str]:
+    """Texts of times: of an array with a unit, or of a list."""
+    if has_unit(value):
+        numbers, unit = in_unit(value, ["time"], key)
+        return [f"{number(own)} {unit}" for own in numbers.ravel()]
+    return [_quantity(own, "time", f"{key}[{i}]") for i, own in enumerate(_list(value, key))]
+
+
+def _any(value: Any, key: str) -> Any:
+    """What any key would say of a value: a quantity of whatever kind, a place, or a plain value."""
+    if has_unit(value):
+        numbers, unit = in_unit(value, list(QUANTITIES), key)
+        return f"{' '.join(number(own) for own in numbers.ravel())} {unit}"
+    return _plain(value, key)
+
+
 def _list(value: Any, key: str) -> list:
     try:
         return list(value)
@@ -148,6 +164,10 @@ def said(value: Any, kind: str, key: str) -> Any:
         raise scene_error(key, f"{value!r} is no text")
     if kind == "number" and isinstance(value, np.ndarray) and value.shape == ():
         value = value[()]
+    if kind == "list of times":
+        return _times(value, key)
+    if kind == "list of values":
+        return [_any(item, f"{key}[{i}]") for i, item in enumerate(_list(value, key))]
     if kind in ("list of numbers", "direction"):
         return [_plain(item, key) for item in _list(value, key)]
     return _plain(value, key)

@@ -171,7 +171,7 @@ class Image:
         return self._native.png(Display(**display).tree() if display else None)
 
     def write(self, path: str | os.PathLike) -> None:
-        """Writes the image, whole or not at all: .fits, .exr and .npy hold radiances, .png a picture in colours.
+        """Writes the image, whole or not at all: .fits, .exr and .npy hold radiances, .png, .tif and .jpg a picture in colours.
 
         Raises
         ------

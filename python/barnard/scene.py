@@ -18,7 +18,8 @@ from ._table import table_of
 from ._tree import PARTS, TABLES, place_of, take, tree_of
 from .image import Image
 from .plan import Plan, exactness
-from .tables import Background, Band, Camera, Display, Dust, Emission, Gas, Method, Star, StarTable
+from .sequence import FrameSequence
+from .tables import Animation, Background, Band, Camera, Display, Dust, Emission, Frames, Gas, Method, Star, StarTable
 
 class Scene:
     """Everything that is in front of the telescope, and the telescope.
@@ -36,10 +37,10 @@ class Scene:
     fields : dictionary of fields by name
         Scalar fields that expressions such as `Dust.density` call by their names. An array is a `Grid` without a box
         and is refused: `Grid(array, low=..., high=...)`.
-    dust, gas, background, display, method : table or dictionary, optional
-        See `Dust`, `Gas`, `Background`, `Display` and `Method`.
-    stars, emission, star_tables, passbands : lists of tables or dictionaries, optional
-        See `Star`, `Emission`, `StarTable` and `Band`.
+    dust, gas, background, display, method, sequence : table or dictionary, optional
+        See `Dust`, `Gas`, `Background`, `Display`, `Method` and `Frames`.
+    stars, emission, star_tables, passbands, animation : lists of tables or dictionaries, optional
+        See `Star`, `Emission`, `StarTable`, `Band` and `Animation`.
     bookmarks : dictionary of cameras by name, optional
     name, description : text, optional
     folder : path, default the working directory
@@ -70,6 +71,8 @@ class Scene:
         bookmarks: Mapping[str, Camera | dict[str, Any]] | None = None,
         display: Display | dict[str, Any] | None = None,
         method: Method | dict[str, Any] | None = None,
+        animation: Iterable[Animation | dict[str, Any]] = (),
+        sequence: Frames | dict[str, Any] | None = None,
         name: str | None = None,
         description: str | None = None,
         folder: str | os.PathLike | None = None,
@@ -82,13 +85,14 @@ class Scene:
         self._forget()
         self.name, self.description, self.bands = name, description, bands
         self.camera, self.dust, self.gas, self.background = camera, dust, gas, background
-        self.display, self.method = display, method
+        self.display, self.method, self.sequence = display, method, sequence
         self.fields: dict[str, Field] = dict(fields or {})
         self.bookmarks: dict[str, Camera] = dict(bookmarks or {})
         self.emission: list[Emission] = list(emission)
         self.stars: list[Star] = list(stars)
         self.star_tables: list[StarTable] = list(star_tables)
         self.passbands: list[Band] = list(passbands)
+        self.animation: list[Animation] = list(animation)
 
     def _forget(self) -> None:
         self._reader: Any = None
@@ -233,14 +237,18 @@ class Scene:
         tree = self._tree(camera)
         if self._read is not None and self._read[0] == tree:
             return self._read
+        self._read = (tree, self._reading().read(tree, "scene"))
+        return self._read
+
+    def _reading(self) -> Any:
+        """What reads the scene, with the arrays of its fields."""
         if self._reader is None:
             self._reader = _barnard.Reader(self._folder, self._limit)
         arrays = {field.tree()["file"]: (name, field.values) for name, field in self._arrays().items()}
         self._reader.keep_arrays(list(arrays))
         for file, (name, values) in arrays.items():
             self._reader.add_array(file, f"the array of field {name}", values)
-        self._read = (tree, self._reader.read(tree, "scene"))
-        return self._read
+        return self._reader
 
     def check(self) -> None:
         """Checks that the scene can be rendered.
@@ -322,6 +330,19 @@ class Scene:
         with told(progress) as listener:
             plan = self.plan(camera, backend=backend, progress=listener)
             return plan._render(plan._scene, plan._plan, listener)
+
+    def frames(self) -> FrameSequence:
+        """The frames of the scene, where its camera has a path, keys are animated, or a sequence says how long it lasts.
+
+        Raises
+        ------
+        SceneError
+            Where nothing of it changes, or what changes cannot be.
+        """
+        self._refuse_bricks()
+        frames = FrameSequence(self)
+        frames._sequence()
+        return frames
 
     def sweep(
         self,

@@ -177,6 +177,16 @@ pub struct TextTable {
     pub rows: Vec<(usize, Vec<String>)>,
 }
 
+impl TextTable {
+    /// The name of a column in small letters, and the unit in brackets behind it, as in "x \[pc\]".
+    pub fn parted(column: &str) -> (String, Option<&str>) {
+        match column.split_once(['[', '(']) {
+            Some((name, unit)) => (name.trim().to_lowercase(), Some(unit.trim_end_matches([']', ')']).trim())),
+            None => (column.trim().to_lowercase(), None),
+        }
+    }
+}
+
 /// Finds what the names in a scene mean.
 pub trait DataSource: Debug + Send + Sync {
     /// The name by which messages call what `name` stands for: a path, mostly.

@@ -208,13 +208,15 @@ pub struct Display {
     pub black: Level,
     /// The level that becomes white.
     pub white: Level,
+    /// Bits of each colour, 8 or 16, in formats that have both.
+    pub bits: u8,
 }
 
 impl Display {
     /// Refuses levels that show no picture.
     ///
     /// # Errors
-    /// Where a level is no number, or white is not above black.
+    /// Where a level is no number, white is not above black, or colours have other bits than 8 or 16.
     pub fn check(&self) -> Result<()> {
         let number = |level: Level| match level {
             Level::Auto => None,
@@ -225,6 +227,9 @@ impl Display {
             if let Some(value) = level.filter(|v| !v.is_finite()) {
                 return Err(Error::value(what, value, "a radiance"));
             }
+        }
+        if ![8, 16].contains(&self.bits) {
+            return Err(Error::value("bits of a colour", self.bits, "8 or 16"));
         }
         match (black, white) {
             (Some(black), Some(white)) if white <= black => {
@@ -313,7 +318,7 @@ impl Display {
 
     /// A display that shows all bands alike, in shades of grey.
     pub fn grey(bands: usize) -> Self {
-        Self { palette: Palette::grey(bands), balance: false, stretch: Stretch::default(), black: Level::Auto, white: Level::Auto }
+        Self { palette: Palette::grey(bands), balance: false, stretch: Stretch::default(), black: Level::Auto, white: Level::Auto, bits: 8 }
     }
 
     /// The levels that `image` asks for.

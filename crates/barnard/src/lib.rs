@@ -36,12 +36,15 @@
 //! | [`plan`] | the numbers that a scene comes to: made once, kept while a camera or a spectrum changes |
 //! | [`backend`] | what turns either into light: the processor, the exact reference, the path tracer, and those of other crates |
 //! | [`control`] | progress and interruption |
+//! | [`animation`], [`sequence`] | scenes that change from moment to moment, and their frames |
 //! | [`image`] | the result, its display, what it says of itself |
 //! | [`properties`], [`data`] | the neutral tree that scenes are read from, and what it names |
 
+pub mod animation;
 pub mod backend;
 pub mod blocks;
 pub mod camera;
+pub mod composite;
 pub mod control;
 pub mod data;
 pub mod error;
@@ -53,7 +56,6 @@ pub mod light;
 pub mod memory;
 #[doc(hidden)]
 pub mod packet;
-pub mod panorama;
 pub mod phase;
 mod place;
 pub mod plan;
@@ -62,6 +64,7 @@ pub mod properties;
 pub mod random;
 mod render;
 pub mod scene;
+pub mod sequence;
 pub mod star_field;
 mod stats;
 pub mod stored;

@@ -133,7 +133,7 @@ fn direct_points(scene: &Scene, camera: &Camera, lights: &[Light]) -> Vec<Point>
         let (column, row) = camera.project(position)?;
         let (length, gain) = match camera.projection {
             Projection::Perspective { .. } | Projection::Panorama { .. } => {
-                let length = (position - camera.position).length();
+                let length = (position - camera.ray(column, row).origin).length();
                 (length, 1.0 / (length * length))
             }
             // L/4π [W sr⁻¹] over pc² of pixel: the light's unit is W m⁻² at one parsec, so its intensity is that times
@@ -150,6 +150,8 @@ fn direct_points(scene: &Scene, camera: &Camera, lights: &[Light]) -> Vec<Point>
     lights.iter().enumerate().filter_map(point).collect()
 }
 
+/// A distance at which two eyes see a star alike [pc].
+const SKY_PC: f64 = 1e12;
 /// Number of cells from pole to pole; cells have equal areas.
 const SKY_SLICES: u64 = 512;
 
@@ -182,7 +184,7 @@ impl FieldStar {
 
     /// Where it appears, if it touches the image; `first` is the light of the first class.
     fn point(&self, camera: &Camera, first: usize) -> Option<Point> {
-        let (column, row) = camera.project(camera.position + sky_direction(self.cell, self.within.0, self.within.1))?;
+        let (column, row) = camera.project(camera.position + SKY_PC * sky_direction(self.cell, self.within.0, self.within.1))?;
         let margin = PSF_RADIUS as f64;
         let inside = column > -margin && row > -margin && column < camera.width as f64 + margin && row < camera.height as f64 + margin;
         inside.then_some(Point { column, row, light: first + self.class, gain: self.gain, length: f64::INFINITY })

@@ -20,6 +20,18 @@ impl RenderStats {
         Self { depth: f64::NAN, rays, storage: 0.0, negative: 0 }
     }
 
+    /// What two renders measured together.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            // No number stays none.
+            depth: if other.depth <= self.depth || self.depth.is_nan() { self.depth } else { other.depth },
+            rays: self.rays + other.rays,
+            storage: self.storage.max(other.storage),
+            negative: self.negative + other.negative,
+        }
+    }
+
     /// The values below zero in words, where there are any.
     pub fn negative_note(&self) -> Option<(String, String)> {
         (self.negative > 0).then(|| ("negative values".into(), format!("{} pixels of all bands together, left as they are", self.negative)))

@@ -1,7 +1,7 @@
 //! Domes, spheres and cubes beside pictures of one direction, back end by back end.
 
-use barnard::backend::{cpu, path, reference};
-use barnard::camera::Camera;
+use barnard::backend::{Backend, Job, cpu, path, reference};
+use barnard::camera::{Arrangement, Camera, Stereo};
 use barnard::control::Control;
 use barnard::glam::DVec3;
 use barnard::memory::DEFAULT_LIMIT;
@@ -150,5 +150,129 @@ fn bad_angles_are_refused() {
         [scene().camera.fisheye_deg(400.0, 0.0), scene().camera.fisheye_deg(180.0, f64::NAN), scene().camera.fisheye_deg(0.0, 0.0)]
     {
         assert!(camera.check().is_err(), "{:?}", camera.projection);
+    }
+}
+
+/// Eyes of a flat image are two shifted cameras that look straight ahead: what lies at the distance of convergence has one place
+/// in both images, and what is nearer lies farther to the right for the left eye.
+#[test]
+fn pairs_of_flat_images_are_shifted_cameras() {
+    let (distance, convergence) = (0.3, 4.0);
+    let own = Camera::look_at(DVec3::new(0.5, 0.2, 6.0), DVec3::ZERO).field_of_view_deg(40.0).size(64, 36);
+    let camera = own.clone().stereo(Stereo::new(distance, convergence));
+    let [left, right] = camera.eyes().unwrap();
+    for (eye, side) in [(&left, -0.5), (&right, 0.5)] {
+        assert!(eye.eyes().is_none() && eye.position.distance(own.position + side * distance * own.right) < 1e-15);
+        assert!(eye.forward == own.forward && eye.up == own.up);
+        for (column, row) in [(0.5, 0.5), (32.0, 18.0), (60.0, 3.0)] {
+            let ray = own.ray(column, row);
+            let at_window = ray.at(convergence / ray.direction.dot(own.forward));
+            let (x, y) = eye.project(at_window).unwrap();
+            assert!((x - column).abs() < 1e-9 && (y - row).abs() < 1e-9, "{x} {y}");
+            let seen = eye.ray(column, row);
+            assert!(seen.origin == eye.position && seen.direction.cross(at_window - eye.position).length() < 1e-12);
+        }
+    }
+    let near = own.ray(32.0, 18.0).at(2.0);
+    assert!(left.project(near).unwrap().0 > 32.0 + 1.0 && right.project(near).unwrap().0 < 32.0 - 1.0);
+    // A part of a pair is a pair of parts.
+    let [part, _] = camera.crop(10, 5, 20, 20).unwrap().eyes().unwrap();
+    let (a, b) = (part.ray(3.5, 4.5), left.ray(13.5, 9.5));
+    assert!(a.origin == b.origin && a.direction.distance(b.direction) < 1e-14);
+}
+
+/// In an image of all around, each horizontal direction is seen by two eyes that face it, whose rays cross at the distance of
+/// convergence; above one's head both eyes are one; and a place is found where its ray goes.
+#[test]
+fn eyes_face_every_direction() {
+    let (distance, convergence) = (0.4, 3.0);
+    let own = scene().camera;
+    for camera in [own.clone().equirectangular(48), own.clone().fisheye_deg(220.0, 30.0), own.clone().cubemap(12)] {
+        for convergence in [convergence, f64::INFINITY] {
+            let [left, right] = camera.clone().stereo(Stereo::new(distance, convergence)).eyes().unwrap();
+            let mut faced = 0;
+            for (column, row) in (0..camera.width).flat_map(|x| (0..camera.height).map(move |y| (x as f64 + 0.5, y as f64 + 0.5))) {
+                if !camera.sees(column, row) {
+                    continue;
+                }
+                let (d, l, r) = (camera.ray(column, row).direction, left.ray(column, row), right.ray(column, row));
+                let height = d.dot(own.up).asin().abs();
+                let side = d.cross(own.up).normalize();
+                let apart = r.origin - l.origin;
+                if height < 60f64.to_radians() {
+                    assert!(apart.distance(distance * side) < 1e-12);
+                    faced += 1;
+                } else if height > 75f64.to_radians() {
+                    assert!(apart.length() == 0.0 && l.direction.distance(d) < 1e-15);
+                } else {
+                    assert!(apart.length() < distance && apart.cross(side).length() < 1e-12);
+                }
+                if convergence.is_finite() {
+                    let meet = own.position + convergence * d;
+                    assert!([l, r].iter().all(|ray| (meet - ray.origin).cross(ray.direction).length() < 1e-12));
+                } else {
+                    assert!(l.direction == r.direction);
+                }
+                for (eye, ray) in [(&left, l), (&right, r)] {
+                    let (x, y) = eye.project(ray.at(2.2)).unwrap();
+                    // A place of the border is on either side of it.
+                    let jumps = (x - column).abs() > 0.5 * camera.width as f64;
+                    assert!(jumps || (x - column).hypot(y - row) < 1e-6, "{column} {row}: {x} {y}");
+                }
+            }
+            assert!(faced > 100);
+        }
+    }
+}
+
+/// What a back end renders of two eyes is the image of each, one above the other or beside it.
+#[test]
+fn both_eyes_are_one_image() {
+    let control = Control::default();
+    let own = Scene { camera: scene().camera.equirectangular(24), ..scene() };
+    for arrangement in [Arrangement::OverUnder, Arrangement::SideBySide] {
+        let stereo = Stereo { arrangement, ..Stereo::new(0.5, 3.0) };
+        let both = Scene { camera: own.camera.clone().stereo(stereo), ..own.clone() };
+        let options = Options::within(DEFAULT_LIMIT);
+        let plan = Plan::new(&both, &options, &control).unwrap();
+        let (image, _) = cpu::Cpu.render(&Job::planned(&both, &options, &plan).unwrap(), &control).unwrap();
+        let eyes = both.camera.eyes().unwrap().map(|camera| {
+            let mut plan = plan.clone();
+            plan.look_from(camera.clone(), &control).unwrap();
+            cpu::render(&Scene { camera, ..own.clone() }, &plan, &control).unwrap().0
+        });
+        let (w, h) = (24, 12);
+        let (wide, high) = if arrangement == Arrangement::OverUnder { (w, 2 * h) } else { (2 * w, h) };
+        assert_eq!((image.width, image.height), (wide, high));
+        for (row, column) in (0..h).flat_map(|row| (0..w).map(move |column| (row, column))) {
+            let other = if arrangement == Arrangement::OverUnder { (row + h, column) } else { (row, column + w) };
+            assert_eq!(image.at(0, row, column), eyes[0].at(0, row, column));
+            assert_eq!(image.at(0, other.0, other.1), eyes[1].at(0, row, column));
+        }
+        assert!(eyes[0].samples != eyes[1].samples);
+    }
+}
+
+/// Eyes that cannot be are refused, in programs as in scene files.
+#[test]
+fn impossible_eyes_are_refused() {
+    let own = scene().camera;
+    for stereo in
+        [Stereo::new(0.0, 1.0), Stereo::new(0.1, -1.0), Stereo::new(f64::NAN, 1.0), Stereo { merge: (1.2, 1.0), ..Stereo::new(0.1, 1.0) }]
+    {
+        assert!(own.clone().stereo(stereo).check().is_err(), "{stereo:?}");
+    }
+    assert!(own.clone().stereo(Stereo::new(0.1, 1.0)).check().is_ok());
+    assert!(own.orthographic_pc(3.0).stereo(Stereo::new(0.1, 1.0)).check().unwrap_err().to_string().contains("start at one point"));
+    for (said, words) in [
+        ("eye_distance = \"0 pc\"", "above zero"),
+        ("convergence = \"1 pc\"", "eye_distance"),
+        ("eye_distance = \"0.1 pc\"\npole_merge = [\"80 deg\", \"70 deg\"]", "ascending"),
+        ("eye_distance = \"0.1 pc\"\narrangement = \"anaglyph\"", "over_under"),
+        ("eye_distance = \"0.1 pc\"\nfocus = 1", "unknown key"),
+    ] {
+        let text = format!("[camera]\nkind = \"fisheye\"\nposition = \"0 0 4 pc\"\n[camera.stereo]\n{said}\n");
+        let error = barnard_files::parse("eyes.toml", "eyes", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap_err().to_string();
+        assert!(error.contains(words), "{said}: {error}");
     }
 }

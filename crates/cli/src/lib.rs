@@ -19,6 +19,7 @@ macro_rules! complain {
 pub mod backends;
 #[cfg(not(all(feature = "view", feature = "study")))]
 mod missing;
+mod outputs;
 mod progress;
 mod source;
 mod verbs;

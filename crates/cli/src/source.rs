@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, bail};
 use barnard::plan::Options;
 use barnard::scene::{Loader, MANY_BOUNCES, MAX_STEPS, Scene};
+use barnard_files::SceneFile;
 use clap::Args;
 
 use crate::backends::tracer;
@@ -85,6 +86,12 @@ impl SceneArgs {
 
     /// The same for a back end: where that is a device, it has the light of several stars go through gas.
     pub fn load_for(&self, backend: &str) -> anyhow::Result<(Scene, Options)> {
+        let (file, options) = self.open_for(backend)?;
+        Ok((self.adjusted(file.scene, options.memory_limit)?, options))
+    }
+
+    /// Reads the scene for a back end, as its file has it; starts the threads.
+    pub fn open_for(&self, backend: &str) -> anyhow::Result<(SceneFile, Options)> {
         if let Some(threads) = self.threads {
             if !(1..=4096).contains(&threads) {
                 bail!("--threads {threads} cannot be; give a number from 1 to 4096");
@@ -94,11 +101,27 @@ impl SceneArgs {
         let memory_limit = self.memory_limit()?;
         let control = progress::control()?;
         let prepared = |loader: &Loader| loader.under(&control).traced_by(tracer(backend));
-        let mut scene = match (&self.scene, &self.builtin) {
-            (_, Some(name)) => barnard_files::builtin::load_by(name, memory_limit, prepared)?,
-            (Some(path), None) => barnard_files::load_by(path, memory_limit, prepared)?,
+        let file = match (&self.scene, &self.builtin) {
+            (_, Some(name)) => barnard_files::builtin::open(name, memory_limit, prepared)?,
+            (Some(path), None) => SceneFile::open(path, memory_limit, prepared)?,
             (None, None) => bail!("no scene; give a file, or --builtin NAME"),
         };
+        control.check()?;
+        Ok((file, Options::within(memory_limit)))
+    }
+
+    /// A scene with the overrides.
+    pub fn adjusted(&self, scene: Scene, memory_limit: u64) -> anyhow::Result<Scene> {
+        let mut scene = self.uncropped(scene)?;
+        if let Some([column, row, width, height]) = self.crop {
+            scene.camera = scene.camera.crop(column, row, width, height)?;
+        }
+        scene.check_image(memory_limit)?;
+        Ok(scene)
+    }
+
+    /// A scene with the overrides but for the crop.
+    pub fn uncropped(&self, mut scene: Scene) -> anyhow::Result<Scene> {
         if let Some(name) = &self.bookmark {
             let names: Vec<&str> = scene.bookmarks.keys().map(String::as_str).collect();
             scene.camera = match scene.bookmarks.get(name) {
@@ -112,13 +135,8 @@ impl SceneArgs {
         if let Some((width, height)) = self.size {
             (scene.camera.width, scene.camera.height) = (width, height);
         }
-        if let Some([column, row, width, height]) = self.crop {
-            scene.camera = scene.camera.crop(column, row, width, height)?;
-        }
-        control.check()?;
-        scene.check_image(memory_limit)?;
         scene.method = self.method(&scene)?;
-        Ok((scene, Options::within(memory_limit)))
+        Ok(scene)
     }
 
     fn method(&self, scene: &Scene) -> anyhow::Result<barnard::scene::Method> {

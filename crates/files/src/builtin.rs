@@ -7,6 +7,7 @@ use spectra::SpectraError;
 use barnard::error::Result;
 use barnard::scene::{Loader, Scene};
 
+use crate::scene::SceneFile;
 use crate::source::{Embedded, SceneFiles};
 
 /// One row of the catalogue of built-in scenes.
@@ -86,8 +87,15 @@ pub fn load(name: &str, memory_limit: u64) -> Result<Scene> {
 /// # Errors
 /// Where there is none, and once the user wished to stop.
 pub fn load_by(name: &str, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Scene> {
-    let entry = entry(name)?;
-    crate::parse(&format!("built-in {name}"), name, entry.text.to_owned(), &prepared(&loader(memory_limit)))
+    Ok(open(name, memory_limit, prepared)?.scene)
+}
+
+/// The same with what it was read from.
+///
+/// # Errors
+/// Those of [`load_by`].
+pub fn open(name: &str, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<SceneFile> {
+    SceneFile::parse(&format!("built-in {name}"), name, entry(name)?.text.to_owned(), prepared(&loader(memory_limit)))
 }
 
 /// The files that built-in scenes name.

@@ -73,6 +73,11 @@ pub const CATALOGUES: &[Catalogue] = &[
         rows: || rows(spectra::colour::STRETCHES.iter().map(|s| (s.name, s.summary))),
     },
     Catalogue {
+        name: "interpolations",
+        summary: "how values go from keyframe to keyframe",
+        rows: || rows(barnard::animation::INTERPOLATIONS.iter().map(|i| (i.name, i.summary))),
+    },
+    Catalogue {
         name: "readers",
         summary: "files that can be read",
         rows: || formats::READERS.iter().map(|r| (r.extensions.join(", "), r.summary.to_owned())).collect(),

@@ -8,9 +8,11 @@
 
 pub mod builtin;
 pub mod catalogue;
+pub mod claim;
 pub mod film;
 pub mod formats;
 mod manual;
+mod paths;
 mod scene;
 mod source;
 mod text_table;
@@ -18,5 +20,5 @@ pub mod toml;
 
 pub use formats::SaveImage;
 pub use manual::manual;
-pub use scene::{in_folder, load, load_by, parse, read_text};
+pub use scene::{SceneFile, in_folder, load, load_by, parse, read_text};
 pub use source::{SceneFiles, read_limited};

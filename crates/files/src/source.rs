@@ -11,7 +11,7 @@ use barnard::error::{Error, Result};
 use barnard::memory;
 
 use crate::formats::{open, read_array, read_file, replace};
-use crate::text_table;
+use crate::{paths, text_table};
 
 /// Files by name, each with its bytes.
 pub type Embedded = &'static [(&'static str, &'static [u8])];
@@ -106,11 +106,25 @@ impl DataSource for SceneFiles {
     }
 
     fn table(&self, name: &str, most_rows: usize, memory_limit: u64) -> Result<TextTable> {
-        let label = self.label(name);
+        let (label, path) = (self.label(name), self.path(name));
+        let made = |bytes: &[u8], read: fn(&paths::Request) -> Result<TextTable>| {
+            let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+            let beside = |other: &str| {
+                let path = self.path(&folder.join(other).to_string_lossy());
+                let bytes = read_limited(&path, memory_limit)?;
+                self.note(path);
+                Ok(bytes)
+            };
+            read(&paths::Request { bytes, path: &path, beside: &beside, most_rows })
+        };
         if let Some(bytes) = self.unpack(name) {
-            return text_table::read(&label, bytes, most_rows);
+            return paths::reader(name).map_or_else(|| text_table::read(&label, bytes, most_rows), |read| made(bytes, read));
         }
-        let path = self.path(name);
+        if let Some(read) = paths::reader(name) {
+            let table = made(&read_limited(&path, memory_limit)?, read)?;
+            self.note(path);
+            return Ok(table);
+        }
         let (file, _) = open_limited(&path, memory_limit)?;
         let table = text_table::read(&label, BufReader::new(file), most_rows)?;
         self.note(path);

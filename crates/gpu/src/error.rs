@@ -15,9 +15,6 @@ pub enum GpuError {
     /// A method that no shader has.
     #[error("method \"{0}\" does not run on the GPU; render on the processor or take another method, such as band_quadrature")]
     Method(String),
-    /// A camera that no shader has.
-    #[error("images of all around (fisheye, equirectangular, cubemap) are not made on the GPU yet; render on the processor")]
-    Camera,
     /// A closed form whose terms cancel.
     #[error(
         "the polynomial of {light} in {band} loses its digits in single precision, which is all that a GPU has; render on the processor, or take a wider domain, a lower degree, or another method"

@@ -1,12 +1,11 @@
 //! What changes from picture to picture.
 
-use barnard::camera::{Camera, Projection};
+use barnard::camera::panorama::Layout;
+use barnard::camera::{Camera, Eye, Projection};
 use barnard::geometry::Bounds;
 use barnard::plan::{END_SHARE, Plan, Stepping};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
-
-use crate::error::{GpuError, Result};
 
 /// The fields are those of `frame.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -100,31 +99,68 @@ impl Pass {
     }
 }
 
-impl Frame {
-    /// The frame of a plan whose loops show by so many turns that they turn, seen from `middle`, whose terms have the
-    /// extinctions `k`; dust is at most `brightest` [pc⁻¹].
-    ///
-    /// # Errors
-    /// For cameras that no shader has.
-    pub fn new(plan: &Plan, shown_turns: usize, middle: DVec3, k: &[f32], brightest: f32, counts: [u32; 4]) -> Result<Self> {
-        let camera: &Camera = plan.camera();
-        let bounds = plan.space().occupied.unwrap_or(Bounds { low: middle, high: middle });
-        // The observer moves along the view until the middle of the scene is beside them.
-        let ahead = (middle - camera.position).dot(camera.forward).max(0.0);
+/// How pixels become rays, seen from the middle of the scene.
+struct Sight {
+    middle: [f32; 4],
+    across: DVec3,
+    upwards: DVec3,
+    forward: DVec3,
+    turn_x: [f32; 4],
+    turn_y: [f32; 4],
+}
+
+impl Sight {
+    fn of(camera: &Camera, middle: DVec3) -> Self {
         let (right, up) = (camera.right, camera.up);
         // Towards the image's middle, of length one along the axis of view, and where that meets the plane of the middle.
         let aside = camera.offset.0 * right + camera.offset.1 * up;
-        let (forward, start) = match camera.projection {
-            Projection::Perspective { half_width: h } => (camera.forward + h * aside, camera.position - middle),
-            Projection::Orthographic { half_width_pc: h } => (camera.forward, camera.position + h * aside - middle),
-            Projection::Panorama { .. } => return Err(GpuError::Camera),
-        };
-        let start = start + ahead * forward;
-        let (across, upwards, turn_x, turn_y) = match camera.projection {
-            Projection::Perspective { half_width: h } => (ahead * h * right, ahead * h * up, h * right, h * up),
-            Projection::Orthographic { half_width_pc: h } => (h * right, h * up, DVec3::ZERO, DVec3::ZERO),
-            Projection::Panorama { .. } => return Err(GpuError::Camera),
-        };
+        // The observer moves along the view until the middle of the scene is beside them.
+        let ahead = (middle - camera.position).dot(camera.forward).max(0.0);
+        match camera.projection {
+            Projection::Perspective { half_width: h } => {
+                let forward = camera.forward + h * aside;
+                Self {
+                    middle: four(camera.position - middle + ahead * forward, ahead as f32),
+                    across: ahead * h * right,
+                    upwards: ahead * h * up,
+                    forward,
+                    turn_x: four(h * right, 0.0),
+                    turn_y: four(h * up, 0.0),
+                }
+            }
+            Projection::Orthographic { half_width_pc: h } => Self {
+                middle: four(camera.position + h * aside - middle + ahead * camera.forward, ahead as f32),
+                across: h * right,
+                upwards: h * up,
+                forward: camera.forward,
+                turn_x: [0.0; 4],
+                turn_y: [0.0; 4],
+            },
+            Projection::Panorama { layout, half_width } => {
+                let [forward, across, upwards] = layout.axes(&[camera.forward, right, up]);
+                let half_aperture = if let Layout::Dome { half_aperture, .. } = layout { half_aperture } else { 0.0 };
+                // One eye alone stands nowhere aside.
+                let eye = camera.eye.unwrap_or(Eye { aside_pc: 0.0, convergence_pc: f64::INFINITY, merge: (0.0, 1.0) });
+                Self {
+                    middle: four(camera.position - middle, 0.0),
+                    across,
+                    upwards,
+                    forward,
+                    turn_x: [camera.offset.0, camera.offset.1, half_width, half_aperture].map(|v| v as f32),
+                    turn_y: [eye.aside_pc, 1.0 / eye.convergence_pc, eye.merge.0, eye.merge.1].map(|v| v as f32),
+                }
+            }
+        }
+    }
+}
+
+impl Frame {
+    /// The frame of a plan whose loops show by so many turns that they turn, seen from `middle`, whose terms have the
+    /// extinctions `k`; dust is at most `brightest` [pc⁻¹].
+    pub fn new(plan: &Plan, shown_turns: usize, middle: DVec3, k: &[f32], brightest: f32, counts: [u32; 4]) -> Self {
+        let camera: &Camera = plan.camera();
+        let bounds = plan.space().occupied.unwrap_or(Bounds { low: middle, high: middle });
+        let sight = Sight::of(camera, middle);
         let voxel = plan.space().voxel_pc();
         let (per_voxel, fixed) = match plan.stepping() {
             Stepping::PerVoxel(n) | Stepping::Paired(n) => (n, 0.0),
@@ -132,13 +168,13 @@ impl Frame {
         };
         let (smallest, largest) = k.iter().fold((f32::MAX, 0.0f32), |(low, high), k| (low.min(*k), high.max(*k)));
         let angle = plan.spectral().phase_angle.min(10.0);
-        Ok(Self {
-            middle: four(start, ahead as f32),
-            across: four(across, 0.0),
-            upwards: four(upwards, 0.0),
-            forward: four(forward, 0.0),
-            turn_x: four(turn_x, 0.0),
-            turn_y: four(turn_y, 0.0),
+        Self {
+            middle: sight.middle,
+            across: four(sight.across, camera.up.x as f32),
+            upwards: four(sight.upwards, camera.up.y as f32),
+            forward: four(sight.forward, camera.up.z as f32),
+            turn_x: sight.turn_x,
+            turn_y: sight.turn_y,
             low: four(bounds.low - middle, 0.0),
             high: four(bounds.high - middle, 0.0),
             steps: [per_voxel as f32, fixed as f32, voxel as f32, angle as f32],
@@ -152,7 +188,7 @@ impl Frame {
                 let [x, y, z] = cloud.warps.map(|w| w.seed());
                 [cloud.noise.seed(), x, y, z]
             }),
-        })
+        }
     }
 
     /// The frame of some rows in one pass; rays that paused go on where they are `resumed`.

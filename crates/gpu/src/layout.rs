@@ -65,7 +65,7 @@ impl Layout {
     /// it was sampled.
     ///
     /// # Errors
-    /// For methods and cameras that no shader has, and dust that is no noise.
+    /// For methods that no shader has, and dust that is no noise.
     pub fn new(plan: &Plan, quads: Vec<Quad>, on_the_fly: bool) -> Result<Self> {
         if on_the_fly && plan.space().cloud.is_none() {
             return Err(GpuError::NoCloud);
@@ -118,7 +118,7 @@ impl Layout {
         let counts = [plan.spectral().terms(), entries, phase_start, plan.star_march().unwrap_or(0)].map(|n| n as u32);
         let stars = weights.scattered.iter().map(|s| s.star).collect();
         let brightest = if shape.dust.is_some() { largest[0] } else { 0.0 };
-        let mut frame = Frame::new(plan, shape.shown_turns(plan), middle, &k, brightest, counts)?;
+        let mut frame = Frame::new(plan, shape.shown_turns(plan), middle, &k, brightest, counts);
         if !shape.form.bounded {
             // No depth is asked for what lies behind it.
             frame.limits[0] = 0.0;

@@ -72,7 +72,7 @@ mod tests {
     use crate::ordinates::{self, ORDINATES, PlaneNumbers, TermNumbers};
     use crate::ray_tracer::{self, GenerationNumbers, RAY_TRACER, RayNumbers, StarNumbers};
     use crate::resolve::{self, DisplayLevels};
-    use crate::shape::{FieldShape, PhaseKind};
+    use crate::shape::{FieldShape, PhaseKind, Sight};
     use crate::sweep::{PACK, PackNumbers, SWEEP, SweepNumbers, sweep_source};
     use crate::test_scenes::{plan_of, scene};
 
@@ -80,6 +80,7 @@ mod tests {
 
     fn shapes() -> Vec<Shape> {
         let plain = Shape {
+            sight: Sight::Plane,
             form: FORMS[0],
             quads: 1,
             room: 32,
@@ -105,6 +106,9 @@ mod tests {
         let of_forms = FORMS.iter().map(|form| Shape { form, phase: PhaseKind::Spectral, background: true, ..plain.clone() });
         let others = [
             Shape { phase: PhaseKind::Separable, star_march: true, ..plain.clone() },
+            Shape { sight: Sight::Dome, ..plain.clone() },
+            Shape { sight: Sight::Sphere, background: true, ..plain.clone() },
+            Shape { sight: Sight::Cube, ..plain.clone() },
             Shape {
                 phase: PhaseKind::Spectral,
                 quads: 3,
@@ -331,8 +335,15 @@ mod tests {
         ("turns_are_those_of_the_processor", &["met", "square", "meet", "add_area", "absorbing", "cross_voxel", "follow", "sum_up"]),
     ];
     /// Functions that a function which `twins.rs` calls is made of: (part, whole).
-    const PARTS: [(&str, &str); 4] =
-        [("hash", "simplex"), ("noise_corner", "simplex"), ("mean_coordinates", "accumulate"), ("mean_left", "accumulate")];
+    const PARTS: [(&str, &str); 7] = [
+        ("hash", "simplex"),
+        ("noise_corner", "simplex"),
+        ("mean_coordinates", "accumulate"),
+        ("mean_left", "accumulate"),
+        ("image_place", "camera_ray"),
+        ("panorama_direction", "camera_ray"),
+        ("eye_offset", "camera_ray"),
+    ];
 
     /// Every twin is compared by numbers: a test calls it, or makes something by it.
     #[test]

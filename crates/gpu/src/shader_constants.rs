@@ -1,5 +1,6 @@
 //! The constants of a shader, printed: what a shape comes to, where tables start, and the limits of the processor's march.
 
+use barnard::camera::panorama;
 use barnard::packet::{EULER, EXP_INTEGRAL_LEVELS, EXP_INTEGRAL_TERMS, SERIES_LIMIT};
 use barnard::plan::many_lights::near_field_kernel::PROFILE;
 use barnard::plan::near::{
@@ -14,7 +15,7 @@ use spectra::rule::DepthTable;
 
 use crate::forms::GENTLE;
 use crate::many_lights;
-use crate::shape::{PhaseKind, Shape};
+use crate::shape::{PhaseKind, Shape, Sight};
 use crate::tables::Offsets;
 use crate::written_out::{Limits, MOST_TURNS};
 
@@ -62,12 +63,18 @@ pub fn limits(shape: &Shape) -> Limits {
 pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pauses) -> String {
     let lights = shape.lights() - 1;
     let kind = |kind: PhaseKind| kind as usize;
+    let sight = |sight: Sight| sight as usize;
     let whole = [
         ("WORKGROUP_X", workgroup.0 as usize),
         ("WORKGROUP_Y", workgroup.1 as usize),
         ("ROOM", shape.room),
         ("BORDERS", 2 + 2 * shape.inner),
         ("VOXEL_KINDS", shape.voxels),
+        ("PLANE", sight(Sight::Plane)),
+        ("DOME", sight(Sight::Dome)),
+        ("SPHERE", sight(Sight::Sphere)),
+        ("CUBE", sight(Sight::Cube)),
+        ("SIGHT", sight(shape.sight)),
         ("ISOTROPIC", kind(PhaseKind::Isotropic)),
         ("SEPARABLE", kind(PhaseKind::Separable)),
         ("SPECTRAL", kind(PhaseKind::Spectral)),
@@ -118,6 +125,7 @@ pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses
         ("CLOSED_THIN", f64::from(Extent::THIN)),
         ("MAX_DEPTH_STEPS", MAX_DEPTH_STEPS),
         ("END_DEPTH", f64::from(END_DEPTH)),
+        ("HALF_PI", std::f64::consts::FRAC_PI_2),
         ("FAR", 1e30),
         ("TINY", 1e-30),
     ];
@@ -137,5 +145,20 @@ pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses
         limits(shape).numbers.into_iter().chain(whole).chain(offsets.iter()).map(|(name, value)| format!("const {name} = {value}u;\n"));
     let real = real.iter().map(|(name, value)| format!("const {name}: f32 = {:e};\n", *value as f32));
     let truth = truth.iter().map(|(name, value)| format!("const {name} = {value};\n"));
-    whole.chain(real).chain(truth).collect()
+    whole.chain(real).chain(truth).chain([cube()]).collect()
+}
+
+/// The axes of each face of a cube, ahead, to the right and upwards, of those of the image.
+fn cube() -> String {
+    let axis = |axis: (f64, usize)| {
+        let of = |i: usize| if i == axis.1 { axis.0 } else { 0.0 };
+        format!("vec3f({:?}, {:?}, {:?})", of(0), of(1), of(2))
+    };
+    let axes: Vec<String> = panorama::CUBE.iter().flatten().map(|a| axis(*a)).collect();
+    format!(
+        "const CUBE_AXES = array<vec3f, {}>({});\nconst CUBE_FACES: f32 = {:?};\n",
+        axes.len(),
+        axes.join(", "),
+        panorama::CUBE.len() as f64
+    )
 }

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use barnard::camera::panorama::Layout;
+use barnard::camera::{Camera, Projection};
 use barnard::plan::{LightField, Plan, Weights};
 use barnard::volume::{Channel, Volume};
 use spectra::basis::MAX_SIZE;
@@ -32,6 +34,30 @@ pub enum PhaseKind {
     Spectral,
 }
 
+/// How pixels become rays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sight {
+    /// The image lies in a plane.
+    Plane,
+    /// Angles from the middle of a circle.
+    Dome,
+    /// Longitude and latitude.
+    Sphere,
+    /// Faces of a cube.
+    Cube,
+}
+
+impl Sight {
+    fn of(camera: &Camera) -> Self {
+        match camera.projection {
+            Projection::Perspective { .. } | Projection::Orthographic { .. } => Self::Plane,
+            Projection::Panorama { layout: Layout::Dome { .. }, .. } => Self::Dome,
+            Projection::Panorama { layout: Layout::Sphere, .. } => Self::Sphere,
+            Projection::Panorama { layout: Layout::Cube, .. } => Self::Cube,
+        }
+    }
+}
+
 /// Elements and polynomials of a light field, and the quad of its first channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FieldShape {
@@ -43,6 +69,7 @@ pub struct FieldShape {
 /// The shape that a shader is made for; a change of it makes another shader.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
+    pub sight: Sight,
     pub form: &'static FormEntry,
     pub quads: usize,
     /// Room for so many terms.
@@ -98,6 +125,7 @@ impl Shape {
             quad: slot_of(Channel::Light(0)).map_or(0, |(quad, _)| quad),
         };
         Ok(Self {
+            sight: Sight::of(plan.camera()),
             form: form(plan)?,
             quads: quads.len().max(1),
             room: room(plan.spectral().terms()),

@@ -1,5 +1,7 @@
 //! Functions of the shaders beside their twins in Rust, one by one, on the numbers of a real plan.
 
+use barnard::camera::{Camera, Stereo};
+use barnard::control::Control;
 use barnard::geometry::Bounds;
 use barnard::packet::{self, LANES, scaled_exp_integrals};
 use barnard::plan::{PhaseEntry, PhaseTable, Plan, near, segment};
@@ -24,6 +26,13 @@ type Numbers = [f32; ARGUMENTS];
 /// A cloud of dust with two stars, and gas at its border, by `method`.
 fn plan(method: &str) -> Plan {
     plan_of(&scene(24, method))
+}
+
+/// The same plan seen by another camera.
+fn seen_from(plan: &Plan, camera: Camera) -> Plan {
+    let mut plan = plan.clone();
+    plan.look_from(camera, &Control::default()).unwrap();
+    plan
 }
 
 /// The layouts of the march's own bindings with those of what is asked and told behind, and of so many textures.
@@ -216,6 +225,41 @@ fn rays_and_boxes() {
         let origin = ray.origin - middle;
         [origin.to_array(), ray.direction.to_array()].concat()
     });
+    let own = plan.camera();
+    let part = own.clone().equirectangular(48).crop(3, 2, 40, 20).unwrap();
+    let two = |camera: Camera| camera.stereo(Stereo::new(0.4, 3.0)).eyes().unwrap();
+    let [left, _] = two(own.clone().equirectangular(48));
+    let [_, right] = two(own.clone().fisheye_deg(180.0, 30.0));
+    // Of no shape that a sphere has: above and below is nothing.
+    let square = own.clone().equirectangular(48).size(48, 48);
+    for camera in [
+        square,
+        left,
+        right,
+        own.clone().fisheye_deg(180.0, 30.0),
+        own.clone().fisheye_deg(340.0, 90.0),
+        own.clone().equirectangular(48),
+        part,
+    ] {
+        let plan = &seen_from(plan, camera);
+        let (w, h) = (plan.camera().width as f64, plan.camera().height as f64);
+        agree(&gpu, plan, body, &[(0.0, w), (0.0, h)], 5e-6, |x| {
+            let ray = plan.camera().ray(x[0], x[1]);
+            [(ray.origin - middle).to_array(), ray.direction.to_array()].concat()
+        });
+        agree(&gpu, plan, "y[0] = f32(sees(x[0], x[1]));", &[(0.0, w), (0.0, h)], 1e-6, |x| {
+            vec![f64::from(u8::from(plan.camera().sees(x[0], x[1])))]
+        });
+    }
+    // Directions jump from one face of a cube to the next.
+    for face in 0..6 {
+        let plan = &seen_from(plan, own.clone().cubemap(16));
+        let rows = (16.0 * f64::from(face) + 0.01, 16.0 * f64::from(face) + 15.99);
+        agree(&gpu, plan, body, &[(0.0, 16.0), rows], 2e-6, |x| {
+            let ray = plan.camera().ray(x[0], x[1]);
+            [(ray.origin - middle).to_array(), ray.direction.to_array()].concat()
+        });
+    }
     let body = "let d = normalize(vec3f(x[3], x[4], x[5])); let c = clip(Ray(vec3f(x[0], x[1], x[2]), d, 0.0), vec3f(-1.0), vec3f(1.0, 2.0, 3.0), 0.0); y[0] = c.x; y[1] = c.y; if c.y <= c.x { y[0] = -1.0; y[1] = -1.0; }";
     let coordinates = [(-2.0, 2.0); 6];
     agree(&gpu, plan, body, &coordinates, 1e-5, |x| {

@@ -35,7 +35,7 @@ type BandDetails = (Option<f64>, Option<f64>, Option<&'static str>, Vec<String>)
 #[pyclass(frozen, module = "barnard._barnard")]
 pub struct Image {
     scene: Arc<barnard::Scene>,
-    image: barnard::Image,
+    pub image: barnard::Image,
     certificates: Vec<Vec<Certificate>>,
     warnings: Vec<String>,
 }
@@ -187,7 +187,8 @@ pub fn render(
     work::run(py, progress, move |control| rendered(&owner, plan.map(|plan| &plan.0), backend, &exactness, memory_limit, control))
 }
 
-fn rendered(
+/// The picture of a scene by a back end.
+pub fn rendered(
     scene: &Arc<barnard::Scene>,
     plan: Option<&barnard::Plan>,
     backend: &str,

@@ -11,6 +11,7 @@ mod image;
 mod open;
 mod plan;
 mod scene;
+mod sequence;
 mod tree;
 mod work;
 
@@ -34,6 +35,7 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     error::add(module)?;
     module.add_class::<scene::Reader>()?;
     module.add_class::<scene::Scene>()?;
+    module.add_class::<sequence::Sequence>()?;
     module.add_class::<plan::Plan>()?;
     module.add_class::<image::Image>()?;
     module.add_class::<bricks::Whole>()?;
@@ -44,6 +46,7 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(tree::from_toml, module)?)?;
     module.add_function(wrap_pyfunction!(tree::to_toml, module)?)?;
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
+    module.add_function(wrap_pyfunction!(sequence::sequence, module)?)?;
     module.add_function(wrap_pyfunction!(image::render, module)?)?;
     module.add_function(wrap_pyfunction!(bricks::densities, module)?)?;
     module.add_function(wrap_pyfunction!(bricks::dust_bounds, module)?)?;

@@ -15,7 +15,7 @@ use crate::work;
 #[pyclass(frozen, module = "barnard._barnard")]
 pub struct Reader {
     arrays: Arc<Arrays>,
-    loader: Loader,
+    pub loader: Loader,
 }
 
 #[pymethods]

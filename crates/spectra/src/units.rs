@@ -173,6 +173,10 @@ quantity! {
     Velocity("velocity", "20 km/s") { "km/s" = 1.0, "m/s" = 1e-3 }
 }
 quantity! {
+    /// A time \[s\].
+    Time("time", "2.5 s") { "s" = 1.0, "ms" = 1e-3, "min" = 60.0, "h" = 3600.0 }
+}
+quantity! {
     /// A radiance per wavelength [W m⁻² sr⁻¹ µm⁻¹].
     SpectralRadiance("spectral radiance", "1e-7 W/m2/sr/um") {
         "W/m2/sr/um" = 1.0, "W/m2/sr/nm" = 1e3, "erg/s/cm2/sr/angstrom" = 10.0, "erg/s/cm2/sr/um" = 1e-3
@@ -209,6 +213,7 @@ pub const QUANTITIES: &[QuantityRow] = &[
     row::<Angle>(),
     row::<Temperature>(),
     row::<Velocity>(),
+    row::<Time>(),
     row::<Luminosity>(),
     row::<SpectralLuminosity>(),
     row::<Magnitude>(),

@@ -10,7 +10,9 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use barnard::Result;
 use barnard::control::Control;
+use barnard::properties::Table;
 use barnard::scene::{Loader, Provenance, RayTracer, Scene, Star};
+use barnard::sequence::{Follower, Sequence};
 use barnard_files::{SceneFiles, builtin, toml};
 use toml_edit::DocumentMut;
 
@@ -50,6 +52,10 @@ pub struct Document {
     physics: Arc<str>,
     /// Sets equal texts of two openings apart: their files may be others.
     opening: u64,
+    /// The moment that is shown of a scene that changes [s].
+    moment: f64,
+    /// What shows other moments; none where nothing changes.
+    followed: Option<Followed>,
     past: Vec<String>,
     future: Vec<String>,
     /// The edit that the next of the same name goes on with.
@@ -78,6 +84,13 @@ struct Reading {
     toml: DocumentMut,
     scene: Arc<Scene>,
     physics: Arc<str>,
+    followed: Option<Followed>,
+}
+
+/// A scene that changes, and what goes with it from moment to moment.
+struct Followed {
+    sequence: Sequence,
+    follower: Follower,
 }
 
 impl Document {
@@ -115,9 +128,11 @@ impl Document {
         let loader = Loader::new(files.clone(), memory_limit);
         static OPENINGS: AtomicU64 = AtomicU64::new(0);
         let opening = OPENINGS.fetch_add(1, Ordering::Relaxed);
-        let Reading { toml, scene, physics } = read(&origin, &text, &loader.roughly(), opening)?;
+        let Reading { toml, scene, physics, followed } = read(&origin, &text, &loader.roughly(), opening)?;
         Ok(Self {
             opening,
+            moment: 0.0,
+            followed,
             saved: text.clone(),
             origin,
             files,
@@ -168,7 +183,7 @@ impl Document {
         let heard = Arc::new(heard);
         let of_part = heard.clone();
         let control = Control::with_listener(move |_, done, all| of_part(Some(done as f64 / all.max(1) as f64)));
-        let loader = self.loader.under(&control).traced_by(tracer);
+        let loader = self.loader.under(&control).traced_by(tracer).at(self.moment);
         let (origin, text, opening) = (self.origin.clone(), self.text.clone(), self.opening);
         let (sender, done) = channel();
         std::thread::spawn(move || {
@@ -200,12 +215,36 @@ impl Document {
             }
             Ok(Ok(())) => {
                 // What was found is kept, so that the text of now, which may have another camera, has it at once.
-                let reading = read(&self.origin, &self.text, &self.loader.roughly(), self.opening)?;
+                let reading = read(&self.origin, &self.text, &self.loader.roughly().at(self.moment), self.opening)?;
                 self.refining = None;
                 self.take(reading);
                 Ok(true)
             }
         }
+    }
+
+    /// Shows another moment of a scene that changes \[s\].
+    ///
+    /// # Errors
+    /// Where the scene cannot be at that moment; what was shown stays.
+    pub fn show_moment(&mut self, moment: f64) -> Result<()> {
+        if let Some(followed) = self.followed.as_mut().filter(|_| self.moment != moment) {
+            let scene = followed.follower.scene(moment, &Control::default())?;
+            self.physics = physics(&scene, followed.sequence.tree(moment)?, self.opening);
+            self.scene = Arc::new(scene);
+        }
+        self.moment = moment;
+        Ok(())
+    }
+
+    /// Whether the camera follows keys or a file.
+    pub fn has_path(&self) -> bool {
+        crate::edit::table(self.toml.as_table(), "camera.path").is_some()
+    }
+
+    /// Whether the moment says anything of the camera, so that it is not flown by hand alone.
+    pub fn moves_camera(&self) -> bool {
+        self.scene.timeline.as_ref().is_some_and(|timeline| timeline.moves_camera())
     }
 
     /// Why what is known roughly cannot be found out exactly, where that is so.
@@ -241,7 +280,7 @@ impl Document {
         if text == self.text {
             return Ok(());
         }
-        let reading = read(&self.origin, &text, &self.loader.roughly(), self.opening)?;
+        let reading = read(&self.origin, &text, &self.loader.roughly().at(self.moment), self.opening)?;
         let before = std::mem::replace(&mut self.text, text);
         if self.going_on.as_ref() != Some(&name) {
             self.past.push(before);
@@ -262,7 +301,7 @@ impl Document {
     pub fn variant(&self, edit: Edit) -> Result<(Arc<Scene>, Arc<str>)> {
         let mut toml = self.toml.clone();
         edit.apply(&mut toml);
-        let reading = read(&self.origin, &toml.to_string(), &self.loader.roughly(), self.opening)?;
+        let reading = read(&self.origin, &toml.to_string(), &self.loader.roughly().at(self.moment), self.opening)?;
         Ok((reading.scene, reading.physics))
     }
 
@@ -299,7 +338,7 @@ impl Document {
 
     fn step(&mut self, stacks: impl Fn(&mut Self) -> (&mut Vec<String>, &mut Vec<String>)) -> Result<()> {
         let Some(text) = stacks(self).0.last().cloned() else { return Ok(()) };
-        let reading = read(&self.origin, &text, &self.loader.roughly(), self.opening)?;
+        let reading = read(&self.origin, &text, &self.loader.roughly().at(self.moment), self.opening)?;
         let before = std::mem::replace(&mut self.text, text);
         let (from, to) = stacks(self);
         from.pop();
@@ -314,6 +353,7 @@ impl Document {
             self.refining = None;
         }
         (self.toml, self.scene, self.physics) = (reading.toml, reading.scene, reading.physics);
+        self.followed = reading.followed;
     }
 
     /// Puts another text in place of this one, as one edit: a recovered one.
@@ -350,7 +390,8 @@ impl Document {
             }
             self.refining = None;
             (self.origin, self.files, self.loader, self.opening) = (saved.origin, saved.files, saved.loader, saved.opening);
-            self.take(Reading { toml: saved.toml, scene: saved.scene, physics: saved.physics });
+            let reading = read(&self.origin, &saved.text, &self.loader.roughly().at(self.moment), self.opening)?;
+            self.take(reading);
         }
         self.text = text;
         self.saved = self.text.clone();
@@ -375,11 +416,23 @@ fn read(origin: &Origin, text: &str, loader: &Loader, opening: u64) -> Result<Re
     let mut scene = Scene::from_properties(&properties, &name, loader)?;
     let own = if let Origin::File(path) = origin { vec![path.clone()] } else { Vec::new() };
     scene.provenance = Some(Provenance { text: text.into(), files: own });
+    let mut followed = None;
+    if scene.timeline.is_some() {
+        let sequence = Sequence::new(properties.clone(), loader.clone(), &scene)?;
+        properties = sequence.tree(loader.moment())?;
+        followed = Some(Followed { follower: Follower::new(&sequence), sequence });
+    }
+    let physics = physics(&scene, properties, opening);
+    Ok(Reading { toml: edited(text)?, scene: Arc::new(scene), physics, followed })
+}
+
+/// What a scene's tree says beside the camera and how pictures are shown.
+fn physics(scene: &Scene, mut tree: Table, opening: u64) -> Arc<str> {
     for key in ["camera", "bookmark", "display", "name", "description"] {
-        properties.remove(key);
+        tree.remove(key);
     }
     let roughly = if scene.gas.as_ref().is_some_and(|gas| gas.is_rough) { "roughly " } else { "" };
-    Ok(Reading { toml: edited(text)?, scene: Arc::new(scene), physics: format!("{roughly}{opening}: {properties}").into() })
+    format!("{roughly}{opening}: {tree}").into()
 }
 
 /// The text as edits change it.

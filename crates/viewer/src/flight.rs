@@ -1,9 +1,9 @@
 //! How the observer moves: around a place, across the view, towards it, and freely.
 
+use barnard::camera::panorama::Layout;
 use barnard::camera::{Camera, Projection};
 use barnard::geometry::Bounds;
 use barnard::glam::{DQuat, DVec3};
-use barnard::panorama::Layout;
 use barnard::scene::Scene;
 use toml_edit::Value;
 
@@ -178,33 +178,40 @@ impl Flight {
         self.edit_of(&place).named(place)
     }
 
+    /// The view as the keys of a keyframe.
+    pub fn keys(&self) -> Vec<(&'static str, Value)> {
+        let (c, distance) = (&self.camera, self.distance());
+        let mut keys: Vec<(&str, Value)> = vec![
+            ("position", place_text(c.position, distance).into()),
+            ("target", place_text(c.position + distance * c.forward, distance).into()),
+            ("up", numbers(c.up.to_array())),
+        ];
+        let angle = |radians: f64| Value::from(format!("{} deg", rounded(radians.to_degrees(), 6)));
+        match c.projection {
+            Projection::Perspective { half_width } => keys.push(("field_of_view", angle(2.0 * half_width.atan()))),
+            Projection::Orthographic { half_width_pc } => keys.push(("width", format!("{} pc", rounded(2.0 * half_width_pc, 6)).into())),
+            Projection::Panorama { layout: Layout::Dome { half_aperture, tilt }, .. } => {
+                keys.extend([("aperture", angle(2.0 * half_aperture)), ("tilt", angle(tilt))]);
+            }
+            Projection::Panorama { .. } => {}
+        }
+        keys
+    }
+
     /// The camera, as the keys of a table.
     fn edit_of(&self, table: &str) -> Edit {
-        let c = &self.camera;
-        let set = |key: &str, value: Value| Edit::set(table, key, value);
-        let distance = self.distance();
-        let (kind, width, other) = match c.projection {
-            Projection::Perspective { half_width } => {
-                let degrees = rounded((2.0 * half_width.atan()).to_degrees(), 6);
-                ("perspective", set("field_of_view", format!("{degrees} deg").into()), "width")
-            }
-            Projection::Orthographic { half_width_pc } => {
-                ("orthographic", set("width", format!("{} pc", rounded(2.0 * half_width_pc, 6)).into()), "field_of_view")
-            }
-            Projection::Panorama { layout: Layout::Dome { half_aperture, tilt }, .. } => {
-                let angle = |key: &str, value: f64| set(key, format!("{} deg", rounded(value.to_degrees(), 6)).into());
-                ("fisheye", angle("aperture", 2.0 * half_aperture).and(angle("tilt", tilt)), "field_of_view")
-            }
-            Projection::Panorama { layout: Layout::Sphere, .. } => ("equirectangular", Edit::remove(table, "width"), "field_of_view"),
-            Projection::Panorama { layout: Layout::Cube, .. } => ("cubemap", Edit::remove(table, "width"), "field_of_view"),
+        const OF_KINDS: [&str; 5] = ["field_of_view", "width", "aperture", "tilt", "crop"];
+        let kind = match self.camera.projection {
+            Projection::Perspective { .. } => "perspective",
+            Projection::Orthographic { .. } => "orthographic",
+            Projection::Panorama { layout: Layout::Dome { .. }, .. } => "fisheye",
+            Projection::Panorama { layout: Layout::Sphere, .. } => "equirectangular",
+            Projection::Panorama { layout: Layout::Cube, .. } => "cubemap",
         };
-        set("kind", kind.into())
-            .and(set("position", place_text(c.position, distance).into()))
-            .and(set("target", place_text(c.position + distance * c.forward, distance).into()))
-            .and(set("up", numbers(c.up.to_array())))
-            .and(width)
-            .and(Edit::remove(table, other))
-            .and(Edit::remove(table, "crop"))
+        let keys = self.keys();
+        let others = OF_KINDS.into_iter().filter(|name| keys.iter().all(|(own, _)| own != name)).map(|name| Edit::remove(table, name));
+        let removed = others.fold(Edit::set(table, "kind", kind), Edit::and);
+        keys.into_iter().fold(removed, |edit, (key, value)| edit.and(Edit::set(table, key, value)))
     }
 }
 

@@ -2,11 +2,12 @@
 //!
 //! [`document`] is the scene's text, [`edit`] a change of it, [`editor`] its tables as widgets by the rows of
 //! `scene::schema`. [`engine`] is a worker that takes an [`order`] and makes [`picture`]s in a [`studio`], coarse at
-//! once, fine when nothing moves, by levels that an [`exposure`] holds; [`flight`] moves the observer, [`viewport`] is
+//! once, fine when nothing moves, by levels that an [`exposure`] holds; [`flight`] moves the observer, [`clock`] the moment, [`viewport`] is
 //! the picture with hands on it, [`panels`] stand around it, [`timings`] tell how often it changes, [`app`] holds all
 //! together. Everything but [`open`] runs without a window.
 
 pub mod app;
+pub mod clock;
 pub mod comparison;
 pub mod document;
 pub mod edit;
@@ -16,6 +17,7 @@ pub mod export;
 pub mod exposure;
 pub mod files;
 pub mod flight;
+pub mod keyframes;
 pub mod order;
 pub mod panels;
 pub mod picture;

@@ -33,6 +33,48 @@ enum Hold {
     Edge,
 }
 
+/// The frame of a picture that is to be composed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Guide {
+    /// No frame is drawn.
+    #[default]
+    None,
+    /// A film or a 4k screen.
+    Wide,
+    /// The cinema's widest.
+    Scope,
+    /// A square.
+    Square,
+    /// The circle of a dome.
+    Dome,
+}
+
+impl Guide {
+    /// All of them, in the order in which G goes through them.
+    pub const ALL: [Self; 5] = [Self::None, Self::Wide, Self::Scope, Self::Square, Self::Dome];
+
+    /// The name in menus.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Wide => "16:9 (HD, 4k)",
+            Self::Scope => "2.39:1",
+            Self::Square => "1:1",
+            Self::Dome => "dome",
+        }
+    }
+
+    /// Width of the frame, of its height.
+    fn shape(self) -> Option<f32> {
+        match self {
+            Self::None => None,
+            Self::Wide => Some(16.0 / 9.0),
+            Self::Scope => Some(2.39),
+            Self::Square | Self::Dome => Some(1.0),
+        }
+    }
+}
+
 /// The state of the middle of the window between frames.
 #[derive(Default)]
 pub struct Viewport {
@@ -40,6 +82,8 @@ pub struct Viewport {
     pub pixels: Option<(usize, usize)>,
     /// Whether places of stars and the frame of the scene's own picture are drawn.
     pub overlay: bool,
+    /// The frame that is drawn over the picture.
+    pub guide: Guide,
     /// The place of the pointer, as parts of width and height.
     pub pointer: Option<(f64, f64)>,
     hold: Hold,
@@ -80,6 +124,7 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     if app.viewport.overlay {
         overlay(ui, app, seen);
     }
+    guide(ui, app.viewport.guide, seen);
     labels(ui, app, rect);
 }
 
@@ -218,14 +263,48 @@ fn overlay(ui: &Ui, app: &App, seen: Rect) {
         }
     }
     let camera = &app.flight.camera;
-    let (own, window) = (camera.width as f32 / camera.height as f32, seen.width() / seen.height());
-    let size = if window > own { vec2(seen.height() * own, seen.height()) } else { vec2(seen.width(), seen.width() / own) };
+    let size = framed(seen.size(), camera.width as f32 / camera.height as f32);
     painter.rect_stroke(
         Rect::from_center_size(seen.center(), size),
         0.0,
         Stroke::new(1.0, colour.gamma_multiply(0.5)),
         egui::StrokeKind::Inside,
     );
+}
+
+/// The largest frame of a shape in the middle of the picture, and its thirds; all beside it is dimmed.
+fn guide(ui: &Ui, guide: Guide, seen: Rect) {
+    let Some(shape) = guide.shape() else { return };
+    let painter = ui.painter().with_clip_rect(seen);
+    let frame = Rect::from_center_size(seen.center(), framed(seen.size(), shape));
+    let stroke = Stroke::new(1.0, Color32::from_white_alpha(140));
+    if guide == Guide::Dome {
+        painter.circle_stroke(frame.center(), 0.5 * frame.width(), stroke);
+        // Half way up, and the axes.
+        painter.circle_stroke(frame.center(), 0.25 * frame.width(), Stroke::new(1.0, Color32::from_white_alpha(60)));
+    } else {
+        let dim = Color32::from_black_alpha(120);
+        let beside = [
+            Rect::from_min_max(seen.min, pos2(frame.left(), seen.bottom())),
+            Rect::from_min_max(pos2(frame.right(), seen.top()), seen.max),
+            Rect::from_min_max(pos2(frame.left(), seen.top()), frame.right_top()),
+            Rect::from_min_max(frame.left_bottom(), pos2(frame.right(), seen.bottom())),
+        ];
+        for rect in beside {
+            painter.rect_filled(rect, 0.0, dim);
+        }
+        painter.rect_stroke(frame, 0.0, stroke, egui::StrokeKind::Inside);
+    }
+    let third = Stroke::new(1.0, Color32::from_white_alpha(50));
+    for part in [1.0 / 3.0, 2.0 / 3.0] {
+        painter.vline(frame.left() + part * frame.width(), frame.y_range(), third);
+        painter.hline(frame.x_range(), frame.top() + part * frame.height(), third);
+    }
+}
+
+/// The largest size of a shape, width of its height, within another.
+fn framed(within: egui::Vec2, shape: f32) -> egui::Vec2 {
+    if within.x / within.y > shape { vec2(within.y * shape, within.y) } else { vec2(within.x, within.x / shape) }
 }
 
 /// Writes words onto the picture that are not part of it.
@@ -251,6 +330,9 @@ fn labels(ui: &Ui, app: &App, rect: Rect) {
         write(rect.left_top() + vec2(8.0, 8.0), Align2::LEFT_TOP, &own);
         write(rect.right_top() + vec2(-8.0, 8.0), Align2::RIGHT_TOP, &other);
     }
+    if app.document.scene().camera.stereo.is_some() {
+        write(rect.right_bottom() + vec2(-8.0, -8.0), Align2::RIGHT_BOTTOM, "from between both eyes");
+    }
     if app.comparison.with == With::Finer {
         write(rect.right_top() + vec2(-8.0, 8.0), Align2::RIGHT_TOP, &format!("difference from a finer method, × {AMPLIFIED}"));
     }
@@ -264,6 +346,10 @@ pub fn keys(ctx: &Context, app: &mut App) {
     }
     if is_pressed(ctx, Modifiers::NONE, Key::M) {
         app.viewport.overlay = !app.viewport.overlay;
+    }
+    if is_pressed(ctx, Modifiers::NONE, Key::G) {
+        let now = Guide::ALL.iter().position(|guide| *guide == app.viewport.guide).unwrap_or(0);
+        app.viewport.guide = Guide::ALL[(now + 1) % Guide::ALL.len()];
     }
     expose(ctx, app);
     if is_pressed(ctx, Modifiers::NONE, Key::OpenBracket) {

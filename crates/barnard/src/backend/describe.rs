@@ -3,10 +3,10 @@
 use spectra::passband::Passband;
 use spectra::sed::{MagnitudeSystem, zero_point};
 
+use crate::camera::panorama::Layout;
 use crate::camera::{Camera, Projection};
 use crate::image::{Band, Image, Samples};
 use crate::keywords::{Keyword, integer, number, text};
-use crate::panorama::Layout;
 use crate::scene::Scene;
 
 /// An image of `scene` as `camera` sees it, bands × height × width, its bands and scene described.
@@ -34,7 +34,7 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         bands: scene.bands.iter().map(band).collect(),
         samples,
         pixel: Some(camera.pixel_scale()),
-        axis: (-0.5 * camera.offset.0 * camera.width as f64, -0.5 * camera.offset.1 * camera.width as f64),
+        axis: camera.axis(),
         notes,
         display: scene.display.clone(),
         keywords: of_scene(scene, camera),

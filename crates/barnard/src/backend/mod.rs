@@ -21,6 +21,8 @@ pub use finish::{draw, extended, finished};
 
 pub use crate::stats::RenderStats;
 
+use crate::camera::Camera;
+use crate::composite::joined;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::image::{Image, Samples};
@@ -133,11 +135,34 @@ pub trait Backend: Send {
         finished(job.scene(), job.plan(control)?, radiance, &self.name(), control)
     }
 
-    /// Renders and finishes in one go.
+    /// Renders and finishes in one go; both eyes, where the scene's camera has two.
     ///
     /// # Errors
     /// Those of [`radiance`](Self::radiance) and [`finish`](Self::finish).
     fn render(&mut self, job: &Job, control: &Control) -> Result<(Image, RenderStats)> {
+        let camera = &job.scene().camera;
+        let (Some(stereo), Some(eyes)) = (camera.stereo, camera.eyes()) else { return self.picture(job, control) };
+        let mut of_eye = |eye: Camera, control: &Control| {
+            let scene = Scene { camera: eye, ..job.scene().clone() };
+            match job.plan.get() {
+                Some(plan) => {
+                    let mut plan = (**plan).clone();
+                    plan.look_from(scene.camera.clone(), control)?;
+                    self.picture(&Job::planned(&scene, job.options(), &plan)?, control)
+                }
+                None => self.picture(&Job::new(&scene, job.options())?, control),
+            }
+        };
+        let [left, right] = eyes;
+        let ((left, stats), (right, more)) = (of_eye(left, &control.part(0.0, 0.5))?, of_eye(right, &control.part(0.5, 1.0))?);
+        Ok((joined(stereo.arrangement, left, &right)?, stats.and(more)))
+    }
+
+    /// The picture of one eye.
+    ///
+    /// # Errors
+    /// Those of [`render`](Self::render).
+    fn picture(&mut self, job: &Job, control: &Control) -> Result<(Image, RenderStats)> {
         let radiance = self.radiance(job, control)?;
         let stats = radiance.stats;
         Ok((self.finish(job, radiance, control)?, stats))

@@ -129,7 +129,7 @@ impl Plan {
 
 impl Draft<'_> {
     /// The light of all stars in one field, where the method marches that; refuses what the rules cannot do.
-    fn light_field(&self, control: &Control) -> Result<Option<LightField>> {
+    pub(super) fn light_field(&self, control: &Control) -> Result<Option<LightField>> {
         multiple_scattering::check(&self.spectral, self.settings)?;
         match self.settings.method.entry.star_depth {
             StarDepthSource::LightField => LightField::new(self, control),
@@ -144,7 +144,7 @@ impl Draft<'_> {
     }
 
     /// The plan, once light that was scattered before is solved as well, in full.
-    fn plan(
+    pub(super) fn plan(
         mut self,
         stepping: Stepping,
         light_field: Option<LightField>,

@@ -5,6 +5,7 @@
 
 mod build;
 mod draft;
+mod held;
 mod inverse_square;
 mod light_field;
 pub mod many_lights;
@@ -24,6 +25,7 @@ mod stepping;
 use std::sync::Arc;
 
 pub use build::{PREVIEW_VOXELS, TALK_STEPS};
+pub use held::Choices;
 pub use light_field::LightField;
 pub use many_lights::ManyLights;
 pub use multiple_scattering::{ErrorEstimate, FarFieldReport, Fineness, MultipleScattering, ordinates};
@@ -35,7 +37,7 @@ pub use spatial::{BrickFields, SpatialPlan, densities, sample_functions};
 pub use spatial_error::{Spatial, Unresolved};
 pub use spectral::closed_form::{ClosedForm, End, Extent};
 pub use spectral::weights::{Emitter, Scatterer, Weights, weights as weights_of};
-pub use spectral::{BandPlan, PHASE_RANGE, PhaseEntry, PhaseTable, SpectralPlan};
+pub use spectral::{BandPlan, PHASE_RANGE, PhaseEntry, PhaseTable, RuleTarget, SpectralPlan};
 pub use stepping::Stepping;
 
 use crate::camera::Camera;

@@ -18,6 +18,15 @@ impl Stepping {
         matches!(self, Stepping::Paired(_))
     }
 
+    /// Samples in a voxel edge, to tell finer ones from coarser; none are finer than those of a number for each ray.
+    pub fn density(self) -> f64 {
+        match self {
+            Stepping::PerVoxel(n) => n,
+            Stepping::Paired(n) => 2.0 * n,
+            Stepping::Fixed(_) => f64::INFINITY,
+        }
+    }
+
     /// Segments along so many parsecs.
     pub fn steps(self, length_pc: f64, voxel_pc: f64) -> usize {
         match self {

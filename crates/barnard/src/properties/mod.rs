@@ -79,6 +79,11 @@ impl Table {
         self.entries.iter().find(|(name, _)| name == key).map(|(_, property)| property)
     }
 
+    /// The property of `key`, where there is one, to be changed.
+    pub fn get_mut(&mut self, key: &str) -> Option<&mut Property> {
+        self.entries.iter_mut().find(|(name, _)| name == key).map(|(_, property)| property)
+    }
+
     /// Names and values, in order.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Property)> {
         self.entries.iter().map(|(name, property)| (name.as_str(), property))

@@ -15,6 +15,7 @@ pub(super) const KEYS: &[Key] = &[
     Key::optional("strength", "number", "the stretch's own", "its parameter"),
     Key::optional("black", "number", "0", "radiance that is black [W m-2 sr-1, or of the balanced band]"),
     Key::optional("white", "number", "the brightest 0.2 % lie above", "radiance that is white"),
+    Key::optional("bits", "integer", "8", "8 or 16: bits of each colour in a .png; a .tif has 16, a .jpg 8"),
 ];
 
 pub(super) fn build(section: Option<&Section>, bands: &[Passband]) -> Result<Display> {
@@ -35,7 +36,12 @@ pub(super) fn build(section: Option<&Section>, bands: &[Passband]) -> Result<Dis
     {
         return Err(section.error("white", "white must be brighter than black"));
     }
-    Ok(Display { palette, balance: section.flag("balance")?.unwrap_or(false), stretch: section.wrap("stretch", stretch)?, black, white })
+    let bits = section.integer("bits", 8..=16)?.unwrap_or(8) as u8;
+    if ![8, 16].contains(&bits) {
+        return Err(section.error("bits", format!("{bits} bits a colour are in no picture; write 8 or 16")));
+    }
+    let (balance, stretch) = (section.flag("balance")?.unwrap_or(false), section.wrap("stretch", stretch)?);
+    Ok(Display { palette, balance, stretch, black, white, bits })
 }
 
 impl Display {

@@ -34,6 +34,8 @@ pub struct Loader {
     pub(super) is_rough: bool,
     /// A device that has the light of several stars go through gas, where there is one.
     pub(super) tracer: Option<Arc<dyn RayTracer>>,
+    /// The moment at which a scene is read that changes \[s\].
+    pub(super) moment: f64,
     /// What ends a reading early.
     pub(crate) control: Control,
 }
@@ -56,6 +58,7 @@ impl Loader {
             rough_gas: Arc::default(),
             is_rough: false,
             tracer: None,
+            moment: 0.0,
             control: Control::default(),
         }
     }
@@ -64,6 +67,17 @@ impl Loader {
     #[must_use]
     pub fn under(&self, control: &Control) -> Self {
         Self { control: control.clone(), ..self.clone() }
+    }
+
+    /// The same for readings of a scene as it is at a moment \[s\], the first being 0 s. What is kept is shared.
+    #[must_use]
+    pub fn at(&self, moment: f64) -> Self {
+        Self { moment, ..self.clone() }
+    }
+
+    /// The moment at which scenes are read that change \[s\].
+    pub fn moment(&self) -> f64 {
+        self.moment
     }
 
     /// The same for readings in which a device has the light of several stars go through gas, where one is given.

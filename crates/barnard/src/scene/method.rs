@@ -89,6 +89,10 @@ pub struct Method {
     pub settings: Settings,
     /// A fixed number of samples a ray.
     pub steps: Option<usize>,
+    /// A fixed number of samples in each voxel edge, where there is none for a ray.
+    pub steps_per_voxel: Option<f64>,
+    /// A fixed number of voxels of star depths along one of dust.
+    pub star_depth_voxels: Option<usize>,
     /// Voxels along the longest edge of a baked function; by the field's finest structure otherwise.
     pub bake: Option<usize>,
     /// How volumes of densities and star depths are stored.
@@ -116,6 +120,9 @@ const COUNT: RangeInclusive<i64> = 1..=4096;
 const RANGE: RangeInclusive<f64> = 1e-6..=1e6;
 const ACCURACY: RangeInclusive<f64> = 1e-9..=0.5;
 const BAKE: RangeInclusive<i64> = 4..=2048;
+/// Samples in a voxel edge, and voxels of star depths along one of dust.
+const STEPS_PER_VOXEL: RangeInclusive<f64> = 0.5..=100.0;
+const STAR_DEPTH_VOXELS: RangeInclusive<i64> = 1..=12;
 
 /// The accuracy that holds unless told otherwise.
 pub const DEFAULT_ACCURACY: f64 = 1e-3;
@@ -128,6 +135,8 @@ impl Default for Method {
             accuracy: DEFAULT_ACCURACY,
             settings: Settings::default(),
             steps: None,
+            steps_per_voxel: None,
+            star_depth_voxels: None,
             bake: None,
             volumes: Precision::Single,
             sparse: Sparsity::Auto,
@@ -170,6 +179,8 @@ impl Method {
         whole("degree", Some(*degree), 0..=MAX_DEGREE as i64)?;
         number("range", *range, RANGE)?;
         whole("steps", self.steps, 1..=MAX_STEPS)?;
+        number("steps_per_voxel", self.steps_per_voxel, STEPS_PER_VOXEL)?;
+        whole("star_depth_voxels", self.star_depth_voxels, STAR_DEPTH_VOXELS)?;
         whole("bake", self.bake, BAKE)?;
         whole("bounces", Some(self.bounces), 1..=MANY_BOUNCES as i64)?;
         whole("exact_stars", self.exact_stars, 0..=MAX_EXACT_STARS)?;
@@ -211,6 +222,18 @@ pub(super) const KEYS: &[Key] = &[
         "what the exponents of projection minimise over the range: the mean error, the largest, or the mean weighted by each filter",
     ),
     Key::optional("steps", "integer", "chosen by accuracy", "fixed number of samples a ray, for comparisons"),
+    Key::optional(
+        "steps_per_voxel",
+        "number",
+        "chosen by accuracy",
+        "0.5 to 100: fixed number of samples in each voxel edge, where `steps` does not say how many a ray has",
+    ),
+    Key::optional(
+        "star_depth_voxels",
+        "integer",
+        "chosen by accuracy",
+        "1 to 12: fixed number of voxels of star depths along one of dust, within the limit of memory",
+    ),
     Key::optional(
         "bake",
         "integer",
@@ -270,10 +293,15 @@ pub(super) fn build(section: Option<&Section>) -> Result<Method> {
         range: section.number("range", RANGE)?,
         criterion: CRITERIA.iter().find(|c| c.0 == criterion).map_or(defaults.criterion, |c| c.1),
     };
+    if section.has("steps") {
+        section.refuse(&["steps_per_voxel"], "no `steps`")?;
+    }
     let method = Method {
         accuracy: section.number("accuracy", ACCURACY)?.unwrap_or(DEFAULT_ACCURACY),
         settings,
         steps: section.integer("steps", 1..=MAX_STEPS)?.map(|n| n as usize),
+        steps_per_voxel: section.number("steps_per_voxel", STEPS_PER_VOXEL)?,
+        star_depth_voxels: section.integer("star_depth_voxels", STAR_DEPTH_VOXELS)?.map(|n| n as usize),
         bake: section.integer("bake", BAKE)?.map(|n| n as usize),
         volumes: match section.choice("volumes", &["single", "half"])? {
             Some("half") => Precision::Half,

@@ -33,6 +33,7 @@ pub use loader::Loader;
 pub use method::{MANY_BOUNCES, MAX_STEPS, Method, MethodEntry, StarDepthSource, methods};
 pub use star::Star;
 
+use crate::animation::Timeline;
 use crate::camera::{self, Camera, Projection};
 use crate::error::{Error, Result};
 use crate::field::{self, Expression, Field};
@@ -67,6 +68,8 @@ pub struct Scene {
     pub display: Display,
     /// The method by which spectral integrals are done.
     pub method: Method,
+    /// What changes in it from moment to moment, and the frames that show it: none where all of it stands still.
+    pub timeline: Option<Arc<Timeline>>,
     /// The text that the scene was read from; none where a program made it.
     pub provenance: Option<Provenance>,
 }
@@ -105,6 +108,8 @@ const ROOT: &[Key] = &[
     Key::optional("bookmark", "tables by name", "none", "views that are worth going back to, [bookmark.NAME]"),
     Key::optional("display", "table", "defaults", "palette and stretch of pictures"),
     Key::optional("method", "table", "defaults", "how spectral integrals are done"),
+    Key::optional("animation", "list of tables", "none", "keys that change from moment to moment, [[animation]]"),
+    Key::optional("sequence", "table", "defaults", "which moments of a scene that changes become frames"),
 ];
 
 /// (name, summary) of the kinds of spectrum that stars and backgrounds choose from.
@@ -182,6 +187,7 @@ impl Scene {
             display: Display::of(&bands),
             bands,
             method: Method::default(),
+            timeline: None,
             provenance: None,
         }
     }
@@ -230,12 +236,24 @@ impl Scene {
         Self { method, ..self }
     }
 
-    /// Reads a scene from its properties; `name` is what it is called where it does not say.
+    /// Reads a scene from its properties; `name` is what it is called where it does not say. One that changes is read as it
+    /// is at the loader's [moment](Loader::at).
     ///
     /// # Errors
     /// Where a key is unknown or missing, a value is wrong, a file cannot be read, and those of [`check`](Self::check);
     /// each says its place.
     pub fn from_properties(table: &Table, name: &str, loader: &Loader) -> Result<Self> {
+        match Timeline::build(&Section::root(table), &loader.inputs)? {
+            None => Self::still(table, name, loader),
+            Some(timeline) => {
+                let scene = Self::still(&timeline.at(table, loader.moment)?, name, loader)?;
+                Ok(Self { timeline: Some(Arc::new(timeline)), ..scene })
+            }
+        }
+    }
+
+    /// Reads a scene that does not change from its properties.
+    pub(crate) fn still(table: &Table, name: &str, loader: &Loader) -> Result<Self> {
         let root = &Section::root(table);
         root.check_keys(&ROOT.iter().map(|k| k.name).collect::<Vec<_>>())?;
         let inputs = &loader.inputs;
@@ -274,6 +292,7 @@ impl Scene {
             bands,
             display,
             method,
+            timeline: None,
             provenance: None,
         };
         scene.check().map_err(|error| placed(error, root))?;
@@ -290,7 +309,9 @@ impl Scene {
     /// # Errors
     /// Where it would.
     pub fn check_image(&self, memory_limit: u64) -> Result<()> {
-        let pixels = (self.camera.width as u64).saturating_mul(self.camera.height as u64);
+        // Both eyes, and both together.
+        let images = if self.camera.stereo.is_some() { 4 } else { 1 };
+        let pixels = (self.camera.width as u64).saturating_mul(self.camera.height as u64).saturating_mul(images);
         memory::check("the image", pixels.saturating_mul(16 * self.bands.len() as u64), memory_limit)
     }
 

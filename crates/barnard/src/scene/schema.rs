@@ -2,7 +2,7 @@
 
 use super::{ROOT, albedo, background, band, display, dust, emission, gas, method, star, star_table};
 use crate::properties::{Key, Kind};
-use crate::{camera, field, phase};
+use crate::{animation, camera, field, phase};
 
 /// One table of a scene file.
 pub struct TableRow {
@@ -44,6 +44,32 @@ pub const TABLES: &[TableRow] = &[
         text: "Where the observer is; `kind` chooses the projection.",
         keys: camera::COMMON,
         kinds: || kinds(camera::KINDS),
+        catalogues: &[],
+    },
+    TableRow {
+        title: "[camera.stereo]",
+        path: "camera.stereo",
+        text: "Two eyes: off-axis pairs in flat images, omni-directional stereo in images of all around. What a back end renders is both images in one.",
+        keys: camera::STEREO,
+        kinds: Vec::new,
+        catalogues: &[],
+    },
+    TableRow {
+        title: "[camera.path]",
+        path: "camera.path",
+        text: "How the camera moves: through keyframes, or along a path that another program made. What a scene shows where no frame is asked for is its first moment.",
+        keys: animation::PATH,
+        kinds: Vec::new,
+        catalogues: &[("Interpolations", "interpolations")],
+    },
+    TableRow {
+        title: "[[camera.path.key]]",
+        path: "camera.path.key",
+        text: "A keyframe: what the camera is at a moment. A key says what it changes; any number of the camera's kind, such as `field_of_view`, may stand here too. \
+               A file has the same as columns, with a unit in brackets behind the name: `time [s]`, then `x [pc]`, `y [pc]` and `z [pc]`, \
+               `target_x` or `direction_x` or `orientation_x` to `orientation_w`, `up_x` and so on, and `field_of_view [deg]`.",
+        keys: animation::PATH_KEYFRAME,
+        kinds: Vec::new,
         catalogues: &[],
     },
     TableRow {
@@ -161,6 +187,22 @@ pub const TABLES: &[TableRow] = &[
         keys: method::KEYS,
         kinds: Vec::new,
         catalogues: &[("Methods", "methods")],
+    },
+    TableRow {
+        title: "[[animation]]",
+        path: "animation",
+        text: "A key of the scene that changes from moment to moment: a star's temperature, the dust's scale, the white of the picture. Numbers go from key to key, with units and in lists too; whatever else can be said changes in steps.",
+        keys: animation::TRACK,
+        kinds: Vec::new,
+        catalogues: &[("Interpolations", "interpolations")],
+    },
+    TableRow {
+        title: "[sequence]",
+        path: "sequence",
+        text: "Which moments of a scene that changes become frames; `barnard render --frames` renders them.",
+        keys: animation::SEQUENCE,
+        kinds: Vec::new,
+        catalogues: &[],
     },
 ];
 

@@ -106,11 +106,7 @@ impl Rows<'_> {
         let is_asked = |name: &str| PLACE.contains(&name) || asked.as_ref().is_none_or(|asked| asked.contains(&name));
         let mut columns: Vec<Column> = Vec::new();
         for (index, cell) in head.iter().enumerate() {
-            let (name, unit) = match cell.split_once(['[', '(']) {
-                Some((name, unit)) => (name.trim(), Some(unit.trim_end_matches([']', ')']).trim().to_owned())),
-                None => (cell.as_str(), None),
-            };
-            let name = name.to_lowercase();
+            let (name, unit) = TextTable::parted(cell);
             if !is_asked(&name) {
                 continue;
             }
@@ -130,7 +126,7 @@ impl Rows<'_> {
                 let message = format!("\"{name}\" is a column of {} too; leave one of them out", self.file);
                 return Err(self.section.error(&name, message));
             }
-            columns.push(Column { index, name, unit, kind });
+            columns.push(Column { index, name, unit: unit.map(str::to_owned), kind });
         }
         let found = |name: &str| columns.iter().find(|column| column.name == name);
         if let Some(missing) = PLACE.into_iter().find(|name| found(name).is_none()) {

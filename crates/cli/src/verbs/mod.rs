@@ -6,6 +6,7 @@ mod check;
 mod compare;
 mod completions;
 mod convert;
+mod frames;
 mod gas;
 mod info;
 mod list;
@@ -115,4 +116,15 @@ fn warn_of_accuracy(plan: &barnard::plan::Plan) {
         };
         complain!("warning: the spatial error is larger than the accuracy asked for; {remedy}");
     }
+}
+
+/// Refuses outputs that the scene reads.
+fn refuse_inputs(scene: &barnard::Scene, outputs: &[std::path::PathBuf]) -> anyhow::Result<()> {
+    for path in outputs {
+        let same = |file: &&std::path::PathBuf| file.canonicalize().is_ok_and(|f| path.canonicalize().is_ok_and(|p| p == f));
+        if let Some(input) = scene.provenance.iter().flat_map(|from| &from.files).find(same) {
+            anyhow::bail!("{}: is read by the scene ({}); choose another name for the output", path.display(), input.display());
+        }
+    }
+    Ok(())
 }

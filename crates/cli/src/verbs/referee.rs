@@ -41,6 +41,11 @@ impl Referee {
         self.samples.is_some() || self.target_error.is_some() || self.seed.is_some() || self.state.is_some()
     }
 
+    /// Whether sums of paths are kept for a later run.
+    pub fn keeps_sums(&self) -> bool {
+        self.state.is_some()
+    }
+
     fn options(&self) -> anyhow::Result<Options> {
         let defaults = Options::default();
         let options = Options {

@@ -7,18 +7,19 @@ use std::time::Instant;
 use anyhow::bail;
 use barnard::backend::reference::{self, Reference};
 use barnard::backend::{Backend, Job, RenderStats};
+use barnard::composite::joined;
 use barnard::control::Control;
 use barnard::image::Image;
 use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
-use barnard_files::SaveImage;
-use barnard_files::formats::check_writable;
+use barnard_files::formats::{check_writable, writer};
 use clap::Args;
 
 use crate::backends::{names, registry};
-use crate::progress;
 use crate::source::SceneArgs;
+use crate::verbs::frames::{FrameArgs, Shoot};
 use crate::verbs::referee::Referee;
+use crate::{outputs, progress};
 
 /// Renders a scene.
 ///
@@ -27,17 +28,20 @@ use crate::verbs::referee::Referee;
 ///   barnard render my.toml -o my.fits --accuracy 1e-4
 ///   barnard render my.toml -o truth.npy --backend reference --size 64x64
 ///   barnard render my.toml -o many.exr --backend path --target-error 0.01 --samples 100000
+///   barnard render flight.toml -o frames/flight_%06d.exr --frames all --shard 1/4
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct Render {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Where to: .exr, .fits, .npy (radiance) or .png (picture); as often as there are files to write
+    /// Where to: .exr, .fits, .npy (radiance), .png, .tif or .jpg (picture); as often as there are files to write
     #[arg(short, long, value_name = "OUT", required = true)]
     output: Vec<PathBuf>,
     /// What renders
     #[arg(long, value_name = "NAME", default_value = "cpu", value_parser = names(false))]
     backend: String,
+    #[command(flatten)]
+    frames: FrameArgs,
     #[command(flatten)]
     referee: Referee,
     /// Evaluate dust that is one field of kind "fbm" at every sample of a ray, on the GPU, instead of sampling it to a
@@ -48,36 +52,59 @@ pub struct Render {
 
 impl Render {
     pub fn run(self) -> anyhow::Result<ExitCode> {
-        for path in &self.output {
-            check_writable(path)?;
-        }
         if self.on_the_fly && self.backend != "gpu" {
             bail!("--on-the-fly belongs to --backend gpu; the reference evaluates fields as they are, cpu samples them");
         }
         if self.referee.is_asked() && self.backend != "path" {
             bail!("--samples, --target-error, --seed and --state belong to --backend path");
         }
-        let (scene, options) = self.scene.load_for(&self.backend)?;
-        for path in &self.output {
-            let same = |file: &&PathBuf| file.canonicalize().is_ok_and(|f| path.canonicalize().is_ok_and(|p| p == f));
-            if let Some(input) = scene.provenance.iter().flat_map(|from| &from.files).find(same) {
-                bail!("{}: is read by the scene ({}); choose another name for the output", path.display(), input.display());
-            }
+        if self.frames.is_asked() {
+            return self.sequence();
         }
+        for path in self.output.iter().filter(|path| !path.to_string_lossy().contains('%')) {
+            check_writable(path)?;
+        }
+        let (scene, options) = self.scene.load_for(&self.backend)?;
+        outputs::check(&self.output, &scene.camera)?;
+        crate::verbs::refuse_inputs(&scene, &self.output)?;
         let image = match self.backend.as_str() {
             "path" => self.on_path(&scene, &options)?,
             "reference" => self.on_reference(&scene, &options)?,
             _ => self.planned(&scene, options)?,
         };
         for path in &self.output {
-            image.save(path)?;
-            say!("wrote {}", path.display());
+            for file in outputs::save(&image, path, &scene.camera)? {
+                say!("wrote {}", file.display());
+            }
         }
-        if self.output.iter().any(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))) {
+        if self.output.iter().any(|path| writer(path).is_ok_and(|writer| writer.is_picture)) {
             let tone = scene.display.tone(&image);
             let what = if scene.display.balance { "of the balanced bands" } else { "W m-2 sr-1" };
             say!("picture: black {:.3e}, white {:.3e} {what}", tone.black, tone.white);
         }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// Renders frame after frame.
+    fn sequence(&self) -> anyhow::Result<ExitCode> {
+        if !registry().named(&self.backend)?.planned {
+            bail!("--frames belongs to the back ends that read a plan; {} renders stills", self.backend);
+        }
+        let (file, mut options) = self.scene.open_for(&self.backend)?;
+        let sequence = file.sequence()?;
+        if self.scene.bookmark.is_some() && file.scene.timeline.as_ref().is_some_and(|timeline| timeline.moves_camera()) {
+            bail!("--bookmark is one view, and the scene's camera moves; leave --bookmark out, or the camera's path");
+        }
+        let mut backend = self.open(&file.scene)?;
+        options.sweeper = backend.sweeper().filter(|_| self.scene.bounces.unwrap_or(file.scene.method.bounces) > 1);
+        let mut march = |scene: &Scene, plan: &Plan, control: &Control| {
+            let done = backend.render(&Job::planned(scene, &options, plan)?, control);
+            for words in backend.warnings() {
+                complain!("warning: {words}");
+            }
+            Ok(done?.0)
+        };
+        self.frames.render(&Shoot { scene: &self.scene, sequence: &sequence, options: &options, outputs: &self.output }, &mut march)?;
         Ok(ExitCode::SUCCESS)
     }
 
@@ -86,7 +113,14 @@ impl Render {
         if scene_args.method.is_some() || scene_args.steps.is_some() || scene_args.count.is_some() || scene_args.accuracy.is_some() {
             bail!("--method, --count, --steps and --accuracy belong to the other back ends; path takes --samples and --target-error");
         }
-        self.referee.render(scene, options.memory_limit)
+        let (Some(stereo), Some(eyes)) = (scene.camera.stereo, scene.camera.eyes()) else {
+            return self.referee.render(scene, options.memory_limit);
+        };
+        if self.referee.keeps_sums() {
+            bail!("--state holds the sums of one image, and the scene has two eyes; leave [camera.stereo] out");
+        }
+        let [left, right] = eyes.map(|camera| self.referee.render(&Scene { camera, ..scene.clone() }, options.memory_limit));
+        Ok(joined(stereo.arrangement, left?, &right?)?)
     }
 
     fn on_reference(&self, scene: &Scene, options: &Options) -> anyhow::Result<Image> {

@@ -2,6 +2,7 @@
 
 mod answers;
 mod desk;
+mod frames;
 mod inputs;
 mod outputs;
 mod renders;

@@ -1,8 +1,12 @@
-//! OpenEXR: one 32-bit float channel a band, wavelengths and certificate as attributes.
+//! OpenEXR: radiances in a layer of their own, a 32-bit float channel a band, wavelengths and certificate as attributes; and beside
+//! them what a display shows, R, G and B in half precision, for programs that look at pictures.
+//!
+//! Radiances of nebulae, 1e-10 to 1e-6 W m⁻² sr⁻¹, are below what half precision and most viewers tell from black. R, G and B are
+//! linear light in Rec. 709 primaries by the scene's palette, without its stretch: 0 at its black, 1 at its white, brighter above.
 
 use std::io::Cursor;
 
-use exr::meta::attribute::EnvironmentMap;
+use exr::meta::attribute::{Chromaticities, EnvironmentMap};
 use exr::prelude::*;
 
 use super::{Request, Writer};
@@ -10,8 +14,12 @@ use barnard::error::{Error, Result};
 use barnard::image::{self, PixelScale};
 use barnard::memory;
 
-pub(super) const WRITER: Writer =
-    Writer { extension: "exr", summary: "OpenEXR, one float channel a band, certificate as attributes", encode };
+pub(super) const WRITER: Writer = Writer {
+    extension: "exr",
+    is_picture: false,
+    summary: "OpenEXR, radiances in layer radiance, a float channel a band, and R, G, B for viewers; certificate as attributes",
+    encode,
+};
 
 pub(super) const READER: super::Reader =
     super::Reader { extensions: &["exr"], summary: "OpenEXR image (to compare)", array: None, members: None, image: Some(decode) };
@@ -19,20 +27,45 @@ pub(super) const READER: super::Reader =
 /// The attribute that lists the bands in the scene's order, a line each.
 const ORDER: &str = "bands";
 
+/// What stands before the name of a band in that of its channel, as a layer's name does.
+const LAYER: &str = "radiance.";
+
+/// R, G and B of all pixels, linear, of which 1 is white.
+fn colours(picture: &image::Image) -> [Vec<f16>; 3] {
+    let tone = picture.display.tone(picture);
+    let scale = 1.0 / (tone.white - tone.black);
+    let size = picture.width * picture.height;
+    let pixel = |i: usize| {
+        let rgb = tone.palette.rgb((0..picture.bands.len()).map(|band| picture.samples.at(band * size + i)));
+        rgb.map(|v| f16::from_f64(((v - tone.black) * scale).clamp(-f64::from(f16::MAX), f64::from(f16::MAX))))
+    };
+    let pixels: Vec<[f16; 3]> = (0..size).map(pixel).collect();
+    std::array::from_fn(|colour| pixels.iter().map(|rgb| rgb[colour]).collect())
+}
+
 fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     let size = picture.width * picture.height;
     let names = super::distinct_names(picture);
     let channel = |band: usize| {
         let values: Vec<f32> = (band * size..(band + 1) * size).map(|i| picture.samples.at(i) as f32).collect();
-        AnyChannel::new(names[band].as_str(), FlatSamples::F32(values))
+        AnyChannel::new(format!("{LAYER}{}", names[band]).as_str(), FlatSamples::F32(values))
     };
+    let shown = ["R", "G", "B"].into_iter().zip(colours(picture)).map(|(name, values)| AnyChannel::new(name, FlatSamples::F16(values)));
     let mut attributes = LayerAttributes::named("Barnard");
     attributes.software_name = Some(Text::from(format!("Barnard {}", env!("CARGO_PKG_VERSION")).as_str()));
     attributes.environment_map = environment_map(picture);
     let mut note = |key: String, value: &str| {
         attributes.other.insert(Text::from(super::ascii(&key).as_str()), AttributeValue::Text(Text::from(lines(value).as_str())));
     };
-    note("unit".into(), "W m-2 sr-1");
+    note("unit".into(), "W m-2 sr-1, of the channels in layer radiance");
+    let tone = picture.display.tone(picture);
+    note(
+        "RGB".into(),
+        &format!(
+            "linear light by the palette, 0 at {:E} and 1 at {:E} W m-2 sr-1 (of balanced bands, where they are)",
+            tone.black, tone.white
+        ),
+    );
     // Channels are stored by name; this is the scene's order.
     note(ORDER.into(), &names.join("\n"));
     note("DATE".into(), &super::now());
@@ -60,12 +93,18 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
             note(format!("{name}.certificate.{i}"), line);
         }
     }
-    let channels = AnyChannels::sort((0..picture.bands.len()).map(channel).collect());
+    let channels = AnyChannels::sort((0..picture.bands.len()).map(channel).chain(shown).collect());
     let layer = Layer::new((picture.width, picture.height), attributes, Encoding::SMALL_LOSSLESS, channels);
     let mut bytes = Cursor::new(Vec::new());
-    Image::from_layer(layer).write().to_buffered(&mut bytes).map_err(|e| Error::Encoding { format: "exr", reason: e.to_string() })?;
+    let mut file = Image::from_layer(layer);
+    file.attributes.chromaticities = Some(REC_709);
+    file.write().to_buffered(&mut bytes).map_err(|e| Error::Encoding { format: "exr", reason: e.to_string() })?;
     Ok(bytes.into_inner())
 }
+
+/// The primaries and the white of Rec. 709 and sRGB (ITU-R BT.709-6, 2015).
+const REC_709: Chromaticities =
+    Chromaticities { red: Vec2(0.64, 0.33), green: Vec2(0.30, 0.60), blue: Vec2(0.15, 0.06), white: Vec2(0.3127, 0.3290) };
 
 /// What a picture of all around is as an environment map, where it is whole.
 fn environment_map(picture: &image::Image) -> Option<EnvironmentMap> {
@@ -98,9 +137,13 @@ fn decode(request: &mut Request) -> Result<image::Image> {
         _ => String::new(),
     };
     let position = |name: &str| order.lines().position(|n| n == name).unwrap_or(usize::MAX);
-    let mut channels: Vec<_> = layer.channel_data.list.iter().collect();
-    channels.sort_by_key(|c| position(&c.name.to_string()));
-    let names = channels.iter().map(|c| c.name.to_string()).collect();
+    let named = |c: &AnyChannel<FlatSamples>| c.name.to_string();
+    let own = |c: &AnyChannel<FlatSamples>| named(c).strip_prefix(LAYER).map_or_else(|| named(c), str::to_owned);
+    // Where there are radiances, what a display shows is none.
+    let has_layer = layer.channel_data.list.iter().any(|c| named(c).starts_with(LAYER));
+    let mut channels: Vec<_> = layer.channel_data.list.iter().filter(|c| !has_layer || named(c).starts_with(LAYER)).collect();
+    channels.sort_by_key(|c| position(&own(c)));
+    let names = channels.iter().map(|c| own(c)).collect();
     let samples: Vec<f32> = channels.iter().flat_map(|c| c.sample_data.values_as_f32()).collect();
     Ok(image::Image::bare(width, height, names, image::Samples::Single(samples)))
 }

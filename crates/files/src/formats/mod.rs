@@ -1,14 +1,17 @@
 //! Files in and out. A format is one file and one row of [`READERS`] or [`WRITERS`], chosen by the name's extension.
 
+mod colours;
 mod exr;
 mod fits;
 mod gather;
 mod gzip;
 mod hdf5;
+mod jpeg;
 mod npy;
 mod npz;
 mod numbers;
 mod png;
+mod tiff;
 mod vdb;
 mod write;
 
@@ -19,7 +22,7 @@ use std::path::Path;
 pub use gather::part_of;
 pub(crate) use npz::{archive, doubles};
 pub use png::encode_png;
-pub use write::{SaveImage, check_replaceable, check_writable, replace, save_grid};
+pub use write::{SaveImage, check_folder, check_replaceable, check_writable, replace, save_grid};
 
 use barnard::data::{Array, Axis, Choose, Numbers};
 use barnard::error::{Error, Result};
@@ -144,12 +147,23 @@ pub struct Writer {
     pub extension: &'static str,
     /// What it writes, in one line.
     pub summary: &'static str,
+    /// Whether it is what a display shows, and no radiance.
+    pub is_picture: bool,
     /// The image as the bytes of a file.
     pub encode: fn(&Image) -> Result<Vec<u8>>,
 }
 
 /// All formats that can be written.
-pub const WRITERS: &[Writer] = &[exr::WRITER, fits::WRITER, npy::WRITER, png::WRITER];
+pub const WRITERS: &[Writer] = &[
+    exr::WRITER,
+    fits::WRITER,
+    npy::WRITER,
+    png::WRITER,
+    tiff::writer("tif"),
+    tiff::writer("tiff"),
+    jpeg::writer("jpg"),
+    jpeg::writer("jpeg"),
+];
 
 /// A grid as it is written to a file: what it is called, and what its values are in, where that is known.
 pub struct GridFile<'a> {

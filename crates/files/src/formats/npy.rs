@@ -23,8 +23,12 @@ pub(super) const READER: Reader = Reader {
     members: Some(members),
     image: Some(image),
 };
-pub(super) const WRITER: Writer =
-    Writer { extension: "npy", summary: "NumPy array, bands x height x width, the first row on top, radiance in W m-2 sr-1", encode };
+pub(super) const WRITER: Writer = Writer {
+    extension: "npy",
+    is_picture: false,
+    summary: "NumPy array, bands x height x width, the first row on top, radiance in W m-2 sr-1",
+    encode,
+};
 
 pub(super) const GRID_WRITER: GridWriter = GridWriter {
     extension: "npy",

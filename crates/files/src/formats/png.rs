@@ -1,14 +1,21 @@
-//! PNG: the picture in the scene's palette and stretch, 8 bits a colour, sRGB.
+//! PNG: the picture in the scene's palette and stretch, 8 or 16 bits a colour, sRGB.
 
-use super::Writer;
+use png::BitDepth;
+
+use super::{Writer, colours};
 use barnard::error::{Error, Result};
 use barnard::image::Image;
 
-pub(super) const WRITER: Writer = Writer { extension: "png", summary: "picture in the scene's palette and stretch, sRGB", encode };
+pub(super) const WRITER: Writer =
+    Writer { extension: "png", summary: "picture in the scene's palette and stretch, sRGB", is_picture: true, encode };
 
 fn encode(image: &Image) -> Result<Vec<u8>> {
-    let pixels: Vec<u8> = image.display.picture(image).iter().flatten().map(|v| (v * 255.0 + 0.5) as u8).collect();
-    encode_png((image.width, image.height), &pixels, &image.notes)
+    let size = (image.width, image.height);
+    if image.display.bits == 16 {
+        let words: Vec<u8> = colours::words(image).into_iter().flat_map(u16::to_be_bytes).collect();
+        return encoded(size, &words, BitDepth::Sixteen, &image.notes);
+    }
+    encode_png(size, &colours::bytes(image), &image.notes)
 }
 
 /// Pixels as a .png: red, green and blue in sRGB, row by row, with notes of key and words.
@@ -16,11 +23,15 @@ fn encode(image: &Image) -> Result<Vec<u8>> {
 /// # Errors
 /// Where the pixels are not as many as the size says.
 pub fn encode_png(size: (usize, usize), pixels: &[u8], notes: &[(String, String)]) -> Result<Vec<u8>> {
+    encoded(size, pixels, BitDepth::Eight, notes)
+}
+
+fn encoded(size: (usize, usize), pixels: &[u8], depth: BitDepth, notes: &[(String, String)]) -> Result<Vec<u8>> {
     let failed = |e: png::EncodingError| Error::Encoding { format: "png", reason: e.to_string() };
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, size.0 as u32, size.1 as u32);
     encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_depth(depth);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     for (key, value) in notes {
         encoder.add_itxt_chunk(key.clone(), value.clone()).map_err(failed)?;

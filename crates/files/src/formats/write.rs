@@ -2,6 +2,7 @@
 
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use super::{GridFile, grid_writer, writer};
 use barnard::error::{Error, Result};
@@ -15,6 +16,21 @@ use barnard::image::Image;
 pub fn check_writable(path: &Path) -> Result<()> {
     writer(path)?;
     check_replaceable(path)
+}
+
+/// Checks that a file of this name could be written, and leaves alone what others are writing there.
+///
+/// # Errors
+/// Where the extension is not known, or there is no folder for it.
+pub fn check_folder(path: &Path) -> Result<()> {
+    writer(path)?;
+    let folder = folder(path);
+    let probe = tempfile::Builder::new().prefix(".barnard-probe-").tempfile_in(folder);
+    match probe {
+        _ if !folder.is_dir() => Err(Error::file(path, format!("the output folder {} does not exist; create it first", folder.display()))),
+        Err(e) => Err(Error::file(path, format!("the output folder {} cannot be written to: {e}", folder.display()))),
+        Ok(_) => Ok(()),
+    }
 }
 
 /// Checks the same for a file of any extension.
@@ -56,12 +72,25 @@ fn temporary(path: &Path) -> Result<tempfile::NamedTempFile> {
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder
-        .prefix(&format!("{start}{}-", std::process::id()))
+        .prefix(&format!("{start}{}-{}-", host(), std::process::id()))
         .tempfile_in(folder)
         .map_err(|e| Error::file(path, format!("the output folder {} cannot be written to: {e}", folder.display())))
 }
 
-/// The beginning of the names of a file's temporaries; the number of the process that writes follows.
+/// Which machine this is, and which of its processes know each other's numbers: others may write into the same folder.
+fn host() -> &'static str {
+    static HOST: OnceLock<String> = OnceLock::new();
+    HOST.get_or_init(|| {
+        use std::hash::{Hash, Hasher};
+        let boot = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
+        let namespace = std::fs::read_link("/proc/self/ns/pid").map(|link| link.display().to_string()).unwrap_or_default();
+        let mut hasher = std::hash::DefaultHasher::new();
+        (boot, namespace).hash(&mut hasher);
+        format!("{:08x}", hasher.finish() as u32)
+    })
+}
+
+/// The beginning of the names of a file's temporaries; the machine and the number of the process that writes follow.
 fn start_of_temporaries(path: &Path) -> String {
     const LONGEST: usize = 60;
     let name: String = path.file_name().map(|n| n.to_string_lossy().chars().take(LONGEST).collect()).unwrap_or_default();
@@ -72,7 +101,9 @@ fn start_of_temporaries(path: &Path) -> String {
 fn sweep(folder: &Path, start: &str) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
-        let process: Option<u32> = name.strip_prefix(start).and_then(|rest| rest.split('-').next()?.parse().ok());
+        // Whether a process of another machine is gone, nobody here knows.
+        let own = name.strip_prefix(start).and_then(|rest| rest.strip_prefix(host())?.strip_prefix('-'));
+        let process: Option<u32> = own.and_then(|rest| rest.split('-').next()?.parse().ok());
         if process.is_some_and(is_gone) {
             let _ = std::fs::remove_file(entry.path());
         }
@@ -147,14 +178,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str| folder.path().join(name);
         // Numbers of processes end below 2^22.
-        let (dead, living) = (".out.npy.barnard-4194399-abc", format!(".out.npy.barnard-{}-abc", std::process::id()));
-        let others = [".other.npy.barnard-4194399-abc", ".out.npy", "out.npy.barnard-4194399", living.as_str()];
-        for name in others.iter().chain([&dead]) {
+        let of = |host: &str, process: u32| format!(".out.npy.barnard-{host}-{process}-abc");
+        let (dead, living, elsewhere) = (of(host(), 4_194_399), of(host(), std::process::id()), of("01234567", 4_194_399));
+        let others = [".other.npy.barnard-4194399-abc", ".out.npy", "out.npy.barnard-4194399", living.as_str(), elsewhere.as_str()];
+        for name in others.iter().chain([&dead.as_str()]) {
             std::fs::write(file(name), "x").unwrap();
         }
         replace(&file("out.npy"), b"whole").unwrap();
         assert_eq!(std::fs::read(file("out.npy")).unwrap(), b"whole");
-        assert!(!file(dead).exists() && others.iter().all(|name| file(name).exists()));
+        assert!(!file(&dead).exists() && others.iter().all(|name| file(name).exists()));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1 + others.len());
     }
 }

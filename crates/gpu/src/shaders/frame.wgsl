@@ -3,7 +3,10 @@
 struct Frame {
     // Where the ray through the image's middle starts, and how far the observer stands behind it.
     middle: vec4f,
-    // What the origin and the direction change by across half the image, rightwards and upwards.
+    // What the origin and the direction change by across half the image, rightwards and upwards. In an image of all around
+    // the axes of the image, with up behind them; the image's middle from its axis of view, half its width and the angle to
+    // its circle; how far one of two eyes stands aside, the inverse of where both converge, and heights between which they
+    // become one.
     across: vec4f,
     upwards: vec4f,
     forward: vec4f,

@@ -1,11 +1,69 @@
 // The march of one ray for each pixel and subpixel.
 
+// A place of the image in halves of its width: from its own middle where it lies in a plane, from the axis of view where it
+// does not.
+// twin: barnard::camera::Camera::image_place
+fn image_place(column: f32, row: f32) -> vec2f {
+    let size = vec2f(frame.size.xy);
+    let at = vec2f(2.0 / size.x * (column - 0.5 * size.x), 2.0 / size.x * (0.5 * size.y - row));
+    return select(at, at + frame.turn_x.xy, SIGHT != PLANE);
+}
+
+// The direction at a place of an image of all around.
+// twin: barnard::camera::panorama::Layout::direction
+fn panorama_direction(at: vec2f) -> vec3f {
+    let axes = mat3x3f(frame.forward.xyz, frame.across.xyz, frame.upwards.xyz);
+    if SIGHT == DOME {
+        let angle = length(at);
+        let aside = select(sin(angle) / angle, 1.0 - angle * angle / 6.0, angle < 1e-3);
+        return normalize(axes * vec3f(cos(angle), aside * at));
+    }
+    if SIGHT == SPHERE {
+        return normalize(axes * vec3f(cos(at.y) * cos(at.x), cos(at.y) * sin(at.x), sin(at.y)));
+    }
+    let below = CUBE_FACES - at.y;
+    let face = clamp(floor(0.5 * below), 0.0, CUBE_FACES - 1.0);
+    var faces = CUBE_AXES;
+    let first = 3u * u32(face);
+    let within = vec2f(at.x, 2.0 * face + 1.0 - below);
+    return normalize(axes * (faces[first] + within.x * faces[first + 1u] + within.y * faces[first + 2u]));
+}
+
+// Where the eye stands that sees a direction, from the camera [pc].
+// twin: barnard::camera::stereo::Eye::offset
+fn eye_offset(direction: vec3f) -> vec3f {
+    let up = vec3f(frame.across.w, frame.upwards.w, frame.forward.w);
+    let side = cross(direction, up);
+    let height = atan2(abs(dot(direction, up)), length(side));
+    let fade = cos(HALF_PI * clamp((height - frame.turn_y.z) / (frame.turn_y.w - frame.turn_y.z), 0.0, 1.0));
+    return frame.turn_y.x * fade / max(length(side), TINY) * side;
+}
+
+// Whether there is a ray through a place of the image.
+// twin: barnard::camera::Camera::sees
+fn sees(column: f32, row: f32) -> bool {
+    let at = frame.turn_x.z * image_place(column, row);
+    if SIGHT == DOME {
+        return length(at) <= frame.turn_x.w;
+    }
+    if SIGHT == SPHERE {
+        return abs(at.x) <= 2.0 * HALF_PI && abs(at.y) <= HALF_PI;
+    }
+    return SIGHT != CUBE || (abs(at.x) <= 1.0 && abs(at.y) <= CUBE_FACES);
+}
+
 // The ray through a place of the image; its origin lies in the plane through the middle of the scene, where f32 is
 // finest.
 // twin: barnard::camera::Camera::ray
 fn camera_ray(column: f32, row: f32) -> Ray {
-    let size = vec2f(frame.size.xy);
-    let at = vec2f(2.0 / size.x * (column - 0.5 * size.x), 2.0 / size.x * (0.5 * size.y - row));
+    let at = image_place(column, row);
+    if SIGHT != PLANE {
+        let towards = panorama_direction(frame.turn_x.z * at);
+        let offset = eye_offset(towards);
+        let direction = normalize(towards - frame.turn_y.y * offset);
+        let ahead = max(-dot(frame.middle.xyz + offset, direction), 0.0);
+        return Ray(frame.middle.xyz + offset + ahead * direction, direction, -ahead);
+    }
     let origin = frame.middle.xyz + at.x * frame.across.xyz + at.y * frame.upwards.xyz;
     let direction = frame.forward.xyz + at.x * frame.turn_x.xyz + at.y * frame.turn_y.xyz;
     return Ray(origin, normalize(direction), -frame.middle.w * length(direction));
@@ -301,12 +359,16 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if PAUSES && frame.size.w > 0u && !resumed(&state, number) {
         return;
     }
-    let ray = camera_ray(f32(id.x) + 0.5 + frame.jitter.x, f32(y) + 0.5 + frame.jitter.y);
-    let done = march_ray(&state, ray, start_of(vec2u(id.x, y)));
+    let at = vec2f(f32(id.x), f32(y)) + 0.5 + frame.jitter.xy;
+    let seen = sees(at.x, at.y);
+    var done = true;
+    if seen {
+        done = march_ray(&state, camera_ray(at.x, at.y), start_of(vec2u(id.x, y)));
+    }
     if done && HAS_FIELD {
         resolve_field(&state);
     }
-    if done && HAS_BACKGROUND {
+    if done && seen && HAS_BACKGROUND {
         accumulate(&state, SCATTERERS + EMITTERS, vec2f(0.0), 1.0, state.tau, 0.0);
     }
     if PAUSES {

@@ -203,3 +203,34 @@ fn other_methods_are_refused() {
     control.interrupt();
     assert!(Renderer::new(&gpu, &plan, Tuning::default()).unwrap().radiance(&control).is_err());
 }
+
+/// Images of all around from within the dust, in parts and with several rays a pixel: the same light, and none beside the
+/// circle of a dome, where the background does not shine either.
+#[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
+fn all_around() {
+    let gpu = device();
+    let background = "[background]\nkind = \"blackbody\"\ntemperature = \"4000 K\"\nradiance = \"1e-9 W/m2/sr/um\"\n";
+    let camera = CAMERA.replace("0.3 0.2 4 pc", "-0.4 0.2 0.3 pc");
+    let mut scene = parsed(&format!("{camera}{DUST}{STAR}{background}"));
+    let own = plan(&mut scene, 24).with_stepping(FINE);
+    let camera = own.camera().clone();
+    let dome = camera.clone().fisheye_deg(200.0, 40.0);
+    let part = camera.clone().equirectangular(40).crop(9, 3, 24, 11).unwrap();
+    let mut pictures = Vec::new();
+    // Other shapes than a sphere's and a cube's have nothing beside them.
+    let others = [camera.clone().equirectangular(40).size(40, 30), camera.clone().cubemap(9).size(9, 70)];
+    let usual = [dome.clone().supersampling(2), dome, camera.clone().equirectangular(40), part, camera.cubemap(9)];
+    for camera in usual.into_iter().chain(others) {
+        let mut plan = own.clone();
+        plan.look_from(camera, &Control::default()).unwrap();
+        let (ours, _) = on(&gpu, &plan);
+        let (theirs, _) = cpu::radiance(&plan, &Control::default()).unwrap();
+        let off = difference(&plan, &ours, &theirs);
+        assert!(off < TOLERANCE, "{:?} {off:e}", plan.camera().projection);
+        pictures.push(ours);
+    }
+    assert_eq!((pictures[1][0], pictures[1][12 * 24 + 12] > 0.0), (0.0, true));
+    assert_eq!((pictures[5][0], pictures[5][15 * 40 + 20] > 0.0), (0.0, true));
+    assert!(pictures[0] != pictures[1]);
+}

@@ -20,6 +20,16 @@ impl App {
         if pressed(Modifiers::NONE, Key::F1) {
             self.layout.help = !self.layout.help;
         }
+        if pressed(Modifiers::NONE, Key::F11) {
+            ctx.send_viewport_cmd(ViewportCommand::Fullscreen(!self.is_full(ctx)));
+        }
+        if self.is_full(ctx) && pressed(Modifiers::NONE, Key::Escape) {
+            ctx.send_viewport_cmd(ViewportCommand::Fullscreen(false));
+        }
+        if pressed(Modifiers::NONE, Key::F12) {
+            self.screenshot();
+        }
+        self.moment_keys(ctx);
         crate::viewport::keys(ctx, self);
     }
 

@@ -2,6 +2,7 @@
 
 mod keys;
 mod leaving;
+mod moments;
 mod ordering;
 
 use std::path::PathBuf;
@@ -12,6 +13,7 @@ use barnard::image::{Display, Level};
 use barnard::scene::{RayTracer, Scene};
 use eframe::egui::{self, Context, Key, Modifiers, TextureHandle, TextureOptions, Ui, ViewportCommand};
 
+use crate::clock::Clock;
 use crate::comparison::Comparison;
 use crate::document::{Document, Origin};
 use crate::edit::Edit;
@@ -75,6 +77,8 @@ pub struct App {
     pub session: Session,
     /// A picture that is being written.
     pub export: Option<Export>,
+    /// The moment that is shown of a scene that changes.
+    pub clock: Clock,
     /// The panels that are open.
     pub layout: panels::Layout,
     /// Most bytes that a plan may take.
@@ -116,6 +120,7 @@ impl App {
             files: Files::default(),
             session,
             export: None,
+            clock: Clock::default(),
             layout: panels::Layout::default(),
             memory_limit,
             probed: None,
@@ -149,12 +154,18 @@ impl App {
         self.ordered.as_ref().zip(self.shown.as_ref()).is_some_and(settled) && !self.document.is_rough()
     }
 
-    /// Changes the document, and tells what is wrong with the change.
-    pub fn apply(&mut self, edit: Edit) {
+    /// Changes the document, and tells what is wrong with the change; false where it was not made.
+    pub fn apply(&mut self, edit: Edit) -> bool {
         let before = self.document.scene().clone();
         match self.document.apply(edit) {
-            Ok(()) => self.after_change(&before),
-            Err(error) => self.complain(error),
+            Ok(()) => {
+                self.after_change(&before);
+                true
+            }
+            Err(error) => {
+                self.complain(error);
+                false
+            }
         }
     }
 
@@ -196,6 +207,7 @@ impl App {
     /// Puts another scene in place of this one.
     fn take(&mut self, document: Document) {
         self.flight = Flight::of(document.scene());
+        self.clock = Clock::default();
         self.document = document;
         self.exposure += 1;
         self.comparison = Comparison::default();
@@ -253,9 +265,12 @@ impl App {
                 stretch: tone.stretch,
                 black: Level::Radiance(tone.black),
                 white: Level::Radiance(tone.white),
+                bits: scene.display.bits,
             },
         );
-        Scene { display, ..(**scene).clone() }
+        // A view that no text says is one of the window alone.
+        let camera = if self.document.moves_camera() { self.flight.camera.clone() } else { scene.camera.clone() };
+        Scene { display, camera, ..(**scene).clone() }
     }
 
     /// Draws one frame of the window.
@@ -263,14 +278,22 @@ impl App {
         let ctx = ui.ctx().clone();
         self.take_frames(&ctx);
         self.take_drops(&ctx);
+        self.tick(&ctx);
         let mut edits = Edits::new();
-        panels::menu(ui, self);
-        panels::status(ui, self);
-        panels::left(ui, self, &mut edits);
-        panels::right(ui, self, &mut edits);
+        let full = self.is_full(&ctx);
+        if !full || self.notice.is_some() {
+            panels::status(ui, self);
+        }
+        if !full {
+            panels::menu(ui, self);
+            panels::bottom(ui, self);
+            panels::left(ui, self, &mut edits);
+            panels::right(ui, self, &mut edits);
+        }
         egui::CentralPanel::no_frame().show(ui, |ui| crate::viewport::show(ui, self, &mut edits));
         self.dialogs(&ctx);
         let asking = self.leaving.is_some() || self.files.is_open();
+        self.clock.playing &= !asking;
         // In a slow frame something can be typed, taken and followed by more: keys of the frame in which a field is
         // left are its own.
         let typing = ctx.egui_wants_keyboard_input();
@@ -286,7 +309,7 @@ impl App {
             self.commands(&ctx);
         }
         let busy = ctx.input(|i| i.pointer.any_down() || i.key_down(Key::E) || i.smooth_scroll_delta() != egui::Vec2::ZERO);
-        let is_quiet = !busy && !self.viewport.is_moving();
+        let is_quiet = !busy && !self.viewport.is_moving() && !self.clock.playing;
         if is_quiet {
             self.document.rest();
         }
@@ -300,6 +323,27 @@ impl App {
             self.title = title;
         }
         self.close(&ctx);
+    }
+
+    /// Writes the picture as it is shown into the working folder, under a name that is not taken.
+    fn screenshot(&mut self) {
+        let Some(picture) = self.shown.as_ref().and_then(|shown| shown.pictures.first()) else { return };
+        let name = self.document.scene().name.replace(|c: char| !c.is_alphanumeric(), "_");
+        let free = (1..10_000).map(|n| PathBuf::from(format!("{name}_{n:04}.png"))).find(|path| !path.exists());
+        let Some(path) = free else { return self.complain("ten thousand screenshots are in this folder; move some away") };
+        let pixels: Vec<u8> = picture.colours.iter().flat_map(|c| [c.r(), c.g(), c.b()]).collect();
+        let size = (picture.image.width, picture.image.height);
+        let written = barnard_files::formats::encode_png(size, &pixels, &picture.image.notes)
+            .and_then(|bytes| barnard_files::formats::replace(&path, &bytes));
+        match written {
+            Ok(()) => self.tell(format!("wrote {}", std::path::absolute(&path).unwrap_or(path).display())),
+            Err(error) => self.complain(error),
+        }
+    }
+
+    /// Whether the picture fills the screen, and no panel is shown.
+    fn is_full(&self, ctx: &Context) -> bool {
+        ctx.input(|i| i.viewport().fullscreen.unwrap_or(false))
     }
 
     /// Has gas that is known roughly found out exactly, once nothing moves any more.

@@ -59,7 +59,7 @@ impl App {
         if !same {
             self.moved = now;
         }
-        let moving = self.ordered.is_some() && (now - self.moved < REST || self.viewport.is_moving());
+        let moving = self.ordered.is_some() && (now - self.moved < REST || self.viewport.is_moving() || self.clock.playing);
         if moving {
             // Whatever draws the next frame, one comes when rest is reached.
             ctx.request_repaint_after(Duration::from_secs_f64((REST - (now - self.moved)).clamp(0.01, REST)));
@@ -67,7 +67,8 @@ impl App {
         if same && self.ordered.as_ref().is_some_and(|o| o.moving == moving) {
             return;
         }
-        if !moving && self.flight.camera != self.document.scene().camera {
+        // What keys say of the camera they alone change.
+        if !moving && !self.document.moves_camera() && self.flight.camera != self.document.scene().camera {
             // What was flown to is written down, and seen as it is written.
             let edit = self.flight.edit();
             if self.flight_is_new() {

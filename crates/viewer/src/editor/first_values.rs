@@ -75,18 +75,24 @@ fn first_value(key: &Key) -> Value {
         "direction" | "[width, height]" if default.parse::<Value>().is_ok_and(|v| v.is_array()) => {
             default.parse().unwrap_or_else(|_| default.into())
         }
+        "direction" if key.name == "up" => numbers([0.0, 1.0, 0.0]),
         "direction" => numbers([0.0, 0.0, 1.0]),
         "list of tables" => {
             let line = [("wavelength", Value::from("656.28 nm")), ("strength", Value::from(1.0))].into_iter().collect::<InlineTable>();
             Value::Array([line].into_iter().collect::<Array>())
         }
         "boolean" => (default != "true").into(),
+        "integer" if key.name == "star_depth_voxels" => 2.into(),
         "integer" => default.parse::<i64>().unwrap_or(64).into(),
         "number" | "number or table" => default.parse::<f64>().unwrap_or(0.5).into(),
         "list of numbers" if key.name == "crop" => numbers([0.0, 0.0, 256.0, 256.0]),
+        "list of numbers" if key.name == "orientation" => numbers([0.0, 0.0, 0.0, 1.0]),
         "list of numbers" if key.name == "nm" => numbers([500.0, 600.0]),
         "list of numbers" => numbers([0.0, 1.0]),
+        "list of texts" if key.name == "pole_merge" => Value::Array(["60 deg", "75 deg"].into_iter().collect::<Array>()),
         "list of texts" => Value::Array(["300 nm", "1 um"].into_iter().collect::<Array>()),
+        "list of times" => Value::Array(["0 s", "1 s"].into_iter().collect::<Array>()),
+        "list of values" => numbers([0.0, 1.0]),
         "[width, height]" => Value::Array([512i64, 512].into_iter().collect::<Array>()),
         "text or list" => default.into(),
         _ => default.into(),

@@ -133,6 +133,17 @@ kind = "perspective"
 position = "0 0 6 pc"
 field_of_view = "24 deg"
 
+[camera.stereo]
+eye_distance = "0.1 pc"
+
+[camera.path]
+[[camera.path.key]]
+time = "0 s"
+position = "0 0 6 pc"
+[[camera.path.key]]
+time = "1 s"
+position = "1 0 5 pc"
+
 [bookmark.1]
 kind = "perspective"
 position = "0 4 0 pc"
@@ -182,6 +193,13 @@ width = "50 nm"
 
 [display]
 [method]
+
+[[animation]]
+of = "dust.scale"
+times = ["0 s", "1 s"]
+values = ["4 mag/pc", "5 mag/pc"]
+
+[sequence]
 "#;
 
     fn document() -> Document {
@@ -199,7 +217,7 @@ width = "50 nm"
     /// A place of every table.
     fn place(path: &str) -> String {
         match path {
-            "star" | "star_table" | "emission" | "band" => format!("{path}.0"),
+            "star" | "star_table" | "emission" | "band" | "animation" | "camera.path.key" => format!("{path}.0"),
             "field.*" => "field.cloud".into(),
             "bookmark.*" => "bookmark.1".into(),
             path => path.into(),
@@ -212,9 +230,11 @@ width = "50 nm"
         let mut chosen = 0;
         for row in TABLES {
             for kind in (row.kinds)() {
-                // Parallel rays see no stars at infinity.
-                let mut document =
-                    said(&SCENE.replace(if ["camera", "bookmark.*"].contains(&row.path) { "[background.stars]" } else { "\0" }, ""));
+                // Parallel rays see no stars at infinity, and are of one eye.
+                let is_camera = ["camera", "bookmark.*"].contains(&row.path);
+                let without = |text: String, part: &str| if is_camera { text.replace(part, "") } else { text };
+                let text = without(without(SCENE.to_owned(), "[background.stars]"), "[camera.stereo]\neye_distance = \"0.1 pc\"\n");
+                let mut document = said(&text);
                 let place = place(row.path);
                 if kind.name == "power_law" && row.path == "star" {
                     let key = row.keys_of(None).find(|k| k.name == "spectral_luminosity").unwrap();
@@ -251,7 +271,7 @@ width = "50 nm"
             }
         }
         let explained = |e: &String| ["goes with", "takes no r_v", "cannot be read", "not both"].iter().any(|w| e.contains(w));
-        assert!(refused.iter().all(explained) && refused.len() < 14, "{refused:#?}");
+        assert!(refused.iter().all(explained) && refused.len() < 17, "{refused:#?}");
     }
 
     /// Comments and blanks stay where they are, whatever is set around them; tables on the way are made.

@@ -5,6 +5,7 @@ mod method;
 mod picture;
 mod probe;
 mod spectra;
+mod timeline;
 
 use barnard::scene::Scene;
 use eframe::egui::{self, Color32, Frame, Panel, ScrollArea, Ui};
@@ -13,6 +14,7 @@ use crate::app::App;
 use crate::document::Origin;
 use crate::editor::Edits;
 use crate::files::Purpose;
+use crate::viewport::Guide;
 
 pub use about::help;
 pub use probe::Probed;
@@ -23,6 +25,8 @@ pub struct Layout {
     pub scene: bool,
     /// Picture, method and probe, on the right.
     pub picture: bool,
+    /// The timeline, below.
+    pub timeline: bool,
     /// Whether the list of keys is open.
     pub help: bool,
     /// Whether spectra are plotted in logarithms.
@@ -31,7 +35,7 @@ pub struct Layout {
 
 impl Default for Layout {
     fn default() -> Self {
-        Self { scene: true, picture: true, help: false, logarithmic: false }
+        Self { scene: true, picture: true, timeline: false, help: false, logarithmic: false }
     }
 }
 
@@ -43,12 +47,12 @@ impl Layout {
     pub fn stored(storage: Option<&dyn eframe::Storage>) -> Self {
         let Some(text) = storage.and_then(|s| s.get_string(KEY)) else { return Self::default() };
         let on = |name: &str| text.split(' ').any(|word| word == name);
-        Self { scene: on("scene"), picture: on("picture"), help: false, logarithmic: on("logarithmic") }
+        Self { scene: on("scene"), picture: on("picture"), timeline: on("timeline"), help: false, logarithmic: on("logarithmic") }
     }
 
     /// Writes the layout down for the next time.
     pub fn save(&self, storage: &mut dyn eframe::Storage) {
-        let open = [("scene", self.scene), ("picture", self.picture), ("logarithmic", self.logarithmic)];
+        let open = [("scene", self.scene), ("picture", self.picture), ("timeline", self.timeline), ("logarithmic", self.logarithmic)];
         storage.set_string(KEY, open.iter().filter(|(_, on)| *on).map(|(name, _)| *name).collect::<Vec<_>>().join(" "));
     }
 }
@@ -83,6 +87,15 @@ pub fn menu(ui: &mut Ui, app: &mut App) {
                 ui.checkbox(&mut app.viewport.overlay, "Stars and frame (M)");
                 ui.checkbox(&mut app.layout.scene, "Scene panel");
                 ui.checkbox(&mut app.layout.picture, "Picture panel");
+                ui.checkbox(&mut app.layout.timeline, "Timeline (T)");
+                ui.menu_button("Frame guide (G)", |ui| {
+                    for guide in Guide::ALL {
+                        ui.radio_value(&mut app.viewport.guide, guide, guide.name());
+                    }
+                });
+                if ui.add(egui::Button::new("Full screen").shortcut_text("F11")).clicked() {
+                    ui.ctx().send_viewport_cmd(egui::ViewportCommand::Fullscreen(true));
+                }
                 ui.horizontal(|ui| {
                     ui.label("Theme");
                     // Words: the embedded font has no sun and no moon.
@@ -179,6 +192,13 @@ pub fn status(ui: &mut Ui, app: &mut App) {
             }
         });
     });
+}
+
+/// Shows the timeline, where it is open.
+pub fn bottom(ui: &mut Ui, app: &mut App) {
+    if app.layout.timeline {
+        Panel::bottom("timeline").frame(unfilled(ui)).show(ui, |ui| timeline::show(ui, app));
+    }
 }
 
 /// Spectra, and the tables of the scene.

@@ -7,4 +7,5 @@ mod edits;
 mod explorer;
 mod levels;
 mod looks;
+mod timeline;
 mod view;

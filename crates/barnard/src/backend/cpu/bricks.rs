@@ -79,6 +79,9 @@ impl Whole {
         // Bricks have the depths of stars at their own voxels.
         let options = Options { star_depth_voxels: 1, ..options.clone() };
         let refused = |what: &str, instead: &str| Err(Error::Method(format!("bricks know {what}; {instead}")));
+        if scene.camera.stereo.is_some() || scene.camera.eye.is_some() {
+            return refused("one eye", "leave stereo out");
+        }
         if scene.method.bounces > 1 {
             return refused("light that scatters once", "set bounces = 1");
         }

@@ -92,7 +92,11 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
     // Steps and star depths can mend what they cost themselves, and no more: they are chosen beside an exact march
     // through the same samples.
     let reachable = sampling.as_ref().map_or(&truth, |s| &s.values);
-    let candidates = settings.method.steps.map_or_else(|| candidates(space, finest, field.is_some()), |n| vec![Stepping::Fixed(n)]);
+    let candidates = match (settings.method.steps, settings.method.steps_per_voxel) {
+        (Some(n), _) => vec![Stepping::Fixed(n)],
+        (None, Some(n)) => vec![Stepping::PerVoxel(n)],
+        (None, None) => candidates(space, finest, field.is_some()),
+    };
     let beside_sampling = BESIDE_SAMPLING * sampling.as_ref().map_or(0.0, Sampling::worst);
     let enough = beside_sampling.min(settings.method.accuracy).max(accuracy);
     let Some(Choice { stepping, factor, values, .. }) = marches.cheapest(space, settings, &candidates, reachable, enough)? else {
@@ -210,15 +214,20 @@ impl Marches<'_> {
         // A field of light has no star depths to refine, and finer steps may be of no use to it.
         let field = self.fast.field.is_some();
         let mut best: Option<Choice> = None;
-        for factor in FACTORS.into_iter().take_while(|factor| *factor == 1 || *factor <= settings.star_depth_voxels) {
+        let fixed = settings.method.star_depth_voxels.map(|own| own.min(settings.star_depth_voxels));
+        let factors = match &fixed {
+            Some(own) => std::slice::from_ref(own),
+            None => &FACTORS,
+        };
+        for &factor in factors.iter().take_while(|factor| **factor == 1 || **factor <= settings.star_depth_voxels) {
             if factor > 1 {
-                if factor > MODEST && space.star_bytes(factor) > FINE_BYTES {
+                if fixed.is_none() && factor > MODEST && space.star_bytes(factor) > FINE_BYTES {
                     break;
                 }
                 // More memory than allowed for finer depths is no failure of the scene: the coarser ones stay, with
                 // their error stated.
                 match space.refine_stars(factor, settings, self.control) {
-                    Err(Error::Memory { .. }) => break,
+                    Err(Error::Memory { .. }) if fixed.is_none() => break,
                     other => other?,
                 }
             }

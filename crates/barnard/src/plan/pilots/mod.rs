@@ -26,7 +26,7 @@ use crate::light::Light;
 use crate::plan::pilots::march_f64::{Eye, RayMarch};
 use crate::plan::pilots::star_columns::StarColumns;
 use crate::plan::segment::Segment;
-use crate::plan::{LightField, Settings, SpatialPlan, SpectralPlan, Stepping};
+use crate::plan::{LightField, RuleTarget, Settings, SpatialPlan, SpectralPlan, Stepping};
 use crate::scene::Scene;
 
 /// The part of the accuracy that spectral rules may cost in the picture: they are chosen by the light without dust,
@@ -64,25 +64,25 @@ fn columns(space: &SpatialPlan, ray: &Ray) -> StarColumns {
 /// The rules of `scene`, made finer until what they cost in the picture is a part of the accuracy.
 pub fn spectral(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: &Settings, control: &Control) -> Result<SpectralPlan> {
     let accuracy = settings.method.accuracy;
-    let mut rule_accuracy = accuracy;
+    let mut rules = RuleTarget { accuracy, depth: space.reach(&scene.camera) };
     let mut best: Option<(SpectralPlan, f64)> = None;
     // What shines does not depend on the rule: the rays and the truth are those of the first.
     let mut exact: Option<(Vec<Pilot>, Vec<Vec<f64>>)> = None;
     for _ in 0..SPECTRAL_TRIES {
         control.check()?;
-        let spectral = SpectralPlan::with_rules(scene, lights, space, settings, rule_accuracy, control)?;
+        let spectral = SpectralPlan::with_rules(scene, lights, space, settings, rules, control)?;
         let march = |pilots: &[Pilot], shading: &Shading| -> Result<Vec<Vec<f64>>> {
             let checked = |pilot| control.check().map(|()| march(space, shading, pilot, Stepping::PerVoxel(1.0), false));
             pilots.par_iter().map(checked).collect()
         };
-        let rules = Shading::new(&spectral, lights);
+        let by_rules = Shading::new(&spectral, lights);
         if exact.is_none() {
             let pilots = pilots(scene, space, &spectral, lights, control)?;
             let truth = march(&pilots, &Shading { measures: Some(measures(&spectral)), ..Shading::new(&spectral, lights) })?;
             exact = Some((pilots, truth));
         }
         let Some((pilots, truth)) = &exact else { break };
-        let error = relative_error(&march(pilots, &rules)?, truth, pilots);
+        let error = relative_error(&march(pilots, &by_rules)?, truth, pilots);
         if best.as_ref().is_none_or(|b| error < b.1) {
             best = Some((spectral, error));
         }
@@ -90,7 +90,7 @@ pub fn spectral(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: 
         if error <= SPECTRAL_SHARE * accuracy || settings.method.settings.count.is_some() {
             break;
         }
-        rule_accuracy *= FINER;
+        rules.accuracy *= FINER;
     }
     best.map(|b| b.0).ok_or_else(|| crate::Error::Method("no spectral rule was found".into()))
 }

@@ -70,7 +70,7 @@ impl SpatialPlan {
     /// The space of a scene that has the same densities and as much dust, as it is before pilots choose how finely;
     /// none otherwise.
     pub(crate) fn rebuilt(self: &Arc<Self>, scene: &Scene, settings: &Settings, control: &Control) -> Result<Option<Self>> {
-        if sigma_v_per_pc(scene) != self.sigma_v_per_pc || self.resolution != OWN {
+        if !self.has_as_much_dust_as(scene) || self.resolution != OWN {
             return Ok(None);
         }
         let Some(followed) = self.updated(scene, settings, control)? else { return Ok(None) };
@@ -79,6 +79,11 @@ impl SpatialPlan {
             own.refine_stars(1, settings, control)?;
         }
         Ok(Some(own))
+    }
+
+    /// Whether a density of one is as much dust as in `scene`.
+    pub(crate) fn has_as_much_dust_as(&self, scene: &Scene) -> bool {
+        sigma_v_per_pc(scene) == self.sigma_v_per_pc
     }
 
     /// Multiplies all star depths and puts the dust of now into its volume; false, and nothing done, where depths were

@@ -26,6 +26,8 @@ pub struct SpectralPlan {
     pub method: &'static str,
     /// The accuracy it was asked for \[1\].
     pub accuracy: f64,
+    /// That of its rules alone \[1\].
+    pub rule_accuracy: f64,
     /// The plan of each passband.
     pub bands: Vec<BandPlan>,
     /// The table of the phase function; none where scattering is even.
@@ -38,6 +40,15 @@ pub struct SpectralPlan {
     /// isotropic.
     pub phase_angle: f64,
     phase_at_pivot: Option<PhaseAtPivot>,
+}
+
+/// What rules are made for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RuleTarget {
+    /// The allowed error, relative to the light without extinction \[1\].
+    pub accuracy: f64,
+    /// The optical depth at V up to which it holds \[1\].
+    pub depth: f64,
 }
 
 /// The plan of one passband.
@@ -66,23 +77,24 @@ const CERTIFIED_COSINES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 impl SpectralPlan {
     /// Solves the rule for every passband of `scene`, for the optical depths of `space`.
     pub(crate) fn new(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: &Settings, control: &Control) -> Result<Self> {
-        Self::with_rules(scene, lights, space, settings, settings.method.accuracy, control)
+        let rules = RuleTarget { accuracy: settings.method.accuracy, depth: space.reach(&scene.camera) };
+        Self::with_rules(scene, lights, space, settings, rules, control)
     }
 
-    /// The same by rules of another accuracy than that of all else.
+    /// The same by rules that are made for something else than all else is.
     pub(crate) fn with_rules(
         scene: &Scene,
         lights: &[Light],
         space: &SpatialPlan,
         settings: &Settings,
-        rule_accuracy: f64,
+        rules: RuleTarget,
         control: &Control,
     ) -> Result<Self> {
         let method = &settings.method;
         let law = law(scene)?;
         let settings = &method.settings;
         let support_um = support_um(scene);
-        let depth = space.reach(&scene.camera);
+        let RuleTarget { accuracy: rule_accuracy, depth } = rules;
         // A node that passbands share is no passband's own transport: what it scatters again is no one's.
         let scatters_once = method.bounces == 1 && space.many_lights.is_none() && method.entry.star_depth == StarDepthSource::Cached;
         let solved = |may_share: bool| {
@@ -144,6 +156,7 @@ impl SpectralPlan {
         Ok(Self {
             method: name,
             accuracy: method.accuracy,
+            rule_accuracy,
             least_k,
             phase: phase_at_pivot.as_ref().map(table),
             depth,

@@ -31,7 +31,7 @@ pub(super) const READER: Reader = Reader {
     image: Some(image),
 };
 pub(super) const WRITER: Writer =
-    Writer { extension: "fits", summary: "one image HDU a band: BUNIT, pixel scale, passband, certificate", encode };
+    Writer { extension: "fits", is_picture: false, summary: "one image HDU a band: BUNIT, pixel scale, passband, certificate", encode };
 
 pub(super) const GRID_WRITER: GridWriter = GridWriter {
     extension: "fits",

@@ -35,7 +35,7 @@ pub enum Layout {
 pub type Axes = [DVec3; 3];
 
 /// By face of a cube what is ahead on it, to the right and upwards, each as a sign and a number of [`Axes`].
-const CUBE: [[(f64, usize); 3]; 6] = [
+pub const CUBE: [[(f64, usize); 3]; 6] = [
     [(-1.0, 1), (1.0, 0), (1.0, 2)],
     [(1.0, 1), (-1.0, 0), (1.0, 2)],
     [(1.0, 2), (-1.0, 1), (1.0, 0)],
@@ -63,7 +63,7 @@ fn face_at(t: f64) -> (usize, f64) {
 
 impl Layout {
     /// The axes of the image, of those of the view.
-    fn axes(&self, [ahead, right, up]: &Axes) -> Axes {
+    pub fn axes(&self, [ahead, right, up]: &Axes) -> Axes {
         let Self::Dome { tilt, .. } = self else { return [*ahead, *right, *up] };
         let (sin, cos) = tilt.sin_cos();
         // The audience looks at what is ahead, which is below in the image.

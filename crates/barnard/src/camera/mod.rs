@@ -5,17 +5,23 @@
 //! r = d × up, u = r × d. A part of an image is an image whose middle lies off the axis of view. Images of all around have
 //! angles in place of tangents (`panorama`).
 
+mod kinds;
+pub mod panorama;
+mod stereo;
+
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use spectra::units::{Angle, Length};
 
-use crate::data::Inputs;
+pub(crate) use kinds::COMMON;
+pub use kinds::{KINDS, bookmark, build};
+pub(crate) use stereo::KEYS as STEREO;
+pub use stereo::{Arrangement, Eye, Stereo};
+
+use self::panorama::{Axes, Layout};
 use crate::error::{Error, Result};
 use crate::geometry::Ray;
 use crate::image::PixelScale;
-use crate::panorama::{Axes, Layout};
-use crate::properties::{Key, Kind, Section, build_kind_with};
 
 /// How rays leave the image plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,131 +90,14 @@ pub struct Camera {
     /// How far the image's middle lies from the axis of view, to the right and upwards, in halves of its width \[1\]:
     /// zero but for a part of a larger image.
     pub offset: (f64, f64),
+    /// The two eyes that look in place of one, each of which has a [camera](Camera::eyes) of its own; none: one eye looks.
+    pub stereo: Option<Stereo>,
+    /// Which of two eyes looks, in an image of all around; none: one looks from the camera's own place.
+    pub eye: Option<Eye>,
 }
-
-/// The keys that every camera takes.
-pub(crate) const COMMON: &[Key] = &[
-    Key::required("position", "position", "where the observer is"),
-    Key::optional("target", "position", "0 0 0 pc", "what they look at"),
-    Key::optional("up", "direction", "[0, 1, 0]", "what is up in the image"),
-    Key::optional("size", "[width, height]", "[512, 512]", "pixels of the image"),
-    Key::optional(
-        "crop",
-        "list of numbers",
-        "the whole image",
-        "[column, row, width, height] of the part that is rendered, in pixels from the upper left corner",
-    ),
-    Key::optional("supersampling", "integer", "1", "rays along each side of a pixel, 1 to 16"),
-];
-
-/// All kinds of camera that a scene may name.
-pub const KINDS: &[Kind<Projection>] = &[
-    Kind {
-        name: "perspective",
-        summary: "all rays from one point",
-        keys: &[Key::required("field_of_view", "angle", "horizontal field of view, below 180 deg")],
-        build: |section, _| {
-            let fov = section.need_positive::<Angle>("field_of_view")?;
-            if fov.0 >= std::f64::consts::PI {
-                return Err(section.error("field_of_view", format!("{fov} is too wide; it must be below 180 deg")));
-            }
-            Ok(Projection::Perspective { half_width: (0.5 * fov.0).tan() })
-        },
-    },
-    Kind {
-        name: "orthographic",
-        summary: "parallel rays, starting on the image plane",
-        keys: &[Key::required("width", "length", "width of the image")],
-        build: |section, _| Ok(Projection::Orthographic { half_width_pc: 0.5 * section.need_positive::<Length>("width")?.0 }),
-    },
-    Kind {
-        name: "fisheye",
-        summary: "equal angles from the middle outwards, black beside the circle: a dome master, with what the audience faces at the bottom",
-        keys: &[
-            Key::optional("aperture", "angle", "180 deg", "the angle across the circle, up to 360 deg"),
-            Key::optional(
-                "tilt",
-                "angle",
-                "0 deg",
-                "how far the middle of the image leans from up towards the target, 0 to 180 deg; at 90 deg the target is in the middle",
-            ),
-        ],
-        build: |section, _| {
-            let aperture = section.positive::<Angle>("aperture")?.unwrap_or(Angle(PI));
-            let tilt = section.quantity::<Angle>("tilt")?.unwrap_or(Angle(0.0));
-            if aperture.0 > TURN * (1.0 + 1e-12) {
-                return Err(section.error("aperture", format!("{aperture} is more than all around; it is 360 deg at most")));
-            }
-            if !(0.0..=PI * (1.0 + 1e-12)).contains(&tilt.0) {
-                return Err(section.error("tilt", format!("{tilt} is no tilt; it is 0 to 180 deg")));
-            }
-            Ok(Projection::dome(aperture.0, tilt.0))
-        },
-    },
-    Kind {
-        name: "equirectangular",
-        summary: "all around, longitude by latitude, the target in the middle; twice as wide as high",
-        keys: &[],
-        build: |_, _| Ok(Projection::SPHERE),
-    },
-    Kind {
-        name: "cubemap",
-        summary: "all around, six faces of a cube one above the other, as environment maps of OpenEXR have them; six times as high as wide",
-        keys: &[],
-        build: |_, _| Ok(Projection::CUBE),
-    },
-];
 
 /// Most pixels along an edge: what the formats can hold and a mistake cannot reach.
 pub const MAX_EDGE: usize = 65_536;
-
-/// Reads a `[bookmark.NAME]` table: a camera, with the pixels of the scene's own where it does not say others.
-///
-/// # Errors
-/// Where a key is unknown, missing or wrong; its place is said.
-pub fn bookmark(section: &Section, inputs: &Inputs, own: &Camera) -> Result<Camera> {
-    let mut camera = build(section, inputs)?;
-    if !section.has("size") {
-        (camera.width, camera.height) = (own.width, own.height);
-    }
-    if !section.has("supersampling") {
-        camera.supersampling = own.supersampling;
-    }
-    Ok(camera)
-}
-
-/// Reads the `[camera]` table.
-///
-/// # Errors
-/// Where a key is unknown, missing or wrong; its place is said.
-pub fn build(section: &Section, inputs: &Inputs) -> Result<Camera> {
-    let projection = build_kind_with("camera", KINDS, COMMON, section, inputs)?;
-    let (position, target) = (section.need_position("position")?, section.position("target")?.unwrap_or(DVec3::ZERO));
-    let camera = Camera::look_at(position, target).up(section.direction("up")?.unwrap_or(DVec3::Y));
-    if !camera.forward.is_finite() {
-        return Err(section.error("target", "the camera stands on its target; move one of them"));
-    }
-    if !camera.right.is_finite() {
-        return Err(section.error("up", "up is parallel to the viewing direction; choose another"));
-    }
-    let size = section.numbers("size")?.unwrap_or_else(|| vec![SIZE as f64; 2]);
-    let whole = |v: f64| v.fract() == 0.0 && (1.0..=MAX_EDGE as f64).contains(&v);
-    let &[width, height] = &size[..] else { return Err(section.error("size", "size is [width, height]")) };
-    if !whole(width) || !whole(height) {
-        return Err(section
-            .error("size", format!("an image of {width} x {height} pixels cannot be made; both are whole numbers from 1 to {MAX_EDGE}")));
-    }
-    let supersampling = section.integer("supersampling", *SUPERSAMPLING.start() as i64..=*SUPERSAMPLING.end() as i64)?;
-    let camera = Camera { projection, ..camera }.size(width as usize, height as usize).supersampling(supersampling.unwrap_or(1) as usize);
-    match section.numbers("crop")?.as_deref() {
-        None => Ok(camera),
-        Some(&[column, row, width, height]) if [column, row, width, height].iter().all(|v| v.fract() == 0.0 && *v >= 0.0) => {
-            let part = camera.crop(column as usize, row as usize, width as usize, height as usize);
-            part.map_err(|error| section.error("crop", error.to_string()))
-        }
-        Some(_) => Err(section.error("crop", "crop is [column, row, width, height], four whole numbers")),
-    }
-}
 
 /// All around [rad].
 const TURN: f64 = 2.0 * PI;
@@ -239,6 +128,8 @@ impl Camera {
             height: SIZE,
             supersampling: 1,
             offset: (0.0, 0.0),
+            stereo: None,
+            eye: None,
         }
         .up(DVec3::Y)
         .field_of_view_deg(FIELD_OF_VIEW_DEG)
@@ -312,6 +203,29 @@ impl Camera {
         Self { supersampling: rays, ..self }
     }
 
+    /// The same camera with two eyes.
+    #[must_use]
+    pub fn stereo(self, stereo: Stereo) -> Self {
+        Self { stereo: Some(stereo), ..self }
+    }
+
+    /// The cameras of the left and the right eye; none where one eye looks.
+    pub fn eyes(&self) -> Option<[Self; 2]> {
+        let Stereo { distance_pc, convergence_pc, merge, .. } = self.stereo?;
+        Some([-0.5, 0.5].map(|part| {
+            let aside_pc = part * distance_pc;
+            let one = Self { stereo: None, ..self.clone() };
+            match self.projection {
+                Projection::Panorama { .. } => Self { eye: Some(Eye { aside_pc, convergence_pc, merge }), ..one },
+                Projection::Perspective { half_width } => {
+                    let shift = aside_pc / (convergence_pc * half_width);
+                    Self { position: self.position + aside_pc * self.right, offset: (self.offset.0 - shift, self.offset.1), ..one }
+                }
+                Projection::Orthographic { .. } => one,
+            }
+        }))
+    }
+
     /// Refuses what no picture can be taken by.
     ///
     /// # Errors
@@ -352,6 +266,17 @@ impl Camera {
         if !(self.offset.0.is_finite() && self.offset.1.is_finite()) {
             return Err(Error::value("offset of the camera", format!("{:?}", self.offset), "two numbers"));
         }
+        if let Some(stereo) = &self.stereo {
+            stereo.check()?;
+            let edge = if stereo.arrangement == Arrangement::OverUnder { self.height } else { self.width };
+            if 2 * edge > MAX_EDGE {
+                let wanted = format!("at most {MAX_EDGE} of both together; render each for itself");
+                return Err(Error::value("pixels of two eyes along an edge", edge, wanted));
+            }
+            if matches!(self.projection, Projection::Orthographic { .. }) {
+                return Err(Error::value("kind of the camera", "orthographic, with two eyes", "one whose rays start at one point"));
+            }
+        }
         let (width, height) = (self.width, self.height);
         if !((1..=MAX_EDGE).contains(&width) && (1..=MAX_EDGE).contains(&height)) {
             let wanted = format!("a size that images have; both are whole numbers from 1 to {MAX_EDGE}");
@@ -365,7 +290,7 @@ impl Camera {
 
     /// The ray through (`column`, `row`) in pixels from the upper left corner, pixel centres at halves.
     pub fn ray(&self, column: f64, row: f64) -> Ray {
-        let (x, y) = self.place(column, row);
+        let (x, y) = self.image_place(column, row);
         match self.projection {
             Projection::Perspective { half_width } => {
                 let direction = self.forward + half_width * (x * self.right + y * self.up);
@@ -375,7 +300,9 @@ impl Camera {
                 Ray { origin: self.position + half_width_pc * (x * self.right + y * self.up), direction: self.forward }
             }
             Projection::Panorama { layout, half_width } => {
-                Ray { origin: self.position, direction: layout.direction((half_width * x, half_width * y), &self.axes()) }
+                let direction = layout.direction((half_width * x, half_width * y), &self.axes());
+                let (aside, direction) = self.eye.map_or((DVec3::ZERO, direction), |eye| eye.ray(direction, self.up));
+                Ray { origin: self.position + aside, direction }
             }
         }
     }
@@ -383,12 +310,12 @@ impl Camera {
     /// Whether there is a ray through (`column`, `row`): beside the circle of a dome there is none, and the picture is black.
     pub fn sees(&self, column: f64, row: f64) -> bool {
         let Projection::Panorama { layout, half_width } = self.projection else { return true };
-        let (x, y) = self.place(column, row);
+        let (x, y) = self.image_place(column, row);
         layout.sees((half_width * x, half_width * y))
     }
 
     /// A place of the image in halves of its width from the axis of view, to the right and upwards.
-    fn place(&self, column: f64, row: f64) -> (f64, f64) {
+    fn image_place(&self, column: f64, row: f64) -> (f64, f64) {
         let (w, h) = (self.width as f64, self.height as f64);
         let per_pixel = 2.0 / w;
         (per_pixel * (column - 0.5 * w) + self.offset.0, per_pixel * (0.5 * h - row) + self.offset.1)
@@ -408,7 +335,11 @@ impl Camera {
             Projection::Perspective { half_width } => beside(depth * half_width)?,
             Projection::Orthographic { half_width_pc } => beside(half_width_pc)?,
             Projection::Panorama { layout, half_width } => {
-                let (s, t) = layout.place(v.try_normalize()?, &self.axes())?;
+                let direction = match self.eye {
+                    Some(eye) => eye.towards(v, self.up)?,
+                    None => v.try_normalize()?,
+                };
+                let (s, t) = layout.place(direction, &self.axes())?;
                 (s / half_width, t / half_width)
             }
         };
@@ -430,10 +361,16 @@ impl Camera {
             }
             Projection::Orthographic { half_width_pc } => (2.0 * half_width_pc / w).powi(2),
             Projection::Panorama { layout, half_width } => {
-                let (x, y) = self.place(column, row);
+                let (x, y) = self.image_place(column, row);
                 (2.0 * half_width / w).powi(2) * layout.measure((half_width * x, half_width * y))
             }
         }
+    }
+
+    /// Where the axis of view meets the image, from its middle to the right and upwards \[pixels\].
+    pub fn axis(&self) -> (f64, f64) {
+        let half = 0.5 * self.width as f64;
+        (-half * self.offset.0, -half * self.offset.1)
     }
 
     /// Size of a pixel in the middle of the image.
@@ -467,8 +404,7 @@ mod tests {
             projection,
             width: 8,
             height: 4,
-            supersampling: 1,
-            offset: (0.0, 0.0),
+            ..Camera::look_at(DVec3::Z, DVec3::ZERO)
         }
     }
 

@@ -1,0 +1,269 @@
+//! Keyframes of a camera: what it is at some moments, in tables of the scene or in a file.
+
+use std::collections::BTreeMap;
+
+use spectra::error::nearest;
+use spectra::units::{Length, QUANTITIES, Quantity, Time};
+
+use crate::camera;
+use crate::data::{Inputs, TextTable};
+use crate::error::{Error, Result};
+use crate::properties::{Key, Origin, Place, Section, Value};
+
+/// Most keyframes of a file: ten hours at 30 a second.
+const MAX_ROWS: usize = 1 << 20;
+
+/// Numbers that belong together.
+pub(super) struct Vector {
+    /// The key of a keyframe.
+    pub name: &'static str,
+    /// Columns of a file.
+    columns: &'static [&'static str],
+    /// Whether it is a place, with a unit of length.
+    is_place: bool,
+}
+
+/// What a keyframe says in vectors.
+pub(super) const VECTORS: [Vector; 5] = [
+    Vector { name: "position", columns: &["x", "y", "z"], is_place: true },
+    Vector { name: "target", columns: &["target_x", "target_y", "target_z"], is_place: true },
+    Vector { name: "direction", columns: &["direction_x", "direction_y", "direction_z"], is_place: false },
+    Vector { name: "up", columns: &["up_x", "up_y", "up_z"], is_place: false },
+    Vector { name: "orientation", columns: &["orientation_x", "orientation_y", "orientation_z", "orientation_w"], is_place: false },
+];
+
+/// Those of which a camera follows one.
+const LOOKS: [&str; 3] = ["target", "direction", "orientation"];
+
+/// A vector at the keys that say it: times \[s\], and components, key × component.
+type Keyed = (Vec<f64>, Vec<f64>);
+
+/// What a camera is at some moments.
+#[derive(Debug, Default)]
+pub(super) struct Keyframes {
+    /// The moments \[s\], ascending.
+    pub times: Vec<f64>,
+    /// Places \[pc\], directions and quaternions, by the names of [`VECTORS`].
+    pub vectors: Vec<(&'static str, Keyed)>,
+    /// Other numbers of the camera by their keys, as the scene would say them.
+    pub others: BTreeMap<String, Vec<(f64, Value)>>,
+}
+
+/// The numbers that some kind of camera has.
+fn of_camera() -> impl Iterator<Item = &'static Key> {
+    let quantity = |key: &&Key| QUANTITIES.iter().any(|quantity| quantity.name == key.kind);
+    camera::KINDS.iter().flat_map(|kind| kind.keys).filter(quantity)
+}
+
+impl Keyframes {
+    /// Those of the tables `[[camera.path.key]]`.
+    pub fn of_tables(section: &Section) -> Result<Self> {
+        let own: Vec<&str> = VECTORS.iter().map(|vector| vector.name).collect();
+        let known: Vec<&str> = ["time"].into_iter().chain(own.iter().copied()).chain(of_camera().map(|key| key.name)).collect();
+        let mut keyframes = Self::default();
+        for key in section.tables("key")? {
+            key.check_keys(&known)?;
+            let time = key.need::<Time>("time")?.0;
+            keyframes.begin(time).map_err(|message| key.error("time", message))?;
+            for vector in &VECTORS {
+                let values =
+                    if vector.is_place { key.position(vector.name)?.map(|p| p.to_array().to_vec()) } else { key.numbers(vector.name)? };
+                let Some(values) = values else { continue };
+                keyframes.add(vector, &values).map_err(|message| key.error(vector.name, message))?;
+            }
+            for (name, property) in key.properties().iter().filter(|(name, _)| *name != "time" && !own.contains(name)) {
+                keyframes.others.entry(name.to_owned()).or_default().push((time, property.value.clone()));
+            }
+        }
+        keyframes.finished().map_err(|message| section.error("key", message))
+    }
+
+    /// Those of a file, whose lengths are in units of so many parsecs where it says none.
+    pub fn of_file(section: &Section, file: &str, unit_pc: f64, inputs: &Inputs) -> Result<Self> {
+        let table = section.wrap("file", inputs.table(file, MAX_ROWS))?;
+        let columns = Columns::of(&table, &inputs.label(file))?;
+        let mut keyframes = Self::default();
+        for (line, cells) in &table.rows {
+            let number = |column: &Column| columns.number(cells, column, *line);
+            let time = number(&columns.time)?;
+            keyframes.begin(time).map_err(|message| columns.wrong(*line, "time", message))?;
+            for (vector, own) in &columns.vectors {
+                let scale = |column: &Column| if vector.is_place { column.size.unwrap_or(unit_pc) } else { 1.0 };
+                // Empty cells say nothing.
+                if own.iter().all(|column| columns.is_empty(cells, column)) {
+                    continue;
+                }
+                let values = own.iter().map(|column| Ok(scale(column) * number(column)?)).collect::<Result<Vec<f64>>>()?;
+                keyframes.add(vector, &values).map_err(|message| columns.wrong(*line, vector.name, message))?;
+            }
+            for (key, column) in columns.others.iter().filter(|(_, column)| !columns.is_empty(cells, column)) {
+                let words = format!("{:?} {}", number(column)?, column.unit.as_deref().or(usual_unit(key)).unwrap_or(""));
+                keyframes.others.entry(key.name.to_owned()).or_default().push((time, Value::Text(words)));
+            }
+        }
+        keyframes.finished().map_err(|message| section.error("file", message))
+    }
+
+    /// A keyframe at a moment \[s\].
+    fn begin(&mut self, time: f64) -> std::result::Result<(), String> {
+        if !(time >= 0.0 && time.is_finite()) {
+            return Err(format!("{time} s is no moment of a path; a path begins at 0 s or later"));
+        }
+        if let Some(before) = self.times.last().filter(|before| time <= **before) {
+            return Err(format!(
+                "{time} s comes behind a key at {before} s, so that time runs backward; put keys in the order of their times"
+            ));
+        }
+        self.times.push(time);
+        Ok(())
+    }
+
+    /// What the latest keyframe says of a vector.
+    fn add(&mut self, vector: &Vector, values: &[f64]) -> std::result::Result<(), String> {
+        let (dims, time) = (vector.columns.len(), self.times.last().copied().unwrap_or(0.0));
+        if values.len() != dims {
+            return Err(format!("{} has {dims} numbers, not {}", vector.name, values.len()));
+        }
+        let square: f64 = values.iter().map(|v| v * v).sum();
+        let points = square > 0.0 && square.is_finite();
+        if !vector.is_place && !points {
+            return Err(format!("{values:?} points nowhere"));
+        }
+        // Directions of any length are meant alike.
+        let size = if vector.is_place { 1.0 } else { square.sqrt() };
+        let index = match self.vectors.iter().position(|(name, _)| *name == vector.name) {
+            Some(index) => index,
+            None => {
+                self.vectors.push((vector.name, Keyed::default()));
+                self.vectors.len() - 1
+            }
+        };
+        let (times, all) = &mut self.vectors[index].1;
+        // A quaternion and its negative are one orientation: the nearer one is meant.
+        let before = all.len().checked_sub(dims).map_or(&[][..], |from| &all[from..]);
+        let turned = dims == 4 && before.iter().zip(values).map(|(a, b)| a * b).sum::<f64>() < 0.0;
+        let size = if turned { -size } else { size };
+        times.push(time);
+        all.extend(values.iter().map(|v| v / size));
+        Ok(())
+    }
+
+    /// All of them, where they can be followed.
+    fn finished(self) -> std::result::Result<Self, String> {
+        let looks: Vec<&str> = LOOKS.into_iter().filter(|name| self.vectors.iter().any(|(own, _)| own == name)).collect();
+        if let [a, b, ..] = looks[..] {
+            return Err(format!("keys say both {a} and {b}; a camera follows one of them along all of its path"));
+        }
+        if looks == ["orientation"] && self.vectors.iter().any(|(name, _)| *name == "up") {
+            return Err("keys say both orientation and up; an orientation has its own up".into());
+        }
+        Ok(self)
+    }
+}
+
+/// A column that is read.
+struct Column {
+    index: usize,
+    name: String,
+    unit: Option<String>,
+    /// The size of its unit in the internal one, where it says a unit.
+    size: Option<f64>,
+}
+
+/// The columns of a file.
+struct Columns {
+    file: String,
+    time: Column,
+    vectors: Vec<(&'static Vector, Vec<Column>)>,
+    others: Vec<(&'static Key, Column)>,
+}
+
+impl Columns {
+    fn of(table: &TextTable, file: &str) -> Result<Self> {
+        let wrong = |key: &str, message: String| wrong(file, table.line, key, message);
+        let all: Vec<(String, Option<&str>)> = table.columns.iter().map(|column| TextTable::parted(column)).collect();
+        let column = |name: &str| {
+            let index = all.iter().position(|(own, _)| own == name)?;
+            Some(Column { index, name: name.to_owned(), unit: all[index].1.map(str::to_owned), size: None })
+        };
+        let sized = |column: Column, size: fn(&str) -> Option<f64>, example: &str| {
+            let Some(unit) = column.unit.clone() else { return Ok(column) };
+            let size = size(&unit).ok_or_else(|| wrong(&column.name, format!("unknown unit \"{unit}\"; write it like \"{example}\"")))?;
+            Ok::<_, Error>(Column { size: Some(size), ..column })
+        };
+        let missing = || wrong("time", format!("there is no column \"time [s]\" among {}", table.columns.join(", ")));
+        let time = sized(column("time").ok_or_else(missing)?, Time::unit_size, "time [s]")?;
+        let mut vectors = Vec::new();
+        for vector in &VECTORS {
+            let own: Vec<Column> = vector.columns.iter().filter_map(|name| column(name)).collect();
+            if own.is_empty() {
+                continue;
+            }
+            if own.len() < vector.columns.len() {
+                return Err(wrong(vector.name, format!("a {} has columns {}", vector.name, vector.columns.join(", "))));
+            }
+            if own.iter().any(|column| column.unit != own[0].unit) {
+                return Err(wrong(
+                    vector.name,
+                    format!("{} are in different units; write all in one, such as x [pc], y [pc], z [pc]", vector.columns.join(", ")),
+                ));
+            }
+            let own = if vector.is_place {
+                own.into_iter().map(|column| sized(column, Length::unit_size, "x [pc]")).collect::<Result<_>>()?
+            } else {
+                own
+            };
+            vectors.push((vector, own));
+        }
+        let mut others = Vec::new();
+        for key in of_camera() {
+            if let Some(column) = column(key.name).filter(|_| !others.iter().any(|(own, _): &(&Key, Column)| own.name == key.name)) {
+                others.push((key, column));
+            }
+        }
+        let known: Vec<&str> = ["time"]
+            .into_iter()
+            .chain(VECTORS.iter().flat_map(|vector| vector.columns).copied())
+            .chain(of_camera().map(|key| key.name))
+            .collect();
+        if let Some((unknown, _)) = all.iter().find(|(own, _)| !known.contains(&own.as_str())) {
+            let hint = nearest(unknown, known.iter().copied()).map(|near| format!(", did you mean \"{near}\"?")).unwrap_or_default();
+            return Err(wrong(unknown, format!("unknown column \"{unknown}\"{hint}; known: {}", known.join(", "))));
+        }
+        if vectors.is_empty() && others.is_empty() {
+            return Err(wrong(
+                "columns",
+                format!("{} say nothing of a camera, as x [pc], y [pc] and z [pc] would", table.columns.join(", ")),
+            ));
+        }
+        Ok(Self { file: file.to_owned(), time, vectors, others })
+    }
+
+    fn wrong(&self, line: usize, key: &str, message: String) -> Error {
+        wrong(&self.file, line, key, message)
+    }
+
+    /// Whether the cell says nothing.
+    fn is_empty(&self, cells: &[String], column: &Column) -> bool {
+        cells.get(column.index).is_none_or(String::is_empty)
+    }
+
+    /// The number in a cell; a time in seconds.
+    fn number(&self, cells: &[String], column: &Column, line: usize) -> Result<f64> {
+        let cell = cells.get(column.index).map_or("", String::as_str);
+        let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
+        let number = number.ok_or_else(|| self.wrong(line, &column.name, format!("\"{cell}\" is not a number")))?;
+        let size = if column.index == self.time.index { self.time.size.unwrap_or(1.0) } else { 1.0 };
+        Ok(number * size)
+    }
+}
+
+fn wrong(file: &str, line: usize, key: &str, message: String) -> Error {
+    let origin = Some(Origin { source: file.into(), line });
+    Error::Scene { message, place: Place { origin, path: String::new(), key: key.to_owned() } }
+}
+
+/// The unit in which numbers of a key stand in a file that says none.
+fn usual_unit(key: &Key) -> Option<&'static str> {
+    QUANTITIES.iter().find(|quantity| quantity.name == key.kind).and_then(|quantity| quantity.units.first()).map(|(unit, _)| *unit)
+}

@@ -1,0 +1,228 @@
+//! Animation: scenes that change from moment to moment.
+//!
+//! A scene file may let its camera follow a path (`[camera.path]`), and let any key have keyframes (`[[animation]]`);
+//! `[sequence]` says which moments become frames. A [`Timeline`] holds all of that. What the scene is at a moment is the tree
+//! of properties in which keys say what they say at that moment: whatever a scene file can say can change.
+
+mod curve;
+mod keyframes;
+mod path;
+mod track;
+
+use spectra::units::{Angle, Quantity, Time};
+
+pub use curve::{INTERPOLATIONS, InterpolationEntry};
+pub(crate) use path::{KEYFRAME as PATH_KEYFRAME, KEYS as PATH};
+
+use self::curve::Interpolation;
+use self::path::CameraPath;
+use self::track::{Track, set};
+use crate::data::Inputs;
+use crate::error::{Error, Result};
+use crate::properties::{Key, Property, Section, Table, Value};
+
+/// Keys of `[[animation]]`.
+pub(crate) const TRACK: &[Key] = &[
+    Key::required(
+        "of",
+        "text",
+        "the key that changes, such as \"star[0].temperature\", the first star being number 0, or \"display.white\"",
+    ),
+    Key::required("times", "list of times", "when it is what `values` say, ascending, such as [\"0 s\", \"4 s\"]"),
+    Key::required("values", "list of values", "what it is then, each as the key itself would say it, all in one unit"),
+    Key::optional("interpolation", "text", "bezier", "how values go from key to key").of("interpolations"),
+];
+
+/// Keys of `[sequence]`.
+pub(crate) const SEQUENCE: &[Key] = &[
+    Key::optional("frames_per_second", "number", "30", "how many frames a second has"),
+    Key::optional("first_frame", "integer", "1", "the number of the frame that shows the first moment, 0 s"),
+    Key::optional("duration", "time", "until the last key", "the time from the first frame to the last"),
+    Key::optional(
+        "shutter",
+        "angle",
+        "0 deg",
+        "how long the shutter stays open, of 360 deg for as long as a frame lasts: what moves is blurred",
+    ),
+    Key::optional("shutter_moments", "integer", "8", "2 to 256: moments of which a frame with an open shutter is the mean"),
+];
+
+/// What keys of a scene that is a tree say the table that an [`Animation`](Timeline) is read from.
+const TABLES: [&str; 2] = ["animation", "sequence"];
+
+/// The rate at which frames follow each other, their numbers, and how each is exposed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frames {
+    /// Frames a second.
+    pub per_second: f64,
+    /// The number of the frame that shows the first moment.
+    pub first: i64,
+    /// The number of frames.
+    pub count: u64,
+    /// The time for which the shutter is open, as a part of that of a frame \[1\].
+    pub shutter: f64,
+    /// Moments of which a frame with an open shutter is the mean.
+    pub moments: usize,
+}
+
+/// Most frames a second, and of a sequence.
+const FASTEST: f64 = 1e6;
+const MOST_FRAMES: f64 = 1e6;
+
+impl Frames {
+    /// The number of the last frame.
+    pub fn last(&self) -> i64 {
+        self.first + self.count as i64 - 1
+    }
+
+    /// The moment of a frame \[s\].
+    pub fn time(&self, number: i64) -> f64 {
+        (number - self.first) as f64 / self.per_second
+    }
+
+    /// The moments of which a frame is the mean \[s\]: its own where the shutter is shut at once.
+    pub fn moments(&self, number: i64) -> Vec<f64> {
+        if self.shutter == 0.0 {
+            return vec![self.time(number)];
+        }
+        let part = |i: usize| (i as f64 + 0.5) / self.moments as f64 - 0.5;
+        (0..self.moments).map(|i| self.time(number) + self.shutter / self.per_second * part(i)).collect()
+    }
+}
+
+/// All that changes in a scene, and the frames that show it.
+#[derive(Debug, Clone)]
+pub struct Timeline {
+    path: Option<CameraPath>,
+    /// Places in the tree, and what stands there.
+    tracks: Vec<(String, Track, Property)>,
+    /// The frames.
+    pub frames: Frames,
+}
+
+impl Timeline {
+    /// What a scene says of its changes; none where it says nothing.
+    ///
+    /// # Errors
+    /// Where a key is unknown, missing or wrong, or a file cannot be read; its place is said.
+    pub(crate) fn build(root: &Section, inputs: &Inputs) -> Result<Option<Self>> {
+        let camera = root.table("camera")?;
+        let path = camera.map(|camera| camera.table("path")).transpose()?.flatten();
+        if path.is_none() && TABLES.iter().all(|name| !root.has(name)) {
+            return Ok(None);
+        }
+        let path = path.map(|section| CameraPath::build(&section, inputs)).transpose()?;
+        let tracks = root.tables("animation")?.iter().map(track).collect::<Result<Vec<_>>>()?;
+        let end = tracks.iter().map(|(_, track, _)| track.end()).chain(path.as_ref().map(CameraPath::end)).fold(0.0, f64::max);
+        let frames = frames(root.table("sequence")?.as_ref(), end)?;
+        Ok(Some(Self { path, tracks, frames }))
+    }
+
+    /// Whether the camera follows a path.
+    pub fn has_path(&self) -> bool {
+        self.path.is_some()
+    }
+
+    /// Whether anything of the camera changes, by a path or by tracks.
+    pub fn moves_camera(&self) -> bool {
+        self.has_path() || self.tracks.iter().any(|(place, ..)| place.split(['.', '[']).next() == Some("camera"))
+    }
+
+    /// What a scene that is `tree` says at a moment \[s\]: a tree without changes.
+    ///
+    /// # Errors
+    /// Where a track is of a key that cannot be, or a camera looks nowhere; its place is said.
+    pub fn at(&self, tree: &Table, time: f64) -> Result<Table> {
+        let mut still = tree.clone();
+        TABLES.iter().for_each(|name| still.remove(name));
+        let section = Section::root(tree).table("camera")?;
+        let section = section.map(|camera| camera.table("path")).transpose()?.flatten();
+        if let (Some(Value::Table(camera)), Some(section)) = (still.get_mut("camera").map(|p| &mut p.value), section) {
+            camera.remove("path");
+            if let Some(path) = &self.path {
+                path.set(camera, time, &section)?;
+            }
+        }
+        for (i, (place, track, said)) in self.tracks.iter().enumerate() {
+            let property = Property { value: track.at(time), origin: said.origin.clone() };
+            set(&mut still, place, property).map_err(|message| wrong(i, said, message))?;
+        }
+        Ok(still)
+    }
+}
+
+/// The error about the place of a track.
+fn wrong(number: usize, said: &Property, message: String) -> Error {
+    let place = crate::properties::Place { origin: said.origin.clone(), path: format!("animation.{}", number + 1), key: "of".into() };
+    Error::Scene { message, place }
+}
+
+/// Reads `[[animation]]`.
+fn track(section: &Section) -> Result<(String, Track, Property)> {
+    section.check_keys(&TRACK.iter().map(|k| k.name).collect::<Vec<_>>())?;
+    let of = section.need_text("of")?;
+    if TABLES.iter().any(|own| of == *own || of.starts_with(&format!("{own}.")) || of.starts_with(&format!("{own}[")))
+        || of.starts_with("camera.path")
+    {
+        return Err(section.error("of", format!("\"{of}\" says how a scene changes, and cannot change itself")));
+    }
+    let missing = |key: &str, example: &str| section.error(key, format!("key \"{key}\" is missing; write it like {key} = {example}"));
+    let times = section.texts("times")?.ok_or_else(|| missing("times", "[\"0 s\", \"4 s\"]"))?;
+    let values = match section.properties().get("values").map(|property| &property.value) {
+        Some(Value::List(items)) => items,
+        Some(_) => return Err(section.error("values", "values is a list, such as [\"5000 K\", \"9000 K\"]")),
+        None => return Err(missing("values", "[\"5000 K\", \"9000 K\"]")),
+    };
+    if times.len() != values.len() || times.is_empty() {
+        let message = format!("{} times have {} values; each time has one", times.len(), values.len());
+        return Err(section.error("values", message));
+    }
+    let mut keys: Vec<(f64, Value)> = Vec::new();
+    for (time, value) in times.iter().zip(values) {
+        let moment = section.wrap("times", Time::parse(time))?.0;
+        if moment < 0.0 || keys.last().is_some_and(|(before, _)| moment <= *before) {
+            return Err(
+                section.error("times", format!("{time} is no later than the time before it; times begin at 0 s or later, and ascend"))
+            );
+        }
+        keys.push((moment, value.value.clone()));
+    }
+    let names = INTERPOLATIONS.map(|entry| entry.name);
+    let chosen = section.choice("interpolation", &names)?;
+    let interpolation = INTERPOLATIONS.iter().find(|e| Some(e.name) == chosen).map_or(Interpolation::Bezier, |e| e.interpolation);
+    let track = Track::new(keys, interpolation).map_err(|message| section.error("values", message))?;
+    let said = section.properties().get("of").cloned().unwrap_or(Property { value: Value::Flag(true), origin: None });
+    Ok((of.to_owned(), track, said))
+}
+
+/// Reads `[sequence]` of a scene whose last key is at `end` \[s\].
+fn frames(section: Option<&Section>, end: f64) -> Result<Frames> {
+    let nothing = Table::default();
+    let own = Section::new(&nothing, "sequence");
+    let section = section.unwrap_or(&own);
+    section.check_keys(&SEQUENCE.iter().map(|k| k.name).collect::<Vec<_>>())?;
+    let per_second = section.number("frames_per_second", 0.0..=FASTEST)?.unwrap_or(30.0);
+    if per_second <= 0.0 {
+        return Err(section.error("frames_per_second", "a second has more than no frames; write a number such as 30"));
+    }
+    let duration = section.quantity::<Time>("duration")?.map_or(end, |time| time.0);
+    let shutter = section.quantity::<Angle>("shutter")?.map_or(0.0, |angle| angle.0 / std::f64::consts::TAU);
+    if !(0.0..=1.0 + 1e-12).contains(&shutter) {
+        return Err(section.error("shutter", "a shutter is open from 0 to 360 deg"));
+    }
+    // Rounding does not take the last frame away.
+    let count = (duration * per_second + 1e-6).floor() + 1.0;
+    if !(1.0..=MOST_FRAMES).contains(&count) {
+        return Err(section.error(
+            "duration",
+            format!("{duration} s at {per_second} frames a second cannot be; a sequence has 1 to {MOST_FRAMES:e} frames"),
+        ));
+    }
+    Ok(Frames {
+        per_second,
+        first: section.integer("first_frame", -1_000_000_000..=1_000_000_000)?.unwrap_or(1),
+        count: count as u64,
+        shutter: shutter.min(1.0),
+        moments: section.integer("shutter_moments", 2..=256)?.unwrap_or(8) as usize,
+    })
+}

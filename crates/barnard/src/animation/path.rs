@@ -1,0 +1,206 @@
+//! The `[camera.path]` table: how the camera moves.
+//!
+//! A path has keys, in the scene or in a file, each with what it changes of the camera. Between the keys all of that goes by
+//! the same interpolation. With constant speed, moments are those at which the camera has gone so much of its way, and all
+//! that belongs to a place comes along. An eased path begins and ends at rest: within its first span e a moment t is
+//! e w(t/e), w(x) = 6x³ − 8x⁴ + 3x⁵, which has neither speed nor acceleration at 0 and joins w(x) = x smoothly at 1.
+
+use glam::{DQuat, DVec3};
+use spectra::units::{Length, Time};
+
+use super::curve::{Curve, INTERPOLATIONS, Interpolation};
+use super::keyframes::Keyframes;
+use super::track::Track;
+use crate::data::Inputs;
+use crate::error::Result;
+use crate::properties::{Key, Property, Section, Table, Value};
+
+/// Keys of `[camera.path]`.
+pub(crate) const KEYS: &[Key] = &[
+    Key::optional("key", "list of tables", "none", "the keyframes, [[camera.path.key]]; two or more, or a file"),
+    Key::optional(
+        "file",
+        "path",
+        "none",
+        "a file of keyframes: a CSV, a camera path of Gaia Sky (.gsc), or the first animated camera of a glTF (.gltf, .glb)",
+    ),
+    Key::optional("unit", "length", "1 pc", "how long a length of one is in a .gltf or .glb, and in columns of a CSV that say no unit"),
+    Key::optional("interpolation", "text", "catmull_rom", "how the camera goes from key to key").of("interpolations"),
+    Key::optional("ease", "time", "0 s", "how long the camera takes to get going at the beginning, and to come to rest at the end"),
+    Key::optional(
+        "constant_speed",
+        "boolean",
+        "false",
+        "the camera goes its way at one speed; times of the first and last key alone count",
+    ),
+];
+
+/// Keys of `[[camera.path.key]]`, beside the numbers of the camera's kind.
+pub(crate) const KEYFRAME: &[Key] = &[
+    Key::required("time", "time", "when the camera is there"),
+    Key::optional("position", "position", "goes on between its neighbours", "where the observer is"),
+    Key::optional("target", "position", "goes on between its neighbours", "what they look at"),
+    Key::optional("direction", "direction", "towards the target", "which way they look, in place of a target"),
+    Key::optional(
+        "orientation",
+        "list of numbers",
+        "towards the target",
+        "in place of target and up, the quaternion [x, y, z, w] that turns a camera which looks along -z, with y upwards",
+    ),
+    Key::optional("up", "direction", "goes on between its neighbours", "what is up in the image"),
+];
+
+/// Parts of the way between two keys by which its length is measured.
+const LENGTH_PARTS: usize = 256;
+/// Parts of the way in all.
+const ALL_PARTS: usize = 1 << 20;
+
+/// How the camera moves.
+#[derive(Debug, Clone)]
+pub(super) struct CameraPath {
+    /// Places \[pc\], directions and quaternions, by the names of the keys.
+    vectors: Vec<(&'static str, Curve)>,
+    /// Other numbers of the camera, by the names of their keys.
+    others: Vec<(String, Track)>,
+    /// When it begins and ends \[s\].
+    span: (f64, f64),
+    ease: f64,
+    /// The way that is behind the camera at moments of its keys' time, where it goes at one speed.
+    way: Option<Vec<(f64, f64)>>,
+}
+
+impl CameraPath {
+    /// Reads `[camera.path]`.
+    pub fn build(section: &Section, inputs: &Inputs) -> Result<Self> {
+        section.check_keys(&KEYS.iter().map(|k| k.name).collect::<Vec<_>>())?;
+        let names = INTERPOLATIONS.map(|entry| entry.name);
+        let chosen = section.choice("interpolation", &names)?.unwrap_or(names[0]);
+        let interpolation = INTERPOLATIONS.iter().find(|e| e.name == chosen).map_or(Interpolation::CatmullRom, |e| e.interpolation);
+        let keyframes = match (section.text("file")?, section.has("key")) {
+            (Some(_), true) => return Err(section.error("file", "give either a file or keys, not both")),
+            (Some(file), false) => {
+                let unit_pc = section.positive::<Length>("unit")?.map_or(1.0, |unit| unit.0);
+                Keyframes::of_file(section, file, unit_pc, inputs)?
+            }
+            (None, _) => {
+                section.refuse(&["unit"], "a file")?;
+                Keyframes::of_tables(section)?
+            }
+        };
+        let Keyframes { times, vectors, others } = keyframes;
+        let (Some(first), Some(last)) = (times.first().copied(), times.last().copied().filter(|_| times.len() > 1)) else {
+            let has = if times.is_empty() { "no keys" } else { "one key" };
+            return Err(section.error("key", format!("a path with {has} leads nowhere; give two or more [[camera.path.key]], or a file")));
+        };
+        let vectors = vectors.into_iter().map(|(name, (times, values))| (name, Curve::new(times, values, interpolation))).collect();
+        let track = |(name, keys): (String, Vec<(f64, Value)>)| {
+            Ok((name.clone(), Track::new(keys, interpolation).map_err(|e| section.error("key", format!("{name}: {e}")))?))
+        };
+        let others = others.into_iter().map(track).collect::<Result<_>>()?;
+        let ease = section.quantity::<Time>("ease")?.map_or(0.0, |time| time.0);
+        if !(0.0..=0.5 * (last - first)).contains(&ease) {
+            let message = format!("{ease} s is no time in which a path of {} s can begin and end; give half of it at most", last - first);
+            return Err(section.error("ease", message));
+        }
+        let mut path = Self { vectors, others, span: (first, last), ease, way: None };
+        if section.flag("constant_speed")?.unwrap_or(false) {
+            path.way = Some(path.measured(&times).ok_or_else(|| {
+                section
+                    .error("constant_speed", "the camera goes no way between its keys; leave constant_speed out, or give it two positions")
+            })?);
+        }
+        Ok(path)
+    }
+
+    /// The moment of the last key \[s\].
+    pub fn end(&self) -> f64 {
+        self.span.1
+    }
+
+    /// Says in `camera` what the path does of it at a moment \[s\].
+    pub fn set(&self, camera: &mut Table, time: f64, section: &Section) -> Result<()> {
+        let time = self.on_way(self.eased(time));
+        let origin = section.properties().origin().cloned();
+        let said = |value| Property { value, origin: origin.clone() };
+        let vector = |name: &str| self.vectors.iter().find(|(own, _)| *own == name).map(|(_, curve)| curve.at(time));
+        let triple = |name: &str| vector(name).map(|v| DVec3::new(v[0], v[1], v[2]));
+        let place = |p: DVec3| Value::Text(format!("{:?} {:?} {:?} pc", p.x, p.y, p.z));
+        let direction = |d: DVec3| Value::List([d.x, d.y, d.z].map(|v| Value::Number(v).into()).to_vec());
+        if let Some(position) = triple("position") {
+            camera.insert("position", said(place(position)));
+        }
+        let mut looks = triple("direction");
+        if let Some(q) = vector("orientation") {
+            // Between quaternions of length one a mean is shorter.
+            let q = DQuat::from_xyzw(q[0], q[1], q[2], q[3]);
+            if q.length() < 1e-6 {
+                return Err(section.error("key", "orientations of neighbouring keys are opposite; put a key between them"));
+            }
+            looks = Some(q.normalize() * DVec3::NEG_Z);
+            camera.insert("up", said(direction(q.normalize() * DVec3::Y)));
+        }
+        if let Some(target) = triple("target") {
+            camera.insert("target", said(place(target)));
+        } else if let Some(looks) = looks {
+            let Some(looks) = looks.try_normalize() else {
+                return Err(section.error("key", "directions of neighbouring keys are opposite; put a key between them"));
+            };
+            // As far as the scene's own target is: what nothing else is said of stands there.
+            let own = Section::new(camera, "camera");
+            let (position, before) = (own.need_position("position")?, own.position("target")?.unwrap_or(DVec3::ZERO));
+            let distance = position.distance(before);
+            camera.insert("target", said(place(position + if distance > 0.0 { distance } else { 1.0 } * looks)));
+        }
+        if let Some(up) = triple("up") {
+            camera.insert("up", said(direction(up)));
+        }
+        self.others.iter().for_each(|(name, track)| camera.insert(name.as_str(), said(track.at(time))));
+        Ok(())
+    }
+
+    /// A moment as an eased path has it.
+    fn eased(&self, time: f64) -> f64 {
+        let warp = |x: f64| x * x * x * (6.0 - x * (8.0 - 3.0 * x));
+        let (first, last) = self.span;
+        let time = time.clamp(first, last);
+        if self.ease > 0.0 && time < first + self.ease {
+            first + self.ease * warp((time - first) / self.ease)
+        } else if self.ease > 0.0 && time > last - self.ease {
+            last - self.ease * warp((last - time) / self.ease)
+        } else {
+            time
+        }
+    }
+
+    /// The moment of the keys' time at which the camera is where it is at a moment at one speed.
+    fn on_way(&self, time: f64) -> f64 {
+        let Some(way) = &self.way else { return time };
+        let (first, last) = self.span;
+        let gone = way.last().map_or(0.0, |(_, gone)| *gone) * (time - first) / (last - first);
+        if time >= last {
+            return last;
+        }
+        let after = way.partition_point(|(_, behind)| *behind <= gone).clamp(1, way.len() - 1);
+        let ((t0, s0), (t1, s1)) = (way[after - 1], way[after]);
+        if s1 > s0 { t0 + (t1 - t0) * ((gone - s0) / (s1 - s0)).clamp(0.0, 1.0) } else { t0 }
+    }
+
+    /// The way that is behind the camera at moments of its keys' time; none where it goes none.
+    fn measured(&self, times: &[f64]) -> Option<Vec<(f64, f64)>> {
+        let (_, curve) = self.vectors.iter().find(|(name, _)| *name == "position")?;
+        let place = |time: f64| DVec3::from_slice(&curve.at(time));
+        let parts = (ALL_PARTS / times.len()).clamp(1, LENGTH_PARTS);
+        let mut way = vec![(times[0], 0.0)];
+        let (mut before, mut gone) = (place(times[0]), 0.0);
+        for pair in times.windows(2) {
+            for part in 1..=parts {
+                let time = if part == parts { pair[1] } else { pair[0] + (pair[1] - pair[0]) * part as f64 / parts as f64 };
+                let here = place(time);
+                gone += here.distance(before);
+                before = here;
+                way.push((time, gone));
+            }
+        }
+        (gone > 0.0).then_some(way)
+    }
+}

@@ -1,0 +1,225 @@
+//! Tracks: one value of a scene that changes from moment to moment.
+
+use super::curve::{Curve, Interpolation};
+use crate::properties::{Property, Table, Value};
+
+/// The form in which numbers stand in a scene.
+#[derive(Debug, Clone, PartialEq)]
+enum Form {
+    /// A number alone.
+    Number,
+    /// Numbers in one text, and the unit behind them: a quantity or a position.
+    Quantity(String),
+    /// A list of numbers.
+    List,
+}
+
+impl Form {
+    /// The form of a value, and the numbers in it; none where it has none.
+    fn of(value: &Value) -> Option<(Self, Vec<f64>)> {
+        let number = |value: &Value| match value {
+            Value::Number(number) => Some(*number),
+            Value::Integer(number) => Some(*number as f64),
+            _ => None,
+        };
+        match value {
+            Value::Text(text) => {
+                let (first, mut rest) = spectra::units::parts(text)?;
+                let mut numbers = vec![first];
+                // Word by word, until what follows is the unit, which may begin with a digit: 1/pc.
+                loop {
+                    rest = rest.trim_start_matches([' ', ',']);
+                    let (word, behind) = rest.split_at(rest.find([' ', ',']).unwrap_or(rest.len()));
+                    let Ok(number) = word.parse() else { break };
+                    numbers.push(number);
+                    rest = behind;
+                }
+                Some((Self::Quantity(rest.to_owned()), numbers))
+            }
+            Value::List(items) => Some((Self::List, items.iter().map(|item| number(&item.value)).collect::<Option<_>>()?)),
+            other => Some((Self::Number, vec![number(other)?])),
+        }
+    }
+
+    /// The value that such numbers are.
+    fn value(&self, numbers: &[f64]) -> Value {
+        match self {
+            Self::Number => Value::Number(numbers[0]),
+            Self::Quantity(unit) => {
+                let words: Vec<String> = numbers.iter().map(|v| format!("{v:?}")).chain([unit.clone()]).collect();
+                Value::Text(words.join(" ").trim_end().to_owned())
+            }
+            Self::List => Value::List(numbers.iter().map(|v| Value::Number(*v).into()).collect()),
+        }
+    }
+}
+
+/// What a key of the scene says from moment to moment.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Track {
+    /// Numbers that go from key to key.
+    Numbers(Numbers),
+    /// Values that hold until the next key, by the moments \[s\] from which on they do.
+    Said(Vec<(f64, Value)>),
+}
+
+/// Numbers on a curve, in the form in which they stand in the scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Numbers {
+    form: Form,
+    curve: Curve,
+}
+
+impl Track {
+    /// The track that has these values at ascending moments \[s\].
+    ///
+    /// # Errors
+    /// In words, where values have no numbers to go between, or differ in their unit or number.
+    pub fn new(keys: Vec<(f64, Value)>, interpolation: Interpolation) -> Result<Self, String> {
+        let Some((_, first)) = keys.first() else { return Err("a track has a key or more".into()) };
+        if interpolation == Interpolation::Step {
+            return Ok(Self::Said(keys));
+        }
+        let between =
+            |value: &Value| format!("{value} has no numbers that could change; interpolation = \"step\" takes values as they are");
+        let (form, _) = Form::of(first).ok_or_else(|| between(first))?;
+        let mut values = Vec::new();
+        let count = Form::of(first).map_or(0, |(_, numbers)| numbers.len());
+        for (_, value) in &keys {
+            let (own, numbers) = Form::of(value).ok_or_else(|| between(value))?;
+            if own != form || numbers.len() != count {
+                return Err(format!("{first} and {value} cannot go into each other; write all keys alike, in one unit"));
+            }
+            if let Some(wrong) = numbers.iter().find(|v| !v.is_finite()) {
+                return Err(format!("{wrong} is no value that a key can have"));
+            }
+            values.extend(numbers);
+        }
+        let times = keys.iter().map(|(time, _)| *time).collect();
+        Ok(Self::Numbers(Numbers { form, curve: Curve::new(times, values, interpolation) }))
+    }
+
+    /// The moment of its last key \[s\].
+    pub fn end(&self) -> f64 {
+        match self {
+            Self::Numbers(numbers) => numbers.curve.times().last().copied().unwrap_or(0.0),
+            Self::Said(keys) => keys.last().map_or(0.0, |(time, _)| *time),
+        }
+    }
+
+    /// The value at a moment \[s\].
+    pub fn at(&self, time: f64) -> Value {
+        match self {
+            Self::Numbers(Numbers { form, curve }) => form.value(&curve.at(time)),
+            Self::Said(keys) => {
+                let after = keys.partition_point(|(from, _)| *from <= time);
+                keys[after.saturating_sub(1)].1.clone()
+            }
+        }
+    }
+}
+
+/// Sets the value at a place such as "star\[0\].temperature" of a tree; a table that it has not said is made.
+///
+/// # Errors
+/// In words, where the tree can have no such place.
+pub fn set(tree: &mut Table, place: &str, property: Property) -> Result<(), String> {
+    let steps: Vec<&str> = place.split(['.', '[']).map(|step| step.trim_end_matches(']')).collect();
+    let wrong = || format!("\"{place}\" is no place of a key, such as \"star[0].temperature\" or \"camera.field_of_view\"");
+    if steps.iter().any(|step| step.is_empty()) {
+        return Err(wrong());
+    }
+    let Some((key, way)) = steps.split_last() else { return Err(wrong()) };
+    let mut table = tree;
+    let mut way = way.iter().peekable();
+    let mut so_far = String::new();
+    while let Some(step) = way.next() {
+        so_far += &format!("{}{step}", if so_far.is_empty() { "" } else { "." });
+        let missing = || format!("the scene has no table \"{so_far}\"; a track changes what is there");
+        let number: Option<usize> = way.peek().and_then(|next| next.parse().ok());
+        let is_named = number.is_none() || *step == "bookmark" || *step == "field";
+        if table.get(step).is_none() && is_named {
+            table.insert(*step, Value::Table(Table::default()));
+        }
+        table = match (table.get_mut(step).map(|property| &mut property.value), number) {
+            (Some(Value::Table(own)), _) => own,
+            (Some(Value::List(items)), Some(number)) => {
+                way.next();
+                let count = items.len();
+                match items.get_mut(number).map(|item| &mut item.value) {
+                    Some(Value::Table(own)) => own,
+                    _ => return Err(format!("there is no {so_far}[{number}] in a scene with {count}, of which the first is {so_far}[0]")),
+                }
+            }
+            (Some(Value::List(_)), None) => return Err(format!("\"{so_far}\" is a list; say which of it, such as {so_far}[0]")),
+            _ => return Err(missing()),
+        };
+    }
+    table.insert(*key, property);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(words: &str) -> Value {
+        Value::Text(words.into())
+    }
+
+    /// Numbers go from key to key in whatever form they stand; what has none holds.
+    #[test]
+    fn values_of_all_forms() {
+        let half = |a: Value, b: Value| Track::new(vec![(0.0, a), (2.0, b)], Interpolation::Linear).map(|track| track.at(1.0));
+        assert_eq!(half(text("5000 K"), text("9000K")).unwrap(), text("7000.0 K"));
+        assert_eq!(half(text("0 0 5 pc"), text("1, -1, 2.5 pc")).unwrap(), text("0.5 -0.5 3.75 pc"));
+        assert_eq!(half(text("2 1/pc"), text("3 1/pc")).unwrap(), text("2.5 1/pc"));
+        assert_eq!(half(Value::Integer(1), Value::Number(2.0)).unwrap(), Value::Number(1.5));
+        let list = |values: [f64; 2]| Value::List(values.map(|v| Value::Number(v).into()).to_vec());
+        assert_eq!(half(list([0.0, 1.0]), list([1.0, 3.0])).unwrap(), list([0.5, 2.0]));
+        for (a, b, words) in [
+            (text("1 pc"), text("1 ly"), "one unit"),
+            (text("1 pc"), text("1 2 pc"), "alike"),
+            (text("ccm89"), text("ccm89"), "no numbers"),
+            (Value::Number(f64::NAN), Value::Number(1.0), "NaN"),
+        ] {
+            let error = half(a, b).unwrap_err();
+            assert!(error.contains(words), "{error}");
+        }
+        let held = Track::new(vec![(0.0, text("ccm89")), (1.0, Value::Flag(true))], Interpolation::Step).unwrap();
+        assert_eq!((held.at(0.9), held.at(1.0), held.at(-1.0)), (text("ccm89"), Value::Flag(true), text("ccm89")));
+    }
+
+    /// Values are set where they are meant, and places that are none are told.
+    #[test]
+    fn places_of_a_tree() {
+        let mut tree = Table::default();
+        let star = |name: &str| {
+            let mut star = Table::default();
+            star.insert("name", text(name));
+            Property::from(Value::Table(star))
+        };
+        tree.insert("star", Value::List(vec![star("a"), star("b")]));
+        tree.insert("camera", star("c").value);
+        let mut changed = tree.clone();
+        set(&mut changed, "star[1].temperature", text("1 K").into()).unwrap();
+        set(&mut changed, "camera.name", text("d").into()).unwrap();
+        set(&mut changed, "bands", text("hst").into()).unwrap();
+        set(&mut changed, "bookmark.1.name", text("e").into()).unwrap();
+        set(&mut changed, "bookmark.1.name", text("f").into()).unwrap();
+        let said = "{ star = [{ name = \"a\" }, { name = \"b\", temperature = \"1 K\" }], camera = { name = \"d\" }, bands = \"hst\", \
+                    bookmark = { 1 = { name = \"f\" } } }";
+        assert_eq!(changed.to_string(), said);
+        for (place, words) in [
+            ("star[2].x", "no star[2] in a scene with 2"),
+            ("star.x", "star[0]"),
+            ("emission[0].scale", "no table \"emission\""),
+            ("camera..x", "no place"),
+            ("", "no place"),
+            ("camera.name.x", "no table \"camera.name\""),
+        ] {
+            let error = set(&mut tree.clone(), place, text("").into()).unwrap_err();
+            assert!(error.contains(words), "{place}: {error}");
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Images made of images: both eyes beside each other, and the mean of moments.
+
+use crate::camera::{Arrangement, Camera};
+use crate::error::{Error, Result};
+use crate::image::{Image, Samples};
+use crate::keywords;
+
+fn check_alike(a: &Image, b: &Image) -> Result<()> {
+    if (a.width, a.height, a.bands.len()) == (b.width, b.height, b.bands.len()) {
+        return Ok(());
+    }
+    Err(Error::value("images that are to be one", "of different sizes or bands", "alike; neither can change from moment to moment"))
+}
+
+/// The images of the left and the right eye as one, which says of itself what the left one does.
+///
+/// # Errors
+/// Where they differ in size or bands.
+pub fn joined(arrangement: Arrangement, left: Image, right: &Image) -> Result<Image> {
+    check_alike(&left, right)?;
+    let (width, height, bands) = (left.width, left.height, left.bands.len());
+    let image = match arrangement {
+        Arrangement::OverUnder => Image { height: 2 * height, ..left },
+        Arrangement::SideBySide => Image { width: 2 * width, ..left },
+    };
+    let (columns, rows) = (image.width, image.height);
+    // Band by band, row by row: which eye, and where in its image.
+    let from = |i: usize| {
+        let (band, row, column) = (i / (columns * rows), i / columns % rows, i % columns);
+        let is_right = row >= height || column >= width;
+        (is_right, (band * height + row % height) * width + column % width)
+    };
+    let count = bands * columns * rows;
+    let samples = match (&image.samples, &right.samples) {
+        (Samples::Single(left), Samples::Single(right)) => {
+            Samples::Single((0..count).map(from).map(|(is_right, i)| if is_right { right[i] } else { left[i] }).collect())
+        }
+        (left, right) => {
+            Samples::Double((0..count).map(from).map(|(is_right, i)| if is_right { right.at(i) } else { left.at(i) }).collect())
+        }
+    };
+    let mut image = Image { samples, pixel: None, ..image };
+    // A place of it is one of the sky for one of the eyes alone.
+    let words = if arrangement == Arrangement::OverUnder { "left eye above right" } else { "left eye beside right" };
+    image.notes.push(("stereo".into(), words.into()));
+    Ok(image)
+}
+
+/// The images of the left and the right eye that are one, of a camera with two.
+pub fn parted(arrangement: Arrangement, image: &Image, camera: &Camera) -> [Image; 2] {
+    let (width, height) = match arrangement {
+        Arrangement::OverUnder => (image.width, image.height / 2),
+        Arrangement::SideBySide => (image.width / 2, image.height),
+    };
+    let (bands, pixels) = (image.bands.len(), width * height);
+    let eyes = camera.eyes().map_or([None, None], |eyes| eyes.map(Some));
+    let mut number = 0..2usize;
+    eyes.map(|eye| {
+        let (is_right, eye) = (number.next() == Some(1), eye.as_ref().unwrap_or(camera));
+        let (row, column) = match arrangement {
+            Arrangement::OverUnder => (if is_right { height } else { 0 }, 0),
+            Arrangement::SideBySide => (0, if is_right { width } else { 0 }),
+        };
+        let from = |i: usize| ((i / pixels * image.height) + row + i % pixels / width) * image.width + column + i % width;
+        let samples = match &image.samples {
+            Samples::Single(values) => Samples::Single((0..bands * pixels).map(|i| values[from(i)]).collect()),
+            Samples::Double(values) => Samples::Double((0..bands * pixels).map(|i| values[from(i)]).collect()),
+        };
+        let mut own = Image { width, height, samples, pixel: Some(eye.pixel_scale()), axis: eye.axis(), ..image.clone() };
+        // Where this eye stands; in an image of all around both stand around the camera.
+        for (name, value) in [("CAMX", eye.position.x), ("CAMY", eye.position.y), ("CAMZ", eye.position.z)] {
+            own.keywords
+                .iter_mut()
+                .filter(|keyword| keyword.name == name)
+                .for_each(|keyword| keyword.value = keywords::Value::Number(value));
+        }
+        own.keywords.push(keywords::text("EYE", if is_right { "right" } else { "left" }, "which of two eyes it is"));
+        own
+    })
+}
+
+/// The mean of pictures of one size through one set of bands, as one that was exposed to all of them says of itself what the
+/// first does; none where there is none.
+///
+/// # Errors
+/// That of a picture, and where one differs in size or bands.
+pub fn mean<E: From<Error>>(images: impl IntoIterator<Item = std::result::Result<Image, E>>) -> std::result::Result<Option<Image>, E> {
+    let mut images = images.into_iter();
+    let Some(mut sum) = images.next().transpose()? else { return Ok(None) };
+    let mut count = 1.0;
+    for image in images {
+        let image = image?;
+        check_alike(&sum, &image)?;
+        (0..sum.samples.len()).for_each(|i| sum.samples.add(i, image.samples.at(i)));
+        count += 1.0;
+    }
+    match &mut sum.samples {
+        Samples::Single(values) => values.iter_mut().for_each(|v| *v /= count as f32),
+        Samples::Double(values) => values.iter_mut().for_each(|v| *v /= count),
+    }
+    Ok(Some(sum))
+}

@@ -1,0 +1,227 @@
+//! Sequences: frame after frame of a scene that changes.
+//!
+//! A [`Sequence`] is such a scene as it was said, from which scenes at moments are read. A [`Follower`] goes with it from
+//! moment to moment and makes anew what changed alone: a camera that moves keeps all that space and spectra decide. What
+//! would flicker if each frame chose it, [`Held`] fixes for all of them.
+
+use std::sync::Arc;
+
+use crate::animation::{Frames, Timeline};
+use crate::backend::cpu::Cpu;
+use crate::backend::{Backend, Job};
+use crate::camera;
+use crate::control::Control;
+use crate::error::{Error, Result};
+use crate::image::{Display, Image, Level, Samples};
+use crate::plan::{Choices, Options, Plan};
+use crate::properties::{Section, Table, Value};
+use crate::scene::{Loader, Provenance, Scene};
+
+/// A scene that changes from moment to moment, as it was said.
+#[derive(Debug, Clone)]
+pub struct Sequence {
+    tree: Table,
+    name: String,
+    loader: Loader,
+    timeline: Arc<Timeline>,
+    provenance: Option<Provenance>,
+}
+
+impl Sequence {
+    /// The sequence of a scene that was read from a tree by a loader.
+    ///
+    /// # Errors
+    /// Where nothing of the scene changes, and no `[sequence]` says how long it stands still.
+    pub fn new(tree: Table, loader: Loader, scene: &Scene) -> Result<Self> {
+        let wanted = "a scene with a [camera.path], an [[animation]] or a [sequence]; see docs/shows.md";
+        let timeline =
+            scene.timeline.clone().ok_or_else(|| Error::value("scene", format!("{}, of which nothing changes", scene.name), wanted))?;
+        Ok(Self { tree, name: scene.name.clone(), loader, timeline, provenance: scene.provenance.clone() })
+    }
+
+    /// The frames.
+    pub fn frames(&self) -> Frames {
+        self.timeline.frames
+    }
+
+    /// The scene at a moment \[s\].
+    ///
+    /// # Errors
+    /// Those of [`Scene::from_properties`]; the moment is said.
+    pub fn scene(&self, time: f64) -> Result<Scene> {
+        Follower::new(self).scene(time, &Control::default())
+    }
+
+    /// What the scene says at a moment \[s\]: a tree without changes.
+    ///
+    /// # Errors
+    /// Those of [`Timeline::at`].
+    pub fn tree(&self, time: f64) -> Result<Table> {
+        self.timeline.at(&self.tree, time)
+    }
+
+    /// The moments of frames that choose what holds for all, from the first to the last \[s\]: the same whichever frames are
+    /// asked for.
+    pub fn pilots(&self) -> Vec<f64> {
+        let frames = self.frames();
+        let count = (frames.count / FRAMES_PER_PILOT).clamp(PILOTS.0.min(frames.count), PILOTS.1);
+        let of = |i: u64| if count > 1 { i * (frames.count - 1) / (count - 1) } else { 0 };
+        (0..count).map(|i| frames.time(frames.first + of(i) as i64)).collect()
+    }
+}
+
+/// Frames of a sequence for each pilot frame, and how many of those there are at least and at most.
+const FRAMES_PER_PILOT: u64 = 16;
+const PILOTS: (u64, u64) = (3, 9);
+/// Pixels along the longer edge of a pilot frame's picture: enough for the levels of a display.
+const PILOT_EDGE: usize = 320;
+
+/// Goes with a sequence from moment to moment.
+#[derive(Debug)]
+pub struct Follower {
+    sequence: Sequence,
+    /// The latest scene, and what was said of it but for its camera.
+    read: Option<(String, Scene)>,
+    /// The latest plan, and what was said of its scene but for the camera.
+    planned: Option<(String, Plan)>,
+}
+
+impl Follower {
+    /// Starts at no moment yet.
+    pub fn new(sequence: &Sequence) -> Self {
+        Self { sequence: sequence.clone(), read: None, planned: None }
+    }
+
+    /// The scene at a moment \[s\].
+    ///
+    /// # Errors
+    /// Those of [`Scene::from_properties`]; the moment is said. And once the user wishes to stop.
+    pub fn scene(&mut self, time: f64, control: &Control) -> Result<Scene> {
+        let Sequence { tree, name, loader, timeline, provenance } = &self.sequence;
+        let loader = &loader.under(control);
+        let at_moment = |error: Error| match error {
+            Error::Scene { message, place } => Error::Scene { message: format!("{message} (at {time:.4} s)"), place },
+            other => other,
+        };
+        let still = timeline.at(tree, time).map_err(at_moment)?;
+        let said = but_for_camera(&still);
+        let known = self.read.as_ref().filter(|(of, _)| *of == said).map(|(_, scene)| scene.clone());
+        let scene = match (known, still.get("camera").map(|property| &property.value)) {
+            (Some(scene), Some(Value::Table(own))) => {
+                let camera = camera::build(&Section::new(own, "camera"), &loader.inputs).map_err(at_moment)?;
+                let scene = Scene { camera, ..scene };
+                scene.check().map_err(at_moment)?;
+                scene
+            }
+            _ => {
+                let scene = Scene::still(&still, name, loader).map_err(at_moment)?;
+                Scene { timeline: Some(timeline.clone()), provenance: provenance.clone(), ..scene }
+            }
+        };
+        self.read = Some((said, scene.clone()));
+        Ok(scene)
+    }
+
+    /// The plan of the latest scene, which may have another camera, display or method by now, as `held` holds it.
+    ///
+    /// # Errors
+    /// Those of [`Plan::new`].
+    pub fn plan(&mut self, scene: &Scene, options: &Options, held: &Choices, control: &Control) -> Result<&Plan> {
+        let said = self.read.as_ref().map(|(said, _)| format!("{said} {held:?} {:?} {options:?}", scene.method)).unwrap_or_default();
+        let plan = match self.planned.take() {
+            Some((of, mut plan)) if of == said => {
+                plan.look_from(scene.camera.clone(), control)?;
+                plan
+            }
+            before => Plan::holding(before.as_ref().map(|(_, plan)| plan), scene, options, held, control)?,
+        };
+        Ok(&self.planned.insert((said, plan)).1)
+    }
+}
+
+/// What a tree says but for its camera.
+fn but_for_camera(tree: &Table) -> String {
+    let mut rest = tree.clone();
+    rest.remove("camera");
+    rest.to_string()
+}
+
+/// What holds for all frames of a sequence, so that none differs from its neighbours by more than what it shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Held {
+    /// What pilot rays of some frames chose.
+    pub choices: Choices,
+    /// The display of all frames where they leave levels to be found: levels of those frames together.
+    pub display: Display,
+}
+
+impl Held {
+    /// What the pilot frames of a sequence choose together; `scene` makes each of them from its moment \[s\].
+    ///
+    /// # Errors
+    /// Those of [`Plan::new`] and of `scene`, and when the user wishes to stop.
+    pub fn by<E: From<Error>>(
+        pilots: &[f64],
+        mut scene: impl FnMut(f64) -> std::result::Result<Scene, E>,
+        options: &Options,
+        control: &Control,
+    ) -> std::result::Result<Self, E> {
+        let mut choices: Option<Choices> = None;
+        // One scene and one plan at a time are held, and what is shared with the next.
+        let mut before: Option<Plan> = None;
+        let mut display: Option<Display> = None;
+        let mut pooled: Vec<Vec<f64>> = Vec::new();
+        for (i, time) in pilots.iter().enumerate() {
+            let share = |i: usize| i as f64 / pilots.len() as f64;
+            let control = control.part(share(i), share(i + 1));
+            let scene = &scene(*time)?;
+            let plan = Plan::updated(before.as_ref(), scene, options, &control)?;
+            display.get_or_insert_with(|| scene.display.clone());
+            let own = Choices::of(&plan);
+            choices = Some(choices.map_or(own, |all| all.and(own)));
+            if is_open(&scene.display) {
+                let (width, height) = (scene.camera.width, scene.camera.height);
+                let scale = PILOT_EDGE as f64 / width.max(height).max(PILOT_EDGE) as f64;
+                let edge = |n: usize| ((n as f64 * scale).round() as usize).max(1);
+                let small = Scene { camera: scene.camera.clone().size(edge(width), edge(height)).supersampling(1), ..scene.clone() };
+                let mut looking = plan.clone();
+                looking.look_from(small.camera.clone(), &control)?;
+                let (image, _) = Cpu.render(&Job::planned(&small, options, &looking)?, &control)?;
+                pooled.resize_with(image.bands.len(), Vec::new);
+                image.radiances().zip(&mut pooled).for_each(|(band, values)| values.extend(image.band(band)));
+            }
+            before = Some(plan);
+        }
+        let (Some(choices), Some(first)) = (choices, display) else {
+            return Err(Error::value("pilot frames", "none", "one frame or more").into());
+        };
+        let display = if pooled.is_empty() { first } else { found(&first, pooled) };
+        Ok(Self { choices, display })
+    }
+
+    /// A display of one frame, with the levels that hold where it leaves them to be found.
+    pub fn display(&self, own: &Display) -> Display {
+        let held = &self.display;
+        Display {
+            palette: if own.balance { held.palette.clone() } else { own.palette.clone() },
+            balance: false,
+            stretch: own.stretch,
+            black: own.black,
+            white: if own.white == Level::Auto { held.white } else { own.white },
+            bits: own.bits,
+        }
+    }
+}
+
+/// Whether a display leaves levels to be found from the picture.
+fn is_open(display: &Display) -> bool {
+    display.balance || display.white == Level::Auto
+}
+
+/// A display with the levels that the values of some pictures together ask for, band by band.
+fn found(display: &Display, bands: Vec<Vec<f64>>) -> Display {
+    let names = (0..bands.len()).map(|band| band.to_string()).collect();
+    let pixels = bands.first().map_or(0, Vec::len);
+    let tone = display.tone(&Image::bare(pixels, 1, names, Samples::Double(bands.concat())));
+    Display { palette: tone.palette, balance: false, white: Level::Radiance(tone.white), ..display.clone() }
+}

@@ -1,0 +1,45 @@
+//! The files that a picture is written to: one, or one for each eye where its name has a `%V`.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use barnard::camera::Camera;
+use barnard::composite::parted;
+use barnard::image::Image;
+use barnard_files::SaveImage;
+use barnard_files::formats::check_writable;
+
+/// What stands for the name of an eye, as in Nuke.
+const EYE: &str = "%V";
+const EYES: [&str; 2] = ["left", "right"];
+
+/// The files that `path` means for pictures of a camera.
+pub fn files(path: &Path, camera: &Camera) -> anyhow::Result<Vec<PathBuf>> {
+    let Some(name) = path.to_str().filter(|name| name.contains(EYE)) else { return Ok(vec![path.to_owned()]) };
+    if camera.stereo.is_none() {
+        bail!("-o {name}: {EYE} is the name of an eye, and the scene's camera has one alone; write [camera.stereo], or leave {EYE} out");
+    }
+    Ok(EYES.map(|eye| PathBuf::from(name.replace(EYE, eye))).to_vec())
+}
+
+/// Checks that all files can be written, before a long render.
+pub fn check(paths: &[PathBuf], camera: &Camera) -> anyhow::Result<()> {
+    for path in paths {
+        files(path, camera)?.iter().try_for_each(|file| check_writable(file))?;
+    }
+    Ok(())
+}
+
+/// Writes a picture of a camera, and says which files were written.
+pub fn save(image: &Image, path: &Path, camera: &Camera) -> anyhow::Result<Vec<PathBuf>> {
+    let files = files(path, camera)?;
+    match (&files[..], camera.stereo) {
+        ([left, right], Some(stereo)) => {
+            let [of_left, of_right] = parted(stereo.arrangement, image, camera);
+            of_left.save(left)?;
+            of_right.save(right)?;
+        }
+        _ => image.save(path)?,
+    }
+    Ok(files)
+}

@@ -1,0 +1,305 @@
+//! `barnard render --frames`: frame after frame of a scene that changes.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, bail};
+use barnard::animation::Frames;
+use barnard::camera::Camera;
+use barnard::composite::mean;
+use barnard::control::Control;
+use barnard::image::{Image, Level};
+use barnard::plan::{Options, Plan};
+use barnard::scene::Scene;
+use barnard::sequence::{Follower, Held, Sequence};
+use barnard_files::claim::Claim;
+use barnard_files::formats::check_folder;
+use clap::Args;
+use serde_json::json;
+
+use crate::source::SceneArgs;
+use crate::verbs::refuse_inputs;
+use crate::{outputs, progress};
+
+/// Which frames of a sequence are rendered.
+#[derive(Args)]
+pub struct FrameArgs {
+    /// Frames of a scene that changes: all, 1-900, 1-900x10 (every tenth) or a list 1,5,9-12; -o names each by its number, as
+    /// name_%06d.exr or name_####.exr
+    #[arg(long, value_name = "FRAMES", allow_hyphen_values = true)]
+    frames: Option<String>,
+    /// The part of the frames that this process renders, such as 3/8: every eighth, from the third on
+    #[arg(long, value_name = "I/N", requires = "frames", value_parser = parse_shard)]
+    shard: Option<(usize, usize)>,
+    /// Render frames anew whose files are there
+    #[arg(long, requires = "frames")]
+    overwrite: bool,
+}
+
+fn parse_shard(text: &str) -> Result<(usize, usize), String> {
+    let wrong = || "a shard is I/N with I from 1 to N, such as 3/8".to_owned();
+    let (own, all) = text.split_once('/').ok_or_else(wrong)?;
+    match (own.trim().parse(), all.trim().parse()) {
+        (Ok(own), Ok(all)) if (1..=all).contains(&own) => Ok((own, all)),
+        _ => Err(wrong()),
+    }
+}
+
+/// The numbers of frames that `text` means, ascending.
+fn parse_frames(text: &str, frames: Frames) -> anyhow::Result<Vec<i64>> {
+    let (first, last) = (frames.first, frames.last());
+    if text.trim() == "all" {
+        return Ok((first..=last).collect());
+    }
+    let mut numbers = BTreeSet::new();
+    for part in text.split(',').map(str::trim) {
+        let wrong = || anyhow::anyhow!("--frames {text}: \"{part}\" is no frame and no range of frames; write 12, 1-900, 1-900x10 or all");
+        let (range, every) = match part.split_once(['x', ':']) {
+            Some((range, every)) => (range, every.trim().parse::<usize>().ok().filter(|n| *n > 0).ok_or_else(wrong)?),
+            None => (part, 1),
+        };
+        // A number may be below zero: its sign is no dash between two.
+        let dash = range.char_indices().skip(1).find(|(_, c)| *c == '-').map(|(at, _)| at);
+        let number = |text: &str| text.trim().parse::<i64>().map_err(|_| wrong());
+        let (from, to) = match dash {
+            Some(at) => (number(&range[..at])?, number(&range[at + 1..])?),
+            None => (number(range)?, number(range)?),
+        };
+        if from > to {
+            bail!("--frames {text}: {from} comes behind {to}; write {to}-{from}");
+        }
+        if let Some(outside) = [from, to].into_iter().find(|n| !(first..=last).contains(n)) {
+            bail!("--frames {text}: there is no frame {outside}; the scene has frames {first} to {last}");
+        }
+        numbers.extend((from..=to).step_by(every));
+    }
+    Ok(numbers.into_iter().collect())
+}
+
+/// The file of a frame: `%06d` or `######` in its name stands for the number.
+pub fn named(pattern: &Path, number: i64) -> Option<PathBuf> {
+    let name = pattern.file_name()?.to_str()?;
+    let (before, width, after) = placeholder(name)?;
+    let digits = number.unsigned_abs().to_string();
+    let sign = if number < 0 { "-" } else { "" };
+    let zeros = "0".repeat(width.saturating_sub(digits.len() + sign.len()));
+    Some(pattern.with_file_name(format!("{before}{sign}{zeros}{digits}{after}")))
+}
+
+/// What is before the number of a name, how wide that is, and what is behind it.
+fn placeholder(name: &str) -> Option<(&str, usize, &str)> {
+    const WIDEST: usize = 20;
+    for (start, _) in name.match_indices('%') {
+        let rest = &name[start + 1..];
+        let digits = rest.len() - rest.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+        let width = if digits == 0 { Some(0) } else { rest[..digits].parse().ok().filter(|n| *n <= WIDEST) };
+        if let (Some(width), Some(after)) = (width, rest[digits..].strip_prefix('d')) {
+            return Some((&name[..start], width, after));
+        }
+    }
+    let start = name.find('#')?;
+    let width = name[start..].chars().take_while(|c| *c == '#').count();
+    (width <= WIDEST).then(|| (&name[..start], width, &name[start + width..]))
+}
+
+/// What turns a scene with its plan into a picture.
+pub type March<'a> = &'a mut dyn FnMut(&Scene, &Plan, &Control) -> anyhow::Result<Image>;
+
+/// A sequence on its way to files.
+pub struct Shoot<'a> {
+    pub scene: &'a SceneArgs,
+    pub sequence: &'a Sequence,
+    pub options: &'a Options,
+    pub outputs: &'a [PathBuf],
+}
+
+impl FrameArgs {
+    /// Whether frames are asked for.
+    pub fn is_asked(&self) -> bool {
+        self.frames.is_some()
+    }
+
+    /// Renders the frames, a line of JSON for each on standard output.
+    pub fn render(&self, shoot: &Shoot, march: March) -> anyhow::Result<()> {
+        let frames = shoot.sequence.frames();
+        let all = parse_frames(self.frames.as_deref().unwrap_or("all"), frames)?;
+        let (own, shards) = self.shard.unwrap_or((1, 1));
+        let alone = all.len() == 1;
+        let numbers: Vec<i64> = all.into_iter().skip(own - 1).step_by(shards).collect();
+        let note = progress::Note::default();
+        let control = progress::control_with(&note)?;
+        let mut follower = Follower::new(shoot.sequence);
+        let first = shoot.scene.adjusted(follower.scene(frames.time(frames.first), &control)?, shoot.options.memory_limit)?;
+        let files = |number: i64| shoot.files(number, alone, &first.camera);
+        if let Some(number) = numbers.first() {
+            // Asked for without a look at what others write there.
+            files(*number)?.iter().flatten().try_for_each(|path| check_folder(path))?;
+        }
+        for number in &numbers {
+            refuse_inputs(&first, &files(*number)?.concat())?;
+        }
+        // A name without a number is of whatever frame was rendered last.
+        let is_done = |number: i64| -> anyhow::Result<bool> {
+            let files = files(number)?.concat();
+            Ok(!self.overwrite && shoot.are_numbered() && files.iter().all(|path| path.is_file()))
+        };
+        let told = |number: i64, status: &str| say!("{}", json!({ "frame": number, "status": status }));
+        let mut left = Vec::new();
+        for number in &numbers {
+            if is_done(*number)? {
+                Claim::sweep(&files(*number)?[0][0]);
+                told(*number, "exists");
+            } else {
+                left.push(*number);
+            }
+        }
+        if left.is_empty() {
+            return Ok(());
+        }
+        note.set("pilot frames".into());
+        let held = shoot.held(&mut follower, &control)?;
+        let (start, mut done, mut elsewhere) = (Instant::now(), 0usize, 0usize);
+        for (i, number) in left.iter().enumerate() {
+            let Some(claim) = Claim::of(&files(*number)?[0][0])? else {
+                told(*number, "claimed");
+                elsewhere += 1;
+                continue;
+            };
+            if !claim.is_locked() && done == 0 {
+                complain!(
+                    "warning: this file system knows no locks; give each process a shard of its own, or frames may be rendered twice"
+                );
+            }
+            // Another process may have written it in the meantime.
+            if is_done(*number)? {
+                told(*number, "exists");
+                continue;
+            }
+            let per_frame = start.elapsed().as_secs_f64() / done.max(1) as f64;
+            let words = if done > 0 { format!(", {} left", time_left(per_frame * (left.len() - i) as f64)) } else { String::new() };
+            note.set(format!("frame {number} ({} of {}){words}", i + 1, left.len()));
+            shoot.frame(*number, &held, &mut follower, &control, march).with_context(|| format!("frame {number}"))?;
+            done += 1;
+            control.check()?;
+        }
+        if elsewhere > 0 {
+            complain!("{elsewhere} frames are claimed by other processes; run again to see that all are there");
+        }
+        Ok(())
+    }
+}
+
+/// A time in words.
+fn time_left(seconds: f64) -> String {
+    match seconds {
+        s if s < 90.0 => format!("{s:.0} s"),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
+
+impl Shoot<'_> {
+    /// Whether each frame has files of its own.
+    fn are_numbered(&self) -> bool {
+        self.outputs.iter().all(|path| named(path, 0).is_some())
+    }
+
+    /// The files of a frame, those of both eyes together; where it is the only one, names need no number.
+    fn files(&self, number: i64, alone: bool, camera: &Camera) -> anyhow::Result<Vec<Vec<PathBuf>>> {
+        let file = |path: &PathBuf| match named(path, number) {
+            Some(file) => outputs::files(&file, camera),
+            None if alone => outputs::files(path, camera),
+            None => bail!("-o {}: many frames cannot be one file; write their number into its name, as name_%06d.exr", path.display()),
+        };
+        self.outputs.iter().map(file).collect()
+    }
+
+    /// What holds for all frames, chosen by some of the whole sequence whichever are asked for.
+    fn held(&self, follower: &mut Follower, control: &Control) -> anyhow::Result<Held> {
+        let pilots = self.sequence.pilots();
+        let held = Held::by(&pilots, |time| self.scene.uncropped(follower.scene(time, control)?), self.options, control)?;
+        let choices = &held.choices;
+        complain!(
+            "held for all frames by {} pilot frames: {}, star depths x {}, white {}",
+            pilots.len(),
+            choices.stepping,
+            choices.star_factor,
+            match held.display.white {
+                Level::Radiance(white) => format!("{white:.4e}"),
+                Level::Auto => "of each frame".into(),
+            }
+        );
+        Ok(held)
+    }
+
+    /// Renders one frame and writes it down.
+    fn frame(&self, number: i64, held: &Held, follower: &mut Follower, control: &Control, march: March) -> anyhow::Result<()> {
+        let (begun, mut planning) = (Instant::now(), 0.0);
+        let mut camera = None;
+        let at = |time: f64| -> anyhow::Result<Image> {
+            let scene = self.scene.adjusted(follower.scene(time, control)?, self.options.memory_limit)?;
+            let scene = Scene { display: held.display(&scene.display), ..scene };
+            let start = Instant::now();
+            let plan = follower.plan(&scene, self.options, &held.choices, control)?;
+            planning += start.elapsed().as_secs_f64();
+            camera.get_or_insert_with(|| scene.camera.clone());
+            march(&scene, plan, control)
+        };
+        let image = mean(self.sequence.frames().moments(number).into_iter().map(at))?;
+        let (Some(image), Some(camera)) = (image, camera) else { bail!("no moment of it was rendered") };
+        let mut files = Vec::new();
+        for path in self.outputs {
+            let path = named(path, number).unwrap_or_else(|| path.clone());
+            files.extend(outputs::save(&image, &path, &camera)?.iter().map(|file| file.display().to_string()));
+        }
+        let seconds = begun.elapsed().as_secs_f64();
+        let time = self.sequence.frames().time(number);
+        say!(
+            "{}",
+            json!({ "frame": number, "status": "rendered", "time_s": time, "files": files, "seconds": rounded(seconds), "plan_seconds": rounded(planning) })
+        );
+        Ok(())
+    }
+}
+
+/// A time as a line of JSON shows it: whole milliseconds.
+fn rounded(seconds: f64) -> f64 {
+    (1e3 * seconds).round() / 1e3
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_read() {
+        let frames = Frames { per_second: 30.0, first: -5, count: 1000, shutter: 0.0, moments: 8 };
+        let read = |text: &str| parse_frames(text, frames);
+        assert_eq!(read("3").unwrap(), [3]);
+        assert_eq!(read("9-12, 1,10").unwrap(), [1, 9, 10, 11, 12]);
+        assert_eq!(read("1-30x10").unwrap(), [1, 11, 21]);
+        assert_eq!(read("-5--3").unwrap(), [-5, -4, -3]);
+        assert_eq!(read("all").unwrap().len(), 1000);
+        for (text, words) in
+            [("5-1", "1-5"), ("1-995", "-5 to 994"), ("x", "no frame"), ("1-9x0", "no frame"), ("", "no frame"), ("1-", "no frame")]
+        {
+            let error = read(text).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+
+    #[test]
+    fn files_have_numbers() {
+        let name = |pattern: &str, number: i64| named(Path::new(pattern), number).map(|path| path.display().to_string());
+        assert_eq!(name("out/a_%06d.exr", 12).unwrap(), "out/a_000012.exr");
+        assert_eq!(name("a%d.png", 12).unwrap(), "a12.png");
+        assert_eq!(name("a_####.png", -7).unwrap(), "a_-007.png");
+        assert_eq!(name("a_%3d.png", 12345).unwrap(), "a_12345.png");
+        assert_eq!(name("a_%V_%03d.png", 7).unwrap(), "a_%V_007.png");
+        for none in ["a.png", "a_%s.png", "a_%99d.png", "%"] {
+            assert!(name(none, 1).is_none(), "{none}");
+        }
+        assert_eq!((parse_shard("3/8"), parse_shard("9/8").is_err(), parse_shard("0/8").is_err()), (Ok((3, 8)), true, true));
+    }
+}

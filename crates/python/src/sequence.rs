@@ -1,0 +1,132 @@
+//! Sequences: frames of a scene that changes.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use barnard::composite::mean;
+use barnard::control::Control;
+use barnard::plan::Options;
+use barnard::sequence::{Follower, Held};
+use barnard::{Error, Result};
+use barnard_cli::backends::registry;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::image::{Exactness, Image, rendered};
+use crate::open;
+use crate::scene::Reader;
+use crate::{tree, work};
+
+/// Frames of a scene, what holds for all of them once one was asked for, and what the latest left for the next.
+#[pyclass(frozen, module = "barnard._barnard")]
+pub struct Sequence {
+    sequence: barnard::sequence::Sequence,
+    /// Taken while a frame is rendered: no lock is held meanwhile, since a thread that waits for others may take up another
+    /// frame's work.
+    followed: Mutex<Option<Follower>>,
+    held: Mutex<Option<Arc<Held>>>,
+}
+
+impl Sequence {
+    pub fn new(sequence: barnard::sequence::Sequence) -> Self {
+        Self { followed: Mutex::default(), held: Mutex::default(), sequence }
+    }
+}
+
+/// The frames of the scene that a tree describes, read by what reads scenes.
+#[pyfunction]
+pub fn sequence(py: Python, reader: &Reader, scene: &Bound<PyDict>, name: &str) -> PyResult<Sequence> {
+    let table = tree::table(scene)?;
+    let made = work::run(py, None, |control| {
+        let scene = barnard::Scene::from_properties(&table, name, &reader.loader.under(control))?;
+        barnard::sequence::Sequence::new(table.clone(), reader.loader.clone(), &scene)
+    })?;
+    Ok(Sequence::new(made))
+}
+
+#[pymethods]
+impl Sequence {
+    /// Numbers of the first and the last frame.
+    #[getter]
+    fn range(&self) -> (i64, i64) {
+        let frames = self.sequence.frames();
+        (frames.first, frames.last())
+    }
+
+    /// The moment of a frame [s].
+    fn time(&self, number: i64) -> f64 {
+        self.sequence.frames().time(number)
+    }
+
+    /// Renders a frame by a back end.
+    #[pyo3(signature = (number, backend, exactness, memory_limit, progress=None))]
+    fn render(
+        &self,
+        py: Python,
+        number: i64,
+        backend: &str,
+        exactness: Exactness,
+        memory_limit: u64,
+        progress: Option<&Bound<PyAny>>,
+    ) -> PyResult<Image> {
+        work::run(py, progress, |control| self.frame(number, backend, &exactness, memory_limit, control))
+    }
+}
+
+impl Sequence {
+    fn frame(&self, number: i64, backend: &str, exactness: &Exactness, memory_limit: u64, control: &Control) -> Result<Image> {
+        let frames = self.sequence.frames();
+        if !(frames.first..=frames.last()).contains(&number) {
+            return Err(Error::value("frame", number, format!("from {} to {}", frames.first, frames.last())));
+        }
+        let kept = self.followed.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let mut follower = kept.unwrap_or_else(|| Follower::new(&self.sequence));
+        let image = self.followed_frame(&mut follower, number, backend, exactness, memory_limit, control);
+        *self.followed.lock().unwrap_or_else(PoisonError::into_inner) = Some(follower);
+        image
+    }
+
+    fn followed_frame(
+        &self,
+        follower: &mut Follower,
+        number: i64,
+        backend: &str,
+        exactness: &Exactness,
+        memory_limit: u64,
+        control: &Control,
+    ) -> Result<Image> {
+        let frames = self.sequence.frames();
+        let mut options = Options::within(memory_limit);
+        let first = follower.scene(frames.time(number), control)?;
+        if first.method.bounces > 1 {
+            options.sweeper = open::with(backend, &first, |backend| Ok(backend.sweeper()))?;
+        }
+        let kept = self.held.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let held = match kept {
+            Some(held) => held,
+            None => {
+                let held = Arc::new(Held::by(&self.sequence.pilots(), |time| follower.scene(time, control), &options, control)?);
+                *self.held.lock().unwrap_or_else(PoisonError::into_inner) = Some(held.clone());
+                held
+            }
+        };
+        let planned = registry().named(backend)?.planned;
+        let mut frame: Option<Image> = None;
+        let at = |time: f64| -> Result<barnard::Image> {
+            let scene = follower.scene(time, control)?;
+            let scene = Arc::new(barnard::Scene { display: held.display(&scene.display), ..scene });
+            let plan = planned.then(|| follower.plan(&scene, &options, &held.choices, control)).transpose()?;
+            let image = rendered(&scene, plan, backend, exactness, memory_limit, control)?;
+            let own = image.image.clone();
+            frame.get_or_insert(image);
+            Ok(own)
+        };
+        let image = mean(frames.moments(number).into_iter().map(at))?;
+        match (image, frame) {
+            (Some(image), Some(mut frame)) => {
+                frame.image = image;
+                Ok(frame)
+            }
+            _ => Err(Error::value("moments of a frame", "none", "one or more")),
+        }
+    }
+}

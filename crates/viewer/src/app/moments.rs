@@ -1,0 +1,150 @@
+//! Moments of a scene that changes: which is shown, and views that become keys of the camera.
+
+use eframe::egui::{Context, Key, Modifiers};
+
+use super::App;
+use crate::edit::{Edit, table};
+use crate::flight::Flight;
+use crate::keyframes::{SAME, dropped, keyed, moments};
+
+/// How long a scene lasts of which nothing changes yet [s].
+const DURATION: f64 = 10.0;
+/// The time between keys that are made of bookmarks [s].
+const BETWEEN: f64 = 3.0;
+/// The time that the bar reaches beyond the last key, for another one [s].
+const BEYOND: f64 = 5.0;
+
+impl App {
+    /// How long the scene lasts; none where nothing of it changes \[s\].
+    pub fn duration(&self) -> Option<f64> {
+        let frames = self.document.scene().timeline.as_ref()?.frames;
+        Some(frames.time(frames.last()))
+    }
+
+    /// The latest moment that can be gone to \[s\].
+    pub fn reach(&self) -> f64 {
+        self.duration().map_or(DURATION, |own| (own + BEYOND).max(DURATION))
+    }
+
+    /// The number of the frame that shows the moment, where frames are counted.
+    pub fn frame_shown(&self) -> Option<i64> {
+        let frames = self.document.scene().timeline.as_ref()?.frames;
+        Some(frames.first + (self.clock.time * frames.per_second + 1e-6).floor() as i64)
+    }
+
+    /// The moments of the camera's keys \[s\], where they stand in the scene.
+    pub fn keyframes(&self) -> Vec<f64> {
+        moments(self.document.toml().as_table())
+    }
+
+    /// Shows another moment.
+    pub fn seek(&mut self, time: f64) {
+        let time = (1e3 * time.clamp(0.0, self.reach())).round() / 1e3;
+        match self.document.show_moment(time) {
+            Ok(()) => {
+                self.clock.time = time;
+                if self.document.moves_camera() {
+                    let camera = self.document.scene().camera.clone();
+                    self.flight.take(&camera);
+                }
+            }
+            Err(error) => {
+                self.clock.playing = false;
+                self.complain(error);
+            }
+        }
+    }
+
+    /// Goes on by itself, at the pace of the clock on the wall; at the end it stands.
+    pub(super) fn tick(&mut self, ctx: &Context) {
+        if !self.clock.playing {
+            return;
+        }
+        let (step, end) = (f64::from(ctx.input(|i| i.stable_dt)).min(0.5), self.duration().unwrap_or(0.0));
+        let time = (self.clock.time + step).min(end.max(self.clock.time));
+        self.clock.playing = time < end;
+        self.seek(time);
+        ctx.request_repaint();
+    }
+
+    /// Begins to play, from the start where the end was reached, or stands still.
+    pub fn play(&mut self) {
+        self.clock.playing = !self.clock.playing;
+        if self.clock.playing && self.duration().is_none_or(|end| self.clock.time >= end) {
+            self.seek(0.0);
+        }
+    }
+
+    /// Makes the view a key of the camera at the moment that is shown.
+    pub fn set_key(&mut self) {
+        let time = self.clock.time;
+        if !self.document.has_path() && time < SAME {
+            self.clock.first = Some(self.flight.clone());
+            self.tell("the flight begins here; go to a later moment and press K again");
+            return;
+        }
+        if table(self.document.toml().as_table(), "camera.path").is_some_and(|path| path.contains_key("file")) {
+            self.complain("the camera follows a file; take `file` out of [camera.path] to set keys of one's own");
+            return;
+        }
+        let mut edit = keyed(&self.flight, time);
+        if !self.document.has_path() {
+            // Where no beginning was chosen it is what the scene shows.
+            let first = self.clock.first.take().unwrap_or_else(|| Flight::of(self.document.scene()));
+            // Keys are of the whole image.
+            edit = Edit::remove("camera", "crop").and(keyed(&first, 0.0)).and(edit);
+        }
+        if self.apply(edit.named("key")) {
+            self.tell(format!("key at {time} s"));
+        }
+    }
+
+    /// Takes the key nearest to the moment away, where three or more are there.
+    pub fn drop_key(&mut self) {
+        let keys = self.keyframes();
+        let Some(nearest) =
+            (0..keys.len()).min_by(|a, b| (keys[*a] - self.clock.time).abs().total_cmp(&(keys[*b] - self.clock.time).abs()))
+        else {
+            return;
+        };
+        if keys.len() < 3 {
+            if self.apply(Edit::remove("camera", "path").named("path removed")) {
+                self.tell("a path needs two keys: it is gone");
+            }
+            return;
+        }
+        self.apply(dropped(nearest));
+    }
+
+    /// Makes keys of all bookmarks, one after the other.
+    pub fn of_bookmarks(&mut self) {
+        let scene = self.document.scene().clone();
+        let mut edit = Edit::remove("camera", "path").and(Edit::remove("camera", "crop"));
+        for (i, camera) in scene.bookmarks.values().enumerate() {
+            let mut flight = self.flight.clone();
+            flight.take(camera);
+            edit = edit.and(keyed(&flight, BETWEEN * i as f64));
+        }
+        if scene.bookmarks.len() < 2 {
+            self.complain("a path needs two bookmarks or more; Ctrl + 1 to 9 sets them");
+            return;
+        }
+        self.apply(edit.named("keys of bookmarks"));
+        self.seek(0.0);
+    }
+
+    /// Keys of the timeline: K sets one, the space bar plays.
+    pub(super) fn moment_keys(&mut self, ctx: &Context) {
+        let pressed = |key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
+        if pressed(Key::K) {
+            self.layout.timeline = true;
+            self.set_key();
+        }
+        if pressed(Key::Space) && self.document.scene().timeline.is_some() {
+            self.play();
+        }
+        if pressed(Key::T) {
+            self.layout.timeline = !self.layout.timeline;
+        }
+    }
+}

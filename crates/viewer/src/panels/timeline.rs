@@ -1,0 +1,87 @@
+//! The timeline: the moment that is shown, keys of the camera, and how numbers change.
+
+use eframe::egui::{self, Color32, Sense, Stroke, Ui, pos2, vec2};
+
+use crate::app::App;
+use crate::edit::rounded;
+
+/// How high the bar is, and how far from a key the pointer takes hold of it [points].
+const HEIGHT: f32 = 26.0;
+const GRIP: f32 = 6.0;
+
+/// Shows the timeline.
+pub fn show(ui: &mut Ui, app: &mut App) {
+    ui.horizontal(|ui| {
+        let playing = app.clock.playing;
+        if ui.button(if playing { "Pause" } else { "Play" }).on_hover_text("space bar").clicked() {
+            app.play();
+        }
+        let mut time = app.clock.time;
+        let label = ui.label("moment");
+        let range = 0.0..=app.reach();
+        let drag = egui::DragValue::new(&mut time).range(range).speed(0.02).suffix(" s").max_decimals(3).update_while_editing(false);
+        if ui.add(drag).labelled_by(label.id).changed() {
+            app.seek(time);
+        }
+        let of = match app.duration().zip(app.frame_shown()) {
+            Some((duration, frame)) => format!("of {} s · frame {frame}", rounded(duration, 4)),
+            None => "nothing changes yet".into(),
+        };
+        ui.label(of);
+        ui.separator();
+        if ui.button("Set key").on_hover_text("the view becomes a key of the camera at this moment (K)").clicked() {
+            app.set_key();
+        }
+        let keys = app.keyframes();
+        if ui.add_enabled(!keys.is_empty(), egui::Button::new("Take key away")).on_hover_text("the key nearest to this moment").clicked() {
+            app.drop_key();
+        }
+        let bookmarks = app.document.scene().bookmarks.len();
+        let button = ui.add_enabled(bookmarks > 1, egui::Button::new("Keys of bookmarks"));
+        if button.on_hover_text("a flight along all bookmarks, three seconds from one to the next").clicked() {
+            app.of_bookmarks();
+        }
+    });
+    bar(ui, app);
+}
+
+/// The bar that is scrubbed, with a mark at each key.
+fn bar(ui: &mut Ui, app: &mut App) {
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, "timeline"));
+    let duration = app.reach();
+    let at = |time: f64| rect.left() + (time / duration) as f32 * rect.width();
+    let painter = ui.painter().with_clip_rect(rect.expand(2.0));
+    let visuals = ui.visuals();
+    painter.rect_filled(rect, 3.0, visuals.extreme_bg_color);
+    // A line each second, or each ten.
+    let every = [1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 300.0].into_iter().find(|every| duration / every < 40.0).unwrap_or(600.0);
+    let weak = visuals.weak_text_color();
+    for i in 0..=(duration / every) as usize {
+        let x = at(every * i as f64);
+        painter.vline(x, rect.top() + 0.7 * HEIGHT..=rect.bottom(), Stroke::new(1.0, weak));
+        painter.text(
+            pos2(x + 2.0, rect.bottom()),
+            egui::Align2::LEFT_BOTTOM,
+            rounded(every * i as f64, 4),
+            egui::FontId::proportional(9.0),
+            weak,
+        );
+    }
+    // What lies behind the end is dim.
+    let end = egui::Rect::from_min_max(pos2(at(app.duration().unwrap_or(duration)), rect.top()), rect.max);
+    painter.rect_filled(end, 0.0, visuals.panel_fill.gamma_multiply(0.7));
+    let keys = app.keyframes();
+    for key in &keys {
+        let (x, y) = (at(*key), rect.top() + 0.32 * HEIGHT);
+        let points = [vec2(0.0, -GRIP), vec2(GRIP, 0.0), vec2(0.0, GRIP), vec2(-GRIP, 0.0)].map(|v| pos2(x, y) + v).to_vec();
+        painter.add(egui::Shape::convex_polygon(points, Color32::from_rgb(120, 200, 255), Stroke::NONE));
+    }
+    painter.vline(at(app.clock.time), rect.y_range(), Stroke::new(2.0, visuals.strong_text_color()));
+    if let (true, Some(pointer)) = (response.dragged() || response.clicked(), response.interact_pointer_pos()) {
+        let time = f64::from((pointer.x - rect.left()) / rect.width()).clamp(0.0, 1.0) * duration;
+        // A click beside a key means the key.
+        let near = keys.iter().copied().find(|key| (at(*key) - pointer.x).abs() < GRIP);
+        app.seek(near.filter(|_| response.clicked()).unwrap_or(time));
+    }
+}
