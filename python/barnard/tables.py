@@ -317,6 +317,158 @@ class Slab(Field):
         super().__init__(centre=centre, normal=normal, thickness=thickness, extent=extent)
 
 
+class Stereo(Table):
+    """Two eyes: off-axis pairs in flat images, omni-directional stereo in images of all around. What a back end renders
+    is both images in one.
+
+    Parameters
+    ----------
+    eye_distance : length
+        From eye to eye; a thirtieth of the distance to what is seen is deep, a hundredth shallow.
+    convergence : length, default to the target
+        Where both eyes see one image, which lies in the screen; what is nearer stands before it.
+    arrangement : text, default over_under
+        Over_under, the left eye on top, or side_by_side; `%V` in the name of an output makes a file of each eye.
+    pole_merge : list of texts, default ["60 deg", "75 deg"]
+        In images of all around, heights above and below the horizon between which both eyes become one.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "camera.stereo"
+
+    def __init__(
+        self,
+        eye_distance: Quantity,
+        *,
+        convergence: Quantity | None = None,
+        arrangement: str | None = None,
+        pole_merge: Sequence[str] | None = None,
+    ):
+        super().__init__(
+            eye_distance=eye_distance,
+            convergence=convergence,
+            arrangement=arrangement,
+            pole_merge=pole_merge,
+        )
+
+
+class Keyframe(Table):
+    """A keyframe: what the camera is at a moment. A key says what it changes. A file has the same as columns, with a
+    unit in brackets behind the name: `time [s]`, then `x [pc]`, `y [pc]` and `z [pc]`, `target_x` or `direction_x` or
+    `orientation_x` to `orientation_w`, `up_x` and so on, and `field_of_view [deg]`.
+
+    Parameters
+    ----------
+    time : time
+        When the camera is there.
+    position : position, default goes on between its neighbours
+        Where the observer is.
+    target : position, default goes on between its neighbours
+        What they look at.
+    direction : direction, default towards the target
+        Which way they look, in place of a target.
+    orientation : list of numbers, default towards the target
+        In place of target and up, the quaternion [x, y, z, w] that turns a camera which looks along -z, with y
+        upwards.
+    up : direction, default goes on between its neighbours
+        What is up in the image.
+    field_of_view : angle, default goes on between its neighbours
+        Horizontal field of view, of a perspective camera.
+    width : length, default goes on between its neighbours
+        Width of the image, of an orthographic camera.
+    aperture : angle, default goes on between its neighbours
+        The angle across the circle, of a fisheye.
+    tilt : angle, default goes on between its neighbours
+        How far the middle of a fisheye leans from up towards the target.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "camera.path.key"
+
+    def __init__(
+        self,
+        time: Quantity,
+        *,
+        position: Position | None = None,
+        target: Position | None = None,
+        direction: Sequence[float] | None = None,
+        orientation: Sequence[float] | None = None,
+        up: Sequence[float] | None = None,
+        field_of_view: Quantity | None = None,
+        width: Quantity | None = None,
+        aperture: Quantity | None = None,
+        tilt: Quantity | None = None,
+    ):
+        super().__init__(
+            time=time,
+            position=position,
+            target=target,
+            direction=direction,
+            orientation=orientation,
+            up=up,
+            field_of_view=field_of_view,
+            width=width,
+            aperture=aperture,
+            tilt=tilt,
+        )
+
+
+class CameraPath(Table):
+    """How the camera moves: through keyframes, or along a path that another program made. What a scene shows where no
+    frame is asked for is its first moment.
+
+    Parameters
+    ----------
+    key : list of tables, default none
+        The keyframes, [[camera.path.key]]; two or more, or a file.
+    file : path, default none
+        A file of keyframes: a CSV, a camera path of Gaia Sky (.gsc), or the first animated camera of a glTF (.gltf,
+        .glb).
+    unit : length, default 1 pc
+        How long a length of one is in a .gltf or .glb, and in columns of a CSV that say no unit.
+    interpolation : text, default catmull_rom
+        How the camera goes from key to key.
+    ease : time, default 0 s
+        How long the camera takes to get going at the beginning, and to come to rest at the end.
+    constant_speed : boolean, default false
+        The camera goes its way at one speed; times of the first and last key alone count.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "camera.path"
+
+    def __init__(
+        self,
+        *,
+        key: Sequence[Keyframe | dict[str, Any]] | None = None,
+        file: Path | None = None,
+        unit: Quantity | None = None,
+        interpolation: str | None = None,
+        ease: Quantity | None = None,
+        constant_speed: bool | None = None,
+    ):
+        super().__init__(
+            key=key,
+            file=file,
+            unit=unit,
+            interpolation=interpolation,
+            ease=ease,
+            constant_speed=constant_speed,
+        )
+
+
 class Camera(Table):
     """Where the observer is; `kind` chooses the projection.
 
@@ -349,6 +501,10 @@ class Camera(Table):
         [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
     supersampling : integer, default 1
         Rays along each side of a pixel, 1 to 16.
+    stereo : table, default one eye
+        Two eyes beside each other, [camera.stereo].
+    path : table, default the camera stands still
+        How the camera moves, [camera.path].
     field_of_view : angle
         Horizontal field of view, below 180 deg. Of kind perspective, required there.
     width : length
@@ -377,6 +533,8 @@ class Camera(Table):
         size: int | Sequence[int] | None = None,
         crop: Sequence[float] | None = None,
         supersampling: int | None = None,
+        stereo: Stereo | None = None,
+        path: CameraPath | None = None,
         field_of_view: Quantity | None = None,
         width: Quantity | None = None,
         aperture: Quantity | None = None,
@@ -390,6 +548,8 @@ class Camera(Table):
             size=size,
             crop=crop,
             supersampling=supersampling,
+            stereo=stereo,
+            path=path,
             field_of_view=field_of_view,
             width=width,
             aperture=aperture,
@@ -406,6 +566,8 @@ def perspective(
     size: int | Sequence[int] | None = None,
     crop: Sequence[float] | None = None,
     supersampling: int | None = None,
+    stereo: Stereo | None = None,
+    path: CameraPath | None = None,
 ) -> Camera:
     """A camera: all rays from one point.
 
@@ -423,6 +585,10 @@ def perspective(
         [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
     supersampling : integer, default 1
         Rays along each side of a pixel, 1 to 16.
+    stereo : table, default one eye
+        Two eyes beside each other, [camera.stereo].
+    path : table, default the camera stands still
+        How the camera moves, [camera.path].
     field_of_view : angle
         Horizontal field of view, below 180 deg.
     """
@@ -434,6 +600,8 @@ def perspective(
         size=size,
         crop=crop,
         supersampling=supersampling,
+        stereo=stereo,
+        path=path,
         field_of_view=field_of_view,
     )
 
@@ -450,6 +618,8 @@ def orthographic(
     size: int | Sequence[int] | None = None,
     crop: Sequence[float] | None = None,
     supersampling: int | None = None,
+    stereo: Stereo | None = None,
+    path: CameraPath | None = None,
 ) -> Camera:
     """A camera: parallel rays, starting on the image plane.
 
@@ -467,6 +637,10 @@ def orthographic(
         [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
     supersampling : integer, default 1
         Rays along each side of a pixel, 1 to 16.
+    stereo : table, default one eye
+        Two eyes beside each other, [camera.stereo].
+    path : table, default the camera stands still
+        How the camera moves, [camera.path].
     width : length
         Width of the image.
     """
@@ -478,6 +652,8 @@ def orthographic(
         size=size,
         crop=crop,
         supersampling=supersampling,
+        stereo=stereo,
+        path=path,
         width=width,
     )
 
@@ -493,6 +669,8 @@ def fisheye(
     size: int | Sequence[int] | None = None,
     crop: Sequence[float] | None = None,
     supersampling: int | None = None,
+    stereo: Stereo | None = None,
+    path: CameraPath | None = None,
     aperture: Quantity | None = None,
     tilt: Quantity | None = None,
 ) -> Camera:
@@ -512,6 +690,10 @@ def fisheye(
         [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
     supersampling : integer, default 1
         Rays along each side of a pixel, 1 to 16.
+    stereo : table, default one eye
+        Two eyes beside each other, [camera.stereo].
+    path : table, default the camera stands still
+        How the camera moves, [camera.path].
     aperture : angle, default 180 deg
         The angle across the circle, up to 360 deg.
     tilt : angle, default 0 deg
@@ -526,6 +708,8 @@ def fisheye(
         size=size,
         crop=crop,
         supersampling=supersampling,
+        stereo=stereo,
+        path=path,
         aperture=aperture,
         tilt=tilt,
     )
@@ -542,6 +726,8 @@ def equirectangular(
     size: int | Sequence[int] | None = None,
     crop: Sequence[float] | None = None,
     supersampling: int | None = None,
+    stereo: Stereo | None = None,
+    path: CameraPath | None = None,
 ) -> Camera:
     """A camera: all around, longitude by latitude, the target in the middle; twice as wide as high.
 
@@ -559,6 +745,10 @@ def equirectangular(
         [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
     supersampling : integer, default 1
         Rays along each side of a pixel, 1 to 16.
+    stereo : table, default one eye
+        Two eyes beside each other, [camera.stereo].
+    path : table, default the camera stands still
+        How the camera moves, [camera.path].
     """
     return Camera(
         "equirectangular",
@@ -568,6 +758,8 @@ def equirectangular(
         size=size,
         crop=crop,
         supersampling=supersampling,
+        stereo=stereo,
+        path=path,
     )
 
 
@@ -582,6 +774,8 @@ def cubemap(
     size: int | Sequence[int] | None = None,
     crop: Sequence[float] | None = None,
     supersampling: int | None = None,
+    stereo: Stereo | None = None,
+    path: CameraPath | None = None,
 ) -> Camera:
     """A camera: all around, six faces of a cube one above the other, as environment maps of OpenEXR have them; six times as high as wide.
 
@@ -599,6 +793,10 @@ def cubemap(
         [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
     supersampling : integer, default 1
         Rays along each side of a pixel, 1 to 16.
+    stereo : table, default one eye
+        Two eyes beside each other, [camera.stereo].
+    path : table, default the camera stands still
+        How the camera moves, [camera.path].
     """
     return Camera(
         "cubemap",
@@ -608,6 +806,8 @@ def cubemap(
         size=size,
         crop=crop,
         supersampling=supersampling,
+        stereo=stereo,
+        path=path,
     )
 
 
@@ -1269,6 +1469,8 @@ class Display(Table):
         Radiance that is black [W m-2 sr-1, or of the balanced band].
     white : number, default the brightest 0.2 % lie above
         Radiance that is white.
+    bits : integer, default 8
+        8 or 16: bits of each colour in a .png; a .tif has 16, a .jpg 8.
 
     Raises
     ------
@@ -1288,6 +1490,7 @@ class Display(Table):
         strength: float | None = None,
         black: float | None = None,
         white: float | None = None,
+        bits: int | None = None,
     ):
         super().__init__(
             palette=palette,
@@ -1297,6 +1500,7 @@ class Display(Table):
             strength=strength,
             black=black,
             white=white,
+            bits=bits,
         )
 
 
@@ -1323,6 +1527,10 @@ class Method(Table):
         each filter.
     steps : integer, default chosen by accuracy
         Fixed number of samples a ray, for comparisons.
+    steps_per_voxel : number, default chosen by accuracy
+        0.5 to 100: fixed number of samples in each voxel edge, where `steps` does not say how many a ray has.
+    star_depth_voxels : integer, default chosen by accuracy
+        1 to 12: fixed number of voxels of star depths along one of dust, within the limit of memory.
     bake : integer, default by the sampling error, 32 to 256
         4 to 2048: voxels along the longest edge onto which functions are sampled for the fast back ends.
     volumes : text, default single
@@ -1357,6 +1565,8 @@ class Method(Table):
         range: float | None = None,
         criterion: str | None = None,
         steps: int | None = None,
+        steps_per_voxel: float | None = None,
+        star_depth_voxels: int | None = None,
         bake: int | None = None,
         volumes: str | None = None,
         sparse: str | None = None,
@@ -1372,6 +1582,8 @@ class Method(Table):
             range=range,
             criterion=criterion,
             steps=steps,
+            steps_per_voxel=steps_per_voxel,
+            star_depth_voxels=star_depth_voxels,
             bake=bake,
             volumes=volumes,
             sparse=sparse,
@@ -1380,4 +1592,80 @@ class Method(Table):
         )
 
 
-__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Camera", "perspective", "orthographic", "fisheye", "equirectangular", "cubemap", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "Background", "Band", "Display", "Method"]
+class Animation(Table):
+    """A key of the scene that changes from moment to moment: a star's temperature, the dust's scale, the white of the
+    picture. Numbers go from key to key, with units and in lists too; whatever else can be said changes in steps.
+
+    Parameters
+    ----------
+    of : text
+        The key that changes, such as "star[0].temperature", the first star being number 0, or "display.white".
+    times : list of times
+        When it is what `values` say, ascending, such as ["0 s", "4 s"].
+    values : list of values
+        What it is then, each as the key itself would say it, all in one unit.
+    interpolation : text, default bezier
+        How values go from key to key.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "animation"
+
+    def __init__(
+        self,
+        of: str,
+        times: Sequence[Quantity] | Quantity,
+        values: Sequence[Any] | Quantity,
+        *,
+        interpolation: str | None = None,
+    ):
+        super().__init__(of=of, times=times, values=values, interpolation=interpolation)
+
+
+class Frames(Table):
+    """Which moments of a scene that changes become frames; `barnard render --frames` renders them.
+
+    Parameters
+    ----------
+    frames_per_second : number, default 30
+        How many frames a second has.
+    first_frame : integer, default 1
+        The number of the frame that shows the first moment, 0 s.
+    duration : time, default until the last key
+        The time from the first frame to the last.
+    shutter : angle, default 0 deg
+        How long the shutter stays open, of 360 deg for as long as a frame lasts: what moves is blurred.
+    shutter_moments : integer, default 8
+        2 to 256: moments of which a frame with an open shutter is the mean.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "sequence"
+
+    def __init__(
+        self,
+        *,
+        frames_per_second: float | None = None,
+        first_frame: int | None = None,
+        duration: Quantity | None = None,
+        shutter: Quantity | None = None,
+        shutter_moments: int | None = None,
+    ):
+        super().__init__(
+            frames_per_second=frames_per_second,
+            first_frame=first_frame,
+            duration=duration,
+            shutter=shutter,
+            shutter_moments=shutter_moments,
+        )
+
+
+__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Stereo", "Keyframe", "CameraPath", "Camera", "perspective", "orthographic", "fisheye", "equirectangular", "cubemap", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "Background", "Band", "Display", "Method", "Animation", "Frames"]

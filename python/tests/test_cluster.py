@@ -122,7 +122,7 @@ def test_what_cannot_be_is_said_before_anything_is_done(client, tmp_path):
     with pytest.raises(bn.BarnardError, match="same file"):
         bn.map(scene.render, cameras(2), client, files=str(tmp_path / "frame.npy"))
     with pytest.raises(bn.BarnardError, match="known"):
-        bn.map(scene.render, cameras(2), client, files=str(tmp_path / "frame_{}.jpeg"))
+        bn.map(scene.render, cameras(2), client, files=str(tmp_path / "frame_{}.gif"))
     with distributed.LocalCluster(n_workers=0, dashboard_address=None) as nobody, distributed.Client(nobody) as idle:
         begun = time.perf_counter()
         with pytest.raises(bn.BarnardError, match="no workers"):

@@ -5,10 +5,28 @@ use std::collections::BTreeMap;
 use spectra::error::nearest;
 use spectra::units::{Length, QUANTITIES, Quantity, Time};
 
-use crate::camera;
 use crate::data::{Inputs, TextTable};
 use crate::error::{Error, Result};
 use crate::properties::{Key, Origin, Place, Section, Value};
+
+/// Keys of `[[camera.path.key]]`: what is the camera's whatever its kind, and the numbers of all kinds.
+pub(crate) const KEYFRAME: &[Key] = &[
+    Key::required("time", "time", "when the camera is there"),
+    Key::optional("position", "position", "goes on between its neighbours", "where the observer is"),
+    Key::optional("target", "position", "goes on between its neighbours", "what they look at"),
+    Key::optional("direction", "direction", "towards the target", "which way they look, in place of a target"),
+    Key::optional(
+        "orientation",
+        "list of numbers",
+        "towards the target",
+        "in place of target and up, the quaternion [x, y, z, w] that turns a camera which looks along -z, with y upwards",
+    ),
+    Key::optional("up", "direction", "goes on between its neighbours", "what is up in the image"),
+    Key::optional("field_of_view", "angle", "goes on between its neighbours", "horizontal field of view, of a perspective camera"),
+    Key::optional("width", "length", "goes on between its neighbours", "width of the image, of an orthographic camera"),
+    Key::optional("aperture", "angle", "goes on between its neighbours", "the angle across the circle, of a fisheye"),
+    Key::optional("tilt", "angle", "goes on between its neighbours", "how far the middle of a fisheye leans from up towards the target"),
+];
 
 /// Most keyframes of a file: ten hours at 30 a second.
 const MAX_ROWS: usize = 1 << 20;
@@ -49,17 +67,18 @@ pub(super) struct Keyframes {
     pub others: BTreeMap<String, Vec<(f64, Value)>>,
 }
 
-/// The numbers that some kind of camera has.
+/// What stands in no keyframe as a vector: the numbers that some kind of camera has.
 fn of_camera() -> impl Iterator<Item = &'static Key> {
-    let quantity = |key: &&Key| QUANTITIES.iter().any(|quantity| quantity.name == key.kind);
-    camera::KINDS.iter().flat_map(|kind| kind.keys).filter(quantity)
+    KEYFRAME.iter().filter(|key| key.name != TIME && VECTORS.iter().all(|vector| vector.name != key.name))
 }
+
+const TIME: &str = "time";
 
 impl Keyframes {
     /// Those of the tables `[[camera.path.key]]`.
     pub fn of_tables(section: &Section) -> Result<Self> {
         let own: Vec<&str> = VECTORS.iter().map(|vector| vector.name).collect();
-        let known: Vec<&str> = ["time"].into_iter().chain(own.iter().copied()).chain(of_camera().map(|key| key.name)).collect();
+        let known: Vec<&str> = KEYFRAME.iter().map(|key| key.name).collect();
         let mut keyframes = Self::default();
         for key in section.tables("key")? {
             key.check_keys(&known)?;
@@ -266,4 +285,20 @@ fn wrong(file: &str, line: usize, key: &str, message: String) -> Error {
 /// The unit in which numbers of a key stand in a file that says none.
 fn usual_unit(key: &Key) -> Option<&'static str> {
     QUANTITIES.iter().find(|quantity| quantity.name == key.kind).and_then(|quantity| quantity.units.first()).map(|(unit, _)| *unit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::KINDS;
+
+    /// Every number that a kind of camera has can stand in a keyframe, as the same quantity.
+    #[test]
+    fn all_numbers_of_cameras_have_keys() {
+        let keys: Vec<&Key> = KINDS.iter().flat_map(|kind| kind.keys).collect();
+        assert!(keys.len() >= 4);
+        for key in keys {
+            assert!(of_camera().any(|own| own.name == key.name && own.kind == key.kind), "{}", key.name);
+        }
+    }
 }

@@ -12,7 +12,8 @@ mod track;
 use spectra::units::{Angle, Quantity, Time};
 
 pub use curve::{INTERPOLATIONS, InterpolationEntry};
-pub(crate) use path::{KEYFRAME as PATH_KEYFRAME, KEYS as PATH};
+pub(crate) use keyframes::KEYFRAME as PATH_KEYFRAME;
+pub(crate) use path::KEYS as PATH;
 
 use self::curve::Interpolation;
 use self::path::CameraPath;

@@ -35,21 +35,6 @@ pub(crate) const KEYS: &[Key] = &[
     ),
 ];
 
-/// Keys of `[[camera.path.key]]`, beside the numbers of the camera's kind.
-pub(crate) const KEYFRAME: &[Key] = &[
-    Key::required("time", "time", "when the camera is there"),
-    Key::optional("position", "position", "goes on between its neighbours", "where the observer is"),
-    Key::optional("target", "position", "goes on between its neighbours", "what they look at"),
-    Key::optional("direction", "direction", "towards the target", "which way they look, in place of a target"),
-    Key::optional(
-        "orientation",
-        "list of numbers",
-        "towards the target",
-        "in place of target and up, the quaternion [x, y, z, w] that turns a camera which looks along -z, with y upwards",
-    ),
-    Key::optional("up", "direction", "goes on between its neighbours", "what is up in the image"),
-];
-
 /// Parts of the way between two keys by which its length is measured.
 const LENGTH_PARTS: usize = 256;
 /// Parts of the way in all.

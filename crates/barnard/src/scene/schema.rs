@@ -65,7 +65,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[[camera.path.key]]",
         path: "camera.path.key",
-        text: "A keyframe: what the camera is at a moment. A key says what it changes; any number of the camera's kind, such as `field_of_view`, may stand here too. \
+        text: "A keyframe: what the camera is at a moment. A key says what it changes. \
                A file has the same as columns, with a unit in brackets behind the name: `time [s]`, then `x [pc]`, `y [pc]` and `z [pc]`, \
                `target_x` or `direction_x` or `orientation_x` to `orientation_w`, `up_x` and so on, and `field_of_view [deg]`.",
         keys: animation::PATH_KEYFRAME,
