@@ -3,6 +3,7 @@
 import sys
 from pathlib import Path
 
+import astropy.units as u
 import numpy as np
 import pytest
 
@@ -24,6 +25,19 @@ def lit(density, **grid) -> bn.Scene:
     scene.fields["cloud"] = bn.Grid(density, low="-1 -1 -1 pc", high="1 1 1 pc", **grid)
     scene.dust = bn.Dust("cloud", "3 /pc", albedo=0.6)
     scene.stars.append(bn.Star("0.3 0.2 0.4 pc", temperature="12000 K", luminosity="1000 Lsun", visible=False))
+    return scene
+
+
+def flight() -> bn.Scene:
+    """A camera that goes round a lit cloud while its star grows hot."""
+    scene = lit(cloud())
+    keys = [
+        bn.Keyframe(0 * u.s, position=[0, 0, 5] * u.pc, target="0 0 0 pc"),
+        bn.Keyframe("1 s", position=[3, 0.5, 4] * u.pc, field_of_view=40 * u.deg),
+    ]
+    scene.camera = bn.perspective("0 0 5 pc", "32 deg", size=[24, 16], path=bn.CameraPath(key=keys, ease="0.2 s"))
+    scene.animation = [bn.Animation("star[0].temperature", [0, 1] * u.s, [5000, 20000] * u.K)]
+    scene.sequence = bn.Frames(frames_per_second=10, first_frame=100)
     return scene
 
 

@@ -1,26 +1,15 @@
 """Frames of scenes that change."""
 
 import pickle
+import re
+from pathlib import Path
 
 import astropy.units as u
 import numpy as np
 import pytest
 
 import barnard as bn
-from conftest import cloud, lit
-
-
-def flight():
-    """A camera that goes round a lit cloud while its star grows hot."""
-    scene = lit(cloud())
-    keys = [
-        bn.Keyframe(0 * u.s, position=[0, 0, 5] * u.pc, target="0 0 0 pc"),
-        bn.Keyframe("1 s", position=[3, 0.5, 4] * u.pc, field_of_view=40 * u.deg),
-    ]
-    scene.camera = bn.perspective("0 0 5 pc", "32 deg", size=[24, 16], path=bn.CameraPath(key=keys, ease="0.2 s"))
-    scene.animation = [bn.Animation("star[0].temperature", [0, 1] * u.s, [5000, 20000] * u.K)]
-    scene.sequence = bn.Frames(frames_per_second=10, first_frame=100)
-    return scene
+from conftest import cloud, flight, lit
 
 
 def test_frames_are_those_of_the_command(tmp_path):
@@ -87,7 +76,7 @@ def test_a_scene_file_says_the_same(tmp_path):
 def test_wrong_changes_are_told(change, words):
     scene = flight()
     change(scene)
-    with pytest.raises(bn.SceneError, match="") as caught:
+    with pytest.raises(bn.SceneError) as caught:
         scene.frames()
     assert words in str(caught.value)
 
@@ -107,3 +96,15 @@ def test_two_eyes_are_one_picture():
     scene.camera.stereo = bn.Stereo("0.2 pc")
     assert scene.render().radiance.shape == (3, 32, 24)
     assert scene.frames().render(101).radiance.shape == (3, 32, 24)
+
+
+def test_the_template_of_open_job_description_is_one():
+    """The template of docs/shows.md, by the schema of the specification."""
+    model = pytest.importorskip("openjd.model", reason="NOT CHECKED: openjd-model is not installed")
+    text = (Path(__file__).parents[2] / "docs" / "shows.md").read_text()
+    template = model.document_string_to_object(document=re.search(r"```yaml\n(.*?)```", text, re.S)[1], document_type=model.DocumentType.YAML)
+    job = model.decode_job_template(template=template)
+    assert job.name == "barnard-flight" and len(job.steps) == 1
+    template["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]["type"] = "NUMBER"
+    with pytest.raises(model.DecodeValidationError):
+        model.decode_job_template(template=template)

@@ -1,16 +1,18 @@
 """Pictures on workers that Slurm started; `.ci/slurm` starts one of a single machine."""
 
 import os
+import re
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import barnard as bn
 from barnard import cluster
-from conftest import cameras, cloud, lit
+from conftest import cameras, cloud, flight, lit
 
 if "SLURM_CONF" not in os.environ:
     pytest.skip("NOT CHECKED: no Slurm is at hand; `.ci/slurm start FOLDER` starts one, SLURM_CONF names its configuration", allow_module_level=True)
@@ -79,3 +81,22 @@ def test_an_array_of_jobs_renders_bookmarks(tmp_path):
     subprocess.run(["sbatch", "--wait", script], cwd=tmp_path, check=True, timeout=120)
     for i, camera in enumerate(cameras(3)):
         assert np.array_equal(np.load(tmp_path / f"frame_{i}.npy"), scene.render(camera).radiance)
+
+
+def test_the_recipe_for_a_flight(tmp_path):
+    """The script of docs/shows.md, for three jobs of this machine in place of forty of a farm."""
+    text = (Path(__file__).parents[2] / "docs" / "shows.md").read_text()
+    script = re.search(r"```\n(#!/bin/sh\n#SBATCH.*?)```", text, re.S)[1]
+    changes = {"1-40": "1-3", "/40": "/3", "--cpus-per-task=8": "--cpus-per-task=1", "--mem=8G": "--output=/dev/null"}
+    for before, after in {**changes, "barnard render": f"{sys.executable} -m barnard render"}.items():
+        assert before in script
+        script = script.replace(before, after)
+    scene = flight()
+    scene.save(tmp_path / "flight.toml")
+    (tmp_path / "frames").mkdir()
+    (tmp_path / "flight.sh").write_text(script.replace(".exr", ".npy"))
+    subprocess.run(["sbatch", "--wait", "flight.sh"], cwd=tmp_path, check=True, timeout=180)
+    frames = scene.frames()
+    assert sorted(path.name for path in (tmp_path / "frames").iterdir()) == [f"flight_{number:06}.npy" for number in frames.numbers]
+    for number in (frames.numbers[0], frames.numbers[4]):
+        assert np.array_equal(np.load(tmp_path / "frames" / f"flight_{number:06}.npy"), frames.render(number).radiance)
