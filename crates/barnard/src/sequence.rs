@@ -6,13 +6,15 @@
 
 use std::sync::Arc;
 
+use spectra::colour::Palette;
+
 use crate::animation::{Frames, Timeline};
 use crate::backend::cpu::Cpu;
 use crate::backend::{Backend, Job};
 use crate::camera;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::image::{Display, Image, Level, Samples};
+use crate::image::{Display, Level, Tone};
 use crate::plan::{Choices, Options, Plan};
 use crate::properties::{Section, Table, Value};
 use crate::scene::{Loader, Provenance, Scene};
@@ -151,7 +153,7 @@ fn but_for_camera(tree: &Table) -> String {
 pub struct Held {
     /// What pilot rays of some frames chose.
     pub choices: Choices,
-    /// The display of all frames where they leave levels to be found: levels of those frames together.
+    /// The display of all frames where they leave levels to be found: the median of those that these frames ask for.
     pub display: Display,
 }
 
@@ -170,7 +172,7 @@ impl Held {
         // One scene and one plan at a time are held, and what is shared with the next.
         let mut before: Option<Plan> = None;
         let mut display: Option<Display> = None;
-        let mut pooled: Vec<Vec<f64>> = Vec::new();
+        let mut tones: Vec<Tone> = Vec::new();
         for (i, time) in pilots.iter().enumerate() {
             let share = |i: usize| i as f64 / pilots.len() as f64;
             let control = control.part(share(i), share(i + 1));
@@ -187,15 +189,17 @@ impl Held {
                 let mut looking = plan.clone();
                 looking.look_from(small.camera.clone(), &control)?;
                 let (image, _) = Cpu.render(&Job::planned(&small, options, &looking)?, &control)?;
-                pooled.resize_with(image.bands.len(), Vec::new);
-                image.radiances().zip(&mut pooled).for_each(|(band, values)| values.extend(image.band(band)));
+                // A frame without light asks for nothing.
+                if image.radiances().any(|band| image.band(band).any(|v| v > 0.0)) {
+                    tones.push(scene.display.tone(&image));
+                }
             }
             before = Some(plan);
         }
         let (Some(choices), Some(first)) = (choices, display) else {
             return Err(Error::value("pilot frames", "none", "one frame or more").into());
         };
-        let display = if pooled.is_empty() { first } else { found(&first, pooled) };
+        let display = if tones.is_empty() { first } else { found(&first, &tones) };
         Ok(Self { choices, display })
     }
 
@@ -218,10 +222,17 @@ fn is_open(display: &Display) -> bool {
     display.balance || display.white == Level::Auto
 }
 
-/// A display with the levels that the values of some pictures together ask for, band by band.
-fn found(display: &Display, bands: Vec<Vec<f64>>) -> Display {
-    let names = (0..bands.len()).map(|band| band.to_string()).collect();
-    let pixels = bands.first().map_or(0, Vec::len);
-    let tone = display.tone(&Image::bare(pixels, 1, names, Samples::Double(bands.concat())));
-    Display { palette: tone.palette, balance: false, white: Level::Radiance(tone.white), ..display.clone() }
+/// A display with the levels that some pictures ask for, the median of each: one that flies past a star asks for far too much.
+fn found(display: &Display, tones: &[Tone]) -> Display {
+    let median = |of: &dyn Fn(&Tone) -> f64| {
+        let mut order: Vec<usize> = (0..tones.len()).collect();
+        order.sort_by(|a, b| of(&tones[*a]).total_cmp(&of(&tones[*b])));
+        order[(order.len() - 1) / 2]
+    };
+    // Columns of a band differ by how much it is brightened alone.
+    let size = |tone: &Tone, band: usize| tone.palette.columns[band].iter().map(|v| v.abs()).sum::<f64>();
+    let column = |band: usize| tones[median(&|tone| size(tone, band))].palette.columns[band];
+    let columns = (0..display.palette.columns.len()).map(column).collect();
+    let white = tones[median(&|tone| tone.white)].white;
+    Display { palette: Palette { columns }, balance: false, white: Level::Radiance(white), ..display.clone() }
 }
