@@ -150,6 +150,11 @@ fn wrong_changes_are_told() {
             [key(0.0, "position = \"0 0 4 pc\"\ntarget = \"0 0 0 pc\"\ndirection = [0, 0, 1]"), key(1.0, "")].concat(),
             &["both target and direction"],
         ),
+        (
+            "[camera.path]",
+            [key(0.0, "position = \"0 0 4 pc\""), key(1.0, "aperture = \"180 deg\"")].concat(),
+            &["\"aperture\" goes with kind fisheye only", "perspective"],
+        ),
         ("[camera.path]\nease = \"0.6 s\"", two.clone(), &["ease", "half of it"]),
         (
             "[camera.path]\nconstant_speed = true",

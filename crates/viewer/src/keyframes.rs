@@ -6,7 +6,7 @@ use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value};
 use crate::edit::{Edit, table};
 use crate::flight::Flight;
 
-/// Moments that are one [s].
+/// Moments that are one \[s\].
 pub const SAME: f64 = 5e-4;
 
 /// The moments of all keys \[s\], where they stand in the text.

@@ -108,11 +108,12 @@ impl Timeline {
     /// Where a key is unknown, missing or wrong, or a file cannot be read; its place is said.
     pub(crate) fn build(root: &Section, inputs: &Inputs) -> Result<Option<Self>> {
         let camera = root.table("camera")?;
-        let path = camera.map(|camera| camera.table("path")).transpose()?.flatten();
+        let kind = camera.as_ref().map(|camera| camera.text("kind")).transpose()?.flatten().unwrap_or_default();
+        let path = camera.as_ref().map(|camera| camera.table("path")).transpose()?.flatten();
         if path.is_none() && TABLES.iter().all(|name| !root.has(name)) {
             return Ok(None);
         }
-        let path = path.map(|section| CameraPath::build(&section, inputs)).transpose()?;
+        let path = path.map(|section| CameraPath::build(&section, kind, inputs)).transpose()?;
         let tracks = root.tables("animation")?.iter().map(track).collect::<Result<Vec<_>>>()?;
         let end = tracks.iter().map(|(_, track, _)| track.end()).chain(path.as_ref().map(CameraPath::end)).fold(0.0, f64::max);
         let frames = frames(root.table("sequence")?.as_ref(), end)?;

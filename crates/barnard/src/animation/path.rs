@@ -11,6 +11,7 @@ use spectra::units::{Length, Time};
 use super::curve::{Curve, INTERPOLATIONS, Interpolation};
 use super::keyframes::Keyframes;
 use super::track::Track;
+use crate::camera::KINDS;
 use crate::data::Inputs;
 use crate::error::Result;
 use crate::properties::{Key, Property, Section, Table, Value};
@@ -55,8 +56,8 @@ pub(super) struct CameraPath {
 }
 
 impl CameraPath {
-    /// Reads `[camera.path]`.
-    pub fn build(section: &Section, inputs: &Inputs) -> Result<Self> {
+    /// Reads `[camera.path]` of a camera of a kind.
+    pub fn build(section: &Section, kind: &str, inputs: &Inputs) -> Result<Self> {
         section.check_keys(&KEYS.iter().map(|k| k.name).collect::<Vec<_>>())?;
         let names = INTERPOLATIONS.map(|entry| entry.name);
         let chosen = section.choice("interpolation", &names)?.unwrap_or(names[0]);
@@ -79,6 +80,11 @@ impl CameraPath {
         };
         let vectors = vectors.into_iter().map(|(name, (times, values))| (name, Curve::new(times, values, interpolation))).collect();
         let track = |(name, keys): (String, Vec<(f64, Value)>)| {
+            let owners: Vec<&str> = KINDS.iter().filter(|own| own.keys.iter().any(|key| key.name == name)).map(|own| own.name).collect();
+            if !owners.contains(&kind) {
+                let message = format!("\"{name}\" goes with kind {} only and this camera is {kind}; leave it out", owners.join(" or "));
+                return Err(section.error("key", message));
+            }
             Ok((name.clone(), Track::new(keys, interpolation).map_err(|e| section.error("key", format!("{name}: {e}")))?))
         };
         let others = others.into_iter().map(track).collect::<Result<_>>()?;
