@@ -27,8 +27,22 @@ with fits.open(f"{stem}.fits") as hdus:
         assert np.allclose(np.abs(wcs.proj_plane_pixel_scales()[0].to_value("deg")), 2 * np.degrees(np.tan(np.radians(15)) / 32))
 print("3 passed, 0 failed")
 
-# Grids as other programs read what `barnard convert` makes of them: 1e6 a cubic metre are one a cubic centimetre.
+# Layers as HDUs behind the bands: those of light add up to the bands.
 barnard = sys.argv[2]
+subprocess.run([barnard, "render", "--builtin", "barres_neyret", "--size", "32x24", "--layers", "all", "-o", f"{stem}_layers.fits"], check=True, stdout=subprocess.DEVNULL)
+with fits.open(f"{stem}_layers.fits") as hdus:
+    hdus.verify("exception")
+    bands = [hdu for hdu in hdus[1:] if "LAYER" not in hdu.header]
+    layers = {hdu.header["EXTNAME"]: hdu for hdu in hdus[1:] if "LAYER" in hdu.header}
+    assert len(bands) == 3 and {"depth", "tau", "opacity"} < set(layers), list(layers)
+    for band in bands:
+        parts = [hdu.data for name, hdu in layers.items() if name.endswith("." + band.header["EXTNAME"])]
+        assert len(parts) >= 1 and np.allclose(sum(parts), band.data, rtol=1e-4, atol=1e-7 * band.data.max())
+    assert units.Unit(layers["depth"].header["BUNIT"]) == units.pc and layers["depth"].data.min() > 0
+    assert np.allclose(layers["opacity"].data, 1 - np.exp(-layers["tau"].data), atol=0.02)
+print(f"{len(layers)} layers passed, 0 failed")
+
+# Grids as other programs read what `barnard convert` makes of them: 1e6 a cubic metre are one a cubic centimetre.
 x, y, z = np.mgrid[0:40, 0:23, 0:31]
 cloud = (1e6 * (np.maximum(0, 50 - (x - 9) ** 2 - (y - 8) ** 2 - (z - 11) ** 2) + (x + y > 58))).astype(np.float32)
 np.save(f"{stem}_cloud.npy", cloud)

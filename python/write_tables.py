@@ -30,7 +30,9 @@ CLASSES = [
     ("background.stars", "StarField"),
     ("background", "Background"),
     ("band", "Band"),
+    ("display.glare", "Glare"),
     ("display", "Display"),
+    ("output", "Output"),
     ("method", "Method"),
     ("animation", "Animation"),
     ("sequence", "Frames"),
@@ -44,6 +46,7 @@ TABLES = {
     ("dust", "albedo"): "float | Albedo",
     ("dust", "phase"): "Phase",
     ("background", "stars"): "StarField",
+    ("display", "glare"): "Glare",
 }
 
 #: The kind of a table whose kind is not said.

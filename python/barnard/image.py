@@ -31,6 +31,7 @@ class Image:
     def __init__(self, native: Any):
         self._native = native
         self._radiance: np.ndarray | None = None
+        self._layers: dict[str, np.ndarray] | None = None
         self.parameters: dict[str, Any] = {}
 
     @property
@@ -47,6 +48,18 @@ class Image:
         if self._radiance is None:
             self._radiance = self._native.radiance()
         return self._radiance
+
+    @property
+    def layers(self) -> dict[str, np.ndarray]:
+        """What the picture is made of, where its scene's `[output] layers` asks for it; empty otherwise.
+
+        `scattered`, `emission.NAME`, `background` and `stars` are bands × height × width [W m-2 sr-1], and their sum is `radiance`;
+        `depth` is height × width, the mean distance of the light of dust and gas [pc], infinite where there is none; `tau` is height ×
+        width, the optical depth of all dust at V [1].
+        """
+        if self._layers is None:
+            self._layers = self._native.layers
+        return self._layers
 
     def __array__(self, dtype=None, copy=None) -> np.ndarray:
         return np.array(self.radiance, dtype=dtype, copy=True if copy is None else copy)

@@ -69,6 +69,34 @@ def test_sweeps_of_no_parameter_are_refused(scene, parameters, words):
         scene.sweep(parameters)
 
 
+def test_layers_add_up(scene):
+    assert scene.render().layers == {}
+    scene.output = bn.Output(layers=["all"])
+    scene.emission = [bn.Emission("lines", "cloud", name="Ha", lines=[{"wavelength": "656.3 nm", "strength": 1}], scale="1e-24 W/m3/sr")]
+    image = scene.render()
+    layers = image.layers
+    assert list(layers) == ["scattered", "emission.Ha", "depth", "tau"]
+    assert np.allclose(layers["scattered"] + layers["emission.Ha"], image.radiance, rtol=1e-5)
+    assert all(layers[name].max() > 0 for name in layers)
+    assert layers["depth"].shape == layers["tau"].shape == image.shape
+    lit_up = np.isfinite(layers["depth"])
+    # The box is from 3 to 5 pc away.
+    assert lit_up.any() and 3 < layers["depth"][lit_up].min() and layers["depth"][lit_up].max() < 5.2
+
+
+def test_glare_is_for_pictures_alone(scene):
+    scene.stars[0].visible = True
+    plain = scene.render()
+    scene.display = bn.Display(glare={"optics": "webb", "size": 4, "rotation": 10 * u.deg})
+    glaring = scene.render()
+    assert np.array_equal(plain.radiance, glaring.radiance)
+    assert not np.array_equal(plain.rgb(), glaring.rgb()) and np.array_equal(glaring.rgb(glare=None), plain.rgb())
+    with pytest.raises(bn.SceneError, match="weeb.*webb"):
+        bn.Display(glare=bn.Glare(optics="weeb"))
+        scene.display.glare.optics = "weeb"
+        scene.render()
+
+
 def test_progress_is_told(scene):
     heard = []
     scene.camera.size = 400

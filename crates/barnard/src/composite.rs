@@ -2,14 +2,15 @@
 
 use crate::camera::{Arrangement, Camera};
 use crate::error::{Error, Result};
-use crate::image::{Image, Samples};
+use crate::image::{Image, Layer, Samples};
 use crate::keywords;
 
 fn check_alike(a: &Image, b: &Image) -> Result<()> {
-    if (a.width, a.height, a.bands.len()) == (b.width, b.height, b.bands.len()) {
+    let layers = |image: &Image| image.layers.iter().map(|layer| layer.name.clone()).collect::<Vec<_>>();
+    if (a.width, a.height, a.bands.len(), layers(a)) == (b.width, b.height, b.bands.len(), layers(b)) {
         return Ok(());
     }
-    Err(Error::value("images that are to be one", "of different sizes or bands", "alike; neither can change from moment to moment"))
+    Err(Error::value("images that are to be one", "of different sizes, bands or layers", "alike; neither can change from moment to moment"))
 }
 
 /// The images of the left and the right eye as one, which says of itself what the left one does.
@@ -20,8 +21,8 @@ pub fn joined(arrangement: Arrangement, left: Image, right: &Image) -> Result<Im
     check_alike(&left, right)?;
     let (width, height, bands) = (left.width, left.height, left.bands.len());
     let image = match arrangement {
-        Arrangement::OverUnder => Image { height: 2 * height, ..left },
-        Arrangement::SideBySide => Image { width: 2 * width, ..left },
+        Arrangement::OverUnder => Image { height: 2 * height, views: (left.views.0, 2 * left.views.1), ..left },
+        Arrangement::SideBySide => Image { width: 2 * width, views: (2 * left.views.0, left.views.1), ..left },
     };
     let (columns, rows) = (image.width, image.height);
     // Band by band, row by row: which eye, and where in its image.
@@ -30,16 +31,13 @@ pub fn joined(arrangement: Arrangement, left: Image, right: &Image) -> Result<Im
         let is_right = row >= height || column >= width;
         (is_right, (band * height + row % height) * width + column % width)
     };
-    let count = bands * columns * rows;
-    let samples = match (&image.samples, &right.samples) {
-        (Samples::Single(left), Samples::Single(right)) => {
-            Samples::Single((0..count).map(from).map(|(is_right, i)| if is_right { right[i] } else { left[i] }).collect())
-        }
-        (left, right) => {
-            Samples::Double((0..count).map(from).map(|(is_right, i)| if is_right { right.at(i) } else { left.at(i) }).collect())
-        }
+    let samples = Samples::gathered(&image.samples, &right.samples, bands * columns * rows, from);
+    let layer = |(left, right): (&Layer, &Layer)| {
+        let count = left.samples.len() + right.samples.len();
+        Layer { samples: Samples::gathered(&left.samples, &right.samples, count, from), ..left.clone() }
     };
-    let mut image = Image { samples, pixel: None, ..image };
+    let layers = image.layers.iter().zip(&right.layers).map(layer).collect();
+    let mut image = Image { samples, layers, pixel: None, ..image };
     // A place of it is one of the sky for one of the eyes alone.
     let words = if arrangement == Arrangement::OverUnder { "left eye above right" } else { "left eye beside right" };
     image.notes.push(("stereo".into(), words.into()));
@@ -48,11 +46,12 @@ pub fn joined(arrangement: Arrangement, left: Image, right: &Image) -> Result<Im
 
 /// The images of the left and the right eye that are one, of a camera with two.
 pub fn parted(arrangement: Arrangement, image: &Image, camera: &Camera) -> [Image; 2] {
-    let (width, height) = match arrangement {
-        Arrangement::OverUnder => (image.width, image.height / 2),
-        Arrangement::SideBySide => (image.width / 2, image.height),
+    let (columns, rows) = image.views;
+    let (width, height, views) = match arrangement {
+        Arrangement::OverUnder => (image.width, image.height / 2, (columns, rows / 2)),
+        Arrangement::SideBySide => (image.width / 2, image.height, (columns / 2, rows)),
     };
-    let (bands, pixels) = (image.bands.len(), width * height);
+    let pixels = width * height;
     let eyes = camera.eyes().map_or([None, None], |eyes| eyes.map(Some));
     let mut number = 0..2usize;
     eyes.map(|eye| {
@@ -62,11 +61,10 @@ pub fn parted(arrangement: Arrangement, image: &Image, camera: &Camera) -> [Imag
             Arrangement::SideBySide => (0, if is_right { width } else { 0 }),
         };
         let from = |i: usize| ((i / pixels * image.height) + row + i % pixels / width) * image.width + column + i % width;
-        let samples = match &image.samples {
-            Samples::Single(values) => Samples::Single((0..bands * pixels).map(|i| values[from(i)]).collect()),
-            Samples::Double(values) => Samples::Double((0..bands * pixels).map(|i| values[from(i)]).collect()),
-        };
-        let mut own = Image { width, height, samples, pixel: Some(eye.pixel_scale()), axis: eye.axis(), ..image.clone() };
+        let part = |samples: &Samples| Samples::gathered(samples, samples, samples.len() / 2, |i| (false, from(i)));
+        let layers = image.layers.iter().map(|layer| Layer { samples: part(&layer.samples), ..layer.clone() }).collect();
+        let samples = part(&image.samples);
+        let mut own = Image { width, height, samples, views, layers, pixel: Some(eye.pixel_scale()), axis: eye.axis(), ..image.clone() };
         // Where this eye stands; in an image of all around both stand around the camera.
         for (name, value) in [("CAMX", eye.position.x), ("CAMY", eye.position.y), ("CAMZ", eye.position.z)] {
             own.keywords
@@ -91,12 +89,11 @@ pub fn mean<E: From<Error>>(images: impl IntoIterator<Item = std::result::Result
     for image in images {
         let image = image?;
         check_alike(&sum, &image)?;
-        (0..sum.samples.len()).for_each(|i| sum.samples.add(i, image.samples.at(i)));
+        sum.samples.add_all(&image.samples);
+        sum.layers.iter_mut().zip(&image.layers).for_each(|(sum, own)| sum.samples.add_all(&own.samples));
         count += 1.0;
     }
-    match &mut sum.samples {
-        Samples::Single(values) => values.iter_mut().for_each(|v| *v /= count as f32),
-        Samples::Double(values) => values.iter_mut().for_each(|v| *v /= count),
-    }
+    let all = std::iter::once(&mut sum.samples).chain(sum.layers.iter_mut().map(|layer| &mut layer.samples));
+    all.for_each(|samples| samples.scale(1.0 / count));
     Ok(Some(sum))
 }

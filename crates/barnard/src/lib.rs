@@ -49,6 +49,7 @@ pub mod control;
 pub mod data;
 pub mod error;
 pub mod field;
+mod fourier;
 pub mod geometry;
 pub mod image;
 pub mod keywords;

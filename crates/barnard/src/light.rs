@@ -35,6 +35,73 @@ pub enum Route {
     },
 }
 
+impl Route {
+    /// The part of the picture's light that takes it.
+    pub fn part(self) -> Part {
+        match self {
+            Route::Scattered { .. } => Part::Scattered,
+            Route::Emitted { species } => Part::Emission { species },
+            Route::Background => Part::Background,
+            Route::Direct { .. } | Route::FieldStar { .. } => Part::Stars,
+        }
+    }
+}
+
+/// A part of a picture's light, by where it comes from last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Starlight that dust scatters towards the eye.
+    Scattered,
+    /// Light of a species of gas.
+    Emission {
+        /// The number of the species in the scene.
+        species: usize,
+    },
+    /// The even light behind the cloud.
+    Background,
+    /// Stars that are seen as points.
+    Stars,
+}
+
+impl Part {
+    /// The parts that a scene's light has.
+    pub fn of(scene: &Scene) -> Vec<Self> {
+        let mut parts = Vec::new();
+        if scene.dust.is_some() && !scene.stars.is_empty() {
+            parts.push(Self::Scattered);
+        }
+        parts.extend((0..scene.emission.len()).map(|species| Self::Emission { species }));
+        if scene.background.spectrum.is_some() {
+            parts.push(Self::Background);
+        }
+        if scene.background.star_field.is_some() || scene.stars.iter().any(|star| star.visible) {
+            parts.push(Self::Stars);
+        }
+        parts
+    }
+
+    /// The scene whose light is this part of another's: other lights are out, all dust is there.
+    pub fn alone(self, scene: &Scene) -> Scene {
+        let mut scene = scene.clone();
+        let species = std::mem::take(&mut scene.emission);
+        if let Self::Emission { species: own } = self {
+            scene.emission.extend(species.into_iter().nth(own));
+        }
+        match self {
+            Self::Scattered => scene.stars.iter_mut().for_each(|star| star.visible = false),
+            Self::Emission { .. } | Self::Background => scene.stars.clear(),
+            Self::Stars => {}
+        }
+        if self != Self::Background {
+            scene.background.spectrum = None;
+        }
+        if self != Self::Stars {
+            scene.background.star_field = None;
+        }
+        scene
+    }
+}
+
 /// A light with its spectrum, in the unit that its geometry turns into radiance: scattered: W m⁻² sr… times σ dl and
 /// 1/r² [pc⁻²]; emitted: times j dl \[pc\]; background: as it is; direct: times 1/r² [pc⁻²], irradiance.
 #[derive(Debug, Clone)]

@@ -14,7 +14,7 @@ use crate::backend::{Backend, Job};
 use crate::camera;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::image::{Display, Level, Tone};
+use crate::image::{Display, Level, Output, Tone};
 use crate::plan::{Choices, Options, Plan};
 use crate::properties::{Section, Table, Value};
 use crate::scene::{Loader, Provenance, Scene};
@@ -185,7 +185,8 @@ impl Held {
                 let (width, height) = (scene.camera.width, scene.camera.height);
                 let scale = PILOT_EDGE as f64 / width.max(height).max(PILOT_EDGE) as f64;
                 let edge = |n: usize| ((n as f64 * scale).round() as usize).max(1);
-                let small = Scene { camera: scene.camera.clone().size(edge(width), edge(height)).supersampling(1), ..scene.clone() };
+                let camera = scene.camera.clone().size(edge(width), edge(height)).supersampling(1);
+                let small = Scene { camera, output: Output::default(), ..scene.clone() };
                 let mut looking = plan.clone();
                 looking.look_from(small.camera.clone(), &control)?;
                 let (image, _) = Cpu.render(&Job::planned(&small, options, &looking)?, &control)?;
@@ -213,6 +214,7 @@ impl Held {
             black: own.black,
             white: if own.white == Level::Auto { held.white } else { own.white },
             bits: own.bits,
+            glare: own.glare,
         }
     }
 }

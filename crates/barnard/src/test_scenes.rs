@@ -69,7 +69,7 @@ pub fn of_every_kind<K, T>(
     text: &'static str,
     build: impl Fn(&Section, &Inputs) -> Result<T>,
 ) -> Vec<(&'static str, T)> {
-    let inputs = Inputs::new(Arc::new(TestData(text)), 1 << 20);
+    let inputs = Inputs::new(Arc::new(TestData(text)), 1 << 26);
     let value = |key: &Key| match (key.name, key.kind) {
         ("low", _) => "-1 -1 -1 pc",
         ("high", _) => "1 1 1 pc",

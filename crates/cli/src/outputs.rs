@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use barnard::camera::Camera;
 use barnard::composite::parted;
-use barnard::image::Image;
+use barnard::image::{Image, LayerChoice};
+use barnard::scene::Scene;
 use barnard_files::SaveImage;
-use barnard_files::formats::check_writable;
+use barnard_files::formats::{check_writable, writer};
 
 /// What stands for the name of an eye, as in Nuke.
 const EYE: &str = "%V";
@@ -28,6 +29,23 @@ pub fn check(paths: &[PathBuf], camera: &Camera) -> anyhow::Result<()> {
         files(path, camera)?.iter().try_for_each(|file| check_writable(file))?;
     }
     Ok(())
+}
+
+/// The layers that --layers names.
+pub fn parse_layers(text: &str) -> Result<LayerChoice, String> {
+    let names: Vec<&str> = text.split(',').map(str::trim).collect();
+    LayerChoice::named(&names).map_err(|name| format!("there is no layer \"{name}\"; known: {}, all", LayerChoice::NAMES.join(", ")))
+}
+
+/// The scene with the layers that are asked for, of which none is rendered for files that hold none.
+pub fn layered(mut scene: Scene, asked: Option<LayerChoice>, outputs: &[PathBuf]) -> anyhow::Result<Scene> {
+    let layers = asked.unwrap_or(scene.output.layers);
+    let holds = outputs.iter().any(|path| writer(path).is_ok_and(|writer| writer.has_layers));
+    if asked.is_some() && layers.is_any() && !holds {
+        bail!("--layers: layers go to .exr files; add -o layers.exr");
+    }
+    scene.output.layers = if holds { layers } else { LayerChoice::default() };
+    Ok(scene)
 }
 
 /// Writes a picture of a camera, and says which files were written.

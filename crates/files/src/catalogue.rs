@@ -73,6 +73,11 @@ pub const CATALOGUES: &[Catalogue] = &[
         rows: || rows(spectra::colour::STRETCHES.iter().map(|s| (s.name, s.summary))),
     },
     Catalogue {
+        name: "optics",
+        summary: "telescopes and the eye, as pictures show bright points",
+        rows: || rows(barnard::image::optics::OPTICS.iter().map(|o| (o.name, o.summary))),
+    },
+    Catalogue {
         name: "interpolations",
         summary: "how values go from keyframe to keyframe",
         rows: || rows(barnard::animation::INTERPOLATIONS.iter().map(|i| (i.name, i.summary))),

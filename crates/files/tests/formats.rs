@@ -1,9 +1,10 @@
 //! Every row of the formats, written and read again.
 
 use barnard::data::Layout;
-use barnard::image::{Image, Samples};
+use barnard::image::{ColourSpace, Image, Layer, LayerChannels, LayerContent, Output, Samples};
 use barnard_files::SaveImage;
 use barnard_files::formats::{READERS, WRITERS, read_array, read_image};
+use spectra::colour::Palette;
 
 /// A picture of two bands whose values tell their places.
 fn image() -> Image {
@@ -129,4 +130,88 @@ fn exr_files_have_layers() {
         assert_eq!(of("radiance.V").value_by_flat_index(i).to_f32(), written.samples.at(12 + i) as f32);
     }
     assert!(file.attributes.chromaticities.is_some());
+}
+
+/// A picture of two gases, how far their light comes from and what lies before it; one pixel is dark.
+fn layered() -> Image {
+    let picture = image();
+    let share = |part: f32| -> Vec<f32> { (0..24).map(|i| part * picture.samples.at(i) as f32).collect() };
+    let light = |name: &str, part| Layer { name: name.into(), content: LayerContent::Light, samples: Samples::Single(share(part)) };
+    let mut moments = [vec![6.0; 12], vec![2.0; 12]].concat();
+    (moments[5], moments[17]) = (0.0, 0.0);
+    let depth = Layer { name: "depth".into(), content: LayerContent::Depth, samples: Samples::Single(moments) };
+    let taken = [vec![0.5; 12], vec![0.393; 12]].concat();
+    let tau = Layer { name: "tau".into(), content: LayerContent::OpticalDepth, samples: Samples::Single(taken) };
+    Image { layers: vec![light("emission.Ha", 0.25), light("scattered", 0.75), depth, tau], ..picture }
+}
+
+/// Layers are channels whose names compositing programs part at dots; those of light add up to R, G and B in their exposure, in
+/// the primaries that the file names, and every way to pack a file keeps them.
+#[test]
+fn layers_are_channels_of_exr_files() {
+    use exr::prelude::*;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("layers.exr");
+    let mut written = layered();
+    written.display.white = barnard::image::Level::Radiance(1.5e-6);
+    written.display.palette = Palette { columns: vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] };
+    for (_, compression) in barnard::image::Compression::ROWS {
+        for (single, colours) in [(false, ColourSpace::Rec709), (true, ColourSpace::AcesCg)] {
+            written.output = Output { single, colours, compression: *compression, ..Output::default() };
+            written.save(&path).unwrap();
+            let file = read_first_flat_layer_from_file(&path).unwrap();
+            let list = &file.layer_data.channel_data.list;
+            let names: Vec<String> = list.iter().map(|channel| channel.name.to_string()).collect();
+            let light = ["emission.Ha.B", "emission.Ha.G", "emission.Ha.R", "radiance.B", "radiance.V"];
+            let rest = ["scattered.B", "scattered.G", "scattered.R", "tau.V"];
+            assert_eq!(names, [&["A", "B", "G", "R", "depth.Z"][..], &light, &rest].concat());
+            let of = |name: &str| &list.iter().find(|channel| channel.name.to_string() == name).unwrap().sample_data;
+            let at = |name: &str, i: usize| f64::from(of(name).value_by_flat_index(i).to_f32());
+            // 24 bits of a float are 16 of its fraction.
+            let tolerance = if single && *compression != barnard::image::Compression::Pxr24 { 1e-6 } else { 2e-3 };
+            for i in 0..12 {
+                for colour in ["R", "G", "B"] {
+                    let sum = at(&format!("emission.Ha.{colour}"), i) + at(&format!("scattered.{colour}"), i);
+                    assert!((sum - at(colour, i)).abs() <= tolerance * at(colour, i).abs().max(1e-3), "{colour} {sum} {}", at(colour, i));
+                }
+                let wanted = match colours {
+                    ColourSpace::Rec709 => written.samples.at(i) / 1.5e-6,
+                    // The first row of the matrix from Rec. 709 to AP1 (colour-science.org: 0.613097, 0.339523).
+                    ColourSpace::AcesCg => (0.613_097 * written.samples.at(i) + 0.339_523 * written.samples.at(12 + i)) / 1.5e-6,
+                };
+                assert!((at("R", i) / wanted - 1.0).abs() < 2e-3, "{} {wanted}", at("R", i));
+                let depth = if i == 5 { 1e10 } else { 3.0 };
+                assert!((at("depth.Z", i) / depth - 1.0).abs() < 1e-4 && (at("tau.V", i) - 0.5).abs() < 1e-4);
+                assert!((at("A", i) - 0.393).abs() < 1e-3);
+            }
+            assert_eq!(matches!(of("scattered.G"), FlatSamples::F32(_)), single);
+            assert!(matches!(of("depth.Z"), FlatSamples::F32(_)));
+            let red = file.attributes.chromaticities.unwrap().red;
+            assert_eq!(red.0, if colours == ColourSpace::AcesCg { 0.713 } else { 0.64 });
+        }
+    }
+    // Bands in place of colours, and none of it is taken for a band when the file is read again.
+    written.output = Output { channels: LayerChannels::Bands, ..Output::default() };
+    written.save(&path).unwrap();
+    let file = read_first_flat_layer_from_file(&path).unwrap();
+    let channel = file.layer_data.channel_data.list.iter().find(|channel| channel.name.to_string() == "scattered.V").unwrap();
+    let (value, whole) = (channel.sample_data.value_by_flat_index(7).to_f32(), written.samples.at(19) as f32);
+    assert!((value / (0.75 * whole) - 1.0).abs() < 1e-6 && matches!(channel.sample_data, FlatSamples::F32(_)));
+    let back = read_image(&path, 1 << 20).unwrap();
+    assert_eq!(back.bands.iter().map(|band| band.name.as_str()).collect::<Vec<_>>(), ["B", "V"]);
+}
+
+/// A FITS file has a layer's channels as HDUs behind the bands; who reads the image reads the bands.
+#[test]
+fn layers_are_hdus_of_fits_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("layers.fits");
+    layered().save(&path).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let cards: Vec<&str> = bytes.chunks(80).filter_map(|card| std::str::from_utf8(card).ok()).collect();
+    let names: Vec<&str> = cards.iter().filter(|c| c.starts_with("EXTNAME")).map(|c| c.split('\'').nth(1).unwrap().trim()).collect();
+    let light = ["emission.Ha.B", "emission.Ha.V", "scattered.B", "scattered.V"];
+    assert_eq!(names, [&["B", "V"][..], &light, &["depth", "tau", "opacity"]].concat());
+    let back = read_image(&path, 1 << 20).unwrap();
+    assert_eq!((back.bands.len(), back.relative_rmse(1, &image(), 1)), (2, 0.0));
 }

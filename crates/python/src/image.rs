@@ -8,7 +8,7 @@ use barnard::backend::path::{self, PathTracer};
 use barnard::backend::reference::{self, Reference};
 use barnard::backend::{Backend, Job};
 use barnard::control::Control;
-use barnard::image::{Display, PixelScale, Samples};
+use barnard::image::{Display, FAR_AWAY, LayerContent, PixelScale, Samples};
 use barnard::keywords::Value;
 use barnard::plan::Options;
 use barnard::properties::Table;
@@ -56,11 +56,27 @@ impl Image {
 
     /// Band radiances, bands × height × width, the first row on top, float32 or float64 [W m-2 sr-1]; a new array each time.
     fn radiance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let shape = [self.image.bands.len(), self.image.height, self.image.width];
-        Ok(match &self.image.samples {
-            Samples::Single(values) => values.to_pyarray(py).reshape(shape)?.into_any(),
-            Samples::Double(values) => values.to_pyarray(py).reshape(shape)?.into_any(),
-        })
+        values(py, &self.image.samples, &[self.image.bands.len(), self.image.height, self.image.width])
+    }
+
+    /// Layers by name: of light bands × height × width [W m-2 sr-1]; "depth" height × width, the mean distance of the light of dust
+    /// and gas [pc], infinite where there is none; "tau" height × width, optical depth at V. New arrays each time.
+    #[getter]
+    fn layers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let (height, width) = (self.image.height, self.image.width);
+        let layers = PyDict::new(py);
+        for layer in &self.image.layers {
+            let array = match layer.content {
+                LayerContent::Light => values(py, &layer.samples, &[self.image.bands.len(), height, width])?,
+                LayerContent::Depth | LayerContent::OpticalDepth => {
+                    let far = |v: f64| if v >= FAR_AWAY { f32::INFINITY } else { v as f32 };
+                    let values: Vec<f32> = layer.channel(0, height * width).map(far).collect();
+                    PyArray1::from_vec(py, values).reshape([height, width])?.into_any()
+                }
+            };
+            layers.set_item(&layer.name, array)?;
+        }
+        Ok(layers)
     }
 
     /// For each passband the certificate of each light that shines in it; empty where a back end reads no plan.
@@ -153,6 +169,14 @@ impl Image {
         };
         work::run(py, None, |_| Ok(shown.picture(&self.image).iter().flatten().map(|v| (v * 255.0 + 0.5) as u8).collect()))
     }
+}
+
+/// Values of an image as an array of this shape.
+fn values<'py>(py: Python<'py>, samples: &Samples, shape: &[usize]) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match samples {
+        Samples::Single(values) => values.to_pyarray(py).reshape(shape.to_vec())?.into_any(),
+        Samples::Double(values) => values.to_pyarray(py).reshape(shape.to_vec())?.into_any(),
+    })
 }
 
 /// Raises where no picture can be written to a path.

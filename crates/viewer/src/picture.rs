@@ -7,7 +7,7 @@ use barnard::Result;
 use barnard::backend::{self, RenderStats};
 use barnard::camera::Camera;
 use barnard::control::Control;
-use barnard::image::{Display, Image, Tone};
+use barnard::image::{Display, Glare, Image, Tone};
 use barnard::plan::Plan;
 use barnard::points::Sources;
 use barnard::scene::Scene;
@@ -33,6 +33,8 @@ pub struct Picture {
     pub colours: Arc<Vec<Color32>>,
     /// Stars over a picture that has none, in pixels of the window: transparent where none is.
     pub sparks: Option<Arc<ColorImage>>,
+    /// What optics make of a picture that has its stars, and which.
+    spread: Option<(Glare, Arc<Image>)>,
     /// The histogram of the pixels of each band.
     pub histograms: Vec<Histogram>,
     /// The time that each part of it took.
@@ -103,7 +105,8 @@ impl Picture {
     /// The picture of `image`, which `plan` made of `scene`, shown by `tone`.
     pub fn new(image: Image, scene: Arc<Scene>, tone: Tone, plan: Plan, stats: RenderStats, times: Times, backend: String) -> Self {
         let (colours, sparks, histograms) = (Arc::default(), None, Vec::new());
-        let mut picture = Self { image: Arc::new(image), plan, stats, tone, colours, sparks, histograms, times, backend, scene };
+        let (image, spread) = (Arc::new(image), None);
+        let mut picture = Self { image, plan, stats, tone, colours, sparks, spread, histograms, times, backend, scene };
         picture.colour();
         picture
     }
@@ -115,11 +118,21 @@ impl Picture {
         self.colour();
     }
 
+    /// Shows what the optics of the scene's display make of a picture that has its stars; once for each, it takes seconds.
+    pub fn spread(&mut self) {
+        let asked = self.scene.display.glare;
+        if asked != self.spread.as_ref().map(|(glare, _)| *glare) {
+            self.spread = asked.map(|glare| (glare, Arc::new(glare.seen(&self.image))));
+            self.colour();
+        }
+    }
+
     /// Makes colours and histograms anew.
     fn colour(&mut self) {
         let start = Instant::now();
         let image = &self.image;
-        self.colours = Arc::new(self.tone.bytes(image).into_iter().map(|[r, g, b]| Color32::from_rgb(r, g, b)).collect());
+        let shown = self.spread.as_ref().map_or(image, |(_, spread)| spread);
+        self.colours = Arc::new(self.tone.bytes(shown).into_iter().map(|[r, g, b]| Color32::from_rgb(r, g, b)).collect());
         let stride = (image.width * image.height).div_ceil(COUNTED).max(1);
         self.histograms = (0..image.bands.len()).into_par_iter().map(|b| Histogram::of(image.band(b).step_by(stride))).collect();
         self.times.colours = start.elapsed().as_secs_f64();

@@ -165,8 +165,9 @@ impl Studio {
             let display = &view.scene.display;
             let tone = stand.exposure.tone(order.exposure, display, &last.picture.image, last.quality == Quality::Settled);
             last.picture.show(display, tone);
-            if last.quality < Quality::Settled {
-                last.picture.spark(&order.camera).ok()?;
+            match last.quality {
+                Quality::Settled => last.picture.spread(),
+                _ => last.picture.spark(&order.camera).ok()?,
             }
             Some(last.picture.clone())
         };
@@ -226,7 +227,8 @@ impl Studio {
         let image = backend.finish(&job, light, control)?;
         let times = Times { plan: planned, march: seconds, stars: start.elapsed().as_secs_f64(), colours: 0.0 };
         let tone = stand.exposure.tone(order.exposure, &scene.display, &image, true);
-        let picture = Picture::new(image, scene, tone, plan, stats, times, by);
+        let mut picture = Picture::new(image, scene, tone, plan, stats, times, by);
+        picture.spread();
         stand.keep(view, &order.camera, Quality::Settled, &picture);
         Ok(picture)
     }

@@ -33,10 +33,13 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         height: camera.height,
         bands: scene.bands.iter().map(band).collect(),
         samples,
+        views: if matches!(camera.projection, Projection::Panorama { layout: Layout::Cube, .. }) { (1, 6) } else { (1, 1) },
         pixel: Some(camera.pixel_scale()),
         axis: camera.axis(),
         notes,
         display: scene.display.clone(),
+        layers: Vec::new(),
+        output: scene.output,
         keywords: of_scene(scene, camera),
     }
 }

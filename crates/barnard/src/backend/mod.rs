@@ -7,6 +7,7 @@
 pub mod cpu;
 mod describe;
 mod finish;
+mod layers;
 pub mod path;
 pub mod reference;
 
@@ -102,6 +103,17 @@ impl Radiance {
     }
 }
 
+/// How a back end renders a part of a job's light alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PartsBy {
+    /// By a plan of which that part shines alone.
+    Plan,
+    /// By a scene that has no other lights.
+    Scene,
+    /// Not at all.
+    Nothing,
+}
+
 /// A way to render: from a [`Job`] to its light, and on to a finished picture.
 pub trait Backend: Send {
     /// The name that the picture's header gives as its maker.
@@ -112,6 +124,11 @@ pub trait Backend: Send {
     /// # Errors
     /// Where the job cannot be planned at all.
     fn unable(&self, job: &Job, control: &Control) -> Result<Option<String>>;
+
+    /// How it renders a part of a job's light alone.
+    fn parts_by(&self) -> PartsBy {
+        PartsBy::Plan
+    }
 
     /// Takes up a job before its light is asked for, as after an edit; asking for light does so otherwise.
     ///
@@ -158,11 +175,14 @@ pub trait Backend: Send {
         Ok((joined(stereo.arrangement, left, &right)?, stats.and(more)))
     }
 
-    /// The picture of one eye.
+    /// The picture of one eye, with the layers that the scene's output asks for.
     ///
     /// # Errors
     /// Those of [`render`](Self::render).
     fn picture(&mut self, job: &Job, control: &Control) -> Result<(Image, RenderStats)> {
+        if job.scene().output.layers.is_any() {
+            return layers::layered(self, job, control);
+        }
         let radiance = self.radiance(job, control)?;
         let stats = radiance.stats;
         Ok((self.finish(job, radiance, control)?, stats))

@@ -28,6 +28,7 @@ mod slab;
 mod sphere;
 mod store;
 mod support;
+mod turbulence;
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -50,6 +51,7 @@ pub use shell::Shell;
 pub use simplex::Simplex;
 pub use slab::Slab;
 pub use sphere::Sphere;
+pub use turbulence::Turbulence;
 
 use crate::blocks::Storage;
 use crate::data::Inputs;
@@ -144,7 +146,8 @@ fn unit(what: &'static str, direction: DVec3) -> Result<DVec3> {
 }
 
 /// All kinds of field that a scene may name.
-pub const KINDS: &[Kind<Arc<dyn Field>>] = &[loaded::KIND, fbm::KIND, sphere::KIND, cuboid::KIND, plummer::KIND, shell::KIND, slab::KIND];
+pub const KINDS: &[Kind<Arc<dyn Field>>] =
+    &[loaded::KIND, fbm::KIND, sphere::KIND, cuboid::KIND, plummer::KIND, shell::KIND, slab::KIND, turbulence::KIND];
 
 /// Builds the field that a `[field.NAME]` table describes.
 ///

@@ -171,6 +171,7 @@ impl Draft<'_> {
             scattered_field: scattered_field.map(Arc::new),
             bounces: self.settings.method.bounces,
             sources: Sources::All,
+            shining: None,
         }
     }
 }

@@ -43,7 +43,7 @@ pub use stepping::Stepping;
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::Result;
-use crate::light::Light;
+use crate::light::{Light, Part};
 use crate::points::Sources;
 use crate::volume::Volume;
 
@@ -72,6 +72,8 @@ pub struct Plan {
     pub(crate) bounces: usize,
     /// The unresolved sources that a picture of it shows.
     pub(crate) sources: Sources,
+    /// For each light whether it shines; none where all do.
+    pub(crate) shining: Option<Arc<[bool]>>,
 }
 
 /// Samples between looks at whether a ray can end.
@@ -84,7 +86,7 @@ pub const END_DEPTH: f32 = 3.0;
 impl Plan {
     /// Whether another is the same plan, seen by the same camera: whatever is large must be shared, not equal.
     pub fn is(&self, other: &Self) -> bool {
-        fn same<T>(a: &Option<Arc<T>>, b: &Option<Arc<T>>) -> bool {
+        fn same<T: ?Sized>(a: &Option<Arc<T>>, b: &Option<Arc<T>>) -> bool {
             match (a, b) {
                 (Some(a), Some(b)) => Arc::ptr_eq(a, b),
                 (None, None) => true,
@@ -96,6 +98,7 @@ impl Plan {
             && Arc::ptr_eq(&self.lights, &other.lights)
             && same(&self.light_field, &other.light_field)
             && same(&self.scattered_field, &other.scattered_field)
+            && same(&self.shining, &other.shining)
             && self.camera == other.camera
             && self.stepping == other.stepping
             && self.star_march == other.star_march
@@ -146,6 +149,22 @@ impl Plan {
     /// Times that light of stars may scatter.
     pub fn bounces(&self) -> usize {
         self.bounces
+    }
+
+    /// The same plan of which only some parts of the light shine.
+    #[must_use]
+    pub fn only(&self, shines: impl Fn(Part) -> bool) -> Self {
+        let every = |light: &Light| shines(light.route.part());
+        let mut plan = Self { shining: Some(self.lights.iter().map(every).collect()), ..self.clone() };
+        if !shines(Part::Scattered) {
+            (plan.light_field, plan.scattered_field) = (None, None);
+        }
+        plan
+    }
+
+    /// Whether a light shines.
+    pub(crate) fn shines(&self, light: usize) -> bool {
+        self.shining.as_ref().is_none_or(|shining| shining[light])
     }
 
     /// The same plan with other steps along a ray; what pilots measured is of the steps before.

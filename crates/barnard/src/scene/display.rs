@@ -3,6 +3,7 @@
 use spectra::colour::{Palette, Stretch};
 use spectra::passband::Passband;
 
+use super::glare;
 use crate::error::Result;
 use crate::image::{Display, Level};
 use crate::properties::{Key, Section, Table};
@@ -16,6 +17,7 @@ pub(super) const KEYS: &[Key] = &[
     Key::optional("black", "number", "0", "radiance that is black [W m-2 sr-1, or of the balanced band]"),
     Key::optional("white", "number", "the brightest 0.2 % lie above", "radiance that is white"),
     Key::optional("bits", "integer", "8", "8 or 16: bits of each colour in a .png; a .tif has 16, a .jpg 8"),
+    Key::optional("glare", "table", "none", "what optics make of bright points, [display.glare]"),
 ];
 
 pub(super) fn build(section: Option<&Section>, bands: &[Passband]) -> Result<Display> {
@@ -41,7 +43,8 @@ pub(super) fn build(section: Option<&Section>, bands: &[Passband]) -> Result<Dis
         return Err(section.error("bits", format!("{bits} bits a colour are in no picture; write 8 or 16")));
     }
     let (balance, stretch) = (section.flag("balance")?.unwrap_or(false), section.wrap("stretch", stretch)?);
-    Ok(Display { palette, balance, stretch, black, white, bits })
+    let glare = section.table("glare")?.map(|own| glare::build(&own)).transpose()?;
+    Ok(Display { palette, balance, stretch, black, white, bits, glare })
 }
 
 impl Display {

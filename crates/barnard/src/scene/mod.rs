@@ -11,8 +11,10 @@ mod display;
 mod dust;
 mod emission;
 mod gas;
+mod glare;
 mod loader;
 mod method;
+mod output;
 pub mod schema;
 mod star;
 mod star_table;
@@ -37,7 +39,7 @@ use crate::animation::Timeline;
 use crate::camera::{self, Camera, Projection};
 use crate::error::{Error, Result};
 use crate::field::{self, Expression, Field};
-use crate::image::Display;
+use crate::image::{Display, Output};
 use crate::memory;
 use crate::properties::{Key, Place, Section, Table};
 
@@ -66,6 +68,8 @@ pub struct Scene {
     pub bands: Vec<Passband>,
     /// How the picture is shown on a display.
     pub display: Display,
+    /// What files hold beside the picture, and how.
+    pub output: Output,
     /// The method by which spectral integrals are done.
     pub method: Method,
     /// What changes in it from moment to moment, and the frames that show it: none where all of it stands still.
@@ -107,6 +111,7 @@ const ROOT: &[Key] = &[
     Key::optional("band", "list of tables", "none", "passbands of one's own, [[band]]; they replace the default of `bands`"),
     Key::optional("bookmark", "tables by name", "none", "views that are worth going back to, [bookmark.NAME]"),
     Key::optional("display", "table", "defaults", "palette and stretch of pictures"),
+    Key::optional("output", "table", "defaults", "what files hold beside the picture, and how"),
     Key::optional("method", "table", "defaults", "how spectral integrals are done"),
     Key::optional("animation", "list of tables", "none", "keys that change from moment to moment, [[animation]]"),
     Key::optional("sequence", "table", "defaults", "which moments of a scene that changes become frames"),
@@ -185,6 +190,7 @@ impl Scene {
             stars: Vec::new(),
             background: Background::default(),
             display: Display::of(&bands),
+            output: Output::default(),
             bands,
             method: Method::default(),
             timeline: None,
@@ -278,6 +284,7 @@ impl Scene {
         }
         let background = root.table("background")?.map(|s| background::build(&s, inputs)).transpose()?;
         let display = display::build(root.table("display")?.as_ref(), &bands)?;
+        let output = output::build(root.table("output")?.as_ref())?;
         let method = method::build(root.table("method")?.as_ref())?;
         let scene = Self {
             name: root.text("name")?.unwrap_or(name).to_owned(),
@@ -291,6 +298,7 @@ impl Scene {
             background: background.unwrap_or_default(),
             bands,
             display,
+            output,
             method,
             timeline: None,
             provenance: None,

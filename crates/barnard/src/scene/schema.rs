@@ -1,6 +1,6 @@
 //! What a scene file may hold, table by table: the manual is printed from it, the explorer edits by it.
 
-use super::{ROOT, albedo, background, band, display, dust, emission, gas, method, star, star_table};
+use super::{ROOT, albedo, background, band, display, dust, emission, gas, glare, method, output, star, star_table};
 use crate::properties::{Key, Kind};
 use crate::{animation, camera, field, phase};
 
@@ -179,6 +179,22 @@ pub const TABLES: &[TableRow] = &[
         keys: display::KEYS,
         kinds: Vec::new,
         catalogues: &[("Palettes", "palettes"), ("Stretches", "stretches")],
+    },
+    TableRow {
+        title: "[display.glare]",
+        path: "display.glare",
+        text: "What a telescope or an eye makes of bright points in a picture: spikes, rings, a halo, seeing. It is spread in linear light over all that the picture shows; radiances stay what they are.",
+        keys: glare::KEYS,
+        kinds: Vec::new,
+        catalogues: &[("Optics", "optics")],
+    },
+    TableRow {
+        title: "[output]",
+        path: "output",
+        text: "What files hold beside the picture, and how. Layers say what its light comes from and where: `scattered`, `emission.NAME` of each gas, `background` and `stars`, whose sum is the picture, `depth` and `tau` ([docs/shows.md](shows.md)).",
+        keys: output::KEYS,
+        kinds: Vec::new,
+        catalogues: &[],
     },
     TableRow {
         title: "[method]",

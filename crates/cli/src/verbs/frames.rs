@@ -9,7 +9,7 @@ use barnard::animation::Frames;
 use barnard::camera::Camera;
 use barnard::composite::mean;
 use barnard::control::Control;
-use barnard::image::{Image, Level};
+use barnard::image::{Image, LayerChoice, Level};
 use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
 use barnard::sequence::{Follower, Held, Sequence};
@@ -112,6 +112,8 @@ pub struct Shoot<'a> {
     pub sequence: &'a Sequence,
     pub options: &'a Options,
     pub outputs: &'a [PathBuf],
+    /// Layers in place of the scene's.
+    pub layers: Option<LayerChoice>,
 }
 
 impl FrameArgs {
@@ -131,6 +133,7 @@ impl FrameArgs {
         let control = progress::control_with(&note)?;
         let mut follower = Follower::new(shoot.sequence);
         let first = shoot.scene.adjusted(follower.scene(frames.time(frames.first), &control)?, shoot.options.memory_limit)?;
+        let first = outputs::layered(first, shoot.layers, shoot.outputs)?;
         let files = |number: i64| shoot.files(number, alone, &first.camera);
         if let Some(number) = numbers.first() {
             // Asked for without a look at what others write there.
@@ -239,6 +242,7 @@ impl Shoot<'_> {
         let mut camera = None;
         let at = |time: f64| -> anyhow::Result<Image> {
             let scene = self.scene.adjusted(follower.scene(time, control)?, self.options.memory_limit)?;
+            let scene = outputs::layered(scene, self.layers, self.outputs)?;
             let scene = Scene { display: held.display(&scene.display), ..scene };
             let start = Instant::now();
             let plan = follower.plan(&scene, self.options, &held.choices, control)?;

@@ -9,7 +9,7 @@ use barnard::backend::reference::{self, Reference};
 use barnard::backend::{Backend, Job, RenderStats};
 use barnard::composite::joined;
 use barnard::control::Control;
-use barnard::image::Image;
+use barnard::image::{Image, LayerChoice};
 use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
 use barnard_files::formats::{check_writable, writer};
@@ -28,6 +28,7 @@ use crate::{outputs, progress};
 ///   barnard render my.toml -o my.fits --accuracy 1e-4
 ///   barnard render my.toml -o truth.npy --backend reference --size 64x64
 ///   barnard render my.toml -o many.exr --backend path --target-error 0.01 --samples 100000
+///   barnard render my.toml -o layers.exr --layers all
 ///   barnard render flight.toml -o frames/flight_%06d.exr --frames all --shard 1/4
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
@@ -42,6 +43,9 @@ pub struct Render {
     backend: String,
     #[command(flatten)]
     frames: FrameArgs,
+    /// Layers of an .exr or a .fits, in place of the scene's: light, depth, tau, or all
+    #[arg(long, value_name = "LAYERS", value_parser = outputs::parse_layers)]
+    layers: Option<LayerChoice>,
     #[command(flatten)]
     referee: Referee,
     /// Evaluate dust that is one field of kind "fbm" at every sample of a ray, on the GPU, instead of sampling it to a
@@ -66,6 +70,7 @@ impl Render {
         }
         let (scene, options) = self.scene.load_for(&self.backend)?;
         outputs::check(&self.output, &scene.camera)?;
+        let scene = outputs::layered(scene, self.layers, &self.output)?;
         crate::verbs::refuse_inputs(&scene, &self.output)?;
         let image = match self.backend.as_str() {
             "path" => self.on_path(&scene, &options)?,
@@ -104,7 +109,10 @@ impl Render {
             }
             Ok(done?.0)
         };
-        self.frames.render(&Shoot { scene: &self.scene, sequence: &sequence, options: &options, outputs: &self.output }, &mut march)?;
+        self.frames.render(
+            &Shoot { scene: &self.scene, sequence: &sequence, options: &options, outputs: &self.output, layers: self.layers },
+            &mut march,
+        )?;
         Ok(ExitCode::SUCCESS)
     }
 
@@ -112,6 +120,9 @@ impl Render {
         let scene_args = &self.scene;
         if scene_args.method.is_some() || scene_args.steps.is_some() || scene_args.count.is_some() || scene_args.accuracy.is_some() {
             bail!("--method, --count, --steps and --accuracy belong to the other back ends; path takes --samples and --target-error");
+        }
+        if scene.output.layers.is_any() {
+            bail!("layers belong to the back ends cpu, gpu and reference; path renders pictures alone");
         }
         let (Some(stereo), Some(eyes)) = (scene.camera.stereo, scene.camera.eyes()) else {
             return self.referee.render(scene, options.memory_limit);

@@ -89,6 +89,30 @@ fn renders_every_format_and_compares_them() {
     assert_eq!(desk.run(&["compare", "b.npy", "a.npy", "--tolerance", "1e-3"]).status.code(), Some(1));
 }
 
+/// Layers go to files that hold them, and radiances stay what they are; where nothing holds them they are refused or not rendered.
+#[test]
+#[cfg(feature = "study")]
+fn layers_are_rendered_for_who_holds_them() {
+    let desk = Desk::new();
+    desk.renders(&["-o", "plain.npy"]);
+    desk.renders(&["--layers", "all", "-o", "a.exr", "-o", "a.fits", "-o", "a.npy"]);
+    for layered in ["a.exr", "a.fits", "a.npy"] {
+        assert!(desk.run(&["compare", layered, "plain.npy", "--tolerance", "1e-5"]).status.success(), "{layered}");
+    }
+    let holds = |name: &str, word: &str| String::from_utf8_lossy(&std::fs::read(desk.path(name)).unwrap()).contains(word);
+    assert!(holds("a.exr", "scattered.R") && holds("a.exr", "depth.Z") && holds("a.fits", "EXTNAME = 'opacity"));
+    desk.renders(&["--layers", "depth, tau", "-o", "a.exr"]);
+    assert!(!holds("a.exr", "scattered.R") && holds("a.exr", "tau.V\0"));
+    desk.with("[[star]]", "[output]\nlayers = [\"light\"]\nchannels = \"bands\"\ncompression = \"none\"\n\n[[star]]");
+    desk.renders(&["-o", "a.exr", "-o", "a.png"]);
+    assert!(holds("a.exr", "scattered.johnson-V") && !holds("a.exr", "tau.V\0"));
+    desk.renders(&["-o", "a.png"]);
+    desk.refuses(&["render", "scene.toml", "-o", "a.png", "--layers", "all"], &["--layers", ".exr"]);
+    desk.refuses(&["render", "scene.toml", "-o", "a.exr", "--layers", "depht"], &["depht", "light, depth, tau, all"]);
+    desk.with("[[star]]", "[output]\nlayers = [\"lihgt\"]\n\n[[star]]");
+    desk.refuses(&["render", "scene.toml", "-o", "a.exr"], &["lihgt", "light, depth, tau, all"]);
+}
+
 #[test]
 fn the_cpu_agrees_with_the_reference() {
     let desk = Desk::new();

@@ -2,7 +2,8 @@
 //! them what a display shows, R, G and B in half precision, for programs that look at pictures.
 //!
 //! Radiances of nebulae, 1e-10 to 1e-6 W m⁻² sr⁻¹, are below what half precision and most viewers tell from black. R, G and B are
-//! linear light in Rec. 709 primaries by the scene's palette, without its stretch: 0 at its black, 1 at its white, brighter above.
+//! linear light by the scene's palette, without its stretch: 0 at its black, 1 at its white, brighter above. Layers of light are in
+//! the same exposure, or radiances of all bands; their sum is the picture.
 
 use std::io::Cursor;
 
@@ -11,12 +12,14 @@ use exr::prelude::*;
 
 use super::{Request, Writer};
 use barnard::error::{Error, Result};
-use barnard::image::{self, PixelScale};
+use barnard::image::{self, ColourSpace, FAR_AWAY, Layer, LayerChannels, LayerContent, PixelScale, Samples, Tone};
 use barnard::memory;
+use spectra::colour::{ACESCG_FROM_SRGB, transform};
 
 pub(super) const WRITER: Writer = Writer {
     extension: "exr",
     is_picture: false,
+    has_layers: true,
     summary: "OpenEXR, radiances in layer radiance, a float channel a band, and R, G, B for viewers; certificate as attributes",
     encode,
 };
@@ -30,27 +33,75 @@ const ORDER: &str = "bands";
 /// What stands before the name of a band in that of its channel, as a layer's name does.
 const LAYER: &str = "radiance.";
 
-/// R, G and B of all pixels, linear, of which 1 is white.
-fn colours(picture: &image::Image) -> [Vec<f16>; 3] {
-    let tone = picture.display.tone(picture);
-    let scale = 1.0 / (tone.white - tone.black);
-    let size = picture.width * picture.height;
-    let pixel = |i: usize| {
-        let rgb = tone.palette.rgb((0..picture.bands.len()).map(|band| picture.samples.at(band * size + i)));
-        rgb.map(|v| f16::from_f64(((v - tone.black) * scale).clamp(-f64::from(f16::MAX), f64::from(f16::MAX))))
-    };
-    let pixels: Vec<[f16; 3]> = (0..size).map(pixel).collect();
-    std::array::from_fn(|colour| pixels.iter().map(|rgb| rgb[colour]).collect())
+/// How radiances become the linear colours of a file.
+struct Exposure {
+    tone: Tone,
+    colours: ColourSpace,
+    single: bool,
+}
+
+impl Exposure {
+    fn of(picture: &image::Image) -> Self {
+        Self { tone: picture.display.tone(picture), colours: picture.output.colours, single: picture.output.single }
+    }
+
+    /// R, G and B of all pixels, linear: `black` is zero, and what lies as far above it as the picture's white does above its
+    /// black is one.
+    fn channels(&self, names: [String; 3], samples: &Samples, pixels: usize, black: f64) -> Vec<AnyChannel<FlatSamples>> {
+        let scale = 1.0 / (self.tone.white - self.tone.black);
+        let bands = samples.len() / pixels;
+        let pixel = |i: usize| {
+            let rgb = self.tone.palette.rgb((0..bands).map(|band| samples.at(band * pixels + i))).map(|v| (v - black) * scale);
+            match self.colours {
+                ColourSpace::Rec709 => rgb,
+                ColourSpace::AcesCg => transform(&ACESCG_FROM_SRGB, rgb),
+            }
+        };
+        let all: Vec<[f64; 3]> = (0..pixels).map(pixel).collect();
+        let channel = |(colour, name): (usize, String)| self.channel(&name, all.iter().map(|rgb| rgb[colour]));
+        names.into_iter().enumerate().map(channel).collect()
+    }
+
+    /// A channel of what is shown, in half or single precision.
+    fn channel(&self, name: &str, values: impl Iterator<Item = f64>) -> AnyChannel<FlatSamples> {
+        let largest = f64::from(f16::MAX);
+        let samples = match self.single {
+            true => FlatSamples::F32(values.map(|v| v as f32).collect()),
+            false => FlatSamples::F16(values.map(|v| f16::from_f64(v.clamp(-largest, largest))).collect()),
+        };
+        AnyChannel::new(name, samples)
+    }
+
+    /// The channels of a layer.
+    fn layer(&self, layer: &Layer, picture: &image::Image, bands: &[String]) -> Vec<AnyChannel<FlatSamples>> {
+        let pixels = picture.width * picture.height;
+        let single = |name: &str, number: usize| {
+            let values = layer.channel(number, pixels).map(|v| v as f32).collect();
+            AnyChannel::new(format!("{}.{name}", layer.name).as_str(), FlatSamples::F32(values))
+        };
+        match (layer.content, picture.output.channels) {
+            (LayerContent::Light, LayerChannels::Rgb) => {
+                self.channels(["R", "G", "B"].map(|colour| format!("{}.{colour}", layer.name)), &layer.samples, pixels, 0.0)
+            }
+            (LayerContent::Light, LayerChannels::Bands) => bands.iter().enumerate().map(|(band, name)| single(name, band)).collect(),
+            (LayerContent::Depth, _) => vec![single("Z", 0)],
+            // The opacity is that of the picture, by which programs lay it over others.
+            (LayerContent::OpticalDepth, _) => vec![single("V", 0), self.channel("A", layer.channel(1, pixels))],
+        }
+    }
 }
 
 fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     let size = picture.width * picture.height;
     let names = super::distinct_names(picture);
-    let channel = |band: usize| {
+    let radiance = |band: usize| {
         let values: Vec<f32> = (band * size..(band + 1) * size).map(|i| picture.samples.at(i) as f32).collect();
         AnyChannel::new(format!("{LAYER}{}", names[band]).as_str(), FlatSamples::F32(values))
     };
-    let shown = ["R", "G", "B"].into_iter().zip(colours(picture)).map(|(name, values)| AnyChannel::new(name, FlatSamples::F16(values)));
+    let exposure = Exposure::of(picture);
+    let tone = &exposure.tone;
+    let shown = exposure.channels(["R", "G", "B"].map(str::to_owned), &picture.samples, size, tone.black);
+    let layers = picture.layers.iter().flat_map(|layer| exposure.layer(layer, picture, &names));
     let mut attributes = LayerAttributes::named("Barnard");
     attributes.software_name = Some(Text::from(format!("Barnard {}", env!("CARGO_PKG_VERSION")).as_str()));
     attributes.environment_map = environment_map(picture);
@@ -58,14 +109,27 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
         attributes.other.insert(Text::from(super::ascii(&key).as_str()), AttributeValue::Text(Text::from(lines(value).as_str())));
     };
     note("unit".into(), "W m-2 sr-1, of the channels in layer radiance");
-    let tone = picture.display.tone(picture);
     note(
         "RGB".into(),
         &format!(
-            "linear light by the palette, 0 at {:E} and 1 at {:E} W m-2 sr-1 (of balanced bands, where they are)",
-            tone.black, tone.white
+            "linear light by the palette, {}, 0 at {:E} and 1 at {:E} W m-2 sr-1 (of balanced bands, where they are)",
+            exposure.colours.name(),
+            tone.black,
+            tone.white
         ),
     );
+    if !picture.layers.is_empty() {
+        let names: Vec<&str> = picture.layers.iter().map(|layer| layer.name.as_str()).collect();
+        note("layers".into(), &names.join("\n"));
+        let unit = match picture.output.channels {
+            LayerChannels::Rgb => format!("in the exposure of RGB without its black: {:E} W m-2 sr-1 are 1", tone.white - tone.black),
+            LayerChannels::Bands => "W m-2 sr-1".to_owned(),
+        };
+        note(
+            "layers.unit".into(),
+            &format!("layers of light {unit}; depth.Z pc, {FAR_AWAY:E} where there is no light; tau.V optical depth at V"),
+        );
+    }
     // Channels are stored by name; this is the scene's order.
     note(ORDER.into(), &names.join("\n"));
     note("DATE".into(), &super::now());
@@ -93,11 +157,15 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
             note(format!("{name}.certificate.{i}"), line);
         }
     }
-    let channels = AnyChannels::sort((0..picture.bands.len()).map(channel).chain(shown).collect());
-    let layer = Layer::new((picture.width, picture.height), attributes, Encoding::SMALL_LOSSLESS, channels);
+    let channels = AnyChannels::sort((0..picture.bands.len()).map(radiance).chain(shown).chain(layers).collect());
+    let encoding = Encoding { compression: compression(picture.output.compression), ..Encoding::SMALL_LOSSLESS };
+    let layer = exr::image::Layer::new((picture.width, picture.height), attributes, encoding, channels);
     let mut bytes = Cursor::new(Vec::new());
     let mut file = Image::from_layer(layer);
-    file.attributes.chromaticities = Some(REC_709);
+    file.attributes.chromaticities = Some(match exposure.colours {
+        ColourSpace::Rec709 => REC_709,
+        ColourSpace::AcesCg => AP1,
+    });
     file.write().to_buffered(&mut bytes).map_err(|e| Error::Encoding { format: "exr", reason: e.to_string() })?;
     Ok(bytes.into_inner())
 }
@@ -105,6 +173,21 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
 /// The primaries and the white of Rec. 709 and sRGB (ITU-R BT.709-6, 2015).
 const REC_709: Chromaticities =
     Chromaticities { red: Vec2(0.64, 0.33), green: Vec2(0.30, 0.60), blue: Vec2(0.15, 0.06), white: Vec2(0.3127, 0.3290) };
+
+/// The primaries AP1 and the white of ACES (S-2014-004).
+const AP1: Chromaticities =
+    Chromaticities { red: Vec2(0.713, 0.293), green: Vec2(0.165, 0.830), blue: Vec2(0.128, 0.044), white: Vec2(0.32168, 0.33767) };
+
+fn compression(chosen: image::Compression) -> Compression {
+    match chosen {
+        image::Compression::None => Compression::Uncompressed,
+        image::Compression::Rle => Compression::RLE,
+        image::Compression::Zips => Compression::ZIP1,
+        image::Compression::Zip => Compression::ZIP16,
+        image::Compression::Piz => Compression::PIZ,
+        image::Compression::Pxr24 => Compression::PXR24,
+    }
+}
 
 /// What a picture of all around is as an environment map, where it is whole.
 fn environment_map(picture: &image::Image) -> Option<EnvironmentMap> {

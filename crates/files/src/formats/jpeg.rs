@@ -10,7 +10,13 @@ use barnard::image::Image;
 const QUALITY: u8 = 95;
 
 pub(super) const fn writer(extension: &'static str) -> Writer {
-    Writer { extension, is_picture: true, summary: "picture in the scene's palette and stretch, sRGB, packed with a small loss", encode }
+    Writer {
+        extension,
+        is_picture: true,
+        has_layers: false,
+        summary: "picture in the scene's palette and stretch, sRGB, packed with a small loss",
+        encode,
+    }
 }
 
 fn encode(picture: &Image) -> Result<Vec<u8>> {

@@ -149,6 +149,8 @@ pub struct Writer {
     pub summary: &'static str,
     /// Whether it is what a display shows, and no radiance.
     pub is_picture: bool,
+    /// Whether it holds the layers of an image.
+    pub has_layers: bool,
     /// The image as the bytes of a file.
     pub encode: fn(&Image) -> Result<Vec<u8>>,
 }

@@ -26,6 +26,7 @@ pub(super) const READER: Reader = Reader {
 pub(super) const WRITER: Writer = Writer {
     extension: "npy",
     is_picture: false,
+    has_layers: false,
     summary: "NumPy array, bands x height x width, the first row on top, radiance in W m-2 sr-1",
     encode,
 };

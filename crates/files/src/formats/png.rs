@@ -7,7 +7,7 @@ use barnard::error::{Error, Result};
 use barnard::image::Image;
 
 pub(super) const WRITER: Writer =
-    Writer { extension: "png", summary: "picture in the scene's palette and stretch, sRGB", is_picture: true, encode };
+    Writer { extension: "png", summary: "picture in the scene's palette and stretch, sRGB", is_picture: true, has_layers: false, encode };
 
 fn encode(image: &Image) -> Result<Vec<u8>> {
     let size = (image.width, image.height);

@@ -9,7 +9,13 @@ use barnard::error::{Error, Result};
 use barnard::image::Image;
 
 pub(super) const fn writer(extension: &'static str) -> Writer {
-    Writer { extension, is_picture: true, summary: "picture in the scene's palette and stretch, 16 bits a colour, sRGB", encode }
+    Writer {
+        extension,
+        is_picture: true,
+        has_layers: false,
+        summary: "picture in the scene's palette and stretch, 16 bits a colour, sRGB",
+        encode,
+    }
 }
 
 fn encode(picture: &Image) -> Result<Vec<u8>> {

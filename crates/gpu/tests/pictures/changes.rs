@@ -155,7 +155,7 @@ fn passes_settle() {
         stretch: tone.stretch,
         black: Level::Radiance(tone.black),
         white: Level::Radiance(tone.white),
-        bits: 8,
+        ..Display::grey(2)
     };
     // Colours by the device beside those of the processor from the same light, in parts of 255.
     let mut wrong = Vec::new();

@@ -265,7 +265,7 @@ impl App {
                 stretch: tone.stretch,
                 black: Level::Radiance(tone.black),
                 white: Level::Radiance(tone.white),
-                bits: scene.display.bits,
+                ..scene.display.clone()
             },
         );
         // A view that no text says is one of the window alone.

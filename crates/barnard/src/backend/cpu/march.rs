@@ -21,7 +21,7 @@ use super::borders::{Borders, moved_out};
 use super::context::Context;
 use super::near_field::{NearField, NearStar};
 use super::segment::Segment;
-use super::state::{StarView, State, StepSpan};
+use super::state::{Moments, StarView, State, StepSpan};
 use super::tables::Tables;
 use super::terms::{NodeTerms, Terms};
 use super::{double_integration, shading};
@@ -43,6 +43,8 @@ pub struct March<'a> {
     brightest: (f32, Vec<f32>),
     /// The part of space whose segments count, its upper borders left out; all of it where there is none.
     domain: Option<Bounds>,
+    /// Whether the distances of light are measured, and rays followed to the end.
+    measures: bool,
 }
 
 impl<'a> March<'a> {
@@ -64,7 +66,26 @@ impl<'a> March<'a> {
             dust_alone,
             brightest: (sigma, largest.collect()),
             domain,
+            measures: false,
         }
+    }
+
+    /// The same march, which measures how far light comes from.
+    pub fn measuring(self) -> Self {
+        Self { measures: true, ..self }
+    }
+
+    /// What a packet comes through and from how far, quantity × lane: the light of all bands times its distance
+    /// [pc W m⁻² sr⁻¹], that light [W m⁻² sr⁻¹], the optical depth at V, and the part of light that it takes \[1\].
+    pub fn distances(&self, rays: &[Ray; LANES], numbers: &[u64; LANES]) -> Vec<f32> {
+        let state = self.light(rays, numbers);
+        let all = |sum: &[Lane], channels: &[Lane]| {
+            let bands = self.bands_of(sum, &state.tau, channels);
+            (0..LANES).map(move |lane| bands.iter().skip(lane).step_by(LANES).sum::<f32>()).collect::<Vec<f32>>()
+        };
+        let moments = state.moments.as_ref().map_or_else(|| vec![0.0; LANES], |moments| all(&moments.sum, &moments.channels));
+        let taken = state.tau.iter().map(|tau| -(-tau).exp_m1());
+        moments.into_iter().chain(all(&state.sum, &state.channels)).chain(state.tau).chain(taken).collect()
     }
 
     /// Radiance of a packet, band × lane, and the largest optical depth met.
@@ -81,6 +102,7 @@ impl<'a> March<'a> {
     pub fn light<'r>(&self, rays: &'r [Ray; LANES], numbers: &[u64; LANES]) -> State<'r> {
         let terms = self.context.tables.weights.terms;
         let nowhere = ([0.0; LANES], [0.0; LANES]);
+        let (sums, channels) = (self.context.tables.terms.sums(terms), self.context.tables.light_sums.as_ref().map_or(0, |g| g.channels()));
         let mut state = State {
             rays,
             drawn: self.context.tables.terms.draw(numbers),
@@ -88,10 +110,11 @@ impl<'a> March<'a> {
             span: nowhere,
             dt: [0.0; LANES],
             tau: [0.0; LANES],
-            sum: vec![[0.0; LANES]; self.context.tables.terms.sums(terms)],
+            sum: vec![[0.0; LANES]; sums],
             bases: vec![[0.0; LANES]; terms.next_multiple_of(4)],
-            channels: vec![[0.0; LANES]; self.context.tables.light_sums.as_ref().map_or(0, |g| g.channels())],
+            channels: vec![[0.0; LANES]; channels],
             deepest: [0.0; LANES],
+            moments: self.measures.then(|| Moments::new(sums, channels)),
         };
         let spans = self.borders.spans(rays);
         let last = spans.len().saturating_sub(1);
@@ -213,7 +236,7 @@ impl<'a> March<'a> {
     fn ended(&self, state: &State, views: &[StarView], steps: usize) -> bool {
         let Tables { terms, weights, .. } = self.context.tables;
         let Some(NodeTerms { k, range }) = terms.exponentials() else { return false };
-        if !state.final_span || self.domain.is_some() {
+        if !state.final_span || self.domain.is_some() || self.measures {
             return false;
         }
         let shallowest = state.tau.iter().copied().fold(f32::MAX, f32::min);
@@ -313,6 +336,11 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
             if counts.is_none_or(|counts| counts.contains(&true)) {
                 let segment = Segment::new(context, state, span, [first, last], between);
                 shading::add(&segment, context, state, &views, &near_field);
+                if let Some(moments) = &mut state.moments {
+                    let middle = f64::from(span.start + 0.5 * span.length);
+                    let distance = lanes!(|lane| (state.span.0[lane] + middle * f64::from(state.dt[lane])) as f32);
+                    moments.count(&state.sum, &state.channels, &distance);
+                }
             }
             std::mem::swap(&mut before, &mut after);
         }

@@ -22,10 +22,12 @@ mod terms;
 use rayon::prelude::*;
 
 use super::{Backend, BackendEntry, DeviceUse, Job, Radiance, RenderStats, finished};
+use crate::camera::Camera;
 use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::image::Image;
+use crate::light::Part;
 use crate::packet::LANES;
 use crate::plan::Plan;
 use crate::scene::Scene;
@@ -72,19 +74,57 @@ impl Backend for Cpu {
 /// # Errors
 /// When the user wishes to stop.
 pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, RenderStats)> {
-    let camera = &plan.camera;
-    let s = camera.supersampling;
-    let (width, height) = (camera.width, camera.height);
-    let (columns, rows) = ((width * s).div_ceil(TILE), (height * s).div_ceil(TILE));
     let tables = Tables::new(plan);
     let march = March::new(plan, &tables, None);
-    let bands = plan.spectral.bands.len();
+    let (data, depth) = marched(&plan.camera, plan.spectral.bands.len(), |(rays, numbers)| march.packet(rays, numbers), control)?;
+    let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
+    let tiles = |pixels: usize| (pixels * plan.camera.supersampling).div_ceil(TILE);
+    let rays = (tiles(plan.camera.width) * tiles(plan.camera.height) * LANES) as u64;
+    Ok((data, RenderStats { depth: f64::from(depth), rays, storage: plan.storage(), negative }))
+}
+
+/// How far light comes from, and what it comes through.
+#[derive(Debug)]
+pub struct Distances {
+    /// The light of dust and gas in all bands, times its distance [pc W m⁻² sr⁻¹] and as it is [W m⁻² sr⁻¹], 2 × height × width.
+    pub depth: Vec<f32>,
+    /// The optical depth at V, and the part of light at V that is taken \[1\], 2 × height × width.
+    pub tau: Vec<f32>,
+}
+
+/// Measures how far the light of a plan comes from: rays are followed to the end of the dust.
+///
+/// # Errors
+/// When the user wishes to stop.
+pub fn distances(plan: &Plan, control: &Control) -> Result<Distances> {
+    let plan = &plan.only(|part| part != Part::Background);
+    let tables = Tables::new(plan);
+    let march = March::new(plan, &tables, None).measuring();
+    let (mut depth, _) = marched(&plan.camera, 4, |(rays, numbers)| (march.distances(rays, numbers), 0.0), control)?;
+    let tau = depth.split_off(depth.len() / 2);
+    Ok(Distances { depth, tau })
+}
+
+/// The rays of a packet, and their numbers in the image.
+type Packet<'a> = (&'a [Ray; LANES], &'a [u64; LANES]);
+
+/// What `packet` finds on the rays of a camera, channel × lane, as an image of channels × height × width; and the largest of
+/// the numbers that it tells beside.
+fn marched(
+    camera: &Camera,
+    channels: usize,
+    packet: impl Fn(Packet) -> (Vec<f32>, f32) + Sync,
+    control: &Control,
+) -> Result<(Vec<f32>, f32)> {
+    let s = camera.supersampling;
+    let (width, height) = (camera.width, camera.height);
+    let columns = (width * s).div_ceil(TILE);
     let done = std::sync::atomic::AtomicU64::new(0);
-    // Rows of pixels that hold whole tiles, band by band: TILE · s rows of rays, TILE rows of pixels.
-    let mut data = vec![0.0; bands * width * height];
+    // Rows of pixels that hold whole tiles, channel by channel: TILE · s rows of rays, TILE rows of pixels.
+    let mut data = vec![0.0; channels * width * height];
     let mut strips: Vec<Vec<&mut [f32]>> = (0..height.div_ceil(TILE)).map(|_| Vec::new()).collect();
-    for band in data.chunks_exact_mut(width * height) {
-        band.chunks_mut(TILE * width).zip(&mut strips).for_each(|(part, strip)| strip.push(part));
+    for channel in data.chunks_exact_mut(width * height) {
+        channel.chunks_mut(TILE * width).zip(&mut strips).for_each(|(part, strip)| strip.push(part));
     }
     let strip = |(strip, mut pixels): (usize, Vec<&mut [f32]>)| -> Result<f32> {
         control.check()?;
@@ -111,14 +151,14 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, RenderStats
                 if !seen.contains(&true) {
                     continue;
                 }
-                let (radiance, depth) = march.packet(&std::array::from_fn(ray), &std::array::from_fn(number));
+                let (found, depth) = packet((&std::array::from_fn(ray), &std::array::from_fn(number)));
                 deepest = deepest.max(depth);
                 for lane in 0..LANES {
                     let (x, y) = place(lane);
                     if x < width * s && y < (first + strip_rows) * s && seen[lane] {
                         let (column, row) = (x / s, y / s - first);
-                        for band in 0..bands {
-                            pixels[band][row * width + column] += share * radiance[band * LANES + lane];
+                        for channel in 0..channels {
+                            pixels[channel][row * width + column] += share * found[channel * LANES + lane];
                         }
                     }
                 }
@@ -129,9 +169,7 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, RenderStats
         Ok(deepest)
     };
     let depth = strips.into_par_iter().enumerate().map(strip).try_reduce(|| 0.0, |a, b| Ok(a.max(b)))?;
-    let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
-    let stats = RenderStats { depth: f64::from(depth), rays: (columns * rows * LANES) as u64, storage: plan.storage(), negative };
-    Ok((data, stats))
+    Ok((data, depth))
 }
 
 /// Renders a plan of `scene`.

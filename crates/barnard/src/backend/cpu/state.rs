@@ -70,6 +70,34 @@ pub(super) struct State<'a> {
     /// Scattered light so far where it comes from the light field, element × polynomial × lane.
     pub(super) channels: Vec<Lane>,
     pub(super) deepest: Lane,
+    /// Where distances are measured, light so far times the distance that it comes from.
+    pub(super) moments: Option<Moments>,
+}
+
+/// Sums of light times the distance that it comes from [pc], like those of the light.
+pub(super) struct Moments {
+    pub(super) sum: Vec<Lane>,
+    pub(super) channels: Vec<Lane>,
+    /// The light when a segment began.
+    before: (Vec<Lane>, Vec<Lane>),
+}
+
+impl Moments {
+    pub(super) fn new(sums: usize, channels: usize) -> Self {
+        let zeros = |count: usize| vec![[0.0; LANES]; count];
+        Self { sum: zeros(sums), channels: zeros(channels), before: (zeros(sums), zeros(channels)) }
+    }
+
+    /// Counts the light that came since the last time, from a distance on each lane.
+    pub(super) fn count(&mut self, sum: &[Lane], channels: &[Lane], distance: &Lane) {
+        let own = self.sum.iter_mut().chain(&mut self.channels).zip(self.before.0.iter_mut().chain(&mut self.before.1));
+        for ((moment, before), now) in own.zip(sum.iter().chain(channels)) {
+            for lane in 0..LANES {
+                moment[lane] += (now[lane] - before[lane]) * distance[lane];
+            }
+            *before = *now;
+        }
+    }
 }
 
 /// A star as the packet sees it: foot of the perpendicular, from the span's start, and length of it.

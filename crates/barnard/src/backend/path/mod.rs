@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 pub use film::{Estimate, Film};
 
-use super::{Backend, BackendEntry, DeviceUse, Job, Radiance, RenderStats, describe};
+use super::{Backend, BackendEntry, DeviceUse, Job, PartsBy, Radiance, RenderStats, describe};
 use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::image::{Band, ERROR_SUFFIX, Image, Samples};
@@ -83,6 +83,10 @@ impl Backend for PathTracer {
 
     fn unable(&self, _: &Job, _: &Control) -> Result<Option<String>> {
         Ok(None)
+    }
+
+    fn parts_by(&self) -> PartsBy {
+        PartsBy::Nothing
     }
 
     fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance> {

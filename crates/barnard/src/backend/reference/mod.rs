@@ -25,7 +25,7 @@ use rayon::prelude::*;
 use spectra::quadrature::integrate;
 use spectra::rule::truth_points;
 
-use super::{Backend, BackendEntry, DeviceUse, Job, Radiance, RenderStats, describe};
+use super::{Backend, BackendEntry, DeviceUse, Job, PartsBy, Radiance, RenderStats, describe};
 use crate::camera::Camera;
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
@@ -97,6 +97,10 @@ impl Backend for Reference {
 
     fn unable(&self, job: &Job, _: &Control) -> Result<Option<String>> {
         Ok(check(job.scene()).err().map(|e| e.to_string()))
+    }
+
+    fn parts_by(&self) -> PartsBy {
+        PartsBy::Scene
     }
 
     fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance> {

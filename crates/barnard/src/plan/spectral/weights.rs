@@ -47,7 +47,7 @@ pub struct Weights {
 }
 
 impl Weights {
-    /// Flattens `plan`; light that its light field holds is left out.
+    /// Flattens `plan`; light that its light field holds is left out, and light that does not shine.
     pub fn new(plan: &Plan) -> Self {
         let spectral = &plan.spectral;
         let own = |(band, plan): (usize, &BandPlan)| vec![band; plan.terms()];
@@ -59,7 +59,7 @@ impl Weights {
         let gas = plan.lights.iter().enumerate().filter(|(_, light)| matches!(light.route, Route::Emitted { .. }));
         let brightest_gas = gas.map(|(light, _)| spectral.total(light)).fold(f64::MIN_POSITIVE, f64::max);
         let mut of_many = vec![Vec::new(); plan.space.stars.len()];
-        for (light, l) in plan.lights.iter().enumerate() {
+        for (light, l) in plan.lights.iter().enumerate().filter(|(light, _)| plan.shines(*light)) {
             match l.route {
                 Route::Scattered { .. } if plan.light_field.is_some() => {}
                 Route::Scattered { star } if many_lights.is_some_and(|c| c.holds(star)) => {

@@ -30,14 +30,22 @@ pub(super) const READER: Reader = Reader {
     members: Some(members),
     image: Some(image),
 };
-pub(super) const WRITER: Writer =
-    Writer { extension: "fits", is_picture: false, summary: "one image HDU a band: BUNIT, pixel scale, passband, certificate", encode };
+pub(super) const WRITER: Writer = Writer {
+    extension: "fits",
+    is_picture: false,
+    has_layers: true,
+    summary: "one image HDU a band, and for each layer: BUNIT, pixel scale, passband, certificate",
+    encode,
+};
 
 pub(super) const GRID_WRITER: GridWriter = GridWriter {
     extension: "fits",
     summary: "cube of singles along x, y and z: CRPIX, CRVAL and CDELT in pc, BUNIT",
     write: write::write_grid,
 };
+
+/// The keyword of an HDU that holds a layer of the picture, by the layer's name.
+const LAYER: &str = "LAYER";
 
 /// The type of an image's numbers by its BITPIX.
 fn stored_of(bitpix: Option<i64>) -> std::result::Result<Stored, String> {
@@ -164,7 +172,9 @@ fn image(request: &mut Request) -> Result<Image> {
     let headers = headers(request)?;
     let mut bands = Vec::new();
     let (mut size, mut data, mut double) = (None, Vec::new(), false);
-    for header in headers.iter().filter(|h| h.axes().is_some_and(|a| a.len() == 2)) {
+    // What a picture is made of stands behind it.
+    let is_band = |h: &&Header| h.axes().is_some_and(|a| a.len() == 2) && h.text(LAYER).is_none();
+    for header in headers.iter().filter(is_band) {
         let axes = header.axes().unwrap_or_default();
         // All bands so far count.
         checked_shape(request.path, request.memory_limit, &[bands.len() as u64 + 1, axes[1], axes[0]])?;

@@ -3,8 +3,9 @@
 use std::io::Write;
 
 use barnard::error::Result;
-use barnard::image::{Image, PixelScale, Samples};
+use barnard::image::{Image, Layer, LayerContent, PixelScale, Samples};
 
+use super::LAYER;
 use super::cards::{BLOCK, Cards};
 use crate::formats::{GridFile, distinct_names, failed, now};
 
@@ -21,20 +22,83 @@ pub fn encode(image: &Image) -> Result<Vec<u8>> {
         primary.history(&format!("{key}: {value}"));
     }
     let mut bytes = primary.finish();
+    let double = matches!(image.samples, Samples::Double(_));
     for band in 0..image.bands.len() {
         bytes.extend(header_of(image, band));
-        // The first row of FITS is the lowest.
-        for row in (0..image.height).rev() {
-            for column in 0..image.width {
-                match &image.samples {
-                    Samples::Single(_) => bytes.extend((image.at(band, row, column) as f32).to_be_bytes()),
-                    Samples::Double(_) => bytes.extend(image.at(band, row, column).to_be_bytes()),
-                }
-            }
+        rows(image, double, image.band(band), &mut bytes);
+    }
+    for layer in &image.layers {
+        for channel in channels(image, layer) {
+            bytes.extend(header_of_layer(image, layer, &channel));
+            rows(image, false, layer.channel(channel.number, image.width * image.height), &mut bytes);
         }
-        bytes.resize(bytes.len().next_multiple_of(BLOCK), 0);
     }
     Ok(bytes)
+}
+
+/// Adds the values of an image to the bytes of a file, whose first row is the lowest, up to the end of a block.
+fn rows(image: &Image, double: bool, values: impl Iterator<Item = f64>, bytes: &mut Vec<u8>) {
+    let values: Vec<f64> = values.collect();
+    for row in values.chunks(image.width).rev() {
+        match double {
+            true => bytes.extend(row.iter().flat_map(|v| v.to_be_bytes())),
+            false => bytes.extend(row.iter().flat_map(|v| (*v as f32).to_be_bytes())),
+        }
+    }
+    bytes.resize(bytes.len().next_multiple_of(BLOCK), 0);
+}
+
+/// A channel of a layer as an HDU: what it is called, which it is, its unit and what it means.
+struct Channel {
+    name: String,
+    number: usize,
+    unit: Option<&'static str>,
+    meaning: &'static str,
+}
+
+fn channels(image: &Image, layer: &Layer) -> Vec<Channel> {
+    let named = |name: &str, number, unit, meaning| Channel { name: name.into(), number, unit, meaning };
+    match layer.content {
+        LayerContent::Light => {
+            let bands = distinct_names(image).into_iter().enumerate();
+            let channel = |(number, band)| Channel {
+                name: format!("{}.{band}", layer.name),
+                number,
+                unit: Some("W m-2 sr-1"),
+                meaning: "a part of the band radiance",
+            };
+            bands.map(channel).collect()
+        }
+        LayerContent::Depth => vec![named("depth", 0, Some("pc"), "mean distance of the light of dust and gas")],
+        LayerContent::OpticalDepth => {
+            vec![named("tau", 0, None, "optical depth at V"), named("opacity", 1, None, "part of light at V that dust takes")]
+        }
+    }
+}
+
+fn header_of_layer(image: &Image, layer: &Layer, channel: &Channel) -> Vec<u8> {
+    let mut cards = Cards::default();
+    extension(&mut cards, image, false);
+    cards.text("EXTNAME", &channel.name, "a channel of a layer");
+    cards.text(LAYER, &layer.name, "the layer of the picture");
+    if let Some(unit) = channel.unit {
+        cards.text("BUNIT", unit, channel.meaning);
+    } else {
+        cards.history(channel.meaning);
+    }
+    wcs(&mut cards, image);
+    cards.finish()
+}
+
+/// The cards that an image extension begins with.
+fn extension(cards: &mut Cards, image: &Image, double: bool) {
+    cards.text("XTENSION", "IMAGE", "image extension");
+    cards.value("BITPIX", if double { -64 } else { -32 }, "IEEE floating point");
+    cards.value("NAXIS", 2, "");
+    cards.value("NAXIS1", image.width, "");
+    cards.value("NAXIS2", image.height, "");
+    cards.value("PCOUNT", 0, "");
+    cards.value("GCOUNT", 1, "");
 }
 
 /// A grid as a cube whose first axis is x, which runs fastest.
@@ -74,13 +138,7 @@ pub fn write_grid(file: &GridFile, out: &mut dyn Write) -> Result<()> {
 fn header_of(image: &Image, index: usize) -> Vec<u8> {
     let band = &image.bands[index];
     let mut cards = Cards::default();
-    cards.text("XTENSION", "IMAGE", "image extension");
-    cards.value("BITPIX", if matches!(image.samples, Samples::Double(_)) { -64 } else { -32 }, "IEEE floating point");
-    cards.value("NAXIS", 2, "");
-    cards.value("NAXIS1", image.width, "");
-    cards.value("NAXIS2", image.height, "");
-    cards.value("PCOUNT", 0, "");
-    cards.value("GCOUNT", 1, "");
+    extension(&mut cards, image, matches!(image.samples, Samples::Double(_)));
     cards.text("EXTNAME", &distinct_names(image)[index], "passband");
     if image.is_error(index) {
         cards.text("BUNIT", "W m-2 sr-1", "standard error of the band radiance");

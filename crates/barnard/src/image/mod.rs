@@ -1,0 +1,193 @@
+//! Images: linear band radiance with everything a reader needs to use it.
+
+mod display;
+pub(crate) mod glare;
+mod layer;
+pub mod optics;
+mod output;
+mod samples;
+
+pub use display::{Display, Level, Tone};
+pub use glare::Glare;
+pub use layer::{FAR_AWAY, Layer, LayerContent};
+pub use output::{ColourSpace, Compression, LayerChannels, LayerChoice, Output};
+pub use samples::Samples;
+
+use crate::error::{Error, Result};
+use crate::keywords::Keyword;
+
+/// One band of an image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Band {
+    /// The name of the passband.
+    pub name: String,
+    /// Pivot wavelength \[µm\], where known.
+    pub pivot_um: Option<f64>,
+    /// "energy" or "photon", where known.
+    pub counting: Option<&'static str>,
+    /// ∫ R dλ \[µm\], to turn band radiance into mean spectral radiance.
+    pub width_um: Option<f64>,
+    /// The certificate in words, a line for each source.
+    pub certificate: Vec<String>,
+    /// What the band says of itself in keywords.
+    pub keywords: Vec<Keyword>,
+}
+
+/// What the name of a band of standard errors ends with, after the name of the band that they are of.
+pub const ERROR_SUFFIX: &str = "_error";
+
+/// The size of a pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PixelScale {
+    /// Angle at the middle of the image \[deg\].
+    Angle(f64),
+    /// Length \[pc\], under an orthographic camera.
+    Length(f64),
+    /// Angle on a dome, the same along each line through the middle \[deg\].
+    Equidistant(f64),
+    /// Angle of longitude and of latitude \[deg\].
+    PlateCarree(f64),
+    /// Angle in the middle of each face of a cube \[deg\].
+    OnCube(f64),
+}
+
+impl PixelScale {
+    /// Its number and its unit, "deg" or "pc".
+    pub fn in_unit(self) -> (f64, &'static str) {
+        match self {
+            Self::Angle(degrees) | Self::Equidistant(degrees) | Self::PlateCarree(degrees) | Self::OnCube(degrees) => (degrees, "deg"),
+            Self::Length(pc) => (pc, "pc"),
+        }
+    }
+}
+
+/// A rendered image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Image {
+    /// The number of pixels along a row.
+    pub width: usize,
+    /// Rows, the first on top.
+    pub height: usize,
+    /// The bands, in the order of the samples.
+    pub bands: Vec<Band>,
+    /// The radiances, bands × height × width.
+    pub samples: Samples,
+    /// Views of their own side by side and above each other: two eyes, or the faces of a cube.
+    pub views: (usize, usize),
+    /// Size of a pixel, where known.
+    pub pixel: Option<PixelScale>,
+    /// Where the axis of view meets the image, from its middle to the right and upwards \[pixels\].
+    pub axis: (f64, f64),
+    /// Key and value, in words: scene, back end, method, accuracy.
+    pub notes: Vec<(String, String)>,
+    /// What the picture says of itself in keywords.
+    pub keywords: Vec<Keyword>,
+    /// How the picture is shown on a display.
+    pub display: Display,
+    /// What its light comes from, and where; none where nobody asked.
+    pub layers: Vec<Layer>,
+    /// How files hold it that have a choice.
+    pub output: Output,
+}
+
+impl Image {
+    /// An image of which only names and values are known.
+    pub fn bare(width: usize, height: usize, names: Vec<String>, samples: Samples) -> Self {
+        let band = |name| Band { name, pivot_um: None, counting: None, width_um: None, certificate: Vec::new(), keywords: Vec::new() };
+        let bands: Vec<Band> = names.into_iter().map(band).collect();
+        let display = Display::grey(bands.len());
+        let (notes, keywords, layers) = (Vec::new(), Vec::new(), Vec::new());
+        Self {
+            width,
+            height,
+            bands,
+            samples,
+            views: (1, 1),
+            pixel: None,
+            axis: (0.0, 0.0),
+            notes,
+            keywords,
+            display,
+            layers,
+            output: Output::default(),
+        }
+    }
+
+    /// Radiance of a pixel in a band [W m⁻² sr⁻¹].
+    pub fn at(&self, band: usize, row: usize, column: usize) -> f64 {
+        self.samples.at((band * self.height + row) * self.width + column)
+    }
+
+    /// Refuses values that are no numbers: sums that went past the range of f32.
+    ///
+    /// # Errors
+    /// Where there are some, with their number and band.
+    pub fn check(&self) -> Result<()> {
+        for (b, band) in self.bands.iter().enumerate() {
+            let count = self.band(b).filter(|v| !v.is_finite()).count();
+            if count > 0 {
+                let reason = format!(
+                    "{count} pixels of band {} are NaN or infinite: densities or spectra are too large for single precision",
+                    band.name
+                );
+                return Err(Error::Strength(reason));
+            }
+        }
+        Ok(())
+    }
+
+    /// Relative rms difference of a band from one of `truth`, √Σ(a − b)² / √Σb²; zero where they are equal.
+    pub fn relative_rmse(&self, band: usize, truth: &Self, truth_band: usize) -> f64 {
+        relative_rms(self.band(band).zip(truth.band(truth_band)))
+    }
+
+    /// The band of the standard errors of band `of`, where there is one.
+    pub fn errors_of(&self, of: usize) -> Option<usize> {
+        self.bands.iter().position(|band| band.name.strip_suffix(ERROR_SUFFIX) == Some(&self.bands[of].name))
+    }
+
+    /// Whether a band holds the standard errors of another.
+    pub fn is_error(&self, band: usize) -> bool {
+        (0..self.bands.len()).any(|of| self.errors_of(of) == Some(band))
+    }
+
+    /// The bands that are radiances, without those of standard errors.
+    pub fn radiances(&self) -> impl Iterator<Item = usize> + '_ {
+        let errors: Vec<usize> = (0..self.bands.len()).filter_map(|b| self.errors_of(b)).collect();
+        (0..self.bands.len()).filter(move |b| !errors.contains(b))
+    }
+
+    /// The values of one band, row by row.
+    pub fn band(&self, band: usize) -> impl Iterator<Item = f64> + Clone + '_ {
+        let size = self.width * self.height;
+        (band * size..(band + 1) * size).map(|i| self.samples.at(i))
+    }
+}
+
+/// Relative rms difference of pairs (a, b), √Σ(a − b)² / √Σb²; zero where they are equal, NaN where one is no number.
+pub fn relative_rms(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (squares, size) = pairs.fold((0.0, 0.0), |(squares, size), (a, b)| (squares + (a - b).powi(2), size + b * b));
+    if squares == 0.0 { 0.0 } else { (squares / size).sqrt() }
+}
+
+/// The largest of some errors; NaN where one is NaN.
+pub fn worst(errors: impl Iterator<Item = f64>) -> f64 {
+    errors.fold(0.0, |worst, error| if error <= worst || worst.is_nan() { worst } else { error })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Standard errors are those of a band that is there; a filter of one's own may be called like them.
+    #[test]
+    fn errors_have_a_band() {
+        let image =
+            |names: &[&str]| Image::bare(1, 1, names.iter().map(|n| (*n).to_owned()).collect(), Samples::Double(vec![0.0; names.len()]));
+        let radiances = |names: &[&str]| image(names).radiances().collect::<Vec<_>>();
+        assert_eq!(radiances(&["V", "V_error", "tracking_error"]), [0, 2]);
+        assert_eq!(radiances(&["V_error"]), [0]);
+        assert_eq!(image(&["B", "V", "B_error", "V_error"]).errors_of(1), Some(3));
+        assert_eq!(image(&["B", "V_error"]).errors_of(0), None);
+    }
+}

@@ -1,0 +1,117 @@
+//! How files hold a picture that have a choice.
+
+/// What stands behind a picture as layers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LayerChoice {
+    /// Its light in parts: scattered, of each gas, of the background and of stars.
+    pub light: bool,
+    /// The mean distance of the light of dust and gas.
+    pub depth: bool,
+    /// The optical depth, and the opacity.
+    pub tau: bool,
+}
+
+impl LayerChoice {
+    /// Each by the name that scenes give it.
+    pub const NAMES: [&'static str; 3] = ["light", "depth", "tau"];
+
+    /// The choice of these names; the name that means nothing where there is one.
+    ///
+    /// # Errors
+    /// The name.
+    pub fn named<'a>(names: &[&'a str]) -> Result<Self, &'a str> {
+        let mut choice = Self::default();
+        for name in names {
+            match *name {
+                "light" => choice.light = true,
+                "depth" => choice.depth = true,
+                "tau" => choice.tau = true,
+                "all" => choice = Self { light: true, depth: true, tau: true },
+                other => return Err(other),
+            }
+        }
+        Ok(choice)
+    }
+
+    /// Whether there is any.
+    pub fn is_any(self) -> bool {
+        self.light || self.depth || self.tau
+    }
+}
+
+/// What layers of light hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LayerChannels {
+    /// Linear colours by the scene's palette, of the same exposure as the picture's.
+    #[default]
+    Rgb,
+    /// The radiances of all bands [W m⁻² sr⁻¹].
+    Bands,
+}
+
+impl LayerChannels {
+    /// Each by the name that scenes give it.
+    pub const ROWS: &'static [(&'static str, Self)] = &[("rgb", Self::Rgb), ("bands", Self::Bands)];
+}
+
+/// The primaries of linear colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ColourSpace {
+    /// Those of Rec. 709 and sRGB, white D65.
+    #[default]
+    Rec709,
+    /// ACEScg: AP1, white D60.
+    AcesCg,
+}
+
+impl ColourSpace {
+    /// Each by the name that scenes give it.
+    pub const ROWS: &'static [(&'static str, Self)] = &[("rec709", Self::Rec709), ("acescg", Self::AcesCg)];
+
+    /// The name that files give it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rec709 => "Rec. 709",
+            Self::AcesCg => "ACEScg",
+        }
+    }
+}
+
+/// How an OpenEXR file is compressed; all but the last keep every bit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Compression {
+    /// Not at all.
+    None,
+    /// Runs of equal bytes.
+    Rle,
+    /// Deflate, each line alone.
+    Zips,
+    /// Deflate, sixteen lines together.
+    #[default]
+    Zip,
+    /// Wavelets and Huffman's code.
+    Piz,
+    /// Deflate after 32 bits became 24.
+    Pxr24,
+}
+
+impl Compression {
+    /// Each by the name that scenes give it.
+    pub const ROWS: &'static [(&'static str, Self)] =
+        &[("none", Self::None), ("rle", Self::Rle), ("zips", Self::Zips), ("zip", Self::Zip), ("piz", Self::Piz), ("pxr24", Self::Pxr24)];
+}
+
+/// How files hold a picture that have a choice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Output {
+    /// What stands behind the picture.
+    pub layers: LayerChoice,
+    /// What layers of light hold.
+    pub channels: LayerChannels,
+    /// The primaries of linear colours.
+    pub colours: ColourSpace,
+    /// Whether colours are in single precision, and not in half.
+    pub single: bool,
+    /// How the file is compressed.
+    pub compression: Compression,
+}
