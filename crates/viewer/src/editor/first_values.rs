@@ -89,6 +89,7 @@ fn first_value(key: &Key) -> Value {
         "list of numbers" if key.name == "orientation" => numbers([0.0, 0.0, 0.0, 1.0]),
         "list of numbers" if key.name == "nm" => numbers([500.0, 600.0]),
         "list of numbers" => numbers([0.0, 1.0]),
+        "list of texts" if key.name == "layers" => Value::Array(["all"].into_iter().collect::<Array>()),
         "list of texts" if key.name == "pole_merge" => Value::Array(["60 deg", "75 deg"].into_iter().collect::<Array>()),
         "list of texts" => Value::Array(["300 nm", "1 um"].into_iter().collect::<Array>()),
         "list of times" => Value::Array(["0 s", "1 s"].into_iter().collect::<Array>()),

@@ -192,6 +192,8 @@ centre = "550 nm"
 width = "50 nm"
 
 [display]
+[display.glare]
+[output]
 [method]
 
 [[animation]]
