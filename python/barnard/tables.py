@@ -317,6 +317,65 @@ class Slab(Field):
         super().__init__(centre=centre, normal=normal, thickness=thickness, extent=extent)
 
 
+class Turbulence(Field):
+    """Lognormal density of supersonic turbulence in a box, of mean one, on voxels.
+
+    Parameters
+    ----------
+    seed : integer, default 1
+        Number of the random waves.
+    low : position, default -1 -1 -1 pc
+        The box's lower corner; the field is periodic in it.
+    high : position, default 1 1 1 pc
+        Its upper corner.
+    voxels : integer, default 128
+        Voxels along the longest edge: more of them show finer waves and change no others.
+    outer_scale : length, default half of the shortest edge
+        The scale at which turbulence is driven: larger waves are no stronger.
+    mach : number, default 5
+        Rms Mach number M; 0 is even.
+    forcing : text, default mixed
+        Solenoidal, mixed or compressive: b = 1/3, 0.4 or 1 in σ² = ln(1 + b² M²).
+    plasma_beta : number, default no magnetic field
+        Thermal over magnetic pressure.
+    slope : number, default 3.667
+        N of the spectrum k^-n of ln ρ in three dimensions: 3.6 to 4.3 in simulations (Federrath et al. 2010).
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "field.*"
+    _kind = "turbulence"
+
+    def __init__(
+        self,
+        *,
+        seed: int | None = None,
+        low: Position | None = None,
+        high: Position | None = None,
+        voxels: int | None = None,
+        outer_scale: Quantity | None = None,
+        mach: float | None = None,
+        forcing: str | None = None,
+        plasma_beta: float | None = None,
+        slope: float | None = None,
+    ):
+        super().__init__(
+            seed=seed,
+            low=low,
+            high=high,
+            voxels=voxels,
+            outer_scale=outer_scale,
+            mach=mach,
+            forcing=forcing,
+            plasma_beta=plasma_beta,
+            slope=slope,
+        )
+
+
 class Stereo(Table):
     """Two eyes: off-axis pairs in flat images, omni-directional stereo in images of all around. What a back end renders
     is both images in one.
@@ -1450,6 +1509,43 @@ class Band(Table):
         )
 
 
+class Glare(Table):
+    """What a telescope or an eye makes of bright points in a picture: spikes, rings, a halo, seeing. It is spread in
+    linear light over all that the picture shows; radiances stay what they are.
+
+    Parameters
+    ----------
+    optics : text, default hubble
+        The telescope, or the eye.
+    size : number, default 0.5
+        Λ/D at 550 nm in thousandths of the picture's longer edge: how wide spikes and rings are.
+    rotation : angle, default 0 deg
+        How far the optics are turned, counterclockwise.
+    seeing : number, default 0
+        Full width at half maximum of what the air does, in thousandths of the longer edge.
+    halo : number, default 0.02
+        The part of the light that mirrors and lenses scatter around its point.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "display.glare"
+
+    def __init__(
+        self,
+        *,
+        optics: str | None = None,
+        size: float | None = None,
+        rotation: Quantity | None = None,
+        seeing: float | None = None,
+        halo: float | None = None,
+    ):
+        super().__init__(optics=optics, size=size, rotation=rotation, seeing=seeing, halo=halo)
+
+
 class Display(Table):
     """Palette and stretch of pictures; they never touch the radiance.
 
@@ -1471,6 +1567,8 @@ class Display(Table):
         Radiance that is white.
     bits : integer, default 8
         8 or 16: bits of each colour in a .png; a .tif has 16, a .jpg 8.
+    glare : table, default none
+        What optics make of bright points, [display.glare].
 
     Raises
     ------
@@ -1491,6 +1589,7 @@ class Display(Table):
         black: float | None = None,
         white: float | None = None,
         bits: int | None = None,
+        glare: Glare | None = None,
     ):
         super().__init__(
             palette=palette,
@@ -1501,6 +1600,51 @@ class Display(Table):
             black=black,
             white=white,
             bits=bits,
+            glare=glare,
+        )
+
+
+class Output(Table):
+    """What files hold beside the picture, and how. Layers say what its light comes from and where: `scattered`,
+    `emission.NAME` of each gas, `background` and `stars`, whose sum is the picture, `depth` and `tau`
+    ([docs/shows.md](shows.md)).
+
+    Parameters
+    ----------
+    layers : list of texts, default []
+        Light, depth, tau or all: layers of an .exr or a .fits.
+    channels : text, default rgb
+        Rgb or bands: what layers of light hold, linear colours in the picture's exposure or radiances.
+    color_space : text, default rec709
+        Rec709 or acescg: primaries of linear colours in an .exr.
+    precision : text, default half
+        Half or float: how an .exr holds colours; radiances are float always.
+    compression : text, default zip
+        None, rle, zips, zip, piz or pxr24: how an .exr is packed; pxr24 keeps 24 bits of each radiance.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "output"
+
+    def __init__(
+        self,
+        *,
+        layers: Sequence[str] | None = None,
+        channels: str | None = None,
+        color_space: str | None = None,
+        precision: str | None = None,
+        compression: str | None = None,
+    ):
+        super().__init__(
+            layers=layers,
+            channels=channels,
+            color_space=color_space,
+            precision=precision,
+            compression=compression,
         )
 
 
@@ -1668,4 +1812,4 @@ class Frames(Table):
         )
 
 
-__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Stereo", "Keyframe", "CameraPath", "Camera", "perspective", "orthographic", "fisheye", "equirectangular", "cubemap", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "Background", "Band", "Display", "Method", "Animation", "Frames"]
+__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Turbulence", "Stereo", "Keyframe", "CameraPath", "Camera", "perspective", "orthographic", "fisheye", "equirectangular", "cubemap", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "Background", "Band", "Glare", "Display", "Output", "Method", "Animation", "Frames"]
