@@ -37,6 +37,11 @@ pub const SCENES: &[BuiltinScene] = &[
     scene!("reflection_nebula", "a young B star in a ragged cloud: blue scattered light, Johnson BVR"),
     scene!("hii_region", "an O star ionises a turbulent cloud (density of a simulation): H-alpha, [O III], [S II] of 3 nm, Hubble palette"),
     scene!("pillars", "a cluster ionises pillars (density of a simulation), HST narrow bands, Hubble palette"),
+    scene!("pleiades", "seven stars of the Pleiades in a sheet of dust: a reflection nebula, Johnson BVR"),
+    scene!("ring_nebula", "a planetary nebula that a white dwarf ionises: [O III], H-alpha, [S II] of 3 nm, Hubble palette"),
+    scene!("veil", "filaments of an old supernova remnant, HST narrow bands"),
+    scene!("herbig_haro", "a jet, its bow shocks and the cavities of a young star behind its disc, HST narrow bands"),
+    scene!("bok_globule", "a globule like Barnard 68 before the stars of the bulge, Johnson BVR"),
     scene!("dark_globule", "a Bok globule in front of a field of stars"),
     scene!("six_stars", "six stars of different colours in one cloud, Johnson BVR"),
     scene!(

@@ -31,7 +31,8 @@ fn pictures_are_those_of_the_processor() {
         assert!(wrong < TOLERANCE, "{}: {wrong:e}", builtin.name);
         // Rays of a packet end together, those of the GPU each by itself: they need not go as deep.
         let deep = ours_found.depth / found.depth;
-        assert!(deep > 0.9 && deep < 1.01, "{}: {} {}", builtin.name, ours_found.depth, found.depth);
+        let is_clear = (ours_found.depth, found.depth) == (0.0, 0.0);
+        assert!((deep > 0.9 && deep < 1.01) || is_clear, "{}: {} {}", builtin.name, ours_found.depth, found.depth);
         // A hundredth more light would be seen.
         let more: Vec<f32> = theirs.iter().map(|v| 1.01 * v).collect();
         assert!(difference(&fine, &ours, &more) > TOLERANCE);
