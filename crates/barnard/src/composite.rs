@@ -6,11 +6,10 @@ use crate::image::{Image, Layer, Samples};
 use crate::keywords;
 
 fn check_alike(a: &Image, b: &Image) -> Result<()> {
-    let layers = |image: &Image| image.layers.iter().map(|layer| layer.name.clone()).collect::<Vec<_>>();
-    if (a.width, a.height, a.bands.len(), layers(a)) == (b.width, b.height, b.bands.len(), layers(b)) {
+    if (a.width, a.height, a.bands.len()) == (b.width, b.height, b.bands.len()) {
         return Ok(());
     }
-    Err(Error::value("images that are to be one", "of different sizes, bands or layers", "alike; neither can change from moment to moment"))
+    Err(Error::value("images that are to be one", "of different sizes or bands", "alike; neither can change from moment to moment"))
 }
 
 /// The images of the left and the right eye as one, which says of itself what the left one does.
@@ -90,7 +89,13 @@ pub fn mean<E: From<Error>>(images: impl IntoIterator<Item = std::result::Result
         let image = image?;
         check_alike(&sum, &image)?;
         sum.samples.add_all(&image.samples);
-        sum.layers.iter_mut().zip(&image.layers).for_each(|(sum, own)| sum.samples.add_all(&own.samples));
+        for layer in image.layers {
+            // A light that shines at some moments has a layer at those.
+            match sum.layers.iter_mut().find(|own| own.name == layer.name) {
+                Some(own) => own.samples.add_all(&layer.samples),
+                None => sum.layers.push(layer),
+            }
+        }
         count += 1.0;
     }
     let all = std::iter::once(&mut sum.samples).chain(sum.layers.iter_mut().map(|layer| &mut layer.samples));

@@ -20,7 +20,7 @@ pub fn transform<T: FftNum>(data: &mut Vec<Complex<T>>, dims: [usize; 3], forwar
     for _ in 0..3 {
         if nx > 1 {
             let plan = FftPlanner::new().plan_fft(nx, direction);
-            data.par_chunks_mut(nx * ny).for_each(|plane| plan.process(plane));
+            data.par_chunks_mut(nx * TOGETHER).for_each(|rows| plan.process(rows));
         }
         rotate(data, [nx, ny, nz], &mut turned);
         std::mem::swap(data, &mut turned);

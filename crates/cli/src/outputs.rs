@@ -8,7 +8,7 @@ use barnard::composite::parted;
 use barnard::image::{Image, LayerChoice};
 use barnard::scene::Scene;
 use barnard_files::SaveImage;
-use barnard_files::formats::{check_writable, writer};
+use barnard_files::formats::{Writer, check_writable, writer};
 
 /// What stands for the name of an eye, as in Nuke.
 const EYE: &str = "%V";
@@ -34,18 +34,18 @@ pub fn check(paths: &[PathBuf], camera: &Camera) -> anyhow::Result<()> {
 /// The layers that --layers names.
 pub fn parse_layers(text: &str) -> Result<LayerChoice, String> {
     let names: Vec<&str> = text.split(',').map(str::trim).collect();
-    LayerChoice::named(&names).map_err(|name| format!("there is no layer \"{name}\"; known: {}, all", LayerChoice::NAMES.join(", ")))
+    LayerChoice::named(&names).map_err(|name| format!("there is no layer \"{name}\"; known: {}, all, none", LayerChoice::NAMES.join(", ")))
 }
 
-/// The scene with the layers that are asked for, of which none is rendered for files that hold none.
-pub fn layered(mut scene: Scene, asked: Option<LayerChoice>, outputs: &[PathBuf]) -> anyhow::Result<Scene> {
-    let layers = asked.unwrap_or(scene.output.layers);
-    let holds = outputs.iter().any(|path| writer(path).is_ok_and(|writer| writer.has_layers));
-    if asked.is_some() && layers.is_any() && !holds {
-        bail!("--layers: layers go to .exr files; add -o layers.exr");
+/// The scene with the layers that are asked for, of which none is rendered for files that hold none, if it fits into memory.
+pub fn layered(mut scene: Scene, asked: Option<LayerChoice>, outputs: &[PathBuf], memory_limit: u64) -> anyhow::Result<Scene> {
+    let any = |is: fn(&Writer) -> bool| outputs.iter().any(|path| writer(path).is_ok_and(is));
+    let (have_layers, show_colours) = (any(|writer| writer.has_layers), any(|writer| writer.is_picture));
+    if asked.is_some_and(LayerChoice::is_any) && !have_layers {
+        bail!("--layers: layers go to .exr and .fits files; add -o layers.exr");
     }
-    scene.output.layers = if holds { layers } else { LayerChoice::default() };
-    Ok(scene)
+    scene.output.layers = asked.unwrap_or(scene.output.layers);
+    Ok(scene.for_files(have_layers, show_colours, memory_limit)?)
 }
 
 /// Writes a picture of a camera, and says which files were written.

@@ -426,9 +426,9 @@ fn read(origin: &Origin, text: &str, loader: &Loader, opening: u64) -> Result<Re
     Ok(Reading { toml: edited(text)?, scene: Arc::new(scene), physics, followed })
 }
 
-/// What a scene's tree says beside the camera and how pictures are shown.
+/// What a scene's tree says beside the camera and how pictures are shown and written.
 fn physics(scene: &Scene, mut tree: Table, opening: u64) -> Arc<str> {
-    for key in ["camera", "bookmark", "display", "name", "description"] {
+    for key in ["camera", "bookmark", "display", "output", "name", "description"] {
         tree.remove(key);
     }
     let roughly = if scene.gas.as_ref().is_some_and(|gas| gas.is_rough) { "roughly " } else { "" };

@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use barnard::control::{Control, Stage};
-use barnard::memory;
 use barnard::plan::Options;
 use barnard::scene::Scene;
 use barnard_files::SaveImage;
@@ -40,11 +39,11 @@ impl Export {
     /// # Errors
     /// Where the format is not known, the file cannot be written, or the picture would not fit.
     pub fn start(scene: &Scene, path: &Path, size: (usize, usize), memory_limit: u64, ctx: &Context) -> barnard::Result<Self> {
-        writer(path)?;
+        let writer = writer(path)?;
         check_writable(path)?;
-        memory::check("the image", (size.0 * size.1 * scene.bands.len()) as u64 * 16, memory_limit)?;
         let mut scene = scene.clone();
         (scene.camera.width, scene.camera.height) = size;
+        let scene = scene.for_files(writer.has_layers, writer.is_picture, memory_limit)?;
         let progress = Arc::<Progress>::default();
         let (heard, repaint) = (progress.clone(), ctx.clone());
         let control = Control::with_listener(move |stage, done, all| {

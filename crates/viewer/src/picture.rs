@@ -127,12 +127,16 @@ impl Picture {
         }
     }
 
+    /// The light that is shown: with its glare, where it has one.
+    fn seen(&self) -> &Image {
+        self.spread.as_ref().map_or(&self.image, |(_, spread)| spread)
+    }
+
     /// Makes colours and histograms anew.
     fn colour(&mut self) {
         let start = Instant::now();
         let image = &self.image;
-        let shown = self.spread.as_ref().map_or(image, |(_, spread)| spread);
-        self.colours = Arc::new(self.tone.bytes(shown).into_iter().map(|[r, g, b]| Color32::from_rgb(r, g, b)).collect());
+        self.colours = Arc::new(self.tone.bytes(self.seen()).into_iter().map(|[r, g, b]| Color32::from_rgb(r, g, b)).collect());
         let stride = (image.width * image.height).div_ceil(COUNTED).max(1);
         self.histograms = (0..image.bands.len()).into_par_iter().map(|b| Histogram::of(image.band(b).step_by(stride))).collect();
         self.times.colours = start.elapsed().as_secs_f64();
@@ -169,7 +173,7 @@ impl Picture {
 
     /// Colours of what `other` differs from this, amplified; both as this one is shown.
     pub fn difference(&self, other: &Self) -> Vec<Color32> {
-        let (own, other) = (self.tone.picture(&self.image), self.tone.picture(&other.image));
+        let (own, other) = (self.tone.picture(self.seen()), self.tone.picture(other.seen()));
         let one = |(a, b): (&[f64; 3], &[f64; 3])| {
             let amplified = |i: usize| (f64::from(AMPLIFIED) * (a[i] - b[i]).abs()).min(1.0);
             let [r, g, b] = std::array::from_fn(|i| (amplified(i) * 255.0 + 0.5) as u8);

@@ -166,6 +166,7 @@ impl Studio {
             let tone = stand.exposure.tone(order.exposure, display, &last.picture.image, last.quality == Quality::Settled);
             last.picture.show(display, tone);
             match last.quality {
+                Quality::Settled if order.moving => {}
                 Quality::Settled => last.picture.spread(),
                 _ => last.picture.spark(&order.camera).ok()?,
             }

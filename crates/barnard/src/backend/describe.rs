@@ -33,7 +33,7 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         height: camera.height,
         bands: scene.bands.iter().map(band).collect(),
         samples,
-        views: if matches!(camera.projection, Projection::Panorama { layout: Layout::Cube, .. }) { (1, 6) } else { (1, 1) },
+        views: views(camera),
         pixel: Some(camera.pixel_scale()),
         axis: camera.axis(),
         notes,
@@ -42,6 +42,12 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         output: scene.output,
         keywords: of_scene(scene, camera),
     }
+}
+
+/// The faces of a whole cube are views of their own.
+fn views(camera: &Camera) -> (usize, usize) {
+    let is_cube = matches!(camera.projection, Projection::Panorama { layout: Layout::Cube, .. });
+    if is_cube && camera.axis() == (0.0, 0.0) && camera.height == 6 * camera.width { (1, 6) } else { (1, 1) }
 }
 
 /// What the header says of `scene` in any picture that `camera` takes of it: name, digest, camera and dust.

@@ -239,6 +239,10 @@ mod tests {
             ("a*cos(pi)", -3.0),
             ("a - -b", 3.5),
             ("+a", 3.0),
+            ("max(max(b, 0.1), max(1, 2)) + a", 5.0),
+            ("min(a, max(b, min(2, a*a)))^2", 4.0),
+            ("min(min(min(a, 9), b + 2), sqrt((a + 1)^2)) - max(0, -b)^1.5*step(a, b)", 2.5),
+            ("2*min(-a, (b))", -6.0),
         ] {
             assert!((parse(formula).unwrap().at(p) - value).abs() < 1e-12, "{formula}: {}", parse(formula).unwrap().at(p));
         }
@@ -337,6 +341,11 @@ mod tests {
         assert!(parse("a/-b").unwrap_err().contains("parentheses"));
         assert!(parse("sine(a)").unwrap_err().contains("sin"));
         assert!(parse("a $ b").unwrap_err().contains("no place"));
+        assert!(parse("min(a)").unwrap_err().contains("min(x, 0.5)"));
+        assert!(parse("a, b").unwrap_err().contains("comma"));
+        assert!(parse("max(a, b, 1)").unwrap_err().contains("comma"));
+        assert!(parse("sqrt(a, b)").unwrap_err().contains("comma"));
+        assert!(parse("max(a, b").is_err() && parse("a + max").is_err());
         for name in ["x", "pi", "exp", "a-b", "2a", ""] {
             assert!(super::super::formula::check_name(name).is_err(), "{name}");
         }

@@ -1,7 +1,7 @@
 //! Formulas as they are written in mathematics, turned into what the expression parser reads without doubt.
 //!
-//! −x² is −(x²); names are those of fields, whatever functions they begin with; numbers may have exponents (1e-3). What
-//! can be read in two ways (a^b^c, a/−b) is refused with the remedy.
+//! −x² is −(x²); names are those of fields, whatever functions they begin with; numbers may have exponents (1e-3); functions of two
+//! arguments stand between them, f(a, b) becomes ((a)f(b)). What can be read in two ways (a^b^c, a/−b) is refused with the remedy.
 
 /// Names that no field may have: coordinates and π.
 pub const RESERVED: [&str; 4] = ["x", "y", "z", "pi"];
@@ -37,12 +37,42 @@ pub fn check_name(name: &str) -> Result<(), String> {
 pub fn normalised(formula: &str) -> Result<String, String> {
     let tokens = tokens(formula)?;
     let mut out = String::new();
+    // What stands open: parentheses, and functions of two arguments until their comma has come.
+    let mut open: Vec<Open> = Vec::new();
     for (i, token) in tokens.iter().enumerate() {
         let before = i.checked_sub(1).map(|j| &tokens[j]);
         match token {
             // Display writes every digit and no exponent.
             Token::Number(value) => out += &value.to_string(),
-            Token::Name(name) => out += &word(name, tokens.get(i + 1) == Some(&Token::Sign('(')))?,
+            Token::Name(name) => {
+                let is_called = tokens.get(i + 1) == Some(&Token::Sign('('));
+                let word = word(name, is_called)?;
+                if !(is_called && of_two(token)) {
+                    out += &word;
+                }
+            }
+            Token::Sign('(') => match before {
+                Some(Token::Name(name)) if before.is_some_and(of_two) => {
+                    out += "((";
+                    open.push(Open::First(name.clone()));
+                }
+                _ => {
+                    out.push('(');
+                    open.push(Open::Plain);
+                }
+            },
+            Token::Sign(',') => match open.last_mut() {
+                Some(last @ Open::First(_)) => {
+                    let Open::First(name) = std::mem::replace(last, Open::Second) else { continue };
+                    out += &format!("){name}(");
+                }
+                _ => return Err(format!("a comma stands between the two arguments of {} and nowhere else", FUNCTIONS_OF_TWO.join(", "))),
+            },
+            Token::Sign(')') => match open.pop() {
+                Some(Open::First(name)) => return Err(format!("{name} takes two arguments, as in {name}(x, 0.5)")),
+                Some(Open::Second) => out += "))",
+                Some(Open::Plain) | None => out.push(')'),
+            },
             Token::Sign(sign @ ('+' | '-')) => match before {
                 Some(Token::Number(_) | Token::Name(_) | Token::Sign(')')) => out.push(*sign),
                 Some(Token::Sign('/' | '^')) => {
@@ -63,6 +93,18 @@ pub fn normalised(formula: &str) -> Result<String, String> {
         }
     }
     Ok(out)
+}
+
+/// A parenthesis that is open: of a function of two arguments that waits for the first or the second, or any other.
+enum Open {
+    First(String),
+    Second,
+    Plain,
+}
+
+/// Whether a word names a function of two arguments.
+fn of_two(token: &Token) -> bool {
+    matches!(token, Token::Name(name) if FUNCTIONS_OF_TWO.contains(&name.as_str()))
 }
 
 fn word(name: &str, called: bool) -> Result<String, String> {

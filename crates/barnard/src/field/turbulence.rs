@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use spectra::quadrature::integrate;
 use spectra::units::Length;
 
-use super::{Field, Grid, above_zero, within};
+use super::{Field, Grid, within};
 use crate::data::Inputs;
 use crate::error::Result;
 use crate::field::lattice::Lattice;
@@ -102,7 +102,8 @@ impl Turbulence {
         within("voxels", self.voxels as f64, *VOXELS.start() as f64..=*VOXELS.end() as f64)?;
         within("slope", self.slope, SLOPES)?;
         within("variance of the logarithm", self.variance, 0.0..=20.0)?;
-        above_zero("outer scale", self.outer_scale)?;
+        let edge = self.bounds.checked()?.size().max_element();
+        within("outer scale", self.outer_scale, 1e-6 * edge..=1e6 * edge)?;
         let lattice = Lattice::along(self.bounds.checked()?, self.voxels);
         let bytes = (lattice.cells() as u64).saturating_mul(fourier::BYTES);
         memory::check("the waves of a field of turbulence", bytes, memory_limit)?;
@@ -286,6 +287,7 @@ mod tests {
         for (wrong, words) in [
             (Turbulence { slope: 3.0, ..plain.clone() }, "slope"),
             (Turbulence { outer_scale: 0.0, ..plain.clone() }, "outer scale"),
+            (Turbulence { outer_scale: 1e-70, ..plain.clone() }, "outer scale"),
             (Turbulence { voxels: 4, ..plain.clone() }, "voxels"),
             (Turbulence { variance: f64::NAN, ..plain.clone() }, "variance"),
         ] {

@@ -18,7 +18,7 @@ use glam::Vec2;
 use rayon::prelude::*;
 use wide::f32x8;
 
-use super::optics::{EYE_DEG, OPTICS, OpticsRow, Pattern};
+use super::optics::{EYE_CORE_DEG, EYE_DEG, OPTICS, OpticsRow, Pattern};
 use super::{Band, Image, Samples};
 use crate::error::{Error, Result};
 use crate::fourier::{Complex, transform};
@@ -56,6 +56,10 @@ const WAVELENGTHS: usize = 16;
 /// Up to so far from the middle, so many places along both edges of a pixel are looked at for each wavelength.
 const CORE: i32 = 6;
 const CORE_PLACES: usize = 6;
+/// Where the core of a pattern, λ/D, is less than this part of a pixel, the light within the pixel of a point is what the others leave.
+const UNRESOLVED: f64 = 0.5;
+/// Air that spreads light less is still \[pixels\].
+const STILL_AIR: f64 = 1e-3;
 /// The exponent of Moffat's profile.
 const BETA: f64 = 4.765;
 
@@ -75,6 +79,17 @@ impl Glare {
         if self.rotation.is_finite() { Ok(()) } else { Err(Error::value("rotation of a glare", self.rotation, "an angle")) }
     }
 
+    /// Bytes that a glare takes beside an image of so many bands, at most: all bands in double precision, three transforms of a
+    /// picture or of a kernel that air has spread, and two kernels.
+    pub(crate) fn bytes(width: usize, height: usize, bands: usize) -> u64 {
+        let reach = reach(width.max(height)) as u64;
+        let (width, height) = (width as u64, height as u64);
+        let values = (width + reach).saturating_mul(height + reach).max((3 * reach + 1).pow(2));
+        let transforms = values.saturating_mul(3 * size_of::<Complex<f64>>() as u64);
+        let kernels = 2 * (2 * reach + 1).pow(2) * size_of::<f64>() as u64;
+        transforms.saturating_add(kernels).saturating_add(width.saturating_mul(height).saturating_mul(8 * bands as u64))
+    }
+
     /// The image as these optics show it; its standard errors stay what they are.
     pub fn seen(&self, image: &Image) -> Image {
         let (columns, rows) = image.views;
@@ -89,21 +104,29 @@ impl Glare {
                 }
             }
         }
-        Image { samples: Samples::Double(samples), layers: Vec::new(), ..image.clone() }
+        Image {
+            samples: Samples::Double(samples),
+            layers: Vec::new(),
+            bands: image.bands.clone(),
+            notes: image.notes.clone(),
+            keywords: image.keywords.clone(),
+            display: image.display.clone(),
+            ..*image
+        }
     }
 
     /// Where the light of a point goes in a picture whose longer edge is so long.
     fn kernel(&self, band: &Band, longer: usize) -> Kernel {
         let pixels = longer as f64 / 1000.0;
-        let reach = (longer / 2).clamp(1, MAX_REACH);
+        let reach = reach(longer);
         let size = self.size * pixels;
         let mut kernel = self.diffracted(band, reach, size);
         if self.halo > 0.0 {
             let halo = Kernel::round(reach, |square| 1.0 / (square + size.max(1.0).powi(2)));
             kernel.values.iter_mut().zip(halo.values).for_each(|(own, halo)| *own += self.halo * (halo - *own));
         }
-        if self.seeing > 0.0 {
-            let width = 0.5 * self.seeing * pixels / (2f64.powf(1.0 / BETA) - 1.0).sqrt();
+        let width = 0.5 * self.seeing * pixels / (2f64.powf(1.0 / BETA) - 1.0).sqrt();
+        if width > STILL_AIR {
             let moffat = Kernel::round(reach, |square| (1.0 + square / width.powi(2)).powf(-BETA));
             let edge = 2 * reach + 1;
             // Its own even picture is all of it: nothing comes in from beyond its edges.
@@ -118,6 +141,11 @@ impl Glare {
         let (pivot, width) = (band.pivot_um.unwrap_or(0.55), band.width_um.unwrap_or(0.0));
         let wavelength = |i: usize| pivot + width.min(pivot) * ((i as f64 + 0.5) / WAVELENGTHS as f64 - 0.5);
         let pattern = (self.optics.pattern)();
+        // The part of the light that goes to a pixel for a pattern of one there, and the width of the core in pixels.
+        let (share, core) = match &pattern {
+            Pattern::Pupil(pupil) => (1.0 / (size * size * pupil.area()), size * pivot / 0.55),
+            Pattern::Scatter(_) => ((EYE_DEG / size).to_radians().powi(2), size * EYE_CORE_DEG / EYE_DEG),
+        };
         let turn = Vec2::from_angle(-self.rotation as f32);
         // The mean of a pixel, for one wavelength, over places within it.
         let value = |x: f32x8, y: f32, i: usize, places: &[Vec2]| {
@@ -153,17 +181,27 @@ impl Glare {
                     let own = [Vec2::new(radical_inverse(i, 2), radical_inverse(i, 3)) - 0.5];
                     sum + value(x, y as f32, i, if in_core { &fine } else { &own })
                 });
-                out.iter_mut().zip(sum.to_array()).for_each(|(out, value)| *out = f64::from(value));
+                out.iter_mut().zip(sum.to_array()).for_each(|(out, value)| *out = share * f64::from(value) / WAVELENGTHS as f64);
             }
         });
         // The squared transform of what is real is the same on the other side of the middle.
         for i in 0..reach * edge + reach {
             values[edge * edge - 1 - i] = values[i];
         }
+        if core < UNRESOLVED {
+            let middle = reach * edge + reach;
+            values[middle] = 0.0;
+            values[middle] = (1.0 - values.iter().sum::<f64>()).max(0.0);
+        }
         let mut kernel = Kernel { reach, values };
         kernel.normalise();
         kernel
     }
+}
+
+/// How far light is spread in a picture whose longer edge is so long \[pixels\].
+fn reach(longer: usize) -> usize {
+    (longer / 2).clamp(1, MAX_REACH)
 }
 
 /// Halton's numbers, from 0 to 1.
@@ -322,6 +360,19 @@ mod tests {
             assert!(worst < 1e-9, "{}: {worst}", row.name);
             let kernel = glare.kernel(&even.bands[0], 120);
             assert!((kernel.values.iter().sum::<f64>() - 1.0).abs() < 1e-12 && kernel.values.iter().all(|v| *v > -1e-12));
+        }
+    }
+
+    /// Light that pixels do not tell from that of a point stays in its pixel, and what leaves it is as much as a lens sends out
+    /// of a square: beyond r λ/D it is 2/(π² r) of all (Born & Wolf, 8.5.2), so 0.18244 of h⁻¹ beyond half a pixel of h λ/D.
+    #[test]
+    fn sharp_optics_leave_light_in_its_pixel() {
+        let image = points(321, 321, &[(160, 160, 1.0)]);
+        for size in [0.01, 0.05, 0.2, 1.2] {
+            let seen = Glare { size, ..of("refractor") }.kernel(&image.bands[0], 321);
+            let left = 1.0 - seen.values[160 * 321 + 160];
+            let wanted = 0.182_44 / (0.5 / (size * 0.321));
+            assert!((left / wanted - 1.0).abs() < 0.1, "{size}: {left} {wanted}");
         }
     }
 

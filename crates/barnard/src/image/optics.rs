@@ -69,6 +69,9 @@ pub enum Pattern {
 /// The angle λ/D at 550 nm of the pupil of an eye \[deg\], 6 mm wide.
 pub const EYE_DEG: f64 = 550e-9 / 6e-3 * 180.0 / std::f64::consts::PI;
 
+/// The radius within which the sharpest part of the eye's glow falls to 1/e \[deg\].
+pub const EYE_CORE_DEG: f64 = 0.02;
+
 /// Where a telescope lets light through.
 pub struct Pupil {
     parts: Vec<Part>,
@@ -148,6 +151,11 @@ impl Part {
 }
 
 impl Pupil {
+    /// Its area, by its diameter: the square root of the pattern in the middle.
+    pub fn area(&self) -> f64 {
+        f64::from(self.pattern([f32x8::ZERO; 2]).to_array()[0]).sqrt()
+    }
+
     /// The pattern at eight places \[λ/D\]; its integral is the area of the pupil.
     pub fn pattern(&self, places: [f32x8; 2]) -> f32x8 {
         let amplitude = self.parts.iter().fold([f32x8::ZERO; 2], |sum, part| {
@@ -217,7 +225,7 @@ fn webb() -> Pattern {
 
 /// The light in a steradian by degrees from the middle.
 fn photopic(degrees: f64) -> f64 {
-    let (near, far) = ((degrees / 0.02).powi(2), degrees + 0.02);
+    let (near, far) = ((degrees / EYE_CORE_DEG).powi(2), degrees + EYE_CORE_DEG);
     0.384 * 2.61e6 * (-near).exp() + 0.478 * 20.91 / far.powi(3) + 0.138 * 72.37 / far.powi(2)
 }
 

@@ -27,6 +27,7 @@ impl LayerChoice {
                 "depth" => choice.depth = true,
                 "tau" => choice.tau = true,
                 "all" => choice = Self { light: true, depth: true, tau: true },
+                "none" => choice = Self::default(),
                 other => return Err(other),
             }
         }

@@ -312,15 +312,20 @@ impl Scene {
         self.dust.iter().map(|d| &d.density).chain(self.emission.iter().map(|e| &e.density))
     }
 
-    /// Refuses an image that would take more than `memory_limit` bytes, sixteen for each value.
+    /// Refuses an image that would take more than `memory_limit` bytes, sixteen for each value, whatever its layers are.
     ///
     /// # Errors
     /// Where it would.
     pub fn check_image(&self, memory_limit: u64) -> Result<()> {
+        memory::check("the image", self.image_bytes(self.bands.len()), memory_limit)
+    }
+
+    /// The bytes of an image with so many values in a pixel.
+    pub(crate) fn image_bytes(&self, values: usize) -> u64 {
         // Both eyes, and both together.
         let images = if self.camera.stereo.is_some() { 4 } else { 1 };
         let pixels = (self.camera.width as u64).saturating_mul(self.camera.height as u64).saturating_mul(images);
-        memory::check("the image", pixels.saturating_mul(16 * self.bands.len() as u64), memory_limit)
+        pixels.saturating_mul(16 * values as u64)
     }
 
     /// Checks that the scene can be rendered: every number is one that its object can have, and spectra and laws reach

@@ -5,7 +5,7 @@ use crate::image::{ColourSpace, Compression, LayerChannels, LayerChoice, Output}
 use crate::properties::{Key, Section, Table};
 
 pub(super) const KEYS: &[Key] = &[
-    Key::optional("layers", "list of texts", "[]", "light, depth, tau or all: layers of an .exr or a .fits"),
+    Key::optional("layers", "list of texts", "[]", "light, depth, tau, all or none: layers of an .exr or a .fits"),
     Key::optional(
         "channels",
         "text",
@@ -35,7 +35,7 @@ pub(super) fn build(section: Option<&Section>) -> Result<Output> {
     let layers = LayerChoice::named(&section.texts("layers")?.unwrap_or_default());
     let layers = layers.map_err(|name| {
         let known = LayerChoice::NAMES.join(", ");
-        section.error("layers", format!("there is no layer \"{name}\"; known: {known}, all"))
+        section.error("layers", format!("there is no layer \"{name}\"; known: {known}, all, none"))
     })?;
     Ok(Output {
         layers,

@@ -133,7 +133,7 @@ impl FrameArgs {
         let control = progress::control_with(&note)?;
         let mut follower = Follower::new(shoot.sequence);
         let first = shoot.scene.adjusted(follower.scene(frames.time(frames.first), &control)?, shoot.options.memory_limit)?;
-        let first = outputs::layered(first, shoot.layers, shoot.outputs)?;
+        let first = outputs::layered(first, shoot.layers, shoot.outputs, shoot.options.memory_limit)?;
         let files = |number: i64| shoot.files(number, alone, &first.camera);
         if let Some(number) = numbers.first() {
             // Asked for without a look at what others write there.
@@ -242,7 +242,7 @@ impl Shoot<'_> {
         let mut camera = None;
         let at = |time: f64| -> anyhow::Result<Image> {
             let scene = self.scene.adjusted(follower.scene(time, control)?, self.options.memory_limit)?;
-            let scene = outputs::layered(scene, self.layers, self.outputs)?;
+            let scene = outputs::layered(scene, self.layers, self.outputs, self.options.memory_limit)?;
             let scene = Scene { display: held.display(&scene.display), ..scene };
             let start = Instant::now();
             let plan = follower.plan(&scene, self.options, &held.choices, control)?;

@@ -43,7 +43,7 @@ pub struct Render {
     backend: String,
     #[command(flatten)]
     frames: FrameArgs,
-    /// Layers of an .exr or a .fits, in place of the scene's: light, depth, tau, or all
+    /// Layers of an .exr or a .fits, in place of the scene's: light, depth, tau, all, or none
     #[arg(long, value_name = "LAYERS", value_parser = outputs::parse_layers)]
     layers: Option<LayerChoice>,
     #[command(flatten)]
@@ -70,7 +70,7 @@ impl Render {
         }
         let (scene, options) = self.scene.load_for(&self.backend)?;
         outputs::check(&self.output, &scene.camera)?;
-        let scene = outputs::layered(scene, self.layers, &self.output)?;
+        let scene = outputs::layered(scene, self.layers, &self.output, options.memory_limit)?;
         crate::verbs::refuse_inputs(&scene, &self.output)?;
         let image = match self.backend.as_str() {
             "path" => self.on_path(&scene, &options)?,

@@ -108,6 +108,10 @@ fn layers_are_rendered_for_who_holds_them() {
     assert!(holds("a.exr", "scattered.johnson-V") && !holds("a.exr", "tau.V\0"));
     desk.renders(&["-o", "a.png"]);
     desk.refuses(&["render", "scene.toml", "-o", "a.png", "--layers", "all"], &["--layers", ".exr"]);
+    desk.refuses(
+        &["render", "scene.toml", "-o", "a.exr", "--layers", "all", "--size", "2000x2000", "--memory", "0.3"],
+        &["with its layers"],
+    );
     desk.refuses(&["render", "scene.toml", "-o", "a.exr", "--layers", "depht"], &["depht", "light, depth, tau, all"]);
     desk.with("[[star]]", "[output]\nlayers = [\"lihgt\"]\n\n[[star]]");
     desk.refuses(&["render", "scene.toml", "-o", "a.exr"], &["lihgt", "light, depth, tau, all"]);
