@@ -1612,7 +1612,7 @@ class Output(Table):
     Parameters
     ----------
     layers : list of texts, default []
-        Light, depth, tau or all: layers of an .exr or a .fits.
+        Light, depth, tau, all or none: layers of an .exr or a .fits.
     channels : text, default rgb
         Rgb or bands: what layers of light hold, linear colours in the picture's exposure or radiances.
     color_space : text, default rec709
