@@ -32,7 +32,9 @@ fn pictures_are_those_of_the_processor() {
         // Rays of a packet end together, those of the GPU each by itself: they need not go as deep.
         let deep = ours_found.depth / found.depth;
         let is_clear = (ours_found.depth, found.depth) == (0.0, 0.0);
-        assert!((deep > 0.9 && deep < 1.01) || is_clear, "{}: {} {}", builtin.name, ours_found.depth, found.depth);
+        // Behind a depth of 20, e^-20 of the light is left: where a ray ends there is no matter.
+        let is_dark = ours_found.depth > 20.0 && deep < 1.01;
+        assert!((deep > 0.9 && deep < 1.01) || is_clear || is_dark, "{}: {} {}", builtin.name, ours_found.depth, found.depth);
         // A hundredth more light would be seen.
         let more: Vec<f32> = theirs.iter().map(|v| 1.01 * v).collect();
         assert!(difference(&fine, &ours, &more) > TOLERANCE);
