@@ -21,9 +21,10 @@ pub fn transform<T: FftNum>(data: &mut Vec<Complex<T>>, dims: [usize; 3], forwar
         if nx > 1 {
             let plan = FftPlanner::new().plan_fft(nx, direction);
             data.par_chunks_mut(nx * TOGETHER).for_each(|rows| plan.process(rows));
+            // Turning an axis of one value moves nothing.
+            rotate(data, [nx, ny, nz], &mut turned);
+            std::mem::swap(data, &mut turned);
         }
-        rotate(data, [nx, ny, nz], &mut turned);
-        std::mem::swap(data, &mut turned);
         [nx, ny, nz] = [ny, nz, nx];
     }
 }
@@ -51,6 +52,20 @@ pub fn wave_number(index: usize, count: usize) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A picture, which has an axis of one value, is the array of its plane waves, whichever axis that is.
+    #[test]
+    fn axes_of_one_value_move_nothing() {
+        for dims in [[6, 4, 1], [6, 1, 4], [1, 6, 4]] {
+            let wave = |i: usize| Complex::from_polar(1.0, std::f64::consts::TAU * ((i % 6) as f64 / 6.0 + 2.0 * (i / 6) as f64 / 4.0));
+            let mut data: Vec<Complex<f64>> = (0..24).map(wave).collect();
+            transform(&mut data, dims, true);
+            for (i, value) in data.iter().enumerate() {
+                let wanted = if i == 2 * 6 + 1 { 24.0 } else { 0.0 };
+                assert!((value - wanted).norm() < 1e-12, "{dims:?} {i}: {value}");
+            }
+        }
+    }
 
     /// A plane wave becomes one value at its wave numbers, on axes of different lengths, and comes back.
     #[test]

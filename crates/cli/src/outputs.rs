@@ -34,7 +34,7 @@ pub fn check(paths: &[PathBuf], camera: &Camera) -> anyhow::Result<()> {
 /// The layers that --layers names.
 pub fn parse_layers(text: &str) -> Result<LayerChoice, String> {
     let names: Vec<&str> = text.split(',').map(str::trim).collect();
-    LayerChoice::named(&names).map_err(|name| format!("there is no layer \"{name}\"; known: {}, all, none", LayerChoice::NAMES.join(", ")))
+    LayerChoice::named(&names)
 }
 
 /// The scene with the layers that are asked for, of which none is rendered for files that hold none, if it fits into memory.

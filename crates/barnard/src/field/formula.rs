@@ -37,8 +37,8 @@ pub fn check_name(name: &str) -> Result<(), String> {
 pub fn normalised(formula: &str) -> Result<String, String> {
     let tokens = tokens(formula)?;
     let mut out = String::new();
-    // What stands open: parentheses, and functions of two arguments until their comma has come.
-    let mut open: Vec<Open> = Vec::new();
+    // For each parenthesis that is open, the function of two arguments that it belongs to, and whether its comma has come.
+    let mut open: Vec<(Option<&str>, bool)> = Vec::new();
     for (i, token) in tokens.iter().enumerate() {
         let before = i.checked_sub(1).map(|j| &tokens[j]);
         match token {
@@ -47,31 +47,26 @@ pub fn normalised(formula: &str) -> Result<String, String> {
             Token::Name(name) => {
                 let is_called = tokens.get(i + 1) == Some(&Token::Sign('('));
                 let word = word(name, is_called)?;
-                if !(is_called && of_two(token)) {
+                if !(is_called && of_two(token).is_some()) {
                     out += &word;
                 }
             }
-            Token::Sign('(') => match before {
-                Some(Token::Name(name)) if before.is_some_and(of_two) => {
-                    out += "((";
-                    open.push(Open::First(name.clone()));
-                }
-                _ => {
-                    out.push('(');
-                    open.push(Open::Plain);
-                }
-            },
+            Token::Sign('(') => {
+                let function = before.and_then(of_two);
+                out += if function.is_some() { "((" } else { "(" };
+                open.push((function, false));
+            }
             Token::Sign(',') => match open.last_mut() {
-                Some(last @ Open::First(_)) => {
-                    let Open::First(name) = std::mem::replace(last, Open::Second) else { continue };
+                Some((Some(name), comma)) if !*comma => {
+                    *comma = true;
                     out += &format!("){name}(");
                 }
                 _ => return Err(format!("a comma stands between the two arguments of {} and nowhere else", FUNCTIONS_OF_TWO.join(", "))),
             },
             Token::Sign(')') => match open.pop() {
-                Some(Open::First(name)) => return Err(format!("{name} takes two arguments, as in {name}(x, 0.5)")),
-                Some(Open::Second) => out += "))",
-                Some(Open::Plain) | None => out.push(')'),
+                Some((Some(name), false)) => return Err(format!("{name} takes two arguments, as in {name}(x, 0.5)")),
+                Some((Some(_), true)) => out += "))",
+                _ => out.push(')'),
             },
             Token::Sign(sign @ ('+' | '-')) => match before {
                 Some(Token::Number(_) | Token::Name(_) | Token::Sign(')')) => out.push(*sign),
@@ -95,16 +90,12 @@ pub fn normalised(formula: &str) -> Result<String, String> {
     Ok(out)
 }
 
-/// A parenthesis that is open: of a function of two arguments that waits for the first or the second, or any other.
-enum Open {
-    First(String),
-    Second,
-    Plain,
-}
-
-/// Whether a word names a function of two arguments.
-fn of_two(token: &Token) -> bool {
-    matches!(token, Token::Name(name) if FUNCTIONS_OF_TWO.contains(&name.as_str()))
+/// The function of two arguments that a token names.
+fn of_two(token: &Token) -> Option<&str> {
+    match token {
+        Token::Name(name) => FUNCTIONS_OF_TWO.contains(&name.as_str()).then_some(name),
+        _ => None,
+    }
 }
 
 fn word(name: &str, called: bool) -> Result<String, String> {

@@ -102,9 +102,10 @@ impl Turbulence {
         within("voxels", self.voxels as f64, *VOXELS.start() as f64..=*VOXELS.end() as f64)?;
         within("slope", self.slope, SLOPES)?;
         within("variance of the logarithm", self.variance, 0.0..=20.0)?;
-        let edge = self.bounds.checked()?.size().max_element();
+        let bounds = self.bounds.checked()?;
+        let edge = bounds.size().max_element();
         within("outer scale", self.outer_scale, 1e-6 * edge..=1e6 * edge)?;
-        let lattice = Lattice::along(self.bounds.checked()?, self.voxels);
+        let lattice = Lattice::along(bounds, self.voxels);
         let bytes = (lattice.cells() as u64).saturating_mul(fourier::BYTES);
         memory::check("the waves of a field of turbulence", bytes, memory_limit)?;
         let mut waves = self.waves(&lattice);

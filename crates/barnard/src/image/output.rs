@@ -12,14 +12,11 @@ pub struct LayerChoice {
 }
 
 impl LayerChoice {
-    /// Each by the name that scenes give it.
-    pub const NAMES: [&'static str; 3] = ["light", "depth", "tau"];
-
-    /// The choice of these names; the name that means nothing where there is one.
+    /// The choice of these names.
     ///
     /// # Errors
-    /// The name.
-    pub fn named<'a>(names: &[&'a str]) -> Result<Self, &'a str> {
+    /// Where there is no such layer, with those that there are.
+    pub fn named(names: &[&str]) -> Result<Self, String> {
         let mut choice = Self::default();
         for name in names {
             match *name {
@@ -28,7 +25,7 @@ impl LayerChoice {
                 "tau" => choice.tau = true,
                 "all" => choice = Self { light: true, depth: true, tau: true },
                 "none" => choice = Self::default(),
-                other => return Err(other),
+                other => return Err(format!("there is no layer \"{other}\"; known: light, depth, tau, all, none")),
             }
         }
         Ok(choice)

@@ -33,10 +33,7 @@ pub(super) fn build(section: Option<&Section>) -> Result<Output> {
     let keys: Vec<&str> = KEYS.iter().map(|k| k.name).collect();
     section.check_keys(&keys)?;
     let layers = LayerChoice::named(&section.texts("layers")?.unwrap_or_default());
-    let layers = layers.map_err(|name| {
-        let known = LayerChoice::NAMES.join(", ");
-        section.error("layers", format!("there is no layer \"{name}\"; known: {known}, all, none"))
-    })?;
+    let layers = layers.map_err(|message| section.error("layers", message))?;
     Ok(Output {
         layers,
         channels: named(section, "channels", LayerChannels::ROWS)?,

@@ -194,7 +194,7 @@ fn environment_map(picture: &image::Image) -> Option<EnvironmentMap> {
     let (width, height) = (picture.width, picture.height);
     match picture.pixel? {
         PixelScale::PlateCarree(_) if picture.axis == (0.0, 0.0) && width == 2 * height => Some(EnvironmentMap::LatitudeLongitude),
-        PixelScale::OnCube(_) if picture.axis == (0.0, 0.0) && height == 6 * width => Some(EnvironmentMap::Cube),
+        PixelScale::OnCube(_) if picture.views == (1, 6) => Some(EnvironmentMap::Cube),
         _ => None,
     }
 }
