@@ -38,6 +38,7 @@
 //! | [`control`] | progress and interruption |
 //! | [`animation`], [`sequence`] | scenes that change from moment to moment, and their frames |
 //! | [`image`] | the result, its display, what it says of itself |
+//! | [`detail`] | what densities have below their voxels |
 //! | [`properties`], [`data`] | the neutral tree that scenes are read from, and what it names |
 
 pub mod animation;
@@ -47,6 +48,7 @@ pub mod camera;
 pub mod composite;
 pub mod control;
 pub mod data;
+pub mod detail;
 pub mod error;
 pub mod field;
 mod fourier;

@@ -76,7 +76,7 @@ impl Layout {
         let mut shape = Shape::of(plan, &weights, &quads, &volumes, on_the_fly)?;
         shape.check(plan)?;
         let mut tables = Tables::new(middle);
-        let largest: Vec<f32> = plan.space().bricks.iter().map(|b| b.largest()).collect();
+        let largest = plan.largest_densities();
         let k = extinctions(plan);
         tables.begin("EXTINCTION");
         tables.list.numbers(&k, shape.room / 4);
@@ -90,6 +90,7 @@ impl Layout {
         weights.emitted.iter().for_each(|e| tables.list.0.push([e.total, 0.0, 0.0, 0.0]));
         tables.weights(plan, &weights, &largest, shape.room);
         tables.cloud(plan);
+        tables.detail(plan, &quads, &volumes);
         tables.places(plan, &quads, &volumes);
         let mut bricks = Tables::distances(plan);
         let distances = bricks.len();

@@ -6,13 +6,14 @@ use crate::tables::Offsets;
 use crate::written_out::{Limits, written_out};
 
 /// The files of the march, in the order in which a ray meets them; the form's own follows.
-const FILES: [&str; 11] = [
+const FILES: [&str; 12] = [
     include_str!("shaders/frame.wgsl"),
     include_str!("shaders/arithmetic.wgsl"),
     include_str!("shaders/coordinates.wgsl"),
     include_str!("shaders/phase.wgsl"),
     include_str!("shaders/cloud.wgsl"),
     include_str!("shaders/volume.wgsl"),
+    include_str!("shaders/detail.wgsl"),
     include_str!("shaders/near.wgsl"),
     include_str!("shaders/near_field.wgsl"),
     include_str!("shaders/field.wgsl"),
@@ -99,6 +100,8 @@ mod tests {
             many_lights: 0,
             star_march: false,
             cloud: false,
+            detail: 0,
+            detailed: vec![false],
             middles: false,
             paged: vec![false],
             constants: 1000,
@@ -118,6 +121,7 @@ mod tests {
                 ..plain.clone()
             },
             Shape { cloud: true, ..plain.clone() },
+            Shape { detail: 4, detailed: vec![true, false, true], quads: 3, emitter_slots: vec![9], ..plain.clone() },
             Shape { quads: 3, paged: vec![true, false, true], ..plain.clone() },
             Shape { middles: true, quads: 4, scattered_field: Some(1), emitter_slots: vec![3], ..plain.clone() },
             Shape { quads: 4, scattered_field: Some(1), ..plain.clone() },

@@ -1,6 +1,8 @@
 //! The constants of a shader, printed: what a shape comes to, where tables start, and the limits of the processor's march.
 
+use barnard::backend::cpu::detail::{DETAIL_APART, DETAIL_PLACES};
 use barnard::camera::panorama;
+use barnard::detail::{CUMULANTS, NORM};
 use barnard::packet::{EULER, EXP_INTEGRAL_LEVELS, EXP_INTEGRAL_TERMS, SERIES_LIMIT};
 use barnard::plan::many_lights::near_field_kernel::PROFILE;
 use barnard::plan::near::{
@@ -49,12 +51,14 @@ pub fn limits(shape: &Shape) -> Limits {
             ("SPANS", 1 + 2 * shape.inner),
             ("BRICK_GRIDS", shape.brick_grids),
             ("ELEMENTS", shape.elements()),
+            ("DETAIL_OCTAVES", shape.detail),
         ],
         lists: vec![
             ("TERMS_OF", shape.terms.clone()),
             ("FIRST_TERM", first_terms.collect()),
             ("STAR_SLOTS", shape.star_slots.clone()),
             ("EMITTER_SLOTS", shape.emitter_slots.clone()),
+            ("DETAILED", shape.detailed.iter().map(|detailed| usize::from(*detailed)).collect()),
         ],
     }
 }
@@ -93,6 +97,9 @@ pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses
         ("MANY_LIGHTS_WEIGHTS", many_lights::STAR),
         ("PROFILE", PROFILE),
         ("PAGE", PAGE),
+        ("DETAIL_OCTAVE", 4 + shape.quads),
+        ("DETAIL_ROOM", shape.detail.max(1)),
+        ("DETAIL_PLACES", DETAIL_PLACES),
         ("NEAR_FIELD_PIECES", NEAR_FIELD_PIECES),
         ("MAX_ELEMENTS", MAX_SIZE),
         ("MAX_EXP_INTEGRALS", MAX_DEGREE + 3),
@@ -118,6 +125,10 @@ pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses
         ("OPAQUE", OPAQUE),
         ("SERIES_LIMIT", f64::from(SERIES_LIMIT)),
         ("GENTLE", GENTLE),
+        ("DETAIL_APART", f64::from(DETAIL_APART)),
+        ("DETAIL_NORM", NORM),
+        ("DETAIL_FOURTH", f64::from(CUMULANTS.0)),
+        ("DETAIL_SIXTH", f64::from(CUMULANTS.1)),
         ("EULER", f64::from(EULER)),
         ("LOG_THIN", f64::from(DepthTable::THIN)),
         ("LOG_EVEN", f64::from(DepthTable::EVEN)),
@@ -137,6 +148,7 @@ pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses
         ("HAS_FIELD", shape.field.is_some()),
         ("HAS_SCATTERED_FIELD", shape.scattered_field.is_some()),
         ("HAS_CLOUD", shape.cloud),
+        ("HAS_DETAIL", shape.detail > 0),
         ("STAR_MARCH", shape.star_march),
         ("HAS_MIDDLES", shape.middles),
         ("PAUSES", pauses == Pauses::Software),

@@ -60,6 +60,21 @@ impl Offsets {
     }
 }
 
+/// Which of a plan's densities the channels of a quad are.
+pub fn densities(plan: &Plan, quad: &Quad, volumes: &[&Volume]) -> [Option<usize>; 4] {
+    let gas = usize::from(plan.space().dust.is_some());
+    let channels = volumes[quad.volume].channels.iter().skip(quad.first).take(4);
+    let mut found = [None; 4];
+    for (found, channel) in found.iter_mut().zip(channels) {
+        *found = match channel {
+            Channel::Dust => Some(0),
+            Channel::Emission(species) => Some(gas + species),
+            _ => None,
+        };
+    }
+    found
+}
+
 /// The table that a shader reads, while it is made section by section.
 pub struct Tables {
     pub list: QuadList,
@@ -108,6 +123,21 @@ impl Tables {
         self.place(cloud.centre, cloud.radius as f32);
         self.list.0.push([1.0 / cloud.scale, f64::from(cloud.octaves), cloud.lacunarity, cloud.gain].map(|v| v as f32));
         self.list.0.push([cloud.offset, f64::from(u8::from(cloud.ridged)), cloud.warp, *sigma].map(|v| v as f32));
+    }
+
+    /// The noise that densities have below their voxels: how wide pixels are, then for each octave the rows that turn a place into
+    /// one of its noise, its length and seed, and its deviations channel by channel.
+    pub fn detail(&mut self, plan: &Plan, quads: &[Quad], volumes: &[&Volume]) {
+        self.begin("DETAIL");
+        let footprint = plan.camera().footprint();
+        self.list.0.push([footprint.per_pc as f32, footprint.least_pc as f32, 0.0, 0.0]);
+        for octave in plan.detail().iter().flat_map(|detail| &detail.octaves) {
+            let shift = octave.turn * self.middle + octave.shift;
+            self.list.0.extend((0..3).map(|axis| four(octave.turn.row(axis), shift[axis] as f32)));
+            self.list.0.push([octave.wavelength_pc as f32, octave.seed as f32, 0.0, 0.0]);
+            let of = |density: Option<usize>| density.map_or(0.0, |density| octave.deviations[density] as f32);
+            self.list.0.extend(quads.iter().map(|quad| densities(plan, quad, volumes).map(of)));
+        }
     }
 
     pub fn lattice(&mut self, volume: &Volume, quad: &Quad) {

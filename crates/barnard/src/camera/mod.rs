@@ -112,6 +112,22 @@ const SIZE: usize = 512;
 /// The default of the horizontal field of view [deg].
 const FIELD_OF_VIEW_DEG: f64 = 30.0;
 
+/// How wide a pixel is along its rays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Footprint {
+    /// How much it widens in each pc \[1\].
+    pub per_pc: f64,
+    /// How wide it is at the camera \[pc\].
+    pub least_pc: f64,
+}
+
+impl Footprint {
+    /// How wide a pixel is at a distance from the camera \[pc\].
+    pub fn at(&self, distance_pc: f64) -> f64 {
+        self.least_pc + self.per_pc * distance_pc
+    }
+}
+
 impl Camera {
     /// A camera at `position` that looks towards `target` \[pc\], with y upwards, 512 × 512 pixels and a horizontal
     /// field of view of 30°.
@@ -364,6 +380,17 @@ impl Camera {
                 let (x, y) = self.image_place(column, row);
                 (2.0 * half_width / w).powi(2) * layout.measure((half_width * x, half_width * y))
             }
+        }
+    }
+
+    /// How wide a pixel in the middle of the image is at a distance.
+    pub fn footprint(&self) -> Footprint {
+        let per_pixel = 2.0 / self.width as f64;
+        match self.projection {
+            Projection::Perspective { half_width } | Projection::Panorama { half_width, .. } => {
+                Footprint { per_pc: per_pixel * half_width, least_pc: 0.0 }
+            }
+            Projection::Orthographic { half_width_pc } => Footprint { per_pc: 0.0, least_pc: per_pixel * half_width_pc },
         }
     }
 

@@ -120,7 +120,7 @@ impl IntoField for Arc<dyn Field> {
 }
 
 /// A number within a range.
-fn within(what: &'static str, value: f64, range: RangeInclusive<f64>) -> Result<f64> {
+pub(crate) fn within(what: &'static str, value: f64, range: RangeInclusive<f64>) -> Result<f64> {
     if range.contains(&value) {
         return Ok(value);
     }

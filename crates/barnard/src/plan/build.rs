@@ -8,6 +8,7 @@ use super::draft::Draft;
 use super::{Fineness, LightField, MultipleScattering, Options, Plan, Settings, SpatialPlan, SpectralPlan, Stepping};
 use super::{multiple_scattering, pilots};
 use crate::control::Control;
+use crate::detail::FineDetail;
 use crate::error::Result;
 use crate::points::Sources;
 use crate::scene::{Method, MethodEntry, Scene, StarDepthSource};
@@ -160,7 +161,9 @@ impl Draft<'_> {
 
     /// The plan with these fields of light.
     fn with(self, stepping: Stepping, light_field: Option<LightField>, scattered_field: Option<MultipleScattering>) -> Plan {
+        let grids = self.space.dust.iter().map(|dust| &**dust).chain(self.space.gas());
         Plan {
+            detail: self.scene.detail.as_ref().map(|detail| Arc::new(FineDetail::new(detail, grids))),
             star_march: self.star_march(),
             camera: self.scene.camera.clone(),
             lights: self.lights,

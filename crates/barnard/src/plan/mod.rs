@@ -33,6 +33,7 @@ pub use probe::Probe;
 pub use report::{HALF, SINGLE};
 pub use settings::Options;
 pub(crate) use settings::Settings;
+pub(crate) use spatial::sampled_densities;
 pub use spatial::{BrickFields, SpatialPlan, densities, sample_functions};
 pub use spatial_error::{Spatial, Unresolved};
 pub use spectral::closed_form::{ClosedForm, End, Extent};
@@ -42,6 +43,7 @@ pub use stepping::Stepping;
 
 use crate::camera::Camera;
 use crate::control::Control;
+use crate::detail::FineDetail;
 use crate::error::Result;
 use crate::light::{Light, Part};
 use crate::points::Sources;
@@ -68,6 +70,8 @@ pub struct Plan {
     /// The field of light that is marched as one: light that was scattered before it scatters towards the eye, where more
     /// than one scattering is asked for, and that of the gathered stars from afar.
     pub(crate) scattered_field: Option<Arc<MultipleScattering>>,
+    /// What densities have below their voxels, as eyes see them.
+    pub(crate) detail: Option<Arc<FineDetail>>,
     /// Times that light of stars may scatter.
     pub(crate) bounces: usize,
     /// The unresolved sources that a picture of it shows.
@@ -102,6 +106,7 @@ impl Plan {
             && self.camera == other.camera
             && self.stepping == other.stepping
             && self.star_march == other.star_march
+            && self.detail == other.detail
             && self.bounces == other.bounces
     }
 
@@ -144,6 +149,17 @@ impl Plan {
     /// of the gathered stars from afar.
     pub fn scattered_field(&self) -> Option<&Arc<MultipleScattering>> {
         self.scattered_field.as_ref()
+    }
+
+    /// What densities have below their voxels, as eyes see them.
+    pub fn detail(&self) -> Option<&Arc<FineDetail>> {
+        self.detail.as_ref()
+    }
+
+    /// The largest values of the grids, the dust first, with what detail may add to them.
+    pub fn largest_densities(&self) -> Vec<f32> {
+        let most = |density: usize| self.detail.as_ref().map_or(1.0, |detail| detail.most(density)) as f32;
+        self.space.bricks.iter().enumerate().map(|(density, bricks)| most(density) * bricks.largest()).collect()
     }
 
     /// Times that light of stars may scatter.

@@ -111,8 +111,10 @@ impl Plan {
             pages.map(|v| ("volumes".into(), format!("empty parts are left out: {:.1} % of the voxels are held", 100.0 * v.held())));
         let scattered_field =
             self.scattered_field.iter().filter(|f| f.report.sweeps > 0).map(|f| ("many bounces".into(), f.report.to_string()));
+        let detail = self.detail.iter().filter(|detail| !detail.octaves.is_empty()).map(|detail| ("detail".into(), detail.in_words()));
         self.spatial_note()
             .into_iter()
+            .chain(detail)
             .chain(volumes)
             .chain(pages)
             .chain(bytes)
@@ -176,6 +178,11 @@ impl Plan {
         ];
         keywords.extend(keywords::number("ACCURACY", self.spectral.accuracy, "asked for"));
         keywords.extend(keywords::number("TAUMAX", stats.depth, "largest optical depth at V that was met"));
+        if let Some(detail) = self.detail.as_ref().filter(|detail| !detail.octaves.is_empty()) {
+            keywords.push(keywords::integer("DETAIL", detail.octaves.len(), "octaves of noise below the voxels"));
+            let deepest = detail.roughness.iter().map(|of| of.deviation).fold(0.0, f64::max);
+            keywords.extend(keywords::number("DETAILSD", deepest, "its largest deviation of ln density, at two voxels"));
+        }
         if let Some(spatial) = self.space.spatial {
             keywords.extend(keywords::number("SPATERR", spatial.error, "spatial error, relative rms, measured"));
             keywords.push(keywords::integer("SPATRAYS", spatial.rays, "rays that it was measured on"));

@@ -7,6 +7,7 @@
 mod albedo;
 mod background;
 mod band;
+mod detail;
 mod display;
 mod dust;
 mod emission;
@@ -37,6 +38,7 @@ pub use star::Star;
 
 use crate::animation::Timeline;
 use crate::camera::{self, Camera, Projection};
+use crate::detail::Detail;
 use crate::error::{Error, Result};
 use crate::field::{self, Expression, Field};
 use crate::image::{Display, Output};
@@ -64,6 +66,8 @@ pub struct Scene {
     pub stars: Vec<Star>,
     /// What lies behind all of it.
     pub background: Background,
+    /// What densities have below their voxels; none where they are as smooth as their grids.
+    pub detail: Option<Detail>,
     /// The passbands through which the telescope looks.
     pub bands: Vec<Passband>,
     /// How the picture is shown on a display.
@@ -105,6 +109,7 @@ const ROOT: &[Key] = &[
     Key::optional("dust", "table", "none", "dust that absorbs and scatters"),
     Key::optional("emission", "list of tables", "none", "gas that glows, [[emission]]"),
     Key::optional("gas", "table", "none", "gas that the stars ionise"),
+    Key::optional("detail", "table", "none", "what densities have below their voxels"),
     Key::optional("star", "list of tables", "none", "stars, [[star]]"),
     Key::optional("star_table", "list of tables", "none", "stars of a CSV, [[star_table]]"),
     Key::optional("background", "table", "none", "what lies behind"),
@@ -189,6 +194,7 @@ impl Scene {
             gas: None,
             stars: Vec::new(),
             background: Background::default(),
+            detail: None,
             display: Display::of(&bands),
             output: Output::default(),
             bands,
@@ -234,6 +240,12 @@ impl Scene {
     #[must_use]
     pub fn background(self, background: Background) -> Self {
         Self { background, ..self }
+    }
+
+    /// The same scene with detail below the voxels of its densities.
+    #[must_use]
+    pub fn detail(self, detail: Detail) -> Self {
+        Self { detail: Some(detail), ..self }
     }
 
     /// The same scene by another method or accuracy.
@@ -296,6 +308,7 @@ impl Scene {
             gas: ionised,
             stars,
             background: background.unwrap_or_default(),
+            detail: root.table("detail")?.map(|s| detail::build(&s)).transpose()?,
             bands,
             display,
             output,
@@ -343,6 +356,7 @@ impl Scene {
         self.emission.iter().try_for_each(|gas| at("", "emission", gas.check()))?;
         self.stars.iter().enumerate().try_for_each(|(i, star)| at(&format!("star.{}", i + 1), "position", star.check()))?;
         at("", "background", self.background.check())?;
+        at("", "detail", self.detail.as_ref().map_or(Ok(()), Detail::check))?;
         let dust = self.dust.iter().map(|dust| ("dust", &dust.density));
         for (key, density) in dust.chain(self.emission.iter().map(|gas| ("emission", &gas.density))) {
             at("", key, density.check())?;

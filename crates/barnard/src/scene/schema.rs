@@ -1,6 +1,6 @@
 //! What a scene file may hold, table by table: the manual is printed from it, the explorer edits by it.
 
-use super::{ROOT, albedo, background, band, display, dust, emission, gas, glare, method, output, star, star_table};
+use super::{ROOT, albedo, background, band, detail, display, dust, emission, gas, glare, method, output, star, star_table};
 use crate::properties::{Key, Kind};
 use crate::{animation, camera, field, phase};
 
@@ -161,6 +161,14 @@ pub const TABLES: &[TableRow] = &[
         path: "background.stars",
         text: "Stars at infinity, the same from every camera.",
         keys: background::STAR_KEYS,
+        kinds: Vec::new,
+        catalogues: &[],
+    },
+    TableRow {
+        title: "[detail]",
+        path: "detail",
+        text: "Noise that continues the spectrum of dust and gas below their voxels, where a pixel sees finer than those: a grid of 128 voxels does not show its edges from near by. It multiplies what eyes see of densities, and keeps their mean; depths of stars and light that scatters more than once are those without it ([docs/method.md](method.md)).",
+        keys: detail::KEYS,
         kinds: Vec::new,
         catalogues: &[],
     },

@@ -99,6 +99,28 @@ fn each_part_is_that_of_the_processor() {
 
 /// Noise evaluated at every sample gives the picture of noise that was sampled, closer the finer it was; what is no
 /// noise is refused.
+/// Detail below voxels, of dust and gas, with samples at the ends of segments and in their middles too, for cameras whose pixels
+/// grow along a ray and for one whose pixels do not.
+#[test]
+#[ignore = "needs a graphics adapter: --include-ignored"]
+fn detail_is_that_of_the_processor() {
+    const GAS: &str = "[field.core]\nkind = \"sphere\"\nradius = \"0.6 pc\"\n[[emission]]\nname = \"H I\"\nkind = \"ion\"\nion = \"H1\"\ndensity = \"2e6 * core\"\ntemperature = \"8000 K\"\nelectron_density = \"300 cm-3\"\n";
+    const METHOD: &str = "[method]\nbake = 24\n[detail]\ndeviation = 0.5\nslope = 3.7\n";
+    let gpu = device();
+    let near = CAMERA.replace("40 deg", "9 deg");
+    let flat = CAMERA.replace("perspective", "orthographic").replace("field_of_view = \"40 deg\"", "width = \"0.6 pc\"");
+    for (camera, stepping) in [(&near, FINE), (&near, Stepping::Paired(3.0)), (&flat, Stepping::PerVoxel(2.0))] {
+        let text = format!("{camera}{DUST}{STAR}{GAS}");
+        let detailed = plan(&mut parsed(&format!("{text}{METHOD}")), 24).with_stepping(stepping);
+        let plain = plan(&mut parsed(&text.replace("[field.core]", "[method]\nbake = 24\n[field.core]")), 24).with_stepping(stepping);
+        let (theirs, without) =
+            (cpu::radiance(&detailed, &Control::default()).unwrap().0, cpu::radiance(&plain, &Control::default()).unwrap().0);
+        let (wrong, changed) = (difference(&detailed, &on(&gpu, &detailed).0, &theirs), difference(&detailed, &without, &theirs));
+        println!("{stepping}: {wrong:.2e}, detail changes {changed:.2e}");
+        assert!(wrong < 2.0 * TOLERANCE && changed > 20.0 * wrong, "{stepping}: {wrong:e} {changed:e}");
+    }
+}
+
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn noise_on_the_fly_is_noise_that_was_sampled() {

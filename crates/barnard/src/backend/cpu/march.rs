@@ -19,6 +19,7 @@ use multiversion::multiversion;
 
 use super::borders::{Borders, moved_out};
 use super::context::Context;
+use super::detail::{DetailNoise, PacketDetail};
 use super::near_field::{NearField, NearStar};
 use super::segment::Segment;
 use super::state::{Moments, StarView, State, StepSpan};
@@ -41,6 +42,8 @@ pub struct March<'a> {
     dust_alone: Option<Volume>,
     /// Largest σ and largest density of each species.
     brightest: (f32, Vec<f32>),
+    /// What densities have below their voxels.
+    detail: Option<DetailNoise<'a>>,
     /// The part of space whose segments count, its upper borders left out; all of it where there is none.
     domain: Option<Bounds>,
     /// Whether the distances of light are measured, and rays followed to the end.
@@ -51,7 +54,7 @@ impl<'a> March<'a> {
     /// Prepares the march of one plan through a part of space, or all of it.
     pub fn new(plan: &'a Plan, tables: &'a Tables, domain: Option<Bounds>) -> Self {
         let context = Context::new(plan, tables);
-        let mut largest = plan.space.bricks.iter().map(|b| b.largest());
+        let mut largest = plan.largest_densities().into_iter();
         let sigma = if context.slots.dust.is_some() { largest.next().unwrap_or(0.0) } else { 0.0 };
         let dust_alone = plan.space.dust.as_ref().filter(|_| plan.star_march.is_some()).map(|dust| {
             let mut volume = Volume::zeroed(&dust.lattice, vec![Channel::Dust]);
@@ -59,6 +62,7 @@ impl<'a> March<'a> {
             volume
         });
         Self {
+            detail: DetailNoise::new(plan, context.slots.dust, &context.slots.species),
             context,
             near_field: NearField::new(plan),
             // The volumes of a part end with it, and nothing of theirs counts beyond.
@@ -296,7 +300,11 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
     let mut after = before.clone();
     let mut middle = context.plan.stepping.has_middles().then(|| before.clone());
     let Range { start: mut step, end: steps } = march.counted(state, steps);
-    sample(context, &cursors, &masks, &state.dt, step as f32, &mut before);
+    let mut detail = march.detail.as_ref().map(|detail| detail.along(state));
+    let mut samples = Samples { context, cursors: &cursors, masks: &masks, dt: state.dt, detail: &mut detail };
+    // A sample stands for the way to those beside it.
+    let share = if middle.is_some() { 0.5 } else { 1.0 };
+    samples.read(step as f32, share, &mut before);
     // What counts of a sample, where only some lanes do.
     let mut counted = [Vec::new(), Vec::new(), Vec::new()];
     while step < steps {
@@ -304,7 +312,7 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
         let jump = if is_dark(context, &before) { clear_steps(context, &tracks, &state.dt, step) } else { 0 };
         if jump > 1 {
             step = step.saturating_add(jump).min(steps);
-            sample(context, &cursors, &masks, &state.dt, step as f32, &mut before);
+            samples.read(step as f32, share, &mut before);
             continue;
         }
         // Barrès & Neyret's own form takes its N samples and no more.
@@ -312,12 +320,12 @@ fn march_span(march: &March, state: &mut State, steps: usize) {
         for part in 0..parts {
             let length = 1.0 / parts as f32;
             let span = StepSpan { start: step as f32 + part as f32 * length, length };
-            sample(context, &cursors, &masks, &state.dt, span.end(), &mut after);
+            samples.read(span.end(), share * length, &mut after);
             if let Some(samples) = context.plan.star_march {
                 march.star_depths_again(state, span.end(), samples, &mut after);
             }
             if let Some(middle) = &mut middle {
-                sample(context, &cursors, &masks, &state.dt, span.start + 0.5 * length, middle);
+                samples.read(span.start + 0.5 * length, share * length, middle);
             }
             let counts = march.counting(state, span);
             let (first, last, between) = match &counts {
@@ -363,20 +371,34 @@ fn only(context: &Context, sample: &[Lane], counts: &[bool; LANES], out: &mut Ve
     }
 }
 
-/// Reads all channels at a number of steps into the span.
-#[inline(always)]
-fn sample(context: &Context, cursors: &[Cursor], masks: &[Option<Lane>], dt: &Lane, steps: f32, out: &mut [Lane]) {
-    let t = lanes!(|lane| steps * dt[lane]);
-    for ((cursor, mask), first) in cursors.iter().zip(masks).zip(&context.slots.first) {
-        let end = out.len().min(first + crate::volume::MAX_CHANNELS);
-        let own = &mut out[*first..end];
-        cursor.read(&t, own);
-        if let Some(mask) = mask {
-            for values in own.iter_mut().take(cursor.channels()) {
-                for lane in 0..LANES {
-                    values[lane] *= mask[lane];
+/// The samples of a packet along its span.
+struct Samples<'a> {
+    context: &'a Context<'a>,
+    cursors: &'a [Cursor<'a>],
+    masks: &'a [Option<Lane>],
+    dt: Lane,
+    detail: &'a mut Option<PacketDetail>,
+}
+
+impl Samples<'_> {
+    /// Reads all channels at a number of steps into the span; the sample stands for so many steps around it.
+    #[inline(always)]
+    fn read(&mut self, steps: f32, length: f32, out: &mut [Lane]) {
+        let t = lanes!(|lane| steps * self.dt[lane]);
+        for ((cursor, mask), first) in self.cursors.iter().zip(self.masks).zip(&self.context.slots.first) {
+            let end = out.len().min(first + crate::volume::MAX_CHANNELS);
+            let own = &mut out[*first..end];
+            cursor.read(&t, own);
+            if let Some(mask) = mask {
+                for values in own.iter_mut().take(cursor.channels()) {
+                    for lane in 0..LANES {
+                        values[lane] *= mask[lane];
+                    }
                 }
             }
+        }
+        if let Some(detail) = &mut self.detail {
+            detail.apply(&t, &lanes!(|lane| length * self.dt[lane]), out);
         }
     }
 }

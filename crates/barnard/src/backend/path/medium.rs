@@ -8,6 +8,7 @@
 use super::majorant::Majorant;
 use super::sampled_wavelengths::CARRIED;
 use crate::control::Control;
+use crate::detail::SeenDetail;
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::random::Counter;
@@ -18,6 +19,24 @@ pub struct Medium<'a> {
     /// The dust itself.
     pub dust: &'a Dust,
     majorant: Majorant,
+    /// What it has below its voxels, as eyes see it.
+    detail: Option<&'a SeenDetail>,
+}
+
+/// A leg of a path.
+#[derive(Debug, Clone, Copy)]
+pub struct Leg {
+    /// Where it goes.
+    pub ray: Ray,
+    /// Whether it begins at the eye, which sees detail; light between two scatterings, and that of stars, does not.
+    pub from_eye: bool,
+}
+
+impl Leg {
+    /// The factor of one of a scene's densities at a distance.
+    pub fn factor(&self, detail: Option<&SeenDetail>, density: usize, t: f64) -> f64 {
+        detail.filter(|_| self.from_eye).map_or(1.0, |detail| detail.factor(density, &self.ray, t))
+    }
 }
 
 /// One flight of a path through the dust.
@@ -46,13 +65,13 @@ impl<'a> Medium<'a> {
     ///
     /// # Errors
     /// Where it has no bound, and when the user wishes to stop.
-    pub fn new(dust: &'a Dust, control: &Control) -> Result<Self> {
-        Ok(Self { dust, majorant: Majorant::new(&*dust.density, control)? })
+    pub fn new(dust: &'a Dust, detail: Option<&'a SeenDetail>, control: &Control) -> Result<Self> {
+        Ok(Self { dust, majorant: Majorant::new(&*dust.density, control)?, detail })
     }
 
-    /// Extinction at V at a distance along a ray [pc⁻¹].
-    pub fn sigma(&self, ray: &Ray, t: f64) -> f64 {
-        self.dust.sigma_v_per_pc * self.dust.density.at(ray.at(t)).max(0.0)
+    /// Extinction at V at a distance along a leg [pc⁻¹].
+    pub fn sigma(&self, leg: &Leg, t: f64) -> f64 {
+        self.dust.sigma_v_per_pc * self.dust.density.at(leg.ray.at(t)).max(0.0) * leg.factor(self.detail, 0, t)
     }
 
     /// The bounds along a ray, of extinction at V [pc⁻¹].
@@ -60,17 +79,17 @@ impl<'a> Medium<'a> {
         self.majorant.cells(ray, far).map(|(start, end, bound)| (start, end, self.dust.sigma_v_per_pc * bound))
     }
 
-    /// Flies along `ray` at the wavelength of `k` until it collides or leaves.
-    pub fn fly(&self, ray: &Ray, k: f64, random: &mut Counter) -> Flight {
+    /// Flies along `leg` at the wavelength of `k` until it collides or leaves.
+    pub fn fly(&self, leg: &Leg, k: f64, random: &mut Counter) -> Flight {
         let mut flight = Flight { collision: None, bound_depth: 0.0, tentative: 0, weight: 1.0 };
         let mut left = exponential(random) / k;
-        for (mut t, end, bound) in self.cells(ray, f64::INFINITY) {
+        for (mut t, end, bound) in self.cells(&leg.ray, f64::INFINITY) {
             while bound * (end - t) > left {
                 t += left / bound;
                 flight.bound_depth += left;
                 flight.tentative += 1;
                 left = exponential(random) / k;
-                let sigma = self.sigma(ray, t);
+                let sigma = self.sigma(leg, t);
                 let null = bound - sigma;
                 let all = sigma + null.abs();
                 if random.uniform() * all < sigma {
@@ -87,15 +106,15 @@ impl<'a> Medium<'a> {
     }
 
     /// Estimates e^(−k τ) up to `far` at several wavelengths at once, without bias.
-    pub fn transmittances(&self, ray: &Ray, far: f64, k: &[f64; CARRIED], random: &mut Counter) -> [f64; CARRIED] {
+    pub fn transmittances(&self, leg: &Leg, far: f64, k: &[f64; CARRIED], random: &mut Counter) -> [f64; CARRIED] {
         let fastest = k.iter().copied().fold(0.0, f64::max);
         let mut through = [1.0; CARRIED];
         let mut left = exponential(random) / fastest;
-        for (mut t, end, bound) in self.cells(ray, far) {
+        for (mut t, end, bound) in self.cells(&leg.ray, far) {
             while bound * (end - t) > left {
                 t += left / bound;
                 left = exponential(random) / fastest;
-                let part = self.sigma(ray, t) / (fastest * bound);
+                let part = self.sigma(leg, t) / (fastest * bound);
                 through.iter_mut().zip(k).for_each(|(through, k)| *through *= 1.0 - k * part);
                 // What hardly comes through is ended by chance; the rest counts more.
                 let largest = through.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
@@ -138,18 +157,19 @@ mod tests {
     fn free_flights_are_unbiased() {
         let dust = dust();
         let ray = Ray::between(DVec3::new(-2.0, 0.4, -0.9), DVec3::new(0.3, -0.2, 0.1)).0;
+        let leg = Leg { ray, from_eye: false };
         let k = [0.7, 1.0, 1.3, 2.0];
         let tau = dust.sigma_v_per_pc * dust.density.grid().unwrap().column(ray.at(0.0), ray.at(10.0), f64::INFINITY);
         assert!((0.5..3.0).contains(&tau), "{tau}");
         for tightness in [1.0, 0.25] {
-            let mut medium = Medium::new(&dust, &Control::default()).unwrap();
+            let mut medium = Medium::new(&dust, None, &Control::default()).unwrap();
             medium.majorant = medium.majorant.scaled(tightness);
             let (mut escaped, mut through) = (super::super::Estimate::default(), [super::super::Estimate::default(); CARRIED]);
             for i in 0..40_000 {
                 let mut random = Counter::nested(3, 1, i);
-                let flight = medium.fly(&ray, 1.3, &mut random);
+                let flight = medium.fly(&leg, 1.3, &mut random);
                 escaped.add(if flight.collision.is_none() { flight.weight } else { 0.0 });
-                let drawn = medium.transmittances(&ray, f64::INFINITY, &k, &mut random);
+                let drawn = medium.transmittances(&leg, f64::INFINITY, &k, &mut random);
                 through.iter_mut().zip(drawn).for_each(|(t, d)| t.add(d));
             }
             for (estimate, k) in through.iter().zip(k).chain([(&escaped, 1.3)]) {

@@ -20,6 +20,7 @@ pub use film::{Estimate, Film};
 
 use super::{Backend, BackendEntry, DeviceUse, Job, PartsBy, Radiance, RenderStats, describe};
 use crate::control::{Control, Stage};
+use crate::detail::SeenDetail;
 use crate::error::Result;
 use crate::image::{Band, ERROR_SUFFIX, Image, Samples};
 use crate::keywords;
@@ -94,7 +95,8 @@ impl Backend for PathTracer {
         let scene = job.scene();
         scene.check()?;
         let lights = lights(scene)?;
-        let tracer = Tracer::new(scene, &lights, self.options.first..=scene.method.bounces, control)?;
+        let detail = SeenDetail::of(scene, control)?;
+        let tracer = Tracer::new(scene, &lights, detail.as_ref(), self.options.first..=scene.method.bounces, control)?;
         let first = first_by(&tracer, scene, &self.options);
         if self.first_paths.replace(first.clone()).is_some_and(|before| before != first) {
             self.film = Film::default();
@@ -130,7 +132,8 @@ const PASS: u64 = 8;
 pub fn trace(scene: &Scene, options: &Options, film: &mut Film, control: &Control, tell: &mut dyn FnMut(&Film)) -> Result<()> {
     scene.check()?;
     let lights = lights(scene)?;
-    let tracer = Tracer::new(scene, &lights, options.first..=scene.method.bounces, control)?;
+    let detail = SeenDetail::of(scene, control)?;
+    let tracer = Tracer::new(scene, &lights, detail.as_ref(), options.first..=scene.method.bounces, control)?;
     trace_by(&tracer, scene, options, film, control, tell)
 }
 
@@ -214,7 +217,9 @@ const CHECKED: usize = 64;
 pub fn first_paths(scene: &Scene, options: &Options) -> Result<Vec<f64>> {
     scene.check()?;
     let lights = lights(scene)?;
-    let tracer = Tracer::new(scene, &lights, options.first..=scene.method.bounces, &Control::default())?;
+    let control = &Control::default();
+    let detail = SeenDetail::of(scene, control)?;
+    let tracer = Tracer::new(scene, &lights, detail.as_ref(), options.first..=scene.method.bounces, control)?;
     Ok(first_by(&tracer, scene, options))
 }
 

@@ -19,9 +19,10 @@ use std::ops::RangeInclusive;
 use glam::DVec3;
 
 use super::majorant::Majorant;
-use super::medium::Medium;
+use super::medium::{Leg, Medium};
 use super::sampled_wavelengths::{CARRIED, SampledWavelengths, Wave, is_extended};
 use crate::control::Control;
+use crate::detail::SeenDetail;
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::light::{Light, Route};
@@ -46,6 +47,8 @@ pub struct Tracer<'a> {
     species: Vec<Species<'a>>,
     background: Option<usize>,
     bands: Vec<SampledWavelengths>,
+    /// What densities have below their voxels, as the eye sees them.
+    detail: Option<&'a SeenDetail>,
     /// The numbers of scatterings that are counted.
     bounces: RangeInclusive<usize>,
 }
@@ -68,6 +71,8 @@ impl Star {
 /// A species of gas that glows.
 struct Species<'a> {
     light: usize,
+    /// Which of the scene's densities it has.
+    number: usize,
     density: &'a dyn crate::field::Field,
     majorant: Majorant,
 }
@@ -104,11 +109,17 @@ impl PathState {
 }
 
 impl<'a> Tracer<'a> {
-    /// A tracer of `lights` in `scene` that counts paths of so many scatterings.
+    /// A tracer of `lights` in `scene`, seen with such `detail`, that counts paths of so many scatterings.
     ///
     /// # Errors
     /// Where a density has no bound, and when the user wishes to stop.
-    pub fn new(scene: &'a Scene, lights: &'a [Light], bounces: RangeInclusive<usize>, control: &Control) -> Result<Self> {
+    pub fn new(
+        scene: &'a Scene,
+        lights: &'a [Light],
+        detail: Option<&'a SeenDetail>,
+        bounces: RangeInclusive<usize>,
+        control: &Control,
+    ) -> Result<Self> {
         let bands = (0..scene.bands.len()).map(|b| SampledWavelengths::new(scene, lights, b)).collect::<Result<Vec<_>>>()?;
         let (mut stars, mut species, mut background) = (Vec::new(), Vec::new(), None);
         for (light, l) in lights.iter().enumerate().filter(|(_, l)| is_extended(l.route)) {
@@ -122,47 +133,50 @@ impl<'a> Tracer<'a> {
                 }
                 Route::Emitted { species: i } => {
                     let density = &*scene.emission[i].density;
-                    species.push(Species { light, density, majorant: Majorant::new(density, control)? });
+                    let number = usize::from(scene.dust.is_some()) + i;
+                    species.push(Species { light, number, density, majorant: Majorant::new(density, control)? });
                 }
                 Route::Background => background = Some(light),
                 Route::Direct { .. } | Route::FieldStar { .. } => {}
             }
         }
-        let medium = scene.dust.as_ref().map(|dust| Medium::new(dust, control)).transpose()?;
-        Ok(Self { lights, medium, stars, species, background, bands, bounces })
+        let medium = scene.dust.as_ref().map(|dust| Medium::new(dust, detail, control)).transpose()?;
+        Ok(Self { lights, medium, stars, species, background, bands, detail, bounces })
     }
 
     /// Radiance along `ray` through a band, in the mean of all `random` [W m⁻² sr⁻¹].
-    pub fn radiance(&self, mut ray: Ray, band: usize, random: &mut Counter) -> f64 {
+    pub fn radiance(&self, ray: Ray, band: usize, random: &mut Counter) -> f64 {
         if self.bands[band].is_dark() {
             return 0.0;
         }
         let waves = self.bands[band].draw(random.uniform());
         let mut path = PathState { waves, weight: 1.0, albedo: [1.0; CARRIED], likely: [1.0; CARRIED] };
+        let mut leg = Leg { ray, from_eye: true };
         let mut radiance = 0.0;
         for scattered in 0..*self.bounces.end() {
             let counts = if scattered + 1 < *self.bounces.start() { 0.0 } else { 1.0 };
-            radiance += counts * self.glow(&path, &ray, random);
+            radiance += counts * self.glow(&path, &leg, random);
             let Some(medium) = &self.medium else { return radiance + counts * self.behind(&path) };
-            let segment = PathSegment::new(&self.stars, medium, ray, band);
+            let segment = PathSegment::new(&self.stars, medium, leg, band);
             radiance += counts * self.near_stars(&path, medium, &segment, band, random);
             let k = path.k();
-            let flight = medium.fly(&ray, k[0], random);
+            let flight = medium.fly(&leg, k[0], random);
             path.weight *= flight.weight;
             for (likely, k_i) in path.likely.iter_mut().zip(k) {
                 *likely *= (f64::from(flight.tentative) * (k_i / k[0]).ln() - (k_i - k[0]) * flight.bound_depth).exp();
             }
             let Some(t) = flight.collision else { return radiance + counts * self.behind(&path) };
-            let place = ray.at(t);
+            let place = leg.ray.at(t);
             for (albedo, wave) in path.albedo.iter_mut().zip(path.waves) {
                 *albedo *= medium.dust.albedo.at(wave.lambda_um);
             }
-            let weight = 1.0 - segment.by_stars(self.fluence(place, band), path.mean_k() * medium.sigma(&ray, t));
-            radiance += counts * weight * self.lit(&path, medium, place, ray.direction, band, random);
+            let weight = 1.0 - segment.by_stars(self.fluence(place, band), path.mean_k() * medium.sigma(&leg, t));
+            radiance += counts * weight * self.lit(&path, medium, place, leg.ray.direction, band, random);
             if !self.survives(&mut path, scattered, random) {
                 return radiance;
             }
-            ray = self.scatter(&mut path, medium, place, ray.direction, band, random);
+            let ray = self.scatter(&mut path, medium, place, leg.ray.direction, band, random);
+            leg = Leg { ray, from_eye: false };
         }
         radiance
     }
@@ -173,22 +187,23 @@ impl<'a> Tracer<'a> {
     }
 
     /// Light of glowing gas along a segment: at one place of each species, drawn by its bounds.
-    fn glow(&self, path: &PathState, ray: &Ray, random: &mut Counter) -> f64 {
+    fn glow(&self, path: &PathState, leg: &Leg, random: &mut Counter) -> f64 {
         let mut radiance = 0.0;
         for species in &self.species {
-            let total: f64 = species.majorant.cells(ray, f64::INFINITY).map(|(start, end, bound)| bound * (end - start)).sum();
+            let total: f64 = species.majorant.cells(&leg.ray, f64::INFINITY).map(|(start, end, bound)| bound * (end - start)).sum();
             if total <= 0.0 {
                 continue;
             }
             let mut left = random.uniform() * total;
-            let drawn = species.majorant.cells(ray, f64::INFINITY).find_map(|(start, end, bound)| {
+            let drawn = species.majorant.cells(&leg.ray, f64::INFINITY).find_map(|(start, end, bound)| {
                 let own = bound * (end - start);
                 left -= own;
                 (left < 0.0).then(|| (end + left / bound, bound))
             });
             let Some((t, bound)) = drawn else { continue };
-            let glow = species.density.at(ray.at(t)) * total / bound;
-            let through = self.medium.as_ref().map_or([1.0; CARRIED], |m| m.transmittances(ray, t, &path.k(), random));
+            let seen = leg.factor(self.detail, species.number, t);
+            let glow = seen * species.density.at(leg.ray.at(t)) * total / bound;
+            let through = self.medium.as_ref().map_or([1.0; CARRIED], |m| m.transmittances(leg, t, &path.k(), random));
             radiance += glow * path.sum(|i| through[i] * path.waves[i].of(species.light, self.lights));
         }
         radiance
@@ -203,12 +218,12 @@ impl<'a> Tracer<'a> {
     fn near_stars(&self, path: &PathState, medium: &Medium, segment: &PathSegment, band: usize, random: &mut Counter) -> f64 {
         let Some(star) = picked(segment.stars.iter().map(|s| s.0), segment.total, random) else { return 0.0 };
         let t = segment.stars[star].1.place(random.uniform());
-        let (place, sigma) = (segment.ray.at(t), medium.sigma(&segment.ray, t));
+        let (place, sigma) = (segment.leg.ray.at(t), medium.sigma(&segment.leg, t));
         if sigma == 0.0 {
             return 0.0;
         }
         let k = path.k();
-        let through = medium.transmittances(&segment.ray, t, &k, random);
+        let through = medium.transmittances(&segment.leg, t, &k, random);
         let fluence = self.fluence(place, band);
         // ∫ over t with the density F/total, and the part of the light that collisions do not bring.
         let weight = segment.total / fluence * sigma * segment.by_stars(fluence, path.mean_k() * sigma);
@@ -216,7 +231,7 @@ impl<'a> Tracer<'a> {
         for i in 0..CARRIED {
             there.albedo[i] *= through[i] * k[i] * medium.dust.albedo.at(path.waves[i].lambda_um);
         }
-        weight * self.lit(&there, medium, place, segment.ray.direction, band, random)
+        weight * self.lit(&there, medium, place, segment.leg.ray.direction, band, random)
     }
 
     /// Light of one star, drawn by power and distance, that scatters at `place` against `direction`.
@@ -230,7 +245,7 @@ impl<'a> Tracer<'a> {
         // 1/r² over the chance of the star.
         let chance = total / star.power[band];
         let cosine = to_star.direction.dot(direction);
-        let through = medium.transmittances(&to_star, distance, &path.k(), random);
+        let through = medium.transmittances(&Leg { ray: to_star, from_eye: false }, distance, &path.k(), random);
         let phase = |i: usize| medium.dust.phase.at(cosine, path.waves[i].lambda_um);
         chance * path.sum(|i| through[i] * phase(i) * path.waves[i].of(star.light, self.lights))
     }
@@ -305,7 +320,7 @@ fn picked(mut shares: impl Iterator<Item = f64>, total: f64, random: &mut Counte
 
 /// A segment of a path as the stars see it.
 struct PathSegment {
-    ray: Ray,
+    leg: Leg,
     /// For each star, its power times ∫dt/r² through the dust, and the distribution of angles.
     stars: Vec<(f64, Equiangular)>,
     /// The sum over all stars, ∫F dt.
@@ -313,13 +328,13 @@ struct PathSegment {
 }
 
 impl PathSegment {
-    fn new(stars: &[Star], medium: &Medium, ray: Ray, band: usize) -> Self {
+    fn new(stars: &[Star], medium: &Medium, leg: Leg, band: usize) -> Self {
         let of = |star: &Star, (near, far)| {
-            let angles = Equiangular::new(&ray, star.position, near, far);
+            let angles = Equiangular::new(&leg.ray, star.position, near, far);
             (star.power[band] * angles.integral(), angles)
         };
-        let stars: Vec<_> = medium.extent(&ray).into_iter().flat_map(|extent| stars.iter().map(move |star| of(star, extent))).collect();
-        Self { ray, total: stars.iter().map(|s| s.0).sum(), stars }
+        let stars: Vec<_> = medium.extent(&leg.ray).into_iter().flat_map(|extent| stars.iter().map(move |star| of(star, extent))).collect();
+        Self { leg, total: stars.iter().map(|s| s.0).sum(), stars }
     }
 
     /// The probability with which a place is drawn by the stars, F/∫F dt, beside that by collision, kσ.

@@ -19,6 +19,7 @@
 
 mod profile;
 mod ray;
+mod seen;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -28,6 +29,7 @@ use spectra::rule::truth_points;
 use super::{Backend, BackendEntry, DeviceUse, Job, PartsBy, Radiance, RenderStats, describe};
 use crate::camera::Camera;
 use crate::control::{Control, Stage};
+use crate::detail::SeenDetail;
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::geometry::Ray;
@@ -39,6 +41,7 @@ use crate::points::{self, Sources};
 use crate::scene::{Dust, Scene};
 use profile::Profile;
 use ray::RayRadiance;
+use seen::SeenField;
 
 /// The accuracy of the truth, unless told otherwise: relative to a pixel's radiance.
 pub const DEFAULT_ACCURACY: f64 = 1e-5;
@@ -62,6 +65,8 @@ struct Truth<'a> {
     scene: &'a Scene,
     lights: Vec<Light>,
     waves: Vec<Wave>,
+    /// What densities have below their voxels, along rays of the camera.
+    detail: Option<SeenDetail>,
     accuracy: f64,
     control: &'a Control,
 }
@@ -200,7 +205,7 @@ impl<'a> Truth<'a> {
             }
         }
         waves.retain(|w| w.weight.iter().any(|v| *v != 0.0));
-        Ok(Self { scene, lights, waves, accuracy, control })
+        Ok(Self { scene, lights, waves, detail: SeenDetail::of(scene, control)?, accuracy, control })
     }
 
     /// Band flux of a light behind optical depth `tau`.
@@ -244,8 +249,12 @@ impl<'a> Truth<'a> {
     /// Radiance along a ray, band by band.
     fn ray(&self, ray: &Ray) -> Vec<f64> {
         let far = self.horizon(ray);
-        let profile = |field: &dyn Field| Profile::new(field, ray, far, 0.1 * self.accuracy);
-        let dust = self.scene.dust.as_ref().map(|d| (d, profile(&*d.density)));
+        let profile = |density: usize, field: &dyn Field| match &self.detail {
+            None => Profile::new(field, ray, far, 0.1 * self.accuracy),
+            Some(detail) => Profile::new(&SeenField { field, density, detail, ray }, ray, far, 0.1 * self.accuracy),
+        };
+        let dust = self.scene.dust.as_ref().map(|d| (d, profile(0, &*d.density)));
+        let gas = usize::from(dust.is_some());
         let tau = |t: f64| dust.as_ref().map_or(0.0, |(d, p)| d.sigma_v_per_pc * p.column(t));
         let mut radiance = RayRadiance::new(self);
         for (light, l) in self.lights.iter().enumerate() {
@@ -256,7 +265,7 @@ impl<'a> Truth<'a> {
                     }
                 }
                 Route::Emitted { species } => {
-                    let own = profile(&*self.scene.emission[species].density);
+                    let own = profile(gas + species, &*self.scene.emission[species].density);
                     let cells = own.pieces().iter().flat_map(|p| split_by(p.start, p.end, dust.as_ref().map(|d| &d.1)));
                     radiance.adapt(cells, |t, wave| own.at(t) * wave.weight[light] * (-wave.k * tau(t)).exp());
                 }

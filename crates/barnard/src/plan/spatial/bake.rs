@@ -31,14 +31,21 @@ pub const OWN: BakeResolution = BakeResolution { least: MIN_BAKE, most: usize::M
 /// # Errors
 /// Where samples would take more memory than allowed, or are no densities.
 pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
-    let (settings, control) = (&Settings::of(scene, options), &Control::default());
-    if let Some(dust) = &mut scene.dust {
-        dust.density = Arc::new(baked(&dust.density, 1.0, "dust", settings, OWN, control)?);
-    }
-    for gas in &mut scene.emission {
-        gas.density = Arc::new(baked(&gas.density, 1.0, &gas.name, settings, OWN, control)?);
-    }
+    let mut grids = sampled_densities(scene, options, &Control::default())?.into_iter();
+    let densities = scene.dust.iter_mut().map(|dust| &mut dust.density).chain(scene.emission.iter_mut().map(|gas| &mut gas.density));
+    densities.zip(&mut grids).for_each(|(density, grid)| *density = Arc::new(grid));
     Ok(())
+}
+
+/// The densities of a scene in their order, grids as they are, functions as plans sample them.
+///
+/// # Errors
+/// Those of [`sample_functions`], and when the user wishes to stop.
+pub fn sampled_densities(scene: &Scene, options: &Options, control: &Control) -> Result<Vec<Grid>> {
+    let settings = &Settings::of(scene, options);
+    let dust = scene.dust.iter().map(|dust| ("dust", &dust.density));
+    let all = dust.chain(scene.emission.iter().map(|gas| (&*gas.name, &gas.density)));
+    all.map(|(name, density)| baked(density, 1.0, name, settings, OWN, control)).collect()
 }
 
 /// Voxels along the longest edge of a function's box.

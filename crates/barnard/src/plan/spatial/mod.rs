@@ -5,7 +5,7 @@ mod brick;
 mod layout;
 mod update;
 
-pub use bake::sample_functions;
+pub use bake::{sample_functions, sampled_densities};
 pub use brick::{BrickFields, densities};
 
 use std::sync::Arc;

@@ -1,0 +1,131 @@
+//! Detail below voxels: the back ends agree on it, pixels that do not see it are left alone, and it keeps what a cloud sends.
+
+use barnard::backend::{Backend, Job, cpu, cpu::Cpu, path, reference};
+use barnard::detail::Detail;
+use barnard::field::{Grid, Lattice, Turbulence};
+use barnard::geometry::Bounds;
+use barnard::glam::{DVec3, dvec3};
+use barnard::image::{Image, relative_rms};
+use barnard::phase::HenyeyGreenstein;
+use barnard::plan::Stepping;
+use barnard::scene::{Dust, Emission, Scale, Scene, Star};
+use barnard::spectra::extinction::Extinction;
+use barnard::spectra::spectrum::{Line, Spectrum};
+use barnard::spectra::units::{Luminosity, Temperature};
+use barnard::{Camera, Control, Options, Plan};
+
+fn detail() -> Detail {
+    Detail { deviation: Some(0.5), slope: Some(11.0 / 3.0), ..Detail::default() }
+}
+
+/// A turbulent cloud of 16 voxels and gas of 20, lit by a star, from so near that a pixel sees a tenth of a voxel.
+fn scene(depth: f64) -> Scene {
+    let cloud = Turbulence { voxels: 16, ..Turbulence::new(3, Bounds::cube(DVec3::ZERO, 1.0), 3.0).unwrap() };
+    let gas = Grid::sampled(Lattice { dims: [20; 3], bounds: Bounds::cube(DVec3::ZERO, 0.9) }, |p| (-3.0 * p.length_squared()).exp());
+    let dust = Dust::new(cloud.grid(1 << 30).unwrap(), Extinction::named("gordon23").unwrap(), Scale::per_pc(depth)).albedo(0.6);
+    let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).at(dvec3(0.4, 1.6, 1.9));
+    let glow = Spectrum::of_lines(vec![Line { lambda_um: 0.6563, strength: 3e-22 }]);
+    let camera = Camera::look_at(dvec3(0.2, 0.3, 3.0), dvec3(0.2, 0.1, 0.0)).field_of_view_deg(4.0).size(16, 12);
+    Scene::new(camera)
+        .dust(dust.phase(HenyeyGreenstein::new(0.5).unwrap()))
+        .star(star)
+        .emission(Emission { name: "H alpha".into(), ..Emission::new(gas, glow) })
+}
+
+fn values(image: &Image) -> Vec<f64> {
+    (0..image.samples.len()).map(|i| image.samples.at(i)).collect()
+}
+
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    let pixels = a.len() / 3;
+    a.chunks(pixels).zip(b.chunks(pixels)).map(|(a, b)| relative_rms(a.iter().copied().zip(b.iter().copied()))).fold(0.0, f64::max)
+}
+
+fn on_cpu(scene: &Scene, stepping: Option<Stepping>) -> Vec<f64> {
+    let plan = Plan::new(scene, &Options::default(), &Control::default()).unwrap();
+    let plan = stepping.map_or_else(|| plan.clone(), |stepping| plan.clone().with_stepping(stepping));
+    cpu::radiance(&plan, &Control::default()).unwrap().0.into_iter().map(f64::from).collect()
+}
+
+/// The processor finds what the adaptive reference does, with fine steps closely, with its own still far more closely than
+/// detail changes the picture; seeds matter.
+#[test]
+fn detail_is_that_of_the_reference() {
+    for depth in [0.3, 3.0] {
+        let plain = scene(depth);
+        let detailed = plain.clone().detail(detail());
+        let truth = values(&reference::render(&detailed, 1e-4, &Control::default()).unwrap());
+        let without = values(&reference::render(&plain, 1e-4, &Control::default()).unwrap());
+        let changed = difference(&truth, &without);
+        let own = difference(&on_cpu(&detailed, None), &truth);
+        let fine = difference(&on_cpu(&detailed, Some(Stepping::PerVoxel(24.0))), &truth);
+        eprintln!("depth {depth}: detail changes {changed:.2e}; own steps {own:.2e}, fine ones {fine:.2e} off");
+        assert!(changed > 0.05 && own < 0.15 * changed && fine < 0.02 * changed, "{depth}: {changed} {own} {fine}");
+        let other = on_cpu(&plain.detail(Detail { seed: 2, ..detail() }), None);
+        assert!(difference(&other, &truth) > 0.5 * changed);
+    }
+}
+
+/// The path tracer, which takes chances of its own, finds the same within them.
+#[test]
+fn detail_is_that_of_paths() {
+    let mut scene = scene(1.5).detail(detail());
+    scene.camera = scene.camera.size(6, 4);
+    let truth = values(&reference::render(&scene, 1e-4, &Control::default()).unwrap());
+    let options = path::Options { samples: 4000, ..path::Options::default() };
+    let job_options = Options::default();
+    let (image, _) = path::PathTracer::new(options).render(&Job::new(&scene, &job_options).unwrap(), &Control::default()).unwrap();
+    let found = difference(&values(&image), &truth);
+    let mut plain = scene.clone();
+    plain.detail = None;
+    let without = difference(&values(&reference::render(&plain, 1e-4, &Control::default()).unwrap()), &truth);
+    eprintln!("paths {found:.2e} off, without detail {without:.2e}");
+    assert!(found < 0.02 && without > 4.0 * found, "{found} {without}");
+}
+
+/// From afar a pixel sees no voxels, and the picture has the bits that it had; so it has where the strength is zero.
+#[test]
+fn pixels_that_see_no_voxels_are_left_alone() {
+    let mut far = scene(1.0);
+    far.camera = Camera::look_at(dvec3(0.2, 0.3, 3.0), DVec3::ZERO).field_of_view_deg(40.0).size(8, 6);
+    let coarse = on_cpu(&far.clone().detail(detail()), None);
+    assert!(coarse == on_cpu(&far, None));
+    let near = scene(1.0);
+    assert!(on_cpu(&near.clone().detail(Detail { strength: 0.0, ..detail() }), None) == on_cpu(&near, None));
+    assert!(on_cpu(&near.clone().detail(detail()), None) != on_cpu(&near, None));
+}
+
+/// Thin clouds send as much as before, all pixels together; a part of a picture is that of the whole.
+#[test]
+fn detail_keeps_the_mean() {
+    let mut thin = scene(1e-3);
+    thin.camera = Camera::look_at(dvec3(0.0, 0.0, 40.0), DVec3::ZERO).field_of_view_deg(2.0).size(192, 160);
+    let detailed = thin.clone().detail(detail());
+    let (before, after) = (on_cpu(&thin, None), on_cpu(&detailed, None));
+    let pixels = 192 * 160;
+    for (before, after) in before.chunks(pixels).zip(after.chunks(pixels)) {
+        let ratio = after.iter().sum::<f64>() / before.iter().sum::<f64>();
+        assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+    }
+    assert!(difference(&after, &before) > 0.03);
+    let mut part = detailed.clone();
+    part.camera = part.camera.crop(40, 32, 16, 12).unwrap();
+    let part = on_cpu(&part, None);
+    let whole: Vec<f64> =
+        (0..3).flat_map(|b| (32..44).flat_map(move |y| (40..56).map(move |x| (b * 160 + y) * 192 + x))).map(|i| after[i]).collect();
+    assert!(difference(&part, &whole) < 1e-3, "{}", difference(&part, &whole));
+}
+
+/// What a picture says of itself: how many octaves, and how rough.
+#[test]
+fn pictures_tell_of_detail() {
+    let told = |scene: &Scene| {
+        let (image, _) = Cpu.render(&Job::new(scene, &Options::default()).unwrap(), &Control::default()).unwrap();
+        (
+            image.notes.iter().any(|(about, words)| about == "detail" && words.contains("0.50 (k^-3.7)")),
+            image.keywords.iter().any(|k| k.name == "DETAIL"),
+        )
+    };
+    assert_eq!(told(&scene(1.0).detail(detail())), (true, true));
+    assert_eq!(told(&scene(1.0)), (false, false));
+}
