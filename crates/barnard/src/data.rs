@@ -218,12 +218,14 @@ pub struct Inputs {
     source: Arc<dyn DataSource>,
     /// Most bytes that one array or image may take.
     pub memory_limit: u64,
+    /// Whether what takes long is made roughly.
+    pub is_rough: bool,
 }
 
 impl Inputs {
     /// Reads from `source`; each array may take `memory_limit` bytes.
     pub fn new(source: Arc<dyn DataSource>, memory_limit: u64) -> Self {
-        Self { source, memory_limit }
+        Self { source, memory_limit, is_rough: false }
     }
 
     /// The name by which messages call what `name` stands for.

@@ -59,8 +59,9 @@ fn detail_is_that_of_the_reference() {
         let changed = difference(&truth, &without);
         let own = difference(&on_cpu(&detailed, None), &truth);
         let fine = difference(&on_cpu(&detailed, Some(Stepping::PerVoxel(24.0))), &truth);
-        eprintln!("depth {depth}: detail changes {changed:.2e}; own steps {own:.2e}, fine ones {fine:.2e} off");
-        assert!(changed > 0.05 && own < 0.15 * changed && fine < 0.02 * changed, "{depth}: {changed} {own} {fine}");
+        println!("depth {depth}: detail changes {changed:.2e}; own steps {own:.2e}, fine ones {fine:.2e} off");
+        // Samples of a stretch are a density's times a mean of the noise: that is as wrong as both vary together within it.
+        assert!(changed > 0.1 && own < 0.2 * changed && fine < 0.2 * own, "{depth}: {changed} {own} {fine}");
         let other = on_cpu(&plain.detail(Detail { seed: 2, ..detail() }), None);
         assert!(difference(&other, &truth) > 0.5 * changed);
     }
@@ -72,14 +73,14 @@ fn detail_is_that_of_paths() {
     let mut scene = scene(1.5).detail(detail());
     scene.camera = scene.camera.size(6, 4);
     let truth = values(&reference::render(&scene, 1e-4, &Control::default()).unwrap());
-    let options = path::Options { samples: 4000, ..path::Options::default() };
+    let options = path::Options { samples: 16_000, ..path::Options::default() };
     let job_options = Options::default();
     let (image, _) = path::PathTracer::new(options).render(&Job::new(&scene, &job_options).unwrap(), &Control::default()).unwrap();
     let found = difference(&values(&image), &truth);
     let mut plain = scene.clone();
     plain.detail = None;
     let without = difference(&values(&reference::render(&plain, 1e-4, &Control::default()).unwrap()), &truth);
-    eprintln!("paths {found:.2e} off, without detail {without:.2e}");
+    println!("paths {found:.2e} off, without detail {without:.2e}");
     assert!(found < 0.02 && without > 4.0 * found, "{found} {without}");
 }
 
@@ -95,24 +96,26 @@ fn pixels_that_see_no_voxels_are_left_alone() {
     assert!(on_cpu(&near.clone().detail(detail()), None) != on_cpu(&near, None));
 }
 
-/// Thin clouds send as much as before, all pixels together; a part of a picture is that of the whole.
+/// Thin clouds send as much as before, all pixels of six seeds together; a part of a picture is that of the whole.
 #[test]
 fn detail_keeps_the_mean() {
     let mut thin = scene(1e-3);
-    thin.camera = Camera::look_at(dvec3(0.0, 0.0, 40.0), DVec3::ZERO).field_of_view_deg(2.0).size(192, 160);
-    let detailed = thin.clone().detail(detail());
-    let (before, after) = (on_cpu(&thin, None), on_cpu(&detailed, None));
-    let pixels = 192 * 160;
-    for (before, after) in before.chunks(pixels).zip(after.chunks(pixels)) {
-        let ratio = after.iter().sum::<f64>() / before.iter().sum::<f64>();
-        assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+    thin.camera = Camera::look_at(dvec3(0.0, 0.0, 40.0), DVec3::ZERO).field_of_view_deg(2.0).size(120, 100);
+    let before = on_cpu(&thin, None);
+    let of_seed = |seed: u32| on_cpu(&thin.clone().detail(Detail { seed, ..detail() }), None);
+    let pictures: Vec<Vec<f64>> = (1..7).map(of_seed).collect();
+    let pixels = 120 * 100;
+    for (band, before) in before.chunks(pixels).enumerate() {
+        let sum = |picture: &[f64]| picture[band * pixels..][..pixels].iter().sum::<f64>();
+        let ratio = pictures.iter().map(|picture| sum(picture)).sum::<f64>() / 6.0 / before.iter().sum::<f64>();
+        assert!((ratio - 1.0).abs() < 0.012, "{band}: {ratio}");
     }
-    assert!(difference(&after, &before) > 0.03);
-    let mut part = detailed.clone();
+    assert!(difference(&pictures[0], &before) > 0.03);
+    let mut part = thin.detail(detail());
     part.camera = part.camera.crop(40, 32, 16, 12).unwrap();
     let part = on_cpu(&part, None);
-    let whole: Vec<f64> =
-        (0..3).flat_map(|b| (32..44).flat_map(move |y| (40..56).map(move |x| (b * 160 + y) * 192 + x))).map(|i| after[i]).collect();
+    let inside = (0..3).flat_map(|b| (32..44).flat_map(move |y| (40..56).map(move |x| (b * 100 + y) * 120 + x)));
+    let whole: Vec<f64> = inside.map(|i| pictures[0][i]).collect();
     assert!(difference(&part, &whole) < 1e-3, "{}", difference(&part, &whole));
 }
 

@@ -3,7 +3,7 @@
 use spectra::SpectraError;
 
 use barnard::error::Result;
-use barnard::{backend, camera, field, phase, scene};
+use barnard::{backend, camera, phase, scene};
 
 use crate::{builtin, formats};
 
@@ -31,7 +31,7 @@ pub const CATALOGUES: &[Catalogue] = &[
     Catalogue { name: "backends", summary: "what renders", rows: || rows(backend::BACKENDS.iter().map(|b| (b.name, b.summary))) },
     Catalogue { name: "laws", summary: "extinction laws", rows: || rows(spectra::extinction::LAWS.iter().map(|l| (l.name, l.summary))) },
     Catalogue { name: "phases", summary: "phase functions", rows: || rows(phase::KINDS.iter().map(|k| (k.name, k.summary))) },
-    Catalogue { name: "fields", summary: "kinds of field", rows: || rows(field::KINDS.iter().map(|k| (k.name, k.summary))) },
+    Catalogue { name: "fields", summary: "kinds of field", rows: || rows(scene::field_kinds()) },
     Catalogue { name: "cameras", summary: "kinds of camera", rows: || rows(camera::KINDS.iter().map(|k| (k.name, k.summary))) },
     Catalogue { name: "spectra", summary: "kinds of stellar spectrum", rows: || rows(scene::star_spectra()) },
     Catalogue {

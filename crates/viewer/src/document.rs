@@ -68,8 +68,8 @@ struct Refining {
     /// What the text said beside camera and display when it began.
     physics: Arc<str>,
     control: Control,
-    /// Nothing more once it is done; what went wrong, where it failed.
-    done: Receiver<Result<()>>,
+    /// The exact scene once it is done; what went wrong, where it failed.
+    done: Receiver<Result<Arc<Scene>>>,
     failure: Option<String>,
 }
 
@@ -169,9 +169,9 @@ impl Document {
         &self.physics
     }
 
-    /// Whether the scene's gas is known roughly: the document is to be refined.
+    /// Whether the scene is known roughly: the document is to be refined.
     pub fn is_rough(&self) -> bool {
-        self.scene.gas.as_ref().is_some_and(|gas| gas.is_rough)
+        self.scene.is_rough
     }
 
     /// Begins to find out exactly what is known roughly, by a device that traces light where there is one, unless that is under
@@ -188,7 +188,7 @@ impl Document {
         let (sender, done) = channel();
         std::thread::spawn(move || {
             // In threads of its own: the window's and the pictures' work does not wait behind it.
-            let read = || read(&origin, &text, &loader, opening).map(|_| ());
+            let read = || read(&origin, &text, &loader, opening).map(|reading| reading.scene);
             let made = rayon::ThreadPoolBuilder::new().build().map_or_else(|_| read(), |pool| pool.install(read));
             // Nobody hears it where other gas is refined by now.
             let _ = sender.send(made);
@@ -213,8 +213,9 @@ impl Document {
                 refining.failure = Some(error.to_string());
                 Err(error)
             }
-            Ok(Ok(())) => {
-                // What was found is kept, so that the text of now, which may have another camera, has it at once.
+            Ok(Ok(_found)) => {
+                // What was found is kept as long as its scene is held, so that the text of now, which may have another camera,
+                // has it at once.
                 let reading = read(&self.origin, &self.text, &self.loader.roughly().at(self.moment), self.opening)?;
                 self.refining = None;
                 self.take(reading);
@@ -431,7 +432,7 @@ fn physics(scene: &Scene, mut tree: Table, opening: u64) -> Arc<str> {
     for key in ["camera", "bookmark", "display", "output", "name", "description"] {
         tree.remove(key);
     }
-    let roughly = if scene.gas.as_ref().is_some_and(|gas| gas.is_rough) { "roughly " } else { "" };
+    let roughly = if scene.is_rough { "roughly " } else { "" };
     format!("{roughly}{opening}: {tree}").into()
 }
 

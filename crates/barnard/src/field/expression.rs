@@ -85,6 +85,18 @@ impl Expression {
         Ok(Self { formula, variables, bounds, jumps })
     }
 
+    /// The names of the fields that `formula` is made of.
+    ///
+    /// # Errors
+    /// Where it is no expression.
+    pub fn names(formula: &str) -> std::result::Result<Vec<String>, String> {
+        if formula.len() > MAX_LENGTH {
+            return Err(format!("the expression has {} characters", formula.len()));
+        }
+        let formula = FlatEx::<SideBySide, FieldOperators>::parse(&normalised(formula)?).map_err(|e| e.to_string())?;
+        Ok(formula.var_names().iter().filter(|name| !["x", "y", "z"].contains(&name.as_str())).map(ToString::to_string).collect())
+    }
+
     fn fields(&self) -> impl Iterator<Item = &Arc<dyn Field>> {
         self.variables.iter().filter_map(|v| if let Variable::Field(f) = v { Some(f) } else { None })
     }

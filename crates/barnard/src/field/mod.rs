@@ -145,9 +145,14 @@ fn unit(what: &'static str, direction: DVec3) -> Result<DVec3> {
     direction.try_normalize().ok_or_else(|| Error::value(what, direction, "a direction: it has a length"))
 }
 
-/// All kinds of field that a scene may name.
+/// All kinds of field that are made of nothing but what their tables say.
 pub const KINDS: &[Kind<Arc<dyn Field>>] =
     &[loaded::KIND, fbm::KIND, sphere::KIND, cuboid::KIND, plummer::KIND, shell::KIND, slab::KIND, turbulence::KIND];
+
+/// Whether the field of a `[field.NAME]` table takes so long that it can be made roughly first.
+pub(crate) fn takes_long(section: &Section) -> bool {
+    section.text("kind").ok().flatten() == Some(turbulence::KIND.name) && turbulence::takes_long(section)
+}
 
 /// Builds the field that a `[field.NAME]` table describes.
 ///

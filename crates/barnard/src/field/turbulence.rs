@@ -37,6 +37,8 @@ const SLOPE: f64 = 11.0 / 3.0;
 const SLOPES: std::ops::RangeInclusive<f64> = 3.05..=8.0;
 const MACH: std::ops::RangeInclusive<f64> = 0.0..=1000.0;
 const VOXELS: std::ops::RangeInclusive<i64> = 8..=2048;
+/// Voxels that are made at once where a scene is read roughly: the same waves, without the fine ones.
+const ROUGH: usize = 64;
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "turbulence",
@@ -167,6 +169,11 @@ fn variance(mach: f64, forcing: f64, plasma_beta: Option<f64>) -> f64 {
     (forcing * forcing * mach * mach * magnetic).ln_1p()
 }
 
+/// Whether a table asks for more voxels than can be made at once.
+pub(super) fn takes_long(section: &Section) -> bool {
+    section.integer("voxels", VOXELS).is_ok_and(|voxels| voxels.is_none_or(|voxels| voxels as usize > ROUGH))
+}
+
 fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
     let corner = |key, default: f64| Ok::<_, crate::Error>(section.position(key)?.unwrap_or(DVec3::splat(default)));
     let bounds = section.wrap("high", Bounds { low: corner("low", -1.0)?, high: corner("high", 1.0)? }.checked())?;
@@ -176,7 +183,11 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
     let mach = section.number("mach", MACH)?.unwrap_or(5.0);
     let plain = section.wrap("mach", Turbulence::new(seed, bounds, mach))?;
     let turbulence = Turbulence {
-        voxels: section.integer("voxels", VOXELS)?.map_or(plain.voxels, |n| n as usize),
+        voxels: section.integer("voxels", VOXELS)?.map_or(plain.voxels, |n| n as usize).min(if inputs.is_rough {
+            ROUGH
+        } else {
+            usize::MAX
+        }),
         outer_scale: section.positive::<Length>("outer_scale")?.map_or(plain.outer_scale, |l| l.0),
         variance: variance(mach, b, section.number("plasma_beta", 1e-6..=1e6)?),
         slope: section.number("slope", SLOPES)?.unwrap_or(plain.slope),

@@ -86,8 +86,8 @@ impl Loader {
         Self { tracer, ..self.clone() }
     }
 
-    /// The same for readings in which what takes long is made roughly: gas that stars ionise, on few voxels, unless it is
-    /// known. What is kept is shared.
+    /// The same for readings in which what takes long is made roughly: turbulence, and gas that stars ionise, on few voxels,
+    /// unless they are known. What is kept is shared.
     #[must_use]
     pub fn roughly(&self) -> Self {
         Self { is_rough: true, ..self.clone() }
@@ -95,9 +95,8 @@ impl Loader {
 
     /// The field that `text` describes: the same one as before, as long as somebody holds it, or a new one. Files are
     /// not read again for it.
-    pub(crate) fn field(&self, text: &str, build: impl FnOnce() -> Result<Arc<dyn Field>>) -> Result<Arc<dyn Field>> {
-        let kept = self.fields.lock().ok().and_then(|fields| fields.get(text).and_then(Weak::upgrade));
-        if let Some(field) = kept {
+    fn field(&self, text: &str, build: impl FnOnce() -> Result<Arc<dyn Field>>) -> Result<Arc<dyn Field>> {
+        if let Some(field) = self.known_field(text) {
             return Ok(field);
         }
         self.control.check()?;
@@ -107,6 +106,27 @@ impl Loader {
             fields.insert(text.to_owned(), Arc::downgrade(&field));
         }
         Ok(field)
+    }
+
+    /// The field that `text` describes, as long as somebody holds it.
+    fn known_field(&self, text: &str) -> Option<Arc<dyn Field>> {
+        self.fields.lock().ok().and_then(|fields| fields.get(text).and_then(Weak::upgrade))
+    }
+
+    /// The same for a field that may take `long`, and whether it is made roughly: so it is where it is not known yet, and the
+    /// reading is a rough one.
+    pub(super) fn long_field(
+        &self,
+        text: &str,
+        long: bool,
+        build: impl FnOnce(&Inputs) -> Result<Arc<dyn Field>>,
+    ) -> Result<(Arc<dyn Field>, bool)> {
+        if !(long && self.is_rough) || self.known_field(text).is_some() {
+            return Ok((self.field(text, || build(&self.inputs))?, false));
+        }
+        let mut inputs = self.inputs.clone();
+        inputs.is_rough = true;
+        Ok((self.field(&format!("roughly {text}"), || build(&inputs))?, true))
     }
 
     /// The stars of the table that `text` describes: those of before, or new ones. The file is not read again for it.

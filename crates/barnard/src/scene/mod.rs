@@ -11,6 +11,7 @@ mod detail;
 mod display;
 mod dust;
 mod emission;
+mod fields;
 mod gas;
 mod glare;
 mod loader;
@@ -30,6 +31,7 @@ pub use albedo::Albedo;
 pub use background::{Background, StarField};
 pub use dust::{Dust, Scale};
 pub use emission::Emission;
+pub use fields::Fields;
 pub use gas::{GasCloud, IonisedGas, IonisingStar};
 pub use ionisation::tracer::RayTracer;
 pub use loader::Loader;
@@ -40,7 +42,7 @@ use crate::animation::Timeline;
 use crate::camera::{self, Camera, Projection};
 use crate::detail::Detail;
 use crate::error::{Error, Result};
-use crate::field::{self, Expression, Field};
+use crate::field::Field;
 use crate::image::{Display, Output};
 use crate::memory;
 use crate::properties::{Key, Place, Section, Table};
@@ -78,6 +80,8 @@ pub struct Scene {
     pub method: Method,
     /// What changes in it from moment to moment, and the frames that show it: none where all of it stands still.
     pub timeline: Option<Arc<Timeline>>,
+    /// Whether what takes long was made roughly, as a [loader](Loader::roughly) asked.
+    pub is_rough: bool,
     /// The text that the scene was read from; none where a program made it.
     pub provenance: Option<Provenance>,
 }
@@ -137,46 +141,9 @@ pub fn band_kinds() -> impl Iterator<Item = (&'static str, &'static str)> {
     band::KINDS.iter().map(|k| (k.name, k.summary))
 }
 
-/// The named fields of a scene.
-pub struct Fields {
-    named: BTreeMap<String, Arc<dyn Field>>,
-    /// What the scene says about all of them together.
-    said: String,
-}
-
-impl Fields {
-    fn new(root: &Section, loader: &Loader) -> Result<Self> {
-        let mut fields = Self { named: BTreeMap::new(), said: String::new() };
-        for (name, section) in root.named_tables("field")? {
-            field::check_name(name).map_err(|e| section.error("name", e))?;
-            let said = section.said();
-            fields.named.insert(name.to_owned(), loader.field(&said, || field::build(&section, &loader.inputs))?);
-            fields.said += &format!("[{name}] {said}");
-        }
-        Ok(fields)
-    }
-
-    /// The field that the expression under `key` is.
-    ///
-    /// # Errors
-    /// Where it is no expression of fields that there are, or what it gives is no density.
-    pub fn expression(&self, section: &Section, key: &str, loader: &Loader) -> Result<Arc<dyn Field>> {
-        let formula = section.need_text(key)?;
-        let lookup = |name: &str| {
-            self.named.get(name).cloned().ok_or_else(|| {
-                let known: Vec<&str> = self.named.keys().map(String::as_str).collect();
-                spectra::SpectraError::unknown("field", name, &known).to_string()
-            })
-        };
-        loader.field(&format!("{formula} of {}", self.said), || {
-            let expression = Expression::parse(formula, lookup).map_err(|e| section.error(key, e))?;
-            let field = section.wrap(key, expression.into_field(loader.inputs.memory_limit, &loader.control))?;
-            if let Some(grid) = field.grid() {
-                section.wrap(key, grid.check(formula))?;
-            }
-            Ok(field)
-        })
-    }
+/// (name, summary) of the kinds of field.
+pub fn field_kinds() -> impl Iterator<Item = (&'static str, &'static str)> {
+    fields::kinds().into_iter().map(|k| (k.name, k.summary))
 }
 
 impl Scene {
@@ -200,6 +167,7 @@ impl Scene {
             bands,
             method: Method::default(),
             timeline: None,
+            is_rough: false,
             provenance: None,
         }
     }
@@ -290,10 +258,11 @@ impl Scene {
         let mut ionised = None;
         if let Some(gas) = root.table("gas")? {
             let said = format!("{gas} {stars} through {bands}", gas = gas.said(), stars = star::said(&stars), bands = band::said(&bands));
-            let made = loader.gas(&format!("{said} of {}", fields.said), || gas::build(&gas, loader, &fields, &stars, &bands))?;
+            let made = loader.gas(&format!("{said} of {}", fields.said()), || gas::build(&gas, loader, &fields, &stars, &bands))?;
             emission.extend(made.species.iter().cloned().map(|(name, density, spectrum)| Emission { name, density, spectrum }));
             ionised = Some(made);
         }
+        let is_rough = fields.are_rough() || ionised.as_ref().is_some_and(|gas: &Arc<IonisedGas>| gas.is_rough);
         let background = root.table("background")?.map(|s| background::build(&s, inputs)).transpose()?;
         let display = display::build(root.table("display")?.as_ref(), &bands)?;
         let output = output::build(root.table("output")?.as_ref())?;
@@ -314,6 +283,7 @@ impl Scene {
             output,
             method,
             timeline: None,
+            is_rough,
             provenance: None,
         };
         scene.check().map_err(|error| placed(error, root))?;

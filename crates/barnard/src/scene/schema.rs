@@ -1,8 +1,8 @@
 //! What a scene file may hold, table by table: the manual is printed from it, the explorer edits by it.
 
-use super::{ROOT, albedo, background, band, detail, display, dust, emission, gas, glare, method, output, star, star_table};
+use super::{ROOT, albedo, background, band, detail, display, dust, emission, fields, gas, glare, method, output, star, star_table};
 use crate::properties::{Key, Kind};
-use crate::{animation, camera, field, phase};
+use crate::{animation, camera, phase};
 
 /// One table of a scene file.
 pub struct TableRow {
@@ -86,7 +86,7 @@ pub const TABLES: &[TableRow] = &[
         path: "field.*",
         text: "Named scalar fields. Expressions elsewhere use them by name, so products, sums and masks are written as formulas (below). An expression that uses grids lives in the voxels of the finest of them, over the box in which it can be other than zero: a sum of nested grids holds all of them, and a voxel that a mask cuts the part that is left.",
         keys: &[],
-        kinds: || kinds(field::KINDS),
+        kinds: fields::kinds,
         catalogues: &[],
     },
     TableRow {

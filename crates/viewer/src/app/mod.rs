@@ -346,7 +346,7 @@ impl App {
         ctx.input(|i| i.viewport().fullscreen.unwrap_or(false))
     }
 
-    /// Has gas that is known roughly found out exactly, once nothing moves any more.
+    /// Has a scene that is known roughly found out exactly, once nothing moves any more.
     fn refine(&mut self, ctx: &Context, is_quiet: bool) {
         let before = self.document.scene().clone();
         match self.document.take_refined() {
@@ -365,11 +365,11 @@ impl App {
         }
     }
 
-    /// What there is to say of gas that is known roughly.
+    /// What there is to say of a scene that is known roughly.
     pub fn refining(&self) -> Option<String> {
         self.document.is_rough().then(|| match self.document.failure() {
-            Some(_) => "gas on few voxels alone".into(),
-            None => format!("gas on few voxels, {} % of the exact one", self.refined.load(Ordering::Relaxed)),
+            Some(_) => "the cloud on few voxels alone".into(),
+            None => format!("the cloud on few voxels, {} % of the exact one", self.refined.load(Ordering::Relaxed)),
         })
     }
 
@@ -429,8 +429,8 @@ impl App {
                 Purpose::SaveScene => self.save_to(path),
                 Purpose::SavePicture if self.document.is_rough() => {
                     let words = match self.document.failure() {
-                        Some(failure) => format!("the gas is known roughly alone, and so would be the picture: {failure}"),
-                        None => "the gas is known roughly so far: save the picture once the line below says no more of it".into(),
+                        Some(failure) => format!("the cloud is known roughly alone, and so would be the picture: {failure}"),
+                        None => "the cloud is known roughly so far: save the picture once the line below says no more of it".into(),
                     };
                     self.complain(words);
                 }

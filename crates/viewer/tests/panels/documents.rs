@@ -256,6 +256,28 @@ fn undo_outlives_saving_elsewhere() {
     assert!(document.scene().method.accuracy != 0.02 && document.is_changed());
 }
 
+/// Turbulence is known roughly at once, exactly once it was refined, and stays so while something else changes.
+#[test]
+fn turbulence_is_refined() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cloud.toml");
+    let text = "[camera]\nkind = \"perspective\"\nposition = \"0 0 30 pc\"\nfield_of_view = \"25 deg\"\nsize = [8, 8]\n\
+                [field.t]\nkind = \"turbulence\"\nvoxels = 80\n[dust]\ndensity = \"2 * t\"\nscale = \"1 /pc\"\nlaw = \"gordon23\"\n";
+    std::fs::write(&path, text).unwrap();
+    let mut document = Document::open(&path, LIMIT).unwrap();
+    let edge = |document: &Document| document.scene().dust.as_ref().unwrap().density.grid().unwrap().lattice().dims[0];
+    assert!(document.is_rough() && edge(&document) == 64);
+    document.refine(None, |_| ());
+    while !document.take_refined().unwrap() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    assert!(!document.is_rough() && edge(&document) == 80);
+    document.apply(barnard_viewer::edit::Edit::set("dust", "albedo", 0.4)).unwrap();
+    assert!(!document.is_rough() && edge(&document) == 80);
+    document.apply(barnard_viewer::edit::Edit::set("field.t", "mach", 3.0)).unwrap();
+    assert!(document.is_rough() && edge(&document) == 64);
+}
+
 /// Gas that stars ionise is known roughly at once, exactly once it was refined; another text is refined anew.
 #[test]
 fn gas_is_refined() {

@@ -1,0 +1,75 @@
+//! Named fields: expressions of others in any order, and turbulence on few voxels for a first look.
+
+use barnard::memory::DEFAULT_LIMIT;
+use barnard::scene::{Loader, Scene};
+
+fn parsed(fields: &str, density: &str, loader: &Loader) -> Result<Scene, String> {
+    let text = format!(
+        "[camera]\nkind = \"perspective\"\nposition = \"0 0 9 pc\"\nfield_of_view = \"25 deg\"\nsize = [8, 8]\n{fields}\n\
+         [dust]\ndensity = \"{density}\"\nscale = \"1 /pc\"\nlaw = \"gordon23\"\n"
+    );
+    barnard_files::parse("fields.toml", "fields", text, loader).map_err(|e| e.to_string())
+}
+
+fn loader() -> Loader {
+    barnard_files::in_folder(".", DEFAULT_LIMIT)
+}
+
+const TURBULENCE: &str = "[field.t]\nkind = \"turbulence\"\nvoxels = 80\n";
+
+/// A field may be made of others, whatever stands first, and is what the formula is where it stands by itself.
+#[test]
+fn fields_are_made_of_fields() {
+    let ball = "[field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n";
+    let made =
+        "[field.a]\nkind = \"expression\"\nformula = \"2 * b + ball\"\n[field.b]\nkind = \"expression\"\nformula = \"ball * (1 - x)\"\n";
+    let loader = loader();
+    let scene = parsed(&format!("{made}{ball}"), "3 * a", &loader).unwrap();
+    let inline = parsed(ball, "3 * (2 * (ball * (1 - x)) + ball)", &loader).unwrap();
+    let density = |scene: &Scene, x: f64| scene.dust.as_ref().unwrap().density.at(barnard::glam::dvec3(x, 0.2, -0.1));
+    for x in [-0.7, 0.0, 0.4, 1.5] {
+        assert!((density(&scene, x) - density(&inline, x)).abs() < 1e-12, "{x}");
+    }
+    assert!(density(&scene, 0.4) > 1.0 && density(&scene, 1.5) == 0.0);
+    // Of a grid, it is a grid, and made once for all that ask for it.
+    let gridded = parsed(&format!("{TURBULENCE}[field.c]\nkind = \"expression\"\nformula = \"2 * t\"\n"), "c", &loader).unwrap();
+    assert_eq!(gridded.dust.unwrap().density.grid().unwrap().lattice().dims, [80; 3]);
+}
+
+#[test]
+fn what_cannot_be_made_is_refused() {
+    let expression = |name: &str, formula: &str| format!("[field.{name}]\nkind = \"expression\"\nformula = \"{formula}\"\n");
+    for (fields, words) in [
+        (expression("a", "2 * b") + &expression("b", "a + 1"), vec!["a, b", "need each other", "field.a"]),
+        (expression("a", "a + 1"), vec!["need each other", "field.a"]),
+        (expression("a", "bull + 1") + "[field.ball]\nkind = \"sphere\"\n", vec!["bull", "ball"]),
+        (expression("a", "2 +"), vec!["no expression", "field.a"]),
+        ("[field.a]\nkind = \"expression\"\n".into(), vec!["formula"]),
+        ("[field.a]\nkind = \"expresion\"\nformula = \"b\"\n".into(), vec!["expresion", "expression"]),
+        (expression("a", "ball") + "of = \"ball\"\n", vec!["of", "formula"]),
+    ] {
+        let message = parsed(&fields, "a", &loader()).unwrap_err();
+        assert!(words.iter().all(|word| message.contains(word)), "{words:?}: {message}");
+    }
+}
+
+/// Read roughly, turbulence has few voxels and the scene says so, wherever it is used; once it is known whole and somebody holds
+/// it, it is taken as it is.
+#[test]
+fn turbulence_is_rough_at_first() {
+    let loader = loader();
+    let fields = format!("{TURBULENCE}[field.c]\nkind = \"expression\"\nformula = \"2 * t\"\n");
+    let edge = |scene: &Scene| scene.dust.as_ref().unwrap().density.grid().unwrap().lattice().dims[0];
+    for density in ["t", "3 * t + 1", "c", "c^2"] {
+        let rough = parsed(&fields, density, &loader.roughly()).unwrap();
+        assert!(rough.is_rough && edge(&rough) == 64, "{density}");
+        let whole = parsed(&fields, density, &loader).unwrap();
+        assert!(!whole.is_rough && edge(&whole) == 80, "{density}");
+        let known = parsed(&fields, density, &loader.roughly()).unwrap();
+        assert!(!known.is_rough && edge(&known) == 80, "{density}");
+    }
+    // What has few voxels anyway, and what is not asked for, is not rough.
+    let few = fields.replace("80", "48");
+    assert!(!parsed(&few, "t", &loader.roughly()).unwrap().is_rough);
+    assert!(!parsed(&format!("{fields}[field.ball]\nkind = \"sphere\"\n"), "ball", &loader.roughly()).unwrap().is_rough);
+}
