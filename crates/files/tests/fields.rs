@@ -42,7 +42,7 @@ fn what_cannot_be_made_is_refused() {
     for (fields, words) in [
         (expression("a", "2 * b") + &expression("b", "a + 1"), vec!["a, b", "need each other", "field.a"]),
         (expression("a", "a + 1"), vec!["need each other", "field.a"]),
-        (expression("a", "bull + 1") + "[field.ball]\nkind = \"sphere\"\n", vec!["bull", "ball"]),
+        (expression("a", "bull + 1") + "[field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n", vec!["bull", "ball"]),
         (expression("a", "2 +"), vec!["no expression", "field.a"]),
         ("[field.a]\nkind = \"expression\"\n".into(), vec!["formula"]),
         ("[field.a]\nkind = \"expresion\"\nformula = \"b\"\n".into(), vec!["expresion", "expression"]),
@@ -71,5 +71,5 @@ fn turbulence_is_rough_at_first() {
     // What has few voxels anyway, and what is not asked for, is not rough.
     let few = fields.replace("80", "48");
     assert!(!parsed(&few, "t", &loader.roughly()).unwrap().is_rough);
-    assert!(!parsed(&format!("{fields}[field.ball]\nkind = \"sphere\"\n"), "ball", &loader.roughly()).unwrap().is_rough);
+    assert!(!parsed(&format!("{fields}[field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n"), "ball", &loader.roughly()).unwrap().is_rough);
 }

@@ -339,11 +339,14 @@ mod tests {
         ("turns_are_those_of_the_processor", &["met", "square", "meet", "add_area", "absorbing", "cross_voxel", "follow", "sum_up"]),
     ];
     /// Functions that a function which `twins.rs` calls is made of: (part, whole).
-    const PARTS: [(&str, &str); 7] = [
+    const PARTS: [(&str, &str); 10] = [
         ("hash", "simplex"),
         ("noise_corner", "simplex"),
         ("mean_coordinates", "accumulate"),
         ("mean_left", "accumulate"),
+        ("detail_hash", "detail_noise"),
+        ("detail_corner", "detail_noise"),
+        ("detail_mean", "add_detail"),
         ("image_place", "camera_ray"),
         ("panorama_direction", "camera_ray"),
         ("eye_offset", "camera_ray"),

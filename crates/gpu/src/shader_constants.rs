@@ -58,7 +58,7 @@ pub fn limits(shape: &Shape) -> Limits {
             ("FIRST_TERM", first_terms.collect()),
             ("STAR_SLOTS", shape.star_slots.clone()),
             ("EMITTER_SLOTS", shape.emitter_slots.clone()),
-            ("DETAILED", shape.detailed.iter().map(|detailed| usize::from(*detailed)).collect()),
+            ("DETAILED", (0..shape.quads).map(|q| usize::from(shape.detailed.get(q) == Some(&true))).collect()),
         ],
     }
 }

@@ -10,6 +10,7 @@ mod finish;
 mod layers;
 pub mod path;
 pub mod reference;
+mod seen_detail;
 
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};

@@ -2,7 +2,7 @@
 //!
 //! A density ρ is seen as
 //!
-//!   ρ(p) exp(Σ_j s_j f_j n_j(p) − Σ_j M(s_j f_j)),   M(s) = ln ⟨e^(s n)⟩,
+//!   ρ(p) exp(Σ_j s_j f_j n_j(p) − Σ_j M(s_j f_j)),   M(s) = ln ⟨e^(s n)⟩,        eq. (26) of docs/method.md
 //!
 //! n_j noise of variance one whose waves are λ_j = 2^j pc long, from two voxels on downwards; s_j their deviation, which the grid's
 //! own [roughness](Roughness) says, or the scene; f_j one where a wave is longer than four pixels, zero where it is shorter than
@@ -25,14 +25,9 @@ pub use noise::{CUMULANTS, NORM};
 pub use noise::{MOST, WAVELENGTH, double, log_mean};
 pub use roughness::Roughness;
 
-use crate::camera::Footprint;
-use crate::control::Control;
 use crate::error::Result;
 use crate::field::{Grid, within};
-use crate::geometry::Ray;
-use crate::plan::{Options, sampled_densities};
 use crate::random::Counter;
-use crate::scene::Scene;
 
 /// Numbers of octaves.
 pub const OCTAVES: RangeInclusive<i64> = 1..=8;
@@ -169,35 +164,6 @@ impl FineDetail {
             "noise below the voxels, waves of {longest:.2e} to {shortest:.2e} pc where pixels see them, deviations of ln density {} in the octave of two voxels; depths of stars, light of more bounces and spatial errors are those without it",
             deviations.join(", ")
         )
-    }
-}
-
-/// The noise of a scene as its camera sees it.
-#[derive(Debug, Clone)]
-pub struct SeenDetail {
-    noise: FineDetail,
-    footprint: Footprint,
-}
-
-impl SeenDetail {
-    /// The noise that continues the densities of a scene, functions as plans sample them; none where it asks for none.
-    ///
-    /// # Errors
-    /// Where densities cannot be sampled, and when the user wishes to stop.
-    pub fn of(scene: &Scene, control: &Control) -> Result<Option<Self>> {
-        let Some(detail) = &scene.detail else { return Ok(None) };
-        let grids = sampled_densities(scene, &Options::default(), control)?;
-        Ok(Some(Self { noise: FineDetail::new(detail, grids.iter()), footprint: scene.camera.footprint() }))
-    }
-
-    /// The factor of a density at a distance along a ray from the camera \[pc\].
-    pub fn factor(&self, density: usize, ray: &Ray, t: f64) -> f64 {
-        self.noise.factor(density, ray.at(t), self.footprint.at(t))
-    }
-
-    /// The length of the shortest waves \[pc\].
-    pub fn finest_pc(&self) -> f64 {
-        self.noise.octaves.last().map_or(f64::INFINITY, |octave| octave.wavelength_pc)
     }
 }
 

@@ -26,61 +26,68 @@ pub fn log_mean<T: Copy + Mul<Output = T> + Add<Output = T> + From<f32>>(s: T) -
     square * (number(0.5) + square * (number(CUMULANTS.0 / 24.0) + square * number(CUMULANTS.1 / 720.0)))
 }
 
-/// Writes the noise in one precision: `whole` is 1.5 times the first number that has no fraction; adding it rounds to an
-/// integer, which then stands in the low bits.
-macro_rules! noise {
-    ($(#[$doc:meta])* $name:ident, $corner:ident, $real:ty, $bits:ty, $whole:expr) => {
-        $(#[$doc])*
-        #[inline(always)]
-        pub fn $name(p: [$real; 3], seed: u32) -> $real {
-            // Skew to find the simplex, unskew to measure distances; rounding what is less by a half is the floor.
-            let skew = (p[0] + p[1] + p[2]) * (1.0 / 3.0) - 0.5;
-            let rounded = [p[0] + skew + $whole, p[1] + skew + $whole, p[2] + skew + $whole];
-            let cell = [rounded[0] - $whole, rounded[1] - $whole, rounded[2] - $whole];
-            let unskew = (cell[0] + cell[1] + cell[2]) * (1.0 / 6.0);
-            let d = [p[0] - (cell[0] - unskew), p[1] - (cell[1] - unskew), p[2] - (cell[2] - unskew)];
-            // Steps from the first corner along the largest, then the second largest coordinate.
-            let (xy, yz, xz) = (d[0] >= d[1], d[1] >= d[2], d[0] >= d[2]);
-            let (second, third) = ([xy & xz, !xy & yz, !xz & !yz], [xy | xz, !xy | yz, !xz | !yz]);
-            let whole = |axis: usize| (rounded[axis].to_bits() as u32).wrapping_sub((<$real>::to_bits($whole)) as u32);
-            let rows = [whole(0).wrapping_mul(ROWS[0]) ^ seed, whole(1).wrapping_mul(ROWS[1]), whole(2).wrapping_mul(ROWS[2])];
-            let away = |axis: usize, step: bool, unskew: $real| d[axis] - if step { 1.0 - unskew } else { -unskew };
-            let at = |steps: [bool; 3], unskew: $real| [away(0, steps[0], unskew), away(1, steps[1], unskew), away(2, steps[2], unskew)];
-            let first = $corner(rows, [false; 3], d) + $corner(rows, second, at(second, 1.0 / 6.0));
-            let last = $corner(rows, third, at(third, 1.0 / 3.0)) + $corner(rows, [true; 3], at([true; 3], 0.5));
-            NORM as $real * (first + last)
-        }
-
-        /// What the corner that is so many steps from the first adds at a place seen from it.
-        #[inline(always)]
-        fn $corner(rows: [u32; 3], steps: [bool; 3], [x, y, z]: [$real; 3]) -> $real {
-            let row = |axis: usize| rows[axis].wrapping_add(if steps[axis] { ROWS[axis] } else { 0 });
-            let hash = mixed(row(0) ^ row(1) ^ row(2));
-            let falloff = 0.5 - (x * x + y * y + z * z);
-            let falloff = if falloff > 0.0 { falloff } else { 0.0 };
-            const SIGN: $bits = 1 << (<$bits>::BITS - 1);
-            let signed = |v: $real, bit: u32| <$real>::from_bits(v.to_bits() ^ (((hash as $bits) << (<$bits>::BITS - 32 + bit)) & SIGN));
-            (falloff * falloff) * (falloff * falloff) * (signed(x, 0) + signed(y, 1) + signed(z, 2))
-        }
-    };
+/// n(p) \[1\] in single precision.
+#[inline(always)]
+pub fn single(p: [f32; 3], seed: u32) -> f32 {
+    noise!(p, seed, single_corner, f32, 12_582_912.0)
 }
 
-noise!(
-    /// n(p) \[1\] in single precision.
-    single,
-    single_corner,
-    f32,
-    u32,
-    12_582_912.0
-);
-noise!(
-    /// n(p) \[1\] in double precision.
-    double,
-    double_corner,
-    f64,
-    u64,
-    6_755_399_441_055_744.0
-);
+/// n(p) \[1\] in double precision.
+#[inline(always)]
+pub fn double(p: [f64; 3], seed: u32) -> f64 {
+    noise!(p, seed, double_corner, f64, 6_755_399_441_055_744.0)
+}
+
+/// What a corner adds at a place seen from it; `rows` are those of the first corner, from which it is so many steps.
+#[inline(always)]
+fn single_corner(rows: [u32; 3], steps: [bool; 3], seed: u32, at: [f32; 3]) -> f32 {
+    corner!(rows, steps, seed, at, f32, u32)
+}
+
+#[inline(always)]
+fn double_corner(rows: [u32; 3], steps: [bool; 3], seed: u32, at: [f64; 3]) -> f64 {
+    corner!(rows, steps, seed, at, f64, u64)
+}
+
+/// The noise in one precision: `whole` is 1.5 times the first number that has no fraction; adding it rounds to an integer,
+/// which then stands in the low bits.
+macro_rules! noise {
+    ($p:expr, $seed:expr, $corner:ident, $real:ty, $whole:expr) => {{
+        let (p, seed): ([$real; 3], u32) = ($p, $seed);
+        // Skew to find the simplex, unskew to measure distances; rounding what is less by a half is the floor.
+        let skew = (p[0] + p[1] + p[2]) * (1.0 / 3.0) - 0.5;
+        let rounded = [p[0] + skew + $whole, p[1] + skew + $whole, p[2] + skew + $whole];
+        let cell = [rounded[0] - $whole, rounded[1] - $whole, rounded[2] - $whole];
+        let unskew = (cell[0] + cell[1] + cell[2]) * (1.0 / 6.0);
+        let d = [p[0] - (cell[0] - unskew), p[1] - (cell[1] - unskew), p[2] - (cell[2] - unskew)];
+        // Steps from the first corner along the largest, then the second largest coordinate.
+        let (xy, yz, xz) = (d[0] >= d[1], d[1] >= d[2], d[0] >= d[2]);
+        let (second, third) = ([xy & xz, !xy & yz, !xz & !yz], [xy | xz, !xy | yz, !xz | !yz]);
+        let whole = |axis: usize| (rounded[axis].to_bits() as u32).wrapping_sub((<$real>::to_bits($whole)) as u32);
+        let rows = [whole(0).wrapping_mul(ROWS[0]), whole(1).wrapping_mul(ROWS[1]), whole(2).wrapping_mul(ROWS[2])];
+        let away = |axis: usize, step: bool, unskew: $real| d[axis] - if step { 1.0 - unskew } else { -unskew };
+        let at = |steps: [bool; 3], unskew: $real| [away(0, steps[0], unskew), away(1, steps[1], unskew), away(2, steps[2], unskew)];
+        let first = $corner(rows, [false; 3], seed, d) + $corner(rows, second, seed, at(second, 1.0 / 6.0));
+        let last = $corner(rows, third, seed, at(third, 1.0 / 3.0)) + $corner(rows, [true; 3], seed, at([true; 3], 0.5));
+        NORM as $real * (first + last)
+    }};
+}
+use noise;
+
+/// A corner in one precision, whose numbers have so many bits.
+macro_rules! corner {
+    ($rows:expr, $steps:expr, $seed:expr, $at:expr, $real:ty, $bits:ty) => {{
+        let [x, y, z]: [$real; 3] = $at;
+        let row = |axis: usize| $rows[axis].wrapping_add(if $steps[axis] { ROWS[axis] } else { 0 });
+        let hash = mixed(row(0) ^ row(1) ^ row(2) ^ $seed);
+        let falloff = 0.5 - (x * x + y * y + z * z);
+        let falloff = if falloff > 0.0 { falloff } else { 0.0 };
+        const SIGN: $bits = 1 << (<$bits>::BITS - 1);
+        let signed = |v: $real, bit: u32| <$real>::from_bits(v.to_bits() ^ (((hash as $bits) << (<$bits>::BITS - 32 + bit)) & SIGN));
+        (falloff * falloff) * (falloff * falloff) * (signed(x, 0) + signed(y, 1) + signed(z, 2))
+    }};
+}
+use corner;
 
 /// A number whose highest bits look random.
 #[inline(always)]

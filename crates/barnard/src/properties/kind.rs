@@ -18,6 +18,24 @@ pub struct Kind<T: 'static> {
     pub build: fn(&Section, &Inputs) -> Result<T>,
 }
 
+/// What a kind is, without what makes it.
+#[derive(Debug, Clone, Copy)]
+pub struct KindRow {
+    /// The name in scenes.
+    pub name: &'static str,
+    /// What it is, in one line.
+    pub summary: &'static str,
+    /// The keys it takes beside those of every kind.
+    pub keys: &'static [Key],
+}
+
+impl<T> Kind<T> {
+    /// What it is.
+    pub fn row(&self) -> KindRow {
+        KindRow { name: self.name, summary: self.summary, keys: self.keys }
+    }
+}
+
 /// Builds what `section` describes by the row of `kinds` that its key `kind` names.
 ///
 /// # Errors

@@ -11,7 +11,7 @@ mod section;
 
 pub use crate::place::{Origin, Place};
 pub use key::Key;
-pub use kind::{Kind, build_kind, build_kind_with, chosen};
+pub use kind::{Kind, KindRow, build_kind, build_kind_with, chosen};
 pub use section::Section;
 use std::fmt;
 

@@ -7,10 +7,9 @@ use std::sync::Arc;
 use spectra::SpectraError;
 
 use super::Loader;
-use super::schema::KindRow;
 use crate::error::Result;
 use crate::field::{self, Expression, Field};
-use crate::properties::{Key, Section, chosen};
+use crate::properties::{Key, Kind, KindRow, Section, chosen};
 
 /// A field that other fields make.
 const EXPRESSION: KindRow = KindRow {
@@ -25,8 +24,7 @@ const EXPRESSION: KindRow = KindRow {
 
 /// All kinds of field that a scene may name.
 pub(super) fn kinds() -> Vec<KindRow> {
-    let own = field::KINDS.iter().map(|kind| KindRow { name: kind.name, summary: kind.summary, keys: kind.keys });
-    own.chain([EXPRESSION]).collect()
+    field::KINDS.iter().map(Kind::row).chain([EXPRESSION]).collect()
 }
 
 /// The named fields of a scene.
@@ -76,7 +74,8 @@ impl Fields {
             }
             for name in ready {
                 if let Some((section, _)) = left.remove(name) {
-                    let field = self.expression(&section, "formula", loader)?;
+                    let (field, is_rough) = self.made(&section, "formula", loader)?;
+                    self.has_rough |= is_rough;
                     self.named.insert(name.to_owned(), field);
                     self.said += &format!("[{name}] {}", section.said());
                 }
@@ -100,6 +99,13 @@ impl Fields {
     /// # Errors
     /// Where it is no expression of fields that there are, or what it gives is no density.
     pub fn expression(&self, section: &Section, key: &str, loader: &Loader) -> Result<Arc<dyn Field>> {
+        let (field, is_rough) = self.made(section, key, loader)?;
+        self.uses_rough.set(self.uses_rough.get() | is_rough);
+        Ok(field)
+    }
+
+    /// The same, and whether it is made roughly.
+    fn made(&self, section: &Section, key: &str, loader: &Loader) -> Result<(Arc<dyn Field>, bool)> {
         let formula = section.need_text(key)?;
         let lookup = |name: &str| {
             self.named.get(name).cloned().ok_or_else(|| {
@@ -108,15 +114,13 @@ impl Fields {
             })
         };
         let said = format!("{formula} of {}", self.said);
-        let (field, is_rough) = loader.long_field(&said, self.has_rough, |inputs| {
+        loader.long_field(&said, self.has_rough, |inputs| {
             let expression = Expression::parse(formula, lookup).map_err(|e| section.error(key, e))?;
             let field = section.wrap(key, expression.into_field(inputs.memory_limit, &loader.control))?;
             if let Some(grid) = field.grid() {
                 section.wrap(key, grid.check(formula))?;
             }
             Ok(field)
-        })?;
-        self.uses_rough.set(self.uses_rough.get() | is_rough);
-        Ok(field)
+        })
     }
 }

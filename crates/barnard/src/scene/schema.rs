@@ -1,6 +1,7 @@
 //! What a scene file may hold, table by table: the manual is printed from it, the explorer edits by it.
 
 use super::{ROOT, albedo, background, band, detail, display, dust, emission, fields, gas, glare, method, output, star, star_table};
+pub use crate::properties::KindRow;
 use crate::properties::{Key, Kind};
 use crate::{animation, camera, phase};
 
@@ -20,19 +21,8 @@ pub struct TableRow {
     pub catalogues: &'static [(&'static str, &'static str)],
 }
 
-/// One kind of table.
-#[derive(Debug, Clone, Copy)]
-pub struct KindRow {
-    /// The name in scenes.
-    pub name: &'static str,
-    /// What it is, in one line.
-    pub summary: &'static str,
-    /// The keys it takes beside those of every kind.
-    pub keys: &'static [Key],
-}
-
 fn kinds<T>(kinds: &'static [Kind<T>]) -> Vec<KindRow> {
-    kinds.iter().map(|k| KindRow { name: k.name, summary: k.summary, keys: k.keys }).collect()
+    kinds.iter().map(Kind::row).collect()
 }
 
 /// All tables, in the order of the manual.

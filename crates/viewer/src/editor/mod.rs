@@ -159,6 +159,9 @@ scale = "4 mag/pc"
 albedo = { kind = "constant", value = 0.5 }
 phase = { kind = "isotropic" }
 
+[detail]
+seed = 1
+
 [[star]]
 kind = "blackbody"
 position = "0.3 0.2 0.9 pc"
@@ -244,10 +247,11 @@ values = ["4 mag/pc", "5 mag/pc"]
                     document.apply(edit).unwrap();
                 }
                 let edit = of_kind(row, &place, table(document.toml().as_table(), &place).unwrap(), kind.name);
-                let needs_file = kind.keys.iter().any(|k| k.name == "file" && k.default.is_none());
+                // A file, or other fields.
+                let needs_more = kind.keys.iter().any(|k| k.default.is_none() && (k.name == "file" || k.kind == "expression"));
                 match document.apply(edit) {
-                    Ok(()) => assert!(!needs_file, "{} {}", row.path, kind.name),
-                    Err(error) => assert!(needs_file, "{} {}: {error}", row.path, kind.name),
+                    Ok(()) => assert!(!needs_more, "{} {}", row.path, kind.name),
+                    Err(error) => assert!(needs_more, "{} {}: {error}", row.path, kind.name),
                 }
                 chosen += 1;
             }

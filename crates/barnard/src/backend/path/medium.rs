@@ -7,8 +7,8 @@
 
 use super::majorant::Majorant;
 use super::sampled_wavelengths::CARRIED;
+use crate::backend::seen_detail::SeenDetail;
 use crate::control::Control;
-use crate::detail::SeenDetail;
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::random::Counter;

@@ -19,8 +19,8 @@ use rayon::prelude::*;
 pub use film::{Estimate, Film};
 
 use super::{Backend, BackendEntry, DeviceUse, Job, PartsBy, Radiance, RenderStats, describe};
+use crate::backend::seen_detail::SeenDetail;
 use crate::control::{Control, Stage};
-use crate::detail::SeenDetail;
 use crate::error::Result;
 use crate::image::{Band, ERROR_SUFFIX, Image, Samples};
 use crate::keywords;

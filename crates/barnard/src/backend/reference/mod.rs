@@ -27,9 +27,9 @@ use spectra::quadrature::integrate;
 use spectra::rule::truth_points;
 
 use super::{Backend, BackendEntry, DeviceUse, Job, PartsBy, Radiance, RenderStats, describe};
+use crate::backend::seen_detail::SeenDetail;
 use crate::camera::Camera;
 use crate::control::{Control, Stage};
-use crate::detail::SeenDetail;
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::geometry::Ray;

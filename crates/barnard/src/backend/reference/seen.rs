@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::detail::SeenDetail;
+use crate::backend::seen_detail::SeenDetail;
 use crate::field::Field;
 use crate::geometry::{Bounds, Ray};
 
