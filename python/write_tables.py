@@ -29,6 +29,7 @@ CLASSES = [
     ("gas", "Gas"),
     ("background.stars", "StarField"),
     ("background", "Background"),
+    ("detail", "Detail"),
     ("band", "Band"),
     ("display.glare", "Glare"),
     ("display", "Display"),

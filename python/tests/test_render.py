@@ -84,6 +84,27 @@ def test_layers_add_up(scene):
     assert lit_up.any() and 3 < layers["depth"][lit_up].min() and layers["depth"][lit_up].max() < 5.2
 
 
+def test_detail_is_seen_from_near_by(scene):
+    scene.camera.size = 16
+    far = scene.render()
+    scene.detail = bn.Detail(deviation=0.5, slope=3.7)
+    assert scene.detail.octaves is None and np.array_equal(scene.render().radiance, far.radiance)
+    scene.camera.field_of_view = 0.5 * u.deg
+    near = scene.render()
+    scene.detail = None
+    plain = scene.render()
+    assert not np.allclose(near.radiance, plain.radiance, rtol=1e-2)
+    with pytest.raises(bn.SceneError, match="octves.*octaves"):
+        scene.detail = {"octves": 3}
+
+
+def test_fields_are_made_of_fields(scene):
+    inline = scene.render()
+    scene.fields["twice"] = bn.Expression("2 * cloud")
+    scene.dust.density = "0.5 * twice"
+    assert np.allclose(scene.render().radiance, inline.radiance, rtol=1e-6)
+
+
 def test_glare_is_for_pictures_alone(scene):
     scene.stars[0].visible = True
     plain = scene.render()

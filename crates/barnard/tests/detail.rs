@@ -18,12 +18,17 @@ fn detail() -> Detail {
     Detail { deviation: Some(0.5), slope: Some(11.0 / 3.0), ..Detail::default() }
 }
 
-/// A turbulent cloud of 16 voxels and gas of 20, lit by a star, from so near that a pixel sees a tenth of a voxel.
+/// A turbulent cloud of 16 voxels and gas of 20, lit by a star beside it, from so near that a pixel sees a tenth of a voxel.
 fn scene(depth: f64) -> Scene {
+    lit_from(depth, dvec3(0.4, 1.6, 1.9))
+}
+
+/// The same with the star elsewhere.
+fn lit_from(depth: f64, star: DVec3) -> Scene {
     let cloud = Turbulence { voxels: 16, ..Turbulence::new(3, Bounds::cube(DVec3::ZERO, 1.0), 3.0).unwrap() };
     let gas = Grid::sampled(Lattice { dims: [20; 3], bounds: Bounds::cube(DVec3::ZERO, 0.9) }, |p| (-3.0 * p.length_squared()).exp());
     let dust = Dust::new(cloud.grid(1 << 30).unwrap(), Extinction::named("gordon23").unwrap(), Scale::per_pc(depth)).albedo(0.6);
-    let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).at(dvec3(0.4, 1.6, 1.9));
+    let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).at(star).hidden();
     let glow = Spectrum::of_lines(vec![Line { lambda_um: 0.6563, strength: 3e-22 }]);
     let camera = Camera::look_at(dvec3(0.2, 0.3, 3.0), dvec3(0.2, 0.1, 0.0)).field_of_view_deg(4.0).size(16, 12);
     Scene::new(camera)
@@ -47,12 +52,12 @@ fn on_cpu(scene: &Scene, stepping: Option<Stepping>) -> Vec<f64> {
     cpu::radiance(&plan, &Control::default()).unwrap().0.into_iter().map(f64::from).collect()
 }
 
-/// The processor finds what the adaptive reference does, with fine steps closely, with its own still far more closely than
+/// Lit from beside and from within, the processor finds what the adaptive reference does, with fine steps closely, with its own still far more closely than
 /// detail changes the picture; seeds matter.
 #[test]
 fn detail_is_that_of_the_reference() {
-    for depth in [0.3, 3.0] {
-        let plain = scene(depth);
+    let inside = dvec3(0.2, 0.12, 0.1);
+    for (depth, plain) in [(0.3, scene(0.3)), (3.0, scene(3.0)), (1.0, lit_from(1.0, inside))] {
         let detailed = plain.clone().detail(detail());
         let truth = values(&reference::render(&detailed, 1e-4, &Control::default()).unwrap());
         let without = values(&reference::render(&plain, 1e-4, &Control::default()).unwrap());
@@ -61,7 +66,7 @@ fn detail_is_that_of_the_reference() {
         let fine = difference(&on_cpu(&detailed, Some(Stepping::PerVoxel(24.0))), &truth);
         println!("depth {depth}: detail changes {changed:.2e}; own steps {own:.2e}, fine ones {fine:.2e} off");
         // Samples of a stretch are a density's times a mean of the noise: that is as wrong as both vary together within it.
-        assert!(changed > 0.1 && own < 0.2 * changed && fine < 0.04 * changed, "{depth}: {changed} {own} {fine}");
+        assert!(changed > 0.1 && own < 0.25 * changed && fine < 0.04 * changed, "{depth}: {changed} {own} {fine}");
         let other = on_cpu(&plain.detail(Detail { seed: 2, ..detail() }), None);
         assert!(difference(&other, &truth) > 0.5 * changed);
     }

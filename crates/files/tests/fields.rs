@@ -39,10 +39,21 @@ fn fields_are_made_of_fields() {
 #[test]
 fn what_cannot_be_made_is_refused() {
     let expression = |name: &str, formula: &str| format!("[field.{name}]\nkind = \"expression\"\nformula = \"{formula}\"\n");
+    // Each of the one before, and of its neighbour.
+    let nested = |levels: usize, formula: &str| -> String {
+        let of = |i: usize| formula.replace("b0", &format!("b{i}")).replace("c0", &format!("c{i}"));
+        let level = |i: usize| expression(&format!("b{}", i + 1), &of(i)) + &expression(&format!("c{}", i + 1), &of(i));
+        let balls = ["a", "b0", "c0"].map(|name| format!("[field.{name}]\nkind = \"sphere\"\nradius = \"1 pc\"\n")).concat();
+        balls + &(0..levels).map(level).collect::<String>()
+    };
     for (fields, words) in [
         (expression("a", "2 * b") + &expression("b", "a + 1"), vec!["a, b", "need each other", "field.a"]),
         (expression("a", "a + 1"), vec!["need each other", "field.a"]),
         (expression("a", "bull + 1") + "[field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n", vec!["bull", "ball"]),
+        (expression("a", "1 - ball") + "[field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n", vec!["outside", "field.a"]),
+        (nested(40, "b0 + b0"), vec!["32", "field.b"]),
+        (nested(20, "b0 * x + c0"), vec!["1000", "field.b"]),
+        ((0..300).map(|i| expression(&format!("e{i}"), "2 * ball")).collect(), vec!["300", "256"]),
         (expression("a", "2 +"), vec!["no expression", "field.a"]),
         ("[field.a]\nkind = \"expression\"\n".into(), vec!["formula"]),
         ("[field.a]\nkind = \"expresion\"\nformula = \"b\"\n".into(), vec!["expresion", "expression"]),

@@ -90,7 +90,7 @@ impl Layout {
         weights.emitted.iter().for_each(|e| tables.list.0.push([e.total, 0.0, 0.0, 0.0]));
         tables.weights(plan, &weights, &largest, shape.room);
         tables.cloud(plan);
-        tables.detail(plan, &quads, &volumes);
+        tables.detail(plan, &quads, &volumes, on_the_fly);
         tables.places(plan, &quads, &volumes);
         let mut bricks = Tables::distances(plan);
         let distances = bricks.len();

@@ -1,6 +1,6 @@
 //! The constants of a shader, printed: what a shape comes to, where tables start, and the limits of the processor's march.
 
-use barnard::backend::cpu::detail::{DETAIL_APART, DETAIL_PLACES};
+use barnard::backend::cpu::detail::{DETAIL_ALIKE, DETAIL_PLACES};
 use barnard::camera::panorama;
 use barnard::detail::{CUMULANTS, NORM};
 use barnard::packet::{EULER, EXP_INTEGRAL_LEVELS, EXP_INTEGRAL_TERMS, SERIES_LIMIT};
@@ -125,7 +125,7 @@ pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses
         ("OPAQUE", OPAQUE),
         ("SERIES_LIMIT", f64::from(SERIES_LIMIT)),
         ("GENTLE", GENTLE),
-        ("DETAIL_APART", f64::from(DETAIL_APART)),
+        ("DETAIL_ALIKE", f64::from(DETAIL_ALIKE)),
         ("DETAIL_NORM", NORM),
         ("DETAIL_FOURTH", f64::from(CUMULANTS.0)),
         ("DETAIL_SIXTH", f64::from(CUMULANTS.1)),

@@ -127,7 +127,7 @@ impl Tables {
 
     /// The noise that densities have below their voxels: how wide pixels are, then for each octave the rows that turn a place into
     /// one of its noise, its length and seed, and its deviations channel by channel.
-    pub fn detail(&mut self, plan: &Plan, quads: &[Quad], volumes: &[&Volume]) {
+    pub fn detail(&mut self, plan: &Plan, quads: &[Quad], volumes: &[&Volume], on_the_fly: bool) {
         self.begin("DETAIL");
         let footprint = plan.camera().footprint();
         self.list.0.push([footprint.per_pc as f32, footprint.least_pc as f32, 0.0, 0.0]);
@@ -135,7 +135,11 @@ impl Tables {
             let shift = octave.turn * self.middle + octave.shift;
             self.list.0.extend((0..3).map(|axis| four(octave.turn.row(axis), shift[axis] as f32)));
             self.list.0.push([octave.wavelength_pc as f32, octave.seed as f32, 0.0, 0.0]);
-            let of = |density: Option<usize>| density.map_or(0.0, |density| octave.deviations[density] as f32);
+            // Dust that is evaluated as it is has nothing below its voxels.
+            let is_known = |density: &usize| on_the_fly && *density == 0;
+            let of = |density: Option<usize>| {
+                density.filter(|density| !is_known(density)).map_or(0.0, |density| octave.deviations[density] as f32)
+            };
             self.list.0.extend(quads.iter().map(|quad| densities(plan, quad, volumes).map(of)));
         }
     }

@@ -363,9 +363,14 @@ fn detail() {
     });
     let middle = plan.space().occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
     let (per_pc, ahead) = (plan.camera().footprint().per_pc, 0.03);
-    // Of so short a stretch that it is asked once, along a ray on which the observer stands behind.
+    // Along a ray on which the observer stands behind; a stretch so short that it is asked once.
     let body = "var ray: Ray; ray.origin = vec3f(x[0], x[1], x[2]); ray.direction = vec3f(0.6, 0.0, 0.8); ray.first = -x[3];\n\
                 var v = read_all(ray.origin); v[DUST_QUAD][DUST_LANE] = 1.0; add_detail(&v, ray, 0.03, 1e-6); y[0] = log(v[DUST_QUAD][DUST_LANE]);";
+    agree(&gpu, plan, body, &[(-0.7, 0.7), (-0.7, 0.7), (-0.7, 0.7), (0.3, 1.2)], 2e-3, |x| {
+        let place = middle + DVec3::new(x[0], x[1], x[2]) + ahead * DVec3::new(0.6, 0.0, 0.8);
+        vec![noise.factor(0, place, per_pc * (ahead + x[3])).ln()]
+    });
+    let body = "var ray: Ray; ray.origin = vec3f(x[0], x[1], x[2]); ray.direction = vec3f(0.6, 0.0, 0.8); ray.first = -x[3]; y[0] = log(dust_detail(ray, 0.03));";
     agree(&gpu, plan, body, &[(-0.7, 0.7), (-0.7, 0.7), (-0.7, 0.7), (0.3, 1.2)], 2e-3, |x| {
         let place = middle + DVec3::new(x[0], x[1], x[2]) + ahead * DVec3::new(0.6, 0.0, 0.8);
         vec![noise.factor(0, place, per_pc * (ahead + x[3])).ln()]

@@ -20,9 +20,9 @@ impl SeenDetail {
     ///
     /// # Errors
     /// Where densities cannot be sampled, and when the user wishes to stop.
-    pub fn of(scene: &Scene, control: &Control) -> Result<Option<Self>> {
+    pub fn of(scene: &Scene, options: &Options, control: &Control) -> Result<Option<Self>> {
         let Some(detail) = &scene.detail else { return Ok(None) };
-        let grids = sampled_densities(scene, &Options::default(), control)?;
+        let grids = sampled_densities(scene, options, control)?;
         Ok(Some(Self { noise: FineDetail::new(detail, grids.iter()), footprint: scene.camera.footprint() }))
     }
 
@@ -31,8 +31,13 @@ impl SeenDetail {
         self.noise.factor(density, ray.at(t), self.footprint.at(t))
     }
 
-    /// The length of the shortest waves \[pc\].
-    pub fn finest_pc(&self) -> f64 {
-        self.noise.octaves.last().map_or(f64::INFINITY, |octave| octave.wavelength_pc)
+    /// What few factors of a density exceed.
+    pub fn usual_most(&self, density: usize) -> f64 {
+        self.noise.usual_most(density)
+    }
+
+    /// The length of the shortest waves of a density that are seen from a distance \[pc\]; none where none are.
+    pub fn finest_pc(&self, density: usize, distance_pc: f64) -> Option<f64> {
+        self.noise.finest_pc(density, self.footprint.at(distance_pc))
     }
 }

@@ -5,8 +5,8 @@
 //!   ρ(p) exp(Σ_j s_j f_j n_j(p) − Σ_j M(s_j f_j)),   M(s) = ln ⟨e^(s n)⟩,        eq. (26) of docs/method.md
 //!
 //! n_j noise of variance one whose waves are λ_j = 2^j pc long, from two voxels on downwards; s_j their deviation, which the grid's
-//! own [roughness](Roughness) says, or the scene; f_j one where a wave is longer than four pixels, zero where it is shorter than
-//! two. The mean stays what it was. Waves have their place, turn and seed by j alone: a finer grid, or a closer look, adds waves
+//! own [roughness](Roughness) says, or the scene; f_j one where a wave is longer than five pixels, zero where it is shorter than
+//! three. The mean stays what it was. Waves have their place, turn and seed by j alone: a finer grid, or a closer look, adds waves
 //! and changes none.
 //!
 //! Eyes see it; stars do not: depths of stars, light that scatters more than once and stars seen through the cloud are those of
@@ -74,7 +74,8 @@ impl Detail {
 
     /// The roughness with which a grid is continued.
     fn roughness(&self, grid: &Grid) -> Roughness {
-        let own = Roughness::of(grid);
+        let said = self.deviation.zip(self.slope);
+        let own = said.map_or_else(|| Roughness::of(grid), |(deviation, slope)| Roughness::said(grid, deviation, slope));
         let deviation = self.strength * self.deviation.unwrap_or(own.deviation);
         Roughness { deviation: deviation.min(*DEVIATIONS.end()), slope: self.slope.unwrap_or(own.slope), ..own }
     }
@@ -107,15 +108,26 @@ impl Octave {
         Self { wavelength_pc, seed: (random.uniform() * f64::from(1 << 24)) as u32, turn, shift, deviations: Vec::new() }
     }
 
-    /// The part of these waves that pixels of a footprint \[pc\] see: all of those over four of them, none below two.
+    /// The part of these waves that pixels of a footprint \[pc\] see: all of those over five of them, none below three.
     pub fn seen(&self, footprint_pc: f64) -> f64 {
-        (0.5 * self.wavelength_pc / footprint_pc - 1.0).clamp(0.0, 1.0)
+        (0.5 * self.wavelength_pc / footprint_pc - 1.5).clamp(0.0, 1.0)
     }
+}
+
+/// The farthest place of the noise that single precision tells apart well enough, to 1e-2 of a wave.
+const FARTHEST: f64 = 1e5;
+
+/// How far a grid reaches from the origin \[pc\].
+fn reach(grid: &Grid) -> f64 {
+    let bounds = grid.lattice().bounds;
+    bounds.low.abs().max(bounds.high.abs()).max_element()
 }
 
 /// The noise that continues the grids of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FineDetail {
+    /// What the scene says of it.
+    pub said: Detail,
     /// All octaves, the longest first.
     pub octaves: Vec<Octave>,
     /// What each density is continued by.
@@ -125,21 +137,22 @@ pub struct FineDetail {
 impl FineDetail {
     /// What continues some grids, the densities of a scene in their order.
     pub fn new<'a>(detail: &Detail, grids: impl Iterator<Item = &'a Grid>) -> Self {
-        let roughness: Vec<Roughness> = grids.map(|grid| detail.roughness(grid)).collect();
+        let (roughness, reaches): (Vec<Roughness>, Vec<f64>) = grids.map(|grid| (detail.roughness(grid), reach(grid))).unzip();
         // The octave that two voxels lie in is the first of a grid.
         let first = |of: &Roughness| of.wavelength_pc.log2().round() as i32;
         let (highest, lowest) = roughness.iter().map(first).fold((i32::MIN, i32::MAX), |(high, low), k| (high.max(k), low.min(k)));
         let exponents = lowest.saturating_sub(detail.octaves as i32 - 1)..=highest;
         let octaves = exponents.rev().map(|exponent| {
             let octave = Octave::new(detail.seed, exponent);
-            let deviation = |of: &Roughness| {
+            let deviation = |(of, reach): (&Roughness, &f64)| {
                 let own = (first(of) - detail.octaves as i32 + 1..=first(of)).contains(&exponent);
-                if own { of.at(octave.wavelength_pc) } else { 0.0 }
+                let is_placed = reach * WAVELENGTH <= FARTHEST * octave.wavelength_pc;
+                if own && is_placed { of.at(octave.wavelength_pc).min(*DEVIATIONS.end()) } else { 0.0 }
             };
-            Octave { deviations: roughness.iter().map(deviation).collect(), ..octave }
+            Octave { deviations: roughness.iter().zip(&reaches).map(deviation).collect(), ..octave }
         });
         let octaves = octaves.filter(|octave| octave.deviations.iter().any(|s| *s > 0.0)).collect();
-        Self { octaves, roughness }
+        Self { said: detail.clone(), octaves, roughness }
     }
 
     /// The factor of a density at a place where a pixel is so wide \[pc\].
@@ -154,6 +167,18 @@ impl FineDetail {
     /// What no factor of a density exceeds.
     pub fn most(&self, density: usize) -> f64 {
         self.octaves.iter().map(|octave| MOST * octave.deviations[density]).sum::<f64>().exp()
+    }
+
+    /// What few factors of a density exceed: that of two deviations.
+    pub fn usual_most(&self, density: usize) -> f64 {
+        let variance = self.octaves.iter().map(|octave| octave.deviations[density].powi(2)).sum::<f64>();
+        (2.0 * variance.sqrt()).exp()
+    }
+
+    /// The length of the shortest waves of a density that pixels of a footprint \[pc\] see; none where they see none.
+    pub fn finest_pc(&self, density: usize, footprint_pc: f64) -> Option<f64> {
+        let seen = |octave: &&Octave| octave.deviations[density] * octave.seen(footprint_pc) > 0.0;
+        self.octaves.iter().rev().find(seen).map(|octave| octave.wavelength_pc)
     }
 
     /// What it is, in words.
@@ -214,7 +239,18 @@ mod tests {
         assert!((deviations[0] - 0.4).abs() < 1e-12 && (deviations[2] / deviations[0] - 2f64.powf(-2.0 / 3.0)).abs() < 1e-12);
         let turned = |o: &Octave| (o.turn * o.turn.transpose()).col(0).x.sqrt() * o.wavelength_pc;
         assert!(noise.octaves.iter().all(|o| (turned(o) - WAVELENGTH).abs() < 1e-12));
-        assert!(FineDetail::new(&Detail::default(), [&grid(32)].into_iter()).octaves.iter().all(|o| o.deviations[0] < 0.05));
+        let measured = FineDetail::new(&Detail::default(), [&grid(32)].into_iter());
+        assert!(measured.octaves.len() == 4 && measured.octaves.iter().all(|o| o.deviations[0] < 0.05));
+        // Where single precision tells no places apart, there is no noise.
+        let far = Grid::sampled(Lattice { dims: [32; 3], bounds: Bounds::cube(DVec3::X * 2e3, 1.0) }, |_| 1.0);
+        assert_eq!(
+            FineDetail::new(&detail(), [&far].into_iter()).octaves.iter().map(|o| o.wavelength_pc).collect::<Vec<_>>(),
+            [0.125, 0.0625, 0.03125]
+        );
+        // What is as rough as can be is no rougher in a first octave that is longer than two voxels.
+        let rough = Detail { deviation: Some(1.5), slope: Some(8.0), ..detail() };
+        let voxel = |edge: usize| FineDetail::new(&rough, [&grid(edge)].into_iter()).octaves[0].deviations[0];
+        assert!((24..=46).all(|edge| voxel(edge) <= 1.5));
         let none = Detail { strength: 0.0, ..detail() };
         assert!(FineDetail::new(&none, [&grid(32)].into_iter()).octaves.is_empty());
     }

@@ -16,7 +16,7 @@ use crate::field::Grid;
 use crate::random::Counter;
 
 /// Places at which a grid is asked.
-const PLACES: u64 = 1 << 16;
+const PLACES: u64 = 1 << 14;
 /// The median of what a normal number of variance one is away from zero.
 const MEDIAN: f64 = 0.674_489_75;
 /// Exponents that are told apart: a cloud that has no fine waves looks like the last.
@@ -36,9 +36,14 @@ pub struct Roughness {
 }
 
 impl Roughness {
+    /// What is said of a grid.
+    pub fn said(grid: &Grid, deviation: f64, slope: f64) -> Self {
+        Self { wavelength_pc: two_voxels(grid), deviation, slope }
+    }
+
     /// What a grid's own voxels say; a deviation of zero where it is empty or has few of them.
     pub fn of(grid: &Grid) -> Self {
-        let wavelength_pc = 2.0 * grid.lattice().voxel_pc().element_product().cbrt();
+        let wavelength_pc = two_voxels(grid);
         let [two, four] = [2, 4].map(|apart| second_difference(grid, apart));
         if !(two > 0.0 && four > 0.0) {
             return Self { wavelength_pc, deviation: 0.0, slope: SLOPES.1 };
@@ -62,6 +67,11 @@ impl Roughness {
     pub fn at(&self, wavelength_pc: f64) -> f64 {
         self.deviation * (wavelength_pc / self.wavelength_pc).powf(0.5 * (self.slope - 3.0))
     }
+}
+
+/// The length of two voxels \[pc\]: of cubes as large as they are, where they are none.
+fn two_voxels(grid: &Grid) -> f64 {
+    2.0 * (grid.lattice().voxel_pc().to_array().iter().map(|edge| edge.ln()).sum::<f64>() / 3.0).exp()
 }
 
 /// ∫ x^(2−n) (6 − 8 sinc x + 2 sinc 2x) dx up to the finest waves of a grid, for places so many voxels apart.

@@ -97,6 +97,20 @@ impl Expression {
         Ok(formula.var_names().iter().filter(|name| !["x", "y", "z"].contains(&name.as_str())).map(ToString::to_string).collect())
     }
 
+    /// Whether `formula` may be other than zero outside of any boxes, whatever those of its fields are.
+    pub fn is_endless(formula: &str) -> bool {
+        let Ok(normalised) = normalised(formula) else { return false };
+        let Ok(parsed) = FlatEx::<SideBySide, FieldOperators>::parse(&normalised) else { return false };
+        let axis = |name: &String| ["x", "y", "z"].contains(&name.as_str());
+        let unit = Bounds::cube(DVec3::ZERO, 1.0);
+        let of = |name: &String| if axis(name) { Support::Everywhere } else { Support::Within(unit) };
+        match support(&normalised, &parsed.var_names().iter().map(of).collect::<Vec<_>>()) {
+            Support::Everywhere => true,
+            Support::Number(number) => number != 0.0,
+            Support::Within(_) => false,
+        }
+    }
+
     fn fields(&self) -> impl Iterator<Item = &Arc<dyn Field>> {
         self.variables.iter().filter_map(|v| if let Variable::Field(f) = v { Some(f) } else { None })
     }

@@ -4,11 +4,10 @@ use std::sync::Arc;
 
 use spectra::rule;
 
-use super::draft::Draft;
+use super::draft::{Draft, detail};
 use super::{Fineness, LightField, MultipleScattering, Options, Plan, Settings, SpatialPlan, SpectralPlan, Stepping};
 use super::{multiple_scattering, pilots};
 use crate::control::Control;
-use crate::detail::FineDetail;
 use crate::error::Result;
 use crate::points::Sources;
 use crate::scene::{Method, MethodEntry, Scene, StarDepthSource};
@@ -51,7 +50,9 @@ impl Plan {
         space.check_stars(scene)?;
         let spectral = pilots::spectral(scene, &lights, &space, settings, control)?;
         spectral.check_strength(&lights)?;
-        let mut draft = Draft { scene, settings, lights: Arc::new(lights), space: Arc::new(space), spectral: Arc::new(spectral) };
+        let detail = detail(scene, &space);
+        let (lights, space, spectral) = (Arc::new(lights), Arc::new(space), Arc::new(spectral));
+        let mut draft = Draft { scene, settings, lights, space, spectral, detail };
         let light_field = draft.light_field(control)?;
         let stepping = match draft.star_march() {
             // Nothing is baked that a step could be wrong about.
@@ -91,7 +92,8 @@ impl Plan {
         };
         let lights = crate::light::lights(scene)?;
         let spectral = SpectralPlan::new(scene, &lights, &space, settings, control)?;
-        let draft = Draft { scene, settings, lights: Arc::new(lights), space, spectral: Arc::new(spectral) };
+        let detail = detail(scene, &space);
+        let draft = Draft { scene, settings, lights: Arc::new(lights), space, spectral: Arc::new(spectral), detail };
         let known = before.and_then(|plan| plan.scattered_field.as_deref());
         let scattered_field = MultipleScattering::new(&draft, Fineness::PREVIEW, known, control)?;
         Ok(Self { sources: Sources::PREVIEW, ..draft.with(Stepping::PerVoxel(PREVIEW_STEPS), None, scattered_field) })
@@ -110,7 +112,9 @@ impl Plan {
         let space = SpatialPlan::new(scene, settings, control)?;
         space.check_stars(scene)?;
         let spectral = SpectralPlan::new(scene, &lights, &space, settings, control)?;
-        let draft = Draft { scene, settings, lights: Arc::new(lights), space: Arc::new(space), spectral: Arc::new(spectral) };
+        let detail = detail(scene, &space);
+        let (lights, space, spectral) = (Arc::new(lights), Arc::new(space), Arc::new(spectral));
+        let draft = Draft { scene, settings, lights, space, spectral, detail };
         let light_field = draft.light_field(control)?;
         draft.plan(Stepping::Fixed(steps), light_field, None, control)
     }
@@ -123,8 +127,8 @@ impl Plan {
     pub fn scattered_again(&self, scene: &Scene, options: &Options, control: &Control) -> Result<Option<MultipleScattering>> {
         scene.check()?;
         let settings = &Settings::of(scene, options);
-        let Self { lights, space, spectral, .. } = self.clone();
-        MultipleScattering::new(&Draft { scene, settings, lights, space, spectral }, Fineness::FULL, None, control)
+        let Self { lights, space, spectral, detail, .. } = self.clone();
+        MultipleScattering::new(&Draft { scene, settings, lights, space, spectral, detail }, Fineness::FULL, None, control)
     }
 }
 
@@ -161,10 +165,9 @@ impl Draft<'_> {
 
     /// The plan with these fields of light.
     fn with(self, stepping: Stepping, light_field: Option<LightField>, scattered_field: Option<MultipleScattering>) -> Plan {
-        let grids = self.space.dust.iter().map(|dust| &**dust).chain(self.space.gas());
         Plan {
-            detail: self.scene.detail.as_ref().map(|detail| Arc::new(FineDetail::new(detail, grids))),
             star_march: self.star_march(),
+            detail: self.detail,
             camera: self.scene.camera.clone(),
             lights: self.lights,
             space: self.space,

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::detail::FineDetail;
 use crate::light::Light;
 use crate::plan::{Settings, SpatialPlan, SpectralPlan};
 use crate::scene::Scene;
@@ -17,4 +18,12 @@ pub(crate) struct Draft<'a> {
     pub space: Arc<SpatialPlan>,
     /// What spectra decide.
     pub spectral: Arc<SpectralPlan>,
+    /// What densities have below their voxels, at their own resolution.
+    pub detail: Option<Arc<FineDetail>>,
+}
+
+/// What the densities of a scene have below the voxels of a space that is sampled at their own resolution.
+pub(crate) fn detail(scene: &Scene, space: &SpatialPlan) -> Option<Arc<FineDetail>> {
+    let grids = space.dust.iter().map(|dust| &**dust).chain(space.gas());
+    scene.detail.as_ref().map(|detail| Arc::new(FineDetail::new(detail, grids)))
 }

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use super::draft::Draft;
+use super::draft::{Draft, detail};
 use super::spectral::RuleTarget;
 use super::{ErrorEstimate, Options, Plan, Settings, Spatial, SpatialPlan, SpectralPlan, Stepping};
 use crate::control::Control;
@@ -92,10 +92,10 @@ impl Plan {
         // A light field stands in place of star depths, which are gone; dust that became more by a ratio is rounded otherwise
         // than dust that was sampled so.
         let known = before.filter(|plan| plan.light_field.is_none() && plan.space.has_as_much_dust_as(scene));
-        let mut space = match known.map(|plan| plan.space.updated(scene, settings, control)).transpose()?.flatten() {
-            Some(space) => space,
-            None => Arc::new(SpatialPlan::new(scene, settings, control)?),
-        };
+        let kept = known.map(|plan| plan.space.updated(scene, settings, control)).transpose()?.flatten();
+        let kept_detail = before.filter(|_| kept.is_some()).and_then(|plan| plan.detail.clone());
+        let mut space = kept.map_or_else(|| SpatialPlan::new(scene, settings, control).map(Arc::new), Ok)?;
+        let detail = kept_detail.filter(|kept| Some(&kept.said) == scene.detail.as_ref()).or_else(|| detail(scene, &space));
         if let Some(edge) = choices.sampled_edge.filter(|edge| space.sampled_edge().is_some_and(|own| own < *edge))
             && let Some(finer) = space.resampled(scene, edge, settings, control)?
         {
@@ -110,7 +110,7 @@ impl Plan {
         space.check_stars(scene)?;
         let spectral = SpectralPlan::with_rules(scene, &lights, &space, settings, choices.rules, control)?;
         spectral.check_strength(&lights)?;
-        let draft = Draft { scene, settings, lights: Arc::new(lights), space, spectral: Arc::new(spectral) };
+        let draft = Draft { scene, settings, lights: Arc::new(lights), space, spectral: Arc::new(spectral), detail };
         let light_field = draft.light_field(control)?;
         let mut plan = draft.plan(choices.stepping, light_field, before.and_then(|plan| plan.scattered_field.as_deref()), control)?;
         if let Some(field) = &mut plan.scattered_field {

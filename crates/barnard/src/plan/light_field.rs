@@ -48,7 +48,7 @@ pub struct LightField {
 impl LightField {
     /// The light of all stars of a draft; none where there is no dust, or none of them shines through a band.
     pub(crate) fn new(draft: &Draft, control: &Control) -> Result<Option<Self>> {
-        let Draft { scene, settings, lights, space, spectral } = draft;
+        let Draft { scene, settings, lights, space, spectral, .. } = draft;
         let Some(dust) = &space.dust else { return Ok(None) };
         let scattered = lights.iter().enumerate().filter_map(|(i, l)| match l.route {
             Route::Scattered { star } => Some((i, star)),

@@ -1,7 +1,7 @@
 //! The named fields of a scene, and expressions of them.
 
 use std::cell::Cell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use spectra::SpectraError;
@@ -27,20 +27,47 @@ pub(super) fn kinds() -> Vec<KindRow> {
     field::KINDS.iter().map(Kind::row).chain([EXPRESSION]).collect()
 }
 
+/// Expressions that may have names, fields that one may be made of in all, and expressions within each other.
+const MOST_EXPRESSIONS: usize = 256;
+const MOST_FIELDS: usize = 1000;
+const DEEPEST: usize = 32;
+
+/// What a field is made of.
+#[derive(Debug, Clone, Copy)]
+struct MadeOf {
+    fields: usize,
+    depth: usize,
+}
+
+impl Default for MadeOf {
+    fn default() -> Self {
+        Self { fields: 1, depth: 0 }
+    }
+}
+
 /// The named fields of a scene.
 pub struct Fields {
     named: BTreeMap<String, Arc<dyn Field>>,
     /// What the scene says about all of them together.
     said: String,
-    /// Whether some of them are made roughly.
-    has_rough: bool,
+    /// The names of those that are made roughly.
+    rough: BTreeSet<String>,
+    /// How many fields each expression is made of in all, those of its fields included, and how deep it is nested; others are of
+    /// themselves.
+    made_of: BTreeMap<String, MadeOf>,
     /// Whether one of those was asked for.
     uses_rough: Cell<bool>,
 }
 
 impl Fields {
     pub(super) fn new(root: &Section, loader: &Loader) -> Result<Self> {
-        let mut fields = Self { named: BTreeMap::new(), said: String::new(), has_rough: false, uses_rough: Cell::new(false) };
+        let mut fields = Self {
+            named: BTreeMap::new(),
+            said: String::new(),
+            rough: BTreeSet::new(),
+            made_of: BTreeMap::new(),
+            uses_rough: Cell::new(false),
+        };
         let (kinds, mut expressions) = (kinds(), BTreeMap::new());
         for (name, section) in root.named_tables("field")? {
             field::check_name(name).map_err(|e| section.error("name", e))?;
@@ -54,7 +81,13 @@ impl Fields {
             let (field, is_rough) = loader.long_field(&said, field::takes_long(&section), |inputs| field::build(&section, inputs))?;
             fields.named.insert(name.to_owned(), field);
             fields.said += &format!("[{name}] {said}");
-            fields.has_rough |= is_rough;
+            if is_rough {
+                fields.rough.insert(name.to_owned());
+            }
+        }
+        if let Some((section, _)) = expressions.values().next().filter(|_| expressions.len() > MOST_EXPRESSIONS) {
+            let count = expressions.len();
+            return Err(section.error("kind", format!("{count} fields are expressions, at most {MOST_EXPRESSIONS} may be")));
         }
         fields.add_expressions(expressions, loader)?;
         Ok(fields)
@@ -73,13 +106,41 @@ impl Fields {
                 return Err(section.error("formula", message));
             }
             for name in ready {
-                if let Some((section, _)) = left.remove(name) {
+                if let Some((section, needs)) = left.remove(name) {
                     let (field, is_rough) = self.made(&section, "formula", loader)?;
-                    self.has_rough |= is_rough;
+                    self.check_nested(name, &needs, &field, &section)?;
+                    if is_rough {
+                        self.rough.insert(name.to_owned());
+                    }
                     self.named.insert(name.to_owned(), field);
                     self.said += &format!("[{name}] {}", section.said());
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Refuses an expression that is not zero outside of its fields' boxes, which no box of its own would say, and those of so
+    /// many fields within each other that none could be evaluated.
+    fn check_nested(&mut self, name: &str, needs: &[String], field: &Arc<dyn Field>, section: &Section) -> Result<()> {
+        if Expression::is_endless(section.need_text("formula")?) {
+            let message = "it is not zero outside of the boxes of its fields, where it would be cut: write it where it is used, as in \"cloud * (1 - hole)\"";
+            return Err(section.error("formula", message));
+        }
+        // A grid is read as it is, whatever it was made of.
+        let of = |need: &String| self.made_of.get(need).copied().unwrap_or_default();
+        let all = needs.iter().map(of).fold(MadeOf { fields: 0, depth: 0 }, |all, own| MadeOf {
+            fields: all.fields.saturating_add(own.fields),
+            depth: all.depth.max(own.depth + 1),
+        });
+        if field.grid().is_none() {
+            if all.fields > MOST_FIELDS || all.depth > DEEPEST {
+                let MadeOf { fields, depth } = all;
+                let message =
+                    format!("it is made of {fields} fields, {depth} expressions deep: at most {MOST_FIELDS} and {DEEPEST} are evaluated");
+                return Err(section.error("formula", message));
+            }
+            self.made_of.insert(name.to_owned(), all);
         }
         Ok(())
     }
@@ -114,7 +175,8 @@ impl Fields {
             })
         };
         let said = format!("{formula} of {}", self.said);
-        loader.long_field(&said, self.has_rough, |inputs| {
+        let is_long = !self.rough.is_empty() && Expression::names(formula).is_ok_and(|names| names.iter().any(|n| self.rough.contains(n)));
+        loader.long_field(&said, is_long, |inputs| {
             let expression = Expression::parse(formula, lookup).map_err(|e| section.error(key, e))?;
             let field = section.wrap(key, expression.into_field(inputs.memory_limit, &loader.control))?;
             if let Some(grid) = field.grid() {

@@ -36,7 +36,8 @@ fn every_catalogue_lists() {
 #[test]
 fn every_built_in_scene_is_valid() {
     for scene in barnard_files::builtin::SCENES {
-        let loaded = barnard_files::builtin::load(scene.name, barnard::memory::DEFAULT_LIMIT).map(|_| ());
+        let loaded =
+            barnard_files::builtin::load_by(scene.name, barnard::memory::DEFAULT_LIMIT, barnard::scene::Loader::roughly).map(|_| ());
         match (loaded, scene.needs) {
             (Ok(()), None) => {}
             // What has to be fetched first is named, with where it is.

@@ -42,24 +42,52 @@ fn detail_mean(s: vec4f) -> vec4f {
     return square * (0.5 + square * (DETAIL_FOURTH / 24.0 + square * (DETAIL_SIXTH / 720.0)));
 }
 
+// How wide a pixel is at a distance along a ray.
+fn detail_width(ray: Ray, t: f32) -> f32 {
+    return max(constants[DETAIL].y + constants[DETAIL].x * (t - ray.first), TINY);
+}
+
+// The noise of an octave at a distance along a ray.
+fn octave_at(octave: u32, ray: Ray, t: f32) -> f32 {
+    let p = vec4f(ray.origin + t * ray.direction, 1.0);
+    let turned = vec3f(dot(constants[octave], p), dot(constants[octave + 1u], p), dot(constants[octave + 2u], p));
+    return detail_noise(turned, u32(constants[octave + 3u].y));
+}
+
+// The factor of dust at a distance along a ray.
+// twin: barnard::detail::FineDetail::factor
+fn dust_detail(ray: Ray, t: f32) -> f32 {
+    let width = detail_width(ray, t);
+    var exponent = 0.0;
+    for (var j = 0u; j < DETAIL_OCTAVES; j++) { // written out
+        let octave = DETAIL + 1u + j * DETAIL_OCTAVE;
+        let s = constants[octave + 4u + DUST_QUAD][DUST_LANE] * clamp(0.5 * constants[octave + 3u].x / width - 1.5, 0.0, 1.0);
+        if s > 0.0 {
+            exponent += s * octave_at(octave, ray, t) - detail_mean(vec4f(s)).x;
+        }
+    }
+    return exp(exponent);
+}
+
 // Multiplies dust and gas of a sample that stands for `stretch` of a ray around `t`.
 // twin: barnard::backend::cpu::detail::multiply
 fn add_detail(values: ptr<function, array<vec4f, QUADS>>, ray: Ray, t: f32, stretch: f32) {
     if is_dark(values) {
         return;
     }
-    let width = constants[DETAIL].y + constants[DETAIL].x * (t - ray.first);
+    let width = detail_width(ray, t);
     var seen: array<f32, DETAIL_ROOM>;
     var places: array<u32, DETAIL_ROOM>;
     var noise: array<f32, DETAIL_ROOM>;
     var most = 0u;
     for (var j = 0u; j < DETAIL_OCTAVES; j++) { // written out
         let length = constants[DETAIL + 1u + j * DETAIL_OCTAVE + 3u].x;
-        seen[j] = clamp(0.5 * length / width - 1.0, 0.0, 1.0);
-        let asked = max(ceil(stretch / (DETAIL_APART * length)), 1.0);
-        // The next power of two.
-        let power = 1u << u32(ceil(log2(min(asked, f32(DETAIL_PLACES))) - 1e-4));
-        places[j] = select(0u, power, seen[j] > 0.0);
+        let waves = stretch / length;
+        let asked = clamp(floor(waves + 0.5), 1.0, f32(DETAIL_PLACES));
+        // Places a wave apart vary more than the stretch does.
+        let scale = sqrt(min(DETAIL_ALIKE * asked / waves, 1.0));
+        seen[j] = scale * clamp(0.5 * length / width - 1.5, 0.0, 1.0);
+        places[j] = select(0u, u32(asked), seen[j] > 0.0);
         most = max(most, places[j]);
     }
     if most == 0u {
@@ -78,13 +106,10 @@ fn add_detail(values: ptr<function, array<vec4f, QUADS>>, ray: Ray, t: f32, stre
     for (var place = 0u; place < most; place++) {
         for (var j = 0u; j < DETAIL_OCTAVES; j++) { // written out
             // Longer waves stay as they are over several places.
-            let stay = most / max(places[j], 1u);
-            if places[j] > 0u && place % stay == 0u {
-                let at = t + ((f32(place) + 0.5 * f32(stay)) / f32(most) - 0.5) * stretch;
-                let p = vec4f(ray.origin + at * ray.direction, 1.0);
-                let first = DETAIL + 1u + j * DETAIL_OCTAVE;
-                let turned = vec3f(dot(constants[first], p), dot(constants[first + 1u], p), dot(constants[first + 2u], p));
-                noise[j] = detail_noise(turned, u32(constants[first + 3u].y));
+            let own = place * places[j] / most;
+            if places[j] > 0u && (place == 0u || own != (place - 1u) * places[j] / most) {
+                let at = t + ((f32(own) + 0.5) / f32(places[j]) - 0.5) * stretch;
+                noise[j] = octave_at(DETAIL + 1u + j * DETAIL_OCTAVE, ray, at);
             }
         }
         for (var q = 0u; q < QUADS; q++) { // written out

@@ -40,7 +40,11 @@ fn near(state: ptr<function, State>, ray: Ray, scatterer: u32, b: f32, foot: f32
         var spread = 0.0;
         for (var j = 0u; j < asked; j++) {
             let theta = start + (i + (f32(j) + 0.5) / f32(asked)) * width;
-            let sigma = read_dust(ray.origin + (foot + b * tan(theta)) * ray.direction);
+            let place = foot + b * tan(theta);
+            var sigma = read_dust(ray.origin + place * ray.direction);
+            if HAS_DETAIL {
+                sigma *= dust_detail(ray, place);
+            }
             let scattering = sigma * width / (b * f32(asked));
             let cosine = -sin(theta);
             let at = phase_entry(cosine, 1.0 - cosine * cosine);

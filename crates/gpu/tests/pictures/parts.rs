@@ -4,19 +4,20 @@ use barnard::backend::cpu;
 use barnard::control::Control;
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan, Stepping};
+use barnard::scene::Loader;
 use barnard_gpu::{Renderer, Tuning};
 
 use super::light::{CAMERA, DUST, FINE, STAR, TOLERANCE, difference, many_lights, on, parsed, plan};
 use super::test_device::device;
 
-/// Every built-in scene: with fine steps the same light, with the plan's own, which a packet of sixteen rays shares on
+/// Every built-in scene, its clouds on few voxels: with fine steps the same light, with the plan's own, which a packet of sixteen rays shares on
 /// the processor, to its accuracy.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn pictures_are_those_of_the_processor() {
     let gpu = device();
     for builtin in barnard_files::builtin::SCENES.iter().filter(|scene| scene.needs.is_none()) {
-        let mut scene = barnard_files::builtin::load(builtin.name, DEFAULT_LIMIT).unwrap();
+        let mut scene = barnard_files::builtin::load_by(builtin.name, DEFAULT_LIMIT, Loader::roughly).unwrap();
         let planned = plan(&mut scene, 32);
         let accuracy = planned.spectral().accuracy;
         // A ray that all but hits a gathered star sees dust between the ends of its step there: all rays take the same.
@@ -97,8 +98,6 @@ fn each_part_is_that_of_the_processor() {
     }
 }
 
-/// Noise evaluated at every sample gives the picture of noise that was sampled, closer the finer it was; what is no
-/// noise is refused.
 /// Detail below voxels, of dust and gas, with samples at the ends of segments and in their middles too, for cameras whose pixels
 /// grow along a ray and for one whose pixels do not.
 #[test]
@@ -121,6 +120,8 @@ fn detail_is_that_of_the_processor() {
     }
 }
 
+/// Noise evaluated at every sample gives the picture of noise that was sampled, closer the finer it was; what is no
+/// noise is refused.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn noise_on_the_fly_is_noise_that_was_sampled() {

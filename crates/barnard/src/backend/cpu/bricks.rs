@@ -85,6 +85,9 @@ impl Whole {
         if scene.method.bounces > 1 {
             return refused("light that scatters once", "set bounces = 1");
         }
+        if scene.detail.is_some() {
+            return refused("densities as their voxels have them", "leave [detail] out");
+        }
         let mut plan = Plan::new(scene, &options, control)?;
         if plan.space.many_lights.is_some() {
             return refused("stars with depths of their own alone", "set exact_stars to the number of stars");

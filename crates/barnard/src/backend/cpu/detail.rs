@@ -1,8 +1,8 @@
 //! Detail below the voxels at the samples of a packet.
 //!
-//! A sample stands for the stretch of a ray around it; where waves are shorter than that, its factor is the mean over places
-//! in it, as many for each octave as there are waves in it. Columns of dust and light of gas are then as even, and as uneven, as
-//! with steps as fine as the waves.
+//! A sample stands for the stretch of a ray around it; its factor is the mean over places in it, about a wave apart. Places that
+//! far apart vary more than the stretch does: the mean square of noise along a stretch is 0.39 of a wave over its length, and
+//! deviations are made smaller so that columns of many samples vary as they should.
 
 use multiversion::multiversion;
 
@@ -14,8 +14,8 @@ use crate::plan::Plan;
 
 /// Most places of a sample at which the finest waves are asked.
 pub const DETAIL_PLACES: usize = 16;
-/// The part of a wave that such places are apart.
-pub const DETAIL_APART: f32 = 0.7;
+/// The part of a wave over which noise is alike along a line: ∫ of its correlation.
+pub const DETAIL_ALIKE: f32 = 0.39;
 
 /// The noise of a plan, and what it changes.
 pub(super) struct DetailNoise<'a> {
@@ -55,7 +55,8 @@ impl<'a> DetailNoise<'a> {
         PacketDetail {
             slots: self.slots.iter().map(slot).collect(),
             octaves: self.noise.octaves.iter().map(of).collect(),
-            width: lanes!(|lane| self.footprint.at(start(lane)) as f32),
+            // Rays that meet nothing see nothing.
+            width: lanes!(|lane| if state.dt[lane] > 0.0 { self.footprint.at(start(lane)) as f32 } else { f32::MAX }),
             widening: self.footprint.per_pc as f32,
         }
     }
@@ -111,13 +112,16 @@ fn multiply(detail: &mut PacketDetail, t: &Lane, stretch: &Lane, sample: &mut [L
     let longest = largest(stretch);
     let mut most = 0;
     for octave in octaves.iter_mut() {
+        let waves = longest / octave.wavelength;
+        let places = waves.round().clamp(1.0, DETAIL_PLACES as f32);
+        let alike = DETAIL_ALIKE * places / waves;
+        let scale = if alike < 1.0 { alike.sqrt() } else { 1.0 };
         for lane in 0..LANES {
-            let part = fma(octave.wavelength, half[lane], -1.0);
+            let part = fma(octave.wavelength, half[lane], -1.5);
             let part = if part > 0.0 { part } else { 0.0 };
-            octave.seen[lane] = if part < 1.0 { part } else { 1.0 };
+            octave.seen[lane] = scale * if part < 1.0 { part } else { 1.0 };
         }
-        let places = (longest / (DETAIL_APART * octave.wavelength)).ceil().max(1.0) as usize;
-        octave.places = if largest(&octave.seen) > 0.0 { places.next_power_of_two().min(DETAIL_PLACES) } else { 0 };
+        octave.places = if largest(&octave.seen) > 0.0 { places as usize } else { 0 };
         most = most.max(octave.places);
     }
     if most == 0 {
@@ -135,9 +139,9 @@ fn multiply(detail: &mut PacketDetail, t: &Lane, stretch: &Lane, sample: &mut [L
     for place in 0..most {
         for octave in octaves.iter_mut().filter(|octave| octave.places > 0) {
             // Longer waves stay as they are over several places.
-            let stay = most / octave.places;
-            if place % stay == 0 {
-                let at = (place as f32 + 0.5 * stay as f32) / most as f32 - 0.5;
+            let own = place * octave.places / most;
+            if place == 0 || own != (place - 1) * octave.places / most {
+                let at = (own as f32 + 0.5) / octave.places as f32 - 0.5;
                 let PacketOctave { start, speed, seed, .. } = &*octave;
                 let at = lanes!(|lane| fma(at, stretch[lane], t[lane]));
                 octave.values = lanes!(|lane| single(

@@ -1,5 +1,6 @@
 //! The light of one segment, for sixteen rays: the closed forms of `plan::segment` in f32.
 
+use glam::DVec3;
 use smallvec::SmallVec;
 
 use super::context::Context;
@@ -12,7 +13,7 @@ use super::tables::Tables;
 use super::terms::{Bases, DepthSpan, Terms};
 use crate::packet::{LANES, Lane, fma, lanes, largest};
 use crate::plan::Scatterer;
-use crate::plan::near::{NEAR_ANGLE, NEAR_VOXELS, NearPiece};
+use crate::plan::near::{DustNearby, NEAR_ANGLE, NEAR_VOXELS, NearPiece};
 use crate::plan::{near, segment as plan_segment};
 
 /// What a segment holds of a star's light where a mean of 1/r² does: ∫ σ/r² dt, zero on lanes that are close to the
@@ -173,6 +174,7 @@ fn scatter_close(segment: &Segment, context: &Context, state: &mut State, scatte
     let star = context.plan.space.stars[scatterer.star];
     let resolution = near::Resolution { phase_angle: context.plan.spectral.phase_angle, fineness: 1.0 };
     let first = context.tables.terms.start(scatterer.light);
+    let footprint = context.plan.camera.footprint();
     for lane in (0..LANES).filter(|lane| close[*lane]) {
         let at = |steps: f32| state.span.0[lane] + f64::from(steps) * f64::from(state.dt[lane]);
         let own = plan_segment::Segment {
@@ -189,7 +191,11 @@ fn scatter_close(segment: &Segment, context: &Context, state: &mut State, scatte
                 state.sum[first + term][lane] += piece.scattering as f32 * weight * decay;
             }
         };
-        near::pieces(near::samples(&context.plan.space, star), resolution, star, &state.rays[lane], &own, add);
+        let (ray, dust) = (&state.rays[lane], near::samples(&context.plan.space, star));
+        let detail =
+            |p: DVec3| context.plan.detail.as_ref().map_or(1.0, |d| d.factor(0, p, footprint.at((p - ray.origin).dot(ray.direction))));
+        let seen = DustNearby { sigma: |p| (dust.sigma)(p) * detail(p), depth: dust.depth };
+        near::pieces(seen, resolution, star, ray, &own, add);
     }
 }
 

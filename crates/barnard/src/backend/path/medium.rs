@@ -74,16 +74,18 @@ impl<'a> Medium<'a> {
         self.dust.sigma_v_per_pc * self.dust.density.at(leg.ray.at(t)).max(0.0) * leg.factor(self.detail, 0, t)
     }
 
-    /// The bounds along a ray, of extinction at V [pc⁻¹].
-    fn cells(&self, ray: &Ray, far: f64) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
-        self.majorant.cells(ray, far).map(|(start, end, bound)| (start, end, self.dust.sigma_v_per_pc * bound))
+    /// The bounds along a leg, of extinction at V [pc⁻¹].
+    fn cells(&self, leg: &Leg, far: f64) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
+        let detail = self.detail.filter(|_| leg.from_eye).map_or(1.0, |detail| detail.usual_most(0));
+        let most = detail * self.dust.sigma_v_per_pc;
+        self.majorant.cells(&leg.ray, far).map(move |(start, end, bound)| (start, end, most * bound))
     }
 
     /// Flies along `leg` at the wavelength of `k` until it collides or leaves.
     pub fn fly(&self, leg: &Leg, k: f64, random: &mut Counter) -> Flight {
         let mut flight = Flight { collision: None, bound_depth: 0.0, tentative: 0, weight: 1.0 };
         let mut left = exponential(random) / k;
-        for (mut t, end, bound) in self.cells(&leg.ray, f64::INFINITY) {
+        for (mut t, end, bound) in self.cells(leg, f64::INFINITY) {
             while bound * (end - t) > left {
                 t += left / bound;
                 flight.bound_depth += left;
@@ -110,7 +112,7 @@ impl<'a> Medium<'a> {
         let fastest = k.iter().copied().fold(0.0, f64::max);
         let mut through = [1.0; CARRIED];
         let mut left = exponential(random) / fastest;
-        for (mut t, end, bound) in self.cells(&leg.ray, far) {
+        for (mut t, end, bound) in self.cells(leg, far) {
             while bound * (end - t) > left {
                 t += left / bound;
                 left = exponential(random) / fastest;

@@ -95,7 +95,7 @@ impl Backend for PathTracer {
         let scene = job.scene();
         scene.check()?;
         let lights = lights(scene)?;
-        let detail = SeenDetail::of(scene, control)?;
+        let detail = SeenDetail::of(scene, job.options(), control)?;
         let tracer = Tracer::new(scene, &lights, detail.as_ref(), self.options.first..=scene.method.bounces, control)?;
         let first = first_by(&tracer, scene, &self.options);
         if self.first_paths.replace(first.clone()).is_some_and(|before| before != first) {
@@ -132,7 +132,7 @@ const PASS: u64 = 8;
 pub fn trace(scene: &Scene, options: &Options, film: &mut Film, control: &Control, tell: &mut dyn FnMut(&Film)) -> Result<()> {
     scene.check()?;
     let lights = lights(scene)?;
-    let detail = SeenDetail::of(scene, control)?;
+    let detail = SeenDetail::of(scene, &crate::plan::Options::default(), control)?;
     let tracer = Tracer::new(scene, &lights, detail.as_ref(), options.first..=scene.method.bounces, control)?;
     trace_by(&tracer, scene, options, film, control, tell)
 }
@@ -218,7 +218,7 @@ pub fn first_paths(scene: &Scene, options: &Options) -> Result<Vec<f64>> {
     scene.check()?;
     let lights = lights(scene)?;
     let control = &Control::default();
-    let detail = SeenDetail::of(scene, control)?;
+    let detail = SeenDetail::of(scene, &crate::plan::Options::default(), control)?;
     let tracer = Tracer::new(scene, &lights, detail.as_ref(), options.first..=scene.method.bounces, control)?;
     Ok(first_by(&tracer, scene, options))
 }

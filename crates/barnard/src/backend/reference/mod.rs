@@ -113,7 +113,8 @@ impl Backend for Reference {
         scene.check()?;
         check(scene)?;
         let rays = scene.camera.width * scene.camera.height * scene.camera.supersampling.pow(2);
-        let samples = Samples::Double(extended(scene, self.accuracy, control)?);
+        let detail = SeenDetail::of(scene, job.options(), control)?;
+        let samples = Samples::Double(extended(scene, detail, self.accuracy, control)?);
         Ok(Radiance { samples, stats: RenderStats::of_rays(rays as u64) })
     }
 
@@ -136,8 +137,8 @@ fn check(scene: &Scene) -> Result<()> {
 }
 
 /// Light without stars that are seen as points, bands × height × width [W m⁻² sr⁻¹].
-fn extended(scene: &Scene, accuracy: f64, control: &Control) -> Result<Vec<f64>> {
-    let truth = Truth::new(scene, accuracy, control)?;
+fn extended(scene: &Scene, detail: Option<SeenDetail>, accuracy: f64, control: &Control) -> Result<Vec<f64>> {
+    let truth = Truth { detail, ..Truth::new(scene, accuracy, control)? };
     let camera = &scene.camera;
     let bands = scene.bands.len();
     let rows: Vec<Vec<f64>> = {
@@ -205,7 +206,7 @@ impl<'a> Truth<'a> {
             }
         }
         waves.retain(|w| w.weight.iter().any(|v| *v != 0.0));
-        Ok(Self { scene, lights, waves, detail: SeenDetail::of(scene, control)?, accuracy, control })
+        Ok(Self { scene, lights, waves, detail: None, accuracy, control })
     }
 
     /// Band flux of a light behind optical depth `tau`.
@@ -249,9 +250,15 @@ impl<'a> Truth<'a> {
     /// Radiance along a ray, band by band.
     fn ray(&self, ray: &Ray) -> Vec<f64> {
         let far = self.horizon(ray);
-        let profile = |density: usize, field: &dyn Field| match &self.detail {
-            None => Profile::new(field, ray, far, 0.1 * self.accuracy),
-            Some(detail) => Profile::new(&SeenField { field, density, detail, ray }, ray, far, 0.1 * self.accuracy),
+        let profile = |density: usize, field: &dyn Field| {
+            let near = field.bounds().clip(ray).map_or(0.0, |(near, _)| near);
+            let seen = self.detail.as_ref().and_then(|detail| Some((detail, detail.finest_pc(density, near)?)));
+            match seen {
+                None => Profile::new(field, ray, far, 0.1 * self.accuracy),
+                Some((detail, finest_pc)) => {
+                    Profile::new(&SeenField { field, density, detail, ray, finest_pc }, ray, far, 0.1 * self.accuracy)
+                }
+            }
         };
         let dust = self.scene.dust.as_ref().map(|d| (d, profile(0, &*d.density)));
         let gas = usize::from(dust.is_some());

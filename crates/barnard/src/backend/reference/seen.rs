@@ -14,6 +14,8 @@ pub struct SeenField<'a> {
     pub density: usize,
     pub detail: &'a SeenDetail,
     pub ray: &'a Ray,
+    /// The length of the shortest waves that are seen \[pc\].
+    pub finest_pc: f64,
 }
 
 impl Field for SeenField<'_> {
@@ -25,7 +27,7 @@ impl Field for SeenField<'_> {
         self.field.bounds()
     }
     fn feature_pc(&self) -> f64 {
-        self.field.feature_pc().min(0.5 * self.detail.finest_pc())
+        self.field.feature_pc().min(0.5 * self.finest_pc)
     }
     fn crossings(&self, ray: &Ray, out: &mut Vec<f64>) {
         self.field.crossings(ray, out);

@@ -55,7 +55,7 @@ const FINE_BYTES: u64 = 64 << 20;
 /// Finds how finely the star depths must be baked and, where the settings do not say it, the rays sampled; the former
 /// matters not where a `field` holds the light, whose whole error is then measured.
 pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) -> Result<Stepping> {
-    let Draft { scene, settings, lights, space, spectral } = draft;
+    let Draft { scene, settings, lights, space, spectral, .. } = draft;
     let space = Arc::make_mut(space);
     let accuracy = SHARE * settings.method.accuracy;
     let plain = Shading::new(spectral, lights);
