@@ -45,7 +45,7 @@ pub fn quantity(key: &Key) -> Option<&'static QuantityRow> {
 
 /// First values of keys that an example of their unit would not fit: key, what it is, value. Ends of a range are not
 /// equal, widths are narrow.
-const FIRST: [(&str, &str, &str); 7] = [
+const FIRST: [(&str, &str, &str); 8] = [
     ("low", "position", "-1 -1 -1 pc"),
     ("high", "position", "1 1 1 pc"),
     ("low", "wavelength", "400 nm"),
@@ -53,12 +53,13 @@ const FIRST: [(&str, &str, &str); 7] = [
     ("width", "wavelength", "50 nm"),
     ("fwhm", "wavelength", "50 nm"),
     ("half_width", "wavelength", "50 nm"),
+    ("slope", "number", "3.667"),
 ];
 
 /// The value that a key is set to when it is added.
 fn first_value(key: &Key) -> Value {
     if let Some((_, _, value)) = FIRST.iter().find(|(name, kind, _)| *name == key.name && *kind == key.kind) {
-        return (*value).into();
+        return value.parse().unwrap_or_else(|_| (*value).into());
     }
     if let Some(catalogue) = key.catalogue.and_then(|name| CATALOGUES.iter().find(|c| c.name == name)) {
         let rows = (catalogue.rows)();
