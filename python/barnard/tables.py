@@ -376,6 +376,27 @@ class Turbulence(Field):
         )
 
 
+class Expression(Field):
+    """An expression of other fields, for what several densities have in common.
+
+    Parameters
+    ----------
+    formula : expression
+        Of other fields, such as "cloud * (1 - hole)"; they may stand in any order, and be expressions themselves.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "field.*"
+    _kind = "expression"
+
+    def __init__(self, formula: str):
+        super().__init__(formula=formula)
+
+
 class Stereo(Table):
     """Two eyes: off-axis pairs in flat images, omni-directional stereo in images of all around. What a back end renders
     is both images in one.
@@ -1416,6 +1437,44 @@ class Background(Table):
         )
 
 
+class Detail(Table):
+    """Noise that continues the spectrum of dust and gas below their voxels, where a pixel sees finer than those: a grid
+    of 128 voxels does not show its edges from near by. It multiplies what eyes see of densities, and keeps their
+    mean; depths of stars and light that scatters more than once are those without it ([docs/method.md](method.md)).
+
+    Parameters
+    ----------
+    seed : integer, default 1
+        Number of the noise.
+    octaves : integer, default 4
+        Octaves of waves from two voxels downwards, 1 to 8; pixels that do not see them cost nothing.
+    strength : number, default 1
+        Factor of the deviations; 0 is none.
+    deviation : number, default as measured on each grid
+        Deviation of ln density in the octave of two voxels: 0.1 is soft, 0.5 rough.
+    slope : number, default as measured on each grid
+        N of the spectrum k^-n that is continued; 3.667 is Kolmogorov's.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "detail"
+
+    def __init__(
+        self,
+        *,
+        seed: int | None = None,
+        octaves: int | None = None,
+        strength: float | None = None,
+        deviation: float | None = None,
+        slope: float | None = None,
+    ):
+        super().__init__(seed=seed, octaves=octaves, strength=strength, deviation=deviation, slope=slope)
+
+
 class Band(Table):
     """Passbands of one's own, beside the sets and embedded passbands of `bands`.
 
@@ -1812,4 +1871,4 @@ class Frames(Table):
         )
 
 
-__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Turbulence", "Stereo", "Keyframe", "CameraPath", "Camera", "perspective", "orthographic", "fisheye", "equirectangular", "cubemap", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "Background", "Band", "Glare", "Display", "Output", "Method", "Animation", "Frames"]
+__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Turbulence", "Expression", "Stereo", "Keyframe", "CameraPath", "Camera", "perspective", "orthographic", "fisheye", "equirectangular", "cubemap", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "Background", "Detail", "Band", "Glare", "Display", "Output", "Method", "Animation", "Frames"]
