@@ -107,11 +107,13 @@ pub fn points(sources: Sources, scene: &Scene, camera: &Camera, lights: &[Light]
     Ok(points)
 }
 
-/// At most so many points of `stars`, those of the brightest that have one: no more stars are placed than it takes.
+/// At most so many points of `stars`, those of the brightest that have one: few more stars are placed than it takes, twice as many
+/// each time, since where few have a point each time looks at all that are left.
 fn brightest(mut stars: Vec<FieldStar>, most: usize, place: impl Fn(&FieldStar) -> Option<Point> + Sync) -> Vec<Point> {
-    let (mut rest, mut points) = (&mut stars[..], Vec::new());
+    let (mut rest, mut points, mut asked) = (&mut stars[..], Vec::new(), most);
     while points.len() < most && !rest.is_empty() {
-        let next = (2 * (most - points.len())).min(rest.len());
+        asked = asked.saturating_mul(2);
+        let next = asked.min(rest.len());
         if next < rest.len() {
             rest.select_nth_unstable_by(next, |a, b| b.gain.total_cmp(&a.gain));
         }
