@@ -96,7 +96,8 @@ pub fn draw(
 pub fn points(sources: Sources, scene: &Scene, camera: &Camera, lights: &[Light]) -> Result<Vec<Point>> {
     let mut points = direct_points(scene, camera, lights);
     if let Some(field) = &scene.background.star_field {
-        let stars = field_stars(field, camera, cells_in_view(camera))?;
+        let circle = Circle::of(camera);
+        let stars = field_stars(field, camera, cells_in_view(camera, circle.as_ref()), circle.as_ref())?;
         let first = lights.iter().position(|l| matches!(l.route, Route::FieldStar { class: 0 })).unwrap_or(0);
         let place = |star: &FieldStar| star.point(camera, first);
         match sources {
@@ -168,10 +169,15 @@ struct FieldStar {
 }
 
 impl FieldStar {
-    /// The next star of a cell; `range` is 10^(−0.4 m) of the faintest star and how many times it that of the brightest
-    /// is.
-    fn drawn(cell: u64, range: (f64, f64), random: &mut Counter) -> Self {
+    /// The next star of a cell, where it lies in the circle; `range` is 10^(−0.4 m) of the faintest star and how many times it that of
+    /// the brightest is.
+    fn drawn(cell: u64, range: (f64, f64), circle: Option<&Circle>, random: &mut Counter) -> Option<Self> {
         let within = (random.uniform(), random.uniform());
+        if circle.is_some_and(|circle| !circle.holds(cell, within)) {
+            // Its brightness and its class.
+            random.skip(2);
+            return None;
+        }
         // Counts grow as 10^(0.4 m): from the brightest to the faintest, 10^(0.4 m) is evenly spread.
         let (faintest, times) = range;
         let low = times.recip();
@@ -181,7 +187,7 @@ impl FieldStar {
             pick -= part;
             pick < 0.0
         });
-        Self { cell, within, gain, class: class.unwrap_or(star_field::CLASSES.len() - 1) }
+        Some(Self { cell, within, gain, class: class.unwrap_or(star_field::CLASSES.len() - 1) })
     }
 
     /// Where it appears, if it touches the image; `first` is the light of the first class.
@@ -193,8 +199,41 @@ impl FieldStar {
     }
 }
 
-/// The stars of some cells of the sky.
-fn field_stars(field: &StarField, camera: &Camera, visible: Vec<u64>) -> Result<Vec<FieldStar>> {
+/// The circle of the sky in which a flat image and what shines into it from beside lie.
+#[derive(Clone, Copy)]
+struct Circle {
+    ahead: DVec3,
+    /// The radius \[rad\].
+    radius: f64,
+    /// Heights of its lowest and highest place: z of a direction.
+    heights: (f64, f64),
+}
+
+impl Circle {
+    /// That of a camera in perspective; other images have none.
+    fn of(camera: &Camera) -> Option<Self> {
+        let Projection::Perspective { .. } = camera.projection else { return None };
+        let (width, height, margin) = (camera.width as f64, camera.height as f64, PSF_RADIUS as f64);
+        let ahead = camera.ray(0.5 * width, 0.5 * height).direction;
+        let corners = [(-margin, -margin), (width + margin, -margin), (-margin, height + margin), (width + margin, height + margin)];
+        let to_corner = |(column, row): (f64, f64)| camera.ray(column, row).direction.dot(ahead).clamp(-1.0, 1.0).acos();
+        // A little more, for what rounding takes of small angles.
+        let radius = corners.map(to_corner).into_iter().fold(0.0, f64::max) + 1e-7;
+        let pole = ahead.z.clamp(-1.0, 1.0).acos();
+        let heights = ((pole + radius).min(std::f64::consts::PI).cos(), (pole - radius).max(0.0).cos());
+        Some(Self { ahead, radius, heights })
+    }
+
+    /// Whether it holds a place of a cell. Near a pole a circle meets all cells of a slice, and few of their stars: their height is asked
+    /// first.
+    fn holds(&self, cell: u64, within: (f64, f64)) -> bool {
+        let z = height(cell, within.0);
+        self.heights.0 <= z && z <= self.heights.1 && sky_direction(cell, within.0, within.1).dot(self.ahead) >= self.radius.cos()
+    }
+}
+
+/// The stars of some cells of the sky, in a circle where there is one.
+fn field_stars(field: &StarField, camera: &Camera, visible: Vec<u64>, circle: Option<&Circle>) -> Result<Vec<FieldStar>> {
     let cells = 2 * SKY_SLICES * SKY_SLICES;
     let per_cell = field.density_per_sr * spectra::constants::SPHERE / cells as f64;
     let in_view = camera.pixel_measure(0.5 * camera.width as f64, 0.5 * camera.height as f64) * (camera.width * camera.height) as f64;
@@ -206,15 +245,19 @@ fn field_stars(field: &StarField, camera: &Camera, visible: Vec<u64>) -> Result<
     let of_cell = |cell: u64| {
         let mut random = Counter::new(field.seed, cell);
         let count = poisson(per_cell, &mut random);
-        (0..count).map(move |_| FieldStar::drawn(cell, range, &mut random))
+        (0..count).filter_map(move |_| FieldStar::drawn(cell, range, circle, &mut random))
     };
     Ok(visible.into_par_iter().flat_map_iter(of_cell).collect())
 }
 
+/// The z of a direction within a cell.
+fn height(cell: u64, u: f64) -> f64 {
+    2.0 * ((cell / (2 * SKY_SLICES)) as f64 + u) / SKY_SLICES as f64 - 1.0
+}
+
 /// A direction within slices of equal z and longitude.
 fn sky_direction(cell: u64, u: f64, v: f64) -> DVec3 {
-    let (slice, sector) = (cell / (2 * SKY_SLICES), cell % (2 * SKY_SLICES));
-    let z = 2.0 * (slice as f64 + u) / SKY_SLICES as f64 - 1.0;
+    let (z, sector) = (height(cell, u), cell % (2 * SKY_SLICES));
     let (sin, cos) = (std::f64::consts::PI * (sector as f64 + v) / SKY_SLICES as f64).sin_cos();
     let r = (1.0 - z * z).max(0.0).sqrt();
     DVec3::new(r * cos, r * sin, z)
@@ -223,18 +266,12 @@ fn sky_direction(cell: u64, u: f64, v: f64) -> DVec3 {
 /// The cells that can touch the image: those whose middle lies within the image's circle, widened by the cell's own
 /// size, which is that of all cells of a slice. In a slice they are neighbours, sectors around the longitude at which
 /// the camera looks.
-fn cells_in_view(camera: &Camera) -> Vec<u64> {
-    match camera.projection {
-        Projection::Perspective { .. } => {}
-        Projection::Orthographic { .. } => return Vec::new(),
-        // From the whole sky most is seen.
-        Projection::Panorama { .. } => return (0..2 * SKY_SLICES * SKY_SLICES).collect(),
-    }
-    let (width, height, margin) = (camera.width as f64, camera.height as f64, PSF_RADIUS as f64);
-    let ahead = camera.ray(0.5 * width, 0.5 * height).direction;
-    let corners = [(-margin, -margin), (width + margin, -margin), (-margin, height + margin), (width + margin, height + margin)];
-    let to_corner = |(column, row): (f64, f64)| camera.ray(column, row).direction.dot(ahead).clamp(-1.0, 1.0).acos();
-    let radius = corners.map(to_corner).into_iter().fold(0.0, f64::max);
+fn cells_in_view(camera: &Camera, circle: Option<&Circle>) -> Vec<u64> {
+    let Some(Circle { ahead, radius, .. }) = circle.copied() else {
+        // From the whole sky most is seen, and a picture without perspective sees none.
+        let is_panorama = matches!(camera.projection, Projection::Panorama { .. });
+        return (0..if is_panorama { 2 * SKY_SLICES * SKY_SLICES } else { 0 }).collect();
+    };
     let sectors = 2 * SKY_SLICES as i64;
     let per_radian = SKY_SLICES as f64 / std::f64::consts::PI;
     let looks_at = (ahead.y.atan2(ahead.x) * per_radian).floor() as i64;
@@ -313,8 +350,14 @@ mod tests {
         StarField { density_per_sr: 2e4, magnitudes: (6.0, 14.0), seed: 7 }
     }
 
-    fn seen(camera: &Camera, cells: Vec<u64>) -> Vec<(f64, f64, f64)> {
-        let stars = field_stars(&field(), camera, cells).unwrap();
+    const ALL: std::ops::Range<u64> = 0..2 * SKY_SLICES * SKY_SLICES;
+
+    fn in_view(camera: &Camera) -> Vec<FieldStar> {
+        let circle = Circle::of(camera);
+        field_stars(&field(), camera, cells_in_view(camera, circle.as_ref()), circle.as_ref()).unwrap()
+    }
+
+    fn seen(camera: &Camera, stars: Vec<FieldStar>) -> Vec<(f64, f64, f64)> {
         let mut seen: Vec<_> = stars.iter().filter_map(|s| s.point(camera, 0)).map(|p| (p.gain, p.column, p.row)).collect();
         seen.sort_by(|a, b| b.partial_cmp(a).unwrap());
         seen
@@ -323,18 +366,20 @@ mod tests {
     #[test]
     fn no_star_of_the_sky_is_missed() {
         for camera in cameras() {
-            let (some, all) = (seen(&camera, cells_in_view(&camera)), seen(&camera, (0..2 * SKY_SLICES * SKY_SLICES).collect()));
-            assert_eq!(some, all, "{camera:?}");
-            assert!(cells_in_view(&camera).len() < (2 * SKY_SLICES * SKY_SLICES) as usize, "all cells are looked at");
+            let some = in_view(&camera);
+            assert!(some.len() < 251_000, "all stars are looked at");
+            let all = field_stars(&field(), &camera, ALL.collect(), None).unwrap();
+            assert_eq!(seen(&camera, some), seen(&camera, all), "{camera:?}");
+            assert!(cells_in_view(&camera, Circle::of(&camera).as_ref()).len() < ALL.end as usize, "all cells are looked at");
         }
     }
 
     #[test]
     fn the_brightest_are_the_first_of_all() {
         for camera in cameras() {
-            let all = seen(&camera, cells_in_view(&camera));
+            let all = seen(&camera, in_view(&camera));
             for most in [0, 1, 30, all.len(), all.len() + 10] {
-                let stars = field_stars(&field(), &camera, cells_in_view(&camera)).unwrap();
+                let stars = in_view(&camera);
                 let mut gains: Vec<f64> = brightest(stars, most, |s| s.point(&camera, 0)).iter().map(|p| p.gain).collect();
                 gains.sort_by(|a, b| b.total_cmp(a));
                 let first: Vec<f64> = all.iter().take(most).map(|s| s.0).collect();
@@ -346,7 +391,7 @@ mod tests {
     #[test]
     fn counts_grow_with_magnitude() {
         let camera = Camera::look_at(DVec3::ZERO, DVec3::X);
-        let stars = field_stars(&field(), &camera, (0..2 * SKY_SLICES * SKY_SLICES).collect()).unwrap();
+        let stars = field_stars(&field(), &camera, ALL.collect(), None).unwrap();
         let brighter = |m: f64| stars.iter().filter(|s| s.gain > 10f64.powf(-0.4 * m)).count() as f64;
         assert_eq!(brighter(6.0), 0.0);
         assert_eq!(brighter(14.0 + 1e-9), stars.len() as f64);

@@ -3,10 +3,13 @@
 /// Numbers in [0, 1) by (seed, cell, count): SplitMix64 (Steele, Lea & Flood 2014).
 pub struct Counter(u64);
 
+/// What the state grows by from number to number: 2⁶⁴ by the golden ratio.
+const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
+
 impl Counter {
     /// The sequence of a cell.
     pub fn new(seed: u64, cell: u64) -> Self {
-        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ cell.wrapping_mul(0xd134_2543_de82_ef95))
+        Self(seed.wrapping_mul(STEP) ^ cell.wrapping_mul(0xd134_2543_de82_ef95))
     }
 
     /// The sequence of a part of a cell, far from those of all others.
@@ -20,8 +23,13 @@ impl Counter {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
+    /// Passes over so many numbers.
+    pub fn skip(&mut self, count: u64) {
+        self.0 = self.0.wrapping_add(STEP.wrapping_mul(count));
+    }
+
     fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        self.0 = self.0.wrapping_add(STEP);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ (z >> 31)

@@ -21,14 +21,25 @@ pub struct BuiltinScene {
     pub text: &'static str,
     /// The file of measured data that has to be fetched first, where there is one.
     pub needs: Option<&'static str>,
+    /// A small picture of it, 16:9, JPEG; none of a scene that needs a file.
+    pub thumbnail: Option<&'static [u8]>,
 }
 
 macro_rules! scene {
-    ($name:literal, $summary:literal) => {
-        BuiltinScene { needs: None, name: $name, summary: $summary, text: include_str!(concat!("../scenes/", $name, ".toml")) }
+    ($name:literal, $summary:literal, needs $needs:expr, $thumbnail:expr) => {
+        BuiltinScene {
+            needs: $needs,
+            name: $name,
+            summary: $summary,
+            text: include_str!(concat!("../scenes/", $name, ".toml")),
+            thumbnail: $thumbnail,
+        }
     };
     ($name:literal, $summary:literal, needs $needs:literal) => {
-        BuiltinScene { needs: Some($needs), ..scene!($name, $summary) }
+        scene!($name, $summary, needs Some($needs), None)
+    };
+    ($name:literal, $summary:literal) => {
+        scene!($name, $summary, needs None, Some(include_bytes!(concat!("../scenes/thumbnails/", $name, ".jpg"))))
     };
 }
 

@@ -113,7 +113,7 @@ pub fn table<'a>(root: &'a Table, place: &str) -> Option<&'a dyn TableLike> {
 }
 
 /// The table at `place`, to be changed.
-fn table_mut<'a>(root: &'a mut Table, place: &str) -> Option<&'a mut dyn TableLike> {
+pub(crate) fn table_mut<'a>(root: &'a mut Table, place: &str) -> Option<&'a mut dyn TableLike> {
     let mut table: &mut dyn TableLike = root;
     let mut steps = place.split('.').filter(|s| !s.is_empty()).peekable();
     while let Some(step) = steps.next() {

@@ -3,7 +3,7 @@
 //! [`document`] is the scene's text, [`edit`] a change of it, [`editor`] its tables as widgets by the rows of
 //! `scene::schema`. [`engine`] is a worker that takes an [`order`] and makes [`picture`]s in a [`studio`], coarse at
 //! once, fine when nothing moves, by levels that an [`exposure`] holds; [`flight`] moves the observer, [`clock`] the moment, [`viewport`] is
-//! the picture with hands on it, [`panels`] stand around it, [`timings`] tell how often it changes, [`app`] holds all
+//! the picture with hands on it, [`panels`] stand around it, [`keyframes`] and [`tracks`] are keys of what changes in the text, [`timings`] tell how often it changes, [`app`] holds all
 //! together. Everything but [`open`] runs without a window.
 
 pub mod app;
@@ -24,6 +24,7 @@ pub mod picture;
 pub mod session;
 pub mod studio;
 pub mod timings;
+pub mod tracks;
 pub mod viewport;
 mod window;
 

@@ -1,5 +1,7 @@
 //! How often the window shows something new: what `barnard view --timings` tells.
 
+use std::time::Instant;
+
 use crate::order::Quality;
 
 /// What the window shows in one frame.
@@ -20,6 +22,8 @@ pub struct Look {
 /// The frames of a window since something changed, on a clock in seconds.
 #[derive(Debug, Default)]
 pub struct Timings {
+    /// When the program began, until its first picture has come.
+    began: Option<Instant>,
     last: Option<Look>,
     /// When pictures came while something moved.
     previews: Vec<f64>,
@@ -28,10 +32,18 @@ pub struct Timings {
 }
 
 impl Timings {
+    /// Those of a program that began at a time, which is told when its first picture came.
+    pub fn since(began: Instant) -> Self {
+        Self { began: Some(began), ..Self::default() }
+    }
+
     /// Takes up what is shown at a time; returns what there is to tell of it.
     pub fn frame(&mut self, now: f64, look: Look) -> Option<String> {
         let last = self.last.replace(look);
         let is_new = look.shown.is_some() && last.is_none_or(|last| last.shown != look.shown);
+        if let Some(began) = self.began.take_if(|_| is_new) {
+            return Some(format!("first picture {:.2} s after the start", began.elapsed().as_secs_f64()));
+        }
         if look.moving {
             self.frames.clear();
             if is_new {
@@ -100,5 +112,10 @@ mod tests {
         assert_eq!(settled, "settled 740 x 810 0.75 s after the last change, the window drawn 5.0 times a second, 300 ms apart at most");
         assert_eq!(timings.frame(2.0, look(10, Quality::Settled, false, true, 1.0)), None);
         assert_eq!(timings.frame(9.0, look(10, Quality::Settled, false, true, 1.0)), None);
+        let mut timings = Timings::since(Instant::now());
+        assert_eq!(timings.frame(0.0, Look { shown: None, ..look(0, Quality::Coarse, true, false, 0.0) }), None);
+        let first = timings.frame(0.1, look(1, Quality::Coarse, true, false, 0.1)).unwrap();
+        assert!(first.starts_with("first picture 0.0") && first.ends_with(" s after the start"), "{first}");
+        assert_eq!(timings.frame(0.2, look(2, Quality::Coarse, true, false, 0.2)), None);
     }
 }

@@ -3,6 +3,7 @@
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Arc, OnceLock};
+use std::time::Instant;
 
 use barnard::backend::{BackendEntry, DeviceUse, cpu};
 use barnard::scene::RayTracer;
@@ -50,6 +51,7 @@ const NAME: &str = "barnard";
 /// # Errors
 /// Where the scene cannot be read, and where there is no screen.
 pub fn open(start: Start) -> Result<(), ViewerError> {
+    let began = Instant::now();
     // A scene that is wrong is told where the command was given.
     let document = start.scene.as_ref().map(|origin| Document::of(origin, start.memory_limit)).transpose()?;
     let mut session = Session::new(eframe::storage_dir(NAME));
@@ -76,7 +78,7 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
         let mut app = App::new(document, engine, session, start.memory_limit);
         app.tracer = tracer;
         app.layout = Layout::stored(creation.storage);
-        app.timings = start.timings.then(Timings::default);
+        app.timings = start.timings.then(|| Timings::since(began));
         words.into_iter().for_each(|words| app.tell(words));
         lent.err().into_iter().for_each(|error| app.complain(error));
         app

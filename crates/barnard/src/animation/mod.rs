@@ -15,9 +15,13 @@ pub use curve::{INTERPOLATIONS, InterpolationEntry};
 pub(crate) use keyframes::KEYFRAME as PATH_KEYFRAME;
 pub(crate) use path::KEYS as PATH;
 
+pub use self::track::Track;
+
+use glam::DVec3;
+
 use self::curve::Interpolation;
 use self::path::CameraPath;
-use self::track::{Track, set};
+use self::track::set;
 use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::properties::{Key, Property, Section, Table, Value};
@@ -128,6 +132,16 @@ impl Timeline {
     /// Whether anything of the camera changes, by a path or by tracks.
     pub fn moves_camera(&self) -> bool {
         self.has_path() || self.tracks.iter().any(|(place, ..)| place.split(['.', '[']).next() == Some("camera"))
+    }
+
+    /// The keys that change, in the order in which the scene says them: what each is called there, and its track.
+    pub fn tracks(&self) -> impl Iterator<Item = (&str, &Track)> {
+        self.tracks.iter().map(|(place, track, _)| (place.as_str(), track))
+    }
+
+    /// Where the camera is on its path at a moment \[s\], in pc; none where it follows none.
+    pub fn position(&self, time: f64) -> Option<DVec3> {
+        self.path.as_ref()?.position(time)
     }
 
     /// What a scene that is `tree` says at a moment \[s\]: a tree without changes.

@@ -108,6 +108,12 @@ impl CameraPath {
         self.span.1
     }
 
+    /// Where the camera is at a moment \[s\], in pc; none where its place stays.
+    pub fn position(&self, time: f64) -> Option<DVec3> {
+        let (_, curve) = self.vectors.iter().find(|(own, _)| *own == "position")?;
+        Some(DVec3::from_slice(&curve.at(self.on_way(self.eased(time)))))
+    }
+
     /// Says in `camera` what the path does of it at a moment \[s\].
     pub fn set(&self, camera: &mut Table, time: f64, section: &Section) -> Result<()> {
         let time = self.on_way(self.eased(time));

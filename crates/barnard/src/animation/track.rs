@@ -101,9 +101,30 @@ impl Track {
 
     /// The moment of its last key \[s\].
     pub fn end(&self) -> f64 {
+        self.times().last().copied().unwrap_or(0.0)
+    }
+
+    /// The moments of its keys \[s\].
+    pub fn times(&self) -> Vec<f64> {
         match self {
-            Self::Numbers(numbers) => numbers.curve.times().last().copied().unwrap_or(0.0),
-            Self::Said(keys) => keys.last().map_or(0.0, |(time, _)| *time),
+            Self::Numbers(numbers) => numbers.curve.times().to_vec(),
+            Self::Said(keys) => keys.iter().map(|(time, _)| *time).collect(),
+        }
+    }
+
+    /// The numbers of the value at a moment \[s\], in the unit in which it is said; none where it has none.
+    pub fn numbers(&self, time: f64) -> Option<Vec<f64>> {
+        match self {
+            Self::Numbers(numbers) => Some(numbers.curve.at(time)),
+            Self::Said(_) => Form::of(&self.at(time)).map(|(_, numbers)| numbers),
+        }
+    }
+
+    /// The unit of its numbers, as the scene writes it; nothing where they have none.
+    pub fn unit(&self) -> &str {
+        match self {
+            Self::Numbers(Numbers { form: Form::Quantity(unit), .. }) => unit,
+            _ => "",
         }
     }
 
@@ -188,6 +209,10 @@ mod tests {
         }
         let held = Track::new(vec![(0.0, text("ccm89")), (1.0, Value::Flag(true))], Interpolation::Step).unwrap();
         assert_eq!((held.at(0.9), held.at(1.0), held.at(-1.0)), (text("ccm89"), Value::Flag(true), text("ccm89")));
+        assert_eq!((held.times(), held.end(), held.numbers(0.5)), (vec![0.0, 1.0], 1.0, None));
+        let moved = Track::new(vec![(0.0, text("0 0 5 pc")), (2.0, text("1 2 3 pc"))], Interpolation::Linear).unwrap();
+        assert_eq!((moved.times(), moved.numbers(1.0)), (vec![0.0, 2.0], Some(vec![0.5, 1.0, 4.0])));
+        assert_eq!(moved.unit(), "pc");
     }
 
     /// Values are set where they are meant, and places that are none are told.

@@ -44,29 +44,31 @@ const BLOCK: usize = 64;
 /// The longest formula, in characters: parsing recurses with parentheses.
 const MAX_LENGTH: usize = 2000;
 
+/// A formula as it is read, and what it says.
+fn parsed(formula: &str) -> std::result::Result<(String, FlatEx<SideBySide, FieldOperators>), String> {
+    if formula.len() > MAX_LENGTH {
+        return Err(format!("the expression has {} characters, at most {MAX_LENGTH} are read", formula.len()));
+    }
+    let wrong = |e: String| format!("\"{formula}\" is no expression: {e}");
+    let normalised = normalised(formula).map_err(wrong)?;
+    let flat = FlatEx::parse(&normalised).map_err(|e| wrong(e.to_string()))?;
+    Ok((normalised, flat))
+}
+
+/// The axis that a variable is: x, y or z.
+fn axis(name: &str) -> Option<usize> {
+    ["x", "y", "z"].iter().position(|axis| *axis == name)
+}
+
 impl Expression {
     /// Parses `formula`; `lookup` finds fields by name. The message says what is wrong.
     ///
     /// # Errors
     /// Where it is no expression, uses no field, or one that there is not.
     pub fn parse(formula: &str, lookup: impl Fn(&str) -> std::result::Result<Arc<dyn Field>, String>) -> std::result::Result<Self, String> {
-        if formula.len() > MAX_LENGTH {
-            return Err(format!("the expression has {} characters, at most {MAX_LENGTH} are read", formula.len()));
-        }
-        let wrong = |e: String| format!("\"{formula}\" is no expression: {e}");
-        let normalised = normalised(formula).map_err(wrong)?;
-        let formula = FlatEx::<SideBySide, FieldOperators>::parse(&normalised).map_err(|e| wrong(e.to_string()))?;
-        let variables: std::result::Result<Vec<Variable>, String> = formula
-            .var_names()
-            .iter()
-            .map(|name| match name.as_str() {
-                "x" => Ok(Variable::Axis(0)),
-                "y" => Ok(Variable::Axis(1)),
-                "z" => Ok(Variable::Axis(2)),
-                name => lookup(name).map(Variable::Field),
-            })
-            .collect();
-        let variables = variables?;
+        let (normalised, formula) = parsed(formula)?;
+        let variable = |name: &String| axis(name).map_or_else(|| lookup(name).map(Variable::Field), |axis| Ok(Variable::Axis(axis)));
+        let variables: Vec<Variable> = formula.var_names().iter().map(variable).collect::<std::result::Result<_, _>>()?;
         let own_bounds = |v: &Variable| if let Variable::Field(f) = v { Some(f.bounds()) } else { None };
         let smaller = |a: &Bounds, b: &Bounds| a.size().element_product().total_cmp(&b.size().element_product());
         let boxes = variables.iter().filter_map(own_bounds);
@@ -90,21 +92,16 @@ impl Expression {
     /// # Errors
     /// Where it is no expression.
     pub fn names(formula: &str) -> std::result::Result<Vec<String>, String> {
-        if formula.len() > MAX_LENGTH {
-            return Err(format!("the expression has {} characters", formula.len()));
-        }
-        let formula = FlatEx::<SideBySide, FieldOperators>::parse(&normalised(formula)?).map_err(|e| e.to_string())?;
-        Ok(formula.var_names().iter().filter(|name| !["x", "y", "z"].contains(&name.as_str())).map(ToString::to_string).collect())
+        let (_, formula) = parsed(formula)?;
+        Ok(formula.var_names().iter().filter(|name| axis(name).is_none()).cloned().collect())
     }
 
     /// Whether `formula` may be other than zero outside of any boxes, whatever those of its fields are.
     pub fn is_endless(formula: &str) -> bool {
-        let Ok(normalised) = normalised(formula) else { return false };
-        let Ok(parsed) = FlatEx::<SideBySide, FieldOperators>::parse(&normalised) else { return false };
-        let axis = |name: &String| ["x", "y", "z"].contains(&name.as_str());
+        let Ok((normalised, formula)) = parsed(formula) else { return false };
         let unit = Bounds::cube(DVec3::ZERO, 1.0);
-        let of = |name: &String| if axis(name) { Support::Everywhere } else { Support::Within(unit) };
-        match support(&normalised, &parsed.var_names().iter().map(of).collect::<Vec<_>>()) {
+        let of = |name: &String| if axis(name).is_some() { Support::Everywhere } else { Support::Within(unit) };
+        match support(&normalised, &formula.var_names().iter().map(of).collect::<Vec<_>>()) {
             Support::Everywhere => true,
             Support::Number(number) => number != 0.0,
             Support::Within(_) => false,

@@ -16,6 +16,8 @@ use super::test_device::device;
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn pictures_are_those_of_the_processor() {
     let gpu = device();
+    // Real devices weigh voxels in 256ths: half of one is what filaments that are thinner than voxels may be off by, on each axis.
+    let tolerance = if gpu.adapter.real { 2.0 * TOLERANCE } else { TOLERANCE };
     for builtin in barnard_files::builtin::SCENES.iter().filter(|scene| scene.needs.is_none()) {
         let mut scene = barnard_files::builtin::load_by(builtin.name, DEFAULT_LIMIT, Loader::roughly).unwrap();
         let planned = plan(&mut scene, 32);
@@ -29,7 +31,7 @@ fn pictures_are_those_of_the_processor() {
         let (theirs, found) = cpu::radiance(&fine, &Control::default()).unwrap();
         let (ours, ours_found) = on(&gpu, &fine);
         let wrong = difference(&fine, &ours, &theirs);
-        assert!(wrong < TOLERANCE, "{}: {wrong:e}", builtin.name);
+        assert!(wrong < tolerance, "{}: {wrong:e}", builtin.name);
         // Rays of a packet end together, those of the GPU each by itself: they need not go as deep.
         let deep = ours_found.depth / found.depth;
         let is_clear = (ours_found.depth, found.depth) == (0.0, 0.0);
@@ -38,12 +40,12 @@ fn pictures_are_those_of_the_processor() {
         assert!((deep > 0.9 && deep < 1.01) || is_clear || is_dark, "{}: {} {}", builtin.name, ours_found.depth, found.depth);
         // A hundredth more light would be seen.
         let more: Vec<f32> = theirs.iter().map(|v| 1.01 * v).collect();
-        assert!(difference(&fine, &ours, &more) > TOLERANCE);
+        assert!(difference(&fine, &ours, &more) > 2.0 * TOLERANCE);
         let planned = fine.with_stepping(stepping);
         let theirs = cpu::radiance(&planned, &Control::default()).unwrap().0;
         let ours = on(&gpu, &planned).0;
         let wrong = difference(&planned, &ours, &theirs);
-        assert!(wrong < accuracy.max(TOLERANCE), "{}: {wrong:e} of {accuracy:e}", builtin.name);
+        assert!(wrong < accuracy.max(tolerance), "{}: {wrong:e} of {accuracy:e}", builtin.name);
     }
 }
 

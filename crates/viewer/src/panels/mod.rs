@@ -1,6 +1,8 @@
 //! The panels around the picture.
 
 mod about;
+mod builtins;
+mod curves;
 mod method;
 mod picture;
 mod probe;
@@ -11,7 +13,6 @@ use barnard::scene::Scene;
 use eframe::egui::{self, Color32, Frame, Panel, ScrollArea, Ui};
 
 use crate::app::App;
-use crate::document::Origin;
 use crate::editor::Edits;
 use crate::files::Purpose;
 use crate::viewport::Guide;
@@ -130,13 +131,7 @@ fn file_menu(ui: &mut Ui, app: &mut App) {
             }
         }
     });
-    ui.menu_button("Built-in scenes", |ui| {
-        for scene in barnard_files::builtin::SCENES {
-            if ui.button(scene.name).on_hover_text(scene.summary).clicked() {
-                app.open(&Origin::Builtin(scene.name));
-            }
-        }
-    });
+    ui.menu_button("Built-in scenes", |ui| builtins::show(ui, app));
     ui.separator();
     if button(ui, "Save", "Ctrl+S") {
         app.save();

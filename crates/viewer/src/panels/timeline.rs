@@ -1,13 +1,14 @@
 //! The timeline: the moment that is shown, keys of the camera, and how numbers change.
 
-use eframe::egui::{self, Color32, Sense, Stroke, Ui, pos2, vec2};
+use eframe::egui::{self, Sense, Stroke, Ui, pos2, vec2};
 
+use super::curves::{self, GRIP, diamond};
 use crate::app::App;
 use crate::edit::rounded;
+use crate::tracks::{begun, possible};
 
-/// How high the bar is, and how far from a key the pointer takes hold of it [points].
+/// How high the bar is [points].
 const HEIGHT: f32 = 26.0;
-const GRIP: f32 = 6.0;
 
 /// Shows the timeline.
 pub fn show(ui: &mut Ui, app: &mut App) {
@@ -41,8 +42,25 @@ pub fn show(ui: &mut Ui, app: &mut App) {
         if button.on_hover_text("a flight along all bookmarks, three seconds from one to the next").clicked() {
             app.of_bookmarks();
         }
+        ui.menu_button("Animate", |ui| of_any(ui, app)).response.on_hover_text("a key of the scene that is to change begins here as it is");
     });
     bar(ui, app);
+    curves::show(ui, app);
+}
+
+/// The keys of the scene that could change and do not yet.
+fn of_any(ui: &mut Ui, app: &mut App) {
+    let scene = app.document.scene().clone();
+    let known: Vec<&str> = scene.timeline.iter().flat_map(|timeline| timeline.tracks().map(|(of, _)| of)).collect();
+    let free = possible(app.document.toml().as_table()).into_iter().filter(|(of, _)| !known.contains(&of.as_str()));
+    egui::ScrollArea::vertical().max_height(400.0).show(ui, |ui| {
+        for (of, value) in free {
+            if ui.button(&of).on_hover_text(value.to_string()).clicked() {
+                let edit = begun(&of, value, app.clock.time);
+                app.apply(edit);
+            }
+        }
+    });
 }
 
 /// The bar that is scrubbed, with a mark at each key.
@@ -73,9 +91,7 @@ fn bar(ui: &mut Ui, app: &mut App) {
     painter.rect_filled(end, 0.0, visuals.panel_fill.gamma_multiply(0.7));
     let keys = app.keyframes();
     for key in &keys {
-        let (x, y) = (at(*key), rect.top() + 0.32 * HEIGHT);
-        let points = [vec2(0.0, -GRIP), vec2(GRIP, 0.0), vec2(0.0, GRIP), vec2(-GRIP, 0.0)].map(|v| pos2(x, y) + v).to_vec();
-        painter.add(egui::Shape::convex_polygon(points, Color32::from_rgb(120, 200, 255), Stroke::NONE));
+        diamond(&painter, pos2(at(*key), rect.top() + 0.32 * HEIGHT));
     }
     painter.vline(at(app.clock.time), rect.y_range(), Stroke::new(2.0, visuals.strong_text_color()));
     if let (true, Some(pointer)) = (response.dragged() || response.clicked(), response.interact_pointer_pos()) {

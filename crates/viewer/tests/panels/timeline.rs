@@ -4,11 +4,11 @@ use barnard::glam::DVec3;
 use barnard_viewer::app::App;
 use barnard_viewer::viewport::Guide;
 use eframe::egui::accesskit::Role;
-use eframe::egui::{Key, PointerButton, vec2};
+use eframe::egui::{Event, Key, Modifiers, PointerButton, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
-use super::explorer::{drag, notice, open, settle, viewport};
+use super::explorer::{app, drag, folder, notice, open, settle, viewport};
 
 fn place(harness: &Harness<App>) -> DVec3 {
     harness.state().flight.camera.position
@@ -89,6 +89,60 @@ fn stars_change_with_the_moment() {
     seek(&mut harness, 0.8);
     let dark = mean(&harness);
     assert!((bright / dark / 100.0 - 1.0).abs() < 0.05, "{bright:e} {dark:e}");
+}
+
+/// A key of the scene gets a track from a menu; its keys are added, dragged and taken away on its curve.
+#[test]
+fn curves_have_keys_to_drag() {
+    let (_folder, path) = folder();
+    // Each event has a frame of its own: two clicks are to be a double one.
+    let builder = Harness::builder().with_size(vec2(1150.0, 760.0)).with_step_dt(0.02);
+    let mut harness = builder.build_ui_state(|ui, app: &mut App| app.ui(ui), app(&path, None));
+    settle(&mut harness);
+    harness.key_press(Key::T);
+    harness.run_steps(3);
+    harness.get_by_role_and_label(Role::Button, "Animate").click();
+    harness.run_steps(3);
+    harness.get_by_role_and_label(Role::Button, "star[0].luminosity").click();
+    settle(&mut harness);
+    let track = |h: &Harness<App>| -> (Vec<f64>, Vec<f64>) {
+        let scene = h.state().document.scene().clone();
+        let (of, track) = scene.timeline.as_ref().unwrap().tracks().next().unwrap();
+        assert_eq!((of, track.unit()), ("star[0].luminosity", "Lsun"));
+        let times = track.times();
+        (times.clone(), times.iter().map(|time| track.numbers(*time).unwrap()[0]).collect())
+    };
+    let (times, values) = track(&harness);
+    assert_eq!((times, values.len()), (vec![0.0], 1));
+    let strip =
+        |h: &Harness<App>| h.get_by(|node| node.role() == Role::Slider && node.label().is_some_and(|l| l.starts_with("star[0]"))).rect();
+    let at = |h: &Harness<App>, part: f32| strip(h).left_center() + vec2(part * strip(h).width(), 0.0);
+    // A key in the middle, as high as the curve is.
+    let pos = at(&harness, 0.5);
+    harness.hover_at(pos);
+    harness.step();
+    for pressed in [true, false, true, false] {
+        harness.event(Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE });
+    }
+    settle(&mut harness);
+    let (times, flat) = track(&harness);
+    assert!(times.len() == 2 && (times[1] - 5.0).abs() < 0.2 && flat[0] == flat[1], "{times:?} {flat:?}");
+    // It is dragged to the left and upwards.
+    let place = at(&harness, 0.5);
+    let left = -0.2 * strip(&harness).width();
+    drag(&mut harness, PointerButton::Primary, place, place + vec2(left, -11.0));
+    settle(&mut harness);
+    let (times, higher) = track(&harness);
+    assert!(times.len() == 2 && (times[1] - 3.0).abs() < 0.3, "{times:?}");
+    assert!(higher[0] == flat[0] && higher[1] > 1.2 * flat[1], "{higher:?}");
+    // One undo takes all of the drag back.
+    harness.state_mut().step(false);
+    settle(&mut harness);
+    assert_eq!(track(&harness).1, flat);
+    let place = at(&harness, 0.5);
+    drag(&mut harness, PointerButton::Secondary, place, place);
+    settle(&mut harness);
+    assert_eq!(track(&harness).0, [0.0]);
 }
 
 #[test]

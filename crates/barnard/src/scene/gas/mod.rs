@@ -122,7 +122,8 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
     let by_band: Vec<Vec<f64>> = bands.iter().map(through).collect();
     let counts = |i: usize| by_band.iter().any(|light| light[i] > DARK * light.iter().sum::<f64>());
     let counts: Vec<bool> = (0..species.len()).map(counts).collect();
-    let gridded = |values: Vec<f32>| Arc::new(Grid::of(cloud.lattice.clone(), values)) as Arc<dyn Field>;
+    let gridded =
+        |values: Vec<f32>| Arc::new(Grid::of(cloud.lattice.clone(), ionised::softened(cloud.lattice.dims, values))) as Arc<dyn Field>;
     let mut glow = Vec::new();
     for ((species, values), counts) in species.iter().zip(quantities).zip(counts) {
         if counts {

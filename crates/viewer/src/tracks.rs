@@ -1,0 +1,163 @@
+//! Tracks in a scene's text: keys of values that change, `[[animation]]`.
+
+use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
+
+use crate::edit::{Edit, rounded, significant, table_mut};
+
+/// What stands in a scene that says how it changes.
+const CHANGES: [&str; 3] = ["animation", "sequence", "camera.path"];
+
+/// Times and values of a track.
+fn lists(document: &mut DocumentMut, track: usize) -> Option<&mut dyn TableLike> {
+    table_mut(document.as_table_mut(), &format!("animation.{track}"))
+}
+
+fn array<'a>(track: &'a mut dyn TableLike, name: &str) -> Option<&'a mut Array> {
+    track.get_mut(name)?.as_array_mut()
+}
+
+fn moment(time: f64) -> String {
+    format!("{} s", rounded(time, 6))
+}
+
+/// A value with another number, in its own unit; none where it has not one number.
+fn with_number(value: &Value, number: f64) -> Option<Value> {
+    match value.as_str() {
+        Some(text) => spectra::units::parts(text).map(|(_, unit)| format!("{} {unit}", rounded(number, 5)).trim_end().into()),
+        None => crate::edit::number(value).map(|_| significant(number).into()),
+    }
+}
+
+/// Puts a value in place of another, and leaves the blanks and comments around it as they are.
+fn put(array: &mut Array, index: usize, mut value: Value) {
+    if let Some(before) = array.get(index) {
+        *value.decor_mut() = before.decor().clone();
+        array.replace_formatted(index, value);
+    }
+}
+
+/// The edit that moves a key of a track to another moment \[s\], and gives it another number where one is said.
+pub fn moved(track: usize, key: usize, time: f64, number: Option<f64>) -> Edit {
+    Edit::new("key moved", move |document| {
+        let Some(track) = lists(document, track) else { return };
+        if let Some(times) = array(track, "times") {
+            put(times, key, moment(time).into());
+        }
+        let Some((values, number)) = array(track, "values").zip(number) else { return };
+        if let Some(value) = values.get(key).and_then(|value| with_number(value, number)) {
+            put(values, key, value);
+        }
+    })
+}
+
+/// The edit that adds a key to a track, as its number `key`, at a moment \[s\], with the value that the track has there.
+pub fn added(track: usize, key: usize, time: f64, value: &barnard::properties::Value) -> Edit {
+    // What a scene shows of a value is how TOML writes it.
+    let value = value.to_string().parse::<Value>();
+    Edit::new("key added", move |document| {
+        let (Some(track), Ok(value)) = (lists(document, track), value) else { return };
+        for (name, own) in [("times", moment(time).into()), ("values", value)] {
+            if let Some(list) = array(track, name).filter(|list| key <= list.len()) {
+                list.insert(key, own);
+            }
+        }
+    })
+}
+
+/// The edit that takes a key away, and with its last one the track.
+pub fn dropped(track: usize, key: usize) -> Edit {
+    Edit::new("key removed", move |document| {
+        let Some(own) = lists(document, track) else { return };
+        let count = array(own, "times").map_or(0, |times| times.len());
+        if count == 1 && key == 0 {
+            return Edit::drop("animation", track).apply(document);
+        }
+        for name in ["times", "values"] {
+            if let Some(list) = array(own, name).filter(|list| key < list.len()) {
+                list.remove(key);
+            }
+        }
+    })
+}
+
+/// The edit that begins a track of a key of the scene, at a moment \[s\].
+pub fn begun(of: &str, value: Value, time: f64) -> Edit {
+    let mut table = Table::new();
+    for (name, own) in [("of", of.into()), ("times", Array::from_iter([moment(time)]).into()), ("values", Array::from_iter([value]).into())]
+    {
+        table.insert(name, Item::Value(own));
+    }
+    Edit::push("animation", table).named(format!("track of {of}"))
+}
+
+/// The keys of a scene that have numbers, and so can change smoothly: what each is called, and what it says.
+pub fn possible(root: &Table) -> Vec<(String, Value)> {
+    let mut found = Vec::new();
+    walk(root, "", &mut found);
+    found
+}
+
+fn walk(table: &dyn TableLike, place: &str, found: &mut Vec<(String, Value)>) {
+    for (name, item) in table.iter() {
+        let own = if place.is_empty() { name.to_owned() } else { format!("{place}.{name}") };
+        if CHANGES.contains(&own.as_str()) {
+            continue;
+        }
+        if let Some(child) = item.as_table_like() {
+            walk(child, &own, found);
+        } else if let Some(tables) = item.as_array_of_tables() {
+            tables.iter().enumerate().for_each(|(i, child)| walk(child, &format!("{own}[{i}]"), found));
+        } else if let Some(value) = item.as_value() {
+            let in_line = value.as_array().into_iter().flatten().enumerate();
+            in_line.filter_map(|(i, v)| Some((i, v.as_inline_table()?))).for_each(|(i, child)| walk(child, &format!("{own}[{i}]"), found));
+            let is_list = value.as_array().is_some_and(|list| !list.is_empty() && list.iter().all(|v| crate::edit::number(v).is_some()));
+            if is_list || crate::edit::number(value).is_some() || value.as_str().is_some_and(|text| spectra::units::parts(text).is_some()) {
+                let mut value = value.clone();
+                value.decor_mut().clear();
+                found.push((own, value));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = "name = \"a\"\n[camera]\nkind = \"perspective\"\nposition = \"0 0 5 pc\"\nsize = [64, 48]\n\
+        [[star]]\nname = \"b\"\ntemperature = \"9000 K\" # hot\n\
+        [[animation]] # it cools\nof = \"star[0].temperature\"\ntimes = [\"0 s\", \"4 s\"]\nvalues = [\"9000 K\", # first\n\"3000 K\"]\n";
+
+    fn after(edit: Edit) -> String {
+        let mut document: DocumentMut = SCENE.parse().unwrap();
+        edit.apply(&mut document);
+        document.to_string()
+    }
+
+    #[test]
+    fn keys_move_come_and_go() {
+        let text = after(moved(0, 1, 5.25, Some(4_500.000_01)));
+        assert!(text.contains("times = [\"0 s\", \"5.25 s\"]") && text.contains("# first\n\"4500 K\"]"), "{text}");
+        assert!(text.contains("# it cools") && text.contains("# hot"), "{text}");
+        assert!(after(moved(0, 0, 1.0, None)).contains("times = [\"1 s\", \"4 s\"]\nvalues = [\"9000 K\""));
+        let text = after(added(0, 1, 2.0, &barnard::properties::Value::Text("6000.0 K".into())));
+        assert!(text.contains("\"0 s\", \"2 s\", \"4 s\"") && text.contains("\"6000.0 K\","), "{text}");
+        let text = after(dropped(0, 0));
+        assert!(text.contains("times = [ \"4 s\"]") && !text.contains("\"9000 K\","), "{text}");
+        assert!(!after(dropped(0, 0).and(dropped(0, 0))).contains("animation"));
+        assert_eq!(
+            [moved(7, 0, 1.0, None), added(0, 9, 1.0, &barnard::properties::Value::Integer(1)), dropped(0, 9)].map(after),
+            [SCENE; 3]
+        );
+    }
+
+    #[test]
+    fn keys_with_numbers_can_change() {
+        let document: DocumentMut = SCENE.parse().unwrap();
+        let names: Vec<String> = possible(&document).into_iter().map(|(name, _)| name).collect();
+        assert_eq!(names, ["camera.position", "camera.size", "star[0].temperature"]);
+        let (name, value) = possible(&document).remove(2);
+        let text = after(begun(&name, value, 1.5));
+        assert!(text.ends_with("[[animation]]\nof = \"star[0].temperature\"\ntimes = [\"1.5 s\"]\nvalues = [\"9000 K\"]\n"), "{text}");
+    }
+}
