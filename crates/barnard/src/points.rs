@@ -210,7 +210,7 @@ struct Circle {
 }
 
 impl Circle {
-    /// That of a camera in perspective; other images have none.
+    /// That of a camera in perspective, up to a half of the sky: corners tell no larger one. Other images have none.
     fn of(camera: &Camera) -> Option<Self> {
         let Projection::Perspective { .. } = camera.projection else { return None };
         let (width, height, margin) = (camera.width as f64, camera.height as f64, PSF_RADIUS as f64);
@@ -219,6 +219,9 @@ impl Circle {
         let to_corner = |(column, row): (f64, f64)| camera.ray(column, row).direction.dot(ahead).clamp(-1.0, 1.0).acos();
         // A little more, for what rounding takes of small angles.
         let radius = corners.map(to_corner).into_iter().fold(0.0, f64::max) + 1e-7;
+        if radius > std::f64::consts::FRAC_PI_2 {
+            return None;
+        }
         let pole = ahead.z.clamp(-1.0, 1.0).acos();
         let heights = ((pole + radius).min(std::f64::consts::PI).cos(), (pole - radius).max(0.0).cos());
         Some(Self { ahead, radius, heights })
@@ -269,8 +272,8 @@ fn sky_direction(cell: u64, u: f64, v: f64) -> DVec3 {
 fn cells_in_view(camera: &Camera, circle: Option<&Circle>) -> Vec<u64> {
     let Some(Circle { ahead, radius, .. }) = circle.copied() else {
         // From the whole sky most is seen, and a picture without perspective sees none.
-        let is_panorama = matches!(camera.projection, Projection::Panorama { .. });
-        return (0..if is_panorama { 2 * SKY_SLICES * SKY_SLICES } else { 0 }).collect();
+        let is_flat = matches!(camera.projection, Projection::Orthographic { .. });
+        return (0..if is_flat { 0 } else { 2 * SKY_SLICES * SKY_SLICES }).collect();
     };
     let sectors = 2 * SKY_SLICES as i64;
     let per_radian = SKY_SLICES as f64 / std::f64::consts::PI;
@@ -370,6 +373,10 @@ mod tests {
             assert!(some.len() < 251_000, "all stars are looked at");
             let all = field_stars(&field(), &camera, ALL.collect(), None).unwrap();
             assert_eq!(seen(&camera, some), seen(&camera, all), "{camera:?}");
+            // Beside the middle of a very wide image corners are nearer than an edge.
+            let aside = camera.clone().field_of_view_deg(170.0).crop(0, 0, 36, 36).unwrap();
+            let all = field_stars(&field(), &aside, ALL.collect(), None).unwrap();
+            assert_eq!(seen(&aside, in_view(&aside)), seen(&aside, all), "{aside:?}");
             assert!(cells_in_view(&camera, Circle::of(&camera).as_ref()).len() < ALL.end as usize, "all cells are looked at");
         }
     }

@@ -12,18 +12,24 @@ fn lists(document: &mut DocumentMut, track: usize) -> Option<&mut dyn TableLike>
     table_mut(document.as_table_mut(), &format!("animation.{track}"))
 }
 
+/// A list of a track; one of one text may be that text alone.
 fn array<'a>(track: &'a mut dyn TableLike, name: &str) -> Option<&'a mut Array> {
-    track.get_mut(name)?.as_array_mut()
+    let item = track.get_mut(name)?;
+    if let Some(text) = item.as_str().map(str::to_owned) {
+        *item = Item::Value(Array::from_iter([text]).into());
+    }
+    item.as_array_mut()
 }
 
+/// A moment, to the millisecond.
 fn moment(time: f64) -> String {
-    format!("{} s", rounded(time, 6))
+    format!("{} s", (1e3 * time).round() / 1e3)
 }
 
 /// A value with another number, in its own unit; none where it has not one number.
 fn with_number(value: &Value, number: f64) -> Option<Value> {
     match value.as_str() {
-        Some(text) => spectra::units::parts(text).map(|(_, unit)| format!("{} {unit}", rounded(number, 5)).trim_end().into()),
+        Some(text) => spectra::units::parts(text).map(|(_, unit)| format!("{} {unit}", rounded(number, 7)).trim_end().into()),
         None => crate::edit::number(value).map(|_| significant(number).into()),
     }
 }
@@ -80,12 +86,15 @@ pub fn dropped(track: usize, key: usize) -> Edit {
     })
 }
 
-/// The edit that begins a track of a key of the scene, at a moment \[s\].
-pub fn begun(of: &str, value: Value, time: f64) -> Edit {
+/// The edit that begins a track of a key of the scene, at a moment \[s\]; `holds` where each value holds until the next one.
+pub fn begun(of: &str, value: Value, time: f64, holds: bool) -> Edit {
     let mut table = Table::new();
     for (name, own) in [("of", of.into()), ("times", Array::from_iter([moment(time)]).into()), ("values", Array::from_iter([value]).into())]
     {
         table.insert(name, Item::Value(own));
+    }
+    if holds {
+        table.insert("interpolation", Item::Value("step".into()));
     }
     Edit::push("animation", table).named(format!("track of {of}"))
 }
@@ -136,7 +145,7 @@ mod tests {
 
     #[test]
     fn keys_move_come_and_go() {
-        let text = after(moved(0, 1, 5.25, Some(4_500.000_01)));
+        let text = after(moved(0, 1, 5.25, Some(4_500.000_000_1)));
         assert!(text.contains("times = [\"0 s\", \"5.25 s\"]") && text.contains("# first\n\"4500 K\"]"), "{text}");
         assert!(text.contains("# it cools") && text.contains("# hot"), "{text}");
         assert!(after(moved(0, 0, 1.0, None)).contains("times = [\"1 s\", \"4 s\"]\nvalues = [\"9000 K\""));
@@ -151,13 +160,30 @@ mod tests {
         );
     }
 
+    /// One time may stand alone, long times keep their milliseconds, and numbers the digits that they had.
+    #[test]
+    fn texts_of_all_forms() {
+        let alone = "[[animation]]\nof = \"display.white\"\ntimes = \"1234.567 s\"\nvalues = [2]\n";
+        let after = |edit: Edit| {
+            let mut document: DocumentMut = alone.parse().unwrap();
+            edit.apply(&mut document);
+            document.to_string()
+        };
+        let text = after(moved(0, 0, 1234.5664, Some(656.281)));
+        assert!(text.contains("times = [\"1234.566 s\"]\nvalues = [656.281]"), "{text}");
+        let two = after(added(0, 1, 2000.0, &barnard::properties::Value::Integer(3)));
+        assert!(two.contains("[\"1234.567 s\", \"2000 s\"]\nvalues = [2, 3]"), "{two}");
+        assert_eq!(after(dropped(0, 0)), "");
+        assert!(after(begun("gas.voxels", 64.into(), 0.0, true)).ends_with("values = [64]\ninterpolation = \"step\"\n"));
+    }
+
     #[test]
     fn keys_with_numbers_can_change() {
         let document: DocumentMut = SCENE.parse().unwrap();
         let names: Vec<String> = possible(&document).into_iter().map(|(name, _)| name).collect();
         assert_eq!(names, ["camera.position", "camera.size", "star[0].temperature"]);
         let (name, value) = possible(&document).remove(2);
-        let text = after(begun(&name, value, 1.5));
+        let text = after(begun(&name, value, 1.5, false));
         assert!(text.ends_with("[[animation]]\nof = \"star[0].temperature\"\ntimes = [\"1.5 s\"]\nvalues = [\"9000 K\"]\n"), "{text}");
     }
 }

@@ -61,13 +61,15 @@ impl Strip {
         let duration = app.reach();
         let count = (rect.width() / STEP).ceil().max(2.0) as usize;
         let times: Vec<f64> = (0..=count).map(|i| duration * i as f64 / count as f64).collect();
-        let values: Vec<Vec<f64>> = times.iter().map_while(|time| numbers(*time)).collect();
+        let mut values: Vec<Vec<f64>> = times.iter().map_while(|time| numbers(*time)).collect();
+        // What a track says from one key on may be another kind of value than before.
+        let dims = values.first().map_or(0, Vec::len);
+        values.truncate(values.iter().take_while(|value| value.len() == dims).count());
         let range = values.iter().flatten().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
         let strip = Self { rect, response, duration, range };
         let visuals = ui.visuals();
         let painter = ui.painter().with_clip_rect(rect);
         painter.rect_filled(rect, 3.0, visuals.extreme_bg_color);
-        let dims = values.first().map_or(0, Vec::len);
         for component in 0..dims {
             let place = |(time, value): (&f64, &Vec<f64>)| pos2(strip.x(*time), strip.y(value[component]));
             let colour = if dims == 1 { visuals.strong_text_color() } else { COLOURS[component % COLOURS.len()] };
@@ -103,8 +105,19 @@ impl Strip {
     }
 }
 
-/// The key that is dragged, and the number for each point that it had when it was taken hold of: the range follows the key.
-type Held = Option<(usize, f64)>;
+/// A key that is dragged, and what was so when it was taken hold of: scales follow the key, and texts round it.
+#[derive(Clone, Copy)]
+struct Held {
+    key: usize,
+    /// Its number, where it has one that may be between others, and the number for each point upwards.
+    number: Option<f64>,
+    a_point: f64,
+    /// The time of the whole strip \[s\].
+    duration: f64,
+}
+
+/// Points that the pointer goes up or down before a key's value goes with it.
+const STIFF: f32 = 3.0;
 
 /// The numbers of a value, and its unit.
 fn words(numbers: &[f64], unit: &str) -> String {
@@ -140,27 +153,35 @@ fn curve(ui: &mut Ui, app: &mut App, track: usize, of: &str, values: &Track) {
     let painter = ui.painter().with_clip_rect(strip.rect.expand(2.0));
     (0..times.len()).for_each(|key| diamond(&painter, place(key)));
     strip.response.clone().on_hover_text("drag a key; double click adds one, a right click takes one away");
-    let nearest = |x: f32| (0..times.len()).find(|key| (place(*key).x - x).abs() < GRIP);
+    // Of two at one place the last one, which can go on.
+    let away = |key: &usize, x: f32| (place(*key).x - x).abs();
+    let nearest = |x: f32| (0..times.len()).rev().min_by(|a, b| away(a, x).total_cmp(&away(b, x))).filter(|key| away(key, x) < GRIP);
     let held = Id::unique(("key held", track));
     let Some(pointer) = strip.response.interact_pointer_pos() else { return };
+    let began = ui.input(|i| i.pointer.press_origin()).unwrap_or(pointer);
     if strip.response.drag_started() {
-        let began = ui.input(|i| i.pointer.press_origin()).unwrap_or(pointer);
-        let taken: Held = nearest(began.x).map(|key| (key, strip.a_point()));
+        let number = |key: usize| match values {
+            Track::Numbers(_) => values.numbers(times[key]).filter(|v| v.len() == 1).map(|v| v[0]),
+            Track::Said(_) => None,
+        };
+        let of = |key| Held { key, number: number(key), a_point: strip.a_point(), duration: strip.duration };
+        let taken = nearest(began.x).map(of);
         ui.data_mut(|data| data.insert_temp(held, taken));
     }
-    let taken = ui.data(|data| data.get_temp::<Held>(held)).flatten().filter(|(key, _)| *key < times.len());
+    let taken = ui.data(|data| data.get_temp::<Option<Held>>(held)).flatten().filter(|held| held.key < times.len());
     let edit = if strip.response.secondary_clicked() {
         nearest(pointer.x).map(|key| dropped(track, key))
     } else if strip.response.double_clicked() {
         let time = (1e3 * strip.time(pointer.x)).round() / 1e3;
         let is_free = times.iter().all(|own| (own - time).abs() >= APART);
         is_free.then(|| added(track, times.partition_point(|own| *own < time), time, &values.at(time)))
-    } else if let (true, Some((key, a_point))) = (strip.response.dragged(), taken) {
+    } else if let (true, Some(Held { key, number, a_point, duration })) = (strip.response.dragged(), taken) {
         let least = if key > 0 { times[key - 1] + APART } else { 0.0 };
-        let most = times.get(key + 1).map_or(strip.duration, |next| next - APART);
-        let time = (1e3 * strip.time(pointer.x)).round() / 1e3;
-        let one = values.numbers(times[key]).filter(|v| v.len() == 1);
-        Some(moved(track, key, time.clamp(least, most.max(least)), one.map(|v| v[0] - a_point * f64::from(strip.response.drag_delta().y))))
+        let most = times.get(key + 1).map_or(duration, |next| next - APART);
+        let time = (1e3 * strip.time(pointer.x) * duration / strip.duration).round() / 1e3;
+        let up = began.y - pointer.y;
+        let number = number.filter(|_| up.abs() >= STIFF).map(|number| number + a_point * f64::from(up));
+        Some(moved(track, key, time.clamp(least, most.max(least)), number))
     } else {
         scrub(app, &strip);
         None

@@ -56,8 +56,10 @@ fn of_any(ui: &mut Ui, app: &mut App) {
     egui::ScrollArea::vertical().max_height(400.0).show(ui, |ui| {
         for (of, value) in free {
             if ui.button(&of).on_hover_text(value.to_string()).clicked() {
-                let edit = begun(&of, value, app.clock.time);
-                app.apply(edit);
+                // What takes no fractions, or is a name that begins with a digit, holds from key to key.
+                let begin = |holds| begun(&of, value.clone(), app.clock.time, holds);
+                let holds = app.document.variant(begin(false)).is_err();
+                app.apply(begin(holds));
             }
         }
     });

@@ -97,7 +97,7 @@ impl Glare {
         if width > 0 && height > 0 {
             let haze = OnceCell::new();
             for band in image.radiances() {
-                let spread = Spread::new(&self.kept(&image.bands[band], width.max(height), &haze), width, height);
+                let spread = Spread::new(&self.kept(&image.bands[band], width.max(height), &haze, &LAST), width, height);
                 for (column, row) in (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))) {
                     let first = (band * image.height + row * height) * image.width + column * width;
                     spread.apply(&mut samples[first..], image.width);
@@ -116,9 +116,9 @@ impl Glare {
     }
 
     /// Where the light of a point of a band goes, from a picture before where that asked for the same.
-    fn kept(&self, band: &Band, longer: usize, haze: &OnceCell<Haze>) -> Arc<Kernel> {
+    fn kept(&self, band: &Band, longer: usize, haze: &OnceCell<Haze>, last: &Kept) -> Arc<Kernel> {
         let asked = Asked { glare: *self, longer, pivot_um: band.pivot_um, width_um: band.width_um };
-        let last = || LAST.lock().unwrap_or_else(PoisonError::into_inner);
+        let last = || last.lock().unwrap_or_else(PoisonError::into_inner);
         let known = last().iter().find(|(own, _)| *own == asked).map(|(_, kernel)| kernel.clone());
         known.unwrap_or_else(|| {
             let kernel = Arc::new(self.kernel(band, longer, haze.get_or_init(|| self.haze(longer))));
@@ -164,14 +164,18 @@ struct Asked {
     width_um: Option<f64>,
 }
 
-/// Kernels of the last pictures: each frame of a film, and each look at a picture in other colours, asks for the same. They take longer
-/// than the convolution.
-static LAST: Mutex<Vec<(Asked, Arc<Kernel>)>> = Mutex::new(Vec::new());
-/// Bytes of them at most.
-const KEPT_BYTES: u64 = 512 << 20;
+/// Kernels that are kept, and what each is of.
+type Kept = Mutex<Vec<(Asked, Arc<Kernel>)>>;
 
-/// Keeps a kernel, and of those before as many as so many bytes hold.
+/// Kernels of the last picture: each frame of a film, and each look at a picture in other colours, asks for the same. They take longer
+/// than the convolution.
+static LAST: Kept = Mutex::new(Vec::new());
+/// Bytes of them at most: four of the largest.
+const KEPT_BYTES: u64 = 640 << 20;
+
+/// Keeps a kernel, and of those before that are of the same picture as many as so many bytes hold.
 fn keep(last: &mut Vec<(Asked, Arc<Kernel>)>, one: (Asked, Arc<Kernel>), bytes: u64) {
+    last.retain(|(own, _)| own.glare == one.0.glare && own.longer == one.0.longer);
     last.push(one);
     while last.iter().map(|(_, kernel)| kernel.bytes()).sum::<u64>() > bytes {
         last.remove(0);
@@ -281,21 +285,24 @@ mod tests {
     fn kernels_are_kept() {
         let image = points(90, 60, &[(30, 20, 5.0)]);
         let (glare, band) = (Glare { size: 0.777, ..of("newtonian") }, &image.bands[0]);
-        let kept = |glare: &Glare, longer: usize, band: &Band| glare.kept(band, longer, &OnceCell::new());
+        let last = Kept::default();
+        let kept = |glare: &Glare, longer: usize, band: &Band| glare.kept(band, longer, &OnceCell::new(), &last);
         let first = kept(&glare, 90, band);
-        assert!(Arc::ptr_eq(&first, &kept(&glare, 90, band)));
-        let turned = Glare { rotation: 0.1, ..glare };
         let red = Band { pivot_um: Some(0.8), ..band.clone() };
-        for other in [kept(&turned, 90, band), kept(&glare, 91, band), kept(&glare, 90, &red)] {
-            assert!(!Arc::ptr_eq(&first, &other) && other.values != first.values);
-        }
+        let other = kept(&glare, 90, &red);
+        assert!(!Arc::ptr_eq(&first, &other) && other.values != first.values);
+        assert!(Arc::ptr_eq(&first, &kept(&glare, 90, band)) && Arc::ptr_eq(&other, &kept(&glare, 90, &red)));
+        // Another picture takes their place.
+        let turned = Glare { rotation: 0.1, ..glare };
+        assert!([kept(&turned, 90, band), kept(&glare, 91, band)].iter().all(|other| other.values != first.values));
+        assert_eq!(last.lock().unwrap().len(), 1);
         // The last two are kept where there is room for two and a half.
         let (mut last, room) = (Vec::new(), 5 * first.bytes() / 2);
-        for longer in 1..9 {
-            let asked = Asked { glare, longer, pivot_um: None, width_um: None };
+        for pivot_um in [0.4, 0.5, 0.6, 0.7] {
+            let asked = Asked { glare, longer: 90, pivot_um: Some(pivot_um), width_um: None };
             keep(&mut last, (asked, first.clone()), room);
         }
-        assert_eq!(last.iter().map(|(asked, _)| asked.longer).collect::<Vec<_>>(), [7, 8]);
+        assert_eq!(last.iter().map(|(asked, _)| asked.pivot_um).collect::<Vec<_>>(), [Some(0.6), Some(0.7)]);
     }
 
     /// Spikes turn with the telescope, counterclockwise as one sees the picture, and red ones are longer than blue ones.
