@@ -9,15 +9,13 @@ mod keyframes;
 mod path;
 mod track;
 
+use glam::DVec3;
 use spectra::units::{Angle, Quantity, Time};
 
 pub use curve::{INTERPOLATIONS, InterpolationEntry};
 pub(crate) use keyframes::KEYFRAME as PATH_KEYFRAME;
 pub(crate) use path::KEYS as PATH;
-
-pub use self::track::Track;
-
-use glam::DVec3;
+pub use track::Track;
 
 use self::curve::Interpolation;
 use self::path::CameraPath;

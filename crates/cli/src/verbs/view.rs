@@ -30,8 +30,8 @@ pub struct View {
     /// Most memory that one array, grid or image may take [GiB]
     #[arg(long, value_name = "GIB", default_value_t = 16.0)]
     memory: f64,
-    /// Tell when the first picture came, how many previews come while something moves, how long a picture takes to settle, and how often the window
-    /// is drawn meanwhile: as often as it can be while the pointer moves over it
+    /// Tell when the first picture came, how many previews come while something moves, how long a picture takes to settle,
+    /// and how often the window is drawn meanwhile: as often as it can be while the pointer moves over it
     #[arg(long)]
     timings: bool,
 }

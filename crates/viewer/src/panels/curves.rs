@@ -42,7 +42,7 @@ pub fn show(ui: &mut Ui, app: &mut App) {
 /// The mark of a key.
 pub(super) fn diamond(painter: &Painter, at: Pos2) {
     let points = [vec2(0.0, -GRIP), vec2(GRIP, 0.0), vec2(0.0, GRIP), vec2(-GRIP, 0.0)].map(|v| at + v).to_vec();
-    painter.add(egui::Shape::convex_polygon(points, Color32::from_rgb(120, 200, 255), Stroke::NONE));
+    painter.add(Shape::convex_polygon(points, Color32::from_rgb(120, 200, 255), Stroke::NONE));
 }
 
 /// A strip as long as the bar, with lines by the moments of its width: its rectangle, and what the pointer does there.
@@ -61,10 +61,10 @@ impl Strip {
         let duration = app.reach();
         let count = (rect.width() / STEP).ceil().max(2.0) as usize;
         let times: Vec<f64> = (0..=count).map(|i| duration * i as f64 / count as f64).collect();
-        let mut values: Vec<Vec<f64>> = times.iter().map_while(|time| numbers(*time)).collect();
+        let dims = numbers(0.0).map_or(0, |value| value.len());
         // What a track says from one key on may be another kind of value than before.
-        let dims = values.first().map_or(0, Vec::len);
-        values.truncate(values.iter().take_while(|value| value.len() == dims).count());
+        let alike = |time: &f64| numbers(*time).filter(|value| value.len() == dims);
+        let values: Vec<Vec<f64>> = times.iter().map_while(alike).collect();
         let range = values.iter().flatten().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
         let strip = Self { rect, response, duration, range };
         let visuals = ui.visuals();
