@@ -1,4 +1,4 @@
-"""The command `barnard`: `python -m barnard render --builtin reflection_nebula -o nebula.png`."""
+"""The command `barnard`: `python -m barnard render --builtin pleiades -o nebula.png`."""
 
 import sys
 

@@ -117,7 +117,7 @@ def test_the_command_comes_along(tmp_path):
     done = command("list", "passband-sets")
     assert done.returncode == 0 and "johnson" in done.stdout
     done = command("render", "--builtin", "nothing", "-o", str(tmp_path / "x.png"))
-    assert done.returncode == 1 and "reflection_nebula" in done.stderr
+    assert done.returncode == 1 and "pleiades" in done.stderr
     assert command("rendr").returncode == 2
 
 

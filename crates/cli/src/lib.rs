@@ -31,7 +31,7 @@ use clap::{CommandFactory, Parser};
 
 /// Physically calibrated spectral rendering of nebulae.
 ///
-/// Begin with:  barnard render --builtin reflection_nebula -o nebula.png
+/// Begin with:  barnard render --builtin pleiades -o nebula.png
 #[derive(Parser)]
 #[command(name = "barnard", version, propagate_version = true)]
 struct Cli {

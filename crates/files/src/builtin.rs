@@ -45,23 +45,16 @@ macro_rules! scene {
 
 /// All built-in scenes; the first is the one to begin with.
 pub const SCENES: &[BuiltinScene] = &[
-    scene!("reflection_nebula", "a young B star in a ragged cloud: blue scattered light, Johnson BVR"),
-    scene!("hii_region", "an O star ionises a turbulent cloud (density of a simulation): H-alpha, [O III], [S II] of 3 nm, Hubble palette"),
+    scene!("pleiades", "seven stars of the Pleiades in a sheet of dust: a reflection nebula, Johnson BVR"),
     scene!("pillars", "a cluster ionises pillars (density of a simulation), HST narrow bands, Hubble palette"),
     scene!("eagle", "pillars of cold gas that a young cluster ionises: HST F502N, F656N, F673N, Hubble palette"),
     scene!("emission_nebula", "an O star in the open bubble of a turbulent cloud: [O III], H-alpha, [S II] of 3 nm, Hubble palette"),
     scene!("young_cluster", "three hundred young stars before their cloud, all orders of scattering, JWST NIRCam"),
-    scene!("pleiades", "seven stars of the Pleiades in a sheet of dust: a reflection nebula, Johnson BVR"),
     scene!("ring_nebula", "a planetary nebula that a white dwarf ionises: [O III], H-alpha, [S II] of 3 nm, Hubble palette"),
     scene!("veil", "filaments of an old supernova remnant, HST narrow bands"),
     scene!("herbig_haro", "a jet, its bow shocks and the cavities of a young star behind its disc, HST narrow bands"),
     scene!("bok_globule", "a globule like Barnard 68 before the stars of the bulge, Johnson BVR"),
-    scene!("dark_globule", "a Bok globule in front of a field of stars"),
     scene!("six_stars", "six stars of different colours in one cloud, Johnson BVR"),
-    scene!(
-        "star_cluster",
-        "three hundred young stars in the cloud that they were born in, from a table: their light is gathered, Johnson BVR"
-    ),
     scene!("turbulent_cloud", "a supersonic turbulent cloud (simulation) with embedded stars in the near infrared, JWST NIRCam"),
     scene!(
         "local_bubble",
@@ -78,7 +71,6 @@ const ALIASES: [(&str, &str); 1] = [("deck", "barres_neyret")];
 const FILES: Embedded = &[
     ("stars/local_bubble.csv", include_bytes!("../scenes/stars/local_bubble.csv")),
     ("stars/young_cluster.csv", include_bytes!("../scenes/stars/young_cluster.csv")),
-    ("volumes/hii_turbulent_96.npz", include_bytes!("../scenes/volumes/hii_turbulent_96.npz")),
     ("volumes/pillars_128.npz", include_bytes!("../scenes/volumes/pillars_128.npz")),
     ("volumes/turbulent_cloud_128.npz", include_bytes!("../scenes/volumes/turbulent_cloud_128.npz")),
 ];

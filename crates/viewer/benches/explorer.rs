@@ -1,6 +1,6 @@
 //! How fast the explorer answers, and whether it keeps its memory: `cargo bench -p barnard-viewer [-- FRAMES] [gpu]`.
 //!
-//! Previews are counted at 640 × 360 of the built-in reflection nebula, as the worker makes them while somebody moves;
+//! Previews are counted at 640 × 360 of the reflection nebula beside this file, as the worker makes them while somebody moves;
 //! frames of edits go through the whole window, without a screen. With `gpu` the worker has a graphics processor.
 
 use std::time::{Duration, Instant};
@@ -18,7 +18,7 @@ use eframe::egui::vec2;
 use egui_kittest::Harness;
 
 const LIMIT: u64 = 8 << 30;
-const SCENE: &str = "reflection_nebula";
+const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/reflection_nebula.toml");
 /// How long previews are counted [s].
 const COUNTED: f64 = 5.0;
 
@@ -27,7 +27,7 @@ type Change = fn(usize, barnard::glam::DVec3) -> Edit;
 
 fn main() {
     let started = Instant::now();
-    let document = Document::builtin(SCENE, LIMIT).expect("a built-in scene");
+    let document = Document::open(SCENE.as_ref(), LIMIT).expect("the scene beside this bench");
     let engine = Engine::start(cpu::ENTRY, || ());
     if std::env::args().any(|a| a == "gpu") {
         let gpu = Gpu::open().expect("a graphics adapter");
@@ -45,7 +45,7 @@ fn main() {
         ("stretch", |i, _| Edit::set("display", "strength", 20.0 + (i % 100) as f64)),
     ];
     for (name, edit) in edits {
-        let document = Document::builtin(SCENE, LIMIT).expect("a built-in scene");
+        let document = Document::open(SCENE.as_ref(), LIMIT).expect("the scene beside this bench");
         let change = |i: usize, d: &mut Document, _: &mut Flight| d.apply(edit(i, star)).expect("an edit that a scene can have");
         let mut flight = Flight::of(document.scene());
         previews(&engine, name, document, change, &mut flight);
@@ -101,7 +101,7 @@ fn resident() -> f64 {
 
 /// Frames of the whole window, each with an edit.
 fn soak(frames: usize) {
-    let document = Document::builtin(SCENE, LIMIT).expect("a built-in scene");
+    let document = Document::open(SCENE.as_ref(), LIMIT).expect("the scene beside this bench");
     let app = App::new(document, Engine::start(cpu::ENTRY, || ()), Session::new(None), LIMIT);
     let mut harness =
         Harness::builder().with_size(vec2(900.0, 360.0)).with_max_steps(1).build_ui_state(|ui, app: &mut App| app.ui(ui), app);

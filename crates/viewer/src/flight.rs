@@ -225,7 +225,7 @@ mod tests {
     use super::*;
 
     fn flight() -> Flight {
-        Flight::of(&barnard_files::builtin::load("reflection_nebula", 1 << 30).unwrap())
+        Flight::of(&barnard_files::builtin::load("six_stars", 1 << 30).unwrap())
     }
 
     fn is_right(c: &Camera) -> bool {
@@ -274,7 +274,7 @@ mod tests {
     /// The text that a view is written as brings it back, to the digits that are written.
     #[test]
     fn views_are_written() {
-        let mut document = crate::document::Document::builtin("reflection_nebula", 1 << 30).unwrap();
+        let mut document = crate::document::Document::builtin("six_stars", 1 << 30).unwrap();
         let mut flight = Flight::of(document.scene());
         flight.orbit(0.2, -0.15);
         flight.roll(0.4);

@@ -346,7 +346,7 @@ impl App {
         ctx.input(|i| i.viewport().fullscreen.unwrap_or(false))
     }
 
-    /// Has a scene that is known roughly found out exactly, once nothing moves any more.
+    /// Has a scene that is known roughly found out exactly, once it was seen and nothing moves any more.
     fn refine(&mut self, ctx: &Context, is_quiet: bool) {
         let before = self.document.scene().clone();
         match self.document.take_refined() {
@@ -354,7 +354,9 @@ impl App {
             Ok(false) => {}
             Err(error) => self.complain(error),
         }
-        if is_quiet && self.document.is_rough() {
+        // The first picture does not share its processors: it shows the rough cloud, or that there is none.
+        let has_looked = self.shown.is_some() || self.notice.as_ref().is_some_and(|notice| notice.error);
+        if is_quiet && has_looked && self.document.is_rough() {
             let (ctx, refined) = (ctx.clone(), self.refined.clone());
             self.document.refine(self.tracer.clone(), move |part| {
                 let percent = part.map_or(0, |part| (100.0 * part.clamp(0.0, 1.0)) as u32);

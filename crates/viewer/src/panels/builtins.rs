@@ -50,3 +50,23 @@ fn picture(ctx: &Context, scene: &BuiltinScene) -> Option<TextureHandle> {
     let size = [image.width(), image.height()].map(|n| n as usize);
     Some(ctx.load_texture(scene.name, ColorImage::from_rgb(size, image.as_raw()), TextureOptions::LINEAR))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every scene that is all there has a picture of the shape in which the menu shows it.
+    #[test]
+    fn scenes_have_their_pictures() {
+        for scene in SCENES {
+            assert_eq!(scene.thumbnail.is_some(), scene.needs.is_none(), "{}", scene.name);
+            let read = |bytes| image::load_from_memory(bytes).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
+            if let Some(image) = scene.thumbnail.map(read) {
+                assert_eq!((image.width(), image.height()), (320, 180), "{}", scene.name);
+                let luma = image.to_luma8();
+                let (least, most) = luma.iter().fold((255, 0), |(a, b), v| (v.min(&a).to_owned(), v.max(&b).to_owned()));
+                assert!(most > least + 60, "{}: a picture that shows nothing", scene.name);
+            }
+        }
+    }
+}

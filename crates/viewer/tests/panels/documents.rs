@@ -52,7 +52,7 @@ fn scenes_are_saved() {
     let saved = std::fs::read_to_string(folder.path().join("cloud.toml")).unwrap();
     assert_eq!(saved, SCENE.replace("20000 K", "9000 K"));
     assert!(!harness.state().document.is_changed());
-    let mut builtin = Document::builtin("hii_region", LIMIT).unwrap();
+    let mut builtin = Document::builtin("pillars", LIMIT).unwrap();
     let text = builtin.text().to_owned();
     let path = folder.path().join("own/region.toml");
     std::fs::create_dir(folder.path().join("own")).unwrap();
@@ -248,7 +248,7 @@ fn undo_outlives_saving_elsewhere() {
     let (one, two) = (folder.path().join("one"), folder.path().join("two"));
     std::fs::create_dir_all(&one).unwrap();
     std::fs::create_dir_all(&two).unwrap();
-    Document::builtin("hii_region", LIMIT).unwrap().save(&one.join("region.toml")).unwrap();
+    Document::builtin("pillars", LIMIT).unwrap().save(&one.join("region.toml")).unwrap();
     let mut document = Document::open(&one.join("region.toml"), LIMIT).unwrap();
     document.apply(barnard_viewer::edit::Edit::set("method", "accuracy", 0.02)).unwrap();
     document.save(&two.join("region.toml")).unwrap();

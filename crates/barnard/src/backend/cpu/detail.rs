@@ -116,11 +116,12 @@ fn multiply(detail: &mut PacketDetail, t: &Lane, stretch: &Lane, sample: &mut [L
         let places = waves.round().clamp(1.0, DETAIL_PLACES as f32);
         let alike = DETAIL_ALIKE * places / waves;
         let scale = if alike < 1.0 { alike.sqrt() } else { 1.0 };
-        for lane in 0..LANES {
-            let part = fma(octave.wavelength, half[lane], -1.5);
+        let wavelength = octave.wavelength;
+        octave.seen = lanes!(|lane| {
+            let part = fma(wavelength, half[lane], -1.5);
             let part = if part > 0.0 { part } else { 0.0 };
-            octave.seen[lane] = scale * if part < 1.0 { part } else { 1.0 };
-        }
+            scale * if part < 1.0 { part } else { 1.0 }
+        });
         octave.places = if largest(&octave.seen) > 0.0 { places as usize } else { 0 };
         most = most.max(octave.places);
     }
@@ -128,13 +129,12 @@ fn multiply(detail: &mut PacketDetail, t: &Lane, stretch: &Lane, sample: &mut [L
         return;
     }
     for (c, slot) in slots.iter_mut().enumerate() {
-        slot.factor = [0.0; LANES];
-        slot.mean = [0.0; LANES];
+        let mut mean = [0.0; LANES];
         for octave in octaves.iter().filter(|octave| octave.places > 0) {
-            for lane in 0..LANES {
-                slot.mean[lane] += log_mean(octave.deviations[c] * octave.seen[lane]);
-            }
+            let (deviation, seen) = (octave.deviations[c], octave.seen);
+            mean = lanes!(|lane| mean[lane] + log_mean(deviation * seen[lane]));
         }
+        (slot.mean, slot.factor) = (mean, [0.0; LANES]);
     }
     for place in 0..most {
         for octave in octaves.iter_mut().filter(|octave| octave.places > 0) {
@@ -157,20 +157,16 @@ fn multiply(detail: &mut PacketDetail, t: &Lane, stretch: &Lane, sample: &mut [L
         for (c, slot) in slots.iter_mut().enumerate() {
             let mut exponent = lanes!(|lane| -slot.mean[lane]);
             for octave in octaves.iter().filter(|octave| octave.places > 0) {
-                for lane in 0..LANES {
-                    exponent[lane] = fma(octave.deviations[c] * octave.seen[lane], octave.values[lane], exponent[lane]);
-                }
+                let (deviation, seen, values) = (octave.deviations[c], octave.seen, octave.values);
+                exponent = lanes!(|lane| fma(deviation * seen[lane], values[lane], exponent[lane]));
             }
-            for lane in 0..LANES {
-                slot.factor[lane] += exp(exponent[lane]);
-            }
+            let factor = slot.factor;
+            slot.factor = lanes!(|lane| factor[lane] + exp(exponent[lane]));
         }
     }
     let share = 1.0 / most as f32;
     for slot in slots {
-        let values = &mut sample[slot.slot];
-        for lane in 0..LANES {
-            values[lane] *= share * slot.factor[lane];
-        }
+        let (values, factor) = (sample[slot.slot], slot.factor);
+        sample[slot.slot] = lanes!(|lane| values[lane] * (share * factor[lane]));
     }
 }
