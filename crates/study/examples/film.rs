@@ -18,8 +18,7 @@ const SIZE: (usize, usize) = (480, 270);
 /// Voxels along an edge: fewer than the scene's own show no less at this size.
 const VOXELS: usize = 192;
 /// [S II] red, Hα green and red, [O III] blue, about as bright as each other at 35 kK.
-const DISPLAY: &str =
-    "[display]\nmatrix = [0, 0.12, 0.6, 0, 0.2, 0.0, 4.0, 0.3, 0]\nstretch = \"asinh\"\nstrength = 12\nwhite = 8e-6\n";
+const DISPLAY: &str = "[display]\nmatrix = [0, 0.12, 0.6, 0, 0.2, 0.0, 4.0, 0.3, 0]\nstretch = \"asinh\"\nstrength = 12\nwhite = 8e-6\n";
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = builtin::entry("emission_nebula")?.text;
