@@ -33,6 +33,7 @@ CLASSES = [
     ("band", "Band"),
     ("display.glare", "Glare"),
     ("display", "Display"),
+    ("observation", "Observation"),
     ("output", "Output"),
     ("method", "Method"),
     ("animation", "Animation"),

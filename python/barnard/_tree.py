@@ -9,7 +9,7 @@ from . import tables
 from ._field import Field
 from ._rows import ROWS, scene_error, unknown_key
 from ._table import Table, table_of
-from .tables import Animation, Background, Band, Camera, Detail, Display, Dust, Emission, Frames, Gas, Method, Output, Star, StarTable
+from .tables import Animation, Background, Band, Camera, Detail, Display, Dust, Emission, Frames, Gas, Method, Observation, Output, Star, StarTable
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -30,6 +30,7 @@ TABLES: dict[str, type[Table]] = {
     "background": Background,
     "detail": Detail,
     "display": Display,
+    "observation": Observation,
     "output": Output,
     "method": Method,
     "sequence": Frames,

@@ -19,7 +19,7 @@ from ._tree import PARTS, TABLES, place_of, take, tree_of
 from .image import Image
 from .plan import Plan, exactness
 from .sequence import FrameSequence
-from .tables import Animation, Background, Band, Camera, Detail, Display, Dust, Emission, Frames, Gas, Method, Output, Star, StarTable
+from .tables import Animation, Background, Band, Camera, Detail, Display, Dust, Emission, Frames, Gas, Method, Observation, Output, Star, StarTable
 
 class Scene:
     """Everything that is in front of the telescope, and the telescope.
@@ -37,7 +37,7 @@ class Scene:
     fields : dictionary of fields by name
         Scalar fields that expressions such as `Dust.density` call by their names. An array is a `Grid` without a box
         and is refused: `Grid(array, low=..., high=...)`.
-    dust, gas, background, detail, display, output, method, sequence : table or dictionary, optional
+    dust, gas, background, detail, display, observation, output, method, sequence : table or dictionary, optional
         See `Dust`, `Gas`, `Background`, `Detail`, `Display`, `Method` and `Frames`.
     stars, emission, star_tables, passbands, animation : lists of tables or dictionaries, optional
         See `Star`, `Emission`, `StarTable`, `Band` and `Animation`.
@@ -71,6 +71,7 @@ class Scene:
         passbands: Iterable[Band | dict[str, Any]] = (),
         bookmarks: Mapping[str, Camera | dict[str, Any]] | None = None,
         display: Display | dict[str, Any] | None = None,
+        observation: Observation | dict[str, Any] | None = None,
         output: Output | dict[str, Any] | None = None,
         method: Method | dict[str, Any] | None = None,
         animation: Iterable[Animation | dict[str, Any]] = (),
@@ -87,7 +88,8 @@ class Scene:
         self._forget()
         self.name, self.description, self.bands = name, description, bands
         self.camera, self.dust, self.gas, self.background = camera, dust, gas, background
-        self.detail, self.display, self.output, self.method, self.sequence = detail, display, output, method, sequence
+        self.detail, self.display, self.observation, self.output = detail, display, observation, output
+        self.method, self.sequence = method, sequence
         self.fields: dict[str, Field] = dict(fields or {})
         self.bookmarks: dict[str, Camera] = dict(bookmarks or {})
         self.emission: list[Emission] = list(emission)

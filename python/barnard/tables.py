@@ -1663,6 +1663,47 @@ class Display(Table):
         )
 
 
+class Observation(Table):
+    """Where on the sky the picture is taken: images then have world coordinates (RA and Dec or Galactic; TAN, ARC of a
+    dome, CAR of an image of all around), and FITS files the unit that is asked for. Nothing that is rendered depends
+    on it; other files hold radiances.
+
+    Parameters
+    ----------
+    target : text
+        The place of the sky in the middle of the camera's whole image (of a dome its own axis, the zenith unless it
+        is tilted): "18h18m48s -13d49m", "18:18:48 -13:49:00" or "274.7 -13.82" in degrees.
+    frame : text, default icrs
+        Icrs or galactic: what the target's two angles are.
+    position_angle : angle, default 0 deg
+        Of the picture's up, from north through east; with 0 deg north is up and east left.
+    distance : length, default none
+        How far away the middle of an orthographic image is, needed there: its lengths become angles; other cameras
+        stand where they stand and do not ask.
+    unit : text, default W m-2 sr-1
+        What FITS files hold: W m-2 sr-1, erg s-1 cm-2 arcsec-2, MJy/sr, R (Rayleigh), photon s-1 m-2 sr-1,
+        mag/arcsec2 AB, mag/arcsec2 ST or mag/arcsec2 Vega.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "observation"
+
+    def __init__(
+        self,
+        target: str,
+        *,
+        frame: str | None = None,
+        position_angle: Quantity | None = None,
+        distance: Quantity | None = None,
+        unit: str | None = None,
+    ):
+        super().__init__(target=target, frame=frame, position_angle=position_angle, distance=distance, unit=unit)
+
+
 class Output(Table):
     """What files hold beside the picture, and how. Layers say what its light comes from and where: `scattered`,
     `emission.NAME` of each gas, `background` and `stars`, whose sum is the picture, `depth` and `tau`
@@ -1871,4 +1912,4 @@ class Frames(Table):
         )
 
 
-__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Turbulence", "Expression", "Stereo", "Keyframe", "CameraPath", "Camera", "perspective", "orthographic", "fisheye", "equirectangular", "cubemap", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "Background", "Detail", "Band", "Glare", "Display", "Output", "Method", "Animation", "Frames"]
+__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Turbulence", "Expression", "Stereo", "Keyframe", "CameraPath", "Camera", "perspective", "orthographic", "fisheye", "equirectangular", "cubemap", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "Background", "Detail", "Band", "Glare", "Display", "Observation", "Output", "Method", "Animation", "Frames"]

@@ -57,6 +57,7 @@ pub mod image;
 pub mod keywords;
 pub mod light;
 pub mod memory;
+pub mod observation;
 #[doc(hidden)]
 pub mod packet;
 pub mod phase;

@@ -1,9 +1,10 @@
 //! Every row of the formats, written and read again.
 
 use barnard::data::Layout;
-use barnard::image::{ColourSpace, Image, Layer, LayerChannels, LayerContent, Output, Samples};
+use barnard::image::{ColourSpace, Image, Layer, LayerChannels, LayerContent, Output, PixelScale, Samples};
+use barnard::observation::{InUnit, Observation, RadianceUnit};
 use barnard_files::SaveImage;
-use barnard_files::formats::{READERS, WRITERS, read_array, read_image};
+use barnard_files::formats::{READERS, UNIT_NOTE, WRITERS, read_array, read_image};
 use spectra::colour::Palette;
 
 /// A picture of two bands whose values tell their places.
@@ -214,4 +215,31 @@ fn layers_are_hdus_of_fits_files() {
     assert_eq!(names, [&["B", "V"][..], &light, &["depth", "tau", "opacity"]].concat());
     let back = read_image(&path, 1 << 20).unwrap();
     assert_eq!((back.bands.len(), back.relative_rmse(1, &image(), 1)), (2, 0.0));
+}
+
+/// A FITS file holds the unit that was asked for, standard errors beside their radiances in it; a file of another unit says so.
+#[test]
+fn fits_has_the_unit_of_the_observation() {
+    let folder = tempfile::tempdir().unwrap();
+    let names = vec!["V".into(), "V_error".into()];
+    let bare = Image::bare(1, 2, names, Samples::Double(vec![1e-6, 2e-6, 1e-8, 4e-8]));
+    let path = folder.path().join("image.fits");
+    let saved = |unit: RadianceUnit, in_unit: InUnit| {
+        let mut image = Image {
+            observation: Some(Observation { unit, ..Observation::default() }),
+            pixel: Some(PixelScale::Angle(0.5)),
+            ..bare.clone()
+        };
+        image.bands[0].in_unit = Some(in_unit);
+        image.save(&path).unwrap();
+        let back = read_image(&path, 1 << 20).unwrap();
+        let note = back.notes.iter().find(|(key, _)| key == UNIT_NOTE).unwrap().1.clone();
+        (note, [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(band, row)| back.at(band, row, 0)))
+    };
+    assert_eq!(saved(RadianceUnit::MegaJansky, InUnit::Times(4.0)), ("MJy/sr".into(), [4e-6, 8e-6, 4e-8, 1.6e-7]));
+    let (unit, values) = saved(RadianceUnit::Ab, InUnit::Magnitudes { zero: 1e-4 });
+    let wanted = [5.0, 5.0 - 2.5 * 2f64.log10(), 0.010_857_362, 0.021_714_724];
+    assert!(unit == "mag arcsec-2 AB" && values.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-8), "{unit} {values:?}");
+    let text = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).into_owned();
+    assert!(["CTYPE1  = 'RA---TAN'", "CTYPE2  = 'DEC--TAN'", "RADESYS = 'ICRS", "PC1_1"].iter().all(|card| text.contains(card)));
 }

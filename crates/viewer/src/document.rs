@@ -429,7 +429,7 @@ fn read(origin: &Origin, text: &str, loader: &Loader, opening: u64) -> Result<Re
 
 /// What a scene's tree says beside the camera and how pictures are shown and written.
 fn physics(scene: &Scene, mut tree: Table, opening: u64) -> Arc<str> {
-    for key in ["camera", "bookmark", "display", "output", "name", "description"] {
+    for key in ["camera", "bookmark", "display", "observation", "output", "name", "description"] {
         tree.remove(key);
     }
     let roughly = if scene.is_rough { "roughly " } else { "" };

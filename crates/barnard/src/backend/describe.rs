@@ -16,6 +16,7 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         pivot_um: Some(b.pivot().0),
         counting: Some(b.counting().name()),
         width_um: Some(b.integrate(|_| 1.0)),
+        in_unit: scene.observation.and_then(|observation| observation.unit.of(b).ok()),
         certificate: Vec::new(),
         keywords: of_passband(b),
     };
@@ -36,6 +37,7 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         views: views(camera),
         pixel: Some(camera.pixel_scale()),
         axis: camera.axis(),
+        observation: scene.observation,
         notes,
         display: scene.display.clone(),
         layers: Vec::new(),

@@ -1,5 +1,6 @@
 //! Images: linear band radiance with everything a reader needs to use it.
 
+mod coordinates;
 mod display;
 pub(crate) mod glare;
 mod layer;
@@ -7,6 +8,7 @@ pub mod optics;
 mod output;
 mod samples;
 
+pub use coordinates::{SkyCoordinates, Turned};
 pub use display::{Display, Level, Tone};
 pub use glare::Glare;
 pub use layer::{FAR_AWAY, Layer, LayerContent};
@@ -15,6 +17,7 @@ pub use samples::Samples;
 
 use crate::error::{Error, Result};
 use crate::keywords::Keyword;
+use crate::observation::{InUnit, Observation};
 
 /// One band of an image.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +30,8 @@ pub struct Band {
     pub counting: Option<&'static str>,
     /// ∫ R dλ \[µm\], to turn band radiance into mean spectral radiance.
     pub width_um: Option<f64>,
+    /// How its radiances become the unit of the [observation](Image::observation), where there is one.
+    pub in_unit: Option<InUnit>,
     /// The certificate in words, a line for each source.
     pub certificate: Vec<String>,
     /// What the band says of itself in keywords.
@@ -78,6 +83,8 @@ pub struct Image {
     pub pixel: Option<PixelScale>,
     /// Where the axis of view meets the image, from its middle to the right and upwards \[pixels\].
     pub axis: (f64, f64),
+    /// Where on the sky it is taken, where somebody said.
+    pub observation: Option<Observation>,
     /// Key and value, in words: scene, back end, method, accuracy.
     pub notes: Vec<(String, String)>,
     /// What the picture says of itself in keywords.
@@ -93,7 +100,15 @@ pub struct Image {
 impl Image {
     /// An image of which only names and values are known.
     pub fn bare(width: usize, height: usize, names: Vec<String>, samples: Samples) -> Self {
-        let band = |name| Band { name, pivot_um: None, counting: None, width_um: None, certificate: Vec::new(), keywords: Vec::new() };
+        let band = |name| Band {
+            name,
+            pivot_um: None,
+            counting: None,
+            width_um: None,
+            in_unit: None,
+            certificate: Vec::new(),
+            keywords: Vec::new(),
+        };
         let bands: Vec<Band> = names.into_iter().map(band).collect();
         let display = Display::grey(bands.len());
         let (notes, keywords, layers) = (Vec::new(), Vec::new(), Vec::new());
@@ -105,6 +120,7 @@ impl Image {
             views: (1, 1),
             pixel: None,
             axis: (0.0, 0.0),
+            observation: None,
             notes,
             keywords,
             display,
@@ -155,6 +171,11 @@ impl Image {
     pub fn radiances(&self) -> impl Iterator<Item = usize> + '_ {
         let errors: Vec<usize> = (0..self.bands.len()).filter_map(|b| self.errors_of(b)).collect();
         (0..self.bands.len()).filter(move |b| !errors.contains(b))
+    }
+
+    /// Where the axis of view meets the image, as FITS counts: the middle of the lower left pixel is (1, 1).
+    pub fn reference_pixel(&self) -> [f64; 2] {
+        [0.5 * (self.width as f64 + 1.0) + self.axis.0, 0.5 * (self.height as f64 + 1.0) + self.axis.1]
     }
 
     /// The values of one band, row by row.

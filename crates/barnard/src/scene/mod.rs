@@ -16,6 +16,7 @@ mod gas;
 mod glare;
 mod loader;
 mod method;
+mod observation;
 mod output;
 pub mod schema;
 mod star;
@@ -45,6 +46,7 @@ use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::image::{Display, Output};
 use crate::memory;
+use crate::observation::Observation;
 use crate::properties::{Key, Place, Section, Table};
 
 /// Everything that is in front of the telescope, and the telescope.
@@ -74,6 +76,8 @@ pub struct Scene {
     pub bands: Vec<Passband>,
     /// How the picture is shown on a display.
     pub display: Display,
+    /// Where on the sky it is seen; none where nobody said.
+    pub observation: Option<Observation>,
     /// What files hold beside the picture, and how.
     pub output: Output,
     /// The method by which spectral integrals are done.
@@ -120,6 +124,7 @@ const ROOT: &[Key] = &[
     Key::optional("band", "list of tables", "none", "passbands of one's own, [[band]]; they replace the default of `bands`"),
     Key::optional("bookmark", "tables by name", "none", "views that are worth going back to, [bookmark.NAME]"),
     Key::optional("display", "table", "defaults", "palette and stretch of pictures"),
+    Key::optional("observation", "table", "none", "where on the sky the picture is taken, and the unit of FITS files"),
     Key::optional("output", "table", "defaults", "what files hold beside the picture, and how"),
     Key::optional("method", "table", "defaults", "how spectral integrals are done"),
     Key::optional("animation", "list of tables", "none", "keys that change from moment to moment, [[animation]]"),
@@ -163,6 +168,7 @@ impl Scene {
             background: Background::default(),
             detail: None,
             display: Display::of(&bands),
+            observation: None,
             output: Output::default(),
             bands,
             method: Method::default(),
@@ -216,6 +222,12 @@ impl Scene {
         Self { detail: Some(detail), ..self }
     }
 
+    /// The same scene, seen at a place of the sky.
+    #[must_use]
+    pub fn observed(self, observation: Observation) -> Self {
+        Self { observation: Some(observation), ..self }
+    }
+
     /// The same scene by another method or accuracy.
     #[must_use]
     pub fn method(self, method: Method) -> Self {
@@ -265,6 +277,7 @@ impl Scene {
         let is_rough = fields.are_rough() || ionised.as_ref().is_some_and(|gas: &Arc<IonisedGas>| gas.is_rough);
         let background = root.table("background")?.map(|s| background::build(&s, inputs)).transpose()?;
         let display = display::build(root.table("display")?.as_ref(), &bands)?;
+        let observation = root.table("observation")?.map(|s| observation::build(&s)).transpose()?;
         let output = output::build(root.table("output")?.as_ref())?;
         let method = method::build(root.table("method")?.as_ref())?;
         let scene = Self {
@@ -280,6 +293,7 @@ impl Scene {
             detail: root.table("detail")?.map(|s| detail::build(&s)).transpose()?,
             bands,
             display,
+            observation,
             output,
             method,
             timeline: None,
@@ -333,6 +347,11 @@ impl Scene {
         }
         at("", "method", self.method.check())?;
         at("", "display", self.display.check())?;
+        if let Some(observation) = &self.observation {
+            let mut cameras = std::iter::once(&self.camera).chain(self.bookmarks.values());
+            at("", "observation", cameras.try_for_each(|camera| observation::check(observation, camera)))?;
+            self.bands.iter().try_for_each(|band| at("observation", "unit", observation.unit.of(band).map(|_| ())))?;
+        }
         let parallel = |camera: &Camera| matches!(camera.projection, Projection::Orthographic { .. });
         if self.background.star_field.is_some() && std::iter::once(&self.camera).chain(self.bookmarks.values()).any(parallel) {
             return Err(placed_error(

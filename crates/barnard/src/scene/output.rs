@@ -22,7 +22,8 @@ pub(super) const KEYS: &[Key] = &[
     ),
 ];
 
-fn named<T: Copy + Default>(section: &Section, key: &str, rows: &'static [(&'static str, T)]) -> Result<T> {
+/// The value that a key names; the default where it is not said.
+pub(super) fn named<T: Copy + Default>(section: &Section, key: &str, rows: &'static [(&'static str, T)]) -> Result<T> {
     let names: Vec<&'static str> = rows.iter().map(|(name, _)| *name).collect();
     let name = section.choice(key, &names)?;
     Ok(rows.iter().find(|(own, _)| Some(*own) == name).map_or_else(T::default, |(_, value)| *value))

@@ -1,6 +1,8 @@
 //! What a scene file may hold, table by table: the manual is printed from it, the explorer edits by it.
 
-use super::{ROOT, albedo, background, band, detail, display, dust, emission, fields, gas, glare, method, output, star, star_table};
+use super::{
+    ROOT, albedo, background, band, detail, display, dust, emission, fields, gas, glare, method, observation, output, star, star_table,
+};
 pub use crate::properties::KindRow;
 use crate::properties::{Key, Kind};
 use crate::{animation, camera, phase};
@@ -185,6 +187,14 @@ pub const TABLES: &[TableRow] = &[
         keys: glare::KEYS,
         kinds: Vec::new,
         catalogues: &[("Optics", "optics")],
+    },
+    TableRow {
+        title: "[observation]",
+        path: "observation",
+        text: "Where on the sky the picture is taken: images then have world coordinates (RA and Dec or Galactic; TAN, ARC of a dome, CAR of an image of all around), and FITS files the unit that is asked for. Nothing that is rendered depends on it; other files hold radiances.",
+        keys: observation::KEYS,
+        kinds: Vec::new,
+        catalogues: &[],
     },
     TableRow {
         title: "[output]",

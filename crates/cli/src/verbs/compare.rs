@@ -4,9 +4,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::bail;
-use barnard::image::Image;
+use barnard::image::{Image, relative_rms};
 use barnard::memory::DEFAULT_LIMIT;
-use barnard_files::formats::read_image;
+use barnard::observation::RadianceUnit;
+use barnard_files::formats::{UNIT_NOTE, read_image};
 use clap::Args;
 
 /// Compares two images (.npy, .fits, .exr), B being the truth: relative RMSE √(mean (a − b)²)/√(mean b²) and largest
@@ -27,6 +28,9 @@ pub struct Compare {
     #[arg(long)]
     json: bool,
 }
+
+/// The unit of images that say none.
+const SI: &str = "W m-2 sr-1";
 
 struct Difference {
     band: String,
@@ -49,6 +53,17 @@ impl Compare {
             let shape = |i: &Image| format!("{} bands of {} x {}", i.radiances().count(), i.width, i.height);
             bail!("the images differ in shape: {} has {}, {} has {}", self.a.display(), shape(&a), self.b.display(), shape(&b));
         }
+        // Other programs spell the same unit in other ways.
+        let unit = |i: &Image| i.notes.iter().find(|(key, _)| key == UNIT_NOTE).map_or(SI, |(_, unit)| unit).to_owned();
+        let is_own = |unit: &str| RadianceUnit::ROWS.iter().any(|(_, row)| unit.starts_with(row.fits()));
+        if unit(&a) != unit(&b) && is_own(&unit(&a)) && is_own(&unit(&b)) {
+            let (a_is, b_is) = (unit(&a), unit(&b));
+            bail!(
+                "the images differ in unit: {} holds {a_is}, {} holds {b_is}; render both with the same [observation] unit",
+                self.a.display(),
+                self.b.display()
+            );
+        }
         let rows: Vec<Difference> = pairs(&a, &b)?.into_iter().map(|(i, j)| difference(&a, i, &b, j)).collect();
         if self.json {
             let list: Vec<_> = rows
@@ -59,7 +74,7 @@ impl Compare {
         } else {
             for d in &rows {
                 let chance = d.chance.map_or_else(String::new, |c| format!(", ((a - b)/error)^2 is {c:.3} in the mean"));
-                say!("{}: relative RMSE {:.3e}, largest difference {:.3e} W m-2 sr-1{chance}", d.band, d.rmse, d.largest);
+                say!("{}: relative RMSE {:.3e}, largest difference {:.3e} {}{chance}", d.band, d.rmse, d.largest, unit(&a));
             }
         }
         // NaN is above any tolerance.
@@ -85,11 +100,13 @@ fn pairs(a: &Image, b: &Image) -> anyhow::Result<Vec<(usize, usize)>> {
 }
 
 fn difference(a: &Image, i: usize, b: &Image, j: usize) -> Difference {
-    let largest = a.band(i).zip(b.band(j)).fold(0.0f64, |m, (x, y)| if (x - y).is_nan() { f64::NAN } else { m.max((x - y).abs()) });
+    // Where both have no light, their magnitudes are equal and infinite.
+    let pairs = a.band(i).zip(b.band(j)).filter(|(x, y)| x != y || x.is_finite());
+    let largest = pairs.clone().fold(0.0f64, |m, (x, y)| if (x - y).is_nan() { f64::NAN } else { m.max((x - y).abs()) });
     let chance = a.errors_of(i).map(|e| {
         let known = a.band(i).zip(b.band(j)).zip(a.band(e)).filter(|(_, error)| *error > 0.0);
         let (sum, count) = known.fold((0.0, 0.0), |(sum, count), ((x, y), error)| (sum + ((x - y) / error).powi(2), count + 1.0));
         sum / f64::max(count, 1.0)
     });
-    Difference { band: b.bands[j].name.clone(), rmse: a.relative_rmse(i, b, j), largest, chance }
+    Difference { band: b.bands[j].name.clone(), rmse: relative_rms(pairs), largest, chance }
 }

@@ -1,5 +1,6 @@
 //! Files in and out. A format is one file and one row of [`READERS`] or [`WRITERS`], chosen by the name's extension.
 
+mod avm;
 mod colours;
 mod exr;
 mod fits;
@@ -137,6 +138,9 @@ pub struct Member {
     /// What it is, by the words for it: voxels, type, transform.
     pub facts: Vec<(&'static str, String)>,
 }
+
+/// The note of a picture that was read that says what its values are in: BUNIT of FITS, and the zero point of magnitudes.
+pub const UNIT_NOTE: &str = "unit";
 
 /// All formats that can be read.
 pub const READERS: &[Reader] = &[npy::READER, npz::READER, fits::READER, hdf5::READER, vdb::READER, exr::READER];

@@ -2,7 +2,7 @@
 
 use png::BitDepth;
 
-use super::{Writer, colours};
+use super::{Writer, avm, colours};
 use barnard::error::{Error, Result};
 use barnard::image::Image;
 
@@ -11,11 +11,13 @@ pub(super) const WRITER: Writer =
 
 fn encode(image: &Image) -> Result<Vec<u8>> {
     let size = (image.width, image.height);
+    let on_the_sky = avm::packet(image).map(|packet| (avm::XMP.to_owned(), packet));
+    let notes: Vec<_> = image.notes.iter().cloned().chain(on_the_sky).collect();
     if image.display.bits == 16 {
         let words: Vec<u8> = colours::words(image).into_iter().flat_map(u16::to_be_bytes).collect();
-        return encoded(size, &words, BitDepth::Sixteen, &image.notes);
+        return encoded(size, &words, BitDepth::Sixteen, &notes);
     }
-    encode_png(size, &colours::bytes(image), &image.notes)
+    encode_png(size, &colours::bytes(image), &notes)
 }
 
 /// Pixels as a .png: red, green and blue in sRGB, row by row, with notes of key and words.

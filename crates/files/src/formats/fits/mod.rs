@@ -18,7 +18,7 @@ use self::write::encode;
 use super::gather::Gather;
 use super::gzip;
 use super::numbers::{Number, Stored};
-use super::{GridWriter, Kept, Member, Reader, Request, Writer, checked_shape, three_axes};
+use super::{GridWriter, Kept, Member, Reader, Request, UNIT_NOTE, Writer, checked_shape, three_axes};
 use barnard::data::{Array, Choose, Layout, Numbers, Part};
 use barnard::error::{Error, Result};
 use barnard::image::{Image, Samples};
@@ -171,7 +171,7 @@ fn image(request: &mut Request) -> Result<Image> {
     gzip::unpacked(request)?;
     let headers = headers(request)?;
     let mut bands = Vec::new();
-    let (mut size, mut data, mut double) = (None, Vec::new(), false);
+    let (mut size, mut data, mut double, mut unit) = (None, Vec::new(), false, None);
     // What a picture is made of stands behind it.
     let is_band = |h: &&Header| h.axes().is_some_and(|a| a.len() == 2) && h.text(LAYER).is_none();
     for header in headers.iter().filter(is_band) {
@@ -183,6 +183,8 @@ fn image(request: &mut Request) -> Result<Image> {
             return Err(Error::file(request.path, "holds images of different sizes"));
         }
         double |= header.bitpix() == Some(-64);
+        let own = header.text("BUNIT").map(|own| [own, header.text("MAGSYS").unwrap_or_default()].join(" ").trim().to_owned());
+        unit = unit.or(own.filter(|own| !own.is_empty()));
         bands.push(header.text("EXTNAME").map_or_else(|| super::nameless(bands.len()), str::to_owned));
         // The first row of FITS is the lowest.
         let whole = Layout { shape, frame: None }.whole();
@@ -191,5 +193,6 @@ fn image(request: &mut Request) -> Result<Image> {
     }
     let (width, height) = size.ok_or_else(|| Error::file(request.path, "holds no two-dimensional image"))?;
     let samples = if double { Samples::Double(data) } else { Samples::Single(data.iter().map(|v| *v as f32).collect()) };
-    Ok(Image::bare(width as usize, height as usize, bands, samples))
+    let notes = unit.map(|unit| (UNIT_NOTE.to_owned(), unit)).into_iter().collect();
+    Ok(Image { notes, ..Image::bare(width as usize, height as usize, bands, samples) })
 }

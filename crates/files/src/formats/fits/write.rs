@@ -3,7 +3,8 @@
 use std::io::Write;
 
 use barnard::error::Result;
-use barnard::image::{Image, Layer, LayerContent, PixelScale, Samples};
+use barnard::image::{Image, Layer, LayerContent, PixelScale, Samples, SkyCoordinates, Turned};
+use barnard::observation::RadianceUnit;
 
 use super::LAYER;
 use super::cards::{BLOCK, Cards};
@@ -18,22 +19,55 @@ pub fn encode(image: &Image) -> Result<Vec<u8>> {
     primary.text("CREATOR", &format!("Barnard {}", env!("CARGO_PKG_VERSION")), "spectral renderer of nebulae");
     primary.text("DATE", &now(), "UTC, when the file was written");
     image.keywords.iter().for_each(|keyword| primary.keyword(keyword));
-    for (key, value) in &image.notes {
+    for (key, value) in image.notes.iter().filter(|(key, _)| holds(image, key)) {
         primary.history(&format!("{key}: {value}"));
     }
     let mut bytes = primary.finish();
     let double = matches!(image.samples, Samples::Double(_));
     for band in 0..image.bands.len() {
         bytes.extend(header_of(image, band));
-        rows(image, double, image.band(band), &mut bytes);
+        rows(image, double, in_unit(image, band), &mut bytes);
     }
     for layer in &image.layers {
         for channel in channels(image, layer) {
             bytes.extend(header_of_layer(image, layer, &channel));
-            rows(image, false, layer.channel(channel.number, image.width * image.height), &mut bytes);
+            let values = layer.channel(channel.number, image.width * image.height);
+            let unit = image.bands.get(channel.number).and_then(|band| band.in_unit).filter(|_| layer.content == LayerContent::Light);
+            rows(image, false, values.map(|value| unit.map_or(value, |unit| unit.value(value))), &mut bytes);
         }
     }
     Ok(bytes)
+}
+
+/// The values of a band in the unit that was asked for; standard errors beside the radiances that they are of.
+fn in_unit(image: &Image, band: usize) -> Box<dyn Iterator<Item = f64> + '_> {
+    let values = image.band(band);
+    let of = (0..image.bands.len()).find(|of| image.errors_of(*of) == Some(band));
+    match (image.bands[of.unwrap_or(band)].in_unit, of) {
+        (Some(unit), Some(of)) => Box::new(values.zip(image.band(of)).map(move |(error, radiance)| unit.error(error, radiance))),
+        (Some(unit), None) => Box::new(values.map(move |radiance| unit.value(radiance))),
+        (None, _) => Box::new(values),
+    }
+}
+
+/// What holds of radiances in W m-2 sr-1 alone: keywords of bands, and the note of the quantity.
+const OF_SI: [&str; 4] = ["PHOTFLAM", "ZPVEGA", "ZPAB", "quantity"];
+
+fn unit(image: &Image) -> RadianceUnit {
+    image.observation.map(|observation| observation.unit).unwrap_or_default()
+}
+
+/// Whether something that is said of a picture holds in its unit.
+fn holds(image: &Image, name: &str) -> bool {
+    unit(image) == RadianceUnit::Si || !OF_SI.contains(&name)
+}
+
+/// The unit of a picture's light, and the zero point of magnitudes.
+fn unit_cards(cards: &mut Cards, unit: RadianceUnit, meaning: &str) {
+    cards.text("BUNIT", unit.fits(), meaning);
+    if let Some(system) = unit.magnitude_system() {
+        cards.text("MAGSYS", system, "zero point of the magnitudes");
+    }
 }
 
 /// Adds the values of an image to the bytes of a file, whose first row is the lowest, up to the end of a block.
@@ -64,8 +98,8 @@ fn channels(image: &Image, layer: &Layer) -> Vec<Channel> {
             let channel = |(number, band)| Channel {
                 name: format!("{}.{band}", layer.name),
                 number,
-                unit: Some("W m-2 sr-1"),
-                meaning: "a part of the band radiance",
+                unit: None,
+                meaning: "a part of the light of the band",
             };
             bands.map(channel).collect()
         }
@@ -81,10 +115,10 @@ fn header_of_layer(image: &Image, layer: &Layer, channel: &Channel) -> Vec<u8> {
     extension(&mut cards, image, false);
     cards.text("EXTNAME", &channel.name, "a channel of a layer");
     cards.text(LAYER, &layer.name, "the layer of the picture");
-    if let Some(unit) = channel.unit {
-        cards.text("BUNIT", unit, channel.meaning);
-    } else {
-        cards.history(channel.meaning);
+    match channel.unit {
+        _ if layer.content == LayerContent::Light => unit_cards(&mut cards, unit(image), channel.meaning),
+        Some(unit) => cards.text("BUNIT", unit, channel.meaning),
+        None => cards.history(channel.meaning),
     }
     wcs(&mut cards, image);
     cards.finish()
@@ -141,10 +175,12 @@ fn header_of(image: &Image, index: usize) -> Vec<u8> {
     extension(&mut cards, image, matches!(image.samples, Samples::Double(_)));
     cards.text("EXTNAME", &distinct_names(image)[index], "passband");
     if image.is_error(index) {
-        cards.text("BUNIT", "W m-2 sr-1", "standard error of the band radiance");
+        // A difference of magnitudes has no zero point.
+        let of = if unit(image).magnitude_system().is_some() { "mag" } else { unit(image).fits() };
+        cards.text("BUNIT", of, "standard error of another HDU");
         cards.text("HDUCLAS2", "ERROR", "standard errors of another HDU");
     } else {
-        cards.text("BUNIT", "W m-2 sr-1", "band radiance, integral of R I_lambda");
+        unit_cards(&mut cards, unit(image), unit(image).meaning());
         cards.text("FILTER", &band.name, "passband");
     }
     if let Some(pivot) = band.pivot_um {
@@ -156,7 +192,7 @@ fn header_of(image: &Image, index: usize) -> Vec<u8> {
     if let Some(counting) = band.counting {
         cards.text("COUNTING", counting, "what the detector counts");
     }
-    band.keywords.iter().for_each(|keyword| cards.keyword(keyword));
+    band.keywords.iter().filter(|keyword| holds(image, keyword.name)).for_each(|keyword| cards.keyword(keyword));
     wcs(&mut cards, image);
     for line in &band.certificate {
         cards.history(&format!("certificate: {line}"));
@@ -166,6 +202,10 @@ fn header_of(image: &Image, index: usize) -> Vec<u8> {
 
 /// A linear frame centred on the axis of view: tangent plane, angles from the middle, or longitude and latitude in degrees, or lengths.
 fn wcs(cards: &mut Cards, image: &Image) {
+    let sky = image.observation.zip(image.pixel).and_then(|(observation, pixel)| SkyCoordinates::of(&observation, pixel));
+    if let Some(sky) = sky {
+        return on_the_sky(cards, image, &sky);
+    }
     let (kinds, unit, step) = match image.pixel {
         Some(PixelScale::Angle(degrees)) => (["XLON-TAN", "XLAT-TAN"], "deg", degrees),
         Some(PixelScale::Equidistant(degrees)) => (["XLON-ARC", "XLAT-ARC"], "deg", degrees),
@@ -173,13 +213,46 @@ fn wcs(cards: &mut Cards, image: &Image) {
         Some(PixelScale::Length(pc)) => (["X", "Y"], "pc", pc),
         Some(PixelScale::OnCube(_)) | None => return,
     };
-    let middles = [0.5 * (image.width as f64 + 1.0) + image.axis.0, 0.5 * (image.height as f64 + 1.0) + image.axis.1];
-    for (i, (kind, middle)) in kinds.iter().zip(middles).enumerate() {
+    for (i, (kind, middle)) in kinds.iter().zip(image.reference_pixel()).enumerate() {
         let axis = i + 1;
         cards.text(&format!("CTYPE{axis}"), kind, "camera frame");
         cards.text(&format!("CUNIT{axis}"), unit, "");
         cards.number(&format!("CRPIX{axis}"), middle, "where the axis of view meets the image");
         cards.number(&format!("CRVAL{axis}"), 0.0, "");
         cards.number(&format!("CDELT{axis}"), step, "pixel scale");
+    }
+}
+
+/// A frame of the sky.
+fn on_the_sky(cards: &mut Cards, image: &Image, sky: &SkyCoordinates) {
+    cards.value("WCSAXES", 2, "");
+    let of = match sky.turned {
+        Turned::Plane(_) => "the target",
+        Turned::Sphere { .. } => "over the image's own pole",
+    };
+    for (i, kind) in sky.kinds().iter().enumerate() {
+        let axis = i + 1;
+        cards.text(&format!("CTYPE{axis}"), kind, "place on the sky");
+        cards.text(&format!("CUNIT{axis}"), "deg", "");
+        cards.number(&format!("CRPIX{axis}"), image.reference_pixel()[i], "where the axis of view meets the image");
+        cards.number(&format!("CRVAL{axis}"), sky.reference_deg[i], of);
+        cards.number(&format!("CDELT{axis}"), sky.step_deg[i], "pixel scale");
+    }
+    let pole = match sky.turned {
+        Turned::Plane(matrix) => {
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                cards.number(&format!("PC{}_{}", i + 1, j + 1), matrix[i][j], "");
+            }
+            180.0
+        }
+        Turned::Sphere { pole_deg } => {
+            cards.number("PV1_1", 0.0, "[deg] own longitude of CRVAL");
+            cards.number("PV1_2", 90.0, "[deg] own latitude of CRVAL");
+            pole_deg
+        }
+    };
+    cards.number("LONPOLE", pole, "[deg] own longitude of the sky's pole");
+    if let Some(reference) = sky.frame.reference() {
+        cards.text("RADESYS", reference, "");
     }
 }

@@ -1,0 +1,23 @@
+//! Where on the sky a picture is taken, and the unit in which FITS files hold it.
+//!
+//! The middle of the camera's whole image is a place of the sky, and its up a direction there: position angles go from north through
+//! east, which is left where north is up. Nothing that is rendered depends on it.
+
+mod sky;
+mod unit;
+
+pub use sky::{SkyFrame, SkyPlace};
+pub use unit::{InUnit, RadianceUnit};
+
+/// Where on the sky a picture is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Observation {
+    /// The place of the sky in the middle of the camera's whole image.
+    pub target: SkyPlace,
+    /// The direction of the picture's up, from north through east \[rad\].
+    pub position_angle: f64,
+    /// How far away the middle of an orthographic image is, from which its lengths become angles \[pc\].
+    pub distance_pc: Option<f64>,
+    /// The unit of FITS files.
+    pub unit: RadianceUnit,
+}
