@@ -196,6 +196,11 @@ width = "50 nm"
 
 [display]
 [display.glare]
+
+[observation]
+target = "18h18m48s -13d49m"
+distance = "1.7 kpc"
+
 [output]
 [method]
 
