@@ -46,9 +46,11 @@ impl SkyCoordinates {
         let (sin, cos) = observation.position_angle.sin_cos();
         let (reference_deg, turned) = match projection {
             "CAR" => {
-                let (south, east) = target[1].to_radians().sin_cos();
-                let zenith = [target[0] + sin.atan2(-south * cos).to_degrees(), (cos * east).clamp(-1.0, 1.0).asin().to_degrees()];
-                ([zenith[0].rem_euclid(360.0), zenith[1]], Turned::Sphere { pole_deg: (-sin * east).atan2(south).to_degrees() })
+                let (sin_latitude, cos_latitude) = target[1].to_radians().sin_cos();
+                let beside = sin.atan2(-sin_latitude * cos).to_degrees();
+                let height = (cos * cos_latitude).clamp(-1.0, 1.0).asin().to_degrees();
+                let pole_deg = (-sin * cos_latitude).atan2(sin_latitude).to_degrees();
+                ([(target[0] + beside).rem_euclid(360.0), height], Turned::Sphere { pole_deg })
             }
             _ => (target, Turned::Plane([[cos, -sin], [sin, cos]])),
         };
