@@ -15,7 +15,7 @@ is where to begin, [scene-format.md](scene-format.md) has the same keys with all
 
 #: Headlines and what stands under them, in the order in which they are met.
 CHAPTERS = {
-    "Scenes": ["Scene", "Plan", "Certificate", "Image", "FrameSequence"],
+    "Scenes": ["Scene", "Plan", "Certificate", "Image", "Exposures", "FrameSequence"],
     "Fields": [name for name in bn.tables.__all__ if isinstance(getattr(bn, name), type) and issubclass(getattr(bn, name), bn.tables.Field)],
     "Tables": [],
     "Many pictures": ["map", "tiles", "Result"],
@@ -53,7 +53,7 @@ def text() -> str:
         for name in names:
             thing = getattr(bn, name)
             parts.append(described(name, thing, "###"))
-            if isinstance(thing, type) and name in ("Scene", "Plan", "Image", "FrameSequence"):
+            if isinstance(thing, type) and name in ("Scene", "Plan", "Image", "Exposures", "FrameSequence"):
                 for member in members(thing):
                     own = inspect.getattr_static(thing, member)
                     own = own.fget if isinstance(own, property) else getattr(thing, member)

@@ -17,6 +17,7 @@ from . import _barnard
 from ._barnard import BarnardError, DeviceError, MemoryLimitError, SceneError
 from .bricks import render_bricks
 from .cluster import Result, map, tiles  # `map` is not in __all__: Python has one of its own.
+from .exposures import Exposures
 from .image import Image
 from .plan import Certificate, Plan, PlanError
 from .scene import Scene
@@ -30,6 +31,7 @@ __all__ = [
     "BarnardError",
     "Certificate",
     "DeviceError",
+    "Exposures",
     "FrameSequence",
     "Image",
     "MemoryLimitError",

@@ -9,7 +9,7 @@ from . import tables
 from ._field import Field
 from ._rows import ROWS, scene_error, unknown_key
 from ._table import Table, table_of
-from .tables import Animation, Background, Band, Camera, Detail, Display, Dust, Emission, Frames, Gas, Method, Observation, Output, Star, StarTable
+from .tables import Animation, Background, Band, Camera, Detail, Display, Dust, Emission, Frames, Gas, Instrument, Method, Observation, Output, Spectrograph, Star, StarTable
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -29,8 +29,10 @@ TABLES: dict[str, type[Table]] = {
     "gas": Gas,
     "background": Background,
     "detail": Detail,
+    "spectrograph": Spectrograph,
     "display": Display,
     "observation": Observation,
+    "instrument": Instrument,
     "output": Output,
     "method": Method,
     "sequence": Frames,

@@ -5,12 +5,17 @@ from __future__ import annotations
 import base64
 import html
 import os
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _barnard
-from .tables import Display
+from ._progress import Listener, told
+from ._table import table_of
+from .tables import Display, Instrument
+
+if TYPE_CHECKING:
+    from .exposures import Exposures
 
 
 class Image:
@@ -55,7 +60,7 @@ class Image:
 
         `scattered`, `emission.NAME`, `background` and `stars` are bands × height × width [W m-2 sr-1], and their sum is `radiance`;
         `depth` is height × width, the mean distance of the light of dust and gas [pc], infinite where there is none; `tau` is height ×
-        width, the optical depth of all dust at V [1].
+        width, the optical depth of all dust at V [1]. The master of an instrument has `mask`, bands × height × width: see `Exposures.master`.
         """
         if self._layers is None:
             self._layers = self._native.layers
@@ -163,6 +168,29 @@ class Image:
         }
         attributes = {"units": "W m-2 sr-1", "long_name": "band radiance", **self.keywords}
         return xarray.DataArray(self.radiance, dims=("band", "y", "x"), coords=coordinates, attrs=attributes, name="radiance")
+
+    def observe(self, instrument: Instrument | dict[str, Any] | None = None, *, progress: bool | Listener | None = None) -> Exposures:
+        """Lets an instrument look at the picture: a telescope, the air, a detector and its noise.
+
+        Parameters
+        ----------
+        instrument : Instrument, optional
+            Another than that of the scene. Files that it names are relative to the working directory.
+        progress : true or callable (stage, done, all), optional
+
+        Raises
+        ------
+        SceneError
+            Where it is no instrument.
+        BarnardError
+            Where there is none, the picture is not flat or too coarse for the detector, or the sky or the mosaic do not fit its bands.
+        """
+        from .exposures import Exposures
+
+        tree = None if instrument is None else table_of(Instrument, instrument, "instrument").tree()
+        with told(progress) as listener:
+            native = _barnard.observe(self._native, tree, progress=listener)
+        return Exposures(native, [band for band in self.bands if not band.endswith("_error")])
 
     def rgb(self, **display: Any) -> np.ndarray:
         """The picture in colours, height × width × 3 of uint8 in sRGB.

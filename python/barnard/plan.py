@@ -41,6 +41,10 @@ def certificates(bands: list[str], rows: list[list[tuple[str, float, float, floa
     return {band: [Certificate(*row) for row in of_band] for band, of_band in zip(bands, rows)}
 
 
+#: Parts of a scene that a plan does not depend on.
+PASSED = ("camera", "observation", "instrument")
+
+
 class Plan:
     """The numbers that a scene comes to, made once; `Scene.plan` makes one.
 
@@ -113,12 +117,13 @@ class Plan:
         Raises
         ------
         PlanError
-            Where the scene has changed since, in anything but its camera.
+            Where the scene has changed since, in anything but its camera, its place on the sky and its instrument.
         """
+        camera = self._tree.get("camera") if camera is None else camera
         moved = self._check(camera)
         scene, plan = self._scene, self._plan
         with told(progress) as listener:
-            if moved and camera is not None:
+            if moved:
                 _, scene = self._owner._native(camera)
                 plan = plan.look_from(scene, progress=listener)
             return self._render(scene, plan, listener)
@@ -126,7 +131,7 @@ class Plan:
     def _check(self, camera: Any) -> bool:
         """Whether a camera is another than that of the plan; refuses a scene that has changed."""
         before, now = dict(self._tree), self._owner._tree(camera)
-        own, other = before.pop("camera", None), now.pop("camera", None)
+        own, other = [[tree.pop(part, None) for part in PASSED] for tree in (before, now)]
         changed = _changed(before, now)
         if changed is not None:
             error = PlanError(f"{changed}: the scene has changed since the plan was made; make another by scene.plan()")

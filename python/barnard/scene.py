@@ -19,7 +19,7 @@ from ._tree import PARTS, TABLES, place_of, take, tree_of
 from .image import Image
 from .plan import Plan, exactness
 from .sequence import FrameSequence
-from .tables import Animation, Background, Band, Camera, Detail, Display, Dust, Emission, Frames, Gas, Method, Observation, Output, Star, StarTable
+from .tables import Animation, Background, Band, Camera, Detail, Display, Dust, Emission, Frames, Gas, Instrument, Method, Observation, Output, Spectrograph, Star, StarTable
 
 class Scene:
     """Everything that is in front of the telescope, and the telescope.
@@ -37,7 +37,7 @@ class Scene:
     fields : dictionary of fields by name
         Scalar fields that expressions such as `Dust.density` call by their names. An array is a `Grid` without a box
         and is refused: `Grid(array, low=..., high=...)`.
-    dust, gas, background, detail, display, observation, output, method, sequence : table or dictionary, optional
+    dust, gas, background, detail, spectrograph, display, observation, instrument, output, method, sequence : table or dictionary, optional
         See `Dust`, `Gas`, `Background`, `Detail`, `Display`, `Method` and `Frames`.
     stars, emission, star_tables, passbands, animation : lists of tables or dictionaries, optional
         See `Star`, `Emission`, `StarTable`, `Band` and `Animation`.
@@ -68,10 +68,12 @@ class Scene:
         star_tables: Iterable[StarTable | dict[str, Any]] = (),
         background: Background | dict[str, Any] | None = None,
         detail: Detail | dict[str, Any] | None = None,
+        spectrograph: Spectrograph | dict[str, Any] | None = None,
         passbands: Iterable[Band | dict[str, Any]] = (),
         bookmarks: Mapping[str, Camera | dict[str, Any]] | None = None,
         display: Display | dict[str, Any] | None = None,
         observation: Observation | dict[str, Any] | None = None,
+        instrument: Instrument | dict[str, Any] | None = None,
         output: Output | dict[str, Any] | None = None,
         method: Method | dict[str, Any] | None = None,
         animation: Iterable[Animation | dict[str, Any]] = (),
@@ -88,7 +90,8 @@ class Scene:
         self._forget()
         self.name, self.description, self.bands = name, description, bands
         self.camera, self.dust, self.gas, self.background = camera, dust, gas, background
-        self.detail, self.display, self.observation, self.output = detail, display, observation, output
+        self.detail, self.spectrograph = detail, spectrograph
+        self.display, self.observation, self.instrument, self.output = display, observation, instrument, output
         self.method, self.sequence = method, sequence
         self.fields: dict[str, Field] = dict(fields or {})
         self.bookmarks: dict[str, Camera] = dict(bookmarks or {})

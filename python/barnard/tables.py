@@ -1213,6 +1213,11 @@ class Emission(Table):
         Of the fields, such as "n_H^2 * x_ion^2".
     doppler_fwhm : velocity, default 0 km/s
         Full width at half maximum of its lines.
+    velocity : list of texts, default at rest
+        How fast it moves along x, y and z in km/s, three expressions such as ["20*x", "20*y", "20*z"]: its lines are
+        seen where what comes closer or recedes has them, from the scene's own camera.
+    velocity_step : velocity, default 10 km/s
+        Velocities that are told apart: half of a channel or less.
     scale : emission coefficient
         Of density 1 for spectral strength 1, such as "1e-25 W/m3/sr". Of kind lines, line_list, file, required there.
     lines : list of tables
@@ -1252,6 +1257,8 @@ class Emission(Table):
         *,
         name: str | None = None,
         doppler_fwhm: Quantity | None = None,
+        velocity: Sequence[str] | None = None,
+        velocity_step: Quantity | None = None,
         scale: Quantity | None = None,
         lines: Sequence[dict[str, Any]] | None = None,
         continuum: float | None = None,
@@ -1269,6 +1276,8 @@ class Emission(Table):
             name=name,
             density=density,
             doppler_fwhm=doppler_fwhm,
+            velocity=velocity,
+            velocity_step=velocity_step,
             scale=scale,
             lines=lines,
             continuum=continuum,
@@ -1301,6 +1310,11 @@ class Gas(Table):
         Of all electrons, 500 to 60000 K, in place of the one that follows.
     diffuse : text, default outward
         Where light of recombinations is absorbed: outward, along the stars' rays, or on_the_spot, where it is made.
+    velocity : list of texts, default at rest
+        How fast it moves along x, y and z in km/s, three expressions such as ["20*x", "20*y", "20*z"]: its lines are
+        seen where what comes closer or recedes has them, from the scene's own camera.
+    velocity_step : velocity, default 10 km/s
+        Velocities that are told apart: half of a channel or less.
 
     Raises
     ------
@@ -1319,6 +1333,8 @@ class Gas(Table):
         dust_absorption: float | None = None,
         temperature: Quantity | None = None,
         diffuse: str | None = None,
+        velocity: Sequence[str] | None = None,
+        velocity_step: Quantity | None = None,
     ):
         super().__init__(
             density=density,
@@ -1327,6 +1343,8 @@ class Gas(Table):
             dust_absorption=dust_absorption,
             temperature=temperature,
             diffuse=diffuse,
+            velocity=velocity,
+            velocity_step=velocity_step,
         )
 
 
@@ -1363,6 +1381,57 @@ class StarField(Table):
         super().__init__(seed=seed, density=density, brightest=brightest, faintest=faintest)
 
 
+class StarCatalogue(Table):
+    """Stars of a CSV at infinity, where they are on the sky. Columns: `ra` and `dec`, or `glon` and `glat` (numbers in
+    degrees, or texts such as 18h18m48s),                `magnitude` or the name of a passband (`johnson-V`; Gaia's
+    `phot_g_mean_mag`, `phot_bp_mean_mag` and `phot_rp_mean_mag` are known), a second magnitude, `temperature` or
+    `type` for the colour, and `name`;                other columns are left out, and rows without a magnitude. A star
+    whose colour is a second magnitude has both.
+
+    Parameters
+    ----------
+    file : path
+        The CSV: a line of column names, then a star in each row.
+    axes : text, default observation
+        Observation: the sky lies as [observation] says of every picture, from wherever it is taken; icrs or galactic:
+        x, y and z of the scene are those of the sky.
+    magnitude_band : text, default johnson-V
+        An embedded passband, for a column `magnitude`.
+    magnitude_system : text, default vega
+        Vega or ab.
+    temperature : temperature, default 5800 K
+        Of stars of which neither type nor temperature nor a second magnitude is known.
+    faintest : number, default none
+        Stars of larger magnitudes are left out.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "background.catalogue"
+
+    def __init__(
+        self,
+        file: Path,
+        *,
+        axes: str | None = None,
+        magnitude_band: str | None = None,
+        magnitude_system: str | None = None,
+        temperature: Quantity | None = None,
+        faintest: float | None = None,
+    ):
+        super().__init__(
+            file=file,
+            axes=axes,
+            magnitude_band=magnitude_band,
+            magnitude_system=magnitude_system,
+            temperature=temperature,
+            faintest=faintest,
+        )
+
+
 class Background(Table):
     """What lies behind the cloud: with a `kind` (the spectra of stars, above) an even light, with `[background.stars]` a
     field of stars.
@@ -1388,6 +1457,8 @@ class Background(Table):
         Where the radiance holds.
     stars : table, default none
         A field of stars as well.
+    catalogue : table, default none
+        Stars of a CSV as well, where they are on the sky.
     temperature : temperature
         Effective temperature, 10000 to 50000 K. Of kind blackbody, atmosphere, required there.
     type : text
@@ -1416,6 +1487,7 @@ class Background(Table):
         radiance: Quantity | None = None,
         wavelength: Quantity | None = None,
         stars: StarField | None = None,
+        catalogue: StarCatalogue | None = None,
         temperature: Quantity | None = None,
         type: str | None = None,
         log_g: float | None = None,
@@ -1428,6 +1500,7 @@ class Background(Table):
             radiance=radiance,
             wavelength=wavelength,
             stars=stars,
+            catalogue=catalogue,
             temperature=temperature,
             type=type,
             log_g=log_g,
@@ -1473,6 +1546,34 @@ class Detail(Table):
         slope: float | None = None,
     ):
         super().__init__(seed=seed, octaves=octaves, strength=strength, deviation=deviation, slope=slope)
+
+
+class Spectrograph(Table):
+    """Hundreds of narrow passbands side by side, which share one march; FITS files hold them as a cube with a spectral
+    axis ([docs/observing.md](observing.md)).
+
+    Parameters
+    ----------
+    low : wavelength
+        Where the first channel begins.
+    high : wavelength
+        Where the last channel ends.
+    count : integer
+        The number of channels, of equal widths in wavelength, up to 4096.
+    resolving_power : number, default none
+        Wavelength over the full width at half maximum of a line, a Gaussian; without it a channel sees what lies
+        within it alone.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "spectrograph"
+
+    def __init__(self, low: Quantity, high: Quantity, count: int, *, resolving_power: float | None = None):
+        super().__init__(low=low, high=high, count=count, resolving_power=resolving_power)
 
 
 class Band(Table):
@@ -1704,6 +1805,194 @@ class Observation(Table):
         super().__init__(target=target, frame=frame, position_angle=position_angle, distance=distance, unit=unit)
 
 
+class PointSpread(Table):
+    """What spreads the light of a point: several act one after the other. Where there is none, the preset's, or
+    diffraction alone.
+
+    Kinds
+    -----
+    airy
+        Diffraction at the aperture, its obstruction and vanes (see optics.rs for the equation).
+    moffat
+        Seeing: a core with wings, narrower in red light (Moffat 1969).
+    gaussian
+        A Gaussian: jitter of the guiding, diffusion of charge, or a first guess.
+    kernel
+        An image of a point, such as those of WebbPSF or Tiny Tim: .fits, .npy or .exr; its middle is the point.
+
+    Parameters
+    ----------
+    optics : text
+        A telescope whose pupil is known, in place of obstruction and vanes. Of kind airy.
+    vanes : integer
+        Vanes that hold the secondary mirror, up to 12. Of kind airy.
+    vane_width : number
+        How wide a vane is, as a part of the aperture. Of kind airy.
+    rotation : angle
+        How far the optics are turned, counterclockwise. Of kind airy.
+    fwhm : angle
+        Full width at half maximum at `wavelength`. Of kind moffat, gaussian, required there.
+    beta : number
+        How steep the wings are, above 1. Of kind moffat.
+    wavelength : wavelength
+        Where `fwhm` holds. Of kind moffat, gaussian.
+    exponent : number
+        The width goes with this power of wavelength. Of kind moffat, gaussian.
+    file : path
+        The image; of several bands the first. Of kind kernel, required there.
+    pixel_scale : angle
+        The angle of a pixel of the image. Of kind kernel, required there.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "instrument.psf"
+
+    def __init__(
+        self,
+        kind: Literal["airy", "moffat", "gaussian", "kernel"],
+        *,
+        optics: str | None = None,
+        vanes: int | None = None,
+        vane_width: float | None = None,
+        rotation: Quantity | None = None,
+        fwhm: Quantity | None = None,
+        beta: float | None = None,
+        wavelength: Quantity | None = None,
+        exponent: float | None = None,
+        file: Path | None = None,
+        pixel_scale: Quantity | None = None,
+    ):
+        super().__init__(
+            kind=kind,
+            optics=optics,
+            vanes=vanes,
+            vane_width=vane_width,
+            rotation=rotation,
+            fwhm=fwhm,
+            beta=beta,
+            wavelength=wavelength,
+            exponent=exponent,
+            file=file,
+            pixel_scale=pixel_scale,
+        )
+
+
+class Instrument(Table):
+    """What records the picture: a telescope, the air, a detector and its noise. `barnard observe` makes frames of counts
+    and a master of it, with errors and a mask ([docs/observing.md](observing.md)); `barnard render` shows what is
+    there.
+
+    Parameters
+    ----------
+    preset : text, default none
+        An instrument that there is; keys beside it replace what it says.
+    aperture : length, default of the preset
+        Diameter of the aperture, needed without a preset.
+    obstruction : number, default 0
+        Diameter of what stands in the middle of the aperture, as a part of it.
+    collecting_area : area, default of the aperture
+        The area that collects light, where it is another: passbands of Hubble hold its obstruction.
+    throughput : number, default 1
+        The part of the light that is recorded, beside what the passband says.
+    psf : list of tables, default airy
+        What spreads the light of a point, one after the other, [[instrument.psf]].
+    pixel_scale : angle, default the picture's
+        The angle that a pixel of the detector sees; the camera's pixels must be as fine.
+    sky : list of texts, default dark
+        Brightness of the sky in mag/arcsec2, such as "21.6 mag": one for all passbands, or one for each.
+    sky_system : text, default ab
+        Ab, st or vega: the zero point of `sky`.
+    subtract_sky : boolean, default true
+        Whether the sky's mean is taken away from the master; its noise stays.
+    dark_current : dark current, default 0 e/s
+        Electrons that a pixel gathers in the dark.
+    read_noise : charge, default 0 e
+        Standard deviation of reading a pixel.
+    gain : gain, default 1 e/ADU
+        Electrons of a count.
+    bias : counts, default what reading needs
+        Counts of an empty pixel; six times what reading it scatters by where nothing is said.
+    full_well : charge, default none
+        Most electrons of a pixel.
+    bits : integer, default 16
+        Bits of a count, up to 16.
+    pixel_size : length, default 10 um
+        Edge of a pixel, for cosmic rays.
+    cosmic_rays : rate of hits, default 0 /cm2/s
+        Hits of cosmic rays.
+    mosaic : list of texts, default none
+        The passbands that two by two pixels see, from the upper left along rows: a colour sensor; [] for none.
+    exposure : time, default 60 s
+        Exposure of a frame.
+    frames : integer, default 1
+        Number of frames.
+    seed : integer, default 1
+        Number of the noise.
+
+    Raises
+    ------
+    SceneError
+        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+    """
+
+    _path = "instrument"
+
+    def __init__(
+        self,
+        *,
+        preset: str | None = None,
+        aperture: Quantity | None = None,
+        obstruction: float | None = None,
+        collecting_area: Quantity | None = None,
+        throughput: float | None = None,
+        psf: Sequence[PointSpread | dict[str, Any]] | None = None,
+        pixel_scale: Quantity | None = None,
+        sky: Sequence[str] | None = None,
+        sky_system: str | None = None,
+        subtract_sky: bool | None = None,
+        dark_current: Quantity | None = None,
+        read_noise: Quantity | None = None,
+        gain: Quantity | None = None,
+        bias: Quantity | None = None,
+        full_well: Quantity | None = None,
+        bits: int | None = None,
+        pixel_size: Quantity | None = None,
+        cosmic_rays: Quantity | None = None,
+        mosaic: Sequence[str] | None = None,
+        exposure: Quantity | None = None,
+        frames: int | None = None,
+        seed: int | None = None,
+    ):
+        super().__init__(
+            preset=preset,
+            aperture=aperture,
+            obstruction=obstruction,
+            collecting_area=collecting_area,
+            throughput=throughput,
+            psf=psf,
+            pixel_scale=pixel_scale,
+            sky=sky,
+            sky_system=sky_system,
+            subtract_sky=subtract_sky,
+            dark_current=dark_current,
+            read_noise=read_noise,
+            gain=gain,
+            bias=bias,
+            full_well=full_well,
+            bits=bits,
+            pixel_size=pixel_size,
+            cosmic_rays=cosmic_rays,
+            mosaic=mosaic,
+            exposure=exposure,
+            frames=frames,
+            seed=seed,
+        )
+
+
 class Output(Table):
     """What files hold beside the picture, and how. Layers say what its light comes from and where: `scattered`,
     `emission.NAME` of each gas, `background` and `stars`, whose sum is the picture, `depth` and `tau`
@@ -1912,4 +2201,4 @@ class Frames(Table):
         )
 
 
-__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Turbulence", "Expression", "Stereo", "Keyframe", "CameraPath", "Camera", "perspective", "orthographic", "fisheye", "equirectangular", "cubemap", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "Background", "Detail", "Band", "Glare", "Display", "Observation", "Output", "Method", "Animation", "Frames"]
+__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Turbulence", "Expression", "Stereo", "Keyframe", "CameraPath", "Camera", "perspective", "orthographic", "fisheye", "equirectangular", "cubemap", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "StarCatalogue", "Background", "Detail", "Spectrograph", "Band", "Glare", "Display", "Observation", "PointSpread", "Instrument", "Output", "Method", "Animation", "Frames"]

@@ -16,6 +16,8 @@ pub enum Stage {
     Light,
     /// Rays of the image are marched.
     Rays,
+    /// Frames of an instrument are read out.
+    Frames,
 }
 
 /// Steps of work that has parts.

@@ -204,6 +204,15 @@ pub trait DataSource: Debug + Send + Sync {
     /// Those of [`text`](Self::text), and where it is no table; [`Error::Scene`] says the line.
     fn table(&self, name: &str, most_rows: usize, memory_limit: u64) -> Result<TextTable>;
 
+    /// The first band of the picture called `name`: columns and rows, and its values, row by row, the first on top.
+    ///
+    /// # Errors
+    /// Where there is none, or it is larger than `memory_limit` bytes.
+    fn picture(&self, name: &str, memory_limit: u64) -> Result<([usize; 2], Vec<f64>)> {
+        let _ = memory_limit;
+        Err(Error::file(self.label(name), "holds no picture that can be read here"))
+    }
+
     /// What `choose` chooses of the array called `name`; `member` is the one that is meant where there are several. Its
     /// values may take `memory_limit` bytes as single precision.
     ///
@@ -247,6 +256,14 @@ impl Inputs {
     /// Those of [`DataSource::table`].
     pub fn table(&self, name: &str, most_rows: usize) -> Result<TextTable> {
         self.source.table(name, most_rows, self.memory_limit)
+    }
+
+    /// The first band of the picture called `name`: columns and rows, and its values, row by row.
+    ///
+    /// # Errors
+    /// Those of [`DataSource::picture`].
+    pub fn picture(&self, name: &str) -> Result<([usize; 2], Vec<f64>)> {
+        self.source.picture(name, self.memory_limit)
     }
 
     /// What `choose` chooses of the array called `name`; `member` is the one that is meant where there are several.

@@ -38,6 +38,7 @@
 //! | [`control`] | progress and interruption |
 //! | [`animation`], [`sequence`] | scenes that change from moment to moment, and their frames |
 //! | [`image`] | the result, its display, what it says of itself |
+//! | [`observation`], [`instrument`] | where on the sky it is taken, and what records it |
 //! | [`detail`] | what densities have below their voxels |
 //! | [`properties`], [`data`] | the neutral tree that scenes are read from, and what it names |
 
@@ -54,6 +55,7 @@ pub mod field;
 mod fourier;
 pub mod geometry;
 pub mod image;
+pub mod instrument;
 pub mod keywords;
 pub mod light;
 pub mod memory;
@@ -69,6 +71,7 @@ pub mod random;
 mod render;
 pub mod scene;
 pub mod sequence;
+pub mod star_catalogue;
 pub mod star_field;
 mod stats;
 pub mod stored;

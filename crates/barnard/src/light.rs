@@ -6,7 +6,8 @@ use spectra::spectrum::Spectrum;
 
 use crate::error::Result;
 use crate::scene::{Dust, Scene};
-use crate::star_field::{FieldClass, field_classes};
+use crate::star_catalogue::StarClass;
+use crate::star_field::{CLASSES, field_classes};
 
 /// One light and the way it takes to the eye.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,9 +29,9 @@ pub enum Route {
         /// The number of the star in the scene.
         star: usize,
     },
-    /// Light of a class of stars of the star field.
+    /// Light of a class of stars at infinity.
     FieldStar {
-        /// The number of the class.
+        /// The number of the class: of the star field, then, from [`CLASSES`]' length on, of the catalogue.
         class: usize,
     },
 }
@@ -74,7 +75,7 @@ impl Part {
         if scene.background.spectrum.is_some() {
             parts.push(Self::Background);
         }
-        if scene.background.star_field.is_some() || scene.stars.iter().any(|star| star.visible) {
+        if scene.background.has_stars() || scene.stars.iter().any(|star| star.visible) {
             parts.push(Self::Stars);
         }
         parts
@@ -97,6 +98,7 @@ impl Part {
         }
         if self != Self::Stars {
             scene.background.star_field = None;
+            scene.background.catalogue = None;
         }
         scene
     }
@@ -137,8 +139,14 @@ pub fn lights(scene: &Scene) -> Result<Vec<Light>> {
         lights.push(Light { route: Route::Background, name: "background".into(), spectrum: spectrum.clone() });
     }
     if scene.background.star_field.is_some() {
-        for (class, FieldClass { name, spectrum }) in field_classes()?.into_iter().enumerate() {
+        for (class, StarClass { name, spectrum }) in field_classes()?.into_iter().enumerate() {
             lights.push(Light { route: Route::FieldStar { class }, name, spectrum });
+        }
+    }
+    if let Some(placed) = &scene.background.catalogue {
+        for (class, StarClass { name, spectrum }) in placed.catalogue.classes.iter().enumerate() {
+            let route = Route::FieldStar { class: CLASSES.len() + class };
+            lights.push(Light { route, name: name.clone(), spectrum: spectrum.clone() });
         }
     }
     Ok(lights)

@@ -5,6 +5,7 @@
 //! is the star's. Under an orthographic camera the intensity L/4π [W sr⁻¹] takes the place of E and the pixel's area
 //! \[m²\] that of Ω.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::camera::{Camera, Projection};
@@ -13,7 +14,8 @@ use crate::error::Result;
 use crate::geometry::Ray;
 use crate::light::{Light, Route};
 use crate::scene::Scene;
-use crate::star_field::{FieldStar, stars_in_view};
+use crate::star_catalogue::PlacedCatalogue;
+use crate::star_field::{CLASSES, FieldStar, stars_in_view};
 
 /// Standard deviation of the point-spread function [pixels]: FWHM of 1.65, well sampled.
 const PSF_SIGMA: f64 = 0.7;
@@ -88,9 +90,17 @@ pub fn draw(
 /// Where the star field has too many.
 pub fn points(sources: Sources, scene: &Scene, camera: &Camera, lights: &[Light]) -> Result<Vec<Point>> {
     let mut points = direct_points(scene, camera, lights);
+    let first_of = |first: usize| lights.iter().position(|l| l.route == Route::FieldStar { class: first }).unwrap_or(0);
+    if let Some(placed) = &scene.background.catalogue {
+        let most = match sources {
+            Sources::All => usize::MAX,
+            Sources::Brightest(most) => 2 * most,
+        };
+        points.extend(catalogue_points(placed, camera, first_of(CLASSES.len())).take(most));
+    }
     if let Some(field) = &scene.background.star_field {
         let stars = stars_in_view(field, camera, PSF_RADIUS as f64)?;
-        let first = lights.iter().position(|l| matches!(l.route, Route::FieldStar { class: 0 })).unwrap_or(0);
+        let first = first_of(0);
         let place = |star: &FieldStar| field_point(star, camera, first);
         match sources {
             Sources::All => points.par_extend(stars.par_iter().filter_map(place)),
@@ -148,12 +158,43 @@ fn direct_points(scene: &Scene, camera: &Camera, lights: &[Light]) -> Vec<Point>
 /// A distance at which two eyes see a star alike [pc].
 const SKY_PC: f64 = 1e12;
 
-/// Where a star of the star field appears, if it touches the image; `first` is the light of the first class.
-fn field_point(star: &FieldStar, camera: &Camera, first: usize) -> Option<Point> {
-    let (column, row) = camera.project(camera.position + SKY_PC * star.direction())?;
+/// Where a direction of the sky appears \[pixels\], if a star there touches the image.
+fn place_of(direction: DVec3, camera: &Camera) -> Option<(f64, f64)> {
+    let (column, row) = camera.project(camera.position + SKY_PC * direction)?;
     let margin = PSF_RADIUS as f64;
     let inside = column > -margin && row > -margin && column < camera.width as f64 + margin && row < camera.height as f64 + margin;
-    inside.then_some(Point { column, row, light: first + star.class, gain: star.gain, length: f64::INFINITY })
+    inside.then_some((column, row))
+}
+
+/// Where a star of the star field appears, if it touches the image; `first` is the light of the first class.
+fn field_point(star: &FieldStar, camera: &Camera, first: usize) -> Option<Point> {
+    let (column, row) = place_of(star.direction(), camera)?;
+    Some(Point { column, row, light: first + star.class, gain: star.gain, length: f64::INFINITY })
+}
+
+/// Where the stars of a catalogue appear, the brightest first, each as the points of its two classes; `first` is the light of the
+/// first class.
+fn catalogue_points<'a>(placed: &'a PlacedCatalogue, camera: &'a Camera, first: usize) -> impl Iterator<Item = Point> + 'a {
+    let turn = placed.scene_from_sky(camera);
+    placed
+        .catalogue
+        .stars
+        .iter()
+        .filter_map(move |star| {
+            let (column, row) = place_of(turn * star.direction, camera)?;
+            let point = move |(class, gain): (usize, f64)| Point { column, row, light: first + class, gain, length: f64::INFINITY };
+            Some(star.shares.into_iter().filter(|(_, gain)| *gain > 0.0).map(point))
+        })
+        .flatten()
+}
+
+/// The stars of the catalogue that have a name and are seen: name, column and row \[pixels\], the brightest first.
+pub fn names<'a>(scene: &'a Scene, camera: &'a Camera) -> impl Iterator<Item = (&'a str, f64, f64)> + 'a {
+    scene.background.catalogue.iter().flat_map(move |placed| {
+        let turn = placed.scene_from_sky(camera);
+        let named = placed.catalogue.stars.iter().filter(|star| !star.name.is_empty());
+        named.filter_map(move |star| place_of(turn * star.direction, camera).map(|(x, y)| (star.name.as_str(), x, y)))
+    })
 }
 
 /// The point-spread function along an axis, in the pixels around pixel `middle`, of a source at `at`.
@@ -184,8 +225,6 @@ fn splat(camera: &Camera, point: &Point, fluxes: &[f64], add: &mut impl FnMut(us
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
     use crate::scene::StarField;
 

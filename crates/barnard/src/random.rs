@@ -1,5 +1,7 @@
 //! Random numbers that depend on where they are used alone, so that the order of threads does not matter.
 
+use rand_core::RngCore;
+
 /// Numbers in [0, 1) by (seed, cell, count): SplitMix64 (Steele, Lea & Flood 2014).
 pub struct Counter(u64);
 
@@ -33,5 +35,20 @@ impl Counter {
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ (z >> 31)
+    }
+}
+
+/// For distributions of other crates.
+impl RngCore for Counter {
+    fn next_u32(&mut self) -> u32 {
+        (self.bits() >> 32) as u32
+    }
+
+    fn next_u64(&mut self) -> u64 {
+        self.bits()
+    }
+
+    fn fill_bytes(&mut self, bytes: &mut [u8]) {
+        rand_core::impls::fill_bytes_via_next(self, bytes);
     }
 }

@@ -14,17 +14,10 @@ use crate::camera::{Camera, Projection};
 use crate::error::{Error, Result};
 use crate::random::Counter;
 use crate::scene::StarField;
+use crate::star_catalogue::StarClass;
 
 /// More field stars than this are a mistake of the scene.
 const MAX_FIELD_STARS: f64 = 5e6;
-
-/// A class of field stars: black bodies of one temperature, V = 0 (Vega).
-pub struct FieldClass {
-    /// The name in certificates.
-    pub name: String,
-    /// Irradiance of magnitude zero [W m⁻² µm⁻¹].
-    pub spectrum: Spectrum,
-}
 
 /// Temperature \[K\] and part of the stars.
 pub const CLASSES: [(f64, f64); 6] = [(3600.0, 0.22), (4500.0, 0.28), (5600.0, 0.25), (6800.0, 0.14), (9500.0, 0.08), (18000.0, 0.03)];
@@ -33,7 +26,7 @@ pub const CLASSES: [(f64, f64); 6] = [(3600.0, 0.22), (4500.0, 0.28), (5600.0, 0
 ///
 /// # Errors
 /// Where Vega's flux is not known through V, which a test rules out.
-pub fn field_classes() -> Result<Vec<FieldClass>> {
+pub fn field_classes() -> Result<Vec<StarClass>> {
     let v = Passband::named("johnson-V")?;
     let flux = zero_point(&v, MagnitudeSystem::Vega)?;
     CLASSES
@@ -41,7 +34,7 @@ pub fn field_classes() -> Result<Vec<FieldClass>> {
         .map(|(t, _)| {
             let shape = BlackBody(Temperature(*t));
             let scale = flux / v.integrate(|l| spectra::spectrum::Shape::at(&shape, l));
-            Ok(FieldClass { name: format!("field stars of {t} K"), spectrum: Spectrum::continuous(scale, Arc::new(shape)) })
+            Ok(StarClass { name: format!("field stars of {t} K"), spectrum: Spectrum::continuous(scale, Arc::new(shape)) })
         })
         .collect()
 }

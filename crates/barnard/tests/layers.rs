@@ -33,7 +33,7 @@ fn scene() -> Scene {
         .star(star)
         .emission(Emission { name: "H alpha".into(), ..Emission::new(ball.clone(), glow(0.6563, 1e-22)) })
         .emission(Emission { name: "[O III]".into(), ..Emission::new(ball, glow(0.5007, 2e-23)) })
-        .background(Background { star_field: Some(field), spectrum: Some(sky) });
+        .background(Background { star_field: Some(field), spectrum: Some(sky), ..Background::default() });
     asked(scene, ALL)
 }
 

@@ -13,6 +13,7 @@ fn words(stage: Stage) -> &'static str {
         Stage::StarDepths => "star depths",
         Stage::Light => "light field",
         Stage::Rays => "rays",
+        Stage::Frames => "frames",
     }
 }
 

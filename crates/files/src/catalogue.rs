@@ -78,6 +78,16 @@ pub const CATALOGUES: &[Catalogue] = &[
         rows: || rows(barnard::image::optics::OPTICS.iter().map(|o| (o.name, o.summary))),
     },
     Catalogue {
+        name: "instruments",
+        summary: "telescopes with detectors, and where their numbers are from",
+        rows: || rows(barnard::instrument::PRESETS.iter().map(|p| (p.name, p.summary))),
+    },
+    Catalogue {
+        name: "psfs",
+        summary: "what spreads the light of a point",
+        rows: || rows(barnard::instrument::psf::KINDS.iter().map(|k| (k.name, k.summary))),
+    },
+    Catalogue {
         name: "interpolations",
         summary: "how values go from keyframe to keyframe",
         rows: || rows(barnard::animation::INTERPOLATIONS.iter().map(|i| (i.name, i.summary))),

@@ -10,7 +10,7 @@ use barnard::data::{Array, Choose, DataSource, TextTable};
 use barnard::error::{Error, Result};
 use barnard::memory;
 
-use crate::formats::{open, read_array, read_file, replace};
+use crate::formats::{open, read_array, read_file, read_image, replace};
 use crate::{paths, text_table};
 
 /// Files by name, each with its bytes.
@@ -129,6 +129,13 @@ impl DataSource for SceneFiles {
         let table = text_table::read(&label, BufReader::new(file), most_rows)?;
         self.note(path);
         Ok(table)
+    }
+
+    fn picture(&self, name: &str, memory_limit: u64) -> Result<([usize; 2], Vec<f64>)> {
+        let path = self.path(name);
+        let image = read_image(&path, memory_limit)?;
+        self.note(path);
+        Ok(([image.width, image.height], image.band(0).collect()))
     }
 
     fn array(&self, name: &str, member: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array> {

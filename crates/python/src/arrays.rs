@@ -105,6 +105,10 @@ impl DataSource for Arrays {
         self.files.table(name, most_rows, memory_limit)
     }
 
+    fn picture(&self, name: &str, memory_limit: u64) -> Result<([usize; 2], Vec<f64>)> {
+        self.files.picture(name, memory_limit)
+    }
+
     fn array(&self, name: &str, member: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array> {
         let Some(Named { label, shape, fortran, data }) = self.named(name) else {
             return self.files.array(name, member, choose, memory_limit);

@@ -34,10 +34,17 @@ type BandDetails = (Option<f64>, Option<f64>, Option<&'static str>, Vec<String>)
 /// A rendered picture, with what is stated of it.
 #[pyclass(frozen, module = "barnard._barnard")]
 pub struct Image {
-    scene: Arc<barnard::Scene>,
+    pub scene: Arc<barnard::Scene>,
     pub image: barnard::Image,
     certificates: Vec<Vec<Certificate>>,
     warnings: Vec<String>,
+}
+
+impl Image {
+    /// A picture of a scene that no plan certifies.
+    pub fn plain(scene: Arc<barnard::Scene>, image: barnard::Image) -> Self {
+        Self { scene, image, certificates: Vec::new(), warnings: Vec::new() }
+    }
 }
 
 #[pymethods]
@@ -68,6 +75,7 @@ impl Image {
         for layer in &self.image.layers {
             let array = match layer.content {
                 LayerContent::Light => values(py, &layer.samples, &[self.image.bands.len(), height, width])?,
+                LayerContent::Mask => values(py, &layer.samples, &[self.image.radiances().count(), height, width])?,
                 LayerContent::Depth | LayerContent::OpticalDepth => {
                     let far = |v: f64| if v >= FAR_AWAY { f32::INFINITY } else { v as f32 };
                     let values: Vec<f32> = layer.channel(0, height * width).map(far).collect();

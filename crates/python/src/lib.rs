@@ -8,6 +8,7 @@ mod bricks;
 mod catalogue;
 mod error;
 mod image;
+mod instrument;
 mod open;
 mod plan;
 mod scene;
@@ -38,6 +39,7 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<sequence::Sequence>()?;
     module.add_class::<plan::Plan>()?;
     module.add_class::<image::Image>()?;
+    module.add_class::<instrument::Exposures>()?;
     module.add_class::<bricks::Whole>()?;
     module.add_class::<bricks::StarSweep>()?;
     module.add_function(wrap_pyfunction!(run, module)?)?;
@@ -48,6 +50,7 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
     module.add_function(wrap_pyfunction!(sequence::sequence, module)?)?;
     module.add_function(wrap_pyfunction!(image::render, module)?)?;
+    module.add_function(wrap_pyfunction!(instrument::observe, module)?)?;
     module.add_function(wrap_pyfunction!(bricks::densities, module)?)?;
     module.add_function(wrap_pyfunction!(bricks::dust_bounds, module)?)?;
     module.add_function(wrap_pyfunction!(image::check_writable, module)?)?;

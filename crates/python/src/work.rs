@@ -58,6 +58,7 @@ fn name(stage: Stage) -> &'static str {
         Stage::StarDepths => "star depths",
         Stage::Light => "light",
         Stage::Rays => "rays",
+        Stage::Frames => "frames",
     }
 }
 

@@ -101,6 +101,13 @@ impl Spectrum {
         self
     }
 
+    /// The lines as they are seen of what recedes with a velocity: λ (1 + v/c). Continua stay.
+    pub fn shifted(mut self, velocity: Velocity) -> Self {
+        let factor = 1.0 + velocity.0 * 1e3 / SPEED_OF_LIGHT;
+        self.lines.iter_mut().for_each(|line| line.lambda_um *= factor);
+        self
+    }
+
     /// The continuum at λ \[µm\].
     pub fn continuum(&self, lambda_um: f64) -> f64 {
         self.continua.iter().map(|(f, s)| f * s.at(lambda_um)).sum()

@@ -118,7 +118,7 @@ quantity! {
     /// A length or distance \[pc\].
     Length("length", "0.4 pc") {
         "pc" = 1.0, "kpc" = 1e3, "Mpc" = 1e6, "ly" = LIGHT_YEAR / PARSEC, "lyr" = LIGHT_YEAR / PARSEC, "au" = ASTRONOMICAL_UNIT / PARSEC, "AU" = ASTRONOMICAL_UNIT / PARSEC,
-        "m" = 1.0 / PARSEC, "km" = 1e3 / PARSEC, "cm" = CM, "Rsun" = SOLAR_RADIUS / PARSEC
+        "m" = 1.0 / PARSEC, "km" = 1e3 / PARSEC, "cm" = CM, "mm" = 0.1 * CM, "um" = 1e-4 * CM, "Rsun" = SOLAR_RADIUS / PARSEC
     }
 }
 quantity! {
@@ -191,6 +191,31 @@ quantity! {
     SkyDensity("density on the sky", "2000 /deg2") { "/deg2" = 3_282.806_350_011_744, "/arcmin2" = 3_282.806_350_011_744 * 3600.0, "/sr" = 1.0 }
 }
 
+quantity! {
+    /// An area \[m²\].
+    Area("area", "4.5 m2") { "m2" = 1.0, "cm2" = 1e-4 }
+}
+quantity! {
+    /// A charge, as a number of electrons (e).
+    Charge("charge", "3.1 e") { "e" = 1.0, "electron" = 1.0, "ke" = 1e3 }
+}
+quantity! {
+    /// A charge that a pixel gathers in a time [e s⁻¹].
+    DarkCurrent("dark current", "0.002 e/s") { "e/s" = 1.0, "electron/s" = 1.0, "e/h" = 1.0 / 3600.0 }
+}
+quantity! {
+    /// The charge of a count [e ADU⁻¹].
+    Gain("gain", "1.5 e/ADU") { "e/ADU" = 1.0, "electron/adu" = 1.0, "e/DN" = 1.0 }
+}
+quantity! {
+    /// A number that a converter gives (ADU).
+    Counts("counts", "500 ADU") { "ADU" = 1.0, "adu" = 1.0, "DN" = 1.0 }
+}
+quantity! {
+    /// A rate of hits on an area [cm⁻² s⁻¹].
+    HitRate("rate of hits", "1.2 /cm2/s") { "/cm2/s" = 1.0, "cm-2 s-1" = 1.0, "/cm2/min" = 1.0 / 60.0 }
+}
+
 /// How a quantity is written.
 #[derive(Debug, Clone, Copy)]
 pub struct QuantityRow {
@@ -223,6 +248,12 @@ pub const QUANTITIES: &[QuantityRow] = &[
     row::<NumberDensity>(),
     row::<Emissivity>(),
     row::<SkyDensity>(),
+    row::<Area>(),
+    row::<Charge>(),
+    row::<DarkCurrent>(),
+    row::<Gain>(),
+    row::<Counts>(),
+    row::<HitRate>(),
     row::<MemorySize>(),
 ];
 

@@ -1,4 +1,4 @@
-//! What the scene is compared with: other filters, or a finer method.
+//! What the scene is compared with: what an instrument records of it, other filters, or a finer method.
 
 use barnard::Result;
 
@@ -14,6 +14,8 @@ pub enum With {
     /// No picture stands beside it.
     #[default]
     Nothing,
+    /// What the scene's instrument records of it.
+    Recorded,
     /// The same scene through another set of filters.
     Filters(String),
     /// The same scene by a finer method: the difference is shown, amplified.
@@ -44,6 +46,11 @@ pub struct Comparison {
 }
 
 impl Comparison {
+    /// Whether both pictures are looked at as they are, side by side or with an edge between them.
+    pub fn is_of_pictures(&self) -> bool {
+        matches!(self.with, With::Recorded | With::Filters(_))
+    }
+
     /// The document's view, and the one beside it.
     ///
     /// # Errors
@@ -52,6 +59,8 @@ impl Comparison {
         let own = View::of(document);
         let edit = match &self.with {
             With::Nothing => return Ok(vec![own]),
+            With::Recorded if own.scene.instrument.is_none() => return Ok(vec![own]),
+            With::Recorded => return Ok(vec![own.clone(), View { recorded: true, ..own }]),
             With::Filters(set) => filters(set),
             With::Finer => Edit::set("method", "name", "band_quadrature")
                 .and(Edit::set("method", "accuracy", crate::edit::significant((FINER * document.scene().method.accuracy).max(1e-6))))
@@ -63,7 +72,7 @@ impl Comparison {
         let stale = self.made.as_ref().is_none_or(|(text, with, _)| *text != own_text || *with != self.with);
         if stale {
             let (scene, physics) = document.variant(edit)?;
-            self.made = Some((own_text, self.with.clone(), View { scene, physics }));
+            self.made = Some((own_text, self.with.clone(), View { scene, physics, recorded: false }));
         }
         Ok(std::iter::once(own).chain(self.made.iter().map(|m| m.2.clone())).collect())
     }

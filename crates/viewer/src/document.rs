@@ -429,8 +429,17 @@ fn read(origin: &Origin, text: &str, loader: &Loader, opening: u64) -> Result<Re
 
 /// What a scene's tree says beside the camera and how pictures are shown and written.
 fn physics(scene: &Scene, mut tree: Table, opening: u64) -> Arc<str> {
-    for key in ["camera", "bookmark", "display", "observation", "output", "name", "description"] {
+    // Gas that moves is seen by the camera as it was read.
+    let moves = |name: &str| tree.get(name).is_some_and(|own| own.value.to_string().contains("velocity = "));
+    if !moves("gas") && !moves("emission") {
+        tree.remove("camera");
+    }
+    for key in ["bookmark", "display", "instrument", "output", "name", "description"] {
         tree.remove(key);
+    }
+    // Stars of a catalogue stand where it says.
+    if scene.background.catalogue.is_none() {
+        tree.remove("observation");
     }
     let roughly = if scene.is_rough { "roughly " } else { "" };
     format!("{roughly}{opening}: {tree}").into()

@@ -21,8 +21,13 @@ struct Progress {
     all: AtomicU64,
 }
 
-const STAGES: [(Stage, &str); 4] =
-    [(Stage::Gas, "ionised gas"), (Stage::StarDepths, "star depths"), (Stage::Light, "starlight"), (Stage::Rays, "rays")];
+const STAGES: [(Stage, &str); 5] = [
+    (Stage::Gas, "ionised gas"),
+    (Stage::StarDepths, "star depths"),
+    (Stage::Light, "starlight"),
+    (Stage::Rays, "rays"),
+    (Stage::Frames, "frames"),
+];
 
 /// The work and the way to stop it.
 pub struct Export {

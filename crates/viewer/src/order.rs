@@ -17,12 +17,14 @@ pub struct View {
     pub scene: Arc<Scene>,
     /// What its text says beside camera and display: equal texts are one plan.
     pub physics: Arc<str>,
+    /// Whether it is shown as the scene's instrument records the first view, of which it is.
+    pub recorded: bool,
 }
 
 impl View {
     /// The view of a document.
     pub fn of(document: &Document) -> Self {
-        Self { scene: document.scene().clone(), physics: document.physics().clone() }
+        Self { scene: document.scene().clone(), physics: document.physics().clone(), recorded: false }
     }
 }
 

@@ -3,14 +3,15 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use barnard::Result;
 use barnard::backend::{self, RenderStats};
 use barnard::camera::Camera;
 use barnard::control::Control;
-use barnard::image::{Display, Glare, Image, Tone};
+use barnard::image::{Display, Glare, Image, PixelScale, Tone};
+use barnard::instrument::{Exposures, Instrument};
 use barnard::plan::Plan;
 use barnard::points::Sources;
 use barnard::scene::Scene;
+use barnard::{Error, Result};
 use eframe::egui::{Color32, ColorImage};
 use rayon::prelude::*;
 
@@ -35,12 +36,36 @@ pub struct Picture {
     pub sparks: Option<Arc<ColorImage>>,
     /// What optics make of a picture that has its stars, and which.
     spread: Option<(Glare, Arc<Image>)>,
+    /// What an instrument sees of another picture, of which this is what it records.
+    recorded: Option<Recorded>,
     /// The histogram of the pixels of each band.
     pub histograms: Vec<Histogram>,
     /// The time that each part of it took.
     pub times: Times,
     /// The name of what marched the rays.
     pub backend: String,
+}
+
+/// What an instrument sees of a picture.
+#[derive(Clone)]
+struct Recorded {
+    /// The picture.
+    of: Arc<Image>,
+    /// The scene's instrument.
+    instrument: Arc<Instrument>,
+    /// What it sees, by so many pixels along an edge summed as one.
+    exposures: Exposures,
+    binning: usize,
+    /// What pixels gather by band, in words.
+    bands: Vec<String>,
+}
+
+/// What pixels gather in a band, in words.
+fn gathered(exposures: &Exposures, number: usize, band: &str) -> String {
+    let ([width, height], instrument) = (exposures.size(), exposures.instrument());
+    let full = (0..width * height).filter(|pixel| exposures.mean(number, *pixel) >= instrument.detector.full_well).count();
+    let sky = exposures.sky(number, (height / 2) * width + width / 2) * instrument.exposure_s;
+    format!("{band}: sky {} e, {full} pixels full", crate::edit::rounded(sky, 3))
 }
 
 /// The times that the parts of a picture took \[s\].
@@ -105,8 +130,8 @@ impl Picture {
     /// The picture of `image`, which `plan` made of `scene`, shown by `tone`.
     pub fn new(image: Image, scene: Arc<Scene>, tone: Tone, plan: Plan, stats: RenderStats, times: Times, backend: String) -> Self {
         let (colours, sparks, histograms) = (Arc::default(), None, Vec::new());
-        let (image, spread) = (Arc::new(image), None);
-        let mut picture = Self { image, plan, stats, tone, colours, sparks, spread, histograms, times, backend, scene };
+        let (image, spread, recorded) = (Arc::new(image), None, None);
+        let mut picture = Self { image, plan, stats, tone, colours, sparks, spread, recorded, histograms, times, backend, scene };
         picture.colour();
         picture
     }
@@ -125,6 +150,50 @@ impl Picture {
             self.spread = asked.map(|glare| (glare, Arc::new(glare.seen(&self.image))));
             self.colour();
         }
+    }
+
+    /// What a scene's instrument records of this picture; of what another has seen of it before as much as holds is taken.
+    ///
+    /// # Errors
+    /// Where the scene has no instrument, or it cannot see the picture.
+    pub fn recorded(&self, scene: &Arc<Scene>, before: Option<&Self>, control: &Control) -> Result<Self> {
+        let missing = || Error::value("instrument of the scene", "missing", "one such as [instrument] with preset = \"hst-wfc3-uvis\"");
+        let instrument = scene.instrument.clone().ok_or_else(missing)?;
+        // Where the window is coarser than the detector, pixels are summed.
+        let binning = match (instrument.pixel_rad, self.image.pixel) {
+            (Some(pixel), Some(PixelScale::Angle(degrees))) => (degrees.to_radians() / pixel * (1.0 - 1e-9)).ceil().max(1.0) as usize,
+            _ => 1,
+        };
+        let known = before.and_then(|before| before.recorded.as_ref()).filter(|known| Arc::ptr_eq(&known.of, &self.image));
+        if let Some((known, before)) = known.zip(before).filter(|(known, _)| known.instrument == instrument) {
+            let mut picture = Self { scene: scene.clone(), image: before.image.clone(), tone: self.tone.clone(), ..before.clone() };
+            picture.recorded = Some(known.clone());
+            picture.colour();
+            return Ok(picture);
+        }
+        let binned = Arc::new(Instrument::clone(&instrument).binned(binning));
+        let exposures = match known.filter(|known| known.exposures.instrument().sees_like(&binned)) {
+            Some(known) => known.exposures.recorded_by(binned),
+            None => Exposures::new(binned, &self.image, &scene.bands, control)?,
+        };
+        let image = Arc::new(exposures.glance(control)?);
+        let mut picture = Self { image, scene: scene.clone(), spread: None, sparks: None, ..self.clone() };
+        let bands = self.scene.bands.iter().enumerate().map(|(number, band)| gathered(&exposures, number, band.name())).collect();
+        picture.recorded = Some(Recorded { of: self.image.clone(), instrument, exposures, binning, bands });
+        picture.colour();
+        Ok(picture)
+    }
+
+    /// What recorded it, in words; where nothing has, what is to come.
+    pub fn recorded_words(&self) -> String {
+        let Some(Recorded { instrument, binning, .. }) = &self.recorded else { return "not observed yet".into() };
+        let binned = if *binning > 1 { format!(", {binning} × {binning} pixels summed") } else { String::new() };
+        format!("{}, {} × {} s{binned}", instrument.name, instrument.frames, crate::edit::rounded(instrument.exposure_s, 3))
+    }
+
+    /// What pixels gather by band, in words.
+    pub fn recorded_bands(&self) -> &[String] {
+        self.recorded.as_ref().map_or(&[], |recorded| &recorded.bands)
     }
 
     /// The light that is shown: with its glare, where it has one.

@@ -51,9 +51,16 @@ struct Stand {
 /// The last picture of a view.
 struct Last {
     physics: Arc<str>,
+    recorded: bool,
     camera: Camera,
     quality: Quality,
     picture: Picture,
+}
+
+impl Last {
+    fn is_of(&self, view: &View) -> bool {
+        self.physics == view.physics && self.recorded == view.recorded
+    }
 }
 
 /// The maker of back ends, one for each kind of plan of each view.
@@ -146,8 +153,28 @@ impl Studio {
             reached = Some(quality);
         }
         if reached < Some(Quality::Settled) {
-            let pictures = order.views.iter().enumerate().map(|(i, view)| self.settled(i, view, order, control)).collect::<Result<_>>()?;
+            let mut pictures: Vec<Picture> = Vec::new();
+            let mut failure = None;
+            for (i, view) in order.views.iter().enumerate() {
+                let picture = match pictures.first().filter(|_| view.recorded) {
+                    None => self.settled(i, view, order, control)?,
+                    // What cannot be recorded is shown as it is.
+                    Some(own) => match own.recorded(&view.scene, None, control) {
+                        Ok(recorded) => recorded,
+                        Err(Error::Interrupted) => return Err(Error::Interrupted),
+                        Err(error) => {
+                            failure = Some(error);
+                            own.clone()
+                        }
+                    },
+                };
+                if view.recorded {
+                    self.stands[i].keep(view, &order.camera, Quality::Settled, &picture);
+                }
+                pictures.push(picture);
+            }
             show(Quality::Settled, pictures);
+            return failure.map_or(Ok(()), Err);
         }
         Ok(())
     }
@@ -155,13 +182,21 @@ impl Studio {
     /// Colours the last pictures anew, where they show what is asked for; returns how far they had come.
     fn shown_again(&mut self, order: &Order, show: &mut dyn FnMut(Quality, Vec<Picture>)) -> Option<Quality> {
         let same = |(stand, view): (&Stand, &View)| {
-            let last = stand.last.as_ref().filter(|last| last.physics == view.physics && last.camera == order.camera)?;
+            let last = stand.last.as_ref().filter(|last| last.is_of(view) && last.camera == order.camera)?;
             Some(last.quality)
         };
         let qualities: Option<Vec<Quality>> = self.stands.iter().zip(&order.views).map(same).collect();
         let quality = qualities?.into_iter().min()?;
+        let (mut first, closing): (Option<Picture>, _) = (None, self.closing.clone());
         let coloured = |(stand, view): (&mut Stand, &View)| {
             let last = stand.last.as_mut()?;
+            if let (true, Some(own)) = (view.recorded, &first) {
+                // Noise of other exposures is drawn in no time, and while they are chosen.
+                let picture =
+                    if quality == Quality::Settled { own.recorded(&view.scene, Some(&last.picture), &closing).ok()? } else { own.clone() };
+                last.picture = picture.clone();
+                return Some(picture);
+            }
             let display = &view.scene.display;
             let tone = stand.exposure.tone(order.exposure, display, &last.picture.image, last.quality == Quality::Settled);
             last.picture.show(display, tone);
@@ -170,6 +205,7 @@ impl Studio {
                 Quality::Settled => last.picture.spread(),
                 _ => last.picture.spark(&order.camera).ok()?,
             }
+            first.get_or_insert_with(|| last.picture.clone());
             Some(last.picture.clone())
         };
         let pictures: Option<Vec<Picture>> = self.stands.iter_mut().zip(&order.views).map(coloured).collect();
@@ -179,7 +215,19 @@ impl Studio {
 
     /// Quick pictures of all views with `scale` times fewer pixels each way.
     fn previews(&mut self, order: &Order, scale: f64, control: &Control) -> Result<Vec<Picture>> {
-        order.views.iter().enumerate().map(|(i, view)| self.preview(i, view, order, scale, control)).collect()
+        let mut pictures: Vec<Picture> = Vec::new();
+        for (i, view) in order.views.iter().enumerate() {
+            let picture = match pictures.first().filter(|_| view.recorded) {
+                None => self.preview(i, view, order, scale, control)?,
+                Some(own) => {
+                    let own = own.clone();
+                    self.stands[i].keep(view, &order.camera, stage(scale), &own);
+                    own
+                }
+            };
+            pictures.push(picture);
+        }
+        Ok(pictures)
     }
 
     fn preview(&mut self, i: usize, view: &View, order: &Order, scale: f64, control: &Control) -> Result<Picture> {
@@ -237,7 +285,13 @@ impl Studio {
 
 impl Stand {
     fn keep(&mut self, view: &View, camera: &Camera, quality: Quality, picture: &Picture) {
-        self.last = Some(Last { physics: view.physics.clone(), camera: camera.clone(), quality, picture: picture.clone() });
+        self.last = Some(Last {
+            physics: view.physics.clone(),
+            recorded: view.recorded,
+            camera: camera.clone(),
+            quality,
+            picture: picture.clone(),
+        });
     }
 }
 
@@ -338,6 +392,47 @@ mod tests {
         document.apply(Edit::set("star.0", "temperature", "4000 K")).unwrap();
         let hotter = served(&mut studio, &order(&document, (40, 30), true));
         assert!(Arc::ptr_eq(hotter[0].1.plan.space(), first[0].1.plan.space()) && hotter[0].1.image != first[0].1.image);
+    }
+
+    /// What an instrument records stands beside the picture of which it is; another exposure records it anew, and marches nothing.
+    #[test]
+    fn pictures_are_recorded() {
+        let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
+        let mut studio = Studio::new(cpu::ENTRY, Control::default());
+        document
+            .apply(Edit::set("instrument", "preset", "lco-1m-sinistro").and(Edit::set("instrument", "mosaic", toml_edit::Array::new())))
+            .unwrap();
+        let recorded = |document: &Document| {
+            let own = View::of(document);
+            Order { views: vec![own.clone(), View { recorded: true, ..own }], ..order(document, (40, 30), false) }
+        };
+        let mut last = |document: &Document| {
+            let shown = served(&mut studio, &recorded(document));
+            let mut settled = shown.into_iter().filter(|(quality, _)| *quality == Quality::Settled).map(|(_, picture)| picture);
+            let pair = (settled.next().unwrap(), settled.next().unwrap());
+            assert!(settled.next().is_none());
+            pair
+        };
+        let (own, seen) = last(&document);
+        assert!(seen.image.width <= own.image.width && seen.recorded_words().contains("pixels summed"), "{}", seen.recorded_words());
+        // Noise: of a picture, what differs between a pixel and its neighbours beyond what differs there in a thousand times as long.
+        let rough = |picture: &Picture| {
+            let width = picture.image.width;
+            let row: Vec<f64> = (0..width).map(|x| picture.image.at(1, picture.image.height / 2, x)).collect();
+            row.windows(3).map(|v| (v[0] - 2.0 * v[1] + v[2]).powi(2)).sum::<f64>().sqrt()
+        };
+        document.apply(Edit::set("instrument", "exposure", "1e-7 s")).unwrap();
+        let (again, short) = last(&document);
+        assert!(Arc::ptr_eq(&own.image, &again.image) && rough(&short) > 10.0 * rough(&seen), "{} {}", rough(&short), rough(&seen));
+        // Other colours leave the noise as it is.
+        document.apply(Edit::set("display", "stretch", "linear")).unwrap();
+        let (_, linear) = last(&document);
+        assert!(Arc::ptr_eq(&linear.image, &short.image) && linear.colours != short.colours);
+        document.apply(Edit::set("camera", "kind", "fisheye").and(Edit::remove("camera", "field_of_view"))).unwrap();
+        let mut shown = Vec::new();
+        let failed =
+            studio.serve(&recorded(&document), &Control::default(), &mut |quality, pictures| shown.push((quality, pictures.len())));
+        assert!(failed.unwrap_err().to_string().contains("perspective") && shown.last() == Some(&(Quality::Settled, 2)));
     }
 
     /// A device of software or a real one, and how to take it away.

@@ -16,6 +16,8 @@ use crate::order::Quality;
 const MAX: f32 = 4096.0;
 /// The distance within which the pointer takes hold of something [points].
 const GRIP: f32 = 10.0;
+/// Most names of stars of a catalogue, the brightest.
+const NAMES: usize = 100;
 /// Change of distance, and of brightness in stops, in one point of the wheel.
 const WHEEL: f64 = 0.003;
 const STOPS: f64 = 0.01;
@@ -129,7 +131,7 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
 }
 
 fn side_by_side(app: &App) -> bool {
-    matches!(app.comparison.with, With::Filters(_)) && app.comparison.arrangement == Arrangement::SideBySide
+    app.comparison.is_of_pictures() && app.comparison.arrangement == Arrangement::SideBySide
 }
 
 /// The whole of a texture.
@@ -141,7 +143,7 @@ fn draw(ui: &Ui, app: &App, rect: Rect) {
     let textures = app.shown.as_ref().map_or(&[][..], |shown| &shown.textures);
     match (&app.comparison.with, textures) {
         (With::Nothing, [own, ..]) | (_, [own]) => painter.image(own.id(), rect, WHOLE, Color32::WHITE),
-        (With::Filters(_), [own, other]) if side_by_side(app) => {
+        (_, [own, other]) if side_by_side(app) => {
             let (left, right) = rect.split_left_right_at_fraction(0.5);
             painter.image(own.id(), left, WHOLE, Color32::WHITE);
             painter.image(other.id(), right, WHOLE, Color32::WHITE)
@@ -252,7 +254,7 @@ fn move_star(app: &App, star: usize, seen: Rect, pointer: Pos2, edits: &mut Edit
     }
 }
 
-/// Rings at stars, and the frame of the scene's own picture.
+/// Rings at stars, names of those of a catalogue, and the frame of the scene's own picture.
 fn overlay(ui: &Ui, app: &App, seen: Rect) {
     let painter = ui.painter().with_clip_rect(seen);
     let colour = Color32::from_rgba_unmultiplied(120, 200, 255, 200);
@@ -260,6 +262,14 @@ fn overlay(ui: &Ui, app: &App, seen: Rect) {
         if let Some(p) = on_screen(app, seen, star.position) {
             painter.circle_stroke(p, GRIP, Stroke::new(1.0, colour));
             painter.text(p + vec2(GRIP + 2.0, -GRIP), Align2::LEFT_BOTTOM, &star.name, FontId::proportional(12.0), colour);
+        }
+    }
+    if let Some(pixels) = app.viewport.pixels {
+        let camera = app.flight.seen(pixels);
+        let scale = vec2(seen.width() / camera.width as f32, seen.height() / camera.height as f32);
+        for (name, column, row) in barnard::points::names(app.document.scene(), &camera).take(NAMES) {
+            let place = seen.min + vec2(column as f32, row as f32) * scale;
+            painter.text(place + vec2(0.6 * GRIP, 0.0), Align2::LEFT_CENTER, name, FontId::proportional(12.0), colour);
         }
     }
     let camera = &app.flight.camera;
@@ -329,6 +339,10 @@ fn labels(ui: &Ui, app: &App, rect: Rect) {
     if let (With::Filters(_), Some(own), Some(other)) = (&app.comparison.with, names(0), names(1)) {
         write(rect.left_top() + vec2(8.0, 8.0), Align2::LEFT_TOP, &own);
         write(rect.right_top() + vec2(-8.0, 8.0), Align2::RIGHT_TOP, &other);
+    }
+    if let (With::Recorded, Some(other)) = (&app.comparison.with, app.shown.as_ref().and_then(|shown| shown.pictures.get(1))) {
+        write(rect.left_top() + vec2(8.0, 8.0), Align2::LEFT_TOP, "as it is");
+        write(rect.right_top() + vec2(-8.0, 8.0), Align2::RIGHT_TOP, &other.recorded_words());
     }
     if app.document.scene().camera.stereo.is_some() {
         write(rect.right_bottom() + vec2(-8.0, -8.0), Align2::RIGHT_BOTTOM, "from between both eyes");

@@ -16,7 +16,7 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         pivot_um: Some(b.pivot().0),
         counting: Some(b.counting().name()),
         width_um: Some(b.integrate(|_| 1.0)),
-        in_unit: scene.observation.and_then(|observation| observation.unit.of(b).ok()),
+        in_unit: scene.in_unit(b, camera).ok().flatten(),
         certificate: Vec::new(),
         keywords: of_passband(b),
     };
@@ -29,10 +29,12 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         ),
     ];
     notes.extend(scene.dust.as_ref().and_then(|dust| dust.albedo.note(&dust.extinction.name)));
+    notes.extend(scene.background.catalogue.iter().map(|placed| ("catalogue".into(), placed.catalogue.note())));
     Image {
         width: camera.width,
         height: camera.height,
         bands: scene.bands.iter().map(band).collect(),
+        spectral: scene.spectrograph.map(|spectrograph| spectrograph.axis),
         samples,
         views: views(camera),
         pixel: Some(camera.pixel_scale()),

@@ -337,6 +337,14 @@ impl Camera {
         (per_pixel * (column - 0.5 * w) + self.offset.0, per_pixel * (0.5 * h - row) + self.offset.1)
     }
 
+    /// The directions of the image's own middle, to the right and upwards there, of the whole image where this is a part of one.
+    pub fn image_axes(&self) -> Axes {
+        match self.projection {
+            Projection::Panorama { layout, .. } => layout.axes(&self.axes()),
+            Projection::Perspective { .. } | Projection::Orthographic { .. } => self.axes(),
+        }
+    }
+
     fn axes(&self) -> Axes {
         [self.forward, self.right, self.up]
     }

@@ -60,6 +60,20 @@ fn axis(name: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|axis| *axis == name)
 }
 
+/// Whether a function of a formula jumps.
+fn jumps(normalised: &str) -> bool {
+    ["step", "floor", "ceil"].iter().any(|name| normalised.contains(&format!("{name}(")))
+}
+
+/// What the variables of a formula are.
+fn variables(
+    formula: &FlatEx<SideBySide, FieldOperators>,
+    lookup: impl Fn(&str) -> std::result::Result<Arc<dyn Field>, String>,
+) -> std::result::Result<Vec<Variable>, String> {
+    let variable = |name: &String| axis(name).map_or_else(|| lookup(name).map(Variable::Field), |axis| Ok(Variable::Axis(axis)));
+    formula.var_names().iter().map(variable).collect()
+}
+
 impl Expression {
     /// Parses `formula`; `lookup` finds fields by name. The message says what is wrong.
     ///
@@ -67,8 +81,7 @@ impl Expression {
     /// Where it is no expression, uses no field, or one that there is not.
     pub fn parse(formula: &str, lookup: impl Fn(&str) -> std::result::Result<Arc<dyn Field>, String>) -> std::result::Result<Self, String> {
         let (normalised, formula) = parsed(formula)?;
-        let variable = |name: &String| axis(name).map_or_else(|| lookup(name).map(Variable::Field), |axis| Ok(Variable::Axis(axis)));
-        let variables: Vec<Variable> = formula.var_names().iter().map(variable).collect::<std::result::Result<_, _>>()?;
+        let variables = variables(&formula, lookup)?;
         let own_bounds = |v: &Variable| if let Variable::Field(f) = v { Some(f.bounds()) } else { None };
         let smaller = |a: &Bounds, b: &Bounds| a.size().element_product().total_cmp(&b.size().element_product());
         let boxes = variables.iter().filter_map(own_bounds);
@@ -83,8 +96,20 @@ impl Expression {
             Support::Number(0.0) => variables.iter().filter_map(own_bounds).min_by(smaller).unwrap_or(union),
             Support::Number(_) | Support::Everywhere => union,
         };
-        let jumps = ["step", "floor", "ceil"].iter().any(|name| normalised.contains(&format!("{name}(")));
-        Ok(Self { formula, variables, bounds, jumps })
+        Ok(Self { formula, variables, bounds, jumps: jumps(&normalised) })
+    }
+
+    /// A formula that holds in all of space, of fields or of none; those are zero outside of their boxes.
+    ///
+    /// # Errors
+    /// Where it is no expression, or uses a field that there is not.
+    pub fn everywhere(
+        formula: &str,
+        lookup: impl Fn(&str) -> std::result::Result<Arc<dyn Field>, String>,
+    ) -> std::result::Result<Self, String> {
+        let (normalised, formula) = parsed(formula)?;
+        let bounds = Bounds { low: DVec3::NEG_INFINITY, high: DVec3::INFINITY };
+        Ok(Self { variables: variables(&formula, lookup)?, jumps: jumps(&normalised), formula, bounds })
     }
 
     /// The names of the fields that `formula` is made of.

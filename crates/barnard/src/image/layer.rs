@@ -12,6 +12,8 @@ pub enum LayerContent {
     Depth,
     /// What dust lets through, 2 × height × width: its optical depth at V, and the part of light at V that it takes \[1\].
     OpticalDepth,
+    /// What the pixels of an instrument's picture are worth, bands × height × width: sums of [`Flag`](crate::instrument::Flag)s.
+    Mask,
 }
 
 /// One layer of a picture.
@@ -33,7 +35,7 @@ impl Layer {
     /// [`FAR_AWAY`] where there is no light; of an optical depth that, and the opacity behind it \[1\].
     pub fn channel(&self, number: usize, pixels: usize) -> impl Iterator<Item = f64> + '_ {
         (0..pixels).map(move |i| match self.content {
-            LayerContent::Light | LayerContent::OpticalDepth => self.samples.at(number * pixels + i),
+            LayerContent::Light | LayerContent::OpticalDepth | LayerContent::Mask => self.samples.at(number * pixels + i),
             LayerContent::Depth => {
                 let (moment, light) = (self.samples.at(i), self.samples.at(pixels + i));
                 if light > 0.0 { moment / light } else { FAR_AWAY }

@@ -1,5 +1,6 @@
 //! Images: linear band radiance with everything a reader needs to use it.
 
+pub mod convolution;
 mod coordinates;
 mod display;
 pub(crate) mod glare;
@@ -7,6 +8,7 @@ mod layer;
 pub mod optics;
 mod output;
 mod samples;
+mod spectral_axis;
 
 pub use coordinates::{SkyCoordinates, Turned};
 pub use display::{Display, Level, Tone};
@@ -14,6 +16,7 @@ pub use glare::Glare;
 pub use layer::{FAR_AWAY, Layer, LayerContent};
 pub use output::{ColourSpace, Compression, LayerChannels, LayerChoice, Output};
 pub use samples::Samples;
+pub use spectral_axis::SpectralAxis;
 
 use crate::error::{Error, Result};
 use crate::keywords::Keyword;
@@ -75,6 +78,8 @@ pub struct Image {
     pub height: usize,
     /// The bands, in the order of the samples.
     pub bands: Vec<Band>,
+    /// The spectral axis of the first of them, where they are channels of a cube.
+    pub spectral: Option<SpectralAxis>,
     /// The radiances, bands × height × width.
     pub samples: Samples,
     /// Views of their own side by side and above each other: two eyes, or the faces of a cube.
@@ -116,6 +121,7 @@ impl Image {
             width,
             height,
             bands,
+            spectral: None,
             samples,
             views: (1, 1),
             pixel: None,

@@ -151,6 +151,15 @@ impl Part {
 }
 
 impl Pupil {
+    /// A round one with a round obstruction in its middle and so many vanes, the first at an angle from the right \[deg\]; sizes are parts
+    /// of its diameter.
+    pub fn round(obstruction: f32, vanes: usize, width: f32, first_deg: f32) -> Self {
+        let discs = [(0.5, 1.0), (0.5 * obstruction, -1.0)].into_iter().filter(|(radius, _)| *radius > 0.0);
+        let discs = discs.map(|(radius, sign)| Part::Disc { radius, sign });
+        let vane = |i: usize| Part::vane(first_deg + 360.0 * i as f32 / vanes as f32, 0.5 * obstruction, 0.5, width);
+        Self { parts: discs.chain((0..vanes).map(vane)).collect() }
+    }
+
     /// Its area, by its diameter: the square root of the pattern in the middle.
     pub fn area(&self) -> f64 {
         f64::from(self.pattern([f32x8::ZERO; 2]).to_array()[0]).sqrt()
@@ -186,9 +195,7 @@ fn bessel_over_x(x: f32x8) -> f32x8 {
 
 /// A mirror with a hole in the middle and four vanes, by diameters.
 fn reflector(obstruction: f32, vane: f32, first_deg: f32) -> Pattern {
-    let discs = [Part::Disc { radius: 0.5, sign: 1.0 }, Part::Disc { radius: 0.5 * obstruction, sign: -1.0 }];
-    let vanes = (0..4).map(|i| Part::vane(first_deg + 90.0 * i as f32, 0.5 * obstruction, 0.5, vane));
-    Pattern::Pupil(Pupil { parts: discs.into_iter().chain(vanes).collect() })
+    Pattern::Pupil(Pupil::round(obstruction, 4, vane, first_deg))
 }
 
 /// The obstruction is 0.33 of the diameter and a vane 0.011 of it wide, 45° from the detector's axes (Krist, Hook & Stoehr 2011, Proc.
@@ -203,7 +210,7 @@ fn newtonian() -> Pattern {
 }
 
 fn refractor() -> Pattern {
-    Pattern::Pupil(Pupil { parts: vec![Part::Disc { radius: 0.5, sign: 1.0 }] })
+    Pattern::Pupil(Pupil::round(0.0, 0, 0.0, 0.0))
 }
 
 /// Eighteen segments of 1.32 m from flat to flat, 7 mm apart, the middle one missing, in a circle of 6.6 m; one strut runs upwards, two

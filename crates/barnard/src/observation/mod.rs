@@ -9,6 +9,8 @@ mod unit;
 pub use sky::{SkyFrame, SkyPlace};
 pub use unit::{InUnit, RadianceUnit};
 
+use glam::DVec3;
+
 /// Where on the sky a picture is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Observation {
@@ -20,4 +22,13 @@ pub struct Observation {
     pub distance_pc: Option<f64>,
     /// The unit of FITS files.
     pub unit: RadianceUnit,
+}
+
+impl Observation {
+    /// The directions of the sky that lie ahead in the middle of the picture, to its right and upwards, each of length one, ICRS.
+    pub fn axes(&self) -> [DVec3; 3] {
+        let [ahead, east, north] = self.target.axes();
+        let (sin, cos) = self.position_angle.sin_cos();
+        [ahead, sin * north - cos * east, cos * north + sin * east]
+    }
 }

@@ -1,5 +1,7 @@
 //! Places on the sky, as astronomers write them.
 
+use glam::{DMat3, DVec3};
+
 use crate::error::{Error, Result};
 
 /// What coordinates of the sky are in.
@@ -21,6 +23,18 @@ impl SkyFrame {
         match self {
             Self::Icrs => ["RA", "DEC"],
             Self::Galactic => ["GLON", "GLAT"],
+        }
+    }
+
+    /// Turns directions of ICRS into those of the frame (ESA 1997, SP-1200, The Hipparcos Catalogue, 1, 1.5.3).
+    pub fn from_icrs(self) -> DMat3 {
+        match self {
+            Self::Icrs => DMat3::IDENTITY,
+            Self::Galactic => DMat3::from_cols(
+                DVec3::new(-0.054_875_560_416_215_4, 0.494_109_427_875_583_7, -0.867_666_149_019_004_7),
+                DVec3::new(-0.873_437_090_234_885, -0.444_829_629_960_011_2, -0.198_076_373_431_201_5),
+                DVec3::new(-0.483_835_015_548_713_2, 0.746_982_244_497_219, 0.455_983_776_175_066_9),
+            ),
         }
     }
 
@@ -67,6 +81,23 @@ impl SkyPlace {
         let place = Self { frame, longitude_deg, latitude_deg };
         place.check()?;
         Ok(Self { longitude_deg: longitude_deg.rem_euclid(360.0), ..place })
+    }
+
+    /// Its direction, and those of east and north there, each of length one, ICRS.
+    pub fn axes(&self) -> [DVec3; 3] {
+        let (sin_l, cos_l) = self.longitude_deg.to_radians().sin_cos();
+        let (sin_b, cos_b) = self.latitude_deg.to_radians().sin_cos();
+        let own = [
+            DVec3::new(cos_b * cos_l, cos_b * sin_l, sin_b),
+            DVec3::new(-sin_l, cos_l, 0.0),
+            DVec3::new(-sin_b * cos_l, -sin_b * sin_l, cos_b),
+        ];
+        own.map(|axis| self.frame.from_icrs().transpose() * axis)
+    }
+
+    /// Its direction, of length one, ICRS: x to right ascension 0, z to the pole.
+    pub fn direction(&self) -> DVec3 {
+        self.axes()[0]
     }
 
     /// Refuses numbers that are no place.
@@ -148,6 +179,20 @@ mod tests {
         // Colons of a Galactic longitude part degrees; a latitude just below the equator keeps its sign.
         let place = SkyPlace::parse(SkyFrame::Galactic, "16:57:00 -0d30m").unwrap();
         assert_eq!((place.longitude_deg, place.latitude_deg), (16.95, -0.5));
+    }
+
+    /// The Galactic pole is at 12h51m26.28s +27d07m41.7s, the centre at 17h45m37.2s -28d56m10.2s (ESA 1997, SP-1200, 1, 1.5.3).
+    #[test]
+    fn galactic_places_are_places() {
+        let galactic = |l: f64, b: f64| SkyPlace { frame: SkyFrame::Galactic, longitude_deg: l, latitude_deg: b }.direction();
+        let icrs = |text: &str| SkyPlace::parse(SkyFrame::Icrs, text).unwrap().direction();
+        for (own, text) in [(galactic(10.0, 90.0), "12h51m26.2752s 27d07m41.704s"), (galactic(0.0, 0.0), "17h45m37.1991s -28d56m10.221s")] {
+            assert!((own - icrs(text)).length() < 1e-7, "{text}: {own}");
+        }
+        let turn = SkyFrame::Galactic.from_icrs();
+        assert!((turn * turn.transpose() - DMat3::IDENTITY).abs_diff_eq(DMat3::ZERO, 1e-12));
+        let [ahead, east, north] = SkyPlace { longitude_deg: 33.0, latitude_deg: -61.0, ..SkyPlace::default() }.axes();
+        assert!((east.cross(north) - ahead).length() < 1e-12);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use spectra::constants::{PLANCK, SPEED_OF_LIGHT, SPHERE};
 use spectra::passband::Passband;
 use spectra::sed::{MagnitudeSystem, zero_point};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// A square arcsecond \[sr\].
 const SQUARE_ARCSECOND: f64 = (std::f64::consts::PI / 648_000.0) * (std::f64::consts::PI / 648_000.0);
@@ -31,6 +31,8 @@ pub enum RadianceUnit {
     Rayleigh,
     /// Photons at the pivot wavelength [s⁻¹ m⁻² sr⁻¹].
     Photons,
+    /// Electrons that a pixel of the scene's instrument gathers [e s⁻¹].
+    Electrons,
     /// Magnitudes of a square arcsecond, AB.
     Ab,
     /// Magnitudes of a square arcsecond, ST.
@@ -47,6 +49,7 @@ impl RadianceUnit {
         ("MJy/sr", Self::MegaJansky),
         ("R", Self::Rayleigh),
         ("photon s-1 m-2 sr-1", Self::Photons),
+        ("electron s-1", Self::Electrons),
         ("mag/arcsec2 AB", Self::Ab),
         ("mag/arcsec2 ST", Self::St),
         ("mag/arcsec2 Vega", Self::Vega),
@@ -60,6 +63,7 @@ impl RadianceUnit {
             Self::MegaJansky => "MJy/sr",
             Self::Rayleigh => "R",
             Self::Photons => "photon s-1 m-2 sr-1",
+            Self::Electrons => "electron s-1",
             Self::Ab | Self::St | Self::Vega => "mag arcsec-2",
         }
     }
@@ -70,6 +74,7 @@ impl RadianceUnit {
             Self::Si | Self::Cgs => "band radiance, integral of R I_lambda",
             Self::MegaJansky => "mean I_nu at the pivot wavelength",
             Self::Rayleigh | Self::Photons => "photons at the pivot wavelength",
+            Self::Electrons => "electrons of a pixel",
             Self::Ab | Self::St | Self::Vega => "magnitudes of a square arcsecond",
         }
     }
@@ -84,11 +89,11 @@ impl RadianceUnit {
         }
     }
 
-    /// How band radiances through a passband become this unit.
+    /// How band radiances through a passband become this unit; `electrons` is what an instrument's pixel gathers of 1 W m⁻² sr⁻¹ [e s⁻¹].
     ///
     /// # Errors
-    /// Where Vega's spectrum does not reach over the band.
-    pub fn of(self, band: &Passband) -> Result<InUnit> {
+    /// Where Vega's spectrum does not reach over the band, or there is no instrument that gathers electrons.
+    pub fn of(self, band: &Passband, electrons: Option<f64>) -> Result<InUnit> {
         let (width_um, pivot_m) = (band.integrate(|_| 1.0), band.pivot().0 * 1e-6);
         let photons = pivot_m / (PLANCK * SPEED_OF_LIGHT);
         let magnitudes = |flux: f64| InUnit::Magnitudes { zero: flux / SQUARE_ARCSECOND };
@@ -100,6 +105,10 @@ impl RadianceUnit {
             Self::MegaJansky => InUnit::Times(1e6 * pivot_m.powi(2) / (SPEED_OF_LIGHT * width_um) * 1e20),
             Self::Rayleigh => InUnit::Times(photons / RAYLEIGH),
             Self::Photons => InUnit::Times(photons),
+            Self::Electrons => {
+                let wanted = "a scene with an [instrument], whose pixels gather electrons";
+                InUnit::Times(electrons.ok_or_else(|| Error::value("unit electron s-1", "without an instrument", wanted))?)
+            }
             Self::Ab => magnitudes(zero_point(band, MagnitudeSystem::Ab)?),
             Self::St => magnitudes(10.0 * 10f64.powf(-0.4 * ST_ZERO_MAGNITUDE) * width_um),
             Self::Vega => magnitudes(zero_point(band, MagnitudeSystem::Vega)?),
@@ -154,13 +163,13 @@ mod tests {
     #[test]
     fn megajanskys_and_magnitudes_agree() {
         for name in ["johnson-V", "hst-wfc3-f656n", "jwst-nircam-f200w"] {
-            let InUnit::Magnitudes { zero } = RadianceUnit::Ab.of(&band(name)).unwrap() else { panic!("no magnitudes") };
+            let InUnit::Magnitudes { zero } = RadianceUnit::Ab.of(&band(name), None).unwrap() else { panic!("no magnitudes") };
             let wanted = 3631e-6 / 2.350_443_053_909_789e-11;
-            close(RadianceUnit::MegaJansky.of(&band(name)).unwrap().value(zero), wanted, 1e-4);
+            close(RadianceUnit::MegaJansky.of(&band(name), None).unwrap().value(zero), wanted, 1e-4);
         }
         // AB and ST are one where 3.631e-20 erg/s/cm2/Hz c/λ² is 3.631e-9 erg/s/cm2/angstrom, at 5475.6 angstrom.
         for name in ["hst-wfc3-f656n", "jwst-nircam-f200w"] {
-            let of = |unit: RadianceUnit| unit.of(&band(name)).unwrap().value(1e-8);
+            let of = |unit: RadianceUnit| unit.of(&band(name), None).unwrap().value(1e-8);
             let wanted = -5.0 * (band(name).pivot().0 / 0.547_56).log10();
             assert!((of(RadianceUnit::Ab) - of(RadianceUnit::St) - wanted).abs() < 1e-3, "{name}");
         }
@@ -171,19 +180,19 @@ mod tests {
     fn rayleighs_are_photons() {
         let narrow = band("hst-wfc3-f656n");
         let radiance = 1.0
-            / match RadianceUnit::Rayleigh.of(&narrow).unwrap() {
+            / match RadianceUnit::Rayleigh.of(&narrow, None).unwrap() {
                 InUnit::Times(factor) => factor,
                 InUnit::Magnitudes { .. } => panic!("no factor"),
             };
-        close(RadianceUnit::Cgs.of(&narrow).unwrap().value(radiance), 5.661e-18, 2e-3);
+        close(RadianceUnit::Cgs.of(&narrow, None).unwrap().value(radiance), 5.661e-18, 2e-3);
         close(radiance * 1e3, 2.41e-7, 5e-3);
-        close(RadianceUnit::Photons.of(&narrow).unwrap().value(radiance), 1e10 / (4.0 * std::f64::consts::PI), 1e-12);
+        close(RadianceUnit::Photons.of(&narrow, None).unwrap().value(radiance), 1e10 / (4.0 * std::f64::consts::PI), 1e-12);
     }
 
     /// No light has no magnitude, errors of magnitudes are relative, and Vega is not known everywhere.
     #[test]
     fn magnitudes_have_their_ends() {
-        let unit = RadianceUnit::Vega.of(&band("johnson-V")).unwrap();
+        let unit = RadianceUnit::Vega.of(&band("johnson-V"), None).unwrap();
         assert!(unit.value(0.0) == f64::INFINITY && unit.value(-1.0) == f64::INFINITY);
         assert!((unit.value(1e-8) - unit.value(1e-6) - 5.0).abs() < 1e-12);
         close(unit.error(1e-10, 1e-8), 0.010_857_362, 1e-8);

@@ -8,31 +8,45 @@ use super::star::SPECTRA;
 use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::properties::{Key, Section, build_kind_with};
+use crate::star_catalogue::PlacedCatalogue;
 
 /// What lies behind the dust: light from all directions, and stars.
 #[derive(Debug, Clone, Default)]
 pub struct Background {
     /// Even light I_λ [W m⁻² sr⁻¹ µm⁻¹].
     pub spectrum: Option<Spectrum>,
-    /// The stars at infinity.
+    /// Stars at infinity that are scattered.
     pub star_field: Option<StarField>,
+    /// Stars at infinity that are known.
+    pub catalogue: Option<PlacedCatalogue>,
 }
 
 impl Background {
     /// An even light I_λ [W m⁻² sr⁻¹ µm⁻¹].
     pub fn even(spectrum: Spectrum) -> Self {
-        Self { spectrum: Some(spectrum), star_field: None }
+        Self { spectrum: Some(spectrum), ..Self::default() }
     }
 
     /// A background of stars alone.
     pub fn stars(field: StarField) -> Self {
-        Self { spectrum: None, star_field: Some(field) }
+        Self { star_field: Some(field), ..Self::default() }
     }
 
     /// The same background with a field of stars over its light.
     #[must_use]
     pub fn with_stars(self, field: StarField) -> Self {
         Self { star_field: Some(field), ..self }
+    }
+
+    /// The same background with the stars of a catalogue over its light.
+    #[must_use]
+    pub fn with_catalogue(self, catalogue: PlacedCatalogue) -> Self {
+        Self { catalogue: Some(catalogue), ..self }
+    }
+
+    /// Whether there are stars at infinity.
+    pub fn has_stars(&self) -> bool {
+        self.star_field.is_some() || self.catalogue.is_some()
     }
 
     /// Refuses numbers that no sky has.
@@ -84,6 +98,7 @@ pub(super) const UNIFORM_KEYS: &[Key] = &[
     Key::required("radiance", "spectral radiance", "at `wavelength`"),
     Key::optional("wavelength", "wavelength", "550 nm", "where the radiance holds"),
     Key::optional("stars", "table", "none", "a field of stars as well"),
+    Key::optional("catalogue", "table", "none", "stars of a CSV as well, where they are on the sky"),
 ];
 
 /// The keys of `[background.stars]`.
@@ -94,19 +109,20 @@ pub(super) const STAR_KEYS: &[Key] = &[
     Key::optional("faintest", "number", "18", "V magnitude (Vega) of the faintest; counts grow as 10^(0.4 m)"),
 ];
 
-pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<Background> {
+/// Reads all but the catalogue's stars, which are the loader's to keep.
+pub(super) fn build(section: &Section, inputs: &Inputs, catalogue: Option<PlacedCatalogue>) -> Result<Background> {
     let star_field = section.table("stars")?.map(|s| star_field(&s)).transpose()?;
     if !section.has("kind") {
-        let keys: Vec<&str> = vec!["kind", "stars"];
+        let keys: Vec<&str> = vec!["kind", "stars", "catalogue"];
         section.check_keys(&keys)?;
-        return Ok(Background { spectrum: None, star_field });
+        return Ok(Background { spectrum: None, star_field, catalogue });
     }
     let shape: StarShape = build_kind_with("spectrum", SPECTRA, UNIFORM_KEYS, section, inputs)?;
     let radiance = section.need_positive::<SpectralRadiance>("radiance")?;
     let at = section.positive::<Wavelength>("wavelength")?.unwrap_or(Wavelength(0.55));
     // Only the shape and its value at one wavelength matter: radiance takes the place of luminosity.
     let spectrum = section.wrap("radiance", scaled(shape, &Scale::SpectralLuminosity(SpectralLuminosity(radiance.0), at)))?;
-    Ok(Background { spectrum: Some(spectrum), star_field })
+    Ok(Background { spectrum: Some(spectrum), star_field, catalogue })
 }
 
 fn star_field(section: &Section) -> Result<StarField> {

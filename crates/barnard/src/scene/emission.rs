@@ -8,7 +8,7 @@ use spectra::spectrum::{Line, Spectrum};
 use spectra::table::spectrum_from_csv;
 use spectra::units::{Emissivity, NumberDensity, Temperature, Velocity, Wavelength};
 
-use super::{Fields, Loader};
+use super::{Fields, Loader, motion};
 use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::field::{Field, IntoField};
@@ -126,6 +126,8 @@ pub(super) const KEYS: &[Key] = &[
     Key::optional("name", "text", "emission N", "its name"),
     Key::required("density", "expression", "of the fields, such as \"n_H^2 * x_ion^2\""),
     Key::optional("doppler_fwhm", "velocity", "0 km/s", "full width at half maximum of its lines"),
+    motion::VELOCITY,
+    motion::STEP,
 ];
 
 pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Result<Emission> {

@@ -165,15 +165,26 @@ impl Fields {
         Ok(field)
     }
 
+    /// A formula under `key` that holds in all of space, of the fields or of none.
+    ///
+    /// # Errors
+    /// Where it is no expression of fields that there are.
+    pub(super) fn everywhere(&self, section: &Section, key: &str, formula: &str) -> Result<Arc<dyn Field>> {
+        let made = Expression::everywhere(formula, |name| self.named(name));
+        Ok(Arc::new(made.map_err(|message| section.error(key, message))?))
+    }
+
+    fn named(&self, name: &str) -> std::result::Result<Arc<dyn Field>, String> {
+        self.named.get(name).cloned().ok_or_else(|| {
+            let known: Vec<&str> = self.named.keys().map(String::as_str).collect();
+            SpectraError::unknown("field", name, &known).to_string()
+        })
+    }
+
     /// The same, and whether it is made roughly.
     fn made(&self, section: &Section, key: &str, loader: &Loader) -> Result<(Arc<dyn Field>, bool)> {
         let formula = section.need_text(key)?;
-        let lookup = |name: &str| {
-            self.named.get(name).cloned().ok_or_else(|| {
-                let known: Vec<&str> = self.named.keys().map(String::as_str).collect();
-                SpectraError::unknown("field", name, &known).to_string()
-            })
-        };
+        let lookup = |name: &str| self.named(name);
         let said = format!("{formula} of {}", self.said);
         let is_long = !self.rough.is_empty() && Expression::names(formula).is_ok_and(|names| names.iter().any(|n| self.rough.contains(n)));
         loader.long_field(&said, is_long, |inputs| {

@@ -12,6 +12,7 @@ use crate::data::{DataSource, Inputs, NoData};
 use crate::error::Result;
 use crate::field::Field;
 use crate::memory;
+use crate::star_catalogue::StarCatalogue;
 
 /// Tables of stars that are kept at most.
 const MAX_TABLES: usize = 8;
@@ -28,6 +29,7 @@ pub struct Loader {
     pub inputs: Inputs,
     fields: Arc<Mutex<HashMap<String, Weak<dyn Field>>>>,
     stars: Kept<Vec<Star>>,
+    catalogues: Kept<StarCatalogue>,
     gas: Kept<IonisedGas>,
     rough_gas: Kept<IonisedGas>,
     /// Whether what takes long is made roughly.
@@ -54,6 +56,7 @@ impl Loader {
             inputs: Inputs::new(source, memory_limit),
             fields: Arc::default(),
             stars: Arc::default(),
+            catalogues: Arc::default(),
             gas: Arc::default(),
             rough_gas: Arc::default(),
             is_rough: false,
@@ -132,6 +135,11 @@ impl Loader {
     /// The stars of the table that `text` describes: those of before, or new ones. The file is not read again for it.
     pub(super) fn stars(&self, text: &str, build: impl FnOnce() -> Result<Vec<Star>>) -> Result<Arc<Vec<Star>>> {
         kept(&self.stars, MAX_TABLES, text, build)
+    }
+
+    /// The stars of the catalogue that `text` describes: those of before, or read anew.
+    pub(super) fn catalogue(&self, text: &str, build: impl FnOnce() -> Result<StarCatalogue>) -> Result<Arc<StarCatalogue>> {
+        kept(&self.catalogues, 1, text, build)
     }
 
     /// What stars make of the gas that `text` describes: that of before, or anew.

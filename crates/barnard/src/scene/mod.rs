@@ -7,6 +7,7 @@
 mod albedo;
 mod background;
 mod band;
+mod catalogue;
 mod detail;
 mod display;
 mod dust;
@@ -14,11 +15,14 @@ mod emission;
 mod fields;
 mod gas;
 mod glare;
+mod instrument;
 mod loader;
 mod method;
+mod motion;
 mod observation;
 mod output;
 pub mod schema;
+mod spectrograph;
 mod star;
 mod star_table;
 
@@ -33,20 +37,25 @@ pub use background::{Background, StarField};
 pub use dust::{Dust, Scale};
 pub use emission::Emission;
 pub use fields::Fields;
+pub use gas::ionised::Glow;
 pub use gas::{GasCloud, IonisedGas, IonisingStar};
 pub use ionisation::tracer::RayTracer;
 pub use loader::Loader;
 pub use method::{MANY_BOUNCES, MAX_STEPS, Method, MethodEntry, StarDepthSource, methods};
+pub use motion::Motion;
+pub use spectrograph::Spectrograph;
 pub use star::Star;
 
 use crate::animation::Timeline;
 use crate::camera::{self, Camera, Projection};
+use crate::data::Inputs;
 use crate::detail::Detail;
 use crate::error::{Error, Result};
 use crate::field::Field;
-use crate::image::{Display, Output};
+use crate::image::{Display, Output, PixelScale};
+use crate::instrument::Instrument;
 use crate::memory;
-use crate::observation::Observation;
+use crate::observation::{InUnit, Observation};
 use crate::properties::{Key, Place, Section, Table};
 
 /// Everything that is in front of the telescope, and the telescope.
@@ -74,10 +83,14 @@ pub struct Scene {
     pub detail: Option<Detail>,
     /// The passbands through which the telescope looks.
     pub bands: Vec<Passband>,
+    /// The channels that the first passbands are, where they are those of a spectrograph.
+    pub spectrograph: Option<Spectrograph>,
     /// How the picture is shown on a display.
     pub display: Display,
     /// Where on the sky it is seen; none where nobody said.
     pub observation: Option<Observation>,
+    /// What records the picture; none where nobody said.
+    pub instrument: Option<Arc<Instrument>>,
     /// What files hold beside the picture, and how.
     pub output: Output,
     /// The method by which spectral integrals are done.
@@ -122,9 +135,11 @@ const ROOT: &[Key] = &[
     Key::optional("star_table", "list of tables", "none", "stars of a CSV, [[star_table]]"),
     Key::optional("background", "table", "none", "what lies behind"),
     Key::optional("band", "list of tables", "none", "passbands of one's own, [[band]]; they replace the default of `bands`"),
+    Key::optional("spectrograph", "table", "none", "hundreds of narrow passbands, in place of `bands`: a cube"),
     Key::optional("bookmark", "tables by name", "none", "views that are worth going back to, [bookmark.NAME]"),
     Key::optional("display", "table", "defaults", "palette and stretch of pictures"),
     Key::optional("observation", "table", "none", "where on the sky the picture is taken, and the unit of FITS files"),
+    Key::optional("instrument", "table", "none", "what records the picture: `barnard observe` makes frames and a master of it"),
     Key::optional("output", "table", "defaults", "what files hold beside the picture, and how"),
     Key::optional("method", "table", "defaults", "how spectral integrals are done"),
     Key::optional("animation", "list of tables", "none", "keys that change from moment to moment, [[animation]]"),
@@ -167,8 +182,10 @@ impl Scene {
             stars: Vec::new(),
             background: Background::default(),
             detail: None,
+            spectrograph: None,
             display: Display::of(&bands),
             observation: None,
+            instrument: None,
             output: Output::default(),
             bands,
             method: Method::default(),
@@ -187,7 +204,7 @@ impl Scene {
     /// The same scene through these passbands, with the display that they have by default.
     #[must_use]
     pub fn bands(self, bands: Vec<Passband>) -> Self {
-        Self { display: Display::of(&bands), bands, ..self }
+        Self { display: Display::of(&bands), bands, spectrograph: None, ..self }
     }
 
     /// The same scene with this dust in place of any before.
@@ -228,6 +245,12 @@ impl Scene {
         Self { observation: Some(observation), ..self }
     }
 
+    /// The same scene, recorded by an instrument.
+    #[must_use]
+    pub fn recorded(self, instrument: Instrument) -> Self {
+        Self { instrument: Some(Arc::new(instrument)), ..self }
+    }
+
     /// The same scene by another method or accuracy.
     #[must_use]
     pub fn method(self, method: Method) -> Self {
@@ -260,9 +283,21 @@ impl Scene {
         let bookmark = |(name, section): (&str, Section)| Ok((name.to_owned(), camera::bookmark(&section, inputs, &camera)?));
         let bookmarks = root.named_tables("bookmark")?.into_iter().map(bookmark).collect::<Result<_>>()?;
         let fields = Fields::new(root, loader)?;
-        let bands = band::build(root, inputs)?;
+        let spectrograph = root.table("spectrograph")?.map(|s| spectrograph::build(&s).map(|own| (own, s))).transpose()?;
+        let bands = match &spectrograph {
+            Some((own, section)) => {
+                root.refuse(&["bands", "band"], "passbands of one's own, without [spectrograph]")?;
+                spectrograph::bands(section, own)?
+            }
+            None => band::build(root, inputs)?,
+        };
+        let spectrograph = spectrograph.map(|(own, _)| own);
         let dust = root.table("dust")?.map(|s| dust::build(&s, loader, &fields)).transpose()?;
-        let mut emission = root.tables("emission")?.iter().map(|s| emission::build(s, loader, &fields)).collect::<Result<Vec<_>>>()?;
+        let mut emission = Vec::new();
+        for s in root.tables("emission")? {
+            let Emission { name, density, spectrum } = emission::build(&s, loader, &fields)?;
+            emission.extend(Self::moving(&s, &fields, (name, density, spectrum), &camera, inputs)?);
+        }
         let mut stars = root.tables("star")?.iter().map(|s| star::build(s, inputs)).collect::<Result<Vec<_>>>()?;
         for table in root.tables("star_table")? {
             stars.extend_from_slice(&loader.stars(&table.said(), || star_table::build(&table, inputs))?);
@@ -271,13 +306,17 @@ impl Scene {
         if let Some(gas) = root.table("gas")? {
             let said = format!("{gas} {stars} through {bands}", gas = gas.said(), stars = star::said(&stars), bands = band::said(&bands));
             let made = loader.gas(&format!("{said} of {}", fields.said()), || gas::build(&gas, loader, &fields, &stars, &bands))?;
-            emission.extend(made.species.iter().cloned().map(|(name, density, spectrum)| Emission { name, density, spectrum }));
+            for species in made.species.iter().cloned() {
+                emission.extend(Self::moving(&gas, &fields, species, &camera, inputs)?);
+            }
             ionised = Some(made);
         }
         let is_rough = fields.are_rough() || ionised.as_ref().is_some_and(|gas: &Arc<IonisedGas>| gas.is_rough);
-        let background = root.table("background")?.map(|s| background::build(&s, inputs)).transpose()?;
         let display = display::build(root.table("display")?.as_ref(), &bands)?;
         let observation = root.table("observation")?.map(|s| observation::build(&s)).transpose()?;
+        let background = root.table("background")?.map(|s| Self::behind(&s, loader, observation.as_ref())).transpose()?;
+        let instrument =
+            root.table("instrument")?.map(|s| Instrument::from_properties(s.properties(), inputs).map(Arc::new)).transpose()?;
         let output = output::build(root.table("output")?.as_ref())?;
         let method = method::build(root.table("method")?.as_ref())?;
         let scene = Self {
@@ -292,8 +331,10 @@ impl Scene {
             background: background.unwrap_or_default(),
             detail: root.table("detail")?.map(|s| detail::build(&s)).transpose()?,
             bands,
+            spectrograph,
             display,
             observation,
+            instrument,
             output,
             method,
             timeline: None,
@@ -302,6 +343,26 @@ impl Scene {
         };
         scene.check().map_err(|error| placed(error, root))?;
         Ok(scene)
+    }
+
+    /// A species as it is seen: several, where its table says that it moves.
+    fn moving(section: &Section, fields: &Fields, species: Glow, camera: &Camera, inputs: &Inputs) -> Result<Vec<Emission>> {
+        let all = match motion::of(section, fields)? {
+            Some(motion) => section.wrap(motion::VELOCITY.name, motion.split(species, camera, inputs.memory_limit))?,
+            None => vec![species],
+        };
+        Ok(all.into_iter().map(|(name, density, spectrum)| Emission { name, density, spectrum }).collect())
+    }
+
+    /// Reads what lies behind the cloud; stars of a catalogue that was read before are taken again.
+    fn behind(section: &Section, loader: &Loader, observation: Option<&Observation>) -> Result<Background> {
+        let placed = |table: Section| {
+            table.check_keys(&catalogue::KEYS.iter().map(|k| k.name).collect::<Vec<_>>())?;
+            let stars = loader.catalogue(&table.said(), || catalogue::build(&table, &loader.inputs))?;
+            catalogue::placed(&table, stars, observation)
+        };
+        let catalogue = section.table("catalogue")?.map(placed).transpose()?;
+        background::build(section, &loader.inputs, catalogue)
     }
 
     /// The densities: dust, then gas.
@@ -350,14 +411,15 @@ impl Scene {
         if let Some(observation) = &self.observation {
             let mut cameras = std::iter::once(&self.camera).chain(self.bookmarks.values());
             at("", "observation", cameras.try_for_each(|camera| observation::check(observation, camera)))?;
-            self.bands.iter().try_for_each(|band| at("observation", "unit", observation.unit.of(band).map(|_| ())))?;
+            let of = |band| self.in_unit(band, &self.camera).map(|_| ());
+            self.bands.iter().try_for_each(|band| at("observation", "unit", of(band)))?;
         }
         let parallel = |camera: &Camera| matches!(camera.projection, Projection::Orthographic { .. });
-        if self.background.star_field.is_some() && std::iter::once(&self.camera).chain(self.bookmarks.values()).any(parallel) {
+        if self.background.has_stars() && std::iter::once(&self.camera).chain(self.bookmarks.values()).any(parallel) {
             return Err(placed_error(
                 "",
                 "background",
-                "a star field lies on the sky and needs a kind of [camera] and of every bookmark whose rays start at one point, such as \"perspective\"",
+                "stars at infinity lie on the sky and need a kind of [camera] and of every bookmark whose rays start at one point, such as \"perspective\"",
             ));
         }
         Ok(())
@@ -391,10 +453,25 @@ impl Scene {
         Ok(())
     }
 
+    /// How band radiances through a passband become the unit of the observation, as a camera sees them; none where there is no observation.
+    ///
+    /// # Errors
+    /// Where they cannot: Vega is not known in the passband, or electrons are asked for without an instrument.
+    pub fn in_unit(&self, band: &Passband, camera: &Camera) -> Result<Option<InUnit>> {
+        let Some(observation) = self.observation else { return Ok(None) };
+        let own = match (camera.pixel_scale(), observation.distance_pc) {
+            (PixelScale::Length(pc), Some(distance)) => pc / distance,
+            (pixel, _) => pixel.in_unit().0.to_radians(),
+        };
+        let electrons = |instrument: &Arc<Instrument>| instrument.electrons(band.pivot().0) * instrument.pixel_rad.unwrap_or(own).powi(2);
+        observation.unit.of(band, self.instrument.as_ref().map(electrons)).map(Some)
+    }
+
     /// Every spectrum in the scene.
     fn spectra(&self) -> impl Iterator<Item = &spectra::spectrum::Spectrum> {
         let stars = self.stars.iter().map(|s| &s.spectrum);
-        stars.chain(self.emission.iter().map(|e| &e.spectrum)).chain(self.background.spectrum.iter())
+        let catalogue = self.background.catalogue.iter().flat_map(|placed| placed.catalogue.classes.iter().map(|class| &class.spectrum));
+        stars.chain(self.emission.iter().map(|e| &e.spectrum)).chain(self.background.spectrum.iter()).chain(catalogue)
     }
 }
 

@@ -1,8 +1,10 @@
 //! What a scene file may hold, table by table: the manual is printed from it, the explorer edits by it.
 
 use super::{
-    ROOT, albedo, background, band, detail, display, dust, emission, fields, gas, glare, method, observation, output, star, star_table,
+    ROOT, albedo, background, band, catalogue, detail, display, dust, emission, fields, gas, glare, instrument, method, observation,
+    output, spectrograph, star, star_table,
 };
+use crate::instrument::psf;
 pub use crate::properties::KindRow;
 use crate::properties::{Key, Kind};
 use crate::{animation, camera, phase};
@@ -157,6 +159,14 @@ pub const TABLES: &[TableRow] = &[
         catalogues: &[],
     },
     TableRow {
+        title: "[background.catalogue]",
+        path: "background.catalogue",
+        text: "Stars of a CSV at infinity, where they are on the sky. Columns: `ra` and `dec`, or `glon` and `glat` (numbers in degrees, or texts such as 18h18m48s),                `magnitude` or the name of a passband (`johnson-V`; Gaia's `phot_g_mean_mag`, `phot_bp_mean_mag` and `phot_rp_mean_mag` are known), a second magnitude, `temperature` or `type` for the colour, and `name`;                other columns are left out, and rows without a magnitude. A star whose colour is a second magnitude has both.",
+        keys: catalogue::KEYS,
+        kinds: Vec::new,
+        catalogues: &[],
+    },
+    TableRow {
         title: "[detail]",
         path: "detail",
         text: "Noise that continues the spectrum of dust and gas below their voxels, where a pixel sees finer than those: a grid of 128 voxels does not show its edges from near by. It multiplies what eyes see of densities, and keeps their mean; depths of stars and light that scatters more than once are those without it ([docs/method.md](method.md)).",
@@ -171,6 +181,14 @@ pub const TABLES: &[TableRow] = &[
         keys: band::KEYS,
         kinds: || kinds(band::KINDS),
         catalogues: &[("Sets of passbands", "passband-sets"), ("Families of embedded passbands", "passband-families")],
+    },
+    TableRow {
+        title: "[spectrograph]",
+        path: "spectrograph",
+        text: "Hundreds of narrow passbands side by side, which share one march; FITS files hold them as a cube with a spectral axis ([docs/observing.md](observing.md)).",
+        keys: spectrograph::KEYS,
+        kinds: Vec::new,
+        catalogues: &[],
     },
     TableRow {
         title: "[display]",
@@ -194,6 +212,22 @@ pub const TABLES: &[TableRow] = &[
         text: "Where on the sky the picture is taken: images then have world coordinates (RA and Dec or Galactic; TAN, ARC of a dome, CAR of an image of all around), and FITS files the unit that is asked for. Nothing that is rendered depends on it; other files hold radiances.",
         keys: observation::KEYS,
         kinds: Vec::new,
+        catalogues: &[],
+    },
+    TableRow {
+        title: "[instrument]",
+        path: "instrument",
+        text: "What records the picture: a telescope, the air, a detector and its noise. `barnard observe` makes frames of counts and a master of it, with errors and a mask ([docs/observing.md](observing.md)); `barnard render` shows what is there.",
+        keys: instrument::KEYS,
+        kinds: Vec::new,
+        catalogues: &[("Instruments", "instruments")],
+    },
+    TableRow {
+        title: "[[instrument.psf]]",
+        path: "instrument.psf",
+        text: "What spreads the light of a point: several act one after the other. Where there is none, the preset's, or diffraction alone.",
+        keys: &[],
+        kinds: || kinds(psf::KINDS),
         catalogues: &[],
     },
     TableRow {

@@ -10,6 +10,7 @@ mod frames;
 mod gas;
 mod info;
 mod list;
+mod observe;
 mod referee;
 mod render;
 #[cfg(feature = "study")]
@@ -36,6 +37,8 @@ pub enum Verb {
     View(Missing),
     /// Render a scene to .exr, .fits, .npy or .png
     Render(render::Render),
+    /// Record a scene as an instrument does: frames of counts, a master with errors and a mask
+    Observe(Box<observe::Observe>),
     /// Validate a scene and print its plan: nodes, certificate, memory
     Check(check::Check),
     /// Print a catalogue, one entry a line
@@ -84,6 +87,7 @@ impl Verb {
             #[cfg(not(feature = "view"))]
             Verb::View(verb) => verb.run("view", "view"),
             Verb::Render(verb) => verb.run(),
+            Verb::Observe(verb) => verb.run(),
             Verb::Check(verb) => verb.run(),
             Verb::Convert(verb) => verb.run(),
             Verb::List(verb) => verb.run(),

@@ -4,6 +4,7 @@ mod answers;
 mod desk;
 mod frames;
 mod inputs;
+mod observe;
 mod outputs;
 mod renders;
 mod scenes;

@@ -84,6 +84,7 @@ impl Exposure {
                 self.channels(["R", "G", "B"].map(|colour| format!("{}.{colour}", layer.name)), &layer.samples, pixels, 0.0)
             }
             (LayerContent::Light, LayerChannels::Bands) => bands.iter().enumerate().map(|(band, name)| single(name, band)).collect(),
+            (LayerContent::Mask, _) => picture.radiances().enumerate().map(|(number, band)| single(&bands[band], number)).collect(),
             (LayerContent::Depth, _) => vec![single("Z", 0)],
             // The opacity is that of the picture, by which programs lay it over others.
             (LayerContent::OpticalDepth, _) => vec![single("V", 0), self.channel("A", layer.channel(1, pixels))],

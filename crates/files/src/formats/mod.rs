@@ -23,7 +23,7 @@ use std::path::Path;
 pub use gather::part_of;
 pub(crate) use npz::{archive, doubles};
 pub use png::encode_png;
-pub use write::{SaveImage, check_folder, check_replaceable, check_writable, replace, save_grid};
+pub use write::{SaveImage, check_folder, check_replaceable, check_writable, replace, save_frame, save_grid};
 
 use barnard::data::{Array, Axis, Choose, Numbers};
 use barnard::error::{Error, Result};

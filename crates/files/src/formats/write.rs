@@ -4,9 +4,11 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use super::{GridFile, grid_writer, writer};
+use super::fits::encode_frame;
+use super::{GridFile, extension, grid_writer, writer};
 use barnard::error::{Error, Result};
 use barnard::image::Image;
+use barnard::instrument::Frame;
 
 /// Checks that `path` can be written at all: the extension is known, the folder is there and writable. Programs ask
 /// before a long render.
@@ -146,6 +148,17 @@ pub fn save_grid(path: &Path, file: &GridFile) -> Result<()> {
         write(file, &mut out).map_err(reason)?;
         out.flush()
     })
+}
+
+/// Writes a frame of an instrument as FITS, whole or not at all.
+///
+/// # Errors
+/// Where the extension is another, or the file cannot be written.
+pub fn save_frame(path: &Path, frame: &Frame) -> Result<()> {
+    if extension(path) != "fits" {
+        return Err(Error::file(path, "frames of counts are FITS files; name it such as raw_001.fits"));
+    }
+    replace(path, &encode_frame(frame))
 }
 
 /// Writes a file whole or not at all.

@@ -5,6 +5,7 @@
 //! | top-hat | 1 | centre ± width/2 |
 //! | Gaussian | exp(−4 ln 2 ((λ − c)/FWHM)²) | centre ± 2.5 FWHM |
 //! | cos² | cos²(π(λ − c)/(2 h)) | centre ± half-width h |
+//! | channel | ½ [erf((λ − l)/(σ√2)) − erf((λ − h)/(σ√2))], l and h at centre ± width/2: neighbours sum to one | 6 σ beyond both |
 //! | polynomial | Σ cᵢ λⁱ, λ in µm, cut at zero | given |
 
 use super::{Counting, Curve, Passband};
@@ -35,6 +36,15 @@ pub enum Window {
         /// The distance at which it reaches zero on both sides.
         half_width: Wavelength,
     },
+    /// A window that is one between two edges, spread by a Gaussian: a channel of a spectrograph.
+    Channel {
+        /// The middle of the window.
+        centre: Wavelength,
+        /// The width before it is spread.
+        width: Wavelength,
+        /// The standard deviation of the Gaussian.
+        deviation: Wavelength,
+    },
     /// A polynomial in λ \[µm\], lowest power first.
     Polynomial {
         /// The coefficients of Σ cᵢ λⁱ.
@@ -46,6 +56,8 @@ pub enum Window {
     },
 }
 
+/// Standard deviations beyond which a channel sees nothing: a part in 1e9 of a line.
+const TAIL: f64 = 6.0;
 /// Pieces that a smooth window is cut into for integration.
 const PIECES: usize = 32;
 
@@ -59,6 +71,10 @@ impl Curve for Window {
             Window::TopHat { .. } => 1.0,
             Window::Gaussian { centre, fwhm } => (-4.0 * std::f64::consts::LN_2 * ((lambda_um - centre.0) / fwhm.0).powi(2)).exp(),
             Window::Cos2 { centre, half_width } => (std::f64::consts::FRAC_PI_2 * (lambda_um - centre.0) / half_width.0).cos().powi(2),
+            Window::Channel { centre, width, deviation } => {
+                let risen = |edge: f64| libm::erf((lambda_um - centre.0 - edge) / (deviation.0 * std::f64::consts::SQRT_2));
+                0.5 * (risen(-0.5 * width.0) - risen(0.5 * width.0))
+            }
             Window::Polynomial { coefficients, .. } => coefficients.iter().rev().fold(0.0, |s, c| s * lambda_um + c).max(0.0),
         }
     }
@@ -68,6 +84,10 @@ impl Curve for Window {
             Window::TopHat { centre, width } => (centre.0 - 0.5 * width.0, centre.0 + 0.5 * width.0),
             Window::Gaussian { centre, fwhm } => (centre.0 - 2.5 * fwhm.0, centre.0 + 2.5 * fwhm.0),
             Window::Cos2 { centre, half_width } => (centre.0 - half_width.0, centre.0 + half_width.0),
+            Window::Channel { centre, width, deviation } => {
+                let half = 0.5 * width.0 + TAIL * deviation.0;
+                (centre.0 - half, centre.0 + half)
+            }
             Window::Polynomial { low, high, .. } => (low.0, high.0),
         }
     }
@@ -110,6 +130,13 @@ mod tests {
         assert!((area(Window::TopHat { centre: nm(550.0), width: nm(70.0) }) - 0.07).abs() < 1e-12);
         let gaussian = 0.07 * (std::f64::consts::PI / (4.0 * std::f64::consts::LN_2)).sqrt();
         assert!((area(Window::Gaussian { centre: nm(550.0), fwhm: nm(70.0) }) / gaussian - 1.0).abs() < 1e-7);
+        let channel = |centre: f64| Window::Channel { centre: nm(centre), width: nm(2.0), deviation: nm(1.5) };
+        assert!((area(channel(550.0)) - 0.002).abs() < 1e-10);
+        // Channels side by side are one together, but for the ends.
+        for lambda in [0.55, 0.5513, 0.5487] {
+            let sum: f64 = (-12..=12).map(|i| channel(550.0 + 2.0 * f64::from(i)).throughput(lambda)).sum();
+            assert!((sum - 1.0).abs() < 1e-8, "{lambda}: {sum}");
+        }
         let polynomial = Window::Polynomial { coefficients: vec![0.0, 1.0], low: nm(400.0), high: nm(600.0) };
         assert!((area(polynomial) - 0.5 * (0.36 - 0.16)).abs() < 1e-12);
     }

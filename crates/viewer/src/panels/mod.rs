@@ -3,6 +3,7 @@
 mod about;
 mod builtins;
 mod curves;
+mod instrument;
 mod method;
 mod picture;
 mod probe;
@@ -211,6 +212,7 @@ pub fn right(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
         Panel::right("picture").default_size(330.0).frame(unfilled(ui)).show(ui, |ui| {
             ScrollArea::both().auto_shrink(false).show(ui, |ui| {
                 section(ui, "Picture", true, |ui| picture::show(ui, app, edits));
+                section(ui, "Instrument", false, |ui| instrument::show(ui, app, edits));
                 section(ui, "Method", true, |ui| method::show(ui, app, edits));
                 section(ui, "Probe", true, |ui| probe::show(ui, app));
             });

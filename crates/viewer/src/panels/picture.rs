@@ -129,6 +129,7 @@ fn histogram(ui: &mut Ui, app: &App, edits: &mut Edits) {
 fn comparison(ui: &mut Ui, app: &mut App) {
     let now = match &app.comparison.with {
         With::Nothing => "nothing".to_owned(),
+        With::Recorded => "as observed".to_owned(),
         With::Filters(set) => set.clone(),
         With::Finer => "a finer method".to_owned(),
     };
@@ -137,6 +138,7 @@ fn comparison(ui: &mut Ui, app: &mut App) {
         let label = ui.label("compare with");
         let combo = egui::ComboBox::from_id_salt("compare").selected_text(&now).width(150.0).show_ui(ui, |ui| {
             ui.selectable_value(&mut chosen, With::Nothing, "nothing");
+            ui.selectable_value(&mut chosen, With::Recorded, "as observed").on_hover_text("what the scene's instrument records of it");
             ui.selectable_value(&mut chosen, With::Finer, "a finer method").on_hover_text("what the method in use gets wrong, amplified");
             for set in spectra::passband::SETS {
                 ui.selectable_value(&mut chosen, With::Filters(set.name.to_owned()), set.name).on_hover_text(set.summary);
@@ -145,7 +147,7 @@ fn comparison(ui: &mut Ui, app: &mut App) {
         combo.response.labelled_by(label.id);
     });
     app.comparison.with = chosen;
-    if matches!(app.comparison.with, With::Filters(_)) {
+    if app.comparison.is_of_pictures() {
         ui.horizontal(|ui| {
             ui.radio_value(&mut app.comparison.arrangement, Arrangement::Wipe, "wipe");
             ui.radio_value(&mut app.comparison.arrangement, Arrangement::SideBySide, "side by side");

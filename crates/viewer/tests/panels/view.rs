@@ -2,6 +2,7 @@
 
 use barnard_viewer::app::App;
 use barnard_viewer::comparison::With;
+use barnard_viewer::edit::Edit;
 use eframe::egui::accesskit::Role;
 use eframe::egui::vec2;
 use eframe::egui::{Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, PointerButton, TouchPhase};
@@ -53,6 +54,27 @@ fn filters_are_compared() {
     drag(&mut harness, PointerButton::Primary, rect.center(), rect.center() + vec2(100.0, 0.0));
     assert!(harness.state().comparison.edge.unwrap() > 0.6);
     assert_eq!(harness.state().document.text(), SCENE);
+}
+
+/// An instrument is chosen, and what it records stands beside the picture; its exposure is typed.
+#[test]
+fn pictures_are_observed() {
+    let (_folder, mut harness) = open();
+    harness.get_by_label("Instrument").click();
+    harness.run_steps(3);
+    harness.get_by_label("instrument").click();
+    harness.run_steps(3);
+    harness.get_by_label("lco-1m-sinistro").click();
+    harness.run_steps(3);
+    assert!(harness.state().document.scene().instrument.is_some(), "{:?}", harness.state().notice.as_ref().map(|n| &n.words));
+    harness.get_by_label("as observed").click();
+    settle(&mut harness);
+    let words = |harness: &Harness<App>| harness.state().shown.as_ref().unwrap().pictures[1].recorded_words();
+    assert!(words(&harness).starts_with("lco-1m-sinistro, 6 × 300 s"), "{}", words(&harness));
+    harness.state_mut().apply(Edit::set("instrument", "exposure", "2 s"));
+    settle(&mut harness);
+    assert!(words(&harness).contains("6 × 2 s"), "{}", words(&harness));
+    assert!(harness.state().shown.as_ref().unwrap().pictures[1].recorded_bands().len() == 3);
 }
 
 /// W flies ahead for as long as it is held, and the wheel changes how fast; what was flown to is written down.

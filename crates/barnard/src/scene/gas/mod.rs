@@ -18,7 +18,7 @@ pub use cloud::{GasCloud, IonisingStar};
 pub use ionised::IonisedGas;
 use species::Species;
 
-use super::{Fields, Loader, Star};
+use super::{Fields, Loader, Star, motion};
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid, Lattice};
 use crate::memory;
@@ -73,6 +73,8 @@ pub(super) const KEYS: &[Key] = &[
         "outward",
         "where light of recombinations is absorbed: outward, along the stars' rays, or on_the_spot, where it is made",
     ),
+    motion::VELOCITY,
+    motion::STEP,
 ];
 
 /// Where light of recombinations is absorbed, by name.

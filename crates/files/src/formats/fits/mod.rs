@@ -14,6 +14,7 @@ use std::io::{BufReader, Read, SeekFrom};
 
 use self::header::{Header, headers};
 use self::write::encode;
+pub(super) use self::write::encode_frame;
 
 use super::gather::Gather;
 use super::gzip;

@@ -4,13 +4,16 @@ use std::io::Write;
 
 use barnard::error::Result;
 use barnard::image::{Image, Layer, LayerContent, PixelScale, Samples, SkyCoordinates, Turned};
+use barnard::instrument::Frame;
+use barnard::keywords::Keyword;
 use barnard::observation::RadianceUnit;
 
 use super::LAYER;
 use super::cards::{BLOCK, Cards};
-use crate::formats::{GridFile, distinct_names, failed, now};
+use crate::formats::{GridFile, ascii, distinct_names, failed, now};
 
-pub fn encode(image: &Image) -> Result<Vec<u8>> {
+/// The HDU that a file begins with, with keywords beside those of the image.
+fn primary(image: &Image, keywords: &[Keyword]) -> Vec<u8> {
     let mut primary = Cards::default();
     primary.value("SIMPLE", "T", "conforms to FITS standard");
     primary.value("BITPIX", 8, "no data in this HDU");
@@ -18,22 +21,36 @@ pub fn encode(image: &Image) -> Result<Vec<u8>> {
     primary.value("EXTEND", "T", "");
     primary.text("CREATOR", &format!("Barnard {}", env!("CARGO_PKG_VERSION")), "spectral renderer of nebulae");
     primary.text("DATE", &now(), "UTC, when the file was written");
-    image.keywords.iter().for_each(|keyword| primary.keyword(keyword));
+    image.keywords.iter().chain(keywords).for_each(|keyword| primary.keyword(keyword));
     for (key, value) in image.notes.iter().filter(|(key, _)| holds(image, key)) {
         primary.history(&format!("{key}: {value}"));
     }
-    let mut bytes = primary.finish();
-    let double = matches!(image.samples, Samples::Double(_));
-    for band in 0..image.bands.len() {
+    primary.finish()
+}
+
+pub fn encode(image: &Image) -> Result<Vec<u8>> {
+    let mut bytes = primary(image, &[]);
+    // Channels of a spectrograph are one cube, and their standard errors another.
+    let in_cube = image.spectral.map_or(0, |axis| axis.count);
+    let errors = (0..in_cube).filter_map(|band| image.errors_of(band)).collect::<Vec<_>>();
+    for (name, bands) in
+        [(CUBE, (0..in_cube).collect()), (CUBE_ERROR, errors)].into_iter().filter(|(_, bands): &(_, Vec<usize>)| !bands.is_empty())
+    {
+        bytes.extend(header_of_cube(image, name, &bands));
+        let bits = Bits::of(image);
+        bands.iter().for_each(|band| bits.plane(image.width, densities(image, *band), &mut bytes));
+        bytes.resize(bytes.len().next_multiple_of(BLOCK), 0);
+    }
+    for band in (0..image.bands.len()).filter(|band| image.spectral.is_none() || (*band >= in_cube && !image.is_error(*band))) {
         bytes.extend(header_of(image, band));
-        rows(image, double, in_unit(image, band), &mut bytes);
+        Bits::of(image).rows(image.width, in_unit(image, band), &mut bytes);
     }
     for layer in &image.layers {
         for channel in channels(image, layer) {
             bytes.extend(header_of_layer(image, layer, &channel));
             let values = layer.channel(channel.number, image.width * image.height);
             let unit = image.bands.get(channel.number).and_then(|band| band.in_unit).filter(|_| layer.content == LayerContent::Light);
-            rows(image, false, values.map(|value| unit.map_or(value, |unit| unit.value(value))), &mut bytes);
+            bits_of(layer).rows(image.width, values.map(|value| unit.map_or(value, |unit| unit.value(value))), &mut bytes);
         }
     }
     Ok(bytes)
@@ -70,16 +87,68 @@ fn unit_cards(cards: &mut Cards, unit: RadianceUnit, meaning: &str) {
     }
 }
 
-/// Adds the values of an image to the bytes of a file, whose first row is the lowest, up to the end of a block.
-fn rows(image: &Image, double: bool, values: impl Iterator<Item = f64>, bytes: &mut Vec<u8>) {
-    let values: Vec<f64> = values.collect();
-    for row in values.chunks(image.width).rev() {
-        match double {
-            true => bytes.extend(row.iter().flat_map(|v| v.to_be_bytes())),
-            false => bytes.extend(row.iter().flat_map(|v| (*v as f32).to_be_bytes())),
+/// What the values of an HDU are: BITPIX.
+#[derive(Clone, Copy)]
+enum Bits {
+    Double = -64,
+    Single = -32,
+    Integer = 16,
+}
+
+impl Bits {
+    fn of(image: &Image) -> Self {
+        if matches!(image.samples, Samples::Double(_)) { Self::Double } else { Self::Single }
+    }
+
+    fn meaning(self) -> &'static str {
+        match self {
+            Self::Double | Self::Single => "IEEE floating point",
+            Self::Integer => "integers",
         }
     }
-    bytes.resize(bytes.len().next_multiple_of(BLOCK), 0);
+
+    /// Adds values to the bytes of a file as these, up to the end of a block.
+    fn rows(self, width: usize, values: impl Iterator<Item = f64>, bytes: &mut Vec<u8>) {
+        self.plane(width, values, bytes);
+        bytes.resize(bytes.len().next_multiple_of(BLOCK), 0);
+    }
+
+    /// Adds values to the bytes of a file as these.
+    fn plane(self, width: usize, values: impl Iterator<Item = f64>, bytes: &mut Vec<u8>) {
+        match self {
+            Self::Double => rows(width, values.map(f64::to_be_bytes), bytes),
+            Self::Single => rows(width, values.map(|value| (value as f32).to_be_bytes()), bytes),
+            Self::Integer => rows(width, values.map(|value| (value as i16).to_be_bytes()), bytes),
+        }
+    }
+}
+
+/// Adds the values of an image, the first row on top, to the bytes of a file, whose first row is the lowest.
+fn rows<const N: usize>(width: usize, values: impl Iterator<Item = [u8; N]>, bytes: &mut Vec<u8>) {
+    let values: Vec<[u8; N]> = values.collect();
+    values.chunks(width).rev().for_each(|row| bytes.extend_from_slice(row.as_flattened()));
+}
+
+/// A frame of an instrument: counts, which FITS knows as integers that are 32768 too small.
+pub(crate) fn encode_frame(frame: &Frame) -> Vec<u8> {
+    let image = &frame.header;
+    let mut bytes = primary(image, &frame.keywords);
+    for (name, counts) in frame.planes.iter().zip(&frame.counts) {
+        let mut cards = Cards::default();
+        extension(&mut cards, image, Bits::Integer);
+        cards.value("BZERO", 32768, "counts are not negative");
+        cards.value("BSCALE", 1, "");
+        cards.text("EXTNAME", &ascii(name), "passband, or a mosaic of several");
+        cards.text("BUNIT", "adu", "counts");
+        cards.text("FILTER", name, "passband, or a mosaic of several");
+        frame.keywords.iter().for_each(|keyword| cards.keyword(keyword));
+        wcs(&mut cards, image, 2);
+        bytes.extend(cards.finish());
+        // Flipping the highest bit takes 32768 away.
+        rows(image.width, counts.iter().map(|count| (count ^ 0x8000).to_be_bytes()), &mut bytes);
+        bytes.resize(bytes.len().next_multiple_of(BLOCK), 0);
+    }
+    bytes
 }
 
 /// A channel of a layer as an HDU: what it is called, which it is, its unit and what it means.
@@ -103,6 +172,11 @@ fn channels(image: &Image, layer: &Layer) -> Vec<Channel> {
             };
             bands.map(channel).collect()
         }
+        LayerContent::Mask => {
+            let bands = distinct_names(image).into_iter().enumerate().filter(|(band, _)| !image.is_error(*band));
+            let meaning = "1 saturated, 2 rejected, 4 no good frame";
+            bands.map(|(number, band)| Channel { name: format!("{}.{band}", layer.name), number, unit: None, meaning }).collect()
+        }
         LayerContent::Depth => vec![named("depth", 0, Some("pc"), "mean distance of the light of dust and gas")],
         LayerContent::OpticalDepth => {
             vec![named("tau", 0, None, "optical depth at V"), named("opacity", 1, None, "part of light at V that dust takes")]
@@ -110,9 +184,13 @@ fn channels(image: &Image, layer: &Layer) -> Vec<Channel> {
     }
 }
 
+fn bits_of(layer: &Layer) -> Bits {
+    if layer.content == LayerContent::Mask { Bits::Integer } else { Bits::Single }
+}
+
 fn header_of_layer(image: &Image, layer: &Layer, channel: &Channel) -> Vec<u8> {
     let mut cards = Cards::default();
-    extension(&mut cards, image, false);
+    extension(&mut cards, image, bits_of(layer));
     cards.text("EXTNAME", &channel.name, "a channel of a layer");
     cards.text(LAYER, &layer.name, "the layer of the picture");
     match channel.unit {
@@ -120,19 +198,68 @@ fn header_of_layer(image: &Image, layer: &Layer, channel: &Channel) -> Vec<u8> {
         Some(unit) => cards.text("BUNIT", unit, channel.meaning),
         None => cards.history(channel.meaning),
     }
-    wcs(&mut cards, image);
+    wcs(&mut cards, image, 2);
     cards.finish()
 }
 
 /// The cards that an image extension begins with.
-fn extension(cards: &mut Cards, image: &Image, double: bool) {
+fn extension(cards: &mut Cards, image: &Image, bits: Bits) {
     cards.text("XTENSION", "IMAGE", "image extension");
-    cards.value("BITPIX", if double { -64 } else { -32 }, "IEEE floating point");
+    cards.value("BITPIX", bits as i32, bits.meaning());
     cards.value("NAXIS", 2, "");
     cards.value("NAXIS1", image.width, "");
     cards.value("NAXIS2", image.height, "");
     cards.value("PCOUNT", 0, "");
     cards.value("GCOUNT", 1, "");
+}
+
+/// The names of the cubes of channels and of their standard errors.
+const CUBE: &str = "CUBE";
+const CUBE_ERROR: &str = "CUBE_ERROR";
+
+/// What the values of a cube are in, where they are a part of light in each wavelength, and how many of its wavelengths are a micrometre.
+fn density_of(unit: RadianceUnit) -> Option<(&'static str, f64)> {
+    match unit {
+        RadianceUnit::Si => Some(("W m-2 sr-1 um-1", 1.0)),
+        RadianceUnit::Cgs => Some(("erg s-1 cm-2 arcsec-2 Angstrom-1", 1e4)),
+        _ => None,
+    }
+}
+
+/// The values of a channel of a cube: band radiances by the width of the channel, other units as they are.
+fn densities(image: &Image, band: usize) -> impl Iterator<Item = f64> + '_ {
+    let of = (0..image.bands.len()).find(|of| image.errors_of(*of) == Some(band)).unwrap_or(band);
+    let width = image.bands[of].width_um.unwrap_or(1.0);
+    let factor = density_of(unit(image)).map_or(1.0, |(_, parts)| 1.0 / (width * parts));
+    in_unit(image, band).map(move |value| value * factor)
+}
+
+fn header_of_cube(image: &Image, name: &str, bands: &[usize]) -> Vec<u8> {
+    let mut cards = Cards::default();
+    cards.text("XTENSION", "IMAGE", "image extension");
+    cards.value("BITPIX", Bits::of(image) as i32, Bits::of(image).meaning());
+    cards.value("NAXIS", 3, "");
+    (1..).zip([image.width, image.height, bands.len()]).for_each(|(axis, count)| cards.value(&format!("NAXIS{axis}"), count, ""));
+    cards.value("PCOUNT", 0, "");
+    cards.value("GCOUNT", 1, "");
+    cards.text("EXTNAME", name, "channels of a spectrograph");
+    match density_of(unit(image)) {
+        Some((own, _)) => cards.text("BUNIT", own, "mean over each channel"),
+        None => unit_cards(&mut cards, unit(image), unit(image).meaning()),
+    }
+    if name == CUBE_ERROR {
+        cards.text("HDUCLAS2", "ERROR", "standard errors of another HDU");
+    }
+    wcs(&mut cards, image, 3);
+    if let Some(axis) = image.spectral {
+        // Line lists have wavelengths in air, as optical spectrographs do.
+        cards.text("CTYPE3", "AWAV", "wavelength");
+        cards.text("CUNIT3", "nm", "");
+        cards.number("CRPIX3", 1.0, "the first channel");
+        cards.number("CRVAL3", 1e3 * axis.first_um, "its middle");
+        cards.number("CDELT3", 1e3 * axis.step_um, "width of a channel");
+    }
+    cards.finish()
 }
 
 /// A grid as a cube whose first axis is x, which runs fastest.
@@ -172,7 +299,7 @@ pub fn write_grid(file: &GridFile, out: &mut dyn Write) -> Result<()> {
 fn header_of(image: &Image, index: usize) -> Vec<u8> {
     let band = &image.bands[index];
     let mut cards = Cards::default();
-    extension(&mut cards, image, matches!(image.samples, Samples::Double(_)));
+    extension(&mut cards, image, Bits::of(image));
     cards.text("EXTNAME", &distinct_names(image)[index], "passband");
     if image.is_error(index) {
         // A difference of magnitudes has no zero point.
@@ -193,7 +320,7 @@ fn header_of(image: &Image, index: usize) -> Vec<u8> {
         cards.text("COUNTING", counting, "what the detector counts");
     }
     band.keywords.iter().filter(|keyword| holds(image, keyword.name)).for_each(|keyword| cards.keyword(keyword));
-    wcs(&mut cards, image);
+    wcs(&mut cards, image, 2);
     for line in &band.certificate {
         cards.history(&format!("certificate: {line}"));
     }
@@ -201,10 +328,10 @@ fn header_of(image: &Image, index: usize) -> Vec<u8> {
 }
 
 /// A linear frame centred on the axis of view: tangent plane, angles from the middle, or longitude and latitude in degrees, or lengths.
-fn wcs(cards: &mut Cards, image: &Image) {
+fn wcs(cards: &mut Cards, image: &Image, axes: usize) {
     let sky = image.observation.zip(image.pixel).and_then(|(observation, pixel)| SkyCoordinates::of(&observation, pixel));
     if let Some(sky) = sky {
-        return on_the_sky(cards, image, &sky);
+        return on_the_sky(cards, image, &sky, axes);
     }
     let (kinds, unit, step) = match image.pixel {
         Some(PixelScale::Angle(degrees)) => (["XLON-TAN", "XLAT-TAN"], "deg", degrees),
@@ -224,8 +351,8 @@ fn wcs(cards: &mut Cards, image: &Image) {
 }
 
 /// A frame of the sky.
-fn on_the_sky(cards: &mut Cards, image: &Image, sky: &SkyCoordinates) {
-    cards.value("WCSAXES", 2, "");
+fn on_the_sky(cards: &mut Cards, image: &Image, sky: &SkyCoordinates, axes: usize) {
+    cards.value("WCSAXES", axes, "");
     let of = match sky.turned {
         Turned::Plane(_) => "the target",
         Turned::Sphere { .. } => "over the image's own pole",

@@ -14,18 +14,14 @@
 //! K fades from a quarter of the longer edge to half of it, where it ends, and keeps all light, but for what leaves the picture. What
 //! would come in from beyond the edge is taken to be like what is within: the convolution is divided by that of an even picture.
 
-mod kernel;
-mod spread;
-
 use std::cell::OnceCell;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use super::convolution::{Kernel, Spread, reach};
 use super::optics::{OPTICS, OpticsRow};
 use super::{Band, Image, Samples};
 use crate::error::{Error, Result};
 use crate::fourier::Complex;
-use kernel::Kernel;
-use spread::Spread;
 
 /// What optics make of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,8 +49,6 @@ impl Default for Glare {
     }
 }
 
-/// The farthest that light is spread \[pixels\].
-const MAX_REACH: usize = 2048;
 /// Air that spreads light less is still \[pixels\].
 const STILL_AIR: f64 = 1e-3;
 /// The exponent of Moffat's profile.
@@ -142,7 +136,8 @@ impl Glare {
 
     /// Where the light of a point goes in a picture whose longer edge is so long.
     fn kernel(&self, band: &Band, longer: usize, haze: &Haze) -> Kernel {
-        let mut kernel = Kernel::of_optics(self, band, reach(longer), self.size * longer as f64 / 1000.0);
+        let mut kernel =
+            Kernel::of_optics(&(self.optics.pattern)(), self.rotation, band, reach(longer), self.size * longer as f64 / 1000.0);
         if let Some(halo) = &haze.halo {
             kernel.values.iter_mut().zip(&halo.values).for_each(|(own, halo)| *own += self.halo * (halo - *own));
         }
@@ -186,11 +181,6 @@ fn keep(last: &mut Vec<(Asked, Arc<Kernel>)>, one: (Asked, Arc<Kernel>), bytes: 
 struct Haze {
     halo: Option<Kernel>,
     air: Option<Spread>,
-}
-
-/// How far light is spread in a picture whose longer edge is so long \[pixels\].
-fn reach(longer: usize) -> usize {
-    (longer / 2).clamp(1, MAX_REACH)
 }
 
 #[cfg(test)]

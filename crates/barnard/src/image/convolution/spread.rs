@@ -6,7 +6,7 @@ use super::kernel::Kernel;
 use crate::fourier::{Complex, transform};
 
 /// The convolution of pictures of one size with a kernel.
-pub(super) struct Spread {
+pub(crate) struct Spread {
     width: usize,
     height: usize,
     dims: [usize; 3],
@@ -15,7 +15,7 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    pub(super) fn new(kernel: &Kernel, width: usize, height: usize) -> Self {
+    pub(crate) fn new(kernel: &Kernel, width: usize, height: usize) -> Self {
         let reach = kernel.reach;
         let dims = [smooth(width + reach), smooth(height + reach), 1];
         let (mut factors, count) = (vec![Complex::default(); dims[0] * dims[1]], (dims[0] * dims[1]) as f64);
@@ -34,7 +34,7 @@ impl Spread {
     }
 
     /// Spreads the light of a picture whose rows are so far apart.
-    pub(super) fn apply(&self, values: &mut [f64], stride: usize) {
+    pub(crate) fn apply(&self, values: &mut [f64], stride: usize) {
         let largest = |row: &[f64]| row[..self.width].iter().fold(0.0f64, |most, v| most.max(v.abs()));
         let level = values.par_chunks(stride).take(self.height).map(largest).reduce(|| f64::MIN_POSITIVE, f64::max);
         // The even picture is the imaginary part, which a real kernel keeps apart.
@@ -44,7 +44,7 @@ impl Spread {
     }
 
     /// Spreads the light of a picture beyond whose edges there is none.
-    pub(super) fn within(&self, values: &mut [f64]) {
+    pub(crate) fn within(&self, values: &mut [f64]) {
         let spread = self.convolved(values, self.width, |value| Complex::new(value, 0.0));
         let rows = values.par_chunks_mut(self.width).zip(spread.par_chunks(self.dims[0]));
         rows.for_each(|(row, spread)| row.iter_mut().zip(spread).for_each(|(v, of)| *v = of.re));

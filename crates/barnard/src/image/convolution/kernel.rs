@@ -4,7 +4,6 @@ use glam::Vec2;
 use rayon::prelude::*;
 use wide::f32x8;
 
-use super::Glare;
 use crate::image::Band;
 use crate::image::optics::{EYE_CORE_DEG, EYE_DEG, Pattern};
 
@@ -17,14 +16,16 @@ const CORE_PLACES: usize = 6;
 const UNRESOLVED: f64 = 0.5;
 
 /// The light of a point around its pixel, up to `reach` pixels away along both axes; all together one.
-pub(super) struct Kernel {
-    pub(super) reach: usize,
-    pub(super) values: Vec<f64>,
+pub struct Kernel {
+    /// How far it reaches \[pixels\].
+    pub reach: usize,
+    /// Its values, row by row: (2 reach + 1)².
+    pub values: Vec<f64>,
 }
 
 impl Kernel {
     /// A profile by the square of the distance \[pixel²\].
-    pub(super) fn round(reach: usize, profile: impl Fn(f64) -> f64 + Sync) -> Self {
+    pub fn round(reach: usize, profile: impl Fn(f64) -> f64 + Sync) -> Self {
         let edge = 2 * reach + 1;
         let mut values = vec![0.0; edge * edge];
         values.par_chunks_mut(edge).enumerate().for_each(|(row, out)| {
@@ -43,12 +44,12 @@ impl Kernel {
     }
 
     /// The bytes that it takes.
-    pub(super) fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         size_of_val(&self.values[..]) as u64
     }
 
     /// Takes the light away that would end with an edge: all beyond the reach in any direction, none within half of it.
-    pub(super) fn fade(&mut self) {
+    pub fn fade(&mut self) {
         let (reach, edge) = (self.reach as f64, 2 * self.reach + 1);
         self.values.par_chunks_mut(edge).enumerate().for_each(|(row, values)| {
             for (column, value) in values.iter_mut().enumerate() {
@@ -59,24 +60,24 @@ impl Kernel {
         self.normalise();
     }
 
-    fn normalise(&mut self) {
+    /// Makes all of it together one.
+    pub fn normalise(&mut self) {
         // Rows have sums of their own, so that the order is the same on any number of threads.
         let rows: Vec<f64> = self.values.par_chunks(2 * self.reach + 1).map(|row| row.iter().sum()).collect();
         let sum: f64 = rows.into_iter().sum();
         self.values.par_iter_mut().for_each(|v| *v /= sum);
     }
 
-    /// The pattern of the optics of a glare in a band, of so many pixels in λ/D at 550 nm.
-    pub(super) fn of_optics(glare: &Glare, band: &Band, reach: usize, size: f64) -> Self {
+    /// A pattern of optics that are turned by an angle \[rad\], in a band, of so many pixels in λ/D at 550 nm.
+    pub fn of_optics(pattern: &Pattern, rotation: f64, band: &Band, reach: usize, size: f64) -> Self {
         let (pivot, width) = (band.pivot_um.unwrap_or(0.55), band.width_um.unwrap_or(0.0));
         let wavelength = |i: usize| pivot + width.min(pivot) * ((i as f64 + 0.5) / WAVELENGTHS as f64 - 0.5);
-        let pattern = (glare.optics.pattern)();
         // The part of the light that goes to a pixel for a pattern of one there, and the width of the core in pixels.
-        let (share, core) = match &pattern {
+        let (share, core) = match pattern {
             Pattern::Pupil(pupil) => (1.0 / (size * size * pupil.area()), size * pivot / 0.55),
             Pattern::Scatter(_) => ((EYE_DEG / size).to_radians().powi(2), size * EYE_CORE_DEG / EYE_DEG),
         };
-        let turn = Vec2::from_angle(-glare.rotation as f32);
+        let turn = Vec2::from_angle(-rotation as f32);
         // The mean of a pixel, for one wavelength, over places within it.
         let value = |x: f32x8, y: f32, i: usize, places: &[Vec2]| {
             let relative = (wavelength(i) / 0.55) as f32;
@@ -85,7 +86,7 @@ impl Kernel {
                 // Rows run downwards.
                 let (right, up) = (x + place.x, -(y + place.y));
                 let u = [(right * turn.x - turn.y * up) * scale, (right * turn.y + turn.x * up) * scale];
-                sum + match &pattern {
+                sum + match pattern {
                     Pattern::Pupil(pupil) => pupil.pattern(u) * (1.0 / (relative * relative)),
                     Pattern::Scatter(light) => {
                         let radius = (right * right + up * up).sqrt() / size as f32;

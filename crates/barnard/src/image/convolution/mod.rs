@@ -1,0 +1,15 @@
+//! Convolutions of pictures with the light of a point.
+
+mod kernel;
+mod spread;
+
+pub use kernel::Kernel;
+pub(crate) use spread::Spread;
+
+/// The farthest that light is spread \[pixels\].
+const MAX_REACH: usize = 2048;
+
+/// How far light is spread in a picture whose longer edge is so long \[pixels\].
+pub(crate) fn reach(longer: usize) -> usize {
+    (longer / 2).clamp(1, MAX_REACH)
+}

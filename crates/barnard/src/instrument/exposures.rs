@@ -1,0 +1,341 @@
+//! Exposures: what falls on a detector, and the frames that are read of it.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use spectra::passband::Passband;
+
+use super::cosmic_rays::{charge, tracks};
+use super::layout::{Layout, Pixels};
+use super::psf::View;
+use super::{Instrument, PointSpread};
+use crate::camera::Camera;
+use crate::control::{Control, Stage};
+use crate::error::Result;
+use crate::image::convolution::{Spread, reach};
+use crate::image::{Display, Image, PixelScale, Samples};
+use crate::keywords::{self, Keyword};
+use crate::observation::{InUnit, Observation, RadianceUnit};
+use crate::random::Counter;
+
+/// What an instrument sees of a picture, and will record in any of its frames.
+#[derive(Debug, Clone)]
+pub struct Exposures {
+    pub(super) instrument: Arc<Instrument>,
+    /// What all pictures of the detector say of themselves; it has no samples.
+    pub(super) header: Image,
+    pub(super) pixels: Pixels,
+    pub(super) bands: Vec<BandLight>,
+    /// The bands of a square of two by two pixels, where the detector is a mosaic.
+    pub(super) mosaic: Option<[usize; 4]>,
+}
+
+/// What falls on the detector in a band.
+#[derive(Debug, Clone)]
+pub(super) struct BandLight {
+    /// The electrons of a band irradiance of 1 W m⁻² [e s⁻¹ W⁻¹ m²].
+    pub per_watt: f64,
+    /// The radiance of the sky [W m⁻² sr⁻¹].
+    pub sky: f64,
+    /// The electrons of the picture by pixel [e s⁻¹].
+    pub source: Vec<f64>,
+}
+
+/// The counts of a frame.
+#[derive(Debug, Clone)]
+pub struct Frame {
+    /// The number of the frame, from 0.
+    pub number: usize,
+    /// What it is of: the bands, or one mosaic of all of them.
+    pub planes: Vec<String>,
+    /// The counts of each plane, row by row, the first on top \[ADU\].
+    pub counts: Vec<Vec<u16>>,
+    /// What the frame says of itself in keywords.
+    pub keywords: Vec<Keyword>,
+    /// The picture that it is of, without samples: its size, bands and place on the sky.
+    pub header: Image,
+}
+
+impl Exposures {
+    /// Refuses pictures of a camera through passbands that an instrument cannot see, before they are rendered.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    pub fn check(instrument: &Instrument, camera: &Camera, observation: Option<Observation>, bands: &[Passband]) -> Result<()> {
+        let names = bands.iter().map(|band| band.name().to_owned()).collect();
+        let bare = Image::bare(camera.width, camera.height, names, Samples::Single(Vec::new()));
+        let views = if camera.stereo.is_some() { (2, 1) } else { (1, 1) };
+        Layout::new(instrument, &Image { pixel: Some(camera.pixel_scale()), axis: camera.axis(), observation, views, ..bare }, bands)
+            .map(|_| ())
+    }
+
+    /// What an instrument sees of a picture through passbands, in the order of its bands.
+    ///
+    /// # Errors
+    /// Where the picture is not flat or has coarser pixels than the detector, the sky or the mosaic do not fit its bands, or the user wishes
+    /// to stop.
+    pub fn new(instrument: Arc<Instrument>, image: &Image, bands: &[Passband], control: &Control) -> Result<Self> {
+        let Layout { below, pixels, squares, mosaic } = Layout::new(&instrument, image, bands)?;
+        let radiances: Vec<usize> = image.radiances().collect();
+        let mut light = Vec::with_capacity(bands.len());
+        for (number, (band, own)) in bands.iter().zip(&radiances).enumerate() {
+            control.report(Stage::Frames, number as u64, bands.len() as u64);
+            control.check()?;
+            let per_watt = instrument.electrons(band.pivot().0);
+            let mut rates: Vec<f64> =
+                image.band(*own).enumerate().map(|(i, radiance)| radiance.max(0.0) * below.solid_angle(i) * per_watt).collect();
+            for psf in &instrument.psf {
+                spread(&**psf, &instrument, image, *own, &below, &mut rates)?;
+                control.check()?;
+            }
+            // Transforms leave a little below zero where there is no light.
+            rates.par_iter_mut().for_each(|rate| *rate = rate.max(0.0));
+            let sky = instrument.sky.radiance(band, number, bands.len())?;
+            light.push(BandLight { per_watt, sky, source: squares.gathered(&rates, below.size) });
+        }
+        let header = header(&instrument, image, &radiances, &pixels, &light);
+        Ok(Self { instrument, header, pixels, bands: light, mosaic })
+    }
+
+    /// The instrument.
+    pub fn instrument(&self) -> &Instrument {
+        &self.instrument
+    }
+
+    /// The same light, recorded in other exposures, frames or by another detector; an instrument of the same optics and sky.
+    #[must_use]
+    pub fn recorded_by(&self, instrument: Arc<Instrument>) -> Self {
+        Self { instrument, ..self.clone() }
+    }
+
+    /// Pixels along a row and a column of the detector.
+    pub fn size(&self) -> [usize; 2] {
+        self.pixels.size
+    }
+
+    /// The electrons that a pixel gathers of the picture in a band, without sky and dark [e s⁻¹].
+    pub fn source(&self, band: usize, pixel: usize) -> f64 {
+        self.bands[band].source[pixel]
+    }
+
+    /// The electrons that a pixel gathers of the sky in a band [e s⁻¹].
+    pub fn sky(&self, band: usize, pixel: usize) -> f64 {
+        self.bands[band].sky * self.bands[band].per_watt * self.pixels.solid_angle(pixel)
+    }
+
+    /// The electrons that a pixel gathers in a frame on the average, without hits \[e\].
+    pub fn mean(&self, band: usize, pixel: usize) -> f64 {
+        let rate = self.source(band, pixel) + self.sky(band, pixel) + self.instrument.detector.dark_current;
+        rate * self.instrument.exposure_s
+    }
+
+    /// The band that a pixel of a plane sees.
+    pub(super) fn band_of(&self, plane: usize, pixel: usize) -> usize {
+        let Some(square) = self.mosaic else { return plane };
+        let (column, row) = (pixel % self.pixels.size[0], pixel / self.pixels.size[0]);
+        square[2 * (row % 2) + column % 2]
+    }
+
+    /// What each exposure is of: the bands, or one mosaic.
+    pub(super) fn planes(&self) -> Vec<String> {
+        match self.mosaic {
+            Some(_) => vec!["mosaic".into()],
+            None => self.header.bands[..self.bands.len()].iter().map(|band| band.name.clone()).collect(),
+        }
+    }
+
+    /// The charge of cosmic rays on a plane of a frame, by pixel.
+    pub(super) fn hits(&self, plane: usize, frame: usize) -> Vec<(usize, f64)> {
+        let instrument = &self.instrument;
+        let mut random = Counter::nested(instrument.seed ^ HITS, frame as u64, plane as u64);
+        tracks(&instrument.detector, self.pixels.size, instrument.exposure_s, &mut random)
+    }
+
+    /// The count of a pixel in a frame, with the charge that hits brought.
+    pub(super) fn count(&self, plane: usize, frame: usize, pixel: usize, hits: f64) -> u16 {
+        let cell = (frame * self.bands.len() + plane) as u64;
+        let mut random = Counter::nested(self.instrument.seed, cell, pixel as u64);
+        self.instrument.detector.read(self.mean(self.band_of(plane, pixel), pixel), hits, &mut random)
+    }
+
+    /// The counts of a frame, from 0 to below the instrument's number of frames; the same whenever it is asked for.
+    pub fn frame(&self, number: usize) -> Frame {
+        let planes = self.planes();
+        let counts = (0..planes.len()).map(|plane| {
+            let hits = self.hits(plane, number);
+            (0..self.pixels.count()).into_par_iter().map(|pixel| self.count(plane, number, pixel, charge(&hits, pixel))).collect()
+        });
+        let counts = counts.collect();
+        let mut keywords = self.keywords(1);
+        let detector = &self.instrument.detector;
+        let numbers = [
+            ("GAIN", detector.gain, "[e/adu]"),
+            ("RDNOISE", detector.read_noise, "[e] standard deviation of a reading"),
+            ("DARKCUR", detector.dark_current, "[e/s] of a pixel"),
+            ("BIASLVL", detector.bias, "[adu] count of an empty pixel"),
+            ("SATURATE", f64::from(detector.saturation()), "[adu] count of a full pixel"),
+        ];
+        keywords.extend(numbers.into_iter().filter_map(|(name, value, comment)| keywords::number(name, value, comment)));
+        keywords.push(keywords::text("IMAGETYP", "Light Frame", ""));
+        keywords.push(keywords::integer("FRAME", number + 1, "number of the frame"));
+        if let Some(pattern) = self.pattern() {
+            keywords.push(keywords::text("BAYERPAT", pattern, "colours of two by two pixels, upper left first"));
+            keywords.push(keywords::text("ROWORDER", "BOTTOM-UP", "the pattern is of the picture as it is seen"));
+        }
+        Frame { number, planes, counts, keywords, header: self.header.clone() }
+    }
+
+    /// The mosaic as programs for amateurs name it, where it is one that they know: two pixels across a corner of one band, green, and of
+    /// the others that of longer waves is red.
+    fn pattern(&self) -> Option<&'static str> {
+        let square = self.mosaic?;
+        let pivot = |pixel: usize| self.header.bands[square[pixel]].pivot_um.unwrap_or(0.55);
+        let red = |a: usize, b: usize| pivot(a) > pivot(b);
+        match square {
+            [a, b, c, d] if b == c && a != d => Some(if red(0, 3) { "RGGB" } else { "BGGR" }),
+            [a, b, c, d] if a == d && b != c => Some(if red(1, 2) { "GRBG" } else { "GBRG" }),
+            _ => None,
+        }
+    }
+
+    /// What so many frames together say of how they were taken.
+    pub(super) fn keywords(&self, frames: usize) -> Vec<Keyword> {
+        let (instrument, detector) = (&self.instrument, &self.instrument.detector);
+        let arcsec = self.pixels.edge_rad.to_degrees() * 3600.0;
+        let numbers = [
+            ("EXPTIME", instrument.exposure_s * frames as f64, "[s] of all frames together"),
+            ("APTDIA", instrument.aperture_m * 1e3, "[mm] diameter of the aperture"),
+            ("APTAREA", instrument.area_m2() * 1e6, "[mm2] area that collects light"),
+            ("PIXSCALE", arcsec, "[arcsec] angle of a pixel"),
+            ("XPIXSZ", detector.pixel_um, "[um] edge of a pixel"),
+            ("YPIXSZ", detector.pixel_um, "[um] edge of a pixel"),
+        ];
+        let mut all = vec![keywords::text("INSTRUME", instrument.name.clone(), "")];
+        all.extend(numbers.into_iter().filter_map(|(name, value, comment)| keywords::number(name, value, comment)));
+        all.push(keywords::integer("NCOMBINE", frames, "number of frames"));
+        all.push(keywords::integer("SEED", instrument.seed as usize, "of all noise"));
+        all
+    }
+}
+
+/// Keeps hits apart from the noise of pixels.
+const HITS: u64 = 0x636f_736d_6963;
+
+/// Spreads light as one point-spread function does.
+fn spread(psf: &dyn PointSpread, instrument: &Instrument, image: &Image, band: usize, below: &Pixels, rates: &mut [f64]) -> Result<()> {
+    let reach = reach(image.width.max(image.height));
+    let view = View { instrument, band: &image.bands[band], pixel_rad: below.edge_rad, reach };
+    if let Some(kernel) = psf.kernel(&view)? {
+        Spread::new(&kernel, image.width, image.height).apply(rates, image.width);
+    }
+    Ok(())
+}
+
+/// What pictures of the detector say of themselves.
+fn header(instrument: &Instrument, image: &Image, radiances: &[usize], pixels: &Pixels, light: &[BandLight]) -> Image {
+    let pixel = match image.observation.and_then(|observation| observation.distance_pc).filter(|_| pixels.is_parallel) {
+        Some(distance_pc) => PixelScale::Length(pixels.edge_rad * distance_pc),
+        None => PixelScale::Angle(pixels.edge_rad.to_degrees()),
+    };
+    let in_electrons = image.observation.is_some_and(|observation| observation.unit == RadianceUnit::Electrons);
+    let mut bands: Vec<_> = radiances.iter().map(|band| image.bands[*band].clone()).collect();
+    for (band, light) in bands.iter_mut().zip(light) {
+        if in_electrons {
+            band.in_unit = Some(InUnit::Times(light.per_watt * pixels.edge_rad.powi(2)));
+        }
+    }
+    let mut notes = image.notes.clone();
+    notes.push((
+        "instrument".into(),
+        format!("{}: {}", instrument.name, instrument.psf.iter().map(|psf| psf.said()).collect::<Vec<_>>().join(", ")),
+    ));
+    Image {
+        width: pixels.size[0],
+        height: pixels.size[1],
+        bands,
+        samples: Samples::Single(Vec::new()),
+        pixel: Some(pixel),
+        axis: pixels.axis,
+        notes,
+        keywords: image.keywords.clone(),
+        // What optics do is in the light already.
+        display: Display { glare: None, ..image.display.clone() },
+        layers: Vec::new(),
+        ..*image
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Camera;
+    use crate::image::convolution::Kernel;
+    use crate::observation::Observation;
+    use glam::DVec3;
+
+    fn picture(camera: &Camera, value: f64) -> Image {
+        let count = camera.width * camera.height;
+        let image = Image::bare(camera.width, camera.height, vec!["johnson-V".into()], Samples::Double(vec![value; count]));
+        Image { pixel: Some(camera.pixel_scale()), axis: camera.axis(), ..image }
+    }
+
+    /// Pixels of a picture see the solid angles that those of its camera do, in a part of a wide view too.
+    #[test]
+    fn solid_angles_are_those_of_the_camera() {
+        let wide = Camera::look_at(DVec3::Z, DVec3::ZERO).field_of_view_deg(110.0).size(60, 40);
+        for camera in [wide.clone(), wide.crop(31, 3, 20, 17).unwrap()] {
+            let pixels = Pixels::of(&picture(&camera, 1.0)).unwrap();
+            for (column, row) in [(0, 0), (camera.width - 1, 2), (7, camera.height - 1)] {
+                let wanted = camera.pixel_measure(column as f64 + 0.5, row as f64 + 0.5);
+                let own = pixels.solid_angle(row * camera.width + column);
+                assert!((own / wanted - 1.0).abs() < 1e-12, "{column} {row}: {own} {wanted}");
+            }
+        }
+    }
+
+    /// Parallel rays from a distance are a narrow view; even light stays even through any optics, and is electrons of its photons.
+    #[test]
+    fn even_light_is_even() {
+        let bands = [Passband::named("johnson-V").unwrap()];
+        let flat = Camera::look_at(DVec3::Z, DVec3::ZERO).orthographic_pc(1.0).size(24, 24);
+        let image =
+            Image { observation: Some(Observation { distance_pc: Some(1000.0), ..Observation::default() }), ..picture(&flat, 3e-7) };
+        let pixel = 1e-3 / 24.0;
+        for edge in [None, Some(3.0 * pixel)] {
+            let instrument = Arc::new(Instrument { pixel_rad: edge, obstruction: 0.3, ..Instrument::of_aperture(0.1) });
+            let exposures = Exposures::new(instrument.clone(), &image, &bands, &Control::default()).unwrap();
+            let wanted = 3e-7 * edge.unwrap_or(pixel).powi(2) * instrument.electrons(bands[0].pivot().0);
+            let count = exposures.size()[0] * exposures.size()[1];
+            assert_eq!(count, if edge.is_some() { 64 } else { 576 });
+            assert!((0..count).all(|i| (exposures.source(0, i) / wanted - 1.0).abs() < 1e-9), "{edge:?}");
+        }
+        let near = Image { observation: None, ..image };
+        assert!(Exposures::new(Arc::new(Instrument::of_aperture(0.1)), &near, &bands, &Control::default()).is_err());
+    }
+
+    /// What another crate brings spreads light as well.
+    #[test]
+    fn other_point_spreads_are_taken() {
+        #[derive(Debug)]
+        struct Left;
+        impl PointSpread for Left {
+            fn kernel(&self, view: &View) -> Result<Option<Kernel>> {
+                let mut values = vec![0.0; (2 * view.reach + 1).pow(2)];
+                (values[view.reach * (2 * view.reach + 1)], values[view.reach * (2 * view.reach + 2)]) = (0.6, 0.4);
+                Ok(Some(Kernel { reach: view.reach, values }))
+            }
+            fn said(&self) -> String {
+                "left".into()
+            }
+        }
+        let camera = Camera::look_at(DVec3::Z, DVec3::ZERO).field_of_view_deg(1.0).size(9, 9);
+        let mut image = picture(&camera, 0.0);
+        image.samples.add(4 * 9 + 6, 1e-6);
+        let instrument = Arc::new(Instrument { psf: vec![Arc::new(Left)], ..Instrument::of_aperture(1.0) });
+        let exposures = Exposures::new(instrument, &image, &[Passband::named("johnson-V").unwrap()], &Control::default()).unwrap();
+        // What stays is as bright as the point was: as much more would have come from beyond the edge.
+        let (moved, stayed) = (exposures.source(0, 4 * 9 + 2), exposures.source(0, 4 * 9 + 6));
+        let rest: f64 = (0..81).filter(|i| ![38, 42].contains(i)).map(|i| exposures.source(0, i)).sum();
+        assert!((moved / stayed - 0.6).abs() < 1e-6 && rest < 1e-6 * stayed, "{moved} {stayed} {rest}");
+    }
+}

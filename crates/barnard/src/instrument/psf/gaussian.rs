@@ -1,0 +1,61 @@
+//! A Gaussian: jitter of the guiding, diffusion of charge, or a first guess.
+//!
+//!   G ∝ 2^(−4 r²/w²),   w = w₀ (λ/λ₀)^q
+
+use std::sync::Arc;
+
+use spectra::units::{Angle, Wavelength};
+
+use super::{PointSpread, View, round};
+use crate::error::Result;
+use crate::image::convolution::Kernel;
+use crate::properties::{Key, Kind};
+
+pub(super) const KIND: Kind<Arc<dyn PointSpread>> = Kind {
+    name: "gaussian",
+    summary: "a Gaussian: jitter of the guiding, diffusion of charge, or a first guess",
+    keys: &[
+        Key::required("fwhm", "angle", "full width at half maximum at `wavelength`"),
+        Key::optional("wavelength", "wavelength", "550 nm", "where `fwhm` holds"),
+        Key::optional("exponent", "number", "0", "the width goes with this power of wavelength"),
+    ],
+    build: |section, _| {
+        let plain = Gaussian::default();
+        Ok(Arc::new(Gaussian {
+            fwhm_rad: section.need_positive::<Angle>("fwhm")?.0,
+            wavelength_um: section.positive::<Wavelength>("wavelength")?.map_or(plain.wavelength_um, |l| l.0),
+            exponent: section.number("exponent", -2.0..=2.0)?.unwrap_or(plain.exponent),
+        }))
+    },
+};
+
+/// A Gaussian profile.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gaussian {
+    /// The full width at half maximum w₀ \[rad\].
+    pub fwhm_rad: f64,
+    /// λ₀ \[µm\].
+    pub wavelength_um: f64,
+    /// q.
+    pub exponent: f64,
+}
+
+impl Default for Gaussian {
+    /// An arcsecond at all wavelengths.
+    fn default() -> Self {
+        Self { fwhm_rad: std::f64::consts::PI / 648_000.0, wavelength_um: 0.55, exponent: 0.0 }
+    }
+}
+
+impl PointSpread for Gaussian {
+    fn kernel(&self, view: &View) -> Result<Option<Kernel>> {
+        let wavelength = view.band.pivot_um.unwrap_or(self.wavelength_um);
+        let fwhm = self.fwhm_rad * (wavelength / self.wavelength_um).powf(self.exponent);
+        Ok(round(view, fwhm, |square| (-4.0 * square).exp2()))
+    }
+
+    fn said(&self) -> String {
+        let Self { fwhm_rad, wavelength_um, exponent } = self;
+        format!("Gaussian of {} at {}, exponent {exponent}", Angle(*fwhm_rad), Wavelength(*wavelength_um))
+    }
+}

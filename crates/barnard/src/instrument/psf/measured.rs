@@ -1,0 +1,135 @@
+//! A point-spread function that was measured or modelled elsewhere: an image of a point.
+
+use std::sync::Arc;
+
+use sha2::{Digest, Sha256};
+use spectra::units::Angle;
+
+use super::super::rebinning::Squares;
+use super::{PointSpread, View};
+use crate::error::{Error, Result};
+use crate::image::convolution::Kernel;
+use crate::properties::{Key, Kind};
+
+pub(super) const KIND: Kind<Arc<dyn PointSpread>> = Kind {
+    name: "kernel",
+    summary: "an image of a point, such as those of WebbPSF or Tiny Tim: .fits, .npy or .exr; its middle is the point",
+    keys: &[
+        Key::required("file", "path", "the image; of several bands the first"),
+        Key::required("pixel_scale", "angle", "the angle of a pixel of the image"),
+    ],
+    build: |section, inputs| {
+        let file = section.need_text("file")?;
+        let (size, values) = section.wrap("file", inputs.picture(file))?;
+        let scale = section.need_positive::<Angle>("pixel_scale")?.0;
+        Ok(Arc::new(section.wrap("file", Measured::new(file, size, values, scale))?))
+    },
+};
+
+/// An image of a point.
+#[derive(Clone, PartialEq)]
+pub struct Measured {
+    name: String,
+    size: [usize; 2],
+    values: Vec<f64>,
+    pixel_rad: f64,
+    /// The beginning of the digest of its values.
+    digest: String,
+}
+
+/// Most pixels along an edge.
+const MAX_EDGE: usize = 4097;
+
+impl Measured {
+    /// An image of so many columns and rows, in rows, and the angle of its pixels \[rad\].
+    ///
+    /// # Errors
+    /// Where it is no image of a point: empty, too large, negative in sum, or with values that are no numbers.
+    pub fn new(name: &str, size: [usize; 2], values: Vec<f64>, pixel_rad: f64) -> Result<Self> {
+        let wrong = |said: String, wanted: &str| Err(Error::value("kernel", said, wanted));
+        if size.iter().any(|edge| !(1..=MAX_EDGE).contains(edge)) || values.len() != size[0] * size[1] {
+            return wrong(format!("{} x {} pixels", size[0], size[1]), "an image of 1 to 4097 pixels along its edges");
+        }
+        if let Some(at) = values.iter().position(|v| !v.is_finite()) {
+            let place = format!("{} in column {}, row {}", values[at], at % size[0] + 1, at / size[0] + 1);
+            return wrong(place, "an image of finite numbers; fill the gaps");
+        }
+        let (sum, most) = (values.iter().sum::<f64>(), values.iter().copied().fold(0.0, f64::max));
+        if !(sum > 0.0 && most > 0.0) {
+            return wrong(format!("light of {sum} in all"), "an image of a point, whose light is above zero");
+        }
+        if let Some(least) = values.iter().copied().find(|v| *v < -0.01 * most) {
+            return wrong(format!("{least} beside a peak of {most}"), "an image without negative light; take its background away");
+        }
+        if !(pixel_rad > 0.0 && pixel_rad.is_finite()) {
+            return wrong(format!("pixels of {pixel_rad} rad"), "an angle above zero");
+        }
+        // Noise around zero would be light where none is.
+        let values: Vec<f64> = values.into_iter().map(|v| v.max(0.0)).collect();
+        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let digest = Sha256::digest(bytes)[..8].iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Self { name: name.to_owned(), size, values, pixel_rad, digest })
+    }
+}
+
+impl std::fmt::Debug for Measured {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Measured({}, {:?}, {:e} rad)", self.name, self.size, self.pixel_rad)
+    }
+}
+
+impl PointSpread for Measured {
+    fn kernel(&self, view: &View) -> Result<Option<Kernel>> {
+        let edge = view.pixel_rad / self.pixel_rad;
+        let count = 2 * view.reach + 1;
+        let first = self.size.map(|pixels| 0.5 * (pixels as f64 - count as f64 * edge));
+        let values = Squares { size: [count; 2], first, edge }.gathered(&self.values, self.size);
+        let sum: f64 = values.iter().sum();
+        if !(sum > 0.0 && sum.is_finite()) {
+            let reach = format!("no light within {} pixels of its middle", view.reach);
+            return Err(Error::value("kernel", reach, "an image whose point is in its middle; move it there"));
+        }
+        let mut kernel = Kernel { reach: view.reach, values };
+        kernel.normalise();
+        Ok(Some(kernel))
+    }
+
+    fn said(&self) -> String {
+        let [width, height] = self.size;
+        format!("{} of {width} x {height} pixels of {}, SHA-256 {}", self.name, Angle(self.pixel_rad), self.digest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::instrument::Instrument;
+
+    /// Taken at its own scale an image stays what it is; at twice that four pixels become one, and beside them nothing is.
+    #[test]
+    fn images_of_points_are_rebinned() {
+        let values: Vec<f64> = (0..25).map(f64::from).collect();
+        let psf = Measured::new("p", [5, 5], values.clone(), 1e-6).unwrap();
+        let instrument = Instrument::of_aperture(1.0);
+        let band = super::super::tests::band(0.5);
+        let view = View { instrument: &instrument, band: &band, pixel_rad: 1e-6, reach: 3 };
+        let own = psf.kernel(&view).unwrap().unwrap().values;
+        assert!((0..49).all(|i| {
+            let (x, y) = (i % 7, i / 7);
+            let inside = (1..6).contains(&x) && (1..6).contains(&y);
+            (own[i] - if inside { values[(y - 1) * 5 + x - 1] / 300.0 } else { 0.0 }).abs() < 1e-12
+        }));
+        let coarse = psf.kernel(&View { pixel_rad: 5e-6, reach: 1, ..view }).unwrap().unwrap().values;
+        assert!((coarse[4] - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_no_kernel_is_refused() {
+        let of = |values: Vec<f64>| Measured::new("p", [2, 2], values, 1e-6).map(|_| ()).unwrap_err().to_string();
+        assert!(of(vec![0.0; 4]).contains("above zero"));
+        assert!(of(vec![1.0, f64::NAN, 1.0, 1.0]).contains("column 2, row 1"));
+        assert!(of(vec![4.0, -1.0, 1.0, 1.0]).contains("background"));
+        assert!(of(vec![1.0; 3]).contains("2 x 2"));
+        assert!(Measured::new("p", [1, 1], vec![1.0], f64::NAN).is_err());
+    }
+}

@@ -1,0 +1,97 @@
+//! The `[spectrograph]` table: hundreds of narrow passbands side by side, which files hold as a cube.
+
+use spectra::passband::{Counting, Passband, Window, window};
+use spectra::units::Wavelength;
+
+use crate::error::Result;
+use crate::image::SpectralAxis;
+use crate::properties::{Key, Section};
+
+pub(super) const KEYS: &[Key] = &[
+    Key::required("low", "wavelength", "where the first channel begins"),
+    Key::required("high", "wavelength", "where the last channel ends"),
+    Key::required("count", "integer", "the number of channels, of equal widths in wavelength, up to 4096"),
+    Key::optional(
+        "resolving_power",
+        "number",
+        "none",
+        "wavelength over the full width at half maximum of a line, a Gaussian; without it a channel sees what lies within it alone",
+    ),
+];
+
+/// Most channels.
+const MAX_CHANNELS: i64 = 4096;
+/// The full width at half maximum of a Gaussian of deviation one.
+const FWHM: f64 = 2.354_820_045_030_949;
+
+/// How wide an edge is that is sharp, as a part of a channel.
+const SHARP: f64 = 1e-9;
+
+/// A spectrograph: its channels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spectrograph {
+    /// The channels.
+    pub axis: SpectralAxis,
+    /// λ over the full width at half maximum of a line; none where channels have sharp edges.
+    pub resolving_power: Option<f64>,
+}
+
+impl Spectrograph {
+    /// A channel's passband: one between its edges, spread by the width of a line, so that all channels together are one in between.
+    ///
+    /// # Errors
+    /// Where its wavelengths are none.
+    pub fn channel(&self, number: usize) -> Result<Passband> {
+        let (centre, width) = (Wavelength(self.axis.middle_um(number)), Wavelength(self.axis.step_um));
+        // As many digits as tell one channel from the next.
+        let digits = (1.0 - (1e3 * self.axis.step_um).log10().floor()).clamp(1.0, 9.0) as usize;
+        let name = format!("{:.digits$} nm", centre.nm());
+        // One width for all channels: their edges meet, and a line is neither lost nor seen twice, one that lies on an edge too.
+        let deviation = match self.resolving_power {
+            Some(power) => self.axis.middle_um(self.axis.count / 2) / power / FWHM,
+            None => SHARP * self.axis.step_um,
+        };
+        Ok(window(&name, Counting::Energy, Window::Channel { centre, width, deviation: Wavelength(deviation) })?)
+    }
+}
+
+pub(super) fn build(section: &Section) -> Result<Spectrograph> {
+    section.check_keys(&KEYS.iter().map(|key| key.name).collect::<Vec<_>>())?;
+    let (low, high) = (section.need_positive::<Wavelength>("low")?.0, section.need_positive::<Wavelength>("high")?.0);
+    if high <= low {
+        return Err(section.error("high", "the last channel must end at a longer wavelength than the first begins"));
+    }
+    let missing = || section.error("count", "key \"count\" is missing; write it like count = 200");
+    let count = section.integer("count", 1..=MAX_CHANNELS)?.ok_or_else(missing)? as usize;
+    let step_um = (high - low) / count as f64;
+    let axis = SpectralAxis { first_um: low + 0.5 * step_um, step_um, count };
+    let spectrograph = Spectrograph { axis, resolving_power: section.number("resolving_power", 1.0..=1e7)? };
+    section.wrap("low", spectrograph.channel(0))?;
+    Ok(spectrograph)
+}
+
+/// The passbands of all channels.
+pub(super) fn bands(section: &Section, spectrograph: &Spectrograph) -> Result<Vec<Passband>> {
+    (0..spectrograph.axis.count).map(|number| section.wrap("count", spectrograph.channel(number))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Channels together are one everywhere between the ends, on their edges too, however wide lines are.
+    #[test]
+    fn channels_are_one_together() {
+        for resolving_power in [None, Some(2000.0)] {
+            let spectrograph = Spectrograph { axis: SpectralAxis { first_um: 0.49805, step_um: 1e-4, count: 40 }, resolving_power };
+            let channels: Vec<Passband> = (0..40).map(|i| spectrograph.channel(i).unwrap()).collect();
+            assert_eq!((channels[0].name(), channels[20].name()), ("498.05 nm", "500.05 nm"));
+            for lambda in [0.4993, 0.5, 0.500_05, 0.5001, 0.500_123_4, 0.5007] {
+                let sum: f64 = channels.iter().map(|channel| channel.response(lambda)).sum();
+                assert!((sum - 1.0).abs() < 1e-3, "{lambda}: {sum}");
+            }
+            let width: f64 = channels.iter().map(|channel| channel.integrate(|_| 1.0)).sum();
+            assert!((width / 4e-3 - 1.0).abs() < 1e-6, "{width}");
+        }
+    }
+}

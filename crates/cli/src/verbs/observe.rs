@@ -1,0 +1,166 @@
+//! `barnard observe`
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Instant;
+
+use anyhow::{Context, bail};
+use barnard::backend::Job;
+use barnard::image::{Image, LayerChoice};
+use barnard::instrument::{Exposures, Flag, Instrument, MAX_FRAMES, preset};
+use barnard::scene::Scene;
+use barnard::spectra::units::{Time, short};
+use barnard_files::SaveImage;
+use barnard_files::formats::{check_replaceable, check_writable, save_frame};
+use clap::Args;
+
+use crate::backends::{names, registry};
+use crate::progress;
+use crate::source::SceneArgs;
+use crate::verbs::frames::named;
+
+/// Records a scene as its instrument does: frames of counts, and a master with errors and a mask.
+///
+/// Examples:
+///   barnard observe my.toml -o master.fits
+///   barnard observe my.toml -o master.fits --raw 'raw_%03d.fits' --exposure "600 s" --number 8
+///   barnard observe my.toml -o seen.png --preset hst-wfc3-uvis
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub struct Observe {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Where the master goes: .fits (errors and mask too), .exr, .npy, .png and so on; as often as there are files to write
+    #[arg(short, long, value_name = "OUT")]
+    output: Vec<PathBuf>,
+    /// Where the frames of counts go, as raw_%03d.fits or raw_###.fits: one for each number
+    #[arg(long, value_name = "PATTERN")]
+    raw: Option<PathBuf>,
+    /// An instrument in place of the scene's; `barnard list instruments` names them
+    #[arg(long, value_name = "NAME")]
+    preset: Option<String>,
+    /// Exposure of a frame in place of the instrument's, such as "300 s"
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    exposure: Option<Time>,
+    /// Number of frames in place of the instrument's
+    #[arg(long, value_name = "N")]
+    number: Option<usize>,
+    /// Number of the noise in place of the instrument's
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// What renders
+    #[arg(long, value_name = "NAME", default_value = "cpu", value_parser = names(false))]
+    backend: String,
+}
+
+impl Observe {
+    pub fn run(self) -> anyhow::Result<ExitCode> {
+        if self.output.is_empty() && self.raw.is_none() {
+            bail!("nothing would be written; name a master with -o master.fits, or frames with --raw 'raw_%03d.fits'");
+        }
+        self.output.iter().try_for_each(|path| check_writable(path))?;
+        if let Some(pattern) = &self.raw {
+            check_replaceable(&frame_file(pattern, 1)?)?;
+        }
+        let (mut scene, options) = self.scene.load_for(&self.backend)?;
+        let instrument = Arc::new(self.instrument(&scene)?);
+        instrument.check()?;
+        // Layers say what a picture is made of, and that is not what is recorded.
+        scene.output.layers = LayerChoice::default();
+        scene.instrument = Some(instrument.clone());
+        scene.check()?;
+        let raw: Vec<PathBuf> = match &self.raw {
+            Some(pattern) => (1..=instrument.frames).map(|number| frame_file(pattern, number as i64)).collect::<anyhow::Result<_>>()?,
+            None => Vec::new(),
+        };
+        if let Some(both) = self.output.iter().find(|path| raw.contains(path)) {
+            bail!("{}: is a frame of --raw too; give the master another name", both.display());
+        }
+        crate::verbs::refuse_inputs(&scene, &[&self.output[..], &raw].concat())?;
+        Exposures::check(&instrument, &scene.camera, scene.observation, &scene.bands)?;
+        let control = progress::control()?;
+        let start = Instant::now();
+        let mut backend = (registry().named(&self.backend)?.open)(&scene)?;
+        let (image, _) = backend.render(&Job::new(&scene, &options)?, &control)?;
+        let rendered = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let exposures = Exposures::new(instrument, &image, &scene.bands, &control)?;
+        for (number, path) in raw.iter().enumerate() {
+            control.check()?;
+            save_frame(path, &exposures.frame(number))?;
+            say!("wrote {}", path.display());
+        }
+        let master = exposures.master(&control)?;
+        let [width, height] = exposures.size();
+        say!(
+            "{width} x {height} pixels, {} frames of {} s by {}, render {rendered:.2} s, exposures {:.2} s",
+            exposures.instrument().frames,
+            short(exposures.instrument().exposure_s),
+            exposures.instrument().name,
+            start.elapsed().as_secs_f64()
+        );
+        tell(&exposures, &master);
+        for path in &self.output {
+            master.save(path)?;
+            say!("wrote {}", path.display());
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// The scene's instrument with what the command line changes of it.
+    fn instrument(&self, scene: &Scene) -> anyhow::Result<Instrument> {
+        let mut own = match (&self.preset, &scene.instrument) {
+            (Some(name), _) => preset(name).context("--preset")?,
+            (None, Some(own)) => Instrument::clone(own),
+            (None, None) => bail!(
+                "the scene has no instrument; write [instrument] with preset = \"hst-wfc3-uvis\", or give --preset; `barnard list instruments` names them"
+            ),
+        };
+        if let Some(exposure) = self.exposure {
+            own.exposure_s = exposure.0;
+        }
+        if let Some(number) = self.number {
+            if !(1..=MAX_FRAMES).contains(&number) {
+                bail!("--number {number} cannot be; give a number of frames from 1 to {MAX_FRAMES}");
+            }
+            own.frames = number;
+        }
+        own.seed = self.seed.unwrap_or(own.seed);
+        Ok(own)
+    }
+}
+
+/// The file of a frame.
+fn frame_file(pattern: &Path, number: i64) -> anyhow::Result<PathBuf> {
+    let is_fits = pattern.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fits"));
+    match named(pattern, number).filter(|_| is_fits) {
+        Some(file) => Ok(file),
+        None => bail!("--raw {}: frames of counts are FITS files with a number in their name, such as raw_%03d.fits", pattern.display()),
+    }
+}
+
+/// What was recorded in each band.
+fn tell(exposures: &Exposures, master: &Image) {
+    let pixels = master.width * master.height;
+    let mask = &master.layers[0].samples;
+    for (number, band) in master.radiances().enumerate() {
+        let mut rates: Vec<f64> = (0..pixels).map(|pixel| exposures.source(number, pixel)).collect();
+        let median = *rates.select_nth_unstable_by(pixels / 2, f64::total_cmp).1;
+        let flagged = |flag: Flag| (0..pixels).filter(|i| mask.at(number * pixels + i) as u8 & flag as u8 != 0).count();
+        say!(
+            "{}: a pixel gathers {} e/s of the picture (median) and {} e/s of the sky; {} pixels saturated, {} with frames rejected, {} bad",
+            master.bands[band].name,
+            short(rounded(median)),
+            short(rounded(exposures.sky(number, (master.height / 2) * master.width + master.width / 2))),
+            flagged(Flag::Saturated),
+            flagged(Flag::Rejected),
+            flagged(Flag::Bad)
+        );
+    }
+}
+
+/// Three digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}

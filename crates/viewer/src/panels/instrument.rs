@@ -1,0 +1,57 @@
+//! What records the picture: an instrument, and how long it looks.
+
+use barnard::instrument::PRESETS;
+use eframe::egui::{self, Slider, SliderClamping, Ui};
+
+use super::short;
+use crate::app::App;
+use crate::comparison::With;
+use crate::edit::{Edit, significant};
+use crate::editor::{self, Edits};
+
+/// Exposures of the slider \[s\].
+const EXPOSURES: std::ops::RangeInclusive<f64> = 0.01..=36_000.0;
+
+/// Shows the panel of the instrument.
+pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
+    let instrument = app.document.scene().instrument.clone();
+    ui.horizontal(|ui| {
+        let label = ui.label("instrument");
+        let now = instrument.as_ref().map_or("none", |own| own.name.as_str());
+        let combo = egui::ComboBox::from_id_salt("instrument").selected_text(now).width(180.0).show_ui(ui, |ui| {
+            if ui.selectable_label(instrument.is_none(), "none").clicked() {
+                edits.push(Edit::remove("", "instrument").named("instrument"));
+            }
+            for row in PRESETS {
+                let hover = format!("{}\n{}", row.summary, row.source);
+                if ui.selectable_label(row.name == now, row.name).on_hover_text(hover).clicked() {
+                    edits.push(Edit::remove("", "instrument").and(Edit::set("instrument", "preset", row.name)).named("instrument"));
+                }
+            }
+        });
+        combo.response.labelled_by(label.id);
+    });
+    let Some(instrument) = instrument else { return };
+    let mut recorded = app.comparison.with == With::Recorded;
+    if ui.checkbox(&mut recorded, "as observed").on_hover_text("what it records, beside what is there").changed() {
+        app.comparison.with = if recorded { With::Recorded } else { With::Nothing };
+    }
+    let mut exposure = instrument.exposure_s;
+    let slider =
+        ui.add(Slider::new(&mut exposure, EXPOSURES).logarithmic(true).clamping(SliderClamping::Never).suffix(" s").text("exposure"));
+    if slider.changed() {
+        edits.push(Edit::set("instrument", "exposure", format!("{} s", significant(exposure))).named("exposure time"));
+    }
+    let mut frames = instrument.frames as i64;
+    let slider = ui.add(Slider::new(&mut frames, 1..=200).logarithmic(true).clamping(SliderClamping::Never).text("frames"));
+    if slider.changed() {
+        edits.push(Edit::set("instrument", "frames", frames).named("frames"));
+    }
+    if let Some(picture) = app.shown.as_ref().and_then(|shown| shown.pictures.get(1)).filter(|_| recorded) {
+        for words in picture.recorded_bands() {
+            ui.label(words);
+        }
+    }
+    ui.weak(format!("{} m, {} m² of light gathered", short(instrument.aperture_m), short(instrument.area_m2())));
+    editor::keys_but(ui, &app.document, "instrument", &["preset", "exposure", "frames", "psf"], edits);
+}
