@@ -25,7 +25,7 @@ const MAX_CHANNELS: i64 = 4096;
 const FWHM: f64 = 2.354_820_045_030_949;
 
 /// How wide an edge is that is sharp, as a part of a channel.
-const SHARP: f64 = 1e-9;
+const SHARP: f64 = 1e-7;
 
 /// A spectrograph: its channels.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,7 +91,7 @@ mod tests {
                 assert!((sum - 1.0).abs() < 1e-3, "{lambda}: {sum}");
             }
             let width: f64 = channels.iter().map(|channel| channel.integrate(|_| 1.0)).sum();
-            assert!((width / 4e-3 - 1.0).abs() < 1e-6, "{width}");
+            assert!((width / 4e-3 - 1.0).abs() < 1e-5, "{width}");
         }
     }
 }

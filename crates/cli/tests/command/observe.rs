@@ -66,5 +66,5 @@ fn what_cannot_be_observed_is_refused_at_once() {
     desk.write("scene.toml", SCENE.as_bytes());
     refused(&["-o", "m.fits"], &["no instrument", "list instruments"]);
     desk.write("scene.toml", format!("{SCENE}[instrument]\naperture = \"0.5 m\"\nbias = \"70000 ADU\"\n").as_bytes());
-    refused(&["-o", "m.fits"], &["bias", "65535", "instrument.bias"]);
+    refused(&["-o", "m.fits"], &["bias", "65535", "[instrument] bias"]);
 }
