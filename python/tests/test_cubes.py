@@ -25,6 +25,8 @@ def shell(velocity=None, count=40, **keys):
         fields={"ball": bn.Sphere("1 pc")},
         emission=[bn.Emission("lines", density="ball", scale="1e-25 W/m3/sr", lines=[{"wavelength": "500 nm", "strength": 1.0}], doppler_fwhm="30 km/s", **moves)],
         spectrograph=bn.Spectrograph("498 nm", "502 nm", count),
+        # Each velocity is a function that is sampled.
+        method=bn.Method(bake=32, accuracy=0.02),
     )
 
 
@@ -68,16 +70,19 @@ def test_gas_that_moves_is_seen_where_it_is():
     assert abs(away.sum() / still.sum() - 1) < 1e-5
     assert abs(mean(away) - mean(still) - 500 * 300 / LIGHT) < 1e-3
     # A ball that turns around y: what is to the right recedes, in proportion to its distance from the axis.
-    turning = shell(["200*z", "0", "-200*x"], velocity_step="10 km/s")
+    # Channels as narrow as the line is wide: in wider ones a mean of their middles is not that of the line.
+    turning = shell(["200*z", "0", "-200*x"], count=200, velocity_step="10 km/s")
     image = turning.render()
     cube = of(image)
     column = cube.sum(0)
-    seen = (middle[:, None, None] * cube).sum(0) / np.maximum(column, 1e-300)
+    fine = 498 + 0.02 * (np.arange(200) + 0.5)
+    seen = (fine[:, None, None] * cube).sum(0) / np.maximum(column, 1e-300)
     scale = 1000 * 2 * np.tan(np.radians(0.075)) / 24
     x = (np.arange(24) + 0.5 - 12) * scale
-    inside = column > 0.3 * column.max()
+    # At the rim half a pixel is gas.
+    inside = np.hypot(x[None, :], x[:, None]) < 0.8
     wanted = 500 * (1 + 200 * np.broadcast_to(x, column.shape) / LIGHT)
-    assert np.abs(seen - wanted)[inside].max() < 5e-3
+    assert np.abs(seen - wanted)[inside].max() < 2e-3
     # A ball that grows is seen near and far side: the line of its middle is as wide as its gas is fast.
     growing = of(shell(["250*x", "250*y", "250*z"], velocity_step="10 km/s").render())[:, 12, 12]
     rms = np.sqrt(((middle - 500) ** 2 * growing).sum() / growing.sum())
