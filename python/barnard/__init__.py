@@ -20,6 +20,7 @@ from .cluster import Result, map, tiles  # `map` is not in __all__: Python has o
 from .exposures import Exposures
 from .image import Image
 from .plan import Certificate, Plan, PlanError
+from .plates import Plates
 from .scene import Scene
 from .sequence import FrameSequence
 from . import tables
@@ -37,6 +38,7 @@ __all__ = [
     "MemoryLimitError",
     "Plan",
     "PlanError",
+    "Plates",
     "Result",
     "Scene",
     "SceneError",

@@ -18,6 +18,7 @@ from ._table import table_of
 from ._tree import PARTS, TABLES, place_of, take, tree_of
 from .image import Image
 from .plan import Plan, exactness
+from .plates import Plates, wavelengths
 from .sequence import FrameSequence
 from .tables import Animation, Background, Band, Camera, Detail, Display, Dust, Emission, Frames, Gas, Instrument, Method, Observation, Output, Spectrograph, Star, StarTable
 
@@ -297,6 +298,26 @@ class Scene:
             plan = _barnard.plan(native, self._plan.get(backend), backend, self._limit, progress=listener)
         self._plan = {backend: plan}
         return Plan(self, tree, native, plan, backend)
+
+    def plates(self, range: tuple[Any, Any] | None = None, *, progress: bool | Listener | None = None) -> Plates:
+        """The picture kept light by light, so that spectra, luminosities, passbands and albedo change without a march.
+
+        Parameters
+        ----------
+        range : pair of wavelengths, optional
+            The shortest and the longest that they will serve, such as ("380 nm", "1 um"); the passbands of the scene and a tenth beyond
+            where none is given.
+        progress : true or callable (stage, done, all), optional
+
+        Raises
+        ------
+        SceneError, MemoryLimitError
+        KeyboardInterrupt
+            Where Ctrl-C stopped it.
+        """
+        _, native = self._native()
+        with told(progress) as listener:
+            return Plates(_barnard.plates(native, wavelengths(range), self._plan.get("cpu"), self._limit, progress=listener))
 
     def render(
         self,

@@ -88,3 +88,22 @@ fn star_depths_floor(bencher: divan::Bencher, edge: usize) {
         assert_eq!(to.last(), from.last());
     });
 }
+
+/// A picture of plates, 1920 × 1080 pixels in three bands, of a star, gas and background: what each step of a slider costs.
+#[divan::bench]
+fn plates_exposed(bencher: divan::Bencher) {
+    let mut scene = scene(64);
+    scene.camera = scene.camera.size(1920, 1080);
+    let gas = barnard::field::Sphere::new(DVec3::ZERO, 0.7).expect("a ball");
+    let glow = spectra::spectrum::Spectrum::of_lines(vec![spectra::spectrum::Line { lambda_um: 0.5007, strength: 1e-24 }]);
+    let sky =
+        spectra::spectrum::Spectrum::continuous(1e-9, std::sync::Arc::new(spectra::sed::BlackBody(spectra::units::Temperature(5000.0))));
+    let scene = scene.emission(barnard::scene::Emission::new(gas, glow)).background(barnard::scene::Background::even(sky));
+    let plates = barnard::Plates::new(&scene, None, None, &Options::default(), &Control::default()).expect("plates");
+    let mut picture = vec![0.0; 3 * 1920 * 1080];
+    bencher.counter(BytesCount::new(plates.bytes() + 4 * picture.len() as u64)).bench_local(|| {
+        let mixture = plates.mixture(&scene).expect("a mixture");
+        picture.fill(0.0);
+        plates.add(&mixture, &mut picture).expect("a picture");
+    });
+}

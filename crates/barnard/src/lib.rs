@@ -34,6 +34,7 @@
 //! |---|---|
 //! | [`scene`], [`field`], [`phase`], [`camera`] | the objects of a scene; fields, phase functions, [extinction laws](spectra::extinction) and [passbands](spectra::passband) of one's own implement their traits |
 //! | [`plan`] | the numbers that a scene comes to: made once, kept while a camera or a spectrum changes |
+//! | [`plates`] | a picture kept light by light, so that spectra change without a march |
 //! | [`backend`] | what turns either into light: the processor, the exact reference, the path tracer, and those of other crates |
 //! | [`control`] | progress and interruption |
 //! | [`animation`], [`sequence`] | scenes that change from moment to moment, and their frames |
@@ -65,6 +66,7 @@ pub mod packet;
 pub mod phase;
 mod place;
 pub mod plan;
+pub mod plates;
 pub mod points;
 pub mod properties;
 pub mod random;
@@ -85,6 +87,7 @@ pub use error::{Error, Result};
 pub use glam;
 pub use image::Image;
 pub use plan::{Options, Plan};
+pub use plates::Plates;
 pub use render::{render, render_with};
 pub use scene::Scene;
 pub use spectra;

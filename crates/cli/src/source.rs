@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, bail};
 use barnard::plan::Options;
 use barnard::scene::{Loader, MANY_BOUNCES, MAX_STEPS, Scene};
-use barnard_files::SceneFile;
+use barnard_files::{Change, SceneFile};
 use clap::Args;
 
 use crate::backends::tracer;
@@ -44,6 +44,9 @@ pub struct SceneArgs {
     /// The part of the image that is rendered, in pixels from its upper left corner, such as 512,0,256,256
     #[arg(long, value_name = "COLUMN,ROW,WIDTH,HEIGHT", value_parser = parse_crop)]
     pub crop: Option<[usize; 4]>,
+    /// A key of the scene that says something else, such as 'star.0.temperature=9000 K'; as often as there are keys
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<Change>,
     /// Number of threads (default: all cores)
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
@@ -102,8 +105,8 @@ impl SceneArgs {
         let control = progress::control()?;
         let prepared = |loader: &Loader| loader.under(&control).traced_by(tracer(backend));
         let file = match (&self.scene, &self.builtin) {
-            (_, Some(name)) => barnard_files::builtin::open(name, memory_limit, prepared)?,
-            (Some(path), None) => SceneFile::open(path, memory_limit, prepared)?,
+            (_, Some(name)) => barnard_files::builtin::open_with(name, &self.set, memory_limit, prepared)?,
+            (Some(path), None) => SceneFile::open_with(path, &self.set, memory_limit, prepared)?,
             (None, None) => bail!("no scene; give a file, or --builtin NAME"),
         };
         control.check()?;

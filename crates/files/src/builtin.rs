@@ -7,7 +7,7 @@ use spectra::SpectraError;
 use barnard::error::Result;
 use barnard::scene::{Loader, Scene};
 
-use crate::scene::SceneFile;
+use crate::scene::{Change, SceneFile};
 use crate::source::{Embedded, SceneFiles};
 
 /// One row of the catalogue of built-in scenes.
@@ -106,7 +106,15 @@ pub fn load_by(name: &str, memory_limit: u64, prepared: impl FnOnce(&Loader) -> 
 /// # Errors
 /// Those of [`load_by`].
 pub fn open(name: &str, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<SceneFile> {
-    SceneFile::parse(&format!("built-in {name}"), name, entry(name)?.text.to_owned(), prepared(&loader(memory_limit)))
+    open_with(name, &[], memory_limit, prepared)
+}
+
+/// The same with other values of some keys.
+///
+/// # Errors
+/// Those of [`open`], and where the scene can have no such key.
+pub fn open_with(name: &str, changes: &[Change], memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<SceneFile> {
+    SceneFile::parse_with(&format!("built-in {name}"), name, entry(name)?.text.to_owned(), changes, prepared(&loader(memory_limit)))
 }
 
 /// The files that built-in scenes name.

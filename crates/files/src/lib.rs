@@ -13,6 +13,7 @@ pub mod film;
 pub mod formats;
 mod manual;
 mod paths;
+pub mod plates;
 mod scene;
 mod source;
 mod text_table;
@@ -20,5 +21,5 @@ pub mod toml;
 
 pub use formats::SaveImage;
 pub use manual::manual;
-pub use scene::{SceneFile, in_folder, load, load_by, parse, read_text};
+pub use scene::{Change, SceneFile, in_folder, load, load_by, parse, read_text};
 pub use source::{SceneFiles, read_limited};

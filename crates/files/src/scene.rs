@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use barnard::error::{Error, Result};
-use barnard::properties::Table;
+use barnard::properties::places::set;
+use barnard::properties::{Table, Value};
 use barnard::scene::{Loader, Provenance, Scene};
 use barnard::sequence::Sequence;
 
@@ -13,6 +14,28 @@ use crate::toml;
 
 /// The bytes of the longest scene file that is read.
 const LONGEST: u64 = 4 << 20;
+
+/// A key of a scene, and what it says in place of what stands in the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// The place of the key, such as "star\[0\].temperature" or "star.0.temperature".
+    pub key: String,
+    /// What it says.
+    pub value: Value,
+}
+
+impl std::str::FromStr for Change {
+    type Err = String;
+
+    /// Reads KEY=VALUE: the value as TOML, or as a text without quotes.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let (key, value) =
+            text.split_once('=').ok_or_else(|| format!("\"{text}\" is no change; write KEY=VALUE, such as star.0.temperature=9000 K"))?;
+        let (key, value) = (key.trim(), value.trim());
+        let read = toml::properties("", &format!("value = {value}")).ok().and_then(|table| Some(table.get("value")?.value.clone()));
+        Ok(Self { key: key.to_owned(), value: read.unwrap_or_else(|| Value::Text(value.to_owned())) })
+    }
+}
 
 /// A scene, and what it was read from: for frames of one that changes.
 #[derive(Debug, Clone)]
@@ -29,10 +52,19 @@ impl SceneFile {
     /// # Errors
     /// Those of [`load_by`].
     pub fn open(path: &Path, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Self> {
+        Self::open_with(path, &[], memory_limit, prepared)
+    }
+
+    /// The same with other values of some keys, such as "star\[0\].temperature", in place of the file's.
+    ///
+    /// # Errors
+    /// Those of [`load_by`], and where the scene can have no such key.
+    pub fn open_with(path: &Path, changes: &[Change], memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Self> {
         let text = read_text(path)?;
         let files = Arc::new(SceneFiles::in_folder(path.parent().unwrap_or(Path::new(""))));
         let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        let mut file = Self::parse(&path.display().to_string(), &name, text, prepared(&Loader::new(files.clone(), memory_limit)))?;
+        let loader = prepared(&Loader::new(files.clone(), memory_limit));
+        let mut file = Self::parse_with(&path.display().to_string(), &name, text, changes, loader)?;
         if let Some(provenance) = &mut file.scene.provenance {
             provenance.files = std::iter::once(path.to_owned()).chain(files.read_files()).collect();
         }
@@ -44,7 +76,21 @@ impl SceneFile {
     /// # Errors
     /// Those of [`load_by`].
     pub fn parse(file: &str, name: &str, text: String, loader: Loader) -> Result<Self> {
-        let tree = toml::properties(file, &text)?;
+        Self::parse_with(file, name, text, &[], loader)
+    }
+
+    /// The same with other values of some keys.
+    ///
+    /// # Errors
+    /// Those of [`parse`](Self::parse), and where the scene can have no such key.
+    pub fn parse_with(file: &str, name: &str, mut text: String, changes: &[Change], loader: Loader) -> Result<Self> {
+        let mut tree = toml::properties(file, &text)?;
+        for Change { key, value } in changes {
+            set(&mut tree, key, value.clone().into()).map_err(|reason| Error::value("key to be set", key, reason))?;
+        }
+        if !changes.is_empty() {
+            text = toml::text(&tree);
+        }
         let mut scene = Scene::from_properties(&tree, name, &loader)?;
         scene.provenance = Some(Provenance { text: text.into(), files: Vec::new() });
         Ok(Self { scene, tree, loader })

@@ -11,6 +11,7 @@ mod image;
 mod instrument;
 mod open;
 mod plan;
+mod plates;
 mod scene;
 mod sequence;
 mod tree;
@@ -39,6 +40,7 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<sequence::Sequence>()?;
     module.add_class::<plan::Plan>()?;
     module.add_class::<image::Image>()?;
+    module.add_class::<plates::Plates>()?;
     module.add_class::<instrument::Exposures>()?;
     module.add_class::<bricks::Whole>()?;
     module.add_class::<bricks::StarSweep>()?;
@@ -48,6 +50,8 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(tree::from_toml, module)?)?;
     module.add_function(wrap_pyfunction!(tree::to_toml, module)?)?;
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
+    module.add_function(wrap_pyfunction!(plates::plates, module)?)?;
+    module.add_function(wrap_pyfunction!(plates::read_plates, module)?)?;
     module.add_function(wrap_pyfunction!(sequence::sequence, module)?)?;
     module.add_function(wrap_pyfunction!(image::render, module)?)?;
     module.add_function(wrap_pyfunction!(instrument::observe, module)?)?;

@@ -7,6 +7,7 @@
 pub mod basis;
 pub mod cie;
 pub mod colour;
+pub mod components;
 pub mod constants;
 pub mod error;
 pub mod exp_integral;

@@ -52,6 +52,8 @@ pub enum Quality {
     Coarse,
     /// The picture is by a preview of the plan, in all pixels.
     Full,
+    /// The picture is by plates of the settled one before: that of `barnard render` to a stated error.
+    Exposed,
     /// The picture is the one that `barnard render` makes.
     Settled,
 }

@@ -9,7 +9,7 @@ use barnard::control::Control;
 use barnard::plan::ordinates::Sweeper;
 use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
-use barnard::{Error, Result};
+use barnard::{Error, Plates, Result};
 use barnard_gpu::{Auto, Gpu, GpuError, OnDevice, Ordinates, Tuning};
 
 use crate::exposure::Exposure;
@@ -34,6 +34,8 @@ const FINER: f64 = 3.0;
 const KEPT: u64 = 4;
 /// Fewest pixels along an edge.
 const LEAST: f64 = 24.0;
+/// Most stars of scenes that plates are made of unasked.
+const PLATED_STARS: usize = 12;
 
 /// What is kept of one view between orders.
 #[derive(Default)]
@@ -44,6 +46,8 @@ struct Stand {
     slow: Option<Box<dyn Backend>>,
     /// The last settled plan, of which the next one takes what still holds.
     settled: Option<Plan>,
+    /// The last settled picture light by light, for spectra that change.
+    plates: Option<Plates>,
     last: Option<Last>,
     exposure: Exposure,
 }
@@ -138,6 +142,12 @@ impl Studio {
         let pace = if self.opener.gpu.is_some() { ON_DEVICE } else { ON_PROCESSOR };
         let budget = (pace.all - self.fixed).clamp(pace.rays.1, pace.rays.0);
         let mut scale = (asked / (self.rate * budget)).sqrt().max(1.0);
+        if reached.is_none()
+            && let Some(pictures) = self.exposed(order)?
+        {
+            show(Quality::Exposed, pictures);
+            reached = Some(Quality::Exposed);
+        }
         if reached.is_none() {
             let quality = stage(scale);
             show(quality, self.previews(order, scale, &self.closing.clone())?);
@@ -174,7 +184,63 @@ impl Studio {
                 pictures.push(picture);
             }
             show(Quality::Settled, pictures);
-            return failure.map_or(Ok(()), Err);
+            if let Some(failure) = failure {
+                return Err(failure);
+            }
+        }
+        self.keep_plates(order, control)
+    }
+
+    /// Pictures by plates, where all views have some that serve.
+    fn exposed(&mut self, order: &Order) -> Result<Option<Vec<Picture>>> {
+        let mut pictures: Vec<Picture> = Vec::new();
+        for (i, view) in order.views.iter().enumerate() {
+            let picture = match pictures.first().filter(|_| view.recorded) {
+                None => match self.expose(i, view, order)? {
+                    Some(picture) => picture,
+                    None => return Ok(None),
+                },
+                Some(own) => own.clone(),
+            };
+            self.stands[i].keep(view, &order.camera, Quality::Exposed, &picture);
+            pictures.push(picture);
+        }
+        Ok(Some(pictures))
+    }
+
+    /// The picture of a view by its plates; none where they are of another geometry or other wavelengths.
+    fn expose(&mut self, i: usize, view: &View, order: &Order) -> Result<Option<Picture>> {
+        let scene = seen(&view.scene, &order.camera);
+        let (options, closing) = (self.options(order.memory_limit), self.closing.clone());
+        let stand = &mut self.stands[i];
+        let start = Instant::now();
+        let pictured = |plates: &Plates| plates.pictured(&scene, &plates.mixture(&scene)?, &closing);
+        let Some(Ok(image)) = stand.plates.as_ref().map(pictured) else { return Ok(None) };
+        let exposed = start.elapsed().as_secs_f64();
+        let plan = stand.previewed(view, &scene, &options, &closing)?.clone();
+        let times = Times { march: exposed, plan: start.elapsed().as_secs_f64() - exposed, ..Times::default() };
+        let tone = stand.exposure.tone(order.exposure, &scene.display, &image, false);
+        let stats = plan.expected();
+        Ok(Some(Picture::new(image, scene, tone, plan, stats, times, "plates".into())))
+    }
+
+    /// Makes plates of settled views while nothing else is to be done, where there are none that serve.
+    fn keep_plates(&mut self, order: &Order, control: &Control) -> Result<()> {
+        for (i, view) in order.views.iter().enumerate().filter(|(_, view)| !view.recorded) {
+            let scene = seen(&view.scene, &order.camera);
+            let (options, stand) = (self.options(order.memory_limit / KEPT), &mut self.stands[i]);
+            // Light that scatters again takes a march of each light.
+            let quick = scene.method.bounces == 1 && scene.stars.len() <= PLATED_STARS;
+            if !quick || stand.plates.as_ref().is_some_and(|plates| plates.mixture(&scene).is_ok()) {
+                continue;
+            }
+            stand.plates = None;
+            match Plates::new(&scene, None, stand.settled.as_ref(), &options, control) {
+                Ok(plates) => stand.plates = Some(plates),
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                // There is no room, or no plates are made of such a scene: pictures are made without.
+                Err(_) => {}
+            }
         }
         Ok(())
     }
@@ -201,8 +267,8 @@ impl Studio {
             let tone = stand.exposure.tone(order.exposure, display, &last.picture.image, last.quality == Quality::Settled);
             last.picture.show(display, tone);
             match last.quality {
-                Quality::Settled if order.moving => {}
-                Quality::Settled => last.picture.spread(),
+                Quality::Exposed | Quality::Settled if order.moving => {}
+                Quality::Exposed | Quality::Settled => last.picture.spread(),
                 _ => last.picture.spark(&order.camera).ok()?,
             }
             first.get_or_insert_with(|| last.picture.clone());
@@ -236,24 +302,19 @@ impl Studio {
         let options = self.options(order.memory_limit);
         let stand = &mut self.stands[i];
         let start = Instant::now();
-        let known = stand.preview.as_ref().filter(|(physics, _)| *physics == view.physics);
-        if known.is_none() {
-            let plan = Plan::preview(stand.preview.as_ref().map(|(_, plan)| plan), &scene, &options, control)?;
-            stand.preview = Some((view.physics.clone(), plan));
-        }
-        let Some((_, plan)) = &mut stand.preview else { return Err(Error::Interrupted) };
-        plan.look_from(camera, control)?;
+        let plan = stand.previewed(view, &scene, &options, control)?.clone();
         let planned = start.elapsed().as_secs_f64();
         let backend = self.opener.kept(&mut stand.quick, &scene)?;
-        let Rendered { light, seconds, by } = rendered(backend, &Job::planned(&scene, &options, plan)?, control)?;
+        let Rendered { light, seconds, by } = rendered(backend, &Job::planned(&scene, &options, &plan)?, control)?;
         let times = Times { plan: planned, march: seconds, stars: 0.0, colours: 0.0 };
         let stats = light.stats;
-        let image = backend::extended(&scene, plan, light.samples)?;
+        let image = backend::extended(&scene, &plan, light.samples)?;
         let tone = stand.exposure.tone(order.exposure, &scene.display, &image, false);
-        let mut picture = Picture::new(image, scene, tone, plan.clone(), stats, times, by);
+        let asked = pixels(plan.camera());
+        let mut picture = Picture::new(image, scene, tone, plan, stats, times, by);
         picture.spark(&order.camera)?;
         self.fixed = planned + picture.times.stars;
-        self.rate = (pixels(plan.camera()) / (picture.times.all() - self.fixed).max(1e-6)).max(1.0);
+        self.rate = (asked / (picture.times.all() - self.fixed).max(1e-6)).max(1.0);
         stand.keep(view, &order.camera, stage(scale), &picture);
         Ok(picture)
     }
@@ -284,6 +345,26 @@ impl Studio {
 }
 
 impl Stand {
+    /// The preview's plan of a view, seen by its scene's camera.
+    fn previewed(&mut self, view: &View, scene: &Scene, options: &Options, control: &Control) -> Result<&Plan> {
+        let known = self.preview.take();
+        let (_, plan) = match known {
+            Some(known) if known.0 == view.physics => self.preview.insert(known),
+            other => {
+                let plan = Plan::preview(other.as_ref().map(|(_, plan)| plan), scene, options, control);
+                match plan {
+                    Ok(plan) => self.preview.insert((view.physics.clone(), plan)),
+                    Err(error) => {
+                        self.preview = other;
+                        return Err(error);
+                    }
+                }
+            }
+        };
+        plan.look_from(scene.camera.clone(), control)?;
+        Ok(plan)
+    }
+
     fn keep(&mut self, view: &View, camera: &Camera, quality: Quality, picture: &Picture) {
         self.last = Some(Last {
             physics: view.physics.clone(),
@@ -392,6 +473,33 @@ mod tests {
         document.apply(Edit::set("star.0", "temperature", "4000 K")).unwrap();
         let hotter = served(&mut studio, &order(&document, (40, 30), true));
         assert!(Arc::ptr_eq(hotter[0].1.plan.space(), first[0].1.plan.space()) && hotter[0].1.image != first[0].1.image);
+    }
+
+    /// While a spectrum changes, the picture is that of `barnard render` at once, all pixels and stars of it; where densities change it
+    /// is a preview again.
+    #[test]
+    fn spectra_change_settled_pictures() {
+        let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
+        let mut studio = Studio::new(cpu::ENTRY, Control::default());
+        served(&mut studio, &order(&document, (40, 30), false));
+        for temperature in ["4000 K", "25000 K"] {
+            document.apply(Edit::set("star.0", "temperature", temperature)).unwrap();
+            let order = order(&document, (40, 30), true);
+            let shown = served(&mut studio, &order);
+            let [(Quality::Exposed, picture)] = &shown[..] else { panic!("{}", shown.len()) };
+            let scene = seen(document.scene(), &order.camera);
+            let plan = Plan::new(&scene, &Options::within(1 << 32), &Control::default()).unwrap();
+            let rendered = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
+            for band in 0..3 {
+                let difference = picture.image.relative_rmse(band, &rendered, band);
+                assert!((1e-9..2e-3).contains(&difference), "band {band}: {difference}");
+            }
+        }
+        let last = served(&mut studio, &order(&document, (40, 30), false)).pop().unwrap();
+        assert!(last.0 == Quality::Settled);
+        document.apply(Edit::set("dust", "scale", "1.5 /pc")).unwrap();
+        let shown = served(&mut studio, &order(&document, (40, 30), true));
+        assert!(shown.iter().all(|(quality, _)| *quality < Quality::Exposed));
     }
 
     /// What an instrument records stands beside the picture of which it is; another exposure records it anew, and marches nothing.

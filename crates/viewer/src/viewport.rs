@@ -329,7 +329,7 @@ fn labels(ui: &Ui, app: &App, rect: Rect) {
     let below = pos2(rect.left() + 8.0, rect.bottom() - 8.0);
     match &app.shown {
         None => write(rect.center(), Align2::CENTER_CENTER, "planning …"),
-        Some(shown) if shown.quality < Quality::Settled => write(below, Align2::LEFT_BOTTOM, "refining …"),
+        Some(shown) if shown.quality < Quality::Exposed => write(below, Align2::LEFT_BOTTOM, "refining …"),
         Some(_) => {}
     }
     let names = |i: usize| {

@@ -19,9 +19,9 @@ pub use track::Track;
 
 use self::curve::Interpolation;
 use self::path::CameraPath;
-use self::track::set;
 use crate::data::Inputs;
 use crate::error::{Error, Result};
+use crate::properties::places::set;
 use crate::properties::{Key, Property, Section, Table, Value};
 
 /// Keys of `[[animation]]`.

@@ -1,58 +1,7 @@
 //! Tracks: one value of a scene that changes from moment to moment.
 
 use super::curve::{Curve, Interpolation};
-use crate::properties::{Property, Table, Value};
-
-/// The form in which numbers stand in a scene.
-#[derive(Debug, Clone, PartialEq)]
-enum Form {
-    /// A number alone.
-    Number,
-    /// Numbers in one text, and the unit behind them: a quantity or a position.
-    Quantity(String),
-    /// A list of numbers.
-    List,
-}
-
-impl Form {
-    /// The form of a value, and the numbers in it; none where it has none.
-    fn of(value: &Value) -> Option<(Self, Vec<f64>)> {
-        let number = |value: &Value| match value {
-            Value::Number(number) => Some(*number),
-            Value::Integer(number) => Some(*number as f64),
-            _ => None,
-        };
-        match value {
-            Value::Text(text) => {
-                let (first, mut rest) = spectra::units::parts(text)?;
-                let mut numbers = vec![first];
-                // Word by word, until what follows is the unit, which may begin with a digit: 1/pc.
-                loop {
-                    rest = rest.trim_start_matches([' ', ',']);
-                    let (word, behind) = rest.split_at(rest.find([' ', ',']).unwrap_or(rest.len()));
-                    let Ok(number) = word.parse() else { break };
-                    numbers.push(number);
-                    rest = behind;
-                }
-                Some((Self::Quantity(rest.to_owned()), numbers))
-            }
-            Value::List(items) => Some((Self::List, items.iter().map(|item| number(&item.value)).collect::<Option<_>>()?)),
-            other => Some((Self::Number, vec![number(other)?])),
-        }
-    }
-
-    /// The value that such numbers are.
-    fn value(&self, numbers: &[f64]) -> Value {
-        match self {
-            Self::Number => Value::Number(numbers[0]),
-            Self::Quantity(unit) => {
-                let words: Vec<String> = numbers.iter().map(|v| format!("{v:?}")).chain([unit.clone()]).collect();
-                Value::Text(words.join(" ").trim_end().to_owned())
-            }
-            Self::List => Value::List(numbers.iter().map(|v| Value::Number(*v).into()).collect()),
-        }
-    }
-}
+use crate::properties::{Form, Value};
 
 /// What a key of the scene says from moment to moment.
 #[derive(Debug, Clone, PartialEq)]
@@ -140,46 +89,6 @@ impl Track {
     }
 }
 
-/// Sets the value at a place such as "star\[0\].temperature" of a tree; a table that it has not said is made.
-///
-/// # Errors
-/// In words, where the tree can have no such place.
-pub fn set(tree: &mut Table, place: &str, property: Property) -> Result<(), String> {
-    let steps: Vec<&str> = place.split(['.', '[']).map(|step| step.trim_end_matches(']')).collect();
-    let wrong = || format!("\"{place}\" is no place of a key, such as \"star[0].temperature\" or \"camera.field_of_view\"");
-    if steps.iter().any(|step| step.is_empty()) {
-        return Err(wrong());
-    }
-    let Some((key, way)) = steps.split_last() else { return Err(wrong()) };
-    let mut table = tree;
-    let mut way = way.iter().peekable();
-    let mut so_far = String::new();
-    while let Some(step) = way.next() {
-        so_far += &format!("{}{step}", if so_far.is_empty() { "" } else { "." });
-        let missing = || format!("the scene has no table \"{so_far}\"; a track changes what is there");
-        let number: Option<usize> = way.peek().and_then(|next| next.parse().ok());
-        let is_named = number.is_none() || *step == "bookmark" || *step == "field";
-        if table.get(step).is_none() && is_named {
-            table.insert(*step, Value::Table(Table::default()));
-        }
-        table = match (table.get_mut(step).map(|property| &mut property.value), number) {
-            (Some(Value::Table(own)), _) => own,
-            (Some(Value::List(items)), Some(number)) => {
-                way.next();
-                let count = items.len();
-                match items.get_mut(number).map(|item| &mut item.value) {
-                    Some(Value::Table(own)) => own,
-                    _ => return Err(format!("there is no {so_far}[{number}] in a scene with {count}, of which the first is {so_far}[0]")),
-                }
-            }
-            (Some(Value::List(_)), None) => return Err(format!("\"{so_far}\" is a list; say which of it, such as {so_far}[0]")),
-            _ => return Err(missing()),
-        };
-    }
-    table.insert(*key, property);
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -213,38 +122,5 @@ mod tests {
         let moved = Track::new(vec![(0.0, text("0 0 5 pc")), (2.0, text("1 2 3 pc"))], Interpolation::Linear).unwrap();
         assert_eq!((moved.times(), moved.numbers(1.0)), (vec![0.0, 2.0], Some(vec![0.5, 1.0, 4.0])));
         assert_eq!(moved.unit(), "pc");
-    }
-
-    /// Values are set where they are meant, and places that are none are told.
-    #[test]
-    fn places_of_a_tree() {
-        let mut tree = Table::default();
-        let star = |name: &str| {
-            let mut star = Table::default();
-            star.insert("name", text(name));
-            Property::from(Value::Table(star))
-        };
-        tree.insert("star", Value::List(vec![star("a"), star("b")]));
-        tree.insert("camera", star("c").value);
-        let mut changed = tree.clone();
-        set(&mut changed, "star[1].temperature", text("1 K").into()).unwrap();
-        set(&mut changed, "camera.name", text("d").into()).unwrap();
-        set(&mut changed, "bands", text("hst").into()).unwrap();
-        set(&mut changed, "bookmark.1.name", text("e").into()).unwrap();
-        set(&mut changed, "bookmark.1.name", text("f").into()).unwrap();
-        let said = "{ star = [{ name = \"a\" }, { name = \"b\", temperature = \"1 K\" }], camera = { name = \"d\" }, bands = \"hst\", \
-                    bookmark = { 1 = { name = \"f\" } } }";
-        assert_eq!(changed.to_string(), said);
-        for (place, words) in [
-            ("star[2].x", "no star[2] in a scene with 2"),
-            ("star.x", "star[0]"),
-            ("emission[0].scale", "no table \"emission\""),
-            ("camera..x", "no place"),
-            ("", "no place"),
-            ("camera.name.x", "no table \"camera.name\""),
-        ] {
-            let error = set(&mut tree.clone(), place, text("").into()).unwrap_err();
-            assert!(error.contains(words), "{place}: {error}");
-        }
     }
 }

@@ -62,7 +62,7 @@ pub fn draw(sources: Sources, scene: &Scene, plan: &Plan, control: &Control, add
 }
 
 /// A distance from the camera behind which nothing absorbs \[pc\].
-pub(super) fn end_of_space(plan: &Plan) -> f64 {
+pub(crate) fn end_of_space(plan: &Plan) -> f64 {
     2.0 * plan.space.occupied.map_or(0.0, |b| b.size().length() + (0.5 * (b.low + b.high) - plan.camera.position).length())
 }
 

@@ -19,6 +19,7 @@ use glam::DVec3;
 use spectra::SpectraError;
 
 pub use describe::describe;
+pub(crate) use finish::end_of_space;
 pub use finish::{draw, extended, finished};
 
 pub use crate::stats::RenderStats;

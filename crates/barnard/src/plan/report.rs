@@ -40,7 +40,7 @@ impl Plan {
     /// The error that arithmetic adds to a light that takes `route`: depths and light are sums over all steps in single
     /// precision, of densities kept with a relative error of `storage`, and a ray ends when little is left. What comes
     /// straight from a star is done in double precision.
-    fn rounding(&self, route: Route, storage: f64) -> Rounding {
+    pub(crate) fn rounding(&self, route: Route, storage: f64) -> Rounding {
         let longest = self.space.occupied.map_or(0.0, |b| b.size().length());
         let steps = if longest > 0.0 { self.stepping.steps(longest, self.space.voxel_pc()) as f64 } else { 0.0 };
         // A sum of n like terms loses at most half a unit of the last place n/2 times on the average of its way.
@@ -200,15 +200,20 @@ impl Plan {
 
     /// The spectral error of a band's worst light in keywords.
     pub fn band_keywords(&self, band: usize, stats: &RenderStats) -> Vec<Keyword> {
-        let worst = self.certificates(band, stats).into_iter().map(|(_, c)| c).reduce(Certificate::or_worse);
-        let errors = worst.into_iter().flat_map(|c| {
-            let absolute = keywords::number("SPECERR", c.absolute, "spectral error at most, in parts of F(0)");
-            absolute.into_iter().chain(keywords::number("SPECREL", c.relative, "and in parts of F(a), the light left"))
-        });
-        errors.collect()
+        in_keywords(self.certificates(band, stats).into_iter().map(|(_, certificate)| certificate))
     }
 }
 
-fn in_words(c: &Certificate) -> String {
+/// The worst of certificates in keywords.
+pub(crate) fn in_keywords(certificates: impl Iterator<Item = Certificate>) -> Vec<Keyword> {
+    let errors = certificates.reduce(Certificate::or_worse).into_iter().flat_map(|c| {
+        let absolute = keywords::number("SPECERR", c.absolute, "spectral error at most, in parts of F(0)");
+        absolute.into_iter().chain(keywords::number("SPECREL", c.relative, "and in parts of F(a), the light left"))
+    });
+    errors.collect()
+}
+
+/// A certificate in words.
+pub(crate) fn in_words(c: &Certificate) -> String {
     format!("spectral error at most {:.1e} of F(0), {:.1e} of F(a), for depths up to {:.3}", c.absolute, c.relative, c.depth)
 }

@@ -5,11 +5,14 @@
 //! reads a table with typed access to its keys, [`Key`] is the row that parser and manual share, [`Kind`] one way to
 //! make an object of a table.
 
+mod form;
 mod key;
 mod kind;
+pub mod places;
 mod section;
 
 pub use crate::place::{Origin, Place};
+pub use form::Form;
 pub use key::Key;
 pub use kind::{Kind, KindRow, build_kind, build_kind_with, chosen};
 pub use section::Section;

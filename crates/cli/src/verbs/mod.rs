@@ -6,11 +6,13 @@ mod check;
 mod compare;
 mod completions;
 mod convert;
+mod expose;
 mod frames;
 mod gas;
 mod info;
 mod list;
 mod observe;
+mod plates;
 mod referee;
 mod render;
 #[cfg(feature = "study")]
@@ -39,6 +41,10 @@ pub enum Verb {
     Render(render::Render),
     /// Record a scene as an instrument does: frames of counts, a master with errors and a mask
     Observe(Box<observe::Observe>),
+    /// Keep a picture light by light, so that spectra change without a march
+    Plates(Box<plates::MakePlates>),
+    /// Make pictures of plates, of other spectra, passbands or albedo
+    Expose(Box<expose::Expose>),
     /// Validate a scene and print its plan: nodes, certificate, memory
     Check(check::Check),
     /// Print a catalogue, one entry a line
@@ -88,6 +94,8 @@ impl Verb {
             Verb::View(verb) => verb.run("view", "view"),
             Verb::Render(verb) => verb.run(),
             Verb::Observe(verb) => verb.run(),
+            Verb::Plates(verb) => verb.run(),
+            Verb::Expose(verb) => verb.run(),
             Verb::Check(verb) => verb.run(),
             Verb::Convert(verb) => verb.run(),
             Verb::List(verb) => verb.run(),

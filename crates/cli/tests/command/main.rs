@@ -6,5 +6,6 @@ mod frames;
 mod inputs;
 mod observe;
 mod outputs;
+mod plates;
 mod renders;
 mod scenes;

@@ -21,8 +21,9 @@ use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 pub use gather::part_of;
-pub(crate) use npz::{archive, doubles};
+pub(crate) use npz::{Written, archive, doubles, put, values};
 pub use png::encode_png;
+pub(crate) use write::replace_by;
 pub use write::{SaveImage, check_folder, check_replaceable, check_writable, replace, save_frame, save_grid};
 
 use barnard::data::{Array, Axis, Choose, Numbers};
@@ -33,7 +34,7 @@ use barnard::memory;
 use spectra::error::nearest;
 
 /// A precision in which numbers of a file are kept.
-trait Kept: Copy + Send {
+pub(crate) trait Kept: Copy + Send {
     /// The number that is nearest.
     fn of(value: f64) -> Self;
     /// The number itself.

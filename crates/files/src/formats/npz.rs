@@ -1,12 +1,12 @@
 //! NumPy's `.npz`: archives of `.npy` arrays.
 
-use std::io::{BufReader, Cursor, Read};
+use std::io::{BufReader, Cursor, Read, Seek, Write};
 use std::path::Path;
 
 use npyz::WriterBuilder;
 
 use super::npy::{self, Asked, Stream};
-use super::{Member, Reader, Request, Seekable};
+use super::{Kept, Member, Reader, Request, Seekable};
 use barnard::data::{Array, Choose};
 use barnard::error::{Error, Result};
 use barnard::memory;
@@ -79,13 +79,17 @@ fn of_member<T>(request: &mut Request, read: impl FnOnce(Stream) -> Result<T>) -
     }
 }
 
-/// The shape and the values of an array of an archive, as doubles in C order.
-pub(crate) fn doubles(request: &mut Request) -> Result<(Vec<u64>, Vec<f64>)> {
+/// The shape and the values of an array of an archive, in C order, in a precision that holds them.
+pub(crate) fn values<T: Kept>(request: &mut Request) -> Result<(Vec<u64>, Vec<T>)> {
     of_member(request, |stream| {
         let mut array = stream.open()?;
         let shape = array.shape.clone();
         let cells = shape.iter().try_fold(1u64, |n, edge| n.checked_mul(*edge)).unwrap_or(u64::MAX);
-        memory::check(&format!("an array of {}", array.asked.path.display()), cells.saturating_mul(8), array.asked.memory_limit)?;
+        memory::check(
+            &format!("an array of {}", array.asked.path.display()),
+            cells.saturating_mul(size_of::<T>() as u64),
+            array.asked.memory_limit,
+        )?;
         if array.fortran {
             return Err(Error::file(array.asked.path, "is in Fortran order; C order is needed"));
         }
@@ -93,14 +97,51 @@ pub(crate) fn doubles(request: &mut Request) -> Result<(Vec<u64>, Vec<f64>)> {
     })
 }
 
+/// The same as doubles.
+pub(crate) fn doubles(request: &mut Request) -> Result<(Vec<u64>, Vec<f64>)> {
+    values(request)
+}
+
+/// Numbers of an array that is written.
+pub(crate) enum Written<'a> {
+    Doubles(&'a [f64]),
+    Singles(&'a [f32]),
+    Words(&'a [u16]),
+    Bytes(&'a [u8]),
+}
+
+/// Writes an array of an archive under its name, which is not compressed where `compressed` is false.
+pub(crate) fn put(
+    zip: &mut zip::ZipWriter<impl Write + Seek>,
+    name: &str,
+    shape: &[u64],
+    values: &Written,
+    compressed: bool,
+) -> std::io::Result<()> {
+    let method = if compressed { zip::CompressionMethod::Deflated } else { zip::CompressionMethod::Stored };
+    let options = zip::write::SimpleFileOptions::default().compression_method(method).large_file(!compressed);
+    zip.start_file(format!("{name}.npy"), options).map_err(std::io::Error::other)?;
+    macro_rules! write {
+        ($values:expr, $type:ty) => {{
+            let mut writer = npyz::WriteOptions::<$type>::new().default_dtype().shape(shape).writer(zip).begin_nd()?;
+            writer.extend($values.iter().copied())?;
+            writer.finish()
+        }};
+    }
+    match values {
+        Written::Doubles(values) => write!(values, f64),
+        Written::Singles(values) => write!(values, f32),
+        Written::Words(values) => write!(values, u16),
+        Written::Bytes(values) => write!(values, u8),
+    }
+}
+
 /// An archive of arrays of doubles, each with its name and shape.
 pub(crate) fn archive(arrays: &[(&str, &[u64], Vec<f64>)]) -> Result<Vec<u8>> {
     let failed = |e: &dyn std::fmt::Display| Error::Encoding { format: "npz", reason: e.to_string() };
     let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
     for (name, shape, data) in arrays {
-        zip.start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default()).map_err(|e| failed(&e))?;
-        let writer = npyz::WriteOptions::<f64>::new().default_dtype().shape(shape).writer(&mut zip).begin_nd();
-        writer.and_then(|mut w| w.extend(data.iter().copied()).and_then(|()| w.finish())).map_err(|e| failed(&e))?;
+        put(&mut zip, name, shape, &Written::Doubles(data), true).map_err(|e| failed(&e))?;
     }
     Ok(zip.finish().map_err(|e| failed(&e))?.into_inner())
 }

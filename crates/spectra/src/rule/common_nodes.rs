@@ -114,7 +114,35 @@ fn interpolated(nodes: &[Node], measure: &Measure) -> Vec<f64> {
     weights
 }
 
+/// The part of a light that may lie outside of the nodes' range: it counts as if it were at the end.
+const OUTSIDE: f64 = 1e-6;
+
 impl CommonNodes {
+    /// The weights ∫ W L_j(k) dλ that light has of `nodes` in equal steps of k, [`STENCIL`] of them or more, which were made for
+    /// other light.
+    ///
+    /// # Errors
+    /// Where more than a millionth of it lies outside of the nodes: its wavelengths are said.
+    pub fn weights_of(nodes: &[Node], measure: &Measure) -> Result<Vec<f64>> {
+        let (low, high) = (nodes[0].k, nodes[nodes.len() - 1].k);
+        let rounding = 1e-9 * (high - low);
+        let is_outside = |k: f64| k < low - rounding || k > high + rounding;
+        let light = || measure.k.iter().zip(&measure.mass).zip(&measure.lambda_um);
+        let outside: f64 = light().filter(|((k, _), _)| is_outside(**k)).map(|((_, mass), _)| mass.abs()).sum();
+        if outside > OUTSIDE * measure.mass.iter().map(|mass| mass.abs()).sum::<f64>() {
+            let wavelengths = light().filter(|((k, _), _)| is_outside(**k)).map(|(_, lambda)| *lambda * 1e3);
+            let (from, to) = wavelengths.fold((f64::INFINITY, 0.0f64), |(low, high), nm| (low.min(nm), high.max(nm)));
+            let ends = [nodes[nodes.len() - 1].lambda_um, nodes[0].lambda_um].map(|um| (um * 1e4).round() / 10.0);
+            return Err(SpectraError::Reach(format!(
+                "light from {from:.1} to {to:.1} nm has extinctions outside of those from {} to {} nm that the nodes are made for",
+                ends[0].min(ends[1]),
+                ends[0].max(ends[1])
+            )));
+        }
+        let within = measure.k.iter().map(|k| k.clamp(low, high)).collect();
+        Ok(interpolated(nodes, &Measure { k: within, ..measure.clone() }))
+    }
+
     /// The nodes that the band takes something of.
     fn taken(&self) -> &[Node] {
         let count = self.weights.first().map_or(0, Vec::len);

@@ -31,11 +31,11 @@ fn panels_look_as_they_did() {
     let method = Rect::from_min_size(from(&harness, "Method"), vec2(320.0, 116.0));
     looks(&mut harness, "method", method);
     // The probe stands further down.
-    harness.set_size(vec2(1150.0, 1120.0));
+    harness.set_size(vec2(1150.0, 1160.0));
     settle(&mut harness);
     let centre = viewport(&harness).center();
     harness.hover_at(centre);
-    harness.run_steps(2);
+    harness.run_steps(4);
     let probe = Rect::from_min_size(from(&harness, "Probe"), vec2(340.0, 290.0));
     looks(&mut harness, "probe", probe);
 }

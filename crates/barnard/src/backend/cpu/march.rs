@@ -46,8 +46,10 @@ pub struct March<'a> {
     detail: Option<DetailNoise<'a>>,
     /// The part of space whose segments count, its upper borders left out; all of it where there is none.
     domain: Option<Bounds>,
-    /// Whether the distances of light are measured, and rays followed to the end.
+    /// Whether the distances of light are measured.
     measures: bool,
+    /// Whether rays are followed to the end of the dust, whatever is left there.
+    is_whole: bool,
 }
 
 impl<'a> March<'a> {
@@ -71,12 +73,18 @@ impl<'a> March<'a> {
             brightest: (sigma, largest.collect()),
             domain,
             measures: false,
+            is_whole: false,
         }
     }
 
     /// The same march, which measures how far light comes from.
     pub fn measuring(self) -> Self {
-        Self { measures: true, ..self }
+        Self { measures: true, ..self.whole() }
+    }
+
+    /// The same march, whose rays go on where little light is left.
+    pub fn whole(self) -> Self {
+        Self { is_whole: true, ..self }
     }
 
     /// What a packet comes through and from how far, quantity × lane: the light of all bands times its distance
@@ -240,7 +248,7 @@ impl<'a> March<'a> {
     fn ended(&self, state: &State, views: &[StarView], steps: usize) -> bool {
         let Tables { terms, weights, .. } = self.context.tables;
         let Some(NodeTerms { k, range }) = terms.exponentials() else { return false };
-        if !state.final_span || self.domain.is_some() || self.measures {
+        if !state.final_span || self.domain.is_some() || self.is_whole {
             return false;
         }
         let shallowest = state.tau.iter().copied().fold(f32::MAX, f32::min);

@@ -14,6 +14,7 @@ mod light_sums;
 mod march;
 mod near_field;
 mod phase_rows;
+mod plates;
 mod propagation;
 mod segment;
 mod shading;
@@ -34,6 +35,7 @@ use crate::packet::LANES;
 use crate::plan::Plan;
 use crate::scene::Scene;
 use march::March;
+pub(crate) use plates::{Combined, combined};
 use tables::Tables;
 
 /// Rays along each edge of a packet's tile.
@@ -80,9 +82,14 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, RenderStats
     let march = March::new(plan, &tables, None);
     let (data, depth) = marched(&plan.camera, plan.spectral.bands.len(), |(rays, numbers)| march.packet(rays, numbers), control)?;
     let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
+    Ok((data, stats_of(plan, depth, negative)))
+}
+
+/// What a march of all rays of a plan measured.
+fn stats_of(plan: &Plan, depth: f32, negative: u64) -> RenderStats {
     let tiles = |pixels: usize| (pixels * plan.camera.supersampling).div_ceil(TILE);
     let rays = (tiles(plan.camera.width) * tiles(plan.camera.height) * LANES) as u64;
-    Ok((data, RenderStats { depth: f64::from(depth), rays, storage: plan.storage(), negative }))
+    RenderStats { depth: f64::from(depth), rays, storage: plan.storage(), negative }
 }
 
 /// How far light comes from, and what it comes through.

@@ -286,7 +286,8 @@ pub(in crate::plan) fn support_um(scene: &Scene) -> (f64, f64) {
     ends.fold((f64::MAX, 0.0), |(low, high): (f64, f64), (l, h)| (low.min(l), high.max(h)))
 }
 
-fn source(scene: &Scene, light: &Light, band: &Passband, law: &Arc<spectra::extinction::Extinction>) -> Source {
+/// What a light sends through a passband.
+pub(crate) fn source(scene: &Scene, light: &Light, band: &Passband, law: &Arc<spectra::extinction::Extinction>) -> Source {
     let mut source = Source::new(&light.name, band, &light.spectrum, &***law, factor(light.route, scene.dust.as_ref()));
     let spectral = scene.dust.as_ref().map(|d| d.phase.clone()).filter(|p| p.is_spectral());
     if let (Route::Scattered { .. }, Some(phase)) = (light.route, spectral) {

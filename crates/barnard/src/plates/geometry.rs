@@ -1,0 +1,125 @@
+//! What plates are bound to: places, densities and angles, as numbers that a scene of other spectra must share.
+
+use glam::DVec3;
+use spectra::rule::Node;
+
+use crate::error::{Error, Result};
+use crate::field::Field;
+use crate::light::law;
+use crate::scene::Scene;
+
+/// Numbers that tell one thing of a scene, and what that is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trait {
+    /// What they tell.
+    pub name: String,
+    /// The numbers, in units of their own.
+    pub values: Vec<f64>,
+}
+
+/// All that a picture hangs on besides spectra.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Geometry {
+    /// Each thing, in an order of its own.
+    pub traits: Vec<Trait>,
+}
+
+/// Places in a density's box at which it is asked.
+const PLACES: usize = 96;
+/// Angles at which a phase function is asked.
+const ANGLES: usize = 16;
+/// Rounding of numbers that are the same, of the largest of them.
+const SAME: f64 = 1e-9;
+
+impl Geometry {
+    /// That of a scene, for plates whose nodes are `nodes`.
+    ///
+    /// # Errors
+    /// Where the scene's extinction law cannot be.
+    pub fn of(scene: &Scene, nodes: &[Node]) -> Result<Self> {
+        let mut own = Self::default();
+        own.add("camera", camera(scene));
+        own.add("positions of stars", scene.stars.iter().flat_map(|star| star.position.to_array()));
+        own.add("visible stars", scene.stars.iter().map(|star| f64::from(u8::from(star.visible))));
+        own.add("bounces", [scene.method.bounces as f64]);
+        if let Some(dust) = &scene.dust {
+            own.add("amount of dust", [dust.sigma_v_per_pc]);
+            own.add("density of dust", density(&*dust.density));
+            let phase = |node: &Node| {
+                let cosine = |i: usize| -1.0 + 2.0 * i as f64 / (ANGLES - 1) as f64;
+                (0..ANGLES).map(move |i| dust.phase.at(cosine(i), node.lambda_um)).collect::<Vec<f64>>()
+            };
+            own.add("phase function", nodes.iter().flat_map(phase));
+            let again = scene.method.bounces > 1;
+            if again || dust.phase.is_spectral() {
+                let law = law(scene)?;
+                own.add("extinction law, by which light scatters", nodes.iter().map(|node| law.k(node.lambda_um)));
+            }
+            if again {
+                own.add("albedo, by which light scatters again", nodes.iter().map(|node| dust.albedo.at(node.lambda_um)));
+            }
+        }
+        for (number, species) in scene.emission.iter().enumerate() {
+            own.add(format!("density of glowing gas number {}", number + 1), density(&*species.density));
+        }
+        if let Some(detail) = &scene.detail {
+            let unsaid = |value: Option<f64>| value.unwrap_or(-1.0);
+            let numbers = [f64::from(detail.seed), detail.octaves as f64, detail.strength, unsaid(detail.deviation), unsaid(detail.slope)];
+            own.add("detail", numbers);
+        }
+        Ok(own)
+    }
+
+    fn add(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = f64>) {
+        self.traits.push(Trait { name: name.into(), values: values.into_iter().collect() });
+    }
+
+    /// Refuses another geometry than this one.
+    ///
+    /// # Errors
+    /// Says what of it is another.
+    pub fn check(&self, other: &Self) -> Result<()> {
+        let largest = |of: &Trait| of.values.iter().fold(0.0f64, |most, value| most.max(value.abs()));
+        for own in &self.traits {
+            let same = |theirs: &Trait| {
+                let room = SAME * largest(own);
+                theirs.values.len() == own.values.len() && theirs.values.iter().zip(&own.values).all(|(a, b)| (a - b).abs() <= room)
+            };
+            match other.traits.iter().find(|theirs| theirs.name == own.name) {
+                Some(theirs) if same(theirs) => {}
+                found => {
+                    let said = if found.is_some() { format!("another {}", own.name) } else { format!("no {}", own.name) };
+                    return Err(Error::value("scene for plates", said, WANTED));
+                }
+            }
+        }
+        match other.traits.iter().find(|theirs| self.traits.iter().all(|own| own.name != theirs.name)) {
+            Some(new) => Err(Error::value("scene for plates", format!("a {} that the plates do not have", new.name), WANTED)),
+            None => Ok(()),
+        }
+    }
+}
+
+const WANTED: &str = "that of the plates, whose spectra, luminosities, passbands and albedo alone may be others; make new plates of it";
+
+/// Rays through five places of the image, and its pixels.
+fn camera(scene: &Scene) -> Vec<f64> {
+    let camera = &scene.camera;
+    let (width, height) = (camera.width as f64, camera.height as f64);
+    let mut numbers = vec![width, height, camera.supersampling as f64];
+    for (column, row) in [(0.5, 0.5), (0.3, 0.4), (0.7, 0.35), (0.45, 0.75), (0.6, 0.6)] {
+        let ray = camera.ray(column * width, row * height);
+        numbers.extend(ray.origin.to_array().into_iter().chain(ray.direction.to_array()));
+    }
+    numbers
+}
+
+/// A density's box, and its values at places that are spread evenly over it.
+fn density(field: &dyn Field) -> Vec<f64> {
+    // Steps along the three axes by powers of the root of x⁴ = x + 1: Roberts 2018's sequence of low discrepancy.
+    const STEPS: DVec3 = DVec3::new(0.819_172_513_396_164_5, 0.671_043_606_703_789_3, 0.549_700_477_901_970_3);
+    let bounds = field.bounds();
+    let place = |i: usize| bounds.low + bounds.size() * (0.5 + i as f64 * STEPS).fract();
+    let corners = bounds.low.to_array().into_iter().chain(bounds.high.to_array());
+    corners.chain((0..PLACES).map(|i| field.at(place(i)))).collect()
+}

@@ -1,0 +1,56 @@
+//! Pictures as sums of plates: the matrix from coordinates to bands, and the loop over pixels.
+
+use multiversion::multiversion;
+use rayon::prelude::*;
+
+use super::Plate;
+
+/// What a band takes of a plate, level × (of_mean + Σ_t of_coordinate_t q_t) with the stored numbers q.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Share {
+    pub of_mean: f32,
+    pub of_coordinate: Vec<f32>,
+}
+
+/// Pixels that one thread takes at a time, and those whose numbers are held at once.
+const CHUNK: usize = 1 << 13;
+const BLOCK: usize = 512;
+
+/// Adds plates to a picture, bands × height × width, by what each band takes of each, plate × band.
+pub(super) fn add(plates: &[Plate], shares: &[Vec<Share>], pixels: usize, picture: &mut [f32]) {
+    let mut chunks: Vec<Vec<&mut [f32]>> = (0..pixels.div_ceil(CHUNK)).map(|_| Vec::new()).collect();
+    for band in picture.chunks_exact_mut(pixels) {
+        band.chunks_mut(CHUNK).zip(&mut chunks).for_each(|(part, chunk)| chunk.push(part));
+    }
+    chunks.into_par_iter().enumerate().for_each(|(number, mut bands)| {
+        for (plate, shares) in plates.iter().zip(shares) {
+            add_chunk(plate, shares, number * CHUNK, &mut bands);
+        }
+    });
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
+fn add_chunk(plate: &Plate, shares: &[Share], first: usize, bands: &mut [&mut [f32]]) {
+    let length = bands.first().map_or(0, |band| band.len());
+    let mut numbers = vec![[0.0f32; BLOCK]; plate.coordinates.len()];
+    for from in (0..length).step_by(BLOCK) {
+        let count = BLOCK.min(length - from);
+        let level = &plate.level[first + from..][..count];
+        for (stored, numbers) in plate.coordinates.iter().zip(&mut numbers) {
+            let stored = &stored[first + from..][..count];
+            numbers.iter_mut().zip(stored).for_each(|(number, q)| *number = f32::from(*q));
+        }
+        for (share, band) in shares.iter().zip(bands.iter_mut()) {
+            let mut light = [share.of_mean; BLOCK];
+            for (factor, numbers) in share.of_coordinate.iter().zip(&numbers) {
+                for (light, number) in light.iter_mut().zip(numbers) {
+                    *light = factor.mul_add(*number, *light);
+                }
+            }
+            // No light is less than none: what stored numbers lose of a dark pixel could be more than it has.
+            for ((out, level), light) in band[from..][..count].iter_mut().zip(level).zip(&light) {
+                *out += level * light.max(0.0);
+            }
+        }
+    }
+}

@@ -1,0 +1,467 @@
+//! Plates: a picture kept light by light, so that spectra change without a march.
+//!
+//! A picture is linear in the light of each star, each species of gas and the background, and hangs on wavelength through the
+//! extinction k alone. A plate holds what one light leaves in each pixel behind its depths at any k, G(k) = ∫ e^(−a k) dμ(a):
+//! G(k_0) at the least extinction of a range in single precision, and its [`Components`], of sixteen bits each. The picture of any spectrum
+//! through any passband in the range is a sum of few numbers of each pixel, eq. (27) of docs/method.md:
+//!
+//!   I_b = Σ_s G_s(k_0) (m·w_bs + Σ_t c_st (v_t·w_bs)),    w_bsj = ∫ R_b S_s k ω L_j(k) dλ
+//!
+//! Luminosities, temperatures and lines of stars and gas may change, passbands, albedo, and the extinction law where the phase
+//! function is that of all wavelengths. What is bound is the [`Geometry`]. Where light scatters more than once, albedo and law are bound
+//! as well, and each light is marched by itself at the wavelengths of all nodes.
+
+mod geometry;
+mod march;
+mod mixture;
+
+use std::sync::Arc;
+
+use spectra::components::Components;
+use spectra::passband::{Counting, Window, window};
+use spectra::rule::{Certificate, CommonNodes, Measure, Node, Rounding, Source};
+use spectra::units::Wavelength;
+
+pub use self::geometry::{Geometry, Trait};
+use self::march::Work;
+use self::mixture::Share;
+use crate::backend::{describe, end_of_space};
+use crate::control::Control;
+use crate::error::{Error, Result};
+use crate::geometry::Ray;
+use crate::image::{Image, LayerChoice, Samples};
+use crate::keywords;
+use crate::light::{Light, Route, law, lights};
+use crate::phase::Phase;
+use crate::plan::{Options, Plan, in_keywords, in_words, source};
+use crate::points::{Sources, points};
+use crate::scene::{Method, Scene};
+
+/// The part of the accuracy that components may cost.
+const SHARE: f64 = 0.2;
+/// The largest stored number of a coordinate.
+const LEVELS: f32 = 65535.0;
+/// Most stars, and most nodes.
+const MOST_STARS: usize = 256;
+const MOST_NODES: usize = 512;
+/// Steps of angle at which a phase function is asked.
+const ANGLES: usize = 24;
+/// How far plates reach beyond the passbands of their scene, as a part of wavelengths.
+const BEYOND: f64 = 0.1;
+
+/// What one light leaves in each pixel at any extinction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plate {
+    /// The way that the light takes.
+    pub route: Route,
+    /// The components of what its light leaves at the nodes.
+    pub components: Components,
+    /// G(k_0) of each pixel, in the unit of the light's [geometry](Light): what a spectral factor of one comes to.
+    pub level: Vec<f32>,
+    /// The coordinates of each pixel, component × pixel, in 65535 steps of their range.
+    pub coordinates: Vec<Vec<u16>>,
+    /// What arithmetic adds to the error of the light.
+    pub rounding: Rounding,
+}
+
+/// All that plates hold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// Pixels along a row and a column.
+    pub size: [usize; 2],
+    /// Extinctions in equal steps, ascending: the range that plates serve.
+    pub nodes: Vec<Node>,
+    /// Whether light scatters more than once, so that what is left at the nodes is no sum of exponentials.
+    pub scatters_again: bool,
+    /// A plate for each light that is not seen as points.
+    pub plates: Vec<Plate>,
+    /// The optical depth in front of each unresolved source, in the order of [`points`].
+    pub depths: Vec<f64>,
+    /// What the scene may not change.
+    pub geometry: Geometry,
+    /// The accuracy that was asked for \[1\].
+    pub accuracy: f64,
+    /// The largest optical depth that rays met \[1\].
+    pub depth: f64,
+    /// What was noted of the march: each with what it is about.
+    pub notes: Vec<(String, String)>,
+}
+
+/// A picture kept light by light.
+#[derive(Debug, Clone)]
+pub struct Plates(Arc<Record>);
+
+/// What bands take of plates and of unresolved sources, for the spectra of one scene.
+pub struct Mixture {
+    /// Plate × band.
+    shares: Vec<Vec<Share>>,
+    /// Light × band: the weights at the nodes of lights that are seen as points, none of others.
+    points: Vec<Vec<Vec<f64>>>,
+    /// Band × light.
+    parts: Vec<Vec<Part>>,
+    phases: Vec<Factor>,
+}
+
+/// A light in a band: its number, its plate where it has one, what it sends, and its weights at the nodes.
+struct Part {
+    light: usize,
+    plate: Option<usize>,
+    source: Source,
+    weights: Vec<f64>,
+}
+
+/// A phase function under one angle.
+type Factor = Box<dyn Fn(f64) -> f64 + Send + Sync>;
+
+impl Plates {
+    /// Plates of `scene` for wavelengths of `range_um`; those of its passbands and a tenth beyond where none is given. What holds of
+    /// `before`, a plan of the same scene, is taken from it.
+    ///
+    /// # Errors
+    /// Those of [`Plan::new`], where the range is none or beyond the extinction law, and where there are too many stars.
+    pub fn new(scene: &Scene, range_um: Option<(f64, f64)>, before: Option<&Plan>, options: &Options, control: &Control) -> Result<Self> {
+        scene.check()?;
+        check(scene)?;
+        let range_um = range(scene, range_um)?;
+        let marched = one_scattering(scene, range_um)?;
+        let (of_plan, of_march) = (control.part(0.0, 0.3), control.part(0.3, 1.0));
+        let plan = Plan::updated(before, &marched, options, &of_plan)?;
+        let nodes = plan.spectral().common_nodes().unwrap_or_default().to_vec();
+        if nodes.len() > MOST_NODES {
+            let said = format!("an optical depth of {:.0}, which needs {} nodes", plan.spectral().depth, nodes.len());
+            return Err(Error::value(
+                "scene for plates",
+                said,
+                format!("at most {MOST_NODES}; take a narrower range or a larger accuracy"),
+            ));
+        }
+        let own: Vec<Route> = plan.lights().iter().map(|light| light.route).filter(|route| is_extended(*route)).collect();
+        let work = Work { scene, nodes: &nodes, options, control: &of_march };
+        let (plates, stats) = if scene.method.bounces == 1 { work.once(&plan, &own)? } else { work.again(&plan, &own)? };
+        let far = end_of_space(&plan);
+        let depth = |point: &crate::points::Point| {
+            let ray = point.ray(&scene.camera);
+            plan.space().depth(ray.origin, ray.at(point.length.min(far)))
+        };
+        let depths = points(Sources::All, scene, &scene.camera, plan.lights())?.iter().map(depth).collect();
+        Self::of(Record {
+            size: [scene.camera.width, scene.camera.height],
+            scatters_again: scene.method.bounces > 1,
+            plates,
+            depths,
+            geometry: Geometry::of(scene, &nodes)?,
+            accuracy: scene.method.accuracy,
+            depth: stats.depth.max(0.0),
+            notes: plan.notes().into_iter().chain(stats.negative_note()).collect(),
+            nodes,
+        })
+    }
+
+    /// Plates of what they hold, as files do.
+    ///
+    /// # Errors
+    /// Where sizes do not go together, or numbers cannot be.
+    pub fn of(record: Record) -> Result<Self> {
+        let Record { size, nodes, plates, .. } = &record;
+        let wrong = |what: &str| Err(Error::value("plates", what, "those that `barnard plates` writes"));
+        let pixels = size[0].saturating_mul(size[1]);
+        let ascends = |pair: &[Node]| pair[1].k > pair[0].k;
+        if nodes.len() < 6 || !nodes.windows(2).all(ascends) || !nodes.iter().all(|node| node.lambda_um > 0.0) {
+            return wrong("nodes that do not ascend");
+        }
+        let (first, step) = (nodes[0].k, nodes[1].k - nodes[0].k);
+        let in_step = |(j, node): (usize, &Node)| (node.k - first - j as f64 * step).abs() < 1e-6 * (1.0 + node.k);
+        if !nodes.iter().enumerate().all(in_step) {
+            return wrong("nodes that are not in equal steps");
+        }
+        let of_nodes = |row: &Vec<f64>| row.len() == nodes.len() && row.iter().all(|v| v.is_finite());
+        let sound = |components: &Components| {
+            let is_range = |[low, high]: &[f64; 2]| high >= low && (high - low).is_finite();
+            of_nodes(&components.mean)
+                && components.axes.iter().all(of_nodes)
+                && components.ranges.len() == components.axes.len()
+                && components.ranges.iter().all(is_range)
+                && components.error >= 0.0
+        };
+        if !plates.iter().all(|plate| sound(&plate.components)) {
+            return wrong("components that cannot be");
+        }
+        let fits = |plate: &Plate| {
+            plate.level.len() == pixels
+                && plate.coordinates.len() == plate.components.axes.len()
+                && plate.coordinates.iter().all(|own| own.len() == pixels)
+                && is_extended(plate.route)
+        };
+        if !plates.iter().all(fits) {
+            return wrong("plates of another size");
+        }
+        let is_depth = |depth: &f64| *depth >= 0.0;
+        if !(is_depth(&record.depth) && record.depth.is_finite() && record.accuracy > 0.0 && record.depths.iter().all(is_depth)) {
+            return wrong("depths or an accuracy that cannot be");
+        }
+        Ok(Self(Arc::new(record)))
+    }
+
+    /// What they hold.
+    pub fn record(&self) -> &Record {
+        &self.0
+    }
+
+    /// The bytes that they take.
+    pub fn bytes(&self) -> u64 {
+        let of_plate = |plate: &Plate| 4 * plate.level.len() + 2 * plate.coordinates.iter().map(Vec::len).sum::<usize>();
+        self.0.plates.iter().map(of_plate).sum::<usize>() as u64
+    }
+
+    /// The wavelengths that they serve, from the shortest to the longest \[µm\].
+    pub fn range_um(&self) -> (f64, f64) {
+        let ends = self.0.nodes.iter().map(|node| node.lambda_um);
+        ends.fold((f64::INFINITY, 0.0f64), |(low, high), um| (low.min(um), high.max(um)))
+    }
+
+    /// Refuses a scene that has another geometry than the one that they were made of.
+    ///
+    /// # Errors
+    /// Says what of it is another.
+    pub fn check(&self, scene: &Scene) -> Result<()> {
+        check(scene)?;
+        self.0.geometry.check(&Geometry::of(scene, &self.0.nodes)?)
+    }
+
+    /// What the bands of a scene take of the plates.
+    ///
+    /// # Errors
+    /// Those of [`check`](Self::check), where a light shines at wavelengths that the plates do not serve, and where the
+    /// scene has a light that they do not hold.
+    pub fn mixture(&self, scene: &Scene) -> Result<Mixture> {
+        scene.check()?;
+        self.check(scene)?;
+        let Record { nodes, plates, .. } = self.record();
+        let (lights, law) = (lights(scene)?, law(scene)?);
+        let mut parts: Vec<Vec<Part>> = Vec::new();
+        for band in &scene.bands {
+            let part = |(light, own): (usize, &Light)| {
+                let source = source(scene, own, band, &law);
+                let weights = CommonNodes::weights_of(nodes, &source.measure).map_err(|error| {
+                    let said = format!("{} in {}: {error}", own.name, band.name());
+                    Error::value("scene for plates", said, "spectra and passbands within their range, or plates of a wider one")
+                })?;
+                let plate = plates.iter().position(|plate| plate.route == own.route);
+                if plate.is_none() && is_extended(own.route) {
+                    return Err(Error::value(
+                        "scene for plates",
+                        format!("{}, which they do not hold", own.name),
+                        "the lights of their own",
+                    ));
+                }
+                Ok(Part { light, plate, source, weights })
+            };
+            parts.push(lights.iter().enumerate().map(part).collect::<Result<_>>()?);
+        }
+        let dark = vec![0.0; nodes.len()];
+        let share = |plate: usize, parts: &[Part]| {
+            let own = parts.iter().find(|part| part.plate == Some(plate));
+            stored_share(&plates[plate].components, own.map_or(&dark, |own| &own.weights))
+        };
+        let shares = (0..plates.len()).map(|plate| parts.iter().map(|own| share(plate, own)).collect()).collect();
+        let of_points = |light: usize| match is_extended(lights[light].route) {
+            true => Vec::new(),
+            false => parts.iter().map(|own| own[light].weights.clone()).collect(),
+        };
+        let points = (0..lights.len()).map(of_points).collect();
+        Ok(Mixture { shares, points, parts, phases: phases(scene) })
+    }
+
+    /// Adds the extended light of a mixture to `picture`, bands × height × width [W m⁻² sr⁻¹], which has as many bands as the
+    /// mixture's scene.
+    ///
+    /// # Errors
+    /// Where the picture has another size.
+    pub fn add(&self, mixture: &Mixture, picture: &mut [f32]) -> Result<()> {
+        let pixels = self.0.size[0] * self.0.size[1];
+        if picture.len() != pixels * mixture.parts.len() {
+            let wanted = format!("{} bands of {} x {} pixels", mixture.parts.len(), self.0.size[0], self.0.size[1]);
+            return Err(Error::value("picture of plates", format!("{} values", picture.len()), wanted));
+        }
+        mixture::add(&self.0.plates, &mixture.shares, pixels, picture);
+        Ok(())
+    }
+
+    /// The picture of a scene that differs from theirs in spectra alone, with its errors.
+    ///
+    /// # Errors
+    /// Those of [`mixture`](Self::mixture), and when the user wishes to stop.
+    pub fn expose(&self, scene: &Scene, control: &Control) -> Result<Image> {
+        let (mixture, lights) = (self.mixture(scene)?, lights(scene)?);
+        let mut image = self.pictured(scene, &mixture, control)?;
+        for (number, band) in image.bands.iter_mut().enumerate() {
+            let certificates = self.certificates(&mixture, number);
+            band.certificate = certificates.iter().map(|(light, own)| format!("{}: {}", lights[*light].name, in_words(own))).collect();
+            band.keywords.extend(in_keywords(certificates.into_iter().map(|(_, certificate)| certificate)));
+        }
+        image.keywords.push(keywords::text("BACKEND", "plates", "what made the picture"));
+        image.keywords.extend(keywords::number("ACCURACY", self.0.accuracy, "asked for"));
+        image.keywords.extend(keywords::number("TAUMAX", self.0.depth, "largest optical depth at V that was met"));
+        image.notes.push(("backend".into(), "plates".into()));
+        image.notes.extend(self.0.notes.iter().cloned());
+        Ok(image)
+    }
+
+    /// The same of a mixture of the scene, without its errors, for looks that pass by.
+    ///
+    /// # Errors
+    /// Where the scene has other stars of a field, values are no numbers, and when the user wishes to stop.
+    pub fn pictured(&self, scene: &Scene, mixture: &Mixture, control: &Control) -> Result<Image> {
+        let mut light = vec![0.0; scene.bands.len() * self.0.size[0] * self.0.size[1]];
+        self.add(mixture, &mut light)?;
+        let mut samples = Samples::Single(light);
+        self.draw(scene, mixture, &mut samples, control)?;
+        let mut image = describe(scene, &scene.camera, samples);
+        image.output.layers = LayerChoice::default();
+        image.check()?;
+        Ok(image)
+    }
+
+    /// Draws the unresolved sources.
+    fn draw(&self, scene: &Scene, mixture: &Mixture, samples: &mut Samples, control: &Control) -> Result<()> {
+        let lights = lights(scene)?;
+        let Record { nodes, depths, .. } = self.record();
+        if points(Sources::All, scene, &scene.camera, &lights)?.len() != depths.len() {
+            return Err(Error::value("scene for plates", "other stars of a field or a catalogue", "those that the plates were made with"));
+        }
+        let fluxes = |number: usize, light: usize, _: &Ray, _: f64| {
+            let left: Vec<f64> = nodes.iter().map(|node| (-node.k * depths[number]).exp()).collect();
+            mixture.points[light].iter().map(|weights| weights.iter().zip(&left).map(|(w, left)| w * left).sum()).collect()
+        };
+        crate::points::draw(Sources::All, scene, &scene.camera, &lights, fluxes, control, |i, value| samples.add(i, value))
+    }
+
+    /// The certificates of a mixture's band, by the numbers of the lights that shine in it: nodes, components, and numbers as they
+    /// are stored.
+    pub fn certificates(&self, mixture: &Mixture, band: usize) -> Vec<(usize, Certificate)> {
+        let Record { nodes, plates, depth, scatters_again, .. } = self.record();
+        let shining = mixture.parts[band].iter().filter(|part| part.source.measure.total() > 0.0);
+        let certified = |part: &Part| {
+            let measure = &part.source.measure;
+            let at_nodes = |a: f64, factor: &dyn Fn(f64) -> f64| -> Vec<f64> {
+                nodes.iter().map(|node| factor(node.lambda_um) * (-a * node.k).exp()).collect()
+            };
+            let interpolated = |a: f64| part.weights.iter().zip(at_nodes(a, &|_| 1.0)).map(|(w, left)| w * left).sum();
+            let Some(Plate { route, components, rounding, .. }) = part.plate.map(|plate| &plates[plate]) else {
+                return (part.light, Certificate::measured(measure, interpolated, *depth));
+            };
+            let (of_mean, shares) = components.shares(&part.weights);
+            let mut stored = Stored { k_0: nodes[0].k, error: steps(components, &shares) };
+            if *scatters_again {
+                // Components are those of the picture itself, and their error was measured at the nodes.
+                stored.error += components.error * part.weights.iter().map(|w| w.abs()).sum::<f64>();
+                return (
+                    part.light,
+                    stored.added(Certificate::measured(measure, interpolated, *depth).rounded(measure, *rounding, |_| 0.0), measure),
+                );
+            }
+            let behind = |a: f64, factor: &dyn Fn(f64) -> f64| {
+                let left = at_nodes(a, factor);
+                let parts: Vec<f64> = left.iter().map(|own| own / left[0]).collect();
+                left[0] * (of_mean + shares.iter().zip(components.coordinates(&parts)).map(|(share, c)| share * c).sum::<f64>())
+            };
+            let plain = Certificate::measured(measure, |a| behind(a, &|_| 1.0), *depth);
+            let scattered = matches!(route, Route::Scattered { .. });
+            let worst = mixture.phases.iter().filter(|_| scattered).fold(plain, |worst, factor| {
+                worst.or_worse(Certificate::measured(&measure.reweighted(factor), |a| behind(a, factor), *depth))
+            });
+            (part.light, stored.added(worst.rounded(measure, *rounding, |_| 0.0), measure))
+        };
+        shining.map(certified).collect()
+    }
+}
+
+/// What storage costs, as parts of G(k_0).
+struct Stored {
+    k_0: f64,
+    error: f64,
+}
+
+impl Stored {
+    fn added(&self, certificate: Certificate, measure: &Measure) -> Certificate {
+        let error = |a: f64| self.error * (-self.k_0 * a).exp();
+        let parts = |a: f64, of: f64| error(a) / of.max(f64::MIN_POSITIVE);
+        Certificate {
+            absolute: certificate.absolute + parts(0.0, measure.total()),
+            // k_0 is the least extinction: light falls faster than the error.
+            relative: certificate.relative + parts(certificate.depth, measure.at(certificate.depth)),
+            ..certificate
+        }
+    }
+}
+
+/// Half a step of each coordinate, times what a light takes of it.
+fn steps(components: &Components, shares: &[f64]) -> f64 {
+    shares.iter().zip(&components.ranges).map(|(share, [low, high])| 0.5 * share.abs() * (high - low) / f64::from(LEVELS)).sum()
+}
+
+/// What a light of these weights takes of stored numbers.
+fn stored_share(components: &Components, weights: &[f64]) -> Share {
+    let (of_mean, shares) = components.shares(weights);
+    let low: f64 = shares.iter().zip(&components.ranges).map(|(share, [low, _])| share * low).sum();
+    let step = |(share, [low, high]): (&f64, &[f64; 2])| (share * (high - low) / f64::from(LEVELS)) as f32;
+    Share { of_mean: (of_mean + low) as f32, of_coordinate: shares.iter().zip(&components.ranges).map(step).collect() }
+}
+
+/// The phase function under many angles, where it changes with wavelength.
+fn phases(scene: &Scene) -> Vec<Factor> {
+    let phase = scene.dust.as_ref().map(|dust| dust.phase.clone()).filter(|phase| phase.is_spectral());
+    let under = |phase: &Arc<dyn Phase>, i: usize| {
+        let (phase, cosine) = (phase.clone(), (std::f64::consts::PI * i as f64 / ANGLES as f64).cos());
+        Box::new(move |lambda| phase.at(cosine, lambda)) as Factor
+    };
+    phase.iter().flat_map(|phase| (0..=ANGLES).map(|i| under(phase, i))).collect()
+}
+
+/// Whether a light is seen in all pixels, and not as a point.
+fn is_extended(route: Route) -> bool {
+    matches!(route, Route::Scattered { .. } | Route::Emitted { .. } | Route::Background)
+}
+
+/// Refuses scenes that no plates are made of.
+fn check(scene: &Scene) -> Result<()> {
+    if scene.camera.stereo.is_some() {
+        return Err(Error::value("scene for plates", "a camera with two eyes", "one with one: leave [camera.stereo] out"));
+    }
+    if scene.stars.len() > MOST_STARS {
+        let said = format!("{} stars", scene.stars.len());
+        return Err(Error::value("scene for plates", said, format!("at most {MOST_STARS}: each has a plate of its own")));
+    }
+    Ok(())
+}
+
+/// The wavelengths that plates of a scene serve \[µm\].
+fn range(scene: &Scene, asked: Option<(f64, f64)>) -> Result<(f64, f64)> {
+    let ends = scene.bands.iter().map(|band| band.support_um());
+    let (low, high) = ends.fold((f64::INFINITY, 0.0f64), |(low, high), (a, b)| (low.min(a), high.max(b)));
+    let Some((from, to)) = asked else {
+        let (first, last) = law(scene)?.range_um();
+        return Ok(((low * (1.0 - BEYOND)).max(first.min(low)), (high * (1.0 + BEYOND)).min(last.max(high))));
+    };
+    if !(from > 0.0 && to > from && to.is_finite()) {
+        return Err(Error::value(
+            "range of plates",
+            format!("{} to {} nm", from * 1e3, to * 1e3),
+            "one from a shorter to a longer wavelength",
+        ));
+    }
+    if let Some(dust) = &scene.dust {
+        dust.extinction.check("the range of plates", from, to)?;
+    }
+    Ok((low.min(from), high.max(to)))
+}
+
+/// The scene whose march brings plates of light that scatters once at most: with a passband of the whole range, and common nodes.
+fn one_scattering(scene: &Scene, (low, high): (f64, f64)) -> Result<Scene> {
+    let shape = Window::TopHat { centre: Wavelength(0.5 * (low + high)), width: Wavelength(high - low) };
+    let mut bands = scene.bands.clone();
+    bands.push(window("the range of plates", Counting::Energy, shape)?);
+    let mut method = Method { bounces: 1, settings: Method::default().settings, ..scene.method.clone() }.with_name("common_nodes")?;
+    method.exact_stars = None;
+    Ok(scene.clone().bands(bands).method(method))
+}

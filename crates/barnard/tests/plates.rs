@@ -1,0 +1,248 @@
+//! Plates against fresh renders.
+
+use std::sync::Arc;
+
+use barnard::backend::cpu;
+use barnard::field::{Fbm, Field, Sphere};
+use barnard::glam::{DVec3, dvec3};
+use barnard::phase::{Draine, HenyeyGreenstein, IntoPhase};
+use barnard::plan::{Options, Plan};
+use barnard::random::Counter;
+use barnard::scene::{Background, Dust, Emission, Method, Scale, Scene, Star, StarField};
+use barnard::spectra::extinction::Extinction;
+use barnard::spectra::passband::{Counting, Passband, Window, window};
+use barnard::spectra::sed::BlackBody;
+use barnard::spectra::spectrum::{Line, Spectrum};
+use barnard::spectra::units::{Luminosity, Temperature, Wavelength};
+use barnard::{Camera, Control, Image, Plates};
+
+const RANGE_UM: (f64, f64) = (0.36, 1.0);
+
+/// What changes from scene to scene.
+struct Spectra {
+    temperatures: [f64; 2],
+    suns: [f64; 2],
+    lines: [f64; 2],
+    background: f64,
+    albedo: f64,
+    bands: Vec<(f64, f64, bool)>,
+}
+
+impl Spectra {
+    const FIRST: fn() -> Self = || Self {
+        temperatures: [9000.0, 4000.0],
+        suns: [100.0, 30.0],
+        lines: [1e-7, 3e-8],
+        background: 1e-7,
+        albedo: 0.6,
+        bands: vec![(0.45, 0.08, true), (0.65, 0.06, false)],
+    };
+
+    /// The number `change` of many.
+    fn random(change: u64) -> Self {
+        let mut random = Counter::new(77, change);
+        let mut uniform = |low: f64, high: f64| low + (high - low) * random.uniform();
+        let mut band = || {
+            let width = 10f64.powf(uniform(-2.5, -1.0));
+            // A Gaussian reaches four widths to each side.
+            let is_top_hat = uniform(0.0, 1.0) < 0.5;
+            let room = if is_top_hat { 0.51 * width } else { 3.0 * width };
+            (uniform(RANGE_UM.0 + room, RANGE_UM.1 - room), width, is_top_hat)
+        };
+        let bands = vec![band(), band()];
+        let mut power = |low: f64, high: f64| 10f64.powf(uniform(low, high));
+        Self {
+            temperatures: [power(3.5, 4.6), power(3.5, 4.6)],
+            suns: [power(0.0, 3.0), power(0.0, 3.0)],
+            lines: [power(-9.0, -6.0), power(-9.0, -6.0)],
+            background: power(-9.0, -6.0),
+            albedo: uniform(0.05, 0.95),
+            bands,
+        }
+    }
+}
+
+/// A cloud with two stars, one of which is seen, two species of gas, and light and stars behind.
+struct Cloud {
+    dust: Arc<dyn Field>,
+    gas: Arc<dyn Field>,
+    /// Optical depth at V across a density of one in a parsec.
+    per_pc: f64,
+    phase: Arc<dyn barnard::phase::Phase>,
+    bounces: usize,
+}
+
+impl Cloud {
+    fn new(per_pc: f64, phase: impl IntoPhase, bounces: usize) -> Self {
+        Self {
+            dust: Arc::new(Fbm::new(3)),
+            gas: Arc::new(Sphere::new(dvec3(0.2, -0.1, 0.1), 0.5).unwrap()),
+            per_pc,
+            phase: phase.into_phase(),
+            bounces,
+        }
+    }
+
+    fn scene(&self, spectra: &Spectra) -> Scene {
+        let camera = Camera::look_at(dvec3(0.0, 0.3, 4.0), DVec3::ZERO).field_of_view_deg(30.0).size(12, 9);
+        let law = Extinction::named("gordon23").unwrap();
+        let dust = Dust::new(self.dust.clone(), law, Scale::per_pc(self.per_pc)).albedo(spectra.albedo).phase(self.phase.clone());
+        let star =
+            |i: usize, place: DVec3| Star::blackbody(Temperature(spectra.temperatures[i]), Luminosity::suns(spectra.suns[i])).at(place);
+        let line = |lambda_um: f64, strength: f64| Line { lambda_um, strength };
+        let gas =
+            |i: usize, at: [f64; 2]| Emission::new(self.gas.clone(), Spectrum::of_lines(at.map(|um| line(um, spectra.lines[i])).to_vec()));
+        let even = Spectrum::continuous(spectra.background, Arc::new(BlackBody(Temperature(5000.0))));
+        let band = |(number, &(centre, width, is_top_hat)): (usize, &(f64, f64, bool))| {
+            let (centre, width) = (Wavelength(centre), Wavelength(width));
+            let shape = if is_top_hat { Window::TopHat { centre, width } } else { Window::Gaussian { centre, fwhm: width } };
+            window(&format!("band {number}"), Counting::Photon, shape).unwrap()
+        };
+        let bands: Vec<Passband> = spectra.bands.iter().enumerate().map(band).collect();
+        // Steps, samples and depths are those of the plates: what is compared is spectra.
+        let method = Method {
+            accuracy: 1e-4,
+            bake: Some(16),
+            steps_per_voxel: Some(1.5),
+            star_depth_voxels: Some(1),
+            bounces: self.bounces,
+            ..Method::default()
+        };
+        let field = StarField { density_per_sr: 400.0, magnitudes: (6.0, 12.0), seed: 5 };
+        Scene::new(camera)
+            .bands(bands)
+            .dust(dust)
+            .star(star(0, dvec3(0.1, 0.2, 0.3)))
+            .star(star(1, dvec3(-0.4, 0.3, -0.2)).hidden())
+            .emission(gas(0, [0.5007, 0.6563]))
+            .emission(gas(1, [0.4861, 0.9069]))
+            .background(Background::even(even).with_stars(field))
+            .method(method)
+    }
+
+    fn plates(&self) -> Plates {
+        let scene = self.scene(&Spectra::FIRST());
+        Plates::new(&scene, Some(RANGE_UM), None, &Options::default(), &Control::default()).unwrap()
+    }
+}
+
+/// The largest error of any pixel beyond what both state, in parts of that, and the largest error in parts of the pixel.
+fn compare(plates: &Plates, scene: &Scene, before: &mut Option<Plan>) -> (f64, f64) {
+    let control = Control::default();
+    let plan = Plan::updated(before.as_ref(), scene, &Options::default(), &control).unwrap();
+    let (fresh, stats) = cpu::render(scene, &plan, &control).unwrap();
+    let exposed = plates.expose(scene, &control).unwrap();
+    let mixture = plates.mixture(scene).unwrap();
+    let worst =
+        |certificates: Vec<(usize, barnard::spectra::rule::Certificate)>| certificates.iter().map(|(_, c)| c.relative).fold(0.0, f64::max);
+    let (mut beyond, mut largest) = (0.0f64, 0.0f64);
+    for band in 0..scene.bands.len() {
+        // Where each light's error is a part of the light, that of a sum is no larger a part.
+        let stated = worst(plates.certificates(&mixture, band)) + worst(plan.certificates(band, &stats));
+        for (own, wanted) in exposed.band(band).zip(fresh.band(band)) {
+            let error = (own - wanted).abs() / wanted.max(1e-300);
+            (beyond, largest) = (beyond.max(error / stated), largest.max(error));
+        }
+    }
+    *before = Some(plan);
+    (beyond, largest)
+}
+
+/// A thousand changes of all spectra, luminosities, albedo and passbands together are within the error that is stated, which is small;
+/// with a plate of another light they are not.
+#[test]
+fn pictures_are_fresh_renders() {
+    let cloud = Cloud::new(1.2, HenyeyGreenstein::new(0.6).unwrap(), 1);
+    let (plates, mut plan) = (cloud.plates(), None);
+    let mut worst = (0.0f64, 0.0f64);
+    for change in 0..1000 {
+        let (beyond, largest) = compare(&plates, &cloud.scene(&Spectra::random(change)), &mut plan);
+        worst = (worst.0.max(beyond), worst.1.max(largest));
+        assert!(beyond <= 1.0, "change {change}: {beyond} of what is stated, {largest:e} of a pixel");
+    }
+    assert!(worst.1 < 2e-3 && worst.0 > 1e-3, "{worst:?}");
+    let mut record = plates.record().clone();
+    record.plates.iter_mut().for_each(|plate| plate.level.iter_mut().for_each(|level| *level *= 1.0 + 3e-4));
+    let (beyond, _) = compare(&Plates::of(record).unwrap(), &cloud.scene(&Spectra::FIRST()), &mut plan);
+    assert!(beyond > 1.0, "{beyond}");
+}
+
+/// Grains whose phase function changes with wavelength.
+#[test]
+fn phase_functions_may_have_colours() {
+    let grains = Extinction::named("draine03_rv31").unwrap().grains().unwrap();
+    let cloud = Cloud::new(1.2, Draine::new(grains.mean_cosine, 1.0).unwrap(), 1);
+    let (plates, mut plan) = (cloud.plates(), None);
+    for change in 2000..2060 {
+        let (beyond, largest) = compare(&plates, &cloud.scene(&Spectra::random(change)), &mut plan);
+        assert!(beyond <= 1.0, "change {change}: {beyond} of what is stated, {largest:e} of a pixel");
+    }
+}
+
+/// Light that scatters many times: fields of single lights are solved apart, and their sum is that of all within what is stated of it.
+#[test]
+fn many_bounces_are_kept() {
+    let cloud = Cloud::new(3.0, HenyeyGreenstein::new(0.3).unwrap(), 20);
+    let (plates, mut plan) = (cloud.plates(), None);
+    let once = Cloud { bounces: 1, dust: cloud.dust.clone(), gas: cloud.gas.clone(), phase: cloud.phase.clone(), ..cloud };
+    let single = once.plates();
+    for change in [3000, 3002] {
+        let spectra = Spectra { albedo: Spectra::FIRST().albedo, ..Spectra::random(change) };
+        let scene = cloud.scene(&spectra);
+        let (_, largest) = compare(&plates, &scene, &mut plan);
+        let estimate = plan.as_ref().unwrap().scattered_field().unwrap().report.error_estimate.unwrap();
+        assert!(largest < estimate.spatial + estimate.angular, "change {change}: {largest:e} {estimate:?}");
+        assert!(largest < 1e-2, "change {change}: {largest:e}");
+
+        let single = single.expose(&once.scene(&spectra), &Control::default()).unwrap();
+        let mean = |image: &Image| image.band(0).sum::<f64>();
+        let many = plates.expose(&scene, &Control::default()).unwrap();
+        assert!(mean(&many) > 1.001 * mean(&single), "{} {}", mean(&many), mean(&single));
+    }
+    let other = cloud.scene(&Spectra { albedo: 0.5, ..Spectra::FIRST() });
+    let error = plates.expose(&other, &Control::default()).unwrap_err().to_string();
+    assert!(error.contains("albedo"), "{error}");
+}
+
+/// What plates cannot show is refused, and why is said.
+#[test]
+fn other_scenes_are_refused() {
+    let cloud = Cloud::new(1.2, HenyeyGreenstein::new(0.6).unwrap(), 1);
+    let plates = cloud.plates();
+    let scene = || cloud.scene(&Spectra::FIRST());
+    plates.expose(&scene(), &Control::default()).unwrap();
+    let refused = |scene: Scene, words: &str| {
+        let error = plates.expose(&scene, &Control::default()).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    };
+    let infrared = Spectra { bands: vec![(1.65, 0.3, true)], ..Spectra::FIRST() };
+    refused(cloud.scene(&infrared), "extinctions outside");
+    let mut moved = scene();
+    moved.stars[0].position.x += 1e-3;
+    refused(moved, "positions of stars");
+    let mut turned = scene();
+    turned.camera = turned.camera.size(12, 8);
+    refused(turned, "camera");
+    refused(Cloud { per_pc: 1.3, ..Cloud::new(1.3, HenyeyGreenstein::new(0.6).unwrap(), 1) }.scene(&Spectra::FIRST()), "amount of dust");
+    refused(Cloud::new(1.2, HenyeyGreenstein::new(0.5).unwrap(), 1).scene(&Spectra::FIRST()), "phase function");
+    let mut other = scene();
+    other.dust.as_mut().unwrap().density = Arc::new(Fbm::new(4));
+    refused(other, "density of dust");
+    let mut dark = scene();
+    dark.background.spectrum = None;
+    plates.expose(&dark, &Control::default()).unwrap();
+    let without = {
+        let mut scene = scene();
+        scene.background.spectrum = None;
+        Plates::new(&scene, Some(RANGE_UM), None, &Options::default(), &Control::default()).unwrap()
+    };
+    let error = without.expose(&scene(), &Control::default()).unwrap_err().to_string();
+    assert!(error.contains("background, which they do not hold"), "{error}");
+    let error = Plates::new(&scene(), None, None, &Options::within(1 << 10), &Control::default()).unwrap_err().to_string();
+    assert!(error.contains("memory") || error.contains("MiB"), "{error}");
+    let error = Plates::new(&scene(), Some((0.5, 0.4)), None, &Options::default(), &Control::default()).unwrap_err().to_string();
+    assert!(error.contains("range of plates"), "{error}");
+    let mut record = plates.record().clone();
+    record.plates[0].level.pop();
+    assert!(Plates::of(record).is_err());
+}

@@ -1,0 +1,69 @@
+//! `barnard plates`
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::bail;
+use barnard::Plates;
+use barnard::spectra::units::{Wavelength, short};
+use barnard_files::formats::check_replaceable;
+use clap::Args;
+
+use crate::progress;
+use crate::source::SceneArgs;
+
+/// Keeps a scene's picture light by light, so that spectra change without a march: `barnard expose` makes pictures of it.
+///
+/// Examples:
+///   barnard plates my.toml -o my.plates
+///   barnard plates my.toml -o my.plates --range "380 nm" "1000 nm"
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub struct MakePlates {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Where the plates go: a .plates file, which NumPy reads as .npz
+    #[arg(short, long, value_name = "OUT", required = true)]
+    output: PathBuf,
+    /// The shortest and the longest wavelength that they will serve (default: the passbands of the scene and a tenth beyond)
+    #[arg(long, num_args = 2, value_names = ["FROM", "TO"])]
+    range: Vec<Wavelength>,
+}
+
+impl MakePlates {
+    pub fn run(self) -> anyhow::Result<ExitCode> {
+        if self.output.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("plates")) {
+            bail!("-o {}: plates go to a file whose name ends with .plates", self.output.display());
+        }
+        check_replaceable(&self.output)?;
+        let (scene, options) = self.scene.load()?;
+        crate::verbs::refuse_inputs(&scene, std::slice::from_ref(&self.output))?;
+        let range = match self.range[..] {
+            [from, to] => Some((from.0, to.0)),
+            _ => None,
+        };
+        let start = Instant::now();
+        let plates = Plates::new(&scene, range, None, &options, &progress::control()?)?;
+        let seconds = start.elapsed().as_secs_f64();
+        barnard_files::plates::save(&self.output, &plates)?;
+        let record = plates.record();
+        let nm = |um: f64| short((um * 1e4).round() / 10.0);
+        let (from, to) = plates.range_um();
+        let most = record.plates.iter().map(|plate| 1 + plate.coordinates.len()).max().unwrap_or(0);
+        say!(
+            "{} x {}, {} lights of {most} numbers or less a pixel, {} to {} nm, {seconds:.2} s, {:.1} MiB",
+            record.size[0],
+            record.size[1],
+            record.plates.len(),
+            nm(from),
+            nm(to),
+            plates.bytes() as f64 / f64::from(1 << 20)
+        );
+        for (key, value) in &record.notes {
+            say!("{key}: {value}");
+        }
+        say!("wrote {}", self.output.display());
+        Ok(ExitCode::SUCCESS)
+    }
+}

@@ -1,0 +1,106 @@
+"""Plates: a picture kept light by light, so that spectra change without a march."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+from . import _barnard
+from ._values import _quantity
+from .image import Image
+
+if TYPE_CHECKING:
+    from .scene import Scene
+
+
+class Plates:
+    """A picture kept light by light; `Scene.plates` makes them, `Plates.read` reads them from a file.
+
+    `lights` is the number of lights that have a plate, `bytes` what they take, `range` the shortest and the longest wavelength that
+    they serve [um], `shape` (height, width) in pixels.
+
+    >>> plates = scene.plates(range=("380 nm", "1 um"))
+    >>> scene.stars[0].temperature = "12000 K"
+    >>> image = plates.expose(scene)
+    """
+
+    def __init__(self, native: Any):
+        self._native = native
+
+    def __repr__(self) -> str:
+        height, width = self.shape
+        low, high = (1e3 * end for end in self.range)
+        return f"Plates({self.lights} lights, {width} x {height} pixels, {low:.1f} to {high:.1f} nm, {self.bytes / 2**20:.1f} MiB)"
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return self._native.shape
+
+    @property
+    def lights(self) -> int:
+        return self._native.lights
+
+    @property
+    def bytes(self) -> int:
+        return self._native.bytes
+
+    @property
+    def range(self) -> tuple[float, float]:
+        return self._native.range
+
+    def expose(self, scene: Scene) -> Image:
+        """The picture of a scene that differs from theirs in spectra, luminosities, passbands or albedo alone.
+
+        Returns
+        -------
+        Image
+            As `Scene.render` makes it, to the error that its certificates state.
+
+        Raises
+        ------
+        SceneError
+            Where the scene differs in anything else, or light shines at wavelengths that the plates do not serve: what it is is said.
+        """
+        return Image(self._native.expose(scene._native()[1]))
+
+    def write(self, path: str | os.PathLike) -> None:
+        """Writes them down, whole or not at all.
+
+        Parameters
+        ----------
+        path : path
+            The file: an archive that `numpy.load` reads, by custom under a name that ends with .plates.
+
+        Raises
+        ------
+        OSError
+            Where the file cannot be written.
+        """
+        self._native.write(os.fspath(path))
+
+    @classmethod
+    def read(cls, path: str | os.PathLike, memory: float = 16) -> Plates:
+        """Reads plates from a file.
+
+        Parameters
+        ----------
+        path : path
+            What `write` or `barnard plates` wrote.
+        memory : number, default 16
+            Most memory that one array may take [GiB].
+
+        Raises
+        ------
+        SceneError
+            Where the file cannot be read, or holds no plates.
+        MemoryLimitError
+        """
+        return cls(_barnard.read_plates(os.fspath(path), int(memory * 2**30)))
+
+
+def wavelengths(range: Any) -> tuple[str, str] | None:
+    """A range of wavelengths as texts; none where none is said."""
+    if range is None:
+        return None
+    low, high = range
+    return _quantity(low, "wavelength", "range"), _quantity(high, "wavelength", "range")

@@ -1,0 +1,43 @@
+"""Plates: pictures of other spectra without a march."""
+
+import barnard as bn
+import numpy as np
+import pytest
+
+u = pytest.importorskip("astropy.units")
+
+
+def test_spectra_change_without_a_march(tmp_path, scene):
+    own = scene
+    plates = own.plates(range=(380 * u.nm, "1 um"))
+    assert plates.shape == (48, 48) and plates.lights == 1 and "1 lights, 48 x 48 pixels" in repr(plates)
+    low, high = plates.range
+    assert low <= 0.3801 and high >= 0.9999
+    own.stars[0].temperature = "25000 K"
+    own.bands = "sdss"
+    own.dust.albedo = 0.3
+    with pytest.raises(bn.SceneError, match="outside of those"):
+        plates.expose(own)
+    own.bands = ["sdss2010-g", "sdss2010-r"]
+    image, fresh = plates.expose(own), own.render()
+    for band in ("sdss2010-g", "sdss2010-r"):
+        a, b = np.asarray(image[band], float), np.asarray(fresh[band], float)
+        assert np.abs(a - b).max() < 2e-3 * b.max()
+    path = tmp_path / "own.plates"
+    plates.write(path)
+    again = bn.Plates.read(path).expose(own)
+    assert np.array_equal(again["sdss2010-g"], image["sdss2010-g"])
+    with np.load(path) as arrays:
+        assert arrays["plate_0_level"].shape == (48, 48) and arrays["plate_0_coordinates"].dtype == np.uint16
+    own.dust.scale = "4 /pc"
+    with pytest.raises(bn.SceneError, match="amount of dust"):
+        plates.expose(own)
+
+
+def test_what_is_no_range_is_refused(scene):
+    with pytest.raises(bn.SceneError, match="unit"):
+        scene.plates(range=(380, 900))
+    with pytest.raises(bn.SceneError, match="range of plates"):
+        scene.plates(range=("900 nm", "400 nm"))
+    with pytest.raises(bn.SceneError, match="is no .npz archive"):
+        bn.Plates.read(__file__)
