@@ -118,7 +118,7 @@ fn interpolated(nodes: &[Node], measure: &Measure) -> Vec<f64> {
 const OUTSIDE: f64 = 1e-6;
 
 impl CommonNodes {
-    /// The weights ∫ W L_j(k) dλ that light has of `nodes` in equal steps of k, [`STENCIL`] of them or more, which were made for
+    /// The weights ∫ W L_j(k) dλ that light has of `nodes` in equal steps of k, six of them or more, which were made for
     /// other light.
     ///
     /// # Errors
