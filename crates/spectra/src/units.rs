@@ -205,11 +205,11 @@ quantity! {
 }
 quantity! {
     /// The charge of a count [e ADU⁻¹].
-    Gain("gain", "1.5 e/ADU") { "e/ADU" = 1.0, "electron/adu" = 1.0, "e/DN" = 1.0 }
+    Gain("gain", "1.5 e/ADU") { "e/ADU" = 1.0, "electron/adu" = 1.0 }
 }
 quantity! {
     /// A number that a converter gives (ADU).
-    Counts("counts", "500 ADU") { "ADU" = 1.0, "adu" = 1.0, "DN" = 1.0 }
+    Counts("counts", "500 ADU") { "ADU" = 1.0, "adu" = 1.0 }
 }
 quantity! {
     /// A rate of hits on an area [cm⁻² s⁻¹].
