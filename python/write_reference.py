@@ -15,7 +15,7 @@ is where to begin, [scene-format.md](scene-format.md) has the same keys with all
 
 #: Headlines and what stands under them, in the order in which they are met.
 CHAPTERS = {
-    "Scenes": ["Scene", "Plan", "Certificate", "Image", "Plates", "Exposures", "FrameSequence"],
+    "Scenes": ["Scene", "Plan", "Certificate", "Image", "Plates", "Exposures", "FitModel", "Fit", "FrameSequence"],
     "Fields": [name for name in bn.tables.__all__ if isinstance(getattr(bn, name), type) and issubclass(getattr(bn, name), bn.tables.Field)],
     "Tables": [],
     "Many pictures": ["map", "tiles", "Result"],

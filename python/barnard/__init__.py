@@ -18,6 +18,7 @@ from ._barnard import BarnardError, DeviceError, MemoryLimitError, SceneError
 from .bricks import render_bricks
 from .cluster import Result, map, tiles  # `map` is not in __all__: Python has one of its own.
 from .exposures import Exposures
+from .fit import Fit, FitModel
 from .image import Image
 from .plan import Certificate, Plan, PlanError
 from .plates import Plates
@@ -33,6 +34,8 @@ __all__ = [
     "Certificate",
     "DeviceError",
     "Exposures",
+    "Fit",
+    "FitModel",
     "FrameSequence",
     "Image",
     "MemoryLimitError",

@@ -16,6 +16,7 @@ from ._progress import Listener, told
 from ._rows import scene_error, unknown_key
 from ._table import table_of
 from ._tree import PARTS, TABLES, place_of, take, tree_of
+from .fit import Fit, FitModel, Images, model_of
 from .image import Image
 from .plan import Plan, exactness
 from .plates import Plates, wavelengths
@@ -318,6 +319,38 @@ class Scene:
         _, native = self._native()
         with told(progress) as listener:
             return Plates(_barnard.plates(native, wavelengths(range), self._plan.get("cpu"), self._limit, progress=listener))
+
+    def fit_model(self, free: str, to: Images, *, progress: bool | Listener | None = None) -> FitModel:
+        """The scene as a model of observed images.
+
+        Parameters
+        ----------
+        free : text
+            What is free, parted by commas: keys of the scene, which says where a fit begins, with bounds (KEY=LOW..HIGH) and what is known
+            beforehand (KEY~MEAN+-SIGMA), in the units in which the scene says them.
+        to : path, or list of paths and pairs
+            FITS files: an image HDU for each passband by its name, standard errors as NAME_error or ERR, a mask as mask.NAME, DQ or MASK. A pair is a path
+            and a dictionary of what its scene has in place of this one's: instrument, bands, camera, observation.
+
+        Raises
+        ------
+        SceneError
+            Where images cannot be read or are of other pixels, passbands or units, or the scene says no number for a key.
+        """
+        with told(progress) as listener:
+            return model_of(self, free, to, listener)
+
+    def fit(self, free: str, to: Images, *, progress: bool | Listener | None = None) -> Fit:
+        """Fits what is free of the scene to observed images; see `fit_model` for the parameters.
+
+        Raises
+        ------
+        SceneError
+            Those of `fit_model`, and where the data do not depend on a key.
+        KeyboardInterrupt
+            Where Ctrl-C stopped it.
+        """
+        return self.fit_model(free, to, progress=progress).fit(progress=progress)
 
     def render(
         self,

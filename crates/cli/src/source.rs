@@ -113,6 +113,24 @@ impl SceneArgs {
         Ok((file, Options::within(memory_limit)))
     }
 
+    /// Refuses flags that change a scene that was read, where it is read again: `--set` changes its text.
+    pub fn refuse_overrides(&self, why: &str) -> anyhow::Result<()> {
+        let given = [
+            ("--method", self.method.is_some()),
+            ("--accuracy", self.accuracy.is_some()),
+            ("--steps", self.steps.is_some()),
+            ("--count", self.count.is_some()),
+            ("--bounces", self.bounces.is_some()),
+            ("--bookmark", self.bookmark.is_some()),
+            ("--size", self.size.is_some()),
+            ("--crop", self.crop.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((flag, _)) => bail!("{flag}: {why}; change its keys instead, such as --set \"camera.size=[640, 480]\""),
+            None => Ok(()),
+        }
+    }
+
     /// A scene with the overrides.
     pub fn adjusted(&self, scene: Scene, memory_limit: u64) -> anyhow::Result<Scene> {
         let mut scene = self.uncropped(scene)?;

@@ -96,6 +96,16 @@ impl SceneFile {
         Ok(Self { scene, tree, loader })
     }
 
+    /// The tree that the scene was read from, with the keys that were changed.
+    pub fn tree(&self) -> &Table {
+        &self.tree
+    }
+
+    /// What it was read by.
+    pub fn loader(&self) -> &Loader {
+        &self.loader
+    }
+
     /// The frames of the scene, where it changes.
     ///
     /// # Errors

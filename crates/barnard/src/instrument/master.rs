@@ -65,6 +65,33 @@ impl Exposures {
         Ok(Image { samples: Samples::Single(samples), ..self.header.clone() })
     }
 
+    /// What masters are on the average: radiances [W m⁻² sr⁻¹] without noise, and behind each band the standard errors of a master. Each band
+    /// of a mosaic is that of its own pixels, [which see](Self::sees) no other.
+    pub fn ideal(&self) -> Image {
+        let (instrument, detector, count) = (&self.instrument, &self.instrument.detector, self.pixels.count());
+        let all = || (0..self.bands.len()).flat_map(|band| (0..count).map(move |pixel| (band, pixel)));
+        let radiance = |(band, pixel): (usize, usize)| self.radiance(band, pixel, self.mean(band, pixel));
+        let error = |(band, pixel): (usize, usize)| {
+            let variance = detector.variance(self.mean(band, pixel)) / instrument.frames as f64;
+            variance.sqrt() / (instrument.exposure_s * self.per_radiance(band, pixel))
+        };
+        let samples = Samples::Double(all().map(radiance).chain(all().map(error)).collect());
+        Image { bands: self.with_errors(), samples, ..self.header.clone() }
+    }
+
+    /// Whether a pixel of the detector sees a band: all do but those of a mosaic.
+    pub fn sees(&self, band: usize, pixel: usize) -> bool {
+        self.mosaic.is_none() || self.band_of(0, pixel) == band
+    }
+
+    /// The bands of radiances, then those of their errors.
+    fn with_errors(&self) -> Vec<Band> {
+        let bands = &self.header.bands;
+        let errors =
+            bands.iter().map(|band| Band { name: format!("{}{ERROR_SUFFIX}", band.name), certificate: Vec::new(), ..band.clone() });
+        bands.iter().cloned().chain(errors).collect()
+    }
+
     /// The radiance that so many electrons of a frame say, without the dark and, where it is taken away, the sky.
     fn radiance(&self, band: usize, pixel: usize, electrons: f64) -> f64 {
         let instrument = &self.instrument;
@@ -95,11 +122,7 @@ impl Exposures {
         let samples: Vec<f32> = flat(|own| own.radiance).chain(flat(|own| own.variance.sqrt())).collect();
         let mask: Vec<f32> = flat(|own| f64::from(own.flags)).collect();
         debug_assert_eq!(samples.len(), 2 * bands * count, "radiances and errors");
-        let mut image = self.header.clone();
-        let errors =
-            image.bands.iter().map(|band| Band { name: format!("{}{ERROR_SUFFIX}", band.name), certificate: Vec::new(), ..band.clone() });
-        let errors: Vec<Band> = errors.collect();
-        image.bands.extend(errors);
+        let mut image = Image { bands: self.with_errors(), ..self.header.clone() };
         image.samples = Samples::Single(samples);
         image.layers = vec![Layer { name: "mask".into(), content: LayerContent::Mask, samples: Samples::Single(mask) }];
         image.keywords.extend(self.keywords(self.instrument.frames));

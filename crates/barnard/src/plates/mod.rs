@@ -33,7 +33,7 @@ use crate::image::{Image, LayerChoice, Samples};
 use crate::keywords;
 use crate::light::{Light, Route, law, lights};
 use crate::phase::Phase;
-use crate::plan::{Options, Plan, in_keywords, in_words, source};
+use crate::plan::{Choices, Options, Plan, in_keywords, in_words, source};
 use crate::points::{Sources, points};
 use crate::scene::{Method, Scene};
 
@@ -120,12 +120,30 @@ impl Plates {
     /// # Errors
     /// Those of [`Plan::new`], where the range is none or beyond the extinction law, and where there are too many stars.
     pub fn new(scene: &Scene, range_um: Option<(f64, f64)>, before: Option<&Plan>, options: &Options, control: &Control) -> Result<Self> {
+        Ok(Self::held(scene, range_um, before, None, options, control)?.0)
+    }
+
+    /// The same with the plan that they were marched by, which may hold to [choices](Choices) that are made already.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    pub fn held(
+        scene: &Scene,
+        range_um: Option<(f64, f64)>,
+        before: Option<&Plan>,
+        choices: Option<&Choices>,
+        options: &Options,
+        control: &Control,
+    ) -> Result<(Self, Plan)> {
         scene.check()?;
         check(scene)?;
         let range_um = range(scene, range_um)?;
         let marched = one_scattering(scene, range_um)?;
         let (of_plan, of_march) = (control.part(0.0, 0.3), control.part(0.3, 1.0));
-        let plan = Plan::updated(before, &marched, options, &of_plan)?;
+        let plan = match choices {
+            Some(choices) => Plan::holding(before, &marched, options, choices, &of_plan)?,
+            None => Plan::updated(before, &marched, options, &of_plan)?,
+        };
         let nodes = plan.spectral().common_nodes().unwrap_or_default().to_vec();
         if nodes.len() > MOST_NODES {
             let said = format!("an optical depth of {:.0}, which needs {} nodes", plan.spectral().depth, nodes.len());
@@ -144,7 +162,7 @@ impl Plates {
             plan.space().depth(ray.origin, ray.at(point.length.min(far)))
         };
         let depths = points(Sources::All, scene, &scene.camera, plan.lights())?.iter().map(depth).collect();
-        Self::of(Record {
+        let plates = Self::of(Record {
             size: [scene.camera.width, scene.camera.height],
             scatters_again: scene.method.bounces > 1,
             plates,
@@ -154,7 +172,8 @@ impl Plates {
             depth: stats.depth.max(0.0),
             notes: plan.notes().into_iter().chain(stats.negative_note()).collect(),
             nodes,
-        })
+        })?;
+        Ok((plates, plan))
     }
 
     /// Plates of what they hold, as files do.

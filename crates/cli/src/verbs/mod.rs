@@ -7,6 +7,7 @@ mod compare;
 mod completions;
 mod convert;
 mod expose;
+mod fit;
 mod frames;
 mod gas;
 mod info;
@@ -45,6 +46,8 @@ pub enum Verb {
     Plates(Box<plates::MakePlates>),
     /// Make pictures of plates, of other spectra, passbands or albedo
     Expose(Box<expose::Expose>),
+    /// Fit parameters of a scene to observed images, with error bars
+    Fit(Box<fit::Fit>),
     /// Validate a scene and print its plan: nodes, certificate, memory
     Check(check::Check),
     /// Print a catalogue, one entry a line
@@ -96,6 +99,7 @@ impl Verb {
             Verb::Observe(verb) => verb.run(),
             Verb::Plates(verb) => verb.run(),
             Verb::Expose(verb) => verb.run(),
+            Verb::Fit(verb) => verb.run(),
             Verb::Check(verb) => verb.run(),
             Verb::Convert(verb) => verb.run(),
             Verb::List(verb) => verb.run(),

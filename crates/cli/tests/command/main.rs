@@ -2,6 +2,7 @@
 
 mod answers;
 mod desk;
+mod fit;
 mod frames;
 mod inputs;
 mod observe;

@@ -6,6 +6,7 @@
 
 mod cards;
 mod header;
+mod observed;
 mod table;
 mod tiles;
 mod write;
@@ -13,6 +14,7 @@ mod write;
 use std::io::{BufReader, Read, SeekFrom};
 
 use self::header::{Header, headers};
+pub use self::observed::{Observed, Plane, Sky, observed, sky_of};
 use self::write::encode;
 pub(super) use self::write::encode_frame;
 

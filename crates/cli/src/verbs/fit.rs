@@ -1,0 +1,245 @@
+//! `barnard fit`
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::{Context, bail};
+use barnard::properties::Table;
+use barnard_files::SaveImage;
+use barnard_files::formats::{check_replaceable, check_writable, replace};
+use barnard_fit::{Fitted, Images, Observation, Parameter, Residuals, fit, parameters};
+use clap::Args;
+
+use crate::progress::{self, Note};
+use crate::source::SceneArgs;
+use crate::verbs::frames::named;
+
+/// Fits parameters of a scene to observed images: values with standard errors, correlations, residuals.
+///
+/// A parameter is a key of the scene, which says where the fit begins, in its unit there: KEY, KEY=LOW..HIGH with bounds,
+/// KEY~MEAN+-SIGMA with what is known beforehand.
+///
+/// Examples:
+///   barnard fit my.toml --to master.fits --free "star.0.luminosity, star.0.temperature=5000..40000, dust.scale"
+///   barnard fit my.toml --to a.fits --with a.toml --to b.fits --with b.toml --free emission.0.scale -o fit.json --residuals left_%d.fits
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub struct Fit {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// An observed image (FITS: an HDU for each passband by its name, standard errors, masks); as often as there are images
+    #[arg(long, value_name = "IMAGE", required = true)]
+    to: Vec<PathBuf>,
+    /// Tables of that image (TOML) in place of the scene's: [instrument], bands, [camera], [observation]; one for each --to, or none
+    #[arg(long, value_name = "TOML")]
+    with: Vec<PathBuf>,
+    /// What is free, parted by commas: keys with bounds and priors
+    #[arg(long, value_name = "KEYS")]
+    free: String,
+    /// Where values, covariance and errors go as JSON
+    #[arg(short, long, value_name = "OUT.json")]
+    output: Option<PathBuf>,
+    /// Where the scene goes with the values that were found
+    #[arg(long, value_name = "OUT.toml")]
+    found: Option<PathBuf>,
+    /// Where residuals go, data less model and standard errors: left.fits, or left_%d.fits for several images
+    #[arg(long, value_name = "OUT.fits")]
+    residuals: Option<PathBuf>,
+    /// Where a plot of the residuals in standard errors goes, beside what noise makes of them (.svg or .png)
+    #[arg(long, value_name = "OUT")]
+    plot: Option<PathBuf>,
+}
+
+impl Fit {
+    pub fn run(self) -> anyhow::Result<ExitCode> {
+        if !self.with.is_empty() && self.with.len() != self.to.len() {
+            bail!("{} --with for {} --to: each image has one, or none has", self.with.len(), self.to.len());
+        }
+        self.scene.refuse_overrides("a fit reads the scene anew for each of its values")?;
+        let free = parameters(&self.free)?;
+        let left = self.residual_files()?;
+        self.output.iter().chain(&self.found).try_for_each(|path| check_replaceable(path))?;
+        left.iter().try_for_each(|path| check_writable(path))?;
+        if let Some(plot) = &self.plot {
+            check_plot(plot)?;
+        }
+        let (file, options) = self.scene.open_for("cpu")?;
+        let overlays = self.with.iter().map(|path| overlay(path)).collect::<anyhow::Result<Vec<Table>>>()?;
+        let with = |i: usize| overlays.get(i).cloned().unwrap_or_default();
+        let observations: Vec<Observation> =
+            self.to.iter().enumerate().map(|(i, file)| Observation { file: file.clone(), with: with(i) }).collect();
+        let note = Note::default();
+        note.set("fitting".into());
+        let control = progress::control_with(&note)?;
+        let start = Instant::now();
+        let (mut images, data, first) = Images::new(file.tree().clone(), file.loader().clone(), &observations, &free, options, &control)?;
+        let fitted = fit(&mut images, &data, &free, &first, &control)?;
+        let seconds = start.elapsed().as_secs_f64();
+        tell(&free, &images.units(), &first, &fitted, seconds);
+        let residuals = images.residuals(&data, &fitted.prediction, &fitted.sigma, &control)?;
+        for own in &residuals {
+            for (band, values) in &own.normalised {
+                let chi2: f64 = values.iter().map(|value| value * value).sum();
+                say!("{} {band}: chi2 {chi2:.1} of {} pixels", own.name, values.len());
+            }
+        }
+        if let Some(path) = &self.output {
+            replace(path, json(&free, &images.units(), &first, &fitted).as_bytes())?;
+            say!("wrote {}", path.display());
+        }
+        if let Some(path) = &self.found {
+            replace(path, barnard_files::toml::text(&images.tree(&fitted.values)?).as_bytes())?;
+            say!("wrote {}", path.display());
+        }
+        for (path, own) in left.iter().zip(&residuals) {
+            own.image.save(path)?;
+            say!("wrote {}", path.display());
+        }
+        if let Some(path) = &self.plot {
+            plot(path, &residuals)?;
+            say!("wrote {}", path.display());
+        }
+        if !fitted.degenerate.is_empty() {
+            let names: Vec<&str> = fitted.degenerate.iter().map(|i| free[*i].key.as_str()).collect();
+            complain!("warning: these data do not tell apart {}; leave one out, or give it a prior: KEY~MEAN+-SIGMA", names.join(", "));
+        }
+        for i in &fitted.bounded {
+            complain!("warning: {} is at its bound; its standard error says little", free[*i].key);
+        }
+        if !fitted.converged {
+            complain!("warning: steps did not become small; begin nearer, or give bounds");
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// The files of residuals, one for each image.
+    fn residual_files(&self) -> anyhow::Result<Vec<PathBuf>> {
+        let Some(pattern) = &self.residuals else { return Ok(Vec::new()) };
+        match self.to.len() {
+            1 if !pattern.to_string_lossy().contains('%') => Ok(vec![pattern.clone()]),
+            count => (1..=count as i64).map(|number| named(pattern, number)).collect::<Option<_>>().with_context(|| {
+                format!("--residuals {}: several images need a number in their name, such as left_%d.fits", pattern.display())
+            }),
+        }
+    }
+}
+
+/// The tables of a file.
+fn overlay(path: &Path) -> anyhow::Result<Table> {
+    let text = barnard_files::read_text(path)?;
+    Ok(barnard_files::toml::properties(&path.display().to_string(), &text)?)
+}
+
+/// Says what was found.
+fn tell(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted, seconds: f64) {
+    let (chi2, count) = fitted.chi2;
+    let degrees = count.saturating_sub(free.len());
+    say!(
+        "{} parameters ({} of them linear), {count} pixels, chi2 {chi2:.1} of {degrees} degrees of freedom, {} pictures, {seconds:.1} s",
+        free.len(),
+        fitted.linear.iter().filter(|linear| **linear).count(),
+        fitted.evaluations
+    );
+    for (i, parameter) in free.iter().enumerate() {
+        let (value, sigma) = (fitted.values[i], fitted.sigma_of(i));
+        // Two digits of the error.
+        let digits = (1.0 - sigma.abs().log10().floor()).clamp(0.0, 12.0);
+        let digits = if digits.is_finite() { digits as usize } else { 6 };
+        let many = |v: f64| if v != 0.0 && (v.abs() < 1e-3 || v.abs() >= 1e7) { format!("{v:.6e}") } else { format!("{v:.digits$}") };
+        let few = |v: f64| if v != 0.0 && (v.abs() < 1e-3 || v.abs() >= 1e7) { format!("{v:.1e}") } else { format!("{v:.digits$}") };
+        say!(
+            "{} = {} +- {} {} (began at {}; model right to {:.1e})",
+            parameter.key,
+            many(value),
+            few(sigma),
+            units[i],
+            first[i],
+            fitted.floor[i]
+        );
+    }
+    for a in 0..free.len() {
+        for b in (0..a).filter(|b| fitted.correlation(a, *b).abs() > 0.5) {
+            say!("correlation of {} and {}: {:.2}", free[b].key, free[a].key, fitted.correlation(a, b));
+        }
+    }
+}
+
+fn json(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted) -> String {
+    let parameter = |i: usize| {
+        serde_json::json!({
+            "key": free[i].key,
+            "unit": units[i],
+            "value": fitted.values[i],
+            "sigma": fitted.sigma_of(i),
+            "model_error": fitted.floor[i],
+            "start": first[i],
+            "linear": fitted.linear[i],
+            "at_bound": fitted.bounded.contains(&i),
+            "degenerate": fitted.degenerate.contains(&i),
+        })
+    };
+    let row = |i: usize| (0..free.len()).map(|j| fitted.covariance[(i, j)]).collect::<Vec<f64>>();
+    let all = serde_json::json!({
+        "parameters": (0..free.len()).map(parameter).collect::<Vec<_>>(),
+        "covariance": (0..free.len()).map(row).collect::<Vec<_>>(),
+        "chi2": fitted.chi2.0,
+        "pixels": fitted.chi2.1,
+        "converged": fitted.converged,
+        "pictures": fitted.evaluations,
+    });
+    format!("{all:#}\n")
+}
+
+#[cfg(feature = "study")]
+fn check_plot(path: &Path) -> anyhow::Result<()> {
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    match extension.as_deref() {
+        Some("svg" | "png") => Ok(check_replaceable(path)?),
+        _ => bail!("--plot {}: plots are .svg or .png", path.display()),
+    }
+}
+
+#[cfg(not(feature = "study"))]
+fn check_plot(path: &Path) -> anyhow::Result<()> {
+    bail!("--plot {}: this program was built without plots; build it with --features study", path.display())
+}
+
+/// Residuals in standard errors: how many there are of each size, and how many noise makes.
+#[cfg(feature = "study")]
+fn plot(path: &Path, residuals: &[Residuals]) -> anyhow::Result<()> {
+    use barnard_study::{Axis, Figure, Series};
+    const REACH: f64 = 5.0;
+    const BINS: usize = 50;
+    let middle = |bin: usize| REACH * (2.0 * (bin as f64 + 0.5) / BINS as f64 - 1.0);
+    let width = 2.0 * REACH / BINS as f64;
+    let normal = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
+    let expected = Series { name: "noise".into(), points: (0..BINS).map(|bin| (middle(bin), normal(middle(bin)))).collect() };
+    let of_band = |own: &Residuals, band: &str, values: &[f64]| {
+        let mut counts = vec![0.0; BINS];
+        for value in values {
+            let bin = ((value + REACH) / width).floor();
+            if (0.0..BINS as f64).contains(&bin) {
+                counts[bin as usize] += 1.0 / (values.len() as f64 * width);
+            }
+        }
+        let points = counts.iter().enumerate().filter(|(_, count)| **count > 0.0).map(|(bin, count)| (middle(bin), *count)).collect();
+        Series { name: format!("{} {band}", own.name), points }
+    };
+    let series = residuals.iter().flat_map(|own| own.normalised.iter().map(move |(band, values)| of_band(own, band, values)));
+    let figure = Figure {
+        name: "residuals".into(),
+        title: "Data less model".into(),
+        x: Axis::linear("residual [standard errors]"),
+        y: Axis::log("density of pixels"),
+        series: std::iter::once(expected).chain(series).collect(),
+    };
+    let is_svg = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
+    let bytes = if is_svg { figure.svg()?.into_bytes() } else { figure.png()? };
+    Ok(replace(path, &bytes)?)
+}
+
+#[cfg(not(feature = "study"))]
+fn plot(_: &Path, _: &[Residuals]) -> anyhow::Result<()> {
+    Ok(())
+}

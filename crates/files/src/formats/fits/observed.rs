@@ -1,0 +1,184 @@
+//! Observed images: every plane of a file with its unit and its place on the sky.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use barnard::data::Layout;
+use barnard::error::{Error, Result};
+use barnard::glam::{DMat2, DVec2, DVec3};
+use barnard::image::{ERROR_SUFFIX, Image, Samples};
+
+use super::header::{Header, headers};
+use super::{LAYER, gzip, values};
+use crate::formats::{Request, checked_shape, three_axes};
+
+/// The planes of a file.
+#[derive(Debug, Clone)]
+pub struct Observed {
+    /// Pixels along a row.
+    pub width: usize,
+    /// Pixels along a column.
+    pub height: usize,
+    /// Each image of two axes, in the order of the file.
+    pub planes: Vec<Plane>,
+}
+
+/// An image of two axes.
+#[derive(Debug, Clone)]
+pub struct Plane {
+    /// The name of its HDU; nothing where it has none.
+    pub name: String,
+    /// Its unit, as BUNIT says it.
+    pub unit: Option<String>,
+    /// Its values, the first row on top; NaN where the file has none.
+    pub values: Vec<f64>,
+    /// Where its pixels are on the sky, where it says so.
+    pub sky: Option<Sky>,
+}
+
+/// Where pixels are on the sky: the part of a world coordinate system that flat pictures need, FITS papers I and II.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sky {
+    kinds: [String; 2],
+    reference: DVec2,
+    /// The coordinates of the reference \[deg\].
+    value: DVec2,
+    /// Steps along both axes \[deg\].
+    matrix: DMat2,
+    height: f64,
+}
+
+/// Names that other programs give to standard errors and masks of the one image of a file.
+const ERRORS: [&str; 4] = ["ERR", "ERROR", "UNCERT", "SIGMA"];
+const MASKS: [&str; 2] = ["DQ", "MASK"];
+
+impl Observed {
+    /// The image of a passband by its name; where the file has one image and nothing else is asked for, that.
+    pub fn plane(&self, name: &str, bands: usize) -> Option<&Plane> {
+        let images = || self.planes.iter().filter(|plane| !is_aside(&plane.name));
+        let only = || images().next().filter(|_| bands == 1 && images().count() == 1);
+        images().find(|plane| plane.name == name).or_else(only)
+    }
+
+    /// The standard errors of an image.
+    pub fn errors_of(&self, name: &str) -> Option<&Plane> {
+        self.beside(&format!("{name}{ERROR_SUFFIX}"), &ERRORS)
+    }
+
+    /// The mask of an image, zero where pixels count.
+    pub fn mask_of(&self, name: &str) -> Option<&Plane> {
+        self.beside(&format!("mask.{name}"), &MASKS)
+    }
+
+    fn beside(&self, own: &str, others: &[&str]) -> Option<&Plane> {
+        let images = self.planes.iter().filter(|plane| !is_aside(&plane.name)).count();
+        let named = |plane: &&Plane| others.iter().any(|other| plane.name.eq_ignore_ascii_case(other));
+        self.planes.iter().find(|plane| plane.name == own).or_else(|| self.planes.iter().find(named).filter(|_| images == 1))
+    }
+}
+
+/// Whether a name is that of errors, of a mask or of a layer.
+fn is_aside(name: &str) -> bool {
+    let other = |other: &&&str| name.eq_ignore_ascii_case(other);
+    name.ends_with(ERROR_SUFFIX) || name.starts_with("mask.") || ERRORS.iter().chain(&MASKS).any(|known| other(&known))
+}
+
+/// Reads every image of two axes of a FITS file, those of masks and errors too; together they may take `memory_limit` bytes.
+///
+/// # Errors
+/// Where the file cannot be read, or has images of different sizes, or none.
+pub fn observed(path: &Path, memory_limit: u64) -> Result<Observed> {
+    let file = std::fs::File::open(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
+    let request = &mut Request::new(file, path, None, memory_limit)?;
+    gzip::unpacked(request)?;
+    let headers = headers(request)?;
+    let mut planes: Vec<Plane> = Vec::new();
+    let mut size = None;
+    let is_image = |header: &&Header| {
+        header.axes().is_some_and(|axes| axes.len() == 2) && header.text(LAYER).is_none_or(|layer| layer.trim().starts_with("mask"))
+    };
+    for header in headers.iter().filter(is_image) {
+        let axes = header.axes().unwrap_or_default();
+        checked_shape(path, memory_limit, &[planes.len() as u64 + 1, axes[1], axes[0]])?;
+        let (shape, _) = three_axes(path, &[1, axes[1], axes[0]])?;
+        if *size.get_or_insert((axes[0], axes[1])) != (axes[0], axes[1]) {
+            return Err(Error::file(path, "holds images of different sizes; the images of a fit, their errors and masks have one"));
+        }
+        let whole = Layout { shape, frame: None }.whole();
+        let own = values::<f64>(request, header, [None, Some(2), Some(1)], shape, &whole)?.doubles();
+        planes.push(Plane {
+            name: header.text("EXTNAME").unwrap_or_default().trim().to_owned(),
+            unit: header.text("BUNIT").map(|unit| unit.trim().to_owned()).filter(|unit| !unit.is_empty()),
+            // The first row of FITS is the lowest.
+            values: own.chunks(axes[0] as usize).rev().flatten().copied().collect(),
+            sky: Sky::of(header, axes[1]),
+        });
+    }
+    let (width, height) = size.ok_or_else(|| Error::file(path, "holds no two-dimensional image"))?;
+    Ok(Observed { width: width as usize, height: height as usize, planes })
+}
+
+/// Where the pixels of a picture are on the sky, as its file would say; none where nobody said.
+///
+/// # Errors
+/// Where it cannot be written as FITS.
+pub fn sky_of(image: &Image) -> Result<Option<Sky>> {
+    let Some(band) = image.bands.first() else { return Ok(None) };
+    let pixels = image.width * image.height;
+    let bare = Image {
+        bands: vec![band.clone()],
+        samples: Samples::Single(vec![0.0; pixels]),
+        layers: Vec::new(),
+        spectral: None,
+        ..image.clone()
+    };
+    let path = Path::new("picture");
+    let request = &mut Request::new(Cursor::new(super::encode(&bare)?), path, None, u64::MAX)?;
+    Ok(headers(request)?.iter().find_map(|header| Sky::of(header, image.height as u64)))
+}
+
+impl Sky {
+    /// What a header says; none where it says nothing of two axes of the sky.
+    fn of(header: &Header, height: u64) -> Option<Self> {
+        let kind = |axis: usize| header.text(&format!("CTYPE{axis}")).map(|kind| kind.trim().to_owned());
+        let kinds = [kind(1)?, kind(2)?];
+        let longitude = ["RA--", "GLON", "ELON"].iter().any(|start| kinds[0].starts_with(start));
+        if !longitude {
+            return None;
+        }
+        let number = |keyword: &str| header.number(keyword);
+        let pair = |keyword: &str| Some(DVec2::new(number(&format!("{keyword}1"))?, number(&format!("{keyword}2"))?));
+        let element = |i: usize, j: usize| {
+            number(&format!("CD{i}_{j}")).or_else(|| {
+                let turned = number(&format!("PC{i}_{j}")).unwrap_or(if i == j { 1.0 } else { 0.0 });
+                Some(turned * number(&format!("CDELT{i}"))?)
+            })
+        };
+        let has_matrix = number("CD1_1").or(number("CD1_2")).is_some();
+        let own = |i: usize, j: usize| if has_matrix { Some(number(&format!("CD{i}_{j}")).unwrap_or(0.0)) } else { element(i, j) };
+        let matrix = DMat2::from_cols(DVec2::new(own(1, 1)?, own(2, 1)?), DVec2::new(own(1, 2)?, own(2, 2)?));
+        (matrix.determinant() != 0.0).then_some(())?;
+        Some(Self { kinds, reference: pair("CRPIX")?, value: pair("CRVAL")?, matrix, height: height as f64 })
+    }
+
+    /// The direction of a place of the picture, columns and rows from its upper left corner, in the frame of its coordinates.
+    fn direction(&self, x: f64, y: f64) -> DVec3 {
+        // Pixel centres are whole numbers from one on, the first row is the lowest.
+        let pixel = DVec2::new(x + 0.5, self.height - y + 0.5);
+        let flat = (self.matrix * (pixel - self.reference)) * std::f64::consts::PI / 180.0;
+        let (l, b) = (self.value.x.to_radians(), self.value.y.to_radians());
+        let middle = DVec3::new(b.cos() * l.cos(), b.cos() * l.sin(), b.sin());
+        let (east, north) = (DVec3::new(-l.sin(), l.cos(), 0.0), DVec3::new(-b.sin() * l.cos(), -b.sin() * l.sin(), b.cos()));
+        (middle + flat.x * east + flat.y * north).normalize()
+    }
+
+    /// How many of this one's pixels a place of another picture lies from where this one has it; infinite where the two have other
+    /// coordinates or projections. Both are tangent planes.
+    pub fn pixels_apart(&self, other: &Self, x: f64, y: f64) -> f64 {
+        if self.kinds.iter().zip(&other.kinds).any(|(a, b)| a.get(..8) != b.get(..8)) {
+            return f64::INFINITY;
+        }
+        let pixel = self.matrix.determinant().abs().sqrt().to_radians();
+        (self.direction(x, y) - other.direction(x, y)).length() / pixel
+    }
+}

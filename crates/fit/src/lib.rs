@@ -1,0 +1,14 @@
+//! Parameters of scenes from observed images, with error bars.
+//!
+//! Data are images with their own passbands, instruments, errors and masks, one or several; the model of each is the scene's picture
+//! as its instrument would record it in endless frames. Parameters in which all models are linear, such as luminosities, emission scales
+//! and backgrounds, are solved inside (variable projection: Golub & Pereyra 1973, SIAM J. Numer. Anal. 10, 413), the others by
+//! Levenberg–Marquardt. [`fit()`] knows numbers alone, [`Images`] makes them of scenes and data, [`Parameter`] is what is free.
+
+mod images;
+mod parameter;
+pub mod solve;
+
+pub use images::{Images, Observation, Residuals};
+pub use parameter::{Parameter, parameters};
+pub use solve::{Fitted, fit};

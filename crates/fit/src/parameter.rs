@@ -1,0 +1,112 @@
+//! What is free in a fit.
+
+use barnard::error::{Error, Result};
+use barnard::properties::places::{get, set};
+use barnard::properties::{Form, Table};
+
+/// A number of a scene that is free.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// The place of its key, such as "star.0.luminosity".
+    pub key: String,
+    /// The least and the largest value that it may have, in the unit in which the scene says it.
+    pub bounds: (f64, f64),
+    /// What is known of it beforehand: mean and standard deviation.
+    pub prior: Option<(f64, f64)>,
+}
+
+/// What a text such as "star.0.luminosity, star.0.temperature=5000..30000, dust.scale~4+-0.5" says: places of keys, each with what it may
+/// be and a prior where one is known, in the units in which the scene says them.
+///
+/// # Errors
+/// Where a part of it says something else, or a key stands there twice.
+pub fn parameters(text: &str) -> Result<Vec<Parameter>> {
+    let parameters: Vec<Parameter> = text.split(',').map(|part| part.trim().parse()).collect::<Result<_>>()?;
+    if let Some(twice) = parameters.iter().enumerate().find(|(i, own)| parameters[..*i].iter().any(|other| other.key == own.key)) {
+        return Err(Error::value("free parameter", format!("{} twice", twice.1.key), "each key once"));
+    }
+    Ok(parameters)
+}
+
+impl std::str::FromStr for Parameter {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let wrong = || {
+            Error::value(
+                "free parameter",
+                format!("\"{text}\""),
+                "KEY, KEY=LOW..HIGH or KEY~MEAN+-SIGMA, such as star.0.temperature=5000..30000",
+            )
+        };
+        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong);
+        let (rest, prior) = match text.split_once('~') {
+            None => (text, None),
+            Some((rest, prior)) => {
+                let (mean, sigma) = prior.split_once("+-").or_else(|| prior.split_once('±')).ok_or_else(wrong)?;
+                (rest, Some((number(mean)?, number(sigma)?)))
+            }
+        };
+        let (key, bounds) = match rest.split_once('=') {
+            None => (rest, (f64::NEG_INFINITY, f64::INFINITY)),
+            Some((key, bounds)) => {
+                let (low, high) = bounds.split_once("..").ok_or_else(wrong)?;
+                let end = |text: &str, open: f64| if text.trim().is_empty() { Ok(open) } else { number(text) };
+                (key, (end(low, f64::NEG_INFINITY)?, end(high, f64::INFINITY)?))
+            }
+        };
+        if key.trim().is_empty() || bounds.0 >= bounds.1 || prior.is_some_and(|(_, sigma)| sigma <= 0.0) {
+            return Err(wrong());
+        }
+        Ok(Self { key: key.trim().to_owned(), bounds, prior })
+    }
+}
+
+/// Where a free number stands, and how.
+#[derive(Debug, Clone)]
+pub(crate) struct Held {
+    key: String,
+    form: Form,
+}
+
+impl Held {
+    /// Finds a parameter in a scene; what it says there is given too.
+    pub fn of(tree: &Table, parameter: &Parameter) -> Result<(Self, f64)> {
+        let missing = |reason: String| Error::value("free parameter", &parameter.key, reason);
+        let found = get(tree, &parameter.key).map_err(missing)?;
+        let found = found.ok_or_else(|| missing("a key that the scene says: write it there, with the value to begin at".into()))?;
+        match Form::of(&found.value) {
+            Some((form, numbers)) if numbers.len() == 1 => Ok((Self { key: parameter.key.clone(), form }, numbers[0])),
+            _ => Err(missing(format!("one number, where the scene says {}", found.value))),
+        }
+    }
+
+    /// Its unit, as the scene writes it; nothing where it has none.
+    pub fn unit(&self) -> &str {
+        match &self.form {
+            Form::Quantity(unit) => unit,
+            Form::Number | Form::List => "",
+        }
+    }
+
+    /// Says a value in its place.
+    pub fn set(&self, tree: &mut Table, value: f64) -> Result<()> {
+        set(tree, &self.key, self.form.value(&[value]).into()).map_err(|reason| Error::value("free parameter", &self.key, reason))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_are_read() {
+        let all = parameters("star.0.luminosity, star.0.temperature=5000..30000,dust.scale=0..~4+-0.5").unwrap();
+        let keys: Vec<&str> = all.iter().map(|own| own.key.as_str()).collect();
+        assert_eq!(keys, ["star.0.luminosity", "star.0.temperature", "dust.scale"]);
+        assert_eq!((all[1].bounds, all[2].bounds.0, all[2].prior), ((5000.0, 30000.0), 0.0, Some((4.0, 0.5))));
+        for wrong in ["", "a=1", "a=2..1", "a~3", "a~3+-0", "a~x+-1", "a,a", "=1..2", "a=1..nan"] {
+            assert!(parameters(wrong).unwrap_err().to_string().contains("free parameter"), "{wrong}");
+        }
+    }
+}

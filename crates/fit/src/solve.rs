@@ -1,0 +1,575 @@
+//! Least squares of numbers: linear parameters inside, the others by Levenberg–Marquardt.
+//!
+//! | symbol | variable | |
+//! |---|---|---|
+//! | y, σ | `values`, `sigma` | data and their standard errors |
+//! | m(x) | `Prediction::mean` | the model |
+//! | r = (y − m)/σ, and (x − prior)/its σ | `residuals` | |
+//! | C = (JᵀJ)⁻¹, J = −∂r/∂x | `covariance` | |
+//!
+//! Where the model knows the noise of what it predicts, σ is that of the model and not that of the data, which are fainter where noise was
+//! low: weights are renewed until parameters stay (iteratively reweighted least squares), so that means are not too low.
+
+use barnard::control::Control;
+use barnard::error::{Error, Result};
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra::storage::Owned;
+use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
+
+use crate::Parameter;
+
+/// What a model says of all data, in their order.
+#[derive(Debug, Clone, Default)]
+pub struct Prediction {
+    /// The values.
+    pub mean: Vec<f64>,
+    /// Their standard errors, where the model knows them.
+    pub sigma: Option<Vec<f64>>,
+}
+
+/// What says what data would be.
+pub trait Model {
+    /// What data would be at some values of the parameters.
+    ///
+    /// # Errors
+    /// Where values cannot be, and when the user wishes to stop.
+    fn predict(&mut self, values: &[f64], control: &Control) -> Result<Prediction>;
+
+    /// The largest errors of what it says, without noise.
+    ///
+    /// # Errors
+    /// Those of [`predict`](Self::predict).
+    fn floor(&mut self, values: &[f64], control: &Control) -> Result<Vec<f64>>;
+}
+
+/// What was measured.
+#[derive(Debug, Clone)]
+pub struct Measured {
+    /// The values.
+    pub values: Vec<f64>,
+    /// Their standard errors, where the model does not know them.
+    pub sigma: Vec<f64>,
+}
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// The value of each parameter.
+    pub values: Vec<f64>,
+    /// Their covariance.
+    pub covariance: DMatrix<f64>,
+    /// By how much each may be wrong since the model is, at most.
+    pub floor: Vec<f64>,
+    /// Whether the model is linear in each, together with the others that it is linear in.
+    pub linear: Vec<bool>,
+    /// Σ r² of the data, and their number.
+    pub chi2: (f64, usize),
+    /// What the model says at the values.
+    pub prediction: Prediction,
+    /// Standard errors by which data were weighed.
+    pub sigma: Vec<f64>,
+    /// How often the model was asked.
+    pub evaluations: usize,
+    /// Whether steps became small.
+    pub converged: bool,
+    /// The parameters that these data cannot tell apart.
+    pub degenerate: Vec<usize>,
+    /// The parameters that ended at a bound.
+    pub bounded: Vec<usize>,
+}
+
+impl Fitted {
+    /// The standard error of a parameter.
+    pub fn sigma_of(&self, parameter: usize) -> f64 {
+        self.covariance[(parameter, parameter)].max(0.0).sqrt()
+    }
+
+    /// How two parameters go together, from −1 to 1.
+    pub fn correlation(&self, a: usize, b: usize) -> f64 {
+        self.covariance[(a, b)] / (self.sigma_of(a) * self.sigma_of(b))
+    }
+}
+
+/// The step by which linearity is tried, and the change of a change that is none.
+const TRIED: f64 = 0.05;
+const LINEAR: f64 = 2e-3;
+/// What pictures in single precision are rounded by, as a part of the brightest of the data.
+const ROUNDED: f64 = 5e-7;
+/// The step of differences, as a part of a parameter's scale.
+const STEP: f64 = 3e-3;
+/// What stands for nothing where zero cannot be asked for, as a part of the value that a parameter begins with.
+const LEAST: f64 = 1e-6;
+/// Rounds of weights, and the change in standard errors from which on they stay.
+const ROUNDS: usize = 6;
+const STAYS: f64 = 0.02;
+/// The least eigenvalue of parameters that can be told apart, their scales taken off.
+const TELLS: f64 = 1e-9;
+/// The part of what cannot be told apart from which on a parameter is named.
+const NAMED: f64 = 0.2;
+/// How far from a bound a parameter is at it, as a part of the scale.
+const AT_BOUND: f64 = 1e-9;
+
+/// Fits the parameters of a model to data, from `start` on.
+///
+/// # Errors
+/// Where a parameter begins outside of its bounds, the model does not depend on it, data are no numbers, and those of the model.
+pub fn fit(model: &mut dyn Model, data: &Measured, parameters: &[Parameter], start: &[f64], control: &Control) -> Result<Fitted> {
+    for (parameter, value) in parameters.iter().zip(start) {
+        let (low, high) = parameter.bounds;
+        if !(low..=high).contains(value) {
+            let said = format!("{} that begins at {value}", parameter.key);
+            return Err(Error::value("free parameter", said, format!("from {low} to {high}, as its bounds say")));
+        }
+    }
+    let mut fitting = Fitting {
+        model,
+        data,
+        parameters: parameters.to_vec(),
+        reference: start.to_vec(),
+        control,
+        sigma: data.sigma.clone(),
+        linear: Vec::new(),
+        evaluations: 0,
+        failure: None,
+    };
+    let mut values = start.to_vec();
+    let first = fitting.predict(&values)?;
+    fitting.linear = fitting.classified(&values, &first)?;
+    let (mut renewed, mut converged) = (first.sigma, true);
+    let mut errors: Option<Vec<f64>> = None;
+    for _ in 0..ROUNDS {
+        let Some(sigma) = renewed.take().or_else(|| errors.is_none().then(|| data.sigma.clone())) else { break };
+        fitting.sigma = sigma;
+        let before = values.clone();
+        (values, converged) = fitting.minimised(&values)?;
+        let sizes = match errors.take() {
+            Some(sizes) => sizes,
+            None => inverse(&fitting.jacobian(&values)?).0.diagonal().iter().map(|own| own.max(0.0).sqrt()).collect(),
+        };
+        let moved = |((a, b), size): ((&f64, &f64), &f64)| (a - b).abs() <= STAYS * size;
+        let stays = values.iter().zip(&before).zip(&sizes).all(moved);
+        errors = Some(sizes);
+        if stays {
+            break;
+        }
+        renewed = fitting.predict(&fitting.shown(&values))?.sigma;
+    }
+    fitting.told(values, converged)
+}
+
+struct Fitting<'a> {
+    model: &'a mut dyn Model,
+    data: &'a Measured,
+    parameters: Vec<Parameter>,
+    /// Values of linear parameters at which the model is asked: those that it was begun with, which can be.
+    reference: Vec<f64>,
+    control: &'a Control,
+    sigma: Vec<f64>,
+    linear: Vec<bool>,
+    evaluations: usize,
+    failure: Option<Error>,
+}
+
+/// Parameters whose linear ones are the best for the others, and what is left of the data.
+#[derive(Clone)]
+struct Projected {
+    values: Vec<f64>,
+    residuals: DVector<f64>,
+    /// −∂r/∂x of the linear parameters that no bound holds.
+    basis: DMatrix<f64>,
+}
+
+impl Fitting<'_> {
+    fn predict(&mut self, values: &[f64]) -> Result<Prediction> {
+        self.control.check()?;
+        self.evaluations += 1;
+        let own = self.model.predict(values, self.control)?;
+        if own.mean.len() != self.data.values.len() || !own.mean.iter().all(|value| value.is_finite()) {
+            return Err(Error::value("model of a fit", "values that are no numbers", "one number for each of the data"));
+        }
+        Ok(own)
+    }
+
+    fn mean(&mut self, values: &[f64]) -> Result<Vec<f64>> {
+        Ok(self.predict(values)?.mean)
+    }
+
+    /// What a parameter is measured by.
+    fn scale(&self, i: usize, value: f64) -> f64 {
+        let (low, high) = self.parameters[i].bounds;
+        if value != 0.0 {
+            value.abs()
+        } else if high - low < f64::INFINITY {
+            high - low
+        } else {
+            1.0
+        }
+    }
+
+    /// A step from a value that stays within the bounds.
+    fn step(&self, i: usize, value: f64, part: f64) -> f64 {
+        let (low, high) = self.parameters[i].bounds;
+        let step = part * self.scale(i, value);
+        match (value + 2.0 * step <= high, value - 2.0 * step >= low) {
+            (true, _) => step,
+            (false, true) => -step,
+            (false, false) => 0.25 * if high - value > value - low { high - value } else { low - value },
+        }
+    }
+
+    /// Which parameters the model is linear in, all of them together.
+    fn classified(&mut self, values: &[f64], first: &Prediction) -> Result<Vec<bool>> {
+        let count = self.parameters.len();
+        let brightest = first.mean.iter().fold(0.0f64, |most, value| most.max(value.abs()));
+        let mut linear = vec![false; count];
+        let mut changes: Vec<Vec<f64>> = Vec::new();
+        for i in 0..count {
+            let step = self.step(i, values[i], TRIED);
+            let at = |times: f64| {
+                values.iter().enumerate().map(|(j, value)| value + if i == j { times * step } else { 0.0 }).collect::<Vec<f64>>()
+            };
+            let (one, two) = (self.mean(&at(1.0))?, self.mean(&at(2.0))?);
+            let change: Vec<f64> = one.iter().zip(&first.mean).map(|(a, b)| a - b).collect();
+            let largest = change.iter().fold(0.0f64, |most, value| most.max(value.abs()));
+            if largest <= ROUNDED * brightest {
+                let wanted = "a parameter that the data depend on; leave it out";
+                return Err(Error::value("free parameter", &self.parameters[i].key, wanted));
+            }
+            let bends = two.iter().zip(&first.mean).zip(&change).map(|((two, first), own)| (two - first - 2.0 * own).abs());
+            linear[i] = bends.fold(0.0, f64::max) <= LINEAR * largest + ROUNDED * brightest;
+            changes.push(change);
+            if self.parameters[i].bounds.0 == f64::NEG_INFINITY && !self.can_be_negative(i, values)? {
+                self.parameters[i].bounds.0 = 0.0;
+            }
+        }
+        for i in 0..count {
+            for j in (0..i).filter(|j| linear[*j]).collect::<Vec<_>>() {
+                if !linear[i] {
+                    break;
+                }
+                let (a, b) = (self.step(i, values[i], TRIED), self.step(j, values[j], TRIED));
+                let mut both = values.to_vec();
+                (both[i], both[j]) = (values[i] + a, values[j] + b);
+                let both = self.mean(&both)?;
+                let largest = |change: &[f64]| change.iter().fold(0.0f64, |most, value| most.max(value.abs()));
+                let least = largest(&changes[i]).min(largest(&changes[j]));
+                let mixed = both
+                    .iter()
+                    .zip(&first.mean)
+                    .zip(changes[i].iter().zip(&changes[j]))
+                    .map(|((both, first), (a, b))| (both - first - a - b).abs());
+                linear[i] = mixed.fold(0.0, f64::max) <= LINEAR * TRIED * least + ROUNDED * brightest;
+            }
+        }
+        Ok(linear)
+    }
+
+    /// Whether the model takes a parameter below zero.
+    fn can_be_negative(&mut self, i: usize, values: &[f64]) -> Result<bool> {
+        let mut below = values.to_vec();
+        below[i] = -self.scale(i, values[i]);
+        match self.predict(&below) {
+            Ok(_) => Ok(true),
+            Err(Error::Interrupted) => Err(Error::Interrupted),
+            Err(_) => Ok(false),
+        }
+    }
+
+    /// The same values, which the model can be asked for: linear parameters above a bound of zero.
+    fn shown(&self, values: &[f64]) -> Vec<f64> {
+        let own = |(i, value): (usize, &f64)| {
+            if self.linear[i] && self.parameters[i].bounds.0 == 0.0 { value.max(LEAST * self.reference[i].abs()) } else { *value }
+        };
+        values.iter().enumerate().map(own).collect()
+    }
+
+    fn numbers(&self, linear: bool) -> Vec<usize> {
+        (0..self.parameters.len()).filter(|i| self.linear[*i] == linear).collect()
+    }
+
+    /// The model at the reference of its linear parameters, the others being those of `values`, and its derivatives by the linear ones.
+    fn columns(&mut self, values: &[f64]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
+        let mut at = values.to_vec();
+        let linear = self.numbers(true);
+        linear.iter().for_each(|i| at[*i] = self.reference[*i]);
+        let first = self.mean(&at)?;
+        let mut columns = Vec::new();
+        for i in linear {
+            let step = self.step(i, at[i], 0.5);
+            let mut other = at.clone();
+            other[i] += step;
+            let other = self.mean(&other)?;
+            columns.push(other.iter().zip(&first).map(|(a, b)| (a - b) / step).collect());
+        }
+        Ok((first, columns))
+    }
+
+    /// The model at any values, whatever its linear parameters are.
+    fn combined(&mut self, values: &[f64]) -> Result<Vec<f64>> {
+        let (mut mean, columns) = self.columns(values)?;
+        for (i, column) in self.numbers(true).into_iter().zip(columns) {
+            let shift = values[i] - self.reference[i];
+            mean.iter_mut().zip(column).for_each(|(mean, c)| *mean += shift * c);
+        }
+        Ok(mean)
+    }
+
+    /// The best linear parameters for the others.
+    fn projected(&mut self, values: &[f64]) -> Result<Projected> {
+        let numbers = self.numbers(true);
+        let (first, columns) = self.columns(values)?;
+        let mut best = values.to_vec();
+        numbers.iter().for_each(|i| best[*i] = self.reference[*i]);
+        let left = self.residuals(&best, &first);
+        let priors = self.priors();
+        let count = first.len();
+        // −∂r/∂x of data, and of what is known beforehand.
+        let element = |d: usize, n: usize| match d.checked_sub(count) {
+            None => columns[n][d] / self.sigma[d],
+            Some(prior) if priors[prior].0 == numbers[n] => -priors[prior].1,
+            Some(_) => 0.0,
+        };
+        let basis = DMatrix::from_fn(left.len(), numbers.len(), element);
+        let mut shifts = DVector::zeros(numbers.len());
+        let mut open: Vec<usize> = (0..numbers.len()).collect();
+        // Whoever goes beyond a bound is held there, and the others are solved again.
+        while !open.is_empty() {
+            let own = basis.select_columns(&open);
+            open.iter().for_each(|n| shifts[*n] = 0.0);
+            let solved = solved(&(own.transpose() * &own), &(own.transpose() * (&left - &basis * &shifts)));
+            open.iter().zip(solved.iter()).for_each(|(n, shift)| shifts[*n] = *shift);
+            let before = open.len();
+            open.retain(|n| {
+                let (reference, (low, high)) = (self.reference[numbers[*n]], self.parameters[numbers[*n]].bounds);
+                let value = reference + shifts[*n];
+                shifts[*n] = value.clamp(low, high) - reference;
+                (low..=high).contains(&value)
+            });
+            if open.len() == before {
+                break;
+            }
+        }
+        numbers.iter().zip(shifts.iter()).for_each(|(i, shift)| best[*i] += shift);
+        Ok(Projected { values: best, residuals: left - &basis * shifts, basis: basis.select_columns(&open) })
+    }
+
+    /// ∂r/∂x of a parameter that is not linear, x as the search has it, the linear ones following as well as they can: without what they can
+    /// take up, the others being as they are (Kaufman 1975, BIT 15, 49).
+    fn slope(&mut self, i: usize, at: f64, now: &Projected) -> Result<DVector<f64>> {
+        let mut other = now.values.clone();
+        other[i] = self.outer(i, at + STEP, now.values[i]);
+        let mean = if self.shown(&other) == other { self.mean(&other)? } else { self.combined(&other)? };
+        let change = (self.residuals(&other, &mean) - &now.residuals) / STEP;
+        let taken = solved(&(now.basis.transpose() * &now.basis), &(now.basis.transpose() * &change));
+        Ok(change - &now.basis * taken)
+    }
+
+    /// Parameters of which something is known beforehand, each with one over its standard error.
+    fn priors(&self) -> Vec<(usize, f64)> {
+        self.parameters.iter().enumerate().filter_map(|(i, own)| own.prior.map(|(_, sigma)| (i, 1.0 / sigma))).collect()
+    }
+
+    /// What is left of the data, and of what is known beforehand.
+    fn residuals(&self, values: &[f64], mean: &[f64]) -> DVector<f64> {
+        let of_data = self.data.values.iter().zip(mean).zip(&self.sigma).map(|((y, m), sigma)| (y - m) / sigma);
+        let of_priors = self.parameters.iter().zip(values).filter_map(|(own, value)| own.prior.map(|(mean, sigma)| (value - mean) / sigma));
+        DVector::from_vec(of_data.chain(of_priors).collect())
+    }
+
+    /// The values where Σ r² is least, and whether steps became small.
+    fn minimised(&mut self, values: &[f64]) -> Result<(Vec<f64>, bool)> {
+        let free = self.numbers(false);
+        let first = self.projected(values)?;
+        if free.is_empty() {
+            return Ok((first.values, true));
+        }
+        let start: Vec<f64> = free.iter().map(|i| self.inner(*i, values[*i])).collect();
+        let problem = Problem { at: DVector::from_vec(start), now: Some(first), fitting: std::cell::RefCell::new(self), free };
+        let (problem, report) =
+            LevenbergMarquardt::new().with_ftol(1e-7).with_xtol(1e-6).with_gtol(1e-9).with_patience(30).minimize(problem);
+        let Problem { now, .. } = problem;
+        if let Some(failure) = self.failure.take() {
+            return Err(failure);
+        }
+        let now = now.ok_or_else(|| Error::value("fit", "a model that is no number", "other values to begin at, or bounds"))?;
+        Ok((now.values, report.termination.was_successful()))
+    }
+
+    /// A parameter as the search has it: without bounds, and of about one. Between two bounds it is an arc sine, above zero a logarithm.
+    fn inner(&self, i: usize, value: f64) -> f64 {
+        match self.parameters[i].bounds {
+            (low, high) if high - low < f64::INFINITY => (2.0 * (value - low) / (high - low) - 1.0).clamp(-0.9999, 0.9999).asin(),
+            _ if value > 0.0 => value.ln(),
+            _ => value,
+        }
+    }
+
+    fn outer(&self, i: usize, inner: f64, like: f64) -> f64 {
+        match self.parameters[i].bounds {
+            (low, high) if high - low < f64::INFINITY => low + 0.5 * (high - low) * (1.0 + inner.sin()),
+            (low, high) if like > 0.0 => inner.exp().clamp(low, high),
+            (low, high) => inner.clamp(low, high),
+        }
+    }
+
+    /// −∂r/∂x at some values, by central differences where the model is not linear; priors are rows of it.
+    fn jacobian(&mut self, values: &[f64]) -> Result<DMatrix<f64>> {
+        let mut columns: Vec<Vec<f64>> = vec![Vec::new(); values.len()];
+        let (_, linear) = self.columns(values)?;
+        for (i, column) in self.numbers(true).into_iter().zip(linear) {
+            columns[i] = column;
+        }
+        for i in self.numbers(false) {
+            let (low, high) = self.parameters[i].bounds;
+            let step = STEP * self.scale(i, values[i]);
+            let at = |value: f64| values.iter().enumerate().map(|(j, own)| if i == j { value } else { *own }).collect::<Vec<f64>>();
+            let (above, below) = ((values[i] + step).min(high), (values[i] - step).max(low));
+            let (a, b) = (self.combined(&at(above))?, self.combined(&at(below))?);
+            columns[i] = a.iter().zip(&b).map(|(a, b)| (a - b) / (above - below)).collect();
+        }
+        let priors = self.priors();
+        let count = self.data.values.len();
+        Ok(DMatrix::from_fn(count + priors.len(), values.len(), |d, i| match d.checked_sub(count) {
+            None => columns[i][d] / self.sigma[d],
+            Some(prior) => {
+                if priors[prior].0 == i {
+                    priors[prior].1
+                } else {
+                    0.0
+                }
+            }
+        }))
+    }
+
+    /// What is to be told of the values that were found.
+    fn told(mut self, values: Vec<f64>, converged: bool) -> Result<Fitted> {
+        let prediction = Prediction { mean: self.combined(&values)?, sigma: None };
+        let jacobian = self.jacobian(&values)?;
+        let (covariance, degenerate) = inverse(&jacobian);
+        let errors = self.model.floor(&self.shown(&values), self.control)?;
+        // C Jᵀ/σ times the errors of the model, all of one sign for each parameter.
+        let gain = &covariance * jacobian.transpose();
+        let floor =
+            |i: usize| errors.iter().zip(&self.sigma).enumerate().map(|(d, (error, sigma))| (gain[(i, d)] * error / sigma).abs()).sum();
+        let floor = (0..values.len()).map(floor).collect();
+        let residuals = self.residuals(&values, &prediction.mean);
+        let count = self.data.values.len();
+        let chi2 = residuals.iter().take(count).map(|r| r * r).sum();
+        let at_bound = |i: &usize| {
+            let ((low, high), room) = (self.parameters[*i].bounds, AT_BOUND * self.scale(*i, values[*i]));
+            values[*i] - low <= room || high - values[*i] <= room
+        };
+        Ok(Fitted {
+            bounded: (0..values.len()).filter(at_bound).collect(),
+            values,
+            covariance,
+            floor,
+            linear: self.linear,
+            chi2: (chi2, count),
+            prediction,
+            sigma: self.sigma,
+            evaluations: self.evaluations,
+            converged,
+            degenerate,
+        })
+    }
+}
+
+/// The solution of a symmetric system; nothing along what it does not determine.
+fn solved(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
+    let scales = matrix.diagonal().map(|own| if own > 0.0 { 1.0 / own.sqrt() } else { 0.0 });
+    let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * scales[i] * scales[j]);
+    (pseudo_inverse(scaled).0 * right.component_mul(&scales)).component_mul(&scales)
+}
+
+/// (JᵀJ)⁻¹, and the parameters that the data cannot tell apart.
+fn inverse(jacobian: &DMatrix<f64>) -> (DMatrix<f64>, Vec<usize>) {
+    let normal = jacobian.transpose() * jacobian;
+    let scales = normal.diagonal().map(|own| if own > 0.0 { 1.0 / own.sqrt() } else { 0.0 });
+    let scaled = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| normal[(i, j)] * scales[i] * scales[j]);
+    let (inverse, weak) = pseudo_inverse(scaled);
+    (DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| inverse[(i, j)] * scales[i] * scales[j]), weak)
+}
+
+/// The inverse of a symmetric matrix with ones on its diagonal, and the rows that take part in what it does not determine.
+fn pseudo_inverse(matrix: DMatrix<f64>) -> (DMatrix<f64>, Vec<usize>) {
+    let count = matrix.nrows();
+    if count == 0 {
+        return (matrix, Vec::new());
+    }
+    let eigen = SymmetricEigen::new(matrix);
+    let mut inverse = DMatrix::zeros(count, count);
+    let mut weak = Vec::new();
+    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        if *value > TELLS {
+            inverse += vector * vector.transpose() / *value;
+        } else {
+            weak.extend((0..count).filter(|i| vector[*i].abs() > NAMED));
+        }
+    }
+    weak.sort_unstable();
+    weak.dedup();
+    (inverse, weak)
+}
+
+/// The parameters that are not linear, as Levenberg–Marquardt moves them.
+struct Problem<'a, 'b> {
+    at: DVector<f64>,
+    now: Option<Projected>,
+    fitting: std::cell::RefCell<&'a mut Fitting<'b>>,
+    free: Vec<usize>,
+}
+
+impl Problem<'_, '_> {
+    /// What is left of the data at some of the free parameters; nothing where the model fails.
+    fn projected(&self, at: &DVector<f64>, like: &[f64]) -> Option<Projected> {
+        let mut fitting = self.fitting.borrow_mut();
+        let mut values = like.to_vec();
+        for (i, inner) in self.free.iter().zip(at.iter()) {
+            values[*i] = fitting.outer(*i, *inner, like[*i]);
+        }
+        match fitting.projected(&values) {
+            Ok(projected) => Some(projected),
+            Err(error) => {
+                fitting.failure.get_or_insert(error);
+                None
+            }
+        }
+    }
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_, '_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, at: &DVector<f64>) {
+        self.at.copy_from(at);
+        let like = self.now.as_ref().map(|now| now.values.clone());
+        self.now = like.and_then(|like| self.projected(at, &like));
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.at.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        self.now.as_ref().map(|now| now.residuals.clone())
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let now = self.now.as_ref()?;
+        let mut fitting = self.fitting.borrow_mut();
+        let mut jacobian = DMatrix::zeros(now.residuals.len(), self.free.len());
+        for (column, i) in self.free.iter().enumerate() {
+            match fitting.slope(*i, self.at[column], now) {
+                Ok(slope) => jacobian.set_column(column, &slope),
+                Err(error) => {
+                    fitting.failure.get_or_insert(error);
+                    return None;
+                }
+            }
+        }
+        Some(jacobian)
+    }
+}

@@ -1,0 +1,170 @@
+//! Fits of numbers whose answers are known.
+
+use barnard::random::Counter;
+use barnard::{Control, Result};
+use barnard_fit::solve::{Fitted, Measured, Model, Prediction, fit};
+use barnard_fit::{Parameter, parameters};
+
+/// y = a e^(−x/t) + b + c x at 400 places; `knows` is what it says of its noise.
+struct Decay {
+    knows: Option<fn(f64) -> f64>,
+    calls: usize,
+}
+
+const PLACES: usize = 400;
+
+fn place(i: usize) -> f64 {
+    10.0 * i as f64 / PLACES as f64
+}
+
+fn decay([a, t, b, c]: [f64; 4], x: f64) -> f64 {
+    a * (-x / t).exp() + b + c * x
+}
+
+impl Model for Decay {
+    fn predict(&mut self, values: &[f64], _: &Control) -> Result<Prediction> {
+        self.calls += 1;
+        let own = |i: usize| decay([values[0], values[1], values[2], values.get(3).copied().unwrap_or(0.0)], place(i));
+        let mean: Vec<f64> = (0..PLACES).map(own).collect();
+        let sigma = self.knows.map(|knows| mean.iter().map(|m| knows(*m)).collect());
+        Ok(Prediction { mean, sigma })
+    }
+
+    fn floor(&mut self, values: &[f64], control: &Control) -> Result<Vec<f64>> {
+        Ok(self.predict(values, control)?.mean.iter().map(|m| 1e-3 * m.abs()).collect())
+    }
+}
+
+const TRUTH: [f64; 4] = [100.0, 2.5, 20.0, 0.0];
+
+/// Two normal numbers.
+fn normal(random: &mut Counter) -> f64 {
+    let (u, v) = (random.uniform().max(1e-12), random.uniform());
+    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+}
+
+fn drawn(seed: u64, sigma: impl Fn(f64) -> f64) -> Measured {
+    let mut random = Counter::nested(seed, 0, 0);
+    let value = |i: usize| {
+        let mean = decay(TRUTH, place(i));
+        mean + sigma(mean) * normal(&mut random)
+    };
+    Measured { values: (0..PLACES).map(value).collect(), sigma: vec![1.0; PLACES] }
+}
+
+fn free(text: &str) -> Vec<Parameter> {
+    parameters(text).unwrap()
+}
+
+fn fitted(data: &Measured, parameters: &[Parameter], start: &[f64], knows: Option<fn(f64) -> f64>) -> Result<Fitted> {
+    fit(&mut Decay { knows, calls: 0 }, data, parameters, start, &Control::default())
+}
+
+/// Truth lies within two standard errors as often as it should, linear parameters are known for such, and the covariance is that of the
+/// closed form.
+#[test]
+fn truth_is_within_the_errors() {
+    let mut within = [0; 3];
+    for seed in 0..300 {
+        let found = fitted(&drawn(seed, |_| 1.0), &free("a, t, b"), &[50.0, 1.0, 0.0], None).unwrap();
+        assert_eq!(found.linear, [true, false, true]);
+        assert!(found.converged && found.degenerate.is_empty());
+        for (i, within) in within.iter_mut().enumerate() {
+            *within += usize::from((found.values[i] - TRUTH[i]).abs() < 2.0 * found.sigma_of(i));
+        }
+        if seed == 0 {
+            let columns = |i: usize| {
+                let (x, a, t) = (place(i), found.values[0], found.values[1]);
+                let e = (-x / t).exp();
+                [e, a * x / (t * t) * e, 1.0]
+            };
+            let normal = nalgebra::DMatrix::from_fn(3, 3, |a, b| (0..PLACES).map(|i| columns(i)[a] * columns(i)[b]).sum::<f64>());
+            let covariance = normal.try_inverse().unwrap();
+            for (a, b) in (0..3).flat_map(|a| (0..3).map(move |b| (a, b))) {
+                let scale = (covariance[(a, a)] * covariance[(b, b)]).sqrt();
+                assert!((found.covariance[(a, b)] - covariance[(a, b)]).abs() < 0.02 * scale, "{a} {b}");
+            }
+            assert!(found.floor[0] > 0.0 && found.floor[1] > 0.0);
+        }
+    }
+    // 95.4 of a hundred, of three hundred draws within four standard deviations.
+    assert!(within.iter().all(|within| (271..=300).contains(within)), "{within:?}");
+}
+
+/// Noise of counts by the data's own numbers makes means too low; by the model's it does not. Noise that is larger than it is said to be is
+/// seen in χ².
+#[test]
+fn noise_is_that_of_the_model() {
+    let poisson: fn(f64) -> f64 = |mean| mean.max(0.0).sqrt();
+    let (mut own, mut by_data, mut chi2) = (0.0, 0.0, 0.0);
+    const DRAWS: u64 = 200;
+    for seed in 0..DRAWS {
+        let mut data = drawn(seed, |mean| mean.sqrt());
+        let found = fitted(&data, &free("a, t, b"), &[50.0, 1.0, 5.0], Some(poisson)).unwrap();
+        own += (found.values[2] - TRUTH[2]) / found.sigma_of(2) / DRAWS as f64;
+        chi2 += found.chi2.0 / DRAWS as f64;
+        data.sigma = data.values.iter().map(|value| value.max(1.0).sqrt()).collect();
+        let found = fitted(&data, &free("a, t, b"), &[50.0, 1.0, 5.0], None).unwrap();
+        by_data += (found.values[2] - TRUTH[2]) / found.sigma_of(2) / DRAWS as f64;
+    }
+    // The mean of 200 pulls is right to 0.07.
+    assert!(own.abs() < 0.3 && by_data < -1.0, "{own} {by_data}");
+    let degrees = PLACES as f64 - 3.0;
+    let deviation = (2.0 * degrees / DRAWS as f64).sqrt();
+    assert!((chi2 - degrees).abs() < 5.0 * deviation, "{chi2}");
+    let louder = |seed| fitted(&drawn(seed, |mean| 1.1 * mean.sqrt()), &free("a, t, b"), &[50.0, 1.0, 5.0], Some(poisson)).unwrap().chi2.0;
+    let louder = (0..DRAWS).map(louder).sum::<f64>() / DRAWS as f64;
+    assert!(louder > degrees + 20.0 * deviation, "{louder}");
+}
+
+/// Bounds hold linear parameters and others; priors count as data do.
+#[test]
+fn bounds_and_priors_hold() {
+    let data = drawn(1, |_| 1.0);
+    let found = fitted(&data, &free("a, t, b=25..40"), &[50.0, 1.0, 30.0], None).unwrap();
+    assert!(found.values[2] == 25.0 && found.bounded == [2], "{:?}", found.values);
+    let found = fitted(&data, &free("a, t=0.1..2.0, b"), &[50.0, 1.0, 0.0], None).unwrap();
+    assert!((1.9..=2.0).contains(&found.values[1]), "{:?}", found.values);
+    let (plain, known) = (fitted(&data, &free("a, t, b"), &[50.0, 1.0, 0.0], None).unwrap(), free("a, t~2.6+-0.01, b"));
+    let found = fitted(&data, &known, &[50.0, 1.0, 0.0], None).unwrap();
+    // Two measurements of t, of which each counts by its error.
+    let weight = |sigma: f64| 1.0 / (sigma * sigma);
+    let both = (plain.values[1] * weight(plain.sigma_of(1)) + 2.6 * weight(0.01)) / (weight(plain.sigma_of(1)) + weight(0.01));
+    assert!((found.values[1] - both).abs() < 0.3 * found.sigma_of(1) && found.sigma_of(1) < 0.01, "{} {both}", found.values[1]);
+}
+
+/// What data cannot tell is said: parameters that do the same, those that do nothing, and values that are none.
+#[test]
+fn what_cannot_be_told_is_said() {
+    struct Twice(Decay);
+    impl Model for Twice {
+        fn predict(&mut self, values: &[f64], control: &Control) -> Result<Prediction> {
+            self.0.predict(&[values[0], 2.5, values[1] + values[2]], control)
+        }
+        fn floor(&mut self, values: &[f64], control: &Control) -> Result<Vec<f64>> {
+            Ok(self.predict(values, control)?.mean)
+        }
+    }
+    let data = drawn(2, |_| 1.0);
+    let mut twice = Twice(Decay { knows: None, calls: 0 });
+    let found = fit(&mut twice, &data, &free("a, b, c"), &[50.0, 5.0, 5.0], &Control::default()).unwrap();
+    assert_eq!(found.degenerate, [1, 2]);
+    assert!((found.values[1] + found.values[2] - 20.0).abs() < 1.0);
+    struct Idle(Decay);
+    impl Model for Idle {
+        fn predict(&mut self, values: &[f64], control: &Control) -> Result<Prediction> {
+            self.0.predict(&[values[0], 2.5, 20.0], control)
+        }
+        fn floor(&mut self, values: &[f64], control: &Control) -> Result<Vec<f64>> {
+            Ok(self.predict(values, control)?.mean)
+        }
+    }
+    let mut idle = Idle(Decay { knows: None, calls: 0 });
+    let error = fit(&mut idle, &data, &free("a, star.0.x"), &[50.0, 5.0], &Control::default()).unwrap_err().to_string();
+    assert!(error.contains("star.0.x") && error.contains("depend"), "{error}");
+    let error = fitted(&data, &free("a=0..10, t, b"), &[50.0, 1.0, 0.0], None).unwrap_err().to_string();
+    assert!(error.contains("begins at 50"), "{error}");
+    let stopped = Control::default();
+    stopped.interrupt();
+    assert!(fit(&mut Decay { knows: None, calls: 0 }, &data, &free("a, t, b"), &[50.0, 1.0, 0.0], &stopped).is_err());
+}

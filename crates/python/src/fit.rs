@@ -1,0 +1,129 @@
+//! Fits of scenes to observed images.
+
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+use barnard::control::Control;
+use barnard::plan::Options;
+use barnard_fit::solve::{Measured, Model, Prediction};
+use barnard_fit::{Images, Observation, Parameter, fit, parameters};
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::image::Image;
+use crate::scene::{Reader, Scene};
+use crate::{tree, work};
+
+/// Observed images and the scenes that are their models.
+#[pyclass(frozen, module = "barnard._barnard")]
+pub struct FitModel {
+    images: Mutex<Images>,
+    data: Measured,
+    start: Vec<f64>,
+    free: Vec<Parameter>,
+    units: Vec<String>,
+    scene: Py<Scene>,
+}
+
+/// Reads images, each with tables of its own in place of the scene's, and finds what is free of the scene that a table describes.
+#[pyfunction]
+#[pyo3(signature = (reader, table, scene, free, images, progress=None))]
+pub fn fit_model(
+    py: Python,
+    reader: &Reader,
+    table: &Bound<PyDict>,
+    scene: Py<Scene>,
+    free: &str,
+    images: Vec<(PathBuf, Bound<PyDict>)>,
+    progress: Option<&Bound<PyAny>>,
+) -> PyResult<FitModel> {
+    let table = tree::table(table)?;
+    let observation = |(file, with): (PathBuf, Bound<PyDict>)| Ok(Observation { file, with: tree::table(&with)? });
+    let observations: Vec<Observation> = images.into_iter().map(observation).collect::<PyResult<_>>()?;
+    let (loader, options) = (reader.loader.clone(), Options::within(reader.loader.inputs.memory_limit));
+    let (images, data, start, free) = work::run(py, progress, |control| {
+        let free = parameters(free)?;
+        let (images, data, start) = Images::new(table, loader, &observations, &free, options, control)?;
+        Ok((images, data, start, free))
+    })?;
+    let units = images.units().into_iter().map(str::to_owned).collect();
+    Ok(FitModel { images: Mutex::new(images), data, start, free, units, scene })
+}
+
+impl FitModel {
+    fn with<T: Send>(
+        &self,
+        py: Python,
+        progress: Option<&Bound<PyAny>>,
+        work: impl FnOnce(&mut Images, &Control) -> barnard::Result<T> + Send,
+    ) -> PyResult<T> {
+        work::run(py, progress, |control| work(&mut self.images.lock().unwrap_or_else(PoisonError::into_inner), control))
+    }
+}
+
+#[pymethods]
+impl FitModel {
+    /// The keys that are free.
+    #[getter]
+    fn keys(&self) -> Vec<&str> {
+        self.free.iter().map(|own| own.key.as_str()).collect()
+    }
+
+    /// The unit of each, as the scene writes it.
+    #[getter]
+    fn units(&self) -> Vec<String> {
+        self.units.clone()
+    }
+
+    /// Bounds of each.
+    #[getter]
+    fn bounds(&self) -> Vec<(f64, f64)> {
+        self.free.iter().map(|own| own.bounds).collect()
+    }
+
+    /// What the scene says of each.
+    #[getter]
+    fn start(&self) -> Vec<f64> {
+        self.start.clone()
+    }
+
+    /// The pixels that count, one after the other.
+    #[getter]
+    fn data<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.data.values)
+    }
+
+    /// What the data would be at some values, and their standard errors: those of the model, or those of the files.
+    fn predict<'py>(&self, py: Python<'py>, values: Vec<f64>) -> PyResult<[Bound<'py, PyArray1<f64>>; 2]> {
+        let Prediction { mean, sigma } = self.with(py, None, |images, control| images.predict(&values, control))?;
+        Ok([mean, sigma.unwrap_or_else(|| self.data.sigma.clone())].map(|own| PyArray1::from_vec(py, own)))
+    }
+
+    /// Fits from `start` on: a dictionary of what was found.
+    #[pyo3(signature = (start, progress=None))]
+    fn fit<'py>(&self, py: Python<'py>, start: Vec<f64>, progress: Option<&Bound<PyAny>>) -> PyResult<Bound<'py, PyDict>> {
+        let (found, residuals) = self.with(py, progress, |images, control| {
+            let found = fit(images, &self.data, &self.free, &start, control)?;
+            let residuals = images.residuals(&self.data, &found.prediction, &found.sigma, control)?;
+            Ok((found, residuals))
+        })?;
+        let count = self.free.len();
+        let told = PyDict::new(py);
+        let covariance: Vec<f64> = (0..count * count).map(|i| found.covariance[(i / count, i % count)]).collect();
+        told.set_item("covariance", PyArray1::from_vec(py, covariance).reshape([count, count])?)?;
+        told.set_item("values", found.values)?;
+        told.set_item("floor", found.floor)?;
+        told.set_item("linear", found.linear)?;
+        told.set_item("chi2", found.chi2.0)?;
+        told.set_item("pixels", found.chi2.1)?;
+        told.set_item("pictures", found.evaluations)?;
+        told.set_item("converged", found.converged)?;
+        told.set_item("degenerate", found.degenerate)?;
+        told.set_item("bounded", found.bounded)?;
+        let scene = self.scene.get().0.clone();
+        let images: Vec<Image> = residuals.into_iter().map(|own| Image::plain(scene.clone(), own.image)).collect();
+        told.set_item("residuals", images)?;
+        Ok(told)
+    }
+}
