@@ -186,10 +186,7 @@ impl Images {
         // The latest are the last.
         let known = (0..self.plates.len()).rev().find_map(|i| self.plates[i].mixture(scene).ok().map(|mixture| (i, mixture)));
         let (plates, mixture) = match known {
-            Some((i, mixture)) => {
-                let plates = self.plates.remove(i);
-                (plates, mixture)
-            }
+            Some((i, mixture)) => (self.plates.remove(i), mixture),
             None => {
                 let set = &mut self.sets[number];
                 let (plates, plan) = Plates::held(scene, None, set.plan.as_ref(), set.choices.as_ref(), &self.options, control)?;
@@ -216,15 +213,16 @@ impl Images {
         let (mut mean, mut sigma, mut floor) = (Vec::new(), Vec::new(), Vec::new());
         let mut knows = true;
         for number in 0..self.sets.len() {
-            let scene = self.scene(&self.sets[number].with.clone(), values)?;
+            let scene = self.scene(&self.sets[number].with, values)?;
             let pictured = self.pictured(number, &scene, with_floor, control)?;
             let ideal = recorded(&scene, pictured.image, control)?;
-            self.sets[number].scene = Some(scene.clone());
             knows &= scene.instrument.is_some();
+            self.sets[number].scene = Some(scene);
             for (band, good) in self.sets[number].good.iter().enumerate() {
-                let (own, errors) = in_unit(&ideal, band);
+                let own: Vec<f64> = ideal.in_unit(band).collect();
                 mean.extend(good.iter().map(|pixel| own[*pixel]));
-                if let Some(errors) = errors {
+                if let Some(errors) = ideal.errors_of(band) {
+                    let errors: Vec<f64> = ideal.in_unit(errors).collect();
                     sigma.extend(good.iter().map(|pixel| errors[*pixel]));
                 }
                 if with_floor {
@@ -263,8 +261,7 @@ impl Images {
             // Values are in the unit already.
             let bare = |band: &Band| Band { in_unit: None, ..band.clone() };
             let radiances: Vec<Band> = header.radiances().map(|band| bare(&header.bands[band])).collect();
-            let errors = radiances.iter().map(|band| Band { name: format!("{}{ERROR_SUFFIX}", band.name), ..band.clone() });
-            let bands = radiances.iter().cloned().chain(errors).collect();
+            let bands = radiances.iter().cloned().chain(radiances.iter().map(Band::of_errors)).collect();
             let image = Image { bands, samples: Samples::Single(samples), layers: Vec::new(), ..header };
             all.push(Residuals { name: set.name.clone(), image, normalised });
         }
@@ -315,17 +312,6 @@ fn header(scene: &Scene, control: &Control) -> Result<Header> {
     }
 }
 
-/// The values of a band in the unit of the picture, and their standard errors.
-fn in_unit(image: &Image, band: usize) -> (Vec<f64>, Option<Vec<f64>>) {
-    let unit = image.bands[band].in_unit;
-    let values: Vec<f64> = image.band(band).collect();
-    let errors = image.errors_of(band).map(|errors| match unit {
-        Some(unit) => image.band(errors).zip(&values).map(|(error, value)| unit.error(error, *value)).collect(),
-        None => image.band(errors).collect(),
-    });
-    (values.iter().map(|value| unit.map_or(*value, |unit| unit.value(*value))).collect(), errors)
-}
-
 /// Refuses data whose pixels or units are others than those of the model.
 fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene) -> Result<()> {
     let image = &model.image;
@@ -368,7 +354,7 @@ fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene) -> Result<
     Ok(())
 }
 
-/// What tests and programs give that have no files.
+/// An image whose scene is the common one.
 impl From<&Path> for Observation {
     fn from(file: &Path) -> Self {
         Self { file: file.to_owned(), with: Table::default() }

@@ -144,7 +144,10 @@ pub fn fit(model: &mut dyn Model, data: &Measured, parameters: &[Parameter], sta
         (values, converged) = fitting.minimised(&values)?;
         let sizes = match errors.take() {
             Some(sizes) => sizes,
-            None => inverse(&fitting.jacobian(&values)?).0.diagonal().iter().map(|own| own.max(0.0).sqrt()).collect(),
+            None => {
+                let jacobian = fitting.jacobian(&values)?;
+                inverse(&(jacobian.transpose() * &jacobian)).0.diagonal().iter().map(|own| own.max(0.0).sqrt()).collect()
+            }
         };
         let moved = |((a, b), size): ((&f64, &f64), &f64)| (a - b).abs() <= STAYS * size;
         let stays = values.iter().zip(&before).zip(&sizes).all(moved);
@@ -220,7 +223,7 @@ impl Fitting<'_> {
     /// Which parameters the model is linear in, all of them together.
     fn classified(&mut self, values: &[f64], first: &Prediction) -> Result<Vec<bool>> {
         let count = self.parameters.len();
-        let brightest = first.mean.iter().fold(0.0f64, |most, value| most.max(value.abs()));
+        let brightest = largest(&first.mean);
         let mut linear = vec![false; count];
         let mut changes: Vec<Vec<f64>> = Vec::new();
         for i in 0..count {
@@ -230,7 +233,7 @@ impl Fitting<'_> {
             };
             let (one, two) = (self.mean(&at(1.0))?, self.mean(&at(2.0))?);
             let change: Vec<f64> = one.iter().zip(&first.mean).map(|(a, b)| a - b).collect();
-            let largest = change.iter().fold(0.0f64, |most, value| most.max(value.abs()));
+            let largest = largest(&change);
             if largest <= ROUNDED * brightest {
                 let wanted = "a parameter that the data depend on; leave it out";
                 return Err(Error::value("free parameter", &self.parameters[i].key, wanted));
@@ -251,7 +254,6 @@ impl Fitting<'_> {
                 let mut both = values.to_vec();
                 (both[i], both[j]) = (values[i] + a, values[j] + b);
                 let both = self.mean(&both)?;
-                let largest = |change: &[f64]| change.iter().fold(0.0f64, |most, value| most.max(value.abs()));
                 let least = largest(&changes[i]).min(largest(&changes[j]));
                 let mixed = both
                     .iter()
@@ -304,8 +306,11 @@ impl Fitting<'_> {
         Ok((first, columns))
     }
 
-    /// The model at any values, whatever its linear parameters are.
-    fn combined(&mut self, values: &[f64]) -> Result<Vec<f64>> {
+    /// The model at any values; where it cannot be asked for its linear parameters, of what it is at their reference.
+    fn at(&mut self, values: &[f64]) -> Result<Vec<f64>> {
+        if self.shown(values) == values {
+            return self.mean(values);
+        }
         let (mut mean, columns) = self.columns(values)?;
         for (i, column) in self.numbers(true).into_iter().zip(columns) {
             let shift = values[i] - self.reference[i];
@@ -321,15 +326,7 @@ impl Fitting<'_> {
         let mut best = values.to_vec();
         numbers.iter().for_each(|i| best[*i] = self.reference[*i]);
         let left = self.residuals(&best, &first);
-        let priors = self.priors();
-        let count = first.len();
-        // −∂r/∂x of data, and of what is known beforehand.
-        let element = |d: usize, n: usize| match d.checked_sub(count) {
-            None => columns[n][d] / self.sigma[d],
-            Some(prior) if priors[prior].0 == numbers[n] => -priors[prior].1,
-            Some(_) => 0.0,
-        };
-        let basis = DMatrix::from_fn(left.len(), numbers.len(), element);
+        let basis = self.fall(&numbers, &columns);
         let mut shifts = DVector::zeros(numbers.len());
         let mut open: Vec<usize> = (0..numbers.len()).collect();
         // Whoever goes beyond a bound is held there, and the others are solved again.
@@ -358,15 +355,22 @@ impl Fitting<'_> {
     fn slope(&mut self, i: usize, at: f64, now: &Projected) -> Result<DVector<f64>> {
         let mut other = now.values.clone();
         other[i] = self.outer(i, at + STEP, now.values[i]);
-        let mean = if self.shown(&other) == other { self.mean(&other)? } else { self.combined(&other)? };
+        let mean = self.at(&other)?;
         let change = (self.residuals(&other, &mean) - &now.residuals) / STEP;
         let taken = solved(&(now.basis.transpose() * &now.basis), &(now.basis.transpose() * &change));
         Ok(change - &now.basis * taken)
     }
 
-    /// Parameters of which something is known beforehand, each with one over its standard error.
-    fn priors(&self) -> Vec<(usize, f64)> {
-        self.parameters.iter().enumerate().filter_map(|(i, own)| own.prior.map(|(_, sigma)| (i, 1.0 / sigma))).collect()
+    /// −∂r/∂x of some parameters, by whose derivatives of the model: rows of the data, then those of what is known beforehand.
+    fn fall(&self, numbers: &[usize], columns: &[Vec<f64>]) -> DMatrix<f64> {
+        let known = |(i, own): (usize, &Parameter)| own.prior.map(|(_, sigma)| (i, sigma));
+        let priors: Vec<(usize, f64)> = self.parameters.iter().enumerate().filter_map(known).collect();
+        let count = self.data.values.len();
+        DMatrix::from_fn(count + priors.len(), numbers.len(), |d, n| match d.checked_sub(count) {
+            None => columns[n][d] / self.sigma[d],
+            Some(prior) if priors[prior].0 == numbers[n] => -1.0 / priors[prior].1,
+            Some(_) => 0.0,
+        })
     }
 
     /// What is left of the data, and of what is known beforehand.
@@ -412,7 +416,7 @@ impl Fitting<'_> {
         }
     }
 
-    /// −∂r/∂x at some values, by central differences where the model is not linear; priors are rows of it.
+    /// −∂r/∂x of all parameters at some values, by central differences where the model is not linear.
     fn jacobian(&mut self, values: &[f64]) -> Result<DMatrix<f64>> {
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); values.len()];
         let (_, linear) = self.columns(values)?;
@@ -424,28 +428,18 @@ impl Fitting<'_> {
             let step = STEP * self.scale(i, values[i]);
             let at = |value: f64| values.iter().enumerate().map(|(j, own)| if i == j { value } else { *own }).collect::<Vec<f64>>();
             let (above, below) = ((values[i] + step).min(high), (values[i] - step).max(low));
-            let (a, b) = (self.combined(&at(above))?, self.combined(&at(below))?);
+            let (a, b) = (self.at(&at(above))?, self.at(&at(below))?);
             columns[i] = a.iter().zip(&b).map(|(a, b)| (a - b) / (above - below)).collect();
         }
-        let priors = self.priors();
-        let count = self.data.values.len();
-        Ok(DMatrix::from_fn(count + priors.len(), values.len(), |d, i| match d.checked_sub(count) {
-            None => columns[i][d] / self.sigma[d],
-            Some(prior) => {
-                if priors[prior].0 == i {
-                    priors[prior].1
-                } else {
-                    0.0
-                }
-            }
-        }))
+        let all: Vec<usize> = (0..values.len()).collect();
+        Ok(self.fall(&all, &columns))
     }
 
     /// What is to be told of the values that were found.
     fn told(mut self, values: Vec<f64>, converged: bool) -> Result<Fitted> {
-        let prediction = Prediction { mean: self.combined(&values)?, sigma: None };
+        let prediction = Prediction { mean: self.at(&values)?, sigma: None };
         let jacobian = self.jacobian(&values)?;
-        let (covariance, degenerate) = inverse(&jacobian);
+        let (covariance, degenerate) = inverse(&(jacobian.transpose() * &jacobian));
         let errors = self.model.floor(&self.shown(&values), self.control)?;
         // C Jᵀ/σ times the errors of the model, all of one sign for each parameter.
         let gain = &covariance * jacobian.transpose();
@@ -475,20 +469,22 @@ impl Fitting<'_> {
     }
 }
 
-/// The solution of a symmetric system; nothing along what it does not determine.
-fn solved(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
-    let scales = matrix.diagonal().map(|own| if own > 0.0 { 1.0 / own.sqrt() } else { 0.0 });
-    let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * scales[i] * scales[j]);
-    (pseudo_inverse(scaled).0 * right.component_mul(&scales)).component_mul(&scales)
+/// The largest of some values, whatever their signs.
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| most.max(value.abs()))
 }
 
-/// (JᵀJ)⁻¹, and the parameters that the data cannot tell apart.
-fn inverse(jacobian: &DMatrix<f64>) -> (DMatrix<f64>, Vec<usize>) {
-    let normal = jacobian.transpose() * jacobian;
+/// The solution of normal equations; nothing along what they do not determine.
+fn solved(normal: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
+    inverse(normal).0 * right
+}
+
+/// The inverse of a matrix JᵀJ, and the parameters that J does not tell apart.
+fn inverse(normal: &DMatrix<f64>) -> (DMatrix<f64>, Vec<usize>) {
     let scales = normal.diagonal().map(|own| if own > 0.0 { 1.0 / own.sqrt() } else { 0.0 });
-    let scaled = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| normal[(i, j)] * scales[i] * scales[j]);
-    let (inverse, weak) = pseudo_inverse(scaled);
-    (DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| inverse[(i, j)] * scales[i] * scales[j]), weak)
+    let scaled = |matrix: &DMatrix<f64>| DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * scales[i] * scales[j]);
+    let (inverse, weak) = pseudo_inverse(scaled(normal));
+    (scaled(&inverse), weak)
 }
 
 /// The inverse of a symmetric matrix with ones on its diagonal, and the rows that take part in what it does not determine.

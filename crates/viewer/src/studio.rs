@@ -347,20 +347,11 @@ impl Studio {
 impl Stand {
     /// The preview's plan of a view, seen by its scene's camera.
     fn previewed(&mut self, view: &View, scene: &Scene, options: &Options, control: &Control) -> Result<&Plan> {
-        let known = self.preview.take();
-        let (_, plan) = match known {
-            Some(known) if known.0 == view.physics => self.preview.insert(known),
-            other => {
-                let plan = Plan::preview(other.as_ref().map(|(_, plan)| plan), scene, options, control);
-                match plan {
-                    Ok(plan) => self.preview.insert((view.physics.clone(), plan)),
-                    Err(error) => {
-                        self.preview = other;
-                        return Err(error);
-                    }
-                }
-            }
-        };
+        if self.preview.as_ref().is_none_or(|(physics, _)| *physics != view.physics) {
+            let plan = Plan::preview(self.preview.as_ref().map(|(_, plan)| plan), scene, options, control)?;
+            self.preview = Some((view.physics.clone(), plan));
+        }
+        let Some((_, plan)) = &mut self.preview else { return Err(Error::Interrupted) };
         plan.look_from(scene.camera.clone(), control)?;
         Ok(plan)
     }

@@ -59,6 +59,13 @@ pub enum PixelScale {
     OnCube(f64),
 }
 
+impl Band {
+    /// The band of the standard errors of this one: of the same passband under the name by which [`Image::errors_of`] finds it.
+    pub fn of_errors(&self) -> Self {
+        Self { name: format!("{}{ERROR_SUFFIX}", self.name), ..self.clone() }
+    }
+}
+
 impl PixelScale {
     /// Its number and its unit, "deg" or "pc".
     pub fn in_unit(self) -> (f64, &'static str) {
@@ -188,6 +195,17 @@ impl Image {
     pub fn band(&self, band: usize) -> impl Iterator<Item = f64> + Clone + '_ {
         let size = self.width * self.height;
         (band * size..(band + 1) * size).map(|i| self.samples.at(i))
+    }
+
+    /// The values of a band in the unit that was asked for; standard errors beside the radiances that they are of.
+    pub fn in_unit(&self, band: usize) -> Box<dyn Iterator<Item = f64> + '_> {
+        let values = self.band(band);
+        let of = (0..self.bands.len()).find(|of| self.errors_of(*of) == Some(band));
+        match (self.bands[of.unwrap_or(band)].in_unit, of) {
+            (Some(unit), Some(of)) => Box::new(values.zip(self.band(of)).map(move |(error, radiance)| unit.error(error, radiance))),
+            (Some(unit), None) => Box::new(values.map(move |radiance| unit.value(radiance))),
+            (None, _) => Box::new(values),
+        }
     }
 }
 

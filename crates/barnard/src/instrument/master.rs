@@ -12,7 +12,7 @@ use super::detector::scattered;
 use super::exposures::Exposures;
 use crate::control::{Control, Stage};
 use crate::error::Result;
-use crate::image::{Band, ERROR_SUFFIX, Image, Layer, LayerContent, Samples};
+use crate::image::{Band, Image, Layer, LayerContent, Samples};
 use crate::keywords;
 use crate::random::Counter;
 
@@ -87,8 +87,7 @@ impl Exposures {
     /// The bands of radiances, then those of their errors.
     fn with_errors(&self) -> Vec<Band> {
         let bands = &self.header.bands;
-        let errors =
-            bands.iter().map(|band| Band { name: format!("{}{ERROR_SUFFIX}", band.name), certificate: Vec::new(), ..band.clone() });
+        let errors = bands.iter().map(|band| Band { certificate: Vec::new(), ..band.of_errors() });
         bands.iter().cloned().chain(errors).collect()
     }
 

@@ -52,30 +52,32 @@ impl Work<'_> {
     }
 
     /// Plates of lights that scatter once at most, all by one march of a plan whose passbands share their nodes.
-    pub fn once(&self, plan: &Plan, routes: &[Route]) -> Result<(Vec<Plate>, RenderStats)> {
+    pub fn once(&self, plan: &Plan, lights: &[usize]) -> Result<(Vec<Plate>, RenderStats)> {
         let k: Vec<f64> = self.nodes.iter().map(|node| node.k).collect();
         let at_nodes = |phase: &super::Factor| self.nodes.iter().map(|node| phase(node.lambda_um)).collect();
         let factors: Vec<Vec<f64>> = phases(self.scene).iter().map(at_nodes).collect();
         let components = Components::of_exponentials(&k, plan.spectral().depth, &factors, self.accuracy());
         let rows = rows(&components);
-        self.check(routes.len() * rows.len(), routes.len(), components.axes.len())?;
-        let number = |route: &Route| plan.lights().iter().position(|light| light.route == *route).unwrap_or_default();
-        let lights: Vec<usize> = routes.iter().map(number).collect();
-        let Combined { data, stats } = combined(plan, &lights, &rows, self.control)?;
+        self.check(lights.len() * rows.len(), lights.len(), components.axes.len())?;
+        let Combined { data, stats } = combined(plan, lights, &rows, self.control)?;
         let own = data.chunks_exact(rows.len() * self.pixels());
-        let plate = |(route, data): (&Route, &[f32])| stored(*route, data, components.clone(), plan.rounding(*route, stats.storage));
-        Ok((routes.iter().zip(own).map(plate).collect(), stats))
+        let plate = |(light, data): (&usize, &[f32])| {
+            let route = plan.lights()[*light].route;
+            stored(route, data, components.clone(), plan.rounding(route, stats.storage))
+        };
+        Ok((lights.iter().zip(own).map(plate).collect(), stats))
     }
 
     /// Plates of lights that scatter more than once, each marched by itself at the wavelengths of all nodes.
-    pub fn again(&self, plan: &Plan, routes: &[Route]) -> Result<(Vec<Plate>, RenderStats)> {
+    pub fn again(&self, plan: &Plan, lights: &[usize]) -> Result<(Vec<Plate>, RenderStats)> {
         let mut stats = RenderStats { depth: 0.0, ..RenderStats::of_rays(0) };
         let mut plates = Vec::new();
-        self.check(2 * self.nodes.len(), routes.len(), self.nodes.len() / 2)?;
-        for (number, route) in routes.iter().enumerate() {
-            let part = |i: usize| i as f64 / routes.len() as f64;
+        self.check(2 * self.nodes.len(), lights.len(), self.nodes.len() / 2)?;
+        for (number, light) in lights.iter().enumerate() {
+            let route = plan.lights()[*light].route;
+            let part = |i: usize| i as f64 / lights.len() as f64;
             let control = self.control.part(part(number), part(number + 1));
-            let (left, found) = self.at_nodes(*route, &control)?;
+            let (left, found) = self.at_nodes(route, &control)?;
             let components = self.components(&left);
             let mut data = vec![0.0; (1 + components.axes.len()) * self.pixels()];
             for (row, out) in rows(&components).iter().zip(data.chunks_exact_mut(self.pixels())) {
@@ -83,7 +85,7 @@ impl Work<'_> {
                     out.iter_mut().zip(node).for_each(|(out, value)| *out += weight * value);
                 }
             }
-            plates.push(stored(*route, &data, components, plan.rounding(*route, found.storage)));
+            plates.push(stored(route, &data, components, plan.rounding(route, found.storage)));
             stats = stats.and(found);
         }
         Ok((plates, stats))

@@ -153,7 +153,7 @@ impl Plates {
                 format!("at most {MOST_NODES}; take a narrower range or a larger accuracy"),
             ));
         }
-        let own: Vec<Route> = plan.lights().iter().map(|light| light.route).filter(|route| is_extended(*route)).collect();
+        let own: Vec<usize> = (0..plan.lights().len()).filter(|light| is_extended(plan.lights()[*light].route)).collect();
         let work = Work { scene, nodes: &nodes, options, control: &of_march };
         let (plates, stats) = if scene.method.bounces == 1 { work.once(&plan, &own)? } else { work.again(&plan, &own)? };
         let far = end_of_space(&plan);

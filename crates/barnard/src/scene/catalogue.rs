@@ -5,9 +5,10 @@ use std::sync::Arc;
 use glam::DMat3;
 use spectra::error::nearest;
 use spectra::passband::{self, Passband};
-use spectra::sed::{self, MagnitudeSystem};
+use spectra::sed;
 use spectra::units::{Quantity, Temperature};
 
+use super::star::magnitude_system;
 use crate::data::{Inputs, TextTable};
 use crate::error::{Error, Result};
 use crate::observation::{Observation, SkyFrame, SkyPlace};
@@ -71,12 +72,8 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue>
     let table = section.wrap("file", inputs.table(file, MAX_ROWS))?;
     let label: Arc<str> = inputs.label(file).into();
     let columns = columns(section, &table, &label)?;
-    let system = match section.choice("magnitude_system", &["vega", "ab"])? {
-        Some("ab") => MagnitudeSystem::Ab,
-        _ => MagnitudeSystem::Vega,
-    };
     let [Some(first), second] = &columns.bands else { return Err(section.error("file", "has no magnitudes")) };
-    let photometry = section.wrap("file", Photometry::new(first.clone(), second.as_ref(), system))?;
+    let photometry = section.wrap("file", Photometry::new(first.clone(), second.as_ref(), magnitude_system(section)?))?;
     let plain = section.positive::<Temperature>("temperature")?.unwrap_or(Temperature(5800.0));
     let faintest = section.number("faintest", -30.0..=40.0)?.unwrap_or(f64::INFINITY);
     let mut builder = Builder::new(photometry);

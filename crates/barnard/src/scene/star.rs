@@ -214,13 +214,18 @@ fn scale(section: &Section) -> Result<Scale> {
         _ => {
             let band = section.text("magnitude_band")?.unwrap_or("johnson-V");
             let band = section.wrap("magnitude_band", Passband::named(band))?;
-            let system = match section.choice("magnitude_system", &["vega", "ab"])? {
-                Some("ab") => MagnitudeSystem::Ab,
-                _ => MagnitudeSystem::Vega,
-            };
+            let system = magnitude_system(section)?;
             let distance = section.need_positive::<Length>("distance")?;
             Scale::Magnitude(section.need::<Magnitude>(way)?, Box::new(band), distance, system, foreground(section)?)
         }
+    })
+}
+
+/// The zero point of magnitudes, Vega where none is said.
+pub(super) fn magnitude_system(section: &Section) -> Result<MagnitudeSystem> {
+    Ok(match section.choice("magnitude_system", &["vega", "ab"])? {
+        Some("ab") => MagnitudeSystem::Ab,
+        _ => MagnitudeSystem::Vega,
     })
 }
 

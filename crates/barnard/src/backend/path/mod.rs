@@ -22,7 +22,7 @@ use super::{Backend, BackendEntry, DeviceUse, Job, PartsBy, Radiance, RenderStat
 use crate::backend::seen_detail::SeenDetail;
 use crate::control::{Control, Stage};
 use crate::error::Result;
-use crate::image::{Band, ERROR_SUFFIX, Image, Samples};
+use crate::image::{Band, Image, Samples};
 use crate::keywords;
 use crate::light::lights;
 use crate::memory;
@@ -248,8 +248,7 @@ pub fn image(scene: &Scene, film: &Film, options: &Options, control: &Control) -
     super::reference::draw_points(scene, super::reference::DEFAULT_ACCURACY, control, |i, value| data[i] += value)?;
     data.extend(film.estimates.iter().map(|e| if e.error().is_finite() { e.error() } else { 0.0 }));
     let mut image = describe(scene, &scene.camera, Samples::Double(data));
-    let errors: Vec<Band> =
-        image.bands.iter().map(|b| Band { name: format!("{}{ERROR_SUFFIX}", b.name), keywords: Vec::new(), ..b.clone() }).collect();
+    let errors: Vec<Band> = image.bands.iter().map(|band| Band { keywords: Vec::new(), ..band.of_errors() }).collect();
     image.bands.extend(errors);
     image.notes.push((
         "backend".into(),

@@ -173,29 +173,48 @@ fn members(request: &mut Request) -> Result<Vec<Member>> {
 fn image(request: &mut Request) -> Result<Image> {
     gzip::unpacked(request)?;
     let headers = headers(request)?;
-    let mut bands = Vec::new();
-    let (mut size, mut data, mut double, mut unit) = (None, Vec::new(), false, None);
+    let (mut bands, mut data, mut double, mut unit) = (Vec::new(), Vec::new(), false, None);
     // What a picture is made of stands behind it.
-    let is_band = |h: &&Header| h.axes().is_some_and(|a| a.len() == 2) && h.text(LAYER).is_none();
-    for header in headers.iter().filter(is_band) {
+    let (width, height) = planes(
+        request,
+        &headers,
+        |header| header.text(LAYER).is_none(),
+        |header, values| {
+            double |= header.bitpix() == Some(-64);
+            let own = header.text("BUNIT").map(|own| [own, header.text("MAGSYS").unwrap_or_default()].join(" ").trim().to_owned());
+            unit = unit.take().or(own.filter(|own| !own.is_empty()));
+            bands.push(header.text("EXTNAME").map_or_else(|| super::nameless(bands.len()), str::to_owned));
+            data.extend(values);
+        },
+    )?;
+    let samples = if double { Samples::Double(data) } else { Samples::Single(data.iter().map(|v| *v as f32).collect()) };
+    let notes = unit.map(|unit| (UNIT_NOTE.to_owned(), unit)).into_iter().collect();
+    Ok(Image { notes, ..Image::bare(width, height, bands, samples) })
+}
+
+/// Reads the images of two axes whose headers are wanted: `take` gets each header with its values, the first row on top. All have one
+/// size, which is given.
+fn planes(
+    request: &mut Request,
+    headers: &[Header],
+    is_wanted: impl Fn(&Header) -> bool,
+    mut take: impl FnMut(&Header, Vec<f64>),
+) -> Result<(usize, usize)> {
+    let mut size = None;
+    let is_plane = |header: &&Header| header.axes().is_some_and(|axes| axes.len() == 2) && is_wanted(header);
+    for (number, header) in headers.iter().filter(is_plane).enumerate() {
         let axes = header.axes().unwrap_or_default();
-        // All bands so far count.
-        checked_shape(request.path, request.memory_limit, &[bands.len() as u64 + 1, axes[1], axes[0]])?;
+        // All so far count.
+        checked_shape(request.path, request.memory_limit, &[number as u64 + 1, axes[1], axes[0]])?;
         let (shape, _) = three_axes(request.path, &[1, axes[1], axes[0]])?;
         if *size.get_or_insert((axes[0], axes[1])) != (axes[0], axes[1]) {
             return Err(Error::file(request.path, "holds images of different sizes"));
         }
-        double |= header.bitpix() == Some(-64);
-        let own = header.text("BUNIT").map(|own| [own, header.text("MAGSYS").unwrap_or_default()].join(" ").trim().to_owned());
-        unit = unit.or(own.filter(|own| !own.is_empty()));
-        bands.push(header.text("EXTNAME").map_or_else(|| super::nameless(bands.len()), str::to_owned));
-        // The first row of FITS is the lowest.
         let whole = Layout { shape, frame: None }.whole();
         let values = values::<f64>(request, header, [None, Some(2), Some(1)], shape, &whole)?.doubles();
-        data.extend(values.chunks(axes[0] as usize).rev().flatten().copied());
+        // The first row of FITS is the lowest.
+        take(header, values.chunks(axes[0] as usize).rev().flatten().copied().collect());
     }
     let (width, height) = size.ok_or_else(|| Error::file(request.path, "holds no two-dimensional image"))?;
-    let samples = if double { Samples::Double(data) } else { Samples::Single(data.iter().map(|v| *v as f32).collect()) };
-    let notes = unit.map(|unit| (UNIT_NOTE.to_owned(), unit)).into_iter().collect();
-    Ok(Image { notes, ..Image::bare(width as usize, height as usize, bands, samples) })
+    Ok((width as usize, height as usize))
 }

@@ -3,14 +3,13 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use barnard::data::Layout;
 use barnard::error::{Error, Result};
 use barnard::glam::{DMat2, DVec2, DVec3};
 use barnard::image::{ERROR_SUFFIX, Image, Samples};
 
 use super::header::{Header, headers};
-use super::{LAYER, gzip, values};
-use crate::formats::{Request, checked_shape, three_axes};
+use super::{LAYER, gzip, planes};
+use crate::formats::Request;
 
 /// The planes of a file.
 #[derive(Debug, Clone)]
@@ -92,30 +91,17 @@ pub fn observed(path: &Path, memory_limit: u64) -> Result<Observed> {
     let request = &mut Request::new(file, path, None, memory_limit)?;
     gzip::unpacked(request)?;
     let headers = headers(request)?;
-    let mut planes: Vec<Plane> = Vec::new();
-    let mut size = None;
-    let is_image = |header: &&Header| {
-        header.axes().is_some_and(|axes| axes.len() == 2) && header.text(LAYER).is_none_or(|layer| layer.trim().starts_with("mask"))
-    };
-    for header in headers.iter().filter(is_image) {
-        let axes = header.axes().unwrap_or_default();
-        checked_shape(path, memory_limit, &[planes.len() as u64 + 1, axes[1], axes[0]])?;
-        let (shape, _) = three_axes(path, &[1, axes[1], axes[0]])?;
-        if *size.get_or_insert((axes[0], axes[1])) != (axes[0], axes[1]) {
-            return Err(Error::file(path, "holds images of different sizes; the images of a fit, their errors and masks have one"));
-        }
-        let whole = Layout { shape, frame: None }.whole();
-        let own = values::<f64>(request, header, [None, Some(2), Some(1)], shape, &whole)?.doubles();
-        planes.push(Plane {
+    let mut all = Vec::new();
+    let is_wanted = |header: &Header| header.text(LAYER).is_none_or(|layer| layer.trim().starts_with("mask"));
+    let (width, height) = planes(request, &headers, is_wanted, |header, values| {
+        all.push(Plane {
             name: header.text("EXTNAME").unwrap_or_default().trim().to_owned(),
             unit: header.text("BUNIT").map(|unit| unit.trim().to_owned()).filter(|unit| !unit.is_empty()),
-            // The first row of FITS is the lowest.
-            values: own.chunks(axes[0] as usize).rev().flatten().copied().collect(),
-            sky: Sky::of(header, axes[1]),
+            sky: Sky::of(header),
+            values,
         });
-    }
-    let (width, height) = size.ok_or_else(|| Error::file(path, "holds no two-dimensional image"))?;
-    Ok(Observed { width: width as usize, height: height as usize, planes })
+    })?;
+    Ok(Observed { width, height, planes: all })
 }
 
 /// Where the pixels of a picture are on the sky, as its file would say; none where nobody said.
@@ -134,12 +120,12 @@ pub fn sky_of(image: &Image) -> Result<Option<Sky>> {
     };
     let path = Path::new("picture");
     let request = &mut Request::new(Cursor::new(super::encode(&bare)?), path, None, u64::MAX)?;
-    Ok(headers(request)?.iter().find_map(|header| Sky::of(header, image.height as u64)))
+    Ok(headers(request)?.iter().find_map(Sky::of))
 }
 
 impl Sky {
     /// What a header says; none where it says nothing of two axes of the sky.
-    fn of(header: &Header, height: u64) -> Option<Self> {
+    fn of(header: &Header) -> Option<Self> {
         let kind = |axis: usize| header.text(&format!("CTYPE{axis}")).map(|kind| kind.trim().to_owned());
         let kinds = [kind(1)?, kind(2)?];
         let longitude = ["RA--", "GLON", "ELON"].iter().any(|start| kinds[0].starts_with(start));
@@ -158,7 +144,7 @@ impl Sky {
         let own = |i: usize, j: usize| if has_matrix { Some(number(&format!("CD{i}_{j}")).unwrap_or(0.0)) } else { element(i, j) };
         let matrix = DMat2::from_cols(DVec2::new(own(1, 1)?, own(2, 1)?), DVec2::new(own(1, 2)?, own(2, 2)?));
         (matrix.determinant() != 0.0).then_some(())?;
-        Some(Self { kinds, reference: pair("CRPIX")?, value: pair("CRVAL")?, matrix, height: height as f64 })
+        Some(Self { kinds, reference: pair("CRPIX")?, value: pair("CRVAL")?, matrix, height: *header.axes()?.get(1)? as f64 })
     }
 
     /// The direction of a place of the picture, columns and rows from its upper left corner, in the frame of its coordinates.

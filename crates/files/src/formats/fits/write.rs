@@ -43,7 +43,7 @@ pub fn encode(image: &Image) -> Result<Vec<u8>> {
     }
     for band in (0..image.bands.len()).filter(|band| image.spectral.is_none() || (*band >= in_cube && !image.is_error(*band))) {
         bytes.extend(header_of(image, band));
-        Bits::of(image).rows(image.width, in_unit(image, band), &mut bytes);
+        Bits::of(image).rows(image.width, image.in_unit(band), &mut bytes);
     }
     for layer in &image.layers {
         for channel in channels(image, layer) {
@@ -54,17 +54,6 @@ pub fn encode(image: &Image) -> Result<Vec<u8>> {
         }
     }
     Ok(bytes)
-}
-
-/// The values of a band in the unit that was asked for; standard errors beside the radiances that they are of.
-fn in_unit(image: &Image, band: usize) -> Box<dyn Iterator<Item = f64> + '_> {
-    let values = image.band(band);
-    let of = (0..image.bands.len()).find(|of| image.errors_of(*of) == Some(band));
-    match (image.bands[of.unwrap_or(band)].in_unit, of) {
-        (Some(unit), Some(of)) => Box::new(values.zip(image.band(of)).map(move |(error, radiance)| unit.error(error, radiance))),
-        (Some(unit), None) => Box::new(values.map(move |radiance| unit.value(radiance))),
-        (None, _) => Box::new(values),
-    }
 }
 
 /// What holds of radiances in W m-2 sr-1 alone: keywords of bands, and the note of the quantity.
@@ -231,7 +220,7 @@ fn densities(image: &Image, band: usize) -> impl Iterator<Item = f64> + '_ {
     let of = (0..image.bands.len()).find(|of| image.errors_of(*of) == Some(band)).unwrap_or(band);
     let width = image.bands[of].width_um.unwrap_or(1.0);
     let factor = density_of(unit(image)).map_or(1.0, |(_, parts)| 1.0 / (width * parts));
-    in_unit(image, band).map(move |value| value * factor)
+    image.in_unit(band).map(move |value| value * factor)
 }
 
 fn header_of_cube(image: &Image, name: &str, bands: &[usize]) -> Vec<u8> {
