@@ -49,7 +49,7 @@ class Plates:
         return self._native.range
 
     def expose(self, scene: Scene) -> Image:
-        """The picture of a scene that differs from theirs in spectra, luminosities, passbands or albedo alone.
+        """The picture of a scene that differs from theirs in spectra, luminosities, passbands, albedo or the amount of dust alone.
 
         Returns
         -------
@@ -59,7 +59,7 @@ class Plates:
         Raises
         ------
         SceneError
-            Where the scene differs in anything else, or light shines at wavelengths that the plates do not serve: what it is is said.
+            Where the scene differs in anything else, or light or dust is beyond what the plates serve: what it is is said.
         """
         return Image(self._native.expose(scene._native()[1]))
 

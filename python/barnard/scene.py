@@ -300,14 +300,16 @@ class Scene:
         self._plan = {backend: plan}
         return Plan(self, tree, native, plan, backend)
 
-    def plates(self, range: tuple[Any, Any] | None = None, *, progress: bool | Listener | None = None) -> Plates:
-        """The picture kept light by light, so that spectra, luminosities, passbands and albedo change without a march.
+    def plates(self, range: tuple[Any, Any] | None = None, *, dust: tuple[float, float] = (1, 1), progress: bool | Listener | None = None) -> Plates:
+        """The picture kept light by light, so that spectra, luminosities, passbands, albedo and the amount of dust change without a march.
 
         Parameters
         ----------
         range : pair of wavelengths, optional
             The shortest and the longest that they will serve, such as ("380 nm", "1 um"); the passbands of the scene and a tenth beyond
             where none is given.
+        dust : pair of numbers, default (1, 1)
+            The least amount of dust and the largest that they will serve, as parts of the scene's: (0.5, 2) for half of it to twice as much.
         progress : true or callable (stage, done, all), optional
 
         Raises
@@ -318,7 +320,7 @@ class Scene:
         """
         _, native = self._native()
         with told(progress) as listener:
-            return Plates(_barnard.plates(native, wavelengths(range), self._plan.get("cpu"), self._limit, progress=listener))
+            return Plates(_barnard.plates(native, wavelengths(range), tuple(dust), self._plan.get("cpu"), self._limit, progress=listener))
 
     def fit_model(self, free: str, to: Images, *, progress: bool | Listener | None = None) -> FitModel:
         """The scene as a model of observed images.

@@ -34,6 +34,19 @@ def test_spectra_change_without_a_march(tmp_path, scene):
         plates.expose(own)
 
 
+def test_dust_changes_without_a_march(scene):
+    plates = scene.plates(dust=(0.5, 2))
+    scale = float(scene.dust.scale.split()[0])
+    for factor in (0.55, 1.9):
+        scene.dust.scale = f"{factor * scale} /pc"
+        image, fresh = plates.expose(scene), scene.render()
+        for band in fresh.bands:
+            a, b = np.asarray(image[band], float), np.asarray(fresh[band], float)
+            assert np.abs(a - b).max() < 2e-3 * b.max()
+    with pytest.raises(bn.SceneError, match="dust that plates reach"):
+        scene.plates(dust=(2, 3))
+
+
 def test_what_is_no_range_is_refused(scene):
     with pytest.raises(bn.SceneError, match="unit"):
         scene.plates(range=(380, 900))

@@ -99,7 +99,7 @@ fn plates_exposed(bencher: divan::Bencher) {
     let sky =
         spectra::spectrum::Spectrum::continuous(1e-9, std::sync::Arc::new(spectra::sed::BlackBody(spectra::units::Temperature(5000.0))));
     let scene = scene.emission(barnard::scene::Emission::new(gas, glow)).background(barnard::scene::Background::even(sky));
-    let plates = barnard::Plates::new(&scene, None, None, &Options::default(), &Control::default()).expect("plates");
+    let plates = barnard::Plates::new(&scene, Default::default(), None, &Options::default(), &Control::default()).expect("plates");
     let mut picture = vec![0.0; 3 * 1920 * 1080];
     bencher.counter(BytesCount::new(plates.bytes() + 4 * picture.len() as u64)).bench_local(|| {
         let mixture = plates.mixture(&scene).expect("a mixture");

@@ -7,6 +7,7 @@ use barnard::field::{Fbm, Field, Sphere};
 use barnard::glam::{DVec3, dvec3};
 use barnard::phase::{Draine, HenyeyGreenstein, IntoPhase};
 use barnard::plan::{Options, Plan};
+use barnard::plates::Reach;
 use barnard::random::Counter;
 use barnard::scene::{Background, Dust, Emission, Method, Scale, Scene, Star, StarField};
 use barnard::spectra::extinction::Extinction;
@@ -17,6 +18,8 @@ use barnard::spectra::units::{Luminosity, Temperature, Wavelength};
 use barnard::{Camera, Control, Image, Plates};
 
 const RANGE_UM: (f64, f64) = (0.36, 1.0);
+/// Plates of that range, and of the scene's own dust.
+const REACH: Reach = Reach { range_um: Some(RANGE_UM), dust: (1.0, 1.0) };
 
 /// What changes from scene to scene.
 struct Spectra {
@@ -63,6 +66,7 @@ impl Spectra {
 }
 
 /// A cloud with two stars, one of which is seen, two species of gas, and light and stars behind.
+#[derive(Clone)]
 struct Cloud {
     dust: Arc<dyn Field>,
     gas: Arc<dyn Field>,
@@ -122,7 +126,7 @@ impl Cloud {
 
     fn plates(&self) -> Plates {
         let scene = self.scene(&Spectra::FIRST());
-        Plates::new(&scene, Some(RANGE_UM), None, &Options::default(), &Control::default()).unwrap()
+        Plates::new(&scene, REACH, None, &Options::default(), &Control::default()).unwrap()
     }
 }
 
@@ -167,6 +171,30 @@ fn pictures_are_fresh_renders() {
     assert!(beyond > 1.0, "{beyond}");
 }
 
+/// Less dust and more, by random parts, with all spectra others too; an amount that is off by a thousandth is seen.
+#[test]
+fn dust_becomes_more_and_less() {
+    let cloud = Cloud::new(1.2, HenyeyGreenstein::new(0.6).unwrap(), 1);
+    let scene = cloud.scene(&Spectra::FIRST());
+    let reach = Reach { dust: (0.4, 2.5), ..REACH };
+    let plates = Plates::new(&scene, reach, None, &Options::default(), &Control::default()).unwrap();
+    let mut most = 0.0f64;
+    for change in 0..60 {
+        let amount = 0.4 * (2.5f64 / 0.4).powf(Counter::new(78, change).uniform());
+        let own = Cloud { per_pc: 1.2 * amount, ..cloud.clone() }.scene(&Spectra::random(change));
+        let (beyond, largest) = compare(&plates, &own, &mut None);
+        assert!(beyond <= 1.0, "{amount} times: {beyond} of what is stated, {largest:e} of a pixel");
+        assert!(largest < 5e-3, "{amount} times: {largest:e} of a pixel");
+        most = most.max(beyond);
+    }
+    assert!(most > 1e-3, "{most}");
+    // What is exposed hangs on the amount that is said.
+    let mut record = plates.record().clone();
+    record.dust_per_pc *= 1.001;
+    let (beyond, _) = compare(&Plates::of(record).unwrap(), &scene, &mut None);
+    assert!(beyond > 1.0, "{beyond}");
+}
+
 /// Grains whose phase function changes with wavelength.
 #[test]
 fn phase_functions_may_have_colours() {
@@ -184,7 +212,7 @@ fn phase_functions_may_have_colours() {
 fn many_bounces_are_kept() {
     let cloud = Cloud::new(3.0, HenyeyGreenstein::new(0.3).unwrap(), 20);
     let (plates, mut plan) = (cloud.plates(), None);
-    let once = Cloud { bounces: 1, dust: cloud.dust.clone(), gas: cloud.gas.clone(), phase: cloud.phase.clone(), ..cloud };
+    let once = Cloud { bounces: 1, ..cloud.clone() };
     let single = once.plates();
     for change in [3000, 3002] {
         let spectra = Spectra { albedo: Spectra::FIRST().albedo, ..Spectra::random(change) };
@@ -223,7 +251,7 @@ fn other_scenes_are_refused() {
     let mut turned = scene();
     turned.camera = turned.camera.size(12, 8);
     refused(turned, "camera");
-    refused(Cloud { per_pc: 1.3, ..Cloud::new(1.3, HenyeyGreenstein::new(0.6).unwrap(), 1) }.scene(&Spectra::FIRST()), "amount of dust");
+    refused(Cloud { per_pc: 4.0, ..cloud.clone() }.scene(&Spectra::FIRST()), "3.3333 times their amount of dust");
     refused(Cloud::new(1.2, HenyeyGreenstein::new(0.5).unwrap(), 1).scene(&Spectra::FIRST()), "phase function");
     let mut other = scene();
     other.dust.as_mut().unwrap().density = Arc::new(Fbm::new(4));
@@ -234,14 +262,24 @@ fn other_scenes_are_refused() {
     let without = {
         let mut scene = scene();
         scene.background.spectrum = None;
-        Plates::new(&scene, Some(RANGE_UM), None, &Options::default(), &Control::default()).unwrap()
+        Plates::new(&scene, REACH, None, &Options::default(), &Control::default()).unwrap()
     };
     let error = without.expose(&scene(), &Control::default()).unwrap_err().to_string();
     assert!(error.contains("background, which they do not hold"), "{error}");
-    let error = Plates::new(&scene(), None, None, &Options::within(1 << 10), &Control::default()).unwrap_err().to_string();
+    let new =
+        |scene: &Scene, reach: Reach| Plates::new(scene, reach, None, &Options::default(), &Control::default()).unwrap_err().to_string();
+    let error = Plates::new(&scene(), Reach::default(), None, &Options::within(1 << 10), &Control::default()).unwrap_err().to_string();
     assert!(error.contains("memory") || error.contains("MiB"), "{error}");
-    let error = Plates::new(&scene(), Some((0.5, 0.4)), None, &Options::default(), &Control::default()).unwrap_err().to_string();
+    let error = new(&scene(), Reach { range_um: Some((0.5, 0.4)), ..Reach::default() });
     assert!(error.contains("range of plates"), "{error}");
+    for dust in [(0.0, 1.0), (1.1, 2.0), (0.5, 0.9), (0.5, f64::NAN), (1.0, 1e9)] {
+        let error = new(&scene(), Reach { dust, ..REACH });
+        assert!(error.contains("dust that plates reach"), "{dust:?}: {error}");
+    }
+    let mut twice = scene();
+    twice.method.bounces = 3;
+    let error = new(&twice, Reach { dust: (0.5, 2.0), ..REACH });
+    assert!(error.contains("scatters more than once"), "{error}");
     let mut record = plates.record().clone();
     record.plates[0].level.pop();
     assert!(Plates::of(record).is_err());

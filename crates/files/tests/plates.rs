@@ -1,5 +1,6 @@
 //! Files of plates.
 
+use barnard::plates::Reach;
 use barnard::{Control, Options, Plates};
 use barnard_files::plates::{load, save};
 
@@ -36,7 +37,7 @@ bake = 16
 
 fn plates() -> Plates {
     let scene = barnard_files::parse("test.toml", "test", SCENE.into(), &barnard_files::in_folder(".", 1 << 30)).unwrap();
-    Plates::new(&scene, None, None, &Options::default(), &Control::default()).unwrap()
+    Plates::new(&scene, Reach::default(), None, &Options::default(), &Control::default()).unwrap()
 }
 
 /// What is read is what was written, bit by bit.

@@ -10,8 +10,9 @@ use barnard::backend::cpu;
 use barnard::control::Control;
 use barnard::error::{Error, Result};
 use barnard::image::{Band, ERROR_SUFFIX, Image, LayerChoice, Samples};
-use barnard::instrument::Exposures;
+use barnard::instrument::{Exposures, Kernels};
 use barnard::plan::Choices;
+use barnard::plates::{Reach, binds_dust};
 use barnard::properties::Table;
 use barnard::scene::{Loader, Scene};
 use barnard::{Options, Plan, Plates};
@@ -33,6 +34,8 @@ pub struct Observation {
 
 /// How far pixels of data may lie from those of the model, in pixels.
 const APART: f64 = 0.05;
+/// The amounts of dust that plates serve where that is free, as parts of the one at which they are made.
+const DUST: (f64, f64) = (0.6, 1.7);
 /// Most plates that are kept, and the part of the memory that they may take.
 const KEPT: usize = 16;
 const SHARE: u64 = 4;
@@ -59,6 +62,9 @@ struct Set {
     /// What pilots chose for the first picture, which all hold to: derivatives would see them change.
     choices: Option<Choices>,
     plan: Option<Plan>,
+    kernels: Kernels,
+    /// What plates are to reach: other amounts of dust, once there was one.
+    reach: Reach,
     /// The last scene, which holds its fields for the next.
     scene: Option<Scene>,
 }
@@ -108,7 +114,8 @@ impl Images {
         for observation in observations {
             let scene = images.scene(&observation.with, &start)?;
             let file = observed(&observation.file, images.options.memory_limit)?;
-            let model = header(&scene, control)?;
+            let mut kernels = Kernels::default();
+            let model = header(&scene, &mut kernels, control)?;
             agree(&observation.file, &file, &model, &scene)?;
             let mut good = Vec::new();
             for (number, band) in scene.bands.iter().enumerate() {
@@ -138,7 +145,16 @@ impl Images {
                 return Err(Error::file(&observation.file, "has no pixel that counts: all are masked, or no numbers"));
             }
             let name = observation.file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-            images.sets.push(Set { name, with: observation.with.clone(), good, choices: None, plan: None, scene: Some(scene) });
+            images.sets.push(Set {
+                name,
+                with: observation.with.clone(),
+                good,
+                choices: None,
+                plan: None,
+                kernels,
+                reach: Reach::default(),
+                scene: Some(scene),
+            });
         }
         Ok((images, data, start))
     }
@@ -189,7 +205,11 @@ impl Images {
             Some((i, mixture)) => (self.plates.remove(i), mixture),
             None => {
                 let set = &mut self.sets[number];
-                let (plates, plan) = Plates::held(scene, None, set.plan.as_ref(), set.choices.as_ref(), &self.options, control)?;
+                let dust = |of: &Scene| of.dust.as_ref().map(|dust| dust.sigma_v_per_pc);
+                if set.scene.as_ref().is_some_and(|last| dust(last) != dust(scene)) && !binds_dust(scene) {
+                    set.reach.dust = DUST;
+                }
+                let (plates, plan) = Plates::held(scene, set.reach, set.plan.as_ref(), set.choices.as_ref(), &self.options, control)?;
                 set.choices.get_or_insert_with(|| Choices::of(&plan));
                 set.plan = Some(plan);
                 let mixture = plates.mixture(scene)?;
@@ -215,7 +235,7 @@ impl Images {
         for number in 0..self.sets.len() {
             let scene = self.scene(&self.sets[number].with, values)?;
             let pictured = self.pictured(number, &scene, with_floor, control)?;
-            let ideal = recorded(&scene, pictured.image, control)?;
+            let ideal = recorded(&scene, pictured.image, &mut self.sets[number].kernels, control)?;
             knows &= scene.instrument.is_some();
             self.sets[number].scene = Some(scene);
             for (band, good) in self.sets[number].good.iter().enumerate() {
@@ -243,7 +263,7 @@ impl Images {
         let mut all = Vec::new();
         for set in &self.sets {
             let scene = self.scene(&set.with, &self.start)?;
-            let header = header(&scene, control)?.image;
+            let header = header(&scene, &mut set.kernels.clone(), control)?.image;
             let pixels = header.width * header.height;
             let mut samples = vec![f32::NAN; 2 * set.good.len() * pixels];
             let mut normalised = Vec::new();
@@ -280,9 +300,9 @@ impl Model for Images {
 }
 
 /// What a scene's instrument makes of its picture in endless frames; the picture where it has none.
-fn recorded(scene: &Scene, image: Image, control: &Control) -> Result<Image> {
+fn recorded(scene: &Scene, image: Image, kernels: &mut Kernels, control: &Control) -> Result<Image> {
     match &scene.instrument {
-        Some(instrument) => Ok(Exposures::new(instrument.clone(), &image, &scene.bands, control)?.ideal()),
+        Some(instrument) => Ok(Exposures::by(kernels, instrument.clone(), &image, &scene.bands, control)?.ideal()),
         None => Ok(image),
     }
 }
@@ -300,12 +320,12 @@ impl Header {
     }
 }
 
-fn header(scene: &Scene, control: &Control) -> Result<Header> {
+fn header(scene: &Scene, kernels: &mut Kernels, control: &Control) -> Result<Header> {
     let count = scene.bands.len() * scene.camera.width * scene.camera.height;
     let dark = barnard::backend::describe(scene, &scene.camera, Samples::Single(vec![0.0; count]));
     match &scene.instrument {
         Some(instrument) => {
-            let exposures = Exposures::new(instrument.clone(), &dark, &scene.bands, control)?;
+            let exposures = Exposures::by(kernels, instrument.clone(), &dark, &scene.bands, control)?;
             Ok(Header { image: exposures.ideal(), exposures: Some(exposures) })
         }
         None => Ok(Header { image: dark, exposures: None }),

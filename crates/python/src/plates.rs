@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use barnard::plan::Options;
+use barnard::plates::Reach;
 use pyo3::prelude::*;
 use spectra::units::Wavelength;
 
@@ -16,21 +17,24 @@ use crate::work;
 #[pyclass(frozen, module = "barnard._barnard")]
 pub struct Plates(barnard::Plates);
 
-/// Makes plates of a scene for wavelengths of `range`, texts such as "380 nm"; what holds of a plan of it is taken from that.
+/// Makes plates of a scene for wavelengths of `range`, texts such as "380 nm", and parts of its dust from the least to the largest; what holds
+/// of a plan of it is taken from that.
 #[pyfunction]
-#[pyo3(signature = (scene, range, before, memory_limit, progress=None))]
+#[pyo3(signature = (scene, range, dust, before, memory_limit, progress=None))]
 pub fn plates(
     py: Python,
     scene: &Scene,
     range: Option<(String, String)>,
+    dust: (f64, f64),
     before: Option<&Plan>,
     memory_limit: u64,
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<Plates> {
     work::run(py, progress, |control| {
         let wavelength = |text: &str| text.parse::<Wavelength>().map(|length| length.0);
-        let range = range.map(|(from, to)| Ok::<_, spectra::SpectraError>((wavelength(&from)?, wavelength(&to)?))).transpose()?;
-        barnard::Plates::new(&scene.0, range, before.map(|plan| &plan.0), &Options::within(memory_limit), control).map(Plates)
+        let range_um = range.map(|(from, to)| Ok::<_, spectra::SpectraError>((wavelength(&from)?, wavelength(&to)?))).transpose()?;
+        barnard::Plates::new(&scene.0, Reach { range_um, dust }, before.map(|plan| &plan.0), &Options::within(memory_limit), control)
+            .map(Plates)
     })
 }
 

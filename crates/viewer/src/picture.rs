@@ -7,7 +7,7 @@ use barnard::backend::{self, RenderStats};
 use barnard::camera::Camera;
 use barnard::control::Control;
 use barnard::image::{Display, Glare, Image, PixelScale, Tone};
-use barnard::instrument::{Exposures, Instrument};
+use barnard::instrument::{Exposures, Instrument, Kernels};
 use barnard::plan::Plan;
 use barnard::points::Sources;
 use barnard::scene::Scene;
@@ -55,6 +55,7 @@ struct Recorded {
     instrument: Arc<Instrument>,
     /// What it sees, by so many pixels along an edge summed as one.
     exposures: Exposures,
+    kernels: Kernels,
     binning: usize,
     /// What pixels gather by band, in words.
     bands: Vec<String>,
@@ -172,14 +173,15 @@ impl Picture {
             return Ok(picture);
         }
         let binned = Arc::new(Instrument::clone(&instrument).binned(binning));
+        let mut kernels = before.and_then(|before| before.recorded.as_ref()).map(|own| own.kernels.clone()).unwrap_or_default();
         let exposures = match known.filter(|known| known.exposures.instrument().sees_like(&binned)) {
             Some(known) => known.exposures.recorded_by(binned),
-            None => Exposures::new(binned, &self.image, &scene.bands, control)?,
+            None => Exposures::by(&mut kernels, binned, &self.image, &scene.bands, control)?,
         };
         let image = Arc::new(exposures.glance(control)?);
         let mut picture = Self { image, scene: scene.clone(), spread: None, sparks: None, ..self.clone() };
         let bands = self.scene.bands.iter().enumerate().map(|(number, band)| gathered(&exposures, number, band.name())).collect();
-        picture.recorded = Some(Recorded { of: self.image.clone(), instrument, exposures, binning, bands });
+        picture.recorded = Some(Recorded { of: self.image.clone(), instrument, exposures, kernels, binning, bands });
         picture.colour();
         Ok(picture)
     }

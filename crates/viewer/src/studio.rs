@@ -8,6 +8,7 @@ use barnard::camera::Camera;
 use barnard::control::Control;
 use barnard::plan::ordinates::Sweeper;
 use barnard::plan::{Options, Plan};
+use barnard::plates::Reach;
 use barnard::scene::Scene;
 use barnard::{Error, Plates, Result};
 use barnard_gpu::{Auto, Gpu, GpuError, OnDevice, Ordinates, Tuning};
@@ -235,7 +236,7 @@ impl Studio {
                 continue;
             }
             stand.plates = None;
-            match Plates::new(&scene, None, stand.settled.as_ref(), &options, control) {
+            match Plates::new(&scene, Reach::default(), stand.settled.as_ref(), &options, control) {
                 Ok(plates) => stand.plates = Some(plates),
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 // There is no room, or no plates are made of such a scene: pictures are made without.

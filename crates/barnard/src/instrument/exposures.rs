@@ -7,12 +7,10 @@ use spectra::passband::Passband;
 
 use super::cosmic_rays::{charge, tracks};
 use super::layout::{Layout, Pixels};
-use super::psf::View;
-use super::{Instrument, PointSpread};
+use super::{Instrument, Kernels};
 use crate::camera::Camera;
 use crate::control::{Control, Stage};
 use crate::error::Result;
-use crate::image::convolution::{Spread, reach};
 use crate::image::{Display, Image, PixelScale, Samples};
 use crate::keywords::{self, Keyword};
 use crate::observation::{InUnit, Observation, RadianceUnit};
@@ -75,6 +73,14 @@ impl Exposures {
     /// Where the picture is not flat or has coarser pixels than the detector, the sky or the mosaic do not fit its bands, or the user wishes
     /// to stop.
     pub fn new(instrument: Arc<Instrument>, image: &Image, bands: &[Passband], control: &Control) -> Result<Self> {
+        Self::by(&mut Kernels::default(), instrument, image, bands, control)
+    }
+
+    /// The same by kernels of pictures before, where they are those of this one.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    pub fn by(kernels: &mut Kernels, instrument: Arc<Instrument>, image: &Image, bands: &[Passband], control: &Control) -> Result<Self> {
         let Layout { below, pixels, squares, mosaic } = Layout::new(&instrument, image, bands)?;
         let radiances: Vec<usize> = image.radiances().collect();
         let mut light = Vec::with_capacity(bands.len());
@@ -85,7 +91,7 @@ impl Exposures {
             let mut rates: Vec<f64> =
                 image.band(*own).enumerate().map(|(i, radiance)| radiance.max(0.0) * below.solid_angle(i) * per_watt).collect();
             for psf in &instrument.psf {
-                spread(&**psf, &instrument, image, *own, &below, &mut rates)?;
+                kernels.apply(&**psf, &instrument, &image.bands[*own], below.edge_rad, below.size, &mut rates)?;
                 control.check()?;
             }
             // Transforms leave a little below zero where there is no light.
@@ -93,6 +99,7 @@ impl Exposures {
             let sky = instrument.sky.radiance(band, number, bands.len())?;
             light.push(BandLight { per_watt, sky, source: squares.gathered(&rates, below.size) });
         }
+        kernels.keep(bands.len() * instrument.psf.len());
         let header = header(&instrument, image, &radiances, &pixels, &light);
         Ok(Self { instrument, header, pixels, bands: light, mosaic })
     }
@@ -221,16 +228,6 @@ impl Exposures {
 /// Keeps hits apart from the noise of pixels.
 const HITS: u64 = 0x636f_736d_6963;
 
-/// Spreads light as one point-spread function does.
-fn spread(psf: &dyn PointSpread, instrument: &Instrument, image: &Image, band: usize, below: &Pixels, rates: &mut [f64]) -> Result<()> {
-    let reach = reach(image.width.max(image.height));
-    let view = View { instrument, band: &image.bands[band], pixel_rad: below.edge_rad, reach };
-    if let Some(kernel) = psf.kernel(&view)? {
-        Spread::new(&kernel, image.width, image.height).apply(rates, image.width);
-    }
-    Ok(())
-}
-
 /// What pictures of the detector say of themselves.
 fn header(instrument: &Instrument, image: &Image, radiances: &[usize], pixels: &Pixels, light: &[BandLight]) -> Image {
     let pixel = match image.observation.and_then(|observation| observation.distance_pc).filter(|_| pixels.is_parallel) {
@@ -270,6 +267,8 @@ mod tests {
     use super::*;
     use crate::camera::Camera;
     use crate::image::convolution::Kernel;
+    use crate::instrument::PointSpread;
+    use crate::instrument::psf::View;
     use crate::observation::Observation;
     use glam::DVec3;
 
@@ -311,6 +310,34 @@ mod tests {
         }
         let near = Image { observation: None, ..image };
         assert!(Exposures::new(Arc::new(Instrument::of_aperture(0.1)), &near, &bands, &Control::default()).is_err());
+    }
+
+    /// Kernels that are kept are those of other optics or pixels no more: light is spread as if they were made anew, bit by bit.
+    #[test]
+    fn kernels_are_kept() {
+        let bands = [Passband::named("johnson-B").unwrap(), Passband::named("johnson-V").unwrap()];
+        let image = |size: usize, field: f64| {
+            let camera = Camera::look_at(DVec3::Z, DVec3::ZERO).field_of_view_deg(field).size(size, size);
+            let names = bands.iter().map(|band| band.name().to_owned()).collect();
+            let values = (0..2 * size * size).map(|i| 1e-7 * (1 + i * 7919 % 101) as f64).collect();
+            let own = Image::bare(size, size, names, Samples::Double(values));
+            Image { pixel: Some(camera.pixel_scale()), axis: camera.axis(), ..own }
+        };
+        let lens = |aperture: f64| Instrument { obstruction: 0.3, ..Instrument::of_aperture(aperture) };
+        let mut kernels = Kernels::default();
+        for (instrument, image) in [
+            (lens(0.2), image(24, 0.01)),
+            (Instrument { sky: crate::instrument::Sky::even(20.0), exposure_s: 7.0, ..lens(0.2) }, image(24, 0.01)),
+            (lens(0.1), image(24, 0.01)),
+            (lens(0.1), image(24, 0.02)),
+            (lens(0.1), image(20, 0.02)),
+        ] {
+            let instrument = Arc::new(instrument);
+            let own = Exposures::by(&mut kernels, instrument.clone(), &image, &bands, &Control::default()).unwrap();
+            let new = Exposures::new(instrument, &image, &bands, &Control::default()).unwrap();
+            let light = |of: &Exposures| of.bands.iter().map(|band| band.source.clone()).collect::<Vec<_>>();
+            assert!(light(&own) == light(&new));
+        }
     }
 
     /// What another crate brings spreads light as well.

@@ -25,6 +25,7 @@
 mod cosmic_rays;
 mod detector;
 mod exposures;
+mod kernels;
 mod layout;
 mod master;
 mod presets;
@@ -38,6 +39,7 @@ use spectra::constants::{PLANCK, SPEED_OF_LIGHT};
 
 pub use detector::Detector;
 pub use exposures::{Exposures, Frame};
+pub use kernels::Kernels;
 pub use master::Flag;
 pub use presets::{PRESETS, Preset, preset};
 pub use psf::PointSpread;

@@ -43,7 +43,9 @@ impl Geometry {
         own.add("visible stars", scene.stars.iter().map(|star| f64::from(u8::from(star.visible))));
         own.add("bounces", [scene.method.bounces as f64]);
         if let Some(dust) = &scene.dust {
-            own.add("amount of dust", [dust.sigma_v_per_pc]);
+            if binds_dust(scene) {
+                own.add("amount of dust", [dust.sigma_v_per_pc]);
+            }
             own.add("density of dust", density(&*dust.density));
             let phase = |node: &Node| {
                 let cosine = |i: usize| -1.0 + 2.0 * i as f64 / (ANGLES - 1) as f64;
@@ -100,7 +102,14 @@ impl Geometry {
     }
 }
 
-const WANTED: &str = "that of the plates, whose spectra, luminosities, passbands and albedo alone may be others; make new plates of it";
+/// Whether plates of a scene are bound to its amount of dust: where a node is a wavelength, and not an extinction alone, since light scatters
+/// more than once or the phase function changes with wavelength.
+pub fn binds_dust(scene: &Scene) -> bool {
+    scene.dust.as_ref().is_some_and(|dust| scene.method.bounces > 1 || dust.phase.is_spectral())
+}
+
+const WANTED: &str =
+    "that of the plates, whose spectra, luminosities, passbands, albedo and amount of dust alone may be others; make new plates of it";
 
 /// Rays through five places of the image, and its pixels.
 fn camera(scene: &Scene) -> Vec<f64> {

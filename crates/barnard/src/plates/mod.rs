@@ -8,8 +8,9 @@
 //!   I_b = Σ_s G_s(k_0) (m·w_bs + Σ_t c_st (v_t·w_bs)),    w_bsj = ∫ R_b S_s k ω L_j(k) dλ
 //!
 //! Luminosities, temperatures and lines of stars and gas may change, passbands, albedo, and the extinction law where the phase
-//! function is that of all wavelengths. What is bound is the [`Geometry`]. Where light scatters more than once, albedo and law are bound
-//! as well, and each light is marched by itself at the wavelengths of all nodes.
+//! function is that of all wavelengths. So may the amount of dust there: f times the dust is f times the extinction, G(f k) for G(k), and
+//! f times the light that it scatters. What is bound is the [`Geometry`]. Where light scatters more than once, albedo, law and amount are
+//! bound as well, and each light is marched by itself at the wavelengths of all nodes.
 
 mod geometry;
 mod march;
@@ -19,10 +20,10 @@ use std::sync::Arc;
 
 use spectra::components::Components;
 use spectra::passband::{Counting, Window, window};
-use spectra::rule::{Certificate, CommonNodes, Measure, Node, Rounding, Source};
+use spectra::rule::{Certificate, CommonNodes, Measure, Node, Rounding, Settings, Source};
 use spectra::units::Wavelength;
 
-pub use self::geometry::{Geometry, Trait};
+pub use self::geometry::{Geometry, Trait, binds_dust};
 use self::march::Work;
 use self::mixture::Share;
 use crate::backend::{describe, end_of_space};
@@ -79,6 +80,8 @@ pub struct Record {
     pub depths: Vec<f64>,
     /// What the scene may not change.
     pub geometry: Geometry,
+    /// The amount of dust that was marched, as the optical depth at V of a parsec of density one \[pc⁻¹\]; zero without dust.
+    pub dust_per_pc: f64,
     /// The accuracy that was asked for \[1\].
     pub accuracy: f64,
     /// The largest optical depth that rays met \[1\].
@@ -91,8 +94,28 @@ pub struct Record {
 #[derive(Debug, Clone)]
 pub struct Plates(Arc<Record>);
 
+/// What plates serve beside the spectra of the scene that they are made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// The shortest wavelength and the longest \[µm\]; none: those of the scene's passbands and a tenth beyond.
+    pub range_um: Option<(f64, f64)>,
+    /// The least amount of dust and the largest, as parts of the scene's.
+    pub dust: (f64, f64),
+}
+
+impl Default for Reach {
+    /// The scene's own dust, and what lies around its passbands.
+    fn default() -> Self {
+        Self { range_um: None, dust: (1.0, 1.0) }
+    }
+}
+
 /// What bands take of plates and of unresolved sources, for the spectra of one scene.
 pub struct Mixture {
+    /// The amount of dust, as a part of that of the plates.
+    amount: f64,
+    /// The nodes of the plates for that amount: what each has of extinction as the scene has it.
+    nodes: Vec<Node>,
     /// Plate × band.
     shares: Vec<Vec<Share>>,
     /// Light × band: the weights at the nodes of lights that are seen as points, none of others.
@@ -114,13 +137,13 @@ struct Part {
 type Factor = Box<dyn Fn(f64) -> f64 + Send + Sync>;
 
 impl Plates {
-    /// Plates of `scene` for wavelengths of `range_um`; those of its passbands and a tenth beyond where none is given. What holds of
-    /// `before`, a plan of the same scene, is taken from it.
+    /// Plates of `scene` that reach as far as is said. What holds of `before`, a plan of the same scene, is taken from it.
     ///
     /// # Errors
-    /// Those of [`Plan::new`], where the range is none or beyond the extinction law, and where there are too many stars.
-    pub fn new(scene: &Scene, range_um: Option<(f64, f64)>, before: Option<&Plan>, options: &Options, control: &Control) -> Result<Self> {
-        Ok(Self::held(scene, range_um, before, None, options, control)?.0)
+    /// Those of [`Plan::new`], where the range is none or beyond the extinction law, where other amounts of dust are asked for and the phase
+    /// function changes with wavelength or light scatters again, and where there are too many stars.
+    pub fn new(scene: &Scene, reach: Reach, before: Option<&Plan>, options: &Options, control: &Control) -> Result<Self> {
+        Ok(Self::held(scene, reach, before, None, options, control)?.0)
     }
 
     /// The same with the plan that they were marched by, which may hold to [choices](Choices) that are made already.
@@ -129,7 +152,7 @@ impl Plates {
     /// Those of [`new`](Self::new).
     pub fn held(
         scene: &Scene,
-        range_um: Option<(f64, f64)>,
+        reach: Reach,
         before: Option<&Plan>,
         choices: Option<&Choices>,
         options: &Options,
@@ -137,8 +160,8 @@ impl Plates {
     ) -> Result<(Self, Plan)> {
         scene.check()?;
         check(scene)?;
-        let range_um = range(scene, range_um)?;
-        let marched = one_scattering(scene, range_um)?;
+        let range_um = range(scene, reach.range_um)?;
+        let marched = one_scattering(scene, range_um, amounts(scene, reach.dust)?)?;
         let (of_plan, of_march) = (control.part(0.0, 0.3), control.part(0.3, 1.0));
         let plan = match choices {
             Some(choices) => Plan::holding(before, &marched, options, choices, &of_plan)?,
@@ -168,6 +191,7 @@ impl Plates {
             plates,
             depths,
             geometry: Geometry::of(scene, &nodes)?,
+            dust_per_pc: dust_per_pc(scene),
             accuracy: scene.method.accuracy,
             depth: stats.depth.max(0.0),
             notes: plan.notes().into_iter().chain(stats.negative_note()).collect(),
@@ -215,7 +239,8 @@ impl Plates {
             return wrong("plates of another size");
         }
         let is_depth = |depth: &f64| *depth >= 0.0;
-        if !(is_depth(&record.depth) && record.depth.is_finite() && record.accuracy > 0.0 && record.depths.iter().all(is_depth)) {
+        let is_number = |own: f64| is_depth(&own) && own.is_finite();
+        if !(is_number(record.depth) && is_number(record.dust_per_pc) && record.accuracy > 0.0 && record.depths.iter().all(is_depth)) {
             return wrong("depths or an accuracy that cannot be");
         }
         Ok(Self(Arc::new(record)))
@@ -255,15 +280,23 @@ impl Plates {
     pub fn mixture(&self, scene: &Scene) -> Result<Mixture> {
         scene.check()?;
         self.check(scene)?;
-        let Record { nodes, plates, .. } = self.record();
+        let plates = &self.0.plates;
+        let amount = self.amount(scene)?;
+        let nodes: Vec<Node> = self.0.nodes.iter().map(|node| Node { k: node.k / amount, ..*node }).collect();
         let (lights, law) = (lights(scene)?, law(scene)?);
         let mut parts: Vec<Vec<Part>> = Vec::new();
         for band in &scene.bands {
             let part = |(light, own): (usize, &Light)| {
                 let source = source(scene, own, band, &law);
-                let weights = CommonNodes::weights_of(nodes, &source.measure).map_err(|error| {
-                    let said = format!("{} in {}: {error}", own.name, band.name());
-                    Error::value("scene for plates", said, "spectra and passbands within their range, or plates of a wider one")
+                let weights = CommonNodes::weights_of(&nodes, &source.measure).map_err(|error| match amount == 1.0 {
+                    true => {
+                        let said = format!("{} in {}: {error}", own.name, band.name());
+                        Error::value("scene for plates", said, "spectra and passbands within their range, or plates of a wider one")
+                    }
+                    false => {
+                        let said = format!("{:.4} times their amount of dust, beyond what they reach in {}", amount, band.name());
+                        Error::value("scene for plates", said, "less of a change, or plates that reach other amounts of dust")
+                    }
                 })?;
                 let plate = plates.iter().position(|plate| plate.route == own.route);
                 if plate.is_none() && is_extended(own.route) {
@@ -280,7 +313,8 @@ impl Plates {
         let dark = vec![0.0; nodes.len()];
         let share = |plate: usize, parts: &[Part]| {
             let own = parts.iter().find(|part| part.plate == Some(plate));
-            stored_share(&plates[plate].components, own.map_or(&dark, |own| &own.weights))
+            let more = if matches!(plates[plate].route, Route::Scattered { .. }) { amount } else { 1.0 };
+            stored_share(&plates[plate].components, own.map_or(&dark, |own| &own.weights), more)
         };
         let shares = (0..plates.len()).map(|plate| parts.iter().map(|own| share(plate, own)).collect()).collect();
         let of_points = |light: usize| match is_extended(lights[light].route) {
@@ -288,7 +322,20 @@ impl Plates {
             false => parts.iter().map(|own| own[light].weights.clone()).collect(),
         };
         let points = (0..lights.len()).map(of_points).collect();
-        Ok(Mixture { shares, points, parts, phases: phases(scene) })
+        Ok(Mixture { amount, nodes, shares, points, parts, phases: phases(scene) })
+    }
+
+    /// The amount of dust of a scene, as a part of theirs.
+    fn amount(&self, scene: &Scene) -> Result<f64> {
+        let (own, theirs) = (self.0.dust_per_pc, dust_per_pc(scene));
+        match own == theirs {
+            true => Ok(1.0),
+            false if own > 0.0 && theirs > 0.0 => Ok(theirs / own),
+            false => {
+                let said = format!("an amount of dust of {theirs} pc-1, where theirs is {own}");
+                Err(Error::value("scene for plates", said, "an amount above zero in both, or new plates of it"))
+            }
+        }
     }
 
     /// Adds the extended light of a mixture to `picture`, bands × height × width [W m⁻² sr⁻¹], which has as many bands as the
@@ -320,7 +367,7 @@ impl Plates {
         }
         image.keywords.push(keywords::text("BACKEND", "plates", "what made the picture"));
         image.keywords.extend(keywords::number("ACCURACY", self.0.accuracy, "asked for"));
-        image.keywords.extend(keywords::number("TAUMAX", self.0.depth, "largest optical depth at V that was met"));
+        image.keywords.extend(keywords::number("TAUMAX", self.0.depth * mixture.amount, "largest optical depth at V that was met"));
         image.notes.push(("backend".into(), "plates".into()));
         image.notes.extend(self.0.notes.iter().cloned());
         Ok(image)
@@ -344,12 +391,13 @@ impl Plates {
     /// Draws the unresolved sources.
     fn draw(&self, scene: &Scene, mixture: &Mixture, samples: &mut Samples, control: &Control) -> Result<()> {
         let lights = lights(scene)?;
-        let Record { nodes, depths, .. } = self.record();
+        let depths = &self.0.depths;
         if points(Sources::All, scene, &scene.camera, &lights)?.len() != depths.len() {
             return Err(Error::value("scene for plates", "other stars of a field or a catalogue", "those that the plates were made with"));
         }
         let fluxes = |number: usize, light: usize, _: &Ray, _: f64| {
-            let left: Vec<f64> = nodes.iter().map(|node| (-node.k * depths[number]).exp()).collect();
+            let depth = depths[number] * mixture.amount;
+            let left: Vec<f64> = mixture.nodes.iter().map(|node| (-node.k * depth).exp()).collect();
             mixture.points[light].iter().map(|weights| weights.iter().zip(&left).map(|(w, left)| w * left).sum()).collect()
         };
         crate::points::draw(Sources::All, scene, &scene.camera, &lights, fluxes, control, |i, value| samples.add(i, value))
@@ -358,7 +406,8 @@ impl Plates {
     /// The certificates of a mixture's band, by the numbers of the lights that shine in it: nodes, components, and numbers as they
     /// are stored.
     pub fn certificates(&self, mixture: &Mixture, band: usize) -> Vec<(usize, Certificate)> {
-        let Record { nodes, plates, depth, scatters_again, .. } = self.record();
+        let Record { plates, scatters_again, .. } = self.record();
+        let (nodes, depth) = (&mixture.nodes, self.0.depth * mixture.amount);
         let shining = mixture.parts[band].iter().filter(|part| part.source.measure.total() > 0.0);
         let certified = |part: &Part| {
             let measure = &part.source.measure;
@@ -367,7 +416,7 @@ impl Plates {
             };
             let interpolated = |a: f64| part.weights.iter().zip(at_nodes(a, &|_| 1.0)).map(|(w, left)| w * left).sum();
             let Some(Plate { route, components, rounding, .. }) = part.plate.map(|plate| &plates[plate]) else {
-                return (part.light, Certificate::measured(measure, interpolated, *depth));
+                return (part.light, Certificate::measured(measure, interpolated, depth));
             };
             let (of_mean, shares) = components.shares(&part.weights);
             let mut stored = Stored { k_0: nodes[0].k, error: steps(components, &shares) };
@@ -376,7 +425,7 @@ impl Plates {
                 stored.error += components.error * part.weights.iter().map(|w| w.abs()).sum::<f64>();
                 return (
                     part.light,
-                    stored.added(Certificate::measured(measure, interpolated, *depth).rounded(measure, *rounding, |_| 0.0), measure),
+                    stored.added(Certificate::measured(measure, interpolated, depth).rounded(measure, *rounding, |_| 0.0), measure),
                 );
             }
             let behind = |a: f64, factor: &dyn Fn(f64) -> f64| {
@@ -384,10 +433,10 @@ impl Plates {
                 let parts: Vec<f64> = left.iter().map(|own| own / left[0]).collect();
                 left[0] * (of_mean + shares.iter().zip(components.coordinates(&parts)).map(|(share, c)| share * c).sum::<f64>())
             };
-            let plain = Certificate::measured(measure, |a| behind(a, &|_| 1.0), *depth);
+            let plain = Certificate::measured(measure, |a| behind(a, &|_| 1.0), depth);
             let scattered = matches!(route, Route::Scattered { .. });
             let worst = mixture.phases.iter().filter(|_| scattered).fold(plain, |worst, factor| {
-                worst.or_worse(Certificate::measured(&measure.reweighted(factor), |a| behind(a, factor), *depth))
+                worst.or_worse(Certificate::measured(&measure.reweighted(factor), |a| behind(a, factor), depth))
             });
             (part.light, stored.added(worst.rounded(measure, *rounding, |_| 0.0), measure))
         };
@@ -419,9 +468,9 @@ fn steps(components: &Components, shares: &[f64]) -> f64 {
     shares.iter().zip(&components.ranges).map(|(share, [low, high])| 0.5 * share.abs() * (high - low) / f64::from(LEVELS)).sum()
 }
 
-/// What a light of these weights takes of stored numbers.
-fn stored_share(components: &Components, weights: &[f64]) -> Share {
-    let (of_mean, shares) = components.shares(weights);
+/// What a light of these weights, so many times, takes of stored numbers.
+fn stored_share(components: &Components, weights: &[f64], times: f64) -> Share {
+    let (of_mean, shares) = components.shares(&weights.iter().map(|w| w * times).collect::<Vec<f64>>());
     let low: f64 = shares.iter().zip(&components.ranges).map(|(share, [low, _])| share * low).sum();
     let step = |(share, [low, high]): (&f64, &[f64; 2])| (share * (high - low) / f64::from(LEVELS)) as f32;
     Share { of_mean: (of_mean + low) as f32, of_coordinate: shares.iter().zip(&components.ranges).map(step).collect() }
@@ -475,12 +524,38 @@ fn range(scene: &Scene, asked: Option<(f64, f64)>) -> Result<(f64, f64)> {
     Ok((low.min(from), high.max(to)))
 }
 
+/// The amount of dust of a scene \[pc⁻¹\].
+fn dust_per_pc(scene: &Scene) -> f64 {
+    scene.dust.as_ref().map_or(0.0, |dust| dust.sigma_v_per_pc)
+}
+
+/// Most by which the amount of dust may change.
+const MOST_DUST: f64 = 100.0;
+
+/// The amounts of dust that plates of a scene reach, as parts of its own.
+fn amounts(scene: &Scene, (least, most): (f64, f64)) -> Result<(f64, f64)> {
+    let what = "dust that plates reach";
+    let said = || format!("{least} to {most} times that of the scene");
+    if !(least > 0.0 && least <= 1.0 && (1.0..=MOST_DUST).contains(&most)) {
+        return Err(Error::value(what, said(), format!("a part of it above 0 and up to 1, and a multiple from 1 to {MOST_DUST}")));
+    }
+    if (least, most) != (1.0, 1.0) && binds_dust(scene) {
+        return Err(Error::value(
+            what,
+            said(),
+            "1 to 1, where light scatters more than once or the phase function changes with wavelength: leave it out",
+        ));
+    }
+    Ok((least, most))
+}
+
 /// The scene whose march brings plates of light that scatters once at most: with a passband of the whole range, and common nodes.
-fn one_scattering(scene: &Scene, (low, high): (f64, f64)) -> Result<Scene> {
+fn one_scattering(scene: &Scene, (low, high): (f64, f64), amounts: (f64, f64)) -> Result<Scene> {
     let shape = Window::TopHat { centre: Wavelength(0.5 * (low + high)), width: Wavelength(high - low) };
     let mut bands = scene.bands.clone();
     bands.push(window("the range of plates", Counting::Energy, shape)?);
-    let mut method = Method { bounces: 1, settings: Method::default().settings, ..scene.method.clone() }.with_name("common_nodes")?;
+    let mut method =
+        Method { bounces: 1, settings: Settings { amounts, ..Settings::default() }, ..scene.method.clone() }.with_name("common_nodes")?;
     method.exact_stars = None;
     Ok(scene.clone().bands(bands).method(method))
 }

@@ -292,6 +292,7 @@ pub(super) fn build(section: Option<&Section>) -> Result<Method> {
         degree: section.integer("degree", 0..=MAX_DEGREE as i64)?.map_or(defaults.degree, |n| n as usize),
         range: section.number("range", RANGE)?,
         criterion: CRITERIA.iter().find(|c| c.0 == criterion).map_or(defaults.criterion, |c| c.1),
+        ..defaults
     };
     if section.has("steps") {
         section.refuse(&["steps_per_voxel"], "no `steps`")?;

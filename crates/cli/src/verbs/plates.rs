@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use anyhow::bail;
 use barnard::Plates;
+use barnard::plates::Reach;
 use barnard::spectra::units::{Wavelength, short};
 use barnard_files::formats::check_replaceable;
 use clap::Args;
@@ -17,7 +18,7 @@ use crate::source::SceneArgs;
 ///
 /// Examples:
 ///   barnard plates my.toml -o my.plates
-///   barnard plates my.toml -o my.plates --range "380 nm" "1000 nm"
+///   barnard plates my.toml -o my.plates --range "380 nm" "1000 nm" --dust 0.5 2
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct MakePlates {
@@ -29,6 +30,9 @@ pub struct MakePlates {
     /// The shortest and the longest wavelength that they will serve (default: the passbands of the scene and a tenth beyond)
     #[arg(long, num_args = 2, value_names = ["FROM", "TO"])]
     range: Vec<Wavelength>,
+    /// The least amount of dust and the largest that they will serve, as parts of the scene's (default: 1 1)
+    #[arg(long, num_args = 2, value_names = ["LEAST", "MOST"])]
+    dust: Vec<f64>,
 }
 
 impl MakePlates {
@@ -39,12 +43,15 @@ impl MakePlates {
         check_replaceable(&self.output)?;
         let (scene, options) = self.scene.load()?;
         crate::verbs::refuse_inputs(&scene, std::slice::from_ref(&self.output))?;
-        let range = match self.range[..] {
-            [from, to] => Some((from.0, to.0)),
-            _ => None,
-        };
+        let mut reach = Reach::default();
+        if let [from, to] = self.range[..] {
+            reach.range_um = Some((from.0, to.0));
+        }
+        if let [least, most] = self.dust[..] {
+            reach.dust = (least, most);
+        }
         let start = Instant::now();
-        let plates = Plates::new(&scene, range, None, &options, &progress::control()?)?;
+        let plates = Plates::new(&scene, reach, None, &options, &progress::control()?)?;
         let seconds = start.elapsed().as_secs_f64();
         barnard_files::plates::save(&self.output, &plates)?;
         let record = plates.record();

@@ -32,6 +32,8 @@ fn plates_are_exposed() {
     let expose = ["expose", "own.plates", "scene.toml", "-o", "x.npy"];
     refused(&[&expose[..], &["--size", "9x9"]].concat(), &["camera", "make new plates"]);
     refused(&[&expose[..], &["--set", "bands=2mass"]].concat(), &["outside of those"]);
+    refused(&[&expose[..], &["--set", "dust.scale=99 /pc"]].concat(), &["amount of dust"]);
+    refused(&["plates", "scene.toml", "-o", "x.plates", "--dust", "2", "3"], &["dust that plates reach"]);
     refused(&[&expose[..], &["--set", "bands"]].concat(), &["KEY=VALUE"]);
     refused(&[&expose[..], &["--set", "star.7.luminosity=1 Lsun"]].concat(), &["star"]);
     refused(&["expose", "scene.toml", "scene.toml", "-o", "x.npy"], &["scene.toml"]);

@@ -71,9 +71,10 @@ pub(super) fn count(problem: &BandProblem) -> usize {
     problem.settings.count.unwrap_or(wanted).clamp(STENCIL, MAX_NODES)
 }
 
-/// The least extinction and the largest in the domain of all passbands.
+/// The least extinction and the largest in the domain of all passbands, by all factors that they may have.
 fn range(problem: &BandProblem) -> (f64, f64) {
     let (low, high) = law(problem).fold((f64::INFINITY, 0.0f64), |(low, high), node| (low.min(node.k), high.max(node.k)));
+    let (low, high) = (low * problem.settings.amounts.0, high * problem.settings.amounts.1);
     (low, high.max(low + NARROWEST * low.max(NARROWEST)))
 }
 

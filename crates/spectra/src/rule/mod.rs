@@ -83,12 +83,15 @@ pub struct Settings {
     pub range: Option<f64>,
     /// The error that the exponents of a basis minimise.
     pub criterion: Criterion,
+    /// Factors of all extinctions from the least to the largest, as of dust that may become less or more, for which nodes that passbands
+    /// share are made.
+    pub amounts: (f64, f64),
 }
 
 impl Default for Settings {
     /// Everything by accuracy; degree and criterion are Barrès & Neyret's.
     fn default() -> Self {
-        Self { count: None, domain_um: None, degree: 5, range: None, criterion: Criterion::Mean }
+        Self { count: None, domain_um: None, degree: 5, range: None, criterion: Criterion::Mean, amounts: (1.0, 1.0) }
     }
 }
 

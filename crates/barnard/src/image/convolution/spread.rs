@@ -6,6 +6,7 @@ use super::kernel::Kernel;
 use crate::fourier::{Complex, transform};
 
 /// The convolution of pictures of one size with a kernel.
+#[derive(Debug)]
 pub(crate) struct Spread {
     width: usize,
     height: usize,

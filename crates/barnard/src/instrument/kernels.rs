@@ -1,0 +1,85 @@
+//! Kernels of point-spread functions, ready to spread light, and kept from picture to picture.
+
+use std::sync::Arc;
+
+use super::psf::View;
+use super::{Detector, Instrument, PointSpread, Sky};
+use crate::error::Result;
+use crate::image::Band;
+use crate::image::convolution::{Spread, reach};
+
+/// What spreads the light of pictures of one instrument: worked out once for each passband, and again where optics or pixels change.
+#[derive(Debug, Clone, Default)]
+pub struct Kernels {
+    known: Vec<Kept>,
+}
+
+/// A kernel, and what it is of; none where pixels are too wide to tell.
+#[derive(Debug, Clone)]
+struct Kept {
+    of: Of,
+    spread: Option<Arc<Spread>>,
+}
+
+/// All that a kernel hangs on.
+#[derive(Debug, Clone, PartialEq)]
+struct Of {
+    /// What the point-spread function says of itself.
+    psf: String,
+    optics: Instrument,
+    band: (String, Option<f64>, Option<f64>),
+    pixel_rad: f64,
+    size: [usize; 2],
+}
+
+impl Kernels {
+    /// Spreads the light of a picture of so many pixels along a row and a column as a point-spread function of an instrument does.
+    pub(super) fn apply(
+        &mut self,
+        psf: &dyn PointSpread,
+        instrument: &Instrument,
+        band: &Band,
+        pixel_rad: f64,
+        size: [usize; 2],
+        light: &mut [f64],
+    ) -> Result<()> {
+        let own = (band.name.clone(), band.pivot_um, band.width_um);
+        let of = Of { psf: psf.said(), optics: optics(instrument), band: own, pixel_rad, size };
+        let kept = match self.known.iter().position(|kept| kept.of == of) {
+            Some(known) => self.known.remove(known),
+            None => {
+                let kernel = psf.kernel(&View { instrument, band, pixel_rad, reach: reach(size[0].max(size[1])) })?;
+                Kept { of, spread: kernel.map(|kernel| Arc::new(Spread::new(&kernel, size[0], size[1]))) }
+            }
+        };
+        if let Some(spread) = &kept.spread {
+            spread.apply(light, size[0]);
+        }
+        self.known.push(kept);
+        Ok(())
+    }
+
+    /// Forgets all but the latest.
+    pub(super) fn keep(&mut self, latest: usize) {
+        let old = self.known.len().saturating_sub(latest);
+        self.known.drain(..old);
+    }
+}
+
+/// The instrument without what spreads no light.
+fn optics(instrument: &Instrument) -> Instrument {
+    Instrument {
+        name: String::new(),
+        collecting_area_m2: None,
+        throughput: 1.0,
+        psf: Vec::new(),
+        pixel_rad: None,
+        sky: Sky::default(),
+        subtract_sky: true,
+        detector: Detector::default(),
+        exposure_s: 1.0,
+        frames: 1,
+        seed: 0,
+        ..*instrument
+    }
+}
