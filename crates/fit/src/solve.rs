@@ -220,18 +220,28 @@ impl Fitting<'_> {
         }
     }
 
+    /// What is asked a step aside: to the other side where the model cannot be asked there. The step that was taken is given too.
+    fn aside<T>(&mut self, step: f64, ask: impl Fn(&mut Self, f64) -> Result<T>) -> Result<(f64, T)> {
+        match ask(self, step) {
+            Ok(own) => Ok((step, own)),
+            Err(Error::Interrupted) => Err(Error::Interrupted),
+            Err(error) => ask(self, -step).map(|own| (-step, own)).map_err(|_| error),
+        }
+    }
+
     /// Which parameters the model is linear in, all of them together.
     fn classified(&mut self, values: &[f64], first: &Prediction) -> Result<Vec<bool>> {
         let count = self.parameters.len();
         let brightest = largest(&first.mean);
         let mut linear = vec![false; count];
-        let mut changes: Vec<Vec<f64>> = Vec::new();
+        let (mut changes, mut steps): (Vec<Vec<f64>>, Vec<f64>) = (Vec::new(), Vec::new());
         for i in 0..count {
-            let step = self.step(i, values[i], TRIED);
-            let at = |times: f64| {
-                values.iter().enumerate().map(|(j, value)| value + if i == j { times * step } else { 0.0 }).collect::<Vec<f64>>()
-            };
-            let (one, two) = (self.mean(&at(1.0))?, self.mean(&at(2.0))?);
+            let (step, (one, two)) = self.aside(self.step(i, values[i], TRIED), |own, step| {
+                let moved =
+                    |by: f64| values.iter().enumerate().map(|(j, value)| if i == j { value + by } else { *value }).collect::<Vec<f64>>();
+                Ok((own.mean(&moved(step))?, own.mean(&moved(2.0 * step))?))
+            })?;
+            steps.push(step);
             let change: Vec<f64> = one.iter().zip(&first.mean).map(|(a, b)| a - b).collect();
             let largest = largest(&change);
             if largest <= ROUNDED * brightest {
@@ -250,9 +260,8 @@ impl Fitting<'_> {
                 if !linear[i] {
                     break;
                 }
-                let (a, b) = (self.step(i, values[i], TRIED), self.step(j, values[j], TRIED));
                 let mut both = values.to_vec();
-                (both[i], both[j]) = (values[i] + a, values[j] + b);
+                (both[i], both[j]) = (values[i] + steps[i], values[j] + steps[j]);
                 let both = self.mean(&both)?;
                 let least = largest(&changes[i]).min(largest(&changes[j]));
                 let mixed = both
@@ -353,10 +362,15 @@ impl Fitting<'_> {
     /// ∂r/∂x of a parameter that is not linear, x as the search has it, the linear ones following as well as they can: without what they can
     /// take up, the others being as they are (Kaufman 1975, BIT 15, 49).
     fn slope(&mut self, i: usize, at: f64, now: &Projected) -> Result<DVector<f64>> {
-        let mut other = now.values.clone();
-        other[i] = self.outer(i, at + STEP, now.values[i]);
-        let mean = self.at(&other)?;
-        let change = (self.residuals(&other, &mean) - &now.residuals) / STEP;
+        // At a bound there is one side alone.
+        let held = self.outer(i, at + STEP, now.values[i]) == now.values[i];
+        let (step, residuals) = self.aside(if held { -STEP } else { STEP }, |own, step| {
+            let mut other = now.values.clone();
+            other[i] = own.outer(i, at + step, now.values[i]);
+            let mean = own.at(&other)?;
+            Ok(own.residuals(&other, &mean))
+        })?;
+        let change = (residuals - &now.residuals) / step;
         let taken = solved(&(now.basis.transpose() * &now.basis), &(now.basis.transpose() * &change));
         Ok(change - &now.basis * taken)
     }
@@ -388,7 +402,8 @@ impl Fitting<'_> {
             return Ok((first.values, true));
         }
         let start: Vec<f64> = free.iter().map(|i| self.inner(*i, values[*i])).collect();
-        let problem = Problem { at: DVector::from_vec(start), now: Some(first), fitting: std::cell::RefCell::new(self), free };
+        let problem =
+            Problem { at: DVector::from_vec(start), now: Some(first), refused: false, fitting: std::cell::RefCell::new(self), free };
         let (problem, report) =
             LevenbergMarquardt::new().with_ftol(1e-7).with_xtol(1e-6).with_gtol(1e-9).with_patience(30).minimize(problem);
         let Problem { now, .. } = problem;
@@ -427,8 +442,13 @@ impl Fitting<'_> {
             let (low, high) = self.parameters[i].bounds;
             let step = STEP * self.scale(i, values[i]);
             let at = |value: f64| values.iter().enumerate().map(|(j, own)| if i == j { value } else { *own }).collect::<Vec<f64>>();
-            let (above, below) = ((values[i] + step).min(high), (values[i] - step).max(low));
-            let (a, b) = (self.at(&at(above))?, self.at(&at(below))?);
+            // Where the model ends, so does the difference.
+            let mut end = |value: f64| match self.at(&at(value)) {
+                Ok(mean) => Ok((value, mean)),
+                Err(Error::Interrupted) => Err(Error::Interrupted),
+                Err(_) => self.at(values).map(|mean| (values[i], mean)),
+            };
+            let ((above, a), (below, b)) = (end((values[i] + step).min(high))?, end((values[i] - step).max(low))?);
             columns[i] = a.iter().zip(&b).map(|(a, b)| (a - b) / (above - below)).collect();
         }
         let all: Vec<usize> = (0..values.len()).collect();
@@ -511,26 +531,23 @@ fn pseudo_inverse(matrix: DMatrix<f64>) -> (DMatrix<f64>, Vec<usize>) {
 /// The parameters that are not linear, as Levenberg–Marquardt moves them.
 struct Problem<'a, 'b> {
     at: DVector<f64>,
+    /// The last values at which the model could be asked; none once the fit has failed.
     now: Option<Projected>,
+    /// Whether the model cannot be asked where the search is.
+    refused: bool,
     fitting: std::cell::RefCell<&'a mut Fitting<'b>>,
     free: Vec<usize>,
 }
 
 impl Problem<'_, '_> {
-    /// What is left of the data at some of the free parameters; nothing where the model fails.
-    fn projected(&self, at: &DVector<f64>, like: &[f64]) -> Option<Projected> {
+    /// What is left of the data at some of the free parameters.
+    fn projected(&self, at: &DVector<f64>, like: &[f64]) -> Result<Projected> {
         let mut fitting = self.fitting.borrow_mut();
         let mut values = like.to_vec();
         for (i, inner) in self.free.iter().zip(at.iter()) {
             values[*i] = fitting.outer(*i, *inner, like[*i]);
         }
-        match fitting.projected(&values) {
-            Ok(projected) => Some(projected),
-            Err(error) => {
-                fitting.failure.get_or_insert(error);
-                None
-            }
-        }
+        fitting.projected(&values)
     }
 }
 
@@ -541,8 +558,18 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_, '_> {
 
     fn set_params(&mut self, at: &DVector<f64>) {
         self.at.copy_from(at);
-        let like = self.now.as_ref().map(|now| now.values.clone());
-        self.now = like.and_then(|like| self.projected(at, &like));
+        let Some(like) = self.now.as_ref().map(|now| now.values.clone()) else { return };
+        let projected = self.projected(at, &like);
+        self.refused = projected.is_err();
+        match projected {
+            Ok(projected) => self.now = Some(projected),
+            Err(error @ Error::Interrupted) => {
+                self.fitting.get_mut().failure = Some(error);
+                self.now = None;
+            }
+            // No way: a shorter step is tried.
+            Err(_) => {}
+        }
     }
 
     fn params(&self) -> DVector<f64> {
@@ -550,7 +577,8 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_, '_> {
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        self.now.as_ref().map(|now| now.residuals.clone())
+        let residuals = &self.now.as_ref()?.residuals;
+        Some(if self.refused { residuals.map(|r| 10.0 * r.abs() + 1.0) } else { residuals.clone() })
     }
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {

@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use barnard::backend::{Job, Registry};
 use barnard::instrument::{Exposures, Instrument};
 use barnard::properties::Table;
 use barnard::scene::Scene;
@@ -156,7 +155,7 @@ fn truth_is_found() {
     let within: [usize; 6] = std::array::from_fn(|i| all.iter().filter(|found| pull(found, i).abs() < 2.0).count());
     let pulls: [f64; 6] = std::array::from_fn(|i| all.iter().map(|found| pull(found, i)).sum::<f64>() / DRAWS as f64);
     println!("within two standard errors {within:?} of {DRAWS}, mean pulls {pulls:.2?}");
-    assert!(within.iter().sum::<usize>() >= 93 * 6 && within.iter().all(|own| *own >= 88), "{within:?}");
+    assert!(within.iter().all(|own| *own >= 93), "{within:?}");
     let reduced = all.iter().map(|found| found.chi2.0 / (found.chi2.1 as f64 - 6.0)).sum::<f64>() / DRAWS as f64;
     println!("chi2 {reduced:.4} a degree of freedom");
     assert!((0.97..1.05).contains(&reduced), "{reduced}");
@@ -175,8 +174,8 @@ fn images_are_fitted_together() {
     let folder = tempfile::tempdir().unwrap();
     write_cloud(folder.path());
     let overlays = [
-        "bands = [\"johnson-B\", \"johnson-V\"]\n[instrument]\naperture = \"0.5 m\"\nread_noise = \"4 e\"\nsky = \"21.5 mag\"\nexposure = \"3 s\"\nframes = 4\n",
-        "bands = [\"cousins-R\"]\n[instrument]\naperture = \"1 m\"\nread_noise = \"6 e\"\nsky = \"21 mag\"\nexposure = \"2 s\"\nframes = 2\n",
+        "bands = [\"johnson-B\", \"johnson-V\"]\n[instrument]\naperture = \"0.5 m\"\nread_noise = \"4 e\"\nsky = \"21.5 mag\"\nexposure = \"0.3 s\"\nframes = 4\n",
+        "bands = [\"cousins-R\"]\n[instrument]\naperture = \"1 m\"\nread_noise = \"6 e\"\nsky = \"21 mag\"\nexposure = \"0.2 s\"\nframes = 2\n",
     ];
     let overlays = overlays.map(|text| barnard_files::toml::properties("with.toml", text).unwrap());
     let base = |values| open(folder.path(), &text(values, ""));
@@ -189,8 +188,7 @@ fn images_are_fitted_together() {
     for (number, overlay) in overlays.iter().enumerate() {
         let file = base(TRUTH);
         let scene = Scene::from_properties(&with(overlay), "seen", file.loader()).unwrap();
-        let job = Job::new(&scene, &OPTIONS).unwrap();
-        let image = (Registry::default().named("cpu").unwrap().open)(&scene).unwrap().render(&job, &Control::default()).unwrap().0;
+        let image = traced(&scene, 4000);
         let exposures = Exposures::new(scene.instrument.clone().unwrap(), &image, &scene.bands, &Control::default()).unwrap();
         let path = folder.path().join(format!("{number}.fits"));
         record(&exposures, 5, &path);

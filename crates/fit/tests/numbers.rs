@@ -84,7 +84,13 @@ fn truth_is_within_the_errors() {
                 let scale = (covariance[(a, a)] * covariance[(b, b)]).sqrt();
                 assert!((found.covariance[(a, b)] - covariance[(a, b)]).abs() < 0.02 * scale, "{a} {b}");
             }
-            assert!(found.floor[0] > 0.0 && found.floor[1] > 0.0);
+            // By how much parameters follow data that are off by a thousandth each, all to the worse side.
+            for i in 0..3 {
+                let pull = |d: usize| (0..3).map(|b| covariance[(i, b)] * columns(d)[b]).sum::<f64>();
+                let mean = |d: usize| decay([found.values[0], found.values[1], found.values[2], 0.0], place(d));
+                let wanted: f64 = (0..PLACES).map(|d| (pull(d) * 1e-3 * mean(d)).abs()).sum();
+                assert!((found.floor[i] / wanted - 1.0).abs() < 0.01, "{i}: {} {wanted}", found.floor[i]);
+            }
         }
     }
     // 95.4 of a hundred, of three hundred draws within four standard deviations.
@@ -131,6 +137,37 @@ fn bounds_and_priors_hold() {
     let weight = |sigma: f64| 1.0 / (sigma * sigma);
     let both = (plain.values[1] * weight(plain.sigma_of(1)) + 2.6 * weight(0.01)) / (weight(plain.sigma_of(1)) + weight(0.01));
     assert!((found.values[1] - both).abs() < 0.3 * found.sigma_of(1) && found.sigma_of(1) < 0.01, "{} {both}", found.values[1]);
+}
+
+/// A model that ends somewhere is fitted up to there: steps beyond are shortened, slopes are taken from this side.
+#[test]
+fn models_may_end() {
+    struct Ends(Decay, f64);
+    impl Model for Ends {
+        fn predict(&mut self, values: &[f64], control: &Control) -> Result<Prediction> {
+            if values[1] > self.1 {
+                return Err(barnard::error::Error::value("t", values[1], "less"));
+            }
+            self.0.predict(values, control)
+        }
+        fn floor(&mut self, values: &[f64], control: &Control) -> Result<Vec<f64>> {
+            self.0.floor(values, control)
+        }
+    }
+    let (data, free) = (drawn(3, |_| 1.0), free("a, t, b"));
+    let run = |end: f64, start: f64| {
+        fit(&mut Ends(Decay { knows: None, calls: 0 }, end), &data, &free, &[50.0, start, 0.0], &Control::default()).unwrap()
+    };
+    let whole = run(f64::INFINITY, 0.5);
+    for (end, start) in [(whole.values[1] * 1.0001, 0.5), (2.8, 2.79)] {
+        let found = run(end, start);
+        assert!(found.converged, "{end}");
+        assert!((0..3).all(|i| (found.values[i] - whole.values[i]).abs() < 0.02 * whole.sigma_of(i)), "{end}: {:?}", found.values);
+        assert!((found.sigma_of(1) / whole.sigma_of(1) - 1.0).abs() < 0.05, "{end}");
+    }
+    // The best lies beyond: what is found is within.
+    let found = run(2.0, 0.5);
+    assert!(found.values[1] <= 2.0 && found.values[1] > 1.9, "{:?}", found.values);
 }
 
 /// What data cannot tell is said: parameters that do the same, those that do nothing, and values that are none.
