@@ -1,25 +1,31 @@
-"""A nebula that three instruments record, and what is found of it: python docs/observing/fitted.py writes masters, residuals and a table."""
+"""A nebula that three instruments record, and what is found of it: python docs/observing/fitted.py writes masters, a table and a picture."""
+
+import time
 
 import barnard as bn
+import matplotlib.pyplot as plt
+import numpy as np
 
-FREE = """star.0.luminosity, star.0.temperature=8000..40000, star.1.luminosity, emission.0.scale, background.radiance, dust.scale=0.5..6"""
+FREE = """star.0.luminosity, star.0.temperature=8000..40000, star.1.luminosity, emission.0.scale, background.radiance, dust.scale=2..20"""
 #: What the images are made of, and where the fit begins.
-TRUTH = {"star.0.luminosity": 900, "star.0.temperature": 16000, "star.1.luminosity": 500, "emission.0.scale": 4e-25, "background.radiance": 3e-8, "dust.scale": 2.5}
-BEGIN = {"star.0.luminosity": 300, "star.0.temperature": 25000, "star.1.luminosity": 1500, "emission.0.scale": 1e-24, "background.radiance": 1e-8, "dust.scale": 1.5}
-#: Name, passbands, field of view [arcsec], pixels along a row, instrument.
+TRUTH = {"star.0.luminosity": 900, "star.0.temperature": 16000, "star.1.luminosity": 500, "emission.0.scale": 1e-24, "background.radiance": 3e-8, "dust.scale": 8}
+BEGIN = {"star.0.luminosity": 300, "star.0.temperature": 25000, "star.1.luminosity": 1500, "emission.0.scale": 3e-24, "background.radiance": 1e-8, "dust.scale": 5}
+#: Pixels along a row and a column of each image.
+SIZE = 256
+#: Name, passbands, pixel scale [arcsec], instrument.
 INSTRUMENTS = [
-    ("hubble", ["hst-wfc3-f438w", "hst-wfc3-f555w", "hst-wfc3-f814w"], 45, 256, bn.Instrument(preset="hst-wfc3-uvis", pixel_scale="0.2 arcsec", exposure="40 s", frames=4)),
-    ("one_metre", "johnson", 140, 256, bn.Instrument(preset="lco-1m-sinistro", pixel_scale="0.7 arcsec", exposure="60 s", frames=6)),
-    ("rubin", ["lsst2023-g", "lsst2023-r", "lsst2023-i"], 100, 256, bn.Instrument(preset="rubin-lsstcam", pixel_scale="0.5 arcsec", exposure="3 s", frames=2)),
+    ("hubble", ["hst-wfc3-f438w", "hst-wfc3-f606w", "hst-wfc3-f814w"], 0.24, bn.Instrument(preset="hst-wfc3-uvis", exposure="40 s", frames=4)),
+    ("one_metre", "johnson", 0.6, bn.Instrument(preset="lco-1m-sinistro", exposure="60 s", frames=6)),
+    ("rubin", ["lsst2023-g", "lsst2023-r", "lsst2023-i"], 0.5, bn.Instrument(preset="rubin-lsstcam", exposure="3 s", frames=2)),
 ]
 
 
 def scene(values):
     """A cloud with two young stars in it, gas that glows, and light behind, at 2 kpc."""
-    own = bn.Scene(bands="johnson", name="nebula", method=bn.Method(bake=96))
-    own.camera = bn.perspective("0 0 2000 pc", "140 arcsec", size=256)
-    own.fields["cloud"] = bn.Turbulence(seed=5, low="-0.6 -0.6 -0.6 pc", high="0.6 0.6 0.6 pc", voxels=96, outer_scale="0.5 pc", mach=3)
-    own.fields["ball"] = bn.Plummer(core="0.2 pc", cut="0.55 pc")
+    own = bn.Scene(bands="johnson", name="nebula", method=bn.Method(bake=160))
+    own.camera = bn.perspective("0 0 2000 pc", "140 arcsec", size=SIZE)
+    own.fields["cloud"] = bn.Turbulence(seed=5, low="-0.6 -0.6 -0.6 pc", high="0.6 0.6 0.6 pc", voxels=160, outer_scale="0.6 pc", mach=8)
+    own.fields["ball"] = bn.Plummer(core="0.22 pc", cut="0.55 pc")
     own.dust = bn.Dust("cloud * ball", f"{values['dust.scale']} /pc", law="gordon23", albedo=0.6)
     places = ["0.1 0.05 0.2 pc", "-0.2 -0.1 0.15 pc"]
     temperatures = [values["star.0.temperature"], 20000]
@@ -29,12 +35,14 @@ def scene(values):
     lines = [{"wavelength": "500.7 nm", "strength": 1}, {"wavelength": "656.3 nm", "strength": 1.5}]
     own.emission.append(bn.Emission(kind="lines", density="cloud * ball", scale=f"{values['emission.0.scale']} W/m3/sr", lines=lines))
     own.background = bn.Background(kind="blackbody", temperature="4500 K", radiance=f"{values['background.radiance']} W/m2/sr/um")
+    own.display = bn.Display(stretch="asinh", strength=8)
     return own
 
 
 images = []
-for name, bands, field, size, instrument in INSTRUMENTS:
-    parts = {"bands": bands, "camera": bn.perspective("0 0 2000 pc", f"{field} arcsec", size=size), "instrument": instrument}
+for name, bands, scale, instrument in INSTRUMENTS:
+    instrument.pixel_scale = f"{scale} arcsec"
+    parts = {"bands": bands, "camera": bn.perspective("0 0 2000 pc", f"{scale * SIZE:g} arcsec", size=SIZE), "instrument": instrument}
     truth = scene(TRUTH)
     for key, value in parts.items():
         setattr(truth, key, value)
@@ -42,7 +50,18 @@ for name, bands, field, size, instrument in INSTRUMENTS:
     master.write(f"{name}.fits")
     master.write(f"{name}.png")
     images.append((f"{name}.fits", parts))
+start = time.perf_counter()
 fit = scene(BEGIN).fit(FREE, images, progress=True)
-print(fit)
+print(fit, f"{fit.pictures} pictures, {time.perf_counter() - start:.1f} s", sep="\n")
 for key, value in fit.values.items():
     print(f"| `{key}` | {TRUTH[key]:g} | {BEGIN[key]:g} | {value:.5g} ± {fit.sigma[key]:.2g} {fit.units[key]} | {(value - TRUTH[key]) / fit.sigma[key]:+.1f} |")
+
+figure, axes = plt.subplots(2, 3, figsize=(9, 6), gridspec_kw={"wspace": 0.03, "hspace": 0.03, "left": 0, "right": 1, "bottom": 0, "top": 1})
+for column, ((name, *_), left) in enumerate(zip(INSTRUMENTS, fit.residuals)):
+    band = left.bands[1]
+    axes[0, column].imshow(plt.imread(f"{name}.png"))
+    axes[1, column].imshow(np.asarray(left[band]) / np.asarray(left[f"{band}_error"]), vmin=-5, vmax=5, cmap="RdBu_r")
+    axes[1, column].text(6, 18, f"{band}: data less model, ±5 σ", fontsize=9)
+    for axis in axes[:, column]:
+        axis.axis("off")
+figure.savefig("fitted.jpg", dpi=110)

@@ -84,3 +84,30 @@ fn turbulence_is_rough_at_first() {
     assert!(!parsed(&few, "t", &loader.roughly()).unwrap().is_rough);
     assert!(!parsed(&format!("{fields}[field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n"), "ball", &loader.roughly()).unwrap().is_rough);
 }
+
+/// What densities were made of is not made again while somebody holds them: the file may be gone. What is new needs it.
+#[test]
+fn files_are_not_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut header = "{'descr': '<f4', 'fortran_order': False, 'shape': (4, 4, 4), }".to_owned();
+    header += &" ".repeat(117 - header.len());
+    let values = (0..64).flat_map(|i| (1.0 + i as f32).to_le_bytes());
+    let file: Vec<u8> = b"\x93NUMPY\x01\x00\x76\x00".iter().copied().chain(header.bytes()).chain(*b"\n").chain(values).collect();
+    let path = folder.path().join("cloud.npy");
+    std::fs::write(&path, &file).unwrap();
+    let grid = "[field.cloud]\nkind = \"grid\"\nfile = \"cloud.npy\"\nlow = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"\n";
+    let fields = format!("{grid}[field.thick]\nkind = \"expression\"\nformula = \"cloud^2 + cloud\"\n");
+    let loader = barnard_files::in_folder(folder.path(), DEFAULT_LIMIT);
+    let first = parsed(&fields, "0.5 * thick", &loader).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    let density = |scene: &Scene| scene.dust.clone().unwrap().density;
+    let again = parsed(&fields, "0.5 * thick", &loader).unwrap();
+    assert!(std::sync::Arc::ptr_eq(&density(&first), &density(&again)));
+    assert_eq!(density(&again).at(barnard::glam::DVec3::splat(-0.75)), 1.0);
+    for other in ["0.5 * cloud", "2 * thick"] {
+        let error = parsed(&fields, other, &loader).unwrap_err();
+        assert!(error.contains("cloud.npy"), "{error}");
+    }
+    std::fs::write(&path, &file).unwrap();
+    assert_eq!(density(&parsed(&fields, "2 * thick", &loader).unwrap()).at(barnard::glam::DVec3::splat(-0.75)), 4.0);
+}

@@ -110,7 +110,7 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Resu
     let albedo = albedo::build(section, &loader.inputs, &extinction)?;
     let phase = section.table("phase")?.map(|s| phase::build(&s, &loader.inputs, &extinction)).transpose()?;
     Ok(Dust {
-        density: fields.expression(section, "density", loader)?,
+        density: fields.expression(section, "density")?,
         sigma_v_per_pc: scale(section)?,
         extinction: Arc::new(extinction),
         albedo,

@@ -146,7 +146,7 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Resu
     }
     Ok(Emission {
         name: section.text("name")?.map_or_else(|| format!("emission {}", section.name()), str::to_owned),
-        density: fields.expression(section, "density", loader)?,
+        density: fields.expression(section, "density")?,
         spectrum,
     })
 }

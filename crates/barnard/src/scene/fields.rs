@@ -1,13 +1,13 @@
 //! The named fields of a scene, and expressions of them.
 
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use spectra::SpectraError;
 
 use super::Loader;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::field::{self, Expression, Field};
 use crate::properties::{Key, Kind, KindRow, Section, chosen};
 
@@ -45,9 +45,25 @@ impl Default for MadeOf {
     }
 }
 
+/// A named field. One that was made once before is made again when it is asked for: expressions on grids do not need the fields that they
+/// were made of.
+struct Named<'a> {
+    section: Section<'a>,
+    /// The text by which the loader knows it.
+    said: String,
+    made: OnceCell<Arc<dyn Field>>,
+}
+
+impl Named<'_> {
+    fn is_expression(&self) -> bool {
+        self.section.text("kind").is_ok_and(|kind| kind == Some(EXPRESSION.name))
+    }
+}
+
 /// The named fields of a scene.
-pub struct Fields {
-    named: BTreeMap<String, Arc<dyn Field>>,
+pub struct Fields<'a> {
+    named: BTreeMap<String, Named<'a>>,
+    loader: &'a Loader,
     /// What the scene says about all of them together.
     said: String,
     /// The names of those that are made roughly.
@@ -59,10 +75,11 @@ pub struct Fields {
     uses_rough: Cell<bool>,
 }
 
-impl Fields {
-    pub(super) fn new(root: &Section, loader: &Loader) -> Result<Self> {
+impl<'a> Fields<'a> {
+    pub(super) fn new(root: &Section<'a>, loader: &'a Loader) -> Result<Self> {
         let mut fields = Self {
             named: BTreeMap::new(),
+            loader,
             said: String::new(),
             rough: BTreeSet::new(),
             made_of: BTreeMap::new(),
@@ -78,23 +95,48 @@ impl Fields {
                 continue;
             }
             let said = section.said();
-            let (field, is_rough) = loader.long_field(&said, field::takes_long(&section), |inputs| field::build(&section, inputs))?;
-            fields.named.insert(name.to_owned(), field);
             fields.said += &format!("[{name}] {said}");
-            if is_rough {
+            if loader.makes_roughly(&said, field::takes_long(&section)) {
                 fields.rough.insert(name.to_owned());
             }
+            fields.add(name, section, said)?;
         }
         if let Some((section, _)) = expressions.values().next().filter(|_| expressions.len() > MOST_EXPRESSIONS) {
             let count = expressions.len();
             return Err(section.error("kind", format!("{count} fields are expressions, at most {MOST_EXPRESSIONS} may be")));
         }
-        fields.add_expressions(expressions, loader)?;
+        fields.add_expressions(expressions)?;
         Ok(fields)
     }
 
+    /// Adds a field, which is made at once where it never was before; whether it is a grid is told.
+    fn add(&mut self, name: &str, section: Section<'a>, said: String) -> Result<bool> {
+        let own = Named { section, said, made: OnceCell::new() };
+        let is_grid = match self.loader.is_grid(&own.said) {
+            Some(is_grid) => is_grid,
+            None => {
+                let field = self.make(&own)?;
+                let is_grid = field.grid().is_some();
+                self.loader.remember(&own.said, is_grid);
+                own.made.get_or_init(|| field);
+                is_grid
+            }
+        };
+        self.named.insert(name.to_owned(), own);
+        Ok(is_grid)
+    }
+
+    /// Makes a named field; the loader may hold it.
+    fn make(&self, own: &Named) -> Result<Arc<dyn Field>> {
+        let Named { section, said, .. } = own;
+        match own.is_expression() {
+            true => self.made(section, "formula", said),
+            false => self.loader.long_field(said, field::takes_long(section), |inputs| field::build(section, inputs)),
+        }
+    }
+
     /// Makes fields of others, each after those that it needs.
-    fn add_expressions(&mut self, mut left: BTreeMap<&str, (Section, Vec<String>)>, loader: &Loader) -> Result<()> {
+    fn add_expressions(&mut self, mut left: BTreeMap<&str, (Section<'a>, Vec<String>)>) -> Result<()> {
         while !left.is_empty() {
             // What is no field at all is complained of when the expression is made.
             let waits = |needs: &[String]| needs.iter().any(|name| left.contains_key(name.as_str()));
@@ -107,12 +149,12 @@ impl Fields {
             }
             for name in ready {
                 if let Some((section, needs)) = left.remove(name) {
-                    let (field, is_rough) = self.made(&section, "formula", loader)?;
-                    self.check_nested(name, &needs, &field, &section)?;
-                    if is_rough {
+                    let said = self.said_of(section.need_text("formula")?);
+                    if self.makes_roughly(&needs, &said) {
                         self.rough.insert(name.to_owned());
                     }
-                    self.named.insert(name.to_owned(), field);
+                    let is_grid = self.add(name, section.clone(), said)?;
+                    self.check_nested(name, &needs, is_grid, &section)?;
                     self.said += &format!("[{name}] {}", section.said());
                 }
             }
@@ -122,7 +164,7 @@ impl Fields {
 
     /// Refuses an expression that is not zero outside of its fields' boxes, which no box of its own would say, and those of so
     /// many fields within each other that none could be evaluated.
-    fn check_nested(&mut self, name: &str, needs: &[String], field: &Arc<dyn Field>, section: &Section) -> Result<()> {
+    fn check_nested(&mut self, name: &str, needs: &[String], is_grid: bool, section: &Section) -> Result<()> {
         if Expression::is_endless(section.need_text("formula")?) {
             let message = "it is not zero outside of the boxes of its fields, where it would be cut: write it where it is used, as in \"cloud * (1 - hole)\"";
             return Err(section.error("formula", message));
@@ -133,7 +175,7 @@ impl Fields {
             fields: all.fields.saturating_add(own.fields),
             depth: all.depth.max(own.depth + 1),
         });
-        if field.grid().is_none() {
+        if !is_grid {
             if all.fields > MOST_FIELDS || all.depth > DEEPEST {
                 let MadeOf { fields, depth } = all;
                 let message =
@@ -159,8 +201,11 @@ impl Fields {
     ///
     /// # Errors
     /// Where it is no expression of fields that there are, or what it gives is no density.
-    pub fn expression(&self, section: &Section, key: &str, loader: &Loader) -> Result<Arc<dyn Field>> {
-        let (field, is_rough) = self.made(section, key, loader)?;
+    pub fn expression(&self, section: &Section, key: &str) -> Result<Arc<dyn Field>> {
+        let formula = section.need_text(key)?;
+        let said = self.said_of(formula);
+        let is_rough = self.makes_roughly(&Expression::names(formula).unwrap_or_default(), &said);
+        let field = self.made(section, key, &said)?;
         self.uses_rough.set(self.uses_rough.get() | is_rough);
         Ok(field)
     }
@@ -175,21 +220,36 @@ impl Fields {
     }
 
     fn named(&self, name: &str) -> std::result::Result<Arc<dyn Field>, String> {
-        self.named.get(name).cloned().ok_or_else(|| {
+        let own = self.named.get(name).ok_or_else(|| {
             let known: Vec<&str> = self.named.keys().map(String::as_str).collect();
             SpectraError::unknown("field", name, &known).to_string()
-        })
+        })?;
+        if let Some(field) = own.made.get() {
+            return Ok(field.clone());
+        }
+        let field = self.make(own).map_err(|error| error.to_string())?;
+        Ok(own.made.get_or_init(|| field).clone())
     }
 
-    /// The same, and whether it is made roughly.
-    fn made(&self, section: &Section, key: &str, loader: &Loader) -> Result<(Arc<dyn Field>, bool)> {
+    /// The text by which the loader knows an expression of the fields so far.
+    fn said_of(&self, formula: &str) -> String {
+        format!("{formula} of {}", self.said)
+    }
+
+    /// Whether an expression of some fields is made roughly, since one of them is.
+    fn makes_roughly(&self, names: &[String], said: &str) -> bool {
+        self.loader.makes_roughly(said, names.iter().any(|name| self.rough.contains(name)))
+    }
+
+    /// The field that the expression under `key` is, which the loader knows by a text.
+    fn made(&self, section: &Section, key: &str, said: &str) -> Result<Arc<dyn Field>> {
         let formula = section.need_text(key)?;
-        let lookup = |name: &str| self.named(name);
-        let said = format!("{formula} of {}", self.said);
-        let is_long = !self.rough.is_empty() && Expression::names(formula).is_ok_and(|names| names.iter().any(|n| self.rough.contains(n)));
-        loader.long_field(&said, is_long, |inputs| {
-            let expression = Expression::parse(formula, lookup).map_err(|e| section.error(key, e))?;
-            let field = section.wrap(key, expression.into_field(inputs.memory_limit, &loader.control))?;
+        let (lookup, control) = (|name: &str| self.named(name), &self.loader.control);
+        let is_long = Expression::names(formula).is_ok_and(|names| names.iter().any(|name| self.rough.contains(name)));
+        self.loader.long_field(said, is_long, |inputs| {
+            let expression = Expression::parse(formula, lookup)
+                .map_err(|e| if control.interrupted() { Error::Interrupted } else { section.error(key, e) })?;
+            let field = section.wrap(key, expression.into_field(inputs.memory_limit, control))?;
             if let Some(grid) = field.grid() {
                 section.wrap(key, grid.check(formula))?;
             }

@@ -14,6 +14,8 @@ use crate::field::Field;
 use crate::memory;
 use crate::star_catalogue::StarCatalogue;
 
+/// Most fields of which it is remembered that they could be made.
+const MAX_REMEMBERED: usize = 512;
 /// Tables of stars that are kept at most.
 const MAX_TABLES: usize = 8;
 /// Gases that are kept at most: each has a grid for every species.
@@ -28,6 +30,8 @@ pub struct Loader {
     /// What the names in the scene mean.
     pub inputs: Inputs,
     fields: Arc<Mutex<HashMap<String, Weak<dyn Field>>>>,
+    /// Of fields that were made, whether they are grids.
+    grids: Arc<Mutex<HashMap<String, bool>>>,
     stars: Kept<Vec<Star>>,
     catalogues: Kept<StarCatalogue>,
     gas: Kept<IonisedGas>,
@@ -55,6 +59,7 @@ impl Loader {
         Self {
             inputs: Inputs::new(source, memory_limit),
             fields: Arc::default(),
+            grids: Arc::default(),
             stars: Arc::default(),
             catalogues: Arc::default(),
             gas: Arc::default(),
@@ -116,20 +121,39 @@ impl Loader {
         self.fields.lock().ok().and_then(|fields| fields.get(text).and_then(Weak::upgrade))
     }
 
-    /// The same for a field that may take `long`, and whether it is made roughly: so it is where it is not known yet, and the
-    /// reading is a rough one.
+    /// The same for a field that may take `long`, which may be [made roughly](Self::makes_roughly).
     pub(super) fn long_field(
         &self,
         text: &str,
         long: bool,
         build: impl FnOnce(&Inputs) -> Result<Arc<dyn Field>>,
-    ) -> Result<(Arc<dyn Field>, bool)> {
-        if !(long && self.is_rough) || self.known_field(text).is_some() {
-            return Ok((self.field(text, || build(&self.inputs))?, false));
+    ) -> Result<Arc<dyn Field>> {
+        if !self.makes_roughly(text, long) {
+            return self.field(text, || build(&self.inputs));
         }
         let mut inputs = self.inputs.clone();
         inputs.is_rough = true;
-        Ok((self.field(&format!("roughly {text}"), || build(&inputs))?, true))
+        self.field(&format!("roughly {text}"), || build(&inputs))
+    }
+
+    /// Whether a field that may take `long` is made roughly: where it is not known yet, and the reading is a rough one.
+    pub(super) fn makes_roughly(&self, text: &str, long: bool) -> bool {
+        long && self.is_rough && self.known_field(text).is_none()
+    }
+
+    /// Whether the field that `text` describes, which was made once, is a grid; nothing where none was.
+    pub(super) fn is_grid(&self, text: &str) -> Option<bool> {
+        self.grids.lock().ok().and_then(|grids| grids.get(text).copied())
+    }
+
+    /// Remembers that the field that `text` describes could be made.
+    pub(super) fn remember(&self, text: &str, is_grid: bool) {
+        if let Ok(mut grids) = self.grids.lock() {
+            if grids.len() >= MAX_REMEMBERED {
+                grids.clear();
+            }
+            grids.insert(text.to_owned(), is_grid);
+        }
     }
 
     /// The stars of the table that `text` describes: those of before, or new ones. The file is not read again for it.

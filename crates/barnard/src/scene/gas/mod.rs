@@ -148,7 +148,7 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
 /// The gas of a table, and the stars that ionise it.
 fn read(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star]) -> Result<GasCloud> {
     section.check_keys(&KEYS.iter().map(|key| key.name).collect::<Vec<_>>())?;
-    let density = fields.expression(section, "density", loader)?;
+    let density = fields.expression(section, "density")?;
     let abundances = abundances(section)?;
     let voxels = section.integer("voxels", 8..=2048)?.map(|voxels| voxels as usize);
     let dust_cm2 = section.number("dust_absorption", 0.0..=1e-15)?.unwrap_or(0.0);
