@@ -97,10 +97,13 @@ class FitModel:
         return (self.data - mean) / sigma
 
     def log_likelihood(self, values: Sequence[float]) -> float:
-        """The logarithm of the probability of the data, normal noise; minus infinity beyond the bounds."""
+        """The logarithm of the probability of the data, normal noise; minus infinity beyond the bounds, and where values cannot be."""
         if any(not low <= value <= high for value, (low, high) in zip(values, self.bounds)):
             return -np.inf
-        mean, sigma = self.predict(values)
+        try:
+            mean, sigma = self.predict(values)
+        except _barnard.SceneError:
+            return -np.inf
         return float(-0.5 * np.sum(((self.data - mean) / sigma) ** 2 + np.log(2 * np.pi * sigma**2)))
 
     def fit(self, start: Sequence[float] | None = None, *, progress: bool | Listener | None = None) -> Fit:

@@ -361,6 +361,12 @@ fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene) -> Result<
         }
     }
     let (Some(own), Some(theirs)) = (sky_of(image)?, file.planes.iter().find_map(|plane| plane.sky.as_ref())) else { return Ok(()) };
+    if let Some(reason) = own.differs(theirs) {
+        return Err(Error::file(
+            path,
+            format!("{reason}; give [observation] its frame, or project the image on a plane first (reproject)"),
+        ));
+    }
     let (width, height) = (image.width as f64, image.height as f64);
     for (x, y) in [(0.5, 0.5), (width - 0.5, 0.5), (0.5, height - 0.5), (width - 0.5, height - 0.5)] {
         let apart = own.pixels_apart(theirs, x, y);

@@ -129,9 +129,7 @@ impl Figure {
     /// # Errors
     /// Where it cannot be drawn.
     pub fn svg(&self) -> Result<String> {
-        let mut svg = String::new();
-        self.draw(&SVGBackend::with_string(&mut svg, SIZE).into_drawing_area())?;
-        Ok(svg)
+        as_svg(SIZE, |area| self.draw(area))
     }
 
     /// The figure as the bytes of a PNG file.
@@ -139,10 +137,7 @@ impl Figure {
     /// # Errors
     /// Where it cannot be drawn or encoded.
     pub fn png(&self) -> Result<Vec<u8>> {
-        let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
-        let mut pixels = vec![0; 3 * width * height];
-        self.draw(&BitMapBackend::with_buffer(&mut pixels, SIZE).into_drawing_area())?;
-        Ok(encode_png((width, height), &pixels, &[])?)
+        as_png(SIZE, |area| self.draw(area))
     }
 
     /// The corner in which a legend hides the fewest points.
@@ -222,6 +217,21 @@ impl Figure {
             .map_err(|e| failed(&e))?;
         area.present().map_err(|e| failed(&e))
     }
+}
+
+/// What is drawn on an area of so many pixels, as the text of an SVG file.
+pub(crate) fn as_svg(size: (u32, u32), draw: impl FnOnce(&DrawingArea<SVGBackend, Shift>) -> Result<()>) -> Result<String> {
+    let mut svg = String::new();
+    draw(&SVGBackend::with_string(&mut svg, size).into_drawing_area())?;
+    Ok(svg)
+}
+
+/// The same as the bytes of a PNG file.
+pub(crate) fn as_png(size: (u32, u32), draw: impl FnOnce(&DrawingArea<BitMapBackend, Shift>) -> Result<()>) -> Result<Vec<u8>> {
+    let (width, height) = (size.0 as usize, size.1 as usize);
+    let mut pixels = vec![0; 3 * width * height];
+    draw(&BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area())?;
+    Ok(encode_png((width, height), &pixels, &[])?)
 }
 
 /// The part of a figure's width and height that a legend may take.

@@ -9,6 +9,7 @@ mod backends;
 pub mod bench;
 mod campaign;
 mod chapters;
+mod corner;
 mod figure;
 pub mod gas;
 pub mod maps;
@@ -20,6 +21,7 @@ use std::path::Path;
 
 use barnard::control::Control;
 
+pub use corner::Corner;
 pub use figure::{Axis, Figure, Picture, Series};
 use page::Page;
 

@@ -8,7 +8,7 @@ use anyhow::{Context, bail};
 use barnard::properties::Table;
 use barnard_files::SaveImage;
 use barnard_files::formats::{check_replaceable, check_writable, replace};
-use barnard_fit::{Fitted, Images, Observation, Parameter, Residuals, fit, parameters};
+use barnard_fit::{Fitted, Images, Observation, Parameter, fit, parameters};
 use clap::Args;
 
 use crate::progress::{self, Note};
@@ -49,6 +49,9 @@ pub struct Fit {
     /// Where a plot of the residuals in standard errors goes, beside what noise makes of them (.svg or .png)
     #[arg(long, value_name = "OUT")]
     plot: Option<PathBuf>,
+    /// Where a corner plot goes: how well each parameter is known, and how any two go together (.svg or .png)
+    #[arg(long, value_name = "OUT")]
+    corner: Option<PathBuf>,
 }
 
 impl Fit {
@@ -61,8 +64,8 @@ impl Fit {
         let left = self.residual_files()?;
         self.output.iter().chain(&self.found).try_for_each(|path| check_replaceable(path))?;
         left.iter().try_for_each(|path| check_writable(path))?;
-        if let Some(plot) = &self.plot {
-            check_plot(plot)?;
+        for (flag, path) in [("--plot", &self.plot), ("--corner", &self.corner)] {
+            path.iter().try_for_each(|path| check_plot(flag, path))?;
         }
         let (file, options) = self.scene.open_for("cpu")?;
         let overlays = self.with.iter().map(|path| overlay(path)).collect::<anyhow::Result<Vec<Table>>>()?;
@@ -97,7 +100,12 @@ impl Fit {
             say!("wrote {}", path.display());
         }
         if let Some(path) = &self.plot {
-            plot(path, &residuals)?;
+            plots::residuals(path, &residuals)?;
+            say!("wrote {}", path.display());
+        }
+        if let Some(path) = &self.corner {
+            let said = |i: usize| vec![free[i].key.clone(), said(&fitted, i), images.units()[i].to_owned()];
+            plots::corner(path, (0..free.len()).map(said).collect(), &fitted)?;
             say!("wrote {}", path.display());
         }
         if !fitted.degenerate.is_empty() {
@@ -142,27 +150,27 @@ fn tell(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted, seco
         fitted.evaluations
     );
     for (i, parameter) in free.iter().enumerate() {
-        let (value, sigma) = (fitted.values[i], fitted.sigma_of(i));
-        // Two digits of the error.
-        let digits = (1.0 - sigma.abs().log10().floor()).clamp(0.0, 12.0);
-        let digits = if digits.is_finite() { digits as usize } else { 6 };
-        let many = |v: f64| if v != 0.0 && (v.abs() < 1e-3 || v.abs() >= 1e7) { format!("{v:.6e}") } else { format!("{v:.digits$}") };
-        let few = |v: f64| if v != 0.0 && (v.abs() < 1e-3 || v.abs() >= 1e7) { format!("{v:.1e}") } else { format!("{v:.digits$}") };
-        say!(
-            "{} = {} +- {} {} (began at {}; model right to {:.1e})",
-            parameter.key,
-            many(value),
-            few(sigma),
-            units[i],
-            first[i],
-            fitted.floor[i]
-        );
+        say!("{} = {} {} (began at {}; model right to {:.1e})", parameter.key, said(fitted, i), units[i], first[i], fitted.floor[i]);
     }
     for a in 0..free.len() {
         for b in (0..a).filter(|b| fitted.correlation(a, *b).abs() > 0.5) {
             say!("correlation of {} and {}: {:.2}", free[b].key, free[a].key, fitted.correlation(a, b));
         }
     }
+}
+
+/// A value with its standard error, to two digits of that.
+fn said(fitted: &Fitted, i: usize) -> String {
+    let (value, sigma) = (fitted.values[i], fitted.sigma_of(i));
+    let digits = (1.0 - sigma.abs().log10().floor()).clamp(0.0, 12.0);
+    let digits = if digits.is_finite() { digits as usize } else { 6 };
+    let written = |v: f64, many: usize| match v != 0.0 && (v.abs() < 1e-3 || v.abs() >= 1e7) {
+        true => format!("{v:.many$e}"),
+        false => format!("{v:.digits$}"),
+    };
+    // As many digits of the value as reach those of the error.
+    let reaching = (value / sigma).abs().log10().floor().clamp(0.0, 12.0) as usize + 1;
+    format!("{} +- {}", written(value, reaching), written(sigma, 1))
 }
 
 fn json(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted) -> String {
@@ -192,54 +200,89 @@ fn json(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted) -> S
 }
 
 #[cfg(feature = "study")]
-fn check_plot(path: &Path) -> anyhow::Result<()> {
+fn check_plot(flag: &str, path: &Path) -> anyhow::Result<()> {
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
     match extension.as_deref() {
         Some("svg" | "png") => Ok(check_replaceable(path)?),
-        _ => bail!("--plot {}: plots are .svg or .png", path.display()),
+        _ => bail!("{flag} {}: plots are .svg or .png", path.display()),
     }
 }
 
 #[cfg(not(feature = "study"))]
-fn check_plot(path: &Path) -> anyhow::Result<()> {
-    bail!("--plot {}: this program was built without plots; build it with --features study", path.display())
+fn check_plot(flag: &str, path: &Path) -> anyhow::Result<()> {
+    bail!("{flag} {}: this program was built without plots; build it with --features study", path.display())
 }
 
-/// Residuals in standard errors: how many there are of each size, and how many noise makes.
 #[cfg(feature = "study")]
-fn plot(path: &Path, residuals: &[Residuals]) -> anyhow::Result<()> {
-    use barnard_study::{Axis, Figure, Series};
+mod plots {
+    use std::path::Path;
+
+    use barnard_files::formats::replace;
+    use barnard_fit::{Fitted, Residuals};
+    use barnard_study::{Axis, Corner, Figure, Series};
+
     const REACH: f64 = 5.0;
     const BINS: usize = 50;
-    let middle = |bin: usize| REACH * (2.0 * (bin as f64 + 0.5) / BINS as f64 - 1.0);
-    let width = 2.0 * REACH / BINS as f64;
-    let normal = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
-    let expected = Series { name: "noise".into(), points: (0..BINS).map(|bin| (middle(bin), normal(middle(bin)))).collect() };
-    let of_band = |own: &Residuals, band: &str, values: &[f64]| {
-        let mut counts = vec![0.0; BINS];
-        for value in values {
-            let bin = ((value + REACH) / width).floor();
-            if (0.0..BINS as f64).contains(&bin) {
-                counts[bin as usize] += 1.0 / (values.len() as f64 * width);
+
+    /// Residuals in standard errors: how many there are of each size, and how many noise makes.
+    pub fn residuals(path: &Path, residuals: &[Residuals]) -> anyhow::Result<()> {
+        let middle = |bin: usize| REACH * (2.0 * (bin as f64 + 0.5) / BINS as f64 - 1.0);
+        let width = 2.0 * REACH / BINS as f64;
+        let normal = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
+        let expected = Series { name: "noise".into(), points: (0..BINS).map(|bin| (middle(bin), normal(middle(bin)))).collect() };
+        let of_band = |own: &Residuals, band: &str, values: &[f64]| {
+            let mut counts = vec![0.0; BINS];
+            for value in values {
+                let bin = ((value + REACH) / width).floor();
+                if (0.0..BINS as f64).contains(&bin) {
+                    counts[bin as usize] += 1.0 / (values.len() as f64 * width);
+                }
             }
-        }
-        let points = counts.iter().enumerate().filter(|(_, count)| **count > 0.0).map(|(bin, count)| (middle(bin), *count)).collect();
-        Series { name: format!("{} {band}", own.name), points }
-    };
-    let series = residuals.iter().flat_map(|own| own.normalised.iter().map(move |(band, values)| of_band(own, band, values)));
-    let figure = Figure {
-        name: "residuals".into(),
-        title: "Data less model".into(),
-        x: Axis::linear("residual [standard errors]"),
-        y: Axis::log("density of pixels"),
-        series: std::iter::once(expected).chain(series).collect(),
-    };
-    let is_svg = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
-    let bytes = if is_svg { figure.svg()?.into_bytes() } else { figure.png()? };
-    Ok(replace(path, &bytes)?)
+            let points = counts.iter().enumerate().filter(|(_, count)| **count > 0.0).map(|(bin, count)| (middle(bin), *count)).collect();
+            Series { name: format!("{} {band}", own.name), points }
+        };
+        let series = residuals.iter().flat_map(|own| own.normalised.iter().map(move |(band, values)| of_band(own, band, values)));
+        let figure = Figure {
+            name: "residuals".into(),
+            title: "Data less model".into(),
+            x: Axis::linear("residual [standard errors]"),
+            y: Axis::log("density of pixels"),
+            series: std::iter::once(expected).chain(series).collect(),
+        };
+        written(path, || figure.svg(), || figure.png())
+    }
+
+    /// How well each parameter is known, of which some lines are said, and how any two go together.
+    pub fn corner(path: &Path, parameters: Vec<Vec<String>>, fitted: &Fitted) -> anyhow::Result<()> {
+        let count = parameters.len();
+        let correlation = (0..count).map(|a| (0..count).map(|b| fitted.correlation(a, b)).collect()).collect();
+        let corner = Corner { title: "Normal probability of 68 and 95 %, in standard errors".into(), parameters, correlation };
+        written(path, || corner.svg(), || corner.png())
+    }
+
+    fn written(
+        path: &Path,
+        svg: impl FnOnce() -> barnard_study::Result<String>,
+        png: impl FnOnce() -> barnard_study::Result<Vec<u8>>,
+    ) -> anyhow::Result<()> {
+        let is_svg = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
+        let bytes = if is_svg { svg()?.into_bytes() } else { png()? };
+        Ok(replace(path, &bytes)?)
+    }
 }
 
+/// A program without plots has none to write: they are refused before.
 #[cfg(not(feature = "study"))]
-fn plot(_: &Path, _: &[Residuals]) -> anyhow::Result<()> {
-    Ok(())
+mod plots {
+    use std::path::Path;
+
+    use barnard_fit::{Fitted, Residuals};
+
+    pub fn residuals(_: &Path, _: &[Residuals]) -> anyhow::Result<()> {
+        Ok(())
+    }
+
+    pub fn corner(_: &Path, _: Vec<Vec<String>>, _: &Fitted) -> anyhow::Result<()> {
+        Ok(())
+    }
 }

@@ -18,7 +18,7 @@ fn scenes_are_fitted() {
     run(&["observe", "scene.toml", "-o", "master.fits"]);
     let free = "star.0.luminosity, star.0.temperature=3000..40000";
     let fit = ["fit", "scene.toml", "--to", "master.fits", "--free", free];
-    let files = ["-o", "fit.json", "--found", "found.toml", "--residuals", "left.fits", "--plot", "left.svg"];
+    let files = ["-o", "fit.json", "--found", "found.toml", "--residuals", "left.fits", "--plot", "left.svg", "--corner", "corner.png"];
     let words = run(&[&fit[..], &files, &["--set", "star.0.luminosity=1 Lsun"]].concat());
     for part in [
         "2 parameters (1 of them linear)",
@@ -41,6 +41,7 @@ fn scenes_are_fitted() {
     run(&["render", "found.toml", "-o", "found.npy"]);
     let left = barnard_files::formats::read_image(&desk.path("left.fits"), 1 << 30).unwrap();
     assert_eq!((left.bands.len() / 2, left.bands[0].name.as_str()), (3, "johnson-B"));
+    assert!(std::fs::read(desk.path("corner.png")).unwrap().starts_with(b"\x89PNG"));
     assert!(String::from_utf8_lossy(&std::fs::read(desk.path("left.svg")).unwrap()).contains("standard errors"));
 }
 
@@ -57,6 +58,7 @@ fn what_cannot_be_fitted_is_refused() {
     refused(&[&to[..], &["star.0.luminosity", "--set", "camera.size=[9, 9]"]].concat(), &["16 x 12 pixels", "9 x 9"]);
     refused(&[&to[..], &["star.0.luminosity", "--with", "a.toml", "--with", "b.toml"]].concat(), &["2 --with for 1 --to"]);
     refused(&[&to[..], &["star.0.luminosity", "--plot", "left.gif"]].concat(), &["left.gif"]);
+    refused(&[&to[..], &["star.0.luminosity", "--corner", "left.gif"]].concat(), &["--corner left.gif"]);
     refused(&["--to", "none.fits", "--free", "star.0.luminosity"], &["none.fits"]);
     refused(&["--to", "scene.toml", "--free", "star.0.luminosity"], &["scene.toml"]);
 }

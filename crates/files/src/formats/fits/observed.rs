@@ -39,6 +39,8 @@ pub struct Plane {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sky {
     kinds: [String; 2],
+    /// What no flat picture of a scene has, by the keyword that says so: distortions, a turned pole, an old equinox.
+    peculiar: Option<String>,
     reference: DVec2,
     /// The coordinates of the reference \[deg\].
     value: DVec2,
@@ -144,7 +146,13 @@ impl Sky {
         let own = |i: usize, j: usize| if has_matrix { Some(number(&format!("CD{i}_{j}")).unwrap_or(0.0)) } else { element(i, j) };
         let matrix = DMat2::from_cols(DVec2::new(own(1, 1)?, own(2, 1)?), DVec2::new(own(1, 2)?, own(2, 2)?));
         (matrix.determinant() != 0.0).then_some(())?;
-        Some(Self { kinds, reference: pair("CRPIX")?, value: pair("CRVAL")?, matrix, height: *header.axes()?.get(1)? as f64 })
+        let is_there = |keyword: &&str| header.text(keyword).is_some() || number(keyword).is_some();
+        let is_distorted = || kinds[0].get(8..).filter(|more| !more.is_empty()).map(|_| format!("CTYPE1 = {}", kinds[0]));
+        let is_turned = || number("LONPOLE").filter(|pole| *pole != 180.0).map(|pole| format!("LONPOLE = {pole}"));
+        let is_old = || header.text("RADESYS").filter(|frame| frame.trim().starts_with("FK4")).map(|frame| format!("RADESYS = {frame}"));
+        let others = || ["A_ORDER", "B_ORDER", "CPDIS1", "CPDIS2"].iter().find(|keyword| is_there(keyword)).map(|own| (*own).to_owned());
+        let peculiar = is_distorted().or_else(others).or_else(is_turned).or_else(is_old);
+        Some(Self { kinds, peculiar, reference: pair("CRPIX")?, value: pair("CRVAL")?, matrix, height: *header.axes()?.get(1)? as f64 })
     }
 
     /// The direction of a place of the picture, columns and rows from its upper left corner, in the frame of its coordinates.
@@ -158,12 +166,16 @@ impl Sky {
         (middle + flat.x * east + flat.y * north).normalize()
     }
 
-    /// How many of this one's pixels a place of another picture lies from where this one has it; infinite where the two have other
-    /// coordinates or projections. Both are tangent planes.
+    /// Why places of another picture cannot be compared with those of this one, a picture of a scene; nothing where they can.
+    pub fn differs(&self, other: &Self) -> Option<String> {
+        let [own, theirs] = [self, other].map(|sky| sky.kinds.join(" and "));
+        let of_kind = || (own != theirs).then(|| format!("has the axes {theirs}, and the scene's picture {own}"));
+        other.peculiar.as_ref().map(|said| format!("says {said}, which no picture of a scene does")).or_else(of_kind)
+    }
+
+    /// How many of this one's pixels a place of another picture lies from where this one has it, which does not
+    /// [differ](Self::differs). Both are tangent planes.
     pub fn pixels_apart(&self, other: &Self, x: f64, y: f64) -> f64 {
-        if self.kinds.iter().zip(&other.kinds).any(|(a, b)| a.get(..8) != b.get(..8)) {
-            return f64::INFINITY;
-        }
         let pixel = self.matrix.determinant().abs().sqrt().to_radians();
         (self.direction(x, y) - other.direction(x, y)).length() / pixel
     }
