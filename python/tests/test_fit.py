@@ -32,8 +32,9 @@ def test_truth_is_found(observed):
     assert 0.9 < fit.chi2 / fit.freedom < 1.1 and "star.0.luminosity = " in repr(fit)
     left = fit.residuals[0]
     pull = np.asarray(left["johnson-V"]) / np.asarray(left["johnson-V_error"])
-    # Of 1024 normal numbers the deviation is 1 within 0.022.
-    assert np.isfinite(pull).sum() == 1024 and abs(np.std(pull) - 1) < 0.09 and abs(np.mean(pull)) < 0.12
+    pull = pull[np.isfinite(pull)]
+    # Cosmic rays are masked; of a thousand normal numbers the deviation is 1 within 0.022, the mean 0 within 0.032.
+    assert 950 < pull.size <= 1024 and abs(np.std(pull) - 1) < 0.09 and abs(np.mean(pull)) < 0.12
 
 
 def test_places_on_the_sky_are_compared(observed, tmp_path):
@@ -59,7 +60,7 @@ def test_places_on_the_sky_are_compared(observed, tmp_path):
         at = own.pixel_to_world(*place)
         frame = at.skyoffset_frame()
         step = [own.pixel_to_world(place[0] + dx, place[1] + dy).transform_to(frame) for dx, dy in ((1, 0), (0, 1))]
-        for keyword in [keyword for keyword in header if keyword.startswith(("PC", "CDELT", "CD"))]:
+        for keyword in [keyword for keyword in header if keyword.startswith(("PC1_", "PC2_", "CDELT"))]:
             del header[keyword]
         header["CRPIX1"], header["CRPIX2"] = place[0] + 1 + pixels, place[1] + 1
         header["CRVAL1"], header["CRVAL2"] = at.ra.deg, at.dec.deg
