@@ -5,6 +5,7 @@ use std::sync::Arc;
 use barnard::backend::cpu;
 use barnard::field::{Fbm, Field, Sphere};
 use barnard::glam::{DVec3, dvec3};
+use barnard::light::Route;
 use barnard::phase::{Draine, HenyeyGreenstein, IntoPhase};
 use barnard::plan::{Options, Plan};
 use barnard::plates::Reach;
@@ -12,6 +13,7 @@ use barnard::random::Counter;
 use barnard::scene::{Background, Dust, Emission, Method, Scale, Scene, Star, StarField};
 use barnard::spectra::extinction::Extinction;
 use barnard::spectra::passband::{Counting, Passband, Window, window};
+use barnard::spectra::rule::Certificate;
 use barnard::spectra::sed::BlackBody;
 use barnard::spectra::spectrum::{Line, Spectrum};
 use barnard::spectra::units::{Luminosity, Temperature, Wavelength};
@@ -130,22 +132,29 @@ impl Cloud {
     }
 }
 
-/// The largest error of any pixel beyond what both state, in parts of that, and the largest error in parts of the pixel.
+/// The largest error of any pixel in parts of what both state, of the band and of the pixel itself, and the largest error in parts of the pixel.
 fn compare(plates: &Plates, scene: &Scene, before: &mut Option<Plan>) -> (f64, f64) {
     let control = Control::default();
     let plan = Plan::updated(before.as_ref(), scene, &Options::default(), &control).unwrap();
     let (fresh, stats) = cpu::render(scene, &plan, &control).unwrap();
     let exposed = plates.expose(scene, &control).unwrap();
     let mixture = plates.mixture(scene).unwrap();
-    let worst =
-        |certificates: Vec<(usize, barnard::spectra::rule::Certificate)>| certificates.iter().map(|(_, c)| c.relative).fold(0.0, f64::max);
+    let worst = |certificates: &[(usize, Certificate)]| certificates.iter().map(|(_, c)| c.relative).fold(0.0, f64::max);
+    let lights = barnard::light::lights(scene).unwrap();
+    let is_point = |(light, _): &&(usize, Certificate)| matches!(lights[*light].route, Route::Direct { .. } | Route::FieldStar { .. });
+    let errors = plates.errors(&mixture);
     let (mut beyond, mut largest) = (0.0f64, 0.0f64);
-    for band in 0..scene.bands.len() {
+    for (band, errors) in errors.chunks_exact(errors.len() / scene.bands.len()).enumerate() {
         // Where each light's error is a part of the light, that of a sum is no larger a part.
-        let stated = worst(plates.certificates(&mixture, band)) + worst(plan.certificates(band, &stats));
-        for (own, wanted) in exposed.band(band).zip(fresh.band(band)) {
-            let error = (own - wanted).abs() / wanted.max(1e-300);
-            (beyond, largest) = (beyond.max(error / stated), largest.max(error));
+        let (own, theirs) = (plates.certificates(&mixture, band), worst(&plan.certificates(band, &stats)));
+        let of_points = worst(&own.iter().filter(is_point).copied().collect::<Vec<_>>());
+        for ((exposed, wanted), of_pixel) in exposed.band(band).zip(fresh.band(band)).zip(errors) {
+            let error = (exposed - wanted).abs();
+            let stated = (worst(&own) + theirs) * wanted;
+            // Pictures are in single precision.
+            let of_pixel = f64::from(*of_pixel) + (of_points + theirs + 2e-7) * wanted;
+            let either = |stated: f64| if error > 0.0 { error / stated.max(1e-300) } else { 0.0 };
+            (beyond, largest) = (beyond.max(either(stated)).max(either(of_pixel)), largest.max(error / wanted.max(1e-300)));
         }
     }
     *before = Some(plan);
@@ -193,6 +202,22 @@ fn dust_becomes_more_and_less() {
     record.dust_per_pc *= 1.001;
     let (beyond, _) = compare(&Plates::of(record).unwrap(), &scene, &mut None);
     assert!(beyond > 1.0, "{beyond}");
+}
+
+/// Behind deep dust a band's relative error is large, where nothing is left; that of pixels, which see light before the dust too, is not.
+#[test]
+fn errors_of_pixels_are_small() {
+    let cloud = Cloud::new(25.0, HenyeyGreenstein::new(0.6).unwrap(), 1);
+    let scene = cloud.scene(&Spectra::FIRST());
+    let plates = Plates::new(&scene, Reach { dust: (0.6, 1.7), ..REACH }, None, &Options::default(), &Control::default()).unwrap();
+    let (beyond, _) = compare(&plates, &scene, &mut None);
+    assert!(beyond <= 1.0, "{beyond}");
+    let mixture = plates.mixture(&scene).unwrap();
+    let relative = plates.certificates(&mixture, 0).iter().map(|(_, own)| own.relative).fold(0.0, f64::max);
+    let image = plates.expose(&scene, &Control::default()).unwrap();
+    let (light, error) = (image.band(0).sum::<f64>(), plates.errors(&mixture)[..image.width * image.height].iter().sum::<f32>());
+    println!("{relative:e} of all depths, {:e} of pixels", f64::from(error) / light);
+    assert!(relative > 1e-2 && f64::from(error) < 1e-3 * light, "{relative:e} of all depths, {:e} of pixels", f64::from(error) / light);
 }
 
 /// Grains whose phase function changes with wavelength.

@@ -80,10 +80,10 @@ pub struct Residuals {
     pub normalised: Vec<(String, Vec<f64>)>,
 }
 
-/// The picture of a scene, and the relative error of each band.
+/// The picture of a scene, and the same with all errors that it may have at most added, where they are asked for.
 struct Pictured {
     image: Image,
-    floor: Vec<f64>,
+    worse: Option<Image>,
 }
 
 impl Images {
@@ -195,9 +195,10 @@ impl Images {
             set.choices.get_or_insert_with(|| Choices::of(&plan));
             let (image, stats) = cpu::render(scene, &plan, control)?;
             let worst = |band: usize| plan.certificates(band, &stats).into_iter().map(|(_, c)| c.relative).fold(0.0, f64::max);
-            let floor = (0..scene.bands.len()).map(|band| worst(band) + spatial(set)).collect();
+            let relative: Vec<f64> = (0..scene.bands.len()).map(|band| worst(band) + spatial(set)).collect();
+            let worse = with_floor.then(|| with_errors(&image, &relative, &[]));
             set.plan = Some(plan);
-            return Ok(Pictured { image, floor });
+            return Ok(Pictured { image, worse });
         }
         // The latest are the last.
         let known = (0..self.plates.len()).rev().find_map(|i| self.plates[i].mixture(scene).ok().map(|mixture| (i, mixture)));
@@ -217,25 +218,28 @@ impl Images {
             }
         };
         let image = plates.pictured(scene, &mixture, control)?;
-        let worst = |band: usize| plates.certificates(&mixture, band).into_iter().map(|(_, c)| c.relative).fold(0.0, f64::max);
-        let floor =
-            if with_floor { (0..scene.bands.len()).map(|band| worst(band) + spatial(&self.sets[number])).collect() } else { Vec::new() };
+        let worse = with_floor.then(|| {
+            let relative = vec![spatial(&self.sets[number]); scene.bands.len()];
+            with_errors(&image, &relative, &plates.errors(&mixture))
+        });
         self.plates.push(plates);
         let room = self.options.memory_limit / SHARE;
         while self.plates.len() > KEPT || (self.plates.len() > 1 && self.plates.iter().map(Plates::bytes).sum::<u64>() > room) {
             self.plates.remove(0);
         }
-        Ok(Pictured { image, floor })
+        Ok(Pictured { image, worse })
     }
 
-    /// What the model says of all data, and its relative errors.
+    /// What the model says of all data, and by how much that may be wrong at most.
     fn predicted(&mut self, values: &[f64], with_floor: bool, control: &Control) -> Result<(Prediction, Vec<f64>)> {
         let (mut mean, mut sigma, mut floor) = (Vec::new(), Vec::new(), Vec::new());
         let mut knows = true;
         for number in 0..self.sets.len() {
             let scene = self.scene(&self.sets[number].with, values)?;
             let pictured = self.pictured(number, &scene, with_floor, control)?;
-            let ideal = recorded(&scene, pictured.image, &mut self.sets[number].kernels, control)?;
+            let kernels = &mut self.sets[number].kernels;
+            let ideal = recorded(&scene, pictured.image, kernels, control)?;
+            let worse = pictured.worse.map(|worse| recorded(&scene, worse, kernels, control)).transpose()?;
             knows &= scene.instrument.is_some();
             self.sets[number].scene = Some(scene);
             for (band, good) in self.sets[number].good.iter().enumerate() {
@@ -245,8 +249,9 @@ impl Images {
                     let errors: Vec<f64> = ideal.in_unit(errors).collect();
                     sigma.extend(good.iter().map(|pixel| errors[*pixel]));
                 }
-                if with_floor {
-                    floor.extend(good.iter().map(|pixel| pictured.floor[band] * own[*pixel].abs()));
+                if let Some(worse) = &worse {
+                    let worse: Vec<f64> = worse.in_unit(band).collect();
+                    floor.extend(good.iter().map(|pixel| (worse[*pixel] - own[*pixel]).abs()));
                 }
             }
         }
@@ -297,6 +302,13 @@ impl Model for Images {
     fn floor(&mut self, values: &[f64], control: &Control) -> Result<Vec<f64>> {
         Ok(self.predicted(values, true, control)?.1)
     }
+}
+
+/// A picture with errors added: parts of each band, and those of its pixels where they are known.
+fn with_errors(image: &Image, relative: &[f64], of_pixels: &[f32]) -> Image {
+    let light = (0..relative.len()).flat_map(|band| image.band(band).map(move |value| value * (1.0 + relative[band])));
+    let errors = of_pixels.iter().map(|error| f64::from(*error)).chain(std::iter::repeat(0.0));
+    Image { samples: Samples::Double(light.zip(errors).map(|(light, error)| light + error).collect()), ..image.clone() }
 }
 
 /// What a scene's instrument makes of its picture in endless frames; the picture where it has none.

@@ -8,7 +8,7 @@ use barnard::camera::Camera;
 use barnard::control::Control;
 use barnard::plan::ordinates::Sweeper;
 use barnard::plan::{Options, Plan};
-use barnard::plates::Reach;
+use barnard::plates::{Reach, binds_dust};
 use barnard::scene::Scene;
 use barnard::{Error, Plates, Result};
 use barnard_gpu::{Auto, Gpu, GpuError, OnDevice, Ordinates, Tuning};
@@ -35,6 +35,8 @@ const FINER: f64 = 3.0;
 const KEPT: u64 = 4;
 /// Fewest pixels along an edge.
 const LEAST: f64 = 24.0;
+/// The amounts of dust that plates serve where they can, as parts of the scene's.
+const DUST: (f64, f64) = (0.5, 2.0);
 /// Most stars of scenes that plates are made of unasked.
 const PLATED_STARS: usize = 12;
 
@@ -236,7 +238,8 @@ impl Studio {
                 continue;
             }
             stand.plates = None;
-            match Plates::new(&scene, Reach::default(), stand.settled.as_ref(), &options, control) {
+            let dust = if binds_dust(&scene) { Reach::default().dust } else { DUST };
+            match Plates::new(&scene, Reach { dust, ..Reach::default() }, stand.settled.as_ref(), &options, control) {
                 Ok(plates) => stand.plates = Some(plates),
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 // There is no room, or no plates are made of such a scene: pictures are made without.
@@ -467,15 +470,20 @@ mod tests {
         assert!(Arc::ptr_eq(hotter[0].1.plan.space(), first[0].1.plan.space()) && hotter[0].1.image != first[0].1.image);
     }
 
-    /// While a spectrum changes, the picture is that of `barnard render` at once, all pixels and stars of it; where densities change it
-    /// is a preview again.
+    /// While a spectrum or the amount of dust changes, the picture is that of `barnard render` at once, all pixels and stars of it; beyond
+    /// what plates reach it is a preview again.
     #[test]
     fn spectra_change_settled_pictures() {
         let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
         let mut studio = Studio::new(cpu::ENTRY, Control::default());
         served(&mut studio, &order(&document, (40, 30), false));
-        for temperature in ["4000 K", "25000 K"] {
-            document.apply(Edit::set("star.0", "temperature", temperature)).unwrap();
+        for (section, key, value) in [
+            ("star.0", "temperature", "4000 K"),
+            ("star.0", "temperature", "25000 K"),
+            ("dust", "scale", "2.2 /pc"),
+            ("dust", "scale", "7.5 /pc"),
+        ] {
+            document.apply(Edit::set(section, key, value)).unwrap();
             let order = order(&document, (40, 30), true);
             let shown = served(&mut studio, &order);
             let [(Quality::Exposed, picture)] = &shown[..] else { panic!("{}", shown.len()) };
@@ -489,7 +497,7 @@ mod tests {
         }
         let last = served(&mut studio, &order(&document, (40, 30), false)).pop().unwrap();
         assert!(last.0 == Quality::Settled);
-        document.apply(Edit::set("dust", "scale", "1.5 /pc")).unwrap();
+        document.apply(Edit::set("dust", "scale", "40 /pc")).unwrap();
         let shown = served(&mut studio, &order(&document, (40, 30), true));
         assert!(shown.iter().all(|(quality, _)| *quality < Quality::Exposed));
     }

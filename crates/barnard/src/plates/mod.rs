@@ -12,20 +12,22 @@
 //! f times the light that it scatters. What is bound is the [`Geometry`]. Where light scatters more than once, albedo, law and amount are
 //! bound as well, and each light is marched by itself at the wavelengths of all nodes.
 
+mod certificates;
 mod geometry;
 mod march;
 mod mixture;
+mod reach;
 
 use std::sync::Arc;
 
 use spectra::components::Components;
-use spectra::passband::{Counting, Window, window};
-use spectra::rule::{Certificate, CommonNodes, Measure, Node, Rounding, Settings, Source};
-use spectra::units::Wavelength;
+use spectra::rule::{CommonNodes, Node, Rounding, Source};
 
 pub use self::geometry::{Geometry, Trait, binds_dust};
 use self::march::Work;
 use self::mixture::Share;
+pub use self::reach::Reach;
+use self::reach::{amounts, one_scattering, range};
 use crate::backend::{describe, end_of_space};
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -36,7 +38,7 @@ use crate::light::{Light, Route, law, lights};
 use crate::phase::Phase;
 use crate::plan::{Choices, Options, Plan, in_keywords, in_words, source};
 use crate::points::{Sources, points};
-use crate::scene::{Method, Scene};
+use crate::scene::Scene;
 
 /// The part of the accuracy that components may cost.
 const SHARE: f64 = 0.2;
@@ -47,9 +49,6 @@ const MOST_STARS: usize = 256;
 const MOST_NODES: usize = 512;
 /// Steps of angle at which a phase function is asked.
 const ANGLES: usize = 24;
-/// How far plates reach beyond the passbands of their scene, as a part of wavelengths.
-const BEYOND: f64 = 0.1;
-
 /// What one light leaves in each pixel at any extinction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plate {
@@ -93,22 +92,6 @@ pub struct Record {
 /// A picture kept light by light.
 #[derive(Debug, Clone)]
 pub struct Plates(Arc<Record>);
-
-/// What plates serve beside the spectra of the scene that they are made of.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reach {
-    /// The shortest wavelength and the longest \[µm\]; none: those of the scene's passbands and a tenth beyond.
-    pub range_um: Option<(f64, f64)>,
-    /// The least amount of dust and the largest, as parts of the scene's.
-    pub dust: (f64, f64),
-}
-
-impl Default for Reach {
-    /// The scene's own dust, and what lies around its passbands.
-    fn default() -> Self {
-        Self { range_um: None, dust: (1.0, 1.0) }
-    }
-}
 
 /// What bands take of plates and of unresolved sources, for the spectra of one scene.
 pub struct Mixture {
@@ -313,8 +296,7 @@ impl Plates {
         let dark = vec![0.0; nodes.len()];
         let share = |plate: usize, parts: &[Part]| {
             let own = parts.iter().find(|part| part.plate == Some(plate));
-            let more = if matches!(plates[plate].route, Route::Scattered { .. }) { amount } else { 1.0 };
-            stored_share(&plates[plate].components, own.map_or(&dark, |own| &own.weights), more)
+            stored_share(&plates[plate].components, own.map_or(&dark, |own| &own.weights), times(amount, plates[plate].route))
         };
         let shares = (0..plates.len()).map(|plate| parts.iter().map(|own| share(plate, own)).collect()).collect();
         let of_points = |light: usize| match is_extended(lights[light].route) {
@@ -402,70 +384,11 @@ impl Plates {
         };
         crate::points::draw(Sources::All, scene, &scene.camera, &lights, fluxes, control, |i, value| samples.add(i, value))
     }
-
-    /// The certificates of a mixture's band, by the numbers of the lights that shine in it: nodes, components, and numbers as they
-    /// are stored.
-    pub fn certificates(&self, mixture: &Mixture, band: usize) -> Vec<(usize, Certificate)> {
-        let Record { plates, scatters_again, .. } = self.record();
-        let (nodes, depth) = (&mixture.nodes, self.0.depth * mixture.amount);
-        let shining = mixture.parts[band].iter().filter(|part| part.source.measure.total() > 0.0);
-        let certified = |part: &Part| {
-            let measure = &part.source.measure;
-            let at_nodes = |a: f64, factor: &dyn Fn(f64) -> f64| -> Vec<f64> {
-                nodes.iter().map(|node| factor(node.lambda_um) * (-a * node.k).exp()).collect()
-            };
-            let interpolated = |a: f64| part.weights.iter().zip(at_nodes(a, &|_| 1.0)).map(|(w, left)| w * left).sum();
-            let Some(Plate { route, components, rounding, .. }) = part.plate.map(|plate| &plates[plate]) else {
-                return (part.light, Certificate::measured(measure, interpolated, depth));
-            };
-            let (of_mean, shares) = components.shares(&part.weights);
-            let mut stored = Stored { k_0: nodes[0].k, error: steps(components, &shares) };
-            if *scatters_again {
-                // Components are those of the picture itself, and their error was measured at the nodes.
-                stored.error += components.error * part.weights.iter().map(|w| w.abs()).sum::<f64>();
-                return (
-                    part.light,
-                    stored.added(Certificate::measured(measure, interpolated, depth).rounded(measure, *rounding, |_| 0.0), measure),
-                );
-            }
-            let behind = |a: f64, factor: &dyn Fn(f64) -> f64| {
-                let left = at_nodes(a, factor);
-                let parts: Vec<f64> = left.iter().map(|own| own / left[0]).collect();
-                left[0] * (of_mean + shares.iter().zip(components.coordinates(&parts)).map(|(share, c)| share * c).sum::<f64>())
-            };
-            let plain = Certificate::measured(measure, |a| behind(a, &|_| 1.0), depth);
-            let scattered = matches!(route, Route::Scattered { .. });
-            let worst = mixture.phases.iter().filter(|_| scattered).fold(plain, |worst, factor| {
-                worst.or_worse(Certificate::measured(&measure.reweighted(factor), |a| behind(a, factor), depth))
-            });
-            (part.light, stored.added(worst.rounded(measure, *rounding, |_| 0.0), measure))
-        };
-        shining.map(certified).collect()
-    }
 }
 
-/// What storage costs, as parts of G(k_0).
-struct Stored {
-    k_0: f64,
-    error: f64,
-}
-
-impl Stored {
-    fn added(&self, certificate: Certificate, measure: &Measure) -> Certificate {
-        let error = |a: f64| self.error * (-self.k_0 * a).exp();
-        let parts = |a: f64, of: f64| error(a) / of.max(f64::MIN_POSITIVE);
-        Certificate {
-            absolute: certificate.absolute + parts(0.0, measure.total()),
-            // k_0 is the least extinction: light falls faster than the error.
-            relative: certificate.relative + parts(certificate.depth, measure.at(certificate.depth)),
-            ..certificate
-        }
-    }
-}
-
-/// Half a step of each coordinate, times what a light takes of it.
-fn steps(components: &Components, shares: &[f64]) -> f64 {
-    shares.iter().zip(&components.ranges).map(|(share, [low, high])| 0.5 * share.abs() * (high - low) / f64::from(LEVELS)).sum()
+/// How many times as much of a light there is where there is so many times the dust.
+fn times(amount: f64, route: Route) -> f64 {
+    if matches!(route, Route::Scattered { .. }) { amount } else { 1.0 }
 }
 
 /// What a light of these weights, so many times, takes of stored numbers.
@@ -503,59 +426,7 @@ fn check(scene: &Scene) -> Result<()> {
     Ok(())
 }
 
-/// The wavelengths that plates of a scene serve \[µm\].
-fn range(scene: &Scene, asked: Option<(f64, f64)>) -> Result<(f64, f64)> {
-    let ends = scene.bands.iter().map(|band| band.support_um());
-    let (low, high) = ends.fold((f64::INFINITY, 0.0f64), |(low, high), (a, b)| (low.min(a), high.max(b)));
-    let Some((from, to)) = asked else {
-        let (first, last) = law(scene)?.range_um();
-        return Ok(((low * (1.0 - BEYOND)).max(first.min(low)), (high * (1.0 + BEYOND)).min(last.max(high))));
-    };
-    if !(from > 0.0 && to > from && to.is_finite()) {
-        return Err(Error::value(
-            "range of plates",
-            format!("{} to {} nm", from * 1e3, to * 1e3),
-            "one from a shorter to a longer wavelength",
-        ));
-    }
-    if let Some(dust) = &scene.dust {
-        dust.extinction.check("the range of plates", from, to)?;
-    }
-    Ok((low.min(from), high.max(to)))
-}
-
 /// The amount of dust of a scene \[pc⁻¹\].
 fn dust_per_pc(scene: &Scene) -> f64 {
     scene.dust.as_ref().map_or(0.0, |dust| dust.sigma_v_per_pc)
-}
-
-/// Most by which the amount of dust may change.
-const MOST_DUST: f64 = 100.0;
-
-/// The amounts of dust that plates of a scene reach, as parts of its own.
-fn amounts(scene: &Scene, (least, most): (f64, f64)) -> Result<(f64, f64)> {
-    let what = "dust that plates reach";
-    let said = || format!("{least} to {most} times that of the scene");
-    if !(least > 0.0 && least <= 1.0 && (1.0..=MOST_DUST).contains(&most)) {
-        return Err(Error::value(what, said(), format!("a part of it above 0 and up to 1, and a multiple from 1 to {MOST_DUST}")));
-    }
-    if (least, most) != (1.0, 1.0) && binds_dust(scene) {
-        return Err(Error::value(
-            what,
-            said(),
-            "1 to 1, where light scatters more than once or the phase function changes with wavelength: leave it out",
-        ));
-    }
-    Ok((least, most))
-}
-
-/// The scene whose march brings plates of light that scatters once at most: with a passband of the whole range, and common nodes.
-fn one_scattering(scene: &Scene, (low, high): (f64, f64), amounts: (f64, f64)) -> Result<Scene> {
-    let shape = Window::TopHat { centre: Wavelength(0.5 * (low + high)), width: Wavelength(high - low) };
-    let mut bands = scene.bands.clone();
-    bands.push(window("the range of plates", Counting::Energy, shape)?);
-    let mut method =
-        Method { bounces: 1, settings: Settings { amounts, ..Settings::default() }, ..scene.method.clone() }.with_name("common_nodes")?;
-    method.exact_stars = None;
-    Ok(scene.clone().bands(bands).method(method))
 }

@@ -1,0 +1,81 @@
+//! What plates are made for: wavelengths and amounts of dust, and the scene whose march reaches them.
+
+use spectra::passband::{Counting, Window, window};
+use spectra::rule::Settings;
+use spectra::units::Wavelength;
+
+use super::binds_dust;
+use crate::error::{Error, Result};
+use crate::light::law;
+use crate::scene::{Method, Scene};
+
+/// How far plates reach beyond the passbands of their scene, as a part of wavelengths.
+const BEYOND: f64 = 0.1;
+
+/// What plates serve beside the spectra of the scene that they are made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// The shortest wavelength and the longest \[µm\]; none: those of the scene's passbands and a tenth beyond.
+    pub range_um: Option<(f64, f64)>,
+    /// The least amount of dust and the largest, as parts of the scene's.
+    pub dust: (f64, f64),
+}
+
+impl Default for Reach {
+    /// The scene's own dust, and what lies around its passbands.
+    fn default() -> Self {
+        Self { range_um: None, dust: (1.0, 1.0) }
+    }
+}
+
+/// The wavelengths that plates of a scene serve \[µm\].
+pub(super) fn range(scene: &Scene, asked: Option<(f64, f64)>) -> Result<(f64, f64)> {
+    let ends = scene.bands.iter().map(|band| band.support_um());
+    let (low, high) = ends.fold((f64::INFINITY, 0.0f64), |(low, high), (a, b)| (low.min(a), high.max(b)));
+    let Some((from, to)) = asked else {
+        let (first, last) = law(scene)?.range_um();
+        return Ok(((low * (1.0 - BEYOND)).max(first.min(low)), (high * (1.0 + BEYOND)).min(last.max(high))));
+    };
+    if !(from > 0.0 && to > from && to.is_finite()) {
+        return Err(Error::value(
+            "range of plates",
+            format!("{} to {} nm", from * 1e3, to * 1e3),
+            "one from a shorter to a longer wavelength",
+        ));
+    }
+    if let Some(dust) = &scene.dust {
+        dust.extinction.check("the range of plates", from, to)?;
+    }
+    Ok((low.min(from), high.max(to)))
+}
+
+/// Most by which the amount of dust may change.
+const MOST_DUST: f64 = 100.0;
+
+/// The amounts of dust that plates of a scene reach, as parts of its own.
+pub(super) fn amounts(scene: &Scene, (least, most): (f64, f64)) -> Result<(f64, f64)> {
+    let what = "dust that plates reach";
+    let said = || format!("{least} to {most} times that of the scene");
+    if !(least > 0.0 && least <= 1.0 && (1.0..=MOST_DUST).contains(&most)) {
+        return Err(Error::value(what, said(), format!("a part of it above 0 and up to 1, and a multiple from 1 to {MOST_DUST}")));
+    }
+    if (least, most) != (1.0, 1.0) && binds_dust(scene) {
+        return Err(Error::value(
+            what,
+            said(),
+            "1 to 1, where light scatters more than once or the phase function changes with wavelength: leave it out",
+        ));
+    }
+    Ok((least, most))
+}
+
+/// The scene whose march brings plates of light that scatters once at most: with a passband of the whole range, and common nodes.
+pub(super) fn one_scattering(scene: &Scene, (low, high): (f64, f64), amounts: (f64, f64)) -> Result<Scene> {
+    let shape = Window::TopHat { centre: Wavelength(0.5 * (low + high)), width: Wavelength(high - low) };
+    let mut bands = scene.bands.clone();
+    bands.push(window("the range of plates", Counting::Energy, shape)?);
+    let mut method =
+        Method { bounces: 1, settings: Settings { amounts, ..Settings::default() }, ..scene.method.clone() }.with_name("common_nodes")?;
+    method.exact_stars = None;
+    Ok(scene.clone().bands(bands).method(method))
+}
