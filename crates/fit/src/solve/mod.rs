@@ -10,12 +10,14 @@
 //! Where the model knows the noise of what it predicts, σ is that of the model and not that of the data, which are fainter where noise was
 //! low: weights are renewed until parameters stay (iteratively reweighted least squares), so that means are not too low.
 
+mod normal;
+mod search;
+
 use barnard::control::Control;
 use barnard::error::{Error, Result};
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use nalgebra::storage::Owned;
-use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 
+use self::normal::{inverse, solved};
 use crate::Parameter;
 
 /// What a model says of all data, in their order.
@@ -102,10 +104,6 @@ const LEAST: f64 = 1e-6;
 /// Rounds of weights, and the change in standard errors from which on they stay.
 const ROUNDS: usize = 6;
 const STAYS: f64 = 0.02;
-/// The least eigenvalue of parameters that can be told apart, their scales taken off.
-const TELLS: f64 = 1e-9;
-/// The part of what cannot be told apart from which on a parameter is named.
-const NAMED: f64 = 0.2;
 /// How far from a bound a parameter is at it, as a part of the scale.
 const AT_BOUND: f64 = 1e-9;
 
@@ -359,22 +357,6 @@ impl Fitting<'_> {
         Ok(Projected { values: best, residuals: left - &basis * shifts, basis: basis.select_columns(&open) })
     }
 
-    /// ∂r/∂x of a parameter that is not linear, x as the search has it, the linear ones following as well as they can: without what they can
-    /// take up, the others being as they are (Kaufman 1975, BIT 15, 49).
-    fn slope(&mut self, i: usize, at: f64, now: &Projected) -> Result<DVector<f64>> {
-        // At a bound there is one side alone.
-        let held = self.outer(i, at + STEP, now.values[i]) == now.values[i];
-        let (step, residuals) = self.aside(if held { -STEP } else { STEP }, |own, step| {
-            let mut other = now.values.clone();
-            other[i] = own.outer(i, at + step, now.values[i]);
-            let mean = own.at(&other)?;
-            Ok(own.residuals(&other, &mean))
-        })?;
-        let change = (residuals - &now.residuals) / step;
-        let taken = solved(&(now.basis.transpose() * &now.basis), &(now.basis.transpose() * &change));
-        Ok(change - &now.basis * taken)
-    }
-
     /// −∂r/∂x of some parameters, by whose derivatives of the model: rows of the data, then those of what is known beforehand.
     fn fall(&self, numbers: &[usize], columns: &[Vec<f64>]) -> DMatrix<f64> {
         let known = |(i, own): (usize, &Parameter)| own.prior.map(|(_, sigma)| (i, sigma));
@@ -392,43 +374,6 @@ impl Fitting<'_> {
         let of_data = self.data.values.iter().zip(mean).zip(&self.sigma).map(|((y, m), sigma)| (y - m) / sigma);
         let of_priors = self.parameters.iter().zip(values).filter_map(|(own, value)| own.prior.map(|(mean, sigma)| (value - mean) / sigma));
         DVector::from_vec(of_data.chain(of_priors).collect())
-    }
-
-    /// The values where Σ r² is least, and whether steps became small.
-    fn minimised(&mut self, values: &[f64]) -> Result<(Vec<f64>, bool)> {
-        let free = self.numbers(false);
-        let first = self.projected(values)?;
-        if free.is_empty() {
-            return Ok((first.values, true));
-        }
-        let start: Vec<f64> = free.iter().map(|i| self.inner(*i, values[*i])).collect();
-        let problem =
-            Problem { at: DVector::from_vec(start), now: Some(first), refused: false, fitting: std::cell::RefCell::new(self), free };
-        let (problem, report) =
-            LevenbergMarquardt::new().with_ftol(1e-7).with_xtol(1e-6).with_gtol(1e-9).with_patience(30).minimize(problem);
-        let Problem { now, .. } = problem;
-        if let Some(failure) = self.failure.take() {
-            return Err(failure);
-        }
-        let now = now.ok_or_else(|| Error::value("fit", "a model that is no number", "other values to begin at, or bounds"))?;
-        Ok((now.values, report.termination.was_successful()))
-    }
-
-    /// A parameter as the search has it: without bounds, and of about one. Between two bounds it is an arc sine, above zero a logarithm.
-    fn inner(&self, i: usize, value: f64) -> f64 {
-        match self.parameters[i].bounds {
-            (low, high) if high - low < f64::INFINITY => (2.0 * (value - low) / (high - low) - 1.0).clamp(-0.9999, 0.9999).asin(),
-            _ if value > 0.0 => value.ln(),
-            _ => value,
-        }
-    }
-
-    fn outer(&self, i: usize, inner: f64, like: f64) -> f64 {
-        match self.parameters[i].bounds {
-            (low, high) if high - low < f64::INFINITY => low + 0.5 * (high - low) * (1.0 + inner.sin()),
-            (low, high) if like > 0.0 => inner.exp().clamp(low, high),
-            (low, high) => inner.clamp(low, high),
-        }
     }
 
     /// −∂r/∂x of all parameters at some values, by central differences where the model is not linear.
@@ -492,108 +437,4 @@ impl Fitting<'_> {
 /// The largest of some values, whatever their signs.
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, value| most.max(value.abs()))
-}
-
-/// The solution of normal equations; nothing along what they do not determine.
-fn solved(normal: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
-    inverse(normal).0 * right
-}
-
-/// The inverse of a matrix JᵀJ, and the parameters that J does not tell apart.
-fn inverse(normal: &DMatrix<f64>) -> (DMatrix<f64>, Vec<usize>) {
-    let scales = normal.diagonal().map(|own| if own > 0.0 { 1.0 / own.sqrt() } else { 0.0 });
-    let scaled = |matrix: &DMatrix<f64>| DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * scales[i] * scales[j]);
-    let (inverse, weak) = pseudo_inverse(scaled(normal));
-    (scaled(&inverse), weak)
-}
-
-/// The inverse of a symmetric matrix with ones on its diagonal, and the rows that take part in what it does not determine.
-fn pseudo_inverse(matrix: DMatrix<f64>) -> (DMatrix<f64>, Vec<usize>) {
-    let count = matrix.nrows();
-    if count == 0 {
-        return (matrix, Vec::new());
-    }
-    let eigen = SymmetricEigen::new(matrix);
-    let mut inverse = DMatrix::zeros(count, count);
-    let mut weak = Vec::new();
-    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-        if *value > TELLS {
-            inverse += vector * vector.transpose() / *value;
-        } else {
-            weak.extend((0..count).filter(|i| vector[*i].abs() > NAMED));
-        }
-    }
-    weak.sort_unstable();
-    weak.dedup();
-    (inverse, weak)
-}
-
-/// The parameters that are not linear, as Levenberg–Marquardt moves them.
-struct Problem<'a, 'b> {
-    at: DVector<f64>,
-    /// The last values at which the model could be asked; none once the fit has failed.
-    now: Option<Projected>,
-    /// Whether the model cannot be asked where the search is.
-    refused: bool,
-    fitting: std::cell::RefCell<&'a mut Fitting<'b>>,
-    free: Vec<usize>,
-}
-
-impl Problem<'_, '_> {
-    /// What is left of the data at some of the free parameters.
-    fn projected(&self, at: &DVector<f64>, like: &[f64]) -> Result<Projected> {
-        let mut fitting = self.fitting.borrow_mut();
-        let mut values = like.to_vec();
-        for (i, inner) in self.free.iter().zip(at.iter()) {
-            values[*i] = fitting.outer(*i, *inner, like[*i]);
-        }
-        fitting.projected(&values)
-    }
-}
-
-impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_, '_> {
-    type ResidualStorage = Owned<f64, Dyn>;
-    type JacobianStorage = Owned<f64, Dyn, Dyn>;
-    type ParameterStorage = Owned<f64, Dyn>;
-
-    fn set_params(&mut self, at: &DVector<f64>) {
-        self.at.copy_from(at);
-        let Some(like) = self.now.as_ref().map(|now| now.values.clone()) else { return };
-        let projected = self.projected(at, &like);
-        self.refused = projected.is_err();
-        match projected {
-            Ok(projected) => self.now = Some(projected),
-            Err(error @ Error::Interrupted) => {
-                self.fitting.get_mut().failure = Some(error);
-                self.now = None;
-            }
-            // No way: a shorter step is tried.
-            Err(_) => {}
-        }
-    }
-
-    fn params(&self) -> DVector<f64> {
-        self.at.clone()
-    }
-
-    fn residuals(&self) -> Option<DVector<f64>> {
-        let residuals = &self.now.as_ref()?.residuals;
-        Some(if self.refused { residuals.map(|r| 10.0 * r.abs() + 1.0) } else { residuals.clone() })
-    }
-
-    fn jacobian(&self) -> Option<DMatrix<f64>> {
-        let now = self.now.as_ref()?;
-        let mut fitting = self.fitting.borrow_mut();
-        let mut jacobian = DMatrix::zeros(now.residuals.len(), self.free.len());
-        for (column, i) in self.free.iter().enumerate() {
-            match fitting.slope(*i, self.at[column], now) {
-                Ok(slope) => jacobian.set_column(column, &slope),
-                Err(error) => {
-                    fitting.failure.get_or_insert(error);
-                    return None;
-                }
-            }
-        }
-        Some(jacobian)
-    }
 }
