@@ -37,7 +37,8 @@ const KEPT: u64 = 4;
 const LEAST: f64 = 24.0;
 /// The amounts of dust that plates serve where they can, as parts of the scene's.
 const DUST: (f64, f64) = (0.5, 2.0);
-/// Most stars of scenes that plates are made of unasked.
+/// Most lights of scenes that plates are made of unasked where light scatters again, and most stars where it does not.
+const PLATED_LIGHTS: usize = 3;
 const PLATED_STARS: usize = 12;
 
 /// What is kept of one view between orders.
@@ -233,7 +234,8 @@ impl Studio {
             let scene = seen(&view.scene, &order.camera);
             let (options, stand) = (self.options(order.memory_limit / KEPT), &mut self.stands[i]);
             // Light that scatters again takes a march of each light.
-            let quick = scene.method.bounces == 1 && scene.stars.len() <= PLATED_STARS;
+            let lights = scene.stars.len() + scene.emission.len() + usize::from(scene.background.spectrum.is_some());
+            let quick = if scene.method.bounces == 1 { scene.stars.len() <= PLATED_STARS } else { lights <= PLATED_LIGHTS };
             if !quick || stand.plates.as_ref().is_some_and(|plates| plates.mixture(&scene).is_ok()) {
                 continue;
             }
@@ -500,6 +502,11 @@ mod tests {
         document.apply(Edit::set("dust", "scale", "40 /pc")).unwrap();
         let shown = served(&mut studio, &order(&document, (40, 30), true));
         assert!(shown.iter().all(|(quality, _)| *quality < Quality::Exposed));
+        document.apply(Edit::set("dust", "scale", "4 /pc").and(Edit::set("method", "bounces", 3))).unwrap();
+        served(&mut studio, &order(&document, (40, 30), false));
+        document.apply(Edit::set("star.0", "temperature", "12000 K")).unwrap();
+        let shown = served(&mut studio, &order(&document, (40, 30), true));
+        assert!(shown.len() == 1 && shown[0].0 == Quality::Exposed);
     }
 
     /// What an instrument records stands beside the picture of which it is; another exposure records it anew, and marches nothing.
