@@ -98,6 +98,8 @@ class FitModel:
 
     def log_likelihood(self, values: Sequence[float]) -> float:
         """The logarithm of the probability of the data, normal noise; minus infinity beyond the bounds, and where values cannot be."""
+        if len(values) != len(self.keys):
+            raise ValueError(f"{len(values)} values for {len(self.keys)} keys: {', '.join(self.keys)}")
         if any(not low <= value <= high for value, (low, high) in zip(values, self.bounds)):
             return -np.inf
         try:
@@ -135,6 +137,8 @@ Images = str | os.PathLike | Sequence[str | os.PathLike | tuple[str | os.PathLik
 
 def observations(images: Images, empty: Any) -> list[tuple[str, dict[str, Any]]]:
     """Each image as a path and a tree; `empty` makes a scene of keywords."""
+    if isinstance(images, Image):
+        raise TypeError("an image in memory: write it to a FITS file, and give its path")
     if isinstance(images, (str, os.PathLike)):
         images = [images]
     pairs = [image if isinstance(image, tuple) else (image, {}) for image in images]

@@ -2,7 +2,7 @@
 //!
 //! | array | shape | what |
 //! |---|---|---|
-//! | `facts` | 7 | width, height, number of plates, whether light scatters again, accuracy, largest optical depth, amount of dust \[pc⁻¹\] |
+//! | `facts` | 9 | width, height, number of plates, whether light scatters again, accuracy, largest optical depth, amount of dust \[pc⁻¹\], shortest and longest wavelength \[µm\] |
 //! | `nodes` | nodes × 2 | wavelength \[µm\] and extinction of each |
 //! | `depths` | sources | optical depths in front of stars that are points |
 //! | `notes`, `geometry` | bytes | lines: what notes are about, a tab, what they say; names of what a scene may not change |
@@ -53,6 +53,8 @@ fn write(zip: &mut zip::ZipWriter<impl Write + std::io::Seek>, record: &Record) 
         record.accuracy,
         record.depth,
         record.dust_per_pc,
+        record.range_um.0,
+        record.range_um.1,
     ];
     array("facts", &[facts.len()], Written::Doubles(&facts))?;
     let nodes: Vec<f64> = record.nodes.iter().flat_map(|node| [node.lambda_um, node.k]).collect();
@@ -95,7 +97,7 @@ pub fn load(path: &Path, memory_limit: u64) -> Result<Plates> {
     let file = std::fs::File::open(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
     let archive = Archive { file: Arc::new(file), path, memory_limit };
     let wrong = |what: &str| Error::file(path, format!("holds no plates: {what}; `barnard plates` writes such files"));
-    let facts = archive.array::<f64>("facts", &[7])?;
+    let facts = archive.array::<f64>("facts", &[9])?;
     let whole = |value: f64, most: f64| (value >= 0.0 && value <= most && value.fract() == 0.0).then_some(value as usize);
     let edge = barnard::camera::MAX_EDGE as f64;
     let (Some(width), Some(height), Some(count)) = (whole(facts[0], edge), whole(facts[1], edge), whole(facts[2], MOST)) else {
@@ -149,6 +151,7 @@ pub fn load(path: &Path, memory_limit: u64) -> Result<Plates> {
         accuracy: facts[4],
         depth: facts[5],
         dust_per_pc: facts[6],
+        range_um: (facts[7], facts[8]),
         notes,
         nodes,
     };

@@ -11,7 +11,7 @@ use barnard::control::Control;
 use barnard::error::{Error, Result};
 use barnard::image::{Band, ERROR_SUFFIX, Image, LayerChoice, Samples};
 use barnard::instrument::{Exposures, Kernels};
-use barnard::plan::Choices;
+use barnard::plan::{Choices, RuleTarget};
 use barnard::plates::{Reach, binds_dust};
 use barnard::properties::Table;
 use barnard::scene::{Loader, Scene};
@@ -34,8 +34,10 @@ pub struct Observation {
 
 /// How far pixels of data may lie from those of the model, in pixels.
 const APART: f64 = 0.05;
-/// The amounts of dust that plates serve where that is free, as parts of the one at which they are made.
-const DUST: (f64, f64) = (0.6, 1.7);
+/// Where the amount of dust is free, plates are made of powers of this times the one that the fit begins with, and serve those between.
+const DUST_STEP: f64 = 1.6;
+/// What they serve, as parts of their own: half of a step to both sides, and what differences need beyond.
+const DUST: (f64, f64) = (0.77, 1.3);
 /// Most plates that are kept, and the part of the memory that they may take.
 const KEPT: usize = 16;
 const SHARE: u64 = 4;
@@ -48,7 +50,8 @@ pub struct Images {
     options: Options,
     held: Vec<Held>,
     sets: Vec<Set>,
-    plates: Vec<Plates>,
+    /// Each with the number of its image.
+    plates: Vec<(usize, Plates)>,
     start: Vec<f64>,
 }
 
@@ -59,11 +62,14 @@ struct Set {
     with: Table,
     /// For each band the pixels that count.
     good: Vec<Vec<usize>>,
-    /// What pilots chose for the first picture, which all hold to: derivatives would see them change.
-    choices: Option<Choices>,
+    /// Pixels along a row and a column.
+    size: [usize; 2],
+    /// What pilots chose for the picture that the fit begins with, which all hold to (derivatives would see them change), and the amount of
+    /// dust there.
+    choices: Option<(Choices, f64)>,
     plan: Option<Plan>,
     kernels: Kernels,
-    /// What plates are to reach: other amounts of dust, once there was one.
+    /// What plates are to reach: other amounts of dust where that is free.
     reach: Reach,
     /// The last scene, which holds its fields for the next.
     scene: Option<Scene>,
@@ -145,14 +151,16 @@ impl Images {
                 return Err(Error::file(&observation.file, "has no pixel that counts: all are masked, or no numbers"));
             }
             let name = observation.file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+            let is_free = !binds_dust(&scene) && images.moves_dust(&observation.with, &scene);
             images.sets.push(Set {
                 name,
                 with: observation.with.clone(),
                 good,
+                size: [file.width, file.height],
                 choices: None,
                 plan: None,
                 kernels,
-                reach: Reach::default(),
+                reach: if is_free { Reach { dust: DUST, ..Reach::default() } } else { Reach::default() },
                 scene: Some(scene),
             });
         }
@@ -183,48 +191,94 @@ impl Images {
         Ok(scene)
     }
 
+    /// Whether a free parameter changes the amount of dust of an image's scene.
+    fn moves_dust(&self, with: &Table, scene: &Scene) -> bool {
+        let moved = |i: usize, part: f64| {
+            let mut values = self.start.clone();
+            values[i] += part * if values[i] == 0.0 { 1.0 } else { values[i].abs() };
+            self.scene(with, &values).ok().map(|other| dust_per_pc(&other) != dust_per_pc(scene))
+        };
+        (0..self.start.len()).any(|i| moved(i, 1e-3).or_else(|| moved(i, -1e-3)) == Some(true))
+    }
+
+    /// What pilots choose for an image's scene with some values of the parameters, and its amount of dust. Its plates are the latest.
+    fn chosen(&mut self, number: usize, values: &[f64], control: &Control) -> Result<(Choices, f64)> {
+        let scene = self.scene(&self.sets[number].with, values)?;
+        let set = &mut self.sets[number];
+        let plan = if scene.method.bounces > 1 {
+            Plan::updated(set.plan.as_ref(), &scene, &self.options, control)?
+        } else {
+            let (plates, plan) = Plates::held(&scene, set.reach, set.plan.as_ref(), None, &self.options, control)?;
+            self.plates.push((number, plates));
+            plan
+        };
+        let choices = Choices::of(&plan);
+        set.plan = Some(plan);
+        Ok((choices, dust_per_pc(&scene)))
+    }
+
+    /// The choices that the picture of a scene holds to, which has some amount of dust.
+    fn held(&mut self, number: usize, amount: f64, control: &Control) -> Result<Choices> {
+        let (choices, base) = match self.sets[number].choices {
+            Some(known) => known,
+            None => {
+                let chosen = self.chosen(number, &self.start.clone(), control)?;
+                *self.sets[number].choices.insert(chosen)
+            }
+        };
+        // More dust is deeper.
+        let more = if base > 0.0 { (amount / base).max(1.0) } else { 1.0 };
+        Ok(Choices { rules: RuleTarget { depth: choices.rules.depth * more, ..choices.rules }, ..choices })
+    }
+
+    /// The amount of dust whose plates serve one.
+    fn amount_of_plates(&self, number: usize, amount: f64) -> f64 {
+        match self.sets[number].choices {
+            Some((_, base)) if base > 0.0 && amount > 0.0 && self.sets[number].reach.dust == DUST => {
+                base * DUST_STEP.powf(((amount / base).ln() / DUST_STEP.ln()).round())
+            }
+            _ => amount,
+        }
+    }
+
     /// The picture of an image's scene.
     fn pictured(&mut self, number: usize, scene: &Scene, with_floor: bool, control: &Control) -> Result<Pictured> {
-        let spatial = |set: &Set| set.choices.and_then(|choices| choices.spatial).map_or(0.0, |spatial| spatial.error);
+        let choices = self.held(number, dust_per_pc(scene), control)?;
+        let spatial = choices.spatial.map_or(0.0, |spatial| spatial.error);
         if scene.method.bounces > 1 {
-            let set = &mut self.sets[number];
-            let plan = match &set.choices {
-                Some(choices) => Plan::holding(set.plan.as_ref(), scene, &self.options, choices, control)?,
-                None => Plan::new(scene, &self.options, control)?,
-            };
-            set.choices.get_or_insert_with(|| Choices::of(&plan));
+            let plan = Plan::holding(self.sets[number].plan.as_ref(), scene, &self.options, &choices, control)?;
             let (image, stats) = cpu::render(scene, &plan, control)?;
             let worst = |band: usize| plan.certificates(band, &stats).into_iter().map(|(_, c)| c.relative).fold(0.0, f64::max);
-            let relative: Vec<f64> = (0..scene.bands.len()).map(|band| worst(band) + spatial(set)).collect();
+            let relative: Vec<f64> = (0..scene.bands.len()).map(|band| worst(band) + spatial).collect();
             let worse = with_floor.then(|| with_errors(&image, &relative, &[]));
-            set.plan = Some(plan);
+            self.sets[number].plan = Some(plan);
             return Ok(Pictured { image, worse });
         }
+        let amount = self.amount_of_plates(number, dust_per_pc(scene));
+        let served = |(of, plates): &(usize, Plates)| {
+            (*of == number && plates.record().dust_per_pc == amount).then(|| plates.mixture(scene).ok()).flatten()
+        };
         // The latest are the last.
-        let known = (0..self.plates.len()).rev().find_map(|i| self.plates[i].mixture(scene).ok().map(|mixture| (i, mixture)));
+        let known = (0..self.plates.len()).rev().find_map(|i| served(&self.plates[i]).map(|mixture| (i, mixture)));
         let (plates, mixture) = match known {
-            Some((i, mixture)) => (self.plates.remove(i), mixture),
+            Some((i, mixture)) => (self.plates.remove(i).1, mixture),
             None => {
+                let mut own = scene.clone();
+                own.dust.iter_mut().for_each(|dust| dust.sigma_v_per_pc = amount);
+                let held = self.held(number, amount, control)?;
                 let set = &mut self.sets[number];
-                let dust = |of: &Scene| of.dust.as_ref().map(|dust| dust.sigma_v_per_pc);
-                if set.scene.as_ref().is_some_and(|last| dust(last) != dust(scene)) && !binds_dust(scene) {
-                    set.reach.dust = DUST;
-                }
-                let (plates, plan) = Plates::held(scene, set.reach, set.plan.as_ref(), set.choices.as_ref(), &self.options, control)?;
-                set.choices.get_or_insert_with(|| Choices::of(&plan));
+                let (plates, plan) = Plates::held(&own, set.reach, set.plan.as_ref(), Some(&held), &self.options, control)?;
                 set.plan = Some(plan);
                 let mixture = plates.mixture(scene)?;
                 (plates, mixture)
             }
         };
         let image = plates.pictured(scene, &mixture, control)?;
-        let worse = with_floor.then(|| {
-            let relative = vec![spatial(&self.sets[number]); scene.bands.len()];
-            with_errors(&image, &relative, &plates.errors(&mixture))
-        });
-        self.plates.push(plates);
+        let worse = with_floor.then(|| with_errors(&image, &vec![spatial; scene.bands.len()], &plates.errors(&mixture)));
+        self.plates.push((number, plates));
         let room = self.options.memory_limit / SHARE;
-        while self.plates.len() > KEPT || (self.plates.len() > 1 && self.plates.iter().map(Plates::bytes).sum::<u64>() > room) {
+        let bytes = |plates: &[(usize, Plates)]| plates.iter().map(|(_, plates)| plates.bytes()).sum::<u64>();
+        while self.plates.len() > KEPT || (self.plates.len() > 1 && bytes(&self.plates) > room) {
             self.plates.remove(0);
         }
         Ok(Pictured { image, worse })
@@ -240,6 +294,10 @@ impl Images {
             let kernels = &mut self.sets[number].kernels;
             let ideal = recorded(&scene, pictured.image, kernels, control)?;
             let worse = pictured.worse.map(|worse| recorded(&scene, worse, kernels, control)).transpose()?;
+            if [ideal.width, ideal.height] != self.sets[number].size {
+                let said = format!("one by which a picture has {} x {} pixels, where its image has others", ideal.width, ideal.height);
+                return Err(Error::value("free parameter", said, "one that leaves pixels as they are: no camera's and no pixel scale"));
+            }
             knows &= scene.instrument.is_some();
             self.sets[number].scene = Some(scene);
             for (band, good) in self.sets[number].good.iter().enumerate() {
@@ -302,6 +360,34 @@ impl Model for Images {
     fn floor(&mut self, values: &[f64], control: &Control) -> Result<Vec<f64>> {
         Ok(self.predicted(values, true, control)?.1)
     }
+
+    /// Steps, star depths and samples that pilots choose for the values, where they are finer than those of before.
+    fn renew(&mut self, values: &[f64], control: &Control) -> Result<bool> {
+        let mut is_other = false;
+        for number in 0..self.sets.len() {
+            let Some((before, base)) = self.sets[number].choices else { continue };
+            let (now, amount) = self.chosen(number, values, control)?;
+            let both = before.and(now);
+            let is_finer =
+                (both.stepping, both.star_factor, both.sampled_edge) != (before.stepping, before.star_factor, before.sampled_edge);
+            self.sets[number].choices = Some(match is_finer {
+                true => (Choices { spatial: now.spatial, rules: now.rules, scattered: now.scattered, ..both }, amount),
+                false => (Choices { spatial: now.spatial, scattered: now.scattered, ..before }, base),
+            });
+            // Those that pilots were sent for are of other choices.
+            let of_pilots = self.plates.len().checked_sub(1);
+            let is_stale = |at: usize, of: usize| of == number && (is_finer || Some(at) == of_pilots);
+            let mut at = 0..;
+            self.plates.retain(|(of, _)| at.next().is_some_and(|at| !is_stale(at, *of)));
+            is_other |= is_finer;
+        }
+        Ok(is_other)
+    }
+}
+
+/// The amount of dust of a scene \[pc⁻¹\].
+fn dust_per_pc(scene: &Scene) -> f64 {
+    scene.dust.as_ref().map_or(0.0, |dust| dust.sigma_v_per_pc)
 }
 
 /// A picture with errors added: parts of each band, and those of its pixels where they are known.

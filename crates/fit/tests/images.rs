@@ -168,6 +168,38 @@ fn truth_is_found() {
     assert!(found.chi2.0 > (found.chi2.1 as f64 - 6.0) * 1.25, "{:?}", found.chi2);
 }
 
+/// Fits that begin far away, with hardly any dust or a million times the light, end where others do.
+#[test]
+fn fits_may_begin_far_away() {
+    let folder = tempfile::tempdir().unwrap();
+    write_cloud(folder.path());
+    let truth = open(folder.path(), &text(TRUTH, INSTRUMENT)).scene;
+    let path = folder.path().join("far.fits");
+    let exposures = Exposures::new(truth.instrument.clone().unwrap(), &traced(&truth, 1000), &truth.bands, &Control::default()).unwrap();
+    record(&exposures, 3, &path);
+    let run = |begin: [f64; 6], free: &str| {
+        let (found, _) = fitted(&open(folder.path(), &text(begin, INSTRUMENT)), &[Observation::from(&*path)], free).unwrap();
+        assert!(found.converged, "{begin:?}");
+        found
+    };
+    let free = "dust.scale=0..20, star.0.luminosity, star.0.temperature=0..1e8";
+    let near = run(TRUTH, free);
+    for (at, value) in [(5, 0.01), (5, 12.0), (0, 1e9), (0, 1e-4), (1, 25000.0)] {
+        let mut begin = TRUTH;
+        begin[at] = value;
+        let found = run(begin, free);
+        assert_eq!(found.linear, [false, true, false]);
+        for i in 0..3 {
+            assert!(
+                (found.values[i] - near.values[i]).abs() < 0.1 * near.sigma_of(i),
+                "{at} {value}: {:?} {:?}",
+                found.values,
+                near.values
+            );
+        }
+    }
+}
+
 /// Images of several instruments are fitted together, each by tables of its own: errors become smaller, and what is left is written.
 #[test]
 fn images_are_fitted_together() {
@@ -239,6 +271,8 @@ fn what_cannot_be_fitted_is_refused() {
     refused(scene.clone() + &sky("83.82 -5.39") + "unit = \"MJy/sr\"\n", free, "MJy/sr");
     refused(scene.clone() + &sky("83.82 -5.39") + "unit = \"mag/arcsec2 AB\"\n", free, "linear");
     refused(scene.replace("cousins-R", "cousins-I") + &sky("83.82 -5.39"), free, "no image of passband cousins-I");
+    let scaled = scene.replace("[instrument]", "[instrument]\npixel_scale = \"20.7 arcsec\"");
+    refused(scaled + &sky("83.82 -5.39"), "instrument.pixel_scale", "pixels as they are");
     refused(scene.clone(), "star.0.position", "one number");
     refused(scene.clone(), "star.0.radius", "write it there");
     refused(scene.clone(), "star.0.luminosity=1..5", "begins at 1000");

@@ -8,7 +8,9 @@ use barnard::plan::Options;
 use barnard_fit::solve::{Measured, Model, Prediction};
 use barnard_fit::{Images, Observation, Parameter, fit, parameters};
 use numpy::{PyArray1, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::sync::MutexExt;
 use pyo3::types::PyDict;
 
 use crate::image::Image;
@@ -58,7 +60,9 @@ impl FitModel {
         progress: Option<&Bound<PyAny>>,
         work: impl FnOnce(&mut Images, &Control) -> barnard::Result<T> + Send,
     ) -> PyResult<T> {
-        work::run(py, progress, |control| work(&mut self.images.lock().unwrap_or_else(PoisonError::into_inner), control))
+        // Locked by the thread that asks: one of the pool that waited for the lock could hold up what holds it.
+        let images = &mut *self.images.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner);
+        work::run(py, progress, |control| work(images, control))
     }
 }
 
@@ -96,6 +100,10 @@ impl FitModel {
 
     /// What the data would be at some values, and their standard errors: those of the model, or those of the files.
     fn predict<'py>(&self, py: Python<'py>, values: Vec<f64>) -> PyResult<[Bound<'py, PyArray1<f64>>; 2]> {
+        if values.len() != self.free.len() {
+            let keys: Vec<&str> = self.keys();
+            return Err(PyValueError::new_err(format!("{} values for {} keys: {}", values.len(), keys.len(), keys.join(", "))));
+        }
         let Prediction { mean, sigma } = self.with(py, None, |images, control| images.predict(&values, control))?;
         Ok([mean, sigma.unwrap_or_else(|| self.data.sigma.clone())].map(|own| PyArray1::from_vec(py, own)))
     }

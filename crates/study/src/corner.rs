@@ -92,10 +92,11 @@ impl Corner {
 
 /// Where two normal numbers of a correlation, in standard errors, are equally probable.
 fn ellipse(correlation: f64, distance: f64) -> Vec<(f64, f64)> {
-    let own = (1.0 - correlation * correlation).max(0.0).sqrt();
+    // Along both diagonals, which are its axes.
+    let [along, across] = [1.0 + correlation, 1.0 - correlation].map(|of| distance * (0.5 * of).max(0.0).sqrt());
     let place = |i: usize| {
         let (sin, cos) = (std::f64::consts::TAU * i as f64 / 96.0).sin_cos();
-        (distance * cos, distance * (correlation * cos + own * sin))
+        (along * cos + across * sin, along * cos - across * sin)
     };
     (0..=96).map(place).collect()
 }

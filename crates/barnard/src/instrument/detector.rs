@@ -46,7 +46,7 @@ impl Default for Detector {
 }
 
 /// How many standard deviations of reading a full pixel may be below its well.
-const READINGS: f64 = 4.0;
+const READINGS: f64 = 6.0;
 /// How many of them the bias of an empty pixel is above zero.
 const BIAS: f64 = 6.0;
 /// Means beyond this have no Poisson numbers: their noise is far below a count's part of them.

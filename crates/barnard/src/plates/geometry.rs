@@ -90,13 +90,13 @@ impl Geometry {
             match other.traits.iter().find(|theirs| theirs.name == own.name) {
                 Some(theirs) if same(theirs) => {}
                 found => {
-                    let said = if found.is_some() { format!("another {}", own.name) } else { format!("no {}", own.name) };
+                    let said = if found.is_some() { format!("one with other {}", own.name) } else { format!("one without {}", own.name) };
                     return Err(Error::value("scene for plates", said, WANTED));
                 }
             }
         }
         match other.traits.iter().find(|theirs| self.traits.iter().all(|own| own.name != theirs.name)) {
-            Some(new) => Err(Error::value("scene for plates", format!("a {} that the plates do not have", new.name), WANTED)),
+            Some(new) => Err(Error::value("scene for plates", format!("one with {}, which the plates do not have", new.name), WANTED)),
             None => Ok(()),
         }
     }

@@ -71,6 +71,8 @@ pub struct Record {
     pub size: [usize; 2],
     /// Extinctions in equal steps, ascending: the range that plates serve.
     pub nodes: Vec<Node>,
+    /// The shortest wavelength and the longest that they are made for \[µm\].
+    pub range_um: (f64, f64),
     /// Whether light scatters more than once, so that what is left at the nodes is no sum of exponentials.
     pub scatters_again: bool,
     /// A plate for each light that is not seen as points.
@@ -170,6 +172,7 @@ impl Plates {
         let depths = points(Sources::All, scene, &scene.camera, plan.lights())?.iter().map(depth).collect();
         let plates = Self::of(Record {
             size: [scene.camera.width, scene.camera.height],
+            range_um,
             scatters_again: scene.method.bounces > 1,
             plates,
             depths,
@@ -223,6 +226,9 @@ impl Plates {
         }
         let is_depth = |depth: &f64| *depth >= 0.0;
         let is_number = |own: f64| is_depth(&own) && own.is_finite();
+        if !(record.range_um.0 > 0.0 && record.range_um.1 > record.range_um.0 && record.range_um.1.is_finite()) {
+            return wrong("a range of wavelengths that cannot be");
+        }
         if !(is_number(record.depth) && is_number(record.dust_per_pc) && record.accuracy > 0.0 && record.depths.iter().all(is_depth)) {
             return wrong("depths or an accuracy that cannot be");
         }
@@ -242,8 +248,7 @@ impl Plates {
 
     /// The wavelengths that they serve, from the shortest to the longest \[µm\].
     pub fn range_um(&self) -> (f64, f64) {
-        let ends = self.0.nodes.iter().map(|node| node.lambda_um);
-        ends.fold((f64::INFINITY, 0.0f64), |(low, high), um| (low.min(um), high.max(um)))
+        self.0.range_um
     }
 
     /// Refuses a scene that has another geometry than the one that they were made of.
@@ -277,8 +282,8 @@ impl Plates {
                         Error::value("scene for plates", said, "spectra and passbands within their range, or plates of a wider one")
                     }
                     false => {
-                        let said = format!("{:.4} times their amount of dust, beyond what they reach in {}", amount, band.name());
-                        Error::value("scene for plates", said, "less of a change, or plates that reach other amounts of dust")
+                        let said = format!("{amount:.4} times their amount of dust in {}", band.name());
+                        Error::value("scene for plates", said, "an amount that they reach; make plates that reach more")
                     }
                 })?;
                 let plate = plates.iter().position(|plate| plate.route == own.route);

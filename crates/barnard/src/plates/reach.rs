@@ -49,6 +49,8 @@ pub(super) fn range(scene: &Scene, asked: Option<(f64, f64)>) -> Result<(f64, f6
     Ok((low.min(from), high.max(to)))
 }
 
+/// By how much nodes reach beyond the extinctions that are asked for, as a part of them.
+const ROOM: f64 = 2e-3;
 /// Most by which the amount of dust may change.
 const MOST_DUST: f64 = 100.0;
 
@@ -66,7 +68,8 @@ pub(super) fn amounts(scene: &Scene, (least, most): (f64, f64)) -> Result<(f64, 
             "1 to 1, where light scatters more than once or the phase function changes with wavelength: leave it out",
         ));
     }
-    Ok((least, most))
+    // A law that turns back between two places at which it was looked at goes a little farther.
+    Ok((least * (1.0 - ROOM), most * (1.0 + ROOM)))
 }
 
 /// The scene whose march brings plates of light that scatters once at most: with a passband of the whole range, and common nodes.

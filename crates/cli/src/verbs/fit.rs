@@ -62,12 +62,22 @@ impl Fit {
         self.scene.refuse_overrides("a fit reads the scene anew for each of its values")?;
         let free = parameters(&self.free)?;
         let left = self.residual_files()?;
+        for (flag, path, ending) in
+            [("-o", &self.output, "json"), ("--found", &self.found, "toml"), ("--residuals", &self.residuals, "fits")]
+        {
+            if let Some(path) = path.as_ref().filter(|path| path.extension().is_none_or(|own| !own.eq_ignore_ascii_case(ending))) {
+                bail!("{flag} {}: a file whose name ends with .{ending} is written", path.display());
+            }
+        }
         self.output.iter().chain(&self.found).try_for_each(|path| check_replaceable(path))?;
         left.iter().try_for_each(|path| check_writable(path))?;
         for (flag, path) in [("--plot", &self.plot), ("--corner", &self.corner)] {
             path.iter().try_for_each(|path| check_plot(flag, path))?;
         }
         let (file, options) = self.scene.open_for("cpu")?;
+        let outputs: Vec<PathBuf> =
+            [&self.output, &self.found, &self.plot, &self.corner].into_iter().flatten().chain(&left).cloned().collect();
+        crate::verbs::refuse_inputs(&file.scene, &outputs)?;
         let overlays = self.with.iter().map(|path| overlay(path)).collect::<anyhow::Result<Vec<Table>>>()?;
         let with = |i: usize| overlays.get(i).cloned().unwrap_or_default();
         let observations: Vec<Observation> =
@@ -144,13 +154,20 @@ fn tell(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted, seco
     let (chi2, count) = fitted.chi2;
     let degrees = count.saturating_sub(free.len());
     say!(
-        "{} parameters ({} of them linear), {count} pixels, chi2 {chi2:.1} of {degrees} degrees of freedom, {} pictures, {seconds:.1} s",
+        "{} free ({} linear), {count} pixels, chi2 {chi2:.1} of {degrees} degrees of freedom, {} pictures, {seconds:.1} s",
         free.len(),
         fitted.linear.iter().filter(|linear| **linear).count(),
         fitted.evaluations
     );
     for (i, parameter) in free.iter().enumerate() {
-        say!("{} = {} {} (began at {}; model right to {:.1e})", parameter.key, said(fitted, i), units[i], first[i], fitted.floor[i]);
+        say!(
+            "{} = {} {} (began at {}; model right to {:.1e})",
+            parameter.key,
+            said(fitted, i),
+            units[i],
+            barnard::spectra::units::short(first[i]),
+            fitted.floor[i]
+        );
     }
     for a in 0..free.len() {
         for b in (0..a).filter(|b| fitted.correlation(a, *b).abs() > 0.5) {
@@ -162,6 +179,9 @@ fn tell(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted, seco
 /// A value with its standard error, to two digits of that.
 fn said(fitted: &Fitted, i: usize) -> String {
     let (value, sigma) = (fitted.values[i], fitted.sigma_of(i));
+    if !sigma.is_finite() {
+        return format!("{value:.6} +- unknown");
+    }
     let digits = (1.0 - sigma.abs().log10().floor()).clamp(0.0, 12.0);
     let digits = if digits.is_finite() { digits as usize } else { 6 };
     let written = |v: f64, many: usize| match v != 0.0 && (v.abs() < 1e-3 || v.abs() >= 1e7) {
@@ -256,7 +276,7 @@ mod plots {
     pub fn corner(path: &Path, parameters: Vec<Vec<String>>, fitted: &Fitted) -> anyhow::Result<()> {
         let count = parameters.len();
         let correlation = (0..count).map(|a| (0..count).map(|b| fitted.correlation(a, b)).collect()).collect();
-        let corner = Corner { title: "Normal probability of 68 and 95 %, in standard errors".into(), parameters, correlation };
+        let corner = Corner { title: "68 and 95 %, standard errors".into(), parameters, correlation };
         written(path, || corner.svg(), || corner.png())
     }
 

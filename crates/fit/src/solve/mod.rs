@@ -42,6 +42,15 @@ pub trait Model {
     /// # Errors
     /// Those of [`predict`](Self::predict).
     fn floor(&mut self, values: &[f64], control: &Control) -> Result<Vec<f64>>;
+
+    /// Makes ready for values near these, if it was for others; whether it says something else from now on.
+    ///
+    /// # Errors
+    /// Those of [`predict`](Self::predict).
+    fn renew(&mut self, values: &[f64], control: &Control) -> Result<bool> {
+        let _ = (values, control);
+        Ok(false)
+    }
 }
 
 /// What was measured.
@@ -95,12 +104,16 @@ impl Fitted {
 /// The step by which linearity is tried, and the change of a change that is none.
 const TRIED: f64 = 0.05;
 const LINEAR: f64 = 2e-3;
+/// How many times as large a step is tried where the smaller one changes nothing.
+const LARGER: [f64; 3] = [1e2, 1e4, 1e6];
 /// What pictures in single precision are rounded by, as a part of the brightest of the data.
 const ROUNDED: f64 = 5e-7;
 /// The step of differences, as a part of a parameter's scale.
 const STEP: f64 = 3e-3;
 /// What stands for nothing where zero cannot be asked for, as a part of the value that a parameter begins with.
 const LEAST: f64 = 1e-6;
+/// Searches, each from where the one before ended, where that was far from where it began.
+const SEARCHES: usize = 4;
 /// Rounds of weights, and the change in standard errors from which on they stay.
 const ROUNDS: usize = 6;
 const STAYS: f64 = 0.02;
@@ -130,30 +143,29 @@ pub fn fit(model: &mut dyn Model, data: &Measured, parameters: &[Parameter], sta
         evaluations: 0,
         failure: None,
     };
-    let mut values = start.to_vec();
-    let first = fitting.predict(&values)?;
-    fitting.linear = fitting.classified(&values, &first)?;
-    let (mut renewed, mut converged) = (first.sigma, true);
-    let mut errors: Option<Vec<f64>> = None;
-    for _ in 0..ROUNDS {
-        let Some(sigma) = renewed.take().or_else(|| errors.is_none().then(|| data.sigma.clone())) else { break };
-        fitting.sigma = sigma;
-        let before = values.clone();
-        (values, converged) = fitting.minimised(&values)?;
-        let sizes = match errors.take() {
-            Some(sizes) => sizes,
-            None => {
-                let jacobian = fitting.jacobian(&values)?;
-                inverse(&(jacobian.transpose() * &jacobian)).0.diagonal().iter().map(|own| own.max(0.0).sqrt()).collect()
-            }
-        };
-        let moved = |((a, b), size): ((&f64, &f64), &f64)| (a - b).abs() <= STAYS * size;
-        let stays = values.iter().zip(&before).zip(&sizes).all(moved);
-        errors = Some(sizes);
-        if stays {
+    let first = fitting.predict(start)?;
+    fitting.linear = fitting.classified(start, &first)?;
+    let (mut values, mut converged) = fitting.searched(start, first.sigma)?;
+    // Where the fit began far away, what was found out there may not hold here.
+    for _ in 1..SEARCHES {
+        let shown = fitting.shown(&values);
+        let far = |i: usize, range: std::ops::Range<f64>| !range.contains(&(shown[i] / fitting.reference[i]));
+        let is_far = fitting.numbers(true).into_iter().any(|i| far(i, 0.1..10.0));
+        if !is_far && !fitting.numbers(false).into_iter().any(|i| far(i, 0.67..1.5)) {
             break;
         }
-        renewed = fitting.predict(&fitting.shown(&values))?.sigma;
+        let is_other = fitting.model.renew(&shown, control)?;
+        let first = fitting.predict(&shown)?;
+        // A parameter that ended where nothing hangs on it stays what it was.
+        let linear = match fitting.classified(&shown, &first) {
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            found => found.unwrap_or_else(|_| fitting.linear.clone()),
+        };
+        if !is_other && !is_far && linear == fitting.linear {
+            break;
+        }
+        (fitting.linear, fitting.reference) = (linear, shown.clone());
+        (values, converged) = fitting.searched(&shown, first.sigma)?;
     }
     fitting.told(values, converged)
 }
@@ -171,6 +183,13 @@ struct Fitting<'a> {
     failure: Option<Error>,
 }
 
+/// The model a step of a parameter aside, and two.
+struct Tried {
+    step: f64,
+    one: Vec<f64>,
+    two: Vec<f64>,
+}
+
 /// Parameters whose linear ones are the best for the others, and what is left of the data.
 #[derive(Clone)]
 struct Projected {
@@ -181,6 +200,33 @@ struct Projected {
 }
 
 impl Fitting<'_> {
+    /// The best values from some on, by the errors that the model has there or those of the data, and whether steps became small.
+    fn searched(&mut self, start: &[f64], sigma: Option<Vec<f64>>) -> Result<(Vec<f64>, bool)> {
+        let (mut values, mut renewed, mut converged) = (start.to_vec(), sigma, true);
+        let mut errors: Option<Vec<f64>> = None;
+        for _ in 0..ROUNDS {
+            let Some(sigma) = renewed.take().or_else(|| errors.is_none().then(|| self.data.sigma.clone())) else { break };
+            self.sigma = sigma;
+            let before = values.clone();
+            (values, converged) = self.minimised(&values)?;
+            let sizes = match errors.take() {
+                Some(sizes) => sizes,
+                None => {
+                    let jacobian = self.jacobian(&values)?;
+                    inverse(&(jacobian.transpose() * &jacobian)).0.diagonal().iter().map(|own| own.max(0.0).sqrt()).collect()
+                }
+            };
+            let moved = |((a, b), size): ((&f64, &f64), &f64)| (a - b).abs() <= STAYS * size;
+            let stays = values.iter().zip(&before).zip(&sizes).all(moved);
+            errors = Some(sizes);
+            if stays {
+                break;
+            }
+            renewed = self.predict(&self.shown(&values))?.sigma;
+        }
+        Ok((values, converged))
+    }
+
     fn predict(&mut self, values: &[f64]) -> Result<Prediction> {
         self.control.check()?;
         self.evaluations += 1;
@@ -227,6 +273,16 @@ impl Fitting<'_> {
         }
     }
 
+    /// The model a step of a parameter aside, and two.
+    fn tried(&mut self, i: usize, values: &[f64], step: f64) -> Result<Tried> {
+        let asked = self.aside(step, |own, step| {
+            let moved =
+                |by: f64| values.iter().enumerate().map(|(j, value)| if i == j { value + by } else { *value }).collect::<Vec<f64>>();
+            Ok((own.mean(&moved(step))?, own.mean(&moved(2.0 * step))?))
+        });
+        asked.map(|(step, (one, two))| Tried { step, one, two })
+    }
+
     /// Which parameters the model is linear in, all of them together.
     fn classified(&mut self, values: &[f64], first: &Prediction) -> Result<Vec<bool>> {
         let count = self.parameters.len();
@@ -234,19 +290,31 @@ impl Fitting<'_> {
         let mut linear = vec![false; count];
         let (mut changes, mut steps): (Vec<Vec<f64>>, Vec<f64>) = (Vec::new(), Vec::new());
         for i in 0..count {
-            let (step, (one, two)) = self.aside(self.step(i, values[i], TRIED), |own, step| {
-                let moved =
-                    |by: f64| values.iter().enumerate().map(|(j, value)| if i == j { value + by } else { *value }).collect::<Vec<f64>>();
-                Ok((own.mean(&moved(step))?, own.mean(&moved(2.0 * step))?))
-            })?;
-            steps.push(step);
-            let change: Vec<f64> = one.iter().zip(&first.mean).map(|(a, b)| a - b).collect();
+            let mut tried = self.tried(i, values, self.step(i, values[i], TRIED))?;
+            let of = |one: &[f64]| one.iter().zip(&first.mean).map(|(a, b)| a - b).collect::<Vec<f64>>();
+            let mut change = of(&tried.one);
+            // What is too small to be seen may be seen where it is more.
+            for more in LARGER {
+                let larger = more * self.step(i, values[i], TRIED);
+                let (low, high) = self.parameters[i].bounds;
+                if largest(&change) > ROUNDED * brightest || !(low..=high).contains(&(values[i] + 2.0 * larger)) {
+                    break;
+                }
+                match self.tried(i, values, larger) {
+                    Err(Error::Interrupted) => return Err(Error::Interrupted),
+                    Err(_) => break,
+                    Ok(larger) => tried = larger,
+                }
+                change = of(&tried.one);
+                self.reference[i] = values[i] + tried.step;
+            }
+            steps.push(tried.step);
             let largest = largest(&change);
             if largest <= ROUNDED * brightest {
                 let wanted = "a parameter that the data depend on; leave it out";
                 return Err(Error::value("free parameter", &self.parameters[i].key, wanted));
             }
-            let bends = two.iter().zip(&first.mean).zip(&change).map(|((two, first), own)| (two - first - 2.0 * own).abs());
+            let bends = tried.two.iter().zip(&first.mean).zip(&change).map(|((two, first), own)| (two - first - 2.0 * own).abs());
             linear[i] = bends.fold(0.0, f64::max) <= LINEAR * largest + ROUNDED * brightest;
             changes.push(change);
             if self.parameters[i].bounds.0 == f64::NEG_INFINITY && !self.can_be_negative(i, values)? {
@@ -404,13 +472,18 @@ impl Fitting<'_> {
     fn told(mut self, values: Vec<f64>, converged: bool) -> Result<Fitted> {
         let prediction = Prediction { mean: self.at(&values)?, sigma: None };
         let jacobian = self.jacobian(&values)?;
-        let (covariance, degenerate) = inverse(&(jacobian.transpose() * &jacobian));
+        let (mut covariance, degenerate) = inverse(&(jacobian.transpose() * &jacobian));
         let errors = self.model.floor(&self.shown(&values), self.control)?;
         // C Jᵀ/σ times the errors of the model, all of one sign for each parameter.
         let gain = &covariance * jacobian.transpose();
         let floor =
             |i: usize| errors.iter().zip(&self.sigma).enumerate().map(|(d, (error, sigma))| (gain[(i, d)] * error / sigma).abs()).sum();
         let floor = (0..values.len()).map(floor).collect();
+        // What the data do not tell has no error that they tell.
+        for (i, j) in degenerate.iter().flat_map(|i| (0..values.len()).map(move |j| (*i, j))) {
+            let unknown = if i == j { f64::INFINITY } else { f64::NAN };
+            (covariance[(i, j)], covariance[(j, i)]) = (unknown, unknown);
+        }
         let residuals = self.residuals(&values, &prediction.mean);
         let count = self.data.values.len();
         let chi2 = residuals.iter().take(count).map(|r| r * r).sum();

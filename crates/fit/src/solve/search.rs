@@ -10,6 +10,9 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use super::normal::solved;
 use super::{Fitting, Projected, STEP};
 
+/// A step by which the search's own way to parameters is told.
+const SMALL: f64 = 1e-7;
+
 impl Fitting<'_> {
     /// The values where Σ r² is least, and whether steps became small.
     pub(super) fn minimised(&mut self, values: &[f64]) -> Result<(Vec<f64>, bool)> {
@@ -33,7 +36,12 @@ impl Fitting<'_> {
     /// A parameter as the search has it: without bounds, and of about one. Between two bounds it is an arc sine, above zero a logarithm.
     fn inner(&self, i: usize, value: f64) -> f64 {
         match self.parameters[i].bounds {
-            (low, high) if high - low < f64::INFINITY => (2.0 * (value - low) / (high - low) - 1.0).clamp(-0.9999, 0.9999).asin(),
+            (low, high) if high - low < f64::INFINITY => {
+                // At a bound nothing would move: a little within it, but no farther than the value can tell.
+                let part = if value == 0.0 { 1.0 } else { (20.0 * value.abs() / (high - low)).min(1.0) };
+                let edge = 1.0 - 1e-4 * part;
+                (2.0 * (value - low) / (high - low) - 1.0).clamp(-edge, edge).asin()
+            }
             _ if value > 0.0 => value.ln(),
             _ => value,
         }
@@ -51,8 +59,12 @@ impl Fitting<'_> {
     /// take up, the others being as they are (Kaufman 1975, BIT 15, 49).
     fn slope(&mut self, i: usize, at: f64, now: &Projected) -> Result<DVector<f64>> {
         // At a bound there is one side alone.
-        let held = self.outer(i, at + STEP, now.values[i]) == now.values[i];
-        let (step, residuals) = self.aside(if held { -STEP } else { STEP }, |own, step| {
+        let value = now.values[i];
+        // As far as a step of the parameter itself: between bounds that are wide the search's own would be many.
+        let slope = (self.outer(i, at + SMALL, value) - self.outer(i, at - SMALL, value)).abs() / (2.0 * SMALL);
+        let step = STEP.min(STEP * self.scale(i, value) / slope.max(f64::MIN_POSITIVE));
+        let held = self.outer(i, at + step, value) == value;
+        let (step, residuals) = self.aside(if held { -step } else { step }, |own, step| {
             let mut other = now.values.clone();
             other[i] = own.outer(i, at + step, now.values[i]);
             let mean = own.at(&other)?;

@@ -58,7 +58,7 @@ impl Observed {
     pub fn plane(&self, name: &str, bands: usize) -> Option<&Plane> {
         let images = || self.planes.iter().filter(|plane| !is_aside(&plane.name));
         let only = || images().next().filter(|_| bands == 1 && images().count() == 1);
-        images().find(|plane| plane.name == name).or_else(only)
+        images().find(|plane| plane.name.eq_ignore_ascii_case(name)).or_else(only)
     }
 
     /// The standard errors of an image.
@@ -74,14 +74,18 @@ impl Observed {
     fn beside(&self, own: &str, others: &[&str]) -> Option<&Plane> {
         let images = self.planes.iter().filter(|plane| !is_aside(&plane.name)).count();
         let named = |plane: &&Plane| others.iter().any(|other| plane.name.eq_ignore_ascii_case(other));
-        self.planes.iter().find(|plane| plane.name == own).or_else(|| self.planes.iter().find(named).filter(|_| images == 1))
+        self.planes
+            .iter()
+            .find(|plane| plane.name.eq_ignore_ascii_case(own))
+            .or_else(|| self.planes.iter().find(named).filter(|_| images == 1))
     }
 }
 
 /// Whether a name is that of errors, of a mask or of a layer.
 fn is_aside(name: &str) -> bool {
     let other = |other: &&&str| name.eq_ignore_ascii_case(other);
-    name.ends_with(ERROR_SUFFIX) || name.starts_with("mask.") || ERRORS.iter().chain(&MASKS).any(|known| other(&known))
+    let lower = name.to_ascii_lowercase();
+    lower.ends_with(ERROR_SUFFIX) || lower.starts_with("mask.") || ERRORS.iter().chain(&MASKS).any(|known| other(&known))
 }
 
 /// Reads every image of two axes of a FITS file, those of masks and errors too; together they may take `memory_limit` bytes.
@@ -144,15 +148,19 @@ impl Sky {
         };
         let has_matrix = number("CD1_1").or(number("CD1_2")).is_some();
         let own = |i: usize, j: usize| if has_matrix { Some(number(&format!("CD{i}_{j}")).unwrap_or(0.0)) } else { element(i, j) };
-        let matrix = DMat2::from_cols(DVec2::new(own(1, 1)?, own(2, 1)?), DVec2::new(own(1, 2)?, own(2, 2)?));
-        (matrix.determinant() != 0.0).then_some(())?;
+        let matrix = || Some(DMat2::from_cols(DVec2::new(own(1, 1)?, own(2, 1)?), DVec2::new(own(1, 2)?, own(2, 2)?)));
+        let whole = || Some((pair("CRPIX")?, pair("CRVAL")?, matrix().filter(|matrix| matrix.determinant() != 0.0)?));
+        let known = whole();
         let is_there = |keyword: &&str| header.text(keyword).is_some() || number(keyword).is_some();
         let is_distorted = || kinds[0].get(8..).filter(|more| !more.is_empty()).map(|_| format!("CTYPE1 = {}", kinds[0]));
         let is_turned = || number("LONPOLE").filter(|pole| *pole != 180.0).map(|pole| format!("LONPOLE = {pole}"));
         let is_old = || header.text("RADESYS").filter(|frame| frame.trim().starts_with("FK4")).map(|frame| format!("RADESYS = {frame}"));
         let others = || ["A_ORDER", "B_ORDER", "CPDIS1", "CPDIS2"].iter().find(|keyword| is_there(keyword)).map(|own| (*own).to_owned());
-        let peculiar = is_distorted().or_else(others).or_else(is_turned).or_else(is_old);
-        Some(Self { kinds, peculiar, reference: pair("CRPIX")?, value: pair("CRVAL")?, matrix, height: *header.axes()?.get(1)? as f64 })
+        let is_of_another_year = || number("EQUINOX").filter(|year| *year != 2000.0).map(|year| format!("EQUINOX = {year}"));
+        let is_none = || known.is_none().then(|| "CRPIX, CRVAL, CD, PC or CDELT that are none".to_owned());
+        let peculiar = is_none().or_else(is_distorted).or_else(others).or_else(is_turned).or_else(is_old).or_else(is_of_another_year);
+        let (reference, value, matrix) = known.unwrap_or((DVec2::ZERO, DVec2::ZERO, DMat2::IDENTITY));
+        Some(Self { kinds, peculiar, reference, value, matrix, height: *header.axes()?.get(1)? as f64 })
     }
 
     /// The direction of a place of the picture, columns and rows from its upper left corner, in the frame of its coordinates.
