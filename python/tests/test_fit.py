@@ -1,5 +1,7 @@
 """Fits of scenes to observed images, also as other programs drive them."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import barnard as bn
 import numpy as np
 import pytest
@@ -97,6 +99,24 @@ def test_other_programs_drive_it(observed):
     steps = np.array(list(own.sigma.values()))
     assert all(model.log_likelihood(values + sign * 3 * steps * np.eye(2)[i]) < best for i in range(2) for sign in (-1, 1))
     assert model.log_likelihood([400, 50000]) == -np.inf
+
+
+def test_likelihoods_hang_on_values_alone(observed):
+    scene, path = observed
+    free = "star.0.luminosity, dust.scale=0.5..12"
+    places = [[900, 3], [1000, 3.1], [800, 9], [1000, 2.9]]
+    own = [scene.fit_model(free, path).log_likelihood(place) for place in places]
+    model = scene.fit_model(free, path)
+    assert [model.log_likelihood(place) for place in reversed(places)] == own[::-1]
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(model.log_likelihood, places * 3)) == own * 3
+    for wrong in ([900], [], [900, 3, 5]):
+        with pytest.raises(ValueError, match="values for 2 keys"):
+            model.predict(wrong)
+        with pytest.raises(ValueError, match="values for 2 keys"):
+            model.log_likelihood(wrong)
+    with pytest.raises(TypeError, match="FITS file"):
+        scene.fit(free, scene.render())
 
 
 def test_walkers_find_the_same(observed):
