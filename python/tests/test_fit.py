@@ -110,6 +110,8 @@ def test_likelihoods_hang_on_values_alone(observed):
     assert [model.log_likelihood(place) for place in reversed(places)] == own[::-1]
     with ThreadPoolExecutor(4) as pool:
         assert list(pool.map(model.log_likelihood, places * 3)) == own * 3
+    model.fit([500, 1])
+    assert [model.log_likelihood(place) for place in places] == own
     for wrong in ([900], [], [900, 3, 5]):
         with pytest.raises(ValueError, match="values for 2 keys"):
             model.predict(wrong)

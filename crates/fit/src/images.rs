@@ -10,16 +10,18 @@ use barnard::backend::cpu;
 use barnard::control::Control;
 use barnard::error::{Error, Result};
 use barnard::image::{Band, ERROR_SUFFIX, Image, LayerChoice, Samples};
-use barnard::instrument::{Exposures, Kernels};
+use barnard::instrument::Kernels;
 use barnard::plan::{Choices, RuleTarget};
-use barnard::plates::{Reach, binds_dust};
+use barnard::plates::{Reach, binds_dust, dust_per_pc};
 use barnard::properties::Table;
 use barnard::scene::{Loader, Scene};
 use barnard::{Options, Plan, Plates};
-use barnard_files::formats::{Observed, observed, sky_of};
+use barnard_files::formats::observed;
 
 use crate::Parameter;
+use crate::marched::Marched;
 use crate::parameter::Held;
+use crate::recorded::{agree, header, recorded};
 use crate::solve::{Measured, Model, Prediction};
 
 /// An image to be fitted.
@@ -32,8 +34,6 @@ pub struct Observation {
     pub with: Table,
 }
 
-/// How far pixels of data may lie from those of the model, in pixels.
-const APART: f64 = 0.05;
 /// Where the amount of dust is free, plates are made of powers of this times the one that the fit begins with, and serve those between.
 const DUST_STEP: f64 = 1.6;
 /// What they serve, as parts of their own: half of a step to both sides, and what differences need beyond.
@@ -43,20 +43,19 @@ const KEPT: usize = 16;
 const SHARE: u64 = 4;
 
 /// Observed images, and the scenes that are their models.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Images {
     tree: Table,
     loader: Loader,
     options: Options,
     held: Vec<Held>,
     sets: Vec<Set>,
-    /// Each with the number of its image.
-    plates: Vec<(usize, Plates)>,
+    plates: Vec<Marched>,
     start: Vec<f64>,
 }
 
 /// An image.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Set {
     name: String,
     with: Table,
@@ -120,7 +119,7 @@ impl Images {
         for observation in observations {
             let scene = images.scene(&observation.with, &start)?;
             let file = observed(&observation.file, images.options.memory_limit)?;
-            let mut kernels = Kernels::default();
+            let mut kernels = Kernels::within(images.options.memory_limit / SHARE / observations.len() as u64);
             let model = header(&scene, &mut kernels, control)?;
             agree(&observation.file, &file, &model, &scene)?;
             let mut good = Vec::new();
@@ -151,7 +150,7 @@ impl Images {
                 return Err(Error::file(&observation.file, "has no pixel that counts: all are masked, or no numbers"));
             }
             let name = observation.file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-            let is_free = !binds_dust(&scene) && images.moves_dust(&observation.with, &scene);
+            let is_free = !binds_dust(&scene) && images.moves_dust(&observation.with, &scene)?;
             images.sets.push(Set {
                 name,
                 with: observation.with.clone(),
@@ -192,13 +191,20 @@ impl Images {
     }
 
     /// Whether a free parameter changes the amount of dust of an image's scene.
-    fn moves_dust(&self, with: &Table, scene: &Scene) -> bool {
-        let moved = |i: usize, part: f64| {
+    ///
+    /// # Errors
+    /// When the user wishes to stop.
+    fn moves_dust(&self, with: &Table, scene: &Scene) -> Result<bool> {
+        for (i, part) in (0..self.start.len()).flat_map(|i| [(i, 1e-3), (i, -1e-3)]) {
             let mut values = self.start.clone();
             values[i] += part * if values[i] == 0.0 { 1.0 } else { values[i].abs() };
-            self.scene(with, &values).ok().map(|other| dust_per_pc(&other) != dust_per_pc(scene))
-        };
-        (0..self.start.len()).any(|i| moved(i, 1e-3).or_else(|| moved(i, -1e-3)) == Some(true))
+            match self.scene(with, &values) {
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                Ok(other) if dust_per_pc(&other) != dust_per_pc(scene) => return Ok(true),
+                _ => {}
+            }
+        }
+        Ok(false)
     }
 
     /// What pilots choose for an image's scene with some values of the parameters, and its amount of dust. Its plates are the latest.
@@ -208,8 +214,17 @@ impl Images {
         let plan = if scene.method.bounces > 1 {
             Plan::updated(set.plan.as_ref(), &scene, &self.options, control)?
         } else {
-            let (plates, plan) = Plates::held(&scene, set.reach, set.plan.as_ref(), None, &self.options, control)?;
-            self.plates.push((number, plates));
+            let made = |reach| Plates::held(&scene, reach, set.plan.as_ref(), None, &self.options, control);
+            let (plates, plan) = match made(set.reach) {
+                // Other amounts may take too much: each has plates of its own then.
+                Err(error) if set.reach != Reach::default() && !matches!(error, Error::Interrupted) => {
+                    let own = made(Reach::default())?;
+                    set.reach = Reach::default();
+                    own
+                }
+                made => made?,
+            };
+            self.plates.push(Marched::new(number, &scene, plates));
             plan
         };
         let choices = Choices::of(&plan);
@@ -218,7 +233,7 @@ impl Images {
     }
 
     /// The choices that the picture of a scene holds to, which has some amount of dust.
-    fn held(&mut self, number: usize, amount: f64, control: &Control) -> Result<Choices> {
+    fn choices_for(&mut self, number: usize, amount: f64, control: &Control) -> Result<Choices> {
         let (choices, base) = match self.sets[number].choices {
             Some(known) => known,
             None => {
@@ -243,7 +258,7 @@ impl Images {
 
     /// The picture of an image's scene.
     fn pictured(&mut self, number: usize, scene: &Scene, with_floor: bool, control: &Control) -> Result<Pictured> {
-        let choices = self.held(number, dust_per_pc(scene), control)?;
+        let choices = self.choices_for(number, dust_per_pc(scene), control)?;
         let spatial = choices.spatial.map_or(0.0, |spatial| spatial.error);
         if scene.method.bounces > 1 {
             let plan = Plan::holding(self.sets[number].plan.as_ref(), scene, &self.options, &choices, control)?;
@@ -255,17 +270,15 @@ impl Images {
             return Ok(Pictured { image, worse });
         }
         let amount = self.amount_of_plates(number, dust_per_pc(scene));
-        let served = |(of, plates): &(usize, Plates)| {
-            (*of == number && plates.record().dust_per_pc == amount).then(|| plates.mixture(scene).ok()).flatten()
-        };
+        let served = |own: &Marched| own.are_of(number, scene, amount).then(|| own.plates.mixture(scene).ok()).flatten();
         // The latest are the last.
         let known = (0..self.plates.len()).rev().find_map(|i| served(&self.plates[i]).map(|mixture| (i, mixture)));
         let (plates, mixture) = match known {
-            Some((i, mixture)) => (self.plates.remove(i).1, mixture),
+            Some((i, mixture)) => (self.plates.remove(i).plates, mixture),
             None => {
                 let mut own = scene.clone();
                 own.dust.iter_mut().for_each(|dust| dust.sigma_v_per_pc = amount);
-                let held = self.held(number, amount, control)?;
+                let held = self.choices_for(number, amount, control)?;
                 let set = &mut self.sets[number];
                 let (plates, plan) = Plates::held(&own, set.reach, set.plan.as_ref(), Some(&held), &self.options, control)?;
                 set.plan = Some(plan);
@@ -275,9 +288,9 @@ impl Images {
         };
         let image = plates.pictured(scene, &mixture, control)?;
         let worse = with_floor.then(|| with_errors(&image, &vec![spatial; scene.bands.len()], &plates.errors(&mixture)));
-        self.plates.push((number, plates));
+        self.plates.push(Marched::new(number, scene, plates));
         let room = self.options.memory_limit / SHARE;
-        let bytes = |plates: &[(usize, Plates)]| plates.iter().map(|(_, plates)| plates.bytes()).sum::<u64>();
+        let bytes = |all: &[Marched]| all.iter().map(|own| own.plates.bytes()).sum::<u64>();
         while self.plates.len() > KEPT || (self.plates.len() > 1 && bytes(&self.plates) > room) {
             self.plates.remove(0);
         }
@@ -378,16 +391,11 @@ impl Model for Images {
             let of_pilots = self.plates.len().checked_sub(1);
             let is_stale = |at: usize, of: usize| of == number && (is_finer || Some(at) == of_pilots);
             let mut at = 0..;
-            self.plates.retain(|(of, _)| at.next().is_some_and(|at| !is_stale(at, *of)));
+            self.plates.retain(|own| at.next().is_some_and(|at| !is_stale(at, own.image)));
             is_other |= is_finer;
         }
         Ok(is_other)
     }
-}
-
-/// The amount of dust of a scene \[pc⁻¹\].
-fn dust_per_pc(scene: &Scene) -> f64 {
-    scene.dust.as_ref().map_or(0.0, |dust| dust.sigma_v_per_pc)
 }
 
 /// A picture with errors added: parts of each band, and those of its pixels where they are known.
@@ -395,87 +403,6 @@ fn with_errors(image: &Image, relative: &[f64], of_pixels: &[f32]) -> Image {
     let light = (0..relative.len()).flat_map(|band| image.band(band).map(move |value| value * (1.0 + relative[band])));
     let errors = of_pixels.iter().map(|error| f64::from(*error)).chain(std::iter::repeat(0.0));
     Image { samples: Samples::Double(light.zip(errors).map(|(light, error)| light + error).collect()), ..image.clone() }
-}
-
-/// What a scene's instrument makes of its picture in endless frames; the picture where it has none.
-fn recorded(scene: &Scene, image: Image, kernels: &mut Kernels, control: &Control) -> Result<Image> {
-    match &scene.instrument {
-        Some(instrument) => Ok(Exposures::by(kernels, instrument.clone(), &image, &scene.bands, control)?.ideal()),
-        None => Ok(image),
-    }
-}
-
-/// The picture of a scene without its light: what its pixels are.
-struct Header {
-    image: Image,
-    exposures: Option<Exposures>,
-}
-
-impl Header {
-    /// Whether a pixel is one of a band, and not one between those of a mosaic.
-    fn sees(&self, band: usize, pixel: usize) -> bool {
-        self.exposures.as_ref().is_none_or(|exposures| exposures.sees(band, pixel))
-    }
-}
-
-fn header(scene: &Scene, kernels: &mut Kernels, control: &Control) -> Result<Header> {
-    let count = scene.bands.len() * scene.camera.width * scene.camera.height;
-    let dark = barnard::backend::describe(scene, &scene.camera, Samples::Single(vec![0.0; count]));
-    match &scene.instrument {
-        Some(instrument) => {
-            let exposures = Exposures::by(kernels, instrument.clone(), &dark, &scene.bands, control)?;
-            Ok(Header { image: exposures.ideal(), exposures: Some(exposures) })
-        }
-        None => Ok(Header { image: dark, exposures: None }),
-    }
-}
-
-/// Refuses data whose pixels or units are others than those of the model.
-fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene) -> Result<()> {
-    let image = &model.image;
-    if [file.width, file.height] != [image.width, image.height] {
-        let reason = format!(
-            "has {} x {} pixels, and the scene's picture {} x {}; give the scene the camera{} of the image",
-            file.width,
-            file.height,
-            image.width,
-            image.height,
-            if scene.instrument.is_some() { " and pixel_scale" } else { "" }
-        );
-        return Err(Error::file(path, reason));
-    }
-    let unit = scene.observation.map(|observation| observation.unit).unwrap_or_default();
-    if unit.magnitude_system().is_some() {
-        return Err(Error::value(
-            "unit of data to be fitted",
-            unit.fits(),
-            "a linear one, such as MJy/sr: magnitudes have no errors that are normal",
-        ));
-    }
-    for plane in file.planes.iter().filter(|plane| scene.bands.iter().any(|band| band.name() == plane.name)) {
-        if let Some(own) = plane.unit.as_deref().filter(|own| *own != unit.fits()) {
-            let reason = format!("is in {own}, and the scene's pictures in {}; write unit in [observation]", unit.fits());
-            return Err(Error::file(path, reason));
-        }
-    }
-    let (Some(own), Some(theirs)) = (sky_of(image)?, file.planes.iter().find_map(|plane| plane.sky.as_ref())) else { return Ok(()) };
-    if let Some(reason) = own.differs(theirs) {
-        return Err(Error::file(
-            path,
-            format!("{reason}; give [observation] its frame, or project the image on a plane first (reproject)"),
-        ));
-    }
-    let (width, height) = (image.width as f64, image.height as f64);
-    for (x, y) in [(0.5, 0.5), (width - 0.5, 0.5), (0.5, height - 0.5), (width - 0.5, height - 0.5)] {
-        let apart = own.pixels_apart(theirs, x, y);
-        if apart.is_nan() || apart > APART {
-            let reason = format!(
-                "lies elsewhere on the sky: pixel ({x}, {y}) is {apart:.2} pixels away from where the scene has it; give [observation] the target and position_angle of the image, and the camera or instrument its pixel scale"
-            );
-            return Err(Error::file(path, reason));
-        }
-    }
-    Ok(())
 }
 
 /// An image whose scene is the common one.

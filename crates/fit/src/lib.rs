@@ -6,7 +6,9 @@
 //! Levenberg–Marquardt. [`fit()`] knows numbers alone, [`Images`] makes them of scenes and data, [`Parameter`] is what is free.
 
 mod images;
+mod marched;
 mod parameter;
+mod recorded;
 pub mod solve;
 
 pub use images::{Images, Observation, Residuals};

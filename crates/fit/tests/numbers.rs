@@ -205,3 +205,31 @@ fn what_cannot_be_told_is_said() {
     stopped.interrupt();
     assert!(fit(&mut Decay { knows: None, calls: 0 }, &data, &free("a, t, b"), &[50.0, 1.0, 0.0], &stopped).is_err());
 }
+
+/// Of a light that is not there, in a picture of single precision beside a bright one, the error is that of the closed form.
+#[test]
+fn faint_lights_have_errors() {
+    struct Faint;
+    impl Model for Faint {
+        fn predict(&mut self, values: &[f64], _: &Control) -> Result<Prediction> {
+            if values[0] < 0.0 {
+                return Err(barnard::error::Error::value("light", values[0], "none that is negative"));
+            }
+            let own = |i: usize| f64::from((values[0] * (-place(i)).exp() + values[1]) as f32);
+            Ok(Prediction { mean: (0..PLACES).map(own).collect(), sigma: None })
+        }
+        fn floor(&mut self, _: &[f64], _: &Control) -> Result<Vec<f64>> {
+            Ok(vec![0.0; PLACES])
+        }
+    }
+    let mut random = Counter::nested(5, 0, 0);
+    // What noise takes away from the light that is not there.
+    let value = |i: usize| 1e5 + normal(&mut random) - 0.5 * (-place(i)).exp();
+    let data = Measured { values: (0..PLACES).map(value).collect(), sigma: vec![1.0; PLACES] };
+    let found = fit(&mut Faint, &data, &free("light, sky"), &[5e4, 3e4], &Control::default()).unwrap();
+    assert!(found.values[0] == 0.0 && found.bounded == [0] && found.linear == [true, true], "{:?}", found.values);
+    let sums = |a: fn(f64) -> f64| (0..PLACES).map(|i| a(place(i))).sum::<f64>();
+    let (ee, e, one) = (sums(|x| (-2.0 * x).exp()), sums(|x| (-x).exp()), PLACES as f64);
+    let wanted = (one / (ee * one - e * e)).sqrt();
+    assert!((found.sigma_of(0) / wanted - 1.0).abs() < 0.02, "{} {wanted}", found.sigma_of(0));
+}

@@ -112,6 +112,8 @@ impl FitModel {
     #[pyo3(signature = (start, progress=None))]
     fn fit<'py>(&self, py: Python<'py>, start: Vec<f64>, progress: Option<&Bound<PyAny>>) -> PyResult<Bound<'py, PyDict>> {
         let (found, residuals) = self.with(py, progress, |images, control| {
+            // What it makes ready for the values that it finds is its own: predictions stay what they were.
+            let images = &mut images.clone();
             let found = fit(images, &self.data, &self.free, &start, control)?;
             let residuals = images.residuals(&self.data, &found.prediction, &found.sigma, control)?;
             Ok((found, residuals))

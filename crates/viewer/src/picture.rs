@@ -46,6 +46,9 @@ pub struct Picture {
     pub backend: String,
 }
 
+/// Most bytes of kernels of point spreads that are kept.
+const KERNELS: u64 = 1 << 29;
+
 /// What an instrument sees of a picture.
 #[derive(Clone)]
 struct Recorded {
@@ -173,7 +176,8 @@ impl Picture {
             return Ok(picture);
         }
         let binned = Arc::new(Instrument::clone(&instrument).binned(binning));
-        let mut kernels = before.and_then(|before| before.recorded.as_ref()).map(|own| own.kernels.clone()).unwrap_or_default();
+        let mut kernels =
+            before.and_then(|before| before.recorded.as_ref()).map(|own| own.kernels.clone()).unwrap_or(Kernels::within(KERNELS));
         let exposures = match known.filter(|known| known.exposures.instrument().sees_like(&binned)) {
             Some(known) => known.exposures.recorded_by(binned),
             None => Exposures::by(&mut kernels, binned, &self.image, &scene.bands, control)?,

@@ -241,7 +241,13 @@ impl Studio {
             }
             stand.plates = None;
             let dust = if binds_dust(&scene) { Reach::default().dust } else { DUST };
-            match Plates::new(&scene, Reach { dust, ..Reach::default() }, stand.settled.as_ref(), &options, control) {
+            let made = |dust| Plates::new(&scene, Reach { dust, ..Reach::default() }, stand.settled.as_ref(), &options, control);
+            // Where other amounts take too much, its own may not.
+            let plates = match made(dust) {
+                Err(error) if !matches!(error, Error::Interrupted) && dust != Reach::default().dust => made(Reach::default().dust),
+                plates => plates,
+            };
+            match plates {
                 Ok(plates) => stand.plates = Some(plates),
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 // There is no room, or no plates are made of such a scene: pictures are made without.

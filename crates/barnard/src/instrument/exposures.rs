@@ -324,19 +324,58 @@ mod tests {
             Image { pixel: Some(camera.pixel_scale()), axis: camera.axis(), ..own }
         };
         let lens = |aperture: f64| Instrument { obstruction: 0.3, ..Instrument::of_aperture(aperture) };
-        let mut kernels = Kernels::default();
+        let hazy = |fwhm_rad: f64| Instrument {
+            psf: vec![Arc::new(crate::instrument::psf::Gaussian { fwhm_rad, ..Default::default() })],
+            ..lens(0.1)
+        };
+        let redder = |mut image: Image| {
+            image.bands[0].pivot_um = Some(0.9);
+            image
+        };
+        let mut kernels = Kernels::within(1 << 30);
         for (instrument, image) in [
             (lens(0.2), image(24, 0.01)),
             (Instrument { sky: crate::instrument::Sky::even(20.0), exposure_s: 7.0, ..lens(0.2) }, image(24, 0.01)),
             (lens(0.1), image(24, 0.01)),
             (lens(0.1), image(24, 0.02)),
             (lens(0.1), image(20, 0.02)),
+            (lens(0.1), redder(image(20, 0.02))),
+            (Instrument { obstruction: 0.5, ..lens(0.1) }, image(20, 0.02)),
+            (hazy(1e-5), image(20, 0.02)),
+            (hazy(2e-5), image(20, 0.02)),
         ] {
             let instrument = Arc::new(instrument);
             let own = Exposures::by(&mut kernels, instrument.clone(), &image, &bands, &Control::default()).unwrap();
             let new = Exposures::new(instrument, &image, &bands, &Control::default()).unwrap();
             let light = |of: &Exposures| of.bands.iter().map(|band| band.source.clone()).collect::<Vec<_>>();
             assert!(light(&own) == light(&new));
+        }
+    }
+
+    /// A kernel is worked out once where there is room for it, and each time where there is none.
+    #[test]
+    fn kernels_are_made_once() {
+        use std::sync::atomic::{AtomicUsize, Ordering};
+        #[derive(Debug, Default)]
+        struct Counted(AtomicUsize);
+        impl PointSpread for Counted {
+            fn kernel(&self, view: &View) -> Result<Option<Kernel>> {
+                self.0.fetch_add(1, Ordering::Relaxed);
+                Ok(Some(Kernel::round(view.reach, |square| (-square).exp())))
+            }
+            fn said(&self) -> String {
+                "counted".into()
+            }
+        }
+        let camera = Camera::look_at(DVec3::Z, DVec3::ZERO).field_of_view_deg(1.0).size(9, 9);
+        let bands = [Passband::named("johnson-V").unwrap()];
+        for (mut kernels, wanted) in [(Kernels::within(1 << 20), 1), (Kernels::within(100), 3), (Kernels::default(), 3)] {
+            let counted = Arc::new(Counted::default());
+            let instrument = Arc::new(Instrument { psf: vec![counted.clone()], ..Instrument::of_aperture(1.0) });
+            for _ in 0..3 {
+                Exposures::by(&mut kernels, instrument.clone(), &picture(&camera, 1e-7), &bands, &Control::default()).unwrap();
+            }
+            assert_eq!(counted.0.load(Ordering::Relaxed), wanted);
         }
     }
 

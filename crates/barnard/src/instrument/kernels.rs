@@ -12,6 +12,7 @@ use crate::image::convolution::{Spread, reach};
 #[derive(Debug, Clone, Default)]
 pub struct Kernels {
     known: Vec<Kept>,
+    limit: u64,
 }
 
 /// A kernel, and what it is of; none where pixels are too wide to tell.
@@ -33,6 +34,11 @@ struct Of {
 }
 
 impl Kernels {
+    /// Those that take so many bytes together at most, the latest; by default none are kept.
+    pub fn within(limit: u64) -> Self {
+        Self { known: Vec::new(), limit }
+    }
+
     /// Spreads the light of a picture of so many pixels along a row and a column as a point-spread function of an instrument does.
     pub(super) fn apply(
         &mut self,
@@ -56,6 +62,9 @@ impl Kernels {
             spread.apply(light, size[0]);
         }
         self.known.push(kept);
+        while self.known.iter().filter_map(|kept| kept.spread.as_ref()).map(|spread| spread.bytes()).sum::<u64>() > self.limit {
+            self.known.remove(0);
+        }
         Ok(())
     }
 

@@ -1,7 +1,8 @@
 //! What is certain of pictures of plates: of bands as wholes, and of each pixel.
 //!
 //! A light is off by what nodes, components and stored numbers cost, all of which are parts of what it leaves at the least extinction,
-//! G(k_0), or less: with ε the largest of them over all depths, no pixel of it is off by more than ε G(k_0), which its plate has.
+//! G(k_0), or less: with ε the largest of them over all depths, no pixel of it is off by more than ε G(k_0), which its plate has. Light that
+//! scatters again is no sum of exponentials: of it both are estimates.
 
 use spectra::components::Components;
 use spectra::rule::{Certificate, Measure, Node};

@@ -24,6 +24,8 @@ pub struct Geometry {
     pub traits: Vec<Trait>,
 }
 
+/// Places of the image whose rays are compared, in parts of its edges.
+const PLACES_OF_RAYS: [(f64, f64); 5] = [(0.5, 0.5), (0.3, 0.4), (0.7, 0.35), (0.45, 0.75), (0.6, 0.6)];
 /// Places in a density's box at which it is asked.
 const PLACES: usize = 96;
 /// Angles at which a phase function is asked.
@@ -38,7 +40,11 @@ impl Geometry {
     /// Where the scene's extinction law cannot be.
     pub fn of(scene: &Scene, nodes: &[Node]) -> Result<Self> {
         let mut own = Self::default();
-        own.add("camera", camera(scene));
+        let camera = &scene.camera;
+        own.add("pixels of the camera", [camera.width, camera.height, camera.supersampling].map(|count| count as f64));
+        let rays = || PLACES_OF_RAYS.map(|(column, row)| camera.ray(column * camera.width as f64, row * camera.height as f64));
+        own.add("place of the camera", rays().into_iter().flat_map(|ray| ray.origin.to_array()));
+        own.add("directions of the camera", rays().into_iter().flat_map(|ray| ray.direction.to_array()));
         own.add("positions of stars", scene.stars.iter().flat_map(|star| star.position.to_array()));
         own.add("visible stars", scene.stars.iter().map(|star| f64::from(u8::from(star.visible))));
         own.add("bounces", [scene.method.bounces as f64]);
@@ -110,18 +116,6 @@ pub fn binds_dust(scene: &Scene) -> bool {
 
 const WANTED: &str =
     "that of the plates, whose spectra, luminosities, passbands, albedo and amount of dust alone may be others; make new plates of it";
-
-/// Rays through five places of the image, and its pixels.
-fn camera(scene: &Scene) -> Vec<f64> {
-    let camera = &scene.camera;
-    let (width, height) = (camera.width as f64, camera.height as f64);
-    let mut numbers = vec![width, height, camera.supersampling as f64];
-    for (column, row) in [(0.5, 0.5), (0.3, 0.4), (0.7, 0.35), (0.45, 0.75), (0.6, 0.6)] {
-        let ray = camera.ray(column * width, row * height);
-        numbers.extend(ray.origin.to_array().into_iter().chain(ray.direction.to_array()));
-    }
-    numbers
-}
 
 /// A density's box, and its values at places that are spread evenly over it.
 fn density(field: &dyn Field) -> Vec<f64> {

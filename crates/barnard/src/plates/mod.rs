@@ -276,14 +276,16 @@ impl Plates {
         for band in &scene.bands {
             let part = |(light, own): (usize, &Light)| {
                 let source = source(scene, own, band, &law);
-                let weights = CommonNodes::weights_of(&nodes, &source.measure).map_err(|error| match amount == 1.0 {
-                    true => {
-                        let said = format!("{} in {}: {error}", own.name, band.name());
-                        Error::value("scene for plates", said, "spectra and passbands within their range, or plates of a wider one")
-                    }
-                    false => {
-                        let said = format!("{amount:.4} times their amount of dust in {}", band.name());
-                        Error::value("scene for plates", said, "an amount that they reach; make plates that reach more")
+                let weights = CommonNodes::weights_of(&nodes, &source.measure).map_err(|error| {
+                    match CommonNodes::weights_of(&self.0.nodes, &source.measure).is_err() {
+                        true => {
+                            let said = format!("{} in {}: {error}", own.name, band.name());
+                            Error::value("scene for plates", said, "spectra and passbands within their range, or plates of a wider one")
+                        }
+                        false => {
+                            let said = format!("{amount:.4} times their amount of dust in {}", band.name());
+                            Error::value("scene for plates", said, "an amount that they reach; make plates that reach more")
+                        }
                     }
                 })?;
                 let plate = plates.iter().position(|plate| plate.route == own.route);
@@ -431,7 +433,7 @@ fn check(scene: &Scene) -> Result<()> {
     Ok(())
 }
 
-/// The amount of dust of a scene \[pc⁻¹\].
-fn dust_per_pc(scene: &Scene) -> f64 {
+/// The amount of dust of a scene, as the optical depth at V of a parsec of density one \[pc⁻¹\]; zero without dust.
+pub fn dust_per_pc(scene: &Scene) -> f64 {
     scene.dust.as_ref().map_or(0.0, |dust| dust.sigma_v_per_pc)
 }

@@ -68,8 +68,9 @@ pub(super) fn amounts(scene: &Scene, (least, most): (f64, f64)) -> Result<(f64, 
             "1 to 1, where light scatters more than once or the phase function changes with wavelength: leave it out",
         ));
     }
-    // A law that turns back between two places at which it was looked at goes a little farther.
-    Ok((least * (1.0 - ROOM), most * (1.0 + ROOM)))
+    // A law that turns back between two places at which it was looked at goes a little farther. Nodes that are wavelengths are its own.
+    let room = if binds_dust(scene) { 0.0 } else { ROOM };
+    Ok((least * (1.0 - room), most * (1.0 + room)))
 }
 
 /// The scene whose march brings plates of light that scatters once at most: with a passband of the whole range, and common nodes.

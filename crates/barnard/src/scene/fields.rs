@@ -113,7 +113,13 @@ impl<'a> Fields<'a> {
     fn add(&mut self, name: &str, section: Section<'a>, said: String) -> Result<bool> {
         let own = Named { section, said, made: OnceCell::new() };
         let is_grid = match self.loader.is_grid(&own.said) {
-            Some(is_grid) => is_grid,
+            Some(is_grid) => {
+                // What somebody holds is held from now on.
+                if let Some(field) = self.loader.known_field(&own.said) {
+                    own.made.get_or_init(|| field);
+                }
+                is_grid
+            }
             None => {
                 let field = self.make(&own)?;
                 let is_grid = field.grid().is_some();
@@ -216,7 +222,7 @@ impl<'a> Fields<'a> {
     /// Where it is no expression of fields that there are.
     pub(super) fn everywhere(&self, section: &Section, key: &str, formula: &str) -> Result<Arc<dyn Field>> {
         let made = Expression::everywhere(formula, |name| self.named(name));
-        Ok(Arc::new(made.map_err(|message| section.error(key, message))?))
+        Ok(Arc::new(made.map_err(|message| self.wrong(section, key, message))?))
     }
 
     fn named(&self, name: &str) -> std::result::Result<Arc<dyn Field>, String> {
@@ -229,6 +235,11 @@ impl<'a> Fields<'a> {
         }
         let field = self.make(own).map_err(|error| error.to_string())?;
         Ok(own.made.get_or_init(|| field).clone())
+    }
+
+    /// What is wrong with a formula; where a field of it was interrupted, that.
+    fn wrong(&self, section: &Section, key: &str, message: String) -> Error {
+        if self.loader.control.interrupted() { Error::Interrupted } else { section.error(key, message) }
     }
 
     /// The text by which the loader knows an expression of the fields so far.
@@ -244,12 +255,11 @@ impl<'a> Fields<'a> {
     /// The field that the expression under `key` is, which the loader knows by a text.
     fn made(&self, section: &Section, key: &str, said: &str) -> Result<Arc<dyn Field>> {
         let formula = section.need_text(key)?;
-        let (lookup, control) = (|name: &str| self.named(name), &self.loader.control);
+        let lookup = |name: &str| self.named(name);
         let is_long = Expression::names(formula).is_ok_and(|names| names.iter().any(|name| self.rough.contains(name)));
         self.loader.long_field(said, is_long, |inputs| {
-            let expression = Expression::parse(formula, lookup)
-                .map_err(|e| if control.interrupted() { Error::Interrupted } else { section.error(key, e) })?;
-            let field = section.wrap(key, expression.into_field(inputs.memory_limit, control))?;
+            let expression = Expression::parse(formula, lookup).map_err(|message| self.wrong(section, key, message))?;
+            let field = section.wrap(key, expression.into_field(inputs.memory_limit, &self.loader.control))?;
             if let Some(grid) = field.grid() {
                 section.wrap(key, grid.check(formula))?;
             }

@@ -117,7 +117,7 @@ impl Loader {
     }
 
     /// The field that `text` describes, as long as somebody holds it.
-    fn known_field(&self, text: &str) -> Option<Arc<dyn Field>> {
+    pub(super) fn known_field(&self, text: &str) -> Option<Arc<dyn Field>> {
         self.fields.lock().ok().and_then(|fields| fields.get(text).and_then(Weak::upgrade))
     }
 

@@ -180,7 +180,7 @@ fn tell(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted, seco
 fn said(fitted: &Fitted, i: usize) -> String {
     let (value, sigma) = (fitted.values[i], fitted.sigma_of(i));
     if !sigma.is_finite() {
-        return format!("{value:.6} +- unknown");
+        return format!("{} +- unknown", barnard::spectra::units::short(value));
     }
     let digits = (1.0 - sigma.abs().log10().floor()).clamp(0.0, 12.0);
     let digits = if digits.is_finite() { digits as usize } else { 6 };

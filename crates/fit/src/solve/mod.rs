@@ -154,18 +154,13 @@ pub fn fit(model: &mut dyn Model, data: &Measured, parameters: &[Parameter], sta
         if !is_far && !fitting.numbers(false).into_iter().any(|i| far(i, 0.67..1.5)) {
             break;
         }
-        let is_other = fitting.model.renew(&shown, control)?;
-        let first = fitting.predict(&shown)?;
-        // A parameter that ended where nothing hangs on it stays what it was.
-        let linear = match fitting.classified(&shown, &first) {
+        match fitting.searched_anew(&shown, is_far) {
+            Ok(Some(found)) => (values, converged) = found,
+            // What was found holds there too, or nothing can be asked there.
+            Ok(None) => break,
             Err(Error::Interrupted) => return Err(Error::Interrupted),
-            found => found.unwrap_or_else(|_| fitting.linear.clone()),
-        };
-        if !is_other && !is_far && linear == fitting.linear {
-            break;
+            Err(_) => break,
         }
-        (fitting.linear, fitting.reference) = (linear, shown.clone());
-        (values, converged) = fitting.searched(&shown, first.sigma)?;
     }
     fitting.told(values, converged)
 }
@@ -200,6 +195,20 @@ struct Projected {
 }
 
 impl Fitting<'_> {
+    /// The best values from where a search ended on, where the model or what is linear is another there or it `is_far`.
+    fn searched_anew(&mut self, from: &[f64], is_far: bool) -> Result<Option<(Vec<f64>, bool)>> {
+        let is_other = self.model.renew(from, self.control)?;
+        let first = self.predict(from)?;
+        let before = (std::mem::replace(&mut self.reference, from.to_vec()), self.linear.clone());
+        // A parameter that ended where nothing hangs on it stays what it was.
+        match self.classified(from, &first) {
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            Err(_) => self.reference = before.0,
+            Ok(linear) => self.linear = linear,
+        }
+        if is_other || is_far || self.linear != before.1 { self.searched(from, first.sigma).map(Some) } else { Ok(None) }
+    }
+
     /// The best values from some on, by the errors that the model has there or those of the data, and whether steps became small.
     fn searched(&mut self, start: &[f64], sigma: Option<Vec<f64>>) -> Result<(Vec<f64>, bool)> {
         let (mut values, mut renewed, mut converged) = (start.to_vec(), sigma, true);

@@ -10,19 +10,86 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use super::normal::solved;
 use super::{Fitting, Projected, STEP};
 
-/// A step by which the search's own way to parameters is told.
-const SMALL: f64 = 1e-7;
+/// A parameter as the search has it: without bounds.
+#[derive(Debug, Clone, Copy)]
+enum Way {
+    /// Between two bounds: an arc sine.
+    Between(f64, f64),
+    /// Above zero: a logarithm.
+    Logarithm(f64, f64),
+    /// As it is.
+    Plain(f64, f64),
+}
+
+impl Way {
+    /// That of a parameter that begins at a value.
+    fn of((low, high): (f64, f64), value: f64) -> Self {
+        match high - low < f64::INFINITY {
+            true => Self::Between(low, high),
+            false if value > 0.0 => Self::Logarithm(low, high),
+            false => Self::Plain(low, high),
+        }
+    }
+
+    fn inner(self, value: f64) -> f64 {
+        match self {
+            Self::Between(low, high) => {
+                // At a bound nothing would move: a little within it, but no farther than the value can tell.
+                let part = if value == 0.0 { 1.0 } else { (20.0 * value.abs() / (high - low)).min(1.0) };
+                let edge = 1.0 - 1e-4 * part;
+                (2.0 * (value - low) / (high - low) - 1.0).clamp(-edge, edge).asin()
+            }
+            Self::Logarithm(..) => value.ln(),
+            Self::Plain(..) => value,
+        }
+    }
+
+    fn outer(self, inner: f64) -> f64 {
+        match self {
+            Self::Between(low, high) => low + 0.5 * (high - low) * (1.0 + inner.sin()),
+            Self::Logarithm(low, high) => inner.exp().clamp(low, high),
+            Self::Plain(low, high) => inner.clamp(low, high),
+        }
+    }
+
+    /// A step of differences, by which a parameter of some scale moves about a step of its own: away from bounds.
+    fn step(self, at: f64, scale: f64) -> f64 {
+        match self {
+            Self::Between(low, high) => {
+                let slope = 0.5 * (high - low) * at.cos().abs();
+                let step = STEP.min(STEP * scale / slope.max(f64::MIN_POSITIVE));
+                if at.sin() * at.cos() > 0.0 { -step } else { step }
+            }
+            Self::Logarithm(_, high) => {
+                if (at + STEP).exp() > high {
+                    -STEP
+                } else {
+                    STEP
+                }
+            }
+            Self::Plain(_, high) => {
+                if at + STEP * scale > high {
+                    -STEP * scale
+                } else {
+                    STEP * scale
+                }
+            }
+        }
+    }
+}
 
 impl Fitting<'_> {
     /// The values where Σ r² is least, and whether steps became small.
     pub(super) fn minimised(&mut self, values: &[f64]) -> Result<(Vec<f64>, bool)> {
-        let free = self.numbers(false);
-        let first = self.projected(values)?;
-        if free.is_empty() {
+        let ways: Vec<(usize, Way)> = self.numbers(false).into_iter().map(|i| (i, Way::of(self.parameters[i].bounds, values[i]))).collect();
+        let start: Vec<f64> = ways.iter().map(|(i, way)| way.inner(values[*i])).collect();
+        let mut values = values.to_vec();
+        ways.iter().zip(&start).for_each(|((i, way), inner)| values[*i] = way.outer(*inner));
+        let first = self.projected(&values)?;
+        if ways.is_empty() {
             return Ok((first.values, true));
         }
-        let start: Vec<f64> = free.iter().map(|i| self.inner(*i, values[*i])).collect();
-        let problem = Problem { at: DVector::from_vec(start), now: Some(first), refused: false, fitting: RefCell::new(self), free };
+        let problem = Problem { at: DVector::from_vec(start), now: Some(first), refused: false, fitting: RefCell::new(self), ways };
         let (problem, report) =
             LevenbergMarquardt::new().with_ftol(1e-7).with_xtol(1e-6).with_gtol(1e-9).with_patience(30).minimize(problem);
         let Problem { now, .. } = problem;
@@ -33,40 +100,12 @@ impl Fitting<'_> {
         Ok((now.values, report.termination.was_successful()))
     }
 
-    /// A parameter as the search has it: without bounds, and of about one. Between two bounds it is an arc sine, above zero a logarithm.
-    fn inner(&self, i: usize, value: f64) -> f64 {
-        match self.parameters[i].bounds {
-            (low, high) if high - low < f64::INFINITY => {
-                // At a bound nothing would move: a little within it, but no farther than the value can tell.
-                let part = if value == 0.0 { 1.0 } else { (20.0 * value.abs() / (high - low)).min(1.0) };
-                let edge = 1.0 - 1e-4 * part;
-                (2.0 * (value - low) / (high - low) - 1.0).clamp(-edge, edge).asin()
-            }
-            _ if value > 0.0 => value.ln(),
-            _ => value,
-        }
-    }
-
-    fn outer(&self, i: usize, inner: f64, like: f64) -> f64 {
-        match self.parameters[i].bounds {
-            (low, high) if high - low < f64::INFINITY => low + 0.5 * (high - low) * (1.0 + inner.sin()),
-            (low, high) if like > 0.0 => inner.exp().clamp(low, high),
-            (low, high) => inner.clamp(low, high),
-        }
-    }
-
     /// ∂r/∂x of a parameter that is not linear, x as the search has it, the linear ones following as well as they can: without what they can
     /// take up, the others being as they are (Kaufman 1975, BIT 15, 49).
-    fn slope(&mut self, i: usize, at: f64, now: &Projected) -> Result<DVector<f64>> {
-        // At a bound there is one side alone.
-        let value = now.values[i];
-        // As far as a step of the parameter itself: between bounds that are wide the search's own would be many.
-        let slope = (self.outer(i, at + SMALL, value) - self.outer(i, at - SMALL, value)).abs() / (2.0 * SMALL);
-        let step = STEP.min(STEP * self.scale(i, value) / slope.max(f64::MIN_POSITIVE));
-        let held = self.outer(i, at + step, value) == value;
-        let (step, residuals) = self.aside(if held { -step } else { step }, |own, step| {
+    fn slope(&mut self, (i, way): (usize, Way), at: f64, now: &Projected) -> Result<DVector<f64>> {
+        let (step, residuals) = self.aside(way.step(at, self.scale(i, now.values[i])), |own, step| {
             let mut other = now.values.clone();
-            other[i] = own.outer(i, at + step, now.values[i]);
+            other[i] = way.outer(at + step);
             let mean = own.at(&other)?;
             Ok(own.residuals(&other, &mean))
         })?;
@@ -84,7 +123,7 @@ struct Problem<'a, 'b> {
     /// Whether the model cannot be asked where the search is.
     refused: bool,
     fitting: RefCell<&'a mut Fitting<'b>>,
-    free: Vec<usize>,
+    ways: Vec<(usize, Way)>,
 }
 
 impl Problem<'_, '_> {
@@ -92,8 +131,8 @@ impl Problem<'_, '_> {
     fn projected(&self, at: &DVector<f64>, like: &[f64]) -> Result<Projected> {
         let mut fitting = self.fitting.borrow_mut();
         let mut values = like.to_vec();
-        for (i, inner) in self.free.iter().zip(at.iter()) {
-            values[*i] = fitting.outer(*i, *inner, like[*i]);
+        for ((i, way), inner) in self.ways.iter().zip(at.iter()) {
+            values[*i] = way.outer(*inner);
         }
         fitting.projected(&values)
     }
@@ -132,9 +171,9 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_, '_> {
     fn jacobian(&self) -> Option<DMatrix<f64>> {
         let now = self.now.as_ref()?;
         let mut fitting = self.fitting.borrow_mut();
-        let mut jacobian = DMatrix::zeros(now.residuals.len(), self.free.len());
-        for (column, i) in self.free.iter().enumerate() {
-            match fitting.slope(*i, self.at[column], now) {
+        let mut jacobian = DMatrix::zeros(now.residuals.len(), self.ways.len());
+        for (column, own) in self.ways.iter().enumerate() {
+            match fitting.slope(*own, self.at[column], now) {
                 Ok(slope) => jacobian.set_column(column, &slope),
                 Err(error) => {
                     fitting.failure.get_or_insert(error);

@@ -34,6 +34,11 @@ impl Spread {
         Self { width, height, dims, factors }
     }
 
+    /// The bytes that it takes.
+    pub(crate) fn bytes(&self) -> u64 {
+        size_of_val(&self.factors[..]) as u64
+    }
+
     /// Spreads the light of a picture whose rows are so far apart.
     pub(crate) fn apply(&self, values: &mut [f64], stride: usize) {
         let largest = |row: &[f64]| row[..self.width].iter().fold(0.0f64, |most, v| most.max(v.abs()));

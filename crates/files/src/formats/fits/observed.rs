@@ -155,10 +155,22 @@ impl Sky {
         let is_distorted = || kinds[0].get(8..).filter(|more| !more.is_empty()).map(|_| format!("CTYPE1 = {}", kinds[0]));
         let is_turned = || number("LONPOLE").filter(|pole| *pole != 180.0).map(|pole| format!("LONPOLE = {pole}"));
         let is_old = || header.text("RADESYS").filter(|frame| frame.trim().starts_with("FK4")).map(|frame| format!("RADESYS = {frame}"));
+        let is_rotated = || number("CROTA2").filter(|turn| *turn != 0.0 && !has_matrix).map(|turn| format!("CROTA2 = {turn}"));
+        let is_polynomial = || {
+            let plane = kinds[0].ends_with("TAN").then_some(["PV1_0", "PV1_1", "PV1_2", "PV2_0", "PV2_1", "PV2_2"]);
+            plane.and_then(|keywords| keywords.into_iter().find(|keyword| is_there(keyword))).map(str::to_owned)
+        };
         let others = || ["A_ORDER", "B_ORDER", "CPDIS1", "CPDIS2"].iter().find(|keyword| is_there(keyword)).map(|own| (*own).to_owned());
         let is_of_another_year = || number("EQUINOX").filter(|year| *year != 2000.0).map(|year| format!("EQUINOX = {year}"));
         let is_none = || known.is_none().then(|| "CRPIX, CRVAL, CD, PC or CDELT that are none".to_owned());
-        let peculiar = is_none().or_else(is_distorted).or_else(others).or_else(is_turned).or_else(is_old).or_else(is_of_another_year);
+        let peculiar = is_none()
+            .or_else(is_distorted)
+            .or_else(others)
+            .or_else(is_rotated)
+            .or_else(is_polynomial)
+            .or_else(is_turned)
+            .or_else(is_old)
+            .or_else(is_of_another_year);
         let (reference, value, matrix) = known.unwrap_or((DVec2::ZERO, DVec2::ZERO, DMat2::IDENTITY));
         Some(Self { kinds, peculiar, reference, value, matrix, height: *header.axes()?.get(1)? as f64 })
     }

@@ -1,0 +1,99 @@
+//! What instruments record of the model, and whether data are of the same pixels.
+
+use std::path::Path;
+
+use barnard::control::Control;
+use barnard::error::{Error, Result};
+use barnard::image::{Image, Samples};
+use barnard::instrument::{Exposures, Kernels};
+use barnard::scene::Scene;
+use barnard_files::formats::{Observed, Sky, sky_of};
+
+/// How far pixels of data may lie from those of the model, in pixels.
+const APART: f64 = 0.05;
+/// What a scene's instrument makes of its picture in endless frames; the picture where it has none.
+pub(crate) fn recorded(scene: &Scene, image: Image, kernels: &mut Kernels, control: &Control) -> Result<Image> {
+    match &scene.instrument {
+        Some(instrument) => Ok(Exposures::by(kernels, instrument.clone(), &image, &scene.bands, control)?.ideal()),
+        None => Ok(image),
+    }
+}
+
+/// The picture of a scene without its light: what its pixels are.
+pub(crate) struct Header {
+    pub image: Image,
+    exposures: Option<Exposures>,
+}
+
+impl Header {
+    /// Whether a pixel is one of a band, and not one between those of a mosaic.
+    pub fn sees(&self, band: usize, pixel: usize) -> bool {
+        self.exposures.as_ref().is_none_or(|exposures| exposures.sees(band, pixel))
+    }
+}
+
+pub(crate) fn header(scene: &Scene, kernels: &mut Kernels, control: &Control) -> Result<Header> {
+    let count = scene.bands.len() * scene.camera.width * scene.camera.height;
+    let dark = barnard::backend::describe(scene, &scene.camera, Samples::Single(vec![0.0; count]));
+    match &scene.instrument {
+        Some(instrument) => {
+            let exposures = Exposures::by(kernels, instrument.clone(), &dark, &scene.bands, control)?;
+            Ok(Header { image: exposures.ideal(), exposures: Some(exposures) })
+        }
+        None => Ok(Header { image: dark, exposures: None }),
+    }
+}
+
+/// Refuses data whose pixels or units are others than those of the model.
+pub(crate) fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene) -> Result<()> {
+    let image = &model.image;
+    if [file.width, file.height] != [image.width, image.height] {
+        let reason = format!(
+            "has {} x {} pixels, and the scene's picture {} x {}; give the scene the camera{} of the image",
+            file.width,
+            file.height,
+            image.width,
+            image.height,
+            if scene.instrument.is_some() { " and pixel_scale" } else { "" }
+        );
+        return Err(Error::file(path, reason));
+    }
+    let unit = scene.observation.map(|observation| observation.unit).unwrap_or_default();
+    if unit.magnitude_system().is_some() {
+        return Err(Error::value(
+            "unit of data to be fitted",
+            unit.fits(),
+            "a linear one, such as MJy/sr: magnitudes have no errors that are normal",
+        ));
+    }
+    for plane in file.planes.iter().filter(|plane| scene.bands.iter().any(|band| band.name() == plane.name)) {
+        if let Some(own) = plane.unit.as_deref().filter(|own| *own != unit.fits()) {
+            let reason = format!("is in {own}, and the scene's pictures in {}; write unit in [observation]", unit.fits());
+            return Err(Error::file(path, reason));
+        }
+    }
+    let Some(own) = sky_of(image)? else { return Ok(()) };
+    let used = scene.bands.iter().filter_map(|band| file.plane(band.name(), scene.bands.len()));
+    used.filter_map(|plane| plane.sky.as_ref()).try_for_each(|theirs| lies_there(path, image, &own, theirs))
+}
+
+/// Refuses pixels that lie elsewhere on the sky than those of the model.
+fn lies_there(path: &Path, image: &Image, own: &Sky, theirs: &Sky) -> Result<()> {
+    if let Some(reason) = own.differs(theirs) {
+        return Err(Error::file(
+            path,
+            format!("{reason}; give [observation] its frame, or project the image on a plane first (reproject)"),
+        ));
+    }
+    let (width, height) = (image.width as f64, image.height as f64);
+    for (x, y) in [(0.5, 0.5), (width - 0.5, 0.5), (0.5, height - 0.5), (width - 0.5, height - 0.5)] {
+        let apart = own.pixels_apart(theirs, x, y);
+        if apart.is_nan() || apart > APART {
+            let reason = format!(
+                "lies elsewhere on the sky: pixel ({x}, {y}) is {apart:.2} pixels away from where the scene has it; give [observation] the target and position_angle of the image, and the camera or instrument its pixel scale"
+            );
+            return Err(Error::file(path, reason));
+        }
+    }
+    Ok(())
+}
