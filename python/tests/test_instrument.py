@@ -296,7 +296,7 @@ def test_saturation_and_cosmic_rays_are_masked():
     alone = image.observe(bn.Instrument(**{**keys, "frames": 1})).master()
     assert (alone.layers["mask"] == 0).all()
     full = image.observe(bn.Instrument(**{**keys, "cosmic_rays": "0 /cm2/s", "full_well": f"{0.5 * mean.mean()} e"})).master()
-    # A reading 4 sigma low is one in thirty thousand.
+    # A pixel that gathers less than its well by chance is one in thirty thousand.
     assert (full.layers["mask"][0] == 5).mean() > 0.999
 
 

@@ -47,6 +47,8 @@ impl Default for Detector {
 
 /// How many standard deviations of reading a full pixel may be below its well.
 const READINGS: f64 = 6.0;
+/// How many of them a well holds at least.
+const LEAST_WELL: f64 = 8.0;
 /// How many of them the bias of an empty pixel is above zero.
 const BIAS: f64 = 6.0;
 /// Means beyond this have no Poisson numbers: their noise is far below a count's part of them.
@@ -80,7 +82,7 @@ impl Detector {
             let wanted = format!("{} ADU or more, so that reading an empty pixel seldom ends below zero", self.least_bias());
             return Err(Error::value("bias of a detector", self.bias, wanted));
         }
-        if self.full_well <= 2.0 * READINGS * self.read_noise {
+        if self.full_well <= LEAST_WELL * self.read_noise {
             return Err(Error::value("full well of a detector", self.full_well, "several times what reading a pixel scatters by"));
         }
         if self.bias >= f64::from(self.largest()) {
