@@ -70,6 +70,12 @@ class FitModel:
         self.start: list[float] = native.start
         self.data: np.ndarray = native.data
 
+    def _numbers(self, values: Sequence[float]) -> list[float]:
+        """One number for each key."""
+        if len(values) != len(self.keys):
+            raise ValueError(f"{len(values)} values for {len(self.keys)} keys: {', '.join(self.keys)}")
+        return [float(value) for value in values]
+
     def predict(self, values: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
         """What the data would be without noise, and their standard errors.
 
@@ -88,7 +94,7 @@ class FitModel:
         SceneError
             Where the values cannot be.
         """
-        mean, sigma = self._native.predict([float(value) for value in values])
+        mean, sigma = self._native.predict(self._numbers(values))
         return mean, sigma
 
     def residuals(self, values: Sequence[float]) -> np.ndarray:
@@ -98,8 +104,7 @@ class FitModel:
 
     def log_likelihood(self, values: Sequence[float]) -> float:
         """The logarithm of the probability of the data, normal noise; minus infinity beyond the bounds, and where values cannot be."""
-        if len(values) != len(self.keys):
-            raise ValueError(f"{len(values)} values for {len(self.keys)} keys: {', '.join(self.keys)}")
+        values = self._numbers(values)
         if any(not low <= value <= high for value, (low, high) in zip(values, self.bounds)):
             return -np.inf
         try:
@@ -124,9 +129,7 @@ class FitModel:
         KeyboardInterrupt
             Where Ctrl-C stopped it.
         """
-        values = self.start if start is None else [float(value) for value in start]
-        if len(values) != len(self.keys):
-            raise ValueError(f"{len(values)} values for {len(self.keys)} keys: {', '.join(self.keys)}")
+        values = self._numbers(self.start if start is None else start)
         with told(progress) as listener:
             return Fit(self.keys, self.units, self._native.fit(values, progress=listener))
 

@@ -8,7 +8,6 @@ use barnard::plan::Options;
 use barnard_fit::solve::{Measured, Model, Prediction};
 use barnard_fit::{Images, Observation, Parameter, fit, parameters};
 use numpy::{PyArray1, PyArrayMethods};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::PyDict;
@@ -100,10 +99,6 @@ impl FitModel {
 
     /// What the data would be at some values, and their standard errors: those of the model, or those of the files.
     fn predict<'py>(&self, py: Python<'py>, values: Vec<f64>) -> PyResult<[Bound<'py, PyArray1<f64>>; 2]> {
-        if values.len() != self.free.len() {
-            let keys: Vec<&str> = self.keys();
-            return Err(PyValueError::new_err(format!("{} values for {} keys: {}", values.len(), keys.len(), keys.join(", "))));
-        }
         let Prediction { mean, sigma } = self.with(py, None, |images, control| images.predict(&values, control))?;
         Ok([mean, sigma.unwrap_or_else(|| self.data.sigma.clone())].map(|own| PyArray1::from_vec(py, own)))
     }
