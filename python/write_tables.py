@@ -176,9 +176,10 @@ def body(name: str, base: str, row: Row, kind: Kind | None, doc: str) -> str:
     if keys:
         lines += parameters(row, keys, of_kinds, "    ")
     if sampled:
-        lines += ["    copy : boolean, default false", "        Whether an array is copied where it could be shared; one that is shared becomes read-only."]
+        lines += ["    copy : boolean, default true", "        Whether an array is copied. A shared one becomes read-only, and older views of it must not be written to."]
         lines += ["", "    `file` may be an array in memory: three axes, x, y and z unless `axes` says otherwise, of any float or integer type,"]
-        lines += ["    order and stride; with a unit of astropy or unyt it is a number density. float32 and float64 are not copied."]
+        lines += ["    order and stride; with a unit of astropy or unyt it is a number density."]
+        lines += ["    Of a labelled array of xarray, dimensions, even coordinates with a unit, and the unit of values are followed."]
         lines += ["    A Dask array lies in bricks, its chunks: `render_bricks` renders it without gathering them."]
     lines += ["", "    Raises", "    ------", "    SceneError", "        Where a key or a unit is wrong; values out of their range are told when a scene is read.", '    """', ""]
     lines.append(f'    _path = "{row.path}"')
@@ -189,7 +190,7 @@ def body(name: str, base: str, row: Row, kind: Kind | None, doc: str) -> str:
     said = (f'kind: {kinds} = "{default}"' if default else f"kind: {kinds}") if whole else None
     if whole and row.path == "background":
         said = f"kind: {kinds} | None = None"
-    more = "copy: bool = False" if sampled else ""
+    more = "copy: bool = True" if sampled else ""
     names = (["kind"] if said else []) + [key.name for key in keys] + (["copy"] if sampled else [])
     lines += ["", *call("def __init__", ["self", *signature(row, keys, said, of_kinds, more)], ":", "    ")]
     lines += [*call("super().__init__", [f"{own}={own}" for own in names], "", "        "), ""]

@@ -20,7 +20,7 @@ from .cluster import Result, map, tiles  # `map` is not in __all__: Python has o
 from .exposures import Exposures
 from .fit import Fit, FitModel
 from .image import Image
-from .plan import Certificate, Plan, PlanError
+from .plan import AccuracyWarning, Certificate, Plan, PlanError
 from .plates import Plates
 from .scene import Scene
 from .sequence import FrameSequence
@@ -30,6 +30,7 @@ from .tables import *  # noqa: F403
 __version__: str = _barnard.__version__
 
 __all__ = [
+    "AccuracyWarning",
     "BarnardError",
     "Certificate",
     "DeviceError",
@@ -78,6 +79,8 @@ def set_threads(count: int) -> None:
     ValueError
         Where the number is none.
     """
+    if not isinstance(count, int) or not 0 <= count <= 4096:
+        raise ValueError(f"{count!r} is no number of threads; give a whole number from 0 (one per core) to 4096")
     _barnard.set_threads(count)
 
 

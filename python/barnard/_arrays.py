@@ -10,11 +10,12 @@ from ._rows import QUANTITIES, scene_error
 from ._values import has_unit, spelled
 
 
-def taken(values: Any, key: str, copy: bool) -> tuple[np.ndarray, str | None]:
+def taken(values: Any, key: str, copy: bool, clip: bool = False) -> tuple[np.ndarray, str | None]:
     """An array of three axes, contiguous, read-only, of float32 or float64, and the unit of its values.
 
-    An array of float32 or float64 that is contiguous and owns its memory is taken as it is, and marked read-only, unless
-    a copy is asked for.
+    The array is a copy unless `copy` is false: then one of float32 or float64 that is contiguous and owns its memory is
+    shared, and marked read-only. Older views of a shared array must not be written to. Masked values become zero where
+    `clip` is true.
 
     Raises
     ------
@@ -22,10 +23,18 @@ def taken(values: Any, key: str, copy: bool) -> tuple[np.ndarray, str | None]:
         Where it is no array of three axes, empty, masked, or of numbers that no density can be.
     """
     if np.ma.isMaskedArray(values):
-        if np.ma.is_masked(values):
+        if clip:
+            values = values.filled(0)
+        elif np.ma.is_masked(values):
             count = int(np.ma.count_masked(values))
-            raise scene_error(key, f"{count} values are masked; say what they are by values.filled(0)")
-        values = values.data
+            raise scene_error(key, f"{count} values are masked; give clip=True to make them zero, or values.filled(0)")
+        else:
+            values = values.data
+    elif hasattr(values, "unmasked") and hasattr(values, "mask"):
+        # Masked arrays and quantities of astropy.
+        if np.any(values.mask) and not clip:
+            raise scene_error(key, f"{int(np.sum(values.mask))} values are masked; give clip=True to make them zero, or .filled(0)")
+        values = values.filled(0) if np.any(values.mask) else values.unmasked
     unit = _unit(values, key)
     array = np.asarray(values)
     if array.dtype.kind not in "fiu":

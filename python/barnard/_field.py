@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ._arrays import taken
+from ._labelled import is_labelled, unfolded
 from ._rows import scene_error
 from ._table import Table
 
@@ -26,7 +27,8 @@ class Sampled(Field):
     def __init__(self, **keys: Any):
         object.__setattr__(self, "_array", None)
         object.__setattr__(self, "_bricks", None)
-        object.__setattr__(self, "_copy", keys.pop("copy", False))
+        object.__setattr__(self, "_copy", keys.pop("copy", True))
+        object.__setattr__(self, "_clips", bool(keys.get("clip")))
         super().__init__(**keys)
 
     @property
@@ -47,7 +49,11 @@ class Sampled(Field):
                 raise scene_error("grid", f"the Dask array has shape {value.shape} and type {value.dtype}; a field has three axes of real numbers, of known lengths")
             object.__setattr__(self, "_bricks", value)
             return f"bricks-{next(_numbers)}"
-        array, unit = taken(value, "grid", self._copy)
+        if is_labelled(value):
+            value, stated = unfolded(value, "grid")
+            for name, text in stated.items():
+                setattr(self, name, text)
+        array, unit = taken(value, "grid", self._copy, self._clips)
         object.__setattr__(self, "_array", array)
         if unit is not None:
             self.unit = unit
@@ -86,7 +92,7 @@ class Sampled(Field):
         given = {key: value for key, value in self._given.items() if key != "file" or self._array is None}
         path = None if self._array is None else laid_down(self._array)
         array = self._array if path is None else path
-        return {**super().__getstate__(), "_given": given, "_array": array, "_bricks": self._bricks, "_copy": False}
+        return {**super().__getstate__(), "_given": given, "_array": array, "_bricks": self._bricks, "_copy": True, "_clips": self._clips}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         super().__setstate__(state)

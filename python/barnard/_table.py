@@ -152,6 +152,26 @@ def _unfolded(value: Any) -> Any:
     return value
 
 
+def copied(value: Any, memo: dict[int, Any]) -> Any:
+    """Tables, lists and dictionaries that can be changed apart from these; anything else, arrays too, is shared."""
+    if id(value) in memo:
+        return memo[id(value)]
+    if isinstance(value, Table):
+        twin = memo[id(value)] = type(value).__new__(type(value))
+        for name, own in value.__dict__.items():
+            object.__setattr__(twin, name, copied(own, memo))
+        return twin
+    if type(value) is dict:
+        twin = memo[id(value)] = {}
+        twin.update((key, copied(own, memo)) for key, own in value.items())
+        return twin
+    if type(value) is list:
+        twin = memo[id(value)] = []
+        twin.extend(copied(own, memo) for own in value)
+        return twin
+    return value
+
+
 def table_of(cls: type[Table], value: Any, key: str) -> Table:
     """A table as an object: one that is, or a dictionary of its keys."""
     if isinstance(value, cls):

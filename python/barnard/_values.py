@@ -130,6 +130,11 @@ def _plain(value: Any, key: str) -> Any:
         return str(value)
     if isinstance(value, os.PathLike):
         return os.fspath(value)
+    if has_unit(value):
+        try:
+            return _plain(np.asarray(value.to_value("")), key)
+        except Exception:
+            raise scene_error(key, f"{value} has a unit, and this key takes plain values") from None
     if isinstance(value, np.ndarray):
         return _plain(value.tolist(), key)
     if isinstance(value, (list, tuple)):
@@ -138,11 +143,6 @@ def _plain(value: Any, key: str) -> Any:
         return {str(name): _plain(item, f"{key}.{name}") for name, item in value.items()}
     if hasattr(value, "tree"):
         return value
-    if has_unit(value):
-        try:
-            return _plain(np.asarray(value.to_value("")), key)
-        except Exception:
-            raise scene_error(key, f"{value} has a unit, and this key takes plain values") from None
     raise scene_error(key, f"{value!r} is no value of a scene")
 
 

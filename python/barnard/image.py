@@ -28,7 +28,8 @@ class Image:
     bands : list of texts
         Names of the bands, whole; back end "path" has a band NAME_error of standard errors for each.
     radiance : array, bands × height × width
-        All bands, the first row on top [W m-2 sr-1]; float32, or float64 by "reference" and "path".
+        All bands, the first row on top [W m-2 sr-1]; float32, or float64 by "reference" and "path". Read-only: it is the
+        memory of the image; change a copy.
     parameters : dictionary
         The values that a sweep made it with; empty otherwise.
     """
@@ -38,6 +39,7 @@ class Image:
         self._radiance: np.ndarray | None = None
         self._layers: dict[str, np.ndarray] | None = None
         self.parameters: dict[str, Any] = {}
+        self._warnings: list[str] = []
 
     @property
     def bands(self) -> list[str]:
@@ -52,6 +54,7 @@ class Image:
     def radiance(self) -> np.ndarray:
         if self._radiance is None:
             self._radiance = self._native.radiance()
+            self._radiance.flags.writeable = False
         return self._radiance
 
     @property
@@ -99,7 +102,11 @@ class Image:
         return meant[0]
 
     def __contains__(self, band: object) -> bool:
-        return band in self.bands
+        try:
+            self._number(band)  # type: ignore[arg-type]
+        except KeyError:
+            return False
+        return True
 
     def __iter__(self):
         return iter(self.bands)
@@ -126,8 +133,8 @@ class Image:
 
     @property
     def warnings(self) -> list[str]:
-        """What went wrong on the way though there is a picture."""
-        return self._native.warnings
+        """What went wrong though there is a picture, such as an accuracy that was not reached."""
+        return [*self._native.warnings, *self._warnings]
 
     @property
     def hdus(self) -> Any:
@@ -140,10 +147,18 @@ class Image:
 
     @property
     def wcs(self) -> Any:
-        """World coordinates of the pixels in the camera's frame, an astropy WCS; needs astropy."""
+        """World coordinates of the pixels of this object's arrays, an astropy WCS; needs astropy.
+
+        Rows count from above, as in `radiance` and `image["V"]`: `image.wcs.pixel_to_world(column, row)` is the place of
+        `image["V"][row, column]`. The headers of `hdus` and of FITS files count rows from below, as their arrays do.
+        """
         from astropy.wcs import WCS
 
-        return next(WCS(hdu.header) for hdu in self.hdus if hdu.header["NAXIS"] == 2)
+        wcs = next(WCS(hdu.header) for hdu in self.hdus if hdu.header["NAXIS"] == 2)
+        wcs.wcs.crpix = [wcs.wcs.crpix[0], self.shape[0] + 1 - wcs.wcs.crpix[1]]
+        wcs.wcs.pc = wcs.wcs.get_pc() * np.array([[1.0, -1.0]])
+        wcs.wcs.set()
+        return wcs
 
     def to_xarray(self) -> Any:
         """An xarray DataArray with dims band, y, x, and the unit in its attributes; needs xarray.
@@ -224,9 +239,6 @@ class Image:
     def __repr__(self) -> str:
         height, width = self.shape
         return f"Image({width} x {height}, {', '.join(self.bands)})"
-
-    def _repr_png_(self) -> bytes:
-        return self.png()
 
     def _repr_html_(self) -> str:
         picture = base64.b64encode(self.png()).decode()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,10 @@ from .tables import Camera
 
 if TYPE_CHECKING:
     from .scene import Scene
+
+
+class AccuracyWarning(UserWarning):
+    """A picture is less exact than its scene requests; raised once per plan."""
 
 
 class PlanError(_barnard.BarnardError):
@@ -57,6 +62,7 @@ class Plan:
 
     def __init__(self, owner: Scene, tree: dict[str, Any], scene: Any, plan: Any, backend: str):
         self._owner, self._tree, self._scene, self._plan, self._backend = owner, tree, scene, plan, backend
+        self._warned = False
 
     @property
     def method(self) -> str:
@@ -140,7 +146,18 @@ class Plan:
         return own != other
 
     def _render(self, scene: Any, plan: Any, listener: Listener | None) -> Image:
-        return Image(_barnard.render(scene, plan, self._backend, exactness(self._backend), self._owner._limit, progress=listener))
+        image = Image(_barnard.render(scene, plan, self._backend, exactness(self._backend), self._owner._limit, progress=listener))
+        if plan.misses_accuracy:
+            error, rays = plan.spatial_error
+            words = (
+                f"the spatial error measured by {rays} pilot rays is {error:.1e}, the requested accuracy {plan.accuracy:.1e}; "
+                "sample functions more finely (Method(bake=...)), use a finer grid, or request less (Method(accuracy=...))"
+            )
+            image._warnings.append(words)
+            if not self._warned:
+                self._warned = True
+                warnings.warn(words, AccuracyWarning, stacklevel=4)
+        return image
 
 
 def exactness(

@@ -14,8 +14,8 @@ from ._field import Field, Sampled
 from ._files import replace
 from ._progress import Listener, told
 from ._rows import scene_error, unknown_key
-from ._table import table_of
-from ._tree import PARTS, TABLES, place_of, take, tree_of
+from ._table import Table, checked, copied, table_of
+from ._tree import LISTS, PARTS, TABLES, place_of, take, tree_of
 from .fit import Fit, FitModel, Images, model_of
 from .image import Image
 from .plan import Plan, exactness
@@ -97,16 +97,26 @@ class Scene:
         self.method, self.sequence = method, sequence
         self.fields: dict[str, Field] = dict(fields or {})
         self.bookmarks: dict[str, Camera] = dict(bookmarks or {})
-        self.emission: list[Emission] = list(emission)
-        self.stars: list[Star] = list(stars)
-        self.star_tables: list[StarTable] = list(star_tables)
-        self.passbands: list[Band] = list(passbands)
-        self.animation: list[Animation] = list(animation)
+        self.emission: list[Emission] = emission
+        self.stars: list[Star] = stars
+        self.star_tables: list[StarTable] = star_tables
+        self.passbands: list[Band] = passbands
+        self.animation: list[Animation] = animation
 
     def _forget(self) -> None:
         self._reader: Any = None
         self._read: tuple[dict[str, Any], Any] | None = None
         self._plan: dict[str, Any] = {}
+        self._planned: Plan | None = None
+
+    def _twin(self) -> Scene:
+        """A scene that says the same and can be changed apart; arrays, and what was made before, are shared."""
+        twin = object.__new__(type(self))
+        memo: dict[int, Any] = {}
+        for name, value in self.__dict__.items():
+            object.__setattr__(twin, name, value if name.startswith("_") else copied(value, memo))
+        object.__setattr__(twin, "_planned", None)
+        return twin
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not name.startswith("_"):
@@ -114,10 +124,12 @@ class Scene:
                 raise unknown_key("", name, PARTS)
             if name in TABLES and value is not None:
                 value = table_of(TABLES[name], value, name)
+            if name in LISTS:
+                value = _list_of(value, name)
         super().__setattr__(name, value)
 
     def __getstate__(self) -> dict[str, Any]:
-        state = {name: value for name, value in self.__dict__.items() if name not in ("_reader", "_read", "_plan")}
+        state = {name: value for name, value in self.__dict__.items() if name not in ("_reader", "_read", "_plan", "_planned")}
         return {"version": _barnard.__version__, "scene": state}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -295,10 +307,14 @@ class Scene:
             Where Ctrl-C stopped it; the scene is as before.
         """
         tree, native = self._native(camera)
+        # Where nothing changed since, the plan of before is this one.
+        if self._planned is not None and self._planned._scene is native and self._planned._backend == backend:
+            return self._planned
         with told(progress) as listener:
             plan = _barnard.plan(native, self._plan.get(backend), backend, self._limit, progress=listener)
         self._plan = {backend: plan}
-        return Plan(self, tree, native, plan, backend)
+        self._planned = Plan(self, tree, native, plan, backend)
+        return self._planned
 
     def plates(self, range: tuple[Any, Any] | None = None, *, dust: tuple[float, float] = (1, 1), progress: bool | Listener | None = None) -> Plates:
         """The picture kept light by light, so that spectra, luminosities, passbands, albedo and the amount of dust change without a march.
@@ -426,33 +442,35 @@ class Scene:
         Yields
         ------
         Image
-            Whose `parameters` are the values that it was made with. The scene is as before when the last one was made.
+            Whose `parameters` are the values that it was made with. The sweep works on a copy: the scene itself stays as it is.
 
         Raises
         ------
         SceneError
             Where there is no such place, or the parameters have different numbers of values.
         """
+        for place, values in {**(parameters or {}), **more}.items():
+            if isinstance(values, (str, bytes)) or not hasattr(values, "__iter__") or getattr(values, "shape", None) == ():
+                raise scene_error(place, f"{values!r} is one value; a sweep takes a list of them, such as [{values!r}]")
         swept = {place: list(values) for place, values in {**(parameters or {}), **more}.items()}
         counts = {len(values) for values in swept.values()}
         if len(counts) != 1:
             told_counts = ", ".join(f"{place}: {len(values)}" for place, values in swept.items()) or "none is there"
             raise scene_error("sweep", f"parameters need equally many values, at least one parameter ({told_counts})")
-        places = {place: place_of(self, place) for place in swept}
-        return self._swept(swept, places, counts.pop(), backend, progress)
+        twin = self._twin()
+        places = {place: place_of(twin, place) for place in swept}
+        if any(place.startswith("field") for place in swept):
+            # Arrays that are swept must not take the place of those of this scene.
+            twin._forget()
+        return twin._swept(swept, places, counts.pop(), backend, progress)
 
     def _swept(self, swept, places, count, backend, progress) -> Iterator[Image]:
-        before = {place: getattr(owner, key) for place, (owner, key) in places.items()}
-        try:
-            for i in range(count):
-                for place, (owner, key) in places.items():
-                    setattr(owner, key, swept[place][i])
-                image = self.render(backend=backend, progress=progress)
-                image.parameters = {place: values[i] for place, values in swept.items()}
-                yield image
-        finally:
+        for i in range(count):
             for place, (owner, key) in places.items():
-                setattr(owner, key, before[place])
+                setattr(owner, key, swept[place][i])
+            image = self.render(backend=backend, progress=progress)
+            image.parameters = {place: values[i] for place, values in swept.items()}
+            yield image
 
     def explore(
         self,
@@ -492,3 +510,13 @@ class Scene:
     def _resized(self, size: list[int]) -> dict[str, Any]:
         """The scene's camera with other pixels, which see as much along a row."""
         return {**self.camera.tree(), "size": size}
+
+
+def _list_of(value: Any, name: str) -> list[Any]:
+    """The tables of a list; one alone is an error that says how to write it."""
+    if isinstance(value, (Table, Mapping, str)) or not hasattr(value, "__iter__"):
+        raise scene_error(name, f"{name} is a list of tables; write {name}=[...] around the {type(value).__name__}")
+    return list(value)
+
+
+Scene.__init__ = checked(Scene.__init__, "")  # type: ignore[method-assign]

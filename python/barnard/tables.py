@@ -66,11 +66,12 @@ class Grid(Sampled):
         Every value is multiplied by it.
     clip : boolean, default false, true with preset
         Blank, NaN and negative cells become zero instead of an error.
-    copy : boolean, default false
-        Whether an array is copied where it could be shared; one that is shared becomes read-only.
+    copy : boolean, default true
+        Whether an array is copied. A shared one becomes read-only, and older views of it must not be written to.
 
     `file` may be an array in memory: three axes, x, y and z unless `axes` says otherwise, of any float or integer type,
-    order and stride; with a unit of astropy or unyt it is a number density. float32 and float64 are not copied.
+    order and stride; with a unit of astropy or unyt it is a number density.
+    Of a labelled array of xarray, dimensions, even coordinates with a unit, and the unit of values are followed.
     A Dask array lies in bricks, its chunks: `render_bricks` renders it without gathering them.
 
     Raises
@@ -101,7 +102,7 @@ class Grid(Sampled):
         storage: str | None = None,
         factor: float | None = None,
         clip: bool | None = None,
-        copy: bool = False,
+        copy: bool = True,
     ):
         super().__init__(
             file=file,
@@ -904,7 +905,7 @@ class Albedo(Table):
     linear
         Value + slope (lambda - at)/100 nm, cut to 0 to 1.
     file
-        From a CSV of wavelength and albedo.
+        From a file of wavelength and albedo.
 
     Parameters
     ----------
@@ -915,7 +916,11 @@ class Albedo(Table):
     at : wavelength
         Where the value holds. Of kind linear.
     file : path
-        The CSV; its header may name the unit, nm otherwise. Of kind file, required there.
+        Text, ECSV, VOTable or FITS table of wavelength and albedo. Of kind file, required there.
+    unit : text
+        Unit of the file's spectral axis where the file states none, such as "angstrom", "um" or "cm-1". Of kind file.
+    column : text
+        Name or number of the file's column to read. Of kind file.
 
     Raises
     ------
@@ -933,8 +938,10 @@ class Albedo(Table):
         slope: float | None = None,
         at: Quantity | None = None,
         file: Path | None = None,
+        unit: str | None = None,
+        column: str | None = None,
     ):
-        super().__init__(kind=kind, value=value, slope=slope, at=at, file=file)
+        super().__init__(kind=kind, value=value, slope=slope, at=at, file=file, unit=unit, column=column)
 
 
 class Phase(Table):
@@ -958,7 +965,12 @@ class Phase(Table):
     g : number
         Shape parameter, -0.999 to 0.999. Of kind henyey_greenstein, draine.
     g_file : path
-        CSV of wavelength and g. Of kind henyey_greenstein, draine.
+        Text, ECSV, VOTable or FITS table of wavelength and g. Of kind henyey_greenstein, draine.
+    unit : text
+        Unit of the file's spectral axis where the file states none, such as "angstrom", "um" or "cm-1". Of kind
+        henyey_greenstein, draine.
+    column : text
+        Name or number of the file's column to read. Of kind henyey_greenstein, draine.
     alpha : number
         0 is Henyey-Greenstein, 1 with g = 0 is Rayleigh. Of kind draine.
     file : path
@@ -978,10 +990,12 @@ class Phase(Table):
         *,
         g: float | None = None,
         g_file: Path | None = None,
+        unit: str | None = None,
+        column: str | None = None,
         alpha: float | None = None,
         file: Path | None = None,
     ):
-        super().__init__(kind=kind, g=g, g_file=g_file, alpha=alpha, file=file)
+        super().__init__(kind=kind, g=g, g_file=g_file, unit=unit, column=column, alpha=alpha, file=file)
 
 
 class Dust(Table):
@@ -1039,7 +1053,7 @@ class Star(Table):
     power_law
         (lambda/reference)^exponent.
     file
-        From a CSV of wavelength and flux.
+        From a file of wavelength and flux.
 
     Parameters
     ----------
@@ -1080,7 +1094,11 @@ class Star(Table):
     reference : wavelength
         Where it is one. Of kind power_law.
     file : path
-        The CSV; its header may name the unit of wavelength, nm otherwise. Of kind file, required there.
+        Text, ECSV, VOTable or FITS table of wavelength and flux density. Of kind file, required there.
+    unit : text
+        Unit of the file's spectral axis where the file states none, such as "angstrom", "um" or "cm-1". Of kind file.
+    column : text
+        Name or number of the file's column to read. Of kind file.
 
     Raises
     ------
@@ -1113,6 +1131,8 @@ class Star(Table):
         exponent: float | None = None,
         reference: Quantity | None = None,
         file: Path | None = None,
+        unit: str | None = None,
+        column: str | None = None,
     ):
         super().__init__(
             kind=kind,
@@ -1135,6 +1155,8 @@ class Star(Table):
             exponent=exponent,
             reference=reference,
             file=file,
+            unit=unit,
+            column=column,
         )
 
 
@@ -1239,8 +1261,11 @@ class Emission(Table):
     list : text
         A name of the catalogue `line-lists`. Of kind line_list, required there.
     file : path
-        CSV of wavelength and strength per nm; its header may name the unit of wavelength, nm otherwise. Of kind file,
-        required there.
+        Text, ECSV, VOTable or FITS table of wavelength and strength per nm. Of kind file, required there.
+    unit : text
+        Unit of the file's spectral axis where the file states none, such as "angstrom", "um" or "cm-1". Of kind file.
+    column : text
+        Name or number of the file's column to read. Of kind file.
 
     Raises
     ------
@@ -1270,6 +1295,8 @@ class Emission(Table):
         abundance: float | None = None,
         list: str | None = None,
         file: Path | None = None,
+        unit: str | None = None,
+        column: str | None = None,
     ):
         super().__init__(
             kind=kind,
@@ -1289,6 +1316,8 @@ class Emission(Table):
             abundance=abundance,
             list=list,
             file=file,
+            unit=unit,
+            column=column,
         )
 
 
@@ -1447,7 +1476,7 @@ class Background(Table):
     power_law
         (lambda/reference)^exponent.
     file
-        From a CSV of wavelength and flux.
+        From a file of wavelength and flux.
 
     Parameters
     ----------
@@ -1470,7 +1499,11 @@ class Background(Table):
     reference : wavelength
         Where it is one. Of kind power_law.
     file : path
-        The CSV; its header may name the unit of wavelength, nm otherwise. Of kind file, required there.
+        Text, ECSV, VOTable or FITS table of wavelength and flux density. Of kind file, required there.
+    unit : text
+        Unit of the file's spectral axis where the file states none, such as "angstrom", "um" or "cm-1". Of kind file.
+    column : text
+        Name or number of the file's column to read. Of kind file.
 
     Raises
     ------
@@ -1494,6 +1527,8 @@ class Background(Table):
         exponent: float | None = None,
         reference: Quantity | None = None,
         file: Path | None = None,
+        unit: str | None = None,
+        column: str | None = None,
     ):
         super().__init__(
             kind=kind,
@@ -1507,6 +1542,8 @@ class Background(Table):
             exponent=exponent,
             reference=reference,
             file=file,
+            unit=unit,
+            column=column,
         )
 
 
@@ -1584,7 +1621,7 @@ class Band(Table):
     catalogue
         An embedded passband.
     file
-        From a CSV of wavelength and throughput.
+        From a file of wavelength and throughput.
     points
         Straight lines between points; zero outside of them.
     top_hat
@@ -1605,7 +1642,11 @@ class Band(Table):
     passband : text
         Such as "hst-wfc3-f656n", of the catalogue `passbands`. Of kind catalogue, required there.
     file : path
-        The CSV; its header may name the unit of wavelength, nm otherwise. Of kind file, required there.
+        Text, ECSV, VOTable or FITS table of wavelength and throughput. Of kind file, required there.
+    unit : text
+        Unit of the file's spectral axis where the file states none, such as "angstrom", "um" or "cm-1". Of kind file.
+    column : text
+        Name or number of the file's column to read. Of kind file.
     nm : list of numbers
         Wavelengths of the points, ascending [nm]. Of kind points, required there.
     throughput : list of numbers
@@ -1641,6 +1682,8 @@ class Band(Table):
         counting: str | None = None,
         passband: str | None = None,
         file: Path | None = None,
+        unit: str | None = None,
+        column: str | None = None,
         nm: Sequence[float] | None = None,
         throughput: Sequence[float] | None = None,
         centre: Quantity | None = None,
@@ -1657,6 +1700,8 @@ class Band(Table):
             counting=counting,
             passband=passband,
             file=file,
+            unit=unit,
+            column=column,
             nm=nm,
             throughput=throughput,
             centre=centre,
@@ -1839,7 +1884,9 @@ class PointSpread(Table):
     exponent : number
         The width goes with this power of wavelength. Of kind moffat, gaussian.
     file : path
-        The image; of several bands the first. Of kind kernel, required there.
+        The image; of several HDUs or bands the first. Of kind kernel, required there.
+    hdu : text
+        Name or number of the HDU of a FITS file, such as "OVERDIST". Of kind kernel.
     pixel_scale : angle
         The angle of a pixel of the image. Of kind kernel, required there.
 
@@ -1864,6 +1911,7 @@ class PointSpread(Table):
         wavelength: Quantity | None = None,
         exponent: float | None = None,
         file: Path | None = None,
+        hdu: str | None = None,
         pixel_scale: Quantity | None = None,
     ):
         super().__init__(
@@ -1877,6 +1925,7 @@ class PointSpread(Table):
             wavelength=wavelength,
             exponent=exponent,
             file=file,
+            hdu=hdu,
             pixel_scale=pixel_scale,
         )
 

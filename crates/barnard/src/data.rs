@@ -5,7 +5,9 @@
 use std::borrow::Cow;
 use std::fmt::Debug;
 use std::ops::{Deref, Range};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
+
+use spectra::curve::Columns;
 
 use crate::blocks::{Blocking, Blocks};
 use crate::error::{Error, Result};
@@ -153,6 +155,10 @@ pub struct Frame {
     pub is_sparse: bool,
     /// What those are that the file says to be no lengths, such as "velocity (CTYPE3 VRAD)".
     pub others: [Option<String>; 3],
+    /// The names of axes of which none says which of x, y and z it is, where the file gives such names.
+    pub unnamed: Option<String>,
+    /// Why the file's frame cannot be followed, such as a rotation, in words after "its".
+    pub problem: Option<String>,
 }
 
 /// One linear axis of an array.
@@ -181,7 +187,9 @@ impl TextTable {
     /// The name of a column in small letters, and the unit in brackets behind it, as in "x \[pc\]".
     pub fn parted(column: &str) -> (String, Option<&str>) {
         match column.split_once(['[', '(']) {
-            Some((name, unit)) => (name.trim().to_lowercase(), Some(unit.trim_end_matches([']', ')']).trim())),
+            Some((name, unit)) => {
+                (name.trim().to_lowercase(), Some(unit.trim_end_matches([']', ')']).trim()).filter(|unit| !unit.is_empty()))
+            }
             None => (column.trim().to_lowercase(), None),
         }
     }
@@ -204,12 +212,21 @@ pub trait DataSource: Debug + Send + Sync {
     /// Those of [`text`](Self::text), and where it is no table; [`Error::Scene`] says the line.
     fn table(&self, name: &str, most_rows: usize, memory_limit: u64) -> Result<TextTable>;
 
-    /// The first band of the picture called `name`: columns and rows, and its values, row by row, the first on top.
+    /// Columns of numbers of the file called `name`: a text, or a table of another format.
+    ///
+    /// # Errors
+    /// Those of [`text`](Self::text), and where it holds no columns of numbers.
+    fn columns(&self, name: &str, memory_limit: u64) -> Result<Columns> {
+        Ok(Columns::parse(name, &self.text(name, memory_limit)?)?)
+    }
+
+    /// The first band of the picture called `name`, or its HDU `hdu`: columns and rows, and its values, row by row, the
+    /// first on top.
     ///
     /// # Errors
     /// Where there is none, or it is larger than `memory_limit` bytes.
-    fn picture(&self, name: &str, memory_limit: u64) -> Result<([usize; 2], Vec<f64>)> {
-        let _ = memory_limit;
+    fn picture(&self, name: &str, hdu: Option<&str>, memory_limit: u64) -> Result<([usize; 2], Vec<f64>)> {
+        let _ = (hdu, memory_limit);
         Err(Error::file(self.label(name), "holds no picture that can be read here"))
     }
 
@@ -229,17 +246,52 @@ pub struct Inputs {
     pub memory_limit: u64,
     /// Whether what takes long is made roughly.
     pub is_rough: bool,
+    /// How files were understood; clones share it.
+    notes: Arc<Mutex<Vec<InputNote>>>,
+}
+
+/// How a file of a scene was understood.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct InputNote {
+    /// The file, as the scene names it.
+    pub file: String,
+    /// Its quantity, units, range and count, in one line.
+    pub text: String,
+    /// Whether something of it was inferred, since neither the file nor the scene states it.
+    pub is_inferred: bool,
 }
 
 impl Inputs {
     /// Reads from `source`; each array may take `memory_limit` bytes.
     pub fn new(source: Arc<dyn DataSource>, memory_limit: u64) -> Self {
-        Self { source, memory_limit, is_rough: false }
+        Self { source, memory_limit, is_rough: false, notes: Arc::default() }
     }
 
     /// The name by which messages call what `name` stands for.
     pub fn label(&self, name: &str) -> String {
         self.source.label(name)
+    }
+
+    /// Records how a file was understood, once.
+    pub fn note(&self, note: InputNote) {
+        if let Ok(mut notes) = self.notes.lock()
+            && !notes.contains(&note)
+        {
+            notes.push(note);
+        }
+    }
+
+    /// How the files read so far were understood.
+    pub fn notes(&self) -> Vec<InputNote> {
+        self.notes.lock().map(|notes| notes.clone()).unwrap_or_default()
+    }
+
+    /// Columns of numbers of the file called `name`.
+    ///
+    /// # Errors
+    /// Those of [`DataSource::columns`].
+    pub fn columns(&self, name: &str) -> Result<Columns> {
+        self.source.columns(name, self.memory_limit)
     }
 
     /// The text called `name`.
@@ -258,12 +310,12 @@ impl Inputs {
         self.source.table(name, most_rows, self.memory_limit)
     }
 
-    /// The first band of the picture called `name`: columns and rows, and its values, row by row.
+    /// The first band of the picture called `name`, or its HDU `hdu`: columns and rows, and its values, row by row.
     ///
     /// # Errors
     /// Those of [`DataSource::picture`].
-    pub fn picture(&self, name: &str) -> Result<([usize; 2], Vec<f64>)> {
-        self.source.picture(name, self.memory_limit)
+    pub fn picture(&self, name: &str, hdu: Option<&str>) -> Result<([usize; 2], Vec<f64>)> {
+        self.source.picture(name, hdu, self.memory_limit)
     }
 
     /// What `choose` chooses of the array called `name`; `member` is the one that is meant where there are several.

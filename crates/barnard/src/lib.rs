@@ -49,6 +49,7 @@ pub mod blocks;
 pub mod camera;
 pub mod composite;
 pub mod control;
+mod curve;
 pub mod data;
 pub mod detail;
 pub mod error;

@@ -79,7 +79,11 @@ pub fn draw(
     };
     let fluxes: Vec<Vec<f64>> = points.par_iter().enumerate().map(fluxes).collect::<Result<_>>()?;
     for (point, fluxes) in points.iter().zip(fluxes) {
-        splat(camera, point, &fluxes, &mut add);
+        for (pixel, share) in shares(camera, point) {
+            for (band, flux) in fluxes.iter().enumerate() {
+                add(band * camera.height * camera.width + pixel, share * flux);
+            }
+        }
     }
     Ok(())
 }
@@ -148,9 +152,7 @@ fn direct_points(scene: &Scene, camera: &Camera, lights: &[Light]) -> Vec<Point>
                 ((position - ray.origin).dot(ray.direction), 1.0)
             }
         };
-        let inside = (-(PSF_RADIUS as f64)..=(camera.width as f64 + PSF_RADIUS as f64)).contains(&column)
-            && (-(PSF_RADIUS as f64)..=(camera.height as f64 + PSF_RADIUS as f64)).contains(&row);
-        inside.then_some(Point { column, row, light, gain, length })
+        touches(camera, (column, row)).then_some(Point { column, row, light, gain, length })
     };
     lights.iter().enumerate().filter_map(point).collect()
 }
@@ -160,16 +162,29 @@ const SKY_PC: f64 = 1e12;
 
 /// Where a direction of the sky appears \[pixels\], if a star there touches the image.
 fn place_of(direction: DVec3, camera: &Camera) -> Option<(f64, f64)> {
-    let (column, row) = camera.project(camera.position + SKY_PC * direction)?;
+    camera.project(camera.position + SKY_PC * direction).filter(|place| touches(camera, *place))
+}
+
+/// Whether a source at a place touches the image. In a part of an image of all around it may do so from across a seam.
+fn touches(camera: &Camera, (column, row): (f64, f64)) -> bool {
     let margin = PSF_RADIUS as f64;
-    let inside = column > -margin && row > -margin && column < camera.width as f64 + margin && row < camera.height as f64 + margin;
-    inside.then_some((column, row))
+    let is_near = column > -margin && row > -margin && column < camera.width as f64 + margin && row < camera.height as f64 + margin;
+    let may_cross = camera.part.is_some() && matches!(camera.projection, Projection::Panorama { .. });
+    is_near || (may_cross && !shares_on_sphere(camera, column, row).is_empty())
 }
 
 /// Where a star of the star field appears, if it touches the image; `first` is the light of the first class.
 fn field_point(star: &FieldStar, camera: &Camera, first: usize) -> Option<Point> {
     let (column, row) = place_of(star.direction(), camera)?;
     Some(Point { column, row, light: first + star.class, gain: star.gain, length: f64::INFINITY })
+}
+
+/// The number of stars of the scene's catalogue, and how many of them are in the field of a camera; none without one.
+pub fn catalogue_note(scene: &Scene, camera: &Camera) -> Option<String> {
+    let placed = scene.background.catalogue.as_ref()?;
+    let turn = placed.scene_from_sky(camera);
+    let inside = placed.catalogue.stars.iter().filter(|star| place_of(turn * star.direction, camera).is_some()).count();
+    Some(format!("{inside} of {} in the field", placed.catalogue.note()))
 }
 
 /// Where the stars of a catalogue appear, the brightest first, each as the points of its two classes; `first` is the light of the
@@ -205,22 +220,71 @@ fn profile(middle: i64, at: f64) -> [f64; 2 * PSF_RADIUS as usize + 1] {
     })
 }
 
-/// Spreads one source over its pixels.
-fn splat(camera: &Camera, point: &Point, fluxes: &[f64], add: &mut impl FnMut(usize, f64)) {
+/// The pixels over which a source is spread, each with its share of the flux divided by the pixel's measure.
+fn shares(camera: &Camera, point: &Point) -> Vec<(usize, f64)> {
+    match camera.projection {
+        Projection::Panorama { .. } => shares_on_sphere(camera, point.column, point.row),
+        Projection::Perspective { .. } | Projection::Orthographic { .. } => shares_on_plane(camera, point),
+    }
+}
+
+/// Shares of a point-spread function that is round in the image.
+fn shares_on_plane(camera: &Camera, point: &Point) -> Vec<(usize, f64)> {
     let (column, row) = (point.column.floor() as i64, point.row.floor() as i64);
     let (columns, rows) = (profile(column, point.column), profile(row, point.row));
     let norm = 1.0 / (columns.iter().sum::<f64>() * rows.iter().sum::<f64>());
+    let mut shares = Vec::new();
     for (i, of_row) in (row - PSF_RADIUS..).zip(rows) {
         for (j, of_column) in (column - PSF_RADIUS..).zip(columns) {
-            if i < 0 || j < 0 || i >= camera.height as i64 || j >= camera.width as i64 {
-                continue;
-            }
-            let share = norm * of_row * of_column / camera.pixel_measure(j as f64 + 0.5, i as f64 + 0.5);
-            for (band, flux) in fluxes.iter().enumerate() {
-                add((band * camera.height + i as usize) * camera.width + j as usize, share * flux);
+            if let Some(pixel) = inside(camera, j, i) {
+                shares.push((pixel, norm * of_row * of_column / camera.pixel_measure(j as f64 + 0.5, i as f64 + 0.5)));
             }
         }
     }
+    shares
+}
+
+/// The number of a pixel; none outside of the image.
+fn inside(camera: &Camera, column: i64, row: i64) -> Option<usize> {
+    let is_inside = (0..camera.width as i64).contains(&column) && (0..camera.height as i64).contains(&row);
+    is_inside.then(|| row as usize * camera.width + column as usize)
+}
+
+/// Shares of a point-spread function that is round on the sphere, exp(−θ²/2σ²) at an angle θ from the source: across
+/// seams, around poles, and over edges and corners of a cube. Pixels that show no direction get nothing. All light of the
+/// source is in the whole image, of which a crop has its part.
+fn shares_on_sphere(camera: &Camera, column: f64, row: f64) -> Vec<(usize, f64)> {
+    let direction = camera.ray(column, row).direction;
+    let step = camera.footprint().per_pc;
+    let radius = PSF_RADIUS as f64 * step;
+    let angle = |other: DVec3| 2.0 * (0.5 * direction.distance(other)).min(1.0).asin();
+    // Pixels that are neighbours on the sphere may be far apart in the image: places on a lattice around the source find
+    // a first one on each side, their neighbours in the image follow.
+    let (right, up) = direction.any_orthonormal_pair();
+    let mut waiting: Vec<(i64, i64)> = Vec::new();
+    for (x, y) in (-PSF_RADIUS..=PSF_RADIUS).flat_map(|x| (-PSF_RADIUS..=PSF_RADIUS).map(move |y| (x as f64, y as f64))) {
+        let place = (direction + step * (x * right + y * up)).normalize();
+        waiting.extend(camera.project(camera.position + SKY_PC * place).map(|(column, row)| (column.floor() as i64, row.floor() as i64)));
+    }
+    let mut seen = std::collections::BTreeSet::new();
+    let mut weights = Vec::new();
+    while let Some((column, row)) = waiting.pop() {
+        let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
+        if !seen.insert((column, row)) || !camera.sees(x, y) {
+            continue;
+        }
+        let theta = angle(camera.ray(x, y).direction);
+        if theta > radius {
+            continue;
+        }
+        weights.push(((column, row), (-0.5 * (theta / (PSF_SIGMA * step)).powi(2)).exp(), camera.pixel_measure(x, y)));
+        waiting.extend([(column - 1, row), (column + 1, row), (column, row - 1), (column, row + 1)]);
+    }
+    // Sums do not depend on the order in which pixels were found.
+    weights.sort_by_key(|(place, ..)| *place);
+    let sum: f64 = weights.iter().map(|(_, weight, measure)| weight * measure).sum();
+    let share = |((column, row), weight, _): ((i64, i64), f64, f64)| Some((inside(camera, column, row)?, weight / sum));
+    if sum > 0.0 { weights.into_iter().filter_map(share).collect() } else { Vec::new() }
 }
 
 #[cfg(test)]

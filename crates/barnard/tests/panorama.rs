@@ -276,3 +276,59 @@ fn impossible_eyes_are_refused() {
         assert!(error.contains(words), "{said}: {error}");
     }
 }
+
+/// The flux of one star, Σ I Ω, and where its light is on the sphere: directions and weights.
+fn star_light(camera: &Camera, towards: DVec3) -> (f64, Vec<(DVec3, f64)>) {
+    let star = barnard::scene::Star::blackbody(spectra::units::Temperature(6000.0), spectra::units::Luminosity::suns(1.0));
+    let star = star.at(camera.position + 5.0 * towards.normalize());
+    let band = spectra::passband::Passband::named("bessell-V").unwrap();
+    let scene = Scene::new(camera.clone()).bands(vec![band]).star(star);
+    let image = reference::render(&scene, 1e-4, &Control::default()).unwrap();
+    let mut light = Vec::new();
+    for (i, value) in image.band(0).enumerate().filter(|(_, value)| *value != 0.0) {
+        let (x, y) = ((i % camera.width) as f64 + 0.5, (i / camera.width) as f64 + 0.5);
+        assert!(camera.sees(x, y), "light outside of the image's directions at {x} {y}");
+        light.push((camera.ray(x, y).direction, value * camera.pixel_measure(x, y)));
+    }
+    (light.iter().map(|(_, flux)| flux).sum(), light)
+}
+
+/// Stars keep their flux at seams, poles, edges and corners, and their discs are round on the sphere.
+#[test]
+fn stars_keep_their_light_everywhere() {
+    let own = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z);
+    let places = [
+        ("ahead", DVec3::new(0.1, 0.2, -1.0)),
+        ("seam", DVec3::Z),
+        ("seam at 40 deg", DVec3::new(0.0, 40f64.to_radians().tan(), 1.0)),
+        ("zenith", DVec3::Y),
+        ("nadir", DVec3::NEG_Y),
+        ("88 deg", DVec3::new(0.02, 1.0, 0.03)),
+        ("edge of a cube", DVec3::new(1.0, 0.3, 1.0)),
+        ("another edge", DVec3::new(0.2, 1.0, -1.0)),
+        ("corner of a cube", DVec3::new(1.0, 1.0, 1.0)),
+        ("another corner", DVec3::new(-1.0, 1.0, -1.0)),
+    ];
+    let flat = own.clone().field_of_view_deg(30.0).size(201, 201);
+    let truth = star_light(&flat, DVec3::new(0.01, 0.02, -1.0)).0;
+    let spheres = [
+        ("sphere", own.clone().equirectangular(200)),
+        ("cube", own.clone().cubemap(64)),
+        ("full dome", own.clone().fisheye_deg(360.0, 90.0).size(200, 200)),
+    ];
+    for (name, camera) in &spheres {
+        let step = camera.footprint().per_pc;
+        for (place, towards) in places {
+            let (flux, light) = star_light(camera, towards);
+            assert!((flux / truth - 1.0).abs() < 1e-3, "{name}, {place}: {}", flux / truth);
+            // Mean squares of the angle along two directions across the source, in pixels.
+            let (right, up) = towards.normalize().any_orthonormal_pair();
+            let spread = |axis: DVec3| light.iter().map(|(d, w)| w * d.dot(axis).powi(2)).sum::<f64>() / flux / step.powi(2);
+            let (a, b) = (spread(right), spread(up));
+            assert!(a < 1.6 && b < 1.6 && (a / b - 1.0).abs() < 0.45, "{name}, {place}: {a} {b}");
+        }
+    }
+    // Half of the light at a border was lost once: so much is seen.
+    let cut = own.clone().equirectangular(200).crop(0, 0, 100, 100).unwrap();
+    assert!((star_light(&cut, DVec3::Z).0 / truth - 0.5).abs() < 0.05);
+}

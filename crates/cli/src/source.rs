@@ -110,6 +110,9 @@ impl SceneArgs {
             (None, None) => bail!("no scene; give a file, or --builtin NAME"),
         };
         control.check()?;
+        for input in file.scene.inputs.iter().filter(|input| input.is_inferred) {
+            complain!("note: {}: {}", input.file, input.text);
+        }
         Ok((file, Options::within(memory_limit)))
     }
 
@@ -154,7 +157,7 @@ impl SceneArgs {
             };
         }
         if let Some((width, height)) = self.size {
-            (scene.camera.width, scene.camera.height) = (width, height);
+            scene.camera = scene.camera.size(width, height);
         }
         scene.method = self.method(&scene)?;
         Ok(scene)

@@ -9,6 +9,7 @@
 pub mod builtin;
 pub mod catalogue;
 pub mod claim;
+pub mod columns;
 pub mod film;
 pub mod formats;
 mod manual;

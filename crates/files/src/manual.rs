@@ -106,10 +106,17 @@ fn units(page: &mut String) {
 const CSV: &str = "
 ## Files of spectra
 
-Filters, stars, gas, albedos and mean cosines are read from CSV text: two columns, a wavelength in ascending order and a value, parted by commas, semicolons,
-tabs or blanks; numbers have a decimal point. Lines that begin with `#` and one line of column names are skipped; they may name the unit of the wavelength
-(`nm`, `um`, `µm`, `micron`, `angstrom`, `Å`), nm otherwise. Between rows the curve is straight. A filter is zero outside of its rows; a star or a gas must reach
-over every passband, unless its rows end with zero; an albedo or a mean cosine keeps its first and last value beyond its rows.
+Filters, stars, gas, albedos and mean cosines are read from text, ECSV, VOTable (TABLEDATA) or a FITS binary table: a wavelength in ascending or descending
+order and a value. In text, commas, semicolons, tabs or blanks separate columns, the same in all rows; decimal commas are read where no number can mean anything
+else. Lines that begin with `#`, `%`, `!` or `//` are comments. A line of column names, and a line of units below it, may precede the rows.
+
+The unit of the spectral axis is that of the key `unit`, of the column (`wavelength_nm`, `lambda [Å]`, a unit of the table), or of a comment that names the columns. Any
+spelling of angstrom, nm, um, mm and m is understood, and wavenumbers (cm-1), frequencies and photon energies are converted. Where no unit is stated, one is
+inferred if all rows lie between 90 nm and 30 um in that unit alone, and a note says so; otherwise the file is refused. `column` chooses one of several columns.
+Percent become fractions; fluxes per frequency (`Jy`) or in photons (`PHOTLAM`) become fluxes per wavelength. Wavelengths in air (`wavelength_air`) become those in vacuum.
+
+Between rows the curve is straight. A filter is zero outside of its rows; a star or a gas must reach over every passband, unless its rows end with zero; an albedo
+or a mean cosine keeps its first and last value beyond its rows. `barnard info FILE` prints how a file is understood.
 ";
 
 fn entry(page: &mut String, kind: &KindRow) {

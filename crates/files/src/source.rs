@@ -9,9 +9,10 @@ use std::sync::Mutex;
 use barnard::data::{Array, Choose, DataSource, TextTable};
 use barnard::error::{Error, Result};
 use barnard::memory;
+use spectra::curve::Columns;
 
-use crate::formats::{open, read_array, read_file, read_image, replace};
-use crate::{paths, text_table};
+use crate::formats::{open, read_array, read_file, read_picture, replace};
+use crate::{columns, paths, text_table};
 
 /// Files by name, each with its bytes.
 pub type Embedded = &'static [(&'static str, &'static [u8])];
@@ -105,6 +106,16 @@ impl DataSource for SceneFiles {
         String::from_utf8(bytes).map(Cow::Owned).map_err(|_| no_text())
     }
 
+    fn columns(&self, name: &str, memory_limit: u64) -> Result<Columns> {
+        if let Some(bytes) = self.unpack(name) {
+            return columns::read(name, bytes, memory_limit);
+        }
+        let path = self.path(name);
+        let bytes = read_limited(&path, memory_limit)?;
+        self.note(path);
+        columns::read(name, &bytes, memory_limit)
+    }
+
     fn table(&self, name: &str, most_rows: usize, memory_limit: u64) -> Result<TextTable> {
         let (label, path) = (self.label(name), self.path(name));
         let made = |bytes: &[u8], read: fn(&paths::Request) -> Result<TextTable>| {
@@ -131,11 +142,11 @@ impl DataSource for SceneFiles {
         Ok(table)
     }
 
-    fn picture(&self, name: &str, memory_limit: u64) -> Result<([usize; 2], Vec<f64>)> {
+    fn picture(&self, name: &str, hdu: Option<&str>, memory_limit: u64) -> Result<([usize; 2], Vec<f64>)> {
         let path = self.path(name);
-        let image = read_image(&path, memory_limit)?;
+        let picture = read_picture(&path, hdu, memory_limit)?;
         self.note(path);
-        Ok(([image.width, image.height], image.band(0).collect()))
+        Ok(picture)
     }
 
     fn array(&self, name: &str, member: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array> {

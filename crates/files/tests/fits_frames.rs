@@ -84,9 +84,16 @@ fn frames_are_read() {
     let turned_round = of(&backwards, "").unwrap();
     assert!((turned_round.low.x + 4.5).abs() < 1e-12 && (turned_round.high.x + 0.5).abs() < 1e-12, "{turned_round:?}");
     // A frame on the sky is no box: the scene must say one.
-    let sky = ["CDELT1  = 0.1", "CDELT2  = 0.1", "CDELT3  = 0.1", "CUNIT1  = 'deg'", "CUNIT2  = 'deg'", "CUNIT3  = 'm/s'"];
+    let sky = ["CDELT1  = 0.1", "CDELT2  = 0.1", "CDELT3  = 0.1", "CUNIT1  = 'deg'", "CUNIT2  = 'deg'"];
     let none = of(&sky, "").unwrap_err();
     assert!(none.contains("axis x is in \"deg\"") && of(&sky, BOX).is_ok(), "{none}");
+    // An axis of velocities is none of a volume, whatever box the scene states.
+    let velocities: Vec<&str> = sky.into_iter().chain(["CUNIT3  = 'm/s'"]).collect();
+    for keys in ["", BOX] {
+        let message = of(&velocities, keys).unwrap_err();
+        assert!(message.contains("velocity (CUNIT3 m/s)") && message.contains("wcs = false"), "{message}");
+    }
+    assert!(of(&velocities, &format!("{BOX}\nwcs = false")).is_ok());
     // What the file itself says to be no length is no side of a box, unless somebody says so.
     for (card, what) in [
         ("CTYPE3  = 'VRAD    '", "velocity (CTYPE3 VRAD)"),
@@ -104,7 +111,7 @@ fn frames_are_read() {
     assert!(of(&named, "").is_ok());
     // Turned axes are none of the box's.
     let turned: Vec<&str> = FRAME.into_iter().chain(["CROTA2  = 30.0"]).collect();
-    assert!(of(&turned, "").is_err() && of(&turned, BOX).is_ok());
+    assert!(of(&turned, "").is_err() && of(&turned, BOX).is_err() && of(&turned, &format!("{BOX}\nwcs = false")).is_ok());
 }
 
 /// Frames that no number can be reckoned with are refused by name, also where the scene itself says them.

@@ -66,15 +66,16 @@ pub(crate) fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene)
             "a linear one, such as MJy/sr: magnitudes have no errors that are normal",
         ));
     }
-    for plane in file.planes.iter().filter(|plane| scene.bands.iter().any(|band| band.name() == plane.name)) {
-        if let Some(own) = plane.unit.as_deref().filter(|own| *own != unit.fits()) {
-            let reason = format!("is in {own}, and the scene's pictures in {}; write unit in [observation]", unit.fits());
+    let used = || scene.bands.iter().filter_map(|band| file.plane(band.name(), scene.bands.len()));
+    for plane in used().flat_map(|plane| [Some(plane), file.errors_of(&plane.name)]).flatten() {
+        if let Some(own) = plane.unit.as_deref().filter(|own| !unit.is_spelled(own)) {
+            let name = if plane.name.is_empty() { "its image" } else { &plane.name };
+            let reason = format!("{name} is in {own}, and the scene's pictures are in {}; write unit in [observation]", unit.fits());
             return Err(Error::file(path, reason));
         }
     }
     let Some(own) = sky_of(image)? else { return Ok(()) };
-    let used = scene.bands.iter().filter_map(|band| file.plane(band.name(), scene.bands.len()));
-    used.filter_map(|plane| plane.sky.as_ref()).try_for_each(|theirs| lies_there(path, image, &own, theirs))
+    used().filter_map(|plane| plane.sky.as_ref()).try_for_each(|theirs| lies_there(path, image, &own, theirs))
 }
 
 /// Refuses pixels that lie elsewhere on the sky than those of the model.

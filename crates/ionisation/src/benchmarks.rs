@@ -2,7 +2,7 @@
 //!
 //! Source: Wood, Mathis & Ercolano 2004, MNRAS 348, 1337 (tables), Ferland et al. 1995 (the clouds).
 
-use spectra::table::with_provenance;
+use spectra::embedded::with_provenance;
 
 use crate::atoms::{ELEMENTS, Element};
 use crate::balance::{Accuracy, Diffuse, Gas};

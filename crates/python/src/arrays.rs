@@ -12,6 +12,7 @@ use barnard_files::formats::part_of;
 use numpy::{Element, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use spectra::curve::Columns;
 
 /// The memory of an array that nobody writes into, held by a reference to the array.
 struct Held<T: 'static> {
@@ -101,12 +102,16 @@ impl DataSource for Arrays {
         self.files.text(name, memory_limit)
     }
 
+    fn columns(&self, name: &str, memory_limit: u64) -> Result<Columns> {
+        self.files.columns(name, memory_limit)
+    }
+
     fn table(&self, name: &str, most_rows: usize, memory_limit: u64) -> Result<TextTable> {
         self.files.table(name, most_rows, memory_limit)
     }
 
-    fn picture(&self, name: &str, memory_limit: u64) -> Result<([usize; 2], Vec<f64>)> {
-        self.files.picture(name, memory_limit)
+    fn picture(&self, name: &str, hdu: Option<&str>, memory_limit: u64) -> Result<([usize; 2], Vec<f64>)> {
+        self.files.picture(name, hdu, memory_limit)
     }
 
     fn array(&self, name: &str, member: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array> {

@@ -2,8 +2,9 @@
 
 use std::sync::OnceLock;
 
+use crate::embedded::embedded_columns;
 use crate::error::Result;
-use crate::table::{Table, embedded_columns};
+use crate::table::Table;
 
 /// The colour matching functions x̄, ȳ, z̄ over λ \[µm\].
 ///

@@ -14,8 +14,10 @@ pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 pub const ASTRONOMICAL_UNIT: f64 = 149_597_870_700.0;
 /// Parsec \[m\] (IAU 2015 resolution B2: 648000/π au).
 pub const PARSEC: f64 = ASTRONOMICAL_UNIT * 648_000.0 / std::f64::consts::PI;
-/// Light year \[m\] (IAU: 365.25 days of light).
-pub const LIGHT_YEAR: f64 = SPEED_OF_LIGHT * 365.25 * 86_400.0;
+/// Julian year \[s\] (IAU: 365.25 days).
+pub const JULIAN_YEAR: f64 = 365.25 * 86_400.0;
+/// Light year \[m\] (IAU: a Julian year of light).
+pub const LIGHT_YEAR: f64 = SPEED_OF_LIGHT * JULIAN_YEAR;
 /// Nominal solar luminosity \[W\] (IAU 2015 resolution B3).
 pub const SOLAR_LUMINOSITY: f64 = 3.828e26;
 /// Nominal solar radius \[m\] (IAU 2015 resolution B3).

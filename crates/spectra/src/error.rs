@@ -82,6 +82,11 @@ fn nearest_hint(nearest: &Option<String>) -> String {
 
 /// The candidate that is closest to `name`, if any is close.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    // "V" is short for "johnson-V", "F656N" for "hst-wfc3-f656n".
+    if let Some(whole) = candidates.iter().find(|c| c.rsplit_once('-').is_some_and(|(_, last)| last.eq_ignore_ascii_case(name))) {
+        return Some((*whole).to_owned());
+    }
     candidates
         .into_iter()
         .map(|c| (strsim::jaro_winkler(name, c), c))

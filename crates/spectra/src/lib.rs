@@ -4,11 +4,14 @@
 //! Arrows only go down: nothing here knows of scenes, grids or images. Catalogues are tables of data; a new law,
 //! spectrum, passband or rule is one file and one row.
 
+pub mod air;
 pub mod basis;
 pub mod cie;
 pub mod colour;
 pub mod components;
 pub mod constants;
+pub mod curve;
+pub mod embedded;
 pub mod error;
 pub mod exp_integral;
 mod exponential;

@@ -16,9 +16,10 @@
 use std::sync::Arc;
 
 use crate::constants::SPHERE;
+use crate::embedded::{rows, with_provenance};
 use crate::error::{Result, SpectraError};
 use crate::spectrum::{Line, Spectrum};
-use crate::table::{Table, rows, with_provenance};
+use crate::table::Table;
 use crate::units::{NumberDensity, Temperature};
 
 const EMISSIVITIES: &str = include_str!("../data/nebular/line_emissivities.csv");

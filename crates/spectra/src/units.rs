@@ -174,7 +174,9 @@ quantity! {
 }
 quantity! {
     /// A time \[s\].
-    Time("time", "2.5 s") { "s" = 1.0, "ms" = 1e-3, "min" = 60.0, "h" = 3600.0 }
+    Time("time", "2.5 s") {
+        "s" = 1.0, "ms" = 1e-3, "min" = 60.0, "h" = 3600.0, "d" = 86_400.0, "day" = 86_400.0, "yr" = JULIAN_YEAR, "kyr" = 1e3 * JULIAN_YEAR, "Myr" = 1e6 * JULIAN_YEAR
+    }
 }
 quantity! {
     /// A radiance per wavelength [W m⁻² sr⁻¹ µm⁻¹].

@@ -24,6 +24,11 @@ use crate::error::{Error, Result};
 use crate::properties::places::set;
 use crate::properties::{Key, Property, Section, Table, Value};
 
+/// Reads a file of a camera's path as `[camera.path]` does.
+pub(crate) fn check_path(section: &Section, inputs: &Inputs) -> Result<()> {
+    CameraPath::build(section, "perspective", inputs).map(|_| ())
+}
+
 /// Keys of `[[animation]]`.
 pub(crate) const TRACK: &[Key] = &[
     Key::required(

@@ -12,7 +12,7 @@ use super::curve::{Curve, INTERPOLATIONS, Interpolation};
 use super::keyframes::Keyframes;
 use super::track::Track;
 use crate::camera::KINDS;
-use crate::data::Inputs;
+use crate::data::{InputNote, Inputs};
 use crate::error::Result;
 use crate::properties::{Key, Property, Section, Table, Value};
 
@@ -55,6 +55,11 @@ pub(super) struct CameraPath {
     way: Option<Vec<(f64, f64)>>,
 }
 
+/// The names of what a path changes.
+fn names_of(vectors: &[(&'static str, Curve)], others: &[(String, Track)]) -> String {
+    vectors.iter().map(|(name, _)| *name).chain(others.iter().map(|(name, _)| name.as_str())).collect::<Vec<_>>().join(", ")
+}
+
 impl CameraPath {
     /// Reads `[camera.path]` of a camera of a kind.
     pub fn build(section: &Section, kind: &str, inputs: &Inputs) -> Result<Self> {
@@ -78,7 +83,8 @@ impl CameraPath {
             let has = if times.is_empty() { "no keys" } else { "one key" };
             return Err(section.error("key", format!("a path with {has} leads nowhere; give two or more [[camera.path.key]], or a file")));
         };
-        let vectors = vectors.into_iter().map(|(name, (times, values))| (name, Curve::new(times, values, interpolation))).collect();
+        let vectors: Vec<(&'static str, Curve)> =
+            vectors.into_iter().map(|(name, (times, values))| (name, Curve::new(times, values, interpolation))).collect();
         let track = |(name, keys): (String, Vec<(f64, Value)>)| {
             let owners: Vec<&str> = KINDS.iter().filter(|own| own.keys.iter().any(|key| key.name == name)).map(|own| own.name).collect();
             if !owners.contains(&kind) {
@@ -87,11 +93,15 @@ impl CameraPath {
             }
             Ok((name.clone(), Track::new(keys, interpolation).map_err(|e| section.error("key", format!("{name}: {e}")))?))
         };
-        let others = others.into_iter().map(track).collect::<Result<_>>()?;
+        let others: Vec<(String, Track)> = others.into_iter().map(track).collect::<Result<_>>()?;
         let ease = section.quantity::<Time>("ease")?.map_or(0.0, |time| time.0);
         if !(0.0..=0.5 * (last - first)).contains(&ease) {
             let message = format!("{ease} s is no time in which a path of {} s can begin and end; give half of it at most", last - first);
             return Err(section.error("ease", message));
+        }
+        if let Some(file) = section.text("file")? {
+            let text = format!("camera path: {} keys from {first} to {last} s, of {}", times.len(), names_of(&vectors, &others));
+            inputs.note(InputNote { file: file.to_owned(), text, is_inferred: false });
         }
         let mut path = Self { vectors, others, span: (first, last), ease, way: None };
         if section.flag("constant_speed")?.unwrap_or(false) {

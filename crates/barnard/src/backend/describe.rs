@@ -7,6 +7,7 @@ use crate::camera::panorama::Layout;
 use crate::camera::{Camera, Projection};
 use crate::image::{Band, Image, Samples};
 use crate::keywords::{Keyword, integer, number, text};
+use crate::points;
 use crate::scene::Scene;
 
 /// An image of `scene` as `camera` sees it, bands × height × width, its bands and scene described.
@@ -29,7 +30,7 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         ),
     ];
     notes.extend(scene.dust.as_ref().and_then(|dust| dust.albedo.note(&dust.extinction.name)));
-    notes.extend(scene.background.catalogue.iter().map(|placed| ("catalogue".into(), placed.catalogue.note())));
+    notes.extend(points::catalogue_note(scene, camera).map(|note| ("catalogue".into(), note)));
     Image {
         width: camera.width,
         height: camera.height,
@@ -39,6 +40,8 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         views: views(camera),
         pixel: Some(camera.pixel_scale()),
         axis: camera.axis(),
+        part: camera.part,
+        circle: camera.circle(),
         observation: scene.observation,
         notes,
         display: scene.display.clone(),

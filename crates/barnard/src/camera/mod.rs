@@ -21,7 +21,7 @@ pub use stereo::{Arrangement, Eye, Stereo};
 use self::panorama::{Axes, Layout};
 use crate::error::{Error, Result};
 use crate::geometry::Ray;
-use crate::image::PixelScale;
+use crate::image::{ImagePart, PixelScale};
 
 /// How rays leave the image plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,6 +94,8 @@ pub struct Camera {
     pub stereo: Option<Stereo>,
     /// Which of two eyes looks, in an image of all around; none: one looks from the camera's own place.
     pub eye: Option<Eye>,
+    /// The place of this image in a larger one of which it is a part.
+    pub part: Option<ImagePart>,
 }
 
 /// Most pixels along an edge: what the formats can hold and a mistake cannot reach.
@@ -146,6 +148,7 @@ impl Camera {
             offset: (0.0, 0.0),
             stereo: None,
             eye: None,
+            part: None,
         }
         .up(DVec3::Y)
         .field_of_view_deg(FIELD_OF_VIEW_DEG)
@@ -192,7 +195,7 @@ impl Camera {
     /// The same camera with so many pixels.
     #[must_use]
     pub fn size(self, width: usize, height: usize) -> Self {
-        Self { width, height, ..self }
+        Self { width, height, part: None, ..self }
     }
 
     /// The camera of a part of the image, so many pixels from column and row on: its rays are those of the whole.
@@ -210,7 +213,9 @@ impl Camera {
         let right = (column as f64 + 0.5 * width as f64 - half) / half;
         let up = (0.5 * self.height as f64 - row as f64 - 0.5 * height as f64) / half;
         let offset = ((self.offset.0 + right) / part, (self.offset.1 + up) / part);
-        Ok(Self { projection, width, height, offset, ..self })
+        let own = self.part.unwrap_or(ImagePart { column: 0, row: 0, whole: (self.width, self.height) });
+        let part = Some(ImagePart { column: own.column + column, row: own.row + row, ..own });
+        Ok(Self { projection, width, height, offset, part, ..self })
     }
 
     /// The same camera with so many rays along each side of a pixel.
@@ -406,6 +411,16 @@ impl Camera {
     pub fn axis(&self) -> (f64, f64) {
         let half = 0.5 * self.width as f64;
         (-half * self.offset.0, -half * self.offset.1)
+    }
+
+    /// Radius of a dome's circle around the axis of view \[pixels\]; none for other images.
+    pub fn circle(&self) -> Option<f64> {
+        match self.projection {
+            Projection::Panorama { layout: Layout::Dome { half_aperture, .. }, half_width } => {
+                Some(0.5 * self.width as f64 * half_aperture / half_width)
+            }
+            _ => None,
+        }
     }
 
     /// Size of a pixel in the middle of the image.

@@ -9,8 +9,9 @@ use super::dust_map::DustMap;
 use super::placement::Placement;
 use super::{Field, Grid};
 use crate::blocks::Storage;
-use crate::data::{Inputs, Numbers};
+use crate::data::{InputNote, Inputs, Numbers};
 use crate::error::{Error, Result};
+use crate::geometry::Bounds;
 use crate::properties::{Key, Kind, Section};
 use crate::stored::too_small;
 
@@ -142,6 +143,7 @@ pub fn load(section: &Section, inputs: &Inputs) -> Result<Loaded> {
     });
     let array = section.wrap("file", array)?;
     let (placement, factor, unit) = placed.ok_or_else(|| section.error("file", "nothing of it was read"))?;
+    inputs.note(volume_note(file, &placement, unit.as_deref(), factor));
     let lattice = placement.lattice.clone();
     let strides = placement.strides(&array);
     let held = |largest: f64| match too_small(largest) {
@@ -164,6 +166,19 @@ pub fn load(section: &Section, inputs: &Inputs) -> Result<Loaded> {
     };
     grid.check(section.name())?;
     Ok(Loaded { grid, unit })
+}
+
+/// The voxels, the box, the unit and the factor of a volume.
+fn volume_note(file: &str, placement: &Placement, unit: Option<&str>, factor: f64) -> InputNote {
+    let [x, y, z] = placement.lattice.dims;
+    let Bounds { low, high } = placement.lattice.bounds;
+    let unit = unit.map_or_else(|| "values without a unit, as they are".to_owned(), |unit| format!("values in {unit}"));
+    let times = if factor == 1.0 { String::new() } else { format!(" (file times {factor:e})") };
+    let text = format!(
+        "volume: {x} x {y} x {z} voxels from {:.6} {:.6} {:.6} to {:.6} {:.6} {:.6} pc, {unit}{times}",
+        low.x, low.y, low.z, high.x, high.y, high.z
+    );
+    InputNote { file: file.to_owned(), text, is_inferred: false }
 }
 
 /// The units that number densities and extinctions are turned into.

@@ -34,7 +34,15 @@ impl Placement {
     /// The place of an array that its file lays out so, by the keys of a section.
     pub fn of(section: &Section, layout: &Layout) -> Result<Self> {
         let usual = layout.frame.as_ref().map_or("xyz", |frame| frame.order);
-        let order = section.choice("axes", &AXIS_ORDERS)?.unwrap_or(usual);
+        let stated = section.choice("axes", &AXIS_ORDERS)?;
+        let file = section.text("file")?.unwrap_or("the file");
+        if let Some(names) = layout.frame.as_ref().and_then(|frame| frame.unnamed.as_ref()).filter(|_| stated.is_none()) {
+            let message = format!(
+                "the file's axes are called {names}, slowest first, which are not x, y and z: write axes = \"zyx\" or another order"
+            );
+            return Err(section.error("file", message));
+        }
+        let order = stated.unwrap_or(usual);
         let axes = by_letter(order);
         let dims = axes.map(|axis| layout.shape[axis]);
         let own = OwnBox::of(section, layout.frame.as_ref(), axes, dims)?;
@@ -138,11 +146,18 @@ impl OwnBox {
         let is_sparse = frame.is_some_and(|frame| frame.is_sparse);
         let silent = |reason: String| Self { bounds: Err(reason), backwards: [false; 3], is_cubic: true, is_sparse, is_movable: true };
         let is_read = section.flag("wcs")?.unwrap_or(true);
+        let file = section.text("file")?.unwrap_or("the file");
         let frame = frame.filter(|_| is_read);
         if let Some((i, other)) = (0..3).find_map(|i| Some((i, frame?.others[axes[i]].as_ref()?))) {
             let message = format!(
-                "the file's axis {} is a {other}, so the cube is no volume: make a density along three lengths of it first, or say wcs = false, with low and high, to take it as one",
+                "{file}: its axis {} is a {other}, so the cube is no volume: make a density along three lengths of it first, or say wcs = false, with low and high, to take it as one",
                 ['x', 'y', 'z'][i]
+            );
+            return Err(section.error("file", message));
+        }
+        if let Some(problem) = frame.and_then(|frame| frame.problem.as_ref()) {
+            let message = format!(
+                "{file}: {problem}: resample the cube along its own axes, or say wcs = false, with low and high, to place it by hand"
             );
             return Err(section.error("file", message));
         }

@@ -19,7 +19,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::convolution::{Kernel, Spread, reach};
 use super::optics::{OPTICS, OpticsRow};
-use super::{Band, Image, Samples};
+use super::{Band, Image, PixelScale, Samples};
 use crate::error::{Error, Result};
 use crate::fourier::Complex;
 
@@ -90,11 +90,24 @@ impl Glare {
         let mut samples: Vec<f64> = (0..image.samples.len()).map(|i| image.samples.at(i)).collect();
         if width > 0 && height > 0 {
             let haze = OnceCell::new();
+            let margin = if closes(image, width) { reach(width.max(height)).min(width) } else { 0 };
             for band in image.radiances() {
-                let spread = Spread::new(&self.kept(&image.bands[band], width.max(height), &haze, &LAST), width, height);
+                let spread = Spread::new(&self.kept(&image.bands[band], width.max(height), &haze, &LAST), width + 2 * margin, height);
                 for (column, row) in (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))) {
                     let first = (band * image.height + row * height) * image.width + column * width;
-                    spread.apply(&mut samples[first..], image.width);
+                    let view = &mut samples[first..];
+                    if margin == 0 {
+                        spread.apply(view, image.width);
+                    } else {
+                        let mut wide = continued(view, image.width, (width, height), margin);
+                        spread.apply(&mut wide, width + 2 * margin);
+                        for (own, wide) in view.chunks_mut(image.width).zip(wide.chunks(width + 2 * margin)) {
+                            own[..width].copy_from_slice(&wide[margin..margin + width]);
+                        }
+                    }
+                    if let Some(circle) = image.circle {
+                        cut(view, image.width, (width, height), (image.axis, circle));
+                    }
                 }
             }
         }
@@ -150,6 +163,29 @@ impl Glare {
     }
 }
 
+/// Whether the left and the right edge of a view are neighbours: a sphere by longitude, all around.
+fn closes(image: &Image, width: usize) -> bool {
+    matches!(image.pixel, Some(PixelScale::PlateCarree(degrees)) if (width as f64 * degrees - 360.0).abs() < 1e-6)
+}
+
+/// A view with so many columns of its other side at both of its edges; rows of the image are `stride` values apart.
+fn continued(view: &[f64], stride: usize, (width, height): (usize, usize), margin: usize) -> Vec<f64> {
+    let rows = view.chunks(stride).take(height);
+    rows.flat_map(|row| [&row[width - margin..width], &row[..width], &row[..margin]].concat()).collect()
+}
+
+/// Takes away what lies outside of a circle around the axis of view, whose place is to the right and upwards from the middle.
+fn cut(view: &mut [f64], stride: usize, (width, height): (usize, usize), (axis, radius): ((f64, f64), f64)) {
+    let middle = (0.5 * width as f64 + axis.0, 0.5 * height as f64 - axis.1);
+    for (y, row) in view.chunks_mut(stride).take(height).enumerate() {
+        for (x, value) in row.iter_mut().take(width).enumerate() {
+            if (x as f64 + 0.5 - middle.0).hypot(y as f64 + 0.5 - middle.1) > radius {
+                *value = 0.0;
+            }
+        }
+    }
+}
+
 /// What a kernel depends on.
 #[derive(PartialEq)]
 struct Asked {
@@ -186,6 +222,33 @@ struct Haze {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A point at the edge of a sphere's picture shines on its other side as one in the middle does, and light of a dome stays in its circle.
+    #[test]
+    fn glares_know_seams_and_circles() {
+        let glare = of("hubble");
+        let (width, height) = (64, 32);
+        let turned = |column: usize, pixel: Option<PixelScale>| {
+            let image = Image { pixel, ..points(width, height, &[(column, 16, 1.0)]) };
+            let seen: Vec<f64> = glare.seen(&image).band(0).collect();
+            seen.chunks(width)
+                .flat_map(|row| {
+                    let mut row = row.to_vec();
+                    row.rotate_left((column + width - 32) % width);
+                    row
+                })
+                .collect::<Vec<f64>>()
+        };
+        let sphere = Some(PixelScale::PlateCarree(360.0 / width as f64));
+        let farthest = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let middle = turned(32, sphere);
+        assert!(farthest(&middle, &turned(0, sphere)) < 1e-3 * middle[16 * width + 32]);
+        assert!(farthest(&middle, &turned(0, None)) > 1e-2 * middle[16 * width + 32]);
+        let dome = Image { circle: Some(16.0), ..points(32, 32, &[(16, 1, 1.0)]) };
+        let seen: Vec<f64> = glare.seen(&dome).band(0).collect();
+        let outside = |i: usize| ((i % 32) as f64 - 15.5).hypot((i / 32) as f64 - 15.5) > 16.0;
+        assert!((0..seen.len()).all(|i| !outside(i) || seen[i] == 0.0) && seen.iter().sum::<f64>() > 0.1);
+    }
 
     /// A picture with points, given by column, row and light.
     fn points(width: usize, height: usize, at: &[(usize, usize, f64)]) -> Image {

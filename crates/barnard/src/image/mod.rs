@@ -76,6 +76,17 @@ impl PixelScale {
     }
 }
 
+/// The place of a part in an image \[pixels\].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ImagePart {
+    /// The first column of the part.
+    pub column: usize,
+    /// Its first row, the uppermost of the image being row 0.
+    pub row: usize,
+    /// Width and height of the whole image.
+    pub whole: (usize, usize),
+}
+
 /// A rendered image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
@@ -95,6 +106,10 @@ pub struct Image {
     pub pixel: Option<PixelScale>,
     /// Where the axis of view meets the image, from its middle to the right and upwards \[pixels\].
     pub axis: (f64, f64),
+    /// The place of the image in a larger one of which it is a part.
+    pub part: Option<ImagePart>,
+    /// Radius around the axis of view beyond which the image of a dome shows nothing \[pixels\].
+    pub circle: Option<f64>,
     /// Where on the sky it is taken, where somebody said.
     pub observation: Option<Observation>,
     /// Key and value, in words: scene, back end, method, accuracy.
@@ -133,6 +148,8 @@ impl Image {
             views: (1, 1),
             pixel: None,
             axis: (0.0, 0.0),
+            part: None,
+            circle: None,
             observation: None,
             notes,
             keywords,

@@ -5,6 +5,7 @@
 //! pivot wavelength, which makes both means those of one spectrum (Bessell & Murphy 2012, PASP 124, 140).
 
 use spectra::constants::{PLANCK, SPEED_OF_LIGHT, SPHERE};
+use spectra::curve::unit_symbols;
 use spectra::passband::Passband;
 use spectra::sed::{MagnitudeSystem, zero_point};
 
@@ -66,6 +67,16 @@ impl RadianceUnit {
             Self::Electrons => "electron s-1",
             Self::Ab | Self::St | Self::Vega => "mag arcsec-2",
         }
+    }
+
+    /// Whether a text of a file spells this unit: "MJy / sr" and "MJy sr-1" are "MJy/sr".
+    pub fn is_spelled(self, text: &str) -> bool {
+        let sorted = |text: &str| {
+            let mut symbols = unit_symbols(text);
+            symbols.sort();
+            symbols
+        };
+        text.trim() == self.fits() || sorted(text) == sorted(self.fits())
     }
 
     /// What it is, in a few words.

@@ -12,6 +12,7 @@ use spectra::constants::SPHERE;
 
 use super::henyey_greenstein::{draw, henyey_greenstein};
 use super::{MeanCosine, Phase, PhaseKind};
+use crate::curve::{COLUMN, UNIT};
 use crate::error::{Error, Result};
 use crate::properties::Key;
 use crate::random::Counter;
@@ -21,7 +22,9 @@ pub(super) const KIND: PhaseKind = PhaseKind {
     summary: "Draine 2003 with g(lambda) and alpha: between Rayleigh and Henyey-Greenstein",
     keys: &[
         Key::optional("g", "number", "the law's own", "shape parameter, -0.999 to 0.999"),
-        Key::optional("g_file", "path", "none", "CSV of wavelength and g"),
+        Key::optional("g_file", "path", "none", "text, ECSV, VOTable or FITS table of wavelength and g"),
+        UNIT,
+        COLUMN,
         Key::optional("alpha", "number", "1", "0 is Henyey-Greenstein, 1 with g = 0 is Rayleigh"),
     ],
     build: |section, inputs, extinction| {

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use spectra::constants::SPHERE;
 
 use super::{MeanCosine, Phase, PhaseKind};
+use crate::curve::{COLUMN, UNIT};
 use crate::error::Result;
 use crate::properties::Key;
 use crate::random::Counter;
@@ -18,7 +19,9 @@ pub(super) const KIND: PhaseKind = PhaseKind {
     summary: "Henyey & Greenstein 1941 with mean cosine g(lambda)",
     keys: &[
         Key::optional("g", "number", "the law's own", "mean cosine, -0.999 to 0.999"),
-        Key::optional("g_file", "path", "none", "CSV of wavelength and g"),
+        Key::optional("g_file", "path", "none", "text, ECSV, VOTable or FITS table of wavelength and g"),
+        UNIT,
+        COLUMN,
     ],
     build: |section, inputs, extinction| {
         let g = MeanCosine::read(section, inputs, extinction)?;

@@ -16,10 +16,13 @@ pub use henyey_greenstein::HenyeyGreenstein;
 pub use isotropic::Isotropic;
 pub use rayleigh::Rayleigh;
 pub use tabulated::Tabulated;
+pub(crate) use tabulated::read as tabulated;
 
+use spectra::curve::Ordinate;
 use spectra::extinction::Extinction;
 use spectra::table::Table;
 
+use crate::curve;
 use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::properties::{Key, Section, chosen};
@@ -134,8 +137,8 @@ impl MeanCosine {
             }
             return Ok(MeanCosine::Constant(g));
         }
-        if let Some(file) = section.text("g_file")? {
-            let table = section.wrap("g_file", spectra::table::spectrum_from_csv(file, &section.wrap("g_file", inputs.text(file))?))?;
+        if section.has("g_file") {
+            let table = curve::read(section, "g_file", Ordinate::MeanCosine, inputs)?.table;
             return section.wrap("g_file", MeanCosine::Table(table).checked());
         }
         let own = extinction.dust_table().map(|t| MeanCosine::Table(t.mean_cosine.clone()));

@@ -1,13 +1,17 @@
 //! A phase function from a table.
 //!
-//! CSV: cos θ ascending from −1 to 1, then one column of p for each wavelength; a line `# wavelength_um: 0.44, 0.55`
-//! names them (one column needs none). Linear in cos θ and λ; each column is normalised to ∫ p dΩ = 1.
+//! A text of cos θ from −1 to 1, or of θ where the header states degrees or radians, then one column of p for each
+//! wavelength; a line `# wavelength_um: 0.44, 0.55` names them (one column needs none). Linear in cos θ and λ; each
+//! column is normalised to ∫ p dΩ = 1.
 
 use std::sync::Arc;
 
-use spectra::table::{Table, rows};
+use spectra::SpectraError;
+use spectra::curve::{AxisQuantity, AxisUnit, Columns};
+use spectra::table::Table;
 
 use super::{Phase, PhaseKind};
+use crate::data::{InputNote, Inputs};
 use crate::error::{Error, Result};
 use crate::properties::{Key, Section};
 use crate::random::Counter;
@@ -16,11 +20,17 @@ pub(super) const KIND: PhaseKind = PhaseKind {
     name: "tabulated",
     summary: "from a CSV of cos theta and p for one or more wavelengths",
     keys: &[Key::required("file", "path", "the CSV")],
-    build: |section, inputs, _| {
-        let file = section.need_text("file")?;
-        Ok(Arc::new(parse(section, file, &section.wrap("file", inputs.text(file))?)?))
-    },
+    build: |section, inputs, _| Ok(Arc::new(read(section, inputs)?)),
 };
+
+/// Reads the phase function of the file that a section names.
+pub(crate) fn read(section: &Section, inputs: &Inputs) -> Result<Tabulated> {
+    let file = section.need_text("file")?;
+    let columns = section.wrap("file", inputs.columns(file))?;
+    let (table, note) = section.wrap("file", parse(file, &columns))?;
+    inputs.note(InputNote { file: file.into(), text: format!("phase function: {note}"), is_inferred: false });
+    Ok(table)
+}
 
 /// A phase function from a table.
 #[derive(Debug, Clone)]
@@ -29,20 +39,74 @@ pub struct Tabulated {
     columns: Vec<Table>,
 }
 
-fn parse(section: &Section, file: &str, text: &str) -> Result<Tabulated> {
-    let rows = section.wrap("file", rows(file, text, 2))?;
-    let named = text.lines().find_map(|l| l.trim().strip_prefix("# wavelength_um:"));
-    let lambda_um: Vec<f64> = match named {
-        Some(list) => list.split(',').filter_map(|v| v.trim().parse().ok()).collect(),
-        None => vec![0.55],
-    };
-    let cosines = rows.iter().map(|r| r[0]).collect();
-    let values = (1..=rows[0].len() - 1).map(|c| rows.iter().map(|r| r.get(c).copied().unwrap_or(f64::NAN)).collect());
-    let widest = rows.iter().map(Vec::len).max().unwrap_or(0);
-    if widest != rows[0].len() {
-        return Err(section.error("file", format!("{file}: has rows of {widest} and of {} columns", rows[0].len())));
+/// The quantity of the first column.
+#[derive(Clone, Copy, PartialEq)]
+enum AngleUnit {
+    Cosine,
+    Degrees,
+    Radians,
+}
+
+impl AngleUnit {
+    /// The quantity that a header names; cosines where it names none.
+    fn of(header: &str, unit: Option<&str>) -> Option<Self> {
+        let text = format!("{header} {}", unit.unwrap_or("")).to_lowercase();
+        let words: Vec<&str> = text.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty()).collect();
+        let has = |known: &[&str]| words.iter().any(|word| known.contains(word));
+        let is_angle = has(&["theta", "angle", "angles", "θ"]) && !has(&["cos", "cosine", "cosines"]);
+        match (has(&["deg", "degree", "degrees"]), has(&["rad", "radian", "radians"])) {
+            (true, false) => Some(Self::Degrees),
+            (false, true) => Some(Self::Radians),
+            (false, false) if !is_angle => Some(Self::Cosine),
+            _ => None,
+        }
     }
-    section.wrap("file", Tabulated::new(file, lambda_um, cosines, values.collect()))
+
+    fn cosine(self, number: f64) -> f64 {
+        match self {
+            Self::Cosine => number,
+            Self::Degrees => number.to_radians().cos(),
+            Self::Radians => number.cos(),
+        }
+    }
+}
+
+/// Makes a phase function of columns; also how they were understood, in one line.
+fn parse(file: &str, columns: &Columns) -> std::result::Result<(Tabulated, String), Error> {
+    let wrong = |reason: String| SpectraError::table(file, reason);
+    let head = columns.columns.first().cloned().unwrap_or_default();
+    let angle = AngleUnit::of(&head.name, head.unit.as_deref()).ok_or_else(|| {
+        wrong(format!("the first column \"{}\" is an angle without its unit; write \"theta [deg]\" or cosines", head.name))
+    })?;
+    let mut rows: Vec<&Vec<f64>> = columns.rows.iter().map(|(_, row)| row).collect();
+    let ends = |rows: &[&Vec<f64>]| [rows[0][0], rows[rows.len() - 1][0]].map(|number| angle.cosine(number));
+    let [first, last] = ends(&rows);
+    if first > last {
+        rows.reverse();
+    }
+    let lambda_um = wavelengths_um(columns).map_err(wrong)?;
+    let cosines: Vec<f64> = rows.iter().map(|row| angle.cosine(row[0])).collect();
+    let values = (1..columns.columns.len()).map(|c| rows.iter().map(|row| row[c]).collect()).collect();
+    let words = match angle {
+        AngleUnit::Cosine => "cosines",
+        AngleUnit::Degrees => "degrees",
+        AngleUnit::Radians => "radians",
+    };
+    let note = format!("{} rows of {words}, wavelengths {lambda_um:?} um", rows.len());
+    Ok((Tabulated::new(file, lambda_um, cosines, values)?, note))
+}
+
+/// The wavelengths that a comment such as "# wavelength_um: 0.44, 0.55" names; 0.55 µm for a single column without one.
+fn wavelengths_um(columns: &Columns) -> std::result::Result<Vec<f64>, String> {
+    let named = columns.comments.iter().filter_map(|(line, text)| Some((line, text.split_once(':')?)));
+    let mut lists = named.filter(|(_, (key, _))| key.trim().to_lowercase().starts_with("wavelength"));
+    let Some((line, (key, list))) = lists.next() else { return Ok(vec![0.55]) };
+    let unit = key.trim()["wavelength".len()..].trim_matches(|c: char| c.is_whitespace() || "_[]()".contains(c));
+    let unit = AxisUnit::parse(unit).filter(|unit| unit.quantity() == AxisQuantity::Wavelength);
+    let unit =
+        unit.ok_or_else(|| format!("line {line} states no known unit of wavelength; write it like \"# wavelength_um: 0.44, 0.55\""))?;
+    let number = |text: &str| text.trim().parse::<f64>().map(|number| unit.wavelength_um(number));
+    list.split(',').map(|text| number(text).map_err(|_| format!("line {line}: \"{}\" is not a wavelength", text.trim()))).collect()
 }
 
 impl Tabulated {

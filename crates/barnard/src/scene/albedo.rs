@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use spectra::curve::Ordinate;
 use spectra::extinction::Extinction;
-use spectra::table::{Table, spectrum_from_csv};
+use spectra::table::Table;
 use spectra::units::Wavelength;
 
+use crate::curve::{self, COLUMN, UNIT};
 use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::properties::{Key, Kind, Section, build_kind};
@@ -131,11 +133,11 @@ pub(super) const KINDS: &[Kind<Albedo>] = &[
     },
     Kind {
         name: "file",
-        summary: "from a CSV of wavelength and albedo",
-        keys: &[Key::required("file", "path", "the CSV; its header may name the unit, nm otherwise")],
+        summary: "from a file of wavelength and albedo",
+        keys: &[Key::required("file", "path", "text, ECSV, VOTable or FITS table of wavelength and albedo"), UNIT, COLUMN],
         build: |section, inputs| {
             let file = section.need_text("file")?;
-            let table = section.wrap("file", spectrum_from_csv(file, &section.wrap("file", inputs.text(file))?))?;
+            let table = curve::read(section, "file", Ordinate::Albedo, inputs)?.table;
             if table.y().iter().any(|v| !(0.0..=1.0).contains(v)) {
                 return Err(section.error("file", format!("{file} has albedos outside of 0 to 1")));
             }

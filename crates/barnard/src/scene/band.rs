@@ -1,9 +1,11 @@
 //! Passbands of a scene: `bands = "SET"`, `bands = ["NAME", ...]`, and `[[band]]` tables.
 
+use spectra::curve::Ordinate;
 use spectra::passband::{self, Counting, Passband, Window, window};
 use spectra::table::Table;
 use spectra::units::Wavelength;
 
+use crate::curve::{self, COLUMN, UNIT};
 use crate::data::Inputs;
 use crate::error::Result;
 use crate::properties::{Key, Kind, Section, build_kind_with};
@@ -28,20 +30,23 @@ pub(super) const KINDS: &[Kind<Named>] = &[
     },
     Kind {
         name: "file",
-        summary: "from a CSV of wavelength and throughput",
-        keys: &[Key::required("file", "path", "the CSV; its header may name the unit of wavelength, nm otherwise")],
+        summary: "from a file of wavelength and throughput",
+        keys: &[Key::required("file", "path", "text, ECSV, VOTable or FITS table of wavelength and throughput"), UNIT, COLUMN],
         build: |section, inputs| {
-            let (file, text) =
-                (section.need_text("file")?.to_owned(), section.wrap("file", inputs.text(section.need_text("file")?))?.into_owned());
-            let checked = Passband::from_csv(&file, &text, Counting::Energy);
-            let brightest = section.wrap("file", checked)?.largest();
+            let file = section.need_text("file")?;
+            let curve = curve::read(section, "file", Ordinate::Throughput, inputs)?;
+            let checked = section.wrap("file", Passband::new(file, Counting::Energy, curve.table.clone()))?;
+            let brightest = checked.largest();
             if brightest > MAX_THROUGHPUT {
                 return Err(section.error(
                     "file",
                     format!("{file} reaches a throughput of {brightest:.4}; a passband lies between 0 and 1 (percent? divide by 100)"),
                 ));
             }
-            Ok(Box::new(move |name, counting| Passband::from_csv(name, &text, counting)))
+            // A file that says what its detector counts decides where the scene says nothing.
+            let stated = curve.counts_photons.filter(|_| !section.has("counting"));
+            let own = stated.map(|photons| if photons { Counting::Photon } else { Counting::Energy });
+            Ok(Box::new(move |name, counting| Passband::new(name, own.unwrap_or(counting), curve.table)))
         },
     },
     Kind {

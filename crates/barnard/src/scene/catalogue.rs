@@ -9,7 +9,7 @@ use spectra::sed;
 use spectra::units::{Quantity, Temperature};
 
 use super::star::magnitude_system;
-use crate::data::{Inputs, TextTable};
+use crate::data::{InputNote, Inputs, TextTable};
 use crate::error::{Error, Result};
 use crate::observation::{Observation, SkyFrame, SkyPlace};
 use crate::properties::{Key, Origin, Place, Section};
@@ -54,16 +54,52 @@ const MAGNITUDES: [(&str, &str); 8] = [
 /// What catalogues write where they know nothing.
 const BLANKS: [&str; 4] = ["null", "nan", "--", "none"];
 
+/// Names of a column with the colour B − V.
+const COLOURS: [&str; 4] = ["ci", "b-v", "b_v", "bv"];
+/// Columns by which the HYG database is recognised. It gives right ascensions in hours, a V magnitude `mag`, the colour
+/// B − V as `ci`, and the Sun as its first row (astronexus.com/projects/hyg).
+const HYG: [&str; 4] = ["hip", "proper", "dist", "absmag"];
+const SUN_OF_HYG: &str = "sol";
+
 /// The columns that are read, by their numbers.
 struct Columns {
     frame: SkyFrame,
     place: [usize; 2],
+    /// Degrees in the unit of each coordinate.
+    degrees: [f64; 2],
+    is_hyg: bool,
     name: Option<usize>,
     kind: Option<usize>,
     temperature: Option<usize>,
-    /// The magnitude, and one in another passband.
+    /// The unit of temperatures, where their column states one.
+    kelvin: Option<f64>,
+    /// The magnitude, and one in another passband or a colour.
     magnitudes: [Option<usize>; 2],
     bands: [Option<Passband>; 2],
+    /// Whether the second is a colour, relative to the first.
+    is_colour: bool,
+}
+
+/// Degrees in a unit of angle that a column states, in brackets or behind its name.
+fn degrees_in(unit: &str) -> Option<f64> {
+    match unit.trim().to_lowercase().as_str() {
+        "deg" | "degree" | "degrees" | "d" | "°" => Some(1.0),
+        "h" | "hr" | "hrs" | "hour" | "hours" | "hourangle" => Some(15.0),
+        "rad" | "radian" | "radians" => Some(1f64.to_degrees()),
+        "arcmin" => Some(1.0 / 60.0),
+        "arcsec" => Some(1.0 / 3600.0),
+        // Sexagesimal texts carry their unit themselves.
+        "h:m:s" | "hms" | "\"h:m:s\"" | "d:m:s" | "dms" | "\"d:m:s\"" | "sexagesimal" => Some(1.0),
+        _ => None,
+    }
+}
+
+/// The name of a column of coordinates without a unit behind it, as in "ra_deg", and that unit.
+fn unit_behind(name: &str) -> (&str, Option<&str>) {
+    match name.rsplit_once(['_', ' ']) {
+        Some((base, unit)) if degrees_in(unit).is_some() => (base, Some(unit)),
+        _ => (name, None),
+    }
 }
 
 /// Reads the stars; where they are in a scene, [`placed`] says.
@@ -78,6 +114,7 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue>
     let faintest = section.number("faintest", -30.0..=40.0)?.unwrap_or(f64::INFINITY);
     let mut builder = Builder::new(photometry);
     let mut types = Vec::new();
+    refuse_small_right_ascensions(&table, &columns, &label)?;
     for (number, (line, cells)) in table.rows.iter().enumerate() {
         let cell = |column: Option<usize>| {
             let text = column.and_then(|column| cells.get(column)).map_or("", String::as_str).trim();
@@ -86,6 +123,9 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue>
         // VizieR has units and a line of dashes below its names.
         let is_no_star = |text: &str| !text.contains(|c: char| c.is_ascii_digit());
         if number < 2 && [columns.place[0], columns.place[1]].iter().all(|column| is_no_star(cell(Some(*column)))) {
+            continue;
+        }
+        if columns.is_hyg && cell(columns.name).eq_ignore_ascii_case(SUN_OF_HYG) {
             continue;
         }
         let wrong = |message: String| wrong(&label, *line, message);
@@ -103,7 +143,14 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue>
             continue;
         }
         // VizieR parts hours, minutes and seconds by blanks.
-        let [longitude, latitude] = columns.place.map(|column| cell(Some(column)).split_whitespace().collect::<Vec<_>>().join(":"));
+        let coordinate = |axis: usize| {
+            let text = cell(Some(columns.place[axis])).split_whitespace().collect::<Vec<_>>().join(":");
+            match text.parse::<f64>() {
+                Ok(number) => format!("{}", number * columns.degrees[axis]),
+                Err(_) => text,
+            }
+        };
+        let (longitude, latitude) = (coordinate(0), coordinate(1));
         let text = format!("{longitude} {latitude}");
         let place = SkyPlace::parse(columns.frame, &text).map_err(|error| wrong(error.to_string()))?;
         let (kind, kelvin) = (cell(columns.kind), cell(columns.temperature));
@@ -117,20 +164,31 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue>
             }
             Colour::Type(shape, kind.to_owned())
         } else if !kelvin.is_empty() {
-            let with_unit = if kelvin.ends_with('K') { kelvin.to_owned() } else { format!("{kelvin} K") };
-            let temperature = Temperature::parse(&with_unit).map_err(|error| wrong(error.to_string()))?;
+            let number = kelvin.parse::<f64>().ok().map(|number| Temperature(number * columns.kelvin.unwrap_or(1.0)));
+            let temperature = number.map_or_else(|| Temperature::parse(kelvin), Ok).map_err(|error| wrong(error.to_string()))?;
             if temperature.0.is_nan() || temperature.0 <= 0.0 {
                 return Err(wrong(format!("{temperature} is no temperature of a star")));
             }
             Colour::Temperature(temperature.0)
         } else if !second.is_empty() {
-            Colour::Magnitude(magnitude(second)?)
+            let second = magnitude(second)?;
+            Colour::Magnitude(if columns.is_colour { brightness + second } else { second })
         } else {
             Colour::Temperature(plain.0)
         };
         builder.add(cell(columns.name).to_owned(), place.direction(), brightness, colour);
     }
-    Ok(builder.build(label.to_string()))
+    let catalogue = builder.build(label.to_string());
+    let unit = |axis: usize| match columns.degrees[axis] {
+        15.0 => "hours",
+        1.0 => "degrees",
+        _ => "other angles",
+    };
+    let hyg = if columns.is_hyg { ", recognised as HYG, whose right ascensions are in hours" } else { "" };
+    let text =
+        format!("catalogue: {} stars of {} rows, coordinates in {} and {}{hyg}", catalogue.stars.len(), table.rows.len(), unit(0), unit(1));
+    inputs.note(InputNote { file: file.to_owned(), text, is_inferred: columns.is_hyg });
+    Ok(catalogue)
 }
 
 fn wrong(label: &Arc<str>, line: usize, message: String) -> Error {
@@ -140,14 +198,15 @@ fn wrong(label: &Arc<str>, line: usize, message: String) -> Error {
 
 /// Finds what columns mean.
 fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Columns> {
-    let names: Vec<String> = table.columns.iter().map(|column| TextTable::parted(column).0).collect();
-    let find = |known: &[&str]| names.iter().position(|name| known.contains(&name.as_str()));
+    let parted: Vec<(String, Option<&str>)> = table.columns.iter().map(|column| TextTable::parted(column)).collect();
+    let names: Vec<&str> = parted.iter().map(|(name, _)| unit_behind(name).0).collect();
+    let find = |known: &[&str]| names.iter().position(|name| known.contains(name));
     let pair = |first: &[&str], second: &[&str]| find(first).zip(find(second)).map(|(a, b)| [a, b]);
     let icrs = pair(&RIGHT_ASCENSION, &DECLINATION).map(|place| (SkyFrame::Icrs, place));
     let found = icrs.or_else(|| pair(&LONGITUDE, &LATITUDE).map(|place| (SkyFrame::Galactic, place)));
     let (frame, place) = found.ok_or_else(|| {
         let named = table.columns.join(", ");
-        let misspelt = |name: &&String| name.len() < 6 && !["ra", "dec", "glon", "glat"].contains(&name.as_str());
+        let misspelt = |name: &&&str| name.len() < 6 && !["ra", "dec", "glon", "glat"].contains(*name);
         let near = names.iter().filter(misspelt).find_map(|name| nearest(name, ["ra", "dec", "glon", "glat"]).map(|near| (name, near)));
         let hint = near.map(|(name, near)| format!("; is \"{name}\" meant to be \"{near}\"?")).unwrap_or_default();
         wrong(label, table.line, format!("has no columns \"ra\" and \"dec\", or \"glon\" and \"glat\" ({named}){hint}"))
@@ -166,21 +225,72 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
             bands.push((column, section.wrap("file", Passband::named(band))?));
         }
     }
+    let colour = find(&COLOURS).filter(|_| bands.len() == 1 && bands[0].1.name() == "johnson-V");
+    if let Some(column) = colour {
+        bands.push((column, section.wrap("file", Passband::named("johnson-B"))?));
+    }
     if bands.is_empty() {
         let message = "has no column of magnitudes: \"magnitude\", or the name of a passband such as \"johnson-V\" or \"phot_g_mean_mag\"";
         return Err(wrong(label, table.line, message.to_owned()));
+    }
+    let is_hyg = HYG.iter().all(|name| names.contains(name));
+    let mut degrees = [if is_hyg { 15.0 } else { 1.0 }, 1.0];
+    for (axis, column) in place.into_iter().enumerate() {
+        let stated = parted[column].1.or(unit_behind(&parted[column].0).1);
+        let Some(unit) = stated else { continue };
+        degrees[axis] = degrees_in(unit).ok_or_else(|| {
+            let message = format!(
+                "column \"{}\" is in \"{unit}\", which is no unit of angle; known are deg, h, rad, arcmin and arcsec",
+                table.columns[column]
+            );
+            wrong(label, table.line, message)
+        })?;
+    }
+    let temperature = find(&["temperature", "teff", "teff_gspphot"]);
+    let kelvin = temperature.and_then(|column| Some((column, parted[column].1?)));
+    let kelvin = kelvin.map(|(column, unit)| {
+        Temperature::unit_size(unit).ok_or_else(|| {
+            wrong(
+                label,
+                table.line,
+                format!("column \"{}\" is in \"{unit}\", which is no unit of temperature; known are K and kK", table.columns[column]),
+            )
+        })
+    });
+    if let Some(column) =
+        bands.iter().map(|(column, _)| *column).find(|column| parted[*column].1.is_some_and(|unit| !unit.eq_ignore_ascii_case("mag")))
+    {
+        let message = format!("column \"{}\" is in no unit of magnitudes; write \"[mag]\" or no unit", table.columns[column]);
+        return Err(wrong(label, table.line, message));
     }
     let mut bands = bands.into_iter();
     let (first, second) = (bands.next(), bands.next());
     Ok(Columns {
         frame,
         place,
+        degrees,
+        is_hyg,
         name: find(&["name", "proper", "proper_name"]),
         kind: find(&["type", "spectral_type"]),
-        temperature: find(&["temperature", "teff", "teff_gspphot"]),
+        temperature,
+        kelvin: kelvin.transpose()?,
+        is_colour: colour.is_some(),
         magnitudes: [first.as_ref().map(|(column, _)| *column), second.as_ref().map(|(column, _)| *column)],
         bands: [first.map(|(_, band)| band), second.map(|(_, band)| band)],
     })
+}
+
+/// Refuses right ascensions without a unit that may be hours: numbers of which none is above 24.
+fn refuse_small_right_ascensions(table: &TextTable, columns: &Columns, label: &Arc<str>) -> Result<()> {
+    let column = columns.place[0];
+    let (name, unit) = TextTable::parted(&table.columns[column]);
+    let is_stated = unit.is_some() || unit_behind(&name).1.is_some() || columns.is_hyg || name != RIGHT_ASCENSION[0];
+    let numbers = || table.rows.iter().filter_map(|(_, cells)| cells.get(column)?.parse::<f64>().ok());
+    if is_stated || numbers().next().is_none() || numbers().any(|number| number > 24.0) {
+        return Ok(());
+    }
+    let message = "gives right ascensions without a unit, of which none is above 24: write \"ra [deg]\" or \"ra [h]\"";
+    Err(wrong(label, table.line, message.to_owned()))
 }
 
 /// The catalogue around a scene.

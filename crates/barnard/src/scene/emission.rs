@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
+use spectra::curve::Ordinate;
 use spectra::nebular::{ion_lines, line_list, recombination_continuum};
 use spectra::sed::PowerLaw;
 use spectra::spectrum::{Line, Spectrum};
-use spectra::table::spectrum_from_csv;
 use spectra::units::{Emissivity, NumberDensity, Temperature, Velocity, Wavelength};
 
 use super::{Fields, Loader, motion};
+use crate::curve::{self, COLUMN, UNIT};
 use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::field::{Field, IntoField};
@@ -104,17 +105,9 @@ pub(super) const KINDS: &[Kind<Spectrum>] = &[
     Kind {
         name: "file",
         summary: "a tabulated spectrum",
-        keys: &[
-            SCALE,
-            Key::required(
-                "file",
-                "path",
-                "CSV of wavelength and strength per nm; its header may name the unit of wavelength, nm otherwise",
-            ),
-        ],
+        keys: &[SCALE, Key::required("file", "path", "text, ECSV, VOTable or FITS table of wavelength and strength per nm"), UNIT, COLUMN],
         build: |section, inputs| {
-            let file = section.need_text("file")?;
-            let table = section.wrap("file", spectrum_from_csv(file, &section.wrap("file", inputs.text(file))?))?;
+            let table = curve::read(section, "file", Ordinate::StrengthPerNm, inputs)?.table;
             let per_um = 1e3 * section.need_positive::<Emissivity>("scale")?.0;
             Ok(Spectrum::continuous(per_um, Arc::new(table)))
         },

@@ -15,6 +15,7 @@ mod emission;
 mod fields;
 mod gas;
 mod glare;
+mod inspect;
 mod instrument;
 mod loader;
 mod method;
@@ -39,6 +40,7 @@ pub use emission::Emission;
 pub use fields::Fields;
 pub use gas::ionised::Glow;
 pub use gas::{GasCloud, IonisedGas, IonisingStar};
+pub use inspect::inspect;
 pub use ionisation::tracer::RayTracer;
 pub use loader::Loader;
 pub use method::{MANY_BOUNCES, MAX_STEPS, Method, MethodEntry, StarDepthSource, methods};
@@ -48,7 +50,7 @@ pub use star::Star;
 
 use crate::animation::Timeline;
 use crate::camera::{self, Camera, Projection};
-use crate::data::Inputs;
+use crate::data::{InputNote, Inputs};
 use crate::detail::Detail;
 use crate::error::{Error, Result};
 use crate::field::Field;
@@ -101,6 +103,8 @@ pub struct Scene {
     pub is_rough: bool,
     /// The text that the scene was read from; none where a program made it.
     pub provenance: Option<Provenance>,
+    /// How the files that it names were understood.
+    pub inputs: Vec<InputNote>,
 }
 
 /// The text that a scene was read from.
@@ -192,6 +196,7 @@ impl Scene {
             timeline: None,
             is_rough: false,
             provenance: None,
+            inputs: Vec::new(),
         }
     }
 
@@ -340,6 +345,7 @@ impl Scene {
             timeline: None,
             is_rough,
             provenance: None,
+            inputs: inputs.notes(),
         };
         scene.check().map_err(|error| placed(error, root))?;
         Ok(scene)

@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use spectra::curve::Ordinate;
 use spectra::extinction::Extinction;
 use spectra::passband::Passband;
 use spectra::sed::{self, Foreground, MagnitudeSystem, PowerLaw, Scale, StarShape};
 use spectra::spectrum::Spectrum;
-use spectra::table::spectrum_from_csv;
 use spectra::units::{Length, Luminosity, Magnitude, SpectralLuminosity, Temperature, Wavelength};
 
+use crate::curve::{self, COLUMN, UNIT};
 use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::properties::{Key, Kind, Section, build_kind_with};
@@ -141,11 +142,11 @@ pub(super) const SPECTRA: &[Kind<StarShape>] = &[
     },
     Kind {
         name: "file",
-        summary: "from a CSV of wavelength and flux",
-        keys: &[Key::required("file", "path", "the CSV; its header may name the unit of wavelength, nm otherwise")],
+        summary: "from a file of wavelength and flux",
+        keys: &[Key::required("file", "path", "text, ECSV, VOTable or FITS table of wavelength and flux density"), UNIT, COLUMN],
         build: |section, inputs| {
             let file = section.need_text("file")?;
-            let table = section.wrap("file", spectrum_from_csv(file, &section.wrap("file", inputs.text(file))?))?;
+            let table = curve::read(section, "file", Ordinate::FluxDensity, inputs)?.table;
             if let Some(i) = table.y().iter().position(|f| *f < 0.0) {
                 return Err(section.error("file", format!("{file}: flux is negative at {:.4} um; light is not", table.x()[i])));
             }

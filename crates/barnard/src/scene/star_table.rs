@@ -10,7 +10,7 @@ use spectra::error::nearest;
 use spectra::units::QUANTITIES;
 
 use super::{Star, star};
-use crate::data::{Inputs, TextTable};
+use crate::data::{InputNote, Inputs, TextTable};
 use crate::error::{Error, Result};
 use crate::properties::{Key, Origin, Place, Property, Section, Table, Value};
 
@@ -71,7 +71,27 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<Vec<Star>> {
         let row = rows.row(cells, &columns, &constant, Row { number, line: *line })?;
         star::build(&Section::new(&row, format!("{ROWS}.{number}")), inputs)
     };
-    (1..).zip(&table.rows).map(star).collect()
+    let stars = (1..).zip(&table.rows).map(star).collect::<Result<Vec<Star>>>()?;
+    inputs.note(columns_note(file, &columns, stars.len()));
+    Ok(stars)
+}
+
+/// The columns that were read, with their units.
+fn columns_note(file: &str, columns: &[Column], count: usize) -> InputNote {
+    let unit = |column: &Column| {
+        let usual = if PLACE.contains(&column.name.as_str()) {
+            Some(PLACE_UNIT)
+        } else {
+            UNITS.iter().find(|(name, _)| *name == column.name).map(|(_, unit)| *unit)
+        };
+        match (&column.unit, usual) {
+            (Some(unit), _) => format!("{} [{unit}]", column.name),
+            (None, Some(usual)) => format!("{} [{usual}, by default]", column.name),
+            (None, None) => column.name.clone(),
+        }
+    };
+    let listed: Vec<String> = columns.iter().map(unit).collect();
+    InputNote { file: file.to_owned(), text: format!("star table: {count} stars by {}", listed.join(", ")), is_inferred: false }
 }
 
 /// What messages call a row.

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use barnard::backend::Job;
 use barnard::control::Control;
 use barnard::plan::{Options, Plan};
+use barnard::points;
 use barnard::scene::Scene;
 use clap::Args;
 use spectra::rule::Node;
@@ -24,6 +25,8 @@ impl Check {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let (scene, options) = self.scene.load()?;
         describe(&scene);
+        points::catalogue_note(&scene, &scene.camera).iter().for_each(|note| say!("catalogue {note}"));
+        scene.inputs.iter().for_each(|input| say!("input     {}: {}", input.file, input.text));
         describe_bounces(&scene, &options)?;
         let plan = Plan::new(&scene, &options, &progress::control()?)?;
         describe_plan(&plan);

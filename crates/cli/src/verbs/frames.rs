@@ -55,6 +55,10 @@ fn parse_frames(text: &str, frames: Frames) -> anyhow::Result<Vec<i64>> {
     let mut numbers = BTreeSet::new();
     for part in text.split(',').map(str::trim) {
         let wrong = || anyhow::anyhow!("--frames {text}: \"{part}\" is no frame and no range of frames; write 12, 1-900, 1-900x10 or all");
+        // Other programs write ranges with a colon, which is a step here.
+        if let Some((from, to)) = part.split_once(':').filter(|(from, _)| !from.trim_start_matches('-').contains('-')) {
+            bail!("--frames {text}: \"{part}\" is no range of frames; write {from}-{to}, and {from}-{to}x10 for every tenth");
+        }
         let (range, every) = match part.split_once(['x', ':']) {
             Some((range, every)) => (range, every.trim().parse::<usize>().ok().filter(|n| *n > 0).ok_or_else(wrong)?),
             None => (part, 1),

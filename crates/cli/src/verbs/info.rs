@@ -2,9 +2,12 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
-use barnard::data::{Array, Layout, Numbers};
-use barnard_files::formats::{Member, members, read_file};
+use barnard::data::{Array, InputNote, Inputs, Layout, Numbers};
+use barnard::scene::inspect;
+use barnard_files::SceneFiles;
+use barnard_files::formats::{Member, READERS, members, read_file, read_image};
 use clap::Args;
 
 use crate::source::memory_limit;
@@ -12,7 +15,7 @@ use crate::source::memory_limit;
 /// Shows what this machine renders on, or what a file of arrays holds.
 #[derive(Args)]
 pub struct Info {
-    /// A file of arrays (.vdb, .h5, .nc, .fits, .npy, .npz): its grids with names, sizes, types, units and places
+    /// An input: a volume (.vdb, .h5, .fits, .npy), a filter, spectrum, albedo or phase table, a catalogue, a star table, a camera path or a picture
     file: Option<PathBuf>,
     /// Reads the values of the file's grids too: their range and mean, and how many are blank
     #[arg(long, requires = "file")]
@@ -47,6 +50,9 @@ impl Info {
     /// What the file holds.
     fn contents(&self, path: &Path) -> anyhow::Result<ExitCode> {
         let limit = memory_limit(self.memory)?;
+        if !holds_arrays(path) {
+            return self.understood(path, limit);
+        }
         let (format, mut members) = members(path, limit)?;
         for member in members.iter_mut().filter(|_| self.values) {
             member.facts.extend(summary(path, member, limit));
@@ -72,6 +78,51 @@ impl Info {
         }
         Ok(ExitCode::SUCCESS)
     }
+}
+
+impl Info {
+    /// How a scene would understand a file of text, a table or a picture.
+    fn understood(&self, path: &Path, limit: u64) -> anyhow::Result<ExitCode> {
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let files = SceneFiles::in_folder(path.parent().unwrap_or(Path::new("")));
+        let (notes, refused) = match read_image(path, limit) {
+            Ok(image) => {
+                let bands: Vec<&str> = image.bands.iter().map(|band| band.name.as_str()).collect();
+                let text = format!("picture: {} x {} pixels, bands {}", image.width, image.height, bands.join(", "));
+                (vec![InputNote { file: name, text, is_inferred: false }], Vec::new())
+            }
+            Err(_) => inspect(&name, &Inputs::new(Arc::new(files), limit)),
+        };
+        if self.json {
+            let notes: Vec<&str> = notes.iter().map(|note| note.text.as_str()).collect();
+            let refused: serde_json::Map<String, serde_json::Value> =
+                refused.into_iter().map(|(way, why)| (way.to_owned(), why.into())).collect();
+            let info = serde_json::json!({ "file": path.display().to_string(), "understood": notes, "refused": refused });
+            say!("{}", serde_json::to_string_pretty(&info)?);
+            return Ok(ExitCode::SUCCESS);
+        }
+        if notes.is_empty() {
+            let reasons: Vec<String> = refused.iter().map(|(way, why)| format!("  as a {way}: {why}")).collect();
+            anyhow::bail!("{} cannot be read:\n{}", path.display(), reasons.join("\n"));
+        }
+        say!("{}", path.display());
+        notes.iter().for_each(|note| say!("  {}", note.text));
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// Whether a file is of a format that holds arrays and no table of a curve.
+fn holds_arrays(path: &Path) -> bool {
+    let is_readable = READERS.iter().filter(|reader| reader.members.is_some()).any(|reader| reader.is_for(path));
+    is_readable && !fits_table(path)
+}
+
+/// Whether a FITS file holds a table of columns and no image.
+fn fits_table(path: &Path) -> bool {
+    let kinds = members(path, 1 << 30).map(|(_, members)| members).unwrap_or_default();
+    let kinds: Vec<String> =
+        kinds.into_iter().flat_map(|member| member.facts).filter(|(what, _)| *what == "kind").map(|(_, kind)| kind).collect();
+    kinds.iter().any(|kind| kind.contains("is a table")) && !kinds.iter().any(|kind| kind.starts_with("image"))
 }
 
 /// What the values of a grid are; what is no grid says why, in place of them.

@@ -11,6 +11,7 @@ use barnard::composite::joined;
 use barnard::control::Control;
 use barnard::image::{Image, LayerChoice};
 use barnard::plan::{Options, Plan};
+use barnard::points;
 use barnard::scene::Scene;
 use barnard_files::formats::{check_writable, writer};
 use clap::Args;
@@ -77,6 +78,7 @@ impl Render {
             "reference" => self.on_reference(&scene, &options)?,
             _ => self.planned(&scene, options)?,
         };
+        points::catalogue_note(&scene, &scene.camera).iter().for_each(|note| say!("catalogue: {note}"));
         for path in &self.output {
             for file in outputs::save(&image, path, &scene.camera)? {
                 say!("wrote {}", file.display());

@@ -133,7 +133,6 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     }
     // Channels are stored by name; this is the scene's order.
     note(ORDER.into(), &names.join("\n"));
-    note("DATE".into(), &super::now());
     for keyword in &picture.keywords {
         note(keyword.name.into(), &format!("{} / {}", keyword.value, keyword.comment));
     }
@@ -160,9 +159,15 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     }
     let channels = AnyChannels::sort((0..picture.bands.len()).map(radiance).chain(shown).chain(layers).collect());
     let encoding = Encoding { compression: compression(picture.output.compression), ..Encoding::SMALL_LOSSLESS };
+    if let Some(part) = picture.part {
+        attributes.layer_position = Vec2(part.column as i32, part.row as i32);
+    }
     let layer = exr::image::Layer::new((picture.width, picture.height), attributes, encoding, channels);
     let mut bytes = Cursor::new(Vec::new());
     let mut file = Image::from_layer(layer);
+    if let Some(part) = picture.part {
+        file.attributes.display_window = IntegerBounds::from_dimensions(part.whole);
+    }
     file.attributes.chromaticities = Some(match exposure.colours {
         ColourSpace::Rec709 => REC_709,
         ColourSpace::AcesCg => AP1,

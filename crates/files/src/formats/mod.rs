@@ -20,7 +20,7 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-pub use fits::{Observed, Plane, Sky, observed, sky_of};
+pub use fits::{Observed, Plane, Sky, columns as fits_columns, observed, sky_of};
 pub use gather::part_of;
 pub(crate) use npz::{Written, archive, doubles, put, values};
 pub use png::encode_png;
@@ -127,6 +127,13 @@ pub struct Reader {
     pub members: Option<List>,
     /// Reads an image, where the format holds them.
     pub image: Option<fn(&mut Request) -> Result<Image>>,
+}
+
+impl Reader {
+    /// Whether the reader is for files named like `path`.
+    pub fn is_for(&self, path: &Path) -> bool {
+        self.extensions.contains(&extension(path).as_str())
+    }
 }
 
 /// Lists what a file holds.
@@ -305,6 +312,22 @@ pub fn read_image(path: &Path, memory_limit: u64) -> Result<Image> {
     let read = reader(path, |r| r.image.is_some())?;
     let image = read.image.ok_or_else(|| Error::file(path, "holds no image; compare .npy, .fits or .exr"))?;
     image(&mut Request::new(open(path)?, path, None, memory_limit)?)
+}
+
+/// The picture of one band that a file holds: columns and rows, and values from the upper left corner. Of a FITS file
+/// that is the image `hdu` by name or number, the first one without it; of any other file the first band.
+///
+/// # Errors
+/// Those of [`read_image`], and where the file has no such HDU.
+pub fn read_picture(path: &Path, hdu: Option<&str>, memory_limit: u64) -> Result<([usize; 2], Vec<f64>)> {
+    if reader(path, |r| r.image.is_some())?.extensions == fits::READER.extensions {
+        return fits::picture(&mut Request::new(open(path)?, path, hdu, memory_limit)?);
+    }
+    if let Some(hdu) = hdu {
+        return Err(Error::file(path, format!("has no HDU \"{hdu}\", since it is no FITS file; leave hdu out")));
+    }
+    let image = read_image(path, memory_limit)?;
+    Ok(([image.width, image.height], image.band(0).collect()))
 }
 
 /// The shape as three axes and its number of values, after checks of rank and emptiness.

@@ -22,6 +22,8 @@ pub enum Number {
     Uint(usize),
     /// Numbers with a point.
     Float(usize),
+    /// Unsigned integers of 8 bytes that are stored less 2⁶³.
+    Biased,
 }
 
 impl Stored {
@@ -30,14 +32,17 @@ impl Stored {
         let known = match kind {
             Number::Int(size) | Number::Uint(size) => [1, 2, 4, 8].contains(&size),
             Number::Float(size) => [2, 4, 8].contains(&size),
+            Number::Biased => true,
         };
         known.then_some(Self { kind, big_endian })
     }
 
     /// Bytes of a number.
     pub fn size(self) -> usize {
-        let (Number::Int(size) | Number::Uint(size) | Number::Float(size)) = self.kind;
-        size
+        match self.kind {
+            Number::Int(size) | Number::Uint(size) | Number::Float(size) => size,
+            Number::Biased => 8,
+        }
     }
 
     /// Whether single precision holds every number of the type.
@@ -45,6 +50,7 @@ impl Stored {
         match self.kind {
             Number::Int(size) | Number::Uint(size) => size <= 2,
             Number::Float(size) => size <= 4,
+            Number::Biased => false,
         }
     }
 
@@ -72,6 +78,7 @@ impl Stored {
             Number::Uint(2) => each!(u16, |v| T::of(f64::from(v))),
             Number::Uint(4) => each!(u32, |v| T::of(f64::from(v))),
             Number::Uint(_) => each!(u64, |v| T::of(v as f64)),
+            Number::Biased => each!(u64, |v: u64| T::of((v ^ (1 << 63)) as f64)),
         }
     }
 }
@@ -82,6 +89,7 @@ impl std::fmt::Display for Stored {
             Number::Int(size) => ("int", size),
             Number::Uint(size) => ("uint", size),
             Number::Float(size) => ("float", size),
+            Number::Biased => ("uint", 8),
         };
         let order = if self.big_endian && size > 1 { ", big-endian" } else { "" };
         write!(f, "{name}{}{order}", 8 * size)

@@ -4,7 +4,7 @@
 //! A&AS 140, 225, in the fit of Huang et al. 2023, ApJ 951, 123, to O⁺ + H⁰, and the other way round by detailed balance; N²⁺ and O²⁺ Barragán et al. 2006,
 //! ApJ 636, 544.
 
-use spectra::table::with_provenance;
+use spectra::embedded::with_provenance;
 
 use super::Element;
 

@@ -3,7 +3,7 @@
 //! Sources: Hummer 1994, MNRAS 268, 109 (recombination, free-free); CHIANTI 11 (excitation); Voronov 1997, ADNDT 65, 1
 //! (ionisation by electrons).
 
-use spectra::table::embedded_columns;
+use spectra::embedded::embedded_columns;
 
 use super::{BOLTZMANN_EV, ERG_PER_EV, HYDROGEN_EV};
 

@@ -3,7 +3,7 @@
 //! Between temperatures ln(ε √T) is taken as linear in 1/T, which is exact for two levels; between densities 1/ε is
 //! linear in n_e, which is so as well.
 
-use spectra::table::with_provenance;
+use spectra::embedded::with_provenance;
 
 use super::Element;
 

@@ -3,7 +3,7 @@
 //! Source: Verner, Ferland, Korista & Yakovlev 1996, ApJ 465, 487: fits to the valence shells, within which resonances
 //! are averaged. Inner shells, from 170 eV on at the earliest (sulphur), are left out.
 
-use spectra::table::embedded_columns;
+use spectra::embedded::embedded_columns;
 
 use super::Element;
 

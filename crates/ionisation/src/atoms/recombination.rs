@@ -3,7 +3,7 @@
 //! Sources: Badnell 2006, ApJS 167, 334 (radiative); Badnell et al. 2003, A&A 406, 1151 and the papers of its series
 //! (dielectronic). Below some 5000 K dielectronic rates of low ions are known within a factor of two.
 
-use spectra::table::embedded_columns;
+use spectra::embedded::embedded_columns;
 
 use super::Element;
 

@@ -6,8 +6,9 @@
 
 use super::{ExtinctionLaw, LawEntry, Maker};
 use crate::constants::V_WAVELENGTH_UM;
+use crate::embedded::embedded_columns;
 use crate::error::Result;
-use crate::table::{Table, embedded_columns};
+use crate::table::Table;
 
 macro_rules! draine {
     ($const:ident, $name:literal, $summary:literal) => {

@@ -3,8 +3,9 @@
 use std::sync::OnceLock;
 
 use super::{Counting, Passband};
+use crate::embedded::{rows, with_provenance};
 use crate::error::{Result, SpectraError};
-use crate::table::{Table, rows, with_provenance};
+use crate::table::Table;
 
 /// A file of throughput curves.
 #[derive(Debug, Clone, Copy)]

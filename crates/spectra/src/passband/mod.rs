@@ -22,6 +22,7 @@ pub use embedded::{FAMILIES, Family, SETS, SetEntry, names, set};
 pub use leak::Leak;
 pub use window::{Window, window};
 
+use crate::curve::{CurveOptions, Ordinate, SpectralCurve};
 use crate::error::{Result, SpectraError};
 use crate::quadrature::gauss_legendre;
 use crate::table::Table;
@@ -141,13 +142,12 @@ impl Passband {
         embedded::named(name)
     }
 
-    /// A passband from the CSV text of a user's curve (wavelength, throughput; the header may name the unit, nm
-    /// otherwise).
+    /// A passband from the text of a user's curve: wavelength and throughput, as [`SpectralCurve::parse`] reads them.
     ///
     /// # Errors
-    /// Where the text is no such table, or the curve is empty or negative.
+    /// Where the text is no such curve, its unit is unknown or ambiguous, or the curve is empty or negative.
     pub fn from_csv(name: &str, text: &str, counting: Counting) -> Result<Self> {
-        Self::new(name, counting, crate::table::spectrum_from_csv(name, text)?)
+        Self::new(name, counting, SpectralCurve::parse(name, text, CurveOptions::of_file(Ordinate::Throughput))?.table)
     }
 
     /// The name of the band.

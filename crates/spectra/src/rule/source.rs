@@ -108,7 +108,7 @@ impl Source {
             push(lambda_um, weight * band.response(lambda_um) * spectrum.continuum(lambda_um) * factor(lambda_um));
         }
         let through = |l: &crate::spectrum::Line| (l.lambda_um, l.strength * band.response(l.lambda_um));
-        let seen: Vec<(f64, f64)> = spectrum.lines().iter().map(through).filter(|(_, m)| *m > 0.0).collect();
+        let seen: Vec<(f64, f64)> = spectrum.lines_through(band).iter().map(through).filter(|(_, m)| *m > 0.0).collect();
         let lines: Vec<(f64, f64)> = seen.iter().map(|&(l, m)| (l, m * factor(l))).collect();
         for &(lambda_um, mass) in &lines {
             push(lambda_um, mass);

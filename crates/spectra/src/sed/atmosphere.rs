@@ -13,8 +13,9 @@
 use std::sync::{Arc, OnceLock};
 
 use super::embedded::once;
+use crate::embedded::embedded_columns;
 use crate::error::{Result, SpectraError};
-use crate::table::{Table, embedded_columns};
+use crate::table::Table;
 use crate::units::Temperature;
 
 const KURUCZ: &str = include_str!("../../data/stars/kurucz.csv");

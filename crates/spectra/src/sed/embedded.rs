@@ -3,8 +3,9 @@
 use std::sync::{Arc, OnceLock};
 
 use super::spectral_type::SpectralType;
+use crate::embedded::embedded_columns;
 use crate::error::{Result, SpectraError};
-use crate::table::{Table, embedded_columns};
+use crate::table::Table;
 
 const PICKLES: &str = include_str!("../../data/stars/pickles.csv");
 

@@ -75,10 +75,11 @@ impl SampledWavelengths {
             let at = |cell: usize, i: usize| borders[cell] + width * (i as f64 + 0.5) / ASKED as f64;
             let own: Vec<f64> = (0..CELLS).map(|cell| width / ASKED as f64 * (0..ASKED).map(|i| sent(at(cell, i))).sum::<f64>()).collect();
             let through = |line: &spectra::spectrum::Line| (band.response(line.lambda_um) * line.strength * factor(line.lambda_um)).abs();
-            let total = own.iter().sum::<f64>() + spectrum.lines().iter().map(through).sum::<f64>();
+            let own_lines = spectrum.lines_through(&band);
+            let total = own.iter().sum::<f64>() + own_lines.iter().map(through).sum::<f64>();
             if total > 0.0 {
                 density.iter_mut().zip(own).for_each(|(d, o)| *d += o / total);
-                let shares = spectrum.lines().iter().map(|line| (line.lambda_um, light, line.strength, through(line) / total));
+                let shares = own_lines.iter().map(|line| (line.lambda_um, light, line.strength, through(line) / total));
                 lines.extend(shares.filter(|l| l.3 > 0.0));
             }
         }

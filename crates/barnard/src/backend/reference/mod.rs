@@ -195,7 +195,7 @@ impl<'a> Truth<'a> {
                 waves.push(Wave { band, lambda_um, k: law.k(lambda_um), weight });
             }
             for (i, light) in lights.iter().enumerate() {
-                for line in light.spectrum.lines() {
+                for line in light.spectrum.lines_through(passband) {
                     let response = passband.response(line.lambda_um);
                     if response > 0.0 {
                         let mut weight = vec![0.0; lights.len()];

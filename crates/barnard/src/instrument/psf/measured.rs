@@ -7,6 +7,7 @@ use spectra::units::Angle;
 
 use super::super::rebinning::Squares;
 use super::{PointSpread, View};
+use crate::data::InputNote;
 use crate::error::{Error, Result};
 use crate::image::convolution::Kernel;
 use crate::properties::{Key, Kind};
@@ -15,12 +16,20 @@ pub(super) const KIND: Kind<Arc<dyn PointSpread>> = Kind {
     name: "kernel",
     summary: "an image of a point, such as those of WebbPSF or Tiny Tim: .fits, .npy or .exr; its middle is the point",
     keys: &[
-        Key::required("file", "path", "the image; of several bands the first"),
+        Key::required("file", "path", "the image; of several HDUs or bands the first"),
+        Key::optional("hdu", "text", "the first image", "name or number of the HDU of a FITS file, such as \"OVERDIST\""),
         Key::required("pixel_scale", "angle", "the angle of a pixel of the image"),
     ],
     build: |section, inputs| {
         let file = section.need_text("file")?;
-        let (size, values) = section.wrap("file", inputs.picture(file))?;
+        let hdu = section.text("hdu")?;
+        let (size, values) = section.wrap("file", inputs.picture(file, hdu))?;
+        let which = hdu.map_or_else(|| "the first image".to_owned(), |hdu| format!("HDU {hdu}"));
+        inputs.note(InputNote {
+            file: file.to_owned(),
+            text: format!("kernel: {which}, {} x {} pixels", size[0], size[1]),
+            is_inferred: false,
+        });
         let scale = section.need_positive::<Angle>("pixel_scale")?.0;
         Ok(Arc::new(section.wrap("file", Measured::new(file, size, values, scale))?))
     },

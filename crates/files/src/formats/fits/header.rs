@@ -1,6 +1,6 @@
 //! Headers of FITS files, as they are read.
 
-use barnard::data::{Axis, Frame};
+use barnard::data::{AXIS_ORDERS, Axis, Frame};
 use barnard::error::{Error, Result};
 
 use super::cards::{BLOCK, CARD};
@@ -12,18 +12,54 @@ const MAX_HEADER_BLOCKS: usize = 16_384;
 const MAX_HDUS: usize = 1000;
 
 /// What axes are that are no lengths, and the first part of their CTYPE. Source: FITS standard 4.0, tables 23, 25 and 28.
-const OTHER_AXES: [(&str, &[&str]); 6] = [
+/// Further names are those of older files and other programs.
+const OTHER_AXES: [(&str, &[&str]); 7] = [
     ("place on the sky", &["RA", "DEC", "GLON", "GLAT", "ELON", "ELAT", "SLON", "SLAT", "HLON", "HLAT"]),
-    ("velocity", &["VRAD", "VOPT", "VELO", "FELO", "BETA", "ZOPT"]),
-    ("frequency", &["FREQ"]),
-    ("wavelength", &["WAVE", "AWAV", "WAVN"]),
-    ("photon energy", &["ENER"]),
+    ("velocity", &["VRAD", "VOPT", "VELO", "FELO", "BETA", "ZOPT", "VELOCITY", "VLSR", "VHEL", "VEL"]),
+    ("frequency", &["FREQ", "FREQUENCY", "NU"]),
+    ("wavelength", &["WAVE", "AWAV", "WAVN", "WAVELENGTH", "LAMBDA", "WAVENUMBER"]),
+    ("photon energy", &["ENER", "ENERGY"]),
+    ("time", &["TIME", "MJD", "UTC"]),
     ("state of polarisation", &["STOKES"]),
 ];
+
+/// Units of axes that are no lengths of a volume, whatever CTYPE says, in small letters.
+const OTHER_UNITS: [(&str, &[&str]); 5] = [
+    ("velocity", &["m/s", "km/s", "cm/s", "m s-1", "km s-1", "m.s-1", "km.s-1"]),
+    ("frequency", &["hz", "khz", "mhz", "ghz", "thz"]),
+    ("wavelength", &["angstrom", "angstroms", "nm", "um", "micron", "microns", "cm-1"]),
+    ("photon energy", &["ev", "kev", "mev"]),
+    ("time", &["s", "d", "yr", "a"]),
+];
+
+/// Off-diagonal elements of a matrix below this, relative to its largest, are rounding: cos 90° is 6e-17.
+const ROUNDING: f64 = 1e-12;
+
+/// Keywords, without the numbers of axes behind them, whose values are numbers.
+const NUMBERS: [&str; 18] = [
+    "BITPIX", "NAXIS", "CRPIX", "CRVAL", "CDELT", "CROTA", "BSCALE", "BZERO", "BLANK", "PCOUNT", "GCOUNT", "ZBITPIX", "ZNAXIS", "STEP",
+    "SUN_POSX", "SUN_POSY", "SUN_POSZ", "THEAP",
+];
+
+/// Whether the value of a keyword is a number by the standard.
+fn is_numeric(keyword: &str) -> bool {
+    let base = keyword.trim_end_matches(|c: char| c.is_ascii_digit());
+    let of_matrix = |prefix: &str| {
+        keyword.strip_prefix(prefix).is_some_and(|rest| !rest.is_empty() && rest.chars().all(|c| c.is_ascii_digit() || c == '_'))
+    };
+    NUMBERS.contains(&base) || NUMBERS.contains(&keyword) || of_matrix("CD") || of_matrix("PC")
+}
+
+/// A FITS number: Fortran's exponents D are read.
+fn parsed(text: &str) -> Option<f64> {
+    text.replace(['D', 'd'], "E").parse().ok().filter(|number: &f64| number.is_finite())
+}
 
 /// Header cards as text, keyword first.
 pub struct Header {
     cards: Vec<(String, String)>,
+    /// Cards that should be numbers and are not.
+    broken: Vec<String>,
     /// The position at which the data begin.
     pub data: u64,
 }
@@ -33,7 +69,7 @@ impl Header {
     fn read(request: &mut Request, start: u64, blocks: &mut usize) -> Result<Self> {
         let path = request.path;
         let broken = |reason: &str| Error::file(path, format!("is no valid FITS file: {reason}"));
-        let mut cards = Vec::new();
+        let (mut cards, mut problems) = (Vec::new(), Vec::new());
         for block in 0..*blocks {
             let from = start + (block * BLOCK) as u64;
             let bytes = request.bytes(from, BLOCK)?.ok_or_else(|| broken("the header is truncated, no END card"))?;
@@ -42,10 +78,22 @@ impl Header {
                 let keyword: String = text.chars().take(8).collect::<String>().trim().to_owned();
                 if keyword == "END" {
                     *blocks -= block + 1;
-                    return Ok(Self { cards, data: from + BLOCK as u64 });
+                    return Ok(Self { cards, broken: problems, data: from + BLOCK as u64 });
                 }
                 if text.chars().nth(8) == Some('=') {
-                    cards.push((keyword, value_of(&text.chars().skip(10).collect::<String>())));
+                    let value = value_of(&text.chars().skip(10).collect::<String>());
+                    if is_numeric(&keyword) && !value.is_empty() && parsed(&value).is_none() {
+                        problems.push(format!("{keyword} = {value} is not a number"));
+                    }
+                    if is_numeric(&keyword)
+                        && cards.iter().any(|(own, other): &(String, String)| *own == keyword && parsed(other) != parsed(&value))
+                    {
+                        problems.push(format!("{keyword} is given twice with different values"));
+                    }
+                    if keyword == "BLANK" && !value.is_empty() && value.parse::<i64>().is_err() {
+                        problems.push(format!("BLANK = {value} is not a whole number"));
+                    }
+                    cards.push((keyword, value));
                 }
             }
         }
@@ -57,7 +105,22 @@ impl Header {
     }
 
     pub fn number(&self, keyword: &str) -> Option<f64> {
-        self.text(keyword)?.replace(['D', 'd'], "E").parse().ok()
+        parsed(self.text(keyword)?)
+    }
+
+    /// The first card that should be a number and is not, in words.
+    pub fn broken(&self) -> Option<&str> {
+        self.broken.first().map(String::as_str)
+    }
+
+    /// Refuses a header with a card that should be a number and is not.
+    pub fn check(&self, path: &std::path::Path) -> Result<()> {
+        match self.broken() {
+            Some(broken) => {
+                Err(Error::file(path, format!("{broken}; correct the card, with a decimal point and nothing behind the number")))
+            }
+            None => Ok(()),
+        }
     }
 
     pub fn integer(&self, keyword: &str) -> Option<i64> {
@@ -104,21 +167,59 @@ impl Header {
         })
     }
 
-    /// What the header says of the values and, where they are linear and along the array's own axes, of the axes.
+    /// The matrix element that turns steps along pixel axis `j` into coordinates along axis `i`: of CD, of PC and CDELT,
+    /// by their present or older names, or of CROTA2. None where the header gives none.
+    fn matrix(&self, i: usize, j: usize) -> Option<f64> {
+        let cdelt = |axis: usize| self.number(&format!("CDELT{axis}"));
+        if let Some(cd) = self.number(&format!("CD{i}_{j}")).or_else(|| self.number(&format!("CD{i:03}{j:03}"))) {
+            return Some(cd);
+        }
+        if let Some(pc) = self.number(&format!("PC{i}_{j}")).or_else(|| self.number(&format!("PC{i:03}{j:03}"))) {
+            return Some(pc * cdelt(i).unwrap_or(1.0));
+        }
+        let angle = self.number("CROTA2").or_else(|| self.number("CROTA1")).unwrap_or(0.0).to_radians();
+        match (i, j) {
+            (1 | 2, 1 | 2) if i == j => Some(angle.cos() * cdelt(i)?),
+            (1, 2) => Some(-angle.sin() * cdelt(2).unwrap_or(0.0)),
+            (2, 1) => Some(angle.sin() * cdelt(1).unwrap_or(0.0)),
+            _ if i == j => cdelt(i),
+            _ => Some(0.0),
+        }
+    }
+
+    /// For each axis of coordinates the pixel axis that it runs along, and the step; or why there is none such.
+    fn followed(&self, axes: &[usize]) -> std::result::Result<Vec<Option<(usize, f64)>>, String> {
+        if let Some((axis, angle)) = (3..=9).find_map(|i| Some((i, self.number(&format!("CROTA{i}")).filter(|angle| *angle != 0.0)?))) {
+            return Err(format!("its axes are rotated by CROTA{axis} = {angle}"));
+        }
+        let count = self.axes().map_or(0, |axes| axes.len());
+        let all = || (1..=count).flat_map(|i| (1..=count).map(move |j| (i, j)));
+        let largest = all().filter_map(|(i, j)| self.matrix(i, j)).map(f64::abs).fold(0.0, f64::max);
+        // Axes in other units have other sizes: rounding is relative to the row or the column.
+        let row = |i: usize| (1..=count).filter_map(|j| self.matrix(i, j)).map(f64::abs).fold(0.0, f64::max);
+        let is_step = |value: f64, i: usize| value.is_finite() && value.abs() > ROUNDING * row(i).max(f64::MIN_POSITIVE);
+        let mut followed = Vec::new();
+        for i in axes {
+            let steps: Vec<(usize, f64)> = (1..=count).filter_map(|j| Some((j, self.matrix(*i, j).filter(|v| is_step(*v, *i))?))).collect();
+            match steps[..] {
+                [] => followed.push(None),
+                [only] if axes.contains(&only.0) => followed.push(Some(only)),
+                _ => {
+                    let (j, value) = steps.iter().copied().find(|(j, _)| j != i).unwrap_or((*i, largest));
+                    return Err(format!("its axes {i} and {j} are rotated or sheared (element {i}_{j} of the matrix is {value})"));
+                }
+            }
+        }
+        let along: Vec<usize> = followed.iter().flatten().map(|(j, _)| *j).collect();
+        if (1..along.len()).any(|k| along[..k].contains(&along[k])) {
+            return Err("two of its axes run along the same axis of the array".into());
+        }
+        Ok(followed)
+    }
+
+    /// The values' unit and, where coordinates are linear and along the array's axes, those axes.
     pub fn frame(&self) -> Frame {
         let written = |keyword: &str| self.text(keyword).map(str::trim).filter(|t| !t.is_empty()).map(str::to_owned);
-        let matrix = |i: usize, j: usize| self.number(&format!("CD{i}_{j}")).or_else(|| self.number(&format!("PC{i}_{j}")));
-        let count = self.axes().map_or(0, |a| a.len());
-        let rotated = (1..=count).any(|i| self.number(&format!("CROTA{i}")).is_some_and(|v| v != 0.0));
-        let turned = |i: usize| rotated || (1..=count).filter(|j| *j != i).any(|j| matrix(i, j).is_some_and(|v| v != 0.0));
-        let axis = |i: usize| {
-            let scale = self.number(&format!("PC{i}_{i}")).unwrap_or(1.0);
-            let step = self.number(&format!("CD{i}_{i}")).or_else(|| Some(scale * self.number(&format!("CDELT{i}"))?))?;
-            let reference = self.number(&format!("CRPIX{i}")).unwrap_or(0.0);
-            let first = self.number(&format!("CRVAL{i}")).unwrap_or(0.0) + (1.0 - reference) * step;
-            let usable = step.is_finite() && step != 0.0 && first.is_finite() && !turned(i);
-            usable.then(|| Axis { unit: written(&format!("CUNIT{i}")).unwrap_or_default(), step, first })
-        };
         // Maps of the Galaxy's dust say their unit elsewhere, and the Sun's place in steps from the lower corner.
         let unit = ["BUNIT", "UNIT", "CUNIT"].into_iter().find_map(written);
         let around_the_sun = |i: usize| {
@@ -127,14 +228,43 @@ impl Header {
             Some(Axis { unit: "pc".into(), step, first: (0.5 - sun) * step })
         };
         let mut frame = Frame { order: "zyx", unit, ..Frame::default() };
-        // Indices run the other way.
-        for (slot, (i, _)) in self.squeezed().into_iter().take(3).enumerate() {
-            frame.axes[2 - slot] = axis(i).or_else(|| around_the_sun(i));
-            let kind = self.text(&format!("CTYPE{i}")).unwrap_or("");
-            let other = OTHER_AXES.iter().find(|(_, kinds)| kinds.iter().any(|own| kind.split('-').next() == Some(*own)));
-            frame.others[2 - slot] = other.map(|(what, _)| format!("{what} (CTYPE{i} {kind})"));
+        let axes: Vec<usize> = self.squeezed().into_iter().take(3).map(|(i, _)| i).collect();
+        let followed = self.followed(&axes).unwrap_or_else(|reason| {
+            frame.problem = Some(reason);
+            vec![None; axes.len()]
+        });
+        let mut letters = [' '; 3];
+        for (place, (i, step)) in axes.iter().zip(followed).enumerate() {
+            // The array's axis along which the coordinate runs; indices run the other way.
+            let j = step.map_or(*i, |(j, _)| j);
+            let Some(along) = axes.iter().position(|axis| *axis == j) else { continue };
+            let slot = 2 - along;
+            let axis = step.map(|(j, step)| {
+                let reference = self.number(&format!("CRPIX{j}")).unwrap_or(0.0);
+                let first = self.number(&format!("CRVAL{i}")).unwrap_or(0.0) + (1.0 - reference) * step;
+                Axis { unit: written(&format!("CUNIT{i}")).unwrap_or_default(), step, first }
+            });
+            frame.axes[slot] = axis.filter(|axis| axis.first.is_finite()).or_else(|| around_the_sun(*i));
+            letters[slot] = ['x', 'y', 'z'][place];
+            frame.others[slot] = self.other(*i);
         }
+        let letters: String = letters.into_iter().collect();
+        frame.order = AXIS_ORDERS.into_iter().find(|order| *order == letters).unwrap_or("zyx");
         frame
+    }
+
+    /// The quantity of an axis that is no length, by its name or its unit.
+    fn other(&self, i: usize) -> Option<String> {
+        let kind = self.text(&format!("CTYPE{i}")).unwrap_or("").trim();
+        let unit = self.text(&format!("CUNIT{i}")).unwrap_or("").trim();
+        let first = kind.split(['-', ' ', '_']).next().unwrap_or("").to_uppercase();
+        let by_name = OTHER_AXES.iter().find(|(_, kinds)| kinds.contains(&first.as_str()));
+        let by_unit = OTHER_UNITS.iter().find(|(_, units)| units.contains(&unit.to_lowercase().as_str()));
+        match (by_name, by_unit) {
+            (Some((what, _)), _) => Some(format!("{what} (CTYPE{i} {kind})")),
+            (None, Some((what, _))) => Some(format!("{what} (CUNIT{i} {unit})")),
+            (None, None) => None,
+        }
     }
 
     /// The bytes of the data, padded to blocks.

@@ -25,6 +25,7 @@ use super::{GridWriter, Kept, Member, Reader, Request, UNIT_NOTE, Writer, checke
 use barnard::data::{Array, Choose, Layout, Numbers, Part};
 use barnard::error::{Error, Result};
 use barnard::image::{Image, Samples};
+use spectra::curve::Columns;
 
 pub(super) const READER: Reader = Reader {
     extensions: &["fits", "fit", "fts", "fits.gz", "fit.gz", "fts.gz", "fz"],
@@ -64,9 +65,17 @@ fn stored_of(bitpix: Option<i64>) -> std::result::Result<Stored, String> {
     Ok(Stored { kind, big_endian: true })
 }
 
+/// Whether an image has unsigned 64-bit integers, which FITS stores less 2⁶³: double precision would lose their last
+/// eleven bits if it added that.
+fn is_unsigned_64(header: &Header) -> bool {
+    header.bitpix() == Some(64) && header.number("BZERO") == Some(2f64.powi(63)) && header.number("BSCALE").is_none_or(|scale| scale == 1.0)
+}
+
 /// What a number of an image stands for: scaled by BSCALE and BZERO; blank integers are NaN.
 fn value_of<T: Kept>(header: &Header) -> impl Fn(f64) -> T + Sync + use<T> {
-    let (scale, zero) = (header.number("BSCALE").unwrap_or(1.0), header.number("BZERO").unwrap_or(0.0));
+    let scaled = (header.number("BSCALE").unwrap_or(1.0), header.number("BZERO").unwrap_or(0.0));
+    let is_unsigned = is_unsigned_64(header) && !header.is_packed();
+    let (scale, zero) = if is_unsigned { (1.0, 0.0) } else { scaled };
     let blank = header.integer("BLANK").filter(|_| header.bitpix() > Some(0)).map(|blank| blank as f64);
     move |v| T::of(if Some(v) == blank { f64::NAN } else { zero + scale * v })
 }
@@ -75,7 +84,11 @@ fn value_of<T: Kept>(header: &Header) -> impl Fn(f64) -> T + Sync + use<T> {
 /// file.
 fn values<T: Kept>(request: &mut Request, header: &Header, numbers: [Option<usize>; 3], shape: [usize; 3], part: &Part) -> Result<Numbers> {
     let path = request.path;
-    let stored = stored_of(header.bitpix()).map_err(|reason| Error::file(path, reason))?;
+    header.check(path)?;
+    let mut stored = stored_of(header.bitpix()).map_err(|reason| Error::file(path, reason))?;
+    if is_unsigned_64(header) {
+        stored.kind = Number::Biased;
+    }
     let mut gather = Gather::new(part, false, path, request.memory_limit)?;
     if header.is_packed() {
         return tiles::gathered(request, header, numbers, gather);
@@ -108,13 +121,7 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
     let headers = headers(request)?;
     let squeezed = |h: &Header| h.squeezed().into_iter().map(|(_, n)| n).collect::<Vec<u64>>();
     let header = match request.part {
-        Some(part) => {
-            let number: Option<usize> = part.parse().ok();
-            let by_name = |h: &&Header| h.text("EXTNAME") == Some(part);
-            number.and_then(|n| headers.get(n)).or_else(|| headers.iter().find(by_name)).ok_or_else(|| {
-                Error::file(request.path, format!("has no HDU \"{part}\"; it has {} (0 to {})", headers.len(), headers.len() - 1))
-            })?
-        }
+        Some(part) => &headers[hdu(request.path, &headers, part)?],
         None => {
             let cubes: Vec<usize> = (0..headers.len()).filter(|i| squeezed(&headers[*i]).len() == 3).collect();
             if cubes.len() > 1 {
@@ -132,6 +139,7 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
     let mut axes = header.squeezed();
     axes.reverse();
     let (shape, _) = three_axes(request.path, &axes.iter().map(|(_, length)| *length).collect::<Vec<_>>())?;
+    header.check(request.path)?;
     let numbers = std::array::from_fn(|i| Some(axes[i].0));
     let part = choose(&Layout { shape, frame: Some(header.frame()) })?;
     // What is scaled may need more digits than are stored.
@@ -141,6 +149,53 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
         _ => values::<f64>(request, header, numbers, shape, &part)?,
     };
     Ok(Array { shape: part.shape(), data, fortran: false })
+}
+
+/// The HDU of a name, in any case, or of a number.
+fn hdu(path: &std::path::Path, headers: &[Header], wanted: &str) -> Result<usize> {
+    let number = wanted.parse::<usize>().ok().filter(|number| *number < headers.len());
+    let by_name =
+        || headers.iter().position(|header| header.text("EXTNAME").is_some_and(|name| name.trim().eq_ignore_ascii_case(wanted.trim())));
+    number
+        .or_else(by_name)
+        .ok_or_else(|| Error::file(path, format!("has no HDU \"{wanted}\"; it has {} (0 to {})", headers.len(), headers.len() - 1)))
+}
+
+/// The image of the HDU that the request names, or of the first that has one: columns and rows, and its values, the
+/// first row on top.
+pub(super) fn picture(request: &mut Request) -> Result<([usize; 2], Vec<f64>)> {
+    gzip::unpacked(request)?;
+    let headers = headers(request)?;
+    let is_image = |header: &Header| header.axes().is_some_and(|axes| axes.len() == 2) && header.table().is_none();
+    let number = match request.part {
+        Some(wanted) => Some(hdu(request.path, &headers, wanted)?).filter(|number| is_image(&headers[*number])),
+        None => headers.iter().position(is_image),
+    };
+    let number = number.ok_or_else(|| Error::file(request.path, "holds no two-dimensional image there"))?;
+    let mut values = Vec::new();
+    let (width, height) = planes(request, &headers[number..=number], |_| true, |_, own| values = own)?;
+    Ok(([width, height], values))
+}
+
+/// The columns of the first table of a file, or of the HDU that the request names.
+///
+/// # Errors
+/// Where the file has no such table, or its cells are no single numbers.
+pub fn columns(request: &mut Request) -> Result<Columns> {
+    gzip::unpacked(request)?;
+    let path = request.path;
+    let headers = headers(request)?;
+    let is_table = |header: &Header| header.text("XTENSION") == Some("BINTABLE") && !header.is_packed();
+    let number = match request.part {
+        Some(wanted) => Some(hdu(path, &headers, wanted)?).filter(|number| is_table(&headers[*number])),
+        None => headers.iter().position(is_table),
+    };
+    let number = number.ok_or_else(|| Error::file(path, "holds no binary table of columns; write one with a column of wavelengths"))?;
+    let header = &headers[number];
+    header.check(path)?;
+    let table = table::Table::of(header).map_err(|reason| Error::file(path, reason))?;
+    let cells = table.read(request, header)?;
+    table.columns(header, &cells).map_err(|reason| Error::file(path, format!("HDU {number}: {reason}")))
 }
 
 fn members(request: &mut Request) -> Result<Vec<Member>> {
@@ -154,16 +209,19 @@ fn members(request: &mut Request) -> Result<Vec<Member>> {
         let mut facts = vec![("kind", kind)];
         let fact = |what, key: &str| header.text(key).filter(|text| !text.trim().is_empty()).map(|text| (what, text.trim().to_owned()));
         facts.extend(fact("name", "EXTNAME"));
+        facts.extend(header.broken().map(|broken| ("broken", broken.to_owned())));
         if header.table().is_none() && !header.squeezed().is_empty() {
             facts.push(("axes", super::edges(header.axes().unwrap_or_default()) + ", the fastest first"));
             facts.extend(header.bitpix().map(|bits| ("type", format!("BITPIX {bits}"))));
             facts.extend(fact("packed", "ZCMPTYPE").map(|(what, packing)| (what, format!("in tiles by {packing}"))));
             facts.extend(fact("unit", "BUNIT"));
-            for (axis, letter) in
-                header.frame().axes.iter().rev().zip(["x", "y", "z"]).filter_map(|(axis, letter)| Some((axis.as_ref()?, letter)))
-            {
-                facts.push((letter, super::steps(axis)));
+            let frame = header.frame();
+            for (letter, name) in [("x", 'x'), ("y", 'y'), ("z", 'z')] {
+                let slot = frame.order.find(name).unwrap_or(0);
+                facts.extend(frame.others[slot].as_ref().map(|other| (letter, format!("no length: {other}"))));
+                facts.extend(frame.axes[slot].as_ref().filter(|_| frame.others[slot].is_none()).map(|axis| (letter, super::steps(axis))));
             }
+            facts.extend(frame.problem.map(|problem| ("frame", problem)));
         }
         Member { name: number.to_string(), facts }
     };

@@ -4,6 +4,8 @@
 
 use barnard::error::{Error, Result};
 use barnard::memory;
+use spectra::curve::{self, Columns};
+use spectra::table::MAX_SAMPLES;
 
 use super::header::Header;
 use crate::formats::Request;
@@ -60,6 +62,41 @@ impl Table {
         Some((column.format.trim_start_matches(|c: char| c.is_ascii_digit()), cells.get(column.at..)?))
     }
 
+    /// All columns of single numbers, with their names and units; a column of anything else is refused by name.
+    ///
+    /// # Errors
+    /// Where a cell holds no single number, or there are more than a million rows.
+    pub fn columns(&self, header: &Header, cells: &[u8]) -> Result<Columns, String> {
+        if self.rows > MAX_SAMPLES {
+            return Err(format!("has more than {MAX_SAMPLES} rows"));
+        }
+        let text = |keyword: &str, i: usize| header.text(&format!("{keyword}{}", i + 1)).map(str::trim).filter(|text| !text.is_empty());
+        let mut columns = Columns {
+            dialect: "of a FITS table".into(),
+            rows: (1..=self.rows).map(|row| (row, Vec::new())).collect(),
+            ..Columns::default()
+        };
+        for (i, own) in self.columns.iter().enumerate() {
+            let letter = own.format.trim_start_matches('1');
+            if letter.starts_with(|c: char| c.is_ascii_digit()) && !letter.ends_with('A') {
+                return Err(format!("column \"{}\" holds {} numbers in a cell; write one number a row", own.name, own.format));
+            }
+            columns.columns.push(curve::Column { name: own.name.clone(), unit: text("TUNIT", i).map(str::to_owned) });
+            let (scale, zero) =
+                (header.number(&format!("TSCAL{}", i + 1)).unwrap_or(1.0), header.number(&format!("TZERO{}", i + 1)).unwrap_or(0.0));
+            let blank = header.integer(&format!("TNULL{}", i + 1)).map(|blank| blank as f64);
+            for (row, bytes) in columns.rows.iter_mut().zip(cells.chunks_exact(self.row.max(1))) {
+                // A column of texts next to the numbers is no number.
+                let stored = bytes.get(own.at..).and_then(|cell| number(letter, cell)).filter(|stored| Some(*stored) != blank);
+                row.1.push(stored.map_or(f64::NAN, |stored| zero + scale * stored));
+            }
+        }
+        if columns.columns.len() < 2 || columns.rows.is_empty() {
+            return Err("holds no rows of two or more columns".into());
+        }
+        Ok(columns)
+    }
+
     /// Where the list of a cell begins among the lists, and its bytes.
     pub fn list(&self, name: &str, cells: &[u8]) -> Option<(u64, u64)> {
         let (format, cell) = self.column(name, cells)?;
@@ -80,13 +117,21 @@ impl Table {
     /// The number in a cell, where the table has such a column.
     pub fn number(&self, name: &str, cells: &[u8]) -> Option<f64> {
         let (format, cell) = self.column(name, cells)?;
-        Some(match format.chars().next()? {
-            'D' => f64::from_be_bytes(*cell.first_chunk()?),
-            'E' => f64::from(f32::from_be_bytes(*cell.first_chunk()?)),
-            'J' => f64::from(i32::from_be_bytes(*cell.first_chunk()?)),
-            _ => return None,
-        })
+        number(format, cell)
     }
+}
+
+/// The number in a cell of a format without its count.
+fn number(format: &str, cell: &[u8]) -> Option<f64> {
+    Some(match format.chars().next()? {
+        'D' => f64::from_be_bytes(*cell.first_chunk()?),
+        'E' => f64::from(f32::from_be_bytes(*cell.first_chunk()?)),
+        'K' => i64::from_be_bytes(*cell.first_chunk()?) as f64,
+        'J' => f64::from(i32::from_be_bytes(*cell.first_chunk()?)),
+        'I' => f64::from(i16::from_be_bytes(*cell.first_chunk()?)),
+        'B' => f64::from(*cell.first()?),
+        _ => return None,
+    })
 }
 
 /// Bytes of an element of a column. Source: FITS standard 4.0, table 18.

@@ -5,9 +5,11 @@
 use barnard::data::{AXIS_ORDERS, Axis, Frame};
 use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset, Datatype, RawAttribute};
+use spectra::units::{Length, Quantity};
 
 use super::Found;
 use super::slabs::{Packing, Value, stored};
+use crate::formats::numbers::Number;
 
 /// Attributes that hold the unit of values.
 const UNITS: [&str; 2] = ["units", "unit"];
@@ -39,24 +41,54 @@ impl<'a> Place<'a> {
         unit_of(&self.found.dataset)
     }
 
-    /// How its numbers were packed. Source: NetCDF Users Guide, attribute conventions.
+    /// How its numbers were packed. Sources: NetCDF Users Guide, appendix A (attribute conventions); CF 1.11, §2.5.1.
     pub fn packing(&self) -> Packing {
-        let number = |name: &str| {
-            let attribute = own(&self.found.dataset, name)?;
+        let dataset = &self.found.dataset;
+        let all = |name: &str| {
+            let attribute = own(dataset, name)?;
             stored(&attribute.datatype)?;
-            attribute.read_1d::<Value<f64>>().ok()?.first().map(|v| v.0)
+            Some(attribute.read_1d::<Value<f64>>().ok()?.into_iter().map(|v| v.0).collect::<Vec<f64>>())
         };
+        let number = |name: &str| all(name)?.first().copied();
+        let kind = stored(dataset.dtype());
+        let is_unsigned =
+            own(dataset, "_Unsigned").and_then(|attribute| text(&attribute)).is_some_and(|text| text.eq_ignore_ascii_case("true"));
+        let bits = kind.filter(|_| is_unsigned).filter(|kind| matches!(kind.kind, Number::Int(1 | 2 | 4)));
+        let unsigned = bits.map(|kind| 2f64.powi(8 * kind.size() as i32));
+        // Limits and fill values of such numbers may be written as signed ones.
+        let lifted = |v: f64| if v < 0.0 { v + unsigned.unwrap_or(0.0) } else { v };
         let (scale, offset) = (number("scale_factor"), number("add_offset"));
         let scale = (scale.is_some() || offset.is_some()).then(|| (scale.unwrap_or(1.0), offset.unwrap_or(0.0)));
-        Packing { scale, blank: ["_FillValue", "missing_value"].into_iter().filter_map(number).collect() }
+        let mut blank: Vec<f64> = ["_FillValue", "missing_value"].into_iter().filter_map(all).flatten().map(lifted).collect();
+        if own(dataset, "_FillValue").is_none() {
+            blank.extend(kind.and_then(|kind| default_fill(kind.kind, self.is_netcdf())).map(lifted));
+        }
+        let range = all("valid_range").filter(|range| range.len() == 2).map(|range| (Some(range[0]), Some(range[1])));
+        let (low, high) = range.unwrap_or((number("valid_min"), number("valid_max")));
+        let valid = (low.is_some() || high.is_some()).then(|| (low.map_or(f64::NEG_INFINITY, lifted), high.map_or(f64::INFINITY, lifted)));
+        Packing { scale, blank, valid, unsigned }
+    }
+
+    /// Whether the file was written by the netCDF library.
+    fn is_netcdf(&self) -> bool {
+        self.found.groups.first().is_some_and(|root| small(root.raw_attributes(), None) && root.attribute("_NCProperties").is_ok())
     }
 
     /// The frame of three of its axes, the slowest first.
     pub fn frame(&self, axes: [usize; 3], shape: [usize; 3]) -> Frame {
         let names = self.names(axes);
-        let order = AXIS_ORDERS.into_iter().find(|order| order.chars().map(String::from).eq(names.iter().cloned())).unwrap_or("xyz");
+        // Dimensions without names are called so by the netCDF library.
+        let is_named = names.iter().all(|name| !name.is_empty() && !name.starts_with("phony_dim"));
+        let known = order_of(&names);
+        let order = known.unwrap_or("xyz");
         let mut frame = Frame { order, unit: self.unit(), ..Frame::default() };
-        let edges = self.edges();
+        if is_named && known.is_none() {
+            frame.unnamed = Some(names.join(", "));
+        }
+        let edges = self.edges().unwrap_or_else(|problem| {
+            frame.problem = Some(problem);
+            None
+        });
         for (i, letter) in order.chars().enumerate() {
             match self.coordinates(axes[i], shape[i]) {
                 Some(Ok(axis)) => frame.axes[i] = Some(axis),
@@ -107,21 +139,34 @@ impl<'a> Place<'a> {
         })
     }
 
-    /// The unit and the corners of its box, where it or a group around it says them.
-    fn edges(&self) -> Option<(String, Vec<f64>, Vec<f64>)> {
-        let (low_name, low, high) = EDGES.into_iter().find_map(|(low, high)| {
+    /// The unit and the corners of its box, where it or a group around it states them; corners in two units are given in
+    /// that of the lower one.
+    fn edges(&self) -> Result<Option<(String, Vec<f64>, Vec<f64>)>, String> {
+        let named = EDGES.into_iter().find_map(|(low, high)| {
             let three = |name: &str| self.numbers(name).filter(|numbers| numbers.len() == 3);
-            Some((low, three(low)?, three(high)?))
-        })?;
-        let unit = self.text(&format!("{low_name}_units")).unwrap_or_default();
+            Some(([low, high], three(low)?, three(high)?))
+        });
+        let Some((names, low, mut high)) = named else { return Ok(None) };
+        let [unit, other] = names.map(|name| self.text(&format!("{name}_units")).unwrap_or_default());
+        if !other.is_empty() && other != unit {
+            let (Some(own), Some(size)) = (Length::unit_size(&unit), Length::unit_size(&other)) else {
+                return Err(format!("corners are in \"{unit}\" and in \"{other}\", which cannot be converted"));
+            };
+            high.iter_mut().for_each(|v| *v *= size / own);
+        }
+        Ok(Some(self.in_code_length(unit, low, high)))
+    }
+
+    /// Corners in a length that the file defines, where they are in units of it.
+    fn in_code_length(&self, unit: String, low: Vec<f64>, high: Vec<f64>) -> (String, Vec<f64>, Vec<f64>) {
         if unit != CODE_LENGTH.0 {
-            return Some((unit, low, high));
+            return (unit, low, high);
         }
         // What a length of one is stands in the file too.
         let (size, name) = (self.numbers(CODE_LENGTH.1), self.text(&format!("{}_units", CODE_LENGTH.1)));
-        let (Some([size]), Some(name)) = (size.as_deref(), name) else { return Some((unit, low, high)) };
+        let (Some([size]), Some(name)) = (size.as_deref(), name) else { return (unit, low, high) };
         let scaled = |edge: Vec<f64>| edge.into_iter().map(|v| v * size).collect();
-        Some((name, scaled(low), scaled(high)))
+        (name, scaled(low), scaled(high))
     }
 
     /// An attribute of the dataset, or of the innermost group around it that has it.
@@ -140,6 +185,33 @@ impl<'a> Place<'a> {
     fn text(&self, name: &str) -> Option<String> {
         text(&self.attribute(name)?)
     }
+}
+
+/// The number by which netCDF fills what was never written. Source: netcdf.h, NC_FILL_*. Whole numbers may mean it only
+/// in its own files.
+fn default_fill(kind: Number, is_netcdf: bool) -> Option<f64> {
+    match kind {
+        Number::Float(4 | 8) => Some(9.969_209_968_386_869e36),
+        Number::Int(2) if is_netcdf => Some(-32_767.0),
+        Number::Int(4) if is_netcdf => Some(-2_147_483_647.0),
+        _ => None,
+    }
+}
+
+/// The order of axes by their names: each is, begins with or ends with one of x, y and z, or they are i, j and k, or
+/// numbered from one.
+fn order_of(names: &[String; 3]) -> Option<&'static str> {
+    let by = |letters: &dyn Fn(&str) -> Option<char>| {
+        let order: Option<String> = names.iter().map(|name| letters(name)).collect();
+        order.and_then(|order| AXIS_ORDERS.into_iter().find(|known| *known == order))
+    };
+    let spatial = |c: Option<char>| c.filter(|c| "xyz".contains(*c));
+    let index = |name: &str| Some(['x', 'y', 'z'][["i", "j", "k"].iter().position(|own| *own == name)?]);
+    let numbered = |name: &str| Some(['x', 'y', 'z'][["1", "2", "3"].iter().position(|digit| name.ends_with(digit))?]);
+    by(&|name| spatial(name.chars().next()))
+        .or_else(|| by(&|name| spatial(name.chars().last())))
+        .or_else(|| by(&index))
+        .or_else(|| by(&numbered))
 }
 
 /// An attribute of a dataset, where it is no longer than those that are read here.
@@ -176,8 +248,11 @@ fn scales(found: &Found) -> Vec<Option<Dataset>> {
     let of = |entry: &[u8]| {
         let addresses = dataset.resolve_vlen_reference_bytes(entry, ADDRESS).ok()?;
         let address = u64::from_le_bytes(*addresses.first_chunk::<ADDRESS>()?);
-        let datasets = |group: &Group| group.datasets().unwrap_or_default();
-        found.groups.iter().rev().find_map(|group| datasets(group).into_iter().find(|scale| scale.address() == address))
+        // One dataset that cannot be opened does not hide the others.
+        let opened = |group: &Group| {
+            group.member_names().unwrap_or_default().1.into_iter().filter_map(|name| group.dataset(&name).ok()).collect::<Vec<_>>()
+        };
+        found.groups.iter().rev().find_map(|group| opened(group).into_iter().find(|scale| scale.address() == address))
     };
     list.raw_data.chunks_exact(dataset.vlen_reference_size()).take(dataset.ndim()).map(of).collect()
 }

@@ -75,7 +75,7 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
         memory::check(&format!("a chunk of {}", path.display()), bytes, limit)?;
     }
     let packing = place.packing();
-    let is_single = stored.is_single() && packing.scale.is_none();
+    let is_single = stored.is_single() && packing.is_plain();
     let slabs = Slabs::new(&found.dataset, stored, [a, b, c], packing);
     let data = if is_single {
         slabs.gathered::<f32>(Gather::new(&part, false, path, limit)?, limit).map_err(wrong)?.finish()?
@@ -88,10 +88,11 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
 fn members(request: &mut Request) -> Result<Vec<Member>> {
     let path = request.path;
     let file = opened(request)?;
-    let all = datasets(&file).map_err(|reason| Error::file(path, reason))?;
+    let Listing { found: all, unreadable } = datasets(&file).map_err(|reason| Error::file(path, reason))?;
     let of = |found: &Found| {
         let dataset = &found.dataset;
-        let kind = stored(dataset).map_or_else(|_| name_of(dataset.dtype()), |stored| stored.to_string());
+        let kind =
+            stored(dataset).map_or_else(|_| format!("{}, which are not read", name_of(dataset.dtype())), |stored| stored.to_string());
         let shape = if dataset.shape().is_empty() { "a single value".into() } else { edges(dataset.shape()) };
         let mut facts = vec![("shape", shape), ("type", kind)];
         facts.extend(dataset.chunks().map(|chunk| ("chunks", edges(&chunk))));
@@ -107,11 +108,28 @@ fn members(request: &mut Request) -> Result<Vec<Member>> {
         }
         Member { name: found.path.clone(), facts }
     };
-    Ok(all.iter().map(of).collect())
+    let unread = unreadable.into_iter().map(|(name, reason)| Member { name, facts: vec![("unreadable", reason)] });
+    let mut members: Vec<Member> = all.iter().map(of).chain(unread).collect();
+    members.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(members)
+}
+
+/// Versions of classic netCDF: the byte behind "CDF".
+const CLASSIC_NETCDF: [(u8, &str); 3] = [(1, "classic"), (2, "64-bit offset"), (5, "64-bit data")];
+
+/// Refuses netCDF files that are not HDF5.
+fn refuse_classic(request: &mut Request) -> Result<()> {
+    let Some(magic) = request.bytes(0, 4)?.filter(|bytes| bytes.starts_with(b"CDF")) else { return Ok(()) };
+    let variant = CLASSIC_NETCDF.iter().find(|(version, _)| *version == magic[3]).map_or("unknown variant", |(_, name)| name);
+    let reason = format!(
+        "is a netCDF 3 file ({variant}), which is not read; convert it with \"nccopy -k nc4 IN OUT\", or write it with format=\"NETCDF4\""
+    );
+    Err(Error::file(request.path, reason))
 }
 
 /// The file of a request, which owns its bytes from then on.
 fn opened(request: &mut Request) -> Result<Hdf5File> {
+    refuse_classic(request)?;
     let most = usize::try_from(request.memory_limit).unwrap_or(usize::MAX);
     // Blocks are read once, so nothing is worth keeping.
     let options = OpenOptions::default()
@@ -139,33 +157,58 @@ struct Found {
     groups: Vec<Group>,
 }
 
+/// The datasets of a file.
+#[derive(Default)]
+struct Listing {
+    found: Vec<Found>,
+    /// Paths of those that cannot be read, and why.
+    unreadable: Vec<(String, String)>,
+}
+
+/// The reason why a dataset cannot be opened, in the words of the HDF5 manual.
+fn unreadable(error: &hdf5_reader::error::Error) -> String {
+    match error {
+        hdf5_reader::error::Error::UnsupportedLayoutClass(3) => {
+            "is a virtual dataset, which is not read; read the files that it is made of, or copy it with \"h5repack -l CONTI\"".into()
+        }
+        other => other.to_string(),
+    }
+}
+
 /// All datasets of a file, by their paths.
-fn datasets(file: &Hdf5File) -> std::result::Result<Vec<Found>, String> {
-    fn within(groups: &[Group], path: &str, seen: &mut BTreeSet<u64>, found: &mut Vec<Found>) -> std::result::Result<(), String> {
+fn datasets(file: &Hdf5File) -> std::result::Result<Listing, String> {
+    fn within(groups: &[Group], path: &str, seen: &mut BTreeSet<u64>, listing: &mut Listing) -> std::result::Result<(), String> {
         let Some(group) = groups.last() else { return Ok(()) };
         // Links may lead back to a group that holds them.
         if !seen.insert(group.address()) || groups.len() > DEEPEST {
             return Ok(());
         }
-        let (inner, datasets) =
-            group.members().map_err(|e| format!("group \"{path}/\" cannot be listed, name a dataset with array = \"...\": {e}"))?;
-        for dataset in datasets {
-            if found.len() == MOST {
+        let unlisted = |e| format!("group \"{path}/\" cannot be listed, name a dataset with array = \"...\": {e}");
+        let (inner, names) = group.member_names().map_err(unlisted)?;
+        for name in names {
+            if listing.found.len() + listing.unreadable.len() == MOST {
                 return Err(format!("holds more than {MOST} datasets: name one with array = \"...\""));
             }
-            found.push(Found { path: format!("{path}/{}", dataset.name()), dataset, groups: groups.to_vec() });
+            let path = format!("{path}/{name}");
+            match group.dataset(&name) {
+                Ok(dataset) => listing.found.push(Found { path, dataset, groups: groups.to_vec() }),
+                Err(error) => listing.unreadable.push((path, unreadable(&error))),
+            }
         }
-        for group in inner {
-            let path = format!("{path}/{}", group.name());
-            within(&[groups, &[group]].concat(), &path, seen, found)?;
+        for name in inner {
+            let path = format!("{path}/{name}");
+            match group.group(&name) {
+                Ok(group) => within(&[groups, &[group]].concat(), &path, seen, listing)?,
+                Err(error) => listing.unreadable.push((path, unreadable(&error))),
+            }
         }
         Ok(())
     }
     let root = file.root_group().map_err(|e| format!("has no root group that can be read: {e}"))?;
-    let mut found = Vec::new();
-    within(&[root], "", &mut BTreeSet::new(), &mut found)?;
-    found.sort_by(|a, b| a.path.cmp(&b.path));
-    Ok(found)
+    let mut listing = Listing::default();
+    within(&[root], "", &mut BTreeSet::new(), &mut listing)?;
+    listing.found.sort_by(|a, b| a.path.cmp(&b.path));
+    Ok(listing)
 }
 
 /// The dataset at a path such as "/gas/density".
@@ -173,7 +216,7 @@ fn named(file: &Hdf5File, name: &str) -> std::result::Result<Found, String> {
     let parts: Vec<&str> = name.split('/').filter(|part| !part.is_empty()).collect();
     let mut groups = vec![file.root_group().map_err(|e| format!("has no root group that can be read: {e}"))?];
     let missing = |reason: String| match datasets(file) {
-        Ok(all) => {
+        Ok(Listing { found: all, .. }) => {
             let near = nearest(name, all.iter().map(|found| found.path.as_str())).map(|near| format!("did you mean \"{near}\"? "));
             format!("has no dataset \"{name}\" ({reason}): {}it holds {}", near.unwrap_or_default(), listed(&all))
         }
@@ -184,19 +227,25 @@ fn named(file: &Hdf5File, name: &str) -> std::result::Result<Found, String> {
         let next = groups[groups.len() - 1].group(part).map_err(|e| missing(e.to_string()))?;
         groups.push(next);
     }
-    let dataset = groups[groups.len() - 1].dataset(last).map_err(|e| missing(e.to_string()))?;
+    let dataset = groups[groups.len() - 1].dataset(last).map_err(|e| match &e {
+        hdf5_reader::error::Error::UnsupportedLayoutClass(_) => format!("dataset \"{name}\" {}", unreadable(&e)),
+        _ => missing(e.to_string()),
+    })?;
     Ok(Found { path: format!("/{}", parts.join("/")), dataset, groups })
 }
 
 /// The only dataset that can be a grid.
 fn only(file: &Hdf5File) -> std::result::Result<Found, String> {
-    let mut all = datasets(file)?;
+    let Listing { found: mut all, unreadable } = datasets(file)?;
     let able: Vec<usize> =
         (0..all.len()).filter(|i| stored(&all[*i].dataset).is_ok() && long_axes(all[*i].dataset.shape()).len() == 3).collect();
     match able[..] {
         [index] => Ok(all.swap_remove(index)),
-        [] if all.is_empty() => Err("holds no datasets".into()),
-        [] => Err(format!("holds no dataset of numbers with three axes; it holds {}", listed(&all))),
+        [] if all.is_empty() && unreadable.is_empty() => Err("holds no datasets".into()),
+        [] => {
+            let broken = unreadable.iter().map(|(path, reason)| format!("; \"{path}\" {reason}")).collect::<String>();
+            Err(format!("holds no dataset of real numbers with three axes; it holds {}{broken}", listed(&all)))
+        }
         _ => {
             let able: Vec<String> = able.iter().map(|i| format!("\"{}\"", all[*i].path)).collect();
             Err(format!("holds {} datasets of three axes ({}); name one with array = \"...\"", able.len(), few(&able)))
@@ -205,7 +254,11 @@ fn only(file: &Hdf5File) -> std::result::Result<Found, String> {
 }
 
 fn listed(all: &[Found]) -> String {
-    let names: Vec<String> = all.iter().map(|found| format!("\"{}\" ({})", found.path, edges(found.dataset.shape()))).collect();
+    let of = |found: &Found| {
+        let why = stored(&found.dataset).err().map_or_else(String::new, |why| format!(", {why}"));
+        format!("\"{}\" ({}{why})", found.path, edges(found.dataset.shape()))
+    };
+    let names: Vec<String> = all.iter().map(of).collect();
     if names.is_empty() { "none".into() } else { few(&names) }
 }
 
@@ -224,7 +277,7 @@ fn long_axes(shape: &[u64]) -> Vec<usize> {
 /// The type of a dataset's numbers, or what is wrong with it.
 fn stored(dataset: &Dataset) -> std::result::Result<Stored, String> {
     let stored = slabs::stored(dataset.dtype());
-    let stored = stored.ok_or_else(|| format!("holds {}, which are no real numbers", name_of(dataset.dtype())))?;
+    let stored = stored.ok_or_else(|| format!("holds {}, which are not read; write floats of 4 or 8 bytes", name_of(dataset.dtype())))?;
     // Numbers may be laid out in any way within their bytes; those of IEEE 754, and whole ones that fill them, are read.
     let message = dataset.raw_datatype().map_err(|e| e.to_string())?;
     let bits = 8 * stored.size() as u8;
@@ -233,7 +286,7 @@ fn stored(dataset: &Dataset) -> std::result::Result<Stored, String> {
         _ => (vec![0, 0, bits, 0], "whole numbers that do not fill their bytes"),
     };
     if message.get(LAYOUT..).is_none_or(|own| !own.starts_with(&expected)) {
-        return Err(format!("holds {others} ({} bytes): convert them first", stored.size()));
+        return Err(format!("holds {others} ({} bytes), which are not read; write floats of 4 or 8 bytes", stored.size()));
     }
     Ok(stored)
 }
@@ -257,11 +310,12 @@ fn ieee_754(size: usize) -> [u8; 12] {
 fn name_of(kind: &Datatype) -> String {
     match kind {
         Datatype::FixedPoint { size, .. } => format!("whole numbers of {size} bytes"),
+        Datatype::FloatingPoint { size, .. } if *size > 8 => format!("floats of {size} bytes (long double)"),
         Datatype::FloatingPoint { size, .. } => format!("floats of {size} bytes"),
         Datatype::String { .. } => "texts".into(),
         Datatype::Compound { .. } => "records (a compound type)".into(),
         Datatype::Array { .. } => "arrays".into(),
-        Datatype::Enum { .. } => "names (an enumeration)".into(),
+        Datatype::Enum { .. } => "enumerated values (such as bool of h5py)".into(),
         Datatype::VarLen { .. } => "lists of any length".into(),
         Datatype::Opaque { .. } => "opaque bytes".into(),
         Datatype::Reference { .. } => "references".into(),

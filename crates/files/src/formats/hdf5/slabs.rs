@@ -27,14 +27,35 @@ pub struct Packing {
     pub scale: Option<(f64, f64)>,
     /// Numbers that stand for none.
     pub blank: Vec<f64>,
+    /// The lowest and the highest stored number that is valid.
+    pub valid: Option<(f64, f64)>,
+    /// What is added to negative numbers that netCDF's `_Unsigned` declares to be unsigned.
+    pub unsigned: Option<f64>,
 }
 
+/// A fill value this large may be stored in another precision than the numbers.
+const HUGE: f64 = 1e30;
+
 impl Packing {
+    /// Whether every number is as it is stored.
+    pub fn is_plain(&self) -> bool {
+        self.scale.is_none() && self.unsigned.is_none()
+    }
+
     fn value<T: Kept>(&self, stored: T) -> T {
-        if self.blank.contains(&stored.number()) {
+        let mut number = stored.number();
+        if number < 0.0 {
+            number += self.unsigned.unwrap_or(0.0);
+        }
+        let is_blank = |blank: &f64| number == *blank || (blank.abs() > HUGE && (number / blank - 1.0).abs() < 1e-6);
+        if self.blank.iter().any(is_blank) || self.valid.is_some_and(|(low, high)| !(low..=high).contains(&number)) {
             return T::of(f64::NAN);
         }
-        self.scale.map_or(stored, |(scale, offset)| T::of(stored.number() * scale + offset))
+        match self.scale {
+            Some((scale, offset)) => T::of(number * scale + offset),
+            None if self.unsigned.is_some() => T::of(number),
+            None => stored,
+        }
     }
 }
 

@@ -1,0 +1,212 @@
+//! Curves over wavelength as users' files hold them: filters, spectra, albedos, mean cosines.
+//!
+//! The policy of every reader holds here: a unit that is stated is understood or refused, one that is missing must be
+//! unambiguous or is refused, and what was inferred is said ([`SpectralCurve::note`]).
+//!
+//! Air wavelengths (a column that says "air") become vacuum wavelengths by [`crate::air`].
+
+mod axis_unit;
+mod cell;
+mod columns;
+mod header;
+mod ordinate;
+
+pub use axis_unit::{AxisQuantity, AxisUnit};
+pub use columns::{Column, Columns};
+pub use ordinate::{Ordinate, unit_symbols};
+
+use crate::error::{Result, SpectraError};
+use crate::table::Table;
+use cell::base_name;
+use header::Axis;
+
+/// Wavelengths of real filters and spectra \[µm\]: the Lyman limit to the far end of JWST's instruments.
+const PLAUSIBLE_UM: [f64; 2] = [0.09, 30.0];
+/// The units that files without one are in.
+const USUAL_UNITS: [&str; 3] = ["angstrom", "nm", "um"];
+
+/// How a curve is read from columns.
+#[derive(Debug, Clone, Copy)]
+pub struct CurveOptions<'a> {
+    /// The quantity of the second column.
+    pub ordinate: Ordinate,
+    /// The unit of the spectral axis, where the user states it.
+    pub unit: Option<&'a str>,
+    /// The name or the number, from one, of the column to read, where the user states it.
+    pub column: Option<&'a str>,
+}
+
+impl CurveOptions<'_> {
+    /// Unit and column as the file states them.
+    pub fn of_file(ordinate: Ordinate) -> Self {
+        Self { ordinate, unit: None, column: None }
+    }
+}
+
+/// A curve over wavelength, and how its file was understood.
+#[derive(Debug, Clone)]
+pub struct SpectralCurve {
+    /// The curve over vacuum wavelength \[µm\].
+    pub table: Table,
+    /// The unit of the file's spectral axis.
+    pub unit: AxisUnit,
+    /// Whether the unit was inferred from the range of the numbers.
+    pub is_inferred: bool,
+    /// How the file was understood, in one line.
+    pub note: String,
+    /// Whether the detector counts photons, where the file says so.
+    pub counts_photons: Option<bool>,
+}
+
+impl SpectralCurve {
+    /// Reads a curve from text; `name` is the file's name in messages.
+    ///
+    /// # Errors
+    /// Where the text holds no such columns, or a unit is unknown, missing or ambiguous.
+    pub fn parse(name: &str, text: &str, options: CurveOptions) -> Result<Self> {
+        Self::from_columns(name, &Columns::parse(name, text)?, options)
+    }
+
+    /// Makes a curve of columns; `name` is the file's name in messages.
+    ///
+    /// # Errors
+    /// Where the columns are no such curve, or a unit is unknown, missing or ambiguous.
+    pub fn from_columns(name: &str, columns: &Columns, options: CurveOptions) -> Result<Self> {
+        let refuse = |reason: String| SpectraError::table(name, reason);
+        let axis = Axis::of(name, columns)?;
+        let (unit, origin) = unit(name, columns, &axis, options.unit)?;
+        let ordinate = ordinate_column(name, columns, &axis, options)?;
+        let head = columns.columns.get(ordinate).cloned().unwrap_or_default();
+        let scale = options.ordinate.scale(&head).map_err(|reason| refuse(format!("column {}: {reason}", shown(&head, ordinate))))?;
+        let mut samples = Vec::with_capacity(columns.rows.len());
+        for (line, row) in &columns.rows {
+            let (number, value) = (row[axis.column], row[ordinate]);
+            let lambda_um = unit.wavelength_um(number);
+            if !(lambda_um.is_finite() && lambda_um > 0.0 && number > 0.0) {
+                return Err(refuse(format!("line {line}: {number} {} is no wavelength; a wavelength is a number above zero", unit.name)));
+            }
+            if !value.is_finite() {
+                return Err(refuse(format!("line {line}: column {} holds {value}; it must be a finite number", shown(&head, ordinate))));
+            }
+            let lambda_um = if axis.is_air { crate::air::vacuum_um(lambda_um) } else { lambda_um };
+            samples.push((*line, lambda_um, value * scale.factor(lambda_um)));
+        }
+        if samples.len() > 1 && samples[0].1 > samples[samples.len() - 1].1 {
+            samples.reverse();
+        }
+        if let Some(pair) = samples.windows(2).find(|pair| pair[1].1 <= pair[0].1) {
+            let (line, order) = (pair[0].0.max(pair[1].0), if pair[0].1 == pair[1].1 { "repeats a wavelength" } else { "is out of order" });
+            return Err(refuse(format!("line {line} {order}; wavelengths must all ascend or all descend, each once")));
+        }
+        let (x, y) = samples.iter().map(|(_, lambda_um, value)| (*lambda_um, *value)).unzip();
+        let table = Table::new(name, x, y)?;
+        let (low, high) = table.range();
+        let air = if axis.is_air { " in air, converted to vacuum" } else { "" };
+        let note = format!(
+            "{} rows {}; {} in {}{air} ({origin}), {:.2} to {:.2} nm; column {}{}",
+            columns.rows.len(),
+            columns.dialect,
+            axis.quantity_name(&unit),
+            unit.name,
+            low * 1e3,
+            high * 1e3,
+            shown(&head, ordinate),
+            scale.words(),
+        );
+        Ok(Self { table, is_inferred: origin == Origin::Range, unit, note, counts_photons: columns.counts_photons })
+    }
+}
+
+/// The source of the unit of a spectral axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Origin {
+    Key,
+    File,
+    Range,
+}
+
+impl std::fmt::Display for Origin {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Origin::Key => "by the key unit",
+            Origin::File => "stated in the file",
+            Origin::Range => "inferred: the file states no unit, and in no other would all rows lie between 90 nm and 30 um",
+        })
+    }
+}
+
+/// The unit of the spectral axis: the key's, the file's, or the only one that its numbers allow.
+fn unit(name: &str, columns: &Columns, axis: &Axis, key: Option<&str>) -> Result<(AxisUnit, Origin)> {
+    let refuse = |reason: String| SpectraError::table(name, reason);
+    const REMEDY: &str = "write unit = \"angstrom\", \"nm\" or \"um\" next to the file";
+    if let Some(key) = key {
+        let wanted = AxisUnit::parse(key).ok_or_else(|| {
+            refuse(format!("unit = \"{key}\" is no unit of wavelength, wavenumber, frequency or photon energy; {REMEDY}"))
+        })?;
+        return match &axis.unit {
+            Some(own) if !own.is(&wanted) => {
+                Err(refuse(format!("the file states {}, the key unit {}; correct one of them", own.name, wanted.name)))
+            }
+            _ => Ok((wanted, Origin::Key)),
+        };
+    }
+    if let Some(own) = &axis.unit {
+        return Ok((own.clone(), Origin::File));
+    }
+    let numbers = || columns.rows.iter().map(|(_, row)| row[axis.column]);
+    let (low, high) = numbers().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    let plausible = |unit: &AxisUnit| numbers().all(|v| (PLAUSIBLE_UM[0]..=PLAUSIBLE_UM[1]).contains(&unit.wavelength_um(v)));
+    let fitting: Vec<AxisUnit> = USUAL_UNITS.iter().filter_map(|unit| AxisUnit::parse(unit)).filter(plausible).collect();
+    let [only] = &fitting[..] else {
+        let which = match fitting.len() {
+            0 => "which is an optical wavelength in none".to_owned(),
+            _ => format!("which may be {}", fitting.iter().map(|unit| unit.name.as_str()).collect::<Vec<_>>().join(" or ")),
+        };
+        return Err(refuse(format!("states no unit of wavelength, and its first column runs from {low} to {high}, {which}; {REMEDY}")));
+    };
+    if let Some((line, other)) = axis.contradiction(columns, only) {
+        return Err(refuse(format!(
+            "states no unit of wavelength next to a column, its numbers look like {}, but the comment in line {line} mentions {}; {REMEDY}",
+            only.name, other.name
+        )));
+    }
+    Ok((only.clone(), Origin::Range))
+}
+
+/// The number of the column that holds the curve.
+fn ordinate_column(name: &str, columns: &Columns, axis: &Axis, options: CurveOptions) -> Result<usize> {
+    let refuse = |reason: String| SpectraError::table(name, reason);
+    let heads = &columns.columns;
+    let listed = || (0..heads.len()).filter(|i| *i != axis.column).map(|i| shown(&heads[i], i)).collect::<Vec<_>>().join(", ");
+    if let Some(wanted) = options.column {
+        let by_name = heads.iter().position(|head| base_name(&head.name).eq_ignore_ascii_case(wanted.trim()) || head.name == wanted);
+        let by_number = wanted.trim().parse::<usize>().ok().and_then(|number| number.checked_sub(1)).filter(|i| *i < heads.len());
+        let found = by_name.or(by_number).filter(|i| *i != axis.column);
+        return found.ok_or_else(|| refuse(format!("has no column \"{wanted}\" of values; it has {}", listed())));
+    }
+    let others: Vec<usize> = (0..heads.len()).filter(|i| *i != axis.column).collect();
+    if let [only] = others[..] {
+        return Ok(only);
+    }
+    let named: Vec<usize> = others.iter().copied().filter(|i| options.ordinate.is_named(&base_name(&heads[*i].name))).collect();
+    match named[..] {
+        [only] => Ok(only),
+        _ => {
+            let line = columns.rows.first().map_or(1, |(line, _)| *line);
+            Err(refuse(format!(
+                "line {line}: rows have {} numbers where a {} curve has two; choose one with column = \"NAME\" or column = \"2\" out of {}",
+                heads.len(),
+                options.ordinate.name(),
+                listed()
+            )))
+        }
+    }
+}
+
+/// The name of a column in messages: its own, or its number from one.
+fn shown(head: &Column, index: usize) -> String {
+    if head.name.is_empty() { format!("{}", index + 1) } else { format!("\"{}\"", head.name) }
+}
+
+#[cfg(test)]
+mod tests;
