@@ -87,7 +87,7 @@ fn filters_are_checked() {
     desk.refuses_scene(&["own.csv", "percent"]);
     desk.write("own.csv", b"frequency_Hz,throughput\n500,0.5\n600,0.8\n");
     desk.refuses_scene(&["own.csv", "frequency"]);
-    desk.write("own.csv", b"a,b\n500,5;0,5\n600,0;0,8\n");
+    desk.write("own.csv", b"a,b\n5,100;1,500\n5,200;1,800\n");
     desk.refuses_scene(&["own.csv", "decimal point"]);
     desk.write("own.csv", "Wavelength (Å),T\n5000,0.5\n6000,0.8\n".as_bytes());
     assert!(desk.run(&["render", "scene.toml", "-o", "out.npy"]).status.success());

@@ -26,10 +26,10 @@ pub fn check_writable(path: &Path) -> Result<()> {
 /// Where the extension is not known, or there is no folder for it.
 pub fn check_folder(path: &Path) -> Result<()> {
     writer(path)?;
-    create_folder(path)?;
     let folder = folder(path);
     let probe = tempfile::Builder::new().prefix(".barnard-probe-").tempfile_in(folder);
     match probe {
+        _ if !folder.is_dir() => Err(Error::file(path, format!("the output folder {} does not exist; create it first", folder.display()))),
         Err(e) => Err(Error::file(path, format!("the output folder {} cannot be written to: {e}", folder.display()))),
         Ok(_) => Ok(()),
     }
@@ -43,14 +43,7 @@ pub fn check_replaceable(path: &Path) -> Result<()> {
     if std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
         return Err(Error::file(path, "is no plain file; it cannot be replaced"));
     }
-    create_folder(path)?;
     temporary(&target(path)?).map(drop)
-}
-
-/// Creates the folder of a file, and those around it, where there is none.
-fn create_folder(path: &Path) -> Result<()> {
-    let folder = folder(path);
-    std::fs::create_dir_all(folder).map_err(|e| Error::file(path, format!("the output folder {} cannot be created: {e}", folder.display())))
 }
 
 /// The file that is written: a link stays a link, what it leads to is replaced.

@@ -22,6 +22,8 @@ use header::Axis;
 
 /// Wavelengths of real filters and spectra \[µm\]: the Lyman limit to the far end of JWST's instruments.
 const PLAUSIBLE_UM: [f64; 2] = [0.09, 30.0];
+/// Wavelengths of any light that a file may state \[µm\]: hard X-rays to metre waves.
+const POSSIBLE_UM: [f64; 2] = [1e-5, 1e7];
 /// The units that files without one are in.
 const USUAL_UNITS: [&str; 3] = ["angstrom", "nm", "um"];
 
@@ -101,6 +103,13 @@ impl SpectralCurve {
         let (x, y) = samples.iter().map(|(_, lambda_um, value)| (*lambda_um, *value)).unzip();
         let table = Table::new(name, x, y)?;
         let (low, high) = table.range();
+        if low < POSSIBLE_UM[0] || high > POSSIBLE_UM[1] {
+            let quantity = axis.quantity_name(&unit);
+            return Err(refuse(format!(
+                "its {quantity} in {} would be wavelengths of {low:.3e} to {high:.3e} um; correct the unit",
+                unit.name
+            )));
+        }
         let air = if axis.is_air { " in air, converted to vacuum" } else { "" };
         let note = format!(
             "{} rows {}; {} in {}{air} ({origin}), {:.2} to {:.2} nm; column {}{}",

@@ -74,6 +74,7 @@ fn missing_units_are_inferred_or_refused() {
     for (head, per_nm, words) in [
         ("", 10.0, "angstrom or nm"),
         ("", 0.1, "in none"),
+        ("frequency_Hz,t\n", 1.0, "would be wavelengths"),
         ("", 1e-9, "in none"),
         ("lambda [furlong],t\n", 1.0, "furlong"),
         ("wavelength_furlong,t\n", 1.0, "furlong"),
