@@ -217,7 +217,7 @@ fn cube(more: &[&str]) -> Vec<u8> {
     let mut cards = vec!["SIMPLE  =                    T", "BITPIX  =                  -32", "NAXIS   =                    3"];
     cards.extend(["NAXIS1  =                    2", "NAXIS2  =                    3", "NAXIS3  =                    4"]);
     cards.extend_from_slice(more);
-    let mut values = vec![0f32; 24];
+    let mut values = [0f32; 24];
     values[0] = 1.0;
     fits(&cards, &values.iter().flat_map(|v| v.to_be_bytes()).collect::<Vec<u8>>())
 }

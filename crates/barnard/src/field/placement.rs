@@ -38,7 +38,7 @@ impl Placement {
         let file = section.text("file")?.unwrap_or("the file");
         if let Some(names) = layout.frame.as_ref().and_then(|frame| frame.unnamed.as_ref()).filter(|_| stated.is_none()) {
             let message = format!(
-                "the file's axes are called {names}, slowest first, which are not x, y and z: write axes = \"zyx\" or another order"
+                "{file}: its axes are called {names}, slowest first, which are not x, y and z: write axes = \"zyx\" or another order"
             );
             return Err(section.error("file", message));
         }

@@ -175,7 +175,7 @@ impl Columns {
         // A row that is broken must not pass for names: only a unit such as "0.1 nm" begins with a digit.
         let begins_with_number = |line: &str| line.trim_start().starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
         let is_broken =
-            |line: &str| begins_with_number(line) && !dialect.cells(line).first().is_some_and(|cell| AxisUnit::parse(cell).is_some());
+            |line: &str| begins_with_number(line) && dialect.cells(line).first().is_none_or(|cell| AxisUnit::parse(cell).is_none());
         // Dashes below the names, as VizieR writes them.
         let head: Vec<&(usize, &str)> = head.iter().filter(|(_, line)| line.chars().any(|c| !"-=|+ \t,;".contains(c))).collect();
         if let Some((line, text)) = head.iter().find(|(_, line)| is_broken(line)) {

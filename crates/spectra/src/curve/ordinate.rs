@@ -172,14 +172,8 @@ const SYMBOLS: [&str; 36] = [
 /// The symbols of a compound unit with their exponents: "erg/s/cm2/A", "erg s-1 cm^-2 A**-1", "erg/(s cm2 A)".
 pub fn unit_symbols(text: &str) -> Vec<(String, i32)> {
     let mut symbols: Vec<(String, i32)> = Vec::new();
-    let text = text
-        .replace("**", "^")
-        .replace("Å", "angstrom")
-        .replace('µ', "u")
-        .replace('μ', "u")
-        .replace('⁻', "-")
-        .replace('²', "2")
-        .replace('¹', "1");
+    let text =
+        text.replace("**", "^").replace("Å", "angstrom").replace(['µ', 'μ'], "u").replace('⁻', "-").replace('²', "2").replace('¹', "1");
     let (mut sign, mut inside) = (1, false);
     let mut word = String::new();
     let push = |word: &mut String, sign: i32, symbols: &mut Vec<(String, i32)>| {

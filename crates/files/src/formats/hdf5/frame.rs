@@ -23,6 +23,9 @@ const MOST: u64 = 64;
 /// How far coordinates may be from even steps, in parts of a step.
 const EVEN: f64 = 1e-3;
 
+/// The lower and the upper corner of a box by x, y and z, and their unit before them.
+type Corners = (String, Vec<f64>, Vec<f64>);
+
 /// A dataset and the groups around it, to be asked for what they say.
 pub struct Place<'a> {
     found: &'a Found,
@@ -141,7 +144,7 @@ impl<'a> Place<'a> {
 
     /// The unit and the corners of its box, where it or a group around it states them; corners in two units are given in
     /// that of the lower one.
-    fn edges(&self) -> Result<Option<(String, Vec<f64>, Vec<f64>)>, String> {
+    fn edges(&self) -> Result<Option<Corners>, String> {
         let named = EDGES.into_iter().find_map(|(low, high)| {
             let three = |name: &str| self.numbers(name).filter(|numbers| numbers.len() == 3);
             Some(([low, high], three(low)?, three(high)?))
@@ -158,7 +161,7 @@ impl<'a> Place<'a> {
     }
 
     /// Corners in a length that the file defines, where they are in units of it.
-    fn in_code_length(&self, unit: String, low: Vec<f64>, high: Vec<f64>) -> (String, Vec<f64>, Vec<f64>) {
+    fn in_code_length(&self, unit: String, low: Vec<f64>, high: Vec<f64>) -> Corners {
         if unit != CODE_LENGTH.0 {
             return (unit, low, high);
         }
