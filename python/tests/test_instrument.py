@@ -113,8 +113,7 @@ def test_stars_stay_with_the_coordinates_of_every_picture(tmp_path):
         for name, ra, dec, *_ in STARS:
             x, y = (float(c) for c in wcs.world_to_pixel(SkyCoord(ra * u.deg, dec * u.deg)))
             aperture = CircularAperture((x, y), 6)
-            # Rows of arrays run downwards, those of world coordinates upwards.
-            assert np.hypot(*(ApertureStats(of(image)[::-1], aperture).centroid - (x, y))) < 2e-3, name
+            assert np.hypot(*(ApertureStats(of(image), aperture).centroid - (x, y))) < 2e-3, name
     # Another place on the sky needs no other plan, and pictures without a camera are those of the plan's own.
     scene.observation = bn.Observation("274.7 -13.8267")
     assert of(plan.render()).argmax() != of(pictures[0]).argmax()
@@ -127,10 +126,10 @@ def test_stars_stay_with_the_coordinates_of_every_picture(tmp_path):
     [
         ("ra,decc,mag\n1,2,3\n", 'is "decc" meant to be "dec"'),
         ("ra,dec,colour\n1,2,3\n", "no column of magnitudes"),
-        ("ra,dec,mag\n1,95,3\n", "place on the sky.*bad.csv:2"),
-        ("ra,dec,mag\n1,2,bright\n", "no magnitude.*bad.csv:2"),
-        ("ra,dec,mag,type\n1,2,3,Q7\n", "bad.csv:2"),
-        ("ra,dec,mag,teff\n1,2,3,-7\n", "temperature.*bad.csv:2"),
+        ("ra,dec,mag\n101,95,3\n", "place on the sky.*bad.csv:2"),
+        ("ra,dec,mag\n101,2,bright\n", "no magnitude.*bad.csv:2"),
+        ("ra,dec,mag,type\n101,2,3,Q7\n", "bad.csv:2"),
+        ("ra,dec,mag,teff\n101,2,3,-7\n", "temperature.*bad.csv:2"),
     ],
 )
 def test_what_is_no_catalogue_is_refused(tmp_path, text, words):

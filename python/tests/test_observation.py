@@ -32,10 +32,10 @@ CAMERAS = [
 
 
 def directions(kind, shape, axis, step):
-    """Directions of all pixels in a frame of ahead, right and up, the lowest row first, and which pixels have one."""
+    """Directions of all pixels in a frame of ahead, right and up, the uppermost row first, and which pixels have one."""
     height, width = shape
     column, row = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    x, y = (column - axis[0]) * step, (row - (height - axis[1])) * step
+    x, y = (column - axis[0]) * step, (axis[1] - row) * step
     if kind == "TAN":
         along = np.stack([np.ones_like(x), x, y])
         return along / np.linalg.norm(along, axis=0), np.ones_like(x, bool)
@@ -163,4 +163,5 @@ def test_pictures_for_eyes_say_where_they_are(tmp_path):
         assert tags.Spatial.Quality == "Full" and tags.Spatial.CoordsystemProjection == "TAN"
         column, row = np.meshgrid(np.arange(48.0), np.arange(48.0))
         there = np.array(tags.to_wcs().wcs_pix2world(column.ravel(), row.ravel(), 0))
-        assert np.abs(there - np.array(image.wcs.wcs_pix2world(column.ravel(), row.ravel(), 0))).max() < 1e-9
+        # Rows of AVM tags count from below, as those of FITS do.
+        assert np.abs(there - np.array(image.wcs.wcs_pix2world(column.ravel(), 47 - row.ravel(), 0))).max() < 1e-9

@@ -275,7 +275,7 @@ def test_images_of_all_around_have_their_coordinates():
         image = scene.render()
         wcs, (height, width) = image.wcs, image.shape
         column, row = np.meshgrid(np.arange(width), np.arange(height))
-        x, y = (column + 0.5 - width / 2) * 2 * half / width, (row + 0.5 - height / 2) * 2 * half / width
+        x, y = (column + 0.5 - width / 2) * 2 * half / width, (height / 2 - row - 0.5) * 2 * half / width
         lon, lat = np.radians(wcs.wcs_pix2world(column.ravel(), row.ravel(), 0)).reshape(2, height, width)
         found = np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
         if "ARC" in wcs.wcs.ctype[0]:
