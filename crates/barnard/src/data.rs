@@ -272,6 +272,12 @@ impl Inputs {
         self.source.label(name)
     }
 
+    /// The same source with a record of its own.
+    #[must_use]
+    pub fn recording(&self) -> Self {
+        Self { notes: Arc::default(), ..self.clone() }
+    }
+
     /// Records how a file was understood, once.
     pub fn note(&self, note: InputNote) {
         if let Ok(mut notes) = self.notes.lock()

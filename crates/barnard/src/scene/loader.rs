@@ -71,6 +71,11 @@ impl Loader {
         }
     }
 
+    /// The same for one reading, which records how its files are understood.
+    pub(super) fn recording(&self) -> Self {
+        Self { inputs: self.inputs.recording(), ..self.clone() }
+    }
+
     /// The same for readings that `control` can interrupt.
     #[must_use]
     pub fn under(&self, control: &Control) -> Self {

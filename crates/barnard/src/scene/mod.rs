@@ -103,7 +103,7 @@ pub struct Scene {
     pub is_rough: bool,
     /// The text that the scene was read from; none where a program made it.
     pub provenance: Option<Provenance>,
-    /// How the files that it names were understood.
+    /// How the files that were read for it were understood; those kept from an earlier reading are not among them.
     pub inputs: Vec<InputNote>,
 }
 
@@ -269,10 +269,12 @@ impl Scene {
     /// Where a key is unknown or missing, a value is wrong, a file cannot be read, and those of [`check`](Self::check);
     /// each says its place.
     pub fn from_properties(table: &Table, name: &str, loader: &Loader) -> Result<Self> {
-        match Timeline::build(&Section::root(table), &loader.inputs)? {
+        let inputs = loader.inputs.recording();
+        match Timeline::build(&Section::root(table), &inputs)? {
             None => Self::still(table, name, loader),
             Some(timeline) => {
-                let scene = Self::still(&timeline.at(table, loader.moment)?, name, loader)?;
+                let mut scene = Self::still(&timeline.at(table, loader.moment)?, name, loader)?;
+                scene.inputs.extend(inputs.notes());
                 Ok(Self { timeline: Some(Arc::new(timeline)), ..scene })
             }
         }
@@ -282,6 +284,7 @@ impl Scene {
     pub(crate) fn still(table: &Table, name: &str, loader: &Loader) -> Result<Self> {
         let root = &Section::root(table);
         root.check_keys(&ROOT.iter().map(|k| k.name).collect::<Vec<_>>())?;
+        let loader = &loader.recording();
         let inputs = &loader.inputs;
         let need = |key: &str| root.table(key)?.ok_or_else(|| root.error(key, format!("table [{key}] is missing")));
         let camera = camera::build(&need("camera")?, inputs)?;

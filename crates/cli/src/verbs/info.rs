@@ -50,10 +50,13 @@ impl Info {
     /// What the file holds.
     fn contents(&self, path: &Path) -> anyhow::Result<ExitCode> {
         let limit = memory_limit(self.memory)?;
-        if !holds_arrays(path) {
+        if !READERS.iter().any(|reader| reader.members.is_some() && reader.is_for(path)) {
             return self.understood(path, limit);
         }
         let (format, mut members) = members(path, limit)?;
+        if holds_tables_alone(&members) {
+            return self.understood(path, limit);
+        }
         for member in members.iter_mut().filter(|_| self.values) {
             member.facts.extend(summary(path, member, limit));
         }
@@ -111,18 +114,10 @@ impl Info {
     }
 }
 
-/// Whether a file is of a format that holds arrays and no table of a curve.
-fn holds_arrays(path: &Path) -> bool {
-    let is_readable = READERS.iter().filter(|reader| reader.members.is_some()).any(|reader| reader.is_for(path));
-    is_readable && !fits_table(path)
-}
-
-/// Whether a FITS file holds a table of columns and no image.
-fn fits_table(path: &Path) -> bool {
-    let kinds = members(path, 1 << 30).map(|(_, members)| members).unwrap_or_default();
-    let kinds: Vec<String> =
-        kinds.into_iter().flat_map(|member| member.facts).filter(|(what, _)| *what == "kind").map(|(_, kind)| kind).collect();
-    kinds.iter().any(|kind| kind.contains("is a table")) && !kinds.iter().any(|kind| kind.starts_with("image"))
+/// Whether the members of a FITS file are tables of columns, and none is an image.
+fn holds_tables_alone(members: &[Member]) -> bool {
+    let kinds = || members.iter().flat_map(|member| &member.facts).filter(|(what, _)| *what == "kind").map(|(_, kind)| kind);
+    kinds().any(|kind| kind.contains("is a table")) && !kinds().any(|kind| kind.starts_with("image"))
 }
 
 /// What the values of a grid are; what is no grid says why, in place of them.

@@ -62,11 +62,6 @@ impl Axis {
         }
     }
 
-    /// The name of the quantity on the axis.
-    pub fn quantity_name(&self, unit: &AxisUnit) -> &'static str {
-        word(unit.quantity())
-    }
-
     /// A comment that mentions another unit of wavelength than the one inferred.
     pub fn contradiction(&self, columns: &Columns, inferred: &AxisUnit) -> Option<(usize, AxisUnit)> {
         let mentioned = |text: &str| {
@@ -79,7 +74,8 @@ impl Axis {
     }
 }
 
-fn word(quantity: AxisQuantity) -> &'static str {
+/// The name of a quantity in messages.
+pub fn word(quantity: AxisQuantity) -> &'static str {
     match quantity {
         AxisQuantity::Wavelength => "wavelength",
         AxisQuantity::Wavenumber => "wavenumber",

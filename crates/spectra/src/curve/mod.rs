@@ -18,7 +18,7 @@ pub use ordinate::{Ordinate, unit_symbols};
 use crate::error::{Result, SpectraError};
 use crate::table::Table;
 use cell::base_name;
-use header::Axis;
+use header::{Axis, word};
 
 /// Wavelengths of real filters and spectra \[µm\]: the Lyman limit to the far end of JWST's instruments.
 const PLAUSIBLE_UM: [f64; 2] = [0.09, 30.0];
@@ -104,7 +104,7 @@ impl SpectralCurve {
         let table = Table::new(name, x, y)?;
         let (low, high) = table.range();
         if low < POSSIBLE_UM[0] || high > POSSIBLE_UM[1] {
-            let quantity = axis.quantity_name(&unit);
+            let quantity = word(unit.quantity());
             return Err(refuse(format!(
                 "its {quantity} in {} would be wavelengths of {low:.3e} to {high:.3e} um; correct the unit",
                 unit.name
@@ -115,7 +115,7 @@ impl SpectralCurve {
             "{} rows {}; {} in {}{air} ({origin}), {:.2} to {:.2} nm; column {}{}",
             columns.rows.len(),
             columns.dialect,
-            axis.quantity_name(&unit),
+            word(unit.quantity()),
             unit.name,
             low * 1e3,
             high * 1e3,

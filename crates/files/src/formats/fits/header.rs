@@ -193,9 +193,7 @@ impl Header {
             return Err(format!("its axes are rotated by CROTA{axis} = {angle}"));
         }
         let count = self.axes().map_or(0, |axes| axes.len());
-        let all = || (1..=count).flat_map(|i| (1..=count).map(move |j| (i, j)));
-        let largest = all().filter_map(|(i, j)| self.matrix(i, j)).map(f64::abs).fold(0.0, f64::max);
-        // Axes in other units have other sizes: rounding is relative to the row or the column.
+        // Axes in other units have other sizes: rounding is relative to the row.
         let row = |i: usize| (1..=count).filter_map(|j| self.matrix(i, j)).map(f64::abs).fold(0.0, f64::max);
         let is_step = |value: f64, i: usize| value.is_finite() && value.abs() > ROUNDING * row(i).max(f64::MIN_POSITIVE);
         let mut followed = Vec::new();
@@ -204,8 +202,8 @@ impl Header {
             match steps[..] {
                 [] => followed.push(None),
                 [only] if axes.contains(&only.0) => followed.push(Some(only)),
-                _ => {
-                    let (j, value) = steps.iter().copied().find(|(j, _)| j != i).unwrap_or((*i, largest));
+                [first, ..] => {
+                    let (j, value) = steps.iter().copied().find(|(j, _)| j != i).unwrap_or(first);
                     return Err(format!("its axes {i} and {j} are rotated or sheared (element {i}_{j} of the matrix is {value})"));
                 }
             }
