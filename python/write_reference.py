@@ -21,7 +21,7 @@ CHAPTERS = {
     "Many pictures": ["map", "tiles", "Result"],
     "Volumes that no machine holds": ["render_bricks"],
     "Catalogues and threads": ["catalogues", "catalogue", "set_threads"],
-    "Errors": ["BarnardError", "SceneError", "PlanError", "MemoryLimitError", "DeviceError"],
+    "Errors and warnings": ["AccuracyWarning", "BarnardError", "SceneError", "PlanError", "MemoryLimitError", "DeviceError"],
 }
 CHAPTERS["Tables"] = [name for name in bn.tables.__all__ if name not in CHAPTERS["Fields"]]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,10 @@ from .image import Image
 
 if TYPE_CHECKING:
     from .scene import Scene
+
+
+#: From where on chi2 of a degree of freedom is far from one.
+FAR = 3.0
 
 
 class Fit:
@@ -42,6 +47,17 @@ class Fit:
         self.bounded: list[str] = [keys[i] for i in found["bounded"]]
         #: Data less model of each image, with standard errors; NaN where pixels do not count.
         self.residuals: list[Image] = [Image(own) for own in found["residuals"]]
+        reduced = self.chi2 / max(self.freedom, 1)
+        if self.freedom > 0 and not 1 / FAR <= reduced <= FAR:
+            warnings.warn(
+                f"chi2 is {reduced:.3g} for each degree of freedom: "
+                + (
+                    "the model does not describe the data (place, scale, missing light), or their errors are too small"
+                    if reduced > FAR
+                    else "errors of the data are too large, or neighbouring pixels are not independent"
+                ),
+                stacklevel=4,
+            )
 
     @property
     def freedom(self) -> int:
@@ -58,17 +74,35 @@ class FitModel:
 
     `keys`, `units`, `bounds` and `start` tell the free numbers, `data` the pixels that count, one after the other.
 
+    Where light scatters once, predictions are smooth to double precision, and differences of any step work. Where it scatters more often
+    they are rounded to single precision: give `diff_step` or `jacobian` to what takes differences.
+
     >>> model = scene.fit_model("star[0].luminosity, dust.scale=0.5..5", "master.fits")
-    >>> scipy.optimize.least_squares(model.residuals, model.start)
+    >>> scipy.optimize.least_squares(model.residuals, model.start, jac=model.jacobian, x_scale=model.x_scale)
+
+    Models can be pickled and copied: whoever reads the pickle reads the images again.
+
+    Attributes
+    ----------
+    diff_step : number
+        A relative step for differences, by which rounding and curvature cost alike: the cube root of what predictions are rounded by.
+    x_scale : array
+        What each free number is measured by: its value at the start, or the width of its bounds where that is zero.
     """
 
-    def __init__(self, native: Any):
-        self._native = native
+    def __init__(self, native: Any, made: tuple[Any, ...]):
+        self._native, self._made = native, made
         self.keys: list[str] = native.keys
         self.units: list[str] = native.units
         self.bounds: list[tuple[float, float]] = native.bounds
         self.start: list[float] = native.start
         self.data: np.ndarray = native.data
+        self.diff_step: float = native.rounding ** (1 / 3)
+        widths = [high - low if np.isfinite(high - low) else 1.0 for low, high in self.bounds]
+        self.x_scale: np.ndarray = np.array([abs(value) or width for value, width in zip(self.start, widths)])
+
+    def __reduce__(self):
+        return _remade, self._made
 
     def _numbers(self, values: Sequence[float]) -> list[float]:
         """One number for each key."""
@@ -98,9 +132,47 @@ class FitModel:
         return mean, sigma
 
     def residuals(self, values: Sequence[float]) -> np.ndarray:
-        """Data less model in standard errors."""
-        mean, sigma = self.predict(values)
+        """Data less model in standard errors; infinite, with a warning, where the values cannot be, so that searches turn back."""
+        try:
+            mean, sigma = self.predict(values)
+        except _barnard.SceneError as error:
+            warnings.warn(f"no model at {list(values)}: {error}", stacklevel=2)
+            return np.full_like(self.data, np.inf)
         return (self.data - mean) / sigma
+
+    def jacobian(self, values: Sequence[float]) -> np.ndarray:
+        """Derivatives of `residuals`: exact, but for rounding, by what the model is linear in, by differences of second order otherwise.
+
+        Parameters
+        ----------
+        values : sequence of numbers
+            One for each key, in its unit.
+
+        Returns
+        -------
+        array, data × keys
+
+        Raises
+        ------
+        SceneError
+            Where the values, or those a step within the bounds, cannot be.
+        """
+        here = self._numbers(values)
+        steps = self.diff_step * np.maximum(np.abs(here), 1e-3 * self.x_scale)
+
+        def at(key: int, by: float) -> np.ndarray:
+            mean, sigma = self.predict([value + by * (key == own) for own, value in enumerate(here)])
+            return (self.data - mean) / sigma
+
+        columns = []
+        for key, (step, (low, high)) in enumerate(zip(steps, self.bounds)):
+            if low <= here[key] - step and here[key] + step <= high:
+                columns.append((at(key, step) - at(key, -step)) / (2 * step))
+                continue
+            # At a bound both are on the one side, of the same order.
+            step = step if here[key] + 2 * step <= high else -step
+            columns.append((4 * at(key, step) - 3 * at(key, 0.0) - at(key, 2 * step)) / (2 * step))
+        return np.stack(columns, axis=1)
 
     def log_likelihood(self, values: Sequence[float]) -> float:
         """The logarithm of the probability of the data, normal noise; minus infinity beyond the bounds, and where values cannot be."""
@@ -134,22 +206,83 @@ class FitModel:
             return Fit(self.keys, self.units, self._native.fit(values, progress=listener))
 
 
-#: One image, or images: paths, or pairs of a path and what its scene has in place of the common one.
-Images = str | os.PathLike | Sequence[str | os.PathLike | tuple[str | os.PathLike, Mapping[str, Any]]]
+#: An image: a FITS file, a picture, or an array of all bands.
+Pixels = str | os.PathLike | Image | np.ndarray
+#: One image, or images, each by itself or with what its scene has in place of the common one.
+Images = Pixels | Sequence[Pixels | tuple[Pixels, Mapping[str, Any]]]
+
+#: What an image in memory has beside what its scene has.
+BESIDE = ("sigma", "mask")
 
 
-def observations(images: Images, empty: Any) -> list[tuple[str, dict[str, Any]]]:
-    """Each image as a path and a tree; `empty` makes a scene of keywords."""
-    if isinstance(images, Image):
-        raise TypeError("an image in memory: write it to a FITS file, and give its path")
-    if isinstance(images, (str, os.PathLike)):
-        images = [images]
-    pairs = [image if isinstance(image, tuple) else (image, {}) for image in images]
-    return [(os.fspath(path), tree_of(empty(**dict(parts)))) for path, parts in pairs]
+def _source(number: int, image: Any, beside: dict[str, Any]) -> Any:
+    """A path, or native pixels."""
+    if isinstance(image, (str, os.PathLike)):
+        for name, value in beside.items():
+            if value is not None:
+                raise TypeError(f"{name} goes with an array or an Image; the file {os.fspath(image)} has its own: NAME_error or ERR, and mask.NAME or DQ")
+        return os.path.abspath(image)
+    name = f"image {number}"
+    if isinstance(image, Image):
+        picture, values = image._native, None
+        shape = (sum(not band.endswith("_error") for band in image.bands), *image.shape)
+    else:
+        picture, values = None, _planes(image, name, None)
+        shape = values.shape
+    sigma, mask = (None if own is None else _planes(own, f"{of} of {name}", shape) for of, own in beside.items())
+    return _barnard.fit_pixels(name, picture, values, sigma, None if mask is None else mask != 0)
 
 
-def model_of(scene: Scene, free: str, images: Images, listener: Listener | None) -> FitModel:
+def _planes(array: Any, name: str, shape: tuple[int, ...] | None) -> np.ndarray:
+    """Numbers of bands × height × width, those of a shape where there is one."""
+    array = np.asarray(np.ma.filled(array, np.nan) if np.ma.isMaskedArray(array) else array, dtype=np.float64)
+    if shape is not None:
+        try:
+            return np.ascontiguousarray(np.broadcast_to(array, shape))
+        except ValueError:
+            raise ValueError(f"{name} is of shape {array.shape}, the image of {shape}") from None
+    array = array[None] if array.ndim == 2 else array
+    if array.ndim != 3:
+        raise ValueError(f"{name} is of shape {array.shape}; give bands × height × width, or height × width of one band")
+    return np.ascontiguousarray(array)
+
+
+def observations(images: Images, empty: Any, beside: dict[str, Any]) -> list[tuple[Any, dict[str, Any]]]:
+    """Each image as its source and a tree; `empty` makes a scene of keywords."""
+    found = []
+    for number, (image, parts) in enumerate(_pairs(images)):
+        own = {name: parts.get(name, value) for name, value in beside.items()}
+        tree = tree_of(empty(**{name: part for name, part in parts.items() if name not in BESIDE}))
+        found.append((_source(number, image, own), tree))
+    return found
+
+
+#: What an image may leave unsaid.
+UNSAID = ("unit", "place")
+
+
+def model_of(scene: Scene, free: str, images: Images, beside: dict[str, Any], assume: str | Sequence[str], listener: Listener | None) -> FitModel:
     """The model of a scene for images."""
+    names = [assume] if isinstance(assume, str) else list(assume)
+    for name in names:
+        if name not in UNSAID:
+            raise ValueError(f"assume={name!r}: what may be assumed is {' and '.join(UNSAID)}")
+    scene = scene._twin()
     tree, native = scene._native()
-    pairs = observations(images, type(scene))
-    return FitModel(_barnard.fit_model(scene._reading(), tree, native, free, pairs, progress=listener))
+    pairs = observations(images, type(scene), beside)
+    assumed = tuple(name in names for name in UNSAID)
+    made = _barnard.fit_model(scene._reading(), tree, native, free, pairs, assumed, progress=listener)
+    # Files are found from elsewhere too.
+    kept = [(os.path.abspath(image) if isinstance(image, (str, os.PathLike)) else image, parts) for image, parts in _pairs(images)]
+    return FitModel(made, (scene, free, kept, beside, names))
+
+
+def _pairs(images: Images) -> list[tuple[Any, Mapping[str, Any]]]:
+    """Each image with what its scene has in place of the common one."""
+    if isinstance(images, (str, os.PathLike, Image)) or hasattr(images, "__array__"):
+        images = [images]
+    return [image if isinstance(image, tuple) else (image, {}) for image in images]
+
+
+def _remade(scene: Scene, free: str, images: Images, beside: dict[str, Any], assume: list[str]) -> FitModel:
+    return model_of(scene, free, images, beside, assume, None)

@@ -338,7 +338,16 @@ class Scene:
         with told(progress) as listener:
             return Plates(_barnard.plates(native, wavelengths(range), tuple(dust), self._plan.get("cpu"), self._limit, progress=listener))
 
-    def fit_model(self, free: str, to: Images, *, progress: bool | Listener | None = None) -> FitModel:
+    def fit_model(
+        self,
+        free: str,
+        to: Images,
+        *,
+        sigma: Any = None,
+        mask: Any = None,
+        assume: str | Sequence[str] = (),
+        progress: bool | Listener | None = None,
+    ) -> FitModel:
         """The scene as a model of observed images.
 
         Parameters
@@ -346,9 +355,17 @@ class Scene:
         free : text
             What is free, parted by commas: keys of the scene, which says where a fit begins, with bounds (KEY=LOW..HIGH) and what is known
             beforehand (KEY~MEAN+-SIGMA), in the units in which the scene says them.
-        to : path, or list of paths and pairs
-            FITS files: an image HDU for each passband by its name, standard errors as NAME_error or ERR, a mask as mask.NAME, DQ or MASK. A pair is a path
-            and a dictionary of what its scene has in place of this one's: instrument, bands, camera, observation.
+        to : path, Image or array, or list of them and of pairs
+            FITS files: an image HDU for each passband by its name, standard errors as NAME_error or ERR, a mask as mask.NAME, DQ or MASK;
+            "file.fits[SCI,2]" chooses one HDU. Pictures have their own unit and place; arrays are bands × height × width (height × width of one
+            band), the first row on top, in the unit of the scene's pictures. A pair is an image and a dictionary of what its scene has in place
+            of this one's: instrument, bands, camera, observation; and its sigma and mask.
+        sigma : array or number, optional
+            Standard errors of arrays and pictures, of a shape that can be broadcast to theirs, in their unit.
+        mask : array, optional
+            Pixels of arrays and pictures that do not count.
+        assume : "unit", "place", or both, optional
+            What files do not say and is taken to be as in the scene: the unit (BUNIT), the place on the sky (WCS).
 
         Raises
         ------
@@ -356,9 +373,18 @@ class Scene:
             Where images cannot be read or are of other pixels, passbands or units, or the scene says no number for a key.
         """
         with told(progress) as listener:
-            return model_of(self, free, to, listener)
+            return model_of(self, free, to, {"sigma": sigma, "mask": mask}, assume, listener)
 
-    def fit(self, free: str, to: Images, *, progress: bool | Listener | None = None) -> Fit:
+    def fit(
+        self,
+        free: str,
+        to: Images,
+        *,
+        sigma: Any = None,
+        mask: Any = None,
+        assume: str | Sequence[str] = (),
+        progress: bool | Listener | None = None,
+    ) -> Fit:
         """Fits what is free of the scene to observed images; see `fit_model` for the parameters.
 
         Raises
@@ -368,7 +394,7 @@ class Scene:
         KeyboardInterrupt
             Where Ctrl-C stopped it.
         """
-        return self.fit_model(free, to, progress=progress).fit(progress=progress)
+        return self.fit_model(free, to, sigma=sigma, mask=mask, assume=assume, progress=progress).fit(progress=progress)
 
     def render(
         self,

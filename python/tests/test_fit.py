@@ -117,8 +117,139 @@ def test_likelihoods_hang_on_values_alone(observed):
             model.predict(wrong)
         with pytest.raises(ValueError, match="values for 2 keys"):
             model.log_likelihood(wrong)
-    with pytest.raises(TypeError, match="FITS file"):
-        scene.fit(free, scene.render())
+
+
+def noisy(scene, seed=3):
+    """The picture of a scene with noise of a fiftieth of its brightest pixel, and that."""
+    picture = scene.render().radiance.astype(float)
+    sigma = 0.02 * picture.max(axis=(1, 2), keepdims=True)
+    return picture + sigma * np.random.default_rng(seed).normal(size=picture.shape), np.broadcast_to(sigma, picture.shape)
+
+
+def test_defaults_of_scipy_and_emcee_find_the_truth():
+    scene = lit(cloud())
+    scene.bands, scene.camera = ["johnson-B", "cousins-R"], bn.perspective("0 0 4 pc", "32 deg", size=24)
+    data, sigma = noisy(scene)
+    scene.dust.scale, scene.stars[0].temperature = "1.5 /pc", "7000 K"
+    model = scene.fit_model("dust.scale=0.2..10, star[0].temperature=3000..40000", data, sigma=sigma)
+    # A step as scipy takes by itself changes what is predicted, and not by rounding.
+    start = np.array(model.start)
+    small, large = ((model.residuals(start + [step, 0]) - model.residuals(start)) / step for step in (2e-8, 2e-3))
+    assert np.linalg.norm(small - large) < 2e-3 * np.linalg.norm(large)
+    truth, steps = np.array([3, 12000]), np.array([0.02, 100])
+    plain = optimize.least_squares(model.residuals, model.start)
+    bounded = optimize.least_squares(model.residuals, model.start, bounds=np.transpose(model.bounds))
+    told = optimize.least_squares(model.residuals, model.start, jac=model.jacobian, x_scale=model.x_scale)
+    own = model.fit()
+    errors = np.array(list(own.sigma.values()))
+    for found in (plain, bounded, told):
+        assert found.success and np.all(np.abs(found.x - list(own.values.values())) < 0.1 * errors), found
+        assert np.all(np.abs(found.x - truth) < 4 * errors)
+    # The covariance of the fit is that of these derivatives.
+    jacobian = model.jacobian(found.x)
+    assert np.allclose(np.linalg.inv(jacobian.T @ jacobian), own.covariance, rtol=0.02)
+    differences = [(model.residuals(found.x + h) - model.residuals(found.x - h)) / (2 * h.sum()) for h in np.diag(steps * 1e-3)]
+    assert np.allclose(jacobian, np.transpose(differences), atol=1e-4 * np.abs(jacobian).max(axis=0))
+    with pytest.warns(UserWarning, match="no model at"):
+        assert np.all(np.isinf(model.residuals([3, -5])))
+
+
+def test_derivatives_by_linear_keys_are_exact():
+    scene = lit(cloud())
+    scene.camera = bn.perspective("0 0 4 pc", "32 deg", size=16)
+    data, sigma = noisy(scene)
+    model = scene.fit_model("star[0].luminosity=100..1000", data, sigma=sigma)
+    # At the bound differences are of one side.
+    for at in (400.0, 1000.0):
+        column = model.jacobian([at])[:, 0]
+        assert np.allclose(column, (model.residuals([at]) - model.data / sigma.ravel()) / at, rtol=1e-6, atol=1e-9 * np.abs(column).max())
+
+
+def test_arrays_and_pictures_are_fitted():
+    scene = lit(cloud())
+    scene.camera = bn.perspective("0 0 4 pc", "32 deg", size=16)
+    picture = scene.render()
+    data, sigma = noisy(scene)
+    scene.stars[0].luminosity = "600 Lsun"
+    of_array = scene.fit("star[0].luminosity", data, sigma=sigma)
+    assert abs(of_array.values["star[0].luminosity"] - 1000) < 4 * of_array.sigma["star[0].luminosity"]
+    # A picture without noise is found to what single precision leaves.
+    with pytest.warns(UserWarning, match="chi2"):
+        of_picture = scene.fit("star[0].luminosity", picture, sigma=sigma)
+    assert of_picture.values["star[0].luminosity"] == pytest.approx(1000, rel=1e-5)
+    # Pixels of a mask do not count, whatever they hold.
+    mask = np.zeros(data.shape, dtype=bool)
+    mask[:, :4] = True
+    broken = np.where(mask, 1e9, data)
+    masked = scene.fit("star[0].luminosity", broken, sigma=sigma, mask=mask)
+    assert masked.pixels == data.size * 3 // 4
+    assert scene.fit("star[0].luminosity", [(data, {"sigma": sigma}), (data, {"sigma": sigma})]).pixels == 2 * data.size
+    for image, words in ((data, "no standard errors"), (data[:2], "2 bands"), (data[:, :8], "16 x 8 pixels")):
+        with pytest.raises(bn.SceneError, match=words):
+            scene.fit("star[0].luminosity", image, sigma=None if image is data else 1e-9)
+    with pytest.raises(ValueError, match="shape"):
+        scene.fit("star[0].luminosity", data, sigma=sigma[:, :3])
+    with pytest.raises(TypeError, match="sigma goes with an array"):
+        scene.fit("star[0].luminosity", "file.fits", sigma=1)
+
+
+def test_models_are_pickled(observed, monkeypatch, tmp_path):
+    import copy
+    import pickle
+
+    scene, path = observed
+    monkeypatch.chdir(path.parent)
+    model = scene.fit_model(FREE, path.name)
+    monkeypatch.chdir(tmp_path.parent)
+    before = model.log_likelihood(model.start)
+    # What becomes of the scene later is nothing to the model.
+    scene.stars[0].luminosity = "1 Lsun"
+    for twin in (pickle.loads(pickle.dumps(model)), copy.deepcopy(model)):
+        assert twin.log_likelihood(model.start) == before
+
+
+def test_units_and_places_are_said_or_assumed(tmp_path):
+    fits = pytest.importorskip("astropy.io.fits")
+    scene = lit(cloud())
+    scene.bands, scene.camera = "johnson-V", bn.perspective("0 0 1000 pc", "0.12 deg", size=16)
+    scene.observation = bn.Observation("83.82 -5.39", unit="MJy/sr")
+    picture = scene.render().hdus
+    own = next(hdu for hdu in picture if hdu.header["NAXIS"] == 2)
+    path = tmp_path / "image.fits"
+
+    def written(name, unit="MJy/sr", sky=True, more=()):
+        header = own.header.copy()
+        header["EXTNAME"], header["BUNIT"] = name, unit
+        for keyword in [*(() if unit else ["BUNIT"]), *([] if sky else [key for key in header if key.startswith(("CTYPE", "CRVAL", "CRPIX"))])]:
+            del header[keyword]
+        image, error = fits.ImageHDU(own.data, header), fits.ImageHDU(0.01 * own.data + 1e-9, name="ERR")
+        fits.HDUList([fits.PrimaryHDU(), image, error, *more]).writeto(path, overwrite=True)
+        return path
+
+    def found(source, **told):
+        fit = scene.fit("star[0].luminosity", source, **told)
+        return fit.values["star[0].luminosity"]
+
+    with pytest.warns(UserWarning, match="chi2"):
+        for name in ("johnson-V", "JOHNSON-V", "SCI", "PRIMARY"):
+            assert found(written(name)) == pytest.approx(1000, rel=1e-3)
+            with pytest.raises(bn.SceneError, match="is in W m-2 sr-1"):
+                found(written(name, "W m-2 sr-1"))
+            with pytest.raises(bn.SceneError, match="has no unit"):
+                found(written(name, ""))
+        assert found(written("SCI", ""), assume="unit") == pytest.approx(1000, rel=1e-3)
+        with pytest.raises(bn.SceneError, match="does not say where"):
+            found(written("SCI", sky=False))
+        assert found(written("SCI", "", sky=False), assume=["unit", "place"]) == pytest.approx(1000, rel=1e-3)
+        # Weights are no images; one of several images is chosen.
+        more = [fits.ImageHDU(np.ones_like(own.data), name="WHT"), fits.ImageHDU(2 * own.data, own.header, name="SCI", ver=2), fits.ImageHDU(0.01 * own.data + 1e-9, name="ERR", ver=2)]
+        with pytest.raises(bn.SceneError, match=r"2 images called SCI; choose one by FILE\[SCI,1\]"):
+            found(written("SCI", more=more))
+        more[1].header["EXTVER"] = 2
+        assert found(f"{written('SCI', more=more)}[SCI,2]") == pytest.approx(2000, rel=1e-3)
+        assert found(f"{path}[1]") == pytest.approx(1000, rel=1e-3)
+    with pytest.raises(bn.SceneError, match="no images DATA"):
+        found(f"{path}[DATA]")
 
 
 def test_walkers_find_the_same(observed):

@@ -4,40 +4,30 @@
 //! what the scene's instrument would record in endless frames, in the unit of the scene's `[observation]`; without an instrument it is
 //! the picture. Where light scatters once, pictures are those of plates, so that spectra cost no march.
 
-use std::path::{Path, PathBuf};
-
 use barnard::backend::cpu;
 use barnard::control::Control;
 use barnard::error::{Error, Result};
-use barnard::image::{Band, ERROR_SUFFIX, Image, LayerChoice, Samples};
+use barnard::image::{Band, Image, LayerChoice, Samples};
 use barnard::instrument::Kernels;
 use barnard::plan::{Choices, RuleTarget};
 use barnard::plates::{Reach, binds_dust, dust_per_pc};
 use barnard::properties::Table;
 use barnard::scene::{Loader, Scene};
 use barnard::{Options, Plan, Plates};
-use barnard_files::formats::observed;
 
 use crate::Parameter;
 use crate::marched::Marched;
+use crate::observation::{Observation, counted};
 use crate::parameter::Held;
 use crate::recorded::{agree, header, recorded};
 use crate::solve::{Measured, Model, Prediction};
-
-/// An image to be fitted.
-#[derive(Debug, Clone)]
-pub struct Observation {
-    /// The FITS file: an image HDU for each passband by its name, with standard errors as NAME_error or ERR, and a mask as mask.NAME, DQ or
-    /// MASK where there is one.
-    pub file: PathBuf,
-    /// Tables and keys that stand in place of those of the scene.
-    pub with: Table,
-}
 
 /// Where the amount of dust is free, plates are made of powers of this times the one that the fit begins with, and serve those between.
 const DUST_STEP: f64 = 1.6;
 /// What they serve, as parts of their own: half of a step to both sides, and what differences need beyond.
 const DUST: (f64, f64) = (0.77, 1.3);
+/// What sums of plates in double precision are rounded by.
+const DOUBLE: f64 = 1e-13;
 /// Most plates that are kept, and the part of the memory that they may take.
 const KEPT: usize = 16;
 const SHARE: u64 = 4;
@@ -118,38 +108,12 @@ impl Images {
         let mut data = Measured { values: Vec::new(), sigma: Vec::new() };
         for observation in observations {
             let scene = images.scene(&observation.with, &start)?;
-            let file = observed(&observation.file, images.options.memory_limit)?;
+            let (path, file) = (observation.data.path(), observation.data.read(&scene, images.options.memory_limit)?);
             let mut kernels = Kernels::within(images.options.memory_limit / SHARE / observations.len() as u64);
             let model = header(&scene, &mut kernels, control)?;
-            agree(&observation.file, &file, &model, &scene)?;
-            let mut good = Vec::new();
-            for (number, band) in scene.bands.iter().enumerate() {
-                let plane = file.plane(band.name(), scene.bands.len()).ok_or_else(|| {
-                    let known: Vec<&str> = file.planes.iter().map(|plane| plane.name.as_str()).collect();
-                    Error::file(&observation.file, format!("has no image of passband {}; it has {}", band.name(), known.join(", ")))
-                })?;
-                let (sigma, mask) = (file.errors_of(&plane.name), file.mask_of(&plane.name));
-                if sigma.is_none() && scene.instrument.is_none() {
-                    let wanted = format!(
-                        "has no standard errors of {0}: an HDU {0}{ERROR_SUFFIX} or ERR, or [instrument] in the scene, whose noise is known",
-                        plane.name
-                    );
-                    return Err(Error::file(&observation.file, wanted));
-                }
-                let counts = |pixel: &usize| {
-                    let unmasked = mask.is_none_or(|mask| mask.values[*pixel] == 0.0);
-                    let certain = sigma.is_none_or(|sigma| sigma.values[*pixel] > 0.0 && sigma.values[*pixel].is_finite());
-                    unmasked && certain && plane.values[*pixel].is_finite() && model.sees(number, *pixel)
-                };
-                let own: Vec<usize> = (0..plane.values.len()).filter(counts).collect();
-                data.values.extend(own.iter().map(|pixel| plane.values[*pixel]));
-                data.sigma.extend(own.iter().map(|pixel| sigma.map_or(1.0, |sigma| sigma.values[*pixel])));
-                good.push(own);
-            }
-            if good.iter().all(Vec::is_empty) {
-                return Err(Error::file(&observation.file, "has no pixel that counts: all are masked, or no numbers"));
-            }
-            let name = observation.file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+            agree(&path, &file, &model, &scene, observation.assumed)?;
+            let good = counted(&path, &file, &model, &scene, &mut data)?;
+            let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
             let is_free = !binds_dust(&scene) && images.moves_dust(&observation.with, &scene)?;
             images.sets.push(Set {
                 name,
@@ -164,6 +128,12 @@ impl Images {
             });
         }
         Ok((images, data, start))
+    }
+
+    /// What predictions are rounded by, as a part of the brightest: double precision where light scatters once, single where more often.
+    pub fn rounding(&self) -> f64 {
+        let again = self.sets.iter().filter_map(|set| set.scene.as_ref()).any(|scene| scene.method.bounces > 1);
+        if again { f64::from(f32::EPSILON) } else { DOUBLE }
     }
 
     /// The unit of each parameter, as the scene writes it.
@@ -286,7 +256,7 @@ impl Images {
                 (plates, mixture)
             }
         };
-        let image = plates.pictured(scene, &mixture, control)?;
+        let image = plates.pictured_in_double(scene, &mixture, control)?;
         let worse = with_floor.then(|| with_errors(&image, &vec![spatial; scene.bands.len()], &plates.errors(&mixture)));
         self.plates.push(Marched::new(number, scene, plates));
         let room = self.options.memory_limit / SHARE;
@@ -403,11 +373,4 @@ fn with_errors(image: &Image, relative: &[f64], of_pixels: &[f32]) -> Image {
     let light = (0..relative.len()).flat_map(|band| image.band(band).map(move |value| value * (1.0 + relative[band])));
     let errors = of_pixels.iter().map(|error| f64::from(*error)).chain(std::iter::repeat(0.0));
     Image { samples: Samples::Double(light.zip(errors).map(|(light, error)| light + error).collect()), ..image.clone() }
-}
-
-/// An image whose scene is the common one.
-impl From<&Path> for Observation {
-    fn from(file: &Path) -> Self {
-        Self { file: file.to_owned(), with: Table::default() }
-    }
 }

@@ -7,10 +7,12 @@
 
 mod images;
 mod marched;
+mod observation;
 mod parameter;
 mod recorded;
 pub mod solve;
 
-pub use images::{Images, Observation, Residuals};
+pub use images::{Images, Residuals};
+pub use observation::{Assumed, Data, Held, Observation, Values, planes_of};
 pub use parameter::{Parameter, parameters};
 pub use solve::{Fitted, fit};

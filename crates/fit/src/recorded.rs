@@ -7,10 +7,13 @@ use barnard::error::{Error, Result};
 use barnard::image::{Image, Samples};
 use barnard::instrument::{Exposures, Kernels};
 use barnard::scene::Scene;
-use barnard_files::formats::{Observed, Sky, sky_of};
+use barnard_files::formats::{Observed, Plane, Sky, sky_of};
+
+use crate::observation::Assumed;
 
 /// How far pixels of data may lie from those of the model, in pixels.
 const APART: f64 = 0.05;
+
 /// What a scene's instrument makes of its picture in endless frames; the picture where it has none.
 pub(crate) fn recorded(scene: &Scene, image: Image, kernels: &mut Kernels, control: &Control) -> Result<Image> {
     match &scene.instrument {
@@ -44,8 +47,8 @@ pub(crate) fn header(scene: &Scene, kernels: &mut Kernels, control: &Control) ->
     }
 }
 
-/// Refuses data whose pixels or units are others than those of the model.
-pub(crate) fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene) -> Result<()> {
+/// Refuses data whose pixels, units or place on the sky are others than those of the model, or are not said and not `assumed`.
+pub(crate) fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene, assumed: Assumed) -> Result<()> {
     let image = &model.image;
     if [file.width, file.height] != [image.width, image.height] {
         let reason = format!(
@@ -66,15 +69,31 @@ pub(crate) fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene)
             "a linear one, such as MJy/sr: magnitudes have no errors that are normal",
         ));
     }
-    let used = || scene.bands.iter().filter_map(|band| file.plane(band.name(), scene.bands.len()));
+    let used = || scene.bands.iter().filter_map(|band| file.plane(band.name(), scene.bands.len()).ok());
+    let named = |plane: &Plane| if plane.name.is_empty() { "its image".to_owned() } else { plane.name.clone() };
     for plane in used().flat_map(|plane| [Some(plane), file.errors_of(&plane.name)]).flatten() {
         if let Some(own) = plane.unit.as_deref().filter(|own| !unit.is_spelled(own)) {
-            let name = if plane.name.is_empty() { "its image" } else { &plane.name };
+            let name = named(plane);
             let reason = format!("{name} is in {own}, and the scene's pictures are in {}; write unit in [observation]", unit.fits());
             return Err(Error::file(path, reason));
         }
     }
+    if let Some(plane) = used().find(|plane| plane.unit.is_none() && !assumed.unit) {
+        let reason = format!(
+            "{} has no unit (BUNIT); write it into the header, or say that it is in {}: --assume unit, in Python assume=\"unit\"",
+            named(plane),
+            unit.fits()
+        );
+        return Err(Error::file(path, reason));
+    }
     let Some(own) = sky_of(image)? else { return Ok(()) };
+    if let Some(plane) = used().find(|plane| plane.sky.is_none() && !assumed.place) {
+        let reason = format!(
+            "{} does not say where on the sky it is (CTYPE, CRVAL, CRPIX, CD); write it into the header, or say that it lies where the scene has it: --assume place, in Python assume=\"place\"",
+            named(plane)
+        );
+        return Err(Error::file(path, reason));
+    }
     used().filter_map(|plane| plane.sky.as_ref()).try_for_each(|theirs| lies_there(path, image, &own, theirs))
 }
 

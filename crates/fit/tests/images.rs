@@ -224,7 +224,7 @@ fn images_are_fitted_together() {
         let exposures = Exposures::new(scene.instrument.clone().unwrap(), &image, &scene.bands, &Control::default()).unwrap();
         let path = folder.path().join(format!("{number}.fits"));
         record(&exposures, 5, &path);
-        observations.push(Observation { file: path, with: overlay.clone() });
+        observations.push(Observation { with: overlay.clone(), ..Observation::from(&*path) });
     }
     let begin = base(BEGIN);
     let free =

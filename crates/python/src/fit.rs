@@ -6,12 +6,14 @@ use std::sync::{Mutex, PoisonError};
 use barnard::control::Control;
 use barnard::plan::Options;
 use barnard_fit::solve::{Measured, Model, Prediction};
-use barnard_fit::{Images, Observation, Parameter, fit, parameters};
-use numpy::{PyArray1, PyArrayMethods};
+use barnard_fit::{Assumed, Data, Held, Images, Observation, Parameter, Values, fit, parameters, planes_of};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray3, PyUntypedArrayMethods};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::PyDict;
 
+use crate::error::raised;
 use crate::image::Image;
 use crate::scene::{Reader, Scene};
 use crate::{tree, work};
@@ -27,20 +29,64 @@ pub struct FitModel {
     scene: Py<Scene>,
 }
 
+/// Pixels in memory that a scene is fitted to.
+#[pyclass(frozen, module = "barnard._barnard")]
+pub struct FitPixels(Held);
+
+/// The pixels of a picture, or an array of all bands (bands × height × width, the first row on top, in the unit of the scene's pictures), with
+/// standard errors and a mask of the same shape in place of their own.
+#[pyfunction]
+#[pyo3(signature = (name, picture, values, sigma, mask))]
+pub fn fit_pixels(
+    py: Python,
+    name: String,
+    picture: Option<&Image>,
+    values: Option<PyReadonlyArray3<f64>>,
+    sigma: Option<PyReadonlyArray3<f64>>,
+    mask: Option<PyReadonlyArray3<bool>>,
+) -> PyResult<FitPixels> {
+    let values = match (picture, values) {
+        (Some(picture), _) => Values::Planes(planes_of(&picture.image).map_err(|error| raised(py, error))?),
+        (None, values) => {
+            let values = values.ok_or_else(|| PyTypeError::new_err("a picture or an array"))?;
+            let [bands, height, width] = [0, 1, 2].map(|axis| values.shape()[axis]);
+            Values::Array([bands, height, width], values.as_array().iter().copied().collect())
+        }
+    };
+    let sigma = sigma.map(|own| own.as_array().iter().copied().collect());
+    let mask = mask.map(|own| own.as_array().iter().copied().collect());
+    Ok(FitPixels(Held { name, values, sigma, mask }))
+}
+
+/// Where pixels come from.
+#[derive(FromPyObject)]
+pub enum Source<'py> {
+    Held(PyRef<'py, FitPixels>),
+    File(PathBuf),
+}
+
 /// Reads images, each with tables of its own in place of the scene's, and finds what is free of the scene that a table describes.
 #[pyfunction]
-#[pyo3(signature = (reader, table, scene, free, images, progress=None))]
+#[pyo3(signature = (reader, table, scene, free, images, assumed, progress=None))]
 pub fn fit_model(
     py: Python,
     reader: &Reader,
     table: &Bound<PyDict>,
     scene: Py<Scene>,
     free: &str,
-    images: Vec<(PathBuf, Bound<PyDict>)>,
+    images: Vec<(Source, Bound<PyDict>)>,
+    assumed: (bool, bool),
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<FitModel> {
     let table = tree::table(table)?;
-    let observation = |(file, with): (PathBuf, Bound<PyDict>)| Ok(Observation { file, with: tree::table(&with)? });
+    let observation = |(source, with): (Source, Bound<PyDict>)| {
+        let (data, assumed) = match source {
+            Source::File(file) => (Data::File(file), Assumed { unit: assumed.0, place: assumed.1 }),
+            // Whoever gives an array says that it is as the scene's pictures are.
+            Source::Held(pixels) => (Data::Held(pixels.0.clone()), Assumed { unit: true, place: true }),
+        };
+        Ok(Observation { data, with: tree::table(&with)?, assumed })
+    };
     let observations: Vec<Observation> = images.into_iter().map(observation).collect::<PyResult<_>>()?;
     let (loader, options) = (reader.loader.clone(), Options::within(reader.loader.inputs.memory_limit));
     let (images, data, start, free) = work::run(py, progress, |control| {
@@ -89,6 +135,12 @@ impl FitModel {
     #[getter]
     fn start(&self) -> Vec<f64> {
         self.start.clone()
+    }
+
+    /// What predictions are rounded by, as a part of the brightest.
+    #[getter]
+    fn rounding(&self) -> f64 {
+        self.images.lock().unwrap_or_else(PoisonError::into_inner).rounding()
     }
 
     /// The pixels that count, one after the other.

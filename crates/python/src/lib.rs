@@ -43,6 +43,7 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<image::Image>()?;
     module.add_class::<plates::Plates>()?;
     module.add_class::<fit::FitModel>()?;
+    module.add_class::<fit::FitPixels>()?;
     module.add_class::<instrument::Exposures>()?;
     module.add_class::<bricks::Whole>()?;
     module.add_class::<bricks::StarSweep>()?;
@@ -54,6 +55,7 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
     module.add_function(wrap_pyfunction!(plates::plates, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_model, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::fit_pixels, module)?)?;
     module.add_function(wrap_pyfunction!(plates::read_plates, module)?)?;
     module.add_function(wrap_pyfunction!(sequence::sequence, module)?)?;
     module.add_function(wrap_pyfunction!(image::render, module)?)?;

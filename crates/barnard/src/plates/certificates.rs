@@ -131,7 +131,7 @@ impl Plates {
     pub fn errors(&self, mixture: &Mixture) -> Vec<f32> {
         let of_plate = |plate: usize, parts: &[Part]| {
             let own = parts.iter().find(|part| part.plate == Some(plate)).and_then(|part| self.behind(mixture, part));
-            let of_mean = own.map_or(0.0, |own| own.error(mixture) * times(mixture.amount, own.plate.route)) as f32;
+            let of_mean = own.map_or(0.0, |own| own.error(mixture) * times(mixture.amount, own.plate.route));
             Share { of_mean, of_coordinate: vec![0.0; self.0.plates[plate].components.axes.len()] }
         };
         let shares: Vec<Vec<Share>> =

@@ -8,8 +8,8 @@ use super::Plate;
 /// What a band takes of a plate, level × (of_mean + Σ_t of_coordinate_t q_t) with the stored numbers q.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Share {
-    pub of_mean: f32,
-    pub of_coordinate: Vec<f32>,
+    pub of_mean: f64,
+    pub of_coordinate: Vec<f64>,
 }
 
 /// Pixels that one thread takes at a time, and those whose numbers are held at once.
@@ -41,8 +41,8 @@ fn add_chunk(plate: &Plate, shares: &[Share], first: usize, bands: &mut [&mut [f
             numbers.iter_mut().zip(stored).for_each(|(number, q)| *number = f32::from(*q));
         }
         for (share, band) in shares.iter().zip(bands.iter_mut()) {
-            let mut light = [share.of_mean; BLOCK];
-            for (factor, numbers) in share.of_coordinate.iter().zip(&numbers) {
+            let mut light = [share.of_mean as f32; BLOCK];
+            for (factor, numbers) in share.of_coordinate.iter().map(|factor| *factor as f32).zip(&numbers) {
                 for (light, number) in light.iter_mut().zip(numbers) {
                     *light = factor.mul_add(*number, *light);
                 }
@@ -53,4 +53,17 @@ fn add_chunk(plate: &Plate, shares: &[Share], first: usize, bands: &mut [&mut [f
             }
         }
     }
+}
+
+/// The same in double precision: smooth in what spectra and the amount of dust change, however small the change.
+pub(super) fn add_in_double(plates: &[Plate], shares: &[Vec<Share>], pixels: usize, picture: &mut [f64]) {
+    picture.par_chunks_exact_mut(pixels).enumerate().for_each(|(band, picture)| {
+        for (plate, share) in plates.iter().zip(shares).map(|(plate, shares)| (plate, &shares[band])) {
+            for (pixel, (out, level)) in picture.iter_mut().zip(&plate.level).enumerate() {
+                let coordinate = |(factor, stored): (&f64, &Vec<u16>)| factor * f64::from(stored[pixel]);
+                let light = share.of_mean + share.of_coordinate.iter().zip(&plate.coordinates).map(coordinate).sum::<f64>();
+                *out += f64::from(*level) * light.max(0.0);
+            }
+        }
+    });
 }

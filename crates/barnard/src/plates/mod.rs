@@ -369,7 +369,23 @@ impl Plates {
     pub fn pictured(&self, scene: &Scene, mixture: &Mixture, control: &Control) -> Result<Image> {
         let mut light = vec![0.0; scene.bands.len() * self.0.size[0] * self.0.size[1]];
         self.add(mixture, &mut light)?;
-        let mut samples = Samples::Single(light);
+        self.finished(scene, mixture, Samples::Single(light), control)
+    }
+
+    /// The same in double precision, for programs that take differences of pictures: stored numbers are those of the plates, and what is
+    /// made of them is smooth in spectra and in the amount of dust.
+    ///
+    /// # Errors
+    /// Those of [`pictured`](Self::pictured).
+    pub fn pictured_in_double(&self, scene: &Scene, mixture: &Mixture, control: &Control) -> Result<Image> {
+        let pixels = self.0.size[0] * self.0.size[1];
+        let mut light = vec![0.0; scene.bands.len() * pixels];
+        mixture::add_in_double(&self.0.plates, &mixture.shares, pixels, &mut light);
+        self.finished(scene, mixture, Samples::Double(light), control)
+    }
+
+    /// The picture of extended light, unresolved sources added.
+    fn finished(&self, scene: &Scene, mixture: &Mixture, mut samples: Samples, control: &Control) -> Result<Image> {
         self.draw(scene, mixture, &mut samples, control)?;
         let mut image = describe(scene, &scene.camera, samples);
         image.output.layers = LayerChoice::default();
@@ -402,8 +418,8 @@ fn times(amount: f64, route: Route) -> f64 {
 fn stored_share(components: &Components, weights: &[f64], times: f64) -> Share {
     let (of_mean, shares) = components.shares(&weights.iter().map(|w| w * times).collect::<Vec<f64>>());
     let low: f64 = shares.iter().zip(&components.ranges).map(|(share, [low, _])| share * low).sum();
-    let step = |(share, [low, high]): (&f64, &[f64; 2])| (share * (high - low) / f64::from(LEVELS)) as f32;
-    Share { of_mean: (of_mean + low) as f32, of_coordinate: shares.iter().zip(&components.ranges).map(step).collect() }
+    let step = |(share, [low, high]): (&f64, &[f64; 2])| share * (high - low) / f64::from(LEVELS);
+    Share { of_mean: of_mean + low, of_coordinate: shares.iter().zip(&components.ranges).map(step).collect() }
 }
 
 /// The phase function under many angles, where it changes with wavelength.

@@ -8,8 +8,8 @@ use anyhow::{Context, bail};
 use barnard::properties::Table;
 use barnard_files::SaveImage;
 use barnard_files::formats::{check_replaceable, check_writable, replace};
-use barnard_fit::{Fitted, Images, Observation, Parameter, fit, parameters};
-use clap::Args;
+use barnard_fit::{Assumed, Data, Fitted, Images, Observation, Parameter, fit, parameters};
+use clap::{Args, ValueEnum};
 
 use crate::progress::{self, Note};
 use crate::source::SceneArgs;
@@ -28,12 +28,15 @@ use crate::verbs::frames::named;
 pub struct Fit {
     #[command(flatten)]
     scene: SceneArgs,
-    /// An observed image (FITS: an HDU for each passband by its name, standard errors, masks); as often as there are images
+    /// An observed image (FITS: an HDU for each passband by its name, standard errors, masks; FILE[NAME] chooses one); repeat it for more images
     #[arg(long, value_name = "IMAGE", required = true)]
     to: Vec<PathBuf>,
     /// Tables of that image (TOML) in place of the scene's: [instrument], bands, [camera], [observation]; one for each --to, or none
     #[arg(long, value_name = "TOML")]
     with: Vec<PathBuf>,
+    /// What images do not say and is taken to be as in the scene: their unit (BUNIT), or their place on the sky (WCS)
+    #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
+    assume: Vec<Unsaid>,
     /// What is free, parted by commas: keys with bounds and priors
     #[arg(long, value_name = "KEYS")]
     free: String,
@@ -53,6 +56,18 @@ pub struct Fit {
     #[arg(long, value_name = "OUT")]
     corner: Option<PathBuf>,
 }
+
+/// What an image may not say of itself.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Unsaid {
+    /// The unit of its values
+    Unit,
+    /// Where it lies on the sky
+    Place,
+}
+
+/// From where on χ² of a degree of freedom is far from one: beyond it in either direction the model or the errors are wrong.
+const FAR: f64 = 3.0;
 
 impl Fit {
     pub fn run(self) -> anyhow::Result<ExitCode> {
@@ -80,8 +95,10 @@ impl Fit {
         crate::verbs::refuse_inputs(&file.scene, &outputs)?;
         let overlays = self.with.iter().map(|path| overlay(path)).collect::<anyhow::Result<Vec<Table>>>()?;
         let with = |i: usize| overlays.get(i).cloned().unwrap_or_default();
-        let observations: Vec<Observation> =
-            self.to.iter().enumerate().map(|(i, file)| Observation { file: file.clone(), with: with(i) }).collect();
+        let is_assumed = |own: Unsaid| self.assume.contains(&own);
+        let assumed = Assumed { unit: is_assumed(Unsaid::Unit), place: is_assumed(Unsaid::Place) };
+        let observation = |(i, file): (usize, &PathBuf)| Observation { data: Data::File(file.clone()), with: with(i), assumed };
+        let observations: Vec<Observation> = self.to.iter().enumerate().map(observation).collect();
         let note = Note::default();
         note.set("fitting".into());
         let control = progress::control_with(&note)?;
@@ -124,6 +141,17 @@ impl Fit {
         }
         for i in &fitted.bounded {
             complain!("warning: {} is at its bound; its standard error says little", free[*i].key);
+        }
+        let freedom = fitted.chi2.1.saturating_sub(free.len());
+        let reduced = fitted.chi2.0 / freedom.max(1) as f64;
+        if freedom > 0 && reduced > FAR {
+            complain!(
+                "warning: chi2 is {reduced:.3} for each degree of freedom, far above 1: the model does not describe the data (place, scale, missing light), or their errors are too small; standard errors of the values hold for neither"
+            );
+        } else if freedom > 0 && reduced < 1.0 / FAR {
+            complain!(
+                "warning: chi2 is {reduced:.3} for each degree of freedom, far below 1: errors of the data are too large, or neighbouring pixels are not independent"
+            );
         }
         if !fitted.converged {
             complain!("warning: steps did not become small; begin nearer, or give bounds");

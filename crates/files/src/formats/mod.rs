@@ -20,7 +20,7 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-pub use fits::{Observed, Plane, Sky, columns as fits_columns, observed, sky_of};
+pub use fits::{MASK_PREFIX, Observed, Plane, Sky, columns as fits_columns, observed, sky_of};
 pub use gather::part_of;
 pub(crate) use npz::{Written, archive, doubles, put, values};
 pub use png::encode_png;

@@ -14,7 +14,7 @@ mod write;
 use std::io::{BufReader, Read, SeekFrom};
 
 use self::header::{Header, headers};
-pub use self::observed::{Observed, Plane, Sky, observed, sky_of};
+pub use self::observed::{MASK_PREFIX, Observed, Plane, Sky, observed, sky_of};
 use self::write::encode;
 pub(super) use self::write::encode_frame;
 
@@ -237,7 +237,7 @@ fn image(request: &mut Request) -> Result<Image> {
         request,
         &headers,
         |header| header.text(LAYER).is_none(),
-        |header, values| {
+        |(_, header), values| {
             double |= header.bitpix() == Some(-64);
             let own = header.text("BUNIT").map(|own| [own, header.text("MAGSYS").unwrap_or_default()].join(" ").trim().to_owned());
             unit = unit.take().or(own.filter(|own| !own.is_empty()));
@@ -250,17 +250,17 @@ fn image(request: &mut Request) -> Result<Image> {
     Ok(Image { notes, ..Image::bare(width, height, bands, samples) })
 }
 
-/// Reads the images of two axes whose headers are wanted: `take` gets each header with its values, the first row on top. All have one
+/// Reads the images of two axes whose headers are wanted: `take` gets the number of each HDU and its header with its values, the first row on top. All have one
 /// size, which is given.
 fn planes(
     request: &mut Request,
     headers: &[Header],
     is_wanted: impl Fn(&Header) -> bool,
-    mut take: impl FnMut(&Header, Vec<f64>),
+    mut take: impl FnMut((usize, &Header), Vec<f64>),
 ) -> Result<(usize, usize)> {
     let mut size = None;
-    let is_plane = |header: &&Header| header.axes().is_some_and(|axes| axes.len() == 2) && is_wanted(header);
-    for (number, header) in headers.iter().filter(is_plane).enumerate() {
+    let is_plane = |(_, header): &(usize, &Header)| header.axes().is_some_and(|axes| axes.len() == 2) && is_wanted(header);
+    for (number, (hdu, header)) in headers.iter().enumerate().filter(is_plane).enumerate() {
         let axes = header.axes().unwrap_or_default();
         // All so far count.
         checked_shape(request.path, request.memory_limit, &[number as u64 + 1, axes[1], axes[0]])?;
@@ -271,7 +271,7 @@ fn planes(
         let whole = Layout { shape, frame: None }.whole();
         let values = values::<f64>(request, header, [None, Some(2), Some(1)], shape, &whole)?.doubles();
         // The first row of FITS is the lowest.
-        take(header, values.chunks(axes[0] as usize).rev().flatten().copied().collect());
+        take((hdu, header), values.chunks(axes[0] as usize).rev().flatten().copied().collect());
     }
     let (width, height) = size.ok_or_else(|| Error::file(request.path, "holds no two-dimensional image"))?;
     Ok((width as usize, height as usize))

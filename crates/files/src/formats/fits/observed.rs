@@ -25,8 +25,12 @@ pub struct Observed {
 /// An image of two axes.
 #[derive(Debug, Clone)]
 pub struct Plane {
-    /// The name of its HDU; nothing where it has none.
+    /// The number of its HDU, zero for the first.
+    pub hdu: usize,
+    /// The name of its HDU (EXTNAME); nothing where it has none.
     pub name: String,
+    /// Its number among those of its name (EXTVER).
+    pub version: i64,
     /// Its unit, as BUNIT says it.
     pub unit: Option<String>,
     /// Its values, the first row on top; NaN where the file has none.
@@ -49,16 +53,76 @@ pub struct Sky {
     height: f64,
 }
 
-/// Names that other programs give to standard errors and masks of the one image of a file.
+/// Names that other programs give to the one image of a file, its standard errors, its mask, and planes of neither kind.
+const SCIENCE: &str = "SCI";
 const ERRORS: [&str; 4] = ["ERR", "ERROR", "UNCERT", "SIGMA"];
 const MASKS: [&str; 2] = ["DQ", "MASK"];
+const ASIDE: [&str; 11] = ["WHT", "WEIGHT", "CON", "CTX", "AREA", "VAR", "VARIANCE", "VAR_POISSON", "VAR_RNOISE", "VAR_FLAT", "IVM"];
+
+/// What the name of the mask of an image begins with, before the name of the image.
+pub const MASK_PREFIX: &str = "mask.";
 
 impl Observed {
-    /// The image of a passband by its name; where the file has one image and nothing else is asked for, that.
-    pub fn plane(&self, name: &str, bands: usize) -> Option<&Plane> {
-        let images = || self.planes.iter().filter(|plane| !is_aside(&plane.name));
-        let only = || images().next().filter(|_| bands == 1 && images().count() == 1);
-        images().find(|plane| plane.name.eq_ignore_ascii_case(name)).or_else(only)
+    /// The images, without their errors, masks and weights.
+    pub fn images(&self) -> impl Iterator<Item = &Plane> {
+        self.planes.iter().filter(|plane| !is_aside(&plane.name))
+    }
+
+    /// The image of a passband by its name; where one band is asked for, that called SCI or the only one.
+    ///
+    /// # Errors
+    /// Says what images there are where none is meant, or several are.
+    pub fn plane(&self, name: &str, bands: usize) -> std::result::Result<&Plane, String> {
+        let images = || self.images();
+        let called = |name: &str| images().filter(|plane| plane.name.eq_ignore_ascii_case(name)).collect::<Vec<&Plane>>();
+        let mut found = called(name);
+        if found.is_empty() && bands == 1 {
+            found = called(SCIENCE);
+        }
+        if found.is_empty() && bands == 1 && images().count() == 1 {
+            found = images().collect();
+        }
+        match found[..] {
+            [one] => Ok(one),
+            [] => {
+                let known: Vec<&str> = self.planes.iter().map(|plane| plane.name.as_str()).collect();
+                Err(format!(
+                    "has no image of passband {name}; its images are {}; choose one by FILE[NAME] or FILE[NUMBER]",
+                    known.join(", ")
+                ))
+            }
+            [first, ..] => {
+                let (count, own) = (found.len(), &first.name);
+                Err(format!("has {count} images called {own}; choose one by FILE[{own},{}]", first.version))
+            }
+        }
+    }
+
+    /// The same with one image, and its errors and mask: by the name of its HDU, by name and version as in "SCI,2", or by number.
+    ///
+    /// # Errors
+    /// Says what images there are where none or several are meant.
+    pub fn chosen(mut self, hdu: &str) -> std::result::Result<Self, String> {
+        let (name, version) = match hdu.split_once(',') {
+            Some((name, version)) => {
+                (name.trim(), Some(version.trim().parse::<i64>().map_err(|_| format!("has no HDU of version {version}"))?))
+            }
+            None => (hdu.trim(), None),
+        };
+        let number = name.parse::<usize>().ok();
+        let is_it = |plane: &&Plane| match number {
+            Some(number) => plane.hdu == number,
+            None => plane.name.eq_ignore_ascii_case(name) && version.is_none_or(|version| plane.version == version),
+        };
+        let found: Vec<&Plane> = self.planes.iter().filter(is_it).collect();
+        let [one] = found[..] else {
+            let known: Vec<String> = self.planes.iter().map(|own| format!("{} ({},{})", own.hdu, own.name, own.version)).collect();
+            let count = if found.is_empty() { "no".to_owned() } else { found.len().to_string() };
+            return Err(format!("has {count} images {hdu}; its images are {}", known.join(", ")));
+        };
+        let (hdu, version) = (one.hdu, one.version);
+        self.planes.retain(|plane| plane.hdu == hdu || (is_aside(&plane.name) && plane.version == version));
+        Ok(self)
     }
 
     /// The standard errors of an image.
@@ -68,11 +132,11 @@ impl Observed {
 
     /// The mask of an image, zero where pixels count.
     pub fn mask_of(&self, name: &str) -> Option<&Plane> {
-        self.beside(&format!("mask.{name}"), &MASKS)
+        self.beside(&format!("{MASK_PREFIX}{name}"), &MASKS)
     }
 
     fn beside(&self, own: &str, others: &[&str]) -> Option<&Plane> {
-        let images = self.planes.iter().filter(|plane| !is_aside(&plane.name)).count();
+        let images = self.images().count();
         let named = |plane: &&Plane| others.iter().any(|other| plane.name.eq_ignore_ascii_case(other));
         self.planes
             .iter()
@@ -85,7 +149,7 @@ impl Observed {
 fn is_aside(name: &str) -> bool {
     let other = |other: &&&str| name.eq_ignore_ascii_case(other);
     let lower = name.to_ascii_lowercase();
-    lower.ends_with(ERROR_SUFFIX) || lower.starts_with("mask.") || ERRORS.iter().chain(&MASKS).any(|known| other(&known))
+    lower.ends_with(ERROR_SUFFIX) || lower.starts_with(MASK_PREFIX) || ERRORS.iter().chain(&MASKS).chain(&ASIDE).any(|known| other(&known))
 }
 
 /// Reads every image of two axes of a FITS file, those of masks and errors too; together they may take `memory_limit` bytes.
@@ -99,8 +163,10 @@ pub fn observed(path: &Path, memory_limit: u64) -> Result<Observed> {
     let headers = headers(request)?;
     let mut all = Vec::new();
     let is_wanted = |header: &Header| header.text(LAYER).is_none_or(|layer| layer.trim().starts_with("mask"));
-    let (width, height) = planes(request, &headers, is_wanted, |header, values| {
+    let (width, height) = planes(request, &headers, is_wanted, |(hdu, header), values| {
         all.push(Plane {
+            hdu,
+            version: header.number("EXTVER").map_or(1, |version| version as i64),
             name: header.text("EXTNAME").unwrap_or_default().trim().to_owned(),
             unit: header.text("BUNIT").map(|unit| unit.trim().to_owned()).filter(|unit| !unit.is_empty()),
             sky: Sky::of(header),

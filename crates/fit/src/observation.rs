@@ -1,0 +1,182 @@
+//! Images to be fitted: where they come from, and what is taken for granted of them.
+
+use std::path::{Path, PathBuf};
+
+use barnard::error::{Error, Result};
+use barnard::image::{ERROR_SUFFIX, Image};
+use barnard::properties::Table;
+use barnard::scene::Scene;
+use barnard_files::formats::{MASK_PREFIX, Observed, Plane, observed, sky_of};
+
+use crate::recorded::Header;
+use crate::solve::Measured;
+
+/// An image to be fitted.
+#[derive(Debug, Clone)]
+pub struct Observation {
+    /// Its pixels.
+    pub data: Data,
+    /// Tables and keys that stand in place of those of the scene.
+    pub with: Table,
+    /// What is taken for granted of it.
+    pub assumed: Assumed,
+}
+
+/// The pixels of an image.
+#[derive(Debug, Clone)]
+pub enum Data {
+    /// A FITS file: an image HDU for each passband by its name, with standard errors as NAME_error or ERR, and a mask as mask.NAME, DQ or
+    /// MASK where there is one. One HDU of several is chosen as in `name.fits[SCI]`, `name.fits[SCI,2]` or `name.fits[1]`.
+    File(PathBuf),
+    /// Pixels in memory.
+    Held(Held),
+}
+
+/// Pixels in memory, the first row on top.
+#[derive(Debug, Clone)]
+pub struct Held {
+    /// What messages call them.
+    pub name: String,
+    /// The values.
+    pub values: Values,
+    /// Standard errors, bands × height × width in the unit of the values; those of the values where there are none.
+    pub sigma: Option<Vec<f64>>,
+    /// Pixels that do not count, bands × height × width.
+    pub mask: Option<Vec<bool>>,
+}
+
+/// Values of pixels in memory.
+#[derive(Debug, Clone)]
+pub enum Values {
+    /// Planes of a picture, which know their unit and place.
+    Planes(Observed),
+    /// An array of all bands of a scene, bands × height × width, in the unit of its pictures and where it has them.
+    Array([usize; 3], Vec<f64>),
+}
+
+impl Held {
+    /// The planes that they are of a scene.
+    fn planes(&self, scene: &Scene) -> Result<Observed> {
+        let wrong = |said: String, wanted: String| Error::value("image to be fitted", format!("{}: {said}", self.name), wanted);
+        let plane = |name: String, values: &[f64]| Plane { hdu: 0, name, version: 1, unit: None, values: values.to_vec(), sky: None };
+        let mut observed = match &self.values {
+            Values::Planes(planes) => planes.clone(),
+            Values::Array([bands, height, width], values) => {
+                if *bands != scene.bands.len() {
+                    return Err(wrong(format!("{bands} bands"), format!("{}, those of the scene", scene.bands.len())));
+                }
+                let names = scene.bands.iter().map(|band| band.name().to_owned());
+                let planes = names.zip(values.chunks_exact((height * width).max(1))).map(|(name, own)| plane(name, own)).collect();
+                Observed { width: *width, height: *height, planes }
+            }
+        };
+        let names: Vec<String> = observed.images().map(|plane| plane.name.clone()).collect();
+        let count = observed.width * observed.height;
+        let fits = |length: usize| length == names.len() * count;
+        if !self.sigma.as_ref().is_none_or(|own| fits(own.len())) || !self.mask.as_ref().is_none_or(|own| fits(own.len())) {
+            let wanted = format!("{} bands of {} x {} pixels", names.len(), observed.width, observed.height);
+            return Err(wrong("standard errors or a mask of another shape".into(), wanted));
+        }
+        let mut add = |name: String, values: Vec<f64>| {
+            observed.planes.retain(|plane| plane.name != name);
+            observed.planes.push(plane(name, &values));
+        };
+        for (band, name) in names.iter().enumerate() {
+            let own = band * count..(band + 1) * count;
+            if let Some(sigma) = &self.sigma {
+                add(format!("{name}{ERROR_SUFFIX}"), sigma[own.clone()].to_vec());
+            }
+            if let Some(mask) = &self.mask {
+                add(format!("{MASK_PREFIX}{name}"), mask[own].iter().map(|masked| f64::from(u8::from(*masked))).collect());
+            }
+        }
+        Ok(observed)
+    }
+}
+
+/// What an image need not say.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Assumed {
+    /// It is in the unit of the scene's pictures.
+    pub unit: bool,
+    /// It lies on the sky where the scene has it.
+    pub place: bool,
+}
+
+/// An image whose scene is the common one.
+impl From<&Path> for Observation {
+    fn from(file: &Path) -> Self {
+        Self { data: Data::File(file.to_owned()), with: Table::default(), assumed: Assumed::default() }
+    }
+}
+
+impl Data {
+    /// What messages call it.
+    pub(crate) fn path(&self) -> PathBuf {
+        match self {
+            Self::File(path) => path.clone(),
+            Self::Held(held) => PathBuf::from(&held.name),
+        }
+    }
+
+    /// Its planes, for a scene; each array of a file may take `memory_limit` bytes.
+    pub(crate) fn read(&self, scene: &Scene, memory_limit: u64) -> Result<Observed> {
+        match self {
+            Self::Held(held) => held.planes(scene),
+            Self::File(path) if path.exists() => observed(path, memory_limit),
+            Self::File(path) => {
+                let text = path.to_string_lossy();
+                match text.strip_suffix(']').and_then(|text| text.rsplit_once('[')) {
+                    Some((file, hdu)) => observed(Path::new(file), memory_limit)?.chosen(hdu).map_err(|reason| Error::file(path, reason)),
+                    None => observed(path, memory_limit),
+                }
+            }
+        }
+    }
+}
+
+/// The planes of a picture in the unit of its observation, its standard errors among them, as its file would have them.
+///
+/// # Errors
+/// Where it cannot be written as FITS.
+pub fn planes_of(image: &Image) -> Result<Observed> {
+    let (sky, unit) = (sky_of(image)?, image.observation.map(|own| own.unit).unwrap_or_default());
+    let plane = |(band, own): (usize, &barnard::image::Band)| Plane {
+        hdu: band,
+        name: own.name.clone(),
+        version: 1,
+        unit: Some(unit.fits().to_owned()),
+        values: image.in_unit(band).collect(),
+        sky: sky.clone(),
+    };
+    Ok(Observed { width: image.width, height: image.height, planes: image.bands.iter().enumerate().map(plane).collect() })
+}
+
+/// For each band of a scene the pixels that count; their values and standard errors are added to `data`.
+pub(crate) fn counted(path: &Path, file: &Observed, model: &Header, scene: &Scene, data: &mut Measured) -> Result<Vec<Vec<usize>>> {
+    let mut good = Vec::new();
+    for (number, band) in scene.bands.iter().enumerate() {
+        let plane = file.plane(band.name(), scene.bands.len()).map_err(|reason| Error::file(path, reason))?;
+        let (sigma, mask) = (file.errors_of(&plane.name), file.mask_of(&plane.name));
+        if sigma.is_none() && scene.instrument.is_none() {
+            let wanted = format!(
+                "has no standard errors of {0}: an HDU {0}{ERROR_SUFFIX} or ERR, or [instrument] in the scene, whose noise is known",
+                plane.name
+            );
+            return Err(Error::file(path, wanted));
+        }
+        let counts = |pixel: &usize| {
+            let unmasked = mask.is_none_or(|mask| mask.values[*pixel] == 0.0);
+            let certain = sigma.is_none_or(|sigma| sigma.values[*pixel] > 0.0 && sigma.values[*pixel].is_finite());
+            unmasked && certain && plane.values[*pixel].is_finite() && model.sees(number, *pixel)
+        };
+        let own: Vec<usize> = (0..plane.values.len()).filter(counts).collect();
+        data.values.extend(own.iter().map(|pixel| plane.values[*pixel]));
+        data.sigma.extend(own.iter().map(|pixel| sigma.map_or(1.0, |sigma| sigma.values[*pixel])));
+        good.push(own);
+    }
+    match good.iter().all(Vec::is_empty) {
+        true => Err(Error::file(path, "has no pixel that counts: all are masked, or no numbers")),
+        false => Ok(good),
+    }
+}
