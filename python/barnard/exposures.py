@@ -18,8 +18,12 @@ class Exposures:
     `len(exposures)` is the number of frames. The same seed records the same counts, whatever the number of threads.
     """
 
-    def __init__(self, native: Any, bands: list[str]):
-        self._native, self._bands = native, bands
+    def __init__(self, native: Any, bands: list[str], made: tuple[Image, dict[str, Any] | None]):
+        self._native, self._bands, self._made = native, bands, made
+
+    def __reduce__(self):
+        """The picture and the instrument; whoever reads the pickle observes it again, with the same counts."""
+        return Image.observe, self._made
 
     def __len__(self) -> int:
         return self._native.frames

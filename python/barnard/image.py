@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 class Image:
     """A rendered picture: linear band radiances, and what is stated of them.
 
-    `image["V"]` is one band. In a notebook an image shows itself in the palette and stretch of its scene.
+    `image["V"]` is one band. In a notebook an image shows itself in the palette and stretch of its scene. Images pickle and copy, without
+    the volumes of their scenes.
 
     Attributes
     ----------
@@ -68,6 +69,9 @@ class Image:
         if self._layers is None:
             self._layers = self._native.layers
         return self._layers
+
+    def __reduce__(self):
+        return _restored, (_barnard.__version__, _barnard.state(self._native), self.parameters, self._warnings)
 
     def __array__(self, dtype=None, copy=None) -> np.ndarray:
         return np.array(self.radiance, dtype=dtype, copy=True if copy is None else copy)
@@ -205,7 +209,7 @@ class Image:
         tree = None if instrument is None else table_of(Instrument, instrument, "instrument").tree()
         with told(progress) as listener:
             native = _barnard.observe(self._native, tree, progress=listener)
-        return Exposures(native, [band for band in self.bands if not band.endswith("_error")])
+        return Exposures(native, [band for band in self.bands if not band.endswith("_error")], (self, tree))
 
     def rgb(self, **display: Any) -> np.ndarray:
         """The picture in colours, height × width × 3 of uint8 in sRGB.
@@ -250,6 +254,16 @@ class Image:
             f'<div><img src="data:image/png;base64,{picture}" alt="{html.escape(repr(self))}">'
             f"<details><summary>{html.escape(repr(self))}</summary><table>{rows}{notes}</table></details></div>"
         )
+
+
+def _restored(version: str, state: dict[str, Any], parameters: dict[str, Any], warnings: list[str]) -> Image:
+    if version != _barnard.__version__:
+        raise _barnard.BarnardError(
+            f"the image was pickled by barnard {version}, this is {_barnard.__version__}: write images that last by Image.write, as .fits"
+        )
+    image = Image(_barnard.restored(state))
+    image.parameters, image._warnings = parameters, warnings
+    return image
 
 
 def _short(of_band: list[Any]) -> str:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import tempfile
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _barnard
@@ -26,6 +28,12 @@ class Plates:
 
     def __init__(self, native: Any):
         self._native = native
+
+    def __reduce__(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "own.plates"
+            self.write(path)
+            return _restored, (path.read_bytes(),)
 
     def __repr__(self) -> str:
         height, width = self.shape
@@ -96,6 +104,13 @@ class Plates:
         MemoryLimitError
         """
         return cls(_barnard.read_plates(os.fspath(path), int(memory * 2**30)))
+
+
+def _restored(file: bytes) -> Plates:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "own.plates"
+        path.write_bytes(file)
+        return Plates.read(path)
 
 
 def wavelengths(range: Any) -> tuple[str, str] | None:

@@ -36,7 +36,7 @@ pub fn joined(arrangement: Arrangement, left: Image, right: &Image) -> Result<Im
         Layer { samples: Samples::gathered(&left.samples, &right.samples, count, from), ..left.clone() }
     };
     let layers = image.layers.iter().zip(&right.layers).map(layer).collect();
-    let mut image = Image { samples, layers, pixel: None, ..image };
+    let mut image = Image { samples, layers, pixel: None, view: None, ..image };
     // A place of it is one of the sky for one of the eyes alone.
     let words = if arrangement == Arrangement::OverUnder { "left eye above right" } else { "left eye beside right" };
     image.notes.push(("stereo".into(), words.into()));
@@ -63,7 +63,17 @@ pub fn parted(arrangement: Arrangement, image: &Image, camera: &Camera) -> [Imag
         let part = |samples: &Samples| Samples::gathered(samples, samples, samples.len() / 2, |i| (false, from(i)));
         let layers = image.layers.iter().map(|layer| Layer { samples: part(&layer.samples), ..layer.clone() }).collect();
         let samples = part(&image.samples);
-        let mut own = Image { width, height, samples, views, layers, pixel: Some(eye.pixel_scale()), axis: eye.axis(), ..image.clone() };
+        let mut own = Image {
+            width,
+            height,
+            samples,
+            views,
+            layers,
+            pixel: Some(eye.pixel_scale()),
+            axis: eye.axis(),
+            view: eye.view(),
+            ..image.clone()
+        };
         // Where this eye stands; in an image of all around both stand around the camera.
         for (name, value) in [("CAMX", eye.position.x), ("CAMY", eye.position.y), ("CAMZ", eye.position.z)] {
             own.keywords

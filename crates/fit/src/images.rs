@@ -17,9 +17,9 @@ use barnard::{Options, Plan, Plates};
 
 use crate::Parameter;
 use crate::marched::Marched;
-use crate::observation::{Observation, counted};
+use crate::observation::Observation;
 use crate::parameter::Held;
-use crate::recorded::{agree, header, recorded};
+use crate::recorded::{agree, counted, header, recorded};
 use crate::solve::{Measured, Model, Prediction};
 
 /// Where the amount of dust is free, plates are made of powers of this times the one that the fit begins with, and serve those between.

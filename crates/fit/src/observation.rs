@@ -3,13 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use barnard::error::{Error, Result};
-use barnard::image::{ERROR_SUFFIX, Image};
+use barnard::image::{ERROR_SUFFIX, Image, LayerContent};
 use barnard::properties::Table;
 use barnard::scene::Scene;
 use barnard_files::formats::{MASK_PREFIX, Observed, Plane, observed, sky_of};
-
-use crate::recorded::Header;
-use crate::solve::Measured;
 
 /// An image to be fitted.
 #[derive(Debug, Clone)]
@@ -135,48 +132,21 @@ impl Data {
     }
 }
 
-/// The planes of a picture in the unit of its observation, its standard errors among them, as its file would have them.
+/// The planes of a picture in the unit of its observation, its standard errors and masks among them, as its file would have them.
 ///
 /// # Errors
 /// Where it cannot be written as FITS.
 pub fn planes_of(image: &Image) -> Result<Observed> {
     let (sky, unit) = (sky_of(image)?, image.observation.map(|own| own.unit).unwrap_or_default());
-    let plane = |(band, own): (usize, &barnard::image::Band)| Plane {
-        hdu: band,
-        name: own.name.clone(),
-        version: 1,
-        unit: Some(unit.fits().to_owned()),
-        values: image.in_unit(band).collect(),
-        sky: sky.clone(),
-    };
-    Ok(Observed { width: image.width, height: image.height, planes: image.bands.iter().enumerate().map(plane).collect() })
-}
-
-/// For each band of a scene the pixels that count; their values and standard errors are added to `data`.
-pub(crate) fn counted(path: &Path, file: &Observed, model: &Header, scene: &Scene, data: &mut Measured) -> Result<Vec<Vec<usize>>> {
-    let mut good = Vec::new();
-    for (number, band) in scene.bands.iter().enumerate() {
-        let plane = file.plane(band.name(), scene.bands.len()).map_err(|reason| Error::file(path, reason))?;
-        let (sigma, mask) = (file.errors_of(&plane.name), file.mask_of(&plane.name));
-        if sigma.is_none() && scene.instrument.is_none() {
-            let wanted = format!(
-                "has no standard errors of {0}: an HDU {0}{ERROR_SUFFIX} or ERR, or [instrument] in the scene, whose noise is known",
-                plane.name
-            );
-            return Err(Error::file(path, wanted));
-        }
-        let counts = |pixel: &usize| {
-            let unmasked = mask.is_none_or(|mask| mask.values[*pixel] == 0.0);
-            let certain = sigma.is_none_or(|sigma| sigma.values[*pixel] > 0.0 && sigma.values[*pixel].is_finite());
-            unmasked && certain && plane.values[*pixel].is_finite() && model.sees(number, *pixel)
+    let plane = |name: String, unit: Option<String>, values: Vec<f64>| Plane { hdu: 0, name, version: 1, unit, values, sky: sky.clone() };
+    let bands = image.bands.iter().enumerate();
+    let values = bands.map(|(band, own)| plane(own.name.clone(), Some(unit.fits().to_owned()), image.in_unit(band).collect()));
+    let pixels = image.width * image.height;
+    let masks = image.layers.iter().filter(|layer| layer.content == LayerContent::Mask).flat_map(|layer| {
+        let channel = |(number, band): (usize, usize)| {
+            plane(format!("{MASK_PREFIX}{}", image.bands[band].name), None, layer.channel(number, pixels).collect())
         };
-        let own: Vec<usize> = (0..plane.values.len()).filter(counts).collect();
-        data.values.extend(own.iter().map(|pixel| plane.values[*pixel]));
-        data.sigma.extend(own.iter().map(|pixel| sigma.map_or(1.0, |sigma| sigma.values[*pixel])));
-        good.push(own);
-    }
-    match good.iter().all(Vec::is_empty) {
-        true => Err(Error::file(path, "has no pixel that counts: all are masked, or no numbers")),
-        false => Ok(good),
-    }
+        image.radiances().enumerate().map(channel)
+    });
+    Ok(Observed { width: image.width, height: image.height, planes: values.chain(masks).collect() })
 }

@@ -4,12 +4,13 @@ use std::path::Path;
 
 use barnard::control::Control;
 use barnard::error::{Error, Result};
-use barnard::image::{Image, Samples};
+use barnard::image::{ERROR_SUFFIX, Image, Samples};
 use barnard::instrument::{Exposures, Kernels};
 use barnard::scene::Scene;
 use barnard_files::formats::{Observed, Plane, Sky, sky_of};
 
 use crate::observation::Assumed;
+use crate::solve::Measured;
 
 /// How far pixels of data may lie from those of the model, in pixels.
 const APART: f64 = 0.05;
@@ -116,4 +117,33 @@ fn lies_there(path: &Path, image: &Image, own: &Sky, theirs: &Sky) -> Result<()>
         }
     }
     Ok(())
+}
+
+/// For each band of a scene the pixels that count; their values and standard errors are added to `data`.
+pub(crate) fn counted(path: &Path, file: &Observed, model: &Header, scene: &Scene, data: &mut Measured) -> Result<Vec<Vec<usize>>> {
+    let mut good = Vec::new();
+    for (number, band) in scene.bands.iter().enumerate() {
+        let plane = file.plane(band.name(), scene.bands.len()).map_err(|reason| Error::file(path, reason))?;
+        let (sigma, mask) = (file.errors_of(&plane.name), file.mask_of(&plane.name));
+        if sigma.is_none() && scene.instrument.is_none() {
+            let wanted = format!(
+                "has no standard errors of {0}: an HDU {0}{ERROR_SUFFIX} or ERR, or [instrument] in the scene, whose noise is known",
+                plane.name
+            );
+            return Err(Error::file(path, wanted));
+        }
+        let counts = |pixel: &usize| {
+            let unmasked = mask.is_none_or(|mask| mask.values[*pixel] == 0.0);
+            let certain = sigma.is_none_or(|sigma| sigma.values[*pixel] > 0.0 && sigma.values[*pixel].is_finite());
+            unmasked && certain && plane.values[*pixel].is_finite() && model.sees(number, *pixel)
+        };
+        let own: Vec<usize> = (0..plane.values.len()).filter(counts).collect();
+        data.values.extend(own.iter().map(|pixel| plane.values[*pixel]));
+        data.sigma.extend(own.iter().map(|pixel| sigma.map_or(1.0, |sigma| sigma.values[*pixel])));
+        good.push(own);
+    }
+    match good.iter().all(Vec::is_empty) {
+        true => Err(Error::file(path, "has no pixel that counts: all are masked, or no numbers")),
+        false => Ok(good),
+    }
 }

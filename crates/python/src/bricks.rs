@@ -4,7 +4,6 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::Arc;
 
 use barnard::backend::cpu::bricks::{self, Partial};
 use barnard::field::{Grid, Lattice, Partition};
@@ -19,7 +18,7 @@ use pyo3::prelude::*;
 use crate::error::raised;
 use crate::image::Image;
 use crate::plan::certificates;
-use crate::scene::Scene;
+use crate::scene::{Owner, Scene};
 use crate::work;
 
 type Pair = (usize, usize);
@@ -89,7 +88,7 @@ pub fn dust_bounds(scene: &Scene) -> Option<Corners> {
 /// What all bricks of a volume share.
 #[pyclass(frozen, module = "barnard._barnard")]
 pub struct Whole {
-    scene: Arc<barnard::Scene>,
+    scene: Owner,
     whole: bricks::Whole,
 }
 

@@ -1,7 +1,6 @@
 //! Pictures: rendered, as arrays, in colours, and as files.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use barnard::Result;
 use barnard::backend::path::{self, PathTracer};
@@ -20,7 +19,7 @@ use pyo3::types::{PyBytes, PyDict};
 
 use crate::error::raised;
 use crate::plan::{Certificate, Plan, certificates};
-use crate::scene::Scene;
+use crate::scene::{Owner, Scene};
 use crate::{open, tree, work};
 
 /// The display that a table describes for pictures of a scene.
@@ -34,15 +33,15 @@ type BandDetails = (Option<f64>, Option<f64>, Option<&'static str>, Vec<String>)
 /// A rendered picture, with what is stated of it.
 #[pyclass(frozen, module = "barnard._barnard")]
 pub struct Image {
-    pub scene: Arc<barnard::Scene>,
+    pub scene: Owner,
     pub image: barnard::Image,
-    certificates: Vec<Vec<Certificate>>,
-    warnings: Vec<String>,
+    pub certificates: Vec<Vec<Certificate>>,
+    pub warnings: Vec<String>,
 }
 
 impl Image {
     /// A picture of a scene that no plan certifies.
-    pub fn plain(scene: Arc<barnard::Scene>, image: barnard::Image) -> Self {
+    pub fn plain(scene: Owner, image: barnard::Image) -> Self {
         Self { scene, image, certificates: Vec::new(), warnings: Vec::new() }
     }
 }
@@ -166,7 +165,7 @@ impl Image {
 
 impl Image {
     /// A picture of a scene, and its certificates.
-    pub fn new(scene: Arc<barnard::Scene>, image: barnard::Image, certificates: Vec<Vec<Certificate>>) -> Self {
+    pub fn new(scene: Owner, image: barnard::Image, certificates: Vec<Vec<Certificate>>) -> Self {
         Self { scene, image, certificates, warnings: Vec::new() }
     }
 
@@ -221,7 +220,7 @@ pub fn render(
 
 /// The picture of a scene by a back end.
 pub fn rendered(
-    scene: &Arc<barnard::Scene>,
+    scene: &Owner,
     plan: Option<&barnard::Plan>,
     backend: &str,
     exactness: &Exactness,

@@ -14,13 +14,14 @@ use pyo3::types::PyDict;
 
 use crate::error::raised;
 use crate::image::Image;
+use crate::scene::Owner;
 use crate::{tree, work};
 
 /// What an instrument sees of a picture, and will record in any of its frames.
 #[pyclass(frozen, module = "barnard._barnard")]
 pub struct Exposures {
     exposures: instrument::Exposures,
-    scene: Arc<barnard::Scene>,
+    scene: Owner,
 }
 
 /// Lets an instrument look at a picture: the one that a table describes, or that of the picture's scene.

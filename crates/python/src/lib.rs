@@ -11,6 +11,7 @@ mod fit;
 mod image;
 mod instrument;
 mod open;
+mod pickled;
 mod plan;
 mod plates;
 mod scene;
@@ -59,6 +60,8 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(plates::read_plates, module)?)?;
     module.add_function(wrap_pyfunction!(sequence::sequence, module)?)?;
     module.add_function(wrap_pyfunction!(image::render, module)?)?;
+    module.add_function(wrap_pyfunction!(pickled::state, module)?)?;
+    module.add_function(wrap_pyfunction!(pickled::restored, module)?)?;
     module.add_function(wrap_pyfunction!(instrument::observe, module)?)?;
     module.add_function(wrap_pyfunction!(bricks::densities, module)?)?;
     module.add_function(wrap_pyfunction!(bricks::dust_bounds, module)?)?;

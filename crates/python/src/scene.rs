@@ -1,8 +1,10 @@
 //! Scenes, read from trees.
 
+use std::ops::Deref;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use barnard::properties::Table;
 use barnard::scene::Loader;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -16,6 +18,7 @@ use crate::work;
 pub struct Reader {
     arrays: Arc<Arrays>,
     pub loader: Loader,
+    folder: Option<PathBuf>,
 }
 
 #[pymethods]
@@ -23,9 +26,9 @@ impl Reader {
     /// Reads files relative to `folder`, those that are built in where there is none; an array or an image may take
     /// `memory_limit` bytes.
     #[new]
-    fn new(folder: Option<PathBuf>, memory_limit: u64) -> Self {
-        let arrays = Arc::new(Arrays::new(folder));
-        Self { loader: Loader::new(arrays.clone(), memory_limit), arrays }
+    pub fn new(folder: Option<PathBuf>, memory_limit: u64) -> Self {
+        let arrays = Arc::new(Arrays::new(folder.clone()));
+        Self { loader: Loader::new(arrays.clone(), memory_limit), arrays, folder }
     }
 
     /// Takes a contiguous, read-only array of float32 or float64 under a name; messages call it `label`.
@@ -39,16 +42,47 @@ impl Reader {
     }
 
     /// The scene that a tree describes; it is called `name` where it does not say.
-    fn read(&self, py: Python, scene: &Bound<PyDict>, name: &str) -> PyResult<Scene> {
+    pub fn read(&self, py: Python, scene: &Bound<PyDict>, name: &str) -> PyResult<Scene> {
         let table = tree::table(scene)?;
         let scene = work::run(py, None, |control| barnard::Scene::from_properties(&table, name, &self.loader.under(control)))?;
-        Ok(Scene(Arc::new(scene)))
+        Ok(Scene(Owner { scene: Arc::new(scene), words: self.words(table) }))
+    }
+}
+
+impl Reader {
+    /// What a scene is read from.
+    pub fn words(&self, table: Table) -> Arc<Words> {
+        Arc::new(Words { table, folder: self.folder.clone(), limit: self.loader.inputs.memory_limit })
+    }
+}
+
+/// What a scene was read from.
+pub struct Words {
+    pub table: Table,
+    /// The folder of its files; none where they are built in.
+    pub folder: Option<PathBuf>,
+    /// Most bytes that an array may take.
+    pub limit: u64,
+}
+
+/// A scene, and what it was read from.
+#[derive(Clone)]
+pub struct Owner {
+    pub scene: Arc<barnard::Scene>,
+    pub words: Arc<Words>,
+}
+
+impl Deref for Owner {
+    type Target = barnard::Scene;
+
+    fn deref(&self) -> &barnard::Scene {
+        &self.scene
     }
 }
 
 /// A scene that was read and checked.
 #[pyclass(frozen, module = "barnard._barnard")]
-pub struct Scene(pub Arc<barnard::Scene>);
+pub struct Scene(pub Owner);
 
 #[pymethods]
 impl Scene {

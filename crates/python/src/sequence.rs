@@ -13,7 +13,7 @@ use pyo3::types::PyDict;
 
 use crate::image::{Exactness, Image, rendered};
 use crate::open;
-use crate::scene::Reader;
+use crate::scene::{Owner, Reader, Words};
 use crate::{tree, work};
 
 /// Frames of a scene, what holds for all of them once one was asked for, and what the latest left for the next.
@@ -24,11 +24,12 @@ pub struct Sequence {
     /// frame's work.
     followed: Mutex<Option<Follower>>,
     held: Mutex<Option<Arc<Held>>>,
+    words: Arc<Words>,
 }
 
 impl Sequence {
-    pub fn new(sequence: barnard::sequence::Sequence) -> Self {
-        Self { followed: Mutex::default(), held: Mutex::default(), sequence }
+    pub fn new(sequence: barnard::sequence::Sequence, words: Arc<Words>) -> Self {
+        Self { followed: Mutex::default(), held: Mutex::default(), sequence, words }
     }
 }
 
@@ -40,7 +41,7 @@ pub fn sequence(py: Python, reader: &Reader, scene: &Bound<PyDict>, name: &str) 
         let scene = barnard::Scene::from_properties(&table, name, &reader.loader.under(control))?;
         barnard::sequence::Sequence::new(table.clone(), reader.loader.clone(), &scene)
     })?;
-    Ok(Sequence::new(made))
+    Ok(Sequence::new(made, reader.words(table)))
 }
 
 #[pymethods]
@@ -115,6 +116,7 @@ impl Sequence {
             let scene = follower.scene(time, control)?;
             let scene = Arc::new(barnard::Scene { display: held.display(&scene.display), ..scene });
             let plan = planned.then(|| follower.plan(&scene, &options, &held.choices, control)).transpose()?;
+            let scene = Owner { scene, words: self.words.clone() };
             let image = rendered(&scene, plan, backend, exactness, memory_limit, control)?;
             let own = image.image.clone();
             frame.get_or_insert(image);
@@ -124,6 +126,7 @@ impl Sequence {
         match (image, frame) {
             (Some(image), Some(mut frame)) => {
                 frame.image = image;
+                frames.stamp(number, &mut frame.image);
                 Ok(frame)
             }
             _ => Err(Error::value("moments of a frame", "none", "one or more")),

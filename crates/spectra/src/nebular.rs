@@ -10,14 +10,17 @@
 //!
 //! ln ε is interpolated linearly in T and log n_e; valid for 5000 to 20000 K, 10 to 10⁵ cm⁻³ (lines) and 6000 to 15000
 //! K, 10² to 10⁴ cm⁻³ (continuum). Tables: PyNeb 1.1.32 (Luridiana, Morisset & Shaw 2015, A&A 573, A42), H I and He II
-//! case B of Storey & Hummer 1995. Wavelengths are in air, as listed there. Left out: He I and He II continua beyond
-//! He⁺/H⁺ = 0.1.
+//! case B of Storey & Hummer 1995, series up to Humphreys'. They list wavelengths in air; spectra have them in vacuum, as
+//! filters do. The continuum's table ends at 5 µm and goes on in [closed form](crate::hydrogen_continuum) to 1 mm. Left out:
+//! He I and He II continua beyond He⁺/H⁺ = 0.1.
 
 use std::sync::Arc;
 
+use crate::air::vacuum_um;
 use crate::constants::SPHERE;
 use crate::embedded::{rows, with_provenance};
 use crate::error::{Result, SpectraError};
+use crate::hydrogen_continuum;
 use crate::spectrum::{Line, Spectrum};
 use crate::table::Table;
 use crate::units::{NumberDensity, Temperature};
@@ -64,8 +67,10 @@ pub const LINE_LISTS: &[LineListEntry] = &[
 pub fn line_list(name: &str) -> Result<Spectrum> {
     let known: Vec<&str> = LINE_LISTS.iter().map(|l| l.name).collect();
     let entry = LINE_LISTS.iter().find(|l| l.name == name).ok_or_else(|| SpectraError::unknown("line list", name, &known))?;
-    let lines =
-        labelled_rows(name, entry.text)?.into_iter().map(|(_, _, v)| Line { lambda_um: v[0] * 1e-4, strength: v[1] / 100.0 }).collect();
+    let lines = labelled_rows(name, entry.text)?
+        .into_iter()
+        .map(|(_, _, v)| Line { lambda_um: vacuum_um(v[0] * 1e-4), strength: v[1] / 100.0 })
+        .collect();
     Ok(Spectrum::of_lines(lines))
 }
 
@@ -109,7 +114,7 @@ pub fn ion_lines(ion: &str, temperature: Temperature, electrons: NumberDensity) 
     let lines = all
         .iter()
         .filter(|(i, _, _)| *i == ion)
-        .map(|(_, _, v)| Line { lambda_um: v[0] * 1e-4, strength: W_PER_M3_SR * logarithmic_mean(&weights, &v[1..]) })
+        .map(|(_, _, v)| Line { lambda_um: vacuum_um(v[0] * 1e-4), strength: W_PER_M3_SR * logarithmic_mean(&weights, &v[1..]) })
         .collect();
     Ok(Spectrum::of_lines(lines))
 }
@@ -125,9 +130,36 @@ pub fn recombination_continuum(temperature: Temperature, electrons: NumberDensit
     let weights = grid.weights(temperature, electrons)?;
     let rows = rows("continuum", body, 11)?;
     // Per ångström to per µm: 10⁴.
-    let value = |r: &Vec<f64>| W_PER_M3_SR * 1e4 * logarithmic_mean(&weights, &r[1..]);
-    let table = Table::new("continuum", rows.iter().map(|r| r[0] * 1e-3).collect(), rows.iter().map(value).collect())?;
+    let scale = W_PER_M3_SR * 1e4;
+    let value = |r: &Vec<f64>| scale * logarithmic_mean(&weights, &r[1..]);
+    let (mut lambda, mut values): (Vec<f64>, Vec<f64>) = rows.iter().map(|r| (r[0] * 1e-3, value(r))).unzip();
+    let (Some(end), Some(level)) = (lambda.last().copied(), values.last().copied()) else {
+        return Err(SpectraError::table("continuum", "has no rows"));
+    };
+    // The form goes on at the height of the table, which has helium in it.
+    let form =
+        |lambda: f64| level * hydrogen_continuum::emissivity(temperature.0, lambda) / hydrogen_continuum::emissivity(temperature.0, end);
+    for lambda_um in beyond(end) {
+        lambda.push(lambda_um);
+        values.push(form(lambda_um));
+    }
+    let table = Table::new("continuum", lambda, values)?;
     Ok(Spectrum::continuous(1.0, Arc::new(table)))
+}
+
+/// Where the continuum ends \[µm\], and how far apart its wavelengths are behind the table, as parts of each.
+const FARTHEST_UM: f64 = 1000.0;
+const APART: f64 = 0.01;
+
+/// Wavelengths behind the table \[µm\], both sides of each edge of a level among them.
+fn beyond(end_um: f64) -> Vec<f64> {
+    let count = ((FARTHEST_UM / end_um).ln() / APART).ceil() as u32;
+    let even = (1..=count).map(|i| end_um * (FARTHEST_UM / end_um).powf(f64::from(i) / f64::from(count)));
+    let edges = (1..).map(hydrogen_continuum::edge_um).take_while(|edge| *edge < FARTHEST_UM).filter(|edge| *edge > end_um);
+    let mut all: Vec<f64> = even.chain(edges.flat_map(|edge| [edge * (1.0 - 1e-7), edge * (1.0 + 1e-7)])).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
 }
 
 /// The mean exp Σ w ln v, where the weights are at most four.
@@ -195,8 +227,9 @@ fn bracket(nodes: &[f64], value: f64) -> Option<[(f64, f64); 2]> {
 mod tests {
     use super::*;
 
+    /// The strength of a line by its wavelength in air.
     fn strength(spectrum: &Spectrum, nm: f64) -> f64 {
-        spectrum.lines().iter().find(|l| (l.lambda_um * 1e3 - nm).abs() < 0.05).unwrap().strength
+        spectrum.lines().iter().find(|l| (l.lambda_um - vacuum_um(nm * 1e-3)).abs() < 5e-5).unwrap().strength
     }
 
     /// Osterbrock & Ferland 2006, table 4.2 (case B, 10⁴ K, 100 cm⁻³): Hα/Hβ = 2.863, Hγ/Hβ = 0.468, 4π j_Hβ =
@@ -244,6 +277,46 @@ mod tests {
     fn every_list_has_hydrogen_beta_of_one() {
         for entry in LINE_LISTS {
             assert!((strength(&line_list(entry.name).unwrap(), 486.138) - 1.0).abs() < 1e-6, "{}", entry.name);
+        }
+    }
+
+    /// Hα and [O III] are where NIST has them in vacuum: 656.461 and 500.824 nm.
+    #[test]
+    fn lines_are_in_vacuum() {
+        let (t, n) = (Temperature(1e4), NumberDensity(100.0));
+        for (ion, nm) in [("H1", 656.461), ("O3", 500.824)] {
+            assert!(ion_lines(ion, t, n).unwrap().lines().iter().any(|line| (line.lambda_um * 1e3 - nm).abs() < 0.015), "{ion}");
+        }
+        assert!(line_list("orion_like").unwrap().lines().iter().any(|line| (line.lambda_um - 0.656_461).abs() < 1.5e-5));
+    }
+
+    /// Pfund and Humphreys series: Storey & Hummer 1995, case B at 10⁴ K and 10⁴ cm⁻³, Pfα/Hβ = 0.0245, Huα/Hβ = 0.0093, at 7.460 and
+    /// 12.372 µm in vacuum.
+    #[test]
+    fn series_of_the_infrared() {
+        let h = ion_lines("H1", Temperature(1e4), NumberDensity(1e4)).unwrap();
+        let hb = strength(&h, 486.138);
+        for (um, ratio) in [(7.4599, 0.0245), (12.3719, 0.0093)] {
+            let line = h.lines().iter().find(|line| (line.lambda_um - um).abs() < 2e-3).unwrap();
+            assert!((line.strength / hb / ratio - 1.0).abs() < 0.01, "{um}: {}", line.strength / hb);
+        }
+    }
+
+    /// The closed form is what PyNeb has between 2 and 5 µm, where helium adds a tenth, and the continuum has no step at 5 µm.
+    #[test]
+    fn the_continuum_goes_on_in_closed_form() {
+        for kelvin in [6000.0, 8000.0, 1e4, 1.2e4, 1.5e4] {
+            let c = recombination_continuum(Temperature(kelvin), NumberDensity(100.0)).unwrap();
+            for um in [2.0, 2.5, 3.0, 4.0, 4.9] {
+                let form = W_PER_M3_SR * 1e4 * crate::hydrogen_continuum::emissivity(kelvin, um);
+                let ratio = c.continuum(um) / form;
+                assert!((1.0..1.16).contains(&ratio), "{kelvin} K, {um} um: {ratio}");
+            }
+            let (before, after) = (c.continuum(4.99), c.continuum(5.01));
+            assert!((before / after - 1.0).abs() < 0.01 && c.continuum(25.0) > 0.0 && c.continuum(999.0) > 0.0);
+            // Flat in frequency: falling as λ⁻² but for the Gaunt factor.
+            let slope = (c.continuum(20.0) / c.continuum(10.0)).log2();
+            assert!((-2.1..-1.6).contains(&slope), "{slope}");
         }
     }
 

@@ -21,6 +21,8 @@ use self::curve::Interpolation;
 use self::path::CameraPath;
 use crate::data::Inputs;
 use crate::error::{Error, Result};
+use crate::image::{Image, Moment};
+use crate::keywords::{self, Keyword};
 use crate::properties::places::set;
 use crate::properties::{Key, Property, Section, Table, Value};
 
@@ -78,6 +80,15 @@ const FASTEST: f64 = 1e6;
 const MOST_FRAMES: f64 = 1e6;
 
 impl Frames {
+    /// What an image says of the frame that it is, FRAME and FRAMTIME of FITS among it.
+    pub fn stamp(&self, frame: i64, image: &mut Image) {
+        let time_s = self.time(frame);
+        image.moment = Some(Moment { frame, time_s, per_second: self.per_second });
+        let number = keywords::Value::Integer(frame);
+        image.keywords.push(Keyword { name: "FRAME", value: number, comment: "number of the frame" });
+        image.keywords.extend(keywords::number("FRAMTIME", time_s, "[s] time of the frame"));
+    }
+
     /// The number of the last frame.
     pub fn last(&self) -> i64 {
         self.first + self.count as i64 - 1

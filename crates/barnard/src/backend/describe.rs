@@ -42,6 +42,8 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         axis: camera.axis(),
         part: camera.part,
         circle: camera.circle(),
+        view: camera.view(),
+        moment: None,
         observation: scene.observation,
         notes,
         display: scene.display.clone(),

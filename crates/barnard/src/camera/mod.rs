@@ -8,6 +8,7 @@
 mod kinds;
 pub mod panorama;
 mod stereo;
+mod view;
 
 use std::f64::consts::PI;
 

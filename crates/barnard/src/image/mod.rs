@@ -87,6 +87,26 @@ pub struct ImagePart {
     pub whole: (usize, usize),
 }
 
+/// Matrices of a flat picture, each by rows: a place (x, y, z, 1) of the scene \[pc\] stands before them as a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// To the right, upwards and ahead of the camera \[pc\].
+    pub world_to_camera: [[f64; 4]; 4],
+    /// To the whole picture, (0, 0) its upper left corner and (1, 1) its lower right one, after division by the fourth number.
+    pub world_to_screen: [[f64; 4]; 4],
+}
+
+/// A frame of a sequence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moment {
+    /// Its number.
+    pub frame: i64,
+    /// Its time \[s\].
+    pub time_s: f64,
+    /// Frames a second.
+    pub per_second: f64,
+}
+
 /// A rendered image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
@@ -110,6 +130,10 @@ pub struct Image {
     pub part: Option<ImagePart>,
     /// Radius around the axis of view beyond which the image of a dome shows nothing \[pixels\].
     pub circle: Option<f64>,
+    /// Where its camera sees what, in a flat picture.
+    pub view: Option<View>,
+    /// The frame of a sequence that it is.
+    pub moment: Option<Moment>,
     /// Where on the sky it is taken, where somebody said.
     pub observation: Option<Observation>,
     /// Key and value, in words: scene, back end, method, accuracy.
@@ -150,6 +174,8 @@ impl Image {
             axis: (0.0, 0.0),
             part: None,
             circle: None,
+            view: None,
+            moment: None,
             observation: None,
             notes,
             keywords,

@@ -258,6 +258,8 @@ fn header(instrument: &Instrument, image: &Image, radiances: &[usize], pixels: &
         // What optics do is in the light already.
         display: Display { glare: None, ..image.display.clone() },
         layers: Vec::new(),
+        // The detector's edges are its own.
+        view: None,
         ..*image
     }
 }

@@ -76,6 +76,7 @@ pub(super) struct Layout {
 impl Layout {
     pub(super) fn new(instrument: &Instrument, image: &Image, bands: &[Passband]) -> Result<Self> {
         instrument.check()?;
+        instrument.check_filters(bands)?;
         for (number, band) in bands.iter().enumerate() {
             instrument.sky.radiance(band, number, bands.len())?;
         }

@@ -25,6 +25,7 @@
 mod cosmic_rays;
 mod detector;
 mod exposures;
+mod filters;
 mod kernels;
 mod layout;
 mod master;
@@ -39,6 +40,7 @@ use spectra::constants::{PLANCK, SPEED_OF_LIGHT};
 
 pub use detector::Detector;
 pub use exposures::{Exposures, Frame};
+pub use filters::Filters;
 pub use kernels::Kernels;
 pub use master::Flag;
 pub use presets::{PRESETS, Preset, preset};
@@ -64,6 +66,10 @@ pub struct Instrument {
     pub psf: Vec<Arc<dyn PointSpread>>,
     /// The angle that a pixel of the detector sees \[rad\]; none: that of the picture.
     pub pixel_rad: Option<f64>,
+    /// The passbands of the catalogue that it has; none: all.
+    pub filters: &'static [Filters],
+    /// Whether it is asked for passbands that it does not have.
+    pub allow_foreign_filters: bool,
     /// How bright the sky is.
     pub sky: Sky,
     /// Whether the master is without the sky's mean.
@@ -92,6 +98,8 @@ impl Instrument {
             throughput: 1.0,
             psf: vec![Arc::new(psf::Airy::default())],
             pixel_rad: None,
+            filters: &[],
+            allow_foreign_filters: false,
             sky: Sky::default(),
             subtract_sky: true,
             detector: Detector::default(),

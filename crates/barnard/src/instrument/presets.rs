@@ -5,7 +5,7 @@ use std::sync::Arc;
 use spectra::SpectraError;
 
 use super::psf::{Airy, Gaussian, Moffat};
-use super::{Detector, Instrument, Sky};
+use super::{Detector, Filters, Instrument, Sky};
 use crate::image::optics;
 use crate::observation::RadianceUnit;
 
@@ -35,6 +35,7 @@ pub const PRESETS: &[Preset] = &[
             Instrument {
                 throughput: 0.6,
                 psf: vec![Arc::new(Airy::default()), Arc::new(Moffat { fwhm_rad: 3.0 * ARCSEC, ..Moffat::default() })],
+                filters: &[Filters::all("amateur-")],
                 pixel_rad: Some(3.76e-6 / 1.6),
                 sky: Sky { system: RadianceUnit::Vega, ..Sky::even(20.0) },
                 detector: Detector {
@@ -64,6 +65,7 @@ pub const PRESETS: &[Preset] = &[
             obstruction: 0.4,
             throughput: 0.5,
             psf: vec![Arc::new(Airy::default()), Arc::new(Moffat { fwhm_rad: 1.5 * ARCSEC, ..Moffat::default() })],
+            filters: &[Filters::all("johnson-"), Filters::all("cousins-"), Filters::all("bessell-"), Filters::all("sdss2010-")],
             pixel_rad: Some(0.389 * ARCSEC),
             sky: Sky {
                 system: RadianceUnit::Vega,
@@ -80,6 +82,7 @@ pub const PRESETS: &[Preset] = &[
                     ("bessell-R", 20.87),
                     ("bessell-I", 19.71),
                 ],
+                zodiacal: None,
             },
             detector: Detector {
                 dark_current: 0.002,
@@ -100,7 +103,7 @@ pub const PRESETS: &[Preset] = &[
         name: "hst-wfc3-uvis",
         summary: "Hubble, Wide Field Camera 3, UVIS; passbands hst-wfc3-f200lp to f953n",
         source: "WFC3 Instrument Handbook, Table 5.1 (15 um, 0.040 arcsec, 11 e/h, 3.1 e, 1.55 e/DN, 63 to 72 ke); area of the whole mirror, since passbands \
-                 hold its obstruction; sky: average zodiacal light, V = 22.7, in all bands; taken to be: 1.2 hits of cosmic rays /cm2/s, charge diffusion \
+                 hold its obstruction; sky: average zodiacal light of V = 22.7; taken to be: 1.2 hits of cosmic rays /cm2/s, charge diffusion \
                  and jitter of 0.04 arcsec",
         make: || Instrument {
             obstruction: 0.33,
@@ -109,8 +112,9 @@ pub const PRESETS: &[Preset] = &[
                 Arc::new(Airy { optics: optics::named("hubble").ok(), ..Airy::default() }),
                 Arc::new(Gaussian { fwhm_rad: 0.04 * ARCSEC, ..Gaussian::default() }),
             ],
+            filters: &[Filters { family: "hst-wfc3-", um: (0.19, 0.97) }],
             pixel_rad: Some(0.040 * ARCSEC),
-            sky: Sky::even(22.7),
+            sky: Sky::zodiacal(22.7),
             detector: Detector {
                 dark_current: 11.0 / 3600.0,
                 read_noise: 3.1,
@@ -130,15 +134,15 @@ pub const PRESETS: &[Preset] = &[
         name: "jwst-nircam-short",
         summary: "Webb, NIRCam, short wavelengths: passbands jwst-nircam-f070w to f212n",
         source: "JWST User Documentation, NIRCam Detector Performance (0.031 arcsec, 18 um, 2.05 e/ADU, 15.8 e of a pair of reads, 0.0019 e/s, 105.8 ke); area of \
-                 25.4 m2; sky: about 0.1 MJy/sr (Rigby et al. 2023, PASP 135, 048002); taken to be: 5 hits of cosmic rays /cm2/s",
-        make: || webb(0.031, 2.05, 15.8, 0.0019, 105_800.0, 22.97),
+                 25.4 m2; sky: zodiacal light of V = 22.7; taken to be: 5 hits of cosmic rays /cm2/s",
+        make: || webb(0.031, 2.05, 15.8, 0.0019, 105_800.0, &SHORT),
     },
     Preset {
         name: "jwst-nircam-long",
         summary: "Webb, NIRCam, long wavelengths: passbands jwst-nircam-f250m to f480m",
         source: "JWST User Documentation, NIRCam Detector Performance (0.063 arcsec, 18 um, 1.82 e/ADU, 13.3 e of a pair of reads, 0.034 e/s, 83.3 ke); area of \
-                 25.4 m2; sky: about 0.1 MJy/sr (Rigby et al. 2023, PASP 135, 048002); taken to be: 5 hits of cosmic rays /cm2/s",
-        make: || webb(0.063, 1.82, 13.3, 0.034, 83_300.0, 22.97),
+                 25.4 m2; sky: zodiacal light of V = 22.7; taken to be: 5 hits of cosmic rays /cm2/s",
+        make: || webb(0.063, 1.82, 13.3, 0.034, 83_300.0, &LONG),
     },
     Preset {
         name: "rubin-lsstcam",
@@ -152,6 +156,7 @@ pub const PRESETS: &[Preset] = &[
                 Arc::new(Airy { vanes: 4, vane_width: 0.005, ..Airy::default() }),
                 Arc::new(Moffat { fwhm_rad: 0.67 * ARCSEC, ..Moffat::default() }),
             ],
+            filters: &[Filters::all("lsst2023-")],
             pixel_rad: Some(0.2 * ARCSEC),
             sky: Sky {
                 system: RadianceUnit::Ab,
@@ -164,6 +169,7 @@ pub const PRESETS: &[Preset] = &[
                     ("lsst2023-z", 19.60),
                     ("lsst2023-y", 18.61),
                 ],
+                zodiacal: None,
             },
             detector: Detector {
                 dark_current: 0.2,
@@ -182,8 +188,12 @@ pub const PRESETS: &[Preset] = &[
     },
 ];
 
-/// One of the channels of NIRCam: pixel \[arcsec\], gain, read noise, dark current, full well, sky.
-fn webb(pixel: f64, gain: f64, read_noise: f64, dark_current: f64, full_well: f64, sky: f64) -> Instrument {
+/// The filters of both channels of NIRCam, which a mirror parts at 2.35 µm.
+const SHORT: [Filters; 1] = [Filters { family: "jwst-nircam-", um: (0.5, 2.35) }];
+const LONG: [Filters; 1] = [Filters { family: "jwst-nircam-", um: (2.35, 5.2) }];
+
+/// One of the channels of NIRCam: pixel \[arcsec\], gain, read noise, dark current, full well, filters.
+fn webb(pixel: f64, gain: f64, read_noise: f64, dark_current: f64, full_well: f64, filters: &'static [Filters]) -> Instrument {
     let detector =
         Detector { dark_current, read_noise, gain, full_well, bias: 1000.0, pixel_um: 18.0, cosmic_rays: 5.0, ..Detector::default() };
     Instrument {
@@ -191,7 +201,8 @@ fn webb(pixel: f64, gain: f64, read_noise: f64, dark_current: f64, full_well: f6
         // The pupil is drawn in a circle of 6.6 m.
         psf: vec![Arc::new(Airy { optics: optics::named("webb").ok(), ..Airy::default() })],
         pixel_rad: Some(pixel * ARCSEC),
-        sky: Sky::even(sky),
+        filters,
+        sky: Sky::zodiacal(22.7),
         detector,
         exposure_s: 300.0,
         frames: 4,

@@ -14,12 +14,37 @@ pub struct Sky {
     pub magnitudes: Vec<f64>,
     /// Magnitudes by the name of a passband, where there is no list; the nearest in wavelength holds for others.
     pub by_name: &'static [(&'static str, f64)],
+    /// The AB magnitude at V of zodiacal light, which is as bright as its spectrum says in other passbands, where there is no list.
+    pub zodiacal: Option<f64>,
 }
+
+/// Zodiacal light by wavelength \[µm\], 90° from the Sun in the ecliptic \[10⁻⁸ W m⁻² sr⁻¹ µm⁻¹\]: Leinert et al. 1998, A&AS 127, 1,
+/// Table 19. Its colour is taken to be the same everywhere.
+const ZODIACAL: [(f64, f64); 16] = [
+    (0.2, 2.5),
+    (0.3, 53.0),
+    (0.4, 220.0),
+    (0.5, 260.0),
+    (0.7, 200.0),
+    (0.9, 130.0),
+    (1.0, 120.0),
+    (1.2, 81.0),
+    (2.2, 17.0),
+    (3.5, 5.2),
+    (4.8, 12.0),
+    (12.0, 75.0),
+    (25.0, 32.0),
+    (60.0, 1.8),
+    (100.0, 0.32),
+    (140.0, 0.069),
+];
+/// Where its magnitude is said \[µm\].
+const AT_V_UM: f64 = 0.55;
 
 impl Default for Sky {
     /// A dark sky.
     fn default() -> Self {
-        Self { system: RadianceUnit::Ab, magnitudes: Vec::new(), by_name: &[] }
+        Self { system: RadianceUnit::Ab, magnitudes: Vec::new(), by_name: &[], zodiacal: None }
     }
 }
 
@@ -30,6 +55,11 @@ impl Sky {
     /// A sky of one AB magnitude in all bands.
     pub fn even(magnitude: f64) -> Self {
         Self { magnitudes: vec![magnitude], ..Self::default() }
+    }
+
+    /// Zodiacal light of an AB magnitude at V.
+    pub fn zodiacal(magnitude: f64) -> Self {
+        Self { zodiacal: Some(magnitude), ..Self::default() }
     }
 
     pub(super) fn check(&self) -> Result<()> {
@@ -55,7 +85,7 @@ impl Sky {
     /// Where there are other than one or as many magnitudes as passbands, or the zero point is not known in the passband.
     pub fn radiance(&self, band: &Passband, number: usize, count: usize) -> Result<f64> {
         let magnitude = match self.magnitudes[..] {
-            [] => self.nearest(band),
+            [] => self.zodiacal.map(|v| v + zodiacal_colour(band.pivot().0)).or_else(|| self.nearest(band)),
             [all] => Some(all),
             _ if self.magnitudes.len() == count => Some(self.magnitudes[number]),
             _ => {
@@ -69,6 +99,18 @@ impl Sky {
             InUnit::Times(_) => Err(Error::value("sky of an instrument", "no magnitudes", "one of the systems AB, ST or Vega")),
         }
     }
+}
+
+/// How much fainter zodiacal light is at a wavelength \[µm\] than at V, in AB magnitudes.
+fn zodiacal_colour(lambda_um: f64) -> f64 {
+    // Per frequency, linear in both logarithms.
+    let per_frequency = |lambda: f64| {
+        let above = ZODIACAL.partition_point(|(own, _)| *own < lambda).clamp(1, ZODIACAL.len() - 1);
+        let ((a, low), (b, high)) = (ZODIACAL[above - 1], ZODIACAL[above]);
+        let part = (lambda / a).ln() / (b / a).ln();
+        low * (high / low).powf(part) * lambda * lambda
+    };
+    -2.5 * (per_frequency(lambda_um) / per_frequency(AT_V_UM)).log10()
 }
 
 #[cfg(test)]
@@ -88,6 +130,12 @@ mod tests {
         for (name, magnitude) in [("johnson-B", 22.0), ("johnson-V", 21.0), ("amateur-ha-3nm", 21.0), ("galex-nuv", 22.0)] {
             assert_eq!(named.radiance(&band(name), 0, 1).unwrap(), even(magnitude, name), "{name}");
         }
+        // Leinert's own numbers: at 2.2 um 17e-8 W m-2 sr-1 um-1 where there are 2.6e-6 at 0.5 um.
+        let zodiacal = Sky::zodiacal(22.7);
+        let per_um = |name: &str| zodiacal.radiance(&band(name), 0, 1).unwrap() / band(name).integrate(|_| 1.0);
+        let ratio = per_um("twomass-Ks") / per_um("hst-wfc3-f502n");
+        assert!((ratio / (17.0 / 260.0) - 1.0).abs() < 0.1, "{ratio}");
+        assert!(per_um("hst-wfc3-f275w") < 0.2 * per_um("hst-wfc3-f502n"));
         assert_eq!(Sky::default().radiance(&band("johnson-V"), 0, 1).unwrap(), 0.0);
         assert!(Sky { magnitudes: vec![20.0, 21.0], ..Sky::default() }.radiance(&band("johnson-V"), 0, 3).is_err());
     }

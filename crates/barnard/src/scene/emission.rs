@@ -59,7 +59,7 @@ pub(super) const KINDS: &[Kind<Spectrum>] = &[
         summary: "lines of given strengths, with or without a power-law continuum",
         keys: &[
             SCALE,
-            Key::required("lines", "list of tables", "{ wavelength = \"656.3 nm\", strength = 3 }, strength integrated over the line"),
+            Key::required("lines", "list of tables", "{ wavelength = \"656.46 nm\", strength = 3 }, wavelength in vacuum, strength integrated over the line"),
             Key::optional("continuum", "number", "0", "strength per nm at `continuum_at`"),
             Key::optional("continuum_at", "wavelength", "550 nm", "where the continuum has that strength"),
             Key::optional("continuum_exponent", "number", "0", "exponent of the continuum in wavelength"),

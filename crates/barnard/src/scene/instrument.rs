@@ -33,6 +33,12 @@ pub(super) const KEYS: &[Key] = &[
         "dark",
         "brightness of the sky in mag/arcsec2, such as \"21.6 mag\": one for all passbands, or one for each",
     ),
+    Key::optional(
+        "allow_foreign_filters",
+        "boolean",
+        "false",
+        "whether a preset records through passbands of the catalogue that it does not have; those of [[band]] are its own",
+    ),
     Key::optional("sky_system", "text", "ab", "ab, st or vega: the zero point of `sky`"),
     Key::optional("subtract_sky", "boolean", "true", "whether the sky's mean is taken away from the master; its noise stays"),
     Key::optional("dark_current", "dark current", "0 e/s", "electrons that a pixel gathers in the dark"),
@@ -84,6 +90,7 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Instrument> {
         own.psf = spread.iter().map(|table| build_kind("point-spread function", psf::KINDS, table, inputs)).collect::<Result<_>>()?;
     }
     own.pixel_rad = section.positive::<Angle>("pixel_scale")?.map(|angle| angle.0).or(own.pixel_rad);
+    set(&mut own.allow_foreign_filters, section.flag("allow_foreign_filters")?);
     own.sky = sky(section, own.sky)?;
     set(&mut own.subtract_sky, section.flag("subtract_sky")?);
     let detector = &mut own.detector;
@@ -160,5 +167,5 @@ fn sky(section: &Section, before: Sky) -> Result<Sky> {
         return Ok(before);
     };
     let magnitudes = said.iter().map(|text| section.wrap("sky", Magnitude::parse(text)).map(|magnitude| magnitude.0));
-    Ok(Sky { system: system.unwrap_or(RadianceUnit::Ab), magnitudes: magnitudes.collect::<Result<_>>()?, by_name: &[] })
+    Ok(Sky { system: system.unwrap_or(RadianceUnit::Ab), magnitudes: magnitudes.collect::<Result<_>>()?, ..Sky::default() })
 }

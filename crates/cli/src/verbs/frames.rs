@@ -255,7 +255,8 @@ impl Shoot<'_> {
             march(&scene, plan, control)
         };
         let image = mean(self.sequence.frames().moments(number).into_iter().map(at))?;
-        let (Some(image), Some(camera)) = (image, camera) else { bail!("no moment of it was rendered") };
+        let (Some(mut image), Some(camera)) = (image, camera) else { bail!("no moment of it was rendered") };
+        self.sequence.frames().stamp(number, &mut image);
         let mut files = Vec::new();
         for path in self.outputs {
             let path = named(path, number).unwrap_or_else(|| path.clone());

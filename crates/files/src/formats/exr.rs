@@ -106,6 +106,11 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     let mut attributes = LayerAttributes::named("Barnard");
     attributes.software_name = Some(Text::from(format!("Barnard {}", env!("CARGO_PKG_VERSION")).as_str()));
     attributes.environment_map = environment_map(picture);
+    let space = match exposure.colours {
+        ColourSpace::Rec709 => "lin_rec709_scene",
+        ColourSpace::AcesCg => "lin_ap1_scene",
+    };
+    attributes.other.insert(Text::from("colorInteropID"), AttributeValue::Text(Text::from(space)));
     let mut note = |key: String, value: &str| {
         attributes.other.insert(Text::from(super::ascii(&key).as_str()), AttributeValue::Text(Text::from(lines(value).as_str())));
     };
@@ -162,6 +167,20 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     if let Some(part) = picture.part {
         attributes.layer_position = Vec2(part.column as i32, part.row as i32);
     }
+    if let Some(view) = picture.view {
+        let rows = |matrix: [[f64; 4]; 4]| matrix.as_flattened().iter().map(|v| *v as f32).collect::<Vec<f32>>().try_into().ok();
+        attributes.world_to_camera = rows(view.world_to_camera);
+        attributes.world_to_normalized_device = rows(view.world_to_screen);
+    }
+    if let Some(moment) = picture.moment {
+        attributes.frames_per_second = Some(rate(moment.per_second));
+        for (name, value) in [
+            ("imageCounter", AttributeValue::I32(moment.frame.clamp(i32::MIN.into(), i32::MAX.into()) as i32)),
+            ("frameTime", AttributeValue::F64(moment.time_s)),
+        ] {
+            attributes.other.insert(Text::from(name), value);
+        }
+    }
     let layer = exr::image::Layer::new((picture.width, picture.height), attributes, encoding, channels);
     let mut bytes = Cursor::new(Vec::new());
     let mut file = Image::from_layer(layer);
@@ -173,7 +192,39 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
         ColourSpace::AcesCg => AP1,
     });
     file.write().to_buffered(&mut bytes).map_err(|e| Error::Encoding { format: "exr", reason: e.to_string() })?;
-    Ok(bytes.into_inner())
+    Ok(in_order(bytes.into_inner()))
+}
+
+/// Frames a second as a fraction: those of NTSC television by their name.
+fn rate(per_second: f64) -> (i32, u32) {
+    let ntsc = (per_second * 1001.0 / 1000.0).round();
+    match (ntsc * 1000.0 / 1001.0 - per_second).abs() < 1e-3 && per_second.fract() != 0.0 {
+        true => (ntsc as i32 * 1000, 1001),
+        false if per_second.fract() == 0.0 && per_second < f64::from(i32::MAX) => (per_second as i32, 1),
+        false => ((per_second * 1000.0).round().min(f64::from(i32::MAX)) as i32, 1000),
+    }
+}
+
+/// The bytes of a file with the attributes of its header in the order of their names, since the encoder's is another each time: equal pictures
+/// are equal bytes.
+fn in_order(mut bytes: Vec<u8>) -> Vec<u8> {
+    // Magic number and version.
+    const START: usize = 8;
+    let text = |from: usize| bytes[from..].iter().position(|byte| *byte == 0).map(|length| from + length + 1);
+    let (mut at, mut attributes) = (START, Vec::new());
+    while bytes.get(at).is_some_and(|byte| *byte != 0) {
+        let size_at = text(at).and_then(text).filter(|size_at| size_at + 4 <= bytes.len());
+        let Some(size_at) = size_at else { return bytes };
+        let size = u32::from_le_bytes(std::array::from_fn(|i| bytes[size_at + i])) as usize;
+        let end = size_at + 4 + size;
+        let Some(attribute) = bytes.get(at..end) else { return bytes };
+        attributes.push(attribute.to_vec());
+        at = end;
+    }
+    attributes.sort();
+    let header = attributes.concat();
+    bytes[START..START + header.len()].copy_from_slice(&header);
+    bytes
 }
 
 /// The primaries and the white of Rec. 709 and sRGB (ITU-R BT.709-6, 2015).

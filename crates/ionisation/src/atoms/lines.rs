@@ -3,6 +3,7 @@
 //! Between temperatures ln(ε √T) is taken as linear in 1/T, which is exact for two levels; between densities 1/ε is
 //! linear in n_e, which is so as well.
 
+use spectra::air::vacuum_um;
 use spectra::embedded::with_provenance;
 
 use super::Element;
@@ -16,7 +17,7 @@ pub struct EmissionLine {
     pub charge: usize,
     /// A name, as "\[OIII\]5007".
     pub label: String,
-    /// The wavelength in air, below 0.2 µm in vacuum \[µm\].
+    /// The wavelength in vacuum \[µm\].
     pub wavelength_um: f64,
     /// ln(ε √T) by density, then temperature.
     values: Vec<f64>,
@@ -65,7 +66,7 @@ impl LineTable {
                 element,
                 charge: charge + higher,
                 label: cells[1].to_owned(),
-                wavelength_um: 1e-4 * cells[2].parse::<f64>().expect("embedded"),
+                wavelength_um: vacuum_um(1e-4 * cells[2].parse::<f64>().expect("embedded")),
                 values: cells[3..].iter().zip(&nodes).map(value).collect(),
             }
         };

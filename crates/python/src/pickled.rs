@@ -1,0 +1,215 @@
+//! Pictures as states that pickles hold: numbers and words as they are, and the part of the scene that says how pictures are shown.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+use barnard::backend::describe;
+use barnard::image::{Band, ImagePart, Layer, LayerContent, Level, Moment, PixelScale, Samples, SpectralAxis, View};
+use barnard::keywords::{Keyword, Value};
+use barnard::observation::InUnit;
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use spectra::colour::Palette;
+
+use crate::image::Image;
+use crate::plan::Certificate;
+use crate::scene::{Owner, Reader};
+use crate::tree;
+
+/// What a picture does not need of its scene to be shown, written and observed: all that it was computed from.
+const COMPUTED: [&str; 12] =
+    ["dust", "gas", "emission", "star", "star_table", "background", "field", "detail", "animation", "sequence", "method", "bookmark"];
+
+/// A keyword: name, text, number, whole number, comment.
+type Words = (String, Option<String>, Option<f64>, Option<i64>, String);
+/// A band: name, pivot, width, how it counts, what its unit multiplies by, zero of its magnitudes, certificate, keywords.
+type Described = (String, Option<f64>, Option<f64>, Option<String>, Option<f64>, Option<f64>, Vec<String>, Vec<Words>);
+/// Columns of a palette, whether bands are balanced, black and white where they are numbers.
+type Shown = (Vec<[f64; 3]>, bool, Option<f64>, Option<f64>);
+/// A layer: name, number of its content, samples.
+type Layered<'py> = (String, usize, Bound<'py, PyAny>);
+
+const CONTENTS: [LayerContent; 4] = [LayerContent::Light, LayerContent::Depth, LayerContent::OpticalDepth, LayerContent::Mask];
+const SCALES: [fn(f64) -> PixelScale; 5] =
+    [PixelScale::Angle, PixelScale::Length, PixelScale::Equidistant, PixelScale::PlateCarree, PixelScale::OnCube];
+
+/// All that a picture is.
+#[derive(IntoPyObject, FromPyObject)]
+#[pyo3(from_item_all)]
+struct State<'py> {
+    tree: Bound<'py, PyDict>,
+    folder: Option<PathBuf>,
+    limit: u64,
+    size: (usize, usize),
+    bands: Vec<Described>,
+    spectral: Option<(f64, f64, usize)>,
+    samples: Bound<'py, PyAny>,
+    views: (usize, usize),
+    pixel: Option<(usize, f64)>,
+    axis: (f64, f64),
+    part: Option<(usize, usize, (usize, usize))>,
+    circle: Option<f64>,
+    view: Option<[[[f64; 4]; 4]; 2]>,
+    moment: Option<(i64, f64, f64)>,
+    notes: Vec<(String, String)>,
+    keywords: Vec<Words>,
+    shown: Shown,
+    layers: Vec<Layered<'py>>,
+    certificates: Vec<Vec<Certificate>>,
+    warnings: Vec<String>,
+}
+
+/// What a picture is, as a dictionary that pickles.
+#[pyfunction]
+pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny>> {
+    let (image, words) = (&picture.image, &picture.scene.words);
+    let tree = tree::dictionary(py, &words.table)?;
+    for key in COMPUTED {
+        if tree.contains(key)? {
+            tree.del_item(key)?;
+        }
+    }
+    let band = |own: &Band| {
+        let (times, zero) = match own.in_unit {
+            Some(InUnit::Times(times)) => (Some(times), None),
+            Some(InUnit::Magnitudes { zero }) => (None, Some(zero)),
+            None => (None, None),
+        };
+        let keywords = own.keywords.iter().map(said).collect();
+        (own.name.clone(), own.pivot_um, own.width_um, own.counting.map(str::to_owned), times, zero, own.certificate.clone(), keywords)
+    };
+    let pixel = image.pixel.map(|pixel| match pixel {
+        PixelScale::Angle(step) => (0, step),
+        PixelScale::Length(step) => (1, step),
+        PixelScale::Equidistant(step) => (2, step),
+        PixelScale::PlateCarree(step) => (3, step),
+        PixelScale::OnCube(step) => (4, step),
+    });
+    let level = |level: Level| match level {
+        Level::Auto => None,
+        Level::Radiance(value) => Some(value),
+    };
+    let display = &image.display;
+    let layer = |own: &Layer| {
+        let content = CONTENTS.iter().position(|content| *content == own.content).unwrap_or_default();
+        Ok((own.name.clone(), content, flat(py, &own.samples)))
+    };
+    let state = State {
+        tree,
+        folder: words.folder.as_ref().map(std::path::absolute).transpose()?,
+        limit: words.limit,
+        size: (image.width, image.height),
+        bands: image.bands.iter().map(band).collect(),
+        spectral: image.spectral.map(|axis| (axis.first_um, axis.step_um, axis.count)),
+        samples: flat(py, &image.samples),
+        views: image.views,
+        pixel,
+        axis: image.axis,
+        part: image.part.map(|part| (part.column, part.row, part.whole)),
+        circle: image.circle,
+        view: image.view.map(|view| [view.world_to_camera, view.world_to_screen]),
+        moment: image.moment.map(|moment| (moment.frame, moment.time_s, moment.per_second)),
+        notes: image.notes.clone(),
+        keywords: image.keywords.iter().map(said).collect(),
+        shown: (display.palette.columns.clone(), display.balance, level(display.black), level(display.white)),
+        layers: image.layers.iter().map(layer).collect::<PyResult<_>>()?,
+        certificates: picture.certificates.clone(),
+        warnings: picture.warnings.clone(),
+    };
+    Ok(state.into_pyobject(py)?.into_any())
+}
+
+/// The picture of a state.
+#[pyfunction]
+pub fn restored(py: Python, state: &Bound<PyAny>) -> PyResult<Image> {
+    let state: State = state.extract()?;
+    let reader = Reader::new(state.folder, state.limit);
+    let scene: Owner = reader.read(py, &state.tree, "scene")?.0;
+    let band = |(name, pivot_um, width_um, counting, times, zero, certificate, keywords): Described| {
+        let in_unit = times.map(InUnit::Times).or(zero.map(|zero| InUnit::Magnitudes { zero }));
+        let keywords = keywords.into_iter().map(keyword).collect();
+        Band { name, pivot_um, width_um, counting: counting.map(lasting), in_unit, certificate, keywords }
+    };
+    let layer = |(name, content, values): Layered| {
+        let content = *CONTENTS.get(content).ok_or_else(|| PyValueError::new_err("a layer of no known content"))?;
+        Ok(Layer { name, content, samples: samples(&values)? })
+    };
+    let bands: Vec<Band> = state.bands.into_iter().map(band).collect();
+    let all = samples(&state.samples)?;
+    if Some(all.len()) != state.size.0.checked_mul(state.size.1).and_then(|count| count.checked_mul(bands.len())) {
+        return Err(PyValueError::new_err("a picture whose samples do not have its size"));
+    }
+    let pixel = state.pixel.and_then(|(kind, step)| SCALES.get(kind).map(|scale| scale(step)));
+    let level = |value: Option<f64>| value.map_or(Level::Auto, Level::Radiance);
+    let (columns, balance, black, white) = state.shown;
+    let mut image = describe(&scene, &scene.camera, all);
+    image.display =
+        barnard::image::Display { palette: Palette { columns }, balance, black: level(black), white: level(white), ..image.display };
+    let image = barnard::Image {
+        width: state.size.0,
+        height: state.size.1,
+        bands,
+        spectral: state.spectral.map(|(first_um, step_um, count)| SpectralAxis { first_um, step_um, count }),
+        views: state.views,
+        pixel,
+        axis: state.axis,
+        part: state.part.map(|(column, row, whole)| ImagePart { column, row, whole }),
+        circle: state.circle,
+        view: state.view.map(|[world_to_camera, world_to_screen]| View { world_to_camera, world_to_screen }),
+        moment: state.moment.map(|(frame, time_s, per_second)| Moment { frame, time_s, per_second }),
+        notes: state.notes,
+        keywords: state.keywords.into_iter().map(keyword).collect(),
+        layers: state.layers.into_iter().map(layer).collect::<PyResult<_>>()?,
+        ..image
+    };
+    Ok(Image { scene, image, certificates: state.certificates, warnings: state.warnings })
+}
+
+fn said(keyword: &Keyword) -> Words {
+    let (text, number, whole) = match &keyword.value {
+        Value::Text(text) => (Some(text.clone()), None, None),
+        Value::Number(number) => (None, Some(*number), None),
+        Value::Integer(whole) => (None, None, Some(*whole)),
+    };
+    (keyword.name.to_owned(), text, number, whole, keyword.comment.to_owned())
+}
+
+fn keyword((name, text, number, whole, comment): Words) -> Keyword {
+    let value = match (text, number, whole) {
+        (Some(text), ..) => Value::Text(text),
+        (_, Some(number), _) => Value::Number(number),
+        (.., whole) => Value::Integer(whole.unwrap_or_default()),
+    };
+    Keyword { name: lasting(name), value, comment: lasting(comment) }
+}
+
+/// A text that lasts as long as the program, as names of keywords do; each is kept once.
+fn lasting(text: String) -> &'static str {
+    static KNOWN: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    match known.get(text.as_str()) {
+        Some(own) => own,
+        None => {
+            let own: &'static str = text.leak();
+            known.insert(own);
+            own
+        }
+    }
+}
+
+fn flat<'py>(py: Python<'py>, samples: &Samples) -> Bound<'py, PyAny> {
+    match samples {
+        Samples::Single(values) => PyArray1::from_slice(py, values).into_any(),
+        Samples::Double(values) => PyArray1::from_slice(py, values).into_any(),
+    }
+}
+
+fn samples(values: &Bound<PyAny>) -> PyResult<Samples> {
+    match values.cast::<PyArray1<f32>>() {
+        Ok(single) => Ok(Samples::Single(single.to_vec()?)),
+        Err(_) => Ok(Samples::Double(values.cast::<PyArray1<f64>>()?.to_vec()?)),
+    }
+}
