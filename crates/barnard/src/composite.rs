@@ -36,7 +36,7 @@ pub fn joined(arrangement: Arrangement, left: Image, right: &Image) -> Result<Im
         Layer { samples: Samples::gathered(&left.samples, &right.samples, count, from), ..left.clone() }
     };
     let layers = image.layers.iter().zip(&right.layers).map(layer).collect();
-    let mut image = Image { samples, layers, pixel: None, view: None, ..image };
+    let mut image = Image { samples, layers, pixel: None, view: None, points: Vec::new(), ..image };
     // A place of it is one of the sky for one of the eyes alone.
     let words = if arrangement == Arrangement::OverUnder { "left eye above right" } else { "left eye beside right" };
     image.notes.push(("stereo".into(), words.into()));
@@ -72,6 +72,7 @@ pub fn parted(arrangement: Arrangement, image: &Image, camera: &Camera) -> [Imag
             pixel: Some(eye.pixel_scale()),
             axis: eye.axis(),
             view: eye.view(),
+            points: Vec::new(),
             ..image.clone()
         };
         // Where this eye stands; in an image of all around both stand around the camera.
@@ -106,9 +107,11 @@ pub fn mean<E: From<Error>>(images: impl IntoIterator<Item = std::result::Result
                 None => sum.layers.push(layer),
             }
         }
+        sum.points.extend(image.points);
         count += 1.0;
     }
     let all = std::iter::once(&mut sum.samples).chain(sum.layers.iter_mut().map(|layer| &mut layer.samples));
     all.for_each(|samples| samples.scale(1.0 / count));
+    sum.points.iter_mut().flat_map(|point| &mut point.flux).for_each(|flux| *flux /= count);
     Ok(Some(sum))
 }

@@ -12,6 +12,7 @@ use crate::camera::{Camera, Projection};
 use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::Ray;
+use crate::image::PointSource;
 use crate::light::{Light, Route};
 use crate::scene::Scene;
 use crate::star_catalogue::PlacedCatalogue;
@@ -56,7 +57,7 @@ impl Sources {
     pub const PREVIEW: Self = Self::Brightest(1500);
 }
 
-/// Draws unresolved sources: `add` hears of places in an image (bands × height × width) and radiances; `fluxes(number,
+/// Draws unresolved sources, and gives them where the picture is flat: `add` hears of places in an image (bands × height × width) and radiances; `fluxes(number,
 /// light, ray, length)` are the fluxes of a light in all bands behind what lies on the first `length` \[pc\] of the ray
 /// to the source of a number, in the order of [`points`].
 ///
@@ -70,7 +71,7 @@ pub fn draw(
     fluxes: impl Fn(usize, usize, &Ray, f64) -> Vec<f64> + Sync,
     control: &Control,
     mut add: impl FnMut(usize, f64),
-) -> Result<()> {
+) -> Result<Vec<PointSource>> {
     let points = points(sources, scene, camera, lights)?;
     let fluxes = |(number, point): (usize, &Point)| {
         control.check()?;
@@ -78,14 +79,32 @@ pub fn draw(
         Ok(bare.into_iter().map(|flux| point.gain * flux).collect())
     };
     let fluxes: Vec<Vec<f64>> = points.par_iter().enumerate().map(fluxes).collect::<Result<_>>()?;
-    for (point, fluxes) in points.iter().zip(fluxes) {
+    for (point, fluxes) in points.iter().zip(&fluxes) {
         for (pixel, share) in shares(camera, point) {
             for (band, flux) in fluxes.iter().enumerate() {
                 add(band * camera.height * camera.width + pixel, share * flux);
             }
         }
     }
-    Ok(())
+    let is_flat = !matches!(camera.projection, Projection::Panorama { .. });
+    let source = |(point, flux): (&Point, Vec<f64>)| PointSource { column: point.column, row: point.row, flux };
+    Ok(if is_flat { points.iter().zip(fluxes).map(source).collect() } else { Vec::new() })
+}
+
+/// The pixels over which a source of a flat picture is drawn, each with its share of the light; the sum over an endless picture is one.
+pub fn disc([width, height]: [usize; 2], column: f64, row: f64) -> Vec<(usize, f64)> {
+    let (left, top) = (column.floor() as i64, row.floor() as i64);
+    let (columns, rows) = (profile(left, column), profile(top, row));
+    let norm = 1.0 / (columns.iter().sum::<f64>() * rows.iter().sum::<f64>());
+    let mut shares = Vec::new();
+    for (i, of_row) in (top - PSF_RADIUS..).zip(rows) {
+        for (j, of_column) in (left - PSF_RADIUS..).zip(columns) {
+            if (0..width as i64).contains(&j) && (0..height as i64).contains(&i) {
+                shares.push((i as usize * width + j as usize, norm * of_row * of_column));
+            }
+        }
+    }
+    shares
 }
 
 /// The unresolved sources that a camera sees: stars of the scene first, then the star field.
@@ -230,18 +249,12 @@ fn shares(camera: &Camera, point: &Point) -> Vec<(usize, f64)> {
 
 /// Shares of a point-spread function that is round in the image.
 fn shares_on_plane(camera: &Camera, point: &Point) -> Vec<(usize, f64)> {
-    let (column, row) = (point.column.floor() as i64, point.row.floor() as i64);
-    let (columns, rows) = (profile(column, point.column), profile(row, point.row));
-    let norm = 1.0 / (columns.iter().sum::<f64>() * rows.iter().sum::<f64>());
-    let mut shares = Vec::new();
-    for (i, of_row) in (row - PSF_RADIUS..).zip(rows) {
-        for (j, of_column) in (column - PSF_RADIUS..).zip(columns) {
-            if let Some(pixel) = inside(camera, j, i) {
-                shares.push((pixel, norm * of_row * of_column / camera.pixel_measure(j as f64 + 0.5, i as f64 + 0.5)));
-            }
-        }
-    }
-    shares
+    let middle = |pixel: usize| ((pixel % camera.width) as f64 + 0.5, (pixel / camera.width) as f64 + 0.5);
+    let share = |(pixel, share): (usize, f64)| {
+        let (column, row) = middle(pixel);
+        (pixel, share / camera.pixel_measure(column, row))
+    };
+    disc([camera.width, camera.height], point.column, point.row).into_iter().map(share).collect()
 }
 
 /// The number of a pixel; none outside of the image.

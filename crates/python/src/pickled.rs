@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use barnard::backend::describe;
-use barnard::image::{Band, ImagePart, Layer, LayerContent, Level, Moment, PixelScale, Samples, SpectralAxis, View};
+use barnard::image::{Band, ImagePart, Layer, LayerContent, Level, Moment, PixelScale, PointSource, Samples, SpectralAxis, View};
 use barnard::keywords::{Keyword, Value};
 use barnard::observation::InUnit;
 use numpy::{PyArray1, PyArrayMethods};
@@ -53,6 +53,7 @@ struct State<'py> {
     part: Option<(usize, usize, (usize, usize))>,
     circle: Option<f64>,
     view: Option<[[[f64; 4]; 4]; 2]>,
+    points: Vec<(f64, f64, Vec<f64>)>,
     moment: Option<(i64, f64, f64)>,
     notes: Vec<(String, String)>,
     keywords: Vec<Words>,
@@ -111,6 +112,7 @@ pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny
         part: image.part.map(|part| (part.column, part.row, part.whole)),
         circle: image.circle,
         view: image.view.map(|view| [view.world_to_camera, view.world_to_screen]),
+        points: image.points.iter().map(|point| (point.column, point.row, point.flux.clone())).collect(),
         moment: image.moment.map(|moment| (moment.frame, moment.time_s, moment.per_second)),
         notes: image.notes.clone(),
         keywords: image.keywords.iter().map(said).collect(),
@@ -159,6 +161,7 @@ pub fn restored(py: Python, state: &Bound<PyAny>) -> PyResult<Image> {
         part: state.part.map(|(column, row, whole)| ImagePart { column, row, whole }),
         circle: state.circle,
         view: state.view.map(|[world_to_camera, world_to_screen]| View { world_to_camera, world_to_screen }),
+        points: state.points.into_iter().map(|(column, row, flux)| PointSource { column, row, flux }).collect(),
         moment: state.moment.map(|(frame, time_s, per_second)| Moment { frame, time_s, per_second }),
         notes: state.notes,
         keywords: state.keywords.into_iter().map(keyword).collect(),

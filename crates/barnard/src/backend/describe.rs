@@ -43,6 +43,7 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         part: camera.part,
         circle: camera.circle(),
         view: camera.view(),
+        points: Vec::new(),
         moment: None,
         observation: scene.observation,
         notes,

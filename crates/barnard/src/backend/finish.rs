@@ -4,7 +4,7 @@ use super::{Radiance, describe};
 use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::Ray;
-use crate::image::{Image, Samples};
+use crate::image::{Image, PointSource, Samples};
 use crate::keywords;
 use crate::plan::Plan;
 use crate::points::{self, Sources};
@@ -15,8 +15,8 @@ use crate::scene::Scene;
 /// # Errors
 /// Where values are no numbers, or the star field has too many stars, and when the user wishes to stop.
 pub fn finished(scene: &Scene, plan: &Plan, mut radiance: Radiance, backend: &str, control: &Control) -> Result<Image> {
-    draw(plan.sources, scene, plan, control, |i, value| radiance.samples.add(i, value))?;
-    told(scene, plan, radiance, backend)
+    let points = draw(plan.sources, scene, plan, control, |i, value| radiance.samples.add(i, value))?;
+    Ok(Image { points, ..told(scene, plan, radiance, backend)? })
 }
 
 /// A picture of all light: errors and origin are told.
@@ -55,7 +55,7 @@ pub fn extended(scene: &Scene, plan: &Plan, samples: Samples) -> Result<Image> {
 ///
 /// # Errors
 /// Where the star field has too many stars, and when the user wishes to stop.
-pub fn draw(sources: Sources, scene: &Scene, plan: &Plan, control: &Control, add: impl FnMut(usize, f64)) -> Result<()> {
+pub fn draw(sources: Sources, scene: &Scene, plan: &Plan, control: &Control, add: impl FnMut(usize, f64)) -> Result<Vec<PointSource>> {
     let far = end_of_space(plan);
     let depth = |_: usize, ray: &Ray, length: f64| plan.space.depth(ray.origin, ray.at(length.min(far)));
     draw_behind(sources, scene, plan, depth, control, add)
@@ -74,7 +74,7 @@ pub(super) fn draw_behind(
     depth: impl Fn(usize, &Ray, f64) -> f64 + Sync,
     control: &Control,
     add: impl FnMut(usize, f64),
-) -> Result<()> {
+) -> Result<Vec<PointSource>> {
     let fluxes = |number: usize, light: usize, ray: &Ray, length: f64| {
         let depth = depth(number, ray, length);
         plan.spectral.bands.iter().map(|band| band.rule.evaluate(light, depth)).collect()

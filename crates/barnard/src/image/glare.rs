@@ -114,6 +114,7 @@ impl Glare {
         Image {
             samples: Samples::Double(samples),
             layers: Vec::new(),
+            points: Vec::new(),
             bands: image.bands.clone(),
             notes: image.notes.clone(),
             keywords: image.keywords.clone(),

@@ -96,6 +96,17 @@ pub struct View {
     pub world_to_screen: [[f64; 4]; 4],
 }
 
+/// A star that is drawn as a point: its light is spread over the pixels around its place, and is in the samples already.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointSource {
+    /// Where it is in the image, from its left edge \[pixels\].
+    pub column: f64,
+    /// Where it is, from the upper edge \[pixels\].
+    pub row: f64,
+    /// Its light in each passband \[W m⁻²\]; under an orthographic camera for each square parsec of a sphere around it [W m⁻² pc²].
+    pub flux: Vec<f64>,
+}
+
 /// A frame of a sequence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
@@ -132,6 +143,8 @@ pub struct Image {
     pub circle: Option<f64>,
     /// Where its camera sees what, in a flat picture.
     pub view: Option<View>,
+    /// The stars that are points in it, of flat pictures of one eye.
+    pub points: Vec<PointSource>,
     /// The frame of a sequence that it is.
     pub moment: Option<Moment>,
     /// Where on the sky it is taken, where somebody said.
@@ -175,6 +188,7 @@ impl Image {
             part: None,
             circle: None,
             view: None,
+            points: Vec::new(),
             moment: None,
             observation: None,
             notes,

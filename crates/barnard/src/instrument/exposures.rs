@@ -7,6 +7,7 @@ use spectra::passband::Passband;
 
 use super::cosmic_rays::{charge, tracks};
 use super::layout::{Layout, Pixels};
+use super::points::Points;
 use super::{Instrument, Kernels};
 use crate::camera::Camera;
 use crate::control::{Control, Stage};
@@ -84,22 +85,36 @@ impl Exposures {
         let Layout { below, pixels, squares, mosaic } = Layout::new(&instrument, image, bands)?;
         let radiances: Vec<usize> = image.radiances().collect();
         let mut light = Vec::with_capacity(bands.len());
+        let points = Points::of(image, &below, squares.edge);
         for (number, (band, own)) in bands.iter().zip(&radiances).enumerate() {
             control.report(Stage::Frames, number as u64, bands.len() as u64);
             control.check()?;
             let per_watt = instrument.electrons(band.pivot().0);
             let mut rates: Vec<f64> =
                 image.band(*own).enumerate().map(|(i, radiance)| radiance.max(0.0) * below.solid_angle(i) * per_watt).collect();
-            for psf in &instrument.psf {
-                kernels.apply(&**psf, &instrument, &image.bands[*own], below.edge_rad, below.size, &mut rates)?;
-                control.check()?;
+            let mut spread = |light: &mut [f64], finer: usize| {
+                let size = below.size.map(|pixels| pixels * finer);
+                instrument.psf.iter().try_for_each(|psf| {
+                    control.check()?;
+                    kernels.apply(&**psf, &instrument, &image.bands[*own], below.edge_rad / finer as f64, size, light)
+                })
+            };
+            // Points are sharper than the discs by which they are drawn.
+            if let Some(points) = &points {
+                points.take_discs(number, per_watt, &mut rates);
+            }
+            spread(&mut rates, 1)?;
+            if let Some(points) = &points {
+                let mut sharp = points.light(number, per_watt);
+                spread(&mut sharp, points.finer)?;
+                points.gather(&sharp, &mut rates);
             }
             // Transforms leave a little below zero where there is no light.
             rates.par_iter_mut().for_each(|rate| *rate = rate.max(0.0));
             let sky = instrument.sky.radiance(band, number, bands.len())?;
             light.push(BandLight { per_watt, sky, source: squares.gathered(&rates, below.size) });
         }
-        kernels.keep(bands.len() * instrument.psf.len());
+        kernels.keep(bands.len() * instrument.psf.len() * if points.is_some() { 2 } else { 1 });
         let header = header(&instrument, image, &radiances, &pixels, &light);
         Ok(Self { instrument, header, pixels, bands: light, mosaic })
     }
@@ -258,8 +273,9 @@ fn header(instrument: &Instrument, image: &Image, radiances: &[usize], pixels: &
         // What optics do is in the light already.
         display: Display { glare: None, ..image.display.clone() },
         layers: Vec::new(),
-        // The detector's edges are its own.
+        // The detector's edges are its own, and its points are spread.
         view: None,
+        points: Vec::new(),
         ..*image
     }
 }
@@ -312,6 +328,48 @@ mod tests {
         }
         let near = Image { observation: None, ..image };
         assert!(Exposures::new(Arc::new(Instrument::of_aperture(0.1)), &near, &bands, &Control::default()).is_err());
+    }
+
+    /// A star is as narrow on a detector as optics make it, though the picture draws it as a disc of about a pixel: what pixels gather is the
+    /// integral of a Gaussian over them, wherever in a pixel the star stands, on pixels of the picture's size and on larger ones.
+    #[test]
+    fn stars_are_as_sharp_as_optics_make_them() {
+        let bands = [Passband::named("johnson-V").unwrap()];
+        let camera = Camera::look_at(DVec3::Z, DVec3::ZERO).field_of_view_deg(0.01).size(48, 48);
+        let (dark, flux) = (picture(&camera, 0.0), 1e-12);
+        let below = Pixels::of(&dark).unwrap();
+        for (column, row) in [(24.5, 24.5), (24.0, 25.0), (22.3, 26.71)] {
+            let mut samples = vec![0.0; 48 * 48];
+            for (pixel, share) in crate::points::disc([48, 48], column, row) {
+                samples[pixel] += flux * share / below.solid_angle(pixel);
+            }
+            let points = vec![crate::image::PointSource { column, row, flux: vec![flux] }];
+            for edge in [1.0, 2.0] {
+                let drawn = Image { samples: Samples::Double(samples.clone()), points: points.clone(), ..dark.clone() };
+                let fwhm = 1.8 * edge;
+                let psf: Vec<Arc<dyn crate::instrument::PointSpread>> =
+                    vec![Arc::new(crate::instrument::psf::Gaussian { fwhm_rad: fwhm * below.edge_rad, ..Default::default() })];
+                let instrument = Arc::new(Instrument { psf, pixel_rad: Some(edge * below.edge_rad), ..Instrument::of_aperture(1.0) });
+                let per_watt = instrument.electrons(bands[0].pivot().0);
+                let own = Exposures::new(instrument.clone(), &drawn, &bands, &Control::default()).unwrap();
+                let size = own.size()[0];
+                let sigma = fwhm / (8.0 * std::f64::consts::LN_2).sqrt();
+                let along = |pixel: usize, at: f64| {
+                    const STEPS: usize = 400;
+                    let place = |step: usize| (pixel as f64 + (step as f64 + 0.5) / STEPS as f64) * edge;
+                    let density = |x: f64| (-0.5 * ((x - at) / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt());
+                    (0..STEPS).map(|step| density(place(step))).sum::<f64>() * edge / STEPS as f64
+                };
+                let truth = |i: usize| flux * per_watt * along(i % size, column) * along(i / size, row);
+                let peak = (0..size * size).map(truth).fold(0.0, f64::max);
+                let worst =
+                    |exposures: &Exposures| (0..size * size).map(|i| (exposures.source(0, i) - truth(i)).abs() / peak).fold(0.0, f64::max);
+                assert!(worst(&own) < 5e-3, "{column} {row} {edge}: {}", worst(&own));
+                // As a disc it would be much lower.
+                let blurred = Exposures::new(instrument, &Image { points: Vec::new(), ..drawn }, &bands, &Control::default()).unwrap();
+                assert!(worst(&blurred) > if edge == 1.0 { 0.25 } else { 0.05 }, "{}", worst(&blurred));
+            }
+        }
     }
 
     /// Kernels that are kept are those of other optics or pixels no more: light is spread as if they were made anew, bit by bit.

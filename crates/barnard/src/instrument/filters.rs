@@ -38,7 +38,11 @@ impl Instrument {
             all => all.join(", "),
         };
         let said = format!("{}, which {} does not have", foreign.name(), self.name);
-        Err(Error::value("filter of an instrument", said, format!("one of its own ({shown}), another instrument, or allow_foreign_filters = true")))
+        Err(Error::value(
+            "filter of an instrument",
+            said,
+            format!("one of its own ({shown}), another instrument, or allow_foreign_filters = true"),
+        ))
     }
 }
 

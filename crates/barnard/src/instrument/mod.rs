@@ -29,6 +29,7 @@ mod filters;
 mod kernels;
 mod layout;
 mod master;
+mod points;
 mod presets;
 pub mod psf;
 mod rebinning;

@@ -21,6 +21,11 @@ pub struct Preset {
     pub make: fn() -> Instrument,
 }
 
+/// Families of filters.
+const AMATEUR: [Filters; 1] = [Filters::all("amateur-")];
+const UBVRI: [Filters; 4] = [Filters::all("johnson-"), Filters::all("cousins-"), Filters::all("bessell-"), Filters::all("sdss2010-")];
+const LSST: [Filters; 1] = [Filters::all("lsst2023-")];
+
 const ARCSEC: f64 = std::f64::consts::PI / 648_000.0;
 
 /// All presets.
@@ -35,7 +40,7 @@ pub const PRESETS: &[Preset] = &[
             Instrument {
                 throughput: 0.6,
                 psf: vec![Arc::new(Airy::default()), Arc::new(Moffat { fwhm_rad: 3.0 * ARCSEC, ..Moffat::default() })],
-                filters: &[Filters::all("amateur-")],
+                filters: &AMATEUR,
                 pixel_rad: Some(3.76e-6 / 1.6),
                 sky: Sky { system: RadianceUnit::Vega, ..Sky::even(20.0) },
                 detector: Detector {
@@ -65,7 +70,7 @@ pub const PRESETS: &[Preset] = &[
             obstruction: 0.4,
             throughput: 0.5,
             psf: vec![Arc::new(Airy::default()), Arc::new(Moffat { fwhm_rad: 1.5 * ARCSEC, ..Moffat::default() })],
-            filters: &[Filters::all("johnson-"), Filters::all("cousins-"), Filters::all("bessell-"), Filters::all("sdss2010-")],
+            filters: &UBVRI,
             pixel_rad: Some(0.389 * ARCSEC),
             sky: Sky {
                 system: RadianceUnit::Vega,
@@ -156,7 +161,7 @@ pub const PRESETS: &[Preset] = &[
                 Arc::new(Airy { vanes: 4, vane_width: 0.005, ..Airy::default() }),
                 Arc::new(Moffat { fwhm_rad: 0.67 * ARCSEC, ..Moffat::default() }),
             ],
-            filters: &[Filters::all("lsst2023-")],
+            filters: &LSST,
             pixel_rad: Some(0.2 * ARCSEC),
             sky: Sky {
                 system: RadianceUnit::Ab,

@@ -32,7 +32,7 @@ use crate::backend::{describe, end_of_space};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::geometry::Ray;
-use crate::image::{Image, LayerChoice, Samples};
+use crate::image::{Image, LayerChoice, PointSource, Samples};
 use crate::keywords;
 use crate::light::{Light, Route, law, lights};
 use crate::phase::Phase;
@@ -386,15 +386,15 @@ impl Plates {
 
     /// The picture of extended light, unresolved sources added.
     fn finished(&self, scene: &Scene, mixture: &Mixture, mut samples: Samples, control: &Control) -> Result<Image> {
-        self.draw(scene, mixture, &mut samples, control)?;
-        let mut image = describe(scene, &scene.camera, samples);
+        let points = self.draw(scene, mixture, &mut samples, control)?;
+        let mut image = Image { points, ..describe(scene, &scene.camera, samples) };
         image.output.layers = LayerChoice::default();
         image.check()?;
         Ok(image)
     }
 
     /// Draws the unresolved sources.
-    fn draw(&self, scene: &Scene, mixture: &Mixture, samples: &mut Samples, control: &Control) -> Result<()> {
+    fn draw(&self, scene: &Scene, mixture: &Mixture, samples: &mut Samples, control: &Control) -> Result<Vec<PointSource>> {
         let lights = lights(scene)?;
         let depths = &self.0.depths;
         if points(Sources::All, scene, &scene.camera, &lights)?.len() != depths.len() {

@@ -59,7 +59,11 @@ pub(super) const KINDS: &[Kind<Spectrum>] = &[
         summary: "lines of given strengths, with or without a power-law continuum",
         keys: &[
             SCALE,
-            Key::required("lines", "list of tables", "{ wavelength = \"656.46 nm\", strength = 3 }, wavelength in vacuum, strength integrated over the line"),
+            Key::required(
+                "lines",
+                "list of tables",
+                "{ wavelength = \"656.46 nm\", strength = 3 }, wavelength in vacuum, strength integrated over the line",
+            ),
             Key::optional("continuum", "number", "0", "strength per nm at `continuum_at`"),
             Key::optional("continuum_at", "wavelength", "550 nm", "where the continuum has that strength"),
             Key::optional("continuum_exponent", "number", "0", "exponent of the continuum in wavelength"),
@@ -125,13 +129,7 @@ pub(super) const KEYS: &[Key] = &[
 
 pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Result<Emission> {
     let mut spectrum = build_kind_with("emission", KINDS, KEYS, section, &loader.inputs)?;
-    if let Some(fwhm) = section.quantity::<Velocity>("doppler_fwhm")?.filter(|v| v.0 != 0.0) {
-        if !(0.0..1e-4 * spectra::constants::SPEED_OF_LIGHT).contains(&fwhm.0) {
-            return Err(section.error(
-                "doppler_fwhm",
-                format!("{fwhm} is no width of a line: none is negative, and a tenth of the speed of light is too much"),
-            ));
-        }
+    if let Some(fwhm) = doppler_fwhm(section)? {
         spectrum = spectrum.broadened(fwhm);
     }
     if let Some(lambda) = spectrum.first_negative_um() {
@@ -142,6 +140,18 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Resu
         density: fields.expression(section, "density")?,
         spectrum,
     })
+}
+
+/// The width of lines that a table says; none where it says none.
+pub(super) fn doppler_fwhm(section: &Section) -> Result<Option<Velocity>> {
+    let said = section.quantity::<Velocity>("doppler_fwhm")?.filter(|v| v.0 != 0.0);
+    match said.filter(|fwhm| !(0.0..1e-4 * spectra::constants::SPEED_OF_LIGHT).contains(&fwhm.0)) {
+        Some(fwhm) => Err(section.error(
+            "doppler_fwhm",
+            format!("{fwhm} is no width of a line: none is negative, and a tenth of the speed of light is too much"),
+        )),
+        None => Ok(said),
+    }
 }
 
 fn conditions(section: &Section) -> Result<(Temperature, NumberDensity)> {

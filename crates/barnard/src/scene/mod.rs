@@ -50,7 +50,7 @@ pub use star::Star;
 
 use crate::animation::Timeline;
 use crate::camera::{self, Camera, Projection};
-use crate::data::{InputNote, Inputs};
+use crate::data::InputNote;
 use crate::detail::Detail;
 use crate::error::{Error, Result};
 use crate::field::Field;
@@ -304,7 +304,7 @@ impl Scene {
         let mut emission = Vec::new();
         for s in root.tables("emission")? {
             let Emission { name, density, spectrum } = emission::build(&s, loader, &fields)?;
-            emission.extend(Self::moving(&s, &fields, (name, density, spectrum), &camera, inputs)?);
+            emission.extend(Self::moving(&s, &fields, (name, density, spectrum), &camera, loader)?);
         }
         let mut stars = root.tables("star")?.iter().map(|s| star::build(s, inputs)).collect::<Result<Vec<_>>>()?;
         for table in root.tables("star_table")? {
@@ -315,7 +315,7 @@ impl Scene {
             let said = format!("{gas} {stars} through {bands}", gas = gas.said(), stars = star::said(&stars), bands = band::said(&bands));
             let made = loader.gas(&format!("{said} of {}", fields.said()), || gas::build(&gas, loader, &fields, &stars, &bands))?;
             for species in made.species.iter().cloned() {
-                emission.extend(Self::moving(&gas, &fields, species, &camera, inputs)?);
+                emission.extend(Self::moving(&gas, &fields, species, &camera, loader)?);
             }
             ionised = Some(made);
         }
@@ -355,9 +355,11 @@ impl Scene {
     }
 
     /// A species as it is seen: several, where its table says that it moves.
-    fn moving(section: &Section, fields: &Fields, species: Glow, camera: &Camera, inputs: &Inputs) -> Result<Vec<Emission>> {
+    fn moving(section: &Section, fields: &Fields, species: Glow, camera: &Camera, loader: &Loader) -> Result<Vec<Emission>> {
         let all = match motion::of(section, fields)? {
-            Some(motion) => section.wrap(motion::VELOCITY.name, motion.split(species, camera, inputs.memory_limit))?,
+            Some(motion) => {
+                section.wrap(motion::VELOCITY.name, motion.split(species, camera, loader.inputs.memory_limit, &loader.control))?
+            }
             None => vec![species],
         };
         Ok(all.into_iter().map(|(name, density, spectrum)| Emission { name, density, spectrum }).collect())

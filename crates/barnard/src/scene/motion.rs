@@ -18,9 +18,9 @@ use spectra::units::Velocity;
 use super::Fields;
 use super::gas::ionised::Glow;
 use crate::camera::{Camera, Projection};
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid, Lattice};
-use crate::geometry::{Bounds, Ray};
 use crate::memory;
 use crate::properties::{Key, Section};
 
@@ -59,6 +59,8 @@ pub struct Motion {
 
 /// Most velocities: each is a density of its own.
 const MAX_VELOCITIES: usize = 256;
+/// Fewest and most voxels along the longest edge at which a function's density is sampled, by its features.
+const VOXELS: (usize, usize) = (64, 192);
 /// Places along each edge at which a function's velocities are looked up.
 const PLACES: usize = 64;
 
@@ -121,55 +123,14 @@ impl Steps {
         let lower = (place as usize).min(self.count.saturating_sub(2));
         (lower, if self.count == 1 { 0.0 } else { place - lower as f64 })
     }
-
-    /// The part of gas of a velocity that shines with one of them.
-    fn share(&self, number: usize, velocity: f64) -> f64 {
-        let (lower, part) = self.place(velocity);
-        match number {
-            _ if number == lower => 1.0 - part,
-            _ if number == lower + 1 => part,
-            _ => 0.0,
-        }
-    }
-}
-
-/// A part of a density that has about one velocity.
-#[derive(Debug)]
-struct Slice {
-    density: Arc<dyn Field>,
-    receding: Arc<Receding>,
-    steps: Steps,
-    number: usize,
-}
-
-impl Field for Slice {
-    fn at(&self, p: DVec3) -> f64 {
-        let density = self.density.at(p);
-        if density == 0.0 { 0.0 } else { density * self.steps.share(self.number, self.receding.at(p)) }
-    }
-    fn bounds(&self) -> Bounds {
-        self.density.bounds()
-    }
-    fn has_edges(&self) -> bool {
-        self.density.has_edges()
-    }
-    fn feature_pc(&self) -> f64 {
-        self.density.feature_pc() / 2.0
-    }
-    fn check(&self) -> Result<()> {
-        self.density.check()
-    }
-    fn crossings(&self, ray: &Ray, out: &mut Vec<f64>) {
-        self.density.crossings(ray, out);
-    }
 }
 
 impl Motion {
     /// The species of one that moves, as a camera sees it; one without lines stays as it is.
     ///
     /// # Errors
-    /// Where velocities are no numbers or too many, or their grids would take more than `memory_limit` bytes.
-    pub fn split(&self, (name, density, spectrum): Glow, camera: &Camera, memory_limit: u64) -> Result<Vec<Glow>> {
+    /// Where velocities are no numbers or too many, their grids would take more than `memory_limit` bytes, or the user wishes to stop.
+    pub fn split(&self, (name, density, spectrum): Glow, camera: &Camera, memory_limit: u64, control: &Control) -> Result<Vec<Glow>> {
         if spectrum.lines().is_empty() {
             return Ok(vec![(name, density, spectrum)]);
         }
@@ -181,9 +142,11 @@ impl Motion {
         let steps = Steps::over(range(&*density, &receding)?, self.step)?;
         let fields = match density.grid() {
             Some(grid) => sliced(grid, &receding, steps, memory_limit)?,
+            // A function is sampled once, not for each velocity.
             None => {
-                let slice = |number| Slice { density: density.clone(), receding: receding.clone(), steps, number };
-                (0..steps.count).map(|number| Some(Arc::new(slice(number)) as Arc<dyn Field>)).collect()
+                let finest = (density.bounds().size().max_element() / density.feature_pc()).ceil() as usize;
+                let lattice = Lattice::along(density.bounds(), finest.clamp(VOXELS.0, VOXELS.1));
+                sliced(&Grid::of_function(&density, lattice, 1.0, control)?, &receding, steps, memory_limit)?
             }
         };
         let species = fields.into_iter().enumerate().filter_map(|(number, density)| {
@@ -249,6 +212,7 @@ fn sliced(grid: &Grid, receding: &Receding, steps: Steps, memory_limit: u64) -> 
 mod tests {
     use super::*;
     use crate::field::Sphere;
+    use crate::geometry::Bounds;
     use spectra::spectrum::{Line, Spectrum};
 
     /// A field that is a function of place everywhere.
@@ -289,9 +253,11 @@ mod tests {
         let camera = Camera::look_at(DVec3::new(0.0, 0.0, 1e4), DVec3::ZERO).orthographic_pc(3.0);
         for as_grid in [false, true] {
             let whole = ball(as_grid);
-            let parts = expansion(20.0, 3.0).split(whole.clone(), &camera, 1 << 30).unwrap();
+            let parts = expansion(20.0, 3.0).split(whole.clone(), &camera, 1 << 30, &Control::default()).unwrap();
             assert!((14..=16).contains(&parts.len()), "{}", parts.len());
-            for i in 0..32 {
+            // A function that is sampled has soft edges, and neighbours between centres of voxels.
+            let (inner, most) = if as_grid { (0..32, 2) } else { (2..30, 4) };
+            for i in inner {
                 // Centres of voxels, where grids are their values.
                 let p = DVec3::new(0.031_25, 0.093_75, (f64::from(i) + 0.5) / 16.0 - 1.0);
                 let own: Vec<f64> = parts.iter().map(|part| part.1.at(p)).collect();
@@ -301,23 +267,25 @@ mod tests {
                 let shift = |part: &Glow| (part.2.lines()[0].lambda_um / 0.5 - 1.0) * 299_792.458;
                 let mean = parts.iter().zip(&own).map(|(part, own)| own * shift(part)).sum::<f64>();
                 assert!((mean - density * -20.0 * p.z).abs() < 1e-4 * density.max(1e-9), "{i}: {mean}");
-                assert!(own.iter().filter(|own| **own > 0.0).count() <= 2);
+                assert!(own.iter().filter(|own| **own > 0.0).count() <= most);
             }
         }
         // From near by, away is away from the eye: gas at rest in a frame that recedes from it does so on all sides.
         let near = Camera::look_at(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO);
-        let away = expansion(1.0, 0.5).split(ball(true), &near, 1 << 30).unwrap();
+        let away = expansion(1.0, 0.5).split(ball(true), &near, 1 << 30, &Control::default()).unwrap();
         assert!(away.len() > 3);
     }
 
     #[test]
     fn too_many_velocities_are_refused() {
         let camera = Camera::look_at(DVec3::new(0.0, 0.0, 1e4), DVec3::ZERO).orthographic_pc(3.0);
-        let message = expansion(1e4, 1.0).split(ball(true), &camera, 1 << 40).unwrap_err().to_string();
+        let message = expansion(1e4, 1.0).split(ball(true), &camera, 1 << 40, &Control::default()).unwrap_err().to_string();
         assert!(message.contains("velocity_step") && message.contains("km/s or more"), "{message}");
-        assert!(expansion(20.0, 1.0).split(ball(true), &camera, 1 << 20).unwrap_err().to_string().contains("velocities"));
-        assert!(expansion(f64::NAN, 1.0).split(ball(true), &camera, 1 << 30).is_err());
+        assert!(
+            expansion(20.0, 1.0).split(ball(true), &camera, 1 << 20, &Control::default()).unwrap_err().to_string().contains("velocities")
+        );
+        assert!(expansion(f64::NAN, 1.0).split(ball(true), &camera, 1 << 30, &Control::default()).is_err());
         // Gas at rest stays one species, and a continuum has no lines to move.
-        assert_eq!(expansion(0.0, 1.0).split(ball(true), &camera, 1 << 30).unwrap().len(), 1);
+        assert_eq!(expansion(0.0, 1.0).split(ball(true), &camera, 1 << 30, &Control::default()).unwrap().len(), 1);
     }
 }

@@ -35,6 +35,11 @@ impl Element {
         [1, 2, 6, 7, 8, 10, 16][self as usize]
     }
 
+    /// The mean mass of an atom \[u\]: standard atomic weights (IUPAC 2021, abridged).
+    pub fn mass_u(self) -> f64 {
+        [1.008, 4.0026, 12.011, 14.007, 15.999, 20.180, 32.06][self as usize]
+    }
+
     /// The symbol, as "Ne".
     pub fn symbol(self) -> &'static str {
         ["H", "He", "C", "N", "O", "Ne", "S"][self as usize]

@@ -320,8 +320,8 @@ impl Whole {
         let stats = RenderStats { depth: deepest, rays: (width * height * s * s) as u64, storage: plan.storage(), negative };
         let mut radiance = Radiance::single(data, stats);
         let before = |number: usize, _: &Ray, _: f64| all.points.get(number).copied().unwrap_or(0.0);
-        draw_behind(plan.sources, &self.scene, plan, before, control, |i, value| radiance.samples.add(i, value))?;
-        Ok((told(&self.scene, plan, radiance, ENTRY.name)?, stats))
+        let points = draw_behind(plan.sources, &self.scene, plan, before, control, |i, value| radiance.samples.add(i, value))?;
+        Ok((Image { points, ..told(&self.scene, plan, radiance, ENTRY.name)? }, stats))
     }
 }
 

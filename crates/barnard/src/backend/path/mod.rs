@@ -245,9 +245,9 @@ fn is_met(film: &Film, bands: usize, options: &Options) -> bool {
 /// Where a point's light cannot be told, and when the user wishes to stop.
 pub fn image(scene: &Scene, film: &Film, options: &Options, control: &Control) -> Result<Image> {
     let mut data: Vec<f64> = film.estimates.iter().map(|e| e.mean).collect();
-    super::reference::draw_points(scene, super::reference::DEFAULT_ACCURACY, control, |i, value| data[i] += value)?;
+    let points = super::reference::draw_points(scene, super::reference::DEFAULT_ACCURACY, control, |i, value| data[i] += value)?;
     data.extend(film.estimates.iter().map(|e| if e.error().is_finite() { e.error() } else { 0.0 }));
-    let mut image = describe(scene, &scene.camera, Samples::Double(data));
+    let mut image = Image { points, ..describe(scene, &scene.camera, Samples::Double(data)) };
     let errors: Vec<Band> = image.bands.iter().map(|band| Band { keywords: Vec::new(), ..band.of_errors() }).collect();
     image.bands.extend(errors);
     image.notes.push((

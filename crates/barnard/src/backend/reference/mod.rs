@@ -33,7 +33,7 @@ use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::geometry::Ray;
-use crate::image::{Image, Samples};
+use crate::image::{Image, PointSource, Samples};
 use crate::keywords;
 use crate::light::{Light, Route, factor, law, lights};
 use crate::plan::Options;
@@ -120,8 +120,8 @@ impl Backend for Reference {
 
     fn finish(&self, job: &Job, radiance: Radiance, control: &Control) -> Result<Image> {
         let (scene, mut samples) = (job.scene(), radiance.samples);
-        draw_points(scene, self.accuracy, control, |i, value| samples.add(i, value))?;
-        let mut image = describe(scene, &scene.camera, samples);
+        let points = draw_points(scene, self.accuracy, control, |i, value| samples.add(i, value))?;
+        let mut image = Image { points, ..describe(scene, &scene.camera, samples) };
         let accuracy = self.accuracy;
         image.notes.push(("backend".into(), format!("reference, accuracy {accuracy:e} of each pixel")));
         image.keywords.push(keywords::text("BACKEND", "reference", "adaptive integration in double precision"));
@@ -167,7 +167,7 @@ fn extended(scene: &Scene, detail: Option<SeenDetail>, accuracy: f64, control: &
 
 /// Draws the unresolved sources of `scene` to `accuracy`: `add` hears of places in bands × height × width, and
 /// radiances [W m⁻² sr⁻¹].
-pub(super) fn draw_points(scene: &Scene, accuracy: f64, control: &Control, add: impl FnMut(usize, f64)) -> Result<()> {
+pub(super) fn draw_points(scene: &Scene, accuracy: f64, control: &Control, add: impl FnMut(usize, f64)) -> Result<Vec<PointSource>> {
     Truth::new(scene, accuracy, control)?.draw_points(add)
 }
 
@@ -214,7 +214,7 @@ impl<'a> Truth<'a> {
         self.waves.iter().filter(|w| w.band == band).map(|w| w.weight[light] * (-w.k * tau).exp()).sum()
     }
 
-    fn draw_points(&self, add: impl FnMut(usize, f64)) -> Result<()> {
+    fn draw_points(&self, add: impl FnMut(usize, f64)) -> Result<Vec<PointSource>> {
         let fluxes = |_: usize, light: usize, ray: &Ray, length: f64| {
             let depth = self.depth(ray.origin, ray.at(length.min(self.horizon(ray))));
             (0..self.scene.bands.len()).map(|band| self.flux(light, band, depth)).collect()

@@ -12,13 +12,13 @@ use ionisation::cloud::Quantity;
 use ionisation::error::IonisationError;
 use spectra::nebular::recombination_continuum;
 use spectra::passband::Passband;
-use spectra::units::{NumberDensity, Temperature};
+use spectra::units::{NumberDensity, Temperature, Velocity};
 
 pub use cloud::{GasCloud, IonisingStar};
 pub use ionised::IonisedGas;
 use species::Species;
 
-use super::{Fields, Loader, Star, motion};
+use super::{Fields, Loader, Star, emission, motion};
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid, Lattice};
 use crate::memory;
@@ -73,6 +73,12 @@ pub(super) const KEYS: &[Key] = &[
         "outward",
         "where light of recombinations is absorbed: outward, along the stars' rays, or on_the_spot, where it is made",
     ),
+    Key::optional(
+        "doppler_fwhm",
+        "velocity",
+        "0 km/s",
+        "full width at half maximum that turbulence gives its lines, with which the thermal one, 19 km/s of hydrogen at 8000 K, adds in squares",
+    ),
     motion::VELOCITY,
     motion::STEP,
 ];
@@ -97,6 +103,7 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
     if loader.is_rough {
         cloud = cloud.coarser(ROUGH);
     }
+    let turbulent = emission::doppler_fwhm(section)?.unwrap_or(Velocity(0.0));
     let species = Species::seen(bands);
     let bytes = cloud.bytes(species.len() + BESIDE);
     section.wrap("density", memory::check("the gas that stars ionise", bytes, loader.inputs.memory_limit))?;
@@ -126,15 +133,16 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
     let counts: Vec<bool> = (0..species.len()).map(counts).collect();
     let gridded =
         |values: Vec<f32>| Arc::new(Grid::of(cloud.lattice.clone(), ionised::softened(cloud.lattice.dims, values))) as Arc<dyn Field>;
-    let mut glow = Vec::new();
-    for ((species, values), counts) in species.iter().zip(quantities).zip(counts) {
-        if counts {
-            glow.push((species.name(), gridded(values), species.spectrum()));
-        }
-    }
     let all = sum(&pairs);
     let mean = |values: &[f32]| (all > 0.0).then(|| sum(values) / all);
     let (temperature, electrons) = (mean(&warm), mean(&thick));
+    let mut glow = Vec::new();
+    for ((species, values), counts) in species.iter().zip(quantities).zip(counts) {
+        if counts {
+            let thermal = species.thermal_fwhm(temperature.unwrap_or_default());
+            glow.push((species.name(), gridded(values), species.spectrum().broadened(thermal).broadened(turbulent)));
+        }
+    }
     if let (Some(temperature), Some(electrons)) = (temperature, electrons) {
         let at = (Temperature(temperature.clamp(6000.0, 15_000.0)), NumberDensity(electrons.clamp(100.0, 1e4)));
         let spectrum = section.wrap("density", recombination_continuum(at.0, at.1))?;

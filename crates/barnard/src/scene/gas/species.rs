@@ -4,6 +4,7 @@ use ionisation::atoms::{Atoms, EmissionLine, LineTable};
 use spectra::constants::SPHERE;
 use spectra::passband::Passband;
 use spectra::spectrum::{Line, Spectrum};
+use spectra::units::Velocity;
 
 /// The part of a passband's largest response at which a line is left out.
 const UNSEEN: f64 = 1e-3;
@@ -15,6 +16,10 @@ const DENSITIES: [f64; 2] = [10.0, 1e4];
 const USUAL: (f64, f64) = (9000.0, 100.0);
 /// 1 erg s⁻¹ cm⁻³ = 0.1 W m⁻³, over the whole sphere.
 const W_PER_M3_SR: f64 = 0.1 / SPHERE;
+
+/// Boltzmann's constant [J K⁻¹] and the atomic mass unit \[kg\] (CODATA 2018).
+const BOLTZMANN: f64 = 1.380_649e-23;
+const ATOMIC_MASS: f64 = 1.660_539_066_60e-27;
 
 /// Lines of an ion that always shine together.
 pub struct Species {
@@ -66,6 +71,12 @@ impl Species {
         let line =
             |line: &&EmissionLine| Line { lambda_um: line.wavelength_um, strength: W_PER_M3_SR * self.table.emissivity(line, &at) / first };
         Spectrum::of_lines(self.lines.iter().map(line).collect())
+    }
+
+    /// How wide its lines are where atoms of a temperature \[K\] move by chance: √(8 ln 2 k T/m).
+    pub fn thermal_fwhm(&self, kelvin: f64) -> Velocity {
+        let metres_per_second = (8.0 * std::f64::consts::LN_2 * BOLTZMANN * kelvin / (self.lines[0].element.mass_u() * ATOMIC_MASS)).sqrt();
+        Velocity(metres_per_second * 1e-3)
     }
 
     /// What of its light a passband lets through, in parts of the strongest line.
