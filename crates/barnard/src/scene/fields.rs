@@ -27,6 +27,9 @@ pub(super) fn kinds() -> Vec<KindRow> {
     field::KINDS.iter().map(Kind::row).chain([EXPRESSION]).collect()
 }
 
+/// The key of the formulas of a velocity.
+pub(super) const VELOCITY: &str = "velocity";
+
 /// Expressions that may have names, fields that one may be made of in all, and expressions within each other.
 const MOST_EXPRESSIONS: usize = 256;
 const MOST_FIELDS: usize = 1000;
@@ -60,6 +63,30 @@ impl Named<'_> {
     }
 }
 
+/// Refuses names that no field may have, and formulas that are none or of fields that there are not: what a text alone says is said before fields are made, which may take long.
+fn check_formulas(root: &Section) -> Result<()> {
+    let fields = root.named_tables("field")?;
+    fields.iter().try_for_each(|(name, section)| field::check_name(name).map_err(|e| section.error("name", e)))?;
+    let known: Vec<&str> = fields.iter().map(|(name, _)| *name).collect();
+    let check = |section: &Section, key: &str, formula: &str| {
+        let names = Expression::names(formula).map_err(|message| section.error(key, message))?;
+        match names.iter().find(|name| !known.contains(&name.as_str())) {
+            Some(name) => Err(section.error(key, SpectraError::unknown("field", name, &known).to_string())),
+            None => Ok(()),
+        }
+    };
+    for (_, section) in fields.iter().filter(|(_, section)| section.text("kind").is_ok_and(|kind| kind == Some(EXPRESSION.name))) {
+        check(section, "formula", section.need_text("formula")?)?;
+    }
+    let tables = [root.table("dust")?, root.table("gas")?].into_iter().flatten().chain(root.tables("emission")?);
+    for section in tables {
+        let velocities = section.texts(VELOCITY)?.unwrap_or_default();
+        section.text("density")?.map_or(Ok(()), |formula| check(&section, "density", formula))?;
+        velocities.iter().try_for_each(|formula| check(&section, VELOCITY, formula))?;
+    }
+    Ok(())
+}
+
 /// The named fields of a scene.
 pub struct Fields<'a> {
     named: BTreeMap<String, Named<'a>>,
@@ -85,9 +112,9 @@ impl<'a> Fields<'a> {
             made_of: BTreeMap::new(),
             uses_rough: Cell::new(false),
         };
+        check_formulas(root)?;
         let (kinds, mut expressions) = (kinds(), BTreeMap::new());
         for (name, section) in root.named_tables("field")? {
-            field::check_name(name).map_err(|e| section.error("name", e))?;
             let kind = chosen("field", &kinds, |kind| (kind.name, kind.keys), &[], &section)?;
             if kind.name == EXPRESSION.name {
                 let needs = Expression::names(section.need_text("formula")?).unwrap_or_default();

@@ -290,7 +290,6 @@ impl Scene {
         let camera = camera::build(&need("camera")?, inputs)?;
         let bookmark = |(name, section): (&str, Section)| Ok((name.to_owned(), camera::bookmark(&section, inputs, &camera)?));
         let bookmarks = root.named_tables("bookmark")?.into_iter().map(bookmark).collect::<Result<_>>()?;
-        let fields = Fields::new(root, loader)?;
         let spectrograph = root.table("spectrograph")?.map(|s| spectrograph::build(&s).map(|own| (own, s))).transpose()?;
         let bands = match &spectrograph {
             Some((own, section)) => {
@@ -299,27 +298,11 @@ impl Scene {
             }
             None => band::build(root, inputs)?,
         };
-        let spectrograph = spectrograph.map(|(own, _)| own);
-        let dust = root.table("dust")?.map(|s| dust::build(&s, loader, &fields)).transpose()?;
-        let mut emission = Vec::new();
-        for s in root.tables("emission")? {
-            let Emission { name, density, spectrum } = emission::build(&s, loader, &fields)?;
-            emission.extend(Self::moving(&s, &fields, (name, density, spectrum), &camera, loader)?);
-        }
+        let mut spectrograph = spectrograph.map(|(own, _)| own);
         let mut stars = root.tables("star")?.iter().map(|s| star::build(s, inputs)).collect::<Result<Vec<_>>>()?;
         for table in root.tables("star_table")? {
             stars.extend_from_slice(&loader.stars(&table.said(), || star_table::build(&table, inputs))?);
         }
-        let mut ionised = None;
-        if let Some(gas) = root.table("gas")? {
-            let said = format!("{gas} {stars} through {bands}", gas = gas.said(), stars = star::said(&stars), bands = band::said(&bands));
-            let made = loader.gas(&format!("{said} of {}", fields.said()), || gas::build(&gas, loader, &fields, &stars, &bands))?;
-            for species in made.species.iter().cloned() {
-                emission.extend(Self::moving(&gas, &fields, species, &camera, loader)?);
-            }
-            ionised = Some(made);
-        }
-        let is_rough = fields.are_rough() || ionised.as_ref().is_some_and(|gas: &Arc<IonisedGas>| gas.is_rough);
         let display = display::build(root.table("display")?.as_ref(), &bands)?;
         let observation = root.table("observation")?.map(|s| observation::build(&s)).transpose()?;
         let background = root.table("background")?.map(|s| Self::behind(&s, loader, observation.as_ref())).transpose()?;
@@ -327,6 +310,30 @@ impl Scene {
             root.table("instrument")?.map(|s| Instrument::from_properties(s.properties(), inputs).map(Arc::new)).transpose()?;
         let output = output::build(root.table("output")?.as_ref())?;
         let method = method::build(root.table("method")?.as_ref())?;
+        let detail = root.table("detail")?.map(|s| detail::build(&s)).transpose()?;
+        // Fields may take long: whatever else the text says is read first.
+        let fields = Fields::new(root, loader)?;
+        let dust = root.table("dust")?.map(|s| dust::build(&s, loader, &fields)).transpose()?;
+        let (mut emission, mut at_rest) = (Vec::new(), Vec::new());
+        for s in root.tables("emission")? {
+            let Emission { name, density, spectrum } = emission::build(&s, loader, &fields)?;
+            at_rest.extend(spectrum.lines().iter().map(|line| line.lambda_um));
+            emission.extend(Self::moving(&s, &fields, (name, density, spectrum), &camera, loader)?);
+        }
+        let mut ionised = None;
+        if let Some(gas) = root.table("gas")? {
+            let said = format!("{gas} {stars} through {bands}", gas = gas.said(), stars = star::said(&stars), bands = band::said(&bands));
+            let made = loader.gas(&format!("{said} of {}", fields.said()), || gas::build(&gas, loader, &fields, &stars, &bands))?;
+            for species in made.species.iter().cloned() {
+                at_rest.extend(species.2.lines().iter().map(|line| line.lambda_um));
+                emission.extend(Self::moving(&gas, &fields, species, &camera, loader)?);
+            }
+            ionised = Some(made);
+        }
+        if let Some(spectrograph) = &mut spectrograph {
+            spectrograph.axis.rest_um = spectrograph.axis.rest_um.or_else(|| spectrograph.only_line(&at_rest));
+        }
+        let is_rough = fields.are_rough() || ionised.as_ref().is_some_and(|gas: &Arc<IonisedGas>| gas.is_rough);
         let scene = Self {
             name: root.text("name")?.unwrap_or(name).to_owned(),
             description: root.text("description")?.unwrap_or("").to_owned(),
@@ -337,7 +344,7 @@ impl Scene {
             gas: ionised,
             stars,
             background: background.unwrap_or_default(),
-            detail: root.table("detail")?.map(|s| detail::build(&s)).transpose()?,
+            detail,
             bands,
             spectrograph,
             display,

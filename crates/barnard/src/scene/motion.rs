@@ -15,7 +15,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use spectra::units::Velocity;
 
-use super::Fields;
+use super::fields::{self, Fields};
 use super::gas::ionised::Glow;
 use crate::camera::{Camera, Projection};
 use crate::control::Control;
@@ -26,7 +26,7 @@ use crate::properties::{Key, Section};
 
 /// The keys of gas that moves.
 pub(super) const VELOCITY: Key = Key::optional(
-    "velocity",
+    fields::VELOCITY,
     "list of texts",
     "at rest",
     "how fast it moves along x, y and z in km/s, three expressions such as [\"20*x\", \"20*y\", \"20*z\"]: its lines are seen where what comes closer or recedes has them, from the scene's own camera",

@@ -17,6 +17,12 @@ pub(super) const KEYS: &[Key] = &[
         "none",
         "wavelength over the full width at half maximum of a line, a Gaussian; without it a channel sees what lies within it alone",
     ),
+    Key::optional(
+        "rest_wavelength",
+        "wavelength",
+        "the only line in range",
+        "of the line, in vacuum, that readers of the cube tell velocities from (RESTWAV)",
+    ),
 ];
 
 /// Most channels.
@@ -32,11 +38,21 @@ const SHARP: f64 = 1e-7;
 pub struct Spectrograph {
     /// The channels.
     pub axis: SpectralAxis,
-    /// λ over the full width at half maximum of a line; none where channels have sharp edges.
-    pub resolving_power: Option<f64>,
 }
 
 impl Spectrograph {
+    /// The one of some lines that its channels see \[µm\]; none where there is none, or more than one.
+    pub(super) fn only_line(&self, lines_um: &[f64]) -> Option<f64> {
+        let half = 0.5 * self.axis.step_um;
+        let (low, high) = (self.axis.first_um - half, self.axis.middle_um(self.axis.count - 1) + half);
+        let mut seen: Vec<f64> = lines_um.iter().copied().filter(|line| (low..high).contains(line)).collect();
+        seen.dedup();
+        match seen[..] {
+            [one] => Some(one),
+            _ => None,
+        }
+    }
+
     /// A channel's passband: one between its edges, spread by the width of a line, so that all channels together are one in between.
     ///
     /// # Errors
@@ -47,7 +63,7 @@ impl Spectrograph {
         let digits = (1.0 - (1e3 * self.axis.step_um).log10().floor()).clamp(1.0, 9.0) as usize;
         let name = format!("{:.digits$} nm", centre.nm());
         // One width for all channels: their edges meet, and a line is neither lost nor seen twice, one that lies on an edge too.
-        let deviation = match self.resolving_power {
+        let deviation = match self.axis.resolving_power {
             Some(power) => self.axis.middle_um(self.axis.count / 2) / power / FWHM,
             None => SHARP * self.axis.step_um,
         };
@@ -64,8 +80,9 @@ pub(super) fn build(section: &Section) -> Result<Spectrograph> {
     let missing = || section.error("count", "key \"count\" is missing; write it like count = 200");
     let count = section.integer("count", 1..=MAX_CHANNELS)?.ok_or_else(missing)? as usize;
     let step_um = (high - low) / count as f64;
-    let axis = SpectralAxis { first_um: low + 0.5 * step_um, step_um, count };
-    let spectrograph = Spectrograph { axis, resolving_power: section.number("resolving_power", 1.0..=1e7)? };
+    let rest_um = section.positive::<Wavelength>("rest_wavelength")?.map(|rest| rest.0);
+    let resolving_power = section.number("resolving_power", 1.0..=1e7)?;
+    let spectrograph = Spectrograph { axis: SpectralAxis { first_um: low + 0.5 * step_um, step_um, count, rest_um, resolving_power } };
     section.wrap("low", spectrograph.channel(0))?;
     Ok(spectrograph)
 }
@@ -83,7 +100,8 @@ mod tests {
     #[test]
     fn channels_are_one_together() {
         for resolving_power in [None, Some(2000.0)] {
-            let spectrograph = Spectrograph { axis: SpectralAxis { first_um: 0.49805, step_um: 1e-4, count: 40 }, resolving_power };
+            let axis = SpectralAxis { first_um: 0.49805, step_um: 1e-4, count: 40, rest_um: None, resolving_power };
+            let spectrograph = Spectrograph { axis };
             let channels: Vec<Passband> = (0..40).map(|i| spectrograph.channel(i).unwrap()).collect();
             assert_eq!((channels[0].name(), channels[20].name()), ("498.05 nm", "500.05 nm"));
             for lambda in [0.4993, 0.5, 0.500_05, 0.5001, 0.500_123_4, 0.5007] {

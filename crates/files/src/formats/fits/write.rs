@@ -241,12 +241,18 @@ fn header_of_cube(image: &Image, name: &str, bands: &[usize]) -> Vec<u8> {
     }
     wcs(&mut cards, image, 3);
     if let Some(axis) = image.spectral {
-        // Line lists have wavelengths in air, as optical spectrographs do.
-        cards.text("CTYPE3", "AWAV", "wavelength");
+        cards.text("CTYPE3", "WAVE", "wavelength in vacuum");
         cards.text("CUNIT3", "nm", "");
         cards.number("CRPIX3", 1.0, "the first channel");
         cards.number("CRVAL3", 1e3 * axis.first_um, "its middle");
         cards.number("CDELT3", 1e3 * axis.step_um, "width of a channel");
+        cards.text("SPECSYS", "SOURCE", "wavelengths are seen at rest in the scene");
+        if let Some(rest_um) = axis.rest_um {
+            cards.number("RESTWAV", 1e-6 * rest_um, "[m] of the line at rest, in vacuum");
+        }
+        if let Some(power) = axis.resolving_power {
+            cards.number("SPEC_RES", power, "resolving power, wavelength over FWHM");
+        }
     }
     cards.finish()
 }
